@@ -1,0 +1,68 @@
+// Memory that kernels work on. A backend with memory of its own specialises Memory; solvers see only Array.
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <new>
+#include <utility>
+#include <vector>
+
+namespace malha {
+
+/// Where arrays of an executor live; this one serves every executor that runs on the host.
+template <class Executor>
+struct Memory {
+  static constexpr std::align_val_t kAlignment{64};  // one pack, one cache line
+  static void* allocate(std::size_t bytes) { return ::operator new(bytes, kAlignment); }
+  static void release(void* data) { ::operator delete(data, kAlignment); }
+  template <class T>
+  static void copy_in(const T* from, std::size_t count, T* to) {
+    std::copy_n(from, count, to);
+  }
+  template <class T>
+  static void copy_out(const T* from, std::size_t count, T* to) {
+    std::copy_n(from, count, to);
+  }
+};
+
+/// A fixed number of plain T in the executor's memory; empty arrays allocate nothing.
+template <class Executor, class T>
+class Array {
+ public:
+  Array() = default;
+  explicit Array(const std::vector<T>& values) : size_(values.size()) {
+    if (size_ == 0) return;
+    data_ = static_cast<T*>(Memory<Executor>::allocate(bytes()));
+    upload(values);
+  }
+  Array(std::size_t size, const T& value) : Array(std::vector<T>(size, value)) {}
+  Array(Array&& other) noexcept { swap(other); }
+  Array& operator=(Array&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~Array() {
+    if (data_) Memory<Executor>::release(data_);
+  }
+
+  T* data() const { return data_; }
+  std::size_t size() const { return size_; }
+  std::size_t bytes() const { return size_ * sizeof(T); }
+
+  /// `values` has size() elements.
+  void upload(const std::vector<T>& values) { Memory<Executor>::copy_in(values.data(), size_, data_); }
+  std::vector<T> download() const {
+    std::vector<T> values(size_);
+    Memory<Executor>::copy_out(data_, size_, values.data());
+    return values;
+  }
+
+ private:
+  void swap(Array& other) {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+  }
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+}  // namespace malha

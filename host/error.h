@@ -1,0 +1,25 @@
+// What goes wrong and how it is said: one line that names the file, the place, what was found and what is allowed.
+#pragma once
+#include <stdexcept>
+#include <string>
+
+namespace malha {
+
+/// Input that was refused at the door (exit status 2 in the command). Thrown before anything is written.
+struct InputError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// A run that became non-finite (exit status 3); the message says at which step and where.
+struct Diverged : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Throws InputError with the message "FILE: PLACE: found FOUND; allowed: ALLOWED".
+/// `place` is "line 3", "line 3, column 7", "byte 120" or a JSON pointer such as "/bodies/0/mass"; it may be empty.
+[[noreturn]] inline void refuse(const std::string& file, const std::string& place, const std::string& found,
+                                const std::string& allowed) {
+  throw InputError(file + ": " + (place.empty() ? "" : place + ": ") + "found " + found + "; allowed: " + allowed);
+}
+
+}  // namespace malha

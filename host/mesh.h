@@ -1,0 +1,21 @@
+// A mesh as the user gave it: points in the user's order, triangles and quads, and lines for bodies without faces.
+#pragma once
+#include <array>
+#include <vector>
+
+namespace malha {
+
+using Vec3 = std::array<double, 3>;
+using Edge = std::array<int, 2>;
+using Triangle = std::array<int, 3>;
+using Quad = std::array<int, 4>;  // a triangle has -1 in its last place
+
+struct Mesh {
+  std::vector<Vec3> points;  // m
+  std::vector<Quad> faces;   // counter-clockwise seen from outside
+  std::vector<Edge> lines;   // edges that belong to no face (chains)
+};
+
+inline bool is_triangle(const Quad& face) { return face[3] < 0; }
+
+}  // namespace malha

@@ -1,0 +1,70 @@
+// A model: a scene made ready to be simulated, still without precision or executor. Particles in the solver's order.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/scene.h"
+
+namespace malha {
+
+/// Constraints of one kind that share their numbers, over all the bodies that name them so.
+struct ConstraintSet {
+  std::string type;  // a name of the registry
+  int arity = 2;
+  double stiffness = 1;
+  std::optional<double> compliance;
+  double parameter = 1;
+  std::vector<int> particles;  // arity a constraint
+  int count() const { return static_cast<int>(particles.size()) / arity; }
+};
+
+struct PressureSet {
+  double pressure = 1, stiffness = 1;
+  std::optional<double> compliance;
+  std::vector<int> particles;       // of the closed mesh
+  std::vector<Triangle> triangles;  // solver indices
+};
+
+/// A connected body that is damped: particles first .. first + count - 1.
+struct DampedIsland {
+  int first, count;
+  double damping;
+};
+
+/// What the scene's meshes look like to a person: everything in the user's order, all bodies one after the other.
+struct Appearance {
+  std::vector<Vec3> points;  // at the start
+  std::vector<Quad> faces;
+  std::vector<Edge> lines;
+  std::vector<int> body_begin;              // first particle of each body, and one more: the number of particles
+  std::vector<int> face_begin, line_begin;  // the same for faces and lines
+};
+
+struct EnvironmentMesh {
+  EnvironmentSpec spec;
+  Mesh mesh;  // the spec's transform applied
+};
+
+struct Model {
+  Scene scene;
+  Appearance look;
+  std::vector<int> user_of;         // user's index of each particle of the solver
+  std::vector<Vec3> x, v;           // m, m/s
+  std::vector<double> w;            // 1/kg, 0 where pinned
+  std::vector<double> mass;         // kg, of pinned particles too
+  std::vector<ConstraintSet> sets;  // in the registry's order of kinds
+  std::vector<PressureSet> pressures;
+  std::vector<DampedIsland> damped;
+  std::vector<EnvironmentMesh> environment;
+  int zero_area_faces = 0;  // dropped from meshes, see check_mesh
+  int count() const { return static_cast<int>(x.size()); }
+};
+
+/// Loads or generates the scene's meshes, checks them, and lays the model out. Throws InputError.
+Model build_model(const Scene& scene);
+
+/// Whose particle this is, for messages: "particle 12 of body 'sheet'" from an index in the user's order.
+std::string particle_name(const Model& model, int user_index);
+
+}  // namespace malha

@@ -1,0 +1,169 @@
+// A scene: what is simulated, with what, and what is expected of it. SI units throughout.
+// What a scene does not name is absent here too (empty vector or optional), and costs nothing later.
+#pragma once
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "host/mesh.h"
+
+namespace malha {
+
+/// x -> translate + rotate(axis, degrees) * scale * x.
+struct Transform {
+  Vec3 translate{0, 0, 0};  // m
+  Vec3 axis{0, 1, 0};       // any length but zero
+  double degrees = 0;
+  Vec3 scale{1, 1, 1};  // > 0
+};
+
+// Shapes. Generated ones are listed in the order in which their particles are numbered.
+struct MeshFile {
+  std::string path;  // absolute, or relative to the working directory: load_scene resolves it against the scene's folder
+};
+struct GridShape {          // in the plane y = 0, x in [0, size[0]], z in [0, size[1]]; x runs fastest; quads
+  std::array<double, 2> size{1, 1};
+  std::array<int, 2> cells{16, 16};
+};
+struct SphereShape {        // subdivided icosahedron about the origin: 10 * 4^subdivisions + 2 points, triangles
+  double radius = 0.5;
+  int subdivisions = 3;
+};
+struct BoxShape {           // closed surface about the origin, quads
+  Vec3 size{1, 1, 1};
+  std::array<int, 3> cells{4, 4, 4};
+};
+struct BarShape {           // a box whose long side lies along x, from x = 0; square cells of side width / cells
+  double length = 1, width = 0.1;
+  int cells = 2;            // across the width
+};
+struct ChainShape {         // segments + 1 points on a line, edges without faces
+  Vec3 from{0, 0, 0}, to{1, 0, 0};
+  int segments = 10;
+};
+struct CloudShape {         // a lattice of loose particles that fills the box [min, max]; x runs fastest
+  Vec3 min{0, 0, 0}, max{1, 1, 1};
+  std::array<int, 3> count{2, 2, 2};
+};
+using Shape = std::variant<MeshFile, GridShape, SphereShape, BoxShape, BarShape, ChainShape, CloudShape>;
+
+// Pins: which particles do not move. Places are in the world, at the start.
+struct RowPin { bool last = false; };  // grids and chains only: the first or last row (point) of the shape
+struct BoxPin { Vec3 min{}, max{}; };
+struct SpherePin { Vec3 center{}; double radius = 0; };
+struct NearestPin { Vec3 point{}; };
+struct ListPin { std::vector<int> particles; };
+using Pin = std::variant<RowPin, BoxPin, SpherePin, NearestPin, ListPin>;
+
+/// One constraint kind on one body. `type` is a name of the registry (kernels/constraints.h) or "pressure".
+struct ConstraintSpec {
+  std::string type;
+  std::vector<std::string> on;       // elements; for edge constraints a subset of "edges", "shear"
+  double stiffness = 1;              // [0, 1]; PBD. Ignored where compliance is set
+  std::optional<double> compliance;  // >= 0; XPBD, m/N for lengths, rad/(N m) for angles
+  double parameter = 1;              // the kind's own number, by its own name (rest_scale, limit, pressure)
+};
+
+struct BodySpec {
+  std::string name;
+  Shape shape;
+  Transform transform;              // shapes the rest state
+  Vec3 velocity{0, 0, 0};           // m/s
+  Vec3 spin{0, 0, 0};               // rad/s, about the centre of mass
+  std::optional<double> mass;       // kg, the whole body, shared by area (faces), length (lines) or equally (loose)
+  std::optional<double> density;    // kg/m^2 of surface (kg/m of lines); one of mass and density is required
+  double damping = 0;               // [0, 1] per step dt; 1 = rigid motion
+  std::vector<Pin> pins;
+  std::vector<ConstraintSpec> constraints;
+};
+
+/// A pose at a time; motion between keyframes is linear in translate and spherical-linear in rotation.
+struct Keyframe {
+  double time = 0;  // s
+  Vec3 translate{0, 0, 0};
+  Vec3 axis{0, 1, 0};
+  double degrees = 0;  // any size: 720 is two turns from the keyframe at 0
+};
+
+enum class Sides { Solid, OneSided, TwoSided };  // closed mesh; sheet seen from its normals; sheet
+
+struct EnvironmentSpec {
+  std::string name;
+  Shape shape;  // with faces
+  Transform transform;
+  Sides sides = Sides::Solid;
+  double thickness = 0.005;   // m, > 0: particles are kept this far from the surface
+  double friction = 0;        // Coulomb's mu, >= 0
+  double restitution = 0;     // [0, 1]
+  std::vector<Keyframe> motion;  // empty: does not move
+};
+
+struct Wind {
+  Vec3 velocity{0, 0, 0};  // m/s
+  double drag = 0;         // N s/m per particle, >= 0
+};
+
+struct Camera {
+  Vec3 eye{3, 2, 3}, target{0, 0, 0};
+  double fov_degrees = 40;  // vertical
+};
+
+struct PictureSpec {
+  std::array<int, 2> size{1280, 720};
+  std::optional<Camera> camera;  // none: framed so that the bodies at the start fit
+};
+
+struct OutputSpec {
+  int every = 0;                     // steps between frames; 0: none
+  std::vector<std::string> formats;  // of "vtp", "pc2", "ply", "obj"
+  int picture_every = 0;             // steps between pictures; 0: only what `picture` says at the end
+  std::optional<PictureSpec> picture;
+  int checkpoint_every = 0;  // steps; 0: none but the one that Ctrl-C leaves
+};
+
+/// What must hold at the end (max_*: over the whole run, looked at after every step). Absent: not looked at.
+struct Expect {
+  std::optional<double> max_strain;          // largest |l - l0| / l0 over the distance constraints, at the end
+  std::optional<double> rms_strain;          // same, root mean square, at the end
+  std::optional<double> max_penetration;     // m below an environment surface, at the end
+  std::optional<double> energy_not_above;    // J, at the end
+  std::optional<double> max_speed;           // m/s, at the end
+  std::optional<Vec3> inside_min, inside_max;  // every particle lies in this box at the end
+  std::optional<std::array<double, 2>> volume_ratio;  // enclosed volume / rest volume of the pressure bodies, at the end
+};
+
+enum class Precision { Float, Double };
+
+struct SolverSpec {
+  std::string type = "pbd";
+  double dt = 1.0 / 60;  // s, > 0
+  int substeps = 10;     // >= 1
+  int iterations = 1;    // >= 1, per substep
+  Precision precision = Precision::Float;
+};
+
+struct Scene {
+  std::string file;  // where it was read from, for messages; may be empty
+  std::string name;
+  SolverSpec solver;
+  Vec3 gravity{0, 0, 0};  // m/s^2
+  std::optional<Wind> wind;
+  std::vector<BodySpec> bodies;              // at least one
+  std::vector<EnvironmentSpec> environment;  // empty: no Embree
+  double duration = 1;                       // s
+  OutputSpec outputs;
+  Expect expect;
+};
+
+/// Reads and checks a scene file. Throws InputError naming the file, the line and column or JSON pointer, what was
+/// found and what is allowed. Mesh paths come back resolved against the scene's folder. Meshes are not read here.
+Scene load_scene(const std::string& path);
+
+/// The same from text; `file` names it in messages, `folder` is where relative mesh paths start.
+Scene parse_scene(const std::string& text, const std::string& file, const std::string& folder);
+
+/// The scene as JSON that parse_scene takes back (every value spelled out).
+std::string to_json(const Scene& scene);
+
+}  // namespace malha

@@ -1,0 +1,59 @@
+// What the rest of the host sees of a solver, whatever its method, executor and precision.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/batches.h"
+#include "host/model.h"
+
+namespace malha {
+
+/// The passes of a step, for timings.
+enum class Pass { Damping, Prediction, Collision, Projection, Pressure, Contact, State };
+inline constexpr std::array<const char*, 7> kPassNames{"damping",  "prediction", "collision", "projection",
+                                                       "pressure", "contact",    "state"};
+
+struct SolverFacts {
+  std::vector<SetFacts> sets;  // in the order of projection
+  std::size_t particle_bytes = 0, constraint_bytes = 0, collision_bytes = 0;
+  std::int64_t projections_per_step = 0;  // single constraints, pressure counted once a body, contacts not
+};
+
+/// The state measured; see the report's keys for the units.
+struct Measures {
+  double strain_rms = 0, strain_max = 0;
+  bool has_strain = false;
+  std::array<double, 3> momentum{}, angular_momentum{};  // kg m/s, kg m^2/s about the origin; movable particles
+  double kinetic = 0, potential = 0, elastic = 0;        // J; elastic of compliant constraints
+  double speed_max = 0;                                  // m/s
+  int contacts = 0;
+  double penetration_max = 0;  // m
+  std::int64_t degenerate = 0;
+  std::vector<double> volume_ratios;  // of the pressure bodies
+};
+
+class Solver {
+ public:
+  virtual ~Solver() = default;
+  /// Advances by the scene's dt. Throws Diverged naming step, particle and body.
+  virtual void step() = 0;
+  virtual double time() const = 0;  // s
+  virtual std::int64_t steps() const = 0;
+  virtual std::vector<Vec3> positions() const = 0;   // m, in the user's order
+  virtual std::vector<Vec3> velocities() const = 0;  // m/s
+  virtual Measures measure() const = 0;
+  virtual const SolverFacts& facts() const = 0;
+  virtual const std::array<double, kPassNames.size()>& seconds() const = 0;  // per pass, since the start
+  /// Everything that the next step depends on, and a hash of positions and velocities in the user's order.
+  virtual std::string save() const = 0;
+  virtual void restore(const std::string& state) = 0;  // throws InputError if it is of another model
+  virtual std::uint64_t state_hash() const = 0;
+};
+
+/// The model's method on `threads` OpenMP threads, or on the Serial executor with 0.
+std::unique_ptr<Solver> make_solver(const Model& model, int threads);
+
+}  // namespace malha

@@ -1,0 +1,24 @@
+// The registry: one include and one name a constraint. Colouring, batching, scenes, reports and tests iterate it.
+#pragma once
+#include "kernels/constraints/bending.h"
+#include "kernels/constraints/distance.h"
+#include "kernels/constraints/distance_limit.h"
+
+namespace malha {
+
+template <class... Kinds>
+struct KindList {};
+
+using ConstraintKinds = KindList<Distance, DistanceLimit, Bending>;
+
+/// Calls f(Kind{}) for every kind, in the order in which they are projected.
+template <class F, class... Kinds>
+void for_each_constraint(F&& f, KindList<Kinds...>) {
+  (f(Kinds{}), ...);
+}
+template <class F>
+void for_each_constraint(F&& f) {
+  for_each_constraint(f, ConstraintKinds{});
+}
+
+}  // namespace malha

@@ -1,0 +1,30 @@
+// distance_limit: C = (1 + tau) l - |p0 - p1| >= 0, Provot's elongation limit (Graphics Interface 1995) as an
+// inequality: it acts on what is stretched beyond the limit, and on nothing else.
+#pragma once
+#include "kernels/constraints/distance.h"
+
+namespace malha {
+
+struct DistanceLimit {
+  static constexpr const char* name = "distance_limit";
+  static constexpr Element element = Element::Edges;
+  static constexpr int particles = 2;
+  static constexpr bool inequality = true;
+  static constexpr bool has_strain = false;
+  static constexpr Parameter parameter{"limit", 0.1, 0, true};
+
+  /// (1 + tau) l, m.
+  template <class S>
+  KERNEL static S rest(const Vector3<S> (&X)[2], S limit) {
+    return Distance::rest(X, S(typename RealOf<S>::type(1)) + limit);
+  }
+
+  template <class S>
+  KERNEL static S evaluate(const Vector3<S> (&p)[2], S longest, Vector3<S> (&grad)[2]) {
+    const S excess = Distance::evaluate(p, longest, grad);
+    grad[0] = -grad[0], grad[1] = -grad[1];
+    return -excess;
+  }
+};
+
+}  // namespace malha

@@ -1,0 +1,63 @@
+// Contact of a particle with one environment mesh: an inequality per particle, with Coulomb friction and restitution.
+#pragma once
+#include "kernels/particles.h"
+
+namespace malha {
+
+/// C(p) = n . (p - x) - c >= 0, with x the particle's position at the start of the substep: nothing cancels far from
+/// the origin. Without contact c is minus infinity.
+template <class R>
+struct alignas(4 * sizeof(R)) Contact {
+  Vec4<R> plane;    // n, c (m)
+  Vec4<R> surface;  // motion of the surface over the substep, and approach: the path along n without contact (m)
+  R lambda;         // accumulated push along n, m
+  R slip;           // accumulated friction, m, at most mu lambda
+};
+
+/// Pushes the particle out of the surface and takes from its sliding what Coulomb's cone allows. Friction acts on
+/// positions (Müller et al. 2020, section 3.5), not on velocities afterwards, so that what sticks does not creep.
+template <class R>
+struct ResolveContact {
+  Vec4<R>* p;
+  const Vec4<R>* x;
+  Contact<R>* contacts;
+  R friction;
+  KERNEL void operator()(int i) const {
+    Contact<R>& contact = contacts[i];
+    if (contact.plane.w == -R(INFINITY)) return;
+    const Vector3<R> n = contact.plane.xyz();
+    Vector3<R> moved = p[i].xyz() - x[i].xyz();
+    const R C = dot(n, moved) - contact.plane.w;
+    const R push = larger(-C, -contact.lambda);
+    contact.lambda += push;
+    moved = moved + n * push;
+
+    const Vector3<R> slide = moved - contact.surface.xyz();
+    const Vector3<R> tangent = slide - n * dot(n, slide);
+    const R length = root(dot(tangent, tangent));
+    const R budget = larger(friction * contact.lambda - contact.slip, R(0));
+    const R taken = length < budget ? length : budget;
+    contact.slip += taken;
+    if (taken > R(0)) moved = moved - tangent * (taken / length);
+    p[i].set(x[i].xyz() + moved);
+  }
+};
+
+/// Where a contact pushed: the particle leaves at e times the speed at which it came, relative to the surface. Below
+/// the threshold it rests instead.
+template <class R>
+struct Restitute {
+  Vec4<R>* v;
+  const Contact<R>* contacts;
+  R restitution, threshold, per_dt;  // e, m/s, 1/s
+  KERNEL void operator()(int i) const {
+    const Contact<R>& contact = contacts[i];
+    const R approach = contact.surface.w * per_dt;
+    if (!(contact.lambda > R(0)) || !(approach < -threshold)) return;
+    const Vector3<R> n = contact.plane.xyz();
+    const R speed = dot(n, v[i].xyz() - contact.surface.xyz() * per_dt);
+    v[i].set(v[i].xyz() + n * (-restitution * approach - speed));
+  }
+};
+
+}  // namespace malha

@@ -1,0 +1,61 @@
+// pressure: C = sum over triangles of (p1 x p2) . p3 - k V0, V0 the same sum at rest (6 x volume), over all the
+// particles of a closed mesh at once (Müller et al. 2006, section 4.4). Two reductions and one update, no colouring.
+// Positions are taken relative to one particle: on a closed mesh this changes nothing but the rounding.
+#pragma once
+#include "kernels/particles.h"
+
+namespace malha {
+
+struct Sum {
+  double value = 0;
+  KERNEL Sum& operator+=(const Sum& o) {
+    value += o.value;
+    return *this;
+  }
+};
+
+template <class R>
+struct SixVolumes {
+  const Vec4<R>* p;
+  const int* corners;  // three a triangle
+  int origin;          // a particle of the mesh
+  KERNEL Sum operator()(int t) const {
+    const Vector3<R> o = p[origin].xyz();
+    const Vector3<R> a = p[corners[3 * t]].xyz() - o, b = p[corners[3 * t + 1]].xyz() - o;
+    return {double(dot(cross(a, b), p[corners[3 * t + 2]].xyz() - o))};
+  }
+};
+
+/// grad_i = sum over the triangles (i, j, k) around i of p_j x p_k; stores it and returns w |grad|^2.
+template <class R>
+struct PressureGradient {
+  const Vec4<R>* p;
+  const int* particle;  // of each item
+  const int* begin;     // into `around`, per item, one more at the end
+  const int* around;    // pairs (j, k)
+  int origin;
+  Vec4<R>* grad;  // per item
+  KERNEL Sum operator()(int item) const {
+    const Vector3<R> o = p[origin].xyz();
+    Vector3<R> sum{R(0), R(0), R(0)};
+    for (int t = begin[item]; t < begin[item + 1]; ++t)
+      sum = sum + cross(p[around[2 * t]].xyz() - o, p[around[2 * t + 1]].xyz() - o);
+    grad[item].set(sum);
+    return {double(p[particle[item]].w) * double(dot(sum, sum))};
+  }
+};
+
+/// p += w grad dlambda.
+template <class R>
+struct ApplyPressure {
+  Vec4<R>* p;
+  const int* particle;
+  const Vec4<R>* grad;
+  R dlambda;
+  KERNEL void operator()(int item) const {
+    Vec4<R>& q = p[particle[item]];
+    if (q.w > R(0)) q.set(q.xyz() + grad[item].xyz() * (q.w * dlambda));
+  }
+};
+
+}  // namespace malha

@@ -1,0 +1,65 @@
+// Small vectors: Vector3 over a scalar or a pack of scalars, and Vec4, how one particle lies in memory.
+#pragma once
+#include <math.h>
+
+#include "kernels/compute.h"
+
+namespace malha {
+
+template <class S>
+struct Vector3 {
+  S x, y, z;
+};
+
+template <class S>
+KERNEL Vector3<S> operator+(const Vector3<S>& a, const Vector3<S>& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class S>
+KERNEL Vector3<S> operator-(const Vector3<S>& a, const Vector3<S>& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class S>
+KERNEL Vector3<S> operator-(const Vector3<S>& a) {
+  return {-a.x, -a.y, -a.z};
+}
+template <class S>
+KERNEL Vector3<S> operator*(const Vector3<S>& a, S s) {
+  return {a.x * s, a.y * s, a.z * s};
+}
+template <class S>
+KERNEL S dot(const Vector3<S>& a, const Vector3<S>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class S>
+KERNEL Vector3<S> cross(const Vector3<S>& a, const Vector3<S>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// One particle in one aligned load: 16 bytes in float. What w holds is its owner's affair.
+template <class R>
+struct alignas(4 * sizeof(R)) Vec4 {
+  R x, y, z, w;
+  KERNEL Vector3<R> xyz() const { return {x, y, z}; }
+  KERNEL void set(const Vector3<R>& a) { x = a.x, y = a.y, z = a.z; }
+};
+
+// The scalar side of what packs offer too (kernels/pack.h), so that constraints are written once.
+KERNEL float root(float a) { return sqrtf(a); }
+KERNEL double root(double a) { return sqrt(a); }
+template <class R>
+KERNEL R select(bool mask, R a, R b) {
+  return mask ? a : b;
+}
+template <class R>
+KERNEL R larger(R a, R b) {
+  return a > b ? a : b;
+}
+
+/// Below this a sum of squared gradients counts as zero: the division by it would leave the range of the type.
+template <class R>
+KERNEL constexpr R tiny() {
+  return sizeof(R) == 4 ? R(1e-30) : R(1e-200);
+}
+
+}  // namespace malha
