@@ -173,7 +173,12 @@ class Builder {
       refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",
              Kind::element == Element::Hinges ? "a mesh with neighbouring faces" : "edges, or quads for shear");
     ConstraintSet& set = find_set(spec, Kind::particles);
-    for (int i : flat) set.particles.push_back(solver_of_[model_.look.body_begin[b] + i]);
+    const std::vector<bool>& pinned = bodies_[b].pinned;
+    for (auto c = flat.begin(); c != flat.end(); c += Kind::particles) {
+      if (std::all_of(c, c + Kind::particles, [&](int i) { return pinned[i]; })) continue;  // could move nothing
+      for (int j = 0; j < Kind::particles; ++j)
+        set.particles.push_back(solver_of_[model_.look.body_begin[b] + c[j]]);
+    }
   }
 
   ConstraintSet& find_set(const ConstraintSpec& spec, int arity) {

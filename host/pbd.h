@@ -1,7 +1,6 @@
 // Position Based Dynamics (Müller et al. 2006) with XPBD's compliance (Macklin et al. 2016) and substeps (Macklin et
 // al. 2019), for any executor and precision. A pass that the scene does not name does not exist here.
 #pragma once
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -14,6 +13,7 @@
 #include "host/pressure.h"
 #include "host/solver.h"
 #include "host/state.h"
+#include "host/stopwatch.h"
 #include "kernels/integrate.h"
 #include "kernels/measure.h"
 
@@ -30,9 +30,11 @@ class Pbd final : public Solver {
       p[i] = {x[i].x, x[i].y, x[i].z, R(model.w[i])};
     }
     x_ = Array<Executor, Vec4<R>>(x), v_ = Array<Executor, Vec4<R>>(v), p_ = Array<Executor, Vec4<R>>(p);
-    for (const ConstraintSet& set : model.sets) batches_.push_back(make_batches<Executor, R>(executor, model, set));
-    for (const PressureSet& set : model.pressures) pressures_.emplace_back(executor, model, set);
-    if (!model.environment.empty()) collider_.emplace(executor, model);
+    facts_.constraint_seconds = seconds([&] {
+      for (const ConstraintSet& set : model.sets) batches_.push_back(make_batches<Executor, R>(executor, model, set));
+      for (const PressureSet& set : model.pressures) pressures_.emplace_back(executor, model, set);
+    });
+    if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     note_facts();
   }
 
@@ -48,7 +50,7 @@ class Pbd final : public Solver {
   std::vector<Vec3> positions() const override { return in_user_order(x_.download(), model_.user_of); }
   std::vector<Vec3> velocities() const override { return in_user_order(v_.download(), model_.user_of); }
   const SolverFacts& facts() const override { return facts_; }
-  const std::array<double, kPassNames.size()>& seconds() const override { return seconds_; }
+  const std::array<double, kPassNames.size()>& pass_seconds() const override { return seconds_; }
   std::string save() const override {
     return save_state<R>(
         {steps_, x_.download(), v_.download(), collider_ ? collider_->memory() : std::vector<LastSeen>{}});
@@ -140,9 +142,7 @@ class Pbd final : public Solver {
 
   template <class F>
   void timed(Pass pass, F&& work) {
-    const auto start = std::chrono::steady_clock::now();
-    work();
-    seconds_[static_cast<int>(pass)] += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    seconds_[static_cast<int>(pass)] += seconds(work);
   }
 
   void note_facts() {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/batches.h"
+#include "host/measures.h"
 #include "host/model.h"
 
 namespace malha {
@@ -17,22 +18,10 @@ inline constexpr std::array<const char*, 7> kPassNames{"damping",  "prediction",
                                                        "pressure", "contact",    "state"};
 
 struct SolverFacts {
-  std::vector<SetFacts> sets;  // in the order of projection
+  std::vector<SetFacts> sets;                            // in the order of projection
+  double constraint_seconds = 0, collision_seconds = 0;  // of set-up
   std::size_t particle_bytes = 0, constraint_bytes = 0, collision_bytes = 0;
   std::int64_t projections_per_step = 0;  // single constraints, pressure counted once a body, contacts not
-};
-
-/// The state measured; see the report's keys for the units.
-struct Measures {
-  double strain_rms = 0, strain_max = 0;
-  bool has_strain = false;
-  std::array<double, 3> momentum{}, angular_momentum{};  // kg m/s, kg m^2/s about the origin; movable particles
-  double kinetic = 0, potential = 0, elastic = 0;        // J; elastic of compliant constraints
-  double speed_max = 0;                                  // m/s
-  int contacts = 0;
-  double penetration_max = 0;  // m
-  std::int64_t degenerate = 0;
-  std::vector<double> volume_ratios;  // of the pressure bodies
 };
 
 class Solver {
@@ -46,7 +35,7 @@ class Solver {
   virtual std::vector<Vec3> velocities() const = 0;  // m/s
   virtual Measures measure() const = 0;
   virtual const SolverFacts& facts() const = 0;
-  virtual const std::array<double, kPassNames.size()>& seconds() const = 0;  // per pass, since the start
+  virtual const std::array<double, kPassNames.size()>& pass_seconds() const = 0;  // per pass, since the start
   /// Everything that the next step depends on, and a hash of positions and velocities in the user's order.
   virtual std::string save() const = 0;
   virtual void restore(const std::string& state) = 0;  // throws InputError if it is of another model

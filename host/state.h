@@ -7,6 +7,7 @@
 
 #include "host/error.h"
 #include "host/find_contact.h"
+#include "host/hash.h"
 #include "host/mesh.h"
 
 namespace malha {
@@ -58,13 +59,6 @@ State<R> load_state(const std::string& bytes, std::size_t particles, std::size_t
   from = detail::take(from, particles, state.v);
   detail::take(from, seen, state.seen);
   return state;
-}
-
-/// FNV-1a, 64 bits.
-inline std::uint64_t hash_bytes(const void* data, std::size_t size, std::uint64_t hash = 0xcbf29ce484222325) {
-  const auto* byte = static_cast<const unsigned char*>(data);
-  for (std::size_t i = 0; i < size; ++i) hash = (hash ^ byte[i]) * 0x100000001b3;
-  return hash;
 }
 
 /// Of positions and velocities, bit by bit, particle by particle in the user's order.

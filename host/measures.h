@@ -1,0 +1,23 @@
+// A state measured, for reports and expectations.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace malha {
+
+struct Measures {
+  bool has_strain = false;                         // whether there are distance constraints
+  double strain_rms = 0, strain_max = 0;           // of |l - l0| / l0 over them
+  std::array<double, 3> momentum{};                // kg m/s, movable particles
+  std::array<double, 3> angular_momentum{};        // kg m^2/s about the origin
+  double kinetic = 0, potential = 0, elastic = 0;  // J; gravity's potential is 0 at the origin; elastic: of compliance
+  double speed_max = 0;                            // m/s
+  int contacts = 0;                                // that pushed in the last substep
+  double penetration_max = 0;                      // m below the surface of a solid
+  std::int64_t degenerate = 0;                     // constraints without a direction, skipped
+  std::vector<double> volume_ratios;               // enclosed volume / rest volume, a number a pressure body
+  double energy() const { return kinetic + potential + elastic; }
+};
+
+}  // namespace malha

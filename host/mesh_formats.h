@@ -1,0 +1,19 @@
+// The readers behind read_mesh, one per format. `file` names the input in messages, `data` is its whole content.
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "host/mesh.h"
+
+namespace malha {
+
+Mesh read_obj(const std::string& file, std::string_view data);
+Mesh read_off(const std::string& file, std::string_view data);
+Mesh read_ply(const std::string& file, std::string_view data);
+Mesh read_stl(const std::string& file, std::string_view data);
+
+/// Appends a face of three or more corners: a triangle, a quad, or a fan from its first corner.
+void add_polygon(Mesh& mesh, const std::vector<int>& corners);
+
+}  // namespace malha

@@ -1,0 +1,18 @@
+// "Did you mean": the allowed word that a misspelt one is nearest to.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace malha {
+
+/// The word of `allowed` that takes the fewest edits (insert, delete, replace, swap neighbours; case is ignored) to
+/// reach from `word`, where that is close enough to be a slip of the keys; else "".
+std::string near_miss(const std::string& word, const std::vector<std::string>& allowed);
+
+/// " (did you mean 'X'?)" where there is a near miss, else "".
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& allowed);
+
+/// "a, b, c".
+std::string join(const std::vector<std::string>& words);
+
+}  // namespace malha

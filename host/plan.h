@@ -1,0 +1,12 @@
+// What would run, before it runs.
+#pragma once
+#include <string>
+
+#include "host/simulation.h"
+
+namespace malha {
+
+/// Particles, constraints, colours and batch sizes, passes of a step, bytes by owner, and whether Embree is used.
+std::string plan(const Simulation& simulation);
+
+}  // namespace malha

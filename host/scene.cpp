@@ -1,0 +1,101 @@
+#include "host/scene.h"
+
+#include <filesystem>
+#include <set>
+#include <stdexcept>
+
+#include "host/error.h"
+#include "host/file.h"
+#include "host/scene_read.h"
+
+namespace malha {
+namespace {
+
+SolverSpec read_solver(const JsonReader& at) {
+  constexpr int most_passes = 100000;
+  SolverSpec solver;
+  at.object({
+      {"type", [&](const JsonReader& v) { solver.type = v.word("solver", {"pbd"}); }, true},
+      {"dt", [&](const JsonReader& v) { solver.dt = v.number(above(0, "s")); }},
+      {"substeps", [&](const JsonReader& v) { solver.substeps = v.integer(1, most_passes); }},
+      {"iterations", [&](const JsonReader& v) { solver.iterations = v.integer(1, most_passes); }},
+      {"precision",
+       [&](const JsonReader& v) {
+         solver.precision = v.word("precision", {"float", "double"}) == "double" ? Precision::Double : Precision::Float;
+       }},
+  });
+  return solver;
+}
+
+Wind read_wind(const JsonReader& at) {
+  Wind wind;
+  at.object({
+      {"velocity", [&](const JsonReader& v) { wind.velocity = v.vec3(any("m/s")); }, true},
+      {"drag", [&](const JsonReader& v) { wind.drag = v.number(at_least(0, "N s/m per particle")); }, true},
+  });
+  return wind;
+}
+
+void refuse_a_second_use(const JsonReader& at, const std::string& name, std::set<std::string>& names) {
+  if (!names.insert(name).second) at.at("name").refuse_value("a name that no other body or environment object has");
+}
+
+}  // namespace
+
+std::string read_name(const JsonReader& at) {
+  const std::string name = at.text();
+  if (name.front() == '.' || name.find_first_of("/\\") != std::string::npos) {
+    at.refuse_value("a name without '/' and '\\', and without '.' in front");
+  }
+  return name;
+}
+
+Scene parse_scene(const std::string& text, const std::string& file, const std::string& folder) {
+  const JsonValue tree = parse_json(text, file);
+  const JsonReader root(tree, file);
+  Scene scene;
+  scene.file = file;
+  std::set<std::string> names;
+  root.object({
+      {"$schema", [](const JsonReader& v) { v.text(); }},
+      {"name", [&](const JsonReader& v) { scene.name = read_name(v); }, true},
+      {"solver", [&](const JsonReader& v) { scene.solver = read_solver(v); }, true},
+      {"gravity", [&](const JsonReader& v) { scene.gravity = v.vec3(any("m/s^2")); }},
+      {"wind", [&](const JsonReader& v) { scene.wind = read_wind(v); }},
+      {"bodies",
+       [&](const JsonReader& v) {
+         for (const JsonReader& item : v.list()) {
+           scene.bodies.push_back(read_body(item, folder));
+           refuse_a_second_use(item, scene.bodies.back().name, names);
+         }
+         if (scene.bodies.empty()) v.refuse("no body", "at least one");
+       },
+       true},
+      {"environment",
+       [&](const JsonReader& v) {
+         for (const JsonReader& item : v.list()) {
+           scene.environment.push_back(read_environment(item, folder));
+           refuse_a_second_use(item, scene.environment.back().name, names);
+         }
+       }},
+      {"duration", [&](const JsonReader& v) { scene.duration = v.number(above(0, "s")); }, true},
+      {"outputs", [&](const JsonReader& v) { scene.outputs = read_outputs(v); }},
+      {"expect", [&](const JsonReader& v) { scene.expect = read_expect(v); }},
+  });
+  if (scene.duration / scene.solver.dt > most_steps) {
+    root.at("duration").refuse_value("at most " + std::to_string(most_steps) + " steps of /solver/dt");
+  }
+  return scene;
+}
+
+Scene load_scene(const std::string& path) {
+  std::string text;
+  try {
+    text = read_whole(path);
+  } catch (const std::runtime_error& error) {
+    throw InputError(std::string(error.what()) + "; allowed: a readable scene file (JSON)");
+  }
+  return parse_scene(text, path, std::filesystem::path(path).parent_path().string());
+}
+
+}  // namespace malha

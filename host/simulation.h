@@ -1,0 +1,72 @@
+// malha's public interface: a scene is loaded (host/scene.h), simulated step by step, and looked at.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/error.h"
+#include "host/measures.h"
+#include "host/scene.h"
+
+namespace malha {
+
+/// Where the kernels run. The results are the same bits on either, and on any number of threads.
+enum class Backend { OpenMP, Serial };
+
+struct SimulationOptions {
+  int threads = 0;  // OpenMP: 0 means as many as OpenMP offers (OMP_NUM_THREADS, or the cores)
+  Backend backend = Backend::OpenMP;
+};
+
+struct Model;  // host/model.h, for the parts of malha that look closer
+class Solver;  // host/solver.h
+
+class Simulation {
+ public:
+  /// Reads the scene's meshes and lays everything out. Throws InputError for what cannot be simulated.
+  explicit Simulation(const Scene& scene, const SimulationOptions& options = {});
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+  ~Simulation();
+
+  /// Advances by the scene's dt. Throws Diverged when a particle is no longer finite: nothing but report() makes sense
+  /// afterwards.
+  void step();
+
+  double time() const;         // s
+  std::int64_t steps() const;  // since the start of the scene, across resumed runs
+  int threads() const;
+
+  /// All bodies one after the other, in the scene's order and each in its mesh's order; m and m/s.
+  std::vector<Vec3> positions() const;
+  std::vector<Vec3> velocities() const;
+
+  /// The state at the end of the last step.
+  Measures measure() const;
+
+  /// The expectations of the scene (its "expect") that the state does not meet, a line each.
+  std::vector<std::string> unmet() const;
+
+  /// A hash of the bits of positions and velocities: equal runs have equal hashes.
+  std::uint64_t state_hash() const;
+
+  /// Writes everything that the next step depends on, whole or not at all. Throws std::runtime_error (disk).
+  void save_checkpoint(const std::string& path) const;
+
+  /// Continues from a checkpoint of the same scene with the very same bits; duration, outputs and expectations may
+  /// differ. Throws InputError for another scene, precision or a damaged file, and leaves the state as it was.
+  void load_checkpoint(const std::string& path);
+
+  /// report.json: build, machine, sizes, times and the measures. `status` is a word for how the run ended.
+  std::string report(const std::string& status) const;
+
+  const Model& model() const;
+  const Solver& solver() const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace malha

@@ -1,0 +1,45 @@
+// What a mesh's connections say: edges, hinges, connected parts, volume, and how mass is shared.
+// Everything here is deterministic, follows the order of the faces, and takes (nearly) linear time.
+#pragma once
+#include <array>
+#include <string>
+#include <vector>
+
+#include "host/mesh.h"
+
+namespace malha {
+
+/// Every side of a face and every line once, lower point first, in order of first appearance: faces, then lines.
+std::vector<Edge> edges(const Mesh& mesh);
+
+/// Both diagonals of every quad: 0-2, then 1-3.
+std::vector<Edge> shear(const Mesh& mesh);
+
+/// The faces as triangles: a quad becomes (0, 1, 2) and (0, 2, 3).
+std::vector<Triangle> triangles(const Mesh& mesh);
+
+/// {a, b, c, d} for every edge a-b that triangles (a, b, c) and (b, a, d) of triangles(mesh) share, quads' diagonals
+/// included, in order of first appearance. Edges with one triangle, with more than two, or whose two triangles are not
+/// oriented alike, are left out.
+std::vector<std::array<int, 4>> hinges(const Mesh& mesh);
+
+/// Which connected part each particle belongs to. Parts are numbered from 0 in the order of their lowest particles;
+/// `count` becomes their number.
+std::vector<int> components(int particles, const std::vector<Edge>& edges, int& count);
+
+/// The volume (m^3) that a closed mesh encloses; negative where the faces point inwards.
+double signed_volume(const std::vector<Vec3>& points, const std::vector<Triangle>& triangles);
+
+/// The mass (kg) of each point for `density` in kg/m^2 of faces and kg/m of lines: a triangle gives a third of its mass
+/// to each corner, a quad the mean of its two splits, a line half to each end. A point of no face or line gets 0.
+std::vector<double> masses_by_density(const Mesh& mesh, double density);
+
+/// The same proportions scaled to `mass` (kg) in all. A point of no face or line gets an equal share, mass / points.
+std::vector<double> masses_by_total(const Mesh& mesh, double mass);
+
+/// Refuses a mesh that is not a closed surface seen from outside: an edge with one face (open) or with more than two,
+/// neighbours oriented against each other, an enclosed volume that is not positive (inside out).
+/// `why` says what needs it: "pressure needs a closed mesh".
+void require_closed(const Mesh& mesh, const std::string& file, const std::string& why);
+
+}  // namespace malha

@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# usage: cuda.sh ROOT NVCC
+# Compiles every header of kernels/ by itself as CUDA, and tests/*.cu, which instantiate kernels on the device.
+# Exits 77 (skipped) where there is no nvcc.
+set -euo pipefail
+root=${1:?usage: cuda.sh ROOT NVCC}
+nvcc=${2-}
+if ! command -v "$nvcc" >/dev/null; then
+  echo "skipped: no nvcc"
+  exit 77
+fi
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+
+cd "$root"
+sources=()
+while IFS= read -r header; do
+  source=$scratch/${header//\//_}.cu
+  printf '#include "%s"\n' "$header" >"$source"
+  sources+=("$source")
+done < <(find kernels -name '*.h' | sort)
+for source in tests/*.cu; do
+  if [[ -f "$source" ]]; then sources+=("$source"); fi
+done
+((${#sources[@]})) || { echo "no headers in $root/kernels"; exit 1; }
+
+compile() {
+  "$nvcc" -std=c++20 -x cu -c -Werror all-warnings -Xcompiler=-Wall,-Wextra,-fopenmp -I "$root" "$1" \
+    -o "$scratch/$(basename "$1").o" || { echo "not CUDA: $(basename "$1")"; return 1; }
+}
+export -f compile
+export nvcc root scratch
+# shellcheck disable=SC2016  # expanded by the inner bash
+printf '%s\0' "${sources[@]}" | xargs -0 -n 1 -P 2 bash -c 'compile "$1"' _
+printf '%d files compiled as CUDA\n' "${#sources[@]}"

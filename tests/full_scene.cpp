@@ -1,0 +1,88 @@
+#include "tests/full_scene.h"
+
+#include <nlohmann/json.hpp>
+
+#include "host/error.h"
+#include "host/scene.h"
+
+namespace malha {
+
+std::string full_scene() {
+  return R"({
+  "$schema": "schema.json",
+  "name": "everything",
+  "solver": {"type": "pbd", "dt": 0.01, "substeps": 4, "iterations": 3, "precision": "double"},
+  "gravity": [0, -9.81, 0],
+  "wind": {"velocity": [1, 0, 0.5], "drag": 0.01},
+  "bodies": [
+    {"name": "from a file", "shape": {"mesh": "meshes/x.obj"}, "density": 0.2,
+     "transform": {"translate": [1, 2, 3], "rotate": {"axis": [0, 0, 2], "degrees": 90}, "scale": [1, 2, 3]},
+     "velocity": [1, 2, 3], "spin": [4, 5, 6], "damping": 0.5,
+     "constraints": [
+       {"type": "distance", "on": ["edges", "shear"], "stiffness": 0.5, "rest_scale": 1.1},
+       {"type": "distance_limit", "on": ["shear"], "compliance": 1e-7, "limit": 0.2},
+       {"type": "bending", "stiffness": 0.25, "rest_scale": 0},
+       {"type": "pressure", "compliance": 0, "pressure": 1.2}]},
+    {"name": "sheet", "shape": {"grid": {"size": [1, 2], "cells": [16, 8]}}, "mass": 0.3,
+     "transform": {"scale": 2},
+     "pins": [
+       {"row": "last"},
+       {"box": {"min": [0, 0, 0], "max": [1, 0, 2]}},
+       {"sphere": {"center": [1, 1, 1], "radius": 0.1}},
+       {"nearest": [0, 0, 7]},
+       {"particles": [0, 16]}]},
+    {"name": "ball", "shape": {"sphere": {"radius": 0.5, "subdivisions": 3}}, "mass": 1},
+    {"name": "crate", "shape": {"box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "mass": 1},
+    {"name": "beam", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 4}}, "mass": 1},
+    {"name": "rope", "shape": {"chain": {"from": [0, 0, 0], "to": [0, -1, 0], "segments": 9}}, "density": 0.1,
+     "pins": [{"row": "first"}]},
+    {"name": "shot", "shape": {"cloud": {"min": [0, 0, 0], "max": [1, 1, 0], "count": [2, 3, 1]}}, "mass": 1}
+  ],
+  "environment": [
+    {"name": "statue", "shape": {"mesh": "meshes/y.off"}, "sides": "solid"},
+    {"name": "ground", "shape": {"grid": {"size": [9, 9], "cells": [1, 1]}}, "sides": "one_sided",
+     "transform": {"translate": [-4, 0, -4]}, "thickness": 0.01, "friction": 1.5, "restitution": 0.25},
+    {"name": "curtain", "shape": {"grid": {"size": [1, 1], "cells": [1, 1]}}, "sides": "two_sided"},
+    {"name": "planet", "shape": {"sphere": {"radius": 1, "subdivisions": 2}},
+     "motion": [
+       {"time": 0},
+       {"time": 0.5, "translate": [0, 1, 0]},
+       {"time": 2, "translate": [0, 1, 0], "rotate": {"axis": [0, 1, 0], "degrees": 720}}]},
+    {"name": "block", "shape": {"box": {"size": [1, 1, 1], "cells": [1, 1, 1]}}},
+    {"name": "rail", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 1}}}
+  ],
+  "duration": 2.5,
+  "outputs": {
+    "frames": {"every": 2, "formats": ["vtp", "pc2", "ply", "obj"]},
+    "pictures": {"every": 5, "size": [640, 360],
+                 "camera": {"eye": [1, 2, 3], "target": [0, 0.5, 0], "fov_degrees": 35}},
+    "checkpoint_every": 10
+  },
+  "expect": {
+    "max_strain": 0.1, "rms_strain": 0.01, "max_penetration": 0.001, "energy_not_above": -5, "max_speed": 3,
+    "inside": {"min": [-1, -2, -3], "max": [1, 2, 3]}, "volume_ratio": [0.9, 1.1]
+  }
+})";
+}
+
+std::string changed_scene(const std::string& pointer, const std::string& value) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::parse(full_scene());
+  const nlohmann::ordered_json::json_pointer at(pointer);
+  if (value == "remove") {
+    json[at.parent_pointer()].erase(at.back());
+  } else {
+    json[at] = nlohmann::ordered_json::parse(value);
+  }
+  return json.dump();
+}
+
+std::string scene_refusal(const std::string& text) {
+  try {
+    parse_scene(text, "s.json", "");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace malha

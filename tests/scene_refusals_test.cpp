@@ -1,0 +1,234 @@
+#include <gtest/gtest.h>
+
+#include "host/constraint_kinds.h"
+#include "tests/full_scene.h"
+
+namespace malha {
+namespace {
+
+// What is put where, and the refusal: "s.json: " and then this.
+struct Refusal {
+  std::string name, pointer, value, message;
+};
+void PrintTo(const Refusal& r, std::ostream* out) { *out << r.pointer << " = " << r.value; }
+
+class ParseSceneRefuses : public testing::TestWithParam<Refusal> {};
+
+TEST_P(ParseSceneRefuses, It) {
+  EXPECT_EQ(scene_refusal(changed_scene(GetParam().pointer, GetParam().value)), "s.json: " + GetParam().message);
+}
+
+std::string name_of(const testing::TestParamInfo<Refusal>& info) { return info.param.name; }
+
+const std::string positive_kg = "; allowed: a number > 0 (kg)";
+const std::string ratio = "; allowed: a number in [0, 1]";
+const std::string other_name = "; allowed: a name that no other body or environment object has";
+const std::string file_name = "; allowed: a name without '/' and '\\', and without '.' in front";
+
+INSTANTIATE_TEST_SUITE_P(
+    Whole, ParseSceneRefuses,
+    testing::Values(
+        Refusal{"AList", "", "[]",
+                "found a list of 0; allowed: an object with the keys $schema, name, solver, gravity, wind, bodies, "
+                "environment, duration, outputs, expect"},
+        Refusal{"UnknownKey", "/gravitiy", "1",
+                "/gravitiy: found unknown key 'gravitiy' (did you mean 'gravity'?); allowed: $schema, name, solver, "
+                "gravity, wind, bodies, environment, duration, outputs, expect"},
+        Refusal{"ZeroBodies", "/bodies", "[]", "/bodies: found no body; allowed: at least one"},
+        Refusal{"NoBodies", "/bodies", "remove", "found no key 'bodies'; allowed: an object with the key 'bodies'"},
+        Refusal{"UnknownSolver", "/solver/type", "\"xpbd\"",
+                "/solver/type: found unknown solver \"xpbd\" (did you mean 'pbd'?); allowed: pbd"},
+        Refusal{"ZeroDt", "/solver/dt", "0", "/solver/dt: found 0; allowed: a number > 0 (s)"},
+        Refusal{"NegativeDt", "/solver/dt", "-1", "/solver/dt: found -1; allowed: a number > 0 (s)"},
+        Refusal{"ZeroSubsteps", "/solver/substeps", "0",
+                "/solver/substeps: found 0; allowed: an integer in [1, 100000]"},
+        Refusal{"TooManySubsteps", "/solver/substeps", "100001",
+                "/solver/substeps: found 100001; allowed: an integer in [1, 100000]"},
+        Refusal{"HalfAnIteration", "/solver/iterations", "0.5",
+                "/solver/iterations: found 0.5; allowed: an integer in [1, 100000]"},
+        Refusal{"UnknownPrecision", "/solver/precision", "\"half\"",
+                "/solver/precision: found unknown precision \"half\"; allowed: float, double"},
+        Refusal{"GravityAsANumber", "/gravity", "-9.81",
+                "/gravity: found -9.81; allowed: a list of 3, each a number (m/s^2)"},
+        Refusal{"NegativeDrag", "/wind/drag", "-1",
+                "/wind/drag: found -1; allowed: a number >= 0 (N s/m per particle)"},
+        Refusal{"ZeroDuration", "/duration", "0", "/duration: found 0; allowed: a number > 0 (s)"},
+        Refusal{"EndlessDuration", "/duration", "1e12",
+                "/duration: found 1000000000000; allowed: at most 1000000000 steps of /solver/dt"},
+        Refusal{"RepeatedName", "/bodies/2/name", "\"sheet\"", "/bodies/2/name: found \"sheet\"" + other_name},
+        Refusal{"EnvironmentNamedAsABody", "/environment/0/name", "\"sheet\"",
+                "/environment/0/name: found \"sheet\"" + other_name},
+        Refusal{"EmptyName", "/bodies/0/name", "\"\"",
+                "/bodies/0/name: found \"\"; allowed: a text of one line, not empty"},
+        Refusal{"NameThatLeavesTheFolder", "/bodies/0/name", "\"../x\"", "/bodies/0/name: found \"../x\"" + file_name},
+        Refusal{"NameWithASlash", "/name", "\"a/b\"", "/name: found \"a/b\"" + file_name}),
+    name_of);
+
+INSTANTIATE_TEST_SUITE_P(
+    Bodies, ParseSceneRefuses,
+    testing::Values(
+        Refusal{"MisspeltMass", "/bodies/2/mas", "1",
+                "/bodies/2/mas: found unknown key 'mas' (did you mean 'mass'?); allowed: name, shape, transform, "
+                "velocity, spin, mass, density, damping, pins, constraints"},
+        Refusal{"NoName", "/bodies/2/name", "remove",
+                "/bodies/2: found no key 'name'; allowed: an object with the key 'name'"},
+        Refusal{"NoShape", "/bodies/2/shape", "remove",
+                "/bodies/2: found no key 'shape'; allowed: an object with the key 'shape'"},
+        Refusal{"NoMass", "/bodies/2/mass", "remove",
+                "/bodies/2: found neither 'mass' nor 'density'; allowed: exactly one of them"},
+        Refusal{"MassAndDensity", "/bodies/2/density", "1",
+                "/bodies/2: found both 'mass' and 'density'; allowed: exactly one of them"},
+        Refusal{"NegativeMass", "/bodies/2/mass", "-1", "/bodies/2/mass: found -1" + positive_kg},
+        Refusal{"ZeroMass", "/bodies/2/mass", "0", "/bodies/2/mass: found 0" + positive_kg},
+        Refusal{"MassAsText", "/bodies/2/mass", "\"1 kg\"", "/bodies/2/mass: found \"1 kg\"" + positive_kg},
+        Refusal{"ZeroDensity", "/bodies/0/density", "0",
+                "/bodies/0/density: found 0; allowed: a number > 0 (kg/m^2 of surface, kg/m of lines)"},
+        Refusal{"DampingAboveOne", "/bodies/0/damping", "1.1", "/bodies/0/damping: found 1.1" + ratio},
+        Refusal{"NegativeDamping", "/bodies/0/damping", "-0.1", "/bodies/0/damping: found -0.1" + ratio},
+        Refusal{
+            "DensityOfACloud", "/bodies/6",
+            R"({"name": "c", "density": 1, "shape": {"cloud": {"min": [0,0,0], "max": [1,1,1], "count": [2,2,2]}}})",
+            "/bodies/6/density: found a density of loose particles; allowed: 'mass' (kg)"},
+        Refusal{"TwoPinsInOne", "/bodies/1/pins/0/nearest", "[0, 0, 0]",
+                "/bodies/1/pins/0: found row, nearest; allowed: exactly one of row, box, sphere, nearest, particles"},
+        Refusal{"UnknownRow", "/bodies/1/pins/0/row", "\"lats\"",
+                "/bodies/1/pins/0/row: found unknown row \"lats\" (did you mean 'last'?); allowed: first, last"},
+        Refusal{"RowOfASphere", "/bodies/2/pins", "[{\"row\": \"first\"}]",
+                "/bodies/2/pins/0/row: found a row of a shape that has no rows; allowed: rows of a grid or a chain"},
+        Refusal{"PinBoxInsideOut", "/bodies/1/pins/1/box/max", "[1, -1, 2]",
+                "/bodies/1/pins/1/box/max/1: found -1; allowed: a number not below that of 'min' (m)"},
+        Refusal{"PinSphereWithoutRadius", "/bodies/1/pins/2/sphere/radius", "0",
+                "/bodies/1/pins/2/sphere/radius: found 0; allowed: a number > 0 (m)"},
+        Refusal{"NegativePinnedParticle", "/bodies/1/pins/4/particles", "[-1]",
+                "/bodies/1/pins/4/particles/0: found -1; allowed: an integer in [0, 2147483647]"},
+        Refusal{"NoPinnedParticle", "/bodies/1/pins/4/particles", "[]",
+                "/bodies/1/pins/4/particles: found a list of 0; allowed: a list of particle numbers, from 0"}),
+    name_of);
+
+INSTANTIATE_TEST_SUITE_P(
+    Constraints, ParseSceneRefuses,
+    testing::Values(
+        Refusal{"NoType", "/bodies/0/constraints/0/type", "remove",
+                "/bodies/0/constraints/0: found no key 'type'; allowed: an object with the key 'type'"},
+        Refusal{"StiffnessAboveOne", "/bodies/0/constraints/0/stiffness", "1.5",
+                "/bodies/0/constraints/0/stiffness: found 1.5" + ratio},
+        Refusal{"NegativeStiffness", "/bodies/0/constraints/0/stiffness", "-0.5",
+                "/bodies/0/constraints/0/stiffness: found -0.5" + ratio},
+        Refusal{"NegativeCompliance", "/bodies/0/constraints/1/compliance", "-1",
+                "/bodies/0/constraints/1/compliance: found -1; allowed: a number >= 0 (m/N for lengths, rad/(N m) for "
+                "angles)"},
+        Refusal{"StiffnessAndCompliance", "/bodies/0/constraints/0/compliance", "1",
+                "/bodies/0/constraints/0/compliance: found both 'stiffness' and 'compliance'; allowed: one of them"},
+        Refusal{"UnknownElement", "/bodies/0/constraints/0/on", "[\"edge\"]",
+                "/bodies/0/constraints/0/on/0: found unknown element \"edge\" (did you mean 'edges'?); allowed: edges, "
+                "shear"},
+        Refusal{"NoElement", "/bodies/0/constraints/0/on", "[]",
+                "/bodies/0/constraints/0/on: found a list of 0; allowed: a list of edges, shear"},
+        Refusal{"ZeroRestScaleOfDistance", "/bodies/0/constraints/0/rest_scale", "0",
+                "/bodies/0/constraints/0/rest_scale: found 0; allowed: a number > 0"},
+        Refusal{"NegativeLimit", "/bodies/0/constraints/1/limit", "-0.1",
+                "/bodies/0/constraints/1/limit: found -0.1; allowed: a number >= 0"},
+        Refusal{"NegativeRestScaleOfBending", "/bodies/0/constraints/2/rest_scale", "-1",
+                "/bodies/0/constraints/2/rest_scale: found -1; allowed: a number >= 0"},
+        Refusal{"ElementsOfBending", "/bodies/0/constraints/2/on", "[\"edges\"]",
+                "/bodies/0/constraints/2/on: found unknown key 'on'; allowed: type, stiffness, compliance, rest_scale"},
+        Refusal{"ZeroPressure", "/bodies/0/constraints/3/pressure", "0",
+                "/bodies/0/constraints/3/pressure: found 0; allowed: a number > 0"}),
+    name_of);
+
+INSTANTIATE_TEST_SUITE_P(
+    Shapes, ParseSceneRefuses,
+    testing::Values(
+        Refusal{"None", "/bodies/0/shape", "{}",
+                "/bodies/0/shape: found an empty object; allowed: exactly one of mesh, grid, sphere, box, bar, chain, "
+                "cloud"},
+        Refusal{"Unknown", "/bodies/0/shape", "{\"shpere\": {}}",
+                "/bodies/0/shape/shpere: found unknown key 'shpere' (did you mean 'sphere'?); allowed: mesh, grid, "
+                "sphere, box, bar, chain, cloud"},
+        Refusal{"EmptyPath", "/bodies/0/shape/mesh", "\"\"",
+                "/bodies/0/shape/mesh: found \"\"; allowed: a text of one line, not empty"},
+        Refusal{"ZeroCells", "/bodies/1/shape/grid/cells", "[0, 1]",
+                "/bodies/1/shape/grid/cells/0: found 0; allowed: an integer in [1, 100000]"},
+        Refusal{"TooManyCells", "/bodies/1/shape/grid/cells", "[100000, 100000]",
+                "/bodies/1/shape/grid/cells: found a list of 2; allowed: counts that make at most 20000000 particles"},
+        Refusal{"TooManyBoxCells", "/bodies/3/shape/box/cells", "[100000, 100000, 1]",
+                "/bodies/3/shape/box/cells: found a list of 3; allowed: counts that make at most 20000000 particles"},
+        Refusal{"TooManyBarCells", "/bodies/4/shape/bar/cells", "100000",
+                "/bodies/4/shape/bar/cells: found 100000; allowed: cells of side width / cells, of which at most "
+                "100000 fit the length"},
+        Refusal{"TooManyLooseParticles", "/bodies/6/shape/cloud/count", "[100000, 1000, 1]",
+                "/bodies/6/shape/cloud/count: found a list of 3; allowed: counts that make at most 20000000 particles"},
+        Refusal{"TooManySubdivisions", "/bodies/2/shape/sphere/subdivisions", "11",
+                "/bodies/2/shape/sphere/subdivisions: found 11; allowed: an integer in [0, 10]"},
+        Refusal{"ZeroRadius", "/bodies/2/shape/sphere/radius", "0",
+                "/bodies/2/shape/sphere/radius: found 0; allowed: a number > 0 (m)"},
+        Refusal{"ChainWithoutLength", "/bodies/5/shape/chain/to", "[0, 0, 0]",
+                "/bodies/5/shape/chain/to: found the same point as 'from'; allowed: another point"},
+        Refusal{"CloudInsideOut", "/bodies/6/shape/cloud/max", "[1, 0, 0]",
+                "/bodies/6/shape/cloud/max/1: found 0; allowed: a number above that of 'min' (m)"},
+        Refusal{"ZeroAxis", "/bodies/0/transform/rotate/axis", "[0, 0, 0]",
+                "/bodies/0/transform/rotate/axis: found a zero axis; allowed: a direction"},
+        Refusal{"ZeroScale", "/bodies/1/transform/scale", "0",
+                "/bodies/1/transform/scale: found 0; allowed: a number > 0 (a ratio, one for all directions or a list "
+                "of 3)"},
+        Refusal{"NegativeScale", "/bodies/0/transform/scale", "[1, -1, 1]",
+                "/bodies/0/transform/scale/1: found -1; allowed: a number > 0"}),
+    name_of);
+
+INSTANTIATE_TEST_SUITE_P(
+    Surroundings, ParseSceneRefuses,
+    testing::Values(
+        Refusal{"ShapeWithoutFaces", "/environment/1/shape",
+                R"({"chain": {"from": [0,0,0], "to": [1,0,0], "segments": 1}})",
+                "/environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar"},
+        Refusal{"UnknownSides", "/environment/0/sides", "\"twosided\"",
+                "/environment/0/sides: found unknown kind of sides \"twosided\" (did you mean 'two_sided'?); allowed: "
+                "solid, one_sided, two_sided"},
+        Refusal{"ZeroThickness", "/environment/1/thickness", "0",
+                "/environment/1/thickness: found 0; allowed: a number > 0 (m)"},
+        Refusal{"NegativeFriction", "/environment/1/friction", "-1",
+                "/environment/1/friction: found -1; allowed: a number >= 0"},
+        Refusal{"RestitutionAboveOne", "/environment/1/restitution", "1.01",
+                "/environment/1/restitution: found 1.01" + ratio},
+        Refusal{"NegativeRestitution", "/environment/1/restitution", "-1",
+                "/environment/1/restitution: found -1" + ratio},
+        Refusal{"TimesThatDoNotIncrease", "/environment/3/motion/2/time", "0.5",
+                "/environment/3/motion/2/time: found 0.5; allowed: a time after that of the keyframe before it (s)"},
+        Refusal{"ZeroAxisOfMotion", "/environment/3/motion/2/rotate/axis", "[0, 0, 0]",
+                "/environment/3/motion/2/rotate/axis: found a zero axis; allowed: a direction"},
+        Refusal{
+            "UnknownFormat", "/outputs/frames/formats", "[\"vtk\"]",
+            "/outputs/frames/formats/0: found unknown format \"vtk\" (did you mean 'vtp'?); allowed: vtp, pc2, ply, "
+            "obj"},
+        Refusal{"NegativeEvery", "/outputs/frames/every", "-1",
+                "/outputs/frames/every: found -1; allowed: an integer in [0, 1000000000]"},
+        Refusal{"EmptyPicture", "/outputs/pictures/size", "[0, 720]",
+                "/outputs/pictures/size/0: found 0; allowed: an integer in [1, 16384]"},
+        Refusal{"CameraInItsTarget", "/outputs/pictures/camera/target", "[1, 2, 3]",
+                "/outputs/pictures/camera/target: found the same point as 'eye'; allowed: another point"},
+        Refusal{"FlatView", "/outputs/pictures/camera/fov_degrees", "180",
+                "/outputs/pictures/camera/fov_degrees: found 180; allowed: a number in [1, 170] (degrees)"},
+        Refusal{"NegativeStrain", "/expect/max_strain", "-1", "/expect/max_strain: found -1; allowed: a number >= 0"},
+        Refusal{"RoomInsideOut", "/expect/inside/min", "[-1, 3, -3]",
+                "/expect/inside/max/1: found 2; allowed: a number not below that of 'min' (m)"},
+        Refusal{"VolumesInReverse", "/expect/volume_ratio", "[1, 0.5]",
+                "/expect/volume_ratio/1: found 0.5; allowed: a number not below the first"}),
+    name_of);
+
+TEST(ParseScene, RefusesAnUnknownConstraintWithTheListOfKinds) {
+  std::string names;
+  for (const ConstraintKind& kind : constraint_kinds()) names += (names.empty() ? "" : ", ") + kind.name;
+  EXPECT_EQ(scene_refusal(changed_scene("/bodies/0/constraints/0/type", "\"distanse\"")),
+            "s.json: /bodies/0/constraints/0/type: found unknown constraint \"distanse\" (did you mean 'distance'?); "
+            "allowed: " +
+                names);
+}
+
+TEST(ParseScene, NamesTheLineOfASyntaxErrorAndOfADuplicateKey) {
+  EXPECT_EQ(scene_refusal("{\n\"name\": }").find("s.json: line 2, column 9: found"), 0u);
+  EXPECT_EQ(
+      scene_refusal("{\"name\": \"a\",\n \"name\": \"b\"}").find("s.json: line 2, column 2: found the key 'name'"), 0u);
+}
+
+}  // namespace
+}  // namespace malha

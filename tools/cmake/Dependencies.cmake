@@ -1,0 +1,15 @@
+# What must be there before anything is compiled; tools/setup installs all of it on Debian.
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(OpenMP REQUIRED COMPONENTS CXX)
+find_package(nlohmann_json 3.10 REQUIRED)
+find_package(CLI11 REQUIRED)
+
+# Embree 4 where it is, else 3 (Debian 12). Both name their target "embree".
+find_package(embree 4 CONFIG QUIET)
+if(NOT embree_FOUND)
+  find_package(embree 3 CONFIG REQUIRED)
+endif()
+
+# Headers only: each is compiled into one of our own sources.
+find_path(STB_INCLUDE_DIR stb_image_write.h PATH_SUFFIXES stb REQUIRED)
+find_path(TINYOBJLOADER_INCLUDE_DIR tiny_obj_loader.h REQUIRED)

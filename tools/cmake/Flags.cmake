@@ -1,0 +1,54 @@
+# How everything is compiled: the library, the command and the tests alike, because they share templates.
+include(CheckCXXCompilerFlag)
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${CCACHE_PROGRAM}")
+endif()
+
+# Code: the same bits at every optimisation level (no contraction), and loops over sqrt that vectorise (no errno).
+set(malha_code_options -fno-math-errno -fno-trapping-math -ffp-contract=off)
+if(MALHA_NATIVE)
+  check_cxx_compiler_flag(-march=native MALHA_HAS_MARCH_NATIVE)
+  if(MALHA_HAS_MARCH_NATIVE)
+    list(APPEND malha_code_options -march=native)
+  endif()
+  # Hardware gathers are slower than scalar loads on the CPUs that -march=native picks them for.
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|i.86")
+    set(no_gathers "-mtune-ctrl=^use_gather,^use_gather_2parts,^use_gather_4parts")
+    check_cxx_compiler_flag("${no_gathers}" MALHA_HAS_MTUNE_CTRL)
+    if(MALHA_HAS_MTUNE_CTRL)
+      list(APPEND malha_code_options "${no_gathers}")
+    endif()
+  endif()
+endif()
+if(MALHA_SANITIZE)
+  list(APPEND malha_code_options "-fsanitize=${MALHA_SANITIZE}" -fno-omit-frame-pointer)
+  add_link_options("-fsanitize=${MALHA_SANITIZE}")
+  if(MALHA_SANITIZE MATCHES "undefined")
+    list(APPEND malha_code_options -fno-sanitize-recover=undefined)
+  endif()
+endif()
+
+# -Wno-psabi: g++ notes that the way of passing wide vectors changed in g++ 4.6.
+set(malha_warnings -Wall -Wextra -Wpedantic -Wshadow -Wno-psabi)
+if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+  list(APPEND malha_warnings -Wno-pass-failed)  # "omp simd" asks; a loop that is not vectorised is still correct
+endif()
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+  list(APPEND malha_warnings -Wno-restrict)  # g++ 12 sees overlaps in std::string's operator+ (its bug 105651)
+endif()
+if(MALHA_WERROR)
+  list(APPEND malha_warnings -Werror)
+endif()
+
+add_compile_options(${malha_code_options} ${malha_warnings})
+
+# What the reports say about the build.
+string(TOUPPER "${CMAKE_BUILD_TYPE}" build_type_upper)
+set(malha_compiler "${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION}")
+string(JOIN " " malha_flags ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${build_type_upper}} ${malha_code_options})

@@ -1,0 +1,18 @@
+# install, and find_package(malha CONFIG) afterwards.
+include(CMakePackageConfigHelpers)
+
+set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/malha")
+install(TARGETS malha EXPORT malhaTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(EXPORT malhaTargets NAMESPACE malha:: DESTINATION ${package_dir})
+
+# The public headers: no Eigen and no kernels in them, so that a caller may use other flags than ours.
+foreach(header IN ITEMS error measures mesh scene simulation)
+  if(EXISTS "${PROJECT_SOURCE_DIR}/host/${header}.h")
+    install(FILES host/${header}.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha/host)
+  endif()
+endforeach()
+
+configure_package_config_file(tools/cmake/malhaConfig.cmake.in malhaConfig.cmake INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(malhaConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES "${PROJECT_BINARY_DIR}/malhaConfig.cmake" "${PROJECT_BINARY_DIR}/malhaConfigVersion.cmake"
+        DESTINATION ${package_dir})
