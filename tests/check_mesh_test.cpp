@@ -11,7 +11,7 @@ namespace {
 
 std::string refused(Mesh mesh, bool loose_points_allowed = false) {
   const Mesh before = mesh;
-  const std::string said = refusal([&] { check_mesh(mesh, "a.obj", loose_points_allowed); });
+  std::string said = refusal([&] { check_mesh(mesh, "a.obj", loose_points_allowed); });
   EXPECT_EQ(mesh.faces, before.faces) << "a refused mesh is unchanged";
   return said;
 }

@@ -13,6 +13,8 @@ fresh() {
   printf '#include "kernels/vec.h"\n' >"$root/kernels/constraints/distance.h"
   printf '#include <vector>\n' >"$root/host/mesh.h"
   printf '#include "host/mesh.h"\n' >"$root/host/scene.h"
+  printf '#include <memory>\n#include "host/scene.h"\n' >"$root/host/simulation.h"
+  printf '#include <Eigen/Core>\n' >"$root/host/solver.h"
   printf '#include "host/mesh.h"\n#include "kernels/vec.h"\n#include <Eigen/Dense>\n' >"$root/host/mesh.cpp"
   printf '#include "host/mesh.h"\n' >"$root/tools/malha.cpp"
   printf '#include "tools/malha.cpp"\n#include <gtest/gtest.h>\n' >"$root/tests/mesh_test.cpp"
@@ -49,6 +51,7 @@ refuses host/mesh.cpp '#include "mesh.h"'
 refuses host/mesh.cpp '#include "host/missing.h"'
 refuses host/mesh.h '#include <Eigen/Core>'
 refuses host/scene.h '#include "kernels/vec.h"'
+refuses host/simulation.h '#include <nlohmann/json.hpp>'
 refuses tools/malha.cpp '#include "tests/mesh_test.cpp"'
 refuses tests/mesh_test.cpp '#include "../host/mesh.h"'
 printf '%d breaches refused\n' "$cases"

@@ -7,7 +7,6 @@ install(EXPORT malhaTargets NAMESPACE malha:: DESTINATION ${package_dir})
 
 # The public headers: no Eigen and no kernels in them, so that a caller may use other flags than ours.
 foreach(header IN ITEMS error measures mesh scene simulation)
-  if(EXISTS "${PROJECT_SOURCE_DIR}/host/${header}.h")
     install(FILES host/${header}.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha/host)
   endif()
 endforeach()
