@@ -15,7 +15,13 @@ constexpr char kMagic[] = "malha checkpoint 1\n";  // its size keeps what follow
 
 struct Header {
   std::uint64_t scene, state;  // hashes
+  std::int64_t frames;
 };
+
+template <class T>
+std::uint64_t hash_values(const std::vector<T>& values, std::uint64_t hash) {
+  return hash_bytes(values.data(), values.size() * sizeof(T), hash);
+}
 
 std::uint64_t hash_scene(const Model& model) {
   Scene scene = model.scene;
@@ -29,39 +35,46 @@ std::uint64_t hash_scene(const Model& model) {
   for (BodySpec& body : scene.bodies) forget_folder(body.shape);
   for (EnvironmentSpec& environment : scene.environment) forget_folder(environment.shape);
   const std::string json = to_json(scene);
-  // The points stand for the mesh files' contents.
   std::uint64_t hash = hash_bytes(json.data(), json.size());
-  hash = hash_bytes(model.x.data(), model.x.size() * sizeof(Vec3), hash);
+  // Points, and what hangs on them, stand for the mesh files' contents.
+  hash = hash_values(model.x, hash);
+  for (const ConstraintSet& set : model.sets) hash = hash_values(set.particles, hash);
+  for (const PressureSet& set : model.pressures) hash = hash_values(set.triangles, hash);
   for (const EnvironmentMesh& mesh : model.environment)
-    hash = hash_bytes(mesh.mesh.points.data(), mesh.mesh.points.size() * sizeof(Vec3), hash);
+    hash = hash_values(mesh.mesh.faces, hash_values(mesh.mesh.points, hash));
   return hash;
+}
+
+std::uint64_t hash_state(const Checkpoint& checkpoint) {
+  return hash_bytes(checkpoint.state.data(), checkpoint.state.size(),
+                    hash_bytes(&checkpoint.frames, sizeof checkpoint.frames));
 }
 
 }  // namespace
 
-void write_checkpoint(const std::string& path, const Model& model, const std::string& state) {
-  const Header header{hash_scene(model), hash_bytes(state.data(), state.size())};
-  write_whole(path, kMagic + std::string(reinterpret_cast<const char*>(&header), sizeof header) + state);
+void write_checkpoint(const std::string& path, const Model& model, const Checkpoint& checkpoint) {
+  const Header header{hash_scene(model), hash_state(checkpoint), checkpoint.frames};
+  write_whole(path, kMagic + std::string(reinterpret_cast<const char*>(&header), sizeof header) + checkpoint.state);
 }
 
-std::string read_checkpoint(const std::string& path, const Model& model) {
+Checkpoint read_checkpoint(const std::string& path, const Model& model) {
   std::string bytes;
   try {
     bytes = read_whole(path);
   } catch (const std::runtime_error& error) {
-    throw InputError(error.what());
+    throw InputError(std::string(error.what()) + "; allowed: a checkpoint that an earlier run left there");
   }
   const std::size_t magic = sizeof kMagic - 1;
   Header header;
   if (bytes.compare(0, magic, kMagic) != 0 || bytes.size() < magic + sizeof header)
     refuse(path, "byte 0", "no checkpoint of this version", "a file that malha run wrote");
   std::memcpy(&header, bytes.data() + magic, sizeof header);
-  const std::string state = bytes.substr(magic + sizeof header);
-  if (header.state != hash_bytes(state.data(), state.size()))
+  const Checkpoint checkpoint{bytes.substr(magic + sizeof header), header.frames};
+  if (header.state != hash_state(checkpoint))
     refuse(path, "byte " + std::to_string(magic), "a damaged checkpoint", "one whose bytes match their hash");
   if (header.scene != hash_scene(model))
     refuse(path, "", "a checkpoint of another scene", "one of this scene with the same bodies, solver and environment");
-  return state;
+  return checkpoint;
 }
 
 }  // namespace malha

@@ -8,6 +8,7 @@
 
 #include "host/array.h"
 #include "host/find_contact.h"
+#include "host/hold_back.h"
 #include "host/model.h"
 
 namespace malha {
@@ -18,8 +19,7 @@ class Collider {
   Collider(const Executor& executor, const Model& model) : executor_(executor) {
     for (const EnvironmentMesh& mesh : model.environment) {
       Obstacle& obstacle = obstacles_.emplace_back(Surface(device_, mesh.mesh), mesh.spec);
-      // Never seen: it may be as deep as the mesh is large.
-      obstacle.seen = Array<Executor, LastSeen>(model.x.size(), LastSeen{{}, -INFINITY});
+      obstacle.seen = Array<Executor, LastSeen>(model.x.size(), LastSeen{});
       obstacle.contacts = Array<Executor, Contact<R>>(model.x.size(), Contact<R>{});
     }
   }
@@ -40,12 +40,22 @@ class Collider {
                    ResolveContact<R>{particles.p, particles.x, o.contacts.data(), R(o.spec.friction)});
   }
 
+  /// After the last iteration: nothing that was dragged crosses a surface.
+  void hold_back(const Particles<R>& particles, double start, double end) {
+    for (Obstacle& o : obstacles_) {
+      const HoldBack<R> kernel{
+          &o.surface, o.spec.sides, o.spec.thickness, pose_at(o.spec.motion, start), pose_at(o.spec.motion, end),
+          particles,  o.seen.data()};
+      parallel_for(executor_, particles.count, kernel, kGrain);
+    }
+  }
+
   /// `resting`: the speed that gravity gives in two substeps, below which nothing bounces (m/s).
   void restitute(const Particles<R>& particles, double resting, double h) {
     for (Obstacle& o : obstacles_)
-      if (o.spec.restitution > 0)
-        parallel_for(executor_, particles.count,
-                     Restitute<R>{particles.v, o.contacts.data(), R(o.spec.restitution), R(resting), R(1 / h)});
+      parallel_for(executor_, particles.count,
+                   Restitute<R>{particles.v, o.contacts.data(), R(o.spec.restitution), R(o.spec.friction), R(resting),
+                                R(1 / h)});
   }
 
   /// Contacts that pushed in the last substep.

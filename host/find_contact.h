@@ -2,6 +2,7 @@
 // static closest point, thickness), as a kernel that asks Embree.
 #pragma once
 #include <cmath>
+#include <cstdint>
 
 #include "host/pose.h"
 #include "host/scene.h"
@@ -11,11 +12,13 @@
 namespace malha {
 
 /// What is remembered of a particle from substep to substep: where it was when it was last looked at (mesh's frame),
-/// and how far from the surface (m; negative inside). While it cannot have come near, it is not looked at again, which
-/// changes no contact.
+/// how far from the surface (m; negative inside; a lower bound where no triangle is near), and its nearest triangle.
+/// While it cannot have come near, it is not looked at again, and when it is, the search starts at that triangle:
+/// neither changes a contact.
 struct LastSeen {
-  Point at;
-  double distance;
+  Point at{};
+  double distance = -INFINITY;  // never seen: it may be as deep as the mesh is large
+  std::int64_t triangle = -1;
 };
 
 template <class R>
@@ -48,26 +51,30 @@ struct FindContact {
     if (last.distance - moved > reach) return;
     const double box = surface->box_distance(a);
     if (box > reach) {
-      last = {a, box};
+      last = {a, box, -1};
       return;
     }
     // If it went through the surface since, or was inside, it is at most this deep now.
     const double depth = std::max(0.0, moved - last.distance);
-    const double radius = reach + std::min(depth, surface->diagonal());
-    const ClosestPoint near = surface->closest(a, radius);
+    // Looking further than now needed keeps the particle out of the next substeps' queries.
+    const double radius = 4 * reach + std::min(depth, surface->diagonal());
+    const ClosestPoint near = surface->closest(a, radius, static_cast<int>(last.triangle));
     if (!near.found) {
-      last = {a, radius};
+      last = {a, radius, -1};
       return;
     }
     const Point outward = side(near, a, last, moved);
     const double signed_distance = dot(outward, a - near.q) < 0 ? -near.distance : near.distance;
-    last = {a, signed_distance};
+    last = {a, signed_distance, near.triangle};
+    if (signed_distance > reach) return;
     if (signed_distance < 0 && near.boundary) return;  // beyond the rim of a sheet there is no inside
 
-    if (signed_distance >= 0 && path >= near.distance) return sweep(i, a, b, outward);
     const Point n = direction(near, a, outward, signed_distance);
-    const double gap = signed_distance - thickness;
-    if (gap < 0) lift(i, a, n, -gap);
+    if (signed_distance < thickness) lift(i, a, n, thickness - signed_distance);
+    // The plane at the nearest point stands for the surface only on a short way: on a long one it would stop what
+    // passes a corner.
+    const double clearance = std::max(signed_distance, thickness);
+    if (path > std::max(clearance - thickness, clearance / 2)) return sweep(i, outward);
     set(i, near.q, n);
   }
 
@@ -87,9 +94,9 @@ struct FindContact {
     return (a - near.q) * (1 / signed_distance);
   }
 
-  /// Far enough to reach the surface: what it meets on its way, or else what it ends near or in. Long rays leak at
-  /// vertices, and there the end decides.
-  void sweep(int i, const Point& a, const Point& b, const Point& outward) const {
+  /// Far enough to reach the surface: what it meets on its way, or else what it ends near or in.
+  void sweep(int i, const Point& outward) const {
+    const Point a = to_local(before, point(particles.x[i])), b = to_local(after, point(particles.p[i]));
     const Crossing crossing = surface->crossing(a, b, thickness, sides != Sides::TwoSided);
     if (crossing.hit) {
       const bool flip = dot(crossing.normal, b - a) > 0;  // two-sided only: it stays on the side it comes from
@@ -110,12 +117,15 @@ struct FindContact {
     const Vector3<R> shift{R(world.x), R(world.y), R(world.z)};
     particles.x[i].set(particles.x[i].xyz() + shift);
     particles.p[i].set(particles.p[i].xyz() + shift);
-    seen[i] = {a + n * by, thickness};
+    seen[i].at = a + n * by;
+    seen[i].distance = thickness;
   }
 
   void set(int i, const Point& q, const Point& n) const {
     const Point x = point(particles.x[i]), end = to_world(after, q);
-    const Point normal = rotate(after, n), surface_moved = end - to_world(before, q);
+    // What rests on q lies a thickness above it, and there a turning mesh is faster than at q.
+    const Point rest = q + n * thickness, surface_moved = to_world(after, rest) - to_world(before, rest);
+    const Point normal = rotate(after, n);
     const Point relative = point(particles.p[i]) - x - surface_moved;
     contacts[i].plane = {R(normal.x), R(normal.y), R(normal.z), R(dot(normal, end - x) + thickness)};
     contacts[i].surface = {R(surface_moved.x), R(surface_moved.y), R(surface_moved.z), R(dot(normal, relative))};

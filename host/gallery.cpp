@@ -84,13 +84,14 @@ std::vector<Drawing> draw(const Model& model, const std::vector<Vec3>& positions
   return drawings;
 }
 
-Gallery::Gallery(const Model& model, const std::filesystem::path& folder, std::int64_t steps, int threads)
+Gallery::Gallery(const Model& model, const Results& results, std::int64_t first, std::int64_t last, int threads)
     : model_(model),
-      folder_(folder),
-      steps_(steps),
+      results_(results),
+      first_(first),
+      last_(last),
       threads_(threads),
       camera_(choose_camera(model, *model.scene.outputs.picture)) {
-  if (model.scene.outputs.picture_every > 0) make_folder(folder / "pictures");
+  if (model.scene.outputs.picture_every > 0) make_folder(results.pictures);
 }
 
 bool Gallery::in_series(std::int64_t step) const {
@@ -99,10 +100,9 @@ bool Gallery::in_series(std::int64_t step) const {
 }
 
 bool Gallery::in_storyboard(std::int64_t step) const {
-  // kScenes steps from 0 to the last, evenly.
-  return step * (kScenes - 1) / std::max<std::int64_t>(steps_, 1) !=
-             (step - 1) * (kScenes - 1) / std::max<std::int64_t>(steps_, 1) ||
-         step == 0;
+  // kScenes steps from the first to the last, evenly.
+  const auto scene = [this](std::int64_t at) { return (at - first_) * (kScenes - 1) / (last_ - first_); };
+  return step == first_ || scene(step) != scene(step - 1);
 }
 
 bool Gallery::wants(std::int64_t step) const { return in_series(step) || in_storyboard(step); }
@@ -111,15 +111,16 @@ void Gallery::look(std::int64_t step, double time, const std::vector<Vec3>& posi
   if (in_series(step)) {
     char name[64];
     std::snprintf(name, sizeof name, "picture_%06lld.png", static_cast<long long>(step));
-    write_png(folder_ / "pictures" / name, take(time, positions, 1));
+    write_png(results_.pictures / name, take(time, positions, 1));
   }
   if (in_storyboard(step)) storyboard_.push_back(take(time, positions, 2));
 }
 
-void Gallery::finish(double time, const std::vector<Vec3>& positions) {
-  write_png(folder_ / "picture.png", take(time, positions, 1));
-  if (!storyboard_.empty()) write_png(folder_ / "storyboard.png", contact_sheet(storyboard_, kColumns));
+void Gallery::finish(double time, const std::vector<Vec3>& positions) const {
+  write_png(results_.picture, take(time, positions, 1));
 }
+
+void Gallery::write_storyboard() const { write_png(results_.storyboard, contact_sheet(storyboard_, kColumns)); }
 
 Image Gallery::take(double time, const std::vector<Vec3>& positions, int divisor) const {
   const auto& size = model_.scene.outputs.picture->size;

@@ -1,11 +1,11 @@
 // The pictures of a run: one of the end, a series if asked for, and a storyboard.
 #pragma once
-#include <filesystem>
 #include <vector>
 
 #include "host/image.h"
 #include "host/model.h"
 #include "host/picture.h"
+#include "host/results.h"
 
 namespace malha {
 
@@ -14,16 +14,17 @@ std::vector<Drawing> draw(const Model& model, const std::vector<Vec3>& positions
 
 class Gallery {
  public:
-  /// Pictures go to `folder`: picture.png, storyboard.png and pictures/picture_000000.png ... The scene's outputs say
-  /// which (outputs.picture is set), `steps` is how many steps the run will have.
-  Gallery(const Model& model, const std::filesystem::path& folder, std::int64_t steps, int threads);
+  /// The scene's outputs say which pictures to make (outputs.picture is set); the run goes from step `first` to `last`.
+  Gallery(const Model& model, const Results& results, std::int64_t first, std::int64_t last, int threads);
 
   /// Call at the start and after every step.
   void look(std::int64_t step, double time, const std::vector<Vec3>& positions);
   /// Whether look would make a picture of this step: positions need not be fetched for the others.
   bool wants(std::int64_t step) const;
-  /// The picture of the end, and the storyboard of what was seen.
-  void finish(double time, const std::vector<Vec3>& positions);
+  /// The picture of the end.
+  void finish(double time, const std::vector<Vec3>& positions) const;
+  /// Of what was seen so far.
+  void write_storyboard() const;
 
  private:
   Image take(double time, const std::vector<Vec3>& positions, int divisor) const;
@@ -31,8 +32,8 @@ class Gallery {
   bool in_storyboard(std::int64_t step) const;
 
   const Model& model_;
-  std::filesystem::path folder_;
-  std::int64_t steps_;
+  Results results_;
+  std::int64_t first_, last_;
   int threads_;
   Camera camera_;
   std::vector<Image> storyboard_;

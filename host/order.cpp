@@ -64,7 +64,7 @@ std::vector<int> solver_order(const std::vector<Vec3>& points, const std::vector
   // Both orders hold each component at the same place, so that the better one can be taken component by component.
   for (std::size_t i = 0; i < user.size(); ++i) {
     const int c = component[user[i]];
-    if (by_morton[c] < by_user[c]) user[i] = morton[i];
+    if (4 * by_morton[c] < by_user[c]) user[i] = morton[i];
   }
   return user;
 }

@@ -106,13 +106,18 @@ class Pbd final : public Solver {
                stiffness_per_projection(island.damping, scene.solver.substeps));
       });
     timed(Pass::Prediction, [&] {
-      if (scene.wind) parallel_for(executor_, n, Drag<R>{all, R(h), R(scene.wind->drag), to_R(scene.wind->velocity)});
+      // Drag sees the velocity that gravity is about to give: the terminal velocity is exact, whatever h.
+      if (scene.wind) {
+        const Vector3<R> g_h = to_R(scene.gravity) * R(h);
+        parallel_for(executor_, n, Drag<R>{all, R(h), R(scene.wind->drag), to_R(scene.wind->velocity) - g_h});
+      }
       parallel_for(executor_, n, Predict<R>{all, R(h), to_R(scene.gravity)});
     });
     if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h); });
     for (auto& batches : batches_) batches->start_substep();
     for (auto& pressure : pressures_) pressure.start_substep();
     for (int iteration = 0; iteration < scene.solver.iterations; ++iteration) project(all);
+    if (collider_) timed(Pass::Collision, [&] { collider_->hold_back(all, start, start + h); });
     timed(Pass::State, [&] { update_state(all, h); });
     if (collider_)
       timed(Pass::Contact, [&] {
@@ -134,7 +139,7 @@ class Pbd final : public Solver {
   }
 
   void update_state(const Particles<R>& all, double h) {
-    const int bad = parallel_reduce<FirstIndex>(executor_, all.count, UpdateState<R>{all, R(1 / h)}).index;
+    const int bad = parallel_reduce<FirstIndex>(executor_, all.count, UpdateState<R>{all, R(h), R(1 / h)}).index;
     if (bad == FirstIndex{}.index) return;
     throw Diverged("step " + std::to_string(steps_ + 1) + " (t = " + std::to_string(time()) +
                    " s): " + particle_name(model_, model_.user_of[bad]) + " has no finite position any more");

@@ -1,6 +1,8 @@
 #include "host/plan.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <sstream>
 
 #include "host/model.h"
@@ -11,21 +13,30 @@ namespace malha {
 namespace {
 
 std::string bytes(std::size_t count) {
-  std::ostringstream text;
-  text.precision(3);
-  if (count < 10 * 1024)
-    text << count << " B";
-  else if (count < 10 * 1024 * 1024)
-    text << count / 1024.0 << " KiB";
+  char text[32];
+  const auto size = static_cast<double>(count);
+  if (count < 10'000)
+    std::snprintf(text, sizeof text, "%zu B", count);
+  else if (count < 10'000'000)
+    std::snprintf(text, sizeof text, "%.1f KiB", size / 1024);
   else
-    text << count / 1048576.0 << " MiB";
-  return text.str();
+    std::snprintf(text, sizeof text, "%.1f MiB", size / 1048576);
+  return text;
+}
+
+template <class Count>
+std::string counted(Count count, const char* one, const char* several) {
+  return std::to_string(count) + " " + (count == 1 ? one : several);
+}
+template <class Count>
+std::string counted(Count count, const std::string& word) {
+  return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
 }
 
 void list_constraints(std::ostream& out, const Model& model, const SolverFacts& facts) {
   for (std::size_t s = 0; s < facts.sets.size(); ++s) {
     const SetFacts& set = facts.sets[s];
-    out << "  " << set.type << ": " << set.constraints << " in " << set.batch_sizes.size() << " colours, ";
+    out << "  " << set.type << ": " << set.constraints << " in " << counted(set.batch_sizes.size(), "colour") << ", ";
     if (model.sets[s].compliance)
       out << "compliance " << *model.sets[s].compliance;
     else
@@ -43,7 +54,7 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   const SolverSpec& solver = model.scene.solver;
   const int substeps = solver.substeps, projections = substeps * solver.iterations;
   const auto line = [&out](const char* pass, std::size_t launches) {
-    if (launches > 0) out << "  " << pass << ": " << launches << " launches\n";
+    if (launches > 0) out << "  " << pass << ": " << counted(launches, "launch", "launches") << "\n";
   };
   std::size_t colours = 0, bouncing = 0;
   for (const SetFacts& set : facts.sets) colours += set.batch_sizes.size();
@@ -57,33 +68,39 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   line("state", substeps);
 }
 
+void list_memory(std::ostream& out, const SolverFacts& facts) {
+  out << "memory:\n  particles: " << bytes(facts.particle_bytes) << "\n";
+  if (facts.constraint_bytes > 0) out << "  constraints: " << bytes(facts.constraint_bytes) << "\n";
+  if (facts.collision_bytes > 0) out << "  collision: " << bytes(facts.collision_bytes) << " and Embree's own\n";
+}
+
 }  // namespace
 
 std::string plan(const Simulation& simulation) {
   const Model& model = simulation.model();
   const SolverFacts& facts = simulation.solver().facts();
   const Scene& scene = model.scene;
-  const auto pinned = std::count(model.w.begin(), model.w.end(), 0.0);
+  const SolverSpec& solver = scene.solver;
   std::ostringstream out;
   out << "scene: " << scene.name << "\n"
-      << "solver: " << scene.solver.type << ", " << (scene.solver.precision == Precision::Double ? "double" : "float")
-      << ", dt " << scene.solver.dt << " s in " << scene.solver.substeps << " substeps of " << scene.solver.iterations
-      << " iterations, " << simulation.threads() << " threads\n"
-      << "particles: " << model.count() << " in " << scene.bodies.size() << " bodies, " << pinned << " pinned\n"
-      << "constraints: " << facts.projections_per_step << " projections a step\n";
+      << "solver: " << solver.type << ", " << (solver.precision == Precision::Double ? "double" : "float")
+      << " precision, " << counted(simulation.threads(), "thread") << "\n"
+      << "steps: " << std::max<std::int64_t>(1, std::llround(scene.duration / solver.dt)) << " of " << solver.dt
+      << " s, each " << counted(solver.substeps, "substep") << " of " << counted(solver.iterations, "iteration") << "\n"
+      << "particles: " << model.count() << " in " << counted(scene.bodies.size(), "body", "bodies") << ", "
+      << std::count(model.w.begin(), model.w.end(), 0.0) << " pinned\n";
+  if (model.zero_area_faces > 0)
+    out << "left out: " << counted(model.zero_area_faces, "face", "faces") << " without area\n";
+  if (facts.projections_per_step > 0)
+    out << "constraints: " << counted(facts.projections_per_step, "projection") << " a step\n";
   list_constraints(out, model, facts);
   out << "passes of a step:\n";
   list_passes(out, model, facts);
-  out << "memory:\n"
-      << "  particles: " << bytes(facts.particle_bytes) << "\n"
-      << "  constraints: " << bytes(facts.constraint_bytes) << "\n";
-  if (scene.environment.empty()) {
+  list_memory(out, facts);
+  if (scene.environment.empty())
     out << "Embree: no (no environment)\n";
-  } else {
-    out << "  collision: " << bytes(facts.collision_bytes) << " and Embree's own\n"
-        << "Embree: yes, " << scene.environment.size() << " environment meshes\n";
-  }
-  if (model.zero_area_faces > 0) out << "dropped: " << model.zero_area_faces << " faces without area\n";
+  else
+    out << "Embree: yes, for " << counted(scene.environment.size(), "environment object") << "\n";
   return out.str();
 }
 

@@ -48,23 +48,22 @@ Json constraints(const SolverFacts& facts, const Model& model) {
 }
 
 Json timings(const Solver& solver, const RunTimes& times) {
-  std::vector<double> ms(times.step_seconds);
-  for (double& t : ms) t *= 1000;
-  if (ms.empty()) return nullptr;
-  const double total = std::accumulate(ms.begin(), ms.end(), 0.0);
-  const auto steps = static_cast<double>(ms.size());
-  std::sort(ms.begin(), ms.end());
+  const std::vector<double>& step = times.step_seconds;
+  if (step.empty()) return {{"steps", 0}};
+  const double total = std::accumulate(step.begin(), step.end(), 0.0);
+  const auto steps = static_cast<double>(step.size());
+  const auto [shortest, longest] = std::minmax_element(step.begin(), step.end());
   Json passes = Json::object();
   for (std::size_t k = 0; k < kPassNames.size(); ++k)
     if (solver.pass_seconds()[k] > 0)
       passes[std::string(kPassNames[k]) + "_ms"] = solver.pass_seconds()[k] * 1000 / steps;
-  Json json{{"steps", ms.size()},
-            {"step_ms_median", ms[ms.size() / 2]},
-            {"step_ms_min", ms.front()},
-            {"step_ms_max", ms.back()},
+  Json json{{"steps", step.size()},
+            {"step_ms_median", median_step_ms(times)},
+            {"step_ms_min", *shortest * 1000},
+            {"step_ms_max", *longest * 1000},
             {"step_ms_by_pass", passes}};
   if (const auto projections = solver.facts().projections_per_step; projections > 0)
-    json["ns_per_projection"] = total * 1e6 / (steps * static_cast<double>(projections));
+    json["ns_per_projection"] = total * 1e9 / (steps * static_cast<double>(projections));
   return json;
 }
 
@@ -87,13 +86,22 @@ Json measured(const Measures& m) {
 
 }  // namespace
 
-std::string report_json(const std::string& status, const Model& model, const Solver& solver, int threads,
-                        const RunTimes& times) {
+double median_step_ms(const RunTimes& times) {
+  std::vector<double> sorted(times.step_seconds);
+  if (sorted.empty()) return 0;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle * 1000;
+}
+
+std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
+                        const Solver& solver, int threads, const RunTimes& times) {
   const Scene& scene = model.scene;
   const SolverFacts& facts = solver.facts();
   Json json;
   json["scene"] = scene.name;
   json["status"] = status;
+  json["notes"] = notes;
   json["malha_version"] = version();
   json["compiler"] = compiler();
   json["flags"] = flags();

@@ -13,9 +13,12 @@ struct RunTimes {
   std::vector<double> step_seconds;              // one a step
 };
 
+/// ms; 0 without steps.
+double median_step_ms(const RunTimes& times);
+
 /// JSON with snake_case names and the unit as suffix. `status`: "finished", "interrupted" or "diverged"; a diverged
-/// state is not measured.
-std::string report_json(const std::string& status, const Model& model, const Solver& solver, int threads,
-                        const RunTimes& times);
+/// state is not measured. `notes`: where it diverged, or which expectations are not met.
+std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
+                        const Solver& solver, int threads, const RunTimes& times);
 
 }  // namespace malha

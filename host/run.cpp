@@ -1,12 +1,13 @@
 #include "host/run.h"
 
 #include <cmath>
-#include <filesystem>
 
 #include "host/file.h"
 #include "host/frames.h"
 #include "host/gallery.h"
+#include "host/results.h"
 #include "host/stopwatch.h"
+#include "host/summary.h"
 
 namespace malha {
 
@@ -35,47 +36,60 @@ std::vector<std::array<float, 3>> to_float(const std::vector<Vec3>& values) {
 /// What one run writes while it goes.
 class Outputs {
  public:
-  Outputs(const Simulation& simulation, const std::filesystem::path& folder, std::int64_t last)
-      : simulation_(simulation), spec_(simulation.model().scene.outputs), folder_(folder) {
-    make_folder(folder);
-    const bool resumed = simulation.steps() > 0;
-    if (!resumed) {
-      std::filesystem::remove(report_path());
-      std::filesystem::remove(checkpoint_path());
-    }
-    if (spec_.every > 0) {
-      const int written = resumed ? static_cast<int>(simulation.steps() / spec_.every) + 1 : 0;
-      frames_.emplace(folder / "frames", spec_.formats, topology(simulation.model()), written);
-    }
-    if (spec_.picture) gallery_.emplace(simulation.model(), folder, last, simulation.threads());
-    if (!resumed) after_step();
+  /// A fresh run replaces what an earlier one left; a resumed one continues after so many frames.
+  Outputs(const Simulation& simulation, const Results& results, std::int64_t last,
+          std::optional<std::int64_t> frames_before)
+      : simulation_(simulation),
+        spec_(simulation.model().scene.outputs),
+        results_(results),
+        frames_(frames_before.value_or(0)) {
+    make_folder(results.folder);
+    if (!frames_before) results.remove();
+    if (spec_.every > 0)
+      writer_.emplace(results.frames, spec_.formats, topology(simulation.model()), static_cast<int>(frames_));
+    if (spec_.picture) gallery_.emplace(simulation.model(), results, simulation.steps(), last, simulation.threads());
+    if (!frames_before) write_frame();
+    look();
   }
 
   void after_step() {
-    const std::int64_t step = simulation_.steps();
-    if (frames_ && step % spec_.every == 0)
-      frames_->write(simulation_.time(), to_float(simulation_.positions()), to_float(simulation_.velocities()));
-    if (gallery_ && gallery_->wants(step)) gallery_->look(step, simulation_.time(), simulation_.positions());
-    if (step > 0 && spec_.checkpoint_every > 0 && step % spec_.checkpoint_every == 0) checkpoint();
+    write_frame();
+    look();
+    const std::int64_t every = spec_.checkpoint_every;
+    if (every > 0 && simulation_.steps() % every == 0) checkpoint();
   }
 
-  void checkpoint() const { simulation_.save_checkpoint(checkpoint_path()); }
+  void checkpoint() const { simulation_.save_checkpoint(results_.checkpoint, frames_); }
 
-  std::string finish(const std::string& status) {
-    if (gallery_ && status != "diverged") gallery_->finish(simulation_.time(), simulation_.positions());
-    std::string report = simulation_.report(status);
-    write_whole(report_path(), report);
-    return report;
+  void report(const std::string& status, const std::vector<std::string>& notes) const {
+    write_whole(results_.report, simulation_.report(status, notes));
+  }
+
+  void storyboard() const {
+    if (gallery_) gallery_->write_storyboard();
+  }
+
+  void picture() const {
+    if (gallery_) gallery_->finish(simulation_.time(), simulation_.positions());
   }
 
  private:
-  std::filesystem::path report_path() const { return folder_ / "report.json"; }
-  std::filesystem::path checkpoint_path() const { return folder_ / "checkpoint.malha"; }
+  void write_frame() {
+    if (!writer_ || simulation_.steps() % spec_.every != 0) return;
+    writer_->write(simulation_.time(), to_float(simulation_.positions()), to_float(simulation_.velocities()));
+    ++frames_;
+  }
+
+  void look() {
+    if (gallery_ && gallery_->wants(simulation_.steps()))
+      gallery_->look(simulation_.steps(), simulation_.time(), simulation_.positions());
+  }
 
   const Simulation& simulation_;
   const OutputSpec& spec_;
-  std::filesystem::path folder_;
-  std::optional<FrameWriter> frames_;
+  Results results_;
+  std::int64_t frames_;  // written so far, by this run and those that it resumes
+  std::optional<FrameWriter> writer_;
   std::optional<Gallery> gallery_;
 };
 
@@ -84,31 +98,36 @@ class Outputs {
 RunResult run(const Scene& scene, const SimulationOptions& simulation_options, const RunOptions& options,
               const std::function<void(const Progress&)>& progress, const std::atomic<bool>& stop) {
   Simulation simulation(scene, simulation_options);
-  const std::filesystem::path folder = options.out;
-  if (options.resume) simulation.load_checkpoint(folder / "checkpoint.malha");
+  const Results results(options.out);
+  std::optional<std::int64_t> frames;
+  if (options.resume) frames = simulation.load_checkpoint(results.checkpoint);
   const std::int64_t whole = std::max<std::int64_t>(1, std::llround(scene.duration / scene.solver.dt));
   const std::int64_t last = options.steps.value_or(whole);
   if (simulation.steps() >= last)
-    refuse(folder / "checkpoint.malha", "", "step " + std::to_string(simulation.steps()) + " reached already",
-           "a later end than step " + std::to_string(last));
+    refuse(results.checkpoint, "", "the state of step " + std::to_string(simulation.steps()),
+           "one from before the end of this run, step " + std::to_string(last));
 
-  RunResult result;
-  Outputs outputs(simulation, folder, last);
+  Outputs outputs(simulation, results, last, frames);
   try {
     while (simulation.steps() < last && !stop) {
       const double took = seconds([&] { simulation.step(); });
       outputs.after_step();
       progress({simulation.steps(), last, simulation.time(), took * 1000});
     }
-  } catch (const Diverged&) {
-    outputs.finish("diverged");
+  } catch (const Diverged& error) {
+    outputs.report("diverged", {error.what()});
+    outputs.storyboard();
     throw;
   }
+  RunResult result;
   result.interrupted = simulation.steps() < last;
-  result.complete = simulation.steps() >= whole;
-  if (result.interrupted) outputs.checkpoint();
+  result.complete = simulation.steps() == whole;
   if (result.complete) result.unmet = simulation.unmet();
-  result.report = outputs.finish(result.interrupted ? "interrupted" : "finished");
+  outputs.checkpoint();
+  outputs.report(result.interrupted ? "interrupted" : "finished", result.unmet);
+  outputs.storyboard();
+  outputs.picture();
+  result.summary = summary(simulation) + list_results(results);
   return result;
 }
 

@@ -11,9 +11,9 @@
 namespace malha {
 
 struct RunOptions {
-  std::string out;                    // the folder of the results; made where it is missing
-  std::optional<std::int64_t> steps;  // stop at this step; otherwise the scene's duration
-  bool resume = false;                // continue from the folder's checkpoint
+  std::string out;                         // the folder of the results; made where it is missing
+  std::optional<std::int64_t> steps = {};  // stop at this step; otherwise the scene's duration
+  bool resume = false;                     // continue from the folder's checkpoint
 };
 
 struct Progress {
@@ -24,15 +24,16 @@ struct Progress {
 
 struct RunResult {
   bool interrupted = false;
-  bool complete = false;           // the scene's whole duration was run
+  bool complete = false;           // it ended where the scene's duration ends
   std::vector<std::string> unmet;  // expectations; only looked at where complete
-  std::string report;              // what was written to report.json
+  std::string summary;             // the lines that a person wants
 };
 
-/// Writes to options.out: report.json, frames/ (outputs.every), picture.png, storyboard.png and pictures/
-/// (outputs.picture), checkpoint.malha (outputs.checkpoint_every, and when `stop` became true). Steps until the end
-/// or until `stop`. Throws InputError before anything is written, Diverged after writing a report that says so;
-/// frames and checkpoints that were written stay.
+/// Steps until the end or until `stop`, and writes to options.out: report.json, checkpoint.malha (of the end, and every
+/// outputs.checkpoint_every steps), frames/ (outputs.every), picture.png, storyboard.png and pictures/
+/// (outputs.picture; a resumed run's storyboard shows what that run saw). The results of an earlier run there are
+/// replaced. Throws InputError before anything is written or removed; Diverged after writing a report that says so,
+/// where frames and checkpoints that were written stay; std::runtime_error where something cannot be written.
 RunResult run(const Scene& scene, const SimulationOptions& simulation_options, const RunOptions& options,
               const std::function<void(const Progress&)>& progress, const std::atomic<bool>& stop);
 

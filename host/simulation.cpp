@@ -44,19 +44,22 @@ std::vector<std::string> Simulation::unmet() const {
   return unmet_expectations(parts_->model.scene.expect, measure(), positions());
 }
 
-void Simulation::save_checkpoint(const std::string& path) const {
-  write_checkpoint(path, parts_->model, parts_->solver->save());
+void Simulation::save_checkpoint(const std::string& path, std::int64_t frames) const {
+  write_checkpoint(path, parts_->model, {parts_->solver->save(), frames});
 }
 
-void Simulation::load_checkpoint(const std::string& path) {
-  parts_->solver->restore(read_checkpoint(path, parts_->model));
+std::int64_t Simulation::load_checkpoint(const std::string& path) {
+  const Checkpoint checkpoint = read_checkpoint(path, parts_->model);
+  parts_->solver->restore(checkpoint.state);
+  return checkpoint.frames;
 }
 
-std::string Simulation::report(const std::string& status) const {
-  return report_json(status, parts_->model, *parts_->solver, parts_->threads, parts_->times);
+std::string Simulation::report(const std::string& status, const std::vector<std::string>& notes) const {
+  return report_json(status, notes, parts_->model, *parts_->solver, parts_->threads, parts_->times);
 }
 
 const Model& Simulation::model() const { return parts_->model; }
 const Solver& Simulation::solver() const { return *parts_->solver; }
+const RunTimes& Simulation::times() const { return parts_->times; }
 
 }  // namespace malha

@@ -19,8 +19,9 @@ struct SimulationOptions {
   Backend backend = Backend::OpenMP;
 };
 
-struct Model;  // host/model.h, for the parts of malha that look closer
-class Solver;  // host/solver.h
+struct Model;     // host/model.h, for the parts of malha that look closer
+class Solver;     // host/solver.h
+struct RunTimes;  // host/report.h
 
 class Simulation {
  public:
@@ -52,17 +53,20 @@ class Simulation {
   std::uint64_t state_hash() const;
 
   /// Writes everything that the next step depends on, whole or not at all. Throws std::runtime_error (disk).
-  void save_checkpoint(const std::string& path) const;
+  /// `frames`: how many a caller that writes frames has written by now; load_checkpoint gives the number back.
+  void save_checkpoint(const std::string& path, std::int64_t frames = 0) const;
 
   /// Continues from a checkpoint of the same scene with the very same bits; duration, outputs and expectations may
   /// differ. Throws InputError for another scene, precision or a damaged file, and leaves the state as it was.
-  void load_checkpoint(const std::string& path);
+  std::int64_t load_checkpoint(const std::string& path);
 
-  /// report.json: build, machine, sizes, times and the measures. `status` is a word for how the run ended.
-  std::string report(const std::string& status) const;
+  /// report.json: build, machine, sizes, times and the measures. `status` is a word for how the run ended, `notes` are
+  /// lines about it.
+  std::string report(const std::string& status, const std::vector<std::string>& notes = {}) const;
 
   const Model& model() const;
   const Solver& solver() const;
+  const RunTimes& times() const;
 
  private:
   struct Parts;

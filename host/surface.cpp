@@ -90,37 +90,38 @@ Surface::Surface(const Device& device, const Mesh& mesh) : triangles_(malha::tri
   }
 }
 
-ClosestPoint Surface::closest(const Point& a, double radius) const {
+ClosestPoint Surface::closest(const Point& a, double radius, int known_near) const {
   const Point p = a - centre_;
   ClosestPoint best;
   best.distance = radius;
   OnTriangle where{};
-  int triangle = -1;
   // Embree rounds the query to float: the radius that it sees is larger by that, and the test here decides.
   const double slack = skin_ + 1e-6 * length(p);
-  point_query(*scene_, to_float(p), static_cast<float>(radius + slack), [&](int t) {
+  const auto visit = [&](int t) {
     const Triangle& c = triangles_[t];
     const OnTriangle candidate = closest_on_triangle(p, points_[c[0]], points_[c[1]], points_[c[2]]);
     const double distance = length(p - candidate.q);
-    // Equally near triangles (a shared edge or corner): the lowest one, whatever the order in the tree.
-    if (distance < best.distance || (distance == best.distance && (triangle < 0 || t < triangle))) {
+    // Equally near triangles (a shared edge or corner): the lowest one, whatever the order of the visits.
+    if (distance < best.distance || (distance == best.distance && (!best.found || t < best.triangle))) {
       best.found = true;
       best.distance = distance;
+      best.triangle = t;
       where = candidate;
-      triangle = t;
     }
     return static_cast<float>(best.distance + slack);
-  });
+  };
+  const float start = known_near < 0 ? static_cast<float>(radius + slack) : visit(known_near);
+  point_query(*scene_, to_float(p), start, visit);
   if (!best.found) return best;
   best.q = where.q + centre_;
   if (where.corner >= 0) {
-    best.normal = corner_normals_[triangles_[triangle][where.corner]];
-    best.boundary = rim_corners_[triangles_[triangle][where.corner]];
+    best.normal = corner_normals_[triangles_[best.triangle][where.corner]];
+    best.boundary = rim_corners_[triangles_[best.triangle][where.corner]];
   } else if (where.edge >= 0) {
-    best.normal = edge_normals_[triangle][where.edge];
-    best.boundary = rim_edges_[triangle][where.edge];
+    best.normal = edge_normals_[best.triangle][where.edge];
+    best.boundary = rim_edges_[best.triangle][where.edge];
   } else {
-    best.normal = face_normals_[triangle];
+    best.normal = face_normals_[best.triangle];
   }
   return best;
 }
@@ -130,16 +131,36 @@ Crossing Surface::crossing(const Point& a, const Point& b, double beyond, bool f
   const double l = length(path);
   if (!(l > 0)) return {};
   const Point direction = path * (1 / l);
-  const Point start = a - centre_ - direction * skin_;
-  const Hit hit = intersect(*scene_, to_float(start), to_float(direction), 0, static_cast<float>(l + beyond + skin_));
-  if (!hit.hit) return {};
-  const Point& normal = face_normals_[hit.triangle];
-  if (front_only && dot(normal, direction) >= 0) return {};
-  // On the face's plane, in double: Embree's t is a float.
-  const double towards = dot(normal, direction);
-  const double t =
-      std::abs(towards) > 1e-9 ? dot(normal, points_[triangles_[hit.triangle][0]] - start) / towards : hit.t;
-  return {true, start + centre_ + direction * t, normal};
+  const Point start = a - centre_;
+  const Crossing straight = along(start, direction, l + beyond, front_only);
+  if (straight.hit) return straight;
+  // Embree's rays leak at vertices, one in a hundred to a thousand: a second one, a skin beside the first, does not.
+  const Point other = std::abs(direction.x) < 0.5 ? Point{1, 0, 0} : Point{0, 1, 0};
+  return along(start + unit(cross(direction, other)) * skin_, direction, l + beyond, front_only);
+}
+
+Crossing Surface::along(const Point& start, const Point& direction, double far, bool front_only) const {
+  // Only what lies within the mesh's bounding sphere, so that float is fine however long the way is.
+  const double middle = -dot(start, direction), radius = length(half_) + skin_;
+  const double beside = length(start + direction * middle);
+  if (!(beside <= radius)) return {};
+  const double half_chord = std::sqrt(radius * radius - beside * beside);
+  const double first = std::max(middle - half_chord, 0.0) - skin_, last = std::min(middle + half_chord, far);
+  if (!(first < last)) return {};
+  const Point origin = start + direction * first;
+  float from = 0;
+  for (;;) {
+    const Hit hit = intersect(*scene_, to_float(origin), to_float(direction), from, static_cast<float>(last - first));
+    if (!hit.hit) return {};
+    const Point& normal = face_normals_[hit.triangle];
+    // On the face's plane, in double: Embree's t is a float.
+    const double towards = dot(normal, direction);
+    const double t =
+        std::abs(towards) > 1e-9 ? dot(normal, points_[triangles_[hit.triangle][0]] - origin) / towards : hit.t;
+    // Seen from both sides, what lies behind the start was not crossed: only the skin reaches there.
+    if (front_only ? towards < 0 : first + t >= 0) return {true, origin + centre_ + direction * t, normal};
+    from = std::nextafter(hit.t, INFINITY);
+  }
 }
 
 double Surface::box_distance(const Point& a) const {

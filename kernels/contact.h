@@ -43,20 +43,27 @@ struct ResolveContact {
   }
 };
 
-/// Where a contact pushed: the particle leaves at e times the speed at which it came, relative to the surface. Below
-/// the threshold it rests instead.
+/// Where a contact pushed: the particle leaves at e times the speed at which it came, relative to the surface, and the
+/// impulse that this takes beyond the push has its friction too, so that an impact takes mu (1 + e) times the approach
+/// from the sliding whenever in the substep it happened. Below the threshold the particle rests instead.
 template <class R>
 struct Restitute {
   Vec4<R>* v;
   const Contact<R>* contacts;
-  R restitution, threshold, per_dt;  // e, m/s, 1/s
+  R restitution, friction, threshold, per_dt;  // e, mu, m/s, 1/s
   KERNEL void operator()(int i) const {
     const Contact<R>& contact = contacts[i];
     const R approach = contact.surface.w * per_dt;
     if (!(contact.lambda > R(0)) || !(approach < -threshold)) return;
     const Vector3<R> n = contact.plane.xyz();
-    const R speed = dot(n, v[i].xyz() - contact.surface.xyz() * per_dt);
-    v[i].set(v[i].xyz() + n * (-restitution * approach - speed));
+    const Vector3<R> relative = v[i].xyz() - contact.surface.xyz() * per_dt;
+    const R speed = dot(n, relative);
+    const R gained = -restitution * approach - speed;
+    if (!(gained > R(0))) return;  // something else carries it away faster
+    const Vector3<R> sliding = relative - n * speed;
+    const R length = root(dot(sliding, sliding)), budget = friction * gained;
+    const R taken = length > R(0) ? (length < budget ? length : budget) / length : R(0);
+    v[i].set(v[i].xyz() + n * gained - sliding * taken);
   }
 };
 

@@ -12,8 +12,6 @@ cmake -S "$root/tests/consumer" -B "$scratch/build" -DCMAKE_PREFIX_PATH="$scratc
   -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags" -DCMAKE_BUILD_TYPE=Release
 cmake --build "$scratch/build"
 
-cat >"$scratch/scene.json" <<'JSON'
-SCENE
-JSON
-"$scratch/build/consumer" "$scratch/scene.json"
+# A scene with particles, constraints and a mesh to collide with, so that every dependency is called.
+"$scratch/build/consumer" "$root/scenes/ramp.json"
 "$scratch/prefix/bin/malha" --help >/dev/null

@@ -230,6 +230,8 @@ INSTANTIATE_TEST_SUITE_P(
             "line 2, column 2: found \"face\"; allowed: facet or endsolid"},
         Bad{"a.stl", binary_stl("").substr(0, 283),
             "byte 80: found 4 triangles announced in a file of 283 bytes; allowed: 284 bytes for so many"},
+        Bad{"a.stl", binary_stl("solid block").substr(0, 283),
+            "byte 80: found 4 triangles announced in a file of 283 bytes; allowed: 284 bytes for so many"},
         Bad{"a.stl", binary_stl("") + "x",
             "byte 80: found 4 triangles announced in a file of 285 bytes; allowed: 284 bytes for so many"},
         Bad{"a.stl", binary_stl("").replace(80, 4, "\xff\xff\xff\xff"),

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <numeric>
 #include <vector>
@@ -164,7 +165,7 @@ TYPED_TEST(PackOf, ScatterWritesEveryLaneToItsParticleAndNothingElse) {
 TYPED_TEST(PackOf, ScatterMovableLeavesPinnedParticlesAndPaddingAlone) {
   using R = TypeParam;
   Random random(4);
-  for (int lanes = 1; lanes <= this->lanes; ++lanes) {
+  for (int count = 1; count <= this->lanes; ++count) {
     const auto order = this->shuffled(40, random);
     auto before = this->numbered(40);
     for (int k = 0; k < this->lanes; k += 3) before[order[k]].w = R(0);
@@ -172,12 +173,12 @@ TYPED_TEST(PackOf, ScatterMovableLeavesPinnedParticlesAndPaddingAlone) {
     Vector3<Pack<R>> position;
     Pack<R> w;
     gather(particles.data(), order.data(), position, w);
-    scatter_movable(particles.data(), order.data(), lanes, position * Pack<R>(R(-2)), w);
+    scatter_movable(particles.data(), order.data(), count, position * Pack<R>(R(-2)), w);
     for (int k = 0; k < 40; ++k) {
       const Vec4<R>&a = particles[order[k]], &b = before[order[k]];
-      const R factor = k < lanes && k % 3 != 0 ? R(-2) : R(1);
+      const R factor = k < count && k % 3 != 0 ? R(-2) : R(1);
       EXPECT_TRUE(a.x == factor * b.x && a.y == factor * b.y && a.z == factor * b.z && a.w == b.w)
-          << k << " of " << lanes;
+          << k << " of " << count;
     }
   }
 }

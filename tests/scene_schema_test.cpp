@@ -174,6 +174,8 @@ TEST_F(SceneSchema, HasTheLengthsOfListsThatTheParserWants) {
     if (node.value("minItems", 0) > 0) expect_refused_at(pointer, "[]");
     if (!node.contains("maxItems")) return;
     Json longer = scene_.at(Json::json_pointer(pointer));
+    EXPECT_EQ(node["maxItems"], longer.size()) << pointer;  // which the parser took
+    EXPECT_EQ(node["minItems"], longer.size()) << pointer;
     longer.push_back(longer.back());
     expect_refused_at(pointer, longer.dump());
   });

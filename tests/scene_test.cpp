@@ -1,6 +1,7 @@
 #include "host/scene.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -143,7 +144,7 @@ TEST(ToJson, KeepsEveryBitOfANumber) {
 }
 
 TEST(LoadScene, ResolvesMeshPathsAgainstTheScenesFolder) {
-  const fs::path folder = fs::temp_directory_path() / "malha_scene_test";
+  const fs::path folder = fs::temp_directory_path() / ("malha_scene_test_" + std::to_string(getpid()));
   fs::remove_all(folder);
   fs::create_directories(folder);
   std::ofstream(folder / "s.json") << changed_scene("/environment/0/shape/mesh", "\"/elsewhere/y.off\"");

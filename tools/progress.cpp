@@ -1,38 +1,79 @@
 #include "tools/progress.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <string>
 
 namespace malha {
 
+namespace {
+
+int terminal_width() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+/// "0:07", "12:40", "3:05:00"
+std::string clock_text(double seconds) {
+  const auto whole = static_cast<long long>(seconds + 0.5);
+  char text[48];
+  if (whole < 3600)
+    std::snprintf(text, sizeof text, "%lld:%02lld", whole / 60, whole % 60);
+  else
+    std::snprintf(text, sizeof text, "%lld:%02lld:%02lld", whole / 3600, whole / 60 % 60, whole % 60);
+  return text;
+}
+
+}  // namespace
+
 ProgressReporter::ProgressReporter(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
+
+ProgressReporter::~ProgressReporter() {
+  if (drawn_) std::fprintf(stderr, "\n");
+}
 
 void ProgressReporter::operator()(const Progress& progress) {
   if (quiet_) return;
-  seconds_ += progress.step_ms / 1000;
+  const auto now = Clock::now();
+  if (first_ < 0) first_ = progress.step, start_ = said_at_ = now;
+  ++steps_since_, ms_since_ += progress.step_ms;
   const bool last = progress.step == progress.steps;
-  if (terminal_) {
-    if (seconds_ - drawn_at_ < 0.05 && !last) return;
-    draw_bar(progress);
-    drawn_at_ = seconds_;
-    return;
-  }
+  const std::chrono::duration<double> silence = now - said_at_, elapsed = now - start_;
   const std::int64_t tenth = progress.step * 10 / progress.steps;
-  if (tenth == tenth_) return;
-  tenth_ = tenth;
-  std::fprintf(stderr, "step %lld of %lld, t = %.3f s, %.2f ms a step\n", static_cast<long long>(progress.step),
-               static_cast<long long>(progress.steps), progress.time, progress.step_ms);
+  const bool due = terminal_ ? silence.count() > 0.05 || !drawn_ : tenth != tenth_ || silence.count() > 10;
+  if (!due && !last) return;
+
+  const double step_ms = ms_since_ / static_cast<double>(steps_since_);
+  if (terminal_) {
+    const auto seen = static_cast<double>(progress.step - first_);
+    draw_bar(progress, step_ms,
+             seen > 0 ? elapsed.count() / seen * static_cast<double>(progress.steps - progress.step) : -1);
+  } else {
+    std::fprintf(stderr, "step %lld of %lld, t = %.3f s, %.2f ms a step\n", static_cast<long long>(progress.step),
+                 static_cast<long long>(progress.steps), progress.time, step_ms);
+  }
+  said_at_ = now, tenth_ = tenth;
+  steps_since_ = 0, ms_since_ = 0;
 }
 
-void ProgressReporter::draw_bar(const Progress& progress) {
-  constexpr int width = 30;
-  const int filled = static_cast<int>(progress.step * width / progress.steps);
-  std::fprintf(stderr, "\r[%s%s] %lld/%lld  t = %.3f s  %.2f ms a step \033[K", std::string(filled, '#').c_str(),
-               std::string(width - filled, '.').c_str(), static_cast<long long>(progress.step),
-               static_cast<long long>(progress.steps), progress.time, progress.step_ms);
-  if (progress.step == progress.steps) std::fprintf(stderr, "\n");
+void ProgressReporter::draw_bar(const Progress& progress, double step_ms, double left_seconds) {
+  char text[160];
+  std::snprintf(text, sizeof text, "%lld/%lld  t = %.3f s  %.2f ms a step", static_cast<long long>(progress.step),
+                static_cast<long long>(progress.steps), progress.time, step_ms);
+  std::string line = text;
+  if (left_seconds >= 0) line += "  " + clock_text(left_seconds) + " left";
+  // One column stays free: a full line would wrap, and the next one could not redraw it.
+  const int room = terminal_width() - 1;
+  const int width = std::min(30, room - static_cast<int>(line.size()) - 3);
+  if (width >= 5) {
+    const auto filled = static_cast<std::size_t>(progress.step * width / progress.steps);
+    line = "[" + std::string(filled, '#') + std::string(width - filled, '.') + "] " + line;
+  }
+  std::fprintf(stderr, "\r%s\033[K", line.substr(0, static_cast<std::size_t>(std::max(room, 0))).c_str());
+  drawn_ = true;
 }
 
 }  // namespace malha

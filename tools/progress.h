@@ -1,22 +1,34 @@
-// How far a run is: a bar that redraws itself on a terminal, a plain line every tenth otherwise.
+// How far a run is: a bar that redraws itself on a terminal, plain lines otherwise.
 #pragma once
+#include <chrono>
+#include <cstdint>
+
 #include "host/run.h"
 
 namespace malha {
 
+/// Writes to standard error, so that standard output stays for results.
 class ProgressReporter {
  public:
-  /// `quiet` says nothing at all. Lines go to standard error, so that standard output stays for results.
+  /// `quiet` says nothing at all.
   explicit ProgressReporter(bool quiet);
+  /// Leaves the bar's line.
+  ~ProgressReporter();
+  ProgressReporter(const ProgressReporter&) = delete;
+  ProgressReporter& operator=(const ProgressReporter&) = delete;
+
+  /// On a terminal 20 times a second, otherwise every tenth of the run and every 10 s; and at the end.
   void operator()(const Progress& progress);
 
  private:
-  void draw_bar(const Progress& progress);
+  using Clock = std::chrono::steady_clock;
+  void draw_bar(const Progress& progress, double step_ms, double left_seconds);
 
-  bool quiet_, terminal_;
-  double seconds_ = 0;    // of steps so far
-  double drawn_at_ = -1;  // seconds_ when the bar was last drawn
-  std::int64_t tenth_ = 0;
+  bool quiet_, terminal_, drawn_ = false;
+  Clock::time_point start_, said_at_;    // of the first step that was seen; of the last line
+  std::int64_t first_ = -1, tenth_ = 0;  // step at start_; tenths of the run that were said
+  std::int64_t steps_since_ = 0;         // that was said
+  double ms_since_ = 0;
 };
 
 }  // namespace malha

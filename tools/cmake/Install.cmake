@@ -6,10 +6,8 @@ install(TARGETS malha EXPORT malhaTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LI
 install(EXPORT malhaTargets NAMESPACE malha:: DESTINATION ${package_dir})
 
 # The public headers: no Eigen and no kernels in them, so that a caller may use other flags than ours.
-foreach(header IN ITEMS error measures mesh scene simulation)
-    install(FILES host/${header}.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha/host)
-  endif()
-endforeach()
+install(FILES host/error.h host/measures.h host/mesh.h host/scene.h host/simulation.h
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha/host)
 
 configure_package_config_file(tools/cmake/malhaConfig.cmake.in malhaConfig.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(malhaConfigVersion.cmake COMPATIBILITY SameMinorVersion)

@@ -1,0 +1,70 @@
+#include "host/summary.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "host/model.h"
+#include "host/report.h"
+#include "host/shown.h"
+
+namespace malha {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// To three digits.
+std::string brief(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+std::string speed(double median_ms, double dt) {
+  if (median_ms <= 0) return "no step";
+  const double factor = dt * 1000 / median_ms;
+  char times[32];
+  std::snprintf(times, sizeof times, factor < 10 ? "%.2g" : "%.0f", factor);
+  return brief(median_ms) + " ms a step (median), " + times + " times real time";
+}
+
+}  // namespace
+
+std::string summary(const Simulation& simulation) {
+  const Model& model = simulation.model();
+  const Measures m = simulation.measure();
+  std::string text = "simulated   " + shown(simulation.time()) + " s, step " + std::to_string(simulation.steps()) +
+                     "; " + std::to_string(model.count()) + " particles, " + std::to_string(simulation.threads()) +
+                     (simulation.threads() == 1 ? " thread\n" : " threads\n");
+  text += "speed       " + speed(median_step_ms(simulation.times()), model.scene.solver.dt) + "\n";
+  if (m.has_strain) text += "strain      " + brief(m.strain_rms) + " rms, " + brief(m.strain_max) + " max\n";
+  if (!m.volume_ratios.empty()) {
+    text += "volume      ";
+    for (const double ratio : m.volume_ratios) text += brief(ratio) + " ";
+    text += "of that at rest\n";
+  }
+  if (!model.environment.empty())
+    text += "contacts    " + std::to_string(m.contacts) + ", at most " + brief(m.penetration_max) + " m too deep\n";
+  if (model.zero_area_faces > 0)
+    text += "left out    " + std::to_string(model.zero_area_faces) + " faces without area\n";
+  if (m.degenerate > 0) text += "skipped     " + std::to_string(m.degenerate) + " constraints without a direction\n";
+  return text;
+}
+
+std::string list_results(const Results& results) {
+  std::string text;
+  const auto line = [&text](const char* what, const fs::path& path, const char* how) {
+    if (fs::exists(path)) text += what + path.string() + how + "\n";
+  };
+  line("report      ", results.report, "");
+  line("picture     ", results.picture, "");
+  line("storyboard  ", results.storyboard, "");
+  line("pictures    ", results.pictures, "/");
+  line("frames      ", results.frames / "frames.pvd", " (ParaView)");
+  line("frames      ", results.frames / "points.pc2", " with rest.obj (Blender, Maya)");
+  for (const char* series : {"frame_000000.ply", "frame_000000.obj"})
+    line("frames      ", results.frames / series, " ...");
+  return text;
+}
+
+}  // namespace malha

@@ -1,0 +1,126 @@
+// Every kind of the registry on input without a direction, without an area, or at the ends of the type's range: it
+// stays finite, and where there is no gradient nothing moves.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "tests/one_constraint.h"
+
+namespace malha {
+namespace {
+
+struct Bad {
+  std::string what;
+  Vector3<double> at[4];
+  bool has_direction;  // whether anything may move at all
+};
+
+template <class R>
+std::vector<Bad> bad_places() {
+  using Limits = std::numeric_limits<R>;
+  const double denormal = double(Limits::denorm_min()), small = double(Limits::min());
+  std::vector<Bad> all;
+  for (const double o : {0.0, 1.0, 1e15}) {
+    const std::string where = " at " + std::to_string(o);
+    all.push_back({"all in one place" + where, {{o, o, o}, {o, o, o}, {o, o, o}, {o, o, o}}, false});
+  }
+  for (const double s : {1e-12, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e8, 1e9, 3e9, 1e10, 1e12, 1e15}) {
+    const std::string size = ", size " + std::to_string(s);
+    all.push_back({"on one line" + size, {{0, 0, 0}, {s, 0, 0}, {2 * s, 0, 0}, {-s, 0, 0}}, true});
+    all.push_back({"on a slanted line" + size, {{0, 0, 0}, {s, s, s}, {s / 3, s / 3, s / 3}, {-s, -s, -s}}, true});
+    all.push_back({"the first triangle without area" + size, {{0, 0, 0}, {s, 0, 0}, {s, 0, 0}, {0, s, 0}}, true});
+    all.push_back({"the second triangle without area" + size, {{0, 0, 0}, {s, 0, 0}, {0, s, 0}, {0, 0, 0}}, true});
+    all.push_back({"the shared edge without length" + size, {{0, 0, 0}, {0, 0, 0}, {s, 0, 0}, {0, s, 0}}, false});
+    all.push_back({"folded onto itself" + size, {{0, 0, 0}, {s, 0, 0}, {0, s, 0}, {0, s, 0}}, true});
+    all.push_back({"a needle" + size, {{0, 0, 0}, {s, 0, 0}, {s / 2, 1e-6 * s, 0}, {s / 2, -1e-6 * s, 0}}, true});
+    all.push_back({"no two alike" + size,
+                   {{0.1 * s, 0.2 * s, 0}, {s, -0.3 * s, 0.4 * s}, {-0.5 * s, s, 0.6 * s}, {0.7 * s, 0.8 * s, -s}},
+                   true});
+    all.push_back({"unequal sizes" + size, {{0, 0, 0}, {1, 0, 0}, {0, s, 0}, {0, 0, 1}}, true});
+    all.push_back({"one far away" + size, {{s, s, s}, {0, 0, 0}, {0, 1, 0}, {0, 0, 1}}, true});
+  }
+  for (const double d : {denormal, 100 * denormal, small, std::sqrt(small), 1e3 * std::sqrt(small)}) {
+    all.push_back({"hardly apart", {{0, 0, 0}, {d, 0, 0}, {0, d, 0}, {0, 0, d}}, true});
+    all.push_back({"two hardly apart", {{0, 0, 0}, {d, 0, 0}, {0, 1, 0}, {0, 0, 1}}, true});
+  }
+  return all;
+}
+
+template <class Kind, class R, Update update>
+void expect_harmless(const Bad& bad, double rest) {
+  Corners<Kind> at;
+  std::copy_n(bad.at, Kind::particles, at.begin());
+  std::array<double, Kind::particles> w;
+  w.fill(1);
+  OneConstraint<Kind, R> one(at, w, rest);
+  const OneConstraint<Kind, R> before = one;
+  Vector3<R> grad[Kind::particles];
+  const R C = one.evaluate(grad);
+  R squares = 0;
+  for (const auto& g : grad) squares += dot(g, g);
+  one.template project<update>(1, 1e-3);
+
+  const std::string what = std::string(Kind::name) + ", " + bad.what;
+  EXPECT_TRUE(std::isfinite(C)) << what;
+  EXPECT_TRUE(std::isfinite(squares)) << what;
+  EXPECT_TRUE(std::isfinite(one.lambda[0])) << what;
+  for (int j = 0; j < Kind::particles; ++j) {
+    EXPECT_TRUE(std::isfinite(one.p[j].x + one.p[j].y + one.p[j].z)) << what;
+    if (squares == 0 || !bad.has_direction) {
+      EXPECT_TRUE(same_bits(one.p[j], before.p[j])) << what;
+    }
+  }
+}
+
+template <class Kind, class R>
+void expect_harmless_everywhere() {
+  for (const Bad& bad : bad_places<R>())
+    for (const double rest : {0.0, 1.0, 3.0}) {
+      expect_harmless<Kind, R, Update::Stiff>(bad, rest);
+      expect_harmless<Kind, R, Update::Compliant>(bad, rest);
+    }
+}
+
+TEST(EveryConstraint, StaysFiniteOnDegenerateInputAndMovesNothingWithoutDirection) {
+  for_each_constraint([]<class Kind>(Kind) {
+    expect_harmless_everywhere<Kind, float>();
+    expect_harmless_everywhere<Kind, double>();
+  });
+}
+
+TEST(EveryConstraint, HasAFiniteRestValueOnDegenerateInput) {
+  for_each_constraint([]<class Kind>(Kind) {
+    for (const Bad& bad : bad_places<double>()) {
+      Corners<Kind> at;
+      std::copy_n(bad.at, Kind::particles, at.begin());
+      EXPECT_TRUE(std::isfinite(rest_of<Kind>(at, Kind::parameter.standard))) << Kind::name << ", " << bad.what;
+    }
+  });
+}
+
+TEST(Bending, DoesNotMoveAHingeOfATriangleWithoutArea) {
+  for (const Bad& bad : bad_places<float>()) {
+    if (bad.what.find("without area") == std::string::npos) continue;
+    OneConstraint<Bending, float> one({bad.at[0], bad.at[1], bad.at[2], bad.at[3]}, {1, 1, 1, 1}, 1);
+    const OneConstraint<Bending, float> before = one;
+    one.project<Update::Stiff>(1, 0);
+    for (int j = 0; j < 4; ++j) EXPECT_TRUE(same_bits(one.p[j], before.p[j])) << bad.what;
+  }
+}
+
+TEST(Bending, ActsAlikeOnSmallAndLargeHinges) {
+  // The areas that count as zero scale with the edge: a millimetre and a kilometre bend as a metre does.
+  for (const double s : {1e-3, 1.0, 1e3}) {
+    OneConstraint<Bending, float> one({{{0, 0, 0}, {s, 0, 0}, {0, s, 0}, {0, 0, s}}}, {1, 1, 1, 1}, 1.2);
+    const float before = one.C();
+    for (int k = 0; k < 10; ++k) one.project<Update::Stiff>(1, 0);
+    EXPECT_GT(std::abs(before), 0.3f) << s;
+    EXPECT_LT(std::abs(one.C()), 1e-5f) << s;
+  }
+}
+
+}  // namespace
+}  // namespace malha

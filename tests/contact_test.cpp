@@ -1,0 +1,291 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/contact_bench.h"
+#include "tests/scene_builders.h"
+
+namespace malha {
+namespace {
+
+constexpr double kStep = 1.0 / 600;
+constexpr double kFloat = std::numeric_limits<float>::epsilon();
+
+Keyframe placed(double time, const Vec3& translate, double degrees = 0) {
+  return {time, translate, {0, 1, 0}, degrees};
+}
+
+template <class Executor, class R>
+std::vector<Point> all_x(const ContactBench<Executor, R>& bench) {
+  std::vector<Point> x;
+  for (int i = 0; i < bench.count(); ++i) x.push_back(bench.x(i));
+  return x;
+}
+
+TEST(Contact, AMovingWallSweepsRestingParticlesAlongAndNeverPassesThem) {
+  for (const double speed : {0.01, 1.0, 30.0, 1000.0}) {
+    EnvironmentSpec wall = obstacle("wall", BoxShape{{0.02, 2, 2}, {1, 4, 4}});
+    wall.motion = {placed(0, {0, 0, 0}), placed(10, {10 * speed, 0, 0})};
+    Random random(1);
+    std::vector<Point> x, v(100, Point{0, 0, 0});
+    const double face = 0.01 + wall.thickness;
+    for (int i = 0; i < 100; ++i)
+      x.push_back({face + random(0.001, 5) * speed * kStep, random(-0.9, 0.9), random(-0.9, 0.9)});
+    ContactBench<OpenMP, float> bench(OpenMP{2}, wall, x, v);
+    for (int s = 0; s < 30; ++s) {
+      bench.substep(kStep);
+      const double now = bench.time() * speed;
+      for (int i = 0; i < bench.count(); ++i)
+        ASSERT_GT(bench.x(i).x, now + face - 8 * kFloat * (1 + now)) << speed << " m/s, substep " << s;
+    }
+    for (int i = 0; i < bench.count(); ++i)  // they go with the wall, rounded as positions over a substep are
+      EXPECT_NEAR(bench.v(i).x, speed, 8 * kFloat * (1 + speed * bench.time()) / kStep);
+  }
+}
+
+TEST(Contact, ATurningWallNeverPassesParticles) {
+  EnvironmentSpec blade = obstacle("blade", BoxShape{{1, 1, 0.02}, {4, 4, 1}});
+  blade.transform.translate = {0.7, 0, 0};
+  blade.motion = {placed(0, {0, 0, 0}), placed(1, {0, 0, 0}, -720)};
+  Random random(2);
+  std::vector<Point> x, v(100, Point{0, 0, 0});
+  for (int i = 0; i < 100; ++i) {
+    const double angle = random(0.3, 3), far = random(0.3, 1.1);
+    x.push_back({far * std::cos(angle), random(-0.4, 0.4), far * std::sin(angle)});
+  }
+  ContactBench<Serial, double> bench({}, blade, x, v);
+  int swept = 0;
+  for (int s = 0; s < 100; ++s) {
+    bench.substep(kStep);
+    const double turned = 4 * std::numbers::pi * bench.time();
+    for (int i = 0; i < bench.count(); ++i) {
+      const Point p = bench.x(i);
+      const double ahead = std::cos(turned) * p.z - std::sin(turned) * p.x,
+                   along = std::cos(turned) * p.x + std::sin(turned) * p.z;
+      if (along < 0.25 || along > 1.15) continue;  // off the blade's ends it may fall behind
+      // Its frame is followed along the chord of the turn: r (omega h)^2 / 8 = 7e-5 m in a substep.
+      ASSERT_GT(ahead, 0.01 + blade.thickness - 1e-4) << "particle " << i << ", substep " << s;
+      swept += ahead < 0.01 + 2 * blade.thickness;
+    }
+  }
+  EXPECT_GT(swept, 500);
+}
+
+TEST(Contact, WhatStartsInsideIsLiftedOutWithoutGainingSpeed) {
+  for (const Sides sides : {Sides::Solid, Sides::OneSided}) {
+    const EnvironmentSpec ball = obstacle("ball", SphereShape{1, 4}, sides);
+    Random random(3);
+    std::vector<Point> x, v(200, Point{0, 0, 0});
+    for (int i = 0; i < 200; ++i) x.push_back(random.direction() * random(0.2, 1.004));
+    ContactBench<OpenMP, float> bench(OpenMP{3}, ball, x, v);
+    bench.substep(kStep);
+    for (int i = 0; i < bench.count(); ++i) {
+      EXPECT_GT(norm(bench.x(i)), 0.997 + ball.thickness) << "facets lie up to 0.002 inside the sphere";
+      // Position and prediction move together; each is rounded, and the plane pushes what that leaves.
+      EXPECT_LT(norm(bench.v(i)), 4 * kFloat / kStep) << "particle " << i;
+    }
+    const std::vector<Point> lifted = all_x(bench);
+    for (int s = 0; s < 20; ++s) bench.substep(kStep);
+    for (int i = 0; i < bench.count(); ++i) EXPECT_LT(norm(bench.x(i) - lifted[i]), 1e-5);
+  }
+}
+
+TEST(Contact, WhatStartsOnTheSurfaceIsLiftedWithoutGainingSpeed) {
+  EnvironmentSpec ground = obstacle("ground", GridShape{{1, 1}, {4, 4}}, Sides::OneSided);
+  for (const Sides sides : {Sides::OneSided, Sides::TwoSided}) {
+    ground.sides = sides;
+    for (const double speed : {0.0, 1.0, 10.0}) {  // along the surface
+      std::vector<Point> x, v;
+      for (const double height : {0.0, 1e-6, 1e-3, 4e-3, 0.005})
+        x.push_back({0.4, height, 0.4}), v.push_back({speed, 0, 0});
+      ContactBench<Serial, double> bench({}, ground, x, v);
+      bench.substep(kStep);
+      for (int i = 0; i < bench.count(); ++i) {
+        EXPECT_NEAR(bench.x(i).y, ground.thickness, 1e-12) << "from " << x[i].y << " at " << speed << " m/s";
+        EXPECT_NEAR(bench.v(i).y, 0, 1e-9) << "from " << x[i].y << " at " << speed << " m/s";
+        EXPECT_NEAR(bench.v(i).x, speed, 1e-9);
+      }
+    }
+  }
+}
+
+TEST(Contact, WhatPassesACornerOutsideTheThicknessIsNotTouched) {
+  const EnvironmentSpec box = obstacle("box", BoxShape{{1, 1, 1}, {2, 2, 2}});
+  Random random(4);
+  for (const double speed : {10.0, 60.0, 100.0, 1000.0, 10000.0}) {
+    std::vector<Point> x, v;
+    for (int i = 0; i < 300; ++i) {
+      // Past an edge or a corner, at right angles to the way out from there, at 1.2 to 4 thicknesses.
+      const bool corner = i % 2 == 0;
+      const Point out = Point{1, 1, corner ? 1.0 : 0.0} * (1 / std::sqrt(corner ? 3.0 : 2.0));
+      const Point tip{0.5, 0.5, corner ? 0.5 : 0.1};
+      const Point across = cross(out, corner ? random.direction() : Point{0, 0, 1});
+      const Point direction = across * (1 / norm(across));
+      x.push_back(tip + out * (box.thickness * random(1.2, 4)) - direction * random(0, 6 * speed * kStep));
+      v.push_back(direction * speed);
+    }
+    ContactBench<Serial, double> bench({}, box, x, v);
+    for (int s = 0; s < 12; ++s) bench.substep(kStep);
+    for (int i = 0; i < bench.count(); ++i) {
+      const Point expected = x[i] + v[i] * (12 * kStep);
+      ASSERT_LT(norm(bench.x(i) - expected), 1e-9) << "particle " << i << " at " << speed << " m/s";
+    }
+  }
+}
+
+TEST(Contact, AOneSidedSheetIgnoresWhatIsBeyondItsRimBelow) {
+  EnvironmentSpec sheet = obstacle("sheet", GridShape{{1, 1}, {4, 4}}, Sides::OneSided);
+  // Below and beside it, at rest and rising past the rim.
+  const std::vector<Point> x = {{1.02, -0.01, 0.5}, {-0.5, -0.3, 0.5}, {1.01, -0.5, 1.01}, {0.5, -0.2, -0.02}};
+  const std::vector<Point> v = {{0, 0, 0}, {0, 0, 0}, {0, 5, 0}, {0, 100, 0}};
+  ContactBench<Serial, double> bench({}, sheet, x, v);
+  for (int s = 0; s < 100; ++s) bench.substep(kStep);
+  for (int i = 0; i < bench.count(); ++i)
+    EXPECT_LT(norm(bench.x(i) - (x[i] + v[i] * (100 * kStep))), 1e-12) << "particle " << i;
+}
+
+TEST(Contact, ATwoSidedSheetHoldsOnEitherSideWhatRestsThere) {
+  const EnvironmentSpec sheet = obstacle("sheet", GridShape{{1, 1}, {4, 4}}, Sides::TwoSided);
+  for (const double side : {-1.0, 1.0}) {
+    ContactBench<Serial, float> bench({}, sheet, {{0.5, 0.02 * side, 0.5}, {0.3, 0.001 * side, 0.7}},
+                                      {{0, 0, 0}, {0, 0, 0}});
+    for (int s = 0; s < 200; ++s) bench.substep(kStep, {0, -9.81 * side, 0});
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_NEAR(bench.x(i).y * side, sheet.thickness, 4 * kFloat);
+      EXPECT_NEAR(bench.v(i).y, 0, 1e-4);
+    }
+  }
+}
+
+TEST(Contact, ALargeTwoSidedSheetLetsWhatRestsOnItRiseAgain) {
+  // Its skin, 1e-5 of its size, is larger than the thickness.
+  EnvironmentSpec sheet = obstacle("plain", GridShape{{2000, 2000}, {8, 8}}, Sides::TwoSided);
+  sheet.transform.translate = {-1000, 0, -1000};
+  for (const double side : {-1.0, 1.0}) {
+    ContactBench<Serial, double> bench({}, sheet, {{3, 0.005 * side, 7}}, {{0, 20 * side, 0}});
+    for (int s = 0; s < 60; ++s) bench.substep(kStep);
+    EXPECT_NEAR(bench.x(0).y * side, 0.005 + 20 * 0.1, 1e-9);
+  }
+}
+
+TEST(Contact, BouncesByItsRestitutionRelativeToTheSurface) {
+  EnvironmentSpec ground = obstacle("ground", GridShape{{1, 1}, {4, 4}}, Sides::OneSided);
+  ground.restitution = 0.6;
+  const std::vector<Point> x = {{0.4, 0.1, 0.4}}, v = {{0, -3, 0}};
+  ContactBench<Serial, double> still({}, ground, x, v);
+  for (int s = 0; s < 60; ++s) still.substep(kStep);
+  EXPECT_NEAR(still.v(0).y, 0.6 * 3, 1e-9);
+  ground.motion = {placed(0, {0, 0, 0}), placed(1, {0, 1, 0})};
+  ContactBench<Serial, double> rising({}, ground, x, v);
+  for (int s = 0; s < 60; ++s) rising.substep(kStep);
+  EXPECT_NEAR(rising.v(0).y, 1 + 0.6 * 4, 1e-9);
+}
+
+TEST(Contact, FrictionTakesWhatCoulombsConeAllows) {
+  EnvironmentSpec ground = obstacle("ground", GridShape{{10, 10}, {4, 4}}, Sides::OneSided);
+  const double g = 10, mu = 0.25;
+  ground.friction = mu;
+  ContactBench<Serial, double> bench({}, ground, {{1, 0.005, 5}}, {{2, 0, 0}});
+  for (int s = 0; s < 240; ++s) bench.substep(kStep, {0, -g, 0});
+  EXPECT_NEAR(bench.v(0).x, 2 - mu * g * 0.4, 1e-6) << "after 0.4 s of deceleration by mu g";
+  for (int s = 0; s < 400; ++s) bench.substep(kStep, {0, -g, 0});
+  EXPECT_NEAR(bench.v(0).x, 0, 1e-12) << "after 0.8 s it has stopped, and stays";
+  // v^2 / (2 mu g), and half a substep's way more, as v is held over each substep.
+  EXPECT_NEAR(bench.x(0).x - 1, 4 / (2 * mu * g), 2 * kStep);
+}
+
+/// Contacts and state of a run over a sphere, by FindContact itself, so that every plane can be looked at.
+template <class R>
+struct Watched {
+  std::vector<Contact<R>> contacts;
+  std::vector<Vec4<R>> x, v;
+  int planes = 0;
+
+  Watched(const EnvironmentSpec& spec, bool remembers, int substeps) {
+    const Device device;
+    const Surface surface(device, generate(spec.shape));
+    constexpr int n = 400;
+    Random random(5);
+    std::vector<Vec4<R>> p;
+    for (int i = 0; i < n; ++i) {
+      const Point at = random.in_cube(1.5), speed = random.in_cube(i % 10 == 0 ? 300 : 5);
+      x.push_back({R(at.x), R(at.y), R(at.z), R(0)});
+      v.push_back({R(speed.x), R(speed.y), R(speed.z), R(0)});
+      p.push_back({R(0), R(0), R(0), R(1)});
+    }
+    std::vector<LastSeen> seen(n);
+    std::vector<Contact<R>> now(n);
+    const Particles<R> all{n, x.data(), v.data(), p.data()};
+    for (int s = 0; s < substeps; ++s) {
+      const double h = kStep, start = s * h;
+      if (!remembers) seen.assign(n, LastSeen{});
+      parallel_for(Serial{}, n, Predict<R>{all, R(h), {R(0), R(-9.81), R(0)}});
+      const FindContact<R> find{
+          &surface, spec.sides,  spec.thickness, pose_at(spec.motion, start), pose_at(spec.motion, start + h),
+          all,      seen.data(), now.data()};
+      parallel_for(Serial{}, n, find);
+      parallel_for(Serial{}, n, ResolveContact<R>{p.data(), x.data(), now.data(), R(0.3)});
+      parallel_reduce<FirstIndex>(Serial{}, n, UpdateState<R>{all, R(h), R(1 / h)});
+      contacts.insert(contacts.end(), now.begin(), now.end());
+      for (const auto& contact : now) planes += std::isfinite(contact.plane.w);
+    }
+  }
+};
+
+TEST(Contact, MemoryOfWhereParticlesWereChangesNothing) {
+  EnvironmentSpec ball = obstacle("ball", SphereShape{1, 3});
+  for (const bool moving : {false, true}) {
+    if (moving) ball.motion = {placed(0, {0, 0, 0}), placed(0.5, {1, 2, 0}, 500)};
+    const Watched<float> with(ball, true, 120), without(ball, false, 120);
+    ASSERT_EQ(with.contacts.size(), without.contacts.size());
+    EXPECT_GT(with.planes, 1000);
+    for (std::size_t i = 0; i < with.contacts.size(); ++i) {
+      const Contact<float>&a = with.contacts[i], &b = without.contacts[i];
+      ASSERT_TRUE(same_bits(a.plane, b.plane) && same_bits(a.lambda, b.lambda) && same_bits(a.slip, b.slip))
+          << "particle " << i % 400 << ", substep " << i / 400;
+    }
+    for (std::size_t i = 0; i < with.x.size(); ++i)
+      ASSERT_TRUE(same_bits(with.x[i], without.x[i]) && same_bits(with.v[i], without.v[i])) << i;
+  }
+}
+
+TEST(Contact, IsTheSameOnEveryExecutor) {
+  const EnvironmentSpec ball = obstacle("ball", SphereShape{1, 3});
+  Random random(6);
+  std::vector<Point> x, v;
+  for (int i = 0; i < 300; ++i) x.push_back(random.in_cube(1.5)), v.push_back(random.in_cube(10));
+  const auto run = [&]<class Executor>(const Executor& executor) {
+    ContactBench<Executor, float> bench(executor, ball, x, v);
+    for (int s = 0; s < 60; ++s) bench.substep(kStep, {0, -9.81, 0});
+    EXPECT_GT(bench.collider().contacts(), 0);
+    EXPECT_LT(bench.collider().max_penetration(bench.particles(), bench.time()), 1e-5);
+    return all_x(bench);
+  };
+  const std::vector<Point> serial = run(Serial{});
+  for (const int threads : {1, 2, 3, 8}) {
+    const std::vector<Point> parallel = run(OpenMP{threads});
+    for (std::size_t i = 0; i < x.size(); ++i) ASSERT_TRUE(same_bits(serial[i], parallel[i])) << threads << " threads";
+  }
+}
+
+TEST(Contact, PenetrationIsMeasuredInsideSolidsOnly) {
+  for (const Sides sides : {Sides::Solid, Sides::OneSided, Sides::TwoSided}) {
+    const EnvironmentSpec box = obstacle("box", BoxShape{{1, 1, 1}, {2, 2, 2}}, sides);
+    ContactBench<Serial, double> bench({}, box, {{0, 0.3, 0}, {0.1, 0.45, 0}, {2, 2, 2}}, std::vector<Point>(3));
+    // Looked at before any contact has lifted them.
+    EXPECT_NEAR(bench.collider().max_penetration(bench.particles(), 0), sides == Sides::Solid ? 0.2 : 0.0, 1e-12);
+  }
+}
+
+TEST(Contact, PinnedParticlesGetNone) {
+  const EnvironmentSpec box = obstacle("box", BoxShape{{1, 1, 1}, {2, 2, 2}});
+  ContactBench<Serial, double> bench({}, box, {{0, 0.4, 0}}, {{0, 0, 0}});
+  bench.particles().p[0].w = 0;
+  bench.substep(kStep);
+  EXPECT_EQ(bench.x(0).y, 0.4);
+  EXPECT_EQ(bench.collider().contacts(), 0);
+  EXPECT_EQ(bench.collider().max_penetration(bench.particles(), bench.time()), 0);
+}
+
+}  // namespace
+}  // namespace malha

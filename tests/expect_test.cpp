@@ -1,0 +1,127 @@
+#include "host/expect.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+namespace malha {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using Lines = std::vector<std::string>;
+
+/// An expectation of "at most `allowed`", by its name in a scene, and where the measure comes from.
+struct AtMost {
+  std::string name;
+  std::optional<double> Expect::*allowed;
+  std::function<void(Measures&, double)> measure;
+};
+
+const std::vector<AtMost> kAtMost = {
+    {"max_strain", &Expect::max_strain, [](Measures& m, double a) { m.strain_max = a; }},
+    {"rms_strain", &Expect::rms_strain, [](Measures& m, double a) { m.strain_rms = a; }},
+    {"max_penetration", &Expect::max_penetration, [](Measures& m, double a) { m.penetration_max = a; }},
+    {"energy_not_above", &Expect::energy_not_above, [](Measures& m, double a) { m.potential = a; }},
+    {"max_speed", &Expect::max_speed, [](Measures& m, double a) { m.speed_max = a; }},
+};
+
+TEST(UnmetExpectations, AreNoneWhereNothingIsExpected) {
+  Measures bad;
+  bad.strain_max = bad.strain_rms = bad.penetration_max = bad.kinetic = bad.speed_max = kNaN;
+  bad.volume_ratios = {kNaN};
+  EXPECT_EQ(unmet_expectations({}, bad, {{1e30, 0, 0}}), Lines{});
+}
+
+TEST(UnmetExpectations, ReportEveryNumberThatIsTooLarge) {
+  for (const AtMost& one : kAtMost) {
+    Expect expect;
+    expect.*one.allowed = 0.5;
+    Measures measures;
+    for (const double good : {-1.0, 0.0, 0.5}) {
+      one.measure(measures, good);
+      EXPECT_EQ(unmet_expectations(expect, measures, {}), Lines{}) << one.name;
+    }
+    one.measure(measures, 0.75);
+    EXPECT_EQ(unmet_expectations(expect, measures, {}), Lines{one.name + ": found 0.75; expected at most 0.5"});
+    one.measure(measures, std::numeric_limits<double>::infinity());
+    EXPECT_EQ(unmet_expectations(expect, measures, {}).size(), 1u) << one.name;
+  }
+}
+
+TEST(UnmetExpectations, ReportNaNAsUnmet) {
+  for (const AtMost& one : kAtMost) {
+    Expect expect;
+    expect.*one.allowed = 0.5;
+    Measures measures;
+    one.measure(measures, kNaN);
+    EXPECT_EQ(unmet_expectations(expect, measures, {}).size(), 1u) << one.name;
+  }
+  Expect expect;
+  expect.volume_ratio = {0.9, 1.1};
+  Measures measures;
+  measures.volume_ratios = {kNaN};
+  EXPECT_FALSE(unmet_expectations(expect, measures, {}).empty());
+}
+
+TEST(UnmetExpectations, CountEnergyAsTheSumOfItsKinds) {
+  Expect expect;
+  expect.energy_not_above = 6;
+  Measures measures;
+  measures.kinetic = 1, measures.potential = 2, measures.elastic = 3;
+  EXPECT_EQ(unmet_expectations(expect, measures, {}), Lines{});
+  measures.elastic = 4;
+  EXPECT_EQ(unmet_expectations(expect, measures, {}), Lines{"energy_not_above: found 7; expected at most 6"});
+}
+
+TEST(UnmetExpectations, LookAtTheVolumeOfEveryBody) {
+  Expect expect;
+  expect.volume_ratio = {0.9, 1.1};
+  Measures measures;
+  measures.volume_ratios = {0.9, 1.0, 1.1};
+  EXPECT_EQ(unmet_expectations(expect, measures, {}), Lines{});
+  measures.volume_ratios = {1.0, 0.5, 1.5};
+  EXPECT_EQ(unmet_expectations(expect, measures, {}),
+            (Lines{"volume_ratio: found 0.5; expected at least 0.9", "volume_ratio: found 1.5; expected at most 1.1"}));
+}
+
+TEST(UnmetExpectations, CountParticlesOutsideTheBox) {
+  Expect expect;
+  expect.inside_min = {0, 0, 0}, expect.inside_max = {1, 1, 1};
+  EXPECT_EQ(unmet_expectations(expect, {}, {{0, 0, 0}, {1, 1, 1}, {0.5, 0.5, 0.5}}), Lines{});
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double outside : {-0.001, 1.001}) {
+      Vec3 x{0.5, 0.5, 0.5};
+      x[axis] = outside;
+      EXPECT_EQ(unmet_expectations(expect, {}, {x, {0.5, 0.5, 0.5}, x}),
+                Lines{"inside: found 2 particles outside the box"});
+    }
+}
+
+TEST(UnmetExpectations, TakeHalfABox) {
+  Expect low, high;
+  low.inside_min = {0, 0, 0}, high.inside_max = {1, 1, 1};
+  EXPECT_EQ(unmet_expectations(low, {}, {{9, 9, 9}}), Lines{});
+  EXPECT_EQ(unmet_expectations(low, {}, {{9, -9, 9}}).size(), 1u);
+  EXPECT_EQ(unmet_expectations(high, {}, {{-9, -9, -9}}), Lines{});
+  EXPECT_EQ(unmet_expectations(high, {}, {{-9, 9, -9}}).size(), 1u);
+}
+
+TEST(UnmetExpectations, AlwaysReportPositionsThatAreNotFinite) {
+  for (const double bad : {kNaN, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()})
+    EXPECT_EQ(unmet_expectations({}, {}, {{0, 0, 0}, {0, bad, 0}}), Lines{"1 particles are not finite"});
+  Expect expect;
+  expect.inside_min = {0, 0, 0};
+  EXPECT_EQ(unmet_expectations(expect, {}, {{kNaN, 1, 1}}).size(), 2u) << "nor is NaN inside a box";
+}
+
+TEST(UnmetExpectations, ReportSeveralAtOnce) {
+  Expect expect;
+  expect.max_strain = 0.1, expect.max_speed = 1, expect.inside_max = {1, 1, 1};
+  Measures measures;
+  measures.strain_max = 0.2, measures.speed_max = 2;
+  EXPECT_EQ(unmet_expectations(expect, measures, {{2, 0, 0}}).size(), 3u);
+}
+
+}  // namespace
+}  // namespace malha

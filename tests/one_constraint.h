@@ -1,0 +1,123 @@
+// One constraint of any kind with particles of its own, for the tests that iterate the registry.
+#pragma once
+#include <array>
+#include <vector>
+
+#include "kernels/constraints.h"
+#include "tests/numbers.h"
+
+namespace malha {
+
+template <class Kind>
+using Corners = std::array<Vector3<double>, Kind::particles>;
+
+/// Laid out as Project wants it: padding repeats the constraint.
+template <class Kind, class R>
+struct OneConstraint {
+  static constexpr int n = Kind::particles;
+  alignas(64) Vec4<R> p[n];
+  alignas(64) int index[n][kLanes<R>];
+  alignas(64) R rest[kLanes<R>], lambda[kLanes<R>];
+
+  OneConstraint(const Corners<Kind>& at, const std::array<double, n>& w, double rest_value) {
+    for (int j = 0; j < n; ++j) p[j] = {R(at[j].x), R(at[j].y), R(at[j].z), R(w[j])};
+    for (int lane = 0; lane < kLanes<R>; ++lane) {
+      rest[lane] = R(rest_value), lambda[lane] = 0;
+      for (int j = 0; j < n; ++j) index[j][lane] = j;
+    }
+  }
+
+  template <Update update>
+  void project(double stiffness, double compliance) {
+    Project<Kind, R, update> kernel{p, {}, rest, lambda, R(stiffness), R(compliance), {0, 1, 0}};
+    for (int j = 0; j < n; ++j) kernel.index[j] = index[j];
+    kernel(0);
+  }
+
+  R C() const {
+    Vector3<R> grad[n];
+    return evaluate(grad);
+  }
+  R evaluate(Vector3<R> (&grad)[n]) const {
+    Vector3<R> q[n];
+    for (int j = 0; j < n; ++j) q[j] = p[j].xyz();
+    return Kind::evaluate(q, rest[0], grad);
+  }
+};
+
+/// C and its gradient in double.
+template <class Kind>
+double evaluate(const Corners<Kind>& at, double rest, Vector3<double> (&grad)[Kind::particles]) {
+  Vector3<double> q[Kind::particles];
+  for (int j = 0; j < Kind::particles; ++j) q[j] = at[j];
+  return Kind::evaluate(q, rest, grad);
+}
+
+template <class Kind>
+double rest_of(const Corners<Kind>& at, double parameter) {
+  Vector3<double> q[Kind::particles];
+  for (int j = 0; j < Kind::particles; ++j) q[j] = at[j];
+  return Kind::rest(q, parameter);
+}
+
+template <class Kind>
+std::array<double, Kind::particles> unequal_masses(Random& random) {
+  std::array<double, Kind::particles> w;
+  for (double& a : w) a = random(0.2, 5);
+  return w;
+}
+
+/// Points at unequal places of a unit cube, none nearer than 0.3 to another or to the line through two others, so that
+/// gradients are of the size of 1 to 10.
+template <class Kind>
+Corners<Kind> spread_out(Random& random) {
+  for (;;) {
+    Corners<Kind> at;
+    for (auto& a : at) a = random.in_cube();
+    bool good = true;
+    for (const auto& a : at)
+      for (const auto& b : at)
+        for (const auto& c : at) {
+          if (&a == &b) continue;
+          const Vector3<double> line = b - a;
+          good = good && norm(line) > 0.3;
+          if (&c != &a && &c != &b) good = good && norm(cross(line, c - a)) > 0.3 * norm(line);
+        }
+    if (good) return at;
+  }
+}
+
+/// A hinge about the x axis, folded by `angle` (rad) about random triangles: 0 is flat, positive and negative are the
+/// two sides.
+inline std::array<Vector3<double>, 4> folded_hinge(Random& random, double angle) {
+  const double far = random(0.5, 1), width = random(0.5, 1);
+  return {{{0, 0, 0},
+           {random(0.8, 1.2), 0, 0},
+           {random(0.2, 0.8), far, 0},
+           {random(0.2, 0.8), -width * std::cos(angle), width * std::sin(angle)}}};
+}
+
+/// What the tests of every kind run on: random places, and for hinges folds close to a half turn on both sides too.
+template <class Kind>
+std::vector<Corners<Kind>> configurations(int count, unsigned seed) {
+  Random random(seed);
+  std::vector<Corners<Kind>> all;
+  for (int i = 0; i < count; ++i) all.push_back(spread_out<Kind>(random));
+  if constexpr (Kind::element == Element::Hinges && Kind::particles == 4)
+    for (const double angle : {-3.1, -3.0, -2.0, -1.0, -0.01, 0.0, 0.01, 1.0, 2.0, 3.0, 3.1})
+      for (int i = 0; i < 5; ++i) all.push_back(folded_hinge(random, angle));
+  return all;
+}
+
+/// A rest value that the places do not meet, and far from half a turn away for angles: that of other random places.
+template <class Kind>
+double another_rest(const Corners<Kind>& at, Random& random) {
+  for (;;) {
+    const double rest = rest_of<Kind>(spread_out<Kind>(random), Kind::parameter.standard);
+    Vector3<double> grad[Kind::particles];
+    const double C = evaluate<Kind>(at, rest, grad);
+    if (std::abs(C) > 0.05 && std::abs(C) < 3) return rest;
+  }
+}
+
+}  // namespace malha

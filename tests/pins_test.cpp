@@ -1,0 +1,98 @@
+#include "host/pins.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "host/error.h"
+#include "host/generate.h"
+#include "tests/scene_builders.h"
+
+namespace malha {
+namespace {
+
+/// Which particles these pins hold on a body of this shape.
+std::vector<int> held(const Shape& shape, std::vector<Pin> pins) {
+  Scene scene = scene_of({body("first", GridShape{}), body("second", shape)});
+  scene.bodies[1].pins = std::move(pins);
+  const std::vector<bool> pinned = pinned_particles(scene, 1, make_mesh(shape));
+  std::vector<int> found;
+  for (std::size_t i = 0; i < pinned.size(); ++i)
+    if (pinned[i]) found.push_back(static_cast<int>(i));
+  return found;
+}
+
+std::string refusal(const Shape& shape, std::vector<Pin> pins) {
+  try {
+    held(shape, std::move(pins));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+using List = std::vector<int>;
+const GridShape kGrid{{2, 3}, {2, 3}};  // 3 x 4 particles a metre apart, x fastest
+const ChainShape kChain{{0, 0, 0}, {4, 0, 0}, 4};
+
+TEST(Pins, HoldNothingWhereThereAreNone) { EXPECT_EQ(held(kGrid, {}), List{}); }
+
+TEST(Pins, OfARowHoldTheFirstOrLastRowOfAGrid) {
+  EXPECT_EQ(held(kGrid, {RowPin{false}}), (List{0, 1, 2}));
+  EXPECT_EQ(held(kGrid, {RowPin{true}}), (List{9, 10, 11}));
+}
+
+TEST(Pins, OfARowHoldTheFirstOrLastPointOfAChain) {
+  EXPECT_EQ(held(kChain, {RowPin{false}}), List{0});
+  EXPECT_EQ(held(kChain, {RowPin{true}}), List{4});
+}
+
+TEST(Pins, OfABoxHoldWhatLiesInItAndOnItsSides) {
+  EXPECT_EQ(held(kGrid, {BoxPin{{0.5, -1, 1}, {2, 1, 2}}}), (List{4, 5, 7, 8}));
+}
+
+TEST(Pins, OfASphereHoldWhatLiesInItAndOnItsSurface) {
+  EXPECT_EQ(held(kGrid, {SpherePin{{1, 0, 1}, 1}}), (List{1, 3, 4, 5, 7}));
+}
+
+TEST(Pins, NearestToAPointHoldOneParticleTheFirstOfEquallyNear) {
+  EXPECT_EQ(held(kGrid, {NearestPin{{1.2, 5, 2.9}}}), List{10});
+  EXPECT_EQ(held(kGrid, {NearestPin{{0.5, 0, 0}}}), List{0});
+}
+
+TEST(Pins, OfAListHoldItsParticles) { EXPECT_EQ(held(kGrid, {ListPin{{7, 2, 7}}}), (List{2, 7})); }
+
+TEST(Pins, AddUp) {
+  EXPECT_EQ(held(kGrid, {NearestPin{{0, 0, 0}}, NearestPin{{2, 0, 0}}, ListPin{{11}}}), (List{0, 2, 11}));
+}
+
+TEST(Pins, ThatFindNoParticleAreRefused) {
+  EXPECT_EQ(refusal(kGrid, {ListPin{{1}}, BoxPin{{5, 5, 5}, {6, 6, 6}}}),
+            "test.json: /bodies/1/pins/1: found no particle there; allowed: a pin that holds a particle (rows are for "
+            "grids and chains)");
+  EXPECT_NE(refusal(kGrid, {SpherePin{{1, 1, 1}, 0.9}}), "");
+  EXPECT_NE(refusal(kGrid, {BoxPin{{2, 1, 3}, {0, -1, 0}}}), "") << "a box inside out";
+  EXPECT_NE(refusal(kGrid, {ListPin{}}), "");
+}
+
+TEST(Pins, OfARowAreRefusedOnShapesWithoutRows) {
+  EXPECT_EQ(refusal(SphereShape{0.5, 1}, {RowPin{}}),
+            "test.json: /bodies/1/pins/0: found no particle there; allowed: a pin that holds a particle (rows are for "
+            "grids and chains)");
+  EXPECT_NE(refusal(BoxShape{}, {RowPin{}}), "");
+  EXPECT_NE(refusal(CloudShape{}, {RowPin{}}), "");
+}
+
+TEST(Pins, OfParticlesThatAreNotThereAreRefused) {
+  EXPECT_EQ(refusal(kGrid, {ListPin{{0, 12}}}), "test.json: /bodies/1/pins/0: found particle 12; allowed: 0 to 11");
+  EXPECT_EQ(refusal(kGrid, {ListPin{{-1}}}), "test.json: /bodies/1/pins/0: found particle -1; allowed: 0 to 11");
+}
+
+TEST(Pins, ThatLeaveNothingToMoveAreRefused) {
+  EXPECT_EQ(refusal(kGrid, {BoxPin{{-9, -9, -9}, {9, 9, 9}}}),
+            "test.json: /bodies/1/pins: found every particle of body 'second' pinned; allowed: at least one that can "
+            "move");
+}
+
+}  // namespace
+}  // namespace malha

@@ -1,0 +1,147 @@
+// What malha plan says is what runs, and no more than the scene needs.
+#include "host/plan.h"
+
+#include <set>
+
+#include "host/solver.h"
+#include "tests/run_scenes.h"
+#include "tests/support.h"
+
+namespace malha {
+namespace {
+
+std::string plan_of(const Json& scene, const SimulationOptions& options = {.threads = 1}) {
+  return plan(Simulation(parsed(scene), options));
+}
+
+bool says(const std::string& plan, const std::string& line) {
+  return ("\n" + plan).find("\n" + line + "\n") != std::string::npos;
+}
+
+/// Only what every scene has: particles that move.
+Json dust() {
+  return Json::parse(R"({
+    "name": "dust", "solver": {"type": "pbd", "dt": 0.01, "substeps": 3}, "duration": 1,
+    "bodies": [{"name": "dust", "mass": 1, "shape": {"cloud": {"min": [0,0,0], "max": [1,1,1], "count": [3,3,3]}}}]})");
+}
+
+/// Everything there is.
+Json balloon_in_the_wind() {
+  return Json::parse(R"({
+    "name": "balloon", "gravity": [0, -9.81, 0], "wind": {"velocity": [1, 0, 0], "drag": 0.001}, "duration": 2,
+    "solver": {"type": "pbd", "dt": 0.02, "substeps": 4, "iterations": 3, "precision": "double"},
+    "bodies": [{
+      "name": "balloon", "shape": {"sphere": {"radius": 0.5, "subdivisions": 2}}, "mass": 0.3, "damping": 0.1,
+      "transform": {"translate": [0, 0.49, 0]},
+      "pins": [{"particles": [0]}],
+      "constraints": [{"type": "distance", "compliance": 0.001}, {"type": "distance_limit", "limit": 0.2},
+                      {"type": "bending", "stiffness": 0.1}, {"type": "pressure"}]}],
+    "environment": [{"name": "ground", "shape": {"box": {"size": [6, 1, 6], "cells": [1, 1, 1]}}, "restitution": 0.5,
+                     "transform": {"translate": [0, -0.5, 0]}}]})");
+}
+
+TEST(Plan, OfLooseParticlesIsThreePassesAndNothingElse) {
+  EXPECT_EQ(plan_of(dust()),
+            "scene: dust\n"
+            "solver: pbd, float precision, 1 thread\n"
+            "steps: 100 of 0.01 s, each 3 substeps of 1 iteration\n"
+            "particles: 27 in 1 body, 0 pinned\n"
+            "passes of a step:\n"
+            "  prediction: 3 launches\n"
+            "  state: 3 launches\n"
+            "memory:\n"
+            "  particles: 1296 B\n"  // x, v and p of 16 bytes
+            "Embree: no (no environment)\n");
+}
+
+TEST(Plan, NamesConstraintsWithColoursAndBatchSizes) {
+  const Json scene = balloon_in_the_wind();
+  const Simulation simulation(parsed(scene), {.threads = 1});
+  const std::string text = plan(simulation);
+  EXPECT_TRUE(says(text, "particles: 162 in 1 body, 1 pinned")) << text;
+  // 12 projections a step of 480 edges twice, 480 hinges and one pressure.
+  EXPECT_TRUE(says(text, "constraints: " + std::to_string(12 * (3 * 480 + 1)) + " projections a step")) << text;
+  for (const SetFacts& set : simulation.solver().facts().sets) {
+    std::string line = "  " + set.type + ": 480 in " + std::to_string(set.batch_sizes.size()) + " colours, ";
+    line += set.type == "bending" ? "stiffness 0.1" : set.type == "distance" ? "compliance 0.001" : "stiffness 1";
+    line += "; batches of";
+    int sum = 0;
+    for (const int size : set.batch_sizes) line += " " + std::to_string(size), sum += size;
+    EXPECT_EQ(sum, 480);
+    EXPECT_TRUE(says(text, line)) << line << " is not in\n" << text;
+  }
+  EXPECT_EQ(simulation.solver().facts().sets.size(), 3u);
+  EXPECT_TRUE(says(text, "  pressure: 1 over 162 particles and 320 triangles")) << text;
+}
+
+TEST(Plan, CountsBytesByOwnerAsTheReportDoes) {
+  const Simulation simulation(parsed(balloon_in_the_wind()), {.threads = 1});
+  const std::string text = plan(simulation);
+  const auto kib = [](const Json& bytes) {
+    char line[32];
+    std::snprintf(line, sizeof line, "%.1f KiB", bytes.get<double>() / 1024);
+    return std::string(line);
+  };
+  const Json memory = Json::parse(simulation.report("planned"))["memory"];
+  EXPECT_TRUE(says(text, "  particles: " + kib(memory["particles_bytes"]))) << text;
+  EXPECT_TRUE(says(text, "  constraints: " + kib(memory["constraints_bytes"]))) << text;
+  EXPECT_TRUE(says(text, "  collision: " + kib(memory["collision_bytes"]) + " and Embree's own")) << text;
+  EXPECT_TRUE(says(text, "Embree: yes, for 1 environment object")) << text;
+}
+
+/// Scenes between the two above, by what they leave out.
+class PlanPasses : public testing::TestWithParam<std::vector<std::string>> {
+ protected:
+  PlanPasses() : scene_(balloon_in_the_wind()) {
+    for (const std::string& pointer : GetParam()) {
+      const Json::json_pointer at(pointer);
+      scene_[at.parent_pointer()].is_array() ? scene_[at.parent_pointer()].erase(std::stoul(at.back()))
+                                             : void(scene_[at.parent_pointer()].erase(at.back()));
+    }
+  }
+  Json scene_;
+};
+
+TEST_P(PlanPasses, AreThoseThatAStepSpendsTimeIn) {
+  Simulation simulation(parsed(scene_), {.threads = 1});
+  const std::string text = plan(simulation);
+  simulation.step();
+  for (std::size_t k = 0; k < kPassNames.size(); ++k)
+    EXPECT_EQ(
+        text.find("\n  " + std::string(kPassNames[k]) + ": ", text.find("passes of a step:")) != std::string::npos,
+        simulation.solver().pass_seconds()[k] > 0)
+        << kPassNames[k] << " in\n"
+        << text;
+}
+
+TEST_P(PlanPasses, HaveNoLineAboutWhatTheSceneLeavesOut) {
+  const std::string text = plan_of(scene_);
+  for (const char* kind : {"distance", "distance_limit", "bending", "pressure"}) {
+    bool named = false;
+    for (const Json& c : scene_["bodies"][0]["constraints"]) named = named || c["type"] == kind;
+    EXPECT_EQ(text.find("  " + std::string(kind) + ": ") != std::string::npos, named) << kind << " in\n" << text;
+  }
+  for (const char* word : {"collision", "contact", "and Embree's own"})
+    EXPECT_EQ(text.find(word) != std::string::npos, scene_.contains("environment")) << word << " in\n" << text;
+  EXPECT_EQ(text.find("damping") != std::string::npos, scene_["bodies"][0].contains("damping")) << text;
+}
+
+const std::string constraints_pointer = "/bodies/0/constraints";
+INSTANTIATE_TEST_SUITE_P(
+    Of, PlanPasses,
+    testing::Values(std::vector<std::string>{}, std::vector<std::string>{"/environment"},
+                    std::vector<std::string>{"/bodies/0/damping", "/wind"},
+                    std::vector<std::string>{"/environment/0/restitution", constraints_pointer + "/3"},
+                    std::vector<std::string>{constraints_pointer + "/2", constraints_pointer + "/1"},
+                    std::vector<std::string>{"/environment", "/bodies/0/damping", constraints_pointer}));
+
+TEST(Plan, SaysThatFacesWereLeftOut) {
+  const TemporaryFolder folder;
+  Json scene = dust();
+  scene["bodies"][0]["shape"] = {
+      {"mesh", folder.write("mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 0 1\nv 2 0 0\nf 1 2 3\nf 1 2 4\nf 2 4 3\n")}};
+  EXPECT_TRUE(says(plan_of(scene), "left out: 1 face without area")) << plan_of(scene);
+}
+
+}  // namespace
+}  // namespace malha

@@ -1,0 +1,199 @@
+// report.json: every promised number is there, under its name, and is plausible or exact.
+
+#include "host/build_info.h"
+#include "tests/run_scenes.h"
+#include "tests/support.h"
+
+namespace malha {
+namespace {
+
+/// A soft balloon that presses on the ground beside a sheet that hangs from a row: every kind of constraint.
+Json everything() {
+  return Json::parse(R"({
+    "name": "everything",
+    "solver": {"type": "pbd", "dt": 0.02, "substeps": 4, "iterations": 2, "precision": "double"},
+    "gravity": [0, -9.81, 0],
+    "bodies": [
+      {"name": "balloon", "shape": {"sphere": {"radius": 0.5, "subdivisions": 2}}, "mass": 0.3, "damping": 0.1,
+       "transform": {"translate": [0, 0.45, 0]},
+       "constraints": [{"type": "distance", "on": ["edges"], "compliance": 0.001}, {"type": "bending", "stiffness": 0.1},
+                       {"type": "pressure", "pressure": 1.1}]},
+      {"name": "sheet", "shape": {"grid": {"size": [1, 1], "cells": [4, 4]}}, "density": 0.2,
+       "transform": {"translate": [2, 1, 0]}, "pins": [{"row": "first"}],
+       "constraints": [{"type": "distance", "on": ["edges"]}, {"type": "distance_limit", "on": ["shear"], "limit": 0.1}]}
+    ],
+    "environment": [{"name": "ground", "shape": {"box": {"size": [6, 1, 6], "cells": [1, 1, 1]}}, "friction": 0.5,
+                     "transform": {"translate": [0, -0.5, 0]}, "thickness": 0.01}],
+    "duration": 1
+  })");
+}
+
+Json report_of(const Json& scene, int steps, const SimulationOptions& options = {.threads = 1}) {
+  Simulation simulation(parsed(scene), options);
+  for (int i = 0; i < steps; ++i) simulation.step();
+  return Json::parse(simulation.report("finished"));
+}
+
+TEST(Report, SaysWhatRanOnWhat) {
+  const Json report = report_of(everything(), 1, {.threads = 3});
+  EXPECT_EQ(report["scene"], "everything");
+  EXPECT_EQ(report["status"], "finished");
+  EXPECT_EQ(report["notes"], Json::array());
+  EXPECT_EQ(report["malha_version"], version());
+  EXPECT_EQ(report["compiler"], compiler());
+  EXPECT_NE(report["compiler"].get<std::string>().find_first_of("0123456789"), std::string::npos);
+  EXPECT_NE(report["flags"].get<std::string>().find("-ffp-contract=off"), std::string::npos);
+  EXPECT_FALSE(report["cpu"].get<std::string>().empty());
+  EXPECT_EQ(report["threads"], 3);
+  EXPECT_EQ(report["solver"], Json::parse(R"({"type": "pbd", "precision": "double", "dt_s": 0.02, "substeps": 4,
+                                              "iterations": 2})"));
+  EXPECT_EQ(report_of(swinging_sheet(false, "float"), 1)["solver"]["precision"], "float");
+  EXPECT_EQ(report_of(everything(), 1, {.backend = Backend::Serial})["threads"], 1);
+}
+
+TEST(Report, CountsParticlesConstraintsAndColoursOfEveryKind) {
+  const Json report = report_of(everything(), 1), kinds = report["constraints"];
+  EXPECT_EQ(report["particles"], 162 + 25);
+  ASSERT_EQ(kinds.size(), 4u);
+  EXPECT_EQ(kinds["distance"]["count"], 480 + 40 - 4) << "the four edges of the pinned row could move nothing";
+  EXPECT_EQ(kinds["bending"]["count"], 480);
+  EXPECT_EQ(kinds["distance_limit"]["count"], 2 * 16);
+  EXPECT_EQ(kinds["pressure"], Json::parse(R"({"count": 1, "colours": 1})"));
+  // At least as many colours as constraints that meet in a particle: 6 edges, and as many hinges as edges around a
+  // particle and opposite to it, 6 + 6.
+  EXPECT_GE(kinds["distance"]["colours"], 6);
+  EXPECT_GE(kinds["bending"]["colours"], 12);
+  EXPECT_GE(kinds["distance_limit"]["colours"], 4);
+  EXPECT_EQ(report["zero_area_faces_dropped"], 0);
+}
+
+TEST(Report, TimesSetUpStepsAndPassesWithinEachOther) {
+  const int steps = 5;
+  const Json report = report_of(everything(), steps), setup = report["setup_s"], timing = report["timing"];
+  double parts = 0;
+  for (const char* part : {"model", "constraints", "collision"}) {
+    EXPECT_GT(setup[part], 0) << part;
+    parts += setup[part].get<double>();
+  }
+  EXPECT_LE(parts, setup["total"]);
+
+  EXPECT_EQ(timing["steps"], steps);
+  EXPECT_GT(timing["step_ms_min"], 0);
+  EXPECT_LE(timing["step_ms_min"], timing["step_ms_median"]);
+  EXPECT_LE(timing["step_ms_median"], timing["step_ms_max"]);
+  double passes = 0;
+  for (const char* pass :
+       {"damping_ms", "prediction_ms", "collision_ms", "projection_ms", "pressure_ms", "contact_ms", "state_ms"}) {
+    ASSERT_TRUE(timing["step_ms_by_pass"].contains(pass)) << pass;
+    EXPECT_GT(timing["step_ms_by_pass"][pass], 0) << pass;
+    passes += timing["step_ms_by_pass"][pass].get<double>();
+  }
+  EXPECT_EQ(timing["step_ms_by_pass"].size(), 7u);
+  // A step projects 516 + 480 + 32 + 1 constraints in each of 4 x 2 iterations.
+  const double mean_step_ms = timing["ns_per_projection"].get<double>() * 8 * 1029 * 1e-6;
+  const double rounding = 1 + 1e-12;
+  EXPECT_GE(mean_step_ms * rounding, timing["step_ms_min"]);
+  EXPECT_LE(mean_step_ms, timing["step_ms_max"].get<double>() * rounding);
+  EXPECT_LE(passes, mean_step_ms * rounding);
+}
+
+TEST(Report, HasNoPassesNoProjectionsAndNoStrainWhereTheSceneHasNone) {
+  const Json scene = Json::parse(R"({
+    "name": "dust", "solver": {"type": "pbd", "dt": 0.01}, "duration": 1,
+    "bodies": [{"name": "dust", "mass": 1, "shape": {"cloud": {"min": [0,0,0], "max": [1,1,1], "count": [3,3,3]}}}]})");
+  const Json report = report_of(scene, 2);
+  EXPECT_EQ(report["constraints"], Json::object());
+  EXPECT_EQ(report["timing"]["step_ms_by_pass"].size(), 2u) << report["timing"];  // prediction and state
+  EXPECT_FALSE(report["timing"].contains("ns_per_projection"));
+  EXPECT_FALSE(report["state"].contains("strain_rms"));
+  EXPECT_FALSE(report["state"].contains("volume_ratios"));
+  EXPECT_EQ(report["memory"]["constraints_bytes"], 0);
+  EXPECT_EQ(report["memory"]["collision_bytes"], 0);
+  EXPECT_EQ(report_of(scene, 0)["timing"], Json::parse(R"({"steps": 0})"));
+}
+
+TEST(Report, CountsBytes) {
+  const Json memory = report_of(everything(), 1)["memory"];
+  EXPECT_EQ(memory["particles_bytes"], 187 * 3 * 32) << "x, v and p, four doubles each";
+  // At least the indices and one number of each constraint; the ground's 8 points and 12 triangles.
+  EXPECT_GE(memory["constraints_bytes"], (516 + 32) * (2 * 4 + 8) + 480 * (4 * 4 + 8));
+  EXPECT_GE(memory["collision_bytes"], 8 * 3 * 4 + 12 * 3 * 4);
+  const double listed = memory["particles_bytes"].get<double>() + memory["constraints_bytes"].get<double>() +
+                        memory["collision_bytes"].get<double>();
+  EXPECT_GT(memory["peak_mib"], listed / 1048576);
+}
+
+/// A sheet without constraints in free fall, dt = h: v = v0 + g t, and the steps' own sum x = x0 + v0 t + g t (t + h)
+/// / 2.
+TEST(Report, MeasuresMomentaAndEnergyOfFreeFall) {
+  const Json report = report_of(Json::parse(R"({
+    "name": "fall", "solver": {"type": "pbd", "dt": 0.01, "substeps": 1, "precision": "double"},
+    "gravity": [0, -10, 0], "duration": 1,
+    "bodies": [{"name": "sheet", "shape": {"grid": {"size": [2, 2], "cells": [4, 4]}}, "mass": 3,
+                "transform": {"translate": [1, 20, -1]}, "velocity": [4, 0, 0]}]})"),
+                                50);
+  const Json state = report["state"];
+  const double m = 3, t = 0.5, h = 0.01, vx = 4, vy = -10 * t;  // the centre starts at (2, 20, 0)
+  const double x = 2 + vx * t, y = 20 - 10 * t * (t + h) / 2;
+  const double tolerance = 1e-10;  // of numbers up to 1e3 in double, after 50 steps of rounding
+  const auto near = [tolerance](const Json& found, const std::vector<double>& expected) {
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t k = 0; k < expected.size(); ++k) EXPECT_NEAR(found[k], expected[k], tolerance) << k;
+  };
+  EXPECT_NEAR(report["time_s"], t, 1e-14);
+  EXPECT_EQ(report["step"], 50);
+  near(state["momentum_kg_m_per_s"], {m * vx, m * vy, 0});
+  near(state["angular_momentum_kg_m2_per_s"], {0, 0, m * (x * vy - y * vx)});
+  EXPECT_NEAR(state["kinetic_energy_j"], m * (vx * vx + vy * vy) / 2, tolerance);
+  EXPECT_NEAR(state["potential_energy_j"], m * 10 * y, tolerance);
+  EXPECT_EQ(state["elastic_energy_j"], 0);
+  EXPECT_NEAR(state["energy_j"], m * (vx * vx + vy * vy) / 2 + m * 10 * y, tolerance);
+  EXPECT_NEAR(state["speed_max_m_per_s"], std::hypot(vx, vy), tolerance);
+  EXPECT_EQ(state["contacts"], 0);
+  EXPECT_EQ(state["penetration_max_m"], 0);
+}
+
+TEST(Report, MeasuresStrainContactsAndVolume) {
+  const Json state = report_of(everything(), 40)["state"];
+  EXPECT_GT(state["strain_rms"], 0);
+  EXPECT_LT(state["strain_rms"], state["strain_max"]);
+  EXPECT_LT(state["strain_max"], 1);
+  EXPECT_GT(state["elastic_energy_j"], 0);
+  EXPECT_GE(state["contacts"], 1) << "the balloon lies on the ground";
+  EXPECT_LE(state["contacts"], 162);
+  EXPECT_GE(state["penetration_max_m"], 0);
+  EXPECT_LE(state["penetration_max_m"], 0.01) << "of the thickness at most";
+  ASSERT_EQ(state["volume_ratios"].size(), 1u);
+  EXPECT_NEAR(state["volume_ratios"][0], 1.1, 0.05) << "the pressure asked for, but for the weight of the balloon";
+}
+
+/// 1e-18 m is nothing a million metres away: both ends are the same point, and the edge has no direction.
+TEST(Report, CountsConstraintsWithoutADirection) {
+  Json scene = Json::parse(R"({
+    "name": "point", "solver": {"type": "pbd", "dt": 0.01}, "duration": 1,
+    "bodies": [{"name": "chain", "mass": 1, "transform": {"translate": [1e6, 0, 0]},
+                "shape": {"chain": {"from": [0, 0, 0], "to": [1e-18, 0, 0], "segments": 1}},
+                "constraints": [{"type": "distance"}]}]})");
+  EXPECT_EQ(report_of(scene, 1)["state"]["degenerate_constraints_skipped"], 1);
+  scene["bodies"][0]["shape"]["chain"]["to"][0] = 1;
+  EXPECT_EQ(report_of(scene, 1)["state"]["degenerate_constraints_skipped"], 0);
+}
+
+TEST(Report, HashesTheStateIntoSixteenDigits) {
+  const std::string hash = report_of(everything(), 10)["state_hash"];
+  EXPECT_EQ(hash.size(), 16u);
+  EXPECT_EQ(hash.find_first_not_of("0123456789abcdef"), std::string::npos);
+  EXPECT_EQ(hash, report_of(everything(), 10, {.threads = 2})["state_hash"]);
+  EXPECT_NE(hash, report_of(everything(), 11)["state_hash"]);
+}
+
+TEST(Report, NamesEveryNumberWithItsUnitInSnakeCase) {
+  const Json report = report_of(everything(), 2).flatten();
+  for (const auto& [pointer, value] : report.items()) {
+    EXPECT_EQ(pointer.find_first_not_of("abcdefghijklmnopqrstuvwxyz_0123456789/"), std::string::npos) << pointer;
+    EXPECT_FALSE(value.is_null()) << pointer;
+  }
+}
+
+}  // namespace
+}  // namespace malha

@@ -1,0 +1,71 @@
+// Small scenes made in code, for tests whose answer is a formula.
+#pragma once
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/simulation.h"
+
+namespace malha {
+
+inline constexpr double kPi = 3.14159265358979323846;
+inline constexpr Vec3 kEarth{0, -9.81, 0};  // m/s^2
+
+inline double length(const Vec3& a) { return std::hypot(a[0], a[1], a[2]); }
+inline Vec3 operator-(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+
+/// One loose particle.
+inline BodySpec particle(const Vec3& at, const Vec3& velocity = {}, double mass = 1) {
+  BodySpec body;
+  body.name = "particle";
+  body.shape = CloudShape{at, at, {1, 1, 1}};
+  body.velocity = velocity;
+  body.mass = mass;
+  return body;
+}
+
+/// A chain whose first particle is pinned; `mass` (kg) is that of each of its segments' ends on average, so that a
+/// single segment ends in a mass of exactly this.
+inline BodySpec hung_chain(const Vec3& from, const Vec3& to, int segments, double mass = 1) {
+  BodySpec body;
+  body.name = "chain";
+  body.shape = ChainShape{from, to, segments};
+  body.mass = mass * (segments == 1 ? 2 : segments + 1);
+  body.pins = {ListPin{{0}}};
+  return body;
+}
+
+inline ConstraintSpec stiff(const std::string& type, std::vector<std::string> on = {}, double stiffness = 1,
+                            double parameter = 1) {
+  return {type, std::move(on), stiffness, std::nullopt, parameter};
+}
+inline ConstraintSpec compliant(const std::string& type, double compliance, std::vector<std::string> on = {},
+                                double parameter = 1) {
+  return {type, std::move(on), 1, compliance, parameter};
+}
+
+inline Scene scene_of(std::vector<BodySpec> bodies, const Vec3& gravity, double dt, int substeps = 1,
+                      Precision precision = Precision::Double) {
+  Scene scene;
+  scene.name = "small";
+  scene.solver.dt = dt;
+  scene.solver.substeps = substeps;
+  scene.solver.precision = precision;
+  scene.gravity = gravity;
+  scene.bodies = std::move(bodies);
+  return scene;
+}
+
+/// Steps until `seconds` have passed, to the nearest step.
+inline void run_for(Simulation& simulation, const Scene& scene, double seconds) {
+  for (long long left = std::llround(seconds / scene.solver.dt); left > 0; --left) simulation.step();
+}
+
+inline Simulation after(const Scene& scene, double seconds, const SimulationOptions& options = {.threads = 1}) {
+  Simulation simulation(scene, options);
+  run_for(simulation, scene, seconds);
+  return simulation;
+}
+
+}  // namespace malha

@@ -1,0 +1,221 @@
+#include "tools/arguments.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <iostream>
+
+#include "host/build_info.h"
+#include "host/near_miss.h"
+#include "host/shown.h"
+
+namespace malha {
+
+namespace {
+
+const std::vector<std::string> kFirstWords{"run", "plan", "check", "--help", "-h", "--version"};
+const std::vector<std::string> kFormats{"vtp", "pc2", "ply", "obj"};
+const std::vector<std::string> kBackends{"openmp", "serial"};
+constexpr std::int64_t kMostSteps = 1'000'000'000;
+
+template <class T>
+bool reads(const std::string& text, T& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+std::string found(const std::string& text, const std::string& allowed) {
+  return "found " + malha::quoted(text) + "; allowed: " + allowed;
+}
+
+CLI::Validator whole_number(std::int64_t low, std::int64_t high) {
+  return {[low, high](const std::string& text) {
+            std::int64_t value = 0;
+            if (reads(text, value) && low <= value && value <= high) return std::string();
+            return found(text, "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+          },
+          ""};
+}
+
+CLI::Validator duration() {
+  return {[](const std::string& text) {
+            double value = 0;
+            return reads(text, value) && std::isfinite(value) && value > 0 ? "" : found(text, "a number > 0 (s)");
+          },
+          ""};
+}
+
+CLI::Validator one_of(const std::vector<std::string>& words) {
+  return {[&words](const std::string& text) {
+            if (std::find(words.begin(), words.end(), text) != words.end()) return std::string();
+            return "found " + malha::quoted(text) + did_you_mean(text, words) + "; allowed: " + join(words);
+          },
+          ""};
+}
+
+/// An option by its name and what it takes: what excludes what is said by the words beside it.
+struct Formatter : CLI::Formatter {
+  std::string make_option_opts(const CLI::Option* option) const override {
+    return option->get_type_name().empty() ? "" : " " + option->get_type_name();
+  }
+};
+
+void add_scene(CLI::App& command, Arguments& arguments) {
+  command.add_option("SCENE", arguments.scene, "Scene file (JSON; scenes/schema.json says what it may hold)")
+      ->required()
+      ->type_name("");
+}
+
+void add_executor(CLI::App& command, Arguments& arguments) {
+  command.add_option("--threads", arguments.threads, "Threads; as many as there are cores if not given")
+      ->check(whole_number(1, 1024))
+      ->type_name("N");
+  command.add_option("--backend", arguments.backend, "openmp (default) or serial")
+      ->check(one_of(kBackends))
+      ->type_name("NAME");
+}
+
+void add_results(CLI::App& command, Arguments& arguments) {
+  command.add_option("--out", arguments.out, "Folder of the results; out/NAME-OF-THE-SCENE-FILE if not given")
+      ->type_name("FOLDER");
+  CLI::Option* steps =
+      command.add_option("--steps", arguments.steps, "Stop at step N, instead of at the end of the scene's duration");
+  steps->check(whole_number(1, kMostSteps))->type_name("N");
+  command.add_option("--seconds", arguments.seconds, "Stop after S simulated seconds instead")
+      ->check(duration())
+      ->type_name("S")
+      ->excludes(steps);
+  command.add_option("--every", arguments.every, "A frame every N steps; 0 writes none")
+      ->check(whole_number(0, kMostSteps))
+      ->type_name("N");
+  command
+      .add_option("--format", arguments.formats,
+                  "Frames as vtp (ParaView), pc2 (Blender, Maya), ply, obj; several with commas")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(one_of(kFormats))
+      ->type_name("LIST");
+  CLI::Option* picture =
+      command.add_flag("--picture", arguments.picture, "Ray-traced pictures of the end and of six moments");
+  picture->disable_flag_override();
+  CLI::Option* picture_every = command.add_option("--picture-every", arguments.picture_every, "Also one every N steps");
+  picture_every->check(whole_number(1, kMostSteps))->type_name("N");
+  command.add_flag("--no-picture", arguments.no_picture, "No pictures, whatever the scene says")
+      ->excludes(picture)
+      ->excludes(picture_every);
+  command.add_flag("--resume", arguments.resume, "Go on where the run in the folder stopped, with the very same bits");
+  command.add_flag("--quiet", arguments.quiet, "Say nothing but what went wrong");
+}
+
+/// One line, whatever is wrong.
+std::string complaint(const CLI::App& command, const CLI::Error& error) {
+  const std::string name = "malha " + command.get_name();
+  std::string what = error.what();
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) {
+    std::vector<std::string> extras = command.remaining(), options;
+    // CLI11 gives the words in the order in which it gave up on them; an option says more than a word.
+    const auto dashed = std::find_if(extras.begin(), extras.end(), [](const auto& word) { return word[0] == '-'; });
+    const std::string word = dashed != extras.end() ? *dashed : extras.front();
+    for (const CLI::Option* option : command.get_options())
+      for (const std::string& known : option->get_lnames()) options.push_back("--" + known);
+    what = "found " + malha::quoted(word) + did_you_mean(word, options) + "; allowed: one scene and the options of " +
+           name;
+  }
+  return name + ": " + what + "; see " + name + " --help\n";
+}
+
+/// The words as a shell takes them back.
+std::string resume_command(int argc, char** argv) {
+  std::string line = "malha";
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$&|;<>()*?[]{}~#!`") == std::string::npos;
+    if (word == "--resume") continue;
+    line += " ";
+    if (plain) {
+      line += word;
+      continue;
+    }
+    line += "'";
+    for (const char letter : word) line += letter == '\'' ? "'\\''" : std::string(1, letter);
+    line += "'";
+  }
+  return line + " --resume";
+}
+
+void add_run(CLI::App& app, Arguments& arguments) {
+  CLI::App* run = app.add_subcommand("run", "Run a scene; report, frames and pictures go to a folder");
+  add_scene(*run, arguments);
+  add_results(*run, arguments);
+  add_executor(*run, arguments);
+  run->footer(
+      "Options win over the scene. Results are the same bits on any number of threads and on either backend.\n"
+      "A run replaces the results of an earlier one in its folder. Ctrl-C stops it after the step: report and\n"
+      "checkpoint are written, --resume goes on. A second Ctrl-C ends it at once.\n\n"
+      "Examples:\n"
+      "  malha run scenes/drape_bunny.json\n"
+      "  malha run scenes/balloon.json --out /tmp/balloon --seconds 1 --format vtp,pc2 --every 2\n"
+      "  malha run scenes/balloon.json --steps 100 --every 0 --no-picture      the report alone\n"
+      "  malha run scenes/balloon.json --resume --seconds 10                   goes on to 10 s");
+}
+
+void add_plan(CLI::App& app, Arguments& arguments) {
+  CLI::App* plan = app.add_subcommand("plan", "Say what would run: sizes, colours, passes of a step, memory");
+  add_scene(*plan, arguments);
+  add_executor(*plan, arguments);
+  plan->footer("Example:\n  malha plan scenes/balloon.json --threads 4");
+}
+
+void add_check(CLI::App& app, Arguments& arguments) {
+  CLI::App* check = app.add_subcommand("check", "Check a scene and its meshes; run nothing, write nothing");
+  add_scene(*check, arguments);
+  check->footer("Example:\n  malha check my_scene.json && malha run my_scene.json");
+}
+
+void add_everything(CLI::App& app, Arguments& arguments) {
+  app.set_version_flag("--version", std::string("malha ") + version(), "Print the version");
+  app.set_help_flag("-h,--help", "Print this help; malha COMMAND --help says more");
+  app.require_subcommand(1);
+  app.formatter(std::make_shared<Formatter>());
+  app.get_formatter()->column_width(26);
+  app.get_formatter()->label("SUBCOMMAND", "COMMAND");
+  app.footer(
+      "Examples:\n"
+      "  malha run scenes/sheet_shear.json       results in out/sheet_shear/\n"
+      "  malha plan scenes/balloon.json          what would run, before it runs\n"
+      "  malha check my_scene.json               whether the scene and its meshes are sound\n\n"
+      "Exit status: 0 done; 1 done, but not as the scene expects; 2 bad input, nothing was written; 3 the run became\n"
+      "non-finite; 4 results could not be written; 130 interrupted with Ctrl-C (malha run --resume goes on).");
+  add_run(app, arguments);
+  add_plan(app, arguments);
+  add_check(app, arguments);
+  for (CLI::App* command : app.get_subcommands({})) {
+    command->group("Commands");
+    command->set_help_flag("-h,--help", "Print this help");
+  }
+}
+
+}  // namespace
+
+std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) {
+  const std::string first = argc > 1 ? argv[1] : "";
+  if (std::find(kFirstWords.begin(), kFirstWords.end(), first) == kFirstWords.end()) {
+    const std::string word = argc > 1 ? malha::quoted(first) + did_you_mean(first, kFirstWords) : "no command";
+    std::cerr << "malha: found " << word << "; allowed: " << join(kFirstWords) << "\n";
+    return kBadInput;
+  }
+  CLI::App app{"Deformable bodies in real time: cloth, balloons and soft solids in data-parallel batches.", "malha"};
+  add_everything(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    std::cerr << complaint(*app.get_subcommands().front(), error);
+    return kBadInput;
+  }
+  arguments.resume_command = resume_command(argc, argv);
+  arguments.command = first == "run" ? Command::Run : first == "plan" ? Command::Plan : Command::Check;
+  return std::nullopt;
+}
+
+}  // namespace malha

@@ -1,0 +1,35 @@
+// The command line: what may be asked, what it means, and one-line answers to what cannot be meant.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace malha {
+
+enum class Command { Run, Plan, Check };
+
+/// What the command's exit status says. An interrupted run exits with 128 + the signal: 130 for Ctrl-C.
+enum ExitStatus { kDone = 0, kUnmet = 1, kBadInput = 2, kDiverged = 3, kFailed = 4 };
+
+/// Absent: as the scene says.
+struct Arguments {
+  Command command = Command::Run;
+  std::string scene;
+  std::string backend = "openmp";
+  int threads = 0;  // 0: as many as OpenMP offers
+  std::string out;  // empty: out/SCENE
+  std::optional<std::int64_t> steps;
+  std::optional<double> seconds;
+  std::optional<int> every, picture_every;
+  bool picture = false, no_picture = false;
+  std::vector<std::string> formats;
+  bool resume = false, quiet = false;
+  std::string resume_command;  // what the user typed, with --resume
+};
+
+/// Fills `arguments`. Where there is nothing to run (--help, --version, or an error, which goes to standard error as
+/// one line) it gives the exit status instead.
+std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments);
+
+}  // namespace malha
