@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/check_mesh.h"
+#include "host/constraint_kinds.h"
 #include "host/error.h"
 #include "host/generate.h"
 #include "host/order.h"
@@ -31,6 +32,24 @@ std::string origin(const Scene& scene, const Shape& shape) {
 
 std::string pointer(const char* list, std::size_t index, const char* key) {
   return "/" + std::string(list) + "/" + std::to_string(index) + "/" + key;
+}
+
+/// What load_scene would have refused, for scenes that are made in code.
+void check_scene(const Scene& scene) {
+  if (scene.bodies.empty()) refuse(scene.file, "/bodies", "no body", "at least one");
+  std::string kinds;
+  for (const ConstraintKind& kind : constraint_kinds()) kinds += (kinds.empty() ? "" : ", ") + kind.name;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const BodySpec& spec = scene.bodies[b];
+    if (!spec.mass && !spec.density)
+      refuse(scene.file, "/bodies/" + std::to_string(b), "neither mass nor density", "one of them");
+    for (std::size_t c = 0; c < spec.constraints.size(); ++c) {
+      const std::string& type = spec.constraints[c].type;
+      const auto is_type = [&type](const ConstraintKind& kind) { return kind.name == type; };
+      if (std::ranges::none_of(constraint_kinds(), is_type))
+        refuse(scene.file, pointer("bodies", b, "constraints/") + std::to_string(c) + "/type", "'" + type + "'", kinds);
+    }
+  }
 }
 
 Body make_body(const Scene& scene, std::size_t index, int& zero_area_faces) {
@@ -71,6 +90,7 @@ class Builder {
 
   Model build() {
     const Scene& scene = model_.scene;
+    check_scene(scene);
     model_.look.body_begin = model_.look.face_begin = model_.look.line_begin = {0};
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(make_body(scene, b, model_.zero_area_faces));
     arrange();
@@ -176,8 +196,7 @@ class Builder {
     const std::vector<bool>& pinned = bodies_[b].pinned;
     for (auto c = flat.begin(); c != flat.end(); c += Kind::particles) {
       if (std::all_of(c, c + Kind::particles, [&](int i) { return pinned[i]; })) continue;  // could move nothing
-      for (int j = 0; j < Kind::particles; ++j)
-        set.particles.push_back(solver_of_[model_.look.body_begin[b] + c[j]]);
+      for (int j = 0; j < Kind::particles; ++j) set.particles.push_back(solver_of_[model_.look.body_begin[b] + c[j]]);
     }
   }
 

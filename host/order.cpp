@@ -19,15 +19,20 @@ std::uint64_t spread(std::uint64_t a) {
   return (a | a << 2) & 0x1249249249249249;
 }
 
-std::vector<std::uint64_t> morton_codes(const std::vector<Vec3>& points) {
-  Vec3 low = points[0], high = points[0];
-  for (const Vec3& x : points)
-    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], x[k]), high[k] = std::max(high[k], x[k]);
-  const double side = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-300});
+/// Within the bounding box of each component: a body's order does not depend on the others. `sorted`: by component.
+std::vector<std::uint64_t> morton_codes(const std::vector<Vec3>& points, const std::vector<int>& component,
+                                        const std::vector<int>& sorted) {
   std::vector<std::uint64_t> codes(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i)
-    for (int k = 0; k < 3; ++k)
-      codes[i] |= spread(static_cast<std::uint64_t>((points[i][k] - low[k]) / side * 0x1fffff)) << k;
+  for (auto begin = sorted.begin(), end = begin; begin != sorted.end(); begin = end) {
+    end = std::find_if(begin, sorted.end(), [&](int i) { return component[i] != component[*begin]; });
+    Vec3 low = points[*begin], high = low;
+    for (auto i = begin; i != end; ++i)
+      for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], points[*i][k]), high[k] = std::max(high[k], points[*i][k]);
+    const double side = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-300});
+    for (auto i = begin; i != end; ++i)
+      for (int k = 0; k < 3; ++k)
+        codes[*i] |= spread(static_cast<std::uint64_t>((points[*i][k] - low[k]) / side * 0x1fffff)) << k;
+  }
   return codes;
 }
 
@@ -53,7 +58,7 @@ std::vector<int> solver_order(const std::vector<Vec3>& points, const std::vector
   std::iota(user.begin(), user.end(), 0);
   std::stable_sort(user.begin(), user.end(), [&](int a, int b) { return component[a] < component[b]; });
 
-  const std::vector<std::uint64_t> code = morton_codes(points);
+  const std::vector<std::uint64_t> code = morton_codes(points, component, user);
   std::vector<int> morton = user;
   std::stable_sort(morton.begin(), morton.end(), [&](int a, int b) {
     return component[a] != component[b] ? component[a] < component[b] : code[a] < code[b];

@@ -106,11 +106,7 @@ class Pbd final : public Solver {
                stiffness_per_projection(island.damping, scene.solver.substeps));
       });
     timed(Pass::Prediction, [&] {
-      // Drag sees the velocity that gravity is about to give: the terminal velocity is exact, whatever h.
-      if (scene.wind) {
-        const Vector3<R> g_h = to_R(scene.gravity) * R(h);
-        parallel_for(executor_, n, Drag<R>{all, R(h), R(scene.wind->drag), to_R(scene.wind->velocity) - g_h});
-      }
+      if (scene.wind) parallel_for(executor_, n, Drag<R>{all, R(h), R(scene.wind->drag), to_R(scene.wind->velocity)});
       parallel_for(executor_, n, Predict<R>{all, R(h), to_R(scene.gravity)});
     });
     if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h); });
@@ -128,9 +124,10 @@ class Pbd final : public Solver {
 
   /// Contacts last: what leaves the iteration is outside the environment.
   void project(const Particles<R>& all) {
-    timed(Pass::Projection, [&] {
-      for (auto& batches : batches_) batches->project(all.p);
-    });
+    if (!batches_.empty())
+      timed(Pass::Projection, [&] {
+        for (auto& batches : batches_) batches->project(all.p);
+      });
     if (!pressures_.empty())
       timed(Pass::Pressure, [&] {
         for (auto& pressure : pressures_) pressure.project(all.p);

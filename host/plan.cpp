@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "host/model.h"
+#include "host/shown.h"
 #include "host/solver.h"
 
 namespace malha {
@@ -22,15 +23,6 @@ std::string bytes(std::size_t count) {
   else
     std::snprintf(text, sizeof text, "%.1f MiB", size / 1048576);
   return text;
-}
-
-template <class Count>
-std::string counted(Count count, const char* one, const char* several) {
-  return std::to_string(count) + " " + (count == 1 ? one : several);
-}
-template <class Count>
-std::string counted(Count count, const std::string& word) {
-  return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
 }
 
 void list_constraints(std::ostream& out, const Model& model, const SolverFacts& facts) {
@@ -89,8 +81,7 @@ std::string plan(const Simulation& simulation) {
       << " s, each " << counted(solver.substeps, "substep") << " of " << counted(solver.iterations, "iteration") << "\n"
       << "particles: " << model.count() << " in " << counted(scene.bodies.size(), "body", "bodies") << ", "
       << std::count(model.w.begin(), model.w.end(), 0.0) << " pinned\n";
-  if (model.zero_area_faces > 0)
-    out << "left out: " << counted(model.zero_area_faces, "face", "faces") << " without area\n";
+  if (model.zero_area_faces > 0) out << "left out: " << counted(model.zero_area_faces, "face") << " without area\n";
   if (facts.projections_per_step > 0)
     out << "constraints: " << counted(facts.projections_per_step, "projection") << " a step\n";
   list_constraints(out, model, facts);

@@ -127,7 +127,7 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   outputs.report(result.interrupted ? "interrupted" : "finished", result.unmet);
   outputs.storyboard();
   outputs.picture();
-  result.summary = summary(simulation) + list_results(results);
+  result.summary = summary(simulation);
   return result;
 }
 

@@ -119,7 +119,7 @@ struct OutputSpec {
   std::vector<std::string> formats;  // of "vtp", "pc2", "ply", "obj"
   int picture_every = 0;             // steps between pictures; 0: only what `picture` says at the end
   std::optional<PictureSpec> picture;
-  int checkpoint_every = 0;  // steps; 0: none but the one that Ctrl-C leaves
+  int checkpoint_every = 0;  // steps between checkpoints; 0: only that of the end
 };
 
 /// What must hold at the end (max_*: over the whole run, looked at after every step). Absent: not looked at.

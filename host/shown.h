@@ -20,4 +20,10 @@ inline std::string shown(double value) {
   return text.str();
 }
 
+/// "1 body", "2 bodies"; `several` is `one` with an s where it is not given.
+template <class Count>
+std::string counted(Count count, const std::string& one, const std::string& several = "") {
+  return std::to_string(count) + " " + (count == 1 ? one : several.empty() ? one + "s" : several);
+}
+
 }  // namespace malha

@@ -33,9 +33,8 @@ std::string speed(double median_ms, double dt) {
 std::string summary(const Simulation& simulation) {
   const Model& model = simulation.model();
   const Measures m = simulation.measure();
-  std::string text = "simulated   " + shown(simulation.time()) + " s, step " + std::to_string(simulation.steps()) +
-                     "; " + std::to_string(model.count()) + " particles, " + std::to_string(simulation.threads()) +
-                     (simulation.threads() == 1 ? " thread\n" : " threads\n");
+  std::string text = "simulated   " + shown(simulation.time()) + " s, " + counted(simulation.steps(), "step") + " of " +
+                     counted(model.count(), "particle") + " on " + counted(simulation.threads(), "thread") + "\n";
   text += "speed       " + speed(median_step_ms(simulation.times()), model.scene.solver.dt) + "\n";
   if (m.has_strain) text += "strain      " + brief(m.strain_rms) + " rms, " + brief(m.strain_max) + " max\n";
   if (!m.volume_ratios.empty()) {
@@ -44,10 +43,9 @@ std::string summary(const Simulation& simulation) {
     text += "of that at rest\n";
   }
   if (!model.environment.empty())
-    text += "contacts    " + std::to_string(m.contacts) + ", at most " + brief(m.penetration_max) + " m too deep\n";
-  if (model.zero_area_faces > 0)
-    text += "left out    " + std::to_string(model.zero_area_faces) + " faces without area\n";
-  if (m.degenerate > 0) text += "skipped     " + std::to_string(m.degenerate) + " constraints without a direction\n";
+    text += "contacts    " + std::to_string(m.contacts) + ", penetration " + brief(m.penetration_max) + " m max\n";
+  if (model.zero_area_faces > 0) text += "left out    " + counted(model.zero_area_faces, "face") + " without area\n";
+  if (m.degenerate > 0) text += "skipped     " + counted(m.degenerate, "constraint") + " without a direction\n";
   return text;
 }
 

@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <numbers>
+#include <vector>
 
 #include "tests/contact_bench.h"
 #include "tests/scene_builders.h"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -156,16 +157,16 @@ TYPED_TEST(DampOf, TouchesItsOwnIslandOnly) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(same_bits(bodies.v[i], before.v[i]), i < 30 || i >= 70) << i;
 }
 
-/// Degenerate bodies: finite, momenta kept, and never more energy.
+/// Degenerate bodies: finite, momenta kept (but for `spin_lost`), and never more energy.
 template <class R>
-void expect_tame(Bodies<R> bodies, const char* what) {
+void expect_tame(Bodies<R> bodies, const char* what, double spin_lost = 0) {
   const V linear = bodies.momentum(), centre = bodies.centre(), angular = bodies.spin(centre);
   const double kinetic = bodies.kinetic();
   for (int times = 0; times < 5; ++times) bodies.damp_all(0.5);
   EXPECT_TRUE(bodies.finite()) << what;
   const double rounding = 200 * std::numeric_limits<R>::epsilon();
   EXPECT_LT(norm(bodies.momentum() - linear), rounding) << what;
-  EXPECT_LT(norm(bodies.spin(centre) - angular), rounding) << what;
+  EXPECT_LT(norm(bodies.spin(centre) - angular), rounding + spin_lost) << what;
   EXPECT_LE(bodies.kinetic(), kinetic * (1 + rounding)) << what;
 }
 
@@ -188,7 +189,8 @@ TYPED_TEST(DampOf, StaysFiniteWithoutInertiaAboutSomeAxis) {
   expect_tame(place, "in one place");
   expect_tame(two, "two particles");
   expect_tame(one, "one particle");
-  expect_tame(almost, "on a line but for rounding");
+  // So thin that it counts as a line: its spin about itself, 20 particles at 1e-7 m and 1 m/s, is not seen as rigid.
+  expect_tame(almost, "on a line but for rounding", 20 * 1e-7);
   none.damp_all(1);
   EXPECT_TRUE(none.finite()) << "all pinned";
 }

@@ -4,6 +4,9 @@
 
 #include <functional>
 #include <limits>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace malha {
 namespace {

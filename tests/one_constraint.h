@@ -1,6 +1,7 @@
 // One constraint of any kind with particles of its own, for the tests that iterate the registry.
 #pragma once
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "kernels/constraints.h"

@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "tests/numbers.h"
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "host/generate.h"
 #include "host/topology.h"
@@ -96,7 +97,7 @@ TEST(Pressure, HasTheGradientOfItsFiniteDifferences) {
     begin.push_back(static_cast<int>(around.size()) / 2);
   }
   std::vector<Vec4<double>> grad(p.size());
-  const PressureGradient<double> kernel{p.data(),      balloon.set.particles.data(), begin.data(), around.data(), 3,
+  const PressureGradient<double> kernel{p.data(),   balloon.set.particles.data(), begin.data(), around.data(), 3,
                                         grad.data()};
   double weighted = 0;
   for (int i : balloon.set.particles) {

@@ -188,8 +188,10 @@ TEST(Report, HashesTheStateIntoSixteenDigits) {
 }
 
 TEST(Report, NamesEveryNumberWithItsUnitInSnakeCase) {
-  const Json report = report_of(everything(), 2).flatten();
-  for (const auto& [pointer, value] : report.items()) {
+  Json report = report_of(everything(), 2);
+  report.erase("notes");  // an empty list
+  const Json flat = report.flatten();
+  for (const auto& [pointer, value] : flat.items()) {
     EXPECT_EQ(pointer.find_first_not_of("abcdefghijklmnopqrstuvwxyz_0123456789/"), std::string::npos) << pointer;
     EXPECT_FALSE(value.is_null()) << pointer;
   }

@@ -9,6 +9,7 @@
 #include "host/plan.h"
 #include "host/run.h"
 #include "host/shown.h"
+#include "host/summary.h"
 #include "tools/arguments.h"
 #include "tools/progress.h"
 
@@ -70,12 +71,17 @@ int run(const Arguments& arguments) {
   options.resume = arguments.resume;
   catch_signal(SIGINT);
   catch_signal(SIGTERM);
-  const malha::RunResult result = [&] {
+  catch_signal(SIGHUP);
+  malha::RunResult result;
+  try {
     malha::ProgressReporter progress(arguments.quiet);
-    return malha::run(
+    result = malha::run(
         scene, simulation_options(arguments), options, [&progress](const auto& now) { progress(now); }, stop);
-  }();
-  if (!arguments.quiet) std::cout << result.summary;
+  } catch (const malha::Diverged&) {
+    if (!arguments.quiet) std::cout << malha::list_results(malha::Results(options.out));
+    throw;
+  }
+  if (!arguments.quiet) std::cout << result.summary << malha::list_results(malha::Results(options.out));
   for (const std::string& line : result.unmet) std::cerr << arguments.scene << ": not as expected: " << line << "\n";
   if (result.interrupted) {
     std::cerr << "interrupted; go on with: " << arguments.resume_command << "\n";
@@ -91,9 +97,10 @@ int plan(const Arguments& arguments) {
 
 int check(const Arguments& arguments) {
   const malha::Model model = malha::build_model(malha::load_scene(arguments.scene));
-  std::cout << arguments.scene << ": ok, " << model.count() << " particles in " << model.scene.bodies.size()
-            << (model.scene.bodies.size() == 1 ? " body" : " bodies");
-  if (model.zero_area_faces > 0) std::cout << "; " << model.zero_area_faces << " faces without area are left out";
+  std::cout << arguments.scene << ": ok: " << malha::counted(model.count(), "particle") << " in "
+            << malha::counted(model.scene.bodies.size(), "body", "bodies");
+  if (model.zero_area_faces > 0)
+    std::cout << "; left out: " << malha::counted(model.zero_area_faces, "face") << " without area";
   std::cout << "\n";
   return malha::kDone;
 }

@@ -1,0 +1,71 @@
+// The words after "malha": help that suffices, and an answer of one line to every slip.
+#include "host/build_info.h"
+#include "tests/run_scenes.h"
+#include "tests/support.h"
+
+namespace malha {
+namespace {
+
+bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+TEST(CommandLine, HelpsWithEveryOptionAndExample) {
+  const TemporaryFolder folder;
+  const Ended help = malha_command({"--help"}, folder / "."), run = malha_command({"run", "--help"}, folder / ".");
+  EXPECT_EQ(help.status + run.status, 0);
+  for (const char* word : {"malha [OPTIONS] COMMAND", "run ", "plan ", "check ", "Examples:", "Exit status:", "130"})
+    EXPECT_TRUE(has(help.out, word)) << word;
+  for (const char* word : {"malha run [OPTIONS] SCENE", "--threads N", "--steps N", "--seconds S", "--out FOLDER",
+                           "--every N", "--format LIST", "--picture ", "--picture-every N", "--no-picture", "--quiet",
+                           "--resume", "--backend NAME", "Examples:", "Ctrl-C"})
+    EXPECT_TRUE(has(run.out, word)) << word;
+  EXPECT_EQ(malha_command({"--version"}, folder / ".").out, std::string("malha ") + version() + "\n");
+}
+
+struct Slip {
+  std::vector<std::string> words;
+  std::string answer;
+};
+
+TEST(CommandLine, AnswersEverySlipInOneLine) {
+  const TemporaryFolder folder;
+  folder.write("scene.json", swinging_sheet(false).dump());
+  const std::string in_run = "; see malha run --help\n";
+  for (const Slip& slip : std::vector<Slip>{
+           {{}, "malha: found no command; allowed: run, plan, check, --help, -h, --version\n"},
+           {{"rum", "scene.json"},
+            "malha: found \"rum\" (did you mean 'run'?); allowed: run, plan, check, --help, -h, --version\n"},
+           {{"run"}, "malha run: SCENE is required" + in_run},
+           {{"run", "scene.json", "--thread", "2"},
+            "malha run: found \"--thread\" (did you mean '--threads'?); allowed: one scene and the options of malha "
+            "run" +
+                in_run},
+           {{"run", "scene.json", "another.json"},
+            "malha run: found \"another.json\"; allowed: one scene and the options of malha run" + in_run},
+           {{"check", "scene.json", "--steps", "3"},
+            "malha check: found \"--steps\"; allowed: one scene and the options of malha check; see malha check "
+            "--help\n"},
+           {{"run", "scene.json", "--threads", "0"},
+            "malha run: --threads: found \"0\"; allowed: a whole number from 1 to 1024" + in_run},
+           {{"run", "scene.json", "--steps", "ten"},
+            "malha run: --steps: found \"ten\"; allowed: a whole number from 1 to 1000000000" + in_run},
+           {{"run", "scene.json", "--seconds", "-1"},
+            "malha run: --seconds: found \"-1\"; allowed: a number > 0 (s)" + in_run},
+           {{"run", "scene.json", "--seconds", "1e300"},
+            "malha run: --seconds: found 1e+300; allowed: at most 2e+07 s, which are 1e9 steps of this scene\n"},
+           {{"run", "scene.json", "--seconds", "1", "--steps", "1"}, "malha run: --steps excludes --seconds" + in_run},
+           {{"run", "scene.json", "--picture", "--no-picture"}, "malha run: --picture excludes --no-picture" + in_run},
+           {{"run", "scene.json", "--format", "vtp,vtk"},
+            "malha run: --format: found \"vtk\" (did you mean 'vtp'?); allowed: vtp, pc2, ply, obj" + in_run},
+           {{"run", "scene.json", "--backend", "cuda"},
+            "malha run: --backend: found \"cuda\"; allowed: openmp, serial" + in_run},
+           {{"run", "scene.json", "--out"}, "malha run: --out: 1 required FOLDER missing" + in_run}}) {
+    const Ended ended = malha_command(slip.words, folder / ".");
+    EXPECT_EQ(ended.status, 2);
+    EXPECT_EQ(ended.err, slip.answer);
+    EXPECT_EQ(ended.out, "");
+  }
+  EXPECT_EQ(files_in(folder / ".").size(), 1u);
+}
+
+}  // namespace
+}  // namespace malha

@@ -1,0 +1,290 @@
+#include "host/model.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numeric>
+
+#include "host/error.h"
+#include "host/generate.h"
+#include "host/solver.h"
+#include "host/topology.h"
+#include "tests/scene_builders.h"
+
+namespace malha {
+namespace {
+
+const GridShape kGrid{{1, 1}, {4, 4}};
+
+std::string refusal(const Scene& scene) {
+  try {
+    build_model(scene);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// Solver's index of each particle in the user's order.
+std::vector<int> solver_of(const Model& model) {
+  std::vector<int> of(model.count());
+  for (int i = 0; i < model.count(); ++i) of[model.user_of[i]] = i;
+  return of;
+}
+
+double total(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
+
+/// A triangulated grid in a file, its vertices in random order: what a scan looks like.
+struct ShuffledMesh {
+  std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("malha_model_test_" + std::to_string(::getpid()));
+  std::string path = (folder / "shuffled.obj").string();
+  ShuffledMesh() {
+    std::filesystem::create_directories(folder);
+    const Mesh grid = generate(GridShape{{1, 1}, {20, 20}});
+    const int n = static_cast<int>(grid.points.size());
+    std::ofstream obj(path);
+    for (int i = 0; i < n; ++i) {  // 441 = 3^2 7^2 has no factor in common with 200: every vertex once
+      const Vec3& x = grid.points[i * 200 % n];
+      obj << "v " << x[0] << ' ' << x[1] << ' ' << x[2] << '\n';
+    }
+    std::vector<int> at(n);
+    for (int i = 0; i < n; ++i) at[i * 200 % n] = i;
+    for (const Triangle& t : triangles(grid))
+      obj << "f " << at[t[0]] + 1 << ' ' << at[t[1]] + 1 << ' ' << at[t[2]] + 1 << '\n';
+  }
+  ~ShuffledMesh() { std::filesystem::remove_all(folder); }
+};
+
+TEST(Model, SharesTheMassByAreaAndKeepsThatOfPinnedParticles) {
+  BodySpec sheet = body("sheet", kGrid);
+  sheet.mass = 3;
+  sheet.pins = {ListPin{{0}}};
+  const Model model = build_model(scene_of({sheet}));
+  EXPECT_NEAR(total(model.mass), 3, 1e-12);
+  const std::vector<int> at = solver_of(model);
+  // 16 cells: a corner of the sheet has a quarter of a cell, an inner particle a whole one.
+  EXPECT_NEAR(model.mass[at[0]], 3.0 / 64, 1e-12);
+  EXPECT_NEAR(model.mass[at[6]], 3.0 / 16, 1e-12);
+  EXPECT_EQ(model.w[at[0]], 0);
+  EXPECT_NEAR(model.w[at[6]], 16.0 / 3, 1e-9);
+}
+
+TEST(Model, TakesADensityPerAreaAndPerLength) {
+  BodySpec sheet = body("sheet", GridShape{{2, 3}, {4, 4}}),
+           chain = body("chain", ChainShape{{0, 0, 0}, {0, 5, 0}, 10});
+  sheet.mass.reset(), chain.mass.reset();
+  sheet.density = 0.2, chain.density = 0.3;
+  EXPECT_NEAR(total(build_model(scene_of({sheet})).mass), 0.2 * 6, 1e-12);
+  EXPECT_NEAR(total(build_model(scene_of({chain})).mass), 0.3 * 5, 1e-12);
+}
+
+TEST(Model, SharesTheMassOfACloudEqually) {
+  const Model model = build_model(scene_of({body("dust", CloudShape{{0, 0, 0}, {1, 1, 1}, {2, 3, 4}})}));
+  for (const double m : model.mass) EXPECT_NEAR(m, 1.0 / 24, 1e-15);
+}
+
+TEST(Model, MapsItsOrderBackToTheUsers) {
+  const ShuffledMesh mesh;
+  const Model model = build_model(scene_of({body("scan", MeshFile{mesh.path}), body("ball", SphereShape{0.5, 2})}));
+  ASSERT_EQ(model.look.points.size(), 441u + 162u);
+  for (int i = 0; i < model.count(); ++i) EXPECT_EQ(model.x[i], model.look.points[model.user_of[i]]);
+  EXPECT_FALSE(std::is_sorted(model.user_of.begin(), model.user_of.end())) << "the example is one that is reordered";
+  const auto solver = make_solver(model, 0);
+  const std::vector<Vec3> positions = solver->positions();
+  for (int i = 0; i < model.count(); ++i)
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(positions[i][k], model.look.points[i][k], 1e-7);
+}
+
+TEST(Model, KeepsConstraintsOnTheirParticlesWhenItReorders) {
+  const ShuffledMesh mesh;
+  const Model model =
+      build_model(scene_of({body("scan", MeshFile{mesh.path}, {constraint("distance"), constraint("bending")})}));
+  ASSERT_EQ(model.sets.size(), 2u);
+  // Cells of 0.05 m: sides, and the diagonals of the two triangles.
+  for (int c = 0; c < model.sets[0].count(); ++c) {
+    const Vec3 &a = model.x[model.sets[0].particles[2 * c]], &b = model.x[model.sets[0].particles[2 * c + 1]];
+    const double length = std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+    EXPECT_TRUE(std::abs(length - 0.05) < 1e-4 || std::abs(length - 0.05 * std::sqrt(2.0)) < 1e-4) << length;
+  }
+  EXPECT_EQ(model.sets[0].count(), 20 * 21 * 2 + 400);
+  EXPECT_EQ(model.sets[1].count(), 20 * 19 * 2 + 400);
+}
+
+TEST(Model, AppliesTheTransformBeforePinsAndMeasures) {
+  BodySpec sheet = body("sheet", kGrid);
+  sheet.transform.translate = {0, 10, 0}, sheet.transform.scale = {2, 2, 2};
+  sheet.pins = {NearestPin{{2, 10, 2}}};
+  const Model model = build_model(scene_of({sheet}));
+  EXPECT_EQ(model.w[solver_of(model)[24]], 0);
+  EXPECT_EQ(model.look.points[24], (Vec3{2, 10, 2}));
+}
+
+TEST(Model, SpinIsOmegaCrossRAboutTheCentreOfMass) {
+  BodySpec sheet = body("sheet", kGrid);
+  sheet.transform.translate = {5, 0, 0};
+  sheet.velocity = {1, 2, 3}, sheet.spin = {0.5, -1, 2};
+  sheet.pins = {ListPin{{7}}};
+  const Model model = build_model(scene_of({sheet}));
+  for (int i = 0; i < model.count(); ++i) {
+    const Vec3& x = model.x[i];
+    const Vec3 r{x[0] - 5.5, x[1], x[2] - 0.5};
+    const Vec3 expected{1 + (-1 * r[2] - 2 * r[1]), 2 + (2 * r[0] - 0.5 * r[2]), 3 + (0.5 * r[1] + 1 * r[0])};
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(model.v[i][k], model.w[i] > 0 ? expected[k] : 0, 1e-12);
+  }
+}
+
+TEST(Model, MergesSetsOfBodiesWithEqualNumbersOnly) {
+  const auto model_of = [](const ConstraintSpec& a, const ConstraintSpec& b) {
+    return build_model(scene_of({body("a", kGrid, {a}), body("b", kGrid, {b})}));
+  };
+  const ConstraintSpec plain = constraint("distance");
+  const int edges = 2 * 4 * 5;
+  Model model = model_of(plain, plain);
+  ASSERT_EQ(model.sets.size(), 1u);
+  EXPECT_EQ(model.sets[0].count(), 2 * edges);
+
+  ConstraintSpec other = plain;
+  other.stiffness = 0.5;
+  EXPECT_EQ(model_of(plain, other).sets.size(), 2u);
+  other = constraint("distance", 0.9);
+  EXPECT_EQ(model_of(plain, other).sets.size(), 2u);
+  other = compliant("distance", 0);
+  EXPECT_EQ(model_of(plain, other).sets.size(), 2u) << "compliance 0 is not the absence of compliance";
+  EXPECT_EQ(model_of(compliant("distance", 1e-3), compliant("distance", 1e-4)).sets.size(), 2u);
+  EXPECT_EQ(model_of(compliant("distance", 1e-3), compliant("distance", 1e-3)).sets.size(), 1u);
+  other = plain;
+  other.on = {"shear"};
+  model = model_of(plain, other);
+  ASSERT_EQ(model.sets.size(), 1u) << "what they stand on does not matter";
+  EXPECT_EQ(model.sets[0].count(), edges + 2 * 16);
+}
+
+TEST(Model, OrdersSetsByKindWhateverTheScenesOrder) {
+  const Model model =
+      build_model(scene_of({body("a", kGrid, {constraint("bending"), constraint("distance")}),
+                            body("b", kGrid, {constraint("distance_limit", 0.1), constraint("distance", 0.5)})}));
+  std::vector<std::string> types;
+  for (const ConstraintSet& set : model.sets) types.push_back(set.type);
+  EXPECT_EQ(types, (std::vector<std::string>{"distance", "distance", "distance_limit", "bending"}));
+}
+
+TEST(Model, LeavesOutConstraintsBetweenPinnedParticles) {
+  BodySpec sheet = body("sheet", kGrid, {constraint("distance")});
+  sheet.pins = {RowPin{}};
+  EXPECT_EQ(build_model(scene_of({sheet})).sets[0].count(), 2 * 4 * 5 - 4);
+}
+
+TEST(Model, PressureTakesAllParticlesAndTrianglesOfItsBody) {
+  const Model model =
+      build_model(scene_of({body("sheet", kGrid), body("ball", SphereShape{0.5, 2}, {constraint("pressure", 1.5)})}));
+  ASSERT_EQ(model.pressures.size(), 1u);
+  EXPECT_EQ(model.pressures[0].pressure, 1.5);
+  EXPECT_EQ(model.pressures[0].particles.size(), 162u);
+  EXPECT_EQ(model.pressures[0].triangles.size(), 320u);
+  for (const Triangle& t : model.pressures[0].triangles)
+    for (const int corner : t) EXPECT_GE(model.user_of[corner], 25);
+}
+
+TEST(Model, DampsEveryConnectedPartByItself) {
+  BodySpec damped = body("damped", kGrid), free = body("free", kGrid), dust = body("dust", CloudShape{});
+  damped.damping = 0.1, dust.damping = 0.2;
+  const Model model = build_model(scene_of({damped, free, dust}));
+  ASSERT_EQ(model.damped.size(), 1u) << "a single particle has nothing to damp";
+  EXPECT_EQ(model.damped[0].count, 25);
+  EXPECT_EQ(model.damped[0].damping, 0.1);
+  for (int i = 0; i < 25; ++i) EXPECT_LT(model.user_of[model.damped[0].first + i], 25);
+}
+
+TEST(Model, NamesParticlesByBodyAndItsOwnNumber) {
+  const Model model = build_model(scene_of({body("a", kGrid), body("b", kGrid)}));
+  EXPECT_EQ(particle_name(model, 0), "particle 0 of body 'a'");
+  EXPECT_EQ(particle_name(model, 24), "particle 24 of body 'a'");
+  EXPECT_EQ(particle_name(model, 25), "particle 0 of body 'b'");
+}
+
+TEST(Model, WithoutEnvironmentHasNoCollider) {
+  const Model bare = build_model(scene_of({body("a", kGrid)}));
+  const Model with = build_model(scene_of({body("a", kGrid)}, {obstacle("ball", SphereShape{1, 1})}));
+  for (const int threads : {0, 2}) {
+    EXPECT_EQ(make_solver(bare, threads)->facts().collision_bytes, 0u);
+    EXPECT_GT(make_solver(with, threads)->facts().collision_bytes, 0u);
+  }
+}
+
+TEST(ModelRefuses, ParticlesWithoutMass) {
+  BodySpec dust = body("dust", CloudShape{});
+  dust.mass.reset(), dust.density = 1;
+  EXPECT_EQ(refusal(scene_of({body("a", kGrid), dust})),
+            "test.json: /bodies/1/density: found no mass for particle 0; allowed: a mass or density that leaves no "
+            "particle massless");
+  for (const double mass : {0.0, -1.0, std::nan("")}) {
+    BodySpec sheet = body("sheet", kGrid);
+    sheet.mass = mass;
+    EXPECT_EQ(refusal(scene_of({sheet})),
+              "test.json: /bodies/0/mass: found no mass for particle 0; allowed: a mass or density that leaves no "
+              "particle massless");
+  }
+}
+
+TEST(ModelRefuses, ConstraintsThatFindNothingToActOn) {
+  EXPECT_EQ(
+      refusal(scene_of({body("dust", CloudShape{}, {constraint("distance")})})),
+      "test.json: /bodies/0/constraints/0: found a mesh that offers distance nothing to act on; allowed: edges, or "
+      "quads for shear");
+  EXPECT_EQ(
+      refusal(
+          scene_of({body("a", kGrid), body("chain", ChainShape{}, {constraint("distance"), constraint("bending")})})),
+      "test.json: /bodies/1/constraints/1: found a mesh that offers bending nothing to act on; allowed: a mesh with "
+      "neighbouring faces");
+  ConstraintSpec shear = constraint("distance_limit");
+  shear.on = {"shear"};
+  EXPECT_EQ(refusal(scene_of({body("ball", SphereShape{}, {shear})})),
+            "test.json: /bodies/0/constraints/0: found a mesh that offers distance_limit nothing to act on; allowed: "
+            "edges, or quads for shear");
+}
+
+TEST(ModelRefuses, PressureInAnOpenMesh) {
+  const std::string message = refusal(scene_of({body("sheet", kGrid, {constraint("pressure")})}));
+  EXPECT_NE(message.find("test.json: edge "), std::string::npos) << message;
+  EXPECT_NE(message.find("pressure needs a closed mesh"), std::string::npos) << message;
+}
+
+TEST(ModelRefuses, SolidsThatAreOpenAndEnvironmentsWithoutFaces) {
+  const std::string open = refusal(scene_of({body("a", kGrid)}, {obstacle("ground", kGrid)}));
+  EXPECT_NE(open.find("a solid needs a closed mesh"), std::string::npos) << open;
+  EXPECT_EQ(refusal(scene_of({body("a", kGrid)}, {obstacle("ground", kGrid, Sides::OneSided)})), "");
+  EXPECT_EQ(refusal(scene_of({body("a", kGrid)}, {obstacle("b", SphereShape{}), obstacle("rope", ChainShape{})})),
+            "test.json: /environment/1/shape: found a shape without faces; allowed: a shape with faces");
+}
+
+TEST(ModelRefuses, WhatPinsRefuse) {
+  BodySpec sheet = body("sheet", kGrid);
+  sheet.pins = {BoxPin{{-9, -9, -9}, {9, 9, 9}}};
+  EXPECT_EQ(
+      refusal(scene_of({sheet})),
+      "test.json: /bodies/0/pins: found every particle of body 'sheet' pinned; allowed: at least one that can move");
+}
+
+TEST(ModelRefuses, AMeshFileByItsOwnName) {
+  EXPECT_NE(refusal(scene_of({body("scan", MeshFile{"/nowhere/scan.obj"})})).find("/nowhere/scan.obj"),
+            std::string::npos);
+}
+
+TEST(ModelRefuses, ScenesMadeInCodeThatNoFileCouldSay) {
+  EXPECT_EQ(refusal(scene_of({})), "test.json: /bodies: found no body; allowed: at least one");
+  BodySpec weightless = body("weightless", kGrid);
+  weightless.mass.reset();
+  EXPECT_EQ(refusal(scene_of({weightless})),
+            "test.json: /bodies/0: found neither mass nor density; allowed: one of them");
+  EXPECT_EQ(
+      refusal(scene_of({body("a", kGrid, {constraint("distance"), constraint("glue")})})),
+      "test.json: /bodies/0/constraints/1/type: found 'glue'; allowed: distance, distance_limit, bending, pressure");
+}
+
+}  // namespace
+}  // namespace malha
