@@ -22,7 +22,7 @@ struct SetFacts {
 };
 
 /// k' = 1 - (1 - k)^(1/n): n projections leave (1 - k) of the error (Müller et al. 2006, section 3.3).
-inline double stiffness_per_projection(double k, int projections) { return 1 - std::pow(1 - k, 1.0 / projections); }
+inline double stiffness_per_projection(double k, double projections) { return 1 - std::pow(1 - k, 1.0 / projections); }
 
 template <class Executor, class R>
 class Batches {
@@ -43,7 +43,7 @@ class KindBatches final : public Batches<Executor, R> {
     const SolverSpec& solver = model.scene.solver;
     const double h = solver.dt / solver.substeps;
     compliance_ = set.compliance.value_or(0);
-    kernel_.stiffness = R(stiffness_per_projection(set.stiffness, solver.substeps * solver.iterations));
+    kernel_.stiffness = R(stiffness_per_projection(set.stiffness, double(solver.substeps) * solver.iterations));
     kernel_.compliance = R(compliance_ / (h * h));
     lay_out_set(model, set);
   }

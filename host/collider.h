@@ -54,8 +54,8 @@ class Collider {
   void restitute(const Particles<R>& particles, double resting, double h) {
     for (Obstacle& o : obstacles_)
       parallel_for(executor_, particles.count,
-                   Restitute<R>{particles.v, o.contacts.data(), R(o.spec.restitution), R(o.spec.friction), R(resting),
-                                R(1 / h)});
+                   Restitute<R>{particles.x, particles.v, o.contacts.data(), R(o.spec.restitution), R(o.spec.friction),
+                                R(resting), R(1 / h)});
   }
 
   /// Contacts that pushed in the last substep.

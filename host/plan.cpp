@@ -44,7 +44,7 @@ void list_constraints(std::ostream& out, const Model& model, const SolverFacts& 
 /// Every pass that exists in this scene, in its order, with its launches a step.
 void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts) {
   const SolverSpec& solver = model.scene.solver;
-  const int substeps = solver.substeps, projections = substeps * solver.iterations;
+  const std::size_t substeps = solver.substeps, projections = substeps * solver.iterations;
   const auto line = [&out](const char* pass, std::size_t launches) {
     if (launches > 0) out << "  " << pass << ": " << counted(launches, "launch", "launches") << "\n";
   };

@@ -16,7 +16,7 @@ class Pressure {
     const double h = solver.dt / solver.substeps;
     compliant_ = set.compliance.has_value();
     alpha_ = set.compliance.value_or(0) / (h * h);
-    stiffness_ = stiffness_per_projection(set.stiffness, solver.substeps * solver.iterations);
+    stiffness_ = stiffness_per_projection(set.stiffness, double(solver.substeps) * solver.iterations);
     lay_out_fans(model.count(), set);
     std::vector<Vec4<double>> rest(model.count());
     for (int i : set.particles) rest[i] = {model.x[i][0], model.x[i][1], model.x[i][2], 0};

@@ -30,7 +30,7 @@ void append(std::string& bytes, const std::vector<T>& values) {
 template <class T>
 const char* take(const char* from, std::size_t count, std::vector<T>& values) {
   values.resize(count);
-  std::memcpy(values.data(), from, count * sizeof(T));
+  if (count > 0) std::memcpy(values.data(), from, count * sizeof(T));  // an empty vector may have no data at all
   return from + count * sizeof(T);
 }
 

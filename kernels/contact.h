@@ -45,10 +45,11 @@ struct ResolveContact {
 
 /// Where a contact pushed: the particle leaves at e times the speed at which it came, relative to the surface, and the
 /// impulse that this takes beyond the push has its friction too, so that an impact takes mu (1 + e) times the approach
-/// from the sliding whenever in the substep it happened. Below the threshold the particle rests instead.
+/// from the sliding whenever in the substep it happened. Of the path that was left when it hit, the particle goes e
+/// times as much back. Below the threshold it rests instead.
 template <class R>
 struct Restitute {
-  Vec4<R>* v;
+  Vec4<R>*x, *v;
   const Contact<R>* contacts;
   R restitution, friction, threshold, per_dt;  // e, mu, m/s, 1/s
   KERNEL void operator()(int i) const {
@@ -64,6 +65,8 @@ struct Restitute {
     const R length = root(dot(sliding, sliding)), budget = friction * gained;
     const R taken = length > R(0) ? (length < budget ? length : budget) / length : R(0);
     v[i].set(v[i].xyz() + n * gained - sliding * taken);
+    const R path_left = contact.lambda < -contact.surface.w ? contact.lambda : -contact.surface.w;
+    x[i].set(x[i].xyz() + n * (restitution * path_left));
   }
 };
 

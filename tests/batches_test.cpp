@@ -25,6 +25,7 @@ struct RandomSet {
     for (int i = 0; i < particles; ++i) {
       model.x.push_back({random(), random(), random()});
       model.w.push_back(random.below(10) == 0 ? 0 : random(0.2, 5));
+      if (model.w.back() == 0) model.x.back()[0] = -0.0;  // adding even a zero to it would be seen
     }
     model.scene.solver.dt = 0.1;
     model.scene.solver.substeps = 3;
@@ -55,7 +56,7 @@ struct RandomSet {
     Random random(seed);
     std::vector<Vec4<R>> p;
     for (std::size_t i = 0; i < model.x.size(); ++i) {
-      const Vector3<double> d = random.in_cube(0.5);
+      const Vector3<double> d = model.w[i] > 0 ? random.in_cube(0.5) : Vector3<double>{-0.0, 0, 0};
       p.push_back({R(model.x[i][0] + d.x), R(model.x[i][1] + d.y), R(model.x[i][2] + d.z), R(model.w[i])});
     }
     return p;

@@ -163,6 +163,16 @@ TEST_F(CheckpointFile, OfAnotherMeshUnderTheSameNameIsRefused) {
   EXPECT_EQ(refusal(scene_with(points + one)), "");
   EXPECT_NE(refusal(scene_with("v 0 0 0.5\nv 1 0 0\nv 1 1 0\nv 0 1 0\n" + one)), "") << "another point";
   EXPECT_NE(refusal(scene_with(points + other)), "") << "the same points joined otherwise";
+
+  const auto sheet_with = [&](const std::string& text) {
+    Scene scene = scene_with(text);
+    scene.environment = {obstacle("sheet", MeshFile{mesh}, Sides::TwoSided)};
+    scene.bodies.pop_back();
+    return scene;
+  };
+  write(sheet_with(points + one));
+  EXPECT_EQ(refusal(sheet_with(points + one)), "");
+  EXPECT_NE(refusal(sheet_with(points + other)), "") << "an environment mesh joined otherwise";
 }
 
 TEST_F(CheckpointFile, ThatIsMissingIsRefused) {

@@ -1,6 +1,7 @@
 // The malha command as a user meets it: what it says, with which exit status, and what it leaves behind.
 #include <pty.h>
 
+#include <algorithm>
 #include <chrono>
 #include <set>
 #include <thread>
@@ -27,7 +28,10 @@ class Command : public testing::Test {
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST_F(Command, RunsASceneAndSaysAtTheEndWhatAPersonWants) {
-  const Ended ended = malha({"run", "scene.json", "--threads", "2", "--format", "vtp,pc2", "--picture"});
+  Json scene = swinging_sheet(true);
+  scene["outputs"]["pictures"] = {{"size", {64, 48}}};
+  write(scene);
+  const Ended ended = malha({"run", "scene.json", "--threads", "2", "--format", "vtp,pc2"});
   EXPECT_EQ(ended.status, 0) << ended.err;
   for (const char* line :
        {"simulated   0.8 s, 40 steps of 49 particles on 2 threads\n", "\nspeed       ", " ms a step",
@@ -38,6 +42,12 @@ TEST_F(Command, RunsASceneAndSaysAtTheEndWhatAPersonWants) {
     EXPECT_TRUE(has(ended.out, line)) << line << " is not in\n" << ended.out;
   EXPECT_EQ(report()["status"], "finished");
   EXPECT_TRUE(exists("out/scene/frames/frame_000040.vtp"));
+}
+
+TEST_F(Command, MakesPicturesForASceneThatNamesNone) {
+  EXPECT_EQ(malha({"run", "scene.json", "--steps", "1", "--picture"}).status, 0);
+  EXPECT_TRUE(exists("out/scene/picture.png"));
+  EXPECT_TRUE(exists("out/scene/storyboard.png"));
 }
 
 TEST_F(Command, SaysWhatTheSceneExpectsAndDidNotHappen) {

@@ -108,9 +108,21 @@ TEST(Bending, DoesNotMoveAHingeOfATriangleWithoutArea) {
     if (bad.what.find("without area") == std::string::npos) continue;
     OneConstraint<Bending, float> one({bad.at[0], bad.at[1], bad.at[2], bad.at[3]}, {1, 1, 1, 1}, 1);
     const OneConstraint<Bending, float> before = one;
+    EXPECT_EQ(before.C(), 0) << "and it counts as met";
     one.project<Update::Stiff>(1, 0);
     for (int j = 0; j < 4; ++j) EXPECT_TRUE(same_bits(one.p[j], before.p[j])) << bad.what;
   }
+}
+
+TEST(Bending, SkipsSliversByTheirShapeWhateverTheirSize) {
+  for (const float s : {1e-3f, 1.0f, 1e3f})
+    for (const float height : {1e-7f, 1e-4f}) {  // over the edge: below float's rounding of it, and well above
+      OneConstraint<Bending, float> one({{{0, 0, 0}, {s, 0, 0}, {s / 2, height * s, 0}, {s / 2, 0, s}}}, {1, 1, 1, 1},
+                                        0);
+      Vector3<float> grad[4];
+      one.evaluate(grad);
+      EXPECT_EQ(dot(grad[2], grad[2]) > 0, height > 1e-5f) << height << " of " << s;
+    }
 }
 
 TEST(Bending, ActsAlikeOnSmallAndLargeHinges) {

@@ -25,12 +25,12 @@ class ContactBench {
     x_ = Array<Executor, Vec4<R>>(at), v_ = Array<Executor, Vec4<R>>(speed), p_ = Array<Executor, Vec4<R>>(predicted);
   }
 
-  void substep(double h, const Point& gravity = {0, 0, 0}) {
+  void substep(double h, const Point& gravity = {0, 0, 0}, int iterations = 1) {
     const Particles<R> all = particles();
     const int n = all.count;
     parallel_for(executor_, n, Predict<R>{all, R(h), {R(gravity.x), R(gravity.y), R(gravity.z)}});
     collider_.find(all, time_, time_ + h);
-    collider_.resolve(all);
+    for (int i = 0; i < iterations; ++i) collider_.resolve(all);
     parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)});
     collider_.restitute(all, 2 * h * norm(gravity), h);
     time_ += h;

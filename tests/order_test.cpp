@@ -123,6 +123,16 @@ TEST(SolverOrder, ChoosesComponentByComponent) {
   EXPECT_LT(graph.mean_distance(order), 2 * std::sqrt(shuffled));
 }
 
+TEST(SolverOrder, OfABodyDoesNotDependOnHowFarTheOthersAre) {
+  Graph graph;
+  graph.add(generate(GridShape{{1, 1}, {32, 32}}));
+  graph.shuffle(5);
+  const std::vector<int> alone = graph.order();
+  graph.add(generate(GridShape{{1, 1}, {2, 2}}), {1e9, 0, 0});
+  const std::vector<int> together = graph.order();
+  EXPECT_TRUE(std::equal(alone.begin(), alone.end(), together.begin()));
+}
+
 TEST(SolverOrder, TakesPointsOnALineOrInOnePlace) {
   for (const double step : {0.0, 1.0}) {
     std::vector<Vec3> points;

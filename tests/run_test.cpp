@@ -1,6 +1,7 @@
 // What a run leaves in its folder, when, and how it ends.
 #include "host/run.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "host/results.h"

@@ -102,6 +102,15 @@ TEST(Surface, FindsNothingBeyondTheRadius) {
   EXPECT_FALSE(surface.closest({0, 1.5, 0}, 0.4999).found);
   EXPECT_TRUE(surface.closest({0, 1.5, 0}, 0.5001).found);
   EXPECT_FALSE(surface.closest({0, 1.5, 0}, 0).found);
+  // The radius holds to the last digits of double, though Embree asks in float.
+  const BruteForce brute(generate(BoxShape{{2, 2, 2}, {2, 2, 2}}));
+  Random random(11);
+  for (int i = 0; i < 300; ++i) {
+    const Point p = random.in_cube(i % 2 == 0 ? 2 : 100);
+    const double distance = brute.distance(p);
+    EXPECT_TRUE(surface.closest(p, distance * (1 + 1e-12)).found);
+    EXPECT_FALSE(surface.closest(p, distance * (1 - 1e-12)).found);
+  }
 }
 
 TEST(Surface, KnowsTheRimOfAnOpenMesh) {
@@ -245,9 +254,20 @@ TEST(Surface, WhatMovesAwayFromATwoSidedSurfaceDoesNotCrossItHoweverNearItStarts
 
 TEST(Surface, HasNoGapsAtVerticesAndEdgesHoweverLongTheWay) {
   const Device device;
+  Mesh waves = generate(GridShape{{1, 1}, {40, 40}});
+  for (Vec3& x : waves.points) x[1] = 0.05 * std::sin(7 * x[0]) * std::cos(5 * x[2]);
+  const Surface wavy(device, waves);
+  Random random(10);
+  for (const Vec3& x : waves.points) {
+    const bool at_the_rim = x[0] == 0 || x[0] == 1 || x[2] == 0 || x[2] == 1;
+    for (int i = 0; i < (at_the_rim ? 0 : 20); ++i) {
+      const Point on = at(x), in = Point{0, -1, 0} + random.in_cube(0.5);
+      const Point a = on - in * random(0.5, 2), b = on + in * random(0.5, 2);
+      ASSERT_TRUE(wavy.crossing(a, b, 0, true).hit) << x[0] << ", " << x[1] << ", " << x[2];
+    }
+  }
   const Mesh mesh = generate(SphereShape{1, 3});
   const Surface surface(device, mesh);
-  Random random(10);
   const auto expect_hit = [&](const Point& on) {
     for (const double length : {0.01, 0.1, 1.0, 10.0, 100.0, 1000.0}) {
       Point in = -on + random.in_cube(0.5);

@@ -1,4 +1,5 @@
 // The malha command: run, plan and check scenes.
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <csignal>
