@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# usage: install.sh ROOT BUILD COMPILER FLAGS
+# usage: install.sh ROOT BUILD GENERATOR COMPILER FLAGS
 # Installs BUILD into a scratch prefix; configures, builds and runs tests/consumer against it, with the compiler's
 # default instruction set (FLAGS are the sanitizers', which all parts of a program must share).
 set -euo pipefail
-root=${1:?} build=${2:?} compiler=${3:?} flags=${4-}
+root=${1:?} build=${2:?} generator=${3:?} compiler=${4:?} flags=${5-}
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
 cmake --install "$build" --prefix "$scratch/prefix" >/dev/null
-cmake -S "$root/tests/consumer" -B "$scratch/build" -DCMAKE_PREFIX_PATH="$scratch/prefix" \
-  -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags" -DCMAKE_BUILD_TYPE=Release
+cmake -S "$root/tests/consumer" -B "$scratch/build" -G "$generator" \
+  -DCMAKE_PREFIX_PATH="$scratch/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags" -DCMAKE_BUILD_TYPE=Release
 cmake --build "$scratch/build"
 
 # A scene with particles, constraints and a mesh to collide with, so that every dependency is called.

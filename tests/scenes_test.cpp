@@ -1,0 +1,73 @@
+// Every shipped scene, whole, against its own "expect". In builds with assertions (debug, sanitizers), which are some
+// ten times slower, only its first steps: they must stay finite.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "tests/small_scenes.h"
+
+namespace malha {
+namespace {
+
+std::vector<std::string> scene_names() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(MALHA_SOURCE_DIR "/scenes"))
+    if (entry.path().extension() == ".json" && entry.path().stem() != "schema")
+      names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+Scene load(const std::string& name) { return load_scene(MALHA_SOURCE_DIR "/scenes/" + name + ".json"); }
+
+/// Mesh files of the scene that are not there; the scans are too large for the repository.
+std::vector<std::string> missing_meshes(const Scene& scene) {
+  std::vector<std::string> missing;
+  const auto look = [&missing](const Shape& shape) {
+    const auto* file = std::get_if<MeshFile>(&shape);
+    if (file && !std::filesystem::exists(file->path)) missing.push_back(file->path);
+  };
+  for (const BodySpec& body : scene.bodies) look(body.shape);
+  for (const EnvironmentSpec& environment : scene.environment) look(environment.shape);
+  return missing;
+}
+
+class ShippedScene : public testing::TestWithParam<std::string> {};
+
+TEST_P(ShippedScene, MeetsItsExpectations) {
+  const Scene scene = load(GetParam());
+  for (const std::string& path : missing_meshes(scene)) FAIL() << path << " is missing; run tools/setup";
+  Simulation simulation(scene, {.threads = 1});
+#ifdef NDEBUG
+  ASSERT_NO_THROW(run_for(simulation, scene, scene.duration));
+  for (const std::string& line : simulation.unmet()) ADD_FAILURE() << line;
+#else
+  for (int step = 0; step < 3; ++step) ASSERT_NO_THROW(simulation.step());
+  for (const Vec3& x : simulation.positions()) ASSERT_TRUE(std::isfinite(length(x)));
+#endif
+}
+
+TEST_P(ShippedScene, ExpectsSomethingOfItsEnd) {
+  const Expect expect = load(GetParam()).expect;
+  EXPECT_TRUE(expect.inside_min && expect.inside_max) << "no box that holds the particles";
+  EXPECT_TRUE(expect.max_speed) << "no highest speed";
+}
+
+INSTANTIATE_TEST_SUITE_P(, ShippedScene, testing::ValuesIn(scene_names()),
+                         [](const auto& tested) { return tested.param; });
+
+// The parameterised tests above run over what the folder holds: it must hold what was promised.
+TEST(ShippedScenes, AreAllThere) {
+  const std::vector<std::string> names = scene_names();
+  for (const char* promised : {"sheet_shear", "sheet_no_shear", "balloon", "balloon_low", "balloon_high", "closed_soft",
+                               "closed_stiff", "drape_bunny", "bullets", "thin_wall", "rotating_sphere", "ramp"})
+    EXPECT_TRUE(std::binary_search(names.begin(), names.end(), promised)) << promised;
+}
+
+}  // namespace
+}  // namespace malha
