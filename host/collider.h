@@ -62,16 +62,18 @@ class Collider {
   int contacts() const {
     int pushed = 0;
     for (const Obstacle& o : obstacles_)
-      for (const Contact<R>& c : o.contacts.download()) pushed += c.lambda > R(0);
+      pushed += parallel_reduce<ContactCount>(executor_, static_cast<int>(o.contacts.size()),
+                                              CountContact<R>{o.contacts.data()})
+                    .pushed;
     return pushed;
   }
 
-  /// How deep the deepest particle lies below a surface (m) at the given time. Sheets have no inside.
+  /// How deep the deepest particle lies below a surface (m) at the given time. Two-sided sheets have no inside.
   double max_penetration(const Particles<R>& particles, double time) const {
     double deepest = 0;
     for (const Obstacle& o : obstacles_) {
-      if (o.spec.sides != Sides::Solid) continue;
-      const MeasureDepth<R> kernel{&o.surface, pose_at(o.spec.motion, time), particles};
+      if (o.spec.sides == Sides::TwoSided) continue;
+      const MeasureDepth<R> kernel{&o.surface, o.spec.sides, pose_at(o.spec.motion, time), particles};
       deepest = std::max(deepest, parallel_reduce<Deepest>(executor_, particles.count, kernel).depth);
     }
     return deepest;

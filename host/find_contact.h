@@ -140,18 +140,20 @@ struct Deepest {
   }
 };
 
-/// How deep a particle lies inside a solid.
+/// How deep a particle lies inside a solid, or behind a one-sided sheet (but not beyond its rim).
 template <class R>
 struct MeasureDepth {
   const Surface* surface;
+  Sides sides;
   Pose pose;
   Particles<R> particles;
   KERNEL Deepest operator()(int i) const {
     const Vec4<R>& x = particles.x[i];
     const Point a = to_local(pose, {double(x.x), double(x.y), double(x.z)});
-    if (!(particles.p[i].w > R(0)) || surface->box_distance(a) > 0) return {};
+    if (!(particles.p[i].w > R(0)) || (sides == Sides::Solid && surface->box_distance(a) > 0)) return {};
     const ClosestPoint near = surface->closest(a, surface->diagonal());
-    return {near.found && dot(near.normal, a - near.q) < 0 ? near.distance : 0};
+    const bool behind = near.found && !near.boundary && dot(near.normal, a - near.q) < 0;
+    return {behind ? near.distance : 0};
   }
 };
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "host/check_mesh.h"
-#include "host/constraint_kinds.h"
 #include "host/error.h"
 #include "host/generate.h"
 #include "host/order.h"
@@ -34,22 +33,24 @@ std::string pointer(const char* list, std::size_t index, const char* key) {
   return "/" + std::string(list) + "/" + std::to_string(index) + "/" + key;
 }
 
-/// What load_scene would have refused, for scenes that are made in code.
-void check_scene(const Scene& scene) {
-  if (scene.bodies.empty()) refuse(scene.file, "/bodies", "no body", "at least one");
-  std::string kinds;
-  for (const ConstraintKind& kind : constraint_kinds()) kinds += (kinds.empty() ? "" : ", ") + kind.name;
-  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    const BodySpec& spec = scene.bodies[b];
-    if (!spec.mass && !spec.density)
-      refuse(scene.file, "/bodies/" + std::to_string(b), "neither mass nor density", "one of them");
-    for (std::size_t c = 0; c < spec.constraints.size(); ++c) {
-      const std::string& type = spec.constraints[c].type;
-      const auto is_type = [&type](const ConstraintKind& kind) { return kind.name == type; };
-      if (std::ranges::none_of(constraint_kinds(), is_type))
-        refuse(scene.file, pointer("bodies", b, "constraints/") + std::to_string(c) + "/type", "'" + type + "'", kinds);
+/// An expectation about something that the scene does not have would always be met.
+void check_expectations(const Scene& scene) {
+  const auto needs = [&scene](bool asked, bool there, const std::string& key, const std::string& what) {
+    if (asked && !there) refuse(scene.file, "/expect/" + key, "an expectation about " + what, "one where there is any");
+  };
+  bool distance = false, pressure = false, inside = false;
+  for (const BodySpec& body : scene.bodies)
+    for (const ConstraintSpec& constraint : body.constraints) {
+      distance = distance || constraint.type == Distance::name;
+      pressure = pressure || constraint.type == "pressure";
     }
-  }
+  for (const EnvironmentSpec& environment : scene.environment) inside = inside || environment.sides != Sides::TwoSided;
+  const Expect& expect = scene.expect;
+  needs(expect.max_strain.has_value(), distance, "max_strain", "strain in a scene without distance constraints");
+  needs(expect.rms_strain.has_value(), distance, "rms_strain", "strain in a scene without distance constraints");
+  needs(expect.volume_ratio.has_value(), pressure, "volume_ratio", "volume in a scene without pressure");
+  needs(expect.max_penetration.has_value(), inside, "max_penetration",
+        "penetration in a scene without solids or one-sided sheets");
 }
 
 Body make_body(const Scene& scene, std::size_t index, int& zero_area_faces) {
@@ -90,7 +91,8 @@ class Builder {
 
   Model build() {
     const Scene& scene = model_.scene;
-    check_scene(scene);
+    parse_scene(to_json(scene), scene.file, "");  // a scene made in code is held to what a file is held to
+    check_expectations(scene);
     model_.look.body_begin = model_.look.face_begin = model_.look.line_begin = {0};
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(make_body(scene, b, model_.zero_area_faces));
     arrange();

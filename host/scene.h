@@ -20,40 +20,52 @@ struct Transform {
 
 // Shapes. Generated ones are listed in the order in which their particles are numbered.
 struct MeshFile {
-  std::string path;  // absolute, or relative to the working directory: load_scene resolves it against the scene's folder
+  std::string
+      path;  // absolute, or relative to the working directory: load_scene resolves it against the scene's folder
 };
-struct GridShape {          // in the plane y = 0, x in [0, size[0]], z in [0, size[1]]; x runs fastest; quads
+struct GridShape {  // in the plane y = 0, x in [0, size[0]], z in [0, size[1]]; x runs fastest; quads
   std::array<double, 2> size{1, 1};
   std::array<int, 2> cells{16, 16};
 };
-struct SphereShape {        // subdivided icosahedron about the origin: 10 * 4^subdivisions + 2 points, triangles
+struct SphereShape {  // subdivided icosahedron about the origin: 10 * 4^subdivisions + 2 points, triangles
   double radius = 0.5;
   int subdivisions = 3;
 };
-struct BoxShape {           // closed surface about the origin, quads
+struct BoxShape {  // closed surface about the origin, quads
   Vec3 size{1, 1, 1};
   std::array<int, 3> cells{4, 4, 4};
 };
-struct BarShape {           // a box whose long side lies along x, from x = 0; square cells of side width / cells
+struct BarShape {  // a box whose long side lies along x, from x = 0; square cells of side width / cells
   double length = 1, width = 0.1;
-  int cells = 2;            // across the width
+  int cells = 2;  // across the width
 };
-struct ChainShape {         // segments + 1 points on a line, edges without faces
+struct ChainShape {  // segments + 1 points on a line, edges without faces
   Vec3 from{0, 0, 0}, to{1, 0, 0};
   int segments = 10;
 };
-struct CloudShape {         // a lattice of loose particles that fills the box [min, max]; x runs fastest
+struct CloudShape {  // a lattice of loose particles that fills the box [min, max]; x runs fastest
   Vec3 min{0, 0, 0}, max{1, 1, 1};
   std::array<int, 3> count{2, 2, 2};
 };
 using Shape = std::variant<MeshFile, GridShape, SphereShape, BoxShape, BarShape, ChainShape, CloudShape>;
 
 // Pins: which particles do not move. Places are in the world, at the start.
-struct RowPin { bool last = false; };  // grids and chains only: the first or last row (point) of the shape
-struct BoxPin { Vec3 min{}, max{}; };
-struct SpherePin { Vec3 center{}; double radius = 0; };
-struct NearestPin { Vec3 point{}; };
-struct ListPin { std::vector<int> particles; };
+struct RowPin {
+  bool last = false;
+};  // grids and chains only: the first or last row (point) of the shape
+struct BoxPin {
+  Vec3 min{}, max{};
+};
+struct SpherePin {
+  Vec3 center{};
+  double radius = 0;
+};
+struct NearestPin {
+  Vec3 point{};
+};
+struct ListPin {
+  std::vector<int> particles;
+};
 using Pin = std::variant<RowPin, BoxPin, SpherePin, NearestPin, ListPin>;
 
 /// One constraint kind on one body. `type` is a name of the registry (kernels/constraints.h) or "pressure".
@@ -68,12 +80,12 @@ struct ConstraintSpec {
 struct BodySpec {
   std::string name;
   Shape shape;
-  Transform transform;              // shapes the rest state
-  Vec3 velocity{0, 0, 0};           // m/s
-  Vec3 spin{0, 0, 0};               // rad/s, about the centre of mass
-  std::optional<double> mass;       // kg, the whole body, shared by area (faces), length (lines) or equally (loose)
-  std::optional<double> density;    // kg/m^2 of surface (kg/m of lines); one of mass and density is required
-  double damping = 0;               // [0, 1] per step dt; 1 = rigid motion
+  Transform transform;            // shapes the rest state
+  Vec3 velocity{0, 0, 0};         // m/s
+  Vec3 spin{0, 0, 0};             // rad/s, about the centre of mass
+  std::optional<double> mass;     // kg, the whole body, shared by area (faces), length (lines) or equally (loose)
+  std::optional<double> density;  // kg/m^2 of surface (kg/m of lines); one of mass and density is required
+  double damping = 0;             // [0, 1] per step dt; 1 = rigid motion
   std::vector<Pin> pins;
   std::vector<ConstraintSpec> constraints;
 };
@@ -93,9 +105,9 @@ struct EnvironmentSpec {
   Shape shape;  // with faces
   Transform transform;
   Sides sides = Sides::Solid;
-  double thickness = 0.005;   // m, > 0: particles are kept this far from the surface
-  double friction = 0;        // Coulomb's mu, >= 0
-  double restitution = 0;     // [0, 1]
+  double thickness = 0.005;      // m, > 0: particles are kept this far from the surface
+  double friction = 0;           // Coulomb's mu, >= 0
+  double restitution = 0;        // [0, 1]
   std::vector<Keyframe> motion;  // empty: does not move
 };
 
@@ -122,15 +134,16 @@ struct OutputSpec {
   int checkpoint_every = 0;  // steps between checkpoints; 0: only that of the end
 };
 
-/// What must hold at the end (max_*: over the whole run, looked at after every step). Absent: not looked at.
+/// What must hold at the end of the whole run. Absent: not looked at.
 struct Expect {
-  std::optional<double> max_strain;          // largest |l - l0| / l0 over the distance constraints, at the end
-  std::optional<double> rms_strain;          // same, root mean square, at the end
-  std::optional<double> max_penetration;     // m below an environment surface, at the end
-  std::optional<double> energy_not_above;    // J, at the end
-  std::optional<double> max_speed;           // m/s, at the end
+  std::optional<double> max_strain;            // largest |l - l0| / l0 over the distance constraints, at the end
+  std::optional<double> rms_strain;            // same, root mean square, at the end
+  std::optional<double> max_penetration;       // m below an environment surface, at the end
+  std::optional<double> energy_not_above;      // J, at the end
+  std::optional<double> max_speed;             // m/s, at the end
   std::optional<Vec3> inside_min, inside_max;  // every particle lies in this box at the end
-  std::optional<std::array<double, 2>> volume_ratio;  // enclosed volume / rest volume of the pressure bodies, at the end
+  std::optional<std::array<double, 2>>
+      volume_ratio;  // enclosed volume / rest volume of the pressure bodies, at the end
 };
 
 enum class Precision { Float, Double };

@@ -70,4 +70,19 @@ struct Restitute {
   }
 };
 
+struct ContactCount {
+  int pushed = 0;
+  KERNEL ContactCount& operator+=(const ContactCount& o) {
+    pushed += o.pushed;
+    return *this;
+  }
+};
+
+/// Whether a contact pushed in the last substep.
+template <class R>
+struct CountContact {
+  const Contact<R>* contacts;
+  KERNEL ContactCount operator()(int i) const { return {contacts[i].lambda > R(0)}; }
+};
+
 }  // namespace malha

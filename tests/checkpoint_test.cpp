@@ -166,7 +166,7 @@ TEST_F(CheckpointFile, OfAnotherMeshUnderTheSameNameIsRefused) {
 
   const auto sheet_with = [&](const std::string& text) {
     Scene scene = scene_with(text);
-    scene.environment = {obstacle("sheet", MeshFile{mesh}, Sides::TwoSided)};
+    scene.environment = {obstacle("wall", MeshFile{mesh}, Sides::TwoSided)};
     scene.bodies.pop_back();
     return scene;
   };

@@ -94,7 +94,7 @@ std::vector<Vec3> part(const std::vector<Vec3>& all, std::size_t first, std::siz
 }
 
 TEST_P(Determinism, MakesBodiesThatDoNotTouchIndependentOfEachOther) {
-  const auto positions = [this](std::vector<BodySpec> bodies) {
+  const auto positions = [](std::vector<BodySpec> bodies) {
     Scene scene = everything(24, 3, GetParam());
     scene.bodies = std::move(bodies);
     return after(scene, 0.5, {.threads = 1}).positions();
