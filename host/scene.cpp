@@ -4,9 +4,9 @@
 #include <set>
 #include <stdexcept>
 
+#include "host/base/file.h"
 #include "host/error.h"
-#include "host/file.h"
-#include "host/scene_read.h"
+#include "host/scene/scene_read.h"
 
 namespace malha {
 namespace {

@@ -2,11 +2,11 @@
 
 #include <omp.h>
 
-#include "host/checkpoint.h"
-#include "host/expect.h"
-#include "host/report.h"
-#include "host/solver.h"
-#include "host/stopwatch.h"
+#include "host/base/stopwatch.h"
+#include "host/results/checkpoint.h"
+#include "host/results/expect.h"
+#include "host/results/report.h"
+#include "host/solver/solver.h"
 
 namespace malha {
 

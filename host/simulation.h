@@ -19,9 +19,9 @@ struct SimulationOptions {
   Backend backend = Backend::OpenMP;
 };
 
-struct Model;     // host/model.h, for the parts of malha that look closer
-class Solver;     // host/solver.h
-struct RunTimes;  // host/report.h
+struct Model;     // host/model/model.h, for the parts of malha that look closer
+class Solver;     // host/solver/solver.h
+struct RunTimes;  // host/results/report.h
 
 class Simulation {
  public:

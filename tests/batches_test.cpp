@@ -1,4 +1,4 @@
-#include "host/batches.h"
+#include "host/solver/batches.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-// Geometry of a triangle mesh the slow way: every triangle, in double, by other formulas than host/surface.cpp.
+// Geometry of a triangle mesh the slow way: every triangle, in double, by other formulas than
+// host/collision/surface.cpp.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -6,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "host/topology.h"
+#include "host/mesh/topology.h"
 #include "tests/numbers.h"
 
 namespace malha {

@@ -1,9 +1,9 @@
-#include "host/check_mesh.h"
+#include "host/mesh/check_mesh.h"
 
 #include <cmath>
 
-#include "host/generate.h"
-#include "host/topology.h"
+#include "host/mesh/generate.h"
+#include "host/mesh/topology.h"
 #include "tests/mesh_files.h"
 
 namespace malha {

@@ -1,4 +1,4 @@
-#include "host/checkpoint.h"
+#include "host/results/checkpoint.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -9,8 +9,8 @@
 #include <iterator>
 
 #include "host/error.h"
-#include "host/solver.h"
-#include "host/state.h"
+#include "host/solver/solver.h"
+#include "host/solver/state.h"
 #include "tests/numbers.h"
 #include "tests/scene_builders.h"
 

@@ -1,7 +1,7 @@
 // Cloths, chains and balloons: how well constraints are met, and where they come to rest.
 #include <gtest/gtest.h>
 
-#include "host/model.h"
+#include "host/model/model.h"
 #include "tests/small_scenes.h"
 
 namespace malha {

@@ -1,4 +1,4 @@
-#include "host/colour.h"
+#include "host/solver/colour.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "host/generate.h"
-#include "host/layout.h"
-#include "host/topology.h"
+#include "host/mesh/generate.h"
+#include "host/mesh/topology.h"
+#include "host/solver/layout.h"
 #include "tests/numbers.h"
 
 namespace malha {

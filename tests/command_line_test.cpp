@@ -1,5 +1,5 @@
 // The words after "malha": help that suffices, and an answer of one line to every slip.
-#include "host/build_info.h"
+#include "host/base/build_info.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include "host/collider.h"
-#include "host/generate.h"
+#include "host/collision/collider.h"
+#include "host/mesh/generate.h"
 #include "kernels/integrate.h"
 #include "tests/numbers.h"
 

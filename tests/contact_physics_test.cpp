@@ -253,6 +253,7 @@ TEST_P(Rest, KeepsItsDistanceToASolidAndASheet) {
 TEST_P(Rest, InAWedgeKeepsItsDistanceToBothSides) {
   Scene scene = on(ground(4, 45), particle({0.05, 0.3, 0.1}), 1.0 / 60, 10, GetParam());
   scene.environment.push_back(ground(4, -45));
+  scene.environment[1].name = "the other side";
   scene.environment.back().name = "the other side";
   const Simulation simulation = after(scene, 2);
   EXPECT_LT(length(simulation.positions()[0] - Vec3{0, kThickness * std::sqrt(2), 0.1}), 3 * rounding());

@@ -1,4 +1,4 @@
-#include "host/damping.h"
+#include "host/solver/damping.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // The same scene gives the same bits on any number of threads, on either backend, and run after run.
 #include <gtest/gtest.h>
 
-#include "host/solver.h"
+#include "host/solver/solver.h"
 #include "tests/small_scenes.h"
 
 namespace malha {

@@ -1,4 +1,4 @@
-#include "host/embree.h"
+#include "host/collision/embree.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "host/expect.h"
+#include "host/results/expect.h"
 
 #include <gtest/gtest.h>
 

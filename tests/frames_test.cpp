@@ -1,5 +1,5 @@
 // Every format is read back by a small reader written here from the format's own description, not with our writer.
-#include "host/frames.h"
+#include "host/results/frames.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -11,7 +11,7 @@
 #include <map>
 #include <sstream>
 
-#include "host/file.h"
+#include "host/base/file.h"
 
 namespace malha {
 namespace {

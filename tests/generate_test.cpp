@@ -1,12 +1,12 @@
-#include "host/generate.h"
+#include "host/mesh/generate.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 
-#include "host/check_mesh.h"
-#include "host/topology.h"
+#include "host/mesh/check_mesh.h"
+#include "host/mesh/topology.h"
 #include "tests/mesh_files.h"
 
 namespace malha {

@@ -1,10 +1,10 @@
-#include "host/json.h"
+#include "host/scene/json.h"
 
 #include <gtest/gtest.h>
 
+#include "host/base/near_miss.h"
 #include "host/error.h"
-#include "host/json_reader.h"
-#include "host/near_miss.h"
+#include "host/scene/json_reader.h"
 
 namespace malha {
 namespace {

@@ -1,4 +1,4 @@
-#include "host/mesh_io.h"
+#include "host/mesh/mesh_io.h"
 
 #define TINYOBJLOADER_IMPLEMENTATION
 #include <tiny_obj_loader.h>
@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <sstream>
 
-#include "host/generate.h"
+#include "host/mesh/generate.h"
 #include "tests/mesh_files.h"
 
 namespace malha {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "host/mesh_io.h"
+#include "host/mesh/mesh_io.h"
 #include "tests/mesh_files.h"
 
 namespace malha {

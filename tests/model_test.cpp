@@ -1,4 +1,4 @@
-#include "host/model.h"
+#include "host/model/model.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -10,9 +10,9 @@
 #include <numeric>
 
 #include "host/error.h"
-#include "host/generate.h"
-#include "host/solver.h"
-#include "host/topology.h"
+#include "host/mesh/generate.h"
+#include "host/mesh/topology.h"
+#include "host/solver/solver.h"
 #include "tests/scene_builders.h"
 
 namespace malha {

@@ -1,4 +1,4 @@
-#include "host/order.h"
+#include "host/model/order.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "host/generate.h"
-#include "host/topology.h"
+#include "host/mesh/generate.h"
+#include "host/mesh/topology.h"
 #include "tests/numbers.h"
 
 namespace malha {

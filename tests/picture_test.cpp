@@ -1,4 +1,4 @@
-#include "host/picture.h"
+#include "host/results/picture.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "host/picture_stage.h"
+#include "host/results/picture_stage.h"
 
 namespace malha {
 namespace {

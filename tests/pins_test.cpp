@@ -1,4 +1,4 @@
-#include "host/pins.h"
+#include "host/model/pins.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "host/error.h"
-#include "host/generate.h"
+#include "host/mesh/generate.h"
 #include "tests/scene_builders.h"
 
 namespace malha {

@@ -1,9 +1,9 @@
 // What malha plan says is what runs, and no more than the scene needs.
-#include "host/plan.h"
+#include "host/results/plan.h"
 
 #include <set>
 
-#include "host/solver.h"
+#include "host/solver/solver.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
 

@@ -1,11 +1,11 @@
-#include "host/png.h"
+#include "host/results/png.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <cstdlib>
 
-#include "host/file.h"
+#include "host/base/file.h"
 
 #define STB_IMAGE_STATIC
 #define STB_IMAGE_IMPLEMENTATION

@@ -1,4 +1,4 @@
-#include "host/pose.h"
+#include "host/collision/pose.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
-#include "host/pressure.h"
+#include "host/solver/pressure.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
-#include "host/generate.h"
-#include "host/topology.h"
+#include "host/mesh/generate.h"
+#include "host/mesh/topology.h"
 #include "tests/numbers.h"
 
 namespace malha {

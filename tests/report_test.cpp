@@ -1,6 +1,6 @@
 // report.json: every promised number is there, under its name, and is plausible or exact.
 
-#include "host/build_info.h"
+#include "host/base/build_info.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
 

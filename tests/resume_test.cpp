@@ -1,5 +1,5 @@
 // A run that stops and goes on is the run that never stopped, bit by bit; and nothing else can be gone on with.
-#include "host/run.h"
+#include "host/results/run.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
 

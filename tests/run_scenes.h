@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "host/run.h"
+#include "host/results/run.h"
 
 namespace malha {
 

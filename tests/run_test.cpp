@@ -1,10 +1,10 @@
 // What a run leaves in its folder, when, and how it ends.
-#include "host/run.h"
+#include "host/results/run.h"
 
 #include <algorithm>
 #include <cstring>
 
-#include "host/results.h"
+#include "host/results/results.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
 

@@ -9,8 +9,8 @@
 #include <set>
 #include <sstream>
 
-#include "host/constraint_kinds.h"
 #include "host/scene.h"
+#include "host/scene/constraint_kinds.h"
 #include "tests/full_scene.h"
 
 namespace malha {

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "host/constraint_kinds.h"
 #include "host/error.h"
+#include "host/scene/constraint_kinds.h"
 #include "tests/full_scene.h"
 
 namespace malha {

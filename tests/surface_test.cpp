@@ -1,4 +1,4 @@
-#include "host/surface.h"
+#include "host/collision/surface.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "host/generate.h"
+#include "host/mesh/generate.h"
 #include "tests/brute_force.h"
 
 namespace malha {

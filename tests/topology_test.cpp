@@ -1,4 +1,4 @@
-#include "host/topology.h"
+#include "host/mesh/topology.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-#include "host/generate.h"
+#include "host/mesh/generate.h"
 #include "tests/mesh_files.h"
 
 namespace malha {

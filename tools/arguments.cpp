@@ -6,9 +6,9 @@
 #include <cmath>
 #include <iostream>
 
-#include "host/build_info.h"
-#include "host/near_miss.h"
-#include "host/shown.h"
+#include "host/base/build_info.h"
+#include "host/base/near_miss.h"
+#include "host/base/shown.h"
 
 namespace malha {
 

@@ -6,11 +6,11 @@
 #include <filesystem>
 #include <iostream>
 
-#include "host/model.h"
-#include "host/plan.h"
-#include "host/run.h"
-#include "host/shown.h"
-#include "host/summary.h"
+#include "host/base/shown.h"
+#include "host/model/model.h"
+#include "host/results/plan.h"
+#include "host/results/run.h"
+#include "host/results/summary.h"
 #include "tools/arguments.h"
 #include "tools/progress.h"
 

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <cstdint>
 
-#include "host/run.h"
+#include "host/results/run.h"
 
 namespace malha {
 

@@ -1,0 +1,160 @@
+// One particle against one environment mesh: the collision constraint of a substep (METHODS: continuous segment test,
+// static closest point, thickness), as a kernel that asks Embree.
+#pragma once
+#include <cmath>
+#include <cstdint>
+
+#include "host/collision/pose.h"
+#include "host/collision/surface.h"
+#include "host/scene.h"
+#include "kernels/contact.h"
+
+namespace malha {
+
+/// What is remembered of a particle from substep to substep: where it was when it was last looked at (mesh's frame),
+/// how far from the surface (m; negative inside; a lower bound where no triangle is near), and its nearest triangle.
+/// While it cannot have come near, it is not looked at again, and when it is, the search starts at that triangle:
+/// neither changes a contact.
+struct LastSeen {
+  Point at{};
+  double distance = -INFINITY;  // never seen: it may be as deep as the mesh is large
+  std::int64_t triangle = -1;
+};
+
+template <class R>
+struct FindContact {
+  const Surface* surface;
+  Sides sides;
+  double thickness;
+  Pose before, after;  // of the mesh, at the substep's start and end
+  Particles<R> particles;
+  LastSeen* seen;
+  Contact<R>* contacts;
+
+  KERNEL void operator()(int i) const {
+    contacts[i].plane = {R(0), R(0), R(0), -R(INFINITY)};
+    contacts[i].lambda = contacts[i].slip = R(0);
+    if (particles.p[i].w > R(0)) look(i);
+  }
+
+ private:
+  static Point point(const Vec4<R>& a) { return {double(a.x), double(a.y), double(a.z)}; }
+  static double length(const Point& a) { return std::sqrt(dot(a, a)); }
+
+  void look(int i) const {
+    const Point a = to_local(before, point(particles.x[i])), b = to_local(after, point(particles.p[i]));
+    const double path = length(b - a);
+    // A contact plane is laid a thickness early: neighbours may pull the particle further than its own velocity.
+    const double reach = path + 2 * thickness;
+    LastSeen& last = seen[i];
+    const double moved = length(a - last.at);
+    if (last.distance - moved > reach) return;
+    const double box = surface->box_distance(a);
+    if (box > reach) {
+      last = {a, box, -1};
+      return;
+    }
+    // If it went through the surface since, or was inside, it is at most this deep now.
+    const double depth = std::max(0.0, moved - last.distance);
+    // Looking further than now needed keeps the particle out of the next substeps' queries.
+    const double radius = 4 * reach + std::min(depth, surface->diagonal());
+    const ClosestPoint near = surface->closest(a, radius, static_cast<int>(last.triangle));
+    if (!near.found) {
+      last = {a, radius, -1};
+      return;
+    }
+    const Point outward = side(near, a, last, moved);
+    const double signed_distance = dot(outward, a - near.q) < 0 ? -near.distance : near.distance;
+    last = {a, signed_distance, near.triangle};
+    if (signed_distance > reach) return;
+    if (signed_distance < 0 && near.boundary) return;  // beyond the rim of a sheet there is no inside
+
+    const Point n = direction(near, a, outward, signed_distance);
+    if (signed_distance < thickness) lift(i, a, n, thickness - signed_distance);
+    // The plane at the nearest point stands for the surface only on a short way: on a long one it would stop what
+    // passes a corner.
+    const double clearance = std::max(signed_distance, thickness);
+    if (path > std::max(clearance - thickness, clearance / 2)) return sweep(i, outward);
+    set(i, near.q, n);
+  }
+
+  /// The surface's normal on the side on which the particle belongs.
+  Point side(const ClosestPoint& near, const Point& a, const LastSeen& last, double moved) const {
+    if (sides != Sides::TwoSided) return near.normal;
+    Point from = a;
+    // It may have been dragged through since it was last seen: then it belongs on the side where it was.
+    if (std::isfinite(last.distance) && moved >= last.distance && surface->crossing(last.at, a, 0, false).hit)
+      from = last.at;
+    return dot(near.normal, from - near.q) < 0 ? -near.normal : near.normal;
+  }
+
+  /// The gradient of the distance, or on the surface itself, where that has no direction, its normal.
+  Point direction(const ClosestPoint& near, const Point& a, const Point& outward, double signed_distance) const {
+    if (near.distance < 1e-3 * thickness) return outward;
+    return (a - near.q) * (1 / signed_distance);
+  }
+
+  /// Far enough to reach the surface: what it meets on its way, or else what it ends near or in.
+  void sweep(int i, const Point& outward) const {
+    const Point a = to_local(before, point(particles.x[i])), b = to_local(after, point(particles.p[i]));
+    const Crossing crossing = surface->crossing(a, b, thickness, sides != Sides::TwoSided);
+    if (crossing.hit) {
+      const bool flip = dot(crossing.normal, b - a) > 0;  // two-sided only: it stays on the side it comes from
+      return set(i, crossing.q, flip ? -crossing.normal : crossing.normal);
+    }
+    const ClosestPoint end = surface->closest(b, std::max(2 * thickness, sides == Sides::Solid ? length(b - a) : 0));
+    if (!end.found) return;
+    const Point normal = sides == Sides::TwoSided && dot(end.normal, outward) < 0 ? -end.normal : end.normal;
+    const double signed_distance = dot(normal, b - end.q) < 0 ? -end.distance : end.distance;
+    if (signed_distance < 0 && end.boundary) return;
+    if (signed_distance < 2 * thickness) set(i, end.q, direction(end, b, normal, signed_distance));
+  }
+
+  /// A particle that starts within the thickness is put at its rim, state and prediction alike, so that leaving it
+  /// gives no velocity (the pre-stabilisation of Macklin et al. 2014, section 4.4).
+  void lift(int i, const Point& a, const Point& n, double by) const {
+    const Point world = rotate(before, n) * by;
+    const Vector3<R> shift{R(world.x), R(world.y), R(world.z)};
+    particles.x[i].set(particles.x[i].xyz() + shift);
+    particles.p[i].set(particles.p[i].xyz() + shift);
+    seen[i].at = a + n * by;
+    seen[i].distance = thickness;
+  }
+
+  void set(int i, const Point& q, const Point& n) const {
+    const Point x = point(particles.x[i]), end = to_world(after, q);
+    // What rests on q lies a thickness above it, and there a turning mesh is faster than at q.
+    const Point rest = q + n * thickness, surface_moved = to_world(after, rest) - to_world(before, rest);
+    const Point normal = rotate(after, n);
+    const Point relative = point(particles.p[i]) - x - surface_moved;
+    contacts[i].plane = {R(normal.x), R(normal.y), R(normal.z), R(dot(normal, end - x) + thickness)};
+    contacts[i].surface = {R(surface_moved.x), R(surface_moved.y), R(surface_moved.z), R(dot(normal, relative))};
+  }
+};
+
+struct Deepest {
+  double depth = 0;  // m
+  KERNEL Deepest& operator+=(const Deepest& o) {
+    depth = std::max(depth, o.depth);
+    return *this;
+  }
+};
+
+/// How deep a particle lies inside a solid, or behind a one-sided sheet (but not beyond its rim).
+template <class R>
+struct MeasureDepth {
+  const Surface* surface;
+  Sides sides;
+  Pose pose;
+  Particles<R> particles;
+  KERNEL Deepest operator()(int i) const {
+    const Vec4<R>& x = particles.x[i];
+    const Point a = to_local(pose, {double(x.x), double(x.y), double(x.z)});
+    if (!(particles.p[i].w > R(0)) || (sides == Sides::Solid && surface->box_distance(a) > 0)) return {};
+    const ClosestPoint near = surface->closest(a, surface->diagonal());
+    const bool behind = near.found && !near.boundary && dot(near.normal, a - near.q) < 0;
+    return {behind ? near.distance : 0};
+  }
+};
+
+}  // namespace malha

@@ -1,0 +1,156 @@
+#include "host/mesh/check_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "host/base/shown.h"
+#include "host/error.h"
+#include "host/mesh/first_equal.h"
+
+namespace malha {
+namespace {
+
+constexpr double largest_coordinate = 1e12;     // m: lengths, areas and volumes stay finite in single precision
+constexpr double zero_area_per_square = 1e-12;  // of the bounding box's diagonal
+
+std::string number_of(const char* what, std::size_t number) {
+  return std::string(what) + " " + std::to_string(number) + " (0-based)";
+}
+
+void check_coordinates(const Mesh& mesh, const std::string& file) {
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    for (const double value : mesh.points[i]) {
+      if (std::abs(value) <= largest_coordinate) continue;  // false for NaN
+      refuse(file, number_of("vertex", i), "the coordinate " + shown(value), "finite numbers up to 1e12 m");
+    }
+  }
+}
+
+void check_duplicated_points(const Mesh& mesh, const std::string& file) {
+  const std::vector<int> first = first_at_same_place(mesh.points);
+  std::size_t example = first.size();
+  int duplicates = 0;
+  for (std::size_t i = first.size(); i-- > 0;) {
+    if (first[i] == static_cast<int>(i)) continue;
+    example = i;
+    ++duplicates;
+  }
+  if (duplicates == 0) return;
+  refuse(
+      file, number_of("vertex", example),
+      "the place of vertex " + std::to_string(first[example]) +
+          " again (vertices like it: " + std::to_string(duplicates) + ")",
+      "one vertex in one place; weld the mesh (Blender: Merge by Distance), or name shared corners by the same index");
+}
+
+// What is left of a face when halves without area go; nothing, if all of it goes.
+class AreaFilter {
+ public:
+  explicit AreaFilter(const std::vector<Vec3>& points) : points_(points) {
+    Vec3 low{}, high{};
+    if (!points.empty()) low = high = points[0];
+    for (const Vec3& point : points) {
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], point[axis]);
+        high[axis] = std::max(high[axis], point[axis]);
+      }
+    }
+    const double diagonal = std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+    limit_ = zero_area_per_square * diagonal * diagonal;
+  }
+
+  std::optional<Quad> operator()(const Quad& face) const {
+    const auto [a, b, c, d] = face;
+    if (is_triangle(face)) return has_area(a, b, c) ? std::optional(face) : std::nullopt;
+    if (a == c || b == d) return std::nullopt;
+    const bool first = has_area(a, b, c), second = has_area(a, c, d);
+    if (first && second) return face;
+    if (!first && !second) return std::nullopt;
+    if (has_area(b, c, d) && has_area(b, d, a)) return Quad{b, c, d, a};
+    return first ? Quad{a, b, c, -1} : Quad{a, c, d, -1};
+  }
+
+ private:
+  bool has_area(int a, int b, int c) const {
+    const Vec3 &p = points_[a], &q = points_[b], &r = points_[c];
+    const double ux = q[0] - p[0], uy = q[1] - p[1], uz = q[2] - p[2];
+    const double vx = r[0] - p[0], vy = r[1] - p[1], vz = r[2] - p[2];
+    return std::hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx) / 2 > limit_;
+  }
+
+  const std::vector<Vec3>& points_;
+  double limit_;
+};
+
+void check_repeated_faces(const std::vector<Quad>& faces, const std::vector<int>& numbers, const std::string& file) {
+  std::vector<Quad> sorted = faces;
+  for (Quad& face : sorted) std::ranges::sort(face);
+  const auto hash = [&](int i) {
+    std::uint64_t bits = 0;
+    for (const int corner : sorted[i]) bits = mix(bits, static_cast<std::uint64_t>(corner));
+    return bits;
+  };
+  const auto equal = [&](int i, int j) { return sorted[i] == sorted[j]; };
+  const std::vector<int> first = first_equal(static_cast<int>(faces.size()), hash, equal);
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    if (first[i] == static_cast<int>(i)) continue;
+    std::string corners;
+    for (const int corner : faces[i]) {
+      if (corner >= 0) corners += (corners.empty() ? "" : ", ") + std::to_string(corner);
+    }
+    refuse(file, number_of("face", numbers[i]),
+           "the vertices " + corners + " of face " + std::to_string(numbers[first[i]]) + " again", "every face once");
+  }
+}
+
+void check_loose_points(const Mesh& mesh, const std::vector<Quad>& kept, const std::string& file) {
+  std::vector<bool> used(mesh.points.size(), false);
+  const auto use = [&](const auto& items) {
+    for (const auto& item : items) {
+      for (const int point : item) {
+        if (point >= 0) used[point] = true;
+      }
+    }
+  };
+  use(kept);
+  use(mesh.lines);
+  const auto loose = std::ranges::find(used, false);
+  if (loose == used.end()) return;
+  const auto all = std::ranges::count(used, false);
+  std::string found = "a vertex of no face or line (vertices like it: " + std::to_string(all) + ")";
+  use(mesh.faces);
+  if (used[static_cast<std::size_t>(loose - used.begin())]) found = "a vertex whose faces all have zero area";
+  refuse(file, number_of("vertex", static_cast<std::size_t>(loose - used.begin())), found,
+         "vertices of faces with an area, or of lines");
+}
+
+}  // namespace
+
+MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_allowed) {
+  check_coordinates(mesh, file);
+  check_duplicated_points(mesh, file);
+  for (std::size_t i = 0; i < mesh.lines.size(); ++i) {
+    if (mesh.lines[i][0] != mesh.lines[i][1]) continue;
+    refuse(file, number_of("line", i), "vertex " + std::to_string(mesh.lines[i][0]) + " at both ends", "two vertices");
+  }
+  const AreaFilter filter(mesh.points);
+  MeshIssues issues;
+  std::vector<Quad> kept;
+  std::vector<int> numbers;  // of the kept faces, in the mesh as given
+  kept.reserve(mesh.faces.size());
+  numbers.reserve(mesh.faces.size());
+  for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
+    const std::optional<Quad> left = filter(mesh.faces[i]);
+    if (!left || is_triangle(*left) != is_triangle(mesh.faces[i])) ++issues.zero_area_faces;
+    if (!left) continue;
+    kept.push_back(*left);
+    numbers.push_back(static_cast<int>(i));
+  }
+  check_repeated_faces(kept, numbers, file);
+  if (!loose_points_allowed) check_loose_points(mesh, kept, file);
+  mesh.faces = std::move(kept);
+  return issues;
+}
+
+}  // namespace malha

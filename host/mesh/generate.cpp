@@ -1,0 +1,233 @@
+#include "host/mesh/generate.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <string>
+#include <unordered_map>
+
+#include "host/base/shown.h"
+#include "host/error.h"
+#include "host/mesh/mesh_io.h"
+
+namespace malha {
+namespace {
+
+constexpr double most_points = 1 << 27;
+
+void require_at_least_one(const char* shape, const char* what, int value) {
+  if (value < 1) refuse(shape, what, std::to_string(value), "1 or more");
+}
+
+// Judged in double, where no count overflows.
+void require_countable(const char* shape, double points) {
+  if (points <= most_points) return;
+  refuse(shape, "", shown(points) + " points", "at most " + std::to_string(static_cast<int>(most_points)));
+}
+
+// The i-th of n equal steps from `from` to `to`: both ends exactly.
+double step(double from, double to, int i, int n) { return i == n ? to : from + (to - from) * (double(i) / n); }
+
+Mesh make(const GridShape& grid) {
+  const auto [nx, nz] = grid.cells;
+  require_at_least_one("grid", "cells", std::min(nx, nz));
+  require_countable("grid", (nx + 1.0) * (nz + 1.0));
+  Mesh mesh;
+  mesh.points.reserve((nx + std::size_t{1}) * (nz + std::size_t{1}));
+  mesh.faces.reserve(static_cast<std::size_t>(nx) * nz);
+  for (int j = 0; j <= nz; ++j) {
+    for (int i = 0; i <= nx; ++i)
+      mesh.points.push_back({step(0, grid.size[0], i, nx), 0, step(0, grid.size[1], j, nz)});
+  }
+  for (int j = 0; j < nz; ++j) {
+    for (int i = 0; i < nx; ++i) {
+      const int corner = i + j * (nx + 1), next_row = corner + nx + 1;
+      mesh.faces.push_back({corner, next_row, next_row + 1, corner + 1});
+    }
+  }
+  return mesh;
+}
+
+void to_unit_length(Vec3& point) {
+  const double length = std::hypot(point[0], point[1], point[2]);
+  for (double& value : point) value /= length;
+}
+
+Mesh icosahedron() {
+  const double g = std::numbers::phi;
+  Mesh mesh;
+  mesh.points = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                 {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  const std::vector<Triangle> triangles{{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                        {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                        {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                        {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
+  for (const auto& [a, b, c] : triangles) mesh.faces.push_back({a, b, c, -1});
+  for (Vec3& point : mesh.points) to_unit_length(point);
+  return mesh;
+}
+
+// Every triangle becomes four; the two triangles at an edge share its new midpoint.
+Mesh subdivide(const Mesh& coarse) {
+  Mesh fine;
+  fine.points = coarse.points;
+  fine.faces.reserve(4 * coarse.faces.size());
+  std::unordered_map<std::uint64_t, int> midpoints;
+  midpoints.reserve(2 * coarse.faces.size());
+  const auto midpoint = [&](int a, int b) {
+    const auto key = static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint64_t>(std::max(a, b));
+    const auto [found, is_new] = midpoints.try_emplace(key, static_cast<int>(fine.points.size()));
+    if (is_new) {
+      const Vec3 &p = coarse.points[a], &q = coarse.points[b];
+      fine.points.push_back({p[0] + q[0], p[1] + q[1], p[2] + q[2]});
+      to_unit_length(fine.points.back());
+    }
+    return found->second;
+  };
+  for (const auto& [a, b, c, none] : coarse.faces) {
+    const int ab = midpoint(a, b), bc = midpoint(b, c), ca = midpoint(c, a);
+    fine.faces.push_back({a, ab, ca, none});
+    fine.faces.push_back({b, bc, ab, none});
+    fine.faces.push_back({c, ca, bc, none});
+    fine.faces.push_back({ab, bc, ca, none});
+  }
+  return fine;
+}
+
+Mesh make(const SphereShape& sphere) {
+  if (sphere.subdivisions < 0) refuse("sphere", "subdivisions", std::to_string(sphere.subdivisions), "0 or more");
+  require_countable("sphere", 10 * std::pow(4.0, sphere.subdivisions) + 2);
+  Mesh mesh = icosahedron();
+  for (int level = 0; level < sphere.subdivisions; ++level) mesh = subdivide(mesh);
+  for (Vec3& point : mesh.points) {
+    for (double& value : point) value *= sphere.radius;
+  }
+  return mesh;
+}
+
+// The surface points of a lattice of cells, numbered x fastest, then y, then z.
+class SurfaceLattice {
+ public:
+  explicit SurfaceLattice(const std::array<int, 3>& cells) : cells_(cells) {}
+
+  int number(const std::array<int, 3>& at) const {
+    const auto [nx, ny, nz] = cells_;
+    const auto [i, j, k] = at;
+    const int full = (nx + 1) * (ny + 1), ring = 2 * (nx + ny);  // points in an end layer, in one between
+    if (k == 0) return i + j * (nx + 1);
+    const int before = full + (k - 1) * ring;
+    if (k == nz) return before + i + j * (nx + 1);
+    if (j == 0) return before + i;
+    if (j == ny) return before + (nx + 1) + 2 * (ny - 1) + i;
+    return before + (nx + 1) + 2 * (j - 1) + (i == 0 ? 0 : 1);
+  }
+
+ private:
+  std::array<int, 3> cells_;
+};
+
+Mesh box_between(const char* shape, const Vec3& low, const Vec3& high, const std::array<int, 3>& cells) {
+  const auto [nx, ny, nz] = cells;
+  require_at_least_one(shape, "cells", std::min({nx, ny, nz}));
+  require_countable(shape, 2 * ((nx + 1.0) * (ny + 1.0) + (ny + 1.0) * (nz + 1.0) + (nz + 1.0) * (nx + 1.0)));
+  const SurfaceLattice lattice(cells);
+  Mesh mesh;
+  for (int k = 0; k <= nz; ++k) {
+    for (int j = 0; j <= ny; ++j) {
+      const bool inner_row = k > 0 && k < nz && j > 0 && j < ny;
+      for (int i = 0; i <= nx; i += inner_row ? nx : 1) {
+        mesh.points.push_back(
+            {step(low[0], high[0], i, nx), step(low[1], high[1], j, ny), step(low[2], high[2], k, nz)});
+      }
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;  // u x v points along axis
+    for (const int layer : {0, cells[axis]}) {
+      for (int b = 0; b < cells[v]; ++b) {
+        for (int a = 0; a < cells[u]; ++a) {
+          const auto corner = [&](int da, int db) {
+            std::array<int, 3> at;
+            at[axis] = layer, at[u] = a + da, at[v] = b + db;
+            return lattice.number(at);
+          };
+          Quad face{corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)};
+          if (layer == 0) std::swap(face[1], face[3]);
+          mesh.faces.push_back(face);
+        }
+      }
+    }
+  }
+  return mesh;
+}
+
+Mesh make(const BoxShape& box) {
+  const auto [x, y, z] = box.size;
+  return box_between("box", {-x / 2, -y / 2, -z / 2}, {x / 2, y / 2, z / 2}, box.cells);
+}
+
+Mesh make(const BarShape& bar) {
+  require_at_least_one("bar", "cells", bar.cells);
+  const double along = std::max(1.0, std::round(bar.length / bar.width * bar.cells));
+  require_countable("bar", along * bar.cells);
+  const double half = bar.width / 2;
+  return box_between("bar", {0, -half, -half}, {bar.length, half, half},
+                     {static_cast<int>(along), bar.cells, bar.cells});
+}
+
+Mesh make(const ChainShape& chain) {
+  require_at_least_one("chain", "segments", chain.segments);
+  require_countable("chain", chain.segments + 1.0);
+  Mesh mesh;
+  for (int i = 0; i <= chain.segments; ++i) {
+    Vec3& point = mesh.points.emplace_back();
+    for (int axis = 0; axis < 3; ++axis) point[axis] = step(chain.from[axis], chain.to[axis], i, chain.segments);
+    if (i > 0) mesh.lines.push_back({i - 1, i});
+  }
+  return mesh;
+}
+
+Mesh make(const CloudShape& cloud) {
+  const auto [nx, ny, nz] = cloud.count;
+  require_at_least_one("cloud", "count", std::min({nx, ny, nz}));
+  require_countable("cloud", double(nx) * ny * nz);
+  const auto along = [&](int axis, int i) {
+    const double low = cloud.min[axis], high = cloud.max[axis];
+    return cloud.count[axis] == 1 ? (low + high) / 2 : step(low, high, i, cloud.count[axis] - 1);
+  };
+  Mesh mesh;
+  for (int k = 0; k < nz; ++k) {
+    for (int j = 0; j < ny; ++j) {
+      for (int i = 0; i < nx; ++i) mesh.points.push_back({along(0, i), along(1, j), along(2, k)});
+    }
+  }
+  return mesh;
+}
+
+Mesh make(const MeshFile& file) { refuse(file.path, "", "a mesh file", "a generated shape"); }
+
+}  // namespace
+
+Mesh generate(const Shape& shape) {
+  return std::visit([](const auto& given) { return make(given); }, shape);
+}
+
+Mesh make_mesh(const Shape& shape) {
+  const auto* file = std::get_if<MeshFile>(&shape);
+  return file != nullptr ? read_mesh(file->path) : generate(shape);
+}
+
+void apply(const Transform& transform, Mesh& mesh) {
+  const auto vector = [](const Vec3& v) { return Eigen::Vector3d(v[0], v[1], v[2]); };
+  const double radians = transform.degrees * (std::numbers::pi / 180);
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(radians, vector(transform.axis).normalized()).toRotationMatrix();
+  const Eigen::Matrix3d turn_and_scale = turn * vector(transform.scale).asDiagonal();
+  for (Vec3& point : mesh.points) {
+    const Eigen::Vector3d moved = vector(transform.translate) + turn_and_scale * vector(point);
+    point = {moved[0], moved[1], moved[2]};
+  }
+}
+
+}  // namespace malha

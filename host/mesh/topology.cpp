@@ -1,0 +1,130 @@
+#include "host/mesh/topology.h"
+
+#include <numeric>
+
+#include "host/base/shown.h"
+#include "host/error.h"
+#include "host/mesh/sides.h"
+
+namespace malha {
+
+std::vector<Edge> edges(const Mesh& mesh) {
+  const auto visit = [&](auto add) {
+    visit_face_sides(mesh.faces, add);
+    for (const auto& [from, to] : mesh.lines) add(from, to);
+  };
+  std::size_t most = 0, unique = 0;
+  visit([&](int, int) { ++most; });
+  std::vector<bool> is_first(most, false);
+  for_each_edge(sorted_sides(mesh.points.size(), visit), [&](auto first, auto) {
+    is_first[first->number] = true;
+    ++unique;
+  });
+  std::vector<Edge> found;
+  found.reserve(unique);
+  std::size_t number = 0;
+  visit([&](int from, int to) {
+    if (is_first[number++]) found.push_back({std::min(from, to), std::max(from, to)});
+  });
+  return found;
+}
+
+std::vector<Edge> shear(const Mesh& mesh) {
+  std::vector<Edge> found;
+  for (const Quad& face : mesh.faces) {
+    if (is_triangle(face)) continue;
+    found.push_back({face[0], face[2]});
+    found.push_back({face[1], face[3]});
+  }
+  return found;
+}
+
+std::vector<Triangle> triangles(const Mesh& mesh) {
+  std::vector<Triangle> found;
+  found.reserve(2 * mesh.faces.size());
+  for (const Quad& face : mesh.faces) {
+    found.push_back({face[0], face[1], face[2]});
+    if (!is_triangle(face)) found.push_back({face[0], face[2], face[3]});
+  }
+  return found;
+}
+
+std::vector<std::array<int, 4>> hinges(const Mesh& mesh) {
+  const std::vector<Triangle> all = triangles(mesh);
+  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) {
+    for (const auto& [a, b, c] : all) add(a, b), add(b, c), add(c, a);
+  });
+  constexpr int none = -1;
+  std::vector<int> other(3 * all.size(), none);  // the second side of a hinge, by its first
+  std::size_t count = 0;
+  for_each_edge(sides, [&](auto first, auto last) {
+    if (last - first != 2 || first[0].forward == first[1].forward) return;
+    other[first[0].number] = first[1].number;
+    ++count;
+  });
+  const auto corner = [&](int side, int ahead) { return all[side / 3][(side + ahead) % 3]; };
+  std::vector<std::array<int, 4>> found;
+  found.reserve(count);
+  for (int side = 0; side < static_cast<int>(other.size()); ++side) {
+    if (other[side] != none)
+      found.push_back({corner(side, 0), corner(side, 1), corner(side, 2), corner(other[side], 2)});
+  }
+  return found;
+}
+
+std::vector<int> components(int particles, const std::vector<Edge>& edges, int& count) {
+  // Union-find in which every root is the lowest particle of its part.
+  std::vector<int> parent(particles);
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (const auto& [a, b] : edges) {
+    const int i = root(a), j = root(b);
+    parent[std::max(i, j)] = std::min(i, j);
+  }
+  count = 0;
+  std::vector<int> label(particles);
+  for (int i = 0; i < particles; ++i) {
+    const int lowest = root(i);
+    label[i] = lowest == i ? count++ : label[lowest];
+  }
+  return label;
+}
+
+void require_closed(const Mesh& mesh, const std::string& file, const std::string& why) {
+  const auto two_faces = why + ": every edge with exactly two faces, oriented alike";
+  if (mesh.faces.empty()) refuse(file, "", "a mesh without faces", two_faces);
+  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { visit_face_sides(mesh.faces, add); });
+  const Side *open = nullptr, *crowded = nullptr, *against = nullptr;  // the first of each kind in the order of faces
+  int open_edges = 0, crowded_edges = 0, against_edges = 0;
+  const auto note = [](const Side*& kept, int& count, const Side& side) {
+    if (kept == nullptr || side.number < kept->number) kept = &side;
+    ++count;
+  };
+  for_each_edge(sides, [&](auto first, auto last) {
+    if (last - first == 1) {
+      note(open, open_edges, *first);
+    } else if (last - first > 2) {
+      note(crowded, crowded_edges, *first);
+    } else if (first[0].forward == first[1].forward) {
+      note(against, against_edges, *first);
+    }
+  });
+  const auto refuse_edge = [&](const Side& side, int count, const std::string& what) {
+    refuse(file, "edge " + std::to_string(side.low) + "-" + std::to_string(side.high) + " (vertices, 0-based)",
+           what + " (edges like it: " + std::to_string(count) + ")", two_faces);
+  };
+  if (open != nullptr) refuse_edge(*open, open_edges, "an open edge, with one face only");
+  if (crowded != nullptr) refuse_edge(*crowded, crowded_edges, "an edge with more than two faces");
+  if (against != nullptr)
+    refuse_edge(*against, against_edges, "an edge whose two faces are oriented against each other");
+  const double volume = signed_volume(mesh.points, triangles(mesh));
+  if (!(volume > 0)) {
+    refuse(file, "", "an enclosed volume of " + shown(volume) + " m^3 (inside out)",
+           why + ": faces counter-clockwise seen from outside, so that the volume is positive");
+  }
+}
+
+}  // namespace malha

@@ -1,0 +1,66 @@
+// The part of host/mesh/topology.h that measures: volume and mass.
+#include <cmath>
+
+#include "host/mesh/topology.h"
+
+namespace malha {
+namespace {
+
+Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+
+Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+}  // namespace
+
+double signed_volume(const std::vector<Vec3>& points, const std::vector<Triangle>& triangles) {
+  if (triangles.empty()) return 0;
+  // Seen from one of its own points, a small mesh far from the origin keeps its digits.
+  const Vec3 origin = points[triangles[0][0]];
+  double six_times = 0;
+  for (const auto& [a, b, c] : triangles) {
+    six_times += dot(cross(minus(points[a], origin), minus(points[b], origin)), minus(points[c], origin));
+  }
+  return six_times / 6;
+}
+
+std::vector<double> masses_by_density(const Mesh& mesh, double density) {
+  const auto& points = mesh.points;
+  std::vector<double> mass(points.size(), 0.0);
+  const auto add_triangle = [&](int a, int b, int c, double weight) {
+    const Vec3 normal = cross(minus(points[b], points[a]), minus(points[c], points[a]));
+    const double third = weight * density * std::sqrt(dot(normal, normal)) / 2 / 3;
+    for (const int corner : {a, b, c}) mass[corner] += third;
+  };
+  for (const auto& [a, b, c, d] : mesh.faces) {
+    if (d < 0) {
+      add_triangle(a, b, c, 1);
+    } else {
+      add_triangle(a, b, c, 0.5), add_triangle(a, c, d, 0.5);
+      add_triangle(b, c, d, 0.5), add_triangle(b, d, a, 0.5);
+    }
+  }
+  for (const auto& [a, b] : mesh.lines) {
+    const Vec3 along = minus(points[b], points[a]);
+    const double half = density * std::sqrt(dot(along, along)) / 2;
+    mass[a] += half, mass[b] += half;
+  }
+  return mass;
+}
+
+std::vector<double> masses_by_total(const Mesh& mesh, double mass) {
+  std::vector<double> masses = masses_by_density(mesh, 1);
+  const double equal_share = mass / static_cast<double>(masses.size());
+  double shared = 0, for_shared = mass;
+  for (const double part : masses) {
+    shared += part;
+    if (part == 0) for_shared -= equal_share;
+  }
+  for (double& part : masses) part = part == 0 ? equal_share : part / shared * for_shared;
+  return masses;
+}
+
+}  // namespace malha

@@ -1,0 +1,253 @@
+#include "host/model/model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/error.h"
+#include "host/mesh/check_mesh.h"
+#include "host/mesh/generate.h"
+#include "host/mesh/topology.h"
+#include "host/model/order.h"
+#include "host/model/pins.h"
+#include "kernels/constraints.h"
+
+namespace malha {
+
+namespace {
+
+/// A body's mesh with what hangs on it, in the body's own numbering.
+struct Body {
+  Mesh mesh;
+  std::vector<Edge> edges;
+  std::vector<bool> pinned;
+  std::vector<double> mass;
+};
+
+/// Where a body's or environment's shape is written, for messages: the mesh file, or the scene.
+std::string origin(const Scene& scene, const Shape& shape) {
+  const auto* file = std::get_if<MeshFile>(&shape);
+  return file ? file->path : scene.file;
+}
+
+std::string pointer(const char* list, std::size_t index, const char* key) {
+  return "/" + std::string(list) + "/" + std::to_string(index) + "/" + key;
+}
+
+/// An expectation about something that the scene does not have would always be met.
+void check_expectations(const Scene& scene) {
+  const auto needs = [&scene](bool asked, bool there, const std::string& key, const std::string& what) {
+    if (asked && !there) refuse(scene.file, "/expect/" + key, "an expectation about " + what, "one where there is any");
+  };
+  bool distance = false, pressure = false, inside = false;
+  for (const BodySpec& body : scene.bodies)
+    for (const ConstraintSpec& constraint : body.constraints) {
+      distance = distance || constraint.type == Distance::name;
+      pressure = pressure || constraint.type == "pressure";
+    }
+  for (const EnvironmentSpec& environment : scene.environment) inside = inside || environment.sides != Sides::TwoSided;
+  const Expect& expect = scene.expect;
+  needs(expect.max_strain.has_value(), distance, "max_strain", "strain in a scene without distance constraints");
+  needs(expect.rms_strain.has_value(), distance, "rms_strain", "strain in a scene without distance constraints");
+  needs(expect.volume_ratio.has_value(), pressure, "volume_ratio", "volume in a scene without pressure");
+  needs(expect.max_penetration.has_value(), inside, "max_penetration",
+        "penetration in a scene without solids or one-sided sheets");
+}
+
+Body make_body(const Scene& scene, std::size_t index, int& zero_area_faces) {
+  const BodySpec& spec = scene.bodies[index];
+  Body body;
+  body.mesh = make_mesh(spec.shape);
+  const bool loose = std::holds_alternative<CloudShape>(spec.shape);
+  zero_area_faces += check_mesh(body.mesh, origin(scene, spec.shape), loose).zero_area_faces;
+  apply(spec.transform, body.mesh);
+  body.edges = edges(body.mesh);
+  body.mass = spec.mass ? masses_by_total(body.mesh, *spec.mass) : masses_by_density(body.mesh, *spec.density);
+  for (std::size_t i = 0; i < body.mass.size(); ++i)
+    if (!(body.mass[i] > 0))
+      refuse(scene.file, pointer("bodies", index, spec.mass ? "mass" : "density"),
+             "no mass for particle " + std::to_string(i), "a mass or density that leaves no particle massless");
+  body.pinned = pinned_particles(scene, index, body.mesh);
+  return body;
+}
+
+/// Particles of every constraint of this spec, in the body's own numbering, `arity` each.
+template <class Kind>
+std::vector<int> elements(const Body& body, const ConstraintSpec& spec) {
+  std::vector<int> flat;
+  const auto add = [&flat](const auto& list) {
+    for (const auto& element : list) flat.insert(flat.end(), element.begin(), element.end());
+  };
+  if constexpr (Kind::element == Element::Hinges) {
+    add(hinges(body.mesh));
+  } else {
+    for (const std::string& on : spec.on) add(on == "shear" ? shear(body.mesh) : body.edges);
+  }
+  return flat;
+}
+
+class Builder {
+ public:
+  explicit Builder(const Scene& scene) { model_.scene = scene; }
+
+  Model build() {
+    const Scene& scene = model_.scene;
+    parse_scene(to_json(scene), scene.file, "");  // a scene made in code is held to what a file is held to
+    check_expectations(scene);
+    model_.look.body_begin = model_.look.face_begin = model_.look.line_begin = {0};
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(make_body(scene, b, model_.zero_area_faces));
+    arrange();
+    add_constraints();
+    for (std::size_t e = 0; e < scene.environment.size(); ++e) add_environment(e);
+    return std::move(model_);
+  }
+
+ private:
+  void add_body(Body body) {
+    Appearance& look = model_.look;
+    const int first = static_cast<int>(look.points.size());
+    look.points.insert(look.points.end(), body.mesh.points.begin(), body.mesh.points.end());
+    for (Quad face : body.mesh.faces) {
+      for (int& corner : face)
+        if (corner >= 0) corner += first;
+      look.faces.push_back(face);
+    }
+    for (const Edge& line : body.mesh.lines) look.lines.push_back({line[0] + first, line[1] + first});
+    look.body_begin.push_back(static_cast<int>(look.points.size()));
+    look.face_begin.push_back(static_cast<int>(look.faces.size()));
+    look.line_begin.push_back(static_cast<int>(look.lines.size()));
+    bodies_.push_back(std::move(body));
+  }
+
+  /// Fixes the solver's order and fills the particles and the damped islands.
+  void arrange() {
+    const Appearance& look = model_.look;
+    const int n = static_cast<int>(look.points.size());
+    std::vector<Edge> all;
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      for (const Edge& e : bodies_[b].edges) all.push_back({e[0] + look.body_begin[b], e[1] + look.body_begin[b]});
+    int islands = 0;
+    const std::vector<int> island = components(n, all, islands);
+    model_.user_of = solver_order(look.points, island, islands, all);
+    solver_of_.resize(n);
+    for (int i = 0; i < n; ++i) solver_of_[model_.user_of[i]] = i;
+
+    model_.x.resize(n), model_.v.resize(n), model_.w.resize(n), model_.mass.resize(n);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) place(b);
+
+    for (int i = 0, end; i < n; i = end) {
+      for (end = i; end < n && island[model_.user_of[end]] == island[model_.user_of[i]];) ++end;
+      const double damping = model_.scene.bodies[body_of(model_.user_of[i])].damping;
+      if (damping > 0 && end - i > 1) model_.damped.push_back({i, end - i, damping});
+    }
+  }
+
+  void place(std::size_t b) {
+    const BodySpec& spec = model_.scene.bodies[b];
+    const Body& body = bodies_[b];
+    Vec3 centre{0, 0, 0};
+    double total = 0;
+    for (std::size_t i = 0; i < body.mass.size(); ++i) {
+      total += body.mass[i];
+      for (int k = 0; k < 3; ++k) centre[k] += body.mass[i] * body.mesh.points[i][k];
+    }
+    for (std::size_t i = 0; i < body.mass.size(); ++i) {
+      const int at = solver_of_[model_.look.body_begin[b] + i];
+      const Vec3& x = body.mesh.points[i];
+      const Vec3 r{x[0] - centre[0] / total, x[1] - centre[1] / total, x[2] - centre[2] / total};
+      const Vec3& s = spec.spin;
+      const Vec3 turn{s[1] * r[2] - s[2] * r[1], s[2] * r[0] - s[0] * r[2], s[0] * r[1] - s[1] * r[0]};
+      model_.x[at] = x;
+      model_.mass[at] = body.mass[i];
+      model_.w[at] = body.pinned[i] ? 0 : 1 / body.mass[i];
+      for (int k = 0; k < 3; ++k) model_.v[at][k] = body.pinned[i] ? 0 : spec.velocity[k] + turn[k];
+    }
+  }
+
+  int body_of(int user) const {
+    const auto& begin = model_.look.body_begin;
+    return static_cast<int>(std::upper_bound(begin.begin(), begin.end(), user) - begin.begin()) - 1;
+  }
+
+  /// Kind by kind in the registry's order, whatever the order in the scene, so that a sweep is the same.
+  void add_constraints() {
+    for_each_constraint([this]<class Kind>(Kind) {
+      each_spec(Kind::name, [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+        add_set<Kind>(b, spec, place);
+      });
+    });
+    each_spec("pressure",
+              [this](std::size_t b, const ConstraintSpec& spec, const std::string&) { add_pressure(b, spec); });
+  }
+
+  template <class F>
+  void each_spec(const std::string& type, F&& f) {
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      const auto& specs = model_.scene.bodies[b].constraints;
+      for (std::size_t c = 0; c < specs.size(); ++c)
+        if (specs[c].type == type) f(b, specs[c], pointer("bodies", b, "constraints/") + std::to_string(c));
+    }
+  }
+
+  template <class Kind>
+  void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+    std::vector<int> flat = elements<Kind>(bodies_[b], spec);
+    if (flat.empty())
+      refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",
+             Kind::element == Element::Hinges ? "a mesh with neighbouring faces" : "edges, or quads for shear");
+    ConstraintSet& set = find_set(spec, Kind::particles);
+    const std::vector<bool>& pinned = bodies_[b].pinned;
+    for (auto c = flat.begin(); c != flat.end(); c += Kind::particles) {
+      if (std::all_of(c, c + Kind::particles, [&](int i) { return pinned[i]; })) continue;  // could move nothing
+      for (int j = 0; j < Kind::particles; ++j) set.particles.push_back(solver_of_[model_.look.body_begin[b] + c[j]]);
+    }
+  }
+
+  ConstraintSet& find_set(const ConstraintSpec& spec, int arity) {
+    for (ConstraintSet& set : model_.sets)
+      if (set.type == spec.type && set.stiffness == spec.stiffness && set.compliance == spec.compliance &&
+          set.parameter == spec.parameter)
+        return set;
+    return model_.sets.emplace_back(
+        ConstraintSet{spec.type, arity, spec.stiffness, spec.compliance, spec.parameter, {}});
+  }
+
+  void add_pressure(std::size_t b, const ConstraintSpec& spec) {
+    const Mesh& mesh = bodies_[b].mesh;
+    require_closed(mesh, origin(model_.scene, model_.scene.bodies[b].shape), "pressure needs a closed mesh");
+    PressureSet set{spec.parameter, spec.stiffness, spec.compliance, {}, triangles(mesh)};
+    for (Triangle& t : set.triangles)
+      for (int& corner : t) corner = solver_of_[model_.look.body_begin[b] + corner];
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+      set.particles.push_back(solver_of_[model_.look.body_begin[b] + i]);
+    std::sort(set.particles.begin(), set.particles.end());
+    model_.pressures.push_back(std::move(set));
+  }
+
+  void add_environment(std::size_t e) {
+    const EnvironmentSpec& spec = model_.scene.environment[e];
+    const std::string file = origin(model_.scene, spec.shape);
+    EnvironmentMesh mesh{spec, make_mesh(spec.shape)};
+    model_.zero_area_faces += check_mesh(mesh.mesh, file, false).zero_area_faces;
+    if (mesh.mesh.faces.empty())
+      refuse(model_.scene.file, pointer("environment", e, "shape"), "a shape without faces", "a shape with faces");
+    apply(spec.transform, mesh.mesh);
+    if (spec.sides == Sides::Solid) require_closed(mesh.mesh, file, "a solid needs a closed mesh");
+    model_.environment.push_back(std::move(mesh));
+  }
+
+  Model model_;
+  std::vector<Body> bodies_;
+  std::vector<int> solver_of_;
+};
+
+}  // namespace
+
+Model build_model(const Scene& scene) { return Builder(scene).build(); }
+
+std::string particle_name(const Model& model, int user_index) {
+  const auto& begin = model.look.body_begin;
+  const auto body = std::upper_bound(begin.begin(), begin.end(), user_index) - begin.begin() - 1;
+  return "particle " + std::to_string(user_index - begin[body]) + " of body '" + model.scene.bodies[body].name + "'";
+}
+
+}  // namespace malha

@@ -1,0 +1,77 @@
+#include "host/model/order.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <numeric>
+
+namespace malha {
+
+namespace {
+
+/// Spreads the lower 21 bits of a so that two zero bits follow each.
+std::uint64_t spread(std::uint64_t a) {
+  a &= 0x1fffff;
+  a = (a | a << 32) & 0x1f00000000ffff;
+  a = (a | a << 16) & 0x1f0000ff0000ff;
+  a = (a | a << 8) & 0x100f00f00f00f00f;
+  a = (a | a << 4) & 0x10c30c30c30c30c3;
+  return (a | a << 2) & 0x1249249249249249;
+}
+
+/// Within the bounding box of each component: a body's order does not depend on the others. `sorted`: by component.
+std::vector<std::uint64_t> morton_codes(const std::vector<Vec3>& points, const std::vector<int>& component,
+                                        const std::vector<int>& sorted) {
+  std::vector<std::uint64_t> codes(points.size());
+  for (auto begin = sorted.begin(), end = begin; begin != sorted.end(); begin = end) {
+    end = std::find_if(begin, sorted.end(), [&](int i) { return component[i] != component[*begin]; });
+    Vec3 low = points[*begin], high = low;
+    for (auto i = begin; i != end; ++i)
+      for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], points[*i][k]), high[k] = std::max(high[k], points[*i][k]);
+    const double side = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-300});
+    for (auto i = begin; i != end; ++i)
+      for (int k = 0; k < 3; ++k)
+        codes[*i] |= spread(static_cast<std::uint64_t>((points[*i][k] - low[k]) / side * 0x1fffff)) << k;
+  }
+  return codes;
+}
+
+/// Per component, how far apart neighbours lie in memory, in particles, summed over the edges.
+std::vector<double> spreads(const std::vector<int>& position, const std::vector<int>& component, int components,
+                            const std::vector<Edge>& edges) {
+  std::vector<double> sum(components, 0);
+  for (const Edge& e : edges) sum[component[e[0]]] += std::abs(position[e[0]] - position[e[1]]);
+  return sum;
+}
+
+std::vector<int> inverse(const std::vector<int>& order) {
+  std::vector<int> position(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) position[order[i]] = static_cast<int>(i);
+  return position;
+}
+
+}  // namespace
+
+std::vector<int> solver_order(const std::vector<Vec3>& points, const std::vector<int>& component, int components,
+                              const std::vector<Edge>& edges) {
+  std::vector<int> user(points.size());
+  std::iota(user.begin(), user.end(), 0);
+  std::stable_sort(user.begin(), user.end(), [&](int a, int b) { return component[a] < component[b]; });
+
+  const std::vector<std::uint64_t> code = morton_codes(points, component, user);
+  std::vector<int> morton = user;
+  std::stable_sort(morton.begin(), morton.end(), [&](int a, int b) {
+    return component[a] != component[b] ? component[a] < component[b] : code[a] < code[b];
+  });
+
+  const auto by_user = spreads(inverse(user), component, components, edges);
+  const auto by_morton = spreads(inverse(morton), component, components, edges);
+  // Both orders hold each component at the same place, so that the better one can be taken component by component.
+  for (std::size_t i = 0; i < user.size(); ++i) {
+    const int c = component[user[i]];
+    if (4 * by_morton[c] < by_user[c]) user[i] = morton[i];
+  }
+  return user;
+}
+
+}  // namespace malha

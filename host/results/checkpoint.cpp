@@ -1,0 +1,80 @@
+#include "host/results/checkpoint.h"
+
+#include <cstring>
+#include <filesystem>
+
+#include "host/base/file.h"
+#include "host/base/hash.h"
+#include "host/error.h"
+
+namespace malha {
+
+namespace {
+
+constexpr char kMagic[] = "malha checkpoint 1\n";  // its size keeps what follows readable in a hex dump
+
+struct Header {
+  std::uint64_t scene, state;  // hashes
+  std::int64_t frames;
+};
+
+template <class T>
+std::uint64_t hash_values(const std::vector<T>& values, std::uint64_t hash) {
+  return hash_bytes(values.data(), values.size() * sizeof(T), hash);
+}
+
+std::uint64_t hash_scene(const Model& model) {
+  Scene scene = model.scene;
+  scene.name = "-";
+  scene.duration = 1;
+  scene.outputs = {};
+  scene.expect = {};
+  const auto forget_folder = [](Shape& shape) {
+    if (auto* mesh = std::get_if<MeshFile>(&shape)) mesh->path = std::filesystem::path(mesh->path).filename();
+  };
+  for (BodySpec& body : scene.bodies) forget_folder(body.shape);
+  for (EnvironmentSpec& environment : scene.environment) forget_folder(environment.shape);
+  const std::string json = to_json(scene);
+  std::uint64_t hash = hash_bytes(json.data(), json.size());
+  // Points, and what hangs on them, stand for the mesh files' contents.
+  hash = hash_values(model.x, hash);
+  for (const ConstraintSet& set : model.sets) hash = hash_values(set.particles, hash);
+  for (const PressureSet& set : model.pressures) hash = hash_values(set.triangles, hash);
+  for (const EnvironmentMesh& mesh : model.environment)
+    hash = hash_values(mesh.mesh.faces, hash_values(mesh.mesh.points, hash));
+  return hash;
+}
+
+std::uint64_t hash_state(const Checkpoint& checkpoint) {
+  return hash_bytes(checkpoint.state.data(), checkpoint.state.size(),
+                    hash_bytes(&checkpoint.frames, sizeof checkpoint.frames));
+}
+
+}  // namespace
+
+void write_checkpoint(const std::string& path, const Model& model, const Checkpoint& checkpoint) {
+  const Header header{hash_scene(model), hash_state(checkpoint), checkpoint.frames};
+  write_whole(path, kMagic + std::string(reinterpret_cast<const char*>(&header), sizeof header) + checkpoint.state);
+}
+
+Checkpoint read_checkpoint(const std::string& path, const Model& model) {
+  std::string bytes;
+  try {
+    bytes = read_whole(path);
+  } catch (const std::runtime_error& error) {
+    throw InputError(std::string(error.what()) + "; allowed: a checkpoint that an earlier run left there");
+  }
+  const std::size_t magic = sizeof kMagic - 1;
+  Header header;
+  if (bytes.compare(0, magic, kMagic) != 0 || bytes.size() < magic + sizeof header)
+    refuse(path, "byte 0", "no checkpoint of this version", "a file that malha run wrote");
+  std::memcpy(&header, bytes.data() + magic, sizeof header);
+  const Checkpoint checkpoint{bytes.substr(magic + sizeof header), header.frames};
+  if (header.state != hash_state(checkpoint))
+    refuse(path, "byte " + std::to_string(magic), "a damaged checkpoint", "one whose bytes match their hash");
+  if (header.scene != hash_scene(model))
+    refuse(path, "", "a checkpoint of another scene", "one of this scene with the same bodies, solver and environment");
+  return checkpoint;
+}
+
+}  // namespace malha

@@ -1,0 +1,22 @@
+// Checkpoints: the state of a run in a file that knows which model it belongs to.
+#pragma once
+#include <cstdint>
+#include <string>
+
+#include "host/model/model.h"
+
+namespace malha {
+
+struct Checkpoint {
+  std::string state;        // the solver's
+  std::int64_t frames = 0;  // that the run has written by then
+};
+
+/// Whole or not at all. Throws std::runtime_error (disk).
+void write_checkpoint(const std::string& path, const Model& model, const Checkpoint& checkpoint);
+
+/// Throws InputError for a file that is missing, damaged, or of another scene or precision. What may differ: the
+/// scene's name, duration, outputs and expectations.
+Checkpoint read_checkpoint(const std::string& path, const Model& model);
+
+}  // namespace malha

@@ -1,0 +1,98 @@
+#include "host/results/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+
+#include "host/base/shown.h"
+#include "host/model/model.h"
+#include "host/solver/solver.h"
+
+namespace malha {
+
+namespace {
+
+std::string bytes(std::size_t count) {
+  char text[32];
+  const auto size = static_cast<double>(count);
+  if (count < 10'000)
+    std::snprintf(text, sizeof text, "%zu B", count);
+  else if (count < 10'000'000)
+    std::snprintf(text, sizeof text, "%.1f KiB", size / 1024);
+  else
+    std::snprintf(text, sizeof text, "%.1f MiB", size / 1048576);
+  return text;
+}
+
+void list_constraints(std::ostream& out, const Model& model, const SolverFacts& facts) {
+  for (std::size_t s = 0; s < facts.sets.size(); ++s) {
+    const SetFacts& set = facts.sets[s];
+    out << "  " << set.type << ": " << set.constraints << " in " << counted(set.batch_sizes.size(), "colour") << ", ";
+    if (model.sets[s].compliance)
+      out << "compliance " << *model.sets[s].compliance;
+    else
+      out << "stiffness " << model.sets[s].stiffness;
+    out << "; batches of";
+    for (int size : set.batch_sizes) out << " " << size;
+    out << "\n";
+  }
+  for (const PressureSet& set : model.pressures)
+    out << "  pressure: 1 over " << set.particles.size() << " particles and " << set.triangles.size() << " triangles\n";
+}
+
+/// Every pass that exists in this scene, in its order, with its launches a step.
+void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts) {
+  const SolverSpec& solver = model.scene.solver;
+  const std::size_t substeps = solver.substeps, projections = substeps * solver.iterations;
+  const auto line = [&out](const char* pass, std::size_t launches) {
+    if (launches > 0) out << "  " << pass << ": " << counted(launches, "launch", "launches") << "\n";
+  };
+  std::size_t colours = 0, bouncing = 0;
+  for (const SetFacts& set : facts.sets) colours += set.batch_sizes.size();
+  for (const EnvironmentMesh& mesh : model.environment) bouncing += mesh.spec.restitution > 0;
+  line("damping", 3 * substeps * model.damped.size());
+  line("prediction", substeps * (model.scene.wind ? 2 : 1));
+  line("collision", substeps * model.environment.size());
+  line("projection", projections * colours);
+  line("pressure", 3 * projections * model.pressures.size());
+  line("contact", projections * model.environment.size() + substeps * bouncing);
+  line("state", substeps);
+}
+
+void list_memory(std::ostream& out, const SolverFacts& facts) {
+  out << "memory:\n  particles: " << bytes(facts.particle_bytes) << "\n";
+  if (facts.constraint_bytes > 0) out << "  constraints: " << bytes(facts.constraint_bytes) << "\n";
+  if (facts.collision_bytes > 0) out << "  collision: " << bytes(facts.collision_bytes) << " and Embree's own\n";
+}
+
+}  // namespace
+
+std::string plan(const Simulation& simulation) {
+  const Model& model = simulation.model();
+  const SolverFacts& facts = simulation.solver().facts();
+  const Scene& scene = model.scene;
+  const SolverSpec& solver = scene.solver;
+  std::ostringstream out;
+  out << "scene: " << scene.name << "\n"
+      << "solver: " << solver.type << ", " << (solver.precision == Precision::Double ? "double" : "float")
+      << " precision, " << counted(simulation.threads(), "thread") << "\n"
+      << "steps: " << std::max<std::int64_t>(1, std::llround(scene.duration / solver.dt)) << " of " << solver.dt
+      << " s, each " << counted(solver.substeps, "substep") << " of " << counted(solver.iterations, "iteration") << "\n"
+      << "particles: " << model.count() << " in " << counted(scene.bodies.size(), "body", "bodies") << ", "
+      << std::count(model.w.begin(), model.w.end(), 0.0) << " pinned\n";
+  if (model.zero_area_faces > 0) out << "left out: " << counted(model.zero_area_faces, "face") << " without area\n";
+  if (facts.projections_per_step > 0)
+    out << "constraints: " << counted(facts.projections_per_step, "projection") << " a step\n";
+  list_constraints(out, model, facts);
+  out << "passes of a step:\n";
+  list_passes(out, model, facts);
+  list_memory(out, facts);
+  if (scene.environment.empty())
+    out << "Embree: no (no environment)\n";
+  else
+    out << "Embree: yes, for " << counted(scene.environment.size(), "environment object") << "\n";
+  return out.str();
+}
+
+}  // namespace malha

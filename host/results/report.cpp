@@ -1,0 +1,136 @@
+#include "host/results/report.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <sstream>
+
+#include "host/base/build_info.h"
+
+namespace malha {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string cpu_name() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);)
+    if (line.rfind("model name", 0) == 0 && line.find(": ") != std::string::npos)
+      return line.substr(line.find(": ") + 2);
+  return "unknown";
+}
+
+double peak_memory_mib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss / 1024.0;
+}
+
+std::string hex(std::uint64_t value) {
+  std::ostringstream text;
+  text << std::hex << value;
+  return std::string(16 - text.str().size(), '0') + text.str();
+}
+
+Json constraints(const SolverFacts& facts, const Model& model) {
+  Json kinds = Json::object();
+  for (const SetFacts& set : facts.sets) {
+    Json& kind = kinds.emplace(set.type, Json{{"count", 0}, {"colours", 0}}).first.value();
+    kind["count"] = kind["count"].get<int>() + set.constraints;
+    kind["colours"] = std::max(kind["colours"].get<int>(), static_cast<int>(set.batch_sizes.size()));
+  }
+  if (!model.pressures.empty()) kinds["pressure"] = {{"count", model.pressures.size()}, {"colours", 1}};
+  return kinds;
+}
+
+Json timings(const Solver& solver, const RunTimes& times) {
+  const std::vector<double>& step = times.step_seconds;
+  if (step.empty()) return {{"steps", 0}};
+  const double total = std::accumulate(step.begin(), step.end(), 0.0);
+  const auto steps = static_cast<double>(step.size());
+  const auto [shortest, longest] = std::minmax_element(step.begin(), step.end());
+  Json passes = Json::object();
+  for (std::size_t k = 0; k < kPassNames.size(); ++k)
+    if (solver.pass_seconds()[k] > 0)
+      passes[std::string(kPassNames[k]) + "_ms"] = solver.pass_seconds()[k] * 1000 / steps;
+  Json json{{"steps", step.size()},
+            {"step_ms_median", median_step_ms(times)},
+            {"step_ms_min", *shortest * 1000},
+            {"step_ms_max", *longest * 1000},
+            {"step_ms_by_pass", passes}};
+  if (const auto projections = solver.facts().projections_per_step; projections > 0)
+    json["ns_per_projection"] = total * 1e9 / (steps * static_cast<double>(projections));
+  return json;
+}
+
+Json measured(const Measures& m) {
+  Json json;
+  if (m.has_strain) json["strain_rms"] = m.strain_rms, json["strain_max"] = m.strain_max;
+  json["momentum_kg_m_per_s"] = m.momentum;
+  json["angular_momentum_kg_m2_per_s"] = m.angular_momentum;
+  json["kinetic_energy_j"] = m.kinetic;
+  json["potential_energy_j"] = m.potential;
+  json["elastic_energy_j"] = m.elastic;
+  json["energy_j"] = m.energy();
+  json["speed_max_m_per_s"] = m.speed_max;
+  json["contacts"] = m.contacts;
+  json["penetration_max_m"] = m.penetration_max;
+  json["degenerate_constraints_skipped"] = m.degenerate;
+  if (!m.volume_ratios.empty()) json["volume_ratios"] = m.volume_ratios;
+  return json;
+}
+
+}  // namespace
+
+double median_step_ms(const RunTimes& times) {
+  std::vector<double> sorted(times.step_seconds);
+  if (sorted.empty()) return 0;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle * 1000;
+}
+
+std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
+                        const Solver& solver, int threads, const RunTimes& times) {
+  const Scene& scene = model.scene;
+  const SolverFacts& facts = solver.facts();
+  Json json;
+  json["scene"] = scene.name;
+  json["status"] = status;
+  json["notes"] = notes;
+  json["malha_version"] = version();
+  json["compiler"] = compiler();
+  json["flags"] = flags();
+  json["cpu"] = cpu_name();
+  json["threads"] = threads;
+  json["solver"] = {{"type", scene.solver.type},
+                    {"precision", scene.solver.precision == Precision::Double ? "double" : "float"},
+                    {"dt_s", scene.solver.dt},
+                    {"substeps", scene.solver.substeps},
+                    {"iterations", scene.solver.iterations}};
+  json["particles"] = model.count();
+  json["constraints"] = constraints(facts, model);
+  json["zero_area_faces_dropped"] = model.zero_area_faces;
+  json["setup_s"] = {{"model", times.model_seconds},
+                     {"constraints", facts.constraint_seconds},
+                     {"collision", facts.collision_seconds},
+                     {"total", times.model_seconds + times.solver_seconds}};
+  json["memory"] = {{"particles_bytes", facts.particle_bytes},
+                    {"constraints_bytes", facts.constraint_bytes},
+                    {"collision_bytes", facts.collision_bytes},
+                    {"peak_mib", peak_memory_mib()}};
+  json["timing"] = timings(solver, times);
+  json["time_s"] = solver.time();
+  json["step"] = solver.steps();
+  if (status != "diverged") {
+    json["state"] = measured(solver.measure());
+    json["state_hash"] = hex(solver.state_hash());
+  }
+  return json.dump(2) + "\n";
+}
+
+}  // namespace malha

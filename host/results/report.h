@@ -1,0 +1,24 @@
+// report.json: what was run, on what, how fast and how well.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "host/model/model.h"
+#include "host/solver/solver.h"
+
+namespace malha {
+
+struct RunTimes {
+  double model_seconds = 0, solver_seconds = 0;  // set-up
+  std::vector<double> step_seconds;              // one a step
+};
+
+/// ms; 0 without steps.
+double median_step_ms(const RunTimes& times);
+
+/// JSON with snake_case names and the unit as suffix. `status`: "finished", "interrupted" or "diverged"; a diverged
+/// state is not measured. `notes`: where it diverged, or which expectations are not met.
+std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
+                        const Solver& solver, int threads, const RunTimes& times);
+
+}  // namespace malha

@@ -1,0 +1,134 @@
+#include "host/results/run.h"
+
+#include <cmath>
+
+#include "host/base/file.h"
+#include "host/base/stopwatch.h"
+#include "host/results/frames.h"
+#include "host/results/gallery.h"
+#include "host/results/results.h"
+#include "host/results/summary.h"
+
+namespace malha {
+
+namespace {
+
+FrameTopology topology(const Model& model) {
+  const Appearance& look = model.look;
+  FrameTopology result{look.faces, look.lines, {}, {}};
+  std::vector<bool> used(look.points.size(), false);
+  for (const Quad& face : look.faces)
+    for (int corner : face)
+      if (corner >= 0) used[corner] = true;
+  for (const Edge& line : look.lines) used[line[0]] = used[line[1]] = true;
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (!used[i]) result.loose.push_back(static_cast<int>(i));
+  for (const Vec3& x : look.points) result.rest.push_back({float(x[0]), float(x[1]), float(x[2])});
+  return result;
+}
+
+std::vector<std::array<float, 3>> to_float(const std::vector<Vec3>& values) {
+  std::vector<std::array<float, 3>> result;
+  for (const Vec3& a : values) result.push_back({float(a[0]), float(a[1]), float(a[2])});
+  return result;
+}
+
+/// What one run writes while it goes.
+class Outputs {
+ public:
+  /// A fresh run replaces what an earlier one left; a resumed one continues after so many frames.
+  Outputs(const Simulation& simulation, const Results& results, std::int64_t last,
+          std::optional<std::int64_t> frames_before)
+      : simulation_(simulation),
+        spec_(simulation.model().scene.outputs),
+        results_(results),
+        frames_(frames_before.value_or(0)) {
+    make_folder(results.folder);
+    if (!frames_before) results.remove();
+    if (spec_.every > 0)
+      writer_.emplace(results.frames, spec_.formats, topology(simulation.model()), static_cast<int>(frames_));
+    if (spec_.picture) gallery_.emplace(simulation.model(), results, simulation.steps(), last, simulation.threads());
+    if (!frames_before) write_frame();
+    look();
+  }
+
+  void after_step() {
+    write_frame();
+    look();
+    const std::int64_t every = spec_.checkpoint_every;
+    if (every > 0 && simulation_.steps() % every == 0) checkpoint();
+  }
+
+  void checkpoint() const { simulation_.save_checkpoint(results_.checkpoint, frames_); }
+
+  void report(const std::string& status, const std::vector<std::string>& notes) const {
+    write_whole(results_.report, simulation_.report(status, notes));
+  }
+
+  void storyboard() const {
+    if (gallery_) gallery_->write_storyboard();
+  }
+
+  void picture() const {
+    if (gallery_) gallery_->finish(simulation_.time(), simulation_.positions());
+  }
+
+ private:
+  void write_frame() {
+    if (!writer_ || simulation_.steps() % spec_.every != 0) return;
+    writer_->write(simulation_.time(), to_float(simulation_.positions()), to_float(simulation_.velocities()));
+    ++frames_;
+  }
+
+  void look() {
+    if (gallery_ && gallery_->wants(simulation_.steps()))
+      gallery_->look(simulation_.steps(), simulation_.time(), simulation_.positions());
+  }
+
+  const Simulation& simulation_;
+  const OutputSpec& spec_;
+  Results results_;
+  std::int64_t frames_;  // written so far, by this run and those that it resumes
+  std::optional<FrameWriter> writer_;
+  std::optional<Gallery> gallery_;
+};
+
+}  // namespace
+
+RunResult run(const Scene& scene, const SimulationOptions& simulation_options, const RunOptions& options,
+              const std::function<void(const Progress&)>& progress, const std::atomic<bool>& stop) {
+  Simulation simulation(scene, simulation_options);
+  const Results results(options.out);
+  std::optional<std::int64_t> frames;
+  if (options.resume) frames = simulation.load_checkpoint(results.checkpoint);
+  const std::int64_t whole = std::max<std::int64_t>(1, std::llround(scene.duration / scene.solver.dt));
+  const std::int64_t last = options.steps.value_or(whole);
+  if (simulation.steps() >= last)
+    refuse(results.checkpoint, "", "the state of step " + std::to_string(simulation.steps()),
+           "one from before the end of this run, step " + std::to_string(last));
+
+  Outputs outputs(simulation, results, last, frames);
+  try {
+    while (simulation.steps() < last && !stop) {
+      const double took = seconds([&] { simulation.step(); });
+      outputs.after_step();
+      progress({simulation.steps(), last, simulation.time(), took * 1000});
+    }
+  } catch (const Diverged& error) {
+    outputs.report("diverged", {error.what()});
+    outputs.storyboard();
+    throw;
+  }
+  RunResult result;
+  result.interrupted = simulation.steps() < last;
+  result.complete = simulation.steps() == whole;
+  if (result.complete) result.unmet = simulation.unmet();
+  outputs.checkpoint();
+  outputs.report(result.interrupted ? "interrupted" : "finished", result.unmet);
+  outputs.storyboard();
+  outputs.picture();
+  result.summary = summary(simulation);
+  return result;
+}
+
+}  // namespace malha

@@ -1,0 +1,20 @@
+#include "host/scene/constraint_kinds.h"
+
+#include "kernels/constraints.h"
+
+namespace malha {
+
+const std::vector<ConstraintKind>& constraint_kinds() {
+  static const std::vector<ConstraintKind> kinds = [] {
+    std::vector<ConstraintKind> all;
+    for_each_constraint([&all]<class Kind>(Kind) {
+      const Parameter& p = Kind::parameter;
+      all.push_back({Kind::name, p.name, p.standard, p.minimum, p.minimum_allowed, Kind::element == Element::Edges});
+    });
+    all.push_back({"pressure", "pressure", 1, 0, false, false});  // over a whole mesh: no batches, so not registered
+    return all;
+  }();
+  return kinds;
+}
+
+}  // namespace malha

@@ -1,0 +1,206 @@
+#include "host/scene/json.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "host/error.h"
+
+namespace malha {
+namespace {
+
+constexpr std::size_t deepest = 64;  // a tree is destroyed recursively: bound the depth, not the stack
+
+std::string line_and_column(const std::string& text, std::size_t offset) {
+  const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(offset, text.size()));
+  const auto line = 1 + std::count(text.begin(), end, '\n');
+  const auto line_start = std::find(std::make_reverse_iterator(end), text.rend(), '\n').base();
+  return "line " + std::to_string(line) + ", column " + std::to_string(1 + (end - line_start));
+}
+
+// Walks the text and leaves its place where the events can see it: they carry none themselves.
+class TrackedText {
+ public:
+  using iterator_category = std::input_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = const char&;
+
+  TrackedText(const char* at, const char** place) : at_(at), place_(place) {}
+  reference operator*() const { return *at_; }
+  TrackedText& operator++() {
+    *place_ = ++at_;
+    return *this;
+  }
+  bool operator==(const TrackedText& other) const { return at_ == other.at_; }
+  bool operator!=(const TrackedText& other) const { return at_ != other.at_; }
+
+ private:
+  const char* at_;
+  const char** place_;
+};
+
+// Builds the tree from nlohmann's parse events; open_ is the path from the root to the container being filled.
+class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  TreeBuilder(const std::string& text, const std::string& file) : text_(text), file_(file), place_(text.data()) {}
+
+  const char** place() { return &place_; }
+  JsonValue take() { return std::move(root_); }
+
+  bool null() override { return add({}); }
+  bool boolean(bool value) override {
+    JsonValue v;
+    v.type = JsonValue::Type::Boolean;
+    v.boolean = value;
+    return add(std::move(v));
+  }
+  bool number_integer(number_integer_t value) override { return add_number(static_cast<double>(value)); }
+  bool number_unsigned(number_unsigned_t value) override { return add_number(static_cast<double>(value)); }
+  bool number_float(number_float_t value, const string_t&) override { return add_number(value); }
+  bool string(string_t& value) override {
+    JsonValue v;
+    v.type = JsonValue::Type::Text;
+    v.text = std::move(value);
+    return add(std::move(v));
+  }
+  bool binary(binary_t&) override { return false; }  // never in JSON text
+
+  bool start_object(std::size_t) override { return open(JsonValue::Type::Object); }
+  bool end_object() override { return close(); }
+  bool start_array(std::size_t) override { return open(JsonValue::Type::List); }
+  bool end_array() override { return close(); }
+
+  bool key(string_t& key) override {
+    JsonValue& object = *open_.back();
+    if (object.find(key)) {
+      refuse(file_, line_and_column(text_, start_of_string()), "the key '" + key + "' a second time in one object",
+             "each key once");
+    }
+    if (std::any_of(key.begin(), key.end(), [](unsigned char c) { return c < ' '; })) {
+      refuse(file_, line_and_column(text_, start_of_string()), "a key with a control character", "keys of one line");
+    }
+    object.keys.push_back(std::move(key));
+    return true;
+  }
+
+  bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override {
+    // The library says "[...] ... - FOUND; expected EXPECTED"; the last part is not always there.
+    std::string found = error.what();
+    const std::size_t dash = found.find(" - ");
+    found = found.substr(dash != std::string::npos ? dash + 3 : found.find("] ") + 2);
+    std::string allowed = "JSON with finite numbers";
+    const std::string separator = "; expected ";
+    if (const std::size_t cut = found.rfind(separator); cut != std::string::npos) {
+      allowed = found.substr(cut + separator.size());
+      found.resize(cut);
+    }
+    refuse(file_, line_and_column(text_, position == 0 ? 0 : position - 1), found, allowed);
+  }
+
+ private:
+  bool add(JsonValue value) {
+    if (open_.empty()) {
+      root_ = std::move(value);
+    } else {
+      open_.back()->items.push_back(std::move(value));
+    }
+    return true;
+  }
+  bool add_number(double value) {
+    JsonValue v;
+    v.type = JsonValue::Type::Number;
+    v.number = value;
+    return add(std::move(v));
+  }
+  bool open(JsonValue::Type type) {
+    if (open_.size() >= deepest) {
+      refuse(file_, line_and_column(text_, static_cast<std::size_t>(place_ - text_.data()) - 1),
+             "more than " + std::to_string(deepest) + " levels of brackets", std::to_string(deepest) + " levels");
+    }
+    JsonValue v;
+    v.type = type;
+    add(std::move(v));
+    // Only the last item of an open container grows, so the pointers in open_ stay valid.
+    open_.push_back(open_.empty() ? &root_ : &open_.back()->items.back());
+    return true;
+  }
+  bool close() {
+    open_.pop_back();
+    return true;
+  }
+  // The opening quote of the string that was just read: its closing quote is the last character consumed.
+  std::size_t start_of_string() const {
+    std::size_t i = static_cast<std::size_t>(place_ - text_.data()) - 1;
+    while (true) {
+      i = text_.rfind('"', i - 1);
+      std::size_t backslashes = 0;
+      while (text_[i - 1 - backslashes] == '\\') ++backslashes;
+      if (backslashes % 2 == 0) return i;
+    }
+  }
+
+  const std::string& text_;
+  const std::string& file_;
+  const char* place_;
+  JsonValue root_;
+  std::vector<JsonValue*> open_;
+};
+
+}  // namespace
+
+const JsonValue* JsonValue::find(const std::string& key) const {
+  const auto at = std::find(keys.begin(), keys.end(), key);
+  return at == keys.end() ? nullptr : &items[static_cast<std::size_t>(at - keys.begin())];
+}
+
+JsonValue parse_json(const std::string& text, const std::string& file) {
+  TreeBuilder builder(text, file);
+  const char* begin = text.data();
+  nlohmann::json::sax_parse(TrackedText(begin, builder.place()), TrackedText(begin + text.size(), builder.place()),
+                            &builder);
+  return builder.take();
+}
+
+std::string json_pointer(const std::string& pointer, const std::string& key) {
+  std::string escaped;
+  for (const char c : key) {
+    if (c == '~') {
+      escaped += "~0";
+    } else if (c == '/') {
+      escaped += "~1";
+    } else {
+      escaped += c;
+    }
+  }
+  return pointer + "/" + escaped;
+}
+
+std::string describe(const JsonValue& value) {
+  constexpr std::size_t longest = 60;
+  switch (value.type) {
+    case JsonValue::Type::Null:
+      return "null";
+    case JsonValue::Type::Boolean:
+      return value.boolean ? "true" : "false";
+    case JsonValue::Type::Number: {
+      const double x = value.number;
+      if (x == std::floor(x) && std::abs(x) < 1e15) return std::to_string(static_cast<long long>(x));  // not 1e+05
+      char digits[32];
+      return std::string(digits, std::to_chars(digits, digits + sizeof digits, x).ptr);
+    }
+    case JsonValue::Type::Text:  // dumped, so that a line break in it does not break the message's line
+      if (value.text.size() > longest) return "a text of " + std::to_string(value.text.size()) + " bytes";
+      return nlohmann::json(value.text).dump();
+    case JsonValue::Type::List:
+      return "a list of " + std::to_string(value.items.size());
+    default:
+      return "an object";
+  }
+}
+
+}  // namespace malha

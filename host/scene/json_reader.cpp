@@ -1,0 +1,174 @@
+#include "host/scene/json_reader.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/base/near_miss.h"
+#include "host/error.h"
+
+namespace malha {
+namespace {
+
+std::string digits(double number) {
+  JsonValue value;
+  value.type = JsonValue::Type::Number;
+  value.number = number;
+  return describe(value);
+}
+
+std::vector<std::string> keys_of(const std::vector<JsonReader::Field>& fields) {
+  std::vector<std::string> keys;
+  for (const auto& field : fields) keys.push_back(field.key);
+  return keys;
+}
+
+}  // namespace
+
+Range any(const std::string& unit) {
+  Range range;
+  range.unit = unit;
+  return range;
+}
+Range above(double min, const std::string& unit) {
+  Range range = at_least(min, unit);
+  range.min_included = false;
+  return range;
+}
+Range at_least(double min, const std::string& unit) {
+  Range range = any(unit);
+  range.min = min;
+  return range;
+}
+Range between(double min, double max, const std::string& unit) {
+  Range range = at_least(min, unit);
+  range.max = max;
+  return range;
+}
+
+JsonReader::JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer)
+    : value_(&value), file_(file), pointer_(pointer) {}
+
+void JsonReader::refuse(const std::string& found, const std::string& allowed) const {
+  malha::refuse(file_, pointer_, found, allowed);
+}
+
+void JsonReader::refuse_value(const std::string& allowed) const { refuse(describe(*value_), allowed); }
+
+bool JsonReader::has(const std::string& key) const {
+  return value_->type == JsonValue::Type::Object && value_->find(key) != nullptr;
+}
+
+JsonReader JsonReader::below(std::size_t item) const {
+  const bool is_object = value_->type == JsonValue::Type::Object;
+  const std::string key = is_object ? value_->keys[item] : std::to_string(item);
+  return JsonReader(value_->items[item], file_, json_pointer(pointer_, key));
+}
+
+JsonReader JsonReader::at(const std::string& key) const {
+  if (value_->type != JsonValue::Type::Object) refuse_value("an object with the key '" + key + "'");
+  const auto found = std::find(value_->keys.begin(), value_->keys.end(), key);
+  if (found == value_->keys.end()) refuse("no key '" + key + "'", "an object with the key '" + key + "'");
+  return below(static_cast<std::size_t>(found - value_->keys.begin()));
+}
+
+void JsonReader::refuse_unknown_keys(const std::vector<Field>& fields) const {
+  const std::vector<std::string> allowed = keys_of(fields);
+  if (value_->type != JsonValue::Type::Object) refuse_value("an object with the keys " + join(allowed));
+  for (std::size_t i = 0; i < value_->keys.size(); ++i) {
+    const std::string& key = value_->keys[i];
+    if (std::find(allowed.begin(), allowed.end(), key) == allowed.end()) {
+      below(i).refuse("unknown key '" + key + "'" + did_you_mean(key, allowed), join(allowed));
+    }
+  }
+}
+
+void JsonReader::object(const std::vector<Field>& fields) const {
+  refuse_unknown_keys(fields);
+  for (const Field& field : fields) {
+    if (field.required || has(field.key)) field.read(at(field.key));
+  }
+}
+
+void JsonReader::one_of(const std::vector<Field>& fields) const {
+  refuse_unknown_keys(fields);
+  if (value_->keys.size() != 1) {
+    refuse(value_->keys.empty() ? "an empty object" : join(value_->keys), "exactly one of " + join(keys_of(fields)));
+  }
+  object(fields);
+}
+
+std::string JsonReader::describe_range(const Range& range) {
+  std::string text = "a number";
+  if (std::isfinite(range.min) && std::isfinite(range.max)) {
+    text += std::string(" in ") + (range.min_included ? "[" : "(") + digits(range.min) + ", " + digits(range.max) + "]";
+  } else if (std::isfinite(range.min)) {
+    text += (range.min_included ? " >= " : " > ") + digits(range.min);
+  }
+  return text + (range.unit.empty() ? "" : " (" + range.unit + ")");
+}
+
+double JsonReader::number(const Range& range) const {
+  if (value_->type != JsonValue::Type::Number) refuse_value(describe_range(range));
+  const double x = value_->number;
+  const bool fits = range.min_included ? x >= range.min : x > range.min;
+  if (!fits || x > range.max) refuse_value(describe_range(range));
+  const bool too_small = !range.min_included && range.min == 0 && x < 1 / largest_number;
+  if (std::abs(x) > largest_number || too_small) {
+    refuse_value(describe_range(range) + ", of a size between " + digits(1 / largest_number) + " and " +
+                 digits(largest_number));
+  }
+  return x;
+}
+
+std::string JsonReader::describe_integers(int min, int max) {
+  return "an integer in [" + std::to_string(min) + ", " + std::to_string(max) + "]";
+}
+
+int JsonReader::integer(int min, int max) const {
+  const double x = value_->number;
+  const bool fits = value_->type == JsonValue::Type::Number && x == std::floor(x) && x >= min && x <= max;
+  if (!fits) refuse_value(describe_integers(min, max));
+  return static_cast<int>(x);
+}
+
+std::string JsonReader::text() const {
+  const std::string& t = value_->text;
+  const bool one_line = std::none_of(t.begin(), t.end(), [](unsigned char c) { return c < ' ' || c == 127; });
+  if (value_->type != JsonValue::Type::Text || t.empty() || !one_line) refuse_value("a text of one line, not empty");
+  return t;
+}
+
+std::string JsonReader::word(const std::string& what, const std::vector<std::string>& allowed) const {
+  const std::string found = value_->type == JsonValue::Type::Text ? value_->text : "";
+  if (std::find(allowed.begin(), allowed.end(), found) != allowed.end()) return found;
+  if (value_->type != JsonValue::Type::Text) refuse_value("one of " + join(allowed));
+  refuse("unknown " + what + " " + describe(*value_) + did_you_mean(found, allowed), join(allowed));
+}
+
+std::vector<std::string> JsonReader::words(const std::string& what, const std::vector<std::string>& allowed) const {
+  std::vector<std::string> found;
+  if (value_->type != JsonValue::Type::List || value_->items.empty()) refuse_value("a list of " + join(allowed));
+  for (const JsonReader& item : list()) {
+    found.push_back(item.word(what, allowed));
+    if (std::count(found.begin(), found.end(), found.back()) > 1) {
+      item.refuse("'" + found.back() + "' a second time", "each once");
+    }
+  }
+  return found;
+}
+
+std::vector<JsonReader> JsonReader::list() const {
+  if (value_->type != JsonValue::Type::List) refuse_value("a list");
+  std::vector<JsonReader> items;
+  for (std::size_t i = 0; i < value_->items.size(); ++i) items.push_back(below(i));
+  return items;
+}
+
+std::vector<JsonReader> JsonReader::list_of(std::size_t length, const std::string& what) const {
+  if (value_->type != JsonValue::Type::List || value_->items.size() != length) {
+    refuse_value("a list of " + std::to_string(length) + ", each " + what);
+  }
+  return list();
+}
+
+}  // namespace malha

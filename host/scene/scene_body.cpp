@@ -1,0 +1,113 @@
+#include <algorithm>
+#include <limits>
+
+#include "host/base/near_miss.h"
+#include "host/scene/constraint_kinds.h"
+#include "host/scene/scene_read.h"
+
+namespace malha {
+namespace {
+
+SpherePin read_sphere_pin(const JsonReader& at) {
+  SpherePin sphere;
+  at.object({
+      {"center", [&](const JsonReader& v) { sphere.center = v.vec3(any("m")); }, true},
+      {"radius", [&](const JsonReader& v) { sphere.radius = v.number(above(0, "m")); }, true},
+  });
+  return sphere;
+}
+
+ListPin read_list_pin(const JsonReader& at) {
+  ListPin pin;
+  for (const JsonReader& item : at.list()) {
+    pin.particles.push_back(item.integer(0, std::numeric_limits<int>::max()));
+  }
+  if (pin.particles.empty()) at.refuse_value("a list of particle numbers, from 0");
+  return pin;
+}
+
+RowPin read_row_pin(const JsonReader& at, const Shape& shape) {
+  const RowPin pin{at.word("row", {"first", "last"}) == "last"};
+  if (!std::holds_alternative<GridShape>(shape) && !std::holds_alternative<ChainShape>(shape)) {
+    at.refuse("a row of a shape that has no rows", "rows of a grid or a chain");
+  }
+  return pin;
+}
+
+Pin read_pin(const JsonReader& at, const Shape& shape) {
+  Pin pin;
+  at.one_of({
+      {"row", [&](const JsonReader& v) { pin = read_row_pin(v, shape); }},
+      {"box",
+       [&](const JsonReader& v) {
+         BoxPin box;
+         read_box(v, box.min, box.max);
+         pin = box;
+       }},
+      {"sphere", [&](const JsonReader& v) { pin = read_sphere_pin(v); }},
+      {"nearest", [&](const JsonReader& v) { pin = NearestPin{v.vec3(any("m"))}; }},
+      {"particles", [&](const JsonReader& v) { pin = read_list_pin(v); }},
+  });
+  return pin;
+}
+
+}  // namespace
+
+ConstraintSpec read_constraint(const JsonReader& at) {
+  std::vector<std::string> names;
+  for (const ConstraintKind& kind : constraint_kinds()) names.push_back(kind.name);
+  ConstraintSpec spec;
+  spec.type = at.at("type").word("constraint", names);
+  const auto kind = std::find_if(constraint_kinds().begin(), constraint_kinds().end(),
+                                 [&](const ConstraintKind& k) { return k.name == spec.type; });
+  spec.parameter = kind->parameter_default;
+  const Range range = kind->min_included ? at_least(kind->parameter_min, "") : above(kind->parameter_min, "");
+
+  std::vector<JsonReader::Field> fields{
+      {"type", [](const JsonReader&) {}, true},
+      {"stiffness", [&](const JsonReader& v) { spec.stiffness = v.number(between(0, 1, "")); }},
+      {"compliance",
+       [&](const JsonReader& v) {
+         spec.compliance = v.number(at_least(0, "m/N for lengths, rad/(N m) for angles"));
+         if (at.has("stiffness")) v.refuse("both 'stiffness' and 'compliance'", "one of them");
+       }},
+      {kind->parameter, [&](const JsonReader& v) { spec.parameter = v.number(range); }},
+  };
+  if (kind->on_edges) {
+    spec.on = {"edges"};
+    fields.push_back({"on", [&](const JsonReader& v) { spec.on = v.words("element", {"edges", "shear"}); }});
+  }
+  at.object(fields);
+  return spec;
+}
+
+BodySpec read_body(const JsonReader& at, const std::string& folder) {
+  BodySpec body;
+  at.object({
+      {"name", [&](const JsonReader& v) { body.name = read_name(v); }, true},
+      {"shape", [&](const JsonReader& v) { body.shape = read_shape(v, ShapeUse::Body, folder); }, true},
+      {"transform", [&](const JsonReader& v) { body.transform = read_transform(v); }},
+      {"velocity", [&](const JsonReader& v) { body.velocity = v.vec3(any("m/s")); }},
+      {"spin", [&](const JsonReader& v) { body.spin = v.vec3(any("rad/s")); }},
+      {"mass", [&](const JsonReader& v) { body.mass = v.number(above(0, "kg")); }},
+      {"density", [&](const JsonReader& v) { body.density = v.number(above(0, "kg/m^2 of surface, kg/m of lines")); }},
+      {"damping", [&](const JsonReader& v) { body.damping = v.number(between(0, 1, "")); }},
+      {"pins",
+       [&](const JsonReader& v) {
+         for (const JsonReader& item : v.list()) body.pins.push_back(read_pin(item, body.shape));
+       }},
+      {"constraints",
+       [&](const JsonReader& v) {
+         for (const JsonReader& item : v.list()) body.constraints.push_back(read_constraint(item));
+       }},
+  });
+  if (body.density && std::holds_alternative<CloudShape>(body.shape)) {
+    at.at("density").refuse("a density of loose particles", "'mass' (kg)");
+  }
+  if (body.mass.has_value() == body.density.has_value()) {
+    at.refuse(body.mass ? "both 'mass' and 'density'" : "neither 'mass' nor 'density'", "exactly one of them");
+  }
+  return body;
+}
+
+}  // namespace malha

@@ -1,0 +1,136 @@
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "host/scene.h"
+#include "host/scene/constraint_kinds.h"
+
+namespace malha {
+namespace {
+
+using Json = nlohmann::ordered_json;  // keys in the order of the format, not of the alphabet
+
+Json rotation(const Vec3& axis, double degrees) { return {{"axis", axis}, {"degrees", degrees}}; }
+
+struct ShapeWriter {
+  // Absolute, so that it means the same in whatever folder the text is read back.
+  Json operator()(const MeshFile& s) const { return {{"mesh", std::filesystem::absolute(s.path).string()}}; }
+  Json operator()(const GridShape& s) const { return {{"grid", {{"size", s.size}, {"cells", s.cells}}}}; }
+  Json operator()(const SphereShape& s) const {
+    return {{"sphere", {{"radius", s.radius}, {"subdivisions", s.subdivisions}}}};
+  }
+  Json operator()(const BoxShape& s) const { return {{"box", {{"size", s.size}, {"cells", s.cells}}}}; }
+  Json operator()(const BarShape& s) const {
+    return {{"bar", {{"length", s.length}, {"width", s.width}, {"cells", s.cells}}}};
+  }
+  Json operator()(const ChainShape& s) const {
+    return {{"chain", {{"from", s.from}, {"to", s.to}, {"segments", s.segments}}}};
+  }
+  Json operator()(const CloudShape& s) const {
+    return {{"cloud", {{"min", s.min}, {"max", s.max}, {"count", s.count}}}};
+  }
+};
+
+struct PinWriter {
+  Json operator()(const RowPin& p) const { return {{"row", p.last ? "last" : "first"}}; }
+  Json operator()(const BoxPin& p) const { return {{"box", {{"min", p.min}, {"max", p.max}}}}; }
+  Json operator()(const SpherePin& p) const { return {{"sphere", {{"center", p.center}, {"radius", p.radius}}}}; }
+  Json operator()(const NearestPin& p) const { return {{"nearest", p.point}}; }
+  Json operator()(const ListPin& p) const { return {{"particles", p.particles}}; }
+};
+
+Json write(const Transform& t) {
+  return {{"translate", t.translate}, {"rotate", rotation(t.axis, t.degrees)}, {"scale", t.scale}};
+}
+
+Json write(const ConstraintSpec& c) {
+  Json json{{"type", c.type}};
+  for (const ConstraintKind& kind : constraint_kinds()) {
+    if (kind.name != c.type) continue;
+    if (kind.on_edges) json["on"] = c.on;
+    json[kind.parameter] = c.parameter;
+  }
+  if (c.compliance) {
+    json["compliance"] = *c.compliance;
+  } else {
+    json["stiffness"] = c.stiffness;
+  }
+  return json;
+}
+
+Json write(const BodySpec& b) {
+  Json json{{"name", b.name}, {"shape", std::visit(ShapeWriter{}, b.shape)}, {"transform", write(b.transform)}};
+  json["velocity"] = b.velocity;
+  json["spin"] = b.spin;
+  if (b.mass) json["mass"] = *b.mass;
+  if (b.density) json["density"] = *b.density;
+  json["damping"] = b.damping;
+  json["pins"] = Json::array();
+  for (const Pin& pin : b.pins) json["pins"].push_back(std::visit(PinWriter{}, pin));
+  json["constraints"] = Json::array();
+  for (const ConstraintSpec& constraint : b.constraints) json["constraints"].push_back(write(constraint));
+  return json;
+}
+
+Json write(const EnvironmentSpec& e) {
+  Json json{{"name", e.name}, {"shape", std::visit(ShapeWriter{}, e.shape)}, {"transform", write(e.transform)}};
+  json["sides"] = e.sides == Sides::Solid ? "solid" : e.sides == Sides::OneSided ? "one_sided" : "two_sided";
+  json["thickness"] = e.thickness;
+  json["friction"] = e.friction;
+  json["restitution"] = e.restitution;
+  json["motion"] = Json::array();
+  for (const Keyframe& key : e.motion) {
+    json["motion"].push_back(
+        {{"time", key.time}, {"translate", key.translate}, {"rotate", rotation(key.axis, key.degrees)}});
+  }
+  return json;
+}
+
+Json write(const OutputSpec& o) {
+  Json json = Json::object();
+  if (!o.formats.empty()) json["frames"] = {{"every", o.every}, {"formats", o.formats}};
+  if (o.picture || o.picture_every > 0) {
+    const PictureSpec picture = o.picture.value_or(PictureSpec{});
+    json["pictures"] = {{"every", o.picture_every}, {"size", picture.size}};
+    if (const auto& camera = picture.camera) {
+      json["pictures"]["camera"] = {
+          {"eye", camera->eye}, {"target", camera->target}, {"fov_degrees", camera->fov_degrees}};
+    }
+  }
+  json["checkpoint_every"] = o.checkpoint_every;
+  return json;
+}
+
+Json write(const Expect& e) {
+  Json json = Json::object();
+  const auto add = [&](const char* key, const auto& value) {
+    if (value) json[key] = *value;
+  };
+  add("max_strain", e.max_strain);
+  add("rms_strain", e.rms_strain);
+  add("max_penetration", e.max_penetration);
+  add("energy_not_above", e.energy_not_above);
+  add("max_speed", e.max_speed);
+  if (e.inside_min && e.inside_max) json["inside"] = {{"min", *e.inside_min}, {"max", *e.inside_max}};
+  add("volume_ratio", e.volume_ratio);
+  return json;
+}
+
+}  // namespace
+
+std::string to_json(const Scene& scene) {
+  const SolverSpec& s = scene.solver;
+  Json json{{"name", scene.name}};
+  json["solver"] = {{"type", s.type}, {"dt", s.dt}, {"substeps", s.substeps}, {"iterations", s.iterations}};
+  json["solver"]["precision"] = s.precision == Precision::Double ? "double" : "float";
+  json["gravity"] = scene.gravity;
+  if (scene.wind) json["wind"] = {{"velocity", scene.wind->velocity}, {"drag", scene.wind->drag}};
+  for (const BodySpec& body : scene.bodies) json["bodies"].push_back(write(body));
+  json["environment"] = Json::array();
+  for (const EnvironmentSpec& object : scene.environment) json["environment"].push_back(write(object));
+  json["duration"] = scene.duration;
+  json["outputs"] = write(scene.outputs);
+  json["expect"] = write(scene.expect);
+  return json.dump(2) + "\n";
+}
+
+}  // namespace malha

@@ -1,0 +1,88 @@
+// The pressure constraint of one closed body (kernels/pressure.h), with its lambda.
+#pragma once
+#include <vector>
+
+#include "host/base/array.h"
+#include "host/solver/batches.h"
+#include "kernels/pressure.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class Pressure {
+ public:
+  Pressure(const Executor& executor, const Model& model, const PressureSet& set) : executor_(executor) {
+    const SolverSpec& solver = model.scene.solver;
+    const double h = solver.dt / solver.substeps;
+    compliant_ = set.compliance.has_value();
+    alpha_ = set.compliance.value_or(0) / (h * h);
+    stiffness_ = stiffness_per_projection(set.stiffness, double(solver.substeps) * solver.iterations);
+    lay_out_fans(model.count(), set);
+    std::vector<Vec4<double>> rest(model.count());
+    for (int i : set.particles) rest[i] = {model.x[i][0], model.x[i][1], model.x[i][2], 0};
+    rest_ =
+        parallel_reduce<Sum>(Serial{}, triangles_, SixVolumes<double>{rest.data(), corners_on_host_.data(), origin_})
+            .value;
+    target_ = set.pressure * rest_;
+    corners_on_host_ = {};
+  }
+
+  void start_substep() { lambda_ = 0; }
+
+  void project(Vec4<R>* p) {
+    const double C = volume(p) - target_;
+    const auto items = static_cast<int>(particle_.size());
+    const double sum = parallel_reduce<Sum>(executor_, items,
+                                            PressureGradient<R>{p, particle_.data(), begin_.data(), around_.data(),
+                                                                origin_, grad_.data()})
+                           .value;
+    if (!(sum > tiny<R>())) return;  // collapsed to a point, or wholly pinned: no direction
+    const double dlambda = compliant_ ? (-C - alpha_ * lambda_) / (sum + alpha_) : -stiffness_ * C / sum;
+    lambda_ += dlambda;
+    parallel_for(executor_, items, ApplyPressure<R>{p, particle_.data(), grad_.data(), R(dlambda)});
+  }
+
+  /// Enclosed volume over the rest volume.
+  double volume_ratio(const Vec4<R>* x) const { return volume(x) / rest_; }
+  std::size_t bytes() const {
+    return particle_.bytes() + begin_.bytes() + around_.bytes() + corners_.bytes() + grad_.bytes();
+  }
+
+ private:
+  double volume(const Vec4<R>* p) const {
+    return parallel_reduce<Sum>(executor_, triangles_, SixVolumes<R>{p, corners_.data(), origin_}).value;
+  }
+
+  /// For every particle the pairs (j, k) of its triangles (i, j, k), so that gradients are gathered, not scattered.
+  void lay_out_fans(int particles, const PressureSet& set) {
+    std::vector<int> item(particles, -1), begin(set.particles.size() + 1, 0);
+    for (std::size_t i = 0; i < set.particles.size(); ++i) item[set.particles[i]] = static_cast<int>(i);
+    for (const Triangle& t : set.triangles)
+      for (int corner : t) ++begin[item[corner] + 1];
+    for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
+    std::vector<int> around(2 * begin.back()), next(begin.begin(), begin.end() - 1);
+    for (const Triangle& t : set.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const int at = next[item[t[k]]]++;
+        around[2 * at] = t[(k + 1) % 3], around[2 * at + 1] = t[(k + 2) % 3];
+        corners_on_host_.push_back(t[k]);
+      }
+    origin_ = set.particles[0];
+    triangles_ = static_cast<int>(set.triangles.size());
+    particle_ = Array<Executor, int>(set.particles);
+    begin_ = Array<Executor, int>(begin);
+    around_ = Array<Executor, int>(around);
+    corners_ = Array<Executor, int>(corners_on_host_);
+    grad_ = Array<Executor, Vec4<R>>(set.particles.size(), Vec4<R>{});
+  }
+
+  Executor executor_;
+  Array<Executor, int> particle_, begin_, around_, corners_;
+  Array<Executor, Vec4<R>> grad_;
+  std::vector<int> corners_on_host_;
+  int origin_ = 0, triangles_ = 0;
+  bool compliant_ = false;
+  double alpha_ = 0, stiffness_ = 1, target_ = 0, rest_ = 0, lambda_ = 0;
+};
+
+}  // namespace malha

@@ -1,0 +1,86 @@
+// The state of a run as bytes: what a checkpoint holds, and its hash.
+#pragma once
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "host/base/hash.h"
+#include "host/collision/find_contact.h"
+#include "host/error.h"
+#include "host/mesh.h"
+
+namespace malha {
+
+/// In the solver's order.
+template <class R>
+struct State {
+  std::int64_t steps = 0;
+  std::vector<Vec4<R>> x, v;
+  std::vector<LastSeen> seen;  // empty without environment
+};
+
+namespace detail {
+
+template <class T>
+void append(std::string& bytes, const std::vector<T>& values) {
+  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+}
+
+template <class T>
+const char* take(const char* from, std::size_t count, std::vector<T>& values) {
+  values.resize(count);
+  if (count > 0) std::memcpy(values.data(), from, count * sizeof(T));  // an empty vector may have no data at all
+  return from + count * sizeof(T);
+}
+
+}  // namespace detail
+
+template <class R>
+std::string save_state(const State<R>& state) {
+  std::string bytes(reinterpret_cast<const char*>(&state.steps), sizeof state.steps);
+  detail::append(bytes, state.x);
+  detail::append(bytes, state.v);
+  detail::append(bytes, state.seen);
+  return bytes;
+}
+
+/// Throws InputError unless the bytes hold `particles` particles and `seen` remembered contacts in precision R.
+template <class R>
+State<R> load_state(const std::string& bytes, std::size_t particles, std::size_t seen) {
+  State<R> state;
+  const std::size_t expected = sizeof state.steps + 2 * particles * sizeof(Vec4<R>) + seen * sizeof(LastSeen);
+  if (bytes.size() != expected)
+    refuse("checkpoint", "state", std::to_string(bytes.size()) + " bytes",
+           std::to_string(expected) + " bytes for this scene's particles and precision");
+  std::memcpy(&state.steps, bytes.data(), sizeof state.steps);
+  const char* from = bytes.data() + sizeof state.steps;
+  from = detail::take(from, particles, state.x);
+  from = detail::take(from, particles, state.v);
+  detail::take(from, seen, state.seen);
+  return state;
+}
+
+/// Of positions and velocities, bit by bit, particle by particle in the user's order.
+template <class R>
+std::uint64_t hash_state(const std::vector<Vec4<R>>& x, const std::vector<Vec4<R>>& v,
+                         const std::vector<int>& user_of) {
+  std::vector<int> at(user_of.size());
+  for (std::size_t i = 0; i < at.size(); ++i) at[user_of[i]] = static_cast<int>(i);
+  std::uint64_t hash = hash_bytes(nullptr, 0);
+  for (int i : at) {
+    hash = hash_bytes(&x[i], 3 * sizeof(R), hash);
+    hash = hash_bytes(&v[i], 3 * sizeof(R), hash);
+  }
+  return hash;
+}
+
+template <class R>
+std::vector<Vec3> in_user_order(const std::vector<Vec4<R>>& values, const std::vector<int>& user_of) {
+  std::vector<Vec3> ordered(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    ordered[user_of[i]] = {double(values[i].x), double(values[i].y), double(values[i].z)};
+  return ordered;
+}
+
+}  // namespace malha
