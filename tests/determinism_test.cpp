@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "host/solver/solver.h"
+#include "kernels/pack.h"
 #include "tests/small_scenes.h"
 
 namespace malha {
@@ -77,8 +78,9 @@ void expect_equal_bits(const Scene& scene, int steps) {
 
 TEST_P(Determinism, HoldsOnAnyNumberOfThreads) { expect_equal_bits(everything(24, 3, GetParam()), 30); }
 
-// 15,000 particles: beyond the size from which every pass of the solver uses its threads.
-TEST_P(Determinism, HoldsWhereEveryPassIsParallel) { expect_equal_bits(everything(112, 4, GetParam()), 6); }
+// 40,000 particles: beyond the grains of particles and packs (kernels/compute.h), so that launches use their threads.
+static_assert(200 * 200 > kParticleGrain && 200 * 200 / 2 / kLanes<float> > kPackGrain, "a larger cloth is needed");
+TEST_P(Determinism, HoldsBeyondTheGrains) { expect_equal_bits(everything(200, 4, GetParam()), 2); }
 
 TEST_P(Determinism, LetsEveryBitOfTheStateThrough) {
   const Scene scene = everything(24, 3, GetParam());

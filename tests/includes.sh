@@ -26,6 +26,14 @@ must() {
 must kernels '"kernels/.*"|<(math|stddef|stdint|float)\.h>|<(type_traits|limits)>' \
   'a kernel includes kernels/, <math.h> and its like: nothing that allocates, throws, or is unknown to a GPU'
 must host '"(kernels|host)/.*"|<.*>' 'host/ includes kernels/ and host/ by their path from the root, and no tools/ or tests/'
+rooms=''
+for room in base mesh scene model collision solver results; do
+  rooms+="${rooms:+|}$room"
+  if [[ -d host/$room ]]; then
+    must "host/$room" "\"kernels/.*\"|\"host/($rooms)/.*\"|\"host/[a-z_]+\.h\"|<.*>" \
+      "a room of host/ includes itself and the rooms before it: ${rooms//|/, }"
+  fi
+done
 must tools '"(kernels|host|tools)/.*"|<.*>' 'tools/ includes kernels/, host/ and tools/ by their path from the root, and no tests/'
 must tests '"(kernels|host|tools|tests)/.*"|<.*>' 'tests/ includes by the path from the root'
 

@@ -8,13 +8,14 @@ trap 'rm -rf "$root"' EXIT
 # fresh: a tree that obeys.
 fresh() {
   rm -rf "${root:?}"/*
-  mkdir -p "$root"/{kernels/constraints,host,tools,tests/consumer}
+  mkdir -p "$root"/{kernels/constraints,host/mesh,host/solver,tools,tests/consumer}
   printf '#pragma once\n#include <math.h>\n' >"$root/kernels/vec.h"
   printf '#include "kernels/vec.h"\n' >"$root/kernels/constraints/distance.h"
   printf '#include <vector>\n' >"$root/host/mesh.h"
   printf '#include "host/mesh.h"\n' >"$root/host/scene.h"
   printf '#include <memory>\n#include "host/scene.h"\n' >"$root/host/simulation.h"
-  printf '#include <Eigen/Core>\n' >"$root/host/solver.h"
+  printf '#include <Eigen/Core>\n#include "host/mesh.h"\n' >"$root/host/mesh/topology.h"
+  printf '#include "host/mesh/topology.h"\n#include "kernels/vec.h"\n' >"$root/host/solver/solver.h"
   printf '#include "host/mesh.h"\n#include "kernels/vec.h"\n#include <Eigen/Dense>\n' >"$root/host/mesh.cpp"
   printf '#include "host/mesh.h"\n' >"$root/tools/malha.cpp"
   printf '#include "tools/malha.cpp"\n#include <gtest/gtest.h>\n' >"$root/tests/mesh_test.cpp"
@@ -49,6 +50,7 @@ refuses host/mesh.cpp '#include "tools/malha.cpp"'
 refuses host/mesh.cpp '#include "tests/mesh_test.cpp"'
 refuses host/mesh.cpp '#include "mesh.h"'
 refuses host/mesh.cpp '#include "host/missing.h"'
+refuses host/mesh/topology.h '#include "host/solver/solver.h"'
 refuses host/mesh.h '#include <Eigen/Core>'
 refuses host/scene.h '#include "kernels/vec.h"'
 refuses host/simulation.h '#include <nlohmann/json.hpp>'

@@ -14,13 +14,13 @@ class Light {
   static constexpr int kPatterns = 16;  // different sets of directions; together they are one even set
 
   /// `unit` is the height of the whole picture at the target, m.
-  Light(const View& view, float unit);
+  Light(const Lens& view, float unit);
 
   /// What reaches the surface, by a few rays in the directions of pattern `pattern` of kPatterns.
-  Lit reach(const Stage& stage, const Surface& surface, int pattern) const;
+  Lit reach(const Stage& stage, const Spot& surface, int pattern) const;
 
   /// Linear RGB that leaves the surface towards the eye.
-  Vec shade(const Stage& stage, const Surface& surface, const Lit& lit, const Vec& towards_eye) const;
+  Vec shade(const Stage& stage, const Spot& surface, const Lit& lit, const Vec& towards_eye) const;
 
  private:
   Vec key_, key_right_, key_up_;  // unit: towards the key light, and across it

@@ -30,7 +30,7 @@ double half_height(const Camera& camera) { return std::tan(camera.fov_degrees * 
 
 }  // namespace
 
-View::View(const Camera& camera, int image_width, int image_height)
+Lens::Lens(const Camera& camera, int image_width, int image_height)
     : width(static_cast<float>(image_width)), height(static_cast<float>(image_height)) {
   const Eigen::Vector3d from(camera.eye.data()), to(camera.target.data());
   const Basis basis = look(to - from);

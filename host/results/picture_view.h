@@ -9,12 +9,12 @@ namespace malha {
 using Vec = Eigen::Vector3f;
 
 /// Rays through an image plane.
-struct View {
+struct Lens {
   Vec eye, right, up, forward;  // m; an orthonormal basis
   float pixel;                  // side of a pixel on the plane at distance 1
   float width, height;          // pixels
 
-  View(const Camera& camera, int image_width, int image_height);
+  Lens(const Camera& camera, int image_width, int image_height);
 
   /// Direction of unit length through a place in the image, in pixels from the top left corner.
   Vec direction(float x, float y) const {
