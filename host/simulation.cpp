@@ -1,12 +1,11 @@
 #include "host/simulation.h"
 
-#include <omp.h>
-
 #include "host/base/stopwatch.h"
 #include "host/results/checkpoint.h"
 #include "host/results/expect.h"
 #include "host/results/report.h"
 #include "host/solver/solver.h"
+#include "kernels/compute.h"
 
 namespace malha {
 
@@ -19,7 +18,7 @@ struct Simulation::Parts {
 
 Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : parts_(std::make_unique<Parts>()) {
   const bool serial = options.backend == Backend::Serial;
-  parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : omp_get_max_threads();
+  parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : available_threads();
   parts_->times.model_seconds = seconds([&] { parts_->model = build_model(scene); });
   parts_->times.solver_seconds =
       seconds([&] { parts_->solver = make_solver(parts_->model, serial ? 0 : parts_->threads); });

@@ -2,6 +2,9 @@
 // A kernel is a named functor with `KERNEL void operator()(int item) const`. The partition of the work depends on the
 // item count alone, never on the number of threads, so that results are the same bits on any number of them.
 #pragma once
+#if defined(_OPENMP)
+#include <omp.h>
+#endif
 
 #if defined(__CUDACC__)
 #define KERNEL __host__ __device__ inline
@@ -26,6 +29,15 @@ struct Serial {};
 struct OpenMP {
   int threads = 1;
 };
+
+/// As many threads as the backend offers: OMP_NUM_THREADS, or the cores.
+inline int available_threads() {
+#if defined(_OPENMP)
+  return omp_get_max_threads();
+#else
+  return 1;
+#endif
+}
 
 /// Up to this many items a launch runs on one thread. By count, never by clock: about 30 microseconds of work, well
 /// above a fork-join, and where cores are shared with other programs each fork-join may cost a turn of the scheduler.
@@ -79,12 +91,16 @@ struct ReduceGroup {
 /// The sum of kernel(0) .. kernel(n - 1), added in fixed chunks and then as a fixed tree. Value{} is the zero of `+=`.
 /// The kernel may also write, disjointly.
 template <class Value, class Executor, class Kernel>
-Value parallel_reduce(const Executor& executor, int n, const Kernel& kernel) {
+Value parallel_reduce(const Executor& executor, int n, const Kernel& kernel, int grain = kParticleGrain) {
   Value partial[kReduceGroups] = {};
   int chunk = (n + kReduceGroups - 1) / kReduceGroups;
   if (chunk < kReduceChunk) chunk = kReduceChunk;
   const int groups = (n + chunk - 1) / chunk;
-  parallel_groups(executor, groups, ReduceGroup<Value, Kernel>{partial, &kernel, n, chunk});
+  const ReduceGroup<Value, Kernel> group{partial, &kernel, n, chunk};
+  if (n <= grain)
+    parallel_groups(Serial{}, groups, group);
+  else
+    parallel_groups(executor, groups, group);
   for (int stride = 1; stride < groups; stride *= 2)
     for (int g = 0; g + stride < groups; g += 2 * stride) partial[g] += partial[g + stride];
   return partial[0];

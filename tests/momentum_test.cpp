@@ -175,7 +175,6 @@ TEST(Damping, ActsOnEveryBodyByItself) {
   BodySpec left = ellipsoid({}), right = left;
   left.damping = right.damping = 1;
   right.name = "right";
-  right.name = "the other";
   right.transform.translate = {-5, 0, 0};
   right.velocity = {-2, 0, 0.3};
   right.spin = {0, -4, 1};

@@ -74,7 +74,7 @@ class Collider {
     for (const Obstacle& o : obstacles_) {
       if (o.spec.sides == Sides::TwoSided) continue;
       const MeasureDepth<R> kernel{&o.surface, o.spec.sides, pose_at(o.spec.motion, time), particles};
-      deepest = std::max(deepest, parallel_reduce<Deepest>(executor_, particles.count, kernel).depth);
+      deepest = std::max(deepest, parallel_reduce<Deepest>(executor_, particles.count, kernel, kGrain).depth);
     }
     return deepest;
   }

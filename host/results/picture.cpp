@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "host/results/picture_light.h"
+#include "kernels/compute.h"
 
 namespace malha {
 
@@ -134,13 +135,15 @@ Image render(std::span<const Drawing> drawings, const Camera& camera, int width,
   const Light light(view, unit);
   Film film(stage, view, light, width, height);
   Image image{width, height, std::vector<unsigned char>(std::size_t{3} * width * height)};
-#pragma omp parallel num_threads(std::max(1, threads))
-  {
-#pragma omp for schedule(dynamic, 4)
-    for (int y = 0; y < height; ++y) film.light_row(y);
-#pragma omp for schedule(dynamic, 4)
-    for (int y = 0; y < height; ++y) film.colour_row(y, image.pixels.data() + std::size_t{3} * y * width);
-  }
+  // Rows differ in cost: interleaved, each thread gets its share of the cheap ones and the dear ones.
+  const OpenMP executor{std::max(1, threads)};
+  const int groups = std::min(height, 4 * executor.threads);
+  parallel_groups(executor, groups, [&](int g) {
+    for (int y = g; y < height; y += groups) film.light_row(y);
+  });
+  parallel_groups(executor, groups, [&](int g) {
+    for (int y = g; y < height; y += groups) film.colour_row(y, image.pixels.data() + std::size_t{3} * y * width);
+  });
   return image;
 }
 

@@ -1,0 +1,91 @@
+// What the shipped scenes exist to show, where their own "expect" cannot say it. Whole runs: release builds only.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/small_scenes.h"
+
+#ifdef NDEBUG
+namespace malha {
+namespace {
+
+Scene load(const std::string& name) { return load_scene(MALHA_SOURCE_DIR "/scenes/" + name + ".json"); }
+
+Simulation at_the_end(const Scene& scene) {
+  Simulation simulation(scene, {.threads = 1});
+  run_for(simulation, scene, scene.duration);
+  return simulation;
+}
+
+Vec3 mean(const std::vector<Vec3>& points, std::size_t begin, std::size_t end) {
+  Vec3 sum{0, 0, 0};
+  for (std::size_t i = begin; i < end; ++i)
+    for (int k = 0; k < 3; ++k) sum[k] += points[i][k] / static_cast<double>(end - begin);
+  return sum;
+}
+
+TEST(SceneShows, ThatFrictionCarriesTheSheetRound) {
+  Scene scene = load("rotating_sphere");
+  // Carried round with the sphere, L_y = sum m r^2 omega; 0.16 kg m^2/s when it was measured.
+  EXPECT_GT(at_the_end(scene).measure().angular_momentum[1], 0.1);
+  scene.environment[0].friction = 0;
+  EXPECT_LT(std::abs(at_the_end(scene).measure().angular_momentum[1]), 0.01) << "without friction nothing carries it";
+}
+
+TEST(SceneShows, ThatOneSheetStaysOnTheRampAndTheOtherSlides) {
+  const Scene scene = load("ramp");
+  Simulation simulation(scene, {.threads = 1});
+  const std::vector<Vec3> start = simulation.positions();
+  run_for(simulation, scene, scene.duration);
+  const std::vector<Vec3> end = simulation.positions();
+  const std::size_t half = start.size() / 2;  // two equal sheets
+  const auto moved = [&](std::size_t a, std::size_t b) { return length(mean(end, a, b) - mean(start, a, b)); };
+  EXPECT_LT(moved(0, half), 0.05) << "it may fall onto the ramp, and then rests";
+  EXPECT_GT(moved(half, start.size()), 0.5);
+}
+
+class SceneShowsABalloon : public testing::TestWithParam<const char*> {};
+
+/// How far from round: the spread of the distances to the middle over their mean.
+TEST_P(SceneShowsABalloon, ThatKeepsItsForm) {
+  const std::vector<Vec3> x = at_the_end(load(GetParam())).positions();
+  const Vec3 middle = mean(x, 0, x.size());
+  double sum = 0, sum2 = 0;
+  for (const Vec3& p : x) {
+    const double r = length(p - middle);
+    sum += r, sum2 += r * r;
+  }
+  const double n = static_cast<double>(x.size()), r = sum / n;
+  // Flattened by its weight to 0.8 of its width a ball has a spread of about 0.06; crumpled it is far above 0.1.
+  EXPECT_LT(std::sqrt(std::max(0.0, sum2 / n - r * r)) / r, 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(, SceneShowsABalloon, testing::Values("balloon_low", "balloon", "balloon_high"));
+
+/// The smallest angle at a corner of a cell, degrees.
+double sharpest_corner(const std::vector<Vec3>& x, int side) {
+  double sharpest = 180;
+  for (int z = 0; z + 1 < side; ++z)
+    for (int column = 0; column + 1 < side; ++column) {
+      const int corners[4] = {z * side + column, z * side + column + 1, (z + 1) * side + column + 1,
+                              (z + 1) * side + column};
+      for (int k = 0; k < 4; ++k) {
+        const Vec3 a = x[corners[(k + 1) % 4]] - x[corners[k]], b = x[corners[(k + 3) % 4]] - x[corners[k]];
+        const double cosine = (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) / (length(a) * length(b));
+        sharpest = std::min(sharpest, std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / 3.14159265358979);
+      }
+    }
+  return sharpest;
+}
+
+TEST(SceneShows, ThatCellsShearOnlyWithoutShearSprings) {
+  const double with = sharpest_corner(at_the_end(load("sheet_shear")).positions(), 17);
+  const double without = sharpest_corner(at_the_end(load("sheet_no_shear")).positions(), 17);
+  EXPECT_GT(with, 60);
+  EXPECT_LT(without, 45);
+}
+
+}  // namespace
+}  // namespace malha
+#endif
