@@ -62,11 +62,22 @@ Drawing draw_environment(const EnvironmentMesh& mesh, double time) {
   return drawing;
 }
 
-/// The bodies at the start, and of the environment what is not much larger (no ground planes).
+/// The bodies at the start, where they will hang if something is pinned, and of the environment what is not much larger
+/// (no ground planes).
 Camera choose_camera(const Model& model, const PictureSpec& spec) {
   if (spec.camera) return *spec.camera;
   auto points = to_float(model.look.points, 0, static_cast<int>(model.look.points.size()));
   const double bodies = extent(points);
+  if (std::find(model.w.begin(), model.w.end(), 0.0) != model.w.end()) {
+    const auto& g = model.scene.gravity;
+    const double strength = std::hypot(g[0], g[1], g[2]);
+    const std::size_t count = strength > 0 ? points.size() : 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      auto hanging = points[i];
+      for (int k = 0; k < 3; ++k) hanging[k] += static_cast<float>(bodies * g[k] / strength);
+      points.push_back(hanging);
+    }
+  }
   for (const EnvironmentMesh& mesh : model.environment) {
     const auto more = draw_environment(mesh, 0).points;
     if (extent(more) < 2 * bodies) points.insert(points.end(), more.begin(), more.end());
