@@ -10,13 +10,7 @@
 namespace malha {
 namespace {
 
-Scene load(const std::string& name) { return load_scene(MALHA_SOURCE_DIR "/scenes/" + name + ".json"); }
-
-Simulation at_the_end(const Scene& scene) {
-  Simulation simulation(scene, {.threads = 1});
-  run_for(simulation, scene, scene.duration);
-  return simulation;
-}
+Simulation at_the_end(const Scene& scene) { return after(scene, scene.duration); }
 
 Vec3 mean(const std::vector<Vec3>& points, std::size_t begin, std::size_t end) {
   Vec3 sum{0, 0, 0};
@@ -26,7 +20,7 @@ Vec3 mean(const std::vector<Vec3>& points, std::size_t begin, std::size_t end) {
 }
 
 TEST(SceneShows, ThatFrictionCarriesTheSheetRound) {
-  Scene scene = load("rotating_sphere");
+  Scene scene = load_shipped("rotating_sphere");
   // Carried round with the sphere, L_y = sum m r^2 omega; 0.16 kg m^2/s when it was measured.
   EXPECT_GT(at_the_end(scene).measure().angular_momentum[1], 0.1);
   scene.environment[0].friction = 0;
@@ -34,7 +28,7 @@ TEST(SceneShows, ThatFrictionCarriesTheSheetRound) {
 }
 
 TEST(SceneShows, ThatOneSheetStaysOnTheRampAndTheOtherSlides) {
-  const Scene scene = load("ramp");
+  const Scene scene = load_shipped("ramp");
   Simulation simulation(scene, {.threads = 1});
   while (simulation.time() < scene.duration / 2) simulation.step();
   const std::vector<Vec3> half_way = simulation.positions();  // both have fallen onto their ramps
@@ -49,7 +43,7 @@ class SceneShowsABalloon : public testing::TestWithParam<const char*> {};
 
 /// How far from round: the spread of the distances to the middle over their mean.
 TEST_P(SceneShowsABalloon, ThatKeepsItsForm) {
-  const std::vector<Vec3> x = at_the_end(load(GetParam())).positions();
+  const std::vector<Vec3> x = at_the_end(load_shipped(GetParam())).positions();
   const Vec3 middle = mean(x, 0, x.size());
   double sum = 0, sum2 = 0;
   for (const Vec3& p : x) {
@@ -80,8 +74,8 @@ double sharpest_corner(const std::vector<Vec3>& x, int side) {
 }
 
 TEST(SceneShows, ThatCellsShearOnlyWithoutShearSprings) {
-  const double with = sharpest_corner(at_the_end(load("sheet_shear")).positions(), 17);
-  const double without = sharpest_corner(at_the_end(load("sheet_no_shear")).positions(), 17);
+  const double with = sharpest_corner(at_the_end(load_shipped("sheet_shear")).positions(), 17);
+  const double without = sharpest_corner(at_the_end(load_shipped("sheet_no_shear")).positions(), 17);
   EXPECT_GT(with, 60);
   EXPECT_LT(without, 45);
 }

@@ -23,8 +23,6 @@ std::vector<std::string> scene_names() {
   return names;
 }
 
-Scene load(const std::string& name) { return load_scene(MALHA_SOURCE_DIR "/scenes/" + name + ".json"); }
-
 /// Mesh files of the scene that are not there; the scans are too large for the repository.
 std::vector<std::string> missing_meshes(const Scene& scene) {
   std::vector<std::string> missing;
@@ -40,7 +38,7 @@ std::vector<std::string> missing_meshes(const Scene& scene) {
 class ShippedScene : public testing::TestWithParam<std::string> {};
 
 TEST_P(ShippedScene, MeetsItsExpectations) {
-  const Scene scene = load(GetParam());
+  const Scene scene = load_shipped(GetParam());
   for (const std::string& path : missing_meshes(scene)) FAIL() << path << " is missing; run tools/setup";
   Simulation simulation(scene, {.threads = 1});
 #ifdef NDEBUG
@@ -53,7 +51,7 @@ TEST_P(ShippedScene, MeetsItsExpectations) {
 }
 
 TEST_P(ShippedScene, ExpectsSomethingOfItsEnd) {
-  const Expect expect = load(GetParam()).expect;
+  const Expect expect = load_shipped(GetParam()).expect;
   EXPECT_TRUE(expect.inside_min && expect.inside_max) << "no box that holds the particles";
   EXPECT_TRUE(expect.max_speed) << "no highest speed";
 }

@@ -57,6 +57,9 @@ inline Scene scene_of(std::vector<BodySpec> bodies, const Vec3& gravity, double 
   return scene;
 }
 
+/// A scene of the folder scenes/.
+inline Scene load_shipped(const std::string& name) { return load_scene(MALHA_SOURCE_DIR "/scenes/" + name + ".json"); }
+
 /// Steps until `seconds` have passed, to the nearest step.
 inline void run_for(Simulation& simulation, const Scene& scene, double seconds) {
   for (long long left = std::llround(seconds / scene.solver.dt); left > 0; --left) simulation.step();
