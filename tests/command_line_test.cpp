@@ -11,13 +11,20 @@ bool has(const std::string& text, const std::string& part) { return text.find(pa
 TEST(CommandLine, HelpsWithEveryOptionAndExample) {
   const TemporaryFolder folder;
   const Ended help = malha_command({"--help"}, folder / "."), run = malha_command({"run", "--help"}, folder / ".");
-  EXPECT_EQ(help.status + run.status, 0);
-  for (const char* word : {"malha [OPTIONS] COMMAND", "run ", "plan ", "check ", "Examples:", "Exit status:", "130"})
+  const Ended bench = malha_command({"bench", "--help"}, folder / "."),
+              projection = malha_command({"bench", "projection", "--help"}, folder / ".");
+  EXPECT_EQ(help.status + run.status + bench.status + projection.status, 0);
+  for (const char* word :
+       {"malha [OPTIONS] COMMAND", "run ", "plan ", "check ", "bench ", "Examples:", "Exit status:", "130"})
     EXPECT_TRUE(has(help.out, word)) << word;
   for (const char* word : {"malha run [OPTIONS] SCENE", "--threads N", "--steps N", "--seconds S", "--out FOLDER",
                            "--every N", "--format LIST", "--picture ", "--picture-every N", "--no-picture", "--quiet",
                            "--resume", "--backend NAME", "Examples:", "Ctrl-C"})
     EXPECT_TRUE(has(run.out, word)) << word;
+  EXPECT_TRUE(has(bench.out, "projection ")) << bench.out;
+  for (const char* word : {"malha bench projection [OPTIONS]", "--n LIST", "--threads LIST", "--case NAME",
+                           "--repeats N", "--seconds S", "--json FILE", "--out FOLDER", "Examples:"})
+    EXPECT_TRUE(has(projection.out, word)) << word;
   EXPECT_EQ(malha_command({"--version"}, folder / ".").out, std::string("malha ") + version() + "\n");
 }
 
@@ -31,9 +38,9 @@ TEST(CommandLine, AnswersEverySlipInOneLine) {
   folder.write("scene.json", swinging_sheet(false).dump());
   const std::string in_run = "; see malha run --help\n";
   for (const Slip& slip : std::vector<Slip>{
-           {{}, "malha: found no command; allowed: run, plan, check, --help, -h, --version\n"},
+           {{}, "malha: found no command; allowed: run, plan, check, bench, --help, -h, --version\n"},
            {{"rum", "scene.json"},
-            "malha: found \"rum\" (did you mean 'run'?); allowed: run, plan, check, --help, -h, --version\n"},
+            "malha: found \"rum\" (did you mean 'run'?); allowed: run, plan, check, bench, --help, -h, --version\n"},
            {{"run"}, "malha run: SCENE is required" + in_run},
            {{"run", "scene.json", "--thread", "2"},
             "malha run: found \"--thread\" (did you mean '--threads'?); allowed: one scene and the options of malha "

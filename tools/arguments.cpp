@@ -2,57 +2,22 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <iostream>
 
 #include "host/base/build_info.h"
 #include "host/base/near_miss.h"
 #include "host/base/shown.h"
+#include "tools/arguments_bench.h"
+#include "tools/validators.h"
 
 namespace malha {
 
 namespace {
 
-const std::vector<std::string> kFirstWords{"run", "plan", "check", "--help", "-h", "--version"};
+const std::vector<std::string> kFirstWords{"run", "plan", "check", "bench", "--help", "-h", "--version"};
 const std::vector<std::string> kFormats{"vtp", "pc2", "ply", "obj"};
 const std::vector<std::string> kBackends{"openmp", "serial"};
 constexpr std::int64_t kMostSteps = 1'000'000'000;
-
-template <class T>
-bool reads(const std::string& text, T& value) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc{} && end == text.data() + text.size();
-}
-
-std::string found(const std::string& text, const std::string& allowed) {
-  return "found " + malha::quoted(text) + "; allowed: " + allowed;
-}
-
-CLI::Validator whole_number(std::int64_t low, std::int64_t high) {
-  return {[low, high](const std::string& text) {
-            std::int64_t value = 0;
-            if (reads(text, value) && low <= value && value <= high) return std::string();
-            return found(text, "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
-          },
-          ""};
-}
-
-CLI::Validator duration() {
-  return {[](const std::string& text) {
-            double value = 0;
-            return reads(text, value) && std::isfinite(value) && value > 0 ? "" : found(text, "a number > 0 (s)");
-          },
-          ""};
-}
-
-CLI::Validator one_of(const std::vector<std::string>& words) {
-  return {[&words](const std::string& text) {
-            if (std::find(words.begin(), words.end(), text) != words.end()) return std::string();
-            return "found " + malha::quoted(text) + did_you_mean(text, words) + "; allowed: " + join(words);
-          },
-          ""};
-}
 
 /// An option by its name and what it takes: what excludes what is said by the words beside it.
 struct Formatter : CLI::Formatter {
@@ -109,8 +74,14 @@ void add_results(CLI::App& command, Arguments& arguments) {
 }
 
 /// One line, whatever is wrong.
-std::string complaint(const CLI::App& command, const CLI::Error& error) {
-  const std::string name = "malha " + command.get_name();
+std::string complaint(const CLI::App& app, const CLI::Error& error) {
+  std::string name = "malha";
+  const CLI::App* last = &app;
+  while (!last->get_subcommands().empty()) {
+    last = last->get_subcommands().front();
+    name += " " + last->get_name();
+  }
+  const CLI::App& command = *last;
   std::string what = error.what();
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) {
     std::vector<std::string> extras = command.remaining(), options;
@@ -119,8 +90,8 @@ std::string complaint(const CLI::App& command, const CLI::Error& error) {
     const std::string word = dashed != extras.end() ? *dashed : extras.front();
     for (const CLI::Option* option : command.get_options())
       for (const std::string& known : option->get_lnames()) options.push_back("--" + known);
-    what = "found " + malha::quoted(word) + did_you_mean(word, options) + "; allowed: one scene and the options of " +
-           name;
+    what = "found " + malha::quoted(word) + did_you_mean(word, options) +
+           "; allowed: " + (command.get_option_no_throw("SCENE") ? "one scene and " : "") + "the options of " + name;
   }
   return name + ": " + what + "; see " + name + " --help\n";
 }
@@ -184,12 +155,14 @@ void add_everything(CLI::App& app, Arguments& arguments) {
       "Examples:\n"
       "  malha run scenes/sheet_shear.json       results in out/sheet_shear/\n"
       "  malha plan scenes/balloon.json          what would run, before it runs\n"
-      "  malha check my_scene.json               whether the scene and its meshes are sound\n\n"
+      "  malha check my_scene.json               whether the scene and its meshes are sound\n"
+      "  malha bench projection                  what a projection costs here\n\n"
       "Exit status: 0 done; 1 done, but not as the scene expects; 2 bad input, nothing was written; 3 the run became\n"
       "non-finite; 4 results could not be written; 130 interrupted with Ctrl-C (malha run --resume goes on).");
   add_run(app, arguments);
   add_plan(app, arguments);
   add_check(app, arguments);
+  add_bench(app, arguments.bench);
   for (CLI::App* command : app.get_subcommands({})) {
     command->group("Commands");
     command->set_help_flag("-h,--help", "Print this help");
@@ -205,17 +178,25 @@ std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) 
     std::cerr << "malha: found " << word << "; allowed: " << join(kFirstWords) << "\n";
     return kBadInput;
   }
+  if (first == "bench")
+    if (const std::string answer = refused_benchmark(argc > 2 ? argv[2] : ""); !answer.empty()) {
+      std::cerr << answer << "\n";
+      return kBadInput;
+    }
   CLI::App app{"Deformable bodies in real time: cloth, balloons and soft solids in data-parallel batches.", "malha"};
   add_everything(app, arguments);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    std::cerr << complaint(*app.get_subcommands().front(), error);
+    std::cerr << complaint(app, error);
     return kBadInput;
   }
   arguments.resume_command = resume_command(argc, argv);
-  arguments.command = first == "run" ? Command::Run : first == "plan" ? Command::Plan : Command::Check;
+  arguments.command = first == "run"     ? Command::Run
+                      : first == "plan"  ? Command::Plan
+                      : first == "check" ? Command::Check
+                                         : Command::Bench;
   return std::nullopt;
 }
 

@@ -5,9 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "tools/bench/projection.h"
+
 namespace malha {
 
-enum class Command { Run, Plan, Check };
+enum class Command { Run, Plan, Check, Bench };
 
 /// What the command's exit status says. An interrupted run exits with 128 + the signal: 130 for Ctrl-C.
 enum ExitStatus { kDone = 0, kUnmet = 1, kBadInput = 2, kDiverged = 3, kFailed = 4 };
@@ -26,6 +28,7 @@ struct Arguments {
   std::vector<std::string> formats;
   bool resume = false, quiet = false;
   std::string resume_command;  // what the user typed, with --resume
+  bench::Options bench;
 };
 
 /// Fills `arguments`. Where there is nothing to run (--help, --version, or an error, which goes to standard error as

@@ -1,4 +1,4 @@
-// The malha command: run, plan and check scenes.
+// The malha command: run, plan and check scenes, and benchmarks.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -114,6 +114,9 @@ int dispatch(const Arguments& arguments) {
       return plan(arguments);
     case malha::Command::Check:
       return check(arguments);
+    case malha::Command::Bench:
+      malha::bench::run_projection(arguments.bench);
+      return malha::kDone;
   }
   return malha::kFailed;
 }
@@ -132,7 +135,8 @@ int main(int argc, char** argv) {
     std::cerr << error.what() << "\n";
     return malha::kBadInput;
   } catch (const malha::Diverged& error) {
-    std::cerr << arguments.scene << ": diverged at " << error.what() << "\n";
+    std::cerr << (arguments.scene.empty() ? "malha bench" : arguments.scene) << ": diverged at " << error.what()
+              << "\n";
     return malha::kDiverged;
   } catch (const std::exception& error) {
     std::cerr << "malha: " << error.what() << "\n";

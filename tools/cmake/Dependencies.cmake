@@ -3,6 +3,8 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(OpenMP REQUIRED COMPONENTS CXX)
 find_package(nlohmann_json 3.10 REQUIRED)
 find_package(CLI11 REQUIRED)
+find_package(Threads REQUIRED)
+find_package(Bullet REQUIRED)  # the benchmarks' peer; malha itself does not use it
 
 # Embree 4 where it is, else 3 (Debian 12). Both name their target "embree".
 find_package(embree 4 CONFIG QUIET)

@@ -1,0 +1,71 @@
+#include "tools/bench/bullet.h"
+
+#include <BulletSoftBody/btSoftBody.h>
+
+namespace malha::bench {
+
+namespace {
+
+btVector3 bullet(const Vec3& a) { return {btScalar(a[0]), btScalar(a[1]), btScalar(a[2])}; }
+
+btSoftBodyWorldInfo world(const Vec3& gravity) {
+  btSoftBodyWorldInfo info;
+  info.m_gravity = bullet(gravity);
+  info.air_density = 0;
+  return info;
+}
+
+}  // namespace
+
+struct BulletCloth::Parts {
+  btSoftBodyWorldInfo info;
+  btSoftBody body;  // keeps a pointer to info
+
+  Parts(const Cloth& cloth, const Vec3& gravity) : info(world(gravity)), body(&info) {
+    btSoftBody::Material* full = body.appendMaterial();  // first: every node takes it
+    full->m_kLST = 1;
+    for (std::size_t i = 0; i < cloth.points.size(); ++i)
+      body.appendNode(bullet(cloth.points[i]), cloth.pinned[i] ? 0 : btScalar(cloth.mass[i]));
+    body.m_links.reserve(static_cast<int>(cloth.links.size()));
+    for (const auto& [a, b] : cloth.links) body.appendLink(a, b, full);
+  }
+};
+
+BulletCloth::BulletCloth(const Cloth& cloth, const Vec3& gravity, int iterations)
+    : parts_(std::make_unique<Parts>(cloth, gravity)) {
+  btSoftBody::Config& config = parts_->body.m_cfg;
+  config.piterations = iterations;
+  config.viterations = config.diterations = config.citerations = 0;
+  config.collisions = 0;
+  config.kDP = 0;
+}
+
+BulletCloth::~BulletCloth() = default;
+
+/// What a btSoftRigidDynamicsWorld calls for each of its bodies; without its search for collisions, which malha does
+/// not do here either.
+void BulletCloth::step(double dt) {
+  btSoftBody& body = parts_->body;
+  body.predictMotion(btScalar(dt));
+  body.solveConstraints();
+  body.integrateMotion();
+}
+
+std::vector<Vec3> BulletCloth::positions() const {
+  const btSoftBody& body = parts_->body;
+  std::vector<Vec3> positions;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btVector3& x = body.m_nodes[i].m_x;
+    positions.push_back({x.x(), x.y(), x.z()});
+  }
+  return positions;
+}
+
+const btSoftBody& BulletCloth::body() const { return parts_->body; }
+
+std::string bullet_version() {
+  const int version = btGetVersion();
+  return std::to_string(version / 100) + "." + std::to_string(version % 100);
+}
+
+}  // namespace malha::bench

@@ -1,0 +1,63 @@
+// The cloth that the benchmark hangs by one side, as a scene for malha and as plain lists for other libraries.
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/scene.h"
+
+namespace malha::bench {
+
+struct Schedule {
+  int substeps = 10, iterations = 1;
+  std::string name() const { return std::to_string(substeps) + "x" + std::to_string(iterations); }
+  int projections() const { return substeps * iterations; }  // of each constraint in a step
+  bool operator==(const Schedule&) const = default;
+};
+
+/// A folder of its own below the system's for temporary files, gone with this object.
+class ScratchFolder {
+ public:
+  ScratchFolder();
+  ~ScratchFolder();
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// A cloth of 2 m x 2 m and 1 kg in the plane y = 0, pinned where z = 0.
+struct Case {
+  std::string name;  // "grid" or "irregular"
+  int n = 0;         // particles a side of the grid; particles of the irregular mesh
+  double side = 0;   // particles a side, for charts: of the irregular mesh the square root of n
+  Shape shape;
+  std::vector<std::string> on;                  // what becomes a distance constraint: "edges", "shear"
+  std::shared_ptr<const ScratchFolder> folder;  // holds the shape's mesh file, if there is one
+};
+
+Case grid_case(int side);
+/// About `particles` particles (side * side, see irregular.h), as a PLY file.
+Case irregular_case(int particles);
+
+/// Distance constraints of stiffness 1 and gravity, and nothing else; dt = 1/60 s, float.
+Scene hanging(const Case& which, const Schedule& schedule);
+
+/// The scene's only body in the order of its mesh.
+struct Cloth {
+  std::vector<Vec3> points;  // m
+  std::vector<double> mass;  // kg, of pinned particles too
+  std::vector<bool> pinned;
+  std::vector<Edge> links;  // those that can move something
+};
+Cloth cloth_of(const Scene& scene);
+
+struct Strain {
+  double rms = 0, max = 0;  // of |l - l0| / l0 over the links
+};
+Strain strain(const Cloth& cloth, const std::vector<Vec3>& positions);
+
+}  // namespace malha::bench

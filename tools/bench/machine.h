@@ -1,0 +1,18 @@
+// What this machine can do, measured: how fast it moves numbers and how fast it makes roots and quotients.
+#pragma once
+#include <cstddef>
+
+namespace malha::bench {
+
+/// The STREAM triad a = b + s c (McCalpin 1995) in float: GB/s of the bytes that it names (two read, one written),
+/// best of several rounds. `bytes` is the size of the three arrays together; each thread has its own part of them.
+double triad_gb_per_s(std::size_t bytes, int threads);
+
+/// ns for one square root and one division in float on one thread, at the throughput of independent packs and with no
+/// traffic beyond L1; best of several rounds.
+double root_and_quotient_ns();
+
+/// More than any cache holds, for the triad from memory.
+inline constexpr std::size_t kMemoryBytes = std::size_t(384) << 20;
+
+}  // namespace malha::bench

@@ -1,0 +1,136 @@
+#include "tools/bench/measure.h"
+
+#include <chrono>
+
+#include "host/base/build_info.h"
+#include "host/base/hash.h"
+#include "host/simulation.h"
+#include "host/solver/solver.h"
+#include "tools/bench/bullet.h"
+
+namespace malha::bench {
+
+namespace {
+
+/// Who takes turns: a row to fill, how it steps, and how its state is looked at.
+struct Runner {
+  Row row;
+  std::function<void()> step;
+  std::function<void(Row&)> look;
+};
+
+Runner malha_runner(const Case& which, const Schedule& schedule, int threads) {
+  SimulationOptions options;
+  options.threads = threads;
+  const auto simulation = std::make_shared<Simulation>(hanging(which, schedule), options);
+  Runner runner;
+  runner.row.library = "malha", runner.row.version = version();
+  runner.row.schedule = schedule, runner.row.threads = threads;
+  runner.row.particles = simulation->model().count();
+  runner.row.constraints = simulation->solver().facts().projections_per_step / schedule.projections();
+  runner.step = [simulation] { simulation->step(); };
+  runner.look = [simulation](Row& row) {
+    const Measures measures = simulation->measure();
+    row.strain = {measures.strain_rms, measures.strain_max};
+    row.state_hash = simulation->state_hash();
+  };
+  return runner;
+}
+
+/// Bullet divides a step into iterations alone.
+Runner bullet_runner(const Case& which) {
+  const Schedule schedule{1, 10};
+  const Scene scene = hanging(which, schedule);
+  const auto cloth = std::make_shared<const Cloth>(cloth_of(scene));
+  const auto soft = std::make_shared<BulletCloth>(*cloth, scene.gravity, schedule.iterations);
+  Runner runner;
+  runner.row.library = "bullet", runner.row.version = bullet_version();
+  runner.row.schedule = schedule;
+  runner.row.particles = static_cast<std::int64_t>(cloth->points.size());
+  runner.row.constraints = static_cast<std::int64_t>(cloth->links.size());
+  runner.step = [soft, dt = scene.solver.dt] { soft->step(dt); };
+  runner.look = [soft, cloth](Row& row) {
+    const std::vector<Vec3> positions = soft->positions();
+    row.strain = strain(*cloth, positions);
+    row.state_hash = hash_bytes(positions.data(), positions.size() * sizeof(Vec3));
+  };
+  return runner;
+}
+
+std::string words(const Row& row) {
+  return row.library + " " + row.schedule.name() + " on " + std::to_string(row.threads) +
+         (row.threads == 1 ? " thread" : " threads");
+}
+
+/// Seconds a step, over at least `enough` seconds.
+double time_steps(const std::function<void()>& step, double enough) {
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
+  std::chrono::duration<double> elapsed{};
+  int steps = 0;
+  do {
+    step();
+    ++steps;
+    elapsed = Clock::now() - start;
+  } while (elapsed.count() < enough);
+  return elapsed.count() / steps;
+}
+
+}  // namespace
+
+bool bullet_takes_part(const Case& which) { return which.side <= 500; }
+
+std::vector<Row> measure(Case which, const Timing& timing,
+                         const std::function<void(const std::string&, double)>& doing) {
+  doing("setting up", 0);
+  std::vector<Runner> runners;
+  for (const Schedule& schedule : {Schedule{10, 1}, Schedule{1, 10}})
+    for (const int threads : timing.threads) runners.push_back(malha_runner(which, schedule, threads));
+  if (bullet_takes_part(which)) runners.push_back(bullet_runner(which));
+  which.folder.reset();
+
+  const double turns = static_cast<double>(runners.size()) * (timing.repeats + 1);
+  double turn = 0;
+  for (Runner& runner : runners) {
+    doing("warm-up: " + words(runner.row), turn++ / turns);
+    for (int k = 0; k < kWarmUpSteps; ++k) runner.step();
+    runner.look(runner.row);
+  }
+  for (int repeat = 1; repeat <= timing.repeats; ++repeat)
+    for (Runner& runner : runners) {
+      doing("repeat " + std::to_string(repeat) + ": " + words(runner.row), turn++ / turns);
+      runner.row.step_seconds.push_back(time_steps(runner.step, timing.seconds));
+    }
+
+  std::vector<Row> rows;
+  for (Runner& runner : runners) {
+    runner.row.case_name = which.name, runner.row.n = which.n, runner.row.side = which.side;
+    rows.push_back(std::move(runner.row));
+  }
+  return rows;
+}
+
+namespace {
+
+constexpr double kRead = 28, kWritten = 24;            // bytes a particle: x, w, v read; x, v written
+constexpr double kReadAgain = 16, kWrittenAgain = 12;  // of a further iteration: x, w; x
+
+double constraint_bytes(const Row& row) { return row.case_name == "grid" ? 4 : 8; }
+
+}  // namespace
+
+double working_set_bytes(const Row& row) {
+  return static_cast<double>(row.particles) * kRead + static_cast<double>(row.constraints) * constraint_bytes(row);
+}
+
+void set_floor(Row& row, double triad_gb_per_s, double root_ns) {
+  row.working_set_bytes = working_set_bytes(row);
+  row.triad_gb_per_s = triad_gb_per_s;
+  const double per_particle = static_cast<double>(row.constraints) / static_cast<double>(row.particles);
+  const int iterations = row.schedule.iterations;
+  const double particle = (kRead + kWritten + (iterations - 1) * (kReadAgain + kWrittenAgain)) / iterations;
+  row.floor_memory_ns = (particle / per_particle + constraint_bytes(row)) / triad_gb_per_s;
+  row.floor_operations_ns = root_ns / row.threads;
+}
+
+}  // namespace malha::bench

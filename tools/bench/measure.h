@@ -1,0 +1,35 @@
+// Times a case: all that run it take turns, so that what else the machine does hits them alike.
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tools/bench/row.h"
+
+namespace malha::bench {
+
+inline constexpr int kWarmUpSteps = 60;
+
+struct Timing {
+  std::vector<int> threads{1};  // of malha
+  int repeats = 5;
+  double seconds = 1;  // of each repeat, at least one step
+};
+
+/// Whether Bullet gets its row: not where its warm-up alone would take minutes.
+bool bullet_takes_part(const Case& which);
+
+/// The rows of malha (schedules 10x1 and 1x10, each on all the thread counts) and of Bullet (1x10, one thread).
+/// `doing` hears in a few words what comes next and which part of the whole case is done. Takes the case's mesh file
+/// away once it is read. Throws Diverged.
+std::vector<Row> measure(Case which, const Timing& timing,
+                         const std::function<void(const std::string&, double part)>& doing);
+
+/// Fills the row's working set, triad and floors. Every substep must read and write its particles once (position and
+/// inverse mass, velocity), every further iteration their positions, and each projection reads its rest length and,
+/// where no pattern gives its particles, two 16-bit indices; it takes one square root and one division.
+/// `root_ns`: of those two on one thread.
+void set_floor(Row& row, double triad_gb_per_s, double root_ns);
+double working_set_bytes(const Row& row);
+
+}  // namespace malha::bench

@@ -1,0 +1,153 @@
+#include "tools/bench/projection.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "host/base/build_info.h"
+#include "host/base/file.h"
+#include "host/simulation.h"
+#include "tools/bench/bullet.h"
+#include "tools/bench/chart.h"
+#include "tools/bench/machine.h"
+#include "tools/bench/measure.h"
+#include "tools/bench/status.h"
+#include "tools/bench/table.h"
+
+namespace malha::bench {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Planned {
+  bool grid;
+  int n;
+};
+
+std::vector<int> sorted(std::vector<int> numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  return numbers;
+}
+
+std::vector<Planned> plan(const Options& options) {
+  std::vector<Planned> cases;
+  const std::vector<int> given = sorted(options.n);
+  const bool irregular = options.only == "irregular" || (options.only.empty() && options.n.empty());
+  if (options.only != "irregular")
+    for (const int n : given.empty() ? std::vector{17, 46, 100, 316, 1000} : given) cases.push_back({true, n});
+  if (irregular)
+    for (const int n : given.empty() ? std::vector{100'000} : given) cases.push_back({false, n});
+  return cases;
+}
+
+std::vector<int> thread_counts(const Options& options) {
+  const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  return sorted(options.threads.empty() ? std::vector{1, cores} : options.threads);
+}
+
+/// What was measured on, and how fast that is.
+Json machine_facts(const std::vector<int>& threads, double root_ns) {
+  const Json report = Json::parse(Simulation(hanging(grid_case(3), {})).report("benchmark"));
+  Json facts;
+  for (const char* key : {"malha_version", "compiler", "flags", "cpu"}) facts[key] = report.at(key);
+  facts["cores"] = std::thread::hardware_concurrency();
+  facts["bullet_version"] = bullet_version();
+  facts["triad_bytes"] = kMemoryBytes;
+  for (const int t : threads)
+    facts["triad_gb_per_s"].push_back({{"threads", t}, {"gb_per_s", triad_gb_per_s(kMemoryBytes, t)}});
+  facts["root_and_quotient_ns"] = root_ns;
+  return facts;
+}
+
+std::string introduction(const Options& options, const Json& facts) {
+  char text[600];
+  std::snprintf(text, sizeof text,
+                "A hanging cloth in float, dt = 1/60 s: %d steps of warm-up, then %d x %g s a line, taking turns; "
+                "medians.\nStrain and state are those after the warm-up. The floor is the larger of memory (the triad "
+                "at that size)\nand arithmetic (a square root and a division, %.3f ns on 1 thread).\n",
+                kWarmUpSteps, options.repeats, options.seconds, facts["root_and_quotient_ns"].get<double>());
+  std::string all = text;
+  std::snprintf(text, sizeof text, "malha %s, %s; Bullet %s; %s\ntriad from memory:", version(), compiler(),
+                bullet_version().c_str(), facts["cpu"].get<std::string>().c_str());
+  all += text;
+  for (const Json& triad : facts["triad_gb_per_s"]) {
+    std::snprintf(text, sizeof text, " %.1f GB/s on %d", triad["gb_per_s"].get<double>(), triad["threads"].get<int>());
+    all += text + std::string(triad["threads"] == 1 ? " thread" : " threads") +
+           (triad == facts["triad_gb_per_s"].back() ? "\n" : ",");
+  }
+  return all;
+}
+
+/// Prints, and keeps what was printed.
+class Printer {
+ public:
+  void operator()(const std::string& lines) {
+    std::cout << lines << std::flush;
+    text_ += lines;
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+void write_results(const Options& options, const std::vector<Row>& rows, const Json& facts, const std::string& text) {
+  const std::filesystem::path folder = options.out;
+  write_whole(folder / "projection.json", to_json(rows));
+  write_whole(folder / "projection_machine.json", facts.dump(2) + "\n");
+  write_whole(folder / "projection.txt", text);
+  if (!options.json.empty()) write_whole(options.json, to_json(rows));
+}
+
+}  // namespace
+
+void run_projection(const Options& options) {
+  make_folder(options.out);  // now, not after minutes
+  if (const auto parent = std::filesystem::path(options.json).parent_path(); !parent.empty()) make_folder(parent);
+  Timing timing;
+  timing.threads = thread_counts(options), timing.repeats = options.repeats, timing.seconds = options.seconds;
+  Status status;
+  Printer print;
+  status.show("measuring the machine", 0);
+  const double root_ns = root_and_quotient_ns();
+  const Json facts = machine_facts(timing.threads, root_ns);
+  status.clear();
+  print(introduction(options, facts));
+
+  std::vector<Row> all;
+  const std::vector<Planned> cases = plan(options);
+  for (std::size_t k = 0; k < cases.size(); ++k) {
+    Case which = cases[k].grid ? grid_case(cases[k].n) : irregular_case(cases[k].n);
+    const std::string name = which.name + " " + std::to_string(which.n) + ", ";
+    const bool with_bullet = bullet_takes_part(which);
+    std::vector<Row> rows = measure(std::move(which), timing, [&](const std::string& what, double part) {
+      status.show(name + what, (static_cast<double>(k) + part) / static_cast<double>(cases.size()));
+    });
+    std::map<int, double> triad;  // by threads
+    for (Row& row : rows) {
+      if (!triad.contains(row.threads))
+        triad[row.threads] = triad_gb_per_s(static_cast<std::size_t>(working_set_bytes(row)), row.threads);
+      set_floor(row, triad[row.threads], root_ns);
+    }
+    status.clear();
+    print(table(rows, with_bullet));
+    all.insert(all.end(), rows.begin(), rows.end());
+  }
+  write_results(options, all, facts, print.text());
+  std::cout << "\nrows        " << (options.json.empty() ? options.out + "/projection.json" : options.json)
+            << "\ntable       " << options.out << "/projection.txt\nmachine     " << options.out
+            << "/projection_machine.json\n";
+  const std::string missing = draw_chart(all, options.out);
+  if (missing.empty())
+    std::cout << "chart       " << options.out << "/projection.png, projection.svg\n";
+  else
+    std::cerr << "malha bench: no chart: " << missing << "\n";
+}
+
+}  // namespace malha::bench

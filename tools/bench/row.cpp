@@ -1,0 +1,87 @@
+#include "tools/bench/row.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace malha::bench {
+
+namespace {
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
+}
+
+template <class Test>
+const Row* find(const std::vector<Row>& rows, const Row& like, Test test) {
+  for (const Row& row : rows)
+    if (row.case_name == like.case_name && row.n == like.n && row.threads == 1 && test(row)) return &row;
+  return nullptr;
+}
+
+}  // namespace
+
+double Row::ns(double seconds) const {
+  return seconds * 1e9 / (static_cast<double>(constraints) * schedule.projections());
+}
+double Row::step_ms() const { return median(step_seconds) * 1e3; }
+double Row::ns_per_projection() const { return ns(median(step_seconds)); }
+double Row::ns_min() const { return ns(*std::min_element(step_seconds.begin(), step_seconds.end())); }
+double Row::ns_max() const { return ns(*std::max_element(step_seconds.begin(), step_seconds.end())); }
+double Row::floor_ns() const { return std::max(floor_memory_ns, floor_operations_ns); }
+
+std::string hex(std::uint64_t hash) {
+  std::string text(16, '0');
+  for (int digit = 15; digit >= 0; --digit, hash /= 16) text[digit] = "0123456789abcdef"[hash % 16];
+  return text;
+}
+
+double times_as_fast(const Row& row, const Row& other) {
+  std::vector<double> ratios;
+  for (std::size_t r = 0; r < row.step_seconds.size(); ++r)
+    ratios.push_back(other.ns(other.step_seconds[r]) / row.ns(row.step_seconds[r]));
+  return median(ratios);
+}
+
+const Row* on_one_thread(const std::vector<Row>& rows, const Row& row) {
+  return find(rows, row, [&row](const Row& r) { return r.library == row.library && r.schedule == row.schedule; });
+}
+
+const Row* bullet_of(const std::vector<Row>& rows, const Row& row) {
+  return find(rows, row, [](const Row& r) { return r.library == "bullet"; });
+}
+
+std::string to_json(const std::vector<Row>& rows) {
+  using Json = nlohmann::ordered_json;
+  Json array = Json::array();
+  for (const Row& row : rows) {
+    Json json{{"case", row.case_name},
+              {"n", row.n},
+              {"particles", row.particles},
+              {"constraints", row.constraints},
+              {"threads", row.threads},
+              {"schedule", row.schedule.name()},
+              {"library", row.library},
+              {"library_version", row.version},
+              {"ns_per_projection", row.ns_per_projection()},
+              {"ns_min", row.ns_min()},
+              {"ns_max", row.ns_max()},
+              {"step_ms", row.step_ms()},
+              {"strain_rms", row.strain.rms},
+              {"strain_max", row.strain.max},
+              {"state_hash", hex(row.state_hash)},
+              {"working_set_bytes", row.working_set_bytes},
+              {"triad_gb_per_s", row.triad_gb_per_s},
+              {"floor_memory_ns", row.floor_memory_ns},
+              {"floor_operations_ns", row.floor_operations_ns},
+              {"floor_ns", row.floor_ns()},
+              {"times_floor", row.ns_per_projection() / row.floor_ns()}};
+    if (const Row* one = on_one_thread(rows, row)) json["times_as_fast_as_one_thread"] = times_as_fast(row, *one);
+    if (const Row* peer = bullet_of(rows, row)) json["times_as_fast_as_bullet"] = times_as_fast(row, *peer);
+    array.push_back(json);
+  }
+  return array.dump(2) + "\n";
+}
+
+}  // namespace malha::bench

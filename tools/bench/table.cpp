@@ -1,0 +1,64 @@
+#include "tools/bench/table.h"
+
+#include <cstdio>
+
+namespace malha::bench {
+
+namespace {
+
+template <class... Values>
+std::string formatted(const char* format, Values... values) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+std::string threads_text(int threads) { return std::to_string(threads) + (threads == 1 ? " thread" : " threads"); }
+
+std::string heading(const std::vector<Row>& rows) {
+  const Row& row = rows.front();
+  std::string text =
+      formatted("\n%s, %s = %d: %lld particles, %lld constraints, %.3g MiB; triad at that size", row.case_name.c_str(),
+                row.case_name == "grid" ? "N" : "n", row.n, static_cast<long long>(row.particles),
+                static_cast<long long>(row.constraints), row.working_set_bytes / (1 << 20));
+  const char* separator = " ";
+  for (const Row& r : rows) {
+    if (r.library != "malha" || !(r.schedule == rows.front().schedule)) continue;
+    text += separator + formatted("%.0f GB/s on ", r.triad_gb_per_s) + threads_text(r.threads);
+    separator = ", ";
+  }
+  return text + "\n";
+}
+
+std::string line(const Row& row) {
+  const std::string spread = formatted("(%.3g .. %.3g)", row.ns_min(), row.ns_max());
+  return formatted("  %-8s %-9s %7d %9.3f %-18s %10.4g %9.1f %12.5f %12.5f  %s\n", row.library.c_str(),
+                   row.schedule.name().c_str(), row.threads, row.ns_per_projection(), spread.c_str(), row.step_ms(),
+                   row.ns_per_projection() / row.floor_ns(), row.strain.rms, row.strain.max,
+                   hex(row.state_hash).c_str());
+}
+
+}  // namespace
+
+std::string table(const std::vector<Row>& rows, bool bullet_takes_part) {
+  std::string text = heading(rows);
+  text += formatted("  %-8s %-9s %7s %9s %-18s %10s %9s %12s %12s  %s\n", "library", "schedule", "threads", "ns/proj.",
+                    "(min .. max)", "step ms", "x floor", "strain rms", "strain max", "state hash");
+  for (const Row& row : rows) text += line(row);
+  for (const Row& row : rows) {
+    const Row* one = on_one_thread(rows, row);
+    if (one != nullptr && one != &row)
+      text += formatted("  %s on %s: %.2f x as fast as on 1\n", row.schedule.name().c_str(),
+                        threads_text(row.threads).c_str(), times_as_fast(row, *one));
+  }
+  for (const Row& row : rows) {
+    const Row* peer = bullet_of(rows, row);
+    if (peer != nullptr && row.library == "malha" && row.schedule == Schedule{10, 1})
+      text += formatted("  10x1 on %s: %.1f x as fast as Bullet (1x10, 1 thread), a projection\n",
+                        threads_text(row.threads).c_str(), times_as_fast(row, *peer));
+  }
+  if (!bullet_takes_part) text += "  Bullet is left out: its warm-up alone would take minutes\n";
+  return text;
+}
+
+}  // namespace malha::bench

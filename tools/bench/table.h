@@ -1,0 +1,13 @@
+// The results as a person reads them.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "tools/bench/row.h"
+
+namespace malha::bench {
+
+/// A case's rows under its heading, and what they say beside each other. `rows` are all of one case.
+std::string table(const std::vector<Row>& rows, bool bullet_takes_part);
+
+}  // namespace malha::bench

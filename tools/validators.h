@@ -1,0 +1,56 @@
+// What options may be given: checks that answer with what was found and what is allowed.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "host/base/near_miss.h"
+#include "host/base/shown.h"
+
+namespace malha {
+
+/// Whether the whole text is a number of this type.
+template <class T>
+bool reads(const std::string& text, T& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+/// "found TEXT; allowed: ALLOWED"
+inline std::string found(const std::string& text, const std::string& allowed) {
+  return "found " + malha::quoted(text) + "; allowed: " + allowed;
+}
+
+/// A whole number in [low, high].
+inline CLI::Validator whole_number(std::int64_t low, std::int64_t high) {
+  return {[low, high](const std::string& text) {
+            std::int64_t value = 0;
+            if (reads(text, value) && low <= value && value <= high) return std::string();
+            return found(text, "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+          },
+          ""};
+}
+
+/// Seconds.
+inline CLI::Validator duration() {
+  return {[](const std::string& text) {
+            double value = 0;
+            return reads(text, value) && std::isfinite(value) && value > 0 ? "" : found(text, "a number > 0 (s)");
+          },
+          ""};
+}
+
+/// One of `words`, which must outlive the validator.
+inline CLI::Validator one_of(const std::vector<std::string>& words) {
+  return {[&words](const std::string& text) {
+            if (std::find(words.begin(), words.end(), text) != words.end()) return std::string();
+            return "found " + malha::quoted(text) + did_you_mean(text, words) + "; allowed: " + join(words);
+          },
+          ""};
+}
+
+}  // namespace malha
