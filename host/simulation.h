@@ -17,6 +17,7 @@ enum class Backend { OpenMP, Serial };
 struct SimulationOptions {
   int threads = 0;  // OpenMP: 0 means as many as OpenMP offers (OMP_NUM_THREADS, or the cores)
   Backend backend = Backend::OpenMP;
+  std::string instructions = {};  // "": the widest that the CPU has; or "baseline", "avx2", "avx512"
 };
 
 struct Model;     // host/model/model.h, for the parts of malha that look closer

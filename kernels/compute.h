@@ -2,15 +2,13 @@
 // A kernel is a named functor with `KERNEL void operator()(int item) const`. The partition of the work depends on the
 // item count alone, never on the number of threads, so that results are the same bits on any number of them.
 #pragma once
+#include <sched.h>
+#include <stddef.h>
 #if defined(_OPENMP)
 #include <omp.h>
 #endif
 
-#if defined(__CUDACC__)
-#define KERNEL __host__ __device__ inline
-#else
-#define KERNEL [[gnu::always_inline]] inline
-#endif
+#include "kernels/instructions.h"
 
 namespace malha {
 
@@ -23,11 +21,14 @@ struct View {
 };
 
 /// One thread, no parallel region.
-struct Serial {};
+struct Serial {
+  Instructions instructions = widest_instructions();
+};
 
 /// A fixed number of OpenMP threads.
 struct OpenMP {
   int threads = 1;
+  Instructions instructions = widest_instructions();
 };
 
 /// As many threads as the backend offers: OMP_NUM_THREADS, or the cores.
@@ -39,36 +40,166 @@ inline int available_threads() {
 #endif
 }
 
+/// Where the threads of a team wait for each other: a fork and a join cost tens of times as much.
+class Barrier {
+ public:
+  void wait(int threads) {
+    const unsigned round = __atomic_load_n(&round_, __ATOMIC_RELAXED);
+    if (__atomic_add_fetch(&waiting_, 1, __ATOMIC_ACQ_REL) == threads) {
+      __atomic_store_n(&waiting_, 0, __ATOMIC_RELAXED);
+      __atomic_store_n(&round_, round + 1, __ATOMIC_RELEASE);
+      return;
+    }
+    // The others are usually a microsecond away. Where they have no core to run on, they are given this one.
+    for (int spins = 0; __atomic_load_n(&round_, __ATOMIC_ACQUIRE) == round; ++spins)
+      if (spins > kSpins) sched_yield();
+  }
+
+ private:
+  static constexpr int kSpins = 4000;
+  alignas(64) int waiting_ = 0;
+  alignas(64) unsigned round_ = 0;
+};
+
+/// One thread of a parallel region. Every thread runs the same code, takes its share of each launch, and waits for the
+/// others at its end.
+struct Team {
+  int thread, threads;
+  Barrier* barrier;
+  Instructions instructions;
+};
+
+/// Runs work(executor) with many launches in it: one fork and join for all of them. `width`: more threads than this
+/// would find nothing to do. `work` runs on every thread, so that apart from its launches it may only read.
+template <class Work>
+void parallel_region(const Serial& executor, int /*width*/, const Work& work) {
+  work(executor);
+}
+
+template <class Work>
+void parallel_region(const OpenMP& executor, int width, const Work& work) {
+  const int threads = width < executor.threads ? width : executor.threads;
+  if (threads <= 1) return work(Serial{executor.instructions});
+  Barrier barrier;
+#pragma omp parallel num_threads(threads)
+  work(Team{omp_get_thread_num(), omp_get_num_threads(), &barrier, executor.instructions});
+}
+
 /// Up to this many items a launch runs on one thread. By count, never by clock: about 30 microseconds of work, well
 /// above a fork-join, and where cores are shared with other programs each fork-join may cost a turn of the scheduler.
 inline constexpr int kParticleGrain = 32768;
-inline constexpr int kPackGrain = 1024;
 
 /// Runs kernel(0) .. kernel(n - 1) in any order: their writes must be disjoint.
 template <class Kernel>
 void parallel_for(const Serial&, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
+#pragma omp simd
   for (int i = 0; i < n; ++i) kernel(i);
 }
 
 template <class Kernel>
 void parallel_for(const OpenMP& executor, int n, const Kernel& kernel, int grain = kParticleGrain) {
   if (n <= grain || executor.threads == 1) return parallel_for(Serial{}, n, kernel);
-#pragma omp parallel for schedule(static) num_threads(executor.threads)
+#pragma omp parallel for simd schedule(static) num_threads(executor.threads)
   for (int i = 0; i < n; ++i) kernel(i);
 }
 
-/// Runs kernel(0) .. kernel(groups - 1), each a large piece of work with memory of its own, one core (or thread block)
-/// to a group.
+/// A large piece of work with fast memory of its own: a core and its caches, or a thread block and its shared memory.
+template <class InstructionSet>
+struct Group {
+  using Isa = InstructionSet;
+  int index;
+  int next;  // the group that this core works on afterwards; none: below 0
+  void* memory;
+
+  /// Runs work(0) .. work(items - 1), in any order or at once, and is done with all of them afterwards.
+  template <class Work>
+  KERNEL void for_each(int items, const Work& work) const {
+#if defined(__CUDA_ARCH__)
+    for (int i = threadIdx.x; i < items; i += blockDim.x) work(i);
+    __syncthreads();
+#else
+    for (int i = 0; i < items; ++i) work(i);
+#endif
+  }
+
+  /// Runs work(begin) .. work(end - 1), one after the other, as a function that is compiled on its own.
+  template <class Work>
+  KERNEL void apart(int begin, int end, const Work& work) const {
+#if defined(__CUDA_ARCH__)
+    for (int i = begin; i < end; ++i) work(i);
+#else
+    run(Isa{}, work, begin, end);
+#endif
+  }
+
+  /// The same for work in three parts, of items that share nothing they write: what the next item reads is read before
+  /// this one is written, so that a core computes the one while it loads and stores the others.
+  template <class Work>
+  KERNEL void for_each_ahead(int items, const Work& work) const {
+#if defined(__CUDA_ARCH__)
+    for (int i = threadIdx.x; i < items; i += blockDim.x) {
+      auto item = work.read(i);
+      work.compute(i, item);
+      work.write(i, item);
+    }
+    __syncthreads();
+#else
+    if (items == 0) return;
+    auto ahead = work.read(0);
+    for (int i = 0; i < items; ++i) {
+      auto item = ahead;
+      work.compute(i, item);
+      ahead = work.read(i + 1 < items ? i + 1 : i);
+      work.write(i, item);
+    }
+#endif
+  }
+};
+
+/// Asks for the cache line at `address` ahead of its use. Whatever lies there, even nothing, is harmless.
+KERNEL void prefetch([[maybe_unused]] const void* address) {
+#if !defined(__CUDACC__)
+  __builtin_prefetch(address, 0, 2);
+#endif
+}
+
+/// The fast memory of every thread of an executor.
+struct FastMemory {
+  char* data;
+  size_t bytes;  // a thread
+};
+
+template <class Isa, class Kernel>
+struct RunGroup {
+  Kernel kernel;
+  int last;
+  void* memory;
+  KERNEL void operator()(int g) const { kernel(Group<Isa>{g, g < last ? g + 1 : -1, memory}); }
+};
+
+/// kernel(Group) for the groups begin .. end - 1 on this thread.
 template <class Kernel>
-void parallel_groups(const Serial&, int groups, const Kernel& kernel) {
-  for (int g = 0; g < groups; ++g) kernel(g);
+void run_groups(Instructions instructions, int begin, int end, void* memory, const Kernel& kernel) {
+  for_each_isa([&]<class Isa>(Isa isa) {
+    if (Isa::value == instructions) run(isa, RunGroup<Isa, Kernel>{kernel, end - 1, memory}, begin, end);
+  });
+}
+
+/// Runs kernel(Group) for the groups begin .. end - 1, compiled for the executor's instructions: their writes must be
+/// disjoint. The same thread gets the same groups every time, so that its caches still hold them.
+template <class Kernel>
+void parallel_groups(const Serial& executor, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
+  run_groups(executor.instructions, begin, end, memory.data, kernel);
 }
 
 template <class Kernel>
-void parallel_groups(const OpenMP& executor, int groups, const Kernel& kernel) {
-  if (groups == 1 || executor.threads == 1) return parallel_groups(Serial{}, groups, kernel);
-#pragma omp parallel for schedule(static) num_threads(executor.threads)
-  for (int g = 0; g < groups; ++g) kernel(g);
+void parallel_groups(const Team& team, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
+  const auto share = [&](int thread) {
+    return begin + int(static_cast<long long>(end - begin) * thread / team.threads);
+  };
+  run_groups(team.instructions, share(team.thread), share(team.thread + 1),
+             memory.data + size_t(team.thread) * memory.bytes, kernel);
+  team.barrier->wait(team.threads);
 }
 
 /// At most this many partial results, each of at least kReduceChunk items.
@@ -96,11 +227,7 @@ Value parallel_reduce(const Executor& executor, int n, const Kernel& kernel, int
   int chunk = (n + kReduceGroups - 1) / kReduceGroups;
   if (chunk < kReduceChunk) chunk = kReduceChunk;
   const int groups = (n + chunk - 1) / chunk;
-  const ReduceGroup<Value, Kernel> group{partial, &kernel, n, chunk};
-  if (n <= grain)
-    parallel_groups(Serial{}, groups, group);
-  else
-    parallel_groups(executor, groups, group);
+  parallel_for(executor, groups, ReduceGroup<Value, Kernel>{partial, &kernel, n, chunk}, n <= grain ? groups : 0);
   for (int stride = 1; stride < groups; stride *= 2)
     for (int g = 0; g + stride < groups; g += 2 * stride) partial[g] += partial[g + stride];
   return partial[0];

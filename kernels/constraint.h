@@ -1,6 +1,7 @@
 // One projection, written once for every constraint: gather, evaluate, PBD or XPBD update, scatter.
 #pragma once
-#include "kernels/pack.h"
+#include "kernels/local.h"
+#include "kernels/patch.h"
 
 namespace malha {
 
@@ -19,60 +20,151 @@ struct Parameter {
 /// Compliant: XPBD, dlambda = (-C - alpha~ lambda) / (sum w |grad C|^2 + alpha~) (Macklin, Müller, Chentanez 2016).
 enum class Update { Stiff, Compliant };
 
-/// Constraints that share no movable particle: `begin` is a multiple of the pack's lanes; the first `plain` are full
-/// packs without pins; padding repeats the last constraint, so that its loads are harmless.
-struct Batch {
-  int begin, count, plain;
+/// The numbers of a set. Rest values and lambda are by slot. Padding has no rest value (NaN), and every kind answers it
+/// with a zero gradient: in a run it reads and writes particles of other constraints, finite or not.
+template <class R>
+struct SetView {
+  int kind;       // its place in the registry
+  Update update;  // how its constraints are met
+  const LocalIndex* index[kMostParticles];
+  const R* rest;
+  R* lambda;     // Compliant, if there is more than one iteration: accumulated over those of a substep
+  R stiffness;   // Stiff: k'
+  R compliance;  // Compliant: alpha~ = alpha / dt^2
 };
 
-/// Projects one pack of a batch. Indices, rest values and lambda are in batch order, aligned to a pack.
-template <class Kind, class R, Update update>
-struct Project {
-  using S = Lane<R>;
-  Vec4<R>* p;  // predicted positions and w = 1 / m
-  const int* index[Kind::particles];
-  const R* rest;
-  R* lambda;     // Compliant only: accumulated over the iterations of a substep
-  R stiffness;   // Stiff only: k'
-  R compliance;  // Compliant only: alpha~ = alpha / dt^2
-  Batch batch;
+/// What one projection does to the particles of a pack: p += w grad dlambda.
+template <class Kind, Update update, class R>
+struct Correct {
+  static constexpr int n = Kind::particles;
+  const R* rest;  // from the batch's first slot on, and so is lambda
+  R* lambda;
+  R number;    // k' or alpha~
+  bool fresh;  // first iteration of a substep: lambda is 0
 
-  KERNEL void operator()(int pack) const {
-    constexpr int n = Kind::particles;
-    const int at = batch.begin + pack * kLanes<R>;
-    Vector3<S> q[n], grad[n];
-    S w[n], l;
-    for (int j = 0; j < n; ++j) gather(p, index[j] + at, q[j], w[j]);
+  KERNEL Correct(const SetView<R>& set, int slot, bool first_iteration)
+      : rest(set.rest + slot),
+        lambda(set.lambda ? set.lambda + slot : nullptr),
+        number(update == Update::Stiff ? set.stiffness : set.compliance),
+        fresh(first_iteration) {}
+
+  /// C and its gradient come scaled by s > 0, which PBD's update does not notice: XPBD's multiplier is s dlambda.
+  template <class S>
+  KERNEL void operator()(Vector3<S> (&q)[n], const S (&w)[n], int at) const {
+    Vector3<S> grad[n];
+    S l, s;
     load(rest + at, l);
-    const S C = Kind::evaluate(q, l, grad);
+    const S C = Kind::evaluate(q, l, grad, s);
     S sum = w[0] * dot(grad[0], grad[0]);
     for (int j = 1; j < n; ++j) sum = sum + w[j] * dot(grad[j], grad[j]);
 
     const S zero(R(0)), one(R(1));
-    const auto moves = sum > S(tiny<R>());  // no gradient or no movable particle: skip, never NaN
+    // No gradient, no movable particle, or padding: skip, never NaN.
+    const auto moves = sum > S(tiny<R>());
     S dlambda;
     if constexpr (update == Update::Stiff) {
-      dlambda = -C * S(stiffness) / select(moves, sum, one);
+      dlambda = select(moves, -C * S(number) / sum, zero);
       if constexpr (Kind::inequality) dlambda = larger(dlambda, zero);
-      dlambda = select(moves, dlambda, zero);
     } else {
-      const S alpha(compliance);
-      S total;
-      load(lambda + at, total);
-      dlambda = (-C - alpha * total) / select(moves, sum + alpha, one);
-      if constexpr (Kind::inequality) dlambda = larger(dlambda, -total);
+      const S alpha(number);
+      S total = zero;
+      if (!fresh) load(lambda + at, total);
+      dlambda = (-C - s * alpha * total) / select(moves, sum + alpha * s * s, one);
+      if constexpr (Kind::inequality) dlambda = larger(dlambda, -total / select(moves, s, one));
       dlambda = select(moves, dlambda, zero);
-      store(total + dlambda, lambda + at);
+      if (lambda) store(total + s * dlambda, lambda + at);
     }
     for (int j = 0; j < n; ++j) q[j] = q[j] + grad[j] * (w[j] * dlambda);
-
-    const int lanes = batch.count - pack * kLanes<R>;
-    if (pack * kLanes<R> < batch.plain) {
-      for (int j = 0; j < n; ++j) scatter(p, index[j] + at, q[j], w[j]);
-    } else {
-      for (int j = 0; j < n; ++j) scatter_movable(p, index[j] + at, lanes < kLanes<R> ? lanes : kLanes<R>, q[j], w[j]);
-    }
   }
 };
+
+/// Projects the packs of a run in a patch's memory.
+template <class Kind, Update update, class R, class Isa, class Local>
+struct ProjectRun {
+  static constexpr int n = Kind::particles;
+  static constexpr int lanes = kLanes<R, Isa>;
+  using S = Lane<R, Isa>;
+  Correct<Kind, update, R> correct;
+  Local end[n];  // the memory from where each end begins
+
+  KERNEL void operator()(int pack) const {
+    const int first = pack * lanes;
+    Vector3<S> q[n];
+    S w[n];
+    for (int j = 0; j < n; ++j) end[j].read(first, q[j], w[j]);
+    correct(q, w, first);
+    for (int j = 0; j < n; ++j) end[j].write(first, q[j], w[j]);
+  }
+};
+
+/// Projects the packs of a gathered batch without pins.
+template <class Kind, Update update, class R, class Isa, class Local>
+struct ProjectGathered {
+  static constexpr int n = Kind::particles;
+  static constexpr int lanes = kLanes<R, Isa>;
+  using S = Lane<R, Isa>;
+  struct Ends {
+    Vector3<S> q[n];
+    S w[n];
+  };
+  Local local;
+  Correct<Kind, update, R> correct;
+  const LocalIndex* index[n];
+
+  // Addresses are cheaper computed again than kept: there are more than registers.
+  KERNEL Ends read(int pack) const {
+    Ends ends;
+    for (int j = 0; j < n; ++j) local.gather(unknown(index[j]) + pack * lanes, ends.q[j], ends.w[j]);
+    return ends;
+  }
+  KERNEL void compute(int pack, Ends& ends) const { correct(ends.q, ends.w, pack * lanes); }
+  KERNEL void write(int pack, const Ends& ends) const {
+    for (int j = 0; j < n; ++j) local.scatter(unknown(index[j]) + pack * lanes, ends.q[j], ends.w[j]);
+  }
+};
+
+/// Projects the packs of one with pins: of its `count` constraints only the movable particles (w > 0) are written back,
+/// because pinned ones may be shared.
+template <class Kind, Update update, class R, class Isa, class Local>
+struct ProjectCarefully {
+  using Kernel = ProjectGathered<Kind, update, R, Isa, Local>;
+  Kernel kernel;
+  int count;
+
+  KERNEL void operator()(int pack) const {
+    typename Kernel::Ends ends = kernel.read(pack);
+    kernel.compute(pack, ends);
+    const int first = pack * Kernel::lanes, last = count - first < Kernel::lanes ? count - first : Kernel::lanes;
+    for (int j = 0; j < Kernel::n; ++j)
+      for (int i = 0; i < last; ++i) {
+        const Vector3<typename Kernel::S>& q = ends.q[j];
+        const R w = lane(ends.w[j], i);
+        if (w > R(0))
+          kernel.local.fill(kernel.index[j][first + i] / kIndexScale<R>,
+                            Vector3<R>{lane(q.x, i), lane(q.y, i), lane(q.z, i)}, w);
+      }
+  }
+};
+
+/// Projects one batch of a patch.
+template <class Kind, Update update, class R, class Group, class Local>
+KERNEL void project(const Group& group, const Local& local, const SetView<R>& set, const Batch& batch, bool fresh) {
+  using Isa = typename Group::Isa;
+  constexpr int n = Kind::particles, lanes = kLanes<R, Isa>;
+  const int packs = (batch.count + lanes - 1) / lanes;
+  const Correct<Kind, update, R> correct(set, batch.slot, fresh);
+  if (batch.run) {
+    ProjectRun<Kind, update, R, Isa, Local> kernel{correct, {}};
+    for (int j = 0; j < n; ++j) kernel.end[j] = local.from(batch.from[j]);
+    group.for_each(packs, kernel);
+    return;
+  }
+  ProjectGathered<Kind, update, R, Isa, Local> kernel{local, correct, {}};
+  for (int j = 0; j < n; ++j) kernel.index[j] = set.index[j] + batch.index;
+  if (batch.pins)
+    group.for_each(packs, ProjectCarefully<Kind, update, R, Isa, Local>{kernel, batch.count});
+  else
+    group.for_each_ahead(packs, kernel);
+}
 
 }  // namespace malha

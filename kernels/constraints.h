@@ -13,12 +13,12 @@ using ConstraintKinds = KindList<Distance, DistanceLimit, Bending>;
 
 /// Calls f(Kind{}) for every kind, in the order in which they are projected.
 template <class F, class... Kinds>
-void for_each_constraint(F&& f, KindList<Kinds...>) {
+KERNEL void for_each_constraint(F&& f, KindList<Kinds...>) {
   (f(Kinds{}), ...);
 }
 template <class F>
-void for_each_constraint(F&& f) {
-  for_each_constraint(f, ConstraintKinds{});
+KERNEL void for_each_constraint(F&& f) {
+  for_each_constraint(static_cast<F&&>(f), ConstraintKinds{});
 }
 
 }  // namespace malha

@@ -1,6 +1,7 @@
 // Contact of a particle with one environment mesh: an inequality per particle, with Coulomb friction and restitution.
 #pragma once
 #include "kernels/particles.h"
+#include "kernels/sum.h"
 
 namespace malha {
 
@@ -18,15 +19,14 @@ struct alignas(4 * sizeof(R)) Contact {
 /// positions (Müller et al. 2020, section 3.5), not on velocities afterwards, so that what sticks does not creep.
 template <class R>
 struct ResolveContact {
-  Vec4<R>* p;
-  const Vec4<R>* x;
+  Points<R> p, x;
   Contact<R>* contacts;
   R friction;
   KERNEL void operator()(int i) const {
     Contact<R>& contact = contacts[i];
     if (contact.plane.w == -R(INFINITY)) return;
     const Vector3<R> n = contact.plane.xyz();
-    Vector3<R> moved = p[i].xyz() - x[i].xyz();
+    Vector3<R> moved = p[i] - x[i];
     const R C = dot(n, moved) - contact.plane.w;
     const R push = larger(-C, -contact.lambda);
     contact.lambda += push;
@@ -39,7 +39,7 @@ struct ResolveContact {
     const R taken = length < budget ? length : budget;
     contact.slip += taken;
     if (taken > R(0)) moved = moved - tangent * (taken / length);
-    p[i].set(x[i].xyz() + moved);
+    p.set(i, x[i] + moved);
   }
 };
 
@@ -49,7 +49,7 @@ struct ResolveContact {
 /// times as much back. Below the threshold it rests instead.
 template <class R>
 struct Restitute {
-  Vec4<R>*x, *v;
+  Points<R> x, v;
   const Contact<R>* contacts;
   R restitution, friction, threshold, per_dt;  // e, mu, m/s, 1/s
   KERNEL void operator()(int i) const {
@@ -57,24 +57,16 @@ struct Restitute {
     const R approach = contact.surface.w * per_dt;
     if (!(contact.lambda > R(0)) || !(approach < -threshold)) return;
     const Vector3<R> n = contact.plane.xyz();
-    const Vector3<R> relative = v[i].xyz() - contact.surface.xyz() * per_dt;
+    const Vector3<R> relative = v[i] - contact.surface.xyz() * per_dt;
     const R speed = dot(n, relative);
     const R gained = -restitution * approach - speed;
     if (!(gained > R(0))) return;  // something else carries it away faster
     const Vector3<R> sliding = relative - n * speed;
     const R length = root(dot(sliding, sliding)), budget = friction * gained;
     const R taken = length > R(0) ? (length < budget ? length : budget) / length : R(0);
-    v[i].set(v[i].xyz() + n * gained - sliding * taken);
+    v.set(i, v[i] + n * gained - sliding * taken);
     const R path_left = contact.lambda < -contact.surface.w ? contact.lambda : -contact.surface.w;
-    x[i].set(x[i].xyz() + n * (restitution * path_left));
-  }
-};
-
-struct ContactCount {
-  int pushed = 0;
-  KERNEL ContactCount& operator+=(const ContactCount& o) {
-    pushed += o.pushed;
-    return *this;
+    x.set(i, x[i] + n * (restitution * path_left));
   }
 };
 
@@ -82,7 +74,7 @@ struct ContactCount {
 template <class R>
 struct CountContact {
   const Contact<R>* contacts;
-  KERNEL ContactCount operator()(int i) const { return {contacts[i].lambda > R(0)}; }
+  KERNEL Sum operator()(int i) const { return {contacts[i].lambda > R(0) ? 1.0 : 0.0}; }
 };
 
 }  // namespace malha

@@ -20,10 +20,10 @@ struct SumMass {
   int first;  // particle of item 0
   KERNEL MassSum operator()(int item) const {
     const int i = first + item;
-    const R w = particles.p[i].w;
+    const R w = particles.w[i];
     if (!(w > R(0))) return {};
     const double m = 1.0 / w;
-    const Vector3<R> x = particles.x[i].xyz(), v = particles.v[i].xyz();
+    const Vector3<R> x = particles.x[i], v = particles.v[i];
     return {m, {m * x.x, m * x.y, m * x.z}, {m * v.x, m * v.y, m * v.z}};
   }
 };
@@ -45,10 +45,10 @@ struct SumSpin {
   Vector3<double> centre;  // m
   KERNEL SpinSum operator()(int item) const {
     const int i = first + item;
-    const R w = particles.p[i].w;
+    const R w = particles.w[i];
     if (!(w > R(0))) return {};
     const double m = 1.0 / w;
-    const Vec4<R> x = particles.x[i], v = particles.v[i];
+    const Vector3<R> x = particles.x[i], v = particles.v[i];
     const Vector3<double> r{x.x - centre.x, x.y - centre.y, x.z - centre.z};
     const Vector3<double> L = cross(r, Vector3<double>{v.x * m, v.y * m, v.z * m});
     return {{L.x, L.y, L.z},
@@ -66,10 +66,10 @@ struct DampTowardsRigid {
   Vector3<R> centre, velocity, omega;
   KERNEL void operator()(int item) const {
     const int i = first + item;
-    if (!(particles.p[i].w > R(0))) return;
-    const Vector3<R> v = particles.v[i].xyz();
-    const Vector3<R> rigid = velocity + cross(omega, particles.x[i].xyz() - centre);
-    particles.v[i].set(v + (rigid - v) * k);
+    if (!(particles.w[i] > R(0))) return;
+    const Vector3<R> v = particles.v[i];
+    const Vector3<R> rigid = velocity + cross(omega, particles.x[i] - centre);
+    particles.v.set(i, v + (rigid - v) * k);
   }
 };
 

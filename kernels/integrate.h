@@ -1,6 +1,6 @@
 // The particle passes of a PBD step: external forces, prediction, and the new state (Müller et al. 2006, section 3.1).
 #pragma once
-#include "kernels/particles.h"
+#include "kernels/motion.h"
 
 namespace malha {
 
@@ -11,10 +11,9 @@ struct Predict {
   R dt;
   Vector3<R> gravity;  // m/s^2
   KERNEL void operator()(int i) const {
-    Vec4<R>& v = particles.v[i];
-    Vec4<R>& p = particles.p[i];
-    if (p.w > R(0)) v.set(v.xyz() + gravity * dt);
-    p.set(particles.x[i].xyz() + v.xyz() * dt);
+    const Vector3<R> v = accelerated(particles.v[i], particles.w[i], gravity, dt);
+    particles.v.set(i, v);
+    particles.p.set(i, predicted(particles.x[i], v, dt));
   }
 };
 
@@ -26,9 +25,8 @@ struct Drag {
   R dt, drag;       // s, N s/m
   Vector3<R> wind;  // u, m/s
   KERNEL void operator()(int i) const {
-    Vec4<R>& v = particles.v[i];
-    const R h = dt * drag * particles.p[i].w;
-    v.set((v.xyz() + wind * h) * (R(1) / (R(1) + h)));
+    const R h = dt * drag * particles.w[i];
+    particles.v.set(i, (particles.v[i] + wind * h) * (R(1) / (R(1) + h)));
   }
 };
 
@@ -41,20 +39,17 @@ struct FirstIndex {
   }
 };
 
-/// v = (p - x) / dt; x = p. Returns the particle if it is no longer finite. Written as the predicted velocity and what
-/// the constraints changed of it: p - x is rounded to the spacing of the coordinates, and over a short dt that would
-/// outweigh gravity (in float and 160 substeps a particle 2 m up would hang still).
+/// v = (p - x) / dt; x = p. Returns the particle if it is no longer finite.
 template <class R>
 struct UpdateState {
   Particles<R> particles;
   R dt, per_dt;  // s, 1/s
   KERNEL FirstIndex operator()(int i) const {
-    const Vector3<R> p = particles.p[i].xyz();
-    const Vector3<R> v = particles.v[i].xyz();
-    particles.v[i].set(v + (p - (particles.x[i].xyz() + v * dt)) * per_dt);
-    particles.x[i].set(p);
-    const R zero = (p.x + p.y + p.z) * R(0);  // NaN unless every term is finite
-    return zero == R(0) ? FirstIndex{} : FirstIndex{i};
+    const Vector3<R> p = particles.p[i];
+    particles.v.set(i, changed(particles.x[i], particles.v[i], p, dt, per_dt));
+    particles.x.set(i, p);
+    const int finite = zero_if_finite(p) == R(0);
+    return {i | FirstIndex{}.index * finite};  // without a branch, so that the loop is vectorised
   }
 };
 

@@ -22,10 +22,10 @@ struct MeasureMotion {
   Particles<R> particles;
   Vector3<double> gravity;
   KERNEL Motion operator()(int i) const {
-    const R w = particles.p[i].w;
+    const R w = particles.w[i];
     if (!(w > R(0))) return {};
     const double m = 1.0 / double(w);
-    const Vec4<R> a = particles.x[i], b = particles.v[i];
+    const Vector3<R> a = particles.x[i], b = particles.v[i];
     const Vector3<double> x{a.x, a.y, a.z}, v{b.x, b.y, b.z};
     const Vector3<double> L = cross(x, v * m);
     const double v2 = dot(v, v);

@@ -6,13 +6,12 @@
 
 namespace malha {
 
-#if defined(__CUDACC__)
-
+/// A particle within a patch, so that 8 * index is its place in bytes among rows (Vec4) of R: an addressing mode.
+using LocalIndex = unsigned short;
 template <class R>
-inline constexpr int kLanes = 1;
-template <class R>
-using Lane = R;
+inline constexpr int kIndexScale = int(sizeof(Vec4<R>)) / 8;
 
+/// One number, or (below) a pack of them, from or to any place in an array.
 template <class R>
 KERNEL void load(const R* from, R& to) {
   to = *from;
@@ -21,107 +20,132 @@ template <class R>
 KERNEL void store(const R& from, R* to) {
   *to = from;
 }
+
+/// One particle, or (below) a pack of them, from or to rows.
 template <class R>
-KERNEL void gather(const Vec4<R>* particles, const int* index, Vector3<R>& position, R& w) {
-  const Vec4<R> q = particles[*index];
+KERNEL Vec4<R>& row_at(Vec4<R>* rows, LocalIndex index) {
+  return rows[index / kIndexScale<R>];
+}
+template <class R>
+KERNEL void gather_rows(Vec4<R>* rows, const LocalIndex* index, Vector3<R>& position, R& w) {
+  const Vec4<R> q = row_at(rows, *index);
   position = q.xyz();
   w = q.w;
 }
 template <class R>
-KERNEL void scatter(Vec4<R>* particles, const int* index, const Vector3<R>& position, R w) {
-  particles[*index] = {position.x, position.y, position.z, w};
+KERNEL void scatter_rows(Vec4<R>* rows, const LocalIndex* index, const Vector3<R>& position, R w) {
+  row_at(rows, *index) = {position.x, position.y, position.z, w};
+}
+
+#if defined(__CUDACC__)
+
+template <class R, class Isa = Own>
+inline constexpr int kLanes = 1;
+template <class R, class Isa = Own>
+using Lane = R;
+
+template <class R>
+KERNEL R lane(const R& a, int) {
+  return a;
 }
 template <class R>
-KERNEL void scatter_movable(Vec4<R>* particles, const int* index, int /*lanes*/, const Vector3<R>& position, R w) {
-  if (w > R(0)) scatter(particles, index, position, w);
+KERNEL void set_lane(R& a, int, R value) {
+  a = value;
 }
 
 #else
 
-#if defined(__AVX512F__)
-inline constexpr int kPackBytes = 64;
-#else
-inline constexpr int kPackBytes = 32;
-#endif
+/// Lanes of a pack of R: what a register holds, but at least four, because particles come and go in blocks of four.
+template <class R, class Isa = Own>
+inline constexpr int kLanes = Isa::register_bytes < 4 * int(sizeof(R)) ? 4 : Isa::register_bytes / int(sizeof(R));
 
-/// Lanes of a pack of R.
-template <class R>
-inline constexpr int kLanes = kPackBytes / int(sizeof(R));
-
-/// The compiler's vector types: a whole pack, and one particle.
-template <class R>
-struct Vectors;
-template <>
-struct Vectors<float> {
-  typedef float Wide __attribute__((vector_size(kPackBytes)));
-  typedef float Quartet __attribute__((vector_size(16), may_alias));
-};
-template <>
-struct Vectors<double> {
-  typedef double Wide __attribute__((vector_size(kPackBytes)));
-  typedef double Quartet __attribute__((vector_size(32), may_alias));
+/// The compiler's vector type. In a struct of its own: within Pack g++ 12 would take it for R.
+template <class R, int bytes>
+struct VectorOf {
+  typedef R Type __attribute__((vector_size(bytes)));
+  typedef R Anywhere __attribute__((vector_size(bytes), may_alias, aligned(sizeof(R))));
 };
 
-template <class R>
+template <class R, int bytes>
 struct Pack {
-  using Vector = typename Vectors<R>::Wide;
+  using Vector = typename VectorOf<R, bytes>::Type;
   using Mask = decltype(Vector{} < Vector{});
+  static constexpr int lanes = bytes / int(sizeof(R));
   Vector v;
   Pack() = default;
   KERNEL Pack(Vector a) : v(a) {}
   KERNEL Pack(R a) : v(a - Vector{}) {}
 };
 
-template <class R>
-using Lane = Pack<R>;
+template <class R, class Isa = Own>
+using Lane = Pack<R, kLanes<R, Isa>* int(sizeof(R))>;
+template <class R, int bytes>
+struct RealOf<Pack<R, bytes>> {
+  using type = R;
+};
 
-template <class R>
-KERNEL Pack<R> operator+(Pack<R> a, Pack<R> b) {
+template <class R, int bytes>
+KERNEL Pack<R, bytes> operator+(Pack<R, bytes> a, Pack<R, bytes> b) {
   return a.v + b.v;
 }
-template <class R>
-KERNEL Pack<R> operator-(Pack<R> a, Pack<R> b) {
+template <class R, int bytes>
+KERNEL Pack<R, bytes> operator-(Pack<R, bytes> a, Pack<R, bytes> b) {
   return a.v - b.v;
 }
-template <class R>
-KERNEL Pack<R> operator-(Pack<R> a) {
+template <class R, int bytes>
+KERNEL Pack<R, bytes> operator-(Pack<R, bytes> a) {
   return -a.v;
 }
-template <class R>
-KERNEL Pack<R> operator*(Pack<R> a, Pack<R> b) {
+template <class R, int bytes>
+KERNEL Pack<R, bytes> operator*(Pack<R, bytes> a, Pack<R, bytes> b) {
   return a.v * b.v;
 }
-template <class R>
-KERNEL Pack<R> operator/(Pack<R> a, Pack<R> b) {
+template <class R, int bytes>
+KERNEL Pack<R, bytes> operator/(Pack<R, bytes> a, Pack<R, bytes> b) {
   return a.v / b.v;
 }
-template <class R>
-KERNEL typename Pack<R>::Mask operator<(Pack<R> a, Pack<R> b) {
+template <class R, int bytes>
+KERNEL typename Pack<R, bytes>::Mask operator<(Pack<R, bytes> a, Pack<R, bytes> b) {
   return a.v < b.v;
 }
-template <class R>
-KERNEL typename Pack<R>::Mask operator>(Pack<R> a, Pack<R> b) {
+template <class R, int bytes>
+KERNEL typename Pack<R, bytes>::Mask operator>(Pack<R, bytes> a, Pack<R, bytes> b) {
   return a.v > b.v;
 }
-template <class R>
-KERNEL Pack<R> select(typename Pack<R>::Mask mask, Pack<R> a, Pack<R> b) {
+template <class R, int bytes>
+KERNEL typename Pack<R, bytes>::Mask operator==(Pack<R, bytes> a, Pack<R, bytes> b) {
+  return a.v == b.v;
+}
+template <class R, int bytes>
+KERNEL Pack<R, bytes> select(typename Pack<R, bytes>::Mask mask, Pack<R, bytes> a, Pack<R, bytes> b) {
   return mask ? a.v : b.v;
 }
-template <class R>
-KERNEL Pack<R> larger(Pack<R> a, Pack<R> b) {
+template <class R, int bytes>
+KERNEL Pack<R, bytes> larger(Pack<R, bytes> a, Pack<R, bytes> b) {
   return a.v > b.v ? a.v : b.v;
 }
-template <class R>
-KERNEL Pack<R> root(Pack<R> a) {
-  typename Pack<R>::Vector b;
-  for (int lane = 0; lane < kLanes<R>; ++lane) b[lane] = root(a.v[lane]);
+template <class R, int bytes>
+KERNEL Pack<R, bytes> root(Pack<R, bytes> a) {
+  typename Pack<R, bytes>::Vector b;
+  for (int lane = 0; lane < Pack<R, bytes>::lanes; ++lane) b[lane] = root(a.v[lane]);
   return b;
 }
 
 namespace detail {
 
+/// One particle.
 template <class R>
-using Quartet = typename Vectors<R>::Quartet;
+struct Four {
+  typedef R Vector __attribute__((vector_size(4 * sizeof(R)), may_alias));
+};
+template <class R>
+using Quartet = typename Four<R>::Vector;
+
+#if !defined(__clang__)
+__extension__ typedef __int128 Bits16 __attribute__((may_alias));
+__extension__ typedef __int128 Bits16x2 __attribute__((vector_size(32)));
+__extension__ typedef __int128 Bits16x4 __attribute__((vector_size(64)));
+#endif
 
 template <int... I>
 struct Indices {};
@@ -145,10 +169,12 @@ KERNEL auto join(V a, V b, Indices<I...>) {
   return __builtin_shufflevector(a, b, I...);
 }
 
-/// Four lanes starting at 4 * block.
+/// Four lanes starting at 4 * block. (As a shuffle g++ would not see that it can store them straight to memory.)
 template <class R, int block, class V>
 KERNEL Quartet<R> quarter(V a) {
-  return __builtin_shufflevector(a, a, 4 * block, 4 * block + 1, 4 * block + 2, 4 * block + 3);
+  Quartet<R> four;
+  __builtin_memcpy(&four, reinterpret_cast<const char*>(&a) + block * sizeof four, sizeof four);
+  return four;
 }
 
 /// Within each block of four lanes, picks lanes a, b of u and c - 4, d - 4 of v, in the order of the arguments.
@@ -169,88 +195,96 @@ KERNEL void transpose(V& r0, V& r1, V& r2, V& r3) {
 }
 
 template <class R>
-KERNEL Quartet<R> quartet(const Vec4<R>* particles, int i) {
-  return *reinterpret_cast<const Quartet<R>*>(particles + i);
+KERNEL char* address(Vec4<R>* rows, LocalIndex index) {
+  return reinterpret_cast<char*>(rows) + size_t(8) * index;
+}
+/// (Not one function for any type: a template's argument loses may_alias.)
+template <class R>
+KERNEL Quartet<R>& quartet(Vec4<R>* rows, LocalIndex index) {
+  return *reinterpret_cast<Quartet<R>*>(address(rows, index));
+}
+template <class R>
+KERNEL Bits16& bits(Vec4<R>* rows, LocalIndex index) {
+  return *reinterpret_cast<Bits16*>(address(rows, index));
 }
 
-/// Row k: particle index[k], then index[k + 4], ...: after the transposition lane j belongs to index[j].
-template <class R>
-KERNEL typename Pack<R>::Vector row(const Vec4<R>* particles, const int* index) {
-  constexpr Count<8>::type eight{};
-  if constexpr (kLanes<R> == 4) {
-    return quartet(particles, index[0]);
-  } else if constexpr (kLanes<R> == 8) {
-    return join(quartet(particles, index[0]), quartet(particles, index[4]), eight);
+/// The particles index[0], index[4], ... side by side: row k of a gather is that of index + k, and after the
+/// transposition lane j belongs to index[j].
+template <class V, class R>
+KERNEL V row(Vec4<R>* rows, const LocalIndex* index) {
+  constexpr int n = int(sizeof(V) / sizeof(Vec4<R>));
+  if constexpr (n == 1) {
+    return quartet(rows, index[0]);
+#if defined(__clang__)
+  } else if constexpr (n == 2) {
+    return join(quartet(rows, index[0]), quartet(rows, index[4]), typename Count<8>::type{});
   } else {
-    static_assert(kLanes<R> == 16);
-    return join(join(quartet(particles, index[0]), quartet(particles, index[4]), eight),
-                join(quartet(particles, index[8]), quartet(particles, index[12]), eight), typename Count<16>::type{});
+    constexpr Count<8>::type eight{};
+    return join(join(quartet(rows, index[0]), quartet(rows, index[4]), eight),
+                join(quartet(rows, index[8]), quartet(rows, index[12]), eight), typename Count<16>::type{});
+#else
+  } else if constexpr (sizeof(Vec4<R>) == 16) {  // as 16-byte elements: g++ then inserts straight from memory
+    if constexpr (n == 2) return (V)(Bits16x2{bits(rows, index[0]), bits(rows, index[4])});
+    if constexpr (n == 4)
+      return (V)(Bits16x4{bits(rows, index[0]), bits(rows, index[4]), bits(rows, index[8]), bits(rows, index[12])});
+  } else {
+    Bits16 *first = &bits(rows, index[0]), *second = &bits(rows, index[4]);
+    return (V)(Bits16x4{first[0], first[1], second[0], second[1]});
+#endif
   }
 }
 
-template <class R, int block>
-KERNEL void put(Vec4<R>* particles, const int* index, typename Pack<R>::Vector r0, typename Pack<R>::Vector r1,
-                typename Pack<R>::Vector r2, typename Pack<R>::Vector r3) {
-  *reinterpret_cast<Quartet<R>*>(particles + index[4 * block]) = quarter<R, block>(r0);
-  *reinterpret_cast<Quartet<R>*>(particles + index[4 * block + 1]) = quarter<R, block>(r1);
-  *reinterpret_cast<Quartet<R>*>(particles + index[4 * block + 2]) = quarter<R, block>(r2);
-  *reinterpret_cast<Quartet<R>*>(particles + index[4 * block + 3]) = quarter<R, block>(r3);
+template <int block, class R, class V>
+KERNEL void put(Vec4<R>* rows, const LocalIndex* index, V r0, V r1, V r2, V r3) {
+  quartet(rows, index[4 * block]) = quarter<R, block>(r0);
+  quartet(rows, index[4 * block + 1]) = quarter<R, block>(r1);
+  quartet(rows, index[4 * block + 2]) = quarter<R, block>(r2);
+  quartet(rows, index[4 * block + 3]) = quarter<R, block>(r3);
 }
 
 }  // namespace detail
 
-template <class R>
-KERNEL void load(const R* from, Pack<R>& to) {
-  to.v = *reinterpret_cast<const typename Pack<R>::Vector*>(from);
+template <class R, int bytes>
+KERNEL void load(const R* from, Pack<R, bytes>& to) {
+  to.v = *reinterpret_cast<const typename VectorOf<R, bytes>::Anywhere*>(from);
 }
-template <class R>
-KERNEL void store(const Pack<R>& from, R* to) {
-  *reinterpret_cast<typename Pack<R>::Vector*>(to) = from.v;
+template <class R, int bytes>
+KERNEL void store(const Pack<R, bytes>& from, R* to) {
+  *reinterpret_cast<typename VectorOf<R, bytes>::Anywhere*>(to) = from.v;
+}
+template <class R, int bytes>
+KERNEL R lane(const Pack<R, bytes>& a, int i) {
+  return a.v[i];
+}
+template <class R, int bytes>
+KERNEL void set_lane(Pack<R, bytes>& a, int i, R value) {
+  a.v[i] = value;
 }
 
 /// Reads the particles index[0] .. index[lanes - 1]: one aligned load each, then transposes in registers.
-template <class R>
-KERNEL void gather(const Vec4<R>* particles, const int* index, Vector3<Pack<R>>& position, Pack<R>& w) {
-  position.x.v = detail::row(particles, index);
-  position.y.v = detail::row(particles, index + 1);
-  position.z.v = detail::row(particles, index + 2);
-  w.v = detail::row(particles, index + 3);
-  detail::transpose<kLanes<R>>(position.x.v, position.y.v, position.z.v, w.v);
+template <class R, int bytes>
+KERNEL void gather_rows(Vec4<R>* rows, const LocalIndex* index, Vector3<Pack<R, bytes>>& position, Pack<R, bytes>& w) {
+  using V = typename Pack<R, bytes>::Vector;
+  position.x.v = detail::row<V>(rows, index);
+  position.y.v = detail::row<V>(rows, index + 1);
+  position.z.v = detail::row<V>(rows, index + 2);
+  w.v = detail::row<V>(rows, index + 3);
+  detail::transpose<Pack<R, bytes>::lanes>(position.x.v, position.y.v, position.z.v, w.v);
 }
 
 /// Writes them back, all lanes: the particles must be distinct.
-template <class R>
-KERNEL void scatter(Vec4<R>* particles, const int* index, Vector3<Pack<R>> position, Pack<R> w) {
-  detail::transpose<kLanes<R>>(position.x.v, position.y.v, position.z.v, w.v);
-  detail::put<R, 0>(particles, index, position.x.v, position.y.v, position.z.v, w.v);
-  if constexpr (kLanes < R >> 4) detail::put<R, 1>(particles, index, position.x.v, position.y.v, position.z.v, w.v);
-  if constexpr (kLanes < R >> 8) {
-    detail::put<R, 2>(particles, index, position.x.v, position.y.v, position.z.v, w.v);
-    detail::put<R, 3>(particles, index, position.x.v, position.y.v, position.z.v, w.v);
+template <class R, int bytes>
+KERNEL void scatter_rows(Vec4<R>* rows, const LocalIndex* index, Vector3<Pack<R, bytes>> position, Pack<R, bytes> w) {
+  constexpr int lanes = Pack<R, bytes>::lanes;
+  detail::transpose<lanes>(position.x.v, position.y.v, position.z.v, w.v);
+  detail::put<0>(rows, index, position.x.v, position.y.v, position.z.v, w.v);
+  if constexpr (lanes > 4) detail::put<1>(rows, index, position.x.v, position.y.v, position.z.v, w.v);
+  if constexpr (lanes > 8) {
+    detail::put<2>(rows, index, position.x.v, position.y.v, position.z.v, w.v);
+    detail::put<3>(rows, index, position.x.v, position.y.v, position.z.v, w.v);
   }
 }
 
-/// Writes back the first `lanes` of them, and of those only the movable (w > 0): pinned particles may be shared.
-template <class R>
-KERNEL void scatter_movable(Vec4<R>* particles, const int* index, int lanes, const Vector3<Pack<R>>& position,
-                            Pack<R> w) {
-  for (int lane = 0; lane < lanes; ++lane)
-    if (w.v[lane] > R(0))
-      particles[index[lane]] = {position.x.v[lane], position.y.v[lane], position.z.v[lane], w.v[lane]};
-}
-
-#endif
-
-/// The number type under a lane: R for R and for Pack<R>.
-template <class S>
-struct RealOf {
-  using type = S;
-};
-#if !defined(__CUDACC__)
-template <class R>
-struct RealOf<Pack<R>> {
-  using type = R;
-};
 #endif
 
 }  // namespace malha

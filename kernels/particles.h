@@ -1,15 +1,25 @@
-// Views of the particles: 16 bytes each in float.
+// Views of the particles: one array a coordinate, so that neighbours are read and written many at a time.
 #pragma once
 #include "kernels/vec.h"
 
 namespace malha {
 
+/// Points or vectors, as three arrays.
+template <class R>
+struct Points {
+  R *x = nullptr, *y = nullptr, *z = nullptr;
+  KERNEL Vector3<R> operator[](int i) const { return {x[i], y[i], z[i]}; }
+  KERNEL void set(int i, const Vector3<R>& a) const { x[i] = a.x, y[i] = a.y, z[i] = a.z; }
+  KERNEL Points operator+(int i) const { return {x + i, y + i, z + i}; }
+};
+
 template <class R>
 struct Particles {
   int count;
-  Vec4<R>* x;  // position at the start of the substep, m; fourth: unused
-  Vec4<R>* v;  // velocity, m/s; fourth: unused
-  Vec4<R>* p;  // predicted position, m; fourth: w = 1 / m, 1/kg, 0 where pinned
+  Points<R> x;  // position at the start of the substep, m
+  Points<R> v;  // velocity, m/s
+  Points<R> p;  // predicted position, m
+  const R* w;   // 1 / m, 1/kg, 0 where pinned
 };
 
 }  // namespace malha

@@ -3,58 +3,53 @@
 // Positions are taken relative to one particle: on a closed mesh this changes nothing but the rounding.
 #pragma once
 #include "kernels/particles.h"
+#include "kernels/sum.h"
 
 namespace malha {
 
-struct Sum {
-  double value = 0;
-  KERNEL Sum& operator+=(const Sum& o) {
-    value += o.value;
-    return *this;
-  }
-};
-
 template <class R>
 struct SixVolumes {
-  const Vec4<R>* p;
+  Points<R> p;
   const int* corners;  // three a triangle
   int origin;          // a particle of the mesh
   KERNEL Sum operator()(int t) const {
-    const Vector3<R> o = p[origin].xyz();
-    const Vector3<R> a = p[corners[3 * t]].xyz() - o, b = p[corners[3 * t + 1]].xyz() - o;
-    return {double(dot(cross(a, b), p[corners[3 * t + 2]].xyz() - o))};
+    const Vector3<R> o = p[origin];
+    const Vector3<R> a = p[corners[3 * t]] - o, b = p[corners[3 * t + 1]] - o;
+    return {double(dot(cross(a, b), p[corners[3 * t + 2]] - o))};
   }
 };
 
 /// grad_i = sum over the triangles (i, j, k) around i of p_j x p_k; stores it and returns w |grad|^2.
 template <class R>
 struct PressureGradient {
-  const Vec4<R>* p;
+  Points<R> p;
+  const R* w;           // of each particle
   const int* particle;  // of each item
   const int* begin;     // into `around`, per item, one more at the end
   const int* around;    // pairs (j, k)
   int origin;
-  Vec4<R>* grad;  // per item
+  Points<R> grad;  // per item
   KERNEL Sum operator()(int item) const {
-    const Vector3<R> o = p[origin].xyz();
+    const Vector3<R> o = p[origin];
     Vector3<R> sum{R(0), R(0), R(0)};
     for (int t = begin[item]; t < begin[item + 1]; ++t)
-      sum = sum + cross(p[around[2 * t]].xyz() - o, p[around[2 * t + 1]].xyz() - o);
-    grad[item].set(sum);
-    return {double(p[particle[item]].w) * double(dot(sum, sum))};
+      sum = sum + cross(p[around[2 * t]] - o, p[around[2 * t + 1]] - o);
+    grad.set(item, sum);
+    return {double(w[particle[item]]) * double(dot(sum, sum))};
   }
 };
 
 /// p += w grad dlambda.
 template <class R>
 struct ApplyPressure {
-  Vec4<R>* p;
+  Points<R> p;
+  const R* w;
   const int* particle;
-  const Vec4<R>* grad;
+  Points<R> grad;
   R dlambda;
   KERNEL void operator()(int item) const {
-    Vec4<R>& q = p[particle[item]];
-    if (q.w > R(0)) q.set(q.xyz() + grad[item].xyz() * (q.w * dlambda));
+    const int i = particle[item];
+    if (w[i] > R(0)) p.set(i, p[i] + grad[item] * (w[i] * dlambda));
   }
 };
 

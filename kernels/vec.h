@@ -1,4 +1,4 @@
-// Small vectors: Vector3 over a scalar or a pack of scalars, and Vec4, how one particle lies in memory.
+// Small vectors: Vector3 over a scalar or a pack of scalars, and Vec4, four numbers in one aligned load.
 #pragma once
 #include <math.h>
 
@@ -54,6 +54,19 @@ KERNEL R select(bool mask, R a, R b) {
 template <class R>
 KERNEL R larger(R a, R b) {
   return a > b ? a : b;
+}
+
+/// The number type under a lane: R for R, and for a pack of R (kernels/pack.h).
+template <class S>
+struct RealOf {
+  using type = S;
+};
+
+/// a where the mask holds, and otherwise zero, whatever a is.
+template <class Mask, class S>
+KERNEL Vector3<S> or_zero(const Mask& mask, const Vector3<S>& a) {
+  const S zero(typename RealOf<S>::type(0));
+  return {select(mask, a.x, zero), select(mask, a.y, zero), select(mask, a.z, zero)};
 }
 
 /// Below this a sum of squared gradients counts as zero: the division by it would leave the range of the type.

@@ -90,14 +90,14 @@ TYPED_TEST(Arctangent2Of, GivesPacksTheBitsOfScalars) {
   using R = TypeParam;
   Random random(2);
   for (int trial = 0; trial < 5000; ++trial) {
-    Pack<R> y, x;
+    Lane<R> y, x;
     std::array<R, kLanes<R>> ys, xs;
     for (int lane = 0; lane < kLanes<R>; ++lane) {
       ys[lane] = random.below(8) == 0 ? R(0) : R(random() * std::pow(10.0, random(-10, 10)));
       xs[lane] = random.below(8) == 0 ? R(0) : R(random() * std::pow(10.0, random(-10, 10)));
       y.v[lane] = ys[lane], x.v[lane] = xs[lane];
     }
-    const Pack<R> angle = arctangent2(y, x);
+    const Lane<R> angle = arctangent2(y, x);
     for (int lane = 0; lane < kLanes<R>; ++lane) {
       const R found = angle.v[lane], expected = arctangent2(ys[lane], xs[lane]);
       EXPECT_TRUE(same_bits(found, expected)) << ys[lane] << ", " << xs[lane];

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -241,15 +242,19 @@ TEST(State, OfAnotherSizeIsRefused) {
 }
 
 TEST(State, HashesPositionsAndVelocitiesInTheUsersOrder) {
-  std::vector<Vec4<float>> x = {{1, 2, 3, 0}, {4, 5, 6, 0}}, v = {{0, 0, 1, 0}, {0, 0, 2, 0}};
-  const std::uint64_t hash = hash_state(x, v, {0, 1});
-  std::swap(x[0], x[1]), std::swap(v[0], v[1]);
-  EXPECT_EQ(hash_state(x, v, {1, 0}), hash) << "another order of the solver is the same state";
-  EXPECT_NE(hash_state(x, v, {0, 1}), hash);
-  x[0].w = 99;
-  EXPECT_EQ(hash_state(x, v, {1, 0}), hash) << "the fourth number is no state";
-  v[0].z = -v[0].z;
-  EXPECT_NE(hash_state(x, v, {1, 0}), hash);
+  State<float> state;
+  state.x = {{1, 2, 3}, {4, 5, 6}}, state.v = {{0, 0, 1}, {0, 0, 2}};
+  const std::uint64_t hash = hash_state(state, {0, 1});
+  std::swap(state.x[0], state.x[1]), std::swap(state.v[0], state.v[1]);
+  EXPECT_EQ(hash_state(state, {1, 0}), hash) << "another order of the solver is the same state";
+  EXPECT_NE(hash_state(state, {0, 1}), hash);
+  state.steps = 7, state.seen.resize(2);
+  EXPECT_EQ(hash_state(state, {1, 0}), hash) << "of the motion alone";
+  state.v[0][2] = -state.v[0][2];
+  EXPECT_NE(hash_state(state, {1, 0}), hash);
+  state.v[0][2] = -state.v[0][2];
+  state.x[1][0] = std::nextafter(1.0f, 2.0f);
+  EXPECT_NE(hash_state(state, {1, 0}), hash) << "a last digit";
 }
 
 }  // namespace

@@ -216,7 +216,7 @@ TEST_F(Command, PlansAndChecksWithoutWriting) {
   const Ended plan = malha({"plan", "scene.json", "--threads", "3"});
   EXPECT_EQ(plan.status, 0);
   EXPECT_EQ(plan.err, "");
-  for (const char* line : {"scene: swinging sheet\n", " 3 threads\n", "\n  distance: ", " colours, ", "\nmemory:\n",
+  for (const char* line : {"scene: swinging sheet\n", " 3 threads\n", "\npatches: ", "\n  distance: ", "\nmemory:\n",
                            "\nEmbree: yes, for 2 environment objects\n"})
     EXPECT_TRUE(has(plan.out, line)) << line << " is not in\n" << plan.out;
   const Ended check = malha({"check", "scene.json"});

@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <thread>
+#include <type_traits>
 #include <vector>
 
 #include "tests/numbers.h"
@@ -23,20 +27,162 @@ void expect_every_item_once(const Executor& executor, int n, int grain) {
   parallel_for(executor, n, Visit{visits.data()}, grain);
   for (int i = 0; i < n; ++i) ASSERT_EQ(visits[i], 1) << "item " << i << " of " << n;
   EXPECT_EQ(visits[n], 0);
-
-  if (n > 1000) return;
-  std::fill(visits.begin(), visits.end(), 0);
-  parallel_groups(executor, n, Visit{visits.data()});
-  for (int i = 0; i < n; ++i) ASSERT_EQ(visits[i], 1) << "group " << i << " of " << n;
-  EXPECT_EQ(visits[n], 0);
 }
 
 TEST(ParallelFor, VisitsEveryItemOnceOnEveryExecutor) {
   for (const int n : {0, 1, 2, 7, 255, 1000, kParticleGrain, kParticleGrain + 1, 100000})
-    for (const int grain : {0, 1, kPackGrain, kParticleGrain}) {
+    for (const int grain : {0, 1, 1000, kParticleGrain}) {
       expect_every_item_once(Serial{}, n, grain);
       for (const int threads : {1, 2, 3, 8}) expect_every_item_once(OpenMP{threads}, n, grain);
     }
+}
+
+struct NoteMemory {
+  int* visits;
+  void** memory;
+  int* next;
+  template <class Group>
+  void operator()(const Group& group) const {
+    ++visits[group.index];
+    memory[group.index] = group.memory;
+    next[group.index] = group.next;
+  }
+};
+
+TEST(ParallelGroups, VisitEveryGroupOnceAndGiveItTheMemoryOfItsThread) {
+  constexpr int n = 20;
+  constexpr std::size_t bytes = 100;
+  const auto expect = [&](const auto& executor, int threads, int begin, int end) {
+    std::vector<char> fast(threads * bytes);
+    std::vector<int> visits(n, 0), next(n);
+    std::vector<void*> first(n), second(n);
+    for (std::vector<void*>* memory : {&first, &second})
+      parallel_region(executor, threads, [&](const auto& team) {
+        parallel_groups(team, begin, end, {fast.data(), bytes}, NoteMemory{visits.data(), memory->data(), next.data()});
+      });
+    for (int g = 0; g < n; ++g) {
+      ASSERT_EQ(visits[g], g >= begin && g < end ? 2 : 0) << g << " of " << begin << " to " << end;
+      if (visits[g] == 0) continue;
+      EXPECT_EQ(first[g], second[g]) << "the same thread every time";
+      const bool another = g + 1 < end && first[g + 1] == first[g];
+      EXPECT_EQ(next[g], another ? g + 1 : -1) << "what the same thread visits afterwards";
+      const std::ptrdiff_t at = static_cast<char*>(first[g]) - fast.data();
+      EXPECT_TRUE(at >= 0 && at < static_cast<std::ptrdiff_t>(fast.size()) && at % bytes == 0) << at;
+    }
+  };
+  for (const int begin : {0, 3})
+    for (const int end : {begin, begin + 1, begin + 2, begin + 7, n}) {
+      expect(Serial{}, 1, begin, end);
+      for (const int threads : {1, 2, 3, 8}) expect(OpenMP{threads}, threads, begin, end);
+    }
+}
+
+struct AddToNeighbour {
+  const int* from;
+  int* to;
+  int n;
+  template <class Group>
+  void operator()(const Group& group) const {
+    to[group.index] = from[(group.index + 1) % n] + 1;
+  }
+};
+
+TEST(ParallelGroups, AreDoneBeforeTheNextLaunch) {
+  constexpr int n = 16, launches = 1000;
+  for (const int threads : {1, 2, 3, 8}) {
+    std::vector<int> a(n, 0), b(n, 0);
+    parallel_region(OpenMP{threads}, threads, [&](const auto& team) {
+      for (int k = 0; k < launches; k += 2) {
+        parallel_groups(team, 0, n, {}, AddToNeighbour{a.data(), b.data(), n});
+        parallel_groups(team, 0, n, {}, AddToNeighbour{b.data(), a.data(), n});
+      }
+    });
+    EXPECT_EQ(a, std::vector<int>(n, launches)) << threads << " threads";
+  }
+}
+
+TEST(ParallelGroups, RunEveryItemOfAGroupOnce) {
+  std::vector<int> visits(8, 0);
+  Group<Own>{0, -1, nullptr}.for_each(7, Visit{visits.data()});
+  EXPECT_EQ(visits, (std::vector<int>{1, 1, 1, 1, 1, 1, 1, 0}));
+}
+
+TEST(ParallelRegion, HasNoMoreThreadsThanItsWidth) {
+  for (const int width : {0, 1, 2, 5}) {
+    std::atomic<int> threads = 0;
+    parallel_region(OpenMP{4}, width, [&](const auto&) { ++threads; });
+    EXPECT_LE(threads, std::max(1, std::min(width, 4)));
+    EXPECT_GE(threads, 1);
+  }
+}
+
+TEST(ParallelRegion, OfOneThreadHasNoTeam) {
+  const auto expect_serial = [](const auto& executor, int width) {
+    parallel_region(executor, width,
+                    [](const auto& team) { EXPECT_TRUE((std::is_same_v<std::decay_t<decltype(team)>, Serial>)); });
+  };
+  expect_serial(Serial{}, 8), expect_serial(OpenMP{1}, 8), expect_serial(OpenMP{8}, 1);
+}
+
+/// Who a thread is in its region.
+int thread_of(const Serial&) { return 0; }
+int thread_of(const Team& team) { return team.thread; }
+int threads_of(const Serial&) { return 1; }
+int threads_of(const Team& team) { return team.threads; }
+
+TEST(ParallelRegion, NumbersTheThreadsOfItsTeam) {
+  for (const int wanted : {1, 2, 3, 8}) {
+    std::vector<std::atomic<int>> seen(wanted), sizes(wanted);
+    parallel_region(OpenMP{wanted}, 100, [&](const auto& team) {
+      ++seen.at(thread_of(team));
+      sizes.at(thread_of(team)) = threads_of(team);
+    });
+    const int threads = sizes[0];
+    for (int t = 0; t < wanted; ++t) {
+      EXPECT_EQ(seen[t], t < threads ? 1 : 0) << t << " of " << threads;
+      EXPECT_EQ(sizes[t], t < threads ? threads : 0) << t << " of " << threads;
+    }
+  }
+}
+
+// Also of more threads than there are cores: those that spin make room for those that have not come yet.
+TEST(Barrier, LetsNobodyOnBeforeTheLastHasCome) {
+  constexpr int rounds = 2000;
+  for (const int wanted : {1, 2, 3, 8}) {
+    Barrier barrier;
+    std::vector<std::atomic<int>> reached(wanted);
+    std::atomic<int> early = 0;
+    std::vector<std::thread> threads;
+    for (int t = 0; t < wanted; ++t)
+      threads.emplace_back([&, t] {
+        for (int round = 1; round <= rounds; ++round) {
+          reached[t].store(round, std::memory_order_relaxed);
+          barrier.wait(wanted);
+          for (const auto& other : reached) early += other.load(std::memory_order_relaxed) < round;
+        }
+      });
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(early, 0) << wanted << " threads";
+  }
+}
+
+TEST(Barrier, MakesWhatTheOthersWroteVisible) {
+  constexpr int rounds = 2000, threads = 3;
+  Barrier barrier;
+  int written[threads] = {};  // plain: the barrier alone orders the accesses
+  std::atomic<int> stale = 0;
+  std::vector<std::thread> team;
+  for (int t = 0; t < threads; ++t)
+    team.emplace_back([&, t] {
+      for (int round = 1; round <= rounds; ++round) {
+        written[t] = round;
+        barrier.wait(threads);
+        for (const int other : written) stale += other != round;
+        barrier.wait(threads);
+      }
+    });
+  for (std::thread& thread : team) thread.join();
+  EXPECT_EQ(stale, 0);
 }
 
 struct FloatSum {

@@ -35,6 +35,21 @@ TEST(EveryConstraint, HasTheGradientOfItsFiniteDifferences) {
   });
 }
 
+TEST(EveryConstraint, IsScaledByItsPlacesAlone) {
+  for_each_constraint([]<class Kind>(Kind) {
+    for (const Corners<Kind>& at : configurations<Kind>(100, 22)) {
+      Vector3<double> q[Kind::particles], grad[Kind::particles];
+      std::copy(at.begin(), at.end(), q);
+      const double rest = Kind::rest(q, Kind::parameter.standard);
+      double scale = 0, with_another_rest = 0;
+      Kind::evaluate(q, rest, grad, scale);
+      Kind::evaluate(q, rest + 0.1, grad, with_another_rest);
+      EXPECT_GT(scale, 0) << Kind::name;
+      EXPECT_EQ(scale, with_another_rest) << Kind::name;
+    }
+  });
+}
+
 TEST(EveryConstraint, IsBlindToRigidMotion) {
   for_each_constraint([]<class Kind>(Kind) {
     for (const Corners<Kind>& at : configurations<Kind>(200, 12)) {
@@ -226,6 +241,16 @@ TEST(EveryConstraint, LeavesOneMinusKOfASmallErrorAfterNProjections) {
         }
     }
   });
+}
+
+TEST(Distance, MeasuresHowMuchTooFarApartItsParticlesAre) {
+  Vector3<double> grad[2];
+  EXPECT_NEAR(evaluate<Distance>({{{1, 2, 3}, {3, 5, 9}}}, 5, grad), 2, 1e-15);  // |(2, 3, 6)| = 7
+  EXPECT_NEAR(grad[0].x, -2 / 7.0, 1e-15);
+  EXPECT_NEAR(grad[0].y, -3 / 7.0, 1e-15);
+  EXPECT_NEAR(grad[0].z, -6 / 7.0, 1e-15);
+  EXPECT_NEAR(evaluate<DistanceLimit>({{{1, 2, 3}, {3, 5, 9}}}, 5, grad), -2, 1e-15);
+  EXPECT_NEAR(grad[0].x, 2 / 7.0, 1e-15);
 }
 
 TEST(Distance, LeavesOneMinusKOfAnyErrorAfterNProjections) {

@@ -7,6 +7,7 @@
 #include "host/mesh/generate.h"
 #include "kernels/integrate.h"
 #include "tests/numbers.h"
+#include "tests/point_list.h"
 
 namespace malha {
 
@@ -16,13 +17,8 @@ class ContactBench {
   ContactBench(const Executor& executor, const EnvironmentSpec& spec, const std::vector<Point>& x,
                const std::vector<Point>& v)
       : executor_(executor), model_(model_of(spec, x)), collider_(executor, model_) {
-    std::vector<Vec4<R>> at, speed, predicted;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      at.push_back({R(x[i].x), R(x[i].y), R(x[i].z), R(0)});
-      speed.push_back({R(v[i].x), R(v[i].y), R(v[i].z), R(0)});
-      predicted.push_back({R(0), R(0), R(0), R(1)});
-    }
-    x_ = Array<Executor, Vec4<R>>(at), v_ = Array<Executor, Vec4<R>>(speed), p_ = Array<Executor, Vec4<R>>(predicted);
+    for (std::size_t i = 0; i < x.size(); ++i) x_.push_back(x[i]), v_.push_back(v[i]);
+    p_ = PointList<R>(x.size()), w_.assign(x.size(), R(1));
   }
 
   void substep(double h, const Point& gravity = {0, 0, 0}, int iterations = 1) {
@@ -36,14 +32,15 @@ class ContactBench {
     time_ += h;
   }
 
-  Particles<R> particles() const { return {static_cast<int>(x_.size()), x_.data(), v_.data(), p_.data()}; }
-  int count() const { return static_cast<int>(x_.size()); }
-  Point x(int i) const { return to_double(x_.data()[i].xyz()); }
-  Point v(int i) const { return to_double(v_.data()[i].xyz()); }
+  Particles<R> particles() { return {count(), x_.points(), v_.points(), p_.points(), w_.data()}; }
+  int count() const { return x_.size(); }
+  Point x(int i) const { return to_double(x_[i]); }
+  Point v(int i) const { return to_double(v_[i]); }
+  void pin(int i) { w_[i] = R(0); }
   double time() const { return time_; }
   Collider<Executor, R>& collider() { return collider_; }
   const Collider<Executor, R>& collider() const { return collider_; }
-  void forget() { collider_.remember(std::vector<LastSeen>(x_.size())); }
+  void forget() { collider_.remember(std::vector<LastSeen>(w_.size())); }
 
  private:
   static Model model_of(const EnvironmentSpec& spec, const std::vector<Point>& x) {
@@ -58,7 +55,8 @@ class ContactBench {
   Executor executor_;
   Model model_;
   Collider<Executor, R> collider_;
-  Array<Executor, Vec4<R>> x_, v_, p_;
+  PointList<R> x_, v_, p_;
+  std::vector<R> w_;
   double time_ = 0;
 };
 

@@ -272,7 +272,10 @@ TEST_P(Rest, OfASheetOnTheGroundIsFlatAtTheThickness) {
   floor.friction = 0.5;
   const Simulation simulation = after(on(floor, sheet, 1.0 / 60, 10, GetParam()), 2);
   for (const Vec3& x : simulation.positions()) ASSERT_NEAR(x[1], kThickness, 2e-5);  // what still trembles: g h^2
-  EXPECT_LT(simulation.measure().strain_max, 1e-3);
+  // Friction holds what it once held: in a substep a particle may be drawn by mu g h^2 and stay. An edge corrects half
+  // of its error at each end, and ten more particles in a row may lean on it.
+  const double h = 1.0 / 600, edge = 0.05;
+  EXPECT_LT(simulation.measure().strain_max, 10 * 2 * floor.friction * kG * h * h / edge);
 }
 
 INSTANTIATE_TEST_SUITE_P(, Rest, testing::Values(Precision::Float, Precision::Double), [](const auto& tested) {

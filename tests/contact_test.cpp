@@ -204,7 +204,7 @@ TEST(Contact, FrictionTakesWhatCoulombsConeAllows) {
 template <class R>
 struct Watched {
   std::vector<Contact<R>> contacts;
-  std::vector<Vec4<R>> x, v;
+  PointList<R> x, v;
   int planes = 0;
 
   Watched(const EnvironmentSpec& spec, bool remembers, int substeps) {
@@ -212,25 +212,24 @@ struct Watched {
     const Surface surface(device, generate(spec.shape));
     constexpr int n = 400;
     Random random(5);
-    std::vector<Vec4<R>> p;
     for (int i = 0; i < n; ++i) {
       const Point at = random.in_cube(1.5), speed = random.in_cube(i % 10 == 0 ? 300 : 5);
-      x.push_back({R(at.x), R(at.y), R(at.z), R(0)});
-      v.push_back({R(speed.x), R(speed.y), R(speed.z), R(0)});
-      p.push_back({R(0), R(0), R(0), R(1)});
+      x.push_back(at), v.push_back(speed);
     }
+    PointList<R> p(n);
+    const std::vector<R> w(n, R(1));
     std::vector<LastSeen> seen(n);
     std::vector<Contact<R>> now(n);
-    const Particles<R> all{n, x.data(), v.data(), p.data()};
+    const Particles<R> all{n, x.points(), v.points(), p.points(), w.data()};
     for (int s = 0; s < substeps; ++s) {
       const double h = kStep, start = s * h;
       if (!remembers) seen.assign(n, LastSeen{});
       parallel_for(Serial{}, n, Predict<R>{all, R(h), {R(0), R(-9.81), R(0)}});
-      const FindContact<R> find{
-          &surface, spec.sides,  spec.thickness, pose_at(spec.motion, start), pose_at(spec.motion, start + h),
-          all,      seen.data(), now.data()};
+      const MovingSurface moving{&surface, spec.sides, spec.thickness, pose_at(spec.motion, start),
+                                 pose_at(spec.motion, start + h)};
+      const FindContact<R> find{moving, all, seen.data(), now.data()};
       parallel_for(Serial{}, n, find);
-      parallel_for(Serial{}, n, ResolveContact<R>{p.data(), x.data(), now.data(), R(0.3)});
+      parallel_for(Serial{}, n, ResolveContact<R>{all.p, all.x, now.data(), R(0.3)});
       parallel_reduce<FirstIndex>(Serial{}, n, UpdateState<R>{all, R(h), R(1 / h)});
       contacts.insert(contacts.end(), now.begin(), now.end());
       for (const auto& contact : now) planes += std::isfinite(contact.plane.w);
@@ -250,7 +249,7 @@ TEST(Contact, MemoryOfWhereParticlesWereChangesNothing) {
       ASSERT_TRUE(same_bits(a.plane, b.plane) && same_bits(a.lambda, b.lambda) && same_bits(a.slip, b.slip))
           << "particle " << i % 400 << ", substep " << i / 400;
     }
-    for (std::size_t i = 0; i < with.x.size(); ++i)
+    for (int i = 0; i < with.x.size(); ++i)
       ASSERT_TRUE(same_bits(with.x[i], without.x[i]) && same_bits(with.v[i], without.v[i])) << i;
   }
 }
@@ -286,7 +285,7 @@ TEST(Contact, PenetrationIsMeasuredInSolidsAndBehindOneSidedSheets) {
 TEST(Contact, PinnedParticlesGetNone) {
   const EnvironmentSpec box = obstacle("box", BoxShape{{1, 1, 1}, {2, 2, 2}});
   ContactBench<Serial, double> bench({}, box, {{0, 0.4, 0}}, {{0, 0, 0}});
-  bench.particles().p[0].w = 0;
+  bench.pin(0);
   bench.substep(kStep);
   EXPECT_EQ(bench.x(0).y, 0.4);
   EXPECT_EQ(bench.collider().contacts(), 0);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/numbers.h"
+#include "tests/point_list.h"
 
 namespace malha {
 namespace {
@@ -17,12 +18,11 @@ using V = Vector3<double>;
 /// Particles in motion; w = 0 pins.
 template <class R>
 struct Bodies {
-  std::vector<Vec4<R>> x, v, p;
+  PointList<R> x, v;
+  std::vector<R> w;
 
-  void add(const V& at, const V& velocity, double w) {
-    x.push_back({R(at.x), R(at.y), R(at.z), R(0)});
-    v.push_back({R(velocity.x), R(velocity.y), R(velocity.z), R(0)});
-    p.push_back({R(0), R(0), R(0), R(w)});
+  void add(const V& at, const V& velocity, double inverse_mass) {
+    x.push_back(at), v.push_back(velocity), w.push_back(R(inverse_mass));
   }
   void add_random(int count, unsigned seed, const V& centre = {0, 0, 0}) {
     Random random(seed);
@@ -31,33 +31,33 @@ struct Bodies {
       add(at, velocity, random(0.2, 5));
     }
   }
-  int count() const { return static_cast<int>(x.size()); }
-  Particles<R> all() { return {count(), x.data(), v.data(), p.data()}; }
+  int count() const { return x.size(); }
+  Particles<R> all() { return {count(), x.points(), v.points(), {}, w.data()}; }
   void damp_all(double k) { damp(Serial{}, all(), 0, count(), k); }
 
   V centre() const {
     V sum{0, 0, 0};
     double mass = 0;
     for (int i = 0; i < count(); ++i)
-      if (p[i].w > 0) sum = sum + to_double(x[i].xyz()) * (1 / double(p[i].w)), mass += 1 / double(p[i].w);
+      if (w[i] > 0) sum = sum + to_double(x[i]) * (1 / double(w[i])), mass += 1 / double(w[i]);
     return sum * (1 / mass);
   }
   V momentum() const {
     V sum{0, 0, 0};
     for (int i = 0; i < count(); ++i)
-      if (p[i].w > 0) sum = sum + to_double(v[i].xyz()) * (1 / double(p[i].w));
+      if (w[i] > 0) sum = sum + to_double(v[i]) * (1 / double(w[i]));
     return sum;
   }
   V spin(const V& about) const {
     V sum{0, 0, 0};
     for (int i = 0; i < count(); ++i)
-      if (p[i].w > 0) sum = sum + cross(to_double(x[i].xyz()) - about, to_double(v[i].xyz()) * (1 / double(p[i].w)));
+      if (w[i] > 0) sum = sum + cross(to_double(x[i]) - about, to_double(v[i]) * (1 / double(w[i])));
     return sum;
   }
   double kinetic() const {
     double sum = 0;
     for (int i = 0; i < count(); ++i)
-      if (p[i].w > 0) sum += dot(to_double(v[i].xyz()), to_double(v[i].xyz())) / double(p[i].w) / 2;
+      if (w[i] > 0) sum += dot(to_double(v[i]), to_double(v[i])) / double(w[i]) / 2;
     return sum;
   }
   /// The fastest change of a distance between two particles, m/s.
@@ -65,14 +65,16 @@ struct Bodies {
     double fastest = 0;
     for (int i = 0; i < count(); ++i)
       for (int j = 0; j < i; ++j) {
-        const V d = to_double(x[i].xyz()) - to_double(x[j].xyz());
-        const double speed = dot(d, to_double(v[i].xyz()) - to_double(v[j].xyz())) / norm(d);
+        const V d = to_double(x[i]) - to_double(x[j]);
+        const double speed = dot(d, to_double(v[i]) - to_double(v[j])) / norm(d);
         fastest = std::max(fastest, std::abs(speed));
       }
     return fastest;
   }
   bool finite() const {
-    return std::all_of(v.begin(), v.end(), [](const auto& a) { return std::isfinite(a.x + a.y + a.z); });
+    for (int i = 0; i < count(); ++i)
+      if (!std::isfinite(v[i].x + v[i].y + v[i].z)) return false;
+    return true;
   }
 };
 
@@ -117,8 +119,8 @@ TYPED_TEST(DampOf, TakesTheFractionKOfTheRest) {
   bodies.damp_all(0.3);
   rigid.damp_all(1);
   for (int i = 0; i < 60; ++i) {
-    const V from = to_double(before.v[i].xyz()), to = to_double(rigid.v[i].xyz());
-    EXPECT_LT(norm(to_double(bodies.v[i].xyz()) - (from + (to - from) * 0.3)), 20 * std::numeric_limits<R>::epsilon());
+    const V from = to_double(before.v[i]), to = to_double(rigid.v[i]);
+    EXPECT_LT(norm(to_double(bodies.v[i]) - (from + (to - from) * 0.3)), 20 * std::numeric_limits<R>::epsilon());
   }
 }
 
@@ -134,8 +136,7 @@ TYPED_TEST(DampOf, LeavesARigidlyTurningBodyAlone) {
   const Bodies<R> before = bodies;
   for (int times = 0; times < 10; ++times) bodies.damp_all(1);
   for (int i = 0; i < 100; ++i)  // ten times a few roundings of a velocity of some 15 m/s
-    EXPECT_LT(norm(to_double(bodies.v[i].xyz()) - to_double(before.v[i].xyz())),
-              10 * 3 * 15 * std::numeric_limits<R>::epsilon());
+    EXPECT_LT(norm(to_double(bodies.v[i]) - to_double(before.v[i])), 10 * 3 * 15 * std::numeric_limits<R>::epsilon());
 }
 
 TYPED_TEST(DampOf, NeitherCountsNorMovesPinnedParticles) {
@@ -201,7 +202,7 @@ TYPED_TEST(DampOf, LeavesTwoParticlesTurningAboutEachOther) {
   two.add({-1, 0, 0}, {0, -2, 0}, 1), two.add({1, 0, 0}, {0, 2, 0}, 1);
   two.damp_all(1);
   EXPECT_NEAR(two.v[1].y, 2, 1e-6);
-  two.v[0].x = -1, two.v[1].x = 1;  // flying apart
+  two.v.set(0, two.v[0] + Vector3<R>{-1, 0, 0}), two.v.set(1, two.v[1] + Vector3<R>{1, 0, 0});  // flying apart
   two.damp_all(1);
   EXPECT_NEAR(two.v[1].x, 0, 1e-6);
   EXPECT_NEAR(two.v[1].y, 2, 1e-6);

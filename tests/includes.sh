@@ -23,7 +23,7 @@ must() {
   fi
 }
 
-must kernels '"kernels/.*"|<(math|stddef|stdint|float|omp)\.h>|<(type_traits|limits)>' \
+must kernels '"kernels/.*"|<(math|stddef|stdint|float|omp|sched)\.h>|<(type_traits|limits)>' \
   'a kernel includes kernels/, <math.h> and its like: nothing that allocates, throws, or is unknown to a GPU'
 must host '"(kernels|host)/.*"|<.*>' 'host/ includes kernels/ and host/ by their path from the root, and no tools/ or tests/'
 rooms=''

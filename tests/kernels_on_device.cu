@@ -5,7 +5,8 @@
 #include "kernels/integrate.h"
 #include "kernels/measure.h"
 #include "kernels/pressure.h"
-#include "kernels/residual.h"
+#include "kernels/rest.h"
+#include "kernels/visit.h"
 
 namespace malha {
 
@@ -20,20 +21,25 @@ void instantiate() {
   (launch<<<1, 1>>>(0, Kernels{}), ...);
 }
 
-template <class R, class... Kinds>
-void instantiate_constraints(KindList<Kinds...>) {
-  instantiate<Project<Kinds, R, Update::Stiff>...>();
-  instantiate<Project<Kinds, R, Update::Compliant>...>();
-  instantiate<MeasureResidual<Kinds, R>...>();
+template <class Kernel>
+__global__ void launch_groups(Kernel kernel) {
+  extern __shared__ double memory[];
+  kernel(Group<Own>{int(blockIdx.x), -1, memory});
 }
+
+template <class... Kinds>
+void instantiate_residuals(KindList<Kinds...>) {
+  instantiate<MeasureResidual<Kinds, double[3]>...>();
+}
+template void instantiate_residuals(ConstraintKinds);
 
 template <class R>
 void instantiate_all() {
-  instantiate_constraints<R>(ConstraintKinds{});
+  launch_groups<<<1, 1>>>(Visit<R>{});
   instantiate<Predict<R>, Drag<R>, UpdateState<R>>();
   instantiate<SumMass<R>, SumSpin<R>, DampTowardsRigid<R>, MeasureMotion<R>>();
   instantiate<SixVolumes<R>, PressureGradient<R>, ApplyPressure<R>>();
-  instantiate<ResolveContact<R>, Restitute<R>>();
+  instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>>();
 }
 
 template void instantiate_all<float>();

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "kernels/constraints.h"
@@ -12,46 +13,55 @@ namespace malha {
 template <class Kind>
 using Corners = std::array<Vector3<double>, Kind::particles>;
 
-/// Laid out as Project wants it: padding repeats the constraint.
+/// In rows, gathered, laid out as a batch of one that may have pins: padding has no rest value and is not written.
 template <class Kind, class R>
 struct OneConstraint {
   static constexpr int n = Kind::particles;
   alignas(64) Vec4<R> p[n];
-  alignas(64) int index[n][kLanes<R>];
+  alignas(64) LocalIndex index[n][kLanes<R>];
   alignas(64) R rest[kLanes<R>], lambda[kLanes<R>];
 
   OneConstraint(const Corners<Kind>& at, const std::array<double, n>& w, double rest_value) {
     for (int j = 0; j < n; ++j) p[j] = {R(at[j].x), R(at[j].y), R(at[j].z), R(w[j])};
     for (int lane = 0; lane < kLanes<R>; ++lane) {
-      rest[lane] = R(rest_value), lambda[lane] = 0;
-      for (int j = 0; j < n; ++j) index[j][lane] = j;
+      rest[lane] = lane == 0 ? R(rest_value) : std::numeric_limits<R>::quiet_NaN(), lambda[lane] = 0;
+      for (int j = 0; j < n; ++j) index[j][lane] = static_cast<LocalIndex>(j * kIndexScale<R>);
     }
   }
 
+  /// Lambda accumulates from call to call.
   template <Update update>
   void project(double stiffness, double compliance) {
-    Project<Kind, R, update> kernel{p, {}, rest, lambda, R(stiffness), R(compliance), {0, 1, 0}};
-    for (int j = 0; j < n; ++j) kernel.index[j] = index[j];
-    kernel(0);
+    SetView<R> set{0, update, {}, rest, lambda, R(stiffness), R(compliance)};
+    for (int j = 0; j < n; ++j) set.index[j] = index[j];
+    const Batch batch{0, 0, 1, false, true, {}, 0};
+    malha::project<Kind, update>(Group<Own>{0, -1, nullptr}, Rows<R>::over(&p[0].x, n), set, batch, false);
   }
 
+  /// The constraint's value: what evaluate() scales. Only where there is a direction.
   R C() const {
     Vector3<R> grad[n];
-    return evaluate(grad);
+    R scale;
+    const R scaled = evaluate(grad, scale);
+    return scaled / scale;
   }
-  R evaluate(Vector3<R> (&grad)[n]) const {
+  /// As the kind gives them, scaled.
+  R evaluate(Vector3<R> (&grad)[n], R& scale) const {
     Vector3<R> q[n];
     for (int j = 0; j < n; ++j) q[j] = p[j].xyz();
-    return Kind::evaluate(q, rest[0], grad);
+    return Kind::evaluate(q, rest[0], grad, scale);
   }
 };
 
-/// C and its gradient in double.
+/// C and its gradient in double, without the scale that a kind may give them.
 template <class Kind>
 double evaluate(const Corners<Kind>& at, double rest, Vector3<double> (&grad)[Kind::particles]) {
   Vector3<double> q[Kind::particles];
   for (int j = 0; j < Kind::particles; ++j) q[j] = at[j];
-  return Kind::evaluate(q, rest, grad);
+  double scale;
+  const double scaled = Kind::evaluate(q, rest, grad, scale);
+  for (auto& g : grad) g = g * (1 / scale);
+  return scaled / scale;
 }
 
 template <class Kind>

@@ -51,20 +51,38 @@ TEST(Report, SaysWhatRanOnWhat) {
   EXPECT_EQ(report_of(everything(), 1, {.backend = Backend::Serial})["threads"], 1);
 }
 
-TEST(Report, CountsParticlesConstraintsAndColoursOfEveryKind) {
+TEST(Report, CountsParticlesConstraintsAndBatchesOfEveryKind) {
   const Json report = report_of(everything(), 1), kinds = report["constraints"];
   EXPECT_EQ(report["particles"], 162 + 25);
   ASSERT_EQ(kinds.size(), 4u);
   EXPECT_EQ(kinds["distance"]["count"], 480 + 40 - 4) << "the four edges of the pinned row could move nothing";
   EXPECT_EQ(kinds["bending"]["count"], 480);
   EXPECT_EQ(kinds["distance_limit"]["count"], 2 * 16);
-  EXPECT_EQ(kinds["pressure"], Json::parse(R"({"count": 1, "colours": 1})"));
-  // At least as many colours as constraints that meet in a particle: 6 edges, and as many hinges as edges around a
+  EXPECT_EQ(kinds["pressure"], Json::parse(R"({"count": 1})"));
+  // At least as many batches as constraints that meet in a particle: 6 edges, and as many hinges as edges around a
   // particle and opposite to it, 6 + 6.
-  EXPECT_GE(kinds["distance"]["colours"], 6);
-  EXPECT_GE(kinds["bending"]["colours"], 12);
-  EXPECT_GE(kinds["distance_limit"]["colours"], 4);
+  EXPECT_GE(kinds["distance"]["batches_a_patch"], 6);
+  EXPECT_GE(kinds["bending"]["batches_a_patch"], 12);
+  EXPECT_GE(kinds["distance_limit"]["batches_a_patch"], 4);
+  for (const char* kind : {"distance", "bending", "distance_limit"}) {
+    EXPECT_GE(kinds[kind]["in_runs"], 0) << kind;
+    EXPECT_LE(kinds[kind]["in_runs"], kinds[kind]["count"]) << kind;
+  }
   EXPECT_EQ(report["zero_area_faces_dropped"], 0);
+}
+
+TEST(Report, CountsPatches) {
+  Json scene = swinging_sheet(false);
+  for (const int cells : {6, 45}) {  // one patch and several
+    scene["bodies"][0]["shape"]["grid"]["cells"] = {cells, cells};
+    const Json patches = report_of(scene, 1)["patches"];
+    const bool one = cells == 6;
+    EXPECT_EQ(patches["count"] == 1, one) << patches;
+    EXPECT_EQ(patches["phases"] == 1, one) << patches;
+    EXPECT_EQ(patches["particles_shared"] == 0, one) << patches;
+    EXPECT_LE(patches["laid_out_for_runs"], patches["count"]) << patches;
+    EXPECT_GE(patches["particles_most"].get<int>() * patches["count"].get<int>(), (cells + 1) * (cells + 1)) << patches;
+  }
 }
 
 TEST(Report, TimesSetUpStepsAndPassesWithinEachOther) {
@@ -103,7 +121,8 @@ TEST(Report, HasNoPassesNoProjectionsAndNoStrainWhereTheSceneHasNone) {
     "bodies": [{"name": "dust", "mass": 1, "shape": {"cloud": {"min": [0,0,0], "max": [1,1,1], "count": [3,3,3]}}}]})");
   const Json report = report_of(scene, 2);
   EXPECT_EQ(report["constraints"], Json::object());
-  EXPECT_EQ(report["timing"]["step_ms_by_pass"].size(), 2u) << report["timing"];  // prediction and state
+  EXPECT_EQ(report["timing"]["step_ms_by_pass"].size(), 1u) << report["timing"];
+  EXPECT_TRUE(report["timing"]["step_ms_by_pass"].contains("visits_ms")) << report["timing"];
   EXPECT_FALSE(report["timing"].contains("ns_per_projection"));
   EXPECT_FALSE(report["state"].contains("strain_rms"));
   EXPECT_FALSE(report["state"].contains("volume_ratios"));
@@ -114,9 +133,11 @@ TEST(Report, HasNoPassesNoProjectionsAndNoStrainWhereTheSceneHasNone) {
 
 TEST(Report, CountsBytes) {
   const Json memory = report_of(everything(), 1)["memory"];
-  EXPECT_EQ(memory["particles_bytes"], 187 * 3 * 32) << "x, v and p, four doubles each";
-  // At least the indices and one number of each constraint; the ground's 8 points and 12 triangles.
-  EXPECT_GE(memory["constraints_bytes"], (516 + 32) * (2 * 4 + 8) + 480 * (4 * 4 + 8));
+  EXPECT_GE(memory["particles_bytes"], 187 * 10 * 8) << "x, v, p and w in doubles";
+  EXPECT_LE(memory["particles_bytes"], (187 + 47) * 10 * 8) << "whole packs, one to spare, and one against conflicts";
+  // At least one number of each constraint; the ground's 8 points and 12 triangles.
+  EXPECT_GE(memory["constraints_bytes"], (516 + 32 + 480) * 8);
+  EXPECT_GT(memory["patches_bytes"], 0);
   EXPECT_GE(memory["collision_bytes"], 8 * 3 * 4 + 12 * 3 * 4);
   const double listed = memory["particles_bytes"].get<double>() + memory["constraints_bytes"].get<double>() +
                         memory["collision_bytes"].get<double>();

@@ -1,18 +1,37 @@
 // Memory that kernels work on. A backend with memory of its own specialises Memory; solvers see only Array.
 #pragma once
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <new>
 #include <utility>
 #include <vector>
 
 namespace malha {
 
+/// A sweep over a large mesh walks through more arrays than there are entries for small pages.
+inline void prefer_huge_pages([[maybe_unused]] void* data, [[maybe_unused]] std::size_t bytes) {
+#if defined(__linux__)
+  constexpr std::uintptr_t page = std::uintptr_t{1} << 21;
+  const auto begin = (reinterpret_cast<std::uintptr_t>(data) + page - 1) / page * page;
+  const auto end = (reinterpret_cast<std::uintptr_t>(data) + bytes) / page * page;
+  if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);  // advice: may be refused
+#endif
+}
+
 /// Where arrays of an executor live; this one serves every executor that runs on the host.
 template <class Executor>
 struct Memory {
   static constexpr std::align_val_t kAlignment{64};  // one pack, one cache line
-  static void* allocate(std::size_t bytes) { return ::operator new(bytes, kAlignment); }
+  static void* allocate(std::size_t bytes) {
+    void* data = ::operator new(bytes, kAlignment);
+    prefer_huge_pages(data, bytes);
+    return data;
+  }
   static void release(void* data) { ::operator delete(data, kAlignment); }
   template <class T>
   static void copy_in(const T* from, std::size_t count, T* to) {

@@ -27,9 +27,7 @@ class Collider {
   /// Lays the contact constraints for x -> p; the meshes move from their poses at `start` to those at `end` (s).
   void find(const Particles<R>& particles, double start, double end) {
     for (Obstacle& o : obstacles_) {
-      const FindContact<R> kernel{
-          &o.surface, o.spec.sides,  o.spec.thickness, pose_at(o.spec.motion, start), pose_at(o.spec.motion, end),
-          particles,  o.seen.data(), o.contacts.data()};
+      const FindContact<R> kernel{o.moving(start, end), particles, o.seen.data(), o.contacts.data()};
       parallel_for(executor_, particles.count, kernel, kGrain);
     }
   }
@@ -42,12 +40,8 @@ class Collider {
 
   /// After the last iteration: nothing that was dragged crosses a surface.
   void hold_back(const Particles<R>& particles, double start, double end) {
-    for (Obstacle& o : obstacles_) {
-      const HoldBack<R> kernel{
-          &o.surface, o.spec.sides, o.spec.thickness, pose_at(o.spec.motion, start), pose_at(o.spec.motion, end),
-          particles,  o.seen.data()};
-      parallel_for(executor_, particles.count, kernel, kGrain);
-    }
+    for (Obstacle& o : obstacles_)
+      parallel_for(executor_, particles.count, HoldBack<R>{o.moving(start, end), particles, o.seen.data()}, kGrain);
   }
 
   /// `resting`: the speed that gravity gives in two substeps, below which nothing bounces (m/s).
@@ -60,12 +54,11 @@ class Collider {
 
   /// Contacts that pushed in the last substep.
   int contacts() const {
-    int pushed = 0;
+    Sum pushed;
     for (const Obstacle& o : obstacles_)
-      pushed += parallel_reduce<ContactCount>(executor_, static_cast<int>(o.contacts.size()),
-                                              CountContact<R>{o.contacts.data()})
-                    .pushed;
-    return pushed;
+      pushed +=
+          parallel_reduce<Sum>(executor_, static_cast<int>(o.contacts.size()), CountContact<R>{o.contacts.data()});
+    return static_cast<int>(pushed.value);
   }
 
   /// How deep the deepest particle lies below a surface (m) at the given time. Two-sided sheets have no inside.
@@ -107,6 +100,9 @@ class Collider {
   static constexpr int kGrain = 64;  // a query costs about as much as a hundred plain updates
   struct Obstacle {
     Obstacle(Surface s, const EnvironmentSpec& e) : surface(std::move(s)), spec(e) {}
+    MovingSurface moving(double start, double end) const {
+      return {&surface, spec.sides, spec.thickness, pose_at(spec.motion, start), pose_at(spec.motion, end)};
+    }
     Surface surface;
     EnvironmentSpec spec;
     Array<Executor, LastSeen> seen;

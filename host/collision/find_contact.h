@@ -21,12 +21,21 @@ struct LastSeen {
   std::int64_t triangle = -1;
 };
 
-template <class R>
-struct FindContact {
+/// An environment mesh in a substep.
+struct MovingSurface {
   const Surface* surface;
   Sides sides;
-  double thickness;
-  Pose before, after;  // of the mesh, at the substep's start and end
+  double thickness;    // m
+  Pose before, after;  // at the substep's start and end
+};
+
+template <class R>
+Point in_double(const Vector3<R>& a) {
+  return {double(a.x), double(a.y), double(a.z)};
+}
+
+template <class R>
+struct FindContact : MovingSurface {
   Particles<R> particles;
   LastSeen* seen;
   Contact<R>* contacts;
@@ -34,15 +43,14 @@ struct FindContact {
   KERNEL void operator()(int i) const {
     contacts[i].plane = {R(0), R(0), R(0), -R(INFINITY)};
     contacts[i].lambda = contacts[i].slip = R(0);
-    if (particles.p[i].w > R(0)) look(i);
+    if (particles.w[i] > R(0)) look(i);
   }
 
  private:
-  static Point point(const Vec4<R>& a) { return {double(a.x), double(a.y), double(a.z)}; }
   static double length(const Point& a) { return std::sqrt(dot(a, a)); }
 
   void look(int i) const {
-    const Point a = to_local(before, point(particles.x[i])), b = to_local(after, point(particles.p[i]));
+    const Point a = to_local(before, in_double(particles.x[i])), b = to_local(after, in_double(particles.p[i]));
     const double path = length(b - a);
     // A contact plane is laid a thickness early: neighbours may pull the particle further than its own velocity.
     const double reach = path + 2 * thickness;
@@ -96,7 +104,7 @@ struct FindContact {
 
   /// Far enough to reach the surface: what it meets on its way, or else what it ends near or in.
   void sweep(int i, const Point& outward) const {
-    const Point a = to_local(before, point(particles.x[i])), b = to_local(after, point(particles.p[i]));
+    const Point a = to_local(before, in_double(particles.x[i])), b = to_local(after, in_double(particles.p[i]));
     const Crossing crossing = surface->crossing(a, b, thickness, sides != Sides::TwoSided);
     if (crossing.hit) {
       const bool flip = dot(crossing.normal, b - a) > 0;  // two-sided only: it stays on the side it comes from
@@ -115,18 +123,18 @@ struct FindContact {
   void lift(int i, const Point& a, const Point& n, double by) const {
     const Point world = rotate(before, n) * by;
     const Vector3<R> shift{R(world.x), R(world.y), R(world.z)};
-    particles.x[i].set(particles.x[i].xyz() + shift);
-    particles.p[i].set(particles.p[i].xyz() + shift);
+    particles.x.set(i, particles.x[i] + shift);
+    particles.p.set(i, particles.p[i] + shift);
     seen[i].at = a + n * by;
     seen[i].distance = thickness;
   }
 
   void set(int i, const Point& q, const Point& n) const {
-    const Point x = point(particles.x[i]), end = to_world(after, q);
+    const Point x = in_double(particles.x[i]), end = to_world(after, q);
     // What rests on q lies a thickness above it, and there a turning mesh is faster than at q.
     const Point rest = q + n * thickness, surface_moved = to_world(after, rest) - to_world(before, rest);
     const Point normal = rotate(after, n);
-    const Point relative = point(particles.p[i]) - x - surface_moved;
+    const Point relative = in_double(particles.p[i]) - x - surface_moved;
     contacts[i].plane = {R(normal.x), R(normal.y), R(normal.z), R(dot(normal, end - x) + thickness)};
     contacts[i].surface = {R(surface_moved.x), R(surface_moved.y), R(surface_moved.z), R(dot(normal, relative))};
   }
@@ -148,9 +156,8 @@ struct MeasureDepth {
   Pose pose;
   Particles<R> particles;
   KERNEL Deepest operator()(int i) const {
-    const Vec4<R>& x = particles.x[i];
-    const Point a = to_local(pose, {double(x.x), double(x.y), double(x.z)});
-    if (!(particles.p[i].w > R(0)) || (sides == Sides::Solid && surface->box_distance(a) > 0)) return {};
+    const Point a = to_local(pose, in_double(particles.x[i]));
+    if (!(particles.w[i] > R(0)) || (sides == Sides::Solid && surface->box_distance(a) > 0)) return {};
     const ClosestPoint near = surface->closest(a, surface->diagonal());
     const bool behind = near.found && !near.boundary && dot(near.normal, a - near.q) < 0;
     return {behind ? near.distance : 0};

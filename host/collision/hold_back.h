@@ -6,23 +6,17 @@
 namespace malha {
 
 template <class R>
-struct HoldBack {
-  const Surface* surface;
-  Sides sides;
-  double thickness;
-  Pose before, after;  // of the mesh, at the substep's start and end
+struct HoldBack : MovingSurface {
   Particles<R> particles;
   const LastSeen* seen;
 
   KERNEL void operator()(int i) const {
-    if (particles.p[i].w > R(0)) look(i);
+    if (particles.w[i] > R(0)) look(i);
   }
 
  private:
   void look(int i) const {
-    const Vec4<R> x = particles.x[i], p = particles.p[i];
-    const Point a = to_local(before, {double(x.x), double(x.y), double(x.z)});
-    const Point b = to_local(after, {double(p.x), double(p.y), double(p.z)});
+    const Point a = to_local(before, in_double(particles.x[i])), b = to_local(after, in_double(particles.p[i]));
     // No surface lies within `distance` of where the particle was last seen, nor on a way that stays there.
     const LastSeen& last = seen[i];
     if (within(last, a) && within(last, b)) return;
@@ -31,7 +25,7 @@ struct HoldBack {
     const bool from_behind = dot(crossing.normal, b - a) > 0;  // two-sided only
     const Point n = from_behind ? -crossing.normal : crossing.normal;
     const Point shift = rotate(after, n) * (thickness - dot(n, b - crossing.q));
-    particles.p[i].set(p.xyz() + Vector3<R>{R(shift.x), R(shift.y), R(shift.z)});
+    particles.p.set(i, particles.p[i] + Vector3<R>{R(shift.x), R(shift.y), R(shift.z)});
   }
 
   static bool within(const LastSeen& last, const Point& a) {

@@ -97,6 +97,7 @@ class Builder {
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(make_body(scene, b, model_.zero_area_faces));
     arrange();
     add_constraints();
+    cut();
     for (std::size_t e = 0; e < scene.environment.size(); ++e) add_environment(e);
     return std::move(model_);
   }
@@ -128,14 +129,16 @@ class Builder {
     int islands = 0;
     const std::vector<int> island = components(n, all, islands);
     model_.user_of = solver_order(look.points, island, islands, all);
+    for (const int user : model_.user_of) island_.push_back(island[user]);
     solver_of_.resize(n);
     for (int i = 0; i < n; ++i) solver_of_[model_.user_of[i]] = i;
+    for (const Edge& e : all) edges_.push_back({solver_of_[e[0]], solver_of_[e[1]]});
 
     model_.x.resize(n), model_.v.resize(n), model_.w.resize(n), model_.mass.resize(n);
     for (std::size_t b = 0; b < bodies_.size(); ++b) place(b);
 
     for (int i = 0, end; i < n; i = end) {
-      for (end = i; end < n && island[model_.user_of[end]] == island[model_.user_of[i]];) ++end;
+      for (end = i; end < n && island_[end] == island_[i];) ++end;
       const double damping = model_.scene.bodies[body_of(model_.user_of[i])].damping;
       if (damping > 0 && end - i > 1) model_.damped.push_back({i, end - i, damping});
     }
@@ -219,8 +222,28 @@ class Builder {
       for (int& corner : t) corner = solver_of_[model_.look.body_begin[b] + corner];
     for (std::size_t i = 0; i < mesh.points.size(); ++i)
       set.particles.push_back(solver_of_[model_.look.body_begin[b] + i]);
-    std::sort(set.particles.begin(), set.particles.end());
     model_.pressures.push_back(std::move(set));
+  }
+
+  /// Cuts the particles into patches and renumbers everything accordingly.
+  void cut() {
+    Cut cut = cut_into_patches(model_.sets, edges_, island_);
+    std::vector<int> now(cut.order.size());
+    for (std::size_t i = 0; i < now.size(); ++i) now[cut.order[i]] = static_cast<int>(i);
+    const auto reorder = [&](auto& values) {
+      auto sorted = values;
+      for (std::size_t i = 0; i < now.size(); ++i) sorted[i] = values[cut.order[i]];
+      values = std::move(sorted);
+    };
+    reorder(model_.user_of), reorder(model_.x), reorder(model_.v), reorder(model_.w), reorder(model_.mass);
+    const auto renumber = [&](int& i) { i = now[i]; };
+    for (ConstraintSet& set : model_.sets) std::for_each(set.particles.begin(), set.particles.end(), renumber);
+    for (PressureSet& set : model_.pressures) {
+      for (Triangle& t : set.triangles) std::for_each(t.begin(), t.end(), renumber);
+      std::for_each(set.particles.begin(), set.particles.end(), renumber);
+      std::sort(set.particles.begin(), set.particles.end());
+    }
+    model_.patches = std::move(cut.patches);
   }
 
   void add_environment(std::size_t e) {
@@ -238,6 +261,8 @@ class Builder {
   Model model_;
   std::vector<Body> bodies_;
   std::vector<int> solver_of_;
+  std::vector<int> island_;  // of each particle, before they are cut into patches and after
+  std::vector<Edge> edges_;  // of all bodies, before
 };
 
 }  // namespace

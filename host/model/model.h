@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "host/model/patches.h"
 #include "host/scene.h"
 
 namespace malha {
@@ -56,6 +57,7 @@ struct Model {
   std::vector<ConstraintSet> sets;  // in the registry's order of kinds
   std::vector<PressureSet> pressures;
   std::vector<DampedIsland> damped;
+  Patches patches;
   std::vector<EnvironmentMesh> environment;
   int zero_area_faces = 0;  // dropped from meshes, see check_mesh
   int count() const { return static_cast<int>(x.size()); }

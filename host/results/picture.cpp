@@ -138,12 +138,18 @@ Image render(std::span<const Drawing> drawings, const Camera& camera, int width,
   // Rows differ in cost: interleaved, each thread gets its share of the cheap ones and the dear ones.
   const OpenMP executor{std::max(1, threads)};
   const int groups = std::min(height, 4 * executor.threads);
-  parallel_groups(executor, groups, [&](int g) {
-    for (int y = g; y < height; y += groups) film.light_row(y);
-  });
-  parallel_groups(executor, groups, [&](int g) {
-    for (int y = g; y < height; y += groups) film.colour_row(y, image.pixels.data() + std::size_t{3} * y * width);
-  });
+  parallel_for(
+      executor, groups,
+      [&](int g) {
+        for (int y = g; y < height; y += groups) film.light_row(y);
+      },
+      1);
+  parallel_for(
+      executor, groups,
+      [&](int g) {
+        for (int y = g; y < height; y += groups) film.colour_row(y, image.pixels.data() + std::size_t{3} * y * width);
+      },
+      1);
   return image;
 }
 

@@ -28,14 +28,12 @@ std::string bytes(std::size_t count) {
 void list_constraints(std::ostream& out, const Model& model, const SolverFacts& facts) {
   for (std::size_t s = 0; s < facts.sets.size(); ++s) {
     const SetFacts& set = facts.sets[s];
-    out << "  " << set.type << ": " << set.constraints << " in " << counted(set.batch_sizes.size(), "colour") << ", ";
+    out << "  " << set.type << ": " << set.constraints << ", " << set.in_runs << " in runs, at most "
+        << counted(set.most_batches, "batch", "batches") << " a patch, ";
     if (model.sets[s].compliance)
-      out << "compliance " << *model.sets[s].compliance;
+      out << "compliance " << *model.sets[s].compliance << "\n";
     else
-      out << "stiffness " << model.sets[s].stiffness;
-    out << "; batches of";
-    for (int size : set.batch_sizes) out << " " << size;
-    out << "\n";
+      out << "stiffness " << model.sets[s].stiffness << "\n";
   }
   for (const PressureSet& set : model.pressures)
     out << "  pressure: 1 over " << set.particles.size() << " particles and " << set.triangles.size() << " triangles\n";
@@ -48,16 +46,17 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   const auto line = [&out](const char* pass, std::size_t launches) {
     if (launches > 0) out << "  " << pass << ": " << counted(launches, "launch", "launches") << "\n";
   };
-  std::size_t colours = 0, bouncing = 0;
-  for (const SetFacts& set : facts.sets) colours += set.batch_sizes.size();
+  const std::size_t sweeps = projections * facts.patches.phases;
+  std::size_t bouncing = 0;
   for (const EnvironmentMesh& mesh : model.environment) bouncing += mesh.spec.restitution > 0;
   line("damping", 3 * substeps * model.damped.size());
-  line("prediction", substeps * (model.scene.wind ? 2 : 1));
+  line("prediction", substeps * ((model.scene.wind ? 1 : 0) + (facts.fused ? 0 : 1)));
   line("collision", substeps * model.environment.size());
-  line("projection", projections * colours);
+  line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
+  line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);
   line("pressure", 3 * projections * model.pressures.size());
   line("contact", projections * model.environment.size() + substeps * bouncing);
-  line("state", substeps);
+  line("state", facts.fused ? 0 : substeps);
 }
 
 void list_memory(std::ostream& out, const SolverFacts& facts) {
@@ -84,6 +83,10 @@ std::string plan(const Simulation& simulation) {
   if (model.zero_area_faces > 0) out << "left out: " << counted(model.zero_area_faces, "face") << " without area\n";
   if (facts.projections_per_step > 0)
     out << "constraints: " << counted(facts.projections_per_step, "projection") << " a step\n";
+  if (!facts.sets.empty())
+    out << "patches: " << facts.patches.patches << " in " << counted(facts.patches.phases, "phase") << ", of at most "
+        << counted(facts.patches.most_slots, "particle") << ", " << facts.patches.columns
+        << " of them laid out for runs\n";
   list_constraints(out, model, facts);
   out << "passes of a step:\n";
   list_passes(out, model, facts);

@@ -39,12 +39,21 @@ std::string hex(std::uint64_t value) {
 Json constraints(const SolverFacts& facts, const Model& model) {
   Json kinds = Json::object();
   for (const SetFacts& set : facts.sets) {
-    Json& kind = kinds.emplace(set.type, Json{{"count", 0}, {"colours", 0}}).first.value();
+    Json& kind = kinds.emplace(set.type, Json{{"count", 0}, {"in_runs", 0}, {"batches_a_patch", 0}}).first.value();
     kind["count"] = kind["count"].get<int>() + set.constraints;
-    kind["colours"] = std::max(kind["colours"].get<int>(), static_cast<int>(set.batch_sizes.size()));
+    kind["in_runs"] = kind["in_runs"].get<int>() + set.in_runs;
+    kind["batches_a_patch"] = std::max(kind["batches_a_patch"].get<int>(), set.most_batches);
   }
-  if (!model.pressures.empty()) kinds["pressure"] = {{"count", model.pressures.size()}, {"colours", 1}};
+  if (!model.pressures.empty()) kinds["pressure"] = {{"count", model.pressures.size()}};
   return kinds;
+}
+
+Json patches(const PatchFacts& facts) {
+  return {{"count", facts.patches},
+          {"phases", facts.phases},
+          {"laid_out_for_runs", facts.columns},
+          {"particles_shared", facts.shared},
+          {"particles_most", facts.most_slots}};
 }
 
 Json timings(const Solver& solver, const RunTimes& times) {
@@ -107,6 +116,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
   json["flags"] = flags();
   json["cpu"] = cpu_name();
   json["threads"] = threads;
+  json["instructions"] = facts.instructions;
   json["solver"] = {{"type", scene.solver.type},
                     {"precision", scene.solver.precision == Precision::Double ? "double" : "float"},
                     {"dt_s", scene.solver.dt},
@@ -114,6 +124,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
                     {"iterations", scene.solver.iterations}};
   json["particles"] = model.count();
   json["constraints"] = constraints(facts, model);
+  json["patches"] = patches(facts.patches);
   json["zero_area_faces_dropped"] = model.zero_area_faces;
   json["setup_s"] = {{"model", times.model_seconds},
                      {"constraints", facts.constraint_seconds},
@@ -121,6 +132,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
                      {"total", times.model_seconds + times.solver_seconds}};
   json["memory"] = {{"particles_bytes", facts.particle_bytes},
                     {"constraints_bytes", facts.constraint_bytes},
+                    {"patches_bytes", facts.patches.bytes},
                     {"collision_bytes", facts.collision_bytes},
                     {"peak_mib", peak_memory_mib()}};
   json["timing"] = timings(solver, times);

@@ -2,18 +2,18 @@
 // al. 2019), for any executor and precision. A pass that the scene does not name does not exist here.
 #pragma once
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <vector>
 
+#include "host/base/point_array.h"
 #include "host/base/stopwatch.h"
 #include "host/collision/collider.h"
 #include "host/error.h"
-#include "host/solver/batches.h"
 #include "host/solver/damping.h"
 #include "host/solver/pressure.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"
+#include "host/solver/sweep.h"
 #include "kernels/integrate.h"
 #include "kernels/measure.h"
 
@@ -22,16 +22,14 @@ namespace malha {
 template <class Executor, class R>
 class Pbd final : public Solver {
  public:
-  Pbd(const Model& model, const Executor& executor) : executor_(executor), model_(model) {
-    std::vector<Vec4<R>> x(model.count()), v(model.count()), p(model.count());
-    for (int i = 0; i < model.count(); ++i) {
-      x[i] = {R(model.x[i][0]), R(model.x[i][1]), R(model.x[i][2]), R(0)};
-      v[i] = {R(model.v[i][0]), R(model.v[i][1]), R(model.v[i][2]), R(0)};
-      p[i] = {x[i].x, x[i].y, x[i].z, R(model.w[i])};
-    }
-    x_ = Array<Executor, Vec4<R>>(x), v_ = Array<Executor, Vec4<R>>(v), p_ = Array<Executor, Vec4<R>>(p);
+  /// `threads`: of the executor.
+  Pbd(const Model& model, const Executor& executor, int threads)
+      : executor_(executor), model_(model), x_(model.x), v_(model.v), p_(model.x) {
+    std::vector<R> w(model.w.begin(), model.w.end());
+    w.resize(w.size() + kSlotPack);  // a pack that starts at the last particle stays inside
+    w_ = Array<Executor, R>(w);
     facts_.constraint_seconds = seconds([&] {
-      for (const ConstraintSet& set : model.sets) batches_.push_back(make_batches<Executor, R>(executor, model, set));
+      sweep_.emplace(executor, model, threads);
       for (const PressureSet& set : model.pressures) pressures_.emplace_back(executor, model, set);
     });
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
@@ -41,7 +39,10 @@ class Pbd final : public Solver {
   void step() override {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    for (int s = 0; s < solver.substeps; ++s) substep(time() + s * h, h);
+    if (nothing_between() && model_.damped.empty() && !model_.scene.wind)
+      timed(Pass::Visits, [&] { visit_patches(h, solver.substeps); });
+    else
+      for (int s = 0; s < solver.substeps; ++s) substep(time() + s * h, h);
     ++steps_;
   }
 
@@ -52,17 +53,18 @@ class Pbd final : public Solver {
   const SolverFacts& facts() const override { return facts_; }
   const std::array<double, kPassNames.size()>& pass_seconds() const override { return seconds_; }
   std::string save() const override {
-    return save_state<R>(
-        {steps_, x_.download(), v_.download(), collider_ ? collider_->memory() : std::vector<LastSeen>{}});
+    State<R> all = state();
+    if (collider_) all.seen = collider_->memory();
+    return save_state(all);
   }
   void restore(const std::string& bytes) override {
-    const State<R> state = load_state<R>(bytes, x_.size(), model_.environment.size() * x_.size());
-    steps_ = state.steps;
-    x_.upload(state.x);
-    v_.upload(state.v);
-    if (collider_) collider_->remember(state.seen);
+    const State<R> saved = load_state<R>(bytes, x_.size(), model_.environment.size() * x_.size());
+    steps_ = saved.steps;
+    x_.upload(saved.x);
+    v_.upload(saved.v);
+    if (collider_) collider_->remember(saved.seen);
   }
-  std::uint64_t state_hash() const override { return hash_state(x_.download(), v_.download(), model_.user_of); }
+  std::uint64_t state_hash() const override { return hash_state(state(), model_.user_of); }
 
   Measures measure() const override {
     Measures m;
@@ -74,15 +76,21 @@ class Pbd final : public Solver {
     m.kinetic = motion.kinetic, m.potential = motion.potential;
     m.speed_max = std::sqrt(motion.speed2_max);
     Residual lengths;
-    for (const auto& batches : batches_) {
-      const Residual r = batches->residual(x_.data(), p_.data());
-      m.degenerate += static_cast<std::int64_t>(r.degenerate);
-      if (batches->compliance() > 0) m.elastic += r.C2 / (2 * batches->compliance());
-      if (batches->has_strain()) lengths += r;
-    }
+    const std::vector<Vec3> x = x_.download();
+    for (const ConstraintSet& set : model_.sets)
+      for_each_constraint([&]<class Kind>(Kind) {
+        if (set.type != Kind::name) return;
+        const Residual r =
+            parallel_reduce<Residual>(executor_, set.count(),
+                                      MeasureResidual<Kind, Vec3>{model_.x.data(), x.data(), model_.w.data(),
+                                                                  set.particles.data(), set.parameter});
+        m.degenerate += static_cast<std::int64_t>(r.degenerate);
+        if (set.compliance.value_or(0) > 0) m.elastic += r.C2 / (2 * *set.compliance);
+        if (Kind::has_strain) lengths += r;
+      });
     m.has_strain = lengths.count > 0;
     if (m.has_strain) m.strain_rms = std::sqrt(lengths.strain2 / lengths.count), m.strain_max = lengths.strain_max;
-    for (const auto& pressure : pressures_) m.volume_ratios.push_back(pressure.volume_ratio(x_.data()));
+    for (const auto& pressure : pressures_) m.volume_ratios.push_back(pressure.volume_ratio(x_.points()));
     if (collider_) {
       m.contacts = collider_->contacts();
       m.penetration_max = collider_->max_penetration(particles(), time());
@@ -91,8 +99,31 @@ class Pbd final : public Solver {
   }
 
  private:
-  Particles<R> particles() const { return {model_.count(), x_.data(), v_.data(), p_.data()}; }
+  Particles<R> particles() const { return {model_.count(), x_.points(), v_.points(), p_.points(), w_.data()}; }
+  State<R> state() const {
+    return {steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>(), {}};
+  }
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0]), R(a[1]), R(a[2])}; }
+
+  /// Whether the scene asks for anything between prediction and state but batched constraints.
+  bool nothing_between() const { return !collider_ && pressures_.empty(); }
+
+  /// Substeps of prediction, projection and state in one parallel region.
+  void visit_patches(double h, int substeps) {
+    const int iterations = model_.scene.solver.iterations;
+    const Visit<R> plain = sweep_->visit(particles(), h, to_R(model_.scene.gravity));
+    sweep_->region([&](const auto& team) {
+      for (int s = 0; s < substeps; ++s)
+        for (int iteration = 0; iteration < iterations; ++iteration) {
+          Visit<R> visit = plain;
+          visit.predicts = visit.fresh = iteration == 0;
+          visit.updates = iteration + 1 == iterations;
+          visit.substep = s + 1;
+          (*sweep_)(team, visit);
+        }
+    });
+    if (sweep_->lost()) refuse_lost(sweep_->first_lost(x_.download(), model_.user_of));
+  }
 
   void substep(double start, double h) {
     const Scene& scene = model_.scene;
@@ -105,16 +136,20 @@ class Pbd final : public Solver {
           damp(executor_, all, island.first, island.count,
                stiffness_per_projection(island.damping, scene.solver.substeps));
       });
-    timed(Pass::Prediction, [&] {
-      if (scene.wind) parallel_for(executor_, n, Drag<R>{all, R(h), R(scene.wind->drag), to_R(scene.wind->velocity)});
-      parallel_for(executor_, n, Predict<R>{all, R(h), to_R(scene.gravity)});
-    });
+    if (scene.wind)
+      timed(Pass::Prediction, [&] {
+        parallel_for(executor_, n, Drag<R>{all, R(h), R(scene.wind->drag), to_R(scene.wind->velocity)});
+      });
+    if (nothing_between()) return timed(Pass::Visits, [&] { visit_patches(h, 1); });
+    timed(Pass::Prediction, [&] { parallel_for(executor_, n, Predict<R>{all, R(h), to_R(scene.gravity)}); });
     if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h); });
-    for (auto& batches : batches_) batches->start_substep();
     for (auto& pressure : pressures_) pressure.start_substep();
-    for (int iteration = 0; iteration < scene.solver.iterations; ++iteration) project(all);
+    for (int iteration = 0; iteration < scene.solver.iterations; ++iteration) project(all, h, iteration == 0);
     if (collider_) timed(Pass::Collision, [&] { collider_->hold_back(all, start, start + h); });
-    timed(Pass::State, [&] { update_state(all, h); });
+    timed(Pass::State, [&] {
+      const int lost = parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)}).index;
+      if (lost != FirstIndex{}.index) refuse_lost(model_.user_of[lost]);
+    });
     if (collider_)
       timed(Pass::Contact, [&] {
         const Vec3& g = scene.gravity;
@@ -123,23 +158,24 @@ class Pbd final : public Solver {
   }
 
   /// Contacts last: what leaves the iteration is outside the environment.
-  void project(const Particles<R>& all) {
-    if (!batches_.empty())
+  void project(const Particles<R>& all, double h, bool fresh) {
+    if (!model_.sets.empty())
       timed(Pass::Projection, [&] {
-        for (auto& batches : batches_) batches->project(all.p);
+        Visit<R> visit = sweep_->visit(all, h, to_R(model_.scene.gravity));
+        visit.fresh = fresh;
+        sweep_->region([&](const auto& team) { (*sweep_)(team, visit); });
       });
     if (!pressures_.empty())
       timed(Pass::Pressure, [&] {
-        for (auto& pressure : pressures_) pressure.project(all.p);
+        for (auto& pressure : pressures_) pressure.project(all.p, all.w);
       });
     if (collider_) timed(Pass::Contact, [&] { collider_->resolve(all); });
   }
 
-  void update_state(const Particles<R>& all, double h) {
-    const int bad = parallel_reduce<FirstIndex>(executor_, all.count, UpdateState<R>{all, R(h), R(1 / h)}).index;
-    if (bad == FirstIndex{}.index) return;
+  /// `lost`: a particle that is no longer finite, by the user's number.
+  void refuse_lost(int lost) const {
     throw Diverged("step " + std::to_string(steps_ + 1) + " (t = " + std::to_string(time()) +
-                   " s): " + particle_name(model_, model_.user_of[bad]) + " has no finite position any more");
+                   " s): " + particle_name(model_, lost) + " has no finite position any more");
   }
 
   template <class F>
@@ -148,12 +184,17 @@ class Pbd final : public Solver {
   }
 
   void note_facts() {
-    facts_.particle_bytes = x_.bytes() + v_.bytes() + p_.bytes();
+    facts_.particle_bytes = x_.bytes() + v_.bytes() + p_.bytes() + w_.bytes();
+    facts_.patches = sweep_->facts();
+    facts_.fused = nothing_between();
+    for_each_isa([&]<class Isa>(Isa) {
+      if (executor_.instructions == Isa::value) facts_.instructions = Isa::name;
+    });
+    facts_.sets = sweep_->set_facts();
     std::int64_t projections = static_cast<std::int64_t>(pressures_.size());
-    for (const auto& batches : batches_) {
-      facts_.sets.push_back(batches->facts());
-      facts_.constraint_bytes += batches->facts().bytes;
-      projections += batches->facts().constraints;
+    for (const SetFacts& set : facts_.sets) {
+      facts_.constraint_bytes += set.bytes;
+      projections += set.constraints;
     }
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
     if (collider_) facts_.collision_bytes = collider_->bytes();
@@ -162,8 +203,9 @@ class Pbd final : public Solver {
 
   Executor executor_;
   const Model& model_;
-  Array<Executor, Vec4<R>> x_, v_, p_;
-  std::vector<std::unique_ptr<Batches<Executor, R>>> batches_;
+  PointArray<Executor, R> x_, v_, p_;
+  Array<Executor, R> w_;
+  std::optional<Sweep<Executor, R>> sweep_;
   std::vector<Pressure<Executor, R>> pressures_;
   std::optional<Collider<Executor, R>> collider_;
   std::int64_t steps_ = 0;

@@ -3,7 +3,9 @@
 #include <vector>
 
 #include "host/base/array.h"
-#include "host/solver/batches.h"
+#include "host/base/point_array.h"
+#include "host/model/model.h"
+#include "host/solver/stiffness.h"
 #include "kernels/pressure.h"
 
 namespace malha {
@@ -18,10 +20,9 @@ class Pressure {
     alpha_ = set.compliance.value_or(0) / (h * h);
     stiffness_ = stiffness_per_projection(set.stiffness, double(solver.substeps) * solver.iterations);
     lay_out_fans(model.count(), set);
-    std::vector<Vec4<double>> rest(model.count());
-    for (int i : set.particles) rest[i] = {model.x[i][0], model.x[i][1], model.x[i][2], 0};
+    const PointArray<Serial, double> rest(model.x);
     rest_ =
-        parallel_reduce<Sum>(Serial{}, triangles_, SixVolumes<double>{rest.data(), corners_on_host_.data(), origin_})
+        parallel_reduce<Sum>(Serial{}, triangles_, SixVolumes<double>{rest.points(), corners_on_host_.data(), origin_})
             .value;
     target_ = set.pressure * rest_;
     corners_on_host_ = {};
@@ -29,27 +30,27 @@ class Pressure {
 
   void start_substep() { lambda_ = 0; }
 
-  void project(Vec4<R>* p) {
+  void project(const Points<R>& p, const R* w) {
     const double C = volume(p) - target_;
     const auto items = static_cast<int>(particle_.size());
     const double sum = parallel_reduce<Sum>(executor_, items,
-                                            PressureGradient<R>{p, particle_.data(), begin_.data(), around_.data(),
-                                                                origin_, grad_.data()})
+                                            PressureGradient<R>{p, w, particle_.data(), begin_.data(), around_.data(),
+                                                                origin_, grad_.points()})
                            .value;
     if (!(sum > tiny<R>())) return;  // collapsed to a point, or wholly pinned: no direction
     const double dlambda = compliant_ ? (-C - alpha_ * lambda_) / (sum + alpha_) : -stiffness_ * C / sum;
     lambda_ += dlambda;
-    parallel_for(executor_, items, ApplyPressure<R>{p, particle_.data(), grad_.data(), R(dlambda)});
+    parallel_for(executor_, items, ApplyPressure<R>{p, w, particle_.data(), grad_.points(), R(dlambda)});
   }
 
   /// Enclosed volume over the rest volume.
-  double volume_ratio(const Vec4<R>* x) const { return volume(x) / rest_; }
+  double volume_ratio(const Points<R>& x) const { return volume(x) / rest_; }
   std::size_t bytes() const {
     return particle_.bytes() + begin_.bytes() + around_.bytes() + corners_.bytes() + grad_.bytes();
   }
 
  private:
-  double volume(const Vec4<R>* p) const {
+  double volume(const Points<R>& p) const {
     return parallel_reduce<Sum>(executor_, triangles_, SixVolumes<R>{p, corners_.data(), origin_}).value;
   }
 
@@ -73,12 +74,12 @@ class Pressure {
     begin_ = Array<Executor, int>(begin);
     around_ = Array<Executor, int>(around);
     corners_ = Array<Executor, int>(corners_on_host_);
-    grad_ = Array<Executor, Vec4<R>>(set.particles.size(), Vec4<R>{});
+    grad_ = PointArray<Executor, R>(std::vector<Vec3>(set.particles.size()));
   }
 
   Executor executor_;
   Array<Executor, int> particle_, begin_, around_, corners_;
-  Array<Executor, Vec4<R>> grad_;
+  PointArray<Executor, R> grad_;
   std::vector<int> corners_on_host_;
   int origin_ = 0, triangles_ = 0;
   bool compliant_ = false;

@@ -8,16 +8,36 @@
 
 #include "host/measures.h"
 #include "host/model/model.h"
-#include "host/solver/batches.h"
 
 namespace malha {
 
-/// The passes of a step, for timings.
-enum class Pass { Damping, Prediction, Collision, Projection, Pressure, Contact, State };
-inline constexpr std::array<const char*, 7> kPassNames{"damping",  "prediction", "collision", "projection",
-                                                       "pressure", "contact",    "state"};
+/// The passes of a step, for timings. Visits: prediction, projection and state in one, where nothing lies between.
+enum class Pass { Damping, Prediction, Collision, Projection, Pressure, Contact, State, Visits };
+inline constexpr std::array<const char*, 8> kPassNames{"damping",  "prediction", "collision", "projection",
+                                                       "pressure", "contact",    "state",     "visits"};
+
+/// What a person may want to know of a constraint set.
+struct SetFacts {
+  std::string type;
+  int constraints = 0;
+  int in_runs = 0;       // read and written as whole vectors
+  int most_batches = 0;  // of a patch: its colours and runs
+  std::size_t bytes = 0;
+};
+
+struct PatchFacts {
+  int patches = 0;
+  int phases = 0;      // patches of a phase are visited at once
+  int columns = 0;     // patches laid out for runs
+  int shared = 0;      // particles that more than one patch visits
+  int most_slots = 0;  // particles in the fast memory of the largest patch
+  std::size_t bytes = 0;
+};
 
 struct SolverFacts {
+  std::string instructions;  // of the kernels over packs
+  PatchFacts patches;
+  bool fused = false;                                    // prediction and state happen in the visits to the patches
   std::vector<SetFacts> sets;                            // in the order of projection
   double constraint_seconds = 0, collision_seconds = 0;  // of set-up
   std::size_t particle_bytes = 0, constraint_bytes = 0, collision_bytes = 0;
@@ -42,7 +62,11 @@ class Solver {
   virtual std::uint64_t state_hash() const = 0;
 };
 
-/// The model's method on `threads` OpenMP threads, or on the Serial executor with 0.
-std::unique_ptr<Solver> make_solver(const Model& model, int threads);
+/// The instruction sets that both this build and the CPU have, the narrowest first: "baseline", "avx2", "avx512".
+std::vector<std::string> instruction_sets();
+
+/// The model's method on `threads` OpenMP threads, or on the Serial executor with 0. `instructions`: one of
+/// instruction_sets(), or "" for the widest; throws InputError for another.
+std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::string& instructions = "");
 
 }  // namespace malha

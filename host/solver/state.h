@@ -1,5 +1,6 @@
 // The state of a run as bytes: what a checkpoint holds, and its hash.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -16,7 +17,7 @@ namespace malha {
 template <class R>
 struct State {
   std::int64_t steps = 0;
-  std::vector<Vec4<R>> x, v;
+  std::vector<std::array<R, 3>> x, v;
   std::vector<LastSeen> seen;  // empty without environment
 };
 
@@ -49,7 +50,7 @@ std::string save_state(const State<R>& state) {
 template <class R>
 State<R> load_state(const std::string& bytes, std::size_t particles, std::size_t seen) {
   State<R> state;
-  const std::size_t expected = sizeof state.steps + 2 * particles * sizeof(Vec4<R>) + seen * sizeof(LastSeen);
+  const std::size_t expected = sizeof state.steps + 6 * particles * sizeof(R) + seen * sizeof(LastSeen);
   if (bytes.size() != expected)
     refuse("checkpoint", "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
@@ -63,23 +64,20 @@ State<R> load_state(const std::string& bytes, std::size_t particles, std::size_t
 
 /// Of positions and velocities, bit by bit, particle by particle in the user's order.
 template <class R>
-std::uint64_t hash_state(const std::vector<Vec4<R>>& x, const std::vector<Vec4<R>>& v,
-                         const std::vector<int>& user_of) {
+std::uint64_t hash_state(const State<R>& state, const std::vector<int>& user_of) {
   std::vector<int> at(user_of.size());
   for (std::size_t i = 0; i < at.size(); ++i) at[user_of[i]] = static_cast<int>(i);
   std::uint64_t hash = hash_bytes(nullptr, 0);
   for (int i : at) {
-    hash = hash_bytes(&x[i], 3 * sizeof(R), hash);
-    hash = hash_bytes(&v[i], 3 * sizeof(R), hash);
+    hash = hash_bytes(&state.x[i], sizeof state.x[i], hash);
+    hash = hash_bytes(&state.v[i], sizeof state.v[i], hash);
   }
   return hash;
 }
 
-template <class R>
-std::vector<Vec3> in_user_order(const std::vector<Vec4<R>>& values, const std::vector<int>& user_of) {
+inline std::vector<Vec3> in_user_order(const std::vector<Vec3>& values, const std::vector<int>& user_of) {
   std::vector<Vec3> ordered(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i)
-    ordered[user_of[i]] = {double(values[i].x), double(values[i].y), double(values[i].z)};
+  for (std::size_t i = 0; i < values.size(); ++i) ordered[user_of[i]] = values[i];
   return ordered;
 }
 

@@ -19,30 +19,32 @@ struct Bending {
   template <class S>
   KERNEL static S rest(const Vector3<S> (&X)[4], S rest_scale) {
     Vector3<S> grad[4];
-    return evaluate(X, S(typename RealOf<S>::type(0)), grad) * rest_scale;
+    S scale;
+    return evaluate(X, S(typename RealOf<S>::type(0)), grad, scale) * rest_scale;
   }
 
   template <class S>
-  KERNEL static S evaluate(const Vector3<S> (&p)[4], S theta0, Vector3<S> (&grad)[4]) {
+  KERNEL static S evaluate(const Vector3<S> (&p)[4], S theta0, Vector3<S> (&grad)[4], S& scale) {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
+    scale = one;
     const Vector3<S> e = p[1] - p[0];
     const Vector3<S> from0to2 = p[2] - p[0], from1to2 = p[2] - p[1];
     const Vector3<S> from0to3 = p[3] - p[0], from1to3 = p[3] - p[1];
     const Vector3<S> n1 = cross(e, from0to2), n2 = cross(from0to3, e);
     const S e2 = dot(e, e), a1 = dot(n1, n1), a2 = dot(n2, n2);
-    // A triangle without area has no normal: a zero gradient skips it. Areas are compared with the edge, not in m^4.
+    // A triangle without area has no normal: a zero gradient skips it, and padding. Areas are compared with the edge,
+    // not in m^4.
     const S sliver = e2 * e2 * S(R(1e-12));
-    const auto whole = select(a1 < a2, a1, a2) > larger(sliver, S(tiny<R>()));
+    const auto whole = (select(a1 < a2, a1, a2) > larger(sliver, S(tiny<R>()))) & (theta0 == theta0);
     const S length = root(select(whole, e2, one));
-    const S u1 = select(whole, one / select(whole, a1, one), zero);
-    const S u2 = select(whole, one / select(whole, a2, one), zero);
+    const S u1 = one / select(whole, a1, one), u2 = one / select(whole, a2, one);
     const Vector3<S> m1 = n1 * u1, m2 = n2 * u2;
     const S per_edge = one / length;
-    grad[2] = m1 * -length;
-    grad[3] = m2 * -length;
-    grad[0] = m1 * (-dot(from1to2, e) * per_edge) + m2 * (-dot(from1to3, e) * per_edge);
-    grad[1] = m1 * (dot(from0to2, e) * per_edge) + m2 * (dot(from0to3, e) * per_edge);
+    grad[2] = or_zero(whole, m1 * -length);
+    grad[3] = or_zero(whole, m2 * -length);
+    grad[0] = or_zero(whole, m1 * (-dot(from1to2, e) * per_edge) + m2 * (-dot(from1to3, e) * per_edge));
+    grad[1] = or_zero(whole, m1 * (dot(from0to2, e) * per_edge) + m2 * (dot(from0to3, e) * per_edge));
     const S theta = arctangent2(dot(e, cross(n1, n2)) * per_edge, dot(n1, n2));
     const S pi(R(3.14159265358979323846)), turn = pi + pi;
     S C = theta - theta0;

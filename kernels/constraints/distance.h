@@ -19,16 +19,13 @@ struct Distance {
     return root(dot(d, d)) * rest_scale;
   }
 
+  /// C and its gradients times |p0 - p1|: no division. Coincident points have no direction, and a zero gradient.
   template <class S>
-  KERNEL static S evaluate(const Vector3<S> (&p)[2], S l, Vector3<S> (&grad)[2]) {
-    using R = typename RealOf<S>::type;
-    const Vector3<S> d = p[0] - p[1];
-    const S squared = dot(d, d);
-    const auto apart = squared > S(tiny<R>());  // coincident points have no direction: a zero gradient skips them
-    const S length = root(squared);
-    grad[0] = d * select(apart, S(R(1)) / select(apart, length, S(R(1))), S(R(0)));
+  KERNEL static S evaluate(const Vector3<S> (&p)[2], S l, Vector3<S> (&grad)[2], S& scale) {
+    grad[0] = or_zero(l == l, p[0] - p[1]);
     grad[1] = -grad[0];
-    return length - l;
+    scale = root(dot(grad[0], grad[0]));
+    return scale * (scale - l);
   }
 };
 

@@ -20,8 +20,8 @@ struct DistanceLimit {
   }
 
   template <class S>
-  KERNEL static S evaluate(const Vector3<S> (&p)[2], S longest, Vector3<S> (&grad)[2]) {
-    const S excess = Distance::evaluate(p, longest, grad);
+  KERNEL static S evaluate(const Vector3<S> (&p)[2], S longest, Vector3<S> (&grad)[2], S& scale) {
+    const S excess = Distance::evaluate(p, longest, grad, scale);
     grad[0] = -grad[0], grad[1] = -grad[1];
     return -excess;
   }

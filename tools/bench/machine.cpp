@@ -12,7 +12,7 @@ namespace malha::bench {
 
 namespace {
 
-using Lanes = Pack<float>;
+using Lanes = Lane<float>;
 
 /// The compiler may neither drop nor merge passes over memory across this.
 void keep_memory() { asm volatile("" ::: "memory"); }

@@ -24,6 +24,8 @@ if(MALHA_NATIVE)
     if(MALHA_HAS_MTUNE_CTRL)
       list(APPEND malha_code_options "${no_gathers}")
     endif()
+    # g++ 12 fuses alternating a * b + c, a * b - c in straight-line code (vfmaddsub) in spite of -ffp-contract=off.
+    list(APPEND malha_code_options -fno-tree-slp-vectorize)
   endif()
 endif()
 if(MALHA_SANITIZE)
@@ -47,6 +49,8 @@ if(MALHA_WERROR)
 endif()
 
 add_compile_options(${malha_code_options} ${malha_warnings})
+# Eigen's own vector code adds in another order, and fuses, as the instructions allow: other bits on other machines.
+add_compile_definitions(EIGEN_DONT_VECTORIZE)
 
 # What the reports say about the build.
 string(TOUPPER "${CMAKE_BUILD_TYPE}" build_type_upper)

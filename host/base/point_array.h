@@ -1,0 +1,53 @@
+// Points in the executor's memory, one array a coordinate.
+#pragma once
+#include <vector>
+
+#include "host/base/array.h"
+#include "host/mesh.h"
+#include "kernels/particles.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class PointArray {
+ public:
+  PointArray() = default;
+  explicit PointArray(const std::vector<Vec3>& points) : size_(points.size()), values_(3 * stride(), R(0)) {
+    upload(points);
+  }
+  explicit PointArray(std::size_t size) : size_(size), values_(3 * stride(), R(0)) {}
+
+  Points<R> points() const {
+    const auto x = values_.data();
+    return {x, x + stride(), x + 2 * stride()};
+  }
+  std::size_t size() const { return size_; }
+  std::size_t bytes() const { return values_.bytes(); }
+
+  /// `points` has size() elements; each has three.
+  template <class Point>
+  void upload(const std::vector<Point>& points) {
+    std::vector<R> values(3 * stride(), R(0));
+    for (std::size_t i = 0; i < size_; ++i)
+      for (int k = 0; k < 3; ++k) values[k * stride() + i] = R(points[i][k]);
+    values_.upload(values);
+  }
+  template <class Point = Vec3>
+  std::vector<Point> download() const {
+    const std::vector<R> values = values_.download();
+    std::vector<Point> points(size_);
+    for (std::size_t i = 0; i < size_; ++i)
+      for (int k = 0; k < 3; ++k) points[i][k] = values[k * stride() + i];
+    return points;
+  }
+
+ private:
+  /// Whole packs, with one to spare: a load of a pack that starts at the last particle stays inside. The odd number of
+  /// cache lines keeps the coordinates of one particle out of the same set of the cache.
+  std::size_t stride() const { return (size_ + 15) / 16 * 16 + 16 + ((size_ + 15) / 16 % 2 == 0 ? 16 : 0); }
+
+  std::size_t size_ = 0;
+  Array<Executor, R> values_;
+};
+
+}  // namespace malha

@@ -1,0 +1,151 @@
+#include "host/solver/patch_plan.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include "host/model/colour.h"
+#include "host/solver/piece.h"
+#include "kernels/compute.h"
+
+namespace malha {
+
+namespace {
+
+class Planner {
+ public:
+  explicit Planner(const Model& model) : model_(model), patch_of_(patch_of_particles(model.patches)) {
+    std::vector<int> foreign(model.patches.count(), 0);
+    for (const ConstraintSet& set : model.sets)
+      owned_.push_back(by_owner(owners(set, patch_of_, foreign), model.patches.count()));
+  }
+
+  PatchPlan plan() {
+    const int count = model_.patches.count();
+    neighbours_.resize(count);
+    launch(count, [this](int k) { neighbours_[k] = neighbours(k); });
+    find_phases();
+    pieces_.resize(count);
+    launch(count, [this](int k) { pieces_[k] = cut_piece(model_, owned_, touches_, k, neighbours_[k]); });
+    for (const Piece& piece : pieces_)
+      if (piece.patch.slots > kMostSlots)
+        throw std::runtime_error("a patch of " + std::to_string(piece.patch.slots) + " particles: the constraints of " +
+                                 "this model connect too many particles with each other");
+    return join();
+  }
+
+ private:
+  template <class Work>
+  static void launch(int count, const Work& work) {
+    parallel_for(OpenMP{available_threads()}, count, work, 0);
+  }
+
+  /// Particles of other patches that the constraints of this one touch, ascending.
+  std::vector<int> neighbours(int k) const {
+    std::vector<int> found;
+    for (std::size_t s = 0; s < owned_.size(); ++s) {
+      const ConstraintSet& set = model_.sets[s];
+      for (int c = owned_[s].begin[k]; c < owned_[s].begin[k + 1]; ++c) {
+        const int* of = &set.particles[owned_[s].list[c] * set.arity];
+        std::copy_if(of, of + set.arity, std::back_inserter(found), [&](int i) { return patch_of_[i] != k; });
+      }
+    }
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
+
+  /// Patches that share a movable particle get different phases, greedily in their order: strips alternate.
+  void find_phases() {
+    const int particles = model_.count(), count = model_.patches.count();
+    std::vector<bool> shared(particles, false);
+    for (const auto& list : neighbours_)
+      for (const int i : list) shared[i] = model_.w[i] > 0;
+    UsedColours used(particles);
+    phase_.resize(count);
+    touches_.first.assign(particles, std::numeric_limits<int>::max());
+    touches_.last.assign(particles, -1);
+    std::vector<int> places;
+    for (int k = 0; k < count; ++k) {
+      const auto& begin = model_.patches.begin;
+      places.clear();
+      for (int i = begin[k]; i < begin[k + 1]; ++i)
+        if (shared[i]) places.push_back(i);
+      for (const int i : neighbours_[k])
+        if (shared[i]) places.push_back(i);
+      const int n = static_cast<int>(places.size());
+      phase_[k] = used.lowest_free(places.data(), n);
+      used.use(phase_[k], places.data(), n);
+      for (const int i : places) {
+        touches_.first[i] = std::min(touches_.first[i], phase_[k]);
+        touches_.last[i] = std::max(touches_.last[i], phase_[k]);
+      }
+    }
+    touches_.phase = phase_;
+    plan_.shared = static_cast<int>(std::count(shared.begin(), shared.end(), true));
+  }
+
+  /// The pieces one after the other, phase by phase.
+  PatchPlan join() {
+    std::vector<int> order(pieces_.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(), [this](int a, int b) { return phase_[a] < phase_[b]; });
+    plan_.sets.resize(model_.sets.size());
+    for (const int k : order) {
+      if (plan_.patches.empty() || phase_[k] != phase_[order[plan_.patches.size() - 1]])
+        plan_.phase_begin.push_back(static_cast<int>(plan_.patches.size()));
+      append(std::move(pieces_[k]));
+    }
+    plan_.phase_begin.push_back(static_cast<int>(plan_.patches.size()));
+    return std::move(plan_);
+  }
+
+  void append(Piece piece) {
+    Patch patch = piece.patch;
+    patch.segment = static_cast<int>(plan_.segments.size());
+    patch.batch = static_cast<int>(plan_.batches.size());
+    plan_.segments.insert(plan_.segments.end(), piece.segments.begin(), piece.segments.end());
+    for (Batch batch : piece.batches) {
+      batch.slot += static_cast<int>(plan_.sets[batch.set].constraint.size());
+      batch.index += static_cast<int>(plan_.sets[batch.set].index[0].size());
+      plan_.batches.push_back(batch);
+    }
+    for (std::size_t s = 0; s < plan_.sets.size(); ++s) {
+      SetPlan &all = plan_.sets[s], &own = piece.sets[s];
+      all.constraint.insert(all.constraint.end(), own.constraint.begin(), own.constraint.end());
+      for (int j = 0; j < kMostParticles; ++j)
+        all.index[j].insert(all.index[j].end(), own.index[j].begin(), own.index[j].end());
+      all.in_runs += own.in_runs;
+      all.most_batches = std::max(all.most_batches, own.most_batches);
+    }
+    plan_.patches.push_back(patch);
+    plan_.most_slots = std::max(plan_.most_slots, patch.slots);
+    plan_.columns += patch.columns;
+  }
+
+  const Model& model_;
+  std::vector<int> patch_of_, phase_;
+  std::vector<ByOwner> owned_;                // of each set
+  std::vector<std::vector<int>> neighbours_;  // of each patch
+  Touches touches_;
+  std::vector<Piece> pieces_;
+  PatchPlan plan_;
+};
+
+}  // namespace
+
+int PatchPlan::width() const {
+  int width = 0;
+  for (int phase = 0; phase < phases(); ++phase) width = std::max(width, phase_begin[phase + 1] - phase_begin[phase]);
+  return width;
+}
+
+std::size_t PatchPlan::bytes() const {
+  return patches.size() * sizeof(Patch) + segments.size() * sizeof(Segment) + batches.size() * sizeof(Batch);
+}
+
+PatchPlan plan_patches(const Model& model) { return Planner(model).plan(); }
+
+}  // namespace malha

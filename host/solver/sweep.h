@@ -1,0 +1,168 @@
+// The constraints of a model in the executor's memory, and sweeps over them: every patch once, phase by phase.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "host/base/array.h"
+#include "host/solver/patch_plan.h"
+#include "host/solver/solver.h"
+#include "host/solver/stiffness.h"
+#include "kernels/rest.h"
+#include "kernels/visit.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class Sweep {
+ public:
+  Sweep(const Executor& executor, const Model& model, int threads) : executor_(executor) {
+    const PatchPlan plan = plan_patches(model);
+    patches_ = Array<Executor, Patch>(plan.patches);
+    segments_ = Array<Executor, Segment>(plan.segments);
+    batches_ = Array<Executor, Batch>(plan.batches);
+    phase_begin_ = plan.phase_begin;
+    width_ = plan.width();
+    std::vector<SetView<R>> views;
+    sets_.resize(model.sets.size());
+    for (std::size_t s = 0; s < sets_.size(); ++s)
+      views.push_back(lay_out(model, model.sets[s], plan.sets[s], sets_[s]));
+    views_ = Array<Executor, SetView<R>>(views);
+    lost_ = Array<Executor, int>(plan.patches.size(), 0);
+    // Whole cache lines, and the memories of two threads never in the same set of a cache.
+    memory_bytes_ = (std::size_t(plan.most_slots) * 4 * sizeof(R) / 128 + 1) * 128 + 64;
+    memory_ = Array<Executor, char>(memory_bytes_ * std::min(threads, width_), 0);
+    prefetches_ = model.x.size() * 10 * sizeof(R) > kCache;
+    note_facts(model, plan);
+  }
+
+  /// Runs work(team) on the threads that the patches can keep busy, with many sweeps in it.
+  template <class Work>
+  void region(const Work& work) const {
+    parallel_region(executor_, width_, work);
+  }
+
+  /// That neither predicts nor updates.
+  Visit<R> visit(const Particles<R>& particles, double h, const Vector3<R>& gravity) const {
+    Visit<R> visit{};
+    visit.patches = patches_.data(), visit.segments = segments_.data(), visit.batches = batches_.data();
+    visit.sets = views_.data();
+    visit.particles = particles;
+    visit.dt = R(h), visit.per_dt = R(1 / h), visit.gravity = gravity;
+    visit.prefetches = prefetches_;
+    visit.lost = lost_.data();
+    return visit;
+  }
+
+  template <class Team>
+  void operator()(const Team& team, const Visit<R>& visit) const {
+    for (std::size_t phase = 0; phase + 1 < phase_begin_.size(); ++phase)
+      parallel_groups(team, phase_begin_[phase], phase_begin_[phase + 1], {memory_.data(), memory_bytes_}, visit);
+  }
+
+  /// Of the particles without a finite position x in the patches that were the first to lose one: that with the lowest
+  /// number of the user's; -1: none.
+  int first_lost(const std::vector<Vec3>& x, const std::vector<int>& user_of) const {
+    const std::vector<int> lost = lost_.download();
+    int substep = 0, found = -1;
+    for (const int when : lost)
+      if (when > 0 && (substep == 0 || when < substep)) substep = when;
+    if (substep == 0) return -1;
+    const std::vector<Patch> patches = patches_.download();
+    const std::vector<Segment> segments = segments_.download();
+    for (std::size_t k = 0; k < patches.size(); ++k) {
+      if (lost[k] != substep) continue;
+      for (int s = patches[k].segment; s < patches[k].segment + patches[k].segments; ++s)
+        for (int i = segments[s].global; i < segments[s].global + segments[s].count; ++i)
+          if (!std::isfinite(x[i][0] + x[i][1] + x[i][2]) && (found < 0 || user_of[i] < found)) found = user_of[i];
+    }
+    return found;
+  }
+  bool lost() const {
+    const std::vector<int> lost = lost_.download();
+    return std::any_of(lost.begin(), lost.end(), [](int substep) { return substep > 0; });
+  }
+
+  const PatchFacts& facts() const { return facts_; }
+  const std::vector<SetFacts>& set_facts() const { return set_facts_; }
+
+ private:
+  static constexpr std::size_t kCache = 1 << 20;  // what a core has of its own, at least, on the machines of 2020 on
+  struct Set {
+    Array<Executor, LocalIndex> index[kMostParticles];
+    Array<Executor, R> rest, lambda;
+    std::size_t bytes() const {
+      std::size_t sum = rest.bytes() + lambda.bytes();
+      for (const auto& of : index) sum += of.bytes();
+      return sum;
+    }
+  };
+
+  SetView<R> lay_out(const Model& model, const ConstraintSet& set, const SetPlan& plan, Set& own) const {
+    const SolverSpec& solver = model.scene.solver;
+    const double h = solver.dt / solver.substeps;
+    SetView<R> view{};
+    int kind = 0;
+    for_each_constraint([&]<class Kind>(Kind) {
+      if (set.type == Kind::name) view.kind = kind, own.rest = Array<Executor, R>(rest_values<Kind>(model, set, plan));
+      ++kind;
+    });
+    for (int j = 0; j < set.arity; ++j) {
+      own.index[j] = Array<Executor, LocalIndex>(scaled(plan.index[j]));
+      view.index[j] = own.index[j].data();
+    }
+    view.update = set.compliance ? Update::Compliant : Update::Stiff;
+    if (set.compliance && solver.iterations > 1) own.lambda = Array<Executor, R>(plan.constraint.size(), R(0));
+    view.rest = own.rest.data();
+    view.lambda = own.lambda.data();
+    view.stiffness = R(stiffness_per_projection(set.stiffness, double(solver.substeps) * solver.iterations));
+    view.compliance = R(set.compliance.value_or(0) / (h * h));
+    return view;
+  }
+
+  static std::vector<LocalIndex> scaled(std::vector<LocalIndex> index) {
+    for (LocalIndex& i : index) i = static_cast<LocalIndex>(i * kIndexScale<R>);
+    return index;
+  }
+
+  /// In double whatever R is: rounded once.
+  template <class Kind>
+  std::vector<R> rest_values(const Model& model, const ConstraintSet& set, const SetPlan& plan) const {
+    std::vector<R> rest(plan.constraint.size());
+    const auto measure = [&](int slot) {
+      const int c = plan.constraint[slot];
+      rest[slot] = c < 0 ? std::numeric_limits<R>::quiet_NaN()
+                         : R(rest_value<Kind>(model.x.data(), &set.particles[c * set.arity], set.parameter));
+    };
+    parallel_for(executor_, static_cast<int>(rest.size()), measure);
+    return rest;
+  }
+
+  void note_facts(const Model& model, const PatchPlan& plan) {
+    facts_ = {
+        static_cast<int>(plan.patches.size()), plan.phases(), plan.columns, plan.shared, plan.most_slots, plan.bytes()};
+    for (std::size_t s = 0; s < sets_.size(); ++s) {
+      const ConstraintSet& set = model.sets[s];
+      set_facts_.push_back({set.type, set.count(), plan.sets[s].in_runs, plan.sets[s].most_batches, sets_[s].bytes()});
+    }
+  }
+
+  Executor executor_;
+  Array<Executor, Patch> patches_;
+  Array<Executor, Segment> segments_;
+  Array<Executor, Batch> batches_;
+  Array<Executor, SetView<R>> views_;
+  std::vector<Set> sets_;
+  Array<Executor, int> lost_;
+  Array<Executor, char> memory_;
+  std::size_t memory_bytes_ = 0;
+  std::vector<int> phase_begin_;
+  int width_ = 1;
+  bool prefetches_ = false;
+  PatchFacts facts_;
+  std::vector<SetFacts> set_facts_;
+};
+
+}  // namespace malha

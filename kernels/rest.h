@@ -1,0 +1,62 @@
+// Rest values and residuals of constraints in double, for set-up and for reports, whatever the solver's precision.
+#pragma once
+#include "kernels/constraint.h"
+
+namespace malha {
+
+/// Point: a type with elements 0, 1, 2 (m). `particles`: those of one constraint.
+template <class Kind, class Point>
+KERNEL void corners(const Point* x, const int* particles, Vector3<double> (&q)[Kind::particles]) {
+  for (int j = 0; j < Kind::particles; ++j) {
+    const Point& a = x[particles[j]];
+    q[j] = {a[0], a[1], a[2]};
+  }
+}
+
+/// A constraint's rest value from the rest positions.
+template <class Kind, class Point>
+KERNEL double rest_value(const Point* X, const int* particles, double parameter) {
+  Vector3<double> q[Kind::particles];
+  corners<Kind>(X, particles, q);
+  return Kind::rest(q, parameter);
+}
+
+struct Residual {
+  double count = 0;
+  double C2 = 0;          // sum of C^2
+  double strain2 = 0;     // sum of (C / rest)^2
+  double strain_max = 0;  // largest |C / rest|
+  double degenerate = 0;  // movable, but without a gradient: skipped by the projection
+  KERNEL Residual& operator+=(const Residual& o) {
+    count += o.count, C2 += o.C2, strain2 += o.strain2, degenerate += o.degenerate;
+    strain_max = larger(strain_max, o.strain_max);
+    return *this;
+  }
+};
+
+/// How well the constraints of a set are met.
+template <class Kind, class Point>
+struct MeasureResidual {
+  const Point *X, *x;    // at rest, and now
+  const double* w;       // 1/kg
+  const int* particles;  // Kind::particles a constraint
+  double parameter;
+  KERNEL Residual operator()(int c) const {
+    constexpr int n = Kind::particles;
+    const double rest = rest_value<Kind>(X, particles + c * n, parameter);
+    Vector3<double> q[n], grad[n];
+    corners<Kind>(x, particles + c * n, q);
+    double scale, sum = 0, sum_w = 0;
+    const double scaled = Kind::evaluate(q, rest, grad, scale);
+    for (int j = 0; j < n; ++j) sum += dot(grad[j], grad[j]), sum_w += w[particles[c * n + j]];
+    const bool degenerate = !(sum > tiny<double>());
+    // Coincident points: as short as can be, which an inequality allows.
+    const double C = scale > 0 ? scaled / scale : Kind::inequality ? 0 : -rest;
+    const double violation = Kind::inequality && C > 0 ? 0 : C;  // an inequality that holds has no residual
+    const double strain = rest > 0 ? violation / rest : 0;
+    return {1, violation * violation, strain * strain, strain < 0 ? -strain : strain,
+            degenerate && sum_w > 0 ? 1.0 : 0.0};
+  }
+};
+
+}  // namespace malha

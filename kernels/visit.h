@@ -1,0 +1,210 @@
+// One visit to a patch: its particles come into fast memory, its batches are projected there, and the particles go
+// back. Where nothing else happens between prediction and update, the visits do those too, and the predicted positions
+// of particles that no other patch visits never leave the fast memory.
+#pragma once
+#include "kernels/constraints.h"
+#include "kernels/motion.h"
+
+namespace malha {
+
+template <class R>
+struct Visit {
+  const Patch* patches;
+  const Segment* segments;
+  const Batch* batches;
+  const SetView<R>* sets;
+  Particles<R> particles;
+  R dt, per_dt;        // s, 1/s
+  Vector3<R> gravity;  // m/s^2
+  bool predicts;       // the first visit to a particle predicts it
+  bool updates;        // the last one updates its state
+  bool fresh;          // first iteration of a substep
+  bool prefetches;     // the particles do not fit in a core's caches: those of the next patch are asked for early
+  int substep;         // 1 ..
+  int* lost;           // of each patch: the first substep that left a particle without a finite position, or 0
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const Patch& patch = patches[group.index];
+    R* memory = static_cast<R*>(group.memory);
+    if (patch.columns)
+      visit(group, patch, Columns<R>::over(memory, patch.slots));
+    else
+      visit(group, patch, Rows<R>::over(memory, patch.slots));
+  }
+
+ private:
+  template <class Group, class Local>
+  KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
+    const int begin = patch.segment, end = patch.segment + patch.segments;
+    for (int s = begin; s < end; ++s) bring(group, segments[s], local);
+    for (int b = 0; b < patch.batches;) {
+      int next = b + 1;
+      while (next < patch.batches && batches[patch.batch + next].set == batches[patch.batch + b].set) ++next;
+      project_set(group, patch, b, next, local);
+      b = next;
+    }
+    for (int s = begin; s < end; ++s) {
+      if (!segments[s].movable) continue;
+      if (updates && segments[s].last)
+        update(group, segments[s], local);
+      else
+        put_back(group, segments[s], local);
+    }
+  }
+
+  /// Calls work(i, T()) for the packs and single particles that cover a segment, some twice.
+  template <class Group, class Work>
+  KERNEL static void cover(const Group& group, int count, const Work& work) {
+    using Isa = typename Group::Isa;
+    constexpr int lanes = kLanes<R, Isa>;
+    if (count < lanes)
+      group.for_each(count, [&](int i) KERNEL_LAMBDA { work(i, R()); });
+    else
+      group.for_each((count + lanes - 1) / lanes, [&](int pack) KERNEL_LAMBDA {
+        const int i = pack * lanes;
+        work(i + lanes <= count ? i : count - lanes, Lane<R, Isa>());
+      });
+  }
+
+  /// The `part` of `parts` of a patch's particles and constraints: memory is to be as busy as the arithmetic, not
+  /// before it or after it.
+  KERNEL void ask_for(const Patch& patch, int part, int parts) const {
+    for (int s = patch.segments * part / parts; s < patch.segments * (part + 1) / parts; ++s)
+      ask_for(segments[patch.segment + s]);
+    for (int b = patch.batches * part / parts; b < patch.batches * (part + 1) / parts; ++b)
+      ask_for(batches[patch.batch + b]);
+  }
+  template <class T>
+  KERNEL static void ask_for(const T* first, int count) {
+    for (int i = 0; i < count; i += 64 / int(sizeof(T))) prefetch(first + i);
+  }
+  KERNEL void ask_for(const Segment& segment) const {
+    const int at = segment.global, count = segment.count;
+    ask_for(particles.w + at, count);
+    const bool predict = predicts && segment.first;
+    const Points<R>& q = predict ? particles.x : particles.p;
+    ask_for(q.x + at, count), ask_for(q.y + at, count), ask_for(q.z + at, count);
+    const Points<R>& v = particles.v;
+    if (predict) ask_for(v.x + at, count), ask_for(v.y + at, count), ask_for(v.z + at, count);
+  }
+  KERNEL void ask_for(const Batch& batch) const { ask_for(sets[batch.set].rest + batch.slot, batch.count); }
+
+  template <class T>
+  KERNEL static Vector3<T> read(const Points<R>& points, int i) {
+    Vector3<T> a;
+    load(points.x + i, a.x), load(points.y + i, a.y), load(points.z + i, a.z);
+    return a;
+  }
+  template <class T>
+  KERNEL static void write(const Points<R>& points, int i, const Vector3<T>& a) {
+    store(a.x, points.x + i), store(a.y, points.y + i), store(a.z, points.z + i);
+  }
+  template <class T>
+  KERNEL Vector3<T> velocity(int i, const T& w) const {
+    return accelerated(read<T>(particles.v, i), w, Vector3<T>{T(gravity.x), T(gravity.y), T(gravity.z)}, T(dt));
+  }
+
+  template <class Group, class Local>
+  KERNEL void bring(const Group& group, const Segment& segment, const Local& local) const {
+    const bool predict = predicts && segment.first;
+    cover(group, segment.count, [&]<class T>(int i, T w) KERNEL_LAMBDA {
+      const int at = segment.global + i;
+      load(particles.w + at, w);
+      const Vector3<T> q =
+          predict ? predicted(read<T>(particles.x, at), velocity(at, w), T(dt)) : read<T>(particles.p, at);
+      local.fill(segment.local + i, q, w);
+    });
+  }
+
+  template <class Group, class Local>
+  KERNEL void put_back(const Group& group, const Segment& segment, const Local& local) const {
+    cover(group, segment.count, [&]<class T>(int i, T w) KERNEL_LAMBDA {
+      Vector3<T> q;
+      local.read(segment.local + i, q, w);
+      write(particles.p, segment.global + i, q);
+    });
+  }
+
+  template <class Group, class Local>
+  KERNEL void update(const Group& group, const Segment& segment, const Local& local) const {
+    using Isa = typename Group::Isa;
+    using S = Lane<R, Isa>;
+    constexpr int lanes = kLanes<R, Isa>;
+    if (segment.count < lanes) {
+      R zero = R(0);
+      group.for_each(segment.count, [&](int i) KERNEL_LAMBDA {
+        const State<R> state = moved<R>(segment, i, local);
+        zero = zero + zero_if_finite(state.x);
+        keep(segment, i, state);
+      });
+      if (!(zero == R(0))) lose(group);
+      return;
+    }
+    // A last part of a pack is covered by a whole one; what that one reads, it reads before it is overwritten.
+    const int packs = segment.count / lanes, rest = segment.count - lanes;
+    const State<S> last = moved<S>(segment, rest, local);
+    S zero = zero_if_finite(last.x);
+    group.for_each(packs, [&](int pack) KERNEL_LAMBDA {
+      const State<S> state = moved<S>(segment, pack * lanes, local);
+      zero = zero + zero_if_finite(state.x);
+      keep(segment, pack * lanes, state);
+    });
+    if (packs * lanes < segment.count) keep(segment, rest, last);
+    R sum = R(0);
+    for (int i = 0; i < lanes; ++i) sum += lane(zero, i);
+    if (!(sum == R(0))) lose(group);
+  }
+
+  template <class Group>
+  KERNEL void lose(const Group& group) const {
+    if (lost[group.index] == 0) lost[group.index] = substep;
+  }
+
+  template <class T>
+  struct State {
+    Vector3<T> x, v;
+  };
+  template <class T, class Local>
+  KERNEL State<T> moved(const Segment& segment, int i, const Local& local) const {
+    Vector3<T> p;
+    T w;
+    local.read(segment.local + i, p, w);
+    const int at = segment.global + i;
+    return {p, changed(read<T>(particles.x, at), velocity(at, w), p, T(dt), T(per_dt))};
+  }
+  template <class T>
+  KERNEL void keep(const Segment& segment, int i, const State<T>& state) const {
+    write(particles.x, segment.global + i, state.x);
+    write(particles.v, segment.global + i, state.v);
+  }
+
+  /// The batches begin .. end - 1 of a patch, all of one set: on their own, as they need all registers.
+  template <class Kind, Update update, class Group, class Local>
+  struct ProjectSet {
+    const Visit* visit;
+    Group group;
+    const Patch* patch;
+    Local local;
+    const SetView<R>* set;
+    KERNEL void operator()(int b) const {
+      if (visit->prefetches && group.next >= 0) visit->ask_for(visit->patches[group.next], b, patch->batches);
+      project<Kind, update>(group, local, *set, visit->batches[patch->batch + b], visit->fresh);
+    }
+  };
+
+  template <class Group, class Local>
+  KERNEL void project_set(const Group& group, const Patch& patch, int begin, int end, const Local& local) const {
+    const SetView<R>& set = sets[batches[patch.batch + begin].set];
+    int kind = 0;
+    for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
+      if (kind++ != set.kind) return;
+      if (set.update == Update::Stiff)
+        group.apart(begin, end, ProjectSet<Kind, Update::Stiff, Group, Local>{this, group, &patch, local, &set});
+      else
+        group.apart(begin, end, ProjectSet<Kind, Update::Compliant, Group, Local>{this, group, &patch, local, &set});
+    });
+  }
+};
+
+}  // namespace malha

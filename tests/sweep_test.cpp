@@ -1,0 +1,386 @@
+#include "host/solver/sweep.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/base/point_array.h"
+#include "kernels/integrate.h"
+#include "tests/scene_builders.h"
+#include "tests/tangles.h"
+
+namespace malha {
+namespace {
+
+/// The same sweep one constraint at a time in plain scalars, on particles of its own: the formulas of Müller et al.
+/// 2006 and Macklin et al. 2016, in the order of the plan. C and its gradient come scaled by s.
+template <class R>
+class ScalarSweep {
+ public:
+  explicit ScalarSweep(const Model& model) : model_(model), plan_(plan_patches(model)) {
+    const SolverSpec& solver = model.scene.solver;
+    const double h = solver.dt / solver.substeps;
+    for (std::size_t s = 0; s < model.sets.size(); ++s) {
+      const ConstraintSet& set = model.sets[s];
+      k_.push_back(R(1 - std::pow(1 - set.stiffness, 1.0 / (solver.substeps * solver.iterations))));
+      alpha_.push_back(R(set.compliance.value_or(0) / (h * h)));
+      lambda_.emplace_back(set.count(), R(0));
+      rest_.emplace_back();
+      with_kind(set, [&]<class Kind>(Kind) {
+        for (int c = 0; c < set.count(); ++c) {
+          Vector3<double> X[Kind::particles];
+          for (int j = 0; j < Kind::particles; ++j) {
+            const Vec3& x = model.x[set.particles[c * set.arity + j]];
+            X[j] = {x[0], x[1], x[2]};
+          }
+          rest_[s].push_back(R(Kind::rest(X, set.parameter)));
+        }
+      });
+    }
+  }
+
+  void operator()(std::vector<Vector3<R>>& p) {
+    for (const Patch& patch : plan_.patches)
+      for (int b = patch.batch; b < patch.batch + patch.batches; ++b) {
+        const Batch& batch = plan_.batches[b];
+        with_kind(model_.sets[batch.set], [&]<class Kind>(Kind) {
+          for (int n = 0; n < batch.count; ++n)
+            if (const int c = plan_.sets[batch.set].constraint[batch.slot + n]; c >= 0) project<Kind>(p, batch.set, c);
+        });
+      }
+  }
+
+  void start_substep() {
+    for (auto& lambda : lambda_) std::fill(lambda.begin(), lambda.end(), R(0));
+  }
+
+  const PatchPlan& plan() const { return plan_; }
+
+ private:
+  template <class F>
+  static void with_kind(const ConstraintSet& set, const F& f) {
+    for_each_constraint([&]<class Kind>(Kind kind) {
+      if (set.type == Kind::name) f(kind);
+    });
+  }
+
+  template <class Kind>
+  void project(std::vector<Vector3<R>>& p, int s, int c) {
+    constexpr int n = Kind::particles;
+    const ConstraintSet& set = model_.sets[s];
+    const int* of = &set.particles[c * n];
+    Vector3<R> q[n], grad[n];
+    R w[n], scale;
+    for (int j = 0; j < n; ++j) q[j] = p[of[j]], w[j] = R(model_.w[of[j]]);
+    const R C = Kind::evaluate(q, rest_[s][c], grad, scale);
+    R sum = w[0] * dot(grad[0], grad[0]);
+    for (int j = 1; j < n; ++j) sum = sum + w[j] * dot(grad[j], grad[j]);
+    if (!(sum > tiny<R>())) return;
+    const R alpha = alpha_[s];
+    R& lambda = lambda_[s][c];
+    R dlambda = set.compliance ? (-C - scale * alpha * lambda) / (sum + alpha * scale * scale) : -C * k_[s] / sum;
+    if (Kind::inequality) dlambda = std::max(dlambda, set.compliance ? -lambda / scale : R(0));
+    lambda = lambda + scale * dlambda;
+    for (int j = 0; j < n; ++j)
+      if (w[j] > R(0)) p[of[j]] = q[j] + grad[j] * (w[j] * dlambda);
+  }
+
+  const Model& model_;
+  const PatchPlan plan_;
+  std::vector<R> k_, alpha_;
+  std::vector<std::vector<R>> rest_, lambda_;
+};
+
+/// A model's particles and its sweep, as a solver holds them.
+template <class Executor, class R>
+struct Bench {
+  const Model& model;
+  Executor executor;
+  PointArray<Executor, R> x, v, p;
+  Array<Executor, R> w;
+  Sweep<Executor, R> sweep;
+
+  Bench(const Model& of, const Executor& on, int threads, const std::vector<Vec3>& predicted)
+      : model(of), executor(on), x(of.x), v(of.v), p(predicted), w(weights(of)), sweep(on, of, threads) {}
+
+  static std::vector<R> weights(const Model& model) {
+    std::vector<R> all(model.w.begin(), model.w.end());
+    all.resize(all.size() + kSlotPack, R(0));
+    return all;
+  }
+  double h() const { return model.scene.solver.dt / model.scene.solver.substeps; }
+  Vector3<R> gravity() const {
+    const Vec3& g = model.scene.gravity;
+    return {R(g[0]), R(g[1]), R(g[2])};
+  }
+  Particles<R> particles() const { return {model.count(), x.points(), v.points(), p.points(), w.data()}; }
+  Visit<R> visit() const { return sweep.visit(particles(), h(), gravity()); }
+  void run(const Visit<R>& visit) const {
+    sweep.region([&](const auto& team) { sweep(team, visit); });
+  }
+};
+
+/// Calls f(executor, threads, name) for the executors of the host, with all instructions that it has.
+template <class F>
+void for_each_executor(const F& f) {
+  for_each_isa([&]<class Isa>(Isa) {
+    f(Serial{Isa::value}, 1, std::string(Isa::name) + ", serial");
+    for (const int threads : {1, 2, 3})
+      f(OpenMP{threads, Isa::value}, threads, std::string(Isa::name) + ", " + std::to_string(threads) + " threads");
+  });
+}
+
+std::vector<Vec3> displaced(const Model& model, double by, unsigned seed) {
+  Random random(seed);
+  std::vector<Vec3> p = model.x;
+  for (int i = 0; i < model.count(); ++i) {
+    const Vector3<double> d = random.in_cube(by);
+    if (model.w[i] > 0) p[i] = {p[i][0] + d.x, p[i][1] + d.y, p[i][2] + d.z};
+  }
+  return p;
+}
+
+void give_velocities(Model& model, double size) {
+  Random random(5);
+  for (int i = 0; i < model.count(); ++i) {
+    const Vector3<double> v = random.in_cube(size);
+    if (model.w[i] > 0) model.v[i] = {v.x, v.y, v.z};
+  }
+}
+
+SolverSpec some_solver(int substeps, int iterations) {
+  SolverSpec solver;
+  solver.dt = 0.1, solver.substeps = substeps, solver.iterations = iterations;
+  return solver;
+}
+
+/// Patches of rows: tangles with hubs and pins, as many sets as there are kinds.
+Model tangled_model(std::optional<double> compliance) {
+  Random random(1);
+  constexpr int particles = 800;
+  std::vector<ConstraintSet> sets;
+  for_each_constraint([&]<class Kind>(Kind) {
+    ConstraintSet set = set_of(Kind::particles, tangle(particles, Kind::particles, particles, random, 100));
+    set.type = Kind::name;
+    set.parameter = Kind::parameter.standard;
+    set.stiffness = 0.8;
+    set.compliance = compliance;
+    sets.push_back(set);
+  });
+  std::vector<bool> pinned(particles);
+  for (int i = 0; i < particles; ++i) pinned[i] = random.below(20) == 0;
+  Model model = model_of(sets, pinned, random, random_cuts(5, particles, random));
+  model.scene.solver = some_solver(3, 2);
+  return model;
+}
+
+/// Adding even a zero to these would be seen.
+void put_pins_at_minus_zero(Model& model) {
+  for (int i = 0; i < model.count(); ++i)
+    if (model.w[i] == 0) model.x[i][0] = -0.0;
+}
+
+/// Patches of columns: a sheet with every kind on it.
+Model sheet_model(std::optional<double> compliance) {
+  std::vector<ConstraintSpec> constraints;
+  for_each_constraint([&]<class Kind>(Kind) {
+    ConstraintSpec spec = constraint(Kind::name, Kind::parameter.standard);
+    if (Kind::element == Element::Edges) spec.on = {"edges", "shear"};
+    spec.stiffness = compliance ? 1 : 0.8;
+    spec.compliance = compliance;
+    constraints.push_back(spec);
+  });
+  BodySpec sheet = body("sheet", GridShape{{1, 1}, {24, 40}}, constraints);
+  sheet.pins = {ListPin{{0, 24, 400, 700}}};
+  Scene scene = scene_of({sheet});
+  scene.solver = some_solver(3, 2);
+  return build_model(scene);
+}
+
+template <class R, class Executor>
+void expect_same_as_scalar(const Model& model, double size, const Executor& executor, int threads,
+                           const std::string& what) {
+  const std::vector<Vec3> start = displaced(model, size, 2);
+  const Bench<Executor, R> bench(model, executor, threads, start);
+  ScalarSweep<R> scalar(model);
+  std::vector<Vector3<R>> p;
+  for (const Vec3& a : start) p.push_back({R(a[0]), R(a[1]), R(a[2])});
+  const std::vector<Vector3<R>> before = p;
+  for (int substep = 0; substep < 2; ++substep) {
+    scalar.start_substep();
+    for (int iteration = 0; iteration < 3; ++iteration) {
+      Visit<R> visit = bench.visit();
+      visit.fresh = iteration == 0;
+      bench.run(visit);
+      scalar(p);
+    }
+  }
+  const Points<R> found = bench.p.points();
+  int moved = 0;
+  for (int i = 0; i < model.count(); ++i) {
+    ASSERT_TRUE(same_bits(found[i], p[i])) << what << ", particle " << i;
+    moved += !same_bits(p[i], before[i]);
+  }
+  EXPECT_GT(moved, model.count() / 2) << what;
+}
+
+TEST(Sweep, InPacksIsBitForBitThatOfOneByOne) {
+  for (const std::optional<double> compliance : {std::optional<double>(), std::optional(1e-3)}) {
+    Model tangled = tangled_model(compliance), sheet = sheet_model(compliance);
+    put_pins_at_minus_zero(tangled);
+    const PatchPlan rows = plan_patches(tangled), columns = plan_patches(sheet);
+    ASSERT_EQ(rows.columns, 0);
+    ASSERT_GT(rows.phases(), 1);
+    ASSERT_EQ(columns.columns, static_cast<int>(columns.patches.size()));
+    ASSERT_GT(columns.patches.size(), 1u);
+    for_each_executor([&](const auto& executor, int threads, const std::string& name) {
+      // A cell of the sheet is 0.025 m wide: a tenth of that folds it.
+      expect_same_as_scalar<float>(tangled, 0.5, executor, threads, "rows, float, " + name);
+      expect_same_as_scalar<double>(tangled, 0.5, executor, threads, "rows, double, " + name);
+      expect_same_as_scalar<float>(sheet, 0.002, executor, threads, "columns, float, " + name);
+      expect_same_as_scalar<double>(sheet, 0.002, executor, threads, "columns, double, " + name);
+    });
+  }
+}
+
+TEST(Sweep, ForgetsLambdaWhenASubstepStarts) {
+  const Model model = tangled_model(0.01);
+  const std::vector<Vec3> start = displaced(model, 0.5, 3);
+  Bench<Serial, double> bench(model, {}, 1, start);
+  const auto project = [&](bool fresh) {
+    bench.p.upload(start);
+    Visit<double> visit = bench.visit();
+    visit.fresh = fresh;
+    bench.run(visit);
+    return bench.p.download();
+  };
+  const auto first = project(true), remembered = project(false), again = project(true);
+  EXPECT_NE(first, remembered);
+  EXPECT_EQ(first, again);
+}
+
+/// Some substeps in visits that predict and update, or in passes of their own.
+template <class R, class Executor>
+Bench<Executor, R> advanced(const Model& model, const Executor& executor, int threads, bool fused) {
+  Bench<Executor, R> bench(model, executor, threads, model.x);
+  const Particles<R> all = bench.particles();
+  const SolverSpec& solver = model.scene.solver;
+  const R h = R(bench.h()), per_h = R(1 / bench.h());
+  for (int s = 0; s < solver.substeps; ++s) {
+    if (!fused) parallel_for(executor, model.count(), Predict<R>{all, h, bench.gravity()});
+    for (int iteration = 0; iteration < solver.iterations; ++iteration) {
+      Visit<R> visit = bench.visit();
+      visit.fresh = iteration == 0;
+      visit.predicts = fused && iteration == 0;
+      visit.updates = fused && iteration + 1 == solver.iterations;
+      bench.run(visit);
+    }
+    if (!fused) parallel_reduce<FirstIndex>(executor, model.count(), UpdateState<R>{all, h, per_h});
+  }
+  EXPECT_FALSE(bench.sweep.lost());
+  return bench;
+}
+
+template <class R>
+void expect_fused_same(const Model& model, const std::string& what) {
+  const auto apart = advanced<R>(model, Serial{}, 1, false);
+  for_each_executor([&](const auto& executor, int threads, const std::string& name) {
+    const auto fused = advanced<R>(model, executor, threads, true);
+    for (int i = 0; i < model.count(); ++i) {
+      ASSERT_TRUE(same_bits(fused.x.points()[i], apart.x.points()[i])) << what << ", " << name << ", x of " << i;
+      ASSERT_TRUE(same_bits(fused.v.points()[i], apart.v.points()[i])) << what << ", " << name << ", v of " << i;
+    }
+  });
+  EXPECT_NE(apart.x.download(), model.x) << what << ": nothing moved";
+}
+
+TEST(Sweep, ThatPredictsAndUpdatesGivesTheBitsOfSeparatePasses) {
+  for (const int iterations : {1, 3}) {
+    Model tangled = tangled_model(std::nullopt), sheet = sheet_model(1e-3);
+    Model cloud = build_model(scene_of({body("cloud", CloudShape{{0, 0, 0}, {1, 1, 1}, {9, 9, 21}})}));
+    for (Model* model : {&tangled, &sheet, &cloud}) {
+      model->scene.solver = some_solver(4, iterations);
+      model->scene.gravity = {0.1, -9.81, 0.2};
+      give_velocities(*model, 0.1);
+      const std::string what = model == &tangled ? "rows" : model == &sheet ? "columns" : "no constraints";
+      expect_fused_same<float>(*model, what + ", float, " + std::to_string(iterations) + " iterations");
+      expect_fused_same<double>(*model, what + ", double, " + std::to_string(iterations) + " iterations");
+    }
+  }
+}
+
+TEST(Sweep, LeavesPinnedParticlesAsTheyWere) {
+  Model model = tangled_model(std::nullopt);
+  put_pins_at_minus_zero(model);
+  give_velocities(model, 0.1);
+  const auto bench = advanced<float>(model, OpenMP{2}, 2, true);
+  const std::vector<Vec3> x = bench.x.download(), v = bench.v.download();
+  int pinned = 0;
+  for (int i = 0; i < model.count(); ++i) {
+    if (model.w[i] > 0) continue;
+    ++pinned;
+    const Vector3<float> expected{float(model.x[i][0]), float(model.x[i][1]), float(model.x[i][2])};
+    EXPECT_TRUE(same_bits(bench.x.points()[i], expected)) << i;
+    EXPECT_EQ(v[i], (Vec3{0, 0, 0})) << i;
+  }
+  EXPECT_GT(pinned, 20);
+}
+
+TEST(Sweep, NamesTheParticleThatIsLostAndTheSubstepInWhichItWas) {
+  for_each_executor([&](const auto& executor, int threads, const std::string& name) {
+    for (const int lost : {0, 5, 801, 1700}) {
+      Model model = build_model(scene_of({body("cloud", CloudShape{{0, 0, 0}, {1, 1, 1}, {9, 9, 21}})}));
+      model.v[lost][1] = 1e30;  // a float's range ends at 3.4e38
+      model.scene.solver.dt = 1e8, model.scene.solver.substeps = 1;
+      Bench<std::decay_t<decltype(executor)>, float> bench(model, executor, threads, model.x);
+      EXPECT_EQ(bench.sweep.first_lost(bench.x.download(), model.user_of), -1);
+      for (int substep = 1; substep <= 5; ++substep) {
+        Visit<float> visit = bench.visit();
+        visit.predicts = visit.updates = true;
+        visit.substep = substep;
+        bench.run(visit);
+        EXPECT_EQ(bench.sweep.lost(), substep > 3) << name << ", substep " << substep;  // at 1e38 m a substep
+      }
+      EXPECT_EQ(bench.sweep.first_lost(bench.x.download(), model.user_of), model.user_of[lost]) << name;
+    }
+  });
+}
+
+TEST(Sweep, StatesWhatItHolds) {
+  const Model model = sheet_model(std::nullopt);
+  const PatchPlan plan = plan_patches(model);
+  const Sweep<Serial, float> sweep({}, model, 1);
+  EXPECT_EQ(sweep.facts().patches, static_cast<int>(plan.patches.size()));
+  EXPECT_EQ(sweep.facts().phases, plan.phases());
+  EXPECT_EQ(sweep.facts().columns, plan.columns);
+  EXPECT_EQ(sweep.facts().shared, plan.shared);
+  EXPECT_EQ(sweep.facts().most_slots, plan.most_slots);
+  ASSERT_EQ(sweep.set_facts().size(), model.sets.size());
+  for (std::size_t s = 0; s < model.sets.size(); ++s) {
+    const SetFacts& facts = sweep.set_facts()[s];
+    EXPECT_EQ(facts.type, model.sets[s].type);
+    EXPECT_EQ(facts.constraints, model.sets[s].count());
+    EXPECT_EQ(facts.in_runs, plan.sets[s].in_runs);
+    EXPECT_EQ(facts.most_batches, plan.sets[s].most_batches);
+    // A rest value a slot, and the particles of the gathered ones.
+    const std::size_t slots = plan.sets[s].constraint.size(), gathered = plan.sets[s].index[0].size();
+    EXPECT_EQ(facts.bytes, slots * sizeof(float) + gathered * model.sets[s].arity * sizeof(LocalIndex));
+  }
+}
+
+TEST(StiffnessPerProjection, ComposesToTheStiffness) {
+  for (const double k : {0.0, 0.3, 1.0})
+    for (const int n : {1, 10, 1000}) {
+      const double per = stiffness_per_projection(k, n);
+      EXPECT_NEAR(std::pow(1 - per, n), 1 - k, 1e-13);
+      EXPECT_GE(per, 0);
+      EXPECT_LE(per, 1);
+    }
+}
+
+}  // namespace
+}  // namespace malha
