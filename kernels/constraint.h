@@ -20,41 +20,46 @@ struct Parameter {
 /// Compliant: XPBD, dlambda = (-C - alpha~ lambda) / (sum w |grad C|^2 + alpha~) (Macklin, Müller, Chentanez 2016).
 enum class Update { Stiff, Compliant };
 
-/// The numbers of a set. Rest values and lambda are by slot. Padding has no rest value (NaN), and every kind answers it
-/// with a zero gradient: in a run it reads and writes particles of other constraints, finite or not.
+/// The numbers of a set. Lambda is by slot, and so are rest values within a batch. Padding has no rest value (NaN), and
+/// every kind answers it with a zero gradient: in a run it reads and writes particles of other constraints, finite or
+/// not.
 template <class R>
 struct SetView {
   int kind;       // its place in the registry
   Update update;  // how its constraints are met
   const LocalIndex* index[kMostParticles];
   const R* rest;
-  R* lambda;     // Compliant, if there is more than one iteration: accumulated over those of a substep
-  R stiffness;   // Stiff: k'
-  R compliance;  // Compliant: alpha~ = alpha / dt^2
+  const unsigned short* held;  // a bit a slot
+  R* lambda;                   // Compliant, if there is more than one iteration: accumulated over those of a substep
+  R stiffness;                 // Stiff: k'
+  R compliance;                // Compliant: alpha~ = alpha / dt^2
+};
+
+template <class S>
+struct RestOf {
+  S value;
+  decltype(S() == S()) held;  // false: padding
 };
 
 /// What one projection does to the particles of a pack: p += w grad dlambda.
 template <class Kind, Update update, class R>
 struct Correct {
   static constexpr int n = Kind::particles;
-  const R* rest;  // from the batch's first slot on, and so is lambda
-  R* lambda;
+  R* lambda;   // from the batch's first slot on
   R number;    // k' or alpha~
   bool fresh;  // first iteration of a substep: lambda is 0
 
   KERNEL Correct(const SetView<R>& set, int slot, bool first_iteration)
-      : rest(set.rest + slot),
-        lambda(set.lambda ? set.lambda + slot : nullptr),
+      : lambda(set.lambda ? set.lambda + slot : nullptr),
         number(update == Update::Stiff ? set.stiffness : set.compliance),
         fresh(first_iteration) {}
 
   /// C and its gradient come scaled by s > 0, which PBD's update does not notice: XPBD's multiplier is s dlambda.
   template <class S>
-  KERNEL void operator()(Vector3<S> (&q)[n], const S (&w)[n], int at) const {
+  KERNEL void operator()(Vector3<S> (&q)[n], const S (&w)[n], const RestOf<S>& rest, int at) const {
     Vector3<S> grad[n];
-    S l, s;
-    load(rest + at, l);
-    const S C = Kind::evaluate(q, l, grad, s);
+    S s;
+    const S C = Kind::evaluate(q, rest.value, rest.held, grad, s);
     S sum = w[0] * dot(grad[0], grad[0]);
     for (int j = 1; j < n; ++j) sum = sum + w[j] * dot(grad[j], grad[j]);
 
@@ -78,13 +83,36 @@ struct Correct {
   }
 };
 
+/// The rest values of a batch, from its first slot on: one a slot,
+template <class R>
+struct RestOfEach {
+  const R* rest;
+  template <class S>
+  KERNEL RestOf<S> read(int at) const {
+    S l;
+    load(rest + at, l);
+    return {l, l == l};
+  }
+};
+/// or one for all that are not padding, as in a grid: a 32nd of the memory.
+template <class R>
+struct RestOfAll {
+  R rest;
+  const unsigned short* held;
+  template <class S>
+  KERNEL RestOf<S> read(int at) const {
+    return {S(rest), lanes_of<S>(held[at / kWordSlots] >> at % kWordSlots)};
+  }
+};
+
 /// Projects the packs of a run in a patch's memory.
-template <class Kind, Update update, class R, class Isa, class Local>
+template <class Kind, Update update, class R, class Isa, class Local, class Rest>
 struct ProjectRun {
   static constexpr int n = Kind::particles;
   static constexpr int lanes = kLanes<R, Isa>;
   using S = Lane<R, Isa>;
   Correct<Kind, update, R> correct;
+  Rest rest;
   Local end[n];  // the memory from where each end begins
 
   KERNEL void operator()(int pack) const {
@@ -92,7 +120,7 @@ struct ProjectRun {
     Vector3<S> q[n];
     S w[n];
     for (int j = 0; j < n; ++j) end[j].read(first, q[j], w[j]);
-    correct(q, w, first);
+    correct(q, w, rest.template read<S>(first), first);
     for (int j = 0; j < n; ++j) end[j].write(first, q[j], w[j]);
   }
 };
@@ -109,6 +137,7 @@ struct ProjectGathered {
   };
   Local local;
   Correct<Kind, update, R> correct;
+  RestOfEach<R> rest;
   const LocalIndex* index[n];
 
   // Addresses are cheaper computed again than kept: there are more than registers.
@@ -117,7 +146,9 @@ struct ProjectGathered {
     for (int j = 0; j < n; ++j) local.gather(unknown(index[j]) + pack * lanes, ends.q[j], ends.w[j]);
     return ends;
   }
-  KERNEL void compute(int pack, Ends& ends) const { correct(ends.q, ends.w, pack * lanes); }
+  KERNEL void compute(int pack, Ends& ends) const {
+    correct(ends.q, ends.w, rest.template read<S>(pack * lanes), pack * lanes);
+  }
   KERNEL void write(int pack, const Ends& ends) const {
     for (int j = 0; j < n; ++j) local.scatter(unknown(index[j]) + pack * lanes, ends.q[j], ends.w[j]);
   }
@@ -153,18 +184,21 @@ KERNEL void project(const Group& group, const Local& local, const SetView<R>& se
   constexpr int n = Kind::particles, lanes = kLanes<R, Isa>;
   const int packs = (batch.count + lanes - 1) / lanes;
   const Correct<Kind, update, R> correct(set, batch.slot, fresh);
-  if (batch.run) {
-    ProjectRun<Kind, update, R, Isa, Local> kernel{correct, {}};
-    for (int j = 0; j < n; ++j) kernel.end[j] = local.from(batch.from[j]);
-    group.for_each(packs, kernel);
-    return;
+  if constexpr (Local::side_by_side) {
+    const auto project_run = [&]<class Rest>(const Rest& rest) KERNEL_LAMBDA {
+      ProjectRun<Kind, update, R, Isa, Local, Rest> kernel{correct, rest, {}};
+      for (int j = 0; j < n; ++j) kernel.end[j] = local.from(batch.from[j]);
+      group.for_each(packs, kernel);
+    };
+    if (batch.alike) return project_run(RestOfAll<R>{R(batch.rest), set.held + batch.rests});
+    if (batch.run) return project_run(RestOfEach<R>{set.rest + batch.rests});
   }
-  ProjectGathered<Kind, update, R, Isa, Local> kernel{local, correct, {}};
+  ProjectGathered<Kind, update, R, Isa, Local> kernel{local, correct, {set.rest + batch.rests}, {}};
   for (int j = 0; j < n; ++j) kernel.index[j] = set.index[j] + batch.index;
-  if (batch.pins)
-    group.for_each(packs, ProjectCarefully<Kind, update, R, Isa, Local>{kernel, batch.count});
-  else
-    group.for_each_ahead(packs, kernel);
+  if constexpr (!Local::side_by_side) {
+    if (!batch.pins) return group.for_each_ahead(packs, kernel);
+  }
+  group.for_each(packs, ProjectCarefully<Kind, update, R, Isa, Local>{kernel, batch.count});
 }
 
 }  // namespace malha

@@ -6,9 +6,11 @@
 namespace malha {
 
 /// What both offer. T is R for one particle or Lane<R> for the pack of particles at, at + 1, ...
-/// fill: position and w; read: both; write: the position, where w is known to be there.
+/// fill: position and w; read: both. Packs of any particles are gathered from both; they are scattered to rows only:
+/// the few in columns are filled one by one.
 template <class R>
 struct Columns {
+  static constexpr bool side_by_side = true;
   R *x, *y, *z, *w;
   /// The first `slots` numbers of `memory` are x, and so on.
   KERNEL static Columns over(R* memory, int slots) {
@@ -25,6 +27,7 @@ struct Columns {
   KERNEL void read(int at, Vector3<T>& q, T& wq) const {
     load(x + at, q.x), load(y + at, q.y), load(z + at, q.z), load(w + at, wq);
   }
+  /// The position, where w is known to be there.
   template <class T>
   KERNEL void write(int at, const Vector3<T>& q, const T&) const {
     store(q.x, x + at), store(q.y, y + at), store(q.z, z + at);
@@ -36,20 +39,13 @@ struct Columns {
       set_lane(q.x, i, x[at]), set_lane(q.y, i, y[at]), set_lane(q.z, i, z[at]), set_lane(wq, i, w[at]);
     }
   }
-  template <class S>
-  KERNEL void scatter(const LocalIndex* index, const Vector3<S>& q, const S&) const {
-    for (int i = 0; i < int(sizeof(S) / sizeof(R)); ++i) {
-      const int at = index[i] / kIndexScale<R>;
-      x[at] = lane(q.x, i), y[at] = lane(q.y, i), z[at] = lane(q.z, i);
-    }
-  }
 };
 
 template <class R>
 struct Rows {
+  static constexpr bool side_by_side = false;
   Vec4<R>* row;
   KERNEL static Rows over(R* memory, int /*slots*/) { return {reinterpret_cast<Vec4<R>*>(memory)}; }
-  KERNEL Rows from(int at) const { return {row + at}; }
 
   template <class T>
   KERNEL void fill(int at, const Vector3<T>& q, const T& w) const {
@@ -58,10 +54,6 @@ struct Rows {
   template <class T>
   KERNEL void read(int at, Vector3<T>& q, T& w) const {
     gather_rows(row + at, Consecutive().index, q, w);
-  }
-  template <class T>
-  KERNEL void write(int at, const Vector3<T>& q, const T& w) const {
-    fill(at, q, w);
   }
   template <class S>
   KERNEL void gather(const LocalIndex* index, Vector3<S>& q, S& w) const {

@@ -52,6 +52,10 @@ template <class R>
 KERNEL void set_lane(R& a, int, R value) {
   a = value;
 }
+template <class S>
+KERNEL bool lanes_of(unsigned bits) {
+  return bits & 1;
+}
 
 #else
 
@@ -251,6 +255,13 @@ KERNEL void load(const R* from, Pack<R, bytes>& to) {
 template <class R, int bytes>
 KERNEL void store(const Pack<R, bytes>& from, R* to) {
   *reinterpret_cast<typename VectorOf<R, bytes>::Anywhere*>(to) = from.v;
+}
+/// The mask of the lanes whose bits are set, the lowest for the first lane.
+template <class S>
+KERNEL typename S::Mask lanes_of(unsigned bits) {
+  typename S::Mask bit;
+  for (int i = 0; i < S::lanes; ++i) bit[i] = 1 << i;
+  return (bit & static_cast<int>(bits)) != 0;
 }
 template <class R, int bytes>
 KERNEL R lane(const Pack<R, bytes>& a, int i) {

@@ -27,7 +27,13 @@ struct Batch {
   bool run, pins;
   LocalIndex from[kMostParticles];  // of a run
   int index;                        // otherwise, where the particles of the slots stand in the set's index
+  bool alike;                       // a run whose rest values are all the same: `rest`
+  double rest;
+  int rests;  // where those of the slots begin, in the set's; if they are alike, the bits that tell padding, in `held`
 };
+
+/// Slots a word of `held`: the most lanes of a pack.
+inline constexpr int kWordSlots = 16;
 
 struct Patch {
   int segment, segments;

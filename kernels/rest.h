@@ -47,7 +47,7 @@ struct MeasureResidual {
     Vector3<double> q[n], grad[n];
     corners<Kind>(x, particles + c * n, q);
     double scale, sum = 0, sum_w = 0;
-    const double scaled = Kind::evaluate(q, rest, grad, scale);
+    const double scaled = Kind::evaluate(q, rest, true, grad, scale);
     for (int j = 0; j < n; ++j) sum += dot(grad[j], grad[j]), sum_w += w[particles[c * n + j]];
     const bool degenerate = !(sum > tiny<double>());
     // Coincident points: as short as can be, which an inequality allows.

@@ -88,7 +88,13 @@ struct Visit {
     const Points<R>& v = particles.v;
     if (predict) ask_for(v.x + at, count), ask_for(v.y + at, count), ask_for(v.z + at, count);
   }
-  KERNEL void ask_for(const Batch& batch) const { ask_for(sets[batch.set].rest + batch.slot, batch.count); }
+  KERNEL void ask_for(const Batch& batch) const {
+    const SetView<R>& set = sets[batch.set];
+    if (batch.alike)
+      ask_for(set.held + batch.rests, batch.count / kWordSlots + 1);
+    else
+      ask_for(set.rest + batch.rests, batch.count);
+  }
 
   template <class T>
   KERNEL static Vector3<T> read(const Points<R>& points, int i) {

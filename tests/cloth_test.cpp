@@ -53,7 +53,7 @@ TEST(HungChain, OfStiffLinksSagsAsTheCatenary) {
   const double sag = low * (std::cosh(span / 2 / low) - 1);
   const auto sag_error = [&](int substeps) {
     BodySpec chain = hung_chain({0, 0, 0}, {span, 0, 0}, 20, 1.0 / 21);
-    chain.pins.push_back(RowPin{true});
+    chain.pins = {ListPin{{0}}, RowPin{true}};
     chain.constraints = {stiff("distance", {"edges"}, 1, length / span)};
     return -after(at_rest_soon(chain, substeps, 0.03), 20).positions()[10][1] - sag;
   };

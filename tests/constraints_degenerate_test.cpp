@@ -105,7 +105,7 @@ TEST(EveryConstraint, GivesPaddingAZeroGradientWhateverItReads) {
         Vector3<float> corners[Kind::particles];
         std::copy_n(q, Kind::particles, corners);
         float scale;
-        Kind::evaluate(corners, std::numeric_limits<float>::quiet_NaN(), grad, scale);
+        Kind::evaluate(corners, 1.0f, false, grad, scale);
         for (const auto& g : grad) EXPECT_EQ(dot(g, g), 0) << Kind::name << ", " << there;
       }
   });

@@ -42,8 +42,8 @@ TEST(EveryConstraint, IsScaledByItsPlacesAlone) {
       std::copy(at.begin(), at.end(), q);
       const double rest = Kind::rest(q, Kind::parameter.standard);
       double scale = 0, with_another_rest = 0;
-      Kind::evaluate(q, rest, grad, scale);
-      Kind::evaluate(q, rest + 0.1, grad, with_another_rest);
+      Kind::evaluate(q, rest, true, grad, scale);
+      Kind::evaluate(q, rest + 0.1, true, grad, with_another_rest);
       EXPECT_GT(scale, 0) << Kind::name;
       EXPECT_EQ(scale, with_another_rest) << Kind::name;
     }

@@ -32,9 +32,10 @@ struct OneConstraint {
   /// Lambda accumulates from call to call.
   template <Update update>
   void project(double stiffness, double compliance) {
-    SetView<R> set{0, update, {}, rest, lambda, R(stiffness), R(compliance)};
+    SetView<R> set{0, update, {}, rest, nullptr, lambda, R(stiffness), R(compliance)};
     for (int j = 0; j < n; ++j) set.index[j] = index[j];
-    const Batch batch{0, 0, 1, false, true, {}, 0};
+    Batch batch{};
+    batch.count = 1, batch.pins = true;
     malha::project<Kind, update>(Group<Own>{0, -1, nullptr}, Rows<R>::over(&p[0].x, n), set, batch, false);
   }
 
@@ -49,7 +50,7 @@ struct OneConstraint {
   R evaluate(Vector3<R> (&grad)[n], R& scale) const {
     Vector3<R> q[n];
     for (int j = 0; j < n; ++j) q[j] = p[j].xyz();
-    return Kind::evaluate(q, rest[0], grad, scale);
+    return Kind::evaluate(q, rest[0], true, grad, scale);
   }
 };
 
@@ -59,7 +60,7 @@ double evaluate(const Corners<Kind>& at, double rest, Vector3<double> (&grad)[Ki
   Vector3<double> q[Kind::particles];
   for (int j = 0; j < Kind::particles; ++j) q[j] = at[j];
   double scale;
-  const double scaled = Kind::evaluate(q, rest, grad, scale);
+  const double scaled = Kind::evaluate(q, rest, true, grad, scale);
   for (auto& g : grad) g = g * (1 / scale);
   return scaled / scale;
 }

@@ -8,10 +8,11 @@
 
 #include "host/base/array.h"
 #include "host/solver/patch_plan.h"
+#include "host/solver/rest_values.h"
 #include "host/solver/solver.h"
 #include "host/solver/stiffness.h"
+#include "host/solver/visit_patches.h"
 #include "kernels/rest.h"
-#include "kernels/visit.h"
 
 namespace malha {
 
@@ -19,16 +20,15 @@ template <class Executor, class R>
 class Sweep {
  public:
   Sweep(const Executor& executor, const Model& model, int threads) : executor_(executor) {
-    const PatchPlan plan = plan_patches(model);
+    PatchPlan plan = plan_patches(model);
     patches_ = Array<Executor, Patch>(plan.patches);
     segments_ = Array<Executor, Segment>(plan.segments);
-    batches_ = Array<Executor, Batch>(plan.batches);
     phase_begin_ = plan.phase_begin;
     width_ = plan.width();
     std::vector<SetView<R>> views;
     sets_.resize(model.sets.size());
-    for (std::size_t s = 0; s < sets_.size(); ++s)
-      views.push_back(lay_out(model, model.sets[s], plan.sets[s], sets_[s]));
+    for (std::size_t s = 0; s < sets_.size(); ++s) views.push_back(lay_out(model, static_cast<int>(s), plan, sets_[s]));
+    batches_ = Array<Executor, Batch>(plan.batches);
     views_ = Array<Executor, SetView<R>>(views);
     lost_ = Array<Executor, int>(plan.patches.size(), 0);
     // Whole cache lines, and the memories of two threads never in the same set of a cache.
@@ -59,7 +59,7 @@ class Sweep {
   template <class Team>
   void operator()(const Team& team, const Visit<R>& visit) const {
     for (std::size_t phase = 0; phase + 1 < phase_begin_.size(); ++phase)
-      parallel_groups(team, phase_begin_[phase], phase_begin_[phase + 1], {memory_.data(), memory_bytes_}, visit);
+      visit_patches(team, visit, phase_begin_[phase], phase_begin_[phase + 1], {memory_.data(), memory_bytes_});
   }
 
   /// Of the particles without a finite position x in the patches that were the first to lose one: that with the lowest
@@ -93,20 +93,27 @@ class Sweep {
   struct Set {
     Array<Executor, LocalIndex> index[kMostParticles];
     Array<Executor, R> rest, lambda;
+    Array<Executor, unsigned short> held;
     std::size_t bytes() const {
-      std::size_t sum = rest.bytes() + lambda.bytes();
+      std::size_t sum = rest.bytes() + held.bytes() + lambda.bytes();
       for (const auto& of : index) sum += of.bytes();
       return sum;
     }
   };
 
-  SetView<R> lay_out(const Model& model, const ConstraintSet& set, const SetPlan& plan, Set& own) const {
+  SetView<R> lay_out(const Model& model, int s, PatchPlan& patches, Set& own) const {
+    const ConstraintSet& set = model.sets[s];
+    const SetPlan& plan = patches.sets[s];
     const SolverSpec& solver = model.scene.solver;
     const double h = solver.dt / solver.substeps;
     SetView<R> view{};
     int kind = 0;
     for_each_constraint([&]<class Kind>(Kind) {
-      if (set.type == Kind::name) view.kind = kind, own.rest = Array<Executor, R>(rest_values<Kind>(model, set, plan));
+      if (set.type == Kind::name) {
+        view.kind = kind;
+        RestValues<R> rest(rest_values<Kind>(model, set, plan), s, patches.batches);
+        own.rest = Array<Executor, R>(rest.each), own.held = Array<Executor, unsigned short>(rest.held);
+      }
       ++kind;
     });
     for (int j = 0; j < set.arity; ++j) {
@@ -115,7 +122,7 @@ class Sweep {
     }
     view.update = set.compliance ? Update::Compliant : Update::Stiff;
     if (set.compliance && solver.iterations > 1) own.lambda = Array<Executor, R>(plan.constraint.size(), R(0));
-    view.rest = own.rest.data();
+    view.rest = own.rest.data(), view.held = own.held.data();
     view.lambda = own.lambda.data();
     view.stiffness = R(stiffness_per_projection(set.stiffness, double(solver.substeps) * solver.iterations));
     view.compliance = R(set.compliance.value_or(0) / (h * h));

@@ -20,11 +20,11 @@ struct Bending {
   KERNEL static S rest(const Vector3<S> (&X)[4], S rest_scale) {
     Vector3<S> grad[4];
     S scale;
-    return evaluate(X, S(typename RealOf<S>::type(0)), grad, scale) * rest_scale;
+    return evaluate(X, S(typename RealOf<S>::type(0)), true, grad, scale) * rest_scale;
   }
 
-  template <class S>
-  KERNEL static S evaluate(const Vector3<S> (&p)[4], S theta0, Vector3<S> (&grad)[4], S& scale) {
+  template <class S, class Mask>
+  KERNEL static S evaluate(const Vector3<S> (&p)[4], S theta0, const Mask& held, Vector3<S> (&grad)[4], S& scale) {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
     scale = one;
@@ -33,10 +33,10 @@ struct Bending {
     const Vector3<S> from0to3 = p[3] - p[0], from1to3 = p[3] - p[1];
     const Vector3<S> n1 = cross(e, from0to2), n2 = cross(from0to3, e);
     const S e2 = dot(e, e), a1 = dot(n1, n1), a2 = dot(n2, n2);
-    // A triangle without area has no normal: a zero gradient skips it, and padding. Areas are compared with the edge,
+    // A triangle without area has no normal: a zero gradient skips it. Areas are compared with the edge,
     // not in m^4.
     const S sliver = e2 * e2 * S(R(1e-12));
-    const auto whole = (select(a1 < a2, a1, a2) > larger(sliver, S(tiny<R>()))) & (theta0 == theta0);
+    const auto whole = (select(a1 < a2, a1, a2) > larger(sliver, S(tiny<R>()))) & held;
     const S length = root(select(whole, e2, one));
     const S u1 = one / select(whole, a1, one), u2 = one / select(whole, a2, one);
     const Vector3<S> m1 = n1 * u1, m2 = n2 * u2;

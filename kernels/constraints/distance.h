@@ -20,9 +20,9 @@ struct Distance {
   }
 
   /// C and its gradients times |p0 - p1|: no division. Coincident points have no direction, and a zero gradient.
-  template <class S>
-  KERNEL static S evaluate(const Vector3<S> (&p)[2], S l, Vector3<S> (&grad)[2], S& scale) {
-    grad[0] = or_zero(l == l, p[0] - p[1]);
+  template <class S, class Mask>
+  KERNEL static S evaluate(const Vector3<S> (&p)[2], S l, const Mask& held, Vector3<S> (&grad)[2], S& scale) {
+    grad[0] = or_zero(held, p[0] - p[1]);
     grad[1] = -grad[0];
     scale = root(dot(grad[0], grad[0]));
     return scale * (scale - l);

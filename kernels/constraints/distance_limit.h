@@ -19,9 +19,9 @@ struct DistanceLimit {
     return Distance::rest(X, S(typename RealOf<S>::type(1)) + limit);
   }
 
-  template <class S>
-  KERNEL static S evaluate(const Vector3<S> (&p)[2], S longest, Vector3<S> (&grad)[2], S& scale) {
-    const S excess = Distance::evaluate(p, longest, grad, scale);
+  template <class S, class Mask>
+  KERNEL static S evaluate(const Vector3<S> (&p)[2], S longest, const Mask& held, Vector3<S> (&grad)[2], S& scale) {
+    const S excess = Distance::evaluate(p, longest, held, grad, scale);
     grad[0] = -grad[0], grad[1] = -grad[1];
     return -excess;
   }

@@ -1,0 +1,66 @@
+// Rest values are stored once for a run in which they are all alike, and one by one elsewhere.
+#include "host/solver/rest_values.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "kernels/constraint.h"
+
+namespace malha {
+namespace {
+
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+
+Batch batch_of(int set, int slot, int count, bool run) {
+  Batch batch{};
+  batch.set = set, batch.slot = slot, batch.count = count, batch.run = run;
+  return batch;
+}
+
+/// What the kernels read.
+std::vector<float> read_back(const RestValues<float>& rest, const Batch& batch) {
+  std::vector<float> values;
+  using S = Lane<float>;
+  for (int at = 0; at < batch.count; at += kLanes<float>) {
+    const RestOf<S> of = batch.alike ? RestOfAll<float>{float(batch.rest), rest.held.data() + batch.rests}.read<S>(at)
+                                     : RestOfEach<float>{rest.each.data() + batch.rests}.read<S>(at);
+    for (int i = 0; i < kLanes<float> && at + i < batch.count; ++i)
+      values.push_back(of.held[i] ? lane(of.value, i) : kNone);
+  }
+  return values;
+}
+
+void expect_same(const std::vector<float>& a, const std::vector<float>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i)
+    EXPECT_TRUE(a[i] == b[i] || (a[i] != a[i] && b[i] != b[i])) << i << ": " << a[i] << ", not " << b[i];
+}
+
+TEST(RestValues, AreReadBackAsTheyWereWithTheirPadding) {
+  // Two runs alike, of which one ends with the word and one does not; a run that is not; a gathered batch.
+  std::vector<std::vector<float>> values(4);
+  for (int i = 0; i < 37; ++i) values[0].push_back(i % 5 == 4 ? kNone : 0.25f);
+  for (int i = 0; i < 32; ++i) values[1].push_back(0.5f);
+  for (int i = 0; i < 20; ++i) values[2].push_back(i % 7 == 6 ? kNone : float(i));
+  for (int i = 0; i < 9; ++i) values[3].push_back(3);
+  std::vector<float> by_slot;
+  std::vector<Batch> batches;
+  for (int k = 0; k < 4; ++k) {
+    batches.push_back(batch_of(5, static_cast<int>(by_slot.size()), static_cast<int>(values[k].size()), k < 3));
+    batches.push_back(batch_of(4, 0, 16, true));  // another set's: not ours to touch
+    by_slot.insert(by_slot.end(), values[k].begin(), values[k].end());
+    while (by_slot.size() % kWordSlots != 0) by_slot.push_back(kNone);
+  }
+  const RestValues<float> rest(by_slot, 5, batches);
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_EQ(batches[2 * k].alike, k < 2) << k;
+    expect_same(read_back(rest, batches[2 * k]), values[k]);
+    EXPECT_FALSE(batches[2 * k + 1].alike);
+  }
+  EXPECT_EQ(rest.held.size(), 3u + 2u) << "a word for 16 slots";
+  EXPECT_EQ(rest.each.size(), 32u + 16u);
+}
+
+}  // namespace
+}  // namespace malha
