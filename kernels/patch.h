@@ -39,6 +39,7 @@ struct Patch {
   int segment, segments;
   int batch, batches;
   int slots;     // of fast memory, particles
+  int kept;      // slots of the patches before it: where its memory begins, if every patch keeps its own
   bool columns;  // how that memory is laid out
 };
 

@@ -21,12 +21,13 @@ struct Visit {
   bool fresh;          // first iteration of a substep
   bool prefetches;     // the particles do not fit in a core's caches: those of the next patch are asked for early
   int substep;         // 1 ..
+  R* kept;             // memories that patches keep from a substep's first iteration to its last, or null
   int* lost;           // of each patch: the first substep that left a particle without a finite position, or 0
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const Patch& patch = patches[group.index];
-    R* memory = static_cast<R*>(group.memory);
+    R* memory = kept ? kept + size_t(4) * patch.kept : static_cast<R*>(group.memory);
     if (patch.columns)
       visit(group, patch, Columns<R>::over(memory, patch.slots));
     else
@@ -37,7 +38,8 @@ struct Visit {
   template <class Group, class Local>
   KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
     const int begin = patch.segment, end = patch.segment + patch.segments;
-    for (int s = begin; s < end; ++s) bring(group, segments[s], local);
+    for (int s = begin; s < end; ++s)
+      if (predicts || !at_home(segments[s])) bring(group, segments[s], local);
     for (int b = 0; b < patch.batches;) {
       int next = b + 1;
       while (next < patch.batches && batches[patch.batch + next].set == batches[patch.batch + b].set) ++next;
@@ -45,13 +47,16 @@ struct Visit {
       b = next;
     }
     for (int s = begin; s < end; ++s) {
-      if (!segments[s].movable) continue;
+      if (!segments[s].movable || (!updates && at_home(segments[s]))) continue;
       if (updates && segments[s].last)
         update(group, segments[s], local);
       else
         put_back(group, segments[s], local);
     }
   }
+
+  /// Whether the particles stay in the patch's memory from one iteration to the next: no other patch visits them.
+  KERNEL bool at_home(const Segment& segment) const { return kept && segment.first && segment.last; }
 
   /// Calls work(i, T()) for the packs and single particles that cover a segment, some twice.
   template <class Group, class Work>
@@ -80,6 +85,7 @@ struct Visit {
     for (int i = 0; i < count; i += 64 / int(sizeof(T))) prefetch(first + i);
   }
   KERNEL void ask_for(const Segment& segment) const {
+    if (!predicts && at_home(segment)) return;
     const int at = segment.global, count = segment.count;
     ask_for(particles.w + at, count);
     const bool predict = predicts && segment.first;

@@ -104,8 +104,8 @@ struct Bench {
   Array<Executor, R> w;
   Sweep<Executor, R> sweep;
 
-  Bench(const Model& of, const Executor& on, int threads, const std::vector<Vec3>& predicted)
-      : model(of), executor(on), x(of.x), v(of.v), p(predicted), w(weights(of)), sweep(on, of, threads) {}
+  Bench(const Model& of, const Executor& on, int threads, const std::vector<Vec3>& predicted, bool keeps = false)
+      : model(of), executor(on), x(of.x), v(of.v), p(predicted), w(weights(of)), sweep(on, of, threads, keeps) {}
 
   static std::vector<R> weights(const Model& model) {
     std::vector<R> all(model.w.begin(), model.w.end());
@@ -263,10 +263,10 @@ TEST(Sweep, ForgetsLambdaWhenASubstepStarts) {
   EXPECT_EQ(first, again);
 }
 
-/// Some substeps in visits that predict and update, or in passes of their own.
+/// Some substeps in visits that predict and update, whose patches may keep their memories, or in passes of their own.
 template <class R, class Executor>
-Bench<Executor, R> advanced(const Model& model, const Executor& executor, int threads, bool fused) {
-  Bench<Executor, R> bench(model, executor, threads, model.x);
+Bench<Executor, R> advanced(const Model& model, const Executor& executor, int threads, bool fused, bool keeps = false) {
+  Bench<Executor, R> bench(model, executor, threads, model.x, keeps);
   const Particles<R> all = bench.particles();
   const SolverSpec& solver = model.scene.solver;
   const R h = R(bench.h()), per_h = R(1 / bench.h());
@@ -289,10 +289,13 @@ template <class R>
 void expect_fused_same(const Model& model, const std::string& what) {
   const auto apart = advanced<R>(model, Serial{}, 1, false);
   for_each_executor([&](const auto& executor, int threads, const std::string& name) {
-    const auto fused = advanced<R>(model, executor, threads, true);
-    for (int i = 0; i < model.count(); ++i) {
-      ASSERT_TRUE(same_bits(fused.x.points()[i], apart.x.points()[i])) << what << ", " << name << ", x of " << i;
-      ASSERT_TRUE(same_bits(fused.v.points()[i], apart.v.points()[i])) << what << ", " << name << ", v of " << i;
+    for (const bool keeps : {false, true}) {
+      const auto fused = advanced<R>(model, executor, threads, true, keeps);
+      const std::string where = what + ", " + name + (keeps ? ", kept, " : ", ");
+      for (int i = 0; i < model.count(); ++i) {
+        ASSERT_TRUE(same_bits(fused.x.points()[i], apart.x.points()[i])) << where << "x of " << i;
+        ASSERT_TRUE(same_bits(fused.v.points()[i], apart.v.points()[i])) << where << "v of " << i;
+      }
     }
   });
   EXPECT_NE(apart.x.download(), model.x) << what << ": nothing moved";

@@ -29,7 +29,7 @@ class Pbd final : public Solver {
     w.resize(w.size() + kSlotPack);  // a pack that starts at the last particle stays inside
     w_ = Array<Executor, R>(w);
     facts_.constraint_seconds = seconds([&] {
-      sweep_.emplace(executor, model, threads);
+      sweep_.emplace(executor, model, threads, nothing_between() && model.scene.solver.iterations > 1);
       for (const PressureSet& set : model.pressures) pressures_.emplace_back(executor, model, set);
     });
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
@@ -106,7 +106,7 @@ class Pbd final : public Solver {
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0]), R(a[1]), R(a[2])}; }
 
   /// Whether the scene asks for anything between prediction and state but batched constraints.
-  bool nothing_between() const { return !collider_ && pressures_.empty(); }
+  bool nothing_between() const { return model_.environment.empty() && model_.pressures.empty(); }
 
   /// Substeps of prediction, projection and state in one parallel region.
   void visit_patches(double h, int substeps) {

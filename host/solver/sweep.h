@@ -19,8 +19,16 @@ namespace malha {
 template <class Executor, class R>
 class Sweep {
  public:
-  Sweep(const Executor& executor, const Model& model, int threads) : executor_(executor) {
+  /// `keeps`: patches have memories of their own, so that in a substep's iterations only shared particles come and go.
+  Sweep(const Executor& executor, const Model& model, int threads, bool keeps = false) : executor_(executor) {
     PatchPlan plan = plan_patches(model);
+    std::size_t slots = 0;
+    for (Patch& patch : plan.patches) {
+      patch.kept = static_cast<int>(slots);
+      // Whole cache lines, and a little more: the columns of all patches would begin in the same set of a cache.
+      slots += (patch.slots + 15) / 16 * 16 + 16;
+    }
+    if (keeps) kept_ = Array<Executor, R>(4 * slots, R(0));
     patches_ = Array<Executor, Patch>(plan.patches);
     segments_ = Array<Executor, Segment>(plan.segments);
     phase_begin_ = plan.phase_begin;
@@ -33,7 +41,7 @@ class Sweep {
     lost_ = Array<Executor, int>(plan.patches.size(), 0);
     // Whole cache lines, and the memories of two threads never in the same set of a cache.
     memory_bytes_ = (std::size_t(plan.most_slots) * 4 * sizeof(R) / 128 + 1) * 128 + 64;
-    memory_ = Array<Executor, char>(memory_bytes_ * std::min(threads, width_), 0);
+    if (!keeps) memory_ = Array<Executor, char>(memory_bytes_ * std::min(threads, width_), 0);
     prefetches_ = model.x.size() * 10 * sizeof(R) > kCache;
     note_facts(model, plan);
   }
@@ -53,6 +61,7 @@ class Sweep {
     visit.dt = R(h), visit.per_dt = R(1 / h), visit.gravity = gravity;
     visit.prefetches = prefetches_;
     visit.lost = lost_.data();
+    visit.kept = kept_.data();
     return visit;
   }
 
@@ -148,8 +157,8 @@ class Sweep {
   }
 
   void note_facts(const Model& model, const PatchPlan& plan) {
-    facts_ = {
-        static_cast<int>(plan.patches.size()), plan.phases(), plan.columns, plan.shared, plan.most_slots, plan.bytes()};
+    facts_ = {static_cast<int>(plan.patches.size()), plan.phases(), plan.columns, plan.shared, plan.most_slots,
+              plan.bytes() + kept_.bytes()};
     for (std::size_t s = 0; s < sets_.size(); ++s) {
       const ConstraintSet& set = model.sets[s];
       set_facts_.push_back({set.type, set.count(), plan.sets[s].in_runs, plan.sets[s].most_batches, sets_[s].bytes()});
@@ -163,6 +172,7 @@ class Sweep {
   Array<Executor, SetView<R>> views_;
   std::vector<Set> sets_;
   Array<Executor, int> lost_;
+  Array<Executor, R> kept_;
   Array<Executor, char> memory_;
   std::size_t memory_bytes_ = 0;
   std::vector<int> phase_begin_;
