@@ -12,20 +12,23 @@ endif()
 
 # Code: the same bits at every optimisation level (no contraction), and loops over sqrt that vectorise (no errno).
 set(malha_code_options -fno-math-errno -fno-trapping-math -ffp-contract=off)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|i.86")
+  set(gnu_on_x86 ON)
+  # g++ 12 fuses alternating a * b + c, a * b - c in straight-line code (vfmaddsub) in spite of -ffp-contract=off.
+  list(APPEND malha_code_options -fno-tree-slp-vectorize)
+endif()
 if(MALHA_NATIVE)
   check_cxx_compiler_flag(-march=native MALHA_HAS_MARCH_NATIVE)
   if(MALHA_HAS_MARCH_NATIVE)
     list(APPEND malha_code_options -march=native)
   endif()
   # Hardware gathers are slower than scalar loads on the CPUs that -march=native picks them for.
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|i.86")
+  if(gnu_on_x86)
     set(no_gathers "-mtune-ctrl=^use_gather,^use_gather_2parts,^use_gather_4parts")
     check_cxx_compiler_flag("${no_gathers}" MALHA_HAS_MTUNE_CTRL)
     if(MALHA_HAS_MTUNE_CTRL)
       list(APPEND malha_code_options "${no_gathers}")
     endif()
-    # g++ 12 fuses alternating a * b + c, a * b - c in straight-line code (vfmaddsub) in spite of -ffp-contract=off.
-    list(APPEND malha_code_options -fno-tree-slp-vectorize)
   endif()
 endif()
 if(MALHA_SANITIZE)
