@@ -78,7 +78,9 @@ struct Pack {
   Vector v;
   Pack() = default;
   KERNEL Pack(Vector a) : v(a) {}
-  KERNEL Pack(R a) : v(a - Vector{}) {}
+  /// -0 becomes 0. (Of a number that it did not compute g++ 12 fills the lanes one by one, where it has a function's
+  /// instructions and not the build's.)
+  KERNEL Pack(R a) : v(Vector{} + a) {}
 };
 
 template <class R, class Isa = Own>

@@ -103,7 +103,8 @@ class Pbd final : public Solver {
   State<R> state() const {
     return {steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>(), {}};
   }
-  static Vector3<R> to_R(const Vec3& a) { return {R(a[0]), R(a[1]), R(a[2])}; }
+  /// Without -0, which packs do not keep either.
+  static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
   /// Whether the scene asks for anything between prediction and state but batched constraints.
   bool nothing_between() const { return model_.environment.empty() && model_.pressures.empty(); }

@@ -38,6 +38,23 @@ class Triad {
   std::vector<Lanes> memory_;
 };
 
+/// x = 2 / sqrt(x), again and again.
+template <class Isa>
+struct Chains {
+  static constexpr int chains = 8;  // enough that latency does not count, few enough for 16 registers
+  static constexpr int turns = 20000;
+  volatile float* wanted;
+  int round;
+  KERNEL void operator()(int) const {
+    using S = Lane<float, Isa>;
+    S x[chains];
+    for (int k = 0; k < chains; ++k) x[k] = S(1.5f + float(k + round));
+    for (int turn = 0; turn < turns; ++turn)
+      for (int k = 0; k < chains; ++k) x[k] = S(2.0f) / root(x[k]);
+    for (int k = 0; k < chains; ++k) *wanted = *wanted + lane(x[k], 0);
+  }
+};
+
 }  // namespace
 
 double triad_gb_per_s(std::size_t bytes, int threads) {
@@ -65,20 +82,17 @@ double triad_gb_per_s(std::size_t bytes, int threads) {
 }
 
 double root_and_quotient_ns() {
-  constexpr int chains = 8;  // enough that latency does not count, few enough for 16 registers
-  constexpr int turns = 20000, rounds = 15;
+  constexpr int rounds = 15;
   double best = 1e9;
   volatile float wanted = 0;  // or the compiler would leave the work out
-  for (int round = 0; round < rounds; ++round) {
-    Lanes x[chains];
-    for (int k = 0; k < chains; ++k) x[k] = Lanes(1.5f + float(k + round));
-    const double time = seconds([&wanted, x]() mutable {
-      for (int turn = 0; turn < turns; ++turn)
-        for (int k = 0; k < chains; ++k) x[k] = Lanes(2.0f) / root(x[k]);
-      for (const Lanes& chain : x) wanted = wanted + chain.v[0];
-    });
-    best = std::min(best, time * 1e9 / (double(turns) * chains * kLanes<float>));
-  }
+  for_each_isa([&]<class Isa>(Isa isa) {
+    if (Isa::value != widest_instructions()) return;
+    using Work = Chains<Isa>;
+    for (int round = 0; round < rounds; ++round) {
+      const double time = seconds([&] { run(isa, Work{&wanted, round}, 0, 1); });
+      best = std::min(best, time * 1e9 / (double(Work::turns) * Work::chains * kLanes<float, Isa>));
+    }
+  });
   return best;
 }
 
