@@ -20,9 +20,7 @@ struct Parameter {
 /// Compliant: XPBD, dlambda = (-C - alpha~ lambda) / (sum w |grad C|^2 + alpha~) (Macklin, Müller, Chentanez 2016).
 enum class Update { Stiff, Compliant };
 
-/// The numbers of a set. Lambda is by slot, and so are rest values within a batch. Padding has no rest value (NaN), and
-/// every kind answers it with a zero gradient: in a run it reads and writes particles of other constraints, finite or
-/// not.
+/// The numbers of a set. Lambda is by slot, and so are rest values within a batch; padding has none (NaN).
 template <class R>
 struct SetView {
   int kind;       // its place in the registry
@@ -35,10 +33,12 @@ struct SetView {
   R compliance;                // Compliant: alpha~ = alpha / dt^2
 };
 
+/// The rest values of a pack. Where a lane holds no constraint (padding) every kind answers with a zero gradient: in a
+/// run it reads and writes particles of other constraints, finite or not.
 template <class S>
 struct RestOf {
   S value;
-  decltype(S() == S()) held;  // false: padding
+  decltype(S() == S()) held;
 };
 
 /// What one projection does to the particles of a pack: p += w grad dlambda.
@@ -101,7 +101,7 @@ struct RestOfAll {
   const unsigned short* held;
   template <class S>
   KERNEL RestOf<S> read(int at) const {
-    return {S(rest), lanes_of<S>(held[at / kWordSlots] >> at % kWordSlots)};
+    return {S(rest), lanes_of<S>(held[at / kSlotPack] >> at % kSlotPack)};
   }
 };
 

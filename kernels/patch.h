@@ -11,6 +11,9 @@ inline constexpr int kMostParticles = 4;
 /// The most particles of a patch, with all that pads them: what a LocalIndex can number in every precision.
 inline constexpr int kMostSlots = 65536 / kIndexScale<double>;
 
+/// Slots begin at multiples of this, the most lanes of a pack, whatever the lanes.
+inline constexpr int kSlotPack = 16;
+
 /// Particles that lie side by side in the arrays and in the patch's memory, and that are treated alike.
 struct Segment {
   int global, local, count;
@@ -20,8 +23,7 @@ struct Segment {
 
 /// Constraints of one set and one colour: no two share a movable particle.
 /// A run: constraint i has the particles from[j] + i, for every i < count; gaps are padded. Otherwise they are
-/// gathered, and where there are no pins, whole packs are written back: padding then has particles of its own. Slots
-/// begin at a multiple of every pack's lanes.
+/// gathered, and where there are no pins, whole packs are written back: padding then has particles of its own.
 struct Batch {
   int set, slot, count;
   bool run, pins;
@@ -31,9 +33,6 @@ struct Batch {
   double rest;
   int rests;  // where those of the slots begin, in the set's; if they are alike, the bits that tell padding, in `held`
 };
-
-/// Slots a word of `held`: the most lanes of a pack.
-inline constexpr int kWordSlots = 16;
 
 struct Patch {
   int segment, segments;

@@ -97,7 +97,7 @@ struct Visit {
   KERNEL void ask_for(const Batch& batch) const {
     const SetView<R>& set = sets[batch.set];
     if (batch.alike)
-      ask_for(set.held + batch.rests, batch.count / kWordSlots + 1);
+      ask_for(set.held + batch.rests, batch.count / kSlotPack + 1);
     else
       ask_for(set.rest + batch.rests, batch.count);
   }

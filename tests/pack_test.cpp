@@ -107,8 +107,9 @@ TYPED_TEST(PackOf, LanesAreTheScalarOperationsBitForBit) {
 TYPED_TEST(PackOf, BroadcastsAScalarToEveryLane) {
   using R = typename TypeParam::Real;
   using P = typename TestFixture::Wide;
-  for (const R value : {R(0), -R(0), R(1) / R(3), std::numeric_limits<R>::infinity()})
+  for (const R value : {R(0), R(1) / R(3), -R(2), std::numeric_limits<R>::infinity()})
     for (const R lane : this->values(P(value))) EXPECT_TRUE(same_bits(lane, value));
+  for (const R lane : this->values(P(-R(0)))) EXPECT_TRUE(same_bits(lane, R(0)));
 }
 
 TYPED_TEST(PackOf, LargerTakesTheSecondOfNaNAsTheScalarDoes) {

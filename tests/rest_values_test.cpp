@@ -50,7 +50,7 @@ TEST(RestValues, AreReadBackAsTheyWereWithTheirPadding) {
     batches.push_back(batch_of(5, static_cast<int>(by_slot.size()), static_cast<int>(values[k].size()), k < 3));
     batches.push_back(batch_of(4, 0, 16, true));  // another set's: not ours to touch
     by_slot.insert(by_slot.end(), values[k].begin(), values[k].end());
-    while (by_slot.size() % kWordSlots != 0) by_slot.push_back(kNone);
+    while (by_slot.size() % kSlotPack != 0) by_slot.push_back(kNone);
   }
   const RestValues<float> rest(by_slot, 5, batches);
   for (int k = 0; k < 4; ++k) {

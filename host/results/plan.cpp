@@ -62,6 +62,7 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
 void list_memory(std::ostream& out, const SolverFacts& facts) {
   out << "memory:\n  particles: " << bytes(facts.particle_bytes) << "\n";
   if (facts.constraint_bytes > 0) out << "  constraints: " << bytes(facts.constraint_bytes) << "\n";
+  if (!facts.sets.empty()) out << "  patches: " << bytes(facts.patches.bytes) << "\n";
   if (facts.collision_bytes > 0) out << "  collision: " << bytes(facts.collision_bytes) << " and Embree's own\n";
 }
 

@@ -31,9 +31,7 @@ struct PatchPlan {
   std::size_t bytes() const;  // of patches, segments and batches
 };
 
-/// Depends on the model alone. Slots start at multiples of `kSlotPack`, whatever the lanes of a pack.
+/// Depends on the model alone.
 PatchPlan plan_patches(const Model& model);
-
-inline constexpr int kSlotPack = 16;
 
 }  // namespace malha

@@ -20,7 +20,7 @@ struct RestValues {
 
  private:
   void add(const R* rest, Batch& batch) {
-    const int words = (batch.count + kWordSlots - 1) / kWordSlots, slots = words * kWordSlots;
+    const int words = (batch.count + kSlotPack - 1) / kSlotPack, slots = words * kSlotPack;
     batch.alike = batch.run && all_alike(rest, batch.count);
     batch.rests = static_cast<int>(batch.alike ? held.size() : each.size());
     if (!batch.alike) {
@@ -30,7 +30,7 @@ struct RestValues {
     batch.rest = rest[0];
     for (int word = 0; word < words; ++word) {
       unsigned bits = 0;
-      for (int i = 0; i < kWordSlots; ++i) bits |= unsigned(!std::isnan(rest[word * kWordSlots + i])) << i;
+      for (int i = 0; i < kSlotPack; ++i) bits |= unsigned(!std::isnan(rest[word * kSlotPack + i])) << i;
       held.push_back(static_cast<unsigned short>(bits));
     }
   }
