@@ -183,15 +183,19 @@ TEST(BenchRow, ComparesTurnByTurn) {
 
 TEST(BenchRow, HasItsFloorWhereTheBytesOrTheOperationsPutIt) {
   Row row = row_of({10, 1}, 2, {1e-6});
-  set_floor(row, 10, 0.5);
-  EXPECT_DOUBLE_EQ(row.working_set_bytes, 28 * 100 + 4 * 400);
-  EXPECT_DOUBLE_EQ(row.floor_memory_ns, (52.0 / 4 + 4) / 10);
+  set_floor(row, 10, 0.5, 2);
+  EXPECT_DOUBLE_EQ(row.working_set_bytes, 28 * 100) << "a grid's constraints need no memory of their own";
+  EXPECT_DOUBLE_EQ(row.floor_memory_ns, 52.0 / 4 / 10);
   EXPECT_DOUBLE_EQ(row.floor_operations_ns, 0.25);
-  EXPECT_DOUBLE_EQ(row.floor_ns(), 1.7);
+  EXPECT_DOUBLE_EQ(row.floor_ns(), 1.3);
   row.case_name = "irregular", row.schedule = {1, 10};
-  set_floor(row, 100, 0.5);
+  set_floor(row, 100, 0.5, 2);
+  EXPECT_DOUBLE_EQ(row.working_set_bytes, 28 * 100 + 8 * 400);
   EXPECT_DOUBLE_EQ(row.floor_memory_ns, ((52.0 + 9 * 28) / 10 / 4 + 8) / 100);
   EXPECT_DOUBLE_EQ(row.floor_ns(), 0.25);
+  row.threads = 64;
+  set_floor(row, 100, 0.5, 2);
+  EXPECT_DOUBLE_EQ(row.floor_operations_ns, 0.25) << "two cores are no faster with 64 threads";
 }
 
 }  // namespace

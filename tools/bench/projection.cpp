@@ -46,9 +46,10 @@ std::vector<Planned> plan(const Options& options) {
   return cases;
 }
 
+int cores() { return static_cast<int>(std::max(1u, std::thread::hardware_concurrency())); }
+
 std::vector<int> thread_counts(const Options& options) {
-  const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  return sorted(options.threads.empty() ? std::vector{1, cores} : options.threads);
+  return sorted(options.threads.empty() ? std::vector{1, cores()} : options.threads);
 }
 
 /// What was measured on, and how fast that is.
@@ -56,7 +57,7 @@ Json machine_facts(const std::vector<int>& threads, double root_ns) {
   const Json report = Json::parse(Simulation(hanging(grid_case(3), {})).report("benchmark"));
   Json facts;
   for (const char* key : {"malha_version", "compiler", "flags", "cpu"}) facts[key] = report.at(key);
-  facts["cores"] = std::thread::hardware_concurrency();
+  facts["cores"] = cores();
   facts["bullet_version"] = bullet_version();
   facts["triad_bytes"] = kMemoryBytes;
   for (const int t : threads)
@@ -133,7 +134,7 @@ void run_projection(const Options& options) {
     for (Row& row : rows) {
       if (!triad.contains(row.threads))
         triad[row.threads] = triad_gb_per_s(static_cast<std::size_t>(working_set_bytes(row)), row.threads);
-      set_floor(row, triad[row.threads], root_ns);
+      set_floor(row, triad[row.threads], root_ns, cores());
     }
     status.clear();
     print(table(rows, with_bullet));
