@@ -1,6 +1,8 @@
 // malha bench projection as a user meets it. Speed is never asserted.
+#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "tests/support.h"
 #include "tools/bench/measure.h"
@@ -76,7 +78,7 @@ TEST(BenchProjection, WritesARowForAllThatTookPart) {
   const auto files = files_in(folder / "out/bench_projection");
   EXPECT_EQ(files.at("projection.json"), bytes_of(folder / "rows/rows.json"));
   EXPECT_EQ(ended.out.find(files.at("projection.txt")), 0u) << "the table is what was printed";
-  for (const char* key : {"compiler", "flags", "cpu", "triad_gb_per_s", "root_and_quotient_ns"})
+  for (const char* key : {"compiler", "flags", "instructions", "cpu", "triad_gb_per_s", "root_and_quotient_ns"})
     EXPECT_TRUE(Json::parse(files.at("projection_machine.json")).contains(key)) << key;
   for (const char* part : {"grid, N = 17: 289 particles, 1040 constraints", "  10x1 on 2 threads: ", " as Bullet"})
     EXPECT_TRUE(has(ended.out, part)) << part << " is not in\n" << ended.out;
@@ -157,6 +159,42 @@ TEST(BenchProjection, SaysBeforeItRunsThatItCannotWrite) {
   EXPECT_EQ(ended.status, 4);
   EXPECT_EQ(ended.err, "malha: file/out: cannot make the folder: Not a directory\n");
   EXPECT_EQ(ended.out, "");
+
+  std::filesystem::create_directory(folder / "rows.json");
+  const Ended json = bench({"--n", "5", "--json", "rows.json"}, folder);
+  EXPECT_EQ(json.status, 4);
+  EXPECT_EQ(json.err, "malha: rows.json: cannot write: Is a directory\n");
+  EXPECT_EQ(json.out, "");
+}
+
+TEST(BenchProjection, RefusesWhatDoesNotFitIntoMemory) {
+  std::string threads = "1";
+  for (int t = 2; t <= 400; ++t) threads += "," + std::to_string(t);
+  const TemporaryFolder folder;
+  const Ended ended = bench({"--n", "5,4000", "--threads", threads}, folder);
+  EXPECT_EQ(ended.status, 2);
+  EXPECT_EQ(ended.err.find("malha bench projection: --n: found 4000, which takes about "), 0u) << ended.err;
+  EXPECT_TRUE(has(ended.err, "800 lines of 1.6e+07 particles; allowed: what fits into the ")) << ended.err;
+  EXPECT_EQ(ended.out, "");
+  EXPECT_TRUE(files_in(folder / ".").empty());
+}
+
+TEST(BenchProjection, KeepsTheCasesThatWereDoneBeforeItIsStopped) {
+  const TemporaryFolder folder;
+  MalhaProcess process({"bench", "projection", "--n", "5,400", "--threads", "1", "--seconds", "0.01", "--repeats", "1",
+                        "--json", "rows.json"},
+                       folder / ".");
+  while (process.running() && !std::filesystem::exists(folder / "rows.json"))
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  process.send(SIGINT);
+  EXPECT_EQ(process.wait().status, -SIGINT);
+  for (const char* name : {"rows.json", "out/bench_projection/projection.json"}) {
+    const Json rows = Json::parse(bytes_of(folder / name));
+    expect_whole(rows);
+    ASSERT_EQ(rows.size(), 3u);
+    EXPECT_EQ(rows[0]["n"], 5);
+  }
+  EXPECT_TRUE(has(bytes_of(folder / "out/bench_projection/projection.txt"), "grid, N = 5: "));
 }
 
 Row row_of(const Schedule& schedule, int threads, std::vector<double> step_seconds) {

@@ -38,6 +38,16 @@ void write_whole(const fs::path& path, std::string_view bytes) {
   fail(path, "write", code);
 }
 
+void check_writable(const fs::path& path) {
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) fail(path, "write", EISDIR);
+  const fs::path temporary = path.string() + ".tmp";
+  errno = 0;
+  const File file(std::fopen(temporary.c_str(), "wb"));
+  if (!file) fail(path, "write", errno);
+  fs::remove(temporary, ignored);
+}
+
 std::string read_whole(const fs::path& path) {
   errno = 0;
   const File file(std::fopen(path.c_str(), "rb"));

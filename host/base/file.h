@@ -10,6 +10,9 @@ namespace malha {
 /// Throws std::runtime_error "PATH: cannot write: REASON" (full disk, no permission); the temporary file is removed.
 void write_whole(const std::filesystem::path& path, std::string_view bytes);
 
+/// Throws what write_whole would throw for this path as far as that can be known before; leaves nothing behind.
+void check_writable(const std::filesystem::path& path);
+
 /// The bytes of a file. Throws std::runtime_error "PATH: cannot read: REASON".
 std::string read_whole(const std::filesystem::path& path);
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <barrier>
+#include <fstream>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -79,6 +81,14 @@ double triad_gb_per_s(std::size_t bytes, int threads) {
   for (int t = 1; t < threads; ++t) others.emplace_back(work, false);
   work(true);
   return best;
+}
+
+double free_memory_bytes() {
+  std::ifstream info("/proc/meminfo");
+  double kib = 0;
+  for (std::string word; info >> word;)
+    if (word == "MemAvailable:" && info >> kib) return kib * 1024;
+  return 0;
 }
 
 double root_and_quotient_ns() {

@@ -12,6 +12,9 @@ double triad_gb_per_s(std::size_t bytes, int threads);
 /// traffic beyond L1; best of several rounds.
 double root_and_quotient_ns();
 
+/// What the system could give now without swapping (Linux: MemAvailable); 0: unknown.
+double free_memory_bytes();
+
 /// More than any cache holds, for the triad from memory.
 inline constexpr std::size_t kMemoryBytes = std::size_t(384) << 20;
 

@@ -13,6 +13,8 @@ namespace malha::bench {
 
 namespace {
 
+constexpr Schedule kSchedules[] = {{10, 1}, {1, 10}};
+
 /// Who takes turns: a row to fill, how it steps, and how its state is looked at.
 struct Runner {
   Row row;
@@ -79,13 +81,15 @@ double time_steps(const std::function<void()>& step, double enough) {
 
 }  // namespace
 
+std::size_t lines_of_malha(const Timing& timing) { return std::size(kSchedules) * timing.threads.size(); }
+
 bool bullet_takes_part(const Case& which) { return which.side <= 500; }
 
 std::vector<Row> measure(Case which, const Timing& timing,
                          const std::function<void(const std::string&, double)>& doing) {
   doing("setting up", 0);
   std::vector<Runner> runners;
-  for (const Schedule& schedule : {Schedule{10, 1}, Schedule{1, 10}})
+  for (const Schedule& schedule : kSchedules)
     for (const int threads : timing.threads) runners.push_back(malha_runner(which, schedule, threads));
   if (bullet_takes_part(which)) runners.push_back(bullet_runner(which));
   which.folder.reset();

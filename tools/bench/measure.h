@@ -16,6 +16,12 @@ struct Timing {
   double seconds = 1;  // of each repeat, at least one step
 };
 
+/// How many lines of a case are malha's: schedules by numbers of threads. All stay in memory while they take turns.
+std::size_t lines_of_malha(const Timing& timing);
+/// Bytes a particle of such a line, and beside them while one is set up. As the peaks (ru_maxrss) with --n 1000 say,
+/// --threads 1 and 1,2,3, and with --case irregular --n 1000000, rounded up.
+inline constexpr double kLineBytes = 200, kSetUpBytes = 400;
+
 /// Whether Bullet gets its row: not where its warm-up alone would take minutes.
 bool bullet_takes_part(const Case& which);
 

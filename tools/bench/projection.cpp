@@ -10,6 +10,7 @@
 
 #include "host/base/build_info.h"
 #include "host/base/file.h"
+#include "host/error.h"
 #include "host/simulation.h"
 #include "tools/bench/bullet.h"
 #include "tools/bench/chart.h"
@@ -56,7 +57,7 @@ std::vector<int> thread_counts(const Options& options) {
 Json machine_facts(const std::vector<int>& threads, double root_ns) {
   const Json report = Json::parse(Simulation(hanging(grid_case(3), {})).report("benchmark"));
   Json facts;
-  for (const char* key : {"malha_version", "compiler", "flags", "cpu"}) facts[key] = report.at(key);
+  for (const char* key : {"malha_version", "compiler", "flags", "instructions", "cpu"}) facts[key] = report.at(key);
   facts["cores"] = cores();
   facts["bullet_version"] = bullet_version();
   facts["triad_bytes"] = kMemoryBytes;
@@ -74,9 +75,9 @@ std::string introduction(const Options& options, const Json& facts) {
                 "at that size)\nand arithmetic (a square root and a division, %.3f ns on 1 thread).\n",
                 kWarmUpSteps, options.repeats, options.seconds, facts["root_and_quotient_ns"].get<double>());
   std::string all = text;
-  std::snprintf(text, sizeof text, "malha %s, %s; Bullet %s; %s\ntriad from memory:", version(), compiler(),
-                bullet_version().c_str(), facts["cpu"].get<std::string>().c_str());
-  all += text;
+  const auto fact = [&facts](const char* key) { return facts[key].get<std::string>(); };
+  all += "malha " + fact("malha_version") + ", " + fact("compiler") + ", " + fact("instructions") + "; Bullet " +
+         fact("bullet_version") + "; " + fact("cpu") + "\ntriad from memory:";
   for (const Json& triad : facts["triad_gb_per_s"]) {
     std::snprintf(text, sizeof text, " %.1f GB/s on %d", triad["gb_per_s"].get<double>(), triad["threads"].get<int>());
     all += text + std::string(triad["threads"] == 1 ? " thread" : " threads") +
@@ -98,21 +99,65 @@ class Printer {
   std::string text_;
 };
 
-void write_results(const Options& options, const std::vector<Row>& rows, const Json& facts, const std::string& text) {
-  const std::filesystem::path folder = options.out;
-  write_whole(folder / "projection.json", to_json(rows));
-  write_whole(folder / "projection_machine.json", facts.dump(2) + "\n");
-  write_whole(folder / "projection.txt", text);
-  if (!options.json.empty()) write_whole(options.json, to_json(rows));
+/// The files of the results by path; charts aside.
+class Files {
+ public:
+  explicit Files(const Options& options)
+      : folder_(options.out),
+        rows_(folder_ / "projection.json"),
+        machine_(folder_ / "projection_machine.json"),
+        table_(folder_ / "projection.txt"),
+        json_(options.json) {}
+
+  /// Whether they can be written is known now, not after minutes.
+  void prepare() const {
+    make_folder(folder_);
+    if (const auto parent = json_.parent_path(); !parent.empty()) make_folder(parent);
+    for (const auto& file : {rows_, machine_, table_, json_})
+      if (!file.empty()) check_writable(file);
+  }
+
+  void write(const std::vector<Row>& rows, const Json& facts, const std::string& table) const {
+    write_whole(rows_, to_json(rows));
+    write_whole(machine_, facts.dump(2) + "\n");
+    write_whole(table_, table);
+    if (!json_.empty()) write_whole(json_, to_json(rows));
+  }
+
+  std::string list() const {
+    return "\nrows        " + (json_.empty() ? rows_ : json_).string() + "\ntable       " + table_.string() +
+           "\nmachine     " + machine_.string() + "\n";
+  }
+
+ private:
+  std::filesystem::path folder_, rows_, machine_, table_, json_;
+};
+
+/// The most that the lines of a case take up while they take turns.
+void check_memory(const std::vector<Planned>& cases, const Timing& timing) {
+  const double free = free_memory_bytes(), lines = static_cast<double>(lines_of_malha(timing));
+  for (const Planned& planned : cases) {
+    const double particles = planned.grid ? double(planned.n) * planned.n : planned.n;
+    const double needed = particles * (lines * kLineBytes + kSetUpBytes);
+    if (free <= 0 || needed <= free) continue;
+    char needs[160], has[80];
+    std::snprintf(needs, sizeof needs, "%d, which takes about %.3g GiB: %g lines of %.3g particles", planned.n,
+                  needed / (1 << 30), lines, particles);
+    std::snprintf(has, sizeof has, "what fits into the %.3g GiB that are free; fewer threads have fewer lines",
+                  free / (1 << 30));
+    refuse("malha bench projection", "--n", needs, has);
+  }
 }
 
 }  // namespace
 
 void run_projection(const Options& options) {
-  make_folder(options.out);  // now, not after minutes
-  if (const auto parent = std::filesystem::path(options.json).parent_path(); !parent.empty()) make_folder(parent);
   Timing timing;
   timing.threads = thread_counts(options), timing.repeats = options.repeats, timing.seconds = options.seconds;
+  const std::vector<Planned> cases = plan(options);
+  check_memory(cases, timing);
+  const Files files(options);
+  files.prepare();
   Status status;
   Printer print;
   status.show("measuring the machine", 0);
@@ -122,7 +167,7 @@ void run_projection(const Options& options) {
   print(introduction(options, facts));
 
   std::vector<Row> all;
-  const std::vector<Planned> cases = plan(options);
+  std::string no_chart;
   for (std::size_t k = 0; k < cases.size(); ++k) {
     Case which = cases[k].grid ? grid_case(cases[k].n) : irregular_case(cases[k].n);
     const std::string name = which.name + " " + std::to_string(which.n) + ", ";
@@ -139,16 +184,14 @@ void run_projection(const Options& options) {
     status.clear();
     print(table(rows, with_bullet));
     all.insert(all.end(), rows.begin(), rows.end());
+    files.write(all, facts, print.text());  // now: what ends the next case takes none of this one away
+    no_chart = draw_chart(all, options.out);
   }
-  write_results(options, all, facts, print.text());
-  std::cout << "\nrows        " << (options.json.empty() ? options.out + "/projection.json" : options.json)
-            << "\ntable       " << options.out << "/projection.txt\nmachine     " << options.out
-            << "/projection_machine.json\n";
-  const std::string missing = draw_chart(all, options.out);
-  if (missing.empty())
+  std::cout << files.list();
+  if (no_chart.empty())
     std::cout << "chart       " << options.out << "/projection.png, projection.svg\n";
   else
-    std::cerr << "malha bench: no chart: " << missing << "\n";
+    std::cerr << "malha bench: no chart: " << no_chart << "\n";
 }
 
 }  // namespace malha::bench

@@ -15,9 +15,9 @@ struct Options {
   std::string out = "out/bench_projection";
 };
 
-/// Runs, prints a table to standard output as it goes, and writes projection.json (the rows), projection_machine.json,
-/// projection.txt, projection.svg and projection.png into the folder. Throws Diverged, and std::runtime_error where
-/// something cannot be written.
+/// Runs, prints a table to standard output as it goes, and after each case writes projection.json (the rows),
+/// projection_machine.json, projection.txt, projection.svg and projection.png into the folder. Throws InputError for
+/// what does not fit into memory, Diverged, and std::runtime_error where something cannot be written.
 void run_projection(const Options& options);
 
 }  // namespace malha::bench
