@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/base/stopwatch.h"
 #include "host/error.h"
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"
@@ -94,11 +95,16 @@ class Builder {
     parse_scene(to_json(scene), scene.file, "");  // a scene made in code is held to what a file is held to
     check_expectations(scene);
     model_.look.body_begin = model_.look.face_begin = model_.look.line_begin = {0};
-    for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(make_body(scene, b, model_.zero_area_faces));
-    arrange();
-    add_constraints();
-    cut();
-    for (std::size_t e = 0; e < scene.environment.size(); ++e) add_environment(e);
+    ModelSeconds& took = model_.seconds;
+    took.load = seconds([&] {
+      for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(make_body(scene, b, model_.zero_area_faces));
+    });
+    took.order = seconds([this] { arrange(); });
+    took.connect = seconds([this] { add_constraints(); });
+    took.patches = seconds([this] { cut(); });
+    took.load += seconds([&] {
+      for (std::size_t e = 0; e < scene.environment.size(); ++e) add_environment(e);
+    });
     return std::move(model_);
   }
 

@@ -47,6 +47,14 @@ struct EnvironmentMesh {
   Mesh mesh;  // the spec's transform applied
 };
 
+/// Seconds that the parts of build_model took.
+struct ModelSeconds {
+  double load = 0;     // meshes read or made, checked and placed; their edges, masses and pins
+  double order = 0;    // the solver's order
+  double connect = 0;  // constraints listed
+  double patches = 0;  // cut, their particles coloured and sorted
+};
+
 struct Model {
   Scene scene;
   Appearance look;
@@ -59,6 +67,7 @@ struct Model {
   std::vector<DampedIsland> damped;
   Patches patches;
   std::vector<EnvironmentMesh> environment;
+  ModelSeconds seconds;
   int zero_area_faces = 0;  // dropped from meshes, see check_mesh
   int count() const { return static_cast<int>(x.size()); }
 };

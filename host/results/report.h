@@ -1,6 +1,7 @@
 // report.json: what was run, on what, how fast and how well.
 #pragma once
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/model/model.h"
@@ -15,6 +16,12 @@ struct RunTimes {
 
 /// ms; 0 without steps.
 double median_step_ms(const RunTimes& times);
+
+/// Numbers with their names, in the order in which they are shown.
+using Parts = std::vector<std::pair<std::string, double>>;
+
+/// What set-up spent its time on, s. One after the other: load, order, connect, patches, colour, layout, collision.
+Parts setup_parts(const Model& model, const SolverFacts& facts);
 
 /// JSON with snake_case names and the unit as suffix. `status`: "finished", "interrupted" or "diverged"; a diverged
 /// state is not measured. `notes`: where it diverged, or which expectations are not met.

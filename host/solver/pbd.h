@@ -23,15 +23,14 @@ template <class Executor, class R>
 class Pbd final : public Solver {
  public:
   /// `threads`: of the executor.
-  Pbd(const Model& model, const Executor& executor, int threads)
-      : executor_(executor), model_(model), x_(model.x), v_(model.v), p_(model.x) {
-    std::vector<R> w(model.w.begin(), model.w.end());
-    w.resize(w.size() + kSlotPack);  // a pack that starts at the last particle stays inside
-    w_ = Array<Executor, R>(w);
+  Pbd(const Model& model, const Executor& executor, int threads) : executor_(executor), model_(model) {
+    facts_.layout_seconds = seconds([&] { lay_out_particles(); });
     facts_.constraint_seconds = seconds([&] {
       sweep_.emplace(executor, model, threads, nothing_between() && model.scene.solver.iterations > 1);
       for (const PressureSet& set : model.pressures) pressures_.emplace_back(executor, model, set);
     });
+    facts_.colour_seconds = sweep_->facts().plan_seconds;
+    facts_.layout_seconds += facts_.constraint_seconds - facts_.colour_seconds;
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     note_facts();
   }
@@ -99,6 +98,14 @@ class Pbd final : public Solver {
   }
 
  private:
+  void lay_out_particles() {
+    x_ = PointArray<Executor, R>(model_.x), v_ = PointArray<Executor, R>(model_.v),
+    p_ = PointArray<Executor, R>(model_.x);
+    std::vector<R> w(model_.w.begin(), model_.w.end());
+    w.resize(w.size() + kSlotPack);  // a pack that starts at the last particle stays inside
+    w_ = Array<Executor, R>(w);
+  }
+
   Particles<R> particles() const { return {model_.count(), x_.points(), v_.points(), p_.points(), w_.data()}; }
   State<R> state() const {
     return {steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>(), {}};

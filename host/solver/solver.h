@@ -30,8 +30,9 @@ struct PatchFacts {
   int phases = 0;      // patches of a phase are visited at once
   int columns = 0;     // patches laid out for runs
   int shared = 0;      // particles that more than one patch visits
-  int most_slots = 0;  // particles in the fast memory of the largest patch
+  int most_slots = 0;  // of fast memory, in the largest patch: its particles and what pads them
   std::size_t bytes = 0;
+  double plan_seconds = 0;  // of set-up
 };
 
 struct SolverFacts {
@@ -39,7 +40,9 @@ struct SolverFacts {
   PatchFacts patches;
   bool fused = false;                                    // prediction and state happen in the visits to the patches
   std::vector<SetFacts> sets;                            // in the order of projection
-  double constraint_seconds = 0, collision_seconds = 0;  // of set-up
+  double colour_seconds = 0;                             // of set-up: phases of patches, runs, colours
+  double layout_seconds = 0;                             // particles and constraints laid out
+  double constraint_seconds = 0, collision_seconds = 0;  // colours and layout of constraints; environment meshes
   std::size_t particle_bytes = 0, constraint_bytes = 0, collision_bytes = 0;
   std::int64_t projections_per_step = 0;  // single constraints, pressure counted once a body, contacts not
 };

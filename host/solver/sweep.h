@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/base/array.h"
+#include "host/base/stopwatch.h"
 #include "host/solver/patch_plan.h"
 #include "host/solver/rest_values.h"
 #include "host/solver/solver.h"
@@ -21,12 +22,13 @@ class Sweep {
  public:
   /// `keeps`: patches have memories of their own, so that in a substep's iterations only shared particles come and go.
   Sweep(const Executor& executor, const Model& model, int threads, bool keeps = false) : executor_(executor) {
-    PatchPlan plan = plan_patches(model);
+    PatchPlan plan;
+    facts_.plan_seconds = seconds([&] { plan = plan_patches(model); });
     std::size_t slots = 0;
     for (Patch& patch : plan.patches) {
       patch.kept = static_cast<int>(slots);
       // Whole cache lines, and a little more: the columns of all patches would begin in the same set of a cache.
-      slots += (patch.slots + 15) / 16 * 16 + 16;
+      slots += (patch.slots + kSlotPack - 1) / kSlotPack * kSlotPack + kSlotPack;
     }
     if (keeps) kept_ = Array<Executor, R>(4 * slots, R(0));
     patches_ = Array<Executor, Patch>(plan.patches);
@@ -98,7 +100,7 @@ class Sweep {
   const std::vector<SetFacts>& set_facts() const { return set_facts_; }
 
  private:
-  static constexpr std::size_t kCache = 1 << 20;  // what a core has of its own, at least, on the machines of 2020 on
+  static constexpr std::size_t kCache = 1 << 20;  // bytes; cores have caches of 0.25 to 2 MiB of their own
   struct Set {
     Array<Executor, LocalIndex> index[kMostParticles];
     Array<Executor, R> rest, lambda;
@@ -157,8 +159,10 @@ class Sweep {
   }
 
   void note_facts(const Model& model, const PatchPlan& plan) {
-    facts_ = {static_cast<int>(plan.patches.size()), plan.phases(), plan.columns, plan.shared, plan.most_slots,
-              plan.bytes() + kept_.bytes()};
+    facts_.patches = static_cast<int>(plan.patches.size()), facts_.phases = plan.phases();
+    facts_.columns = plan.columns, facts_.shared = plan.shared, facts_.most_slots = plan.most_slots;
+    facts_.bytes = plan.bytes() + phase_begin_.size() * sizeof(int) + views_.bytes() + lost_.bytes() + kept_.bytes() +
+                   memory_.bytes();
     for (std::size_t s = 0; s < sets_.size(); ++s) {
       const ConstraintSet& set = model.sets[s];
       set_facts_.push_back({set.type, set.count(), plan.sets[s].in_runs, plan.sets[s].most_batches, sets_[s].bytes()});

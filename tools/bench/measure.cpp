@@ -31,6 +31,9 @@ Runner malha_runner(const Case& which, const Schedule& schedule, int threads) {
   runner.row.schedule = schedule, runner.row.threads = threads;
   runner.row.particles = simulation->model().count();
   runner.row.constraints = simulation->solver().facts().projections_per_step / schedule.projections();
+  const RunTimes& times = simulation->times();
+  runner.row.setup_seconds = setup_parts(simulation->model(), simulation->solver().facts());
+  runner.row.setup_seconds.emplace_back("total", times.model_seconds + times.solver_seconds);
   runner.step = [simulation] { simulation->step(); };
   runner.look = [simulation](Row& row) {
     const Measures measures = simulation->measure();
