@@ -1,6 +1,7 @@
 #include "host/simulation.h"
 
 #include "host/base/stopwatch.h"
+#include "host/model/footprint.h"
 #include "host/results/checkpoint.h"
 #include "host/results/expect.h"
 #include "host/results/report.h"
@@ -20,8 +21,10 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   const bool serial = options.backend == Backend::Serial;
   parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : available_threads();
   parts_->times.model_seconds = seconds([&] { parts_->model = build_model(scene); });
-  parts_->times.solver_seconds =
-      seconds([&] { parts_->solver = make_solver(parts_->model, serial ? 0 : parts_->threads, options.instructions); });
+  parts_->times.solver_seconds = seconds([&] {
+    parts_->solver = make_solver(parts_->model, serial ? 0 : parts_->threads, options.instructions);
+    keep_what_runs_need(parts_->model);
+  });
 }
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;

@@ -65,7 +65,7 @@ class Simulation {
   /// lines about it.
   std::string report(const std::string& status, const std::vector<std::string>& notes = {}) const;
 
-  const Model& model() const;
+  const Model& model() const;  // what is left of it, see host/model/footprint.h
   const Solver& solver() const;
   const RunTimes& times() const;
 

@@ -53,6 +53,8 @@ void expect_whole(const Json& rows) {
     }
     EXPECT_EQ(row.contains("setup_s"), row["library"] == "malha") << row;
     if (!row.contains("setup_s")) continue;
+    for (const char* owner : {"particles", "constraints", "patches", "model"})
+      EXPECT_GT(row["memory_bytes"][owner], 0) << owner << " in " << row;
     for (const char* part : {"load", "order", "connect", "patches", "colour", "layout", "total"})
       EXPECT_GT(row["setup_s"][part], 0) << part << " in " << row;
   }
@@ -85,7 +87,7 @@ TEST(BenchProjection, WritesARowForAllThatTookPart) {
   for (const char* key : {"compiler", "flags", "instructions", "cpu", "triad_gb_per_s", "root_and_quotient_ns"})
     EXPECT_TRUE(Json::parse(files.at("projection_machine.json")).contains(key)) << key;
   for (const char* part : {"grid, N = 17: 289 particles, 1040 constraints", "  set-up on 2 threads: load ",
-                           "  10x1 on 2 threads: ", " as Bullet"})
+                           "  memory: particles ", "  10x1 on 2 threads: ", " as Bullet"})
     EXPECT_TRUE(has(ended.out, part)) << part << " is not in\n" << ended.out;
   for (const auto& [name, bytes] : files) EXPECT_FALSE(name.ends_with(".tmp")) << name;
   if (has(ended.err, "gnuplot")) GTEST_SKIP() << ended.err;

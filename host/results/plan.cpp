@@ -7,18 +7,18 @@
 
 #include "host/base/shown.h"
 #include "host/model/model.h"
+#include "host/results/report.h"
 #include "host/solver/solver.h"
 
 namespace malha {
 
 namespace {
 
-std::string bytes(std::size_t count) {
+std::string bytes(double size) {
   char text[32];
-  const auto size = static_cast<double>(count);
-  if (count < 10'000)
-    std::snprintf(text, sizeof text, "%zu B", count);
-  else if (count < 10'000'000)
+  if (size < 10'000)
+    std::snprintf(text, sizeof text, "%.0f B", size);
+  else if (size < 10'000'000)
     std::snprintf(text, sizeof text, "%.1f KiB", size / 1024);
   else
     std::snprintf(text, sizeof text, "%.1f MiB", size / 1048576);
@@ -59,11 +59,11 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   line("state", facts.fused ? 0 : substeps);
 }
 
-void list_memory(std::ostream& out, const SolverFacts& facts) {
-  out << "memory:\n  particles: " << bytes(facts.particle_bytes) << "\n";
-  if (facts.constraint_bytes > 0) out << "  constraints: " << bytes(facts.constraint_bytes) << "\n";
-  if (!facts.sets.empty()) out << "  patches: " << bytes(facts.patches.bytes) << "\n";
-  if (facts.collision_bytes > 0) out << "  collision: " << bytes(facts.collision_bytes) << " and Embree's own\n";
+void list_memory(std::ostream& out, const Model& model, const SolverFacts& facts) {
+  out << "memory:\n";
+  for (const auto& [owner, count] : memory_parts(model, facts))
+    if (count > 0)
+      out << "  " << owner << ": " << bytes(count) << (owner == "collision" ? " and Embree's own\n" : "\n");
 }
 
 }  // namespace
@@ -91,7 +91,7 @@ std::string plan(const Simulation& simulation) {
   list_constraints(out, model, facts);
   out << "passes of a step:\n";
   list_passes(out, model, facts);
-  list_memory(out, facts);
+  list_memory(out, model, facts);
   if (scene.environment.empty())
     out << "Embree: no (no environment)\n";
   else

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "host/base/build_info.h"
+#include "host/model/footprint.h"
 
 namespace malha {
 
@@ -120,6 +121,15 @@ Parts setup_parts(const Model& model, const SolverFacts& facts) {
           {"collision", facts.collision_seconds}};
 }
 
+Parts memory_parts(const Model& model, const SolverFacts& facts) {
+  const auto number = [](std::size_t bytes) { return static_cast<double>(bytes); };
+  return {{"particles", number(facts.particle_bytes)},
+          {"constraints", number(facts.constraint_bytes)},
+          {"patches", number(facts.patches.bytes)},
+          {"collision", number(facts.collision_bytes)},
+          {"model", number(bytes(model))}};
+}
+
 std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
                         const Solver& solver, int threads, const RunTimes& times) {
   const Scene& scene = model.scene;
@@ -148,11 +158,9 @@ std::string report_json(const std::string& status, const std::vector<std::string
   json["setup_s"]["model"] = times.model_seconds;
   json["setup_s"]["constraints"] = facts.constraint_seconds;
   json["setup_s"]["total"] = times.model_seconds + times.solver_seconds;
-  json["memory"] = {{"particles_bytes", facts.particle_bytes},
-                    {"constraints_bytes", facts.constraint_bytes},
-                    {"patches_bytes", facts.patches.bytes},
-                    {"collision_bytes", facts.collision_bytes},
-                    {"peak_mib", peak_memory_mib()}};
+  for (const auto& [owner, bytes] : memory_parts(model, facts))
+    json["memory"][owner + "_bytes"] = static_cast<std::size_t>(bytes);
+  json["memory"]["peak_mib"] = peak_memory_mib();
   json["timing"] = timings(solver, times);
   json["time_s"] = solver.time();
   json["step"] = solver.steps();

@@ -23,6 +23,10 @@ using Parts = std::vector<std::pair<std::string, double>>;
 /// What set-up spent its time on, s. One after the other: load, order, connect, patches, colour, layout, collision.
 Parts setup_parts(const Model& model, const SolverFacts& facts);
 
+/// What takes up how many bytes: particles, constraints, patches (with the memories that visits work in), collision
+/// without Embree's own, and the model.
+Parts memory_parts(const Model& model, const SolverFacts& facts);
+
 /// JSON with snake_case names and the unit as suffix. `status`: "finished", "interrupted" or "diverged"; a diverged
 /// state is not measured. `notes`: where it diverged, or which expectations are not met.
 std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,

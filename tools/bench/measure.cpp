@@ -34,6 +34,7 @@ Runner malha_runner(const Case& which, const Schedule& schedule, int threads) {
   const RunTimes& times = simulation->times();
   runner.row.setup_seconds = setup_parts(simulation->model(), simulation->solver().facts());
   runner.row.setup_seconds.emplace_back("total", times.model_seconds + times.solver_seconds);
+  runner.row.memory = memory_parts(simulation->model(), simulation->solver().facts());
   runner.step = [simulation] { simulation->step(); };
   runner.look = [simulation](Row& row) {
     const Measures measures = simulation->measure();

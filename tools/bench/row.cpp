@@ -78,6 +78,7 @@ std::string to_json(const std::vector<Row>& rows) {
               {"floor_ns", row.floor_ns()},
               {"times_floor", row.ns_per_projection() / row.floor_ns()}};
     for (const auto& [part, seconds] : row.setup_seconds) json["setup_s"][part] = seconds;
+    for (const auto& [owner, bytes] : row.memory) json["memory_bytes"][owner] = static_cast<std::int64_t>(bytes);
     if (const Row* one = on_one_thread(rows, row)) json["times_as_fast_as_one_thread"] = times_as_fast(row, *one);
     if (const Row* peer = bullet_of(rows, row)) json["times_as_fast_as_bullet"] = times_as_fast(row, *peer);
     array.push_back(json);

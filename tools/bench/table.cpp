@@ -38,8 +38,8 @@ std::string line(const Row& row) {
                    hex(row.state_hash).c_str());
 }
 
-/// Of the first schedule, on the most threads.
-std::string setup_line(const std::vector<Row>& rows) {
+/// What set-up takes, of the first schedule on the most threads.
+std::string setup_lines(const std::vector<Row>& rows) {
   const Row* shown = nullptr;
   for (const Row& row : rows)
     if (row.library == "malha" && row.schedule == rows.front().schedule) shown = &row;
@@ -47,6 +47,14 @@ std::string setup_line(const std::vector<Row>& rows) {
   std::string text = "  set-up on " + threads_text(shown->threads) + ":";
   for (const auto& [part, seconds] : shown->setup_seconds)
     if (seconds > 0) text += formatted(" %s %.3g s,", part.c_str(), seconds);
+  text.back() = '\n';
+  text += "  memory:";
+  for (const auto& [owner, bytes] : shown->memory) {
+    const bool of_constraints = owner == "constraints";
+    const auto count = static_cast<double>(of_constraints ? shown->constraints : shown->particles);
+    if (bytes > 0)
+      text += formatted(" %s %.3g B a %s,", owner.c_str(), bytes / count, of_constraints ? "constraint" : "particle");
+  }
   text.back() = '\n';
   return text;
 }
@@ -70,7 +78,7 @@ std::string table(const std::vector<Row>& rows, bool bullet_takes_part) {
       text += formatted("  10x1 on %s: %.1f x as fast as Bullet (1x10, 1 thread), a projection\n",
                         threads_text(row.threads).c_str(), times_as_fast(row, *peer));
   }
-  text += setup_line(rows);
+  text += setup_lines(rows);
   if (!bullet_takes_part) text += "  Bullet is left out: its warm-up alone would take minutes\n";
   return text;
 }
