@@ -46,7 +46,8 @@ struct ResolveContact {
 /// Where a contact pushed: the particle leaves at e times the speed at which it came, relative to the surface, and the
 /// impulse that this takes beyond the push has its friction too, so that an impact takes mu (1 + e) times the approach
 /// from the sliding whenever in the substep it happened. Of the path that was left when it hit, the particle goes e
-/// times as much back. Below the threshold it rests instead.
+/// times as much back. Below the threshold it rests instead. With e = 0 it stops: without this it would keep the speed
+/// at which it came, until the next substep.
 template <class R>
 struct Restitute {
   Points<R> x, v;

@@ -81,7 +81,7 @@ TEST(Plan, NamesPatches) {
   EXPECT_EQ(patches.phases, 2) << "strips alternate";
   EXPECT_GE(patches.most_slots * patches.patches, 46 * 46);
   EXPECT_TRUE(says(plan(simulation), "patches: " + std::to_string(patches.patches) + " in 2 phases, of at most " +
-                                         std::to_string(patches.most_slots) + " particles, " +
+                                         std::to_string(patches.most_slots) + " slots of fast memory, " +
                                          std::to_string(patches.columns) + " of them laid out for runs"))
       << plan(simulation);
 }
@@ -102,6 +102,18 @@ TEST(Plan, CountsBytesByOwnerAsTheReportDoes) {
   EXPECT_TRUE(says(text, "  model: " + kib(memory["model_bytes"]))) << text;
   EXPECT_TRUE(says(text, "  collision: " + kib(memory["collision_bytes"]) + " and Embree's own")) << text;
   EXPECT_TRUE(says(text, "Embree: yes, for 1 environment object")) << text;
+}
+
+/// Its 4 substeps of 3 iterations, with one obstacle that each substep asks twice where the particles are.
+TEST(Plan, CountsLaunches) {
+  const std::string text = plan_of(balloon_in_the_wind());
+  for (const char* line :
+       {"  damping: 12 launches", "  prediction: 8 launches", "  collision: 8 launches", "  projection: 12 launches",
+        "  pressure: 36 launches", "  contact: 16 launches", "  state: 4 launches"})
+    EXPECT_TRUE(says(text, line)) << line << " is not in\n" << text;
+  Json smooth = balloon_in_the_wind();
+  smooth["environment"][0].erase("restitution");
+  EXPECT_TRUE(says(plan_of(smooth), "  contact: 16 launches")) << "an impact without restitution is stopped too";
 }
 
 /// Scenes between the two above, by what they leave out.

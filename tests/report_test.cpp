@@ -81,7 +81,7 @@ TEST(Report, CountsPatches) {
     EXPECT_EQ(patches["phases"] == 1, one) << patches;
     EXPECT_EQ(patches["particles_shared"] == 0, one) << patches;
     EXPECT_LE(patches["laid_out_for_runs"], patches["count"]) << patches;
-    EXPECT_GE(patches["particles_most"].get<int>() * patches["count"].get<int>(), (cells + 1) * (cells + 1)) << patches;
+    EXPECT_GE(patches["slots_most"].get<int>() * patches["count"].get<int>(), (cells + 1) * (cells + 1)) << patches;
   }
 }
 

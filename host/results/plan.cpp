@@ -46,16 +46,14 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   const auto line = [&out](const char* pass, std::size_t launches) {
     if (launches > 0) out << "  " << pass << ": " << counted(launches, "launch", "launches") << "\n";
   };
-  const std::size_t sweeps = projections * facts.patches.phases;
-  std::size_t bouncing = 0;
-  for (const EnvironmentMesh& mesh : model.environment) bouncing += mesh.spec.restitution > 0;
+  const std::size_t sweeps = projections * facts.patches.phases, obstacles = model.environment.size();
   line("damping", 3 * substeps * model.damped.size());
   line("prediction", substeps * ((model.scene.wind ? 1 : 0) + (facts.fused ? 0 : 1)));
-  line("collision", substeps * model.environment.size());
+  line("collision", 2 * substeps * obstacles);  // found before the iterations, held back after them
   line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);
   line("pressure", 3 * projections * model.pressures.size());
-  line("contact", projections * model.environment.size() + substeps * bouncing);
+  line("contact", (projections + substeps) * obstacles);  // resolved, and restitution, which without any still stops
   line("state", facts.fused ? 0 : substeps);
 }
 
@@ -86,7 +84,7 @@ std::string plan(const Simulation& simulation) {
     out << "constraints: " << counted(facts.projections_per_step, "projection") << " a step\n";
   if (!facts.sets.empty())
     out << "patches: " << facts.patches.patches << " in " << counted(facts.patches.phases, "phase") << ", of at most "
-        << counted(facts.patches.most_slots, "particle") << ", " << facts.patches.columns
+        << counted(facts.patches.most_slots, "slot") << " of fast memory, " << facts.patches.columns
         << " of them laid out for runs\n";
   list_constraints(out, model, facts);
   out << "passes of a step:\n";

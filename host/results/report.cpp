@@ -60,7 +60,7 @@ Json patches(const PatchFacts& facts) {
           {"phases", facts.phases},
           {"laid_out_for_runs", facts.columns},
           {"particles_shared", facts.shared},
-          {"particles_most", facts.most_slots}};
+          {"slots_most", facts.most_slots}};
 }
 
 Json timings(const Solver& solver, const RunTimes& times) {
