@@ -1,4 +1,4 @@
-// The compute abstraction, and the only file that knows a backend: views, executors and the launches.
+// The compute abstraction, and the only file that knows a backend: executors and launches.
 // A kernel is a named functor with `KERNEL void operator()(int item) const`. The partition of the work depends on the
 // item count alone, never on the number of threads, so that results are the same bits on any number of them.
 #pragma once
@@ -11,14 +11,6 @@
 #include "kernels/instructions.h"
 
 namespace malha {
-
-/// `size` elements of T that somebody else owns.
-template <class T>
-struct View {
-  T* data = nullptr;
-  int size = 0;
-  KERNEL T& operator[](int i) const { return data[i]; }
-};
 
 /// One thread, no parallel region.
 struct Serial {

@@ -10,7 +10,6 @@ struct Points {
   R *x = nullptr, *y = nullptr, *z = nullptr;
   KERNEL Vector3<R> operator[](int i) const { return {x[i], y[i], z[i]}; }
   KERNEL void set(int i, const Vector3<R>& a) const { x[i] = a.x, y[i] = a.y, z[i] = a.z; }
-  KERNEL Points operator+(int i) const { return {x + i, y + i, z + i}; }
 };
 
 template <class R>

@@ -5,6 +5,7 @@
 #include "host/base/array.h"
 #include "host/mesh.h"
 #include "kernels/particles.h"
+#include "kernels/patch.h"
 
 namespace malha {
 
@@ -44,7 +45,10 @@ class PointArray {
  private:
   /// Whole packs, with one to spare: a load of a pack that starts at the last particle stays inside. The odd number of
   /// cache lines keeps the coordinates of one particle out of the same set of the cache.
-  std::size_t stride() const { return (size_ + 15) / 16 * 16 + 16 + ((size_ + 15) / 16 % 2 == 0 ? 16 : 0); }
+  std::size_t stride() const {
+    const std::size_t packs = (size_ + kSlotPack - 1) / kSlotPack + 1;
+    return (packs + (packs % 2 == 0 ? 0 : 1)) * kSlotPack;
+  }
 
   std::size_t size_ = 0;
   Array<Executor, R> values_;

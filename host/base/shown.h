@@ -1,5 +1,6 @@
 // Words and numbers as messages show them.
 #pragma once
+#include <cstdint>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -11,6 +12,13 @@ inline std::string quoted(std::string_view word) {
   std::string text = "\"";
   for (const char letter : word.substr(0, 40)) text += letter >= ' ' && letter <= '~' ? letter : '?';
   return text + (word.size() > 40 ? "...\"" : "\"");
+}
+
+/// 16 hexadecimal digits.
+inline std::string hex(std::uint64_t value) {
+  std::string text(16, '0');
+  for (int digit = 15; digit >= 0; --digit, value /= 16) text[digit] = "0123456789abcdef"[value % 16];
+  return text;
 }
 
 /// A number to six digits.

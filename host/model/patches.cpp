@@ -206,7 +206,7 @@ ByOwner by_owner(const std::vector<int>& owner, int patches) {
 }
 
 ClassLayout lay_out_classes(const std::vector<std::uint8_t>& class_of) {
-  constexpr int pack = 16;
+  constexpr int pack = kSlotPack;
   ClassLayout layout;
   layout.slot.resize(class_of.size());
   for (std::size_t i = 0; i < class_of.size(); ++i) {

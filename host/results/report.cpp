@@ -6,9 +6,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <sstream>
 
 #include "host/base/build_info.h"
+#include "host/base/shown.h"
 #include "host/model/footprint.h"
 
 namespace malha {
@@ -29,12 +29,6 @@ double peak_memory_mib() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return usage.ru_maxrss / 1024.0;
-}
-
-std::string hex(std::uint64_t value) {
-  std::ostringstream text;
-  text << std::hex << value;
-  return std::string(16 - text.str().size(), '0') + text.str();
 }
 
 Json by_name(const Parts& parts) {

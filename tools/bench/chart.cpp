@@ -10,6 +10,8 @@
 #include <sstream>
 #include <system_error>
 
+#include "host/base/shown.h"
+
 namespace malha::bench {
 
 namespace {
@@ -27,8 +29,7 @@ std::string colour(const Row& row) {
 }
 
 std::string name(const Row& row) {
-  return (row.library == "bullet" ? "Bullet, " : "malha, ") + std::to_string(row.threads) +
-         (row.threads == 1 ? " thread" : " threads");
+  return (row.library == "bullet" ? "Bullet, " : "malha, ") + counted(row.threads, "thread");
 }
 
 /// Lines of the grids, and open marks of the irregular mesh, for each library and number of threads.

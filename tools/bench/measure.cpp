@@ -5,6 +5,7 @@
 
 #include "host/base/build_info.h"
 #include "host/base/hash.h"
+#include "host/base/shown.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "tools/bench/bullet.h"
@@ -65,8 +66,7 @@ Runner bullet_runner(const Case& which) {
 }
 
 std::string words(const Row& row) {
-  return row.library + " " + row.schedule.name() + " on " + std::to_string(row.threads) +
-         (row.threads == 1 ? " thread" : " threads");
+  return row.library + " " + row.schedule.name() + " on " + counted(row.threads, "thread");
 }
 
 /// Seconds a step, over at least `enough` seconds.

@@ -10,6 +10,7 @@
 
 #include "host/base/build_info.h"
 #include "host/base/file.h"
+#include "host/base/shown.h"
 #include "host/error.h"
 #include "host/simulation.h"
 #include "tools/bench/bullet.h"
@@ -79,9 +80,9 @@ std::string introduction(const Options& options, const Json& facts) {
   all += "malha " + fact("malha_version") + ", " + fact("compiler") + ", " + fact("instructions") + "; Bullet " +
          fact("bullet_version") + "; " + fact("cpu") + "\ntriad from memory:";
   for (const Json& triad : facts["triad_gb_per_s"]) {
-    std::snprintf(text, sizeof text, " %.1f GB/s on %d", triad["gb_per_s"].get<double>(), triad["threads"].get<int>());
-    all += text + std::string(triad["threads"] == 1 ? " thread" : " threads") +
-           (triad == facts["triad_gb_per_s"].back() ? "\n" : ",");
+    std::snprintf(text, sizeof text, " %.1f GB/s on ", triad["gb_per_s"].get<double>());
+    all +=
+        text + counted(triad["threads"].get<int>(), "thread") + (triad == facts["triad_gb_per_s"].back() ? "\n" : ",");
   }
   return all;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "host/base/shown.h"
+
 namespace malha::bench {
 
 namespace {
@@ -30,12 +32,6 @@ double Row::ns_per_projection() const { return ns(median(step_seconds)); }
 double Row::ns_min() const { return ns(*std::min_element(step_seconds.begin(), step_seconds.end())); }
 double Row::ns_max() const { return ns(*std::max_element(step_seconds.begin(), step_seconds.end())); }
 double Row::floor_ns() const { return std::max(floor_memory_ns, floor_operations_ns); }
-
-std::string hex(std::uint64_t hash) {
-  std::string text(16, '0');
-  for (int digit = 15; digit >= 0; --digit, hash /= 16) text[digit] = "0123456789abcdef"[hash % 16];
-  return text;
-}
 
 double times_as_fast(const Row& row, const Row& other) {
   std::vector<double> ratios;

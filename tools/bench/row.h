@@ -33,8 +33,6 @@ struct Row {
   double ns(double step_seconds) const;  // a projection of a step that takes so long
 };
 
-std::string hex(std::uint64_t hash);  // 16 digits
-
 /// How many times as fast `row` is as `other`, a projection: the median over the repeats, which took turns.
 double times_as_fast(const Row& row, const Row& other);
 

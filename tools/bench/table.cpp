@@ -2,6 +2,8 @@
 
 #include <cstdio>
 
+#include "host/base/shown.h"
+
 namespace malha::bench {
 
 namespace {
@@ -13,8 +15,6 @@ std::string formatted(const char* format, Values... values) {
   return text;
 }
 
-std::string threads_text(int threads) { return std::to_string(threads) + (threads == 1 ? " thread" : " threads"); }
-
 std::string heading(const std::vector<Row>& rows) {
   const Row& row = rows.front();
   std::string text =
@@ -24,7 +24,7 @@ std::string heading(const std::vector<Row>& rows) {
   const char* separator = " ";
   for (const Row& r : rows) {
     if (r.library != "malha" || !(r.schedule == rows.front().schedule)) continue;
-    text += separator + formatted("%.0f GB/s on ", r.triad_gb_per_s) + threads_text(r.threads);
+    text += separator + formatted("%.0f GB/s on ", r.triad_gb_per_s) + counted(r.threads, "thread");
     separator = ", ";
   }
   return text + "\n";
@@ -44,7 +44,7 @@ std::string setup_lines(const std::vector<Row>& rows) {
   for (const Row& row : rows)
     if (row.library == "malha" && row.schedule == rows.front().schedule) shown = &row;
   if (shown == nullptr) return "";
-  std::string text = "  set-up on " + threads_text(shown->threads) + ":";
+  std::string text = "  set-up on " + counted(shown->threads, "thread") + ":";
   for (const auto& [part, seconds] : shown->setup_seconds)
     if (seconds > 0) text += formatted(" %s %.3g s,", part.c_str(), seconds);
   text.back() = '\n';
@@ -70,13 +70,13 @@ std::string table(const std::vector<Row>& rows, bool bullet_takes_part) {
     const Row* one = on_one_thread(rows, row);
     if (one != nullptr && one != &row)
       text += formatted("  %s on %s: %.2f x as fast as on 1\n", row.schedule.name().c_str(),
-                        threads_text(row.threads).c_str(), times_as_fast(row, *one));
+                        counted(row.threads, "thread").c_str(), times_as_fast(row, *one));
   }
   for (const Row& row : rows) {
     const Row* peer = bullet_of(rows, row);
     if (peer != nullptr && row.library == "malha" && row.schedule == Schedule{10, 1})
       text += formatted("  10x1 on %s: %.1f x as fast as Bullet (1x10, 1 thread), a projection\n",
-                        threads_text(row.threads).c_str(), times_as_fast(row, *peer));
+                        counted(row.threads, "thread").c_str(), times_as_fast(row, *peer));
   }
   text += setup_lines(rows);
   if (!bullet_takes_part) text += "  Bullet is left out: its warm-up alone would take minutes\n";
