@@ -1,4 +1,5 @@
-// The peer that everyone can install: the cloth as a soft body of Bullet (btSoftBody), links only.
+// The peer that everyone can install, where the build found it: the cloth as a soft body of Bullet (btSoftBody), links
+// only.
 #pragma once
 #include <memory>
 #include <string>

@@ -8,7 +8,9 @@
 #include "host/base/shown.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
+#if defined(MALHA_HAS_BULLET)
 #include "tools/bench/bullet.h"
+#endif
 
 namespace malha::bench {
 
@@ -45,6 +47,7 @@ Runner malha_runner(const Case& which, const Schedule& schedule, int threads) {
   return runner;
 }
 
+#if defined(MALHA_HAS_BULLET)
 /// Bullet divides a step into iterations alone.
 Runner bullet_runner(const Case& which) {
   const Schedule schedule{1, 10};
@@ -64,6 +67,10 @@ Runner bullet_runner(const Case& which) {
   };
   return runner;
 }
+#else
+Runner bullet_runner(const Case&) { return {}; }
+std::string bullet_version() { return ""; }
+#endif
 
 std::string words(const Row& row) {
   return row.library + " " + row.schedule.name() + " on " + counted(row.threads, "thread");
@@ -87,7 +94,12 @@ double time_steps(const std::function<void()>& step, double enough) {
 
 std::size_t lines_of_malha(const Timing& timing) { return std::size(kSchedules) * timing.threads.size(); }
 
-bool bullet_takes_part(const Case& which) { return which.side <= 500; }
+std::string peer_version() { return bullet_version(); }
+
+std::string bullet_left_out(const Case& which) {
+  if (peer_version().empty()) return "it was not there when malha was built (Debian: libbullet-dev)";
+  return which.side > 500 ? "its warm-up alone would take minutes" : "";
+}
 
 std::vector<Row> measure(Case which, const Timing& timing,
                          const std::function<void(const std::string&, double)>& doing) {
@@ -95,7 +107,7 @@ std::vector<Row> measure(Case which, const Timing& timing,
   std::vector<Runner> runners;
   for (const Schedule& schedule : kSchedules)
     for (const int threads : timing.threads) runners.push_back(malha_runner(which, schedule, threads));
-  if (bullet_takes_part(which)) runners.push_back(bullet_runner(which));
+  if (bullet_left_out(which).empty()) runners.push_back(bullet_runner(which));
   which.folder.reset();
 
   const double turns = static_cast<double>(runners.size()) * (timing.repeats + 1);

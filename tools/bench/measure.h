@@ -22,8 +22,10 @@ std::size_t lines_of_malha(const Timing& timing);
 /// --threads 1 and 1,2,3, and with --case irregular --n 1000000, rounded up.
 inline constexpr double kLineBytes = 200, kSetUpBytes = 400;
 
-/// Whether Bullet gets its row: not where its warm-up alone would take minutes.
-bool bullet_takes_part(const Case& which);
+/// Bullet's; empty: it was not there when malha was built.
+std::string peer_version();
+/// Why Bullet gets no row of this case; empty: it gets one.
+std::string bullet_left_out(const Case& which);
 
 /// The rows of malha (schedules 10x1 and 1x10, each on all the thread counts) and of Bullet (1x10, one thread).
 /// `doing` hears in a few words what comes next and which part of the whole case is done. Takes the case's mesh file

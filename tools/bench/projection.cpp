@@ -13,7 +13,6 @@
 #include "host/base/shown.h"
 #include "host/error.h"
 #include "host/simulation.h"
-#include "tools/bench/bullet.h"
 #include "tools/bench/chart.h"
 #include "tools/bench/machine.h"
 #include "tools/bench/measure.h"
@@ -60,7 +59,7 @@ Json machine_facts(const std::vector<int>& threads, double root_ns) {
   Json facts;
   for (const char* key : {"malha_version", "compiler", "flags", "instructions", "cpu"}) facts[key] = report.at(key);
   facts["cores"] = cores();
-  facts["bullet_version"] = bullet_version();
+  if (!peer_version().empty()) facts["bullet_version"] = peer_version();
   facts["triad_bytes"] = kMemoryBytes;
   for (const int t : threads)
     facts["triad_gb_per_s"].push_back({{"threads", t}, {"gb_per_s", triad_gb_per_s(kMemoryBytes, t)}});
@@ -77,8 +76,8 @@ std::string introduction(const Options& options, const Json& facts) {
                 kWarmUpSteps, options.repeats, options.seconds, facts["root_and_quotient_ns"].get<double>());
   std::string all = text;
   const auto fact = [&facts](const char* key) { return facts[key].get<std::string>(); };
-  all += "malha " + fact("malha_version") + ", " + fact("compiler") + ", " + fact("instructions") + "; Bullet " +
-         fact("bullet_version") + "; " + fact("cpu") + "\ntriad from memory:";
+  all += "malha " + fact("malha_version") + ", " + fact("compiler") + ", " + fact("instructions") + "; " +
+         (peer_version().empty() ? "" : "Bullet " + peer_version() + "; ") + fact("cpu") + "\ntriad from memory:";
   for (const Json& triad : facts["triad_gb_per_s"]) {
     std::snprintf(text, sizeof text, " %.1f GB/s on ", triad["gb_per_s"].get<double>());
     all +=
@@ -172,7 +171,7 @@ void run_projection(const Options& options) {
   for (std::size_t k = 0; k < cases.size(); ++k) {
     Case which = cases[k].grid ? grid_case(cases[k].n) : irregular_case(cases[k].n);
     const std::string name = which.name + " " + std::to_string(which.n) + ", ";
-    const bool with_bullet = bullet_takes_part(which);
+    const std::string left_out = bullet_left_out(which);
     std::vector<Row> rows = measure(std::move(which), timing, [&](const std::string& what, double part) {
       status.show(name + what, (static_cast<double>(k) + part) / static_cast<double>(cases.size()));
     });
@@ -183,7 +182,7 @@ void run_projection(const Options& options) {
       set_floor(row, triad[row.threads], root_ns, cores());
     }
     status.clear();
-    print(table(rows, with_bullet));
+    print(table(rows, left_out));
     all.insert(all.end(), rows.begin(), rows.end());
     files.write(all, facts, print.text());  // now: what ends the next case takes none of this one away
     no_chart = draw_chart(all, options.out);

@@ -61,7 +61,7 @@ std::string setup_lines(const std::vector<Row>& rows) {
 
 }  // namespace
 
-std::string table(const std::vector<Row>& rows, bool bullet_takes_part) {
+std::string table(const std::vector<Row>& rows, const std::string& bullet_left_out) {
   std::string text = heading(rows);
   text += formatted("  %-8s %-9s %7s %9s %-18s %10s %9s %12s %12s  %s\n", "library", "schedule", "threads", "ns/proj.",
                     "(min .. max)", "step ms", "x floor", "strain rms", "strain max", "state hash");
@@ -79,7 +79,7 @@ std::string table(const std::vector<Row>& rows, bool bullet_takes_part) {
                         counted(row.threads, "thread").c_str(), times_as_fast(row, *peer));
   }
   text += setup_lines(rows);
-  if (!bullet_takes_part) text += "  Bullet is left out: its warm-up alone would take minutes\n";
+  if (!bullet_left_out.empty()) text += "  Bullet is left out: " + bullet_left_out + "\n";
   return text;
 }
 

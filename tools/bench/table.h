@@ -8,6 +8,7 @@
 namespace malha::bench {
 
 /// A case's rows under its heading, and what they say beside each other. `rows` are all of one case.
-std::string table(const std::vector<Row>& rows, bool bullet_takes_part);
+/// `bullet_left_out`: why Bullet has none, or nothing.
+std::string table(const std::vector<Row>& rows, const std::string& bullet_left_out);
 
 }  // namespace malha::bench

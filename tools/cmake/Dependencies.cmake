@@ -4,7 +4,10 @@ find_package(OpenMP REQUIRED COMPONENTS CXX)
 find_package(nlohmann_json 3.10 REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(Threads REQUIRED)
-find_package(Bullet REQUIRED)  # the benchmarks' peer; malha itself does not use it
+find_package(Bullet QUIET)  # the benchmarks' peer; malha itself does not use it
+if(NOT BULLET_FOUND)
+  message(STATUS "Bullet: not found; the benchmarks run without their peer (Debian: libbullet-dev)")
+endif()
 
 # Embree 4 where it is, else 3 (Debian 12). Both name their target "embree".
 find_package(embree 4 CONFIG QUIET)
