@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
-#include <stdexcept>
 #include <string>
 
+#include "host/error.h"
 #include "host/model/colour.h"
 #include "host/solver/piece.h"
 #include "kernels/compute.h"
@@ -31,8 +31,9 @@ class Planner {
     launch(count, [this](int k) { pieces_[k] = cut_piece(model_, owned_, touches_, k, neighbours_[k]); });
     for (const Piece& piece : pieces_)
       if (piece.patch.slots > kMostSlots)
-        throw std::runtime_error("a patch of " + std::to_string(piece.patch.slots) + " particles: the constraints of " +
-                                 "this model connect too many particles with each other");
+        refuse(model_.scene.file, "/bodies",
+               "constraints that connect " + std::to_string(piece.patch.slots) + " particles with each other directly",
+               "at most " + std::to_string(kMostSlots));
     return join();
   }
 

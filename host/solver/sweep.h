@@ -86,8 +86,10 @@ class Sweep {
     for (std::size_t k = 0; k < patches.size(); ++k) {
       if (lost[k] != substep) continue;
       for (int s = patches[k].segment; s < patches[k].segment + patches[k].segments; ++s)
-        for (int i = segments[s].global; i < segments[s].global + segments[s].count; ++i)
-          if (!std::isfinite(x[i][0] + x[i][1] + x[i][2]) && (found < 0 || user_of[i] < found)) found = user_of[i];
+        for (int i = segments[s].global; i < segments[s].global + segments[s].count; ++i) {
+          const R sum = R(x[i][0]) + R(x[i][1]) + R(x[i][2]);  // as the visits see it: finite numbers may overflow
+          if (!std::isfinite(sum) && (found < 0 || user_of[i] < found)) found = user_of[i];
+        }
     }
     return found;
   }
@@ -95,6 +97,8 @@ class Sweep {
     const std::vector<int> lost = lost_.download();
     return std::any_of(lost.begin(), lost.end(), [](int substep) { return substep > 0; });
   }
+
+  void forget_lost() { lost_.upload(std::vector<int>(lost_.size(), 0)); }
 
   const PatchFacts& facts() const { return facts_; }
   const std::vector<SetFacts>& set_facts() const { return set_facts_; }
