@@ -11,22 +11,6 @@
 namespace malha {
 namespace {
 
-SolverSpec read_solver(const JsonReader& at) {
-  constexpr int most_passes = 100000;
-  SolverSpec solver;
-  at.object({
-      {"type", [&](const JsonReader& v) { solver.type = v.word("solver", {"pbd"}); }, true},
-      {"dt", [&](const JsonReader& v) { solver.dt = v.number(above(0, "s")); }},
-      {"substeps", [&](const JsonReader& v) { solver.substeps = v.integer(1, most_passes); }},
-      {"iterations", [&](const JsonReader& v) { solver.iterations = v.integer(1, most_passes); }},
-      {"precision",
-       [&](const JsonReader& v) {
-         solver.precision = v.word("precision", {"float", "double"}) == "double" ? Precision::Double : Precision::Float;
-       }},
-  });
-  return solver;
-}
-
 Wind read_wind(const JsonReader& at) {
   Wind wind;
   at.object({

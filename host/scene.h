@@ -148,12 +148,29 @@ struct Expect {
 
 enum class Precision { Float, Double };
 
+enum class FilterKind { Auto, Dense, Sparse };
+enum class Storage { Float, Double, Int16 };
+enum class Corrector { Inertia, Paper, Off };
+
+/// What only Desbrun's method has.
+struct DesbrunSpec {
+  double stiffness = 1e4;  // N/m, > 0, of springs whose constraint has no compliance: times its stiffness
+  FilterKind filter = FilterKind::Auto;
+  std::optional<Storage> storage;      // of the filter's numbers; none: the precision's. Int16: dense only
+  bool internal_only = false;          // gravity goes round the filter, as in the paper
+  std::optional<Corrector> corrector;  // of the torque on free bodies; none: inertia, or off where refine > 0
+  int refine = 0;                      // >= 0, further solves a substep: 0 is the paper's method, many backward Euler
+  std::optional<double> tolerance;     // of the distance limits, over-elongation / length; none: all iterations are run
+  std::optional<double> time_budget;   // s a substep for them; results then depend on the clock
+};
+
 struct SolverSpec {
-  std::string type = "pbd";
-  double dt = 1.0 / 60;  // s, > 0
-  int substeps = 10;     // >= 1
-  int iterations = 1;    // >= 1, per substep
+  std::string type = "pbd";  // or "desbrun"
+  double dt = 1.0 / 60;      // s, > 0
+  int substeps = 10;         // >= 1
+  int iterations = 1;        // >= 1, per substep
   Precision precision = Precision::Float;
+  DesbrunSpec desbrun;
 };
 
 struct Scene {

@@ -22,7 +22,7 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : available_threads();
   parts_->times.model_seconds = seconds([&] { parts_->model = build_model(scene); });
   parts_->times.solver_seconds = seconds([&] {
-    parts_->solver = make_solver(parts_->model, serial ? 0 : parts_->threads, options.instructions);
+    parts_->solver = make_solver(parts_->model, serial ? 0 : parts_->threads, options.instructions, options.progress);
     keep_what_runs_need(parts_->model);
   });
 }

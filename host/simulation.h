@@ -1,6 +1,7 @@
 // malha's public interface: a scene is loaded (host/scene.h), simulated step by step, and looked at.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@ struct SimulationOptions {
   int threads = 0;  // OpenMP: 0 means as many as OpenMP offers (OMP_NUM_THREADS, or the cores)
   Backend backend = Backend::OpenMP;
   std::string instructions = {};  // "": the widest that the CPU has; or "baseline", "avx2", "avx512"
+  std::function<void(const char* what, double part)> progress = {};  // of a set-up that takes long, part in [0, 1]
 };
 
 struct Model;     // host/model/model.h, for the parts of malha that look closer

@@ -1,8 +1,18 @@
-// Damping that leaves rigid motion alone (Müller et al. 2006, section 3.5), over one connected body.
+// The rigid part of a body's motion, and damping that leaves it alone (Müller et al. 2006, section 3.5).
 #pragma once
 #include "kernels/particles.h"
 
 namespace malha {
+
+/// Which particles are meant: item after item from `first` on, or those of a list.
+struct Consecutive {
+  int first;
+  KERNEL int operator[](int item) const { return first + item; }
+};
+struct Listed {
+  const int* list;
+  KERNEL int operator[](int item) const { return list[item]; }
+};
 
 /// Mass, and the mass-weighted sums of position and velocity. Pinned particles do not count.
 struct MassSum {
@@ -14,12 +24,12 @@ struct MassSum {
   }
 };
 
-template <class R>
+template <class R, class Members>
 struct SumMass {
   Particles<R> particles;
-  int first;  // particle of item 0
+  Members members;
   KERNEL MassSum operator()(int item) const {
-    const int i = first + item;
+    const int i = members[item];
     const R w = particles.w[i];
     if (!(w > R(0))) return {};
     const double m = 1.0 / w;
@@ -38,13 +48,13 @@ struct SpinSum {
   }
 };
 
-template <class R>
+template <class R, class Members>
 struct SumSpin {
   Particles<R> particles;
-  int first;
+  Members members;
   Vector3<double> centre;  // m
   KERNEL SpinSum operator()(int item) const {
-    const int i = first + item;
+    const int i = members[item];
     const R w = particles.w[i];
     if (!(w > R(0))) return {};
     const double m = 1.0 / w;
@@ -61,11 +71,11 @@ struct SumSpin {
 template <class R>
 struct DampTowardsRigid {
   Particles<R> particles;
-  int first;
+  Consecutive members;
   R k;
   Vector3<R> centre, velocity, omega;
   KERNEL void operator()(int item) const {
-    const int i = first + item;
+    const int i = members[item];
     if (!(particles.w[i] > R(0))) return;
     const Vector3<R> v = particles.v[i];
     const Vector3<R> rigid = velocity + cross(omega, particles.x[i] - centre);

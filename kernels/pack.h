@@ -6,7 +6,8 @@
 
 namespace malha {
 
-/// A particle within a patch, so that 8 * index is its place in bytes among rows (Vec4) of R: an addressing mode.
+/// A particle within a patch, so that 8 * index is its place in bytes among rows (Vec4) of R: an addressing mode. Wider
+/// integers (Index below) number the particles of any model in the same way.
 using LocalIndex = unsigned short;
 template <class R>
 inline constexpr int kIndexScale = int(sizeof(Vec4<R>)) / 8;
@@ -22,12 +23,12 @@ KERNEL void store(const R& from, R* to) {
 }
 
 /// One particle, or (below) a pack of them, from or to rows.
-template <class R>
-KERNEL Vec4<R>& row_at(Vec4<R>* rows, LocalIndex index) {
+template <class R, class Index>
+KERNEL Vec4<R>& row_at(Vec4<R>* rows, Index index) {
   return rows[index / kIndexScale<R>];
 }
-template <class R>
-KERNEL void gather_rows(Vec4<R>* rows, const LocalIndex* index, Vector3<R>& position, R& w) {
+template <class R, class Index>
+KERNEL void gather_rows(Vec4<R>* rows, const Index* index, Vector3<R>& position, R& w) {
   const Vec4<R> q = row_at(rows, *index);
   position = q.xyz();
   w = q.w;
@@ -200,24 +201,24 @@ KERNEL void transpose(V& r0, V& r1, V& r2, V& r3) {
   r2 = blend<n, 0, 1, 4, 5>(c, d, all), r3 = blend<n, 2, 3, 6, 7>(c, d, all);
 }
 
-template <class R>
-KERNEL char* address(Vec4<R>* rows, LocalIndex index) {
+template <class R, class Index>
+KERNEL char* address(Vec4<R>* rows, Index index) {
   return reinterpret_cast<char*>(rows) + size_t(8) * index;
 }
 /// (Not one function for any type: a template's argument loses may_alias.)
-template <class R>
-KERNEL Quartet<R>& quartet(Vec4<R>* rows, LocalIndex index) {
+template <class R, class Index>
+KERNEL Quartet<R>& quartet(Vec4<R>* rows, Index index) {
   return *reinterpret_cast<Quartet<R>*>(address(rows, index));
 }
-template <class R>
-KERNEL Bits16& bits(Vec4<R>* rows, LocalIndex index) {
+template <class R, class Index>
+KERNEL Bits16& bits(Vec4<R>* rows, Index index) {
   return *reinterpret_cast<Bits16*>(address(rows, index));
 }
 
 /// The particles index[0], index[4], ... side by side: row k of a gather is that of index + k, and after the
 /// transposition lane j belongs to index[j].
-template <class V, class R>
-KERNEL V row(Vec4<R>* rows, const LocalIndex* index) {
+template <class V, class R, class Index>
+KERNEL V row(Vec4<R>* rows, const Index* index) {
   constexpr int n = int(sizeof(V) / sizeof(Vec4<R>));
   if constexpr (n == 1) {
     return quartet(rows, index[0]);
@@ -275,8 +276,8 @@ KERNEL void set_lane(Pack<R, bytes>& a, int i, R value) {
 }
 
 /// Reads the particles index[0] .. index[lanes - 1]: one aligned load each, then transposes in registers.
-template <class R, int bytes>
-KERNEL void gather_rows(Vec4<R>* rows, const LocalIndex* index, Vector3<Pack<R, bytes>>& position, Pack<R, bytes>& w) {
+template <class R, int bytes, class Index>
+KERNEL void gather_rows(Vec4<R>* rows, const Index* index, Vector3<Pack<R, bytes>>& position, Pack<R, bytes>& w) {
   using V = typename Pack<R, bytes>::Vector;
   position.x.v = detail::row<V>(rows, index);
   position.y.v = detail::row<V>(rows, index + 1);

@@ -37,7 +37,7 @@ template <class R>
 void instantiate_all() {
   launch_groups<<<1, 1>>>(Visit<R>{});
   instantiate<Predict<R>, Drag<R>, UpdateState<R>>();
-  instantiate<SumMass<R>, SumSpin<R>, DampTowardsRigid<R>, MeasureMotion<R>>();
+  instantiate<SumMass<R, Consecutive>, SumSpin<R, Consecutive>, DampTowardsRigid<R>, MeasureMotion<R>>();
   instantiate<SixVolumes<R>, PressureGradient<R>, ApplyPressure<R>>();
   instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>>();
 }

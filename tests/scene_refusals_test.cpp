@@ -37,7 +37,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"ZeroBodies", "/bodies", "[]", "/bodies: found no body; allowed: at least one"},
         Refusal{"NoBodies", "/bodies", "remove", "found no key 'bodies'; allowed: an object with the key 'bodies'"},
         Refusal{"UnknownSolver", "/solver/type", "\"xpbd\"",
-                "/solver/type: found unknown solver \"xpbd\" (did you mean 'pbd'?); allowed: pbd"},
+                "/solver/type: found unknown solver \"xpbd\" (did you mean 'pbd'?); allowed: pbd, desbrun"},
         Refusal{"ZeroDt", "/solver/dt", "0", "/solver/dt: found 0; allowed: a number > 0 (s)"},
         Refusal{"NegativeDt", "/solver/dt", "-1", "/solver/dt: found -1; allowed: a number > 0 (s)"},
         Refusal{"ZeroSubsteps", "/solver/substeps", "0",

@@ -54,7 +54,7 @@ void collect_objects(const Json& node, std::set<const Json*>& found) {
 class SceneSchema : public testing::Test {
  protected:
   const Json schema_ = read(scenes / "schema.json");
-  const Json scene_ = Json::parse(full_scene());
+  Json scene_ = Json::parse(full_scene());
   std::set<const Json*> visited_;  // schema nodes that some place of the full scene has led to
 
   const Json& resolve(const Json& node) const {
@@ -117,12 +117,20 @@ TEST_F(SceneSchema, HasTheKeysThatTheParserAllows) {
 
 TEST_F(SceneSchema, HasNoObjectThatTheFullSceneDoesNotReach) {
   walk([](const Json&, const std::string&) {});
+  scene_["solver"] = {{"type", "pbd"}};  // the other method: its keys are asked for below
+  walk([](const Json&, const std::string&) {});
   std::set<const Json*> objects;
   collect_objects(schema_, objects);
   EXPECT_GT(objects.size(), 20u);
   for (const Json* object : objects) {
     EXPECT_TRUE(visited_.count(object)) << "never asked: the object with " << Json(keys_of((*object)["properties"]));
   }
+}
+
+TEST_F(SceneSchema, HasTheSolverKeysThatTheParserAllowsOfPbd) {
+  const Json& pbd = choose(schema_["definitions"]["solver"], {{"type", "pbd"}});
+  const std::string refusal = scene_refusal(changed_scene("/solver", R"({"type": "pbd", "no_such_key_here": 1})"));
+  EXPECT_EQ(allowed_in(refusal), keys_of(pbd["properties"]));
 }
 
 TEST_F(SceneSchema, RequiresTheKeysThatTheParserRequires) {

@@ -203,12 +203,19 @@ class Builder {
     if (flat.empty())
       refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",
              Kind::element == Element::Hinges ? "a mesh with neighbouring faces" : "edges, or quads for shear");
-    ConstraintSet& set = find_set(spec, Kind::particles);
     const std::vector<bool>& pinned = bodies_[b].pinned;
+    std::vector<int> movable;
     for (auto c = flat.begin(); c != flat.end(); c += Kind::particles) {
       if (std::all_of(c, c + Kind::particles, [&](int i) { return pinned[i]; })) continue;  // could move nothing
-      for (int j = 0; j < Kind::particles; ++j) set.particles.push_back(solver_of_[model_.look.body_begin[b] + c[j]]);
+      for (int j = 0; j < Kind::particles; ++j) movable.push_back(solver_of_[model_.look.body_begin[b] + c[j]]);
     }
+    const SolverSpec& solver = model_.scene.solver;
+    if (solver.type == "desbrun" && !Kind::inequality) {
+      model_.springs.push_back(springs_of(spec, solver.desbrun.stiffness, movable, model_.x));
+      return;
+    }
+    std::vector<int>& particles = find_set(spec, Kind::particles).particles;
+    particles.insert(particles.end(), movable.begin(), movable.end());
   }
 
   ConstraintSet& find_set(const ConstraintSpec& spec, int arity) {
@@ -244,6 +251,8 @@ class Builder {
     reorder(model_.user_of), reorder(model_.x), reorder(model_.v), reorder(model_.w), reorder(model_.mass);
     const auto renumber = [&](int& i) { i = now[i]; };
     for (ConstraintSet& set : model_.sets) std::for_each(set.particles.begin(), set.particles.end(), renumber);
+    for (SpringSet& set : model_.springs)
+      for (Edge& e : set.ends) std::for_each(e.begin(), e.end(), renumber);
     for (PressureSet& set : model_.pressures) {
       for (Triangle& t : set.triangles) std::for_each(t.begin(), t.end(), renumber);
       std::for_each(set.particles.begin(), set.particles.end(), renumber);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host/model/patches.h"
+#include "host/model/springs.h"
 #include "host/scene.h"
 
 namespace malha {
@@ -63,6 +64,7 @@ struct Model {
   std::vector<double> w;            // 1/kg, 0 where pinned
   std::vector<double> mass;         // kg, of pinned particles too
   std::vector<ConstraintSet> sets;  // in the registry's order of kinds
+  std::vector<SpringSet> springs;   // of Desbrun's method; `sets` then holds what is projected after them
   std::vector<PressureSet> pressures;
   std::vector<DampedIsland> damped;
   Patches patches;

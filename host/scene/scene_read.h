@@ -18,6 +18,7 @@ void read_rotation(const JsonReader& at, Vec3& axis, double& degrees);
 /// "min" and "max" of an axis-aligned box; refuses min > max.
 void read_box(const JsonReader& at, Vec3& min, Vec3& max);
 
+SolverSpec read_solver(const JsonReader& at);
 BodySpec read_body(const JsonReader& at, const std::string& folder);
 ConstraintSpec read_constraint(const JsonReader& at);
 EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder);

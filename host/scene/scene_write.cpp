@@ -100,6 +100,26 @@ Json write(const OutputSpec& o) {
   return json;
 }
 
+Json write(const SolverSpec& s) {
+  Json json{{"type", s.type}, {"dt", s.dt}, {"substeps", s.substeps}, {"iterations", s.iterations}};
+  json["precision"] = s.precision == Precision::Double ? "double" : "float";
+  if (s.type != "desbrun") return json;
+  const DesbrunSpec& own = s.desbrun;
+  json["stiffness"] = own.stiffness;
+  json["filter"] = own.filter == FilterKind::Dense ? "dense" : own.filter == FilterKind::Sparse ? "sparse" : "auto";
+  if (own.storage)
+    json["storage"] = *own.storage == Storage::Double ? "double" : *own.storage == Storage::Int16 ? "int16" : "float";
+  json["filtered"] = own.internal_only ? "internal_only" : "all";
+  if (own.corrector)
+    json["corrector"] = *own.corrector == Corrector::Inertia ? "inertia"
+                        : *own.corrector == Corrector::Paper ? "paper"
+                                                             : "off";
+  json["refine"] = own.refine;
+  if (own.tolerance) json["tolerance"] = *own.tolerance;
+  if (own.time_budget) json["time_budget"] = *own.time_budget;
+  return json;
+}
+
 Json write(const Expect& e) {
   Json json = Json::object();
   const auto add = [&](const char* key, const auto& value) {
@@ -118,10 +138,8 @@ Json write(const Expect& e) {
 }  // namespace
 
 std::string to_json(const Scene& scene) {
-  const SolverSpec& s = scene.solver;
   Json json{{"name", scene.name}};
-  json["solver"] = {{"type", s.type}, {"dt", s.dt}, {"substeps", s.substeps}, {"iterations", s.iterations}};
-  json["solver"]["precision"] = s.precision == Precision::Double ? "double" : "float";
+  json["solver"] = write(scene.solver);
   json["gravity"] = scene.gravity;
   if (scene.wind) json["wind"] = {{"velocity", scene.wind->velocity}, {"drag", scene.wind->drag}};
   for (const BodySpec& body : scene.bodies) json["bodies"].push_back(write(body));

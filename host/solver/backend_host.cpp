@@ -1,16 +1,23 @@
 // The solvers instantiated for the executors of the host. A GPU backend is one more file like this one, compiled by
 // its own compiler.
+#include "host/solver/desbrun.h"
 #include "host/solver/pbd.h"
 
 namespace malha {
 
 namespace {
 
+template <class R, class Executor>
+std::unique_ptr<Solver> make(const Model& model, const Executor& executor, int threads, const ShowProgress& progress) {
+  if (model.scene.solver.type == "desbrun")
+    return std::make_unique<Desbrun<Executor, R>>(model, executor, threads, progress);
+  return std::make_unique<Pbd<Executor, R>>(model, executor, threads);
+}
+
 template <class Executor>
-std::unique_ptr<Solver> make(const Model& model, const Executor& executor, int threads) {
-  if (model.scene.solver.precision == Precision::Double)
-    return std::make_unique<Pbd<Executor, double>>(model, executor, threads);
-  return std::make_unique<Pbd<Executor, float>>(model, executor, threads);
+std::unique_ptr<Solver> make(const Model& model, const Executor& executor, int threads, const ShowProgress& progress) {
+  if (model.scene.solver.precision == Precision::Double) return make<double>(model, executor, threads, progress);
+  return make<float>(model, executor, threads, progress);
 }
 
 }  // namespace
@@ -21,12 +28,14 @@ std::vector<std::string> instruction_sets() {
   return names;
 }
 
-std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::string& instructions) {
+std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::string& instructions,
+                                    const ShowProgress& progress) {
   const std::string wanted = instructions.empty() ? instruction_sets().back() : instructions;
   std::unique_ptr<Solver> made;
   for_each_isa([&]<class Isa>(Isa) {
     if (wanted != Isa::name) return;
-    made = threads == 0 ? make(model, Serial{Isa::value}, 1) : make(model, OpenMP{threads, Isa::value}, threads);
+    made = threads == 0 ? make(model, Serial{Isa::value}, 1, progress)
+                        : make(model, OpenMP{threads, Isa::value}, threads, progress);
   });
   if (!made) throw InputError("instructions: this build on this CPU has no \"" + wanted + "\"");
   return made;

@@ -3,18 +3,34 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "host/filter/filter_facts.h"
 #include "host/measures.h"
 #include "host/model/model.h"
 
 namespace malha {
 
 /// The passes of a step, for timings. Visits: prediction, projection and state in one, where nothing lies between.
-enum class Pass { Damping, Prediction, Collision, Projection, Pressure, Contact, State, Visits };
-inline constexpr std::array<const char*, 8> kPassNames{"damping",  "prediction", "collision", "projection",
-                                                       "pressure", "contact",    "state",     "visits"};
+/// Forces, filter and correction (of free bodies' momenta) are Desbrun's.
+enum class Pass {
+  Damping,
+  Forces,
+  Filter,
+  Correction,
+  Prediction,
+  Collision,
+  Projection,
+  Pressure,
+  Contact,
+  State,
+  Visits
+};
+inline constexpr std::array<const char*, 11> kPassNames{"damping",    "forces",    "filter",     "correction",
+                                                        "prediction", "collision", "projection", "pressure",
+                                                        "contact",    "state",     "visits"};
 
 /// What a person may want to know of a constraint set.
 struct SetFacts {
@@ -40,6 +56,9 @@ struct SolverFacts {
   PatchFacts patches;
   bool fused = false;                                    // prediction and state happen in the visits to the patches
   std::vector<SetFacts> sets;                            // in the order of projection
+  std::optional<FilterFacts> filter;                     // Desbrun's
+  int free_bodies = 0;                                   // of Desbrun's, whose momenta are corrected
+  std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths
   double colour_seconds = 0;                             // of set-up: phases of patches, runs, colours
   double layout_seconds = 0;                             // particles and constraints laid out
   double constraint_seconds = 0, collision_seconds = 0;  // colours and layout of constraints; environment meshes
@@ -58,6 +77,8 @@ class Solver {
   virtual std::vector<Vec3> velocities() const = 0;  // m/s
   virtual Measures measure() const = 0;
   virtual const SolverFacts& facts() const = 0;
+  /// Of Desbrun's filter, measured when asked; none: the method has no filter.
+  virtual std::optional<FilterErrors> filter_errors() const { return std::nullopt; }
   virtual const std::array<double, kPassNames.size()>& pass_seconds() const = 0;  // per pass, since the start
   /// Everything that the next step depends on, and a hash of positions and velocities in the user's order.
   virtual std::string save() const = 0;
@@ -70,6 +91,8 @@ std::vector<std::string> instruction_sets();
 
 /// The model's method on `threads` OpenMP threads, or on the Serial executor with 0. `instructions`: one of
 /// instruction_sets(), or "" for the widest; throws InputError for another.
-std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::string& instructions = "");
+/// `progress`: of a set-up that takes long; may be empty.
+std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::string& instructions = "",
+                                    const ShowProgress& progress = {});
 
 }  // namespace malha

@@ -4,6 +4,7 @@ find_package(OpenMP REQUIRED COMPONENTS CXX)
 find_package(nlohmann_json 3.10 REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(Threads REQUIRED)
+find_library(METIS_LIBRARY metis REQUIRED)
 find_package(Bullet QUIET)  # the benchmarks' peer; malha itself does not use it
 if(NOT BULLET_FOUND)
   message(STATUS "Bullet: not found; the benchmarks run without their peer (Debian: libbullet-dev)")

@@ -1,0 +1,101 @@
+// The filter as a dense symmetric S in the executor's memory (kernels/dense_filter.h).
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include "host/base/array.h"
+#include "host/filter/dense_plan.h"
+
+namespace malha {
+
+/// V: what S is stored as; T: what it is computed with.
+template <class Executor, class V, class T>
+class DenseFilter {
+ public:
+  /// Without numbers yet: `take` is to be called for every column.
+  DenseFilter(const Executor& executor, int threads, const SpringSystem& system)
+      : executor_(executor), plan_(plan_dense(system)) {
+    chunks_ = Array<Executor, DenseChunk>(plan_.chunks), rows_ = Array<Executor, DenseRow>(plan_.rows);
+    particle_ = Array<Executor, int>(plan_.particle);
+    values_ = Array<Executor, V>(static_cast<std::size_t>(plan_.values), V(0));
+    if (kIntegers) scale_ = Array<Executor, T>(plan_.particle.size(), T(0));
+    x_ = Array<Executor, T>(std::size_t(kDenseSides) * plan_.rows.size(), T(0));
+    y_ = Array<Executor, T>(std::size_t(kDenseSides) * plan_.sums, T(0));
+    width_ = std::max(1, std::min({threads, static_cast<int>(plan_.chunks.size()),
+                                   static_cast<int>(std::min<std::int64_t>(plan_.values / kGrain, 1 << 20))}));
+    plan_.particle = {};
+  }
+
+  /// What the integers are multiples of: sqrt(S_ii) and sqrt(S_jj), so that S_ij / (scale_i scale_j) is at most 32767.
+  /// To be called for every unknown before the first `take`.
+  void take_diagonal(int body, int unknown, double number) {
+    if (kIntegers) scale_.data()[plan_.first_row[body] + unknown] = T(std::sqrt(number / 32767));
+  }
+
+  /// Rounds column `j` of a body's S, from its diagonal downwards, and keeps it. `column`: by the body's unknowns.
+  template <class Column>
+  void take(int body, int j, int count, const Column& column) {
+    const int b = j / kDenseRows, c = j % kDenseRows;
+    const std::int64_t at = plan_.at[body];
+    const auto put = [&](int i, int row_block, std::int64_t place) {
+      values_.data()[at + dense_numbers(row_block) + place] = stored(body, i, j, column(i));
+    };
+    // Within the diagonal block both halves are there; below, four rows of 16 columns lie together.
+    for (int i = j; i < std::min(count, kDenseRows * (b + 1)); ++i) {
+      const std::int64_t before = std::int64_t(kDenseRows) * kDenseRows * b;
+      put(i, b, before + kDenseRows * (i % kDenseRows) + c);
+      put(i, b, before + kDenseRows * c + i % kDenseRows);
+    }
+    for (int i = kDenseRows * (b + 1); i < count; ++i) {
+      const int row = i / kDenseRows, panel = i % kDenseRows / 4, r = i % 4;
+      put(i, row, std::int64_t(4) * kDenseRows * (std::int64_t(panel) * row + b) + kDenseRows * r + c);
+    }
+  }
+
+  /// Filters forces: S takes them from `ends` and gives accelerations back.
+  template <class Ends>
+  void apply(const Ends& ends) const {
+    const DenseView<V, T> view{chunks_.data(), rows_.data(), values_.data(), particle_.data(),
+                               scale_.data(),  x_.data(),    y_.data()};
+    const auto chunks = static_cast<int>(chunks_.size()), rows = static_cast<int>(rows_.size());
+    constexpr int piece = 16;
+    const int pieces = (rows + piece - 1) / piece;
+    parallel_region(executor_, width_, [&](const auto& team) {
+      parallel_groups(team, 0, pieces, {}, Pieces<GatherDense<V, T, Ends>>{{view, ends}, rows, piece});
+      parallel_groups(team, 0, chunks, {}, MultiplyDense<V, T>{view});
+      parallel_groups(team, 0, pieces, {}, Pieces<SumDense<V, T, Ends>>{{view, ends}, rows, piece});
+    });
+  }
+
+  std::int64_t numbers() const { return plan_.values; }
+  std::size_t bytes() const {
+    return chunks_.bytes() + rows_.bytes() + particle_.bytes() + values_.bytes() + scale_.bytes() + x_.bytes() +
+           y_.bytes();
+  }
+
+ private:
+  static constexpr bool kIntegers = std::is_integral_v<V>;
+  static constexpr std::int64_t kGrain = 65536;  // numbers of S that are worth a thread: some microseconds
+
+  V stored(int body, int i, int j, double number) const {
+    if constexpr (kIntegers) {
+      const T* scale = scale_.data() + plan_.first_row[body];
+      const double whole = number / (double(scale[i]) * double(scale[j]));
+      return V(std::clamp(std::lround(whole), -32767L, 32767L));
+    } else {
+      return V(number);
+    }
+  }
+
+  Executor executor_;
+  DensePlan plan_;
+  Array<Executor, DenseChunk> chunks_;
+  Array<Executor, DenseRow> rows_;
+  Array<Executor, int> particle_;
+  Array<Executor, V> values_;
+  Array<Executor, T> scale_, x_, y_;
+  int width_ = 1;
+};
+
+}  // namespace malha

@@ -1,0 +1,132 @@
+#include "host/filter/factor.h"
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+
+#include "kernels/front.h"
+
+namespace malha {
+
+namespace {
+
+/// What a pivot must keep of the diagonal that it began as: less is rounding.
+constexpr double kLeastPivot = 1e-14;
+
+class Factorisation {
+ public:
+  Factorisation(const SpringSystem& system, const Supernodes& all, const OpenMP& executor, const TakePanel& take,
+                const ShowProgress& progress)
+      : system_(system),
+        all_(all),
+        executor_(executor),
+        take_(take),
+        progress_(progress),
+        updates_(all.count()),
+        first_child_(all.count(), -1),
+        sibling_(all.count(), -1),
+        column_of_(system.count()) {
+    for (int j = 0; j < system.count(); ++j) column_of_[all.order[j]] = j;
+    for (int s = all.count() - 1; s >= 0; --s) {
+      total_ += work(s);
+      if (const int up = all.parent[s]; up >= 0) sibling_[s] = first_child_[up], first_child_[up] = s;
+    }
+  }
+
+  int operator()(const Subtrees& cut) {
+    parallel_for(
+        executor_, static_cast<int>(cut.tasks.size()), [&](int t) { eliminate(cut.tasks[t]); }, 0);
+    eliminate(cut.top);
+    return failed_;
+  }
+
+ private:
+  struct Scratch {
+    std::vector<double> panel, copy, least;
+    std::vector<int> place;  // of each column in the front
+  };
+
+  double work(int s) const { return double(all_.columns(s)) * all_.height(s) * all_.height(s); }
+
+  void eliminate(const std::vector<int>& supernodes) {
+    Scratch scratch;
+    scratch.place.resize(system_.count());
+    for (const int s : supernodes) {
+      if (failed_ >= 0) return;
+      eliminate(s, scratch);
+      done_ += static_cast<std::int64_t>(work(s));
+      const std::unique_lock<std::mutex> lock(showing_, std::try_to_lock);
+      if (lock && progress_) progress_("factoring", total_ > 0 ? double(done_) / total_ : 1);
+    }
+  }
+
+  void eliminate(int s, Scratch& scratch) {
+    const int first = all_.column_begin[s], pivots = all_.columns(s), below = all_.below(s), height = pivots + below;
+    const int* rows = all_.rows.data() + all_.row_begin[s];
+    for (int k = 0; k < pivots; ++k) scratch.place[first + k] = k;
+    for (int k = 0; k < below; ++k) scratch.place[rows[k]] = pivots + k;
+    scratch.panel.assign(std::size_t(height) * pivots, 0);
+    scratch.copy.resize(std::size_t(pivots) * pivots);
+    scratch.least.resize(pivots);
+    updates_[s].assign(std::size_t(below) * below, 0);
+    const Columnwise<double> panel{scratch.panel.data(), height}, update{updates_[s].data(), below};
+    for (int k = 0; k < pivots; ++k) {
+      const int i = all_.order[first + k];
+      panel(k, k) = system_.diagonal[i];
+      scratch.least[k] = kLeastPivot * system_.diagonal[i];
+      for (int e = system_.begin[i]; e < system_.begin[i + 1]; ++e)
+        if (const int j = column_of_[system_.column[e]]; j > first + k) panel(scratch.place[j], k) = system_.value[e];
+    }
+    for (int c = first_child_[s]; c >= 0; c = sibling_[c]) add_child(c, pivots, panel, update, scratch.place);
+
+    int failed = -1;
+    for_each_isa([&]<class Isa>(Isa isa) {
+      if (Isa::value != executor_.instructions) return;
+      run(isa,
+          EliminateFront<double, Isa>{
+              height, pivots, panel, update, {scratch.copy.data(), pivots}, scratch.least.data(), &failed},
+          0, 1);
+    });
+    if (failed >= 0) {
+      int none = -1;
+      failed_.compare_exchange_strong(none, first + failed);
+      return;
+    }
+    take_(s, scratch.panel.data());
+  }
+
+  /// Extend-add. A child's rows are ascending in the front too.
+  void add_child(int c, int pivots, const Columnwise<double>& panel, const Columnwise<double>& update,
+                 const std::vector<int>& place) {
+    const int size = all_.below(c);
+    const int* rows = all_.rows.data() + all_.row_begin[c];
+    const Columnwise<double> from{updates_[c].data(), size};
+    for (int j = 0; j < size; ++j) {
+      const int to = place[rows[j]];
+      double* column = to < pivots ? &panel(0, to) : &update(0, to - pivots) - pivots;
+      for (int i = j; i < size; ++i) column[place[rows[i]]] += from(i, j);
+    }
+    std::vector<double>().swap(updates_[c]);
+  }
+
+  const SpringSystem& system_;
+  const Supernodes& all_;
+  OpenMP executor_;
+  const TakePanel& take_;
+  const ShowProgress& progress_;
+  std::vector<std::vector<double>> updates_;  // Schur complements that wait for their parent
+  std::vector<int> first_child_, sibling_, column_of_;
+  double total_ = 0;
+  std::atomic<std::int64_t> done_{0};
+  std::atomic<int> failed_{-1};
+  std::mutex showing_;
+};
+
+}  // namespace
+
+int factor(const SpringSystem& system, const Supernodes& all, const Subtrees& cut, const OpenMP& executor,
+           const TakePanel& take, const ShowProgress& progress) {
+  return Factorisation(system, all, executor, take, progress)(cut);
+}
+
+}  // namespace malha

@@ -1,0 +1,20 @@
+// The numeric Cholesky factorisation of a spring system, in double.
+#pragma once
+#include <functional>
+
+#include "host/filter/filter_facts.h"
+#include "host/filter/subtrees.h"
+#include "host/filter/supernodes.h"
+#include "kernels/compute.h"
+
+namespace malha {
+
+/// Called with a supernode and its panel [L11^-1; -L21 L11^-1] by columns of height(s) numbers; from several threads.
+using TakePanel = std::function<void(int supernode, const double* panel)>;
+
+/// Multifrontal, over the tasks in parallel and then over what lies above them. Returns -1, or the first column in
+/// whose pivot nothing is left but rounding: the system is singular to working precision.
+int factor(const SpringSystem& system, const Supernodes& all, const Subtrees& cut, const OpenMP& executor,
+           const TakePanel& take, const ShowProgress& progress);
+
+}  // namespace malha

@@ -1,0 +1,111 @@
+// The filter as a sparse factor in the executor's memory (kernels/sparse_filter.h).
+#pragma once
+#include <algorithm>
+
+#include "host/base/array.h"
+#include "host/filter/factor.h"
+#include "host/filter/sparse_plan.h"
+
+namespace malha {
+
+/// T: what its numbers are stored as, and computed with.
+template <class Executor, class T>
+class SparseFilter {
+ public:
+  /// Without numbers yet: `take` is to be called for every supernode.
+  SparseFilter(const Executor& executor, int threads, const SpringSystem& system, const Supernodes& all,
+               const Subtrees& cut)
+      : executor_(executor), plan_(plan_sparse(system, all, cut)) {
+    panels_ = Array<Executor, Panel>(plan_.panels), tasks_ = Array<Executor, FilterTask>(plan_.tasks);
+    rows_ = Array<Executor, int>(plan_.rows), particle_ = Array<Executor, int>(plan_.particle);
+    above_ = Array<Executor, int>(plan_.above), sum_ = Array<Executor, int>(plan_.sum);
+    from_ = Array<Executor, int>(plan_.from);
+    values_ = Array<Executor, T>(static_cast<std::size_t>(plan_.values) + 16, T(0));  // a tile may reach beyond the end
+    memory_bytes_ = (plan_.most_rows * sizeof(Vec4<T>) / 128 + 1) * 128 + 64;
+    const auto tasks = static_cast<int>(plan_.tasks.size()) - 1;
+    width_ = std::max(1, std::min({threads, tasks, static_cast<int>(plan_.values / kGrain)}));
+    own_ = workspace(width_);
+    // What the executor holds is not kept twice.
+    plan_.rows = {}, plan_.particle = {}, plan_.above = {}, plan_.sum = {}, plan_.from = {};
+  }
+
+  /// Rounds a panel of the factor and keeps it.
+  void take(int supernode, const double* numbers) {
+    const Panel& panel = plan_.panels[plan_.panel_of[supernode]];
+    T* to = values_.data() + panel.at;
+    for (int b = 0; b < panel.blocks(); ++b)
+      for (int j = 0; j < panel.columns; ++j)
+        for (int r = 4 * b; r < 4 * b + 4; ++r)
+          *to++ = r < panel.height() ? T(numbers[std::int64_t(j) * panel.height() + r]) : T(0);
+  }
+
+  /// What a product works in.
+  struct Workspace {
+    Array<Executor, Vec4<T>> work, top;
+    Array<Executor, char> memory;
+    std::size_t bytes() const { return work.bytes() + top.bytes() + memory.bytes(); }
+  };
+  Workspace workspace(int threads) const {
+    Workspace made;
+    made.work = Array<Executor, Vec4<T>>(particle_.size(), {});
+    made.top = Array<Executor, Vec4<T>>(2 * std::size_t(plan_.most_rows), {});
+    made.memory = Array<Executor, char>(memory_bytes_ * threads, 0);
+    return made;
+  }
+
+  /// Filters forces: S takes them from `ends` and gives accelerations back.
+  template <class Ends>
+  void apply(const Ends& ends) const {
+    parallel_region(executor_, width_, [&](const auto& team) { apply(team, own_, ends); });
+  }
+
+  std::int64_t numbers() const { return plan_.values; }
+  std::size_t bytes() const {
+    return panels_.bytes() + tasks_.bytes() + rows_.bytes() + particle_.bytes() + above_.bytes() + sum_.bytes() +
+           from_.bytes() + values_.bytes() + own_.bytes();
+  }
+
+  template <class Team, class Ends>
+  void apply(const Team& team, const Workspace& space, const Ends& ends) const {
+    const int tasks = static_cast<int>(plan_.tasks.size()) - 1;
+    const FilterTask& top = plan_.tasks[tasks];
+    const SparseView<T> view{panels_.data(), rows_.data(), values_.data(), tasks_.data(),    tasks,
+                             above_.data(),  sum_.data(),  from_.data(),   particle_.data(), space.work.data()};
+    const FastMemory memory{space.memory.data(), memory_bytes_};
+    Vec4<T>*first = space.top.data(), *second = first + plan_.most_rows;
+    parallel_groups(team, 0, tasks, memory, ForwardTask<T, Ends>{view, ends});
+    if (top.panels > 0) {
+      parallel_groups(team, 0, pieces(top.own), memory, SumTop<T, Ends>{view, ends});
+      for (int p = top.panel; p < top.panel + top.panels; ++p) {
+        const Panel& panel = plan_.panels[p];
+        parallel_groups(team, 0, pieces(panel.blocks()), memory, ForwardTop<T>{view, panel, first});
+        parallel_groups(team, 0, pieces(panel.columns, 4), memory, KeepTop<T>{view, panel, first});
+      }
+      for (int p = top.panel + top.panels - 1; p >= top.panel; --p) {
+        const Panel& panel = plan_.panels[p];
+        parallel_groups(team, 0, pieces(4 * panel.blocks(), 4), memory, GatherTop<T>{view, panel, first});
+        parallel_groups(team, 0, pieces(panel.columns), memory, BackwardTop<T>{view, panel, first, second});
+        parallel_groups(team, 0, pieces(panel.columns, 4), memory, KeepTop<T>{view, panel, second});
+      }
+      parallel_groups(team, 0, pieces(top.own), memory, HandOutTop<T, Ends>{view, ends});
+    }
+    parallel_groups(team, 0, tasks, memory, BackwardTask<T, Ends>{view, ends});
+  }
+
+ private:
+  static constexpr std::int64_t kGrain = 16384;  // numbers of panels that are worth a thread: some microseconds
+
+  static int pieces(int items, int times = 1) { return (items + times * kTopPiece - 1) / (times * kTopPiece); }
+
+  Executor executor_;
+  SparsePlan plan_;
+  Array<Executor, Panel> panels_;
+  Array<Executor, FilterTask> tasks_;
+  Array<Executor, int> rows_, particle_, above_, sum_, from_;
+  Array<Executor, T> values_;
+  Workspace own_;
+  std::size_t memory_bytes_ = 0;
+  int width_ = 1;
+};
+
+}  // namespace malha

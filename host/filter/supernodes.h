@@ -1,0 +1,30 @@
+// The structure of the Cholesky factor of a spring system: order of elimination, and columns with the same rows taken
+// together (supernodes), children before parents.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "host/filter/system.h"
+
+namespace malha {
+
+struct Supernodes {
+  std::vector<int> order;         // unknown of each column
+  std::vector<int> column_begin;  // of each supernode; and one more
+  std::vector<int> row_begin;     // of each supernode's rows below its own columns; and one more
+  std::vector<int> rows;          // column numbers, ascending
+  std::vector<int> parent;        // -1: none
+  int count() const { return static_cast<int>(parent.size()); }
+  int columns(int s) const { return column_begin[s + 1] - column_begin[s]; }
+  int below(int s) const { return row_begin[s + 1] - row_begin[s]; }
+  int height(int s) const { return columns(s) + below(s); }  // of its panel
+  /// Numbers of the panels, without padding.
+  std::int64_t entries() const;
+};
+
+/// Nested dissection by METIS, then Liu's elimination tree, the column counts of Gilbert, Ng and Peyton (1994), and
+/// small supernodes amalgamated with their parents, as in CHOLMOD (Chen, Davis, Hager, Rajamanickam 2008), at the price
+/// of some zeros.
+Supernodes supernodes(const SpringSystem& system);
+
+}  // namespace malha

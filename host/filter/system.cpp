@@ -1,0 +1,122 @@
+#include "host/filter/system.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "host/mesh/topology.h"
+
+namespace malha {
+
+namespace {
+
+/// Numbers the unknowns block by block, and says which of them a spring ties to a pin.
+class Unknowns {
+ public:
+  explicit Unknowns(const Model& model) : of_(model.count(), -1) {
+    const int n = model.count();
+    std::vector<Edge> inner;
+    std::vector<bool> held(n, false), sprung(n, false);
+    for (const SpringSet& set : model.springs)
+      for (const Edge& e : set.ends) {
+        const bool a = model.w[e[0]] > 0, b = model.w[e[1]] > 0;
+        if (a && b) inner.push_back(e);
+        if (a) sprung[e[0]] = true, held[e[0]] = held[e[0]] || !b;
+        if (b) sprung[e[1]] = true, held[e[1]] = held[e[1]] || !a;
+      }
+    int islands = 0;
+    const std::vector<int> island = components(n, inner, islands);
+    std::vector<int> block(islands, -1);
+    for (int i = 0; i < n; ++i) {
+      if (!sprung[i]) continue;
+      int& b = block[island[i]];
+      if (b < 0) b = static_cast<int>(blocks.size()), blocks.push_back({0, 0, true, 0});
+      ++blocks[b].count, blocks[b].mass += 1 / model.w[i];
+      if (held[i]) blocks[b].free = false;
+    }
+    int total = 0;
+    for (SystemBlock& b : blocks) b.first = total, total += b.count;
+    particle.resize(total);
+    std::vector<int> next(blocks.size());
+    for (std::size_t b = 0; b < blocks.size(); ++b) next[b] = blocks[b].first;
+    for (int i = 0; i < n; ++i)
+      if (sprung[i]) of_[i] = next[block[island[i]]]++, particle[of_[i]] = i;
+  }
+  int operator[](int i) const { return of_[i]; }
+
+  std::vector<int> particle;
+  std::vector<SystemBlock> blocks;
+
+ private:
+  std::vector<int> of_;  // -1: pinned, or without springs
+};
+
+/// Sorts the entries of each row by column and adds those of the same.
+void merge_rows(SpringSystem& system) {
+  std::vector<std::pair<int, double>> row;
+  int at = 0, from = 0;
+  for (int i = 0; i < system.count(); ++i) {
+    const int to = system.begin[i + 1];
+    row.clear();
+    for (int k = from; k < to; ++k) row.emplace_back(system.column[k], system.value[k]);
+    std::stable_sort(row.begin(), row.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    system.begin[i] = at;
+    for (std::size_t k = 0; k < row.size(); ++k) {
+      if (k > 0 && row[k].first == row[k - 1].first) {
+        system.value[at - 1] += row[k].second;
+      } else {
+        system.column[at] = row[k].first, system.value[at] = row[k].second;
+        ++at;
+      }
+    }
+    from = to;
+  }
+  system.begin.back() = at;
+  system.column.resize(at), system.value.resize(at);
+}
+
+}  // namespace
+
+SpringSystem spring_system(const Model& model, double dt) {
+  Unknowns unknown(model);
+  SpringSystem system;
+  system.particle = std::move(unknown.particle);
+  system.blocks = std::move(unknown.blocks);
+  const int n = system.count();
+  for (const int i : system.particle) system.mass.push_back(1 / model.w[i]);
+  system.diagonal = system.mass;
+  system.begin.assign(n + 1, 0);
+  const auto each_spring = [&](const auto& visit) {
+    for (const SpringSet& set : model.springs)
+      for (std::size_t s = 0; s < set.ends.size(); ++s)
+        visit(unknown[set.ends[s][0]], unknown[set.ends[s][1]], dt * dt * set.stiffness[s]);
+  };
+  each_spring([&](int a, int b, double k) {
+    if (a >= 0) system.diagonal[a] += k;
+    if (b >= 0) system.diagonal[b] += k;
+    if (a >= 0 && b >= 0) ++system.begin[a + 1], ++system.begin[b + 1];
+  });
+  std::partial_sum(system.begin.begin(), system.begin.end(), system.begin.begin());
+  system.column.resize(system.begin.back()), system.value.resize(system.begin.back());
+  std::vector<int> next(system.begin.begin(), system.begin.end() - 1);
+  each_spring([&](int a, int b, double k) {
+    if (a < 0 || b < 0) return;
+    system.column[next[a]] = b, system.value[next[a]++] = -k;
+    system.column[next[b]] = a, system.value[next[b]++] = -k;
+  });
+  merge_rows(system);
+  return system;
+}
+
+std::vector<double> multiply(const SpringSystem& system, const std::vector<double>& x, int rights) {
+  std::vector<double> y(x.size());
+  for (int i = 0; i < system.count(); ++i)
+    for (int r = 0; r < rights; ++r) {
+      double sum = system.diagonal[i] * x[i * rights + r];
+      for (int k = system.begin[i]; k < system.begin[i + 1]; ++k)
+        sum += system.value[k] * x[system.column[k] * rights + r];
+      y[i * rights + r] = sum;
+    }
+  return y;
+}
+
+}  // namespace malha

@@ -1,0 +1,35 @@
+// The linear system behind Desbrun's filter: A = M - dt^2 H over the movable particles that springs hold, where
+// H_ij = k_ij and H_ii = -sum_j k_ij (Desbrun, Schröder, Barr 1999, section 3.2). S = A^-1, and W = m S.
+#pragma once
+#include <vector>
+
+#include "host/model/model.h"
+
+namespace malha {
+
+/// Particles that springs connect, directly or through others: A has no entry between two blocks.
+struct SystemBlock {
+  int first, count;  // unknowns
+  bool free;         // no spring to a pinned particle: A has the constant vector as its softest mode, of the mass alone
+  double mass;       // kg
+};
+
+/// Symmetric positive definite. Block after block, within each in the solver's order.
+struct SpringSystem {
+  std::vector<int> particle;  // of each unknown
+  std::vector<SystemBlock> blocks;
+  std::vector<double> mass;      // kg, of each unknown
+  std::vector<double> diagonal;  // kg
+  std::vector<int> begin;        // of each row's other entries, both triangles, columns ascending; and one more
+  std::vector<int> column;
+  std::vector<double> value;
+  int count() const { return static_cast<int>(particle.size()); }
+};
+
+/// `dt`: s, of a substep.
+SpringSystem spring_system(const Model& model, double dt);
+
+/// y = A x, of `rights` right-hand sides side by side.
+std::vector<double> multiply(const SpringSystem& system, const std::vector<double>& x, int rights);
+
+}  // namespace malha

@@ -1,0 +1,48 @@
+#include "host/model/springs.h"
+
+#include <cmath>
+
+#include "kernels/constraints.h"
+#include "kernels/rest.h"
+
+namespace malha {
+
+namespace {
+
+double distance(const Vec3& a, const Vec3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
+
+/// From wing to wing when the hinge is at its rest angle.
+double span(const std::vector<Vec3>& X, const int* hinge, double rest_scale) {
+  const double theta = rest_value<Bending>(X.data(), hinge, rest_scale);
+  Vector3<double> q[4];
+  corners<Bending>(X.data(), hinge, q);
+  const Vector3<double> e = q[1] - q[0];
+  const double length = std::sqrt(dot(e, e));
+  if (!(length > 0)) return distance(X[hinge[2]], X[hinge[3]]);
+  const Vector3<double> along = e * (1 / length), a = q[2] - q[0], b = q[3] - q[0];
+  const double slide = dot(a, along) - dot(b, along);
+  const Vector3<double> up = a - along * dot(a, along), down = b - along * dot(b, along);
+  const double h = std::sqrt(dot(up, up)), k = std::sqrt(dot(down, down));
+  return std::sqrt(slide * slide + h * h + k * k + 2 * h * k * std::cos(theta));
+}
+
+}  // namespace
+
+SpringSet springs_of(const ConstraintSpec& spec, double full, const std::vector<int>& particles,
+                     const std::vector<Vec3>& X) {
+  SpringSet set{spec.type, {}, {}, {}};
+  const bool bends = spec.type == Bending::name;
+  const double alpha = spec.compliance.value_or(0);
+  for (std::size_t c = 0; c < particles.size(); c += bends ? 4 : 2) {
+    const int* of = &particles[c];
+    const Edge ends = bends ? Edge{of[2], of[3]} : Edge{of[0], of[1]};
+    const double rest = bends ? span(X, of, spec.parameter) : spec.parameter * distance(X[ends[0]], X[ends[1]]);
+    double k = spec.compliance ? full : spec.stiffness * full;
+    if (alpha > 0) k = bends ? 4 / (alpha * rest * rest) : 1 / alpha;
+    if (!(k > 0) || ends[0] == ends[1]) continue;
+    set.ends.push_back(ends), set.stiffness.push_back(k), set.rest.push_back(rest);
+  }
+  return set;
+}
+
+}  // namespace malha

@@ -1,0 +1,62 @@
+#include "host/scene/scene_read.h"
+
+namespace malha {
+namespace {
+
+std::vector<JsonReader::Field> desbrun_fields(SolverSpec& solver) {
+  DesbrunSpec& own = solver.desbrun;
+  return {
+      {"stiffness", [&](const JsonReader& v) { own.stiffness = v.number(above(0, "N/m")); }},
+      {"filter",
+       [&](const JsonReader& v) {
+         const std::string word = v.word("filter", {"auto", "dense", "sparse"});
+         own.filter = word == "dense" ? FilterKind::Dense : word == "sparse" ? FilterKind::Sparse : FilterKind::Auto;
+       }},
+      {"storage",
+       [&](const JsonReader& v) {
+         const std::string word = v.word("storage", {"float", "double", "int16"});
+         own.storage = word == "double" ? Storage::Double : word == "int16" ? Storage::Int16 : Storage::Float;
+         if (own.storage == Storage::Int16 && own.filter == FilterKind::Sparse)
+           v.refuse("int16 with the filter \"sparse\"", "float or double there; int16 is for \"dense\"");
+       }},
+      {"filtered",
+       [&](const JsonReader& v) {
+         own.internal_only = v.word("choice", {"all", "internal_only"}) == "internal_only";
+       }},
+      {"corrector",
+       [&](const JsonReader& v) {
+         const std::string word = v.word("corrector", {"inertia", "paper", "off"});
+         own.corrector = word == "inertia" ? Corrector::Inertia : word == "paper" ? Corrector::Paper : Corrector::Off;
+       }},
+      {"refine", [&](const JsonReader& v) { own.refine = v.integer(0, 1000); }},
+      {"tolerance",
+       [&](const JsonReader& v) { own.tolerance = v.number(at_least(0, "of a distance limit's length")); }},
+      {"time_budget", [&](const JsonReader& v) { own.time_budget = v.number(above(0, "s")); }},
+  };
+}
+
+}  // namespace
+
+SolverSpec read_solver(const JsonReader& at) {
+  constexpr int most_passes = 100000;
+  SolverSpec solver;
+  solver.type = at.at("type").word("solver", {"pbd", "desbrun"});
+  std::vector<JsonReader::Field> fields{
+      {"type", [](const JsonReader&) {}, true},
+      {"dt", [&](const JsonReader& v) { solver.dt = v.number(above(0, "s")); }},
+      {"substeps", [&](const JsonReader& v) { solver.substeps = v.integer(1, most_passes); }},
+      {"iterations", [&](const JsonReader& v) { solver.iterations = v.integer(1, most_passes); }},
+      {"precision",
+       [&](const JsonReader& v) {
+         solver.precision = v.word("precision", {"float", "double"}) == "double" ? Precision::Double : Precision::Float;
+       }},
+  };
+  if (solver.type == "desbrun") {
+    solver.substeps = 1, solver.iterations = 10;
+    for (JsonReader::Field& field : desbrun_fields(solver)) fields.push_back(std::move(field));
+  }
+  at.object(fields);
+  return solver;
+}
+
+}  // namespace malha

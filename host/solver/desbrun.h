@@ -1,0 +1,121 @@
+// Desbrun, Schröder, Barr, "Interactive Animation of Structured Deformable Objects" (1999): the forces of springs go
+// through a precomputed filter, S = (M - dt^2 H)^-1, and then move the particles explicitly. With refine > 0 the same
+// filter solves on for backward Euler of the true springs (Liu et al. 2013).
+#pragma once
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "host/filter/filter.h"
+#include "host/solver/corrector.h"
+#include "host/solver/limits.h"
+#include "host/solver/spring_forces.h"
+#include "host/solver/stepper.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class Desbrun final : public Stepper<Executor, R> {
+  using Base = Stepper<Executor, R>;
+  using Base::executor_, Base::model_, Base::facts_;
+
+ public:
+  /// `threads`: of the executor.
+  Desbrun(const Model& model, const Executor& executor, int threads, const ShowProgress& progress)
+      : Base(model, executor, threads, !model.sets.empty(), false),
+        spec_(model.scene.solver.desbrun),
+        corrector_(spec_.corrector.value_or(spec_.refine > 0 ? Corrector::Off : Corrector::Inertia)) {
+    if (spec_.tolerance) limits_.emplace(executor, model);
+    if (model.springs.empty()) return;
+    const SpringSystem system = this->system();
+    filter_ = make_filter<Executor, R>(executor, threads, model, system, progress);
+    forces_.emplace(executor, threads, model, loads(system));
+    force_ = PointArray<Executor, R>(model.x.size()), acceleration_ = PointArray<Executor, R>(model.x.size());
+    if (spec_.refine > 0) {
+      std::vector<R> mass;  // of pinned particles, whatever it is: they have no acceleration
+      for (const double w : model.w) mass.push_back(w > 0 ? R(1 / w) : R(0));
+      mass.resize(mass.size() + kSpringPack);
+      mass_ = Array<Executor, R>(mass);
+    }
+    for (const SystemBlock& body : system.blocks)
+      if (body.free) free_.push_back(body);
+    if (!free_.empty()) members_ = Array<Executor, int>(system.particle);
+    facts_.filter = filter_->facts();
+    facts_.free_bodies = static_cast<int>(free_.size());
+    facts_.spring_bytes = forces_->bytes();
+    facts_.particle_bytes += force_.bytes() + acceleration_.bytes() + mass_.bytes() + members_.bytes();
+    facts_.constraint_bytes += limits_ ? limits_->bytes() : 0;
+  }
+
+  std::optional<FilterErrors> filter_errors() const override {
+    if (!filter_) return std::nullopt;
+    return malha::filter_errors<Executor>(*filter_, model_, system());
+  }
+
+ private:
+  SpringSystem system() const {
+    const SolverSpec& solver = model_.scene.solver;
+    return spring_system(model_, solver.dt / solver.substeps);
+  }
+
+  /// What the filter sees of each particle's weight. On a free body filtering it or not is the same, and not to is
+  /// exact.
+  std::vector<double> loads(const SpringSystem& system) const {
+    std::vector<double> load(model_.x.size(), 0);
+    if (spec_.internal_only) return load;
+    for (const SystemBlock& body : system.blocks)
+      for (int i = body.first; i < body.first + body.count && !body.free; ++i)
+        load[system.particle[i]] = system.mass[i];
+    return load;
+  }
+
+  void predict(double h) override {
+    started_ = std::chrono::steady_clock::now();
+    const Particles<R> all = this->particles();
+    const Vector3<R> g = this->to_R(model_.scene.gravity);
+    if (!filter_)
+      return this->timed(Pass::Prediction, [&] { parallel_for(executor_, all.count, Predict<R>{all, R(h), g}); });
+    const Points<R> force = force_.points(), a = acceleration_.points();
+    this->timed(Pass::Forces, [&] { forces_->sum_explicit(all, h, force); });
+    this->timed(Pass::Filter, [&] { filter_->apply({force, a, false}); });
+    for (int r = 0; r < spec_.refine; ++r) {
+      correct(Corrector::Off);
+      this->timed(Pass::Forces, [&] { forces_->sum_missing(all, h, a, mass_.data(), force); });
+      this->timed(Pass::Filter, [&] { filter_->apply({force, a, true}); });
+    }
+    correct(corrector_);
+    this->timed(Pass::Prediction, [&] {
+      parallel_for(executor_, all.count, FilteredMotion<R>{all, a, forces_->load(), R(h), g});
+    });
+  }
+
+  void correct(Corrector corrector) {
+    if (free_.empty()) return;
+    this->timed(Pass::Correction, [&] {
+      for (const SystemBlock& body : free_)
+        malha::correct(executor_, this->particles(), acceleration_.points(), members_.data() + body.first, body.count,
+                       corrector);
+    });
+  }
+
+  bool enough() override {
+    if (spec_.time_budget &&
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count() > *spec_.time_budget)
+      return true;
+    return limits_ && limits_->excess(this->particles().p) <= *spec_.tolerance;
+  }
+
+  const DesbrunSpec& spec_;
+  Corrector corrector_;
+  std::unique_ptr<Filter<R>> filter_;
+  std::optional<SpringForces<Executor, R>> forces_;
+  PointArray<Executor, R> force_, acceleration_;
+  Array<Executor, R> mass_;
+  std::vector<SystemBlock> free_;
+  Array<Executor, int> members_;
+  std::optional<Limits<Executor, R>> limits_;
+  std::chrono::steady_clock::time_point started_;
+};
+
+}  // namespace malha

@@ -1,0 +1,42 @@
+// The distance limits of a model, measured after an iteration of theirs.
+#pragma once
+#include <vector>
+
+#include "host/base/array.h"
+#include "host/model/model.h"
+#include "kernels/constraints.h"
+#include "kernels/limits.h"
+#include "kernels/rest.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class Limits {
+ public:
+  Limits(const Executor& executor, const Model& model) : executor_(executor) {
+    std::vector<int> ends;
+    std::vector<R> longest;
+    for (const ConstraintSet& set : model.sets) {
+      if (set.type != DistanceLimit::name) continue;
+      ends.insert(ends.end(), set.particles.begin(), set.particles.end());
+      for (int c = 0; c < set.count(); ++c)
+        longest.push_back(R(rest_value<DistanceLimit>(model.x.data(), &set.particles[2 * c], set.parameter)));
+    }
+    ends_ = Array<Executor, int>(ends), longest_ = Array<Executor, R>(longest);
+  }
+
+  /// The largest over-elongation, in lengths.
+  double excess(const Points<R>& p) const {
+    return parallel_reduce<Largest>(executor_, static_cast<int>(longest_.size()),
+                                    MeasureExcess<R>{p, ends_.data(), longest_.data()})
+        .value;
+  }
+  std::size_t bytes() const { return ends_.bytes() + longest_.bytes(); }
+
+ private:
+  Executor executor_;
+  Array<Executor, int> ends_;
+  Array<Executor, R> longest_;
+};
+
+}  // namespace malha

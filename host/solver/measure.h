@@ -1,0 +1,55 @@
+// Measures of a state, for reports and expectations.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "host/measures.h"
+#include "host/model/model.h"
+#include "kernels/constraints.h"
+#include "kernels/measure.h"
+#include "kernels/rest.h"
+#include "kernels/spring_energy.h"
+
+namespace malha {
+
+/// Momenta, energies of motion and gravity, the largest speed.
+template <class Executor, class R>
+Measures measure_motion(const Executor& executor, const Particles<R>& particles, const Vec3& g) {
+  const Motion motion =
+      parallel_reduce<Motion>(executor, particles.count, MeasureMotion<R>{particles, {g[0], g[1], g[2]}});
+  Measures m;
+  std::copy_n(motion.momentum, 3, m.momentum.begin());
+  std::copy_n(motion.angular, 3, m.angular_momentum.begin());
+  m.kinetic = motion.kinetic, m.potential = motion.potential;
+  m.speed_max = std::sqrt(motion.speed2_max);
+  return m;
+}
+
+/// Strain, elastic energy and degenerate constraints and springs at x (the solver's order).
+template <class Executor>
+void measure_constraints(const Executor& executor, const Model& model, const std::vector<Vec3>& x, Measures& m) {
+  Residual lengths;
+  for (const ConstraintSet& set : model.sets)
+    for_each_constraint([&]<class Kind>(Kind) {
+      if (set.type != Kind::name) return;
+      const Residual r = parallel_reduce<Residual>(
+          executor, set.count(),
+          MeasureResidual<Kind, Vec3>{model.x.data(), x.data(), model.w.data(), set.particles.data(), set.parameter});
+      m.degenerate += static_cast<std::int64_t>(r.degenerate);
+      if (set.compliance.value_or(0) > 0) m.elastic += r.C2 / (2 * *set.compliance);
+      if (Kind::has_strain) lengths += r;
+    });
+  for (const SpringSet& set : model.springs) {
+    const SpringSum sum = parallel_reduce<SpringSum>(
+        executor, static_cast<int>(set.ends.size()),
+        MeasureSpring<Vec3, Edge>{x.data(), set.ends.data(), set.stiffness.data(), set.rest.data()});
+    m.elastic += sum.energy;
+    m.degenerate += static_cast<std::int64_t>(sum.lengths.degenerate);
+    if (set.type == Distance::name) lengths += sum.lengths;
+  }
+  m.has_strain = lengths.count > 0;
+  if (m.has_strain) m.strain_rms = std::sqrt(lengths.strain2 / lengths.count), m.strain_max = lengths.strain_max;
+}
+
+}  // namespace malha

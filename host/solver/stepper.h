@@ -1,0 +1,196 @@
+// What the methods share: a substep of damping, wind, prediction (each method's own), projected constraints, collision
+// and the new state, for any executor and precision. A pass that the scene does not name does not exist here.
+#pragma once
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "host/base/point_array.h"
+#include "host/base/stopwatch.h"
+#include "host/collision/collider.h"
+#include "host/error.h"
+#include "host/solver/damping.h"
+#include "host/solver/measure.h"
+#include "host/solver/pressure.h"
+#include "host/solver/solver.h"
+#include "host/solver/state.h"
+#include "host/solver/sweep.h"
+#include "kernels/integrate.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class Stepper : public Solver {
+ public:
+  void step() override {
+    const SolverSpec& solver = model_.scene.solver;
+    const double h = solver.dt / solver.substeps;
+    for (int s = 0; s < solver.substeps; ++s) substep(time() + s * h, h);
+    ++steps_;
+  }
+
+  double time() const final { return steps_ * model_.scene.solver.dt; }
+  std::int64_t steps() const final { return steps_; }
+  std::vector<Vec3> positions() const final { return in_user_order(x_.download(), model_.user_of); }
+  std::vector<Vec3> velocities() const final { return in_user_order(v_.download(), model_.user_of); }
+  const SolverFacts& facts() const final { return facts_; }
+  const std::array<double, kPassNames.size()>& pass_seconds() const final { return seconds_; }
+  std::string save() const final {
+    State<R> all = state();
+    if (collider_) all.seen = collider_->memory();
+    return save_state(all);
+  }
+  void restore(const std::string& bytes) final {
+    const State<R> saved = load_state<R>(bytes, x_.size(), model_.environment.size() * x_.size());
+    steps_ = saved.steps;
+    x_.upload(saved.x);
+    v_.upload(saved.v);
+    if (sweep_) sweep_->forget_lost();
+    if (collider_) collider_->remember(saved.seen);
+  }
+  std::uint64_t state_hash() const final { return hash_state(state(), model_.user_of); }
+
+  Measures measure() const final {
+    Measures m = measure_motion(executor_, particles(), model_.scene.gravity);
+    measure_constraints(executor_, model_, x_.download(), m);
+    for (const auto& pressure : pressures_) m.volume_ratios.push_back(pressure.volume_ratio(x_.points()));
+    if (collider_) {
+      m.contacts = collider_->contacts();
+      m.penetration_max = collider_->max_penetration(particles(), time());
+    }
+    return m;
+  }
+
+ protected:
+  /// `threads`: of the executor. `keeps`: see Sweep; a method that needs no sweep lays out none.
+  Stepper(const Model& model, const Executor& executor, int threads, bool sweeps, bool keeps)
+      : executor_(executor), model_(model) {
+    facts_.layout_seconds = seconds([&] { lay_out_particles(); });
+    facts_.constraint_seconds = seconds([&] {
+      if (sweeps) sweep_.emplace(executor, model, threads, keeps);
+      for (const PressureSet& set : model.pressures) pressures_.emplace_back(executor, model, set);
+    });
+    if (sweep_) facts_.colour_seconds = sweep_->facts().plan_seconds;
+    facts_.layout_seconds += facts_.constraint_seconds - facts_.colour_seconds;
+    if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
+    note_facts();
+  }
+
+  /// v and p of a substep of h seconds, from what acts on the particles.
+  virtual void predict(double h) = 0;
+  /// Whether what follows the prediction is done in it, up to the new state.
+  virtual bool predicts_the_state() const { return false; }
+  /// Asked after every iteration: whether the projected constraints are met well enough to leave out the others.
+  virtual bool enough() { return false; }
+
+  void substep(double start, double h) {
+    const Scene& scene = model_.scene;
+    const Particles<R> all = particles();
+    const int n = model_.count();
+    // Gravity is uniform: whether the rigid part of the motion is taken before or after it is the same.
+    if (!model_.damped.empty())
+      timed(Pass::Damping, [&] {
+        for (const DampedIsland& island : model_.damped)
+          damp(executor_, all, island.first, island.count,
+               stiffness_per_projection(island.damping, scene.solver.substeps));
+      });
+    if (scene.wind)
+      timed(Pass::Prediction, [&] {
+        parallel_for(executor_, n, Drag<R>{all, R(h), R(scene.wind->drag), to_R(scene.wind->velocity)});
+      });
+    predict(h);
+    if (predicts_the_state()) return;
+    if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h); });
+    for (auto& pressure : pressures_) pressure.start_substep();
+    if (!model_.sets.empty() || !nothing_between())
+      for (int iteration = 0; iteration < scene.solver.iterations; ++iteration) {
+        project(all, h, iteration == 0);
+        if (enough()) break;
+      }
+    if (collider_) timed(Pass::Collision, [&] { collider_->hold_back(all, start, start + h); });
+    timed(Pass::State, [&] {
+      const int lost = parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)}).index;
+      if (lost != FirstIndex{}.index) refuse_lost(model_.user_of[lost]);
+    });
+    if (collider_)
+      timed(Pass::Contact, [&] {
+        const Vec3& g = scene.gravity;
+        collider_->restitute(all, 2 * h * std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]), h);
+      });
+  }
+
+  Particles<R> particles() const { return {model_.count(), x_.points(), v_.points(), p_.points(), w_.data()}; }
+  /// Without -0, which packs do not keep either.
+  static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
+
+  /// Whether the scene asks for anything between prediction and state but batched constraints.
+  bool nothing_between() const { return model_.environment.empty() && model_.pressures.empty(); }
+
+  /// `lost`: a particle that is no longer finite, by the user's number.
+  [[noreturn]] void refuse_lost(int lost) const {
+    throw Diverged("step " + std::to_string(steps_ + 1) + " (t = " + std::to_string(time()) +
+                   " s): " + particle_name(model_, lost) + " has no finite position any more");
+  }
+
+  template <class F>
+  void timed(Pass pass, F&& work) {
+    seconds_[static_cast<int>(pass)] += seconds(work);
+  }
+
+  Executor executor_;
+  const Model& model_;
+  PointArray<Executor, R> x_, v_, p_;
+  std::optional<Sweep<Executor, R>> sweep_;
+  std::int64_t steps_ = 0;
+  SolverFacts facts_;
+
+ private:
+  void lay_out_particles() {
+    x_ = PointArray<Executor, R>(model_.x), v_ = PointArray<Executor, R>(model_.v);
+    p_ = PointArray<Executor, R>(model_.x);
+    std::vector<R> w(model_.w.begin(), model_.w.end());
+    w.resize(w.size() + kSlotPack);  // a pack that starts at the last particle stays inside
+    w_ = Array<Executor, R>(w);
+  }
+  State<R> state() const {
+    return {steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>(), {}};
+  }
+
+  /// Contacts last: what leaves the iteration is outside the environment.
+  void project(const Particles<R>& all, double h, bool fresh) {
+    if (!model_.sets.empty())
+      timed(Pass::Projection, [&] {
+        Visit<R> visit = sweep_->visit(all, h, to_R(model_.scene.gravity));
+        visit.fresh = fresh;
+        sweep_->region([&](const auto& team) { (*sweep_)(team, visit); });
+      });
+    if (!pressures_.empty())
+      timed(Pass::Pressure, [&] {
+        for (auto& pressure : pressures_) pressure.project(all.p, all.w);
+      });
+    if (collider_) timed(Pass::Contact, [&] { collider_->resolve(all); });
+  }
+
+  void note_facts() {
+    facts_.particle_bytes = x_.bytes() + v_.bytes() + p_.bytes() + w_.bytes();
+    for_each_isa([&]<class Isa>(Isa) {
+      if (executor_.instructions == Isa::value) facts_.instructions = Isa::name;
+    });
+    if (sweep_) facts_.patches = sweep_->facts(), facts_.sets = sweep_->set_facts();
+    std::int64_t projections = static_cast<std::int64_t>(pressures_.size());
+    for (const SetFacts& set : facts_.sets) {
+      facts_.constraint_bytes += set.bytes;
+      projections += set.constraints;
+    }
+    for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
+    if (collider_) facts_.collision_bytes = collider_->bytes();
+    facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
+  }
+
+  Array<Executor, R> w_;
+  std::vector<Pressure<Executor, R>> pressures_;
+  std::optional<Collider<Executor, R>> collider_;
+  std::array<double, kPassNames.size()> seconds_{};
+};
+
+}  // namespace malha

@@ -1,0 +1,154 @@
+// The product S F with S dense and symmetric, for three right-hand sides at once. Each number of S is stored and read
+// once, and serves its row and its column.
+// Rows go by blocks of 16. Left of the diagonal a block is four panels of four rows, 16 columns after 16; the 16 x 16
+// on the diagonal is whole. Right-hand sides and sums are 16 x, 16 y, 16 z a block.
+#pragma once
+#include "kernels/filter_ends.h"
+#include "kernels/tile.h"
+
+namespace malha {
+
+inline constexpr int kDenseRows = 16;
+/// Numbers of a block of right-hand sides.
+inline constexpr int kDenseSides = 3 * kDenseRows;
+
+/// Numbers of S before the block of rows `b`.
+KERNEL long long dense_numbers(long long b) { return kDenseRows * kDenseRows * (b * (b + 1) / 2); }
+
+/// Blocks of rows of one body, worked on together: their sums are their own.
+struct DenseChunk {
+  int begin, end;  // blocks of rows
+  long long at;    // of the body's numbers of S
+  int x;           // block of the body's first right-hand sides
+  int y;           // block of its first sum: one for every block of rows before `end`
+};
+
+/// A block of rows of the result: which chunks have sums of it.
+struct DenseRow {
+  int chunk, chunks;
+  int b;  // in the body
+};
+
+/// V: what S is stored as; T: what it is computed with.
+template <class V, class T>
+struct DenseView {
+  const DenseChunk* chunks;
+  const DenseRow* rows;
+  const V* values;
+  const int* particle;  // of each row; -1: padding
+  const T* scale;       // of each row, where V are integers: S_ij = scale_i scale_j value; else none
+  T *x, *y;
+};
+
+/// y = S x over a chunk.
+template <class V, class T>
+struct MultiplyDense {
+  DenseView<V, T> view;
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    using Isa = typename Group::Isa;
+    const DenseChunk chunk = view.chunks[group.index];
+    const T* x = view.x + static_cast<long long>(kDenseSides) * chunk.x;
+    T* y = view.y + static_cast<long long>(kDenseSides) * chunk.y;
+    for (int k = 0; k < kDenseSides * chunk.end; ++k) y[k] = T(0);
+    const V* values = view.values + chunk.at + dense_numbers(chunk.begin);
+    for (int b = chunk.begin; b < chunk.end; ++b) {
+      for (int q = 0; q < 4; ++q, values += 4 * kDenseRows * b) panel<Isa>(values, x, y, b, q);
+      diagonal<Isa>(values, x + kDenseSides * b, y + kDenseSides * b);
+      values += kDenseRows * kDenseRows;
+    }
+  }
+
+ private:
+  template <class Isa>
+  KERNEL static void panel(const V* values, const T* x, T* y, int b, int q) {
+    using Sixteen = Tile<T, Isa>;
+    Sixteen sum[4][3], own[4][3];
+    const int first = kDenseSides * b + 4 * q;
+    for (int r = 0; r < 4; ++r)
+      for (int k = 0; k < 3; ++k) {
+        sum[r][k] = Sixteen::zero();
+        own[r][k] = Sixteen::all(x[first + kDenseRows * k + r]);
+      }
+    for (int c = 0; c < b; ++c, values += 4 * kDenseRows, x += kDenseSides, y += kDenseSides) {
+      Sixteen s[4];
+      for (int r = 0; r < 4; ++r) s[r] = Sixteen::at(values + kDenseRows * r);
+      for (int k = 0; k < 3; ++k) {
+        const Sixteen other = Sixteen::at(x + kDenseRows * k);
+        Sixteen column = Sixteen::at(y + kDenseRows * k);
+        for (int r = 0; r < 4; ++r) {
+          sum[r][k].add(s[r], other);
+          column.add(s[r], own[r][k]);
+        }
+        column.put(y + kDenseRows * k);
+      }
+    }
+    y += 4 * q;
+    for (int r = 0; r < 4; ++r)
+      for (int k = 0; k < 3; ++k) y[kDenseRows * k + r] += sum[r][k].sum();
+  }
+
+  template <class Isa>
+  KERNEL static void diagonal(const V* values, const T* x, T* y) {
+    using Sixteen = Tile<T, Isa>;
+    for (int k = 0; k < 3; ++k) {
+      Sixteen sum = Sixteen::at(y + kDenseRows * k);
+      for (int r = 0; r < kDenseRows; ++r)
+        sum.add(Sixteen::at(values + kDenseRows * r), Sixteen::all(x[kDenseRows * k + r]));
+      sum.put(y + kDenseRows * k);
+    }
+  }
+};
+
+/// Right-hand sides of a block of rows.
+template <class V, class T, class Ends>
+struct GatherDense {
+  DenseView<V, T> view;
+  Ends ends;
+  KERNEL void operator()(int b) const {
+    T* x = view.x + static_cast<long long>(kDenseSides) * b;
+    for (int r = 0; r < kDenseRows; ++r) {
+      const int particle = view.particle[kDenseRows * b + r];
+      const T scale = view.scale ? view.scale[kDenseRows * b + r] : T(1);
+      const Vec4<T> f = particle < 0 ? Vec4<T>{T(0), T(0), T(0), T(0)} : ends.template take<T>(particle);
+      x[r] = f.x * scale, x[kDenseRows + r] = f.y * scale, x[2 * kDenseRows + r] = f.z * scale;
+    }
+  }
+};
+
+/// The chunks' sums of a block of rows, in their order, and out to the particles.
+template <class V, class T, class Ends>
+struct SumDense {
+  DenseView<V, T> view;
+  Ends ends;
+  KERNEL void operator()(int b) const {
+    const DenseRow row = view.rows[b];
+    T sum[kDenseSides] = {};
+    for (int c = row.chunk; c < row.chunk + row.chunks; ++c) {
+      const T* y = view.y + static_cast<long long>(kDenseSides) * (view.chunks[c].y + row.b);
+      for (int k = 0; k < kDenseSides; ++k) sum[k] += y[k];
+    }
+    for (int r = 0; r < kDenseRows; ++r) {
+      const int particle = view.particle[kDenseRows * b + r];
+      const T scale = view.scale ? view.scale[kDenseRows * b + r] : T(1);
+      if (particle >= 0)
+        ends.give(particle,
+                  Vec4<T>{sum[r] * scale, sum[kDenseRows + r] * scale, sum[2 * kDenseRows + r] * scale, T(0)});
+    }
+  }
+};
+
+/// A piece of kernel(0) .. kernel(count - 1), for parallel_groups.
+template <class Kernel>
+struct Pieces {
+  Kernel kernel;
+  int count, size;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const int begin = group.index * size, end = begin + size < count ? begin + size : count;
+    for (int i = begin; i < end; ++i) kernel(i);
+  }
+};
+
+}  // namespace malha

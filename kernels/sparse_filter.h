@@ -1,0 +1,280 @@
+// The product S F from a sparse Cholesky factor A = L L^T, for three right-hand sides at once. The panel of a supernode
+// is [L11^-1; -L21 L11^-1], so that both substitutions are products, without recurrences.
+// Work is cut into tasks (subtrees of the elimination tree) and the top above them. Each has a segment of the work
+// vector: its own columns, then, in a task, its contributions to columns of the top.
+#pragma once
+#include "kernels/filter_ends.h"
+#include "kernels/tile.h"
+
+namespace malha {
+
+struct Panel {
+  int first;     // place of its first column in the segment
+  int columns;   // own, at places first, first + 1, ...
+  int below;     // rows below
+  int row;       // where their places stand in the list of rows
+  long long at;  // of its numbers: four rows of one column side by side, then the next column, then the next four rows
+  KERNEL int height() const { return columns + below; }
+  KERNEL int blocks() const { return (height() + 3) / 4; }
+};
+
+struct FilterTask {
+  int panel, panels;
+  int base;        // of its segment
+  int own, above;  // columns of its own; contributions
+  int list;        // where the contributions' columns stand in `above` of the view
+};
+
+/// T: numbers of the panels and of the work.
+template <class T>
+struct SparseView {
+  const Panel* panels;
+  const int* rows;
+  const T* values;
+  const FilterTask* tasks;  // the last is the top
+  int top;                  // its number
+  const int* above;         // places in the top's segment
+  const int* sum;           // of each place of the top: where its contributions begin in `from`, and one more
+  const int* from;          // places in the whole work vector
+  const int* particle;      // of each place of the work vector that is a column's own
+  Vec4<T>* work;
+};
+
+/// work<q>() for the first `count` of four columns.
+template <class Work>
+KERNEL void for_columns(int count, const Work& work) {
+  work.template operator()<0>();
+  if (count > 1) work.template operator()<1>();
+  if (count > 2) work.template operator()<2>();
+  if (count > 3) work.template operator()<3>();
+}
+
+/// Panel times own columns: blocks begin .. end - 1 of four rows each, to out[4 * begin] and on.
+template <class T, class Isa>
+struct PanelProduct {
+  using Four = Tile<T, Isa>;
+  const T* values;
+  int columns;
+  const Vec4<T>* own;
+  Vec4<T>* out;
+
+  KERNEL void run(int begin, int end) const {
+    int b = begin;
+    for (; b + 4 <= end; b += 4) blocks<4>(b);
+    for (; b < end; ++b) blocks<1>(b);
+  }
+
+ private:
+  template <int count>
+  KERNEL void blocks(int b) const {
+    Four sum[count];
+    for (int k = 0; k < count; ++k) sum[k] = Four::zero();
+    const int last = 4 * (b + count) < columns ? 4 * (b + count) : columns;  // L11^-1 is lower triangular
+    const T* from = values + 4ll * b * columns;
+    for (int j = 0; j < last; j += 4) {
+      Four four[count];  // columns; those behind the last are somebody else's numbers
+      for (int k = 0; k < count; ++k) four[k] = Four::at(from + 4 * (k * columns + j));
+      for_columns(last - j, [&]<int q>() KERNEL_LAMBDA {
+        const Four x = Four::repeat(own[j + q]);
+        for (int k = 0; k < count; ++k) sum[k].add(four[k].template spread<q>(), x);
+      });
+    }
+    for (int k = 0; k < count; ++k) sum[k].put(&out[4 * (b + k)].x);
+  }
+};
+
+/// Transposed panel times all its rows (padded to whole blocks): columns begin .. end - 1, to out[begin] and on.
+template <class T, class Isa>
+struct TransposedProduct {
+  using Four = Tile<T, Isa>;
+  const T* values;
+  int columns, blocks;
+  const Vec4<T>* rows;
+  Vec4<T>* out;
+
+  KERNEL void run(int begin, int end) const {
+    int j = begin;
+    for (; j + 8 <= end; j += 8) some<2>(j, 4);
+    for (; j < end; j += 4) some<1>(j, end - j);
+  }
+
+ private:
+  /// `fours` times four columns, of the last of which only `count` are wanted.
+  template <int fours>
+  KERNEL void some(int j, int count) const {
+    Four sum[4 * fours];
+    for (int k = 0; k < 4 * fours; ++k) sum[k] = Four::zero();
+    for (int b = j / 4; b < blocks; ++b) {
+      const Four x = Four::at(&rows[4 * b].x);
+      for (int f = 0; f < fours; ++f) {
+        const Four four = Four::at(values + 4 * (static_cast<long long>(b) * columns + j + 4 * f));
+        for_columns(f + 1 < fours ? 4 : count,
+                    [&]<int q>() KERNEL_LAMBDA { sum[4 * f + q].add(four.template spread<q>(), x); });
+      }
+    }
+    for (int k = 0; k < 4 * (fours - 1) + count && k < 4 * fours; ++k) out[j + k] = sum[k].sum_of_rows();
+  }
+};
+
+template <class T>
+KERNEL void accumulate(Vec4<T>& to, const Vec4<T>& a) {
+  to.x += a.x, to.y += a.y, to.z += a.z, to.w += a.w;
+}
+
+/// L y = F over a task.
+template <class T, class Ends>
+struct ForwardTask {
+  SparseView<T> view;
+  Ends ends;
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    using Isa = typename Group::Isa;
+    const FilterTask& task = view.tasks[group.index];
+    Vec4<T>* work = view.work + task.base;
+    const int* particle = view.particle + task.base;
+    for (int k = 0; k < task.own; ++k) work[k] = ends.template take<T>(particle[k]);
+    for (int k = task.own; k < task.own + task.above; ++k) work[k] = {T(0), T(0), T(0), T(0)};
+    Vec4<T>* out = static_cast<Vec4<T>*>(group.memory);
+    for (int p = task.panel; p < task.panel + task.panels; ++p) {
+      const Panel panel = view.panels[p];
+      Vec4<T>* own = work + panel.first;
+      PanelProduct<T, Isa>{view.values + panel.at, panel.columns, own, out}.run(0, panel.blocks());
+      for (int k = 0; k < panel.columns; ++k) own[k] = out[k];
+      const int* rows = view.rows + panel.row;
+      for (int k = 0; k < panel.below; ++k) accumulate(work[rows[k]], out[panel.columns + k]);
+    }
+  }
+};
+
+/// L^T x = y over a task, from the top's x, and out to the particles.
+template <class T, class Ends>
+struct BackwardTask {
+  SparseView<T> view;
+  Ends ends;
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    using Isa = typename Group::Isa;
+    const FilterTask& task = view.tasks[group.index];
+    Vec4<T>* work = view.work + task.base;
+    const Vec4<T>* top = view.work + view.tasks[view.top].base;
+    for (int k = 0; k < task.above; ++k) work[task.own + k] = top[view.above[task.list + k]];
+    Vec4<T>* all = static_cast<Vec4<T>*>(group.memory);
+    for (int p = task.panel + task.panels - 1; p >= task.panel; --p) {
+      const Panel panel = view.panels[p];
+      Vec4<T>* own = work + panel.first;
+      const int* rows = view.rows + panel.row;
+      for (int k = 0; k < panel.columns; ++k) all[k] = own[k];
+      for (int k = 0; k < panel.below; ++k) all[panel.columns + k] = work[rows[k]];
+      for (int k = panel.height(); k < 4 * panel.blocks(); ++k) all[k] = {T(0), T(0), T(0), T(0)};
+      TransposedProduct<T, Isa>{view.values + panel.at, panel.columns, panel.blocks(), all, own}.run(0, panel.columns);
+    }
+    for (int k = 0; k < task.own; ++k) ends.give(view.particle[task.base + k], work[k]);
+  }
+};
+
+/// The pieces in which the top is worked on: of places, and of a panel's blocks or columns.
+inline constexpr int kTopPiece = 32;
+
+/// The top's right-hand sides: forces, and the tasks' contributions in their order.
+template <class T, class Ends>
+struct SumTop {
+  SparseView<T> view;
+  Ends ends;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const FilterTask& top = view.tasks[view.top];
+    const int begin = group.index * kTopPiece, end = begin + kTopPiece < top.own ? begin + kTopPiece : top.own;
+    for (int k = begin; k < end; ++k) {
+      Vec4<T> sum = ends.template take<T>(view.particle[top.base + k]);
+      for (int s = view.sum[k]; s < view.sum[k + 1]; ++s) accumulate(sum, view.work[view.from[s]]);
+      view.work[top.base + k] = sum;
+    }
+  }
+};
+
+/// The top's part of the result, out to the particles.
+template <class T, class Ends>
+struct HandOutTop {
+  SparseView<T> view;
+  Ends ends;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const FilterTask& top = view.tasks[view.top];
+    const int begin = group.index * kTopPiece, end = begin + kTopPiece < top.own ? begin + kTopPiece : top.own;
+    for (int k = begin; k < end; ++k) ends.give(view.particle[top.base + k], view.work[top.base + k]);
+  }
+};
+
+/// A panel of the top, a piece of its blocks: `out` holds its product for all of them.
+template <class T>
+struct ForwardTop {
+  SparseView<T> view;
+  Panel panel;
+  Vec4<T>* out;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const int begin = group.index * kTopPiece, blocks = panel.blocks();
+    const int end = begin + kTopPiece < blocks ? begin + kTopPiece : blocks;
+    Vec4<T>* work = view.work + view.tasks[view.top].base;
+    PanelProduct<T, typename Group::Isa>{view.values + panel.at, panel.columns, work + panel.first, out}.run(begin,
+                                                                                                             end);
+    const int* rows = view.rows + panel.row - panel.columns;
+    const int first = 4 * begin > panel.columns ? 4 * begin : panel.columns;
+    const int last = 4 * end < panel.height() ? 4 * end : panel.height();
+    for (int k = first; k < last; ++k) accumulate(work[rows[k]], out[k]);
+  }
+};
+
+/// The same of L^T: `all` holds the panel's rows, `out` takes the columns of this piece.
+template <class T>
+struct BackwardTop {
+  SparseView<T> view;
+  Panel panel;
+  const Vec4<T>* all;
+  Vec4<T>* out;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const int begin = group.index * kTopPiece;
+    const int end = begin + kTopPiece < panel.columns ? begin + kTopPiece : panel.columns;
+    TransposedProduct<T, typename Group::Isa>{view.values + panel.at, panel.columns, panel.blocks(), all, out}.run(
+        begin, end);
+  }
+};
+
+/// Between the places of a panel of the top and a list of its own: pieces of its rows.
+template <class T>
+struct GatherTop {
+  SparseView<T> view;
+  Panel panel;
+  Vec4<T>* all;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const Vec4<T>* work = view.work + view.tasks[view.top].base;
+    const int* rows = view.rows + panel.row - panel.columns;
+    const int begin = 4 * group.index * kTopPiece, last = 4 * panel.blocks();
+    const int end = begin + 4 * kTopPiece < last ? begin + 4 * kTopPiece : last;
+    for (int k = begin; k < end; ++k)
+      all[k] = k < panel.columns    ? work[panel.first + k]
+               : k < panel.height() ? work[rows[k]]
+                                    : Vec4<T>{T(0), T(0), T(0), T(0)};
+  }
+};
+
+/// The own columns of a panel of the top, from `out`.
+template <class T>
+struct KeepTop {
+  SparseView<T> view;
+  Panel panel;
+  const Vec4<T>* out;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    Vec4<T>* work = view.work + view.tasks[view.top].base + panel.first;
+    const int begin = 4 * group.index * kTopPiece;
+    const int end = begin + 4 * kTopPiece < panel.columns ? begin + 4 * kTopPiece : panel.columns;
+    for (int k = begin; k < end; ++k) work[k] = out[k];
+  }
+};
+
+}  // namespace malha

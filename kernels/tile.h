@@ -1,0 +1,113 @@
+// Sixteen numbers side by side, four rows of four: in as many packs as an instruction set needs. Sums over tiles have
+// the same bits on all of them.
+#pragma once
+#include "kernels/pack.h"
+
+namespace malha {
+
+template <class R, class Isa>
+struct Tile {
+  using S = Lane<R, Isa>;
+  static constexpr int lanes = kLanes<R, Isa>, parts = 16 / lanes;
+  S part[parts];
+
+  KERNEL static Tile zero() {
+    Tile t;
+    for (int p = 0; p < parts; ++p) t.part[p] = S(R(0));
+    return t;
+  }
+  KERNEL static Tile all(R number) {
+    Tile t;
+    for (int p = 0; p < parts; ++p) t.part[p] = S(number);
+    return t;
+  }
+  KERNEL static Tile at(const R* from) {
+    Tile t;
+    for (int p = 0; p < parts; ++p) load(from + p * lanes, t.part[p]);
+    return t;
+  }
+  /// Of integers.
+  KERNEL static Tile at(const short* from) {
+    Tile t;
+#if defined(__CUDACC__)
+    for (int p = 0; p < parts; ++p) t.part[p] = R(from[p]);
+#else
+    typedef short Shorts __attribute__((vector_size(2 * lanes), may_alias, aligned(2)));
+    for (int p = 0; p < parts; ++p)
+      t.part[p].v = __builtin_convertvector(*reinterpret_cast<const Shorts*>(from + p * lanes), typename S::Vector);
+#endif
+    return t;
+  }
+  KERNEL void put(R* to) const {
+    for (int p = 0; p < parts; ++p) store(part[p], to + p * lanes);
+  }
+  /// += a b.
+  KERNEL void add(const Tile& a, const Tile& b) {
+    for (int p = 0; p < parts; ++p) part[p] = part[p] + a.part[p] * b.part[p];
+  }
+  KERNEL void add(const Tile& a) {
+    for (int p = 0; p < parts; ++p) part[p] = part[p] + a.part[p];
+  }
+  KERNEL Tile times(R number) const {
+    Tile t;
+    for (int p = 0; p < parts; ++p) t.part[p] = part[p] * S(number);
+    return t;
+  }
+
+  /// A tile whose row r is four times number r of row q of this one.
+  template <int q>
+  KERNEL Tile spread() const {
+    Tile t;
+#if defined(__CUDACC__)
+    for (int p = 0; p < parts; ++p) t.part[p] = part[4 * q + p / 4];
+#else
+    each_part([&]<int p>() KERNEL_LAMBDA {
+      constexpr int first = 4 * q % lanes + p * lanes / 4;
+      t.part[p].v = spread_from<first>(part[4 * q / lanes].v, typename detail::Count<lanes>::type{});
+    });
+#endif
+    return t;
+  }
+  /// Every row is `row`.
+  KERNEL static Tile repeat(const Vec4<R>& row) {
+    Tile t;
+#if defined(__CUDACC__)
+    for (int p = 0; p < parts; ++p) t.part[p] = (&row.x)[p % 4];
+#else
+    constexpr LocalIndex here[16] = {};
+    for (int p = 0; p < parts; ++p) t.part[p].v = detail::row<typename S::Vector>(const_cast<Vec4<R>*>(&row), here);
+#endif
+    return t;
+  }
+  /// (row 0 + row 1) + (row 2 + row 3).
+  KERNEL Vec4<R> sum_of_rows() const {
+    alignas(64) R all[16];
+    put(all);
+    Vec4<R> sum;
+    for (int k = 0; k < 4; ++k) (&sum.x)[k] = (all[k] + all[4 + k]) + (all[8 + k] + all[12 + k]);
+    return sum;
+  }
+  /// Of all sixteen, as a fixed tree.
+  KERNEL R sum() const {
+    const Vec4<R> rows = sum_of_rows();
+    return (rows.x + rows.y) + (rows.z + rows.w);
+  }
+
+#if !defined(__CUDACC__)
+ private:
+  template <class F, int... p>
+  KERNEL static void call(const F& f, detail::Indices<p...>) {
+    (f.template operator()<p>(), ...);
+  }
+  template <class F>
+  KERNEL static void each_part(const F& f) {
+    call(f, typename detail::Count<parts>::type{});
+  }
+  template <int first, class V, int... i>
+  KERNEL static V spread_from(V a, detail::Indices<i...>) {
+    return __builtin_shufflevector(a, a, (first + i / 4)...);
+  }
+#endif
+};
+
+}  // namespace malha
