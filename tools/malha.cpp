@@ -32,8 +32,12 @@ void catch_signal(int signal) {
   if (std::signal(signal, on_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
 }
 
-malha::SimulationOptions simulation_options(const Arguments& arguments) {
-  return {arguments.threads, arguments.backend == "serial" ? malha::Backend::Serial : malha::Backend::OpenMP};
+malha::SimulationOptions simulation_options(const Arguments& arguments, malha::ProgressReporter& progress) {
+  malha::SimulationOptions options;
+  options.threads = arguments.threads;
+  options.backend = arguments.backend == "serial" ? malha::Backend::Serial : malha::Backend::OpenMP;
+  options.progress = [&progress](const char* what, double part) { progress.setup(what, part); };
+  return options;
 }
 
 /// The scene with what the command line says instead.
@@ -77,7 +81,7 @@ int run(const Arguments& arguments) {
   try {
     malha::ProgressReporter progress(arguments.quiet);
     result = malha::run(
-        scene, simulation_options(arguments), options, [&progress](const auto& now) { progress(now); }, stop);
+        scene, simulation_options(arguments, progress), options, [&progress](const auto& now) { progress(now); }, stop);
   } catch (const malha::Diverged&) {
     if (!arguments.quiet) std::cout << malha::list_results(malha::Results(options.out));
     throw;
@@ -92,7 +96,12 @@ int run(const Arguments& arguments) {
 }
 
 int plan(const Arguments& arguments) {
-  std::cout << malha::plan(malha::Simulation(load(arguments), simulation_options(arguments)));
+  std::string plan;
+  {
+    malha::ProgressReporter progress(arguments.quiet);
+    plan = malha::plan(malha::Simulation(load(arguments), simulation_options(arguments, progress)));
+  }
+  std::cout << plan;
   return malha::kDone;
 }
 

@@ -49,8 +49,13 @@ void ProgressReporter::operator()(const Progress& progress) {
   const double step_ms = ms_since_ / static_cast<double>(steps_since_);
   if (terminal_) {
     const auto seen = static_cast<double>(progress.step - first_);
-    draw_bar(progress, step_ms,
-             seen > 0 ? elapsed.count() / seen * static_cast<double>(progress.steps - progress.step) : -1);
+    char text[160];
+    std::snprintf(text, sizeof text, "%lld/%lld  t = %.3f s  %.2f ms a step", static_cast<long long>(progress.step),
+                  static_cast<long long>(progress.steps), progress.time, step_ms);
+    std::string line = text;
+    if (seen > 0)
+      line += "  " + clock_text(elapsed.count() / seen * static_cast<double>(progress.steps - progress.step)) + " left";
+    draw_bar(static_cast<double>(progress.step) / static_cast<double>(progress.steps), line);
   } else {
     std::fprintf(stderr, "step %lld of %lld, t = %.3f s, %.2f ms a step\n", static_cast<long long>(progress.step),
                  static_cast<long long>(progress.steps), progress.time, step_ms);
@@ -59,17 +64,25 @@ void ProgressReporter::operator()(const Progress& progress) {
   steps_since_ = 0, ms_since_ = 0;
 }
 
-void ProgressReporter::draw_bar(const Progress& progress, double step_ms, double left_seconds) {
-  char text[160];
-  std::snprintf(text, sizeof text, "%lld/%lld  t = %.3f s  %.2f ms a step", static_cast<long long>(progress.step),
-                static_cast<long long>(progress.steps), progress.time, step_ms);
-  std::string line = text;
-  if (left_seconds >= 0) line += "  " + clock_text(left_seconds) + " left";
+void ProgressReporter::setup(const char* what, double part) {
+  const auto now = Clock::now();
+  if (quiet_ || std::chrono::duration<double>(now - setup_said_at_).count() < (terminal_ ? 0.05 : 5)) return;
+  setup_said_at_ = now;
+  char text[80];
+  std::snprintf(text, sizeof text, "setting up: %s, %.0f %%", what, 100 * part);
+  if (terminal_)
+    draw_bar(part, text);
+  else
+    std::fprintf(stderr, "%s\n", text);
+}
+
+void ProgressReporter::draw_bar(double part, const std::string& what) {
   // One column stays free: a full line would wrap, and the next one could not redraw it.
+  std::string line = what;
   const int room = terminal_width() - 1;
   const int width = std::min(30, room - static_cast<int>(line.size()) - 3);
   if (width >= 5) {
-    const auto filled = static_cast<std::size_t>(progress.step * width / progress.steps);
+    const auto filled = std::min(static_cast<std::size_t>(width), static_cast<std::size_t>(part * width));
     line = "[" + std::string(filled, '#') + std::string(width - filled, '.') + "] " + line;
   }
   std::fprintf(stderr, "\r%s\033[K", line.substr(0, static_cast<std::size_t>(std::max(room, 0))).c_str());

@@ -68,6 +68,7 @@ class DenseFilter {
     });
   }
 
+  int launches() const { return 3; }
   std::int64_t numbers() const { return plan_.values; }
   std::size_t bytes() const {
     return chunks_.bytes() + rows_.bytes() + particle_.bytes() + values_.bytes() + scale_.bytes() + x_.bytes() +

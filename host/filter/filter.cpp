@@ -154,6 +154,7 @@ class Maker {
     facts_.why = why_;
     facts_.unknowns = system_.count(), facts_.bodies = static_cast<int>(system_.blocks.size());
     facts_.numbers = made->engine.numbers(), facts_.bytes = made->engine.bytes();
+    facts_.launches = made->engine.launches();
     made->facts() = facts_;
     return made;
   }

@@ -14,6 +14,7 @@ struct FilterFacts {
   int unknowns = 0, bodies = 0;
   std::int64_t numbers = 0;  // stored, each read once (dense) or twice (sparse) a product
   std::size_t bytes = 0;
+  int launches = 0;                                                  // of a product
   double order_seconds = 0, factor_seconds = 0, column_seconds = 0;  // of set-up; columns: of the dense S
 };
 

@@ -59,6 +59,10 @@ class SparseFilter {
     parallel_region(executor_, width_, [&](const auto& team) { apply(team, own_, ends); });
   }
 
+  int launches() const {
+    const int panels = plan_.tasks.back().panels;
+    return 2 + (panels > 0 ? 2 + 5 * panels : 0);
+  }
   std::int64_t numbers() const { return plan_.values; }
   std::size_t bytes() const {
     return panels_.bytes() + tasks_.bytes() + rows_.bytes() + particle_.bytes() + above_.bytes() + sum_.bytes() +

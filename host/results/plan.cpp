@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <sstream>
 
 #include "host/base/shown.h"
@@ -39,6 +40,33 @@ void list_constraints(std::ostream& out, const Model& model, const SolverFacts& 
     out << "  pressure: 1 over " << set.particles.size() << " particles and " << set.triangles.size() << " triangles\n";
 }
 
+/// Springs and their filter.
+void list_springs(std::ostream& out, const Model& model, const SolverFacts& facts) {
+  if (!facts.filter) return;
+  const FilterFacts& filter = *facts.filter;
+  out << "springs:\n";
+  for (const SpringSet& set : model.springs) {
+    const auto [softest, stiffest] = std::minmax_element(set.stiffness.begin(), set.stiffness.end());
+    if (set.ends.empty()) continue;
+    out << "  " << set.type << ": " << set.ends.size() << ", " << *softest;
+    if (*softest != *stiffest) out << " to " << *stiffest;
+    out << " N/m\n";
+  }
+  out << "filter: " << filter.kind << ", " << filter.storage << ", of " << counted(filter.unknowns, "particle")
+      << " in " << counted(filter.bodies, "body", "bodies") << " (" << facts.free_bodies << " free), " << filter.numbers
+      << " numbers\n  because: " << filter.why << "\n";
+}
+
+/// Launches of the passes that filter forces.
+void list_filter_passes(const Model& model, const SolverFacts& facts,
+                        const std::function<void(const char*, std::size_t)>& line) {
+  if (!facts.filter) return;
+  const std::size_t substeps = model.scene.solver.substeps, refine = model.scene.solver.desbrun.refine;
+  line("forces", 2 * substeps * (1 + refine));
+  line("filter", substeps * (1 + refine) * facts.filter->launches);
+  line("correction", substeps * facts.free_bodies * (2 * refine + (facts.corrects ? 3 : 2)));
+}
+
 /// Every pass that exists in this scene, in its order, with its launches a step.
 void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts) {
   const SolverSpec& solver = model.scene.solver;
@@ -48,6 +76,7 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   };
   const std::size_t sweeps = projections * facts.patches.phases, obstacles = model.environment.size();
   line("damping", 3 * substeps * model.damped.size());
+  list_filter_passes(model, facts, line);
   line("prediction", substeps * ((model.scene.wind ? 1 : 0) + (facts.fused ? 0 : 1)));
   line("collision", 2 * substeps * obstacles);  // found before the iterations, held back after them
   line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
@@ -76,7 +105,8 @@ std::string plan(const Simulation& simulation) {
       << "solver: " << solver.type << ", " << (solver.precision == Precision::Double ? "double" : "float")
       << " precision, " << counted(simulation.threads(), "thread") << "\n"
       << "steps: " << std::max<std::int64_t>(1, std::llround(scene.duration / solver.dt)) << " of " << solver.dt
-      << " s, each " << counted(solver.substeps, "substep") << " of " << counted(solver.iterations, "iteration") << "\n"
+      << " s, each " << counted(solver.substeps, "substep") << " of " << (solver.type == "desbrun" ? "at most " : "")
+      << counted(solver.iterations, "iteration") << "\n"
       << "particles: " << model.count() << " in " << counted(scene.bodies.size(), "body", "bodies") << ", "
       << std::count(model.w.begin(), model.w.end(), 0.0) << " pinned\n";
   if (model.zero_area_faces > 0) out << "left out: " << counted(model.zero_area_faces, "face") << " without area\n";
@@ -87,6 +117,7 @@ std::string plan(const Simulation& simulation) {
         << counted(facts.patches.most_slots, "slot") << " of fast memory, " << facts.patches.columns
         << " of them laid out for runs\n";
   list_constraints(out, model, facts);
+  list_springs(out, model, facts);
   out << "passes of a step:\n";
   list_passes(out, model, facts);
   list_memory(out, model, facts);

@@ -57,6 +57,23 @@ Json patches(const PatchFacts& facts) {
           {"slots_most", facts.most_slots}};
 }
 
+Json filter(const Solver& solver, const Model& model) {
+  const FilterFacts& facts = *solver.facts().filter;
+  const FilterErrors errors = *solver.filter_errors();
+  const DesbrunSpec& spec = model.scene.solver.desbrun;
+  return {{"kind", facts.kind},
+          {"why", facts.why},
+          {"storage", facts.storage},
+          {"particles", facts.unknowns},
+          {"bodies", facts.bodies},
+          {"bodies_free", solver.facts().free_bodies},
+          {"numbers", facts.numbers},
+          {"filtered", spec.internal_only ? "internal_only" : "all"},
+          {"refine", spec.refine},
+          {"relative_error_noise", errors.noise},
+          {"relative_error_elastic", errors.elastic}};
+}
+
 Json timings(const Solver& solver, const RunTimes& times) {
   const std::vector<double>& step = times.step_seconds;
   if (step.empty()) return {{"steps", 0}};
@@ -106,13 +123,19 @@ double median_step_ms(const RunTimes& times) {
 
 Parts setup_parts(const Model& model, const SolverFacts& facts) {
   const ModelSeconds& of = model.seconds;
-  return {{"load", of.load},
-          {"order", of.order},
-          {"connect", of.connect},
-          {"patches", of.patches},
-          {"colour", facts.colour_seconds},
-          {"layout", facts.layout_seconds},
-          {"collision", facts.collision_seconds}};
+  Parts parts{{"load", of.load},
+              {"order", of.order},
+              {"connect", of.connect},
+              {"patches", of.patches},
+              {"colour", facts.colour_seconds},
+              {"layout", facts.layout_seconds},
+              {"collision", facts.collision_seconds}};
+  if (facts.filter) {
+    parts.emplace_back("filter_order", facts.filter->order_seconds);
+    parts.emplace_back("filter_factor", facts.filter->factor_seconds);
+    parts.emplace_back("filter_columns", facts.filter->column_seconds);
+  }
+  return parts;
 }
 
 Parts memory_parts(const Model& model, const SolverFacts& facts) {
@@ -120,6 +143,8 @@ Parts memory_parts(const Model& model, const SolverFacts& facts) {
   return {{"particles", number(facts.particle_bytes)},
           {"constraints", number(facts.constraint_bytes)},
           {"patches", number(facts.patches.bytes)},
+          {"springs", number(facts.spring_bytes)},
+          {"filter", number(facts.filter ? facts.filter->bytes : 0)},
           {"collision", number(facts.collision_bytes)},
           {"model", number(bytes(model))}};
 }
@@ -146,6 +171,13 @@ std::string report_json(const std::string& status, const std::vector<std::string
   json["particles"] = model.count();
   json["constraints"] = constraints(facts, model);
   json["patches"] = patches(facts.patches);
+  if (facts.filter) {
+    for (const SpringSet& set : model.springs) {
+      Json& count = json["springs"][set.type];
+      count = set.ends.size() + (count.is_null() ? 0 : count.get<std::size_t>());
+    }
+    json["filter"] = filter(solver, model);
+  }
   json["zero_area_faces_dropped"] = model.zero_area_faces;
   json["setup_s"] = by_name(setup_parts(model, facts));
   // Sums over some of them: everything before the solver, and the constraints' share of colour and layout.

@@ -6,6 +6,7 @@
 #include "host/base/shown.h"
 #include "host/model/model.h"
 #include "host/results/report.h"
+#include "host/solver/solver.h"
 
 namespace malha {
 
@@ -36,6 +37,9 @@ std::string summary(const Simulation& simulation) {
   std::string text = "simulated   " + shown(simulation.time()) + " s, " + counted(simulation.steps(), "step") + " of " +
                      counted(model.count(), "particle") + " on " + counted(simulation.threads(), "thread") + "\n";
   text += "speed       " + speed(median_step_ms(simulation.times()), model.scene.solver.dt) + "\n";
+  if (const auto& filter = simulation.solver().facts().filter)
+    text +=
+        "filter      " + filter->kind + ", " + filter->storage + ", " + counted(filter->unknowns, "particle") + "\n";
   if (m.has_strain) text += "strain      " + brief(m.strain_rms) + " rms, " + brief(m.strain_max) + " max\n";
   if (!m.volume_ratios.empty()) {
     text += "volume      ";

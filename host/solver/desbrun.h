@@ -43,6 +43,7 @@ class Desbrun final : public Stepper<Executor, R> {
     if (!free_.empty()) members_ = Array<Executor, int>(system.particle);
     facts_.filter = filter_->facts();
     facts_.free_bodies = static_cast<int>(free_.size());
+    facts_.corrects = corrector_ != Corrector::Off;
     facts_.spring_bytes = forces_->bytes();
     facts_.particle_bytes += force_.bytes() + acceleration_.bytes() + mass_.bytes() + members_.bytes();
     facts_.constraint_bytes += limits_ ? limits_->bytes() : 0;

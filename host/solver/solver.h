@@ -57,7 +57,8 @@ struct SolverFacts {
   bool fused = false;                                    // prediction and state happen in the visits to the patches
   std::vector<SetFacts> sets;                            // in the order of projection
   std::optional<FilterFacts> filter;                     // Desbrun's
-  int free_bodies = 0;                                   // of Desbrun's, whose momenta are corrected
+  int free_bodies = 0;                                   // of Desbrun's, whose momentum is corrected
+  bool corrects = false;                                 // their angular momentum too
   std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths
   double colour_seconds = 0;                             // of set-up: phases of patches, runs, colours
   double layout_seconds = 0;                             // particles and constraints laid out
