@@ -155,6 +155,11 @@ KERNEL void prefetch([[maybe_unused]] const void* address) {
 #endif
 }
 
+/// The same for all lines of `bytes`, a constant.
+KERNEL void prefetch(const void* address, int bytes) {
+  for (int line = 0; line < bytes; line += 64) prefetch(static_cast<const char*>(address) + line);
+}
+
 /// The fast memory of every thread of an executor.
 struct FastMemory {
   char* data;

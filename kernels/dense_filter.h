@@ -9,6 +9,8 @@
 namespace malha {
 
 inline constexpr int kDenseRows = 16;
+/// S is asked for this far ahead, bytes. (Without, one thread reads from memory half as fast: 11 instead of 27 GB/s.)
+inline constexpr int kDenseAhead = 8192;
 /// Numbers of a block of right-hand sides.
 inline constexpr int kDenseSides = 3 * kDenseRows;
 
@@ -72,6 +74,7 @@ struct MultiplyDense {
         own[r][k] = Sixteen::all(x[first + kDenseRows * k + r]);
       }
     for (int c = 0; c < b; ++c, values += 4 * kDenseRows, x += kDenseSides, y += kDenseSides) {
+      prefetch(reinterpret_cast<const char*>(values) + kDenseAhead, 4 * kDenseRows * int(sizeof(V)));
       Sixteen s[4];
       for (int r = 0; r < 4; ++r) s[r] = Sixteen::at(values + kDenseRows * r);
       for (int k = 0; k < 3; ++k) {
@@ -84,9 +87,11 @@ struct MultiplyDense {
         column.put(y + kDenseRows * k);
       }
     }
-    y += 4 * q;
-    for (int r = 0; r < 4; ++r)
-      for (int k = 0; k < 3; ++k) y[kDenseRows * k + r] += sum[r][k].sum();
+    for (int k = 0; k < 3; ++k) {
+      const Vec4<T> rows = Sixteen::sums(sum[0][k], sum[1][k], sum[2][k], sum[3][k]);
+      T* own_y = y + 4 * q + kDenseRows * k;
+      own_y[0] += rows.x, own_y[1] += rows.y, own_y[2] += rows.z, own_y[3] += rows.w;
+    }
   }
 
   template <class Isa>

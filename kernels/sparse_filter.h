@@ -38,7 +38,12 @@ struct SparseView {
   const int* from;          // places in the whole work vector
   const int* particle;      // of each place of the work vector that is a column's own
   Vec4<T>* work;
+  bool far;  // the panels are not in a core's own caches
 };
+
+/// Panels that come from memory are asked for this far ahead, bytes; going down through them, the next panel is asked
+/// for up to this size, and a wide one within itself. (A million particles on one thread: 68 instead of 88 ms.)
+inline constexpr int kSparseAhead = 4096, kSparseNext = 65536, kSparseWide = 64;
 
 /// work<q>() for the first `count` of four columns.
 template <class Work>
@@ -57,6 +62,7 @@ struct PanelProduct {
   int columns;
   const Vec4<T>* own;
   Vec4<T>* out;
+  bool far;  // the numbers are not in the caches
 
   KERNEL void run(int begin, int end) const {
     int b = begin;
@@ -73,7 +79,11 @@ struct PanelProduct {
     const T* from = values + 4ll * b * columns;
     for (int j = 0; j < last; j += 4) {
       Four four[count];  // columns; those behind the last are somebody else's numbers
-      for (int k = 0; k < count; ++k) four[k] = Four::at(from + 4 * (k * columns + j));
+      for (int k = 0; k < count; ++k) {
+        const T* at = from + 4 * (k * columns + j);
+        if (far) prefetch(reinterpret_cast<const char*>(at) + kSparseAhead, 16 * int(sizeof(T)));
+        four[k] = Four::at(at);
+      }
       for_columns(last - j, [&]<int q>() KERNEL_LAMBDA {
         const Four x = Four::repeat(own[j + q]);
         for (int k = 0; k < count; ++k) sum[k].add(four[k].template spread<q>(), x);
@@ -91,6 +101,7 @@ struct TransposedProduct {
   int columns, blocks;
   const Vec4<T>* rows;
   Vec4<T>* out;
+  bool far;
 
   KERNEL void run(int begin, int end) const {
     int j = begin;
@@ -107,7 +118,9 @@ struct TransposedProduct {
     for (int b = j / 4; b < blocks; ++b) {
       const Four x = Four::at(&rows[4 * b].x);
       for (int f = 0; f < fours; ++f) {
-        const Four four = Four::at(values + 4 * (static_cast<long long>(b) * columns + j + 4 * f));
+        const T* from = values + 4 * (static_cast<long long>(b) * columns + j + 4 * f);
+        const Four four = Four::at(from);
+        if (far && columns > kSparseWide) prefetch(from + 8 * 4 * columns);  // eight blocks of rows on
         for_columns(f + 1 < fours ? 4 : count,
                     [&]<int q>() KERNEL_LAMBDA { sum[4 * f + q].add(four.template spread<q>(), x); });
       }
@@ -139,7 +152,7 @@ struct ForwardTask {
     for (int p = task.panel; p < task.panel + task.panels; ++p) {
       const Panel panel = view.panels[p];
       Vec4<T>* own = work + panel.first;
-      PanelProduct<T, Isa>{view.values + panel.at, panel.columns, own, out}.run(0, panel.blocks());
+      PanelProduct<T, Isa>{view.values + panel.at, panel.columns, own, out, view.far}.run(0, panel.blocks());
       for (int k = 0; k < panel.columns; ++k) own[k] = out[k];
       const int* rows = view.rows + panel.row;
       for (int k = 0; k < panel.below; ++k) accumulate(work[rows[k]], out[panel.columns + k]);
@@ -163,12 +176,18 @@ struct BackwardTask {
     Vec4<T>* all = static_cast<Vec4<T>*>(group.memory);
     for (int p = task.panel + task.panels - 1; p >= task.panel; --p) {
       const Panel panel = view.panels[p];
+      if (view.far && p > task.panel) {
+        const T* next = view.values + view.panels[p - 1].at;
+        const long long numbers = panel.at - view.panels[p - 1].at, most = kSparseNext / int(sizeof(T));
+        for (long long k = 0; k < numbers && k < most; k += 64 / int(sizeof(T))) prefetch(next + k);
+      }
       Vec4<T>* own = work + panel.first;
       const int* rows = view.rows + panel.row;
       for (int k = 0; k < panel.columns; ++k) all[k] = own[k];
       for (int k = 0; k < panel.below; ++k) all[panel.columns + k] = work[rows[k]];
       for (int k = panel.height(); k < 4 * panel.blocks(); ++k) all[k] = {T(0), T(0), T(0), T(0)};
-      TransposedProduct<T, Isa>{view.values + panel.at, panel.columns, panel.blocks(), all, own}.run(0, panel.columns);
+      TransposedProduct<T, Isa>{view.values + panel.at, panel.columns, panel.blocks(), all, own, view.far}.run(
+          0, panel.columns);
     }
     for (int k = 0; k < task.own; ++k) ends.give(view.particle[task.base + k], work[k]);
   }
@@ -218,8 +237,8 @@ struct ForwardTop {
     const int begin = group.index * kTopPiece, blocks = panel.blocks();
     const int end = begin + kTopPiece < blocks ? begin + kTopPiece : blocks;
     Vec4<T>* work = view.work + view.tasks[view.top].base;
-    PanelProduct<T, typename Group::Isa>{view.values + panel.at, panel.columns, work + panel.first, out}.run(begin,
-                                                                                                             end);
+    PanelProduct<T, typename Group::Isa>{view.values + panel.at, panel.columns, work + panel.first, out, view.far}.run(
+        begin, end);
     const int* rows = view.rows + panel.row - panel.columns;
     const int first = 4 * begin > panel.columns ? 4 * begin : panel.columns;
     const int last = 4 * end < panel.height() ? 4 * end : panel.height();
@@ -238,8 +257,8 @@ struct BackwardTop {
   KERNEL void operator()(const Group& group) const {
     const int begin = group.index * kTopPiece;
     const int end = begin + kTopPiece < panel.columns ? begin + kTopPiece : panel.columns;
-    TransposedProduct<T, typename Group::Isa>{view.values + panel.at, panel.columns, panel.blocks(), all, out}.run(
-        begin, end);
+    TransposedProduct<T, typename Group::Isa>{view.values + panel.at, panel.columns, panel.blocks(), all, out, view.far}
+        .run(begin, end);
   }
 };
 

@@ -32,9 +32,13 @@ struct Tile {
 #if defined(__CUDACC__)
     for (int p = 0; p < parts; ++p) t.part[p] = R(from[p]);
 #else
-    typedef short Shorts __attribute__((vector_size(2 * lanes), may_alias, aligned(2)));
-    for (int p = 0; p < parts; ++p)
-      t.part[p].v = __builtin_convertvector(*reinterpret_cast<const Shorts*>(from + p * lanes), typename S::Vector);
+    using Shorts = typename VectorOf<short, 2 * lanes>::Type;
+    using Ints = typename VectorOf<int, 4 * lanes>::Type;
+    for (int p = 0; p < parts; ++p) {
+      Shorts some;
+      __builtin_memcpy(&some, from + p * lanes, sizeof some);
+      t.part[p].v = __builtin_convertvector(__builtin_convertvector(some, Ints), typename S::Vector);
+    }
 #endif
     return t;
   }
@@ -81,16 +85,30 @@ struct Tile {
   }
   /// (row 0 + row 1) + (row 2 + row 3).
   KERNEL Vec4<R> sum_of_rows() const {
-    alignas(64) R all[16];
-    put(all);
     Vec4<R> sum;
-    for (int k = 0; k < 4; ++k) (&sum.x)[k] = (all[k] + all[4 + k]) + (all[8 + k] + all[12 + k]);
+#if defined(__CUDACC__)
+    for (int k = 0; k < 4; ++k) (&sum.x)[k] = (part[k] + part[4 + k]) + (part[8 + k] + part[12 + k]);
+#else
+    const detail::Quartet<R> all = (row<0>() + row<1>()) + (row<2>() + row<3>());
+    __builtin_memcpy(&sum, &all, sizeof all);
+#endif
     return sum;
   }
-  /// Of all sixteen, as a fixed tree.
-  KERNEL R sum() const {
-    const Vec4<R> rows = sum_of_rows();
-    return (rows.x + rows.y) + (rows.z + rows.w);
+  /// Of all the sixteen of each of four tiles, as a fixed tree: sum_of_rows, and of that (x + y) + (z + w).
+  KERNEL static Vec4<R> sums(const Tile& a, const Tile& b, const Tile& c, const Tile& d) {
+    Vec4<R> r[4] = {a.sum_of_rows(), b.sum_of_rows(), c.sum_of_rows(), d.sum_of_rows()};
+#if defined(__CUDACC__)
+    Vec4<R> sum;
+    for (int k = 0; k < 4; ++k) (&sum.x)[k] = (r[k].x + r[k].y) + (r[k].z + r[k].w);
+    return sum;
+#else
+    detail::Quartet<R> q[4];
+    __builtin_memcpy(q, r, sizeof q);
+    detail::transpose<4>(q[0], q[1], q[2], q[3]);
+    q[0] = (q[0] + q[1]) + (q[2] + q[3]);
+    __builtin_memcpy(r, q, sizeof r[0]);
+    return r[0];
+#endif
   }
 
 #if !defined(__CUDACC__)
@@ -102,6 +120,12 @@ struct Tile {
   template <class F>
   KERNEL static void each_part(const F& f) {
     call(f, typename detail::Count<parts>::type{});
+  }
+  template <int r>
+  KERNEL detail::Quartet<R> row() const {
+    const auto all = part[4 * r / lanes].v;
+    constexpr int first = 4 * r % lanes;
+    return __builtin_shufflevector(all, all, first, first + 1, first + 2, first + 3);
   }
   template <int first, class V, int... i>
   KERNEL static V spread_from(V a, detail::Indices<i...>) {

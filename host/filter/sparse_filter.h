@@ -73,8 +73,9 @@ class SparseFilter {
   void apply(const Team& team, const Workspace& space, const Ends& ends) const {
     const int tasks = static_cast<int>(plan_.tasks.size()) - 1;
     const FilterTask& top = plan_.tasks[tasks];
-    const SparseView<T> view{panels_.data(), rows_.data(), values_.data(), tasks_.data(),    tasks,
-                             above_.data(),  sum_.data(),  from_.data(),   particle_.data(), space.work.data()};
+    const SparseView<T> view{panels_.data(),          rows_.data(), values_.data(), tasks_.data(),    tasks,
+                             above_.data(),           sum_.data(),  from_.data(),   particle_.data(), space.work.data(),
+                             values_.bytes() > kCache};
     const FastMemory memory{space.memory.data(), memory_bytes_};
     Vec4<T>*first = space.top.data(), *second = first + plan_.most_rows;
     parallel_groups(team, 0, tasks, memory, ForwardTask<T, Ends>{view, ends});
@@ -97,7 +98,8 @@ class SparseFilter {
   }
 
  private:
-  static constexpr std::int64_t kGrain = 16384;  // numbers of panels that are worth a thread: some microseconds
+  static constexpr std::size_t kCache = 4 << 20;  // a core's own caches, with some room: less is found there anyway
+  static constexpr std::int64_t kGrain = 16384;   // numbers of panels that are worth a thread: some microseconds
 
   static int pieces(int items, int times = 1) { return (items + times * kTopPiece - 1) / (times * kTopPiece); }
 
