@@ -17,9 +17,6 @@ namespace malha {
 
 namespace {
 
-/// Bytes of a stored number.
-int bytes_of(Storage storage) { return storage == Storage::Double ? 8 : storage == Storage::Float ? 4 : 2; }
-
 /// Predicted time of a product on one thread, ns: as measured in the caches of a Zen 4 core with AVX-512.
 double dense_ns(std::int64_t numbers, int particles, Storage storage) {
   return (0.13 * double(numbers) + 5.0 * particles) * (storage == Storage::Double ? 2 : 1);
