@@ -1,11 +1,17 @@
 // Instantiates the kernels on the device: what only a device compiler refuses is found without a GPU.
 #include "kernels/constraints.h"
 #include "kernels/contact.h"
-#include "kernels/damping.h"
+#include "kernels/corrector.h"
+#include "kernels/dense_filter.h"
+#include "kernels/front.h"
 #include "kernels/integrate.h"
+#include "kernels/limits.h"
 #include "kernels/measure.h"
 #include "kernels/pressure.h"
 #include "kernels/rest.h"
+#include "kernels/sparse_filter.h"
+#include "kernels/spring_energy.h"
+#include "kernels/springs.h"
 #include "kernels/visit.h"
 
 namespace malha {
@@ -32,6 +38,25 @@ void instantiate_residuals(KindList<Kinds...>) {
   instantiate<MeasureResidual<Kinds, double[3]>...>();
 }
 template void instantiate_residuals(ConstraintKinds);
+
+template <class... Kernels>
+void instantiate_groups() {
+  (launch_groups<<<1, 1>>>(Kernels{}), ...);
+}
+
+template <class R>
+void instantiate_filters() {
+  using Ends = FilterEnds<R>;
+  instantiate_groups<SumForces<R, ExplicitForces<R>>, SumForces<R, MissingForces<R>>>();
+  instantiate_groups<ForwardTask<R, Ends>, SumTop<R, Ends>, ForwardTop<R>, GatherTop<R>, BackwardTop<R>, KeepTop<R>,
+                     HandOutTop<R, Ends>, BackwardTask<R, Ends>>();
+  instantiate_groups<MultiplyDense<R, R>, MultiplyDense<short, R>>();
+  instantiate<GatherDense<R, R, Ends>, SumDense<short, R, Ends>, EliminateFront<R, Own>>();
+  instantiate<SpringRows<R>, FilteredRows<R>, FilteredMotion<R>, RemoveRigid<R>, RemoveAsPublished<R>>();
+  instantiate<MeasureExcess<R>, MeasureSpring<double[3], int[2]>>();
+}
+template void instantiate_filters<float>();
+template void instantiate_filters<double>();
 
 template <class R>
 void instantiate_all() {
