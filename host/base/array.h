@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <new>
 #include <utility>
 #include <vector>
@@ -34,6 +35,10 @@ struct Memory {
   }
   static void release(void* data) { ::operator delete(data, kAlignment); }
   template <class T>
+  static void fill(T* to, std::size_t count, const T& value) {
+    std::uninitialized_fill_n(to, count, value);
+  }
+  template <class T>
   static void copy_in(const T* from, std::size_t count, T* to) {
     std::copy_n(from, count, to);
   }
@@ -53,7 +58,11 @@ class Array {
     data_ = static_cast<T*>(Memory<Executor>::allocate(bytes()));
     upload(values);
   }
-  Array(std::size_t size, const T& value) : Array(std::vector<T>(size, value)) {}
+  Array(std::size_t size, const T& value) : size_(size) {
+    if (size_ == 0) return;
+    data_ = static_cast<T*>(Memory<Executor>::allocate(bytes()));
+    Memory<Executor>::fill(data_, size_, value);
+  }
   Array(Array&& other) noexcept { swap(other); }
   Array& operator=(Array&& other) noexcept {
     swap(other);
