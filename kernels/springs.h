@@ -67,6 +67,33 @@ struct FilteredMotion {
   }
 };
 
+/// l / |d|; where the ends coincide they have no direction, and it is 0.
+template <class S>
+KERNEL S rest_over_length(const Vector3<S>& d, S l) {
+  using R = typename RealOf<S>::type;
+  const S zero(R(0)), length = root(dot(d, d));
+  return select(length > zero, l / select(length > zero, length, S(R(1))), zero);
+}
+
+template <class R, class S>
+KERNEL Vector3<S> load_points(const Points<R>& points, int first) {
+  Vector3<S> a;
+  load(points.x + first, a.x), load(points.y + first, a.y), load(points.z + first, a.z);
+  return a;
+}
+template <class R, class S>
+KERNEL void store_points(const Vector3<S>& a, const Points<R>& points, int first) {
+  store(a.x, points.x + first), store(a.y, points.y + first), store(a.z, points.z + first);
+}
+
+/// The part of their weight that the filter sees.
+template <class S, class R>
+KERNEL Vector3<S> weight(const SpringView<R>& springs, int first) {
+  S m;
+  load(springs.load + first, m);
+  return Vector3<S>{S(springs.gravity.x), S(springs.gravity.y), S(springs.gravity.z)} * m;
+}
+
 /// F_i = sum_j -k ((z_i - z_j) - l u), u = (x_i - x_j) / |x_i - x_j|, z = x + dt v: the springs' pull and their
 /// artificial viscosity k dt (v_j - v_i); and the weight.
 template <class R>
@@ -74,19 +101,13 @@ struct ExplicitForces {
   SpringView<R> springs;
   Vec4<R>*now, *ahead;
   Points<R> force;
-  template <class S>
-  KERNEL void operator()(int first, const Vector3<S>& f) const {
-    S load_;
-    load(springs.load + first, load_);
-    const Vector3<S> g{S(springs.gravity.x), S(springs.gravity.y), S(springs.gravity.z)};
-    put(first, f + g * load_);
-  }
+
   template <class S>
   struct Own {
     Vector3<S> x, z;
   };
-  template <class S, class Index>
-  KERNEL Own<S> read(const Index* index) const {
+  template <class S>
+  KERNEL Own<S> read(const int* index) const {
     Own<S> own;
     S none;
     gather_rows(now, index, own.x, none);
@@ -96,15 +117,11 @@ struct ExplicitForces {
   template <class S>
   KERNEL static Vector3<S> pull(const Own<S>& a, const Own<S>& b, S k, S l) {
     const Vector3<S> d = a.x - b.x;
-    const S zero(R(0)), one(R(1)), length = root(dot(d, d));
-    const S stretch = select(length > zero, l / select(length > zero, length, one), zero);  // coincident: no direction
-    return (d * stretch - (a.z - b.z)) * k;
+    return (d * rest_over_length(d, l) - (a.z - b.z)) * k;
   }
-
- private:
   template <class S>
-  KERNEL void put(int first, const Vector3<S>& f) const {
-    store(f.x, force.x + first), store(f.y, force.y + first), store(f.z, force.z + first);
+  KERNEL void finish(int first, const Vector3<S>& f) const {
+    store_points(f + weight<S>(springs, first), force, first);
   }
 };
 
@@ -117,10 +134,9 @@ struct MissingForces {
   Points<R> acceleration;
   const R* mass;
   Points<R> force;
+
   template <class S>
-  using Own = Vector3<S>;
-  template <class S, class Index>
-  KERNEL Vector3<S> read(const Index* index) const {
+  KERNEL Vector3<S> read(const int* index) const {
     Vector3<S> p;
     S none;
     gather_rows(rows, index, p, none);
@@ -129,19 +145,14 @@ struct MissingForces {
   template <class S>
   KERNEL static Vector3<S> pull(const Vector3<S>& a, const Vector3<S>& b, S k, S l) {
     const Vector3<S> d = a - b;
-    const S zero(R(0)), one(R(1)), length = root(dot(d, d));
-    const S stretch = select(length > zero, l / select(length > zero, length, one), zero);
-    return d * ((stretch - one) * k);
+    return d * ((rest_over_length(d, l) - S(R(1))) * k);
   }
   template <class S>
-  KERNEL void operator()(int first, const Vector3<S>& f) const {
-    S weighs, m;
-    Vector3<S> a;
-    load(springs.load + first, weighs), load(mass + first, m);
-    load(acceleration.x + first, a.x), load(acceleration.y + first, a.y), load(acceleration.z + first, a.z);
-    const Vector3<S> g{S(springs.gravity.x), S(springs.gravity.y), S(springs.gravity.z)};
-    const Vector3<S> missing = f + g * weighs - a * m;
-    store(missing.x, force.x + first), store(missing.y, force.y + first), store(missing.z, force.z + first);
+  KERNEL void finish(int first, const Vector3<S>& f) const {
+    S m;
+    load(mass + first, m);
+    const Vector3<S> a = load_points<R, S>(acceleration, first);
+    store_points(f + weight<S>(springs, first) - a * m, force, first);
   }
 };
 
@@ -175,7 +186,7 @@ struct SumForces {
       load(springs.stiffness + at, k), load(springs.rest + at, l);
       f = f + Forces::pull(own, forces.template read<S>(springs.other + at), k, l);
     }
-    forces(first, f);
+    forces.finish(first, f);
   }
 };
 
