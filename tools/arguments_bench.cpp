@@ -21,7 +21,7 @@ void add_list(CLI::App& command, const std::string& name, std::vector<int>& valu
 }
 
 /// What --n counts, and so how large it may be, hangs on --case.
-void check_sizes(const bench::Options& options) {
+void check_sizes(const bench::ProjectionOptions& options) {
   const bool irregular = options.only == "irregular";
   const int low = irregular ? kLeastSide * kLeastSide : kLeastSide;
   const int high = irregular ? kMostSide * kMostSide : kMostSide;
@@ -39,7 +39,7 @@ std::string refused_benchmark(const std::string& word) {
   return "malha bench: found " + shown + "; allowed: " + join(kBenchmarks);
 }
 
-void add_bench(CLI::App& app, bench::Options& options) {
+void add_bench(CLI::App& app, bench::ProjectionOptions& options) {
   CLI::App* bench = app.add_subcommand("bench", "Time malha beside Bullet and the machine's limits");
   bench->require_subcommand(1);
   bench->footer("Example:\n  malha bench projection --n 46,100");

@@ -1,13 +1,13 @@
 #include "tools/bench/measure.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "host/base/build_info.h"
 #include "host/base/hash.h"
 #include "host/base/shown.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "tools/bench/turns.h"
 #if defined(MALHA_HAS_BULLET)
 #include "tools/bench/bullet.h"
 #endif
@@ -76,20 +76,6 @@ std::string words(const Row& row) {
   return row.library + " " + row.schedule.name() + " on " + counted(row.threads, "thread");
 }
 
-/// Seconds a step, over at least `enough` seconds.
-double time_steps(const std::function<void()>& step, double enough) {
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
-  std::chrono::duration<double> elapsed{};
-  int steps = 0;
-  do {
-    step();
-    ++steps;
-    elapsed = Clock::now() - start;
-  } while (elapsed.count() < enough);
-  return elapsed.count() / steps;
-}
-
 }  // namespace
 
 std::size_t lines_of_malha(const Timing& timing) { return std::size(kSchedules) * timing.threads.size(); }
@@ -120,7 +106,7 @@ std::vector<Row> measure(Case which, const Timing& timing,
   for (int repeat = 1; repeat <= timing.repeats; ++repeat)
     for (Runner& runner : runners) {
       doing("repeat " + std::to_string(repeat) + ": " + words(runner.row), turn++ / turns);
-      runner.row.step_seconds.push_back(time_steps(runner.step, timing.seconds));
+      runner.row.step_seconds.push_back(seconds_each(runner.step, timing.seconds));
     }
 
   std::vector<Row> rows;

@@ -5,7 +5,7 @@
 
 namespace malha::bench {
 
-struct Options {
+struct ProjectionOptions {
   std::vector<int> n;        // sides of the grid; particles of the irregular mesh. Empty: those of the common case
   std::vector<int> threads;  // empty: 1 and all cores
   std::string only;          // "grid" or "irregular"; empty: both, or the grid alone where n is given
@@ -18,6 +18,6 @@ struct Options {
 /// Runs, prints a table to standard output as it goes, and after each case writes projection.json (the rows),
 /// projection_machine.json, projection.txt, projection.svg and projection.png into the folder. Throws InputError for
 /// what does not fit into memory, Diverged, and std::runtime_error where something cannot be written.
-void run_projection(const Options& options);
+void run_projection(const ProjectionOptions& options);
 
 }  // namespace malha::bench

@@ -4,16 +4,11 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/shown.h"
+#include "tools/bench/turns.h"
 
 namespace malha::bench {
 
 namespace {
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
-}
 
 template <class Test>
 const Row* find(const std::vector<Row>& rows, const Row& like, Test test) {

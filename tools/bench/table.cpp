@@ -1,19 +1,11 @@
 #include "tools/bench/table.h"
 
-#include <cstdio>
-
 #include "host/base/shown.h"
+#include "tools/bench/output.h"
 
 namespace malha::bench {
 
 namespace {
-
-template <class... Values>
-std::string formatted(const char* format, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 std::string heading(const std::vector<Row>& rows) {
   const Row& row = rows.front();

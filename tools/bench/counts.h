@@ -1,0 +1,23 @@
+// The numbers that a benchmark goes through.
+#pragma once
+#include <algorithm>
+#include <thread>
+#include <vector>
+
+namespace malha::bench {
+
+/// Ascending, each once.
+inline std::vector<int> sorted(std::vector<int> numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  return numbers;
+}
+
+inline int cores() { return static_cast<int>(std::max(1u, std::thread::hardware_concurrency())); }
+
+/// Those given, or 1 and all cores.
+inline std::vector<int> thread_counts(const std::vector<int>& given) {
+  return sorted(given.empty() ? std::vector{1, cores()} : given);
+}
+
+}  // namespace malha::bench

@@ -1,0 +1,43 @@
+#include "tools/bench/facts.h"
+
+#include <nlohmann/json.hpp>
+
+#include "host/base/shown.h"
+#include "host/simulation.h"
+#include "tools/bench/cloth.h"
+#include "tools/bench/counts.h"
+#include "tools/bench/machine.h"
+#include "tools/bench/output.h"
+
+namespace malha::bench {
+
+using Json = nlohmann::ordered_json;
+
+Json machine_facts(const std::vector<int>& threads) {
+  const Json report = Json::parse(Simulation(hanging(grid_case(3), {})).report("benchmark"));
+  Json facts;
+  for (const char* key : {"malha_version", "compiler", "flags", "instructions", "cpu"}) facts[key] = report.at(key);
+  facts["cores"] = cores();
+  facts["triad_bytes"] = kMemoryBytes;
+  for (const int t : threads)
+    facts["triad_gb_per_s"].push_back({{"threads", t}, {"gb_per_s", triad_gb_per_s(kMemoryBytes, t)}});
+  return facts;
+}
+
+std::string bandwidth_line(const Json& facts, const std::string& key, const std::string& name) {
+  std::string line = name + ":";
+  for (const Json& entry : facts.at(key))
+    line += formatted(" %.1f GB/s on ", entry.at("gb_per_s").get<double>()) +
+            counted(entry.at("threads").get<int>(), "thread") + ",";
+  line.back() = '\n';
+  return line;
+}
+
+std::string machine_lines(const Json& facts, const std::string& peer) {
+  const auto fact = [&facts](const char* key) { return facts.at(key).get<std::string>(); };
+  return "malha " + fact("malha_version") + ", " + fact("compiler") + ", " + fact("instructions") + "; " +
+         (peer.empty() ? "" : peer + "; ") + fact("cpu") + "\n" +
+         bandwidth_line(facts, "triad_gb_per_s", "triad from memory");
+}
+
+}  // namespace malha::bench

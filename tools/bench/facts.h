@@ -1,0 +1,18 @@
+// What was measured on, and how fast that is.
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace malha::bench {
+
+/// Build, CPU, cores, and the triad from memory on each number of threads.
+nlohmann::ordered_json machine_facts(const std::vector<int>& threads);
+
+/// Build and CPU, and then a line of those bandwidths. `peer`: "Bullet 3.24", or nothing.
+std::string machine_lines(const nlohmann::ordered_json& facts, const std::string& peer);
+
+/// "triad from memory: 12 GB/s on 1 thread, 25 GB/s on 2 threads\n" from the entries of facts[key].
+std::string bandwidth_line(const nlohmann::ordered_json& facts, const std::string& key, const std::string& name);
+
+}  // namespace malha::bench

@@ -1,0 +1,21 @@
+// Charts, drawn by gnuplot where it is installed.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace malha::bench {
+
+/// Points and how they are drawn.
+struct Series {
+  std::string data;   // a line of numbers a point
+  std::string style;  // as gnuplot takes it after the data: "with lines lw 2"
+  std::string title;  // without quotes
+};
+
+/// Draws the series into FOLDER/NAME.svg and .png; `settings` are gnuplot's lines before. Gives back why it could not,
+/// or nothing. Charts of an earlier run are gone either way: they would not fit the new rows.
+std::string draw(const std::string& settings, const std::vector<Series>& series, const std::filesystem::path& folder,
+                 const std::string& name);
+
+}  // namespace malha::bench
