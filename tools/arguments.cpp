@@ -7,7 +7,6 @@
 #include "host/base/build_info.h"
 #include "host/base/near_miss.h"
 #include "host/base/shown.h"
-#include "tools/arguments_bench.h"
 #include "tools/validators.h"
 
 namespace malha {
@@ -156,7 +155,7 @@ void add_everything(CLI::App& app, Arguments& arguments) {
       "  malha run scenes/sheet_shear.json       results in out/sheet_shear/\n"
       "  malha plan scenes/balloon.json          what would run, before it runs\n"
       "  malha check my_scene.json               whether the scene and its meshes are sound\n"
-      "  malha bench projection                  what a projection costs here\n\n"
+      "  malha bench projection                  what a projection costs here; malha bench filter: a filter\n\n"
       "Exit status: 0 done; 1 done, but not as the scene expects; 2 bad input, nothing was written; 3 the run became\n"
       "non-finite; 4 results could not be written; 130 interrupted with Ctrl-C (malha run --resume goes on).");
   add_run(app, arguments);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/bench/projection.h"
+#include "tools/arguments_bench.h"
 
 namespace malha {
 
@@ -28,7 +28,7 @@ struct Arguments {
   std::vector<std::string> formats;
   bool resume = false, quiet = false;
   std::string resume_command;  // what the user typed, with --resume
-  bench::ProjectionOptions bench;
+  BenchArguments bench;
 };
 
 /// Fills `arguments`. Where there is nothing to run (--help, --version, or an error, which goes to standard error as

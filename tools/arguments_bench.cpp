@@ -6,10 +6,12 @@ namespace malha {
 
 namespace {
 
-const std::vector<std::string> kBenchmarks{"projection", "--help", "-h"};
+const std::vector<std::string> kBenchmarks{"projection", "filter", "--help", "-h"};
 const std::vector<std::string> kCases{"grid", "irregular"};
+const std::vector<std::string> kKernels{"dense", "sparse", "step"};
 
 constexpr int kLeastSide = 3, kMostSide = 4000;  // particles
+constexpr int kMostFilterSide = 2000;
 
 void add_list(CLI::App& command, const std::string& name, std::vector<int>& values, int low, int high,
               const std::string& help) {
@@ -31,38 +33,37 @@ void check_sizes(const bench::ProjectionOptions& options) {
                                                                      std::to_string(high)));
 }
 
-}  // namespace
-
-std::string refused_benchmark(const std::string& word) {
-  if (std::find(kBenchmarks.begin(), kBenchmarks.end(), word) != kBenchmarks.end()) return "";
-  const std::string shown = word.empty() ? "no benchmark" : malha::quoted(word) + did_you_mean(word, kBenchmarks);
-  return "malha bench: found " + shown + "; allowed: " + join(kBenchmarks);
+/// What both have.
+template <class Options>
+void add_measuring(CLI::App& command, Options& options, const std::string& name) {
+  add_list(command, "--threads", options.threads, 1, 1024, "Numbers of threads; 1 and all cores if not given");
+  command
+      .add_option("--repeats", options.repeats,
+                  "Times that each line is measured; " + std::to_string(options.repeats) + " if not given")
+      ->check(whole_number(1, 1000))
+      ->type_name("N");
+  command
+      .add_option("--seconds", options.seconds,
+                  "Seconds of each of them, at least; " + shown(options.seconds) + " if not given")
+      ->check(duration())
+      ->type_name("S");
+  command.add_option("--json", options.json, "Write the rows here too")->type_name("FILE");
+  command.add_option("--out", options.out, "Folder of the results; out/bench_" + name + " if not given")
+      ->type_name("FOLDER");
+  command.group("Benchmarks");
+  command.set_help_flag("-h,--help", "Print this help");
 }
 
-void add_bench(CLI::App& app, bench::ProjectionOptions& options) {
-  CLI::App* bench = app.add_subcommand("bench", "Time malha beside Bullet and the machine's limits");
-  bench->require_subcommand(1);
-  bench->footer("Example:\n  malha bench projection --n 46,100");
-  CLI::App* projection = bench->add_subcommand("projection", "What the projection of a constraint costs");
+void add_projection(CLI::App& bench, bench::ProjectionOptions& options) {
+  CLI::App* projection = bench.add_subcommand("projection", "What the projection of a constraint costs");
   add_list(*projection, "--n", options.n, kLeastSide, kMostSide * kMostSide,
            "Particles a side of the grid; 17,46,100,316,1000 if not given.\n"
            "With --case irregular: about how many particles; 100000");
-  add_list(*projection, "--threads", options.threads, 1, 1024, "Numbers of threads; 1 and all cores if not given");
   projection
       ->add_option("--case", options.only, "grid or irregular; both if not given, but the grid alone if --n is given")
       ->check(one_of(kCases))
       ->type_name("NAME");
-  projection->add_option("--repeats", options.repeats, "Times that each line is measured; 5 if not given")
-      ->check(whole_number(1, 1000))
-      ->type_name("N");
-  projection->add_option("--seconds", options.seconds, "Seconds of each of them, at least; 1 if not given")
-      ->check(duration())
-      ->type_name("S");
-  projection->add_option("--json", options.json, "Write the rows here too")->type_name("FILE");
-  projection->add_option("--out", options.out, "Folder of the results; out/bench_projection if not given")
-      ->type_name("FOLDER");
-  projection->group("Benchmarks");
-  projection->set_help_flag("-h,--help", "Print this help");
+  add_measuring(*projection, options, "projection");
   projection->callback([&options] { check_sizes(options); });
   projection->footer(
       "A cloth of 2 m and 1 kg hangs by one side: a grid with both diagonals of its cells, or an irregular triangle\n"
@@ -77,6 +78,53 @@ void add_bench(CLI::App& app, bench::ProjectionOptions& options) {
       "  malha bench projection --n 46 --threads 1,2 --json rows.json\n"
       "  malha bench projection --case irregular\n"
       "  malha bench projection --n 17,100 --repeats 3 --seconds 0.2    a quick look");
+}
+
+void add_filter(CLI::App& bench, BenchArguments& arguments) {
+  bench::FilterOptions& options = arguments.of_filter;
+  CLI::App* filter = bench.add_subcommand("filter", "What a product of Desbrun's filter costs");
+  add_list(*filter, "--n", options.n, kLeastSide, kMostFilterSide,
+           "Particles a side of the grid: N gives N (N - 1) unknowns;\n17,24,32,46,71,100,141,316,1000 if not given");
+  filter->add_option("--kernel", options.kernels, "dense, sparse, step; all if not given, but no step if --n is given")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(one_of(kKernels))
+      ->type_name("LIST");
+  add_measuring(*filter, options, "filter");
+  filter->callback([&arguments] { arguments.filter = true; });
+  filter->footer(
+      "A cloth of 2 m and 1 kg hangs by one row: a grid with springs of 1e4 N/m along its edges and diagonals,\n"
+      "dt = 1/60 s. dense: S = (M - dt^2 H)^-1 as a symmetric matrix in float, double and int16, up to 25,000 "
+      "unknowns,\n"
+      "beside OpenBLAS's sgemm, ssymm and three ssymv, each in its fastest layout. sparse: S as a factor. All that "
+      "run\n"
+      "on as many threads take turns with reading, and a STREAM triad of, as many bytes, so that ratios hold on a "
+      "busy\n"
+      "machine. A sparse product reads each number twice: GB/s counts both. step: the most particles of which the\n"
+      "whole step takes at most 16.6 ms, searched for; up to the largest --n, if given.\n"
+      "The folder gets the table, the rows (filter.json), facts about the machine (filter_machine.json), and the\n"
+      "chart, if gnuplot is installed. Do not set OMP_PROC_BIND: it keeps OpenBLAS's threads on one core.\n\n"
+      "Examples:\n"
+      "  malha bench filter                              everything; many minutes, and 8 GiB of memory\n"
+      "  malha bench filter --n 46,100 --threads 2 --kernel dense --json rows.json\n"
+      "  malha bench filter --kernel step                real time alone\n"
+      "  malha bench filter --n 17,46 --repeats 3 --seconds 0.02    a quick look");
+}
+
+}  // namespace
+
+std::string refused_benchmark(const std::string& word) {
+  if (std::find(kBenchmarks.begin(), kBenchmarks.end(), word) != kBenchmarks.end()) return "";
+  const std::string shown = word.empty() ? "no benchmark" : malha::quoted(word) + did_you_mean(word, kBenchmarks);
+  return "malha bench: found " + shown + "; allowed: " + join(kBenchmarks);
+}
+
+void add_bench(CLI::App& app, BenchArguments& arguments) {
+  CLI::App* bench = app.add_subcommand("bench", "Time malha beside other libraries and the machine's limits");
+  bench->require_subcommand(1);
+  bench->footer("Examples:\n  malha bench projection --n 46,100\n  malha bench filter --n 46,100");
+  add_projection(*bench, arguments.of_projection);
+  add_filter(*bench, arguments);
 }
 
 }  // namespace malha

@@ -2,6 +2,7 @@
 #pragma once
 #include <string>
 
+#include "tools/bench/filter.h"
 #include "tools/bench/projection.h"
 
 namespace CLI {
@@ -10,7 +11,13 @@ class App;
 
 namespace malha {
 
-void add_bench(CLI::App& app, bench::ProjectionOptions& options);
+struct BenchArguments {
+  bool filter = false;  // or projection
+  bench::ProjectionOptions of_projection;
+  bench::FilterOptions of_filter;
+};
+
+void add_bench(CLI::App& app, BenchArguments& arguments);
 
 /// The line that refuses `word` where a benchmark should be named; empty where it is one (or asks for help).
 std::string refused_benchmark(const std::string& word);

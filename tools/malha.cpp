@@ -124,7 +124,10 @@ int dispatch(const Arguments& arguments) {
     case malha::Command::Check:
       return check(arguments);
     case malha::Command::Bench:
-      malha::bench::run_projection(arguments.bench);
+      if (arguments.bench.filter)
+        malha::bench::run_filter(arguments.bench.of_filter);
+      else
+        malha::bench::run_projection(arguments.bench.of_projection);
       return malha::kDone;
   }
   return malha::kFailed;

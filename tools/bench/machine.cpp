@@ -6,6 +6,7 @@
 
 #include "host/base/stopwatch.h"
 #include "kernels/pack.h"
+#include "tools/bench/pinned.h"
 #include "tools/bench/stream.h"
 
 namespace malha::bench {
@@ -14,6 +15,7 @@ namespace {
 
 /// The best of several rounds.
 double best_gb_per_s(std::size_t bytes, int threads, double (Streams::*pass)(std::size_t, double) const) {
+  const Pinned pinned(threads);
   const Streams streams(bytes, threads);
   double best = 0;
   for (int round = 0; round < 15; ++round) best = std::max(best, double(bytes) / (streams.*pass)(bytes, 0) / 1e9);

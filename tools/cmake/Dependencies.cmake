@@ -10,6 +10,16 @@ if(NOT BULLET_FOUND)
   message(STATUS "Bullet: not found; the benchmarks run without their peer (Debian: libbullet-dev)")
 endif()
 
+# Its header and library of the same flavour: Debian has several, and one cblas.h for none of them in particular.
+find_path(OPENBLAS_INCLUDE_DIR openblas_config.h PATH_SUFFIXES openblas-pthread openblas)
+find_library(OPENBLAS_LIBRARY openblas PATH_SUFFIXES openblas-pthread)
+if(OPENBLAS_INCLUDE_DIR AND OPENBLAS_LIBRARY)
+  set(OPENBLAS_FOUND TRUE)  # the benchmarks' other peer
+else()
+  set(OPENBLAS_FOUND FALSE)
+  message(STATUS "OpenBLAS: not found; malha bench filter runs without its peer (Debian: libopenblas-dev)")
+endif()
+
 # Embree 4 where it is, else 3 (Debian 12). Both name their target "embree".
 find_package(embree 4 CONFIG QUIET)
 if(NOT embree_FOUND)

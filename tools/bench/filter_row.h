@@ -1,0 +1,44 @@
+// One line of malha bench filter: one way to have a product of the filter, on so many threads, at one size.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace malha::bench {
+
+struct FilterRow {
+  int side = 0;  // particles a side of the grid
+  std::int64_t particles = 0;
+  int n = 0;  // unknowns
+  int threads = 1;
+  std::string kernel;           // "dense", "sparse", "sgemm", "ssymm", "ssymv"; "dense step", "sparse step"
+  std::string storage;          // of the filter's numbers: "float", "double", "int16"
+  std::string way;              // of OpenBLAS: which layout was the fastest
+  std::vector<double> seconds;  // a product in each turn; or of each step
+  double bytes = 0;             // of the filter, that a product reads: a sparse one reads each number twice
+  double memory_bytes = 0;
+  double noise_error = 0, elastic_error = 0;  // relative, see host/filter/filter_facts.h
+  double setup_seconds = 0;
+  std::vector<double> read_seconds, triad_seconds;  // of moving as many bytes, in the same turns; empty: OpenBLAS
+  bool at_cap = false;                              // of a step: no larger size was tried
+
+  bool is_step() const { return kernel.ends_with(" step"); }
+  double ms() const;  // median
+  double ms_min() const;
+  double ms_max() const;
+  double gb_per_s() const;
+  double of_read() const;      // bandwidth over that of reading alone: the median over the turns
+  double times_triad() const;  // time over that of a triad over as many bytes
+};
+
+/// How many times as fast `row` is as `other`: the median over the turns.
+double times_as_fast(const FilterRow& row, const FilterRow& other);
+
+/// The row of another kernel at the same size, on as many threads, stored as float; null where not measured.
+const FilterRow* beside(const std::vector<FilterRow>& rows, const FilterRow& row, const std::string& kernel);
+
+/// The rows as a JSON array, an object a row.
+std::string to_json(const std::vector<FilterRow>& rows);
+
+}  // namespace malha::bench
