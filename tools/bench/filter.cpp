@@ -1,9 +1,9 @@
 #include "tools/bench/filter.h"
 
 #include <algorithm>
-#include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "host/base/shown.h"
 #include "tools/bench/counts.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/filter_chart.h"
@@ -87,16 +87,17 @@ class Bench {
   void steps() {
     if (!asks(options_, "step")) return;
     std::vector<FilterRow> found;
-    std::string none;
+    double searched = 0;
     for (const FilterKind filter : {FilterKind::Dense, FilterKind::Sparse})
       for (const int threads : threads_) {
-        const bool dense = filter == FilterKind::Dense;
-        const StepSearch search{filter, threads, step_cap(options_, dense), options_.repeats * options_.seconds};
+        const StepSearch search{filter, threads, step_cap(options_, filter == FilterKind::Dense),
+                                options_.repeats * options_.seconds};
         const auto row = real_time(search, [&](const std::string& what) {
-          status_.show(what,
-                       (2.0 * !dense + static_cast<double>(found.size()) / static_cast<double>(threads_.size())) / 4);
+          status_.show(what + " on " + counted(threads, "thread"),
+                       searched / (2.0 * static_cast<double>(threads_.size())));
         });
         if (row) found.push_back(*row);
+        ++searched;
       }
     status_.clear();
     print_(step_table(found));

@@ -25,7 +25,11 @@ constexpr Look kLooks[] = {
 
 std::string draw_filter_chart(const std::vector<FilterRow>& rows, const std::filesystem::path& folder) {
   std::set<int> sizes, threads;
-  for (const FilterRow& row : rows) sizes.insert(row.n), threads.insert(row.threads);
+  std::set<double> times;
+  for (const FilterRow& row : rows) {
+    sizes.insert(row.n), threads.insert(row.threads);
+    times.insert({row.ms_min(), row.ms_max()});
+  }
   std::vector<Series> all;
   for (const Look& look : kLooks)
     for (const int t : threads) {
@@ -42,7 +46,8 @@ std::string draw_filter_chart(const std::vector<FilterRow>& rows, const std::fil
   const std::string settings =
       "set logscale xy\nset xlabel 'unknowns'\nset ylabel 'ms per product'\n"
       "set title 'Filter times three right-hand sides: a hanging cloth'\nset format y '%g'\nset format x '%g'\n" +
-      formatted("set xrange [%g:%g]\n", *sizes.begin() / 1.4, *sizes.rbegin() * 1.4);
+      formatted("set xrange [%g:%g]\n", *sizes.begin() / 1.4, *sizes.rbegin() * 1.4) +
+      formatted("set yrange [%g:%g]\n", *times.begin() / 1.4, *times.rbegin() * 1.4);
   return draw(settings, all, folder, "filter");
 }
 

@@ -61,7 +61,7 @@ std::string no_room(double bytes) {
 
 /// Why OpenBLAS has no rows; empty: it has.
 std::string blas_left_out(int threads) {
-  if (blas_version().empty()) return "it was not there when malha was built (Debian: libopenblas-dev)";
+  if (blas_version().empty()) return "it was not there when malha was built, or is no longer (Debian: libopenblas-dev)";
   const char* bound = std::getenv("OMP_PROC_BIND");
   if (threads > 1 && bound != nullptr && std::string(bound) != "false")
     return "OMP_PROC_BIND would keep all its threads on one core";

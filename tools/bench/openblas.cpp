@@ -1,9 +1,12 @@
 #include "tools/bench/openblas.h"
 
 #include <cblas.h>
+#include <dlfcn.h>
 
 #include <algorithm>
 #include <memory>
+#include <optional>
+#include <type_traits>
 
 #include "host/base/stopwatch.h"
 
@@ -12,6 +15,35 @@ namespace malha::bench {
 namespace {
 
 constexpr int kSides = 3;
+
+struct Library {
+  decltype(&cblas_sgemm) sgemm;
+  decltype(&cblas_ssymm) ssymm;
+  decltype(&cblas_ssymv) ssymv;
+  decltype(&openblas_set_num_threads) set_threads;
+  decltype(&openblas_get_config) config;
+  decltype(&openblas_get_corename) core;
+};
+
+/// Opened when it is first asked for, because it starts its threads then: other commands have no use for them. Null: it
+/// is no longer where it was when malha was built.
+const Library* library() {
+  static const std::optional<Library> found = []() -> std::optional<Library> {
+    void* handle = dlopen(OPENBLAS_FILE, RTLD_NOW | RTLD_LOCAL);
+    if (handle == nullptr) return std::nullopt;
+    bool whole = true;
+    const auto get = [&](auto& function, const char* name) {
+      function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(dlsym(handle, name));
+      whole = whole && function != nullptr;
+    };
+    Library all{};
+    get(all.sgemm, "cblas_sgemm"), get(all.ssymm, "cblas_ssymm"), get(all.ssymv, "cblas_ssymv");
+    get(all.set_threads, "openblas_set_num_threads");
+    get(all.config, "openblas_get_config"), get(all.core, "openblas_get_corename");
+    return whole ? std::optional(all) : std::nullopt;
+  }();
+  return found ? &*found : nullptr;
+}
 
 /// Right-hand sides and results.
 struct Sides {
@@ -55,7 +87,8 @@ BlasProduct fastest(const std::vector<BlasProduct>& ways) {
 }  // namespace
 
 std::vector<BlasProduct> blas_products(int n, const float* s, int threads) {
-  openblas_set_num_threads(threads);
+  const Library& blas = *library();
+  blas.set_threads(threads);
   const auto sides = std::make_shared<Sides>(n);
   const double whole = double(n) * n * sizeof(float), half = double(n) * (n + 1) / 2 * sizeof(float);
   std::vector<BlasProduct> gemm, symm, symv;
@@ -63,29 +96,30 @@ std::vector<BlasProduct> blas_products(int n, const float* s, int threads) {
     const int stride = order == CblasRowMajor ? kSides : n;
     // S is its own transpose.
     for (const CBLAS_TRANSPOSE transpose : {CblasNoTrans, CblasTrans})
-      gemm.push_back(product("sgemm", name(order) + name(transpose), whole, order, sides, [=] {
-        cblas_sgemm(order, transpose, CblasNoTrans, n, kSides, n, 1, s, n, sides->b.data(), stride, 0, sides->c.data(),
-                    stride);
+      gemm.push_back(product("sgemm", name(order) + name(transpose), whole, order, sides, [=, &blas] {
+        blas.sgemm(order, transpose, CblasNoTrans, n, kSides, n, 1, s, n, sides->b.data(), stride, 0, sides->c.data(),
+                   stride);
       }));
     // From the left alone: from the right in one order is from the left in the other.
     for (const CBLAS_UPLO triangle : {CblasUpper, CblasLower})
-      symm.push_back(product("ssymm", name(order) + name(triangle), half, order, sides, [=] {
-        cblas_ssymm(order, CblasLeft, triangle, n, kSides, 1, s, n, sides->b.data(), stride, 0, sides->c.data(),
-                    stride);
+      symm.push_back(product("ssymm", name(order) + name(triangle), half, order, sides, [=, &blas] {
+        blas.ssymm(order, CblasLeft, triangle, n, kSides, 1, s, n, sides->b.data(), stride, 0, sides->c.data(), stride);
       }));
   }
   for (const CBLAS_UPLO triangle : {CblasUpper, CblasLower})
-    symv.push_back(product("ssymv", name(CblasColMajor) + name(triangle), kSides * half, CblasColMajor, sides, [=] {
-      for (int k = 0; k < kSides; ++k)
-        cblas_ssymv(CblasColMajor, triangle, n, 1, s, n, sides->b.data() + std::size_t(n) * k, 1, 0,
-                    sides->c.data() + std::size_t(n) * k, 1);
-    }));
+    symv.push_back(
+        product("ssymv", name(CblasColMajor) + name(triangle), kSides * half, CblasColMajor, sides, [=, &blas] {
+          for (int k = 0; k < kSides; ++k)
+            blas.ssymv(CblasColMajor, triangle, n, 1, s, n, sides->b.data() + std::size_t(n) * k, 1, 0,
+                       sides->c.data() + std::size_t(n) * k, 1);
+        }));
   return {fastest(gemm), fastest(symm), fastest(symv)};
 }
 
 std::string openblas_version() {
-  const std::string config = openblas_get_config();  // "OpenBLAS 0.3.21 NO_LAPACKE DYNAMIC_ARCH ..."
-  return config.substr(0, config.find(' ', config.find(' ') + 1)) + " (" + openblas_get_corename() + ")";
+  if (library() == nullptr) return "";
+  const std::string config = library()->config();  // "OpenBLAS 0.3.21 NO_LAPACKE DYNAMIC_ARCH ..."
+  return config.substr(0, config.find(' ', config.find(' ') + 1)) + " (" + library()->core() + ")";
 }
 
 }  // namespace malha::bench

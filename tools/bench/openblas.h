@@ -17,10 +17,10 @@ struct BlasProduct {
 };
 
 /// Every routine in the way that proves to be the fastest here. `s`: n x n, symmetric, whole; it must outlive them.
-/// One number of threads at a time: OpenBLAS has it for the whole process.
+/// One number of threads at a time: OpenBLAS has it for the whole process. Only where there is a version.
 std::vector<BlasProduct> blas_products(int n, const float* s, int threads);
 
-/// "OpenBLAS 0.3.21 ..."
+/// "OpenBLAS 0.3.21 (Zen)"; empty: it could not be opened.
 std::string openblas_version();
 
 }  // namespace malha::bench
