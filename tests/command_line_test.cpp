@@ -12,8 +12,9 @@ TEST(CommandLine, HelpsWithEveryOptionAndExample) {
   const TemporaryFolder folder;
   const Ended help = malha_command({"--help"}, folder / "."), run = malha_command({"run", "--help"}, folder / ".");
   const Ended bench = malha_command({"bench", "--help"}, folder / "."),
-              projection = malha_command({"bench", "projection", "--help"}, folder / ".");
-  EXPECT_EQ(help.status + run.status + bench.status + projection.status, 0);
+              projection = malha_command({"bench", "projection", "--help"}, folder / "."),
+              filter = malha_command({"bench", "filter", "--help"}, folder / ".");
+  EXPECT_EQ(help.status + run.status + bench.status + projection.status + filter.status, 0);
   for (const char* word :
        {"malha [OPTIONS] COMMAND", "run ", "plan ", "check ", "bench ", "Examples:", "Exit status:", "130"})
     EXPECT_TRUE(has(help.out, word)) << word;
@@ -22,9 +23,13 @@ TEST(CommandLine, HelpsWithEveryOptionAndExample) {
                            "--resume", "--backend NAME", "Examples:", "Ctrl-C"})
     EXPECT_TRUE(has(run.out, word)) << word;
   EXPECT_TRUE(has(bench.out, "projection ")) << bench.out;
+  EXPECT_TRUE(has(bench.out, "filter ")) << bench.out;
   for (const char* word : {"malha bench projection [OPTIONS]", "--n LIST", "--threads LIST", "--case NAME",
                            "--repeats N", "--seconds S", "--json FILE", "--out FOLDER", "Examples:"})
     EXPECT_TRUE(has(projection.out, word)) << word;
+  for (const char* word : {"malha bench filter [OPTIONS]", "--n LIST", "--threads LIST", "--kernel LIST", "--repeats N",
+                           "--seconds S", "--json FILE", "--out FOLDER", "Examples:"})
+    EXPECT_TRUE(has(filter.out, word)) << word;
   EXPECT_EQ(malha_command({"--version"}, folder / ".").out, std::string("malha ") + version() + "\n");
 }
 
