@@ -105,7 +105,7 @@ void add_filter(CLI::App& bench, BenchArguments& arguments) {
       "The folder gets the table, the rows (filter.json), facts about the machine (filter_machine.json), and the\n"
       "chart, if gnuplot is installed. Do not set OMP_PROC_BIND: it keeps OpenBLAS's threads on one core.\n\n"
       "Examples:\n"
-      "  malha bench filter                              everything; many minutes, and 8 GiB of memory\n"
+      "  malha bench filter                              everything; many minutes, and 6 GiB of memory\n"
       "  malha bench filter --n 46,100 --threads 2 --kernel dense --json rows.json\n"
       "  malha bench filter --kernel step                real time alone\n"
       "  malha bench filter --n 17,46 --repeats 3 --seconds 0.02    a quick look");

@@ -51,12 +51,10 @@ ApplyFilter apply_between(const std::shared_ptr<PointArray<OpenMP, R>>& force,
   };
 }
 
-/// An array is filled from another that is as large.
-bool fits(double bytes) { return 2 * bytes < 0.9 * double(available_memory()); }
+bool fits(double bytes) { return bytes < 0.8 * double(available_memory()); }
 
 std::string no_room(double bytes) {
-  return "it takes " + in_gib(bytes) + ", twice that while it is filled, and " + in_gib(double(available_memory())) +
-         " are free";
+  return "it takes " + in_gib(bytes) + ", and " + in_gib(double(available_memory())) + " are free";
 }
 
 /// Why OpenBLAS has no rows; empty: it has.
