@@ -210,10 +210,12 @@ template <class R, class Index>
 KERNEL Quartet<R>& quartet(Vec4<R>* rows, Index index) {
   return *reinterpret_cast<Quartet<R>*>(address(rows, index));
 }
+#if !defined(__clang__)
 template <class R, class Index>
 KERNEL Bits16& bits(Vec4<R>* rows, Index index) {
   return *reinterpret_cast<Bits16*>(address(rows, index));
 }
+#endif
 
 /// The particles index[0], index[4], ... side by side: row k of a gather is that of index + k, and after the
 /// transposition lane j belongs to index[j].
