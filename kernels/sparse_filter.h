@@ -134,6 +134,40 @@ KERNEL void accumulate(Vec4<T>& to, const Vec4<T>& a) {
   to.x += a.x, to.y += a.y, to.z += a.z, to.w += a.w;
 }
 
+/// L y = b over the panels begin .. end - 1 of a segment, whose places begin at `work`. `out`: room for one panel's
+/// rows.
+template <class T, class Isa>
+KERNEL void go_up(const SparseView<T>& view, int begin, int end, Vec4<T>* work, Vec4<T>* out) {
+  for (int p = begin; p < end; ++p) {
+    const Panel panel = view.panels[p];
+    Vec4<T>* own = work + panel.first;
+    PanelProduct<T, Isa>{view.values + panel.at, panel.columns, own, out, view.far}.run(0, panel.blocks());
+    for (int k = 0; k < panel.columns; ++k) own[k] = out[k];
+    const int* rows = view.rows + panel.row;
+    for (int k = 0; k < panel.below; ++k) accumulate(work[rows[k]], out[panel.columns + k]);
+  }
+}
+
+/// L^T x = y over them, from the last to the first. `all`: as `out`.
+template <class T, class Isa>
+KERNEL void come_down(const SparseView<T>& view, int begin, int end, Vec4<T>* work, Vec4<T>* all) {
+  for (int p = end - 1; p >= begin; --p) {
+    const Panel panel = view.panels[p];
+    if (view.far && p > begin) {
+      const T* next = view.values + view.panels[p - 1].at;
+      const long long numbers = panel.at - view.panels[p - 1].at, most = kSparseNext / int(sizeof(T));
+      for (long long k = 0; k < numbers && k < most; k += 64 / int(sizeof(T))) prefetch(next + k);
+    }
+    Vec4<T>* own = work + panel.first;
+    const int* rows = view.rows + panel.row;
+    for (int k = 0; k < panel.columns; ++k) all[k] = own[k];
+    for (int k = 0; k < panel.below; ++k) all[panel.columns + k] = work[rows[k]];
+    for (int k = panel.height(); k < 4 * panel.blocks(); ++k) all[k] = {T(0), T(0), T(0), T(0)};
+    TransposedProduct<T, Isa>{view.values + panel.at, panel.columns, panel.blocks(), all, own, view.far}.run(
+        0, panel.columns);
+  }
+}
+
 /// L y = F over a task.
 template <class T, class Ends>
 struct ForwardTask {
@@ -142,21 +176,13 @@ struct ForwardTask {
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    using Isa = typename Group::Isa;
     const FilterTask& task = view.tasks[group.index];
     Vec4<T>* work = view.work + task.base;
     const int* particle = view.particle + task.base;
     for (int k = 0; k < task.own; ++k) work[k] = ends.template take<T>(particle[k]);
     for (int k = task.own; k < task.own + task.above; ++k) work[k] = {T(0), T(0), T(0), T(0)};
-    Vec4<T>* out = static_cast<Vec4<T>*>(group.memory);
-    for (int p = task.panel; p < task.panel + task.panels; ++p) {
-      const Panel panel = view.panels[p];
-      Vec4<T>* own = work + panel.first;
-      PanelProduct<T, Isa>{view.values + panel.at, panel.columns, own, out, view.far}.run(0, panel.blocks());
-      for (int k = 0; k < panel.columns; ++k) own[k] = out[k];
-      const int* rows = view.rows + panel.row;
-      for (int k = 0; k < panel.below; ++k) accumulate(work[rows[k]], out[panel.columns + k]);
-    }
+    go_up<T, typename Group::Isa>(view, task.panel, task.panel + task.panels, work,
+                                  static_cast<Vec4<T>*>(group.memory));
   }
 };
 
@@ -168,28 +194,29 @@ struct BackwardTask {
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    using Isa = typename Group::Isa;
     const FilterTask& task = view.tasks[group.index];
     Vec4<T>* work = view.work + task.base;
     const Vec4<T>* top = view.work + view.tasks[view.top].base;
     for (int k = 0; k < task.above; ++k) work[task.own + k] = top[view.above[task.list + k]];
-    Vec4<T>* all = static_cast<Vec4<T>*>(group.memory);
-    for (int p = task.panel + task.panels - 1; p >= task.panel; --p) {
-      const Panel panel = view.panels[p];
-      if (view.far && p > task.panel) {
-        const T* next = view.values + view.panels[p - 1].at;
-        const long long numbers = panel.at - view.panels[p - 1].at, most = kSparseNext / int(sizeof(T));
-        for (long long k = 0; k < numbers && k < most; k += 64 / int(sizeof(T))) prefetch(next + k);
-      }
-      Vec4<T>* own = work + panel.first;
-      const int* rows = view.rows + panel.row;
-      for (int k = 0; k < panel.columns; ++k) all[k] = own[k];
-      for (int k = 0; k < panel.below; ++k) all[panel.columns + k] = work[rows[k]];
-      for (int k = panel.height(); k < 4 * panel.blocks(); ++k) all[k] = {T(0), T(0), T(0), T(0)};
-      TransposedProduct<T, Isa>{view.values + panel.at, panel.columns, panel.blocks(), all, own, view.far}.run(
-          0, panel.columns);
-    }
+    come_down<T, typename Group::Isa>(view, task.panel, task.panel + task.panels, work,
+                                      static_cast<Vec4<T>*>(group.memory));
     for (int k = 0; k < task.own; ++k) ends.give(view.particle[task.base + k], work[k]);
+  }
+};
+
+/// Narrow panels of the top, one after the other: `begin` .. `end` - 1, by one group.
+template <class T, bool up>
+struct NarrowTop {
+  SparseView<T> view;
+  int begin, end;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    Vec4<T>* work = view.work + view.tasks[view.top].base;
+    Vec4<T>* rows = static_cast<Vec4<T>*>(group.memory);
+    if constexpr (up)
+      go_up<T, typename Group::Isa>(view, begin, end, work, rows);
+    else
+      come_down<T, typename Group::Isa>(view, begin, end, work, rows);
   }
 };
 
@@ -226,7 +253,7 @@ struct HandOutTop {
   }
 };
 
-/// A panel of the top, a piece of its blocks: `out` holds its product for all of them.
+/// A wide panel of the top, a piece of its blocks: `out` holds its product for all of them.
 template <class T>
 struct ForwardTop {
   SparseView<T> view;

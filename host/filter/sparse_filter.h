@@ -1,6 +1,7 @@
 // The filter as a sparse factor in the executor's memory (kernels/sparse_filter.h).
 #pragma once
 #include <algorithm>
+#include <vector>
 
 #include "host/base/array.h"
 #include "host/filter/factor.h"
@@ -25,6 +26,7 @@ class SparseFilter {
     const auto tasks = static_cast<int>(plan_.tasks.size()) - 1;
     width_ = std::max(1, std::min({threads, tasks, static_cast<int>(plan_.values / kGrain)}));
     own_ = workspace(width_);
+    find_stretches();
     // What the executor holds is not kept twice.
     plan_.rows = {}, plan_.particle = {}, plan_.above = {}, plan_.sum = {}, plan_.from = {};
   }
@@ -60,8 +62,9 @@ class SparseFilter {
   }
 
   int launches() const {
-    const int panels = plan_.tasks.back().panels;
-    return 2 + (panels > 0 ? 2 + 5 * panels : 0);
+    int all = stretches_.empty() ? 2 : 4;
+    for (const Stretch& stretch : stretches_) all += stretch.wide ? 5 : 2;
+    return all;
   }
   std::int64_t numbers() const { return plan_.values; }
   std::size_t bytes() const {
@@ -81,17 +84,9 @@ class SparseFilter {
     parallel_groups(team, 0, tasks, memory, ForwardTask<T, Ends>{view, ends});
     if (top.panels > 0) {
       parallel_groups(team, 0, pieces(top.own), memory, SumTop<T, Ends>{view, ends});
-      for (int p = top.panel; p < top.panel + top.panels; ++p) {
-        const Panel& panel = plan_.panels[p];
-        parallel_groups(team, 0, pieces(panel.blocks()), memory, ForwardTop<T>{view, panel, first});
-        parallel_groups(team, 0, pieces(panel.columns, 4), memory, KeepTop<T>{view, panel, first});
-      }
-      for (int p = top.panel + top.panels - 1; p >= top.panel; --p) {
-        const Panel& panel = plan_.panels[p];
-        parallel_groups(team, 0, pieces(4 * panel.blocks(), 4), memory, GatherTop<T>{view, panel, first});
-        parallel_groups(team, 0, pieces(panel.columns), memory, BackwardTop<T>{view, panel, first, second});
-        parallel_groups(team, 0, pieces(panel.columns, 4), memory, KeepTop<T>{view, panel, second});
-      }
+      for (const Stretch& stretch : stretches_) go_up(team, view, stretch, memory, first);
+      for (auto stretch = stretches_.rbegin(); stretch != stretches_.rend(); ++stretch)
+        come_down(team, view, *stretch, memory, first, second);
       parallel_groups(team, 0, pieces(top.own), memory, HandOutTop<T, Ends>{view, ends});
     }
     parallel_groups(team, 0, tasks, memory, BackwardTask<T, Ends>{view, ends});
@@ -101,10 +96,46 @@ class SparseFilter {
   static constexpr std::size_t kCache = 4 << 20;  // a core's own caches, with some room: less is found there anyway
   static constexpr std::int64_t kGrain = 16384;   // numbers of panels that are worth a thread: some microseconds
 
+  /// Panels of the top that are worked on one after the other by one thread, or a single wide one by all threads.
+  struct Stretch {
+    int begin, end;
+    bool wide;
+  };
+  static constexpr std::int64_t kWide = 8192;  // numbers: as long as the launches that they would be shared out with
+
+  void find_stretches() {
+    const FilterTask& top = plan_.tasks.back();
+    for (int p = top.panel; p < top.panel + top.panels; ++p) {
+      const bool wide = std::int64_t(plan_.panels[p].columns) * plan_.panels[p].height() > kWide;
+      if (wide || stretches_.empty() || stretches_.back().wide) stretches_.push_back({p, p, wide});
+      stretches_.back().end = p + 1;
+    }
+  }
+
+  template <class Team>
+  void go_up(const Team& team, const SparseView<T>& view, const Stretch& stretch, const FastMemory& memory,
+             Vec4<T>* rows) const {
+    if (!stretch.wide) return parallel_groups(team, 0, 1, memory, NarrowTop<T, true>{view, stretch.begin, stretch.end});
+    const Panel& panel = plan_.panels[stretch.begin];
+    parallel_groups(team, 0, pieces(panel.blocks()), memory, ForwardTop<T>{view, panel, rows});
+    parallel_groups(team, 0, pieces(panel.columns, 4), memory, KeepTop<T>{view, panel, rows});
+  }
+  template <class Team>
+  void come_down(const Team& team, const SparseView<T>& view, const Stretch& stretch, const FastMemory& memory,
+                 Vec4<T>* rows, Vec4<T>* own) const {
+    if (!stretch.wide)
+      return parallel_groups(team, 0, 1, memory, NarrowTop<T, false>{view, stretch.begin, stretch.end});
+    const Panel& panel = plan_.panels[stretch.begin];
+    parallel_groups(team, 0, pieces(4 * panel.blocks(), 4), memory, GatherTop<T>{view, panel, rows});
+    parallel_groups(team, 0, pieces(panel.columns), memory, BackwardTop<T>{view, panel, rows, own});
+    parallel_groups(team, 0, pieces(panel.columns, 4), memory, KeepTop<T>{view, panel, own});
+  }
+
   static int pieces(int items, int times = 1) { return (items + times * kTopPiece - 1) / (times * kTopPiece); }
 
   Executor executor_;
   SparsePlan plan_;
+  std::vector<Stretch> stretches_;  // of the top
   Array<Executor, Panel> panels_;
   Array<Executor, FilterTask> tasks_;
   Array<Executor, int> rows_, particle_, above_, sum_, from_;
