@@ -21,14 +21,18 @@ struct FilterEnds {
   }
 };
 
-/// Four columns of S at once, by unknown: forces of 1 on the unknowns first .. first + 3, one a right-hand side.
+/// Four columns of S at once, by unknown: forces of 1 on the unknowns first .. first + 3, one a right-hand side. Of a
+/// free body without the mean force, which S would answer with a mean that drowns the rest.
 struct ColumnEnds {
   int first;
+  const double* mass;  // kg, of each unknown
+  double per_mass;     // 1/kg, of a free body, otherwise 0
   Vec4<double>* column;
   template <class T>
   KERNEL Vec4<T> take(int unknown) const {
     const int k = unknown - first;
-    return {T(k == 0), T(k == 1), T(k == 2), T(k == 3)};
+    const double mean = mass[unknown] * per_mass;
+    return {T((k == 0) - mean), T((k == 1) - mean), T((k == 2) - mean), T((k == 3) - mean)};
   }
   KERNEL void give(int unknown, const Vec4<double>& a) const { column[unknown] = a; }
 };

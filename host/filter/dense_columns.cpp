@@ -27,6 +27,17 @@ SpringSystem part(const SpringSystem& system, const SystemBlock& body) {
   return own;
 }
 
+/// Takes the means over mass of four columns from them: what rounding left there.
+void remove_means(const std::vector<double>& mass, double per_mass, std::vector<Vec4<double>>& columns) {
+  Vec4<double> mean{0, 0, 0, 0};
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const double share = mass[i] * per_mass;
+    const Vec4<double>& a = columns[i];
+    mean = {mean.x + share * a.x, mean.y + share * a.y, mean.z + share * a.z, mean.w + share * a.w};
+  }
+  for (Vec4<double>& a : columns) a = {a.x - mean.x, a.y - mean.y, a.z - mean.z, a.w - mean.w};
+}
+
 }  // namespace
 
 int dense_columns(const SpringSystem& system, int body, const OpenMP& executor, const TakeColumns& take,
@@ -40,16 +51,15 @@ int dense_columns(const SpringSystem& system, int body, const OpenMP& executor, 
   if (failed >= 0) return all.order[failed];
 
   const int n = block.count, quads = (n + 3) / 4, threads = executor.threads;
-  const double mean = block.free ? 1 / block.mass : 0;
+  const double per_mass = block.free ? 1 / block.mass : 0;
   std::atomic<int> done{0};
   std::mutex showing;
   const auto share = [&](int thread) {
     const auto space = solver.workspace(1);
     std::vector<Vec4<double>> columns(n);
     for (int q = thread; q < quads; q += threads) {
-      solver.apply(Serial{executor.instructions}, space, ColumnEnds{4 * q, columns.data()});
-      if (mean > 0)
-        for (Vec4<double>& a : columns) a = {a.x - mean, a.y - mean, a.z - mean, a.w - mean};
+      solver.apply(Serial{executor.instructions}, space, ColumnEnds{4 * q, own.mass.data(), per_mass, columns.data()});
+      if (block.free) remove_means(own.mass, per_mass, columns);
       take(4 * q, columns.data());
       ++done;
       const std::unique_lock<std::mutex> lock(showing, std::try_to_lock);

@@ -30,7 +30,7 @@ class DenseFilter {
   /// What the integers are multiples of: sqrt(S_ii) and sqrt(S_jj), so that S_ij / (scale_i scale_j) is at most 32767.
   /// To be called for every unknown before the first `take`.
   void take_diagonal(int body, int unknown, double number) {
-    if (kIntegers) scale_.data()[plan_.first_row[body] + unknown] = T(std::sqrt(number / 32767));
+    if (kIntegers) scale_.data()[plan_.first_row[body] + unknown] = T(std::sqrt(std::max(number, 0.0) / 32767));
   }
 
   /// Rounds column `j` of a body's S, from its diagonal downwards, and keeps it. `column`: by the body's unknowns.
@@ -82,8 +82,8 @@ class DenseFilter {
   V stored(int body, int i, int j, double number) const {
     if constexpr (kIntegers) {
       const T* scale = scale_.data() + plan_.first_row[body];
-      const double whole = number / (double(scale[i]) * double(scale[j]));
-      return V(std::clamp(std::lround(whole), -32767L, 32767L));
+      const double unit = double(scale[i]) * double(scale[j]);
+      return V(unit > 0 ? std::clamp(std::lround(number / unit), -32767L, 32767L) : 0);
     } else {
       return V(number);
     }
