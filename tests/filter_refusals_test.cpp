@@ -1,0 +1,95 @@
+// What no filter can be made of is refused with a word about it, before anything large is done.
+#include <gtest/gtest.h>
+
+#include "host/base/memory_size.h"
+#include "tests/filter_reference.h"
+
+namespace malha {
+namespace {
+
+/// What the InputError says that the scene is refused with; "" where it is taken.
+std::string refusal(Scene scene) {
+  scene.file = "test.json";
+  try {
+    const Simulation simulation(scene, {.threads = 1});
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+class SingularSystem : public testing::TestWithParam<std::tuple<FilterKind, std::optional<Storage>>> {
+ protected:
+  static Scene scene(const BodySpec& body, double stiffness) {
+    Scene scene = desbrun_scene({body}, stiffness, Precision::Float);
+    std::tie(scene.solver.desbrun.filter, scene.solver.desbrun.storage) = GetParam();
+    return scene;
+  }
+};
+
+// The mass of a free body is its softest mode, and lost where k dt^2 is 1e17 times that: A is then -dt^2 H alone.
+TEST_P(SingularSystem, IsRefusedWhereTheMassOfAFreeBodyIsLost) {
+  for (const int cells : {2, 5, 16}) {
+    BodySpec sheet = sprung_sheet(cells);
+    sheet.density = 0.003;
+    const double stiffness = 1e17 * cells * 0.05 * 0.05 * 0.003 * 3600;
+    const std::string said = refusal(scene(sheet, stiffness));
+    EXPECT_EQ(said.find("test.json: /solver/dt: found a system that is singular to working precision at particle "), 0u)
+        << said;
+    EXPECT_NE(said.find(" of body 'sheet'; allowed: a stiffness times dt^2 that is less than 1e14 times"),
+              std::string::npos)
+        << said;
+    EXPECT_EQ(refusal(scene(sheet, 1e-5 * stiffness)), "") << "1e12 times is not too much";
+  }
+}
+
+TEST_P(SingularSystem, IsNoneWhereTheBodyIsPinnedHoweverStiff) {
+  const Scene pinned = scene(sprung_sheet(8, {ListPin{{0}}}), 1e18);
+  EXPECT_EQ(refusal(pinned), "");
+  Simulation simulation(pinned, {.threads = 1});
+  for (int step = 0; step < 3; ++step) simulation.step();
+  // Its springs hold it, to the rounding of positions of 0.5 m.
+  for (const Vec3& x : simulation.positions()) EXPECT_NEAR(x[1], 0, 1e-6);
+}
+
+std::string filter_name(const testing::TestParamInfo<std::tuple<FilterKind, std::optional<Storage>>>& tested) {
+  const auto [kind, storage] = tested.param;
+  const std::string name = kind == FilterKind::Sparse ? "Sparse" : kind == FilterKind::Dense ? "Dense" : "Auto";
+  return name + (!storage ? "" : *storage == Storage::Double ? "Double" : "Int16");
+}
+
+INSTANTIATE_TEST_SUITE_P(, SingularSystem,
+                         testing::Values(std::tuple{FilterKind::Sparse, std::optional<Storage>{}},
+                                         std::tuple{FilterKind::Sparse, std::optional{Storage::Double}},
+                                         std::tuple{FilterKind::Dense, std::optional<Storage>{}},
+                                         std::tuple{FilterKind::Dense, std::optional{Storage::Int16}},
+                                         std::tuple{FilterKind::Auto, std::optional<Storage>{}}),
+                         filter_name);
+
+// n^2 / 2 numbers of 4 bytes are 1.8 TiB. (More than any machine has that this runs on; else there is nothing to see.)
+TEST(ADenseFilter, ThatDoesNotFitIntoMemoryIsRefusedBeforeItIsOrderedOrFactoredAndTheSparseOneNamed) {
+  if (static_cast<double>(available_memory()) > 1.9e12) GTEST_SKIP() << "a machine with more memory than that";
+  Scene scene = desbrun_scene({sprung_chain(1000000, true, 1e-3)}, 1e3, Precision::Float);
+  scene.file = "test.json";
+  scene.solver.desbrun.filter = FilterKind::Dense;
+  const Model model = build_model(scene);
+  const SpringSystem system = spring_system(model, 0.01);
+  bool began = false;
+  const ShowProgress progress = [&](const char*, double) { began = true; };
+  std::string said;
+  try {
+    make_filter<Serial, float>(Serial{widest_instructions()}, 1, model, system, progress);
+  } catch (const InputError& error) {
+    said = error.what();
+  }
+  EXPECT_EQ(
+      said.find("test.json: /solver/filter: found a dense filter of 1.86e+03 GiB for 1000000 particles in 1 body; "
+                "allowed: what fits into the "),
+      0u)
+      << said;
+  EXPECT_NE(said.find("\"sparse\" or \"auto\" needs far less"), std::string::npos) << said;
+  EXPECT_FALSE(began);
+}
+
+}  // namespace
+}  // namespace malha
