@@ -26,7 +26,10 @@ class Desbrun final : public Stepper<Executor, R> {
       : Base(model, executor, threads, !model.sets.empty(), false),
         spec_(model.scene.solver.desbrun),
         corrector_(spec_.corrector.value_or(spec_.refine > 0 ? Corrector::Off : Corrector::Inertia)) {
-    if (spec_.tolerance) limits_.emplace(executor, model);
+    if (spec_.tolerance && !model.sets.empty()) {  // of the distance limits: nothing else is projected in batches
+      limits_.emplace(executor, model);
+      facts_.constraint_bytes += limits_->bytes();
+    }
     if (model.springs.empty()) return;
     const SpringSystem system = this->system();
     filter_ = make_filter<Executor, R>(executor, threads, model, system, progress);
@@ -46,7 +49,6 @@ class Desbrun final : public Stepper<Executor, R> {
     facts_.corrects = corrector_ != Corrector::Off;
     facts_.spring_bytes = forces_->bytes();
     facts_.particle_bytes += force_.bytes() + acceleration_.bytes() + mass_.bytes() + members_.bytes();
-    facts_.constraint_bytes += limits_ ? limits_->bytes() : 0;
   }
 
   std::optional<FilterErrors> filter_errors() const override {
