@@ -11,13 +11,20 @@ namespace malha {
 namespace {
 
 template <class T>
+struct NumberOf;
+template <class Number, class Isa>
+struct NumberOf<Tile<Number, Isa>> {
+  using type = Number;
+};
+
+template <class T>
 struct TileOf : testing::Test {
   TileOf() {
     Random random(1);
     for (R& number : a) number = R(random());
     for (R& number : b) number = R(random());
   }
-  using R = decltype(T::zero().sum());
+  using R = typename NumberOf<T>::type;
   R a[16], b[16];
   R found[16];
 };
@@ -85,7 +92,14 @@ TYPED_TEST(TileOf, SumsAreAFixedTree) {
   const auto& all = this->a;
   const auto rows = TypeParam::at(all).sum_of_rows();
   for (int k = 0; k < 4; ++k) EXPECT_EQ((&rows.x)[k], (all[k] + all[4 + k]) + (all[8 + k] + all[12 + k]));
-  EXPECT_EQ(TypeParam::at(all).sum(), (rows.x + rows.y) + (rows.z + rows.w));
+  // Four tiles at once, each as that and then (x + y) + (z + w).
+  const TypeParam own = TypeParam::at(all), other = TypeParam::at(this->b);
+  const auto sums = TypeParam::sums(own, other, own.times(2), other.times(4));
+  const auto others = other.sum_of_rows();
+  EXPECT_EQ(sums.x, (rows.x + rows.y) + (rows.z + rows.w));
+  EXPECT_EQ(sums.y, (others.x + others.y) + (others.z + others.w));
+  EXPECT_EQ(sums.z, 2 * sums.x);
+  EXPECT_EQ(sums.w, 4 * sums.y);
 }
 
 }  // namespace
