@@ -177,7 +177,7 @@ TEST(FreeFall, OfASpringBodyIsExact) {
         }
 }
 
-TEST(FreeBody, GoesTheSameWayWhetherItsWeightIsFilteredOrNot) {
+TEST(FilteredFreeBody, GoesTheSameWayWhetherItsWeightIsFilteredOrNot) {
   Scene scene = desbrun_scene({ellipsoid()}, 1e4, Precision::Float);
   const std::uint64_t all = after(scene, 0.2).state_hash();
   scene.solver.desbrun.internal_only = true;
