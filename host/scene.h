@@ -157,7 +157,7 @@ struct DesbrunSpec {
   double stiffness = 1e4;  // N/m, > 0, of springs whose constraint has no compliance: times its stiffness
   FilterKind filter = FilterKind::Auto;
   std::optional<Storage> storage;      // of the filter's numbers; none: the precision's. Int16: dense only
-  bool internal_only = false;          // gravity goes round the filter, as in the paper
+  bool internal_only = false;          // gravity and wind go round the filter, as in the paper
   std::optional<Corrector> corrector;  // of the torque on free bodies; none: inertia, or off where refine > 0
   int refine = 0;                      // >= 0, further solves a substep: 0 is the paper's method, many backward Euler
   std::optional<double> tolerance;     // of the distance limits, over-elongation / length; none: all iterations are run

@@ -34,6 +34,8 @@ void Simulation::step() {
   parts_->times.step_seconds.push_back(seconds([this] { parts_->solver->step(); }));
 }
 
+void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver->move_pin(particle, to); }
+
 double Simulation::time() const { return parts_->solver->time(); }
 std::int64_t Simulation::steps() const { return parts_->solver->steps(); }
 int Simulation::threads() const { return parts_->threads; }

@@ -38,6 +38,10 @@ class Simulation {
   /// afterwards.
   void step();
 
+  /// Puts a pinned particle elsewhere (m) between two steps; nothing is laid out or factored anew. `particle`: as in
+  /// positions(). Throws InputError for one that is not pinned.
+  void move_pin(int particle, const Vec3& to);
+
   double time() const;         // s
   std::int64_t steps() const;  // since the start of the scene, across resumed runs
   int threads() const;

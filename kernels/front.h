@@ -85,12 +85,15 @@ struct EliminateFront {
     for (int k = 0; k < pivots && *failed < 0; k += kBlock) {
       const int end = k + kBlock < pivots ? k + kBlock : pivots;
       factor(k, end);
-      subtract(panel.from(end, end), panel.from(end, k), panel.from(end, k), true, true, height - end, pivots - end,
-               end - k);
+      if (end < pivots)
+        subtract(panel.from(end, end), panel.from(end, k), panel.from(end, k), true, true, height - end, pivots - end,
+                 end - k);
     }
     if (*failed >= 0) return;
-    const Columnwise<R> below = panel.from(pivots, 0);
-    subtract(update, below, below, true, true, height - pivots, height - pivots, pivots);
+    if (height > pivots) {
+      const Columnwise<R> below = panel.from(pivots, 0);
+      subtract(update, below, below, true, true, height - pivots, height - pivots, pivots);
+    }
     invert();
   }
 
@@ -130,8 +133,9 @@ struct EliminateFront {
     }
     for (int end = pivots, begin; end > 0; end = begin) {
       begin = (end - 1) / kBlock * kBlock;
-      subtract(panel.from(begin, begin), panel.from(begin, end), copy.from(end, begin), false, false, height - begin,
-               end - begin, pivots - end);
+      if (end < pivots)
+        subtract(panel.from(begin, begin), panel.from(begin, end), copy.from(end, begin), false, false, height - begin,
+                 end - begin, pivots - end);
       for (int j = end - 1; j >= begin; --j) {
         R* column = &panel(0, j);
         for (int k = j + 1; k < end; ++k) {

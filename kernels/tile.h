@@ -49,15 +49,6 @@ struct Tile {
   KERNEL void add(const Tile& a, const Tile& b) {
     for (int p = 0; p < parts; ++p) part[p] = part[p] + a.part[p] * b.part[p];
   }
-  KERNEL void add(const Tile& a) {
-    for (int p = 0; p < parts; ++p) part[p] = part[p] + a.part[p];
-  }
-  KERNEL Tile times(R number) const {
-    Tile t;
-    for (int p = 0; p < parts; ++p) t.part[p] = part[p] * S(number);
-    return t;
-  }
-
   /// A tile whose row r is four times number r of row q of this one.
   template <int q>
   KERNEL Tile spread() const {

@@ -97,6 +97,42 @@ TEST(HangingChain, WhoseWeightGoesRoundTheFilterHangsLowerByOneFreeFallOfAStep) 
   }
 }
 
+/// The pin of a chain moves up and the chain follows, with the filter that it had.
+TEST(HangingChain, FollowsAPinThatIsMoved) {
+  for (const char* method : {"desbrun", "pbd"}) {
+    Scene scene = desbrun_scene({hung_chain({0, 0, 0}, {0, -1, 0}, 8)}, 1e4);
+    scene.solver.type = method, scene.solver.substeps = 4;
+    scene.bodies[0].constraints = {compliant("distance", 1e-4, {"edges"})};
+    scene.bodies[0].damping = 0.2;
+    Simulation simulation(scene, {.threads = 1});
+    run_for(simulation, scene, 3);
+    const std::vector<Vec3> before = simulation.positions();
+    simulation.move_pin(0, {0, 0.05, 0});
+    EXPECT_EQ(simulation.positions()[0], (Vec3{0, 0.05, 0}));
+    run_for(simulation, scene, 20);
+    const std::vector<Vec3> x = simulation.positions();
+    for (std::size_t i = 0; i < x.size(); ++i)
+      EXPECT_LT(length(x[i] - before[i] - Vec3{0, 0.05, 0}), 1e-3) << method << ", particle " << i;
+    EXPECT_THROW(simulation.move_pin(1, {0, 0, 0}), InputError) << "not pinned";
+    EXPECT_THROW(simulation.move_pin(9, {0, 0, 0}), InputError) << "no such particle";
+  }
+}
+
+/// Wind, as gravity, is an external force: filtered it hardly moves the particle next to a pin, else it does.
+TEST(HangingChain, FeelsTheWindAsItFeelsItsWeight) {
+  Scene scene = desbrun_scene({hung_chain({0, 0, 0}, {0, -1, 0}, 2)}, 1e6);
+  scene.gravity = {0, 0, 0};
+  scene.wind = Wind{{0, 0, 1}, 0.6};
+  scene.bodies[0].constraints = {stiff("distance", {"edges"})};
+  const auto path = [&](bool internal_only) {
+    scene.solver.desbrun.internal_only = internal_only;
+    return after(scene, scene.solver.dt).positions()[1][2];
+  };
+  const double dt = scene.solver.dt, h = dt * 0.6 / 1.5;  // drag over mass, times dt
+  EXPECT_NEAR(path(true), dt * h / (1 + h), 1e-12) << "as if there were no spring";
+  EXPECT_LT(path(false), 0.05 * path(true));
+}
+
 TEST(HangingSheet, PullsAtItsPinsWithItsWeight) {
   Scene scene = desbrun_scene({sprung_sheet(8, {ListPin{{0, 8}}})}, 200);
   scene.bodies[0].transform.degrees = 90, scene.bodies[0].transform.axis = {1, 0, 0};

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "host/base/memory_size.h"
+#include "host/solver/solver.h"
 #include "tests/filter_reference.h"
 
 namespace malha {
@@ -119,6 +120,22 @@ TEST(ADenseFilter, ThatDoesNotFitIntoMemoryIsRefusedBeforeItIsOrderedOrFactoredA
       << said;
   EXPECT_NE(said.find("\"sparse\" or \"auto\" needs far less"), std::string::npos) << said;
   EXPECT_FALSE(began);
+}
+
+TEST(ADenseFilterOfIntegers, ThatDoesNotFitNamesAStorageThatDoes) {
+  BodySpec sheet = sprung_sheet(2);
+  sheet.shape = GridShape{{1, 1}, {699, 699}};
+  Scene scene = desbrun_scene({sheet}, 1000, Precision::Float);
+  scene.solver.desbrun.storage = Storage::Int16;
+  const std::string said = refusal(scene);
+  EXPECT_NE(said.find("/solver/filter: found a dense filter of "), std::string::npos) << said;
+  EXPECT_NE(said.find("\"sparse\" with the storage \"float\" needs far less"), std::string::npos) << said;
+}
+
+TEST(SpringsWithoutStiffness, MakeNoFilter) {
+  BodySpec sheet = sprung_sheet(2);
+  sheet.constraints = {stiff("distance", {"edges"}, 0)};
+  EXPECT_FALSE(Simulation(desbrun_scene({sheet}, 1000), {.threads = 1}).solver().facts().filter);
 }
 
 }  // namespace

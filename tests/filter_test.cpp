@@ -199,6 +199,21 @@ TEST(Filter, AddsToWhatIsThereOrReplacesItAndLeavesPinsAndLooseParticlesAlone) {
   }
 }
 
+/// A long, stiff chain in 16 bits is no inverse any more, and says so: refinement with it leads nowhere.
+TEST(Filter, ThatIsFarFromTheInverseSaysSo) {
+  for (const int links : {200, 2400}) {
+    Scene scene = desbrun_scene({hung_chain({0, 0, 0}, {0, -1, 0}, links, 1.0 / links)}, 1e7, Precision::Float);
+    scene.solver.dt = 1.0 / 30;
+    scene.bodies[0].constraints = {stiff("distance", {"edges"})};
+    const SolvedSystem solved(scene);
+    const FilterUnderTest<float> filter(solved, FilterKind::Dense, Storage::Int16);
+    const std::vector<double> elastic = elastic_forces(solved.system);
+    const std::vector<double> exact = ExactFilter(solved.system)(elastic);
+    const double error = relative_difference(filter(elastic), exact);
+    EXPECT_NEAR(filter.stated_errors().elastic / error, 1, 0.01) << links << " links, error " << error;
+  }
+}
+
 TEST(Filter, IsChosenBySizeAndSaysWhy) {
   const auto facts = [](int cells) {
     const SolvedSystem solved(desbrun_scene({sprung_sheet(cells, {RowPin{}})}, 1e4));

@@ -33,6 +33,12 @@ class PointArray {
       for (int k = 0; k < 3; ++k) values[k * stride() + i] = R(points[i][k]);
     values_.upload(values);
   }
+  void set(std::size_t i, const Vec3& point) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const R number = R(point[k]);
+      Memory<Executor>::copy_in(&number, 1, values_.data() + k * stride() + i);
+    }
+  }
   template <class Point = Vec3>
   std::vector<Point> download() const {
     const std::vector<R> values = values_.download();

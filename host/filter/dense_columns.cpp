@@ -4,6 +4,7 @@
 #include <mutex>
 #include <numeric>
 
+#include "host/base/failures.h"
 #include "host/filter/sparse_filter.h"
 
 namespace malha {
@@ -54,7 +55,7 @@ int dense_columns(const SpringSystem& system, int body, const OpenMP& executor, 
   const double per_mass = block.free ? 1 / block.mass : 0;
   std::atomic<int> done{0};
   std::mutex showing;
-  const auto share = [&](int thread) {
+  const auto some = [&](int thread) {
     const auto space = solver.workspace(1);
     std::vector<Vec4<double>> columns(n);
     for (int q = thread; q < quads; q += threads) {
@@ -66,7 +67,10 @@ int dense_columns(const SpringSystem& system, int body, const OpenMP& executor, 
       if (lock && progress) progress("columns of the dense filter", double(done) / quads);
     }
   };
-  parallel_for(executor, threads, share, 0);
+  Failures failures;
+  parallel_for(
+      executor, threads, [&](int thread) { failures.keep([&] { some(thread); }); }, 0);
+  failures.rethrow();
   return -1;
 }
 

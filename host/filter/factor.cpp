@@ -4,6 +4,7 @@
 #include <atomic>
 #include <mutex>
 
+#include "host/base/failures.h"
 #include "kernels/front.h"
 
 namespace malha {
@@ -34,10 +35,16 @@ class Factorisation {
   }
 
   int operator()(const Subtrees& cut) {
-    parallel_for(
-        executor_, static_cast<int>(cut.tasks.size()), [&](int t) { eliminate(cut.tasks[t]); }, 0);
-    eliminate(cut.top);
-    return failed_;
+    std::vector<int> failed(cut.tasks.size());
+    Failures failures;
+    const auto work = [&](int t) { failures.keep([&] { failed[t] = eliminate(cut.tasks[t]); }); };
+    parallel_for(executor_, static_cast<int>(cut.tasks.size()), work, 0);
+    failures.rethrow();
+    // The lowest column, whichever task was the first to notice.
+    int first = -1;
+    for (const int column : failed)
+      if (column >= 0 && (first < 0 || column < first)) first = column;
+    return first >= 0 ? first : eliminate(cut.top);
   }
 
  private:
@@ -48,19 +55,21 @@ class Factorisation {
 
   double work(int s) const { return double(all_.columns(s)) * all_.height(s) * all_.height(s); }
 
-  void eliminate(const std::vector<int>& supernodes) {
+  /// Returns the first column that failed, or -1.
+  int eliminate(const std::vector<int>& supernodes) {
     Scratch scratch;
     scratch.place.resize(system_.count());
     for (const int s : supernodes) {
-      if (failed_ >= 0) return;
-      eliminate(s, scratch);
+      const int failed = eliminate(s, scratch);
+      if (failed >= 0) return failed;
       done_ += static_cast<std::int64_t>(work(s));
       const std::unique_lock<std::mutex> lock(showing_, std::try_to_lock);
       if (lock && progress_) progress_("factoring", total_ > 0 ? double(done_) / total_ : 1);
     }
+    return -1;
   }
 
-  void eliminate(int s, Scratch& scratch) {
+  int eliminate(int s, Scratch& scratch) {
     const int first = all_.column_begin[s], pivots = all_.columns(s), below = all_.below(s), height = pivots + below;
     const int* rows = all_.rows.data() + all_.row_begin[s];
     for (int k = 0; k < pivots; ++k) scratch.place[first + k] = k;
@@ -87,12 +96,9 @@ class Factorisation {
               height, pivots, panel, update, {scratch.copy.data(), pivots}, scratch.least.data(), &failed},
           0, 1);
     });
-    if (failed >= 0) {
-      int none = -1;
-      failed_.compare_exchange_strong(none, first + failed);
-      return;
-    }
+    if (failed >= 0) return first + failed;
     take_(s, scratch.panel.data());
+    return -1;
   }
 
   /// Extend-add. A child's rows are ascending in the front too.
@@ -103,8 +109,9 @@ class Factorisation {
     const Columnwise<double> from{updates_[c].data(), size};
     for (int j = 0; j < size; ++j) {
       const int to = place[rows[j]];
-      double* column = to < pivots ? &panel(0, to) : &update(0, to - pivots) - pivots;
-      for (int i = j; i < size; ++i) column[place[rows[i]]] += from(i, j);
+      const int shift = to < pivots ? 0 : pivots;
+      double* column = to < pivots ? &panel(0, to) : &update(0, to - pivots);
+      for (int i = j; i < size; ++i) column[place[rows[i]] - shift] += from(i, j);
     }
     std::vector<double>().swap(updates_[c]);
   }
@@ -118,7 +125,6 @@ class Factorisation {
   std::vector<int> first_child_, sibling_, column_of_;
   double total_ = 0;
   std::atomic<std::int64_t> done_{0};
-  std::atomic<int> failed_{-1};
   std::mutex showing_;
 };
 

@@ -3,6 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
+
+#include "host/base/point_array.h"
+#include "host/filter/factor.h"
+#include "host/filter/sparse_filter.h"
 
 namespace malha {
 
@@ -25,6 +30,40 @@ std::vector<double> random_numbers(int unknowns) {
 }
 
 }  // namespace
+
+struct ExactFilter::Parts {
+  explicit Parts(const SpringSystem& system)
+      : of_unknowns(with_unknowns_for_particles(system)),
+        all(supernodes(of_unknowns)),
+        cut(subtrees(all)),
+        filter(Serial{}, 1, of_unknowns, all, cut) {
+    factor(of_unknowns, all, cut, OpenMP{1}, [this](int s, const double* panel) { filter.take(s, panel); }, {});
+  }
+  static SpringSystem with_unknowns_for_particles(SpringSystem system) {
+    std::iota(system.particle.begin(), system.particle.end(), 0);
+    return system;
+  }
+  SpringSystem of_unknowns;
+  Supernodes all;
+  Subtrees cut;
+  SparseFilter<Serial, double> filter;
+};
+
+ExactFilter::ExactFilter(const SpringSystem& system) : parts_(std::make_unique<Parts>(system)) {}
+ExactFilter::~ExactFilter() = default;
+
+std::vector<double> ExactFilter::operator()(const std::vector<double>& forces) const {
+  const std::size_t n = forces.size() / 3;
+  PointArray<Serial, double> force(n), acceleration(n);
+  std::vector<Vec3> points(n);
+  for (std::size_t k = 0; k < forces.size(); ++k) points[k / 3][k % 3] = forces[k];
+  force.upload(points);
+  parts_->filter.apply(FilterEnds<double>{force.points(), acceleration.points(), false});
+  points = acceleration.download();
+  std::vector<double> a(forces.size());
+  for (std::size_t k = 0; k < a.size(); ++k) a[k] = points[k / 3][k % 3];
+  return a;
+}
 
 std::vector<double> noise_forces(const SpringSystem& system) {
   std::vector<double> forces = random_numbers(system.count());
@@ -63,9 +102,9 @@ double relative_difference(const std::vector<double>& a, const std::vector<doubl
   return norm(difference) / norm(b);
 }
 
-std::vector<double> refined(const SpringSystem& system, const ApplyFilter& apply, const std::vector<double>& forces) {
+Refined refined(const SpringSystem& system, const ApplyFilter& apply, const std::vector<double>& forces) {
   std::vector<double> x(forces.size(), 0), residual = forces;
-  double before = INFINITY;
+  double before = INFINITY;  // the last step's length
   for (int turn = 0; turn < 40; ++turn) {
     // Of unit size, so that small ones keep their digits in any precision.
     const double size = norm(residual);
@@ -80,7 +119,8 @@ std::vector<double> refined(const SpringSystem& system, const ApplyFilter& apply
     const std::vector<double> y = multiply(system, x, 3);
     for (std::size_t k = 0; k < x.size(); ++k) residual[k] = forces[k] - y[k];
   }
-  return x;
+  const double whole = norm(x);
+  return {std::move(x), whole > 0 ? before / whole : 0};
 }
 
 }  // namespace malha

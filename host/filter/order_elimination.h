@@ -6,7 +6,8 @@
 
 namespace malha {
 
-/// The unknown that is eliminated first, second, ...: nested dissection within each block.
+/// The unknown that is eliminated first, second, ...: nested dissection within each block, the same every
+/// time. METIS seeds the C library's rand().
 std::vector<int> elimination_order(const SpringSystem& system);
 
 }  // namespace malha

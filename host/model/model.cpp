@@ -211,7 +211,8 @@ class Builder {
     }
     const SolverSpec& solver = model_.scene.solver;
     if (solver.type == "desbrun" && !Kind::inequality) {
-      model_.springs.push_back(springs_of(spec, solver.desbrun.stiffness, movable, model_.x));
+      SpringSet springs = springs_of(spec, solver.desbrun.stiffness, movable, model_.x);
+      if (!springs.ends.empty()) model_.springs.push_back(std::move(springs));
       return;
     }
     std::vector<int>& particles = find_set(spec, Kind::particles).particles;

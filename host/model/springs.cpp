@@ -11,19 +11,23 @@ namespace {
 
 double distance(const Vec3& a, const Vec3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
 
-/// From wing to wing when the hinge is at its rest angle.
-double span(const std::vector<Vec3>& X, const int* hinge, double rest_scale) {
-  const double theta = rest_value<Bending>(X.data(), hinge, rest_scale);
+struct Hinge {
+  double span;     // from wing to wing when the hinge is at its rest angle
+  double heights;  // of both wings over the edge
+};
+
+Hinge hinge(const std::vector<Vec3>& X, const int* particles, double rest_scale) {
+  const double theta = rest_value<Bending>(X.data(), particles, rest_scale);
   Vector3<double> q[4];
-  corners<Bending>(X.data(), hinge, q);
+  corners<Bending>(X.data(), particles, q);
   const Vector3<double> e = q[1] - q[0];
   const double length = std::sqrt(dot(e, e));
-  if (!(length > 0)) return distance(X[hinge[2]], X[hinge[3]]);
+  if (!(length > 0)) return {distance(X[particles[2]], X[particles[3]]), 0};
   const Vector3<double> along = e * (1 / length), a = q[2] - q[0], b = q[3] - q[0];
   const double slide = dot(a, along) - dot(b, along);
   const Vector3<double> up = a - along * dot(a, along), down = b - along * dot(b, along);
   const double h = std::sqrt(dot(up, up)), k = std::sqrt(dot(down, down));
-  return std::sqrt(slide * slide + h * h + k * k + 2 * h * k * std::cos(theta));
+  return {std::sqrt(slide * slide + h * h + k * k + 2 * h * k * std::cos(theta)), h + k};
 }
 
 }  // namespace
@@ -36,10 +40,12 @@ SpringSet springs_of(const ConstraintSpec& spec, double full, const std::vector<
   for (std::size_t c = 0; c < particles.size(); c += bends ? 4 : 2) {
     const int* of = &particles[c];
     const Edge ends = bends ? Edge{of[2], of[3]} : Edge{of[0], of[1]};
-    const double rest = bends ? span(X, of, spec.parameter) : spec.parameter * distance(X[ends[0]], X[ends[1]]);
+    const Hinge at = bends ? hinge(X, of, spec.parameter) : Hinge{};
+    if (ends[0] == ends[1] || (bends && !(at.heights > 0))) continue;  // nothing that could bend
+    const double rest = bends ? at.span : spec.parameter * distance(X[ends[0]], X[ends[1]]);
     double k = spec.compliance ? full : spec.stiffness * full;
-    if (alpha > 0) k = bends ? 4 / (alpha * rest * rest) : 1 / alpha;
-    if (!(k > 0) || ends[0] == ends[1]) continue;
+    if (alpha > 0) k = bends ? 4 / (alpha * at.heights * at.heights) : 1 / alpha;
+    if (!(k > 0)) continue;
     set.ends.push_back(ends), set.stiffness.push_back(k), set.rest.push_back(rest);
   }
   return set;

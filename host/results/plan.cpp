@@ -77,7 +77,8 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   const std::size_t sweeps = projections * facts.patches.phases, obstacles = model.environment.size();
   line("damping", 3 * substeps * model.damped.size());
   list_filter_passes(model, facts, line);
-  line("prediction", substeps * ((model.scene.wind ? 1 : 0) + (facts.fused ? 0 : 1)));
+  const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
+  line("prediction", substeps * ((model.scene.wind ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
   line("collision", 2 * substeps * obstacles);  // found before the iterations, held back after them
   line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);

@@ -89,7 +89,7 @@ Json timings(const Solver& solver, const RunTimes& times) {
             {"step_ms_min", *shortest * 1000},
             {"step_ms_max", *longest * 1000},
             {"step_ms_by_pass", passes}};
-  if (const auto projections = solver.facts().projections_per_step; projections > 0)
+  if (const auto projections = solver.facts().projections_per_step; projections > 0 && !solver.facts().filter)
     json["ns_per_projection"] = total * 1e9 / (steps * static_cast<double>(projections));
   return json;
 }

@@ -77,6 +77,7 @@ class Desbrun final : public Stepper<Executor, R> {
     started_ = std::chrono::steady_clock::now();
     const Particles<R> all = this->particles();
     const Vector3<R> g = this->to_R(model_.scene.gravity);
+    if (!filter_ || !spec_.internal_only) this->blow(h);
     if (!filter_)
       return this->timed(Pass::Prediction, [&] { parallel_for(executor_, all.count, Predict<R>{all, R(h), g}); });
     const Points<R> force = force_.points(), a = acceleration_.points();
@@ -91,6 +92,12 @@ class Desbrun final : public Stepper<Executor, R> {
     this->timed(Pass::Prediction, [&] {
       parallel_for(executor_, all.count, FilteredMotion<R>{all, a, forces_->load(), R(h), g});
     });
+    if (spec_.internal_only && model_.scene.wind) {
+      this->blow(h);
+      this->timed(Pass::Prediction, [&] {
+        parallel_for(executor_, all.count, Predict<R>{all, R(h), {R(0), R(0), R(0)}});
+      });
+    }
   }
 
   void correct(Corrector corrector) {

@@ -27,6 +27,7 @@ class Pbd final : public Stepper<Executor, R> {
 
  private:
   void predict(double h) override {
+    this->blow(h);
     if (this->nothing_between()) return visit_patches(h, 1);
     this->timed(Pass::Prediction, [&] {
       parallel_for(executor_, model_.count(), Predict<R>{this->particles(), R(h), this->to_R(model_.scene.gravity)});

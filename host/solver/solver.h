@@ -81,6 +81,8 @@ class Solver {
   /// Of Desbrun's filter, measured when asked; none: the method has no filter.
   virtual std::optional<FilterErrors> filter_errors() const { return std::nullopt; }
   virtual const std::array<double, kPassNames.size()>& pass_seconds() const = 0;  // per pass, since the start
+  /// Puts a pinned particle (the user's number) elsewhere. Throws InputError for one that is not pinned.
+  virtual void move_pin(int particle, const Vec3& to) = 0;
   /// Everything that the next step depends on, and a hash of positions and velocities in the user's order.
   virtual std::string save() const = 0;
   virtual void restore(const std::string& state) = 0;  // throws InputError if it is of another model

@@ -1,6 +1,7 @@
 // What the methods share: a substep of damping, wind, prediction (each method's own), projected constraints, collision
 // and the new state, for any executor and precision. A pass that the scene does not name does not exist here.
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -48,6 +49,14 @@ class Stepper : public Solver {
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->remember(saved.seen);
   }
+  void move_pin(int particle, const Vec3& to) final {
+    const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
+    const auto i = found - model_.user_of.begin();
+    if (found == model_.user_of.end() || model_.w[i] > 0)
+      throw InputError("move_pin: found particle " + std::to_string(particle) +
+                       ", which is not pinned; allowed: one that is");
+    for (const PointArray<Executor, R>* points : {&x_, &p_}) points->set(static_cast<std::size_t>(i), to);
+  }
   std::uint64_t state_hash() const final { return hash_state(state(), model_.user_of); }
 
   Measures measure() const final {
@@ -76,7 +85,15 @@ class Stepper : public Solver {
     note_facts();
   }
 
-  /// v and p of a substep of h seconds, from what acts on the particles.
+  /// The wind's drag on v, if there is wind.
+  void blow(double h) {
+    if (const auto& wind = model_.scene.wind)
+      timed(Pass::Prediction, [&] {
+        parallel_for(executor_, model_.count(), Drag<R>{particles(), R(h), R(wind->drag), to_R(wind->velocity)});
+      });
+  }
+
+  /// v and p of a substep of h seconds, from what acts on the particles, the wind included.
   virtual void predict(double h) = 0;
   /// Whether what follows the prediction is done in it, up to the new state.
   virtual bool predicts_the_state() const { return false; }
@@ -93,10 +110,6 @@ class Stepper : public Solver {
         for (const DampedIsland& island : model_.damped)
           damp(executor_, all, island.first, island.count,
                stiffness_per_projection(island.damping, scene.solver.substeps));
-      });
-    if (scene.wind)
-      timed(Pass::Prediction, [&] {
-        parallel_for(executor_, n, Drag<R>{all, R(h), R(scene.wind->drag), to_R(scene.wind->velocity)});
       });
     predict(h);
     if (predicts_the_state()) return;

@@ -83,7 +83,8 @@ FilterCase::FilterCase(int side, int threads)
       system_(spring_system(model_, model_.scene.solver.dt)) {
   noise_ = noise_forces(system_), elastic_ = elastic_forces(system_);
   const Contestant exact = filter<double>(FilterKind::Sparse, Storage::Double, threads);
-  of_noise_ = refined(system_, exact.apply, noise_), of_elastic_ = refined(system_, exact.apply, elastic_);
+  of_noise_ = refined(system_, exact.apply, noise_).accelerations;
+  of_elastic_ = refined(system_, exact.apply, elastic_).accelerations;
 }
 
 template <class R>
@@ -126,7 +127,9 @@ void FilterCase::add_blas(int threads, std::vector<Contestant>& all, std::vector
           s[std::size_t(n) * i + first + k] = s[std::size_t(n) * (first + k) + i] = number;
         }
     };
-    whole_seconds_ = seconds([&] { dense_columns(system_, 0, OpenMP{setup_threads_}, take, {}); });
+    int failed = -1;
+    whole_seconds_ = seconds([&] { failed = dense_columns(system_, 0, OpenMP{setup_threads_}, take, {}); });
+    if (failed >= 0) throw std::runtime_error("the cloth's system is singular");
   }
   for (BlasProduct& product : blas_products(n, whole_.data(), threads)) {
     Contestant one;
