@@ -199,6 +199,25 @@ void parallel_groups(const Team& team, int begin, int end, const FastMemory& mem
   team.barrier->wait(team.threads);
 }
 
+/// `size` items of kernel(0) .. kernel(count - 1).
+template <class Kernel>
+struct Pieces {
+  Kernel kernel;
+  int count, size;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const int begin = group.index * size, end = begin + size < count ? begin + size : count;
+    for (int i = begin; i < end; ++i) kernel(i);
+  }
+};
+
+/// Runs kernel(0) .. kernel(count - 1) on a team in pieces of `size`, compiled for its instructions: their writes must
+/// be disjoint.
+template <class Team, class Kernel>
+void parallel_pieces(const Team& team, int count, int size, const Kernel& kernel) {
+  parallel_groups(team, 0, (count + size - 1) / size, {}, Pieces<Kernel>{kernel, count, size});
+}
+
 /// At most this many partial results, each of at least kReduceChunk items.
 inline constexpr int kReduceGroups = 64;
 inline constexpr int kReduceChunk = 256;

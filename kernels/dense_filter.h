@@ -144,16 +144,4 @@ struct SumDense {
   }
 };
 
-/// A piece of kernel(0) .. kernel(count - 1), for parallel_groups.
-template <class Kernel>
-struct Pieces {
-  Kernel kernel;
-  int count, size;
-  template <class Group>
-  KERNEL void operator()(const Group& group) const {
-    const int begin = group.index * size, end = begin + size < count ? begin + size : count;
-    for (int i = begin; i < end; ++i) kernel(i);
-  }
-};
-
 }  // namespace malha

@@ -2,7 +2,7 @@
 // On the CPU a pack is a compiler vector (no intrinsics, any instruction set, the same bits on all of them: every
 // operation is elementwise IEEE). Under CUDA a lane is a plain scalar, and the pack of a thread is one wide.
 #pragma once
-#include "kernels/vec.h"
+#include "kernels/particles.h"
 
 namespace malha {
 
@@ -302,5 +302,17 @@ KERNEL void scatter_rows(Vec4<R>* rows, const LocalIndex* index, Vector3<Pack<R,
 }
 
 #endif
+
+/// The points i, i + 1, ... of a pack (or the one of a scalar), from and to their arrays.
+template <class T, class R>
+KERNEL Vector3<T> load_points(const Points<R>& points, int i) {
+  Vector3<T> a;
+  load(points.x + i, a.x), load(points.y + i, a.y), load(points.z + i, a.z);
+  return a;
+}
+template <class T, class R>
+KERNEL void store_points(const Points<R>& points, int i, const Vector3<T>& a) {
+  store(a.x, points.x + i), store(a.y, points.y + i), store(a.z, points.z + i);
+}
 
 }  // namespace malha

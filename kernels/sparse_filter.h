@@ -220,38 +220,32 @@ struct NarrowTop {
   }
 };
 
-/// The pieces in which the top is worked on: of places, and of a panel's blocks or columns.
-inline constexpr int kTopPiece = 32;
-
-/// The top's right-hand sides: forces, and the tasks' contributions in their order.
+/// The top's right-hand sides: forces, and the tasks' contributions in their order. By place.
 template <class T, class Ends>
 struct SumTop {
   SparseView<T> view;
   Ends ends;
-  template <class Group>
-  KERNEL void operator()(const Group& group) const {
-    const FilterTask& top = view.tasks[view.top];
-    const int begin = group.index * kTopPiece, end = begin + kTopPiece < top.own ? begin + kTopPiece : top.own;
-    for (int k = begin; k < end; ++k) {
-      Vec4<T> sum = ends.template take<T>(view.particle[top.base + k]);
-      for (int s = view.sum[k]; s < view.sum[k + 1]; ++s) accumulate(sum, view.work[view.from[s]]);
-      view.work[top.base + k] = sum;
-    }
+  KERNEL void operator()(int k) const {
+    const int at = view.tasks[view.top].base + k;
+    Vec4<T> sum = ends.template take<T>(view.particle[at]);
+    for (int s = view.sum[k]; s < view.sum[k + 1]; ++s) accumulate(sum, view.work[view.from[s]]);
+    view.work[at] = sum;
   }
 };
 
-/// The top's part of the result, out to the particles.
+/// The top's part of the result, out to the particles. By place.
 template <class T, class Ends>
 struct HandOutTop {
   SparseView<T> view;
   Ends ends;
-  template <class Group>
-  KERNEL void operator()(const Group& group) const {
-    const FilterTask& top = view.tasks[view.top];
-    const int begin = group.index * kTopPiece, end = begin + kTopPiece < top.own ? begin + kTopPiece : top.own;
-    for (int k = begin; k < end; ++k) ends.give(view.particle[top.base + k], view.work[top.base + k]);
+  KERNEL void operator()(int k) const {
+    const int at = view.tasks[view.top].base + k;
+    ends.give(view.particle[at], view.work[at]);
   }
 };
+
+/// Blocks or columns of a wide panel of the top that are worked on together.
+inline constexpr int kTopPiece = 32;
 
 /// A wide panel of the top, a piece of its blocks: `out` holds its product for all of them.
 template <class T>
@@ -289,38 +283,27 @@ struct BackwardTop {
   }
 };
 
-/// Between the places of a panel of the top and a list of its own: pieces of its rows.
+/// The rows of a panel of the top in a list of their own, whole blocks. By row.
 template <class T>
 struct GatherTop {
   SparseView<T> view;
   Panel panel;
   Vec4<T>* all;
-  template <class Group>
-  KERNEL void operator()(const Group& group) const {
+  KERNEL void operator()(int k) const {
     const Vec4<T>* work = view.work + view.tasks[view.top].base;
-    const int* rows = view.rows + panel.row - panel.columns;
-    const int begin = 4 * group.index * kTopPiece, last = 4 * panel.blocks();
-    const int end = begin + 4 * kTopPiece < last ? begin + 4 * kTopPiece : last;
-    for (int k = begin; k < end; ++k)
-      all[k] = k < panel.columns    ? work[panel.first + k]
-               : k < panel.height() ? work[rows[k]]
-                                    : Vec4<T>{T(0), T(0), T(0), T(0)};
+    all[k] = k < panel.columns    ? work[panel.first + k]
+             : k < panel.height() ? work[view.rows[panel.row + k - panel.columns]]
+                                  : Vec4<T>{T(0), T(0), T(0), T(0)};
   }
 };
 
-/// The own columns of a panel of the top, from `out`.
+/// The own columns of a panel of the top, from `out`. By column.
 template <class T>
 struct KeepTop {
   SparseView<T> view;
   Panel panel;
   const Vec4<T>* out;
-  template <class Group>
-  KERNEL void operator()(const Group& group) const {
-    Vec4<T>* work = view.work + view.tasks[view.top].base + panel.first;
-    const int begin = 4 * group.index * kTopPiece;
-    const int end = begin + 4 * kTopPiece < panel.columns ? begin + 4 * kTopPiece : panel.columns;
-    for (int k = begin; k < end; ++k) work[k] = out[k];
-  }
+  KERNEL void operator()(int k) const { view.work[view.tasks[view.top].base + panel.first + k] = out[k]; }
 };
 
 }  // namespace malha

@@ -2,8 +2,8 @@
 // own springs: no two lanes write to the same place, and no colours are needed. A spring is evaluated at both of its
 // ends, to exactly opposite forces.
 #pragma once
+#include "kernels/motion.h"
 #include "kernels/pack.h"
-#include "kernels/particles.h"
 
 namespace malha {
 
@@ -27,30 +27,12 @@ struct SpringRows {
   R dt;
   Vec4<R>*now, *ahead;
   KERNEL void operator()(int i) const {
-    const Vector3<R> x = particles.x[i], z = x + particles.v[i] * dt;
+    const Vector3<R> x = particles.x[i], z = predicted(x, particles.v[i], dt);
     now[i] = {x.x, x.y, x.z, R(0)}, ahead[i] = {z.x, z.y, z.z, R(0)};
   }
 };
 
-/// Where the filter has brought the particles, as rows: x + dt (v + dt (a + g)), the weight only where the filter does
-/// not see it. Pinned particles stay.
-template <class R>
-struct FilteredRows {
-  Particles<R> particles;
-  Points<R> acceleration;
-  const R* load;
-  R dt;
-  Vector3<R> gravity;
-  Vec4<R>* rows;
-  KERNEL void operator()(int i) const {
-    const bool direct = particles.w[i] > R(0) && !(load[i] > R(0));
-    const Vector3<R> a = acceleration[i] + gravity * (direct ? R(1) : R(0));
-    const Vector3<R> p = particles.x[i] + (particles.v[i] + a * dt) * dt;
-    rows[i] = {p.x, p.y, p.z, R(0)};
-  }
-};
-
-/// v += dt (a + g); p = x + dt v. As FilteredRows.
+/// v += dt (a + g); p = x + dt v. The weight only where the filter does not see it. Pinned particles stay.
 template <class R>
 struct FilteredMotion {
   Particles<R> particles;
@@ -58,12 +40,26 @@ struct FilteredMotion {
   const R* load;
   R dt;
   Vector3<R> gravity;
-  KERNEL void operator()(int i) const {
+  KERNEL Vector3<R> velocity(int i) const {
     const bool direct = particles.w[i] > R(0) && !(load[i] > R(0));
     const Vector3<R> a = acceleration[i] + gravity * (direct ? R(1) : R(0));
-    const Vector3<R> v = particles.v[i] + a * dt;
+    return particles.v[i] + a * dt;
+  }
+  KERNEL void operator()(int i) const {
+    const Vector3<R> v = velocity(i);
     particles.v.set(i, v);
-    particles.p.set(i, particles.x[i] + v * dt);
+    particles.p.set(i, predicted(particles.x[i], v, dt));
+  }
+};
+
+/// Where that would lead, as rows.
+template <class R>
+struct FilteredRows {
+  FilteredMotion<R> motion;
+  Vec4<R>* rows;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> p = predicted(motion.particles.x[i], motion.velocity(i), motion.dt);
+    rows[i] = {p.x, p.y, p.z, R(0)};
   }
 };
 
@@ -73,17 +69,6 @@ KERNEL S rest_over_length(const Vector3<S>& d, S l) {
   using R = typename RealOf<S>::type;
   const S zero(R(0)), length = root(dot(d, d));
   return select(length > zero, l / select(length > zero, length, S(R(1))), zero);
-}
-
-template <class R, class S>
-KERNEL Vector3<S> load_points(const Points<R>& points, int first) {
-  Vector3<S> a;
-  load(points.x + first, a.x), load(points.y + first, a.y), load(points.z + first, a.z);
-  return a;
-}
-template <class R, class S>
-KERNEL void store_points(const Vector3<S>& a, const Points<R>& points, int first) {
-  store(a.x, points.x + first), store(a.y, points.y + first), store(a.z, points.z + first);
 }
 
 /// The part of their weight that the filter sees.
@@ -121,7 +106,7 @@ struct ExplicitForces {
   }
   template <class S>
   KERNEL void finish(int first, const Vector3<S>& f) const {
-    store_points(f + weight<S>(springs, first), force, first);
+    store_points(force, first, f + weight<S>(springs, first));
   }
 };
 
@@ -151,8 +136,8 @@ struct MissingForces {
   KERNEL void finish(int first, const Vector3<S>& f) const {
     S m;
     load(mass + first, m);
-    const Vector3<S> a = load_points<R, S>(acceleration, first);
-    store_points(f + weight<S>(springs, first) - a * m, force, first);
+    const Vector3<S> a = load_points<S>(acceleration, first);
+    store_points(force, first, f + weight<S>(springs, first) - a * m);
   }
 };
 

@@ -103,18 +103,8 @@ struct Visit {
   }
 
   template <class T>
-  KERNEL static Vector3<T> read(const Points<R>& points, int i) {
-    Vector3<T> a;
-    load(points.x + i, a.x), load(points.y + i, a.y), load(points.z + i, a.z);
-    return a;
-  }
-  template <class T>
-  KERNEL static void write(const Points<R>& points, int i, const Vector3<T>& a) {
-    store(a.x, points.x + i), store(a.y, points.y + i), store(a.z, points.z + i);
-  }
-  template <class T>
   KERNEL Vector3<T> velocity(int i, const T& w) const {
-    return accelerated(read<T>(particles.v, i), w, Vector3<T>{T(gravity.x), T(gravity.y), T(gravity.z)}, T(dt));
+    return accelerated(load_points<T>(particles.v, i), w, Vector3<T>{T(gravity.x), T(gravity.y), T(gravity.z)}, T(dt));
   }
 
   template <class Group, class Local>
@@ -123,8 +113,8 @@ struct Visit {
     cover(group, segment.count, [&]<class T>(int i, T w) KERNEL_LAMBDA {
       const int at = segment.global + i;
       load(particles.w + at, w);
-      const Vector3<T> q =
-          predict ? predicted(read<T>(particles.x, at), velocity(at, w), T(dt)) : read<T>(particles.p, at);
+      const Vector3<T> q = predict ? predicted(load_points<T>(particles.x, at), velocity(at, w), T(dt))
+                                   : load_points<T>(particles.p, at);
       local.fill(segment.local + i, q, w);
     });
   }
@@ -134,7 +124,7 @@ struct Visit {
     cover(group, segment.count, [&]<class T>(int i, T w) KERNEL_LAMBDA {
       Vector3<T> q;
       local.read(segment.local + i, q, w);
-      write(particles.p, segment.global + i, q);
+      store_points(particles.p, segment.global + i, q);
     });
   }
 
@@ -183,12 +173,12 @@ struct Visit {
     T w;
     local.read(segment.local + i, p, w);
     const int at = segment.global + i;
-    return {p, changed(read<T>(particles.x, at), velocity(at, w), p, T(dt), T(per_dt))};
+    return {p, changed(load_points<T>(particles.x, at), velocity(at, w), p, T(dt), T(per_dt))};
   }
   template <class T>
   KERNEL void keep(const Segment& segment, int i, const State<T>& state) const {
-    write(particles.x, segment.global + i, state.x);
-    write(particles.v, segment.global + i, state.v);
+    store_points(particles.x, segment.global + i, state.x);
+    store_points(particles.v, segment.global + i, state.v);
   }
 
   /// The batches begin .. end - 1 of a patch, all of one set: on their own, as they need all registers.

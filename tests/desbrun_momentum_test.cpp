@@ -13,18 +13,9 @@ std::string name_of(const testing::TestParamInfo<Parameters>& tested) {
          (std::get<1>(tested.param) == FilterKind::Dense ? "Dense" : "Sparse");
 }
 
-/// A tumbling ellipsoid of 162 particles with unequal masses, that springs back from a strain.
+/// Of 162 particles, and springs back from a strain.
 BodySpec ellipsoid() {
-  BodySpec body;
-  body.name = "ellipsoid";
-  body.shape = SphereShape{0.5, 2};
-  body.transform.scale = {1, 2, 0.5};
-  body.transform.translate = {0.3, 1, 0.2};
-  body.mass = 2;
-  body.velocity = {1, 0.5, -0.3};
-  body.spin = {1, 2, -3};
-  body.constraints = {stiff("distance", {"edges"}, 1, 0.9), stiff("bending", {}, 0.3)};
-  return body;
+  return tumbling_ellipsoid(2, {stiff("distance", {"edges"}, 1, 0.9), stiff("bending", {}, 0.3)});
 }
 
 class FilteredBody : public testing::TestWithParam<Parameters> {

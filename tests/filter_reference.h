@@ -148,14 +148,13 @@ class FilterUnderTest {
 
   /// S~ F, three numbers an unknown; on free bodies without the mean over mass.
   std::vector<double> operator()(const std::vector<double>& forces) const {
-    const std::vector<int>& particle = solved_.system.particle;
-    std::vector<Vec3> all(model_.x.size(), Vec3{0, 0, 0});
-    for (std::size_t k = 0; k < forces.size(); ++k) all[particle[k / 3]][k % 3] = forces[k];
-    PointArray<OpenMP, R> force(all), acceleration(all);
-    filter_->apply({force.points(), acceleration.points(), false});
-    const std::vector<Vec3> found = acceleration.download();
-    std::vector<double> a(forces.size());
-    for (std::size_t k = 0; k < forces.size(); ++k) a[k] = found[particle[k / 3]][k % 3];
+    PointArray<OpenMP, R> force(model_.x.size()), acceleration(model_.x.size());
+    std::vector<double> a = through_points(
+        force, acceleration, solved_.system.particle,
+        [&] {
+          filter_->apply({force.points(), acceleration.points(), false});
+        },
+        forces);
     remove_mean(solved_.system, a);
     return a;
   }

@@ -208,7 +208,7 @@ TEST(Filter, ThatIsFarFromTheInverseSaysSo) {
     const SolvedSystem solved(scene);
     const FilterUnderTest<float> filter(solved, FilterKind::Dense, Storage::Int16);
     const std::vector<double> elastic = elastic_forces(solved.system);
-    const std::vector<double> exact = ExactFilter(solved.system)(elastic);
+    const std::vector<double> exact = exact_filter(solved.system)(elastic);
     const double error = relative_difference(filter(elastic), exact);
     EXPECT_NEAR(filter.stated_errors().elastic / error, 1, 0.01) << links << " links, error " << error;
   }

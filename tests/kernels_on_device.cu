@@ -48,8 +48,9 @@ template <class R>
 void instantiate_filters() {
   using Ends = FilterEnds<R>;
   instantiate_groups<SumForces<R, ExplicitForces<R>>, SumForces<R, MissingForces<R>>>();
-  instantiate_groups<ForwardTask<R, Ends>, SumTop<R, Ends>, ForwardTop<R>, GatherTop<R>, BackwardTop<R>, KeepTop<R>,
-                     NarrowTop<R, true>, NarrowTop<R, false>, HandOutTop<R, Ends>, BackwardTask<R, Ends>>();
+  instantiate_groups<ForwardTask<R, Ends>, ForwardTop<R>, BackwardTop<R>, NarrowTop<R, true>, NarrowTop<R, false>,
+                     BackwardTask<R, Ends>>();
+  instantiate_groups<Pieces<SumTop<R, Ends>>, Pieces<HandOutTop<R, Ends>>, Pieces<GatherTop<R>>, Pieces<KeepTop<R>>>();
   instantiate_groups<MultiplyDense<R, R>, MultiplyDense<short, R>>();
   instantiate<GatherDense<R, R, Ends>, SumDense<short, R, Ends>, EliminateFront<R, Own>>();
   instantiate<SpringRows<R>, FilteredRows<R>, FilteredMotion<R>, RemoveRigid<R>, RemoveAsPublished<R>>();

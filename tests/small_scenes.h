@@ -25,6 +25,20 @@ inline BodySpec particle(const Vec3& at, const Vec3& velocity = {}, double mass 
   return body;
 }
 
+/// A tumbling ellipsoid of 10 * 4^subdivisions + 2 particles with unequal masses.
+inline BodySpec tumbling_ellipsoid(int subdivisions, std::vector<ConstraintSpec> constraints) {
+  BodySpec body;
+  body.name = "ellipsoid";
+  body.shape = SphereShape{0.5, subdivisions};
+  body.transform.scale = {1, 2, 0.5};
+  body.transform.translate = {0.3, 1, 0.2};
+  body.mass = 2;
+  body.velocity = {1, 0.5, -0.3};
+  body.spin = {1, 2, -3};
+  body.constraints = std::move(constraints);
+  return body;
+}
+
 /// A chain whose first particle is pinned; `mass` (kg) is that of each of its segments' ends on average, so that a
 /// single segment ends in a mass of exactly this.
 inline BodySpec hung_chain(const Vec3& from, const Vec3& to, int segments, double mass = 1) {

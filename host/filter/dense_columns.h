@@ -1,9 +1,8 @@
-// The columns of the dense S of one body: sparse factor in double, then four columns at a time.
+// The columns of the dense S of one body, from its factor, four at a time.
 #pragma once
 #include <functional>
 
-#include "host/filter/factor.h"
-#include "host/filter/system.h"
+#include "host/filter/exact_factor.h"
 #include "kernels/vec.h"
 
 namespace malha {
@@ -11,9 +10,8 @@ namespace malha {
 /// Four columns of S from `first` on, an entry of each in a Vec4, by unknown of the body; from several threads.
 using TakeColumns = std::function<void(int first, const Vec4<double>* columns)>;
 
-/// Of a free body, S without its mean mode: S - 1 1^T / mass. Returns -1, or the unknown at which the body's system
-/// proved singular. `progress`: of the columns.
-int dense_columns(const SpringSystem& system, int body, const OpenMP& executor, const TakeColumns& take,
-                  const ShowProgress& progress);
+/// `exact`: of one body. Of a free one, S without its mean mode: S - 1 1^T / mass. `progress`: of the columns.
+void dense_columns(const ExactFactor& exact, const OpenMP& executor, const TakeColumns& take,
+                   const ShowProgress& progress);
 
 }  // namespace malha

@@ -60,11 +60,10 @@ class DenseFilter {
                                scale_.data(),  x_.data(),    y_.data()};
     const auto chunks = static_cast<int>(chunks_.size()), rows = static_cast<int>(rows_.size());
     constexpr int piece = 16;
-    const int pieces = (rows + piece - 1) / piece;
     parallel_region(executor_, width_, [&](const auto& team) {
-      parallel_groups(team, 0, pieces, {}, Pieces<GatherDense<V, T, Ends>>{{view, ends}, rows, piece});
+      parallel_pieces(team, rows, piece, GatherDense<V, T, Ends>{view, ends});
       parallel_groups(team, 0, chunks, {}, MultiplyDense<V, T>{view});
-      parallel_groups(team, 0, pieces, {}, Pieces<SumDense<V, T, Ends>>{{view, ends}, rows, piece});
+      parallel_pieces(team, rows, piece, SumDense<V, T, Ends>{view, ends});
     });
   }
 

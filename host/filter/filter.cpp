@@ -3,11 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <functional>
-#include <optional>
 
 #include "host/base/memory_size.h"
-#include "host/base/point_array.h"
 #include "host/base/shown.h"
 #include "host/base/stopwatch.h"
 #include "host/error.h"
@@ -107,23 +104,31 @@ class Maker {
     return nullptr;
   }
 
+  /// Refuses what takes more memory than there is.
+  void require(double bytes, const std::string& place, const std::string& found, const std::string& instead) const {
+    const double free = double(available_memory());
+    if (bytes > 0.9 * free)
+      refuse(model_.scene.file, place, found, "what fits into the " + in_gib(free) + " that are free here" + instead);
+  }
+
   template <class V, class T>
   std::unique_ptr<Filter<R>> dense() {
     const double bytes = double(dense_values(system_)) * sizeof(V);
-    if (bytes > 0.9 * double(available_memory()))
-      refuse(model_.scene.file, "/solver/filter",
-             "a dense filter of " + in_gib(bytes) + " for " + counted(system_.count(), "particle") + " in " +
-                 counted(system_.blocks.size(), "body", "bodies"),
-             "what fits into the " + in_gib(double(available_memory())) + " that are free here; \"sparse\" " +
-                 (storage_ == Storage::Int16 ? "with the storage \"float\"" : "or \"auto\"") + " needs far less");
+    require(bytes, "/solver/filter",
+            "a dense filter of " + in_gib(bytes) + " for " + counted(system_.count(), "particle") + " in " +
+                counted(system_.blocks.size(), "body", "bodies"),
+            std::string("; \"sparse\" ") + (storage_ == Storage::Int16 ? "with the storage \"float\"" : "or \"auto\"") +
+                " needs far less");
     auto made = std::make_unique<FilterOf<R, DenseFilter<Executor, V, T>>>(executor_, host_.threads, system_);
     auto& engine = made->engine;
     facts_.column_seconds = seconds([&] {
       for (std::size_t b = 0; b < system_.blocks.size(); ++b) {
         const int body = static_cast<int>(b), count = system_.blocks[b].count;
+        const ExactFactor exact(body_system(system_, body), host_);
+        if (exact.singular >= 0) refuse_singular(model_, system_.particle[system_.blocks[b].first + exact.singular]);
         const auto each_column = [&](const auto& work) {
-          const int failed = dense_columns(
-              system_, body, host_,
+          dense_columns(
+              exact, host_,
               [&](int first, const Vec4<double>* columns) {
                 for (int k = 0; k < 4 && first + k < count; ++k)
                   work(first + k, [&](int i) { return (&columns[i].x)[k]; });
@@ -131,7 +136,6 @@ class Maker {
               [&](const char* what, double part) {
                 if (progress_) progress_(what, (body + part) / double(system_.blocks.size()));
               });
-          if (failed >= 0) refuse_singular(model_, system_.particle[system_.blocks[b].first + failed]);
         };
         if (std::is_integral_v<V>)  // once more, because the scale of all rows comes first
           each_column([&](int j, const auto& column) { engine.take_diagonal(body, j, column(j)); });
@@ -146,9 +150,7 @@ class Maker {
   template <class T>
   std::unique_ptr<Filter<R>> sparse() {
     const double bytes = double(all_.entries()) * sizeof(T) + most_waiting(all_) * sizeof(double);
-    if (bytes > 0.9 * double(available_memory()))
-      refuse(model_.scene.file, "/bodies", "a sparse filter that takes " + in_gib(bytes) + " to factor",
-             "what fits into the " + in_gib(double(available_memory())) + " that are free here");
+    require(bytes, "/bodies", "a sparse filter that takes " + in_gib(bytes) + " to factor", "");
     const Subtrees cut = subtrees(all_);
     auto made = std::make_unique<FilterOf<R, SparseFilter<Executor, T>>>(executor_, host_.threads, system_, all_, cut);
     auto& engine = made->engine;
@@ -197,25 +199,22 @@ template <class Executor, class R>
 FilterErrors filter_errors(const Filter<R>& filter, const Model& model, const SpringSystem& system) {
   PointArray<Executor, R> force(model.x.size()), acceleration(model.x.size());
   const ApplyFilter apply = [&](const std::vector<double>& forces) {
-    std::vector<Vec3> all(model.x.size(), Vec3{0, 0, 0});
-    for (int i = 0; i < system.count(); ++i)
-      for (int k = 0; k < 3; ++k) all[system.particle[i]][k] = forces[3 * i + k];
-    force.upload(all);
-    filter.apply({force.points(), acceleration.points(), false});
-    all = acceleration.download();
-    std::vector<double> a(forces.size());
-    for (int i = 0; i < system.count(); ++i)
-      for (int k = 0; k < 3; ++k) a[3 * i + k] = all[system.particle[i]][k];
+    std::vector<double> a = through_points(
+        force, acceleration, system.particle,
+        [&] {
+          filter.apply({force.points(), acceleration.points(), false});
+        },
+        forces);
     remove_mean(system, a);
     return a;
   };
-  std::optional<ExactFilter> exact;  // costs a factor: only where the filter at hand does not lead to S
+  ApplyFilter exact;  // costs a factor: only where the filter at hand does not lead to S
   const auto error = [&](const std::vector<double>& forces) {
     constexpr double small = 1e-9;
     Refined reference = refined(system, apply, forces);
     if (!(reference.step < small)) {
-      if (!exact) exact.emplace(system);
-      reference = refined(system, std::cref(*exact), forces);
+      if (!exact) exact = exact_filter(system);
+      reference = refined(system, exact, forces);
     }
     return relative_difference(apply(forces), reference.accelerations);
   };

@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
+#include <memory>
 
-#include "host/base/point_array.h"
-#include "host/filter/factor.h"
-#include "host/filter/sparse_filter.h"
+#include "host/filter/exact_factor.h"
 
 namespace malha {
 
@@ -29,52 +27,34 @@ std::vector<double> random_numbers(int unknowns) {
   return numbers;
 }
 
-}  // namespace
-
-struct ExactFilter::Parts {
-  explicit Parts(const SpringSystem& system)
-      : of_unknowns(with_unknowns_for_particles(system)),
-        all(supernodes(of_unknowns)),
-        cut(subtrees(all)),
-        filter(Serial{}, 1, of_unknowns, all, cut) {
-    factor(of_unknowns, all, cut, OpenMP{1}, [this](int s, const double* panel) { filter.take(s, panel); }, {});
-  }
-  static SpringSystem with_unknowns_for_particles(SpringSystem system) {
-    std::iota(system.particle.begin(), system.particle.end(), 0);
-    return system;
-  }
-  SpringSystem of_unknowns;
-  Supernodes all;
-  Subtrees cut;
-  SparseFilter<Serial, double> filter;
-};
-
-ExactFilter::ExactFilter(const SpringSystem& system) : parts_(std::make_unique<Parts>(system)) {}
-ExactFilter::~ExactFilter() = default;
-
-std::vector<double> ExactFilter::operator()(const std::vector<double>& forces) const {
-  const std::size_t n = forces.size() / 3;
-  PointArray<Serial, double> force(n), acceleration(n);
-  std::vector<Vec3> points(n);
-  for (std::size_t k = 0; k < forces.size(); ++k) points[k / 3][k % 3] = forces[k];
-  force.upload(points);
-  parts_->filter.apply(FilterEnds<double>{force.points(), acceleration.points(), false});
-  points = acceleration.download();
-  std::vector<double> a(forces.size());
-  for (std::size_t k = 0; k < a.size(); ++k) a[k] = points[k / 3][k % 3];
-  return a;
-}
-
-std::vector<double> noise_forces(const SpringSystem& system) {
-  std::vector<double> forces = random_numbers(system.count());
+/// Takes their mean from the numbers of free bodies: they count by weigh(i), and give in proportion to share(i).
+template <class Weigh, class Share>
+void level(const SpringSystem& system, std::vector<double>& numbers, const Weigh& weigh, const Share& share) {
   for (const SystemBlock& body : system.blocks) {
     if (!body.free) continue;
     for (int k = 0; k < 3; ++k) {
       double sum = 0;
-      for (int i = body.first; i < body.first + body.count; ++i) sum += forces[3 * i + k];
-      for (int i = body.first; i < body.first + body.count; ++i) forces[3 * i + k] -= system.mass[i] * sum / body.mass;
+      for (int i = body.first; i < body.first + body.count; ++i) sum += weigh(i) * numbers[3 * i + k];
+      for (int i = body.first; i < body.first + body.count; ++i) numbers[3 * i + k] -= share(i) * sum / body.mass;
     }
   }
+}
+
+}  // namespace
+
+ApplyFilter exact_filter(const SpringSystem& system) {
+  const auto exact = std::make_shared<const ExactFactor>(system, OpenMP{1});
+  return [exact](const std::vector<double>& forces) {
+    PointArray<Serial, double> force(forces.size() / 3), acceleration(forces.size() / 3);
+    const auto product = [&] { exact->filter.apply(FilterEnds<double>{force.points(), acceleration.points(), false}); };
+    return through_points(force, acceleration, exact->system.particle, product, forces);
+  };
+}
+
+std::vector<double> noise_forces(const SpringSystem& system) {
+  std::vector<double> forces = random_numbers(system.count());
+  level(
+      system, forces, [](int) { return 1.0; }, [&](int i) { return system.mass[i]; });
   return forces;
 }
 
@@ -85,15 +65,9 @@ std::vector<double> elastic_forces(const SpringSystem& system) {
   return forces;
 }
 
-void remove_mean(const SpringSystem& system, std::vector<double>& a) {
-  for (const SystemBlock& body : system.blocks) {
-    if (!body.free) continue;
-    for (int k = 0; k < 3; ++k) {
-      double sum = 0;
-      for (int i = body.first; i < body.first + body.count; ++i) sum += system.mass[i] * a[3 * i + k];
-      for (int i = body.first; i < body.first + body.count; ++i) a[3 * i + k] -= sum / body.mass;
-    }
-  }
+void remove_mean(const SpringSystem& system, std::vector<double>& accelerations) {
+  level(
+      system, accelerations, [&](int i) { return system.mass[i]; }, [](int) { return 1.0; });
 }
 
 double relative_difference(const std::vector<double>& a, const std::vector<double>& b) {

@@ -1,9 +1,9 @@
 // How exact a filter is, against the same system solved in double.
 #pragma once
 #include <functional>
-#include <memory>
 #include <vector>
 
+#include "host/base/point_array.h"
 #include "host/filter/system.h"
 
 namespace malha {
@@ -12,16 +12,22 @@ namespace malha {
 using ApplyFilter = std::function<std::vector<double>(const std::vector<double>& forces)>;
 
 /// A sparse filter in double, on one thread.
-class ExactFilter {
- public:
-  explicit ExactFilter(const SpringSystem& system);
-  ~ExactFilter();
-  std::vector<double> operator()(const std::vector<double>& forces) const;
+ApplyFilter exact_filter(const SpringSystem& system);
 
- private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
-};
+/// What product() makes of forces by unknown, through points by particle.
+template <class Executor, class R, class Product>
+std::vector<double> through_points(PointArray<Executor, R>& force, const PointArray<Executor, R>& acceleration,
+                                   const std::vector<int>& particle, const Product& product,
+                                   const std::vector<double>& forces) {
+  std::vector<Vec3> all(force.size(), Vec3{0, 0, 0});
+  for (std::size_t k = 0; k < forces.size(); ++k) all[particle[k / 3]][k % 3] = forces[k];
+  force.upload(all);
+  product();
+  all = acceleration.download();
+  std::vector<double> a(forces.size());
+  for (std::size_t k = 0; k < forces.size(); ++k) a[k] = all[particle[k / 3]][k % 3];
+  return a;
+}
 
 struct Refined {
   std::vector<double> accelerations;

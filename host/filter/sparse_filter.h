@@ -83,11 +83,11 @@ class SparseFilter {
     Vec4<T>*first = space.top.data(), *second = first + plan_.most_rows;
     parallel_groups(team, 0, tasks, memory, ForwardTask<T, Ends>{view, ends});
     if (top.panels > 0) {
-      parallel_groups(team, 0, pieces(top.own), memory, SumTop<T, Ends>{view, ends});
+      parallel_pieces(team, top.own, kTopPlaces, SumTop<T, Ends>{view, ends});
       for (const Stretch& stretch : stretches_) go_up(team, view, stretch, memory, first);
       for (auto stretch = stretches_.rbegin(); stretch != stretches_.rend(); ++stretch)
         come_down(team, view, *stretch, memory, first, second);
-      parallel_groups(team, 0, pieces(top.own), memory, HandOutTop<T, Ends>{view, ends});
+      parallel_pieces(team, top.own, kTopPlaces, HandOutTop<T, Ends>{view, ends});
     }
     parallel_groups(team, 0, tasks, memory, BackwardTask<T, Ends>{view, ends});
   }
@@ -118,7 +118,7 @@ class SparseFilter {
     if (!stretch.wide) return parallel_groups(team, 0, 1, memory, NarrowTop<T, true>{view, stretch.begin, stretch.end});
     const Panel& panel = plan_.panels[stretch.begin];
     parallel_groups(team, 0, pieces(panel.blocks()), memory, ForwardTop<T>{view, panel, rows});
-    parallel_groups(team, 0, pieces(panel.columns, 4), memory, KeepTop<T>{view, panel, rows});
+    parallel_pieces(team, panel.columns, kTopPlaces, KeepTop<T>{view, panel, rows});
   }
   template <class Team>
   void come_down(const Team& team, const SparseView<T>& view, const Stretch& stretch, const FastMemory& memory,
@@ -126,12 +126,13 @@ class SparseFilter {
     if (!stretch.wide)
       return parallel_groups(team, 0, 1, memory, NarrowTop<T, false>{view, stretch.begin, stretch.end});
     const Panel& panel = plan_.panels[stretch.begin];
-    parallel_groups(team, 0, pieces(4 * panel.blocks(), 4), memory, GatherTop<T>{view, panel, rows});
+    parallel_pieces(team, 4 * panel.blocks(), kTopPlaces, GatherTop<T>{view, panel, rows});
     parallel_groups(team, 0, pieces(panel.columns), memory, BackwardTop<T>{view, panel, rows, own});
-    parallel_groups(team, 0, pieces(panel.columns, 4), memory, KeepTop<T>{view, panel, own});
+    parallel_pieces(team, panel.columns, kTopPlaces, KeepTop<T>{view, panel, own});
   }
 
-  static int pieces(int items, int times = 1) { return (items + times * kTopPiece - 1) / (times * kTopPiece); }
+  static constexpr int kTopPlaces = 128;  // of the top that are copied together
+  static int pieces(int items) { return (items + kTopPiece - 1) / kTopPiece; }
 
   Executor executor_;
   SparsePlan plan_;

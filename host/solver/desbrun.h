@@ -113,7 +113,7 @@ class Desbrun final : public Stepper<Executor, R> {
     if (spec_.time_budget &&
         std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count() > *spec_.time_budget)
       return true;
-    return limits_ && limits_->count() > 0 && limits_->excess(this->particles().p) <= *spec_.tolerance;
+    return limits_ && limits_->excess(this->particles().p) <= *spec_.tolerance;
   }
 
   const DesbrunSpec& spec_;

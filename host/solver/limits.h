@@ -25,10 +25,11 @@ class Limits {
     ends_ = Array<Executor, int>(ends), longest_ = Array<Executor, R>(longest);
   }
 
-  int count() const { return static_cast<int>(longest_.size()); }
   /// The largest over-elongation, in lengths.
   double excess(const Points<R>& p) const {
-    return parallel_reduce<Largest>(executor_, count(), MeasureExcess<R>{p, ends_.data(), longest_.data()}).value;
+    return parallel_reduce<Largest>(executor_, static_cast<int>(longest_.size()),
+                                    MeasureExcess<R>{p, ends_.data(), longest_.data()})
+        .value;
   }
   std::size_t bytes() const { return ends_.bytes() + longest_.bytes(); }
 

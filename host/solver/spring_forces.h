@@ -37,7 +37,7 @@ class SpringForces {
   void sum_missing(const Particles<R>& particles, double h, const Points<R>& acceleration, const R* mass,
                    const Points<R>& force) const {
     parallel_for(executor_, particles.count,
-                 FilteredRows<R>{particles, acceleration, load_.data(), R(h), gravity_, now_.data()});
+                 FilteredRows<R>{{particles, acceleration, load_.data(), R(h), gravity_}, now_.data()});
     sum(MissingForces<R>{view(), now_.data(), acceleration, mass, force});
   }
 

@@ -32,25 +32,6 @@ std::string openblas_version() { return ""; }
 
 int bytes_of(Storage storage) { return storage == Storage::Double ? 8 : storage == Storage::Float ? 4 : 2; }
 
-/// Filters forces by unknown through points of the model.
-template <class R>
-ApplyFilter apply_between(const std::shared_ptr<PointArray<OpenMP, R>>& force,
-                          const std::shared_ptr<PointArray<OpenMP, R>>& acceleration,
-                          const std::function<void()>& product, const SpringSystem& system) {
-  return [=, &system](const std::vector<double>& forces) {
-    std::vector<Vec3> all(force->size(), Vec3{0, 0, 0});
-    for (int i = 0; i < system.count(); ++i)
-      for (int k = 0; k < 3; ++k) all[system.particle[i]][k] = forces[std::size_t(3) * i + k];
-    force->upload(all);
-    product();
-    all = acceleration->download();
-    std::vector<double> a(forces.size());
-    for (int i = 0; i < system.count(); ++i)
-      for (int k = 0; k < 3; ++k) a[std::size_t(3) * i + k] = all[system.particle[i]][k];
-    return a;
-  };
-}
-
 bool fits(double bytes) { return bytes < 0.8 * double(available_memory()); }
 
 std::string no_room(double bytes) {
@@ -102,7 +83,9 @@ Contestant FilterCase::filter(FilterKind kind, Storage storage, int threads) {
   const auto force = std::make_shared<PointArray<OpenMP, R>>(model_.x.size());
   const auto acceleration = std::make_shared<PointArray<OpenMP, R>>(model_.x.size());
   made.product = [=] { filter->apply({force->points(), acceleration->points(), false}); };
-  made.apply = apply_between(force, acceleration, made.product, system_);
+  made.apply = [=, product = made.product, this](const std::vector<double>& forces) {
+    return through_points(*force, *acceleration, system_.particle, product, forces);
+  };
   return made;
 }
 
@@ -127,9 +110,11 @@ void FilterCase::add_blas(int threads, std::vector<Contestant>& all, std::vector
           s[std::size_t(n) * i + first + k] = s[std::size_t(n) * (first + k) + i] = number;
         }
     };
-    int failed = -1;
-    whole_seconds_ = seconds([&] { failed = dense_columns(system_, 0, OpenMP{setup_threads_}, take, {}); });
-    if (failed >= 0) throw std::runtime_error("the cloth's system is singular");
+    whole_seconds_ = seconds([&] {
+      const ExactFactor exact(system_, OpenMP{setup_threads_});
+      if (exact.singular >= 0) throw std::runtime_error("the cloth's system is singular");
+      dense_columns(exact, OpenMP{setup_threads_}, take, {});
+    });
   }
   for (BlasProduct& product : blas_products(n, whole_.data(), threads)) {
     Contestant one;
