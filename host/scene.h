@@ -75,6 +75,7 @@ struct ConstraintSpec {
   double stiffness = 1;              // [0, 1]; PBD. Ignored where compliance is set
   std::optional<double> compliance;  // >= 0; XPBD, m/N for lengths, rad/(N m) for angles
   double parameter = 1;              // the kind's own number, by its own name (rest_scale, limit, pressure)
+  std::optional<double> rigidity{};  // > 0; of the material: N/m of surfaces, N of lines, N m of bending
 };
 
 struct BodySpec {

@@ -18,26 +18,35 @@ struct Parameter {
 
 /// Stiff: PBD, dp = -k' w grad C / sum w |grad C|^2 (Müller et al. 2006).
 /// Compliant: XPBD, dlambda = (-C - alpha~ lambda) / (sum w |grad C|^2 + alpha~) (Macklin, Müller, Chentanez 2016).
-enum class Update { Stiff, Compliant };
+/// Material: the same with a compliance of each constraint's own, alpha~ times the last of its rest values.
+enum class Update { Stiff, Compliant, Material };
+
+/// How many rest values a constraint has.
+template <class Kind>
+KERNEL constexpr int rest_numbers(Update update) {
+  return Kind::numbers + (update == Update::Material ? 1 : 0);
+}
 
 /// The numbers of a set. Lambda is by slot, and so are rest values within a batch; padding has none (NaN).
 template <class R>
 struct SetView {
   int kind;       // its place in the registry
   Update update;  // how its constraints are met
+  int numbers;    // rest values of a constraint
   const LocalIndex* index[kMostParticles];
-  const R* rest;
-  const unsigned short* held;  // a bit a slot
-  R* lambda;                   // Compliant, if there is more than one iteration: accumulated over those of a substep
-  R stiffness;                 // Stiff: k'
-  R compliance;                // Compliant: alpha~ = alpha / dt^2
+  const R* rest;               // of every 16 slots the first values, then the second ones, ...
+  const R* common;             // of batches where they are all alike
+  const unsigned short* held;  // there, a bit a slot
+  R* lambda;     // with compliance, if there is more than one iteration: accumulated over those of a substep
+  R stiffness;   // Stiff: k'
+  R compliance;  // otherwise: alpha~ = alpha / dt^2
 };
 
 /// The rest values of a pack. Where a lane holds no constraint (padding) every kind answers with a zero gradient: in a
 /// run it reads and writes particles of other constraints, finite or not.
-template <class S>
+template <class S, int numbers>
 struct RestOf {
-  S value;
+  S value[numbers];
   decltype(S() == S()) held;
 };
 
@@ -45,6 +54,7 @@ struct RestOf {
 template <class Kind, Update update, class R>
 struct Correct {
   static constexpr int n = Kind::particles;
+  static constexpr int numbers = rest_numbers<Kind>(update);
   R* lambda;   // from the batch's first slot on
   R number;    // k' or alpha~
   bool fresh;  // first iteration of a substep: lambda is 0
@@ -56,7 +66,7 @@ struct Correct {
 
   /// C and its gradient come scaled by s > 0, which PBD's update does not notice: XPBD's multiplier is s dlambda.
   template <class S>
-  KERNEL void operator()(Vector3<S> (&q)[n], const S (&w)[n], const RestOf<S>& rest, int at) const {
+  KERNEL void operator()(Vector3<S> (&q)[n], const S (&w)[n], const RestOf<S, numbers>& rest, int at) const {
     Vector3<S> grad[n];
     S s;
     const S C = Kind::evaluate(q, rest.value, rest.held, grad, s);
@@ -71,7 +81,8 @@ struct Correct {
       dlambda = select(moves, -C * S(number) / sum, zero);
       if constexpr (Kind::inequality) dlambda = larger(dlambda, zero);
     } else {
-      const S alpha(number);
+      S alpha(number);
+      if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::numbers];
       S total = zero;
       if (!fresh) load(lambda + at, total);
       dlambda = (-C - s * alpha * total) / select(moves, sum + alpha * s * s, one);
@@ -83,25 +94,33 @@ struct Correct {
   }
 };
 
-/// The rest values of a batch, from its first slot on: one a slot,
-template <class R>
+/// The rest values of a batch, from its first slot on: those of each slot,
+template <class R, int numbers>
 struct RestOfEach {
   const R* rest;
   template <class S>
-  KERNEL RestOf<S> read(int at) const {
-    S l;
-    load(rest + at, l);
-    return {l, l == l};
+  KERNEL RestOf<S, numbers> read(int at) const {
+    RestOf<S, numbers> of;
+    const R* from = rest + at / kSlotPack * kSlotPack * numbers + at % kSlotPack;
+    for (int k = 0; k < numbers; ++k) load(from + k * kSlotPack, of.value[k]);
+    of.held = of.value[0] == of.value[0];
+    return of;
   }
 };
-/// or one for all that are not padding, as in a grid: a 32nd of the memory.
-template <class R>
+/// or the same for all that are not padding, as in a grid: a 32nd of the memory.
+template <class R, int numbers>
 struct RestOfAll {
-  R rest;
+  R rest[numbers];
   const unsigned short* held;
+  KERNEL RestOfAll(const R* common, const unsigned short* bits) : held(bits) {
+    for (int k = 0; k < numbers; ++k) rest[k] = common[k];
+  }
   template <class S>
-  KERNEL RestOf<S> read(int at) const {
-    return {S(rest), lanes_of<S>(held[at / kSlotPack] >> at % kSlotPack)};
+  KERNEL RestOf<S, numbers> read(int at) const {
+    RestOf<S, numbers> of;
+    for (int k = 0; k < numbers; ++k) of.value[k] = S(rest[k]);
+    of.held = lanes_of<S>(held[at / kSlotPack] >> at % kSlotPack);
+    return of;
   }
 };
 
@@ -137,7 +156,7 @@ struct ProjectGathered {
   };
   Local local;
   Correct<Kind, update, R> correct;
-  RestOfEach<R> rest;
+  RestOfEach<R, rest_numbers<Kind>(update)> rest;
   const LocalIndex* index[n];
 
   // Addresses are cheaper computed again than kept: there are more than registers.
@@ -181,7 +200,7 @@ struct ProjectCarefully {
 template <class Kind, Update update, class R, class Group, class Local>
 KERNEL void project(const Group& group, const Local& local, const SetView<R>& set, const Batch& batch, bool fresh) {
   using Isa = typename Group::Isa;
-  constexpr int n = Kind::particles, lanes = kLanes<R, Isa>;
+  constexpr int n = Kind::particles, lanes = kLanes<R, Isa>, numbers = rest_numbers<Kind>(update);
   const int packs = (batch.count + lanes - 1) / lanes;
   const Correct<Kind, update, R> correct(set, batch.slot, fresh);
   if constexpr (Local::side_by_side) {
@@ -190,8 +209,8 @@ KERNEL void project(const Group& group, const Local& local, const SetView<R>& se
       for (int j = 0; j < n; ++j) kernel.end[j] = local.from(batch.from[j]);
       group.for_each(packs, kernel);
     };
-    if (batch.alike) return project_run(RestOfAll<R>{R(batch.rest), set.held + batch.rests});
-    if (batch.run) return project_run(RestOfEach<R>{set.rest + batch.rests});
+    if (batch.alike) return project_run(RestOfAll<R, numbers>(set.common + batch.common, set.held + batch.rests));
+    if (batch.run) return project_run(RestOfEach<R, numbers>{set.rest + batch.rests});
   }
   ProjectGathered<Kind, update, R, Isa, Local> kernel{local, correct, {set.rest + batch.rests}, {}};
   for (int j = 0; j < n; ++j) kernel.index[j] = set.index[j] + batch.index;

@@ -3,13 +3,14 @@
 #include "kernels/constraints/bending.h"
 #include "kernels/constraints/distance.h"
 #include "kernels/constraints/distance_limit.h"
+#include "kernels/constraints/isometric_bending.h"
 
 namespace malha {
 
 template <class... Kinds>
 struct KindList {};
 
-using ConstraintKinds = KindList<Distance, DistanceLimit, Bending>;
+using ConstraintKinds = KindList<Distance, DistanceLimit, Bending, IsometricBending>;
 
 /// Calls f(Kind{}) for every kind, in the order in which they are projected.
 template <class F, class... Kinds>

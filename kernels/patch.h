@@ -29,8 +29,8 @@ struct Batch {
   bool run, pins;
   LocalIndex from[kMostParticles];  // of a run
   int index;                        // otherwise, where the particles of the slots stand in the set's index
-  bool alike;                       // a run whose rest values are all the same: `rest`
-  double rest;
+  bool alike;                       // a run whose rest values are all the same
+  int common;                       // where those stand, in the set's `common`
   int rests;  // where those of the slots begin, in the set's; if they are alike, the bits that tell padding, in `held`
 };
 

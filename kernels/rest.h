@@ -13,22 +13,31 @@ KERNEL void corners(const Point* x, const int* particles, Vector3<double> (&q)[K
   }
 }
 
-/// A constraint's rest value from the rest positions.
+/// A constraint's rest values from the rest positions.
 template <class Kind, class Point>
-KERNEL double rest_value(const Point* X, const int* particles, double parameter) {
+KERNEL void rest_values(const Point* X, const int* particles, double parameter, double (&rest)[Kind::numbers]) {
   Vector3<double> q[Kind::particles];
   corners<Kind>(X, particles, q);
-  return Kind::rest(q, parameter);
+  Kind::rest(q, parameter, rest);
+}
+
+/// The first of them: what the constraint's own quantity is compared with.
+template <class Kind, class Point>
+KERNEL double rest_value(const Point* X, const int* particles, double parameter) {
+  double rest[Kind::numbers];
+  rest_values<Kind>(X, particles, parameter, rest);
+  return rest[0];
 }
 
 struct Residual {
   double count = 0;
   double C2 = 0;          // sum of C^2
+  double softened = 0;    // sum of C^2 over the constraint's own part of its compliance
   double strain2 = 0;     // sum of (C / rest)^2
   double strain_max = 0;  // largest |C / rest|
   double degenerate = 0;  // movable, but without a gradient: skipped by the projection
   KERNEL Residual& operator+=(const Residual& o) {
-    count += o.count, C2 += o.C2, strain2 += o.strain2, degenerate += o.degenerate;
+    count += o.count, C2 += o.C2, softened += o.softened, strain2 += o.strain2, degenerate += o.degenerate;
     strain_max = larger(strain_max, o.strain_max);
     return *this;
   }
@@ -41,9 +50,11 @@ struct MeasureResidual {
   const double* w;       // 1/kg
   const int* particles;  // Kind::particles a constraint
   double parameter;
+  const double* softness;  // each constraint's own part of its compliance; null: 1
   KERNEL Residual operator()(int c) const {
     constexpr int n = Kind::particles;
-    const double rest = rest_value<Kind>(X, particles + c * n, parameter);
+    double rest[Kind::numbers];
+    rest_values<Kind>(X, particles + c * n, parameter, rest);
     Vector3<double> q[n], grad[n];
     corners<Kind>(x, particles + c * n, q);
     double scale, sum = 0, sum_w = 0;
@@ -51,10 +62,14 @@ struct MeasureResidual {
     for (int j = 0; j < n; ++j) sum += dot(grad[j], grad[j]), sum_w += w[particles[c * n + j]];
     const bool degenerate = !(sum > tiny<double>());
     // Coincident points: as short as can be, which an inequality allows.
-    const double C = scale > 0 ? scaled / scale : Kind::inequality ? 0 : -rest;
+    const double C = scale > 0 ? scaled / scale : Kind::inequality ? 0 : -rest[0];
     const double violation = Kind::inequality && C > 0 ? 0 : C;  // an inequality that holds has no residual
-    const double strain = rest > 0 ? violation / rest : 0;
-    return {1, violation * violation, strain * strain, strain < 0 ? -strain : strain,
+    const double strain = rest[0] > 0 ? violation / rest[0] : 0, C2 = violation * violation;
+    return {1,
+            C2,
+            softness ? C2 / softness[c] : C2,
+            strain * strain,
+            strain < 0 ? -strain : strain,
             degenerate && sum_w > 0 ? 1.0 : 0.0};
   }
 };

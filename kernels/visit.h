@@ -99,7 +99,7 @@ struct Visit {
     if (batch.alike)
       ask_for(set.held + batch.rests, batch.count / kSlotPack + 1);
     else
-      ask_for(set.rest + batch.rests, batch.count);
+      ask_for(set.rest + batch.rests, batch.count * set.numbers);
   }
 
   template <class T>
@@ -203,8 +203,12 @@ struct Visit {
       if (kind++ != set.kind) return;
       if (set.update == Update::Stiff)
         group.apart(begin, end, ProjectSet<Kind, Update::Stiff, Group, Local>{this, group, &patch, local, &set});
-      else
+      else if (set.update == Update::Compliant)
         group.apart(begin, end, ProjectSet<Kind, Update::Compliant, Group, Local>{this, group, &patch, local, &set});
+      if constexpr (Kind::material) {
+        if (set.update == Update::Material)
+          group.apart(begin, end, ProjectSet<Kind, Update::Material, Group, Local>{this, group, &patch, local, &set});
+      }
     });
   }
 };

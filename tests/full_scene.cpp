@@ -33,7 +33,10 @@ std::string full_scene() {
        {"sphere": {"center": [1, 1, 1], "radius": 0.1}},
        {"nearest": [0, 0, 7]},
        {"particles": [0, 16]}]},
-    {"name": "ball", "shape": {"sphere": {"radius": 0.5, "subdivisions": 3}}, "mass": 1},
+    {"name": "ball", "shape": {"sphere": {"radius": 0.5, "subdivisions": 3}}, "mass": 1,
+     "constraints": [
+       {"type": "distance", "rigidity": 500},
+       {"type": "isometric_bending", "rigidity": 1e-4, "rest_scale": 0.5}]},
     {"name": "crate", "shape": {"box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "mass": 1},
     {"name": "beam", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 4}}, "mass": 1},
     {"name": "rope", "shape": {"chain": {"from": [0, 0, 0], "to": [0, -1, 0], "segments": 9}}, "density": 0.1,

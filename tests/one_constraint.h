@@ -1,5 +1,6 @@
 // One constraint of any kind with particles of its own, for the tests that iterate the registry.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -13,63 +14,78 @@ namespace malha {
 template <class Kind>
 using Corners = std::array<Vector3<double>, Kind::particles>;
 
+/// A constraint's rest values, or the same number for all of them.
+template <class Kind>
+struct Rest : std::array<double, Kind::numbers> {
+  Rest(double all = 0) { this->fill(all); }
+};
+
 /// In rows, gathered, laid out as a batch of one that may have pins: padding has no rest value and is not written.
 template <class Kind, class R>
 struct OneConstraint {
   static constexpr int n = Kind::particles;
   alignas(64) Vec4<R> p[n];
   alignas(64) LocalIndex index[n][kLanes<R>];
-  alignas(64) R rest[kLanes<R>], lambda[kLanes<R>];
+  alignas(64) R rest[Kind::numbers * kSlotPack], lambda[kLanes<R>];
+  R common[Kind::numbers];
 
-  OneConstraint(const Corners<Kind>& at, const std::array<double, n>& w, double rest_value) {
+  OneConstraint(const Corners<Kind>& at, const std::array<double, n>& w, const Rest<Kind>& rest_values) {
     for (int j = 0; j < n; ++j) p[j] = {R(at[j].x), R(at[j].y), R(at[j].z), R(w[j])};
     for (int lane = 0; lane < kLanes<R>; ++lane) {
-      rest[lane] = lane == 0 ? R(rest_value) : std::numeric_limits<R>::quiet_NaN(), lambda[lane] = 0;
+      lambda[lane] = 0;
       for (int j = 0; j < n; ++j) index[j][lane] = static_cast<LocalIndex>(j * kIndexScale<R>);
     }
+    std::fill(std::begin(rest), std::end(rest), std::numeric_limits<R>::quiet_NaN());
+    for (int k = 0; k < Kind::numbers; ++k) rest[k * kSlotPack] = common[k] = R(rest_values[k]);
   }
 
   /// Lambda accumulates from call to call.
   template <Update update>
   void project(double stiffness, double compliance) {
-    SetView<R> set{0, update, {}, rest, nullptr, lambda, R(stiffness), R(compliance)};
+    SetView<R> set{};
+    set.update = update, set.numbers = Kind::numbers, set.rest = rest, set.lambda = lambda;
+    set.stiffness = R(stiffness), set.compliance = R(compliance);
     for (int j = 0; j < n; ++j) set.index[j] = index[j];
     Batch batch{};
     batch.count = 1, batch.pins = true;
     malha::project<Kind, update>(Group<Own>{0, -1, nullptr}, Rows<R>::over(&p[0].x, n), set, batch, false);
   }
 
-  /// The constraint's value: what evaluate() scales. Only where there is a direction.
+  /// The constraint's value: what evaluate() scales; 0 where there is no direction.
   R C() const {
     Vector3<R> grad[n];
     R scale;
     const R scaled = evaluate(grad, scale);
-    return scaled / scale;
+    return scale > R(0) ? scaled / scale : R(0);
   }
   /// As the kind gives them, scaled.
   R evaluate(Vector3<R> (&grad)[n], R& scale) const {
     Vector3<R> q[n];
     for (int j = 0; j < n; ++j) q[j] = p[j].xyz();
-    return Kind::evaluate(q, rest[0], true, grad, scale);
+    return Kind::evaluate(q, common, true, grad, scale);
   }
 };
 
 /// C and its gradient in double, without the scale that a kind may give them.
 template <class Kind>
-double evaluate(const Corners<Kind>& at, double rest, Vector3<double> (&grad)[Kind::particles]) {
+double evaluate(const Corners<Kind>& at, const Rest<Kind>& rest, Vector3<double> (&grad)[Kind::particles]) {
   Vector3<double> q[Kind::particles];
   for (int j = 0; j < Kind::particles; ++j) q[j] = at[j];
   double scale;
-  const double scaled = Kind::evaluate(q, rest, true, grad, scale);
+  const double scaled = Kind::evaluate(q, rest.data(), true, grad, scale);
   for (auto& g : grad) g = g * (1 / scale);
   return scaled / scale;
 }
 
 template <class Kind>
-double rest_of(const Corners<Kind>& at, double parameter) {
+Rest<Kind> rest_of(const Corners<Kind>& at, double parameter) {
   Vector3<double> q[Kind::particles];
   for (int j = 0; j < Kind::particles; ++j) q[j] = at[j];
-  return Kind::rest(q, parameter);
+  double numbers[Kind::numbers];
+  Kind::rest(q, parameter, numbers);
+  Rest<Kind> rest;
+  std::copy_n(numbers, Kind::numbers, rest.begin());
+  return rest;
 }
 
 template <class Kind>
@@ -123,9 +139,9 @@ std::vector<Corners<Kind>> configurations(int count, unsigned seed) {
 
 /// A rest value that the places do not meet, and far from half a turn away for angles: that of other random places.
 template <class Kind>
-double another_rest(const Corners<Kind>& at, Random& random) {
+Rest<Kind> another_rest(const Corners<Kind>& at, Random& random) {
   for (;;) {
-    const double rest = rest_of<Kind>(spread_out<Kind>(random), Kind::parameter.standard);
+    const Rest<Kind> rest = rest_of<Kind>(spread_out<Kind>(random), Kind::parameter.standard);
     Vector3<double> grad[Kind::particles];
     const double C = evaluate<Kind>(at, rest, grad);
     if (std::abs(C) > 0.05 && std::abs(C) < 3) return rest;

@@ -15,7 +15,7 @@ Residual residual(const std::vector<Vec3>& X, const std::vector<Vec3>& x, const 
                   const std::vector<int>& particles, double parameter) {
   return parallel_reduce<Residual>(
       Serial{}, static_cast<int>(particles.size()) / Kind::particles,
-      MeasureResidual<Kind, Vec3>{X.data(), x.data(), w.data(), particles.data(), parameter});
+      MeasureResidual<Kind, Vec3>{X.data(), x.data(), w.data(), particles.data(), parameter, nullptr});
 }
 
 TEST(MeasureResidual, AddsUpTheStrainsOfAChain) {

@@ -119,6 +119,14 @@ INSTANTIATE_TEST_SUITE_P(
                 "angles)"},
         Refusal{"StiffnessAndCompliance", "/bodies/0/constraints/0/compliance", "1",
                 "/bodies/0/constraints/0/compliance: found both 'stiffness' and 'compliance'; allowed: one of them"},
+        Refusal{
+            "StiffnessAndRigidity", "/bodies/0/constraints/0/rigidity", "1",
+            "/bodies/0/constraints/0/rigidity: found 'rigidity' beside 'stiffness' or 'compliance'; allowed: one of "
+            "them"},
+        Refusal{
+            "NoRigidity", "/bodies/0/constraints/2/rigidity", "0",
+            "/bodies/0/constraints/2/rigidity: found 0; allowed: a number > 0 (N/m of surfaces, N of lines; bending "
+            "N m)"},
         Refusal{"UnknownElement", "/bodies/0/constraints/0/on", "[\"edge\"]",
                 "/bodies/0/constraints/0/on/0: found unknown element \"edge\" (did you mean 'edges'?); allowed: edges, "
                 "shear"},
@@ -131,7 +139,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"NegativeRestScaleOfBending", "/bodies/0/constraints/2/rest_scale", "-1",
                 "/bodies/0/constraints/2/rest_scale: found -1; allowed: a number >= 0"},
         Refusal{"ElementsOfBending", "/bodies/0/constraints/2/on", "[\"edges\"]",
-                "/bodies/0/constraints/2/on: found unknown key 'on'; allowed: type, stiffness, compliance, rest_scale"},
+                "/bodies/0/constraints/2/on: found unknown key 'on'; allowed: type, stiffness, compliance, rest_scale, "
+                "rigidity"},
         Refusal{"ZeroPressure", "/bodies/0/constraints/3/pressure", "0",
                 "/bodies/0/constraints/3/pressure: found 0; allowed: a number > 0"}),
     name_of);

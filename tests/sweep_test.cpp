@@ -32,12 +32,9 @@ class ScalarSweep {
       rest_.emplace_back();
       with_kind(set, [&]<class Kind>(Kind) {
         for (int c = 0; c < set.count(); ++c) {
-          Vector3<double> X[Kind::particles];
-          for (int j = 0; j < Kind::particles; ++j) {
-            const Vec3& x = model.x[set.particles[c * set.arity + j]];
-            X[j] = {x[0], x[1], x[2]};
-          }
-          rest_[s].push_back(R(Kind::rest(X, set.parameter)));
+          double rest[Kind::numbers];
+          rest_values<Kind>(model.x.data(), &set.particles[c * set.arity], set.parameter, rest);
+          rest_[s].insert(rest_[s].end(), rest, rest + Kind::numbers);
         }
       });
     }
@@ -76,11 +73,11 @@ class ScalarSweep {
     Vector3<R> q[n], grad[n];
     R w[n], scale;
     for (int j = 0; j < n; ++j) q[j] = p[of[j]], w[j] = R(model_.w[of[j]]);
-    const R C = Kind::evaluate(q, rest_[s][c], true, grad, scale);
+    const R C = Kind::evaluate(q, &rest_[s][c * Kind::numbers], true, grad, scale);
     R sum = w[0] * dot(grad[0], grad[0]);
     for (int j = 1; j < n; ++j) sum = sum + w[j] * dot(grad[j], grad[j]);
     if (!(sum > tiny<R>())) return;
-    const R alpha = alpha_[s];
+    const R alpha = set.softness.empty() ? alpha_[s] : alpha_[s] * R(set.softness[c]);
     R& lambda = lambda_[s][c];
     R dlambda = set.compliance ? (-C - scale * alpha * lambda) / (sum + alpha * scale * scale) : -C * k_[s] / sum;
     if (Kind::inequality) dlambda = std::max(dlambda, set.compliance ? -lambda / scale : R(0));
@@ -372,9 +369,16 @@ TEST(Sweep, StatesWhatItHolds) {
     EXPECT_EQ(facts.constraints, model.sets[s].count());
     EXPECT_EQ(facts.in_runs, plan.sets[s].in_runs);
     EXPECT_EQ(facts.most_batches, plan.sets[s].most_batches);
-    // A sheet's runs are all alike: a bit a slot. Of the gathered, a rest value and the particles.
+    // A sheet's runs are all alike: a bit a slot, and their rest values once. Of the gathered, rest values and
+    // particles.
+    std::size_t numbers = 0;
+    for_each_constraint(
+        [&]<class Kind>(Kind) { numbers = model.sets[s].type == Kind::name ? Kind::numbers : numbers; });
+    const auto runs = std::count_if(plan.batches.begin(), plan.batches.end(),
+                                    [&](const Batch& batch) { return batch.set == static_cast<int>(s) && batch.run; });
     const std::size_t slots = plan.sets[s].constraint.size(), gathered = plan.sets[s].index[0].size();
-    EXPECT_EQ(facts.bytes, (slots - gathered) / 8 + gathered * (sizeof(float) + model.sets[s].arity * 2));
+    EXPECT_EQ(facts.bytes, (slots - gathered) / 8 + (runs + gathered) * numbers * sizeof(float) +
+                               gathered * model.sets[s].arity * sizeof(LocalIndex));
   }
 }
 

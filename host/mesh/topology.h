@@ -23,6 +23,11 @@ std::vector<Triangle> triangles(const Mesh& mesh);
 /// oriented alike, are left out.
 std::vector<std::array<int, 4>> hinges(const Mesh& mesh);
 
+/// {a, b, c, d} as hinges() for every side that two faces oriented alike share, with a quad's corners taken in turn as
+/// wings, so that no diagonal is preferred: `shares` gets the part of its edge's bending that each hinge stands for, 1
+/// between triangles, 1/2 beside a quad. Quads' own diagonals do not bend.
+std::vector<std::array<int, 4>> plate_hinges(const Mesh& mesh, std::vector<double>& shares);
+
 /// Which connected part each particle belongs to. Parts are numbered from 0 in the order of their lowest particles;
 /// `count` becomes their number.
 std::vector<int> components(int particles, const std::vector<Edge>& edges, int& count);

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "host/base/stopwatch.h"
 #include "host/error.h"
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
+#include "host/model/material.h"
 #include "host/model/order.h"
 #include "host/model/pins.h"
 #include "kernels/constraints.h"
@@ -71,19 +73,34 @@ Body make_body(const Scene& scene, std::size_t index, int& zero_area_faces) {
   return body;
 }
 
-/// Particles of every constraint of this spec, in the body's own numbering, `arity` each.
+struct Elements {
+  std::vector<int> particles;    // in the body's own numbering, `arity` each
+  std::vector<double> softness;  // of a material, of each
+};
+
+/// What the constraints of this spec stand on.
 template <class Kind>
-std::vector<int> elements(const Body& body, const ConstraintSpec& spec) {
-  std::vector<int> flat;
-  const auto add = [&flat](const auto& list) {
-    for (const auto& element : list) flat.insert(flat.end(), element.begin(), element.end());
+Elements elements(const Body& body, const ConstraintSpec& spec) {
+  Elements all;
+  const auto add = [&all](const auto& list, const std::vector<double>& softness) {
+    for (const auto& element : list) all.particles.insert(all.particles.end(), element.begin(), element.end());
+    all.softness.insert(all.softness.end(), softness.begin(), softness.end());
   };
+  const Mesh& mesh = body.mesh;
+  const bool material = spec.rigidity.has_value();
   if constexpr (Kind::element == Element::Hinges) {
-    add(hinges(body.mesh));
+    std::vector<double> shares;
+    const auto list = material ? plate_hinges(mesh, shares) : hinges(mesh);
+    constexpr bool isometric = std::is_same_v<Kind, IsometricBending>;
+    add(list, material ? hinge_softness(mesh, list, shares, isometric) : std::vector<double>{});
   } else {
-    for (const std::string& on : spec.on) add(on == "shear" ? shear(body.mesh) : body.edges);
+    for (const std::string& on : spec.on)
+      if (on == "shear")
+        add(shear(mesh), material ? shear_softness(mesh) : std::vector<double>{});
+      else
+        add(body.edges, material ? edge_softness(mesh, body.edges) : std::vector<double>{});
   }
-  return flat;
+  return all;
 }
 
 class Builder {
@@ -199,33 +216,46 @@ class Builder {
 
   template <class Kind>
   void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
-    std::vector<int> flat = elements<Kind>(bodies_[b], spec);
-    if (flat.empty())
+    Elements all = elements<Kind>(bodies_[b], spec);
+    if (all.particles.empty())
       refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",
              Kind::element == Element::Hinges ? "a mesh with neighbouring faces" : "edges, or quads for shear");
-    const std::vector<bool>& pinned = bodies_[b].pinned;
-    std::vector<int> movable;
-    for (auto c = flat.begin(); c != flat.end(); c += Kind::particles) {
-      if (std::all_of(c, c + Kind::particles, [&](int i) { return pinned[i]; })) continue;  // could move nothing
-      for (int j = 0; j < Kind::particles; ++j) movable.push_back(solver_of_[model_.look.body_begin[b] + c[j]]);
-    }
+    drop_what_is_pinned(all, Kind::particles, bodies_[b].pinned);
+    for (int& i : all.particles) i = solver_of_[model_.look.body_begin[b] + i];
     const SolverSpec& solver = model_.scene.solver;
     if (solver.type == "desbrun" && !Kind::inequality) {
-      SpringSet springs = springs_of(spec, solver.desbrun.stiffness, movable, model_.x);
+      SpringSet springs = springs_of(spec, solver.desbrun.stiffness, all.particles, all.softness, model_.x);
       if (!springs.ends.empty()) model_.springs.push_back(std::move(springs));
       return;
     }
-    std::vector<int>& particles = find_set(spec, Kind::particles).particles;
-    particles.insert(particles.end(), movable.begin(), movable.end());
+    ConstraintSet& set = find_set(spec, Kind::particles);
+    set.particles.insert(set.particles.end(), all.particles.begin(), all.particles.end());
+    set.softness.insert(set.softness.end(), all.softness.begin(), all.softness.end());
+  }
+
+  /// Constraints that could move nothing.
+  static void drop_what_is_pinned(Elements& all, int arity, const std::vector<bool>& pinned) {
+    std::size_t kept = 0;
+    for (std::size_t c = 0; c < all.particles.size() / arity; ++c) {
+      const int* of = &all.particles[c * arity];
+      if (std::all_of(of, of + arity, [&](int i) { return pinned[i]; })) continue;
+      std::copy_n(of, arity, &all.particles[kept * arity]);
+      if (!all.softness.empty()) all.softness[kept] = all.softness[c];
+      ++kept;
+    }
+    all.particles.resize(kept * arity);
+    if (!all.softness.empty()) all.softness.resize(kept);
   }
 
   ConstraintSet& find_set(const ConstraintSpec& spec, int arity) {
+    const std::optional<double> compliance =
+        spec.rigidity ? std::optional<double>(1 / *spec.rigidity) : spec.compliance;
     for (ConstraintSet& set : model_.sets)
-      if (set.type == spec.type && set.stiffness == spec.stiffness && set.compliance == spec.compliance &&
-          set.parameter == spec.parameter)
+      if (set.type == spec.type && set.stiffness == spec.stiffness && set.compliance == compliance &&
+          set.parameter == spec.parameter && set.softness.empty() != spec.rigidity.has_value())
         return set;
     return model_.sets.emplace_back(
-        ConstraintSet{spec.type, arity, spec.stiffness, spec.compliance, spec.parameter, {}});
+        ConstraintSet{spec.type, arity, spec.stiffness, compliance, spec.parameter, {}, {}});
   }
 
   void add_pressure(std::size_t b, const ConstraintSpec& spec) {

@@ -17,7 +17,8 @@ struct ConstraintSet {
   double stiffness = 1;
   std::optional<double> compliance;
   double parameter = 1;
-  std::vector<int> particles;  // arity a constraint
+  std::vector<int> particles;    // arity a constraint
+  std::vector<double> softness;  // of a material: each constraint's compliance times the rigidity
   int count() const { return static_cast<int>(particles.size()) / arity; }
 };
 

@@ -9,6 +9,7 @@ namespace malha {
 
 namespace {
 
+double square(double a) { return a * a; }
 double distance(const Vec3& a, const Vec3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
 
 struct Hinge {
@@ -33,17 +34,19 @@ Hinge hinge(const std::vector<Vec3>& X, const int* particles, double rest_scale)
 }  // namespace
 
 SpringSet springs_of(const ConstraintSpec& spec, double full, const std::vector<int>& particles,
-                     const std::vector<Vec3>& X) {
+                     const std::vector<double>& softness, const std::vector<Vec3>& X) {
   SpringSet set{spec.type, {}, {}, {}};
-  const bool bends = spec.type == Bending::name;
-  const double alpha = spec.compliance.value_or(0);
-  for (std::size_t c = 0; c < particles.size(); c += bends ? 4 : 2) {
-    const int* of = &particles[c];
+  const bool isometric = spec.type == IsometricBending::name, bends = isometric || spec.type == Bending::name;
+  const int arity = bends ? 4 : 2;
+  for (std::size_t c = 0; c < particles.size() / arity; ++c) {
+    const int* of = &particles[c * arity];
+    double alpha = spec.rigidity ? softness[c] / *spec.rigidity : spec.compliance.value_or(0);
+    if (isometric) alpha /= square(distance(X[of[0]], X[of[1]]));  // of the angle, instead of the fold
     const Edge ends = bends ? Edge{of[2], of[3]} : Edge{of[0], of[1]};
     const Hinge at = bends ? hinge(X, of, spec.parameter) : Hinge{};
     if (ends[0] == ends[1] || (bends && !(at.heights > 0))) continue;  // nothing that could bend
     const double rest = bends ? at.span : spec.parameter * distance(X[ends[0]], X[ends[1]]);
-    double k = spec.compliance ? full : spec.stiffness * full;
+    double k = spec.compliance || spec.rigidity ? full : spec.stiffness * full;
     if (alpha > 0) k = bends ? 4 / (alpha * at.heights * at.heights) : 1 / alpha;
     if (!(k > 0)) continue;
     set.ends.push_back(ends), set.stiffness.push_back(k), set.rest.push_back(rest);

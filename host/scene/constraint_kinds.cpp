@@ -9,9 +9,11 @@ const std::vector<ConstraintKind>& constraint_kinds() {
     std::vector<ConstraintKind> all;
     for_each_constraint([&all]<class Kind>(Kind) {
       const Parameter& p = Kind::parameter;
-      all.push_back({Kind::name, p.name, p.standard, p.minimum, p.minimum_allowed, Kind::element == Element::Edges});
+      all.push_back({Kind::name, p.name, p.standard, p.minimum, p.minimum_allowed, Kind::material,
+                     Kind::element == Element::Edges});
     });
-    all.push_back({"pressure", "pressure", 1, 0, false, false});  // over a whole mesh: no batches, so not registered
+    all.push_back(
+        {"pressure", "pressure", 1, 0, false, false, false});  // over a whole mesh: no batches, so not registered
     return all;
   }();
   return kinds;

@@ -11,6 +11,7 @@ struct ConstraintKind {
   double parameter_default;  // where the scene does not say
   double parameter_min;
   bool min_included;  // parameter >= parameter_min, rather than >
+  bool material;      // takes "rigidity"
   bool on_edges;      // takes "on": which edges of the mesh
 };
 

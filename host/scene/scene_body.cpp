@@ -73,6 +73,12 @@ ConstraintSpec read_constraint(const JsonReader& at) {
        }},
       {kind->parameter, [&](const JsonReader& v) { spec.parameter = v.number(range); }},
   };
+  if (kind->material)
+    fields.push_back({"rigidity", [&](const JsonReader& v) {
+                        spec.rigidity = v.number(above(0, "N/m of surfaces, N of lines; bending N m"));
+                        if (at.has("stiffness") || at.has("compliance"))
+                          v.refuse("'rigidity' beside 'stiffness' or 'compliance'", "one of them");
+                      }});
   if (kind->on_edges) {
     spec.on = {"edges"};
     fields.push_back({"on", [&](const JsonReader& v) { spec.on = v.words("element", {"edges", "shear"}); }});

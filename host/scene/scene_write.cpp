@@ -49,7 +49,9 @@ Json write(const ConstraintSpec& c) {
     if (kind.on_edges) json["on"] = c.on;
     json[kind.parameter] = c.parameter;
   }
-  if (c.compliance) {
+  if (c.rigidity) {
+    json["rigidity"] = *c.rigidity;
+  } else if (c.compliance) {
     json["compliance"] = *c.compliance;
   } else {
     json["stiffness"] = c.stiffness;

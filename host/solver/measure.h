@@ -35,9 +35,10 @@ void measure_constraints(const Executor& executor, const Model& model, const std
       if (set.type != Kind::name) return;
       const Residual r = parallel_reduce<Residual>(
           executor, set.count(),
-          MeasureResidual<Kind, Vec3>{model.x.data(), x.data(), model.w.data(), set.particles.data(), set.parameter});
+          MeasureResidual<Kind, Vec3>{model.x.data(), x.data(), model.w.data(), set.particles.data(), set.parameter,
+                                      set.softness.empty() ? nullptr : set.softness.data()});
       m.degenerate += static_cast<std::int64_t>(r.degenerate);
-      if (set.compliance.value_or(0) > 0) m.elastic += r.C2 / (2 * *set.compliance);
+      if (set.compliance.value_or(0) > 0) m.elastic += r.softened / (2 * *set.compliance);
       if (Kind::has_strain) lengths += r;
     });
   for (const SpringSet& set : model.springs) {

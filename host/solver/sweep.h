@@ -107,10 +107,10 @@ class Sweep {
   static constexpr std::size_t kCache = 1 << 20;  // bytes; cores have caches of 0.25 to 2 MiB of their own
   struct Set {
     Array<Executor, LocalIndex> index[kMostParticles];
-    Array<Executor, R> rest, lambda;
+    Array<Executor, R> rest, common, lambda;
     Array<Executor, unsigned short> held;
     std::size_t bytes() const {
-      std::size_t sum = rest.bytes() + held.bytes() + lambda.bytes();
+      std::size_t sum = rest.bytes() + common.bytes() + held.bytes() + lambda.bytes();
       for (const auto& of : index) sum += of.bytes();
       return sum;
     }
@@ -126,8 +126,10 @@ class Sweep {
     for_each_constraint([&]<class Kind>(Kind) {
       if (set.type == Kind::name) {
         view.kind = kind;
-        RestValues<R> rest(rest_values<Kind>(model, set, plan), s, patches.batches);
-        own.rest = Array<Executor, R>(rest.each), own.held = Array<Executor, unsigned short>(rest.held);
+        view.numbers = rest_numbers<Kind>(update_of(set));
+        RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.numbers, s, patches.batches);
+        own.rest = Array<Executor, R>(rest.each), own.common = Array<Executor, R>(rest.common);
+        own.held = Array<Executor, unsigned short>(rest.held);
       }
       ++kind;
     });
@@ -135,9 +137,9 @@ class Sweep {
       own.index[j] = Array<Executor, LocalIndex>(scaled(plan.index[j]));
       view.index[j] = own.index[j].data();
     }
-    view.update = set.compliance ? Update::Compliant : Update::Stiff;
+    view.update = update_of(set);
     if (set.compliance && solver.iterations > 1) own.lambda = Array<Executor, R>(plan.constraint.size(), R(0));
-    view.rest = own.rest.data(), view.held = own.held.data();
+    view.rest = own.rest.data(), view.common = own.common.data(), view.held = own.held.data();
     view.lambda = own.lambda.data();
     view.stiffness = R(stiffness_per_projection(set.stiffness, double(solver.substeps) * solver.iterations));
     view.compliance = R(set.compliance.value_or(0) / (h * h));
@@ -149,16 +151,25 @@ class Sweep {
     return index;
   }
 
+  static Update update_of(const ConstraintSet& set) {
+    return !set.softness.empty() ? Update::Material : set.compliance ? Update::Compliant : Update::Stiff;
+  }
+
   /// In double whatever R is: rounded once.
   template <class Kind>
-  std::vector<R> rest_values(const Model& model, const ConstraintSet& set, const SetPlan& plan) const {
-    std::vector<R> rest(plan.constraint.size());
+  std::vector<R> rest_by_slot(const Model& model, const ConstraintSet& set, const SetPlan& plan) const {
+    const std::size_t numbers = rest_numbers<Kind>(update_of(set));
+    std::vector<R> rest(plan.constraint.size() * numbers, std::numeric_limits<R>::quiet_NaN());
     const auto measure = [&](int slot) {
       const int c = plan.constraint[slot];
-      rest[slot] = c < 0 ? std::numeric_limits<R>::quiet_NaN()
-                         : R(rest_value<Kind>(model.x.data(), &set.particles[c * set.arity], set.parameter));
+      if (c < 0) return;
+      double own[Kind::numbers];
+      rest_values<Kind>(model.x.data(), &set.particles[std::size_t(c) * set.arity], set.parameter, own);
+      R* to = &rest[slot * numbers];
+      std::copy(own, own + Kind::numbers, to);
+      if (!set.softness.empty()) to[Kind::numbers] = R(set.softness[c]);
     };
-    parallel_for(executor_, static_cast<int>(rest.size()), measure);
+    parallel_for(executor_, static_cast<int>(plan.constraint.size()), measure);
     return rest;
   }
 

@@ -13,18 +13,21 @@ struct Bending {
   static constexpr int particles = 4;
   static constexpr bool inequality = false;
   static constexpr bool has_strain = false;
+  static constexpr bool material = true;  // rigidity: flexural, N m
+  static constexpr int numbers = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
 
   /// theta0, rad: the angle at rest times rest_scale (0: flat).
   template <class S>
-  KERNEL static S rest(const Vector3<S> (&X)[4], S rest_scale) {
+  KERNEL static void rest(const Vector3<S> (&X)[4], S rest_scale, S (&rest)[1]) {
     Vector3<S> grad[4];
     S scale;
-    return evaluate(X, S(typename RealOf<S>::type(0)), true, grad, scale) * rest_scale;
+    rest[0] = S(typename RealOf<S>::type(0));
+    rest[0] = evaluate(X, rest, true, grad, scale) * rest_scale;
   }
 
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[4], S theta0, const Mask& held, Vector3<S> (&grad)[4], S& scale) {
+  KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& held, Vector3<S> (&grad)[4], S& scale) {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
     scale = one;
@@ -47,7 +50,7 @@ struct Bending {
     grad[1] = or_zero(whole, m1 * (dot(from0to2, e) * per_edge) + m2 * (dot(from0to3, e) * per_edge));
     const S theta = arctangent2(dot(e, cross(n1, n2)) * per_edge, dot(n1, n2));
     const S pi(R(3.14159265358979323846)), turn = pi + pi;
-    S C = theta - theta0;
+    S C = theta - rest[0];
     C = select(C > pi, C - turn, select(C < -pi, C + turn, C));
     return select(whole, C, zero);
   }

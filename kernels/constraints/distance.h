@@ -10,22 +10,24 @@ struct Distance {
   static constexpr int particles = 2;
   static constexpr bool inequality = false;
   static constexpr bool has_strain = true;  // C / l
+  static constexpr bool material = true;    // rigidity: N/m of a surface, N of a line
+  static constexpr int numbers = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, false};
 
   /// l, m: the distance at rest times rest_scale.
   template <class S>
-  KERNEL static S rest(const Vector3<S> (&X)[2], S rest_scale) {
+  KERNEL static void rest(const Vector3<S> (&X)[2], S rest_scale, S (&rest)[1]) {
     const Vector3<S> d = X[0] - X[1];
-    return root(dot(d, d)) * rest_scale;
+    rest[0] = root(dot(d, d)) * rest_scale;
   }
 
   /// C and its gradients times |p0 - p1|: no division. Coincident points have no direction, and a zero gradient.
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[2], S l, const Mask& held, Vector3<S> (&grad)[2], S& scale) {
+  KERNEL static S evaluate(const Vector3<S> (&p)[2], const S* rest, const Mask& held, Vector3<S> (&grad)[2], S& scale) {
     grad[0] = or_zero(held, p[0] - p[1]);
     grad[1] = -grad[0];
     scale = root(dot(grad[0], grad[0]));
-    return scale * (scale - l);
+    return scale * (scale - rest[0]);
   }
 };
 

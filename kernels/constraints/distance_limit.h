@@ -11,17 +11,19 @@ struct DistanceLimit {
   static constexpr int particles = 2;
   static constexpr bool inequality = true;
   static constexpr bool has_strain = false;
+  static constexpr bool material = false;
+  static constexpr int numbers = 1;
   static constexpr Parameter parameter{"limit", 0.1, 0, true};
 
   /// (1 + tau) l, m.
   template <class S>
-  KERNEL static S rest(const Vector3<S> (&X)[2], S limit) {
-    return Distance::rest(X, S(typename RealOf<S>::type(1)) + limit);
+  KERNEL static void rest(const Vector3<S> (&X)[2], S limit, S (&rest)[1]) {
+    Distance::rest(X, S(typename RealOf<S>::type(1)) + limit, rest);
   }
 
   template <class S, class Mask>
-  KERNEL static S evaluate(const Vector3<S> (&p)[2], S longest, const Mask& held, Vector3<S> (&grad)[2], S& scale) {
-    const S excess = Distance::evaluate(p, longest, held, grad, scale);
+  KERNEL static S evaluate(const Vector3<S> (&p)[2], const S* rest, const Mask& held, Vector3<S> (&grad)[2], S& scale) {
+    const S excess = Distance::evaluate(p, rest, held, grad, scale);
     grad[0] = -grad[0], grad[1] = -grad[1];
     return -excess;
   }

@@ -1,0 +1,55 @@
+// isometric_bending: C = |sum K_j p_j| - |sum K_j X_j| over the four particles of a hinge, K its cotangent weights at
+// rest: the fold's vector, as long as edge times angle where the fold is small. Quadratic in the positions, and no
+// triangle of the moment can degenerate it. Meant for sheets that hardly stretch (Bergou et al. 2006, section 4).
+#pragma once
+#include "kernels/constraint.h"
+
+namespace malha {
+
+struct IsometricBending {
+  static constexpr const char* name = "isometric_bending";
+  static constexpr Element element = Element::Hinges;
+  static constexpr int particles = 4;
+  static constexpr bool inequality = false;
+  static constexpr bool has_strain = false;
+  static constexpr bool material = true;  // rigidity: flexural, N m
+  static constexpr int numbers = 4;
+  static constexpr Parameter parameter{"rest_scale", 1, 0, true};
+
+  /// The vector's length at rest times rest_scale (0: flat), m, and K_0 to K_2; K_3 makes their sum 0. A hinge of which
+  /// a triangle has no area has none.
+  template <class S>
+  KERNEL static void rest(const Vector3<S> (&X)[4], S rest_scale, S (&rest)[4]) {
+    using R = typename RealOf<S>::type;
+    const S zero(R(0)), one(R(1));
+    const Vector3<S> e = X[1] - X[0], a = X[2] - X[0], b = X[3] - X[0];
+    const S e2 = dot(e, e), n1 = root(dot(cross(e, a), cross(e, a))), n2 = root(dot(cross(e, b), cross(e, b)));
+    const auto whole = select(n1 < n2, n1, n2) > larger(e2 * S(R(1e-6)), S(tiny<R>()));
+    // Cotangents of the angles at both ends of the edge, in both triangles.
+    const S u1 = one / select(whole, n1, one), u2 = one / select(whole, n2, one);
+    const S at0 = dot(e, a) * u1 + dot(e, b) * u2, at1 = (e2 - dot(e, a)) * u1 + (e2 - dot(e, b)) * u2;
+    rest[0] = zero;
+    rest[1] = select(whole, at1, zero), rest[2] = select(whole, at0, zero), rest[3] = select(whole, -e2 * u1, zero);
+    const Vector3<S> fold = fold_of(X, rest);
+    const S length = root(dot(fold, fold));  // of a flat hinge, the rounding of its weights
+    rest[0] = select(length > root(e2) * S(R(1e-9)), length * rest_scale, zero);
+  }
+
+  /// C and its gradients times |sum K_j p_j|, as Distance does.
+  template <class S, class Mask>
+  KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& held, Vector3<S> (&grad)[4], S& scale) {
+    const Vector3<S> fold = or_zero(held, fold_of(p, rest));
+    for (int j = 0; j < 3; ++j) grad[j] = or_zero(held, fold * rest[1 + j]);
+    grad[3] = -(grad[0] + grad[1] + grad[2]);
+    scale = root(dot(fold, fold));
+    return scale * (scale - rest[0]);
+  }
+
+ private:
+  template <class S>
+  KERNEL static Vector3<S> fold_of(const Vector3<S> (&p)[4], const S* rest) {
+    return (p[0] - p[3]) * rest[1] + (p[1] - p[3]) * rest[2] + (p[2] - p[3]) * rest[3];
+  }
+};
+
+}  // namespace malha
