@@ -57,6 +57,13 @@ TEST(MeasureResidual, CountsWhatHasNoDirectionAndCouldMove) {
   EXPECT_EQ(residual<DistanceLimit>(X, x, {1, 1, 1, 1}, particles, 0.1).C2, 0);
 }
 
+TEST(MeasureResidual, OfAFlatSheetsIsometricFoldIsMetAndNotDegenerate) {
+  const std::vector<Vec3> X{{0, 0, 0}, {1, 0, 0}, {0.3, 0.7, 0}, {0.6, -0.9, 0}};
+  const Residual flat = residual<IsometricBending>(X, X, {1, 1, 1, 1}, {0, 1, 2, 3}, 1);
+  EXPECT_EQ(flat.degenerate, 0);
+  EXPECT_LT(flat.C2, 1e-30);
+}
+
 TEST(MeasureResidual, OfAnInequalityThatHoldsIsNothing) {
   const std::vector<Vec3> X{{0, 0, 0}, {1, 0, 0}};
   const std::vector<double> w{1, 1};

@@ -224,6 +224,9 @@ class Builder {
     for (int& i : all.particles) i = solver_of_[model_.look.body_begin[b] + i];
     const SolverSpec& solver = model_.scene.solver;
     if (solver.type == "desbrun" && !Kind::inequality) {
+      if (spec.rigidity && Kind::element == Element::Hinges)
+        refuse(model_.scene.file, place + "/rigidity", "a rigidity for springs across hinges, which a flat one lacks",
+               "'compliance' or 'stiffness' with Desbrun's method, or the solver 'pbd'");
       SpringSet springs = springs_of(spec, solver.desbrun.stiffness, all.particles, all.softness, model_.x);
       if (!springs.ends.empty()) model_.springs.push_back(std::move(springs));
       return;

@@ -41,7 +41,7 @@ SpringSet springs_of(const ConstraintSpec& spec, double full, const std::vector<
   for (std::size_t c = 0; c < particles.size() / arity; ++c) {
     const int* of = &particles[c * arity];
     double alpha = spec.rigidity ? softness[c] / *spec.rigidity : spec.compliance.value_or(0);
-    if (isometric) alpha /= square(distance(X[of[0]], X[of[1]]));  // of the angle, instead of the fold
+    if (isometric) alpha /= square(distance(X[of[0]], X[of[1]]));  // of the angle instead of the fold
     const Edge ends = bends ? Edge{of[2], of[3]} : Edge{of[0], of[1]};
     const Hinge at = bends ? hinge(X, of, spec.parameter) : Hinge{};
     if (ends[0] == ends[1] || (bends && !(at.heights > 0))) continue;  // nothing that could bend
