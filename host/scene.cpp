@@ -15,9 +15,25 @@ Wind read_wind(const JsonReader& at) {
   Wind wind;
   at.object({
       {"velocity", [&](const JsonReader& v) { wind.velocity = v.vec3(any("m/s")); }, true},
-      {"drag", [&](const JsonReader& v) { wind.drag = v.number(at_least(0, "N s/m per particle")); }, true},
+      {"drag", [&](const JsonReader& v) { wind.drag = v.number(at_least(0, "N s/m per particle")); }},
+      {"density", [&](const JsonReader& v) { wind.density = v.number(at_least(0, "kg/m^3 of air")); }},
+      {"drag_coefficient", [&](const JsonReader& v) { wind.drag_coefficient = v.number(at_least(0, "")); }},
+      {"lift_coefficient", [&](const JsonReader& v) { wind.lift_coefficient = v.number(at_least(0, "")); }},
   });
+  if (!at.has("drag") && !at.has("density"))
+    at.refuse("neither 'drag' nor 'density'", "at least one of them: on particles, on faces");
+  for (const char* key : {"drag_coefficient", "lift_coefficient"})
+    if (at.has(key) && !at.has("density")) at.at(key).refuse("a coefficient of faces without 'density'", "both");
   return wind;
+}
+
+Sleep read_sleep(const JsonReader& at) {
+  Sleep sleep;
+  at.object({
+      {"speed", [&](const JsonReader& v) { sleep.speed = v.number(above(0, "m/s")); }},
+      {"after", [&](const JsonReader& v) { sleep.after = v.number(at_least(0, "s")); }},
+  });
+  return sleep;
 }
 
 void refuse_a_second_use(const JsonReader& at, const std::string& name, std::set<std::string>& names) {
@@ -46,6 +62,7 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
       {"solver", [&](const JsonReader& v) { scene.solver = read_solver(v); }, true},
       {"gravity", [&](const JsonReader& v) { scene.gravity = v.vec3(any("m/s^2")); }},
       {"wind", [&](const JsonReader& v) { scene.wind = read_wind(v); }},
+      {"sleep", [&](const JsonReader& v) { scene.sleep = read_sleep(v); }},
       {"bodies",
        [&](const JsonReader& v) {
          for (const JsonReader& item : v.list()) {

@@ -68,7 +68,8 @@ struct ListPin {
 };
 using Pin = std::variant<RowPin, BoxPin, SpherePin, NearestPin, ListPin>;
 
-/// One constraint kind on one body. `type` is a name of the registry (kernels/constraints.h) or "pressure".
+/// One constraint kind on one body. `type` is a name of the registry (kernels/constraints.h), "pressure" or
+/// "long_range".
 struct ConstraintSpec {
   std::string type;
   std::vector<std::string> on;       // elements; for edge constraints a subset of "edges", "shear"
@@ -112,9 +113,19 @@ struct EnvironmentSpec {
   std::vector<Keyframe> motion;  // empty: does not move
 };
 
+/// Moving air, or air at rest. `drag` acts on particles, `density` on faces: a scene names one of them or both.
 struct Wind {
-  Vec3 velocity{0, 0, 0};  // m/s
-  double drag = 0;         // N s/m per particle, >= 0
+  Vec3 velocity{0, 0, 0};         // m/s
+  double drag = 0;                // N s/m per particle, >= 0
+  double density = 0;             // kg/m^3 of air, >= 0
+  double drag_coefficient = 1.2;  // of a face, >= 0, see kernels/air.h
+  double lift_coefficient = 1.2;  // >= 0
+};
+
+/// When a scene falls asleep: no particle of it has been faster than `speed` for `after` seconds.
+struct Sleep {
+  double speed = 0.01;  // m/s, > 0
+  double after = 0.5;   // s, >= 0
 };
 
 struct Camera {
@@ -180,6 +191,7 @@ struct Scene {
   SolverSpec solver;
   Vec3 gravity{0, 0, 0};  // m/s^2
   std::optional<Wind> wind;
+  std::optional<Sleep> sleep;                // none: never
   std::vector<BodySpec> bodies;              // at least one
   std::vector<EnvironmentSpec> environment;  // empty: no Embree
   double duration = 1;                       // s

@@ -36,6 +36,8 @@ void Simulation::step() {
 
 void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver->move_pin(particle, to); }
 
+void Simulation::wake() { parts_->solver->wake(); }
+
 double Simulation::time() const { return parts_->solver->time(); }
 std::int64_t Simulation::steps() const { return parts_->solver->steps(); }
 int Simulation::threads() const { return parts_->threads; }

@@ -42,6 +42,9 @@ class Simulation {
   /// positions(). Throws InputError for one that is not pinned.
   void move_pin(int particle, const Vec3& to);
 
+  /// Ends the scene's sleep, if it has a "sleep" and sleeps: for what is changed from outside.
+  void wake();
+
   double time() const;         // s
   std::int64_t steps() const;  // since the start of the scene, across resumed runs
   int threads() const;

@@ -15,7 +15,8 @@ std::string full_scene() {
              "filter": "dense", "storage": "int16", "filtered": "internal_only", "corrector": "paper", "refine": 2,
              "tolerance": 0.01, "time_budget": 0.5},
   "gravity": [0, -9.81, 0],
-  "wind": {"velocity": [1, 0, 0.5], "drag": 0.01},
+  "wind": {"velocity": [1, 0, 0.5], "drag": 0.01, "density": 1.2, "drag_coefficient": 1.1, "lift_coefficient": 0.9},
+  "sleep": {"speed": 0.02, "after": 0.25},
   "bodies": [
     {"name": "from a file", "shape": {"mesh": "meshes/x.obj"}, "density": 0.2,
      "transform": {"translate": [1, 2, 3], "rotate": {"axis": [0, 0, 2], "degrees": 90}, "scale": [1, 2, 3]},
@@ -40,7 +41,7 @@ std::string full_scene() {
     {"name": "crate", "shape": {"box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "mass": 1},
     {"name": "beam", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 4}}, "mass": 1},
     {"name": "rope", "shape": {"chain": {"from": [0, 0, 0], "to": [0, -1, 0], "segments": 9}}, "density": 0.1,
-     "pins": [{"row": "first"}]},
+     "pins": [{"row": "first"}], "constraints": [{"type": "long_range", "limit": 0.05}]},
     {"name": "shot", "shape": {"cloud": {"min": [0, 0, 0], "max": [1, 1, 0], "count": [2, 3, 1]}}, "mass": 1}
   ],
   "environment": [

@@ -1,4 +1,5 @@
 // Instantiates the kernels on the device: what only a device compiler refuses is found without a GPU.
+#include "kernels/air.h"
 #include "kernels/constraints.h"
 #include "kernels/contact.h"
 #include "kernels/corrector.h"
@@ -6,9 +7,11 @@
 #include "kernels/front.h"
 #include "kernels/integrate.h"
 #include "kernels/limits.h"
+#include "kernels/long_range.h"
 #include "kernels/measure.h"
 #include "kernels/pressure.h"
 #include "kernels/rest.h"
+#include "kernels/sleep.h"
 #include "kernels/sparse_filter.h"
 #include "kernels/spring_energy.h"
 #include "kernels/springs.h"
@@ -65,6 +68,7 @@ void instantiate_all() {
   instantiate<Predict<R>, Drag<R>, UpdateState<R>>();
   instantiate<SumMass<R, Consecutive>, SumSpin<R, Consecutive>, DampTowardsRigid<R>, MeasureMotion<R>>();
   instantiate<SixVolumes<R>, PressureGradient<R>, ApplyPressure<R>>();
+  instantiate<LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>, MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
   instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>>();
 }
 

@@ -25,14 +25,15 @@ Json dust() {
 /// Everything there is.
 Json balloon_in_the_wind() {
   return Json::parse(R"({
-    "name": "balloon", "gravity": [0, -9.81, 0], "wind": {"velocity": [1, 0, 0], "drag": 0.001}, "duration": 2,
+    "name": "balloon", "gravity": [0, -9.81, 0], "wind": {"velocity": [1, 0, 0], "drag": 0.001, "density": 1.2}, "sleep": {}, "duration": 2,
     "solver": {"type": "pbd", "dt": 0.02, "substeps": 4, "iterations": 3, "precision": "double"},
     "bodies": [{
       "name": "balloon", "shape": {"sphere": {"radius": 0.5, "subdivisions": 2}}, "mass": 0.3, "damping": 0.1,
       "transform": {"translate": [0, 0.49, 0]},
       "pins": [{"particles": [0]}],
       "constraints": [{"type": "distance", "compliance": 0.001}, {"type": "distance_limit", "limit": 0.2},
-                      {"type": "bending", "stiffness": 0.1}, {"type": "pressure"}]}],
+                      {"type": "bending", "stiffness": 0.1}, {"type": "pressure"},
+                      {"type": "long_range"}]}],
     "environment": [{"name": "ground", "shape": {"box": {"size": [6, 1, 6], "cells": [1, 1, 1]}}, "restitution": 0.5,
                      "transform": {"translate": [0, -0.5, 0]}}]})");
 }
@@ -57,8 +58,8 @@ TEST(Plan, NamesConstraintsWithRunsAndBatches) {
   const Simulation simulation(parsed(scene), {.threads = 1});
   const std::string text = plan(simulation);
   EXPECT_TRUE(says(text, "particles: 162 in 1 body, 1 pinned")) << text;
-  // 12 projections a step of 480 edges twice, 480 hinges and one pressure.
-  EXPECT_TRUE(says(text, "constraints: " + std::to_string(12 * (3 * 480 + 1)) + " projections a step")) << text;
+  // 12 projections a step of 480 edges twice, 480 hinges, 161 attachments and one pressure.
+  EXPECT_TRUE(says(text, "constraints: " + std::to_string(12 * (3 * 480 + 161 + 1)) + " projections a step")) << text;
   EXPECT_EQ(simulation.solver().facts().sets.size(), 3u);
   for (const SetFacts& set : simulation.solver().facts().sets) {
     EXPECT_EQ(set.constraints, 480);
@@ -68,6 +69,7 @@ TEST(Plan, NamesConstraintsWithRunsAndBatches) {
     EXPECT_TRUE(says(text, line)) << line << " is not in\n" << text;
   }
   EXPECT_TRUE(says(text, "  pressure: 1 over 162 particles and 320 triangles")) << text;
+  EXPECT_TRUE(says(text, "  long_range: 161 on pins, of 161 particles")) << text;
 }
 
 TEST(Plan, NamesPatches) {
@@ -107,9 +109,9 @@ TEST(Plan, CountsBytesByOwnerAsTheReportDoes) {
 /// Its 4 substeps of 3 iterations, with one obstacle that each substep asks twice where the particles are.
 TEST(Plan, CountsLaunches) {
   const std::string text = plan_of(balloon_in_the_wind());
-  for (const char* line :
-       {"  damping: 12 launches", "  prediction: 8 launches", "  collision: 8 launches", "  projection: 12 launches",
-        "  pressure: 36 launches", "  contact: 16 launches", "  state: 4 launches"})
+  for (const char* line : {"  damping: 12 launches", "  prediction: 8 launches", "  collision: 8 launches",
+                           "  projection: 12 launches", "  pressure: 36 launches", "  long_range: 12 launches",
+                           "  air: 8 launches", "  contact: 16 launches", "  state: 4 launches", "  sleep: 1 launch"})
     EXPECT_TRUE(says(text, line)) << line << " is not in\n" << text;
   Json smooth = balloon_in_the_wind();
   smooth["environment"][0].erase("restitution");
@@ -144,7 +146,7 @@ TEST_P(PlanPasses, AreThoseThatAStepSpendsTimeIn) {
 
 TEST_P(PlanPasses, HaveNoLineAboutWhatTheSceneLeavesOut) {
   const std::string text = plan_of(scene_);
-  for (const char* kind : {"distance", "distance_limit", "bending", "pressure"}) {
+  for (const char* kind : {"distance", "distance_limit", "bending", "pressure", "long_range"}) {
     bool named = false;
     for (const Json& c : scene_["bodies"][0]["constraints"]) named = named || c["type"] == kind;
     EXPECT_EQ(text.find("  " + std::string(kind) + ": ") != std::string::npos, named) << kind << " in\n" << text;
@@ -158,8 +160,9 @@ const std::string constraints_pointer = "/bodies/0/constraints";
 INSTANTIATE_TEST_SUITE_P(
     Of, PlanPasses,
     testing::Values(std::vector<std::string>{}, std::vector<std::string>{"/environment"},
-                    std::vector<std::string>{"/bodies/0/damping", "/wind"},
-                    std::vector<std::string>{"/environment/0/restitution", constraints_pointer + "/3"},
+                    std::vector<std::string>{"/bodies/0/damping", "/wind", "/sleep"},
+                    std::vector<std::string>{"/environment/0/restitution", constraints_pointer + "/4",
+                                             constraints_pointer + "/3"},
                     std::vector<std::string>{constraints_pointer + "/2", constraints_pointer + "/1"},
                     std::vector<std::string>{"/environment", "/bodies/0/damping", constraints_pointer}));
 

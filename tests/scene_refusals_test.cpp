@@ -28,12 +28,13 @@ const std::string file_name = "; allowed: a name without '/' and '\\', and witho
 INSTANTIATE_TEST_SUITE_P(
     Whole, ParseSceneRefuses,
     testing::Values(
-        Refusal{"AList", "", "[]",
-                "found a list of 0; allowed: an object with the keys $schema, name, solver, gravity, wind, bodies, "
-                "environment, duration, outputs, expect"},
+        Refusal{
+            "AList", "", "[]",
+            "found a list of 0; allowed: an object with the keys $schema, name, solver, gravity, wind, sleep, bodies, "
+            "environment, duration, outputs, expect"},
         Refusal{"UnknownKey", "/gravitiy", "1",
                 "/gravitiy: found unknown key 'gravitiy' (did you mean 'gravity'?); allowed: $schema, name, solver, "
-                "gravity, wind, bodies, environment, duration, outputs, expect"},
+                "gravity, wind, sleep, bodies, environment, duration, outputs, expect"},
         Refusal{"ZeroBodies", "/bodies", "[]", "/bodies: found no body; allowed: at least one"},
         Refusal{"NoBodies", "/bodies", "remove", "found no key 'bodies'; allowed: an object with the key 'bodies'"},
         Refusal{"UnknownSolver", "/solver/type", "\"xpbd\"",
@@ -52,6 +53,20 @@ INSTANTIATE_TEST_SUITE_P(
                 "/gravity: found -9.81; allowed: a list of 3, each a number (m/s^2)"},
         Refusal{"NegativeDrag", "/wind/drag", "-1",
                 "/wind/drag: found -1; allowed: a number >= 0 (N s/m per particle)"},
+        Refusal{"WindThatDoesNothing", "/wind", R"({"velocity": [1, 0, 0]})",
+                "/wind: found neither 'drag' nor 'density'; allowed: at least one of them: on particles, on faces"},
+        Refusal{"NegativeAir", "/wind/density", "-1",
+                "/wind/density: found -1; allowed: a number >= 0 (kg/m^3 of air)"},
+        Refusal{"CoefficientWithoutAir", "/wind", R"({"velocity": [1, 0, 0], "drag": 1, "lift_coefficient": 1})",
+                "/wind/lift_coefficient: found a coefficient of faces without 'density'; allowed: both"},
+        Refusal{"NegativeLift", "/wind/lift_coefficient", "-1",
+                "/wind/lift_coefficient: found -1; allowed: a number >= 0"},
+        Refusal{"SleepAtNoSpeed", "/sleep/speed", "0", "/sleep/speed: found 0; allowed: a number > 0 (m/s)"},
+        Refusal{"SleepBeforeRest", "/sleep/after", "-1", "/sleep/after: found -1; allowed: a number >= 0 (s)"},
+        Refusal{"SoftLongRange", "/bodies/5/constraints/0/stiffness", "0.5",
+                "/bodies/5/constraints/0/stiffness: found unknown key 'stiffness'; allowed: type, limit"},
+        Refusal{"ShorterLongRange", "/bodies/5/constraints/0/limit", "-0.1",
+                "/bodies/5/constraints/0/limit: found -0.1; allowed: a number >= 0"},
         Refusal{"ZeroDuration", "/duration", "0", "/duration: found 0; allowed: a number > 0 (s)"},
         Refusal{"EndlessDuration", "/duration", "1e12",
                 "/duration: found 1000000000000; allowed: at most 1000000000 steps of /solver/dt"},

@@ -139,6 +139,8 @@ TEST_F(SceneSchema, RequiresTheKeysThatTheParserRequires) {
     Words required, one_of;
     for (const Json& key : node.value("required", Json::array())) required.insert(key);
     for (const Json& option : node.value("oneOf", Json::array())) one_of.insert(option["required"][0]);
+    for (const Json& needs : node.value("dependencies", Json::object()))
+      for (const Json& key : needs) one_of.insert(key);  // of keys that the scene has
     for (const std::string& key : keys_of(scene_.at(Json::json_pointer(pointer)))) {
       const std::string refusal = scene_refusal(changed_scene(pointer + "/" + key, "remove"));
       EXPECT_EQ(refusal.empty(), !required.count(key) && !one_of.count(key)) << pointer << " " << key << refusal;

@@ -55,6 +55,11 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(s.gravity, (Vec3{0, -9.81, 0}));
   EXPECT_EQ(s.wind.value().velocity, (Vec3{1, 0, 0.5}));
   EXPECT_EQ(s.wind.value().drag, 0.01);
+  EXPECT_EQ(s.wind.value().density, 1.2);
+  EXPECT_EQ(s.wind.value().drag_coefficient, 1.1);
+  EXPECT_EQ(s.wind.value().lift_coefficient, 0.9);
+  EXPECT_EQ(s.sleep.value().speed, 0.02);
+  EXPECT_EQ(s.sleep.value().after, 0.25);
   ASSERT_EQ(s.bodies.size(), 7u);
   const BodySpec& body = s.bodies[0];
   EXPECT_EQ(std::get<MeshFile>(body.shape).path, "meshes/x.obj");

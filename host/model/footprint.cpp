@@ -15,6 +15,10 @@ void for_each_array(M& model, const Visit& visit) {
   for (auto& set : model.springs) visit(set.ends), visit(set.stiffness), visit(set.rest);
   for (auto& set : model.pressures) visit(set.particles), visit(set.triangles);
   visit(model.damped);
+  visit(model.long_range.particle), visit(model.long_range.begin);
+  visit(model.long_range.anchor), visit(model.long_range.reach);
+  visit(model.air.particle), visit(model.air.begin), visit(model.air.around);
+  visit(model.air.faces);
   visit(model.patches.begin), visit(model.patches.class_of);
   for (auto& environment : model.environment)
     visit(environment.mesh.points), visit(environment.mesh.faces), visit(environment.mesh.lines);
@@ -29,7 +33,7 @@ std::size_t bytes(const Model& model) {
 }
 
 void keep_what_runs_need(Model& model) {
-  model.v = {}, model.mass = {}, model.patches = {};
+  model.v = {}, model.mass = {}, model.patches = {}, model.long_range = {}, model.air = {};
   for_each_array(model, [](auto& array) { array.shrink_to_fit(); });
 }
 

@@ -203,6 +203,10 @@ class Builder {
     });
     each_spec("pressure",
               [this](std::size_t b, const ConstraintSpec& spec, const std::string&) { add_pressure(b, spec); });
+    each_spec("long_range", [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+      add_long_range(b, spec, place);
+    });
+    if (model_.scene.wind && model_.scene.wind->density > 0) add_air();
   }
 
   template <class F>
@@ -272,6 +276,28 @@ class Builder {
     model_.pressures.push_back(std::move(set));
   }
 
+  /// The solver's particles of a body.
+  std::vector<int> names(std::size_t b) const {
+    const auto first = solver_of_.begin() + model_.look.body_begin[b];
+    return {first, first + static_cast<std::ptrdiff_t>(bodies_[b].mesh.points.size())};
+  }
+
+  void add_long_range(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+    const Body& body = bodies_[b];
+    const int before = model_.long_range.items();
+    attach_long_range(body.mesh, body.edges, body.pinned, spec.parameter, names(b), model_.long_range);
+    if (model_.long_range.items() == before)
+      refuse(model_.scene.file, place, "no particle that is connected with a pin",
+             "long-range attachments on a body with pins");
+  }
+
+  void add_air() {
+    for (std::size_t b = 0; b < bodies_.size(); ++b) add_air_faces(bodies_[b].mesh, names(b), model_.air);
+    if (model_.air.particle.empty())
+      refuse(model_.scene.file, "/wind/density", "air on the faces of bodies without faces",
+             "a body with faces, or 'drag' alone");
+  }
+
   /// Cuts the particles into patches and renumbers everything accordingly.
   void cut() {
     Cut cut = cut_into_patches(model_.sets, edges_, island_);
@@ -292,6 +318,11 @@ class Builder {
       std::for_each(set.particles.begin(), set.particles.end(), renumber);
       std::sort(set.particles.begin(), set.particles.end());
     }
+    for (std::vector<int>* list : {&model_.long_range.particle, &model_.long_range.anchor, &model_.air.particle})
+      std::for_each(list->begin(), list->end(), renumber);
+    for (Quad& face : model_.air.faces)
+      for (int& corner : face)
+        if (corner >= 0) renumber(corner);
     model_.patches = std::move(cut.patches);
   }
 

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "host/model/air_faces.h"
+#include "host/model/long_range.h"
 #include "host/model/patches.h"
 #include "host/model/springs.h"
 #include "host/scene.h"
@@ -67,6 +69,8 @@ struct Model {
   std::vector<ConstraintSet> sets;  // in the registry's order of kinds
   std::vector<SpringSet> springs;   // of Desbrun's method; `sets` then holds what is projected after them
   std::vector<PressureSet> pressures;
+  LongRangeSet long_range;  // of all bodies that name it
+  AirFaces air;             // empty unless the wind has a density
   std::vector<DampedIsland> damped;
   Patches patches;
   std::vector<EnvironmentMesh> environment;

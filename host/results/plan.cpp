@@ -9,6 +9,7 @@
 #include "host/base/shown.h"
 #include "host/model/model.h"
 #include "host/results/report.h"
+#include "host/results/resolution.h"
 #include "host/solver/solver.h"
 
 namespace malha {
@@ -38,6 +39,8 @@ void list_constraints(std::ostream& out, const Model& model, const SolverFacts& 
   }
   for (const PressureSet& set : model.pressures)
     out << "  pressure: 1 over " << set.particles.size() << " particles and " << set.triangles.size() << " triangles\n";
+  if (facts.long_range > 0)
+    out << "  long_range: " << facts.attachments << " on pins, of " << counted(facts.long_range, "particle") << "\n";
 }
 
 /// Springs and their filter.
@@ -76,15 +79,19 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   };
   const std::size_t sweeps = projections * facts.patches.phases, obstacles = model.environment.size();
   line("damping", 3 * substeps * model.damped.size());
+  line("air", facts.air_particles > 0 ? 2 * substeps : 0);
   list_filter_passes(model, facts, line);
+  const bool drags = model.scene.wind && model.scene.wind->drag > 0;
   const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
-  line("prediction", substeps * ((model.scene.wind ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
+  line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
   line("collision", 2 * substeps * obstacles);  // found before the iterations, held back after them
   line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);
   line("pressure", 3 * projections * model.pressures.size());
+  line("long_range", facts.long_range > 0 ? projections : 0);
   line("contact", (projections + substeps) * obstacles);  // resolved, and restitution, which without any still stops
   line("state", facts.fused ? 0 : substeps);
+  line("sleep", model.scene.sleep ? 1 : 0);  // asleep, a step is none of all these
 }
 
 void list_memory(std::ostream& out, const Model& model, const SolverFacts& facts) {
@@ -110,6 +117,11 @@ std::string plan(const Simulation& simulation) {
       << counted(solver.iterations, "iteration") << "\n"
       << "particles: " << model.count() << " in " << counted(scene.bodies.size(), "body", "bodies") << ", "
       << std::count(model.w.begin(), model.w.end(), 0.0) << " pinned\n";
+  if (scene.sleep)
+    out << "sleep: when no particle has been faster than " << scene.sleep->speed << " m/s for " << scene.sleep->after
+        << " s\n";
+  if (const std::string coarse = coarse_resolution(model, model.look.points); !coarse.empty())
+    out << "resolution: " << coarse << "\n";
   if (model.zero_area_faces > 0) out << "left out: " << counted(model.zero_area_faces, "face") << " without area\n";
   if (facts.projections_per_step > 0)
     out << "constraints: " << counted(facts.projections_per_step, "projection") << " a step\n";

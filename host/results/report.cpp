@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -10,6 +11,7 @@
 #include "host/base/build_info.h"
 #include "host/base/shown.h"
 #include "host/model/footprint.h"
+#include "host/results/resolution.h"
 
 namespace malha {
 
@@ -46,6 +48,7 @@ Json constraints(const SolverFacts& facts, const Model& model) {
     kind["batches_a_patch"] = std::max(kind["batches_a_patch"].get<int>(), set.most_batches);
   }
   if (!model.pressures.empty()) kinds["pressure"] = {{"count", model.pressures.size()}};
+  if (facts.long_range > 0) kinds["long_range"] = {{"count", facts.attachments}, {"particles", facts.long_range}};
   return kinds;
 }
 
@@ -91,6 +94,13 @@ Json timings(const Solver& solver, const RunTimes& times) {
             {"step_ms_by_pass", passes}};
   if (const auto projections = solver.facts().projections_per_step; projections > 0 && !solver.facts().filter)
     json["ns_per_projection"] = total * 1e9 / (steps * static_cast<double>(projections));
+  return json;
+}
+
+Json precision_of_positions(const Model& model, const std::vector<Vec3>& x) {
+  const Resolution found = resolution(model, x);
+  Json json{{"farthest_m", found.farthest}, {"spacing_m", found.spacing}};
+  if (std::isfinite(found.edge)) json["shortest_edge_m"] = found.edge, json["strain"] = found.strain();
   return json;
 }
 
@@ -141,7 +151,8 @@ Parts setup_parts(const Model& model, const SolverFacts& facts) {
 Parts memory_parts(const Model& model, const SolverFacts& facts) {
   const auto number = [](std::size_t bytes) { return static_cast<double>(bytes); };
   return {{"particles", number(facts.particle_bytes)},
-          {"constraints", number(facts.constraint_bytes)},
+          {"constraints", number(facts.constraint_bytes + facts.long_range_bytes)},
+          {"air", number(facts.air_bytes)},
           {"patches", number(facts.patches.bytes)},
           {"springs", number(facts.spring_bytes)},
           {"filter", number(facts.filter ? facts.filter->bytes : 0)},
@@ -191,7 +202,14 @@ std::string report_json(const std::string& status, const std::vector<std::string
   json["time_s"] = solver.time();
   json["step"] = solver.steps();
   if (status != "diverged") {
+    const std::vector<Vec3> x = solver.positions();
+    if (const std::string coarse = coarse_resolution(model, x); !coarse.empty()) json["notes"].push_back(coarse);
+    json["resolution"] = precision_of_positions(model, x);
     json["state"] = measured(solver.measure());
+    if (const auto sleep = solver.sleep()) {
+      json["sleep"] = {{"particles", sleep->particles}};
+      if (sleep->particles > 0) json["sleep"]["since_s"] = sleep->since;
+    }
     json["state_hash"] = hex(solver.state_hash());
   }
   return json.dump(2) + "\n";

@@ -6,6 +6,7 @@
 #include "host/base/shown.h"
 #include "host/model/model.h"
 #include "host/results/report.h"
+#include "host/results/resolution.h"
 #include "host/solver/solver.h"
 
 namespace malha {
@@ -46,8 +47,12 @@ std::string summary(const Simulation& simulation) {
     for (const double ratio : m.volume_ratios) text += brief(ratio) + " ";
     text += "of that at rest\n";
   }
+  if (const auto sleep = simulation.solver().sleep())
+    text += "asleep      " + (sleep->particles > 0 ? "since " + shown(sleep->since) + " s" : std::string("no")) + "\n";
   if (!model.environment.empty())
     text += "contacts    " + std::to_string(m.contacts) + ", penetration " + brief(m.penetration_max) + " m max\n";
+  if (const std::string coarse = coarse_resolution(model, simulation.positions()); !coarse.empty())
+    text += "resolution  " + coarse + "\n";
   if (model.zero_area_faces > 0) text += "left out    " + counted(model.zero_area_faces, "face") + " without area\n";
   if (m.degenerate > 0) text += "skipped     " + counted(m.degenerate, "constraint") + " without a direction\n";
   return text;

@@ -14,6 +14,7 @@ const std::vector<ConstraintKind>& constraint_kinds() {
     });
     all.push_back(
         {"pressure", "pressure", 1, 0, false, false, false});  // over a whole mesh: no batches, so not registered
+    all.push_back({"long_range", "limit", 0, 0, true, false, false, true});  // a particle at a time: no batches either
     return all;
   }();
   return kinds;

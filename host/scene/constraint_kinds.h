@@ -13,6 +13,7 @@ struct ConstraintKind {
   bool min_included;  // parameter >= parameter_min, rather than >
   bool material;      // takes "rigidity"
   bool on_edges;      // takes "on": which edges of the mesh
+  bool hard = false;  // takes neither stiffness nor compliance
 };
 
 /// Every kind that a body may name, in the order in which messages list them.

@@ -63,16 +63,15 @@ ConstraintSpec read_constraint(const JsonReader& at) {
   spec.parameter = kind->parameter_default;
   const Range range = kind->min_included ? at_least(kind->parameter_min, "") : above(kind->parameter_min, "");
 
-  std::vector<JsonReader::Field> fields{
-      {"type", [](const JsonReader&) {}, true},
-      {"stiffness", [&](const JsonReader& v) { spec.stiffness = v.number(between(0, 1, "")); }},
-      {"compliance",
-       [&](const JsonReader& v) {
-         spec.compliance = v.number(at_least(0, "m/N for lengths, rad/(N m) for angles"));
-         if (at.has("stiffness")) v.refuse("both 'stiffness' and 'compliance'", "one of them");
-       }},
-      {kind->parameter, [&](const JsonReader& v) { spec.parameter = v.number(range); }},
-  };
+  std::vector<JsonReader::Field> fields{{"type", [](const JsonReader&) {}, true}};
+  if (!kind->hard) {
+    fields.push_back({"stiffness", [&](const JsonReader& v) { spec.stiffness = v.number(between(0, 1, "")); }});
+    fields.push_back({"compliance", [&](const JsonReader& v) {
+                        spec.compliance = v.number(at_least(0, "m/N for lengths, rad/(N m) for angles"));
+                        if (at.has("stiffness")) v.refuse("both 'stiffness' and 'compliance'", "one of them");
+                      }});
+  }
+  fields.push_back({kind->parameter, [&](const JsonReader& v) { spec.parameter = v.number(range); }});
   if (kind->material)
     fields.push_back({"rigidity", [&](const JsonReader& v) {
                         spec.rigidity = v.number(above(0, "N/m of surfaces, N of lines; bending N m"));

@@ -44,16 +44,18 @@ Json write(const Transform& t) {
 
 Json write(const ConstraintSpec& c) {
   Json json{{"type", c.type}};
+  bool hard = false;
   for (const ConstraintKind& kind : constraint_kinds()) {
     if (kind.name != c.type) continue;
     if (kind.on_edges) json["on"] = c.on;
     json[kind.parameter] = c.parameter;
+    hard = kind.hard;
   }
   if (c.rigidity) {
     json["rigidity"] = *c.rigidity;
   } else if (c.compliance) {
     json["compliance"] = *c.compliance;
-  } else {
+  } else if (!hard) {
     json["stiffness"] = c.stiffness;
   }
   return json;
@@ -122,6 +124,16 @@ Json write(const SolverSpec& s) {
   return json;
 }
 
+Json write(const Wind& w) {
+  Json json{{"velocity", w.velocity}, {"drag", w.drag}};
+  if (w.density > 0) {
+    json["density"] = w.density;
+    json["drag_coefficient"] = w.drag_coefficient;
+    json["lift_coefficient"] = w.lift_coefficient;
+  }
+  return json;
+}
+
 Json write(const Expect& e) {
   Json json = Json::object();
   const auto add = [&](const char* key, const auto& value) {
@@ -143,7 +155,8 @@ std::string to_json(const Scene& scene) {
   Json json{{"name", scene.name}};
   json["solver"] = write(scene.solver);
   json["gravity"] = scene.gravity;
-  if (scene.wind) json["wind"] = {{"velocity", scene.wind->velocity}, {"drag", scene.wind->drag}};
+  if (scene.wind) json["wind"] = write(*scene.wind);
+  if (scene.sleep) json["sleep"] = {{"speed", scene.sleep->speed}, {"after", scene.sleep->after}};
   for (const BodySpec& body : scene.bodies) json["bodies"].push_back(write(body));
   json["environment"] = Json::array();
   for (const EnvironmentSpec& object : scene.environment) json["environment"].push_back(write(object));

@@ -13,19 +13,17 @@ class Pbd final : public Stepper<Executor, R> {
  public:
   /// `threads`: of the executor.
   Pbd(const Model& model, const Executor& executor, int threads)
-      : Base(model, executor, threads, true,
-             model.environment.empty() && model.pressures.empty() && model.scene.solver.iterations > 1) {
+      : Base(model, executor, threads, true, Base::nothing_between(model) && model.scene.solver.iterations > 1) {
     this->facts_.fused = this->nothing_between();
   }
 
-  void step() override {
+ private:
+  void advance() override {
     const SolverSpec& solver = model_.scene.solver;
-    if (!this->nothing_between() || !model_.damped.empty() || model_.scene.wind) return Base::step();
+    if (!this->nothing_between() || !model_.damped.empty() || model_.scene.wind) return Base::advance();
     visit_patches(solver.dt / solver.substeps, solver.substeps);
     ++this->steps_;
   }
-
- private:
   void predict(double h) override {
     this->blow(h);
     if (this->nothing_between()) return visit_patches(h, 1);

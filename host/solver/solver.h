@@ -17,6 +17,7 @@ namespace malha {
 /// Forces, filter and correction (of free bodies' momenta) are Desbrun's.
 enum class Pass {
   Damping,
+  Air,
   Forces,
   Filter,
   Correction,
@@ -24,13 +25,15 @@ enum class Pass {
   Collision,
   Projection,
   Pressure,
+  LongRange,
   Contact,
   State,
-  Visits
+  Visits,
+  Sleep
 };
-inline constexpr std::array<const char*, 11> kPassNames{"damping",    "forces",    "filter",     "correction",
-                                                        "prediction", "collision", "projection", "pressure",
-                                                        "contact",    "state",     "visits"};
+inline constexpr std::array<const char*, 14> kPassNames{
+    "damping",    "air",      "forces",     "filter",  "correction", "prediction", "collision",
+    "projection", "pressure", "long_range", "contact", "state",      "visits",     "sleep"};
 
 /// What a person may want to know of a constraint set.
 struct SetFacts {
@@ -63,8 +66,17 @@ struct SolverFacts {
   double colour_seconds = 0;                             // of set-up: phases of patches, runs, colours
   double layout_seconds = 0;                             // particles and constraints laid out
   double constraint_seconds = 0, collision_seconds = 0;  // colours and layout of constraints; environment meshes
+  std::size_t long_range_bytes = 0, air_bytes = 0;       // of attachments; of the faces in the air
+  int long_range = 0, attachments = 0;                   // particles that hang on pins, and on how many in all
+  int air_particles = 0;                                 // that have faces in the air
   std::size_t particle_bytes = 0, constraint_bytes = 0, collision_bytes = 0;
   std::int64_t projections_per_step = 0;  // single constraints, pressure counted once a body, contacts not
+};
+
+/// Of a scene that names sleep.
+struct SleepFacts {
+  int particles = 0;  // asleep now
+  double since = 0;   // s, if there are any
 };
 
 class Solver {
@@ -83,6 +95,8 @@ class Solver {
   virtual const std::array<double, kPassNames.size()>& pass_seconds() const = 0;  // per pass, since the start
   /// Puts a pinned particle (the user's number) elsewhere. Throws InputError for one that is not pinned.
   virtual void move_pin(int particle, const Vec3& to) = 0;
+  virtual void wake() = 0;
+  virtual std::optional<SleepFacts> sleep() const = 0;
   /// Everything that the next step depends on, and a hash of positions and velocities in the user's order.
   virtual std::string save() const = 0;
   virtual void restore(const std::string& state) = 0;  // throws InputError if it is of another model

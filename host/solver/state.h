@@ -18,7 +18,8 @@ template <class R>
 struct State {
   std::int64_t steps = 0;
   std::vector<std::array<R, 3>> x, v;
-  std::vector<LastSeen> seen;  // empty without environment
+  std::vector<LastSeen> seen;        // empty without environment
+  std::vector<std::int64_t> rest{};  // of sleep, empty without
 };
 
 namespace detail {
@@ -43,14 +44,17 @@ std::string save_state(const State<R>& state) {
   detail::append(bytes, state.x);
   detail::append(bytes, state.v);
   detail::append(bytes, state.seen);
+  detail::append(bytes, state.rest);
   return bytes;
 }
 
-/// Throws InputError unless the bytes hold `particles` particles and `seen` remembered contacts in precision R.
+/// Throws InputError unless the bytes hold `particles` particles, `seen` remembered contacts and `rest` numbers of
+/// sleep in precision R.
 template <class R>
-State<R> load_state(const std::string& bytes, std::size_t particles, std::size_t seen) {
+State<R> load_state(const std::string& bytes, std::size_t particles, std::size_t seen, std::size_t rest = 0) {
   State<R> state;
-  const std::size_t expected = sizeof state.steps + 6 * particles * sizeof(R) + seen * sizeof(LastSeen);
+  const std::size_t expected =
+      sizeof state.steps + 6 * particles * sizeof(R) + seen * sizeof(LastSeen) + rest * sizeof(std::int64_t);
   if (bytes.size() != expected)
     refuse("checkpoint", "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
@@ -58,7 +62,8 @@ State<R> load_state(const std::string& bytes, std::size_t particles, std::size_t
   const char* from = bytes.data() + sizeof state.steps;
   from = detail::take(from, particles, state.x);
   from = detail::take(from, particles, state.v);
-  detail::take(from, seen, state.seen);
+  from = detail::take(from, seen, state.seen);
+  detail::take(from, rest, state.rest);
   return state;
 }
 

@@ -10,9 +10,12 @@
 #include "host/base/stopwatch.h"
 #include "host/collision/collider.h"
 #include "host/error.h"
+#include "host/solver/air.h"
 #include "host/solver/damping.h"
+#include "host/solver/long_range.h"
 #include "host/solver/measure.h"
 #include "host/solver/pressure.h"
+#include "host/solver/sleeper.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"
 #include "host/solver/sweep.h"
@@ -23,11 +26,14 @@ namespace malha {
 template <class Executor, class R>
 class Stepper : public Solver {
  public:
-  void step() override {
-    const SolverSpec& solver = model_.scene.solver;
-    const double h = solver.dt / solver.substeps;
-    for (int s = 0; s < solver.substeps; ++s) substep(time() + s * h, h);
-    ++steps_;
+  void step() final {
+    const double start = time(), end = start + model_.scene.solver.dt;
+    if (sleeper_ && sleeper_->sleeps_through(particles(), start, end)) {
+      ++steps_;
+      return;
+    }
+    advance();
+    if (sleeper_) timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
 
   double time() const final { return steps_ * model_.scene.solver.dt; }
@@ -39,15 +45,17 @@ class Stepper : public Solver {
   std::string save() const final {
     State<R> all = state();
     if (collider_) all.seen = collider_->memory();
+    if (sleeper_) all.rest = sleeper_->memory();
     return save_state(all);
   }
   void restore(const std::string& bytes) final {
-    const State<R> saved = load_state<R>(bytes, x_.size(), model_.environment.size() * x_.size());
+    const State<R> saved = load_state<R>(bytes, x_.size(), model_.environment.size() * x_.size(), sleeper_ ? 2 : 0);
     steps_ = saved.steps;
     x_.upload(saved.x);
     v_.upload(saved.v);
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->remember(saved.seen);
+    if (sleeper_) sleeper_->remember(saved.rest);
   }
   void move_pin(int particle, const Vec3& to) final {
     const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
@@ -56,6 +64,15 @@ class Stepper : public Solver {
       throw InputError("move_pin: found particle " + std::to_string(particle) +
                        ", which is not pinned; allowed: one that is");
     for (const PointArray<Executor, R>* points : {&x_, &p_}) points->set(static_cast<std::size_t>(i), to);
+    wake();
+  }
+  void wake() final {
+    if (sleeper_) sleeper_->wake();
+  }
+  std::optional<SleepFacts> sleep() const final {
+    if (!sleeper_) return std::nullopt;
+    if (!sleeper_->asleep()) return SleepFacts{};
+    return SleepFacts{model_.count(), static_cast<double>(sleeper_->since()) * model_.scene.solver.dt};
   }
   std::uint64_t state_hash() const final { return hash_state(state(), model_.user_of); }
 
@@ -81,13 +98,25 @@ class Stepper : public Solver {
     });
     if (sweep_) facts_.colour_seconds = sweep_->facts().plan_seconds;
     facts_.layout_seconds += facts_.constraint_seconds - facts_.colour_seconds;
+    if (model.long_range.items() > 0) long_range_.emplace(executor, model.long_range);
+    if (!model.air.particle.empty()) air_.emplace(executor, model.air, *model.scene.wind);
+    if (model.scene.sleep) sleeper_.emplace(executor, model);
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     note_facts();
   }
 
-  /// The wind's drag on v, if there is wind.
+  /// A step, awake.
+  virtual void advance() {
+    const SolverSpec& solver = model_.scene.solver;
+    const double h = solver.dt / solver.substeps;
+    for (int s = 0; s < solver.substeps; ++s) substep(time() + s * h, h);
+    ++steps_;
+  }
+
+  /// What the wind does to v: on faces, if air has a density, and on particles, if it drags them.
   void blow(double h) {
-    if (const auto& wind = model_.scene.wind)
+    if (air_) timed(Pass::Air, [&] { air_->blow(particles(), h); });
+    if (const auto& wind = model_.scene.wind; wind && wind->drag > 0)
       timed(Pass::Prediction, [&] {
         parallel_for(executor_, model_.count(), Drag<R>{particles(), R(h), R(wind->drag), to_R(wind->velocity)});
       });
@@ -137,7 +166,10 @@ class Stepper : public Solver {
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
   /// Whether the scene asks for anything between prediction and state but batched constraints.
-  bool nothing_between() const { return model_.environment.empty() && model_.pressures.empty(); }
+  static bool nothing_between(const Model& model) {
+    return model.environment.empty() && model.pressures.empty() && model.long_range.items() == 0;
+  }
+  bool nothing_between() const { return !long_range_ && !collider_ && pressures_.empty(); }
 
   /// `lost`: a particle that is no longer finite, by the user's number.
   [[noreturn]] void refuse_lost(int lost) const {
@@ -181,6 +213,7 @@ class Stepper : public Solver {
       timed(Pass::Pressure, [&] {
         for (auto& pressure : pressures_) pressure.project(all.p, all.w);
       });
+    if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
     if (collider_) timed(Pass::Contact, [&] { collider_->resolve(all); });
   }
 
@@ -197,12 +230,22 @@ class Stepper : public Solver {
     }
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
     if (collider_) facts_.collision_bytes = collider_->bytes();
+    if (long_range_) {
+      facts_.long_range_bytes = long_range_->bytes();
+      facts_.long_range = model_.long_range.items();
+      facts_.attachments = static_cast<int>(model_.long_range.anchor.size());
+      projections += facts_.attachments;
+    }
+    if (air_) facts_.air_bytes = air_->bytes(), facts_.air_particles = static_cast<int>(model_.air.particle.size());
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }
 
   Array<Executor, R> w_;
   std::vector<Pressure<Executor, R>> pressures_;
+  std::optional<LongRange<Executor, R>> long_range_;
   std::optional<Collider<Executor, R>> collider_;
+  std::optional<Air<Executor, R>> air_;
+  std::optional<Sleeper<Executor, R>> sleeper_;
   std::array<double, kPassNames.size()> seconds_{};
 };
 

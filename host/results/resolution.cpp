@@ -1,0 +1,71 @@
+#include "host/results/resolution.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "host/mesh.h"
+
+namespace malha {
+
+namespace {
+
+double shortest_edge(const Appearance& look) {
+  double shortest = std::numeric_limits<double>::infinity();
+  const auto side = [&](int a, int b) {
+    const Vec3 &p = look.points[a], &q = look.points[b];
+    const double length = std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+    if (length > 0) shortest = std::min(shortest, length);
+  };
+  for (const Quad& face : look.faces) {
+    const int corners = is_triangle(face) ? 3 : 4;
+    for (int k = 0; k < corners; ++k) side(face[k], face[(k + 1) % corners]);
+  }
+  for (const auto& [a, b] : look.lines) side(a, b);
+  return shortest;
+}
+
+template <class R>
+double spacing_at(double a) {
+  return double(std::nextafter(R(a), std::numeric_limits<R>::max()) - R(a));
+}
+
+std::string metres(double a) {
+  char text[32];
+  std::snprintf(text, sizeof text,
+                a >= 1000 ? "%.3g km"
+                : a >= 1  ? "%.3g m"
+                          : "%.2g mm",
+                a >= 1000 ? a / 1000
+                : a >= 1  ? a
+                          : a * 1000);
+  return text;
+}
+
+}  // namespace
+
+Resolution resolution(const Model& model, const std::vector<Vec3>& x) {
+  Resolution found;
+  for (const Vec3& p : x)
+    for (const double a : p) found.farthest = std::max(found.farthest, std::abs(a));
+  const bool twice = model.scene.solver.precision == Precision::Double;
+  found.spacing = twice ? spacing_at<double>(found.farthest) : spacing_at<float>(found.farthest);
+  found.edge = shortest_edge(model.look);
+  return found;
+}
+
+std::string coarse_resolution(const Model& model, const std::vector<Vec3>& x) {
+  const Resolution found = resolution(model, x);
+  if (!(found.strain() > 1e-3)) return "";
+  const bool twice = model.scene.solver.precision == Precision::Double;
+  char strain[32];
+  std::snprintf(strain, sizeof strain, "%.2g", found.strain());
+  return std::string(twice ? "double" : "float") + " resolves " + metres(found.spacing) + " at " +
+         metres(found.farthest) + " from the origin, where the shortest edge is " + metres(found.edge) +
+         " long: every rounding may strain it by " + strain +
+         (twice ? "; move the scene to the origin"
+                : "; take \"precision\": \"double\" or move the scene to the origin");
+}
+
+}  // namespace malha

@@ -1,0 +1,31 @@
+// The long-range attachments of a model in the executor's memory (kernels/long_range.h).
+#pragma once
+#include <vector>
+
+#include "host/base/array.h"
+#include "host/model/model.h"
+#include "kernels/long_range.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class LongRange {
+ public:
+  LongRange(const Executor& executor, const LongRangeSet& set)
+      : executor_(executor), particle_(set.particle), begin_(set.begin), anchor_(set.anchor) {
+    reach_ = Array<Executor, R>(std::vector<R>(set.reach.begin(), set.reach.end()));
+  }
+
+  void project(const Points<R>& p, const R* w) const {
+    parallel_for(executor_, static_cast<int>(particle_.size()),
+                 LimitReach<R>{p, w, particle_.data(), begin_.data(), anchor_.data(), reach_.data()});
+  }
+  std::size_t bytes() const { return particle_.bytes() + begin_.bytes() + anchor_.bytes() + reach_.bytes(); }
+
+ private:
+  Executor executor_;
+  Array<Executor, int> particle_, begin_, anchor_;
+  Array<Executor, R> reach_;
+};
+
+}  // namespace malha

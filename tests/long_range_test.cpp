@@ -1,0 +1,154 @@
+// Long-range attachments: what they hold, and that they do nothing else.
+#include "host/model/long_range.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/error.h"
+#include "host/model/model.h"
+#include "host/solver/solver.h"
+#include "tests/small_scenes.h"
+
+namespace malha {
+namespace {
+
+ConstraintSpec long_range(double limit = 0) { return stiff("long_range", {}, 1, limit); }
+
+/// A chain of 100 links hung from above, straight at rest, that one projection a substep cannot hold.
+Scene chain(bool held, const std::string& solver = "pbd", double limit = 0) {
+  BodySpec body = hung_chain({0, 0, 0}, {0, -2, 0}, 100, 0.01);
+  body.constraints = {stiff("distance", {"edges"})};
+  if (held) body.constraints.push_back(long_range(limit));
+  Scene scene = scene_of({body}, kEarth, 1.0 / 60, 2);
+  scene.solver.type = solver;
+  scene.solver.desbrun.stiffness = 300;
+  return scene;
+}
+
+/// A cloth of 1 x 4 m hung by a short side or by two corners.
+Scene cloth(bool held, bool corners, Precision precision = Precision::Double) {
+  BodySpec body;
+  body.name = "cloth";
+  body.shape = GridShape{{1, 4}, {12, 48}};
+  body.transform.axis = {1, 0, 0}, body.transform.degrees = 60;
+  body.mass = 0.8;
+  body.constraints = {stiff("distance", {"edges", "shear"})};
+  if (held) body.constraints.push_back(long_range(0.02));
+  body.pins = {RowPin{}};
+  if (corners) body.pins = {ListPin{{0, 12}}};
+  return scene_of({body}, kEarth, 1.0 / 60, 2, precision);
+}
+
+/// How much farther than its reach the farthest particle is from a pin of its, over that reach.
+double excess(const Scene& scene, const Simulation& simulation) {
+  const Model model = build_model(scene);  // the simulation has given its own back
+  const LongRangeSet& set = model.long_range;
+  const std::vector<Vec3> x = simulation.positions();
+  double most = 0;
+  for (int item = 0; item < set.items(); ++item)
+    for (int k = set.begin[item]; k < set.begin[item + 1]; ++k) {
+      const Vec3 d = x[model.user_of[set.particle[item]]] - x[model.user_of[set.anchor[k]]];
+      most = std::max(most, length(d) / set.reach[k] - 1);
+    }
+  return most;
+}
+
+/// A straight chain that hangs at rest already stays there: every particle is at its reach, and so every link at its
+/// length.
+TEST(LongRange, HoldsAHangingChainAtItsLength) {
+  EXPECT_GT(after(chain(false), 2).measure().strain_max, 0.5);
+  const Simulation held = after(chain(true), 2);
+  EXPECT_LT(held.measure().strain_max, 1e-12);  // rounding
+  EXPECT_NEAR(held.positions()[100][1], -2, 1e-12);
+}
+
+TEST(LongRange, LetsAChainGrowByItsLimit) {
+  const Scene scene = chain(true, "pbd", 0.05);
+  const Simulation held = after(scene, 2);
+  EXPECT_LT(excess(scene, held), 1e-12);
+  EXPECT_NEAR(held.positions()[100][1], -2.1, 0.001) << "stretched as far as that";
+}
+
+TEST(LongRange, HoldsWhatTheFilterLeavesStretched) {
+  EXPECT_GT(after(chain(false, "desbrun"), 2).measure().strain_max, 0.5);
+  const Simulation held = after(chain(true, "desbrun"), 2);
+  EXPECT_LT(held.measure().strain_max, 1e-12);
+}
+
+TEST(LongRange, HoldsALongClothWithTwoProjectionsAStep) {
+  for (const bool corners : {false, true}) {
+    const Simulation loose = after(cloth(false, corners), 3), held = after(cloth(true, corners), 3);
+    const Scene scene = cloth(true, corners);
+    EXPECT_GT(excess(scene, loose), 0.5);
+    EXPECT_LT(excess(scene, held), 0.005) << "0: the nearest pin has the last word; the other corner's gives way to it";
+    EXPECT_GT(loose.measure().strain_rms, 0.15);
+    EXPECT_LT(held.measure().strain_rms, 0.02);
+    EXPECT_LT(held.measure().strain_max, 0.1) << "of single edges, whose ends are both within their reach";
+  }
+}
+
+/// Every particle stays where plain PBD puts it, bit by bit.
+TEST(LongRange, DoesNothingWhereItIsSlack) {
+  Scene free = chain(false), held = chain(true, "pbd", 0.5);
+  for (Scene* scene : {&free, &held}) {
+    scene->bodies[0].velocity = {0.3, 0.5, 0.1};
+    scene->solver.substeps = 40;
+  }
+  Simulation a(free, {.threads = 1}), b(held, {.threads = 1});
+  for (int step = 0; step < 10; ++step) a.step(), b.step();
+  EXPECT_EQ(a.state_hash(), b.state_hash());
+}
+
+TEST(LongRange, GivesTheSameBitsOnAnyThreads) {
+  for (const Precision precision : {Precision::Float, Precision::Double}) {
+    const auto hash = [&](const SimulationOptions& options) {
+      return after(cloth(true, true, precision), 0.5, options).state_hash();
+    };
+    const auto serial = hash({.backend = Backend::Serial});
+    EXPECT_EQ(hash({.threads = 1}), serial);
+    EXPECT_EQ(hash({.threads = 3}), serial);
+  }
+}
+
+TEST(LongRange, FollowsPinsThatMove) {
+  const Scene scene = chain(true);
+  Simulation simulation(scene, {.threads = 1});
+  for (int step = 1; step <= 60; ++step) {
+    simulation.move_pin(0, {0.02 * step, 0, 0});
+    simulation.step();
+    EXPECT_LT(excess(scene, simulation), 1e-12) << step;
+  }
+}
+
+TEST(LongRange, HangsOnTheNearestPinOfEveryGroup) {
+  const Model row = build_model(cloth(true, false)), corners = build_model(cloth(true, true));
+  EXPECT_EQ(row.long_range.items(), 12 * 48 + 48);
+  EXPECT_EQ(row.long_range.anchor.size(), std::size_t(row.long_range.items()));
+  EXPECT_EQ(corners.long_range.items(), 13 * 49 - 2);
+  EXPECT_EQ(corners.long_range.anchor.size(), 2 * std::size_t(corners.long_range.items()));
+}
+
+TEST(LongRange, IsRefusedWithoutPins) {
+  Scene scene = chain(true);
+  scene.file = "s.json";
+  scene.bodies[0].pins.clear();
+  try {
+    build_model(scene);
+    FAIL() << "not refused";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(),
+                 "s.json: /bodies/0/constraints/1: found no particle that is connected with a pin; allowed: long-range "
+                 "attachments on a body with pins");
+  }
+}
+
+TEST(LongRange, IsAPassOfItsOwn) {
+  Simulation simulation(chain(true), {.threads = 1});
+  simulation.step();
+  EXPECT_GT(simulation.solver().pass_seconds()[int(Pass::LongRange)], 0);
+  EXPECT_EQ(simulation.solver().facts().attachments, 100);
+}
+
+}  // namespace
+}  // namespace malha

@@ -1,0 +1,157 @@
+// Rest and sleep: what rests stays where it is, bit by bit, costs nothing, and wakes when something comes.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "host/results/plan.h"
+#include "host/solver/solver.h"
+#include "tests/scene_builders.h"
+#include "tests/small_scenes.h"
+#include "tests/support.h"
+
+namespace malha {
+namespace {
+
+/// A sheet that falls onto the ground from 2 cm, and a hammer that comes down on it at 3 s; far away a wheel turns.
+Scene resting_sheet(const std::string& solver = "pbd", Precision precision = Precision::Float) {
+  BodySpec sheet;
+  sheet.name = "sheet";
+  sheet.shape = GridShape{{1, 1}, {8, 8}};
+  sheet.transform.translate = {-0.5, 0.02, -0.5};
+  sheet.mass = 0.2;
+  sheet.constraints = {stiff("distance", {"edges", "shear"})};
+  Scene scene = scene_of({sheet}, kEarth, 1.0 / 60, 4, precision);
+  scene.solver.type = solver;
+  scene.solver.desbrun.stiffness = 500;
+  EnvironmentSpec ground = obstacle("ground", GridShape{{4, 4}, {1, 1}}, Sides::OneSided);
+  ground.transform.translate = {-2, 0, -2};
+  ground.friction = 0.5;
+  EnvironmentSpec hammer = obstacle("hammer", BoxShape{{0.2, 0.2, 0.2}, {1, 1, 1}});
+  hammer.motion = {{3, {0, 0.5, 0}}, {3.2, {0, 0.107, 0}}};
+  EnvironmentSpec wheel = obstacle("wheel", BoxShape{{0.2, 0.2, 0.2}, {1, 1, 1}});
+  wheel.motion = {{0, {9, 0.5, 0}}, {100, {9, 0.5, 0}, {0, 1, 0}, 36000}};
+  scene.environment = {ground, hammer, wheel};
+  scene.sleep = Sleep{0.02, 0.2};
+  return scene;
+}
+
+bool asleep(const Simulation& simulation) { return simulation.solver().sleep()->particles > 0; }
+
+class ARestingSheet : public testing::TestWithParam<const char*> {};
+
+TEST_P(ARestingSheet, FallsAsleepAndIsStillAtNoCostUntilItIsHit) {
+  Scene scene = resting_sheet(GetParam());
+  Simulation simulation(scene, {.threads = 1});
+  while (simulation.time() < 1.5) simulation.step();
+  ASSERT_TRUE(asleep(simulation));
+  const double since = simulation.solver().sleep()->since;
+  EXPECT_GT(since, 0.23) << "0.05 s of fall, and 0.2 s of rest";
+  EXPECT_EQ(simulation.measure().speed_max, 0);
+  const auto hash = simulation.state_hash();
+  const auto passes = simulation.solver().pass_seconds();
+  while (simulation.time() < 2.9) {
+    simulation.step();
+    ASSERT_EQ(simulation.state_hash(), hash) << simulation.time();
+  }
+  EXPECT_EQ(simulation.solver().pass_seconds(), passes) << "no pass ran";
+  EXPECT_EQ(simulation.solver().sleep()->since, since);
+  while (simulation.time() < 3.3) simulation.step();
+  EXPECT_NE(simulation.state_hash(), hash) << "the hammer has hit it";
+  EXPECT_FALSE(asleep(simulation)) << "0.2 s have not passed since";
+  while (simulation.time() < 6) simulation.step();
+  EXPECT_TRUE(asleep(simulation));
+}
+
+TEST_P(ARestingSheet, IsStillForTenThousandSteps) {
+  Scene scene = resting_sheet(GetParam());
+  scene.environment.resize(1);
+  Simulation simulation(scene, {.threads = 1});
+  while (simulation.time() < 1.5) simulation.step();
+  const auto hash = simulation.state_hash();
+  const auto passes = simulation.solver().pass_seconds();
+  for (int step = 0; step < 10'000; ++step) simulation.step();
+  EXPECT_EQ(simulation.state_hash(), hash);
+  EXPECT_EQ(simulation.solver().pass_seconds(), passes);
+  simulation.wake();
+  simulation.step();
+  EXPECT_NE(simulation.solver().pass_seconds(), passes) << "it was woken";
+}
+
+INSTANTIATE_TEST_SUITE_P(Under, ARestingSheet, testing::Values("pbd", "desbrun"));
+
+TEST(Sleep, IsTheSameBitsOnAnyThreads) {
+  const auto hash = [](const SimulationOptions& options) {
+    return after(resting_sheet("pbd", Precision::Double), 3.3, options).state_hash();
+  };
+  EXPECT_EQ(hash({.threads = 3}), hash({.backend = Backend::Serial}));
+}
+
+/// Stopped while it grows sleepy, while it sleeps, and after it was woken.
+TEST(Sleep, IsResumed) {
+  const TemporaryFolder folder;
+  const Scene scene = resting_sheet();
+  const std::string path = folder / "checkpoint";
+  Simulation whole(scene, {.threads = 1});
+  std::vector<std::uint64_t> hashes;
+  for (const int stop : {15, 60, 190}) {
+    while (whole.steps() < stop) whole.step();
+    whole.save_checkpoint(path);
+    Simulation rest(scene, {.threads = 1});
+    rest.load_checkpoint(path);
+    EXPECT_EQ(rest.solver().sleep()->particles, whole.solver().sleep()->particles);
+    Simulation same(scene, {.threads = 1});
+    same.load_checkpoint(path);
+    for (int step = 0; step < 30; ++step) rest.step(), whole.step();
+    EXPECT_EQ(rest.state_hash(), whole.state_hash()) << stop;
+    EXPECT_EQ(rest.solver().sleep()->since, whole.solver().sleep()->since) << stop;
+  }
+}
+
+/// At its highest point a thrown particle is slow, but not for long.
+TEST(Sleep, DoesNotTakeWhatIsSlowForAMoment) {
+  Scene scene = scene_of({particle({0, 0, 0}, {0, 1, 0})}, kEarth, 0.001);
+  scene.sleep = Sleep{0.1, 0.05};  // 0.02 s within 0.1 m/s
+  Simulation simulation(scene, {.threads = 1});
+  while (simulation.time() < 0.3) {
+    simulation.step();
+    ASSERT_FALSE(asleep(simulation)) << simulation.time();
+  }
+}
+
+TEST(Sleep, EndsWhereAPinIsMoved) {
+  Scene scene = scene_of({hung_chain({0, 0, 0}, {0, -1, 0}, 10)}, kEarth, 0.01);
+  scene.bodies[0].constraints = {stiff("distance", {"edges"})};
+  scene.sleep = Sleep{0.3, 0.1};
+  Simulation simulation(scene, {.threads = 1});
+  while (simulation.time() < 2 && !asleep(simulation)) simulation.step();
+  ASSERT_TRUE(asleep(simulation));
+  const auto hash = simulation.state_hash();
+  simulation.move_pin(0, {0.1, 0, 0});
+  EXPECT_FALSE(asleep(simulation));
+  simulation.step();
+  EXPECT_NE(simulation.state_hash(), hash);
+}
+
+TEST(Sleep, IsReportedAndPlanned) {
+  const Scene scene = resting_sheet();
+  EXPECT_NE(plan(Simulation(scene, {.threads = 1}))
+                .find("\nsleep: when no particle has been faster than 0.02 m/s for 0.2 s\n"),
+            std::string::npos);
+  Simulation simulation(scene, {.threads = 1});
+  const auto reported = [&] { return nlohmann::json::parse(simulation.report("finished"))["sleep"]; };
+  EXPECT_EQ(reported(), (nlohmann::json{{"particles", 0}}));
+  while (!asleep(simulation)) simulation.step();
+  EXPECT_EQ(reported(), (nlohmann::json{{"particles", 81}, {"since_s", simulation.time()}}));
+}
+
+TEST(Sleep, IsNotThereUnlessNamed) {
+  Scene scene = resting_sheet();
+  scene.sleep.reset();
+  Simulation simulation = after(scene, 2);
+  EXPECT_FALSE(simulation.solver().sleep());
+  EXPECT_EQ(simulation.solver().pass_seconds()[int(Pass::Sleep)], 0);
+  EXPECT_FALSE(nlohmann::json::parse(simulation.report("finished")).contains("sleep"));
+}
+
+}  // namespace
+}  // namespace malha
