@@ -6,7 +6,7 @@
 namespace malha {
 
 /// What of a mesh a constraint stands on.
-enum class Element { Edges, Hinges };
+enum class Element { Edges, Hinges, Tetrahedra };
 
 /// A constraint's own number in a scene: its key, its default and its smallest value.
 struct Parameter {

@@ -82,7 +82,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"ZeroMass", "/bodies/2/mass", "0", "/bodies/2/mass: found 0" + positive_kg},
         Refusal{"MassAsText", "/bodies/2/mass", "\"1 kg\"", "/bodies/2/mass: found \"1 kg\"" + positive_kg},
         Refusal{"ZeroDensity", "/bodies/0/density", "0",
-                "/bodies/0/density: found 0; allowed: a number > 0 (kg/m^2 of surface, kg/m of lines)"},
+                "/bodies/0/density: found 0; allowed: a number > 0 (kg/m^2 of surface, kg/m of lines, kg/m^3 of "
+                "tetrahedra)"},
         Refusal{"DampingAboveOne", "/bodies/0/damping", "1.1", "/bodies/0/damping: found 1.1" + ratio},
         Refusal{"NegativeDamping", "/bodies/0/damping", "-0.1", "/bodies/0/damping: found -0.1" + ratio},
         Refusal{
@@ -150,10 +151,10 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Refusal{"None", "/bodies/0/shape", "{}",
                 "/bodies/0/shape: found an empty object; allowed: exactly one of mesh, grid, sphere, box, bar, chain, "
-                "cloud"},
+                "cloud, tet_box"},
         Refusal{"Unknown", "/bodies/0/shape", "{\"shpere\": {}}",
                 "/bodies/0/shape/shpere: found unknown key 'shpere' (did you mean 'sphere'?); allowed: mesh, grid, "
-                "sphere, box, bar, chain, cloud"},
+                "sphere, box, bar, chain, cloud, tet_box"},
         Refusal{"EmptyPath", "/bodies/0/shape/mesh", "\"\"",
                 "/bodies/0/shape/mesh: found \"\"; allowed: a text of one line, not empty"},
         Refusal{"ZeroCells", "/bodies/1/shape/grid/cells", "[0, 1]",
@@ -173,6 +174,11 @@ INSTANTIATE_TEST_SUITE_P(
                 "/bodies/2/shape/sphere/radius: found 0; allowed: a number > 0 (m)"},
         Refusal{"ChainWithoutLength", "/bodies/5/shape/chain/to", "[0, 0, 0]",
                 "/bodies/5/shape/chain/to: found the same point as 'from'; allowed: another point"},
+        Refusal{
+            "TooManyTetrahedra", "/bodies/7/shape/tet_box/cells", "[1000, 1000, 1000]",
+            "/bodies/7/shape/tet_box/cells: found a list of 3; allowed: counts that make at most 20000000 particles"},
+        Refusal{"FlatTetBox", "/bodies/7/shape/tet_box/size/1", "0",
+                "/bodies/7/shape/tet_box/size/1: found 0; allowed: a number > 0 (m)"},
         Refusal{"CloudInsideOut", "/bodies/6/shape/cloud/max", "[1, 0, 0]",
                 "/bodies/6/shape/cloud/max/1: found 0; allowed: a number above that of 'min' (m)"},
         Refusal{"ZeroAxis", "/bodies/0/transform/rotate/axis", "[0, 0, 0]",
@@ -220,6 +226,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"NegativeStrain", "/expect/max_strain", "-1", "/expect/max_strain: found -1; allowed: a number >= 0"},
         Refusal{"RoomInsideOut", "/expect/inside/min", "[-1, 3, -3]",
                 "/expect/inside/max/1: found 2; allowed: a number not below that of 'min' (m)"},
+        Refusal{"HalfInverted", "/expect/inverted_tetrahedra", "0.5",
+                "/expect/inverted_tetrahedra: found 0.5; allowed: an integer in [0, 2147483647]"},
         Refusal{"VolumesInReverse", "/expect/volume_ratio", "[1, 0.5]",
                 "/expect/volume_ratio/1: found 0.5; allowed: a number not below the first"}),
     name_of);

@@ -67,6 +67,7 @@ struct Model {
   std::vector<ConstraintSet> sets;  // in the registry's order of kinds
   std::vector<SpringSet> springs;   // of Desbrun's method; `sets` then holds what is projected after them
   std::vector<PressureSet> pressures;
+  std::vector<std::vector<Tetrahedron>> tetrahedra;  // of each body that has any
   std::vector<DampedIsland> damped;
   Patches patches;
   std::vector<EnvironmentMesh> environment;

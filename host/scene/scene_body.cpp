@@ -96,7 +96,10 @@ BodySpec read_body(const JsonReader& at, const std::string& folder) {
       {"velocity", [&](const JsonReader& v) { body.velocity = v.vec3(any("m/s")); }},
       {"spin", [&](const JsonReader& v) { body.spin = v.vec3(any("rad/s")); }},
       {"mass", [&](const JsonReader& v) { body.mass = v.number(above(0, "kg")); }},
-      {"density", [&](const JsonReader& v) { body.density = v.number(above(0, "kg/m^2 of surface, kg/m of lines")); }},
+      {"density",
+       [&](const JsonReader& v) {
+         body.density = v.number(above(0, "kg/m^2 of surface, kg/m of lines, kg/m^3 of tetrahedra"));
+       }},
       {"damping", [&](const JsonReader& v) { body.damping = v.number(between(0, 1, "")); }},
       {"pins",
        [&](const JsonReader& v) {

@@ -53,4 +53,16 @@ void measure_constraints(const Executor& executor, const Model& model, const std
   if (m.has_strain) m.strain_rms = std::sqrt(lengths.strain2 / lengths.count), m.strain_max = lengths.strain_max;
 }
 
+/// Volume, and what of it is inside out, of the bodies of tetrahedra at x.
+template <class Executor>
+void measure_tetrahedra(const Executor& executor, const Model& model, const std::vector<Vec3>& x, Measures& m) {
+  for (const std::vector<Tetrahedron>& body : model.tetrahedra) {
+    const Volumes sum = parallel_reduce<Volumes>(executor, static_cast<int>(body.size()),
+                                                 MeasureVolume<Vec3>{model.x.data(), x.data(), body.front().data()});
+    m.has_tetrahedra = true;
+    m.volume_ratios.push_back(sum.now / sum.at_rest);
+    m.inverted_tetrahedra += static_cast<std::int64_t>(sum.inverted);
+  }
+}
+
 }  // namespace malha
