@@ -44,7 +44,8 @@ std::string full_scene() {
     {"name": "shot", "shape": {"cloud": {"min": [0, 0, 0], "max": [1, 1, 0], "count": [2, 3, 1]}}, "mass": 1},
     {"name": "jelly", "shape": {"tet_box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "density": 1000,
      "constraints": [
-       {"type": "volume", "compliance": 0.5, "rest_scale": 1.5}]}
+       {"type": "volume", "compliance": 0.5, "rest_scale": 1.5},
+       {"type": "neo_hookean", "young_modulus": 2e5, "poisson_ratio": 0.4}]}
   ],
   "environment": [
     {"name": "statue", "shape": {"mesh": "meshes/y.off"}, "sides": "solid"},

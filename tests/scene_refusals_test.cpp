@@ -142,6 +142,18 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"ElementsOfBending", "/bodies/0/constraints/2/on", "[\"edges\"]",
                 "/bodies/0/constraints/2/on: found unknown key 'on'; allowed: type, stiffness, compliance, rest_scale, "
                 "rigidity"},
+        Refusal{"NegativeRestScaleOfVolume", "/bodies/7/constraints/0/rest_scale", "-1",
+                "/bodies/7/constraints/0/rest_scale: found -1; allowed: a number >= 0"},
+        Refusal{"NoYoungModulus", "/bodies/7/constraints/1/young_modulus", "remove",
+                "/bodies/7/constraints/1: found no key 'young_modulus'; allowed: an object with the key "
+                "'young_modulus'"},
+        Refusal{"ZeroYoungModulus", "/bodies/7/constraints/1/young_modulus", "0",
+                "/bodies/7/constraints/1/young_modulus: found 0; allowed: a number > 0 (Pa)"},
+        Refusal{"Incompressible", "/bodies/7/constraints/1/poisson_ratio", "0.5",
+                "/bodies/7/constraints/1/poisson_ratio: found 0.5; allowed: a number in [0, 0.499]"},
+        Refusal{"StiffnessOfAMaterial", "/bodies/7/constraints/1/stiffness", "1",
+                "/bodies/7/constraints/1/stiffness: found unknown key 'stiffness'; allowed: type, young_modulus, "
+                "poisson_ratio"},
         Refusal{"ZeroPressure", "/bodies/0/constraints/3/pressure", "0",
                 "/bodies/0/constraints/3/pressure: found 0; allowed: a number > 0"}),
     name_of);

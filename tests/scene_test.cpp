@@ -90,6 +90,8 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(std::get<BarShape>(s.bodies[4].shape).length, 2);
   EXPECT_EQ(std::get<ChainShape>(s.bodies[5].shape).segments, 9);
   EXPECT_EQ(std::get<CloudShape>(s.bodies[6].shape).count, (std::array<int, 3>{2, 3, 1}));
+  EXPECT_EQ(s.bodies[7].constraints.at(1).young_modulus, 2e5);
+  EXPECT_EQ(s.bodies[7].constraints.at(1).parameter, 0.4);
   EXPECT_EQ(std::get<TetBoxShape>(s.bodies[7].shape).size, (Vec3{1, 2, 3}));
   EXPECT_EQ(std::get<TetBoxShape>(s.bodies[7].shape).cells, (std::array<int, 3>{1, 2, 3}));
   ASSERT_EQ(s.environment.size(), 6u);

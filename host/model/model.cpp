@@ -264,8 +264,8 @@ class Builder {
   }
 
   ConstraintSet& find_set(const ConstraintSpec& spec, int arity) {
-    const std::optional<double> compliance =
-        spec.rigidity ? std::optional<double>(1 / *spec.rigidity) : spec.compliance;
+    std::optional<double> compliance = spec.rigidity ? std::optional<double>(1 / *spec.rigidity) : spec.compliance;
+    if (spec.young_modulus) compliance = 1 / NeoHookean::shear_modulus(*spec.young_modulus, spec.parameter);
     for (ConstraintSet& set : model_.sets)
       if (set.type == spec.type && set.stiffness == spec.stiffness && set.compliance == compliance &&
           set.parameter == spec.parameter && set.softness.empty() != spec.rigidity.has_value())

@@ -110,6 +110,7 @@ std::string plan(const Simulation& simulation) {
       << counted(solver.iterations, "iteration") << "\n"
       << "particles: " << model.count() << " in " << counted(scene.bodies.size(), "body", "bodies") << ", "
       << std::count(model.w.begin(), model.w.end(), 0.0) << " pinned\n";
+  for (const auto& body : model.tetrahedra) out << "tetrahedra: " << body.size() << "\n";
   if (model.zero_area_faces > 0) out << "left out: " << counted(model.zero_area_faces, "face") << " without area\n";
   if (facts.projections_per_step > 0)
     out << "constraints: " << counted(facts.projections_per_step, "projection") << " a step\n";

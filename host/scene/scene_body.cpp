@@ -61,8 +61,18 @@ ConstraintSpec read_constraint(const JsonReader& at) {
   const auto kind = std::find_if(constraint_kinds().begin(), constraint_kinds().end(),
                                  [&](const ConstraintKind& k) { return k.name == spec.type; });
   spec.parameter = kind->parameter_default;
-  const Range range = kind->min_included ? at_least(kind->parameter_min, "") : above(kind->parameter_min, "");
+  const Range range = kind->elastic        ? between(kind->parameter_min, kind->parameter_max, "")
+                      : kind->min_included ? at_least(kind->parameter_min, "")
+                                           : above(kind->parameter_min, "");
 
+  if (kind->elastic) {
+    at.object({
+        {"type", [](const JsonReader&) {}, true},
+        {"young_modulus", [&](const JsonReader& v) { spec.young_modulus = v.number(above(0, "Pa")); }, true},
+        {kind->parameter, [&](const JsonReader& v) { spec.parameter = v.number(range); }},
+    });
+    return spec;
+  }
   std::vector<JsonReader::Field> fields{
       {"type", [](const JsonReader&) {}, true},
       {"stiffness", [&](const JsonReader& v) { spec.stiffness = v.number(between(0, 1, "")); }},

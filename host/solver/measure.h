@@ -38,7 +38,14 @@ void measure_constraints(const Executor& executor, const Model& model, const std
           MeasureResidual<Kind, Vec3>{model.x.data(), x.data(), model.w.data(), set.particles.data(), set.parameter,
                                       set.softness.empty() ? nullptr : set.softness.data()});
       m.degenerate += static_cast<std::int64_t>(r.degenerate);
-      if (set.compliance.value_or(0) > 0) m.elastic += r.softened / (2 * *set.compliance);
+      if constexpr (multipliers<Kind>() > 1)
+        m.elastic += parallel_reduce<Sum>(
+                         executor, set.count(),
+                         MeasureEnergy<Kind, Vec3>{model.x.data(), x.data(), set.particles.data(), set.parameter})
+                         .value /
+                     *set.compliance;
+      else if (set.compliance.value_or(0) > 0)
+        m.elastic += r.softened / (2 * *set.compliance);
       if (Kind::has_strain) lengths += r;
     });
   for (const SpringSet& set : model.springs) {
