@@ -16,7 +16,9 @@ struct Measures {
   int contacts = 0;                                // that pushed in the last substep
   double penetration_max = 0;                      // m below the surface of a solid
   std::int64_t degenerate = 0;                     // constraints without a direction, skipped
-  std::vector<double> volume_ratios;               // enclosed volume / rest volume, a number a pressure body
+  std::vector<double> volume_ratios;               // volume / rest volume, a number a body with pressure, tetrahedra
+  bool has_tetrahedra = false;
+  std::int64_t inverted_tetrahedra = 0;  // of negative volume
   double energy() const { return kinetic + potential + elastic; }
 };
 

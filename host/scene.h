@@ -47,7 +47,11 @@ struct CloudShape {  // a lattice of loose particles that fills the box [min, ma
   Vec3 min{0, 0, 0}, max{1, 1, 1};
   std::array<int, 3> count{2, 2, 2};
 };
-using Shape = std::variant<MeshFile, GridShape, SphereShape, BoxShape, BarShape, ChainShape, CloudShape>;
+struct TetBoxShape {  // a box about the origin, filled with cells of five tetrahedra each; x runs fastest
+  Vec3 size{1, 1, 1};
+  std::array<int, 3> cells{2, 2, 2};
+};
+using Shape = std::variant<MeshFile, GridShape, SphereShape, BoxShape, BarShape, ChainShape, CloudShape, TetBoxShape>;
 
 // Pins: which particles do not move. Places are in the world, at the start.
 struct RowPin {
@@ -72,11 +76,12 @@ using Pin = std::variant<RowPin, BoxPin, SpherePin, NearestPin, ListPin>;
 /// "long_range".
 struct ConstraintSpec {
   std::string type;
-  std::vector<std::string> on;       // elements; for edge constraints a subset of "edges", "shear"
-  double stiffness = 1;              // [0, 1]; PBD. Ignored where compliance is set
-  std::optional<double> compliance;  // >= 0; XPBD, m/N for lengths, rad/(N m) for angles
-  double parameter = 1;              // the kind's own number, by its own name (rest_scale, limit, pressure)
-  std::optional<double> rigidity{};  // > 0; of the material: N/m of surfaces, N of lines, N m of bending
+  std::vector<std::string> on;            // elements; for edge constraints a subset of "edges", "shear"
+  double stiffness = 1;                   // [0, 1]; PBD. Ignored where compliance is set
+  std::optional<double> compliance;       // >= 0; XPBD, m/N for lengths, rad/(N m) for angles
+  double parameter = 1;                   // the kind's own number, by its own name (rest_scale, poisson_ratio ...)
+  std::optional<double> rigidity{};       // > 0; of the material: N/m of surfaces, N of lines, N m of bending
+  std::optional<double> young_modulus{};  // > 0, Pa; of neo_hookean, which takes none of the three others
 };
 
 struct BodySpec {
@@ -85,8 +90,9 @@ struct BodySpec {
   Transform transform;            // shapes the rest state
   Vec3 velocity{0, 0, 0};         // m/s
   Vec3 spin{0, 0, 0};             // rad/s, about the centre of mass
-  std::optional<double> mass;     // kg, the whole body, shared by area (faces), length (lines) or equally (loose)
-  std::optional<double> density;  // kg/m^2 of surface (kg/m of lines); one of mass and density is required
+  std::optional<double> mass;     // kg, the whole body, shared by volume (tetrahedra), area (faces), length (lines) or
+                                  // equally (loose)
+  std::optional<double> density;  // kg/m^2 of surface, kg/m of lines, kg/m^3 of tetrahedra; one of both is required
   double damping = 0;             // [0, 1] per step dt; 1 = rigid motion
   std::vector<Pin> pins;
   std::vector<ConstraintSpec> constraints;
@@ -155,7 +161,8 @@ struct Expect {
   std::optional<double> max_speed;             // m/s, at the end
   std::optional<Vec3> inside_min, inside_max;  // every particle lies in this box at the end
   std::optional<std::array<double, 2>>
-      volume_ratio;  // enclosed volume / rest volume of the pressure bodies, at the end
+      volume_ratio;                        // volume / rest volume of the bodies with pressure or tetrahedra, at the end
+  std::optional<int> inverted_tetrahedra;  // most tetrahedra of negative volume, at the end
 };
 
 enum class Precision { Float, Double };

@@ -6,7 +6,7 @@
 namespace malha {
 
 /// What of a mesh a constraint stands on.
-enum class Element { Edges, Hinges };
+enum class Element { Edges, Hinges, Tetrahedra };
 
 /// A constraint's own number in a scene: its key, its default and its smallest value.
 struct Parameter {
@@ -25,6 +25,15 @@ enum class Update { Stiff, Compliant, Material };
 template <class Kind>
 KERNEL constexpr int rest_numbers(Update update) {
   return Kind::numbers + (update == Update::Material ? 1 : 0);
+}
+
+/// How many multipliers a constraint has: one, or as many as a kind says that has a step of its own for them.
+template <class Kind>
+KERNEL constexpr int multipliers() {
+  if constexpr (requires { Kind::multipliers; })
+    return Kind::multipliers;
+  else
+    return 1;
 }
 
 /// The numbers of a set. Lambda is by slot, and so are rest values within a batch; padding has none (NaN).
@@ -60,13 +69,22 @@ struct Correct {
   bool fresh;  // first iteration of a substep: lambda is 0
 
   KERNEL Correct(const SetView<R>& set, int slot, bool first_iteration)
-      : lambda(set.lambda ? set.lambda + slot : nullptr),
+      : lambda(set.lambda ? set.lambda + slot * multipliers<Kind>() : nullptr),
         number(update == Update::Stiff ? set.stiffness : set.compliance),
         fresh(first_iteration) {}
 
   /// C and its gradient come scaled by s > 0, which PBD's update does not notice: XPBD's multiplier is s dlambda.
   template <class S>
   KERNEL void operator()(Vector3<S> (&q)[n], const S (&w)[n], const RestOf<S, numbers>& rest, int at) const {
+    if constexpr (multipliers<Kind>() > 1)
+      step(q, w, rest, at);
+    else
+      meet(q, w, rest, at);
+  }
+
+ private:
+  template <class S>
+  KERNEL void meet(Vector3<S> (&q)[n], const S (&w)[n], const RestOf<S, numbers>& rest, int at) const {
     Vector3<S> grad[n];
     S s;
     const S C = Kind::evaluate(q, rest.value, rest.held, grad, s);
@@ -91,6 +109,24 @@ struct Correct {
       if (lambda) store(total + s * dlambda, lambda + at);
     }
     for (int j = 0; j < n; ++j) q[j] = q[j] + grad[j] * (w[j] * dlambda);
+  }
+
+  /// The kind's own, of all its multipliers at once; of every 16 slots the first ones, then the second ones, ...
+  template <class S>
+  KERNEL void step(Vector3<S> (&q)[n], const S (&w)[n], const RestOf<S, numbers>& rest, int at) const {
+    constexpr int m = multipliers<Kind>();
+    R* sums = lambda ? lambda + at / kSlotPack * kSlotPack * m + at % kSlotPack : nullptr;
+    S sum[m];
+    for (int k = 0; k < m; ++k) {
+      sum[k] = S(R(0));
+      if (sums && !fresh) load(sums + k * kSlotPack, sum[k]);
+    }
+    Vector3<S> move[n];
+    const S alpha(update == Update::Stiff ? R(0) : number);
+    Kind::step(q, w, rest.value, rest.held, alpha, sum, move);
+    for (int k = 0; k < m; ++k)
+      if (sums) store(sum[k], sums + k * kSlotPack);
+    for (int j = 0; j < n; ++j) q[j] = q[j] + move[j] * w[j];
   }
 };
 

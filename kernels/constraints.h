@@ -4,13 +4,15 @@
 #include "kernels/constraints/distance.h"
 #include "kernels/constraints/distance_limit.h"
 #include "kernels/constraints/isometric_bending.h"
+#include "kernels/constraints/neo_hookean.h"
+#include "kernels/constraints/volume.h"
 
 namespace malha {
 
 template <class... Kinds>
 struct KindList {};
 
-using ConstraintKinds = KindList<Distance, DistanceLimit, Bending, IsometricBending>;
+using ConstraintKinds = KindList<Distance, DistanceLimit, Bending, IsometricBending, Volume, NeoHookean>;
 
 /// Calls f(Kind{}) for every kind, in the order in which they are projected.
 template <class F, class... Kinds>

@@ -33,4 +33,29 @@ struct MeasureMotion {
   }
 };
 
+struct Volumes {
+  double now = 0, at_rest = 0;  // m^3, summed
+  double inverted = 0;          // tetrahedra of negative volume
+  KERNEL Volumes& operator+=(const Volumes& o) {
+    now += o.now, at_rest += o.at_rest, inverted += o.inverted;
+    return *this;
+  }
+};
+
+/// Of tetrahedra. Point: a type with elements 0, 1, 2 (m).
+template <class Point>
+struct MeasureVolume {
+  const Point *X, *x;  // at rest, and now
+  const int* corners;  // four a tetrahedron
+  KERNEL Volumes operator()(int t) const {
+    const double now = volume(x, corners + 4 * t), at_rest = volume(X, corners + 4 * t);
+    return {now, at_rest, now < 0 ? 1.0 : 0.0};
+  }
+  KERNEL static double volume(const Point* points, const int* of) {
+    const Vector3<double> o = at(points[of[0]]);
+    return dot(at(points[of[1]]) - o, cross(at(points[of[2]]) - o, at(points[of[3]]) - o)) / 6;
+  }
+  KERNEL static Vector3<double> at(const Point& a) { return {a[0], a[1], a[2]}; }
+};
+
 }  // namespace malha

@@ -1,6 +1,7 @@
 // Rest values and residuals of constraints in double, for set-up and for reports, whatever the solver's precision.
 #pragma once
 #include "kernels/constraint.h"
+#include "kernels/sum.h"
 
 namespace malha {
 
@@ -72,6 +73,21 @@ struct MeasureResidual {
             strain * strain,
             strain < 0 ? -strain : strain,
             degenerate && sum_w > 0 ? 1.0 : 0.0};
+  }
+};
+
+/// The elastic energy times the compliance, of kinds with a step of their own.
+template <class Kind, class Point>
+struct MeasureEnergy {
+  const Point *X, *x;    // at rest, and now
+  const int* particles;  // Kind::particles a constraint
+  double parameter;
+  KERNEL Sum operator()(int c) const {
+    double rest[Kind::numbers];
+    rest_values<Kind>(X, particles + c * Kind::particles, parameter, rest);
+    Vector3<double> q[Kind::particles];
+    corners<Kind>(x, particles + c * Kind::particles, q);
+    return {Kind::energy(q, rest)};
   }
 };
 

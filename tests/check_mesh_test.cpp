@@ -143,7 +143,8 @@ TEST(CheckMesh, RefusesIsolatedVerticesUnlessLoosePointsAreAllowed) {
   mesh.points.push_back({5, 5, 5});
   mesh.points.push_back({6, 5, 5});
   EXPECT_EQ(refused(mesh),
-            "a.obj: vertex 4 (0-based): found a vertex of no face or line (vertices like it: 2); allowed: vertices of "
+            "a.obj: vertex 4 (0-based): found a vertex of no face, line or tetrahedron (vertices like it: 2); allowed: "
+            "vertices of "
             "faces with an area, or of lines");
   EXPECT_EQ(refused(mesh, true), "");
   EXPECT_EQ(refused(generate(CloudShape{}), true), "");

@@ -42,7 +42,11 @@ std::string full_scene() {
     {"name": "beam", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 4}}, "mass": 1},
     {"name": "rope", "shape": {"chain": {"from": [0, 0, 0], "to": [0, -1, 0], "segments": 9}}, "density": 0.1,
      "pins": [{"row": "first"}], "constraints": [{"type": "long_range", "limit": 0.05}]},
-    {"name": "shot", "shape": {"cloud": {"min": [0, 0, 0], "max": [1, 1, 0], "count": [2, 3, 1]}}, "mass": 1}
+    {"name": "shot", "shape": {"cloud": {"min": [0, 0, 0], "max": [1, 1, 0], "count": [2, 3, 1]}}, "mass": 1},
+    {"name": "jelly", "shape": {"tet_box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "density": 1000,
+     "constraints": [
+       {"type": "volume", "compliance": 0.5, "rest_scale": 1.5},
+       {"type": "neo_hookean", "young_modulus": 2e5, "poisson_ratio": 0.4}]}
   ],
   "environment": [
     {"name": "statue", "shape": {"mesh": "meshes/y.off"}, "sides": "solid"},
@@ -66,7 +70,7 @@ std::string full_scene() {
   },
   "expect": {
     "max_strain": 0.1, "rms_strain": 0.01, "max_penetration": 0.001, "energy_not_above": -5, "max_speed": 3,
-    "inside": {"min": [-1, -2, -3], "max": [1, 2, 3]}, "volume_ratio": [0.9, 1.1]
+    "inside": {"min": [-1, -2, -3], "max": [1, 2, 3]}, "volume_ratio": [0.9, 1.1], "inverted_tetrahedra": 3
   }
 })";
 }

@@ -26,13 +26,13 @@ struct OneConstraint {
   static constexpr int n = Kind::particles;
   alignas(64) Vec4<R> p[n];
   alignas(64) LocalIndex index[n][kLanes<R>];
-  alignas(64) R rest[Kind::numbers * kSlotPack], lambda[kLanes<R>];
+  alignas(64) R rest[Kind::numbers * kSlotPack], lambda[2 * kSlotPack];
   R common[Kind::numbers];
 
   OneConstraint(const Corners<Kind>& at, const std::array<double, n>& w, const Rest<Kind>& rest_values) {
     for (int j = 0; j < n; ++j) p[j] = {R(at[j].x), R(at[j].y), R(at[j].z), R(w[j])};
+    std::fill(std::begin(lambda), std::end(lambda), R(0));
     for (int lane = 0; lane < kLanes<R>; ++lane) {
-      lambda[lane] = 0;
       for (int j = 0; j < n; ++j) index[j][lane] = static_cast<LocalIndex>(j * kIndexScale<R>);
     }
     std::fill(std::begin(rest), std::end(rest), std::numeric_limits<R>::quiet_NaN());

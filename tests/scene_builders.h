@@ -22,6 +22,12 @@ inline ConstraintSpec compliant(const std::string& type, double compliance, doub
   return spec;
 }
 
+inline ConstraintSpec neo_hookean(double young_modulus, double poisson_ratio) {
+  ConstraintSpec spec = constraint("neo_hookean", poisson_ratio);
+  spec.young_modulus = young_modulus;
+  return spec;
+}
+
 /// A body of one kilogram.
 inline BodySpec body(const std::string& name, const Shape& shape, std::vector<ConstraintSpec> constraints = {}) {
   BodySpec spec;

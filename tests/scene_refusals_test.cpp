@@ -97,7 +97,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"ZeroMass", "/bodies/2/mass", "0", "/bodies/2/mass: found 0" + positive_kg},
         Refusal{"MassAsText", "/bodies/2/mass", "\"1 kg\"", "/bodies/2/mass: found \"1 kg\"" + positive_kg},
         Refusal{"ZeroDensity", "/bodies/0/density", "0",
-                "/bodies/0/density: found 0; allowed: a number > 0 (kg/m^2 of surface, kg/m of lines)"},
+                "/bodies/0/density: found 0; allowed: a number > 0 (kg/m^2 of surface, kg/m of lines, kg/m^3 of "
+                "tetrahedra)"},
         Refusal{"DampingAboveOne", "/bodies/0/damping", "1.1", "/bodies/0/damping: found 1.1" + ratio},
         Refusal{"NegativeDamping", "/bodies/0/damping", "-0.1", "/bodies/0/damping: found -0.1" + ratio},
         Refusal{
@@ -156,6 +157,18 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"ElementsOfBending", "/bodies/0/constraints/2/on", "[\"edges\"]",
                 "/bodies/0/constraints/2/on: found unknown key 'on'; allowed: type, stiffness, compliance, rest_scale, "
                 "rigidity"},
+        Refusal{"NegativeRestScaleOfVolume", "/bodies/7/constraints/0/rest_scale", "-1",
+                "/bodies/7/constraints/0/rest_scale: found -1; allowed: a number >= 0"},
+        Refusal{"NoYoungModulus", "/bodies/7/constraints/1/young_modulus", "remove",
+                "/bodies/7/constraints/1: found no key 'young_modulus'; allowed: an object with the key "
+                "'young_modulus'"},
+        Refusal{"ZeroYoungModulus", "/bodies/7/constraints/1/young_modulus", "0",
+                "/bodies/7/constraints/1/young_modulus: found 0; allowed: a number > 0 (Pa)"},
+        Refusal{"Incompressible", "/bodies/7/constraints/1/poisson_ratio", "0.5",
+                "/bodies/7/constraints/1/poisson_ratio: found 0.5; allowed: a number in [0, 0.499]"},
+        Refusal{"StiffnessOfAMaterial", "/bodies/7/constraints/1/stiffness", "1",
+                "/bodies/7/constraints/1/stiffness: found unknown key 'stiffness'; allowed: type, young_modulus, "
+                "poisson_ratio"},
         Refusal{"ZeroPressure", "/bodies/0/constraints/3/pressure", "0",
                 "/bodies/0/constraints/3/pressure: found 0; allowed: a number > 0"}),
     name_of);
@@ -165,10 +178,10 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Refusal{"None", "/bodies/0/shape", "{}",
                 "/bodies/0/shape: found an empty object; allowed: exactly one of mesh, grid, sphere, box, bar, chain, "
-                "cloud"},
+                "cloud, tet_box"},
         Refusal{"Unknown", "/bodies/0/shape", "{\"shpere\": {}}",
                 "/bodies/0/shape/shpere: found unknown key 'shpere' (did you mean 'sphere'?); allowed: mesh, grid, "
-                "sphere, box, bar, chain, cloud"},
+                "sphere, box, bar, chain, cloud, tet_box"},
         Refusal{"EmptyPath", "/bodies/0/shape/mesh", "\"\"",
                 "/bodies/0/shape/mesh: found \"\"; allowed: a text of one line, not empty"},
         Refusal{"ZeroCells", "/bodies/1/shape/grid/cells", "[0, 1]",
@@ -188,6 +201,11 @@ INSTANTIATE_TEST_SUITE_P(
                 "/bodies/2/shape/sphere/radius: found 0; allowed: a number > 0 (m)"},
         Refusal{"ChainWithoutLength", "/bodies/5/shape/chain/to", "[0, 0, 0]",
                 "/bodies/5/shape/chain/to: found the same point as 'from'; allowed: another point"},
+        Refusal{
+            "TooManyTetrahedra", "/bodies/7/shape/tet_box/cells", "[1000, 1000, 1000]",
+            "/bodies/7/shape/tet_box/cells: found a list of 3; allowed: counts that make at most 20000000 particles"},
+        Refusal{"FlatTetBox", "/bodies/7/shape/tet_box/size/1", "0",
+                "/bodies/7/shape/tet_box/size/1: found 0; allowed: a number > 0 (m)"},
         Refusal{"CloudInsideOut", "/bodies/6/shape/cloud/max", "[1, 0, 0]",
                 "/bodies/6/shape/cloud/max/1: found 0; allowed: a number above that of 'min' (m)"},
         Refusal{"ZeroAxis", "/bodies/0/transform/rotate/axis", "[0, 0, 0]",
@@ -235,6 +253,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"NegativeStrain", "/expect/max_strain", "-1", "/expect/max_strain: found -1; allowed: a number >= 0"},
         Refusal{"RoomInsideOut", "/expect/inside/min", "[-1, 3, -3]",
                 "/expect/inside/max/1: found 2; allowed: a number not below that of 'min' (m)"},
+        Refusal{"HalfInverted", "/expect/inverted_tetrahedra", "0.5",
+                "/expect/inverted_tetrahedra: found 0.5; allowed: an integer in [0, 2147483647]"},
         Refusal{"VolumesInReverse", "/expect/volume_ratio", "[1, 0.5]",
                 "/expect/volume_ratio/1: found 0.5; allowed: a number not below the first"}),
     name_of);

@@ -60,7 +60,7 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(s.wind.value().lift_coefficient, 0.9);
   EXPECT_EQ(s.sleep.value().speed, 0.02);
   EXPECT_EQ(s.sleep.value().after, 0.25);
-  ASSERT_EQ(s.bodies.size(), 7u);
+  ASSERT_EQ(s.bodies.size(), 8u);
   const BodySpec& body = s.bodies[0];
   EXPECT_EQ(std::get<MeshFile>(body.shape).path, "meshes/x.obj");
   EXPECT_EQ(body.density, 0.2);
@@ -95,6 +95,10 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(std::get<BarShape>(s.bodies[4].shape).length, 2);
   EXPECT_EQ(std::get<ChainShape>(s.bodies[5].shape).segments, 9);
   EXPECT_EQ(std::get<CloudShape>(s.bodies[6].shape).count, (std::array<int, 3>{2, 3, 1}));
+  EXPECT_EQ(s.bodies[7].constraints.at(1).young_modulus, 2e5);
+  EXPECT_EQ(s.bodies[7].constraints.at(1).parameter, 0.4);
+  EXPECT_EQ(std::get<TetBoxShape>(s.bodies[7].shape).size, (Vec3{1, 2, 3}));
+  EXPECT_EQ(std::get<TetBoxShape>(s.bodies[7].shape).cells, (std::array<int, 3>{1, 2, 3}));
   ASSERT_EQ(s.environment.size(), 6u);
   EXPECT_EQ(s.environment[0].sides, Sides::Solid);
   EXPECT_EQ(s.environment[1].sides, Sides::OneSided);
@@ -119,6 +123,7 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(s.expect.max_speed, 3);
   EXPECT_EQ(s.expect.inside_max, (Vec3{1, 2, 3}));
   EXPECT_EQ(s.expect.volume_ratio, (std::array<double, 2>{0.9, 1.1}));
+  EXPECT_EQ(s.expect.inverted_tetrahedra, 3);
 }
 
 TEST(ToJson, ComesBackAsTheSameScene) {

@@ -62,8 +62,9 @@ INSTANTIATE_TEST_SUITE_P(, ShippedScene, testing::ValuesIn(scene_names()),
 // The parameterised tests above run over what the folder holds: it must hold what was promised.
 TEST(ShippedScenes, AreAllThere) {
   const std::vector<std::string> names = scene_names();
-  for (const char* promised : {"sheet_shear", "sheet_no_shear", "balloon", "balloon_low", "balloon_high", "closed_soft",
-                               "closed_stiff", "drape_bunny", "bullets", "thin_wall", "rotating_sphere", "ramp"})
+  for (const char* promised :
+       {"sheet_shear", "sheet_no_shear", "balloon", "balloon_low", "balloon_high", "closed_soft", "closed_stiff",
+        "drape_bunny", "bullets", "thin_wall", "rotating_sphere", "ramp", "soft_bunny", "cantilever"})
     EXPECT_TRUE(std::binary_search(names.begin(), names.end(), promised)) << promised;
 }
 

@@ -28,7 +28,7 @@ class ScalarSweep {
       const ConstraintSet& set = model.sets[s];
       k_.push_back(R(1 - std::pow(1 - set.stiffness, 1.0 / (solver.substeps * solver.iterations))));
       alpha_.push_back(R(set.compliance.value_or(0) / (h * h)));
-      lambda_.emplace_back(set.count(), R(0));
+      lambda_.emplace_back(2 * set.count(), R(0));
       rest_.emplace_back();
       with_kind(set, [&]<class Kind>(Kind) {
         for (int c = 0; c < set.count(); ++c) {
@@ -73,6 +73,14 @@ class ScalarSweep {
     Vector3<R> q[n], grad[n];
     R w[n], scale;
     for (int j = 0; j < n; ++j) q[j] = p[of[j]], w[j] = R(model_.w[of[j]]);
+    if constexpr (multipliers<Kind>() > 1) {
+      R sums[2] = {lambda_[s][2 * c], lambda_[s][2 * c + 1]};
+      Kind::step(q, w, &rest_[s][c * Kind::numbers], true, alpha_[s], sums, grad);
+      std::copy(sums, sums + 2, &lambda_[s][2 * c]);
+      for (int j = 0; j < n; ++j)
+        if (w[j] > 0) p[of[j]] = q[j] + grad[j] * w[j];
+      return;
+    }
     const R C = Kind::evaluate(q, &rest_[s][c * Kind::numbers], true, grad, scale);
     R sum = w[0] * dot(grad[0], grad[0]);
     for (int j = 1; j < n; ++j) sum = sum + w[j] * dot(grad[j], grad[j]);
@@ -185,6 +193,7 @@ void put_pins_at_minus_zero(Model& model) {
 Model sheet_model(std::optional<double> compliance) {
   std::vector<ConstraintSpec> constraints;
   for_each_constraint([&]<class Kind>(Kind) {
+    if (Kind::element == Element::Tetrahedra) return;
     ConstraintSpec spec = constraint(Kind::name, Kind::parameter.standard);
     if (Kind::element == Element::Edges) spec.on = {"edges", "shear"};
     spec.stiffness = compliance ? 1 : 0.8;

@@ -115,10 +115,11 @@ void check_loose_points(const Mesh& mesh, const std::vector<Quad>& kept, const s
   };
   use(kept);
   use(mesh.lines);
+  use(mesh.tetrahedra);
   const auto loose = std::ranges::find(used, false);
   if (loose == used.end()) return;
   const auto all = std::ranges::count(used, false);
-  std::string found = "a vertex of no face or line (vertices like it: " + std::to_string(all) + ")";
+  std::string found = "a vertex of no face, line or tetrahedron (vertices like it: " + std::to_string(all) + ")";
   use(mesh.faces);
   if (used[static_cast<std::size_t>(loose - used.begin())]) found = "a vertex whose faces all have zero area";
   refuse(file, number_of("vertex", static_cast<std::size_t>(loose - used.begin())), found,

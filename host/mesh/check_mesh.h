@@ -17,7 +17,7 @@ struct MeshIssues {
 /// it is only renumbered to start at its second corner, and its neighbours keep their edges.
 /// Refused, by numbers that count from 0 in the mesh as given: coordinates that are not finite or beyond 1e12 m; two
 /// vertices in exactly the same place; two faces of the same vertices; a line from a vertex to itself; a vertex of no
-/// face or line, unless loose points are allowed. Throws InputError; the mesh is unchanged then.
+/// face, line or tetrahedron, unless loose points are allowed. Throws InputError; the mesh is unchanged then.
 MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_allowed);
 
 }  // namespace malha

@@ -11,6 +11,7 @@
 #include "host/base/shown.h"
 #include "host/error.h"
 #include "host/mesh/mesh_io.h"
+#include "host/mesh/tetrahedra.h"
 
 namespace malha {
 namespace {
@@ -175,6 +176,33 @@ Mesh make(const BarShape& bar) {
   const double half = bar.width / 2;
   return box_between("bar", {0, -half, -half}, {bar.length, half, half},
                      {static_cast<int>(along), bar.cells, bar.cells});
+}
+
+// Each cell as four tetrahedra at its corners and one between them, which takes every second corner: mirrored from cell
+// to cell, so that their triangles meet.
+Mesh make(const TetBoxShape& box) {
+  const auto [nx, ny, nz] = box.cells;
+  require_at_least_one("tet_box", "cells", std::min({nx, ny, nz}));
+  require_countable("tet_box", (nx + 1.0) * (ny + 1.0) * (nz + 1.0));
+  Mesh mesh;
+  const auto along = [&](int axis, int i) { return step(-box.size[axis] / 2, box.size[axis] / 2, i, box.cells[axis]); };
+  for (int k = 0; k <= nz; ++k)
+    for (int j = 0; j <= ny; ++j)
+      for (int i = 0; i <= nx; ++i) mesh.points.push_back({along(0, i), along(1, j), along(2, k)});
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j)
+      for (int i = 0; i < nx; ++i) {
+        // Bits 0, 1, 2 of a corner: x, y, z; flipped along x in every second cell.
+        const auto corner = [&](int bits) {
+          bits ^= (i + j + k) & 1;
+          return (i + (bits & 1)) + (nx + 1) * ((j + (bits >> 1 & 1)) + (ny + 1) * (k + (bits >> 2)));
+        };
+        for (const auto& [a, b, c, d] :
+             {Tetrahedron{0, 3, 5, 6}, {1, 0, 3, 5}, {2, 0, 3, 6}, {4, 0, 5, 6}, {7, 3, 5, 6}})
+          mesh.tetrahedra.push_back({corner(a), corner(b), corner(c), corner(d)});
+      }
+  complete_tetrahedra(mesh, "tet_box");
+  return mesh;
 }
 
 Mesh make(const ChainShape& chain) {

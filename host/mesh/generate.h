@@ -8,7 +8,8 @@ namespace malha {
 /// The mesh of a generated shape (anything but a MeshFile), numbered as host/scene.h says. All faces are
 /// counter-clockwise seen from outside; a grid's normals point to +y. Points of boxes and bars: those of the lattice
 /// that lie on the surface, x fastest, then y, then z. A bar has as many cells along x as come closest to squares, at
-/// least one, and is centred on the x axis. A cloud with one particle along an axis has it in the middle. Throws
+/// least one, and is centred on the x axis. A tet_box has all points of its lattice, numbered likewise, and five
+/// tetrahedra a cell. A cloud with one particle along an axis has it in the middle. Throws
 /// InputError for counts below one and for meshes too large to number.
 Mesh generate(const Shape& shape);
 

@@ -8,6 +8,7 @@
 #include "host/base/file.h"
 #include "host/error.h"
 #include "host/mesh/mesh_formats.h"
+#include "host/mesh/tetrahedra.h"
 
 namespace malha {
 namespace {
@@ -29,6 +30,27 @@ void require_countable(const std::string& path, std::size_t count, const char* i
   }
 }
 
+std::string lower(std::string word) {
+  std::ranges::transform(word, word.begin(),
+                         [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  return word;
+}
+
+/// Of TetGen's pair of files, from the path of either or without extension.
+Mesh read_pair(const std::string& path) {
+  std::filesystem::path node(path), ele(path);
+  const std::string extension = node.extension().string();
+  if (lower(extension) == ".ele") {
+    node.replace_extension(extension == ".ELE" ? ".NODE" : ".node");
+  } else if (lower(extension) == ".node") {
+    ele.replace_extension(extension == ".NODE" ? ".ELE" : ".ele");
+  } else {
+    node += ".node", ele += ".ele";
+  }
+  const std::string points = load(node.string()), tetrahedra = load(ele.string());
+  return read_tetgen(node.string(), points, ele.string(), tetrahedra);
+}
+
 }  // namespace
 
 void add_polygon(Mesh& mesh, const std::vector<int>& corners) {
@@ -40,21 +62,28 @@ void add_polygon(Mesh& mesh, const std::vector<int>& corners) {
 }
 
 Mesh read_mesh(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  const std::string extension = lower(std::filesystem::path(path).extension().string());
   using Reader = Mesh (*)(const std::string&, std::string_view);
-  const Reader reader = extension == ".obj"   ? read_obj
-                        : extension == ".ply" ? read_ply
-                        : extension == ".off" ? read_off
-                        : extension == ".stl" ? read_stl
-                                              : nullptr;
-  if (reader == nullptr) refuse(path, "", "the extension \"" + extension + "\"", ".obj, .ply, .off or .stl");
-  Mesh mesh = reader(path, load(path));
+  const Reader reader = extension == ".obj"    ? read_obj
+                        : extension == ".ply"  ? read_ply
+                        : extension == ".off"  ? read_off
+                        : extension == ".stl"  ? read_stl
+                        : extension == ".mesh" ? read_medit
+                        : extension == ".msh"  ? read_gmsh
+                                               : nullptr;
+  const bool pair =
+      extension == ".node" || extension == ".ele" ||
+      (reader == nullptr && (std::filesystem::exists(path + ".node") || std::filesystem::exists(path + ".ele")));
+  if (reader == nullptr && !pair)
+    refuse(path, "", "the extension \"" + extension + "\"",
+           ".obj, .ply, .off or .stl, or with tetrahedra .mesh, .msh, .node or .ele");
+  Mesh mesh = pair ? read_pair(path) : reader(path, load(path));
   if (mesh.points.empty()) refuse(path, "", "a mesh without vertices", "one vertex or more");
   require_countable(path, mesh.points.size(), "vertices");
   require_countable(path, mesh.faces.size(), "faces");
   require_countable(path, mesh.lines.size(), "lines");
+  require_countable(path, mesh.tetrahedra.size(), "tetrahedra");
+  complete_tetrahedra(mesh, path);
   return mesh;
 }
 

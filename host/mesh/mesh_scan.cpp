@@ -87,6 +87,16 @@ long long TextScanner::integer(const char* wanted) {
   return value;
 }
 
+long long TextScanner::count(const char* wanted, long long bytes_each) {
+  const long long count = integer(wanted);
+  const long long most = (static_cast<long long>(text_.size() - word_end_) + 1) / bytes_each;
+  if (count < 0 || count > most) {
+    refuse_here(std::to_string(count) + " as " + wanted,
+                "0 to " + std::to_string(most) + ", for which the rest of the file has room");
+  }
+  return count;
+}
+
 void TextScanner::require_end_of_line(const std::string& what) {
   if (has_word()) refuse_word(word(""), what + " and then the end of the line");
 }

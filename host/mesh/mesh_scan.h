@@ -17,10 +17,13 @@ class TextScanner {
   /// Moves on to the next line that is not blank; false at the end of the text.
   bool next_line();
   bool has_word();
-  std::string_view word(const char* wanted);          ///< refuses the end of the line
-  double real(const char* wanted);                    ///< a finite number, or refused
-  long long integer(const char* wanted);              ///< a whole number, or refused
-  void require_end_of_line(const std::string& what);  ///< refuses further words; `what` says what the line may hold
+  bool find_word() { return has_word() || next_line(); }  ///< on this line or a later one, in formats without lines
+  std::string_view word(const char* wanted);              ///< refuses the end of the line
+  double real(const char* wanted);                        ///< a finite number, or refused
+  long long integer(const char* wanted);                  ///< a whole number, or refused
+  void require_end_of_line(const std::string& what);      ///< refuses further words; `what` says what the line may hold
+  /// A number of items; refused where the text ahead has no room for them, so that it is safe to allocate.
+  long long count(const char* wanted, long long bytes_each);
 
   std::size_t offset() const { return next_; }  ///< byte at which the next line starts
   std::size_t bytes_left() const { return text_.size() - next_; }

@@ -12,6 +12,7 @@ std::vector<Edge> edges(const Mesh& mesh) {
   const auto visit = [&](auto add) {
     visit_face_sides(mesh.faces, add);
     for (const auto& [from, to] : mesh.lines) add(from, to);
+    for (const auto& [a, b, c, d] : mesh.tetrahedra) add(a, b), add(a, c), add(a, d), add(b, c), add(b, d), add(c, d);
   };
   std::size_t most = 0, unique = 0;
   visit([&](int, int) { ++most; });

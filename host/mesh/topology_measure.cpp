@@ -1,6 +1,7 @@
 // The part of host/mesh/topology.h that measures: volume and mass.
 #include <cmath>
 
+#include "host/mesh/tetrahedra.h"
 #include "host/mesh/topology.h"
 
 namespace malha {
@@ -35,7 +36,10 @@ std::vector<double> masses_by_density(const Mesh& mesh, double density) {
     const double third = weight * density * std::sqrt(dot(normal, normal)) / 2 / 3;
     for (const int corner : {a, b, c}) mass[corner] += third;
   };
-  for (const auto& [a, b, c, d] : mesh.faces) {
+  for (const Tetrahedron& tetrahedron : mesh.tetrahedra)
+    for (const int corner : tetrahedron) mass[corner] += density * volume(points, tetrahedron) / 4;
+  const std::vector<Quad> none;
+  for (const auto& [a, b, c, d] : mesh.tetrahedra.empty() ? mesh.faces : none) {
     if (d < 0) {
       add_triangle(a, b, c, 1);
     } else {

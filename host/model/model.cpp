@@ -36,8 +36,8 @@ std::string pointer(const char* list, std::size_t index, const char* key) {
   return "/" + std::string(list) + "/" + std::to_string(index) + "/" + key;
 }
 
-/// An expectation about something that the scene does not have would always be met.
-void check_expectations(const Scene& scene) {
+/// An expectation about something that the scene does not have would always be met. `tetrahedra`: its meshes have any.
+void check_expectations(const Scene& scene, bool tetrahedra) {
   const auto needs = [&scene](bool asked, bool there, const std::string& key, const std::string& what) {
     if (asked && !there) refuse(scene.file, "/expect/" + key, "an expectation about " + what, "one where there is any");
   };
@@ -51,7 +51,9 @@ void check_expectations(const Scene& scene) {
   const Expect& expect = scene.expect;
   needs(expect.max_strain.has_value(), distance, "max_strain", "strain in a scene without distance constraints");
   needs(expect.rms_strain.has_value(), distance, "rms_strain", "strain in a scene without distance constraints");
-  needs(expect.volume_ratio.has_value(), pressure, "volume_ratio", "volume in a scene without pressure");
+  needs(expect.volume_ratio.has_value(), pressure || tetrahedra, "volume_ratio",
+        "volume in a scene without pressure and without tetrahedra");
+  needs(expect.inverted_tetrahedra.has_value(), tetrahedra, "inverted_tetrahedra", "tetrahedra in a scene without any");
   needs(expect.max_penetration.has_value(), inside, "max_penetration",
         "penetration in a scene without solids or one-sided sheets");
 }
@@ -93,6 +95,8 @@ Elements elements(const Body& body, const ConstraintSpec& spec) {
     const auto list = material ? plate_hinges(mesh, shares) : hinges(mesh);
     constexpr bool isometric = std::is_same_v<Kind, IsometricBending>;
     add(list, material ? hinge_softness(mesh, list, shares, isometric) : std::vector<double>{});
+  } else if constexpr (Kind::element == Element::Tetrahedra) {
+    add(mesh.tetrahedra, {});
   } else {
     for (const std::string& on : spec.on)
       if (on == "shear")
@@ -110,12 +114,13 @@ class Builder {
   Model build() {
     const Scene& scene = model_.scene;
     parse_scene(to_json(scene), scene.file, "");  // a scene made in code is held to what a file is held to
-    check_expectations(scene);
     model_.look.body_begin = model_.look.face_begin = model_.look.line_begin = {0};
     ModelSeconds& took = model_.seconds;
     took.load = seconds([&] {
       for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(make_body(scene, b, model_.zero_area_faces));
     });
+    check_expectations(scene, std::any_of(bodies_.begin(), bodies_.end(),
+                                          [](const Body& body) { return !body.mesh.tetrahedra.empty(); }));
     took.order = seconds([this] { arrange(); });
     took.connect = seconds([this] { add_constraints(); });
     took.patches = seconds([this] { cut(); });
@@ -201,6 +206,12 @@ class Builder {
         add_set<Kind>(b, spec, place);
       });
     });
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (bodies_[b].mesh.tetrahedra.empty()) continue;
+      model_.tetrahedra.push_back(std::move(bodies_[b].mesh.tetrahedra));
+      for (Tetrahedron& t : model_.tetrahedra.back())
+        for (int& corner : t) corner = solver_of_[model_.look.body_begin[b] + corner];
+    }
     each_spec("pressure",
               [this](std::size_t b, const ConstraintSpec& spec, const std::string&) { add_pressure(b, spec); });
     each_spec("long_range", [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
@@ -223,11 +234,13 @@ class Builder {
     Elements all = elements<Kind>(bodies_[b], spec);
     if (all.particles.empty())
       refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",
-             Kind::element == Element::Hinges ? "a mesh with neighbouring faces" : "edges, or quads for shear");
+             Kind::element == Element::Hinges       ? "a mesh with neighbouring faces"
+             : Kind::element == Element::Tetrahedra ? "a mesh of tetrahedra: tet_box, .mesh, .msh, .node and .ele"
+                                                    : "edges, or quads for shear");
     drop_what_is_pinned(all, Kind::particles, bodies_[b].pinned);
     for (int& i : all.particles) i = solver_of_[model_.look.body_begin[b] + i];
     const SolverSpec& solver = model_.scene.solver;
-    if (solver.type == "desbrun" && !Kind::inequality) {
+    if (solver.type == "desbrun" && !Kind::inequality && Kind::element != Element::Tetrahedra) {
       if (spec.rigidity && Kind::element == Element::Hinges)
         refuse(model_.scene.file, place + "/rigidity", "a rigidity for springs across hinges, which a flat one lacks",
                "'compliance' or 'stiffness' with Desbrun's method, or the solver 'pbd'");
@@ -255,8 +268,8 @@ class Builder {
   }
 
   ConstraintSet& find_set(const ConstraintSpec& spec, int arity) {
-    const std::optional<double> compliance =
-        spec.rigidity ? std::optional<double>(1 / *spec.rigidity) : spec.compliance;
+    std::optional<double> compliance = spec.rigidity ? std::optional<double>(1 / *spec.rigidity) : spec.compliance;
+    if (spec.young_modulus) compliance = 1 / NeoHookean::shear_modulus(*spec.young_modulus, spec.parameter);
     for (ConstraintSet& set : model_.sets)
       if (set.type == spec.type && set.stiffness == spec.stiffness && set.compliance == compliance &&
           set.parameter == spec.parameter && set.softness.empty() != spec.rigidity.has_value())
@@ -313,6 +326,8 @@ class Builder {
     for (ConstraintSet& set : model_.sets) std::for_each(set.particles.begin(), set.particles.end(), renumber);
     for (SpringSet& set : model_.springs)
       for (Edge& e : set.ends) std::for_each(e.begin(), e.end(), renumber);
+    for (auto& body : model_.tetrahedra)
+      for (Tetrahedron& t : body) std::for_each(t.begin(), t.end(), renumber);
     for (PressureSet& set : model_.pressures) {
       for (Triangle& t : set.triangles) std::for_each(t.begin(), t.end(), renumber);
       std::for_each(set.particles.begin(), set.particles.end(), renumber);

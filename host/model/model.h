@@ -71,6 +71,7 @@ struct Model {
   std::vector<PressureSet> pressures;
   LongRangeSet long_range;  // of all bodies that name it
   AirFaces air;             // empty unless the wind has a density
+  std::vector<std::vector<Tetrahedron>> tetrahedra;  // of each body that has any
   std::vector<DampedIsland> damped;
   Patches patches;
   std::vector<EnvironmentMesh> environment;

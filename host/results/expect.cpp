@@ -36,6 +36,8 @@ std::vector<std::string> unmet_expectations(const Expect& expect, const Measures
   judge.at_most("max_penetration", expect.max_penetration, measures.penetration_max);
   judge.at_most("energy_not_above", expect.energy_not_above, measures.energy());
   judge.at_most("max_speed", expect.max_speed, measures.speed_max);
+  if (expect.inverted_tetrahedra)
+    judge.at_most("inverted_tetrahedra", *expect.inverted_tetrahedra, double(measures.inverted_tetrahedra));
   if (expect.volume_ratio)
     for (const double ratio : measures.volume_ratios) {
       judge.at_least("volume_ratio", (*expect.volume_ratio)[0], ratio);

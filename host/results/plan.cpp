@@ -122,6 +122,7 @@ std::string plan(const Simulation& simulation) {
         << " s\n";
   if (const std::string coarse = coarse_resolution(model, model.look.points); !coarse.empty())
     out << "resolution: " << coarse << "\n";
+  for (const auto& body : model.tetrahedra) out << "tetrahedra: " << body.size() << "\n";
   if (model.zero_area_faces > 0) out << "left out: " << counted(model.zero_area_faces, "face") << " without area\n";
   if (facts.projections_per_step > 0)
     out << "constraints: " << counted(facts.projections_per_step, "projection") << " a step\n";

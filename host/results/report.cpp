@@ -118,6 +118,7 @@ Json measured(const Measures& m) {
   json["penetration_max_m"] = m.penetration_max;
   json["degenerate_constraints_skipped"] = m.degenerate;
   if (!m.volume_ratios.empty()) json["volume_ratios"] = m.volume_ratios;
+  if (m.has_tetrahedra) json["inverted_tetrahedra"] = m.inverted_tetrahedra;
   return json;
 }
 
@@ -180,6 +181,11 @@ std::string report_json(const std::string& status, const std::vector<std::string
                     {"substeps", scene.solver.substeps},
                     {"iterations", scene.solver.iterations}};
   json["particles"] = model.count();
+  if (!model.tetrahedra.empty()) {
+    std::size_t all = 0;
+    for (const auto& body : model.tetrahedra) all += body.size();
+    json["tetrahedra"] = all;
+  }
   json["constraints"] = constraints(facts, model);
   json["patches"] = patches(facts.patches);
   if (facts.filter) {

@@ -1,5 +1,7 @@
 #include "host/scene/constraint_kinds.h"
 
+#include <type_traits>
+
 #include "kernels/constraints.h"
 
 namespace malha {
@@ -11,6 +13,7 @@ const std::vector<ConstraintKind>& constraint_kinds() {
       const Parameter& p = Kind::parameter;
       all.push_back({Kind::name, p.name, p.standard, p.minimum, p.minimum_allowed, Kind::material,
                      Kind::element == Element::Edges});
+      if constexpr (std::is_same_v<Kind, NeoHookean>) all.back().elastic = true, all.back().parameter_max = Kind::most;
     });
     all.push_back(
         {"pressure", "pressure", 1, 0, false, false, false});  // over a whole mesh: no batches, so not registered

@@ -61,8 +61,18 @@ ConstraintSpec read_constraint(const JsonReader& at) {
   const auto kind = std::find_if(constraint_kinds().begin(), constraint_kinds().end(),
                                  [&](const ConstraintKind& k) { return k.name == spec.type; });
   spec.parameter = kind->parameter_default;
-  const Range range = kind->min_included ? at_least(kind->parameter_min, "") : above(kind->parameter_min, "");
+  const Range range = kind->elastic        ? between(kind->parameter_min, kind->parameter_max, "")
+                      : kind->min_included ? at_least(kind->parameter_min, "")
+                                           : above(kind->parameter_min, "");
 
+  if (kind->elastic) {
+    at.object({
+        {"type", [](const JsonReader&) {}, true},
+        {"young_modulus", [&](const JsonReader& v) { spec.young_modulus = v.number(above(0, "Pa")); }, true},
+        {kind->parameter, [&](const JsonReader& v) { spec.parameter = v.number(range); }},
+    });
+    return spec;
+  }
   std::vector<JsonReader::Field> fields{{"type", [](const JsonReader&) {}, true}};
   if (!kind->hard) {
     fields.push_back({"stiffness", [&](const JsonReader& v) { spec.stiffness = v.number(between(0, 1, "")); }});
@@ -95,7 +105,10 @@ BodySpec read_body(const JsonReader& at, const std::string& folder) {
       {"velocity", [&](const JsonReader& v) { body.velocity = v.vec3(any("m/s")); }},
       {"spin", [&](const JsonReader& v) { body.spin = v.vec3(any("rad/s")); }},
       {"mass", [&](const JsonReader& v) { body.mass = v.number(above(0, "kg")); }},
-      {"density", [&](const JsonReader& v) { body.density = v.number(above(0, "kg/m^2 of surface, kg/m of lines")); }},
+      {"density",
+       [&](const JsonReader& v) {
+         body.density = v.number(above(0, "kg/m^2 of surface, kg/m of lines, kg/m^3 of tetrahedra"));
+       }},
       {"damping", [&](const JsonReader& v) { body.damping = v.number(between(0, 1, "")); }},
       {"pins",
        [&](const JsonReader& v) {

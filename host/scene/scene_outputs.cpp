@@ -1,3 +1,5 @@
+#include <limits>
+
 #include "host/scene/scene_read.h"
 
 namespace malha {
@@ -68,6 +70,8 @@ Expect read_expect(const JsonReader& at) {
       {"max_speed", [&](const JsonReader& v) { expect.max_speed = v.number(at_least(0, "m/s")); }},
       {"inside", read_inside},
       {"volume_ratio", read_volume_ratio},
+      {"inverted_tetrahedra",
+       [&](const JsonReader& v) { expect.inverted_tetrahedra = v.integer(0, std::numeric_limits<int>::max()); }},
   });
   return expect;
 }

@@ -48,6 +48,16 @@ Shape read_box_shape(const JsonReader& at) {
   return box;
 }
 
+Shape read_tet_box(const JsonReader& at) {
+  TetBoxShape box;
+  at.object({
+      {"size", [&](const JsonReader& v) { box.size = v.vec3(above(0, "m")); }, true},
+      {"cells", [&](const JsonReader& v) { box.cells = v.integers<3>(1, most_cells); }, true},
+  });
+  refuse_too_many(at.at("cells"), (box.cells[0] + 1.0) * (box.cells[1] + 1.0) * (box.cells[2] + 1.0));
+  return box;
+}
+
 Shape read_bar(const JsonReader& at) {
   BarShape bar;
   at.object({
@@ -111,6 +121,7 @@ Shape read_shape(const JsonReader& at, ShapeUse use, const std::string& folder) 
   if (use == ShapeUse::Body) {
     fields.push_back({"chain", [&](const JsonReader& v) { shape = read_chain(v); }});
     fields.push_back({"cloud", [&](const JsonReader& v) { shape = read_cloud(v); }});
+    fields.push_back({"tet_box", [&](const JsonReader& v) { shape = read_tet_box(v); }});
   }
   at.one_of(fields);
   return shape;

@@ -28,6 +28,7 @@ struct ShapeWriter {
   Json operator()(const CloudShape& s) const {
     return {{"cloud", {{"min", s.min}, {"max", s.max}, {"count", s.count}}}};
   }
+  Json operator()(const TetBoxShape& s) const { return {{"tet_box", {{"size", s.size}, {"cells", s.cells}}}}; }
 };
 
 struct PinWriter {
@@ -53,6 +54,8 @@ Json write(const ConstraintSpec& c) {
   }
   if (c.rigidity) {
     json["rigidity"] = *c.rigidity;
+  } else if (c.young_modulus) {
+    json["young_modulus"] = *c.young_modulus;
   } else if (c.compliance) {
     json["compliance"] = *c.compliance;
   } else if (!hard) {
@@ -146,6 +149,7 @@ Json write(const Expect& e) {
   add("max_speed", e.max_speed);
   if (e.inside_min && e.inside_max) json["inside"] = {{"min", *e.inside_min}, {"max", *e.inside_max}};
   add("volume_ratio", e.volume_ratio);
+  add("inverted_tetrahedra", e.inverted_tetrahedra);
   return json;
 }
 

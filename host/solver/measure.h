@@ -38,7 +38,14 @@ void measure_constraints(const Executor& executor, const Model& model, const std
           MeasureResidual<Kind, Vec3>{model.x.data(), x.data(), model.w.data(), set.particles.data(), set.parameter,
                                       set.softness.empty() ? nullptr : set.softness.data()});
       m.degenerate += static_cast<std::int64_t>(r.degenerate);
-      if (set.compliance.value_or(0) > 0) m.elastic += r.softened / (2 * *set.compliance);
+      if constexpr (multipliers<Kind>() > 1)
+        m.elastic += parallel_reduce<Sum>(
+                         executor, set.count(),
+                         MeasureEnergy<Kind, Vec3>{model.x.data(), x.data(), set.particles.data(), set.parameter})
+                         .value /
+                     *set.compliance;
+      else if (set.compliance.value_or(0) > 0)
+        m.elastic += r.softened / (2 * *set.compliance);
       if (Kind::has_strain) lengths += r;
     });
   for (const SpringSet& set : model.springs) {
@@ -51,6 +58,18 @@ void measure_constraints(const Executor& executor, const Model& model, const std
   }
   m.has_strain = lengths.count > 0;
   if (m.has_strain) m.strain_rms = std::sqrt(lengths.strain2 / lengths.count), m.strain_max = lengths.strain_max;
+}
+
+/// Volume, and what of it is inside out, of the bodies of tetrahedra at x.
+template <class Executor>
+void measure_tetrahedra(const Executor& executor, const Model& model, const std::vector<Vec3>& x, Measures& m) {
+  for (const std::vector<Tetrahedron>& body : model.tetrahedra) {
+    const Volumes sum = parallel_reduce<Volumes>(executor, static_cast<int>(body.size()),
+                                                 MeasureVolume<Vec3>{model.x.data(), x.data(), body.front().data()});
+    m.has_tetrahedra = true;
+    m.volume_ratios.push_back(sum.now / sum.at_rest);
+    m.inverted_tetrahedra += static_cast<std::int64_t>(sum.inverted);
+  }
 }
 
 }  // namespace malha

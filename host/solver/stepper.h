@@ -79,6 +79,7 @@ class Stepper : public Solver {
   Measures measure() const final {
     Measures m = measure_motion(executor_, particles(), model_.scene.gravity);
     measure_constraints(executor_, model_, x_.download(), m);
+    measure_tetrahedra(executor_, model_, x_.download(), m);
     for (const auto& pressure : pressures_) m.volume_ratios.push_back(pressure.volume_ratio(x_.points()));
     if (collider_) {
       m.contacts = collider_->contacts();

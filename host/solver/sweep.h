@@ -123,9 +123,11 @@ class Sweep {
     const double h = solver.dt / solver.substeps;
     SetView<R> view{};
     int kind = 0;
+    std::size_t multipliers = 1;
     for_each_constraint([&]<class Kind>(Kind) {
       if (set.type == Kind::name) {
         view.kind = kind;
+        multipliers = malha::multipliers<Kind>();
         view.numbers = rest_numbers<Kind>(update_of(set));
         RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.numbers, s, patches.batches);
         own.rest = Array<Executor, R>(rest.each), own.common = Array<Executor, R>(rest.common);
@@ -138,7 +140,8 @@ class Sweep {
       view.index[j] = own.index[j].data();
     }
     view.update = update_of(set);
-    if (set.compliance && solver.iterations > 1) own.lambda = Array<Executor, R>(plan.constraint.size(), R(0));
+    if (set.compliance && solver.iterations > 1)
+      own.lambda = Array<Executor, R>(plan.constraint.size() * multipliers, R(0));
     view.rest = own.rest.data(), view.common = own.common.data(), view.held = own.held.data();
     view.lambda = own.lambda.data();
     view.stiffness = R(stiffness_per_projection(set.stiffness, double(solver.substeps) * solver.iterations));

@@ -1,0 +1,93 @@
+#include "host/mesh/tetrahedra.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "host/base/shown.h"
+#include "host/error.h"
+#include "host/mesh/first_equal.h"
+
+namespace malha {
+namespace {
+
+constexpr double no_volume = 1e-6;  // of the longest edge's cube: single precision could not tell it from flat
+
+/// The triangle opposite to corner k, counter-clockwise seen from outside.
+constexpr int kOpposite[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+
+std::string place(std::size_t tetrahedron) { return "tetrahedron " + std::to_string(tetrahedron) + " (0-based)"; }
+
+void orient(const std::vector<Vec3>& points, Tetrahedron& corners, std::size_t number, const std::string& file) {
+  double longest = 0;
+  for (int a = 0; a < 4; ++a)
+    for (int b = a + 1; b < 4; ++b) {
+      const Vec3 &p = points[corners[a]], &q = points[corners[b]];
+      if (corners[a] == corners[b])
+        refuse(file, place(number), "vertex " + std::to_string(corners[a]) + " as two of its corners", "four vertices");
+      longest = std::max(longest, std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]));
+    }
+  const double V = volume(points, corners);
+  if (!(std::abs(V) > no_volume * longest * longest * longest))
+    refuse(file, place(number), "a volume of " + shown(V) + " m^3 at a longest edge of " + shown(longest) + " m",
+           "more than 1e-6 of that edge's cube: no flat tetrahedra");
+  if (V < 0) std::swap(corners[2], corners[3]);
+}
+
+}  // namespace
+
+double volume(const std::vector<Vec3>& points, const Tetrahedron& tetrahedron) {
+  const auto from_first = [&](int corner, int axis) {
+    return points[tetrahedron[corner]][axis] - points[tetrahedron[0]][axis];
+  };
+  double six_times = 0;
+  for (int x = 0; x < 3; ++x) {
+    const int y = (x + 1) % 3, z = (x + 2) % 3;
+    six_times += from_first(1, x) * (from_first(2, y) * from_first(3, z) - from_first(2, z) * from_first(3, y));
+  }
+  return six_times / 6;
+}
+
+void complete_tetrahedra(Mesh& mesh, const std::string& file) {
+  if (mesh.tetrahedra.empty()) return;
+  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) orient(mesh.points, mesh.tetrahedra[t], t, file);
+
+  std::vector<Triangle> sides, sorted;
+  sides.reserve(4 * mesh.tetrahedra.size());
+  for (const Tetrahedron& t : mesh.tetrahedra)
+    for (const auto& [a, b, c] : kOpposite) sides.push_back({t[a], t[b], t[c]});
+  sorted = sides;
+  for (Triangle& side : sorted) std::ranges::sort(side);
+  const auto hash = [&](int i) {
+    std::uint64_t bits = 0;
+    for (const int corner : sorted[i]) bits = mix(bits, static_cast<std::uint64_t>(corner));
+    return bits;
+  };
+  const std::vector<int> first =
+      first_equal(static_cast<int>(sides.size()), hash, [&](int i, int j) { return sorted[i] == sorted[j]; });
+  // An even number of swaps tells triangles that wind alike: then both tetrahedra lie on the same side.
+  const auto winds_alike = [](const Triangle& a, const Triangle& b) {
+    const auto at = std::ranges::find(b, a[0]) - b.begin();
+    return b[(at + 1) % 3] == a[1];
+  };
+  std::vector<int> times(sides.size(), 0);
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const int of = first[i];
+    const auto refuse_side = [&](const std::string& found, const std::string& allowed) {
+      const auto [a, b, c] = sides[i];
+      refuse(file, place(i / 4),
+             "the triangle of vertices " + std::to_string(a) + ", " + std::to_string(b) + ", " + std::to_string(c) +
+                 found + std::to_string(of / 4),
+             allowed);
+    };
+    if (++times[of] > 2) refuse_side(", which two others have already, the first of them tetrahedron ", "two at most");
+    if (times[of] == 2 && winds_alike(sides[of], sides[i]))
+      refuse_side(", on the same side as tetrahedron ", "tetrahedra that do not overlap, each once");
+  }
+  mesh.faces.clear();
+  for (std::size_t i = 0; i < sides.size(); ++i)
+    if (first[i] == static_cast<int>(i) && times[i] == 1)
+      mesh.faces.push_back({sides[i][0], sides[i][1], sides[i][2], -1});
+}
+
+}  // namespace malha
