@@ -1,4 +1,5 @@
 // Instantiates the kernels on the device: what only a device compiler refuses is found without a GPU.
+#include "kernels/attachment.h"
 #include "kernels/constraints.h"
 #include "kernels/contact.h"
 #include "kernels/corrector.h"
@@ -65,6 +66,7 @@ void instantiate_all() {
   instantiate<Predict<R>, Drag<R>, UpdateState<R>>();
   instantiate<SumMass<R, Consecutive>, SumSpin<R, Consecutive>, DampTowardsRigid<R>, MeasureMotion<R>>();
   instantiate<SixVolumes<R>, PressureGradient<R>, ApplyPressure<R>>();
+  instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>>();
   instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>>();
 }
 

@@ -15,6 +15,8 @@ void for_each_array(M& model, const Visit& visit) {
   for (auto& set : model.springs) visit(set.ends), visit(set.stiffness), visit(set.rest);
   for (auto& set : model.pressures) visit(set.particles), visit(set.triangles);
   visit(model.damped);
+  for (auto& pins : model.moved) visit(pins.particles);
+  for (auto& set : model.attached) visit(set.particles);
   visit(model.patches.begin), visit(model.patches.class_of);
   for (auto& environment : model.environment)
     visit(environment.mesh.points), visit(environment.mesh.faces), visit(environment.mesh.lines);

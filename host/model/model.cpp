@@ -11,7 +11,6 @@
 #include "host/mesh/topology.h"
 #include "host/model/material.h"
 #include "host/model/order.h"
-#include "host/model/pins.h"
 #include "kernels/constraints.h"
 
 namespace malha {
@@ -22,7 +21,7 @@ namespace {
 struct Body {
   Mesh mesh;
   std::vector<Edge> edges;
-  std::vector<bool> pinned;
+  Holds holds;
   std::vector<double> mass;
 };
 
@@ -69,7 +68,7 @@ Body make_body(const Scene& scene, std::size_t index, int& zero_area_faces) {
     if (!(body.mass[i] > 0))
       refuse(scene.file, pointer("bodies", index, spec.mass ? "mass" : "density"),
              "no mass for particle " + std::to_string(i), "a mass or density that leaves no particle massless");
-  body.pinned = pinned_particles(scene, index, body.mesh);
+  body.holds = find_holds(scene, index, body.mesh);
   return body;
 }
 
@@ -170,6 +169,7 @@ class Builder {
   void place(std::size_t b) {
     const BodySpec& spec = model_.scene.bodies[b];
     const Body& body = bodies_[b];
+    const std::vector<bool> held = body.holds.at_start();
     Vec3 centre{0, 0, 0};
     double total = 0;
     for (std::size_t i = 0; i < body.mass.size(); ++i) {
@@ -184,9 +184,20 @@ class Builder {
       const Vec3 turn{s[1] * r[2] - s[2] * r[1], s[2] * r[0] - s[0] * r[2], s[0] * r[1] - s[1] * r[0]};
       model_.x[at] = x;
       model_.mass[at] = body.mass[i];
-      model_.w[at] = body.pinned[i] ? 0 : 1 / body.mass[i];
-      for (int k = 0; k < 3; ++k) model_.v[at][k] = body.pinned[i] ? 0 : spec.velocity[k] + turn[k];
+      model_.w[at] = body.holds.pinned[i] ? 0 : 1 / body.mass[i];
+      for (int k = 0; k < 3; ++k) model_.v[at][k] = held[i] ? 0 : spec.velocity[k] + turn[k];
     }
+    add_holds(b);
+  }
+
+  void add_holds(std::size_t b) {
+    const auto add = [&](auto sets, auto& all) {
+      for (auto& set : sets) {
+        for (int& i : set.particles) i = solver_of_[model_.look.body_begin[b] + i];
+        all.push_back(std::move(set));
+      }
+    };
+    add(bodies_[b].holds.moved, model_.moved), add(bodies_[b].holds.attached, model_.attached);
   }
 
   int body_of(int user) const {
@@ -220,7 +231,7 @@ class Builder {
     if (all.particles.empty())
       refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",
              Kind::element == Element::Hinges ? "a mesh with neighbouring faces" : "edges, or quads for shear");
-    drop_what_is_pinned(all, Kind::particles, bodies_[b].pinned);
+    drop_what_is_pinned(all, Kind::particles, bodies_[b].holds.pinned);
     for (int& i : all.particles) i = solver_of_[model_.look.body_begin[b] + i];
     const SolverSpec& solver = model_.scene.solver;
     if (solver.type == "desbrun" && !Kind::inequality) {
@@ -292,6 +303,8 @@ class Builder {
       std::for_each(set.particles.begin(), set.particles.end(), renumber);
       std::sort(set.particles.begin(), set.particles.end());
     }
+    for (MovedPins& pins : model_.moved) std::for_each(pins.particles.begin(), pins.particles.end(), renumber);
+    for (AttachmentSet& set : model_.attached) std::for_each(set.particles.begin(), set.particles.end(), renumber);
     model_.patches = std::move(cut.patches);
   }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host/model/patches.h"
+#include "host/model/pins.h"
 #include "host/model/springs.h"
 #include "host/scene.h"
 
@@ -62,12 +63,14 @@ struct Model {
   Appearance look;
   std::vector<int> user_of;         // user's index of each particle of the solver
   std::vector<Vec3> x, v;           // m, m/s
-  std::vector<double> w;            // 1/kg, 0 where pinned
+  std::vector<double> w;            // 1/kg, 0 where pinned for good
   std::vector<double> mass;         // kg, of pinned particles too
   std::vector<ConstraintSet> sets;  // in the registry's order of kinds
   std::vector<SpringSet> springs;   // of Desbrun's method; `sets` then holds what is projected after them
   std::vector<PressureSet> pressures;
   std::vector<DampedIsland> damped;
+  std::vector<MovedPins> moved;
+  std::vector<AttachmentSet> attached;
   Patches patches;
   std::vector<EnvironmentMesh> environment;
   ModelSeconds seconds;

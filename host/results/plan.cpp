@@ -40,6 +40,31 @@ void list_constraints(std::ostream& out, const Model& model, const SolverFacts& 
     out << "  pressure: 1 over " << set.particles.size() << " particles and " << set.triangles.size() << " triangles\n";
 }
 
+/// Pins that move or are released, and attachments.
+void list_attachments(std::ostream& out, const Model& model) {
+  const auto target = [&out](const Target& to) {
+    if (!to.environment.empty()) out << " to '" << to.environment << "'";
+    if (to.point) out << " to a point";
+    if (!to.motion.empty()) out << " on " << counted(to.motion.size(), "keyframe");
+  };
+  for (const MovedPins& pins : model.moved) {
+    out << "  " << counted(pins.particles.size(), "pin");
+    target(pins.target);
+    if (pins.until) out << ", released at " << *pins.until << " s";
+    out << "\n";
+  }
+  for (const AttachmentSet& set : model.attached) {
+    out << "  " << counted(set.particles.size(), "attachment");
+    target(set.target);
+    if (set.compliance)
+      out << ", compliance " << *set.compliance;
+    else
+      out << ", stiffness " << set.stiffness;
+    if (set.until) out << ", until " << *set.until << " s";
+    out << "\n";
+  }
+}
+
 /// Springs and their filter.
 void list_springs(std::ostream& out, const Model& model, const SolverFacts& facts) {
   if (!facts.filter) return;
@@ -67,6 +92,12 @@ void list_filter_passes(const Model& model, const SolverFacts& facts,
   line("correction", substeps * facts.free_bodies * (2 * refine + (facts.corrects ? 3 : 2)));
 }
 
+std::size_t pinned_at_start(const Model& model) {
+  std::size_t pinned = std::count(model.w.begin(), model.w.end(), 0.0);
+  for (const MovedPins& pins : model.moved) pinned += pins.until ? pins.particles.size() : 0;
+  return pinned;
+}
+
 /// Every pass that exists in this scene, in its order, with its launches a step.
 void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts) {
   const SolverSpec& solver = model.scene.solver;
@@ -75,6 +106,9 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
     if (launches > 0) out << "  " << pass << ": " << counted(launches, "launch", "launches") << "\n";
   };
   const std::size_t sweeps = projections * facts.patches.phases, obstacles = model.environment.size();
+  std::size_t moving = 0;
+  for (const MovedPins& pins : model.moved) moving += pins.target.moves() ? 2 : 0;  // placed, and given their velocity
+  line("pins", substeps * moving);
   line("damping", 3 * substeps * model.damped.size());
   list_filter_passes(model, facts, line);
   const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
@@ -83,6 +117,7 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);
   line("pressure", 3 * projections * model.pressures.size());
+  line("attachments", projections * model.attached.size());
   line("contact", (projections + substeps) * obstacles);  // resolved, and restitution, which without any still stops
   line("state", facts.fused ? 0 : substeps);
 }
@@ -109,7 +144,7 @@ std::string plan(const Simulation& simulation) {
       << " s, each " << counted(solver.substeps, "substep") << " of " << (solver.type == "desbrun" ? "at most " : "")
       << counted(solver.iterations, "iteration") << "\n"
       << "particles: " << model.count() << " in " << counted(scene.bodies.size(), "body", "bodies") << ", "
-      << std::count(model.w.begin(), model.w.end(), 0.0) << " pinned\n";
+      << pinned_at_start(model) << " pinned\n";
   if (model.zero_area_faces > 0) out << "left out: " << counted(model.zero_area_faces, "face") << " without area\n";
   if (facts.projections_per_step > 0)
     out << "constraints: " << counted(facts.projections_per_step, "projection") << " a step\n";
@@ -118,6 +153,7 @@ std::string plan(const Simulation& simulation) {
         << counted(facts.patches.most_slots, "slot") << " of fast memory, " << facts.patches.columns
         << " of them laid out for runs\n";
   list_constraints(out, model, facts);
+  list_attachments(out, model);
   list_springs(out, model, facts);
   out << "passes of a step:\n";
   list_passes(out, model, facts);

@@ -45,6 +45,10 @@ Json constraints(const SolverFacts& facts, const Model& model) {
     kind["in_runs"] = kind["in_runs"].get<int>() + set.in_runs;
     kind["batches_a_patch"] = std::max(kind["batches_a_patch"].get<int>(), set.most_batches);
   }
+  for (const AttachmentSet& set : model.attached) {
+    Json& kind = kinds.emplace("attachment", Json{{"count", 0}}).first.value();
+    kind["count"] = kind["count"].get<std::size_t>() + set.particles.size();
+  }
   if (!model.pressures.empty()) kinds["pressure"] = {{"count", model.pressures.size()}};
   return kinds;
 }

@@ -13,14 +13,14 @@ class Pbd final : public Stepper<Executor, R> {
  public:
   /// `threads`: of the executor.
   Pbd(const Model& model, const Executor& executor, int threads)
-      : Base(model, executor, threads, true,
-             model.environment.empty() && model.pressures.empty() && model.scene.solver.iterations > 1) {
+      : Base(model, executor, threads, true, Base::nothing_between(model) && model.scene.solver.iterations > 1) {
     this->facts_.fused = this->nothing_between();
   }
 
   void step() override {
     const SolverSpec& solver = model_.scene.solver;
-    if (!this->nothing_between() || !model_.damped.empty() || model_.scene.wind) return Base::step();
+    if (!this->nothing_between() || !model_.damped.empty() || !model_.moved.empty() || model_.scene.wind)
+      return Base::step();
     visit_patches(solver.dt / solver.substeps, solver.substeps);
     ++this->steps_;
   }

@@ -15,7 +15,9 @@ namespace malha {
 
 /// The passes of a step, for timings. Visits: prediction, projection and state in one, where nothing lies between.
 /// Forces, filter and correction (of free bodies' momenta) are Desbrun's.
+/// Pins are those that move.
 enum class Pass {
+  Pins,
   Damping,
   Forces,
   Filter,
@@ -24,13 +26,14 @@ enum class Pass {
   Collision,
   Projection,
   Pressure,
+  Attachments,
   Contact,
   State,
   Visits
 };
-inline constexpr std::array<const char*, 11> kPassNames{"damping",    "forces",    "filter",     "correction",
-                                                        "prediction", "collision", "projection", "pressure",
-                                                        "contact",    "state",     "visits"};
+inline constexpr std::array<const char*, 13> kPassNames{
+    "pins",       "damping",  "forces",      "filter",  "correction", "prediction", "collision",
+    "projection", "pressure", "attachments", "contact", "state",      "visits"};
 
 /// What a person may want to know of a constraint set.
 struct SetFacts {

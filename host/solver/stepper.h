@@ -10,8 +10,10 @@
 #include "host/base/stopwatch.h"
 #include "host/collision/collider.h"
 #include "host/error.h"
+#include "host/solver/attachments.h"
 #include "host/solver/damping.h"
 #include "host/solver/measure.h"
+#include "host/solver/moved_pins.h"
 #include "host/solver/pressure.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"
@@ -26,7 +28,12 @@ class Stepper : public Solver {
   void step() override {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    for (int s = 0; s < solver.substeps; ++s) substep(time() + s * h, h);
+    const auto at = [&](int s) { return (steps_ + double(s) / solver.substeps) * solver.dt; };  // steps end alike
+    for (int s = 0; s < solver.substeps; ++s) {
+      if (moved_) timed(Pass::Pins, [&] { moved_->place(particles(), w_.data(), at(s), at(s + 1)); });
+      substep(time() + s * h, h);
+      if (moved_) timed(Pass::Pins, [&] { moved_->arrive(particles(), at(s), at(s + 1)); });
+    }
     ++steps_;
   }
 
@@ -46,15 +53,16 @@ class Stepper : public Solver {
     steps_ = saved.steps;
     x_.upload(saved.x);
     v_.upload(saved.v);
+    if (moved_) moved_->hold(time(), w_.data());
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->remember(saved.seen);
   }
   void move_pin(int particle, const Vec3& to) final {
     const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
     const auto i = found - model_.user_of.begin();
-    if (found == model_.user_of.end() || model_.w[i] > 0)
+    if (found == model_.user_of.end() || w_.download()[i] > R(0) || (moved_ && moved_->refuses(int(i))))
       throw InputError("move_pin: found particle " + std::to_string(particle) +
-                       ", which is not pinned; allowed: one that is");
+                       ", which is not pinned; allowed: one that is, and that no keyframes move");
     for (const PointArray<Executor, R>* points : {&x_, &p_}) points->set(static_cast<std::size_t>(i), to);
   }
   std::uint64_t state_hash() const final { return hash_state(state(), model_.user_of); }
@@ -63,6 +71,7 @@ class Stepper : public Solver {
     Measures m = measure_motion(executor_, particles(), model_.scene.gravity);
     measure_constraints(executor_, model_, x_.download(), m);
     for (const auto& pressure : pressures_) m.volume_ratios.push_back(pressure.volume_ratio(x_.points()));
+    if (attachments_) m.elastic += attachments_->energy(x_.points(), time());
     if (collider_) {
       m.contacts = collider_->contacts();
       m.penetration_max = collider_->max_penetration(particles(), time());
@@ -81,6 +90,8 @@ class Stepper : public Solver {
     });
     if (sweep_) facts_.colour_seconds = sweep_->facts().plan_seconds;
     facts_.layout_seconds += facts_.constraint_seconds - facts_.colour_seconds;
+    if (!model.moved.empty()) moved_.emplace(executor, model), moved_->hold(0, w_.data());
+    if (!model.attached.empty()) attachments_.emplace(executor, model);
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     note_facts();
   }
@@ -117,7 +128,7 @@ class Stepper : public Solver {
     for (auto& pressure : pressures_) pressure.start_substep();
     if (!model_.sets.empty() || !nothing_between())
       for (int iteration = 0; iteration < scene.solver.iterations; ++iteration) {
-        project(all, h, iteration == 0);
+        project(all, start, h, iteration == 0);
         if (enough()) break;
       }
     if (collider_) timed(Pass::Collision, [&] { collider_->hold_back(all, start, start + h); });
@@ -137,7 +148,10 @@ class Stepper : public Solver {
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
   /// Whether the scene asks for anything between prediction and state but batched constraints.
-  bool nothing_between() const { return model_.environment.empty() && model_.pressures.empty(); }
+  bool nothing_between() const { return nothing_between(model_); }
+  static bool nothing_between(const Model& model) {
+    return model.environment.empty() && model.pressures.empty() && model.attached.empty();
+  }
 
   /// `lost`: a particle that is no longer finite, by the user's number.
   [[noreturn]] void refuse_lost(int lost) const {
@@ -170,7 +184,7 @@ class Stepper : public Solver {
   }
 
   /// Contacts last: what leaves the iteration is outside the environment.
-  void project(const Particles<R>& all, double h, bool fresh) {
+  void project(const Particles<R>& all, double start, double h, bool fresh) {
     if (!model_.sets.empty())
       timed(Pass::Projection, [&] {
         Visit<R> visit = sweep_->visit(all, h, to_R(model_.scene.gravity));
@@ -181,6 +195,7 @@ class Stepper : public Solver {
       timed(Pass::Pressure, [&] {
         for (auto& pressure : pressures_) pressure.project(all.p, all.w);
       });
+    if (attachments_) timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, fresh); });
     if (collider_) timed(Pass::Contact, [&] { collider_->resolve(all); });
   }
 
@@ -196,12 +211,16 @@ class Stepper : public Solver {
       projections += set.constraints;
     }
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
+    if (moved_) facts_.particle_bytes += moved_->bytes();
+    if (attachments_) facts_.constraint_bytes += attachments_->bytes();
     if (collider_) facts_.collision_bytes = collider_->bytes();
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }
 
   Array<Executor, R> w_;
   std::vector<Pressure<Executor, R>> pressures_;
+  std::optional<MovedPinSets<Executor, R>> moved_;
+  std::optional<Attachments<Executor, R>> attachments_;
   std::optional<Collider<Executor, R>> collider_;
   std::array<double, kPassNames.size()> seconds_{};
 };
