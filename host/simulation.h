@@ -53,6 +53,9 @@ class Simulation {
   /// The state at the end of the last step.
   Measures measure() const;
 
+  /// Vertices that have been torn in two so far. Each is one more particle, the last of its body in positions().
+  int tears() const;
+
   /// The expectations of the scene (its "expect") that the state does not meet, a line each.
   std::vector<std::string> unmet() const;
 

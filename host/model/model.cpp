@@ -11,6 +11,7 @@
 #include "host/mesh/topology.h"
 #include "host/model/material.h"
 #include "host/model/order.h"
+#include "host/model/tear.h"
 #include "kernels/constraints.h"
 
 namespace malha {
@@ -55,20 +56,37 @@ void check_expectations(const Scene& scene) {
         "penetration in a scene without solids or one-sided sheets");
 }
 
-Body make_body(const Scene& scene, std::size_t index, int& zero_area_faces) {
+/// A mesh that changes has no place in a format that writes it once.
+void check_outputs(const Scene& scene) {
+  const auto& formats = scene.outputs.formats;
+  if (tears(scene) && std::find(formats.begin(), formats.end(), "pc2") != formats.end())
+    refuse(scene.file, "/outputs/frames/formats", "pc2, which holds one mesh for all frames, of a scene that tears",
+           "vtp, ply, obj");
+}
+
+Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces) {
+  const BodySpec& spec = scene.bodies[index];
+  Mesh mesh = make_mesh(spec.shape);
+  const bool loose = std::holds_alternative<CloudShape>(spec.shape);
+  zero_area_faces += check_mesh(mesh, origin(scene, spec.shape), loose).zero_area_faces;
+  apply(spec.transform, mesh);
+  return mesh;
+}
+
+Body make_body(const Scene& scene, std::size_t index, Mesh mesh, const Torn* torn) {
   const BodySpec& spec = scene.bodies[index];
   Body body;
-  body.mesh = make_mesh(spec.shape);
-  const bool loose = std::holds_alternative<CloudShape>(spec.shape);
-  zero_area_faces += check_mesh(body.mesh, origin(scene, spec.shape), loose).zero_area_faces;
-  apply(spec.transform, body.mesh);
+  body.mesh = std::move(mesh);
+  body.holds = find_holds(scene, index, body.mesh);
+  if (torn)
+    for (const Split& split : *torn->done)
+      if (split.body == static_cast<int>(index)) apply(split, body.mesh), split_holds(split.vertex, body.holds);
   body.edges = edges(body.mesh);
   body.mass = spec.mass ? masses_by_total(body.mesh, *spec.mass) : masses_by_density(body.mesh, *spec.density);
   for (std::size_t i = 0; i < body.mass.size(); ++i)
     if (!(body.mass[i] > 0))
       refuse(scene.file, pointer("bodies", index, spec.mass ? "mass" : "density"),
              "no mass for particle " + std::to_string(i), "a mass or density that leaves no particle massless");
-  body.holds = find_holds(scene, index, body.mesh);
   return body;
 }
 
@@ -104,27 +122,32 @@ Elements elements(const Body& body, const ConstraintSpec& spec) {
 
 class Builder {
  public:
-  explicit Builder(const Scene& scene) { model_.scene = scene; }
+  explicit Builder(const Scene& scene, const Torn* torn = nullptr) : torn_(torn) { model_.scene = scene; }
 
   Model build() {
     const Scene& scene = model_.scene;
-    parse_scene(to_json(scene), scene.file, "");  // a scene made in code is held to what a file is held to
-    check_expectations(scene);
+    if (!torn_) parse_scene(to_json(scene), scene.file, "");  // a scene made in code is held to what a file is held to
+    check_expectations(scene), check_outputs(scene);
     model_.look.body_begin = model_.look.face_begin = model_.look.line_begin = {0};
     ModelSeconds& took = model_.seconds;
     took.load = seconds([&] {
-      for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(make_body(scene, b, model_.zero_area_faces));
+      for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(make_body(scene, b, mesh_of(b), torn_));
     });
     took.order = seconds([this] { arrange(); });
     took.connect = seconds([this] { add_constraints(); });
     took.patches = seconds([this] { cut(); });
     took.load += seconds([&] {
-      for (std::size_t e = 0; e < scene.environment.size(); ++e) add_environment(e);
+      if (torn_) model_.environment = *torn_->environment, model_.zero_area_faces = torn_->zero_area_faces;
+      for (std::size_t e = 0; e < scene.environment.size() && !torn_; ++e) add_environment(e);
     });
     return std::move(model_);
   }
 
  private:
+  Mesh mesh_of(std::size_t b) {
+    return torn_ ? body_mesh(*torn_->whole, b) : load_body(model_.scene, b, model_.zero_area_faces);
+  }
+
   void add_body(Body body) {
     Appearance& look = model_.look;
     const int first = static_cast<int>(look.points.size());
@@ -320,6 +343,7 @@ class Builder {
     model_.environment.push_back(std::move(mesh));
   }
 
+  const Torn* torn_;
   Model model_;
   std::vector<Body> bodies_;
   std::vector<int> solver_of_;
@@ -330,6 +354,8 @@ class Builder {
 }  // namespace
 
 Model build_model(const Scene& scene) { return Builder(scene).build(); }
+
+Model build_torn_model(const Scene& scene, const Torn& torn) { return Builder(scene, &torn).build(); }
 
 std::string particle_name(const Model& model, int user_index) {
   const auto& begin = model.look.body_begin;

@@ -149,6 +149,16 @@ std::vector<bool> Holds::at_start() const {
   return held;
 }
 
+void split_holds(int vertex, Holds& holds) {
+  const int duplicate = static_cast<int>(holds.pinned.size());
+  holds.pinned.push_back(holds.pinned[vertex]);
+  const auto extend = [&](auto& sets) {
+    for (auto& set : sets)
+      if (std::binary_search(set.particles.begin(), set.particles.end(), vertex)) set.particles.push_back(duplicate);
+  };
+  extend(holds.moved), extend(holds.attached);
+}
+
 Holds find_holds(const Scene& scene, std::size_t body, const Mesh& mesh) {
   return HoldFinder(scene, body, mesh).find();
 }

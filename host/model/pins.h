@@ -46,4 +46,7 @@ struct Holds {
 /// attachment to an environment object that is not there.
 Holds find_holds(const Scene& scene, std::size_t body, const Mesh& mesh);
 
+/// What holds a vertex that splits holds its duplicate too, the next particle.
+void split_holds(int vertex, Holds& holds);
+
 }  // namespace malha

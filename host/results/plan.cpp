@@ -8,6 +8,7 @@
 
 #include "host/base/shown.h"
 #include "host/model/model.h"
+#include "host/model/tear.h"
 #include "host/results/report.h"
 #include "host/solver/solver.h"
 
@@ -65,6 +66,13 @@ void list_attachments(std::ostream& out, const Model& model) {
   }
 }
 
+void list_tears(std::ostream& out, const Scene& scene) {
+  for (const BodySpec& body : scene.bodies)
+    if (body.tear)
+      out << "  '" << body.name << "' tears above a strain of " << body.tear->strain
+          << ", after which all is laid out anew" << (scene.solver.type == "desbrun" ? " and factored" : "") << "\n";
+}
+
 /// Springs and their filter.
 void list_springs(std::ostream& out, const Model& model, const SolverFacts& facts) {
   if (!facts.filter) return;
@@ -120,6 +128,7 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   line("attachments", projections * model.attached.size());
   line("contact", (projections + substeps) * obstacles);  // resolved, and restitution, which without any still stops
   line("state", facts.fused ? 0 : substeps);
+  line("tearing", tears(model.scene) ? 1 : 0);
 }
 
 void list_memory(std::ostream& out, const Model& model, const SolverFacts& facts) {
@@ -154,6 +163,7 @@ std::string plan(const Simulation& simulation) {
         << " of them laid out for runs\n";
   list_constraints(out, model, facts);
   list_attachments(out, model);
+  list_tears(out, scene);
   list_springs(out, model, facts);
   out << "passes of a step:\n";
   list_passes(out, model, facts);

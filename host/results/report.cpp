@@ -10,6 +10,7 @@
 #include "host/base/build_info.h"
 #include "host/base/shown.h"
 #include "host/model/footprint.h"
+#include "host/model/tear.h"
 
 namespace malha {
 
@@ -182,6 +183,8 @@ std::string report_json(const std::string& status, const std::vector<std::string
     }
     json["filter"] = filter(solver, model);
   }
+  if (tears(scene))
+    json["tears"] = {{"splits", times.splits}, {"layouts", times.layouts}, {"layout_s", times.layout_seconds}};
   json["zero_area_faces_dropped"] = model.zero_area_faces;
   json["setup_s"] = by_name(setup_parts(model, facts));
   // Sums over some of them: everything before the solver, and the constraints' share of colour and layout.

@@ -29,11 +29,12 @@ enum class Pass {
   Attachments,
   Contact,
   State,
-  Visits
+  Visits,
+  Tearing
 };
-inline constexpr std::array<const char*, 13> kPassNames{
+inline constexpr std::array<const char*, 14> kPassNames{
     "pins",       "damping",  "forces",      "filter",  "correction", "prediction", "collision",
-    "projection", "pressure", "attachments", "contact", "state",      "visits"};
+    "projection", "pressure", "attachments", "contact", "state",      "visits",     "tearing"};
 
 /// What a person may want to know of a constraint set.
 struct SetFacts {
@@ -90,6 +91,12 @@ class Solver {
   virtual std::string save() const = 0;
   virtual void restore(const std::string& state) = 0;  // throws InputError if it is of another model
   virtual std::uint64_t state_hash() const = 0;
+  /// Whether an edge is longer than it can bear.
+  virtual bool overstretched() { return false; }
+  /// Continues from the state of a solver of the same scene before it tore further: `from` says which of its
+  /// `particles` each particle was, `seconds` what its passes took.
+  virtual void adopt(const std::string& state, std::size_t particles, const std::vector<int>& from,
+                     const std::array<double, kPassNames.size()>& seconds) = 0;
 };
 
 /// The instruction sets that both this build and the CPU have, the narrowest first: "baseline", "avx2", "avx512".

@@ -12,6 +12,7 @@
 #include "host/error.h"
 #include "host/solver/attachments.h"
 #include "host/solver/damping.h"
+#include "host/solver/limits.h"
 #include "host/solver/measure.h"
 #include "host/solver/moved_pins.h"
 #include "host/solver/pressure.h"
@@ -57,6 +58,16 @@ class Stepper : public Solver {
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->remember(saved.seen);
   }
+  void adopt(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
+             const std::array<double, kPassNames.size()>& seconds) final {
+    restore(save_state(carried(load_state<R>(bytes, particles, model_.environment.size() * particles), from)));
+    seconds_ = seconds;
+  }
+  bool overstretched() final {
+    bool found = false;
+    if (breakable_) timed(Pass::Tearing, [&] { found = breakable_->excess(x_.points()) > 0; });
+    return found;
+  }
   void move_pin(int particle, const Vec3& to) final {
     const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
     const auto i = found - model_.user_of.begin();
@@ -91,6 +102,7 @@ class Stepper : public Solver {
     if (sweep_) facts_.colour_seconds = sweep_->facts().plan_seconds;
     facts_.layout_seconds += facts_.constraint_seconds - facts_.colour_seconds;
     if (!model.moved.empty()) moved_.emplace(executor, model), moved_->hold(0, w_.data());
+    if (tears(model.scene)) breakable_.emplace(executor, breakable(model));
     if (!model.attached.empty()) attachments_.emplace(executor, model);
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     note_facts();
@@ -212,6 +224,7 @@ class Stepper : public Solver {
     }
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
     if (moved_) facts_.particle_bytes += moved_->bytes();
+    if (breakable_) facts_.constraint_bytes += breakable_->bytes();
     if (attachments_) facts_.constraint_bytes += attachments_->bytes();
     if (collider_) facts_.collision_bytes = collider_->bytes();
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
@@ -221,6 +234,7 @@ class Stepper : public Solver {
   std::vector<Pressure<Executor, R>> pressures_;
   std::optional<MovedPinSets<Executor, R>> moved_;
   std::optional<Attachments<Executor, R>> attachments_;
+  std::optional<Limits<Executor, R>> breakable_;  // edges that tear
   std::optional<Collider<Executor, R>> collider_;
   std::array<double, kPassNames.size()> seconds_{};
 };
