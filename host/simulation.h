@@ -39,7 +39,7 @@ class Simulation {
   void step();
 
   /// Puts a pinned particle elsewhere (m) between two steps; nothing is laid out or factored anew. `particle`: as in
-  /// positions(). Throws InputError for one that is not pinned.
+  /// positions(). Throws InputError for one that is not pinned, or that keyframes move.
   void move_pin(int particle, const Vec3& to);
 
   double time() const;         // s

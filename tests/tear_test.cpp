@@ -104,7 +104,7 @@ TEST(Tearing, KeepsMomentumAndEnergyOfMotion) {
     EXPECT_NEAR(torn.momentum[k], whole.momentum[k], 1e-12);
     EXPECT_NEAR(torn.angular_momentum[k], whole.angular_momentum[k], 1e-12);
   }
-  run_for(simulation, scene, 0.2);
+  run_for(simulation, scene, 0.04);
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(simulation.measure().momentum[k], 0.5 * scene.bodies[0].velocity[k], 1e-11);
 }
 
@@ -127,9 +127,10 @@ TEST(Tearing, LaysOutTheTornMeshAsAnyOther) {
 }
 
 TEST(Tearing, GivesTheSameBitsOnAnyThreadsAndAfterAResume) {
-  Scene scene = pulled(5, {40, 40}, 0.3);  // several patches
+  Scene scene = pulled(5, {32, 32}, 0.3);  // several patches
   const Simulation whole = after(scene, 0.15, {.backend = Backend::Serial});
   ASSERT_GT(whole.tears(), 3);
+  ASSERT_GT(whole.solver().facts().patches.patches, 1);
   const std::uint64_t expected = whole.state_hash();
   for (const int threads : {1, 2, 3}) EXPECT_EQ(after(scene, 0.15, {.threads = threads}).state_hash(), expected);
   const TemporaryFolder folder;

@@ -52,7 +52,7 @@ class Stepper : public Solver {
   void restore(const std::string& bytes) final {
     const State<R> saved = load_state<R>(bytes, x_.size(), model_.environment.size() * x_.size());
     steps_ = saved.steps;
-    x_.upload(saved.x);
+    x_.upload(saved.x), p_.upload(saved.x);  // pins are read from p, and may have been moved by hand
     v_.upload(saved.v);
     if (moved_) moved_->hold(time(), w_.data());
     if (sweep_) sweep_->forget_lost();
