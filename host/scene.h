@@ -3,6 +3,8 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -53,7 +55,15 @@ struct TetBoxShape {  // a box about the origin, filled with cells of five tetra
 };
 using Shape = std::variant<MeshFile, GridShape, SphereShape, BoxShape, BarShape, ChainShape, CloudShape, TetBoxShape>;
 
-// Pins: which particles do not move. Places are in the world, at the start.
+/// A pose at a time; motion between keyframes is linear in translate and spherical-linear in rotation.
+struct Keyframe {
+  double time = 0;  // s
+  Vec3 translate{0, 0, 0};
+  Vec3 axis{0, 1, 0};
+  double degrees = 0;  // any size: 720 is two turns from the keyframe at 0
+};
+
+// Which particles are meant. Places are in the world, at the start.
 struct RowPin {
   bool last = false;
 };  // grids and chains only: the first or last row (point) of the shape
@@ -70,7 +80,36 @@ struct NearestPin {
 struct ListPin {
   std::vector<int> particles;
 };
-using Pin = std::variant<RowPin, BoxPin, SpherePin, NearestPin, ListPin>;
+using Selector = std::variant<RowPin, BoxPin, SpherePin, NearestPin, ListPin>;
+
+/// Particles that the solver does not move.
+struct Pin {
+  Selector at;
+  std::vector<Keyframe>
+      motion;                   // of the places at the start, about the origin; at time 0 it moves nothing. Empty: rest
+  std::optional<double> until;  // s, > 0: released then, with the velocity that the pin has; none: never
+
+  Pin() = default;
+  template <class S>
+  requires std::is_constructible_v<Selector, S> Pin(S&& selector) : at(std::forward<S>(selector)) {}
+};
+
+/// Particles tied to a point each by a spring of rest length 0, or rigidly.
+struct Attachment {
+  Selector at;
+  std::optional<Vec3> point;         // all to this one (m); none: each to its own place at the start
+  std::vector<Keyframe> motion;      // of those points, as for pins
+  std::string environment;           // or each to its own place in the frame of this mesh; "": not to a mesh
+  double stiffness = 1;              // [0, 1]; PBD. Ignored where compliance is set
+  std::optional<double> compliance;  // m/N, >= 0; XPBD
+  std::optional<double> until;       // s, > 0: ends then
+};
+
+/// Where an edge is longer than (1 + strain) times its length at rest, one of its ends is split in two (Müller et al.
+/// 2006, figure 10).
+struct Tear {
+  double strain = 0.5;  // > 0
+};
 
 /// One constraint kind on one body. `type` is a name of the registry (kernels/constraints.h), "pressure" or
 /// "long_range".
@@ -95,15 +134,9 @@ struct BodySpec {
   std::optional<double> density;  // kg/m^2 of surface, kg/m of lines, kg/m^3 of tetrahedra; one of both is required
   double damping = 0;             // [0, 1] per step dt; 1 = rigid motion
   std::vector<Pin> pins;
+  std::vector<Attachment> attachments;
+  std::optional<Tear> tear;
   std::vector<ConstraintSpec> constraints;
-};
-
-/// A pose at a time; motion between keyframes is linear in translate and spherical-linear in rotation.
-struct Keyframe {
-  double time = 0;  // s
-  Vec3 translate{0, 0, 0};
-  Vec3 axis{0, 1, 0};
-  double degrees = 0;  // any size: 720 is two turns from the keyframe at 0
 };
 
 enum class Sides { Solid, OneSided, TwoSided };  // closed mesh; sheet seen from its normals; sheet

@@ -1,7 +1,10 @@
 #include "host/simulation.h"
 
+#include <cstring>
+
 #include "host/base/stopwatch.h"
 #include "host/model/footprint.h"
+#include "host/model/tear.h"
 #include "host/results/checkpoint.h"
 #include "host/results/expect.h"
 #include "host/results/report.h"
@@ -13,25 +16,89 @@ namespace malha {
 struct Simulation::Parts {
   Model model;  // the solver refers to it
   std::unique_ptr<Solver> solver;
+  SimulationOptions options;
   RunTimes times;
   int threads = 1;
+  // Of scenes that tear:
+  Appearance whole;         // before the first tear
+  std::uint64_t scene = 0;  // its hash
+  std::vector<Split> splits;
+
+  void make_solver_of_model() {
+    const bool serial = options.backend == Backend::Serial;
+    solver = make_solver(model, serial ? 0 : threads, options.instructions, options.progress);
+    keep_what_runs_need(model);
+  }
+
+  /// Lays everything out with these splits, in a state that is still to be given.
+  void lay_out(std::vector<Split> all, Model torn) {
+    solver.reset();
+    model = std::move(torn);
+    make_solver_of_model();
+    splits = std::move(all), times.splits = static_cast<int>(splits.size());
+    ++times.layouts;
+  }
+  Model torn(const std::vector<Split>& all) const {
+    return build_torn_model(model.scene, {&whole, &all, &model.environment, model.zero_area_faces});
+  }
+
+  void tear() {
+    const std::vector<Split> found = find_tears(model, solver->positions(), solver->time());
+    if (found.empty()) return;
+    times.layout_seconds += seconds([&] {
+      std::vector<Split> all = splits;
+      all.insert(all.end(), found.begin(), found.end());
+      Model next = torn(all);
+      const std::vector<int> from = ancestors(model, next, all, splits.size());
+      const std::string state = solver->save();
+      const auto passes = solver->pass_seconds();
+      const std::size_t particles = model.x.size();
+      lay_out(std::move(all), std::move(next));
+      solver->adopt(state, particles, from, passes);
+    });
+  }
+
+  /// What the next step depends on: the tears, where there can be any, and the solver's state.
+  std::string save() const {
+    if (!malha::tears(model.scene)) return solver->save();
+    const std::vector<int> numbers = numbers_of(splits);
+    const std::uint64_t count = numbers.size();
+    std::string bytes(reinterpret_cast<const char*>(&count), sizeof count);
+    if (count > 0) bytes.append(reinterpret_cast<const char*>(numbers.data()), count * sizeof(int));
+    return bytes + solver->save();
+  }
+  void restore(const std::string& bytes) {
+    if (!malha::tears(model.scene)) return solver->restore(bytes);
+    std::uint64_t count = 0;
+    std::memcpy(&count, bytes.data(), sizeof count);
+    std::vector<int> numbers(count);
+    if (count > 0) std::memcpy(numbers.data(), bytes.data() + sizeof count, count * sizeof(int));
+    if (numbers != numbers_of(splits)) {
+      std::vector<Split> all = splits_of(numbers);
+      Model next = torn(all);
+      lay_out(std::move(all), std::move(next));
+    }
+    solver->restore(bytes.substr(sizeof count + count * sizeof(int)));
+  }
 };
 
 Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : parts_(std::make_unique<Parts>()) {
   const bool serial = options.backend == Backend::Serial;
+  parts_->options = options;
   parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : available_threads();
   parts_->times.model_seconds = seconds([&] { parts_->model = build_model(scene); });
-  parts_->times.solver_seconds = seconds([&] {
-    parts_->solver = make_solver(parts_->model, serial ? 0 : parts_->threads, options.instructions, options.progress);
-    keep_what_runs_need(parts_->model);
-  });
+  parts_->times.solver_seconds = seconds([&] { parts_->make_solver_of_model(); });
+  if (malha::tears(scene)) parts_->whole = parts_->model.look, parts_->scene = scene_hash(parts_->model);
 }
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 Simulation::~Simulation() = default;
 
 void Simulation::step() {
-  parts_->times.step_seconds.push_back(seconds([this] { parts_->solver->step(); }));
+  parts_->times.step_seconds.push_back(seconds([this] {
+    parts_->solver->step();
+    if (parts_->solver->overstretched()) parts_->tear();
+  }));
 }
 
 void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver->move_pin(particle, to); }
@@ -41,6 +108,7 @@ void Simulation::wake() { parts_->solver->wake(); }
 double Simulation::time() const { return parts_->solver->time(); }
 std::int64_t Simulation::steps() const { return parts_->solver->steps(); }
 int Simulation::threads() const { return parts_->threads; }
+int Simulation::tears() const { return parts_->times.splits; }
 std::vector<Vec3> Simulation::positions() const { return parts_->solver->positions(); }
 std::vector<Vec3> Simulation::velocities() const { return parts_->solver->velocities(); }
 Measures Simulation::measure() const { return parts_->solver->measure(); }
@@ -51,12 +119,15 @@ std::vector<std::string> Simulation::unmet() const {
 }
 
 void Simulation::save_checkpoint(const std::string& path, std::int64_t frames) const {
-  write_checkpoint(path, parts_->model, {parts_->solver->save(), frames});
+  const Checkpoint checkpoint{parts_->save(), frames};
+  if (malha::tears(parts_->model.scene)) return write_checkpoint(path, parts_->scene, checkpoint);
+  write_checkpoint(path, parts_->model, checkpoint);
 }
 
 std::int64_t Simulation::load_checkpoint(const std::string& path) {
-  const Checkpoint checkpoint = read_checkpoint(path, parts_->model);
-  parts_->solver->restore(checkpoint.state);
+  const bool tearing = malha::tears(parts_->model.scene);
+  const Checkpoint checkpoint = tearing ? read_checkpoint(path, parts_->scene) : read_checkpoint(path, parts_->model);
+  parts_->restore(checkpoint.state);
   return checkpoint.frames;
 }
 

@@ -39,7 +39,7 @@ class Simulation {
   void step();
 
   /// Puts a pinned particle elsewhere (m) between two steps; nothing is laid out or factored anew. `particle`: as in
-  /// positions(). Throws InputError for one that is not pinned.
+  /// positions(). Throws InputError for one that is not pinned, or that keyframes move.
   void move_pin(int particle, const Vec3& to);
 
   /// Ends the scene's sleep, if it has a "sleep" and sleeps: for what is changed from outside.
@@ -55,6 +55,9 @@ class Simulation {
 
   /// The state at the end of the last step.
   Measures measure() const;
+
+  /// Vertices that have been torn in two so far. Each is one more particle, the last of its body in positions().
+  int tears() const;
 
   /// The expectations of the scene (its "expect") that the state does not meet, a line each.
   std::vector<std::string> unmet() const;

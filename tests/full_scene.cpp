@@ -33,7 +33,13 @@ std::string full_scene() {
        {"box": {"min": [0, 0, 0], "max": [1, 0, 2]}},
        {"sphere": {"center": [1, 1, 1], "radius": 0.1}},
        {"nearest": [0, 0, 7]},
-       {"particles": [0, 16]}]},
+       {"particles": [0, 16], "until": 1.5,
+        "motion": [{"time": 0.5}, {"time": 1, "translate": [0, 1, 0], "rotate": {"axis": [0, 1, 0], "degrees": 90}}]}],
+     "attachments": [
+       {"at": {"row": "first"}, "to": {"environment": "planet"}, "compliance": 0.001, "until": 2},
+       {"at": {"sphere": {"center": [1, 0, 1], "radius": 0.2}}, "to": {"point": [0, 2, 0]}, "stiffness": 0.5},
+       {"at": {"nearest": [0, 0, 1]}, "motion": [{"time": 0}, {"time": 1, "translate": [0, 1, 0]}]}],
+     "tear": {"strain": 0.4}},
     {"name": "ball", "shape": {"sphere": {"radius": 0.5, "subdivisions": 3}}, "mass": 1,
      "constraints": [
        {"type": "distance", "rigidity": 500},

@@ -1,5 +1,6 @@
 // Instantiates the kernels on the device: what only a device compiler refuses is found without a GPU.
 #include "kernels/air.h"
+#include "kernels/attachment.h"
 #include "kernels/constraints.h"
 #include "kernels/contact.h"
 #include "kernels/corrector.h"
@@ -70,6 +71,7 @@ void instantiate_all() {
   instantiate<SumMass<R, Consecutive>, SumSpin<R, Consecutive>, DampTowardsRigid<R>, MeasureMotion<R>>();
   instantiate<SixVolumes<R>, PressureGradient<R>, ApplyPressure<R>>();
   instantiate<LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>, MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
+  instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>>();
   instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>>();
 }
 

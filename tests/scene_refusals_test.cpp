@@ -80,11 +80,61 @@ INSTANTIATE_TEST_SUITE_P(
     name_of);
 
 INSTANTIATE_TEST_SUITE_P(
+    Attachments, ParseSceneRefuses,
+    testing::Values(
+        Refusal{"PinUntilTheStart", "/bodies/1/pins/4/until", "0",
+                "/bodies/1/pins/4/until: found 0; allowed: a number > 0 (s)"},
+        Refusal{"PinThatJumps", "/bodies/1/pins/4/motion/0/translate", "[0, 0, 1]",
+                "/bodies/1/pins/4/motion/0: found a first pose that is not that of the start; allowed: one without "
+                "translate and rotate"},
+        Refusal{"PinKeyframesOutOfOrder", "/bodies/1/pins/4/motion/1/time", "0.5",
+                "/bodies/1/pins/4/motion/1/time: found 0.5; allowed: a time after that of the keyframe before it (s)"},
+        Refusal{"PinWithoutAPlace", "/bodies/1/pins/0", R"({"until": 1})",
+                "/bodies/1/pins/0: found no key of them; allowed: exactly one of row, box, sphere, nearest, particles"},
+        Refusal{"PinUtnil", "/bodies/1/pins/0/utnil", "1",
+                "/bodies/1/pins/0/utnil: found unknown key 'utnil' (did you mean 'until'?); allowed: row, box, sphere, "
+                "nearest, particles, motion, until"},
+        Refusal{"AttachmentOfNothing", "/bodies/1/attachments/0/at", "remove",
+                "/bodies/1/attachments/0: found no key 'at'; allowed: an object with the key 'at'"},
+        Refusal{"AttachmentAtNoPlace", "/bodies/1/attachments/0/at", "{}",
+                "/bodies/1/attachments/0/at: found an empty object; allowed: exactly one of row, box, sphere, nearest, "
+                "particles"},
+        Refusal{"AttachmentToTwoThings", "/bodies/1/attachments/0/to/point", "[0, 0, 0]",
+                "/bodies/1/attachments/0/to: found environment, point; allowed: exactly one of environment, point"},
+        Refusal{"AttachmentToANumber", "/bodies/1/attachments/0/to/environment", "1",
+                "/bodies/1/attachments/0/to/environment: found 1; allowed: a text of one line, not empty"},
+        Refusal{
+            "AttachmentToAMeshOnAPathOfItsOwn", "/bodies/1/attachments/0/motion", "[]",
+            "/bodies/1/attachments/0/motion: found a motion of what is tied to the environment; allowed: that of the "
+            "environment object itself"},
+        Refusal{"AttachmentThatJumps", "/bodies/1/attachments/2/motion/0/rotate",
+                R"({"axis": [0, 1, 0], "degrees": 1})",
+                "/bodies/1/attachments/2/motion/0: found a first pose that is not that of the start; allowed: one "
+                "without translate and rotate"},
+        Refusal{"AttachmentStiffAndCompliant", "/bodies/1/attachments/0/stiffness", "1",
+                "/bodies/1/attachments/0/compliance: found both 'stiffness' and 'compliance'; allowed: one of them"},
+        Refusal{"AttachmentStiffnessAboveOne", "/bodies/1/attachments/1/stiffness", "2",
+                "/bodies/1/attachments/1/stiffness: found 2" + ratio},
+        Refusal{"AttachmentNegativeCompliance", "/bodies/1/attachments/0/compliance", "-1",
+                "/bodies/1/attachments/0/compliance: found -1; allowed: a number >= 0 (m/N)"},
+        Refusal{"AttachmentUntilBefore", "/bodies/1/attachments/0/until", "-1",
+                "/bodies/1/attachments/0/until: found -1; allowed: a number > 0 (s)"},
+        Refusal{"TearWithoutStrain", "/bodies/1/tear", "{}",
+                "/bodies/1/tear: found no key 'strain'; allowed: an object with the key 'strain'"},
+        Refusal{"TearAtRest", "/bodies/1/tear/strain", "0", "/bodies/1/tear/strain: found 0; allowed: a number > 0"},
+        Refusal{"TearOfABalloon", "/bodies/0/tear", R"({"strain": 1})",
+                "/bodies/0/tear: found tearing of a body with pressure; allowed: a body without one: it needs a closed "
+                "mesh"},
+        Refusal{"TearOfDust", "/bodies/6/tear", R"({"strain": 1})",
+                "/bodies/6/tear: found tearing of loose particles; allowed: a body with edges"}),
+    name_of);
+
+INSTANTIATE_TEST_SUITE_P(
     Bodies, ParseSceneRefuses,
     testing::Values(
         Refusal{"MisspeltMass", "/bodies/2/mas", "1",
                 "/bodies/2/mas: found unknown key 'mas' (did you mean 'mass'?); allowed: name, shape, transform, "
-                "velocity, spin, mass, density, damping, pins, constraints"},
+                "velocity, spin, mass, density, damping, pins, attachments, tear, constraints"},
         Refusal{"NoName", "/bodies/2/name", "remove",
                 "/bodies/2: found no key 'name'; allowed: an object with the key 'name'"},
         Refusal{"NoShape", "/bodies/2/shape", "remove",

@@ -20,6 +20,8 @@ void for_each_array(M& model, const Visit& visit) {
   visit(model.long_range.anchor), visit(model.long_range.reach);
   visit(model.air.particle), visit(model.air.begin), visit(model.air.around);
   visit(model.air.faces);
+  for (auto& pins : model.moved) visit(pins.particles);
+  for (auto& set : model.attached) visit(set.particles);
   visit(model.patches.begin), visit(model.patches.class_of);
   for (auto& environment : model.environment)
     visit(environment.mesh.points), visit(environment.mesh.faces), visit(environment.mesh.lines);

@@ -11,7 +11,7 @@
 #include "host/mesh/topology.h"
 #include "host/model/material.h"
 #include "host/model/order.h"
-#include "host/model/pins.h"
+#include "host/model/tear.h"
 #include "kernels/constraints.h"
 
 namespace malha {
@@ -22,7 +22,7 @@ namespace {
 struct Body {
   Mesh mesh;
   std::vector<Edge> edges;
-  std::vector<bool> pinned;
+  Holds holds;
   std::vector<double> mass;
 };
 
@@ -58,20 +58,39 @@ void check_expectations(const Scene& scene, bool tetrahedra) {
         "penetration in a scene without solids or one-sided sheets");
 }
 
-Body make_body(const Scene& scene, std::size_t index, int& zero_area_faces) {
+/// A mesh that changes has no place in a format that writes it once.
+void check_outputs(const Scene& scene) {
+  const auto& formats = scene.outputs.formats;
+  if (tears(scene) && std::find(formats.begin(), formats.end(), "pc2") != formats.end())
+    refuse(scene.file, "/outputs/frames/formats", "pc2, which holds one mesh for all frames, of a scene that tears",
+           "vtp, ply, obj");
+}
+
+Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces) {
+  const BodySpec& spec = scene.bodies[index];
+  Mesh mesh = make_mesh(spec.shape);
+  const bool loose = std::holds_alternative<CloudShape>(spec.shape);
+  zero_area_faces += check_mesh(mesh, origin(scene, spec.shape), loose).zero_area_faces;
+  apply(spec.transform, mesh);
+  return mesh;
+}
+
+Body make_body(const Scene& scene, std::size_t index, Mesh mesh, const Torn* torn) {
   const BodySpec& spec = scene.bodies[index];
   Body body;
-  body.mesh = make_mesh(spec.shape);
-  const bool loose = std::holds_alternative<CloudShape>(spec.shape);
-  zero_area_faces += check_mesh(body.mesh, origin(scene, spec.shape), loose).zero_area_faces;
-  apply(spec.transform, body.mesh);
+  body.mesh = std::move(mesh);
+  body.holds = find_holds(scene, index, body.mesh);
+  if (spec.tear && !body.mesh.tetrahedra.empty())
+    refuse(scene.file, pointer("bodies", index, "tear"), "a body of tetrahedra that tears", "a body of faces or lines");
+  if (torn)
+    for (const Split& split : *torn->done)
+      if (split.body == static_cast<int>(index)) apply(split, body.mesh), split_holds(split.vertex, body.holds);
   body.edges = edges(body.mesh);
   body.mass = spec.mass ? masses_by_total(body.mesh, *spec.mass) : masses_by_density(body.mesh, *spec.density);
   for (std::size_t i = 0; i < body.mass.size(); ++i)
     if (!(body.mass[i] > 0))
       refuse(scene.file, pointer("bodies", index, spec.mass ? "mass" : "density"),
              "no mass for particle " + std::to_string(i), "a mass or density that leaves no particle massless");
-  body.pinned = pinned_particles(scene, index, body.mesh);
   return body;
 }
 
@@ -109,15 +128,16 @@ Elements elements(const Body& body, const ConstraintSpec& spec) {
 
 class Builder {
  public:
-  explicit Builder(const Scene& scene) { model_.scene = scene; }
+  explicit Builder(const Scene& scene, const Torn* torn = nullptr) : torn_(torn) { model_.scene = scene; }
 
   Model build() {
     const Scene& scene = model_.scene;
-    parse_scene(to_json(scene), scene.file, "");  // a scene made in code is held to what a file is held to
+    if (!torn_) parse_scene(to_json(scene), scene.file, "");  // a scene made in code is held to what a file is held to
+    check_outputs(scene);
     model_.look.body_begin = model_.look.face_begin = model_.look.line_begin = {0};
     ModelSeconds& took = model_.seconds;
     took.load = seconds([&] {
-      for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(make_body(scene, b, model_.zero_area_faces));
+      for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(make_body(scene, b, mesh_of(b), torn_));
     });
     check_expectations(scene, std::any_of(bodies_.begin(), bodies_.end(),
                                           [](const Body& body) { return !body.mesh.tetrahedra.empty(); }));
@@ -125,12 +145,17 @@ class Builder {
     took.connect = seconds([this] { add_constraints(); });
     took.patches = seconds([this] { cut(); });
     took.load += seconds([&] {
-      for (std::size_t e = 0; e < scene.environment.size(); ++e) add_environment(e);
+      if (torn_) model_.environment = *torn_->environment, model_.zero_area_faces = torn_->zero_area_faces;
+      for (std::size_t e = 0; e < scene.environment.size() && !torn_; ++e) add_environment(e);
     });
     return std::move(model_);
   }
 
  private:
+  Mesh mesh_of(std::size_t b) {
+    return torn_ ? body_mesh(*torn_->whole, b) : load_body(model_.scene, b, model_.zero_area_faces);
+  }
+
   void add_body(Body body) {
     Appearance& look = model_.look;
     const int first = static_cast<int>(look.points.size());
@@ -175,6 +200,7 @@ class Builder {
   void place(std::size_t b) {
     const BodySpec& spec = model_.scene.bodies[b];
     const Body& body = bodies_[b];
+    const std::vector<bool> held = body.holds.at_start();
     Vec3 centre{0, 0, 0};
     double total = 0;
     for (std::size_t i = 0; i < body.mass.size(); ++i) {
@@ -189,9 +215,20 @@ class Builder {
       const Vec3 turn{s[1] * r[2] - s[2] * r[1], s[2] * r[0] - s[0] * r[2], s[0] * r[1] - s[1] * r[0]};
       model_.x[at] = x;
       model_.mass[at] = body.mass[i];
-      model_.w[at] = body.pinned[i] ? 0 : 1 / body.mass[i];
-      for (int k = 0; k < 3; ++k) model_.v[at][k] = body.pinned[i] ? 0 : spec.velocity[k] + turn[k];
+      model_.w[at] = body.holds.pinned[i] ? 0 : 1 / body.mass[i];
+      for (int k = 0; k < 3; ++k) model_.v[at][k] = held[i] ? 0 : spec.velocity[k] + turn[k];
     }
+    add_holds(b);
+  }
+
+  void add_holds(std::size_t b) {
+    const auto add = [&](auto sets, auto& all) {
+      for (auto& set : sets) {
+        for (int& i : set.particles) i = solver_of_[model_.look.body_begin[b] + i];
+        all.push_back(std::move(set));
+      }
+    };
+    add(bodies_[b].holds.moved, model_.moved), add(bodies_[b].holds.attached, model_.attached);
   }
 
   int body_of(int user) const {
@@ -237,7 +274,7 @@ class Builder {
              Kind::element == Element::Hinges       ? "a mesh with neighbouring faces"
              : Kind::element == Element::Tetrahedra ? "a mesh of tetrahedra: tet_box, .mesh, .msh, .node and .ele"
                                                     : "edges, or quads for shear");
-    drop_what_is_pinned(all, Kind::particles, bodies_[b].pinned);
+    drop_what_is_pinned(all, Kind::particles, bodies_[b].holds.pinned);
     for (int& i : all.particles) i = solver_of_[model_.look.body_begin[b] + i];
     const SolverSpec& solver = model_.scene.solver;
     if (solver.type == "desbrun" && !Kind::inequality && Kind::element != Element::Tetrahedra) {
@@ -298,7 +335,7 @@ class Builder {
   void add_long_range(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
     const Body& body = bodies_[b];
     const int before = model_.long_range.items();
-    attach_long_range(body.mesh, body.edges, body.pinned, spec.parameter, names(b), model_.long_range);
+    attach_long_range(body.mesh, body.edges, body.holds.pinned, spec.parameter, names(b), model_.long_range);
     if (model_.long_range.items() == before)
       refuse(model_.scene.file, place, "no particle that is connected with a pin",
              "long-range attachments on a body with pins");
@@ -338,6 +375,8 @@ class Builder {
     for (Quad& face : model_.air.faces)
       for (int& corner : face)
         if (corner >= 0) renumber(corner);
+    for (MovedPins& pins : model_.moved) std::for_each(pins.particles.begin(), pins.particles.end(), renumber);
+    for (AttachmentSet& set : model_.attached) std::for_each(set.particles.begin(), set.particles.end(), renumber);
     model_.patches = std::move(cut.patches);
   }
 
@@ -353,6 +392,7 @@ class Builder {
     model_.environment.push_back(std::move(mesh));
   }
 
+  const Torn* torn_;
   Model model_;
   std::vector<Body> bodies_;
   std::vector<int> solver_of_;
@@ -363,6 +403,8 @@ class Builder {
 }  // namespace
 
 Model build_model(const Scene& scene) { return Builder(scene).build(); }
+
+Model build_torn_model(const Scene& scene, const Torn& torn) { return Builder(scene, &torn).build(); }
 
 std::string particle_name(const Model& model, int user_index) {
   const auto& begin = model.look.body_begin;

@@ -7,6 +7,7 @@
 #include "host/model/air_faces.h"
 #include "host/model/long_range.h"
 #include "host/model/patches.h"
+#include "host/model/pins.h"
 #include "host/model/springs.h"
 #include "host/scene.h"
 
@@ -64,7 +65,7 @@ struct Model {
   Appearance look;
   std::vector<int> user_of;         // user's index of each particle of the solver
   std::vector<Vec3> x, v;           // m, m/s
-  std::vector<double> w;            // 1/kg, 0 where pinned
+  std::vector<double> w;            // 1/kg, 0 where pinned for good
   std::vector<double> mass;         // kg, of pinned particles too
   std::vector<ConstraintSet> sets;  // in the registry's order of kinds
   std::vector<SpringSet> springs;   // of Desbrun's method; `sets` then holds what is projected after them
@@ -73,6 +74,8 @@ struct Model {
   AirFaces air;             // empty unless the wind has a density
   std::vector<std::vector<Tetrahedron>> tetrahedra;  // of each body that has any
   std::vector<DampedIsland> damped;
+  std::vector<MovedPins> moved;
+  std::vector<AttachmentSet> attached;
   Patches patches;
   std::vector<EnvironmentMesh> environment;
   ModelSeconds seconds;

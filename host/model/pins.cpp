@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "host/base/near_miss.h"
 #include "host/error.h"
 
 namespace malha {
@@ -60,26 +61,106 @@ class Finder {
   int n_;
 };
 
+/// The holds of one body.
+class HoldFinder {
+ public:
+  HoldFinder(const Scene& scene, std::size_t body, const Mesh& mesh)
+      : scene_(scene), spec_(scene.bodies[body]), mesh_(mesh), body_("/bodies/" + std::to_string(body)) {}
+
+  Holds find() {
+    const std::size_t n = mesh_.points.size();
+    holds_.pinned.assign(n, false), moved_.assign(n, false);
+    for (std::size_t k = 0; k < spec_.pins.size(); ++k) {
+      const Pin& pin = spec_.pins[k];
+      const std::string here = body_ + "/pins/" + std::to_string(k);
+      hold(here, {{}, pin.motion, ""}, pin.until, choose(pin.at, here, "a pin that holds a particle"));
+    }
+    for (std::size_t k = 0; k < spec_.attachments.size(); ++k)
+      attach(spec_.attachments[k], body_ + "/attachments/" + std::to_string(k));
+    if (std::find(holds_.pinned.begin(), holds_.pinned.end(), false) == holds_.pinned.end())
+      refuse(scene_.file, body_ + "/pins", "every particle of body '" + spec_.name + "' pinned",
+             "at least one that can move");
+    return std::move(holds_);
+  }
+
+ private:
+  /// Ascending, each once.
+  std::vector<int> choose(const Selector& selector, const std::string& here, const std::string& allowed) const {
+    const int n = static_cast<int>(mesh_.points.size());
+    std::vector<int> found = std::visit(Finder(spec_.shape, mesh_), selector);
+    if (found.empty()) refuse(scene_.file, here, "no particle there", allowed + " (rows are for grids and chains)");
+    for (const int i : found)
+      if (i < 0 || i >= n) refuse(scene_.file, here, "particle " + std::to_string(i), "0 to " + std::to_string(n - 1));
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
+
+  void hold(const std::string& here, Target target, std::optional<double> until, std::vector<int> particles) {
+    const bool moves = target.moves() || until;
+    for (const int i : particles) {
+      if (moved_[i] || (moves && holds_.pinned[i]))
+        refuse(scene_.file, here, "particle " + std::to_string(i) + ", which another pin or rigid attachment holds too",
+               "one for a particle that moves or is released");
+      if (moves) moved_[i] = true;
+      if (!until) holds_.pinned[i] = true;
+    }
+    if (until && scene_.solver.type == "desbrun")
+      refuse(scene_.file, here + "/until", "a release under Desbrun's method, whose filter is made for pins that stay",
+             "one without it, or solver type pbd");
+    if (moves) holds_.moved.push_back({std::move(target), until, std::move(particles)});
+  }
+
+  void attach(const Attachment& spec, const std::string& here) {
+    Target target{spec.point, spec.motion, spec.environment};
+    if (!spec.environment.empty()) target.motion = environment(spec.environment, here + "/to/environment").motion;
+    std::vector<int> particles = choose(spec.at, here + "/at", "an attachment of a particle");
+    const bool rigid = spec.compliance.value_or(spec.stiffness == 1 ? 0 : 1) == 0;
+    if (rigid) return hold(here, std::move(target), spec.until, std::move(particles));
+    std::erase_if(particles, [this](int i) { return holds_.pinned[i]; });
+    if (particles.empty()) refuse(scene_.file, here + "/at", "pinned particles alone", "at least one that can move");
+    holds_.attached.push_back({std::move(target), spec.stiffness, spec.compliance, spec.until, std::move(particles)});
+  }
+
+  const EnvironmentSpec& environment(const std::string& name, const std::string& here) const {
+    std::vector<std::string> names;
+    for (const EnvironmentSpec& object : scene_.environment) {
+      if (object.name == name) return object;
+      names.push_back(object.name);
+    }
+    refuse(scene_.file, here, "unknown environment object '" + name + "'" + did_you_mean(name, names),
+           names.empty() ? "one of the scene's environment, which has none" : join(names));
+  }
+
+  const Scene& scene_;
+  const BodySpec& spec_;
+  const Mesh& mesh_;
+  std::string body_;
+  Holds holds_;
+  std::vector<bool> moved_;  // of each particle: by a pin that moves or is let go
+};
+
 }  // namespace
 
-std::vector<bool> pinned_particles(const Scene& scene, std::size_t body, const Mesh& mesh) {
-  const BodySpec& spec = scene.bodies[body];
-  const std::string place = "/bodies/" + std::to_string(body) + "/pins";
-  const int n = static_cast<int>(mesh.points.size());
-  std::vector<bool> pinned(n, false);
-  for (std::size_t k = 0; k < spec.pins.size(); ++k) {
-    const std::string here = place + "/" + std::to_string(k);
-    const std::vector<int> found = std::visit(Finder(spec.shape, mesh), spec.pins[k]);
-    if (found.empty())
-      refuse(scene.file, here, "no particle there", "a pin that holds a particle (rows are for grids and chains)");
-    for (int i : found) {
-      if (i < 0 || i >= n) refuse(scene.file, here, "particle " + std::to_string(i), "0 to " + std::to_string(n - 1));
-      pinned[i] = true;
-    }
-  }
-  if (std::find(pinned.begin(), pinned.end(), false) == pinned.end())
-    refuse(scene.file, place, "every particle of body '" + spec.name + "' pinned", "at least one that can move");
-  return pinned;
+std::vector<bool> Holds::at_start() const {
+  std::vector<bool> held = pinned;
+  for (const MovedPins& pins : moved)
+    for (const int i : pins.particles) held[i] = true;
+  return held;
+}
+
+void split_holds(int vertex, Holds& holds) {
+  const int duplicate = static_cast<int>(holds.pinned.size());
+  holds.pinned.push_back(holds.pinned[vertex]);
+  const auto extend = [&](auto& sets) {
+    for (auto& set : sets)
+      if (std::binary_search(set.particles.begin(), set.particles.end(), vertex)) set.particles.push_back(duplicate);
+  };
+  extend(holds.moved), extend(holds.attached);
+}
+
+Holds find_holds(const Scene& scene, std::size_t body, const Mesh& mesh) {
+  return HoldFinder(scene, body, mesh).find();
 }
 
 }  // namespace malha

@@ -23,7 +23,9 @@ std::uint64_t hash_values(const std::vector<T>& values, std::uint64_t hash) {
   return hash_bytes(values.data(), values.size() * sizeof(T), hash);
 }
 
-std::uint64_t hash_scene(const Model& model) {
+}  // namespace
+
+std::uint64_t scene_hash(const Model& model) {
   Scene scene = model.scene;
   scene.name = "-";
   scene.duration = 1;
@@ -45,6 +47,8 @@ std::uint64_t hash_scene(const Model& model) {
   return hash;
 }
 
+namespace {
+
 std::uint64_t hash_state(const Checkpoint& checkpoint) {
   return hash_bytes(checkpoint.state.data(), checkpoint.state.size(),
                     hash_bytes(&checkpoint.frames, sizeof checkpoint.frames));
@@ -53,11 +57,19 @@ std::uint64_t hash_state(const Checkpoint& checkpoint) {
 }  // namespace
 
 void write_checkpoint(const std::string& path, const Model& model, const Checkpoint& checkpoint) {
-  const Header header{hash_scene(model), hash_state(checkpoint), checkpoint.frames};
+  write_checkpoint(path, scene_hash(model), checkpoint);
+}
+
+void write_checkpoint(const std::string& path, std::uint64_t scene, const Checkpoint& checkpoint) {
+  const Header header{scene, hash_state(checkpoint), checkpoint.frames};
   write_whole(path, kMagic + std::string(reinterpret_cast<const char*>(&header), sizeof header) + checkpoint.state);
 }
 
 Checkpoint read_checkpoint(const std::string& path, const Model& model) {
+  return read_checkpoint(path, scene_hash(model));
+}
+
+Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene) {
   std::string bytes;
   try {
     bytes = read_whole(path);
@@ -72,7 +84,7 @@ Checkpoint read_checkpoint(const std::string& path, const Model& model) {
   const Checkpoint checkpoint{bytes.substr(magic + sizeof header), header.frames};
   if (header.state != hash_state(checkpoint))
     refuse(path, "byte " + std::to_string(magic), "a damaged checkpoint", "one whose bytes match their hash");
-  if (header.scene != hash_scene(model))
+  if (header.scene != scene)
     refuse(path, "", "a checkpoint of another scene", "one of this scene with the same bodies, solver and environment");
   return checkpoint;
 }

@@ -12,11 +12,16 @@ struct Checkpoint {
   std::int64_t frames = 0;  // that the run has written by then
 };
 
+/// Of what a checkpoint belongs to: the model before any tear.
+std::uint64_t scene_hash(const Model& model);
+
 /// Whole or not at all. Throws std::runtime_error (disk).
 void write_checkpoint(const std::string& path, const Model& model, const Checkpoint& checkpoint);
+void write_checkpoint(const std::string& path, std::uint64_t scene, const Checkpoint& checkpoint);
 
 /// Throws InputError for a file that is missing, damaged, or of another scene or precision. What may differ: the
 /// scene's name, duration, outputs and expectations.
 Checkpoint read_checkpoint(const std::string& path, const Model& model);
+Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene);
 
 }  // namespace malha

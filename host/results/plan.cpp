@@ -8,6 +8,7 @@
 
 #include "host/base/shown.h"
 #include "host/model/model.h"
+#include "host/model/tear.h"
 #include "host/results/report.h"
 #include "host/results/resolution.h"
 #include "host/solver/solver.h"
@@ -43,6 +44,38 @@ void list_constraints(std::ostream& out, const Model& model, const SolverFacts& 
     out << "  long_range: " << facts.attachments << " on pins, of " << counted(facts.long_range, "particle") << "\n";
 }
 
+/// Pins that move or are released, and attachments.
+void list_attachments(std::ostream& out, const Model& model) {
+  const auto target = [&out](const Target& to) {
+    if (!to.environment.empty()) out << " to '" << to.environment << "'";
+    if (to.point) out << " to a point";
+    if (!to.motion.empty()) out << " on " << counted(to.motion.size(), "keyframe");
+  };
+  for (const MovedPins& pins : model.moved) {
+    out << "  " << counted(pins.particles.size(), "pin");
+    target(pins.target);
+    if (pins.until) out << ", released at " << *pins.until << " s";
+    out << "\n";
+  }
+  for (const AttachmentSet& set : model.attached) {
+    out << "  " << counted(set.particles.size(), "attachment");
+    target(set.target);
+    if (set.compliance)
+      out << ", compliance " << *set.compliance;
+    else
+      out << ", stiffness " << set.stiffness;
+    if (set.until) out << ", until " << *set.until << " s";
+    out << "\n";
+  }
+}
+
+void list_tears(std::ostream& out, const Scene& scene) {
+  for (const BodySpec& body : scene.bodies)
+    if (body.tear)
+      out << "  '" << body.name << "' tears above a strain of " << body.tear->strain
+          << ", after which all is laid out anew" << (scene.solver.type == "desbrun" ? " and factored" : "") << "\n";
+}
+
 /// Springs and their filter.
 void list_springs(std::ostream& out, const Model& model, const SolverFacts& facts) {
   if (!facts.filter) return;
@@ -70,6 +103,12 @@ void list_filter_passes(const Model& model, const SolverFacts& facts,
   line("correction", substeps * facts.free_bodies * (2 * refine + (facts.corrects ? 3 : 2)));
 }
 
+std::size_t pinned_at_start(const Model& model) {
+  std::size_t pinned = std::count(model.w.begin(), model.w.end(), 0.0);
+  for (const MovedPins& pins : model.moved) pinned += pins.until ? pins.particles.size() : 0;
+  return pinned;
+}
+
 /// Every pass that exists in this scene, in its order, with its launches a step.
 void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts) {
   const SolverSpec& solver = model.scene.solver;
@@ -78,6 +117,9 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
     if (launches > 0) out << "  " << pass << ": " << counted(launches, "launch", "launches") << "\n";
   };
   const std::size_t sweeps = projections * facts.patches.phases, obstacles = model.environment.size();
+  std::size_t moving = 0;
+  for (const MovedPins& pins : model.moved) moving += pins.target.moves() ? 2 : 0;  // placed, and given their velocity
+  line("pins", substeps * moving);
   line("damping", 3 * substeps * model.damped.size());
   line("air", facts.air_particles > 0 ? 2 * substeps : 0);
   list_filter_passes(model, facts, line);
@@ -89,8 +131,10 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);
   line("pressure", 3 * projections * model.pressures.size());
   line("long_range", facts.long_range > 0 ? projections : 0);
+  line("attachments", projections * model.attached.size());
   line("contact", (projections + substeps) * obstacles);  // resolved, and restitution, which without any still stops
   line("state", facts.fused ? 0 : substeps);
+  line("tearing", tears(model.scene) ? 1 : 0);
   line("sleep", model.scene.sleep ? 1 : 0);  // asleep, a step is none of all these
 }
 
@@ -116,7 +160,7 @@ std::string plan(const Simulation& simulation) {
       << " s, each " << counted(solver.substeps, "substep") << " of " << (solver.type == "desbrun" ? "at most " : "")
       << counted(solver.iterations, "iteration") << "\n"
       << "particles: " << model.count() << " in " << counted(scene.bodies.size(), "body", "bodies") << ", "
-      << std::count(model.w.begin(), model.w.end(), 0.0) << " pinned\n";
+      << pinned_at_start(model) << " pinned\n";
   if (scene.sleep)
     out << "sleep: when no particle has been faster than " << scene.sleep->speed << " m/s for " << scene.sleep->after
         << " s\n";
@@ -131,6 +175,8 @@ std::string plan(const Simulation& simulation) {
         << counted(facts.patches.most_slots, "slot") << " of fast memory, " << facts.patches.columns
         << " of them laid out for runs\n";
   list_constraints(out, model, facts);
+  list_attachments(out, model);
+  list_tears(out, scene);
   list_springs(out, model, facts);
   out << "passes of a step:\n";
   list_passes(out, model, facts);

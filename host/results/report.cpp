@@ -11,6 +11,7 @@
 #include "host/base/build_info.h"
 #include "host/base/shown.h"
 #include "host/model/footprint.h"
+#include "host/model/tear.h"
 #include "host/results/resolution.h"
 
 namespace malha {
@@ -46,6 +47,10 @@ Json constraints(const SolverFacts& facts, const Model& model) {
     kind["count"] = kind["count"].get<int>() + set.constraints;
     kind["in_runs"] = kind["in_runs"].get<int>() + set.in_runs;
     kind["batches_a_patch"] = std::max(kind["batches_a_patch"].get<int>(), set.most_batches);
+  }
+  for (const AttachmentSet& set : model.attached) {
+    Json& kind = kinds.emplace("attachment", Json{{"count", 0}}).first.value();
+    kind["count"] = kind["count"].get<std::size_t>() + set.particles.size();
   }
   if (!model.pressures.empty()) kinds["pressure"] = {{"count", model.pressures.size()}};
   if (facts.long_range > 0) kinds["long_range"] = {{"count", facts.attachments}, {"particles", facts.long_range}};
@@ -195,6 +200,8 @@ std::string report_json(const std::string& status, const std::vector<std::string
     }
     json["filter"] = filter(solver, model);
   }
+  if (tears(scene))
+    json["tears"] = {{"splits", times.splits}, {"layouts", times.layouts}, {"layout_s", times.layout_seconds}};
   json["zero_area_faces_dropped"] = model.zero_area_faces;
   json["setup_s"] = by_name(setup_parts(model, facts));
   // Sums over some of them: everything before the solver, and the constraints' share of colour and layout.

@@ -12,6 +12,8 @@ namespace malha {
 struct RunTimes {
   double model_seconds = 0, solver_seconds = 0;  // set-up
   std::vector<double> step_seconds;              // one a step
+  int splits = 0, layouts = 0;                   // vertices that tore, and how often all was laid out anew for them
+  double layout_seconds = 0;                     // spent on that
 };
 
 /// ms; 0 without steps.

@@ -45,8 +45,7 @@ class Outputs {
         frames_(frames_before.value_or(0)) {
     make_folder(results.folder);
     if (!frames_before) results.remove();
-    if (spec_.every > 0)
-      writer_.emplace(results.frames, spec_.formats, topology(simulation.model()), static_cast<int>(frames_));
+    if (spec_.every > 0) open_writer();
     if (spec_.picture) gallery_.emplace(simulation.model(), results, simulation.steps(), last, simulation.threads());
     if (!frames_before) write_frame();
     look();
@@ -74,8 +73,14 @@ class Outputs {
   }
 
  private:
+  void open_writer() {
+    tears_ = simulation_.tears();
+    writer_.emplace(results_.frames, spec_.formats, topology(simulation_.model()), static_cast<int>(frames_));
+  }
+
   void write_frame() {
     if (!writer_ || simulation_.steps() % spec_.every != 0) return;
+    if (simulation_.tears() != tears_) open_writer();  // the mesh is another one
     writer_->write(simulation_.time(), to_float(simulation_.positions()), to_float(simulation_.velocities()));
     ++frames_;
   }
@@ -89,6 +94,7 @@ class Outputs {
   const OutputSpec& spec_;
   Results results_;
   std::int64_t frames_;  // written so far, by this run and those that it resumes
+  int tears_ = 0;        // that the writer knows of
   std::optional<FrameWriter> writer_;
   std::optional<Gallery> gallery_;
 };

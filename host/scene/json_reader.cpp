@@ -89,12 +89,19 @@ void JsonReader::object(const std::vector<Field>& fields) const {
   }
 }
 
-void JsonReader::one_of(const std::vector<Field>& fields) const {
-  refuse_unknown_keys(fields);
-  if (value_->keys.size() != 1) {
-    refuse(value_->keys.empty() ? "an empty object" : join(value_->keys), "exactly one of " + join(keys_of(fields)));
+void JsonReader::one_of(const std::vector<Field>& fields, const std::vector<Field>& also) const {
+  std::vector<Field> all = fields;
+  all.insert(all.end(), also.begin(), also.end());
+  refuse_unknown_keys(all);
+  std::vector<std::string> found;
+  for (const std::string& key : value_->keys)
+    if (std::any_of(fields.begin(), fields.end(), [&](const Field& field) { return field.key == key; }))
+      found.push_back(key);
+  if (found.size() != 1) {
+    const std::string none = value_->keys.empty() ? "an empty object" : "no key of them";
+    refuse(found.empty() ? none : join(found), "exactly one of " + join(keys_of(fields)));
   }
-  object(fields);
+  object(all);
 }
 
 std::string JsonReader::describe_range(const Range& range) {

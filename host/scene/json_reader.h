@@ -41,8 +41,8 @@ class JsonReader {
   /// Reads an object with these keys and no others. Unknown keys are refused before missing ones, so that a misspelt
   /// key is named; then the fields are read in the order given.
   void object(const std::vector<Field>& fields) const;
-  /// Reads an object that has exactly one of these keys.
-  void one_of(const std::vector<Field>& fields) const;
+  /// Reads an object that has exactly one of these keys, and perhaps some of `also`.
+  void one_of(const std::vector<Field>& fields, const std::vector<Field>& also = {}) const;
 
   bool has(const std::string& key) const;
   /// The value of a key that the object must have, ahead of object(): where it decides what other keys are allowed.

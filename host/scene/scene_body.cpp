@@ -1,57 +1,10 @@
 #include <algorithm>
-#include <limits>
 
 #include "host/base/near_miss.h"
 #include "host/scene/constraint_kinds.h"
 #include "host/scene/scene_read.h"
 
 namespace malha {
-namespace {
-
-SpherePin read_sphere_pin(const JsonReader& at) {
-  SpherePin sphere;
-  at.object({
-      {"center", [&](const JsonReader& v) { sphere.center = v.vec3(any("m")); }, true},
-      {"radius", [&](const JsonReader& v) { sphere.radius = v.number(above(0, "m")); }, true},
-  });
-  return sphere;
-}
-
-ListPin read_list_pin(const JsonReader& at) {
-  ListPin pin;
-  for (const JsonReader& item : at.list()) {
-    pin.particles.push_back(item.integer(0, std::numeric_limits<int>::max()));
-  }
-  if (pin.particles.empty()) at.refuse_value("a list of particle numbers, from 0");
-  return pin;
-}
-
-RowPin read_row_pin(const JsonReader& at, const Shape& shape) {
-  const RowPin pin{at.word("row", {"first", "last"}) == "last"};
-  if (!std::holds_alternative<GridShape>(shape) && !std::holds_alternative<ChainShape>(shape)) {
-    at.refuse("a row of a shape that has no rows", "rows of a grid or a chain");
-  }
-  return pin;
-}
-
-Pin read_pin(const JsonReader& at, const Shape& shape) {
-  Pin pin;
-  at.one_of({
-      {"row", [&](const JsonReader& v) { pin = read_row_pin(v, shape); }},
-      {"box",
-       [&](const JsonReader& v) {
-         BoxPin box;
-         read_box(v, box.min, box.max);
-         pin = box;
-       }},
-      {"sphere", [&](const JsonReader& v) { pin = read_sphere_pin(v); }},
-      {"nearest", [&](const JsonReader& v) { pin = NearestPin{v.vec3(any("m"))}; }},
-      {"particles", [&](const JsonReader& v) { pin = read_list_pin(v); }},
-  });
-  return pin;
-}
-
-}  // namespace
 
 ConstraintSpec read_constraint(const JsonReader& at) {
   std::vector<std::string> names;
@@ -114,6 +67,11 @@ BodySpec read_body(const JsonReader& at, const std::string& folder) {
        [&](const JsonReader& v) {
          for (const JsonReader& item : v.list()) body.pins.push_back(read_pin(item, body.shape));
        }},
+      {"attachments",
+       [&](const JsonReader& v) {
+         for (const JsonReader& item : v.list()) body.attachments.push_back(read_attachment(item, body.shape));
+       }},
+      {"tear", [&](const JsonReader& v) { body.tear = read_tear(v); }},
       {"constraints",
        [&](const JsonReader& v) {
          for (const JsonReader& item : v.list()) body.constraints.push_back(read_constraint(item));
@@ -121,6 +79,13 @@ BodySpec read_body(const JsonReader& at, const std::string& folder) {
   });
   if (body.density && std::holds_alternative<CloudShape>(body.shape)) {
     at.at("density").refuse("a density of loose particles", "'mass' (kg)");
+  }
+  if (body.tear) {
+    const bool closed = std::any_of(body.constraints.begin(), body.constraints.end(),
+                                    [](const ConstraintSpec& c) { return c.type == "pressure"; });
+    if (closed) at.at("tear").refuse("tearing of a body with pressure", "a body without one: it needs a closed mesh");
+    if (std::holds_alternative<CloudShape>(body.shape))
+      at.at("tear").refuse("tearing of loose particles", "a body with edges");
   }
   if (body.mass.has_value() == body.density.has_value()) {
     at.refuse(body.mass ? "both 'mass' and 'density'" : "neither 'mass' nor 'density'", "exactly one of them");

@@ -19,6 +19,8 @@ Keyframe read_keyframe(const JsonReader& at) {
   return key;
 }
 
+}  // namespace
+
 std::vector<Keyframe> read_motion(const JsonReader& at) {
   std::vector<Keyframe> motion;
   for (const JsonReader& item : at.list()) {
@@ -30,8 +32,6 @@ std::vector<Keyframe> read_motion(const JsonReader& at) {
   }
   return motion;
 }
-
-}  // namespace
 
 EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder) {
   EnvironmentSpec object;

@@ -18,8 +18,14 @@ void read_rotation(const JsonReader& at, Vec3& axis, double& degrees);
 /// "min" and "max" of an axis-aligned box; refuses min > max.
 void read_box(const JsonReader& at, Vec3& min, Vec3& max);
 
+/// Keyframes at increasing times.
+std::vector<Keyframe> read_motion(const JsonReader& at);
+
 SolverSpec read_solver(const JsonReader& at);
 BodySpec read_body(const JsonReader& at, const std::string& folder);
+Pin read_pin(const JsonReader& at, const Shape& shape);
+Attachment read_attachment(const JsonReader& at, const Shape& shape);
+Tear read_tear(const JsonReader& at);
 ConstraintSpec read_constraint(const JsonReader& at);
 EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder);
 OutputSpec read_outputs(const JsonReader& at);

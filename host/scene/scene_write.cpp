@@ -39,6 +39,34 @@ struct PinWriter {
   Json operator()(const ListPin& p) const { return {{"particles", p.particles}}; }
 };
 
+Json write(const std::vector<Keyframe>& motion) {
+  Json json = Json::array();
+  for (const Keyframe& key : motion)
+    json.push_back({{"time", key.time}, {"translate", key.translate}, {"rotate", rotation(key.axis, key.degrees)}});
+  return json;
+}
+
+Json write(const Pin& pin) {
+  Json json = std::visit(PinWriter{}, pin.at);
+  if (!pin.motion.empty()) json["motion"] = write(pin.motion);
+  if (pin.until) json["until"] = *pin.until;
+  return json;
+}
+
+Json write(const Attachment& a) {
+  Json json{{"at", std::visit(PinWriter{}, a.at)}};
+  if (!a.environment.empty()) json["to"] = {{"environment", a.environment}};
+  if (a.point) json["to"]["point"] = *a.point;
+  if (!a.motion.empty()) json["motion"] = write(a.motion);
+  if (a.compliance) {
+    json["compliance"] = *a.compliance;
+  } else {
+    json["stiffness"] = a.stiffness;
+  }
+  if (a.until) json["until"] = *a.until;
+  return json;
+}
+
 Json write(const Transform& t) {
   return {{"translate", t.translate}, {"rotate", rotation(t.axis, t.degrees)}, {"scale", t.scale}};
 }
@@ -72,7 +100,10 @@ Json write(const BodySpec& b) {
   if (b.density) json["density"] = *b.density;
   json["damping"] = b.damping;
   json["pins"] = Json::array();
-  for (const Pin& pin : b.pins) json["pins"].push_back(std::visit(PinWriter{}, pin));
+  for (const Pin& pin : b.pins) json["pins"].push_back(write(pin));
+  if (!b.attachments.empty()) json["attachments"] = Json::array();
+  for (const Attachment& attachment : b.attachments) json["attachments"].push_back(write(attachment));
+  if (b.tear) json["tear"] = {{"strain", b.tear->strain}};
   json["constraints"] = Json::array();
   for (const ConstraintSpec& constraint : b.constraints) json["constraints"].push_back(write(constraint));
   return json;
@@ -84,11 +115,7 @@ Json write(const EnvironmentSpec& e) {
   json["thickness"] = e.thickness;
   json["friction"] = e.friction;
   json["restitution"] = e.restitution;
-  json["motion"] = Json::array();
-  for (const Keyframe& key : e.motion) {
-    json["motion"].push_back(
-        {{"time", key.time}, {"translate", key.translate}, {"rotate", rotation(key.axis, key.degrees)}});
-  }
+  json["motion"] = write(e.motion);
   return json;
 }
 

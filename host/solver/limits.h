@@ -1,9 +1,10 @@
-// The distance limits of a model, measured after an iteration of theirs.
+// Lengths that may not be exceeded, measured: those of distance limits after an iteration of theirs, and those at which
+// edges tear after a step.
 #pragma once
 #include <vector>
 
 #include "host/base/array.h"
-#include "host/model/model.h"
+#include "host/model/tear.h"
 #include "kernels/constraints.h"
 #include "kernels/limits.h"
 #include "kernels/rest.h"
@@ -23,6 +24,12 @@ class Limits {
         longest.push_back(R(rest_value<DistanceLimit>(model.x.data(), &set.particles[2 * c], set.parameter)));
     }
     ends_ = Array<Executor, int>(ends), longest_ = Array<Executor, R>(longest);
+  }
+  Limits(const Executor& executor, const Breakable& edges) : executor_(executor) {
+    std::vector<int> ends;
+    for (const Edge& e : edges.ends) ends.insert(ends.end(), e.begin(), e.end());
+    ends_ = Array<Executor, int>(ends);
+    longest_ = Array<Executor, R>(std::vector<R>(edges.longest.begin(), edges.longest.end()));
   }
 
   /// The largest over-elongation, in lengths.

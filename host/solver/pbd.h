@@ -20,7 +20,8 @@ class Pbd final : public Stepper<Executor, R> {
  private:
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;
-    if (!this->nothing_between() || !model_.damped.empty() || model_.scene.wind) return Base::advance();
+    if (!this->nothing_between() || !model_.damped.empty() || !model_.moved.empty() || model_.scene.wind)
+      return Base::advance();
     visit_patches(solver.dt / solver.substeps, solver.substeps);
     ++this->steps_;
   }

@@ -19,6 +19,9 @@ struct Mover {
   double radius, reach;    // of the ball; how far from the surface it acts (m)
 };
 
+/// Pins and attachments that move act wherever they are.
+inline Mover everywhere(const std::vector<Keyframe>& motion) { return {motion, {0, 0, 0}, INFINITY, 0}; }
+
 inline std::vector<Mover> movers_of(const Model& model) {
   std::vector<Mover> movers;
   for (const EnvironmentMesh& object : model.environment) {
@@ -30,7 +33,20 @@ inline std::vector<Mover> movers_of(const Model& model) {
     movers.push_back(
         {object.spec.motion, (low + high) * 0.5, root(dot(across, across)) / 2, 2 * object.spec.thickness});
   }
+  for (const MovedPins& pins : model.moved) movers.push_back(everywhere(pins.target.motion));
+  for (const AttachmentSet& set : model.attached) movers.push_back(everywhere(set.target.motion));
+  std::erase_if(movers, [](const Mover& mover) { return mover.motion.empty(); });
   return movers;
+}
+
+/// When something is let go (s).
+inline std::vector<double> releases_of(const Model& model) {
+  std::vector<double> releases;
+  for (const MovedPins& pins : model.moved)
+    if (pins.until) releases.push_back(*pins.until);
+  for (const AttachmentSet& set : model.attached)
+    if (set.until) releases.push_back(*set.until);
+  return releases;
 }
 
 inline bool same(const Pose& a, const Pose& b) {
@@ -61,7 +77,8 @@ class Sleeper {
       : executor_(executor),
         speed_(model.scene.sleep->speed),
         calm_enough_(std::max<std::int64_t>(1, std::llround(model.scene.sleep->after / model.scene.solver.dt))),
-        movers_(movers_of(model)) {}
+        movers_(movers_of(model)),
+        releases_(releases_of(model)) {}
 
   bool asleep() const { return since_ >= 0; }
   /// The step after which it fell asleep; -1: awake.
@@ -90,6 +107,10 @@ class Sleeper {
 
  private:
   bool disturbed(const Particles<R>& particles, double start, double end) const {
+    const double dt = end - start;  // a release counts in the steps at both of its sides, however time is rounded
+    if (std::any_of(releases_.begin(), releases_.end(),
+                    [&](double time) { return time > start - dt && time < end + dt; }))
+      return true;
     if (movers_.empty()) return false;
     const Bounds box = parallel_reduce<Bounds>(executor_, particles.count, MeasureBounds<R>{particles.x});
     return std::any_of(movers_.begin(), movers_.end(),
@@ -100,6 +121,7 @@ class Sleeper {
   double speed_;              // m/s
   std::int64_t calm_enough_;  // steps
   std::vector<Mover> movers_;
+  std::vector<double> releases_;  // s
   std::int64_t calm_ = 0, since_ = -1;
 };
 

@@ -15,7 +15,9 @@ namespace malha {
 
 /// The passes of a step, for timings. Visits: prediction, projection and state in one, where nothing lies between.
 /// Forces, filter and correction (of free bodies' momenta) are Desbrun's.
+/// Pins are those that move.
 enum class Pass {
+  Pins,
   Damping,
   Air,
   Forces,
@@ -26,14 +28,16 @@ enum class Pass {
   Projection,
   Pressure,
   LongRange,
+  Attachments,
   Contact,
   State,
   Visits,
+  Tearing,
   Sleep
 };
-inline constexpr std::array<const char*, 14> kPassNames{
-    "damping",    "air",      "forces",     "filter",  "correction", "prediction", "collision",
-    "projection", "pressure", "long_range", "contact", "state",      "visits",     "sleep"};
+inline constexpr std::array<const char*, 17> kPassNames{
+    "pins",     "damping",    "air",         "forces",  "filter", "correction", "prediction", "collision", "projection",
+    "pressure", "long_range", "attachments", "contact", "state",  "visits",     "tearing",    "sleep"};
 
 /// What a person may want to know of a constraint set.
 struct SetFacts {
@@ -101,6 +105,12 @@ class Solver {
   virtual std::string save() const = 0;
   virtual void restore(const std::string& state) = 0;  // throws InputError if it is of another model
   virtual std::uint64_t state_hash() const = 0;
+  /// Whether an edge is longer than it can bear.
+  virtual bool overstretched() { return false; }
+  /// Continues from the state of a solver of the same scene before it tore further: `from` says which of its
+  /// `particles` each particle was, `seconds` what its passes took.
+  virtual void adopt(const std::string& state, std::size_t particles, const std::vector<int>& from,
+                     const std::array<double, kPassNames.size()>& seconds) = 0;
 };
 
 /// The instruction sets that both this build and the CPU have, the narrowest first: "baseline", "avx2", "avx512".

@@ -67,6 +67,16 @@ State<R> load_state(const std::string& bytes, std::size_t particles, std::size_t
   return state;
 }
 
+/// The state of other particles: the i-th is as the from[i]-th was.
+template <class R>
+State<R> carried(const State<R>& before, const std::vector<int>& from) {
+  State<R> state{before.steps, {}, {}, {}, before.rest};
+  for (const int i : from) state.x.push_back(before.x[i]), state.v.push_back(before.v[i]);
+  for (std::size_t mesh = 0; mesh < before.seen.size(); mesh += before.x.size())
+    for (const int i : from) state.seen.push_back(before.seen[mesh + i]);
+  return state;
+}
+
 /// Of positions and velocities, bit by bit, particle by particle in the user's order.
 template <class R>
 std::uint64_t hash_state(const State<R>& state, const std::vector<int>& user_of) {

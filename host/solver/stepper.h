@@ -11,9 +11,12 @@
 #include "host/collision/collider.h"
 #include "host/error.h"
 #include "host/solver/air.h"
+#include "host/solver/attachments.h"
 #include "host/solver/damping.h"
+#include "host/solver/limits.h"
 #include "host/solver/long_range.h"
 #include "host/solver/measure.h"
+#include "host/solver/moved_pins.h"
 #include "host/solver/pressure.h"
 #include "host/solver/sleeper.h"
 #include "host/solver/solver.h"
@@ -51,18 +54,30 @@ class Stepper : public Solver {
   void restore(const std::string& bytes) final {
     const State<R> saved = load_state<R>(bytes, x_.size(), model_.environment.size() * x_.size(), sleeper_ ? 2 : 0);
     steps_ = saved.steps;
-    x_.upload(saved.x);
+    x_.upload(saved.x), p_.upload(saved.x);  // pins are read from p, and may have been moved by hand
     v_.upload(saved.v);
+    if (moved_) moved_->hold(time(), w_.data());
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->remember(saved.seen);
     if (sleeper_) sleeper_->remember(saved.rest);
   }
+  void adopt(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
+             const std::array<double, kPassNames.size()>& seconds) final {
+    restore(save_state(
+        carried(load_state<R>(bytes, particles, model_.environment.size() * particles, sleeper_ ? 2 : 0), from)));
+    seconds_ = seconds;
+  }
+  bool overstretched() final {
+    bool found = false;
+    if (breakable_) timed(Pass::Tearing, [&] { found = breakable_->excess(x_.points()) > 0; });
+    return found;
+  }
   void move_pin(int particle, const Vec3& to) final {
     const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
     const auto i = found - model_.user_of.begin();
-    if (found == model_.user_of.end() || model_.w[i] > 0)
+    if (found == model_.user_of.end() || w_.download()[i] > R(0) || (moved_ && moved_->refuses(int(i))))
       throw InputError("move_pin: found particle " + std::to_string(particle) +
-                       ", which is not pinned; allowed: one that is");
+                       ", which is not pinned; allowed: one that is, and that no keyframes move");
     for (const PointArray<Executor, R>* points : {&x_, &p_}) points->set(static_cast<std::size_t>(i), to);
     wake();
   }
@@ -81,6 +96,7 @@ class Stepper : public Solver {
     measure_constraints(executor_, model_, x_.download(), m);
     measure_tetrahedra(executor_, model_, x_.download(), m);
     for (const auto& pressure : pressures_) m.volume_ratios.push_back(pressure.volume_ratio(x_.points()));
+    if (attachments_) m.elastic += attachments_->energy(x_.points(), time());
     if (collider_) {
       m.contacts = collider_->contacts();
       m.penetration_max = collider_->max_penetration(particles(), time());
@@ -102,6 +118,9 @@ class Stepper : public Solver {
     if (model.long_range.items() > 0) long_range_.emplace(executor, model.long_range);
     if (!model.air.particle.empty()) air_.emplace(executor, model.air, *model.scene.wind);
     if (model.scene.sleep) sleeper_.emplace(executor, model);
+    if (!model.moved.empty()) moved_.emplace(executor, model), moved_->hold(0, w_.data());
+    if (tears(model.scene)) breakable_.emplace(executor, breakable(model));
+    if (!model.attached.empty()) attachments_.emplace(executor, model);
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     note_facts();
   }
@@ -110,7 +129,12 @@ class Stepper : public Solver {
   virtual void advance() {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    for (int s = 0; s < solver.substeps; ++s) substep(time() + s * h, h);
+    const auto at = [&](int s) { return (steps_ + double(s) / solver.substeps) * solver.dt; };  // steps end alike
+    for (int s = 0; s < solver.substeps; ++s) {
+      if (moved_) timed(Pass::Pins, [&] { moved_->place(particles(), w_.data(), at(s), at(s + 1)); });
+      substep(time() + s * h, h);
+      if (moved_) timed(Pass::Pins, [&] { moved_->arrive(particles(), at(s), at(s + 1)); });
+    }
     ++steps_;
   }
 
@@ -147,7 +171,7 @@ class Stepper : public Solver {
     for (auto& pressure : pressures_) pressure.start_substep();
     if (!model_.sets.empty() || !nothing_between())
       for (int iteration = 0; iteration < scene.solver.iterations; ++iteration) {
-        project(all, h, iteration == 0);
+        project(all, start, h, iteration == 0);
         if (enough()) break;
       }
     if (collider_) timed(Pass::Collision, [&] { collider_->hold_back(all, start, start + h); });
@@ -168,9 +192,10 @@ class Stepper : public Solver {
 
   /// Whether the scene asks for anything between prediction and state but batched constraints.
   static bool nothing_between(const Model& model) {
-    return model.environment.empty() && model.pressures.empty() && model.long_range.items() == 0;
+    return model.environment.empty() && model.pressures.empty() && model.attached.empty() &&
+           model.long_range.items() == 0;
   }
-  bool nothing_between() const { return !long_range_ && !collider_ && pressures_.empty(); }
+  bool nothing_between() const { return nothing_between(model_); }
 
   /// `lost`: a particle that is no longer finite, by the user's number.
   [[noreturn]] void refuse_lost(int lost) const {
@@ -203,7 +228,7 @@ class Stepper : public Solver {
   }
 
   /// Contacts last: what leaves the iteration is outside the environment.
-  void project(const Particles<R>& all, double h, bool fresh) {
+  void project(const Particles<R>& all, double start, double h, bool fresh) {
     if (!model_.sets.empty())
       timed(Pass::Projection, [&] {
         Visit<R> visit = sweep_->visit(all, h, to_R(model_.scene.gravity));
@@ -215,6 +240,7 @@ class Stepper : public Solver {
         for (auto& pressure : pressures_) pressure.project(all.p, all.w);
       });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
+    if (attachments_) timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, fresh); });
     if (collider_) timed(Pass::Contact, [&] { collider_->resolve(all); });
   }
 
@@ -230,6 +256,9 @@ class Stepper : public Solver {
       projections += set.constraints;
     }
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
+    if (moved_) facts_.particle_bytes += moved_->bytes();
+    if (breakable_) facts_.constraint_bytes += breakable_->bytes();
+    if (attachments_) facts_.constraint_bytes += attachments_->bytes();
     if (collider_) facts_.collision_bytes = collider_->bytes();
     if (long_range_) {
       facts_.long_range_bytes = long_range_->bytes();
@@ -244,6 +273,9 @@ class Stepper : public Solver {
   Array<Executor, R> w_;
   std::vector<Pressure<Executor, R>> pressures_;
   std::optional<LongRange<Executor, R>> long_range_;
+  std::optional<MovedPinSets<Executor, R>> moved_;
+  std::optional<Attachments<Executor, R>> attachments_;
+  std::optional<Limits<Executor, R>> breakable_;  // edges that tear
   std::optional<Collider<Executor, R>> collider_;
   std::optional<Air<Executor, R>> air_;
   std::optional<Sleeper<Executor, R>> sleeper_;

@@ -1,0 +1,201 @@
+#include "host/model/tear.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/mesh/topology.h"
+
+namespace malha {
+
+namespace {
+
+Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double length(const Vec3& a) { return std::sqrt(dot(a, a)); }
+
+/// The tears of one body.
+class Tearer {
+ public:
+  /// `x`: of the body's particles.
+  Tearer(int body, const Mesh& rest, const Vec3* x, std::vector<bool> fixed)
+      : body_(body), rest_(rest), x_(x), busy_(std::move(fixed)), around_(rest.points.size()) {
+    for (std::size_t f = 0; f < rest.faces.size(); ++f)
+      for (const int corner : rest.faces[f])
+        if (corner >= 0) around_[corner].push_back(static_cast<int>(f));
+    for (std::size_t l = 0; l < rest.lines.size(); ++l)
+      for (const int end : rest.lines[l]) around_[end].push_back(static_cast<int>(rest.faces.size() + l));
+  }
+
+  std::vector<Split> find(double limit) {
+    struct Strained {
+      double strain;
+      Edge edge;
+    };
+    std::vector<Strained> strained;
+    for (const Edge& e : edges(rest_)) {
+      const double strain =
+          length(minus(x_[e[1]], x_[e[0]])) / length(minus(rest_.points[e[1]], rest_.points[e[0]])) - 1;
+      if (strain > limit) strained.push_back({strain, e});
+    }
+    std::stable_sort(strained.begin(), strained.end(),
+                     [](const Strained& a, const Strained& b) { return a.strain > b.strain; });
+    std::vector<Split> splits;
+    for (const Strained& s : strained)
+      for (const int end : {0, 1})
+        if (split(s.edge[end], s.edge[1 - end], splits)) break;
+    return splits;
+  }
+
+ private:
+  bool split(int vertex, int along, std::vector<Split>& splits) {
+    if (busy_[vertex]) return false;
+    const Vec3 direction = minus(x_[along], x_[vertex]);
+    const int faces = static_cast<int>(rest_.faces.size());
+    Split split{body_, vertex, {}, {}};
+    std::size_t stay = 0;
+    for (const int element : around_[vertex]) {
+      if (dot(minus(middle(element), x_[vertex]), direction) >= 0)
+        ++stay;
+      else if (element < faces)
+        split.faces.push_back(element);
+      else
+        split.lines.push_back(element - faces);
+    }
+    if (stay == 0 || stay == around_[vertex].size()) return false;
+    for (const int element : around_[vertex]) each_corner(element, [this](int corner) { busy_[corner] = true; });
+    splits.push_back(std::move(split));
+    return true;
+  }
+
+  template <class Visit>
+  void each_corner(int element, const Visit& visit) const {
+    const int faces = static_cast<int>(rest_.faces.size());
+    if (element >= faces)
+      for (const int end : rest_.lines[element - faces]) visit(end);
+    else
+      for (const int corner : rest_.faces[element])
+        if (corner >= 0) visit(corner);
+  }
+
+  Vec3 middle(int element) const {
+    Vec3 sum{0, 0, 0};
+    int corners = 0;
+    each_corner(element, [&](int i) {
+      for (int k = 0; k < 3; ++k) sum[k] += x_[i][k];
+      ++corners;
+    });
+    return {sum[0] / corners, sum[1] / corners, sum[2] / corners};
+  }
+
+  int body_;
+  const Mesh& rest_;
+  const Vec3* x_;
+  std::vector<bool> busy_;                // pinned, or beside what splits now
+  std::vector<std::vector<int>> around_;  // faces, and then lines, of each vertex
+};
+
+}  // namespace
+
+void apply(const Split& split, Mesh& mesh) {
+  const int duplicate = static_cast<int>(mesh.points.size());
+  mesh.points.push_back(Vec3(mesh.points[split.vertex]));
+  for (const int f : split.faces) std::replace(mesh.faces[f].begin(), mesh.faces[f].end(), split.vertex, duplicate);
+  for (const int l : split.lines) std::replace(mesh.lines[l].begin(), mesh.lines[l].end(), split.vertex, duplicate);
+}
+
+Mesh body_mesh(const Appearance& look, std::size_t body) {
+  const int first = look.body_begin[body];
+  Mesh mesh{{look.points.begin() + first, look.points.begin() + look.body_begin[body + 1]},
+            {look.faces.begin() + look.face_begin[body], look.faces.begin() + look.face_begin[body + 1]},
+            {look.lines.begin() + look.line_begin[body], look.lines.begin() + look.line_begin[body + 1]},
+            {}};
+  for (Quad& face : mesh.faces)
+    for (int& corner : face)
+      if (corner >= 0) corner -= first;
+  for (Edge& line : mesh.lines)
+    for (int& end : line) end -= first;
+  return mesh;
+}
+
+std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, double time) {
+  std::vector<bool> pinned(x.size(), false);  // by the user's number
+  for (int i = 0; i < model.count(); ++i) pinned[model.user_of[i]] = !(model.w[i] > 0);
+  for (const MovedPins& pins : model.moved)
+    for (const int i : pins.particles) pinned[model.user_of[i]] = !pins.until || time < *pins.until;
+  std::vector<Split> all;
+  for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
+    const auto& tear = model.scene.bodies[b].tear;
+    if (!tear) continue;
+    const int begin = model.look.body_begin[b], end = model.look.body_begin[b + 1];
+    const Mesh rest = body_mesh(model.look, b);
+    Tearer tearer(static_cast<int>(b), rest, &x[begin], {pinned.begin() + begin, pinned.begin() + end});
+    const std::vector<Split> found = tearer.find(tear->strain);
+    all.insert(all.end(), found.begin(), found.end());
+  }
+  return all;
+}
+
+Breakable breakable(const Model& model) {
+  std::vector<int> solver_of(model.user_of.size());
+  for (std::size_t i = 0; i < solver_of.size(); ++i) solver_of[model.user_of[i]] = static_cast<int>(i);
+  Breakable found;
+  for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
+    const auto& tear = model.scene.bodies[b].tear;
+    if (!tear) continue;
+    const Mesh rest = body_mesh(model.look, b);
+    for (const Edge& e : edges(rest)) {
+      const int first = model.look.body_begin[b];
+      const Edge ends{solver_of[first + e[0]], solver_of[first + e[1]]};
+      if (!(model.w[ends[0]] > 0) && !(model.w[ends[1]] > 0)) continue;  // neither end could split
+      found.ends.push_back(ends);
+      found.longest.push_back((1 + tear->strain) * length(minus(rest.points[e[1]], rest.points[e[0]])));
+    }
+  }
+  return found;
+}
+
+bool tears(const Scene& scene) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodySpec& b) { return b.tear.has_value(); });
+}
+
+std::vector<int> ancestors(const Model& before, const Model& after, const std::vector<Split>& done, std::size_t first) {
+  const std::vector<int>&old = before.look.body_begin, &now = after.look.body_begin;
+  std::vector<int> user;  // of `before`, by the user's number of `after`
+  for (std::size_t b = 0; b + 1 < now.size(); ++b) {
+    for (int i = old[b]; i < old[b + 1]; ++i) user.push_back(i);
+    for (std::size_t s = first; s < done.size(); ++s)
+      if (done[s].body == static_cast<int>(b)) user.push_back(user[now[b] + done[s].vertex]);
+  }
+  std::vector<int> solver_of(before.user_of.size()), from;
+  for (std::size_t i = 0; i < solver_of.size(); ++i) solver_of[before.user_of[i]] = static_cast<int>(i);
+  for (const int u : after.user_of) from.push_back(solver_of[user[u]]);
+  return from;
+}
+
+std::vector<int> numbers_of(const std::vector<Split>& splits) {
+  std::vector<int> numbers;
+  for (const Split& split : splits) {
+    numbers.insert(numbers.end(), {split.body, split.vertex});
+    for (const auto* list : {&split.faces, &split.lines}) {
+      numbers.push_back(static_cast<int>(list->size()));
+      numbers.insert(numbers.end(), list->begin(), list->end());
+    }
+  }
+  return numbers;
+}
+
+std::vector<Split> splits_of(const std::vector<int>& numbers) {
+  std::vector<Split> splits;
+  for (auto at = numbers.begin(); at != numbers.end();) {
+    Split& split = splits.emplace_back(Split{at[0], at[1], {}, {}});
+    at += 2;
+    for (auto* list : {&split.faces, &split.lines}) {
+      const int count = *at++;
+      list->assign(at, at + count);
+      at += count;
+    }
+  }
+  return splits;
+}
+
+}  // namespace malha

@@ -1,0 +1,24 @@
+// A rigid motion from a frame of its own to the world. In double: far from the origin a turn has few digits to lose.
+#pragma once
+#include "kernels/vec.h"
+
+namespace malha {
+
+/// world = r local + t; r is a rotation, row by row.
+struct Pose {
+  double r[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  Vector3<double> t{0, 0, 0};  // m
+};
+
+KERNEL Vector3<double> rotate(const Pose& a, const Vector3<double>& v) {
+  return {a.r[0] * v.x + a.r[1] * v.y + a.r[2] * v.z, a.r[3] * v.x + a.r[4] * v.y + a.r[5] * v.z,
+          a.r[6] * v.x + a.r[7] * v.y + a.r[8] * v.z};
+}
+KERNEL Vector3<double> to_world(const Pose& a, const Vector3<double>& v) { return rotate(a, v) + a.t; }
+KERNEL Vector3<double> to_local(const Pose& a, const Vector3<double>& world) {
+  const Vector3<double> v = world - a.t;
+  return {a.r[0] * v.x + a.r[3] * v.y + a.r[6] * v.z, a.r[1] * v.x + a.r[4] * v.y + a.r[7] * v.z,
+          a.r[2] * v.x + a.r[5] * v.y + a.r[8] * v.z};
+}
+
+}  // namespace malha
