@@ -74,7 +74,7 @@ TEST(Attachments, RigidOnesAreAtTheirPointAndEndWhenTheyShould) {
   EXPECT_NEAR(after(scene, 0.9).positions()[0][0], 1.8, 1e-4) << "goes on at 2 m/s";
 }
 
-TEST(Attachments, AKilometreFarTheyAreAsGood) {
+TEST(Attachments, TenKilometresFarTheyAreAsGood) {
   BodySpec body = particle({10000, 0, 0});
   body.attachments = {tied(ListPin{{0}}, 1e-4)};
   const Simulation simulation = after(scene_of({body}, kEarth, 0.01, 10, Precision::Float), 2);

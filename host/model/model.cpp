@@ -269,6 +269,7 @@ class Builder {
   template <class Kind>
   void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
     Elements all = elements<Kind>(bodies_[b], spec);
+    if (all.particles.empty() && torn_) return;  // torn to pieces
     if (all.particles.empty())
       refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",
              Kind::element == Element::Hinges       ? "a mesh with neighbouring faces"
