@@ -64,9 +64,9 @@ Jitter jitter(const Scene& scene, double settle, int steps) {
   return found;
 }
 
-class Rest : public testing::TestWithParam<const char*> {};
+class RestingContacts : public testing::TestWithParam<const char*> {};
 
-TEST_P(Rest, OfASheetMovesItsContactsByLessThanATenThousandthOfTheThickness) {
+TEST_P(RestingContacts, OfASheetMoveByLessThanATenThousandthOfTheThickness) {
   for (const Precision precision : {Precision::Float, Precision::Double})
     for (const bool solid : {false, true}) {
       const Jitter found = jitter(resting(sheet(), GetParam(), precision, solid), 5, kSteps / (solid ? 10 : 1));
@@ -76,7 +76,7 @@ TEST_P(Rest, OfASheetMovesItsContactsByLessThanATenThousandthOfTheThickness) {
 }
 
 /// What does not touch the ground moves by some tens of the spacings of float at 0.4 m, and in double hardly at all.
-TEST(RestOfACrate, MovesItsContactsByLessThanATenThousandthOfTheThickness) {
+TEST(RestingContactsOfACrate, MoveByLessThanATenThousandthOfTheThickness) {
   const Jitter coarse = jitter(resting(crate(), "pbd", Precision::Float, false), 5, kSteps);
   EXPECT_EQ(coarse.contacts, 9u);
   EXPECT_LT(coarse.touching, 1e-4 * 0.005);  // 0 when it was measured
@@ -85,7 +85,7 @@ TEST(RestOfACrate, MovesItsContactsByLessThanATenThousandthOfTheThickness) {
   EXPECT_LT(fine.all, 1e-9);
 }
 
-INSTANTIATE_TEST_SUITE_P(Under, Rest, testing::Values("pbd", "desbrun"));
+INSTANTIATE_TEST_SUITE_P(Under, RestingContacts, testing::Values("pbd", "desbrun"));
 
 }  // namespace
 }  // namespace malha

@@ -76,7 +76,8 @@ class Sleeper {
   Sleeper(const Executor& executor, const Model& model)
       : executor_(executor),
         speed_(model.scene.sleep->speed),
-        calm_enough_(std::max<std::int64_t>(1, std::llround(model.scene.sleep->after / model.scene.solver.dt))),
+        calm_enough_(
+            std::max<std::int64_t>(1, std::llround(std::min(model.scene.sleep->after / model.scene.solver.dt, 1e15)))),
         movers_(movers_of(model)),
         releases_(releases_of(model)) {}
 
