@@ -10,6 +10,7 @@
 #include "host/mesh/topology.h"
 #include "host/model/order.h"
 #include "host/model/pins.h"
+#include "host/model/self_surface.h"
 #include "kernels/constraints.h"
 
 namespace malha {
@@ -50,6 +51,8 @@ void check_expectations(const Scene& scene) {
   needs(expect.max_strain.has_value(), distance, "max_strain", "strain in a scene without distance constraints");
   needs(expect.rms_strain.has_value(), distance, "rms_strain", "strain in a scene without distance constraints");
   needs(expect.volume_ratio.has_value(), pressure, "volume_ratio", "volume in a scene without pressure");
+  needs(expect.max_crossings.has_value(), scene.self_collision.has_value(), "max_crossings",
+        "crossings in a scene without self_collision");
   needs(expect.max_penetration.has_value(), inside, "max_penetration",
         "penetration in a scene without solids or one-sided sheets");
 }
@@ -105,6 +108,7 @@ class Builder {
     took.load += seconds([&] {
       for (std::size_t e = 0; e < scene.environment.size(); ++e) add_environment(e);
     });
+    if (scene.self_collision) refuse_crossings(model_);
     return std::move(model_);
   }
 

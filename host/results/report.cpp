@@ -94,7 +94,7 @@ Json timings(const Solver& solver, const RunTimes& times) {
   return json;
 }
 
-Json measured(const Measures& m) {
+Json measured(const Measures& m, bool self_collision) {
   Json json;
   if (m.has_strain) json["strain_rms"] = m.strain_rms, json["strain_max"] = m.strain_max;
   json["momentum_kg_m_per_s"] = m.momentum;
@@ -106,6 +106,7 @@ Json measured(const Measures& m) {
   json["speed_max_m_per_s"] = m.speed_max;
   json["contacts"] = m.contacts;
   json["penetration_max_m"] = m.penetration_max;
+  if (self_collision) json["self_contacts"] = m.self_contacts, json["crossings"] = m.crossings;
   json["degenerate_constraints_skipped"] = m.degenerate;
   if (!m.volume_ratios.empty()) json["volume_ratios"] = m.volume_ratios;
   return json;
@@ -178,6 +179,12 @@ std::string report_json(const std::string& status, const std::vector<std::string
     }
     json["filter"] = filter(solver, model);
   }
+  if (const auto& self = facts.self)
+    json["self_collision"] = {{"particles", self->particles},
+                              {"edges", self->edges},
+                              {"triangles", self->triangles},
+                              {"substeps_with_a_search", self->searches},
+                              {"substeps_held_apart", self->held}};
   json["zero_area_faces_dropped"] = model.zero_area_faces;
   json["setup_s"] = by_name(setup_parts(model, facts));
   // Sums over some of them: everything before the solver, and the constraints' share of colour and layout.
@@ -191,7 +198,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
   json["time_s"] = solver.time();
   json["step"] = solver.steps();
   if (status != "diverged") {
-    json["state"] = measured(solver.measure());
+    json["state"] = measured(solver.measure(), scene.self_collision.has_value());
     json["state_hash"] = hex(solver.state_hash());
   }
   return json.dump(2) + "\n";

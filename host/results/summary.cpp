@@ -48,6 +48,9 @@ std::string summary(const Simulation& simulation) {
   }
   if (!model.environment.empty())
     text += "contacts    " + std::to_string(m.contacts) + ", penetration " + brief(m.penetration_max) + " m max\n";
+  if (model.scene.self_collision)
+    text += "crossings   " + std::to_string(m.crossings) + ", " + counted(m.self_contacts, "contact") +
+            " between bodies or layers\n";
   if (model.zero_area_faces > 0) text += "left out    " + counted(model.zero_area_faces, "face") + " without area\n";
   if (m.degenerate > 0) text += "skipped     " + counted(m.degenerate, "constraint") + " without a direction\n";
   return text;

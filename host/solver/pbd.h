@@ -14,7 +14,8 @@ class Pbd final : public Stepper<Executor, R> {
   /// `threads`: of the executor.
   Pbd(const Model& model, const Executor& executor, int threads)
       : Base(model, executor, threads, true,
-             model.environment.empty() && model.pressures.empty() && model.scene.solver.iterations > 1) {
+             model.environment.empty() && model.pressures.empty() && !model.scene.self_collision &&
+                 model.scene.solver.iterations > 1) {
     this->facts_.fused = this->nothing_between();
   }
 

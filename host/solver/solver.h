@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "host/collision/self_facts.h"
 #include "host/filter/filter_facts.h"
 #include "host/measures.h"
 #include "host/model/model.h"
@@ -25,12 +26,13 @@ enum class Pass {
   Projection,
   Pressure,
   Contact,
+  SelfCollision,
   State,
   Visits
 };
-inline constexpr std::array<const char*, 11> kPassNames{"damping",    "forces",    "filter",     "correction",
-                                                        "prediction", "collision", "projection", "pressure",
-                                                        "contact",    "state",     "visits"};
+inline constexpr std::array<const char*, 12> kPassNames{"damping",    "forces",         "filter",     "correction",
+                                                        "prediction", "collision",      "projection", "pressure",
+                                                        "contact",    "self_collision", "state",      "visits"};
 
 /// What a person may want to know of a constraint set.
 struct SetFacts {
@@ -57,6 +59,7 @@ struct SolverFacts {
   bool fused = false;                                    // prediction and state happen in the visits to the patches
   std::vector<SetFacts> sets;                            // in the order of projection
   std::optional<FilterFacts> filter;                     // Desbrun's
+  std::optional<SelfFacts> self;                         // of self-collision
   int free_bodies = 0;                                   // of Desbrun's, whose momentum is corrected
   bool corrects = false;                                 // their angular momentum too
   std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths

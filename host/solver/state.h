@@ -18,7 +18,8 @@ template <class R>
 struct State {
   std::int64_t steps = 0;
   std::vector<std::array<R, 3>> x, v;
-  std::vector<LastSeen> seen;  // empty without environment
+  std::vector<LastSeen> seen;           // empty without environment
+  std::vector<std::array<R, 3>> apart;  // positions without crossings; empty without self-collision
 };
 
 namespace detail {
@@ -43,14 +44,17 @@ std::string save_state(const State<R>& state) {
   detail::append(bytes, state.x);
   detail::append(bytes, state.v);
   detail::append(bytes, state.seen);
+  detail::append(bytes, state.apart);
   return bytes;
 }
 
-/// Throws InputError unless the bytes hold `particles` particles and `seen` remembered contacts in precision R.
+/// Throws InputError unless the bytes hold `particles` particles and `seen` remembered contacts in precision R, and
+/// `self_collision` says whether positions without crossings.
 template <class R>
-State<R> load_state(const std::string& bytes, std::size_t particles, std::size_t seen) {
+State<R> load_state(const std::string& bytes, std::size_t particles, std::size_t seen, bool self_collision = false) {
   State<R> state;
-  const std::size_t expected = sizeof state.steps + 6 * particles * sizeof(R) + seen * sizeof(LastSeen);
+  const std::size_t expected =
+      sizeof state.steps + (self_collision ? 9 : 6) * particles * sizeof(R) + seen * sizeof(LastSeen);
   if (bytes.size() != expected)
     refuse("checkpoint", "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
@@ -58,7 +62,8 @@ State<R> load_state(const std::string& bytes, std::size_t particles, std::size_t
   const char* from = bytes.data() + sizeof state.steps;
   from = detail::take(from, particles, state.x);
   from = detail::take(from, particles, state.v);
-  detail::take(from, seen, state.seen);
+  from = detail::take(from, seen, state.seen);
+  detail::take(from, self_collision ? particles : 0, state.apart);
   return state;
 }
 

@@ -9,6 +9,7 @@
 #include "host/base/point_array.h"
 #include "host/base/stopwatch.h"
 #include "host/collision/collider.h"
+#include "host/collision/self_collider.h"
 #include "host/error.h"
 #include "host/solver/damping.h"
 #include "host/solver/measure.h"
@@ -39,15 +40,17 @@ class Stepper : public Solver {
   std::string save() const final {
     State<R> all = state();
     if (collider_) all.seen = collider_->memory();
+    if (self_) all.apart = self_->memory();
     return save_state(all);
   }
   void restore(const std::string& bytes) final {
-    const State<R> saved = load_state<R>(bytes, x_.size(), model_.environment.size() * x_.size());
+    const State<R> saved = load_state<R>(bytes, x_.size(), model_.environment.size() * x_.size(), self_.has_value());
     steps_ = saved.steps;
     x_.upload(saved.x);
     v_.upload(saved.v);
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->remember(saved.seen);
+    if (self_) self_->remember(saved.apart);
   }
   void move_pin(int particle, const Vec3& to) final {
     const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
@@ -67,6 +70,10 @@ class Stepper : public Solver {
       m.contacts = collider_->contacts();
       m.penetration_max = collider_->max_penetration(particles(), time());
     }
+    if (self_) {
+      m.self_contacts = self_->contacts();
+      m.crossings = count_crossings(self_->surface(), x_.download());
+    }
     return m;
   }
 
@@ -82,6 +89,7 @@ class Stepper : public Solver {
     if (sweep_) facts_.colour_seconds = sweep_->facts().plan_seconds;
     facts_.layout_seconds += facts_.constraint_seconds - facts_.colour_seconds;
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
+    if (model.scene.self_collision) facts_.collision_seconds += seconds([&] { self_.emplace(executor, model); });
     note_facts();
   }
 
@@ -114,6 +122,7 @@ class Stepper : public Solver {
     predict(h);
     if (predicts_the_state()) return;
     if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h); });
+    if (self_) timed(Pass::SelfCollision, [&] { self_->find(all); });
     for (auto& pressure : pressures_) pressure.start_substep();
     if (!model_.sets.empty() || !nothing_between())
       for (int iteration = 0; iteration < scene.solver.iterations; ++iteration) {
@@ -121,6 +130,10 @@ class Stepper : public Solver {
         if (enough()) break;
       }
     if (collider_) timed(Pass::Collision, [&] { collider_->hold_back(all, start, start + h); });
+    if (self_) {
+      timed(Pass::SelfCollision, [&] { self_->hold_apart(all); });
+      note_collision();
+    }
     timed(Pass::State, [&] {
       const int lost = parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)}).index;
       if (lost != FirstIndex{}.index) refuse_lost(model_.user_of[lost]);
@@ -137,7 +150,9 @@ class Stepper : public Solver {
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
   /// Whether the scene asks for anything between prediction and state but batched constraints.
-  bool nothing_between() const { return model_.environment.empty() && model_.pressures.empty(); }
+  bool nothing_between() const {
+    return model_.environment.empty() && model_.pressures.empty() && !model_.scene.self_collision;
+  }
 
   /// `lost`: a particle that is no longer finite, by the user's number.
   [[noreturn]] void refuse_lost(int lost) const {
@@ -166,7 +181,7 @@ class Stepper : public Solver {
     w_ = Array<Executor, R>(w);
   }
   State<R> state() const {
-    return {steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>(), {}};
+    return {steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>(), {}, {}};
   }
 
   /// Contacts last: what leaves the iteration is outside the environment.
@@ -181,6 +196,7 @@ class Stepper : public Solver {
       timed(Pass::Pressure, [&] {
         for (auto& pressure : pressures_) pressure.project(all.p, all.w);
       });
+    if (self_) timed(Pass::SelfCollision, [&] { self_->resolve(all); });
     if (collider_) timed(Pass::Contact, [&] { collider_->resolve(all); });
   }
 
@@ -196,13 +212,19 @@ class Stepper : public Solver {
       projections += set.constraints;
     }
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
-    if (collider_) facts_.collision_bytes = collider_->bytes();
+    note_collision();
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
+  }
+
+  void note_collision() {
+    facts_.collision_bytes = (collider_ ? collider_->bytes() : 0) + (self_ ? self_->bytes() : 0);
+    if (self_) facts_.self = self_->facts();
   }
 
   Array<Executor, R> w_;
   std::vector<Pressure<Executor, R>> pressures_;
   std::optional<Collider<Executor, R>> collider_;
+  std::optional<SelfCollider<Executor, R>> self_;
   std::array<double, kPassNames.size()> seconds_{};
 };
 
