@@ -6,7 +6,7 @@ namespace malha {
 
 namespace {
 
-const std::vector<std::string> kBenchmarks{"projection", "filter", "--help", "-h"};
+const std::vector<std::string> kBenchmarks{"projection", "filter", "self", "--help", "-h"};
 const std::vector<std::string> kCases{"grid", "irregular"};
 const std::vector<std::string> kKernels{"dense", "sparse", "step"};
 
@@ -111,6 +111,20 @@ void add_filter(CLI::App& bench, BenchArguments& arguments) {
       "  malha bench filter --n 17,46 --repeats 3 --seconds 0.02    a quick look");
 }
 
+void add_self(CLI::App& bench, BenchArguments& arguments) {
+  bench::SelfOptions& options = arguments.of_self;
+  CLI::App* self = bench.add_subcommand("self", "What self-collision costs a particle");
+  add_list(*self, "--n", options.n, 16, 10'000'000, "Particles, about; 10000,100000,1000000 if not given");
+  add_measuring(*self, options, "self");
+  self->callback([&arguments] { arguments.self = true; });
+  self->footer(
+      "Four sheets in contact slide over each other. Those on each number of threads take turns.\n"
+      "The folder gets the table, the rows (self.json) and facts about the machine (self_machine.json).\n\n"
+      "Examples:\n"
+      "  malha bench self\n"
+      "  malha bench self --n 10000 --repeats 3 --seconds 0.2    a quick look");
+}
+
 }  // namespace
 
 std::string refused_benchmark(const std::string& word) {
@@ -125,6 +139,7 @@ void add_bench(CLI::App& app, BenchArguments& arguments) {
   bench->footer("Examples:\n  malha bench projection --n 46,100\n  malha bench filter --n 46,100");
   add_projection(*bench, arguments.of_projection);
   add_filter(*bench, arguments);
+  add_self(*bench, arguments);
 }
 
 }  // namespace malha

@@ -4,6 +4,7 @@
 
 #include "tools/bench/filter.h"
 #include "tools/bench/projection.h"
+#include "tools/bench/self.h"
 
 namespace CLI {
 class App;
@@ -12,9 +13,10 @@ class App;
 namespace malha {
 
 struct BenchArguments {
-  bool filter = false;  // or projection
+  bool filter = false, self = false;  // or projection
   bench::ProjectionOptions of_projection;
   bench::FilterOptions of_filter;
+  bench::SelfOptions of_self;
 };
 
 void add_bench(CLI::App& app, BenchArguments& arguments);

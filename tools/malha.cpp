@@ -126,6 +126,8 @@ int dispatch(const Arguments& arguments) {
     case malha::Command::Bench:
       if (arguments.bench.filter)
         malha::bench::run_filter(arguments.bench.of_filter);
+      else if (arguments.bench.self)
+        malha::bench::run_self(arguments.bench.of_self);
       else
         malha::bench::run_projection(arguments.bench.of_projection);
       return malha::kDone;

@@ -4,14 +4,15 @@
 
 namespace malha {
 
-/// At least as many T as were last asked for; it grows by halves and never shrinks. What it held is lost when it grows.
+/// At least as many T as were last asked for; it grows by an eighth more and never shrinks. What it held is lost when
+/// it grows.
 template <class Executor, class T>
 class Growing {
  public:
   T* at_least(std::size_t count) {
     if (count > items_.size()) {
       items_ = {};
-      items_ = Array<Executor, T>(count + count / 2, T{});
+      items_ = Array<Executor, T>(count + count / 8, T{});
     }
     return items_.data();
   }
