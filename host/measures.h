@@ -14,6 +14,8 @@ struct Measures {
   double kinetic = 0, potential = 0, elastic = 0;  // J; gravity's potential is 0 at the origin; elastic: of compliance
   double speed_max = 0;                            // m/s
   int contacts = 0;                                // that pushed in the last substep
+  int self_contacts = 0;                           // of bodies among themselves, that pushed in the last substep
+  std::int64_t crossings = 0;                      // of edges with triangles, of bodies that collide; counted apart
   double penetration_max = 0;                      // m below the surface of a solid
   std::int64_t degenerate = 0;                     // constraints without a direction, skipped
   std::vector<double> volume_ratios;               // volume / rest volume, a number a body with pressure, tetrahedra

@@ -36,6 +36,31 @@ Sleep read_sleep(const JsonReader& at) {
   return sleep;
 }
 
+SelfCollision read_self_collision(const JsonReader& at) {
+  SelfCollision self;
+  at.object({
+      {"thickness", [&](const JsonReader& v) { self.thickness = v.number(above(0, "m")); }, true},
+      {"friction", [&](const JsonReader& v) { self.friction = v.number(at_least(0, "")); }},
+      {"bodies",
+       [&](const JsonReader& v) {
+         for (const JsonReader& item : v.list()) self.bodies.push_back(item.text());
+         if (self.bodies.empty()) v.refuse("no body", "at least one, or no key for all bodies");
+       }},
+  });
+  return self;
+}
+
+/// Every name is that of a body, and there once.
+void check_self_collision(const JsonReader& at, const Scene& scene) {
+  if (scene.self_collision->bodies.empty()) return;
+  std::set<std::string> known, named;
+  for (const BodySpec& body : scene.bodies) known.insert(body.name);
+  for (const JsonReader& item : at.at("bodies").list()) {
+    if (known.count(item.text()) == 0) item.refuse_value("the name of a body");
+    if (!named.insert(item.text()).second) item.refuse_value("every body once");
+  }
+}
+
 void refuse_a_second_use(const JsonReader& at, const std::string& name, std::set<std::string>& names) {
   if (!names.insert(name).second) at.at("name").refuse_value("a name that no other body or environment object has");
 }
@@ -78,6 +103,11 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
            scene.environment.push_back(read_environment(item, folder));
            refuse_a_second_use(item, scene.environment.back().name, names);
          }
+       }},
+      {"self_collision",
+       [&](const JsonReader& v) {
+         scene.self_collision = read_self_collision(v);
+         check_self_collision(v, scene);
        }},
       {"duration", [&](const JsonReader& v) { scene.duration = v.number(above(0, "s")); }, true},
       {"outputs", [&](const JsonReader& v) { scene.outputs = read_outputs(v); }},

@@ -167,6 +167,13 @@ struct Sleep {
   double after = 0.5;   // s, >= 0
 };
 
+/// Bodies that collide with themselves and with each other.
+struct SelfCollision {
+  double thickness = 0;             // m, > 0: how far apart their surfaces are kept
+  double friction = 0;              // Coulomb's mu, >= 0
+  std::vector<std::string> bodies;  // names; empty: all
+};
+
 struct Camera {
   Vec3 eye{3, 2, 3}, target{0, 0, 0};
   double fov_degrees = 40;  // vertical
@@ -190,6 +197,7 @@ struct Expect {
   std::optional<double> max_strain;            // largest |l - l0| / l0 over the distance constraints, at the end
   std::optional<double> rms_strain;            // same, root mean square, at the end
   std::optional<double> max_penetration;       // m below an environment surface, at the end
+  std::optional<int> max_crossings;            // of edges with triangles, of bodies that collide, at the end
   std::optional<double> energy_not_above;      // J, at the end
   std::optional<double> max_speed;             // m/s, at the end
   std::optional<Vec3> inside_min, inside_max;  // every particle lies in this box at the end
@@ -234,7 +242,8 @@ struct Scene {
   std::optional<Sleep> sleep;                // none: never
   std::vector<BodySpec> bodies;              // at least one
   std::vector<EnvironmentSpec> environment;  // empty: no Embree
-  double duration = 1;                       // s
+  std::optional<SelfCollision> self_collision;
+  double duration = 1;  // s
   OutputSpec outputs;
   Expect expect;
 };

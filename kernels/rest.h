@@ -61,7 +61,7 @@ struct MeasureResidual {
     double scale, sum = 0, sum_w = 0;
     const double scaled = Kind::evaluate(q, rest, true, grad, scale);
     for (int j = 0; j < n; ++j) sum += dot(grad[j], grad[j]), sum_w += w[particles[c * n + j]];
-    const bool met = !(scale > 0) && rest[0] == 0;  // no length, as at rest
+    const bool met = Kind::element == Element::Hinges && !(scale > 0) && rest[0] == 0;  // no fold, as at rest
     const bool degenerate = !(sum > tiny<double>()) && !met;
     // Coincident points: as short as can be, which an inequality allows.
     const double C = scale > 0 ? scaled / scale : Kind::inequality ? 0 : -rest[0];

@@ -133,9 +133,10 @@ TEST(BenchProjection, RefusesWhatCannotBeMeantAndWritesNothing) {
   const TemporaryFolder folder;
   const std::string see = "; see malha bench projection --help\n";
   const std::vector<std::pair<std::vector<std::string>, std::string>> slips{
-      {{"bench"}, "malha bench: found no benchmark; allowed: projection, filter, --help, -h\n"},
+      {{"bench"}, "malha bench: found no benchmark; allowed: projection, filter, constraints, self, --help, -h\n"},
       {{"bench", "projecton"},
-       "malha bench: found \"projecton\" (did you mean 'projection'?); allowed: projection, filter, --help, -h\n"},
+       "malha bench: found \"projecton\" (did you mean 'projection'?); allowed: projection, filter, constraints, self, "
+       "--help, -h\n"},
       {{"bench", "projection", "--n", "17,many"},
        "malha bench projection: --n: found \"many\"; allowed: a whole number from 3 to 16000000" + see},
       {{"bench", "projection", "--n", "4001"},

@@ -63,7 +63,8 @@ void expect_harmless(const Bad& bad, const Rest<Kind>& rest) {
   Vector3<R> grad[Kind::particles];
   R scale, squares = 0;
   const R C = one.evaluate(grad, scale);
-  for (const auto& g : grad) squares += dot(g, g);
+  bool pulls = false;  // however little: a square may be too small for a number
+  for (const auto& g : grad) squares += dot(g, g), pulls = pulls || g.x != R(0) || g.y != R(0) || g.z != R(0);
   one.template project<update>(1, 1e-3);
 
   const std::string what = std::string(Kind::name) + ", " + bad.what;
@@ -76,7 +77,7 @@ void expect_harmless(const Bad& bad, const Rest<Kind>& rest) {
     // An isometric fold has a direction wherever its four particles are not in one place: no triangle is needed. So
     // have tetrahedra.
     const bool needs_triangles = !std::is_same_v<Kind, IsometricBending> && Kind::element != Element::Tetrahedra;
-    if (squares == 0 || (needs_triangles && !bad.has_direction)) {
+    if (!pulls || (needs_triangles && !bad.has_direction)) {
       EXPECT_TRUE(same_bits(one.p[j], before.p[j])) << what;
     }
   }

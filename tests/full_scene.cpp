@@ -67,6 +67,7 @@ std::string full_scene() {
     {"name": "block", "shape": {"box": {"size": [1, 1, 1], "cells": [1, 1, 1]}}},
     {"name": "rail", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 1}}}
   ],
+  "self_collision": {"thickness": 0.004, "friction": 0.5, "bodies": ["sheet", "ball"]},
   "duration": 2.5,
   "outputs": {
     "frames": {"every": 2, "formats": ["vtp", "pc2", "ply", "obj"]},
@@ -75,7 +76,8 @@ std::string full_scene() {
     "checkpoint_every": 10
   },
   "expect": {
-    "max_strain": 0.1, "rms_strain": 0.01, "max_penetration": 0.001, "energy_not_above": -5, "max_speed": 3,
+    "max_strain": 0.1, "rms_strain": 0.01, "max_penetration": 0.001, "max_crossings": 2,
+    "energy_not_above": -5, "max_speed": 3,
     "inside": {"min": [-1, -2, -3], "max": [1, 2, 3]}, "volume_ratio": [0.9, 1.1], "inverted_tetrahedra": 3
   }
 })";

@@ -6,6 +6,7 @@
 #include "kernels/corrector.h"
 #include "kernels/dense_filter.h"
 #include "kernels/front.h"
+#include "kernels/hold_apart.h"
 #include "kernels/integrate.h"
 #include "kernels/limits.h"
 #include "kernels/long_range.h"
@@ -73,7 +74,14 @@ void instantiate_all() {
   instantiate<LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>, MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
   instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>>();
   instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>>();
+  instantiate<BoxParticles<R>, BoxSimplices<R>, CountCells<R>, EnterCells<R>>();
+  instantiate<FindCandidates<R, false>, FindCandidates<R, true>>();
+  instantiate<SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountContacts<R>, LayContacts<R>>();
+  instantiate<MarkActive<R>, SplitMasses<R>, PushContacts<R>, GatherPushes<R>, CountPushing<R>>();
+  instantiate<KeepInReach<R>, FindCrossing<R>, HoldParticles<R>, CopyPoints<R>>();
 }
+
+template void instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore>();
 
 template void instantiate_all<float>();
 template void instantiate_all<double>();

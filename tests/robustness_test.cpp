@@ -104,7 +104,7 @@ TEST_P(FarAway, IsFiniteAndWrongByWhatThePrecisionResolves) {
       EXPECT_EQ(report["notes"].size(), 0u);
       continue;
     }
-    // A fixed coordinate system in float: 0.14 m with PBD's ten substeps, 1.4 mm with Desbrun's one, when measured.
+    // A fixed coordinate system in float: 0.14 m with PBD's ten substeps, 1.4 mm with Desbrun's, when measured.
     EXPECT_LT(error, 0.3);
     ASSERT_EQ(report["notes"].size(), 1u);
     const std::string note =

@@ -28,13 +28,12 @@ const std::string file_name = "; allowed: a name without '/' and '\\', and witho
 INSTANTIATE_TEST_SUITE_P(
     Whole, ParseSceneRefuses,
     testing::Values(
-        Refusal{
-            "AList", "", "[]",
-            "found a list of 0; allowed: an object with the keys $schema, name, solver, gravity, wind, sleep, bodies, "
-            "environment, duration, outputs, expect"},
+        Refusal{"AList", "", "[]",
+                "found a list of 0; allowed: an object with the keys $schema, name, solver, gravity, wind, sleep, "
+                "bodies, environment, self_collision, duration, outputs, expect"},
         Refusal{"UnknownKey", "/gravitiy", "1",
                 "/gravitiy: found unknown key 'gravitiy' (did you mean 'gravity'?); allowed: $schema, name, solver, "
-                "gravity, wind, sleep, bodies, environment, duration, outputs, expect"},
+                "gravity, wind, sleep, bodies, environment, self_collision, duration, outputs, expect"},
         Refusal{"ZeroBodies", "/bodies", "[]", "/bodies: found no body; allowed: at least one"},
         Refusal{"NoBodies", "/bodies", "remove", "found no key 'bodies'; allowed: an object with the key 'bodies'"},
         Refusal{"UnknownSolver", "/solver/type", "\"xpbd\"",

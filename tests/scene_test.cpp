@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 
 TEST(ParseScene, GivesEveryKindItsOwnDefaults) {
   for (const ConstraintKind& kind : constraint_kinds()) {
-    const std::string one = "[{\"type\": \"" + kind.name + "\"}]";
+    const std::string one = "[{\"type\": \"" + kind.name + (kind.elastic ? "\", \"young_modulus\": 1}]" : "\"}]");
     const Scene scene = parse_scene(changed_scene("/bodies/2/constraints", one), "s.json", "");
     ASSERT_EQ(scene.bodies[2].constraints.size(), 1u);
     const ConstraintSpec& spec = scene.bodies[2].constraints[0];
@@ -35,13 +35,17 @@ TEST(ParseScene, GivesEveryKindItsOwnDefaults) {
 TEST(ParseScene, HoldsEveryParameterToTheMinimumOfItsKind) {
   for (const ConstraintKind& kind : constraint_kinds()) {
     const auto with = [&](double value) {
-      const Json one = Json::array({{{"type", kind.name}, {kind.parameter, value}}});
-      return changed_scene("/bodies/2/constraints", one.dump());
+      Json one{{"type", kind.name}, {kind.parameter, value}};
+      if (kind.elastic) one["young_modulus"] = 1;
+      return changed_scene("/bodies/2/constraints", Json::array({one}).dump());
     };
     EXPECT_EQ(scene_refusal(with(kind.parameter_min)).empty(), kind.min_included) << kind.name;
     EXPECT_NE(scene_refusal(with(kind.parameter_min - 1)), "") << kind.name;
-    EXPECT_EQ(parse_scene(with(kind.parameter_min + 1), "s.json", "").bodies[2].constraints[0].parameter,
-              kind.parameter_min + 1);
+    const double inside = std::min(kind.parameter_min + 1, kind.parameter_max);
+    EXPECT_EQ(parse_scene(with(inside), "s.json", "").bodies[2].constraints[0].parameter, inside);
+    if (std::isfinite(kind.parameter_max)) {
+      EXPECT_NE(scene_refusal(with(kind.parameter_max + 0.001)), "") << kind.name;
+    }
   }
 }
 

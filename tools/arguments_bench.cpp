@@ -6,7 +6,7 @@ namespace malha {
 
 namespace {
 
-const std::vector<std::string> kBenchmarks{"projection", "filter", "--help", "-h"};
+const std::vector<std::string> kBenchmarks{"projection", "filter", "constraints", "self", "--help", "-h"};
 const std::vector<std::string> kCases{"grid", "irregular"};
 const std::vector<std::string> kKernels{"dense", "sparse", "step"};
 
@@ -33,7 +33,7 @@ void check_sizes(const bench::ProjectionOptions& options) {
                                                                      std::to_string(high)));
 }
 
-/// What both have.
+/// What all have.
 template <class Options>
 void add_measuring(CLI::App& command, Options& options, const std::string& name) {
   add_list(command, "--threads", options.threads, 1, 1024, "Numbers of threads; 1 and all cores if not given");
@@ -54,7 +54,8 @@ void add_measuring(CLI::App& command, Options& options, const std::string& name)
   command.set_help_flag("-h,--help", "Print this help");
 }
 
-void add_projection(CLI::App& bench, bench::ProjectionOptions& options) {
+void add_projection(CLI::App& bench, BenchArguments& arguments) {
+  bench::ProjectionOptions& options = arguments.of_projection;
   CLI::App* projection = bench.add_subcommand("projection", "What the projection of a constraint costs");
   add_list(*projection, "--n", options.n, kLeastSide, kMostSide * kMostSide,
            "Particles a side of the grid; 17,46,100,316,1000 if not given.\n"
@@ -64,7 +65,10 @@ void add_projection(CLI::App& bench, bench::ProjectionOptions& options) {
       ->check(one_of(kCases))
       ->type_name("NAME");
   add_measuring(*projection, options, "projection");
-  projection->callback([&options] { check_sizes(options); });
+  projection->callback([&arguments, &options] {
+    check_sizes(options);
+    arguments.run = [&options] { bench::run_projection(options); };
+  });
   projection->footer(
       "A cloth of 2 m and 1 kg hangs by one side: a grid with both diagonals of its cells, or an irregular triangle\n"
       "mesh with shuffled indices. Each line runs 60 steps before it is measured: 10 substeps of 1 iteration (10x1)\n"
@@ -91,7 +95,7 @@ void add_filter(CLI::App& bench, BenchArguments& arguments) {
       ->check(one_of(kKernels))
       ->type_name("LIST");
   add_measuring(*filter, options, "filter");
-  filter->callback([&arguments] { arguments.filter = true; });
+  filter->callback([&arguments, &options] { arguments.run = [&options] { bench::run_filter(options); }; });
   filter->footer(
       "A cloth of 2 m and 1 kg hangs by one row: a grid with springs of 1e4 N/m along its edges and diagonals,\n"
       "dt = 1/60 s. dense: S = (M - dt^2 H)^-1 as a symmetric matrix in float, double and int16, up to 25,000 "
@@ -111,6 +115,37 @@ void add_filter(CLI::App& bench, BenchArguments& arguments) {
       "  malha bench filter --n 17,46 --repeats 3 --seconds 0.02    a quick look");
 }
 
+void add_self(CLI::App& bench, BenchArguments& arguments) {
+  bench::SelfOptions& options = arguments.of_self;
+  CLI::App* self = bench.add_subcommand("self", "What self-collision costs a particle");
+  add_list(*self, "--n", options.n, 16, 10'000'000, "Particles, about; 10000,100000,1000000 if not given");
+  add_measuring(*self, options, "self");
+  self->callback([&arguments, &options] { arguments.run = [&options] { bench::run_self(options); }; });
+  self->footer(
+      "Four sheets in contact slide over each other. Those on each number of threads take turns.\n"
+      "The folder gets the table, the rows (self.json) and facts about the machine (self_machine.json).\n\n"
+      "Examples:\n"
+      "  malha bench self\n"
+      "  malha bench self --n 10000 --repeats 3 --seconds 0.2    a quick look");
+}
+
+void add_constraints(CLI::App& bench, BenchArguments& arguments) {
+  bench::ConstraintOptions& options = arguments.of_constraints;
+  CLI::App* constraints = bench.add_subcommand("constraints", "What each kind of constraint costs");
+  constraints->add_option("--n", options.n, "Particles of each body, about; 100000 if not given")
+      ->check(whole_number(16, 4'000'000))
+      ->type_name("N");
+  add_measuring(*constraints, options, "constraints");
+  constraints->callback([&arguments, &options] { arguments.run = [&options] { bench::run_constraints(options); }; });
+  constraints->footer(
+      "Every kind alone on a body of its own: a sheet hung by a row, or where it needs one a closed ball. What is\n"
+      "batched is timed as whole steps, the rest as its own pass. Numbers of threads take turns.\n"
+      "The folder gets the table, the rows (constraints.json), and facts about the machine.\n\n"
+      "Examples:\n"
+      "  malha bench constraints\n"
+      "  malha bench constraints --n 10000 --threads 2 --repeats 3 --seconds 0.1    a quick look");
+}
+
 }  // namespace
 
 std::string refused_benchmark(const std::string& word) {
@@ -122,9 +157,12 @@ std::string refused_benchmark(const std::string& word) {
 void add_bench(CLI::App& app, BenchArguments& arguments) {
   CLI::App* bench = app.add_subcommand("bench", "Time malha beside other libraries and the machine's limits");
   bench->require_subcommand(1);
-  bench->footer("Examples:\n  malha bench projection --n 46,100\n  malha bench filter --n 46,100");
-  add_projection(*bench, arguments.of_projection);
+  bench->footer(
+      "Examples:\n  malha bench projection --n 46,100\n  malha bench filter --n 46,100\n  malha bench constraints");
+  add_projection(*bench, arguments);
   add_filter(*bench, arguments);
+  add_constraints(*bench, arguments);
+  add_self(*bench, arguments);
 }
 
 }  // namespace malha

@@ -1,9 +1,12 @@
 // The words and options after "malha bench".
 #pragma once
+#include <functional>
 #include <string>
 
+#include "tools/bench/constraints.h"
 #include "tools/bench/filter.h"
 #include "tools/bench/projection.h"
+#include "tools/bench/self.h"
 
 namespace CLI {
 class App;
@@ -12,9 +15,11 @@ class App;
 namespace malha {
 
 struct BenchArguments {
-  bool filter = false;  // or projection
+  std::function<void()> run;  // the benchmark that was named
+  bench::ConstraintOptions of_constraints;
   bench::ProjectionOptions of_projection;
   bench::FilterOptions of_filter;
+  bench::SelfOptions of_self;
 };
 
 void add_bench(CLI::App& app, BenchArguments& arguments);

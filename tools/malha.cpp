@@ -124,10 +124,7 @@ int dispatch(const Arguments& arguments) {
     case malha::Command::Check:
       return check(arguments);
     case malha::Command::Bench:
-      if (arguments.bench.filter)
-        malha::bench::run_filter(arguments.bench.of_filter);
-      else
-        malha::bench::run_projection(arguments.bench.of_projection);
+      arguments.bench.run();
       return malha::kDone;
   }
   return malha::kFailed;

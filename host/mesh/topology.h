@@ -38,7 +38,8 @@ double signed_volume(const std::vector<Vec3>& points, const std::vector<Triangle
 
 /// The mass (kg) of each point for `density` in kg/m^2 of faces and kg/m of lines: a triangle gives a third of its mass
 /// to each corner, a quad the mean of its two splits, a line half to each end. A point of no face or line gets 0.
-/// In a mesh with tetrahedra `density` is in kg/m^3, and each gives a quarter of its mass to each corner; faces have none.
+/// In a mesh with tetrahedra `density` is in kg/m^3, and each gives a quarter of its mass to each corner; faces have
+/// none.
 std::vector<double> masses_by_density(const Mesh& mesh, double density);
 
 /// The same proportions scaled to `mass` (kg) in all. A point of no face or line gets an equal share, mass / points.

@@ -11,6 +11,7 @@
 #include "host/mesh/topology.h"
 #include "host/model/material.h"
 #include "host/model/order.h"
+#include "host/model/self_surface.h"
 #include "host/model/tear.h"
 #include "kernels/constraints.h"
 
@@ -54,6 +55,8 @@ void check_expectations(const Scene& scene, bool tetrahedra) {
   needs(expect.volume_ratio.has_value(), pressure || tetrahedra, "volume_ratio",
         "volume in a scene without pressure and without tetrahedra");
   needs(expect.inverted_tetrahedra.has_value(), tetrahedra, "inverted_tetrahedra", "tetrahedra in a scene without any");
+  needs(expect.max_crossings.has_value(), scene.self_collision.has_value(), "max_crossings",
+        "crossings in a scene without self_collision");
   needs(expect.max_penetration.has_value(), inside, "max_penetration",
         "penetration in a scene without solids or one-sided sheets");
 }
@@ -80,8 +83,9 @@ Body make_body(const Scene& scene, std::size_t index, Mesh mesh, const Torn* tor
   Body body;
   body.mesh = std::move(mesh);
   body.holds = find_holds(scene, index, body.mesh);
-  if (spec.tear && !body.mesh.tetrahedra.empty())
-    refuse(scene.file, pointer("bodies", index, "tear"), "a body of tetrahedra that tears", "a body of faces or lines");
+  if (tears(scene) && !body.mesh.tetrahedra.empty())
+    refuse(scene.file, pointer("bodies", index, "shape"), "tetrahedra in a scene with a body that tears",
+           "bodies of faces and lines there");
   if (torn)
     for (const Split& split : *torn->done)
       if (split.body == static_cast<int>(index)) apply(split, body.mesh), split_holds(split.vertex, body.holds);
@@ -134,6 +138,8 @@ class Builder {
     const Scene& scene = model_.scene;
     if (!torn_) parse_scene(to_json(scene), scene.file, "");  // a scene made in code is held to what a file is held to
     check_outputs(scene);
+    if (scene.self_collision && tears(scene))
+      refuse(scene.file, "/self_collision", "self_collision in a scene with a body that tears", "one of them");
     model_.look.body_begin = model_.look.face_begin = model_.look.line_begin = {0};
     ModelSeconds& took = model_.seconds;
     took.load = seconds([&] {
@@ -148,6 +154,7 @@ class Builder {
       if (torn_) model_.environment = *torn_->environment, model_.zero_area_faces = torn_->zero_area_faces;
       for (std::size_t e = 0; e < scene.environment.size() && !torn_; ++e) add_environment(e);
     });
+    if (scene.self_collision) refuse_crossings(model_);
     return std::move(model_);
   }
 

@@ -70,8 +70,8 @@ struct Model {
   std::vector<ConstraintSet> sets;  // in the registry's order of kinds
   std::vector<SpringSet> springs;   // of Desbrun's method; `sets` then holds what is projected after them
   std::vector<PressureSet> pressures;
-  LongRangeSet long_range;  // of all bodies that name it
-  AirFaces air;             // empty unless the wind has a density
+  LongRangeSet long_range;                           // of all bodies that name it
+  AirFaces air;                                      // empty unless the wind has a density
   std::vector<std::vector<Tetrahedron>> tetrahedra;  // of each body that has any
   std::vector<DampedIsland> damped;
   std::vector<MovedPins> moved;

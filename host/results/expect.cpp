@@ -34,6 +34,7 @@ std::vector<std::string> unmet_expectations(const Expect& expect, const Measures
   judge.at_most("max_strain", expect.max_strain, measures.strain_max);
   judge.at_most("rms_strain", expect.rms_strain, measures.strain_rms);
   judge.at_most("max_penetration", expect.max_penetration, measures.penetration_max);
+  judge.at_most("max_crossings", expect.max_crossings, static_cast<double>(measures.crossings));
   judge.at_most("energy_not_above", expect.energy_not_above, measures.energy());
   judge.at_most("max_speed", expect.max_speed, measures.speed_max);
   if (expect.inverted_tetrahedra)

@@ -93,6 +93,13 @@ void list_springs(std::ostream& out, const Model& model, const SolverFacts& fact
       << " numbers\n  because: " << filter.why << "\n";
 }
 
+void list_self_collision(std::ostream& out, const Scene& scene, const SolverFacts& facts) {
+  if (!facts.self) return;
+  out << "self-collision: " << facts.self->particles << " particles, " << facts.self->edges << " edges and "
+      << facts.self->triangles << " triangles, " << scene.self_collision->thickness << " m apart, friction "
+      << scene.self_collision->friction << "\n";
+}
+
 /// Launches of the passes that filter forces.
 void list_filter_passes(const Model& model, const SolverFacts& facts,
                         const std::function<void(const char*, std::size_t)>& line) {
@@ -133,6 +140,9 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   line("long_range", facts.long_range > 0 ? projections : 0);
   line("attachments", projections * model.attached.size());
   line("contact", (projections + substeps) * obstacles);  // resolved, and restitution, which without any still stops
+  if (facts.self)
+    out << "  self-collision: " << counted(18 * substeps + 4 * projections, "launch", "launches")
+        << ", and 19 in a substep that looks for pairs anew\n";
   line("state", facts.fused ? 0 : substeps);
   line("tearing", tears(model.scene) ? 1 : 0);
   line("sleep", model.scene.sleep ? 1 : 0);  // asleep, a step is none of all these
@@ -142,7 +152,11 @@ void list_memory(std::ostream& out, const Model& model, const SolverFacts& facts
   out << "memory:\n";
   for (const auto& [owner, count] : memory_parts(model, facts))
     if (count > 0)
-      out << "  " << owner << ": " << bytes(count) << (owner == "collision" ? " and Embree's own\n" : "\n");
+      out << "  " << owner << ": " << bytes(count)
+          << (owner != "collision"        ? "\n"
+              : model.environment.empty() ? ", and what contacts take\n"
+              : facts.self                ? " and Embree's own, and what contacts take\n"
+                                          : " and Embree's own\n");
 }
 
 }  // namespace
@@ -178,6 +192,7 @@ std::string plan(const Simulation& simulation) {
   list_attachments(out, model);
   list_tears(out, scene);
   list_springs(out, model, facts);
+  list_self_collision(out, scene, facts);
   out << "passes of a step:\n";
   list_passes(out, model, facts);
   list_memory(out, model, facts);

@@ -109,7 +109,7 @@ Json precision_of_positions(const Model& model, const std::vector<Vec3>& x) {
   return json;
 }
 
-Json measured(const Measures& m) {
+Json measured(const Measures& m, bool self_collision) {
   Json json;
   if (m.has_strain) json["strain_rms"] = m.strain_rms, json["strain_max"] = m.strain_max;
   json["momentum_kg_m_per_s"] = m.momentum;
@@ -121,6 +121,7 @@ Json measured(const Measures& m) {
   json["speed_max_m_per_s"] = m.speed_max;
   json["contacts"] = m.contacts;
   json["penetration_max_m"] = m.penetration_max;
+  if (self_collision) json["self_contacts"] = m.self_contacts, json["crossings"] = m.crossings;
   json["degenerate_constraints_skipped"] = m.degenerate;
   if (!m.volume_ratios.empty()) json["volume_ratios"] = m.volume_ratios;
   if (m.has_tetrahedra) json["inverted_tetrahedra"] = m.inverted_tetrahedra;
@@ -202,6 +203,12 @@ std::string report_json(const std::string& status, const std::vector<std::string
   }
   if (tears(scene))
     json["tears"] = {{"splits", times.splits}, {"layouts", times.layouts}, {"layout_s", times.layout_seconds}};
+  if (const auto& self = facts.self)
+    json["self_collision"] = {{"particles", self->particles},
+                              {"edges", self->edges},
+                              {"triangles", self->triangles},
+                              {"substeps_with_a_search", self->searches},
+                              {"substeps_held_apart", self->held}};
   json["zero_area_faces_dropped"] = model.zero_area_faces;
   json["setup_s"] = by_name(setup_parts(model, facts));
   // Sums over some of them: everything before the solver, and the constraints' share of colour and layout.
@@ -218,7 +225,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
     const std::vector<Vec3> x = solver.positions();
     if (const std::string coarse = coarse_resolution(model, x); !coarse.empty()) json["notes"].push_back(coarse);
     json["resolution"] = precision_of_positions(model, x);
-    json["state"] = measured(solver.measure());
+    json["state"] = measured(solver.measure(), scene.self_collision.has_value());
     if (const auto sleep = solver.sleep()) {
       json["sleep"] = {{"particles", sleep->particles}};
       if (sleep->particles > 0) json["sleep"]["since_s"] = sleep->since;

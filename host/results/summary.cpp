@@ -51,6 +51,9 @@ std::string summary(const Simulation& simulation) {
     text += "asleep      " + (sleep->particles > 0 ? "since " + shown(sleep->since) + " s" : std::string("no")) + "\n";
   if (!model.environment.empty())
     text += "contacts    " + std::to_string(m.contacts) + ", penetration " + brief(m.penetration_max) + " m max\n";
+  if (model.scene.self_collision)
+    text += "crossings   " + std::to_string(m.crossings) + ", " + counted(m.self_contacts, "contact") +
+            " between bodies or layers\n";
   if (const std::string coarse = coarse_resolution(model, simulation.positions()); !coarse.empty())
     text += "resolution  " + coarse + "\n";
   if (model.zero_area_faces > 0) text += "left out    " + counted(model.zero_area_faces, "face") + " without area\n";

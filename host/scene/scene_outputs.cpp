@@ -66,6 +66,7 @@ Expect read_expect(const JsonReader& at) {
       {"max_strain", [&](const JsonReader& v) { expect.max_strain = v.number(at_least(0, "")); }},
       {"rms_strain", [&](const JsonReader& v) { expect.rms_strain = v.number(at_least(0, "")); }},
       {"max_penetration", [&](const JsonReader& v) { expect.max_penetration = v.number(at_least(0, "m")); }},
+      {"max_crossings", [&](const JsonReader& v) { expect.max_crossings = v.integer(0, most_steps); }},
       {"energy_not_above", [&](const JsonReader& v) { expect.energy_not_above = v.number(any("J")); }},
       {"max_speed", [&](const JsonReader& v) { expect.max_speed = v.number(at_least(0, "m/s")); }},
       {"inside", read_inside},

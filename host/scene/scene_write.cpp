@@ -172,6 +172,7 @@ Json write(const Expect& e) {
   add("max_strain", e.max_strain);
   add("rms_strain", e.rms_strain);
   add("max_penetration", e.max_penetration);
+  add("max_crossings", e.max_crossings);
   add("energy_not_above", e.energy_not_above);
   add("max_speed", e.max_speed);
   if (e.inside_min && e.inside_max) json["inside"] = {{"min", *e.inside_min}, {"max", *e.inside_max}};
@@ -191,6 +192,10 @@ std::string to_json(const Scene& scene) {
   for (const BodySpec& body : scene.bodies) json["bodies"].push_back(write(body));
   json["environment"] = Json::array();
   for (const EnvironmentSpec& object : scene.environment) json["environment"].push_back(write(object));
+  if (const auto& self = scene.self_collision) {
+    json["self_collision"] = {{"thickness", self->thickness}, {"friction", self->friction}};
+    if (!self->bodies.empty()) json["self_collision"]["bodies"] = self->bodies;
+  }
   json["duration"] = scene.duration;
   json["outputs"] = write(scene.outputs);
   json["expect"] = write(scene.expect);

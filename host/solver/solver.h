@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "host/collision/self_facts.h"
 #include "host/filter/filter_facts.h"
 #include "host/measures.h"
 #include "host/model/model.h"
@@ -30,14 +31,16 @@ enum class Pass {
   LongRange,
   Attachments,
   Contact,
+  SelfCollision,
   State,
   Visits,
   Tearing,
   Sleep
 };
-inline constexpr std::array<const char*, 17> kPassNames{
-    "pins",     "damping",    "air",         "forces",  "filter", "correction", "prediction", "collision", "projection",
-    "pressure", "long_range", "attachments", "contact", "state",  "visits",     "tearing",    "sleep"};
+inline constexpr std::array<const char*, 18> kPassNames{
+    "pins",       "damping",        "air",        "forces",   "filter",     "correction",
+    "prediction", "collision",      "projection", "pressure", "long_range", "attachments",
+    "contact",    "self_collision", "state",      "visits",   "tearing",    "sleep"};
 
 /// What a person may want to know of a constraint set.
 struct SetFacts {
@@ -64,6 +67,7 @@ struct SolverFacts {
   bool fused = false;                                    // prediction and state happen in the visits to the patches
   std::vector<SetFacts> sets;                            // in the order of projection
   std::optional<FilterFacts> filter;                     // Desbrun's
+  std::optional<SelfFacts> self;                         // of self-collision
   int free_bodies = 0;                                   // of Desbrun's, whose momentum is corrected
   bool corrects = false;                                 // their angular momentum too
   std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths

@@ -18,8 +18,9 @@ template <class R>
 struct State {
   std::int64_t steps = 0;
   std::vector<std::array<R, 3>> x, v;
-  std::vector<LastSeen> seen;        // empty without environment
-  std::vector<std::int64_t> rest{};  // of sleep, empty without
+  std::vector<LastSeen> seen{};           // empty without environment
+  std::vector<std::int64_t> rest{};       // of sleep, empty without
+  std::vector<std::array<R, 3>> apart{};  // positions without crossings; empty without self-collision
 };
 
 namespace detail {
@@ -45,32 +46,38 @@ std::string save_state(const State<R>& state) {
   detail::append(bytes, state.v);
   detail::append(bytes, state.seen);
   detail::append(bytes, state.rest);
+  detail::append(bytes, state.apart);
   return bytes;
 }
 
-/// Throws InputError unless the bytes hold `particles` particles, `seen` remembered contacts and `rest` numbers of
-/// sleep in precision R.
+/// How many entries a state has of each.
+struct StateSizes {
+  std::size_t particles = 0, seen = 0, rest = 0, apart = 0;
+};
+
+/// Throws InputError unless the bytes hold as much as `sizes` say, in precision R.
 template <class R>
-State<R> load_state(const std::string& bytes, std::size_t particles, std::size_t seen, std::size_t rest = 0) {
+State<R> load_state(const std::string& bytes, const StateSizes& sizes) {
   State<R> state;
-  const std::size_t expected =
-      sizeof state.steps + 6 * particles * sizeof(R) + seen * sizeof(LastSeen) + rest * sizeof(std::int64_t);
+  const std::size_t expected = sizeof state.steps + (6 * sizes.particles + 3 * sizes.apart) * sizeof(R) +
+                               sizes.seen * sizeof(LastSeen) + sizes.rest * sizeof(std::int64_t);
   if (bytes.size() != expected)
     refuse("checkpoint", "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
   std::memcpy(&state.steps, bytes.data(), sizeof state.steps);
   const char* from = bytes.data() + sizeof state.steps;
-  from = detail::take(from, particles, state.x);
-  from = detail::take(from, particles, state.v);
-  from = detail::take(from, seen, state.seen);
-  detail::take(from, rest, state.rest);
+  from = detail::take(from, sizes.particles, state.x);
+  from = detail::take(from, sizes.particles, state.v);
+  from = detail::take(from, sizes.seen, state.seen);
+  from = detail::take(from, sizes.rest, state.rest);
+  detail::take(from, sizes.apart, state.apart);
   return state;
 }
 
 /// The state of other particles: the i-th is as the from[i]-th was.
 template <class R>
 State<R> carried(const State<R>& before, const std::vector<int>& from) {
-  State<R> state{before.steps, {}, {}, {}, before.rest};
+  State<R> state{before.steps, {}, {}, {}, before.rest, {}};
   for (const int i : from) state.x.push_back(before.x[i]), state.v.push_back(before.v[i]);
   for (std::size_t mesh = 0; mesh < before.seen.size(); mesh += before.x.size())
     for (const int i : from) state.seen.push_back(before.seen[mesh + i]);

@@ -9,6 +9,7 @@
 #include "host/base/point_array.h"
 #include "host/base/stopwatch.h"
 #include "host/collision/collider.h"
+#include "host/collision/self_collider.h"
 #include "host/error.h"
 #include "host/solver/air.h"
 #include "host/solver/attachments.h"
@@ -49,10 +50,11 @@ class Stepper : public Solver {
     State<R> all = state();
     if (collider_) all.seen = collider_->memory();
     if (sleeper_) all.rest = sleeper_->memory();
+    if (self_) all.apart = self_->memory();
     return save_state(all);
   }
   void restore(const std::string& bytes) final {
-    const State<R> saved = load_state<R>(bytes, x_.size(), model_.environment.size() * x_.size(), sleeper_ ? 2 : 0);
+    const State<R> saved = load_state<R>(bytes, sizes(x_.size()));
     steps_ = saved.steps;
     x_.upload(saved.x), p_.upload(saved.x);  // pins are read from p, and may have been moved by hand
     v_.upload(saved.v);
@@ -60,11 +62,11 @@ class Stepper : public Solver {
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->remember(saved.seen);
     if (sleeper_) sleeper_->remember(saved.rest);
+    if (self_) self_->remember(saved.apart);
   }
   void adopt(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
              const std::array<double, kPassNames.size()>& seconds) final {
-    restore(save_state(
-        carried(load_state<R>(bytes, particles, model_.environment.size() * particles, sleeper_ ? 2 : 0), from)));
+    restore(save_state(carried(load_state<R>(bytes, sizes(particles)), from)));
     seconds_ = seconds;
   }
   bool overstretched() final {
@@ -101,6 +103,10 @@ class Stepper : public Solver {
       m.contacts = collider_->contacts();
       m.penetration_max = collider_->max_penetration(particles(), time());
     }
+    if (self_) {
+      m.self_contacts = self_->contacts();
+      m.crossings = count_crossings(self_->surface(), x_.download());
+    }
     return m;
   }
 
@@ -122,6 +128,7 @@ class Stepper : public Solver {
     if (tears(model.scene)) breakable_.emplace(executor, breakable(model));
     if (!model.attached.empty()) attachments_.emplace(executor, model);
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
+    if (model.scene.self_collision) facts_.collision_seconds += seconds([&] { self_.emplace(executor, model); });
     note_facts();
   }
 
@@ -168,6 +175,7 @@ class Stepper : public Solver {
     predict(h);
     if (predicts_the_state()) return;
     if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h); });
+    if (self_) timed(Pass::SelfCollision, [&] { self_->find(all); });
     for (auto& pressure : pressures_) pressure.start_substep();
     if (!model_.sets.empty() || !nothing_between())
       for (int iteration = 0; iteration < scene.solver.iterations; ++iteration) {
@@ -175,6 +183,10 @@ class Stepper : public Solver {
         if (enough()) break;
       }
     if (collider_) timed(Pass::Collision, [&] { collider_->hold_back(all, start, start + h); });
+    if (self_) {
+      timed(Pass::SelfCollision, [&] { self_->hold_apart(all); });
+      note_collision();
+    }
     timed(Pass::State, [&] {
       const int lost = parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)}).index;
       if (lost != FirstIndex{}.index) refuse_lost(model_.user_of[lost]);
@@ -193,9 +205,9 @@ class Stepper : public Solver {
   /// Whether the scene asks for anything between prediction and state but batched constraints.
   static bool nothing_between(const Model& model) {
     return model.environment.empty() && model.pressures.empty() && model.attached.empty() &&
-           model.long_range.items() == 0;
+           model.long_range.items() == 0 && !model.scene.self_collision;
   }
-  bool nothing_between() const { return nothing_between(model_); }
+  bool nothing_between() const { return !long_range_ && nothing_between(model_); }  // the model may have let them go
 
   /// `lost`: a particle that is no longer finite, by the user's number.
   [[noreturn]] void refuse_lost(int lost) const {
@@ -224,7 +236,11 @@ class Stepper : public Solver {
     w_ = Array<Executor, R>(w);
   }
   State<R> state() const {
-    return {steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>(), {}};
+    return {steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>(), {}, {}};
+  }
+
+  StateSizes sizes(std::size_t particles) const {
+    return {particles, model_.environment.size() * particles, sleeper_ ? std::size_t(2) : 0, self_ ? particles : 0};
   }
 
   /// Contacts last: what leaves the iteration is outside the environment.
@@ -241,6 +257,7 @@ class Stepper : public Solver {
       });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
     if (attachments_) timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, fresh); });
+    if (self_) timed(Pass::SelfCollision, [&] { self_->resolve(all); });
     if (collider_) timed(Pass::Contact, [&] { collider_->resolve(all); });
   }
 
@@ -259,7 +276,6 @@ class Stepper : public Solver {
     if (moved_) facts_.particle_bytes += moved_->bytes();
     if (breakable_) facts_.constraint_bytes += breakable_->bytes();
     if (attachments_) facts_.constraint_bytes += attachments_->bytes();
-    if (collider_) facts_.collision_bytes = collider_->bytes();
     if (long_range_) {
       facts_.long_range_bytes = long_range_->bytes();
       facts_.long_range = model_.long_range.items();
@@ -267,7 +283,13 @@ class Stepper : public Solver {
       projections += facts_.attachments;
     }
     if (air_) facts_.air_bytes = air_->bytes(), facts_.air_particles = static_cast<int>(model_.air.particle.size());
+    note_collision();
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
+  }
+
+  void note_collision() {
+    facts_.collision_bytes = (collider_ ? collider_->bytes() : 0) + (self_ ? self_->bytes() : 0);
+    if (self_) facts_.self = self_->facts();
   }
 
   Array<Executor, R> w_;
@@ -279,6 +301,7 @@ class Stepper : public Solver {
   std::optional<Collider<Executor, R>> collider_;
   std::optional<Air<Executor, R>> air_;
   std::optional<Sleeper<Executor, R>> sleeper_;
+  std::optional<SelfCollider<Executor, R>> self_;
   std::array<double, kPassNames.size()> seconds_{};
 };
 

@@ -33,9 +33,13 @@ void Files::write(const std::string& rows, const std::string& machine, const std
   if (!json_.empty()) write_whole(json_, rows);
 }
 
-void Files::list(const std::string& no_chart) const {
+void Files::list() const {
   std::cout << "\nrows        " << (json_.empty() ? rows_ : json_).string() << "\ntable       " << table_.string()
             << "\nmachine     " << machine_.string() << "\n";
+}
+
+void Files::list(const std::string& no_chart) const {
+  list();
   if (no_chart.empty())
     std::cout << "chart       " << (folder_ / name_).string() << ".png, " << name_ << ".svg\n";
   else

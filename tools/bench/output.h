@@ -25,7 +25,9 @@ class Files {
   /// Whether they can be written is known now, not after minutes. Throws std::runtime_error.
   void prepare() const;
   void write(const std::string& rows, const std::string& machine, const std::string& table) const;
-  /// Says where everything is; `no_chart`: why there is none, or nothing.
+  /// Says where everything is.
+  void list() const;
+  /// And the chart. `no_chart`: why there is none, or nothing.
   void list(const std::string& no_chart) const;
 
  private:

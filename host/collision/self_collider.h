@@ -1,0 +1,219 @@
+// Deformable bodies against themselves and each other, substep by substep: candidates from a grid, contacts, their
+// projection, and the guarantee that nothing crosses. Made only for scenes that name self_collision.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "host/base/point_array.h"
+#include "host/collision/self_facts.h"
+#include "host/collision/sorter.h"
+#include "host/model/self_surface.h"
+#include "kernels/hold_apart.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class SelfCollider {
+ public:
+  SelfCollider(const Executor& executor, const Model& model)
+      : executor_(executor),
+        surface_(self_surface(model)),
+        count_(model.count()),
+        friction_(R(model.scene.self_collision->friction)) {
+    const double thickness = model.scene.self_collision->thickness;
+    facts_.particles = surface_.particles, facts_.edges = surface_.edges, facts_.triangles = surface_.triangles;
+    rules_ = {R(thickness), R(kRecovery)};
+    margin_ = R(thickness * kMargin), slack_ = R(thickness * kSlack);
+    simplices_ = Array<Executor, Simplex>(surface_.simplices);
+    takes_part_ = Array<Executor, unsigned char>(surface_.takes_part);
+    body_ = Array<Executor, int>(surface_.body);
+    rest_ = PointArray<Executor, R>(model.x);
+    x0_ = PointArray<Executor, R>(model.x);
+    for (PointArray<Executor, R>* points : {&d_, &x_then_, &d_then_}) *points = PointArray<Executor, R>(model.x.size());
+    split_ = Array<Executor, R>(model.x.size(), R(0));
+    held_ = Array<Executor, unsigned char>(model.x.size(), 0);
+    boxes_ = Array<Executor, Box<R>>(surface_.simplices.size(), Box<R>{});
+    reach_boxes_ = Array<Executor, Box<R>>(model.x.size(), Box<R>{});
+    place_ = Array<Executor, int>(surface_.simplices.size(), 0);
+  }
+
+  /// Lays the contacts for x0 -> p, x0 the last positions in which nothing crossed.
+  void find(const Particles<R>& particles) {
+    if (!reach(particles)) search();
+    lay_contacts();
+  }
+
+  /// One projection of all contacts.
+  void resolve(const Particles<R>& particles) {
+    if (contacts_found_ == 0) return;
+    const SinceStart<R> moved{particles.p, x0_.points()};
+    unsigned char* const active = active_.data();
+    const int* const begin = ends_.begin();
+    parallel_for(executor_, contacts_found_, MarkActive<R>{moved, contacts_.data(), active}, kGrain);
+    parallel_for(executor_, count_, SplitMasses<R>{particles.w, ends_.sorted(), begin, active, split_.data()}, kGrain);
+    parallel_for(executor_, contacts_found_,
+                 PushContacts<R>{moved, split_.data(), contacts_.data(), active, friction_, pushes_.data()}, kGrain);
+    parallel_for(
+        executor_, count_,
+        GatherPushes<R>{particles.p, particles.w, contacts_.data(), ends_.sorted(), begin, active, pushes_.data()},
+        kGrain);
+  }
+
+  /// The end of a substep: nothing crosses, and where it is now is where the next begins.
+  void hold_apart(const Particles<R>& particles) {
+    parallel_for(executor_, count_, KeepInReach<R>{reaches(), common_, particles.p, particles.w, takes_part_.data()},
+                 kGrain);
+    const PairPlanes<R> planes{{particles.p, x0_.points()}, kLeastGap * rules_.thickness};
+    const FindCrossing<R> find{planes, contacts_.data(), held_.data(), particles.w, active_.data()};
+    const auto crossing = [&] { return parallel_reduce<Sum>(executor_, contacts_found_, find, kGrain).value; };
+    double left = crossing();
+    for (int more = 0; left > 0 && more < kMoreProjections; ++more) resolve(particles), left = crossing();
+    if (left > 0) {
+      ++facts_.held;
+      for (; left > 0; left = crossing())
+        parallel_for(executor_, count_,
+                     HoldParticles<R>{planes, contacts_.data(), ends_.sorted(), ends_.begin(), active_.data(),
+                                      particles.w, held_.data()},
+                     kGrain);
+      Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));
+    }
+    parallel_for(executor_, count_, CopyPoints<R>{particles.p, x0_.points()});
+  }
+
+  /// Contacts that pushed in the last substep.
+  int contacts() const {
+    return static_cast<int>(parallel_reduce<Sum>(executor_, contacts_found_, CountPushing<R>{contacts_.data()}).value);
+  }
+
+  const SelfSurface& surface() const { return surface_; }
+  const SelfFacts& facts() const { return facts_; }
+  std::size_t bytes() const {
+    return simplices_.bytes() + takes_part_.bytes() + body_.bytes() + rest_.bytes() + x0_.bytes() + 3 * d_.bytes() +
+           split_.bytes() + held_.bytes() + boxes_.bytes() + reach_boxes_.bytes() + place_.bytes() + sums_.bytes() +
+           cells_.bytes() + candidates_.bytes() + is_contact_.bytes() + contacts_.bytes() + active_.bytes() +
+           pushes_.bytes() + ends_.bytes();
+  }
+
+  /// What a later substep depends on, for checkpoints: positions in which nothing crosses.
+  std::vector<std::array<R, 3>> memory() const { return x0_.template download<std::array<R, 3>>(); }
+  void remember(const std::vector<std::array<R, 3>>& x0) { x0_.upload(x0), searched_ = false; }
+
+ private:
+  static constexpr int kGrain = 2048;
+  static constexpr int kMoreProjections = 8;
+  static constexpr double kMargin = 0.5;    // of the thickness: constraints may pull as far past the prediction
+  static constexpr double kSlack = 0.5;     // of the thickness: candidates are found that much further
+  static constexpr double kAhead = 8;       // and along the motion of so many substeps
+  static constexpr double kRecovery = 0.1;  // a substep
+  static constexpr R kLeastGap = R(0.02);   // of the thickness
+  static constexpr double kMostCells = 64;  // a simplex, on average
+
+  static Vector3<R> to_R(const Vec3& a) { return {R(a[0]), R(a[1]), R(a[2])}; }
+  Reaches<R> reaches() const { return {x0_.points(), d_.points(), origin_, margin_, reach_boxes_.data()}; }
+
+  /// How far the particles may go. Returns whether the candidates that are known still hold all pairs that may meet.
+  bool reach(const Particles<R>& particles) {
+    const SinceStart<R> moved{particles.p, x0_.points()};
+    const MeanMotion mean = parallel_reduce<MeanMotion>(executor_, count_, SumMotion<R>{moved, takes_part_.data()});
+    const double per = mean.count > 0 ? 1 / mean.count : 0;
+    for (int k = 0; k < 3; ++k) since_[k] += last_common_[k], last_common_[k] = mean.sum[k] * per;
+    common_ = to_R(last_common_);
+    const OwnMotion<R> own{moved,        common_,         d_.points(), x_then_.points(), d_then_.points(),
+                           to_R(since_), R(0.99) * slack_};
+    const double left = parallel_reduce<Sum>(executor_, count_, own).value;
+    const Points<R> x0 = x0_.points();
+    Memory<Executor>::copy_out(x0.x, 1, &origin_.x);
+    Memory<Executor>::copy_out(x0.y, 1, &origin_.y);
+    Memory<Executor>::copy_out(x0.z, 1, &origin_.z);
+    return searched_ && left == 0;
+  }
+
+  /// Finds candidates that last for some substeps of the present motion.
+  void search() {
+    parallel_for(executor_, count_,
+                 StartSearch<R>{x0_.points(), d_.points(), x_then_.points(), d_then_.points(), R(kAhead)});
+    since_ = {};
+    parallel_for(executor_, count_,
+                 BoxParticles<R>{{x_then_.points(), d_then_.points(), origin_, margin_ + slack_, reach_boxes_.data()}});
+    enter_grid();
+    find_candidates();
+    searched_ = true, ++facts_.searches;
+  }
+
+  /// Cells about as wide as the mean box, or, where that would make too many, wider.
+  void enter_grid() {
+    const int n = static_cast<int>(simplices_.size());
+    const Extent sides = parallel_reduce<Extent>(
+        executor_, n, BoxSimplices<R>{reach_boxes_.data(), simplices_.data(), boxes_.data()}, kGrain);
+    double cell = std::max(kCellSize * sides.sum / n, 1e-30), entries = 0;
+    for (;; cell *= 2) {
+      grid_ = {R(1 / cell), 0};
+      entries = parallel_reduce<Extent>(executor_, n, CountCells<R>{grid_, boxes_.data(), place_.data()}, kGrain).sum;
+      if (entries <= kMostCells * n) break;
+    }
+    grid_.bits = 1;
+    while (grid_.bits < 2 * kDigitBits && (1 << grid_.bits) < entries) ++grid_.bits;
+    const int total = running_sum(executor_, place_.data(), n, sums_);
+    parallel_for(executor_, n, EnterCells<R>{grid_, boxes_.data(), place_.data(), cells_.items(total)}, kGrain);
+    cells_.sort(executor_, total, grid_.bits, 1 << grid_.bits);
+  }
+
+  void find_candidates() {
+    const int n = static_cast<int>(simplices_.size());
+    const auto launch = [&]<bool kLays>() {
+      parallel_for(executor_, n,
+                   FindCandidates<R, kLays>{grid_, reach_boxes_.data(), simplices_.data(), boxes_.data(),
+                                            cells_.sorted(), cells_.begin(), place_.data(), candidates_.data()},
+                   kGrain / 8);
+    };
+    launch.template operator()<false>();
+    candidates_found_ = running_sum(executor_, place_.data(), n, sums_);
+    candidates_.at_least(candidates_found_);
+    launch.template operator()<true>();
+  }
+
+  void lay_contacts() {
+    const int n = candidates_found_;
+    const LookAtCandidate<R> look{candidates_.data(), reaches(), rest_.points(), body_.data(), rules_};
+    parallel_for(executor_, count_, BoxParticles<R>{reaches()});
+    int* const place = is_contact_.at_least(n);
+    parallel_for(executor_, n, CountContacts<R>{look, place}, kGrain);
+    const int total = running_sum(executor_, place, n, sums_);
+    contacts_found_ = total;
+    contacts_.at_least(total), active_.at_least(total), pushes_.at_least(total);
+    parallel_for(executor_, n, LayContacts<R>{look, place, n, total, contacts_.data(), ends_.items(4 * total)}, kGrain);
+    int bits = 1;
+    while ((1 << bits) < count_) ++bits;
+    ends_.sort(executor_, 4 * total, bits, count_);
+  }
+
+  static constexpr double kCellSize = 2;
+
+  Executor executor_;
+  SelfSurface surface_;
+  int count_;
+  R friction_, margin_ = 0, slack_ = 0;
+  Vec3 since_{}, last_common_{};
+  bool searched_ = false;
+  ContactRules<R> rules_{};
+  Vector3<R> common_{}, origin_{};
+  Grid<R> grid_{};
+  int candidates_found_ = 0, contacts_found_ = 0;
+  SelfFacts facts_;
+  Array<Executor, Simplex> simplices_;
+  Array<Executor, unsigned char> takes_part_, held_;
+  Array<Executor, int> body_, place_;
+  Array<Executor, R> split_;
+  PointArray<Executor, R> rest_, x0_, d_, x_then_, d_then_;
+  Array<Executor, Box<R>> boxes_, reach_boxes_;
+  Growing<Executor, int> sums_, is_contact_;
+  Growing<Executor, Candidate> candidates_;
+  Growing<Executor, SelfContact<R>> contacts_;
+  Growing<Executor, unsigned char> active_;
+  Growing<Executor, Vec4<R>> pushes_;
+  Sorter<Executor> cells_, ends_;
+};
+
+}  // namespace malha

@@ -1,0 +1,14 @@
+// What is known of the self-collision of a run.
+#pragma once
+#include <cstdint>
+
+namespace malha {
+
+/// What a person may want to know.
+struct SelfFacts {
+  int particles = 0, edges = 0, triangles = 0;
+  std::int64_t searches = 0;  // substeps that looked for pairs anew
+  std::int64_t held = 0;      // substeps in which something would have crossed
+};
+
+}  // namespace malha

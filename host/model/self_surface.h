@@ -1,0 +1,35 @@
+// The surfaces of the bodies that collide with themselves and with each other, and what of them crosses: counted by
+// itself, in double, with nothing of the solver's.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "host/model/model.h"
+#include "kernels/hash_grid.h"
+
+namespace malha {
+
+struct SelfSurface {
+  std::vector<Simplex> simplices;         // solver's numbers; in the order of their lowest particles
+  std::vector<unsigned char> takes_part;  // a particle
+  std::vector<int> body;                  // of each particle
+  int particles = 0, edges = 0, triangles = 0;
+};
+
+/// Quads as triangles(mesh) splits them. The scene has self_collision.
+SelfSurface self_surface(const Model& model);
+
+/// An edge that goes through a triangle, solver's numbers.
+struct CrossingPair {
+  Edge edge;
+  Triangle triangle;
+};
+
+/// Edges that properly cross triangles of which they have no particle, at x (solver's order); `first`: one of them, if
+/// any.
+std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, CrossingPair* first = nullptr);
+
+/// Refuses a model whose bodies cross at the start: then neither side of a surface is inside.
+void refuse_crossings(const Model& model);
+
+}  // namespace malha

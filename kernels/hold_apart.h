@@ -1,0 +1,123 @@
+// The last word of a substep about the deformable bodies: nothing crosses. At x0 nothing crosses. Every pair that could
+// meet was found, because no particle leaves its reach; and a pair stays apart if a plane of normal n is between its
+// sides at the end as at the start, because between them every particle moves along a line: in between a plane
+// between the planes does. Where a pair is about to break this, its particles are held back: each to its own half of
+// the gap. Those of other pairs that this leads to are held back next, until all pairs are apart.
+// In the spirit of Chen et al., "Offset Geometric Contact" (2025), but with planes, not balls, so that layers slide
+// freely, and only where something would cross, so that what moves as a whole is not slowed down.
+#pragma once
+#include "kernels/self_contact.h"
+
+namespace malha {
+
+/// Puts a particle that left its reach back into it.
+template <class R>
+struct KeepInReach {
+  Reaches<R> reaches;
+  Vector3<R> common;
+  Points<R> p;
+  const R* w;
+  const unsigned char* takes_part;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> to = p[i];
+    if (!takes_part[i] || !(w[i] > R(0)) || !((to.x + to.y + to.z) * R(0) == R(0))) return;
+    const Vector3<R> d = reaches.d[i], moved = to - reaches.x[i] - common,
+                     kept{kept_in(moved.x, d.x), kept_in(moved.y, d.y), kept_in(moved.z, d.z)};
+    if (kept.x != moved.x || kept.y != moved.y || kept.z != moved.z) p.set(i, reaches.x[i] + common + kept);
+  }
+
+ private:
+  KERNEL R kept_in(R moved, R d) const {
+    const R margin = R(0.99) * reaches.margin;  // rounding stays inside the boxes that pairs were found with
+    const R low = smaller(d, R(0)) - margin, high = larger(d, R(0)) + margin;
+    return moved < low ? low : moved > high ? high : moved;
+  }
+};
+
+template <class R>
+struct CopyPoints {
+  Points<R> from, to;
+  KERNEL void operator()(int i) const { to.set(i, from[i]); }
+};
+
+template <class R>
+struct PairPlanes {
+  SinceStart<R> moved;
+  R least;  // m: no gap closes further
+
+  /// Of particle j at x0, along n.
+  KERNEL R at_start(const SelfContact<R>& c, int j) const { return dot(c.n, moved.x0[c.i[j]] - moved.x0[c.i[0]]); }
+  /// Which the gap must keep.
+  KERNEL R kept(const SelfContact<R>& c) const { return smaller(c.gap, larger(R(0.1) * c.gap, least)); }
+  KERNEL bool apart(const SelfContact<R>& c) const {
+    R low = R(INFINITY), high = -R(INFINITY);
+    for (int j = 0; j < 4; ++j) {
+      const R at = at_start(c, j) + dot(c.n, moved(c.i[j]));
+      if (j < c.first)
+        low = smaller(low, at);
+      else
+        high = larger(high, at);
+    }
+    return !(low - high < kept(c));
+  }
+};
+
+/// Marks the pairs that are about to cross; counts those that holding back can still help.
+template <class R>
+struct FindCrossing {
+  PairPlanes<R> planes;
+  const SelfContact<R>* contacts;
+  const unsigned char* held;
+  const R* w;
+  unsigned char* crossing;
+  KERNEL Sum operator()(int k) const {
+    const SelfContact<R>& c = contacts[k];
+    crossing[k] = 0;
+    if (planes.apart(c)) return {};
+    crossing[k] = 1;
+    for (int j = 0; j < 4; ++j)
+      if (!held[c.i[j]] && w[c.i[j]] > R(0)) return {1.0};
+    return {};
+  }
+};
+
+/// Of a crossing pair every particle goes only as far as none of its contacts can be broken by it.
+template <class R>
+struct HoldParticles {
+  PairPlanes<R> planes;
+  const SelfContact<R>* contacts;
+  const Keyed* ends;
+  const int* begin;
+  const unsigned char* crossing;
+  const R* w;
+  unsigned char* held;
+  KERNEL void operator()(int i) const {
+    if (held[i] || !(w[i] > R(0))) return;
+    bool crosses = false;
+    for (int e = begin[i]; e < begin[i + 1] && !crosses; ++e) crosses = crossing[ends[e].value / 4];
+    if (!crosses) return;
+    const Vector3<R> d = planes.moved(i);
+    R part = R(1);
+    for (int e = begin[i]; e < begin[i + 1]; ++e) {
+      const SelfContact<R>& c = contacts[ends[e].value / 4];
+      const int own = ends[e].value % 4;
+      R low = R(INFINITY), high = -R(INFINITY);
+      for (int j = 0; j < 4; ++j) {
+        const R at = planes.at_start(c, j);
+        if (j < c.first)
+          low = smaller(low, at);
+        else
+          high = larger(high, at);
+      }
+      // Half of what the gap may lose is each side's, and what lies behind its plane may come up to it.
+      const R at = planes.at_start(c, own), half = R(0.499) * (c.gap - planes.kept(c));
+      const R room = own < c.first ? at - low + half : high - at + half;
+      const R nearing = own < c.first ? -dot(c.n, d) : dot(c.n, d);
+      if (nearing > room) part = smaller(part, room > R(0) ? room / nearing : R(0));
+    }
+    planes.moved.p.set(i, planes.moved.x0[i] + d * part);
+    held[i] = 1;
+  }
+};
+
+}  // namespace malha

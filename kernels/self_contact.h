@@ -1,0 +1,304 @@
+// Contact of deformable bodies with themselves and with each other: a particle and a triangle, or two edges, that come
+// near. Every contact is an inequality over four particles, C(p) = distance along n - wanted >= 0, with n and weights
+// from where they were (x0, where nothing crosses). They are projected all at once: a particle that k contacts push is
+// treated as k particles of mass m / k (mass splitting: Tonge, Benevolenski, Voroshilov 2012), which conserves
+// momentum, never overshoots, and gives the same bits whatever the order.
+#pragma once
+#include "kernels/closest.h"
+#include "kernels/hash_grid.h"
+#include "kernels/sum.h"
+
+namespace malha {
+
+template <class R>
+struct SelfContact {
+  int i[4];        // one side, then the other
+  R weight[4];     // positive on the one side, negative on the other: at the closest points, their sum is 0
+  Vector3<R> n;    // from the other side to the one
+  R short_of;      // wanted distance less that at x0, m
+  R gap;           // between planes of normal n that hold the sides apart at x0, m
+  R lambda, slip;  // accumulated push and friction, kg m
+  int first;       // particles of the one side: 1 or 2
+};
+
+/// Motion of the particles since x0.
+template <class R>
+struct SinceStart {
+  Points<R> p, x0;
+  KERNEL Vector3<R> operator()(int i) const { return p[i] - x0[i]; }
+};
+
+struct MeanMotion {
+  double sum[3] = {}, count = 0;
+  KERNEL MeanMotion& operator+=(const MeanMotion& o) {
+    for (int k = 0; k < 3; ++k) sum[k] += o.sum[k];
+    count += o.count;
+    return *this;
+  }
+};
+
+/// Sum and number of the motions that are finite.
+template <class R>
+struct SumMotion {
+  SinceStart<R> moved;
+  const unsigned char* takes_part;
+  KERNEL MeanMotion operator()(int i) const {
+    const Vector3<R> d = moved(i);
+    if (!takes_part[i] || !((d.x + d.y + d.z) * R(0) == R(0))) return {};
+    return {{double(d.x), double(d.y), double(d.z)}, 1.0};
+  }
+};
+
+/// d = motion beside the common one; none where it is not finite (such a particle ends the run). Counts the particles
+/// whose reach may leave the box that the candidates were found with.
+template <class R>
+struct OwnMotion {
+  SinceStart<R> moved;
+  Vector3<R> common;
+  Points<R> d;
+  Points<R> x_then, d_then;  // of the search
+  Vector3<R> since;          // common motion since then, up to x0
+  R slack;                   // by which those boxes were wider, m
+  KERNEL Sum operator()(int i) const {
+    Vector3<R> own = moved(i) - common;
+    own = or_zero((own.x + own.y + own.z) * R(0) == R(0), own);
+    d.set(i, own);
+    const Vector3<R> from = moved.x0[i] - x_then[i] - since, then = d_then[i];
+    return {fits(from.x, own.x, then.x) && fits(from.y, own.y, then.y) && fits(from.z, own.z, then.z) ? 0.0 : 1.0};
+  }
+
+ private:
+  KERNEL bool fits(R from, R own, R then) const {
+    const R low = from + smaller(own, R(0)), high = from + larger(own, R(0));
+    return low >= smaller(then, R(0)) - slack && high <= larger(then, R(0)) + slack;
+  }
+};
+
+/// What a search for candidates that shall serve some substeps starts from.
+template <class R>
+struct StartSearch {
+  Points<R> x0, d, x_then, d_then;
+  R ahead;  // substeps
+  KERNEL void operator()(int i) const {
+    x_then.set(i, x0[i]);
+    d_then.set(i, d[i] * ahead);
+  }
+};
+
+/// What decides how contacts are made.
+template <class R>
+struct ContactRules {
+  R thickness;  // m
+  R recovery;   // of a distance below the wanted one, this share is made up for in a substep
+};
+
+/// Looks at a candidate: whether it is a contact, and which.
+template <class R>
+struct LookAtCandidate {
+  const Candidate* candidates;
+  Reaches<R> reaches;
+  Points<R> rest;   // positions at the start of the scene
+  const int* body;  // of each particle
+  ContactRules<R> rules;
+
+  /// Weights at the closest points of the four x.
+  KERNEL static void weigh(int first, const Vector3<R>* x, R* weight) {
+    if (first == 1) {
+      const Vector3<R> w = closest_on_triangle(x[2] - x[1], x[3] - x[1], x[0] - x[1]);
+      weight[0] = R(1), weight[1] = -w.x, weight[2] = -w.y, weight[3] = -w.z;
+    } else {
+      const SegmentPoints<R> at = closest_on_segments(x[1] - x[0], x[3] - x[2], x[2] - x[0]);
+      weight[0] = R(1) - at.s, weight[1] = at.s, weight[2] = at.t - R(1), weight[3] = -at.t;
+    }
+  }
+
+  /// From the other side's closest point to the one's. Weighted differences: nothing cancels far from the origin.
+  KERNEL static Vector3<R> between(const Vector3<R>* x, const R* weight) {
+    return (x[1] - x[0]) * weight[1] + (x[2] - x[0]) * weight[2] + (x[3] - x[0]) * weight[3];
+  }
+
+  KERNEL bool operator()(const Candidate& c, SelfContact<R>& contact) const {
+    contact.first = c.are_edges() ? 2 : 1;
+    for (int j = 0; j < 4; ++j) contact.i[j] = c.particle(j);
+    if (!may_meet(contact)) return false;
+    Vector3<R> x[4];
+    for (int j = 0; j < 4; ++j) x[j] = reaches.x[contact.i[j]];
+    weigh(contact.first, x, contact.weight);
+    const Vector3<R> apart = between(x, contact.weight);
+    const R distance = root(dot(apart, apart));
+    if (!(distance > R(0))) return false;  // they touch: neither side is known
+    contact.n = apart * (R(1) / distance);
+
+    // None leaves its reach, so that the sides come no nearer than this.
+    R nearing = R(0), receding = R(0);
+    const Vector3<R> n = contact.n;
+    for (int j = 0; j < 4; ++j) {
+      const Vector3<R> d = reaches.d[contact.i[j]];
+      if (j < contact.first)
+        nearing = larger(nearing, positive(-n.x * d.x) + positive(-n.y * d.y) + positive(-n.z * d.z));
+      else
+        receding = larger(receding, positive(n.x * d.x) + positive(n.y * d.y) + positive(n.z * d.z));
+    }
+    const R aside = reaches.margin *
+                    (positive(n.x) + positive(-n.x) + positive(n.y) + positive(-n.y) + positive(n.z) + positive(-n.z));
+    if (distance - nearing - receding > larger(rules.thickness, R(2) * aside)) return false;
+
+    R low = R(INFINITY), high = -R(INFINITY);
+    for (int j = 0; j < 4; ++j) {
+      const R at = dot(contact.n, x[j] - x[0]);
+      if (j < contact.first)
+        low = smaller(low, at);
+      else
+        high = larger(high, at);
+    }
+    contact.gap = low - high;
+    const R wanted = smaller(rules.thickness, most_wanted(contact));
+    contact.short_of = distance < wanted ? rules.recovery * (wanted - distance) : wanted - distance;
+    contact.lambda = contact.slip = R(0);
+    return true;
+  }
+
+ private:
+  KERNEL bool may_meet(const SelfContact<R>& c) const {
+    const Box<R>* const of = reaches.boxes;
+    const Box<R> second = of[c.i[1]], others = around(of[c.i[2]], of[c.i[3]]);
+    return c.first == 1 ? overlap(of[c.i[0]], around(others, second)) : overlap(around(of[c.i[0]], second), others);
+  }
+
+  KERNEL static R positive(R a) { return larger(a, R(0)); }
+
+  /// What lies near in the scene's rest state (the next but one in a fine mesh) is wanted no further than half as far
+  /// apart as there.
+  KERNEL R most_wanted(const SelfContact<R>& contact) const {
+    if (body[contact.i[0]] != body[contact.i[3]]) return R(INFINITY);
+    Vector3<R> x[4];
+    R weight[4];
+    for (int j = 0; j < 4; ++j) x[j] = rest[contact.i[j]];
+    weigh(contact.first, x, weight);
+    const Vector3<R> apart = between(x, weight);
+    return R(0.5) * root(dot(apart, apart));
+  }
+};
+
+/// 1 where the candidate is a contact.
+template <class R>
+struct CountContacts {
+  LookAtCandidate<R> look;
+  int* is_contact;
+  KERNEL void operator()(int c) const {
+    SelfContact<R> contact;
+    is_contact[c] = look(look.candidates[c], contact) ? 1 : 0;
+  }
+};
+
+/// Lays the contacts down, and their particles for sorting.
+template <class R>
+struct LayContacts {
+  LookAtCandidate<R> look;
+  const int* place;  // of each candidate, and one more
+  int count, total;
+  SelfContact<R>* contacts;
+  Keyed* ends;  // 4 a contact: particle, and 4 contact + slot
+  KERNEL void operator()(int c) const {
+    const int at = place[c], next = c + 1 < count ? place[c + 1] : total;
+    if (next == at) return;
+    SelfContact<R> contact;
+    look(look.candidates[c], contact);
+    contacts[at] = contact;
+    for (int j = 0; j < 4; ++j) ends[4 * at + j] = {unsigned(contact.i[j]), 4 * at + j};
+  }
+};
+
+/// Motion of the one side at the closest points relative to the other's.
+template <class R>
+KERNEL Vector3<R> relative_motion(const SelfContact<R>& c, const SinceStart<R>& moved) {
+  Vector3<R> sum{R(0), R(0), R(0)};
+  for (int j = 0; j < 4; ++j) sum = sum + moved(c.i[j]) * c.weight[j];
+  return sum;
+}
+
+/// Whether it pushes or has pushed.
+template <class R>
+struct MarkActive {
+  SinceStart<R> moved;
+  const SelfContact<R>* contacts;
+  unsigned char* active;
+  KERNEL void operator()(int k) const {
+    const SelfContact<R>& c = contacts[k];
+    active[k] = c.lambda > R(0) || dot(c.n, relative_motion(c, moved)) < c.short_of;
+  }
+};
+
+/// The inverse mass of each of the parts into which its active contacts split a particle.
+template <class R>
+struct SplitMasses {
+  const R* w;
+  const Keyed* ends;
+  const int* begin;
+  const unsigned char* active;
+  R* split;
+  KERNEL void operator()(int i) const {
+    int count = 0;
+    for (int e = begin[i]; e < begin[i + 1]; ++e) count += active[ends[e].value / 4];
+    split[i] = w[i] * R(count);
+  }
+};
+
+/// The impulse of each active contact (times dt): a push, and friction on positions as in kernels/contact.h.
+template <class R>
+struct PushContacts {
+  SinceStart<R> moved;
+  const R* split;
+  SelfContact<R>* contacts;
+  const unsigned char* active;
+  R friction;
+  Vec4<R>* push;  // on the one side, kg m
+  KERNEL void operator()(int k) const {
+    if (!active[k]) return;
+    SelfContact<R>& c = contacts[k];
+    R W = R(0);
+    for (int j = 0; j < 4; ++j) W += c.weight[j] * c.weight[j] * split[c.i[j]];
+    if (!(W > tiny<R>())) return push[k].set({R(0), R(0), R(0)});
+    const Vector3<R> motion = relative_motion(c, moved);
+    const R along = dot(c.n, motion);
+    const R dlambda = larger((c.short_of - along) / W, -c.lambda);
+    c.lambda += dlambda;
+    const Vector3<R> slide = motion - c.n * along;
+    const R length = root(dot(slide, slide));
+    const R budget = larger(friction * c.lambda - c.slip, R(0));
+    const R taken = smaller(length / W, budget);
+    c.slip += taken;
+    Vector3<R> impulse = c.n * dlambda;
+    if (taken > R(0)) impulse = impulse - slide * (taken / length);
+    push[k].set(impulse);
+  }
+};
+
+/// Every particle takes its share of its contacts' impulses, in their order.
+template <class R>
+struct GatherPushes {
+  Points<R> p;
+  const R* w;
+  const SelfContact<R>* contacts;
+  const Keyed* ends;
+  const int* begin;
+  const unsigned char* active;
+  const Vec4<R>* push;
+  KERNEL void operator()(int i) const {
+    Vector3<R> sum{R(0), R(0), R(0)};
+    for (int e = begin[i]; e < begin[i + 1]; ++e) {
+      const int k = ends[e].value / 4;
+      if (active[k]) sum = sum + push[k].xyz() * contacts[k].weight[ends[e].value % 4];
+    }
+    if (w[i] > R(0) && begin[i] < begin[i + 1]) p.set(i, p[i] + sum * w[i]);
+  }
+};
+
+/// Contacts that pushed in the last substep.
+template <class R>
+struct CountPushing {
+  const SelfContact<R>* contacts;
+  KERNEL Sum operator()(int k) const { return {contacts[k].lambda > R(0) ? 1.0 : 0.0}; }
+};
+
+}  // namespace malha

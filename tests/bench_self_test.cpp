@@ -1,0 +1,31 @@
+// malha bench self, small.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support.h"
+#include "tools/bench/self.h"
+
+namespace malha {
+namespace {
+
+TEST(BenchSelf, MeasuresContactsWithoutCrossings) {
+  const TemporaryFolder folder;
+  bench::SelfOptions options;
+  options.n = {400}, options.threads = {1, 2}, options.repeats = 2, options.seconds = 1e-3;
+  options.out = (folder / "out").string();
+  bench::run_self(options);
+  const auto rows = nlohmann::json::parse(bytes_of(folder / "out" / "self.json"));
+  ASSERT_EQ(rows.size(), 2u);
+  for (const auto& row : rows) {
+    EXPECT_EQ(row["particles"], 400);
+    EXPECT_GT(row["self_collision_ns_per_particle_and_substep"], 0);
+    EXPECT_GT(row["step_ns_per_particle_and_substep"], row["self_collision_ns_per_particle_and_substep"]);
+    EXPECT_GT(row["self_contacts_per_particle"], 0);
+    EXPECT_EQ(row["crossings"], 0);
+    EXPECT_EQ(row["state_hash_after_warm_up"], rows[0]["state_hash_after_warm_up"]);
+  }
+}
+
+}  // namespace
+}  // namespace malha

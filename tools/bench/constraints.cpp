@@ -1,0 +1,207 @@
+#include "tools/bench/constraints.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <type_traits>
+
+#include "host/simulation.h"
+#include "host/solver/solver.h"
+#include "kernels/constraints.h"
+#include "tools/bench/counts.h"
+#include "tools/bench/facts.h"
+#include "tools/bench/output.h"
+#include "tools/bench/status.h"
+#include "tools/bench/turns.h"
+
+namespace malha::bench {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A scene with one thing in it, and the pass of a step that does it.
+struct Line {
+  std::string what, element;
+  Scene scene;
+  Pass pass;
+  std::function<std::int64_t(const Simulation&)> elements;
+};
+
+Scene scene_with(BodySpec body) {
+  Scene scene;
+  scene.file = "malha bench constraints", scene.name = "one kind";
+  scene.gravity = {0, -9.81, 0};
+  body.name = "body", body.mass = 1;
+  scene.bodies = {std::move(body)};
+  return scene;
+}
+
+int side_of(int particles) { return std::max(4, static_cast<int>(std::lround(std::sqrt(particles)))); }
+
+BodySpec sheet(int particles) {
+  const int side = side_of(particles);
+  BodySpec body;
+  body.shape = GridShape{{2, 2}, {side - 1, side - 1}};
+  body.pins = {RowPin{}};
+  return body;
+}
+
+BodySpec ball(int particles) {
+  BodySpec body;
+  int subdivisions = 1;
+  while (10 * std::pow(4, subdivisions + 1) + 2 <= 1.6 * particles) ++subdivisions;
+  body.shape = SphereShape{0.5, subdivisions};
+  return body;
+}
+
+ConstraintSpec spec_of(const std::string& type, double parameter) {
+  ConstraintSpec spec;
+  spec.type = type, spec.parameter = parameter;
+  return spec;
+}
+
+std::int64_t constraints_of(const Simulation& simulation) {
+  std::int64_t sum = 0;
+  for (const SetFacts& set : simulation.solver().facts().sets) sum += set.constraints;
+  return sum;
+}
+std::int64_t particles_of(const Simulation& simulation) { return simulation.model().count(); }
+
+BodySpec block(int particles) {
+  const int cells = std::max(1, static_cast<int>(std::lround(std::cbrt(particles))) - 1);
+  BodySpec body;
+  body.shape = TetBoxShape{{1, 1, 1}, {cells, cells, cells}};
+  return body;
+}
+
+/// With a stiffness, and where the kind knows one with a material's rigidity.
+template <class Kind>
+void add_kind(std::vector<Line>& lines, int particles) {
+  constexpr bool edges = Kind::element == Element::Edges, tetrahedra = Kind::element == Element::Tetrahedra;
+  const std::string element = edges ? "edge" : tetrahedra ? "tetrahedron" : "hinge";
+  const auto add = [&](ConstraintSpec spec, const std::string& way) {
+    if (edges) spec.on = {"edges", "shear"};
+    BodySpec body = tetrahedra ? block(particles) : sheet(particles);
+    body.constraints = {std::move(spec)};
+    lines.push_back({Kind::name + way, element, scene_with(std::move(body)), Pass::Visits, constraints_of});
+  };
+  ConstraintSpec spec = spec_of(Kind::name, Kind::parameter.standard);
+  if (std::is_same_v<Kind, NeoHookean>) spec.young_modulus = 1e5;
+  add(spec, "");
+  spec.rigidity = edges ? 100 : 1e-4;
+  if (Kind::material) add(spec, ", rigidity");
+}
+
+std::vector<Line> plan(int particles) {
+  std::vector<Line> lines;
+  for_each_constraint([&]<class Kind>(Kind) { add_kind<Kind>(lines, particles); });
+  const auto add = [&](const std::string& what, BodySpec body, Pass pass) {
+    lines.push_back({what, "particle", scene_with(std::move(body)), pass, particles_of});
+    return &lines.back().scene;
+  };
+  BodySpec balloon = ball(particles);
+  balloon.constraints = {spec_of("pressure", 1)};
+  add("pressure", balloon, Pass::Pressure);
+  BodySpec hung = sheet(particles);
+  hung.constraints = {spec_of("long_range", 0.02)};
+  add("long_range", hung, Pass::LongRange);
+  add("air on faces", sheet(particles), Pass::Air)->wind = Wind{{1, 0, 2}, 0, 1.2};
+  BodySpec tied = sheet(particles);
+  Attachment& ties = tied.attachments.emplace_back();
+  ties.at = BoxPin{{-9, -9, -9}, {9, 9, 9}}, ties.compliance = 1e-3;
+  add("attachment", tied, Pass::Attachments);
+  BodySpec damped = sheet(particles);
+  damped.damping = 0.1;
+  add("damping", damped, Pass::Damping);
+  return lines;
+}
+
+struct Row {
+  std::string what, element;
+  std::int64_t elements = 0, bytes = 0;
+  int threads = 1;
+  std::vector<double> ns;  // an element and substep, of each repeat
+};
+
+/// All numbers of threads take turns.
+std::vector<Row> measure(const Line& line, const ConstraintOptions& options, const std::vector<int>& threads) {
+  std::vector<Simulation> simulations;
+  std::vector<Row> rows;
+  for (const int t : threads) {
+    simulations.emplace_back(line.scene, SimulationOptions{t});
+    rows.push_back({line.what, line.element, line.elements(simulations.back()), 0, t, {}});
+    const SolverFacts& facts = simulations.back().solver().facts();
+    rows.back().bytes = static_cast<std::int64_t>(facts.constraint_bytes + facts.long_range_bytes + facts.air_bytes);
+    for (int k = 0; k < 3; ++k) simulations.back().step();
+  }
+  const auto pass = [&](const Simulation& s) { return s.solver().pass_seconds()[static_cast<int>(line.pass)]; };
+  for (int repeat = 0; repeat < options.repeats; ++repeat)
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      Simulation& simulation = simulations[k];
+      const double before = pass(simulation);
+      const std::int64_t first = simulation.steps();
+      seconds_each([&] { simulation.step(); }, options.seconds);
+      const double substeps = double(simulation.steps() - first) * line.scene.solver.substeps;
+      rows[k].ns.push_back(1e9 * (pass(simulation) - before) / (substeps * static_cast<double>(rows[k].elements)));
+    }
+  return rows;
+}
+
+Json json_of(const std::vector<Row>& rows) {
+  Json all = Json::array();
+  for (const Row& row : rows)
+    all.push_back({{"what", row.what},
+                   {"element", row.element},
+                   {"elements", row.elements},
+                   {"threads", row.threads},
+                   {"ns", median(row.ns)},
+                   {"ns_min", *std::min_element(row.ns.begin(), row.ns.end())},
+                   {"ns_max", *std::max_element(row.ns.begin(), row.ns.end())},
+                   {"memory_bytes", row.bytes}});
+  return all;
+}
+
+std::string table_line(const std::vector<Row>& rows) {
+  std::string line =
+      formatted("%-28s %9lld %-11s %7.1f", rows[0].what.c_str(), static_cast<long long>(rows[0].elements),
+                rows[0].element.c_str(), static_cast<double>(rows[0].bytes) / static_cast<double>(rows[0].elements));
+  for (const Row& row : rows) line += formatted(" %8.2f", median(row.ns));
+  return line + "\n";
+}
+
+}  // namespace
+
+void run_constraints(const ConstraintOptions& options) {
+  const std::vector<int> threads = thread_counts(options.threads);
+  const Files files(options.out, "constraints", options.json);
+  files.prepare();
+  Status status;
+  Printer print;
+  status.show("measuring the machine", 0);
+  const Json facts = machine_facts(threads);
+  status.clear();
+  print(
+      formatted("Every kind alone on a body of about %d particles, in float, 10 substeps of 1 iteration: ns an element "
+                "and substep\nof the pass that does it; medians of %d x %g s, threads taking turns. Batched kinds: of "
+                "the whole step.\n",
+                options.n, options.repeats, options.seconds) +
+      machine_lines(facts, ""));
+  std::string head = formatted("\n%-28s %9s %-11s %7s", "kind", "elements", "element", "bytes");
+  for (const int t : threads) head += formatted(" %5d th.", t);
+  print(head + "\n");
+  std::vector<Row> all;
+  const std::vector<Line> lines = plan(options.n);
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    status.show(lines[k].what, double(k) / double(lines.size()));
+    const std::vector<Row> rows = measure(lines[k], options, threads);
+    status.clear();
+    print(table_line(rows));
+    all.insert(all.end(), rows.begin(), rows.end());
+    files.write(json_of(all).dump(2) + "\n", facts.dump(2) + "\n", print.text());
+  }
+  files.list();
+}
+
+}  // namespace malha::bench

@@ -1,0 +1,21 @@
+// malha bench self: what self-collision costs a particle and substep.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace malha::bench {
+
+struct SelfOptions {
+  std::vector<int> n;        // particles, about; empty: 10,000, 100,000 and 1,000,000
+  std::vector<int> threads;  // empty: 1 and all cores
+  int repeats = 5;
+  double seconds = 1;  // of each repeat
+  std::string json;    // a further file for the rows; empty: none
+  std::string out = "out/bench_self";
+};
+
+/// Runs, prints a table as it goes, and writes self.json (the rows), self_machine.json and self.txt into the folder.
+/// Throws InputError, Diverged, and std::runtime_error where something cannot be written.
+void run_self(const SelfOptions& options);
+
+}  // namespace malha::bench
