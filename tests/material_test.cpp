@@ -17,8 +17,14 @@
 namespace malha {
 namespace {
 
-constexpr double kDensity = 0.2;              // kg/m^2
+constexpr double kDensity = 0.2;  // kg/m^2
+#if defined(NDEBUG)
 constexpr int kSides[] = {17, 46, 100, 316};  // particles along a side
+constexpr int kSwinging[] = {17, 46};
+#else  // without optimisation too slow, and the same code
+constexpr int kSides[] = {17, 46};
+constexpr int kSwinging[] = {17};
+#endif
 
 ConstraintSpec rigid(const std::string& type, double rigidity, std::vector<std::string> on = {}) {
   ConstraintSpec spec = stiff(type, std::move(on));
@@ -144,7 +150,7 @@ double sag_of_a_cantilever(const std::string& type, int n) {
 
 TEST(Rigidity, OfACantileverIsItsSagAtEveryResolution) {
   for (const std::string type : {"bending", "isometric_bending"})
-    for (const int n : {17, 46}) EXPECT_NEAR(sag_of_a_cantilever(type, n), 1, 0.012) << type << ", " << n;
+    for (const int n : kSwinging) EXPECT_NEAR(sag_of_a_cantilever(type, n), 1, 0.012) << type << ", " << n;
 }
 
 // Substeps grow as n^2: minutes. --gtest_also_run_disabled_tests runs it.

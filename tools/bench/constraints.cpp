@@ -85,7 +85,9 @@ void add_kind(std::vector<Line>& lines, int particles) {
     if (edges) spec.on = {"edges", "shear"};
     BodySpec body = tetrahedra ? block(particles) : sheet(particles);
     body.constraints = {std::move(spec)};
-    lines.push_back({Kind::name + way, element, scene_with(std::move(body)), Pass::Visits, constraints_of});
+    Scene scene = scene_with(std::move(body));
+    if (!edges && !tetrahedra) scene.gravity = {0, 0, 0};  // hinges alone hold nothing together: a sheet at rest
+    lines.push_back({Kind::name + way, element, std::move(scene), Pass::Visits, constraints_of});
   };
   ConstraintSpec spec = spec_of(Kind::name, Kind::parameter.standard);
   if (std::is_same_v<Kind, NeoHookean>) spec.young_modulus = 1e5;
