@@ -92,7 +92,8 @@ struct ContactRules {
   R recovery;   // of a distance below the wanted one, this share is made up for in a substep
 };
 
-/// Looks at a candidate: whether it is a contact, and which.
+/// Looks at a candidate: whether it is a contact, and which. In double: where a pair lies a thousandth of its size
+/// apart, a normal from float's differences leans enough that planes along it let the pair creep through itself.
 template <class R>
 struct LookAtCandidate {
   const Candidate* candidates;
@@ -102,18 +103,18 @@ struct LookAtCandidate {
   ContactRules<R> rules;
 
   /// Weights at the closest points of the four x.
-  KERNEL static void weigh(int first, const Vector3<R>* x, R* weight) {
+  KERNEL static void weigh(int first, const Vector3<double>* x, double* weight) {
     if (first == 1) {
-      const Vector3<R> w = closest_on_triangle(x[2] - x[1], x[3] - x[1], x[0] - x[1]);
-      weight[0] = R(1), weight[1] = -w.x, weight[2] = -w.y, weight[3] = -w.z;
+      const Vector3<double> w = closest_on_triangle(x[2] - x[1], x[3] - x[1], x[0] - x[1]);
+      weight[0] = 1, weight[1] = -w.x, weight[2] = -w.y, weight[3] = -w.z;
     } else {
-      const SegmentPoints<R> at = closest_on_segments(x[1] - x[0], x[3] - x[2], x[2] - x[0]);
-      weight[0] = R(1) - at.s, weight[1] = at.s, weight[2] = at.t - R(1), weight[3] = -at.t;
+      const SegmentPoints<double> at = closest_on_segments(x[1] - x[0], x[3] - x[2], x[2] - x[0]);
+      weight[0] = 1 - at.s, weight[1] = at.s, weight[2] = at.t - 1, weight[3] = -at.t;
     }
   }
 
   /// From the other side's closest point to the one's. Weighted differences: nothing cancels far from the origin.
-  KERNEL static Vector3<R> between(const Vector3<R>* x, const R* weight) {
+  KERNEL static Vector3<double> between(const Vector3<double>* x, const double* weight) {
     return (x[1] - x[0]) * weight[1] + (x[2] - x[0]) * weight[2] + (x[3] - x[0]) * weight[3];
   }
 
@@ -121,13 +122,16 @@ struct LookAtCandidate {
     contact.first = c.are_edges() ? 2 : 1;
     for (int j = 0; j < 4; ++j) contact.i[j] = c.particle(j);
     if (!may_meet(contact)) return false;
-    Vector3<R> x[4];
-    for (int j = 0; j < 4; ++j) x[j] = reaches.x[contact.i[j]];
-    weigh(contact.first, x, contact.weight);
-    const Vector3<R> apart = between(x, contact.weight);
-    const R distance = root(dot(apart, apart));
+    Vector3<double> x[4];
+    double weight[4];
+    places(reaches.x, contact, x);
+    weigh(contact.first, x, weight);
+    const Vector3<double> apart = between(x, weight);
+    const double exact = root(dot(apart, apart));
+    const R distance = R(exact);
     if (!(distance > R(0))) return false;  // they touch: neither side is known
-    contact.n = apart * (R(1) / distance);
+    for (int j = 0; j < 4; ++j) contact.weight[j] = R(weight[j]);
+    contact.n = {R(apart.x / exact), R(apart.y / exact), R(apart.z / exact)};
 
     // None leaves its reach, so that the sides come no nearer than this.
     R nearing = R(0), receding = R(0);
@@ -143,15 +147,15 @@ struct LookAtCandidate {
                     (positive(n.x) + positive(-n.x) + positive(n.y) + positive(-n.y) + positive(n.z) + positive(-n.z));
     if (distance - nearing - receding > larger(rules.thickness, R(2) * aside)) return false;
 
-    R low = R(INFINITY), high = -R(INFINITY);
+    double low = INFINITY, high = -INFINITY;
     for (int j = 0; j < 4; ++j) {
-      const R at = dot(contact.n, x[j] - x[0]);
+      const double at = dot(in_double(contact.n), x[j] - x[0]);
       if (j < contact.first)
         low = smaller(low, at);
       else
         high = larger(high, at);
     }
-    contact.gap = low - high;
+    contact.gap = R(low - high);
     const R wanted = smaller(rules.thickness, most_wanted(contact));
     contact.short_of = distance < wanted ? rules.recovery * (wanted - distance) : wanted - distance;
     contact.lambda = contact.slip = R(0);
@@ -166,17 +170,21 @@ struct LookAtCandidate {
   }
 
   KERNEL static R positive(R a) { return larger(a, R(0)); }
+  KERNEL static Vector3<double> in_double(const Vector3<R>& a) { return {double(a.x), double(a.y), double(a.z)}; }
+  KERNEL static void places(const Points<R>& of, const SelfContact<R>& c, Vector3<double>* x) {
+    for (int j = 0; j < 4; ++j) x[j] = in_double(of[c.i[j]]);
+  }
 
   /// What lies near in the scene's rest state (the next but one in a fine mesh) is wanted no further than half as far
   /// apart as there.
   KERNEL R most_wanted(const SelfContact<R>& contact) const {
     if (body[contact.i[0]] != body[contact.i[3]]) return R(INFINITY);
-    Vector3<R> x[4];
-    R weight[4];
-    for (int j = 0; j < 4; ++j) x[j] = rest[contact.i[j]];
+    Vector3<double> x[4];
+    double weight[4];
+    places(rest, contact, x);
     weigh(contact.first, x, weight);
-    const Vector3<R> apart = between(x, weight);
-    return R(0.5) * root(dot(apart, apart));
+    const Vector3<double> apart = between(x, weight);
+    return R(0.5 * root(dot(apart, apart)));
   }
 };
 

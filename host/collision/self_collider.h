@@ -63,13 +63,16 @@ class SelfCollider {
 
   /// The end of a substep: nothing crosses, and where it is now is where the next begins.
   void hold_apart(const Particles<R>& particles) {
-    parallel_for(executor_, count_, KeepInReach<R>{reaches(), common_, particles.p, particles.w, takes_part_.data()},
-                 kGrain);
+    keep_in_reach(particles);
     const PairPlanes<R> planes{{particles.p, x0_.points()}, kLeastGap * rules_.thickness};
     const FindCrossing<R> find{planes, contacts_.data(), held_.data(), particles.w, active_.data()};
     const auto crossing = [&] { return parallel_reduce<Sum>(executor_, contacts_found_, find, kGrain).value; };
     double left = crossing();
-    for (int more = 0; left > 0 && more < kMoreProjections; ++more) resolve(particles), left = crossing();
+    for (int more = 0; left > 0 && more < kMoreProjections; ++more) {
+      resolve(particles);
+      keep_in_reach(particles);
+      left = crossing();
+    }
     if (left > 0) {
       ++facts_.held;
       for (; left > 0; left = crossing())
@@ -112,6 +115,11 @@ class SelfCollider {
 
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0]), R(a[1]), R(a[2])}; }
   Reaches<R> reaches() const { return {x0_.points(), d_.points(), origin_, margin_, reach_boxes_.data()}; }
+
+  void keep_in_reach(const Particles<R>& particles) {
+    parallel_for(executor_, count_, KeepInReach<R>{reaches(), common_, particles.p, particles.w, takes_part_.data()},
+                 kGrain);
+  }
 
   /// How far the particles may go. Returns whether the candidates that are known still hold all pairs that may meet.
   bool reach(const Particles<R>& particles) {
