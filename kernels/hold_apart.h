@@ -50,15 +50,9 @@ struct PairPlanes {
   /// Which the gap must keep.
   KERNEL R kept(const SelfContact<R>& c) const { return smaller(c.gap, larger(R(0.1) * c.gap, least)); }
   KERNEL bool apart(const SelfContact<R>& c) const {
-    R low = R(INFINITY), high = -R(INFINITY);
-    for (int j = 0; j < 4; ++j) {
-      const R at = at_start(c, j) + dot(c.n, moved(c.i[j]));
-      if (j < c.first)
-        low = smaller(low, at);
-      else
-        high = larger(high, at);
-    }
-    return !(low - high < kept(c));
+    ContactSides<R> sides;
+    for (int j = 0; j < 4; ++j) sides.add(j, c.first, at_start(c, j) + dot(c.n, moved(c.i[j])));
+    return !(sides.low - sides.high < kept(c));
   }
 };
 
@@ -101,17 +95,11 @@ struct HoldParticles {
     for (int e = begin[i]; e < begin[i + 1]; ++e) {
       const SelfContact<R>& c = contacts[ends[e].value / 4];
       const int own = ends[e].value % 4;
-      R low = R(INFINITY), high = -R(INFINITY);
-      for (int j = 0; j < 4; ++j) {
-        const R at = planes.at_start(c, j);
-        if (j < c.first)
-          low = smaller(low, at);
-        else
-          high = larger(high, at);
-      }
+      ContactSides<R> sides;
+      for (int j = 0; j < 4; ++j) sides.add(j, c.first, planes.at_start(c, j));
       // Half of what the gap may lose is each side's, and what lies behind its plane may come up to it.
       const R at = planes.at_start(c, own), half = R(0.499) * (c.gap - planes.kept(c));
-      const R room = own < c.first ? at - low + half : high - at + half;
+      const R room = own < c.first ? at - sides.low + half : sides.high - at + half;
       const R nearing = own < c.first ? -dot(c.n, d) : dot(c.n, d);
       if (nearing > room) part = smaller(part, room > R(0) ? room / nearing : R(0));
     }

@@ -21,6 +21,19 @@ struct SelfContact {
   int first;       // particles of the one side: 1 or 2
 };
 
+/// Where the sides of a contact lie along its normal: the lowest of the one, the highest of the other.
+template <class S>
+struct ContactSides {
+  S low = S(INFINITY), high = -S(INFINITY);
+  /// `at`: of particle j, of which the first `first` are the one side.
+  KERNEL void add(int j, int first, S at) {
+    if (j < first)
+      low = smaller(low, at);
+    else
+      high = larger(high, at);
+  }
+};
+
 /// Motion of the particles since x0.
 template <class R>
 struct SinceStart {
@@ -147,15 +160,9 @@ struct LookAtCandidate {
                     (positive(n.x) + positive(-n.x) + positive(n.y) + positive(-n.y) + positive(n.z) + positive(-n.z));
     if (distance - nearing - receding > larger(rules.thickness, R(2) * aside)) return false;
 
-    double low = INFINITY, high = -INFINITY;
-    for (int j = 0; j < 4; ++j) {
-      const double at = dot(in_double(contact.n), x[j] - x[0]);
-      if (j < contact.first)
-        low = smaller(low, at);
-      else
-        high = larger(high, at);
-    }
-    contact.gap = R(low - high);
+    ContactSides<double> sides;
+    for (int j = 0; j < 4; ++j) sides.add(j, contact.first, dot(in_double(contact.n), x[j] - x[0]));
+    contact.gap = R(sides.low - sides.high);
     const R wanted = smaller(rules.thickness, most_wanted(contact));
     contact.short_of = distance < wanted ? rules.recovery * (wanted - distance) : wanted - distance;
     contact.lambda = contact.slip = R(0);

@@ -5,14 +5,13 @@
 #include <queue>
 
 #include "host/mesh/topology.h"
+#include "host/mesh/vectors.h"
 
 namespace malha {
 
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
-double distance(const Vec3& a, const Vec3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
 
 /// Items of points, one list after the other.
 template <class Item>

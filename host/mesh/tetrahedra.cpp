@@ -7,6 +7,7 @@
 #include "host/base/shown.h"
 #include "host/error.h"
 #include "host/mesh/first_equal.h"
+#include "host/mesh/vectors.h"
 
 namespace malha {
 namespace {
@@ -22,10 +23,9 @@ void orient(const std::vector<Vec3>& points, Tetrahedron& corners, std::size_t n
   double longest = 0;
   for (int a = 0; a < 4; ++a)
     for (int b = a + 1; b < 4; ++b) {
-      const Vec3 &p = points[corners[a]], &q = points[corners[b]];
       if (corners[a] == corners[b])
         refuse(file, place(number), "vertex " + std::to_string(corners[a]) + " as two of its corners", "four vertices");
-      longest = std::max(longest, std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]));
+      longest = std::max(longest, distance(points[corners[a]], points[corners[b]]));
     }
   const double V = volume(points, corners);
   if (!(std::abs(V) > no_volume * longest * longest * longest))

@@ -3,19 +3,9 @@
 
 #include "host/mesh/tetrahedra.h"
 #include "host/mesh/topology.h"
+#include "host/mesh/vectors.h"
 
 namespace malha {
-namespace {
-
-Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-}  // namespace
 
 double signed_volume(const std::vector<Vec3>& points, const std::vector<Triangle>& triangles) {
   if (triangles.empty()) return 0;

@@ -6,13 +6,16 @@
 
 #include "host/error.h"
 #include "host/mesh/topology.h"
+#include "host/mesh/vectors.h"
+#include "host/model/tear.h"
 
 namespace malha {
 
 namespace {
 
 /// Elements of one body in its own numbering: every particle and every edge belongs to the first that has it.
-void add_simplices(const Mesh& mesh, int particles, SelfSurface& surface, std::vector<Simplex>& simplices) {
+void add_simplices(const Mesh& mesh, SelfSurface& surface) {
+  const int particles = static_cast<int>(mesh.points.size());
   std::vector<Simplex> own;
   for (const Triangle& t : triangles(mesh)) own.push_back({{t[0], t[1], t[2]}, 1 << 6});
   surface.triangles += static_cast<int>(own.size());
@@ -43,7 +46,7 @@ void add_simplices(const Mesh& mesh, int particles, SelfSurface& surface, std::v
       ++surface.edges;
     }
   surface.particles += particles;
-  simplices.insert(simplices.end(), own.begin(), own.end());
+  surface.simplices.insert(surface.simplices.end(), own.begin(), own.end());
 }
 
 }  // namespace
@@ -59,17 +62,8 @@ SelfSurface self_surface(const Model& model) {
     const int first = look.body_begin[b], particles = look.body_begin[b + 1] - first;
     for (int i = 0; i < particles; ++i) surface.body[solver_of[first + i]] = static_cast<int>(b);
     if (!named.empty() && std::find(named.begin(), named.end(), model.scene.bodies[b].name) == named.end()) continue;
-    Mesh mesh;
-    for (int f = look.face_begin[b]; f < look.face_begin[b + 1]; ++f) {
-      Quad face = look.faces[f];
-      for (int& corner : face)
-        if (corner >= 0) corner -= first;
-      mesh.faces.push_back(face);
-    }
-    for (int l = look.line_begin[b]; l < look.line_begin[b + 1]; ++l)
-      mesh.lines.push_back({look.lines[l][0] - first, look.lines[l][1] - first});
     const std::size_t before = surface.simplices.size();
-    add_simplices(mesh, particles, surface, surface.simplices);
+    add_simplices(body_mesh(look, b), surface);
     for (std::size_t e = before; e < surface.simplices.size(); ++e)
       for (int& corner : surface.simplices[e].corner) corner = solver_of[first + corner];
     for (int i = 0; i < particles; ++i) surface.takes_part[solver_of[first + i]] = 1;
@@ -81,8 +75,6 @@ SelfSurface self_surface(const Model& model) {
 }
 
 namespace {
-
-Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 
 /// Sign of the volume that d - a, c - a and b - a span: 0 where rounding could have made it.
 int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "host/mesh/vectors.h"
 #include "kernels/constraints.h"
 #include "kernels/rest.h"
 
@@ -10,7 +11,6 @@ namespace malha {
 namespace {
 
 double square(double a) { return a * a; }
-double distance(const Vec3& a, const Vec3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
 
 struct Hinge {
   double span;     // from wing to wing when the hinge is at its rest angle

@@ -4,13 +4,12 @@
 #include <cmath>
 
 #include "host/mesh/topology.h"
+#include "host/mesh/vectors.h"
 
 namespace malha {
 
 namespace {
 
-Vec3 minus(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double length(const Vec3& a) { return std::sqrt(dot(a, a)); }
 
 /// The tears of one body.

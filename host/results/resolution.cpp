@@ -5,7 +5,8 @@
 #include <cstdio>
 #include <limits>
 
-#include "host/mesh.h"
+#include "host/mesh/sides.h"
+#include "host/mesh/vectors.h"
 
 namespace malha {
 
@@ -14,14 +15,10 @@ namespace {
 double shortest_edge(const Appearance& look) {
   double shortest = std::numeric_limits<double>::infinity();
   const auto side = [&](int a, int b) {
-    const Vec3 &p = look.points[a], &q = look.points[b];
-    const double length = std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+    const double length = distance(look.points[a], look.points[b]);
     if (length > 0) shortest = std::min(shortest, length);
   };
-  for (const Quad& face : look.faces) {
-    const int corners = is_triangle(face) ? 3 : 4;
-    for (int k = 0; k < corners; ++k) side(face[k], face[(k + 1) % corners]);
-  }
+  visit_face_sides(look.faces, side);
   for (const auto& [a, b] : look.lines) side(a, b);
   return shortest;
 }

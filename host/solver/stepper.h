@@ -37,6 +37,7 @@ class Stepper : public Solver {
       return;
     }
     advance();
+    if (self_) note_collision();
     if (sleeper_) timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
 
@@ -95,8 +96,9 @@ class Stepper : public Solver {
 
   Measures measure() const final {
     Measures m = measure_motion(executor_, particles(), model_.scene.gravity);
-    measure_constraints(executor_, model_, x_.download(), m);
-    measure_tetrahedra(executor_, model_, x_.download(), m);
+    const std::vector<Vec3> x = x_.download();
+    measure_constraints(executor_, model_, x, m);
+    measure_tetrahedra(executor_, model_, x, m);
     for (const auto& pressure : pressures_) m.volume_ratios.push_back(pressure.volume_ratio(x_.points()));
     if (attachments_) m.elastic += attachments_->energy(x_.points(), time());
     if (collider_) {
@@ -105,7 +107,7 @@ class Stepper : public Solver {
     }
     if (self_) {
       m.self_contacts = self_->contacts();
-      m.crossings = count_crossings(self_->surface(), x_.download());
+      m.crossings = count_crossings(self_->surface(), x);
     }
     return m;
   }
@@ -183,10 +185,7 @@ class Stepper : public Solver {
         if (enough()) break;
       }
     if (collider_) timed(Pass::Collision, [&] { collider_->hold_back(all, start, start + h); });
-    if (self_) {
-      timed(Pass::SelfCollision, [&] { self_->hold_apart(all); });
-      note_collision();
-    }
+    if (self_) timed(Pass::SelfCollision, [&] { self_->hold_apart(all); });
     timed(Pass::State, [&] {
       const int lost = parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)}).index;
       if (lost != FirstIndex{}.index) refuse_lost(model_.user_of[lost]);

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/shown.h"
-#include "host/base/stopwatch.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "tools/bench/counts.h"
@@ -60,12 +59,12 @@ void take_turn(Line& line, double enough) {
   const Solver& solver = line.simulation.solver();
   const double before = solver.pass_seconds()[pass];
   const std::int64_t first = line.simulation.steps();
-  double took = 0;
-  while (took < enough) took += seconds([&] { line.simulation.step(); });
-  const double per = 1e9 / (static_cast<double>(line.simulation.steps() - first) *
-                            line.simulation.model().scene.solver.substeps * line.simulation.model().count());
-  line.collision.push_back((solver.pass_seconds()[pass] - before) * per);
-  line.whole.push_back(took * per);
+  const double step = seconds_each([&] { line.simulation.step(); }, enough);
+  const double per = 1e9 / (static_cast<double>(line.simulation.model().scene.solver.substeps) *
+                            line.simulation.model().count());  // of a step
+  const auto steps = static_cast<double>(line.simulation.steps() - first);
+  line.collision.push_back((solver.pass_seconds()[pass] - before) / steps * per);
+  line.whole.push_back(step * per);
 }
 
 Json row_of(const Line& line) {
