@@ -7,7 +7,8 @@ namespace malha {
 
 template <class R>
 KERNEL R clamped(R t) {
-  return t < R(0) ? R(0) : t > R(1) ? R(1) : t;
+  const R least = t > R(0) ? t : R(0);
+  return least < R(1) ? least : R(1);  // without a branch, which nothing would predict
 }
 
 /// Where on the segment of direction d from the origin lies the point closest to p: 0 at its start, 1 at its end.

@@ -41,7 +41,7 @@ KERNEL Box<R> around(const Box<R>& a, const Box<R>& b) {
 /// Where the particles may go in a substep: from x along d and `margin` further in every direction.
 template <class R>
 struct Reaches {
-  Points<R> x, d;
+  ScatteredPoints<R> x, d;
   Vector3<R> origin;  // near the particles: boxes are relative to it
   R margin;
   Box<R>* boxes;  // of the particles

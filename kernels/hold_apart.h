@@ -36,22 +36,23 @@ struct KeepInReach {
 
 template <class R>
 struct CopyPoints {
-  Points<R> from, to;
+  Points<R> from;
+  ScatteredPoints<R> to;
   KERNEL void operator()(int i) const { to.set(i, from[i]); }
 };
 
 template <class R>
 struct PairPlanes {
-  SinceStart<R> moved;
+  ScatteredPoints<R> x0, moved;
   R least;  // m: no gap closes further
 
   /// Of particle j at x0, along n.
-  KERNEL R at_start(const SelfContact<R>& c, int j) const { return dot(c.n, moved.x0[c.i[j]] - moved.x0[c.i[0]]); }
+  KERNEL R at_start(const SelfContact<R>& c, int j) const { return dot(c.n, x0[c.i[j]] - x0[c.i[0]]); }
   /// Which the gap must keep.
   KERNEL R kept(const SelfContact<R>& c) const { return smaller(c.gap, larger(R(0.1) * c.gap, least)); }
   KERNEL bool apart(const SelfContact<R>& c) const {
     ContactSides<R> sides;
-    for (int j = 0; j < 4; ++j) sides.add(j, c.first, at_start(c, j) + dot(c.n, moved(c.i[j])));
+    for (int j = 0; j < 4; ++j) sides.add(j, c.first, at_start(c, j) + dot(c.n, moved[c.i[j]]));
     return !(sides.low - sides.high < kept(c));
   }
 };
@@ -79,6 +80,7 @@ struct FindCrossing {
 template <class R>
 struct HoldParticles {
   PairPlanes<R> planes;
+  Points<R> p;
   const SelfContact<R>* contacts;
   const Keyed* ends;
   const int* begin;
@@ -90,7 +92,7 @@ struct HoldParticles {
     bool crosses = false;
     for (int e = begin[i]; e < begin[i + 1] && !crosses; ++e) crosses = crossing[ends[e].value / 4];
     if (!crosses) return;
-    const Vector3<R> d = planes.moved(i);
+    const Vector3<R> d = planes.moved[i];
     R part = R(1);
     for (int e = begin[i]; e < begin[i + 1]; ++e) {
       const SelfContact<R>& c = contacts[ends[e].value / 4];
@@ -103,7 +105,8 @@ struct HoldParticles {
       const R nearing = own < c.first ? -dot(c.n, d) : dot(c.n, d);
       if (nearing > room) part = smaller(part, room > R(0) ? room / nearing : R(0));
     }
-    planes.moved.p.set(i, planes.moved.x0[i] + d * part);
+    p.set(i, planes.x0[i] + d * part);
+    planes.moved.set(i, p[i] - planes.x0[i]);
     held[i] = 1;
   }
 };

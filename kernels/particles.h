@@ -12,6 +12,14 @@ struct Points {
   KERNEL void set(int i, const Vector3<R>& a) const { x[i] = a.x, y[i] = a.y, z[i] = a.z; }
 };
 
+/// The same, four numbers a point: for those that are read here and there. Setting one leaves its w.
+template <class R>
+struct ScatteredPoints {
+  Vec4<R>* of = nullptr;
+  KERNEL Vector3<R> operator[](int i) const { return of[i].xyz(); }
+  KERNEL void set(int i, const Vector3<R>& a) const { of[i].set(a); }
+};
+
 template <class R>
 struct Particles {
   int count;

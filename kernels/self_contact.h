@@ -34,11 +34,12 @@ struct ContactSides {
   }
 };
 
-/// Motion of the particles since x0.
+/// moved = p - x0, where what looks at pairs finds it in one load a particle.
 template <class R>
-struct SinceStart {
-  Points<R> p, x0;
-  KERNEL Vector3<R> operator()(int i) const { return p[i] - x0[i]; }
+struct StoreMotion {
+  Points<R> p;
+  ScatteredPoints<R> x0, moved;
+  KERNEL void operator()(int i) const { moved.set(i, p[i] - x0[i]); }
 };
 
 struct MeanMotion {
@@ -53,10 +54,10 @@ struct MeanMotion {
 /// Sum and number of the motions that are finite.
 template <class R>
 struct SumMotion {
-  SinceStart<R> moved;
+  ScatteredPoints<R> moved;
   const unsigned char* takes_part;
   KERNEL MeanMotion operator()(int i) const {
-    const Vector3<R> d = moved(i);
+    const Vector3<R> d = moved[i];
     if (!takes_part[i] || !((d.x + d.y + d.z) * R(0) == R(0))) return {};
     return {{double(d.x), double(d.y), double(d.z)}, 1.0};
   }
@@ -66,17 +67,16 @@ struct SumMotion {
 /// whose reach may leave the box that the candidates were found with.
 template <class R>
 struct OwnMotion {
-  SinceStart<R> moved;
+  ScatteredPoints<R> moved, x0;
   Vector3<R> common;
-  Points<R> d;
-  Points<R> x_then, d_then;  // of the search
-  Vector3<R> since;          // common motion since then, up to x0
-  R slack;                   // by which those boxes were wider, m
+  ScatteredPoints<R> d, x_then, d_then;  // the last two: of the search
+  Vector3<R> since;                      // common motion since then, up to x0
+  R slack;                               // by which those boxes were wider, m
   KERNEL Sum operator()(int i) const {
-    Vector3<R> own = moved(i) - common;
+    Vector3<R> own = moved[i] - common;
     own = or_zero((own.x + own.y + own.z) * R(0) == R(0), own);
     d.set(i, own);
-    const Vector3<R> from = moved.x0[i] - x_then[i] - since, then = d_then[i];
+    const Vector3<R> from = x0[i] - x_then[i] - since, then = d_then[i];
     return {fits(from.x, own.x, then.x) && fits(from.y, own.y, then.y) && fits(from.z, own.z, then.z) ? 0.0 : 1.0};
   }
 
@@ -90,7 +90,7 @@ struct OwnMotion {
 /// What a search for candidates that shall serve some substeps starts from.
 template <class R>
 struct StartSearch {
-  Points<R> x0, d, x_then, d_then;
+  ScatteredPoints<R> x0, d, x_then, d_then;
   R ahead;  // substeps
   KERNEL void operator()(int i) const {
     x_then.set(i, x0[i]);
@@ -111,8 +111,8 @@ template <class R>
 struct LookAtCandidate {
   const Candidate* candidates;
   Reaches<R> reaches;
-  Points<R> rest;   // positions at the start of the scene
-  const int* body;  // of each particle
+  ScatteredPoints<R> rest;  // positions at the start of the scene
+  const int* body;          // of each particle
   ContactRules<R> rules;
 
   /// Weights at the closest points of the four x.
@@ -133,8 +133,8 @@ struct LookAtCandidate {
 
   KERNEL bool operator()(const Candidate& c, SelfContact<R>& contact) const {
     contact.first = c.are_edges() ? 2 : 1;
-    for (int j = 0; j < 4; ++j) contact.i[j] = c.particle(j);
-    if (!may_meet(contact)) return false;
+    for (int j = 0; j < 4; ++j) contact.i[j] = c.particle(j), contact.weight[j] = R(0);
+    contact.n = {R(0), R(0), R(0)}, contact.lambda = contact.slip = R(0);
     Vector3<double> x[4];
     double weight[4];
     places(reaches.x, contact, x);
@@ -165,20 +165,20 @@ struct LookAtCandidate {
     contact.gap = R(sides.low - sides.high);
     const R wanted = smaller(rules.thickness, most_wanted(contact));
     contact.short_of = distance < wanted ? rules.recovery * (wanted - distance) : wanted - distance;
-    contact.lambda = contact.slip = R(0);
     return true;
   }
 
- private:
-  KERNEL bool may_meet(const SelfContact<R>& c) const {
+  /// Whether their particles can reach each other.
+  KERNEL bool may_meet(const Candidate& c) const {
     const Box<R>* const of = reaches.boxes;
-    const Box<R> second = of[c.i[1]], others = around(of[c.i[2]], of[c.i[3]]);
-    return c.first == 1 ? overlap(of[c.i[0]], around(others, second)) : overlap(around(of[c.i[0]], second), others);
+    const Box<R> first = of[c.particle(0)], second = of[c.i[1]], others = around(of[c.i[2]], of[c.i[3]]);
+    return c.are_edges() ? overlap(around(first, second), others) : overlap(first, around(others, second));
   }
 
+ private:
   KERNEL static R positive(R a) { return larger(a, R(0)); }
   KERNEL static Vector3<double> in_double(const Vector3<R>& a) { return {double(a.x), double(a.y), double(a.z)}; }
-  KERNEL static void places(const Points<R>& of, const SelfContact<R>& c, Vector3<double>* x) {
+  KERNEL static void places(const ScatteredPoints<R>& of, const SelfContact<R>& c, Vector3<double>* x) {
     for (int j = 0; j < 4; ++j) x[j] = in_double(of[c.i[j]]);
   }
 
@@ -195,47 +195,55 @@ struct LookAtCandidate {
   }
 };
 
-/// 1 where the candidate is a contact.
+/// 1 where the candidate is worth a look.
 template <class R>
-struct CountContacts {
+struct CountMeetings {
   LookAtCandidate<R> look;
-  int* is_contact;
-  KERNEL void operator()(int c) const {
-    SelfContact<R> contact;
-    is_contact[c] = look(look.candidates[c], contact) ? 1 : 0;
-  }
+  int* meets;
+  KERNEL void operator()(int c) const { meets[c] = look.may_meet(look.candidates[c]) ? 1 : 0; }
 };
 
-/// Lays the contacts down, and their particles for sorting.
+/// Looks at those. What proves to be no contact stays as one that nothing ever reaches, and has no ends.
 template <class R>
 struct LayContacts {
   LookAtCandidate<R> look;
-  const int* place;  // of each candidate, and one more
-  int count, total;
+  const int* place;  // of each candidate
+  int count, total;  // of candidates, of places
   SelfContact<R>* contacts;
-  Keyed* ends;  // 4 a contact: particle, and 4 contact + slot
+  int* ends;  // of each contact: how many
   KERNEL void operator()(int c) const {
     const int at = place[c], next = c + 1 < count ? place[c + 1] : total;
     if (next == at) return;
-    SelfContact<R> contact;
-    look(look.candidates[c], contact);
-    contacts[at] = contact;
-    for (int j = 0; j < 4; ++j) ends[4 * at + j] = {unsigned(contact.i[j]), 4 * at + j};
+    const bool is_contact = look(look.candidates[c], contacts[at]);
+    if (!is_contact) contacts[at].short_of = contacts[at].gap = -R(INFINITY);
+    ends[at] = is_contact ? 4 : 0;
+  }
+};
+
+/// The particles of the contacts, for sorting.
+template <class R>
+struct EnterEnds {
+  const SelfContact<R>* contacts;
+  const int* place;  // of their ends
+  Keyed* ends;       // particle, and 4 contact + slot
+  KERNEL void operator()(int k) const {
+    if (!(contacts[k].gap > -R(INFINITY))) return;
+    for (int j = 0; j < 4; ++j) ends[place[k] + j] = {unsigned(contacts[k].i[j]), 4 * k + j};
   }
 };
 
 /// Motion of the one side at the closest points relative to the other's.
 template <class R>
-KERNEL Vector3<R> relative_motion(const SelfContact<R>& c, const SinceStart<R>& moved) {
+KERNEL Vector3<R> relative_motion(const SelfContact<R>& c, const ScatteredPoints<R>& moved) {
   Vector3<R> sum{R(0), R(0), R(0)};
-  for (int j = 0; j < 4; ++j) sum = sum + moved(c.i[j]) * c.weight[j];
+  for (int j = 0; j < 4; ++j) sum = sum + moved[c.i[j]] * c.weight[j];
   return sum;
 }
 
 /// Whether it pushes or has pushed.
 template <class R>
 struct MarkActive {
-  SinceStart<R> moved;
+  ScatteredPoints<R> moved;
   const SelfContact<R>* contacts;
   unsigned char* active;
   KERNEL void operator()(int k) const {
@@ -244,36 +252,44 @@ struct MarkActive {
   }
 };
 
-/// The inverse mass of each of the parts into which its active contacts split a particle.
+/// moved's w = the inverse mass of each of the parts into which its active contacts split a particle.
 template <class R>
 struct SplitMasses {
   const R* w;
   const Keyed* ends;
   const int* begin;
   const unsigned char* active;
-  R* split;
+  ScatteredPoints<R> moved;
   KERNEL void operator()(int i) const {
     int count = 0;
     for (int e = begin[i]; e < begin[i + 1]; ++e) count += active[ends[e].value / 4];
-    split[i] = w[i] * R(count);
+    moved.of[i].w = w[i] * R(count);
   }
+};
+
+/// What a contact gives to its particles.
+template <class R>
+struct Push {
+  Vec4<R> impulse;  // on the one side, kg m; w: 0 where it gives none
+  R weight[4];
 };
 
 /// The impulse of each active contact (times dt): a push, and friction on positions as in kernels/contact.h.
 template <class R>
 struct PushContacts {
-  SinceStart<R> moved;
-  const R* split;
+  ScatteredPoints<R> moved;
   SelfContact<R>* contacts;
   const unsigned char* active;
   R friction;
-  Vec4<R>* push;  // on the one side, kg m
+  Push<R>* pushes;
   KERNEL void operator()(int k) const {
+    Push<R>& push = pushes[k];
+    push.impulse.w = R(0);
     if (!active[k]) return;
     SelfContact<R>& c = contacts[k];
     R W = R(0);
-    for (int j = 0; j < 4; ++j) W += c.weight[j] * c.weight[j] * split[c.i[j]];
-    if (!(W > tiny<R>())) return push[k].set({R(0), R(0), R(0)});
+    for (int j = 0; j < 4; ++j) W += c.weight[j] * c.weight[j] * moved.of[c.i[j]].w;
+    if (!(W > tiny<R>())) return;
     const Vector3<R> motion = relative_motion(c, moved);
     const R along = dot(c.n, motion);
     const R dlambda = larger((c.short_of - along) / W, -c.lambda);
@@ -285,7 +301,8 @@ struct PushContacts {
     c.slip += taken;
     Vector3<R> impulse = c.n * dlambda;
     if (taken > R(0)) impulse = impulse - slide * (taken / length);
-    push[k].set(impulse);
+    push.impulse = {impulse.x, impulse.y, impulse.z, R(1)};
+    for (int j = 0; j < 4; ++j) push.weight[j] = c.weight[j];
   }
 };
 
@@ -294,16 +311,14 @@ template <class R>
 struct GatherPushes {
   Points<R> p;
   const R* w;
-  const SelfContact<R>* contacts;
   const Keyed* ends;
   const int* begin;
-  const unsigned char* active;
-  const Vec4<R>* push;
+  const Push<R>* pushes;
   KERNEL void operator()(int i) const {
     Vector3<R> sum{R(0), R(0), R(0)};
     for (int e = begin[i]; e < begin[i + 1]; ++e) {
-      const int k = ends[e].value / 4;
-      if (active[k]) sum = sum + push[k].xyz() * contacts[k].weight[ends[e].value % 4];
+      const Push<R>& push = pushes[ends[e].value / 4];
+      if (push.impulse.w > R(0)) sum = sum + push.impulse.xyz() * push.weight[ends[e].value % 4];
     }
     if (w[i] > R(0) && begin[i] < begin[i + 1]) p.set(i, p[i] + sum * w[i]);
   }

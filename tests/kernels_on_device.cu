@@ -76,8 +76,8 @@ void instantiate_all() {
   instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>>();
   instantiate<BoxParticles<R>, BoxSimplices<R>, CountCells<R>, EnterCells<R>>();
   instantiate<FindCandidates<R, false>, FindCandidates<R, true>>();
-  instantiate<SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountContacts<R>, LayContacts<R>>();
-  instantiate<MarkActive<R>, SplitMasses<R>, PushContacts<R>, GatherPushes<R>, CountPushing<R>>();
+  instantiate<SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>, LayContacts<R>, EnterEnds<R>>();
+  instantiate<StoreMotion<R>, MarkActive<R>, SplitMasses<R>, PushContacts<R>, GatherPushes<R>, CountPushing<R>>();
   instantiate<KeepInReach<R>, FindCrossing<R>, HoldParticles<R>, CopyPoints<R>>();
 }
 

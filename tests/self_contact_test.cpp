@@ -25,7 +25,7 @@ TEST(SelfContact, HasPlanesThatPartWhatIsAThousandthOfItsSizeApart) {
     std::vector<Vec3> x;
     for (const Vector3<double>& at : {o - a * 0.4, o + a * 0.6, o + up - b * 0.3, o + up + b * 0.7})
       x.push_back({at.x, at.y, at.z});
-    const PointArray<Serial, float> points(x), still(std::vector<Vec3>(4));
+    const ScatteredArray<Serial, float> points(x), still(4);
     std::vector<Box<float>> boxes(4);
     const Reaches<float> reaches{points.points(), still.points(), points.points()[0], 1e-3f, boxes.data()};
     for (int i = 0; i < 4; ++i) BoxParticles<float>{reaches}(i);

@@ -60,4 +60,33 @@ class PointArray {
   Array<Executor, R> values_;
 };
 
+/// Points of four numbers each, for kernels that read them here and there.
+template <class Executor, class R>
+class ScatteredArray {
+ public:
+  ScatteredArray() = default;
+  explicit ScatteredArray(std::size_t size) : values_(size, Vec4<R>{}) {}
+  explicit ScatteredArray(const std::vector<Vec3>& points) : ScatteredArray(points.size()) { upload(points); }
+
+  ScatteredPoints<R> points() const { return {values_.data()}; }
+  std::size_t bytes() const { return values_.bytes(); }
+
+  /// As many points as it was made for; each has three elements.
+  template <class Point>
+  void upload(const std::vector<Point>& points) {
+    std::vector<Vec4<R>> values;
+    for (const Point& point : points) values.push_back({R(point[0]), R(point[1]), R(point[2]), R(0)});
+    values_.upload(values);
+  }
+  template <class Point = Vec3>
+  std::vector<Point> download() const {
+    std::vector<Point> points;
+    for (const Vec4<R>& a : values_.download()) points.push_back({a.x, a.y, a.z});
+    return points;
+  }
+
+ private:
+  Array<Executor, Vec4<R>> values_;
+};
+
 }  // namespace malha

@@ -29,10 +29,8 @@ class SelfCollider {
     simplices_ = Array<Executor, Simplex>(surface_.simplices);
     takes_part_ = Array<Executor, unsigned char>(surface_.takes_part);
     body_ = Array<Executor, int>(surface_.body);
-    rest_ = PointArray<Executor, R>(model.x);
-    x0_ = PointArray<Executor, R>(model.x);
-    for (PointArray<Executor, R>* points : {&d_, &x_then_, &d_then_}) *points = PointArray<Executor, R>(model.x.size());
-    split_ = Array<Executor, R>(model.x.size(), R(0));
+    rest_ = Points4(model.x), x0_ = Points4(model.x);
+    for (Points4* points : {&moved_, &d_, &x_then_, &d_then_}) *points = Points4(model.x.size());
     held_ = Array<Executor, unsigned char>(model.x.size(), 0);
     boxes_ = Array<Executor, Box<R>>(surface_.simplices.size(), Box<R>{});
     reach_boxes_ = Array<Executor, Box<R>>(model.x.size(), Box<R>{});
@@ -48,37 +46,38 @@ class SelfCollider {
   /// One projection of all contacts.
   void resolve(const Particles<R>& particles) {
     if (contacts_found_ == 0) return;
-    const SinceStart<R> moved{particles.p, x0_.points()};
+    store_motion(particles);
+    const ScatteredPoints<R> moved = moved_.points();
     unsigned char* const active = active_.data();
     const int* const begin = ends_.begin();
     parallel_for(executor_, contacts_found_, MarkActive<R>{moved, contacts_.data(), active}, kGrain);
-    parallel_for(executor_, count_, SplitMasses<R>{particles.w, ends_.sorted(), begin, active, split_.data()}, kGrain);
+    parallel_for(executor_, count_, SplitMasses<R>{particles.w, ends_.sorted(), begin, active, moved}, kGrain);
     parallel_for(executor_, contacts_found_,
-                 PushContacts<R>{moved, split_.data(), contacts_.data(), active, friction_, pushes_.data()}, kGrain);
-    parallel_for(
-        executor_, count_,
-        GatherPushes<R>{particles.p, particles.w, contacts_.data(), ends_.sorted(), begin, active, pushes_.data()},
-        kGrain);
+                 PushContacts<R>{moved, contacts_.data(), active, friction_, pushes_.data()}, kGrain);
+    parallel_for(executor_, count_, GatherPushes<R>{particles.p, particles.w, ends_.sorted(), begin, pushes_.data()},
+                 kGrain);
   }
 
   /// The end of a substep: nothing crosses, and where it is now is where the next begins.
   void hold_apart(const Particles<R>& particles) {
     keep_in_reach(particles);
-    const PairPlanes<R> planes{{particles.p, x0_.points()}, kLeastGap * rules_.thickness};
+    const PairPlanes<R> planes{x0_.points(), moved_.points(), kLeastGap * rules_.thickness};
     const FindCrossing<R> find{planes, contacts_.data(), held_.data(), particles.w, active_.data()};
     const auto crossing = [&] { return parallel_reduce<Sum>(executor_, contacts_found_, find, kGrain).value; };
+    store_motion(particles);
     double left = crossing();
     for (int more = 0; left > 0 && more < kMoreProjections; ++more) {
       resolve(particles);
       keep_in_reach(particles);
+      store_motion(particles);
       left = crossing();
     }
     if (left > 0) {
       ++facts_.held;
       for (; left > 0; left = crossing())
         parallel_for(executor_, count_,
-                     HoldParticles<R>{planes, contacts_.data(), ends_.sorted(), ends_.begin(), active_.data(),
-                                      particles.w, held_.data()},
+                     HoldParticles<R>{planes, particles.p, contacts_.data(), ends_.sorted(), ends_.begin(),
+                                      active_.data(), particles.w, held_.data()},
                      kGrain);
       Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));
     }
@@ -93,10 +92,9 @@ class SelfCollider {
   const SelfSurface& surface() const { return surface_; }
   const SelfFacts& facts() const { return facts_; }
   std::size_t bytes() const {
-    return simplices_.bytes() + takes_part_.bytes() + body_.bytes() + rest_.bytes() + x0_.bytes() + 3 * d_.bytes() +
-           split_.bytes() + held_.bytes() + boxes_.bytes() + reach_boxes_.bytes() + place_.bytes() + sums_.bytes() +
-           cells_.bytes() + candidates_.bytes() + is_contact_.bytes() + contacts_.bytes() + active_.bytes() +
-           pushes_.bytes() + ends_.bytes();
+    return simplices_.bytes() + takes_part_.bytes() + body_.bytes() + 6 * x0_.bytes() + held_.bytes() + boxes_.bytes() +
+           reach_boxes_.bytes() + place_.bytes() + sums_.bytes() + cells_.bytes() + candidates_.bytes() +
+           meets_.bytes() + ends_of_.bytes() + contacts_.bytes() + active_.bytes() + pushes_.bytes() + ends_.bytes();
   }
 
   /// What a later substep depends on, for checkpoints: positions in which nothing crosses.
@@ -104,6 +102,8 @@ class SelfCollider {
   void remember(const std::vector<std::array<R, 3>>& x0) { x0_.upload(x0), searched_ = false; }
 
  private:
+  using Points4 = ScatteredArray<Executor, R>;
+
   static constexpr int kGrain = 2048;
   static constexpr int kMoreProjections = 8;
   static constexpr double kMargin = 0.5;    // of the thickness: constraints may pull as far past the prediction
@@ -116,6 +116,10 @@ class SelfCollider {
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0]), R(a[1]), R(a[2])}; }
   Reaches<R> reaches() const { return {x0_.points(), d_.points(), origin_, margin_, reach_boxes_.data()}; }
 
+  void store_motion(const Particles<R>& particles) {
+    parallel_for(executor_, count_, StoreMotion<R>{particles.p, x0_.points(), moved_.points()}, kGrain);
+  }
+
   void keep_in_reach(const Particles<R>& particles) {
     parallel_for(executor_, count_, KeepInReach<R>{reaches(), common_, particles.p, particles.w, takes_part_.data()},
                  kGrain);
@@ -123,18 +127,18 @@ class SelfCollider {
 
   /// How far the particles may go. Returns whether the candidates that are known still hold all pairs that may meet.
   bool reach(const Particles<R>& particles) {
-    const SinceStart<R> moved{particles.p, x0_.points()};
-    const MeanMotion mean = parallel_reduce<MeanMotion>(executor_, count_, SumMotion<R>{moved, takes_part_.data()});
+    store_motion(particles);
+    const MeanMotion mean =
+        parallel_reduce<MeanMotion>(executor_, count_, SumMotion<R>{moved_.points(), takes_part_.data()});
     const double per = mean.count > 0 ? 1 / mean.count : 0;
     for (int k = 0; k < 3; ++k) since_[k] += last_common_[k], last_common_[k] = mean.sum[k] * per;
     common_ = to_R(last_common_);
-    const OwnMotion<R> own{moved,        common_,         d_.points(), x_then_.points(), d_then_.points(),
-                           to_R(since_), R(0.99) * slack_};
+    const OwnMotion<R> own{moved_.points(),  x0_.points(),     common_,      d_.points(),
+                           x_then_.points(), d_then_.points(), to_R(since_), R(0.99) * slack_};
     const double left = parallel_reduce<Sum>(executor_, count_, own).value;
-    const Points<R> x0 = x0_.points();
-    Memory<Executor>::copy_out(x0.x, 1, &origin_.x);
-    Memory<Executor>::copy_out(x0.y, 1, &origin_.y);
-    Memory<Executor>::copy_out(x0.z, 1, &origin_.z);
+    Vec4<R> first;
+    Memory<Executor>::copy_out(x0_.points().of, 1, &first);
+    origin_ = first.xyz();
     return searched_ && left == 0;
   }
 
@@ -186,15 +190,18 @@ class SelfCollider {
     const int n = candidates_found_;
     const LookAtCandidate<R> look{candidates_.data(), reaches(), rest_.points(), body_.data(), rules_};
     parallel_for(executor_, count_, BoxParticles<R>{reaches()});
-    int* const place = is_contact_.at_least(n);
-    parallel_for(executor_, n, CountContacts<R>{look, place}, kGrain);
+    int* const place = meets_.at_least(n);
+    parallel_for(executor_, n, CountMeetings<R>{look, place}, kGrain);
     const int total = running_sum(executor_, place, n, sums_);
     contacts_found_ = total;
     contacts_.at_least(total), active_.at_least(total), pushes_.at_least(total);
-    parallel_for(executor_, n, LayContacts<R>{look, place, n, total, contacts_.data(), ends_.items(4 * total)}, kGrain);
+    int* const ends = ends_of_.at_least(total);
+    parallel_for(executor_, n, LayContacts<R>{look, place, n, total, contacts_.data(), ends}, kGrain);
+    const int all = running_sum(executor_, ends, total, sums_);
+    parallel_for(executor_, total, EnterEnds<R>{contacts_.data(), ends, ends_.items(all)}, kGrain);
     int bits = 1;
     while ((1 << bits) < count_) ++bits;
-    ends_.sort(executor_, 4 * total, bits, count_);
+    ends_.sort(executor_, all, bits, count_);
   }
 
   static constexpr double kCellSize = 2;
@@ -213,14 +220,13 @@ class SelfCollider {
   Array<Executor, Simplex> simplices_;
   Array<Executor, unsigned char> takes_part_, held_;
   Array<Executor, int> body_, place_;
-  Array<Executor, R> split_;
-  PointArray<Executor, R> rest_, x0_, d_, x_then_, d_then_;
+  Points4 rest_, x0_, moved_, d_, x_then_, d_then_;
   Array<Executor, Box<R>> boxes_, reach_boxes_;
-  Growing<Executor, int> sums_, is_contact_;
+  Growing<Executor, int> sums_, meets_, ends_of_;
   Growing<Executor, Candidate> candidates_;
   Growing<Executor, SelfContact<R>> contacts_;
   Growing<Executor, unsigned char> active_;
-  Growing<Executor, Vec4<R>> pushes_;
+  Growing<Executor, Push<R>> pushes_;
   Sorter<Executor> cells_, ends_;
 };
 
