@@ -39,6 +39,20 @@ TEST(SceneShows, ThatOneSheetStaysOnTheRampAndTheOtherSlides) {
   EXPECT_GT(length(mean(end, n / 2, n) - mean(half_way, n / 2, n)), 0.3);
 }
 
+TEST(SceneShows, ThatTheStripLiesFiveLayersDeep) {
+  const std::vector<Vec3> x = at_the_end(load_shipped("folded_sheet")).positions();
+  constexpr int kLong = 41, kBetweenRows = 2 * kLong;  // its middle runs between the third and the fourth of six rows
+  ASSERT_EQ(x.size(), 6u * kLong);
+  const auto middle = [&](int i) { return (x[kBetweenRows + i][0] + x[kBetweenRows + kLong + i][0]) / 2; };
+  int deepest = 0;
+  for (double at = -0.06; at < 0.06; at += 0.002) {  // between the walls
+    int layers = 0;
+    for (int i = 0; i + 1 < kLong; ++i) layers += (middle(i) < at) != (middle(i + 1) < at);
+    deepest = std::max(deepest, layers);
+  }
+  EXPECT_GE(deepest, 5);
+}
+
 class SceneShowsABalloon : public testing::TestWithParam<const char*> {};
 
 /// How far from round: the spread of the distances to the middle over their mean.

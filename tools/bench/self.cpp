@@ -20,6 +20,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kLayers = 4, kWarmUp = 2;  // sheets; steps
+constexpr int kTogether = 500'000;       // particles: beyond, two lines need more memory than many machines have
 
 /// Layers a little nearer than the thickness, 0.4 of a cell's side, that slide over each other and weigh on the lowest,
 /// which is pinned.
@@ -105,14 +106,15 @@ void run_self(const SelfOptions& options) {
   const Json facts = machine_facts(threads);
   print(formatted(
             "%d sheets, 0.95 of the thickness apart, lie and slide on each other; float, 10 substeps of 1/600 s, %d "
-            "steps of warm-up,\nthen %d x %g s a line, taking turns; medians of ns a particle and substep.\n",
+            "steps of warm-up,\nthen %d x %g s a line, taking turns (over 500,000 particles: in turn); medians of ns a "
+            "particle and substep.\n",
             kLayers, kWarmUp, options.repeats, options.seconds) +
         machine_lines(facts, "") +
         " particles  threads self-collision     whole step pushing a p.      bytes a p.   searches  crossings\n");
   Json rows = Json::array();
-  for (const int n : cases) {
+  const auto measure = [&](int n, const std::vector<int>& counts) {
     std::vector<Line> lines;
-    for (const int count : threads) {
+    for (const int count : counts) {
       lines.push_back({Simulation(stack(n), {.threads = count}), count, {}, {}});
       for (int step = 0; step < kWarmUp; ++step) lines.back().simulation.step();
     }
@@ -129,7 +131,12 @@ void run_self(const SelfOptions& options) {
       print(printed(rows.back()));
     }
     files.write(rows.dump(2) + "\n", facts.dump(2) + "\n", print.text());
-  }
+  };
+  for (const int n : cases)
+    if (n <= kTogether)
+      measure(n, threads);
+    else
+      for (const int count : threads) measure(n, {count});
   files.list();
 }
 
