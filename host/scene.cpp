@@ -1,10 +1,12 @@
 #include "host/scene.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <set>
 #include <stdexcept>
 
 #include "host/base/file.h"
+#include "host/base/near_miss.h"
 #include "host/error.h"
 #include "host/scene/scene_read.h"
 
@@ -53,10 +55,13 @@ SelfCollision read_self_collision(const JsonReader& at) {
 /// Every name is that of a body, and there once.
 void check_self_collision(const JsonReader& at, const Scene& scene) {
   if (scene.self_collision->bodies.empty()) return;
-  std::set<std::string> known, named;
-  for (const BodySpec& body : scene.bodies) known.insert(body.name);
+  std::set<std::string> named;
+  std::vector<std::string> known;
+  for (const BodySpec& body : scene.bodies) known.push_back(body.name);
   for (const JsonReader& item : at.at("bodies").list()) {
-    if (known.count(item.text()) == 0) item.refuse_value("the name of a body");
+    const std::string name = item.text();
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      item.refuse("unknown body '" + name + "'" + did_you_mean(name, known), join(known));
     if (!named.insert(item.text()).second) item.refuse_value("every body once");
   }
 }

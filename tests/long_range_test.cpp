@@ -139,7 +139,7 @@ TEST(LongRange, IsRefusedWithoutPins) {
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(),
                  "s.json: /bodies/0/constraints/1: found no particle that is connected with a pin; allowed: long-range "
-                 "attachments on a body with pins");
+                 "attachments on a body with pins that are never let go");
   }
 }
 

@@ -289,7 +289,11 @@ TEST(SelfCollision, RefusesWhatItCannotMean) {
   EXPECT_NE(refusal("/thickness", "remove").find("thickness"), std::string::npos);
   EXPECT_NE(refusal("/friction", "-1").find("/self_collision/friction"), std::string::npos);
   EXPECT_NE(refusal("/bodies", "[]").find("at least one"), std::string::npos);
-  EXPECT_NE(refusal("/bodies", R"(["sheet", "shet"])").find("/self_collision/bodies/1"), std::string::npos);
+  EXPECT_NE(refusal("/bodies", R"(["sheet", "shet"])")
+                .find("/self_collision/bodies/1: found unknown body 'shet' (did you mean 'sheet'?); allowed: from a "
+                      "file, sheet, "),
+            std::string::npos)
+      << refusal("/bodies", R"(["sheet", "shet"])");
   EXPECT_NE(refusal("/bodies", R"(["sheet", "sheet"])").find("every body once"), std::string::npos);
   EXPECT_NE(refusal("/thicknes", "1").find("thicknes"), std::string::npos);
   Scene scene = meeting(0);

@@ -346,7 +346,7 @@ class Builder {
     attach_long_range(body.mesh, body.edges, body.holds.pinned, spec.parameter, names(b), model_.long_range);
     if (model_.long_range.items() == before)
       refuse(model_.scene.file, place, "no particle that is connected with a pin",
-             "long-range attachments on a body with pins");
+             "long-range attachments on a body with pins that are never let go");
   }
 
   void add_air() {
