@@ -18,8 +18,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 /// Rows of a size and number of threads that are not malha's.
 std::size_t peers() { return blas_version().empty() ? 0 : 3; }
 

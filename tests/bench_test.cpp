@@ -12,8 +12,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 /// Rows of a case that are not malha's.
 const std::size_t kPeers = peer_version().empty() ? 0 : 1;
 

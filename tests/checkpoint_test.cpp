@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 /// A scene with everything that a checkpoint has to hold: two bodies, contacts, compliance, damping.
 Scene falling() {
-  BodySpec sheet = body("sheet", GridShape{{1, 1}, {6, 6}}, {compliant("distance", 1e-6), constraint("bending")});
+  BodySpec sheet = body("sheet", GridShape{{1, 1}, {6, 6}}, {with_compliance("distance", 1e-6), constraint("bending")});
   sheet.transform.translate = {-0.5, 0.52, -0.5};
   sheet.damping = 0.01;
   Scene scene =

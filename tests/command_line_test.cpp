@@ -6,8 +6,6 @@
 namespace malha {
 namespace {
 
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 TEST(CommandLine, HelpsWithEveryOptionAndExample) {
   const TemporaryFolder folder;
   const Ended help = malha_command({"--help"}, folder / "."), run = malha_command({"run", "--help"}, folder / ".");

@@ -25,8 +25,6 @@ class Command : public testing::Test {
   TemporaryFolder folder_;
 };
 
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 TEST_F(Command, RunsASceneAndSaysAtTheEndWhatAPersonWants) {
   Json scene = swinging_sheet(true);
   scene["outputs"]["pictures"] = {{"size", {64, 48}}};

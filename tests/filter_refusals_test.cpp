@@ -9,7 +9,7 @@ namespace malha {
 namespace {
 
 /// What the InputError says that the scene is refused with; "" where it is taken.
-std::string refusal(Scene scene) {
+std::string filter_refusal(Scene scene) {
   scene.file = "test.json";
   try {
     const Simulation simulation(scene, {.threads = 1});
@@ -34,13 +34,13 @@ TEST_P(SingularSystem, IsRefusedWhereTheMassOfAFreeBodyIsLost) {
     BodySpec sheet = sprung_sheet(cells);
     sheet.density = 0.003;
     const double stiffness = 1e17 * cells * 0.05 * 0.05 * 0.003 * 3600;
-    const std::string said = refusal(scene(sheet, stiffness));
+    const std::string said = filter_refusal(scene(sheet, stiffness));
     EXPECT_EQ(said.find("test.json: /solver/dt: found a system that is singular to working precision at particle "), 0u)
         << said;
     EXPECT_NE(said.find(" of body 'sheet'; allowed: a stiffness times dt^2 that is less than 1e14 times"),
               std::string::npos)
         << said;
-    EXPECT_EQ(refusal(scene(sheet, 1e-5 * stiffness)), "") << "1e12 times is not too much";
+    EXPECT_EQ(filter_refusal(scene(sheet, 1e-5 * stiffness)), "") << "1e12 times is not too much";
   }
 }
 
@@ -76,7 +76,7 @@ TEST(ANearlySingularSystem, IsSolvedOrRefused) {
 
 TEST_P(SingularSystem, IsNoneWhereTheBodyIsPinnedHoweverStiff) {
   const Scene pinned = scene(sprung_sheet(8, {ListPin{{0}}}), 1e18);
-  EXPECT_EQ(refusal(pinned), "");
+  EXPECT_EQ(filter_refusal(pinned), "");
   Simulation simulation(pinned, {.threads = 1});
   for (int step = 0; step < 3; ++step) simulation.step();
   // Its springs hold it, to the rounding of positions of 0.5 m.
@@ -127,7 +127,7 @@ TEST(ADenseFilterOfIntegers, ThatDoesNotFitNamesAStorageThatDoes) {
   sheet.shape = GridShape{{1, 1}, {699, 699}};
   Scene scene = desbrun_scene({sheet}, 1000, Precision::Float);
   scene.solver.desbrun.storage = Storage::Int16;
-  const std::string said = refusal(scene);
+  const std::string said = filter_refusal(scene);
   EXPECT_NE(said.find("/solver/filter: found a dense filter of "), std::string::npos) << said;
   EXPECT_NE(said.find("\"sparse\" with the storage \"float\" needs far less"), std::string::npos) << said;
 }

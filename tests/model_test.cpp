@@ -20,7 +20,7 @@ namespace {
 
 const GridShape kGrid{{1, 1}, {4, 4}};
 
-std::string refusal(const Scene& scene) {
+std::string model_refusal(const Scene& scene) {
   try {
     build_model(scene);
   } catch (const InputError& error) {
@@ -153,10 +153,10 @@ TEST(Model, MergesSetsOfBodiesWithEqualNumbersOnly) {
   EXPECT_EQ(model_of(plain, other).sets.size(), 2u);
   other = constraint("distance", 0.9);
   EXPECT_EQ(model_of(plain, other).sets.size(), 2u);
-  other = compliant("distance", 0);
+  other = with_compliance("distance", 0);
   EXPECT_EQ(model_of(plain, other).sets.size(), 2u) << "compliance 0 is not the absence of compliance";
-  EXPECT_EQ(model_of(compliant("distance", 1e-3), compliant("distance", 1e-4)).sets.size(), 2u);
-  EXPECT_EQ(model_of(compliant("distance", 1e-3), compliant("distance", 1e-3)).sets.size(), 1u);
+  EXPECT_EQ(model_of(with_compliance("distance", 1e-3), with_compliance("distance", 1e-4)).sets.size(), 2u);
+  EXPECT_EQ(model_of(with_compliance("distance", 1e-3), with_compliance("distance", 1e-3)).sets.size(), 1u);
   other = plain;
   other.on = {"shear"};
   model = model_of(plain, other);
@@ -219,43 +219,43 @@ TEST(Model, WithoutEnvironmentHasNoCollider) {
 TEST(ModelRefuses, ParticlesWithoutMass) {
   BodySpec dust = body("dust", CloudShape{});
   dust.mass.reset(), dust.density = 1;
-  EXPECT_EQ(refusal(scene_of({body("a", kGrid), dust})),
+  EXPECT_EQ(model_refusal(scene_of({body("a", kGrid), dust})),
             "test.json: /bodies/1/density: found a density of loose particles; allowed: 'mass' (kg)");
   for (const double mass : {0.0, -1.0, std::nan("")}) {
     BodySpec sheet = body("sheet", kGrid);
     sheet.mass = mass;
-    EXPECT_NE(refusal(scene_of({sheet})).find("allowed: a number > 0 (kg)"), std::string::npos) << mass;
+    EXPECT_NE(model_refusal(scene_of({sheet})).find("allowed: a number > 0 (kg)"), std::string::npos) << mass;
   }
 }
 
 TEST(ModelRefuses, ConstraintsThatFindNothingToActOn) {
   EXPECT_EQ(
-      refusal(scene_of({body("dust", CloudShape{}, {constraint("distance")})})),
+      model_refusal(scene_of({body("dust", CloudShape{}, {constraint("distance")})})),
       "test.json: /bodies/0/constraints/0: found a mesh that offers distance nothing to act on; allowed: edges, or "
       "quads for shear");
   EXPECT_EQ(
-      refusal(
+      model_refusal(
           scene_of({body("a", kGrid), body("chain", ChainShape{}, {constraint("distance"), constraint("bending")})})),
       "test.json: /bodies/1/constraints/1: found a mesh that offers bending nothing to act on; allowed: a mesh with "
       "neighbouring faces");
   ConstraintSpec shear = constraint("distance_limit");
   shear.on = {"shear"};
-  EXPECT_EQ(refusal(scene_of({body("ball", SphereShape{}, {shear})})),
+  EXPECT_EQ(model_refusal(scene_of({body("ball", SphereShape{}, {shear})})),
             "test.json: /bodies/0/constraints/0: found a mesh that offers distance_limit nothing to act on; allowed: "
             "edges, or quads for shear");
 }
 
 TEST(ModelRefuses, PressureInAnOpenMesh) {
-  const std::string message = refusal(scene_of({body("sheet", kGrid, {constraint("pressure")})}));
+  const std::string message = model_refusal(scene_of({body("sheet", kGrid, {constraint("pressure")})}));
   EXPECT_NE(message.find("test.json: edge "), std::string::npos) << message;
   EXPECT_NE(message.find("pressure needs a closed mesh"), std::string::npos) << message;
 }
 
 TEST(ModelRefuses, SolidsThatAreOpenAndEnvironmentsWithoutFaces) {
-  const std::string open = refusal(scene_of({body("a", kGrid)}, {obstacle("ground", kGrid)}));
+  const std::string open = model_refusal(scene_of({body("a", kGrid)}, {obstacle("ground", kGrid)}));
   EXPECT_NE(open.find("a solid needs a closed mesh"), std::string::npos) << open;
-  EXPECT_EQ(refusal(scene_of({body("a", kGrid)}, {obstacle("ground", kGrid, Sides::OneSided)})), "");
-  EXPECT_EQ(refusal(scene_of({body("a", kGrid)}, {obstacle("b", SphereShape{}), obstacle("rope", ChainShape{})})),
+  EXPECT_EQ(model_refusal(scene_of({body("a", kGrid)}, {obstacle("ground", kGrid, Sides::OneSided)})), "");
+  EXPECT_EQ(model_refusal(scene_of({body("a", kGrid)}, {obstacle("b", SphereShape{}), obstacle("rope", ChainShape{})})),
             "test.json: /environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar");
 }
 
@@ -263,34 +263,34 @@ TEST(ModelRefuses, WhatPinsRefuse) {
   BodySpec sheet = body("sheet", kGrid);
   sheet.pins = {BoxPin{{-9, -9, -9}, {9, 9, 9}}};
   EXPECT_EQ(
-      refusal(scene_of({sheet})),
+      model_refusal(scene_of({sheet})),
       "test.json: /bodies/0/pins: found every particle of body 'sheet' pinned; allowed: at least one that can move");
 }
 
 TEST(ModelRefuses, AMeshFileByItsOwnName) {
-  EXPECT_NE(refusal(scene_of({body("scan", MeshFile{"/nowhere/scan.obj"})})).find("/nowhere/scan.obj"),
+  EXPECT_NE(model_refusal(scene_of({body("scan", MeshFile{"/nowhere/scan.obj"})})).find("/nowhere/scan.obj"),
             std::string::npos);
 }
 
 TEST(ModelRefuses, InScenesMadeInCodeWhatAFileMayNotSay) {
-  EXPECT_NE(refusal(scene_of({})).find("found no key 'bodies'"), std::string::npos);
+  EXPECT_NE(model_refusal(scene_of({})).find("found no key 'bodies'"), std::string::npos);
   BodySpec weightless = body("weightless", kGrid);
   weightless.mass.reset();
-  EXPECT_EQ(refusal(scene_of({weightless})),
+  EXPECT_EQ(model_refusal(scene_of({weightless})),
             "test.json: /bodies/0: found neither 'mass' nor 'density'; allowed: exactly one of them");
-  EXPECT_NE(refusal(scene_of({body("a", kGrid, {constraint("distance"), constraint("glue")})}))
+  EXPECT_NE(model_refusal(scene_of({body("a", kGrid, {constraint("distance"), constraint("glue")})}))
                 .find("test.json: /bodies/0/constraints/1/type: found unknown constraint \"glue\""),
             std::string::npos);
   Scene frozen = scene_of({body("sheet", kGrid)});
   frozen.solver.dt = 0;
-  EXPECT_NE(refusal(frozen).find("test.json: /solver/dt: found 0"), std::string::npos);
+  EXPECT_NE(model_refusal(frozen).find("test.json: /solver/dt: found 0"), std::string::npos);
 }
 
 TEST(ModelRefuses, ExpectationsThatCouldNotFail) {
   const auto refused = [](auto set) {
     Scene scene = scene_of({body("sheet", kGrid)});
     set(scene.expect);
-    return refusal(scene).substr(0, std::string("test.json: /expect/").size()) == "test.json: /expect/";
+    return model_refusal(scene).substr(0, std::string("test.json: /expect/").size()) == "test.json: /expect/";
   };
   EXPECT_TRUE(refused([](Expect& e) { e.max_strain = 1; }));
   EXPECT_TRUE(refused([](Expect& e) { e.rms_strain = 1; }));

@@ -150,7 +150,7 @@ TEST(MovedPins, ArePlannedAndReported) {
   EXPECT_NE(text.find("\n  pins: 8 launches\n"), std::string::npos) << text;
 }
 
-std::string refusal(const Scene& scene) {
+std::string run_refusal(const Scene& scene) {
   try {
     Simulation simulation(scene, {.threads = 1});
   } catch (const InputError& error) {
@@ -164,20 +164,20 @@ TEST(MovedPins, AreRefusedWhereTheyContradictEachOtherOrTheMethod) {
   scene.file = "s.json";
   scene.bodies[0].pins.push_back(ListPin{{4}});
   EXPECT_EQ(
-      refusal(scene),
+      run_refusal(scene),
       "s.json: /bodies/0/pins/1: found particle 4, which another pin or rigid attachment holds too; allowed: one for "
       "a particle that moves or is released");
   scene = carried_sheet(Precision::Float, 1);
   scene.file = "s.json", scene.solver.type = "desbrun";
   EXPECT_EQ(
-      refusal(scene),
+      run_refusal(scene),
       "s.json: /bodies/0/pins/0/until: found a release under Desbrun's method, whose filter is made for pins that "
       "stay; allowed: one without it, or solver type pbd");
   scene = carried_sheet();
   scene.bodies[0].pins = {moving(BoxPin{{-9, -9, -9}, {9, 9, 9}}, kSwing)};
-  EXPECT_NE(refusal(scene).find("every particle of body 'sheet' pinned"), std::string::npos);
+  EXPECT_NE(run_refusal(scene).find("every particle of body 'sheet' pinned"), std::string::npos);
   scene.bodies[0].pins[0].until = 0.1;
-  EXPECT_EQ(refusal(scene), "") << "they will be free";
+  EXPECT_EQ(run_refusal(scene), "") << "they will be free";
 }
 
 }  // namespace

@@ -263,7 +263,7 @@ TEST(NeoHookean, StaysFiniteTenKilometresFromTheOrigin) {
 
 TEST(NeoHookeanUnderDesbrun, IsProjectedAfterTheSprings) {
   Scene scene = block(1e5, 0.3);
-  scene.bodies[0].constraints.push_back(compliant("distance", 1e-2));
+  scene.bodies[0].constraints.push_back(with_compliance("distance", 1e-2));
   scene.bodies[0].damping = 0.1;
   scene.solver.type = "desbrun", scene.solver.substeps = 10;
   const Model model = build_model(scene);

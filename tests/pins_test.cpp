@@ -24,7 +24,7 @@ std::vector<int> held(const Shape& shape, std::vector<Pin> pins) {
   return found;
 }
 
-std::string refusal(const Shape& shape, std::vector<Pin> pins) {
+std::string pins_refusal(const Shape& shape, std::vector<Pin> pins) {
   try {
     held(shape, std::move(pins));
   } catch (const InputError& error) {
@@ -69,29 +69,30 @@ TEST(Pins, AddUp) {
 }
 
 TEST(Pins, ThatFindNoParticleAreRefused) {
-  EXPECT_EQ(refusal(kGrid, {ListPin{{1}}, BoxPin{{5, 5, 5}, {6, 6, 6}}}),
+  EXPECT_EQ(pins_refusal(kGrid, {ListPin{{1}}, BoxPin{{5, 5, 5}, {6, 6, 6}}}),
             "test.json: /bodies/1/pins/1: found no particle there; allowed: a pin that holds a particle (rows are for "
             "grids and chains)");
-  EXPECT_NE(refusal(kGrid, {SpherePin{{1, 1, 1}, 0.9}}), "");
-  EXPECT_NE(refusal(kGrid, {BoxPin{{2, 1, 3}, {0, -1, 0}}}), "") << "a box inside out";
-  EXPECT_NE(refusal(kGrid, {ListPin{}}), "");
+  EXPECT_NE(pins_refusal(kGrid, {SpherePin{{1, 1, 1}, 0.9}}), "");
+  EXPECT_NE(pins_refusal(kGrid, {BoxPin{{2, 1, 3}, {0, -1, 0}}}), "") << "a box inside out";
+  EXPECT_NE(pins_refusal(kGrid, {ListPin{}}), "");
 }
 
 TEST(Pins, OfARowAreRefusedOnShapesWithoutRows) {
-  EXPECT_EQ(refusal(SphereShape{0.5, 1}, {RowPin{}}),
+  EXPECT_EQ(pins_refusal(SphereShape{0.5, 1}, {RowPin{}}),
             "test.json: /bodies/1/pins/0: found no particle there; allowed: a pin that holds a particle (rows are for "
             "grids and chains)");
-  EXPECT_NE(refusal(BoxShape{}, {RowPin{}}), "");
-  EXPECT_NE(refusal(CloudShape{}, {RowPin{}}), "");
+  EXPECT_NE(pins_refusal(BoxShape{}, {RowPin{}}), "");
+  EXPECT_NE(pins_refusal(CloudShape{}, {RowPin{}}), "");
 }
 
 TEST(Pins, OfParticlesThatAreNotThereAreRefused) {
-  EXPECT_EQ(refusal(kGrid, {ListPin{{0, 12}}}), "test.json: /bodies/1/pins/0: found particle 12; allowed: 0 to 11");
-  EXPECT_EQ(refusal(kGrid, {ListPin{{-1}}}), "test.json: /bodies/1/pins/0: found particle -1; allowed: 0 to 11");
+  EXPECT_EQ(pins_refusal(kGrid, {ListPin{{0, 12}}}),
+            "test.json: /bodies/1/pins/0: found particle 12; allowed: 0 to 11");
+  EXPECT_EQ(pins_refusal(kGrid, {ListPin{{-1}}}), "test.json: /bodies/1/pins/0: found particle -1; allowed: 0 to 11");
 }
 
 TEST(Pins, ThatLeaveNothingToMoveAreRefused) {
-  EXPECT_EQ(refusal(kGrid, {BoxPin{{-9, -9, -9}, {9, 9, 9}}}),
+  EXPECT_EQ(pins_refusal(kGrid, {BoxPin{{-9, -9, -9}, {9, 9, 9}}}),
             "test.json: /bodies/1/pins: found every particle of body 'second' pinned; allowed: at least one that can "
             "move");
 }

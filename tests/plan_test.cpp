@@ -12,7 +12,6 @@ std::string plan_of(const Json& scene, const SimulationOptions& options = {.thre
   return plan(Simulation(parsed(scene), options));
 }
 
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 bool says(const std::string& plan, const std::string& line) { return has("\n" + plan, "\n" + line + "\n"); }
 
 /// Only what every scene has: particles that move.

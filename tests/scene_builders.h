@@ -16,7 +16,7 @@ inline ConstraintSpec constraint(const std::string& type, double parameter = 1) 
   return spec;
 }
 
-inline ConstraintSpec compliant(const std::string& type, double compliance, double parameter = 1) {
+inline ConstraintSpec with_compliance(const std::string& type, double compliance, double parameter = 1) {
   ConstraintSpec spec = constraint(type, parameter);
   spec.compliance = compliance;
   return spec;

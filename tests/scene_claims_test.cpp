@@ -39,6 +39,24 @@ TEST(SceneShows, ThatOneSheetStaysOnTheRampAndTheOtherSlides) {
   EXPECT_GT(length(mean(end, n / 2, n) - mean(half_way, n / 2, n)), 0.3);
 }
 
+TEST(SceneShows, ThatLongRangeAttachmentsHoldTheCloth) {
+  const Scene scene = load_shipped("long_cloth");
+  Simulation simulation(scene, {.threads = 1});
+  constexpr std::size_t kRow = 21, kCloth = kRow * 81;  // two of them, hung by their first rows; 4 m long
+  double held = 0, not_held = 0;                        // farthest from the pin above, ever
+  while (simulation.time() < scene.duration) {
+    simulation.step();
+    const std::vector<Vec3> x = simulation.positions();
+    ASSERT_EQ(x.size(), 2 * kCloth);
+    for (std::size_t i = 0; i < kCloth; ++i) {
+      held = std::max(held, length(x[i] - x[i % kRow]));
+      not_held = std::max(not_held, length(x[kCloth + i] - x[kCloth + i % kRow]));
+    }
+  }
+  EXPECT_LT(held, 1.021 * 4);  // its limit is 2 %
+  EXPECT_GT(not_held, 1.1 * 4);
+}
+
 TEST(SceneShows, ThatTheStripLiesFiveLayersDeep) {
   const std::vector<Vec3> x = at_the_end(load_shipped("folded_sheet")).positions();
   constexpr int kLong = 41, kBetweenRows = 2 * kLong;  // its middle runs between the third and the fourth of six rows

@@ -17,7 +17,7 @@ namespace malha {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 using Words = std::set<std::string>;
 
 const fs::path scenes = fs::path(MALHA_SOURCE_DIR) / "scenes";

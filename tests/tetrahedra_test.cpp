@@ -60,8 +60,8 @@ TEST(Tetrahedra, ShareMassByVolume) {
 }
 
 TEST(TetrahedraWithVolumeConstraints, TakeTheVolumeThatTheyAreTold) {
-  BodySpec jelly =
-      body("jelly", TetBoxShape{{1, 1, 1}, {2, 2, 2}}, {compliant("distance", 1e-2), compliant("volume", 0, 1.25)});
+  BodySpec jelly = body("jelly", TetBoxShape{{1, 1, 1}, {2, 2, 2}},
+                        {with_compliance("distance", 1e-2), with_compliance("volume", 0, 1.25)});
   jelly.damping = 0.2;
   Scene scene = scene_of({jelly});
   Simulation simulation(scene, {.threads = 1});
