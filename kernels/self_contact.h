@@ -42,11 +42,12 @@ struct StoreMotion {
   KERNEL void operator()(int i) const { moved.set(i, p[i] - x0[i]); }
 };
 
+/// Motions, each with its weight.
 struct MeanMotion {
-  double sum[3] = {}, count = 0;
+  double sum[3] = {}, weight = 0;
   KERNEL MeanMotion& operator+=(const MeanMotion& o) {
     for (int k = 0; k < 3; ++k) sum[k] += o.sum[k];
-    count += o.count;
+    weight += o.weight;
     return *this;
   }
 };

@@ -78,7 +78,7 @@ void instantiate_all() {
   instantiate<FindCandidates<R, false>, FindCandidates<R, true>>();
   instantiate<SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>, LayContacts<R>, EnterEnds<R>>();
   instantiate<StoreMotion<R>, MarkActive<R>, SplitMasses<R>, PushContacts<R>, GatherPushes<R>, CountPushing<R>>();
-  instantiate<KeepInReach<R>, FindCrossing<R>, HoldParticles<R>, CopyPoints<R>>();
+  instantiate<KeepInReach<R>, FindCrossing<R>, HoldParticles<R>, SumMomentum<R>, Translate<R>, CopyPoints<R>>();
 }
 
 template void instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore>();

@@ -167,6 +167,31 @@ TEST_P(NeoHookeanComesBack, ToItsRestShapeWithDamping) {
   }
 }
 
+TEST(TetrahedraWithVolumeConstraints, TurnBackWhatIsInvertedOrFlattened) {
+  // A corner of the block is pushed out of the opposite side of its tetrahedron, or into it; soft edges alone would
+  // leave it there, because they are as long on either side.
+  for (const double to : {0.35, 1.0 / 3, 0.5}) {  // inverted little, flat, inverted more: of the way to the far corner
+    Scene scene = scene_of({body("jelly", TetBoxShape{{1, 1, 1}, {1, 1, 1}},
+                                 {with_compliance("distance", 1e-2), with_compliance("volume", 0)})});
+    scene.bodies[0].damping = 0.2;
+    const Model model = build_model(scene);
+    int corners = 0;
+    const auto solver = started<float>(model, [&](const Vec3& X) {
+      const bool mine = X[0] > 0 && X[1] < 0 && X[2] < 0;
+      corners += mine;
+      return mine ? Vec3{X[0] - to, X[1] + to, X[2] + to} : X;
+    });
+    ASSERT_EQ(corners, 1);
+    const double least = to > 0.34 ? 1 : 0;
+    ASSERT_EQ(static_cast<double>(solver->measure().inverted_tetrahedra), least) << to;
+    for (int step = 0; step < 180; ++step) solver->step();
+    const Measures m = solver->measure();
+    EXPECT_EQ(m.inverted_tetrahedra, 0) << to;
+    EXPECT_NEAR(m.volume_ratios.at(0), 1, 1e-3) << to;
+    EXPECT_LT(distortion(model, *solver), 1e-2) << to;
+  }
+}
+
 Vec3 anywhere(const Vec3&) {
   static Random random(5);
   return {random(-0.25, 0.25), random(-0.25, 0.25), random(-0.25, 0.25)};

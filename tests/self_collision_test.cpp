@@ -6,6 +6,7 @@
 #include "host/model/self_surface.h"
 #include "host/results/plan.h"
 #include "host/solver/solver.h"
+#include "host/solver/state.h"
 #include "tests/full_scene.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
@@ -141,6 +142,27 @@ TEST(SelfCollision, KeepsAFoldFromPassingThroughItself) {
       ASSERT_EQ(simulation.measure().crossings, 0) << method << ", step " << step;
     }
   }
+}
+
+// A sheet crushed into a tenth of its size and let go jams for many substeps; in the air it falls as anything else.
+TEST(SelfCollision, WhatJamsFallsAsAnythingElse) {
+  BodySpec sheet = square("sheet", {0, 0, 0}, 8);
+  Scene scene = colliding({sheet}, 0.02, 0.3, kEarth);
+  const Model model = build_model(scene);
+  const auto solver = make_solver(model, 1);
+  State<double> state;
+  for (const Vec3& X : model.x) {
+    state.x.push_back({0.1 * X[0], 0.01 * std::sin(9 * X[0] + 5 * X[2]), 0.1 * X[2]});
+    state.v.push_back({0, 0, 0});
+  }
+  state.apart = state.x;
+  solver->restore(save_state(state));
+  for (int step = 0; step < 3; ++step) solver->step();
+  const Measures m = solver->measure();
+  EXPECT_GT(solver->facts().self->held, 0);
+  EXPECT_EQ(m.crossings, 0);
+  const double fallen[] = {0, 0.2 * -9.81 * 3 / 60, 0};
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(m.momentum[k], fallen[k], 1e-13);  // rounding of some 30 substeps
 }
 
 TEST(SelfCollision, CountsAMadeCrossingAndRefusesToStartWithIt) {

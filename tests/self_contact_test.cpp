@@ -49,5 +49,45 @@ TEST(SelfContact, HasPlanesThatPartWhatIsAThousandthOfItsSizeApart) {
   }
 }
 
+/// A contact of the pair, which are of two bodies, wherever they are.
+SelfContact<double> contact_of(const Candidate& pair, const std::vector<Vec3>& x) {
+  const ScatteredArray<Serial, double> points(x), still(4);
+  std::vector<Box<double>> boxes(4);
+  const Reaches<double> reaches{points.points(), still.points(), points.points()[0], 10, boxes.data()};
+  const int body[] = {0, pair.are_edges() ? 0 : 1, 1, 1};
+  SelfContact<double> contact;
+  EXPECT_TRUE((LookAtCandidate<double>{&pair, reaches, points.points(), body, {10, 0.1}}(pair, contact)));
+  return contact;
+}
+
+// C = distance of the closest points - thickness. Where they slide along the sides, C does not change to first order,
+// so that its gradient is the weight of each particle times the normal: inside, on edges and at corners alike.
+TEST(SelfContact, PushesAlongTheGradientOfTheDistance) {
+  Random random(2);
+  constexpr double kStep = 1e-6;
+  for (const Candidate& pair : {Candidate{{0, 1, 2, 3}}, Candidate{{~0, 1, 2, 3}}})
+    for (int trial = 0; trial < 200; ++trial) {
+      std::vector<Vec3> x;
+      for (int j = 0; j < 4; ++j) {
+        const Vector3<double> at = random.in_cube();
+        x.push_back({at.x, at.y, at.z});
+      }
+      // Between the closest points' weights and n lies the thickness alone: distance = thickness - short_of / recovery.
+      const auto distance = [&](const std::vector<Vec3>& at) { return 10 - contact_of(pair, at).short_of / 0.1; };
+      const SelfContact<double> contact = contact_of(pair, x);
+      if (distance(x) < 0.05) continue;  // curvature 1 / distance: the difference below leaves an error of 1e-9
+      for (int j = 0; j < 4; ++j)
+        for (int k = 0; k < 3; ++k) {
+          std::vector<Vec3> before = x, after = x;
+          before[j][k] -= kStep, after[j][k] += kStep;
+          const double slope = (distance(after) - distance(before)) / (2 * kStep);
+          const double n[] = {contact.n.x, contact.n.y, contact.n.z};
+          // Rounding: the distance comes out of a thickness of 10 m over 0.1, 1e-14 / 1e-6. At the bends of the
+          // distance (from a side to its edge) its slope has no jump, but the second derivative has.
+          EXPECT_NEAR(slope, contact.weight[j] * n[k], 2e-5) << trial << ": " << j << ", " << k;
+        }
+    }
+}
+
 }  // namespace
 }  // namespace malha

@@ -23,6 +23,7 @@ class SelfCollider {
         count_(model.count()),
         friction_(R(model.scene.self_collision->friction)) {
     const double thickness = model.scene.self_collision->thickness;
+    for (int i = 0; i < count_; ++i) has_pins_ = has_pins_ || (surface_.takes_part[i] && model.w[i] == 0);
     facts_.particles = surface_.particles, facts_.edges = surface_.edges, facts_.triangles = surface_.triangles;
     rules_ = {R(thickness), R(kRecovery)};
     margin_ = R(thickness * kMargin), slack_ = R(thickness * kSlack);
@@ -58,29 +59,18 @@ class SelfCollider {
                  kGrain);
   }
 
-  /// The end of a substep: nothing crosses, and where it is now is where the next begins.
-  void hold_apart(const Particles<R>& particles) {
+  /// The end of a substep: nothing crosses, and where it is now is where the next begins. What jams is held back; where
+  /// touches() says that nothing holds the bodies, they keep their momentum all the same.
+  template <class Touches>
+  void hold_apart(const Particles<R>& particles, const Touches& touches) {
+    const MeanMotion before = momentum(particles);
     keep_in_reach(particles);
-    const PairPlanes<R> planes{x0_.points(), moved_.points(), kLeastGap * rules_.thickness};
-    const FindCrossing<R> find{planes, contacts_.data(), held_.data(), particles.w, active_.data()};
-    const auto crossing = [&] { return parallel_reduce<Sum>(executor_, contacts_found_, find, kGrain).value; };
-    store_motion(particles);
-    double left = crossing();
-    for (int more = 0; left > 0 && more < kMoreProjections; ++more) {
-      resolve(particles);
-      keep_in_reach(particles);
-      store_motion(particles);
-      left = crossing();
-    }
-    if (left > 0) {
-      ++facts_.held;
-      for (; left > 0; left = crossing())
-        parallel_for(executor_, count_,
-                     HoldParticles<R>{planes, particles.p, contacts_.data(), ends_.sorted(), ends_.begin(),
-                                      active_.data(), particles.w, held_.data()},
-                     kGrain);
-      Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));
-    }
+    hold_crossing(particles);
+    const MeanMotion after = momentum(particles);
+    const auto lost = [&](int k) { return before.weight > 0 ? (before.sum[k] - after.sum[k]) / before.weight : 0; };
+    if ((lost(0) != 0 || lost(1) != 0 || lost(2) != 0) && !has_pins_ && !touches())
+      parallel_for(executor_, count_,
+                   Translate<R>{particles.p, takes_part_.data(), {R(lost(0)), R(lost(1)), R(lost(2))}});
     parallel_for(executor_, count_, CopyPoints<R>{particles.p, x0_.points()});
   }
 
@@ -125,12 +115,39 @@ class SelfCollider {
                  kGrain);
   }
 
+  MeanMotion momentum(const Particles<R>& particles) const {
+    return parallel_reduce<MeanMotion>(executor_, count_,
+                                       SumMomentum<R>{particles.p, x0_.points(), particles.w, takes_part_.data()});
+  }
+
+  void hold_crossing(const Particles<R>& particles) {
+    const PairPlanes<R> planes{x0_.points(), moved_.points(), kLeastGap * rules_.thickness};
+    const FindCrossing<R> find{planes, contacts_.data(), held_.data(), particles.w, active_.data()};
+    const auto crossing = [&] { return parallel_reduce<Sum>(executor_, contacts_found_, find, kGrain).value; };
+    store_motion(particles);
+    double left = crossing();
+    for (int more = 0; left > 0 && more < kMoreProjections; ++more) {
+      resolve(particles);
+      keep_in_reach(particles);
+      store_motion(particles);
+      left = crossing();
+    }
+    if (!(left > 0)) return;
+    ++facts_.held;
+    for (; left > 0; left = crossing())
+      parallel_for(executor_, count_,
+                   HoldParticles<R>{planes, particles.p, contacts_.data(), ends_.sorted(), ends_.begin(),
+                                    active_.data(), particles.w, held_.data()},
+                   kGrain);
+    Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));
+  }
+
   /// How far the particles may go. Returns whether the candidates that are known still hold all pairs that may meet.
   bool reach(const Particles<R>& particles) {
     store_motion(particles);
     const MeanMotion mean =
         parallel_reduce<MeanMotion>(executor_, count_, SumMotion<R>{moved_.points(), takes_part_.data()});
-    const double per = mean.count > 0 ? 1 / mean.count : 0;
+    const double per = mean.weight > 0 ? 1 / mean.weight : 0;
     for (int k = 0; k < 3; ++k) since_[k] += last_common_[k], last_common_[k] = mean.sum[k] * per;
     common_ = to_R(last_common_);
     const OwnMotion<R> own{moved_.points(),  x0_.points(),     common_,      d_.points(),
@@ -211,7 +228,7 @@ class SelfCollider {
   int count_;
   R friction_, margin_ = 0, slack_ = 0;
   Vec3 since_{}, last_common_{};
-  bool searched_ = false;
+  bool searched_ = false, has_pins_ = false;
   ContactRules<R> rules_{};
   Vector3<R> common_{}, origin_{};
   Grid<R> grid_{};

@@ -185,7 +185,9 @@ class Stepper : public Solver {
         if (enough()) break;
       }
     if (collider_) timed(Pass::Collision, [&] { collider_->hold_back(all, start, start + h); });
-    if (self_) timed(Pass::SelfCollision, [&] { self_->hold_apart(all); });
+    if (self_)
+      timed(Pass::SelfCollision,
+            [&] { self_->hold_apart(all, [&] { return collider_ && collider_->contacts() > 0; }); });
     timed(Pass::State, [&] {
       const int lost = parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)}).index;
       if (lost != FirstIndex{}.index) refuse_lost(model_.user_of[lost]);
