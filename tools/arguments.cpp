@@ -13,7 +13,7 @@ namespace malha {
 
 namespace {
 
-const std::vector<std::string> kFirstWords{"run", "plan", "check", "bench", "--help", "-h", "--version"};
+const std::vector<std::string> kFirstWords{"run", "plan", "check", "bench", "study", "--help", "-h", "--version"};
 const std::vector<std::string> kFormats{"vtp", "pc2", "ply", "obj"};
 const std::vector<std::string> kBackends{"openmp", "serial"};
 constexpr std::int64_t kMostSteps = 1'000'000'000;
@@ -95,8 +95,8 @@ std::string complaint(const CLI::App& app, const CLI::Error& error) {
   return name + ": " + what + "; see " + name + " --help\n";
 }
 
-/// The words as a shell takes them back.
-std::string resume_command(int argc, char** argv) {
+/// The words as a shell takes them back; without --resume, which a run that goes on has once.
+std::string typed(int argc, char** argv) {
   std::string line = "malha";
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
@@ -111,7 +111,7 @@ std::string resume_command(int argc, char** argv) {
     for (const char letter : word) line += letter == '\'' ? "'\\''" : std::string(1, letter);
     line += "'";
   }
-  return line + " --resume";
+  return line;
 }
 
 void add_run(CLI::App& app, Arguments& arguments) {
@@ -155,13 +155,15 @@ void add_everything(CLI::App& app, Arguments& arguments) {
       "  malha run scenes/sheet_shear.json       results in out/sheet_shear/\n"
       "  malha plan scenes/balloon.json          what would run, before it runs\n"
       "  malha check my_scene.json               whether the scene and its meshes are sound\n"
-      "  malha bench projection                  what a projection costs here; malha bench filter: a filter\n\n"
+      "  malha bench projection                  what a projection costs here; malha bench filter: a filter\n"
+      "  malha study accuracy --quick            error against cost of every method, with charts\n\n"
       "Exit status: 0 done; 1 done, but not as the scene expects; 2 bad input, nothing was written; 3 the run became\n"
       "non-finite; 4 results could not be written; 130 interrupted with Ctrl-C (malha run --resume goes on).");
   add_run(app, arguments);
   add_plan(app, arguments);
   add_check(app, arguments);
   add_bench(app, arguments.bench);
+  add_study(app, arguments.study);
   for (CLI::App* command : app.get_subcommands({})) {
     command->group("Commands");
     command->set_help_flag("-h,--help", "Print this help");
@@ -182,6 +184,11 @@ std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) 
       std::cerr << answer << "\n";
       return kBadInput;
     }
+  if (first == "study")
+    if (const std::string answer = refused_study(argc > 2 ? argv[2] : ""); !answer.empty()) {
+      std::cerr << answer << "\n";
+      return kBadInput;
+    }
   CLI::App app{"Deformable bodies in real time: cloth, balloons and soft solids in data-parallel batches.", "malha"};
   add_everything(app, arguments);
   try {
@@ -191,11 +198,12 @@ std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) 
     std::cerr << complaint(app, error);
     return kBadInput;
   }
-  arguments.resume_command = resume_command(argc, argv);
+  arguments.typed = typed(argc, argv);
   arguments.command = first == "run"     ? Command::Run
                       : first == "plan"  ? Command::Plan
                       : first == "check" ? Command::Check
-                                         : Command::Bench;
+                      : first == "bench" ? Command::Bench
+                                         : Command::Study;
   return std::nullopt;
 }
 

@@ -6,10 +6,11 @@
 #include <vector>
 
 #include "tools/arguments_bench.h"
+#include "tools/arguments_study.h"
 
 namespace malha {
 
-enum class Command { Run, Plan, Check, Bench };
+enum class Command { Run, Plan, Check, Bench, Study };
 
 /// What the command's exit status says. An interrupted run exits with 128 + the signal: 130 for Ctrl-C.
 enum ExitStatus { kDone = 0, kUnmet = 1, kBadInput = 2, kDiverged = 3, kFailed = 4 };
@@ -27,8 +28,9 @@ struct Arguments {
   bool picture = false, no_picture = false;
   std::vector<std::string> formats;
   bool resume = false, quiet = false;
-  std::string resume_command;  // what the user typed, with --resume
+  std::string typed;  // what the user typed, without --resume
   BenchArguments bench;
+  study::Options study;
 };
 
 /// Fills `arguments`. Where there is nothing to run (--help, --version, or an error, which goes to standard error as

@@ -1,4 +1,4 @@
-// The malha command: run, plan and check scenes, and benchmarks.
+// The malha command: run, plan and check scenes, benchmarks and studies.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -13,6 +13,7 @@
 #include "host/results/summary.h"
 #include "tools/arguments.h"
 #include "tools/progress.h"
+#include "tools/study/run.h"
 
 namespace {
 
@@ -30,6 +31,10 @@ void on_signal(int signal) {
 /// A shell that starts a job in the background lets it ignore Ctrl-C: so it stays.
 void catch_signal(int signal) {
   if (std::signal(signal, on_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
+}
+
+void catch_signals() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) catch_signal(signal);
 }
 
 malha::SimulationOptions simulation_options(const Arguments& arguments, malha::ProgressReporter& progress) {
@@ -74,9 +79,7 @@ int run(const Arguments& arguments) {
   options.out = arguments.out.empty() ? "out/" + std::filesystem::path(arguments.scene).stem().string() : arguments.out;
   options.steps = last_step(arguments, scene);
   options.resume = arguments.resume;
-  catch_signal(SIGINT);
-  catch_signal(SIGTERM);
-  catch_signal(SIGHUP);
+  catch_signals();
   malha::RunResult result;
   try {
     malha::ProgressReporter progress(arguments.quiet);
@@ -89,7 +92,7 @@ int run(const Arguments& arguments) {
   if (!arguments.quiet) std::cout << result.summary << malha::list_results(malha::Results(options.out));
   for (const std::string& line : result.unmet) std::cerr << arguments.scene << ": not as expected: " << line << "\n";
   if (result.interrupted) {
-    std::cerr << "interrupted; go on with: " << arguments.resume_command << "\n";
+    std::cerr << "interrupted; go on with: " << arguments.typed << " --resume\n";
     return 128 + stopped_by;
   }
   return result.unmet.empty() ? malha::kDone : malha::kUnmet;
@@ -115,6 +118,17 @@ int check(const Arguments& arguments) {
   return malha::kDone;
 }
 
+int study(const Arguments& arguments) {
+  catch_signals();
+  try {
+    malha::study::run(arguments.study, stop);
+  } catch (const malha::study::Interrupted&) {
+    std::cerr << "interrupted; go on with: " << arguments.typed << "\n";
+    return 128 + stopped_by;
+  }
+  return malha::kDone;
+}
+
 int dispatch(const Arguments& arguments) {
   switch (arguments.command) {
     case malha::Command::Run:
@@ -126,6 +140,8 @@ int dispatch(const Arguments& arguments) {
     case malha::Command::Bench:
       arguments.bench.run();
       return malha::kDone;
+    case malha::Command::Study:
+      return study(arguments);
   }
   return malha::kFailed;
 }
@@ -144,8 +160,7 @@ int main(int argc, char** argv) {
     std::cerr << error.what() << "\n";
     return malha::kBadInput;
   } catch (const malha::Diverged& error) {
-    std::cerr << (arguments.scene.empty() ? "malha bench" : arguments.scene) << ": diverged at " << error.what()
-              << "\n";
+    std::cerr << (arguments.scene.empty() ? "malha" : arguments.scene) << ": diverged at " << error.what() << "\n";
     return malha::kDiverged;
   } catch (const std::exception& error) {
     std::cerr << "malha: " << error.what() << "\n";

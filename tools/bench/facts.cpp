@@ -13,11 +13,16 @@ namespace malha::bench {
 
 using Json = nlohmann::ordered_json;
 
-Json machine_facts(const std::vector<int>& threads) {
+Json build_facts() {
   const Json report = Json::parse(Simulation(hanging(grid_case(3), {})).report("benchmark"));
   Json facts;
   for (const char* key : {"malha_version", "compiler", "flags", "instructions", "cpu"}) facts[key] = report.at(key);
   facts["cores"] = cores();
+  return facts;
+}
+
+Json machine_facts(const std::vector<int>& threads) {
+  Json facts = build_facts();
   facts["triad_bytes"] = kMemoryBytes;
   for (const int t : threads)
     facts["triad_gb_per_s"].push_back({{"threads", t}, {"gb_per_s", triad_gb_per_s(kMemoryBytes, t)}});

@@ -6,7 +6,10 @@
 
 namespace malha::bench {
 
-/// Build, CPU, cores, and the triad from memory on each number of threads.
+/// Build, CPU and cores.
+nlohmann::ordered_json build_facts();
+
+/// The same, and the triad from memory on each number of threads.
 nlohmann::ordered_json machine_facts(const std::vector<int>& threads);
 
 /// Build and CPU, and then a line of those bandwidths. `peer`: "Bullet 3.24", or nothing.

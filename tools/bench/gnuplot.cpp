@@ -18,8 +18,11 @@ std::string quote(const std::string& text) {
   return quoted + "'";
 }
 
+/// Where a caption stands, as it is: no letter of it is a sign of gnuplot's.
+constexpr const char* kBelow = " at screen 0.01, screen 0.025 left noenhanced font ',10' textcolor rgb '#555555'\n";
+
 std::string script(const std::string& settings, const std::vector<Series>& series, const std::string& svg,
-                   const std::string& png) {
+                   const std::string& png, const std::string& caption) {
   std::ostringstream text, plot;
   for (std::size_t k = 0; k < series.size(); ++k) {
     text << "$block" << k << " << END\n" << series[k].data << "END\n";
@@ -28,6 +31,7 @@ std::string script(const std::string& settings, const std::vector<Series>& serie
   }
   text << settings << "set key outside right center Left reverse spacing 1.3\n"
        << "set grid lt 1 lw 1 lc rgb '#dddddd'\nset border 3\nset tics nomirror\n"
+       << (caption.empty() ? "" : "set bmargin 5.5\nset label 999 " + quote(caption) + kBelow)
        << "set terminal svg size 1100,620 font 'sans,15' background rgb 'white'\nset output " << quote(svg) << "\n"
        << plot.str() << "\nset terminal pngcairo size 1600,900 font 'sans,15' background rgb 'white'\nset output "
        << quote(png) << "\n"
@@ -52,13 +56,13 @@ int feed_gnuplot(const std::string& text) {
 }  // namespace
 
 std::string draw(const std::string& settings, const std::vector<Series>& series, const std::filesystem::path& folder,
-                 const std::string& name) {
+                 const std::string& name, const std::string& caption) {
   namespace fs = std::filesystem;
   const fs::path svg = folder / (name + ".svg"), png = folder / (name + ".png");
   const fs::path new_svg = svg.string() + ".tmp", new_png = png.string() + ".tmp";
   std::error_code error, ignored;
   fs::remove(svg, ignored), fs::remove(png, ignored);
-  const int status = feed_gnuplot(script(settings, series, new_svg.string(), new_png.string()));
+  const int status = feed_gnuplot(script(settings, series, new_svg.string(), new_png.string(), caption));
   if (status == 0) {
     fs::rename(new_svg, svg, error);
     if (!error) fs::rename(new_png, png, error);

@@ -14,8 +14,9 @@ struct Series {
 };
 
 /// Draws the series into FOLDER/NAME.svg and .png; `settings` are gnuplot's lines before. Gives back why it could not,
-/// or nothing. Charts of an earlier run are gone either way: they would not fit the new rows.
+/// or nothing. Charts of an earlier run are gone either way: they would not fit the new rows. `caption`: a line in
+/// small print below, which says what made the chart; "": none.
 std::string draw(const std::string& settings, const std::vector<Series>& series, const std::filesystem::path& folder,
-                 const std::string& name);
+                 const std::string& name, const std::string& caption = "");
 
 }  // namespace malha::bench

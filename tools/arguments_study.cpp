@@ -1,0 +1,67 @@
+#include "tools/arguments_study.h"
+
+#include "tools/study/study.h"
+#include "tools/validators.h"
+
+namespace malha {
+
+namespace {
+
+std::vector<std::string> names() {
+  std::vector<std::string> all;
+  for (const study::Study& study : study::studies()) all.push_back(study.name);
+  return all;
+}
+
+std::vector<std::string> allowed() {
+  std::vector<std::string> words = names();
+  words.insert(words.end(), {"all", "--help", "-h"});
+  return words;
+}
+
+/// A line a study.
+std::string list() {
+  std::string lines;
+  for (const study::Study& study : study::studies())
+    lines +=
+        "  " + study.name + std::string(14 - std::min<std::size_t>(study.name.size(), 12), ' ') + study.what + "\n";
+  return lines;
+}
+
+}  // namespace
+
+std::string refused_study(const std::string& word) {
+  const std::vector<std::string> words = allowed();
+  if (std::find(words.begin(), words.end(), word) != words.end()) return "";
+  const std::string shown = word.empty() ? "no study" : malha::quoted(word) + did_you_mean(word, words);
+  return "malha study: found " + shown + "; allowed: " + join(words);
+}
+
+void add_study(CLI::App& app, study::Options& options) {
+  CLI::App* study = app.add_subcommand("study", "Measure and chart methods: error against cost, stability, scaling");
+  study
+      ->add_option_function<std::string>(
+          "NAME",
+          [&options](const std::string& name) {
+            options.names = name == "all" ? names() : std::vector<std::string>{name};
+          },
+          "One of the studies below, or all")
+      ->required()
+      ->type_name("");
+  study->add_flag("--quick", options.quick, "Smaller cases and fewer points: the facts, in seconds");
+  study->add_option("--out", options.out, "Folder of the results; out/study, or out/study_quick, if not given")
+      ->type_name("FOLDER");
+  study->add_flag("--keep", options.keep, "Take cells that another build of malha has finished, too");
+  study->footer(
+      "Studies:\n" + list() +
+      "\nEach leaves NAME.csv, NAME.json, charts NAME_*.svg and .png (if gnuplot is installed), and index.html, which\n"
+      "gathers all studies of the folder on one page. Every measurement that is finished is kept in NAME.cells.jsonl:\n"
+      "a study that was stopped (Ctrl-C, a crash) goes on there with the same command. Cells of another build,\n"
+      "machine or version (quick or full) are not used; a study is started anew by removing that file.\n\n"
+      "Examples:\n"
+      "  malha study all --quick                 everything in short; two minutes\n"
+      "  malha study accuracy                    the charts of the README; many minutes\n"
+      "  malha study accuracy --out /tmp/study");
+}
+
+}  // namespace malha

@@ -1,0 +1,25 @@
+// One cell of the study "accuracy": a method runs a case.
+#pragma once
+#include "tools/study/accuracy_methods.h"
+#include "tools/study/cells.h"
+
+namespace malha::study {
+
+/// The true motion of a case at its times.
+struct Truth {
+  std::vector<State> at;    // one a time
+  std::vector<double> off;  // m: RMS distance to the same at twice the step; 0 in closed form
+  double energy = 0;        // J in motion: the most of kinetic and elastic energy at those times
+  double omega = 0;         // rad/s: largest_frequency() at the start
+};
+
+/// In closed form, or by RK4 in a cell for each of two steps.
+Truth truth_of(const AccuracyCase& of, const System& system, Cells& cells);
+
+/// {status, ms_per_s, sweeps_per_s, ..., at: [{time_s, rms_error_m, ...}]}. Costs are those of a simulated second on
+/// one thread: the median frame's time, and counts that do not depend on the machine. A run that is no longer finite
+/// has the status "diverged", and no errors from there on.
+Json accuracy_cell(const AccuracyCase& of, const SpringSystem& system, const Method& method, const Truth& truth,
+                   const Cells& cells);
+
+}  // namespace malha::study

@@ -1,0 +1,23 @@
+// The methods of the study "accuracy", each at several costs.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "tools/study/accuracy_cases.h"
+
+namespace malha::study {
+
+enum class Integrator { Malha, SymplecticEuler, Rk4, BackwardEuler };
+
+struct Method {
+  std::string series;  // as legends name it; what a series varies is said in it
+  Integrator integrator = Integrator::Malha;
+  SolverSpec solver;        // of malha; its substeps a frame are those of all
+  bool compliant = true;    // otherwise PBD of stiffness 1
+  std::string key() const;  // all of it in words
+};
+
+/// All that a case is run with, series by series, each from cheap to dear.
+std::vector<Method> accuracy_methods(const AccuracyCase& of, bool quick);
+
+}  // namespace malha::study

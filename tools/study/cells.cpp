@@ -1,0 +1,62 @@
+#include "tools/study/cells.h"
+
+#include <cerrno>
+#include <cstring>
+#include <sstream>
+#include <stdexcept>
+
+#include "host/base/file.h"
+
+namespace malha::study {
+
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& path) {
+  throw std::runtime_error(path.string() + ": cannot write: " + std::strerror(errno));
+}
+
+/// The whole lines of a file whose first one is `head`; nothing of another.
+std::string good_lines(const std::filesystem::path& path, const Json& head, std::map<std::string, Json>& cells) {
+  std::string good = head.dump() + "\n";
+  if (!std::filesystem::exists(path)) return good;
+  const std::string bytes = read_whole(path);
+  std::istringstream text(bytes.substr(0, bytes.rfind('\n') + 1));  // npos + 1 is 0
+  std::string line;
+  if (!std::getline(text, line) || !(Json::parse(line, nullptr, false) == head)) return good;
+  while (std::getline(text, line)) {
+    const Json cell = Json::parse(line, nullptr, false);
+    if (!cell.is_object() || !cell.contains("key") || !cell.contains("value")) break;
+    cells[cell["key"].get<std::string>()] = cell["value"];
+    good += line + "\n";
+  }
+  return good;
+}
+
+}  // namespace
+
+Cells::Cells(const std::filesystem::path& file, const Json& head, bool quick, const std::atomic<bool>& stop,
+             Progress progress)
+    : path_(file), quick_(quick), stop_(stop), progress_(std::move(progress)) {
+  write_whole(path_, good_lines(path_, head, known_));
+  file_.reset(std::fopen(path_.c_str(), "ab"));
+  if (!file_) fail(path_);
+}
+
+Json Cells::operator()(const std::string& key, const std::function<Json()>& make) {
+  if (progress_) progress_(key, kept_ + made_, planned_);
+  if (const auto found = known_.find(key); found != known_.end()) {
+    ++kept_;
+    return found->second;
+  }
+  go_on();
+  const Json value = make();
+  const std::string line = Json{{"key", key}, {"value", value}}.dump() + "\n";
+  // A line in one piece: whatever ends this process leaves whole lines and perhaps the start of one.
+  if (std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size() || std::fflush(file_.get()) != 0)
+    fail(path_);
+  ++made_;
+  // As it is read back, so that a resumed study computes with the same numbers (NaN is null in JSON).
+  return known_[key] = Json::parse(line)["value"];
+}
+
+}  // namespace malha::study

@@ -1,0 +1,8 @@
+// How a study ends that the user stopped.
+#pragma once
+
+namespace malha::study {
+
+struct Interrupted {};
+
+}  // namespace malha::study

@@ -1,0 +1,47 @@
+// Studies: what malha's methods do, measured and charted. One study is a function that makes cells and says what they
+// show; the registry lists all.
+#pragma once
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/bench/gnuplot.h"
+#include "tools/study/cells.h"
+
+namespace malha::study {
+
+struct Chart {
+  std::string name;      // the files are STUDY_NAME.svg and .png
+  std::string settings;  // gnuplot's lines before the plot
+  std::vector<bench::Series> series;
+};
+
+struct Table {
+  std::vector<std::string> columns;
+  std::vector<std::vector<std::string>> rows;
+};
+
+/// A part of the page: what was looked at, what the rows say about it, the picture and the numbers.
+struct Section {
+  std::string title;
+  std::vector<std::string> sentences;  // computed from the rows, never written by hand
+  std::optional<Chart> chart;
+  Table table;
+};
+
+struct Findings {
+  Json rows = Json::array();  // of flat objects: NAME.csv and "rows" of NAME.json
+  std::vector<Section> sections;
+};
+
+struct Study {
+  std::string name;
+  std::string what;  // one sentence: what it shows
+  Findings (*run)(Cells& cells);
+};
+
+/// All, in the order in which they run and are shown.
+const std::vector<Study>& studies();
+
+}  // namespace malha::study
