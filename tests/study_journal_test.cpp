@@ -53,6 +53,11 @@ TEST_F(StudyCells, OfAFileThatIsNoJournalAreStartedAnew) {
   EXPECT_EQ(made({"a"}), Keys{"a"});
 }
 
+TEST_F(StudyCells, AreOfOneProcessAtATime) {
+  const Cells one(folder_ / "cells.jsonl", {}, true, kNoStop);
+  EXPECT_THROW(Cells(folder_ / "cells.jsonl", {}, true, kNoStop), std::runtime_error);
+}
+
 TEST_F(StudyCells, StopBetweenCellsAndWithinThem) {
   std::atomic<bool> stop{false};
   Cells cells(folder_ / "cells.jsonl", {}, true, stop);

@@ -21,6 +21,7 @@ void add_rows(const AccuracyCase& of, const Method& method, const Json& cell, Js
     Json row{{"case", of.name},
              {"series", method.series},
              {"settings", settings(method)},
+             {"variant", method.variant},
              {"ours", method.integrator == Integrator::Malha},
              {"precision", method.solver.precision == Precision::Float ? "float" : "double"},
              {"substeps", method.solver.substeps},
@@ -48,7 +49,7 @@ Findings run_accuracy(Cells& cells) {
     planned += static_cast<int>(accuracy_methods(of, cells.quick()).size()) + (of.exact ? 0 : 2);
   cells.plan(planned);
   for (const AccuracyCase& of : cases) {
-    const std::unique_ptr<SpringSystem> system = spring_system(of.scene);
+    const std::unique_ptr<System> system = system_of(of);
     const Truth truth = truth_of(of, *system, cells);
     for (const Method& method : accuracy_methods(of, cells.quick()))
       add_rows(of, method,

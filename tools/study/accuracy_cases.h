@@ -13,20 +13,27 @@ namespace malha::study {
 inline constexpr double kFrame = 1.0 / 60;  // s: the step dt of all; methods divide it into substeps
 
 struct AccuracyCase {
-  std::string name, title;
+  std::string name, title, what;
   Scene scene;                                // its distance constraints have a compliance
-  std::vector<double> times{1, 5};            // s, at which errors are measured, whole seconds
+  std::vector<double> times{1, 5};            // s, at which errors are measured, whole frames
   std::function<State(double t)> exact = {};  // in closed form; empty: a reference run
   int reference = 0;                          // its substeps a frame
-  bool free = false;                          // no pins: correctors matter
-  int most_substeps = 1024;                   // of malha's own methods
-  bool dense = true;                          // Desbrun's dense filter is affordable
+  bool at_rest = false;                       // what is compared is where damped motion ends
+  bool tetrahedra = false;                    // not springs: the methods that know springs alone are left out
+  // The dearest that is run (0: none): substeps or iterations a frame of malha's sweeps, filter and dense filter, and
+  // of the integrators that are not malha's.
+  int sweeps = 1024, solves = 256, dense = 64, symplectic = 1024, rk4 = 256, newton = 16;
+  double known = 0;           // m: how far the exact equilibrium is from that of the springs themselves
+  std::string expected = {};  // a sentence about the true motion
 };
 
-/// The small ones alone where `quick`.
+/// Small ones alone where `quick`.
 std::vector<AccuracyCase> accuracy_cases(bool quick);
 
-/// The same springs by another solver: `scene` of the case with it.
+/// The equations of motion of a case's scene.
+std::unique_ptr<System> system_of(const AccuracyCase& of);
+
+/// The scene with this solver. Not `compliant`: with constraints of stiffness 1.
 Scene with_solver(const AccuracyCase& of, const SolverSpec& solver, bool compliant);
 
 }  // namespace malha::study

@@ -1,9 +1,10 @@
 #include "tools/study/accuracy_cell.h"
 
+#include <time.h>
+
 #include <algorithm>
 #include <cmath>
 
-#include "host/base/stopwatch.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "tools/bench/turns.h"
@@ -12,6 +13,19 @@
 namespace malha::study {
 
 namespace {
+
+/// Seconds that work() takes on this thread: what else runs on the machine does not count.
+template <class F>
+double seconds_of_this_thread(F&& work) {
+  const auto now = [] {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  };
+  const double start = now();
+  work();
+  return now() - start;
+}
 
 int frames(double time) { return static_cast<int>(std::lround(time / kFrame)); }
 
@@ -54,12 +68,14 @@ class ByMalha : public Runner {
 
 class ByReference : public Runner {
  public:
-  ByReference(const SpringSystem& system, const Method& method)
+  ByReference(const System& system, const Method& method)
       : system_(system),
         how_(method.integrator),
         substeps_(method.solver.substeps),
         state_(system.start),
-        newton_(system) {}
+        newton_(how_ == Integrator::BackwardEuler
+                    ? std::make_unique<BackwardEuler>(dynamic_cast<const SpringSystem&>(system))
+                    : nullptr) {}
   void frame() override {
     const double h = kFrame / substeps_;
     for (int k = 0; k < substeps_; ++k)
@@ -68,24 +84,24 @@ class ByReference : public Runner {
       else if (how_ == Integrator::Rk4)
         rk4(system_, h, state_);
       else
-        newton_.step(h, state_);
+        newton_->step(h, state_);
     if (!state_.x.allFinite() || state_.x.cwiseAbs().maxCoeff() > 1e6) throw Diverged("a reference");
   }
   State state() const override { return state_; }
   void add_counts(Json& cell, int frames_run) const override {
     const bool implicit = how_ == Integrator::BackwardEuler;
-    const double sweeps = implicit ? static_cast<double>(newton_.solves()) / frames_run / kFrame
+    const double sweeps = implicit ? static_cast<double>(newton_->solves()) / frames_run / kFrame
                                    : substeps_ * (how_ == Integrator::Rk4 ? 4 : 1) / kFrame;
     cell["sweeps_per_s"] = sweeps;
     cell[implicit ? "factorisations_per_s" : "evaluations_per_s"] = sweeps;
   }
 
  private:
-  const SpringSystem& system_;
+  const System& system_;
   Integrator how_;
   int substeps_;
   State state_;
-  BackwardEuler newton_;
+  std::unique_ptr<BackwardEuler> newton_;  // if it is that
 };
 
 Json errors(const System& system, const State& state, const State& truth, double energy, double time) {
@@ -99,18 +115,25 @@ Json errors(const System& system, const State& state, const State& truth, double
           {"angular_momentum_error_kg_m2_per_s", (now.angular_momentum - then.angular_momentum).norm()}};
 }
 
-/// Positions and velocities at the times, at `substeps` a frame.
+double in_motion(const System& system, const State& state) {
+  const Balance b = balance(system, state);
+  return b.kinetic + b.elastic;
+}
+
+/// Positions and velocities at the times, at `substeps` a frame, and the most energy in motion after any frame.
 Json reference_run(const AccuracyCase& of, const System& system, int substeps, const Cells& cells) {
   Json states = Json::array();
   State state = system.start;
+  double energy = in_motion(system, state);
   const auto numbers = [](const Vector& a) { return std::vector<double>(a.data(), a.data() + a.size()); };
   for (int frame = 1; frame <= frames(of.times.back()); ++frame) {
     for (int k = 0; k < substeps; ++k) rk4(system, kFrame / substeps, state);
     cells.go_on();
+    energy = std::max(energy, in_motion(system, state));
     if (std::any_of(of.times.begin(), of.times.end(), [&](double t) { return frames(t) == frame; }))
       states.push_back({{"x", numbers(state.x)}, {"v", numbers(state.v)}});
   }
-  return states;
+  return {{"energy_j", energy}, {"states", states}};
 }
 
 std::vector<State> states_of(const Json& cell) {
@@ -119,7 +142,7 @@ std::vector<State> states_of(const Json& cell) {
     const auto all = numbers.get<std::vector<double>>();
     return Vector(Vector::Map(all.data(), static_cast<int>(all.size())));
   };
-  for (const Json& state : cell) states.push_back({vector(state["x"]), vector(state["v"])});
+  for (const Json& state : cell["states"]) states.push_back({vector(state["x"]), vector(state["v"])});
   return states;
 }
 
@@ -129,24 +152,22 @@ Truth truth_of(const AccuracyCase& of, const System& system, Cells& cells) {
   Truth truth;
   truth.omega = largest_frequency(system, system.start.x);
   if (of.exact) {
-    for (const double t : of.times) truth.at.push_back(of.exact(t)), truth.off.push_back(0);
+    for (const double t : of.times) truth.at.push_back(of.exact(t)), truth.off.push_back(of.known);
   } else {
     const auto run = [&](int substeps) {
-      return states_of(cells(of.name + " reference, RK4, " + std::to_string(substeps) + " substeps",
-                             [&] { return reference_run(of, system, substeps, cells); }));
+      return cells(of.name + " reference, RK4, " + std::to_string(substeps) + " substeps",
+                   [&] { return reference_run(of, system, substeps, cells); });
     };
-    const std::vector<State> coarse = run(of.reference / 2);
-    truth.at = run(of.reference);
+    const std::vector<State> coarse = states_of(run(of.reference / 2));
+    const Json fine = run(of.reference);
+    truth.at = states_of(fine), truth.energy = fine["energy_j"].get<double>();
     for (std::size_t k = 0; k < truth.at.size(); ++k) truth.off.push_back(rms_distance(truth.at[k].x, coarse[k].x));
   }
-  for (const State& state : truth.at) {
-    const Balance b = balance(system, state);
-    truth.energy = std::max(truth.energy, b.kinetic + b.elastic);
-  }
+  for (const State& state : truth.at) truth.energy = std::max(truth.energy, in_motion(system, state));
   return truth;
 }
 
-Json accuracy_cell(const AccuracyCase& of, const SpringSystem& system, const Method& method, const Truth& truth,
+Json accuracy_cell(const AccuracyCase& of, const System& system, const Method& method, const Truth& truth,
                    const Cells& cells) {
   Json cell{{"status", "finished"}};
   Json at = Json::array();
@@ -160,7 +181,7 @@ Json accuracy_cell(const AccuracyCase& of, const SpringSystem& system, const Met
   try {
     for (std::size_t k = 0; k < of.times.size(); ++k) {
       for (; frame < frames(of.times[k]); ++frame) {
-        seconds_of.push_back(seconds([&] { runner->frame(); }));
+        seconds_of.push_back(seconds_of_this_thread([&] { runner->frame(); }));
         cells.go_on();
       }
       at.push_back(errors(system, runner->state(), truth.at[k], truth.energy, of.times[k]));

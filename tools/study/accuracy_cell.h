@@ -9,7 +9,7 @@ namespace malha::study {
 struct Truth {
   std::vector<State> at;    // one a time
   std::vector<double> off;  // m: RMS distance to the same at twice the step; 0 in closed form
-  double energy = 0;        // J in motion: the most of kinetic and elastic energy at those times
+  double energy = 0;        // J in motion: the most of kinetic and elastic energy on the way
   double omega = 0;         // rad/s: largest_frequency() at the start
 };
 
@@ -17,9 +17,9 @@ struct Truth {
 Truth truth_of(const AccuracyCase& of, const System& system, Cells& cells);
 
 /// {status, ms_per_s, sweeps_per_s, ..., at: [{time_s, rms_error_m, ...}]}. Costs are those of a simulated second on
-/// one thread: the median frame's time, and counts that do not depend on the machine. A run that is no longer finite
-/// has the status "diverged", and no errors from there on.
-Json accuracy_cell(const AccuracyCase& of, const SpringSystem& system, const Method& method, const Truth& truth,
+/// one thread: the median frame's processor time, and counts that do not depend on the machine. A run that is no longer
+/// finite has the status "diverged", and no errors from there on.
+Json accuracy_cell(const AccuracyCase& of, const System& system, const Method& method, const Truth& truth,
                    const Cells& cells);
 
 }  // namespace malha::study

@@ -24,44 +24,62 @@ class List {
  public:
   List(const AccuracyCase& of, bool quick) : of_(of), factor_(quick ? 4 : 2) {}
 
-  void by_substeps(Method method, int most) {
-    for (const int n : powers(1, std::min(most, of_.most_substeps), factor_))
-      method.solver.substeps = n, all_.push_back(method);
-  }
-  void by_iterations(Method method, int most) {
-    for (const int n : powers(1, most, factor_)) method.solver.iterations = n, all_.push_back(method);
-  }
-  void by_refine(Method method) {
-    for (const int r : {0, 1, 2, 4, 8, 16}) method.solver.desbrun.refine = r, all_.push_back(method);
+  void of_projections() {
+    if (!of_.tetrahedra) {
+      Method method = xpbd("PBD, iterations", Precision::Float);
+      method.compliant = false;
+      by_iterations(method, of_.sweeps / 4);
+    }
+    by_substeps(xpbd("XPBD, substeps, float", Precision::Float), of_.sweeps);
+    by_substeps(xpbd("XPBD, substeps, double", Precision::Double), of_.sweeps);
+    by_iterations(xpbd("XPBD, iterations", Precision::Double), of_.sweeps);
   }
 
-  void pbd() {
-    Method method = xpbd("PBD, iterations", Precision::Float);
-    method.compliant = false;
-    by_iterations(method, 256);
-  }
-  void xpbds() {
-    by_substeps(xpbd("XPBD, substeps, float", Precision::Float), 1024);
-    by_substeps(xpbd("XPBD, substeps, double", Precision::Double), 1024);
-    by_iterations(xpbd("XPBD, iterations", Precision::Double), 256);
-  }
-  void desbruns() {
-    by_substeps(desbrun("Desbrun, substeps"), 256);
+  void of_filters() {
+    if (of_.tetrahedra) return;
+    by_substeps(desbrun("Desbrun, substeps"), of_.solves);
     Method refined = desbrun("Desbrun, refine, 1 substep");
     refined.solver.desbrun.corrector = Corrector::Off;
     by_refine(refined);
     refined.series = "Desbrun, refine, 16 substeps", refined.solver.substeps = 16;
     by_refine(refined);
+    if (of_.scene.gravity != Vec3{} && !of_.at_rest) {
+      Method method = desbrun("Desbrun, gravity round the filter");
+      method.solver.desbrun.internal_only = true;
+      by_substeps(method, of_.solves);
+    }
   }
-  void references(int lowest_explicit) {
+
+  /// Those that show the filters' storage or the corrector, in a chart of their own.
+  void of_variants() {
+    if (of_.tetrahedra || of_.exact) return;
+    if (of_.scene.bodies[0].pins.empty())
+      for (const Corrector corrector : {Corrector::Inertia, Corrector::Paper, Corrector::Off}) {
+        Method method = desbrun(std::string("Desbrun, corrector ") + name_of(corrector));
+        method.solver.desbrun.corrector = corrector, method.variant = true;
+        by_substeps(method, of_.solves);
+      }
+    for (const Storage storage : {Storage::Float, Storage::Double, Storage::Int16}) {
+      Method method = desbrun(std::string("Desbrun, dense, ") + name_of(storage));
+      if (storage != Storage::Double) method.solver.precision = Precision::Float;
+      method.solver.desbrun.filter = FilterKind::Dense, method.solver.desbrun.storage = storage, method.variant = true;
+      by_substeps(method, of_.dense);
+    }
+    Method method = desbrun("Desbrun, sparse, float");
+    method.solver.precision = Precision::Float, method.variant = true;
+    by_substeps(method, of_.solves);
+  }
+
+  void of_others() {
+    if (of_.at_rest) return;
     Method method;
     method.solver.precision = Precision::Double;
     method.series = "symplectic Euler", method.integrator = Integrator::SymplecticEuler;
-    for (const int n : powers(lowest_explicit, 1024, factor_)) method.solver.substeps = n, all_.push_back(method);
+    by_substeps(method, of_.symplectic);
     method.series = "RK4", method.integrator = Integrator::Rk4;
-    for (const int n : powers(lowest_explicit, 256, factor_)) method.solver.substeps = n, all_.push_back(method);
+    by_substeps(method, of_.rk4);
     method.series = "backward Euler, Newton", method.integrator = Integrator::BackwardEuler;
-    by_substeps(method, 64);
+    if (!of_.tetrahedra) by_substeps(method, of_.newton);
   }
 
   std::vector<Method> all() && { return std::move(all_); }
@@ -77,6 +95,15 @@ class List {
     Method method = xpbd(series, Precision::Double);
     method.solver.type = "desbrun", method.solver.desbrun.filter = FilterKind::Sparse;
     return method;
+  }
+  void by_substeps(Method method, int most) {
+    for (const int n : powers(1, most, factor_)) method.solver.substeps = n, all_.push_back(method);
+  }
+  void by_iterations(Method method, int most) {
+    for (const int n : powers(1, most, factor_)) method.solver.iterations = n, all_.push_back(method);
+  }
+  void by_refine(Method method) {
+    for (const int r : {0, 1, 2, 4, 8, 16}) method.solver.desbrun.refine = r, all_.push_back(method);
   }
 
   const AccuracyCase& of_;
@@ -102,10 +129,10 @@ std::string Method::key() const {
 
 std::vector<Method> accuracy_methods(const AccuracyCase& of, bool quick) {
   List list(of, quick);
-  list.pbd();
-  list.xpbds();
-  list.desbruns();
-  list.references(1);
+  list.of_projections();
+  list.of_filters();
+  list.of_variants();
+  list.of_others();
   return std::move(list).all();
 }
 

@@ -14,6 +14,7 @@ struct Method {
   Integrator integrator = Integrator::Malha;
   SolverSpec solver;        // of malha; its substeps a frame are those of all
   bool compliant = true;    // otherwise PBD of stiffness 1
+  bool variant = false;     // in the chart of filters alone
   std::string key() const;  // all of it in words
 };
 

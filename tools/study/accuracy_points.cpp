@@ -1,6 +1,8 @@
 #include "tools/study/accuracy_points.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "tools/bench/turns.h"
 
@@ -11,8 +13,10 @@ std::vector<Point> points_at(const Json& rows, const std::string& of, double tim
   for (const Json& row : rows) {
     if (row["case"] != of || row["time_s"] != time || row["rms_error_m"].is_null()) continue;
     points.push_back({row["series"].get<std::string>(), row["settings"].get<std::string>(), row["ours"].get<bool>(),
-                      row["ms_per_s"].get<double>(), row["sweeps_per_s"].get<double>(),
-                      row["rms_error_m"].get<double>(), row["energy_drift"].get<double>()});
+                      row["variant"].get<bool>(), row["ms_per_s"].get<double>(), row["sweeps_per_s"].get<double>(),
+                      row["rms_error_m"].get<double>(), row["energy_drift"].get<double>(),
+                      row["rms_strain_error"].get<double>(), row["momentum_error_kg_m_per_s"].get<double>(),
+                      row["angular_momentum_error_kg_m2_per_s"].get<double>()});
   }
   return points;
 }
@@ -34,7 +38,8 @@ double order_of(const std::vector<Point>& points, const std::string& series) {
       slopes.push_back(std::log(before->error / point.error) / std::log(point.sweeps / before->sweeps));
     before = &point;
   }
-  return slopes.size() < 3 ? 0 : bench::median({slopes.end() - 3, slopes.end()});
+  if (slopes.size() < 2) return 0;
+  return bench::median({slopes.end() - std::min<std::ptrdiff_t>(3, std::ssize(slopes)), slopes.end()});
 }
 
 }  // namespace malha::study

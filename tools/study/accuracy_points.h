@@ -9,12 +9,17 @@
 namespace malha::study {
 
 struct Point {
-  std::string series, settings;  // "XPBD, substeps, float", "16x1"
-  bool ours = true;              // malha's
-  double ms = 0, sweeps = 0;     // a simulated second
-  double error = 0;              // m, RMS
-  double energy = 0;             // drift, relative
+  std::string series, settings;               // "XPBD, substeps, float", "16x1"
+  bool ours = true;                           // malha's
+  bool variant = false;                       // of the chart of filters alone
+  double ms = 0, sweeps = 0;                  // a simulated second
+  double error = 0;                           // m, RMS
+  double energy = 0;                          // drift, relative
+  double strain = 0;                          // RMS error
+  double momentum = 0, angular_momentum = 0;  // errors, kg m/s, kg m^2/s
 };
+
+using Points = std::vector<Point>;
 
 /// Of one case at one time; runs that diverged before it are left out.
 std::vector<Point> points_at(const Json& rows, const std::string& of, double time);

@@ -1,5 +1,8 @@
 #include "tools/study/cells.h"
 
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
 #include <sstream>
@@ -15,11 +18,9 @@ namespace {
   throw std::runtime_error(path.string() + ": cannot write: " + std::strerror(errno));
 }
 
-/// The whole lines of a file whose first one is `head`; nothing of another.
-std::string good_lines(const std::filesystem::path& path, const Json& head, std::map<std::string, Json>& cells) {
+/// The whole lines of a file whose first one is `head`; of another this one line.
+std::string good_lines(const std::string& bytes, const Json& head, std::map<std::string, Json>& cells) {
   std::string good = head.dump() + "\n";
-  if (!std::filesystem::exists(path)) return good;
-  const std::string bytes = read_whole(path);
   std::istringstream text(bytes.substr(0, bytes.rfind('\n') + 1));  // npos + 1 is 0
   std::string line;
   if (!std::getline(text, line) || !(Json::parse(line, nullptr, false) == head)) return good;
@@ -37,9 +38,16 @@ std::string good_lines(const std::filesystem::path& path, const Json& head, std:
 Cells::Cells(const std::filesystem::path& file, const Json& head, bool quick, const std::atomic<bool>& stop,
              Progress progress)
     : path_(file), quick_(quick), stop_(stop), progress_(std::move(progress)) {
-  write_whole(path_, good_lines(path_, head, known_));
   file_.reset(std::fopen(path_.c_str(), "ab"));
   if (!file_) fail(path_);
+  const int number = fileno(file_.get());
+  if (flock(number, LOCK_EX | LOCK_NB) != 0)
+    throw std::runtime_error(path_.string() + ": another malha study is at work on it");
+  const std::string bytes = read_whole(path_), good = good_lines(bytes, head, known_);
+  const bool ours = bytes.starts_with(good);
+  if (ftruncate(number, ours ? static_cast<off_t>(good.size()) : 0) != 0) fail(path_);
+  if (!ours && (std::fwrite(good.data(), 1, good.size(), file_.get()) != good.size() || std::fflush(file_.get()) != 0))
+    fail(path_);
 }
 
 Json Cells::operator()(const std::string& key, const std::function<Json()>& make) {
