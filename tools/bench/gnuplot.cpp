@@ -29,9 +29,9 @@ std::string script(const std::string& settings, const std::vector<Series>& serie
     plot << (k == 0 ? "plot " : ", ") << "$block" << k << " " << series[k].style << " title '" << series[k].title
          << "'";
   }
-  text << settings << "set key outside right center Left reverse spacing 1.3\n"
+  text << "set key outside right center Left reverse spacing 1.3\n"
        << "set grid lt 1 lw 1 lc rgb '#dddddd'\nset border 3\nset tics nomirror\n"
-       << (caption.empty() ? "" : "set bmargin 5.5\nset label 999 " + quote(caption) + kBelow)
+       << settings << (caption.empty() ? "" : "set bmargin 5.5\nset label 999 " + quote(caption) + kBelow)
        << "set terminal svg size 1100,620 font 'sans,15' background rgb 'white'\nset output " << quote(svg) << "\n"
        << plot.str() << "\nset terminal pngcairo size 1600,900 font 'sans,15' background rgb 'white'\nset output "
        << quote(png) << "\n"

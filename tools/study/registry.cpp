@@ -1,4 +1,5 @@
 #include "tools/study/accuracy.h"
+#include "tools/study/stability.h"
 #include "tools/study/study.h"
 
 namespace malha::study {
@@ -6,6 +7,7 @@ namespace malha::study {
 const std::vector<Study>& studies() {
   static const std::vector<Study> all{
       {"accuracy", "Error against cost of every method, beside explicit and implicit integrators", run_accuracy},
+      {"stability", "Where each method fails, how, and what guards the user", run_stability},
   };
   return all;
 }

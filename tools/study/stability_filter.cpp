@@ -1,0 +1,193 @@
+// Known failures of the study "stability" that are of Desbrun's linear filter.
+#include <cmath>
+
+#include "host/simulation.h"
+#include "tools/bench/output.h"
+#include "tools/study/reference_steps.h"
+#include "tools/study/stability_lines.h"
+#include "tools/study/stability_map.h"
+
+namespace malha::study {
+
+namespace {
+
+using bench::formatted;
+
+constexpr double kFrame = 1.0 / 60;
+
+double norm(const std::array<double, 3>& a) { return std::hypot(a[0], a[1], a[2]); }
+
+SolverSpec filtered(Corrector corrector, int refine) {
+  SolverSpec solver;
+  solver.type = "desbrun", solver.substeps = 1, solver.precision = Precision::Double, solver.dt = kFrame;
+  solver.desbrun.corrector = corrector, solver.desbrun.refine = refine, solver.desbrun.filter = FilterKind::Sparse;
+  return solver;
+}
+
+/// A sheet of 0.2 kg thrown and turning about all axes, without weight, its springs a tenth too long.
+Scene tumbling(double stiffness, const SolverSpec& solver) {
+  Scene scene = hanging_sheet(9, 1, 0.2, 1 / stiffness);
+  scene.gravity = {0, 0, 0}, scene.solver = solver;
+  scene.bodies[0].pins.clear(), scene.bodies[0].spin = {1, 2, -3};
+  scene.bodies[0].constraints[0].parameter = 0.9;
+  return scene;
+}
+
+/// The change of angular momentum over itself in 10 steps.
+double lost_momentum(const Scene& scene, const Cells& cells) {
+  Simulation simulation(scene, {.threads = 1});
+  const auto before = simulation.measure().angular_momentum;
+  for (int step = 0; step < 10; ++step) simulation.step(), cells.go_on();
+  auto after = simulation.measure().angular_momentum;
+  for (int k = 0; k < 3; ++k) after[k] -= before[k];
+  return norm(after) / norm(before);
+}
+
+double number(Cells& cells, const std::string& key, const std::function<double()>& run) {
+  const Json value = cells(key, [&]() -> Json {
+    try {
+      return run();
+    } catch (const Diverged&) {
+      return nullptr;
+    }
+  });
+  return value.is_null() ? NAN : value.get<double>();
+}
+
+std::vector<double> stiffnesses(bool quick) {
+  return quick ? std::vector<double>{10, 1e3, 1e5} : std::vector<double>{1, 10, 100, 1e3, 1e4, 1e5, 1e6};
+}
+
+/// A straight chain of 1 m held at one end, let go horizontally: how deep its end is after 0.25 s.
+Scene falling_chain(double stiffness, const SolverSpec& solver) {
+  ConstraintSpec lengths;
+  lengths.type = "distance", lengths.on = {"edges"}, lengths.compliance = 1 / stiffness;
+  BodySpec body;
+  body.name = "chain", body.shape = ChainShape{{0, 0, 0}, {1, 0, 0}, 10}, body.mass = 0.1;
+  body.pins = {ListPin{{0}}}, body.constraints = {lengths};
+  Scene scene;
+  scene.file = "malha study", scene.name = "chain", scene.gravity = {0, -kGravity, 0}, scene.bodies = {body};
+  scene.solver = solver;
+  return scene;
+}
+
+constexpr int kFallen = 15;  // frames
+
+/// A sheet hanging at rest, by the same filter: RMS strain after 3 s with damping.
+double strain_at_rest(int n, bool internal_only, double h, const Cells& cells) {
+  Scene scene = hanging_sheet(n, 1, 0.2, 1e-4);
+  scene.bodies[0].transform.axis = {1, 0, 0}, scene.bodies[0].transform.degrees = 90;
+  scene.solver = filtered(Corrector::Inertia, 0), scene.solver.dt = h;
+  scene.solver.desbrun.internal_only = internal_only;
+  Simulation simulation(scene, {.threads = 1});
+  for (int step = 0; step < int(3 / h); ++step) simulation.step(), cells.go_on();
+  return simulation.measure().strain_max;
+}
+
+}  // namespace
+
+Section torque_failure(Cells& cells, Json& rows) {
+  Lines lines{"torque",
+              "Torque of the linear filter: a free turning sheet, 10 steps of 1/60 s",
+              "k h^2 / m",
+              "change of angular momentum over itself",
+              {}};
+  const double mass = 0.2 / 81;
+  struct How {
+    const char* title;
+    Corrector corrector;
+    int refine;
+  };
+  for (const auto& [title, corrector, refine] :
+       {How{"corrector paper", Corrector::Paper, 0}, How{"corrector off", Corrector::Off, 0},
+        How{"corrector inertia (default)", Corrector::Inertia, 0}, How{"corrector off, refine 8", Corrector::Off, 8}}) {
+    Line line{title, {}};
+    for (const double k : stiffnesses(cells.quick()))
+      line.points.push_back({k * kFrame * kFrame / mass,
+                             number(cells, std::string("torque: ") + title + formatted(", %g", k),
+                                    [&] { return lost_momentum(tumbling(k, filtered(corrector, refine)), cells); })});
+    lines.lines.push_back(line);
+  }
+  Section section = lines_section(lines, rows);
+  for (const Line& line : lines.lines) {
+    const auto& [x, y] = line.points.back();
+    section.sentences.push_back(line.title + formatted(": %.2g at k h^2 / m = %.2g.", y, x));
+  }
+  section.sentences.push_back("What guards: the default corrector, which uses the inertia of the body.");
+  return section;
+}
+
+Section turning_failure(Cells& cells, Json& rows) {
+  Lines lines{"turning",
+              "Parts that turn: a chain falls about its pin for 0.25 s, steps of 1/60 s",
+              "k h^2 / m",
+              "RMS distance from the true springs (m)",
+              {}};
+  const double mass = 0.01;
+  const std::vector<double> all =
+      cells.quick() ? std::vector<double>{1e3, 1e5} : std::vector<double>{1e2, 1e3, 1e4, 1e5, 1e6};
+  std::vector<Vector> truth;
+  for (const double k : all) {
+    const auto system = spring_system(falling_chain(k, {}));
+    const Json x = cells(formatted("turning: truth, %g", k), [&]() -> Json {
+      State state = system->start;
+      const double h = 0.5 / largest_frequency(*system, state.x);
+      const int steps = int(std::ceil(kFallen * kFrame / h));
+      for (int step = 0; step < steps; ++step) rk4(*system, kFallen * kFrame / steps, state), cells.go_on();
+      return std::vector<double>(state.x.data(), state.x.data() + state.x.size());
+    });
+    const auto numbers = x.get<std::vector<double>>();
+    truth.push_back(Vector::Map(numbers.data(), int(numbers.size())));
+  }
+  for (const int refine : {0, 4, 16}) {
+    Line line{formatted("refine %d", refine), {}};
+    for (std::size_t j = 0; j < all.size(); ++j)
+      line.points.push_back(
+          {all[j] * kFrame * kFrame / mass, number(cells, "turning: " + line.title + formatted(", %g", all[j]), [&] {
+             Simulation simulation(falling_chain(all[j], filtered(Corrector::Off, refine)), {.threads = 1});
+             for (int step = 0; step < kFallen; ++step) simulation.step();
+             const Vector off = flat(simulation.positions()) - truth[j];
+             return off.norm() / std::sqrt(double(off.size()) / 3);
+           })});
+    lines.lines.push_back(line);
+  }
+  Section section = lines_section(lines, rows);
+  for (const Line& line : lines.lines) {
+    const auto& [x, y] = line.points.back();
+    section.sentences.push_back(line.title + formatted(": %.2g m off at k h^2 / m = %.2g.", y, x));
+  }
+  section.sentences.push_back(
+      "A corrector of the whole body's momentum does not see parts that turn against each other, nor pinned bodies. "
+      "What "
+      "guards: \"refine\", or substeps.");
+  return section;
+}
+
+Section weight_failure(Cells& cells, Json& rows) {
+  Lines lines{"weight",
+              "Weight that goes round the filter: a sheet of 1 m hanging at rest by a row",
+              "g h^2 / l",
+              "largest strain after 3 s",
+              {}};
+  for (const bool internal_only : {true, false}) {
+    Line line{internal_only ? "filtered: internal only" : "filtered: all (default)", {}};
+    for (const auto& [n, h] : cells.quick()
+                                  ? std::vector<std::pair<int, double>>{{5, kFrame}, {17, 0.1}}
+                                  : std::vector<std::pair<int, double>>{
+                                        {5, kFrame}, {17, kFrame}, {65, kFrame}, {17, 0.05}, {17, 0.1}, {17, 0.2}})
+      line.points.push_back(
+          {kGravity * h * h * (n - 1), number(cells, formatted("weight: %s, %d, %g s", line.title.c_str(), n, h),
+                                              [&] { return strain_at_rest(n, internal_only, h, cells); })});
+    lines.lines.push_back(line);
+  }
+  Section section = lines_section(lines, rows);
+  const double x = lines.lines[0].points.back().first;
+  section.sentences = {
+      formatted("At g h^2 / l = %.2g the largest strain is %.2g with gravity round the filter and %.2g "
+                "with all forces filtered.",
+                x, lines.lines[0].at(x), lines.lines[1].at(x)),
+      "What guards: all forces are filtered by default."};
+  return section;
+}
+
+}  // namespace malha::study

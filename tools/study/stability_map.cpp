@@ -1,0 +1,205 @@
+#include "tools/study/stability_map.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "tools/bench/output.h"
+
+namespace malha::study {
+
+namespace {
+
+using bench::formatted;
+
+constexpr std::array<const char*, 3> kVerdicts{"stable", "bounded but wrong", "diverged"};
+
+/// Where a value lies on an axis: 0 at its first value, 1 at the next, and so on beyond its ends.
+double place(const Axis& axis, double value) {
+  const std::vector<double>& v = axis.values;
+  const bool rises = v.back() >= v.front();
+  std::size_t k = 1;
+  while (k + 1 < v.size() && (rises ? value > v[k] : value < v[k])) ++k;
+  return v.size() < 2 ? 0 : double(k - 1) + std::log(value / v[k - 1]) / std::log(v[k] / v[k - 1]);
+}
+
+/// What is drawn where: panels stand in a grid of places, each of them as large as the largest.
+class Sketch {
+ public:
+  Sketch(const std::vector<Panel>& panels, int across) : across_(across) {
+    for (const Panel& panel : panels) {
+      wide_ = std::max(wide_, double(panel.x.values.size()));
+      high_ = std::max(high_, double(panel.y.values.size()));
+    }
+    wide_ += across > 1 ? 1.5 : 1, high_ += 2.9;
+    rows_ = (static_cast<int>(panels.size()) + across - 1) / across;
+    for (std::size_t k = 0; k < panels.size(); ++k)
+      add(panels[k], double(k % across) * wide_, rows_ - 1 - int(k) / across);
+  }
+
+  Chart chart(const std::string& name, const std::string& title) const {
+    Chart chart{name, "set title '" + title + "'\n" + labels_, {}};
+    chart.settings +=
+        "set xtics ('' -99)\nset ytics ('' -99)\nset border 0\n" +
+        formatted("set xrange [-1.8:%g]\nset yrange [-2.2:%g]\n", across_ * wide_ - 1, rows_ * high_ - 1.9);
+    const std::array<const char*, 3> colours{"#b8dfc0", "#f3c96b", "#d9584b"};
+    for (int k = 0; k < 3; ++k)
+      if (!cells_[k].empty())
+        chart.series.push_back(
+            {cells_[k], formatted("with boxxyerror fs solid 1 noborder lc rgb '%s'", colours[k]), kVerdicts[k]});
+    if (!edges_.empty()) chart.series.push_back({edges_, "with lines lw 3 lc rgb '#222222'", "boundary, by bisection"});
+    int colour = 0;
+    for (const auto& [line, points] : theory_)
+      chart.series.push_back(
+          {points,
+           formatted("with lines lw 3 dt 2 lc rgb '%s'", std::array{"#1f4e9c", "#8856a7", "#00838f"}[colour++ % 3]),
+           line});
+    return chart;
+  }
+
+ private:
+  void label(const std::string& text, double x, double y, const char* how) {
+    labels_ += "set label '" + text + formatted("' at %g,%g %s\n", x, y, how);
+  }
+
+  void add(const Panel& panel, double left, int row) {
+    const double low = row * high_;
+    const double top = low + double(panel.y.values.size());
+    label(panel.title, left - 0.5, top - 0.1, "left font ',13'");
+    label(panel.x.name, left + double(panel.x.values.size()) / 2 - 0.5, low - 1.65, "center font ',10'");
+    if (left == 0)
+      label(panel.y.name, left - 1.5, low + double(panel.y.values.size()) / 2 - 0.5, "center rotate font ',10'");
+    for (std::size_t k = 0; k < panel.x.values.size(); ++k)
+      label(short_number(panel.x.values[k]), left + double(k), low - 0.95, "center font ',9'");
+    for (std::size_t k = 0; k < panel.y.values.size(); ++k)
+      label(short_number(panel.y.values[k]), left - 0.6, low + double(k), "right font ',9'");
+    for (std::size_t c = 0; c < panel.columns.size(); ++c) {
+      const Json& column = panel.columns[c];
+      for (std::size_t k = 0; k < column["verdicts"].size(); ++k)
+        cells_[column["verdicts"][k].get<int>()] += formatted("%g %g 0.48 0.48\n", left + double(c), low + double(k));
+      if (!column.contains("fails_from") || !column.contains("stable_to")) continue;
+      const double y =
+          (place(panel.y, column["fails_from"].get<double>()) + place(panel.y, column["stable_to"].get<double>())) / 2;
+      edges_ += formatted("%g %g\n%g %g\n\n", left + double(c) - 0.48, low + y, left + double(c) + 0.48, low + y);
+    }
+    for (const TheoryLine& line : panel.theory) {
+      auto known =
+          std::find_if(theory_.begin(), theory_.end(), [&](const auto& one) { return one.first == line.title; });
+      if (known == theory_.end()) known = theory_.insert(theory_.end(), {line.title, ""});
+      for (const auto& [x, y] : line.points)
+        known->second += formatted("%g %g\n", left + place(panel.x, x), low + place(panel.y, y));
+      known->second += "\n";
+    }
+  }
+
+  /// The part of a line that lies in its panel, half a cell beyond its first and last point.
+  static std::string inside(const Panel& panel, const TheoryLine& line, double left, double low) {
+    std::string data;
+    constexpr int parts = 40;
+    for (std::size_t k = 0; k + 1 < line.points.size(); ++k) {
+      const auto& [x0, y0] = line.points[k];
+      const auto& [x1, y1] = line.points[k + 1];
+      const double a0 = place(panel.x, x0), a1 = place(panel.x, x1), b0 = place(panel.y, y0), b1 = place(panel.y, y1);
+      const int first = k == 0 ? -parts / 2 : 0, last = k + 2 == line.points.size() ? parts + parts / 2 : parts;
+      for (int part = first; part <= last; ++part) {
+        const double t = double(part) / parts, b = b0 + t * (b1 - b0);
+        const bool out = b < -0.5 || b > double(panel.y.values.size()) - 0.5;
+        data += out ? "\n" : formatted("%g %g\n", left + a0 + t * (a1 - a0), low + b);
+      }
+    }
+    return data;
+  }
+
+  int across_, rows_ = 0;
+  double wide_ = 0, high_ = 0;
+  std::string labels_, edges_;
+  std::array<std::string, 3> cells_;
+  std::vector<std::pair<std::string, std::string>> theory_;
+};
+
+}  // namespace
+
+Json column(const Axis& y, bool whole, const std::function<Outcome(double y)>& trial) {
+  Json found{{"verdicts", Json::array()}, {"strains", Json::array()}, {"gains", Json::array()}};
+  std::optional<double> good, bad;
+  Verdict how = Verdict::Stable;
+  for (const double value : y.values) {
+    const Outcome outcome = trial(value);
+    found["verdicts"].push_back(int(outcome.verdict));
+    found["strains"].push_back(outcome.strain);
+    found["gains"].push_back(outcome.gain);
+    if (bad) continue;
+    if (outcome.verdict == Verdict::Stable)
+      good = value;
+    else
+      bad = value, how = outcome.verdict;
+  }
+  if (bad && good)
+    for (int turn = 0; turn < 6; ++turn) {
+      double middle = std::sqrt(*good * *bad);
+      if (whole) middle = std::round(middle);
+      if (middle == *good || middle == *bad) break;
+      const Outcome outcome = trial(middle);
+      if (outcome.verdict == Verdict::Stable)
+        good = middle;
+      else
+        bad = middle, how = outcome.verdict;
+    }
+  if (good) found["stable_to"] = *good;
+  if (bad) found["fails_from"] = *bad, found["fails_as"] = kVerdicts[int(how)];
+  return found;
+}
+
+Chart map_chart(const std::string& name, const std::string& title, const std::vector<Panel>& panels, int across) {
+  return Sketch(panels, across).chart(name, title);
+}
+
+Table map_table(const std::vector<Panel>& panels) {
+  Table table{{"", panels[0].x.name, panels[0].y.name + ": stable to", "fails from", "as"}, {}};
+  for (const Panel& panel : panels)
+    for (std::size_t k = 0; k < panel.columns.size(); ++k) {
+      const Json& column = panel.columns[k];
+      const auto number = [&column](const char* what, const char* none) {
+        return column.contains(what) ? formatted("%.3g", column[what].get<double>()) : std::string(none);
+      };
+      table.rows.push_back({panel.title, short_number(panel.x.values[k]), number("stable_to", "nowhere"),
+                            number("fails_from", "nowhere"),
+                            column.contains("fails_as") ? column["fails_as"].get<std::string>() : ""});
+    }
+  return table;
+}
+
+void add_rows(const std::string& map, const std::vector<Panel>& panels, Json& rows) {
+  for (const Panel& panel : panels)
+    for (std::size_t k = 0; k < panel.columns.size(); ++k) {
+      Json row{{"map", map},
+               {"panel", panel.title},
+               {"x_name", panel.x.name},
+               {"x", panel.x.values[k]},
+               {"y_name", panel.y.name}};
+      const Json& column = panel.columns[k];
+      for (const char* what : {"stable_to", "fails_from", "fails_as"})
+        row[what] = column.contains(what) ? column[what] : Json();
+      for (std::size_t j = 0; j < panel.y.values.size(); ++j) {
+        row["y"] = panel.y.values[j];
+        row["verdict"] = kVerdicts[column["verdicts"][j].get<int>()];
+        row["rms_strain"] = column["strains"][j];
+        row["energy_gain"] = column["gains"][j];
+        rows.push_back(row);
+      }
+    }
+}
+
+std::string short_number(double value) {
+  std::string text = formatted("%.3g", value);
+  if (const std::size_t e = text.find('e'); e != std::string::npos) {
+    const int exponent = std::stoi(text.substr(e + 1));
+    text = text.substr(0, e) + "e" + std::to_string(exponent);
+  } else if (value >= 1000 && std::fmod(value, 1000) == 0) {
+    const int exponent = static_cast<int>(std::floor(std::log10(value)));
+    text = formatted("%ge%d", value / std::pow(10, exponent), exponent);
+  }
+  return text;
+}
+
+}  // namespace malha::study

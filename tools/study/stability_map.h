@@ -1,0 +1,49 @@
+// Maps of the study "stability": columns of trials from the safest setting to the least safe one, and where they start
+// to fail.
+#pragma once
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/study/stability_trial.h"
+#include "tools/study/study.h"
+
+namespace malha::study {
+
+struct Axis {
+  std::string name;
+  std::vector<double> values;  // > 0, drawn at equal distances; between them by their logarithms
+};
+
+/// A line to be drawn over a panel: pairs of an x and a y.
+struct TheoryLine {
+  std::string title;
+  std::vector<std::pair<double, double>> points;
+};
+
+struct Panel {
+  std::string title;
+  Axis x, y;                  // y: from the safest to the least safe
+  std::vector<Json> columns;  // of column(), one a value of x
+  std::vector<TheoryLine> theory = {};
+};
+
+/// Trials at all values of y, and the first failure from the safe side, closed in by bisection, of whole numbers where
+/// `whole`: {verdicts: [0 stable, 1 wrong, 2 diverged], strains, gains, stable_to, fails_from, fails_as} (without the
+/// last two where nothing fails, without stable_to where all do).
+Json column(const Axis& y, bool whole, const std::function<Outcome(double y)>& trial);
+
+/// All panels beside each other, `across` in a row.
+Chart map_chart(const std::string& name, const std::string& title, const std::vector<Panel>& panels, int across);
+
+/// A row a column, with the boundary.
+Table map_table(const std::vector<Panel>& panels);
+
+/// Rows for NAME.csv, one a column.
+void add_rows(const std::string& map, const std::vector<Panel>& panels, Json& rows);
+
+/// "1e+06" as 1e6, without trailing zeros.
+std::string short_number(double value);
+
+}  // namespace malha::study

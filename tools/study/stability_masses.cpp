@@ -1,0 +1,140 @@
+// Maps of the study "stability" over what hangs on too few projections: heavy weights, and many particles.
+#include <cmath>
+
+#include "tools/bench/output.h"
+#include "tools/study/stability_maps.h"
+
+namespace malha::study {
+
+namespace {
+
+using bench::formatted;
+
+constexpr double kFrame = 1.0 / 60, kSeconds = 2;
+constexpr int kFrames = 120;
+constexpr int kLinks = 20;
+constexpr double kLength = 1, kLight = 0.01;  // m, kg
+
+/// A chain, horizontal at the start, held at one end, whose last particle weighs `ratio` times as much as the others.
+Model weighted_chain(double ratio, const SolverSpec& solver, double compliance) {
+  ConstraintSpec lengths;
+  lengths.type = "distance", lengths.on = {"edges"};
+  if (compliance > 0) lengths.compliance = compliance;
+  BodySpec body;
+  body.name = "chain", body.shape = ChainShape{{0, 0, 0}, {kLength, 0, 0}, kLinks}, body.mass = kLight * (kLinks + 1);
+  body.pins = {ListPin{{0}}}, body.constraints = {lengths};
+  Scene scene;
+  scene.file = "malha study", scene.name = "chain", scene.gravity = {0, -kGravity, 0};
+  scene.bodies = {body}, scene.solver = solver, scene.solver.dt = kFrame;
+  Model model = build_model(scene);
+  for (int i = 0; i < model.count(); ++i) {
+    model.mass[i] = kLight * (model.user_of[i] == kLinks ? ratio : 1);
+    if (model.user_of[i] != 0) model.w[i] = 1 / model.mass[i];
+  }
+  return model;
+}
+
+/// A link between particles of mass m that bears `load` times their weight is left 2 load g h^2 too long by one sweep
+/// a substep: each end moves by half of what it is too long by, and that must undo load g h^2. The substeps that give
+/// this strain.
+double substeps_for(double load, double length, double strain) {
+  return kFrame * std::sqrt(2 * load * kGravity / (length * strain));
+}
+
+std::string boundary_sentence(const Panel& panel) {
+  std::string line;
+  for (std::size_t k = 0; k < panel.columns.size(); ++k) {
+    const Json& column = panel.columns[k];
+    line += (line.empty() ? "" : ", ") + short_number(panel.x.values[k]) + ": ";
+    line += column.contains("stable_to") ? formatted("%g", column["stable_to"].get<double>())
+                                         : formatted("more than %g", panel.y.values[0]);
+  }
+  return panel.title + ": the fewest " + panel.y.name + " that hold, by " + panel.x.name + ": " + line + ".";
+}
+
+Outcome hung(double ratio, const SolverSpec& solver, double compliance, const Cells& cells) {
+  const double scale = kLight * (kLinks + ratio) * kGravity * kLength;
+  return judge(malha_trial(weighted_chain(ratio, solver, compliance), kFrames, scale), cells);
+}
+
+Outcome sheet(int n, const SolverSpec& solver, bool corners, double compliance, const Cells& cells) {
+  constexpr double side = 2, mass = 1;
+  Scene scene = hanging_sheet(n, side, mass, compliance);
+  if (corners) scene.bodies[0].pins = {ListPin{{0, n - 1}}};
+  scene.solver = solver, scene.solver.dt = kFrame;
+  return judge(malha_trial(scene, kFrames, mass * kGravity * side), cells);
+}
+
+}  // namespace
+
+Section masses_map(Cells& cells, Json& rows) {
+  const bool quick = cells.quick();
+  const Axis x{"mass ratio", quick ? std::vector<double>{10, 1e3} : std::vector<double>{1, 10, 100, 1e3, 1e4, 1e5}};
+  const std::vector<double> counts =
+      quick ? std::vector<double>{64, 16, 4, 1} : std::vector<double>{1024, 512, 256, 128, 64, 32, 16, 8, 4, 2, 1};
+  TheoryLine theory{"2 R g h^2 / l = 50 %, at rest", {}};
+  for (const double ratio : x.values)
+    theory.points.push_back({ratio, substeps_for(ratio, kLength / kLinks, kWrongStrain)});
+  std::vector<Panel> panels{{"PBD, substeps of 1 iteration", x, {"substeps", counts}, {}, {theory}},
+                            {"PBD, 1 substep", x, {"iterations", counts}, {}},
+                            {"PBD, 10 substeps", x, {"iterations", counts}, {}},
+                            {"Desbrun, 1 % springs", x, {"substeps", counts}, {}}};
+  for (std::size_t p = 0; p < panels.size(); ++p)
+    for (const double ratio : x.values)
+      panels[p].columns.push_back(cells(formatted("masses: %s, 1:%g", panels[p].title.c_str(), ratio), [&] {
+        return column(panels[p].y, true, [&](double count) {
+          SolverSpec solver;
+          solver.substeps = p == 0 || p == 3 ? int(count) : p == 1 ? 1 : 10;
+          solver.iterations = p == 0 || p == 3 ? 1 : int(count);
+          if (p == 3) solver.type = "desbrun";
+          return hung(ratio, solver, p == 3 ? 0.01 * kLength / kLinks / (ratio * kLight * kGravity) : 0, cells);
+        });
+      }));
+  Section section{"Mass ratio, by substeps and by iterations", {}, {}, {}};
+  section.sentences = {formatted(
+      "A chain of %d links (1 m) is let go horizontally for 2 s in steps of 1/60 s, its last particle 1 to 100,000 "
+      "times "
+      "as heavy as each of the others. A link that bears R of their weights is left 2 R g h^2 too long by one sweep a "
+      "substep h.",
+      kLinks)};
+  for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
+  section.chart = map_chart("masses", "A weight at the end of a chain", panels, 4);
+  section.table = map_table(panels);
+  add_rows("masses", panels, rows);
+  return section;
+}
+
+Section resolution_map(Cells& cells, Json& rows) {
+  const bool quick = cells.quick();
+  const Axis x{"particles a side", quick ? std::vector<double>{9, 33} : std::vector<double>{9, 17, 33, 65, 129}};
+  const std::vector<double> counts =
+      quick ? std::vector<double>{16, 4, 1} : std::vector<double>{64, 32, 16, 8, 4, 2, 1};
+  TheoryLine theory{"2 n g h^2 / l = 50 %, at rest", {}};
+  for (const double n : x.values) theory.points.push_back({n, substeps_for(n, 2 / (n - 1), kWrongStrain)});
+  std::vector<Panel> panels{{"PBD, held at one row", x, {"substeps", counts}, {}, {theory}},
+                            {"PBD, held at two corners", x, {"substeps", counts}, {}},
+                            {"PBD, one row, 1 substep", x, {"iterations", counts}, {}},
+                            {"Desbrun, one row, 10 kN/m", x, {"substeps", counts}, {}}};
+  for (std::size_t p = 0; p < panels.size(); ++p)
+    for (const double n : x.values)
+      panels[p].columns.push_back(cells(formatted("resolution: %s, %g", panels[p].title.c_str(), n), [&] {
+        return column(panels[p].y, true, [&](double count) {
+          SolverSpec solver;
+          solver.substeps = p == 2 ? 1 : int(count), solver.iterations = p == 2 ? int(count) : 1;
+          if (p == 3) solver.type = "desbrun", solver.desbrun.filter = FilterKind::Sparse;
+          return sheet(int(n), solver, p == 1, p == 3 ? 1e-4 : 0, cells);
+        });
+      }));
+  Section section{"Resolution, by substeps", {}, {}, {}};
+  section.sentences = {
+      "A sheet of 2 m and 1 kg is let go horizontally for 2 s in steps of 1/60 s. Each particle next to the row bears "
+      "a "
+      "column of n others."};
+  for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
+  section.chart = map_chart("resolution", "A hanging sheet: particles a side and substeps", panels, 4);
+  section.table = map_table(panels);
+  add_rows("resolution", panels, rows);
+  return section;
+}
+
+}  // namespace malha::study

@@ -1,0 +1,154 @@
+// The map of the study "stability" over the order in which constraints are swept.
+#include <cmath>
+
+#include "host/error.h"
+#include "tools/bench/output.h"
+#include "tools/study/reference_sweep.h"
+#include "tools/study/stability_maps.h"
+
+namespace malha::study {
+
+namespace {
+
+using bench::formatted;
+
+constexpr double kFrame = 1.0 / 60, kSide = 2, kMass = 1;  // s, m, kg
+
+Scene sheet(int n, int substeps, Precision precision) {
+  Scene scene = hanging_sheet(n, kSide, kMass, 0);
+  scene.solver.substeps = substeps, scene.solver.precision = precision;
+  return scene;
+}
+
+/// The same sheet as plain constraints; their stiffness is not looked at.
+std::unique_ptr<SpringSystem> constraints_of(int n) {
+  auto system = spring_system(hanging_sheet(n, kSide, kMass, 1));
+  for (Spring& s : system->springs) s.stiffness = 0;  // no elastic energy
+  return system;
+}
+
+struct Sweep {
+  std::string title;
+  bool ours, from_pins;
+  Precision precision;
+};
+
+template <class R>
+Trial plain(const SpringSystem& system, const std::vector<int>& order, int substeps, int frames) {
+  const auto sweep = std::make_shared<PlainSweep<R>>(system, order);
+  return {[=] {
+            for (int s = 0; s < substeps; ++s) sweep->substep(kFrame / substeps);
+          },
+          [=, &system] {
+            const State state = sweep->state();
+            const Vector strain = system.strains(state.x);
+            return Sample{strain.norm() / std::sqrt(double(strain.size())), balance(system, state).energy()};
+          },
+          frames, kMass * kGravity * kSide};
+}
+
+Trial trial_of(const Sweep& sweep, const SpringSystem& system, int n, int substeps, int frames) {
+  if (sweep.ours) return malha_trial(sheet(n, substeps, sweep.precision), frames, kMass * kGravity * kSide);
+  const std::vector<int> order = sweep.from_pins ? order_from_pins(system) : order_by_colour(system);
+  return sweep.precision == Precision::Float ? plain<float>(system, order, substeps, frames)
+                                             : plain<double>(system, order, substeps, frames);
+}
+
+/// RMS strain frame by frame, up to where numbers end.
+Json strains(const Trial& trial, const Cells& cells) {
+  Json all = Json::array();
+  try {
+    for (int frame = 0; frame < trial.steps; ++frame) {
+      trial.step();
+      cells.go_on();
+      const double strain = trial.sample().strain;
+      if (!std::isfinite(strain)) break;
+      all.push_back(strain);
+    }
+  } catch (const Diverged&) {
+  }
+  return all;
+}
+
+Section history(const std::vector<Sweep>& sweeps, Cells& cells, Json& rows) {
+  const int n = cells.quick() ? 33 : 100, substeps = 10, frames = 60;
+  const auto system = constraints_of(n);
+  Section section{
+      formatted("Order of the sweep: %d x %d particles, %d substeps of 1 iteration", n, n, substeps), {}, {}, {}};
+  Chart chart{"order_time",
+              formatted("set title '%d x %d particles, %d substeps of 1 iteration'\nset logscale y\nset format y "
+                        "'10^{%%T}'\nset xlabel 'time (s)'\nset ylabel 'RMS strain'\nset yrange [1e-4:*]\n",
+                        n, n, substeps),
+              {}};
+  section.table.columns = {"sweep", "RMS strain at the end", "frames until it was no longer finite"};
+  const char* styles[] = {"lc rgb '#d62728'",      "lc rgb '#ff9896' dt 2", "lc rgb '#e69f00'",
+                          "lc rgb '#8c6d31' dt 2", "lc rgb '#1f4e9c'",      "lc rgb '#74a9cf' dt 2"};
+  for (std::size_t k = 0; k < sweeps.size(); ++k) {
+    const Sweep& sweep = sweeps[k];
+    const Json all = cells(formatted("order: %s, %d, over time", sweep.title.c_str(), n),
+                           [&] { return strains(trial_of(sweep, *system, n, substeps, frames), cells); });
+    bench::Series series{"", std::string("with lines lw 3 ") + styles[k % 6], sweep.title};
+    for (std::size_t frame = 0; frame < all.size(); ++frame)
+      series.data += formatted("%.6g %.6g\n", double(frame + 1) * kFrame, all[frame].get<double>());
+    chart.series.push_back(series);
+    const double last = all.empty() ? 0 : all.back().get<double>();
+    const bool finite = int(all.size()) == frames;
+    section.table.rows.push_back({sweep.title, formatted("%.2g", last), finite ? "" : std::to_string(all.size())});
+    rows.push_back({{"map", "order_time"},
+                    {"panel", sweep.title},
+                    {"x", n},
+                    {"y", substeps},
+                    {"rms_strain", last},
+                    {"frames", all.size()}});
+    section.sentences.push_back(sweep.title + (finite
+                                                   ? formatted(": RMS strain %.2g after %g s.", last, frames * kFrame)
+                                                   : formatted(": no longer finite after %zu frames, RMS strain %.2g "
+                                                               "before.",
+                                                               all.size(), last)));
+  }
+  section.chart = chart;
+  return section;
+}
+
+}  // namespace
+
+std::vector<Section> order_map(Cells& cells, Json& rows) {
+  const bool quick = cells.quick();
+  const std::vector<Sweep> sweeps{{"plain, from the pins, double", false, true, Precision::Double},
+                                  {"plain, from the pins, float", false, true, Precision::Float},
+                                  {"plain, colours, double", false, false, Precision::Double},
+                                  {"plain, colours, float", false, false, Precision::Float},
+                                  {"malha, double", true, false, Precision::Double},
+                                  {"malha, float", true, false, Precision::Float}};
+  const Axis x{"particles a side", quick ? std::vector<double>{9, 33} : std::vector<double>{9, 17, 33, 65, 100}};
+  const Axis y{"substeps", quick ? std::vector<double>{10, 40} : std::vector<double>{10, 20, 40, 80, 160}};
+  std::vector<Panel> panels;
+  for (const Sweep& sweep : sweeps) {
+    Panel panel{sweep.title, x, y, {}};
+    for (const double n : x.values)
+      panel.columns.push_back(cells(formatted("order: %s, %g", sweep.title.c_str(), n), [&] {
+        const auto system = constraints_of(int(n));
+        return column(y, true, [&](double substeps) {
+          return judge(trial_of(sweep, *system, int(n), int(substeps), 60), cells);
+        });
+      }));
+    panels.push_back(panel);
+  }
+  Section map{"Order of the sweep, by resolution and substeps", {}, {}, {}};
+  map.sentences = {
+      "A sheet of 2 m and 1 kg, held at one row, is let go horizontally for 1 s; hard constraints, one sweep a "
+      "substep. Plain: one constraint after the other, in order of distance from the pins or by colours."};
+  for (const Panel& panel : panels) {
+    int count[3]{};
+    for (const Json& column : panel.columns)
+      for (const auto& verdict : column["verdicts"]) ++count[verdict.get<int>()];
+    map.sentences.push_back(panel.title + formatted(": %d of %d stable, %d bounded but wrong, %d diverged.", count[0],
+                                                    count[0] + count[1] + count[2], count[1], count[2]));
+  }
+  map.chart = map_chart("order", "Order of the sweep: one iteration a substep", panels, 3);
+  map.table = map_table(panels);
+  add_rows("order", panels, rows);
+  return {map, history(sweeps, cells, rows)};
+}
+
+}  // namespace malha::study
