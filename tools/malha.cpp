@@ -11,6 +11,7 @@
 #include "host/results/plan.h"
 #include "host/results/run.h"
 #include "host/results/summary.h"
+#include "host/results/warnings.h"
 #include "tools/arguments.h"
 #include "tools/progress.h"
 #include "tools/study/run.h"
@@ -73,12 +74,17 @@ std::optional<std::int64_t> last_step(const Arguments& arguments, const malha::S
   return std::max<std::int64_t>(1, std::llround(steps));
 }
 
+void warn(const Arguments& arguments, const std::string& line) {
+  if (!arguments.quiet) std::cerr << arguments.scene << ": warning: " << line << "\n";
+}
+
 int run(const Arguments& arguments) {
   const malha::Scene scene = load(arguments);
   malha::RunOptions options;
   options.out = arguments.out.empty() ? "out/" + std::filesystem::path(arguments.scene).stem().string() : arguments.out;
   options.steps = last_step(arguments, scene);
   options.resume = arguments.resume;
+  options.warn = [&arguments](const std::string& line) { warn(arguments, line); };
   catch_signals();
   malha::RunResult result;
   try {
@@ -100,11 +106,14 @@ int run(const Arguments& arguments) {
 
 int plan(const Arguments& arguments) {
   std::string plan;
+  std::vector<std::string> warnings;
   {
     malha::ProgressReporter progress(arguments.quiet);
-    plan = malha::plan(malha::Simulation(load(arguments), simulation_options(arguments, progress)));
+    const malha::Simulation simulation(load(arguments), simulation_options(arguments, progress));
+    plan = malha::plan(simulation), warnings = malha::warnings(simulation.model());
   }
   std::cout << plan;
+  for (const std::string& line : warnings) warn(arguments, line);
   return malha::kDone;
 }
 

@@ -8,6 +8,7 @@
 #include "host/results/gallery.h"
 #include "host/results/results.h"
 #include "host/results/summary.h"
+#include "host/results/warnings.h"
 
 namespace malha {
 
@@ -113,6 +114,8 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
     refuse(results.checkpoint, "", "the state of step " + std::to_string(simulation.steps()),
            "one from before the end of this run, step " + std::to_string(last));
 
+  if (options.warn)
+    for (const std::string& line : warnings(simulation.model())) options.warn(line);
   Outputs outputs(simulation, results, last, frames);
   try {
     while (simulation.steps() < last && !stop) {

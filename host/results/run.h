@@ -11,9 +11,10 @@
 namespace malha {
 
 struct RunOptions {
-  std::string out;                         // the folder of the results; made where it is missing
-  std::optional<std::int64_t> steps = {};  // stop at this step; otherwise the scene's duration
-  bool resume = false;                     // continue from the folder's checkpoint
+  std::string out;                                    // the folder of the results; made where it is missing
+  std::optional<std::int64_t> steps = {};             // stop at this step; otherwise the scene's duration
+  bool resume = false;                                // continue from the folder's checkpoint
+  std::function<void(const std::string&)> warn = {};  // of each of warnings(), before the first step; may be empty
 };
 
 struct Progress {

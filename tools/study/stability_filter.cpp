@@ -55,7 +55,8 @@ double number(Cells& cells, const std::string& key, const std::function<double()
 }
 
 std::vector<double> stiffnesses(bool quick) {
-  return quick ? std::vector<double>{10, 1e3, 1e5} : std::vector<double>{1, 10, 100, 1e3, 1e4, 1e5, 1e6};
+  return quick ? std::vector<double>{1e-3, 0.1, 10, 1e3}
+               : std::vector<double>{1e-3, 1e-2, 0.1, 1, 10, 100, 1e3, 1e4, 1e5, 1e6};
 }
 
 /// A straight chain of 1 m held at one end, let go horizontally: how deep its end is after 0.25 s.
@@ -100,7 +101,8 @@ Section torque_failure(Cells& cells, Json& rows) {
   };
   for (const auto& [title, corrector, refine] :
        {How{"corrector paper", Corrector::Paper, 0}, How{"corrector off", Corrector::Off, 0},
-        How{"corrector inertia (default)", Corrector::Inertia, 0}, How{"corrector off, refine 8", Corrector::Off, 8}}) {
+        How{"corrector inertia (default)", Corrector::Inertia, 0}, How{"corrector off, refine 8", Corrector::Off, 8},
+        How{"corrector off, refine 32", Corrector::Off, 32}}) {
     Line line{title, {}};
     for (const double k : stiffnesses(cells.quick()))
       line.points.push_back({k * kFrame * kFrame / mass,

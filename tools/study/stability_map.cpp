@@ -31,17 +31,21 @@ class Sketch {
       wide_ = std::max(wide_, double(panel.x.values.size()));
       high_ = std::max(high_, double(panel.y.values.size()));
     }
-    wide_ += across > 1 ? 1.5 : 1, high_ += 2.9;
     rows_ = (static_cast<int>(panels.size()) + across - 1) / across;
+    line_ = rows_ * high_ / (30 - 4.2 * rows_), high_ += 4.2 * line_;     // 30 lines of text from top to bottom
+    gap_ = across * wide_ * 0.055 / (1 - 0.055 * across), wide_ += gap_;  // 18 such gaps from side to side
     for (std::size_t k = 0; k < panels.size(); ++k)
-      add(panels[k], double(k % across) * wide_, rows_ - 1 - int(k) / across);
+      add(panels[k], double(k % across) * wide_, rows_ - 1 - int(k) / across,
+          k % across == 0 || panels[k - 1].y.name != panels[k].y.name);
   }
 
   Chart chart(const std::string& name, const std::string& title) const {
     Chart chart{name, "set title '" + title + "'\n" + labels_, {}};
     chart.settings +=
-        "set xtics ('' -99)\nset ytics ('' -99)\nset border 0\n" +
-        formatted("set xrange [-1.8:%g]\nset yrange [-2.2:%g]\n", across_ * wide_ - 1, rows_ * high_ - 1.9);
+        "unset xtics\nunset ytics\nunset grid\nunset border\nset lmargin 1\nset rmargin 1\nset tmargin 3\n"
+        "set key at screen 0.5,0.085 center center horizontal maxrows 1 width 1 font ',12'\n" +
+        formatted("set xrange [%g:%g]\nset yrange [%g:%g]\n", -0.5 - gap_, across_ * wide_ - gap_ - 0.5,
+                  -0.5 - 2.4 * line_, rows_ * high_ - 0.5 - 2.4 * line_);
     const std::array<const char*, 3> colours{"#b8dfc0", "#f3c96b", "#d9584b"};
     for (int k = 0; k < 3; ++k)
       if (!cells_[k].empty())
@@ -62,33 +66,29 @@ class Sketch {
     labels_ += "set label '" + text + formatted("' at %g,%g %s\n", x, y, how);
   }
 
-  void add(const Panel& panel, double left, int row) {
-    const double low = row * high_;
-    const double top = low + double(panel.y.values.size());
-    label(panel.title, left - 0.5, top - 0.1, "left font ',13'");
-    label(panel.x.name, left + double(panel.x.values.size()) / 2 - 0.5, low - 1.65, "center font ',10'");
-    if (left == 0)
-      label(panel.y.name, left - 1.5, low + double(panel.y.values.size()) / 2 - 0.5, "center rotate font ',10'");
+  void add(const Panel& panel, double left, int row, bool names_y) {
+    const double low = row * high_, wide = double(panel.x.values.size()), high = double(panel.y.values.size());
+    label(panel.title, left - 0.5, low + high - 0.5 + 0.8 * line_, "left font ',13'");
+    label(panel.x.name, left + wide / 2 - 0.5, low - 0.5 - 1.7 * line_, "center font ',11'");
+    if (names_y) label(panel.y.name, left - 0.5 - 0.85 * gap_, low + high / 2 - 0.5, "center rotate font ',11'");
     for (std::size_t k = 0; k < panel.x.values.size(); ++k)
-      label(short_number(panel.x.values[k]), left + double(k), low - 0.95, "center font ',9'");
+      label(short_number(panel.x.values[k]), left + double(k), low - 0.5 - 0.6 * line_, "center font ',9'");
     for (std::size_t k = 0; k < panel.y.values.size(); ++k)
-      label(short_number(panel.y.values[k]), left - 0.6, low + double(k), "right font ',9'");
+      label(short_number(panel.y.values[k]), left - 0.5 - 0.08 * gap_, low + double(k), "right font ',9'");
     for (std::size_t c = 0; c < panel.columns.size(); ++c) {
       const Json& column = panel.columns[c];
       for (std::size_t k = 0; k < column["verdicts"].size(); ++k)
         cells_[column["verdicts"][k].get<int>()] += formatted("%g %g 0.48 0.48\n", left + double(c), low + double(k));
-      if (!column.contains("fails_from") || !column.contains("stable_to")) continue;
-      const double y =
-          (place(panel.y, column["fails_from"].get<double>()) + place(panel.y, column["stable_to"].get<double>())) / 2;
-      edges_ += formatted("%g %g\n%g %g\n\n", left + double(c) - 0.48, low + y, left + double(c) + 0.48, low + y);
+      for (const Json& edge : column["edges"]) {
+        const double y = (place(panel.y, edge[0].get<double>()) + place(panel.y, edge[1].get<double>())) / 2;
+        edges_ += formatted("%g %g\n%g %g\n\n", left + double(c) - 0.48, low + y, left + double(c) + 0.48, low + y);
+      }
     }
     for (const TheoryLine& line : panel.theory) {
       auto known =
           std::find_if(theory_.begin(), theory_.end(), [&](const auto& one) { return one.first == line.title; });
       if (known == theory_.end()) known = theory_.insert(theory_.end(), {line.title, ""});
-      for (const auto& [x, y] : line.points)
-        known->second += formatted("%g %g\n", left + place(panel.x, x), low + place(panel.y, y));
-      known->second += "\n";
+      known->second += inside(panel, line, left, low) + "\n";
     }
   }
 
@@ -111,7 +111,7 @@ class Sketch {
   }
 
   int across_, rows_ = 0;
-  double wide_ = 0, high_ = 0;
+  double wide_ = 0, high_ = 0, line_ = 0, gap_ = 0;  // of a panel with what is around it; in cells
   std::string labels_, edges_;
   std::array<std::string, 3> cells_;
   std::vector<std::pair<std::string, std::string>> theory_;
@@ -120,33 +120,32 @@ class Sketch {
 }  // namespace
 
 Json column(const Axis& y, bool whole, const std::function<Outcome(double y)>& trial) {
-  Json found{{"verdicts", Json::array()}, {"strains", Json::array()}, {"gains", Json::array()}};
-  std::optional<double> good, bad;
-  Verdict how = Verdict::Stable;
+  Json found{
+      {"verdicts", Json::array()}, {"strains", Json::array()}, {"gains", Json::array()}, {"edges", Json::array()}};
+  std::vector<Verdict> verdicts;
   for (const double value : y.values) {
     const Outcome outcome = trial(value);
+    verdicts.push_back(outcome.verdict);
     found["verdicts"].push_back(int(outcome.verdict));
     found["strains"].push_back(outcome.strain);
     found["gains"].push_back(outcome.gain);
-    if (bad) continue;
-    if (outcome.verdict == Verdict::Stable)
-      good = value;
-    else
-      bad = value, how = outcome.verdict;
   }
-  if (bad && good)
+  for (std::size_t k = 0; k + 1 < verdicts.size(); ++k) {
+    const bool holds = verdicts[k] == Verdict::Stable;
+    if (holds == (verdicts[k + 1] == Verdict::Stable)) continue;
+    double low = y.values[k], high = y.values[k + 1];
+    Verdict how = std::max(verdicts[k], verdicts[k + 1]);
     for (int turn = 0; turn < 6; ++turn) {
-      double middle = std::sqrt(*good * *bad);
-      if (whole) middle = std::round(middle);
-      if (middle == *good || middle == *bad) break;
-      const Outcome outcome = trial(middle);
-      if (outcome.verdict == Verdict::Stable)
-        good = middle;
-      else
-        bad = middle, how = outcome.verdict;
+      const double middle = whole ? std::round(std::sqrt(low * high)) : std::sqrt(low * high);
+      if (middle == low || middle == high) break;
+      const Verdict verdict = trial(middle).verdict;
+      (holds == (verdict == Verdict::Stable) ? low : high) = middle;
+      if (verdict != Verdict::Stable) how = verdict;
     }
-  if (good) found["stable_to"] = *good;
-  if (bad) found["fails_from"] = *bad, found["fails_as"] = kVerdicts[int(how)];
+    found["edges"].push_back({low, high});
+    if (holds) found["stable_to"] = low, found["fails_from"] = high, found["fails_as"] = kVerdicts[int(how)];
+    if (!holds) found["stable_from"] = high;
+  }
   return found;
 }
 
@@ -155,15 +154,17 @@ Chart map_chart(const std::string& name, const std::string& title, const std::ve
 }
 
 Table map_table(const std::vector<Panel>& panels) {
-  Table table{{"", panels[0].x.name, panels[0].y.name + ": stable to", "fails from", "as"}, {}};
+  Table table{{"", "at", "of", "stable to", "fails from", "as"}, {}};
   for (const Panel& panel : panels)
     for (std::size_t k = 0; k < panel.columns.size(); ++k) {
       const Json& column = panel.columns[k];
       const auto number = [&column](const char* what, const char* none) {
         return column.contains(what) ? formatted("%.3g", column[what].get<double>()) : std::string(none);
       };
-      table.rows.push_back({panel.title, short_number(panel.x.values[k]), number("stable_to", "nowhere"),
-                            number("fails_from", "nowhere"),
+      const bool all = !column["verdicts"].empty() && !column.contains("stable_to") &&
+                       column["verdicts"].back() == int(Verdict::Stable);
+      table.rows.push_back({panel.title, short_number(panel.x.values[k]), panel.y.name,
+                            number("stable_to", all ? "all" : "nowhere"), number("fails_from", all ? "nowhere" : "all"),
                             column.contains("fails_as") ? column["fails_as"].get<std::string>() : ""});
     }
   return table;
@@ -192,13 +193,12 @@ void add_rows(const std::string& map, const std::vector<Panel>& panels, Json& ro
 
 std::string short_number(double value) {
   std::string text = formatted("%.3g", value);
-  if (const std::size_t e = text.find('e'); e != std::string::npos) {
-    const int exponent = std::stoi(text.substr(e + 1));
-    text = text.substr(0, e) + "e" + std::to_string(exponent);
-  } else if (value >= 1000 && std::fmod(value, 1000) == 0) {
-    const int exponent = static_cast<int>(std::floor(std::log10(value)));
-    text = formatted("%ge%d", value / std::pow(10, exponent), exponent);
+  const bool round = value >= 1000 && std::fmod(value, 1000) == 0;
+  if (const bool small = value > 0 && value < 0.01; small || round || text.find('e') != std::string::npos) {
+    const int exponent = static_cast<int>(std::floor(std::log10(value) + 1e-9));
+    text = formatted("%.3ge%d", value / std::pow(10, exponent), exponent);
   }
+  if (value >= 1000 && value < 10000 && !round) text = formatted("%.0f", value);
   return text;
 }
 

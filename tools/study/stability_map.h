@@ -29,9 +29,11 @@ struct Panel {
   std::vector<TheoryLine> theory = {};
 };
 
-/// Trials at all values of y, and the first failure from the safe side, closed in by bisection, of whole numbers where
-/// `whole`: {verdicts: [0 stable, 1 wrong, 2 diverged], strains, gains, stable_to, fails_from, fails_as} (without the
-/// last two where nothing fails, without stable_to where all do).
+/// Trials at all values of y, and wherever what holds and what does not are neighbours, the edge between them by
+/// bisection, of whole numbers where `whole`: {verdicts: [0 stable, 1 wrong, 2 diverged], strains, gains, edges: [[y,
+/// y],
+/// ...]}; and stable_to, fails_from and fails_as of the last edge beyond which it fails, stable_from of one before
+/// which it does.
 Json column(const Axis& y, bool whole, const std::function<Outcome(double y)>& trial);
 
 /// All panels beside each other, `across` in a row.

@@ -46,8 +46,11 @@ std::string boundary_sentence(const Panel& panel) {
   for (std::size_t k = 0; k < panel.columns.size(); ++k) {
     const Json& column = panel.columns[k];
     line += (line.empty() ? "" : ", ") + short_number(panel.x.values[k]) + ": ";
+    const bool all = column["verdicts"].back() == int(Verdict::Stable);
     line += column.contains("stable_to") ? formatted("%g", column["stable_to"].get<double>())
+            : all                        ? std::string("1")
                                          : formatted("more than %g", panel.y.values[0]);
+    if (column.contains("stable_from")) line += formatted(" (and at most %g)", column["stable_from"].get<double>());
   }
   return panel.title + ": the fewest " + panel.y.name + " that hold, by " + panel.x.name + ": " + line + ".";
 }
@@ -72,24 +75,35 @@ Section masses_map(Cells& cells, Json& rows) {
   const Axis x{"mass ratio", quick ? std::vector<double>{10, 1e3} : std::vector<double>{1, 10, 100, 1e3, 1e4, 1e5}};
   const std::vector<double> counts =
       quick ? std::vector<double>{64, 16, 4, 1} : std::vector<double>{1024, 512, 256, 128, 64, 32, 16, 8, 4, 2, 1};
-  TheoryLine theory{"2 R g h^2 / l = 50 %, at rest", {}};
+  TheoryLine theory{"one sweep leaves 50 %: 2 R g h h / l, at rest", {}};
   for (const double ratio : x.values)
     theory.points.push_back({ratio, substeps_for(ratio, kLength / kLinks, kWrongStrain)});
-  std::vector<Panel> panels{{"PBD, substeps of 1 iteration", x, {"substeps", counts}, {}, {theory}},
-                            {"PBD, 1 substep", x, {"iterations", counts}, {}},
-                            {"PBD, 10 substeps", x, {"iterations", counts}, {}},
-                            {"Desbrun, 1 % springs", x, {"substeps", counts}, {}}};
-  for (std::size_t p = 0; p < panels.size(); ++p)
+  struct Way {
+    const char *title, *counted;
+    SolverSpec solver;
+  };
+  std::vector<Way> ways(5);
+  for (Way& way : ways) way.solver.precision = Precision::Double;
+  ways[0].title = "PBD, double", ways[0].counted = "substeps";
+  ways[1].title = "PBD, float", ways[1].counted = "substeps", ways[1].solver.precision = Precision::Float;
+  ways[2].title = "PBD, 1 substep", ways[2].counted = "iterations", ways[2].solver.substeps = 1;
+  ways[3].title = "PBD, 10 substeps", ways[3].counted = "iterations", ways[3].solver.substeps = 10;
+  ways[4].title = "Desbrun, 1 % springs", ways[4].counted = "substeps", ways[4].solver.type = "desbrun";
+  std::vector<Panel> panels;
+  for (const Way& way : ways) {
+    Panel panel{way.title, x, {way.counted, counts}, {}};
+    const bool substeps = way.counted == std::string("substeps"), springs = way.solver.type == "desbrun";
+    if (substeps && !springs) panel.theory = {theory};
     for (const double ratio : x.values)
-      panels[p].columns.push_back(cells(formatted("masses: %s, 1:%g", panels[p].title.c_str(), ratio), [&] {
-        return column(panels[p].y, true, [&](double count) {
-          SolverSpec solver;
-          solver.substeps = p == 0 || p == 3 ? int(count) : p == 1 ? 1 : 10;
-          solver.iterations = p == 0 || p == 3 ? 1 : int(count);
-          if (p == 3) solver.type = "desbrun";
-          return hung(ratio, solver, p == 3 ? 0.01 * kLength / kLinks / (ratio * kLight * kGravity) : 0, cells);
+      panel.columns.push_back(cells(formatted("masses: %s, 1:%g", way.title, ratio), [&] {
+        return column(panel.y, true, [&](double count) {
+          SolverSpec solver = way.solver;
+          (substeps ? solver.substeps : solver.iterations) = int(count);
+          return hung(ratio, solver, springs ? 0.01 * kLength / kLinks / (ratio * kLight * kGravity) : 0, cells);
         });
       }));
+    panels.push_back(panel);
+  }
   Section section{"Mass ratio, by substeps and by iterations", {}, {}, {}};
   section.sentences = {formatted(
       "A chain of %d links (1 m) is let go horizontally for 2 s in steps of 1/60 s, its last particle 1 to 100,000 "
@@ -98,7 +112,7 @@ Section masses_map(Cells& cells, Json& rows) {
       "substep h.",
       kLinks)};
   for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
-  section.chart = map_chart("masses", "A weight at the end of a chain", panels, 4);
+  section.chart = map_chart("masses", "A weight at the end of a chain", panels, 5);
   section.table = map_table(panels);
   add_rows("masses", panels, rows);
   return section;
@@ -109,11 +123,11 @@ Section resolution_map(Cells& cells, Json& rows) {
   const Axis x{"particles a side", quick ? std::vector<double>{9, 33} : std::vector<double>{9, 17, 33, 65, 129}};
   const std::vector<double> counts =
       quick ? std::vector<double>{16, 4, 1} : std::vector<double>{64, 32, 16, 8, 4, 2, 1};
-  TheoryLine theory{"2 n g h^2 / l = 50 %, at rest", {}};
-  for (const double n : x.values) theory.points.push_back({n, substeps_for(n, 2 / (n - 1), kWrongStrain)});
+  TheoryLine theory{"one sweep leaves 50 %: 2 n/3 g h h / l, at rest", {}};
+  for (const double n : x.values) theory.points.push_back({n, substeps_for(n / 3, 2 / (n - 1), kWrongStrain)});
   std::vector<Panel> panels{{"PBD, held at one row", x, {"substeps", counts}, {}, {theory}},
                             {"PBD, held at two corners", x, {"substeps", counts}, {}},
-                            {"PBD, one row, 1 substep", x, {"iterations", counts}, {}},
+                            {"PBD, 1 substep, one row", x, {"iterations", counts}, {}},
                             {"Desbrun, one row, 10 kN/m", x, {"substeps", counts}, {}}};
   for (std::size_t p = 0; p < panels.size(); ++p)
     for (const double n : x.values)

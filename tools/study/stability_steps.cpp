@@ -30,11 +30,11 @@ std::vector<Way> ways(bool quick) {
   solver.iterations = 10;
   all.push_back({"XPBD, 10 iterations", solver});
   solver.iterations = 1, solver.type = "desbrun", solver.desbrun.filter = FilterKind::Sparse;
-  all.push_back({"Desbrun, sparse, float", solver});
+  all.push_back({"Desbrun, sparse", solver});
   solver.desbrun.filter = FilterKind::Dense;
-  all.push_back({"Desbrun, dense, float", solver});
+  all.push_back({"Desbrun, dense", solver});
   solver.desbrun.storage = Storage::Int16;
-  all.push_back({"Desbrun, dense, int16", solver});
+  all.push_back({"Desbrun, int16", solver});
   solver.desbrun.storage.reset(), solver.desbrun.refine = 8, solver.desbrun.filter = FilterKind::Sparse;
   all.push_back({"Desbrun, refine 8", solver});
   all.push_back({"symplectic Euler",
@@ -42,7 +42,7 @@ std::vector<Way> ways(bool quick) {
                  [](const SpringSystem& system, double h, State& state) { symplectic_euler(system, h, state); },
                  kEuler});
   all.push_back({"RK4", {}, [](const SpringSystem& system, double h, State& state) { rk4(system, h, state); }, kRk4});
-  all.push_back({"backward Euler, Newton", {}, nullptr, 0, 200});
+  all.push_back({"backward Euler", {}, nullptr, 0, 200});
   for (Way& way : all)
     if (quick) way.most = std::min(way.most, 400);
   return all;
@@ -91,7 +91,8 @@ std::string steps_sentence(const Panel& panel) {
   }
   std::string line = panel.title + ": ";
   if (most == 0) return line + "stable everywhere.";
-  line += formatted("wrong or worse from steps of %.3g to %.3g s on, by stiffness", least, most);
+  line += least == most ? formatted("wrong or worse from steps of %.3g s on", least)
+                        : formatted("wrong or worse from steps of %.3g to %.3g s on, by stiffness", least, most);
   if (nowhere > 0) line += formatted(", at %d nowhere", nowhere);
   return line + (diverged > 0 ? formatted("; %d cells diverged.", diverged) : "; nothing diverged.");
 }
