@@ -1,6 +1,7 @@
 #include "host/simulation.h"
 
 #include <cstring>
+#include <optional>
 
 #include "host/base/stopwatch.h"
 #include "host/model/footprint.h"
@@ -95,10 +96,13 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 Simulation::~Simulation() = default;
 
 void Simulation::step() {
+  std::optional<LaunchTrace> trace;
+  if (parts_->times.step_seconds.empty()) trace.emplace();
   parts_->times.step_seconds.push_back(seconds([this] {
     parts_->solver->step();
     if (parts_->solver->overstretched()) parts_->tear();
   }));
+  if (trace) parts_->times.launches = trace->list();
 }
 
 void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver->move_pin(particle, to); }

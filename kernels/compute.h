@@ -77,6 +77,28 @@ void parallel_region(const OpenMP& executor, int width, const Work& work) {
   work(Team{omp_get_thread_num(), omp_get_num_threads(), &barrier, executor.instructions});
 }
 
+/// Told of launches: which kernel (what kernel_name gives), over how many items.
+struct LaunchWatch {
+  virtual void launched(const char* kernel, int items) = 0;
+
+ protected:
+  ~LaunchWatch() = default;
+};
+
+/// Who watches what this thread launches, usually nobody; of a team, its caller's.
+inline thread_local LaunchWatch* launch_watch = nullptr;
+
+/// The signature of this function, which holds "Kernel = " and the type.
+template <class Kernel>
+const char* kernel_name() {
+  return __PRETTY_FUNCTION__;
+}
+
+template <class Kernel>
+void note_launch(const Kernel&, int items) {
+  if (launch_watch != nullptr) launch_watch->launched(kernel_name<Kernel>(), items);
+}
+
 /// Up to this many items a launch runs on one thread. By count, never by clock: about 30 microseconds of work, well
 /// above a fork-join, and where cores are shared with other programs each fork-join may cost a turn of the scheduler.
 inline constexpr int kParticleGrain = 32768;
@@ -84,6 +106,7 @@ inline constexpr int kParticleGrain = 32768;
 /// Runs kernel(0) .. kernel(n - 1) in any order: their writes must be disjoint.
 template <class Kernel>
 void parallel_for(const Serial&, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
+  note_launch(kernel, n);
 #pragma omp simd
   for (int i = 0; i < n; ++i) kernel(i);
 }
@@ -91,6 +114,7 @@ void parallel_for(const Serial&, int n, const Kernel& kernel, int /*grain*/ = kP
 template <class Kernel>
 void parallel_for(const OpenMP& executor, int n, const Kernel& kernel, int grain = kParticleGrain) {
   if (n <= grain || executor.threads == 1) return parallel_for(Serial{}, n, kernel);
+  note_launch(kernel, n);
 #pragma omp parallel for simd schedule(static) num_threads(executor.threads)
   for (int i = 0; i < n; ++i) kernel(i);
 }
@@ -186,11 +210,13 @@ void run_groups(Instructions instructions, int begin, int end, void* memory, con
 /// disjoint. The same thread gets the same groups every time, so that its caches still hold them.
 template <class Kernel>
 void parallel_groups(const Serial& executor, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
+  note_launch(kernel, end - begin);
   run_groups(executor.instructions, begin, end, memory.data, kernel);
 }
 
 template <class Kernel>
 void parallel_groups(const Team& team, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
+  note_launch(kernel, end - begin);
   const auto share = [&](int thread) {
     return begin + int(static_cast<long long>(end - begin) * thread / team.threads);
   };
@@ -210,6 +236,11 @@ struct Pieces {
     for (int i = begin; i < end; ++i) kernel(i);
   }
 };
+
+template <class Kernel>
+void note_launch(const Pieces<Kernel>& pieces, int) {
+  note_launch(pieces.kernel, pieces.count);
+}
 
 /// Runs kernel(0) .. kernel(count - 1) on a team in pieces of `size`, compiled for its instructions: their writes must
 /// be disjoint.
@@ -234,6 +265,11 @@ struct ReduceGroup {
     partial[g] = sum;
   }
 };
+
+template <class Value, class Kernel>
+void note_launch(const ReduceGroup<Value, Kernel>& groups, int) {
+  note_launch(*groups.kernel, groups.n);
+}
 
 /// The sum of kernel(0) .. kernel(n - 1), added in fixed chunks and then as a fixed tree. Value{} is the zero of `+=`.
 /// The kernel may also write, disjointly.

@@ -105,15 +105,15 @@ int run(const Arguments& arguments) {
 }
 
 int plan(const Arguments& arguments) {
-  std::string plan;
-  std::vector<std::string> warnings;
+  std::optional<malha::Simulation> simulation;
   {
     malha::ProgressReporter progress(arguments.quiet);
-    const malha::Simulation simulation(load(arguments), simulation_options(arguments, progress));
-    plan = malha::plan(simulation), warnings = malha::warnings(simulation.model());
+    simulation.emplace(load(arguments), simulation_options(arguments, progress));
   }
-  std::cout << plan;
-  for (const std::string& line : warnings) warn(arguments, line);
+  std::cout << malha::plan(*simulation);
+  for (const std::string& line : malha::warnings(simulation->model())) warn(arguments, line);
+  simulation->step();
+  std::cout << malha::list_launches(*simulation);
   return malha::kDone;
 }
 

@@ -203,4 +203,12 @@ std::string plan(const Simulation& simulation) {
   return out.str();
 }
 
+std::string list_launches(const Simulation& simulation) {
+  std::ostringstream out;
+  for (const Launches& of : simulation.times().launches)
+    out << "  " << of.kernel << ": " << counted(of.launches, "launch", "launches") << ", " << counted(of.items, "item")
+        << "\n";
+  return out.str().empty() ? "" : "kernels that the first step launched:\n" + out.str();
+}
+
 }  // namespace malha

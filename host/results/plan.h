@@ -9,4 +9,7 @@ namespace malha {
 /// Particles, constraints, colours and batch sizes, passes of a step, bytes by owner, and whether Embree is used.
 std::string plan(const Simulation& simulation);
 
+/// What its first step launched, kernel by kernel; nothing before that step.
+std::string list_launches(const Simulation& simulation);
+
 }  // namespace malha

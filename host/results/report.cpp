@@ -102,6 +102,12 @@ Json timings(const Solver& solver, const RunTimes& times) {
   return json;
 }
 
+Json by_kernel(const std::vector<Launches>& all) {
+  Json kernels = Json::object();
+  for (const Launches& of : all) kernels[of.kernel] = {{"launches", of.launches}, {"items", of.items}};
+  return kernels;
+}
+
 Json precision_of_positions(const Model& model, const std::vector<Vec3>& x) {
   const Resolution found = resolution(model, x);
   Json json{{"farthest_m", found.farthest}, {"spacing_m", found.spacing}};
@@ -218,6 +224,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
   for (const auto& [owner, bytes] : memory_parts(model, facts))
     json["memory"][owner + "_bytes"] = static_cast<std::size_t>(bytes);
   json["memory"]["peak_mib"] = peak_memory_mib();
+  if (!times.launches.empty()) json["launches_of_first_step"] = by_kernel(times.launches);
   json["timing"] = timings(solver, times);
   json["time_s"] = solver.time();
   json["step"] = solver.steps();

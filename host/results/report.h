@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host/model/model.h"
+#include "host/results/launches.h"
 #include "host/solver/solver.h"
 
 namespace malha {
@@ -14,6 +15,7 @@ struct RunTimes {
   std::vector<double> step_seconds;              // one a step
   int splits = 0, layouts = 0;                   // vertices that tore, and how often all was laid out anew for them
   double layout_seconds = 0;                     // spent on that
+  std::vector<Launches> launches;                // of the first step, in the order in which kernels came
 };
 
 /// ms; 0 without steps.
