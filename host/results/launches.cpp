@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "kernels/compute.h"
+
 namespace malha {
 
 namespace {
@@ -19,19 +21,31 @@ std::string name_of(const std::string& signature) {
 
 }  // namespace
 
-void LaunchTrace::launched(const char* signature, int items) {
-  const auto known = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
-    return entry.signature == signature || std::strcmp(entry.signature, signature) == 0;
-  });
-  if (known == entries_.end())
-    entries_.push_back({signature, 1, items});
-  else
-    ++known->launches, known->items += items;
-}
+struct LaunchTrace::Watch final : LaunchWatch {
+  struct Entry {
+    const char* signature;
+    std::int64_t launches, items;
+  };
+  void launched(const char* signature, int items) override {
+    const auto known = std::find_if(entries.begin(), entries.end(), [&](const Entry& entry) {
+      return entry.signature == signature || std::strcmp(entry.signature, signature) == 0;
+    });
+    if (known == entries.end())
+      entries.push_back({signature, 1, items});
+    else
+      ++known->launches, known->items += items;
+  }
+
+  LaunchWatch* before = launch_watch;
+  std::vector<Entry> entries;
+};
+
+LaunchTrace::LaunchTrace() : watch_(std::make_unique<Watch>()) { launch_watch = watch_.get(); }
+LaunchTrace::~LaunchTrace() { launch_watch = watch_->before; }
 
 std::vector<Launches> LaunchTrace::list() const {
   std::vector<Launches> all;
-  for (const Entry& entry : entries_) all.push_back({name_of(entry.signature), entry.launches, entry.items});
+  for (const auto& [signature, launches, items] : watch_->entries) all.push_back({name_of(signature), launches, items});
   return all;
 }
 

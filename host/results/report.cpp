@@ -103,8 +103,9 @@ Json timings(const Solver& solver, const RunTimes& times) {
 }
 
 Json by_kernel(const std::vector<Launches>& all) {
-  Json kernels = Json::object();
-  for (const Launches& of : all) kernels[of.kernel] = {{"launches", of.launches}, {"items", of.items}};
+  Json kernels = Json::array();
+  for (const auto& [kernel, launches, items] : all)
+    kernels.push_back({{"kernel", kernel}, {"launches", launches}, {"items", items}});
   return kernels;
 }
 

@@ -1,0 +1,183 @@
+// What a step launches is what its scene names, and nothing else: by the trace of launches and the bytes of each owner.
+#include "host/results/launches.h"
+
+#include <algorithm>
+
+#include "host/results/plan.h"
+#include "host/results/report.h"
+#include "host/solver/solver.h"
+#include "tests/run_scenes.h"
+#include "tests/support.h"
+
+namespace malha {
+namespace {
+
+/// A cloth with distances alone.
+Json traced_cloth() {
+  return Json::parse(R"({
+    "name": "cloth", "solver": {"type": "pbd", "dt": 0.01, "substeps": 4}, "gravity": [0, -9.81, 0], "duration": 1,
+    "bodies": [{"name": "cloth", "mass": 1, "shape": {"grid": {"size": [1, 1], "cells": [8, 8]}},
+                "pins": [{"row": "first"}], "constraints": [{"type": "distance"}]}]})");
+}
+
+struct Traced {
+  std::vector<Launches> launches;  // of the first step
+  Parts bytes;                     // by owner
+  std::int64_t of(const std::string& kernel) const {
+    const auto at = std::find_if(launches.begin(), launches.end(), [&](const auto& l) { return l.kernel == kernel; });
+    return at == launches.end() ? 0 : at->launches;
+  }
+};
+
+Traced traced(const Json& scene, int threads = 1) {
+  Simulation simulation(parsed(scene), {.threads = threads});
+  simulation.step();
+  return {simulation.times().launches, memory_parts(simulation.model(), simulation.solver().facts())};
+}
+
+TEST(Launches, OfAClothWithDistancesAreTheVisitsToItsPatchesAlone) {
+  const std::vector<Launches> all = traced(traced_cloth()).launches;
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_EQ(all[0], (Launches{"Visit<float>", 4, 4})) << "one patch, once a substep";
+}
+
+TEST(Launches, AreTheSameOnAnyNumberOfThreads) {
+  Json scene = swinging_sheet(true);
+  scene["bodies"][0]["shape"]["grid"]["cells"] = {45, 45};  // several patches, several phases
+  EXPECT_EQ(traced(scene, 1).launches, traced(scene, 4).launches);
+  scene["solver"]["type"] = "desbrun";
+  EXPECT_EQ(traced(scene, 1).launches, traced(scene, 4).launches);
+}
+
+TEST(Launches, OfAReductionNameItsKernelAndItsItems) {
+  Json scene = traced_cloth();
+  scene["sleep"] = Json::object();
+  EXPECT_EQ(traced(scene).launches.back(), (Launches{"MeasureSpeed<float>", 1, 81}));
+}
+
+TEST(Launches, AreNoneAsleep) {
+  Json scene = traced_cloth();
+  scene["sleep"] = {{"speed", 1e9}, {"after", 0}};
+  Simulation simulation(parsed(scene), {.threads = 1});
+  simulation.step();
+  const LaunchTrace trace;
+  simulation.step();
+  EXPECT_TRUE(trace.list().empty());
+}
+
+/// A block that a scene may name: where, what, and what it is when it asks for nothing (null: there is no such thing).
+struct Block {
+  const char *name, *pointer, *json, *neutral;
+  std::vector<std::string> kernels;  // that it alone launches
+  const char* solver = "pbd";
+};
+
+const std::vector<Block>& blocks() {
+  static const std::vector<Block> all{
+      {"drag", "/wind", R"({"velocity": [1, 0, 0], "drag": 0.001})", R"({"velocity": [1, 0, 0], "drag": 0})", {"Drag"}},
+      {"air",
+       "/wind",
+       R"({"velocity": [1, 0, 0], "density": 1.2})",
+       R"({"velocity": [1, 0, 0], "density": 0})",
+       {"FacesInAir", "BlowOnParticles"}},
+      {"damping", "/bodies/0/damping", "0.1", "0", {"SumMass", "SumSpin", "DampTowardsRigid"}},
+      {"long_range", "/bodies/0/constraints/1", R"({"type": "long_range"})", nullptr, {"LimitReach"}},
+      {"moved pins",
+       "/bodies/0/pins/0/motion",
+       R"([{"time": 0}, {"time": 1, "translate": [0, 0, 1]}])",
+       nullptr,
+       {"Place", "Arrive"}},
+      {"attachments", "/bodies/0/attachments", R"([{"at": {"row": "last"}, "compliance": 0.1}])", "[]", {"Attach"}},
+      {"environment",
+       "/environment",
+       R"([{"name": "ball", "shape": {"sphere": {"radius": 0.3, "subdivisions": 2}}, "transform": {"translate": [0.5, -0.3, 0.5]}}])",
+       "[]",
+       {"FindContact", "ResolveContact", "HoldBack", "Restitute"}},
+      {"self-collision",
+       "/self_collision",
+       R"({"thickness": 0.02})",
+       nullptr,
+       {"StoreMotion", "BoxParticles", "FindCrossing"}},
+      {"tear", "/bodies/0/tear", R"({"strain": 100})", nullptr, {"MeasureExcess"}},
+      {"sleep", "/sleep", "{}", nullptr, {"MeasureSpeed"}},
+  };
+  return all;
+}
+
+class Feature : public testing::TestWithParam<int> {
+ protected:
+  const Block& block() const { return blocks()[static_cast<std::size_t>(GetParam())]; }
+  static Json with(Json scene, const char* pointer, const char* json) {
+    scene[Json::json_pointer(pointer)] = Json::parse(json);
+    return scene;
+  }
+};
+
+bool is_of(const Launches& launches, const std::vector<std::string>& kernels) {
+  return std::any_of(kernels.begin(), kernels.end(),
+                     [&](const std::string& kernel) { return launches.kernel.starts_with(kernel + "<"); });
+}
+
+TEST_P(Feature, LaunchesWhatNoOtherFeatureLaunches) {
+  const Traced named = traced(with(traced_cloth(), block().pointer, block().json));
+  for (std::size_t k = 0; k < blocks().size(); ++k) {
+    if (static_cast<int>(k) == GetParam()) continue;
+    for (const Launches& launches : named.launches)
+      EXPECT_FALSE(is_of(launches, blocks()[k].kernels)) << launches.kernel << " of " << blocks()[k].name;
+  }
+  EXPECT_TRUE(std::any_of(named.launches.begin(), named.launches.end(), [&](const Launches& launches) {
+    return is_of(launches, block().kernels);
+  })) << "none of its own";
+}
+
+TEST_P(Feature, CostsNothingWhereTheSceneDoesNotNameIt) {
+  const Traced never = traced(traced_cloth());
+  // Everything else named: without this one, the launches and the bytes are those of a scene that never had it.
+  Json all = traced_cloth(), others = all;
+  for (const Block& other : blocks()) {
+    if (std::string(other.name) == "tear" || std::string(other.name) == "drag") continue;  // not beside all others
+    all = with(all, other.pointer, other.json);
+    if (other.name != block().name) others = with(others, other.pointer, other.json);
+  }
+  const Traced rest = traced(others), whole = traced(all);
+  for (const Launches& launches : rest.launches) EXPECT_FALSE(is_of(launches, block().kernels)) << launches.kernel;
+  for (const Launches& launches : rest.launches)
+    EXPECT_LE(launches.launches, whole.of(launches.kernel)) << launches.kernel << " runs oftener without";
+  if (block().neutral == nullptr) return;
+  const Traced neutral = traced(with(traced_cloth(), block().pointer, block().neutral));
+  EXPECT_EQ(neutral.launches, never.launches);
+  EXPECT_EQ(neutral.bytes, never.bytes);
+}
+
+INSTANTIATE_TEST_SUITE_P(Named, Feature, testing::Range(0, 10));
+
+TEST(Launches, OfTheTraceAreAsManyAsThePlanSays) {
+  Json scene = traced_cloth();
+  for (const Block& other : blocks())
+    if (const std::string name = other.name; name != "tear" && name != "self-collision")
+      scene[Json::json_pointer(other.pointer)] = Json::parse(other.json);
+  for (const char* type : {"pbd", "desbrun"}) {
+    scene["solver"]["type"] = type;
+    Simulation simulation(parsed(scene), {.threads = 1});
+    const std::string text = plan(simulation);
+    std::istringstream lines(text.substr(text.find("passes of a step:")));
+    std::int64_t planned = 0, launched = 0;
+    for (std::string line; std::getline(lines, line);)
+      if (const std::size_t at = line.find(": "); has(line, " launch")) planned += std::stoll(line.substr(at + 2));
+    simulation.step();
+    for (const Launches& of : simulation.times().launches) launched += of.launches;
+    EXPECT_EQ(launched, planned) << text << list_launches(simulation);
+  }
+}
+
+TEST(Launches, AreInTheReport) {
+  Simulation simulation(parsed(traced_cloth()), {.threads = 1});
+  EXPECT_FALSE(Json::parse(simulation.report("planned")).contains("launches_of_first_step"));
+  simulation.step(), simulation.step();
+  const Json report = Json::parse(simulation.report("finished"));
+  EXPECT_EQ(report["launches_of_first_step"],
+            Json::array({{{"kernel", "Visit<float>"}, {"launches", 4}, {"items", 4}}}));
+}
+
+}  // namespace
+}  // namespace malha

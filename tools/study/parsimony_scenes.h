@@ -1,0 +1,25 @@
+// The scenes of the study "parsimony": what a feature is added to, and the scene with it.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "host/scene.h"
+
+namespace malha::study {
+
+/// A scene, and the same without one feature.
+struct Demand {
+  std::string feature;  // "air on faces"
+  std::string base;     // "cloth"
+  Scene without, with;
+  int steps_before = 40;  // until it does what it is measured for: touches, hangs
+};
+
+/// Each feature alone, added to the least scene that can have it. The first adds nothing: how far the times of one and
+/// the same scene lie apart.
+std::vector<Demand> single_demands(bool quick);
+
+/// One cloth that is asked for more and more: every rung has all features of those before it.
+std::vector<Demand> ladder_of_demands(bool quick);
+
+}  // namespace malha::study
