@@ -14,7 +14,7 @@ TEST(CommandLine, HelpsWithEveryOptionAndExample) {
               filter = malha_command({"bench", "filter", "--help"}, folder / ".");
   EXPECT_EQ(help.status + run.status + bench.status + projection.status + filter.status, 0);
   for (const char* word :
-       {"malha [OPTIONS] COMMAND", "run ", "plan ", "check ", "bench ", "study ", "Examples:", "Exit status:", "130"})
+       {"malha [OPTIONS] COMMAND", "run ", "plan ", "check ", "tune ", "bench ", "study ", "Examples:", "Exit status:", "130"})
     EXPECT_TRUE(has(help.out, word)) << word;
   for (const char* word : {"malha run [OPTIONS] SCENE", "--threads N", "--steps N", "--seconds S", "--out FOLDER",
                            "--every N", "--format LIST", "--picture ", "--picture-every N", "--no-picture", "--quiet",
@@ -41,9 +41,9 @@ TEST(CommandLine, AnswersEverySlipInOneLine) {
   folder.write("scene.json", swinging_sheet(false).dump());
   const std::string in_run = "; see malha run --help\n";
   for (const Slip& slip : std::vector<Slip>{
-           {{}, "malha: found no command; allowed: run, plan, check, bench, study, --help, -h, --version\n"},
+           {{}, "malha: found no command; allowed: run, plan, check, tune, bench, study, --help, -h, --version\n"},
            {{"rum", "scene.json"},
-            "malha: found \"rum\" (did you mean 'run'?); allowed: run, plan, check, bench, study, --help, -h, "
+            "malha: found \"rum\" (did you mean 'run'?); allowed: run, plan, check, tune, bench, study, --help, -h, "
             "--version\n"},
            {{"run"}, "malha run: SCENE is required" + in_run},
            {{"run", "scene.json", "--thread", "2"},

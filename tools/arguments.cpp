@@ -13,7 +13,8 @@ namespace malha {
 
 namespace {
 
-const std::vector<std::string> kFirstWords{"run", "plan", "check", "bench", "study", "--help", "-h", "--version"};
+const std::vector<std::string> kFirstWords{"run",   "plan",   "check", "tune",     "bench",
+                                           "study", "--help", "-h",    "--version"};
 const std::vector<std::string> kFormats{"vtp", "pc2", "ply", "obj"};
 const std::vector<std::string> kBackends{"openmp", "serial"};
 constexpr std::int64_t kMostSteps = 1'000'000'000;
@@ -131,7 +132,8 @@ void add_run(CLI::App& app, Arguments& arguments) {
 }
 
 void add_plan(CLI::App& app, Arguments& arguments) {
-  CLI::App* plan = app.add_subcommand("plan", "Say what would run: sizes, colours, passes of a step, memory");
+  CLI::App* plan = app.add_subcommand(
+      "plan", "Say what would run: sizes, colours, passes of a step, memory, and what one step launches");
   add_scene(*plan, arguments);
   add_executor(*plan, arguments);
   plan->footer("Example:\n  malha plan scenes/balloon.json --threads 4");
@@ -141,6 +143,16 @@ void add_check(CLI::App& app, Arguments& arguments) {
   CLI::App* check = app.add_subcommand("check", "Check a scene and its meshes; run nothing, write nothing");
   add_scene(*check, arguments);
   check->footer("Example:\n  malha check my_scene.json && malha run my_scene.json");
+}
+
+void add_tune(CLI::App& app, Arguments& arguments) {
+  CLI::App* tune = add_tune(app, arguments.tune);
+  add_scene(*tune, arguments);
+  tune->add_option("--out", arguments.out, "The tuned scene; out/NAME-OF-THE-SCENE-FILE_tuned.json if not given")
+      ->type_name("FILE");
+  tune->add_option("--threads", arguments.threads, "Threads; as many as there are cores if not given")
+      ->check(whole_number(1, 1024))
+      ->type_name("N");
 }
 
 void add_everything(CLI::App& app, Arguments& arguments) {
@@ -155,6 +167,7 @@ void add_everything(CLI::App& app, Arguments& arguments) {
       "  malha run scenes/sheet_shear.json       results in out/sheet_shear/\n"
       "  malha plan scenes/balloon.json          what would run, before it runs\n"
       "  malha check my_scene.json               whether the scene and its meshes are sound\n"
+      "  malha tune my_scene.json --error 0.001  the cheapest settings that are right to 1 mm\n"
       "  malha bench projection                  what a projection costs here; malha bench filter: a filter\n"
       "  malha study accuracy --quick            error against cost of every method, with charts\n\n"
       "Exit status: 0 done; 1 done, but not as the scene expects; 2 bad input, nothing was written; 3 the run became\n"
@@ -162,6 +175,7 @@ void add_everything(CLI::App& app, Arguments& arguments) {
   add_run(app, arguments);
   add_plan(app, arguments);
   add_check(app, arguments);
+  add_tune(app, arguments);
   add_bench(app, arguments.bench);
   add_study(app, arguments.study);
   for (CLI::App* command : app.get_subcommands({})) {
@@ -203,6 +217,7 @@ std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) 
                       : first == "plan"  ? Command::Plan
                       : first == "check" ? Command::Check
                       : first == "bench" ? Command::Bench
+                      : first == "tune"  ? Command::Tune
                                          : Command::Study;
   return std::nullopt;
 }

@@ -7,10 +7,11 @@
 
 #include "tools/arguments_bench.h"
 #include "tools/arguments_study.h"
+#include "tools/arguments_tune.h"
 
 namespace malha {
 
-enum class Command { Run, Plan, Check, Bench, Study };
+enum class Command { Run, Plan, Check, Bench, Study, Tune };
 
 /// What the command's exit status says. An interrupted run exits with 128 + the signal: 130 for Ctrl-C.
 enum ExitStatus { kDone = 0, kUnmet = 1, kBadInput = 2, kDiverged = 3, kFailed = 4 };
@@ -31,6 +32,7 @@ struct Arguments {
   std::string typed;  // what the user typed, without --resume
   BenchArguments bench;
   study::Options study;
+  TuneArguments tune;
 };
 
 /// Fills `arguments`. Where there is nothing to run (--help, --version, or an error, which goes to standard error as

@@ -15,6 +15,7 @@
 #include "tools/arguments.h"
 #include "tools/progress.h"
 #include "tools/study/run.h"
+#include "tools/tune.h"
 
 namespace {
 
@@ -138,6 +139,16 @@ int study(const Arguments& arguments) {
   return malha::kDone;
 }
 
+int tune(const Arguments& arguments) {
+  catch_signals();
+  try {
+    return malha::tune(arguments, stop);
+  } catch (const malha::study::Interrupted&) {
+    std::cerr << "interrupted; nothing was written\n";
+    return 128 + stopped_by;
+  }
+}
+
 int dispatch(const Arguments& arguments) {
   switch (arguments.command) {
     case malha::Command::Run:
@@ -151,6 +162,8 @@ int dispatch(const Arguments& arguments) {
       return malha::kDone;
     case malha::Command::Study:
       return study(arguments);
+    case malha::Command::Tune:
+      return tune(arguments);
   }
   return malha::kFailed;
 }

@@ -35,14 +35,18 @@ inline CLI::Validator whole_number(std::int64_t low, std::int64_t high) {
           ""};
 }
 
-/// Seconds.
-inline CLI::Validator duration() {
-  return {[](const std::string& text) {
+/// A finite number > 0.
+inline CLI::Validator above_zero(const std::string& unit) {
+  return {[unit](const std::string& text) {
             double value = 0;
-            return reads(text, value) && std::isfinite(value) && value > 0 ? "" : found(text, "a number > 0 (s)");
+            return reads(text, value) && std::isfinite(value) && value > 0 ? ""
+                                                                           : found(text, "a number > 0 (" + unit + ")");
           },
           ""};
 }
+
+/// Seconds.
+inline CLI::Validator duration() { return above_zero("s"); }
 
 /// One of `words`, which must outlive the validator.
 inline CLI::Validator one_of(const std::vector<std::string>& words) {

@@ -1,0 +1,185 @@
+// malha tune finds settings that do reach the error, and leaves nothing where there are none.
+#include "tools/study/tune.h"
+
+#include <cmath>
+
+#include "tests/run_scenes.h"
+#include "tests/small_scenes.h"
+#include "tests/support.h"
+#include "tools/study/tune_report.h"
+
+namespace malha::study {
+namespace {
+
+/// A net of springs, held by one side, whose motion converges.
+Json springy_net() {
+  return Json::parse(R"({
+    "name": "net", "solver": {"type": "pbd", "dt": 0.02, "substeps": 2}, "gravity": [0, -9.81, 0], "duration": 0.2,
+    "bodies": [{"name": "net", "mass": 0.2, "shape": {"grid": {"size": [1, 1], "cells": [6, 6]}},
+                "pins": [{"row": "first"}],
+                "constraints": [{"type": "distance", "on": ["edges", "shear"], "compliance": 0.001}]}]})");
+}
+
+/// The RMS distance to a reference of the test's own at the end: backward Euler's limit, many small substeps in double.
+double error_at_the_end(const Scene& scene) {
+  Scene exact = parsed(springy_net());
+  exact.solver.precision = Precision::Double, exact.solver.substeps = 4000;
+  const std::vector<Vec3> truth = after(exact, scene.duration).positions(),
+                          x = after(scene, scene.duration).positions();
+  double sum = 0;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    for (int k = 0; k < 3; ++k) sum += (x[i][k] - truth[i][k]) * (x[i][k] - truth[i][k]);
+  return std::sqrt(sum / static_cast<double>(x.size()));
+}
+
+Tuned tuned_quietly(const Json& scene, double error) {
+  const std::atomic<bool> no_stop{false};
+  return tune(parsed(scene), {.error = error, .threads = 1}, {}, no_stop);
+}
+
+/// The fewest substeps with which a method reached the error; 0: it did not.
+int fewest(const Tuned& tuned, const std::string& method) {
+  int least = 0;
+  for (const Trial& trial : tuned.trials)
+    if (trial.reaches() && trial.method == method && (least == 0 || trial.scene.solver.substeps < least))
+      least = trial.scene.solver.substeps;
+  return least;
+}
+
+class TuneCommand : public testing::Test {
+ protected:
+  TuneCommand() { write(springy_net()); }
+  void write(const Json& scene) const { folder_.write("net.json", scene.dump()); }
+  Ended tune(std::vector<std::string> more) const {
+    more.insert(more.begin(), {"tune", "net.json", "--threads", "1"});
+    return malha_command(more, folder_ / ".");
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(TuneCommand, WritesASceneThatReachesTheErrorWhenItRunsAgain) {
+  const double error = 0.002;
+  EXPECT_GT(error_at_the_end(parsed(springy_net())), error) << "as it is it does not";
+  const Ended ended = tune({"--error", "0.002", "--json", "trials.json"});
+  ASSERT_EQ(ended.status, 0) << ended.err;
+  EXPECT_TRUE(has(ended.out, "\n* ") && has(ended.out, "\nbest        ")) << ended.out;
+  EXPECT_TRUE(has(ended.out, "\nscene       out/net_tuned.json\n")) << ended.out;
+  const std::string file = folder_ / "out/net_tuned.json";
+  EXPECT_EQ(malha_command({"check", file}, folder_ / ".").status, 0);
+  // Its reference is off by at most a quarter of the error.
+  EXPECT_LT(error_at_the_end(load_scene(file)), 1.25 * error);
+  const Json trials = Json::parse(bytes_of(folder_ / "trials.json"));
+  EXPECT_EQ(trials["error_m"], error);
+  EXPECT_EQ(trials["trials"][trials["best"].get<std::size_t>()]["found"], "reaches");
+}
+
+TEST(Tune, TakesNoMoreSubstepsForALooserError) {
+  const Tuned strict = tuned_quietly(springy_net(), 0.004), loose = tuned_quietly(springy_net(), 0.016);
+  for (const char* method : {"XPBD, 1 iteration, float"}) {
+    EXPECT_GT(fewest(strict, method), 0) << method;
+    EXPECT_GT(fewest(loose, method), 0) << method;
+    EXPECT_LE(fewest(loose, method), fewest(strict, method)) << method;
+  }
+}
+
+TEST(Tune, StatesErrorsThatAreThoseOfItsTrials) {
+  const Tuned tuned = tuned_quietly(springy_net(), 0.004);
+  ASSERT_TRUE(tuned.best);
+  const Trial& best = tuned.trials[*tuned.best];
+  EXPECT_LE(best.error, 0.004);
+  // The worst of four moments, one of which is the end.
+  EXPECT_GE(best.error + tuned.reference.off, error_at_the_end(best.scene) - tuned.reference.off);
+}
+
+TEST(Tune, TriesBothMethodsOnSprings) {
+  const Tuned tuned = tuned_quietly(springy_net(), 0.016);
+  EXPECT_TRUE(tuned.left_out.empty());
+  bool xpbd = false, desbrun = false;
+  for (const Trial& trial : tuned.trials) {
+    xpbd = xpbd || trial.method.starts_with("XPBD");
+    desbrun = desbrun || trial.method.starts_with("Desbrun");
+  }
+  EXPECT_TRUE(xpbd && desbrun);
+}
+
+TEST(Tune, KeepsTheSpringsOfDesbrunsMethodByPbd) {
+  Json scene = springy_net();
+  scene["bodies"][0]["constraints"][0] = {{"type", "distance"}, {"stiffness", 0.5}};
+  scene["solver"] = {{"type", "desbrun"}, {"dt", 0.02}, {"stiffness", 2000}};
+  std::string why;
+  const Scene other = by_pbd(parsed(scene), why);
+  EXPECT_EQ(why, "");
+  EXPECT_EQ(other.solver.type, "pbd");
+  EXPECT_EQ(other.bodies[0].constraints[0].compliance, 1.0 / 1000);
+  scene["bodies"][0]["constraints"].push_back({{"type", "bending"}});
+  by_pbd(parsed(scene), why);
+  EXPECT_TRUE(has(why, "bending")) << "as many stiffnesses as hinges";
+}
+
+TEST(Tune, GivesUpOnMotionThatDoesNotConverge) {
+  Json scene = springy_net();  // a double pendulum of many links, thrown about without end
+  scene["bodies"][0] = {{"name", "chain"},
+                        {"mass", 1},
+                        {"shape", {{"chain", {{"from", {0, 0, 0}}, {"to", {0, 1, 0}}, {"segments", 8}}}}},
+                        {"pins", {{{"particles", {0}}}}},
+                        {"spin", {0, 0, 9}},
+                        {"constraints", {{{"type", "distance"}}}}};
+  scene["duration"] = 3;
+  const std::atomic<bool> no_stop{false};
+  const TuneOptions options{.error = 1e-5, .seconds = 3, .threads = 1};
+  const Tuned tuned = tune(parsed(scene), options, {}, no_stop);
+  EXPECT_FALSE(tuned.reference.converged);
+  EXPECT_FALSE(tuned.best);
+  EXPECT_TRUE(tuned.trials.empty());
+  EXPECT_TRUE(has(why_not_tuned(tuned, options), "did not converge"));
+}
+
+TEST_F(TuneCommand, LeavesTheFileOfBeforeWhereNothingIsFound) {
+  Json scene = springy_net();
+  scene["bodies"][0]["spin"] = {0, 0, 60};
+  scene["bodies"][0]["pins"] = Json::array();
+  write(scene);
+  folder_.write("tuned.json", "what was there\n");
+  const Ended ended = tune({"--error", "1e-13", "--out", "tuned.json"});
+  EXPECT_EQ(ended.status, 1) << ended.out;
+  EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+  EXPECT_EQ(ended.err.find("net.json: "), 0u) << ended.err;
+  EXPECT_EQ(bytes_of(folder_ / "tuned.json"), "what was there\n");
+  EXPECT_EQ(files_in(folder_ / ".").size(), 2u);
+}
+
+TEST_F(TuneCommand, RefusesWhatCannotBeTunedBeforeItRunsAnything) {
+  const std::string see = "; see malha tune --help\n";
+  EXPECT_EQ(tune({}).err, "malha tune: --error is required" + see);
+  EXPECT_EQ(tune({"--error", "0"}).err, "malha tune: --error: found \"0\"; allowed: a number > 0 (m)" + see);
+  EXPECT_EQ(tune({"--error", "nan"}).err, "malha tune: --error: found \"nan\"; allowed: a number > 0 (m)" + see);
+  EXPECT_EQ(tune({"--error", "1", "--seconds", "-1"}).err,
+            "malha tune: --seconds: found \"-1\"; allowed: a number > 0 (s)" + see);
+  Json scene = springy_net();
+  scene["bodies"][0]["tear"] = {{"strain", 0.5}};
+  write(scene);
+  Ended ended = tune({"--error", "0.01"});
+  EXPECT_EQ(ended.status, 2);
+  EXPECT_EQ(ended.err, "net.json: found 'net', which tears; allowed: bodies that keep their particles (no \"tear\")\n");
+  scene = springy_net();
+  scene["solver"] = {{"type", "desbrun"}, {"dt", 0.02}, {"time_budget", 0.01}};
+  write(scene);
+  EXPECT_EQ(tune({"--error", "0.01"}).status, 2);
+  EXPECT_EQ(files_in(folder_ / ".").size(), 1u) << "nothing is written";
+}
+
+TEST_F(TuneCommand, StopsOnCtrlC) {
+  Json scene = springy_net();
+  scene["duration"] = 1000;
+  write(scene);
+  MalhaProcess process({"tune", "net.json", "--error", "1e-9", "--seconds", "1000"}, folder_ / ".");
+  usleep(300'000);
+  process.send(SIGINT);
+  const Ended ended = process.wait();
+  EXPECT_EQ(ended.status, 130) << ended.err;
+  EXPECT_TRUE(has(ended.err, "interrupted; nothing was written\n")) << ended.err;
+  EXPECT_TRUE(files_in(folder_ / "out").empty());
+}
+
+}  // namespace
+}  // namespace malha::study

@@ -1,0 +1,36 @@
+#include "tools/arguments_tune.h"
+
+#include "tools/validators.h"
+
+namespace malha {
+
+CLI::App* add_tune(CLI::App& app, TuneArguments& tune) {
+  CLI::App* command = app.add_subcommand("tune", "Find the cheapest method and settings that reach an error here");
+  command
+      ->add_option("--error", tune.error,
+                   "Error to reach (m): RMS distance of the particles to where they truly are, at the worst of four\n"
+                   "moments in the simulated time")
+      ->required()
+      ->check(above_zero("m"))
+      ->type_name("E");
+  command->add_option("--seconds", tune.seconds, "Simulated time; the scene's duration, at most 1 s, if not given")
+      ->check(duration())
+      ->type_name("S");
+  command->add_option("--json", tune.json, "All that was tried, with all numbers, as JSON too")->type_name("FILE");
+  command->footer(
+      "Where the particles truly are is said by the scene's own method in double, at twice the substeps until that\n"
+      "moves them by less than E / 4. Motion that never converges (chaos) cannot be tuned to such an error.\n"
+      "Tried are PBD or XPBD with 1 to 8 iterations, and Desbrun's method where the scene has springs, refined or "
+      "not,\n"
+      "with either filter, in float and double, each with as few substeps as reach E. All else stays as the scene\n"
+      "says; where a constraint has no compliance, the methods are not the same material, and the error tells.\n"
+      "Times are those of this machine and this number of threads.\n\n"
+      "Exit status: 0 the tuned scene is written; 1 nothing reaches E, or the motion does not converge: nothing is\n"
+      "written.\n\n"
+      "Examples:\n"
+      "  malha tune scenes/sheet_shear.json --error 0.001         writes out/sheet_shear_tuned.json\n"
+      "  malha tune my_scene.json --error 0.0002 --seconds 0.5 --threads 1 --out my_tuned.json");
+  return command;
+}
+
+}  // namespace malha

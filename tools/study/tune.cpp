@@ -1,0 +1,183 @@
+#include "tools/study/tune.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "host/base/shown.h"
+#include "host/error.h"
+#include "tools/bench/turns.h"
+
+namespace malha::study {
+
+namespace {
+
+constexpr int kMostSubsteps = 1 << 14;
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
+class Tuner {
+ public:
+  Tuner(const Scene& scene, const TuneOptions& options, const TuneProgress& progress, const std::atomic<bool>& stop)
+      : scene_(scene), options_(options), progress_(progress), stop_(stop) {
+    tuned_.seconds = options.seconds.value_or(std::min(scene.duration, 1.0));
+    moments_ = moments(scene, tuned_.seconds);
+  }
+
+  Tuned run() {
+    find_reference();
+    if (!tuned_.reference.converged) return tuned_;
+    try_once(scene_, "as it is: " + words_of(scene_), kNoLimit);
+    const std::vector<Scene> methods = tune_methods(scene_, tuned_.left_out);
+    for (std::size_t k = 0; k < methods.size(); ++k) {
+      part_ = static_cast<double>(k) / static_cast<double>(methods.size());
+      Scene scene = methods[k];
+      if (search(scene) != "misses") continue;
+      scene.solver.precision = Precision::Double;
+      search(scene);
+    }
+    decide();
+    return tuned_;
+  }
+
+ private:
+  void find_reference() {
+    Scene scene = scene_;
+    SolverSpec& solver = scene.solver;
+    solver.precision = Precision::Double;
+    if (solver.type == "pbd") solver.iterations = 1;
+    solver.desbrun.storage.reset(), solver.desbrun.tolerance.reset();
+    Reference& reference = tuned_.reference;
+    std::vector<double> off;
+    TuneRun before;
+    for (solver.substeps = 8; solver.substeps <= kMostSubsteps; solver.substeps *= 2) {
+      say("reference, " + counted(solver.substeps, "substep") +
+          (off.empty() ? "" : ": the last doubling moved it by " + shown(off.back()) + " m"));
+      TuneRun run = tune_run(scene, moments_, options_.threads, kNoLimit, stop_);
+      if (solver.substeps > 8) off.push_back(distance_between(run, before));
+      reference = {run, solver.substeps, off.empty() ? kNoLimit : off.back(), false};
+      reference.converged =
+          off.size() > 1 && off.back() < options_.error / 4 && off[off.size() - 2] < options_.error / 2;
+      if (reference.converged) return;
+      // Three doublings make the difference of a method of first order an eighth.
+      if (off.size() > 6 && !(off.back() < off[off.size() - 4] / 2)) return;
+      before = std::move(run);
+    }
+  }
+
+  /// Runs it once and keeps how it did; the index of the trial.
+  std::size_t try_once(const Scene& scene, const std::string& method, double most_ms) {
+    say(method + ", " + counted(scene.solver.substeps, "substep"));
+    const TuneRun run = tune_run(scene, moments_, options_.threads, most_ms, stop_);
+    Trial trial{method, scene, run.ms, run.sweeps, distance_between(run, tuned_.reference.run), "misses"};
+    if (run.diverged)
+      trial.found = "diverged";
+    else if (run.given_up)
+      trial.found = "dearer";
+    else if (trial.error <= options_.error)
+      trial.found = "reaches", best_ms_ = std::min(best_ms_, run.ms);
+    tuned_.trials.push_back(std::move(trial));
+    return tuned_.trials.size() - 1;
+  }
+
+  /// A machine's noise is not to rule out a method.
+  double dear() const { return 1.3 * best_ms_; }
+
+  /// The fewest substeps that reach the error: "reaches"; or why there are none: "dearer", "misses".
+  std::string search(Scene scene) {
+    const std::string method = words_of(scene);
+    const auto found = [&](int substeps) {
+      scene.solver.substeps = substeps;
+      return tuned_.trials[try_once(scene, method, dear())].found;
+    };
+    const int most = tuned_.reference.substeps;  // with more it would be better than what it is compared with
+    int low = 0, high = 1;
+    std::string how = found(high);
+    for (; how != "reaches" && how != "dearer" && high < most; how = found(high)) low = high, high *= 2;
+    if (how == "dearer") return how;
+    if (how != "reaches") return "misses";
+    while (high - low > std::max(1, low / 8)) {
+      const int middle = (low + high) / 2;
+      (found(middle) == "reaches" ? high : low) = middle;
+    }
+    return how;
+  }
+
+  /// The cheapest trials that reach the error run again in turns.
+  void decide() {
+    std::vector<std::size_t> close;
+    for (std::size_t k = 0; k < tuned_.trials.size(); ++k)
+      if (tuned_.trials[k].reaches() && tuned_.trials[k].ms < 1.5 * best_ms_ && is_the_least(k)) close.push_back(k);
+    std::sort(close.begin(), close.end(), [&](auto a, auto b) { return tuned_.trials[a].ms < tuned_.trials[b].ms; });
+    constexpr std::size_t most = 6;
+    if (close.size() > most) close.resize(most);
+    part_ = 0.9;
+    add_filters(close);
+    constexpr int turns = 3;
+    std::vector<std::vector<double>> ms(close.size());
+    for (int turn = 0; turn < turns; ++turn)
+      for (std::size_t k = 0; k < close.size(); ++k) {
+        say("the best in turns, " + std::to_string(turn + 1) + " of " + std::to_string(turns));
+        ms[k].push_back(tune_run(tuned_.trials[close[k]].scene, moments_, options_.threads, kNoLimit, stop_).ms);
+      }
+    for (std::size_t k = 0; k < close.size(); ++k) {
+      Trial& trial = tuned_.trials[close[k]];
+      trial.ms = bench::median(ms[k]);
+      if (!tuned_.best || trial.ms < tuned_.trials[*tuned_.best].ms) tuned_.best = close[k];
+    }
+  }
+
+  /// Whether no other trial of its method reaches the error with fewer substeps.
+  bool is_the_least(std::size_t k) const {
+    const Trial& trial = tuned_.trials[k];
+    return std::none_of(tuned_.trials.begin(), tuned_.trials.end(), [&](const Trial& other) {
+      return other.reaches() && other.method == trial.method &&
+             other.scene.solver.substeps < trial.scene.solver.substeps;
+    });
+  }
+
+  /// Of Desbrun's, the same with either filter: same accelerations to rounding, other times.
+  void add_filters(std::vector<std::size_t>& close) {
+    for (const std::size_t k : std::vector<std::size_t>(close)) {
+      if (tuned_.trials[k].scene.solver.type != "desbrun") continue;
+      for (const FilterKind kind : {FilterKind::Dense, FilterKind::Sparse}) {
+        Scene scene = tuned_.trials[k].scene;
+        scene.solver.desbrun.filter = kind;
+        try {
+          if (const std::size_t at = try_once(scene, words_of(scene), dear()); tuned_.trials[at].reaches())
+            close.push_back(at);
+        } catch (const InputError&) {  // a dense one does not fit
+        }
+      }
+    }
+  }
+
+  void say(const std::string& what) const {
+    if (progress_) progress_(what, part_);
+  }
+
+  const Scene& scene_;
+  const TuneOptions& options_;
+  const TuneProgress& progress_;
+  const std::atomic<bool>& stop_;
+  std::vector<int> moments_;
+  double best_ms_ = kNoLimit, part_ = 0;
+  Tuned tuned_;
+};
+
+}  // namespace
+
+void check_tunable(const Scene& scene) {
+  for (const BodySpec& body : scene.bodies)
+    if (body.tear)
+      refuse(scene.file, "", "'" + body.name + "', which tears", "bodies that keep their particles (no \"tear\")");
+  if (scene.solver.desbrun.time_budget)
+    refuse(scene.file, "/solver/time_budget", "a time budget, with which results depend on the clock", "none");
+}
+
+Tuned tune(const Scene& scene, const TuneOptions& options, const TuneProgress& progress,
+           const std::atomic<bool>& stop) {
+  check_tunable(scene);
+  return Tuner(scene, options, progress, stop).run();
+}
+
+}  // namespace malha::study

@@ -1,0 +1,61 @@
+// malha tune: the cheapest method and settings that reach an error on this machine.
+#pragma once
+#include <functional>
+#include <optional>
+
+#include "tools/study/tune_methods.h"
+#include "tools/study/tune_run.h"
+
+namespace malha::study {
+
+struct TuneOptions {
+  double error = 0;  // m, > 0: RMS distance of particles to the reference, at the worst of four moments
+  std::optional<double> seconds = {};  // simulated; none: the scene's duration, at most 1 s
+  int threads = 1;
+};
+
+/// How one solver did.
+struct Trial {
+  std::string method;
+  Scene scene;
+  double ms = 0;      // a simulated second
+  double sweeps = 0;  // a simulated second
+  double error = 0;   // m; infinite: it diverged
+  std::string found;  // "reaches", "misses", "diverged", "dearer": given up when it had cost more than the best
+  bool reaches() const { return found == "reaches"; }
+};
+
+/// The same scene at ever more substeps, in double.
+struct Reference {
+  TuneRun run;
+  int substeps = 0;
+  double off = 0;  // m: how far it lies from that at half the substeps
+  bool converged = false;
+};
+
+struct Tuned {
+  double seconds = 0;
+  Reference reference;
+  std::vector<Trial> trials;          // in the order in which they ran; the first is the scene as it is
+  std::vector<std::string> left_out;  // methods that the scene rules out, and why
+  std::optional<std::size_t> best;    // of the trials; none: none reaches the error
+};
+
+/// What is done now, and how much of everything is done: 0 to 1.
+using TuneProgress = std::function<void(const std::string& what, double part)>;
+
+/// Throws InputError for scenes that tear (their particles are others then) or that have a time budget (results depend
+/// on the clock).
+void check_tunable(const Scene& scene);
+
+/// The reference is of the scene's own method with one iteration, at twice the substeps until that moves its particles
+/// by less than a quarter of the error, and the doubling before by less than half of it; its own error, of first order,
+/// is then as large as the last move. If doubling no longer helps, or helps too little up to 16,384 substeps, it has
+/// not converged (chaotic motion) and nothing is tried. Each method then gets the fewest substeps that reach the error,
+/// to an eighth: doubled, then bisected, and given up as soon as it is sure to cost 1.3 times as much as the best so
+/// far; in double only where float misses the error at any substeps. Those within half of the best run again in turns,
+/// Desbrun's with either filter, and the cheapest wins. Throws InputError, as check_tunable and
+/// simulations do; Interrupted where the user stops it.
+Tuned tune(const Scene& scene, const TuneOptions& options, const TuneProgress& progress, const std::atomic<bool>& stop);
+
+}  // namespace malha::study

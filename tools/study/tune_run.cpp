@@ -1,0 +1,70 @@
+#include "tools/study/tune_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "host/base/stopwatch.h"
+#include "host/simulation.h"
+#include "tools/study/interrupted.h"
+
+namespace malha::study {
+
+namespace {
+
+/// Of all but the slowest tenth, which other programs have made slow; the mean, ms.
+double usual_ms(std::vector<double> steps) {
+  if (steps.empty()) return 0;
+  std::sort(steps.begin(), steps.end());
+  steps.resize(steps.size() - std::min((steps.size() + 9) / 10, steps.size() - 1));
+  return std::accumulate(steps.begin(), steps.end(), 0.0) / static_cast<double>(steps.size());
+}
+
+}  // namespace
+
+std::vector<int> moments(const Scene& scene, double seconds) {
+  const auto steps = static_cast<int>(std::max(1LL, std::llround(seconds / scene.solver.dt)));
+  std::vector<int> at;
+  for (int quarter = 1; quarter <= 4; ++quarter)
+    if (const int step = static_cast<int>(std::llround(steps * quarter / 4.0)); step > (at.empty() ? 0 : at.back()))
+      at.push_back(step);
+  return at;
+}
+
+TuneRun tune_run(const Scene& scene, const std::vector<int>& moments, int threads, double most_ms,
+                 const std::atomic<bool>& stop) {
+  Simulation simulation(scene, {.threads = threads});
+  const SolverSpec& solver = scene.solver;
+  TuneRun run;
+  std::vector<double> ms;  // of steps
+  run.sweeps = solver.substeps * (solver.type == "desbrun" ? 1 + solver.desbrun.refine : solver.iterations) / solver.dt;
+  try {
+    for (int step = 1; step <= moments.back(); ++step) {
+      if (stop) throw Interrupted();
+      ms.push_back(1000 * seconds([&] { simulation.step(); }));
+      if (std::binary_search(moments.begin(), moments.end(), step)) run.at.push_back(simulation.positions());
+      // What it will take at least, as if the steps to come cost nothing.
+      run.given_up = step < moments.back() && usual_ms(ms) * step / moments.back() > most_ms * solver.dt;
+      if (run.given_up) break;
+    }
+  } catch (const Diverged&) {
+    run.diverged = true;
+  }
+  run.ms = usual_ms(ms) / solver.dt;
+  return run;
+}
+
+double distance_between(const TuneRun& a, const TuneRun& b) {
+  if (a.at.size() != b.at.size() || a.at.empty()) return std::numeric_limits<double>::infinity();
+  double largest = 0;
+  for (std::size_t k = 0; k < a.at.size(); ++k) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.at[k].size(); ++i)
+      for (int c = 0; c < 3; ++c) sum += (a.at[k][i][c] - b.at[k][i][c]) * (a.at[k][i][c] - b.at[k][i][c]);
+    largest = std::max(largest, std::sqrt(sum / static_cast<double>(a.at[k].size())));
+  }
+  return largest;
+}
+
+}  // namespace malha::study
