@@ -16,7 +16,7 @@ namespace {
 // Each is where the study's trials turn from stable to bounded but wrong (full version, 2026).
 constexpr double kSag = 0.5;           // strain at rest
 constexpr double kRounding = 0.05;     // of the energy of a fall through the scene's own size
-constexpr double kPaperTorque = 0.05;  // k h^2 / m
+constexpr double kPaperTorque = 0.01;  // k h^2 / m
 constexpr double kOffTorque = 0.2;     // k h^2 / m, for each solve of a substep
 constexpr double kPinnedFall = 0.4;    // g h^2 / l
 

@@ -6,18 +6,18 @@
 namespace malha::study {
 
 std::vector<int> order_from_pins(const SpringSystem& system) {
-  const Vector& x = system.start.x;
-  std::vector<double> away;
-  for (const Spring& s : system.springs) {
-    const Eigen::Vector3d middle = (x.segment<3>(3 * s.i) + x.segment<3>(3 * s.j)) / 2;
-    double nearest = 1e300;
-    for (int i = 0; i < system.count(); ++i)
-      if (system.pinned[i]) nearest = std::min(nearest, (x.segment<3>(3 * i) - middle).norm());
-    away.push_back(nearest);
-  }
+  std::vector<std::vector<int>> next(system.count());
+  for (const Spring& s : system.springs) next[s.i].push_back(s.j), next[s.j].push_back(s.i);
+  std::vector<int> away(system.count(), system.count()), front;
+  for (int i = 0; i < system.count(); ++i)
+    if (system.pinned[i]) away[i] = 0, front.push_back(i);
+  for (std::size_t k = 0; k < front.size(); ++k)
+    for (const int j : next[front[k]])
+      if (away[j] > away[front[k]] + 1) away[j] = away[front[k]] + 1, front.push_back(j);
+  const auto nearer = [&](int s) { return std::min(away[system.springs[s].i], away[system.springs[s].j]); };
   std::vector<int> order(system.springs.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return away[a] < away[b]; });
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return nearer(a) < nearer(b); });
   return order;
 }
 

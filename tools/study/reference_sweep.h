@@ -7,7 +7,7 @@
 
 namespace malha::study {
 
-/// All springs by the distance of their middle from the nearest pinned particle, the nearest first.
+/// All springs by the fewest springs that lead from a pinned particle to their nearer end, the nearest first.
 std::vector<int> order_from_pins(const SpringSystem& system);
 
 /// All springs by colour, greedily, those of a colour without a common particle.

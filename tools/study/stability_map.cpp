@@ -56,7 +56,7 @@ class Sketch {
     for (const auto& [line, points] : theory_)
       chart.series.push_back(
           {points,
-           formatted("with lines lw 3 dt 2 lc rgb '%s'", std::array{"#1f4e9c", "#8856a7", "#00838f"}[colour++ % 3]),
+           formatted("with lines lw 3 dt (6,4) lc rgb '%s'", std::array{"#1f4e9c", "#8856a7", "#00838f"}[colour++ % 3]),
            line});
     return chart;
   }

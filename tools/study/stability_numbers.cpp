@@ -127,7 +127,7 @@ Section substeps_failure(Cells& cells, Json& rows) {
               "RMS distance of float from double (m)",
               {}};
   Line ours{"malha", {}}, plain{"plain sweep, v = (p - x) / h", {}};
-  for (const double n : powers(1, cells.quick() ? 16 : 4, cells.quick() ? 3 : 7)) {
+  for (const double n : powers(1, cells.quick() ? 32 : 4, cells.quick() ? 3 : 7)) {
     ours.points.push_back({n, number(cells, formatted("substeps: malha, %g", n), [&] {
                              return rms(hung_sheet(0, Precision::Float, int(n), cells) -
                                         hung_sheet(0, Precision::Double, int(n), cells));

@@ -1,0 +1,181 @@
+// Facts of the study "stability" in its quick version, on both sides of each boundary: known-bad settings fail in the
+// way that is stated, default settings do not.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support.h"
+#include "tools/study/stability.h"
+#include "tools/study/stability_trial.h"
+
+namespace malha::study {
+namespace {
+
+/// Run once for all tests.
+const Findings& quick_stability() {
+  static const std::atomic<bool> no_stop{false};
+  static const Findings findings = [] {
+    const TemporaryFolder folder;
+    Cells cells(folder / "cells.jsonl", {}, true, no_stop);
+    return run_stability(cells);
+  }();
+  return findings;
+}
+
+/// The rows of a panel of a map.
+std::vector<Json> panel_rows(const std::string& map, const std::string& panel) {
+  std::vector<Json> rows;
+  for (const Json& row : quick_stability().rows)
+    if (row["map"] == map && row["panel"] == panel) rows.push_back(row);
+  if (rows.empty()) throw std::runtime_error("there is no " + map + ": " + panel);
+  return rows;
+}
+
+std::string verdict_at(const std::string& map, const std::string& panel, double x, double y) {
+  for (const Json& row : panel_rows(map, panel))
+    if (row["x"] == x && row["y"] == y) return row["verdict"].get<std::string>();
+  return "not tried";
+}
+
+/// y of a line at its last or first x; NaN: no longer finite.
+double line_end(const std::string& map, const std::string& line, bool last = true) {
+  const std::vector<Json> rows = panel_rows(map, line);
+  const Json& y = (last ? rows.back() : rows.front())["y"];
+  return y.is_null() ? NAN : y.get<double>();
+}
+
+/// The largest y of a line over its smallest.
+double spread(const std::string& map, const std::string& line) {
+  double low = 1e300, high = 0;
+  for (const Json& row : panel_rows(map, line)) {
+    low = std::min(low, row["y"].get<double>());
+    high = std::max(high, row["y"].get<double>());
+  }
+  return high / low;
+}
+
+constexpr const char* kHolds = "stable";
+constexpr const char* kIsWrong = "bounded but wrong";
+
+TEST(StudyStability, FindsTheLimitsOfExplicitStepsWhereTheirSpectrumSays) {
+  for (const double stiffness : {1e3, 1e5}) {
+    const auto system = spring_system(hanging_sheet(5, 1, 0.2, 1 / stiffness));
+    const double omega = largest_frequency(*system, system->start.x);
+    for (const auto& [panel, limit] : {std::pair{"symplectic Euler", 2.0}, {"RK4", 2.828}})
+      for (const Json& row : panel_rows("steps", panel)) {
+        if (row["x"] != stiffness) continue;
+        // The bisection ends within 4 %; the sheet stretches as it swings; 400 steps show no slow growth.
+        EXPECT_NEAR(row["stable_to"].get<double>() * omega, limit, 0.12 * limit) << panel << " " << stiffness;
+        EXPECT_NEAR(row["fails_from"].get<double>() * omega, limit, 0.12 * limit) << panel << " " << stiffness;
+      }
+  }
+}
+
+TEST(StudyStability, FindsThatNoStepOrStiffnessMakesMalhasMethodsDivergeAtStiffnessOfSprings) {
+  for (const char* panel : {"XPBD, 1 iteration", "XPBD, 10 iterations"})
+    for (const Json& row : panel_rows("steps", panel)) EXPECT_NE(row["verdict"], "diverged") << row;
+  for (const char* panel :
+       {"Desbrun, sparse", "Desbrun, dense", "Desbrun, int16", "Desbrun, refine 8", "backward Euler"})
+    for (const Json& row : panel_rows("steps", panel)) EXPECT_EQ(row["verdict"], kHolds) << row;
+}
+
+TEST(StudyStability, FindsThatASoftPbdStiffnessStretchesAtLargeStepsAlone) {
+  EXPECT_EQ(verdict_at("steps", "PBD, 1 iteration", 0.01, 1e-2), kIsWrong);
+  EXPECT_EQ(verdict_at("steps", "PBD, 1 iteration", 0.01, 1e-3), kHolds);
+  EXPECT_EQ(verdict_at("steps", "PBD, 1 iteration", 1, 1e-2), kHolds);
+}
+
+TEST(StudyStability, FindsThatHeavyWeightsNeedSubstepsAndThatFloatHasTooManyOfThem) {
+  EXPECT_EQ(verdict_at("masses", "PBD, double", 1e3, 16), kIsWrong);
+  EXPECT_EQ(verdict_at("masses", "PBD, double", 1e3, 64), kHolds);
+  EXPECT_EQ(verdict_at("masses", "PBD, double", 10, 16), kHolds);
+  EXPECT_EQ(verdict_at("masses", "PBD, 10 substeps", 1e3, 4), kIsWrong);
+  EXPECT_EQ(verdict_at("masses", "PBD, 10 substeps", 1e3, 16), kHolds);
+  EXPECT_EQ(verdict_at("masses", "PBD, 10 substeps", 10, 1), kHolds) << "the default";
+  EXPECT_EQ(verdict_at("masses", "PBD, double", 1e3, 1024), kHolds);
+  EXPECT_EQ(verdict_at("masses", "PBD, float", 1e3, 1024), kIsWrong);
+  for (const double ratio : {10.0, 1e3})
+    EXPECT_EQ(verdict_at("masses", "Desbrun, 1 % springs", ratio, 1), kHolds) << ratio;
+}
+
+TEST(StudyStability, FindsThatFinerSheetsNeedMoreSubsteps) {
+  for (const char* panel : {"PBD, held at one row", "PBD, held at two corners"}) {
+    EXPECT_EQ(verdict_at("resolution", panel, 33, 1), kIsWrong) << panel;
+    EXPECT_EQ(verdict_at("resolution", panel, 33, 16), kHolds) << panel;
+    EXPECT_EQ(verdict_at("resolution", panel, 9, 1), kHolds) << panel;
+  }
+}
+
+TEST(StudyStability, FindsThatSweepsFromThePinsGainEnergyAndColoursDoNot) {
+  for (const double substeps : {10, 40}) {
+    EXPECT_EQ(verdict_at("order", "plain, from the pins, float", 33, substeps), kIsWrong);
+    for (const char* panel : {"plain, colours, double", "plain, colours, float", "malha, double", "malha, float"})
+      EXPECT_EQ(verdict_at("order", panel, 33, substeps), kHolds) << panel;
+  }
+}
+
+TEST(StudyStability, FindsThatPbdStiffnessDependsOnTheStepAndComplianceDoesNot) {
+  EXPECT_GT(spread("stiffness", "PBD, stiffness 0.5, substeps"), 20);
+  EXPECT_LT(spread("stiffness", "compliance, substeps"), 5) << "one sweep a frame is too few";
+  for (const char* line : {"compliance, substeps", "compliance, iterations"})
+    EXPECT_NEAR(line_end("stiffness", line), 0.05, 0.01) << line << ": still swinging a little";
+}
+
+TEST(StudyStability, FindsThatMalhasFloatFallsWhereAPlainOneHangs) {
+  EXPECT_GT(line_end("substeps", "plain sweep, v = (p - x) / h"), 0.2) << "1,024 substeps";
+  EXPECT_LT(line_end("substeps", "malha"), 0.1);
+  EXPECT_LT(line_end("substeps", "malha", false), 1e-4) << "one substep";
+}
+
+TEST(StudyStability, FindsThatFloatIsWrongFarAwayAndDoubleIsNot) {
+  EXPECT_GT(line_end("distance", "float"), 0.01) << "10 km";
+  EXPECT_LT(line_end("distance", "float", false), 2e-3) << "1 m";
+  EXPECT_LT(line_end("distance", "double"), 1e-6);
+}
+
+TEST(StudyStability, FindsThatRandomAndCollapsedStartsUnfold) {
+  for (const char* method : {"PBD", "XPBD, 1 kN/m"})
+    for (const Json& row : panel_rows("start", method)) EXPECT_LT(row["rms_strain"].get<double>(), 0.02) << row;
+}
+
+TEST(StudyStability, FindsThatNothingPassesWhatIsThinnerThanAStepIsLong) {
+  bool seen = false;
+  for (const Json& row : quick_stability().rows) {
+    if (row["map"] != "thickness") continue;
+    seen = true;
+    EXPECT_EQ(row["passed"], 0) << row;
+    EXPECT_EQ(row["crossings"], 0) << row;
+    EXPECT_GT(row["passed_unseen_percent"], 50) << row << ": by a look at the ends of steps";
+  }
+  EXPECT_TRUE(seen);
+}
+
+TEST(StudyStability, FindsThatOnlyTheDefaultCorrectorKeepsAngularMomentum) {
+  EXPECT_LT(line_end("torque", "corrector inertia (default)"), 1e-10);
+  EXPECT_GT(line_end("torque", "corrector off"), 0.5);
+  EXPECT_FALSE(line_end("torque", "corrector paper") < 0.5) << "or it is no longer finite";
+  EXPECT_LT(line_end("torque", "corrector off", false), 1e-3) << "k h^2 / m of 1e-4";
+}
+
+TEST(StudyStability, FindsThatRefiningAndSubstepsGiveTurningPartsBackTheirMotion) {
+  EXPECT_LT(line_end("turning", "refine 16", false), line_end("turning", "refine 0", false));
+  EXPECT_LT(line_end("turning", "256 substeps", false), line_end("turning", "refine 0", false) / 5);
+}
+
+TEST(StudyStability, FindsThatWeightRoundTheFilterStretchesWhatIsNextToPins) {
+  EXPECT_GT(line_end("weight", "filtered: internal only"), 1) << "g h^2 / l of 1.6";
+  EXPECT_LT(line_end("weight", "filtered: internal only", false), 0.03) << "g h^2 / l of 0.01";
+  EXPECT_LT(line_end("weight", "filtered: all (default)"), 1e-2);
+}
+
+TEST(StudyStability, SaysWhatItShowsAndWhatGuards) {
+  int guards = 0;
+  for (const Section& section : quick_stability().sections) {
+    EXPECT_FALSE(section.sentences.empty()) << section.title;
+    EXPECT_FALSE(section.table.rows.empty()) << section.title;
+    for (const std::string& line : section.sentences) guards += has(line, "What guards");
+  }
+  EXPECT_EQ(guards, 8) << "one a known failure";
+}
+
+}  // namespace
+}  // namespace malha::study
