@@ -47,7 +47,7 @@ Scene hung_chain(double stiffness, double compliance, int substeps, int iteratio
   lengths.type = "distance", lengths.on = {"edges"}, lengths.stiffness = stiffness;
   if (compliance > 0) lengths.compliance = compliance;
   BodySpec body;
-  body.name = "chain", body.shape = ChainShape{{0, 0, 0}, {0, -1, 0}, 10}, body.mass = 0.1, body.damping = 0.05;
+  body.name = "chain", body.shape = ChainShape{{0, 0, 0}, {0, -1, 0}, 10}, body.mass = 0.1, body.damping = 0.3;
   body.pins = {ListPin{{0}}}, body.constraints = {lengths};
   Scene scene;
   scene.file = "malha study", scene.name = "chain", scene.gravity = {0, -kGravity, 0}, scene.bodies = {body};
