@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -57,7 +59,7 @@ TEST(WarningOfSag, ComesWhereTheSheetDoesStretchByHalfAndNotWhereItDoesNot) {
 TEST(WarningOfSag, ComesOfASoftPbdStiffnessAndGoesWithLongRangeAttachments) {
   Scene scene = sheet_of(17, true, {});
   scene.bodies[0].constraints[0].stiffness = 0.02;
-  EXPECT_TRUE(warns_once(scene, "masses"));
+  EXPECT_TRUE(warns_once(scene, "stiffness"));
   EXPECT_GT(after(scene, 2).measure().strain_max, 0.5);
   scene.bodies[0].constraints.push_back(stiff("long_range"));
   EXPECT_TRUE(warnings_of(scene).empty());
@@ -129,8 +131,25 @@ TEST(Warning, ComesOfOneShippedScene) {
   const std::vector<std::string> lines = warnings_of(load_shipped("long_cloth"));
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_EQ(lines[0],
-            "body 'not held': 2 substeps of 1 iteration leave what is next to its pins some 58 % too long under its "
+            "body 'not held': with 2 substeps of 1 iteration what is next to its pins stretches by some 58 % under its "
             "weight; take 3 substeps or more, or \"long_range\" (malha study stability, chart masses)");
+}
+
+TEST(Warning, IsALineOnStandardErrorOfRunAndPlanUnlessTheyAreToBeQuiet) {
+  SolverSpec solver;
+  solver.substeps = 1;
+  const TemporaryFolder folder;
+  folder.write("scene.json", to_json(sheet_of(65, true, solver)));
+  const std::string start =
+      "scene.json: warning: body 'sheet': with 1 substep of 1 iteration what is next to its pins stretches by ";
+  const Ended plan = malha_command({"plan", "scene.json"}, folder / ".");
+  EXPECT_EQ(plan.status, 0);
+  EXPECT_EQ(plan.err.find(start), 0u) << plan.err;
+  EXPECT_EQ(std::count(plan.err.begin(), plan.err.end(), '\n'), 1);
+  const Ended run = malha_command({"run", "scene.json", "--steps", "1"}, folder / ".");
+  EXPECT_EQ(run.status, 0);
+  EXPECT_EQ(run.err.find(start), 0u) << run.err;
+  EXPECT_EQ(malha_command({"run", "scene.json", "--steps", "1", "--quiet"}, folder / ".").err, "");
 }
 
 }  // namespace

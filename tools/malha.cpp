@@ -75,21 +75,17 @@ std::optional<std::int64_t> last_step(const Arguments& arguments, const malha::S
   return std::max<std::int64_t>(1, std::llround(steps));
 }
 
-void warn(const Arguments& arguments, const std::string& line) {
-  if (!arguments.quiet) std::cerr << arguments.scene << ": warning: " << line << "\n";
-}
-
 int run(const Arguments& arguments) {
   const malha::Scene scene = load(arguments);
   malha::RunOptions options;
   options.out = arguments.out.empty() ? "out/" + std::filesystem::path(arguments.scene).stem().string() : arguments.out;
   options.steps = last_step(arguments, scene);
   options.resume = arguments.resume;
-  options.warn = [&arguments](const std::string& line) { warn(arguments, line); };
   catch_signals();
   malha::RunResult result;
   try {
     malha::ProgressReporter progress(arguments.quiet);
+    options.warn = [&](const std::string& line) { progress.warn(arguments.scene, line); };
     result = malha::run(
         scene, simulation_options(arguments, progress), options, [&progress](const auto& now) { progress(now); }, stop);
   } catch (const malha::Diverged&) {
@@ -110,9 +106,9 @@ int plan(const Arguments& arguments) {
   {
     malha::ProgressReporter progress(arguments.quiet);
     simulation.emplace(load(arguments), simulation_options(arguments, progress));
+    for (const std::string& line : malha::warnings(simulation->model())) progress.warn(arguments.scene, line);
   }
   std::cout << malha::plan(*simulation);
-  for (const std::string& line : malha::warnings(simulation->model())) warn(arguments, line);
   simulation->step();
   std::cout << malha::list_launches(*simulation);
   return malha::kDone;

@@ -76,6 +76,12 @@ void ProgressReporter::setup(const char* what, double part) {
     std::fprintf(stderr, "%s\n", text);
 }
 
+void ProgressReporter::warn(const std::string& scene, const std::string& line) {
+  if (quiet_) return;
+  std::fprintf(stderr, "%s%s: warning: %s\n", drawn_ ? "\r\033[K" : "", scene.c_str(), line.c_str());
+  drawn_ = false;
+}
+
 void ProgressReporter::draw_bar(double part, const std::string& what) {
   // One column stays free: a full line would wrap, and the next one could not redraw it.
   std::string line = what;

@@ -20,6 +20,8 @@ class ProgressReporter {
 
   /// Of a long set-up. On a terminal 20 times a second, otherwise every 5 s.
   void setup(const char* what, double part);
+  /// "SCENE: warning: LINE", in the bar's place.
+  void warn(const std::string& scene, const std::string& line);
   /// On a terminal 20 times a second, otherwise every tenth of the run and every 10 s; and at the end.
   void operator()(const Progress& progress);
 

@@ -88,7 +88,7 @@ Sag worst_sag(const Model& model) {
     const Hung& of = hung[b];
     if (of.paths == 0 || of.stiffness == 0 || names(model.scene.bodies[b], "long_range")) continue;
     const double strain = 2 * of.mass / of.end_mass * fall / (of.length / of.paths * solver.iterations * of.stiffness);
-    if (strain > worst.strain) worst = {strain, static_cast<int>(b)};
+    if (strain > worst.strain) worst = {strain, static_cast<int>(b), of.stiffness < 1};
   }
   return worst;
 }
@@ -132,11 +132,12 @@ std::vector<std::string> warnings(const Model& model) {
   if (const std::string coarse = coarse_resolution(model, model.look.points); !coarse.empty())
     lines.push_back(coarse + shown_by("distance"));
   if (const Sag sag = worst_sag(model); sag.strain > kSag)
-    lines.push_back("body '" + scene.bodies[sag.body].name + "': " + counted(solver.substeps, "substep") + " of " +
-                    counted(solver.iterations, "iteration") + " leave what is next to its pins some " +
-                    shown(percent(sag.strain)) + " % too long under its weight; take " +
-                    shown(std::ceil(solver.substeps * std::sqrt(sag.strain / kSag))) +
-                    " substeps or more, or \"long_range\"" + shown_by("masses"));
+    lines.push_back("body '" + scene.bodies[sag.body].name + "': with " + counted(solver.substeps, "substep") + " of " +
+                    counted(solver.iterations, "iteration") + " what is next to its pins stretches by some " +
+                    shown(percent(sag.strain)) + " % under its weight; take " +
+                    (sag.soft ? "a \"compliance\" instead of its \"stiffness\"" + shown_by("stiffness")
+                              : shown(std::ceil(solver.substeps * std::sqrt(sag.strain / kSag))) +
+                                    " substeps or more, or \"long_range\"" + shown_by("masses")));
   Vec3 low = model.look.points.front(), high = low;
   for (const Vec3& x : model.look.points)
     for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], x[k]), high[k] = std::max(high[k], x[k]);

@@ -20,6 +20,7 @@ std::vector<std::string> warnings(const Model& model);
 struct Sag {
   double strain = 0;
   int body = 0;
+  bool soft = false;  // for its stiffness: k < 1
 };
 Sag worst_sag(const Model& model);
 

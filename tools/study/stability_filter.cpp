@@ -43,17 +43,6 @@ double lost_momentum(const Scene& scene, const Cells& cells) {
   return norm(after) / norm(before);
 }
 
-double number(Cells& cells, const std::string& key, const std::function<double()>& run) {
-  const Json value = cells(key, [&]() -> Json {
-    try {
-      return run();
-    } catch (const Diverged&) {
-      return nullptr;
-    }
-  });
-  return value.is_null() ? NAN : value.get<double>();
-}
-
 std::vector<double> stiffnesses(bool quick) {
   return quick ? std::vector<double>{1e-3, 0.1, 10, 1e3}
                : std::vector<double>{1e-3, 1e-2, 0.1, 1, 10, 100, 1e3, 1e4, 1e5, 1e6};

@@ -5,6 +5,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "host/error.h"
 #include "tools/bench/output.h"
 #include "tools/study/stability_map.h"
 
@@ -14,6 +15,17 @@ double Line::at(double x) const {
   for (const auto& [a, b] : points)
     if (a == x) return b;
   throw std::out_of_range(title + " has no " + short_number(x));
+}
+
+double number(Cells& cells, const std::string& key, const std::function<double()>& run) {
+  const Json value = cells(key, [&]() -> Json {
+    try {
+      return run();
+    } catch (const Diverged&) {
+      return nullptr;
+    }
+  });
+  return value.is_null() ? NAN : value.get<double>();
 }
 
 Section lines_section(const Lines& of, Json& rows) {

@@ -20,6 +20,9 @@ struct Lines {
   std::vector<Line> lines;
 };
 
+/// A number that a run gives, kept in a cell; NaN, null in JSON, where it diverged.
+double number(Cells& cells, const std::string& key, const std::function<double()>& run);
+
 /// Chart and table of the lines, without sentences; adds a row a point.
 Section lines_section(const Lines& lines, Json& rows);
 

@@ -23,18 +23,6 @@ std::vector<double> powers(double first, double factor, int count) {
   return all;
 }
 
-/// A number that a run gives; NaN, null in JSON, where it diverged.
-double number(Cells& cells, const std::string& key, const std::function<double()>& run) {
-  const Json value = cells(key, [&]() -> Json {
-    try {
-      return run();
-    } catch (const Diverged&) {
-      return nullptr;
-    }
-  });
-  return value.is_null() ? NAN : value.get<double>();
-}
-
 void run_frames(Simulation& simulation, int frames, const Cells& cells) {
   for (int frame = 0; frame < frames; ++frame) simulation.step(), cells.go_on();
 }
