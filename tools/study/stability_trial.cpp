@@ -40,7 +40,7 @@ Outcome judge(const Trial& trial, const Cells& cells) {
 }
 
 int steps_of(double seconds, double step, int most) {
-  return static_cast<int>(std::clamp(std::ceil(seconds / step), 200.0, std::max(200.0, double(most))));
+  return static_cast<int>(std::clamp(std::ceil(seconds / step), std::min(200.0, double(most)), double(most)));
 }
 
 Trial malha_trial(const Scene& scene, int steps, double scale) {

@@ -34,7 +34,7 @@ inline constexpr double kWrongStrain = 0.5, kWrongGain = 0.05, kLostStrain = 1e3
 /// grown by more than kWrongGain. At most 200 samples.
 Outcome judge(const Trial& trial, const Cells& cells);
 
-/// Steps that take at least `seconds`, at least 200, and at most `most`.
+/// Steps that take at least `seconds`, at least 200; but at most `most`.
 int steps_of(double seconds, double step, int most);
 
 /// The same bodies, by malha on one thread. `model`: of a scene, perhaps with other masses.
