@@ -1,6 +1,8 @@
 #include "tools/study/accuracy.h"
 #include "tools/study/parsimony.h"
 #include "tools/study/published.h"
+#include "tools/study/scaling.h"
+#include "tools/study/size.h"
 #include "tools/study/stability.h"
 #include "tools/study/study.h"
 
@@ -9,9 +11,12 @@ namespace malha::study {
 const std::vector<Study>& studies() {
   static const std::vector<Study> all{
       {"accuracy", "Error against cost of every method, beside explicit and implicit integrators", run_accuracy},
-      {"stability", "Where each method fails, how, and what guards the user", run_stability},
-      {"parsimony", "What each feature adds to a scene: time, memory, kernels launched", run_parsimony},
       {"published", "Cases that papers print, repeated with their own parameters, ours beside theirs", run_published},
+      {"stability", "Where each method fails, how, and what guards the user", run_stability},
+      {"scaling", "How much faster more threads are, pass by pass, on the same body and on one that grows",
+       run_scaling},
+      {"parsimony", "What each feature adds to a scene: time, memory, kernels launched", run_parsimony},
+      {"size", "What a particle costs in time, memory and set-up, from 289 particles to 4 million", run_size},
   };
   return all;
 }

@@ -1,0 +1,42 @@
+#include "tools/study/cloth_methods.h"
+
+#include "tools/bench/cloth.h"
+
+namespace malha::study {
+
+Scene ClothMethod::scene(int side) const {
+  Scene scene = bench::hanging(bench::grid_case(side), {substeps, 1});
+  scene.file = "malha study";
+  if (desbrun) scene.solver.type = "desbrun", scene.solver.desbrun.filter = filter;
+  return scene;
+}
+
+const char* ClothMethod::style() const {
+  if (!desbrun) return "with linespoints lw 2 ps 0.9 lc rgb '#1f4e9c' pt 7";
+  return filter == FilterKind::Sparse ? "with linespoints lw 2 ps 0.9 lc rgb '#1b7837' pt 13"
+                                      : "with linespoints lw 2 ps 0.9 lc rgb '#e69f00' pt 5";
+}
+
+double ClothMethod::bytes_held(double particles) const {
+  const double stored = filter == FilterKind::Dense ? 2 * particles * particles : 0;  // a triangle of float
+  return (desbrun ? 900 : 250) * particles + stored;
+}
+
+double ClothMethod::bytes_to_set_up(double particles) const {
+  return bytes_held(particles) + (desbrun ? 500 : 400) * particles;
+}
+
+const std::vector<ClothMethod>& cloth_methods() {
+  static const std::vector<ClothMethod> all{{"PBD, 10 substeps", false, FilterKind::Auto, 10},
+                                            {"Desbrun, sparse", true, FilterKind::Sparse, 1},
+                                            {"Desbrun, dense", true, FilterKind::Dense, 1}};
+  return all;
+}
+
+std::string grouped(long long number) {
+  std::string text = std::to_string(number);
+  for (int at = static_cast<int>(text.size()) - 3; at > 0; at -= 3) text.insert(at, ",");
+  return text;
+}
+
+}  // namespace malha::study

@@ -1,0 +1,31 @@
+// The hanging cloth of the benchmarks, N x N particles, by the methods whose cost is studied.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "host/scene.h"
+
+namespace malha::study {
+
+struct ClothMethod {
+  std::string name;  // "PBD, 10 substeps", as charts and tables say it
+  bool desbrun = false;
+  FilterKind filter = FilterKind::Auto;
+  int substeps = 10;
+
+  Scene scene(int side) const;  // float; tools/bench/cloth.h
+  const char* style() const;    // of its lines in charts, of gnuplot
+
+  /// What so many particles take once they are set up, and at most while they are: rounded up from what this study's
+  /// own runs held (size.json), to know beforehand what fits.
+  double bytes_held(double particles) const;
+  double bytes_to_set_up(double particles) const;
+};
+
+/// PBD, Desbrun's method with a sparse filter and with a dense one.
+const std::vector<ClothMethod>& cloth_methods();
+
+/// "289", "10,000".
+std::string grouped(long long number);
+
+}  // namespace malha::study

@@ -1,0 +1,106 @@
+#include "tools/study/scaling.h"
+
+#include <cmath>
+#include <cstdlib>
+
+#include "host/base/shown.h"
+#include "tools/bench/turns.h"
+#include "tools/study/scaling_cell.h"
+#include "tools/study/scaling_sections.h"
+
+namespace malha::study {
+
+namespace {
+
+std::string variable(const char* name) {
+  const char* value = std::getenv(name);
+  return std::string(name) + (value ? "=" + std::string(value) : " not set");
+}
+
+std::vector<int> strong_sides(const ClothMethod& method, bool quick) {
+  if (quick) return method.filter == FilterKind::Dense ? std::vector{17} : std::vector{17, 100};
+  if (method.filter == FilterKind::Dense) return {17, 46, 100};
+  return {17, 46, 100, 316, 1000};
+}
+
+/// Particles a thread, as the side of one thread's body.
+std::vector<int> weak_sides(const ClothMethod& method, bool quick) {
+  if (method.filter == FilterKind::Dense) return {};  // its work grows with the square
+  return quick ? std::vector{50} : std::vector{100, 316};
+}
+
+std::vector<Line> lines(int side, bool weak) {
+  std::vector<Line> all;
+  for (const int t : scaling_threads())
+    all.push_back({t, weak ? static_cast<int>(std::lround(side * std::sqrt(t))) : side});
+  return all;
+}
+
+std::vector<double> numbers(const Json& json) { return json.get<std::vector<double>>(); }
+
+/// A row a number of threads, with what it is worth beside one thread.
+void add_rows(const char* kind, const ClothMethod& method, int side, const Json& cell, Json& rows) {
+  const Json base{{"kind", kind}, {"method", method.name}, {"side", side}, {"left_out", nullptr}};
+  if (cell.contains("left_out")) {
+    rows.push_back(base);
+    rows.back()["left_out"] = cell["left_out"];
+    return;
+  }
+  const Json& one = cell["lines"][0];
+  const bool weak = std::string(kind) == "weak";
+  std::vector<int> threads;
+  std::vector<double> medians;
+  const std::size_t first = rows.size();
+  for (const Json& line : cell["lines"]) {
+    const int t = line["threads"].get<int>();
+    const double step = bench::median(numbers(line["step_s"]));
+    const double faster = bench::median_ratio(numbers(one["step_s"]), numbers(line["step_s"]));
+    threads.push_back(t), medians.push_back(step);
+    Json row = base;
+    row["threads"] = t, row["particles"] = line["particles"], row["step_ms"] = step * 1e3;
+    row["times_as_fast"] = faster, row["efficiency"] = weak ? faster : faster / t;
+    row["setup_s"] = line["setup_s"], row["hash"] = line["hash"], row["load_average"] = cell["load_average"];
+    row["imbalance_by_patches"] = imbalance(line["patches"].get<int>(), line["phases"].get<int>(), t);
+    const char* largest = method.desbrun ? "filter" : "visits";
+    const double pass = line["passes_s"].value(largest, step), triad = line["triad_gb_per_s"].get<double>();
+    row["gb_per_s"] = line["must_move_bytes"].get<double>() / pass / 1e9, row["triad_gb_per_s"] = triad;
+    row["phases"] = line["phases"];
+    for (const auto& [name, seconds] : line["passes_s"].items()) {
+      row[name + "_ms"] = seconds.get<double>() * 1e3;
+      if (one["passes_s"].contains(name))
+        row[name + "_times_as_fast"] = one["passes_s"][name].get<double>() / seconds.get<double>();
+    }
+    rows.push_back(row);
+  }
+  if (weak) return;
+  for (std::size_t k = first; k < rows.size(); ++k) rows[k]["serial_share"] = serial_share(threads, medians);
+}
+
+}  // namespace
+
+Findings run_scaling(Cells& cells) {
+  const bool quick = cells.quick();
+  Findings findings;
+  int planned = static_cast<int>(scaling_threads().size());
+  for (const ClothMethod& method : cloth_methods())
+    planned += static_cast<int>(strong_sides(method, quick).size() + weak_sides(method, quick).size());
+  cells.plan(planned);
+  for (const int t : scaling_threads()) {
+    Json row{{"kind", "launch"}};
+    row.update(cells("launches on " + counted(t, "thread"), [&] { return launch_costs(t, quick); }));
+    findings.rows.push_back(row);
+  }
+  for (const bool weak : {false, true})
+    for (const ClothMethod& method : cloth_methods())
+      for (const int side : weak ? weak_sides(method, quick) : strong_sides(method, quick)) {
+        const char* kind = weak ? "weak" : "strong";
+        add_rows(kind, method, side,
+                 cells(std::string(kind) + ": " + method.name + ", " + grouped(side * side) + " particles",
+                       [&] { return scaling_cell(method, lines(side, weak), cells); }),
+                 findings.rows);
+      }
+  findings.sections = scaling_sections(findings.rows, variable("OMP_PROC_BIND") + ", " + variable("OMP_PLACES"));
+  return findings;
+}
+
+}  // namespace malha::study

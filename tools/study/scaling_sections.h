@@ -1,0 +1,10 @@
+// What the study "scaling" says of its rows.
+#pragma once
+#include "tools/study/study.h"
+
+namespace malha::study {
+
+/// `rows`: of {kind: "strong" | "weak" | "launch"}; see scaling.cpp.
+std::vector<Section> scaling_sections(const Json& rows, const std::string& pinning);
+
+}  // namespace malha::study

@@ -1,0 +1,9 @@
+// Study "size": what a particle costs in time, memory and set-up, from small bodies to millions of particles.
+#pragma once
+#include "tools/study/study.h"
+
+namespace malha::study {
+
+Findings run_size(Cells& cells);
+
+}  // namespace malha::study
