@@ -1,5 +1,6 @@
 // Facts of the study "published" in its quick version: what papers print, met or not. Never a time.
 #include <cmath>
+#include <map>
 
 #include "tests/support.h"
 #include "tools/study/published.h"

@@ -1,5 +1,5 @@
 // Facts of the study "size" in its quick version: memory a particle. Never a time.
-#include <cmath>
+#include <map>
 
 #include "tests/support.h"
 #include "tools/study/size.h"

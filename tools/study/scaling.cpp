@@ -59,6 +59,8 @@ void add_rows(const char* kind, const ClothMethod& method, int side, const Json&
     Json row = base;
     row["threads"] = t, row["particles"] = line["particles"], row["step_ms"] = step * 1e3;
     row["times_as_fast"] = faster, row["efficiency"] = weak ? faster : faster / t;
+    row["undisturbed_step_s"] = line["least_step_s"];
+    row["undisturbed_times_as_fast"] = one["least_step_s"].get<double>() / line["least_step_s"].get<double>();
     row["setup_s"] = line["setup_s"], row["hash"] = line["hash"], row["load_average"] = cell["load_average"];
     row["imbalance_by_patches"] = imbalance(line["patches"].get<int>(), line["phases"].get<int>(), t);
     const char* largest = method.desbrun ? "filter" : "visits";

@@ -15,10 +15,10 @@ struct Line {
 /// 1, 2, 4 ... and the number of cores; 1 and 2 on a single core.
 std::vector<int> scaling_threads();
 
-/// {lines: [{threads, particles, step_s: [one a turn], passes_s: {name: seconds a step}, setup_s, hash, patches,
-/// phases, must_move_bytes, triad_gb_per_s}], load_average}; or {left_out: why} where they do not fit in memory
-/// together. `must_move_bytes`: what the largest pass has to read and write a step, if nothing stays in caches between
-/// substeps.
+/// {lines: [{threads, particles, step_s: [one a turn], least_step_s, passes_s: {name: seconds a step}, setup_s, hash,
+/// patches, phases, must_move_bytes, triad_gb_per_s}], load_average}; or {left_out: why} where they do not fit in
+/// memory together. `must_move_bytes`: what the largest pass has to read and write a step, if nothing stays in caches
+/// between substeps.
 Json scaling_cell(const ClothMethod& method, const std::vector<Line>& lines, const Cells& cells);
 
 /// {threads, fork_join_us, fork_join_median_us, barrier_us}: an empty parallel region, and what one more launch in it

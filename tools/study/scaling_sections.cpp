@@ -12,10 +12,17 @@ namespace {
 
 using bench::formatted;
 
-constexpr const char* kColours[] = {"#9ecae1", "#6baed6", "#3182bd", "#08519c", "#08306b", "#a1d99b", "#74c476",
-                                    "#31a354", "#006d2c", "#00441b", "#fdae6b", "#fd8d3c", "#d94801"};
+/// Shades a method, the darker the more particles.
+const char* colour(const Json& row, std::size_t nth) {
+  static constexpr const char* shades[][5] = {{"#9ecae1", "#6baed6", "#3182bd", "#08519c", "#08306b"},
+                                              {"#a1d99b", "#74c476", "#31a354", "#006d2c", "#00441b"},
+                                              {"#fdae6b", "#fd8d3c", "#d94801", "#a63603", "#7f2704"}};
+  for (std::size_t k = 0; k < std::min(cloth_methods().size(), std::size(shades)); ++k)
+    if (cloth_methods()[k].name == row["method"]) return shades[k][std::min<std::size_t>(nth, 4)];
+  return "#000000";
+}
 
-double number(const Json& row, const std::string& key) { return row[key].get<double>(); }
+double number(const Json& row, const std::string& key) { return row.at(key).get<double>(); }
 
 std::string method_of(const Json& row) { return row["method"].get<std::string>(); }
 
@@ -46,17 +53,18 @@ Chart chart(const std::vector<std::vector<Json>>& all, const std::string& name, 
             const std::string& axis, const std::string& of, bool ideal) {
   Chart chart{name, "", {}};
   int most = 1;
-  std::size_t colour = 0;
+  std::size_t nth = 0;
+  std::string method;
   for (const auto& group : all) {
+    nth = method == method_of(group[0]) ? nth + 1 : 0, method = method_of(group[0]);
     std::string points;
     for (const Json& row : group) {
       points += formatted("%d %.9g\n", row["threads"].get<int>(), number(row, of));
       most = std::max(most, row["threads"].get<int>());
     }
-    chart.series.push_back(
-        {points,
-         std::string("with linespoints lw 2 ps 0.9 pt 7 lc rgb '") + kColours[colour++ % std::size(kColours)] + "'",
-         method_of(group[0]) + ", " + count_of(group[0])});
+    chart.series.push_back({points,
+                            std::string("with linespoints lw 2 ps 0.9 pt 7 lc rgb '") + colour(group[0], nth) + "'",
+                            method_of(group[0]) + ", " + count_of(group[0])});
   }
   if (ideal)
     chart.series.push_back(
@@ -85,11 +93,17 @@ std::string on_most_threads(const std::vector<std::vector<Json>>& all, const std
 Section strong(const Json& rows, const std::string& pinning) {
   const auto all = groups(rows, "strong");
   Section section{"Strong scaling: the same cloth on more threads", {}, {}, {}};
-  section.table.columns = {"method",        "particles",
-                           "threads",       "ms a step",
-                           "times as fast", "efficiency",
-                           "serial share",  "GB/s that must move",
-                           "triad, GB/s",   "imbalance by patches",
+  section.table.columns = {"method",
+                           "particles",
+                           "threads",
+                           "ms a step",
+                           "times as fast",
+                           "by the least step",
+                           "efficiency",
+                           "serial share",
+                           "GB/s that must move",
+                           "triad, GB/s",
+                           "imbalance by patches",
                            "set-up, s"};
   int most = 1;
   bool same = true;
@@ -99,17 +113,21 @@ Section strong(const Json& rows, const std::string& pinning) {
       same = same && row["hash"] == group[0]["hash"];
       section.table.rows.push_back(
           {method_of(row), count_of(row), row["threads"].dump(), formatted("%.4g", number(row, "step_ms")),
-           formatted("%.2f", number(row, "times_as_fast")), formatted("%.0f %%", 100 * number(row, "efficiency")),
-           formatted("%.2f", number(row, "serial_share")), formatted("%.1f", number(row, "gb_per_s")),
-           formatted("%.1f", number(row, "triad_gb_per_s")), formatted("%.2f", number(row, "imbalance_by_patches")),
-           formatted("%.3g", number(row, "setup_s"))});
+           formatted("%.2f", number(row, "times_as_fast")), formatted("%.2f", number(row, "undisturbed_times_as_fast")),
+           formatted("%.0f %%", 100 * number(row, "efficiency")), formatted("%.2f", number(row, "serial_share")),
+           formatted("%.1f", number(row, "gb_per_s")), formatted("%.1f", number(row, "triad_gb_per_s")),
+           formatted("%.2f", number(row, "imbalance_by_patches")), formatted("%.3g", number(row, "setup_s"))});
     }
   double load = 0;
   for (const auto& group : all) load = std::max(load, number(group[0], "load_average"));
   section.sentences = {
-      pinning + formatted("; the load average was %.1f at most before a case, of which 1 may be this study.", load),
-      formatted("Times as fast on %d threads as on one: ", most) + on_most_threads(all, "times_as_fast", "%.2f") + "." +
-          left_out(rows, "strong"),
+      pinning +
+          formatted("; the load average was %.1f at most before a case, this study's own threads among it.", load) +
+          (load > 1.2 * most ? " Other programs had the cores too: medians are of their work as much as of this." : ""),
+      formatted("Times as fast on %d threads as on one, the medians of turns: ", most) +
+          on_most_threads(all, "times_as_fast", "%.2f") + "." + left_out(rows, "strong"),
+      "Times as fast by the least step of each, the one least disturbed: " +
+          on_most_threads(all, "undisturbed_times_as_fast", "%.2f") + ".",
       formatted(
           "The share that more threads do not speed up, fitted to all of them (of two numbers of threads: what the "
           "second one says): ") +

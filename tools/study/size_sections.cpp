@@ -13,7 +13,7 @@ namespace {
 using bench::formatted;
 using Number = std::function<double(const Json& row)>;  // of a particle
 
-double number(const Json& row, const char* key) { return row[key].get<double>(); }
+double number(const Json& row, const char* key) { return row.at(key).get<double>(); }
 double particles(const Json& row) { return number(row, "particles"); }
 
 /// The rows of a method that were run.
