@@ -22,9 +22,8 @@ const std::vector<Layer>& layers() {
       {"prediction, projection, state", {"visits", "prediction", "projection", "state"}, "#1f4e9c"},
       {"air", {"air"}, "#74a9cf"},
       {"damping", {"damping"}, "#e69f00"},
-      {"reach, pins, attachments", {"long_range", "pins", "attachments"}, "#7fbf3f"},
-      {"environment", {"collision", "contact"}, "#d62728"},
-      {"sleep", {"sleep"}, "#8856a7"}};
+      {"reach, pins, attachments, sleep", {"long_range", "pins", "attachments", "sleep"}, "#7fbf3f"},
+      {"environment", {"collision", "contact"}, "#d62728"}};
   return all;
 }
 

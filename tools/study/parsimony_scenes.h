@@ -12,7 +12,6 @@ struct Demand {
   std::string feature;  // "air on faces"
   std::string base;     // "cloth"
   Scene without, with;
-  int steps_before = 40;  // until it does what it is measured for: touches, hangs
 };
 
 /// Each feature alone, added to the least scene that can have it. The first adds nothing: how far the times of one and
