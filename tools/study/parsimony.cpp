@@ -1,6 +1,7 @@
 #include "tools/study/parsimony.h"
 
 #include "tools/study/parsimony_cell.h"
+#include "tools/study/parsimony_scenes.h"
 #include "tools/study/parsimony_sections.h"
 
 namespace malha::study {
@@ -32,16 +33,15 @@ Json launches(const Json& list) {
   return all;
 }
 
-Json row(const char* kind, const Demand& of, const Json& cell) {
-  const Json &with = cell["with"], &without = cell["without"];
+Json row(const char* kind, const Demand& of, const Json& without, const Json& with) {
   Json row{{"kind", kind},
            {"feature", of.feature},
            {"base", of.base},
-           {"particles", cell["particles"]},
+           {"particles", with["particles"]},
            {"ms_a_step", with["ms_a_step"]},
            {"ms_a_step_without", without["ms_a_step"]},
-           {"added_ms", cell["added_ms"]},
-           {"added_percent", cell["added_percent"]},
+           {"added_ms", with["added_ms"]},
+           {"added_percent", 100 * with["added_ms"].get<double>() / without["ms_a_step"].get<double>()},
            {"bytes", sum(with["bytes"])},
            {"added_bytes", sum(with["bytes"]) - sum(without["bytes"])},
            {"launches_a_step", launches(with["launches"])},
@@ -60,14 +60,19 @@ Json row(const char* kind, const Demand& of, const Json& cell) {
 
 Findings run_parsimony(Cells& cells) {
   const std::vector<Demand> single = single_demands(cells.quick()), ladder = ladder_of_demands(cells.quick());
-  cells.plan(static_cast<int>(single.size() + ladder.size()));
+  cells.plan(static_cast<int>(single.size()) + 1);
   Findings findings;
-  for (const Demand& of : single)
-    findings.rows.push_back(
-        row("single", of, cells(of.base + ", " + of.feature, [&] { return parsimony_cell(of, cells); })));
-  for (const Demand& of : ladder)
-    findings.rows.push_back(
-        row("ladder", of, cells("ladder, " + of.feature, [&] { return parsimony_cell(of, cells); })));
+  for (const Demand& of : single) {
+    const Json pair = cells(of.base + ", " + of.feature, [&] { return parsimony_cell({of.without, of.with}, cells); });
+    findings.rows.push_back(row("single", of, pair[0], pair[1]));
+  }
+  const Json rungs = cells("ladder", [&] {
+    std::vector<Scene> scenes{ladder.front().without};
+    for (const Demand& of : ladder) scenes.push_back(of.with);
+    return parsimony_cell(scenes, cells);
+  });
+  for (std::size_t k = 0; k < ladder.size(); ++k)
+    findings.rows.push_back(row("ladder", ladder[k], rungs[k], rungs[k + 1]));
   findings.sections = parsimony_sections(findings.rows);
   return findings;
 }

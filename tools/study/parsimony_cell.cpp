@@ -1,10 +1,11 @@
 #include "tools/study/parsimony_cell.h"
 
+#include <time.h>
+
 #include <array>
 #include <numeric>
 #include <optional>
 
-#include "host/base/stopwatch.h"
 #include "host/results/launches.h"
 #include "host/results/report.h"
 #include "host/simulation.h"
@@ -15,12 +16,26 @@ namespace malha::study {
 
 namespace {
 
+/// ms of processor time that work() takes on this thread: on one thread the same as by the clock, where no other
+/// program takes its turn in between.
+template <class Work>
+double thread_ms(const Work& work) {
+  const auto now = [] {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+  };
+  const double start = now();
+  work();
+  return now() - start;
+}
+
 constexpr int kBefore = 30, kMeasured = 20;  // steps
 
-/// One of the two scenes, run through the measured time again and again.
+/// One of the scenes, run through the measured time again and again.
 class Side {
  public:
-  explicit Side(const Scene& scene) : scene_(scene) {}
+  Side(const Scene& scene) : scene_(scene) {}
 
   void start() {
     simulation_.emplace(scene_, SimulationOptions{.threads = 1});
@@ -28,20 +43,19 @@ class Side {
     before_ = simulation_->solver().pass_seconds();
   }
   void step() {
-    ms_.push_back(1000 * seconds([&] { simulation_->step(); }));
+    ms_.push_back(thread_ms([&] { simulation_->step(); }));
   }
   void stop() {
     for (std::size_t k = 0; k < kPassNames.size(); ++k)
       passes_[k] += 1000 * (simulation_->solver().pass_seconds()[k] - before_[k]);
   }
 
-  int particles() const { return static_cast<int>(simulation_->positions().size()); }
   const std::vector<double>& ms() const { return ms_; }
 
   /// Takes one step more, to see what it launches.
   Json facts() {
     Json passes = Json::object(), bytes = Json::object(), launches = Json::array();
-    const double median = bench::median(ms_), all = std::accumulate(ms_.begin(), ms_.end(), 0.0);
+    const double median = bench::median(ms_), all = std::accumulate(passes_.begin(), passes_.end(), 0.0);
     for (std::size_t k = 0; k < kPassNames.size(); ++k)
       if (passes_[k] > 0) passes[kPassNames[k]] = passes_[k] / all * median;
     const LaunchTrace trace;
@@ -50,7 +64,11 @@ class Side {
       launches.push_back({{"kernel", kernel}, {"launches", times}, {"items", items}});
     for (const auto& [owner, count] : memory_parts(simulation_->model(), simulation_->solver().facts()))
       bytes[owner] = count;
-    return {{"ms_a_step", median}, {"passes_ms", passes}, {"bytes", bytes}, {"launches", launches}};
+    return {{"particles", simulation_->positions().size()},
+            {"ms_a_step", median},
+            {"passes_ms", passes},
+            {"bytes", bytes},
+            {"launches", launches}};
   }
 
  private:
@@ -62,28 +80,29 @@ class Side {
 
 }  // namespace
 
-Json parsimony_cell(const Demand& of, const Cells& cells) {
-  Side without(of.without), with(of.with);
+Json parsimony_cell(const std::vector<Scene>& scenes, const Cells& cells) {
+  std::vector<Side> sides(scenes.begin(), scenes.end());
   const int rounds = cells.quick() ? 1 : 12;
-  constexpr double enough = 0.5;  // s
+  constexpr double enough = 0.5;  // s, a scene
   double spent = 0;
-  std::vector<double> added;
-  for (int round = 0; round < rounds && spent < enough; ++round) {
-    without.start(), with.start();
-    for (int step = 0; step < kMeasured; ++step) {
-      cells.go_on();
-      without.step(), with.step();
-      spent += (without.ms().back() + with.ms().back()) / 1000;
-      added.push_back(with.ms().back() - without.ms().back());
-    }
-    without.stop(), with.stop();
+  for (int round = 0; round < rounds && spent < enough * static_cast<double>(sides.size()); ++round) {
+    for (Side& side : sides) side.start();
+    for (int step = 0; step < kMeasured; ++step)
+      for (Side& side : sides) {
+        cells.go_on();
+        side.step();
+        spent += side.ms().back() / 1000;
+      }
+    for (Side& side : sides) side.stop();
   }
-  const double added_ms = bench::median(added), whole = bench::median(without.ms());
-  return {{"particles", with.particles()},
-          {"without", without.facts()},
-          {"with", with.facts()},
-          {"added_ms", added_ms},
-          {"added_percent", 100 * added_ms / whole}};
+  Json all = Json::array();
+  for (std::size_t k = 0; k < sides.size(); ++k) {
+    std::vector<double> added = sides[k].ms();
+    for (std::size_t step = 0; step < added.size(); ++step) added[step] -= sides[k > 0 ? k - 1 : 0].ms()[step];
+    all.push_back(sides[k].facts());
+    all.back()["added_ms"] = bench::median(added);
+  }
+  return all;
 }
 
 }  // namespace malha::study

@@ -1,15 +1,17 @@
 // What a feature adds to a scene: launches, bytes and time.
 #pragma once
+#include <vector>
+
+#include "host/scene.h"
 #include "tools/study/cells.h"
-#include "tools/study/parsimony_scenes.h"
 
 namespace malha::study {
 
-/// {particles, without, with, added_ms, added_percent}. "without" and "with": {ms_a_step, passes_ms: {air: ...}, bytes:
-/// {particles: ...}, launches: [{kernel, launches, items}]} of a step on one thread. Both run in turns, step by step,
-/// so that what else the machine does hits them alike, through the same simulated time again and again: a cloth that
-/// has swung down is on its ball then. Times are medians over the steps, passes their shares of that; bytes and
-/// launches those of the last step. added_ms: the median of the differences between steps of the same turn.
-Json parsimony_cell(const Demand& of, const Cells& cells);
+/// Of each scene {particles, ms_a_step, added_ms, passes_ms: {air: ...}, bytes: {particles: ...}, launches: [{kernel,
+/// launches, items}]}, of a step on one thread. They run in turns, step by step, so that what else the machine does
+/// hits them alike, through the same simulated time again and again: a cloth that has swung down is on its ball then.
+/// Times are medians of processor time over the steps, passes their shares of that; bytes and launches those of the
+/// last step. added_ms: the median of the differences to the scene before it in the same turn; 0 of the first.
+Json parsimony_cell(const std::vector<Scene>& scenes, const Cells& cells);
 
 }  // namespace malha::study

@@ -28,7 +28,7 @@ Section time_section(const Json& single) {
   const double whole = number(single[0], "ms_a_step_without");
   section.sentences.push_back(
       formatted("A cloth of %.0f particles with distances along its edges takes %.3g ms a step (10 substeps of 1 "
-                "iteration, one thread); the same scene beside itself, in turns, differs by %.2g %%.",
+                "iteration, one thread, processor time); the same scene beside itself, in turns, differs by %.2g %%.",
                 number(single[0], "particles"), whole, noise(single)));
   std::vector<Json> sorted(single.begin(), single.end());
   std::stable_sort(sorted.begin(), sorted.end(), [](const Json& a, const Json& b) {
