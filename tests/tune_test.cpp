@@ -168,6 +168,18 @@ TEST_F(TuneCommand, RefusesWhatCannotBeTunedBeforeItRunsAnything) {
   EXPECT_EQ(files_in(folder_ / ".").size(), 1u) << "nothing is written";
 }
 
+TEST_F(TuneCommand, KeepsThePathsToMeshes) {
+  std::filesystem::create_directories(folder_ / "scenes/meshes");
+  folder_.write("scenes/meshes/strip.obj", "v 0 0 0\nv 1 0 0\nv 0 0 1\nv 1 0 1\nf 1 2 3\nf 2 4 3\n");
+  Json scene = springy_net();
+  scene["bodies"][0]["shape"] = {{"mesh", "meshes/strip.obj"}};
+  scene["bodies"][0]["pins"] = {{{"particles", {0}}}};
+  folder_.write("scenes/strip.json", scene.dump());
+  const Ended ended = malha_command({"tune", "scenes/strip.json", "--error", "0.01", "--threads", "1"}, folder_ / ".");
+  ASSERT_EQ(ended.status, 0) << ended.err;
+  EXPECT_EQ(malha_command({"check", "out/strip_tuned.json"}, folder_ / ".").status, 0);
+}
+
 TEST_F(TuneCommand, StopsOnCtrlC) {
   Json scene = springy_net();
   scene["duration"] = 1000;

@@ -28,7 +28,7 @@ CLI::App* add_tune(CLI::App& app, TuneArguments& tune) {
       "Exit status: 0 the tuned scene is written; 1 nothing reaches E, or the motion does not converge: nothing is\n"
       "written.\n\n"
       "Examples:\n"
-      "  malha tune scenes/sheet_shear.json --error 0.001         writes out/sheet_shear_tuned.json\n"
+      "  malha tune scenes/cantilever.json --error 0.002          writes out/cantilever_tuned.json\n"
       "  malha tune my_scene.json --error 0.0002 --seconds 0.5 --threads 1 --out my_tuned.json");
   return command;
 }

@@ -31,9 +31,13 @@ class Tuner {
     for (std::size_t k = 0; k < methods.size(); ++k) {
       part_ = static_cast<double>(k) / static_cast<double>(methods.size());
       Scene scene = methods[k];
-      if (search(scene) != "misses") continue;
-      scene.solver.precision = Precision::Double;
-      search(scene);
+      try {
+        if (search(scene) != "misses") continue;
+        scene.solver.precision = Precision::Double;
+        search(scene);
+      } catch (const InputError& error) {  // its filter does not fit, say
+        tuned_.left_out.push_back(words_of(scene) + ": " + error.what());
+      }
     }
     decide();
     return tuned_;
