@@ -142,9 +142,8 @@ Section resolution_map(Cells& cells, Json& rows) {
       }));
   Section section{"Resolution, by substeps", {}, {}, {}};
   section.sentences = {
-      "A sheet of 2 m and 1 kg is let go horizontally for 2 s in steps of 1/60 s. Each particle next to the row bears "
-      "a "
-      "column of n others."};
+      "A sheet of 2 m and 1 kg is let go horizontally for 2 s in steps of 1/60 s. The edge and the two diagonals that "
+      "hold each particle next to the row bear a column of n particles."};
   for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
   section.chart = map_chart("resolution", "A hanging sheet: particles a side and substeps", panels, 4);
   section.table = map_table(panels);

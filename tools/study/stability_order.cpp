@@ -156,9 +156,10 @@ std::vector<Section> order_map(Cells& cells, Json& rows) {
     }
     map.sentences.push_back(
         panel.title +
-        formatted(": %d of %d stable, %d bounded but wrong, %d diverged; at most %.2g times the energy of "
-                  "the fall is gained, and the RMS strain is at most %.2g.",
-                  count[0], count[0] + count[1] + count[2], count[1], count[2], gain, strain));
+        formatted(
+            ": %d of %d stable, %d bounded but wrong, %d diverged; what did not diverge gained at most %.2g times the "
+            "energy of the fall, at an RMS strain of at most %.2g.",
+            count[0], count[0] + count[1] + count[2], count[1], count[2], gain, strain));
   }
   map.chart = map_chart("order", "Order of the sweep: one iteration a substep", panels, 3);
   map.table = map_table(panels);
