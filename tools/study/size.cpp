@@ -47,8 +47,12 @@ Json run(const ClothMethod& method, int side, const Cells& cells) {
   const auto before = resident_bytes();
   forget_peak();
   std::unique_ptr<Simulation> simulation;
-  const double setup =
-      seconds([&] { simulation = std::make_unique<Simulation>(method.scene(side), SimulationOptions{.threads = 1}); });
+  std::vector<double> setups;  // what is soon done is done several times
+  do {
+    simulation.reset();
+    setups.push_back(seconds(
+        [&] { simulation = std::make_unique<Simulation>(method.scene(side), SimulationOptions{.threads = 1}); }));
+  } while (setups[0] < 0.3 && static_cast<int>(setups.size()) < kTurns);
   cells.go_on();
   simulation->step();
   const auto peak = peak_bytes(), held = resident_bytes();
@@ -65,7 +69,7 @@ Json run(const ClothMethod& method, int side, const Cells& cells) {
             {"step_s", bench::median(steps)},
             {"step_least_s", *std::min_element(steps.begin(), steps.end())},
             {"step_most_s", *std::max_element(steps.begin(), steps.end())},
-            {"setup_s", setup},
+            {"setup_s", bench::median(setups)},
             {"setup_parts_s", parts(setup_parts(simulation->model(), facts))},
             {"bytes", sum(memory)},
             {"bytes_by_owner", parts(memory)},
