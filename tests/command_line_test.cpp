@@ -13,8 +13,8 @@ TEST(CommandLine, HelpsWithEveryOptionAndExample) {
               projection = malha_command({"bench", "projection", "--help"}, folder / "."),
               filter = malha_command({"bench", "filter", "--help"}, folder / ".");
   EXPECT_EQ(help.status + run.status + bench.status + projection.status + filter.status, 0);
-  for (const char* word :
-       {"malha [OPTIONS] COMMAND", "run ", "plan ", "check ", "tune ", "bench ", "study ", "Examples:", "Exit status:", "130"})
+  for (const char* word : {"malha [OPTIONS] COMMAND", "run ", "plan ", "check ", "tune ", "bench ", "study ",
+                           "Examples:", "Exit status:", "130"})
     EXPECT_TRUE(has(help.out, word)) << word;
   for (const char* word : {"malha run [OPTIONS] SCENE", "--threads N", "--steps N", "--seconds S", "--out FOLDER",
                            "--every N", "--format LIST", "--picture ", "--picture-every N", "--no-picture", "--quiet",

@@ -40,7 +40,7 @@ Tuned tuned_quietly(const Json& scene, double error) {
 /// The fewest substeps with which a method reached the error; 0: it did not.
 int fewest(const Tuned& tuned, const std::string& method) {
   int least = 0;
-  for (const Trial& trial : tuned.trials)
+  for (const Tried& trial : tuned.trials)
     if (trial.reaches() && trial.method == method && (least == 0 || trial.scene.solver.substeps < least))
       least = trial.scene.solver.substeps;
   return least;
@@ -85,7 +85,7 @@ TEST(Tune, TakesNoMoreSubstepsForALooserError) {
 TEST(Tune, StatesErrorsThatAreThoseOfItsTrials) {
   const Tuned tuned = tuned_quietly(springy_net(), 0.004);
   ASSERT_TRUE(tuned.best);
-  const Trial& best = tuned.trials[*tuned.best];
+  const Tried& best = tuned.trials[*tuned.best];
   EXPECT_LE(best.error, 0.004);
   // The worst of four moments, one of which is the end.
   EXPECT_GE(best.error + tuned.reference.off, error_at_the_end(best.scene) - tuned.reference.off);
@@ -95,7 +95,7 @@ TEST(Tune, TriesBothMethodsOnSprings) {
   const Tuned tuned = tuned_quietly(springy_net(), 0.016);
   EXPECT_TRUE(tuned.left_out.empty());
   bool xpbd = false, desbrun = false;
-  for (const Trial& trial : tuned.trials) {
+  for (const Tried& trial : tuned.trials) {
     xpbd = xpbd || trial.method.starts_with("XPBD");
     desbrun = desbrun || trial.method.starts_with("Desbrun");
   }

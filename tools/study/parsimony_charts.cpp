@@ -29,9 +29,6 @@ const std::vector<Layer>& layers() {
 
 }  // namespace
 
-double number(const Json& row, const std::string& key) { return row.contains(key) ? row[key].get<double>() : 0; }
-std::string text(const Json& row, const char* key) { return row[key].get<std::string>(); }
-
 std::string names(const Json& rows) {
   std::string tics;
   for (std::size_t k = 0; k < rows.size(); ++k)

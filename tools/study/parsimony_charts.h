@@ -2,13 +2,10 @@
 #pragma once
 #include <string>
 
+#include "tools/study/rows.h"
 #include "tools/study/study.h"
 
 namespace malha::study {
-
-/// A number of a row; 0 where it has none. And a text.
-double number(const Json& row, const std::string& key);
-std::string text(const Json& row, const char* key);
 
 /// gnuplot's settings of the rows' features beside the bars, the first on top.
 std::string names(const Json& rows);

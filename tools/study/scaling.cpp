@@ -29,8 +29,8 @@ std::vector<int> weak_sides(const ClothMethod& method, bool quick) {
   return quick ? std::vector{50} : std::vector{100, 316};
 }
 
-std::vector<Line> lines(int side, bool weak) {
-  std::vector<Line> all;
+std::vector<Crew> lines(int side, bool weak) {
+  std::vector<Crew> all;
   for (const int t : scaling_threads())
     all.push_back({t, weak ? static_cast<int>(std::lround(side * std::sqrt(t))) : side});
   return all;

@@ -27,7 +27,7 @@ constexpr std::size_t kLeastTriad = std::size_t(1) << 16;
 constexpr double kPbdBytes = 52;
 
 struct Runner {
-  Line line;
+  Crew line;
   std::unique_ptr<Simulation> simulation;
   double setup = 0;
   std::string hash;
@@ -93,9 +93,9 @@ std::vector<int> scaling_threads() {
   return all;
 }
 
-Json scaling_cell(const ClothMethod& method, const std::vector<Line>& lines, const Cells& cells) {
+Json scaling_cell(const ClothMethod& method, const std::vector<Crew>& lines, const Cells& cells) {
   double held = 0, largest = 0;
-  for (const Line& line : lines) {
+  for (const Crew& line : lines) {
     const double particles = static_cast<double>(line.side) * line.side;
     held += method.bytes_held(particles), largest = std::max(largest, method.bytes_to_set_up(particles));
   }
@@ -105,7 +105,7 @@ Json scaling_cell(const ClothMethod& method, const std::vector<Line>& lines, con
   double load = 0;
   if (getloadavg(&load, 1) != 1) load = 0;
   std::vector<Runner> runners;
-  for (const Line& line : lines) {
+  for (const Crew& line : lines) {
     Runner& runner = runners.emplace_back();
     runner.line = line;
     runner.setup = seconds([&] {

@@ -8,7 +8,7 @@
 namespace malha::study {
 
 /// A simulation that takes part in the turns: N x N particles on so many threads.
-struct Line {
+struct Crew {
   int threads, side;
 };
 
@@ -19,7 +19,7 @@ std::vector<int> scaling_threads();
 /// patches, phases, must_move_bytes, triad_gb_per_s}], load_average}; or {left_out: why} where they do not fit in
 /// memory together. `must_move_bytes`: what the largest pass has to read and write a step, if nothing stays in caches
 /// between substeps.
-Json scaling_cell(const ClothMethod& method, const std::vector<Line>& lines, const Cells& cells);
+Json scaling_cell(const ClothMethod& method, const std::vector<Crew>& lines, const Cells& cells);
 
 /// {threads, fork_join_us, fork_join_median_us, barrier_us}: an empty parallel region, and what one more launch in it
 /// waits; the least of several windows, because other programs on the cores only add to it.

@@ -8,8 +8,6 @@ namespace malha::study {
 
 using bench::formatted;
 
-double number(const Json& row, const std::string& key) { return row.at(key).get<double>(); }
-
 std::string method_of(const Json& row) { return row["method"].get<std::string>(); }
 
 std::vector<std::vector<Json>> scaling_groups(const Json& rows, const std::string& kind) {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/study/rows.h"
 #include "tools/study/study.h"
 
 namespace malha::study {
@@ -10,7 +11,6 @@ namespace malha::study {
 /// Rows of a kind ("strong", "weak") that were run, a group a method and side, each from one thread on.
 std::vector<std::vector<Json>> scaling_groups(const Json& rows, const std::string& kind);
 
-double number(const Json& row, const std::string& key);
 std::string method_of(const Json& row);
 std::string count_of(const Json& row);  // "10,000"
 

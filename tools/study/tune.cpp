@@ -72,7 +72,7 @@ class Tuner {
   std::size_t try_once(const Scene& scene, const std::string& method, double most_ms) {
     say(method + ", " + counted(scene.solver.substeps, "substep"));
     const TuneRun run = tune_run(scene, moments_, options_.threads, most_ms, stop_);
-    Trial trial{method, scene, run.ms, run.sweeps, distance_between(run, tuned_.reference.run), "misses"};
+    Tried trial{method, scene, run.ms, run.sweeps, distance_between(run, tuned_.reference.run), "misses"};
     if (run.diverged)
       trial.found = "diverged";
     else if (run.given_up)
@@ -124,7 +124,7 @@ class Tuner {
         ms[k].push_back(tune_run(tuned_.trials[close[k]].scene, moments_, options_.threads, kNoLimit, stop_).ms);
       }
     for (std::size_t k = 0; k < close.size(); ++k) {
-      Trial& trial = tuned_.trials[close[k]];
+      Tried& trial = tuned_.trials[close[k]];
       trial.ms = bench::median(ms[k]);
       if (!tuned_.best || trial.ms < tuned_.trials[*tuned_.best].ms) tuned_.best = close[k];
     }
@@ -132,8 +132,8 @@ class Tuner {
 
   /// Whether no other trial of its method reaches the error with fewer substeps.
   bool is_the_least(std::size_t k) const {
-    const Trial& trial = tuned_.trials[k];
-    return std::none_of(tuned_.trials.begin(), tuned_.trials.end(), [&](const Trial& other) {
+    const Tried& trial = tuned_.trials[k];
+    return std::none_of(tuned_.trials.begin(), tuned_.trials.end(), [&](const Tried& other) {
       return other.reaches() && other.method == trial.method &&
              other.scene.solver.substeps < trial.scene.solver.substeps;
     });

@@ -15,7 +15,7 @@ struct TuneOptions {
 };
 
 /// How one solver did.
-struct Trial {
+struct Tried {
   std::string method;
   Scene scene;
   double ms = 0;      // a simulated second
@@ -36,7 +36,7 @@ struct Reference {
 struct Tuned {
   double seconds = 0;
   Reference reference;
-  std::vector<Trial> trials;          // in the order in which they ran; the first is the scene as it is
+  std::vector<Tried> trials;          // in the order in which they ran; the first is the scene as it is
   std::vector<std::string> left_out;  // methods that the scene rules out, and why
   std::optional<std::size_t> best;    // of the trials; none: none reaches the error
 };

@@ -20,14 +20,14 @@ Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); 
 std::vector<std::size_t> lines_of(const Tuned& tuned) {
   std::vector<std::size_t> chosen;
   for (std::size_t k = 0; k < tuned.trials.size(); ++k) {
-    const Trial& trial = tuned.trials[k];
+    const Tried& trial = tuned.trials[k];
     const auto same = std::find_if(chosen.begin(), chosen.end(),
                                    [&](std::size_t other) { return tuned.trials[other].method == trial.method; });
     if (same == chosen.end()) {
       chosen.push_back(k);
       continue;
     }
-    const Trial& other = tuned.trials[*same];
+    const Tried& other = tuned.trials[*same];
     const bool fewer = trial.scene.solver.substeps < other.scene.solver.substeps;
     if (trial.reaches() ? (!other.reaches() || fewer) : (!other.reaches() && trial.error < other.error)) *same = k;
   }
@@ -35,15 +35,15 @@ std::vector<std::size_t> lines_of(const Tuned& tuned) {
 }
 
 /// How a method's search ended.
-std::string ending(const Tuned& tuned, const Trial& of) {
+std::string ending(const Tuned& tuned, const Tried& of) {
   if (of.reaches()) return of.found;
-  for (const Trial& trial : tuned.trials)
+  for (const Tried& trial : tuned.trials)
     if (trial.method == of.method && trial.found == "dearer") return "more is dearer than the best";
   return of.found;
 }
 
 std::string line(const Tuned& tuned, std::size_t k) {
-  const Trial& trial = tuned.trials[k];
+  const Tried& trial = tuned.trials[k];
   return formatted("%s %-42s %8d %12.4g %12.4g ", tuned.best == k ? "*" : " ", trial.method.c_str(),
                    trial.scene.solver.substeps, trial.ms, trial.sweeps) +
          (std::isfinite(trial.error) ? formatted("%10.3g", trial.error) : std::string(10, ' ')) + "  " +
@@ -65,7 +65,7 @@ std::string tune_table(const Tuned& tuned, const TuneOptions& options) {
   for (const std::size_t k : lines_of(tuned)) text += line(tuned, k);
   for (const std::string& left : tuned.left_out) text += "left out: " + left + "\n";
   if (!tuned.best) return text;
-  const Trial &best = tuned.trials[*tuned.best], &first = tuned.trials.front();
+  const Tried &best = tuned.trials[*tuned.best], &first = tuned.trials.front();
   return text + "\nbest        " + best.method + ", " + counted(best.scene.solver.substeps, "substep") +
          formatted(": %.3g m at %.3g ms a simulated second; as the scene was: ", best.error, best.ms) +
          (std::isfinite(first.error) ? formatted("%.3g m at %.3g ms\n", first.error, first.ms) : "it diverged\n");
@@ -79,7 +79,7 @@ std::string why_not_tuned(const Tuned& tuned, const TuneOptions& options) {
         "quarter of %g m; the motion may be chaotic: ask for a larger --error or fewer --seconds",
         reference.substeps / 2, reference.substeps, reference.off, options.error);
   const auto best = std::min_element(tuned.trials.begin(), tuned.trials.end(),
-                                     [](const Trial& a, const Trial& b) { return a.error < b.error; });
+                                     [](const Tried& a, const Tried& b) { return a.error < b.error; });
   return formatted("no method reaches %g m; the best found: ", options.error) + best->method + ", " +
          counted(best->scene.solver.substeps, "substep") + formatted(", %.3g m", best->error);
 }
@@ -91,7 +91,7 @@ Json tune_json(const Tuned& tuned, const TuneOptions& options) {
                        {"moved_by_last_doubling_m", number(reference.off)},
                        {"converged", reference.converged}};
   json["trials"] = Json::array();
-  for (const Trial& trial : tuned.trials)
+  for (const Tried& trial : tuned.trials)
     json["trials"].push_back({{"method", trial.method},
                               {"substeps", trial.scene.solver.substeps},
                               {"iterations", trial.scene.solver.iterations},

@@ -1,0 +1,14 @@
+// Fields of a study's rows.
+#pragma once
+#include <string>
+
+#include "tools/study/cells.h"
+
+namespace malha::study {
+
+/// 0 where the row has none.
+inline double number(const Json& row, const std::string& key) { return row.contains(key) ? row[key].get<double>() : 0; }
+
+inline std::string text(const Json& row, const std::string& key) { return row.at(key).get<std::string>(); }
+
+}  // namespace malha::study
