@@ -6,11 +6,10 @@
 #include <vector>
 
 #include "host/scene.h"
+#include "tools/study/frame.h"
 #include "tools/study/reference_system.h"
 
 namespace malha::study {
-
-inline constexpr double kFrame = 1.0 / 60;  // s: the step dt of all; methods divide it into substeps
 
 struct AccuracyCase {
   std::string name, title, what;

@@ -13,8 +13,6 @@ namespace {
 
 using bench::formatted;
 
-constexpr double kFrame = 1.0 / 60;
-
 double norm(const std::array<double, 3>& a) { return std::hypot(a[0], a[1], a[2]); }
 
 SolverSpec filtered(Corrector corrector, int refine) {

@@ -15,8 +15,6 @@ namespace {
 
 using bench::formatted;
 
-constexpr double kFrame = 1.0 / 60;
-
 std::vector<double> powers(double first, double factor, int count) {
   std::vector<double> all;
   for (int k = 0; k < count; ++k) all.push_back(first * std::pow(factor, k));

@@ -13,7 +13,7 @@ namespace {
 
 using bench::formatted;
 
-constexpr double kFrame = 1.0 / 60, kSide = 2, kMass = 1;  // s, m, kg
+constexpr double kSide = 2, kMass = 1;  // m, kg
 
 Scene hung(int n, double compliance) {
   Scene scene = hanging_sheet(n, kSide, kMass, compliance);

@@ -15,8 +15,6 @@ namespace {
 
 using bench::formatted;
 
-constexpr double kFrame = 1.0 / 60;
-
 enum class Start { Random, Collapsed, NearlyCollapsed };
 
 /// A sheet of n x n particles of 1 m, held at two corners, that keyframes carry to another start and let go there.

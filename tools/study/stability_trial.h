@@ -4,6 +4,7 @@
 
 #include "host/model/model.h"
 #include "tools/study/cells.h"
+#include "tools/study/frame.h"
 #include "tools/study/reference_system.h"
 
 namespace malha::study {
