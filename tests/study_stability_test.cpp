@@ -207,6 +207,9 @@ TEST(StudyStability, FindsThatOnlyTheDefaultCorrectorKeepsAngularMomentum) {
 TEST(StudyStability, FindsThatRefiningAndSubstepsGiveTurningPartsBackTheirMotion) {
   EXPECT_LT(line_end("turning", "refine 16", false), line_end("turning", "refine 0", false));
   EXPECT_LT(line_end("turning", "256 substeps", false), line_end("turning", "refine 0", false) / 5);
+  // A quarter of a second of free fall is 0.31 m: stiff springs of one step a frame hardly let the chain turn at all.
+  EXPECT_GT(line_end("turning", "refine 0"), 0.2);
+  EXPECT_LT(line_end("turning", "XPBD, 16 substeps"), 0.01);
 }
 
 TEST(StudyStability, FindsThatWeightRoundTheFilterStretchesWhatIsNextToPins) {

@@ -59,7 +59,7 @@ void add_study(CLI::App& app, study::Options& options) {
       "a study that was stopped (Ctrl-C, a crash) goes on there with the same command. Cells of another build,\n"
       "machine or version (quick or full) are not used; a study is started anew by removing that file.\n\n"
       "Examples:\n"
-      "  malha study all --quick                 everything in short; two minutes\n"
+      "  malha study all --quick                 everything in short; half a minute\n"
       "  malha study accuracy                    the charts of the README; many minutes\n"
       "  malha study accuracy --out /tmp/study");
 }

@@ -13,7 +13,8 @@ namespace malha {
 
 namespace {
 
-// Each is where the study's trials turn from stable to bounded but wrong (full version, 2026).
+// Near where the study's trials turn from stable to bounded but wrong. Sag is of a body at rest: one that swings
+// stretches by up to three times as much, and is not warned of where it would hold at rest.
 constexpr double kSag = 0.5;           // strain at rest
 constexpr double kRounding = 0.05;     // of the energy of a fall through the scene's own size
 constexpr double kPaperTorque = 0.01;  // k h^2 / m

@@ -120,7 +120,7 @@ std::vector<Line> plan(int particles) {
   return lines;
 }
 
-struct Row {
+struct KindRow {
   std::string what, element;
   std::int64_t elements = 0, bytes = 0;
   int threads = 1;
@@ -128,9 +128,9 @@ struct Row {
 };
 
 /// All numbers of threads take turns.
-std::vector<Row> measure(const Line& line, const ConstraintOptions& options, const std::vector<int>& threads) {
+std::vector<KindRow> measure(const Line& line, const ConstraintOptions& options, const std::vector<int>& threads) {
   std::vector<Simulation> simulations;
-  std::vector<Row> rows;
+  std::vector<KindRow> rows;
   for (const int t : threads) {
     simulations.emplace_back(line.scene, SimulationOptions{t});
     rows.push_back({line.what, line.element, line.elements(simulations.back()), 0, t, {}});
@@ -151,9 +151,9 @@ std::vector<Row> measure(const Line& line, const ConstraintOptions& options, con
   return rows;
 }
 
-Json json_of(const std::vector<Row>& rows) {
+Json json_of(const std::vector<KindRow>& rows) {
   Json all = Json::array();
-  for (const Row& row : rows)
+  for (const KindRow& row : rows)
     all.push_back({{"what", row.what},
                    {"element", row.element},
                    {"elements", row.elements},
@@ -165,11 +165,11 @@ Json json_of(const std::vector<Row>& rows) {
   return all;
 }
 
-std::string table_line(const std::vector<Row>& rows) {
+std::string table_line(const std::vector<KindRow>& rows) {
   std::string line =
       formatted("%-28s %9lld %-11s %7.1f", rows[0].what.c_str(), static_cast<long long>(rows[0].elements),
                 rows[0].element.c_str(), static_cast<double>(rows[0].bytes) / static_cast<double>(rows[0].elements));
-  for (const Row& row : rows) line += formatted(" %8.2f", median(row.ns));
+  for (const KindRow& row : rows) line += formatted(" %8.2f", median(row.ns));
   return line + "\n";
 }
 
@@ -193,11 +193,11 @@ void run_constraints(const ConstraintOptions& options) {
   std::string head = formatted("\n%-28s %9s %-11s %7s", "kind", "elements", "element", "bytes");
   for (const int t : threads) head += formatted(" %5d th.", t);
   print(head + "\n");
-  std::vector<Row> all;
+  std::vector<KindRow> all;
   const std::vector<Line> lines = plan(options.n);
   for (std::size_t k = 0; k < lines.size(); ++k) {
     status.show(lines[k].what, double(k) / double(lines.size()));
-    const std::vector<Row> rows = measure(lines[k], options, threads);
+    const std::vector<KindRow> rows = measure(lines[k], options, threads);
     status.clear();
     print(table_line(rows));
     all.insert(all.end(), rows.begin(), rows.end());
