@@ -4,6 +4,7 @@
 #include <csignal>
 #include <set>
 
+#include "tests/quick_study.h"
 #include "tests/support.h"
 #include "tools/study/accuracy.h"
 #include "tools/study/accuracy_points.h"
@@ -14,16 +15,7 @@
 namespace malha::study {
 namespace {
 
-/// Run once for all tests.
-const Findings& quick_accuracy() {
-  static const std::atomic<bool> no_stop{false};
-  static const Findings findings = [] {
-    const TemporaryFolder folder;
-    Cells cells(folder / "cells.jsonl", {}, true, no_stop);
-    return run_accuracy(cells);
-  }();
-  return findings;
-}
+const Findings& quick_accuracy() { return quick_findings<run_accuracy>(); }
 
 Points quick_points(const std::string& of, double time = 1) { return points_at(quick_accuracy().rows, of, time); }
 

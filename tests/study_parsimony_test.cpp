@@ -1,22 +1,12 @@
 // Facts of the study "parsimony" in its quick version: launches and bytes, never times.
-#include <atomic>
 
-#include "tests/support.h"
+#include "tests/quick_study.h"
 #include "tools/study/parsimony.h"
 
 namespace malha::study {
 namespace {
 
-/// Run once for all tests.
-const Findings& quick_parsimony() {
-  static const std::atomic<bool> no_stop{false};
-  static const Findings findings = [] {
-    const TemporaryFolder folder;
-    Cells cells(folder / "cells.jsonl", {}, true, no_stop);
-    return run_parsimony(cells);
-  }();
-  return findings;
-}
+const Findings& quick_parsimony() { return quick_findings<run_parsimony>(); }
 
 Json parsimony_row(const std::string& feature) {
   for (const Json& row : quick_parsimony().rows)

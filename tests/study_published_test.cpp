@@ -2,22 +2,13 @@
 #include <cmath>
 #include <map>
 
-#include "tests/support.h"
+#include "tests/quick_study.h"
 #include "tools/study/published.h"
 
 namespace malha::study {
 namespace {
 
-/// Run once for all tests.
-const Findings& quick_published() {
-  static const std::atomic<bool> no_stop{false};
-  static const Findings findings = [] {
-    const TemporaryFolder folder;
-    Cells cells(folder / "cells.jsonl", {}, true, no_stop);
-    return run_published(cells);
-  }();
-  return findings;
-}
+const Findings& quick_published() { return quick_findings<run_published>(); }
 
 std::vector<Json> published_rows(const std::string& of) {
   std::vector<Json> rows;

@@ -3,23 +3,14 @@
 #include <map>
 #include <set>
 
-#include "tests/support.h"
+#include "tests/quick_study.h"
 #include "tools/study/scaling.h"
 #include "tools/study/scaling_cell.h"
 
 namespace malha::study {
 namespace {
 
-/// Run once for all tests.
-const Findings& quick_scaling() {
-  static const std::atomic<bool> no_stop{false};
-  static const Findings findings = [] {
-    const TemporaryFolder folder;
-    Cells cells(folder / "cells.jsonl", {}, true, no_stop);
-    return run_scaling(cells);
-  }();
-  return findings;
-}
+const Findings& quick_scaling() { return quick_findings<run_scaling>(); }
 
 TEST(StudyScaling, FindsTheSameBitsOnEveryNumberOfThreads) {
   std::map<std::string, std::set<std::string>> hashes;

@@ -1,22 +1,13 @@
 // Facts of the study "size" in its quick version: memory a particle. Never a time.
 #include <map>
 
-#include "tests/support.h"
+#include "tests/quick_study.h"
 #include "tools/study/size.h"
 
 namespace malha::study {
 namespace {
 
-/// Run once for all tests.
-const Findings& quick_size() {
-  static const std::atomic<bool> no_stop{false};
-  static const Findings findings = [] {
-    const TemporaryFolder folder;
-    Cells cells(folder / "cells.jsonl", {}, true, no_stop);
-    return run_size(cells);
-  }();
-  return findings;
-}
+const Findings& quick_size() { return quick_findings<run_size>(); }
 
 std::map<int, Json> rows_by_size(const std::string& method) {
   std::map<int, Json> rows;

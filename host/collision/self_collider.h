@@ -63,14 +63,10 @@ class SelfCollider {
   /// touches() says that nothing holds the bodies, they keep their momentum all the same.
   template <class Touches>
   void hold_apart(const Particles<R>& particles, const Touches& touches) {
-    const MeanMotion before = momentum(particles);
+    const MeanMotion before = has_pins_ ? MeanMotion{} : momentum(particles);
     keep_in_reach(particles);
     hold_crossing(particles);
-    const MeanMotion after = momentum(particles);
-    const auto lost = [&](int k) { return before.weight > 0 ? (before.sum[k] - after.sum[k]) / before.weight : 0; };
-    if ((lost(0) != 0 || lost(1) != 0 || lost(2) != 0) && !has_pins_ && !touches())
-      parallel_for(executor_, count_,
-                   Translate<R>{particles.p, takes_part_.data(), {R(lost(0)), R(lost(1)), R(lost(2))}});
+    if (before.weight > 0) give_back(particles, before, touches);
     parallel_for(executor_, count_, CopyPoints<R>{particles.p, x0_.points()});
   }
 
@@ -118,6 +114,16 @@ class SelfCollider {
   MeanMotion momentum(const Particles<R>& particles) const {
     return parallel_reduce<MeanMotion>(executor_, count_,
                                        SumMomentum<R>{particles.p, x0_.points(), particles.w, takes_part_.data()});
+  }
+
+  /// What the particles have lost of their momentum, by moving all alike, unless something else holds them.
+  template <class Touches>
+  void give_back(const Particles<R>& particles, const MeanMotion& before, const Touches& touches) {
+    const MeanMotion after = momentum(particles);
+    const auto lost = [&](int k) { return (before.sum[k] - after.sum[k]) / before.weight; };
+    if ((lost(0) != 0 || lost(1) != 0 || lost(2) != 0) && !touches())
+      parallel_for(executor_, count_,
+                   Translate<R>{particles.p, takes_part_.data(), {R(lost(0)), R(lost(1)), R(lost(2))}});
   }
 
   void hold_crossing(const Particles<R>& particles) {

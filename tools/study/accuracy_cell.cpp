@@ -29,10 +29,6 @@ double seconds_of_this_thread(F&& work) {
 
 int frames(double time) { return static_cast<int>(std::lround(time / kFrame)); }
 
-double rms_distance(const Vector& a, const Vector& b) {
-  return (a - b).norm() / std::sqrt(static_cast<double>(a.size()) / 3);
-}
-
 double rms(const Vector& a) { return a.norm() / std::sqrt(static_cast<double>(a.size())); }
 
 /// Advances by a frame at a time.

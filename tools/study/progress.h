@@ -1,4 +1,4 @@
-// How far a study is: a line that redraws itself on a terminal, plain lines every few seconds otherwise.
+// How far long work is: a line that redraws itself on a terminal, plain lines every few seconds otherwise.
 #pragma once
 #include <chrono>
 #include <string>
@@ -7,15 +7,17 @@
 
 namespace malha::study {
 
-class CellProgress {
+class ProgressLine {
  public:
-  explicit CellProgress(const std::string& study) : study_(study) {}
-  void operator()(const std::string& what, int done, int planned);
+  /// `silence`: s between plain lines.
+  explicit ProgressLine(double silence) : silence_(silence) {}
+  /// `part` of everything is done: 0 to 1.
+  void operator()(const std::string& what, double part);
   void clear() { status_.clear(); }  // before results are printed
 
  private:
   using Clock = std::chrono::steady_clock;
-  std::string study_;
+  double silence_;
   bench::Status status_;
   Clock::time_point said_at_ = Clock::now();
 };

@@ -78,6 +78,10 @@ std::unique_ptr<SpringSystem> spring_system(const Scene& scene) {
   return system;
 }
 
+double rms_distance(const Vector& a, const Vector& b) {
+  return (a - b).norm() / std::sqrt(static_cast<double>(a.size()) / 3);
+}
+
 Vector flat(const std::vector<Vec3>& points) {
   Vector a(3 * static_cast<int>(points.size()));
   for (int k = 0; k < a.size(); ++k) a[k] = points[k / 3][k % 3];

@@ -59,6 +59,9 @@ std::unique_ptr<SpringSystem> spring_system(const Scene& scene);
 /// Points as three numbers each.
 Vector flat(const std::vector<Vec3>& points);
 
+/// Over the particles, m.
+double rms_distance(const Vector& a, const Vector& b);
+
 /// What a motion keeps, or should.
 struct Balance {
   double kinetic, potential, elastic;          // J; gravity's potential is 0 at the origin

@@ -65,8 +65,12 @@ void run(const Options& options, const std::atomic<bool>& stop) {
   for (const Study& study : studies()) {
     if (std::find(options.names.begin(), options.names.end(), study.name) == options.names.end()) continue;
     const auto file = out / (study.name + ".cells.jsonl");
-    CellProgress progress(study.name);
-    Cells cells(file, head_of(file, study, options, build), options.quick, stop, std::ref(progress));
+    ProgressLine progress(10);
+    const auto show = [&](const std::string& cell, int done, int planned) {
+      progress(study.name + " " + std::to_string(done) + "/" + std::to_string(planned) + " " + cell,
+               planned > 0 ? static_cast<double>(done) / planned : 0);
+    };
+    Cells cells(file, head_of(file, study, options, build), options.quick, stop, show);
     const Findings findings = study.run(cells);
     progress.clear();
     const std::string command = "malha study " + study.name + (options.quick ? " --quick" : "");

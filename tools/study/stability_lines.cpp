@@ -28,6 +28,15 @@ double number(Cells& cells, const std::string& key, const std::function<double()
   return value.is_null() ? NAN : value.get<double>();
 }
 
+Line line_over(Cells& cells, const Lines& of, const std::string& title, const std::vector<double>& settings,
+               double scale, const std::function<double(double)>& run) {
+  Line line{title, {}};
+  for (const double setting : settings)
+    line.points.push_back({scale * setting, number(cells, of.name + ": " + title + bench::formatted(", %g", setting),
+                                                   [&] { return run(setting); })});
+  return line;
+}
+
 Section lines_section(const Lines& of, Json& rows) {
   Section section{of.title, {}, {}, {{of.x}, {}}};
   Chart chart{of.name,

@@ -23,6 +23,10 @@ struct Lines {
 /// A number that a run gives, kept in a cell; NaN, null in JSON, where it diverged.
 double number(Cells& cells, const std::string& key, const std::function<double()>& run);
 
+/// run(setting) over the settings, each kept in a cell of the line's name, at x = scale setting.
+Line line_over(Cells& cells, const Lines& of, const std::string& title, const std::vector<double>& settings,
+               double scale, const std::function<double(double)>& run);
+
 /// Chart and table of the lines, without sentences; adds a row a point.
 Section lines_section(const Lines& lines, Json& rows);
 

@@ -25,8 +25,6 @@ void run_frames(Simulation& simulation, int frames, const Cells& cells) {
   for (int frame = 0; frame < frames; ++frame) simulation.step(), cells.go_on();
 }
 
-double rms(const Vector& a) { return std::sqrt(a.squaredNorm() / (double(a.size()) / 3)); }
-
 /// Ten links of 0.1 m, 0.1 kg in all, hanging at rest and damped.
 Scene hung_chain(double stiffness, double compliance, int substeps, int iterations) {
   ConstraintSpec lengths;
@@ -80,15 +78,12 @@ Section stiffness_failure(Cells& cells, Json& rows) {
   const std::vector<double> counts = powers(1, cells.quick() ? 8 : 2, cells.quick() ? 3 : 8);
   for (const bool pbd : {true, false})
     for (const bool substeps : {true, false}) {
-      Line line{std::string(pbd ? "PBD, stiffness 0.5, " : "compliance, ") + (substeps ? "substeps" : "iterations"),
-                {}};
-      for (const double n : counts)
-        line.points.push_back(
-            {n, number(cells, "stiffness: " + line.title + formatted(", %g", n), [&] {
-               return elongation(hung_chain(0.5, pbd ? 0 : compliance, substeps ? int(n) : 1, substeps ? 1 : int(n)),
-                                 cells);
-             })});
-      lines.lines.push_back(line);
+      const std::string title =
+          std::string(pbd ? "PBD, stiffness 0.5, " : "compliance, ") + (substeps ? "substeps" : "iterations");
+      lines.lines.push_back(line_over(cells, lines, title, counts, 1, [&](double n) {
+        const int many = int(n);
+        return elongation(hung_chain(0.5, pbd ? 0 : compliance, substeps ? many : 1, substeps ? 1 : many), cells);
+      }));
     }
   Section section = lines_section(lines, rows);
   for (const Line& line : lines.lines) {
@@ -112,17 +107,15 @@ Section substeps_failure(Cells& cells, Json& rows) {
               "substeps a frame of 1/60 s",
               "RMS distance of float from double (m)",
               {}};
-  Line ours{"malha", {}}, plain{"plain sweep, v = (p - x) / h", {}};
-  for (const double n : powers(1, cells.quick() ? 32 : 4, cells.quick() ? 3 : 7)) {
-    ours.points.push_back({n, number(cells, formatted("substeps: malha, %g", n), [&] {
-                             return rms(hung_sheet(0, Precision::Float, int(n), cells) -
-                                        hung_sheet(0, Precision::Double, int(n), cells));
-                           })});
-    plain.points.push_back({n, number(cells, formatted("substeps: plain, %g", n), [&] {
-                              return rms(plain_sheet<float>(*system, order, int(n), cells) -
-                                         plain_sheet<double>(*system, order, int(n), cells));
-                            })});
-  }
+  const std::vector<double> counts = powers(1, cells.quick() ? 32 : 4, cells.quick() ? 3 : 7);
+  const Line ours = line_over(cells, lines, "malha", counts, 1, [&](double n) {
+    return rms_distance(hung_sheet(0, Precision::Float, int(n), cells),
+                        hung_sheet(0, Precision::Double, int(n), cells));
+  });
+  const Line plain = line_over(cells, lines, "plain sweep, v = (p - x) / h", counts, 1, [&](double n) {
+    return rms_distance(plain_sheet<float>(*system, order, int(n), cells),
+                        plain_sheet<double>(*system, order, int(n), cells));
+  });
   lines.lines = {ours, plain};
   Section section = lines_section(lines, rows);
   const double most = ours.points.back().first;
@@ -142,15 +135,12 @@ Section distance_failure(Cells& cells, Json& rows) {
               "distance from the origin (m)",
               "RMS distance from double at the origin (m)",
               {}};
-  const auto near = [&] { return hung_sheet(0, Precision::Double, 10, cells); };
-  const Vector truth = near();
-  for (const Precision precision : {Precision::Float, Precision::Double}) {
-    Line line{precision == Precision::Float ? "float" : "double", {}};
-    for (const double far : powers(1, cells.quick() ? 100 : 10, cells.quick() ? 3 : 6))
-      line.points.push_back({far, number(cells, formatted("distance: %s, %g", line.title.c_str(), far),
-                                         [&] { return rms(hung_sheet(far, precision, 10, cells) - truth); })});
-    lines.lines.push_back(line);
-  }
+  const Vector truth = hung_sheet(0, Precision::Double, 10, cells);
+  const std::vector<double> distances = powers(1, cells.quick() ? 100 : 10, cells.quick() ? 3 : 6);
+  for (const Precision precision : {Precision::Float, Precision::Double})
+    lines.lines.push_back(
+        line_over(cells, lines, precision == Precision::Float ? "float" : "double", distances, 1,
+                  [&](double far) { return rms_distance(hung_sheet(far, precision, 10, cells), truth); }));
   Section section = lines_section(lines, rows);
   const double most = lines.lines[0].points.back().first;
   section.sentences = {
