@@ -167,6 +167,9 @@ TEST_F(Command, EndsAtOnceOnASecondCtrlC) {
   write(scene);
   MalhaProcess process({"run", "scene.json", "--every", "1", "--threads", "1"}, folder_ / ".");
   wait_for_frame(process, folder_ / "out/scene/frames/frame_000000.vtp");
+  // Before the step the first signal would end it already. To its frame and the step's start it needs far less.
+  for (const double then = process.cpu_seconds() + 0.5; process.running() && process.cpu_seconds() < then;)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
   while (process.running()) {
     process.send(SIGINT);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));

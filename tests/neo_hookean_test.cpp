@@ -111,13 +111,9 @@ template <class R>
 std::unique_ptr<Solver> started(const Model& model, const std::function<Vec3(const Vec3&)>& elsewhere,
                                 int threads = 1) {
   std::unique_ptr<Solver> solver = make_solver(model, threads);
-  State<R> state;
-  state.steps = 0;
-  for (const Vec3& X : model.x) {
-    const Vec3 x = elsewhere(X);
-    state.x.push_back({R(x[0]), R(x[1]), R(x[2])}), state.v.push_back({0, 0, 0});
-  }
-  solver->restore(save_state(state));
+  std::vector<Vec3> places = model.x;
+  for (Vec3& x : places) x = elsewhere(x);
+  solver->restore(save_state(state_at_rest<R>(places)));
   return solver;
 }
 

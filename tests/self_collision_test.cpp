@@ -150,11 +150,9 @@ TEST(SelfCollision, WhatJamsFallsAsAnythingElse) {
   Scene scene = colliding({sheet}, 0.02, 0.3, kEarth);
   const Model model = build_model(scene);
   const auto solver = make_solver(model, 1);
-  State<double> state;
-  for (const Vec3& X : model.x) {
-    state.x.push_back({0.1 * X[0], 0.01 * std::sin(9 * X[0] + 5 * X[2]), 0.1 * X[2]});
-    state.v.push_back({0, 0, 0});
-  }
+  std::vector<Vec3> places;
+  for (const Vec3& X : model.x) places.push_back({0.1 * X[0], 0.01 * std::sin(9 * X[0] + 5 * X[2]), 0.1 * X[2]});
+  State<double> state = state_at_rest<double>(places);
   state.apart = state.x;
   solver->restore(save_state(state));
   for (int step = 0; step < 3; ++step) solver->step();

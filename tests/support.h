@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -100,6 +101,13 @@ class MalhaProcess {
   bool running() {
     if (child_ > 0 && waitpid(child_, &state_, WNOHANG) == child_) child_ = 0;
     return child_ > 0;
+  }
+  /// That it has worked for so far; only while running().
+  double cpu_seconds() const {
+    clockid_t clock{};
+    timespec time{};
+    if (clock_getcpuclockid(child_, &clock) != 0 || clock_gettime(clock, &time) != 0) return 0;
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
   }
   Ended wait() {
     if (child_ > 0) waitpid(child_, &state_, 0);

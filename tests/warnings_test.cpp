@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "host/mesh/vectors.h"
+#include "host/results/boundaries.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -12,6 +14,13 @@ namespace malha {
 namespace {
 
 std::vector<std::string> warnings_of(const Scene& scene) { return warnings(Simulation(scene, {.threads = 1}).model()); }
+
+bool warns_of(const Scene& scene, const std::string& chart) {
+  const std::vector<std::string> lines = warnings_of(scene);
+  return std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
+    return has(line, "(malha study stability, chart " + chart + ")");
+  });
+}
 
 /// One line, of this chart.
 testing::AssertionResult warns_once(const Scene& scene, const std::string& chart) {
@@ -35,25 +44,43 @@ Scene sheet_of(int n, bool pinned, const SolverSpec& solver) {
 }
 
 TEST(Warning, DoesNotComeWithDefaultSettings) {
-  for (const char* type : {"pbd", "desbrun"})
-    for (const bool pinned : {true, false}) {
-      SolverSpec solver;
-      solver.type = type;
-      EXPECT_TRUE(warnings_of(sheet_of(33, pinned, solver)).empty()) << type;
-    }
+  SolverSpec solver;
+  for (const bool pinned : {true, false}) EXPECT_TRUE(warnings_of(sheet_of(33, pinned, solver)).empty());
+  solver.type = "desbrun";
+  EXPECT_TRUE(warnings_of(sheet_of(33, false, solver)).empty());
 }
 
-TEST(WarningOfSag, ComesWhereTheSheetDoesStretchByHalfAndNotWhereItDoesNot) {
+/// The largest strain of each step of 2 s.
+double swung_strain(const Scene& scene) {
+  Simulation simulation(scene, {.threads = 1});
+  double most = 0;
+  for (int step = 0; step < 120; ++step) simulation.step(), most = std::max(most, simulation.measure().strain_max);
+  return most;
+}
+
+TEST(WarningOfSag, ComesWhereTheSwingingSheetStretchesByHalfAndNotFarFromThere) {
   SolverSpec solver;
-  solver.substeps = 1;
-  const Scene bad = sheet_of(65, true, solver);
-  EXPECT_TRUE(warns_once(bad, "masses"));
-  EXPECT_GT(after(bad, 2).measure().strain_max, 0.5);
-  EXPECT_TRUE(warnings_of(sheet_of(65, false, solver)).empty()) << "nothing holds it";
-  solver.substeps = 10;
-  const Scene good = sheet_of(65, true, solver);
-  EXPECT_TRUE(warnings_of(good).empty());
-  EXPECT_LT(after(good, 2).measure().strain_rms, 0.1);
+  for (const auto& [n, substeps] : {std::pair{17, 1}, {33, 2}, {65, 8}}) {
+    solver.substeps = substeps;
+    const Scene bad = sheet_of(n, true, solver);
+    EXPECT_TRUE(warns_once(bad, "resolution")) << n;
+    EXPECT_GT(swung_strain(bad), 0.5) << n;
+    EXPECT_TRUE(warnings_of(sheet_of(n, false, solver)).empty()) << "nothing holds it";
+    solver.substeps = 2 * substeps;
+    const Scene good = sheet_of(n, true, solver);
+    EXPECT_TRUE(warnings_of(good).empty()) << n;
+    EXPECT_LT(swung_strain(good), 0.5) << n;
+  }
+}
+
+TEST(WarningOfSag, ComesOfDefaultSettingsWhereAFineSheetHangsOnTooLittleForThem) {
+  for (const bool corners : {true, false})
+    for (const int n : {17, 100}) {
+      Scene scene = sheet_of(n, true, {});
+      if (corners) scene.bodies[0].pins = {ListPin{{0, n - 1}}};
+      EXPECT_EQ(warns_of(scene, "resolution"), n == 100);
+      EXPECT_EQ(swung_strain(scene) > 0.5, n == 100);
+    }
 }
 
 TEST(WarningOfSag, ComesOfASoftPbdStiffnessAndGoesWithLongRangeAttachments) {
@@ -71,21 +98,20 @@ TEST(WarningOfSag, NamesSubstepsThatAreEnough) {
   SolverSpec solver;
   solver.substeps = 1;
   Simulation simulation(sheet_of(65, true, solver), {.threads = 1});
-  const double strain = worst_sag(simulation.model()).strain;
+  const double strain = worst_sag(simulation.model()).swinging;
   solver.substeps = static_cast<int>(std::ceil(std::sqrt(strain / 0.5)));
   EXPECT_TRUE(has(warnings(simulation.model())[0], "take " + std::to_string(solver.substeps) + " substeps or more"));
   EXPECT_TRUE(warnings_of(sheet_of(65, true, solver)).empty());
 }
 
-TEST(WarningOfRounding, ComesWhereFloatGainsTheEnergyThatItSays) {
+TEST(WarningOfRounding, ComesWhereFloatRoundsAwayWhatASubstepFalls) {
   BodySpec chain = hung_chain({0, 0, 0}, {1, 0, 0}, 20, 0.01);
   chain.constraints = {stiff("distance", {"edges"})};
-  Scene scene = scene_of({chain}, kEarth, 1.0 / 60, 4096, Precision::Float);
-  scene.duration = 2;
+  Scene scene = scene_of({chain}, kEarth, 1.0 / 60, 256, Precision::Float);
   EXPECT_TRUE(warns_once(scene, "masses"));
   scene.solver.precision = Precision::Double;
   EXPECT_TRUE(warnings_of(scene).empty());
-  scene.solver.precision = Precision::Float, scene.solver.substeps = 512;
+  scene.solver.precision = Precision::Float, scene.solver.substeps = 128;
   EXPECT_TRUE(warnings_of(scene).empty());
 }
 
@@ -104,7 +130,7 @@ TEST(WarningOfTorque, ComesOfOtherCorrectorsOfStiffFreeBodies) {
     solver.desbrun.corrector = corrector;
     Scene scene = sheet_of(9, false, solver);  // 10 kN/m: k h^2 / m is about 200
     EXPECT_TRUE(warns_once(scene, "torque"));
-    EXPECT_TRUE(warnings_of(sheet_of(9, true, solver)).empty()) << "held";
+    EXPECT_FALSE(warns_of(sheet_of(9, true, solver), "torque")) << "held";
     scene.solver.desbrun.stiffness = corrector == Corrector::Paper ? 0.1 : 1;
     EXPECT_TRUE(warnings_of(scene).empty());
   }
@@ -112,27 +138,61 @@ TEST(WarningOfTorque, ComesOfOtherCorrectorsOfStiffFreeBodies) {
   EXPECT_TRUE(warns_once(sheet_of(9, false, solver), "torque"));
 }
 
+/// RMS distance after a quarter of a second, of a chain let go horizontally, from malha's with many substeps.
+double held_back(Scene scene) {
+  const Simulation filtered = after(scene, 0.25);
+  scene.solver.type = "pbd", scene.solver.substeps = 256, scene.solver.precision = Precision::Double;
+  const Simulation free = after(scene, 0.25);
+  double squares = 0;
+  for (std::size_t i = 0; i < free.positions().size(); ++i)
+    squares += std::pow(malha::distance(free.positions()[i], filtered.positions()[i]), 2);
+  return std::sqrt(squares / double(free.positions().size()));
+}
+
+TEST(WarningOfSwing, ComesWhereTheFilterHoldsATurningChainBackAndNotWhereItHardlyDoes) {
+  const double fallen = kEarth[1] * 0.25 * 0.25 / -2;
+  for (const double k : {100, 1000, 10000})
+    for (const int substeps : {1, 4, 16, 64, 256}) {
+      BodySpec chain = hung_chain({0, 0, 0}, {1, 0, 0}, 10, 0.01);
+      chain.constraints = {compliant("distance", 1 / k, {"edges"})};
+      Scene scene = scene_of({chain}, kEarth, 1.0 / 60, substeps);
+      scene.solver.type = "desbrun";
+      const double damping = most_damped_swing(Simulation(scene, {.threads = 1}).model()).damping;
+      // What the filter holds back of the fall grows with the damping, up to all of it.
+      if (damping > 0.2) {
+        EXPECT_TRUE(warns_once(scene, "turning")) << k << " " << substeps;
+        EXPECT_GT(held_back(scene), 0.08 * fallen) << k << " " << substeps;
+      } else {
+        EXPECT_TRUE(warnings_of(scene).empty()) << k << " " << substeps;
+        EXPECT_LT(held_back(scene), 0.2 * fallen) << k << " " << substeps;
+      }
+    }
+}
+
 TEST(WarningOfWeight, ComesWhereInternalForcesAloneAreFilteredAtLargeSteps) {
   SolverSpec solver;
   solver.type = "desbrun", solver.substeps = 1, solver.dt = 0.1, solver.desbrun.internal_only = true;
-  EXPECT_TRUE(warns_once(sheet_of(17, true, solver), "weight"));
-  EXPECT_TRUE(warnings_of(sheet_of(17, false, solver)).empty()) << "nothing is pinned";
+  EXPECT_TRUE(warns_of(sheet_of(17, true, solver), "weight"));
+  EXPECT_FALSE(warns_of(sheet_of(17, false, solver), "weight")) << "nothing is pinned";
   solver.dt = 1.0 / 60;
-  EXPECT_TRUE(warnings_of(sheet_of(17, true, solver)).empty());
+  EXPECT_FALSE(warns_of(sheet_of(17, true, solver), "weight"));
   solver.dt = 0.1, solver.desbrun.internal_only = false;
-  EXPECT_TRUE(warnings_of(sheet_of(17, true, solver)).empty());
+  EXPECT_FALSE(warns_of(sheet_of(17, true, solver), "weight"));
 }
 
-/// Of the shipped scenes only the cloth that is there to show it: without its attachments it stretches by 67 %.
-TEST(Warning, ComesOfOneShippedScene) {
-  for (const char* name : {"sheet_shear", "flag", "turning_flag", "carried_sheet", "torn_sheet", "desbrun_sheet",
-                           "pendulum", "oscillator", "cantilever", "balloon"})
+/// Of the shipped scenes only two: the cloth that shows it, which without its attachments stretches by more than a
+/// half, and the sheet of the thesis, which Desbrun's filter damps.
+TEST(Warning, ComesOfTwoShippedScenes) {
+  for (const char* name : {"sheet_shear", "flag", "turning_flag", "carried_sheet", "torn_sheet", "pendulum",
+                           "oscillator", "cantilever", "balloon", "desbrun_closed"})
     EXPECT_TRUE(warnings_of(load_shipped(name)).empty()) << name;
+  EXPECT_TRUE(warns_once(load_shipped("desbrun_sheet"), "turning"));
   const std::vector<std::string> lines = warnings_of(load_shipped("long_cloth"));
   ASSERT_EQ(lines.size(), 1u);
-  EXPECT_EQ(lines[0],
-            "body 'not held': with 2 substeps of 1 iteration what is next to its pins stretches by some 58 % under its "
-            "weight; take 3 substeps or more, or \"long_range\" (malha study stability, chart masses)");
+  EXPECT_EQ(lines[0].find("body 'not held': with 2 substeps of 1 iteration what is next to its pins stretches by some "
+                          "73 % under its weight, and up to "),
+            0u)
+      << lines[0];
 }
 
 TEST(Warning, IsALineOnStandardErrorOfRunAndPlanUnlessTheyAreToBeQuiet) {

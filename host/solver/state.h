@@ -23,6 +23,14 @@ struct State {
   std::vector<std::array<R, 3>> apart{};  // positions without crossings; empty without self-collision
 };
 
+/// Of the first step, at rest at these places (m).
+template <class R>
+State<R> state_at_rest(const std::vector<Vec3>& places) {
+  State<R> state;
+  for (const Vec3& x : places) state.x.push_back({R(x[0]), R(x[1]), R(x[2])}), state.v.push_back({0, 0, 0});
+  return state;
+}
+
 namespace detail {
 
 template <class T>

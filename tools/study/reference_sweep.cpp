@@ -41,8 +41,8 @@ std::vector<int> order_by_colour(const SpringSystem& system) {
 }
 
 template <class R>
-PlainSweep<R>::PlainSweep(const SpringSystem& system, std::vector<int> order)
-    : system_(system), order_(std::move(order)), p_(system.count()) {
+PlainSweep<R>::PlainSweep(const SpringSystem& system, std::vector<int> order, double compliance)
+    : system_(system), order_(std::move(order)), p_(system.count()), compliance_(compliance) {
   for (int i = 0; i < system.count(); ++i) {
     x_.push_back(system.start.x.segment<3>(3 * i).cast<R>());
     v_.push_back(system.start.v.segment<3>(3 * i).cast<R>());
@@ -52,7 +52,7 @@ PlainSweep<R>::PlainSweep(const SpringSystem& system, std::vector<int> order)
 
 template <class R>
 void PlainSweep<R>::substep(double h) {
-  const R step = R(h);
+  const R step = R(h), softness = R(compliance_ / (h * h));
   const Column g = system_.gravity.cast<R>();
   for (std::size_t i = 0; i < x_.size(); ++i) {
     if (w_[i] > 0) v_[i] += step * g;
@@ -63,7 +63,7 @@ void PlainSweep<R>::substep(double h) {
     const Column d = p_[a] - p_[b];
     const R length = d.norm();
     if (!(length > 0)) continue;
-    const Column move = d * ((length - R(rest)) / (length * (w_[a] + w_[b])));
+    const Column move = d * ((length - R(rest)) / (length * (w_[a] + w_[b] + softness)));
     p_[a] -= w_[a] * move, p_[b] += w_[b] * move;
   }
   for (std::size_t i = 0; i < x_.size(); ++i) v_[i] = (p_[i] - x_[i]) / step, x_[i] = p_[i];

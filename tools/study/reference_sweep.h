@@ -1,4 +1,4 @@
-// A plain Gauss-Seidel sweep of hard distance constraints, one constraint after the other in any given order: what
+// A plain Gauss-Seidel sweep of distance constraints, one constraint after the other in any given order: what
 // Position Based Dynamics with substeps does without malha's patches, colours and packs.
 #pragma once
 #include <vector>
@@ -13,11 +13,12 @@ std::vector<int> order_from_pins(const SpringSystem& system);
 /// All springs by colour, greedily, those of a colour without a common particle.
 std::vector<int> order_by_colour(const SpringSystem& system);
 
-/// x += h v, with v += h g; one sweep (Müller et al. 2006, stiffness 1); v = (p - x) / h. In numbers of type R.
+/// x += h v, with v += h g; one sweep (Müller et al. 2006, stiffness 1; with a compliance, m/N, Macklin et al. 2016);
+/// v = (p - x) / h. In numbers of type R.
 template <class R>
 class PlainSweep {
  public:
-  PlainSweep(const SpringSystem& system, std::vector<int> order);
+  PlainSweep(const SpringSystem& system, std::vector<int> order, double compliance = 0);
   void substep(double h);
   State state() const;
 
@@ -27,6 +28,7 @@ class PlainSweep {
   std::vector<int> order_;
   std::vector<Column> x_, v_, p_;
   std::vector<R> w_;  // 1/kg
+  double compliance_;
 };
 
 }  // namespace malha::study

@@ -110,8 +110,7 @@ Section torque_failure(Cells& cells, Json& rows) {
                                 formatted(" at k h^2 / m = %.2g.", x));
   section.sentences.push_back(
       "What guards: the default corrector, which uses the inertia of the body; run and plan warn where another one is "
-      "asked "
-      "for and half would be lost in 10 steps, or refined too little.");
+      "asked for and half would be lost in 10 steps, or refined too little.");
   return section;
 }
 
@@ -156,8 +155,8 @@ Section turning_failure(Cells& cells, Json& rows) {
   }
   section.sentences.push_back(
       "A corrector of the whole body's momentum does not see parts that turn against each other, nor pinned bodies. "
-      "What "
-      "guards: \"refine\" where k h^2 / m is small, substeps, or XPBD.");
+      "What guards: \"refine\" where k h^2 / m is small, substeps, or XPBD; run and plan warn where the filter damps "
+      "what swings about its pins by more than a fifth of the critical.");
   return section;
 }
 

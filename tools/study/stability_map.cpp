@@ -23,6 +23,11 @@ double place(const Axis& axis, double value) {
   return v.size() < 2 ? 0 : double(k - 1) + std::log(value / v[k - 1]) / std::log(v[k] / v[k - 1]);
 }
 
+/// The height at which a place on the axis is drawn: the smallest value is the lowest.
+double height(const Axis& axis, double place) {
+  return axis.values.back() < axis.values.front() ? double(axis.values.size() - 1) - place : place;
+}
+
 /// What is drawn where: panels stand in a grid of places, each of them as large as the largest.
 class Sketch {
  public:
@@ -51,6 +56,8 @@ class Sketch {
       if (!cells_[k].empty())
         chart.series.push_back(
             {cells_[k], formatted("with boxxyerror fs solid 1 noborder lc rgb '%s'", colours[k]), kVerdicts[k]});
+    if (!warned_.empty())
+      chart.series.push_back({warned_, "with points pt 7 ps 0.5 lc rgb '#222222'", "malha run warns"});
     if (!edges_.empty()) chart.series.push_back({edges_, "with lines lw 3 lc rgb '#222222'", "boundary, by bisection"});
     int colour = 0;
     for (const auto& [line, points] : theory_)
@@ -74,13 +81,18 @@ class Sketch {
     for (std::size_t k = 0; k < panel.x.values.size(); ++k)
       label(short_number(panel.x.values[k]), left + double(k), low - 0.5 - 0.6 * line_, "center font ',9'");
     for (std::size_t k = 0; k < panel.y.values.size(); ++k)
-      label(short_number(panel.y.values[k]), left - 0.5 - 0.08 * gap_, low + double(k), "right font ',9'");
+      label(short_number(panel.y.values[k]), left - 0.5 - 0.08 * gap_, low + height(panel.y, double(k)),
+            "right font ',9'");
     for (std::size_t c = 0; c < panel.columns.size(); ++c) {
       const Json& column = panel.columns[c];
-      for (std::size_t k = 0; k < column["verdicts"].size(); ++k)
-        cells_[column["verdicts"][k].get<int>()] += formatted("%g %g 0.48 0.48\n", left + double(c), low + double(k));
+      for (std::size_t k = 0; k < column["verdicts"].size(); ++k) {
+        const double y = low + height(panel.y, double(k));
+        cells_[column["verdicts"][k].get<int>()] += formatted("%g %g 0.48 0.48\n", left + double(c), y);
+        if (column["warned"][k].get<bool>()) warned_ += formatted("%g %g\n", left + double(c), y);
+      }
       for (const Json& edge : column["edges"]) {
-        const double y = (place(panel.y, edge[0].get<double>()) + place(panel.y, edge[1].get<double>())) / 2;
+        const double y =
+            height(panel.y, (place(panel.y, edge[0].get<double>()) + place(panel.y, edge[1].get<double>())) / 2);
         edges_ += formatted("%g %g\n%g %g\n\n", left + double(c) - 0.48, low + y, left + double(c) + 0.48, low + y);
       }
     }
@@ -99,7 +111,8 @@ class Sketch {
     for (std::size_t k = 0; k + 1 < line.points.size(); ++k) {
       const auto& [x0, y0] = line.points[k];
       const auto& [x1, y1] = line.points[k + 1];
-      const double a0 = place(panel.x, x0), a1 = place(panel.x, x1), b0 = place(panel.y, y0), b1 = place(panel.y, y1);
+      const double a0 = place(panel.x, x0), a1 = place(panel.x, x1);
+      const double b0 = height(panel.y, place(panel.y, y0)), b1 = height(panel.y, place(panel.y, y1));
       const int first = k == 0 ? -parts / 2 : 0, last = k + 2 == line.points.size() ? parts + parts / 2 : parts;
       for (int part = first; part <= last; ++part) {
         const double t = double(part) / parts, b = b0 + t * (b1 - b0);
@@ -112,7 +125,7 @@ class Sketch {
 
   int across_, rows_ = 0;
   double wide_ = 0, high_ = 0, line_ = 0, gap_ = 0;  // of a panel with what is around it; in cells
-  std::string labels_, edges_;
+  std::string labels_, edges_, warned_;
   std::array<std::string, 3> cells_;
   std::vector<std::pair<std::string, std::string>> theory_;
 };
@@ -120,15 +133,17 @@ class Sketch {
 }  // namespace
 
 Json column(const Axis& y, bool whole, const std::function<Outcome(double y)>& trial) {
-  Json found{
-      {"verdicts", Json::array()}, {"strains", Json::array()}, {"gains", Json::array()}, {"edges", Json::array()}};
+  Json found = Json::object();
+  for (const char* list : {"verdicts", "strains", "rms", "gains", "warned", "edges"}) found[list] = Json::array();
   std::vector<Verdict> verdicts;
   for (const double value : y.values) {
     const Outcome outcome = trial(value);
     verdicts.push_back(outcome.verdict);
     found["verdicts"].push_back(int(outcome.verdict));
     found["strains"].push_back(outcome.strain);
+    found["rms"].push_back(outcome.rms);
     found["gains"].push_back(outcome.gain);
+    found["warned"].push_back(outcome.warned);
   }
   for (std::size_t k = 0; k + 1 < verdicts.size(); ++k) {
     const bool holds = verdicts[k] == Verdict::Stable;
@@ -170,6 +185,19 @@ Table map_table(const std::vector<Panel>& panels) {
   return table;
 }
 
+std::string warned_sentence(const std::vector<Panel>& panels) {
+  int count[2][2]{};  // [fails][warned]
+  for (const Panel& panel : panels)
+    for (const Json& column : panel.columns)
+      for (std::size_t k = 0; panel.ours && k < column["verdicts"].size(); ++k)
+        ++count[column["verdicts"][k] != int(Verdict::Stable)][column["warned"][k].get<bool>()];
+  return formatted(
+      "malha run warns (dots) of %d of the %d settings that fail by malha's methods, and of %d of the %d that hold, "
+      "because of "
+      "what other charts show: the filter's damping, rounding.",
+      count[1][1], count[1][0] + count[1][1], count[0][1], count[0][0] + count[0][1]);
+}
+
 void add_rows(const std::string& map, const std::vector<Panel>& panels, Json& rows) {
   for (const Panel& panel : panels)
     for (std::size_t k = 0; k < panel.columns.size(); ++k) {
@@ -184,8 +212,10 @@ void add_rows(const std::string& map, const std::vector<Panel>& panels, Json& ro
       for (std::size_t j = 0; j < panel.y.values.size(); ++j) {
         row["y"] = panel.y.values[j];
         row["verdict"] = kVerdicts[column["verdicts"][j].get<int>()];
-        row["rms_strain"] = column["strains"][j];
+        row["largest_strain"] = column["strains"][j];
+        row["rms_strain"] = column["rms"][j];
         row["energy_gain"] = column["gains"][j];
+        row["warned"] = column["warned"][j];
         rows.push_back(row);
       }
     }

@@ -80,26 +80,30 @@ Section masses_map(Cells& cells, Json& rows) {
     theory.points.push_back({ratio, substeps_for(3 * ratio, kLength / kLinks, kWrongStrain)});
   struct Way {
     const char *title, *counted;
-    SolverSpec solver;
+    bool springs = false;
+    SolverSpec solver = {};
   };
-  std::vector<Way> ways(5);
+  std::vector<Way> ways{{"PBD, double", "substeps"},
+                        {"PBD, float", "substeps"},
+                        {"PBD, 1 substep", "iterations"},
+                        {"PBD, 10 substeps", "iterations"},
+                        {"XPBD, 1 % springs", "substeps", true},
+                        {"Desbrun, 1 % springs", "substeps", true}};
   for (Way& way : ways) way.solver.precision = Precision::Double;
-  ways[0].title = "PBD, double", ways[0].counted = "substeps";
-  ways[1].title = "PBD, float", ways[1].counted = "substeps", ways[1].solver.precision = Precision::Float;
-  ways[2].title = "PBD, 1 substep", ways[2].counted = "iterations", ways[2].solver.substeps = 1;
-  ways[3].title = "PBD, 10 substeps", ways[3].counted = "iterations", ways[3].solver.substeps = 10;
-  ways[4].title = "Desbrun, 1 % springs", ways[4].counted = "substeps", ways[4].solver.type = "desbrun";
+  ways[1].solver.precision = Precision::Float;
+  ways[2].solver.substeps = 1, ways[3].solver.substeps = 10, ways[5].solver.type = "desbrun";
   std::vector<Panel> panels;
   for (const Way& way : ways) {
     Panel panel{way.title, x, {way.counted, counts}, {}};
-    const bool substeps = way.counted == std::string("substeps"), springs = way.solver.type == "desbrun";
-    if (substeps && !springs) panel.theory = {theory};
+    const bool substeps = way.counted == std::string("substeps");
+    if (substeps && way.solver.type == "pbd") panel.theory = {theory};
     for (const double ratio : x.values)
       panel.columns.push_back(cells(formatted("masses: %s, 1:%g", way.title, ratio), [&] {
         return column(panel.y, true, [&](double count) {
           SolverSpec solver = way.solver;
           (substeps ? solver.substeps : solver.iterations) = int(count);
-          return hung(ratio, solver, springs ? 0.01 * kLength / kLinks / (ratio * kLight * kGravity) : 0, cells);
+          return hung(ratio, solver, way.springs ? 0.01 * kLength / kLinks / ((ratio + kLinks) * kLight * kGravity) : 0,
+                      cells);
         });
       }));
     panels.push_back(panel);
@@ -109,11 +113,11 @@ Section masses_map(Cells& cells, Json& rows) {
       "A chain of %d links (1 m) is let go horizontally for 2 s in steps of 1/60 s, its last particle R times as heavy "
       "as each of the others. A link that bears the weight of n particles is left 2 n g h^2 too long by one sweep a "
       "substep h: each of its ends moves by half of that, and it must undo the fall. What swings down bears three "
-      "times "
-      "its weight.",
+      "times its weight.",
       kLinks)};
   for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
-  section.chart = map_chart("masses", "A weight at the end of a chain", panels, 5);
+  section.sentences.push_back(warned_sentence(panels));
+  section.chart = map_chart("masses", "A weight at the end of a chain", panels, 3);
   section.table = map_table(panels);
   add_rows("masses", panels, rows);
   return section;
@@ -126,26 +130,37 @@ Section resolution_map(Cells& cells, Json& rows) {
       quick ? std::vector<double>{16, 4, 1} : std::vector<double>{64, 32, 16, 8, 4, 2, 1};
   TheoryLine theory{"one sweep leaves 2 (n / 3) g h^2 / l = 50 %, at rest", {}};
   for (const double n : x.values) theory.points.push_back({n, substeps_for(n / 3, 2 / (n - 1), kWrongStrain)});
-  std::vector<Panel> panels{{"PBD, held at one row", x, {"substeps", counts}, {}, {theory}},
-                            {"PBD, held at two corners", x, {"substeps", counts}, {}},
-                            {"PBD, 1 substep, one row", x, {"iterations", counts}, {}},
-                            {"Desbrun, one row, 10 kN/m", x, {"substeps", counts}, {}}};
-  for (std::size_t p = 0; p < panels.size(); ++p)
+  struct Way {
+    const char *title, *counted;
+    bool corners, springs = false, filtered = false;
+  };
+  std::vector<Panel> panels;
+  for (const Way& way :
+       {Way{"PBD, held at one row", "substeps", false}, Way{"PBD, two corners", "substeps", true},
+        Way{"PBD, 1 substep, one row", "iterations", false}, Way{"XPBD 10 kN/m, one row", "substeps", false, true},
+        Way{"XPBD 10 kN/m, two corners", "substeps", true, true},
+        Way{"Desbrun 10 kN/m, two corners", "substeps", true, true, true}}) {
+    Panel panel{way.title, x, {way.counted, counts}, {}};
+    if (panels.empty()) panel.theory = {theory};
     for (const double n : x.values)
-      panels[p].columns.push_back(cells(formatted("resolution: %s, %g", panels[p].title.c_str(), n), [&] {
-        return column(panels[p].y, true, [&](double count) {
+      panel.columns.push_back(cells(formatted("resolution: %s, %g", way.title, n), [&] {
+        return column(panel.y, true, [&](double count) {
           SolverSpec solver;
-          solver.substeps = p == 2 ? 1 : int(count), solver.iterations = p == 2 ? int(count) : 1;
-          if (p == 3) solver.type = "desbrun", solver.desbrun.filter = FilterKind::Sparse;
-          return sheet(int(n), solver, p == 1, p == 3 ? 1e-4 : 0, cells);
+          const bool substeps = way.counted == std::string("substeps");
+          solver.substeps = substeps ? int(count) : 1, solver.iterations = substeps ? 1 : int(count);
+          if (way.filtered) solver.type = "desbrun", solver.desbrun.filter = FilterKind::Sparse;
+          return sheet(int(n), solver, way.corners, way.springs ? 1e-4 : 0, cells);
         });
       }));
+    panels.push_back(panel);
+  }
   Section section{"Resolution, by substeps", {}, {}, {}};
   section.sentences = {
       "A sheet of 2 m and 1 kg is let go horizontally for 2 s in steps of 1/60 s. The edge and the two diagonals that "
       "hold each particle next to the row bear a column of n particles."};
   for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
-  section.chart = map_chart("resolution", "A hanging sheet: particles a side and substeps", panels, 4);
+  section.sentences.push_back(warned_sentence(panels));
+  section.chart = map_chart("resolution", "A hanging sheet: particles a side and substeps", panels, 3);
   section.table = map_table(panels);
   add_rows("resolution", panels, rows);
   return section;

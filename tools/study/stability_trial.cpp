@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/results/warnings.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 
@@ -10,12 +11,13 @@ namespace malha::study {
 
 namespace {
 
-Sample sample_of(const Measures& m) { return {m.strain_rms, m.kinetic + m.potential}; }
+Sample sample_of(const Measures& m) { return {m.strain_max, m.strain_rms, m.kinetic + m.potential}; }
 
 }  // namespace
 
 Outcome judge(const Trial& trial, const Cells& cells) {
   Outcome outcome;
+  outcome.warned = trial.warned;
   const double start = trial.sample().energy;
   const int every = (trial.steps + 199) / 200;
   try {
@@ -24,12 +26,14 @@ Outcome judge(const Trial& trial, const Cells& cells) {
       if (step % every != 0 && step != trial.steps) continue;
       cells.go_on();
       const Sample now = trial.sample();
-      if (!(now.strain <= kLostStrain) || !std::isfinite(now.energy)) {
+      const double gain = (now.energy - start) / trial.scale;
+      if (!std::isfinite(now.rms) || !(gain <= kLostGain)) {
         outcome.verdict = Verdict::Diverged;
         return outcome;
       }
       outcome.strain = std::max(outcome.strain, now.strain);
-      outcome.gain = std::max(outcome.gain, (now.energy - start) / trial.scale);
+      outcome.rms = std::max(outcome.rms, now.rms);
+      outcome.gain = std::max(outcome.gain, gain);
     }
   } catch (const Diverged&) {
     outcome.verdict = Verdict::Diverged;
@@ -45,25 +49,26 @@ int steps_of(double seconds, double step, int most) {
 
 Trial malha_trial(const Scene& scene, int steps, double scale) {
   const auto simulation = std::make_shared<Simulation>(scene, SimulationOptions{.threads = 1});
-  return {[simulation] { simulation->step(); }, [simulation] { return sample_of(simulation->measure()); }, steps,
-          scale};
+  return {[simulation] { simulation->step(); }, [simulation] { return sample_of(simulation->measure()); }, steps, scale,
+          !warnings(simulation->model()).empty()};
 }
 
 Trial malha_trial(const Model& model, int steps, double scale) {
   const auto own = std::make_shared<Model>(model);
   const std::shared_ptr<Solver> solver = make_solver(*own, 1);
-  return {[own, solver] { solver->step(); }, [own, solver] { return sample_of(solver->measure()); }, steps, scale};
+  return {[own, solver] { solver->step(); }, [own, solver] { return sample_of(solver->measure()); }, steps, scale,
+          !warnings(*own).empty()};
+}
+
+Sample sample_of(const SpringSystem& system, const State& state) {
+  const Vector strain = system.strains(state.x);
+  return {strain.cwiseAbs().maxCoeff(), strain.norm() / std::sqrt(static_cast<double>(strain.size())),
+          balance(system, state).energy()};
 }
 
 Trial reference_trial(const SpringSystem& system, std::function<void(State&)> advance, int steps, double scale) {
   const auto state = std::make_shared<State>(system.start);
-  return {
-      [state, advance] { advance(*state); },
-      [state, &system] {
-        const Vector strain = system.strains(state->x);
-        return Sample{strain.norm() / std::sqrt(static_cast<double>(strain.size())), balance(system, *state).energy()};
-      },
-      steps, scale};
+  return {[state, advance] { advance(*state); }, [state, &system] { return sample_of(system, *state); }, steps, scale};
 }
 
 Scene hanging_sheet(int n, double side, double mass, double compliance) {

@@ -12,7 +12,8 @@ namespace malha::study {
 enum class Verdict { Stable, Wrong, Diverged };
 
 struct Sample {
-  double strain = 0;  // RMS of |l / l0 - 1|
+  double strain = 0;  // the largest |l / l0 - 1|
+  double rms = 0;     // their RMS
   double energy = 0;  // J, of motion and height: bodies at rest length at the start never have more than then
 };
 
@@ -20,19 +21,21 @@ struct Trial {
   std::function<void()> step;
   std::function<Sample()> sample;
   int steps = 1;
-  double scale = 1;  // J: what the body can fall by
+  double scale = 1;     // J: what the body can fall by
+  bool warned = false;  // `malha run` warns of its settings
 };
 
 struct Outcome {
   Verdict verdict = Verdict::Stable;
-  double strain = 0;  // the most of all samples
-  double gain = 0;    // the most energy above the start's, over `scale`
+  double strain = 0, rms = 0;  // the most of all samples
+  double gain = 0;             // the most energy above the start's, over `scale`
+  bool warned = false;
 };
 
-inline constexpr double kWrongStrain = 0.5, kWrongGain = 0.05, kLostStrain = 1e3;
+inline constexpr double kWrongStrain = 0.5, kWrongGain = 0.05, kLostGain = 10;
 
-/// Diverged: no longer finite, or with an RMS strain above kLostStrain. Wrong: above kWrongStrain, or the energy has
-/// grown by more than kWrongGain. At most 200 samples.
+/// Diverged: no longer finite, or the energy has grown by more than kLostGain. Wrong: some strain is above
+/// kWrongStrain, or the energy has grown by more than kWrongGain. At most 200 samples.
 Outcome judge(const Trial& trial, const Cells& cells);
 
 /// Steps that take at least `seconds`, at least 200; but at most `most`.
@@ -41,6 +44,9 @@ int steps_of(double seconds, double step, int most);
 /// The same bodies, by malha on one thread. `model`: of a scene, perhaps with other masses.
 Trial malha_trial(const Scene& scene, int steps, double scale);
 Trial malha_trial(const Model& model, int steps, double scale);
+
+/// Of a state of springs; strains against lengths at rest.
+Sample sample_of(const SpringSystem& system, const State& state);
 
 /// By an integrator that takes a state one step further.
 Trial reference_trial(const SpringSystem& system, std::function<void(State&)> advance, int steps, double scale);

@@ -1,0 +1,180 @@
+#include "host/results/boundaries.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "host/mesh/vectors.h"
+#include "host/results/resolution.h"
+#include "host/solver/stiffness.h"
+
+namespace malha {
+
+namespace {
+
+double substep(const Model& model) { return model.scene.solver.dt / model.scene.solver.substeps; }
+
+double gravity(const Model& model) {
+  const Vec3& g = model.scene.gravity;
+  return std::hypot(g[0], g[1], g[2]);
+}
+
+/// The body of each particle, in the solver's order.
+std::vector<int> bodies_of(const Model& model) {
+  std::vector<int> body(model.user_of.size());
+  const std::vector<int>& begin = model.look.body_begin;
+  for (std::size_t i = 0; i < body.size(); ++i)
+    body[i] = static_cast<int>(std::upper_bound(begin.begin(), begin.end(), model.user_of[i]) - begin.begin()) - 1;
+  return body;
+}
+
+/// Whether each particle is pinned at the start.
+std::vector<bool> pinned_at_start(const Model& model) {
+  std::vector<bool> pinned;
+  for (const double w : model.w) pinned.push_back(w == 0);
+  for (const MovedPins& pins : model.moved)
+    for (const int i : pins.particles) pinned[i] = true;
+  return pinned;
+}
+
+bool names(const BodySpec& body, const char* type) {
+  return std::any_of(body.constraints.begin(), body.constraints.end(),
+                     [type](const ConstraintSpec& spec) { return spec.type == type; });
+}
+
+/// Of each particle the length of a way of fewest springs to a pinned one, m; infinite where there is none.
+std::vector<double> distances_from(const std::vector<bool>& pinned, const std::vector<SpringSet>& springs) {
+  const std::size_t count = pinned.size();
+  std::vector<int> begin(count + 1);
+  for (const SpringSet& set : springs)
+    for (const Edge& ends : set.ends) ++begin[ends[0]], ++begin[ends[1]];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::pair<int, double>> next(begin[count]);
+  for (const SpringSet& set : springs)
+    for (std::size_t s = 0; s < set.ends.size(); ++s) {
+      const auto& [a, b] = set.ends[s];
+      next[--begin[a]] = {b, set.rest[s]}, next[--begin[b]] = {a, set.rest[s]};
+    }
+  std::vector<double> away(count, std::numeric_limits<double>::infinity());
+  std::vector<int> front;
+  for (std::size_t i = 0; i < count; ++i)
+    if (pinned[i]) away[i] = 0, front.push_back(static_cast<int>(i));
+  for (std::size_t k = 0; k < front.size(); ++k)
+    for (int n = begin[front[k]]; n < begin[front[k] + 1]; ++n)
+      if (const auto& [j, length] = next[n]; std::isinf(away[j])) away[j] = away[front[k]] + length, front.push_back(j);
+  return away;
+}
+
+}  // namespace
+
+Sag worst_sag(const Model& model) {
+  struct Hung {
+    double mass = 0, end_mass = 0, stiffness = 0;             // of all movable particles; a sum; the largest
+    double length = std::numeric_limits<double>::infinity();  // the shortest
+    int paths = 0;                                            // constraints between a pinned and a movable particle
+  };
+  Sag worst;
+  const SolverSpec& solver = model.scene.solver;
+  if (solver.type != "pbd" || gravity(model) == 0) return worst;
+  std::vector<Hung> hung(model.scene.bodies.size());
+  const std::vector<int> body = bodies_of(model);
+  const std::vector<bool> pinned = pinned_at_start(model);
+  for (std::size_t i = 0; i < body.size(); ++i)
+    if (!pinned[i]) hung[body[i]].mass += 1 / model.w[i];
+  for (const ConstraintSet& set : model.sets) {
+    if (set.type != "distance") continue;
+    const double k =
+        set.compliance ? 1 : stiffness_per_projection(set.stiffness, double(solver.substeps) * solver.iterations);
+    for (int c = 0; c < set.count(); ++c) {
+      int a = set.particles[2 * c], b = set.particles[2 * c + 1];
+      if (pinned[a] == pinned[b]) continue;
+      if (pinned[a]) std::swap(a, b);
+      Hung& of = hung[body[a]];
+      ++of.paths, of.length = std::min(of.length, distance(model.x[a], model.x[b])), of.end_mass += 1 / model.w[a];
+      of.stiffness = std::max(of.stiffness, k);
+    }
+  }
+  const double fall = gravity(model) * substep(model) * substep(model);
+  const std::vector<int>& faces = model.look.face_begin;
+  for (std::size_t b = 0; b < hung.size(); ++b) {
+    const Hung& of = hung[b];
+    if (of.paths == 0 || of.stiffness == 0 || names(model.scene.bodies[b], "long_range")) continue;
+    const double strain = 2 * of.mass / of.end_mass * fall / (of.length * solver.iterations * of.stiffness);
+    const double swinging = strain * std::max(3.5, std::sqrt(of.paths / 2.0));
+    if (swinging > worst.swinging)
+      worst = {strain, swinging, static_cast<int>(b), of.stiffness<1, faces[b + 1]> faces[b]};
+  }
+  return worst;
+}
+
+double unrounded_fall(const Model& model) {
+  const double fall = gravity(model) * substep(model) * substep(model);
+  if (fall == 0 || model.scene.solver.type != "pbd" || model.sets.empty())
+    return std::numeric_limits<double>::infinity();
+  return 2 * fall / resolution(model, model.look.points).spacing;
+}
+
+double free_stiffness(const Model& model) {
+  const std::vector<int> body = bodies_of(model);
+  const std::vector<bool> pinned = pinned_at_start(model);
+  std::vector<bool> held(model.scene.bodies.size());
+  for (std::size_t i = 0; i < body.size(); ++i)
+    if (pinned[i]) held[body[i]] = true;
+  double most = 0;
+  for (const SpringSet& set : model.springs)
+    for (std::size_t s = 0; s < set.ends.size(); ++s) {
+      const auto& [a, b] = set.ends[s];
+      if (!held[body[a]]) most = std::max(most, set.stiffness[s] * (model.w[a] + model.w[b]) / 2);
+    }
+  return most * substep(model) * substep(model);
+}
+
+double pinned_fall(const Model& model) {
+  const std::vector<bool> pinned = pinned_at_start(model);
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const SpringSet& set : model.springs)
+    for (std::size_t s = 0; s < set.ends.size(); ++s)
+      if (const auto& [a, b] = set.ends[s]; pinned[a] != pinned[b] && set.rest[s] > 0)
+        shortest = std::min(shortest, set.rest[s]);
+  return gravity(model) * substep(model) * substep(model) / shortest;
+}
+
+Swing most_damped_swing(const Model& model) {
+  struct Hung {
+    double mass = 0, length = 0, inertia = 0, turned = 0,
+           held = 0;  // sums of m, m d, m d^2, k (d_i - d_j)^2, k at pins
+  };
+  Swing worst;
+  if (gravity(model) == 0 || model.springs.empty()) return worst;
+  const std::vector<int> body = bodies_of(model);
+  const std::vector<bool> pinned = pinned_at_start(model);
+  const std::vector<double> away = distances_from(pinned, model.springs);
+  std::vector<Hung> hung(model.scene.bodies.size());
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    if (pinned[i] || std::isinf(away[i])) continue;
+    Hung& of = hung[body[i]];
+    const double m = 1 / model.w[i], d = away[i];
+    of.mass += m, of.length += m * d, of.inertia += m * d * d;
+  }
+  for (const SpringSet& set : model.springs)
+    for (std::size_t s = 0; s < set.ends.size(); ++s) {
+      const auto& [a, b] = set.ends[s];
+      if (std::isinf(away[a]) || std::isinf(away[b])) continue;
+      Hung& of = hung[body[a]];
+      of.turned += set.stiffness[s] * (away[a] - away[b]) * (away[a] - away[b]);
+      if (pinned[a] != pinned[b]) of.held += set.stiffness[s];
+    }
+  const double h = substep(model);
+  for (std::size_t b = 0; b < hung.size(); ++b) {
+    const Hung& of = hung[b];
+    if (of.inertia == 0) continue;
+    const double back = h * h * of.held / of.mass, decay = h * of.turned / of.inertia;
+    const double damping = decay / (2 * std::sqrt(gravity(model) * of.length / of.inertia)) *
+                           std::pow(back / (1 + back), model.scene.solver.desbrun.refine);
+    if (damping > worst.damping) worst = {damping, static_cast<int>(b)};
+  }
+  return worst;
+}
+
+}  // namespace malha

@@ -1,0 +1,44 @@
+// On which side of the known boundaries of the methods a scene's settings lie, in numbers. `malha study stability`
+// measured the boundaries; its charts are named here.
+#pragma once
+#include "host/model/model.h"
+
+namespace malha {
+
+/// What one substep's projections leave of an error between particles that weigh the same, where each constraint next
+/// to the pins of a body bears `load` times their weight: the strain 2 load g h^2 / (l iterations k), because each end
+/// moves by half of what a link is too long by, times PBD's stiffness k a projection, and that must undo the load's
+/// fall. Where the body swings down from the level: three to four times that, and at the ends of a row of pins as much
+/// as the root of half of its n constraints (measured; charts masses, resolution). 0 without pins, and with long-range
+/// attachments.
+struct Sag {
+  double strain = 0, swinging = 0;  // at rest, and as it swings
+  int body = 0;
+  bool soft = false;      // for its stiffness: k < 1
+  bool of_faces = false;  // a sheet's or a surface's
+};
+Sag worst_sag(const Model& model);
+
+/// What gravity adds to a place in a substep, g h^2, over half the spacing of the numbers there: below 1 it is rounded
+/// away, energy drifts, and more substeps are worse (charts masses, substeps). Infinite without constraints or gravity.
+double unrounded_fall(const Model& model);
+
+/// The largest k h^2 / m of the springs of bodies without pins (Desbrun's method; chart torque).
+double free_stiffness(const Model& model);
+
+/// How the filter damps what swings about pins (Desbrun's method; chart turning): springs that turn by a velocity
+/// difference u take h k u of it as if it stretched them. Of particles at distances d from the nearest pin along
+/// springs that turn as one, velocities d, the rate of decay is h sum k (d_i - d_j)^2 / sum m d^2, twice the ratio of
+/// damping times the frequency sqrt(g sum m d / sum m d^2). Each refinement takes of it what the filter lets through,
+/// the part s / (1 + s) of a fall that h^2 / m sum k of the springs next to pins, s, holds back. 0 without pins or
+/// gravity.
+struct Swing {
+  double damping = 0;  // of the critical
+  int body = 0;
+};
+Swing most_damped_swing(const Model& model);
+
+/// The largest g h^2 / l of the springs next to pins (Desbrun's method; chart weight).
+double pinned_fall(const Model& model);
+
+}  // namespace malha
