@@ -7,11 +7,11 @@
 #include <numeric>
 
 #include "host/base/point_array.h"
-#include "host/error.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
 #include "host/solver/solver.h"
 #include "tests/numbers.h"
+#include "tests/refusal.h"
 #include "tests/small_scenes.h"
 
 namespace malha {
@@ -182,15 +182,9 @@ TEST(Air, OnBodiesWithoutFacesIsRefused) {
   Scene scene = scene_of({particle({0, 0, 0})}, kEarth, 0.01);
   scene.file = "s.json";
   scene.wind = air();
-  try {
-    const Simulation simulation(scene, {.threads = 1});
-    FAIL() << "not refused";
-  } catch (const InputError& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "s.json: /wind/density: found air on the faces of bodies without faces; allowed: a body with faces, or "
-        "'drag' alone");
-  }
+  EXPECT_EQ(refusal([&] { Simulation(scene, {.threads = 1}); }),
+            "s.json: /wind/density: found air on the faces of bodies without faces; allowed: a body with faces, or "
+            "'drag' alone");
 }
 
 /// Two bodies and one of two parts: damping takes each part's own deformation and leaves the other body alone.

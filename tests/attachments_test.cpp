@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "host/collision/pose.h"
-#include "host/error.h"
 #include "host/results/plan.h"
 #include "host/solver/solver.h"
+#include "tests/refusal.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -145,41 +145,36 @@ TEST(Attachments, ArePlannedAndReported) {
   EXPECT_NE(simulation.report("finished").find("\"attachment\""), std::string::npos);
 }
 
-std::string refusal(Scene scene) {
+std::string tie_refusal(Scene scene) {
   scene.file = "s.json";
-  try {
-    Simulation simulation(scene, {.threads = 1});
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return refusal([&] { Simulation(scene, {.threads = 1}); });
 }
 
 TEST(Attachments, ToWhatIsNotThereAreRefused) {
   Scene scene = tied_to_a_mesh();
   scene.bodies[0].attachments[0].environment = "bux";
-  EXPECT_EQ(refusal(scene),
+  EXPECT_EQ(tie_refusal(scene),
             "s.json: /bodies/0/attachments/0/to/environment: found unknown environment object 'bux' (did you mean "
             "'box'?); allowed: box");
   scene.environment.clear();
   EXPECT_EQ(
-      refusal(scene),
+      tie_refusal(scene),
       "s.json: /bodies/0/attachments/0/to/environment: found unknown environment object 'bux'; allowed: one of the "
       "scene's environment, which has none");
   scene = tied_to_a_mesh();
   scene.bodies[0].attachments[0].at = SpherePin{{9, 9, 9}, 1};
   EXPECT_EQ(
-      refusal(scene),
+      tie_refusal(scene),
       "s.json: /bodies/0/attachments/0/at: found no particle there; allowed: an attachment of a particle (rows are "
       "for grids and chains)");
   scene = tied_to_a_mesh();
   scene.bodies[0].pins = {RowPin{}};
   EXPECT_EQ(
-      refusal(scene),
+      tie_refusal(scene),
       "s.json: /bodies/0/attachments/0: found particle 0, which another pin or rigid attachment holds too; allowed: "
       "one for a particle that moves or is released");
   scene.bodies[0].attachments[0].stiffness = 0.5;
-  EXPECT_EQ(refusal(scene),
+  EXPECT_EQ(tie_refusal(scene),
             "s.json: /bodies/0/attachments/0/at: found pinned particles alone; allowed: at least one that can move");
 }
 

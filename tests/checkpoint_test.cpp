@@ -9,10 +9,10 @@
 #include <functional>
 #include <iterator>
 
-#include "host/error.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"
 #include "tests/numbers.h"
+#include "tests/refusal.h"
 #include "tests/scene_builders.h"
 
 namespace malha {
@@ -57,12 +57,7 @@ struct CheckpointFile : testing::Test {
   /// Why this file cannot be read for this scene; empty if it can.
   std::string refusal(const Scene& scene) const { return refusal(build_model(scene)); }
   std::string refusal(const Model& model) const {
-    try {
-      read_checkpoint(path, model);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    return malha::refusal([&] { read_checkpoint(path, model); });
   }
 };
 

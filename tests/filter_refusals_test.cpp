@@ -4,6 +4,7 @@
 #include "host/base/memory_size.h"
 #include "host/solver/solver.h"
 #include "tests/filter_reference.h"
+#include "tests/refusal.h"
 
 namespace malha {
 namespace {
@@ -11,12 +12,7 @@ namespace {
 /// What the InputError says that the scene is refused with; "" where it is taken.
 std::string filter_refusal(Scene scene) {
   scene.file = "test.json";
-  try {
-    const Simulation simulation(scene, {.threads = 1});
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return refusal([&] { Simulation(scene, {.threads = 1}); });
 }
 
 class SingularSystem : public testing::TestWithParam<std::tuple<FilterKind, std::optional<Storage>>> {
@@ -107,12 +103,8 @@ TEST(ADenseFilter, ThatDoesNotFitIntoMemoryIsRefusedBeforeItIsOrderedOrFactoredA
   const SpringSystem system = spring_system(model, 0.01);
   bool began = false;
   const ShowProgress progress = [&](const char*, double) { began = true; };
-  std::string said;
-  try {
-    make_filter<Serial, float>(Serial{widest_instructions()}, 1, model, system, progress);
-  } catch (const InputError& error) {
-    said = error.what();
-  }
+  const std::string said =
+      refusal([&] { make_filter<Serial, float>(Serial{widest_instructions()}, 1, model, system, progress); });
   EXPECT_EQ(
       said.find("test.json: /solver/filter: found a dense filter of 1.86e+03 GiB for 1000000 particles in 1 body; "
                 "allowed: what fits into the "),

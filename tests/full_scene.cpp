@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "host/error.h"
 #include "host/scene.h"
+#include "tests/refusal.h"
 
 namespace malha {
 
@@ -95,12 +95,7 @@ std::string changed_scene(const std::string& pointer, const std::string& value) 
 }
 
 std::string scene_refusal(const std::string& text) {
-  try {
-    parse_scene(text, "s.json", "");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return refusal([&] { parse_scene(text, "s.json", ""); });
 }
 
 }  // namespace malha

@@ -3,31 +3,21 @@
 #include <gtest/gtest.h>
 
 #include "host/base/near_miss.h"
-#include "host/error.h"
 #include "host/scene/json_reader.h"
+#include "tests/refusal.h"
 
 namespace malha {
 namespace {
 
 std::string refusal_of_text(const std::string& text) {
-  try {
-    parse_json(text, "a.json");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return refusal([&] { parse_json(text, "a.json"); });
 }
 
 // The refusal when `read` reads `text` as a value.
 template <class Read>
 std::string refusal_of_value(const std::string& text, Read&& read) {
   const JsonValue value = parse_json(text, "a.json");
-  try {
-    read(JsonReader(value, "a.json", "/x"));
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return refusal([&] { read(JsonReader(value, "a.json", "/x")); });
 }
 
 TEST(ParseJson, ReadsEveryKindOfValue) {

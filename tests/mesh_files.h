@@ -1,4 +1,4 @@
-// What the tests of meshes share: files that vanish, and what a refusal said.
+// What the tests of meshes share: files that vanish, and numbers in binary ones.
 #pragma once
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "host/error.h"
 #include "host/mesh.h"
+#include "tests/refusal.h"
 
 namespace malha {
 
@@ -35,17 +35,6 @@ class MeshFiles : public testing::Test {
 
   std::filesystem::path folder_;
 };
-
-/// What the InputError said that `act` threw; "" where it threw none.
-template <class Act>
-std::string refusal(Act act) {
-  try {
-    act();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 /// Appends a value's bytes.
 template <class T>

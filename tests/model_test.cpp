@@ -9,10 +9,10 @@
 #include <fstream>
 #include <numeric>
 
-#include "host/error.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
 #include "host/solver/solver.h"
+#include "tests/refusal.h"
 #include "tests/scene_builders.h"
 
 namespace malha {
@@ -21,12 +21,7 @@ namespace {
 const GridShape kGrid{{1, 1}, {4, 4}};
 
 std::string model_refusal(const Scene& scene) {
-  try {
-    build_model(scene);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return refusal([&] { build_model(scene); });
 }
 
 /// Solver's index of each particle in the user's order.

@@ -6,6 +6,7 @@
 #include "host/collision/pose.h"
 #include "host/results/plan.h"
 #include "host/solver/solver.h"
+#include "tests/refusal.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -151,12 +152,7 @@ TEST(MovedPins, ArePlannedAndReported) {
 }
 
 std::string run_refusal(const Scene& scene) {
-  try {
-    Simulation simulation(scene, {.threads = 1});
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return refusal([&] { Simulation(scene, {.threads = 1}); });
 }
 
 TEST(MovedPins, AreRefusedWhereTheyContradictEachOtherOrTheMethod) {

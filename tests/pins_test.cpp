@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "host/error.h"
 #include "host/mesh/generate.h"
+#include "tests/refusal.h"
 #include "tests/scene_builders.h"
 
 namespace malha {
@@ -24,13 +24,8 @@ std::vector<int> held(const Shape& shape, std::vector<Pin> pins) {
   return found;
 }
 
-std::string pins_refusal(const Shape& shape, std::vector<Pin> pins) {
-  try {
-    held(shape, std::move(pins));
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+std::string pins_refusal(const Shape& shape, const std::vector<Pin>& pins) {
+  return refusal([&] { held(shape, pins); });
 }
 
 using List = std::vector<int>;

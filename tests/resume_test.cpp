@@ -1,5 +1,6 @@
 // A run that stops and goes on is the run that never stopped, bit by bit; and nothing else can be gone on with.
 #include "host/results/run.h"
+#include "tests/refusal.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
 
@@ -114,14 +115,9 @@ class ResumeRefuses : public testing::Test {
 
   std::string refusal(const Json& scene, const RunOptions& options) {
     const auto before = files_in(out_);
-    std::string message;
-    try {
-      run_quietly(scene, options);
-    } catch (const InputError& error) {
-      message = error.what();
-    }
+    const std::string said = malha::refusal([&] { run_quietly(scene, options); });
     EXPECT_TRUE(files_in(out_) == before);
-    return message;
+    return said;
   }
 
   TemporaryFolder folder_;

@@ -8,9 +8,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "host/error.h"
 #include "host/scene/constraint_kinds.h"
 #include "tests/full_scene.h"
+#include "tests/refusal.h"
 
 namespace malha {
 namespace {
@@ -182,13 +182,8 @@ TEST(LoadScene, ResolvesMeshPathsAgainstTheScenesFolder) {
 
 TEST(LoadScene, RefusesAMissingFileAndAFolder) {
   const std::string missing = (fs::temp_directory_path() / "malha_no_such_scene.json").string();
-  try {
-    load_scene(missing);
-    FAIL() << "accepted";
-  } catch (const InputError& error) {
-    EXPECT_EQ(std::string(error.what()),
-              missing + ": cannot read: No such file or directory; allowed: a readable scene file (JSON)");
-  }
+  EXPECT_EQ(refusal([&] { load_scene(missing); }),
+            missing + ": cannot read: No such file or directory; allowed: a readable scene file (JSON)");
   EXPECT_THROW(load_scene(fs::temp_directory_path().string()), InputError);
 }
 

@@ -6,10 +6,10 @@
 #include <numeric>
 #include <set>
 
-#include "host/error.h"
 #include "host/mesh/topology.h"
 #include "host/results/run.h"
 #include "host/solver/solver.h"
+#include "tests/refusal.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -210,14 +210,9 @@ TEST(Tearing, WritesFramesOfTheMeshAsItIs) {
 TEST(Tearing, IsRefusedWithAFormatThatHoldsOneMesh) {
   Scene scene = pulled(0.9);
   scene.file = "s.json", scene.outputs.every = 1, scene.outputs.formats = {"vtp", "pc2"};
-  try {
-    build_model(scene);
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_STREQ(error.what(),
-                 "s.json: /outputs/frames/formats: found pc2, which holds one mesh for all frames, of a scene that "
-                 "tears; allowed: vtp, ply, obj");
-  }
+  EXPECT_EQ(refusal([&] { build_model(scene); }),
+            "s.json: /outputs/frames/formats: found pc2, which holds one mesh for all frames, of a scene that "
+            "tears; allowed: vtp, ply, obj");
 }
 
 }  // namespace
