@@ -78,5 +78,29 @@ TEST(CommandLine, AnswersEverySlipInOneLine) {
   EXPECT_EQ(files_in(folder / ".").size(), 1u);
 }
 
+// An empty path is a variable that was never set; where it would mean the default folder, that would be replaced.
+TEST(CommandLine, RefusesAnEmptyPath) {
+  const TemporaryFolder folder;
+  folder.write("scene.json", swinging_sheet(false).dump());
+  for (std::vector<std::string> words :
+       std::vector<std::vector<std::string>>{{"run", "scene.json", "--out"},
+                                             {"bench", "projection", "--out"},
+                                             {"bench", "filter", "--json"},
+                                             {"bench", "constraints", "--out"},
+                                             {"bench", "self", "--out"},
+                                             {"study", "accuracy", "--quick", "--out"},
+                                             {"tune", "scene.json", "--error", "1", "--out"},
+                                             {"tune", "scene.json", "--error", "1", "--json"}}) {
+    const std::string option = words.back(), command = words[0] + (words[0] == "bench" ? " " + words[1] : "");
+    words.emplace_back("");
+    const Ended ended = malha_command(words, folder / ".");
+    EXPECT_EQ(ended.status, 2);
+    EXPECT_EQ(ended.err, "malha " + command + ": " + option + ": found \"\"; allowed: a path, not empty; see malha " +
+                             command + " --help\n");
+    EXPECT_EQ(ended.out, "");
+  }
+  EXPECT_EQ(files_in(folder / ".").size(), 1u);
+}
+
 }  // namespace
 }  // namespace malha

@@ -43,6 +43,7 @@ void add_executor(CLI::App& command, Arguments& arguments) {
 
 void add_results(CLI::App& command, Arguments& arguments) {
   command.add_option("--out", arguments.out, "Folder of the results; out/NAME-OF-THE-SCENE-FILE if not given")
+      ->check(some_path())
       ->type_name("FOLDER");
   CLI::Option* steps =
       command.add_option("--steps", arguments.steps, "Stop at step N, instead of at the end of the scene's duration");
@@ -149,6 +150,7 @@ void add_tune(CLI::App& app, Arguments& arguments) {
   CLI::App* tune = add_tune(app, arguments.tune);
   add_scene(*tune, arguments);
   tune->add_option("--out", arguments.out, "The tuned scene; out/NAME-OF-THE-SCENE-FILE_tuned.json if not given")
+      ->check(some_path())
       ->type_name("FILE");
   tune->add_option("--threads", arguments.threads, "Threads; as many as there are cores if not given")
       ->check(whole_number(1, 1024))

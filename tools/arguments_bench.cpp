@@ -47,8 +47,9 @@ void add_measuring(CLI::App& command, Options& options, const std::string& name)
                   "Seconds of each of them, at least; " + shown(options.seconds) + " if not given")
       ->check(duration())
       ->type_name("S");
-  command.add_option("--json", options.json, "Write the rows here too")->type_name("FILE");
+  command.add_option("--json", options.json, "Write the rows here too")->check(some_path())->type_name("FILE");
   command.add_option("--out", options.out, "Folder of the results; out/bench_" + name + " if not given")
+      ->check(some_path())
       ->type_name("FOLDER");
   command.group("Benchmarks");
   command.set_help_flag("-h,--help", "Print this help");

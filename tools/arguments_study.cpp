@@ -50,6 +50,7 @@ void add_study(CLI::App& app, study::Options& options) {
       ->type_name("");
   study->add_flag("--quick", options.quick, "Smaller cases and fewer points: the facts, in seconds");
   study->add_option("--out", options.out, "Folder of the results; out/study, or out/study_quick, if not given")
+      ->check(some_path())
       ->type_name("FOLDER");
   study->add_flag("--keep", options.keep, "Take cells that another build of malha has finished, too");
   study->footer(

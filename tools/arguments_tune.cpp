@@ -16,7 +16,9 @@ CLI::App* add_tune(CLI::App& app, TuneArguments& tune) {
   command->add_option("--seconds", tune.seconds, "Simulated time; the scene's duration, at most 1 s, if not given")
       ->check(duration())
       ->type_name("S");
-  command->add_option("--json", tune.json, "All that was tried, with all numbers, as JSON too")->type_name("FILE");
+  command->add_option("--json", tune.json, "All that was tried, with all numbers, as JSON too")
+      ->check(some_path())
+      ->type_name("FILE");
   command->footer(
       "Where the particles truly are is said by the scene's own method in double, at twice the substeps until that\n"
       "moves them by less than E / 4. Motion that never converges (chaos) cannot be tuned to such an error.\n"

@@ -48,6 +48,11 @@ inline CLI::Validator above_zero(const std::string& unit) {
 /// Seconds.
 inline CLI::Validator duration() { return above_zero("s"); }
 
+/// A path: of a file or folder that may not be there yet.
+inline CLI::Validator some_path() {
+  return {[](const std::string& text) { return text.empty() ? found(text, "a path, not empty") : ""; }, ""};
+}
+
 /// One of `words`, which must outlive the validator.
 inline CLI::Validator one_of(const std::vector<std::string>& words) {
   return {[&words](const std::string& text) {
