@@ -38,47 +38,50 @@ std::vector<Crew> lines(int side, bool weak) {
 
 std::vector<double> numbers(const Json& json) { return json.get<std::vector<double>>(); }
 
-/// A row a number of threads, with what it is worth beside one thread.
-void add_rows(const char* kind, const ClothMethod& method, int side, const Json& cell, Json& rows) {
-  const Json base{{"kind", kind}, {"method", method.name}, {"side", side}, {"left_out", nullptr}};
-  if (cell.contains("left_out")) {
-    rows.push_back(base);
-    rows.back()["left_out"] = cell["left_out"];
-    return;
+Json row_of(const Json& base, const ClothMethod& method, const Json& line, const Json& one) {
+  const int t = line["threads"].get<int>();
+  const double step = bench::median(numbers(line["step_s"]));
+  const double faster = bench::median_ratio(numbers(one["step_s"]), numbers(line["step_s"]));
+  Json row = base;
+  row["threads"] = t, row["particles"] = line["particles"], row["step_ms"] = step * 1e3;
+  row["times_as_fast"] = faster, row["efficiency"] = base["kind"] == "weak" ? faster : faster / t;
+  row["undisturbed_step_s"] = line["least_step_s"];
+  row["undisturbed_times_as_fast"] = one["least_step_s"].get<double>() / line["least_step_s"].get<double>();
+  row["setup_s"] = line["setup_s"], row["hash"] = line["hash"];
+  row["imbalance_by_patches"] = imbalance(line["patches"].get<int>(), line["phases"].get<int>(), t);
+  const char* largest = method.desbrun ? "filter" : "visits";
+  const double pass = line["passes_s"].value(largest, step);
+  row["gb_per_s"] = line["must_move_bytes"].get<double>() / pass / 1e9, row["triad_gb_per_s"] = line["triad_gb_per_s"];
+  row["phases"] = line["phases"];
+  for (const auto& [name, seconds] : line["passes_s"].items()) {
+    row[name + "_ms"] = seconds.get<double>() * 1e3;
+    if (one["passes_s"].contains(name))
+      row[name + "_times_as_fast"] = one["passes_s"][name].get<double>() / seconds.get<double>();
   }
-  const Json& one = cell["lines"][0];
-  const bool weak = std::string(kind) == "weak";
-  std::vector<int> threads;
-  std::vector<double> medians;
-  const std::size_t first = rows.size();
-  for (const Json& line : cell["lines"]) {
-    const int t = line["threads"].get<int>();
-    const double step = bench::median(numbers(line["step_s"]));
-    const double faster = bench::median_ratio(numbers(one["step_s"]), numbers(line["step_s"]));
-    threads.push_back(t), medians.push_back(step);
-    Json row = base;
-    row["threads"] = t, row["particles"] = line["particles"], row["step_ms"] = step * 1e3;
-    row["times_as_fast"] = faster, row["efficiency"] = weak ? faster : faster / t;
-    row["undisturbed_step_s"] = line["least_step_s"];
-    row["undisturbed_times_as_fast"] = one["least_step_s"].get<double>() / line["least_step_s"].get<double>();
-    row["setup_s"] = line["setup_s"], row["hash"] = line["hash"], row["load_average"] = cell["load_average"];
-    row["imbalance_by_patches"] = imbalance(line["patches"].get<int>(), line["phases"].get<int>(), t);
-    const char* largest = method.desbrun ? "filter" : "visits";
-    const double pass = line["passes_s"].value(largest, step), triad = line["triad_gb_per_s"].get<double>();
-    row["gb_per_s"] = line["must_move_bytes"].get<double>() / pass / 1e9, row["triad_gb_per_s"] = triad;
-    row["phases"] = line["phases"];
-    for (const auto& [name, seconds] : line["passes_s"].items()) {
-      row[name + "_ms"] = seconds.get<double>() * 1e3;
-      if (one["passes_s"].contains(name))
-        row[name + "_times_as_fast"] = one["passes_s"][name].get<double>() / seconds.get<double>();
-    }
-    rows.push_back(row);
-  }
-  if (weak) return;
-  for (std::size_t k = first; k < rows.size(); ++k) rows[k]["serial_share"] = serial_share(threads, medians);
+  return row;
 }
 
 }  // namespace
+
+Json scaling_rows(const std::string& kind, const ClothMethod& method, int side, const Json& cell) {
+  Json base{{"kind", kind}, {"method", method.name}, {"side", side}, {"left_out", nullptr}};
+  if (cell.contains("left_out")) {
+    base["left_out"] = cell["left_out"];
+    return Json::array({base});
+  }
+  base["load_average"] = cell["load_average"];
+  Json rows = Json::array();
+  std::vector<int> threads;
+  std::vector<double> medians;
+  for (const Json& line : cell["lines"]) {
+    rows.push_back(row_of(base, method, line, cell["lines"][0]));
+    threads.push_back(line["threads"].get<int>()), medians.push_back(bench::median(numbers(line["step_s"])));
+  }
+  if (kind == "weak") return rows;
+  const std::optional<double> share = serial_share(threads, medians);
+  for (Json& row : rows) row["serial_share"] = share ? Json(*share) : Json(nullptr);
+  return rows;
+}
 
 Findings run_scaling(Cells& cells) {
   const bool quick = cells.quick();
@@ -96,10 +99,9 @@ Findings run_scaling(Cells& cells) {
     for (const ClothMethod& method : cloth_methods())
       for (const int side : weak ? weak_sides(method, quick) : strong_sides(method, quick)) {
         const char* kind = weak ? "weak" : "strong";
-        add_rows(kind, method, side,
-                 cells(std::string(kind) + ": " + method.name + ", " + grouped(side * side) + " particles",
-                       [&] { return scaling_cell(method, lines(side, weak), cells); }),
-                 findings.rows);
+        const Json cell = cells(std::string(kind) + ": " + method.name + ", " + grouped(side * side) + " particles",
+                                [&] { return scaling_cell(method, lines(side, weak), cells); });
+        for (const Json& row : scaling_rows(kind, method, side, cell)) findings.rows.push_back(row);
       }
   findings.sections = scaling_sections(findings.rows, variable("OMP_PROC_BIND") + ", " + variable("OMP_PLACES"));
   return findings;

@@ -12,7 +12,6 @@
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "kernels/compute.h"
-#include "tools/bench/counts.h"
 #include "tools/bench/machine.h"
 #include "tools/bench/turns.h"
 
@@ -36,6 +35,7 @@ struct Runner {
   std::array<std::vector<double>, kPassNames.size()> passes;  // s a step, one a turn
 
   void turn(double enough) {
+    simulation->step();  // OpenMP lets threads go, and starts others, where the last team had another number
     const auto before = simulation->solver().pass_seconds();
     const std::int64_t first = simulation->steps();
     const auto step = [&] { least = std::min(least, seconds([&] { simulation->step(); })); };
@@ -85,11 +85,10 @@ double least(const std::vector<double>& all) { return *std::min_element(all.begi
 
 }  // namespace
 
-std::vector<int> scaling_threads() {
-  const int cores = std::max(2, bench::cores());
-  std::vector<int> all;
-  for (int t = 1; t < cores; t *= 2) all.push_back(t);
-  all.push_back(cores);
+std::vector<int> scaling_threads(int cores) {
+  std::vector<int> all{1};
+  for (int t = 2; t < cores; t *= 2) all.push_back(t);
+  all.push_back(std::max(2, cores));
   return all;
 }
 
@@ -140,13 +139,16 @@ Json launch_costs(int threads, bool quick) {
           {"barrier_us", std::max(0.0, least(with) - least(alone)) / launches * 1e6}};
 }
 
-double serial_share(const std::vector<int>& threads, const std::vector<double>& seconds) {
+std::optional<double> serial_share(const std::vector<int>& threads, const std::vector<double>& seconds) {
   double above = 0, below = 0;
   for (std::size_t k = 1; k < threads.size(); ++k) {
     const double part = 1.0 / threads[k];
     above += (seconds[k] / seconds[0] - part) * (1 - part), below += (1 - part) * (1 - part);
   }
-  return above / below;
+  const double share = above / below;
+  constexpr double rounding = 1e-12;
+  if (!(share >= -rounding && share <= 1 + rounding)) return std::nullopt;
+  return std::clamp(share, 0.0, 1.0);
 }
 
 double imbalance(int patches, int phases, int threads) {

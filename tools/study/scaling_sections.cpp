@@ -61,16 +61,24 @@ Chart chart(const std::vector<std::vector<Json>>& all, const std::string& name, 
   return chart;
 }
 
-/// "1.8 of 2 (PBD, 10 substeps, 289), ...": the lines on the most threads.
-std::string on_most_threads(const std::vector<std::vector<Json>>& all, const std::string& of, const char* format,
-                            double times = 1) {
+/// "0.12", or why there is none.
+std::string share_of(const Json& row) {
+  return row["serial_share"].is_null() ? "not fitted" : formatted("%.2f", number(row, "serial_share"));
+}
+
+/// "1.8 (PBD, 10 substeps, 289), ...": what `said` says of each line on the most threads.
+template <class Said>
+std::string on_most_threads(const std::vector<std::vector<Json>>& all, const Said& said) {
   std::string line;
   for (const auto& group : all) {
     const Json& last = group.back();
-    line += (line.empty() ? "" : ", ") + formatted(format, times * number(last, of)) + " (" + method_of(last) + ", " +
-            count_of(last) + ")";
+    line += (line.empty() ? "" : ", ") + said(last) + " (" + method_of(last) + ", " + count_of(last) + ")";
   }
   return line;
+}
+std::string on_most_threads(const std::vector<std::vector<Json>>& all, const std::string& of, const char* format,
+                            double times = 1) {
+  return on_most_threads(all, [&](const Json& row) { return formatted(format, times * number(row, of)); });
 }
 
 Section strong(const Json& rows, const std::string& pinning) {
@@ -97,7 +105,7 @@ Section strong(const Json& rows, const std::string& pinning) {
       section.table.rows.push_back(
           {method_of(row), count_of(row), row["threads"].dump(), formatted("%.4g", number(row, "step_ms")),
            formatted("%.2f", number(row, "times_as_fast")), formatted("%.2f", number(row, "undisturbed_times_as_fast")),
-           formatted("%.0f %%", 100 * number(row, "efficiency")), formatted("%.2f", number(row, "serial_share")),
+           formatted("%.0f %%", 100 * number(row, "efficiency")), share_of(row),
            formatted("%.1f", number(row, "gb_per_s")), formatted("%.1f", number(row, "triad_gb_per_s")),
            formatted("%.2f", number(row, "imbalance_by_patches")), formatted("%.3g", number(row, "setup_s"))});
     }
@@ -114,7 +122,9 @@ Section strong(const Json& rows, const std::string& pinning) {
       formatted(
           "The share that more threads do not speed up, fitted to all of them (of two numbers of threads: what the "
           "second one says): ") +
-          on_most_threads(all, "serial_share", "%.2f") + ". Negative: faster than threads alone explain.",
+          on_most_threads(all, share_of) +
+          ". Not fitted: no share from 0 to 1 is the best, because more threads are faster than their number, or "
+          "slower than one.",
       std::string("The states after the same steps are ") + (same ? "the same bits" : "NOT the same bits") +
           " on every number of threads."};
   section.chart = chart(all, "strong", "Strong scaling: the same cloth on more threads", "times as fast as one thread",
