@@ -1,5 +1,8 @@
 // The registry: one include and one name a constraint. Colouring, batching, scenes, reports and tests iterate it.
 #pragma once
+#include <type_traits>
+
+#include "kernels/built.h"
 #include "kernels/constraints/bending.h"
 #include "kernels/constraints/distance.h"
 #include "kernels/constraints/distance_limit.h"
@@ -11,8 +14,13 @@ namespace malha {
 
 template <class... Kinds>
 struct KindList {};
+template <class... A, class... B>
+KindList<A..., B...> operator+(KindList<A...>, KindList<B...>);
 
-using ConstraintKinds = KindList<Distance, DistanceLimit, Bending, IsometricBending, Volume, NeoHookean>;
+template <class... Kinds>
+using Built = decltype((KindList<>() + ... + std::conditional_t<built(Kinds::name), KindList<Kinds>, KindList<>>()));
+
+using ConstraintKinds = Built<Distance, DistanceLimit, Bending, IsometricBending, Volume, NeoHookean>;
 
 /// Calls f(Kind{}) for every kind, in the order in which they are projected.
 template <class F, class... Kinds>

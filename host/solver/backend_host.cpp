@@ -1,6 +1,7 @@
 // The solvers instantiated for the executors of the host. A GPU backend is one more file like this one, compiled by
 // its own compiler.
 #include "host/solver/desbrun.h"
+#include "host/solver/part.h"
 #include "host/solver/pbd.h"
 
 namespace malha {
@@ -9,14 +10,23 @@ namespace {
 
 template <class R, class Executor>
 std::unique_ptr<Solver> make(const Model& model, const Executor& executor, int threads, const ShowProgress& progress) {
-  if (model.scene.solver.type == "desbrun")
-    return std::make_unique<Desbrun<Executor, R>>(model, executor, threads, progress);
+  if (model.scene.solver.type == "desbrun") {
+    if constexpr (!built("desbrun"))
+      refuse_unbuilt();
+    else
+      return std::make_unique<Desbrun<Executor, R>>(model, executor, threads, progress);
+  }
   return std::make_unique<Pbd<Executor, R>>(model, executor, threads);
 }
 
 template <class Executor>
 std::unique_ptr<Solver> make(const Model& model, const Executor& executor, int threads, const ShowProgress& progress) {
-  if (model.scene.solver.precision == Precision::Double) return make<double>(model, executor, threads, progress);
+  if (model.scene.solver.precision == Precision::Double) {
+    if constexpr (!built("double"))
+      refuse_unbuilt();
+    else
+      return make<double>(model, executor, threads, progress);
+  }
   return make<float>(model, executor, threads, progress);
 }
 

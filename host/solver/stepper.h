@@ -18,6 +18,7 @@
 #include "host/solver/long_range.h"
 #include "host/solver/measure.h"
 #include "host/solver/moved_pins.h"
+#include "host/solver/part.h"
 #include "host/solver/pressure.h"
 #include "host/solver/sleeper.h"
 #include "host/solver/solver.h"
@@ -295,14 +296,14 @@ class Stepper : public Solver {
 
   Array<Executor, R> w_;
   std::vector<Pressure<Executor, R>> pressures_;
-  std::optional<LongRange<Executor, R>> long_range_;
-  std::optional<MovedPinSets<Executor, R>> moved_;
-  std::optional<Attachments<Executor, R>> attachments_;
-  std::optional<Limits<Executor, R>> breakable_;  // edges that tear
-  std::optional<Collider<Executor, R>> collider_;
-  std::optional<Air<Executor, R>> air_;
-  std::optional<Sleeper<Executor, R>> sleeper_;
-  std::optional<SelfCollider<Executor, R>> self_;
+  Part<LongRange<Executor, R>, built("long_range")> long_range_;
+  Part<MovedPinSets<Executor, R>, built("motion")> moved_;
+  Part<Attachments<Executor, R>, built("attachments")> attachments_;
+  Part<Limits<Executor, R>, built("tear")> breakable_;  // edges that tear
+  Part<Collider<Executor, R>, built("environment")> collider_;
+  Part<Air<Executor, R>, built("air")> air_;
+  Part<Sleeper<Executor, R>, built("sleep")> sleeper_;
+  Part<SelfCollider<Executor, R>, built("self_collision")> self_;
   std::array<double, kPassNames.size()> seconds_{};
 };
 
