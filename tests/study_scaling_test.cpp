@@ -61,8 +61,16 @@ TEST(StudyScaling, RunsOnMoreThreadsThanCoresToo) {
   static const std::atomic<bool> no_stop{false};
   const TemporaryFolder folder;
   Cells cells(folder / "cells.jsonl", {}, true, no_stop);
-  const Json cell = scaling_cell(cloth_methods()[0], {{1, 50}, {5, 50}}, cells);
-  EXPECT_EQ(cell["lines"][0]["hash"], cell["lines"][1]["hash"]);
+  for (const ClothMethod& method : cloth_methods()) {
+    const Json cell = scaling_cell(method, {{1, 50}, {3, 50}, {8, 50}}, cells);
+    const Json rows = scaling_rows("strong", method, 50, cell);
+    ASSERT_EQ(rows.size(), 3u);
+    for (const Json& row : rows) {
+      EXPECT_EQ(row["hash"], rows[0]["hash"]) << row["threads"];
+      EXPECT_GT(row["times_as_fast"].get<double>(), 0);
+    }
+    EXPECT_EQ(scaling_sections(rows, "not pinned").front().table.rows[2][2], "8");
+  }
 }
 
 TEST(SerialShare, IsFoundFromTimesThatFollowAmdahl) {
