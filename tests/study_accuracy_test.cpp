@@ -7,6 +7,7 @@
 #include "tests/quick_study.h"
 #include "tests/support.h"
 #include "tools/study/accuracy.h"
+#include "tools/study/accuracy_cases.h"
 #include "tools/study/accuracy_points.h"
 #include "tools/study/reference_catenary.h"
 #include "tools/study/reference_steps.h"
@@ -32,7 +33,7 @@ const Json& row_of(const std::string& of, const std::string& series, const std::
 }
 
 TEST(StudyAccuracy, FindsTheOrdersOfTheIntegrators) {
-  for (const char* of : {"oscillator", "orbit", "sheet7", "shell", "chain"}) {
+  for (const char* of : {"oscillator", "orbit", "sheet7", "drum7", "shell", "chain"}) {
     const Points points = quick_points(of);
     EXPECT_NEAR(order_of(points, "RK4"), 4, 0.3) << of;
     EXPECT_NEAR(order_of(points, "XPBD, substeps, double"), 1, 0.35) << of << ": as backward Euler, which it solves";
@@ -51,7 +52,7 @@ TEST(StudyAccuracy, FindsThatXpbdOfOneSpringIsBackwardEuler) {
 }
 
 TEST(StudyAccuracy, FindsThatIterationsAndRefineLeadToBackwardEulerAndNoFurther) {
-  for (const char* of : {"sheet7", "shell", "chain"}) {
+  for (const char* of : {"sheet7", "drum7", "shell", "chain"}) {
     const Points points = quick_points(of);
     const double one = point_of(points, "backward Euler, Newton", "1 a frame").error;
     // Iterations leave out how gradients turn within a step; that is a part of what the step itself errs by.
@@ -62,7 +63,7 @@ TEST(StudyAccuracy, FindsThatIterationsAndRefineLeadToBackwardEulerAndNoFurther)
 }
 
 TEST(StudyAccuracy, FindsThatSubstepsAreMoreAccurateThanIterationsAtEqualWork) {
-  for (const char* of : {"oscillator", "orbit", "sheet7", "shell", "chain", "beam"}) {
+  for (const char* of : {"oscillator", "orbit", "sheet7", "drum7", "shell", "chain", "beam"}) {
     const Points points = quick_points(of);
     const Point& substeps = point_of(points, "XPBD, substeps, double", "64x1");
     const Point& iterations = point_of(points, "XPBD, iterations", "1x64");
@@ -94,10 +95,66 @@ TEST(StudyAccuracy, FindsWhoKeepsMomentumOfAFreeBody) {
   }
 }
 
+TEST(StudyAccuracy, KnowsAfterFiveSecondsWhereATautSheetIs) {
+  for (const Json& row : quick_accuracy().rows)
+    if (row["case"] == "drum7") EXPECT_LT(row["truth_known_to_m"], 1e-9) << row["time_s"];
+  const Points late = quick_points("drum7", 5);
+  EXPECT_LT(point_of(late, "RK4", "128 a frame").error, 1e-8);
+  EXPECT_NEAR(order_of(late, "RK4"), 4, 0.3);
+  const Point& cheap = point_of(late, "XPBD, substeps, double", "16x1");
+  const Point& dear = point_of(late, "XPBD, substeps, double", "256x1");
+  EXPECT_LT(dear.error, cheap.error / 4) << "no chaos hides what substeps gain";
+}
+
+TEST(StudyAccuracy, KeepsAllSpringsOfATautSheetUnderTension) {
+  for (const AccuracyCase& of : accuracy_cases(true)) {
+    if (!of.taut) continue;
+    const auto system = system_of(of);
+    State state = system->start;
+    double sunk = 0;
+    for (int step = 0; step < 5 * 60 * 64; ++step) {
+      rk4(*system, kFrame / 64, state);
+      ASSERT_GT(system->strains(state.x).minCoeff(), 0.05) << "of 0.11 at the start; step " << step;
+      sunk = std::max(sunk, -state.x.minCoeff());
+    }
+    EXPECT_GT(sunk, 0.05) << "it does move";
+  }
+}
+
+// Undamped, each step multiplies a mode's energy by 1 + (omega h)^2.
+TEST(StudyAccuracy, FindsThatExplicitEulerGainsTheEnergyOfTheory) {
+  const Points points = quick_points("oscillator");
+  for (const int n : {64, 256}) {
+    const std::string settings = std::to_string(n) + " a frame";
+    const double h = kFrame / n, growth = std::pow(1 + 1000 * h * h, 60 * n) - 1;  // omega^2 = 1000 / s^2
+    EXPECT_NEAR(point_of(points, "explicit Euler", settings).energy, growth, 1e-9 * growth) << n;
+    EXPECT_LT(std::abs(point_of(points, "symplectic Euler", settings).energy), std::sqrt(1000) * h / 2) << n;
+  }
+  for (const char* of : {"oscillator", "orbit", "shell", "chain", "drum7"}) {
+    const Points all = quick_points(of);
+    EXPECT_GT(point_of(all, "explicit Euler", "256 a frame").energy, 0) << of;
+    EXPECT_GT(point_of(all, "explicit Euler", "256 a frame").error,
+              2 * point_of(all, "symplectic Euler", "256 a frame").error)
+        << of;
+  }
+}
+
+TEST(StudyAccuracy, FindsThatDoubleDoesNotGivePbdAStiffness) {
+  for (const char* of : {"sheet7", "drum7", "chain"}) {
+    const Points points = quick_points(of);
+    for (const char* settings : {"1x1", "1x16", "1x64"}) {
+      const double in_double = point_of(points, "PBD, iterations, double", settings).error;
+      EXPECT_GT(in_double, 0.01) << of << " " << settings;
+      EXPECT_NEAR(point_of(points, "PBD, iterations, float", settings).error, in_double, 1e-3) << of << " " << settings;
+    }
+  }
+}
+
 TEST(StudyAccuracy, FindsThatExplicitEulerDivergesBeyondItsStepAndTheOthersDoNot) {
   // 451 rad/s in steps of 1/60 s: 2 / omega_max takes 4 substeps.
   EXPECT_EQ(row_of("sheet7", "symplectic Euler", "1 a frame")["status"], "diverged");
   EXPECT_EQ(row_of("sheet7", "symplectic Euler", "4 a frame")["status"], "finished");
+  EXPECT_EQ(row_of("sheet7", "explicit Euler", "16 a frame")["status"], "diverged") << "which has no such step";
   for (const Json& row : quick_accuracy().rows) {
     if (!row["ours"].get<bool>() || row["series"].get<std::string>().ends_with("paper")) continue;
     EXPECT_EQ(row["status"], "finished") << row["key"];
@@ -110,7 +167,7 @@ TEST(StudyAccuracy, FindsTheElasticCatenary) {
   for (const char* settings : {"1, r = 0", "64, r = 0"})
     EXPECT_NEAR(point_of(points, "Desbrun, substeps", settings).error, own, 1e-5) << "whatever the step";
   EXPECT_NEAR(point_of(points, "XPBD, substeps, double", "256x1").error, own, 1e-5);
-  EXPECT_GT(point_of(points, "PBD, iterations", "1x64").error, 0.05) << "which knows no stiffness in N/m";
+  EXPECT_GT(point_of(points, "PBD, iterations, float", "1x64").error, 0.05) << "which knows no stiffness in N/m";
 }
 
 TEST(StudyAccuracy, SaysWhoIsCheapestAndDrawsACostAndAWorkChartACase) {
@@ -122,7 +179,7 @@ TEST(StudyAccuracy, SaysWhoIsCheapestAndDrawsACostAndAWorkChartACase) {
     EXPECT_FALSE(section.chart->series.empty()) << section.title;
     for (const auto& row : section.table.rows) EXPECT_EQ(row.size(), section.table.columns.size());
   }
-  for (const char* of : {"oscillator", "orbit", "sheet7", "shell", "chain", "catenary", "beam", "sunk_beam"})
+  for (const char* of : {"oscillator", "orbit", "sheet7", "drum7", "shell", "chain", "catenary", "beam", "sunk_beam"})
     EXPECT_TRUE(charts.contains(std::string(of) + "_cost") && charts.contains(std::string(of) + "_work")) << of;
 }
 

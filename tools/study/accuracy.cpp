@@ -15,9 +15,9 @@ std::string settings(const Method& method) {
                               : n + ", r = " + std::to_string(solver.desbrun.refine);
 }
 
-/// A row a time, where the run had got so far; otherwise one without errors.
-void add_rows(const AccuracyCase& of, const Method& method, const Json& cell, Json& rows) {
-  for (std::size_t k = 0; k < of.times.size(); ++k) {
+/// A row a time up to the method's last, where the run had got so far; otherwise one without errors.
+void add_rows(const AccuracyCase& of, const Method& method, const Truth& truth, const Json& cell, Json& rows) {
+  for (std::size_t k = 0; k < of.times.size() && of.times[k] <= method.until; ++k) {
     Json row{{"case", of.name},
              {"series", method.series},
              {"settings", settings(method)},
@@ -30,6 +30,7 @@ void add_rows(const AccuracyCase& of, const Method& method, const Json& cell, Js
              {"key", method.key()},
              {"status", cell["status"]},
              {"time_s", of.times[k]},
+             {"truth_known_to_m", truth.known[k]},
              {"rms_error_m", nullptr}};
     for (const auto& [name, value] : cell.items())
       if (name != "at" && name != "status") row[name] = value;
@@ -46,13 +47,13 @@ Findings run_accuracy(Cells& cells) {
   const std::vector<AccuracyCase> cases = accuracy_cases(cells.quick());
   int planned = 0;
   for (const AccuracyCase& of : cases)
-    planned += static_cast<int>(accuracy_methods(of, cells.quick()).size()) + (of.exact ? 0 : 2);
+    planned += static_cast<int>(accuracy_methods(of, cells.quick()).size()) + (of.exact ? 0 : 3);
   cells.plan(planned);
   for (const AccuracyCase& of : cases) {
     const std::unique_ptr<System> system = system_of(of);
     const Truth truth = truth_of(of, *system, cells);
     for (const Method& method : accuracy_methods(of, cells.quick()))
-      add_rows(of, method,
+      add_rows(of, method, truth,
                cells(of.name + ": " + method.key(), [&] { return accuracy_cell(of, *system, method, truth, cells); }),
                findings.rows);
     for (const Section& section : accuracy_sections(of, truth, findings.rows)) findings.sections.push_back(section);

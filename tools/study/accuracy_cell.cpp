@@ -7,6 +7,7 @@
 
 #include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "tools/bench/output.h"
 #include "tools/bench/turns.h"
 #include "tools/study/reference_steps.h"
 
@@ -75,7 +76,9 @@ class ByReference : public Runner {
   void frame() override {
     const double h = kFrame / substeps_;
     for (int k = 0; k < substeps_; ++k)
-      if (how_ == Integrator::SymplecticEuler)
+      if (how_ == Integrator::ExplicitEuler)
+        explicit_euler(system_, h, state_);
+      else if (how_ == Integrator::SymplecticEuler)
         symplectic_euler(system_, h, state_);
       else if (how_ == Integrator::Rk4)
         rk4(system_, h, state_);
@@ -117,9 +120,12 @@ double in_motion(const System& system, const State& state) {
 }
 
 /// Positions and velocities at the times, at `substeps` a frame, and the most energy in motion after any frame.
-Json reference_run(const AccuracyCase& of, const System& system, int substeps, const Cells& cells) {
+/// `shake`: m, by which coordinates are off at the start.
+Json reference_run(const AccuracyCase& of, const System& system, int substeps, double shake, const Cells& cells) {
   Json states = Json::array();
   State state = system.start;
+  for (int k = 0; k < state.x.size(); ++k)
+    if (!system.pinned[k / 3]) state.x[k] += shake * std::sin(1.7 * k);
   double energy = in_motion(system, state);
   const auto numbers = [](const Vector& a) { return std::vector<double>(a.data(), a.data() + a.size()); };
   for (int frame = 1; frame <= frames(of.times.back()); ++frame) {
@@ -148,18 +154,25 @@ Truth truth_of(const AccuracyCase& of, const System& system, Cells& cells) {
   Truth truth;
   truth.omega = largest_frequency(system, system.start.x);
   if (of.exact) {
-    for (const double t : of.times) truth.at.push_back(of.exact(t)), truth.off.push_back(of.known);
+    for (const double t : of.times) truth.at.push_back(of.exact(t)), truth.known.push_back(of.known);
   } else {
-    const auto run = [&](int substeps) {
-      return cells(of.name + " reference, RK4, " + std::to_string(substeps) + " substeps",
-                   [&] { return reference_run(of, system, substeps, cells); });
+    const auto run = [&](int substeps, double shake = 0) {
+      const std::string key = of.name + " reference, RK4, " + std::to_string(substeps) + " substeps";
+      return cells(key + (shake > 0 ? bench::formatted(", from %g m off", shake) : ""),
+                   [&] { return reference_run(of, system, substeps, shake, cells); });
     };
+    const std::vector<State> shaken = states_of(run(of.reference / 2, kShake));
     const std::vector<State> coarse = states_of(run(of.reference / 2));
     const Json fine = run(of.reference);
     truth.at = states_of(fine), truth.energy = fine["energy_j"].get<double>();
-    for (std::size_t k = 0; k < truth.at.size(); ++k) truth.off.push_back(rms_distance(truth.at[k].x, coarse[k].x));
+    for (std::size_t k = 0; k < truth.at.size(); ++k) {
+      truth.halved.push_back(rms_distance(truth.at[k].x, coarse[k].x));
+      truth.shaken.push_back(rms_distance(shaken[k].x, coarse[k].x));
+      truth.known.push_back(std::max(truth.halved[k], truth.shaken[k]));
+    }
   }
   for (const State& state : truth.at) truth.energy = std::max(truth.energy, in_motion(system, state));
+  if (of.taut) truth.energy -= system.elastic_energy(system.start.x);
   return truth;
 }
 
@@ -175,7 +188,7 @@ Json accuracy_cell(const AccuracyCase& of, const System& system, const Method& m
     runner = std::make_unique<ByReference>(system, method);
   int frame = 0;
   try {
-    for (std::size_t k = 0; k < of.times.size(); ++k) {
+    for (std::size_t k = 0; k < of.times.size() && of.times[k] <= method.until; ++k) {
       for (; frame < frames(of.times[k]); ++frame) {
         seconds_of.push_back(seconds_of_this_thread([&] { runner->frame(); }));
         cells.go_on();

@@ -6,6 +6,7 @@ namespace malha::study {
 
 namespace {
 
+const char* name_of(Precision precision) { return precision == Precision::Float ? "float" : "double"; }
 const char* name_of(Storage storage) {
   return storage == Storage::Float ? "float" : storage == Storage::Double ? "double" : "int16";
 }
@@ -13,23 +14,17 @@ const char* name_of(Corrector corrector) {
   return corrector == Corrector::Inertia ? "inertia" : corrector == Corrector::Paper ? "paper" : "off";
 }
 
-/// low, low * factor, ... up to high.
-std::vector<int> powers(int low, int high, int factor) {
-  std::vector<int> all;
-  for (int n = low; n <= high; n *= factor) all.push_back(n);
-  return all;
-}
-
 class List {
  public:
   List(const AccuracyCase& of, bool quick) : of_(of), factor_(quick ? 4 : 2) {}
 
   void of_projections() {
-    if (!of_.tetrahedra) {
-      Method method = xpbd("PBD, iterations", Precision::Float);
-      method.compliant = false;
-      by_iterations(method, of_.sweeps / 4);
-    }
+    if (!of_.tetrahedra)
+      for (const Precision precision : {Precision::Float, Precision::Double}) {
+        Method method = xpbd(std::string("PBD, iterations, ") + name_of(precision), precision);
+        method.compliant = false;
+        by_iterations(method, of_.sweeps / 4);
+      }
     by_substeps(xpbd("XPBD, substeps, float", Precision::Float), of_.sweeps);
     by_substeps(xpbd("XPBD, substeps, double", Precision::Double), of_.sweeps);
     by_iterations(xpbd("XPBD, iterations", Precision::Double), of_.sweeps);
@@ -52,7 +47,7 @@ class List {
 
   /// Those that show the filters' storage or the corrector, in a chart of their own.
   void of_variants() {
-    if (of_.tetrahedra || of_.exact) return;
+    if (of_.tetrahedra || of_.exact || of_.dense == 0) return;
     if (of_.scene.bodies[0].pins.empty())
       for (const Corrector corrector : {Corrector::Inertia, Corrector::Paper, Corrector::Off}) {
         Method method = desbrun(std::string("Desbrun, corrector ") + name_of(corrector));
@@ -74,11 +69,14 @@ class List {
     if (of_.at_rest) return;
     Method method;
     method.solver.precision = Precision::Double;
+    method.series = "explicit Euler", method.integrator = Integrator::ExplicitEuler;
+    by_substeps(method, of_.euler);
     method.series = "symplectic Euler", method.integrator = Integrator::SymplecticEuler;
-    by_substeps(method, of_.symplectic);
+    by_substeps(method, of_.euler);
     method.series = "RK4", method.integrator = Integrator::Rk4;
     by_substeps(method, of_.rk4);
     method.series = "backward Euler, Newton", method.integrator = Integrator::BackwardEuler;
+    method.until = of_.newton_until;
     if (!of_.tetrahedra) by_substeps(method, of_.newton);
   }
 
@@ -97,13 +95,13 @@ class List {
     return method;
   }
   void by_substeps(Method method, int most) {
-    for (const int n : powers(1, most, factor_)) method.solver.substeps = n, all_.push_back(method);
+    for (int n = 1; n <= most; n *= factor_) method.solver.substeps = n, all_.push_back(method);
   }
   void by_iterations(Method method, int most) {
-    for (const int n : powers(1, most, factor_)) method.solver.iterations = n, all_.push_back(method);
+    for (int n = 1; n <= most; n *= factor_) method.solver.iterations = n, all_.push_back(method);
   }
   void by_refine(Method method) {
-    for (const int r : {0, 1, 2, 4, 8, 16}) method.solver.desbrun.refine = r, all_.push_back(method);
+    for (int r = 0; r <= of_.refine; r = std::max(1, 2 * r)) method.solver.desbrun.refine = r, all_.push_back(method);
   }
 
   const AccuracyCase& of_;
@@ -115,8 +113,8 @@ class List {
 
 std::string Method::key() const {
   const DesbrunSpec& d = solver.desbrun;
-  std::string key = series + ", " + std::to_string(solver.substeps) + "x" + std::to_string(solver.iterations) +
-                    (solver.precision == Precision::Float ? " float" : " double");
+  std::string key = series + ", " + std::to_string(solver.substeps) + "x" + std::to_string(solver.iterations) + " " +
+                    name_of(solver.precision);
   if (solver.type == "desbrun")
     key += " r=" + std::to_string(d.refine) +
            (d.filter == FilterKind::Dense    ? " dense"

@@ -7,7 +7,7 @@
 
 namespace malha::study {
 
-enum class Integrator { Malha, SymplecticEuler, Rk4, BackwardEuler };
+enum class Integrator { Malha, ExplicitEuler, SymplecticEuler, Rk4, BackwardEuler };
 
 struct Method {
   std::string series;  // as legends name it; what a series varies is said in it
@@ -15,6 +15,7 @@ struct Method {
   SolverSpec solver;        // of malha; its substeps a frame are those of all
   bool compliant = true;    // otherwise PBD of stiffness 1
   bool variant = false;     // in the chart of filters alone
+  double until = 1e9;       // s: what comes later is not run
   std::string key() const;  // all of it in words
 };
 

@@ -12,8 +12,6 @@ namespace {
 
 using bench::formatted;
 
-constexpr double kChaotic = 1e-3;  // m, by which halving a step that is converged before changes the motion
-
 /// "1e-3"
 std::string power(int exponent) { return "1e" + std::to_string(exponent); }
 
@@ -37,17 +35,23 @@ std::string truth_sentence(const AccuracyCase& of, const Truth& truth) {
       truth.omega, std::ceil(truth.omega * kFrame / 2));
   if (of.at_rest) return of.expected;
   if (of.exact) return "The true motion is known in closed form. " + frequency;
+  const auto at_times = [&of](const std::vector<double>& away) {
+    std::string line;
+    for (std::size_t k = 0; k < of.times.size(); ++k)
+      line += formatted("%s %.1e m away after %g s", k == 0 ? "" : " and", away[k], of.times[k]);
+    return line + ". ";
+  };
   std::string line = formatted(
-      "The true motion is that of the same equations by RK4 with a step of %.2g s (omega_max h = %.2g); with twice "
-      "that "
-      "step it is",
-      kFrame / of.reference, truth.omega * kFrame / of.reference);
-  for (std::size_t k = 0; k < of.times.size(); ++k)
-    line += formatted("%s %.1e m away after %g s", k == 0 ? "" : " and", truth.off[k], of.times[k]);
-  line += ". ";
-  if (truth.off.back() > kChaotic)
-    line +=
-        formatted("So by then it is chaotic, and no method's distance below %.0e m says anything. ", truth.off.back());
+                         "The true motion is that of the same equations by RK4 with a step of %.2g s (omega_max h = "
+                         "%.2g); with twice that step it is",
+                         kFrame / of.reference, truth.omega * kFrame / of.reference) +
+                     at_times(truth.halved) + formatted("Started %g m off it is", kShake) + at_times(truth.shaken);
+  if (const double known = truth.known.back(); known > kChaotic) {
+    const bool of_step = truth.halved.back() > 10 * truth.shaken.back();
+    line += of_step ? "So the step is what it is known by, and n"
+                    : formatted("By %g s it is chaotic, what no smaller step mends, and n", of.times.back());
+    line += formatted("o method's distance below %.0e m says anything. ", known);
+  }
   return line + frequency;
 }
 
@@ -135,11 +139,27 @@ std::string momenta_sentence(const Points& points, double time) {
          ".";
 }
 
-std::string diverged_sentence(const AccuracyCase& of, const Json& rows) {
+std::string growth_sentence(const Points& points, double time) {
   std::string line;
+  double kept = 0;
+  for (const Point& point : points) {
+    if (point.series == "symplectic Euler") kept = point.energy;
+    if (point.series == "explicit Euler")
+      line += (line.empty() ? "" : ", ") + formatted("%+.2g %% (", 100 * point.energy) + point.settings + ")";
+  }
+  return line.empty() ? ""
+                      : formatted("Explicit Euler adds energy at every step, after %g s: ", time) + line +
+                            formatted("; symplectic Euler with the most steps: %+.2g %%.", 100 * kept);
+}
+
+std::string diverged_sentence(const AccuracyCase& of, const Json& rows) {
+  std::string line, series;
   for (const Json& row : rows)
-    if (row["case"] == of.name && row["time_s"] == of.times.back() && row["status"] == "diverged")
-      line += (line.empty() ? "" : "; ") + row["series"].get<std::string>() + " " + row["settings"].get<std::string>();
+    if (row["case"] == of.name && row["time_s"] == of.times.back() && row["status"] == "diverged") {
+      line += row["series"] == series ? ", " : (line.empty() ? "" : "; ") + row["series"].get<std::string>() + " ";
+      line += row["settings"].get<std::string>();
+      series = row["series"];
+    }
   return line.empty() ? "" : "Diverged: " + line + ".";
 }
 

@@ -8,6 +8,9 @@
 
 namespace malha::study {
 
+/// m, by which halving a step that is converged before changes a motion that is chaotic.
+constexpr double kChaotic = 1e-3;
+
 std::string truth_sentence(const AccuracyCase& of, const Truth& truth);
 
 /// "1e-2 m: A (2x1, 0.3 ms); ...": who is the cheapest, each with the least power of ten of an error for which it is.
@@ -28,6 +31,9 @@ std::string float_sentence(const Points& points);
 
 /// The errors of momentum and angular momentum of each series at its dearest.
 std::string momenta_sentence(const Points& points, double time);
+
+/// What explicit Euler makes of the energy, beside symplectic Euler; empty where it was not run or always diverged.
+std::string growth_sentence(const Points& points, double time);
 
 std::string diverged_sentence(const AccuracyCase& of, const Json& rows);
 

@@ -5,6 +5,12 @@
 
 namespace malha::study {
 
+void explicit_euler(const System& system, double h, State& state) {
+  const Vector a = system.accelerations(state.x);
+  state.x += h * state.v;
+  state.v += h * a;
+}
+
 void symplectic_euler(const System& system, double h, State& state) {
   state.v += h * system.accelerations(state.x);
   state.x += h * state.v;
@@ -101,9 +107,9 @@ void BackwardEuler::step(double h, State& state) {
     const Vector move = parts_->cholesky.solve(r);
     const double before = parts_->objective(y, x, h), slope = move.dot(r);
     double length = 1;
-    // What rounding alone raises is no reason to stop short.
+    // What rounding alone raises, of a sum over all springs, is no reason to stop short.
     while (length > 1e-6 &&
-           parts_->objective(y, x - length * move, h) > before - 1e-4 * length * slope + 1e-14 * before)
+           parts_->objective(y, x - length * move, h) > before - 1e-4 * length * slope + 1e-12 * before)
       length /= 2;
     x -= length * move;
   }

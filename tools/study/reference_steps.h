@@ -1,11 +1,15 @@
-// Time integrators that malha is compared with: symplectic Euler, Runge-Kutta of fourth order, and backward Euler by
-// Newton's method.
+// Time integrators that malha is compared with: explicit and symplectic Euler, Runge-Kutta of fourth order, and
+// backward Euler by Newton's method.
 #pragma once
 #include <memory>
 
 #include "tools/study/reference_system.h"
 
 namespace malha::study {
+
+/// x += h v, v += h a(x before): an undamped mode of frequency omega gains the energy (1 + (omega h)^2) a step,
+/// whatever h is.
+void explicit_euler(const System& system, double h, State& state);
 
 /// v += h a(x), x += h v.
 void symplectic_euler(const System& system, double h, State& state);
