@@ -48,9 +48,9 @@ std::string truth_sentence(const AccuracyCase& of, const Truth& truth) {
                      at_times(truth.halved) + formatted("Started %g m off it is", kShake) + at_times(truth.shaken);
   if (const double known = truth.known.back(); known > kChaotic) {
     const bool of_step = truth.halved.back() > 10 * truth.shaken.back();
-    line += of_step ? "So the step is what it is known by, and n"
-                    : formatted("By %g s it is chaotic, what no smaller step mends, and n", of.times.back());
-    line += formatted("o method's distance below %.0e m says anything. ", known);
+    line += of_step ? "That is the step's error. "
+                    : formatted("By %g s it is chaotic, and no smaller step mends that. ", of.times.back());
+    line += formatted("No method's distance below %.0e m says anything. ", known);
   }
   return line + frequency;
 }
