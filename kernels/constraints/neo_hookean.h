@@ -128,9 +128,9 @@ struct NeoHookean {
       f[0] = a * q[0], f[1] = a * q[1] + b * q[3], f[2] = a * q[2] + b * q[4] + d * q[5];
       F2 = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2]);
       // What is stretched beyond 10^4 counts as stretched so far: squares of det F stay in float's range.
-      const S most(R(1e4)), one(R(1)), fit = select(F2 > most * most, most / root(larger(F2, one)), one);
+      const S far(R(1e4)), one(R(1)), fit = select(F2 > far * far, far / root(larger(F2, one)), one);
       for (Vector3<S>& column : f) column = column * fit;
-      F2 = select(F2 > most * most, most * most, F2);
+      F2 = select(F2 > far * far, far * far, F2);
       c[0] = cross(f[1], f[2]), c[1] = cross(f[2], f[0]), c[2] = cross(f[0], f[1]);
       J = dot(f[0], c[0]);
     }
