@@ -40,7 +40,7 @@ struct Simulation::Parts {
     ++times.layouts;
   }
   Model torn(const std::vector<Split>& all) const {
-    return build_torn_model(model.scene, {&whole, &all, &model.environment, model.zero_area_faces});
+    return build_torn_model(model.scene, {&whole, &all, &model.environment, model.zero_area_faces}, threads);
   }
 
   void tear() {
@@ -87,7 +87,7 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   const bool serial = options.backend == Backend::Serial;
   parts_->options = options;
   parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : available_threads();
-  parts_->times.model_seconds = seconds([&] { parts_->model = build_model(scene); });
+  parts_->times.model_seconds = seconds([&] { parts_->model = build_model(scene, parts_->threads); });
   parts_->times.solver_seconds = seconds([&] { parts_->make_solver_of_model(); });
   if (malha::tears(scene)) parts_->whole = parts_->model.look, parts_->scene = scene_hash(parts_->model);
 }

@@ -132,7 +132,9 @@ Elements elements(const Body& body, const ConstraintSpec& spec) {
 
 class Builder {
  public:
-  explicit Builder(const Scene& scene, const Torn* torn = nullptr) : torn_(torn) { model_.scene = scene; }
+  Builder(const Scene& scene, int threads, const Torn* torn = nullptr) : threads_(threads), torn_(torn) {
+    model_.scene = scene;
+  }
 
   Model build() {
     const Scene& scene = model_.scene;
@@ -358,7 +360,7 @@ class Builder {
 
   /// Cuts the particles into patches and renumbers everything accordingly.
   void cut() {
-    Cut cut = cut_into_patches(model_.sets, edges_, island_);
+    Cut cut = cut_into_patches(model_.sets, edges_, island_, threads_);
     std::vector<int> now(cut.order.size());
     for (std::size_t i = 0; i < now.size(); ++i) now[cut.order[i]] = static_cast<int>(i);
     const auto reorder = [&](auto& values) {
@@ -400,6 +402,7 @@ class Builder {
     model_.environment.push_back(std::move(mesh));
   }
 
+  int threads_;
   const Torn* torn_;
   Model model_;
   std::vector<Body> bodies_;
@@ -410,9 +413,11 @@ class Builder {
 
 }  // namespace
 
-Model build_model(const Scene& scene) { return Builder(scene).build(); }
+Model build_model(const Scene& scene, int threads) { return Builder(scene, threads).build(); }
 
-Model build_torn_model(const Scene& scene, const Torn& torn) { return Builder(scene, &torn).build(); }
+Model build_torn_model(const Scene& scene, const Torn& torn, int threads) {
+  return Builder(scene, threads, &torn).build();
+}
 
 std::string particle_name(const Model& model, int user_index) {
   const auto& begin = model.look.body_begin;

@@ -83,8 +83,9 @@ struct Model {
   int count() const { return static_cast<int>(x.size()); }
 };
 
-/// Loads or generates the scene's meshes, checks them, and lays the model out. Throws InputError.
-Model build_model(const Scene& scene);
+/// Loads or generates the scene's meshes, checks them, and lays the model out, the same on any `threads`. Throws
+/// InputError.
+Model build_model(const Scene& scene, int threads = 1);
 
 /// Whose particle this is, for messages: "particle 12 of body 'sheet'" from an index in the user's order.
 std::string particle_name(const Model& model, int user_index);

@@ -220,7 +220,7 @@ ClassLayout lay_out_classes(const std::vector<std::uint8_t>& class_of) {
 bool worth_runs(int held, int constraints) { return constraints > 0 && 10 * held >= 7 * constraints; }
 
 Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<Edge>& edges,
-                     const std::vector<int>& island) {
+                     const std::vector<int>& island, int threads) {
   const int particles = static_cast<int>(island.size());
   const Spans spans(sets);
   Patches patches{{}, classes(sets, edges, particles)};
@@ -232,7 +232,7 @@ Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<E
     patches.begin = cuts(spans, particles, size);
     const Sorter sort(sets, island, patches, cut.order);
     if (sort.most > kMostSlots - kPadding && size > kSizes[0]) continue;
-    parallel_for(OpenMP{available_threads()}, patches.count(), sort, 0);
+    parallel_for(OpenMP{threads}, patches.count(), sort, 0);
     break;
   }
   cut.patches.begin = patches.begin;

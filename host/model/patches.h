@@ -25,9 +25,9 @@ struct Cut {
 
 /// Cuts where few constraints cross, and sorts each patch by class if that makes runs of most of its constraints,
 /// otherwise those first that other patches touch too. `island`: of each particle, ascending. `edges`: of the meshes,
-/// those between pinned particles too, so that a pinned row is sorted like the others.
+/// those between pinned particles too, so that a pinned row is sorted like the others. The same on any `threads`.
 Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<Edge>& edges,
-                     const std::vector<int>& island);
+                     const std::vector<int>& island, int threads = 1);
 
 /// The patch of each constraint: the lowest that one of its particles lies in (unless that has more neighbours already
 /// than a patch can number).

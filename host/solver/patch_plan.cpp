@@ -16,7 +16,8 @@ namespace {
 
 class Planner {
  public:
-  explicit Planner(const Model& model) : model_(model), patch_of_(patch_of_particles(model.patches)) {
+  Planner(const Model& model, int threads)
+      : model_(model), threads_(threads), patch_of_(patch_of_particles(model.patches)) {
     std::vector<int> foreign(model.patches.count(), 0);
     for (const ConstraintSet& set : model.sets)
       owned_.push_back(by_owner(owners(set, patch_of_, foreign), model.patches.count()));
@@ -39,8 +40,8 @@ class Planner {
 
  private:
   template <class Work>
-  static void launch(int count, const Work& work) {
-    parallel_for(OpenMP{available_threads()}, count, work, 0);
+  void launch(int count, const Work& work) const {
+    parallel_for(OpenMP{threads_}, count, work, 0);
   }
 
   /// Particles of other patches that the constraints of this one touch, ascending.
@@ -127,6 +128,7 @@ class Planner {
   }
 
   const Model& model_;
+  int threads_;
   std::vector<int> patch_of_, phase_;
   std::vector<ByOwner> owned_;                // of each set
   std::vector<std::vector<int>> neighbours_;  // of each patch
@@ -147,6 +149,6 @@ std::size_t PatchPlan::bytes() const {
   return patches.size() * sizeof(Patch) + segments.size() * sizeof(Segment) + batches.size() * sizeof(Batch);
 }
 
-PatchPlan plan_patches(const Model& model) { return Planner(model).plan(); }
+PatchPlan plan_patches(const Model& model, int threads) { return Planner(model, threads).plan(); }
 
 }  // namespace malha

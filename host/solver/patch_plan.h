@@ -31,7 +31,7 @@ struct PatchPlan {
   std::size_t bytes() const;  // of patches, segments and batches
 };
 
-/// Depends on the model alone.
-PatchPlan plan_patches(const Model& model);
+/// Depends on the model alone, not on `threads`.
+PatchPlan plan_patches(const Model& model, int threads = 1);
 
 }  // namespace malha

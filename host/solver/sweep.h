@@ -23,7 +23,7 @@ class Sweep {
   /// `keeps`: patches have memories of their own, so that in a substep's iterations only shared particles come and go.
   Sweep(const Executor& executor, const Model& model, int threads, bool keeps = false) : executor_(executor) {
     PatchPlan plan;
-    facts_.plan_seconds = seconds([&] { plan = plan_patches(model); });
+    facts_.plan_seconds = seconds([&] { plan = plan_patches(model, threads); });
     std::size_t slots = 0;
     for (Patch& patch : plan.patches) {
       patch.kept = static_cast<int>(slots);

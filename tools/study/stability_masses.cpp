@@ -10,7 +10,6 @@ namespace {
 
 using bench::formatted;
 
-constexpr double kSeconds = 2;
 constexpr int kFrames = 120;
 constexpr int kLinks = 20;
 constexpr double kLength = 1, kLight = 0.01;  // m, kg

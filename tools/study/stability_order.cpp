@@ -13,10 +13,10 @@ namespace {
 
 using bench::formatted;
 
-constexpr double kSide = 2, kMass = 1;  // m, kg
+constexpr double kSheetSide = 2, kSheetMass = 1;  // m, kg
 
 Scene hung(int n, double compliance) {
-  Scene scene = hanging_sheet(n, kSide, kMass, compliance);
+  Scene scene = hanging_sheet(n, kSheetSide, kSheetMass, compliance);
   scene.bodies[0].pins = {ListPin{{0, n - 1}}};
   return scene;
 }
@@ -49,11 +49,12 @@ Trial plain(const SpringSystem& system, const std::vector<int>& order, double co
   return {[=] {
             for (int s = 0; s < substeps; ++s) sweep->substep(kFrame / substeps);
           },
-          [=, &system] { return sample_of(system, sweep->state()); }, frames, kMass * kGravity * kSide};
+          [=, &system] { return sample_of(system, sweep->state()); }, frames, kSheetMass * kGravity * kSheetSide};
 }
 
 Trial trial_of(const Sweep& sweep, const SpringSystem& system, int n, int substeps, int frames) {
-  if (sweep.ours) return malha_trial(sheet(n, substeps, sweep.precision, sweep.soft), frames, kMass * kGravity * kSide);
+  if (sweep.ours)
+    return malha_trial(sheet(n, substeps, sweep.precision, sweep.soft), frames, kSheetMass * kGravity * kSheetSide);
   const std::vector<int> order = sweep.from_pins ? order_from_pins(system) : order_by_colour(system);
   const double compliance = sweep.soft ? kCompliance : 0;
   return sweep.precision == Precision::Float ? plain<float>(system, order, compliance, substeps, frames)
