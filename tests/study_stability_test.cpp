@@ -2,58 +2,40 @@
 // way that is stated, default settings do not.
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 
 #include "tests/support.h"
 #include "tools/study/reference_sweep.h"
-#include "tools/study/stability_lines.h"
+#include "tools/study/stability.h"
 #include "tools/study/stability_maps.h"
 
 namespace malha::study {
 namespace {
 
-using Part = std::function<void(Cells& cells, Findings& findings)>;
+struct QuickPart {
+  Findings findings;
+  int cells = 0, planned = 0;
+};
 
-template <class Make>
-Part part(Make make) {
-  return [make](Cells& cells, Findings& findings) {
-    if constexpr (std::is_same_v<decltype(make(cells, findings.rows)), Section>)
-      findings.sections.push_back(make(cells, findings.rows));
-    else
-      findings.sections = make(cells, findings.rows);
-  };
-}
-
-/// What a part of the study finds, by the name of its map; each is run once at most in a process.
-const Findings& quick_part(const std::string& map) {
+/// What a part of the study finds; each is run once at most in a process.
+const QuickPart& quick_part(const std::string& name) {
   static const std::atomic<bool> no_stop{false};
-  static const std::map<std::string, Part> parts{{"steps", part(steps_map)},
-                                                 {"masses", part(masses_map)},
-                                                 {"resolution", part(resolution_map)},
-                                                 {"order", part(order_map)},
-                                                 {"stiffness", part(stiffness_failure)},
-                                                 {"substeps", part(substeps_failure)},
-                                                 {"distance", part(distance_failure)},
-                                                 {"start", part(start_failure)},
-                                                 {"thickness", part(thickness_failure)},
-                                                 {"torque", part(torque_failure)},
-                                                 {"turning", part(turning_failure)},
-                                                 {"weight", part(weight_failure)}};
-  static std::map<std::string, Findings> found;
-  const auto [at, fresh] = found.try_emplace(map);
-  if (fresh) {
+  static std::map<std::string, QuickPart> found;
+  const auto [at, fresh] = found.try_emplace(name);
+  QuickPart& part = at->second;
+  for (const StabilityPart& of : stability_parts()) {
+    if (!fresh || of.name != name) continue;
     const TemporaryFolder folder;
-    Cells cells(folder / "cells.jsonl", {}, true, no_stop);
-    parts.at(map)(cells, at->second);
+    Cells cells(folder / "cells.jsonl", {}, true, no_stop, [&part](const auto&...) { ++part.cells; });
+    part.planned = of.in_quick, part.findings.sections = of.run(cells, part.findings.rows);
   }
-  return at->second;
+  return part;
 }
 
 /// The rows of a panel of a map.
 std::vector<Json> panel_rows(const std::string& map, const std::string& panel) {
   std::vector<Json> rows;
-  for (const Json& row : quick_part(map).rows)
+  for (const Json& row : quick_part(map).findings.rows)
     if (row["map"] == map && row["panel"] == panel) rows.push_back(row);
   if (rows.empty()) throw std::runtime_error("there is no " + map + ": " + panel);
   return rows;
@@ -149,7 +131,7 @@ TEST(StudyStability, FindsThatFinerSheetsNeedMoreSubsteps) {
 /// Of malha's panels of a map: settings that fail without a warning, and those that hold far from the boundary with
 /// one. `far`: how many times the count of substeps or iterations from the boundary on is far.
 void expect_warned(const std::string& map, double far) {
-  for (const Json& row : quick_part(map).rows) {
+  for (const Json& row : quick_part(map).findings.rows) {
     const std::string panel = row["panel"];
     if (row["map"] != map || panel.starts_with("plain") || panel.starts_with("Desbrun")) continue;
     const bool holds = row["verdict"] == kHolds;
@@ -162,7 +144,10 @@ void expect_warned(const std::string& map, double far) {
 }
 
 TEST(StudyStability, FindsThatRunWarnsOfWhatFailsAndNotOfWhatHoldsByFar) {
-  for (const char* map : {"masses", "resolution", "order"}) expect_warned(map, 2);
+  for (const char* map : {"masses", "resolution", "order"}) {
+    expect_warned(map, 2);
+    EXPECT_EQ(quick_part(map).cells, quick_part(map).planned) << map;
+  }
 }
 
 TEST(StudyStability, FindsThatSweepsFromThePinsGainEnergyAndColoursDoNot) {
@@ -227,7 +212,7 @@ TEST(StudyStability, FindsThatRandomAndCollapsedStartsUnfold) {
 
 TEST(StudyStability, FindsThatNothingPassesWhatIsThinnerThanAStepIsLong) {
   bool seen = false;
-  for (const Json& row : quick_part("thickness").rows) {
+  for (const Json& row : quick_part("thickness").findings.rows) {
     if (row["map"] != "thickness") continue;
     seen = true;
     EXPECT_EQ(row["passed"], 0) << row;
@@ -259,13 +244,15 @@ TEST(StudyStability, FindsThatWeightRoundTheFilterStretchesWhatIsNextToPins) {
 }
 
 TEST(StudyStability, SaysOfEachKnownFailureWhatGuards) {
-  for (const char* map : {"stiffness", "substeps", "distance", "start", "thickness", "torque", "turning", "weight"})
-    for (const Section& section : quick_part(map).sections) {
+  for (const char* map : {"stiffness", "substeps", "distance", "start", "thickness", "torque", "turning", "weight"}) {
+    EXPECT_EQ(quick_part(map).cells, quick_part(map).planned) << map << ": its progress ends at the whole";
+    for (const Section& section : quick_part(map).findings.sections) {
       EXPECT_FALSE(section.table.rows.empty()) << map;
       EXPECT_TRUE(std::any_of(section.sentences.begin(), section.sentences.end(), [](const std::string& line) {
         return has(line, "What guards: ");
       })) << map;
     }
+  }
 }
 
 }  // namespace
