@@ -237,7 +237,7 @@ TEST(StudyReference, FindsTheLargestFrequencyOfAChain) {
 TEST(StudyAccuracy, StopsOnCtrlCAndGoesOnWhereItWas) {
   const TemporaryFolder folder;
   MalhaProcess process({"study", "accuracy", "--quick", "--out", "out"}, folder / ".");
-  const auto journal = folder / "out/accuracy.cells.jsonl";
+  const auto journal = folder / "out/accuracy.quick.cells.jsonl";
   const auto cells = [&] {
     const std::string bytes = bytes_of(journal);
     return std::count(bytes.begin(), bytes.end(), '\n') - 1;

@@ -51,6 +51,7 @@ TEST_F(StudyCells, SurviveACrashInTheMiddleOfALine) {
 TEST_F(StudyCells, OfAFileThatIsNoJournalAreStartedAnew) {
   folder_.write("cells.jsonl", "not a journal\n{\"key\":\"a\",\"value\":1}\n");
   EXPECT_EQ(made({"a"}), Keys{"a"});
+  EXPECT_EQ(bytes_of(folder_ / "cells.jsonl.old"), "not a journal\n{\"key\":\"a\",\"value\":1}\n") << "hours of work";
 }
 
 TEST_F(StudyCells, AreOfOneProcessAtATime) {

@@ -155,10 +155,19 @@ TEST_F(TuneCommand, RefusesWhatCannotBeTunedBeforeItRunsAnything) {
   EXPECT_EQ(tune({"--error", "nan"}).err, "malha tune: --error: found \"nan\"; allowed: a number > 0 (m)" + see);
   EXPECT_EQ(tune({"--error", "1", "--seconds", "-1"}).err,
             "malha tune: --seconds: found \"-1\"; allowed: a number > 0 (s)" + see);
+  Ended ended = tune({"--error", "0.01", "--out", "both.json", "--json", "./both.json"});
+  EXPECT_EQ(ended.status, 2);
+  EXPECT_EQ(ended.err,
+            "malha tune: --json: found './both.json', which is to be the tuned scene; allowed: another file\n");
+  ended = tune({"--error", "0.01", "--seconds", "42949672960"});
+  EXPECT_EQ(ended.status, 2);
+  EXPECT_EQ(ended.err,
+            "malha tune: --seconds: found 4.29497e+10 s, which are 2.14748e+12 steps of 0.02 s; allowed: at most 1e+09 "
+            "steps\n");
   Json scene = springy_net();
   scene["bodies"][0]["tear"] = {{"strain", 0.5}};
   write(scene);
-  Ended ended = tune({"--error", "0.01"});
+  ended = tune({"--error", "0.01"});
   EXPECT_EQ(ended.status, 2);
   EXPECT_EQ(ended.err, "net.json: found 'net', which tears; allowed: bodies that keep their particles (no \"tear\")\n");
   scene = springy_net();

@@ -48,6 +48,7 @@ TEST(Warning, DoesNotComeWithDefaultSettings) {
   for (const bool pinned : {true, false}) EXPECT_TRUE(warnings_of(sheet_of(33, pinned, solver)).empty());
   solver.type = "desbrun";
   EXPECT_TRUE(warnings_of(sheet_of(33, false, solver)).empty());
+  EXPECT_TRUE(warns_once(sheet_of(33, true, solver), "turning")) << "stiff springs that hang are held back";
 }
 
 /// The largest strain of each step of 2 s.
@@ -83,6 +84,23 @@ TEST(WarningOfSag, ComesOfDefaultSettingsWhereAFineSheetHangsOnTooLittleForThem)
     }
 }
 
+TEST(WarningOfSag, ComesWhereverASheetHangsFrom) {
+  SolverSpec solver;
+  Attachment corners;
+  corners.at = ListPin{{0, 32}}, corners.compliance = 1e-9;
+  for (const int substeps : {3, 64}) {
+    solver.substeps = substeps;
+    Scene by_springs = sheet_of(33, false, solver), by_its_middle = sheet_of(17, false, solver);
+    by_springs.bodies[0].attachments = {corners};
+    by_its_middle.bodies[0].pins = {ListPin{{17 * 8 + 8}}};
+    for (const Scene& scene : {by_springs, by_its_middle}) {
+      EXPECT_EQ(warns_of(scene, "resolution"), substeps == 3);
+      const double strain = swung_strain(scene);
+      EXPECT_EQ(strain > 0.5, substeps == 3) << strain << " " << scene.bodies[0].attachments.size();
+    }
+  }
+}
+
 TEST(WarningOfSag, ComesOfASoftPbdStiffnessAndGoesWithLongRangeAttachments) {
   Scene scene = sheet_of(17, true, {});
   scene.bodies[0].constraints[0].stiffness = 0.02;
@@ -113,6 +131,49 @@ TEST(WarningOfRounding, ComesWhereFloatRoundsAwayWhatASubstepFalls) {
   EXPECT_TRUE(warnings_of(scene).empty());
   scene.solver.precision = Precision::Float, scene.solver.substeps = 128;
   EXPECT_TRUE(warnings_of(scene).empty());
+}
+
+TEST(WarningOfRounding, ComesWithoutGravityWhereAShellTurns) {
+  for (const int substeps : {64, 1024}) {
+    BodySpec shell;
+    shell.name = "shell", shell.shape = SphereShape{0.5, 2}, shell.mass = 1, shell.spin = {2, 3, -1};
+    shell.constraints = {compliant("distance", 0.01, {"edges"})};
+    const Scene scene = scene_of({shell}, {}, 1.0 / 60, substeps, Precision::Float);
+    EXPECT_EQ(warns_of(scene, "masses"), substeps == 1024);
+    Simulation simulation(scene, {.threads = 1});
+    const double start = simulation.measure().kinetic;
+    double most = 0;
+    for (int step = 0; step < 60; ++step) simulation.step(), most = std::max(most, simulation.measure().kinetic);
+    EXPECT_EQ(most > 1.5 * start, substeps == 1024) << most << " J of " << start;
+  }
+}
+
+/// How deep the end of a beam of jelly swings in a second.
+double swung_depth(const Scene& scene) {
+  Simulation simulation(scene, {.threads = 1});
+  double low = 0;
+  for (int step = 0; step < 60; ++step) {
+    simulation.step();
+    for (const Vec3& x : simulation.positions()) low = std::min(low, x[1]);
+  }
+  return -low - 0.1;
+}
+
+TEST(WarningOfWaves, ComesWhereTooFewSubstepsMakeAMaterialSoft) {
+  ConstraintSpec material;
+  material.type = "neo_hookean", material.young_modulus = 2e6, material.parameter = 0.3;
+  BodySpec beam;
+  beam.name = "beam", beam.shape = TetBoxShape{{1, 0.2, 0.2}, {5, 1, 1}}, beam.density = 1000;
+  beam.pins = {BoxPin{{-1, -1, -1}, {-0.49, 1, 1}}}, beam.constraints = {material};
+  Scene scene = scene_of({beam}, {0, -1, 0}, 1.0 / 60, 64);
+  const double right = swung_depth(scene);
+  EXPECT_TRUE(warnings_of(scene).empty());
+  scene.solver.substeps = 1;  // 2.2 cells
+  EXPECT_TRUE(has(warnings_of(scene).at(0), "(README, Tetrahedra)"));
+  EXPECT_GT(swung_depth(scene), 1.5 * right);
+  scene.solver.substeps = 11;  // 0.2
+  EXPECT_TRUE(warnings_of(scene).empty());
+  EXPECT_LT(swung_depth(scene), 1.2 * right);
 }
 
 TEST(WarningOfDistance, ComesFarFromTheOriginInFloatAlone) {

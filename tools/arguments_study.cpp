@@ -57,8 +57,9 @@ void add_study(CLI::App& app, study::Options& options) {
       "Studies:\n" + list() +
       "\nEach leaves NAME.csv, NAME.json, charts NAME_*.svg and .png (if gnuplot is installed), and index.html, which\n"
       "gathers all studies of the folder on one page. Every measurement that is finished is kept in NAME.cells.jsonl:\n"
-      "a study that was stopped (Ctrl-C, a crash) goes on there with the same command. Cells of another build,\n"
-      "machine or version (quick or full) are not used; a study is started anew by removing that file.\n\n"
+      "a study that was stopped (Ctrl-C, a crash) goes on there with the same command. Cells of another build\n"
+      "or machine become NAME.cells.jsonl.old; those of quick versions are NAME.quick.cells.jsonl. A study is started\n"
+      "anew by removing that file.\n\n"
       "Examples:\n"
       "  malha study all --quick                 everything in short; half a minute\n"
       "  malha study accuracy                    the charts of the README; many minutes\n"

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "host/base/file.h"
+#include "host/error.h"
 #include "host/scene.h"
 #include "kernels/compute.h"
 #include "tools/study/progress.h"
@@ -29,6 +30,9 @@ int tune(const Arguments& arguments, const std::atomic<bool>& stop) {
   const fs::path out =
       !arguments.out.empty() ? arguments.out : "out/" + fs::path(arguments.scene).stem().string() + "_tuned.json";
   const fs::path json = arguments.tune.json;
+  if (json.lexically_normal() == out.lexically_normal())
+    throw InputError("malha tune: --json: found '" + json.string() +
+                     "', which is to be the tuned scene; allowed: another file");
   prepare(out);
   if (!json.empty()) prepare(json);
   const study::TuneOptions options{arguments.tune.error, arguments.tune.seconds,

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "host/mesh/tetrahedra.h"
 #include "host/mesh/vectors.h"
 #include "host/results/resolution.h"
 #include "host/solver/stiffness.h"
@@ -29,18 +30,28 @@ std::vector<int> bodies_of(const Model& model) {
   return body;
 }
 
-/// Whether each particle is pinned at the start.
+/// Whether each particle is pinned at the start, or attached.
 std::vector<bool> pinned_at_start(const Model& model) {
   std::vector<bool> pinned;
   for (const double w : model.w) pinned.push_back(w == 0);
   for (const MovedPins& pins : model.moved)
     for (const int i : pins.particles) pinned[i] = true;
+  for (const AttachmentSet& set : model.attached)
+    for (const int i : set.particles) pinned[i] = true;
   return pinned;
 }
 
 bool names(const BodySpec& body, const char* type) {
   return std::any_of(body.constraints.begin(), body.constraints.end(),
                      [type](const ConstraintSpec& spec) { return spec.type == type; });
+}
+
+/// The lowest and the highest coordinates of points first .. end - 1.
+std::pair<Vec3, Vec3> corners(const std::vector<Vec3>& points, int first, int end) {
+  Vec3 low = points[first], high = low;
+  for (int i = first; i < end; ++i)
+    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], points[i][k]), high[k] = std::max(high[k], points[i][k]);
+  return {low, high};
 }
 
 /// Of each particle the length of a way of fewest springs to a pinned one, m; infinite where there is none.
@@ -72,6 +83,7 @@ Sag worst_sag(const Model& model) {
   struct Hung {
     double mass = 0, end_mass = 0, stiffness = 0;             // of all movable particles; a sum; the largest
     double length = std::numeric_limits<double>::infinity();  // the shortest
+    bool tied = false;                                        // by springs to attachments
     int paths = 0;                                            // constraints between a pinned and a movable particle
   };
   Sag worst;
@@ -95,24 +107,52 @@ Sag worst_sag(const Model& model) {
       of.stiffness = std::max(of.stiffness, k);
     }
   }
+  for (const AttachmentSet& set : model.attached)
+    for (const int i : set.particles) hung[body[i]].tied = hung[body[i]].tied || model.w[i] > 0;
   const double fall = gravity(model) * substep(model) * substep(model);
   const std::vector<int>& faces = model.look.face_begin;
   for (std::size_t b = 0; b < hung.size(); ++b) {
     const Hung& of = hung[b];
     if (of.paths == 0 || of.stiffness == 0 || names(model.scene.bodies[b], "long_range")) continue;
     const double strain = 2 * of.mass / of.end_mass * fall / (of.length * solver.iterations * of.stiffness);
-    const double swinging = strain * std::max(3.5, std::sqrt(of.paths / 2.0));
-    if (swinging > worst.swinging)
-      worst = {strain, swinging, static_cast<int>(b), of.stiffness<1, faces[b + 1]> faces[b]};
+    const double swinging = strain * std::max(5.0, std::sqrt(of.paths / 2.0)) * (of.tied ? 7 : 1);
+    const bool of_faces = faces[b + 1] != faces[b];
+    if (swinging > worst.swinging) worst = {strain, swinging, of.stiffness, static_cast<int>(b), of_faces};
   }
   return worst;
 }
 
-double unrounded_fall(const Model& model) {
-  const double fall = gravity(model) * substep(model) * substep(model);
-  if (fall == 0 || model.scene.solver.type != "pbd" || model.sets.empty())
+double unrounded_step(const Model& model) {
+  double most = gravity(model);
+  const std::vector<int>& begin = model.look.body_begin;
+  for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
+    const double turns =
+        std::hypot(model.scene.bodies[b].spin[0], model.scene.bodies[b].spin[1], model.scene.bodies[b].spin[2]);
+    if (turns == 0) continue;
+    const auto [low, high] = corners(model.look.points, begin[b], begin[b + 1]);
+    most = std::max(most, turns * turns * distance(low, high) / 2);
+  }
+  if (most == 0 || model.scene.solver.type != "pbd" || model.sets.empty())
     return std::numeric_limits<double>::infinity();
-  return 2 * fall / resolution(model, model.look.points).spacing;
+  return 2 * most * substep(model) * substep(model) / resolution(model, model.look.points).spacing;
+}
+
+Wave fastest_wave(const Model& model) {
+  Wave fastest;
+  for (std::size_t b = 0; b < model.tetrahedra.size(); ++b) {
+    const BodySpec& body = model.scene.bodies[b];
+    for (const ConstraintSpec& spec : body.constraints) {
+      if (spec.type != "neo_hookean" || model.tetrahedra[b].empty()) continue;
+      double space = 0;
+      for (const Tetrahedron& t : model.tetrahedra[b]) space += volume(model.x, t);
+      const double density = body.density ? *body.density : body.mass.value_or(0) / space;
+      const double speed = std::sqrt(spec.young_modulus.value() / density / 3);
+      const double cell = std::cbrt(6 * space / static_cast<double>(model.tetrahedra[b].size()));
+      if (const double cells = speed * substep(model) / cell; cells > fastest.cells)
+        fastest = {cells, static_cast<int>(b)};
+    }
+  }
+  return fastest;
 }
 
 double free_stiffness(const Model& model) {
@@ -169,10 +209,10 @@ Swing most_damped_swing(const Model& model) {
   for (std::size_t b = 0; b < hung.size(); ++b) {
     const Hung& of = hung[b];
     if (of.inertia == 0) continue;
-    const double back = h * h * of.held / of.mass, decay = h * of.turned / of.inertia;
+    const double back = h * h * of.held / of.mass, decay = h * of.turned / of.inertia, kept = back / (1 + back);
     const double damping = decay / (2 * std::sqrt(gravity(model) * of.length / of.inertia)) *
-                           std::pow(back / (1 + back), model.scene.solver.desbrun.refine);
-    if (damping > worst.damping) worst = {damping, static_cast<int>(b)};
+                           std::pow(kept, model.scene.solver.desbrun.refine);
+    if (damping > worst.damping) worst = {damping, static_cast<int>(b), kept};
   }
   return worst;
 }

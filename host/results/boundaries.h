@@ -8,20 +8,30 @@ namespace malha {
 /// What one substep's projections leave of an error between particles that weigh the same, where each constraint next
 /// to the pins of a body bears `load` times their weight: the strain 2 load g h^2 / (l iterations k), because each end
 /// moves by half of what a link is too long by, times PBD's stiffness k a projection, and that must undo the load's
-/// fall. Where the body swings down from the level: three to four times that, and at the ends of a row of pins as much
-/// as the root of half of its n constraints (measured; charts masses, resolution). 0 without pins, and with long-range
-/// attachments.
+/// fall. Where the body swings down from the level: two to five times that, and at the ends of a row of pins as much
+/// as the root of half of its n constraints (measured; charts masses, resolution). Springs to attachments
+/// are projected after all others, and what they hold stretches seven times as much. 0 without pins and attachments,
+/// and with long-range attachments.
 struct Sag {
-  double strain = 0, swinging = 0;  // at rest, and as it swings
+  double strain = 0, swinging = 0;  // at rest, and as it swings, at most
+  double stiffness = 1;             // k
   int body = 0;
-  bool soft = false;      // for its stiffness: k < 1
   bool of_faces = false;  // a sheet's or a surface's
 };
 Sag worst_sag(const Model& model);
 
-/// What gravity adds to a place in a substep, g h^2, over half the spacing of the numbers there: below 1 it is rounded
-/// away, energy drifts, and more substeps are worse (charts masses, substeps). Infinite without constraints or gravity.
-double unrounded_fall(const Model& model);
+/// What acceleration adds to a place in a substep, a h^2, over half the spacing of the numbers there: below 1 it is
+/// rounded away, energy drifts, and more substeps are worse (charts masses, substeps). a: gravity, or what
+/// holds a spinning body together, if that is more. Infinite without constraints, gravity and spin.
+double unrounded_step(const Model& model);
+
+/// How many cells of tetrahedra (as large as six of them) a shear wave, sqrt(E / 3 density) m/s, gets through in a
+/// substep, in the body of neo_hookean material where these are most. 0 without any.
+struct Wave {
+  double cells = 0;
+  int body = 0;
+};
+Wave fastest_wave(const Model& model);
 
 /// The largest k h^2 / m of the springs of bodies without pins (Desbrun's method; chart torque).
 double free_stiffness(const Model& model);
@@ -35,6 +45,7 @@ double free_stiffness(const Model& model);
 struct Swing {
   double damping = 0;  // of the critical
   int body = 0;
+  double kept = 0;  // s / (1 + s)
 };
 Swing most_damped_swing(const Model& model);
 

@@ -16,6 +16,8 @@ constexpr double kPaperTorque = 0.01;  // k h^2 / m
 constexpr double kOffTorque = 0.2;     // k h^2 / m, for each solve of a substep
 constexpr double kPinnedFall = 0.4;    // g h^2 / l
 constexpr double kDamping = 0.2;       // of the critical
+constexpr double kWave = 0.8;          // cells a substep: a material twice as soft as it should be
+constexpr double kSlowWave = 0.2;      // by 3 %
 
 double percent(double part) { return std::round(100 * part); }
 
@@ -27,6 +29,18 @@ double two_digits(double value) {
 /// "malha study stability" and its chart.
 std::string shown_by(const char* chart) { return std::string(" (malha study stability, chart ") + chart + ")"; }
 
+/// What would damp less: as few more substeps or refinements as that takes, where they are not too many.
+std::string less_damped(const Model& model, const Swing& swing) {
+  constexpr double most_substeps = 1024, most_refine = 16;
+  const double substeps = std::ceil(model.scene.solver.substeps * swing.damping / kDamping);
+  const double more = std::ceil(std::log(kDamping / swing.damping) / std::log(swing.kept));
+  const double refine = model.scene.solver.desbrun.refine + more;
+  std::string ways;
+  if (refine <= most_refine) ways += "\"refine\": " + shown(refine) + ", ";
+  if (substeps <= most_substeps) ways += shown(substeps) + " substeps, ";
+  return ways + (ways.empty() ? "" : "or ") + "\"type\": \"pbd\"";
+}
+
 }  // namespace
 
 std::vector<std::string> warnings(const Model& model) {
@@ -35,20 +49,27 @@ std::vector<std::string> warnings(const Model& model) {
   const SolverSpec& solver = scene.solver;
   if (const std::string coarse = coarse_resolution(model, model.look.points); !coarse.empty())
     lines.push_back(coarse + shown_by("distance"));
-  else if (unrounded_fall(model) < 1)
-    lines.push_back("with " + counted(solver.substeps, "substep") +
-                    " what gravity adds to a place in one is less than half the spacing of the numbers, and is "
-                    "rounded away; take fewer, or \"precision\": \"double\"" +
+  else if (unrounded_step(model) < 1)
+    lines.push_back("with steps of " + shown(two_digits(solver.dt / solver.substeps)) +
+                    " s what acceleration adds to a place in one is less than half the spacing of the numbers, and is "
+                    "rounded away; take fewer substeps, or \"precision\": \"double\"" +
                     shown_by("masses"));
   if (const Sag sag = worst_sag(model); sag.swinging > kSag)
     lines.push_back("body '" + scene.bodies[sag.body].name + "': with " + counted(solver.substeps, "substep") + " of " +
                     counted(solver.iterations, "iteration") + " what is next to its pins stretches by some " +
                     shown(percent(sag.strain)) + " % under its weight, and up to " + shown(percent(sag.swinging)) +
                     " % where it swings; take " +
-                    (sag.soft ? "a \"compliance\" instead of its \"stiffness\"" + shown_by("stiffness")
-                              : shown(std::ceil(solver.substeps * std::sqrt(sag.swinging / kSag))) +
-                                    " substeps or more, or \"long_range\"" +
-                                    shown_by(sag.of_faces ? "resolution" : "masses")));
+                    (sag.swinging * sag.stiffness <= kSag
+                         ? "a \"compliance\" instead of its \"stiffness\"" + shown_by("stiffness")
+                         : shown(std::ceil(solver.substeps * std::sqrt(sag.swinging / kSag))) +
+                               " substeps or more, or \"long_range\"" +
+                               shown_by(sag.of_faces ? "resolution" : "masses")));
+  if (const Wave wave = fastest_wave(model); wave.cells > kWave)
+    lines.push_back("body '" + scene.bodies[wave.body].name + "': a shear wave gets through " +
+                    shown(two_digits(wave.cells)) +
+                    " of its cells in a substep, and its material will be softer than " +
+                    "asked for, twice as soft at " + shown(kWave) + "; take " +
+                    shown(std::ceil(solver.substeps * wave.cells / kSlowWave)) + " substeps (README, Tetrahedra)");
   if (solver.type != "desbrun") return lines;
   const DesbrunSpec& spec = solver.desbrun;
   const Corrector corrector = spec.corrector.value_or(spec.refine > 0 ? Corrector::Off : Corrector::Inertia);
@@ -63,8 +84,7 @@ std::vector<std::string> warnings(const Model& model) {
                     " % too long; filter all, or take more substeps" + shown_by("weight"));
   if (const Swing swing = most_damped_swing(model); swing.damping > kDamping)
     lines.push_back("body '" + scene.bodies[swing.body].name + "': the filter damps its swinging about its pins, by " +
-                    shown(two_digits(swing.damping)) +
-                    " of what would be critical; take \"refine\", more substeps or \"type\": \"pbd\"" +
+                    shown(two_digits(swing.damping)) + " times what is critical; take " + less_damped(model, swing) +
                     shown_by("turning"));
   return lines;
 }

@@ -45,6 +45,7 @@ Cells::Cells(const std::filesystem::path& file, const Json& head, bool quick, co
     throw std::runtime_error(path_.string() + ": another malha study is at work on it");
   const std::string bytes = read_whole(path_), good = good_lines(bytes, head, known_);
   const bool ours = bytes.starts_with(good);
+  if (!ours && !bytes.empty()) write_whole(path_.string() + ".old", bytes);
   if (ftruncate(number, ours ? static_cast<off_t>(good.size()) : 0) != 0) fail(path_);
   if (!ours && (std::fwrite(good.data(), 1, good.size(), file_.get()) != good.size() || std::fflush(file_.get()) != 0))
     fail(path_);

@@ -20,8 +20,8 @@ class Cells {
  public:
   using Progress = std::function<void(const std::string& what, int done, int planned)>;
 
-  /// `file` holds a line of JSON a cell after its first line, `head`. Cells of a file whose head is another are gone:
-  /// it is started anew. What a crash left of its last line is cut off. Throws std::runtime_error (disk, or another
+  /// `file` holds a line of JSON a cell after its first line, `head`. A file whose head is another becomes `file`.old
+  /// and is started anew. What a crash left of its last line is cut off. Throws std::runtime_error (disk, or another
   /// process is at work on it).
   Cells(const std::filesystem::path& file, const Json& head, bool quick, const std::atomic<bool>& stop,
         Progress progress = {});

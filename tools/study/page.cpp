@@ -70,6 +70,12 @@ void add_study(const std::filesystem::path& folder, const Json& json, std::ostri
   }
 }
 
+/// Whether to_json() wrote it, of this study; not some other file of that name.
+bool is_of(const Json& json, const Study& study) {
+  return json.is_object() && json.value("study", "") == study.name && json.contains("what") && json.contains("quick") &&
+         json.contains("build") && json.contains("command") && json.contains("sections");
+}
+
 }  // namespace
 
 std::string inline_svg(const std::string& file, const std::string& name) {
@@ -92,7 +98,8 @@ std::string page(const std::filesystem::path& folder) {
   for (const Study& study : studies()) {
     const auto file = folder / (study.name + ".json");
     if (!std::filesystem::exists(file)) continue;
-    const Json json = Json::parse(read_whole(file));
+    const Json json = Json::parse(read_whole(file), nullptr, false);
+    if (!is_of(json, study)) continue;
     contents << "<li><a href=\"#" << study.name << "\">" << study.name << "</a>: " << escaped(study.what)
              << (json["quick"].get<bool>() ? " (quick version)" : "") << "</li>\n";
     add_study(folder, json, body);

@@ -64,7 +64,7 @@ void run(const Options& options, const std::atomic<bool>& stop) {
   const Json build = bench::build_facts();
   for (const Study& study : studies()) {
     if (std::find(options.names.begin(), options.names.end(), study.name) == options.names.end()) continue;
-    const auto file = out / (study.name + ".cells.jsonl");
+    const auto file = out / (study.name + (options.quick ? ".quick" : "") + ".cells.jsonl");
     ProgressLine progress(10);
     const auto show = [&](const std::string& cell, int done, int planned) {
       progress(study.name + " " + std::to_string(done) + "/" + std::to_string(planned) + " " + cell,

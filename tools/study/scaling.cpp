@@ -48,7 +48,8 @@ Json row_of(const Json& base, const ClothMethod& method, const Json& line, const
   row["undisturbed_step_s"] = line["least_step_s"];
   row["undisturbed_times_as_fast"] = one["least_step_s"].get<double>() / line["least_step_s"].get<double>();
   row["setup_s"] = line["setup_s"], row["hash"] = line["hash"];
-  row["imbalance_by_patches"] = imbalance(line["patches"].get<int>(), line["phases"].get<int>(), t);
+  const int patches = line["patches"].get<int>();  // Desbrun's method has none
+  row["imbalance_by_patches"] = patches > 0 ? Json(imbalance(patches, line["phases"].get<int>(), t)) : Json();
   const char* largest = method.desbrun ? "filter" : "visits";
   const double pass = line["passes_s"].value(largest, step);
   row["gb_per_s"] = line["must_move_bytes"].get<double>() / pass / 1e9, row["triad_gb_per_s"] = line["triad_gb_per_s"];

@@ -107,7 +107,8 @@ Section strong(const Json& rows, const std::string& pinning) {
            formatted("%.2f", number(row, "times_as_fast")), formatted("%.2f", number(row, "undisturbed_times_as_fast")),
            formatted("%.0f %%", 100 * number(row, "efficiency")), share_of(row),
            formatted("%.1f", number(row, "gb_per_s")), formatted("%.1f", number(row, "triad_gb_per_s")),
-           formatted("%.2f", number(row, "imbalance_by_patches")), formatted("%.3g", number(row, "setup_s"))});
+           row["imbalance_by_patches"].is_null() ? "" : formatted("%.2f", number(row, "imbalance_by_patches")),
+           formatted("%.3g", number(row, "setup_s"))});
     }
   double load = 0;
   for (const auto& group : all) load = std::max(load, number(group[0], "load_average"));

@@ -193,8 +193,8 @@ std::string warned_sentence(const std::vector<Panel>& panels) {
         ++count[column["verdicts"][k] != int(Verdict::Stable)][column["warned"][k].get<bool>()];
   return formatted(
       "malha run warns (dots) of %d of the %d settings that fail by malha's methods, and of %d of the %d that hold, "
-      "because of "
-      "what other charts show: the filter's damping, rounding.",
+      "which "
+      "lie near the boundary or beyond that of another chart (the filter's damping, rounding).",
       count[1][1], count[1][0] + count[1][1], count[0][1], count[0][0] + count[0][1]);
 }
 

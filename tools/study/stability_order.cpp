@@ -94,7 +94,9 @@ Section history(const std::vector<Sweep>& sweeps, Cells& cells, Json& rows) {
     const Sweep& sweep = sweeps[k];
     const Json all = cells(formatted("order: %s, %d, %d, over time", sweep.title.c_str(), n, substeps),
                            [&] { return strains(trial_of(sweep, *system, n, substeps, frames), cells); });
-    bench::Series series{"", std::string("with lines lw 3 ") + styles[k % 8], sweep.title};
+    // The later over the earlier, and thinner: where they coincide, all are seen.
+    const double width = 2.5 + 1.3 * double(sweeps.size() - k);
+    bench::Series series{"", formatted("with lines lw %g ", width) + styles[k % 8], sweep.title};
     for (std::size_t frame = 0; frame < all.size(); ++frame)
       series.data += formatted("%.6g %.6g\n", double(frame + 1) * kFrame, all[frame].get<double>());
     chart.series.push_back(series);

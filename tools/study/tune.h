@@ -53,7 +53,8 @@ void check_tunable(const Scene& scene);
 /// is then as large as the last move. If doubling no longer helps, or helps too little up to 16,384 substeps, it has
 /// not converged (chaotic motion) and nothing is tried. Each method then gets the fewest substeps that reach the error,
 /// to an eighth: doubled, then bisected, and given up as soon as it is sure to cost 1.3 times as much as the best so
-/// far; in double only where float misses the error at any substeps. Those below 1.5 times the best run again in turns,
+/// far; in double only where float misses it so. (Float is worse again with many substeps; where it is right
+/// only between two doublings, that is not seen.) Those below 1.5 times the best run again in turns,
 /// Desbrun's with either filter, and the cheapest wins. Throws InputError, as check_tunable and simulations do, and
 /// Interrupted where the user stops it.
 Tuned tune(const Scene& scene, const TuneOptions& options, const TuneProgress& progress, const std::atomic<bool>& stop);

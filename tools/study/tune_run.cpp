@@ -5,7 +5,9 @@
 #include <limits>
 #include <numeric>
 
+#include "host/base/shown.h"
 #include "host/base/stopwatch.h"
+#include "host/error.h"
 #include "host/simulation.h"
 #include "tools/study/interrupted.h"
 
@@ -24,7 +26,12 @@ double usual_ms(std::vector<double> steps) {
 }  // namespace
 
 std::vector<int> moments(const Scene& scene, double seconds) {
-  const auto steps = static_cast<int>(std::max(1LL, std::llround(seconds / scene.solver.dt)));
+  constexpr double most = 1e9;  // as of runs
+  const double asked = std::max(1.0, std::round(seconds / scene.solver.dt));
+  if (asked > most)
+    throw InputError("malha tune: --seconds: found " + shown(seconds) + " s, which are " + shown(asked) + " steps of " +
+                     shown(scene.solver.dt) + " s; allowed: at most " + shown(most) + " steps");
+  const int steps = static_cast<int>(asked);
   std::vector<int> at;
   for (int quarter = 1; quarter <= 4; ++quarter)
     if (const int step = static_cast<int>(std::llround(steps * quarter / 4.0)); step > (at.empty() ? 0 : at.back()))
