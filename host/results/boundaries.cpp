@@ -103,7 +103,8 @@ Sag worst_sag(const Model& model) {
       if (pinned[a] == pinned[b]) continue;
       if (pinned[a]) std::swap(a, b);
       Hung& of = hung[body[a]];
-      ++of.paths, of.length = std::min(of.length, distance(model.x[a], model.x[b])), of.end_mass += 1 / model.w[a];
+      const double length = distance(model.x[a], model.x[b]);
+      ++of.paths, of.length = length > 0 ? std::min(of.length, length) : of.length, of.end_mass += 1 / model.w[a];
       of.stiffness = std::max(of.stiffness, k);
     }
   }
@@ -182,8 +183,8 @@ double pinned_fall(const Model& model) {
 
 Swing most_damped_swing(const Model& model) {
   struct Hung {
-    double mass = 0, length = 0, inertia = 0, turned = 0,
-           held = 0;  // sums of m, m d, m d^2, k (d_i - d_j)^2, k at pins
+    double mass = 0, length = 0, inertia = 0;  // sums of m, m d, m d^2
+    double turned = 0, held = 0;               // sums of k (d_i - d_j)^2, and of k at pins
   };
   Swing worst;
   if (gravity(model) == 0 || model.springs.empty()) return worst;

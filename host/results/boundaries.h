@@ -9,9 +9,8 @@ namespace malha {
 /// to the pins of a body bears `load` times their weight: the strain 2 load g h^2 / (l iterations k), because each end
 /// moves by half of what a link is too long by, times PBD's stiffness k a projection, and that must undo the load's
 /// fall. Where the body swings down from the level: two to five times that, and at the ends of a row of pins as much
-/// as the root of half of its n constraints (measured; charts masses, resolution). Springs to attachments
-/// are projected after all others, and what they hold stretches seven times as much. 0 without pins and attachments,
-/// and with long-range attachments.
+/// as the root of half of its n constraints (measured; charts masses, resolution); what hangs by springs to attachments
+/// stretches seven times as much as by pins. 0 without either, and with long-range attachments.
 struct Sag {
   double strain = 0, swinging = 0;  // at rest, and as it swings, at most
   double stiffness = 1;             // k
@@ -21,8 +20,8 @@ struct Sag {
 Sag worst_sag(const Model& model);
 
 /// What acceleration adds to a place in a substep, a h^2, over half the spacing of the numbers there: below 1 it is
-/// rounded away, energy drifts, and more substeps are worse (charts masses, substeps). a: gravity, or what
-/// holds a spinning body together, if that is more. Infinite without constraints, gravity and spin.
+/// rounded away, energy drifts, and more substeps are worse (charts masses, substeps). a: gravity, or what holds a
+/// spinning body together, if that is more. Infinite without constraints, or without gravity and spin.
 double unrounded_step(const Model& model);
 
 /// How many cells of tetrahedra (as large as six of them) a shear wave, sqrt(E / 3 density) m/s, gets through in a
