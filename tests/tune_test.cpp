@@ -75,11 +75,12 @@ TEST_F(TuneCommand, WritesASceneThatReachesTheErrorWhenItRunsAgain) {
 
 TEST(Tune, TakesNoMoreSubstepsForALooserError) {
   const Tuned strict = tuned_quietly(springy_net(), 0.004), loose = tuned_quietly(springy_net(), 0.016);
-  for (const char* method : {"XPBD, 1 iteration, float"}) {
-    EXPECT_GT(fewest(strict, method), 0) << method;
-    EXPECT_GT(fewest(loose, method), 0) << method;
-    EXPECT_LE(fewest(loose, method), fewest(strict, method)) << method;
-  }
+  ASSERT_TRUE(strict.best && loose.best);
+  for (const Tried& trial : strict.trials)
+    // By the clock of a busy machine another method may be given up as dear.
+    if (const int substeps = fewest(loose, trial.method); trial.reaches() && substeps > 0) {
+      EXPECT_LE(substeps, fewest(strict, trial.method)) << trial.method;
+    }
 }
 
 TEST(Tune, StatesErrorsThatAreThoseOfItsTrials) {
