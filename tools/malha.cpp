@@ -67,11 +67,11 @@ malha::Scene load(const Arguments& arguments) {
 
 std::optional<std::int64_t> last_step(const Arguments& arguments, const malha::Scene& scene) {
   if (!arguments.seconds) return arguments.steps;
-  constexpr double most_steps = 1e9;
   const double steps = *arguments.seconds / scene.solver.dt;
-  if (steps > most_steps)
-    malha::refuse("malha run", "--seconds", malha::shown(*arguments.seconds),
-                  "at most " + malha::shown(most_steps * scene.solver.dt) + " s, which are 1e9 steps of this scene");
+  if (steps > malha::kMostSteps)
+    malha::refuse(
+        "malha run", "--seconds", malha::shown(*arguments.seconds),
+        "at most " + malha::shown(malha::kMostSteps * scene.solver.dt) + " s, which are 1e9 steps of this scene");
   return std::max<std::int64_t>(1, std::llround(steps));
 }
 

@@ -31,8 +31,7 @@ int tune(const Arguments& arguments, const std::atomic<bool>& stop) {
       !arguments.out.empty() ? arguments.out : "out/" + fs::path(arguments.scene).stem().string() + "_tuned.json";
   const fs::path json = arguments.tune.json;
   if (json.lexically_normal() == out.lexically_normal())
-    throw InputError("malha tune: --json: found '" + json.string() +
-                     "', which is to be the tuned scene; allowed: another file");
+    refuse("malha tune", "--json", "'" + json.string() + "', which is to be the tuned scene", "another file");
   prepare(out);
   if (!json.empty()) prepare(json);
   const study::TuneOptions options{arguments.tune.error, arguments.tune.seconds,

@@ -124,6 +124,8 @@ Sag worst_sag(const Model& model) {
 }
 
 double unrounded_step(const Model& model) {
+  constexpr double never = std::numeric_limits<double>::infinity();
+  if (model.scene.solver.type != "pbd" || model.sets.empty()) return never;
   double most = gravity(model);
   const std::vector<int>& begin = model.look.body_begin;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
@@ -133,9 +135,7 @@ double unrounded_step(const Model& model) {
     const auto [low, high] = corners(model.look.points, begin[b], begin[b + 1]);
     most = std::max(most, turns * turns * distance(low, high) / 2);
   }
-  if (most == 0 || model.scene.solver.type != "pbd" || model.sets.empty())
-    return std::numeric_limits<double>::infinity();
-  return 2 * most * substep(model) * substep(model) / resolution(model, model.look.points).spacing;
+  return most > 0 ? 2 * most * substep(model) * substep(model) / spacing(model, model.look.points) : never;
 }
 
 Wave fastest_wave(const Model& model) {

@@ -28,6 +28,17 @@ double spacing_at(double a) {
   return double(std::nextafter(R(a), std::numeric_limits<R>::max()) - R(a));
 }
 
+double spacing_at(const Model& model, double a) {
+  return model.scene.solver.precision == Precision::Double ? spacing_at<double>(a) : spacing_at<float>(a);
+}
+
+double farthest_of(const std::vector<Vec3>& x) {
+  double farthest = 0;
+  for (const Vec3& p : x)
+    for (const double a : p) farthest = std::max(farthest, std::abs(a));
+  return farthest;
+}
+
 std::string metres(double a) {
   char text[32];
   std::snprintf(text, sizeof text,
@@ -42,14 +53,11 @@ std::string metres(double a) {
 
 }  // namespace
 
+double spacing(const Model& model, const std::vector<Vec3>& x) { return spacing_at(model, farthest_of(x)); }
+
 Resolution resolution(const Model& model, const std::vector<Vec3>& x) {
-  Resolution found;
-  for (const Vec3& p : x)
-    for (const double a : p) found.farthest = std::max(found.farthest, std::abs(a));
-  const bool twice = model.scene.solver.precision == Precision::Double;
-  found.spacing = twice ? spacing_at<double>(found.farthest) : spacing_at<float>(found.farthest);
-  found.edge = shortest_edge(model.look);
-  return found;
+  const double farthest = farthest_of(x);
+  return {farthest, spacing_at(model, farthest), shortest_edge(model.look)};
 }
 
 std::string coarse_resolution(const Model& model, const std::vector<Vec3>& x) {

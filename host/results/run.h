@@ -10,6 +10,8 @@
 
 namespace malha {
 
+inline constexpr double kMostSteps = 1e9;  // of a time that is asked for
+
 struct RunOptions {
   std::string out;                                    // the folder of the results; made where it is missing
   std::optional<std::int64_t> steps = {};             // stop at this step; otherwise the scene's duration

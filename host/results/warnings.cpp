@@ -74,12 +74,12 @@ std::vector<std::string> warnings(const Model& model) {
   const DesbrunSpec& spec = solver.desbrun;
   const Corrector corrector = spec.corrector.value_or(spec.refine > 0 ? Corrector::Off : Corrector::Inertia);
   const double most = corrector == Corrector::Paper ? kPaperTorque : kOffTorque * (1 + spec.refine);
-  if (const double k = free_stiffness(model); corrector != Corrector::Inertia && k > most)
+  if (const double k = corrector != Corrector::Inertia ? free_stiffness(model) : 0; k > most)
     lines.push_back(
         "k h^2 / m is up to " + shown(k) + " on free bodies, and above " + shown(most) + " corrector \"" +
         (corrector == Corrector::Paper ? "paper\" adds angular momentum" : "off\" takes their rotation away") +
         "; take \"corrector\": \"inertia\" or more substeps" + shown_by("torque"));
-  if (const double fallen = pinned_fall(model); spec.internal_only && fallen > kPinnedFall)
+  if (const double fallen = spec.internal_only ? pinned_fall(model) : 0; fallen > kPinnedFall)
     lines.push_back("\"filtered\": \"internal_only\" leaves springs next to pins some " + shown(percent(fallen)) +
                     " % too long; filter all, or take more substeps" + shown_by("weight"));
   if (const Swing swing = most_damped_swing(model); swing.damping > kDamping)

@@ -61,8 +61,7 @@ Outcome hung(double ratio, const SolverSpec& solver, double compliance, const Ce
 
 Outcome sheet(int n, const SolverSpec& solver, bool corners, double compliance, const Cells& cells) {
   constexpr double side = 2, mass = 1;
-  Scene scene = hanging_sheet(n, side, mass, compliance);
-  if (corners) scene.bodies[0].pins = {ListPin{{0, n - 1}}};
+  Scene scene = (corners ? cornered_sheet : hanging_sheet)(n, side, mass, compliance);
   scene.solver = solver, scene.solver.dt = kFrame;
   return judge(malha_trial(scene, kFrames, mass * kGravity * side), cells);
 }

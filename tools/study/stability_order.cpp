@@ -15,23 +15,17 @@ using bench::formatted;
 
 constexpr double kSheetSide = 2, kSheetMass = 1;  // m, kg
 
-Scene hung(int n, double compliance) {
-  Scene scene = hanging_sheet(n, kSheetSide, kSheetMass, compliance);
-  scene.bodies[0].pins = {ListPin{{0, n - 1}}};
-  return scene;
-}
-
 constexpr double kCompliance = 1e-4;  // m/N, of the soft ones
 
 Scene sheet(int n, int substeps, Precision precision, bool soft) {
-  Scene scene = hung(n, soft ? kCompliance : 0);
+  Scene scene = cornered_sheet(n, kSheetSide, kSheetMass, soft ? kCompliance : 0);
   scene.solver.substeps = substeps, scene.solver.precision = precision;
   return scene;
 }
 
 /// The same sheet as plain constraints; their stiffness is not looked at.
 std::unique_ptr<SpringSystem> constraints_of(int n) {
-  auto system = spring_system(hung(n, 1));
+  auto system = spring_system(cornered_sheet(n, kSheetSide, kSheetMass, 1));
   for (Spring& s : system->springs) s.stiffness = 0;  // no elastic energy
   return system;
 }

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "host/base/shown.h"
+#include "host/mesh/generate.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"
@@ -21,15 +22,9 @@ using bench::formatted;
 
 enum class Start { Random, Collapsed, NearlyCollapsed };
 
-/// n x n particles of 1 m, held at two corners.
-Scene held_sheet(int n, double compliance) {
-  Scene scene = hanging_sheet(n, 1, 0.2, compliance);
-  scene.bodies[0].pins = {ListPin{{0, n - 1}}};
-  return scene;
-}
-
-/// Where its particles start, in the user's order; `places`: where they are at rest.
-std::vector<Vec3> started(std::vector<Vec3> places, int n, Start start) {
+/// Where the particles of a sheet start, in the user's order.
+std::vector<Vec3> started(const Scene& scene, int n, Start start) {
+  std::vector<Vec3> places = make_mesh(scene.bodies[0].shape).points;
   std::mt19937 random(7);
   const auto unit = [&random] { return double(random()) / 4294967296.0; };  // the same on every library
   for (int i = 0; i < n * n; ++i) {
@@ -49,7 +44,7 @@ constexpr int kHalf = 30, kEnd = 180;  // frames
 Json unfolded(const Scene& scene, int n, Start start, const Cells& cells) {
   const Model model = build_model(scene);
   const std::unique_ptr<Solver> solver = make_solver(model, 1);
-  const std::vector<Vec3> user = started(model.look.points, n, start);
+  const std::vector<Vec3> user = started(scene, n, start);
   std::vector<Vec3> places;
   for (const int i : model.user_of) places.push_back(user[i]);
   solver->restore(save_state(state_at_rest<float>(places)));
@@ -65,7 +60,7 @@ Json unfolded(const Scene& scene, int n, Start start, const Cells& cells) {
 Json unfolded_by_euler(const Scene& scene, int n, Start start, const Cells& cells) {
   const auto system = spring_system(scene);
   const double h = 0.5 / largest_frequency(*system, system->start.x);
-  State state{flat(started(Simulation(scene).positions(), n, start)), Vector::Zero(system->start.x.size())};
+  State state{flat(started(scene, n, start)), Vector::Zero(system->start.x.size())};
   Json strain = Json::array({sample_of(*system, state).rms});
   const int half = int(kHalf * kFrame / h), end = int(kEnd * kFrame / h);
   for (int step = 1; step <= end; ++step) {
@@ -135,7 +130,7 @@ Section start_failure(Cells& cells, Json& rows) {
   for (const auto& [start, title] : starts)
     for (const std::string method : {"PBD", "XPBD, 1 kN/m", "Desbrun, 1 kN/m", "symplectic Euler, 1 kN/m"}) {
       const Json cell = cells(formatted("start: %d, %s, %s", n, title.c_str(), method.c_str()), [&] {
-        Scene scene = held_sheet(n, method == "PBD" ? 0 : 1e-3);
+        Scene scene = cornered_sheet(n, 1, 0.2, method == "PBD" ? 0 : 1e-3);
         if (method.starts_with("Desbrun")) scene.solver.type = "desbrun";
         return method.starts_with("symplectic") ? unfolded_by_euler(scene, n, start, cells)
                                                 : unfolded(scene, n, start, cells);

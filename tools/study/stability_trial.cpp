@@ -85,4 +85,10 @@ Scene hanging_sheet(int n, double side, double mass, double compliance) {
   return scene;
 }
 
+Scene cornered_sheet(int n, double side, double mass, double compliance) {
+  Scene scene = hanging_sheet(n, side, mass, compliance);
+  scene.bodies[0].pins = {ListPin{{0, n - 1}}};
+  return scene;
+}
+
 }  // namespace malha::study

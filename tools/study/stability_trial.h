@@ -57,4 +57,7 @@ inline constexpr double kGravity = 9.81;  // m/s^2
 /// or of PBD's stiffness where it is 0.
 Scene hanging_sheet(int n, double side, double mass, double compliance);
 
+/// The same, held at the two corners of that row.
+Scene cornered_sheet(int n, double side, double mass, double compliance);
+
 }  // namespace malha::study

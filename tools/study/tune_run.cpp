@@ -8,7 +8,7 @@
 #include "host/base/shown.h"
 #include "host/base/stopwatch.h"
 #include "host/error.h"
-#include "host/simulation.h"
+#include "host/results/run.h"
 #include "tools/study/interrupted.h"
 
 namespace malha::study {
@@ -26,11 +26,11 @@ double usual_ms(std::vector<double> steps) {
 }  // namespace
 
 std::vector<int> moments(const Scene& scene, double seconds) {
-  constexpr double most = 1e9;  // as of runs
   const double asked = std::max(1.0, std::round(seconds / scene.solver.dt));
-  if (asked > most)
-    throw InputError("malha tune: --seconds: found " + shown(seconds) + " s, which are " + shown(asked) + " steps of " +
-                     shown(scene.solver.dt) + " s; allowed: at most " + shown(most) + " steps");
+  if (asked > kMostSteps)
+    refuse("malha tune", "--seconds",
+           shown(seconds) + " s, which are " + shown(asked) + " steps of " + shown(scene.solver.dt) + " s",
+           "at most " + shown(kMostSteps) + " steps");
   const int steps = static_cast<int>(asked);
   std::vector<int> at;
   for (int quarter = 1; quarter <= 4; ++quarter)
