@@ -1,25 +1,21 @@
 // One projection, written once for every constraint: gather, evaluate, PBD or XPBD update, scatter.
 #pragma once
+#include "kernels/constraint_kind.h"
 #include "kernels/local.h"
 #include "kernels/patch.h"
 
 namespace malha {
 
-/// What of a mesh a constraint stands on.
-enum class Element { Edges, Hinges, Tetrahedra };
-
-/// A constraint's own number in a scene: its key, its default and its smallest value.
-struct Parameter {
-  const char* name;
-  double standard;
-  double minimum;
-  bool minimum_allowed;
-};
-
 /// Stiff: PBD, dp = -k' w grad C / sum w |grad C|^2 (Müller et al. 2006).
 /// Compliant: XPBD, dlambda = (-C - alpha~ lambda) / (sum w |grad C|^2 + alpha~) (Macklin, Müller, Chentanez 2016).
 /// Material: the same with a compliance of each constraint's own, alpha~ times the last of its rest values.
 enum class Update { Stiff, Compliant, Material };
+
+/// Whether a kind takes a material's modulus beside stiffness and compliance: Update::Material.
+template <class Kind>
+KERNEL constexpr bool takes_material() {
+  return Kind::strength.free && Kind::strength.modulus != nullptr;
+}
 
 /// How many rest values a constraint has.
 template <class Kind>

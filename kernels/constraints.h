@@ -12,18 +12,18 @@
 
 namespace malha {
 
-template <class... Kinds>
+template <ConstraintKind... Kinds>
 struct KindList {};
-template <class... A, class... B>
+template <ConstraintKind... A, ConstraintKind... B>
 KindList<A..., B...> operator+(KindList<A...>, KindList<B...>);
 
-template <class... Kinds>
+template <ConstraintKind... Kinds>
 using Built = decltype((KindList<>() + ... + std::conditional_t<built(Kinds::name), KindList<Kinds>, KindList<>>()));
 
 using ConstraintKinds = Built<Distance, DistanceLimit, Bending, IsometricBending, Volume, NeoHookean>;
 
 /// Calls f(Kind{}) for every kind, in the order in which they are projected.
-template <class F, class... Kinds>
+template <class F, ConstraintKind... Kinds>
 KERNEL void for_each_constraint(F&& f, KindList<Kinds...>) {
   (f(Kinds{}), ...);
 }

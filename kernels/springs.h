@@ -3,7 +3,7 @@
 // ends, to exactly opposite forces.
 #pragma once
 #include "kernels/motion.h"
-#include "kernels/pack.h"
+#include "kernels/stencil.h"
 
 namespace malha {
 
@@ -141,10 +141,11 @@ struct MissingForces {
   }
 };
 
-/// Sums the forces of packs of particles.
-template <class R, class Forces>
+/// Sums the forces of packs of particles; `has_targets`: those of stencils, too, from rows that FindTargets has filled.
+template <class R, class Forces, bool has_targets>
 struct SumForces {
   Forces forces;
+  PullView<R> pulls;
   int packs, size;  // in all, and of a group
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -171,6 +172,15 @@ struct SumForces {
       load(springs.stiffness + at, k), load(springs.rest + at, l);
       f = f + Forces::pull(own, forces.template read<S>(springs.other + at), k, l);
     }
+    if constexpr (has_targets)
+      for (int slot = pulls.begin[pack]; slot < pulls.begin[pack + 1]; ++slot) {
+        const int at = kSpringPack * slot + part;
+        Vector3<S> d;
+        S weight, none;
+        load(pulls.weight + at, weight);
+        gather_rows(pulls.rows, pulls.row + at, d, none);
+        f = f + d * weight;
+      }
     forces.finish(first, f);
   }
 };

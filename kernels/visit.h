@@ -205,7 +205,7 @@ struct Visit {
         group.apart(begin, end, ProjectSet<Kind, Update::Stiff, Group, Local>{this, group, &patch, local, &set});
       else if (set.update == Update::Compliant)
         group.apart(begin, end, ProjectSet<Kind, Update::Compliant, Group, Local>{this, group, &patch, local, &set});
-      if constexpr (Kind::material) {
+      if constexpr (takes_material<Kind>()) {
         if (set.update == Update::Material)
           group.apart(begin, end, ProjectSet<Kind, Update::Material, Group, Local>{this, group, &patch, local, &set});
       }

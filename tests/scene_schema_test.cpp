@@ -205,14 +205,19 @@ TEST_F(SceneSchema, HasTheConstraintsOfTheRegistry) {
     const Json& properties = option["properties"];
     const std::string name = properties["type"]["const"];
     in_schema.insert(name);
-    for (const ConstraintKind& kind : constraint_kinds()) {
+    for (const KindInScenes& kind : constraint_kinds()) {
       if (kind.name != name) continue;
       EXPECT_TRUE(properties.contains(kind.parameter)) << name;
       const Json& parameter = resolve(properties[kind.parameter]);
       EXPECT_EQ(parameter.value(kind.min_included ? "minimum" : "exclusiveMinimum", -1.0), kind.parameter_min) << name;
+      if (!kind.modulus.empty()) {
+        EXPECT_TRUE(properties.contains(kind.modulus)) << name;
+        const Json required = option["required"];
+        EXPECT_EQ(std::count(required.begin(), required.end(), kind.modulus), kind.free ? 0 : 1) << name;
+      }
     }
   }
-  for (const ConstraintKind& kind : constraint_kinds()) registered.insert(kind.name);
+  for (const KindInScenes& kind : constraint_kinds()) registered.insert(kind.name);
   EXPECT_EQ(in_schema, registered);
 }
 

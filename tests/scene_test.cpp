@@ -19,9 +19,10 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 TEST(ParseScene, GivesEveryKindItsOwnDefaults) {
-  for (const ConstraintKind& kind : constraint_kinds()) {
-    const std::string one = "[{\"type\": \"" + kind.name + (kind.elastic ? "\", \"young_modulus\": 1}]" : "\"}]");
-    const Scene scene = parse_scene(changed_scene("/bodies/2/constraints", one), "s.json", "");
+  for (const KindInScenes& kind : constraint_kinds()) {
+    Json one{{"type", kind.name}};
+    if (!kind.free && !kind.modulus.empty()) one[kind.modulus] = 1;
+    const Scene scene = parse_scene(changed_scene("/bodies/2/constraints", Json::array({one}).dump()), "s.json", "");
     ASSERT_EQ(scene.bodies[2].constraints.size(), 1u);
     const ConstraintSpec& spec = scene.bodies[2].constraints[0];
     EXPECT_EQ(spec.type, kind.name);
@@ -33,10 +34,10 @@ TEST(ParseScene, GivesEveryKindItsOwnDefaults) {
 }
 
 TEST(ParseScene, HoldsEveryParameterToTheMinimumOfItsKind) {
-  for (const ConstraintKind& kind : constraint_kinds()) {
+  for (const KindInScenes& kind : constraint_kinds()) {
     const auto with = [&](double value) {
       Json one{{"type", kind.name}, {kind.parameter, value}};
-      if (kind.elastic) one["young_modulus"] = 1;
+      if (!kind.free && !kind.modulus.empty()) one[kind.modulus] = 1;
       return changed_scene("/bodies/2/constraints", Json::array({one}).dump());
     };
     EXPECT_EQ(scene_refusal(with(kind.parameter_min)).empty(), kind.min_included) << kind.name;

@@ -12,12 +12,12 @@ namespace {
 /// Numbers the unknowns block by block, and says which of them a spring ties to a pin.
 class Unknowns {
  public:
-  explicit Unknowns(const Model& model) : of_(model.count(), -1) {
+  Unknowns(const Model& model, const std::vector<const SpringSet*>& springs) : of_(model.count(), -1) {
     const int n = model.count();
     std::vector<Edge> inner;
     std::vector<bool> held(n, false), sprung(n, false);
-    for (const SpringSet& set : model.springs)
-      for (const Edge& e : set.ends) {
+    for (const SpringSet* set : springs)
+      for (const Edge& e : set->ends) {
         const bool a = model.w[e[0]] > 0, b = model.w[e[1]] > 0;
         if (a && b) inner.push_back(e);
         if (a) sprung[e[0]] = true, held[e[0]] = held[e[0]] || !b;
@@ -77,7 +77,10 @@ void merge_rows(SpringSystem& system) {
 }  // namespace
 
 SpringSystem spring_system(const Model& model, double dt) {
-  Unknowns unknown(model);
+  const SpringSet linear = linear_part(model);
+  std::vector<const SpringSet*> springs{&linear};
+  for (const SpringSet& set : model.springs) springs.push_back(&set);
+  Unknowns unknown(model, springs);
   SpringSystem system;
   system.particle = std::move(unknown.particle);
   system.blocks = std::move(unknown.blocks);
@@ -86,9 +89,9 @@ SpringSystem spring_system(const Model& model, double dt) {
   system.diagonal = system.mass;
   system.begin.assign(n + 1, 0);
   const auto each_spring = [&](const auto& visit) {
-    for (const SpringSet& set : model.springs)
-      for (std::size_t s = 0; s < set.ends.size(); ++s)
-        visit(unknown[set.ends[s][0]], unknown[set.ends[s][1]], dt * dt * set.stiffness[s]);
+    for (const SpringSet* set : springs)
+      for (std::size_t s = 0; s < set->ends.size(); ++s)
+        visit(unknown[set->ends[s][0]], unknown[set->ends[s][1]], dt * dt * set->stiffness[s]);
   };
   each_spring([&](int a, int b, double k) {
     if (a >= 0) system.diagonal[a] += k;

@@ -68,14 +68,14 @@ std::vector<double> shear_softness(const Mesh& mesh) {
 }
 
 std::vector<double> hinge_softness(const Mesh& mesh, const std::vector<std::array<int, 4>>& hinges,
-                                   const std::vector<double>& shares, bool isometric) {
+                                   const std::vector<double>& shares) {
   std::vector<double> softness;
   softness.reserve(hinges.size());
   for (std::size_t h = 0; h < hinges.size(); ++h) {
     const auto& [a, b, c, d] = hinges[h];
     const auto& X = mesh.points;
     const double both = (area(X[a], X[b], X[c]) + area(X[a], X[b], X[d])) / shares[h];
-    softness.push_back(isometric ? both : over(both, squared(X[a], X[b])));
+    softness.push_back(over(both, squared(X[a], X[b])));
   }
   return softness;
 }

@@ -16,11 +16,10 @@ std::vector<double> edge_softness(const Mesh& mesh, const std::vector<Edge>& edg
 /// thickness, N/m.
 std::vector<double> shear_softness(const Mesh& mesh);
 
-/// Of plate_hinges(mesh) with their shares: the area of both triangles / length^2 / share for an angle, the area /
-/// share for an isometric fold, which is longer by the edge. Rigidity: flexural, N m (Seung, Nelson 1988). Grids of
-/// quads and equilateral triangles bend alike in all directions; right-angled triangles whose diagonals all run alike
-/// do not, up to three times as stiff across them as along.
+/// Of plate_hinges(mesh) with their shares: the area of both triangles / length^2 / share. Rigidity: flexural, N m
+/// (Seung, Nelson 1988). Grids of quads and equilateral triangles bend alike in all directions; right-angled triangles
+/// whose diagonals all run alike do not, up to three times as stiff across them as along.
 std::vector<double> hinge_softness(const Mesh& mesh, const std::vector<std::array<int, 4>>& hinges,
-                                   const std::vector<double>& shares, bool isometric);
+                                   const std::vector<double>& shares);
 
 }  // namespace malha

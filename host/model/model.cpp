@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 
 #include "host/base/stopwatch.h"
 #include "host/error.h"
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
-#include "host/model/material.h"
+#include "host/model/elements.h"
 #include "host/model/order.h"
 #include "host/model/self_surface.h"
 #include "host/model/tear.h"
@@ -96,38 +95,6 @@ Body make_body(const Scene& scene, std::size_t index, Mesh mesh, const Torn* tor
       refuse(scene.file, pointer("bodies", index, spec.mass ? "mass" : "density"),
              "no mass for particle " + std::to_string(i), "a mass or density that leaves no particle massless");
   return body;
-}
-
-struct Elements {
-  std::vector<int> particles;    // in the body's own numbering, `arity` each
-  std::vector<double> softness;  // of a material, of each
-};
-
-/// What the constraints of this spec stand on.
-template <class Kind>
-Elements elements(const Body& body, const ConstraintSpec& spec) {
-  Elements all;
-  const auto add = [&all](const auto& list, const std::vector<double>& softness) {
-    for (const auto& element : list) all.particles.insert(all.particles.end(), element.begin(), element.end());
-    all.softness.insert(all.softness.end(), softness.begin(), softness.end());
-  };
-  const Mesh& mesh = body.mesh;
-  const bool material = spec.rigidity.has_value();
-  if constexpr (Kind::element == Element::Hinges) {
-    std::vector<double> shares;
-    const auto list = material ? plate_hinges(mesh, shares) : hinges(mesh);
-    constexpr bool isometric = std::is_same_v<Kind, IsometricBending>;
-    add(list, material ? hinge_softness(mesh, list, shares, isometric) : std::vector<double>{});
-  } else if constexpr (Kind::element == Element::Tetrahedra) {
-    add(mesh.tetrahedra, {});
-  } else {
-    for (const std::string& on : spec.on)
-      if (on == "shear")
-        add(shear(mesh), material ? shear_softness(mesh) : std::vector<double>{});
-      else
-        add(body.edges, material ? edge_softness(mesh, body.edges) : std::vector<double>{});
-  }
-  return all;
 }
 
 class Builder {
@@ -277,25 +244,28 @@ class Builder {
 
   template <class Kind>
   void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
-    Elements all = elements<Kind>(bodies_[b], spec);
+    Elements all = list_elements(Kind::element, bodies_[b].mesh, bodies_[b].edges, spec);
     if (all.particles.empty() && torn_) return;  // torn to pieces
     if (all.particles.empty())
       refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",
-             Kind::element == Element::Hinges       ? "a mesh with neighbouring faces"
-             : Kind::element == Element::Tetrahedra ? "a mesh of tetrahedra: tet_box, .mesh, .msh, .node and .ele"
-                                                    : "edges, or quads for shear");
+             facts_of(Kind::element).needed);
     drop_what_is_pinned(all, Kind::particles, bodies_[b].holds.pinned);
     for (int& i : all.particles) i = solver_of_[model_.look.body_begin[b] + i];
     const SolverSpec& solver = model_.scene.solver;
-    if (solver.type == "desbrun" && !Kind::inequality && Kind::element != Element::Tetrahedra) {
-      if (spec.rigidity && Kind::element == Element::Hinges)
-        refuse(model_.scene.file, place + "/rigidity", "a rigidity for springs across hinges, which a flat one lacks",
-               "'compliance' or 'stiffness' with Desbrun's method, or the solver 'pbd'");
+    const std::optional<double> compliance = compliance_of<Kind>(spec);
+    if (solver.type == "desbrun" && Kind::filtered == Filtered::Spring) {
       SpringSet springs = springs_of(spec, solver.desbrun.stiffness, all.particles, all.softness, model_.x);
       if (!springs.ends.empty()) model_.springs.push_back(std::move(springs));
       return;
     }
-    ConstraintSet& set = find_set(spec, Kind::particles);
+    if (solver.type == "desbrun" && Kind::filtered == Filtered::Stencil) {
+      ConstraintSet set{spec.type,      Kind::particles,          spec.stiffness,         compliance,
+                        spec.parameter, std::move(all.particles), std::move(all.softness)};
+      if (!(compliance.value_or(0) > 0)) soften_by_levers(set, solver.desbrun.stiffness, model_.x);
+      if (set.count() > 0) model_.stencils.push_back(std::move(set));
+      return;
+    }
+    ConstraintSet& set = find_set(spec, Kind::particles, compliance, !all.softness.empty());
     set.particles.insert(set.particles.end(), all.particles.begin(), all.particles.end());
     set.softness.insert(set.softness.end(), all.softness.begin(), all.softness.end());
   }
@@ -314,12 +284,18 @@ class Builder {
     if (!all.softness.empty()) all.softness.resize(kept);
   }
 
-  ConstraintSet& find_set(const ConstraintSpec& spec, int arity) {
-    std::optional<double> compliance = spec.rigidity ? std::optional<double>(1 / *spec.rigidity) : spec.compliance;
-    if (spec.young_modulus) compliance = 1 / NeoHookean::shear_modulus(*spec.young_modulus, spec.parameter);
+  /// By itself or from a material's modulus.
+  template <class Kind>
+  static std::optional<double> compliance_of(const ConstraintSpec& spec) {
+    if constexpr (!Kind::strength.free)
+      return Kind::compliance(spec.rigidity ? *spec.rigidity : spec.young_modulus.value(), spec.parameter);
+    return spec.rigidity ? std::optional<double>(1 / *spec.rigidity) : spec.compliance;
+  }
+
+  ConstraintSet& find_set(const ConstraintSpec& spec, int arity, std::optional<double> compliance, bool softened) {
     for (ConstraintSet& set : model_.sets)
       if (set.type == spec.type && set.stiffness == spec.stiffness && set.compliance == compliance &&
-          set.parameter == spec.parameter && set.softness.empty() != spec.rigidity.has_value())
+          set.parameter == spec.parameter && set.softness.empty() != softened)
         return set;
     return model_.sets.emplace_back(
         ConstraintSet{spec.type, arity, spec.stiffness, compliance, spec.parameter, {}, {}});
@@ -371,6 +347,7 @@ class Builder {
     reorder(model_.user_of), reorder(model_.x), reorder(model_.v), reorder(model_.w), reorder(model_.mass);
     const auto renumber = [&](int& i) { i = now[i]; };
     for (ConstraintSet& set : model_.sets) std::for_each(set.particles.begin(), set.particles.end(), renumber);
+    for (ConstraintSet& set : model_.stencils) std::for_each(set.particles.begin(), set.particles.end(), renumber);
     for (SpringSet& set : model_.springs)
       for (Edge& e : set.ends) std::for_each(e.begin(), e.end(), renumber);
     for (auto& body : model_.tetrahedra)

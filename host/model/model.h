@@ -21,8 +21,10 @@ struct ConstraintSet {
   std::optional<double> compliance;
   double parameter = 1;
   std::vector<int> particles;    // arity a constraint
-  std::vector<double> softness;  // of a material: each constraint's compliance times the rigidity
+  std::vector<double> softness;  // each constraint's own part of its compliance, as of a material; empty: 1
   int count() const { return static_cast<int>(particles.size()) / arity; }
+  /// The compliance of its constraint c; 0 without one.
+  double alpha(int c) const { return compliance.value_or(0) * (softness.empty() ? 1 : softness[c]); }
 };
 
 struct PressureSet {
@@ -63,12 +65,13 @@ struct ModelSeconds {
 struct Model {
   Scene scene;
   Appearance look;
-  std::vector<int> user_of;         // user's index of each particle of the solver
-  std::vector<Vec3> x, v;           // m, m/s
-  std::vector<double> w;            // 1/kg, 0 where pinned for good
-  std::vector<double> mass;         // kg, of pinned particles too
-  std::vector<ConstraintSet> sets;  // in the registry's order of kinds
-  std::vector<SpringSet> springs;   // of Desbrun's method; `sets` then holds what is projected after them
+  std::vector<int> user_of;             // user's index of each particle of the solver
+  std::vector<Vec3> x, v;               // m, m/s
+  std::vector<double> w;                // 1/kg, 0 where pinned for good
+  std::vector<double> mass;             // kg, of pinned particles too
+  std::vector<ConstraintSet> sets;      // in the registry's order of kinds
+  std::vector<SpringSet> springs;       // of Desbrun's method; `sets` then holds what is projected after the filter,
+  std::vector<ConstraintSet> stencils;  // and these what else the filter sees, all with a compliance
   std::vector<PressureSet> pressures;
   LongRangeSet long_range;                           // of all bodies that name it
   AirFaces air;                                      // empty unless the wind has a density

@@ -1,23 +1,22 @@
 #include "host/scene/constraint_kinds.h"
 
-#include <type_traits>
-
 #include "kernels/constraints.h"
 
 namespace malha {
 
-const std::vector<ConstraintKind>& constraint_kinds() {
-  static const std::vector<ConstraintKind> kinds = [] {
-    std::vector<ConstraintKind> all;
+const std::vector<KindInScenes>& constraint_kinds() {
+  static const std::vector<KindInScenes> kinds = [] {
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    std::vector<KindInScenes> all;
     for_each_constraint([&all]<class Kind>(Kind) {
       const Parameter& p = Kind::parameter;
-      all.push_back({Kind::name, p.name, p.standard, p.minimum, p.minimum_allowed, Kind::material,
-                     Kind::element == Element::Edges});
-      if constexpr (std::is_same_v<Kind, NeoHookean>) all.back().elastic = true, all.back().parameter_max = Kind::most;
+      const Strength& s = Kind::strength;
+      all.push_back({Kind::name, p.name, p.standard, p.minimum, p.minimum_allowed, p.maximum, s.free,
+                     s.modulus ? s.modulus : "", s.unit ? s.unit : "", Kind::element == Element::Edges});
     });
-    all.push_back(
-        {"pressure", "pressure", 1, 0, false, false, false});  // over a whole mesh: no batches, so not registered
-    all.push_back({"long_range", "limit", 0, 0, true, false, false, true});  // a particle at a time: no batches either
+    // Not registered, because they have no batches: one is over a whole mesh, the other a particle at a time.
+    all.push_back({"pressure", "pressure", 1, 0, false, infinite, true, "", "", false});
+    all.push_back({"long_range", "limit", 0, 0, true, infinite, false, "", "", false});
     return all;
   }();
   return kinds;

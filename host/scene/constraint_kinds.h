@@ -6,20 +6,20 @@
 
 namespace malha {
 
-struct ConstraintKind {
+struct KindInScenes {
   std::string name;          // the "type" in a scene
   std::string parameter;     // the key of the kind's own number
   double parameter_default;  // where the scene does not say
   double parameter_min;
   bool min_included;     // parameter >= parameter_min, rather than >
-  bool material;         // takes "rigidity"
+  double parameter_max;  // infinite: none
+  bool free;             // takes "stiffness" or "compliance"
+  std::string modulus;   // the key of a material's modulus; where the kind is not free it is required. "": none
+  std::string unit;      // of the modulus
   bool on_edges;         // takes "on": which edges of the mesh
-  bool hard = false;     // takes neither stiffness nor compliance
-  bool elastic = false;  // takes "young_modulus", and nothing else that says how stiff
-  double parameter_max = std::numeric_limits<double>::infinity();
 };
 
 /// Every kind that a body may name, in the order in which messages list them.
-const std::vector<ConstraintKind>& constraint_kinds();
+const std::vector<KindInScenes>& constraint_kinds();
 
 }  // namespace malha

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "host/base/near_miss.h"
 #include "host/scene/constraint_kinds.h"
@@ -8,26 +9,20 @@ namespace malha {
 
 ConstraintSpec read_constraint(const JsonReader& at) {
   std::vector<std::string> names;
-  for (const ConstraintKind& kind : constraint_kinds()) names.push_back(kind.name);
+  for (const KindInScenes& kind : constraint_kinds()) names.push_back(kind.name);
   ConstraintSpec spec;
   spec.type = at.at("type").word("constraint", names);
   const auto kind = std::find_if(constraint_kinds().begin(), constraint_kinds().end(),
-                                 [&](const ConstraintKind& k) { return k.name == spec.type; });
+                                 [&](const KindInScenes& k) { return k.name == spec.type; });
   spec.parameter = kind->parameter_default;
-  const Range range = kind->elastic        ? between(kind->parameter_min, kind->parameter_max, "")
-                      : kind->min_included ? at_least(kind->parameter_min, "")
-                                           : above(kind->parameter_min, "");
+  const Range range = std::isfinite(kind->parameter_max) ? between(kind->parameter_min, kind->parameter_max, "")
+                      : kind->min_included               ? at_least(kind->parameter_min, "")
+                                                         : above(kind->parameter_min, "");
 
-  if (kind->elastic) {
-    at.object({
-        {"type", [](const JsonReader&) {}, true},
-        {"young_modulus", [&](const JsonReader& v) { spec.young_modulus = v.number(above(0, "Pa")); }, true},
-        {kind->parameter, [&](const JsonReader& v) { spec.parameter = v.number(range); }},
-    });
-    return spec;
-  }
-  std::vector<JsonReader::Field> fields{{"type", [](const JsonReader&) {}, true}};
-  if (!kind->hard) {
+  std::vector<JsonReader::Field> fields{
+      {"type", [](const JsonReader&) {}, true},
+  };
+  if (kind->free) {
     fields.push_back({"stiffness", [&](const JsonReader& v) { spec.stiffness = v.number(between(0, 1, "")); }});
     fields.push_back({"compliance", [&](const JsonReader& v) {
                         spec.compliance = v.number(at_least(0, "m/N for lengths, rad/(N m) for angles"));
@@ -35,12 +30,14 @@ ConstraintSpec read_constraint(const JsonReader& at) {
                       }});
   }
   fields.push_back({kind->parameter, [&](const JsonReader& v) { spec.parameter = v.number(range); }});
-  if (kind->material)
-    fields.push_back({"rigidity", [&](const JsonReader& v) {
-                        spec.rigidity = v.number(above(0, "N/m of surfaces, N of lines; bending N m"));
+  if (!kind->modulus.empty())
+    fields.push_back({kind->modulus,
+                      [&](const JsonReader& v) {
+                        modulus_of(spec, kind->modulus) = v.number(above(0, kind->unit));
                         if (at.has("stiffness") || at.has("compliance"))
-                          v.refuse("'rigidity' beside 'stiffness' or 'compliance'", "one of them");
-                      }});
+                          v.refuse("'" + kind->modulus + "' beside 'stiffness' or 'compliance'", "one of them");
+                      },
+                      !kind->free});
   if (kind->on_edges) {
     spec.on = {"edges"};
     fields.push_back({"on", [&](const JsonReader& v) { spec.on = v.words("element", {"edges", "shear"}); }});

@@ -73,12 +73,12 @@ Json write(const Transform& t) {
 
 Json write(const ConstraintSpec& c) {
   Json json{{"type", c.type}};
-  bool hard = false;
-  for (const ConstraintKind& kind : constraint_kinds()) {
+  bool free = false;
+  for (const KindInScenes& kind : constraint_kinds()) {
     if (kind.name != c.type) continue;
     if (kind.on_edges) json["on"] = c.on;
     json[kind.parameter] = c.parameter;
-    hard = kind.hard;
+    free = kind.free;
   }
   if (c.rigidity) {
     json["rigidity"] = *c.rigidity;
@@ -86,7 +86,7 @@ Json write(const ConstraintSpec& c) {
     json["young_modulus"] = *c.young_modulus;
   } else if (c.compliance) {
     json["compliance"] = *c.compliance;
-  } else if (!hard) {
+  } else if (free) {
     json["stiffness"] = c.stiffness;
   }
   return json;

@@ -30,7 +30,7 @@ class Desbrun final : public Stepper<Executor, R> {
       limits_.emplace(executor, model);
       facts_.constraint_bytes += limits_->bytes();
     }
-    if (model.springs.empty()) return;
+    if (model.springs.empty() && model.stencils.empty()) return;
     const SpringSystem system = this->system();
     filter_ = make_filter<Executor, R>(executor, threads, model, system, progress);
     forces_.emplace(executor, threads, model, loads(system));

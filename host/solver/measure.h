@@ -26,28 +26,35 @@ Measures measure_motion(const Executor& executor, const Particles<R>& particles,
   return m;
 }
 
+/// Adds elastic energy and degenerate constraints of a set, and to `lengths` its strain.
+template <class Executor>
+void measure_set(const Executor& executor, const Model& model, const ConstraintSet& set, const std::vector<Vec3>& x,
+                 Measures& m, Residual& lengths) {
+  for_each_constraint([&]<class Kind>(Kind) {
+    if (set.type != Kind::name) return;
+    const Residual r = parallel_reduce<Residual>(
+        executor, set.count(),
+        MeasureResidual<Kind, Vec3>{model.x.data(), x.data(), model.w.data(), set.particles.data(), set.parameter,
+                                    set.softness.empty() ? nullptr : set.softness.data()});
+    m.degenerate += static_cast<std::int64_t>(r.degenerate);
+    if constexpr (multipliers<Kind>() > 1)
+      m.elastic +=
+          parallel_reduce<Sum>(executor, set.count(),
+                               MeasureEnergy<Kind, Vec3>{model.x.data(), x.data(), set.particles.data(), set.parameter})
+              .value /
+          *set.compliance;
+    else if (set.compliance.value_or(0) > 0)
+      m.elastic += r.softened / (2 * *set.compliance);
+    if (Kind::has_strain) lengths += r;
+  });
+}
+
 /// Strain, elastic energy and degenerate constraints and springs at x (the solver's order).
 template <class Executor>
 void measure_constraints(const Executor& executor, const Model& model, const std::vector<Vec3>& x, Measures& m) {
   Residual lengths;
-  for (const ConstraintSet& set : model.sets)
-    for_each_constraint([&]<class Kind>(Kind) {
-      if (set.type != Kind::name) return;
-      const Residual r = parallel_reduce<Residual>(
-          executor, set.count(),
-          MeasureResidual<Kind, Vec3>{model.x.data(), x.data(), model.w.data(), set.particles.data(), set.parameter,
-                                      set.softness.empty() ? nullptr : set.softness.data()});
-      m.degenerate += static_cast<std::int64_t>(r.degenerate);
-      if constexpr (multipliers<Kind>() > 1)
-        m.elastic += parallel_reduce<Sum>(
-                         executor, set.count(),
-                         MeasureEnergy<Kind, Vec3>{model.x.data(), x.data(), set.particles.data(), set.parameter})
-                         .value /
-                     *set.compliance;
-      else if (set.compliance.value_or(0) > 0)
-        m.elastic += r.softened / (2 * *set.compliance);
-      if (Kind::has_strain) lengths += r;
-    });
+  for (const std::vector<ConstraintSet>* sets : {&model.sets, &model.stencils})
+    for (const ConstraintSet& set : *sets) measure_set(executor, model, set, x, m, lengths);
   for (const SpringSet& set : model.springs) {
     const SpringSum sum = parallel_reduce<SpringSum>(
         executor, static_cast<int>(set.ends.size()),

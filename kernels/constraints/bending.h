@@ -3,7 +3,7 @@
 // with the gradients of Bridson, Marino, Fedkiw 2003 (also Tamstorf, Grinspun 2013).
 #pragma once
 #include "kernels/atan2.h"
-#include "kernels/constraint.h"
+#include "kernels/constraints/isometric_bending.h"
 
 namespace malha {
 
@@ -13,7 +13,10 @@ struct Bending {
   static constexpr int particles = 4;
   static constexpr bool inequality = false;
   static constexpr bool has_strain = false;
-  static constexpr bool material = true;  // rigidity: flexural, N m
+  static constexpr Strength strength{true, "rigidity", "N m"};
+  static constexpr Filtered filtered = Filtered::Stencil;
+  using Stencil = IsometricBending::Stencil;
+  static constexpr Degenerate degenerate = Degenerate::Skipped;
   static constexpr int numbers = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
 

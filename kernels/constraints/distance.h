@@ -10,7 +10,9 @@ struct Distance {
   static constexpr int particles = 2;
   static constexpr bool inequality = false;
   static constexpr bool has_strain = true;  // C / l
-  static constexpr bool material = true;    // rigidity: N/m of a surface, N of a line
+  static constexpr Strength strength{true, "rigidity", "N/m of a surface, N of a line"};
+  static constexpr Filtered filtered = Filtered::Spring;
+  static constexpr Degenerate degenerate = Degenerate::Skipped;
   static constexpr int numbers = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, false};
 

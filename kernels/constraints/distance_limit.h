@@ -11,7 +11,9 @@ struct DistanceLimit {
   static constexpr int particles = 2;
   static constexpr bool inequality = true;
   static constexpr bool has_strain = false;
-  static constexpr bool material = false;
+  static constexpr Strength strength{true, nullptr, nullptr};
+  static constexpr Filtered filtered = Filtered::After;
+  static constexpr Degenerate degenerate = Degenerate::Skipped;
   static constexpr int numbers = 1;
   static constexpr Parameter parameter{"limit", 0.1, 0, true};
 

@@ -1,6 +1,7 @@
 // isometric_bending: C = |sum K_j p_j| - |sum K_j X_j| over the four particles of a hinge, K its cotangent weights at
-// rest: the fold's vector, as long as edge times angle where the fold is small. Quadratic in the positions, and no
-// triangle of the moment can degenerate it. Meant for sheets that hardly stretch (Bergou et al. 2006, section 4).
+// rest over the edge: the fold's vector, 2 sin(theta / 2) long. Where the fold is small that is the angle, so that a
+// compliance or rigidity means what it means for bending. Quadratic in the positions, and no triangle of the moment can
+// degenerate it. Meant for sheets that hardly stretch (Bergou et al. 2006, section 4).
 #pragma once
 #include "kernels/constraint.h"
 
@@ -12,12 +13,14 @@ struct IsometricBending {
   static constexpr int particles = 4;
   static constexpr bool inequality = false;
   static constexpr bool has_strain = false;
-  static constexpr bool material = true;  // rigidity: flexural, N m
+  static constexpr Strength strength{true, "rigidity", "N m"};
+  static constexpr Filtered filtered = Filtered::Stencil;
+  static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int numbers = 4;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
 
-  /// The vector's length at rest times rest_scale (0: flat), m, and K_0 to K_2; K_3 makes their sum 0. A hinge of which
-  /// a triangle has no area has none.
+  /// The vector's length at rest times rest_scale (0: flat), and K_0 to K_2, 1/m; K_3 makes their sum 0. A hinge of
+  /// which a triangle has no area has none.
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[4], S rest_scale, S (&rest)[4]) {
     using R = typename RealOf<S>::type;
@@ -25,14 +28,15 @@ struct IsometricBending {
     const Vector3<S> e = X[1] - X[0], a = X[2] - X[0], b = X[3] - X[0];
     const S e2 = dot(e, e), n1 = root(dot(cross(e, a), cross(e, a))), n2 = root(dot(cross(e, b), cross(e, b)));
     const auto whole = select(n1 < n2, n1, n2) > larger(e2 * S(R(1e-6)), S(tiny<R>()));
-    // Cotangents of the angles at both ends of the edge, in both triangles.
-    const S u1 = one / select(whole, n1, one), u2 = one / select(whole, n2, one);
+    // Cotangents of the angles at both ends of the edge, in both triangles; all over the edge.
+    const S length = root(e2), per_edge = one / select(whole, length, one);
+    const S u1 = per_edge / select(whole, n1, one), u2 = per_edge / select(whole, n2, one);
     const S at0 = dot(e, a) * u1 + dot(e, b) * u2, at1 = (e2 - dot(e, a)) * u1 + (e2 - dot(e, b)) * u2;
     rest[0] = zero;
     rest[1] = select(whole, at1, zero), rest[2] = select(whole, at0, zero), rest[3] = select(whole, -e2 * u1, zero);
     const Vector3<S> fold = fold_of(X, rest);
-    const S length = root(dot(fold, fold));  // of a flat hinge, the rounding of its weights
-    rest[0] = select(length > root(e2) * S(R(1e-9)), length * rest_scale, zero);
+    const S folded = root(dot(fold, fold));  // of a flat hinge, the rounding of its weights
+    rest[0] = select(folded > S(R(1e-9)), folded * rest_scale, zero);
   }
 
   /// C and its gradients times |sum K_j p_j|, as Distance does.
@@ -44,6 +48,31 @@ struct IsometricBending {
     scale = root(dot(fold, fold));
     return scale * (scale - rest[0]);
   }
+
+  /// The filter sees the fold's vector, drawn to its length at rest. Both bendings are this to it: near rest they store
+  /// the same energy, of which this is the one with a constant Hessian.
+  struct Stencil {
+    static constexpr int vectors = 1, numbers = 1;
+    template <class S>
+    KERNEL static void weights(const Vector3<S> (&X)[4], S rest_scale, S (&c)[1][4], S (&own)[1]) {
+      S of[4];
+      rest(X, rest_scale, of);
+      own[0] = of[0];
+      for (int j = 0; j < 3; ++j) c[0][j] = of[1 + j];
+      c[0][3] = -(of[1] + of[2] + of[3]);
+    }
+    template <class S>
+    KERNEL static void target(const Vector3<S> (&f)[1], const S* own, Vector3<S> (&d)[1]) {
+      const S zero(typename RealOf<S>::type(0)), one(typename RealOf<S>::type(1)), length = root(dot(f[0], f[0]));
+      d[0] = f[0] * select(length > zero, own[0] / select(length > zero, length, one), zero);
+    }
+    /// The wings' mean height over the edge: it turns the push of a spring between them to a turn of the hinge.
+    KERNEL static double lever(const Vector3<double> (&X)[4]) {
+      const Vector3<double> e = X[1] - X[0], n1 = cross(e, X[2] - X[0]), n2 = cross(e, X[3] - X[0]);
+      const double length = root(dot(e, e));
+      return length > 0 ? (root(dot(n1, n1)) + root(dot(n2, n2))) / (2 * length) : 0;
+    }
+  };
 
  private:
   template <class S>

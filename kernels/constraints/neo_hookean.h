@@ -20,14 +20,18 @@ struct NeoHookean {
   static constexpr int particles = 4;
   static constexpr bool inequality = false;
   static constexpr bool has_strain = false;
-  static constexpr bool material = false;
+  static constexpr Strength strength{false, "young_modulus", "Pa"};
+  static constexpr Filtered filtered = Filtered::After;
+  static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int numbers = 7;
   static constexpr int multipliers = 2;  // projected by step() below; its compliance is 1/mu
-  static constexpr Parameter parameter{"poisson_ratio", 0.3, 0, true};
-  static constexpr double most = 0.499;  // of the parameter: det F is kept at 1, and mu / lambda is 0.002
+  static constexpr Parameter parameter{"poisson_ratio", 0.3, 0, true,
+                                       0.499};  // there det F is kept at 1: mu / lambda is 0.002
 
   /// mu, Pa, of Young's modulus E and Poisson's ratio nu: 4/3 of linear elasticity's, because the logarithm softens it.
   KERNEL static double shear_modulus(double E, double nu) { return E / (2 * (1 + nu)) * 4 / 3; }
+  /// Of the constraint, of Young's modulus E (Pa).
+  KERNEL static double compliance(double E, double nu) { return 1 / shear_modulus(E, nu); }
   /// mu / lambda, of lambda = Lamé's + 5/6 of linear elasticity's mu: then small strains are those of linear
   /// elasticity.
   template <class S>

@@ -11,7 +11,9 @@ struct Volume {
   static constexpr int particles = 4;
   static constexpr bool inequality = false;
   static constexpr bool has_strain = false;
-  static constexpr bool material = false;
+  static constexpr Strength strength{true, nullptr, nullptr};
+  static constexpr Filtered filtered = Filtered::After;
+  static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int numbers = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
 

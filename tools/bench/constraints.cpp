@@ -76,24 +76,23 @@ BodySpec block(int particles) {
   return body;
 }
 
-/// With a stiffness, and where the kind knows one with a material's rigidity.
+/// With a stiffness, and with a material's modulus, where the kind knows them.
 template <class Kind>
 void add_kind(std::vector<Line>& lines, int particles) {
-  constexpr bool edges = Kind::element == Element::Edges, tetrahedra = Kind::element == Element::Tetrahedra;
-  const std::string element = edges ? "edge" : tetrahedra ? "tetrahedron" : "hinge";
-  const auto add = [&](ConstraintSpec spec, const std::string& way) {
-    if (edges) spec.on = {"edges", "shear"};
-    BodySpec body = tetrahedra ? block(particles) : sheet(particles);
+  constexpr ElementFacts element = facts_of(Kind::element);
+  constexpr Strength strength = Kind::strength;
+  const auto add = [&](bool with_modulus, const std::string& way) {
+    ConstraintSpec spec = spec_of(Kind::name, Kind::parameter.standard);
+    if (with_modulus) modulus_of(spec, strength.modulus) = element.solid ? 1e5 : Kind::has_strain ? 100 : 1e-4;
+    if (Kind::element == Element::Edges) spec.on = {"edges", "shear"};
+    BodySpec body = element.solid ? block(particles) : sheet(particles);
     body.constraints = {std::move(spec)};
     Scene scene = scene_with(std::move(body));
-    if (!edges && !tetrahedra) scene.gravity = {0, 0, 0};  // hinges alone hold nothing together: a sheet at rest
-    lines.push_back({Kind::name + way, element, std::move(scene), Pass::Visits, constraints_of});
+    if (Kind::element == Element::Hinges) scene.gravity = {0, 0, 0};  // hold nothing together: a sheet at rest
+    lines.push_back({Kind::name + way, element.one, std::move(scene), Pass::Visits, constraints_of});
   };
-  ConstraintSpec spec = spec_of(Kind::name, Kind::parameter.standard);
-  if (std::is_same_v<Kind, NeoHookean>) spec.young_modulus = 1e5;
-  add(spec, "");
-  spec.rigidity = edges ? 100 : 1e-4;
-  if (Kind::material) add(spec, ", rigidity");
+  if (strength.free) add(false, "");
+  if (strength.modulus) add(true, strength.free ? std::string(", ") + strength.modulus : "");
 }
 
 std::vector<Line> plan(int particles) {

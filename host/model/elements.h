@@ -1,0 +1,20 @@
+// The lists behind the table of elements (kernels/element.h): what of a body's mesh a constraint stands on.
+#pragma once
+#include <vector>
+
+#include "host/mesh.h"
+#include "host/scene.h"
+#include "kernels/element.h"
+
+namespace malha {
+
+struct Elements {
+  std::vector<int> particles;  // in the body's own numbering, facts_of(element).particles each
+  std::vector<double>
+      softness;  // of a material beside stiffness and compliance: of each its compliance times the modulus
+};
+
+/// `edges`: of the mesh. `spec.on`: which of the edges; a rigidity is that of the material.
+Elements list_elements(Element element, const Mesh& mesh, const std::vector<Edge>& edges, const ConstraintSpec& spec);
+
+}  // namespace malha

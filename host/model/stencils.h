@@ -1,0 +1,52 @@
+// The stencils of a model, one after the other, with their weights (kernels/stencil.h).
+#pragma once
+#include <array>
+
+#include "host/model/model.h"
+#include "kernels/constraints.h"
+#include "kernels/rest.h"
+
+namespace malha {
+
+/// Calls f(Kind(), Kind::Stencil()) for the kind of a set of stencils.
+template <class F>
+void with_stencil(const ConstraintSet& set, F&& f) {
+  for_each_constraint([&]<class Kind>(Kind kind) {
+    if constexpr (Kind::filtered == Filtered::Stencil)
+      if (set.type == Kind::name) f(kind, typename Kind::Stencil());
+  });
+}
+
+template <class Kind>
+struct StencilOf {
+  using Stencil = typename Kind::Stencil;
+  static constexpr int n = Kind::particles;
+  const int* particles;
+  double alpha;  // of this one
+  std::array<std::array<double, n>, Stencil::vectors> weights;
+  std::array<double, Stencil::numbers> own;
+};
+
+template <class Kind>
+StencilOf<Kind> stencil_of(const ConstraintSet& set, int c, const std::vector<Vec3>& X) {
+  using Stencil = typename Kind::Stencil;
+  StencilOf<Kind> one{&set.particles[std::size_t(c) * Kind::particles], set.alpha(c), {}, {}};
+  Vector3<double> q[Kind::particles];
+  corners<Kind>(X.data(), one.particles, q);
+  double weights[Stencil::vectors][Kind::particles], own[Stencil::numbers];
+  Stencil::weights(q, set.parameter, weights, own);
+  for (int k = 0; k < Stencil::vectors; ++k) std::copy_n(weights[k], Kind::particles, one.weights[k].begin());
+  std::copy_n(own, Stencil::numbers, one.own.begin());
+  return one;
+}
+
+/// Calls f(StencilOf<Kind>) for each.
+template <class F>
+void for_each_stencil(const Model& model, F&& f) {
+  for (const ConstraintSet& set : model.stencils)
+    with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
+      for (int c = 0; c < set.count(); ++c) f(stencil_of<Kind>(set, c, model.x));
+    });
+}
+
+}  // namespace malha
