@@ -11,7 +11,7 @@
 #include <type_traits>
 
 #include "kernels/element.h"
-#include "kernels/vec.h"
+#include "kernels/pack.h"
 
 namespace malha {
 
@@ -93,10 +93,10 @@ concept SaysWhatDegenerateInputGives = requires {
 template <class K>
 concept HasRestValues = K::numbers >
 0 && requires(const Vector3<double> (&X)[K::particles], double (&rest)[K::numbers]) { K::rest(X, 1.0, rest); };
-template <class K, class S>
-concept IsEvaluatedIn = requires(const Vector3<S> (&p)[K::particles], const S* rest, Vector3<S> (&grad)[K::particles],
-                                 S& scale) {
-  requires std::is_same_v<decltype(K::evaluate(p, rest, true, grad, scale)), S>;
+template <class K, class S, class Held = decltype(S() == S())>
+concept IsEvaluatedIn = requires(const Vector3<S> (&p)[K::particles], const S* rest, const Held& held,
+                                 Vector3<S> (&grad)[K::particles], S& scale) {
+  requires std::is_same_v<decltype(K::evaluate(p, rest, held, grad, scale)), S>;
 };
 
 }  // namespace kind

@@ -10,6 +10,7 @@
 #include "host/base/point_array.h"
 #include "host/filter/filter.h"
 #include "host/filter/filter_errors.h"
+#include "tests/fold_reference.h"
 #include "tests/numbers.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
@@ -63,7 +64,7 @@ inline BodySpec star(const TemporaryFolder& folder, int leaves, std::vector<Pin>
   return body;
 }
 
-/// A = M - dt^2 H over the particles `of` (solver's numbers), from the list of springs, in T.
+/// A = M - dt^2 H over the particles `of` (solver's numbers), from the lists of springs and hinges, in T.
 template <class T>
 Eigen::SparseMatrix<T> matrix_of(const Model& model, double dt, const std::vector<int>& of) {
   std::vector<int> at(model.x.size(), -1);
@@ -80,6 +81,11 @@ Eigen::SparseMatrix<T> matrix_of(const Model& model, double dt, const std::vecto
       if (b >= 0) entries.emplace_back(b, b, k);
       if (a >= 0 && b >= 0) entries.emplace_back(a, b, -k), entries.emplace_back(b, a, -k);
     }
+  for (const FoldReference& fold : folds_of(model))
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j)
+        if (const int a = at[fold.of[i]], b = at[fold.of[j]]; a >= 0 && b >= 0)
+          entries.emplace_back(a, b, T(dt) * T(dt) * T(fold.stiffness) * T(fold.weight[i]) * T(fold.weight[j]));
   Eigen::SparseMatrix<T> A(static_cast<int>(of.size()), static_cast<int>(of.size()));
   A.setFromTriplets(entries.begin(), entries.end());
   return A;

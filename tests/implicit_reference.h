@@ -1,8 +1,9 @@
-// Backward Euler of a scene's springs, and what Desbrun's method solves of it, in double and by Eigen alone: nothing of
-// the solver's but the list of springs.
+// Backward Euler of a scene's springs, and what Desbrun's method solves of it and of hinges, in double and by Eigen
+// alone: nothing of the solver's but the lists of springs and hinges.
 #pragma once
 #include "host/model/model.h"
 #include "host/simulation.h"
+#include "tests/fold_reference.h"
 #include "tools/study/reference_steps.h"
 
 namespace malha {
@@ -16,6 +17,9 @@ class ImplicitReference {
       for (std::size_t s = 0; s < set.ends.size(); ++s)
         system_.springs.push_back(
             {model.user_of[set.ends[s][0]], model.user_of[set.ends[s][1]], set.stiffness[s], set.rest[s]});
+    folds_ = folds_of(model);
+    for (FoldReference& fold : folds_)
+      for (int& i : fold.of) i = model.user_of[i];
     system_.mass.resize(model.count()), system_.pinned.resize(model.count());
     for (int i = 0; i < model.count(); ++i) {
       system_.mass[model.user_of[i]] = model.w[i] > 0 ? 1 / model.w[i] : 0;
@@ -48,6 +52,15 @@ class ImplicitReference {
       const Eigen::Vector3d pull = k * s.rest * d.normalized();
       b.row(s.i) += pull.transpose(), b.row(s.j) -= pull.transpose();
     }
+    for (const FoldReference& fold : folds_) {
+      const double k = dt_ * dt_ * fold.stiffness;
+      const Eigen::Vector3d f = fold_at(fold, at);
+      const Eigen::Vector3d pull = f.norm() > 0 ? Eigen::Vector3d(k * fold.rest * f.normalized()) : f;
+      for (int i = 0; i < 4; ++i) {
+        for (int j = 0; j < 4; ++j) A(fold.of[i], fold.of[j]) += k * fold.weight[i] * fold.weight[j];
+        b.row(fold.of[i]) += fold.weight[i] * pull.transpose();
+      }
+    }
     for (int i = 0; i < n; ++i) {
       if (!system_.pinned[i] && A(i, i) > 0) continue;
       A.row(i).setZero();
@@ -66,7 +79,7 @@ class ImplicitReference {
     return f;
   }
 
-  /// Backward Euler's x', by Newton's method.
+  /// Backward Euler's x', by Newton's method, of springs alone.
   Vector backward_euler(const Vector& x, const Vector& v) const {
     study::State state{x, v};
     study::BackwardEuler(system_).step(dt_, state);
@@ -74,8 +87,15 @@ class ImplicitReference {
   }
 
  private:
+  static Eigen::Vector3d fold_at(const FoldReference& fold, const Vector& x) {
+    Eigen::Vector3d f = Eigen::Vector3d::Zero();
+    for (int j = 0; j < 4; ++j) f += fold.weight[j] * x.segment<3>(3 * fold.of[j]);
+    return f;
+  }
+
   double dt_;
   study::SpringSystem system_;
+  std::vector<FoldReference> folds_;
 };
 
 }  // namespace malha

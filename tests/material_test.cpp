@@ -172,11 +172,5 @@ TEST(Rigidity, OfDesbrunsSpringsIsThatOfTheirEdges) {
   }
 }
 
-TEST(Rigidity, OfBendingIsRefusedForDesbrunsSprings) {
-  Scene scene = scene_of({strip(5, {rigid("bending", 1)})}, {0, 0, 0}, 1.0 / 60);
-  scene.solver.type = "desbrun";
-  EXPECT_THROW(build_model(scene), InputError);
-}
-
 }  // namespace
 }  // namespace malha

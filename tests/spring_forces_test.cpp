@@ -46,6 +46,7 @@ class SpringsAt {
         const double stretch = length(at[set.ends[s][0]] - at[set.ends[s][1]]) - set.rest[s];
         sum += set.stiffness[s] * stretch * stretch / 2;
       }
+    for (const FoldReference& fold : folds_of(model)) sum += fold.energy(at);
     return sum;
   }
   /// -dE/dx of one coordinate, by central differences.
@@ -97,6 +98,11 @@ TEST(SpringForces, AreTheGradientOfTheElasticEnergyWithViscosityAndWeight) {
             for (int k = 0; k < 3; ++k)
               expected[set.ends[s][e]][k] +=
                   set.stiffness[s] * kStep * (springs.v[set.ends[s][1 - e]][k] - springs.v[set.ends[s][e]][k]);
+      for (const FoldReference& fold : folds_of(springs.model)) {  // -dt c f(v) / alpha
+        const Vec3 f = fold.fold(springs.v);
+        for (int j = 0; j < 4; ++j)
+          for (int k = 0; k < 3; ++k) expected[fold.of[j]][k] -= fold.stiffness * kStep * fold.weight[j] * f[k];
+      }
       for (int i = 0; i < springs.model.count(); ++i)
         for (int k = 0; k < 3; ++k) {
           if (springs.model.w[i] == 0) continue;

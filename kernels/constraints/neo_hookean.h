@@ -11,6 +11,7 @@
 // leaves out: the rest shape stays as it is, to the bit of a rounding.
 #pragma once
 #include "kernels/constraint.h"
+#include "kernels/log.h"
 
 namespace malha {
 
@@ -59,7 +60,7 @@ struct NeoHookean {
     rest[6] = ratio(nu);
   }
 
-  /// C = sqrt(2 U / (mu V)), of one number and not for packs: the gradient says which way the material pulls.
+  /// C = sqrt(2 U / (mu V)): its gradient says which way the material pulls.
   template <class S, class Mask>
   KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& held, Vector3<S> (&grad)[4], S& scale) {
     using R = typename RealOf<S>::type;
@@ -68,7 +69,7 @@ struct NeoHookean {
     const Deformed<S> now(p, rest, whole);
     const S r = select(whole, rest[6], one);
     const S excess = (now.J - now.gamma(r)) / r;  // lambda/mu (J - gamma)
-    const S C = root(now.F2 - S(R(log1p(now.F2))) + excess * excess * r);
+    const S C = root(now.F2 - logarithm(one + now.F2) + excess * excess * r);
     const S per_C = one / select(C > S(tiny<R>()), C, one);
     now.pull(excess * per_C, -now.softening() * per_C, grad);
     scale = one;
