@@ -27,32 +27,39 @@ KERNEL void solve_block(S (&A)[m][m], const S (&b)[m], S (&x)[m]) {
   }
 }
 
-/// dlambda of (grad w grad^T + alpha) dlambda = -C - alpha lambda, added to `sum` (lambda); `move`: what each particle
-/// moves, over its w. Where nothing can move (no gradient, or all pinned) nothing does.
+/// dlambda of (A + alpha) dlambda = -C - alpha sum, A = grad w grad^T by its lower triangle, which is overwritten.
+/// Where nothing can move (no gradient, all pinned, or a response beyond the type's range) and where not `held`, it is
+/// 0.
+template <class S, int m, class Mask>
+KERNEL void solve_at_once(S (&A)[m][m], const S (&C)[m], S alpha, const S (&sum)[m], const Mask& held,
+                          S (&dlambda)[m]) {
+  using R = typename RealOf<S>::type;
+  const S zero(R(0)), one(R(1));
+  S trace = A[0][0], b[m];
+  for (int i = 1; i < m; ++i) trace = trace + A[i][i];
+  const auto moves = held & (trace > S(tiny<R>())) & (trace < S(R(1) / tiny<R>()));
+  // Over the trace, so that products stay in range. Without compliance, gradients that depend on one another leave
+  // nothing of a diagonal: a millionth keeps it above rounding.
+  const S per = one / select(moves, trace, one), softness = larger(alpha * per, S(R(1e-6)));
+  for (int i = 0; i < m; ++i) {
+    for (int k = 0; k < i; ++k) A[i][k] = select(moves, A[i][k] * per, zero);
+    A[i][i] = select(moves, A[i][i] * per + softness, one);
+    b[i] = select(moves, (-C[i] - alpha * sum[i]) * per, zero);
+  }
+  solve_block(A, b, dlambda);
+}
+
+/// That step of gradients `grad`: dlambda is added to `sum` (lambda); `move`: what each particle moves, over its w.
 template <class S, int m, int n>
 KERNEL void meet_at_once(const S (&w)[n], const S (&C)[m], const Vector3<S> (&grad)[m][n], S alpha, S (&sum)[m],
                          Vector3<S> (&move)[n]) {
-  using R = typename RealOf<S>::type;
-  const S zero(R(0)), one(R(1));
-  S A[m][m], b[m], dlambda[m];
-  S trace = zero;
+  S A[m][m], dlambda[m];
   for (int i = 0; i < m; ++i)
     for (int k = 0; k <= i; ++k) {
-      S of = w[0] * dot(grad[i][0], grad[k][0]);
-      for (int j = 1; j < n; ++j) of = of + w[j] * dot(grad[i][j], grad[k][j]);
-      A[i][k] = of;
-      if (i == k) trace = trace + of;
+      A[i][k] = w[0] * dot(grad[i][0], grad[k][0]);
+      for (int j = 1; j < n; ++j) A[i][k] = A[i][k] + w[j] * dot(grad[i][j], grad[k][j]);
     }
-  const auto moves = trace > S(tiny<R>());
-  // Without compliance, gradients that depend on one another leave no more than their common part: a millionth of the
-  // trace keeps the matrix from being singular.
-  const S least = trace * S(R(1e-6));
-  for (int i = 0; i < m; ++i) {
-    A[i][i] = select(moves, A[i][i] + larger(alpha, least), one);
-    for (int k = 0; k < i; ++k) A[i][k] = select(moves, A[i][k], zero);
-    b[i] = select(moves, -C[i] - alpha * sum[i], zero);
-  }
-  solve_block(A, b, dlambda);
+  solve_at_once(A, C, alpha, sum, A[0][0] == A[0][0], dlambda);
   for (int j = 0; j < n; ++j) {
     move[j] = grad[0][j] * dlambda[0];
     for (int i = 1; i < m; ++i) move[j] = move[j] + grad[i][j] * dlambda[i];

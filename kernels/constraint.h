@@ -11,10 +11,10 @@ namespace malha {
 /// Material: the same with a compliance of each constraint's own, alpha~ times the last of its rest values.
 enum class Update { Stiff, Compliant, Material };
 
-/// Whether a kind takes a material's modulus beside stiffness and compliance: Update::Material.
+/// Whether a kind's constraints can have compliances of their own: Update::Material.
 template <class Kind>
 KERNEL constexpr bool takes_material() {
-  return Kind::strength.free && Kind::strength.modulus != nullptr;
+  return Kind::strength.modulus != nullptr && (Kind::strength.free || facts_of(Kind::element).weighed);
 }
 
 /// How many rest values a constraint has.
@@ -118,7 +118,8 @@ struct Correct {
       if (sums && !fresh) load(sums + k * kSlotPack, sum[k]);
     }
     Vector3<S> move[n];
-    const S alpha(update == Update::Stiff ? R(0) : number);
+    S alpha(update == Update::Stiff ? R(0) : number);
+    if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::numbers];
     Kind::step(q, w, rest.value, rest.held, alpha, sum, move);
     for (int k = 0; k < m; ++k)
       if (sums) store(sum[k], sums + k * kSlotPack);

@@ -7,6 +7,9 @@
 //     Where there is no direction (coincident points, no area) every gradient is exactly zero, and C is finite.
 //     Where `held` is false (padding) every gradient is zero, whatever p and the rest values are, NaN included.
 //   rest() is finite on whatever mesh; its first value is the one that C is compared with.
+//
+// A kind may also have `multipliers` and step(), which meets several constraints at once (kernels/block.h), with
+// energy() times its modulus; and a Remainder, a kind for what its own element leaves of a mesh.
 #pragma once
 #include <type_traits>
 

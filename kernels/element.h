@@ -4,21 +4,23 @@
 
 namespace malha {
 
-enum class Element { Edges, Hinges, Triangles, Tetrahedra };
+enum class Element { Edges, Hinges, Triangles, Tetrahedra, WingedTriangles };
 
 struct ElementFacts {
   int particles;       // of one
   const char* one;     // "hinge", in tables
   const char* needed;  // which meshes have any, in messages
   bool solid;          // of the inside of a body, rather than of its surface
+  bool weighed;        // its list says how much each one counts, whatever the kind
 };
 
 /// By the element's place in the enumeration.
 inline constexpr ElementFacts kElements[] = {
-    {2, "edge", "edges, or quads for shear", false},
-    {4, "hinge", "a mesh with neighbouring faces", false},
-    {3, "triangle", "a mesh with faces", false},
-    {4, "tetrahedron", "a mesh of tetrahedra: tet_box, .mesh, .msh, .node and .ele", true},
+    {2, "edge", "edges, or quads for shear", false, false},
+    {4, "hinge", "a mesh with neighbouring faces", false, false},
+    {3, "triangle", "a mesh with faces", false, false},
+    {4, "tetrahedron", "a mesh of tetrahedra: tet_box, .mesh, .msh, .node and .ele", true, false},
+    {6, "triangle", "a mesh with neighbouring faces", false, true},
 };
 
 constexpr ElementFacts facts_of(Element element) { return kElements[static_cast<int>(element)]; }

@@ -6,7 +6,7 @@
 namespace malha {
 
 /// The most particles of a constraint that is projected in batches.
-inline constexpr int kMostParticles = 4;
+inline constexpr int kMostParticles = 6;
 
 /// The most particles of a patch, with all that pads them: what a LocalIndex can number in every precision.
 inline constexpr int kMostSlots = 65536 / kIndexScale<double>;

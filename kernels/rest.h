@@ -82,12 +82,14 @@ struct MeasureEnergy {
   const Point *X, *x;    // at rest, and now
   const int* particles;  // Kind::particles a constraint
   double parameter;
+  const double* softness;  // each constraint's own part of its compliance; null: 1
   KERNEL Sum operator()(int c) const {
     double rest[Kind::numbers];
     rest_values<Kind>(X, particles + c * Kind::particles, parameter, rest);
     Vector3<double> q[Kind::particles];
     corners<Kind>(x, particles + c * Kind::particles, q);
-    return {Kind::energy(q, rest)};
+    const double energy = Kind::energy(q, rest);
+    return {softness ? energy / softness[c] : energy};
   }
 };
 

@@ -48,8 +48,8 @@ double sag(const StripMesh& mesh, ConstraintSpec bends, const std::string& metho
   // Soft enough for the filter, and stretched by its weight by no more than a thousandth.
   strip.constraints = {compliant("distance", 5e-3, {"edges", "shear"}), bends};
   if (std::holds_alternative<MeshFile>(mesh.shape)) strip.constraints[0].on = {"edges"};
-  // One sweep a substep meets a compliance but for (h / (l^2 sqrt(density / 4 D)))^2.
-  const double h = l * l * std::sqrt(kStripDensity / (4 * D)) / 6;
+  // One sweep a substep meets a compliance but for (h / (l^2 sqrt(density / 4 D)))^2; l is not the shortest height.
+  const double h = l * l * std::sqrt(kStripDensity / (4 * D)) / 10;
   Scene scene = scene_of({strip}, kEarth, 1.0 / 60, method == "pbd" ? static_cast<int>(std::ceil(1 / (60 * h))) : 10);
   scene.solver.type = method;
   if (method == "desbrun") scene.solver.desbrun.refine = 40;  // the filter alone brakes turning, and takes minutes to rest

@@ -26,7 +26,7 @@ struct OneConstraint {
   static constexpr int n = Kind::particles;
   alignas(64) Vec4<R> p[n];
   alignas(64) LocalIndex index[n][kLanes<R>];
-  alignas(64) R rest[Kind::numbers * kSlotPack], lambda[2 * kSlotPack];
+  alignas(64) R rest[Kind::numbers * kSlotPack], lambda[multipliers<Kind>() * kSlotPack];
   R common[Kind::numbers];
 
   OneConstraint(const Corners<Kind>& at, const std::array<double, n>& w, const Rest<Kind>& rest_values) {
@@ -95,10 +95,20 @@ std::array<double, Kind::particles> unequal_masses(Random& random) {
   return w;
 }
 
+/// A triangle with three about it, none a sliver, folded by up to a radian or so.
+inline std::array<Vector3<double>, 6> winged_triangle(Random& random) {
+  const double c = 0.5, s = 0.8660254037844386;  // corners of an equilateral triangle, and of the one twice as large
+  std::array<Vector3<double>, 6> at{
+      {{1, 0, 0}, {-c, s, 0}, {-c, -s, 0}, {-2, 0, 0}, {2 * c, -2 * s, 0}, {2 * c, 2 * s, 0}}};
+  for (auto& a : at) a = (a + random.in_cube(0.25)) * 0.5;
+  return at;
+}
+
 /// Points at unequal places of a unit cube, none nearer than 0.3 to another or to the line through two others, so that
 /// gradients are of the size of 1 to 10.
 template <class Kind>
 Corners<Kind> spread_out(Random& random) {
+  if constexpr (Kind::element == Element::WingedTriangles) return winged_triangle(random);
   for (;;) {
     Corners<Kind> at;
     for (auto& a : at) a = random.in_cube();

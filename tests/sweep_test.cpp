@@ -28,7 +28,7 @@ class ScalarSweep {
       const ConstraintSet& set = model.sets[s];
       k_.push_back(R(1 - std::pow(1 - set.stiffness, 1.0 / (solver.substeps * solver.iterations))));
       alpha_.push_back(R(set.compliance.value_or(0) / (h * h)));
-      lambda_.emplace_back(2 * set.count(), R(0));
+      lambda_.emplace_back(3 * set.count(), R(0));  // as many as any kind has
       rest_.emplace_back();
       with_kind(set, [&]<class Kind>(Kind) {
         for (int c = 0; c < set.count(); ++c) {
@@ -74,9 +74,12 @@ class ScalarSweep {
     R w[n], scale;
     for (int j = 0; j < n; ++j) q[j] = p[of[j]], w[j] = R(model_.w[of[j]]);
     if constexpr (multipliers<Kind>() > 1) {
-      R sums[2] = {lambda_[s][2 * c], lambda_[s][2 * c + 1]};
-      Kind::step(q, w, &rest_[s][c * Kind::numbers], true, alpha_[s], sums, grad);
-      std::copy(sums, sums + 2, &lambda_[s][2 * c]);
+      constexpr int m = multipliers<Kind>();
+      R sums[m];
+      std::copy_n(&lambda_[s][m * c], m, sums);
+      const R own = set.softness.empty() ? alpha_[s] : alpha_[s] * R(set.softness[c]);
+      Kind::step(q, w, &rest_[s][c * Kind::numbers], true, own, sums, grad);
+      std::copy(sums, sums + m, &lambda_[s][m * c]);
       for (int j = 0; j < n; ++j)
         if (w[j] > 0) p[of[j]] = q[j] + grad[j] * w[j];
       return;
@@ -193,11 +196,13 @@ void put_pins_at_minus_zero(Model& model) {
 Model sheet_model(std::optional<double> compliance) {
   std::vector<ConstraintSpec> constraints;
   for_each_constraint([&]<class Kind>(Kind) {
-    if (Kind::element == Element::Tetrahedra) return;
+    if (facts_of(Kind::element).solid) return;
     ConstraintSpec spec = constraint(Kind::name, Kind::parameter.standard);
     if (Kind::element == Element::Edges) spec.on = {"edges", "shear"};
-    spec.stiffness = compliance ? 1 : 0.8;
-    spec.compliance = compliance;
+    if constexpr (Kind::strength.free)
+      spec.stiffness = compliance ? 1 : 0.8, spec.compliance = compliance;
+    else
+      modulus_of(spec, Kind::strength.modulus) = 1e-4;
     constraints.push_back(spec);
   });
   BodySpec sheet = body("sheet", GridShape{{1, 1}, {24, 40}}, constraints);

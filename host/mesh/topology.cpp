@@ -50,26 +50,26 @@ std::vector<Triangle> triangles(const Mesh& mesh) {
   return found;
 }
 
-std::vector<std::array<int, 4>> hinges(const Mesh& mesh) {
-  const std::vector<Triangle> all = triangles(mesh);
-  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) {
-    for (const auto& [a, b, c] : all) add(a, b), add(b, c), add(c, a);
+std::vector<int> opposite_sides(std::size_t points, const std::vector<Triangle>& triangles) {
+  const auto sides = sorted_sides(points, [&](auto add) {
+    for (const auto& [a, b, c] : triangles) add(a, b), add(b, c), add(c, a);
   });
-  constexpr int none = -1;
-  std::vector<int> other(3 * all.size(), none);  // the second side of a hinge, by its first
-  std::size_t count = 0;
+  std::vector<int> other(3 * triangles.size(), -1);
   for_each_edge(sides, [&](auto first, auto last) {
     if (last - first != 2 || first[0].forward == first[1].forward) return;
-    other[first[0].number] = first[1].number;
-    ++count;
+    other[first[0].number] = first[1].number, other[first[1].number] = first[0].number;
   });
+  return other;
+}
+
+std::vector<std::array<int, 4>> hinges(const Mesh& mesh) {
+  const std::vector<Triangle> all = triangles(mesh);
+  const std::vector<int> other = opposite_sides(mesh.points.size(), all);
   const auto corner = [&](int side, int ahead) { return all[side / 3][(side + ahead) % 3]; };
   std::vector<std::array<int, 4>> found;
-  found.reserve(count);
-  for (int side = 0; side < static_cast<int>(other.size()); ++side) {
-    if (other[side] != none)
+  for (int side = 0; side < static_cast<int>(other.size()); ++side)
+    if (other[side] > side)
       found.push_back({corner(side, 0), corner(side, 1), corner(side, 2), corner(other[side], 2)});
-  }
   return found;
 }
 

@@ -19,6 +19,10 @@ std::vector<Edge> shear(const Mesh& mesh);
 /// The faces as triangles: a quad becomes (0, 1, 2) and (0, 2, 3).
 std::vector<Triangle> triangles(const Mesh& mesh);
 
+/// Of each side of each triangle (3 t + k, from its corner k to the next), the side of the other triangle at that edge;
+/// -1 at edges with one triangle, with more than two, or whose two triangles are not oriented alike.
+std::vector<int> opposite_sides(std::size_t points, const std::vector<Triangle>& triangles);
+
 /// {a, b, c, d} for every edge a-b that triangles (a, b, c) and (b, a, d) of triangles(mesh) share, quads' diagonals
 /// included, in order of first appearance. Edges with one triangle, with more than two, or whose two triangles are not
 /// oriented alike, are left out.

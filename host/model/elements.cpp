@@ -2,6 +2,7 @@
 
 #include "host/mesh/topology.h"
 #include "host/model/material.h"
+#include "host/model/winged_triangles.h"
 
 namespace malha {
 
@@ -35,7 +36,21 @@ Elements list_elements(Element element, const Mesh& mesh, const std::vector<Edge
     case Element::Tetrahedra:
       add(mesh.tetrahedra);
       break;
+    case Element::WingedTriangles: {
+      const WingedTriangles winged = winged_triangles(mesh);
+      add(winged.list, winged.softness);
+      break;
+    }
   }
+  return all;
+}
+
+Elements list_remainder(Element element, const Mesh& mesh) {
+  Elements all;
+  if (element != Element::WingedTriangles) return all;
+  WingedTriangles winged = winged_triangles(mesh);
+  for (const auto& hinge : winged.hinges) all.particles.insert(all.particles.end(), hinge.begin(), hinge.end());
+  all.softness = std::move(winged.hinge_softness);
   return all;
 }
 

@@ -17,4 +17,8 @@ struct Elements {
 /// `edges`: of the mesh. `spec.on`: which of the edges; a rigidity is that of the material.
 Elements list_elements(Element element, const Mesh& mesh, const std::vector<Edge>& edges, const ConstraintSpec& spec);
 
+/// What of the mesh no such element covers, for the kind's Remainder: of winged triangles the hinges at the rim that
+/// none of them has, with their softness. Of other elements nothing.
+Elements list_remainder(Element element, const Mesh& mesh);
+
 }  // namespace malha

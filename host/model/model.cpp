@@ -245,10 +245,23 @@ class Builder {
   template <class Kind>
   void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
     Elements all = list_elements(Kind::element, bodies_[b].mesh, bodies_[b].edges, spec);
-    if (all.particles.empty() && torn_) return;  // torn to pieces
-    if (all.particles.empty())
+    Elements remainder = list_remainder(Kind::element, bodies_[b].mesh);
+    if (all.particles.empty() && remainder.particles.empty()) {
+      if (torn_) return;  // to pieces
       refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",
              facts_of(Kind::element).needed);
+    }
+    add_elements<Kind>(b, spec, std::move(all));
+    if constexpr (requires { typename Kind::Remainder; }) {
+      ConstraintSpec other = spec;
+      other.type = Kind::Remainder::name, other.parameter = Kind::Remainder::parameter.standard;
+      add_elements<typename Kind::Remainder>(b, other, std::move(remainder));
+    }
+  }
+
+  template <class Kind>
+  void add_elements(std::size_t b, const ConstraintSpec& spec, Elements all) {
+    if (all.particles.empty()) return;
     drop_what_is_pinned(all, Kind::particles, bodies_[b].holds.pinned);
     for (int& i : all.particles) i = solver_of_[model_.look.body_begin[b] + i];
     const SolverSpec& solver = model_.scene.solver;

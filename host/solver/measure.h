@@ -32,15 +32,16 @@ void measure_set(const Executor& executor, const Model& model, const ConstraintS
                  Measures& m, Residual& lengths) {
   for_each_constraint([&]<class Kind>(Kind) {
     if (set.type != Kind::name) return;
+    const double* softness = set.softness.empty() ? nullptr : set.softness.data();
+    const int* particles = set.particles.data();
     const Residual r = parallel_reduce<Residual>(
         executor, set.count(),
-        MeasureResidual<Kind, Vec3>{model.x.data(), x.data(), model.w.data(), set.particles.data(), set.parameter,
-                                    set.softness.empty() ? nullptr : set.softness.data()});
+        MeasureResidual<Kind, Vec3>{model.x.data(), x.data(), model.w.data(), particles, set.parameter, softness});
     m.degenerate += static_cast<std::int64_t>(r.degenerate);
     if constexpr (multipliers<Kind>() > 1)
       m.elastic +=
           parallel_reduce<Sum>(executor, set.count(),
-                               MeasureEnergy<Kind, Vec3>{model.x.data(), x.data(), set.particles.data(), set.parameter})
+                               MeasureEnergy<Kind, Vec3>{model.x.data(), x.data(), particles, set.parameter, softness})
               .value /
           *set.compliance;
     else if (set.compliance.value_or(0) > 0)

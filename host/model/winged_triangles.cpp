@@ -1,0 +1,92 @@
+#include "host/model/winged_triangles.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "host/mesh/topology.h"
+#include "kernels/constraints/plate.h"
+#include "kernels/rest.h"
+
+namespace malha {
+
+namespace {
+
+/// The least of what a curvature of size 1 folds the hinges by, over the triangle's size; 0 where the six points lie on
+/// a conic. Equilateral triangles have 1.07, of Delaunay's one in a hundred has less than 0.25.
+double fixes_curvature(const std::vector<Vec3>& points, const std::array<int, 6>& of, double& area) {
+  Vector3<double> X[6];
+  corners<Plate>(points.data(), of.data(), X);
+  double a[3][3];
+  Plate::folds_by_curvature(X, a, area);
+  if (!(area > 0)) return 0;
+  Eigen::Matrix3d matrix;
+  for (int i = 0; i < 3; ++i) matrix.row(i) << a[i][0], a[i][1], a[i][2] / std::sqrt(2.0);
+  return Eigen::JacobiSVD<Eigen::Matrix3d>(matrix).singularValues()[2] / std::sqrt(area);
+}
+
+double area_of(const Mesh& mesh, const Triangle& t) {
+  const Vec3 &a = mesh.points[t[0]], &b = mesh.points[t[1]], &c = mesh.points[t[2]];
+  const Vector3<double> u{b[0] - a[0], b[1] - a[1], b[2] - a[2]}, v{c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+  const Vector3<double> n = cross(u, v);
+  return std::sqrt(dot(n, n)) / 2;
+}
+
+/// What each triangle stands for: those that are not `whole` hand their area on, from the farthest inwards, in equal
+/// parts to their neighbours that are a step nearer to a whole one.
+std::vector<double> handed_on(std::vector<double> area, const std::vector<bool>& whole, const std::vector<int>& other) {
+  const int count = static_cast<int>(area.size());
+  std::vector<int> away(count, -1), order;
+  for (int t = 0; t < count; ++t)
+    if (whole[t]) away[t] = 0, order.push_back(t);
+  for (std::size_t k = 0; k < order.size(); ++k)
+    for (int side = 3 * order[k]; side < 3 * order[k] + 3; ++side)
+      if (const int next = other[side] / 3; other[side] >= 0 && away[next] < 0)
+        away[next] = away[order[k]] + 1, order.push_back(next);
+  for (auto t = order.rbegin(); t != order.rend() && away[*t] > 0; ++t) {
+    std::vector<int> nearer;
+    for (int side = 3 * *t; side < 3 * *t + 3; ++side)
+      if (other[side] >= 0 && away[other[side] / 3] == away[*t] - 1) nearer.push_back(other[side] / 3);
+    for (const int to : nearer) area[to] += area[*t] / static_cast<double>(nearer.size());
+  }
+  return area;
+}
+
+}  // namespace
+
+WingedTriangles winged_triangles(const Mesh& mesh) {
+  constexpr double least = 0.2;  // below, a fit would be 25 times as stiff as the plate against some folds
+  const std::vector<Triangle> all = triangles(mesh);
+  const std::vector<int> other = opposite_sides(mesh.points.size(), all);
+  const auto wing = [&](int side) { return other[side] < 0 ? -1 : all[other[side] / 3][(other[side] + 2) % 3]; };
+  WingedTriangles found;
+  std::vector<double> area(all.size());
+  std::vector<bool> whole(all.size());
+  for (std::size_t t = 0; t < all.size(); ++t) {
+    const int side = static_cast<int>(3 * t);
+    // Side k runs from corner k to the next: across from the one before it.
+    const std::array<int, 6> of{all[t][0], all[t][1], all[t][2], wing(side + 1), wing(side + 2), wing(side)};
+    area[t] = area_of(mesh, all[t]);
+    std::array<int, 6> sorted = of;
+    std::sort(sorted.begin(), sorted.end());
+    if (sorted[0] < 0 || std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) continue;
+    double own = 0;
+    if (fixes_curvature(mesh.points, of, own) < least) continue;
+    whole[t] = true;
+    found.list.push_back(of);
+  }
+  const std::vector<double> stands_for = handed_on(area, whole, other);
+  for (std::size_t t = 0; t < all.size(); ++t)
+    if (whole[t]) found.softness.push_back(area[t] / stands_for[t]);
+  const auto corner = [&](int side, int ahead) { return all[side / 3][(side + ahead) % 3]; };
+  for (int side = 0; side < static_cast<int>(other.size()); ++side) {
+    if (other[side] <= side || whole[side / 3] || whole[other[side] / 3]) continue;
+    found.hinges.push_back({corner(side, 0), corner(side, 1), corner(side, 2), corner(other[side], 2)});
+    const Vec3 &a = mesh.points[corner(side, 0)], &b = mesh.points[corner(side, 1)];
+    const double length2 = std::pow(a[0] - b[0], 2) + std::pow(a[1] - b[1], 2) + std::pow(a[2] - b[2], 2);
+    found.hinge_softness.push_back(length2 > 0 ? (area[side / 3] + area[other[side] / 3]) / length2 : 0);
+  }
+  return found;
+}
+
+}  // namespace malha

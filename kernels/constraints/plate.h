@@ -1,0 +1,272 @@
+// plate: bending of an isotropic plate of rigidity D (N m) and Poisson's ratio nu on any triangles. A triangle and the
+// three about it carry one curvature tensor H: the quadratic height that folds their hinges by the same three angles
+// (the six-point fit of Grinspun, Gingold, Reisman, Zorin, "Computing discrete shape operators on general meshes",
+// 2006). Energy
+//   U = D A / 2 (|H|^2 + 2 nu det H - ...) = D / 2 sum C_m^2,
+//   C = sqrt(A (1 + nu) / 2) (Hxx + Hyy), sqrt(A (1 - nu) / 2) (Hxx - Hyy), sqrt(A (1 - nu) / 2) 2 Hxy,
+// three constraints of compliance 1 / D in the angles, met at once. Angles are signed and measured from rest.
+#pragma once
+#include "kernels/block.h"
+#include "kernels/constraints/bending.h"
+
+namespace malha {
+
+struct Plate {
+  static constexpr const char* name = "plate";
+  static constexpr Element element = Element::WingedTriangles;
+  static constexpr int particles = 6;  // the triangle 0 1 2, and 3 + i beyond the side across from its corner i
+  static constexpr bool inequality = false;
+  static constexpr bool has_strain = false;
+  static constexpr Strength strength{false, "rigidity", "N m"};
+  static constexpr Filtered filtered = Filtered::Stencil;
+  static constexpr Degenerate degenerate = Degenerate::Skipped;
+  static constexpr int numbers = 12;  // the three angles at rest, and B: C = B (theta - theta0)
+  static constexpr int multipliers = 3;
+  static constexpr Parameter parameter{"poisson_ratio", 0, 0, true, 0.99};  // at 1 twists and saddles are free
+  using Remainder = Bending;                                                // of the hinges that no patch has
+
+  KERNEL static double compliance(double D, double) { return 1 / D; }
+
+  /// theta = a (Hxx, Hyy, Hxy) over the mesh unfolded about the triangle, in m; `area`: of the triangle, m^2.
+  template <class S>
+  KERNEL static void folds_by_curvature(const Vector3<S> (&X)[6], S (&a)[3][3], S& area) {
+    using R = typename RealOf<S>::type;
+    const S zero(R(0)), one(R(1)), half(R(0.5));
+    const Vector3<S> e = X[1] - X[0], f = X[2] - X[0], n = cross(e, f);
+    const S length = root(dot(e, e)), twice = root(dot(n, n));
+    area = twice * half;
+    const S per = one / select(length > zero, length, one);
+    S u[6] = {zero, length, dot(e, f) * per}, v[6] = {zero, zero, twice * per};
+    for (int i = 0; i < 3; ++i) {
+      S c[6];
+      fold_weights(X, i, c);
+      // Beyond the side, as far from it as the wing is.
+      const int from = (i + 1) % 3, to = (i + 2) % 3, wing = 3 + i;
+      const S du = u[to] - u[from], dv = v[to] - v[from], side = root(du * du + dv * dv);
+      const S per_side = one / select(side > zero, side, one);
+      S foot, height;
+      over_edge(X[from], X[to], X[wing], foot, height);
+      u[wing] = u[from] + du * foot + dv * per_side * height, v[wing] = v[from] + dv * foot - du * per_side * height;
+      a[i][0] = a[i][1] = a[i][2] = zero;
+      for (const int j : {from, to, i, wing}) {
+        a[i][0] = a[i][0] + c[j] * half * u[j] * u[j], a[i][1] = a[i][1] + c[j] * half * v[j] * v[j];
+        a[i][2] = a[i][2] + c[j] * u[j] * v[j];
+      }
+    }
+  }
+
+  template <class S>
+  KERNEL static void rest(const Vector3<S> (&X)[6], S nu, S (&rest)[12]) {
+    using R = typename RealOf<S>::type;
+    const S zero(R(0)), one(R(1)), half(R(0.5));
+    S a[3][3], area;
+    folds_by_curvature(X, a, area);
+    const Vector3<S> row[3] = {{a[0][0], a[0][1], a[0][2]}, {a[1][0], a[1][1], a[1][2]}, {a[2][0], a[2][1], a[2][2]}};
+    const Vector3<S> column[3] = {cross(row[1], row[2]), cross(row[2], row[0]), cross(row[0], row[1])};
+    const S det = dot(row[0], column[0]), size = area * root(area);
+    const auto fits = (det * det > size * size * S(R(1e-12))) & (area > zero);
+    const S per = one / select(fits, det, one);
+    const S sum = root(area * (one + nu) * half), difference = root(area * (one - nu) * half);
+    for (int i = 0; i < 3; ++i) {  // H = a^-1 theta, whose columns are column[i] / det
+      const Vector3<S> H = or_zero(fits, column[i] * per);
+      rest[3 + i] = sum * (H.x + H.y), rest[6 + i] = difference * (H.x - H.y), rest[9 + i] = difference * (H.z + H.z);
+      Vector3<S> q[4], grad[4];
+      S scale, none[1] = {zero};
+      hinge(X, i, q);
+      rest[i] = select(fits, Bending::evaluate(q, none, fits, grad, scale), zero);
+    }
+  }
+
+  /// C = sqrt(sum C_m^2) = sqrt(2 U / D); where all are 0 its gradient is that of the first.
+  template <class S, class Mask>
+  KERNEL static S evaluate(const Vector3<S> (&p)[6], const S* rest, const Mask& held, Vector3<S> (&grad)[6], S& scale) {
+    using R = typename RealOf<S>::type;
+    const S zero(R(0)), one(R(1));
+    const Folds<S> now(p, rest, held);
+    S C[3], squares = zero;
+    now.constraints(rest, held, C);
+    for (const S& c : C) squares = squares + c * c;
+    const S length = root(squares);
+    const auto off = length > S(tiny<R>());
+    for (int m = 0; m < 3; ++m) C[m] = select(off, C[m] / select(off, length, one), m == 0 ? one : zero);
+    S pull[3];
+    now.pulls(rest, held, C, pull);
+    now.gather(pull, grad);
+    S size = zero;
+    for (const auto& g : grad) size = size + dot(g, g);
+    scale = select(size > zero, one, zero);
+    return length;
+  }
+
+  /// The energy over D.
+  KERNEL static double energy(const Vector3<double> (&p)[6], const double* rest) {
+    Vector3<double> grad[6];
+    double scale;
+    const double C = evaluate(p, rest, true, grad, scale);
+    return C * C / 2;
+  }
+
+  /// Newton's step of all three, as meet_at_once() does it, in the angles: fewer numbers.
+  template <class S, class Mask>
+  KERNEL static void step(const Vector3<S> (&p)[6], const S (&w)[6], const S* rest, const Mask& held, S alpha,
+                          S (&sum)[3], Vector3<S> (&move)[6]) {
+    using R = typename RealOf<S>::type;
+    const Folds<S> now(p, rest, held);
+    S C[3], turn[3][3], A[3][3], dlambda[3];
+    now.constraints(rest, held, C);
+    now.response(w, turn);
+    for (int m = 0; m < 3; ++m) {
+      S row[3];  // of B turn
+      for (int k = 0; k < 3; ++k) {
+        row[k] = number(rest, held, m, 0) * turn[0][k];
+        for (int i = 1; i < 3; ++i) row[k] = row[k] + number(rest, held, m, i) * turn[i][k];
+      }
+      for (int k = 0; k <= m; ++k) {
+        A[m][k] = row[0] * number(rest, held, k, 0);
+        for (int i = 1; i < 3; ++i) A[m][k] = A[m][k] + row[i] * number(rest, held, k, i);
+      }
+    }
+    solve_at_once(A, C, alpha, sum, held, dlambda);
+    S pull[3], turned = S(R(most_turn));
+    now.pulls(rest, held, dlambda, pull);
+    for (int i = 0; i < 3; ++i) {
+      const S by = turn[i][0] * pull[0] + turn[i][1] * pull[1] + turn[i][2] * pull[2];
+      turned = larger(turned, larger(by, -by));
+    }
+    const S part = S(R(most_turn)) / turned;
+    for (int m = 0; m < 3; ++m) pull[m] = pull[m] * part, sum[m] = sum[m] + dlambda[m] * part;
+    now.gather(pull, move);
+  }
+
+  /// The filter sees the same three as vectors, B times the hinges' folds, each fold drawn to its length at rest.
+  struct Stencil {
+    static constexpr int vectors = 3, numbers = 21;  // B, its inverse, lengths of the folds at rest
+    template <class S>
+    KERNEL static void weights(const Vector3<S> (&X)[6], S nu, S (&c)[3][6], S (&own)[21]) {
+      using R = typename RealOf<S>::type;
+      const S zero(R(0)), one(R(1));
+      S of[Plate::numbers], fold[3][6];
+      rest(X, nu, of);
+      S folded = zero;
+      for (int i = 0; i < 3; ++i) {
+        fold_weights(X, i, fold[i]);
+        Vector3<S> f{zero, zero, zero};
+        for (int j = 0; j < 6; ++j) f = f + X[j] * fold[i][j];
+        own[18 + i] = root(dot(f, f));
+        folded = larger(folded, own[18 + i]);
+      }
+      for (int m = 0; m < 3; ++m)
+        for (int j = 0; j < 6; ++j)
+          c[m][j] = of[3 + 3 * m] * fold[0][j] + of[4 + 3 * m] * fold[1][j] + of[5 + 3 * m] * fold[2][j];
+      const Vector3<S> row[3] = {{of[3], of[4], of[5]}, {of[6], of[7], of[8]}, {of[9], of[10], of[11]}};
+      const Vector3<S> column[3] = {cross(row[1], row[2]), cross(row[2], row[0]), cross(row[0], row[1])};
+      const S det = dot(row[0], column[0]);
+      const auto curved = (folded > S(R(1e-9))) & (det * det > zero);
+      const S per = one / select(curved, det, one);
+      for (int k = 0; k < 9; ++k) own[k] = of[3 + k];
+      for (int m = 0; m < 3; ++m)
+        own[9 + m] = column[m].x * per, own[12 + m] = column[m].y * per, own[15 + m] = column[m].z * per;
+      for (S& number : own) number = select(curved, number, zero);
+    }
+    template <class S>
+    KERNEL static void target(const Vector3<S> (&f)[3], const S* own, Vector3<S> (&d)[3]) {
+      Vector3<S> fold[1], at[3][1];
+      for (int i = 0; i < 3; ++i) {
+        fold[0] = f[0] * own[9 + 3 * i] + f[1] * own[10 + 3 * i] + f[2] * own[11 + 3 * i];
+        IsometricBending::Stencil::target(fold, own + 18 + i, at[i]);
+      }
+      for (int m = 0; m < 3; ++m) d[m] = at[0][0] * own[3 * m] + at[1][0] * own[3 * m + 1] + at[2][0] * own[3 * m + 2];
+    }
+  };
+
+ private:
+  static constexpr double most_turn = 0.2;  // rad of a hinge in one projection: beyond, its linear step is none
+
+  /// Where over an edge a wing stands: its foot as a part of the edge, and its height.
+  template <class S>
+  KERNEL static void over_edge(const Vector3<S>& from, const Vector3<S>& to, const Vector3<S>& wing, S& foot,
+                               S& height) {
+    using R = typename RealOf<S>::type;
+    const S one(R(1));
+    const Vector3<S> e = to - from, r = wing - from, n = cross(e, r);
+    const S e2 = dot(e, e), per = one / select(e2 > S(tiny<R>()), e2, one);
+    foot = dot(r, e) * per, height = root(dot(n, n) * per);
+  }
+
+  /// Of the hinge across from corner i: its fold is sum c_j x_j (see IsometricBending), 0 of one without height.
+  template <class S>
+  KERNEL static void fold_weights(const Vector3<S> (&X)[6], int i, S (&c)[6]) {
+    using R = typename RealOf<S>::type;
+    const S zero(R(0)), one(R(1));
+    for (S& of : c) of = zero;
+    const int from = (i + 1) % 3, to = (i + 2) % 3;
+    for (const int wing : {i, 3 + i}) {
+      S foot, height;
+      over_edge(X[from], X[to], X[wing], foot, height);
+      const S per = select(height > zero, one / select(height > zero, height, one), zero);
+      c[wing] = per, c[from] = c[from] - (one - foot) * per, c[to] = c[to] - foot * per;
+    }
+  }
+
+  template <class S>
+  KERNEL static void hinge(const Vector3<S> (&p)[6], int i, Vector3<S> (&q)[4]) {
+    q[0] = p[(i + 1) % 3], q[1] = p[(i + 2) % 3], q[2] = p[i], q[3] = p[3 + i];
+  }
+  /// B, or 0 in padding.
+  template <class S, class Mask>
+  KERNEL static S number(const S* rest, const Mask& held, int m, int i) {
+    return select(held, rest[3 + 3 * m + i], S(typename RealOf<S>::type(0)));
+  }
+
+  template <class S>
+  struct Folds {
+    S theta[3];             // from rest
+    Vector3<S> grad[3][4];  // of each angle at its hinge's particles
+
+    template <class Mask>
+    KERNEL Folds(const Vector3<S> (&p)[6], const S* rest, const Mask& held) {
+      for (int i = 0; i < 3; ++i) {
+        Vector3<S> q[4];
+        S scale;
+        hinge(p, i, q);
+        theta[i] = Bending::evaluate(q, rest + i, held, grad[i], scale);
+      }
+    }
+    template <class Mask>
+    KERNEL void constraints(const S* rest, const Mask& held, S (&C)[3]) const {
+      for (int m = 0; m < 3; ++m)
+        C[m] = number(rest, held, m, 0) * theta[0] + number(rest, held, m, 1) * theta[1] +
+               number(rest, held, m, 2) * theta[2];
+    }
+    /// B^T x
+    template <class Mask>
+    KERNEL void pulls(const S* rest, const Mask& held, const S (&x)[3], S (&pull)[3]) const {
+      for (int i = 0; i < 3; ++i)
+        pull[i] = number(rest, held, 0, i) * x[0] + number(rest, held, 1, i) * x[1] + number(rest, held, 2, i) * x[2];
+    }
+    /// Of which of the six is a hinge's particle.
+    KERNEL static int particle(int i, int j) {
+      return j == 0 ? (i + 1) % 3 : j == 1 ? (i + 2) % 3 : j == 2 ? i : 3 + i;
+    }
+    /// grad w grad^T of the angles.
+    KERNEL void response(const S (&w)[6], S (&turn)[3][3]) const {
+      for (int i = 0; i < 3; ++i)
+        for (int k = 0; k <= i; ++k) {
+          turn[i][k] = S(typename RealOf<S>::type(0));
+          for (int j = 0; j < 4; ++j)
+            for (int l = 0; l < 4; ++l)
+              if (particle(i, j) == particle(k, l))
+                turn[i][k] = turn[i][k] + w[particle(i, j)] * dot(grad[i][j], grad[k][l]);
+          turn[k][i] = turn[i][k];
+        }
+    }
+    KERNEL void gather(const S (&pull)[3], Vector3<S> (&sum)[6]) const {
+      const S zero(typename RealOf<S>::type(0));
+      for (auto& of : sum) of = {zero, zero, zero};
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 4; ++j) sum[particle(i, j)] = sum[particle(i, j)] + grad[i][j] * pull[i];
+    }
+  };
+};
+
+}  // namespace malha
