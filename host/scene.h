@@ -234,6 +234,7 @@ struct SolverSpec {
   int substeps = 10;         // >= 1
   int iterations = 1;        // >= 1, per substep
   Precision precision = Precision::Float;
+  bool keeps_momenta = false;  // "corrector" of pbd: free bodies get back what projections take of their momenta
   DesbrunSpec desbrun;
 };
 

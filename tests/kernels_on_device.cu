@@ -11,6 +11,7 @@
 #include "kernels/limits.h"
 #include "kernels/long_range.h"
 #include "kernels/measure.h"
+#include "kernels/momenta.h"
 #include "kernels/pressure.h"
 #include "kernels/rest.h"
 #include "kernels/sleep.h"
@@ -68,6 +69,8 @@ template void instantiate_filters<double>();
 template <class R>
 void instantiate_all() {
   launch_groups<<<1, 1>>>(Visit<R>{});
+  instantiate_groups<MeasureMomenta<R, false, false>, MeasureMomenta<R, false, true>,
+                     MeasureMomenta<R, true, false>, AddRigidMotion<R>>();
   instantiate<Predict<R>, Drag<R>, UpdateState<R>>();
   instantiate<SumMass<R, Consecutive>, SumSpin<R, Consecutive>, DampTowardsRigid<R>, MeasureMotion<R>>();
   instantiate<SixVolumes<R>, PressureGradient<R>, ApplyPressure<R>>();

@@ -151,6 +151,53 @@ TEST_P(Feature, CostsNothingWhereTheSceneDoesNotNameIt) {
 
 INSTANTIATE_TEST_SUITE_P(Named, Feature, testing::Range(0, 10));
 
+/// The cloth, free, with its momenta kept or not.
+Json free_cloth(const char* corrector) {
+  Json scene = traced_cloth();
+  scene["bodies"][0].erase("pins");
+  if (corrector != nullptr) scene["solver"]["corrector"] = corrector;
+  return scene;
+}
+
+TEST(Launches, OfTheCorrectorAreThreeAStepWhereABodyIsFree) {
+  const Traced never = traced(free_cloth(nullptr)), off = traced(free_cloth("off"));
+  EXPECT_EQ(off.launches, never.launches);
+  EXPECT_EQ(off.bytes, never.bytes);
+  const Traced kept = traced(free_cloth("inertia"));
+  ASSERT_EQ(kept.launches.size(), 4u);
+  EXPECT_EQ(kept.of("Visit<float>"), 4);
+  EXPECT_EQ(kept.of("MeasureMomenta<float, false, false>"), 1);
+  EXPECT_EQ(kept.of("MeasureMomenta<float, false, true>"), 1);
+  EXPECT_EQ(kept.of("AddRigidMotion<float>"), 1);
+  Json held = traced_cloth();
+  held["solver"]["corrector"] = "inertia";
+  EXPECT_EQ(traced(held).launches, traced(traced_cloth()).launches) << "nothing is free";
+  EXPECT_EQ(traced(held).bytes, traced(traced_cloth()).bytes);
+}
+
+/// By the lines of the plan, and by the trace.
+void expect_planned_launches(const Json& scene) {
+  Simulation simulation(parsed(scene), {.threads = 1});
+  const std::string text = plan(simulation);
+  std::istringstream lines(text.substr(text.find("passes of a step:")));
+  std::int64_t planned = 0, launched = 0;
+  for (std::string line; std::getline(lines, line);)
+    if (const std::size_t at = line.find(": "); has(line, " launch")) planned += std::stoll(line.substr(at + 2));
+  simulation.step();
+  for (const Launches& of : simulation.times().launches) launched += of.launches;
+  EXPECT_EQ(launched, planned) << text << list_launches(simulation);
+}
+
+TEST(Launches, OfTheCorrectorAreAsManyAsThePlanSaysWhateverLiesBetween) {
+  Json drag = free_cloth("inertia"), contact = drag, damped = drag;
+  drag["wind"] = {{"velocity", {1, 0, 0}}, {"drag", 0.001}};
+  damped["bodies"][0]["damping"] = 0.1;
+  contact["environment"] = Json::parse(
+      R"([{"name": "ball", "shape": {"sphere": {"radius": 0.3, "subdivisions": 2}}, "transform": {"translate": [0.5, -0.3, 0.5]}}])");
+  contact["solver"]["iterations"] = 2;
+  for (const Json& scene : {free_cloth("inertia"), drag, damped, contact}) expect_planned_launches(scene);
+}
+
 TEST(Launches, OfTheTraceAreAsManyAsThePlanSays) {
   Json scene = traced_cloth();
   for (const Block& other : blocks())
@@ -158,15 +205,7 @@ TEST(Launches, OfTheTraceAreAsManyAsThePlanSays) {
       scene[Json::json_pointer(other.pointer)] = Json::parse(other.json);
   for (const char* type : {"pbd", "desbrun"}) {
     scene["solver"]["type"] = type;
-    Simulation simulation(parsed(scene), {.threads = 1});
-    const std::string text = plan(simulation);
-    std::istringstream lines(text.substr(text.find("passes of a step:")));
-    std::int64_t planned = 0, launched = 0;
-    for (std::string line; std::getline(lines, line);)
-      if (const std::size_t at = line.find(": "); has(line, " launch")) planned += std::stoll(line.substr(at + 2));
-    simulation.step();
-    for (const Launches& of : simulation.times().launches) launched += of.launches;
-    EXPECT_EQ(launched, planned) << text << list_launches(simulation);
+    expect_planned_launches(scene);
   }
 }
 

@@ -184,6 +184,72 @@ TEST(WarningOfDistance, ComesFarFromTheOriginInFloatAlone) {
   EXPECT_TRUE(warnings_of(scene).empty());
 }
 
+/// A tumbling ellipsoid in weightless flight of a second, from so far from the origin.
+Scene flight(double place, int substeps, std::vector<ConstraintSpec> constraints) {
+  BodySpec body = tumbling_ellipsoid(1, std::move(constraints));
+  body.transform.translate = {place, 1, 0.2};
+  body.velocity = {1, 0, 0};
+  Scene scene = scene_of({body}, {}, 1.0 / 60, substeps, Precision::Float);
+  scene.duration = 1;
+  return scene;
+}
+Scene flight(double place, int substeps) {
+  return flight(place, substeps, {stiff("distance", {"edges"}), stiff("bending", {}, 0.3)});
+}
+
+/// What the velocity of its centre of mass changes by, m/s; it starts with 1 m/s.
+double drift_in(const Scene& scene) {
+  Simulation simulation(scene, {.threads = 1});
+  const Vec3 before = simulation.measure().momentum;
+  run_for(simulation, scene, scene.duration);
+  return length(simulation.measure().momentum - before) / *scene.bodies[0].mass;
+}
+
+bool warns_of_drift(const Scene& scene) {
+  const std::vector<std::string> lines = warnings_of(scene);
+  return std::any_of(lines.begin(), lines.end(),
+                     [](const std::string& line) { return has(line, "(README, Momenta)"); });
+}
+
+TEST(WarningOfDrift, ComesWhereRoundingChangesTheMomentumByAHundredthAndGoesWithTheCorrectorOrDouble) {
+  for (const bool far : {false, true}) {
+    Scene scene = far ? flight(1000, 20) : flight(0.3, 5);
+    EXPECT_EQ(warns_of_drift(scene), far);
+    EXPECT_EQ(drift_in(scene) > 0.01, far);
+    scene.solver.keeps_momenta = true;
+    EXPECT_FALSE(warns_of_drift(scene));
+    EXPECT_LT(drift_in(scene), 1e-5);  // velocities of 5 m/s rounded in each of 60 steps, 42 particles
+    scene.solver.keeps_momenta = false, scene.solver.precision = Precision::Double;
+    EXPECT_FALSE(warns_of_drift(scene));
+    EXPECT_LT(drift_in(scene), 1e-8);
+  }
+}
+
+TEST(WarningOfDrift, DoesNotComeOfWhatIsHeldOrFalls) {
+  Scene scene = flight(1000, 20);
+  scene.gravity = kEarth;
+  EXPECT_FALSE(warns_of_drift(scene));
+  scene = flight(1000, 20);
+  scene.bodies[0].pins = {ListPin{{0}}};
+  EXPECT_FALSE(warns_of_drift(scene));
+}
+
+TEST(WarningOfDrift, NamesTheUpperEndOfWhatRoundingDoes) {
+  int cases = 0, near = 0;
+  for (const auto& constraints :
+       std::vector<std::vector<ConstraintSpec>>{{stiff("distance", {"edges"})},
+                                                {stiff("distance", {"edges"}), stiff("bending", {}, 0.3)},
+                                                {compliant("distance", 1e-5, {"edges"}), compliant("bending", 0.1)}})
+    for (const int substeps : {5, 20})
+      for (const double place : {0.3, 20.0, 300.0}) {
+        const Scene scene = flight(place, substeps, constraints);
+        const double most = worst_drift(Simulation(scene, {.threads = 1}).model()).speed, found = drift_in(scene);
+        EXPECT_LT(found, 2 * most) << substeps << " substeps, " << place << " m";  // of a random walk
+        ++cases, near += found > most / 10 ? 1 : 0;
+      }
+  EXPECT_GT(near, cases / 2);
+}
+
 TEST(WarningOfTorque, ComesOfOtherCorrectorsOfStiffFreeBodies) {
   SolverSpec solver;
   solver.type = "desbrun", solver.substeps = 1;

@@ -15,7 +15,7 @@ void for_each_array(M& model, const Visit& visit) {
   for (auto& set : model.springs) visit(set.ends), visit(set.stiffness), visit(set.rest);
   for (auto& set : model.pressures) visit(set.particles), visit(set.triangles);
   for (auto& body : model.tetrahedra) visit(body);
-  visit(model.damped);
+  visit(model.damped), visit(model.free);
   visit(model.long_range.particle), visit(model.long_range.begin);
   visit(model.long_range.anchor), visit(model.long_range.reach);
   visit(model.air.particle), visit(model.air.begin), visit(model.air.around);

@@ -171,6 +171,23 @@ class Builder {
       const double damping = model_.scene.bodies[body_of(model_.user_of[i])].damping;
       if (damping > 0 && end - i > 1) model_.damped.push_back({i, end - i, damping});
     }
+    if (model_.scene.solver.type == "pbd" && model_.scene.solver.keeps_momenta) find_free_islands();
+  }
+
+  void find_free_islands() {
+    const int n = static_cast<int>(island_.size());
+    std::vector<bool> held(n);
+    for (int i = 0; i < n; ++i) held[i] = model_.w[i] == 0;
+    const auto hold = [&held](const auto& sets) {
+      for (const auto& set : sets)
+        for (const int i : set.particles) held[i] = true;
+    };
+    hold(model_.moved), hold(model_.attached);
+    for (int i = 0, end; i < n; i = end) {
+      bool free = true;
+      for (end = i; end < n && island_[end] == island_[i]; ++end) free = free && !held[end];
+      if (free && end - i > 1) model_.free.push_back({i, end - i});
+    }
   }
 
   void place(std::size_t b) {

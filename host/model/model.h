@@ -40,6 +40,11 @@ struct DampedIsland {
   double damping;
 };
 
+/// A connected body that nothing holds and whose momenta are kept: particles first .. first + count - 1.
+struct FreeIsland {
+  int first, count;
+};
+
 /// What the scene's meshes look like to a person: everything in the user's order, all bodies one after the other.
 struct Appearance {
   std::vector<Vec3> points;  // at the start
@@ -77,6 +82,7 @@ struct Model {
   AirFaces air;                                      // empty unless the wind has a density
   std::vector<std::vector<Tetrahedron>> tetrahedra;  // of each body that has any
   std::vector<DampedIsland> damped;
+  std::vector<FreeIsland> free;  // none unless the solver keeps their momenta
   std::vector<MovedPins> moved;
   std::vector<AttachmentSet> attached;
   Patches patches;

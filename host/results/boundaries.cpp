@@ -138,6 +138,50 @@ double unrounded_step(const Model& model) {
   return most > 0 ? 2 * most * substep(model) * substep(model) / spacing(model, model.look.points) : never;
 }
 
+Drift worst_drift(const Model& model) {
+  Drift worst;
+  const Scene& scene = model.scene;
+  const SolverSpec& solver = scene.solver;
+  if (solver.type != "pbd" || solver.keeps_momenta || gravity(model) > 0) return worst;
+  std::vector<int> projected(model.w.size());  // how often in an iteration
+  for (const ConstraintSet& set : model.sets)
+    for (const int i : set.particles) ++projected[i];
+  for (const PressureSet& set : model.pressures)
+    for (const int i : set.particles) ++projected[i];
+  struct Free {
+    double mass = 0, rounded = 0;  // kg; kg^2, m^2 of every projection
+    bool held = false;
+  };
+  std::vector<Free> free(scene.bodies.size());
+  const std::vector<int> body = bodies_of(model);
+  const std::vector<bool> pinned = pinned_at_start(model);
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    Free& of = free[body[i]];
+    if ((of.held = of.held || pinned[i])) continue;
+    const double m = 1 / model.w[i];
+    of.mass += m, of.rounded += m * m * projected[i];
+  }
+  const double h = substep(model), iterations = scene.duration / h * solver.iterations;
+  const std::vector<int>& begin = model.look.body_begin;
+  for (std::size_t b = 0; b < free.size(); ++b) {
+    if (free[b].held || free[b].rounded == 0) continue;
+    const BodySpec& spec = scene.bodies[b];
+    const auto [low, high] = corners(model.look.points, begin[b], begin[b + 1]);
+    double farthest = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double way = spec.velocity[k] * scene.duration;
+      farthest = std::max({farthest, std::abs(low[k] + way), std::abs(high[k] + way)});
+    }
+    const double own = std::hypot(spec.velocity[0], spec.velocity[1], spec.velocity[2]);
+    const double turning = std::hypot(spec.spin[0], spec.spin[1], spec.spin[2]) * distance(low, high) / 2;
+    const double speed = 3 * spacing(model, {{farthest, 0, 0}}) / (h * std::sqrt(12.0)) *
+                         std::sqrt(free[b].rounded * iterations) / free[b].mass;
+    const double of = own > 0 ? own : turning;
+    if (of > 0 && speed / of > worst.share) worst = {speed, speed / of, static_cast<int>(b)};
+  }
+  return worst;
+}
+
 Wave fastest_wave(const Model& model) {
   Wave fastest;
   for (std::size_t b = 0; b < model.tetrahedra.size(); ++b) {

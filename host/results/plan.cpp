@@ -130,6 +130,9 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   line("damping", 3 * substeps * model.damped.size());
   line("air", facts.air_particles > 0 ? 2 * substeps : 0);
   list_filter_passes(model, facts, line);
+  // Measured before and after what the visits do, or each iteration's projections; then given back.
+  const std::size_t measured = facts.fused ? (facts.whole_steps ? 1 : substeps) : projections;
+  line("correction", model.free.empty() ? 0 : 2 * measured + (facts.fused ? 1 : 2));
   const bool drags = model.scene.wind && model.scene.wind->drag > 0;
   const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
   line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
@@ -175,6 +178,8 @@ std::string plan(const Simulation& simulation) {
       << counted(solver.iterations, "iteration") << "\n"
       << "particles: " << model.count() << " in " << counted(scene.bodies.size(), "body", "bodies") << ", "
       << pinned_at_start(model) << " pinned\n";
+  if (!model.free.empty())
+    out << "corrector: keeps the momenta of " << counted(model.free.size(), "free body", "free bodies") << "\n";
   if (scene.sleep)
     out << "sleep: when no particle has been faster than " << scene.sleep->speed << " m/s for " << scene.sleep->after
         << " s\n";

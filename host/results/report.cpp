@@ -194,6 +194,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
                     {"substeps", scene.solver.substeps},
                     {"iterations", scene.solver.iterations}};
   json["particles"] = model.count();
+  if (!model.free.empty()) json["bodies_corrected"] = model.free.size();
   if (!model.tetrahedra.empty()) {
     std::size_t all = 0;
     for (const auto& body : model.tetrahedra) all += body.size();

@@ -16,6 +16,7 @@ constexpr double kPaperTorque = 0.01;  // k h^2 / m
 constexpr double kOffTorque = 0.2;     // k h^2 / m, for each solve of a substep
 constexpr double kPinnedFall = 0.4;    // g h^2 / l
 constexpr double kDamping = 0.2;       // of the critical
+constexpr double kDrift = 0.01;        // of a free body's speed, in the run
 constexpr double kWave = 0.8;          // cells a substep: a material twice as soft as it should be
 constexpr double kSlowWave = 0.2;      // by 3 %
 
@@ -64,6 +65,12 @@ std::vector<std::string> warnings(const Model& model) {
                          : shown(std::ceil(solver.substeps * std::sqrt(sag.swinging / kSag))) +
                                " substeps or more, or \"long_range\"" +
                                shown_by(sag.of_faces ? "resolution" : "masses")));
+  if (const Drift drift = worst_drift(model); drift.share > kDrift)
+    lines.push_back("body '" + scene.bodies[drift.body].name + "': rounding of its places will have changed its " +
+                    "velocity by up to " + shown(two_digits(drift.speed)) + " m/s at the end of the run, " +
+                    shown(two_digits(100 * drift.share)) + " % of what it has; take \"corrector\": \"inertia\"" +
+                    (solver.precision == Precision::Float ? " or \"precision\": \"double\"" : "") +
+                    " (README, Momenta)");
   if (const Wave wave = fastest_wave(model); wave.cells > kWave)
     lines.push_back("body '" + scene.bodies[wave.body].name + "': a shear wave gets through " +
                     shown(two_digits(wave.cells)) +

@@ -15,14 +15,16 @@ class Pbd final : public Stepper<Executor, R> {
   Pbd(const Model& model, const Executor& executor, int threads)
       : Base(model, executor, threads, true, Base::nothing_between(model) && model.scene.solver.iterations > 1) {
     this->facts_.fused = this->nothing_between();
+    this->facts_.whole_steps =
+        this->nothing_between() && model.damped.empty() && model.moved.empty() && !model.scene.wind;
   }
 
  private:
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;
-    if (!this->nothing_between() || !model_.damped.empty() || !model_.moved.empty() || model_.scene.wind)
-      return Base::advance();
+    if (!this->facts_.whole_steps) return Base::advance();
     visit_patches(solver.dt / solver.substeps, solver.substeps);
+    this->give_back_momenta();
     ++this->steps_;
   }
   void predict(double h) override {
@@ -37,6 +39,7 @@ class Pbd final : public Stepper<Executor, R> {
   /// Substeps of prediction, projection and state in one parallel region.
   void visit_patches(double h, int substeps) {
     const int iterations = model_.scene.solver.iterations;
+    if (this->momenta_) this->timed(Pass::Correction, [&] { this->momenta_->before(this->particles()); });
     const Visit<R> plain = sweep_->visit(this->particles(), h, this->to_R(model_.scene.gravity));
     this->timed(Pass::Visits, [&] {
       sweep_->region([&](const auto& team) {
@@ -51,6 +54,10 @@ class Pbd final : public Stepper<Executor, R> {
       });
     });
     if (sweep_->lost()) this->refuse_lost(sweep_->first_lost(this->x_.download(), model_.user_of));
+    if (!this->momenta_) return;
+    const Vec3& g = model_.scene.gravity;
+    const double t = h * substeps;
+    this->timed(Pass::Correction, [&] { this->momenta_->after(this->particles(), {g[0] * t, g[1] * t, g[2] * t}); });
   }
 };
 

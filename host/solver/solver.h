@@ -65,6 +65,7 @@ struct SolverFacts {
   std::string instructions;  // of the kernels over packs
   PatchFacts patches;
   bool fused = false;                                    // prediction and state happen in the visits to the patches
+  bool whole_steps = false;                              // all substeps of a step in one parallel region
   std::vector<SetFacts> sets;                            // in the order of projection
   std::optional<FilterFacts> filter;                     // Desbrun's
   std::optional<SelfFacts> self;                         // of self-collision

@@ -17,6 +17,7 @@
 #include "host/solver/limits.h"
 #include "host/solver/long_range.h"
 #include "host/solver/measure.h"
+#include "host/solver/momenta.h"
 #include "host/solver/moved_pins.h"
 #include "host/solver/part.h"
 #include "host/solver/pressure.h"
@@ -125,6 +126,7 @@ class Stepper : public Solver {
     if (sweep_) facts_.colour_seconds = sweep_->facts().plan_seconds;
     facts_.layout_seconds += facts_.constraint_seconds - facts_.colour_seconds;
     if (model.long_range.items() > 0) long_range_.emplace(executor, model.long_range);
+    if (!model.free.empty()) momenta_.emplace(executor, model);
     if (!model.air.particle.empty()) air_.emplace(executor, model.air, *model.scene.wind);
     if (model.scene.sleep) sleeper_.emplace(executor, model);
     if (!model.moved.empty()) moved_.emplace(executor, model), moved_->hold(0, w_.data());
@@ -145,7 +147,12 @@ class Stepper : public Solver {
       substep(time() + s * h, h);
       if (moved_) timed(Pass::Pins, [&] { moved_->arrive(particles(), at(s), at(s + 1)); });
     }
+    give_back_momenta();
     ++steps_;
+  }
+
+  void give_back_momenta() {
+    if (momenta_) timed(Pass::Correction, [&] { momenta_->give_back(particles(), predicts_the_state()); });
   }
 
   /// What the wind does to v: on faces, if air has a density, and on particles, if it drags them.
@@ -226,6 +233,7 @@ class Stepper : public Solver {
   const Model& model_;
   PointArray<Executor, R> x_, v_, p_;
   std::optional<Sweep<Executor, R>> sweep_;
+  Part<Momenta<Executor, R>, built("corrector")> momenta_;
   std::int64_t steps_ = 0;
   SolverFacts facts_;
 
@@ -247,6 +255,7 @@ class Stepper : public Solver {
 
   /// Contacts last: what leaves the iteration is outside the environment.
   void project(const Particles<R>& all, double start, double h, bool fresh) {
+    if (momenta_) timed(Pass::Correction, [&] { momenta_->before_projection(all, h); });
     if (!model_.sets.empty())
       timed(Pass::Projection, [&] {
         Visit<R> visit = sweep_->visit(all, h, to_R(model_.scene.gravity));
@@ -257,6 +266,7 @@ class Stepper : public Solver {
       timed(Pass::Pressure, [&] {
         for (auto& pressure : pressures_) pressure.project(all.p, all.w);
       });
+    if (momenta_) timed(Pass::Correction, [&] { momenta_->after_projection(all, h); });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
     if (attachments_) timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, fresh); });
     if (self_) timed(Pass::SelfCollision, [&] { self_->resolve(all); });
@@ -276,6 +286,7 @@ class Stepper : public Solver {
     }
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
     if (moved_) facts_.particle_bytes += moved_->bytes();
+    if (momenta_) facts_.particle_bytes += momenta_->bytes();
     if (breakable_) facts_.constraint_bytes += breakable_->bytes();
     if (attachments_) facts_.constraint_bytes += attachments_->bytes();
     if (long_range_) {

@@ -124,6 +124,8 @@ std::vector<Demand> single_demands(bool quick) {
   Scene touched = plain, springs = plain;
   ball(-0.29, 0)(touched);
   desbrun(0)(springs);
+  Scene flying = plain;
+  flying.bodies[0].pins.clear();
   const auto with = [](const std::string& feature, const Change& change, const Scene& base, const char* name) {
     return demand(feature, name, base, change);
   };
@@ -144,6 +146,8 @@ std::vector<Demand> single_demands(bool quick) {
       to_cloth("drag on particles", wind(1e-6, 0)),
       to_cloth("air on faces", wind(0, 1.2)),
       to_cloth("damping", damp),
+      with(
+          "corrector", [](Scene& s) { s.solver.keeps_momenta = true; }, flying, "free cloth"),
       to_cloth("long_range", add(long_range())),
       to_cloth("moved pins", move_pins),
       to_cloth("attachments", attach),
