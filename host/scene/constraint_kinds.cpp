@@ -16,7 +16,7 @@ const std::vector<ConstraintKind>& constraint_kinds() {
       if constexpr (std::is_same_v<Kind, NeoHookean>) all.back().elastic = true, all.back().parameter_max = Kind::most;
     });
     all.push_back(
-        {"pressure", "pressure", 1, 0, false, false, false});  // over a whole mesh: no batches, so not registered
+        {"pressure", "volume_ratio", 1, 0, false, false, false});  // over a whole mesh: no batches, so not registered
     all.push_back({"long_range", "limit", 0, 0, true, false, false, true});  // a particle at a time: no batches either
     return all;
   }();
