@@ -20,27 +20,35 @@ struct LimitReach {
     const int i = particle[item];
     if (!(w[i] > R(0))) return;
     Vector3<R> at = p[i];
-    int nearest = -1;
-    for (int k = begin[item]; k < begin[item + 1]; ++k) {
-      if (w[anchor[k]] > R(0)) continue;  // no pin any more
-      const Vector3<R> d = p[anchor[k]] - at;
-      const R d2 = dot(d, d);
-      if (d2 > reach[k] * reach[k]) at = at + d * (R(1) - reach[k] / root(d2));
-      nearest = k;
-    }
-    for (int k = nearest - 1; k >= begin[item]; --k) {
-      if (w[anchor[k]] > R(0)) continue;
-      const Vector3<R> d = p[anchor[k]] - at;
-      if (dot(d, d) > reach[k] * reach[k]) at = where_both_end(at, nearest, k);
-    }
+    int last = begin[item] - 1;  // that held it
+    for (int k = begin[item]; k < begin[item + 1]; ++k)
+      if (pull(k, at)) last = k;
+    if (last <= begin[item]) return p.set(i, at);
+    for (int k = last - 1; k >= begin[item]; --k)
+      if (is_beyond(k, at)) at = where_both_end(at, last, k);
+    for (int k = last + 1; k < begin[item + 1]; ++k) pull(k, at);
     p.set(i, at);
   }
 
-  /// The point of the spheres around two pins that is nearest to `at`; where they do not meet, the point of the
-  /// nearest pin's that is nearest to the other.
-  KERNEL Vector3<R> where_both_end(const Vector3<R>& at, int nearest, int other) const {
-    const Vector3<R> a = p[anchor[nearest]], between = p[anchor[other]] - a;
-    const R D2 = dot(between, between), D = root(D2), r = reach[nearest];
+  KERNEL bool is_beyond(int k, const Vector3<R>& at) const {
+    if (w[anchor[k]] > R(0)) return false;  // no pin any more
+    const Vector3<R> d = p[anchor[k]] - at;
+    return dot(d, d) > reach[k] * reach[k];
+  }
+
+  /// To its reach, if it is beyond.
+  KERNEL bool pull(int k, Vector3<R>& at) const {
+    if (!is_beyond(k, at)) return false;
+    const Vector3<R> d = p[anchor[k]] - at;
+    at = at + d * (R(1) - reach[k] / root(dot(d, d)));
+    return true;
+  }
+
+  /// The point of the spheres around two pins that is nearest to `at`; where they do not meet, the point of the nearer
+  /// pin's that is nearest to the other.
+  KERNEL Vector3<R> where_both_end(const Vector3<R>& at, int nearer, int other) const {
+    const Vector3<R> a = p[anchor[nearer]], between = p[anchor[other]] - a;
+    const R D2 = dot(between, between), D = root(D2), r = reach[nearer];
     if (!(D > tiny<R>())) return at;
     const Vector3<R> axis = between * (R(1) / D), from = at - a;
     const R along = (D2 + r * r - reach[other] * reach[other]) / (R(2) * D), rho2 = r * r - along * along;

@@ -7,7 +7,9 @@
 
 #include "host/model/model.h"
 #include "host/solver/solver.h"
+#include "kernels/long_range.h"
 #include "tests/mixed_sheet.h"
+#include "tests/point_list.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
@@ -88,6 +90,40 @@ TEST(LongRange, HoldsALongClothWithTwoProjectionsAStep) {
     EXPECT_LT(held.measure().strain_rms, 0.02);
     EXPECT_LT(held.measure().strain_max, 0.1) << "of single edges, whose ends are both within their reach";
   }
+}
+
+/// Where one alone is exceeded, straight towards its pin; where both are, to a place that is within both.
+template <class R>
+void expect_within_both(R rounding) {
+  Random random(7);
+  int both = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    PointList<R> p;
+    const Vector3<double> far = random.in_cube(), near = random.in_cube(), start = random.in_cube(2);
+    for (const Vector3<double>& x : {far, near, start}) p.push_back(x);
+    const double apart = norm(far - near), r = apart * random(0.1, 1);
+    const R reach[] = {R(apart * random(1.02, 1.5) - r), R(r)};
+    const int particle[] = {2}, begin[] = {0, 2}, anchor[] = {0, 1};
+    const R w[] = {0, 0, 1};
+    const auto beyond = [&](const Vector3<double>& x, int k) { return norm(x - to_double(p[k])) - double(reach[k]); };
+    const double from_far = beyond(start, 0), from_near = beyond(start, 1);
+    const LimitReach<R> limit{p.points(), w, particle, begin, anchor, reach};
+    limit(0);
+    const Vector3<double> x = to_double(p[2]);
+    EXPECT_LT(beyond(x, 0), rounding) << trial;
+    EXPECT_LT(beyond(x, 1), rounding) << trial;
+    const Vector3<double> alone = start + (far - start) * (from_far / norm(far - start));
+    if (from_far > 0 && beyond(alone, 1) < -rounding) {
+      EXPECT_LT(norm(x - alone), rounding) << trial;
+    }
+    both += from_far > 0 && from_near > 0;
+  }
+  EXPECT_GT(both, 500);
+}
+
+TEST(LongRange, TakesAParticleToAPlaceWithinReachOfBothPins) {
+  expect_within_both<double>(1e-13);
+  expect_within_both<float>(3e-6f);  // circles of spheres that nearly touch: some roundings of 2 m
 }
 
 /// Cloth of mixed triangles on two pins: `limit` 0, thrown about, and nowhere farther than its way from either.
