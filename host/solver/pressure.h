@@ -18,7 +18,7 @@ class Pressure {
     const double h = solver.dt / solver.substeps;
     compliant_ = set.compliance.has_value();
     compliance_ = set.compliance.value_or(0), alpha_ = compliance_ / (h * h);
-    stiffness_ = stiffness_per_projection(set.stiffness, double(solver.substeps) * solver.iterations);
+    stiffness_ = stiffness_per_projection(set.stiffness, solver);
     lay_out_fans(model.count(), set);
     const PointArray<Serial, double> rest(model.x);
     rest_ = parallel_reduce<Sum>(Serial{}, triangles_,
