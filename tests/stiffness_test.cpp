@@ -11,13 +11,13 @@
 namespace malha {
 namespace {
 
-constexpr double kFrame = 1.0 / 60;
+constexpr double kFrameTime = 1.0 / 60;
 
 /// A mass below a pin, 1 m away, on a constraint that wants it nearer by `too_long`.
 Scene on_a_constraint(double k, double too_long, int substeps, int iterations, bool of_step, const Vec3& gravity = {}) {
   BodySpec body = hung_chain({0, 0, 0}, {0, -1, 0}, 1, 0.7);
   body.constraints = {stiff("distance", {"edges"}, k, 1 - too_long)};
-  Scene scene = scene_of({body}, gravity, kFrame, substeps);
+  Scene scene = scene_of({body}, gravity, kFrameTime, substeps);
   scene.solver.iterations = iterations, scene.solver.stiffness_of_step = of_step;
   return scene;
 }
@@ -47,16 +47,16 @@ TEST(StiffnessOfAStep, CarriesAWeightAtTheSameSagWithAnySubsteps) {
   for (const double k : {0.05, 0.5, 0.9})
     for (const int substeps : {1, 2, 10, 40})
       for (const int iterations : {1, 3}) {
-        const double sag = 9.81 * kFrame * kFrame * (1 - k) / k;
+        const double sag = 9.81 * kFrameTime * kFrameTime * (1 - k) / k;
         EXPECT_NEAR(height_after(on_a_constraint(k, sag, substeps, iterations, true, kEarth), 60), -1, 1e-12)
             << "k = " << k << ", " << substeps << " substeps of " << iterations;
       }
 }
 
 TEST(StiffnessOfAStep, SwingsAsItsSpring) {
-  const double k = 0.02, omega = std::sqrt(k / (1 - k)) / kFrame;
+  const double k = 0.02, omega = std::sqrt(k / (1 - k)) / kFrameTime;
   for (const int steps : {10, 25, 44}) {  // of 44 that a period takes
-    const double exact = -1 + 0.1 * (1 - std::cos(omega * steps * kFrame));
+    const double exact = -1 + 0.1 * (1 - std::cos(omega * steps * kFrameTime));
     // Backward Euler's damping: amplitudes fall as exp(-omega^2 h t / 2), by 1 % in a period.
     EXPECT_NEAR(height_after(on_a_constraint(k, 0.1, 50, 1, true), steps), exact, 0.002) << steps;
   }
@@ -69,14 +69,14 @@ TEST(StiffnessOfAStep, StretchesAChainAsItsSprings) {
   for (const int substeps : {20, 60}) {
     BodySpec body = hung_chain({0, 0, 0}, {0, -2, 0}, links);
     body.constraints = {stiff("distance", {"edges"}, k)};
-    Scene scene = scene_of({body}, kEarth, kFrame, substeps);
+    Scene scene = scene_of({body}, kEarth, kFrameTime, substeps);
     scene.solver.stiffness_of_step = true;
     scene.wind = Wind{{0, 0, 0}, 20};
     const std::vector<Vec3> x = after(scene, 3).positions();
     const double mass = *body.mass / links;  // of inner ones; half at the ends
     for (int i = 0; i < links; ++i) {
       const double below = mass * (links - i - 0.5), w = (i > 0) / mass + (i + 1 == links ? 2 : 1) / mass;
-      const double stretched = kFrame * kFrame * (1 - k) / k * w * below * 9.81;
+      const double stretched = kFrameTime * kFrameTime * (1 - k) / k * w * below * 9.81;
       // One sweep a substep meets what one link does to the next to some (omega h)^2: 7 % and 0.7 %.
       EXPECT_NEAR(length(x[i + 1] - x[i]) - 0.5, stretched, 30.0 / (substeps * substeps) * stretched) << i;
     }

@@ -15,33 +15,33 @@
 namespace malha {
 namespace {
 
-constexpr double length = 1, width = 0.2, E = 1e6, nu = 0.3, rho = 1000, g = 0.25;
+constexpr double span = 1, width = 0.2, E = 1e6, nu = 0.3, rho = 1000, g = 0.25;
 /// Of the free end, m: Euler and Bernoulli's, and with what shear adds (Timoshenko, Cowper's coefficient 5/6).
-const double bernoulli = rho * g * 12 * std::pow(length, 4) / (8 * E * width * width);
-const double timoshenko = bernoulli + rho * g * length * length / (2 * 5.0 / 6 * E / (2 * (1 + nu)));
+const double bernoulli = rho * g * 12 * std::pow(span, 4) / (8 * E * width * width);
+const double timoshenko = bernoulli + rho * g * span * span / (2 * 5.0 / 6 * E / (2 * (1 + nu)));
 
-TetBoxShape beam(int cells) { return {{length, width, width}, {5 * cells, cells, cells}}; }
-bool held(const Vec3& X) { return X[0] < -length / 2 + 1e-6; }
+TetBoxShape beam(int cells) { return {{span, width, width}, {5 * cells, cells, cells}}; }
+bool held(const Vec3& X) { return X[0] < -span / 2 + 1e-6; }
 
 /// How far the free end sinks, m, on average.
 double tip(const std::vector<Vec3>& X, const std::vector<Vec3>& x) {
   double sum = 0;
   int count = 0;
   for (std::size_t i = 0; i < X.size(); ++i)
-    if (X[i][0] > length / 2 - 1e-6) sum += X[i][1] - x[i][1], ++count;
+    if (X[i][0] > span / 2 - 1e-6) sum += X[i][1] - x[i][1], ++count;
   return sum / count;
 }
 
 double by_malha(int cells, int substeps, int iterations, double dt = 0.02) {
   BodySpec body = malha::body("beam", beam(cells), {neo_hookean(E, nu)});
   body.mass.reset(), body.density = rho;
-  body.pins = {BoxPin{{-length, -1, -1}, {-length / 2 + 1e-6, 1, 1}}};
+  body.pins = {BoxPin{{-span, -1, -1}, {-span / 2 + 1e-6, 1, 1}}};
   Scene scene = scene_of({body});
   scene.gravity = {0, -g, 0};
   scene.solver.dt = dt, scene.solver.substeps = substeps, scene.solver.iterations = iterations;
   scene.solver.precision = Precision::Double;  // in float a substep's fall is lost in roundings of the places
   const Mesh rest = generate(beam(cells));
-  const double mass = rho * length * width * width;
+  const double mass = rho * span * width * width;
   scene.wind = Wind{{0, 0, 0}, 12 * mass / static_cast<double>(rest.points.size())};  // nearly critical damping
   Simulation simulation(scene, {.threads = 1});
   for (int step = 0; step < 2 / dt; ++step) simulation.step();
