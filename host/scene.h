@@ -117,7 +117,7 @@ struct ConstraintSpec {
   std::string type;
   std::vector<std::string> on;            // elements; for edge constraints a subset of "edges", "shear"
   double stiffness = 1;                   // [0, 1]; PBD. Ignored where compliance is set
-  std::optional<double> compliance;       // >= 0; XPBD, m/N for lengths, rad/(N m) for angles
+  std::optional<double> compliance;       // >= 0; XPBD, m/N for lengths, rad/(N m) for angles, m^5/N for volumes
   double parameter = 1;                   // the kind's own number, by its own name (rest_scale, poisson_ratio ...)
   std::optional<double> rigidity{};       // > 0; of the material: N/m of surfaces, N of lines, N m of bending
   std::optional<double> young_modulus{};  // > 0, Pa of solids; of kinds that take none of the three others
@@ -234,7 +234,8 @@ struct SolverSpec {
   int substeps = 10;         // >= 1
   int iterations = 1;        // >= 1, per substep
   Precision precision = Precision::Float;
-  bool keeps_momenta = false;  // "corrector" of pbd: free bodies get back what projections take of their momenta
+  bool keeps_momenta = false;      // "corrector" of pbd: free bodies get back what projections take of their momenta
+  bool stiffness_of_step = false;  // PBD's k makes the spring of a step of one substep, whatever the substeps
   DesbrunSpec desbrun;
 };
 

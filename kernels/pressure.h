@@ -1,25 +1,27 @@
-// pressure: C = sum over triangles of (p1 x p2) . p3 - k V0, V0 the same sum at rest (6 x volume), over all the
-// particles of a closed mesh at once (Müller et al. 2006, section 4.4). Two reductions and one update, no colouring.
-// Positions are taken relative to one particle: on a closed mesh this changes nothing but the rounding.
+// pressure: C = V - r V0 in m^3, V = sum over triangles of (p1 x p2) . p3 / 6 the enclosed volume, V0 that at rest,
+// over all the particles of a closed mesh at once (Müller et al. 2006, section 4.4, who leave out the 1/6; a compliance
+// in m^5/N needs it). -C / alpha is the pressure inside above that outside, Pa. Two reductions and one update, no
+// colouring. Positions are taken relative to one particle: on a closed mesh this changes nothing but the rounding.
 #pragma once
 #include "kernels/particles.h"
 #include "kernels/sum.h"
 
 namespace malha {
 
+/// What a triangle adds to the enclosed volume, m^3.
 template <class R>
-struct SixVolumes {
+struct EnclosedVolume {
   Points<R> p;
   const int* corners;  // three a triangle
   int origin;          // a particle of the mesh
   KERNEL Sum operator()(int t) const {
     const Vector3<R> o = p[origin];
     const Vector3<R> a = p[corners[3 * t]] - o, b = p[corners[3 * t + 1]] - o;
-    return {double(dot(cross(a, b), p[corners[3 * t + 2]] - o))};
+    return {double(dot(cross(a, b), p[corners[3 * t + 2]] - o)) / 6};
   }
 };
 
-/// grad_i = sum over the triangles (i, j, k) around i of p_j x p_k; stores it and returns w |grad|^2.
+/// grad_i = sum over the triangles (i, j, k) around i of p_j x p_k / 6, m^2; stores it and returns w |grad|^2.
 template <class R>
 struct PressureGradient {
   Points<R> p;
@@ -34,8 +36,9 @@ struct PressureGradient {
     Vector3<R> sum{R(0), R(0), R(0)};
     for (int t = begin[item]; t < begin[item + 1]; ++t)
       sum = sum + cross(p[around[2 * t]] - o, p[around[2 * t + 1]] - o);
-    grad.set(item, sum);
-    return {double(w[particle[item]]) * double(dot(sum, sum))};
+    const Vector3<R> g = sum * R(1.0 / 6);
+    grad.set(item, g);
+    return {double(w[particle[item]]) * double(dot(g, g))};
   }
 };
 

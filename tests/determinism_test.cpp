@@ -37,7 +37,7 @@ BodySpec balloon(const Vec3& at, int subdivisions) {
   body.spin = {1, 5, 2};
   body.velocity = {0, -2, 0};
   body.constraints = {compliant("distance", 1e-3, {"edges"}), compliant("bending", 0.1),
-                      compliant("pressure", 1e-4, {}, 1.2)};
+                      compliant("pressure", 3e-6, {}, 1.2)};
   return body;
 }
 

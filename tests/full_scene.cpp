@@ -25,7 +25,7 @@ std::string full_scene() {
        {"type": "distance", "on": ["edges", "shear"], "stiffness": 0.5, "rest_scale": 1.1},
        {"type": "distance_limit", "on": ["shear"], "compliance": 1e-7, "limit": 0.2},
        {"type": "bending", "stiffness": 0.25, "rest_scale": 0},
-       {"type": "pressure", "compliance": 0, "pressure": 1.2}]},
+       {"type": "pressure", "compliance": 0, "volume_ratio": 1.2}]},
     {"name": "sheet", "shape": {"grid": {"size": [1, 2], "cells": [16, 8]}}, "mass": 0.3,
      "transform": {"scale": 2},
      "pins": [

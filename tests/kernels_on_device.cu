@@ -73,7 +73,7 @@ void instantiate_all() {
                      MeasureMomenta<R, true, false>, AddRigidMotion<R>>();
   instantiate<Predict<R>, Drag<R>, UpdateState<R>>();
   instantiate<SumMass<R, Consecutive>, SumSpin<R, Consecutive>, DampTowardsRigid<R>, MeasureMotion<R>>();
-  instantiate<SixVolumes<R>, PressureGradient<R>, ApplyPressure<R>>();
+  instantiate<EnclosedVolume<R>, PressureGradient<R>, ApplyPressure<R>>();
   instantiate<LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>, MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
   instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>>();
   instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>>();

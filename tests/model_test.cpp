@@ -178,7 +178,7 @@ TEST(Model, PressureTakesAllParticlesAndTrianglesOfItsBody) {
   const Model model =
       build_model(scene_of({body("sheet", kGrid), body("ball", SphereShape{0.5, 2}, {constraint("pressure", 1.5)})}));
   ASSERT_EQ(model.pressures.size(), 1u);
-  EXPECT_EQ(model.pressures[0].pressure, 1.5);
+  EXPECT_EQ(model.pressures[0].volume_ratio, 1.5);
   EXPECT_EQ(model.pressures[0].particles.size(), 162u);
   EXPECT_EQ(model.pressures[0].triangles.size(), 320u);
   for (const Triangle& t : model.pressures[0].triangles)

@@ -181,7 +181,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "/bodies/0/constraints/0/stiffness: found -0.5" + ratio},
         Refusal{"NegativeCompliance", "/bodies/0/constraints/1/compliance", "-1",
                 "/bodies/0/constraints/1/compliance: found -1; allowed: a number >= 0 (m/N for lengths, rad/(N m) for "
-                "angles)"},
+                "angles, m^5/N for volumes)"},
         Refusal{"StiffnessAndCompliance", "/bodies/0/constraints/0/compliance", "1",
                 "/bodies/0/constraints/0/compliance: found both 'stiffness' and 'compliance'; allowed: one of them"},
         Refusal{
@@ -218,8 +218,11 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"StiffnessOfAMaterial", "/bodies/7/constraints/1/stiffness", "1",
                 "/bodies/7/constraints/1/stiffness: found unknown key 'stiffness'; allowed: type, young_modulus, "
                 "poisson_ratio"},
-        Refusal{"ZeroPressure", "/bodies/0/constraints/3/pressure", "0",
-                "/bodies/0/constraints/3/pressure: found 0; allowed: a number > 0"}),
+        Refusal{"ZeroVolumeRatio", "/bodies/0/constraints/3/volume_ratio", "0",
+                "/bodies/0/constraints/3/volume_ratio: found 0; allowed: a number > 0"},
+        Refusal{"PressureAsItWasCalled", "/bodies/0/constraints/3/pressure", "1.2",
+                "/bodies/0/constraints/3/pressure: found 'pressure', which is a ratio of volumes, not a pressure; "
+                "allowed: 'volume_ratio'"}),
     name_of);
 
 INSTANTIATE_TEST_SUITE_P(

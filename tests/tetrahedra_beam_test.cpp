@@ -15,36 +15,36 @@
 namespace malha {
 namespace {
 
-constexpr double length = 1, width = 0.2, E = 1e6, nu = 0.3, rho = 1000, g = 0.25;
+constexpr double span = 1, width = 0.2, E = 1e6, nu = 0.3, rho = 1000, g = 0.25;
 /// Of the free end, m: Euler and Bernoulli's, and with what shear adds (Timoshenko, Cowper's coefficient 5/6).
-const double bernoulli = rho * g * 12 * std::pow(length, 4) / (8 * E * width * width);
-const double timoshenko = bernoulli + rho * g * length * length / (2 * 5.0 / 6 * E / (2 * (1 + nu)));
+const double bernoulli = rho * g * 12 * std::pow(span, 4) / (8 * E * width * width);
+const double timoshenko = bernoulli + rho * g * span * span / (2 * 5.0 / 6 * E / (2 * (1 + nu)));
 
-TetBoxShape beam(int cells) { return {{length, width, width}, {5 * cells, cells, cells}}; }
-bool held(const Vec3& X) { return X[0] < -length / 2 + 1e-6; }
+TetBoxShape beam(int cells) { return {{span, width, width}, {5 * cells, cells, cells}}; }
+bool held(const Vec3& X) { return X[0] < -span / 2 + 1e-6; }
 
 /// How far the free end sinks, m, on average.
 double tip(const std::vector<Vec3>& X, const std::vector<Vec3>& x) {
   double sum = 0;
   int count = 0;
   for (std::size_t i = 0; i < X.size(); ++i)
-    if (X[i][0] > length / 2 - 1e-6) sum += X[i][1] - x[i][1], ++count;
+    if (X[i][0] > span / 2 - 1e-6) sum += X[i][1] - x[i][1], ++count;
   return sum / count;
 }
 
-double by_malha(int cells, int substeps, int iterations) {
+double by_malha(int cells, int substeps, int iterations, double dt = 0.02) {
   BodySpec body = malha::body("beam", beam(cells), {neo_hookean(E, nu)});
   body.mass.reset(), body.density = rho;
-  body.pins = {BoxPin{{-length, -1, -1}, {-length / 2 + 1e-6, 1, 1}}};
+  body.pins = {BoxPin{{-span, -1, -1}, {-span / 2 + 1e-6, 1, 1}}};
   Scene scene = scene_of({body});
   scene.gravity = {0, -g, 0};
-  scene.solver.dt = 0.02, scene.solver.substeps = substeps, scene.solver.iterations = iterations;
+  scene.solver.dt = dt, scene.solver.substeps = substeps, scene.solver.iterations = iterations;
   scene.solver.precision = Precision::Double;  // in float a substep's fall is lost in roundings of the places
   const Mesh rest = generate(beam(cells));
-  const double mass = rho * length * width * width;
+  const double mass = rho * span * width * width;
   scene.wind = Wind{{0, 0, 0}, 12 * mass / static_cast<double>(rest.points.size())};  // nearly critical damping
   Simulation simulation(scene, {.threads = 1});
-  for (int step = 0; step < 100; ++step) simulation.step();
+  for (int step = 0; step < 2 / dt; ++step) simulation.step();
   return tip(rest.points, simulation.positions());
 }
 
@@ -96,6 +96,26 @@ TEST(BeamOfTetrahedra, BendsAsFiniteElementsOnTheSameTetrahedra) {
 TEST(BeamOfTetrahedra, BendsAlikeWithIterationsInsteadOfSubsteps) {
   EXPECT_NEAR(by_malha(2, 5, 16) / by_finite_elements(2), 1, 0.05);
   EXPECT_GT(by_malha(4, 10, 1) / by_finite_elements(4), 1.5) << "too few of both: it is softer than its material";
+}
+
+/// By how much the end sinks too far where a shear wave gets through so many cells, each of six tetrahedra, in a
+/// substep.
+double softened(int cells, double wave, int iterations) {
+  const double cell = width / cells * std::cbrt(6.0 / 5), speed = std::sqrt(E / (3 * rho));
+  constexpr int substeps = 10;
+  return by_malha(cells, substeps, iterations, substeps * wave * cell / speed) / by_finite_elements(cells) - 1;
+}
+
+// Figures of the README, measured on nine beams: 1 to 4 cells across, Poisson's ratios 0 to 0.45, moved points too.
+TEST(BeamOfTetrahedra, SoftensWithTheCellsThatAWaveGetsThroughInASubstep) {
+  for (const int cells : {1, 2, 3}) {
+    EXPECT_NEAR(softened(cells, 0.1, 1), 0.01, 0.025) << cells;
+    EXPECT_NEAR(softened(cells, 0.2, 1), 0.015, 0.045) << cells;
+    EXPECT_NEAR(softened(cells, 0.4, 1), 0.5, 0.3) << cells;
+    EXPECT_GT(softened(cells, 0.8, 1), 1.0) << cells;
+    EXPECT_NEAR(softened(cells, 0.4, 4), 0.03, 0.07) << cells << ": as 0.2 with one iteration";
+    EXPECT_NEAR(softened(cells, 0.8, 16), 0.03, 0.07) << cells << ": as 0.2 with one iteration";
+  }
 }
 
 TEST(BeamOfTetrahedra, LocksWhereCoarseAndComesToTheTheoryUnderRefinement) {

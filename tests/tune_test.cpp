@@ -66,8 +66,7 @@ TEST_F(TuneCommand, WritesASceneThatReachesTheErrorWhenItRunsAgain) {
   EXPECT_TRUE(has(ended.out, "\nscene       out/net_tuned.json\n")) << ended.out;
   const std::string file = folder_ / "out/net_tuned.json";
   EXPECT_EQ(malha_command({"check", file}, folder_ / ".").status, 0);
-  // Its reference is off by at most a quarter of the error.
-  EXPECT_LT(error_at_the_end(load_scene(file)), 1.25 * error);
+  EXPECT_LT(error_at_the_end(load_scene(file)), error);
   const Json trials = Json::parse(bytes_of(folder_ / "trials.json"));
   EXPECT_EQ(trials["error_m"], error);
   EXPECT_EQ(trials["trials"][trials["best"].get<std::size_t>()]["found"], "reaches");

@@ -174,6 +174,12 @@ TEST(WarningOfWaves, ComesWhereTooFewSubstepsMakeAMaterialSoft) {
   scene.solver.substeps = 11;  // 0.2
   EXPECT_TRUE(warnings_of(scene).empty());
   EXPECT_LT(swung_depth(scene), 1.2 * right);
+  scene.solver.substeps = 5;  // 0.4
+  EXPECT_TRUE(has(warnings_of(scene).at(0), "in a substep of 1 iteration, and its material will be softer"));
+  EXPECT_GT(swung_depth(scene), 1.2 * right);
+  scene.solver.iterations = 4;  // as far as 0.2 with one
+  EXPECT_TRUE(warnings_of(scene).empty());
+  EXPECT_LT(swung_depth(scene), 1.2 * right);
 }
 
 TEST(WarningOfDistance, ComesFarFromTheOriginInFloatAlone) {

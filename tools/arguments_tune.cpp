@@ -20,8 +20,9 @@ CLI::App* add_tune(CLI::App& app, TuneArguments& tune) {
       ->check(some_path())
       ->type_name("FILE");
   command->footer(
-      "Where the particles truly are is said by the scene's own method in double, at twice the substeps until that\n"
-      "moves them by less than E / 4. Motion that never converges (chaos) cannot be tuned to such an error.\n"
+      "Where the particles truly are is said by the scene's own method in double, at twice the substeps again and\n"
+      "again, extrapolated to no step at all, until that is known to E / 8. What is written is within E less what is\n"
+      "not known. Motion that never converges (chaos) cannot be tuned to such an error.\n"
       "Tried are PBD or XPBD with 1 to 8 iterations, and Desbrun's method where the scene has springs, refined or "
       "not,\n"
       "with either filter, in float and double, each with as few substeps as reach E. All else stays as the scene\n"

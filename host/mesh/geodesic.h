@@ -12,12 +12,10 @@ struct Geodesics {
   std::vector<int> source;       // a point; -1 there
 };
 
-/// Along edges, lines, both diagonals of quads, and straight across triangles: two corners of a triangle that have
-/// their distances from one source tell where that source lies in the triangle's unfolded plane, and so how far the
-/// third corner is (Novotni and Klein, "Computing geodesic distances on triangular meshes", 2002, section 3).
-/// Exact where the shortest way crosses flat surface only; never below the straight line. Behind a concave corner of 40
-/// cells 0.6 % too long, across irregular flat triangles up to 0.7 %; on a sphere of 162 points up to 4 % too short, of
-/// 10,242 up to 0.7 %. (Edges alone would be 41 % too long on a grid.)
+/// The shortest ways along edges, lines, diagonals of quads and straight across triangles(mesh), exact to rounding
+/// (1e-9) on any mesh: windows through which the sources, and the points where ways turn, are seen straight (Chen and
+/// Han, "Shortest paths on a polyhedron", 1990; Xin and Wang 2009). Windows that see the same place of the same plane
+/// are joined: on flat meshes 5 a point, on a sphere of n points about sqrt(n), half a microsecond each.
 Geodesics geodesics(const Mesh& mesh, const std::vector<int>& sources);
 
 }  // namespace malha

@@ -28,10 +28,10 @@ struct ConstraintSet {
 };
 
 struct PressureSet {
-  double pressure = 1, stiffness = 1;
-  std::optional<double> compliance;
-  std::vector<int> particles;       // of the closed mesh
-  std::vector<Triangle> triangles;  // solver indices
+  double volume_ratio = 1, stiffness = 1;  // of the volume at rest
+  std::optional<double> compliance;        // m^5/N
+  std::vector<int> particles;              // of the closed mesh
+  std::vector<Triangle> triangles;         // solver indices
 };
 
 /// A connected body that is damped: particles first .. first + count - 1.

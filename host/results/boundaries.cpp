@@ -96,8 +96,7 @@ Sag worst_sag(const Model& model) {
     if (!pinned[i]) hung[body[i]].mass += 1 / model.w[i];
   for (const ConstraintSet& set : model.sets) {
     if (set.type != "distance") continue;
-    const double k =
-        set.compliance ? 1 : stiffness_per_projection(set.stiffness, double(solver.substeps) * solver.iterations);
+    const double k = set.compliance ? 1 : stiffness_per_projection(set.stiffness, solver);
     for (int c = 0; c < set.count(); ++c) {
       int a = set.particles[2 * c], b = set.particles[2 * c + 1];
       if (pinned[a] == pinned[b]) continue;
@@ -191,7 +190,7 @@ Wave fastest_wave(const Model& model) {
       double space = 0;
       for (const Tetrahedron& t : model.tetrahedra[b]) space += volume(model.x, t);
       const double density = body.density ? *body.density : body.mass.value_or(0) / space;
-      const double speed = std::sqrt(spec.young_modulus.value() / density / 3);
+      const double speed = std::sqrt(spec.young_modulus.value() / density / 3 / model.scene.solver.iterations);
       const double cell = std::cbrt(6 * space / static_cast<double>(model.tetrahedra[b].size()));
       if (const double cells = speed * substep(model) / cell; cells > fastest.cells)
         fastest = {cells, static_cast<int>(b)};

@@ -38,7 +38,7 @@ struct Drift {
 Drift worst_drift(const Model& model);
 
 /// How many cells of tetrahedra (as large as six of them) a shear wave, sqrt(E / 3 density) m/s, gets through in a
-/// substep, in the body of neo_hookean material where these are most. 0 without any.
+/// substep, over the root of its iterations, in the body of neo_hookean material where these are most. 0 without any.
 struct Wave {
   double cells = 0;
   int body = 0;

@@ -15,7 +15,7 @@ const std::vector<KindInScenes>& constraint_kinds() {
                      s.modulus ? s.modulus : "", s.unit ? s.unit : "", Kind::element == Element::Edges});
     });
     // Not registered, because they have no batches: one is over a whole mesh, the other a particle at a time.
-    all.push_back({"pressure", "pressure", 1, 0, false, infinite, true, "", "", false});
+    all.push_back({"pressure", "volume_ratio", 1, 0, false, infinite, true, "", "", false});
     all.push_back({"long_range", "limit", 0, 0, true, infinite, false, "", "", false});
     return all;
   }();

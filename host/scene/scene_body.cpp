@@ -19,13 +19,16 @@ ConstraintSpec read_constraint(const JsonReader& at) {
                       : kind->min_included               ? at_least(kind->parameter_min, "")
                                                          : above(kind->parameter_min, "");
 
+  if (spec.type == "pressure" && at.has("pressure"))  // its name in older scenes
+    at.at("pressure").refuse("'pressure', which is a ratio of volumes, not a pressure", "'volume_ratio'");
   std::vector<JsonReader::Field> fields{
       {"type", [](const JsonReader&) {}, true},
   };
   if (kind->free) {
     fields.push_back({"stiffness", [&](const JsonReader& v) { spec.stiffness = v.number(between(0, 1, "")); }});
     fields.push_back({"compliance", [&](const JsonReader& v) {
-                        spec.compliance = v.number(at_least(0, "m/N for lengths, rad/(N m) for angles"));
+                        spec.compliance =
+                            v.number(at_least(0, "m/N for lengths, rad/(N m) for angles, m^5/N for volumes"));
                         if (at.has("stiffness")) v.refuse("both 'stiffness' and 'compliance'", "one of them");
                       }});
   }

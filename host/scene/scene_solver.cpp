@@ -51,10 +51,14 @@ SolverSpec read_solver(const JsonReader& at) {
          solver.precision = v.word("precision", {"float", "double"}) == "double" ? Precision::Double : Precision::Float;
        }},
   };
-  if (solver.type == "pbd")
+  if (solver.type == "pbd") {
     fields.push_back({"corrector", [&](const JsonReader& v) {
                         solver.keeps_momenta = v.word("corrector", {"inertia", "off"}) == "inertia";
                       }});
+    fields.push_back({"stiffness_of", [&](const JsonReader& v) {
+                        solver.stiffness_of_step = v.word("choice", {"projections", "step"}) == "step";
+                      }});
+  }
   if (solver.type == "desbrun") {
     solver.substeps = 1, solver.iterations = 10;
     for (JsonReader::Field& field : desbrun_fields(solver)) fields.push_back(std::move(field));

@@ -26,8 +26,7 @@ class Attachments {
       set.anchor = Array<Executor, Vector3<double>>(anchors(spec.target, spec.particles, model.x));
       if (set.alpha > 0 && solver.iterations > 1)
         set.lambda = Array<Executor, Vector3<R>>(spec.particles.size(), Vector3<R>{R(0), R(0), R(0)});
-      const double projections = double(solver.substeps) * solver.iterations;
-      set.share = spec.compliance ? 1 : stiffness_per_projection(spec.stiffness, projections);
+      set.share = spec.compliance ? 1 : stiffness_per_projection(spec.stiffness, solver);
     }
   }
 

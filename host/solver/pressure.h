@@ -17,14 +17,14 @@ class Pressure {
     const SolverSpec& solver = model.scene.solver;
     const double h = solver.dt / solver.substeps;
     compliant_ = set.compliance.has_value();
-    alpha_ = set.compliance.value_or(0) / (h * h);
-    stiffness_ = stiffness_per_projection(set.stiffness, double(solver.substeps) * solver.iterations);
+    compliance_ = set.compliance.value_or(0), alpha_ = compliance_ / (h * h);
+    stiffness_ = stiffness_per_projection(set.stiffness, solver);
     lay_out_fans(model.count(), set);
     const PointArray<Serial, double> rest(model.x);
-    rest_ =
-        parallel_reduce<Sum>(Serial{}, triangles_, SixVolumes<double>{rest.points(), corners_on_host_.data(), origin_})
-            .value;
-    target_ = set.pressure * rest_;
+    rest_ = parallel_reduce<Sum>(Serial{}, triangles_,
+                                 EnclosedVolume<double>{rest.points(), corners_on_host_.data(), origin_})
+                .value;
+    target_ = set.volume_ratio * rest_;
     corners_on_host_ = {};
   }
 
@@ -45,13 +45,19 @@ class Pressure {
 
   /// Enclosed volume over the rest volume.
   double volume_ratio(const Points<R>& x) const { return volume(x) / rest_; }
+  /// C^2 / (2 alpha), J; 0 without a compliance.
+  double energy(const Points<R>& x) const {
+    if (!(compliance_ > 0)) return 0;
+    const double C = volume(x) - target_;
+    return C * C / (2 * compliance_);
+  }
   std::size_t bytes() const {
     return particle_.bytes() + begin_.bytes() + around_.bytes() + corners_.bytes() + grad_.bytes();
   }
 
  private:
   double volume(const Points<R>& p) const {
-    return parallel_reduce<Sum>(executor_, triangles_, SixVolumes<R>{p, corners_.data(), origin_}).value;
+    return parallel_reduce<Sum>(executor_, triangles_, EnclosedVolume<R>{p, corners_.data(), origin_}).value;
   }
 
   /// For every particle the pairs (j, k) of its triangles (i, j, k), so that gradients are gathered, not scattered.
@@ -83,7 +89,7 @@ class Pressure {
   std::vector<int> corners_on_host_;
   int origin_ = 0, triangles_ = 0;
   bool compliant_ = false;
-  double alpha_ = 0, stiffness_ = 1, target_ = 0, rest_ = 0, lambda_ = 0;
+  double compliance_ = 0, alpha_ = 0, stiffness_ = 1, target_ = 0, rest_ = 0, lambda_ = 0;
 };
 
 }  // namespace malha

@@ -101,7 +101,10 @@ class Stepper : public Solver {
     const std::vector<Vec3> x = x_.download();
     measure_constraints(executor_, model_, x, m);
     measure_tetrahedra(executor_, model_, x, m);
-    for (const auto& pressure : pressures_) m.volume_ratios.push_back(pressure.volume_ratio(x_.points()));
+    for (const auto& pressure : pressures_) {
+      m.volume_ratios.push_back(pressure.volume_ratio(x_.points()));
+      m.elastic += pressure.energy(x_.points());
+    }
     if (attachments_) m.elastic += attachments_->energy(x_.points(), time());
     if (collider_) {
       m.contacts = collider_->contacts();

@@ -144,7 +144,7 @@ class Sweep {
       own.lambda = Array<Executor, R>(plan.constraint.size() * multipliers, R(0));
     view.rest = own.rest.data(), view.common = own.common.data(), view.held = own.held.data();
     view.lambda = own.lambda.data();
-    view.stiffness = R(stiffness_per_projection(set.stiffness, double(solver.substeps) * solver.iterations));
+    view.stiffness = R(stiffness_per_projection(set.stiffness, solver));
     view.compliance = R(set.compliance.value_or(0) / (h * h));
     return view;
   }

@@ -51,21 +51,34 @@ class Tuner {
     if (solver.type == "pbd") solver.iterations = 1;
     solver.desbrun.storage.reset(), solver.desbrun.tolerance.reset();
     Reference& reference = tuned_.reference;
-    std::vector<double> off;
+    std::vector<double> moved;
     TuneRun before;
     for (solver.substeps = 8; solver.substeps <= kMostSubsteps; solver.substeps *= 2) {
       say("reference, " + counted(solver.substeps, "substep") +
-          (off.empty() ? "" : ": the last doubling moved it by " + shown(off.back()) + " m"));
+          (moved.empty() ? "" : ": the last doubling moved it by " + shown(moved.back()) + " m"));
       TuneRun run = tune_run(scene, moments_, options_.threads, kNoLimit, stop_);
-      if (solver.substeps > 8) off.push_back(distance_between(run, before));
-      reference = {run, solver.substeps, off.empty() ? kNoLimit : off.back(), false};
-      reference.converged =
-          off.size() > 1 && off.back() < options_.error / 4 && off[off.size() - 2] < options_.error / 2;
+      const Reference last = std::move(reference);
+      reference = {run, solver.substeps};
+      if (solver.substeps > 8) moved.push_back(distance_between(run, before)), reference.moved = moved.back();
+      if (std::isfinite(reference.moved)) bound(last, before, reference);
+      before = std::move(run);
       if (reference.converged) return;
       // Three doublings make the difference of a method of first order an eighth.
-      if (off.size() > 6 && !(off.back() < off[off.size() - 4] / 2)) return;
-      before = std::move(run);
+      if (moved.size() > 6 && !(moved.back() < moved[moved.size() - 4] / 2)) return;
     }
+  }
+
+  /// Extrapolates a run, which `half` made with half the substeps, and says how far off that is at most: with errors
+  /// that fall by r a doubling, r / (1 - r) times what the last doubling moved the extrapolation by. Where steps are
+  /// too long for some oscillations, such moves are small by chance: it is trusted to take three quarters of the error
+  /// away.
+  void bound(const Reference& last, const TuneRun& half, Reference& now) const {
+    now.run = extrapolated(now.run, half);
+    if (!std::isfinite(last.moved)) return;
+    const double nothing = options_.error / 1000, by = distance_between(now.run, last.run);
+    const double ratio = now.moved < nothing ? 0.5 : std::max(0.5, now.moved / last.moved);
+    if (ratio < 1) now.off = std::max(by * ratio / (1 - ratio), now.moved / 4);
+    now.converged = now.off < options_.error / 8 && by < last.off + nothing;  // what was said of the last one was true
   }
 
   /// Runs it once and keeps how it did; the index of the trial.
@@ -77,7 +90,7 @@ class Tuner {
       trial.found = "diverged";
     else if (run.given_up)
       trial.found = "dearer";
-    else if (trial.error <= options_.error)
+    else if (trial.error + tuned_.reference.off <= options_.error)
       trial.found = "reaches", best_ms_ = std::min(best_ms_, run.ms);
     tuned_.trials.push_back(std::move(trial));
     return tuned_.trials.size() - 1;
@@ -93,7 +106,7 @@ class Tuner {
       scene.solver.substeps = substeps;
       return tuned_.trials[try_once(scene, method, dear())].found;
     };
-    const int most = tuned_.reference.substeps;  // with more it would be better than what it is compared with
+    const int most = most_substeps();
     int low = 0, high = 1;
     std::string how = found(high);
     for (; how != "reaches" && how != "dearer" && high < most; how = found(high)) low = high, high *= 2;
@@ -104,6 +117,13 @@ class Tuner {
       (found(middle) == "reaches" ? high : low) = middle;
     }
     return how;
+  }
+
+  /// The reference's own method, of first order, needs some moved / error times the reference's; leave the others more.
+  int most_substeps() const {
+    const Reference& reference = tuned_.reference;
+    const double more = std::max(1.0, 8 * reference.moved / options_.error);
+    return static_cast<int>(std::min<double>(kMostSubsteps, more * reference.substeps));
   }
 
   /// The cheapest trials that reach the error run again in turns.

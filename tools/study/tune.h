@@ -1,6 +1,7 @@
 // malha tune: the cheapest method and settings that reach an error on this machine.
 #pragma once
 #include <functional>
+#include <limits>
 #include <optional>
 
 #include "tools/study/tune_methods.h"
@@ -25,11 +26,12 @@ struct Tried {
   bool reaches() const { return found == "reaches"; }
 };
 
-/// The same scene at ever more substeps, in double.
+/// The same scene at ever more substeps, in double, and from there to no step at all.
 struct Reference {
-  TuneRun run;
+  TuneRun run;  // extrapolated
   int substeps = 0;
-  double off = 0;  // m: how far it lies from that at half the substeps
+  double moved = std::numeric_limits<double>::infinity();  // m: what the last doubling moved the particles by
+  double off = std::numeric_limits<double>::infinity();  // m: how far the extrapolated ones are from the truth at most
   bool converged = false;
 };
 
@@ -48,15 +50,17 @@ using TuneProgress = std::function<void(const std::string& what, double part)>;
 /// on the clock).
 void check_tunable(const Scene& scene);
 
-/// The reference is of the scene's own method with one iteration, at twice the substeps until that moves its particles
-/// by less than a quarter of the error, and the doubling before by less than half of it; its own error, of first order,
-/// is then as large as the last move. If doubling no longer helps, or helps too little up to 16,384 substeps, it has
-/// not converged (chaotic motion) and nothing is tried. Each method then gets the fewest substeps that reach the error,
-/// to an eighth: doubled, then bisected, and given up as soon as it is sure to cost 1.3 times as much as the best so
-/// far; in double only where float misses it so. (Float is worse again with many substeps; where it is right
-/// only between two doublings, that is not seen.) Those below 1.5 times the best run again in turns,
-/// Desbrun's with either filter, and the cheapest wins. Throws InputError, as check_tunable and simulations do, and
-/// Interrupted where the user stops it.
+/// The reference is of the scene's own method with one iteration, extrapolated from two numbers of substeps to none
+/// (Richardson, first order). They are doubled until its own error is bounded by an eighth of the error asked for: by
+/// what the last doubling moved it and by how fast such moves fall, and by a quarter of what it moved the runs. The
+/// bound before must have held. If doubling no
+/// longer helps, or helps too little up to 16,384 substeps, it has not converged (chaotic motion) and nothing is tried.
+/// What is within the error less that bound reaches it, and so is within the error of the truth.
+/// Each method gets the fewest substeps that reach the error, to an eighth: doubled, then bisected, and given up as
+/// soon as it is sure to cost 1.3 times as much as the best so far; in double only where float misses it so. (Float is
+/// worse again with many substeps; where it is right only between two doublings, that is not seen.) Those below 1.5
+/// times the best run again in turns, Desbrun's with either filter, and the cheapest wins. Throws InputError, as
+/// check_tunable and simulations do, and Interrupted where the user stops it.
 Tuned tune(const Scene& scene, const TuneOptions& options, const TuneProgress& progress, const std::atomic<bool>& stop);
 
 }  // namespace malha::study

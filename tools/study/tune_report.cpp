@@ -56,7 +56,7 @@ std::string tune_table(const Tuned& tuned, const TuneOptions& options) {
   const Reference& reference = tuned.reference;
   std::string text = formatted("error       %g m RMS, at the worst of four moments in %g s, on %d thread%s\n",
                                options.error, tuned.seconds, options.threads, options.threads == 1 ? "" : "s") +
-                     formatted("reference   %d substeps in double, %.2g m from that with half of them\n",
+                     formatted("reference   %d substeps in double, extrapolated; at most %.2g m off\n",
                                reference.substeps, reference.off);
   if (!reference.converged) return text;
   text += formatted("tried       %zu runs; of each method the best, times and sweeps of a simulated second\n\n",
@@ -75,9 +75,9 @@ std::string why_not_tuned(const Tuned& tuned, const TuneOptions& options) {
   const Reference& reference = tuned.reference;
   if (!reference.converged)
     return formatted(
-        "the reference did not converge: from %d to %d substeps its particles move by %.3g m, more than a "
-        "quarter of %g m; the motion may be chaotic: ask for a larger --error or fewer --seconds",
-        reference.substeps / 2, reference.substeps, reference.off, options.error);
+        "the reference did not converge: from %d to %d substeps its particles move by %.3g m, and where that leads is "
+        "not known to an eighth of %g m; the motion may be chaotic: ask for a larger --error or fewer --seconds",
+        reference.substeps / 2, reference.substeps, reference.moved, options.error);
   const auto best = std::min_element(tuned.trials.begin(), tuned.trials.end(),
                                      [](const Tried& a, const Tried& b) { return a.error < b.error; });
   return formatted("no method reaches %g m; the best found: ", options.error) + best->method + ", " +
@@ -88,7 +88,8 @@ Json tune_json(const Tuned& tuned, const TuneOptions& options) {
   const Reference& reference = tuned.reference;
   Json json{{"error_m", options.error}, {"seconds", tuned.seconds}, {"threads", options.threads}};
   json["reference"] = {{"substeps", reference.substeps},
-                       {"moved_by_last_doubling_m", number(reference.off)},
+                       {"moved_by_last_doubling_m", number(reference.moved)},
+                       {"off_at_most_m", number(reference.off)},
                        {"converged", reference.converged}};
   json["trials"] = Json::array();
   for (const Tried& trial : tuned.trials)

@@ -62,6 +62,14 @@ TuneRun tune_run(const Scene& scene, const std::vector<int>& moments, int thread
   return run;
 }
 
+TuneRun extrapolated(const TuneRun& fine, const TuneRun& coarse) {
+  TuneRun limit = fine;
+  for (std::size_t k = 0; k < limit.at.size(); ++k)
+    for (std::size_t i = 0; i < limit.at[k].size(); ++i)
+      for (int c = 0; c < 3; ++c) limit.at[k][i][c] += fine.at[k][i][c] - coarse.at[k][i][c];
+  return limit;
+}
+
 double distance_between(const TuneRun& a, const TuneRun& b) {
   if (a.at.size() != b.at.size() || a.at.empty()) return std::numeric_limits<double>::infinity();
   double largest = 0;

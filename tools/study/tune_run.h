@@ -23,6 +23,9 @@ struct TuneRun {
 TuneRun tune_run(const Scene& scene, const std::vector<int>& moments, int threads, double most_ms,
                  const std::atomic<bool>& stop);
 
+/// 2 fine - coarse: where two runs, one with twice the other's substeps, lead to if their errors are of first order.
+TuneRun extrapolated(const TuneRun& fine, const TuneRun& coarse);
+
 /// The largest of the RMS distances between particles at the same moments, m; infinite where a moment is missing.
 double distance_between(const TuneRun& a, const TuneRun& b);
 
