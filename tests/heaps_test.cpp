@@ -3,40 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 
 #include "host/collision/self_facts.h"
 #include "host/solver/solver.h"
+#include "tests/irregular_sheet.h"
 #include "tests/numbers.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
 namespace malha {
 namespace {
-
-/// A sheet of `width` x `length` (m) of triangles, its inner vertices moved about and its diagonals by chance.
-std::string irregular_sheet(double width, double length, int across, int along, Random& random) {
-  std::string obj;
-  const double a = width / across, b = length / along;
-  for (int j = 0; j <= along; ++j)
-    for (int i = 0; i <= across; ++i) {
-      const double dx = i > 0 && i < across ? 0.3 * random() : 0, dz = j > 0 && j < along ? 0.3 * random() : 0;
-      obj += "v " + std::to_string((i + dx) * a) + " 0 " + std::to_string((j + dz) * b) + "\n";
-    }
-  const auto face = [&](int p, int q, int r) {
-    obj += "f " + std::to_string(p) + " " + std::to_string(q) + " " + std::to_string(r) + "\n";
-  };
-  for (int j = 0; j < along; ++j)
-    for (int i = 0; i < across; ++i) {
-      const int p = j * (across + 1) + i + 1, q = p + 1, r = p + across + 1, s = r + 1;
-      if (random() < 0)
-        face(p, r, q), face(q, r, s);
-      else
-        face(p, r, s), face(p, s, q);
-    }
-  return obj;
-}
 
 BodySpec cloth(const std::string& name, Shape shape, Random& random) {
   BodySpec body;
@@ -63,7 +39,7 @@ EnvironmentSpec heap_ground(double thickness) {
   return ground;
 }
 
-/// Most crossings at the end of any step; adds up the substeps in which something was held.
+/// Most crossings at the end of any step; `held` adds up the substeps in which something was.
 std::int64_t most_crossings(const Scene& scene, int steps, std::int64_t& held) {
   Simulation simulation(scene, {.threads = 1});
   std::int64_t most = 0;
@@ -95,16 +71,16 @@ Scene random_heap(unsigned seed, int vertices, const TemporaryFolder& folder) {
   return scene;
 }
 
+// Of sixty with 250 vertices, those that crossed while what is held could meet what nobody had looked for.
 TEST(Heaps, OfThinClothNeverCross) {
   const TemporaryFolder folder;
   std::int64_t held = 0;
-  for (unsigned seed = 0; seed < 20; ++seed) {
-    const Scene scene = random_heap(seed, 120, folder);
-    EXPECT_EQ(most_crossings(scene, 40, held), 0)
+  for (const unsigned seed : {6u, 12u, 20u, 44u, 59u}) {
+    const Scene scene = random_heap(seed, 250, folder);
+    EXPECT_EQ(most_crossings(scene, 35, held), 0)
         << "seed " << seed << ", thickness " << scene.self_collision->thickness << ", " << scene.solver.substeps
         << " substeps";
   }
-  EXPECT_GT(held, 0);
 }
 
 TEST(Heaps, DISABLED_OfAThousandVerticesNeverCross) {

@@ -50,14 +50,12 @@ class SelfCollider {
     if (contacts_found_ == 0) return;
     store_motion(particles);
     const ScatteredPoints<R> moved = moved_.points();
-    unsigned char* const active = active_.data();
+    Push<R>* const pushes = pushes_.data();
     const int* const begin = ends_.begin();
-    parallel_for(executor_, contacts_found_, MarkActive<R>{moved, contacts_.data(), active}, kGrain);
-    parallel_for(executor_, count_, SplitMasses<R>{particles.w, ends_.sorted(), begin, active, moved}, kGrain);
-    parallel_for(executor_, contacts_found_,
-                 PushContacts<R>{moved, contacts_.data(), active, friction_, pushes_.data()}, kGrain);
-    parallel_for(executor_, count_, GatherPushes<R>{particles.p, particles.w, ends_.sorted(), begin, pushes_.data()},
-                 kGrain);
+    parallel_for(executor_, contacts_found_, AskContacts<R>{moved, contacts_.data(), particles.w, pushes}, kGrain);
+    parallel_for(executor_, count_, SplitMasses<R>{particles.w, ends_.sorted(), begin, pushes, moved}, kGrain);
+    parallel_for(executor_, contacts_found_, PushContacts<R>{moved, contacts_.data(), friction_, pushes}, kGrain);
+    parallel_for(executor_, count_, GatherPushes<R>{particles.p, particles.w, ends_.sorted(), begin, pushes}, kGrain);
   }
 
   /// The end of a substep: nothing crosses, and where it is now is where the next begins. What jams is held back; where
@@ -102,7 +100,6 @@ class SelfCollider {
   static constexpr R kRounding = R(0.99);   // of a margin: what rounding leaves of it
   static constexpr double kMostCells = 64;  // a simplex, on average
 
-  static R size(R a) { return larger(a, -a); }
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0]), R(a[1]), R(a[2])}; }
   Reaches<R> reaches() const { return {x0_.points(), d_.points(), origin_, margin_, reach_boxes_.data()}; }
 
@@ -146,7 +143,7 @@ class SelfCollider {
     }
     if (!(left > 0)) return;
     ++facts_.held;
-    if (larger(size(common_.x), larger(size(common_.y), size(common_.z))) > kRounding * margin_) {
+    if (larger(magnitude(common_.x), larger(magnitude(common_.y), magnitude(common_.z))) > kRounding * margin_) {
       meet_at_rest(particles);
       left = crossing();
     }
