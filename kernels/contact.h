@@ -12,8 +12,16 @@ struct alignas(4 * sizeof(R)) Contact {
   Vec4<R> plane;    // n, c (m)
   Vec4<R> surface;  // motion of the surface over the substep, and approach: the path along n without contact (m)
   R lambda;         // accumulated push along n, m
-  R slip;           // accumulated friction, m, at most mu lambda
+  Vector3<R> slip;  // what friction has taken of the sliding, m, at most mu lambda
 };
+
+/// Friction that all iterations of a substep take together: `taken` and what slides on, within Coulomb's cone. A push
+/// that is taken back takes its friction back.
+template <class R>
+KERNEL Vector3<R> in_cone(const Vector3<R>& taken, R budget) {
+  const R length = root(dot(taken, taken));
+  return length > budget ? taken * (budget / length) : taken;
+}
 
 /// Pushes the particle out of the surface and takes from its sliding what Coulomb's cone allows. Friction acts on
 /// positions (Müller et al. 2020, section 3.5), not on velocities afterwards, so that what sticks does not creep.
@@ -34,12 +42,9 @@ struct ResolveContact {
 
     const Vector3<R> slide = moved - contact.surface.xyz();
     const Vector3<R> tangent = slide - n * dot(n, slide);
-    const R length = root(dot(tangent, tangent));
-    const R budget = larger(friction * contact.lambda - contact.slip, R(0));
-    const R taken = length < budget ? length : budget;
-    contact.slip += taken;
-    if (taken > R(0)) moved = moved - tangent * (taken / length);
-    p.set(i, x[i] + moved);
+    const Vector3<R> slip = in_cone(contact.slip + tangent, friction * contact.lambda);
+    p.set(i, x[i] + moved - (slip - contact.slip));
+    contact.slip = slip;
   }
 };
 

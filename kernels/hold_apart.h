@@ -6,7 +6,7 @@
 // In the spirit of Chen et al., "Offset Geometric Contact" (2025), but with planes, not balls, so that layers slide
 // freely, and only where something would cross, so that what moves as a whole is not slowed down.
 #pragma once
-#include "kernels/self_contact.h"
+#include "kernels/self_push.h"
 
 namespace malha {
 

@@ -1,8 +1,6 @@
 // Contact of deformable bodies with themselves and with each other: a particle and a triangle, or two edges, that come
 // near. Every contact is an inequality over four particles, C(p) = distance along n - wanted >= 0, with n and weights
-// from where they were (x0, where nothing crosses). They are projected all at once: a particle that k contacts push is
-// treated as k particles of mass m / k (mass splitting: Tonge, Benevolenski, Voroshilov 2012), which conserves
-// momentum, never overshoots, and gives the same bits whatever the order.
+// from where they were (x0, where nothing crosses), or, for what slides far, from where they go.
 #pragma once
 #include "kernels/closest.h"
 #include "kernels/hash_grid.h"
@@ -12,13 +10,14 @@ namespace malha {
 
 template <class R>
 struct SelfContact {
-  int i[4];        // one side, then the other
-  R weight[4];     // positive on the one side, negative on the other: at the closest points, their sum is 0
-  Vector3<R> n;    // from the other side to the one
-  R short_of;      // wanted distance less that at x0, m
-  R gap;           // between planes of normal n that hold the sides apart at x0, m
-  R lambda, slip;  // accumulated push and friction, kg m
-  int first;       // particles of the one side: 1 or 2
+  int i[4];         // one side, then the other
+  R weight[4];      // positive on the one side, negative on the other: at the closest points, their sum is 0
+  Vector3<R> n;     // from the other side to the one
+  R short_of;       // wanted distance less that at x0, m
+  R gap;            // between planes of normal n that hold the sides apart at x0, m
+  R lambda;         // accumulated push, kg m
+  Vector3<R> slip;  // accumulated friction against the sliding, kg m, at most mu lambda
+  int first;        // particles of the one side: 1 or 2
 };
 
 /// Where the sides of a contact lie along its normal: the lowest of the one, the highest of the other.
@@ -135,7 +134,7 @@ struct LookAtCandidate {
   KERNEL bool operator()(const Candidate& c, SelfContact<R>& contact) const {
     contact.first = c.are_edges() ? 2 : 1;
     for (int j = 0; j < 4; ++j) contact.i[j] = c.particle(j), contact.weight[j] = R(0);
-    contact.n = {R(0), R(0), R(0)}, contact.lambda = contact.slip = R(0);
+    contact.n = contact.slip = {R(0), R(0), R(0)}, contact.lambda = R(0);
     Vector3<double> x[4];
     double weight[4];
     places(reaches.x, contact, x);
@@ -161,11 +160,12 @@ struct LookAtCandidate {
                     (positive(n.x) + positive(-n.x) + positive(n.y) + positive(-n.y) + positive(n.z) + positive(-n.z));
     if (distance - nearing - receding > larger(rules.thickness, R(2) * aside)) return false;
 
-    ContactSides<double> sides;
-    for (int j = 0; j < 4; ++j) sides.add(j, contact.first, dot(in_double(contact.n), x[j] - x[0]));
-    contact.gap = R(sides.low - sides.high);
+    contact.gap = gap_along(contact, x);
     const R wanted = smaller(rules.thickness, most_wanted(contact));
-    contact.short_of = distance < wanted ? rules.recovery * (wanted - distance) : wanted - distance;
+    const R along = slides_past(contact, distance, wanted)
+                        ? turn(contact, x, distance, R(0.5) * smaller(distance, wanted))
+                        : distance;
+    contact.short_of = along < wanted ? rules.recovery * (wanted - along) : wanted - along;
     return true;
   }
 
@@ -177,6 +177,52 @@ struct LookAtCandidate {
   }
 
  private:
+  /// Between planes along n that hold the sides apart.
+  KERNEL static R gap_along(const SelfContact<R>& contact, const Vector3<double>* x) {
+    ContactSides<double> sides;
+    for (int j = 0; j < 4; ++j) sides.add(j, contact.first, dot(in_double(contact.n), x[j] - x[0]));
+    return R(sides.low - sides.high);
+  }
+
+  /// Whether its plane would stop what slides past a rim or a corner, from where n is oblique: over a slide t the
+  /// distance grows by t^2 / (2 distance) beyond that along n.
+  KERNEL bool slides_past(const SelfContact<R>& contact, R distance, R wanted) const {
+    const R* const weight = contact.weight;
+    if (weight[0] != R(0) && weight[1] != R(0) && weight[2] != R(0) && weight[3] != R(0)) return false;
+    Vector3<R> motion{R(0), R(0), R(0)};
+    for (int j = 0; j < 4; ++j) motion = motion + reaches.d[contact.i[j]] * weight[j];
+    const R along = dot(contact.n, motion), violation = wanted - distance - along;
+    const Vector3<R> slide = motion - contact.n * along;
+    // By a tenth of the violation, and of so long a way that what trembles at rest is not meant.
+    return violation > R(0) && dot(slide, slide) > R(0.1) * distance * larger(violation, R(0.1) * distance);
+  }
+
+  /// Turns n to the normal where the motion ends, or half the way there, if along it the sides are `enough` apart at
+  /// the start and at the end. Returns their distance along n at the start.
+  KERNEL R turn(SelfContact<R>& contact, const Vector3<double>* x, R distance, R enough) const {
+    Vector3<double> end[4];
+    double weight[4];
+    for (int j = 0; j < 4; ++j) end[j] = x[j] + in_double(reaches.d[contact.i[j]]);
+    weigh(contact.first, end, weight);
+    const Vector3<double> there = unit(between(end, weight));
+    SelfContact<R> turned = contact;
+    turn_to(turned, there, x);
+    if (turned.gap > enough) {
+      for (int j = 0; j < 4; ++j) turned.weight[j] = R(weight[j]);
+    } else {
+      turn_to(turned, unit(there + in_double(contact.n)), x);
+      if (!(smaller(turned.gap, gap_along(turned, end)) > enough)) return distance;
+      for (int j = 0; j < 4; ++j) weight[j] = double(contact.weight[j]);
+    }
+    contact = turned;
+    return R(dot(in_double(contact.n), between(x, weight)));
+  }
+  KERNEL static void turn_to(SelfContact<R>& contact, const Vector3<double>& n, const Vector3<double>* x) {
+    contact.n = {R(n.x), R(n.y), R(n.z)};
+    contact.gap = gap_along(contact, x);
+  }
+
+  KERNEL static Vector3<double> unit(const Vector3<double>& a) { return a * (1 / root(dot(a, a))); }
   KERNEL static R positive(R a) { return larger(a, R(0)); }
   KERNEL static Vector3<double> in_double(const Vector3<R>& a) { return {double(a.x), double(a.y), double(a.z)}; }
   KERNEL static void places(const ScatteredPoints<R>& of, const SelfContact<R>& c, Vector3<double>* x) {
@@ -231,105 +277,6 @@ struct EnterEnds {
     if (!(contacts[k].gap > -R(INFINITY))) return;
     for (int j = 0; j < 4; ++j) ends[place[k] + j] = {unsigned(contacts[k].i[j]), 4 * k + j};
   }
-};
-
-/// Motion of the one side at the closest points relative to the other's.
-template <class R>
-KERNEL Vector3<R> relative_motion(const SelfContact<R>& c, const ScatteredPoints<R>& moved) {
-  Vector3<R> sum{R(0), R(0), R(0)};
-  for (int j = 0; j < 4; ++j) sum = sum + moved[c.i[j]] * c.weight[j];
-  return sum;
-}
-
-/// Whether it pushes or has pushed.
-template <class R>
-struct MarkActive {
-  ScatteredPoints<R> moved;
-  const SelfContact<R>* contacts;
-  unsigned char* active;
-  KERNEL void operator()(int k) const {
-    const SelfContact<R>& c = contacts[k];
-    active[k] = c.lambda > R(0) || dot(c.n, relative_motion(c, moved)) < c.short_of;
-  }
-};
-
-/// moved's w = the inverse mass of each of the parts into which its active contacts split a particle.
-template <class R>
-struct SplitMasses {
-  const R* w;
-  const Keyed* ends;
-  const int* begin;
-  const unsigned char* active;
-  ScatteredPoints<R> moved;
-  KERNEL void operator()(int i) const {
-    int count = 0;
-    for (int e = begin[i]; e < begin[i + 1]; ++e) count += active[ends[e].value / 4];
-    moved.of[i].w = w[i] * R(count);
-  }
-};
-
-/// What a contact gives to its particles.
-template <class R>
-struct Push {
-  Vec4<R> impulse;  // on the one side, kg m; w: 0 where it gives none
-  R weight[4];
-};
-
-/// The impulse of each active contact (times dt): a push, and friction on positions as in kernels/contact.h.
-template <class R>
-struct PushContacts {
-  ScatteredPoints<R> moved;
-  SelfContact<R>* contacts;
-  const unsigned char* active;
-  R friction;
-  Push<R>* pushes;
-  KERNEL void operator()(int k) const {
-    Push<R>& push = pushes[k];
-    push.impulse.w = R(0);
-    if (!active[k]) return;
-    SelfContact<R>& c = contacts[k];
-    R W = R(0);
-    for (int j = 0; j < 4; ++j) W += c.weight[j] * c.weight[j] * moved.of[c.i[j]].w;
-    if (!(W > tiny<R>())) return;
-    const Vector3<R> motion = relative_motion(c, moved);
-    const R along = dot(c.n, motion);
-    const R dlambda = larger((c.short_of - along) / W, -c.lambda);
-    c.lambda += dlambda;
-    const Vector3<R> slide = motion - c.n * along;
-    const R length = root(dot(slide, slide));
-    const R budget = larger(friction * c.lambda - c.slip, R(0));
-    const R taken = smaller(length / W, budget);
-    c.slip += taken;
-    Vector3<R> impulse = c.n * dlambda;
-    if (taken > R(0)) impulse = impulse - slide * (taken / length);
-    push.impulse = {impulse.x, impulse.y, impulse.z, R(1)};
-    for (int j = 0; j < 4; ++j) push.weight[j] = c.weight[j];
-  }
-};
-
-/// Every particle takes its share of its contacts' impulses, in their order.
-template <class R>
-struct GatherPushes {
-  Points<R> p;
-  const R* w;
-  const Keyed* ends;
-  const int* begin;
-  const Push<R>* pushes;
-  KERNEL void operator()(int i) const {
-    Vector3<R> sum{R(0), R(0), R(0)};
-    for (int e = begin[i]; e < begin[i + 1]; ++e) {
-      const Push<R>& push = pushes[ends[e].value / 4];
-      if (push.impulse.w > R(0)) sum = sum + push.impulse.xyz() * push.weight[ends[e].value % 4];
-    }
-    if (w[i] > R(0) && begin[i] < begin[i + 1]) p.set(i, p[i] + sum * w[i]);
-  }
-};
-
-/// Contacts that pushed in the last substep.
-template <class R>
-struct CountPushing {
-  const SelfContact<R>* contacts;
-  KERNEL Sum operator()(int k) const { return {contacts[k].lambda > R(0) ? 1.0 : 0.0}; }
 };
 
 }  // namespace malha

@@ -227,7 +227,7 @@ struct Watched {
       parallel_for(Serial{}, n, Predict<R>{all, R(h), {R(0), R(-9.81), R(0)}});
       const MovingSurface moving{&surface, spec.sides, spec.thickness, pose_at(spec.motion, start),
                                  pose_at(spec.motion, start + h)};
-      const FindContact<R> find{moving, all, seen.data(), now.data()};
+      const FindContact<R> find({&moving, 1, all, seen.data(), now.data()}, 0);
       parallel_for(Serial{}, n, find);
       parallel_for(Serial{}, n, ResolveContact<R>{all.p, all.x, now.data(), R(0.3)});
       parallel_reduce<FirstIndex>(Serial{}, n, UpdateState<R>{all, R(h), R(1 / h)});
@@ -279,6 +279,26 @@ TEST(Contact, PenetrationIsMeasuredInSolidsAndBehindOneSidedSheets) {
     ContactBench<Serial, double> bench({}, box, {{0, 0.3, 0}, {0.1, 0.45, 0}, {2, 2, 2}}, std::vector<Point>(3));
     // Looked at before any contact has lifted them.
     EXPECT_NEAR(bench.collider().max_penetration(bench.particles(), 0), sides == Sides::TwoSided ? 0.0 : 0.2, 1e-12);
+  }
+}
+
+// Of ten projections: neighbours push the particle in and pull it back out. What it keeps of both, push and friction,
+// is what Coulomb's cone allows of the push that is left.
+TEST(Contact, FrictionOfAllIterationsIsThatOfThePushThatIsLeft) {
+  const double mu = 0.3;
+  for (const double left : {0.5, 0.1, 0.0}) {
+    PointList<double> x(1), p(1);
+    x.set(0, {0, 0, 0}), p.set(0, {1, -1, 0});
+    Contact<double> contact{{0, 1, 0, 0}, {0, 0, 0, -1}, 0, {0, 0, 0}};
+    const ResolveContact<double> resolve{p.points(), x.points(), &contact, mu};
+    resolve(0);
+    EXPECT_NEAR(p[0].x, 1 - mu, 1e-15);
+    for (int iteration = 0; iteration < 10; ++iteration) {  // in steps up to 1 - left out
+      p.set(0, p[0] + Vector3<double>{0, (1 - left) / 10, 0});
+      resolve(0);
+    }
+    EXPECT_NEAR(contact.lambda, left, 1e-15);
+    EXPECT_NEAR(p[0].x, 1 - mu * left, 1e-14) << left;
   }
 }
 

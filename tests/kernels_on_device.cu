@@ -80,7 +80,7 @@ void instantiate_all() {
   instantiate<BoxParticles<R>, BoxSimplices<R>, CountCells<R>, EnterCells<R>>();
   instantiate<FindCandidates<R, false>, FindCandidates<R, true>>();
   instantiate<SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>, LayContacts<R>, EnterEnds<R>>();
-  instantiate<StoreMotion<R>, MarkActive<R>, SplitMasses<R>, PushContacts<R>, GatherPushes<R>, CountPushing<R>>();
+  instantiate<StoreMotion<R>, AskContacts<R>, SplitMasses<R>, PushContacts<R>, GatherPushes<R>, CountPushing<R>>();
   instantiate<KeepInReach<R>, FindCrossing<R>, HoldParticles<R>, SumMomentum<R>, Translate<R>, CopyPoints<R>>();
 }
 

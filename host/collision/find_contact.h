@@ -19,6 +19,7 @@ struct LastSeen {
   Point at{};
   double distance = -INFINITY;  // never seen: it may be as deep as the mesh is large
   std::int64_t triangle = -1;
+  Point passed{};  // m, how far and whither, where something pressed it through that left no other way
 };
 
 /// An environment mesh in a substep.
@@ -34,15 +35,42 @@ Point in_double(const Vector3<R>& a) {
   return {double(a.x), double(a.y), double(a.z)};
 }
 
+/// Where the way of a particle from x to p over the substep, straight in the mesh's frame, leads through it.
+inline Crossing crossing(const MovingSurface& mesh, const Point& x, const Point& p) {
+  return mesh.surface->crossing(to_local(mesh.before, x), to_local(mesh.after, p), 0, mesh.sides != Sides::TwoSided);
+}
+
+/// All environment meshes of a substep. Of what is known of the particles, that of one mesh follows another's.
+template <class R>
+struct Surroundings {
+  const MovingSurface* meshes;
+  int count;
+  Particles<R> particles;
+  LastSeen* seen;
+  Contact<R>* contacts;
+};
+
+/// Of the mesh `own` among them.
 template <class R>
 struct FindContact : MovingSurface {
+  Surroundings<R> all;
+  int own;
   Particles<R> particles;
   LastSeen* seen;
   Contact<R>* contacts;
 
+  FindContact(const Surroundings<R>& in, int mesh)
+      : MovingSurface(in.meshes[mesh]),
+        all(in),
+        own(mesh),
+        particles(in.particles),
+        seen(in.seen + mesh * in.particles.count),
+        contacts(in.contacts + mesh * in.particles.count) {}
+
   KERNEL void operator()(int i) const {
     contacts[i].plane = {R(0), R(0), R(0), -R(INFINITY)};
-    contacts[i].lambda = contacts[i].slip = R(0);
+    contacts[i].lambda = R(0);
+    contacts[i].slip = {R(0), R(0), R(0)};
     if (particles.w[i] > R(0)) look(i);
   }
 
@@ -59,7 +87,7 @@ struct FindContact : MovingSurface {
     if (last.distance - moved > reach) return;
     const double box = surface->box_distance(a);
     if (box > reach) {
-      last = {a, box, -1};
+      last = {a, box, -1, last.passed};
       return;
     }
     // If it went through the surface since, or was inside, it is at most this deep now.
@@ -68,17 +96,18 @@ struct FindContact : MovingSurface {
     const double radius = 4 * reach + std::min(depth, surface->diagonal());
     const ClosestPoint near = surface->closest(a, radius, static_cast<int>(last.triangle));
     if (!near.found) {
-      last = {a, radius, -1};
+      last = {a, radius, -1, last.passed};
       return;
     }
     const Point outward = side(near, a, last, moved);
     const double signed_distance = dot(outward, a - near.q) < 0 ? -near.distance : near.distance;
-    last = {a, signed_distance, near.triangle};
+    last = {a, signed_distance, near.triangle, last.passed};
     if (signed_distance > reach) return;
     if (signed_distance < 0 && near.boundary) return;  // beyond the rim of a sheet there is no inside
 
     const Point n = direction(near, a, outward, signed_distance);
-    if (signed_distance < thickness) lift(i, a, n, thickness - signed_distance);
+    if (signed_distance < thickness && !lift(i, a, n, thickness - signed_distance) && signed_distance < 0)
+      last.at = near.q + n * (1e-3 * thickness);  // behind a sheet, it still belongs before it
     // The plane at the nearest point stands for the surface only on a short way: on a long one it would stop what
     // passes a corner.
     const double clearance = std::max(signed_distance, thickness);
@@ -119,14 +148,25 @@ struct FindContact : MovingSurface {
   }
 
   /// A particle that starts within the thickness is put at its rim, state and prediction alike, so that leaving it
-  /// gives no velocity (the pre-stabilisation of Macklin et al. 2014, section 4.4).
-  void lift(int i, const Point& a, const Point& n, double by) const {
+  /// gives no velocity (the pre-stabilisation of Macklin et al. 2014, section 4.4). Not through another mesh.
+  bool lift(int i, const Point& a, const Point& n, double by) const {
     const Point world = rotate(before, n) * by;
-    const Vector3<R> shift{R(world.x), R(world.y), R(world.z)};
-    particles.x.set(i, particles.x[i] + shift);
+    const Vector3<R> shift{R(world.x), R(world.y), R(world.z)}, x = particles.x[i], to = x + shift;
+    for (int k = 0; k < all.count; ++k) {
+      const MovingSurface& mesh = all.meshes[k];
+      const auto at = [&](const Vector3<R>& place) { return to_local(mesh.before, in_double(place)); };
+      if (k != own && mesh.surface->crossing(at(x), at(to), 0, mesh.sides != Sides::TwoSided).hit) return false;
+    }
+    particles.x.set(i, to);
     particles.p.set(i, particles.p[i] + shift);
+    for (int k = 0; k < own; ++k) {  // whose planes are told from x
+      Vec4<R>& plane = all.contacts[k * particles.count + i].plane;
+      plane.w = plane.w - dot(plane.xyz(), shift);
+    }
     seen[i].at = a + n * by;
     seen[i].distance = thickness;
+    if (dot(n, seen[i].passed) < 0) seen[i].passed = {};  // not where it leaves by the back
+    return true;
   }
 
   void set(int i, const Point& q, const Point& n) const {
@@ -148,19 +188,30 @@ struct Deepest {
   }
 };
 
-/// How deep a particle lies inside a solid, or behind a one-sided sheet (but not beyond its rim).
+/// How deep a particle lies inside a solid, behind a one-sided sheet (but not beyond its rim), or beyond a two-sided
+/// one since it was last seen; and how deep it was where it was pressed through.
 template <class R>
 struct MeasureDepth {
   const Surface* surface;
   Sides sides;
   Pose pose;
   Particles<R> particles;
+  const LastSeen* seen;
   KERNEL Deepest operator()(int i) const {
-    const Point a = to_local(pose, in_double(particles.x[i]));
-    if (!(particles.w[i] > R(0)) || (sides == Sides::Solid && surface->box_distance(a) > 0)) return {};
+    if (!(particles.w[i] > R(0))) return {};
+    const double passed = std::sqrt(dot(seen[i].passed, seen[i].passed));
+    return {std::max(passed, depth(to_local(pose, in_double(particles.x[i])), seen[i]))};
+  }
+
+ private:
+  double depth(const Point& a, const LastSeen& last) const {
+    if (sides == Sides::Solid && surface->box_distance(a) > 0) return 0;
+    if (sides == Sides::TwoSided && !(std::isfinite(last.distance) && surface->crossing(last.at, a, 0, false).hit))
+      return 0;
     const ClosestPoint near = surface->closest(a, surface->diagonal());
-    const bool behind = near.found && !near.boundary && dot(near.normal, a - near.q) < 0;
-    return {behind ? near.distance : 0};
+    if (!near.found) return 0;
+    if (sides == Sides::TwoSided) return near.distance;
+    return !near.boundary && dot(near.normal, a - near.q) < 0 ? near.distance : 0;
   }
 };
 

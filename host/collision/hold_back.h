@@ -1,36 +1,83 @@
-// The last word of a substep about an environment mesh: what its neighbours dragged through the surface, past every
-// contact that its own path announced, is put back before it.
+// The last word of a substep about the environment: nothing crosses any of its meshes. What neighbours or other meshes
+// dragged through one, past every contact that its own path announced, is put back before it.
 #pragma once
 #include "host/collision/find_contact.h"
 
 namespace malha {
 
 template <class R>
-struct HoldBack : MovingSurface {
-  Particles<R> particles;
-  const LastSeen* seen;
-
+struct HoldBack : Surroundings<R> {
   KERNEL void operator()(int i) const {
-    if (particles.w[i] > R(0)) look(i);
+    if (!(this->particles.w[i] > R(0)) || settle(i)) return;
+    // What puts it before one mesh puts it behind another: it stays where it was, as far as what moves lets it.
+    this->particles.p.set(i, this->particles.x[i]);
+    if (settle(i)) return;
+    for (int k = 0; k < this->count; ++k)
+      if (const Crossing at = crossing_of(i, k); at.hit) {
+        const MovingSurface& mesh = this->meshes[k];
+        const Point n = normal(i, mesh, at);
+        last_seen(i, k).passed = n * dot(n, to_local(mesh.after, p(i)) - at.q);
+      }
   }
 
  private:
-  void look(int i) const {
-    const Point a = to_local(before, in_double(particles.x[i])), b = to_local(after, in_double(particles.p[i]));
+  static constexpr int kRounds = 8;  // corners of two walls need two, acute ones more
+
+  LastSeen& last_seen(int i, int k) const { return this->seen[k * this->particles.count + i]; }
+  Point x(int i) const { return in_double(this->particles.x[i]); }
+  Point p(int i) const { return in_double(this->particles.p[i]); }
+
+  /// Puts it before every mesh in turn until it crosses none.
+  bool settle(int i) const {
+    for (int round = 0; round < kRounds; ++round) {
+      bool crossed = false;
+      for (int k = 0; k < this->count; ++k) crossed = put_before(i, k) || crossed;
+      if (!crossed) return true;
+    }
+    return false;
+  }
+
+  Crossing crossing_of(int i, int k) const {
+    const MovingSurface& mesh = this->meshes[k];
     // No surface lies within `distance` of where the particle was last seen, nor on a way that stays there.
-    const LastSeen& last = seen[i];
-    if (within(last, a) && within(last, b)) return;
-    const Crossing crossing = surface->crossing(a, b, 0, sides != Sides::TwoSided);
-    if (!crossing.hit) return;
-    const bool from_behind = dot(crossing.normal, b - a) > 0;  // two-sided only
-    const Point n = from_behind ? -crossing.normal : crossing.normal;
-    const Point shift = rotate(after, n) * (thickness - dot(n, b - crossing.q));
-    particles.p.set(i, particles.p[i] + Vector3<R>{R(shift.x), R(shift.y), R(shift.z)});
+    const LastSeen& last = last_seen(i, k);
+    if (within(last, to_local(mesh.before, x(i))) && within(last, to_local(mesh.after, p(i)))) return {};
+    return crossing(mesh, x(i), p(i));
+  }
+
+  /// Towards where it comes from; a two-sided sheet may be crossed from behind.
+  Point normal(int i, const MovingSurface& mesh, const Crossing& at) const {
+    return dot(at.normal, to_local(mesh.after, p(i)) - to_local(mesh.before, x(i))) > 0 ? -at.normal : at.normal;
+  }
+
+  bool put_before(int i, int k) const {
+    const Crossing at = crossing_of(i, k);
+    if (!at.hit) return false;
+    const MovingSurface& mesh = this->meshes[k];
+    const Point n = normal(i, mesh, at);
+    const Point shift = rotate(mesh.after, n) * (mesh.thickness - dot(n, to_local(mesh.after, p(i)) - at.q));
+    const Vector3<R> by{R(shift.x), R(shift.y), R(shift.z)};
+    this->particles.p.set(i, this->particles.p[i] + by);
+    return true;
   }
 
   static bool within(const LastSeen& last, const Point& a) {
     const Point d = a - last.at;
     return last.distance > 0 && dot(d, d) < last.distance * last.distance;
+  }
+};
+
+/// What a bounce carries back on its way (from p, where the substep ended, to x) ends where it would cross a mesh.
+template <class R>
+struct HoldBounce : Surroundings<R> {
+  KERNEL void operator()(int i) const {
+    const Vector3<R> from = this->particles.p[i], to = this->particles.x[i];
+    if (!(this->particles.w[i] > R(0)) || (from.x == to.x && from.y == to.y && from.z == to.z)) return;
+    for (int k = 0; k < this->count; ++k) {
+      MovingSurface mesh = this->meshes[k];
+      mesh.before = mesh.after;
+      if (crossing(mesh, in_double(from), in_double(to)).hit) return this->particles.x.set(i, from);
+    }
   }
 };
 

@@ -40,8 +40,9 @@ class SelfCollider {
 
   /// Lays the contacts for x0 -> p, x0 the last positions in which nothing crossed.
   void find(const Particles<R>& particles) {
-    if (!reach(particles)) search();
+    if (!reach(particles, true)) search(kAhead);
     lay_contacts();
+    pushed_ = -1;
   }
 
   /// One projection of all contacts.
@@ -49,14 +50,12 @@ class SelfCollider {
     if (contacts_found_ == 0) return;
     store_motion(particles);
     const ScatteredPoints<R> moved = moved_.points();
-    unsigned char* const active = active_.data();
+    Push<R>* const pushes = pushes_.data();
     const int* const begin = ends_.begin();
-    parallel_for(executor_, contacts_found_, MarkActive<R>{moved, contacts_.data(), active}, kGrain);
-    parallel_for(executor_, count_, SplitMasses<R>{particles.w, ends_.sorted(), begin, active, moved}, kGrain);
-    parallel_for(executor_, contacts_found_,
-                 PushContacts<R>{moved, contacts_.data(), active, friction_, pushes_.data()}, kGrain);
-    parallel_for(executor_, count_, GatherPushes<R>{particles.p, particles.w, ends_.sorted(), begin, pushes_.data()},
-                 kGrain);
+    parallel_for(executor_, contacts_found_, AskContacts<R>{moved, contacts_.data(), particles.w, pushes}, kGrain);
+    parallel_for(executor_, count_, SplitMasses<R>{particles.w, ends_.sorted(), begin, pushes, moved}, kGrain);
+    parallel_for(executor_, contacts_found_, PushContacts<R>{moved, contacts_.data(), friction_, pushes}, kGrain);
+    parallel_for(executor_, count_, GatherPushes<R>{particles.p, particles.w, ends_.sorted(), begin, pushes}, kGrain);
   }
 
   /// The end of a substep: nothing crosses, and where it is now is where the next begins. What jams is held back; where
@@ -72,6 +71,7 @@ class SelfCollider {
 
   /// Contacts that pushed in the last substep.
   int contacts() const {
+    if (pushed_ >= 0) return pushed_;
     return static_cast<int>(parallel_reduce<Sum>(executor_, contacts_found_, CountPushing<R>{contacts_.data()}).value);
   }
 
@@ -97,6 +97,7 @@ class SelfCollider {
   static constexpr double kAhead = 8;       // and along the motion of so many substeps
   static constexpr double kRecovery = 0.1;  // a substep
   static constexpr R kLeastGap = R(0.02);   // of the thickness
+  static constexpr R kRounding = R(0.99);   // of a margin: what rounding leaves of it
   static constexpr double kMostCells = 64;  // a simplex, on average
 
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0]), R(a[1]), R(a[2])}; }
@@ -128,8 +129,10 @@ class SelfCollider {
 
   void hold_crossing(const Particles<R>& particles) {
     const PairPlanes<R> planes{x0_.points(), moved_.points(), kLeastGap * rules_.thickness};
-    const FindCrossing<R> find{planes, contacts_.data(), held_.data(), particles.w, active_.data()};
-    const auto crossing = [&] { return parallel_reduce<Sum>(executor_, contacts_found_, find, kGrain).value; };
+    const auto crossing = [&] {
+      const FindCrossing<R> find{planes, contacts_.data(), held_.data(), particles.w, active_.data()};
+      return parallel_reduce<Sum>(executor_, contacts_found_, find, kGrain).value;
+    };
     store_motion(particles);
     double left = crossing();
     for (int more = 0; left > 0 && more < kMoreProjections; ++more) {
@@ -140,6 +143,10 @@ class SelfCollider {
     }
     if (!(left > 0)) return;
     ++facts_.held;
+    if (larger(magnitude(common_.x), larger(magnitude(common_.y), magnitude(common_.z))) > kRounding * margin_) {
+      meet_at_rest(particles);
+      left = crossing();
+    }
     for (; left > 0; left = crossing())
       parallel_for(executor_, count_,
                    HoldParticles<R>{planes, particles.p, contacts_.data(), ends_.sorted(), ends_.begin(),
@@ -148,16 +155,27 @@ class SelfCollider {
     Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));
   }
 
-  /// How far the particles may go. Returns whether the candidates that are known still hold all pairs that may meet.
-  bool reach(const Particles<R>& particles) {
+  /// What is held is at rest in the world, which is no place in a reach that has moved on with the common motion. What
+  /// it may meet there: all that lies on the ways of this substep.
+  void meet_at_rest(const Particles<R>& particles) {
+    pushed_ = contacts();
+    reach(particles, false);
+    search(1);
+    lay_contacts();
+    searched_ = false;
+  }
+
+  /// How far the particles may go, beside their common motion if reaches are to move with it. Returns whether the
+  /// candidates that are known still hold all pairs that may meet.
+  bool reach(const Particles<R>& particles, bool moves) {
     store_motion(particles);
     const MeanMotion mean =
         parallel_reduce<MeanMotion>(executor_, count_, SumMotion<R>{moved_.points(), takes_part_.data()});
-    const double per = mean.weight > 0 ? 1 / mean.weight : 0;
+    const double per = moves && mean.weight > 0 ? 1 / mean.weight : 0;
     for (int k = 0; k < 3; ++k) since_[k] += last_common_[k], last_common_[k] = mean.sum[k] * per;
     common_ = to_R(last_common_);
     const OwnMotion<R> own{moved_.points(),  x0_.points(),     common_,      d_.points(),
-                           x_then_.points(), d_then_.points(), to_R(since_), R(0.99) * slack_};
+                           x_then_.points(), d_then_.points(), to_R(since_), kRounding * slack_};
     const double left = parallel_reduce<Sum>(executor_, count_, own).value;
     Vec4<R> first;
     Memory<Executor>::copy_out(x0_.points().of, 1, &first);
@@ -166,9 +184,9 @@ class SelfCollider {
   }
 
   /// Finds candidates that last for some substeps of the present motion.
-  void search() {
+  void search(double ahead) {
     parallel_for(executor_, count_,
-                 StartSearch<R>{x0_.points(), d_.points(), x_then_.points(), d_then_.points(), R(kAhead)});
+                 StartSearch<R>{x0_.points(), d_.points(), x_then_.points(), d_then_.points(), R(ahead)});
     since_ = {};
     parallel_for(executor_, count_,
                  BoxParticles<R>{{x_then_.points(), d_then_.points(), origin_, margin_ + slack_, reach_boxes_.data()}});
@@ -239,6 +257,7 @@ class SelfCollider {
   Vector3<R> common_{}, origin_{};
   Grid<R> grid_{};
   int candidates_found_ = 0, contacts_found_ = 0;
+  int pushed_ = -1;  // contacts that did, where others were laid since
   SelfFacts facts_;
   Array<Executor, Simplex> simplices_;
   Array<Executor, unsigned char> takes_part_, held_;

@@ -195,7 +195,7 @@ class Stepper : public Solver {
         project(all, start, h, iteration == 0);
         if (enough()) break;
       }
-    if (collider_) timed(Pass::Collision, [&] { collider_->hold_back(all, start, start + h); });
+    if (collider_) timed(Pass::Collision, [&] { collider_->hold_back(all); });
     if (self_)
       timed(Pass::SelfCollision,
             [&] { self_->hold_apart(all, [&] { return collider_ && collider_->contacts() > 0; }); });

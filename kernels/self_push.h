@@ -1,0 +1,122 @@
+// Contacts of deformable bodies push, all at once: a particle that several of them push is split into one for each,
+// with a part of its mass (mass splitting: Tonge, Benevolenski, Voroshilov 2012), which conserves momentum, never
+// overshoots, and gives the same bits whatever the order. The parts are as large as what each would push alone, not
+// equal: a contact that hardly pushes takes no mass from those that do, nor friction.
+#pragma once
+#include "kernels/contact.h"
+#include "kernels/self_contact.h"
+
+namespace malha {
+
+/// Motion of the one side at the closest points relative to the other's.
+template <class R>
+KERNEL Vector3<R> relative_motion(const SelfContact<R>& c, const ScatteredPoints<R>& moved) {
+  Vector3<R> sum{R(0), R(0), R(0)};
+  for (int j = 0; j < 4; ++j) sum = sum + moved[c.i[j]] * c.weight[j];
+  return sum;
+}
+
+/// What a contact gives to its particles.
+template <class R>
+struct Push {
+  Vec4<R> impulse;  // on the one side, kg m; w: what it would push alone (kg m), 0 where it does not
+  R weight[4];
+};
+
+/// What it has pushed and would push.
+template <class R>
+struct AskContacts {
+  ScatteredPoints<R> moved;
+  const SelfContact<R>* contacts;
+  const R* w;
+  Push<R>* pushes;
+  KERNEL void operator()(int k) const {
+    const SelfContact<R>& c = contacts[k];
+    R W = R(0), push = c.lambda;
+    for (int j = 0; j < 4; ++j) W += c.weight[j] * c.weight[j] * w[c.i[j]];
+    const R short_of = c.short_of - dot(c.n, relative_motion(c, moved));
+    if (short_of > R(0)) push += short_of / W;
+    pushes[k].impulse.w = W > tiny<R>() ? push : R(0);
+    for (int j = 0; j < 4; ++j) pushes[k].weight[j] = c.weight[j];
+  }
+};
+
+template <class R>
+KERNEL R magnitude(R a) {
+  return larger(a, -a);
+}
+
+/// Every particle is split among its contacts by what each would push on it. moved's w = its inverse mass times all of
+/// that.
+template <class R>
+struct SplitMasses {
+  const R* w;
+  const Keyed* ends;
+  const int* begin;
+  const Push<R>* pushes;
+  ScatteredPoints<R> moved;
+  KERNEL void operator()(int i) const {
+    R sum = R(0);
+    for (int e = begin[i]; e < begin[i + 1]; ++e) {
+      const Push<R>& push = pushes[ends[e].value / 4];
+      sum += push.impulse.w * magnitude(push.weight[ends[e].value % 4]);
+    }
+    moved.of[i].w = w[i] * sum;
+  }
+};
+
+/// The impulse of each active contact (times dt): a push, and friction on positions as in kernels/contact.h.
+template <class R>
+struct PushContacts {
+  ScatteredPoints<R> moved;
+  SelfContact<R>* contacts;
+  R friction;
+  Push<R>* pushes;
+  KERNEL void operator()(int k) const {
+    Push<R>& push = pushes[k];
+    const R share = push.impulse.w;
+    push.impulse.w = R(0);
+    if (!(share > R(0))) return;
+    SelfContact<R>& c = contacts[k];
+    R W = R(0);
+    for (int j = 0; j < 4; ++j) W += magnitude(c.weight[j]) * moved.of[c.i[j]].w;
+    W = W / share;  // its part of particle j has the mass (share |weight_j|) / w_j
+    if (!(W > tiny<R>())) return;
+    const Vector3<R> motion = relative_motion(c, moved);
+    const R along = dot(c.n, motion);
+    const R dlambda = larger((c.short_of - along) / W, -c.lambda);
+    c.lambda += dlambda;
+    const Vector3<R> slide = motion - c.n * along;
+    const Vector3<R> slip = in_cone(c.slip + slide * (R(1) / W), friction * c.lambda);
+    const Vector3<R> impulse = c.n * dlambda - (slip - c.slip);
+    c.slip = slip;
+    push.impulse = {impulse.x, impulse.y, impulse.z, R(1)};
+  }
+};
+
+/// Every particle takes its share of its contacts' impulses, in their order.
+template <class R>
+struct GatherPushes {
+  Points<R> p;
+  const R* w;
+  const Keyed* ends;
+  const int* begin;
+  const Push<R>* pushes;
+  KERNEL void operator()(int i) const {
+    Vector3<R> sum{R(0), R(0), R(0)};
+    for (int e = begin[i]; e < begin[i + 1]; ++e) {
+      const Push<R>& push = pushes[ends[e].value / 4];
+      if (push.impulse.w > R(0)) sum = sum + push.impulse.xyz() * push.weight[ends[e].value % 4];
+    }
+    if (w[i] > R(0) && begin[i] < begin[i + 1]) p.set(i, p[i] + sum * w[i]);
+  }
+};
+
+/// Contacts that pushed in the last substep.
+template <class R>
+struct CountPushing {
+  const SelfContact<R>* contacts;
+  KERNEL Sum operator()(int k) const { return {contacts[k].lambda > R(0) ? 1.0 : 0.0}; }
+};
+
+}  // namespace malha
