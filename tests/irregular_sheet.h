@@ -7,12 +7,13 @@
 namespace malha {
 
 /// A sheet of `width` x `length` (m) of triangles, its inner vertices moved about and its diagonals by chance.
+/// From a quarter of a cell on triangles could turn over.
 inline std::string irregular_sheet(double width, double length, int across, int along, Random& random) {
   std::string obj;
   const double a = width / across, b = length / along;
   for (int j = 0; j <= along; ++j)
     for (int i = 0; i <= across; ++i) {
-      const double dx = i > 0 && i < across ? 0.3 * random() : 0, dz = j > 0 && j < along ? 0.3 * random() : 0;
+      const double dx = i > 0 && i < across ? 0.2 * random() : 0, dz = j > 0 && j < along ? 0.2 * random() : 0;
       obj += "v " + std::to_string((i + dx) * a) + " 0 " + std::to_string((j + dz) * b) + "\n";
     }
   const auto face = [&](int p, int q, int r) {
