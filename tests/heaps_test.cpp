@@ -14,7 +14,7 @@
 namespace malha {
 namespace {
 
-BodySpec cloth(const std::string& name, Shape shape, Random& random) {
+BodySpec sheet_in_the_air(const std::string& name, Shape shape, Random& random) {
   BodySpec body;
   body.name = name;
   body.shape = std::move(shape);
@@ -61,7 +61,7 @@ Scene random_heap(unsigned seed, int vertices, const TemporaryFolder& folder) {
     const std::string name = "sheet" + std::to_string(seed) + "_" + std::to_string(k);
     MeshFile mesh;
     mesh.path = folder.write(name + ".obj", irregular_sheet(0.7, 1, across, along, random));
-    scene.bodies.push_back(cloth(name, mesh, random));
+    scene.bodies.push_back(sheet_in_the_air(name, mesh, random));
     scene.bodies.back().transform.translate = {0, 1.2 + 2.6 * k, 0};
     scene.bodies.back().velocity[1] -= 8 * k;
   }
