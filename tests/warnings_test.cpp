@@ -169,7 +169,7 @@ TEST(WarningOfWaves, ComesWhereTooFewSubstepsMakeAMaterialSoft) {
   const double right = swung_depth(scene);
   EXPECT_TRUE(warnings_of(scene).empty());
   scene.solver.substeps = 1;  // 2.2 cells
-  EXPECT_TRUE(has(warnings_of(scene).at(0), "(README, Tetrahedra)"));
+  EXPECT_TRUE(has(warnings_of(scene).at(0), "README.md, Tetrahedra)"));
   EXPECT_GT(swung_depth(scene), 1.5 * right);
   scene.solver.substeps = 11;  // 0.2
   EXPECT_TRUE(warnings_of(scene).empty());
@@ -214,7 +214,7 @@ double drift_in(const Scene& scene) {
 bool warns_of_drift(const Scene& scene) {
   const std::vector<std::string> lines = warnings_of(scene);
   return std::any_of(lines.begin(), lines.end(),
-                     [](const std::string& line) { return has(line, "(README, Momenta)"); });
+                     [](const std::string& line) { return has(line, "README.md, Momenta)"); });
 }
 
 TEST(WarningOfDrift, ComesWhereRoundingChangesTheMomentumByAHundredthAndGoesWithTheCorrectorOrDouble) {

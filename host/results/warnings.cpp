@@ -72,7 +72,7 @@ std::vector<std::string> warnings(const Model& model) {
                     "velocity by up to " + shown(two_digits(drift.speed)) + " m/s at the end of the run, " +
                     shown(two_digits(100 * drift.share)) + " % of what it has; take \"corrector\": \"inertia\"" +
                     (solver.precision == Precision::Float ? " or \"precision\": \"double\"" : "") +
-                    " (README, Momenta)");
+                    " (scenes/README.md, Momenta)");
   if (const Wave wave = fastest_wave(model); wave.cells > kWave)
     lines.push_back("body '" + scene.bodies[wave.body].name + "': a shear wave gets through " +
                     shown(two_digits(wave.cells * std::sqrt(solver.iterations))) + " of its cells in a substep of " +
@@ -80,7 +80,7 @@ std::vector<std::string> warnings(const Model& model) {
                     ", and its material will be softer than asked for, by more "
                     "than a tenth beyond " +
                     shown(two_digits(kWave * std::sqrt(solver.iterations))) + "; take " +
-                    shown(std::ceil(solver.substeps * wave.cells / kSlowWave)) + " substeps (README, Tetrahedra)");
+                    shown(std::ceil(solver.substeps * wave.cells / kSlowWave)) + " substeps (scenes/README.md, Tetrahedra)");
   if (solver.type != "desbrun") return lines;
   const DesbrunSpec& spec = solver.desbrun;
   const Corrector corrector = spec.corrector.value_or(spec.refine > 0 ? Corrector::Off : Corrector::Inertia);
