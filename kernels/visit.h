@@ -195,20 +195,27 @@ struct Visit {
     }
   };
 
+  template <Update update>
+  struct By {
+    static constexpr Update value = update;
+  };
+
+  /// With the updates that a kind can have, and no others: each is code of its own.
   template <class Group, class Local>
   KERNEL void project_set(const Group& group, const Patch& patch, int begin, int end, const Local& local) const {
     const SetView<R>& set = sets[batches[patch.batch + begin].set];
     int kind = 0;
     for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
       if (kind++ != set.kind) return;
-      if (set.update == Update::Stiff)
-        group.apart(begin, end, ProjectSet<Kind, Update::Stiff, Group, Local>{this, group, &patch, local, &set});
-      else if (set.update == Update::Compliant)
-        group.apart(begin, end, ProjectSet<Kind, Update::Compliant, Group, Local>{this, group, &patch, local, &set});
-      if constexpr (takes_material<Kind>()) {
-        if (set.update == Update::Material)
-          group.apart(begin, end, ProjectSet<Kind, Update::Material, Group, Local>{this, group, &patch, local, &set});
-      }
+      const auto by = [&]<class Updated>(Updated) KERNEL_LAMBDA {
+        if (set.update == Updated::value)
+          group.apart(begin, end, ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set});
+      };
+      if constexpr (Kind::strength.free) by(By<Update::Stiff>()), by(By<Update::Compliant>());
+      if constexpr (takes_material<Kind>())
+        by(By<Update::Material>());
+      else if constexpr (!Kind::strength.free)
+        by(By<Update::Compliant>());
     });
   }
 };

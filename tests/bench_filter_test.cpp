@@ -22,13 +22,13 @@ using Json = nlohmann::json;
 std::size_t peers() { return blas_version().empty() ? 0 : 3; }
 
 /// A run as short as it can be.
-Ended bench(std::vector<std::string> words, const TemporaryFolder& folder) {
+Ended bench_filter(std::vector<std::string> words, const TemporaryFolder& folder) {
   words.insert(words.begin(), {"bench", "filter", "--seconds", "0.001", "--repeats", "2"});
   return malha_command(words, folder / ".");
 }
 
 /// Every row has its keys, and numbers that can be divided by.
-void expect_whole(const Json& rows) {
+void expect_whole_filter(const Json& rows) {
   for (const Json& row : rows) {
     for (const char* key : {"kernel", "storage"}) EXPECT_TRUE(row.contains(key) && row[key].is_string()) << row;
     std::vector<std::string> keys{
@@ -52,10 +52,10 @@ double most_error(const std::string& storage) { return storage == "double" ? 1e-
 
 TEST(BenchFilter, WritesARowForAllThatTookPart) {
   const TemporaryFolder folder;
-  const Ended ended = bench({"--n", "10", "--threads", "2,1", "--json", "rows/rows.json"}, folder);
+  const Ended ended = bench_filter({"--n", "10", "--threads", "2,1", "--json", "rows/rows.json"}, folder);
   ASSERT_EQ(ended.status, 0) << ended.err;
   const Json rows = Json::parse(bytes_of(folder / "rows/rows.json"));
-  expect_whole(rows);
+  expect_whole_filter(rows);
   ASSERT_EQ(rows.size(), 2 * (5 + peers()));
   std::set<std::string> who;
   for (const Json& row : rows) {
@@ -86,7 +86,7 @@ TEST(BenchFilter, WritesARowForAllThatTookPart) {
 
 TEST(BenchFilter, RestrictsItselfToOneKernel) {
   const TemporaryFolder folder;
-  ASSERT_EQ(bench({"--n", "6", "--threads", "1", "--kernel", "sparse"}, folder).status, 0);
+  ASSERT_EQ(bench_filter({"--n", "6", "--threads", "1", "--kernel", "sparse"}, folder).status, 0);
   const Json rows = Json::parse(bytes_of(folder / "out/bench_filter/filter.json"));
   ASSERT_EQ(rows.size(), 2u) << "float and double";
   for (const Json& row : rows) EXPECT_EQ(row["kernel"], "sparse");
@@ -94,10 +94,10 @@ TEST(BenchFilter, RestrictsItselfToOneKernel) {
 
 TEST(BenchFilter, FindsWhatRunsInRealTimeUpToTheLargestSizeGiven) {
   const TemporaryFolder folder;
-  const Ended ended = bench({"--n", "6,12", "--threads", "1", "--kernel", "step"}, folder);
+  const Ended ended = bench_filter({"--n", "6,12", "--threads", "1", "--kernel", "step"}, folder);
   ASSERT_EQ(ended.status, 0) << ended.err;
   const Json rows = Json::parse(bytes_of(folder / "out/bench_filter/filter.json"));
-  expect_whole(rows);
+  expect_whole_filter(rows);
   ASSERT_EQ(rows.size(), 2u) << ended.out;
   EXPECT_EQ(rows[0]["kernel"], "dense step");
   EXPECT_EQ(rows[1]["kernel"], "sparse step");
@@ -113,7 +113,7 @@ TEST(BenchFilter, LeavesOpenBlasOutWhereItsThreadsWouldShareACore) {
   if (peers() == 0) GTEST_SKIP() << "OpenBLAS was not there";
   const TemporaryFolder folder;
   setenv("OMP_PROC_BIND", "true", 1);
-  const Ended ended = bench({"--n", "6", "--threads", "2", "--kernel", "dense"}, folder);
+  const Ended ended = bench_filter({"--n", "6", "--threads", "2", "--kernel", "dense"}, folder);
   unsetenv("OMP_PROC_BIND");
   ASSERT_EQ(ended.status, 0) << ended.err;
   EXPECT_EQ(Json::parse(bytes_of(folder / "out/bench_filter/filter.json")).size(), 3u);
@@ -148,7 +148,7 @@ TEST(BenchFilter, RefusesWhatCannotBeMeantAndWritesNothing) {
 TEST(BenchFilter, SaysBeforeItRunsThatItCannotWrite) {
   const TemporaryFolder folder;
   folder.write("file", "not a folder");
-  const Ended ended = bench({"--n", "5", "--out", "file/out"}, folder);
+  const Ended ended = bench_filter({"--n", "5", "--out", "file/out"}, folder);
   EXPECT_EQ(ended.status, 4);
   EXPECT_EQ(ended.err, "malha: file/out: cannot make the folder: Not a directory\n");
   EXPECT_EQ(ended.out, "");

@@ -17,7 +17,7 @@
 namespace malha {
 namespace {
 
-std::vector<int> as_given(int n) {
+std::vector<int> in_given_order(int n) {
   std::vector<int> order(n);
   std::iota(order.begin(), order.end(), 0);
   return order;
@@ -56,7 +56,7 @@ void expect_sound(const Cut& cut, const std::vector<ConstraintSet>& sets, const 
 
   std::vector<int> sorted = cut.order;
   std::sort(sorted.begin(), sorted.end());
-  ASSERT_EQ(sorted, as_given(particles));
+  ASSERT_EQ(sorted, in_given_order(particles));
   for (int k = 0; k < cut.patches.count(); ++k)
     for (int i = begin[k]; i < begin[k + 1]; ++i) {
       EXPECT_TRUE(begin[k] <= cut.order[i] && cut.order[i] < begin[k + 1]) << "left its patch";
@@ -209,7 +209,7 @@ TEST(CutIntoPatches, PutsWhatIsSharedFirstWhereThereAreNoRuns) {
 TEST(CutIntoPatches, CutsACloudEvenly) {
   const Cut cut = cut_into_patches({}, {}, std::vector<int>(5000, 0));
   expect_sound(cut, {}, std::vector<int>(5000, 0));
-  EXPECT_EQ(cut.order, as_given(5000));
+  EXPECT_EQ(cut.order, in_given_order(5000));
   EXPECT_GT(cut.patches.count(), 1);
   for (int k = 1; k < cut.patches.count(); ++k)
     EXPECT_LE(std::abs(cut.patches.begin[k + 1] - 2 * cut.patches.begin[k] + cut.patches.begin[k - 1]), 1);

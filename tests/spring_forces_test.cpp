@@ -78,7 +78,7 @@ class SpringsAt {
 };
 
 /// Sheets with every kind of spring, of some packs and parts of packs, pinned and free.
-std::vector<Scene> scenes(const TemporaryFolder& folder) {
+std::vector<Scene> sprung_scenes(const TemporaryFolder& folder) {
   BodySpec other = sprung_sheet(4);
   other.name = "other";
   return {desbrun_scene({sprung_sheet(6, {RowPin{}}), other}, 80), desbrun_scene({sprung_chain(16, true)}, 80),
@@ -87,7 +87,7 @@ std::vector<Scene> scenes(const TemporaryFolder& folder) {
 
 TEST(SpringForces, AreTheGradientOfTheElasticEnergyWithViscosityAndWeight) {
   const TemporaryFolder folder;
-  for (const Scene& scene : scenes(folder))
+  for (const Scene& scene : sprung_scenes(folder))
     for (const bool weighs : {false, true}) {
       const SpringsAt<double> springs(scene, weighs);
       const std::vector<Vec3> found = springs.explicit_forces();
@@ -115,7 +115,7 @@ TEST(SpringForces, AreTheGradientOfTheElasticEnergyWithViscosityAndWeight) {
 
 TEST(SpringForces, StillMissingAreThoseOfBackwardEuler) {
   const TemporaryFolder folder;
-  for (const Scene& scene : scenes(folder))
+  for (const Scene& scene : sprung_scenes(folder))
     for (const bool weighs : {false, true}) {
       const SpringsAt<double> springs(scene, weighs);
       Random random(9);
@@ -159,7 +159,7 @@ TEST(SpringForces, AtTheTwoEndsAreOppositeToTheBit) {
 
 TEST(SpringForces, InFloatFollowThoseInDouble) {
   const TemporaryFolder folder;
-  for (const Scene& scene : scenes(folder)) {
+  for (const Scene& scene : sprung_scenes(folder)) {
     const std::vector<Vec3> exact = SpringsAt<double>(scene, true).explicit_forces();
     const std::vector<Vec3> single = SpringsAt<float>(scene, true).explicit_forces();
     // Up to 40 springs of 80 N/m; positions of up to 1 m, each to 6e-8 of it.

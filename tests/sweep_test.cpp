@@ -386,8 +386,9 @@ TEST(Sweep, StatesWhatItHolds) {
     // A sheet's runs are all alike: a bit a slot, and their rest values once. Of the gathered, rest values and
     // particles.
     std::size_t numbers = 0;
-    for_each_constraint(
-        [&]<class Kind>(Kind) { numbers = model.sets[s].type == Kind::name ? Kind::numbers : numbers; });
+    for_each_constraint([&]<class Kind>(Kind) {
+      if (model.sets[s].type == Kind::name) numbers = Kind::numbers + facts_of(Kind::element).weighed;
+    });
     const auto runs = std::count_if(plan.batches.begin(), plan.batches.end(),
                                     [&](const Batch& batch) { return batch.set == static_cast<int>(s) && batch.run; });
     const std::size_t slots = plan.sets[s].constraint.size(), gathered = plan.sets[s].index[0].size();

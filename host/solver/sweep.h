@@ -128,7 +128,8 @@ class Sweep {
       if (set.type == Kind::name) {
         view.kind = kind;
         multipliers = malha::multipliers<Kind>();
-        view.numbers = rest_numbers<Kind>(update_of(set));
+        view.update = update_of<Kind>(set);
+        view.numbers = rest_numbers<Kind>(view.update);
         RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.numbers, s, patches.batches);
         own.rest = Array<Executor, R>(rest.each), own.common = Array<Executor, R>(rest.common);
         own.held = Array<Executor, unsigned short>(rest.held);
@@ -139,7 +140,6 @@ class Sweep {
       own.index[j] = Array<Executor, LocalIndex>(scaled(plan.index[j]));
       view.index[j] = own.index[j].data();
     }
-    view.update = update_of(set);
     if (set.compliance && solver.iterations > 1)
       own.lambda = Array<Executor, R>(plan.constraint.size() * multipliers, R(0));
     view.rest = own.rest.data(), view.common = own.common.data(), view.held = own.held.data();
@@ -154,14 +154,17 @@ class Sweep {
     return index;
   }
 
+  /// One of those that a Visit knows of the kind.
+  template <class Kind>
   static Update update_of(const ConstraintSet& set) {
+    if (!Kind::strength.free) return takes_material<Kind>() ? Update::Material : Update::Compliant;
     return !set.softness.empty() ? Update::Material : set.compliance ? Update::Compliant : Update::Stiff;
   }
 
   /// In double whatever R is: rounded once.
   template <class Kind>
   std::vector<R> rest_by_slot(const Model& model, const ConstraintSet& set, const SetPlan& plan) const {
-    const std::size_t numbers = rest_numbers<Kind>(update_of(set));
+    const std::size_t numbers = rest_numbers<Kind>(update_of<Kind>(set));
     std::vector<R> rest(plan.constraint.size() * numbers, std::numeric_limits<R>::quiet_NaN());
     const auto measure = [&](int slot) {
       const int c = plan.constraint[slot];
@@ -170,7 +173,7 @@ class Sweep {
       rest_values<Kind>(model.x.data(), &set.particles[std::size_t(c) * set.arity], set.parameter, own);
       R* to = &rest[slot * numbers];
       std::copy(own, own + Kind::numbers, to);
-      if (!set.softness.empty()) to[Kind::numbers] = R(set.softness[c]);
+      if (int(numbers) > Kind::numbers) to[Kind::numbers] = R(set.softness.empty() ? 1 : set.softness[c]);
     };
     parallel_for(executor_, static_cast<int>(plan.constraint.size()), measure);
     return rest;
