@@ -52,7 +52,8 @@ double sag(const StripMesh& mesh, ConstraintSpec bends, const std::string& metho
   const double h = l * l * std::sqrt(kStripDensity / (4 * D)) / 10;
   Scene scene = scene_of({strip}, kEarth, 1.0 / 60, method == "pbd" ? static_cast<int>(std::ceil(1 / (60 * h))) : 10);
   scene.solver.type = method;
-  if (method == "desbrun") scene.solver.desbrun.refine = 40;  // the filter alone brakes turning, and takes minutes to rest
+  if (method == "desbrun")
+    scene.solver.desbrun.refine = 40;  // the filter alone brakes turning, and takes minutes to rest
   const double particles = (mesh.across + 1) * (mesh.along + 1);
   scene.wind = Wind{{0, 0, 0}, 2 * swing * kStripDensity * kStripLength * kStripLength / 3 / particles};
   Simulation simulation(scene, {.threads = 1});

@@ -1,5 +1,6 @@
 // The stencils of a model, one after the other, with their weights (kernels/stencil.h).
 #pragma once
+#include <algorithm>
 #include <array>
 
 #include "host/model/model.h"
