@@ -10,7 +10,7 @@ struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A run that became non-finite (exit status 3); the message says at which step and where.
+/// A run that became non-finite or exploded (exit status 3); the message says at which step and where.
 struct Diverged : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

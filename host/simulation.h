@@ -34,8 +34,8 @@ class Simulation {
   Simulation& operator=(Simulation&&) noexcept;
   ~Simulation();
 
-  /// Advances by the scene's dt. Throws Diverged when a particle is no longer finite: nothing but report() makes sense
-  /// afterwards.
+  /// Advances by the scene's dt. Throws Diverged when a particle is no longer finite, or when bodies move with over 100
+  /// times the energy that anything gave them: nothing but report() makes sense afterwards.
   void step();
 
   /// Puts a pinned particle elsewhere (m) between two steps; nothing is laid out or factored anew. `particle`: as in

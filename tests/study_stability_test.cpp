@@ -223,6 +223,18 @@ TEST(StudyStability, FindsThatNothingPassesWhatIsThinnerThanAStepIsLong) {
   EXPECT_TRUE(seen);
 }
 
+TEST(StudyStability, FindsThatStiffShellsGainNoEnergyOnImpact) {
+  int seen = 0;
+  for (const Json& row : quick_part("impact").findings.rows) {
+    if (row["map"] != "impact") continue;
+    ++seen;
+    EXPECT_EQ(row["verdict"], kHolds) << row;
+    EXPECT_LT(row["speed"].get<double>(), 3) << row << ": times the fastest by a fall";
+    EXPECT_LT(row["strain"].get<double>(), 3) << row;
+  }
+  EXPECT_EQ(seen, 4);
+}
+
 TEST(StudyStability, FindsThatOnlyTheDefaultCorrectorKeepsAngularMomentum) {
   EXPECT_LT(line_end("torque", "corrector inertia (default)"), 1e-10);
   EXPECT_GT(line_end("torque", "corrector off"), 0.5);
@@ -245,7 +257,8 @@ TEST(StudyStability, FindsThatWeightRoundTheFilterStretchesWhatIsNextToPins) {
 }
 
 TEST(StudyStability, SaysOfEachKnownFailureWhatGuards) {
-  for (const char* map : {"stiffness", "substeps", "distance", "start", "thickness", "torque", "turning", "weight"}) {
+  for (const char* map :
+       {"stiffness", "substeps", "distance", "start", "thickness", "impact", "torque", "turning", "weight"}) {
     EXPECT_EQ(quick_part(map).cells, quick_part(map).planned) << map << ": its progress ends at the whole";
     for (const Section& section : quick_part(map).findings.sections) {
       EXPECT_FALSE(section.table.rows.empty()) << map;

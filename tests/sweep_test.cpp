@@ -90,7 +90,15 @@ class ScalarSweep {
     if (!(sum > tiny<R>())) return;
     const R alpha = set.softness.empty() ? alpha_[s] : alpha_[s] * R(set.softness[c]);
     R& lambda = lambda_[s][c];
-    R dlambda = set.compliance ? (-C - scale * alpha * lambda) / (sum + alpha * scale * scale) : -C * k_[s] / sum;
+    const R wanted = set.compliance ? -C - scale * alpha * lambda : -C * k_[s];
+    R against = set.compliance ? sum + alpha * scale * scale : sum;
+    if constexpr (has_reach<Kind>()) {
+      R way2 = 0;
+      for (int j = 0; j < n; ++j) way2 = std::max(way2, w[j] * (w[j] * dot(grad[j], grad[j])));
+      const R per_reach = R(rest_[s][c * Kind::numbers + Kind::per_reach]);
+      against = std::max(against, std::abs(wanted) * (std::sqrt(way2) * per_reach));
+    }
+    R dlambda = wanted / against;
     if (Kind::inequality) dlambda = std::max(dlambda, set.compliance ? -lambda / scale : R(0));
     lambda = lambda + scale * dlambda;
     for (int j = 0; j < n; ++j)

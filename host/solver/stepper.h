@@ -14,6 +14,7 @@
 #include "host/solver/air.h"
 #include "host/solver/attachments.h"
 #include "host/solver/damping.h"
+#include "host/solver/energy_guard.h"
 #include "host/solver/limits.h"
 #include "host/solver/long_range.h"
 #include "host/solver/measure.h"
@@ -39,6 +40,7 @@ class Stepper : public Solver {
       return;
     }
     advance();
+    guard();
     if (self_) note_collision();
     if (sleeper_) timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
@@ -66,6 +68,7 @@ class Stepper : public Solver {
     if (collider_) collider_->remember(saved.seen);
     if (sleeper_) sleeper_->remember(saved.rest);
     if (self_) self_->remember(saved.apart);
+    guard_.restart(particles(), x_.download());
   }
   void adopt(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
              const std::array<double, kPassNames.size()>& seconds) final {
@@ -83,6 +86,9 @@ class Stepper : public Solver {
     if (found == model_.user_of.end() || w_.download()[i] > R(0) || (moved_ && moved_->refuses(int(i))))
       throw InputError("move_pin: found particle " + std::to_string(particle) +
                        ", which is not pinned; allowed: one that is, and that no keyframes move");
+    const Vec3 from = x_.download()[i];
+    guard_.moved(std::sqrt((to[0] - from[0]) * (to[0] - from[0]) + (to[1] - from[1]) * (to[1] - from[1]) +
+                           (to[2] - from[2]) * (to[2] - from[2])));
     for (const PointArray<Executor, R>* points : {&x_, &p_}) points->set(static_cast<std::size_t>(i), to);
     wake();
   }
@@ -120,7 +126,7 @@ class Stepper : public Solver {
  protected:
   /// `threads`: of the executor. `keeps`: see Sweep; a method that needs no sweep lays out none.
   Stepper(const Model& model, const Executor& executor, int threads, bool sweeps, bool keeps)
-      : executor_(executor), model_(model) {
+      : executor_(executor), model_(model), guard_(executor, model) {
     facts_.layout_seconds = seconds([&] { lay_out_particles(); });
     facts_.constraint_seconds = seconds([&] {
       if (sweeps) sweep_.emplace(executor, model, threads, keeps);
@@ -221,6 +227,16 @@ class Stepper : public Solver {
   }
   bool nothing_between() const { return !long_range_ && nothing_between(model_); }  // the model may have let them go
 
+  /// Refuses an explosion that is finite still.
+  void guard() {
+    timed(Pass::State, [&] {
+      const auto wrong = guard_.watch(
+          particles(), steps_, [&] { return x_.download(); }, [&] { return v_.download(); });
+      if (wrong)
+        throw Diverged("step " + std::to_string(steps_) + " (t = " + std::to_string(time()) + " s): " + *wrong);
+    });
+  }
+
   /// `lost`: a particle that is no longer finite, by the user's number.
   [[noreturn]] void refuse_lost(int lost) const {
     throw Diverged("step " + std::to_string(steps_ + 1) + " (t = " + std::to_string(time()) +
@@ -310,6 +326,7 @@ class Stepper : public Solver {
 
   Array<Executor, R> w_;
   std::vector<Pressure<Executor, R>> pressures_;
+  EnergyGuard<Executor, R> guard_;
   Part<LongRange<Executor, R>, built("long_range")> long_range_;
   Part<MovedPinSets<Executor, R>, built("motion")> moved_;
   Part<Attachments<Executor, R>, built("attachments")> attachments_;

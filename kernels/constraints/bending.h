@@ -17,16 +17,24 @@ struct Bending {
   static constexpr Filtered filtered = Filtered::Stencil;
   using Stencil = IsometricBending::Stencil;
   static constexpr Degenerate degenerate = Degenerate::Skipped;
-  static constexpr int numbers = 1;
+  static constexpr int numbers = 2;
+  static constexpr int per_reach = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
 
-  /// theta0, rad: the angle at rest times rest_scale (0: flat).
+  /// theta0, rad: the angle at rest times rest_scale (0: flat). 1 / reach, 1/m, of the smaller height over the edge: a
+  /// straight step turns a corner about the edge as long as it is short beside that. (At rest, because a straight step
+  /// also stretches the triangles, and a share of what is stretched would grow with it.)
   template <class S>
-  KERNEL static void rest(const Vector3<S> (&X)[4], S rest_scale, S (&rest)[1]) {
+  KERNEL static void rest(const Vector3<S> (&X)[4], S rest_scale, S (&rest)[2]) {
+    using R = typename RealOf<S>::type;
+    const S zero(R(0)), one(R(1));
     Vector3<S> grad[4];
     S scale;
-    rest[0] = S(typename RealOf<S>::type(0));
+    rest[0] = zero;
     rest[0] = evaluate(X, rest, true, grad, scale) * rest_scale;
+    const Vector3<S> e = X[1] - X[0], n1 = cross(e, X[2] - X[0]), n2 = cross(e, X[3] - X[0]);
+    const S a1 = dot(n1, n1), a2 = dot(n2, n2), e2 = dot(e, e);
+    rest[1] = per_reach_of(root(select(a1 < a2, a1, a2) / select(e2 > zero, e2, one)));
   }
 
   template <class S, class Mask>

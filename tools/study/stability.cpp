@@ -24,6 +24,7 @@ const std::vector<StabilityPart>& stability_parts() {
                                                 {"distance", 12, 6, alone<distance_failure>},
                                                 {"start", 12, 12, alone<start_failure>},
                                                 {"thickness", 5, 2, alone<thickness_failure>},
+                                                {"impact", 8, 4, alone<impact_failure>},
                                                 {"torque", 50, 20, alone<torque_failure>},
                                                 {"turning", 35, 14, alone<turning_failure>},
                                                 {"weight", 12, 4, alone<weight_failure>}};

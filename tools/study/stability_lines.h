@@ -39,6 +39,9 @@ Section distance_failure(Cells& cells, Json& rows);
 Section start_failure(Cells& cells, Json& rows);
 Section thickness_failure(Cells& cells, Json& rows);
 
+/// Stiff shells of irregular meshes on impact.
+Section impact_failure(Cells& cells, Json& rows);
+
 /// What Desbrun's linear filter does to angular momentum, and to turning parts; weight that goes round the filter.
 Section torque_failure(Cells& cells, Json& rows);
 Section turning_failure(Cells& cells, Json& rows);

@@ -1,0 +1,172 @@
+#include "host/solver/energy_guard.h"
+
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "host/collision/pose.h"
+#include "host/solver/attachments.h"
+#include "kernels/constraints.h"
+#include "kernels/rest.h"
+
+namespace malha {
+
+namespace {
+
+double square(const Vec3& a) { return a[0] * a[0] + a[1] * a[1] + a[2] * a[2]; }
+
+/// Of one constraint.
+template <class Kind>
+double held_by(const Model& model, const ConstraintSet& set, int c, const std::vector<Vec3>& x, double h) {
+  constexpr int n = Kind::particles;
+  const int* of = &set.particles[std::size_t(c) * n];
+  double rest[Kind::numbers];
+  rest_values<Kind>(model.x.data(), of, set.parameter, rest);
+  Vector3<double> q[n], grad[n];
+  corners<Kind>(x.data(), of, q);
+  if constexpr (multipliers<Kind>() > 1) {
+    return set.alpha(c) > 0 ? Kind::energy(q, rest) / set.alpha(c) : 0;
+  } else {
+    double scale = 0, sum = 0;
+    const double scaled = Kind::evaluate(q, rest, true, grad, scale);
+    for (int j = 0; j < n; ++j) sum += model.w[of[j]] * dot(grad[j], grad[j]);
+    if (!(sum > 0) || (Kind::inequality && scaled > 0)) return 0;
+    const double alpha = set.alpha(c);
+    return scaled * scaled / (2 * (alpha * scale * scale + h * h * sum));
+  }
+}
+
+double held_by(const Model& model, const ConstraintSet& set, const std::vector<Vec3>& x, double h) {
+  double sum = 0;
+  for_each_constraint([&]<class Kind>(Kind) {
+    if (set.type != Kind::name) return;
+    for (int c = 0; c < set.count(); ++c) sum += held_by<Kind>(model, set, c, x, h);
+  });
+  return sum;
+}
+
+double held_by(const SpringSet& set, const std::vector<Vec3>& x) {
+  double sum = 0;
+  for (std::size_t s = 0; s < set.ends.size(); ++s) {
+    const Vec3 &a = x[set.ends[s][0]], &b = x[set.ends[s][1]];
+    const double C = std::sqrt(square({a[0] - b[0], a[1] - b[1], a[2] - b[2]})) - set.rest[s];
+    sum += set.stiffness[s] * C * C / 2;
+  }
+  return sum;
+}
+
+double held_by(const Model& model, const PressureSet& set, const std::vector<Vec3>& x, double h) {
+  const auto at = [](const std::vector<Vec3>& points, int i, const Vec3& o) {
+    return Vector3<double>{points[i][0] - o[0], points[i][1] - o[1], points[i][2] - o[2]};
+  };
+  double rest = 0, now = 0;
+  std::map<int, Vector3<double>> grad;
+  const Vec3 &origin = model.x[set.particles[0]], &from = x[set.particles[0]];
+  for (const Triangle& t : set.triangles) {
+    rest += dot(cross(at(model.x, t[0], origin), at(model.x, t[1], origin)), at(model.x, t[2], origin)) / 6;
+    Vector3<double> p[3];
+    for (int k = 0; k < 3; ++k) p[k] = at(x, t[k], from);
+    now += dot(cross(p[0], p[1]), p[2]) / 6;
+    for (int k = 0; k < 3; ++k) {
+      auto& g = grad.try_emplace(t[k], Vector3<double>{0, 0, 0}).first->second;
+      g = g + cross(p[(k + 1) % 3], p[(k + 2) % 3]) * (1.0 / 6);
+    }
+  }
+  double sum = 0;
+  for (const auto& [i, g] : grad) sum += model.w[i] * dot(g, g);
+  const double C = now - set.volume_ratio * rest, soft = set.compliance.value_or(0) + h * h * sum;
+  return soft > 0 ? C * C / (2 * soft) : 0;
+}
+
+double held_by(const Model& model, const AttachmentSet& set, const std::vector<Vec3>& x, double h) {
+  const std::vector<Vector3<double>> anchor = anchors(set.target, set.particles, model.x);
+  const Pose pose = pose_at(set.target.motion, 0);
+  double sum = 0;
+  for (std::size_t k = 0; k < anchor.size(); ++k) {
+    const int i = set.particles[k];
+    const Vector3<double> a = to_world(pose, anchor[k]);
+    const double soft = set.compliance.value_or(0) + h * h * model.w[i];
+    if (soft > 0) sum += square({x[i][0] - a.x, x[i][1] - a.y, x[i][2] - a.z}) / (2 * soft);
+  }
+  return sum;
+}
+
+/// Of points that lie within `radius` of the origin of the motion.
+double fastest_of(const std::vector<Keyframe>& motion, double radius, double h) {
+  double most = 0;
+  for (std::size_t k = 1; k < motion.size(); ++k) {
+    const Keyframe &a = motion[k - 1], &b = motion[k];
+    const double shift = std::sqrt(
+        square({b.translate[0] - a.translate[0], b.translate[1] - a.translate[1], b.translate[2] - a.translate[2]}));
+    // Turns about two axes count as both.
+    const bool same_axis = a.axis == b.axis;
+    const double degrees = same_axis ? std::abs(b.degrees - a.degrees) : std::abs(a.degrees) + std::abs(b.degrees);
+    most = std::max(most, (shift + degrees * 3.14159265358979 / 180 * radius) / std::max(b.time - a.time, h));
+  }
+  return most;
+}
+
+double farthest(const std::vector<Vec3>& points) {
+  double most2 = 0;
+  for (const Vec3& p : points) most2 = std::max(most2, square(p));
+  return std::sqrt(most2);
+}
+
+std::string shown_number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+}  // namespace
+
+std::vector<HeldEnergy> held_energies(const Model& model, const std::vector<Vec3>& x, double h) {
+  std::vector<HeldEnergy> held;
+  for (const std::vector<ConstraintSet>* sets : {&model.sets, &model.stencils})
+    for (const ConstraintSet& set : *sets) held.push_back({set.type, held_by(model, set, x, h)});
+  for (const SpringSet& set : model.springs) held.push_back({set.type, held_by(set, x)});
+  for (const PressureSet& set : model.pressures) held.push_back({"pressure", held_by(model, set, x, h)});
+  for (const AttachmentSet& set : model.attached) held.push_back({"attachments", held_by(model, set, x, h)});
+  return held;
+}
+
+double sum_of(const std::vector<HeldEnergy>& held) {
+  double sum = 0;
+  for (const HeldEnergy& one : held) sum += one.energy;
+  return sum;
+}
+
+double fastest_driven(const Model& model, double h) {
+  double most = model.scene.wind ? std::sqrt(square(model.scene.wind->velocity)) : 0;
+  const bool held = !model.moved.empty() || !model.attached.empty();
+  const double radius = held ? farthest(model.x) : 0;
+  for (const MovedPins& pins : model.moved) {
+    most = std::max(most, fastest_of(pins.target.motion, radius, h));
+    if (pins.target.point) most = std::max(most, 2 * radius / h);  // put there at once
+  }
+  for (const AttachmentSet& set : model.attached) most = std::max(most, fastest_of(set.target.motion, radius, h));
+  for (const EnvironmentMesh& object : model.environment)
+    if (!object.spec.motion.empty())
+      most = std::max(most, fastest_of(object.spec.motion, farthest(object.mesh.points), h));
+  return most;
+}
+
+std::string explosion(const Model& model, const std::vector<Vec3>& x, const std::vector<Vec3>& v, double kinetic,
+                      double given, const std::vector<HeldEnergy>& before, const std::vector<HeldEnergy>& now) {
+  std::size_t fastest = 0;
+  for (std::size_t i = 0; i < v.size(); ++i)
+    if (square(v[i]) > square(v[fastest])) fastest = i;
+  std::map<std::string, double> gain;
+  for (std::size_t s = 0; s < now.size(); ++s) gain[now[s].kind] += now[s].energy - before[s].energy;
+  const auto most =
+      std::max_element(gain.begin(), gain.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const Vec3& at = x[fastest];
+  std::string text = "motion has " + shown_number(kinetic) + " J, " + shown_number(kinetic / given) +
+                     " times what anything gave it; fastest is " + particle_name(model, model.user_of[fastest]) +
+                     " at (" + shown_number(at[0]) + ", " + shown_number(at[1]) + ", " + shown_number(at[2]) +
+                     "), with " + shown_number(std::sqrt(square(v[fastest]))) + " m/s";
+  if (most != gain.end()) text += "; of the constraints \"" + most->first + "\" gained most";
+  return text;
+}
+
+}  // namespace malha

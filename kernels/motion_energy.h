@@ -1,0 +1,30 @@
+// Energy of motion and of height, summed often: what a solver watches while it runs.
+#pragma once
+#include "kernels/particles.h"
+
+namespace malha {
+
+struct MotionEnergy {
+  double kinetic = 0, potential = 0;  // J; gravity's, 0 at the origin
+  KERNEL MotionEnergy& operator+=(const MotionEnergy& o) {
+    kinetic += o.kinetic, potential += o.potential;
+    return *this;
+  }
+};
+
+/// Of the movable particles, in double: float has no squares of its largest numbers.
+template <class R>
+struct MeasureMotionEnergy {
+  Particles<R> particles;
+  Vector3<double> gravity;  // m/s^2
+  KERNEL MotionEnergy operator()(int i) const {
+    const R w = particles.w[i];
+    if (!(w > R(0))) return {};
+    const double m = 1.0 / double(w);
+    const Vector3<R> a = particles.x[i], b = particles.v[i];
+    const Vector3<double> x{a.x, a.y, a.z}, v{b.x, b.y, b.z};
+    return {m / 2 * dot(v, v), -m * dot(gravity, x)};
+  }
+};
+
+}  // namespace malha

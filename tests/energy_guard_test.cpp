@@ -1,0 +1,159 @@
+// Energy that nothing gave ends a run; energy that something gave does not, however sudden.
+#include "host/solver/energy_guard.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/base/point_array.h"
+#include "host/solver/solver.h"
+#include "tests/run_scenes.h"
+#include "tests/small_scenes.h"
+#include "tests/support.h"
+
+namespace malha {
+namespace {
+
+/// Steps for so long; what a run that is ended says.
+std::string ended(const Scene& scene, double seconds, const SimulationOptions& options = {.threads = 1}) {
+  try {
+    after(scene, seconds, options);
+  } catch (const Diverged& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// A free shell 100 m from the origin with 2,048 substeps: what one of them moves is lost in float's rounding, and the
+/// lengths, met to a rounding, throw the particles about. Double resolves it.
+Scene drowned_in_rounding(Precision precision) {
+  BodySpec shell;
+  shell.name = "shell", shell.shape = SphereShape{0.5, 1}, shell.transform.translate = {100, 100, 100};
+  shell.mass = 1, shell.spin = {0, 1, 0};
+  shell.constraints = {stiff("distance", {"edges"})};
+  return scene_of({shell}, {0, 0, 0}, 1.0 / 60, 2048, precision);
+}
+
+TEST(AnExplosion, EndsTheRunWhileItIsFiniteAndSaysStepPlaceAndKind) {
+  const std::string said = ended(drowned_in_rounding(Precision::Float), 2);
+  EXPECT_TRUE(said.starts_with("step 32 (t = 0.533333 s): motion has ")) << said;
+  EXPECT_TRUE(has(said, " times what anything gave it; fastest is particle ")) << said;
+  EXPECT_TRUE(has(said, " of body 'shell' at (")) << said;
+  EXPECT_TRUE(has(said, "of the constraints \"distance\" gained most")) << said;
+  EXPECT_EQ(ended(drowned_in_rounding(Precision::Double), 0.6), "");
+}
+
+TEST(AnExplosion, IsSaidAlikeOnAnyNumberOfThreads) {
+  const std::string expected = ended(drowned_in_rounding(Precision::Float), 0.6, {.backend = Backend::Serial});
+  EXPECT_NE(expected, "");
+  for (const int threads : {1, 2, 3})
+    EXPECT_EQ(ended(drowned_in_rounding(Precision::Float), 0.6, {.threads = threads}), expected) << threads;
+}
+
+TEST(AnExplosion, LeavesAReportThatSaysSo) {
+  const TemporaryFolder folder;
+  const std::string file = folder.write("scene.json", to_json(drowned_in_rounding(Precision::Float)));
+  const Ended ran = malha_command({"run", file, "--steps", "60", "--out", "out"}, folder / "");
+  EXPECT_EQ(ran.status, 3) << ran.err;
+  EXPECT_TRUE(has(ran.err, "times what anything gave it")) << ran.err;
+  EXPECT_EQ(Json::parse(bytes_of(folder / "out/report.json"))["status"], "diverged");
+}
+
+/// One particle that is watched, in the hands of the test.
+struct Watched {
+  Scene scene;
+  Model model;
+  PointArray<Serial, double> x, v, p;
+  Array<Serial, double> w;
+  EnergyGuard<Serial, double> guard;
+
+  explicit Watched(const Scene& of)
+      : scene(of), model(build_model(of)), x(model.x), v(model.v), p(model.x), w(model.w), guard(Serial{}, model) {}
+  /// Whether it is refused, all at this height (m) and with this speed (m/s) after a step at which it is looked at.
+  bool refuses(double height, double speed) {
+    for (std::size_t i = 0; i < model.x.size(); ++i) x.set(i, {0, height, 0}), v.set(i, {speed, 0, 0});
+    return guard
+        .watch(
+            Particles<double>{model.count(), x.points(), v.points(), p.points(), w.data()}, guard.every(),
+            [this] { return x.download(); }, [this] { return v.download(); })
+        .has_value();
+  }
+};
+
+/// sqrt(kFactor) times the speed that is explained.
+constexpr double kFaster = 10;
+
+TEST(TheEnergyGuard, KnowsWhatAFallGives) {
+  Watched fall(scene_of({particle({0, 100, 0})}, kEarth, 1e-3));
+  const double by_fall = std::sqrt(2 * 9.81 * 100);
+  EXPECT_FALSE(fall.refuses(100, 0));
+  EXPECT_FALSE(fall.refuses(0, 0.95 * kFaster * by_fall));
+  EXPECT_TRUE(fall.refuses(0, 1.05 * kFaster * by_fall));
+}
+
+TEST(TheEnergyGuard, KnowsWhatAThrowGaveAndALift) {
+  Watched thrown(scene_of({particle({0, 0, 0}, {0, 0, 7})}, {0, 0, 0}, 1e-3));
+  EXPECT_FALSE(thrown.refuses(0, 0.95 * kFaster * 7));
+  EXPECT_TRUE(thrown.refuses(0, 1.05 * kFaster * 7));
+  Watched lifted(scene_of({particle({0, 0, 0}, {0, 0, 7})}, kEarth, 1e-3));
+  EXPECT_FALSE(lifted.refuses(50, 0)) << "whoever lifts it";
+  EXPECT_FALSE(lifted.refuses(0, 0.95 * kFaster * std::sqrt(2 * 9.81 * 50 + 49)));
+}
+
+TEST(TheEnergyGuard, KnowsWhatSpringsHoldAtTheStart) {
+  // 1 N/m compressed by 0.5 m between 1 kg each: 0.125 J give both 0.354 m/s.
+  BodySpec chain;
+  chain.name = "chain", chain.shape = ChainShape{{0, 0, 0}, {1, 0, 0}, 1}, chain.mass = 2;
+  chain.constraints = {compliant("distance", 1, {"edges"}, 1.5)};
+  const double given = std::sqrt(0.125);
+  // Steps so large that 1 % of its size a step is next to nothing.
+  Scene scene = scene_of({chain}, {0, 0, 0}, 1, 100);
+  Watched spring(scene);
+  EXPECT_FALSE(spring.refuses(0, 0.95 * kFaster * given));
+  EXPECT_TRUE(spring.refuses(0, 1.2 * kFaster * given));
+}
+
+TEST(TheEnergyGuard, KnowsHowFastPinsAndWindGo) {
+  Scene scene = scene_of({hung_chain({0, 0, 0}, {1, 0, 0}, 4)}, {0, 0, 0}, 1.0 / 60);
+  scene.bodies[0].pins[0].motion = {Keyframe{0, {0, 0, 0}, {0, 1, 0}, 0}, Keyframe{0.5, {10, 0, 0}, {0, 1, 0}, 0}};
+  const Model model = build_model(scene);
+  EXPECT_NEAR(fastest_driven(model, 1.0 / 600), 20, 1e-12) << "10 m in half a second";
+  scene.bodies[0].pins[0].motion[1] = Keyframe{0.5, {0, 0, 0}, {0, 1, 0}, 360};
+  EXPECT_NEAR(fastest_driven(build_model(scene), 1.0 / 600), 4 * kPi, 1e-9) << "a turn of 1 m in half a second";
+  scene.wind = Wind{{30, 40, 0}, 0.1, 0, 1.2, 1.2};
+  EXPECT_NEAR(fastest_driven(build_model(scene), 1.0 / 600), 50, 1e-12);
+}
+
+TEST(TheEnergyGuard, LetsBodiesStretchedInflatedAndTurnedInsideOutFindBack) {
+  // Ten times too long, twice the volume at once: stiff, and so as fast as can be.
+  BodySpec chain;
+  chain.name = "chain", chain.shape = ChainShape{{0, 0, 0}, {1, 0, 0}, 8}, chain.mass = 1;
+  chain.constraints = {stiff("distance", {"edges"}, 1, 10)};
+  EXPECT_EQ(ended(scene_of({chain}, {0, 0, 0}, 1.0 / 60, 10), 2), "");
+  BodySpec balloon;
+  balloon.name = "balloon", balloon.shape = SphereShape{0.5, 2}, balloon.mass = 0.1;
+  balloon.constraints = {compliant("distance", 0.01, {"edges"}), stiff("pressure", {}, 1, 8)};
+  EXPECT_EQ(ended(scene_of({balloon}, {0, 0, 0}, 1.0 / 60, 10), 2), "");
+}
+
+TEST(TheEnergyGuard, LetsWhatIsPulledByPinsGo) {
+  // Pulled to three times its length within a second, and let go: springs give back what the pins did.
+  Scene scene = scene_of({hung_chain({0, 0, 0}, {1, 0, 0}, 8, 0.01)}, {0, 0, 0}, 1.0 / 60, 10);
+  scene.bodies[0].constraints = {compliant("distance", 1e-4, {"edges"})};
+  Pin end{ListPin{{8}}};
+  end.motion = {Keyframe{0, {0, 0, 0}, {0, 1, 0}, 0}, Keyframe{1, {2, 0, 0}, {0, 1, 0}, 0}};
+  end.until = 1.5;
+  scene.bodies[0].pins.push_back(end);
+  EXPECT_EQ(ended(scene, 4), "");
+}
+
+TEST(TheEnergyGuard, ChangesNoBits) {
+  // 16 steps are before the first look; 64 that are the same substeps are looked at twice.
+  Scene coarse = scene_of({tumbling_ellipsoid(1, {stiff("distance", {"edges"})})}, kEarth, 1.0 / 16, 40);
+  Scene fine = coarse;
+  fine.solver.dt = 1.0 / 64, fine.solver.substeps = 10;  // the same substeps, to the bit
+  const std::vector<Vec3> a = after(coarse, 1).positions(), b = after(fine, 1).positions();
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i], b[i]);
+}
+
+}  // namespace
+}  // namespace malha
