@@ -2,6 +2,7 @@
 #pragma once
 #include "kernels/motion.h"
 #include "kernels/pack.h"
+#include "kernels/patch.h"
 
 namespace malha {
 
