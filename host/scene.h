@@ -120,7 +120,7 @@ struct ConstraintSpec {
   std::optional<double> compliance;       // >= 0; XPBD, m/N for lengths, rad/(N m) for angles, m^5/N for volumes
   double parameter = 1;                   // the kind's own number, by its own name (rest_scale, poisson_ratio ...)
   std::optional<double> rigidity{};       // > 0; of the material: N/m of surfaces, N of lines, N m of bending
-  std::optional<double> young_modulus{};  // > 0, Pa of solids; of kinds that take none of the three others
+  std::optional<double> young_modulus{};  // > 0, Pa of solids, N/m of membranes; of kinds without the other three
 };
 /// A material's modulus by its key in scenes: "rigidity" or "young_modulus".
 inline std::optional<double>& modulus_of(ConstraintSpec& spec, const std::string& key) {

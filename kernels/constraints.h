@@ -7,6 +7,7 @@
 #include "kernels/constraints/distance.h"
 #include "kernels/constraints/distance_limit.h"
 #include "kernels/constraints/isometric_bending.h"
+#include "kernels/constraints/membrane.h"
 #include "kernels/constraints/neo_hookean.h"
 #include "kernels/constraints/plate.h"
 #include "kernels/constraints/volume.h"
@@ -21,7 +22,7 @@ KindList<A..., B...> operator+(KindList<A...>, KindList<B...>);
 template <ConstraintKind... Kinds>
 using Built = decltype((KindList<>() + ... + std::conditional_t<built(Kinds::name), KindList<Kinds>, KindList<>>()));
 
-using ConstraintKinds = Built<Distance, DistanceLimit, Bending, IsometricBending, Plate, Volume, NeoHookean>;
+using ConstraintKinds = Built<Distance, DistanceLimit, Membrane, Bending, IsometricBending, Plate, Volume, NeoHookean>;
 
 /// Calls f(Kind{}) for every kind, in the order in which they are projected.
 template <class F, ConstraintKind... Kinds>

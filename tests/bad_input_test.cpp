@@ -150,9 +150,10 @@ INSTANTIATE_TEST_SUITE_P(
                  "a number in [0, 1]"),
         in_scene("/solver/dt: found 0", "ZeroDt", "/solver/dt", "0", "a number > 0 (s)"),
         in_scene("/bodies/0/color: found unknown key 'color'", "UnknownKey", "/bodies/0/color", "1", "name, shape"),
-        in_scene(spring + "/type: found unknown constraint \"distence\" (did you mean 'distance'?)",
-                 "MisspeltConstraint", spring + "/type", "\"distence\"",
-                 "distance, distance_limit, bending, isometric_bending, volume, neo_hookean, pressure"),
+        in_scene(
+            spring + "/type: found unknown constraint \"distence\" (did you mean 'distance'?)", "MisspeltConstraint",
+            spring + "/type", "\"distence\"",
+            "distance, distance_limit, membrane, bending, isometric_bending, plate, volume, neo_hookean, pressure"),
         in_scene("/bodies: found no body", "NoBodies", "/bodies", "[]", "at least one"),
         in_scene("/bodies/0/pins: found every particle of body 'sheet' pinned", "WhollyPinned", "/bodies/0/pins",
                  R"([{"box": {"min": [-9, -9, -9], "max": [9, 9, 9]}}])", "at least one that can move"),

@@ -13,9 +13,8 @@ namespace {
 
 TEST(Built, IsEverythingInThisBuild) {
   for (const char* what : {"distance", "bending", "air", "double"}) EXPECT_TRUE(built(what)) << what;
-  EXPECT_TRUE(
-      (std::is_same_v<ConstraintKinds,
-                      KindList<Distance, DistanceLimit, Bending, IsometricBending, Plate, Volume, NeoHookean>>));
+  EXPECT_TRUE((std::is_same_v<ConstraintKinds, KindList<Distance, DistanceLimit, Membrane, Bending, IsometricBending,
+                                                        Plate, Volume, NeoHookean>>));
 }
 
 TEST(Built, IsNotWhatIsNamedByAWholeWord) {

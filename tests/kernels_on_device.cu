@@ -44,7 +44,7 @@ void instantiate_residuals(KindList<Kinds...>) {
   instantiate<MeasureResidual<Kinds, double[3]>...>();
 }
 template void instantiate_residuals(ConstraintKinds);
-template void instantiate<MeasureVolume<double[3]>, MeasureEnergy<NeoHookean, double[3]>>();
+template void instantiate<MeasureVolume<double[3]>, MeasureEnergy<NeoHookean, double[3]>, MeasureEnergy<Membrane, double[3]>>();
 
 template <class... Kernels>
 void instantiate_groups() {

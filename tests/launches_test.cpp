@@ -188,6 +188,16 @@ void expect_planned_launches(const Json& scene) {
   EXPECT_EQ(launched, planned) << text << list_launches(simulation);
 }
 
+TEST(Launches, OfAMembraneByDesbrunAreThoseOfThePlanThatNamesIt) {
+  Json scene = traced_cloth();
+  scene["solver"] = {{"type", "desbrun"}, {"dt", 0.01}, {"substeps", 2}, {"refine", 1}};
+  scene["bodies"][0]["constraints"] = Json::parse(R"([{"type": "membrane", "young_modulus": 100}])");
+  expect_planned_launches(scene);
+  const Simulation simulation(parsed(scene), {.threads = 1});
+  EXPECT_TRUE(has(plan(simulation), "\n  membrane: ")) << plan(simulation);
+  EXPECT_GT(Json::parse(simulation.report("planned"))["springs"]["membrane"], 0);
+}
+
 TEST(Launches, OfTheCorrectorAreAsManyAsThePlanSaysWhateverLiesBetween) {
   Json drag = free_cloth("inertia"), contact = drag, damped = drag;
   drag["wind"] = {{"velocity", {1, 0, 0}}, {"drag", 0.001}};

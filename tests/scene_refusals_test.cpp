@@ -215,6 +215,13 @@ INSTANTIATE_TEST_SUITE_P(
                 "/bodies/7/constraints/1/young_modulus: found 0; allowed: a number > 0 (Pa)"},
         Refusal{"Incompressible", "/bodies/7/constraints/1/poisson_ratio", "0.5",
                 "/bodies/7/constraints/1/poisson_ratio: found 0.5; allowed: a number in [0, 0.499]"},
+        Refusal{"NoYoungModulusOfAMembrane", "/bodies/2/constraints/2/young_modulus", "remove",
+                "/bodies/2/constraints/2: found no key 'young_modulus'; allowed: an object with the key "
+                "'young_modulus'"},
+        Refusal{"ZeroYoungModulusOfAMembrane", "/bodies/2/constraints/2/young_modulus", "0",
+                "/bodies/2/constraints/2/young_modulus: found 0; allowed: a number > 0 (N/m)"},
+        Refusal{"AsStiffAgainstAreaAsCanBe", "/bodies/2/constraints/2/poisson_ratio", "1",
+                "/bodies/2/constraints/2/poisson_ratio: found 1; allowed: a number in [0, 0.95]"},
         Refusal{"StiffnessOfAMaterial", "/bodies/7/constraints/1/stiffness", "1",
                 "/bodies/7/constraints/1/stiffness: found unknown key 'stiffness'; allowed: type, young_modulus, "
                 "poisson_ratio"},

@@ -392,16 +392,18 @@ TEST(Sweep, StatesWhatItHolds) {
     EXPECT_EQ(facts.in_runs, plan.sets[s].in_runs);
     EXPECT_EQ(facts.most_batches, plan.sets[s].most_batches);
     // A sheet's runs are all alike: a bit a slot, and their rest values once. Of the gathered, rest values and
-    // particles.
-    std::size_t numbers = 0;
+    // particles. With compliance the multipliers, because there is more than one iteration.
+    std::size_t numbers = 0, sums = 0;
     for_each_constraint([&]<class Kind>(Kind) {
-      if (model.sets[s].type == Kind::name) numbers = Kind::numbers + facts_of(Kind::element).weighed;
+      if (model.sets[s].type != Kind::name) return;
+      numbers = Kind::numbers + facts_of(Kind::element).weighed;
+      sums = model.sets[s].compliance ? multipliers<Kind>() : 0;
     });
     const auto runs = std::count_if(plan.batches.begin(), plan.batches.end(),
                                     [&](const Batch& batch) { return batch.set == static_cast<int>(s) && batch.run; });
     const std::size_t slots = plan.sets[s].constraint.size(), gathered = plan.sets[s].index[0].size();
     EXPECT_EQ(facts.bytes, (slots - gathered) / 8 + (runs + gathered) * numbers * sizeof(float) +
-                               gathered * model.sets[s].arity * sizeof(LocalIndex));
+                               gathered * model.sets[s].arity * sizeof(LocalIndex) + slots * sums * sizeof(float));
   }
 }
 

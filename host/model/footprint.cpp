@@ -11,7 +11,8 @@ void for_each_array(M& model, const Visit& visit) {
   visit(look.points), visit(look.faces), visit(look.lines);
   visit(look.body_begin), visit(look.face_begin), visit(look.line_begin);
   visit(model.user_of), visit(model.x), visit(model.v), visit(model.w), visit(model.mass);
-  for (auto& set : model.sets) visit(set.particles), visit(set.softness);
+  for (auto* sets : {&model.sets, &model.stencils})
+    for (auto& set : *sets) visit(set.particles), visit(set.softness);
   for (auto& set : model.springs) visit(set.ends), visit(set.stiffness), visit(set.rest);
   for (auto& set : model.pressures) visit(set.particles), visit(set.triangles);
   for (auto& body : model.tetrahedra) visit(body);

@@ -88,6 +88,10 @@ void list_springs(std::ostream& out, const Model& model, const SolverFacts& fact
     if (*softest != *stiffest) out << " to " << *stiffest;
     out << " N/m\n";
   }
+  for (const ConstraintSet& set : model.stencils) {
+    out << "  " << set.type << ": " << set.count() << ", compliance " << set.compliance.value_or(0);
+    out << (set.softness.empty() ? "\n" : " times each one's own\n");
+  }
   out << "filter: " << filter.kind << ", " << filter.storage << ", of " << counted(filter.unknowns, "particle")
       << " in " << counted(filter.bodies, "body", "bodies") << " (" << facts.free_bodies << " free), " << filter.numbers
       << " numbers\n  because: " << filter.why << "\n";
@@ -105,7 +109,7 @@ void list_filter_passes(const Model& model, const SolverFacts& facts,
                         const std::function<void(const char*, std::size_t)>& line) {
   if (!facts.filter) return;
   const std::size_t substeps = model.scene.solver.substeps, refine = model.scene.solver.desbrun.refine;
-  line("forces", 2 * substeps * (1 + refine));
+  line("forces", facts.force_launches * substeps * (1 + refine));
   line("filter", substeps * (1 + refine) * facts.filter->launches);
   line("correction", substeps * facts.free_bodies * (2 * refine + (facts.corrects ? 3 : 2)));
 }

@@ -203,10 +203,12 @@ std::string report_json(const std::string& status, const std::vector<std::string
   json["constraints"] = constraints(facts, model);
   json["patches"] = patches(facts.patches);
   if (facts.filter) {
-    for (const SpringSet& set : model.springs) {
-      Json& count = json["springs"][set.type];
-      count = set.ends.size() + (count.is_null() ? 0 : count.get<std::size_t>());
-    }
+    const auto count = [&json](const std::string& type, std::size_t springs) {
+      Json& all = json["springs"][type];
+      all = springs + (all.is_null() ? 0 : all.get<std::size_t>());
+    };
+    for (const SpringSet& set : model.springs) count(set.type, set.ends.size());
+    for (const ConstraintSet& set : model.stencils) count(set.type, set.count());
     json["filter"] = filter(solver, model);
   }
   if (tears(scene))

@@ -47,7 +47,7 @@ class Desbrun final : public Stepper<Executor, R> {
     facts_.filter = filter_->facts();
     facts_.free_bodies = static_cast<int>(free_.size());
     facts_.corrects = corrector_ != Corrector::Off;
-    facts_.spring_bytes = forces_->bytes();
+    facts_.spring_bytes = forces_->bytes(), facts_.force_launches = forces_->launches();
     facts_.particle_bytes += force_.bytes() + acceleration_.bytes() + mass_.bytes() + members_.bytes();
   }
 

@@ -83,7 +83,8 @@ void add_kind(std::vector<Line>& lines, int particles) {
   constexpr Strength strength = Kind::strength;
   const auto add = [&](bool with_modulus, const std::string& way) {
     ConstraintSpec spec = spec_of(Kind::name, Kind::parameter.standard);
-    if (with_modulus) modulus_of(spec, strength.modulus) = element.solid ? 1e5 : Kind::has_strain ? 100 : 1e-4;
+    if (with_modulus)
+      modulus_of(spec, strength.modulus) = element.solid ? 1e5 : strength.unit == std::string("N/m") ? 100 : 1e-4;
     if (Kind::element == Element::Edges) spec.on = {"edges", "shear"};
     BodySpec body = element.solid ? block(particles) : sheet(particles);
     body.constraints = {std::move(spec)};

@@ -63,8 +63,8 @@ add_compile_options(${malha_code_options} ${malha_warnings})
 add_compile_definitions(EIGEN_DONT_VECTORIZE)
 
 # What can be left out: names of constraints in scenes, and those that host/solver/ gives to built().
-set(can_go distance_limit bending isometric_bending plate volume neo_hookean long_range attachments motion tear environment
-    self_collision air sleep corrector desbrun double)
+set(can_go distance_limit membrane bending isometric_bending plate volume neo_hookean long_range attachments motion tear
+    environment self_collision air sleep corrector desbrun double)
 foreach(name IN LISTS MALHA_WITHOUT)
   if(NOT name IN_LIST can_go)
     message(FATAL_ERROR "MALHA_WITHOUT: found \"${name}\"; allowed: ${can_go}")

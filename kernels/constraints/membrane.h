@@ -1,0 +1,208 @@
+// membrane: a triangle of thin elastic material, by Young's modulus times thickness Y (N/m) and Poisson's ratio nu:
+// linear in its stretch S = R^T F (Biot's strain S - 1), which is free of rotation. F = (f1 f2), 3 x 2, the deformation
+// gradient, and R = (r1 r2) the rotation nearest to it. Energy, with A the area at rest:
+//   U = A Y / (1 - nu^2) / 2 ((1 + nu)/2 a^2 + (1 - nu)/2 (b^2 + c^2)), a = S11 + S22 - 2, b = S11 - S22, c = 2 S12,
+// that of plane stress. It is half of Y times the squares of three constraints, all of compliance 1/Y, met at once:
+//   C = (k_a a, k_b b, k_b c), k_a^2 = A / (2 (1 - nu)), k_b^2 = A / (2 (1 + nu)).
+// Their gradients depend on F/|F| alone and are bounded, however a triangle is crushed or stretched. In space a
+// triangle has no inside: turned over it is only turned.
+#pragma once
+#include "kernels/block.h"
+#include "kernels/constraint.h"
+
+namespace malha {
+
+struct Membrane {
+  static constexpr const char* name = "membrane";
+  static constexpr Element element = Element::Triangles;
+  static constexpr int particles = 3;
+  static constexpr bool inequality = false;
+  static constexpr bool has_strain = false;
+  static constexpr Strength strength{false, "young_modulus", "N/m"};
+  static constexpr Filtered filtered = Filtered::Stencil;
+  static constexpr Degenerate degenerate = Degenerate::Projected;
+  static constexpr int numbers = 5;
+  static constexpr int multipliers = 3;
+  static constexpr Parameter parameter{"poisson_ratio", 0.3, 0, true,
+                                       0.95};  // there area is 39 times as stiff as shape
+
+  /// Of the constraints, of Y (N/m).
+  KERNEL static double compliance(double Y, double) { return 1 / Y; }
+
+  /// Q = Dm^-1, upper triangular, from the edges at X0 in a frame in which they are: Q00, Q01, Q11, 1/m; k_a and k_b,
+  /// m. All are 0 of a triangle that is less high than a millionth of its size.
+  template <class S>
+  KERNEL static void rest(const Vector3<S> (&X)[3], S nu, S (&rest)[5]) {
+    using R = typename RealOf<S>::type;
+    const S zero(R(0)), one(R(1));
+    const Vector3<S> e = X[1] - X[0], g = X[2] - X[0], n = cross(e, g);
+    const S e2 = dot(e, e), area2 = root(dot(n, n));  // twice the area
+    const auto whole = (area2 > larger((e2 + dot(g, g)) * S(R(1e-6)), S(tiny<R>()))) & (e2 > S(tiny<R>()));
+    const S per_e = one / root(select(whole, e2, one)), per_area2 = one / select(whole, area2, one);
+    const S part = select(whole, area2 / S(R(4)), zero);  // half the area
+    rest[0] = select(whole, per_e, zero);
+    rest[1] = select(whole, -dot(e, g) * per_e * per_area2, zero);
+    rest[2] = select(whole, root(e2) * per_area2, zero);
+    rest[3] = root(part / (one - nu)), rest[4] = root(part / (one + nu));
+  }
+
+  /// C = sqrt(2 U / Y), of one number: the gradient says which way the material pulls, or without a pull that of a.
+  template <class S, class Mask>
+  KERNEL static S evaluate(const Vector3<S> (&p)[3], const S* rest, const Mask& held, Vector3<S> (&grad)[3], S& scale) {
+    using R = typename RealOf<S>::type;
+    const S zero(R(0)), one(R(1));
+    const Deformed<S> now(p, rest, held);
+    const S C = root(now.C[0] * now.C[0] + now.C[1] * now.C[1] + now.C[2] * now.C[2]);
+    const auto strained = C > S(tiny<R>());
+    const S per_C = one / select(strained, C, one);
+    S part[3];
+    for (int m = 0; m < 3; ++m) part[m] = select(strained, now.C[m] * per_C, m == 0 ? one : zero);
+    now.pull(part, grad);
+    scale = one;
+    return C;
+  }
+
+  /// The energy over Y, m^2.
+  KERNEL static double energy(const Vector3<double> (&p)[3], const double* rest) {
+    const Deformed<double> now(p, rest, true);
+    return (now.C[0] * now.C[0] + now.C[1] * now.C[1] + now.C[2] * now.C[2]) / 2;
+  }
+
+  /// One step of the three constraints: `move` in m/w, p += w move. `alpha`: 1 / (Y dt^2). `sum`: their multipliers so
+  /// far in this substep, to which it adds.
+  ///
+  /// The gradients turn with R. Of slivers and of unequal masses that are crushed, a step by them would turn R by
+  /// radians and gain a thousand times the energy that there was: a step stops where it has turned it by 0.2 (of random
+  /// starts the energy then grows by less than an eighth), and the next one does what is left.
+  template <class S, class Mask>
+  KERNEL static void step(const Vector3<S> (&p)[3], const S (&w)[3], const S* rest, const Mask& held, S alpha,
+                          S (&sum)[3], Vector3<S> (&move)[3]) {
+    using R = typename RealOf<S>::type;
+    const Deformed<S> now(p, rest, held);
+    const typename Deformed<S>::Masses B(now.q, w);
+    S A[3][3], dlambda[3];
+    now.response(B, A);
+    solve_at_once(A, now.C, alpha, sum, held, dlambda);
+    const S most(R(0.2)), omega = now.turning(B, dlambda);
+    const S part = most / larger(larger(omega, -omega), most);
+    for (int m = 0; m < 3; ++m) {
+      dlambda[m] = dlambda[m] * part;
+      sum[m] = sum[m] + dlambda[m];
+    }
+    now.pull(dlambda, move);
+  }
+
+  /// The filter sees both columns of F times sqrt(A w / Y), as springs of the stiffness w = Y / (1 - nu), the
+  /// material's largest. Targets F - P/w, P = dU/dF / A, give them the material's own force.
+  struct Stencil {
+    static constexpr int vectors = 2, numbers = 2;
+    /// own: sqrt(A w / Y), m, and nu / (1 + nu).
+    template <class S>
+    KERNEL static void weights(const Vector3<S> (&X)[3], S nu, S (&c)[2][3], S (&own)[2]) {
+      S of[5];
+      rest(X, nu, of);
+      const S size = of[3] * root(S(2));
+      c[0][1] = of[0] * size, c[0][2] = S(0);
+      c[1][1] = of[1] * size, c[1][2] = of[2] * size;
+      for (S(&f)[3] : c) f[0] = -(f[1] + f[2]);
+      own[0] = size, own[1] = size > S(0) ? nu / (S(1) + nu) : S(0);
+    }
+    template <class S>
+    KERNEL static void target(const Vector3<S> (&f)[2], const S* own, Vector3<S> (&d)[2]) {
+      using R = typename RealOf<S>::type;
+      const S one(R(1));
+      const auto whole = own[0] > S(R(0));
+      const S per_size = one / select(whole, own[0], one);
+      const Turned<S> at({f[0] * per_size, f[1] * per_size}, whole);
+      const S T11 = dot(at.r[0], f[0]), T12 = dot(at.r[0], f[1]), T22 = dot(at.r[1], f[1]);
+      const S of_S = one - (own[1] + own[1]), of_1 = own[1] * (T11 + T22) - own[0];
+      d[0] = f[0] - at.r[0] * (of_S * T11 + of_1) - at.r[1] * (of_S * T12);
+      d[1] = f[1] - at.r[0] * (of_S * T12) - at.r[1] * (of_S * T22 + of_1);
+    }
+  };
+
+ private:
+  /// R of F: with n the normal, R = (f1 + f2 x n, f2 + n x f1) / t, t = sqrt(|F|^2 + 2 |f1 x f2|) = tr S.
+  template <class S>
+  struct Turned {
+    Vector3<S> r[2];
+    S per_t;
+
+    template <class Mask>
+    KERNEL Turned(const Vector3<S> (&f)[2], const Mask& held) {
+      using R = typename RealOf<S>::type;
+      const S zero(R(0)), one(R(1)), F2 = dot(f[0], f[0]) + dot(f[1], f[1]);
+      const auto whole = held & (F2 > S(R(1e-12)));  // or all of it is in one place
+      // Crushed to a line, or stretched so far that squares leave float's range, it has no normal: n fades out, and
+      // what is left of R pulls along the sides. With the same J in t no torque comes of it.
+      const Vector3<S> u = or_zero(whole & (F2 < S(R(1e16))), cross(f[0], f[1]));
+      const S J = larger(root(dot(u, u)), select(whole, F2 * S(R(1e-6)), one));
+      const Vector3<S> n = u * (one / J);
+      per_t = select(whole, one / root(select(whole, F2 + J + J, one)), zero);
+      r[0] = (f[0] + cross(f[1], n)) * per_t, r[1] = (f[1] + cross(n, f[0])) * per_t;
+    }
+  };
+
+  template <class S>
+  struct Deformed {
+    /// How F answers: dF = B dU/dF, sum w of the gradients of its columns.
+    struct Masses {
+      S B11, B12, B22;
+      KERNEL Masses(const S (&q)[3], const S (&w)[3]) {
+        const S q12 = q[1] + q[2], w0q = w[0] * q[0];
+        B11 = (w0q + w[1] * q[0]) * q[0], B12 = w0q * q12 + w[1] * q[0] * q[1];
+        B22 = w[0] * q12 * q12 + w[1] * q[1] * q[1] + w[2] * q[2] * q[2];
+      }
+    };
+    S q[3], k[2];     // rest values
+    Vector3<S> r[2];  // columns of R
+    S C[3];
+    S per_t, turn, to1, to2;  // 2 S12 / t, 2 S22 / t, 2 S11 / t: what b and c gain by the turning of R
+
+    template <class Mask>
+    KERNEL Deformed(const Vector3<S> (&p)[3], const S* rest, const Mask& held) {
+      using R = typename RealOf<S>::type;
+      const S zero(R(0)), two(R(2));
+      for (int i = 0; i < 3; ++i) q[i] = select(held, rest[i], zero);
+      for (int i = 0; i < 2; ++i) k[i] = select(held, rest[3 + i], zero);
+      const Vector3<S> e = or_zero(held, p[1] - p[0]), g = or_zero(held, p[2] - p[0]);
+      const Vector3<S> f[2] = {e * q[0], e * q[1] + g * q[2]};
+      const Turned<S> at(f, held);
+      r[0] = at.r[0], r[1] = at.r[1];
+      const S S11 = dot(r[0], f[0]), S12 = dot(r[0], f[1]), S22 = dot(r[1], f[1]), two_per_t = two * at.per_t;
+      C[0] = k[0] * (S11 + S22 - two), C[1] = k[1] * (S11 - S22), C[2] = k[1] * (S12 + S12);
+      per_t = at.per_t, turn = S12 * two_per_t, to1 = S22 * two_per_t, to2 = S11 * two_per_t;
+    }
+
+    /// sum of part_m grad C_m. R turns by (r2 . df1 - r1 . df2) / t: da = r1 . df1 + r2 . df2,
+    /// db = (r1 + turn r2) . df1 - (r2 + turn r1) . df2, dc = to1 r2 . df1 + to2 r1 . df2.
+    KERNEL void pull(const S (&part)[3], Vector3<S> (&grad)[3]) const {
+      const S a = part[0] * k[0], b = part[1] * k[1], c = part[2] * k[1], tb = turn * b;
+      const Vector3<S> g1 = r[0] * (a + b) + r[1] * (tb + to1 * c), g2 = r[0] * (to2 * c - tb) + r[1] * (a - b);
+      grad[1] = g1 * q[0] + g2 * q[1];
+      grad[2] = g2 * q[2];
+      grad[0] = -(grad[1] + grad[2]);
+    }
+
+    /// By what angle a step turns R, as its gradients tell.
+    KERNEL S turning(const Masses& of, const S (&part)[3]) const {
+      const S a = part[0] * k[0], b = part[1] * k[1], c = part[2] * k[1], tb = turn * b;
+      return per_t * (of.B11 * (tb + to1 * c) + of.B12 * ((a - b) - (a + b)) - of.B22 * (to2 * c - tb));
+    }
+
+    /// A = grad C w grad C^T, its lower triangle, with r1 and r2 at right angles. (Where n fades out they are not, and
+    /// A is larger than that.)
+    KERNEL void response(const Masses& of, S (&A)[3][3]) const {
+      const S B11 = of.B11, B12 = of.B12, B22 = of.B22;
+      const S aa = k[0] * k[0], ab = k[0] * k[1], bb = k[1] * k[1], sum = B11 + B22, two_B12 = B12 + B12;
+      A[0][0] = aa * sum;
+      A[1][0] = ab * (B11 - B22);
+      A[2][0] = ab * two_B12;
+      A[1][1] = bb * (sum + turn * (turn * sum - (two_B12 + two_B12)));
+      A[2][1] = bb * (turn * (to1 * B11 - to2 * B22) + B12 * (to2 - to1));
+      A[2][2] = bb * (to1 * to1 * B11 + to2 * to2 * B22);
+    }
+  };
+};
+
+}  // namespace malha
