@@ -48,7 +48,7 @@ KERNEL constexpr bool has_reach() {
 }
 /// The part of the size at rest by which a particle may be moved in one projection: about a tenth. No multiple of a
 /// grid's spacing is half way between two numbers of 8 bits.
-inline constexpr double kReach = 3.14159265358979323846 / 32;
+inline constexpr double kReach = 3.14159265358979323846 / 64;
 
 /// a to 8 bits: the same for all of a grid, whose places are rounded, so that it is stored once.
 template <class S>

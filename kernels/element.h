@@ -1,6 +1,7 @@
 // What of a mesh a constraint can stand on: one table, which scenes, messages, benchmarks and tests read.
 // A new element is a line here and its list in host/model/elements.cpp.
 #pragma once
+#include "kernels/compute.h"
 
 namespace malha {
 
@@ -14,15 +15,16 @@ struct ElementFacts {
   bool weighed;        // its list says how much each one counts, whatever the kind
 };
 
-/// By the element's place in the enumeration.
-inline constexpr ElementFacts kElements[] = {
-    {2, "edge", "edges, or quads for shear", false, false},
-    {4, "hinge", "a mesh with neighbouring faces", false, false},
-    {3, "triangle", "a mesh with faces", false, false},
-    {4, "tetrahedron", "a mesh of tetrahedra: tet_box, .mesh, .msh, .node and .ele", true, false},
-    {6, "triangle", "a mesh with neighbouring faces", false, true},
-};
-
-constexpr ElementFacts facts_of(Element element) { return kElements[static_cast<int>(element)]; }
+KERNEL constexpr ElementFacts facts_of(Element element) {
+  const ElementFacts by_element[] = {
+      // in the order of the enumeration
+      {2, "edge", "edges, or quads for shear", false, false},
+      {4, "hinge", "a mesh with neighbouring faces", false, false},
+      {3, "triangle", "a mesh with faces", false, false},
+      {4, "tetrahedron", "a mesh of tetrahedra: tet_box, .mesh, .msh, .node and .ele", true, false},
+      {6, "triangle", "a mesh with neighbouring faces", false, true},
+  };
+  return by_element[static_cast<int>(element)];
+}
 
 }  // namespace malha

@@ -78,7 +78,7 @@ BodySpec ball(std::vector<ConstraintSpec> more = {}) {
   ball.transform.translate = {0, 0.7, 0};
   ball.mass = 1;
   ball.damping = 0.02;
-  ball.constraints = {stiff("distance", {"edges"}), stiff("bending", {}, 0.3)};
+  ball.constraints = {stiff("distance", {"edges"}), stiff("bending", {}, 0.03)};
   for (const ConstraintSpec& spec : more) ball.constraints.push_back(spec);
   return ball;
 }

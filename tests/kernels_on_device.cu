@@ -44,7 +44,8 @@ void instantiate_residuals(KindList<Kinds...>) {
   instantiate<MeasureResidual<Kinds, double[3]>...>();
 }
 template void instantiate_residuals(ConstraintKinds);
-template void instantiate<MeasureVolume<double[3]>, MeasureEnergy<NeoHookean, double[3]>, MeasureEnergy<Membrane, double[3]>>();
+template void
+instantiate<MeasureVolume<double[3]>, MeasureEnergy<NeoHookean, double[3]>, MeasureEnergy<Membrane, double[3]>>();
 
 template <class... Kernels>
 void instantiate_groups() {
@@ -54,7 +55,8 @@ void instantiate_groups() {
 template <class R>
 void instantiate_filters() {
   using Ends = FilterEnds<R>;
-  instantiate_groups<SumForces<R, ExplicitForces<R>>, SumForces<R, MissingForces<R>>>();
+  instantiate_groups<SumForces<R, ExplicitForces<R>, false>, SumForces<R, MissingForces<R>, true>>();
+  instantiate<FindTargets<R, Plate::Stencil, Plate::particles>, FindTargets<R, IsometricBending::Stencil, 4>>();
   instantiate_groups<ForwardTask<R, Ends>, ForwardTop<R>, BackwardTop<R>, NarrowTop<R, true>, NarrowTop<R, false>,
                      BackwardTask<R, Ends>>();
   instantiate_groups<Pieces<SumTop<R, Ends>>, Pieces<HandOutTop<R, Ends>>, Pieces<GatherTop<R>>, Pieces<KeepTop<R>>>();
@@ -69,8 +71,8 @@ template void instantiate_filters<double>();
 template <class R>
 void instantiate_all() {
   launch_groups<<<1, 1>>>(Visit<R>{});
-  instantiate_groups<MeasureMomenta<R, false, false>, MeasureMomenta<R, false, true>,
-                     MeasureMomenta<R, true, false>, AddRigidMotion<R>>();
+  instantiate_groups<MeasureMomenta<R, false, false>, MeasureMomenta<R, false, true>, MeasureMomenta<R, true, false>,
+                     AddRigidMotion<R>>();
   instantiate<Predict<R>, Drag<R>, UpdateState<R>>();
   instantiate<SumMass<R, Consecutive>, SumSpin<R, Consecutive>, DampTowardsRigid<R>, MeasureMotion<R>>();
   instantiate<EnclosedVolume<R>, PressureGradient<R>, ApplyPressure<R>>();

@@ -32,7 +32,12 @@ class Cutter {
   }
 
  private:
-  static constexpr int kSpares = kMostParticles * kSlotPack;
+  /// What pads a pack has particles of its own.
+  int spares_a_pack() const {
+    int arity = 4;
+    for (const ConstraintSet& set : model_.sets) arity = std::max(arity, set.arity);
+    return arity * kSlotPack;
+  }
 
   /// Sorted by class, if enough constraints then lie in runs.
   bool try_columns() {
@@ -53,9 +58,9 @@ class Cutter {
       held += piece_.sets[s].in_runs;
       all += owned_[s].begin[patch_ + 1] - owned_[s].begin[patch_];
     }
-    if (layout.slots + kSpares <= kMostSlots && worth_runs(held, all)) {
+    if (layout.slots + spares_a_pack() <= kMostSlots && worth_runs(held, all)) {
       piece_.patch.columns = true;
-      piece_.patch.slots = layout.slots + kSpares;
+      piece_.patch.slots = layout.slots + spares_a_pack();
       return true;
     }
     particles_ = in_order;
@@ -68,7 +73,7 @@ class Cutter {
     spares_ = static_cast<int>(particles_.size());
     add_sets(false);
     piece_.patch.columns = false;
-    piece_.patch.slots = spares_ + kSpares;
+    piece_.patch.slots = spares_ + spares_a_pack();
   }
 
   void add_segments() {

@@ -229,7 +229,7 @@ class Stepper : public Solver {
 
   /// Refuses an explosion that is finite still.
   void guard() {
-    timed(Pass::State, [&] {
+    timed(model_.scene.solver.type == "pbd" && nothing_between() ? Pass::Visits : Pass::State, [&] {
       const auto wrong = guard_.watch(
           particles(), steps_, [&] { return x_.download(); }, [&] { return v_.download(); });
       if (wrong)
