@@ -49,22 +49,4 @@ KERNEL void solve_at_once(S (&A)[m][m], const S (&C)[m], S alpha, const S (&sum)
   solve_block(A, b, dlambda);
 }
 
-/// That step of gradients `grad`: dlambda is added to `sum` (lambda); `move`: what each particle moves, over its w.
-template <class S, int m, int n>
-KERNEL void meet_at_once(const S (&w)[n], const S (&C)[m], const Vector3<S> (&grad)[m][n], S alpha, S (&sum)[m],
-                         Vector3<S> (&move)[n]) {
-  S A[m][m], dlambda[m];
-  for (int i = 0; i < m; ++i)
-    for (int k = 0; k <= i; ++k) {
-      A[i][k] = w[0] * dot(grad[i][0], grad[k][0]);
-      for (int j = 1; j < n; ++j) A[i][k] = A[i][k] + w[j] * dot(grad[i][j], grad[k][j]);
-    }
-  solve_at_once(A, C, alpha, sum, A[0][0] == A[0][0], dlambda);
-  for (int j = 0; j < n; ++j) {
-    move[j] = grad[0][j] * dlambda[0];
-    for (int i = 1; i < m; ++i) move[j] = move[j] + grad[i][j] * dlambda[i];
-  }
-  for (int i = 0; i < m; ++i) sum[i] = sum[i] + dlambda[i];
-}
-
 }  // namespace malha

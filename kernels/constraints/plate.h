@@ -2,7 +2,7 @@
 // three about it carry one curvature tensor H: the quadratic height that folds their hinges by the same three angles
 // (the six-point fit of Grinspun, Gingold, Reisman, Zorin, "Computing discrete shape operators on general meshes",
 // 2006). Energy
-//   U = D A / 2 (|H|^2 + 2 nu det H - ...) = D / 2 sum C_m^2,
+//   U = D A / 2 (|H|^2 + 2 nu det H) = D / 2 sum C_m^2,
 //   C = sqrt(A (1 + nu) / 2) (Hxx + Hyy), sqrt(A (1 - nu) / 2) (Hxx - Hyy), sqrt(A (1 - nu) / 2) 2 Hxy,
 // three constraints of compliance 1 / D in the angles, met at once. Angles are signed and measured from rest.
 #pragma once
@@ -23,7 +23,7 @@ struct Plate {
   static constexpr int numbers = 12;  // the three angles at rest, and B: C = B (theta - theta0)
   static constexpr int multipliers = 3;
   static constexpr Parameter parameter{"poisson_ratio", 0, 0, true, 0.99};  // at 1 twists and saddles are free
-  using Remainder = Bending;                                                // of the hinges that no patch has
+  using Remainder = Bending;                                                // of the hinges that none of them has
 
   KERNEL static double compliance(double D, double) { return 1 / D; }
 
@@ -106,7 +106,7 @@ struct Plate {
     return C * C / 2;
   }
 
-  /// Newton's step of all three, as meet_at_once() does it, in the angles: fewer numbers.
+  /// XPBD's step of all three at once, in the angles: fewer numbers than in the positions.
   template <class S, class Mask>
   KERNEL static void step(const Vector3<S> (&p)[6], const S (&w)[6], const S* rest, const Mask& held, S alpha,
                           S (&sum)[3], Vector3<S> (&move)[6]) {

@@ -78,7 +78,7 @@ Scene by_pbd(const Scene& scene, std::string& why) {
       const double stiffness = scene.solver.desbrun.stiffness * (spec.compliance ? 1 : spec.stiffness);
       if (spec.type == "distance" && stiffness > 0) spec.compliance = 1 / stiffness;
       if (is_bending(spec.type) && stiffness > 0)
-        why = "springs across the hinges of '" + body.name + "' (" + spec.type + ") have no one compliance";
+        why = "the hinges of '" + body.name + "' (" + spec.type + ") have no one compliance, but each one its own";
     }
   return other;
 }
