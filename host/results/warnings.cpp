@@ -80,7 +80,8 @@ std::vector<std::string> warnings(const Model& model) {
                     ", and its material will be softer than asked for, by more "
                     "than a tenth beyond " +
                     shown(two_digits(kWave * std::sqrt(solver.iterations))) + "; take " +
-                    shown(std::ceil(solver.substeps * wave.cells / kSlowWave)) + " substeps (scenes/README.md, Tetrahedra)");
+                    shown(std::ceil(solver.substeps * wave.cells / kSlowWave)) +
+                    " substeps (scenes/README.md, Tetrahedra)");
   if (solver.type != "desbrun") return lines;
   const DesbrunSpec& spec = solver.desbrun;
   const Corrector corrector = spec.corrector.value_or(spec.refine > 0 ? Corrector::Off : Corrector::Inertia);
