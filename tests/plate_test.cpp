@@ -2,14 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 #include <string>
 
 #include "host/model/winged_triangles.h"
 #include "host/simulation.h"
 #include "host/solver/measure.h"
+#include "tests/cantilever.h"
 #include "tests/irregular_mesh.h"
-#include "tests/small_scenes.h"
 #include "tests/support.h"
 
 namespace malha {
@@ -106,41 +105,18 @@ TEST(WingedTriangles, StandForTheWholeAreaAndLeaveNoHingeOut) {
   }
 }
 
-/// How far the free end of an irregular strip of 0.4 m x 0.2 m sags, held by its first two rows, m.
-double sag_of_a_plate(const TemporaryFolder& folder, double D, double off, const std::string& method) {
-  constexpr double L = 0.4, density = 0.2;
-  constexpr int across = 6, along = 12;
-  BodySpec strip;
-  strip.name = "strip", strip.density = density;
-  strip.shape =
-      MeshFile{folder.write("strip.obj", irregular_obj(L / 2, L, across, along, off, 7, 2, Diagonals::Delaunay))};
-  std::vector<int> held(2 * (across + 1));
-  std::iota(held.begin(), held.end(), 0);
-  strip.pins = {ListPin{held}};
-  strip.constraints = {compliant("distance", 5e-3, {"edges"}), plate(D)};
-  const double l = L / along, h = l * l * std::sqrt(density / (4 * D)) / 8;  // stiffer folds than a grid's
-  Scene scene = scene_of({strip}, kEarth, 1.0 / 60, method == "pbd" ? static_cast<int>(std::ceil(1 / (60 * h))) : 10);
-  scene.solver.type = method;
-  if (method == "desbrun") scene.solver.desbrun.refine = 40;
-  const double swing = 3.516 / (L * L) * std::sqrt(D / density);
-  scene.wind = Wind{{0, 0, 0}, 2 * swing * density * L * L / 2 / ((across + 1) * (along + 1))};
-  Simulation simulation(scene, {.threads = 1});
-  run_for(simulation, scene, 12 / swing);
-  double lowest = 0;
-  for (const Vec3& x : simulation.positions()) lowest = std::min(lowest, x[1]);
-  return -lowest;
-}
-
 TEST(Plate, SagsAsABeamDoesByBothMethods) {
   const TemporaryFolder folder;
-  constexpr double L = 0.4, density = 0.2, sag = 0.05 * L;
+  constexpr double L = 0.4, W = 0.2, sag = 0.05 * L;
   const double free = L - L / 12;  // from the second row on
-  const double D = density * 9.81 * std::pow(free, 4) / (8 * sag);
+  const double D = 0.2 * 9.81 * std::pow(free, 4) / (8 * sag);
   for (const double off : {0.0, 0.25}) {
-    const double by_pbd = sag_of_a_plate(folder, D, off, "pbd");
+    const std::string obj = irregular_obj(W, L, 6, 12, off, 7, 2, Diagonals::Delaunay);
+    const Cantilever strip{MeshFile{folder.write("strip.obj", obj)}, W, L, 6, 12};
+    const double by_pbd = sag_of(strip, plate(D), D, "pbd");
     // An imposed curvature has its energy to 2 %; left alone, irregular triangles find 5 to 10 % softer ways to bend.
     EXPECT_NEAR(by_pbd / sag, 1, 0.12) << off;
-    EXPECT_NEAR(sag_of_a_plate(folder, D, off, "desbrun") / by_pbd, 1, 0.02) << off;
+    EXPECT_NEAR(sag_of(strip, plate(D), D, "desbrun") / by_pbd, 1, 0.02) << off;
   }
 }
 

@@ -1,0 +1,46 @@
+// A strip that is held by its first two rows of particles and sags under its weight.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+#include "tests/small_scenes.h"
+
+namespace malha {
+
+struct Cantilever {
+  Shape shape;           // in the plane y = 0, rows along z
+  double width, length;  // m
+  int across, along;     // cells
+  double density = 0.2;  // kg/m^2
+};
+
+/// How far its free end sags at rest, m, by `method`; `bends` is what resists, about as a plate of rigidity D (N m).
+inline double sag_of(const Cantilever& strip, const ConstraintSpec& bends, double D, const std::string& method) {
+  BodySpec body;
+  body.name = "strip", body.shape = strip.shape, body.density = strip.density;
+  std::vector<int> held(2 * (strip.across + 1));
+  std::iota(held.begin(), held.end(), 0);
+  body.pins = {ListPin{held}};
+  // Soft enough for the filter, and stretched by its weight by no more than a thousandth.
+  body.constraints = {compliant("distance", 5e-3, {"edges", "shear"}), bends};
+  if (std::holds_alternative<MeshFile>(strip.shape)) body.constraints[0].on = {"edges"};
+  // One sweep a substep meets a compliance but for (h / (l^2 sqrt(density / 4 D)))^2; l is not the shortest height.
+  const double l = strip.length / strip.along, h = l * l * std::sqrt(strip.density / (4 * D)) / 10;
+  Scene scene = scene_of({body}, kEarth, 1.0 / 60, method == "pbd" ? static_cast<int>(std::ceil(1 / (60 * h))) : 10);
+  scene.solver.type = method;
+  // The filter alone brakes what turns, and would take minutes to rest.
+  if (method == "desbrun") scene.solver.desbrun.refine = 40;
+  // Air that brakes its slowest swing as fast as can be.
+  const double swing = 3.516 / (strip.length * strip.length) * std::sqrt(D / strip.density);
+  const double mass = strip.density * strip.width * strip.length;
+  scene.wind = Wind{{0, 0, 0}, 2 * swing * mass / ((strip.across + 1) * (strip.along + 1))};
+  Simulation simulation(scene, {.threads = 1});
+  run_for(simulation, scene, 12 / swing);
+  double lowest = 0;
+  for (const Vec3& x : simulation.positions()) lowest = std::min(lowest, x[1]);
+  return -lowest;
+}
+
+}  // namespace malha
