@@ -22,7 +22,8 @@ CLI::App* add_tune(CLI::App& app, TuneArguments& tune) {
   command->footer(
       "Where the particles truly are is said by the scene's own method in double, at twice the substeps again and\n"
       "again, extrapolated to no step at all, until that is known to E / 8. What is written is within E less what is\n"
-      "not known. Motion that never converges (chaos) cannot be tuned to such an error.\n"
+      "not known. Motion that never converges (chaos) cannot be tuned to such an error, and motion that is too fast\n"
+      "for all of those steps is not seen.\n"
       "Tried are PBD or XPBD with 1 to 8 iterations, and Desbrun's method where the scene has springs, refined or "
       "not,\n"
       "with either filter, in float and double, each with as few substeps as reach E. All else stays as the scene\n"

@@ -69,7 +69,7 @@ std::vector<std::string> warnings(const Model& model) {
                                shown_by(sag.of_faces ? "resolution" : "masses")));
   if (const Drift drift = worst_drift(model); drift.share > kDrift)
     lines.push_back("body '" + scene.bodies[drift.body].name + "': rounding of its places will have changed its " +
-                    "velocity by up to " + shown(two_digits(drift.speed)) + " m/s at the end of the run, " +
+                    "velocity by some " + shown(two_digits(drift.speed)) + " m/s at the end of the run, " +
                     shown(two_digits(100 * drift.share)) + " % of what it has; take \"corrector\": \"inertia\"" +
                     (solver.precision == Precision::Float ? " or \"precision\": \"double\"" : "") +
                     " (scenes/README.md, Momenta)");

@@ -36,7 +36,7 @@ std::string explosion(const Model& model, const std::vector<Vec3>& x, const std:
 /// - the energy of motion at the start, or where a state was restored,
 /// - height: the most potential energy that was seen less that of now (whoever lifts gives it),
 /// - twice the energy of all going with the fastest of what drives: air, pins, attachments and objects on keyframes,
-/// - that of a substep's fall, and of 1 % of the scene's size a step, which is rounding's and contacts' own,
+/// - that of a substep's fall, and of every body going 1 % of its size a step, which is rounding's and contacts' own,
 /// - what constraints hold at the start; and, if something drives them, hold later. This is dear, and is only added up
 ///   where the others do not explain a motion, or, for what is driven, after 32, 64, 128 ... steps.
 /// All of it errs on the side of what is given: a late alarm is better than a false one.
@@ -52,21 +52,33 @@ class EnergyGuard {
     const Vec3& g = model.scene.gravity;
     h_ = solver.dt / solver.substeps;
     while (every_ * solver.substeps * solver.iterations < 128) every_ *= 2;
-    Vec3 low = model.x.at(0), high = low;
+    struct Body {
+      Vec3 low, high;
+      double mass = 0;
+    };
+    std::vector<Body> bodies(model.look.body_begin.size() - 1);
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+      bodies[b].low = bodies[b].high = model.look.points.at(model.look.body_begin[b]);
     for (std::size_t i = 0; i < model.x.size(); ++i) {
       const Vec3 &x = model.x[i], &v = model.v[i];
       const double m = model.w[i] > 0 ? 1 / model.w[i] : 0;
-      mass_ += m;
+      const auto next = std::upper_bound(model.look.body_begin.begin(), model.look.body_begin.end(), model.user_of[i]);
+      Body& body = bodies[next - model.look.body_begin.begin() - 1];
+      body.mass += m;
       for (int k = 0; k < 3; ++k) {
         motion_ += m / 2 * v[k] * v[k], highest_ -= m * g[k] * x[k];
-        low[k] = std::min(low[k], x[k]), high[k] = std::max(high[k], x[k]);
+        body.low[k] = std::min(body.low[k], x[k]), body.high[k] = std::max(body.high[k], x[k]);
       }
     }
-    double size2 = 0, g2 = 0;
-    for (int k = 0; k < 3; ++k) size2 += (high[k] - low[k]) * (high[k] - low[k]), g2 += g[k] * g[k];
+    double sizes = 0, g2 = 0;  // mass times size^2
+    for (int k = 0; k < 3; ++k) {
+      g2 += g[k] * g[k];
+      for (const Body& body : bodies) sizes += body.mass * (body.high[k] - body.low[k]) * (body.high[k] - body.low[k]);
+    }
+    for (const Body& body : bodies) mass_ += body.mass;
     const double driven = fastest_driven(model, h_), dt = solver.dt;
     drives_ = driven > 0;
-    floor_ = mass_ / 2 * (g2 * dt * dt + 1e-4 * size2 / (dt * dt)) + mass_ * driven * driven;
+    floor_ = mass_ / 2 * g2 * dt * dt + 1e-4 * sizes / (2 * dt * dt) + mass_ * driven * driven;
   }
 
   /// Starts anew from a state that is not that of the scene.
