@@ -49,6 +49,14 @@ TEST(AnExplosion, IsSaidAlikeOnAnyNumberOfThreads) {
     EXPECT_EQ(ended(drowned_in_rounding(Precision::Float), 0.6, {.threads = threads}), expected) << threads;
 }
 
+TEST(AnExplosion, IsNotHiddenByABodyThatIsFarAway) {
+  Scene scene = drowned_in_rounding(Precision::Float);
+  BodySpec chain = hung_chain({0, 0, 0}, {0.1, 0, 0}, 1, 0.01);
+  chain.pins.clear(), chain.constraints = {stiff("distance", {"edges"})};
+  scene.bodies.push_back(chain);
+  EXPECT_TRUE(has(ended(scene, 0.6), " of body 'shell' at (")) << "173 m away: each body has its own size";
+}
+
 TEST(AnExplosion, LeavesAReportThatSaysSo) {
   const TemporaryFolder folder;
   const std::string file = folder.write("scene.json", to_json(drowned_in_rounding(Precision::Float)));
