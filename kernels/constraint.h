@@ -46,7 +46,7 @@ template <class Kind>
 KERNEL constexpr bool has_reach() {
   return requires { Kind::per_reach; };
 }
-/// The part of the size at rest by which a particle may be moved in one projection: about a tenth. No multiple of a
+/// The part of the size at rest by which a particle may be moved in one projection: about a twentieth. No multiple of a
 /// grid's spacing is half way between two numbers of 8 bits.
 inline constexpr double kReach = 3.14159265358979323846 / 64;
 

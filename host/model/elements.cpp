@@ -6,11 +6,22 @@
 
 namespace malha {
 
-Elements list_elements(Element element, const Mesh& mesh, const std::vector<Edge>& edges, const ConstraintSpec& spec) {
-  Elements all;
-  const auto add = [&all](const auto& list, const std::vector<double>& softness = {}) {
-    for (const auto& one : list) all.particles.insert(all.particles.end(), one.begin(), one.end());
-    all.softness.insert(all.softness.end(), softness.begin(), softness.end());
+namespace {
+
+/// Appends what a list holds, and its softness.
+template <class List>
+void add_to(Elements& elements, const List& list, const std::vector<double>& softness) {
+  for (const auto& one : list) elements.particles.insert(elements.particles.end(), one.begin(), one.end());
+  elements.softness.insert(elements.softness.end(), softness.begin(), softness.end());
+}
+
+}  // namespace
+
+ListedElements list_elements(Element element, const Mesh& mesh, const std::vector<Edge>& edges,
+                             const ConstraintSpec& spec) {
+  ListedElements listed;
+  const auto add = [&listed](const auto& list, const std::vector<double>& softness = {}) {
+    add_to(listed.all, list, softness);
   };
   const bool material = spec.rigidity.has_value();
   switch (element) {  // without a default: the compiler names the element that is missing
@@ -39,19 +50,11 @@ Elements list_elements(Element element, const Mesh& mesh, const std::vector<Edge
     case Element::WingedTriangles: {
       const WingedTriangles winged = winged_triangles(mesh);
       add(winged.list, winged.softness);
+      add_to(listed.remainder, winged.hinges, winged.hinge_softness);
       break;
     }
   }
-  return all;
-}
-
-Elements list_remainder(Element element, const Mesh& mesh) {
-  Elements all;
-  if (element != Element::WingedTriangles) return all;
-  WingedTriangles winged = winged_triangles(mesh);
-  for (const auto& hinge : winged.hinges) all.particles.insert(all.particles.end(), hinge.begin(), hinge.end());
-  all.softness = std::move(winged.hinge_softness);
-  return all;
+  return listed;
 }
 
 }  // namespace malha

@@ -14,11 +14,15 @@ struct Elements {
       softness;  // of a material beside stiffness and compliance: of each its compliance times the modulus
 };
 
-/// `edges`: of the mesh. `spec.on`: which of the edges; a rigidity is that of the material.
-Elements list_elements(Element element, const Mesh& mesh, const std::vector<Edge>& edges, const ConstraintSpec& spec);
+struct ListedElements {
+  Elements all;
+  /// What of the mesh no such element covers, for the kind's Remainder: of winged triangles the hinges at the rim that
+  /// none of them has, with their softness. Of other elements nothing.
+  Elements remainder;
+};
 
-/// What of the mesh no such element covers, for the kind's Remainder: of winged triangles the hinges at the rim that
-/// none of them has, with their softness. Of other elements nothing.
-Elements list_remainder(Element element, const Mesh& mesh);
+/// `edges`: of the mesh. `spec.on`: which of the edges; a rigidity is that of the material.
+ListedElements list_elements(Element element, const Mesh& mesh, const std::vector<Edge>& edges,
+                             const ConstraintSpec& spec);
 
 }  // namespace malha

@@ -261,8 +261,7 @@ class Builder {
 
   template <class Kind>
   void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
-    Elements all = list_elements(Kind::element, bodies_[b].mesh, bodies_[b].edges, spec);
-    Elements remainder = list_remainder(Kind::element, bodies_[b].mesh);
+    auto [all, remainder] = list_elements(Kind::element, bodies_[b].mesh, bodies_[b].edges, spec);
     if (all.particles.empty() && remainder.particles.empty()) {
       if (torn_) return;  // to pieces
       refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",

@@ -14,10 +14,10 @@ namespace {
 
 /// The least of what a curvature of size 1 folds the hinges by, over the triangle's size; 0 where the six points lie on
 /// a conic. Equilateral triangles have 1.07, of Delaunay's one in a hundred has less than 0.25.
-double fixes_curvature(const std::vector<Vec3>& points, const std::array<int, 6>& of, double& area) {
+double fixes_curvature(const std::vector<Vec3>& points, const std::array<int, 6>& of) {
   Vector3<double> X[6];
   corners<Plate>(points.data(), of.data(), X);
-  double a[3][3];
+  double a[3][3], area = 0;
   Plate::folds_by_curvature(X, a, area);
   if (!(area > 0)) return 0;
   Eigen::Matrix3d matrix;
@@ -70,8 +70,7 @@ WingedTriangles winged_triangles(const Mesh& mesh) {
     std::array<int, 6> sorted = of;
     std::sort(sorted.begin(), sorted.end());
     if (sorted[0] < 0 || std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) continue;
-    double own = 0;
-    if (fixes_curvature(mesh.points, of, own) < least) continue;
+    if (fixes_curvature(mesh.points, of) < least) continue;
     whole[t] = true;
     found.list.push_back(of);
   }
