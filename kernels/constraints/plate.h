@@ -20,7 +20,8 @@ struct Plate {
   static constexpr Strength strength{false, "rigidity", "N m"};
   static constexpr Filtered filtered = Filtered::Stencil;
   static constexpr Degenerate degenerate = Degenerate::Skipped;
-  static constexpr int numbers = 12;  // the three angles at rest, and B: C = B (theta - theta0)
+  static constexpr int numbers = 13;  // the three angles at rest, B: C = B (theta - theta0), and 1 / reach
+  static constexpr int per_reach = 12;
   static constexpr int multipliers = 3;
   static constexpr Parameter parameter{"poisson_ratio", 0, 0, true, 0.99};  // at 1 twists and saddles are free
   using Remainder = Bending;                                                // of the hinges that none of them has
@@ -56,7 +57,7 @@ struct Plate {
   }
 
   template <class S>
-  KERNEL static void rest(const Vector3<S> (&X)[6], S nu, S (&rest)[12]) {
+  KERNEL static void rest(const Vector3<S> (&X)[6], S nu, S (&rest)[numbers]) {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1)), half(R(0.5));
     S a[3][3], area;
@@ -67,6 +68,7 @@ struct Plate {
     const auto fits = (det * det > size * size * S(R(1e-12))) & (area > zero);
     const S per = one / select(fits, det, one);
     const S sum = root(area * (one + nu) * half), difference = root(area * (one - nu) * half);
+    S smallest = zero;             // of the heights over the hinges
     for (int i = 0; i < 3; ++i) {  // H = a^-1 theta, whose columns are column[i] / det
       const Vector3<S> H = or_zero(fits, column[i] * per);
       rest[3 + i] = sum * (H.x + H.y), rest[6 + i] = difference * (H.x - H.y), rest[9 + i] = difference * (H.z + H.z);
@@ -74,7 +76,13 @@ struct Plate {
       S scale, none[1] = {zero};
       hinge(X, i, q);
       rest[i] = select(fits, Bending::evaluate(q, none, fits, grad, scale), zero);
+      for (const int corner : {i, 3 + i}) {
+        S foot, height;
+        over_edge(X[(i + 1) % 3], X[(i + 2) % 3], X[corner], foot, height);
+        smallest = i == 0 && corner == 0 ? height : select(height < smallest, height, smallest);
+      }
     }
+    rest[per_reach] = per_reach_of(smallest);
   }
 
   /// C = sqrt(sum C_m^2) = sqrt(2 U / D); where all are 0 its gradient is that of the first.
@@ -106,7 +114,8 @@ struct Plate {
     return C * C / 2;
   }
 
-  /// XPBD's step of all three at once, in the angles: fewer numbers than in the positions.
+  /// XPBD's step of all three at once, in the angles: fewer numbers than in the positions. No particle goes beyond its
+  /// reach, as with `bending`.
   template <class S, class Mask>
   KERNEL static void step(const Vector3<S> (&p)[6], const S (&w)[6], const S* rest, const Mask& held, S alpha,
                           S (&sum)[3], Vector3<S> (&move)[6]) {
@@ -127,15 +136,13 @@ struct Plate {
       }
     }
     solve_at_once(A, C, alpha, sum, held, dlambda);
-    S pull[3], turned = S(R(most_turn));
+    S pull[3], way2 = S(R(0));
     now.pulls(rest, held, dlambda, pull);
-    for (int i = 0; i < 3; ++i) {
-      const S by = turn[i][0] * pull[0] + turn[i][1] * pull[1] + turn[i][2] * pull[2];
-      turned = larger(turned, larger(by, -by));
-    }
-    const S part = S(R(most_turn)) / turned;
-    for (int m = 0; m < 3; ++m) pull[m] = pull[m] * part, sum[m] = sum[m] + dlambda[m] * part;
     now.gather(pull, move);
+    for (int j = 0; j < 6; ++j) way2 = larger(way2, w[j] * w[j] * dot(move[j], move[j]));
+    const S one(R(1)), part = one / larger(root(way2) * select(held, rest[per_reach], one), one);
+    for (int m = 0; m < 3; ++m) sum[m] = sum[m] + dlambda[m] * part;
+    for (auto& of : move) of = of * part;
   }
 
   /// The filter sees the same three as vectors, B times the hinges' folds, each fold drawn to its length at rest.
@@ -180,8 +187,6 @@ struct Plate {
   };
 
  private:
-  static constexpr double most_turn = 0.2;  // rad of a hinge in one projection: beyond, its linear step is none
-
   /// Where over an edge a wing stands: its foot as a part of the edge, and its height.
   template <class S>
   KERNEL static void over_edge(const Vector3<S>& from, const Vector3<S>& to, const Vector3<S>& wing, S& foot,
