@@ -6,6 +6,7 @@
 #include "host/base/stopwatch.h"
 #include "host/results/frames.h"
 #include "host/results/gallery.h"
+#include "host/results/kept_momenta.h"
 #include "host/results/results.h"
 #include "host/results/summary.h"
 #include "host/results/warnings.h"
@@ -116,6 +117,7 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
 
   if (options.warn)
     for (const std::string& line : warnings(simulation.model())) options.warn(line);
+  const KeptMomenta momenta(simulation);
   Outputs outputs(simulation, results, last, frames);
   try {
     while (simulation.steps() < last && !stop) {
@@ -133,7 +135,12 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   result.complete = simulation.steps() == whole;
   if (result.complete) result.unmet = simulation.unmet();
   outputs.checkpoint();
-  outputs.report(result.interrupted ? "interrupted" : "finished", result.unmet);
+  std::vector<std::string> notes = result.unmet;
+  for (const std::string& line : momenta.broken(simulation)) {
+    if (options.warn) options.warn(line);
+    notes.push_back(line);
+  }
+  outputs.report(result.interrupted ? "interrupted" : "finished", notes);
   outputs.storyboard();
   outputs.picture();
   result.summary = summary(simulation);

@@ -16,7 +16,8 @@ struct RunOptions {
   std::string out;                                    // the folder of the results; made where it is missing
   std::optional<std::int64_t> steps = {};             // stop at this step; otherwise the scene's duration
   bool resume = false;                                // continue from the folder's checkpoint
-  std::function<void(const std::string&)> warn = {};  // of each of warnings(), before the first step; may be empty
+  std::function<void(const std::string&)> warn = {};  // of each of warnings(), before the first step, and of momenta
+                                                      // that changed (kept_momenta.h), after the last; may be empty
 };
 
 struct Progress {

@@ -1,0 +1,148 @@
+// What a run says at its end of free bodies whose momenta changed, though nothing was there to change them.
+#include "host/results/kept_momenta.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/run_scenes.h"
+#include "tests/small_scenes.h"
+#include "tests/support.h"
+
+namespace malha {
+namespace {
+
+ConstraintSpec blown_up_to(double volume_ratio) { return stiff("pressure", {}, 1, volume_ratio); }
+
+/// A sphere at rest that weighs 1.3 kg, for 5 s without gravity.
+Scene sphere_at_rest(int substeps, std::vector<ConstraintSpec> constraints) {
+  BodySpec sphere;
+  sphere.name = "sphere", sphere.shape = SphereShape{0.3, 2}, sphere.mass = 1.3;
+  sphere.constraints = std::move(constraints);
+  Scene scene = scene_of({sphere}, {}, 1.0 / 60, substeps);
+  scene.duration = 5;
+  return scene;
+}
+
+struct FlightEnd {
+  std::vector<std::string> lines;
+  Measures state;
+};
+
+FlightEnd flown(const Scene& scene) {
+  Simulation simulation(scene, {.threads = 1});
+  const KeptMomenta momenta(simulation);
+  run_for(simulation, scene, scene.duration);
+  return {momenta.broken(simulation), simulation.measure()};
+}
+
+bool one_says(const FlightEnd& end, const std::string& words) {
+  return end.lines.size() == 1 && has(end.lines[0], words);
+}
+
+TEST(KeptMomenta, AreMissedWhereContradictingConstraintsTurnABodyFromRestAndTheCorrectorStopsThat) {
+  const std::vector<std::vector<ConstraintSpec>> contradicting{
+      {stiff("distance", {"edges"}), blown_up_to(1.2)},
+      {compliant("distance", 1e-5, {"edges"}), blown_up_to(1.2)},
+      {stiff("distance", {"edges"}, 1, 1.5), blown_up_to(1)}};
+  for (const auto& constraints : contradicting)
+    for (const int substeps : {10, 40}) {
+      Scene scene = sphere_at_rest(substeps, constraints);
+      const FlightEnd turned = flown(scene);
+      EXPECT_GT(length(turned.state.angular_momentum), 0.05);
+      EXPECT_TRUE(one_says(turned, "angular momentum from 0 to ")) << turned.lines.size();
+      EXPECT_TRUE(one_says(turned, "take \"corrector\": \"inertia\""));
+      scene.solver.keeps_momenta = true;
+      const FlightEnd corrected = flown(scene);
+      EXPECT_TRUE(corrected.lines.empty());
+      EXPECT_LT(length(corrected.state.angular_momentum), 1e-10);
+    }
+}
+
+TEST(KeptMomenta, AreThereWhereConstraintsAgreeOrGiveWay) {
+  const std::vector<std::vector<ConstraintSpec>> agreeing{
+      {stiff("distance", {"edges"}), blown_up_to(1)},
+      // In 40 substeps this compliance is met: the forces are what they should be, and at right angles to no arm.
+      {compliant("distance", 0.01, {"edges"}), blown_up_to(1.2)}};
+  for (const auto& constraints : agreeing) {
+    const FlightEnd end = flown(sphere_at_rest(40, constraints));
+    EXPECT_TRUE(end.lines.empty()) << end.lines[0];
+    EXPECT_LT(end.state.speed_max, 0.01);
+  }
+}
+
+TEST(KeptMomenta, AreMissedWhereATurningBodyLosesATenth) {
+  for (const int substeps :
+       {160, 5}) {  // steps of h seconds take some w^2 h of it each second: 0.8 % and 27 %, falling
+    Scene scene = sphere_at_rest(substeps, {compliant("distance", 0.01, {"edges"})});
+    scene.bodies[0].spin = {0, 9, 0}, scene.duration = 1;
+    const double had = Simulation(scene, {.threads = 1}).measure().angular_momentum[1];
+    const FlightEnd end = flown(scene);
+    EXPECT_EQ(one_says(end, "though nothing turned it"), substeps == 5);
+    EXPECT_EQ(end.state.angular_momentum[1] < 0.9 * had, substeps == 5);
+  }
+}
+
+TEST(KeptMomenta, AreMissedWhereStiffConstraintsThatAgreeTurnATurningBodyBack) {
+  Scene scene = sphere_at_rest(160, {stiff("distance", {"edges"})});  // more of them than it takes to hold it
+  scene.bodies[0].spin = {0, 3, 0}, scene.duration = 1;
+  const FlightEnd turned = flown(scene);
+  EXPECT_LT(turned.state.angular_momentum[1], 0) << "it started with 0.23 kg m^2/s";
+  EXPECT_TRUE(one_says(turned, "though nothing turned it"));
+  scene.bodies[0].constraints = {compliant("distance", 1e-4, {"edges"})};
+  EXPECT_TRUE(flown(scene).lines.empty());
+  scene.bodies[0].constraints = {stiff("distance", {"edges"})}, scene.solver.keeps_momenta = true;
+  EXPECT_TRUE(flown(scene).lines.empty());
+}
+
+TEST(KeptMomenta, OfFloatAreMissedByWhatRoundingChanged) {
+  BodySpec body = tumbling_ellipsoid(1, {stiff("distance", {"edges"}), stiff("bending", {}, 0.3)});
+  body.transform.translate = {1000, 1, 0.2}, body.velocity = {1, 0, 0};
+  Scene scene = scene_of({body}, {}, 1.0 / 60, 20, Precision::Float);
+  Simulation simulation(scene, {.threads = 1});
+  const KeptMomenta momenta(simulation);
+  const Vec3 before = simulation.measure().momentum;
+  run_for(simulation, scene, 1);
+  const double changed = length(simulation.measure().momentum - before) / 2;  // of 2 kg
+  bool said = false;
+  for (const std::string& line : momenta.broken(simulation))
+    if (const std::string words = "changed its velocity by "; has(line, words)) {
+      said = true;
+      EXPECT_NEAR(std::stod(line.substr(line.find(words) + words.size())), changed, 0.06 * changed);  // two digits
+    }
+  EXPECT_TRUE(said) << changed;
+  scene.solver.precision = Precision::Double, scene.duration = 1;
+  for (const std::string& line : flown(scene).lines) EXPECT_FALSE(has(line, "rounding")) << line;
+}
+
+TEST(KeptMomenta, AreNotAskedForWhereSomethingMayTakeThem) {
+  const Scene free = sphere_at_rest(10, {stiff("distance", {"edges"}), blown_up_to(1.2)});
+  Scene falling = free, held = free, windy = free, asleep = free, walled = free;
+  falling.gravity = kEarth;
+  EXPECT_EQ(flown(falling).lines.size(), 1u) << "gravity turns nothing";
+  held.bodies[0].pins = {ListPin{{0}}}, windy.wind = Wind{}, asleep.sleep = Sleep{};
+  EnvironmentSpec wall;
+  wall.name = "wall", wall.shape = GridShape{{1, 1}, {1, 1}}, wall.sides = Sides::TwoSided;
+  wall.transform.translate = {0, -2, 0};
+  walled.environment = {wall};
+  for (const Scene& scene : {held, windy, asleep, walled}) EXPECT_TRUE(flown(scene).lines.empty());
+}
+
+TEST(KeptMomenta, AreSaidAtTheEndOfARunAndInItsReport) {
+  const TemporaryFolder folder;
+  Json scene = Json::parse(R"({
+    "name": "ball", "solver": {"type": "pbd", "dt": 0.02, "substeps": 20}, "gravity": [0, 0, 0], "duration": 2,
+    "bodies": [{"name": "ball", "shape": {"sphere": {"radius": 0.3, "subdivisions": 2}}, "mass": 1,
+                "constraints": [{"type": "distance"}, {"type": "pressure", "volume_ratio": 1.2}]}]})");
+  for (const bool corrects : {false, true}) {
+    if (corrects) scene["solver"]["corrector"] = "inertia";
+    std::vector<std::string> said;
+    const std::string out = (folder / "out").string();
+    run_quietly(scene, {.out = out, .warn = [&said](const std::string& line) { said.push_back(line); }});
+    EXPECT_EQ(said.size(), corrects ? 0u : 1u);
+    EXPECT_EQ(Json::parse(bytes_of(folder / "out/report.json"))["notes"], Json(said));
+  }
+}
+
+}  // namespace
+}  // namespace malha
