@@ -5,6 +5,7 @@
 #include "host/base/shown.h"
 #include "host/results/boundaries.h"
 #include "host/results/resolution.h"
+#include "host/results/softening.h"
 
 namespace malha {
 
@@ -21,6 +22,8 @@ constexpr double kDrift = 0.01;        // of a free body's speed, in the run
 // with one iteration and up to 22 % with more; 24 to 76 % at 0.4.
 constexpr double kWave = 0.25;
 constexpr double kSlowWave = 0.2;  // -2 to 5 %, up to 9 %
+constexpr double kSoft = 0.1;      // of what a sheet gives way
+constexpr double kLessSoft = 0.08;
 
 double percent(double part) { return std::round(100 * part); }
 
@@ -82,6 +85,13 @@ std::vector<std::string> warnings(const Model& model) {
                     shown(two_digits(kWave * std::sqrt(solver.iterations))) + "; take " +
                     shown(std::ceil(solver.substeps * wave.cells / kSlowWave)) +
                     " substeps (scenes/README.md, Tetrahedra)");
+  if (const Softening soft = worst_softening(model); soft.share > kSoft)
+    lines.push_back("body '" + scene.bodies[soft.body].name + "': with " + counted(solver.substeps, "substep") +
+                    " of " + counted(solver.iterations, "iteration") + " its \"" + soft.type + "\" gives way " +
+                    (soft.share < 1 ? "by some " + shown(two_digits(100 * soft.share)) + " % more than asked for"
+                                    : "some " + shown(two_digits(1 + soft.share)) + " times as far as asked for") +
+                    "; take " + shown(std::ceil(solver.substeps * std::sqrt(soft.share / kLessSoft))) +
+                    " substeps, or a softer material (scenes/README.md, materials)");
   if (solver.type != "desbrun") return lines;
   const DesbrunSpec& spec = solver.desbrun;
   const Corrector corrector = spec.corrector.value_or(spec.refine > 0 ? Corrector::Off : Corrector::Inertia);
