@@ -6,6 +6,7 @@
 
 #include "host/base/shown.h"
 #include "host/error.h"
+#include "host/model/model.h"
 #include "tools/bench/turns.h"
 
 namespace malha::study {
@@ -21,6 +22,7 @@ class Tuner {
       : scene_(scene), options_(options), progress_(progress), stop_(stop) {
     tuned_.seconds = options.seconds.value_or(std::min(scene.duration, 1.0));
     moments_ = moments(scene, tuned_.seconds);
+    for (const double w : build_model(scene).w) mass_ += w > 0 ? 1 / w : 0;
   }
 
   Tuned run() {
@@ -74,11 +76,15 @@ class Tuner {
   /// away.
   void bound(const Reference& last, const TuneRun& half, Reference& now) const {
     now.run = extrapolated(now.run, half);
+    const double h = scene_.solver.dt / now.substeps;
+    now.hidden = std::sqrt(2 * std::abs(now.run.lost.value_or(0)) / mass_ * h * tuned_.seconds);
     if (!std::isfinite(last.moved)) return;
     const double nothing = options_.error / 1000, by = distance_between(now.run, last.run);
     const double ratio = now.moved < nothing ? 0.5 : std::max(0.5, now.moved / last.moved);
-    if (ratio < 1) now.off = std::max(by * ratio / (1 - ratio), now.moved / 4);
-    now.converged = now.off < options_.error / 8 && by < last.off + nothing;  // what was said of the last one was true
+    if (ratio < 1) now.settled = std::max(by * ratio / (1 - ratio), now.moved / 4);
+    now.off = now.settled + now.hidden;
+    // What was said of the last one was true.
+    now.converged = now.off < options_.error / 8 && by < last.settled + nothing;
   }
 
   /// Runs it once and keeps how it did; the index of the trial.
@@ -185,6 +191,7 @@ class Tuner {
   const std::atomic<bool>& stop_;
   std::vector<int> moments_;
   double best_ms_ = kNoLimit, part_ = 0;
+  double mass_ = 0;  // kg that can move
   Tuned tuned_;
 };
 

@@ -30,8 +30,10 @@ struct Tried {
 struct Reference {
   TuneRun run;  // extrapolated
   int substeps = 0;
-  double moved = std::numeric_limits<double>::infinity();  // m: what the last doubling moved the particles by
-  double off = std::numeric_limits<double>::infinity();  // m: how far the extrapolated ones are from the truth at most
+  double moved = std::numeric_limits<double>::infinity();    // m: what the last doubling moved the particles by
+  double settled = std::numeric_limits<double>::infinity();  // m: how much farther doublings move the extrapolated ones
+  double hidden = 0;  // m: what oscillations that all of these steps have damped away may amount to
+  double off = std::numeric_limits<double>::infinity();  // m: how far from the truth they are at most, both together
   bool converged = false;
 };
 
@@ -53,8 +55,11 @@ void check_tunable(const Scene& scene);
 /// The reference is of the scene's own method with one iteration, extrapolated from two numbers of substeps to none
 /// (Richardson, first order). They are doubled until its own error is bounded by an eighth of the error asked for: by
 /// what the last doubling moved it and by how fast such moves fall, and by a quarter of what it moved the runs. The
-/// bound before must have held. If doubling no
-/// longer helps, or helps too little up to 16,384 substeps, it has not converged (chaotic motion) and nothing is tried.
+/// bound before must have held. Oscillations that are too fast for all of these steps die out at once and move nothing,
+/// but their energy E is missed where a scene keeps its energy: steps of h seconds hide those faster than 1 / sqrt(h T)
+/// in T seconds (they are damped by h omega^2 / 2), of amplitudes up to sqrt(2 E / m h T), which count too.
+/// If doubling no longer helps, or helps too little up to 16,384 substeps, it has not converged (chaotic or too fast
+/// motion) and nothing is tried.
 /// What is within the error less that bound reaches it, and so is within the error of the truth.
 /// Each method gets the fewest substeps that reach the error, to an eighth: doubled, then bisected, and given up as
 /// soon as it is sure to cost 1.3 times as much as the best so far; in double only where float misses it so. (Float is

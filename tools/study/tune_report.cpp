@@ -73,6 +73,13 @@ std::string tune_table(const Tuned& tuned, const TuneOptions& options) {
 
 std::string why_not_tuned(const Tuned& tuned, const TuneOptions& options) {
   const Reference& reference = tuned.reference;
+  if (!reference.converged && reference.hidden > options.error / 8)
+    return formatted(
+        "where the particles truly are is not known to an eighth of %g m: from %d to %d substeps they move by %.3g m, "
+        "and %.3g J are missed that nothing took, out of oscillations too fast for these steps, which may hide %.2g m; "
+        "ask for a larger --error or fewer --seconds, or give what oscillates \"damping\" or a larger \"compliance\"",
+        options.error, reference.substeps / 2, reference.substeps, reference.moved,
+        std::abs(reference.run.lost.value_or(0)), reference.hidden);
   if (!reference.converged)
     return formatted(
         "the reference did not converge: from %d to %d substeps its particles move by %.3g m, and where that leads is "
@@ -89,6 +96,7 @@ Json tune_json(const Tuned& tuned, const TuneOptions& options) {
   Json json{{"error_m", options.error}, {"seconds", tuned.seconds}, {"threads", options.threads}};
   json["reference"] = {{"substeps", reference.substeps},
                        {"moved_by_last_doubling_m", number(reference.moved)},
+                       {"hidden_at_most_m", number(reference.hidden)},
                        {"off_at_most_m", number(reference.off)},
                        {"converged", reference.converged}};
   json["trials"] = Json::array();

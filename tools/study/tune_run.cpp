@@ -39,6 +39,18 @@ std::vector<int> moments(const Scene& scene, double seconds) {
   return at;
 }
 
+bool keeps_energy(const Scene& scene) {
+  if (scene.wind || scene.sleep || scene.self_collision || !scene.environment.empty()) return false;
+  return std::none_of(scene.bodies.begin(), scene.bodies.end(), [](const BodySpec& body) {
+    return body.damping > 0 || body.tear ||
+           std::any_of(
+               body.constraints.begin(), body.constraints.end(),
+               [](const ConstraintSpec& spec) { return spec.type == "distance_limit" || spec.type == "long_range"; }) ||
+           std::any_of(body.pins.begin(), body.pins.end(), [](const Pin& pin) { return !pin.motion.empty(); }) ||
+           !body.attachments.empty();
+  });
+}
+
 TuneRun tune_run(const Scene& scene, const std::vector<int>& moments, int threads, double most_ms,
                  const std::atomic<bool>& stop) {
   Simulation simulation(scene, {.threads = threads});
@@ -46,6 +58,8 @@ TuneRun tune_run(const Scene& scene, const std::vector<int>& moments, int thread
   TuneRun run;
   std::vector<double> ms;  // of steps
   run.sweeps = solver.substeps * (solver.type == "desbrun" ? 1 + solver.desbrun.refine : solver.iterations) / solver.dt;
+  const bool keeps = keeps_energy(scene);
+  const double start = keeps ? simulation.measure().energy() : 0;
   try {
     for (int step = 1; step <= moments.back(); ++step) {
       if (stop) throw Interrupted();
@@ -55,6 +69,7 @@ TuneRun tune_run(const Scene& scene, const std::vector<int>& moments, int thread
       run.given_up = step < moments.back() && usual_ms(ms) * step / moments.back() > most_ms * solver.dt;
       if (run.given_up) break;
     }
+    if (keeps && !run.given_up) run.lost = start - simulation.measure().energy();
   } catch (const Diverged&) {
     run.diverged = true;
   }
@@ -67,6 +82,7 @@ TuneRun extrapolated(const TuneRun& fine, const TuneRun& coarse) {
   for (std::size_t k = 0; k < limit.at.size(); ++k)
     for (std::size_t i = 0; i < limit.at[k].size(); ++i)
       for (int c = 0; c < 3; ++c) limit.at[k][i][c] += fine.at[k][i][c] - coarse.at[k][i][c];
+  if (fine.lost && coarse.lost) limit.lost = 2 * *fine.lost - *coarse.lost;
   return limit;
 }
 
