@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 
+#include "host/results/boundaries.h"
+#include "tests/numbers.h"
 #include "tests/run_scenes.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
@@ -142,6 +145,56 @@ TEST(KeptMomenta, AreSaidAtTheEndOfARunAndInItsReport) {
     EXPECT_EQ(said.size(), corrects ? 0u : 1u);
     EXPECT_EQ(Json::parse(bytes_of(folder / "out/report.json"))["notes"], Json(said));
   }
+}
+
+/// Bodies of three kinds and sizes with constraints of five, up to a kilometre away, for up to 8 s.
+Scene random_flight(Random& random) {
+  BodySpec body;
+  body.name = "body", body.mass = random(0.2, 3);
+  if (random.below(2) == 0)
+    body.shape = GridShape{{random(0.3, 1), random(0.3, 1)}, {3 + random.below(6), 3 + random.below(6)}};
+  else
+    body.shape = SphereShape{random(0.1, 0.6), 1};
+  body.transform.scale = {random(0.4, 2), random(0.4, 2), random(0.4, 2)};
+  body.constraints = {stiff("distance", {"edges"})};
+  if (const int kind = random.below(4); kind == 1)
+    body.constraints = {compliant("distance", std::pow(10, random(-7, -3)), {"edges"})};
+  else if (kind == 2)
+    body.constraints.push_back(stiff("bending", {}, random(0.1, 1)));
+  else if (kind == 3)
+    body.constraints.push_back(compliant("bending", std::pow(10, random(-2, 1))));
+  const double place = std::pow(10, random(-1, 3));
+  body.transform.translate = {place, random(-1, 1) * place, random(-1, 1) * place};
+  body.velocity = {random(-2, 2), random(-2, 2), random(-2, 2)};
+  body.spin = {random(-4, 4), random(-4, 4), random(-4, 4)};
+  Scene scene = scene_of({body}, {}, 1.0 / 60, 1 << random.below(6), Precision::Float);
+  scene.duration = random(0.5, 8);
+  return scene;
+}
+
+/// The share of random flights of which rounding changes the velocity by less than the warning says.
+double share_below_the_warning(int flights, unsigned seed) {
+  Random random(seed);
+  int below = 0;
+  for (int n = 0; n < flights; ++n) {
+    const Scene scene = random_flight(random);
+    Simulation simulation(scene, {.threads = 1});
+    const double most = worst_drift(simulation.model()).speed;
+    const Vec3 before = simulation.measure().momentum;
+    run_for(simulation, scene, scene.duration);
+    below += length(simulation.measure().momentum - before) / *scene.bodies[0].mass < most ? 1 : 0;
+  }
+  return below / double(flights);
+}
+
+TEST(WarningOfDrift, NamesWhatNinetyFiveOfAHundredFlightsDoNotExceed) {
+  EXPECT_GE(share_below_the_warning(100, 5), 0.95);
+}
+
+TEST(WarningOfDrift, DISABLED_HoldsOfAThousandFlights) {
+  const double share = share_below_the_warning(1000, 6);
+  std::printf("%g of 1,000 flights are below\n", share);
+  EXPECT_GE(share, 0.95);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "host/model/model.h"
 #include "host/results/warnings.h"
 #include "tests/irregular_mesh.h"
 #include "tests/small_scenes.h"
@@ -99,6 +100,11 @@ TEST(WarningOfSoftening, DoesNotComeOfAStiffnessOrByDesbrunsMethod) {
   scene.bodies[0].constraints = {stiff("distance", {"edges"}, 0.01), compliant("bending", 1e-3)};
   scene.solver.type = "desbrun", scene.gravity = {};
   EXPECT_TRUE(softening_warnings(scene).empty());
+}
+
+TEST(WarningOfSoftening, DoesNotComeOfShippedScenes) {
+  for (const char* name : {"balloon", "balloon_low", "balloon_high", "carried_sheet", "torn_sheet", "turning_flag"})
+    EXPECT_LE(worst_softening(build_model(load_shipped(name))).share, 0.1) << name;
 }
 
 }  // namespace

@@ -173,7 +173,7 @@ Drift worst_drift(const Model& model) {
     }
     const double own = std::hypot(spec.velocity[0], spec.velocity[1], spec.velocity[2]);
     const double turning = std::hypot(spec.spin[0], spec.spin[1], spec.spin[2]) * distance(low, high) / 2;
-    const double speed = 3 * spacing(model, {{farthest, 0, 0}}) / (h * std::sqrt(12.0)) *
+    const double speed = 4 * spacing(model, {{farthest, 0, 0}}) / (h * std::sqrt(12.0)) *
                          std::sqrt(free[b].rounded * iterations) / free[b].mass;
     const double of = own > 0 ? own : turning;
     if (of > 0 && speed / of > worst.share) worst = {speed, speed / of, static_cast<int>(b)};
