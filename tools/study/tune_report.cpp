@@ -73,18 +73,18 @@ std::string tune_table(const Tuned& tuned, const TuneOptions& options) {
 
 std::string why_not_tuned(const Tuned& tuned, const TuneOptions& options) {
   const Reference& reference = tuned.reference;
-  if (!reference.converged && reference.hidden > options.error / 8)
+  if (!reference.converged) {
+    const std::string fast =
+        formatted(", or too fast: %.3g J are missed that nothing took, out of oscillations that may hide %.2g m",
+                  std::abs(reference.run.lost.value_or(0)), reference.hidden);
+    const bool hides = reference.hidden > options.error / 8;
     return formatted(
-        "where the particles truly are is not known to an eighth of %g m: from %d to %d substeps they move by %.3g m, "
-        "and %.3g J are missed that nothing took, out of oscillations too fast for these steps, which may hide %.2g m; "
-        "ask for a larger --error or fewer --seconds, or give what oscillates \"damping\" or a larger \"compliance\"",
-        options.error, reference.substeps / 2, reference.substeps, reference.moved,
-        std::abs(reference.run.lost.value_or(0)), reference.hidden);
-  if (!reference.converged)
-    return formatted(
-        "the reference did not converge: from %d to %d substeps its particles move by %.3g m, and where that leads is "
-        "not known to an eighth of %g m; the motion may be chaotic: ask for a larger --error or fewer --seconds",
-        reference.substeps / 2, reference.substeps, reference.moved, options.error);
+               "the reference did not converge: from %d to %d substeps its particles move by %.3g m, and where that "
+               "leads is not known to an eighth of %g m; the motion may be chaotic",
+               reference.substeps / 2, reference.substeps, reference.moved, options.error) +
+           (hides ? fast : "") + "; ask for a larger --error or fewer --seconds" +
+           (hides ? ", or give what oscillates \"damping\" or a larger \"compliance\"" : "");
+  }
   const auto best = std::min_element(tuned.trials.begin(), tuned.trials.end(),
                                      [](const Tried& a, const Tried& b) { return a.error < b.error; });
   return formatted("no method reaches %g m; the best found: ", options.error) + best->method + ", " +
