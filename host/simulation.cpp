@@ -3,7 +3,7 @@
 #include <cstring>
 #include <optional>
 
-#include "host/base/stopwatch.h"
+#include "host/base/thread_choice.h"
 #include "host/model/footprint.h"
 #include "host/model/tear.h"
 #include "host/results/checkpoint.h"
@@ -20,6 +20,7 @@ struct Simulation::Parts {
   SimulationOptions options;
   RunTimes times;
   int threads = 1;
+  std::optional<ThreadChoice> choice;  // none: all threads, always
   // Of scenes that tear:
   Appearance whole;         // before the first tear
   std::uint64_t scene = 0;  // its hash
@@ -87,6 +88,7 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   const bool serial = options.backend == Backend::Serial;
   parts_->options = options;
   parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : available_threads();
+  if (options.threads <= 0 || options.at_most) parts_->choice.emplace(parts_->threads);
   parts_->times.model_seconds = seconds([&] { parts_->model = build_model(scene, parts_->threads); });
   parts_->times.solver_seconds = seconds([&] { parts_->make_solver_of_model(); });
   if (malha::tears(scene)) parts_->whole = parts_->model.look, parts_->scene = scene_hash(parts_->model);
@@ -98,8 +100,10 @@ Simulation::~Simulation() = default;
 void Simulation::step() {
   std::optional<LaunchTrace> trace;
   if (parts_->times.step_seconds.empty()) trace.emplace();
-  parts_->times.step_seconds.push_back(seconds([this] {
-    parts_->solver->step();
+  if (parts_->threads > 1 && parts_->choice && parts_->choice->threads() == 1) ++parts_->times.steps_alone;
+  const auto step = [this] { parts_->solver->step(); };
+  parts_->times.step_seconds.push_back(seconds([&] {
+    parts_->choice ? parts_->choice->take(step) : step();
     if (parts_->solver->overstretched()) parts_->tear();
   }));
   if (trace) parts_->times.launches = trace->list();

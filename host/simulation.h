@@ -16,7 +16,8 @@ namespace malha {
 enum class Backend { OpenMP, Serial };
 
 struct SimulationOptions {
-  int threads = 0;  // OpenMP: 0 means as many as OpenMP offers (OMP_NUM_THREADS, or the cores)
+  int threads = 0;       // OpenMP: 0 means as many as OpenMP offers (OMP_NUM_THREADS, or the cores), at most
+  bool at_most = false;  // steps run on all threads, or on one while other programs make that faster. So always for 0
   Backend backend = Backend::OpenMP;
   std::string instructions = {};  // "": the widest that the CPU has; or "baseline", "avx2", "avx512"
   std::function<void(const char* what, double part)> progress = {};  // of a set-up that takes long, part in [0, 1]

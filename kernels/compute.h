@@ -2,6 +2,7 @@
 // A kernel is a named functor with `KERNEL void operator()(int item) const`. The partition of the work depends on the
 // item count alone, never on the number of threads, so that results are the same bits on any number of them.
 #pragma once
+#include <limits.h>
 #include <sched.h>
 #include <stddef.h>
 #if defined(_OPENMP)
@@ -31,6 +32,9 @@ inline int available_threads() {
   return 1;
 #endif
 }
+
+/// What this thread launches runs on no more threads than this, whatever its executor has.
+inline thread_local int most_threads = INT_MAX;
 
 /// Where the threads of a team wait for each other: a fork and a join cost tens of times as much.
 class Barrier {
@@ -70,7 +74,8 @@ void parallel_region(const Serial& executor, int /*width*/, const Work& work) {
 
 template <class Work>
 void parallel_region(const OpenMP& executor, int width, const Work& work) {
-  const int threads = width < executor.threads ? width : executor.threads;
+  const int most = executor.threads < most_threads ? executor.threads : most_threads;
+  const int threads = width < most ? width : most;
   if (threads <= 1) return work(Serial{executor.instructions});
   Barrier barrier;
 #pragma omp parallel num_threads(threads)
@@ -113,9 +118,10 @@ void parallel_for(const Serial&, int n, const Kernel& kernel, int /*grain*/ = kP
 
 template <class Kernel>
 void parallel_for(const OpenMP& executor, int n, const Kernel& kernel, int grain = kParticleGrain) {
-  if (n <= grain || executor.threads == 1) return parallel_for(Serial{}, n, kernel);
+  const int threads = executor.threads < most_threads ? executor.threads : most_threads;
+  if (n <= grain || threads == 1) return parallel_for(Serial{}, n, kernel);
   note_launch(kernel, n);
-#pragma omp parallel for simd schedule(static) num_threads(executor.threads)
+#pragma omp parallel for simd schedule(static) num_threads(threads)
   for (int i = 0; i < n; ++i) kernel(i);
 }
 

@@ -82,6 +82,19 @@ void expect_equal_bits(const Scene& scene, int steps) {
 
 TEST_P(Determinism, HoldsOnAnyNumberOfThreads) { expect_equal_bits(everything(24, 3, GetParam()), 30); }
 
+/// As ThreadChoice does it.
+TEST_P(Determinism, HoldsWhereEachStepRunsOnAnotherNumberOfThreads) {
+  const Scene scene = everything(24, 3, GetParam());
+  const std::uint64_t serial = hash_after(scene, 12, {.threads = 1, .backend = Backend::Serial});
+  Simulation simulation(scene, {.threads = 3});
+  for (int step = 0; step < 12; ++step) {
+    most_threads = 1 + step % 3;
+    simulation.step();
+  }
+  most_threads = INT_MAX;
+  EXPECT_EQ(serial, simulation.state_hash());
+}
+
 // 40,000 particles: beyond the grain of particles (kernels/compute.h), so that launches use their threads.
 static_assert(200 * 200 > kParticleGrain, "a larger cloth is needed");
 TEST_P(Determinism, HoldsBeyondTheGrains) { expect_equal_bits(everything(200, 4, GetParam()), 2); }

@@ -33,7 +33,9 @@ void add_scene(CLI::App& command, Arguments& arguments) {
 }
 
 void add_executor(CLI::App& command, Arguments& arguments) {
-  command.add_option("--threads", arguments.threads, "Threads; as many as there are cores if not given")
+  command
+      .add_option("--threads", arguments.threads,
+                  "At most so many threads, the cores if not given; steps run on one while that is faster")
       ->check(whole_number(1, 1024))
       ->type_name("N");
   command.add_option("--backend", arguments.backend, "openmp (default) or serial")

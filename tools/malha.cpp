@@ -41,7 +41,7 @@ void catch_signals() {
 
 malha::SimulationOptions simulation_options(const Arguments& arguments, malha::ProgressReporter& progress) {
   malha::SimulationOptions options;
-  options.threads = arguments.threads;
+  options.threads = arguments.threads, options.at_most = true;
   options.backend = arguments.backend == "serial" ? malha::Backend::Serial : malha::Backend::OpenMP;
   options.progress = [&progress](const char* what, double part) { progress.setup(what, part); };
   return options;

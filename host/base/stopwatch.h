@@ -1,5 +1,7 @@
 // How long a piece of work takes.
 #pragma once
+#include <time.h>
+
 #include <chrono>
 
 namespace malha {
@@ -10,6 +12,19 @@ double seconds(F&& work) {
   const auto start = std::chrono::steady_clock::now();
   work();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Seconds that work() takes on a core: without those in which this thread waits, or other programs run on its core.
+template <class F>
+double thread_seconds(F&& work) {
+  const auto now = [] {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  };
+  const double start = now();
+  work();
+  return now() - start;
 }
 
 }  // namespace malha

@@ -13,6 +13,7 @@ namespace malha {
 struct RunTimes {
   double model_seconds = 0, solver_seconds = 0;  // set-up
   std::vector<double> step_seconds;              // one a step
+  int steps_alone = 0;                           // steps on one thread of several (see ThreadChoice)
   int splits = 0, layouts = 0;                   // vertices that tore, and how often all was laid out anew for them
   double layout_seconds = 0;                     // spent on that
   std::vector<Launches> launches;                // of the first step, in the order in which kernels came

@@ -1,10 +1,9 @@
 #include "tools/study/accuracy_cell.h"
 
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "host/base/stopwatch.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "tools/bench/output.h"
@@ -14,19 +13,6 @@
 namespace malha::study {
 
 namespace {
-
-/// Seconds that work() takes on this thread: what else runs on the machine does not count.
-template <class F>
-double seconds_of_this_thread(F&& work) {
-  const auto now = [] {
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-  };
-  const double start = now();
-  work();
-  return now() - start;
-}
 
 int frames(double time) { return static_cast<int>(std::lround(time / kFrame)); }
 
@@ -190,7 +176,7 @@ Json accuracy_cell(const AccuracyCase& of, const System& system, const Method& m
   try {
     for (std::size_t k = 0; k < of.times.size() && of.times[k] <= method.until; ++k) {
       for (; frame < frames(of.times[k]); ++frame) {
-        seconds_of.push_back(seconds_of_this_thread([&] { runner->frame(); }));
+        seconds_of.push_back(thread_seconds([&] { runner->frame(); }));
         cells.go_on();
       }
       at.push_back(errors(system, runner->state(), truth.at[k], truth.energy, of.times[k]));

@@ -1,11 +1,10 @@
 #include "tools/study/parsimony_cell.h"
 
-#include <time.h>
-
 #include <array>
 #include <numeric>
 #include <optional>
 
+#include "host/base/stopwatch.h"
 #include "host/results/launches.h"
 #include "host/results/report.h"
 #include "host/simulation.h"
@@ -15,20 +14,6 @@
 namespace malha::study {
 
 namespace {
-
-/// ms of processor time that work() takes on this thread: on one thread the same as by the clock, where no other
-/// program takes its turn in between.
-template <class Work>
-double thread_ms(const Work& work) {
-  const auto now = [] {
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
-  };
-  const double start = now();
-  work();
-  return now() - start;
-}
 
 constexpr int kBefore = 30, kMeasured = 20;  // steps
 
@@ -43,7 +28,7 @@ class Side {
     before_ = simulation_->solver().pass_seconds();
   }
   void step() {
-    ms_.push_back(thread_ms([&] { simulation_->step(); }));
+    ms_.push_back(1e3 * thread_seconds([&] { simulation_->step(); }));
   }
   void stop() {
     for (std::size_t k = 0; k < kPassNames.size(); ++k)
