@@ -249,29 +249,26 @@ TEST(SelfCollision, FrictionHoldsALayerBelowItsAngleAndLetsItSlideAbove) {
 }
 
 // At 0.35 of 0.364 what is left of gravity is 4 % of the friction, so that 5 % of the way is 0.2 % of the friction.
-TEST(SelfCollision, FrictionDoesNotGrowWithIterationsOrSubsteps) {
+TEST(SelfCollision, FrictionIsCoulombsWhateverTheIterationsAndSubsteps) {
   for (const char* method : {"pbd", "desbrun"})
-    for (const int substeps : {1, 3, 10})
+    for (const int substeps : {1, 2, 5, 10})
       for (const int iterations : {1, 4, 20}) {
+        if (substeps * iterations > 100) continue;  // as with 4, and takes longest
         const Slide slide{method, substeps, iterations};
-        // In few substeps one particle is pressed much harder than another. What is pressed hard sticks for a while and
-        // takes less than its friction: 1 % of all, 2 % in the coarsest case.
-        const double by_friction = slide.expected(0) - slide.expected(0.35);
-        const double tolerance =
-            substeps < 10 ? (substeps * iterations == 1 ? 0.02 : 0.01) * by_friction : 0.05 * slide.expected(0.35);
-        EXPECT_NEAR(slide.measured(0.35), slide.expected(0.35), tolerance)
+        EXPECT_NEAR(slide.measured(0.35), slide.expected(0.35), 0.05 * slide.expected(0.35))
             << method << ", " << substeps << " substeps, " << iterations << " iterations";
       }
 }
 
-// By both methods, though in one substep it goes further than twice the thickness.
+// By both methods, though in one substep it goes further than twice the thickness: what its planes take is 2 % there,
+// as none follows the curve that the way past a corner is.
 TEST(SelfCollision, LayersSlideOverEachOthersRimsAndCornersWithoutLoss) {
   for (const char* method : {"pbd", "desbrun"})
     for (const int substeps : {1, 2, 10})
       for (const int iterations : {1, 10}) {
         const Slide slide{method, substeps, iterations};
         const double expected = slide.expected(0);
-        EXPECT_NEAR(slide.measured(0), expected, (substeps == 1 ? 0.08 : 0.02) * expected)
+        EXPECT_NEAR(slide.measured(0), expected, (substeps == 1 ? 0.02 : 0.01) * expected)
             << method << ", " << substeps << " substeps, " << iterations << " iterations";
       }
 }

@@ -26,6 +26,7 @@ class SelfCollider {
     for (int i = 0; i < count_; ++i) has_pins_ = has_pins_ || (surface_.takes_part[i] && model.w[i] == 0);
     facts_.particles = surface_.particles, facts_.edges = surface_.edges, facts_.triangles = surface_.triangles;
     rules_ = {R(thickness), R(kRecovery)};
+    if (model.scene.solver.dt / model.scene.solver.substeps > kLong) more_shares_ = kMoreShares;
     margin_ = R(thickness * kMargin), slack_ = R(thickness * kSlack);
     simplices_ = Array<Executor, Simplex>(surface_.simplices);
     takes_part_ = Array<Executor, unsigned char>(surface_.takes_part);
@@ -52,8 +53,15 @@ class SelfCollider {
     const ScatteredPoints<R> moved = moved_.points();
     Push<R>* const pushes = pushes_.data();
     const int* const begin = ends_.begin();
+    const auto split = [&] {
+      parallel_for(executor_, count_, SplitMasses<R>{particles.w, ends_.sorted(), begin, pushes, moved}, kGrain);
+    };
     parallel_for(executor_, contacts_found_, AskContacts<R>{moved, contacts_.data(), particles.w, pushes}, kGrain);
-    parallel_for(executor_, count_, SplitMasses<R>{particles.w, ends_.sorted(), begin, pushes, moved}, kGrain);
+    split();
+    for (int more = 0; more < more_shares_; ++more) {
+      parallel_for(executor_, contacts_found_, AskAgain<R>{moved, contacts_.data(), pushes}, kGrain);
+      split();
+    }
     parallel_for(executor_, contacts_found_, PushContacts<R>{moved, contacts_.data(), friction_, pushes}, kGrain);
     parallel_for(executor_, count_, GatherPushes<R>{particles.p, particles.w, ends_.sorted(), begin, pushes}, kGrain);
   }
@@ -92,6 +100,8 @@ class SelfCollider {
 
   static constexpr int kGrain = 2048;
   static constexpr int kMoreProjections = 8;
+  static constexpr double kLong = 0.01;     // s: in longer substeps a layer falls so far that one push is far from even
+  static constexpr int kMoreShares = 2;     // a push, in those
   static constexpr double kMargin = 0.5;    // of the thickness: constraints may pull as far past the prediction
   static constexpr double kSlack = 0.5;     // of the thickness: candidates are found that much further
   static constexpr double kAhead = 8;       // and along the motion of so many substeps
@@ -256,7 +266,7 @@ class SelfCollider {
   ContactRules<R> rules_{};
   Vector3<R> common_{}, origin_{};
   Grid<R> grid_{};
-  int candidates_found_ = 0, contacts_found_ = 0;
+  int candidates_found_ = 0, contacts_found_ = 0, more_shares_ = 0;
   int pushed_ = -1;  // contacts that did, where others were laid since
   SelfFacts facts_;
   Array<Executor, Simplex> simplices_;
