@@ -109,6 +109,8 @@ void Simulation::step() {
   if (trace) parts_->times.launches = trace->list();
 }
 
+void Simulation::check() { parts_->solver->check(); }
+
 void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver->move_pin(particle, to); }
 
 void Simulation::wake() { parts_->solver->wake(); }

@@ -39,6 +39,10 @@ class Simulation {
   /// times the energy that anything gave them: nothing but report() makes sense afterwards.
   void step();
 
+  /// Looks at once for energy that nothing gave, which step() does every 32 steps. Throws Diverged. For before what the
+  /// last steps led to is used.
+  void check();
+
   /// Puts a pinned particle elsewhere (m) between two steps; nothing is laid out or factored anew. `particle`: as in
   /// positions(). Throws InputError for one that is not pinned, or that keyframes move.
   void move_pin(int particle, const Vec3& to);

@@ -27,4 +27,22 @@ struct MeasureMotionEnergy {
   }
 };
 
+/// Particles first .. first + count - 1, all of one group.
+struct ParticleRun {
+  int first, count, group;
+};
+
+/// The energy of each run: those of many bodies in one launch.
+template <class R>
+struct MeasureRuns {
+  MeasureMotionEnergy<R> of;
+  const ParticleRun* runs;
+  MotionEnergy* sums;
+  KERNEL void operator()(int r) const {
+    MotionEnergy sum;
+    for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) sum += of(i);
+    sums[r] = sum;
+  }
+};
+
 }  // namespace malha

@@ -57,6 +57,33 @@ TEST(AnExplosion, IsNotHiddenByABodyThatIsFarAway) {
   EXPECT_TRUE(has(ended(scene, 0.6), " of body 'shell' at (")) << "173 m away: each body has its own size";
 }
 
+TEST(AnExplosion, IsNotHiddenByAHeavyBodyThatFlies) {
+  // A gram explodes beside a ton that is thrown at 10 m/s.
+  Scene scene = drowned_in_rounding(Precision::Float);
+  scene.bodies[0].mass = 1e-3;
+  scene.bodies.push_back(particle({0, 0, 0}, {10, 0, 0}, 1000));
+  EXPECT_TRUE(has(ended(scene, 0.6), " of body 'shell' at ("));
+  std::swap(scene.bodies[0], scene.bodies[1]);
+  EXPECT_TRUE(has(ended(scene, 0.6), " of body 'shell' at (")) << "in whatever order";
+}
+
+TEST(AnExplosion, IsNotHiddenByShortSteps) {
+  // The same substeps, in steps of 1 ms: 1 % of a metre in each would be 10 m/s that nobody asks about.
+  Scene scene = drowned_in_rounding(Precision::Float);
+  scene.solver.dt = 1e-3, scene.solver.substeps = 123;
+  EXPECT_TRUE(has(ended(scene, 0.6), "times what anything gave it"));
+}
+
+TEST(AnExplosion, InTheLastStepsIsNotFinished) {
+  const TemporaryFolder folder;
+  const std::string file = folder.write("scene.json", to_json(drowned_in_rounding(Precision::Float)));
+  const Ended ran = malha_command({"run", file, "--steps", "31", "--out", "out"}, folder / "");
+  EXPECT_EQ(ran.status, 3) << ran.err;
+  EXPECT_TRUE(has(ran.err, "step 31 (t = ")) << ran.err;
+  EXPECT_EQ(Json::parse(bytes_of(folder / "out/report.json"))["status"], "diverged");
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/checkpoint.malha")) << "nobody should go on from there";
+}
+
 TEST(AnExplosion, LeavesAReportThatSaysSo) {
   const TemporaryFolder folder;
   const std::string file = folder.write("scene.json", to_json(drowned_in_rounding(Precision::Float)));
@@ -152,6 +179,22 @@ TEST(TheEnergyGuard, LetsWhatIsPulledByPinsGo) {
   end.until = 1.5;
   scene.bodies[0].pins.push_back(end);
   EXPECT_EQ(ended(scene, 4), "");
+}
+
+TEST(TheEnergyGuard, LetsAHeavyBodyHitALightOne) {
+  // They may touch, so what the one has was given to both.
+  BodySpec heavy, light;
+  heavy.name = "heavy", heavy.shape = GridShape{{0.1, 0.1}, {4, 4}}, heavy.mass = 100, heavy.velocity = {0, -10, 0};
+  heavy.transform.translate = {0.01, 0.2, 0.013};
+  light.name = "light", light.shape = GridShape{{0.1, 0.1}, {3, 3}}, light.mass = 1e-3;
+  heavy.constraints = light.constraints = {stiff("distance", {"edges", "shear"})};
+  Scene scene = scene_of({heavy, light}, {0, 0, 0}, 1.0 / 60, 10, Precision::Double);
+  scene.self_collision = SelfCollision{0.005, 0, {}};
+  EXPECT_EQ(ended(scene, 1), "");
+  double down = 0;  // of the light one's 16, the last
+  const std::vector<Vec3> v = after(scene, 1).velocities();
+  for (std::size_t i = v.size() - 16; i < v.size(); ++i) down -= v[i][1] / 16;
+  EXPECT_GT(down, 9) << "it was hit";
 }
 
 TEST(TheEnergyGuard, ChangesNoBits) {

@@ -56,9 +56,11 @@ class Outputs {
   void after_step() {
     write_frame();
     look();
-    const std::int64_t every = spec_.checkpoint_every;
-    if (every > 0 && simulation_.steps() % every == 0) checkpoint();
+    if (saves()) checkpoint();
   }
+
+  /// Whether there is a checkpoint after this step.
+  bool saves() const { return spec_.checkpoint_every > 0 && simulation_.steps() % spec_.checkpoint_every == 0; }
 
   void checkpoint() const { simulation_.save_checkpoint(results_.checkpoint, frames_); }
 
@@ -122,9 +124,11 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   try {
     while (simulation.steps() < last && !stop) {
       const double took = seconds([&] { simulation.step(); });
+      if (outputs.saves() || simulation.steps() == last) simulation.check();
       outputs.after_step();
       progress({simulation.steps(), last, simulation.time(), took * 1000});
     }
+    if (simulation.steps() < last) simulation.check();
   } catch (const Diverged& error) {
     outputs.report("diverged", {error.what()});
     outputs.storyboard();

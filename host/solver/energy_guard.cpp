@@ -1,5 +1,6 @@
 #include "host/solver/energy_guard.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -36,23 +37,23 @@ double held_by(const Model& model, const ConstraintSet& set, int c, const std::v
   }
 }
 
-double held_by(const Model& model, const ConstraintSet& set, const std::vector<Vec3>& x, double h) {
-  double sum = 0;
+/// Adds to the energy of each group.
+using GroupOf = std::vector<int>;
+void add_held(const Model& model, const ConstraintSet& set, const std::vector<Vec3>& x, double h, const GroupOf& of,
+              std::vector<double>& sum) {
   for_each_constraint([&]<class Kind>(Kind) {
     if (set.type != Kind::name) return;
-    for (int c = 0; c < set.count(); ++c) sum += held_by<Kind>(model, set, c, x, h);
+    for (int c = 0; c < set.count(); ++c)
+      sum[of[set.particles[std::size_t(c) * Kind::particles]]] += held_by<Kind>(model, set, c, x, h);
   });
-  return sum;
 }
 
-double held_by(const SpringSet& set, const std::vector<Vec3>& x) {
-  double sum = 0;
+void add_held(const SpringSet& set, const std::vector<Vec3>& x, const GroupOf& of, std::vector<double>& sum) {
   for (std::size_t s = 0; s < set.ends.size(); ++s) {
     const Vec3 &a = x[set.ends[s][0]], &b = x[set.ends[s][1]];
     const double C = std::sqrt(square({a[0] - b[0], a[1] - b[1], a[2] - b[2]})) - set.rest[s];
-    sum += set.stiffness[s] * C * C / 2;
+    sum[of[set.ends[s][0]]] += set.stiffness[s] * C * C / 2;
   }
-  return sum;
 }
 
 double held_by(const Model& model, const PressureSet& set, const std::vector<Vec3>& x, double h) {
@@ -78,17 +79,16 @@ double held_by(const Model& model, const PressureSet& set, const std::vector<Vec
   return soft > 0 ? C * C / (2 * soft) : 0;
 }
 
-double held_by(const Model& model, const AttachmentSet& set, const std::vector<Vec3>& x, double h) {
+void add_held(const Model& model, const AttachmentSet& set, const std::vector<Vec3>& x, double h, const GroupOf& of,
+              std::vector<double>& sum) {
   const std::vector<Vector3<double>> anchor = anchors(set.target, set.particles, model.x);
   const Pose pose = pose_at(set.target.motion, 0);
-  double sum = 0;
   for (std::size_t k = 0; k < anchor.size(); ++k) {
     const int i = set.particles[k];
     const Vector3<double> a = to_world(pose, anchor[k]);
     const double soft = set.compliance.value_or(0) + h * h * model.w[i];
-    if (soft > 0) sum += square({x[i][0] - a.x, x[i][1] - a.y, x[i][2] - a.z}) / (2 * soft);
+    if (soft > 0) sum[of[i]] += square({x[i][0] - a.x, x[i][1] - a.y, x[i][2] - a.z}) / (2 * soft);
   }
-  return sum;
 }
 
 /// Of points that lie within `radius` of the origin of the motion.
@@ -120,19 +120,76 @@ std::string shown_number(double value) {
 
 }  // namespace
 
-std::vector<HeldEnergy> held_energies(const Model& model, const std::vector<Vec3>& x, double h) {
+std::vector<int> groups_of(const Model& model) {
+  const std::vector<int>& begin = model.look.body_begin;
+  const std::size_t bodies = begin.size() - 1;
+  std::vector<int> group(bodies, -1);
+  int groups = 0, touching = -1;
+  for (std::size_t b = 0; b < bodies; ++b) {
+    bool touches = false;
+    if (const auto& self = model.scene.self_collision) {
+      const auto& named = self->bodies;
+      touches = named.empty() || std::find(named.begin(), named.end(), model.scene.bodies[b].name) != named.end();
+    }
+    if (touches && touching < 0) touching = groups++;
+    group[b] = touches ? touching : groups++;
+  }
+  std::vector<int> of(model.x.size());
+  for (std::size_t i = 0; i < of.size(); ++i)
+    of[i] = group[std::upper_bound(begin.begin(), begin.end(), model.user_of[i]) - begin.begin() - 1];
+  return of;
+}
+
+std::vector<Allowance> allowances(const Model& model, const std::vector<int>& of) {
+  struct Extent {
+    Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+    double mass = 0;
+  };
+  const std::vector<int>& begin = model.look.body_begin;
+  const SolverSpec& solver = model.scene.solver;
+  const double driven = fastest_driven(model, solver.dt / solver.substeps), longer = std::max(solver.dt, kBrief);
+  const Vec3& g = model.scene.gravity;
+  std::vector<Allowance> all(of.empty() ? 0 : *std::max_element(of.begin(), of.end()) + 1);
+  std::vector<Extent> bodies(begin.size() - 1);
+  std::vector<int> group(bodies.size(), 0);
+  for (std::size_t i = 0; i < of.size(); ++i) {
+    const std::size_t b = std::upper_bound(begin.begin(), begin.end(), model.user_of[i]) - begin.begin() - 1;
+    const Vec3 &x = model.x[i], &v = model.v[i];
+    const double m = model.w[i] > 0 ? 1 / model.w[i] : 0;
+    Allowance& one = all[group[b] = of[i]];
+    one.mass += m, bodies[b].mass += m;
+    for (int k = 0; k < 3; ++k) {
+      one.motion += m / 2 * v[k] * v[k], one.height -= m * g[k] * x[k];
+      bodies[b].low[k] = std::min(bodies[b].low[k], x[k]), bodies[b].high[k] = std::max(bodies[b].high[k], x[k]);
+    }
+  }
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    for (int k = 0; k < 3 && bodies[b].mass > 0; ++k) {
+      const double slow = 0.01 * (bodies[b].high[k] - bodies[b].low[k]) / longer;
+      all[group[b]].always += bodies[b].mass / 2 * slow * slow;
+    }
+  for (Allowance& one : all)
+    one.always += one.mass / 2 * square(g) * solver.dt * solver.dt + one.mass * driven * driven;
+  return all;
+}
+
+std::vector<HeldEnergy> held_energies(const Model& model, const std::vector<Vec3>& x, double h, const GroupOf& of,
+                                      int groups) {
   std::vector<HeldEnergy> held;
+  const auto next = [&](const std::string& kind) -> std::vector<double>& {
+    return held.emplace_back(HeldEnergy{kind, std::vector<double>(groups, 0)}).energy;
+  };
   for (const std::vector<ConstraintSet>* sets : {&model.sets, &model.stencils})
-    for (const ConstraintSet& set : *sets) held.push_back({set.type, held_by(model, set, x, h)});
-  for (const SpringSet& set : model.springs) held.push_back({set.type, held_by(set, x)});
-  for (const PressureSet& set : model.pressures) held.push_back({"pressure", held_by(model, set, x, h)});
-  for (const AttachmentSet& set : model.attached) held.push_back({"attachments", held_by(model, set, x, h)});
+    for (const ConstraintSet& set : *sets) add_held(model, set, x, h, of, next(set.type));
+  for (const SpringSet& set : model.springs) add_held(set, x, of, next(set.type));
+  for (const PressureSet& set : model.pressures) next("pressure")[of[set.particles[0]]] = held_by(model, set, x, h);
+  for (const AttachmentSet& set : model.attached) add_held(model, set, x, h, of, next("attachments"));
   return held;
 }
 
-double sum_of(const std::vector<HeldEnergy>& held) {
+double sum_of(const std::vector<HeldEnergy>& held, int group) {
   double sum = 0;
-  for (const HeldEnergy& one : held) sum += one.energy;
+  for (const HeldEnergy& one : held) sum += one.energy[group];
   return sum;
 }
 
@@ -151,17 +208,18 @@ double fastest_driven(const Model& model, double h) {
   return most;
 }
 
-std::string explosion(const Model& model, const std::vector<Vec3>& x, const std::vector<Vec3>& v, double kinetic,
-                      double given, const std::vector<HeldEnergy>& before, const std::vector<HeldEnergy>& now) {
-  std::size_t fastest = 0;
+std::string explosion(const Model& model, const Explosion& seen, const std::vector<Vec3>& x, const std::vector<Vec3>& v,
+                      const std::vector<HeldEnergy>& before, const std::vector<HeldEnergy>& now) {
+  int fastest = -1;
   for (std::size_t i = 0; i < v.size(); ++i)
-    if (square(v[i]) > square(v[fastest])) fastest = i;
+    if (seen.of[i] == seen.group && (fastest < 0 || square(v[i]) > square(v[fastest]))) fastest = int(i);
   std::map<std::string, double> gain;
-  for (std::size_t s = 0; s < now.size(); ++s) gain[now[s].kind] += now[s].energy - before[s].energy;
+  for (std::size_t s = 0; s < now.size(); ++s)
+    gain[now[s].kind] += now[s].energy[seen.group] - before[s].energy[seen.group];
   const auto most =
       std::max_element(gain.begin(), gain.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   const Vec3& at = x[fastest];
-  std::string text = "motion has " + shown_number(kinetic) + " J, " + shown_number(kinetic / given) +
+  std::string text = "motion has " + shown_number(seen.kinetic) + " J, " + shown_number(seen.kinetic / seen.given) +
                      " times what anything gave it; fastest is " + particle_name(model, model.user_of[fastest]) +
                      " at (" + shown_number(at[0]) + ", " + shown_number(at[1]) + ", " + shown_number(at[2]) +
                      "), with " + shown_number(std::sqrt(square(v[fastest]))) + " m/s";

@@ -8,35 +8,58 @@
 #include <utility>
 #include <vector>
 
+#include "host/base/array.h"
 #include "host/model/model.h"
 #include "kernels/compute.h"
 #include "kernels/motion_energy.h"
 
 namespace malha {
 
+/// The group of each particle (the solver's order). A body is one; those that self-collision lets touch are one
+/// together, as they may give each other all that they have.
+std::vector<int> groups_of(const Model& model);
+
+/// What a group of bodies may have without a question: kg; J of motion and of height at the start, and at any time.
+struct Allowance {
+  double mass = 0, motion = 0, height = 0, always = 0;
+};
+std::vector<Allowance> allowances(const Model& model, const std::vector<int>& group_of);
+
 /// J in the constraints of each kind at `x` (the solver's order), in substeps of h seconds: C^2 / (2 (alpha + h^2 sum w
 /// |grad C|^2)), which is the energy of a compliance alpha, and of a stiff one what meeting it in a substep gives.
-/// In the order of sets, springs, pressures, attachments.
+/// Of each group. In the order of sets, stencils, springs, pressures, attachments.
 struct HeldEnergy {
   std::string kind;
-  double energy;
+  std::vector<double> energy;
 };
-std::vector<HeldEnergy> held_energies(const Model& model, const std::vector<Vec3>& x, double h);
-double sum_of(const std::vector<HeldEnergy>& held);
+std::vector<HeldEnergy> held_energies(const Model& model, const std::vector<Vec3>& x, double h,
+                                      const std::vector<int>& group_of, int groups);
+double sum_of(const std::vector<HeldEnergy>& held, int group);
 
 /// The fastest that anything which moves by keyframes, or the air, ever moves (m/s). A jump counts as made in h
 /// seconds.
 double fastest_driven(const Model& model, double h);
 
 /// What the guard says of an explosion: how much energy, where it is fastest, and which kind gained most.
-std::string explosion(const Model& model, const std::vector<Vec3>& x, const std::vector<Vec3>& v, double kinetic,
-                      double given, const std::vector<HeldEnergy>& before, const std::vector<HeldEnergy>& now);
+struct Explosion {
+  int group;
+  const std::vector<int>& of;  // the group of each particle
+  double kinetic, given;       // J
+};
+std::string explosion(const Model& model, const Explosion& seen, const std::vector<Vec3>& x, const std::vector<Vec3>& v,
+                      const std::vector<HeldEnergy>& before, const std::vector<HeldEnergy>& now);
 
-/// Reads only, every 32nd step (128th where a step is one projection): less than 1 % of them. Given is:
+/// Of its own size a body may go 1 % in a step, or in so many seconds if that is longer: a step says how often a run is
+/// looked at, not how fast bodies are.
+inline constexpr double kBrief = 1.0 / 60;
+
+/// Reads only, every 32nd step (128th where a step is one projection), which is less than 1 % of them, and where it is
+/// told to. Each group of bodies by itself: a light one explodes beside a heavy one. Given to a group is:
 /// - the energy of motion at the start, or where a state was restored,
 /// - height: the most potential energy that was seen less that of now (whoever lifts gives it),
 /// - twice the energy of all going with the fastest of what drives: air, pins, attachments and objects on keyframes,
-/// - that of a substep's fall, and of every body going 1 % of its size a step, which is rounding's and contacts' own,
+/// - that of a step's fall, and of every body going 1 % of its size (see kBrief), which is rounding's and contacts'
+/// own,
 /// - what constraints hold at the start; and, if something drives them, hold later. This is dear, and is only added up
 ///   where the others do not explain a motion, or, for what is driven, after 32, 64, 128 ... steps.
 /// All of it errs on the side of what is given: a late alarm is better than a false one.
@@ -47,88 +70,100 @@ class EnergyGuard {
  public:
   static constexpr double kFactor = 100;
 
-  EnergyGuard(const Executor& executor, const Model& model) : executor_(executor), model_(model) {
+  EnergyGuard(const Executor& executor, const Model& model)
+      : executor_(executor), model_(model), h_(model.scene.solver.dt / model.scene.solver.substeps) {
     const SolverSpec& solver = model.scene.solver;
-    const Vec3& g = model.scene.gravity;
-    h_ = solver.dt / solver.substeps;
     while (every_ * solver.substeps * solver.iterations < 128) every_ *= 2;
-    struct Body {
-      Vec3 low, high;
-      double mass = 0;
-    };
-    std::vector<Body> bodies(model.look.body_begin.size() - 1);
-    for (std::size_t b = 0; b < bodies.size(); ++b)
-      bodies[b].low = bodies[b].high = model.look.points.at(model.look.body_begin[b]);
-    for (std::size_t i = 0; i < model.x.size(); ++i) {
-      const Vec3 &x = model.x[i], &v = model.v[i];
-      const double m = model.w[i] > 0 ? 1 / model.w[i] : 0;
-      const auto next = std::upper_bound(model.look.body_begin.begin(), model.look.body_begin.end(), model.user_of[i]);
-      Body& body = bodies[next - model.look.body_begin.begin() - 1];
-      body.mass += m;
-      for (int k = 0; k < 3; ++k) {
-        motion_ += m / 2 * v[k] * v[k], highest_ -= m * g[k] * x[k];
-        body.low[k] = std::min(body.low[k], x[k]), body.high[k] = std::max(body.high[k], x[k]);
-      }
+    drives_ = fastest_driven(model, h_) > 0;
+    const std::vector<int> of = groups_of(model);
+    for (const Allowance& one : allowances(model, of)) groups_.push_back({one, one.height});
+    for (std::size_t i = 0; i < of.size(); ++i) {
+      if (runs_.empty() || runs_.back().group != of[i] || runs_.back().count == kRun)
+        runs_.push_back({int(i), 0, of[i]});
+      ++runs_.back().count;
     }
-    double sizes = 0, g2 = 0;  // mass times size^2
-    for (int k = 0; k < 3; ++k) {
-      g2 += g[k] * g[k];
-      for (const Body& body : bodies) sizes += body.mass * (body.high[k] - body.low[k]) * (body.high[k] - body.low[k]);
-    }
-    for (const Body& body : bodies) mass_ += body.mass;
-    const double driven = fastest_driven(model, h_), dt = solver.dt;
-    drives_ = driven > 0;
-    floor_ = mass_ / 2 * g2 * dt * dt + 1e-4 * sizes / (2 * dt * dt) + mass_ * driven * driven;
+    device_runs_ = Array<Executor, ParticleRun>(runs_);
+    sums_ = Array<Executor, MotionEnergy>(runs_.size(), MotionEnergy{});
   }
 
   /// Starts anew from a state that is not that of the scene.
   void restart(const Particles<R>& particles, std::vector<Vec3> x) {
-    const MotionEnergy now = measure(particles);
-    motion_ = now.kinetic, highest_ = now.potential, given_ = held_most_ = 0;
+    const std::vector<MotionEnergy> now = measure(particles);
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      Group& group = groups_[g];
+      group.may.motion = now[g].kinetic, group.highest = now[g].potential, group.given = group.held_most = 0;
+    }
     start_ = std::move(x), held_.clear();
   }
   /// Steps between two looks.
   std::int64_t every() const { return every_; }
   /// A pin was moved by hand, by so many m.
-  void moved(double way) { floor_ += mass_ * (way / h_) * (way / h_), drives_ = true; }
+  void moved(double way) {
+    for (Group& group : groups_) group.may.always += group.may.mass * (way / h_) * (way / h_);
+    drives_ = true;
+  }
 
-  /// After step `steps`: what is wrong, if anything is.
+  /// After step `steps`, if it is one to look at or `now`: what is wrong, if anything is.
   template <class Positions, class Velocities>
   std::optional<std::string> watch(const Particles<R>& particles, std::int64_t steps, const Positions& positions,
-                                   const Velocities& velocities) {
-    if (steps % every_ != 0) return std::nullopt;
-    const MotionEnergy now = measure(particles);
-    highest_ = std::max(highest_, now.potential);
-    given_ = std::max(given_, floor_ + motion_ + highest_ - now.potential);
-    if (now.kinetic > kFactor * (given_ + held_most_)) {
-      if (held_.empty()) held_ = held_energies(model_, start_.empty() ? model_.x : start_, h_);
-      held_most_ = std::max(held_most_, sum_of(held_));
-      if (now.kinetic > kFactor * (given_ + held_most_)) {
-        const std::vector<Vec3> x = positions();
-        return explosion(model_, x, velocities(), now.kinetic, given_ + held_most_, held_,
-                         held_energies(model_, x, h_));
-      }
+                                   const Velocities& velocities, bool now = false) {
+    if (steps % every_ != 0 && !now) return std::nullopt;
+    const std::vector<MotionEnergy> energy = measure(particles);
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      Group& group = groups_[g];
+      group.highest = std::max(group.highest, energy[g].potential);
+      group.given = std::max(group.given, group.may.always + group.may.motion + group.highest - energy[g].potential);
+      if (!(energy[g].kinetic > kFactor * (group.given + group.held_most))) continue;
+      if (held_.empty()) held_ = held(start_.empty() ? model_.x : start_);
+      group.held_most = std::max(group.held_most, sum_of(held_, int(g)));
+      if (!(energy[g].kinetic > kFactor * (group.given + group.held_most))) continue;
+      const std::vector<Vec3> x = positions();
+      const std::vector<int> of = group_of();
+      return explosion(model_, {int(g), of, energy[g].kinetic, group.given + group.held_most}, x, velocities(), held_,
+                       held(x));
     }
-    if (drives_ && (steps & (steps - 1)) == 0)
-      held_most_ = std::max(held_most_, sum_of(held_energies(model_, positions(), h_)));
+    if (drives_ && (steps & (steps - 1)) == 0) {
+      const std::vector<HeldEnergy> present = held(positions());
+      for (std::size_t g = 0; g < groups_.size(); ++g)
+        groups_[g].held_most = std::max(groups_[g].held_most, sum_of(present, int(g)));
+    }
     return std::nullopt;
   }
 
  private:
-  MotionEnergy measure(const Particles<R>& particles) const {
+  struct Group {
+    Allowance may;
+    double highest;  // J of height, the most seen
+    double given = 0, held_most = 0;
+  };
+  static constexpr int kRun = 1024;
+
+  std::vector<MotionEnergy> measure(const Particles<R>& particles) const {
     const Vec3& g = model_.scene.gravity;
-    return parallel_reduce<MotionEnergy>(executor_, particles.count,
-                                         MeasureMotionEnergy<R>{particles, {g[0], g[1], g[2]}});
+    parallel_for(executor_, int(runs_.size()),
+                 MeasureRuns<R>{{particles, {g[0], g[1], g[2]}}, device_runs_.data(), sums_.data()}, 8);
+    const std::vector<MotionEnergy> sums = sums_.download();
+    std::vector<MotionEnergy> of(groups_.size());
+    for (std::size_t r = 0; r < runs_.size(); ++r) of[runs_[r].group] += sums[r];
+    return of;
+  }
+  std::vector<int> group_of() const {
+    std::vector<int> of;
+    for (const ParticleRun& run : runs_) of.insert(of.end(), run.count, run.group);
+    return of;
+  }
+  std::vector<HeldEnergy> held(const std::vector<Vec3>& x) const {
+    return held_energies(model_, x, h_, group_of(), int(groups_.size()));
   }
 
   Executor executor_;
   const Model& model_;
   std::int64_t every_ = 32;
-  double h_, mass_ = 0;  // s, kg
-  double floor_ = 0;     // J that may be there at any time
-  double motion_ = 0;    // J of motion at the start
-  double highest_ = 0;   // J of height, the most seen
-  double given_ = 0, held_most_ = 0;
+  double h_;  // s
+  std::vector<Group> groups_;
+  std::vector<ParticleRun> runs_;
+  Array<Executor, ParticleRun> device_runs_;
+  Array<Executor, MotionEnergy> sums_;
   bool drives_ = false;
   std::vector<Vec3> start_;       // empty: that of the scene
   std::vector<HeldEnergy> held_;  // at the start; empty: not asked for yet

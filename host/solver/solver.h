@@ -94,6 +94,8 @@ class Solver {
   virtual ~Solver() = default;
   /// Advances by the scene's dt. Throws Diverged naming step, particle and body.
   virtual void step() = 0;
+  /// Looks for what step() looks for every some steps. Throws Diverged.
+  virtual void check() = 0;
   virtual double time() const = 0;  // s
   virtual std::int64_t steps() const = 0;
   virtual std::vector<Vec3> positions() const = 0;   // m, in the user's order

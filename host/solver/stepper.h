@@ -45,6 +45,8 @@ class Stepper : public Solver {
     if (sleeper_) timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
 
+  void check() final { guard(true); }
+
   double time() const final { return steps_ * model_.scene.solver.dt; }
   std::int64_t steps() const final { return steps_; }
   std::vector<Vec3> positions() const final { return in_user_order(x_.download(), model_.user_of); }
@@ -227,11 +229,11 @@ class Stepper : public Solver {
   }
   bool nothing_between() const { return !long_range_ && nothing_between(model_); }  // the model may have let them go
 
-  /// Refuses an explosion that is finite still.
-  void guard() {
+  /// Refuses an explosion that is finite still. `now`: at whatever step this is.
+  void guard(bool now = false) {
     timed(model_.scene.solver.type == "pbd" && nothing_between() ? Pass::Visits : Pass::State, [&] {
       const auto wrong = guard_.watch(
-          particles(), steps_, [&] { return x_.download(); }, [&] { return v_.download(); });
+          particles(), steps_, [&] { return x_.download(); }, [&] { return v_.download(); }, now);
       if (wrong)
         throw Diverged("step " + std::to_string(steps_) + " (t = " + std::to_string(time()) + " s): " + *wrong);
     });
