@@ -63,6 +63,14 @@ TEST(Attachments, HangByTheirSpring) {
   EXPECT_NEAR(simulation.measure().elastic, std::pow(2 * 9.81, 2) / 800 / 2, 1e-9);
 }
 
+/// What follows a point at rest in the point's frame is at it: with steps of a second a substep late would be 2 m.
+TEST(Attachments, OnACompliantSpringDoNotLagBehindASteadyPoint) {
+  BodySpec body = particle({0, 0, 0}, {}, 2);
+  body.attachments = {tied(ListPin{{0}}, 1.0 / 800)};
+  body.attachments[0].motion = {{0, {}, {0, 1, 0}, 0}, {50, {100, 0, 0}, {0, 1, 0}, 0}};
+  EXPECT_NEAR(after(scene_of({body}, {0, 0, 0}, 1.0, 1), 40).positions()[0][0], 80, 1e-9);
+}
+
 TEST(Attachments, RigidOnesAreAtTheirPointAndEndWhenTheyShould) {
   BodySpec body = particle({0, 0, 0});
   body.attachments = {tied(ListPin{{0}})};

@@ -171,6 +171,24 @@ TEST_F(CheckpointFile, OfAnotherMeshUnderTheSameNameIsRefused) {
   EXPECT_NE(refusal(sheet_with(points + other)), "") << "an environment mesh joined otherwise";
 }
 
+/// Pressure alone: no constraint but it knows how the points are joined.
+TEST_F(CheckpointFile, OfAnotherSurfaceUnderPressureIsRefused) {
+  const std::string mesh = (folder / "box.obj").string();
+  const auto box = [&](const std::string& top) {
+    std::ofstream(mesh) << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+                           "f 1 4 3 2\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"
+                        << top;
+    Scene scene = falling();
+    scene.bodies[1].shape = MeshFile{mesh};
+    scene.bodies[1].constraints = {constraint("pressure")};
+    return scene;
+  };
+  const std::string one = "f 5 6 7\nf 5 7 8\n", other = "f 5 6 8\nf 6 7 8\n";
+  write(box(one));
+  EXPECT_EQ(refusal(box(one)), "");
+  EXPECT_NE(refusal(box(other)), "");
+}
+
 TEST_F(CheckpointFile, ThatIsMissingIsRefused) {
   EXPECT_NE(refusal(falling()).find(path + ": cannot read: "), std::string::npos) << refusal(falling());
 }

@@ -118,6 +118,34 @@ TEST(Sleep, DoesNotTakeWhatIsSlowForAMoment) {
   }
 }
 
+/// What has never moved sleeps after the time that was asked for: not a step earlier or later.
+TEST(Sleep, ComesWithTheStepThatWasAskedFor) {
+  Scene scene = scene_of({particle({0, 0, 0})}, {0, 0, 0}, 0.01);
+  scene.sleep = Sleep{0.1, 0.1};
+  Simulation simulation(scene, {.threads = 1});
+  for (int step = 1; step < 10; ++step) {
+    simulation.step();
+    EXPECT_FALSE(asleep(simulation)) << step;
+  }
+  simulation.step();
+  EXPECT_TRUE(asleep(simulation));
+}
+
+/// A box that turns beside it may touch it at any time: nothing sleeps before it stops.
+TEST(Sleep, DoesNotComeBesideWhatMoves) {
+  Scene scene = scene_of({particle({0, 0, 0})}, {0, 0, 0}, 0.01);
+  scene.environment = {obstacle("box", BoxShape{{0.2, 0.2, 0.2}, {1, 1, 1}})};
+  scene.environment[0].motion = {{0, {0.15, 0, 0}}, {0.5, {0.15, 0, 0}, {0, 1, 0}, 90}};
+  scene.sleep = Sleep{0.1, 0.1};
+  Simulation simulation(scene, {.threads = 1});
+  for (int step = 1; step <= 55; ++step) {
+    simulation.step();
+    ASSERT_FALSE(asleep(simulation)) << step;
+  }
+  while (simulation.steps() < 61) simulation.step();
+  EXPECT_TRUE(asleep(simulation));
+}
+
 TEST(Sleep, EndsWhereAPinIsMoved) {
   Scene scene = scene_of({hung_chain({0, 0, 0}, {0, -1, 0}, 10)}, kEarth, 0.01);
   scene.bodies[0].constraints = {stiff("distance", {"edges"})};
