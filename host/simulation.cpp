@@ -3,6 +3,7 @@
 #include <cstring>
 #include <optional>
 
+#include "host/base/shown.h"
 #include "host/base/thread_choice.h"
 #include "host/model/footprint.h"
 #include "host/model/tear.h"
@@ -69,18 +70,32 @@ struct Simulation::Parts {
     if (count > 0) bytes.append(reinterpret_cast<const char*>(numbers.data()), count * sizeof(int));
     return bytes + solver->save();
   }
-  void restore(const std::string& bytes) {
-    if (!malha::tears(model.scene)) return solver->restore(bytes);
+  /// `file`: what a refusal names. After one everything is as it was.
+  void restore(const std::string& bytes, const std::string& file) {
+    if (!malha::tears(model.scene)) return solver->restore(bytes, file);
     std::uint64_t count = 0;
+    if (bytes.size() < sizeof count) refuse(file, "state", counted(bytes.size(), "byte"), "a number of tears at least");
     std::memcpy(&count, bytes.data(), sizeof count);
+    const std::size_t most = (bytes.size() - sizeof count) / sizeof(int);
+    if (count > most) refuse(file, "tears", counted(count, "number"), "at most the " + std::to_string(most) + " there");
     std::vector<int> numbers(count);
     if (count > 0) std::memcpy(numbers.data(), bytes.data() + sizeof count, count * sizeof(int));
-    if (numbers != numbers_of(splits)) {
-      std::vector<Split> all = splits_of(numbers);
-      Model next = torn(all);
-      lay_out(std::move(all), std::move(next));
+    const std::string state = bytes.substr(sizeof count + count * sizeof(int));
+    if (numbers == numbers_of(splits)) return solver->restore(state, file);
+    std::vector<Split> all = splits_of(numbers, model.scene, whole, file), before = splits;
+    const std::string there = solver->save();
+    lay_out_anew(std::move(all));
+    try {
+      solver->restore(state, file);
+    } catch (const InputError&) {
+      lay_out_anew(std::move(before));
+      solver->restore(there);
+      throw;
     }
-    solver->restore(bytes.substr(sizeof count + count * sizeof(int)));
+  }
+  void lay_out_anew(std::vector<Split> all) {
+    Model next = torn(all);
+    lay_out(std::move(all), std::move(next));
   }
 };
 
@@ -137,7 +152,7 @@ void Simulation::save_checkpoint(const std::string& path, std::int64_t frames) c
 std::int64_t Simulation::load_checkpoint(const std::string& path) {
   const bool tearing = malha::tears(parts_->model.scene);
   const Checkpoint checkpoint = tearing ? read_checkpoint(path, parts_->scene) : read_checkpoint(path, parts_->model);
-  parts_->restore(checkpoint.state);
+  parts_->restore(checkpoint.state, path);
   return checkpoint.frames;
 }
 

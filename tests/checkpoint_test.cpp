@@ -246,7 +246,7 @@ TEST(State, OfAnotherSizeIsRefused) {
   state.steps = 5;
   state.x.resize(3), state.v.resize(3), state.seen.resize(3);
   const std::string bytes = save_state(state);
-  EXPECT_EQ(load_state<float>(bytes, {3, 3}).steps, 5);
+  EXPECT_EQ(load_state<float>(bytes, {3, 3}, {80}).steps, 5);
   EXPECT_THROW(load_state<float>(bytes, {4, 3}), InputError);
   EXPECT_THROW(load_state<float>(bytes, {3, 0}), InputError);
   EXPECT_THROW(load_state<double>(bytes, {3, 3}), InputError);

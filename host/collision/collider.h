@@ -82,6 +82,13 @@ class Collider {
     return sum;
   }
 
+  /// How many triangles each mesh has.
+  std::vector<int> triangles() const {
+    std::vector<int> counts;
+    for (const Obstacle& o : obstacles_) counts.push_back(o.surface.triangles());
+    return counts;
+  }
+
   /// What a later substep depends on, for checkpoints.
   std::vector<LastSeen> memory() const { return seen_.download(); }
   void remember(const std::vector<LastSeen>& all) { seen_.upload(all); }

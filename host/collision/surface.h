@@ -45,6 +45,7 @@ class Surface {
   /// A lower bound of the distance of a: that of the bounding box; 0 inside it.
   double box_distance(const Point& a) const;
   double diagonal() const;
+  int triangles() const { return static_cast<int>(triangles_.size()); }
   std::size_t bytes() const;
 
  private:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/error.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 
@@ -183,16 +184,56 @@ std::vector<int> numbers_of(const std::vector<Split>& splits) {
   return numbers;
 }
 
-std::vector<Split> splits_of(const std::vector<int>& numbers) {
+std::vector<Split> splits_of(const std::vector<int>& numbers, const Scene& scene, const Appearance& whole,
+                             const std::string& file) {
+  const auto require = [&file](bool good, const std::string& found, const std::string& allowed) {
+    if (!good) refuse(file, "tears", found, allowed);
+  };
+  std::vector<Mesh> meshes;
+  std::vector<std::vector<std::size_t>> around;  // how many faces and lines hold each vertex
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    meshes.push_back(scene.bodies[b].tear ? body_mesh(whole, b) : Mesh{});
+    auto& counts = around.emplace_back(meshes[b].points.size(), 0);
+    for (const Quad& face : meshes[b].faces)
+      for (const int corner : face)
+        if (corner >= 0) ++counts[corner];
+    for (const Edge& line : meshes[b].lines)
+      for (const int end : line) ++counts[end];
+  }
   std::vector<Split> splits;
-  for (auto at = numbers.begin(); at != numbers.end();) {
-    Split& split = splits.emplace_back(Split{at[0], at[1], {}, {}});
+  std::size_t at = 0;
+  const auto left = [&] { return numbers.size() - at; };
+  while (left() > 0) {
+    require(left() >= 2, "a list that ends in a tear", "whole tears");
+    Split split{numbers[at], numbers[at + 1], {}, {}};
     at += 2;
-    for (auto* list : {&split.faces, &split.lines}) {
-      const int count = *at++;
-      list->assign(at, at + count);
-      at += count;
-    }
+    require(split.body >= 0 && split.body < int(meshes.size()) && scene.bodies[split.body].tear.has_value(),
+            "body " + std::to_string(split.body), "a body that tears");
+    Mesh& mesh = meshes[split.body];
+    require(split.vertex >= 0 && split.vertex < int(mesh.points.size()), "vertex " + std::to_string(split.vertex),
+            "0 to " + std::to_string(mesh.points.size() - 1));
+    const auto take = [&](std::vector<int>& list, const auto& elements, const std::string& what) {
+      require(left() >= 1 && numbers[at] >= 0 && std::size_t(numbers[at]) < left(), "a list that ends in a tear",
+              "whole tears");
+      const auto first = numbers.begin() + std::ptrdiff_t(at) + 1;
+      list.assign(first, first + numbers[at]);
+      at += 1 + list.size();
+      for (std::size_t i = 0; i < list.size(); ++i) {
+        const int e = list[i];
+        require((i == 0 || e > list[i - 1]) && e >= 0 && e < int(elements.size()) &&
+                    std::find(elements[e].begin(), elements[e].end(), split.vertex) != elements[e].end(),
+                what + " " + std::to_string(e), "those of vertex " + std::to_string(split.vertex) + ", ascending");
+      }
+    };
+    take(split.faces, mesh.faces, "face"), take(split.lines, mesh.lines, "line");
+    const std::size_t parted = split.faces.size() + split.lines.size();
+    std::size_t& all = around[split.body][split.vertex];
+    require(parted > 0 && parted < all, std::to_string(parted) + " faces and lines that part",
+            "1 to " + std::to_string(int(all) - 1) + " at vertex " + std::to_string(split.vertex));
+    all -= parted;
+    around[split.body].push_back(parted);
+    apply(split, mesh);
+    splits.push_back(std::move(split));
   }
   return splits;
 }

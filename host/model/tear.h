@@ -50,8 +50,10 @@ bool tears(const Scene& scene);
 /// lie the splits from `first` on.
 std::vector<int> ancestors(const Model& before, const Model& after, const std::vector<Split>& done, std::size_t first);
 
-/// As integers, for checkpoints, and back.
+/// As integers, for checkpoints, and back. The way back throws InputError, which names `file`, unless the integers are
+/// splits that can be applied to the bodies of `whole` one after the other.
 std::vector<int> numbers_of(const std::vector<Split>& splits);
-std::vector<Split> splits_of(const std::vector<int>& numbers);
+std::vector<Split> splits_of(const std::vector<int>& numbers, const Scene& scene, const Appearance& whole,
+                             const std::string& file);
 
 }  // namespace malha

@@ -81,11 +81,13 @@ Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene) {
   if (bytes.compare(0, magic, kMagic) != 0 || bytes.size() < magic + sizeof header)
     refuse(path, "byte 0", "no checkpoint of this version", "a file that malha run wrote");
   std::memcpy(&header, bytes.data() + magic, sizeof header);
-  const Checkpoint checkpoint{bytes.substr(magic + sizeof header), header.frames};
+  bytes.erase(0, magic + sizeof header);  // in place: a state may be half of what the memory holds
+  const Checkpoint checkpoint{std::move(bytes), header.frames};
   if (header.state != hash_state(checkpoint))
     refuse(path, "byte " + std::to_string(magic), "a damaged checkpoint", "one whose bytes match their hash");
   if (header.scene != scene)
     refuse(path, "", "a checkpoint of another scene", "one of this scene with the same bodies, solver and environment");
+  if (header.frames < 0) refuse(path, "frames", std::to_string(header.frames), "a whole number >= 0");
   return checkpoint;
 }
 

@@ -116,6 +116,9 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   if (simulation.steps() >= last)
     refuse(results.checkpoint, "", "the state of step " + std::to_string(simulation.steps()),
            "one from before the end of this run, step " + std::to_string(last));
+  if (frames > simulation.steps() + 1)
+    refuse(results.checkpoint, "frames", std::to_string(*frames),
+           "at most one of the start and of each of its " + std::to_string(simulation.steps()) + " steps");
 
   if (options.warn)
     for (const std::string& line : warnings(simulation.model())) options.warn(line);

@@ -111,7 +111,8 @@ class Solver {
   virtual std::optional<SleepFacts> sleep() const = 0;
   /// Everything that the next step depends on, and a hash of positions and velocities in the user's order.
   virtual std::string save() const = 0;
-  virtual void restore(const std::string& state) = 0;  // throws InputError if it is of another model
+  /// Throws InputError, which names `file`, for a state that is of another model or that no run can have left.
+  virtual void restore(const std::string& state, const std::string& file = "checkpoint") = 0;
   virtual std::uint64_t state_hash() const = 0;
   /// Whether an edge is longer than it can bear.
   virtual bool overstretched() { return false; }

@@ -1,12 +1,16 @@
 // The state of a run as bytes: what a checkpoint holds, and its hash.
 #pragma once
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "host/base/hash.h"
+#include "host/base/shown.h"
 #include "host/collision/find_contact.h"
 #include "host/error.h"
 #include "host/mesh.h"
@@ -63,14 +67,55 @@ struct StateSizes {
   std::size_t particles = 0, seen = 0, rest = 0, apart = 0;
 };
 
-/// Throws InputError unless the bytes hold as much as `sizes` say, in precision R.
+namespace detail {
+
+inline bool finite(const Point& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
+
+/// Refuses what no run can have left: a solver would read beyond its arrays with it, or never end.
 template <class R>
-State<R> load_state(const std::string& bytes, const StateSizes& sizes) {
+void check_state(const State<R>& state, const std::vector<int>& triangles, const std::string& file) {
+  constexpr std::int64_t most = std::int64_t{1} << 53;  // of which a double still tells the next
+  if (state.steps < 0 || state.steps > most)
+    refuse(file, "steps", std::to_string(state.steps), "0 to " + std::to_string(most));
+  // Self-collision lays a grid over everything: squares of what it is to hold must stay finite in single precision.
+  const double largest = state.apart.empty() ? std::numeric_limits<double>::max() : 1e18;
+  const auto check_numbers = [&](const std::vector<std::array<R, 3>>& list, const char* place) {
+    for (std::size_t i = 0; i < list.size(); ++i)
+      for (const R number : list[i])
+        if (!(std::abs(double(number)) <= largest))
+          refuse(file, place, shown(double(number)) + " at particle " + std::to_string(i),
+                 state.apart.empty() ? "finite numbers" : "numbers up to 1e18");
+  };
+  check_numbers(state.x, "positions"), check_numbers(state.v, "velocities");
+  check_numbers(state.apart, "parted positions");
+  if (!state.rest.empty()) {
+    const std::int64_t calm = state.rest[0], since = state.rest[1];
+    if (calm < 0 || calm > state.steps || since < -1 || since > state.steps)
+      refuse(file, "sleep", std::to_string(calm) + " calm steps and sleep since step " + std::to_string(since),
+             "at most the " + std::to_string(state.steps) + " steps that were done");
+  }
+  for (std::size_t i = 0; i < state.seen.size(); ++i) {
+    const LastSeen& seen = state.seen[i];
+    const int count = triangles.at(i / state.x.size());
+    if (seen.triangle < -1 || seen.triangle >= count)
+      refuse(file, "contacts", "triangle " + std::to_string(seen.triangle), "-1 to " + std::to_string(count - 1));
+    if (!finite(seen.at) || !finite(seen.passed) || std::isnan(seen.distance))
+      refuse(file, "contacts", "places that are no numbers", "finite numbers");
+  }
+}
+
+}  // namespace detail
+
+/// Throws InputError unless the bytes hold as much as `sizes` say, in precision R, and all of it can be gone on with.
+/// `triangles`: of each environment mesh. `file`: what the message names.
+template <class R>
+State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std::vector<int>& triangles = {},
+                    const std::string& file = "checkpoint") {
   State<R> state;
   const std::size_t expected = sizeof state.steps + (6 * sizes.particles + 3 * sizes.apart) * sizeof(R) +
                                sizes.seen * sizeof(LastSeen) + sizes.rest * sizeof(std::int64_t);
   if (bytes.size() != expected)
-    refuse("checkpoint", "state", std::to_string(bytes.size()) + " bytes",
+    refuse(file, "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
   std::memcpy(&state.steps, bytes.data(), sizeof state.steps);
   const char* from = bytes.data() + sizeof state.steps;
@@ -79,6 +124,7 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes) {
   from = detail::take(from, sizes.seen, state.seen);
   from = detail::take(from, sizes.rest, state.rest);
   detail::take(from, sizes.apart, state.apart);
+  detail::check_state(state, triangles, file);
   return state;
 }
 

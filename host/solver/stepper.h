@@ -60,8 +60,8 @@ class Stepper : public Solver {
     if (self_) all.apart = self_->memory();
     return save_state(all);
   }
-  void restore(const std::string& bytes) final {
-    const State<R> saved = load_state<R>(bytes, sizes(x_.size()));
+  void restore(const std::string& bytes, const std::string& file) final {
+    const State<R> saved = load(bytes, x_.size(), file);
     steps_ = saved.steps;
     x_.upload(saved.x), p_.upload(saved.x);  // pins are read from p, and may have been moved by hand
     v_.upload(saved.v);
@@ -74,7 +74,7 @@ class Stepper : public Solver {
   }
   void adopt(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
              const std::array<double, kPassNames.size()>& seconds) final {
-    restore(save_state(carried(load_state<R>(bytes, sizes(particles)), from)));
+    restore(save_state(carried(load(bytes, particles, "state"), from)), "state");
     seconds_ = seconds;
   }
   bool overstretched() final {
@@ -270,8 +270,10 @@ class Stepper : public Solver {
     return {steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>(), {}, {}};
   }
 
-  StateSizes sizes(std::size_t particles) const {
-    return {particles, model_.environment.size() * particles, sleeper_ ? std::size_t(2) : 0, self_ ? particles : 0};
+  State<R> load(const std::string& bytes, std::size_t particles, const std::string& file) const {
+    const StateSizes sizes{particles, model_.environment.size() * particles, sleeper_ ? std::size_t(2) : 0,
+                           self_ ? particles : 0};
+    return load_state<R>(bytes, sizes, collider_ ? collider_->triangles() : std::vector<int>{}, file);
   }
 
   /// Contacts last: what leaves the iteration is outside the environment.
