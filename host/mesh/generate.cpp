@@ -181,7 +181,7 @@ Mesh make(const BarShape& bar) {
 // Each cell as four tetrahedra at its corners and one between them, which takes every second corner: mirrored from cell
 // to cell, so that their triangles meet.
 Mesh make(const TetBoxShape& box) {
-  const auto [nx, ny, nz] = box.cells;
+  const int nx = box.cells[0], ny = box.cells[1], nz = box.cells[2];  // lambdas capture them
   require_at_least_one("tet_box", "cells", std::min({nx, ny, nz}));
   require_countable("tet_box", (nx + 1.0) * (ny + 1.0) * (nz + 1.0));
   Mesh mesh;

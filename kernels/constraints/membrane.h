@@ -37,7 +37,9 @@ struct Membrane {
     const S zero(R(0)), one(R(1));
     const Vector3<S> e = X[1] - X[0], g = X[2] - X[0], n = cross(e, g);
     const S e2 = dot(e, e), area2 = root(dot(n, n));  // twice the area
-    const auto whole = (area2 > larger((e2 + dot(g, g)) * S(R(1e-6)), S(tiny<R>()))) & (e2 > S(tiny<R>()));
+    const auto long_enough = e2 > S(tiny<R>());
+    const auto wide_enough = area2 > larger((e2 + dot(g, g)) * S(R(1e-6)), S(tiny<R>()));
+    const auto whole = wide_enough & long_enough;
     const S per_e = one / root(select(whole, e2, one)), per_area2 = one / select(whole, area2, one);
     const S part = select(whole, area2 / S(R(4)), zero);  // half the area
     rest[0] = select(whole, per_e, zero);

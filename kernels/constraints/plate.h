@@ -49,7 +49,8 @@ struct Plate {
       over_edge(X[from], X[to], X[wing], foot, height);
       u[wing] = u[from] + du * foot + dv * per_side * height, v[wing] = v[from] + dv * foot - du * per_side * height;
       a[i][0] = a[i][1] = a[i][2] = zero;
-      for (const int j : {from, to, i, wing}) {
+      const int corners[4] = {from, to, i, wing};
+      for (const int j : corners) {
         a[i][0] = a[i][0] + c[j] * half * u[j] * u[j], a[i][1] = a[i][1] + c[j] * half * v[j] * v[j];
         a[i][2] = a[i][2] + c[j] * u[j] * v[j];
       }
@@ -205,7 +206,8 @@ struct Plate {
     const S zero(R(0)), one(R(1));
     for (S& of : c) of = zero;
     const int from = (i + 1) % 3, to = (i + 2) % 3;
-    for (const int wing : {i, 3 + i}) {
+    const int wings[2] = {i, 3 + i};
+    for (const int wing : wings) {
       S foot, height;
       over_edge(X[from], X[to], X[wing], foot, height);
       const S per = select(height > zero, one / select(height > zero, height, one), zero);

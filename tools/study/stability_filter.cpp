@@ -168,13 +168,16 @@ Section weight_failure(Cells& cells, Json& rows) {
               {}};
   for (const bool internal_only : {true, false}) {
     Line line{internal_only ? "filtered: internal only" : "filtered: all (default)", {}};
-    for (const auto& [n, h] : cells.quick()
-                                  ? std::vector<std::pair<int, double>>{{5, kFrame}, {17, 0.1}}
-                                  : std::vector<std::pair<int, double>>{
-                                        {5, kFrame}, {17, kFrame}, {65, kFrame}, {17, 0.05}, {17, 0.1}, {17, 0.2}})
+    for (const auto& sheet : cells.quick()
+                                 ? std::vector<std::pair<int, double>>{{5, kFrame}, {17, 0.1}}
+                                 : std::vector<std::pair<int, double>>{
+                                       {5, kFrame}, {17, kFrame}, {65, kFrame}, {17, 0.05}, {17, 0.1}, {17, 0.2}}) {
+      const int n = sheet.first;
+      const double h = sheet.second;
       line.points.push_back(
           {kGravity * h * h * (n - 1), number(cells, formatted("weight: %s, %d, %g s", line.title.c_str(), n, h),
                                               [&] { return strain_at_rest(n, internal_only, h, cells); })});
+    }
     lines.lines.push_back(line);
   }
   Section section = lines_section(lines, rows);

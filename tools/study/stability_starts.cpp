@@ -127,8 +127,10 @@ Section start_failure(Cells& cells, Json& rows) {
                            "after 0.5 s", "after 3 s", "without a direction"};
   const std::vector<std::pair<Start, std::string>> starts{
       {Start::Random, "anywhere in 1 m^3"}, {Start::NearlyCollapsed, "within 1e-6 m"}, {Start::Collapsed, "one point"}};
-  for (const auto& [start, title] : starts)
+  for (const auto& named : starts)
     for (const std::string method : {"PBD", "XPBD, 1 kN/m", "Desbrun, 1 kN/m", "symplectic Euler, 1 kN/m"}) {
+      const Start start = named.first;
+      const std::string& title = named.second;
       const Json cell = cells(formatted("start: %d, %s, %s", n, title.c_str(), method.c_str()), [&] {
         Scene scene = cornered_sheet(n, 1, 0.2, method == "PBD" ? 0 : 1e-3);
         if (method.starts_with("Desbrun")) scene.solver.type = "desbrun";
