@@ -3,11 +3,19 @@
 #include <stdexcept>
 #include <string>
 
+#include "host/base/shown.h"
+
 namespace malha {
 
-/// Input that was refused at the door (exit status 2 in the command). Thrown before anything is written.
+/// Input that was refused at the door (exit status 2 in the command). Thrown before anything is written. The message is
+/// one line that a terminal can show, whatever bytes files and their names have.
 struct InputError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  explicit InputError(const std::string& message) : std::runtime_error(printable(message)) {}
+};
+
+/// Input that asks for more memory than there is (exit status 5): how much, and how much there is.
+struct OutOfMemory : InputError {
+  using InputError::InputError;
 };
 
 /// A run that became non-finite or exploded (exit status 3); the message says at which step and where.

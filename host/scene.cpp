@@ -127,11 +127,28 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
 Scene load_scene(const std::string& path) {
   std::string text;
   try {
-    text = read_whole(path);
+    text = read_whole(path == "-" ? "/dev/stdin" : path);
+  } catch (const InputError&) {
+    throw;
   } catch (const std::runtime_error& error) {
     throw InputError(std::string(error.what()) + "; allowed: a readable scene file (JSON)");
   }
-  return parse_scene(text, path, std::filesystem::path(path).parent_path().string());
+  namespace fs = std::filesystem;
+  if (path == "-") return parse_scene(text, "standard input", "");
+  const fs::path folder = fs::path(path).parent_path();
+  Scene scene = parse_scene(text, path, folder.string());
+  std::error_code none;
+  if (!fs::is_symlink(path, none)) return scene;
+  const fs::path target = fs::weakly_canonical(path, none).parent_path();
+  const auto look_there = [&](Shape& shape) {
+    auto* mesh = std::get_if<MeshFile>(&shape);
+    if (mesh == nullptr || none || fs::exists(mesh->path)) return;
+    const fs::path there = (target / fs::path(mesh->path).lexically_relative(folder.empty() ? "." : folder));
+    if (fs::exists(there)) mesh->path = there.lexically_normal().string();
+  };
+  for (BodySpec& body : scene.bodies) look_there(body.shape);
+  for (EnvironmentSpec& object : scene.environment) look_there(object.shape);
+  return scene;
 }
 
 }  // namespace malha

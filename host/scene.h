@@ -193,7 +193,7 @@ struct OutputSpec {
   std::vector<std::string> formats;  // of "vtp", "pc2", "ply", "obj"
   int picture_every = 0;             // steps between pictures; 0: only what `picture` says at the end
   std::optional<PictureSpec> picture;
-  int checkpoint_every = 0;  // steps between checkpoints; 0: only that of the end
+  std::optional<int> checkpoint_every;  // steps between checkpoints; 0: only that of the end; none: see RunOptions
 };
 
 /// What must hold at the end of the whole run. Absent: not looked at.
@@ -255,7 +255,8 @@ struct Scene {
 };
 
 /// Reads and checks a scene file. Throws InputError naming the file, the line and column or JSON pointer, what was
-/// found and what is allowed. Mesh paths come back resolved against the scene's folder. Meshes are not read here.
+/// found and what is allowed. Mesh paths come back resolved against the scene's folder; where the scene is a symbolic
+/// link and a mesh is not there, against that of its target. "-" is standard input. Meshes are not read here.
 Scene load_scene(const std::string& path);
 
 /// The same from text; `file` names it in messages, `folder` is where relative mesh paths start.

@@ -244,23 +244,26 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"ZeroCells", "/bodies/1/shape/grid/cells", "[0, 1]",
                 "/bodies/1/shape/grid/cells/0: found 0; allowed: an integer in [1, 100000]"},
         Refusal{"TooManyCells", "/bodies/1/shape/grid/cells", "[100000, 100000]",
-                "/bodies/1/shape/grid/cells: found a list of 2; allowed: counts that make at most 20000000 particles"},
+                "/bodies/1/shape/grid/cells: found [100000, 100000], which makes 10000200001 particles; allowed: "
+                "counts that make at most 20000000 particles"},
         Refusal{"TooManyBoxCells", "/bodies/3/shape/box/cells", "[100000, 100000, 1]",
-                "/bodies/3/shape/box/cells: found a list of 3; allowed: counts that make at most 20000000 particles"},
+                "/bodies/3/shape/box/cells: found [100000, 100000, 1], which makes 20000400002 particles; allowed: "
+                "counts that make at most 20000000 particles"},
         Refusal{"TooManyBarCells", "/bodies/4/shape/bar/cells", "100000",
                 "/bodies/4/shape/bar/cells: found 100000; allowed: cells of side width / cells, of which at most "
                 "100000 fit the length"},
         Refusal{"TooManyLooseParticles", "/bodies/6/shape/cloud/count", "[100000, 1000, 1]",
-                "/bodies/6/shape/cloud/count: found a list of 3; allowed: counts that make at most 20000000 particles"},
+                "/bodies/6/shape/cloud/count: found [100000, 1000, 1], which makes 100000000 particles; allowed: "
+                "counts that make at most 20000000 particles"},
         Refusal{"TooManySubdivisions", "/bodies/2/shape/sphere/subdivisions", "11",
                 "/bodies/2/shape/sphere/subdivisions: found 11; allowed: an integer in [0, 10]"},
         Refusal{"ZeroRadius", "/bodies/2/shape/sphere/radius", "0",
                 "/bodies/2/shape/sphere/radius: found 0; allowed: a number > 0 (m)"},
         Refusal{"ChainWithoutLength", "/bodies/5/shape/chain/to", "[0, 0, 0]",
                 "/bodies/5/shape/chain/to: found the same point as 'from'; allowed: another point"},
-        Refusal{
-            "TooManyTetrahedra", "/bodies/7/shape/tet_box/cells", "[1000, 1000, 1000]",
-            "/bodies/7/shape/tet_box/cells: found a list of 3; allowed: counts that make at most 20000000 particles"},
+        Refusal{"TooManyTetrahedra", "/bodies/7/shape/tet_box/cells", "[1000, 1000, 1000]",
+                "/bodies/7/shape/tet_box/cells: found [1000, 1000, 1000], which makes 1003003001 particles; allowed: "
+                "counts that make at most 20000000 particles"},
         Refusal{"FlatTetBox", "/bodies/7/shape/tet_box/size/1", "0",
                 "/bodies/7/shape/tet_box/size/1: found 0; allowed: a number > 0 (m)"},
         Refusal{"CloudInsideOut", "/bodies/6/shape/cloud/max", "[1, 0, 0]",

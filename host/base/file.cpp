@@ -1,10 +1,18 @@
 #include "host/base/file.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <memory>
 #include <stdexcept>
+
+#include "host/base/memory_size.h"
+#include "host/base/shown.h"
+#include "host/error.h"
 
 namespace malha {
 
@@ -18,24 +26,47 @@ struct Close {
 using File = std::unique_ptr<std::FILE, Close>;
 
 [[noreturn]] void fail(const fs::path& path, const char* what, int code) {
-  throw std::runtime_error(path.string() + ": cannot " + what + ": " + std::strerror(code));
+  throw std::runtime_error(printable(path.string()) + ": cannot " + what + ": " + std::strerror(code));
 }
 
-}  // namespace
+/// Some file systems cannot flush a folder, and some folders cannot be read: then the file's own flush is what there
+/// is.
+void flush_folder(const fs::path& path) {
+  const fs::path folder = path.parent_path();
+  const int descriptor = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  fsync(descriptor);
+  close(descriptor);
+}
 
-void write_whole(const fs::path& path, std::string_view bytes) {
-  const fs::path temporary = path.string() + ".tmp";
-  errno = 0;
+bool write_and_rename(const fs::path& temporary, const fs::path& path, const std::vector<std::string_view>& pieces,
+                      bool flush) {
   File file(std::fopen(temporary.c_str(), "wb"));
   bool good = file != nullptr;
-  good = good && std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
+  for (const std::string_view piece : pieces)
+    good = good && std::fwrite(piece.data(), 1, piece.size(), file.get()) == piece.size();
+  if (flush) good = good && std::fflush(file.get()) == 0 && fsync(fileno(file.get())) == 0;
   good = file != nullptr && std::fclose(file.release()) == 0 && good;  // closed in any case; a full disk may show here
-  good = good && std::rename(temporary.c_str(), path.c_str()) == 0;
-  if (good) return;
+  return good && std::rename(temporary.c_str(), path.c_str()) == 0;
+}
+
+void write_pieces(const fs::path& path, const std::vector<std::string_view>& pieces, bool flush) {
+  const fs::path temporary = path.string() + ".tmp";
+  errno = 0;
+  if (write_and_rename(temporary, path, pieces, flush)) return;
   const int code = errno;
   std::error_code ignored;
   fs::remove(temporary, ignored);
   fail(path, "write", code);
+}
+
+}  // namespace
+
+void write_whole(const fs::path& path, std::string_view bytes) { write_pieces(path, {bytes}, false); }
+
+void write_durably(const fs::path& path, const std::vector<std::string_view>& pieces) {
+  write_pieces(path, pieces, true);
+  flush_folder(path);
 }
 
 void check_writable(const fs::path& path) {
@@ -52,6 +83,12 @@ std::string read_whole(const fs::path& path) {
   errno = 0;
   const File file(std::fopen(path.c_str(), "rb"));
   if (!file) fail(path, "read", errno);
+  std::error_code unknown;  // pipes have no size
+  const auto size = fs::file_size(path, unknown);
+  const std::size_t free = available_memory();
+  if (!unknown && size > free)
+    throw OutOfMemory(path.string() + ": found a file of " + in_gib(double(size)) +
+                      "; allowed: what fits into the memory, of which " + in_gib(double(free)) + " are free");
   std::string bytes;
   char block[1 << 16];
   while (const std::size_t count = std::fread(block, 1, sizeof block, file.get())) bytes.append(block, count);
@@ -63,7 +100,18 @@ void make_folder(const fs::path& path) {
   std::error_code error;
   fs::create_directories(path, error);
   if (!error && fs::is_directory(path)) return;
-  throw std::runtime_error(path.string() + ": cannot make the folder: " + (error ? error.message() : "it is a file"));
+  throw std::runtime_error(printable(path.string()) +
+                           ": cannot make the folder: " + (error ? error.message() : "it is a file"));
+}
+
+FolderLock::FolderLock(const fs::path& folder) : descriptor_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (descriptor_ < 0 || flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  close(descriptor_);
+  refuse(folder.string(), "", "another run that is writing to it", "a folder of this run's own (--out)");
+}
+
+FolderLock::~FolderLock() {
+  if (descriptor_ >= 0) close(descriptor_);
 }
 
 }  // namespace malha

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace malha {
 
@@ -10,13 +11,30 @@ namespace malha {
 /// Throws std::runtime_error "PATH: cannot write: REASON" (full disk, no permission); the temporary file is removed.
 void write_whole(const std::filesystem::path& path, std::string_view bytes);
 
+/// The same, of these pieces one after the other, and safe from a power failure: file and folder are flushed to disk.
+void write_durably(const std::filesystem::path& path, const std::vector<std::string_view>& pieces);
+
 /// Throws what write_whole would throw for this path as far as that can be known before; leaves nothing behind.
 void check_writable(const std::filesystem::path& path);
 
-/// The bytes of a file. Throws std::runtime_error "PATH: cannot read: REASON".
+/// The bytes of a file. Throws std::runtime_error "PATH: cannot read: REASON"; OutOfMemory for more than there is free.
 std::string read_whole(const std::filesystem::path& path);
 
 /// Makes the folder and those above it. Throws std::runtime_error "PATH: cannot make the folder: REASON".
 void make_folder(const std::filesystem::path& path);
+
+/// Keeps other processes, and other locks of this one, from a folder while it lives. The lock is the open folder itself
+/// (flock): nothing is left behind, whatever ends the process. File systems without such locks are not guarded.
+class FolderLock {
+ public:
+  /// Throws InputError where another holds the folder.
+  explicit FolderLock(const std::filesystem::path& folder);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int descriptor_;
+};
 
 }  // namespace malha

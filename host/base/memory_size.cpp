@@ -1,5 +1,8 @@
 #include "host/base/memory_size.h"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -17,14 +20,26 @@ std::size_t left_in_group() {
   return most > used ? most - used : 0;
 }
 
+/// Bytes that `ulimit -v` still allows.
+std::size_t left_of_addresses() {
+  rlimit limit{};
+  std::size_t pages = 0;
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY ||
+      !(std::ifstream("/proc/self/statm") >> pages))
+    return std::numeric_limits<std::size_t>::max();
+  const std::size_t used = pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  return limit.rlim_cur > used ? limit.rlim_cur - used : 0;
+}
+
 }  // namespace
 
 std::size_t available_memory() {
+  const std::size_t allowed = std::min(left_in_group(), left_of_addresses());
   std::ifstream info("/proc/meminfo");
   std::string key, unit;
   for (std::size_t kib = 0; info >> key >> kib; std::getline(info, unit))
-    if (key == "MemAvailable:") return std::min(kib * 1024, left_in_group());
-  return left_in_group();
+    if (key == "MemAvailable:") return std::min(kib * 1024, allowed);
+  return allowed;
 }
 
 std::string in_gib(double bytes) {

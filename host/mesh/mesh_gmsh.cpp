@@ -20,6 +20,7 @@ class GmshReader {
       const std::string_view name = scan_.word("");
       if (!name.starts_with('$')) scan_.refuse_word(name, "the beginning of a section: $Nodes, $Elements ...");
       const std::string section(name.substr(1));
+      if (section.size() > kLongestName) scan_.refuse_word(name, "a section with a shorter name");
       if (section == "Nodes") {
         if (nodes) scan_.refuse_word(name, "one section $Nodes");
         nodes = true;
@@ -40,6 +41,7 @@ class GmshReader {
   }
 
  private:
+  static constexpr std::size_t kLongestName = 200;
   static constexpr const char* kTypes = "1 (line), 2 (triangle), 3 (quad), 4 (tetrahedron), 15 (point)";
 
   void read_format() {

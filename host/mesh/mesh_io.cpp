@@ -19,6 +19,8 @@ constexpr std::size_t most_items = std::size_t{1} << 28;
 std::string load(const std::string& path) {
   try {
     return read_whole(path);
+  } catch (const InputError&) {
+    throw;
   } catch (const std::runtime_error& error) {
     throw InputError(std::string(error.what()) + "; allowed: a readable mesh file");
   }

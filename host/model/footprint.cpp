@@ -1,5 +1,10 @@
 #include "host/model/footprint.h"
 
+#include <cmath>
+
+#include "host/base/memory_size.h"
+#include "host/error.h"
+
 namespace malha {
 
 namespace {
@@ -28,7 +33,44 @@ void for_each_array(M& model, const Visit& visit) {
     visit(environment.mesh.points), visit(environment.mesh.faces), visit(environment.mesh.lines);
 }
 
+constexpr double kSphere = 10;  // vertices of an icosahedron's subdivisions, less 2: 10 4^s
+
+double particles_of(const GridShape& s) { return (s.cells[0] + 1.0) * (s.cells[1] + 1.0); }
+double particles_of(const SphereShape& s) { return kSphere * std::pow(4, s.subdivisions) + 2; }
+double particles_of(const BoxShape& s) {
+  const double x = s.cells[0], y = s.cells[1], z = s.cells[2];
+  return 2 * (x * y + y * z + z * x) + 2;
+}
+double particles_of(const TetBoxShape& s) { return (s.cells[0] + 1.0) * (s.cells[1] + 1.0) * (s.cells[2] + 1.0); }
+double particles_of(const BarShape& s) { return 4.0 * s.cells * std::floor(s.length / s.width * s.cells); }
+double particles_of(const ChainShape& s) { return s.segments + 1.0; }
+double particles_of(const CloudShape& s) { return 1.0 * s.count[0] * s.count[1] * s.count[2]; }
+double particles_of(const MeshFile&) { return 0; }
+
 }  // namespace
+
+double least_bytes(const Scene& scene) {
+  constexpr double particle = 170, element = 80, constraint = 60;  // cloud: 183; grid: 293, with edges and shear 492
+  double sum = 0;
+  for (const BodySpec& body : scene.bodies) {
+    double each = particle + (std::holds_alternative<CloudShape>(body.shape) ? 0 : element);
+    for (const ConstraintSpec& spec : body.constraints) each += constraint * static_cast<double>(spec.on.size());
+    sum += each * std::visit([](const auto& shape) { return particles_of(shape); }, body.shape);
+  }
+  for (const EnvironmentSpec& object : scene.environment)
+    sum += element * std::visit([](const auto& shape) { return particles_of(shape); }, object.shape);
+  return sum;
+}
+
+void require_memory(const Scene& scene) {
+  constexpr double small = 1 << 26;  // not worth the question
+  const double needs = least_bytes(scene);
+  if (needs < small) return;
+  if (const auto free = static_cast<double>(available_memory()); needs > free)
+    throw OutOfMemory((scene.file.empty() ? scene.name : scene.file) + ": /bodies: found a scene that needs " +
+                      in_gib(needs) + " at the least; allowed: what fits into the memory, of which " + in_gib(free) +
+                      " are free");
+}
 
 std::size_t bytes(const Model& model) {
   std::size_t sum = 0;

@@ -9,6 +9,7 @@
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
 #include "host/model/elements.h"
+#include "host/model/footprint.h"
 #include "host/model/order.h"
 #include "host/model/self_surface.h"
 #include "host/model/tear.h"
@@ -419,7 +420,10 @@ class Builder {
 
 }  // namespace
 
-Model build_model(const Scene& scene, int threads) { return Builder(scene, threads).build(); }
+Model build_model(const Scene& scene, int threads) {
+  require_memory(scene);
+  return Builder(scene, threads).build();
+}
 
 Model build_torn_model(const Scene& scene, const Torn& torn, int threads) {
   return Builder(scene, threads, &torn).build();

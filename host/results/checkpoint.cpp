@@ -62,7 +62,7 @@ void write_checkpoint(const std::string& path, const Model& model, const Checkpo
 
 void write_checkpoint(const std::string& path, std::uint64_t scene, const Checkpoint& checkpoint) {
   const Header header{scene, hash_state(checkpoint), checkpoint.frames};
-  write_whole(path, kMagic + std::string(reinterpret_cast<const char*>(&header), sizeof header) + checkpoint.state);
+  write_durably(path, {kMagic, {reinterpret_cast<const char*>(&header), sizeof header}, checkpoint.state});
 }
 
 Checkpoint read_checkpoint(const std::string& path, const Model& model) {
@@ -73,6 +73,8 @@ Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene) {
   std::string bytes;
   try {
     bytes = read_whole(path);
+  } catch (const InputError&) {
+    throw;
   } catch (const std::runtime_error& error) {
     throw InputError(std::string(error.what()) + "; allowed: a checkpoint that an earlier run left there");
   }

@@ -15,7 +15,7 @@ struct Checkpoint {
 /// Of what a checkpoint belongs to: the model before any tear.
 std::uint64_t scene_hash(const Model& model);
 
-/// Whole or not at all. Throws std::runtime_error (disk).
+/// Whole or not at all, and on the disk when it returns. Throws std::runtime_error (disk).
 void write_checkpoint(const std::string& path, const Model& model, const Checkpoint& checkpoint);
 void write_checkpoint(const std::string& path, std::uint64_t scene, const Checkpoint& checkpoint);
 

@@ -99,6 +99,8 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
       allowed = found.substr(cut + separator.size());
       found.resize(cut);
     }
+    constexpr std::size_t most = 120;  // the library repeats the whole text that it was in
+    if (found.size() > most) found = found.substr(0, most) + "...";
     refuse(file_, line_and_column(text_, position == 0 ? 0 : position - 1), found, allowed);
   }
 

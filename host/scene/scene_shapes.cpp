@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 
 #include "host/scene/scene_read.h"
@@ -11,7 +12,15 @@ constexpr double most_particles = 2e7;  // of one generated shape
 constexpr int most_subdivisions = 10;   // 10,485,762 points
 
 void refuse_too_many(const JsonReader& at, double particles) {
-  if (particles > most_particles) at.refuse_value("counts that make at most 20000000 particles");
+  if (particles <= most_particles) return;
+  std::string counts;
+  const JsonValue& value = at.value();
+  for (const JsonValue& item : value.items) counts += (counts.empty() ? "" : ", ") + describe(item);
+  if (value.type == JsonValue::Type::List) counts = "[" + counts + "]";
+  char number[40];
+  std::snprintf(number, sizeof number, "%.0f", particles);
+  at.refuse((counts.empty() ? describe(value) : counts) + ", which makes " + number + " particles",
+            "counts that make at most 20000000 particles");
 }
 
 Shape read_mesh(const JsonReader& at, const std::string& folder) {
