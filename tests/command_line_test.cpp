@@ -13,12 +13,12 @@ TEST(CommandLine, HelpsWithEveryOptionAndExample) {
               projection = malha_command({"bench", "projection", "--help"}, folder / "."),
               filter = malha_command({"bench", "filter", "--help"}, folder / ".");
   EXPECT_EQ(help.status + run.status + bench.status + projection.status + filter.status, 0);
-  for (const char* word : {"malha [OPTIONS] COMMAND", "run ", "plan ", "check ", "tune ", "bench ", "study ",
-                           "Examples:", "Exit status:", "130"})
+  for (const char* word : {"malha [OPTIONS] COMMAND", "run ", "picture ", "plan ", "check ", "tune ", "bench ",
+                           "study ", "Examples:", "Exit status:", "130"})
     EXPECT_TRUE(has(help.out, word)) << word;
   for (const char* word : {"malha run [OPTIONS] SCENE", "--threads N", "--steps N", "--seconds S", "--out FOLDER",
-                           "--every N", "--format LIST", "--picture ", "--picture-every N", "--no-picture", "--quiet",
-                           "--resume", "--backend NAME", "Examples:", "Ctrl-C"})
+                           "--every N", "--format LIST", "--checkpoint N", "--picture ", "--picture-every N",
+                           "--no-picture", "--quiet", "--resume", "--backend NAME", "Examples:", "Ctrl-C"})
     EXPECT_TRUE(has(run.out, word)) << word;
   EXPECT_TRUE(has(bench.out, "projection ")) << bench.out;
   EXPECT_TRUE(has(bench.out, "filter ")) << bench.out;
@@ -41,10 +41,12 @@ TEST(CommandLine, AnswersEverySlipInOneLine) {
   folder.write("scene.json", swinging_sheet(false).dump());
   const std::string in_run = "; see malha run --help\n";
   for (const Slip& slip : std::vector<Slip>{
-           {{}, "malha: found no command; allowed: run, plan, check, tune, bench, study, --help, -h, --version\n"},
+           {{},
+            "malha: found no command; allowed: run, picture, plan, check, tune, bench, study, --help, -h, --version\n"},
            {{"rum", "scene.json"},
-            "malha: found \"rum\" (did you mean 'run'?); allowed: run, plan, check, tune, bench, study, --help, -h, "
-            "--version\n"},
+            "malha: found \"rum\" (did you mean 'run'?); allowed: run, picture, plan, check, tune, bench, study, "
+            "--help, "
+            "-h, --version\n"},
            {{"run"}, "malha run: SCENE is required" + in_run},
            {{"run", "scene.json", "--thread", "2"},
             "malha run: found \"--thread\" (did you mean '--threads'?); allowed: one scene and the options of malha "
@@ -69,6 +71,11 @@ TEST(CommandLine, AnswersEverySlipInOneLine) {
             "malha run: --format: found \"vtk\" (did you mean 'vtp'?); allowed: vtp, pc2, ply, obj" + in_run},
            {{"run", "scene.json", "--backend", "cuda"},
             "malha run: --backend: found \"cuda\"; allowed: openmp, serial" + in_run},
+           {{"run", "scene.json", "--steps", "1", "--steps", "2"},
+            "malha run: --steps: found 2 times; allowed: once" + in_run},
+           {{"picture"}, "malha picture: OUT is required; see malha picture --help\n"},
+           {{"picture", "nowhere"},
+            "nowhere/report.json: cannot read: No such file or directory; allowed: a folder of results of malha run\n"},
            {{"run", "scene.json", "--out"}, "malha run: --out: 1 required FOLDER missing" + in_run}}) {
     const Ended ended = malha_command(slip.words, folder / ".");
     EXPECT_EQ(ended.status, 2);

@@ -120,7 +120,9 @@ TEST(Run, StopsAfterTheStepInWhichItIsTold) {
   EXPECT_EQ(report_in(out)["status"], "interrupted");
   EXPECT_EQ(report_in(out)["step"], 7);
   EXPECT_TRUE(std::filesystem::exists(Results(out).checkpoint));
-  EXPECT_TRUE(std::filesystem::exists(Results(out).picture));
+  EXPECT_TRUE(result.pictures_missing);
+  EXPECT_FALSE(std::filesystem::exists(Results(out).picture)) << "whoever stops it does not want to wait for it";
+  EXPECT_FALSE(std::filesystem::exists(Results(out).storyboard));
 }
 
 TEST(Run, TellsItsProgressStepByStep) {

@@ -329,7 +329,7 @@ TEST(Warning, ComesOfThreeShippedScenes) {
       << lines[0];
 }
 
-TEST(Warning, IsALineOnStandardErrorOfRunAndPlanUnlessTheyAreToBeQuiet) {
+TEST(Warning, IsALineOnStandardErrorOfRunAndPlanAlsoWhereTheyAreToBeQuiet) {
   SolverSpec solver;
   solver.substeps = 1;
   const TemporaryFolder folder;
@@ -343,7 +343,9 @@ TEST(Warning, IsALineOnStandardErrorOfRunAndPlanUnlessTheyAreToBeQuiet) {
   const Ended run = malha_command({"run", "scene.json", "--steps", "1"}, folder / ".");
   EXPECT_EQ(run.status, 0);
   EXPECT_EQ(run.err.find(start), 0u) << run.err;
-  EXPECT_EQ(malha_command({"run", "scene.json", "--steps", "1", "--quiet"}, folder / ".").err, "");
+  const Ended quiet = malha_command({"run", "scene.json", "--steps", "1", "--quiet"}, folder / ".");
+  EXPECT_EQ(quiet.err.find(start), 0u) << quiet.err;
+  EXPECT_EQ(std::count(quiet.err.begin(), quiet.err.end(), '\n'), 1) << "and nothing else";
 }
 
 }  // namespace

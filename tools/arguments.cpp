@@ -13,8 +13,8 @@ namespace malha {
 
 namespace {
 
-const std::vector<std::string> kFirstWords{"run",   "plan",   "check", "tune",     "bench",
-                                           "study", "--help", "-h",    "--version"};
+const std::vector<std::string> kFirstWords{"run",   "picture", "plan",   "check", "tune",
+                                           "bench", "study",   "--help", "-h",    "--version"};
 const std::vector<std::string> kFormats{"vtp", "pc2", "ply", "obj"};
 const std::vector<std::string> kBackends{"openmp", "serial"};
 constexpr std::int64_t kMostSteps = 1'000'000'000;
@@ -72,8 +72,13 @@ void add_results(CLI::App& command, Arguments& arguments) {
   command.add_flag("--no-picture", arguments.no_picture, "No pictures, whatever the scene says")
       ->excludes(picture)
       ->excludes(picture_every);
+  command
+      .add_option("--checkpoint", arguments.checkpoint_every,
+                  "A checkpoint every N steps, 0 none before the end; every 30 seconds of the clock if not given")
+      ->check(whole_number(0, kMostSteps))
+      ->type_name("N");
   command.add_flag("--resume", arguments.resume, "Go on where the run in the folder stopped, with the very same bits");
-  command.add_flag("--quiet", arguments.quiet, "Say nothing but what went wrong");
+  command.add_flag("--quiet", arguments.quiet, "Say nothing but what went wrong, or may");
 }
 
 /// One line, whatever is wrong.
@@ -86,6 +91,10 @@ std::string complaint(const CLI::App& app, const CLI::Error& error) {
   }
   const CLI::App& command = *last;
   std::string what = error.what();
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error))
+    for (const CLI::Option* option : command.get_options())
+      if (option->get_items_expected_max() == 1 && option->count() > 1)
+        what = option->get_name() + ": found " + std::to_string(option->count()) + " times; allowed: once";
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) {
     std::vector<std::string> extras = command.remaining(), options;
     // CLI11 gives the words in the order in which it gave up on them; an option says more than a word.
@@ -99,22 +108,11 @@ std::string complaint(const CLI::App& app, const CLI::Error& error) {
   return name + ": " + what + "; see " + name + " --help\n";
 }
 
-/// The words as a shell takes them back; without --resume, which a run that goes on has once.
+/// The words as typed; without --resume, which a run that goes on has once.
 std::string typed(int argc, char** argv) {
   std::string line = "malha";
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$&|;<>()*?[]{}~#!`") == std::string::npos;
-    if (word == "--resume") continue;
-    line += " ";
-    if (plain) {
-      line += word;
-      continue;
-    }
-    line += "'";
-    for (const char letter : word) line += letter == '\'' ? "'\\''" : std::string(1, letter);
-    line += "'";
-  }
+  for (int i = 1; i < argc; ++i)
+    if (const std::string word = argv[i]; word != "--resume") line += " " + shell_word(word);
   return line;
 }
 
@@ -125,13 +123,29 @@ void add_run(CLI::App& app, Arguments& arguments) {
   add_executor(*run, arguments);
   run->footer(
       "Options win over the scene. Results are the same bits on any number of threads and on either backend.\n"
-      "A run replaces the results of an earlier one in its folder. Ctrl-C stops it after the step: report and\n"
-      "checkpoint are written, --resume goes on. A second Ctrl-C ends it at once.\n\n"
+      "A run replaces the results of an earlier one in its folder; one that another run is writing to is refused.\n"
+      "Ctrl-C stops it after the step: report and checkpoint are written, --resume goes on, and malha picture draws\n"
+      "the pictures that are missing. A second Ctrl-C ends it at once. SCENE may be - for standard input.\n\n"
       "Examples:\n"
       "  malha run scenes/drape_bunny.json\n"
       "  malha run scenes/balloon.json --out /tmp/balloon --seconds 1 --format vtp,pc2 --every 2\n"
       "  malha run scenes/balloon.json --steps 100 --every 0 --no-picture      the report alone\n"
       "  malha run scenes/balloon.json --resume --seconds 10                   goes on to 10 s");
+}
+
+void add_picture(CLI::App& app, Arguments& arguments) {
+  CLI::App* picture = app.add_subcommand("picture", "Draw the pictures of a run that was stopped, or had none");
+  picture->add_option("OUT", arguments.out, "Folder of the results of malha run")
+      ->required()
+      ->check(some_path())
+      ->type_name("");
+  picture->add_option("--threads", arguments.threads, "Threads; as many as there are cores if not given")
+      ->check(whole_number(1, 1024))
+      ->type_name("N");
+  picture->footer(
+      "Writes picture.png, of the state in the folder's checkpoint, and storyboard.png, of its frames for ParaView,\n"
+      "if there are any. The scene is read from report.json; its meshes must be where they were.\n\n"
+      "Example:\n  malha picture out/drape_bunny");
 }
 
 void add_plan(CLI::App& app, Arguments& arguments) {
@@ -175,8 +189,10 @@ void add_everything(CLI::App& app, Arguments& arguments) {
       "  malha bench projection                  what a projection costs here; malha bench filter: a filter\n"
       "  malha study accuracy --quick            error against cost of every method, with charts\n\n"
       "Exit status: 0 done; 1 done, but not as the scene expects; 2 bad input, nothing was written; 3 the run became\n"
-      "non-finite; 4 results could not be written; 130 interrupted with Ctrl-C (malha run --resume goes on).");
+      "non-finite; 4 results could not be written; 5 not enough memory; 130 interrupted with Ctrl-C (malha run\n"
+      "--resume goes on).");
   add_run(app, arguments);
+  add_picture(app, arguments);
   add_plan(app, arguments);
   add_check(app, arguments);
   add_tune(app, arguments);
@@ -189,6 +205,14 @@ void add_everything(CLI::App& app, Arguments& arguments) {
 }
 
 }  // namespace
+
+std::string shell_word(const std::string& word) {
+  const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$&|;<>()*?[]{}~#!`") == std::string::npos;
+  if (plain) return malha::printable(word);
+  std::string quoted_word = "'";
+  for (const char letter : malha::printable(word)) quoted_word += letter == '\'' ? "'\\''" : std::string(1, letter);
+  return quoted_word + "'";
+}
 
 std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) {
   const std::string first = argc > 1 ? argv[1] : "";
@@ -217,12 +241,13 @@ std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) 
     return kBadInput;
   }
   arguments.typed = typed(argc, argv);
-  arguments.command = first == "run"     ? Command::Run
-                      : first == "plan"  ? Command::Plan
-                      : first == "check" ? Command::Check
-                      : first == "bench" ? Command::Bench
-                      : first == "tune"  ? Command::Tune
-                                         : Command::Study;
+  arguments.command = first == "run"       ? Command::Run
+                      : first == "picture" ? Command::Picture
+                      : first == "plan"    ? Command::Plan
+                      : first == "check"   ? Command::Check
+                      : first == "bench"   ? Command::Bench
+                      : first == "tune"    ? Command::Tune
+                                           : Command::Study;
   return std::nullopt;
 }
 

@@ -11,10 +11,10 @@
 
 namespace malha {
 
-enum class Command { Run, Plan, Check, Bench, Study, Tune };
+enum class Command { Run, Picture, Plan, Check, Bench, Study, Tune };
 
 /// What the command's exit status says. An interrupted run exits with 128 + the signal: 130 for Ctrl-C.
-enum ExitStatus { kDone = 0, kUnmet = 1, kBadInput = 2, kDiverged = 3, kFailed = 4 };
+enum ExitStatus { kDone = 0, kUnmet = 1, kBadInput = 2, kDiverged = 3, kFailed = 4, kOutOfMemory = 5 };
 
 /// Absent: as the scene says.
 struct Arguments {
@@ -22,10 +22,10 @@ struct Arguments {
   std::string scene;
   std::string backend = "openmp";
   int threads = 0;  // 0: as many as OpenMP offers
-  std::string out;  // empty: out/SCENE
+  std::string out;  // empty: out/SCENE; of picture: the folder of results
   std::optional<std::int64_t> steps;
   std::optional<double> seconds;
-  std::optional<int> every, picture_every;
+  std::optional<int> every, picture_every, checkpoint_every;
   bool picture = false, no_picture = false;
   std::vector<std::string> formats;
   bool resume = false, quiet = false;
@@ -38,5 +38,8 @@ struct Arguments {
 /// Fills `arguments`. Where there is nothing to run (--help, --version, or an error, which goes to standard error as
 /// one line) it gives the exit status instead.
 std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments);
+
+/// As a shell takes it back, in quotes where it needs them.
+std::string shell_word(const std::string& word);
 
 }  // namespace malha

@@ -1,14 +1,21 @@
 // The malha command: run, plan and check scenes, benchmarks and studies.
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <iostream>
+#include <new>
 
+#include "host/base/memory_size.h"
 #include "host/base/shown.h"
 #include "host/model/model.h"
 #include "host/results/plan.h"
+#include "host/results/redraw.h"
 #include "host/results/run.h"
 #include "host/results/summary.h"
 #include "host/results/warnings.h"
@@ -39,6 +46,18 @@ void catch_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) catch_signal(signal);
 }
 
+/// Whoever reads our words may leave (malha run SCENE | head -1): the run goes on, and nobody hears it. A stream that
+/// was closed before the start gets a place to write to: its number would be given to the next file that is opened.
+void outlive_readers() {
+  std::signal(SIGPIPE, SIG_IGN);
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDWR) != stream) std::_Exit(malha::kFailed);
+}
+bool has_no_reader(int stream) {
+  pollfd state{stream, POLLOUT, 0};
+  return poll(&state, 1, 0) == 1 && (state.revents & POLLERR) != 0;
+}
+
 malha::SimulationOptions simulation_options(const Arguments& arguments, malha::ProgressReporter& progress) {
   malha::SimulationOptions options;
   options.threads = arguments.threads, options.at_most = true;
@@ -59,6 +78,7 @@ malha::Scene load(const Arguments& arguments) {
     outputs.every = *arguments.every;
     if (outputs.formats.empty()) outputs.formats = {"vtp"};
   }
+  if (arguments.checkpoint_every) outputs.checkpoint_every = *arguments.checkpoint_every;
   if (arguments.picture_every) outputs.picture_every = *arguments.picture_every;
   if ((arguments.picture || arguments.picture_every) && !outputs.picture) outputs.picture.emplace();
   if (arguments.no_picture) outputs.picture.reset();
@@ -78,7 +98,9 @@ std::optional<std::int64_t> last_step(const Arguments& arguments, const malha::S
 int run(const Arguments& arguments) {
   const malha::Scene scene = load(arguments);
   malha::RunOptions options;
-  options.out = arguments.out.empty() ? "out/" + std::filesystem::path(arguments.scene).stem().string() : arguments.out;
+  const std::string name =
+      arguments.scene == "-" ? "standard_input" : std::filesystem::path(arguments.scene).stem().string();
+  options.out = arguments.out.empty() ? "out/" + name : arguments.out;
   options.steps = last_step(arguments, scene);
   options.resume = arguments.resume;
   catch_signals();
@@ -93,12 +115,21 @@ int run(const Arguments& arguments) {
     throw;
   }
   if (!arguments.quiet) std::cout << result.summary << malha::list_results(malha::Results(options.out));
-  for (const std::string& line : result.unmet) std::cerr << arguments.scene << ": not as expected: " << line << "\n";
+  for (const std::string& line : result.unmet)
+    std::cerr << malha::printable(arguments.scene) << ": not as expected: " << line << "\n";
   if (result.interrupted) {
     std::cerr << "interrupted; go on with: " << arguments.typed << " --resume\n";
+    if (result.pictures_missing)
+      std::cerr << "pictures are left out; draw them with: malha picture " << malha::shell_word(options.out) << "\n";
     return 128 + stopped_by;
   }
   return result.unmet.empty() ? malha::kDone : malha::kUnmet;
+}
+
+int picture(const Arguments& arguments) {
+  const std::string missing = malha::redraw(arguments.out, arguments.threads);
+  std::cout << malha::list_results(malha::Results(arguments.out)) << (missing.empty() ? "" : missing + "\n");
+  return malha::kDone;
 }
 
 int plan(const Arguments& arguments) {
@@ -116,7 +147,7 @@ int plan(const Arguments& arguments) {
 
 int check(const Arguments& arguments) {
   const malha::Model model = malha::build_model(malha::load_scene(arguments.scene));
-  std::cout << arguments.scene << ": ok: " << malha::counted(model.count(), "particle") << " in "
+  std::cout << malha::printable(arguments.scene) << ": ok: " << malha::counted(model.count(), "particle") << " in "
             << malha::counted(model.scene.bodies.size(), "body", "bodies");
   if (model.zero_area_faces > 0)
     std::cout << "; left out: " << malha::counted(model.zero_area_faces, "face") << " without area";
@@ -149,6 +180,8 @@ int dispatch(const Arguments& arguments) {
   switch (arguments.command) {
     case malha::Command::Run:
       return run(arguments);
+    case malha::Command::Picture:
+      return picture(arguments);
     case malha::Command::Plan:
       return plan(arguments);
     case malha::Command::Check:
@@ -167,21 +200,31 @@ int dispatch(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  outlive_readers();
   Arguments arguments;
   if (const std::optional<int> status = malha::parse_arguments(argc, argv, arguments)) return *status;
+  const auto say = [](const std::string& line) { std::cerr << malha::printable(line) << "\n"; };
+  const std::string scene = arguments.scene.empty() ? "malha" : arguments.scene;
   try {
     const int status = dispatch(arguments);
     std::cout.flush();
-    if (!std::cout) throw std::runtime_error("cannot write to standard output");
+    if (!std::cout && !has_no_reader(STDOUT_FILENO)) throw std::runtime_error("cannot write to standard output");
     return status;
+  } catch (const malha::OutOfMemory& error) {
+    say(error.what());
+    return malha::kOutOfMemory;
   } catch (const malha::InputError& error) {
-    std::cerr << error.what() << "\n";
+    say(error.what());
     return malha::kBadInput;
   } catch (const malha::Diverged& error) {
-    std::cerr << (arguments.scene.empty() ? "malha" : arguments.scene) << ": diverged at " << error.what() << "\n";
+    say(scene + ": diverged at " + error.what());
     return malha::kDiverged;
+  } catch (const std::bad_alloc&) {
+    say(scene + ": found no more memory, of which " + malha::in_gib(double(malha::available_memory())) +
+        " are free now; allowed: what fits into it");
+    return malha::kOutOfMemory;
   } catch (const std::exception& error) {
-    std::cerr << "malha: " << error.what() << "\n";
+    say(std::string("malha: ") + error.what());
     return malha::kFailed;
   }
 }

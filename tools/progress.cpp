@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <string>
 
+#include "host/base/shown.h"
+
 namespace malha {
 
 namespace {
@@ -77,8 +79,8 @@ void ProgressReporter::setup(const char* what, double part) {
 }
 
 void ProgressReporter::warn(const std::string& scene, const std::string& line) {
-  if (quiet_) return;
-  std::fprintf(stderr, "%s%s: warning: %s\n", drawn_ ? "\r\033[K" : "", scene.c_str(), line.c_str());
+  std::fprintf(stderr, "%s%s: warning: %s\n", drawn_ ? "\r\033[K" : "", printable(scene).c_str(),
+               printable(line).c_str());
   drawn_ = false;
 }
 

@@ -11,7 +11,7 @@ namespace malha {
 /// Writes to standard error, so that standard output stays for results.
 class ProgressReporter {
  public:
-  /// `quiet` says nothing at all.
+  /// `quiet` says nothing but warnings.
   explicit ProgressReporter(bool quiet);
   /// Leaves the bar's line.
   ~ProgressReporter();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -181,6 +182,8 @@ std::string report_json(const std::string& status, const std::vector<std::string
   const SolverFacts& facts = solver.facts();
   Json json;
   json["scene"] = scene.name;
+  std::error_code gone;  // the folder may have been removed meanwhile
+  json["input"] = {{"folder", std::filesystem::current_path(gone).string()}, {"scene", Json::parse(to_json(scene))}};
   json["status"] = status;
   json["notes"] = notes;
   json["malha_version"] = version();
@@ -244,7 +247,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
     }
     json["state_hash"] = hex(solver.state_hash());
   }
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a path may have any bytes
 }
 
 }  // namespace malha

@@ -33,7 +33,8 @@ Parts setup_parts(const Model& model, const SolverFacts& facts);
 Parts memory_parts(const Model& model, const SolverFacts& facts);
 
 /// JSON with snake_case names and the unit as suffix. `status`: "finished", "interrupted" or "diverged"; a diverged
-/// state is not measured. `notes`: where it diverged, or which expectations are not met.
+/// state is not measured. `input` holds the scene, every value spelled out, and the folder from which paths in it
+/// start. `notes`: where it diverged, or which expectations are not met.
 std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
                         const Solver& solver, int threads, const RunTimes& times);
 

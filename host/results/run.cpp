@@ -1,5 +1,7 @@
 #include "host/results/run.h"
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "host/base/file.h"
@@ -40,12 +42,13 @@ class Outputs {
  public:
   /// A fresh run replaces what an earlier one left; a resumed one continues after so many frames.
   Outputs(const Simulation& simulation, const Results& results, std::int64_t last,
-          std::optional<std::int64_t> frames_before)
+          std::optional<std::int64_t> frames_before, double checkpoint_seconds, const std::atomic<bool>& stop)
       : simulation_(simulation),
         spec_(simulation.model().scene.outputs),
         results_(results),
+        checkpoint_seconds_(checkpoint_seconds),
+        stop_(stop),
         frames_(frames_before.value_or(0)) {
-    make_folder(results.folder);
     if (!frames_before) results.remove();
     if (spec_.every > 0) open_writer();
     if (spec_.picture) gallery_.emplace(simulation.model(), results, simulation.steps(), last, simulation.threads());
@@ -56,13 +59,16 @@ class Outputs {
   void after_step() {
     write_frame();
     look();
-    if (saves()) checkpoint();
+    if (saves_) checkpoint();
   }
 
-  /// Whether there is a checkpoint after this step.
-  bool saves() const { return spec_.checkpoint_every > 0 && simulation_.steps() % spec_.checkpoint_every == 0; }
+  /// Whether there is a checkpoint after this step; asked once a step, before after_step().
+  bool saves() { return saves_ = checkpoint_is_due(); }
 
-  void checkpoint() const { simulation_.save_checkpoint(results_.checkpoint, frames_); }
+  void checkpoint() {
+    const double took = seconds([&] { simulation_.save_checkpoint(results_.checkpoint, frames_); });
+    pause_ = std::max(checkpoint_seconds_, kPausePerWrite * took), saved_at_ = Clock::now();
+  }
 
   void report(const std::string& status, const std::vector<std::string>& notes) const {
     write_whole(results_.report, simulation_.report(status, notes));
@@ -77,6 +83,15 @@ class Outputs {
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr double kPausePerWrite = 100;  // those that nobody asked for take at most 1 % of the time
+
+  bool checkpoint_is_due() const {
+    if (!spec_.checkpoint_every) return std::chrono::duration<double>(Clock::now() - saved_at_).count() > pause_;
+    const std::int64_t every = *spec_.checkpoint_every;
+    return every > 0 && simulation_.steps() % every == 0;
+  }
+
   void open_writer() {
     tears_ = simulation_.tears();
     writer_.emplace(results_.frames, spec_.formats, topology(simulation_.model()), static_cast<int>(frames_));
@@ -90,13 +105,17 @@ class Outputs {
   }
 
   void look() {
-    if (gallery_ && gallery_->wants(simulation_.steps()))
+    if (gallery_ && !stop_ && gallery_->wants(simulation_.steps()))
       gallery_->look(simulation_.steps(), simulation_.time(), simulation_.positions());
   }
 
   const Simulation& simulation_;
   const OutputSpec& spec_;
   Results results_;
+  double checkpoint_seconds_, pause_ = checkpoint_seconds_;  // s of the clock, between checkpoints
+  Clock::time_point saved_at_ = Clock::now();
+  const std::atomic<bool>& stop_;
+  bool saves_ = false;
   std::int64_t frames_;  // written so far, by this run and those that it resumes
   int tears_ = 0;        // that the writer knows of
   std::optional<FrameWriter> writer_;
@@ -107,8 +126,10 @@ class Outputs {
 
 RunResult run(const Scene& scene, const SimulationOptions& simulation_options, const RunOptions& options,
               const std::function<void(const Progress&)>& progress, const std::atomic<bool>& stop) {
-  Simulation simulation(scene, simulation_options);
   const Results results(options.out);
+  std::optional<FolderLock> lock;
+  if (std::filesystem::is_directory(results.folder)) lock.emplace(results.folder);
+  Simulation simulation(scene, simulation_options);
   std::optional<std::int64_t> frames;
   if (options.resume) frames = simulation.load_checkpoint(results.checkpoint);
   const std::int64_t whole = std::max<std::int64_t>(1, std::llround(scene.duration / scene.solver.dt));
@@ -123,7 +144,9 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   if (options.warn)
     for (const std::string& line : warnings(simulation.model())) options.warn(line);
   const KeptMomenta momenta(simulation);
-  Outputs outputs(simulation, results, last, frames);
+  make_folder(results.folder);
+  if (!lock) lock.emplace(results.folder);
+  Outputs outputs(simulation, results, last, frames, options.checkpoint_seconds, stop);
   try {
     while (simulation.steps() < last && !stop) {
       const double took = seconds([&] { simulation.step(); });
@@ -148,8 +171,8 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
     notes.push_back(line);
   }
   outputs.report(result.interrupted ? "interrupted" : "finished", notes);
-  outputs.storyboard();
-  outputs.picture();
+  result.pictures_missing = result.interrupted && scene.outputs.picture;
+  if (!result.pictures_missing) outputs.storyboard(), outputs.picture();
   result.summary = summary(simulation);
   return result;
 }

@@ -18,6 +18,7 @@ struct RunOptions {
   bool resume = false;                                // continue from the folder's checkpoint
   std::function<void(const std::string&)> warn = {};  // of each of warnings(), before the first step, and of momenta
                                                       // that changed (kept_momenta.h), after the last; may be empty
+  double checkpoint_seconds = 30;  // of the clock, between checkpoints where outputs.checkpoint_every is not given
 };
 
 struct Progress {
@@ -29,15 +30,17 @@ struct Progress {
 struct RunResult {
   bool interrupted = false;
   bool complete = false;           // it ended where the scene's duration ends
+  bool pictures_missing = false;   // it was interrupted, and those of the end were not drawn
   std::vector<std::string> unmet;  // expectations; only looked at where complete
   std::string summary;             // the lines that a person wants
 };
 
-/// Steps until the end or until `stop`, and writes to options.out: report.json, checkpoint.malha (of the end, and every
-/// outputs.checkpoint_every steps), frames/ (outputs.every), picture.png, storyboard.png and pictures/
-/// (outputs.picture; a resumed run's storyboard shows what that run saw). The results of an earlier run there are
-/// replaced. Throws InputError before anything is written or removed; Diverged after writing a report that says so,
-/// where frames and checkpoints that were written stay; std::runtime_error where something cannot be written.
+/// Steps until the end or until `stop`, and writes to options.out: report.json, checkpoint.malha (of the end, and
+/// before it every outputs.checkpoint_every steps or checkpoint_seconds), frames/ (outputs.every), picture.png,
+/// storyboard.png and pictures/ (outputs.picture; a resumed run's storyboard shows what that run saw; after `stop` none
+/// is drawn any more). The results of an earlier run there are replaced. Throws InputError before anything is written
+/// or removed, also where another run writes to the folder; Diverged after writing a report that says so, where frames
+/// and checkpoints that were written stay; std::runtime_error where something cannot be written.
 RunResult run(const Scene& scene, const SimulationOptions& simulation_options, const RunOptions& options,
               const std::function<void(const Progress&)>& progress, const std::atomic<bool>& stop);
 

@@ -130,7 +130,7 @@ Json write(const OutputSpec& o) {
           {"eye", camera->eye}, {"target", camera->target}, {"fov_degrees", camera->fov_degrees}};
     }
   }
-  json["checkpoint_every"] = o.checkpoint_every;
+  if (o.checkpoint_every) json["checkpoint_every"] = *o.checkpoint_every;
   return json;
 }
 
@@ -201,7 +201,7 @@ std::string to_json(const Scene& scene) {
   json["duration"] = scene.duration;
   json["outputs"] = write(scene.outputs);
   json["expect"] = write(scene.expect);
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a path may have any bytes
 }
 
 }  // namespace malha
