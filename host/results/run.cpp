@@ -75,7 +75,7 @@ class Outputs {
   }
 
   void storyboard() const {
-    if (gallery_) gallery_->write_storyboard();
+    if (gallery_ && !stop_) gallery_->write_storyboard();
   }
 
   void picture() const {
