@@ -2,7 +2,6 @@
 // A kernel is a named functor with `KERNEL void operator()(int item) const`. The partition of the work depends on the
 // item count alone, never on the number of threads, so that results are the same bits on any number of them.
 #pragma once
-#include <limits.h>
 #include <sched.h>
 #include <stddef.h>
 #if defined(_OPENMP)
@@ -33,8 +32,9 @@ inline int available_threads() {
 #endif
 }
 
+inline constexpr int kAllThreads = 1 << 30;
 /// What this thread launches runs on no more threads than this, whatever its executor has.
-inline thread_local int most_threads = INT_MAX;
+inline thread_local int most_threads = kAllThreads;
 
 /// Where the threads of a team wait for each other: a fork and a join cost tens of times as much.
 class Barrier {

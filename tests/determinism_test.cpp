@@ -91,7 +91,7 @@ TEST_P(Determinism, HoldsWhereEachStepRunsOnAnotherNumberOfThreads) {
     most_threads = 1 + step % 3;
     simulation.step();
   }
-  most_threads = INT_MAX;
+  most_threads = kAllThreads;
   EXPECT_EQ(serial, simulation.state_hash());
 }
 

@@ -181,6 +181,20 @@ TEST(TheEnergyGuard, LetsWhatIsPulledByPinsGo) {
   EXPECT_EQ(ended(scene, 4), "");
 }
 
+TEST(TheEnergyGuard, LetsABowShootWheneverItWasDrawn) {
+  // Drawn slowly and let go between two looks: what the pin did is known all the same.
+  for (const double drawn : {2.0, 2.1, 2.2}) {
+    BodySpec bow;
+    bow.name = "bow", bow.shape = ChainShape{{0, 0, 0}, {1.2, 0, 0}, 20}, bow.mass = 0.02;
+    bow.constraints = {compliant("distance", 2e-4, {"edges"})};
+    Pin hand{ListPin{{10}}};
+    hand.motion = {Keyframe{0, {0, 0, 0}}, Keyframe{drawn, {0, 0, 0}}, Keyframe{drawn + 1.8, {0, 0, 1}}};
+    hand.until = drawn + 2;
+    bow.pins = {ListPin{{0}}, ListPin{{20}}, hand};
+    EXPECT_EQ(ended(scene_of({bow}, kEarth, 1.0 / 60, 10, Precision::Float), 6), "") << drawn;
+  }
+}
+
 TEST(TheEnergyGuard, LetsAHeavyBodyHitALightOne) {
   // They may touch, so what the one has was given to both.
   BodySpec heavy, light;

@@ -98,6 +98,15 @@ TEST(KeptMomenta, AreMissedWhereStiffConstraintsThatAgreeTurnATurningBodyBack) {
   EXPECT_TRUE(flown(scene).lines.empty());
 }
 
+/// The filter takes rotation, and its corrector gives it back.
+TEST(KeptMomenta, AreMissedWhereDesbrunsFilterTakesThemWithoutItsCorrector) {
+  Scene scene = sphere_at_rest(10, {compliant("distance", 0.02, {"edges"})});
+  scene.bodies[0].spin = {0, 3, 0}, scene.solver.type = "desbrun", scene.solver.desbrun.corrector = Corrector::Off;
+  EXPECT_TRUE(one_says(flown(scene), "the filter changed its angular momentum"));
+  scene.solver.desbrun.corrector = Corrector::Inertia;
+  EXPECT_TRUE(flown(scene).lines.empty());
+}
+
 TEST(KeptMomenta, OfFloatAreMissedByWhatRoundingChanged) {
   BodySpec body = tumbling_ellipsoid(1, {stiff("distance", {"edges"}), stiff("bending", {}, 0.3)});
   body.transform.translate = {1000, 1, 0.2}, body.velocity = {1, 0, 0};

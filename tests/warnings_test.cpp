@@ -315,6 +315,21 @@ TEST(WarningOfWeight, ComesWhereInternalForcesAloneAreFilteredAtLargeSteps) {
 
 /// Of the shipped scenes three: the cloth that shows it, which without its attachments stretches by more than a half;
 /// the sheet of the thesis, which Desbrun's filter damps; and one that is near the boundary.
+/// How layers slide is measured in self_collision_test.cpp; below this others than its own were off by a tenth and
+/// more.
+TEST(WarningOfLayers, ComesBelowEightSubsteps) {
+  BodySpec sheet;
+  sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {4, 4}}, sheet.mass = 1;
+  Scene scene = scene_of({sheet}, {0, 0, 0}, 1.0 / 60, 7);
+  EXPECT_TRUE(warnings_of(scene).empty());
+  scene.self_collision = SelfCollision{0.01, 0.3, {}};
+  ASSERT_EQ(warnings_of(scene).size(), 1u);
+  EXPECT_TRUE(
+      has(warnings_of(scene)[0], "with 7 substeps layers in self-contact slide otherwise than by Coulomb's law"));
+  scene.solver.substeps = 8;
+  EXPECT_TRUE(warnings_of(scene).empty());
+}
+
 TEST(Warning, ComesOfThreeShippedScenes) {
   for (const char* name : {"sheet_shear", "flag", "turning_flag", "carried_sheet", "torn_sheet", "pendulum",
                            "oscillator", "cantilever", "balloon", "desbrun_closed"})

@@ -16,10 +16,14 @@ namespace {
 
 double length(const Vec3& a) { return std::hypot(a[0], a[1], a[2]); }
 
+bool gives_back(const SolverSpec& solver) {
+  if (solver.type == "pbd") return solver.keeps_momenta;
+  return solver.desbrun.corrector ? *solver.desbrun.corrector == Corrector::Inertia : solver.desbrun.refine == 0;
+}
+
 bool may_change(const Scene& scene, const BodySpec& body) {
-  return scene.solver.type != "pbd" || scene.solver.keeps_momenta || scene.wind || scene.sleep ||
-         scene.self_collision || !scene.environment.empty() || tears(scene) || !body.pins.empty() ||
-         !body.attachments.empty();
+  return gives_back(scene.solver) || scene.wind || scene.sleep || scene.self_collision || !scene.environment.empty() ||
+         tears(scene) || !body.pins.empty() || !body.attachments.empty();
 }
 
 RigidState rigid_state(const std::vector<Vec3>& x, const std::vector<Vec3>& v, const std::vector<double>& m, int begin,
@@ -99,7 +103,8 @@ std::vector<std::string> KeptMomenta::broken(const Simulation& simulation) const
     const std::string body = "body '" + scene.bodies[b].name + "': ";
     const double by = edge_speed(after, minus(after.spin, before.spin)), had = edge_speed(after, before.spin);
     if (by > share * had + turned * after.radius / time)
-      lines.push_back(body + "projections changed its angular momentum from " + brief(length(before.spin)) + " to " +
+      lines.push_back(body + (scene.solver.type == "pbd" ? "projections" : "the filter") +
+                      " changed its angular momentum from " + brief(length(before.spin)) + " to " +
                       brief(length(after.spin)) + " kg m^2/s, though nothing turned it: at its edge by " + brief(by) +
                       " m/s" + advice(scene, false));
     if (length(scene.gravity) > 0) continue;

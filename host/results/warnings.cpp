@@ -24,6 +24,7 @@ constexpr double kWave = 0.25;
 constexpr double kSlowWave = 0.2;  // -2 to 5 %, up to 9 %
 constexpr double kSoft = 0.1;      // of what a sheet gives way
 constexpr double kLessSoft = 0.08;
+constexpr int kLayers = 8;  // substeps, with which layers slide by Coulomb's law within 7 % (0.35 on 20 degrees)
 
 double percent(double part) { return std::round(100 * part); }
 
@@ -93,6 +94,12 @@ std::vector<std::string> warnings(const Model& model) {
                                     : "some " + shown(two_digits(1 + soft.share)) + " times as far as asked for") +
                     "; take " + shown(std::ceil(solver.substeps * std::sqrt(soft.share / kLessSoft))) +
                     " substeps, or a softer material (scenes/README.md, materials)");
+  if (scene.self_collision && solver.substeps < kLayers)
+    lines.push_back(
+        "with " + counted(solver.substeps, "substep") +
+        " layers in self-contact slide otherwise than by Coulomb's law, by tens of per cent with one or two; "
+        "take " +
+        shown(kLayers) + " or more (scenes/README.md, Self-collision)");
   if (solver.type != "desbrun") return lines;
   const DesbrunSpec& spec = solver.desbrun;
   const Corrector corrector = spec.corrector.value_or(spec.refine > 0 ? Corrector::Off : Corrector::Inertia);

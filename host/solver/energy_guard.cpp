@@ -208,6 +208,24 @@ double fastest_driven(const Model& model, double h) {
   return most;
 }
 
+std::vector<std::int64_t> turns_of(const Model& model, std::int64_t apart) {
+  std::vector<std::int64_t> keyframes, turns;
+  const auto step_before = [&](double time) { return std::llround(std::floor(time / model.scene.solver.dt + 1e-6)); };
+  const auto note = [&](const auto& sets) {
+    for (const auto& set : sets) {
+      if (set.until) turns.push_back(step_before(*set.until));
+      for (const Keyframe& frame : set.target.motion) keyframes.push_back(step_before(frame.time));
+    }
+  };
+  note(model.moved), note(model.attached);
+  std::sort(keyframes.begin(), keyframes.end());
+  std::int64_t last = -apart;
+  for (const std::int64_t step : keyframes)
+    if (step >= last + apart) turns.push_back(last = step);
+  std::sort(turns.begin(), turns.end());
+  return turns;
+}
+
 std::string explosion(const Model& model, const Explosion& seen, const std::vector<Vec3>& x, const std::vector<Vec3>& v,
                       const std::vector<HeldEnergy>& before, const std::vector<HeldEnergy>& now) {
   int fastest = -1;

@@ -40,6 +40,10 @@ double sum_of(const std::vector<HeldEnergy>& held, int group);
 /// seconds.
 double fastest_driven(const Model& model, double h);
 
+/// The last steps before pins and attachments let go; and those before keyframes of their paths, at least `apart`
+/// steps from each other.
+std::vector<std::int64_t> turns_of(const Model& model, std::int64_t apart);
+
 /// What the guard says of an explosion: how much energy, where it is fastest, and which kind gained most.
 struct Explosion {
   int group;
@@ -61,7 +65,8 @@ inline constexpr double kBrief = 1.0 / 60;
 /// - that of a step's fall, and of every body going 1 % of its size (see kBrief), which is rounding's and contacts'
 /// own,
 /// - what constraints hold at the start; and, if something drives them, hold later. This is dear, and is only added up
-///   where the others do not explain a motion, or, for what is driven, after 32, 64, 128 ... steps.
+///   where the others do not explain a motion, or, for what is driven, after 32, 64, 128 ... steps, where a path has a
+///   keyframe (at most every 32nd step), and before anything is let go: a band that is drawn holds most there.
 /// All of it errs on the side of what is given: a late alarm is better than a false one.
 /// kFactor: stable settings are below 1, the study of stability finds settings that are bounded but wrong up to 10, and
 /// an explosion passes any factor soon. 100 is ten times the speed that can be explained.
@@ -75,6 +80,7 @@ class EnergyGuard {
     const SolverSpec& solver = model.scene.solver;
     while (every_ * solver.substeps * solver.iterations < 128) every_ *= 2;
     drives_ = fastest_driven(model, h_) > 0;
+    if (drives_) turns_ = turns_of(model, every_);
     const std::vector<int> of = groups_of(model);
     for (const Allowance& one : allowances(model, of)) groups_.push_back({one, one.height});
     for (std::size_t i = 0; i < of.size(); ++i) {
@@ -107,6 +113,12 @@ class EnergyGuard {
   template <class Positions, class Velocities>
   std::optional<std::string> watch(const Particles<R>& particles, std::int64_t steps, const Positions& positions,
                                    const Velocities& velocities, bool now = false) {
+    if (drives_ &&
+        ((steps >= every_ && (steps & (steps - 1)) == 0) || std::binary_search(turns_.begin(), turns_.end(), steps))) {
+      const std::vector<HeldEnergy> present = held(positions());
+      for (std::size_t g = 0; g < groups_.size(); ++g)
+        groups_[g].held_most = std::max(groups_[g].held_most, sum_of(present, int(g)));
+    }
     if (steps % every_ != 0 && !now) return std::nullopt;
     const std::vector<MotionEnergy> energy = measure(particles);
     for (std::size_t g = 0; g < groups_.size(); ++g) {
@@ -121,11 +133,6 @@ class EnergyGuard {
       const std::vector<int> of = group_of();
       return explosion(model_, {int(g), of, energy[g].kinetic, group.given + group.held_most}, x, velocities(), held_,
                        held(x));
-    }
-    if (drives_ && (steps & (steps - 1)) == 0) {
-      const std::vector<HeldEnergy> present = held(positions());
-      for (std::size_t g = 0; g < groups_.size(); ++g)
-        groups_[g].held_most = std::max(groups_[g].held_most, sum_of(present, int(g)));
     }
     return std::nullopt;
   }
@@ -165,8 +172,9 @@ class EnergyGuard {
   Array<Executor, ParticleRun> device_runs_;
   Array<Executor, MotionEnergy> sums_;
   bool drives_ = false;
-  std::vector<Vec3> start_;       // empty: that of the scene
-  std::vector<HeldEnergy> held_;  // at the start; empty: not asked for yet
+  std::vector<std::int64_t> turns_;  // steps after which pins and attachments turn or let go
+  std::vector<Vec3> start_;          // empty: that of the scene
+  std::vector<HeldEnergy> held_;     // at the start; empty: not asked for yet
 };
 
 }  // namespace malha

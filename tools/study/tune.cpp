@@ -16,13 +16,28 @@ namespace {
 constexpr int kMostSubsteps = 1 << 14;
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
+/// All particles as if they were of the body whose movable ones are lightest on average, kg: whatever body an energy is
+/// in, it moves particles by no more (RMS of all) than this mass.
+double least_mass(const Model& model) {
+  const std::vector<int>& begin = model.look.body_begin;
+  std::vector<double> mass(begin.size() - 1), count(begin.size() - 1);
+  for (std::size_t i = 0; i < model.w.size(); ++i) {
+    const auto b = std::upper_bound(begin.begin(), begin.end(), model.user_of[i]) - begin.begin() - 1;
+    if (model.w[i] > 0) mass[b] += 1 / model.w[i], ++count[b];
+  }
+  double least = kNoLimit;
+  for (std::size_t b = 0; b < mass.size(); ++b)
+    if (count[b] > 0) least = std::min(least, mass[b] / count[b]);
+  return least * static_cast<double>(model.w.size());
+}
+
 class Tuner {
  public:
   Tuner(const Scene& scene, const TuneOptions& options, const TuneProgress& progress, const std::atomic<bool>& stop)
       : scene_(scene), options_(options), progress_(progress), stop_(stop) {
     tuned_.seconds = options.seconds.value_or(std::min(scene.duration, 1.0));
     moments_ = moments(scene, tuned_.seconds);
-    for (const double w : build_model(scene).w) mass_ += w > 0 ? 1 / w : 0;
+    mass_ = least_mass(build_model(scene));
   }
 
   Tuned run() {
@@ -191,7 +206,7 @@ class Tuner {
   const std::atomic<bool>& stop_;
   std::vector<int> moments_;
   double best_ms_ = kNoLimit, part_ = 0;
-  double mass_ = 0;  // kg that can move
+  double mass_ = 0;  // kg, see least_mass
   Tuned tuned_;
 };
 

@@ -57,7 +57,8 @@ void check_tunable(const Scene& scene);
 /// what the last doubling moved it and by how fast such moves fall, and by a quarter of what it moved the runs. The
 /// bound before must have held. Oscillations that are too fast for all of these steps die out at once and move nothing,
 /// but their energy E is missed where a scene keeps its energy: steps of h seconds hide those faster than 1 / sqrt(h T)
-/// in T seconds (they are damped by h omega^2 / 2), of amplitudes up to sqrt(2 E / m h T), which count too.
+/// in T seconds (they are damped by h omega^2 / 2), of amplitudes up to sqrt(2 E / m h T), m the
+/// scene's mass if all of it were its lightest body's, which count too.
 /// If doubling no longer helps, or helps too little up to 16,384 substeps, it has not converged (chaotic or too fast
 /// motion) and nothing is tried.
 /// What is within the error less that bound reaches it, and so is within the error of the truth.
