@@ -31,6 +31,23 @@ TEST(CommandLine, HelpsWithEveryOptionAndExample) {
   EXPECT_EQ(malha_command({"--version"}, folder / ".").out, std::string("malha ") + version() + "\n");
 }
 
+TEST(CommandLine, SaysHowToBuildWhatMeasuresItWhereThatIsNotBuilt) {
+  const TemporaryFolder folder;
+  const std::string alone = folder / "malha";
+  std::filesystem::copy_file(MALHA_COMMAND, alone);
+  for (const std::string word : {"tune", "bench", "study"}) {
+    const Ended ended = MalhaProcess({word, "--help"}, folder / ".", RLIM_INFINITY, alone).wait();
+    EXPECT_EQ(ended.status, 4);
+    EXPECT_EQ(ended.err, "malha " + word + ": tune, bench and study are not built yet; build them with: tools/build, " +
+                             "and install again\n");
+    EXPECT_EQ(malha_command({word, "--help"}, folder / ".").status, 0);
+  }
+  folder.write("CMakeCache.txt", "");
+  EXPECT_TRUE(
+      has(MalhaProcess({"bench"}, folder / ".", RLIM_INFINITY, alone).wait().err,
+          "build them with: cmake --build '" + (folder / "").parent_path().string() + "' --target malha_measures\n"));
+}
+
 struct Slip {
   std::vector<std::string> words;
   std::string answer;

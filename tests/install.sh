@@ -15,3 +15,4 @@ cmake --build "$scratch/build"
 # A scene with particles, constraints and a mesh to collide with, so that every dependency is called.
 "$scratch/build/consumer" "$root/scenes/ramp.json"
 "$scratch/prefix/bin/malha" --help >/dev/null
+if [[ -e "$build/malha_measures" ]]; then "$scratch/prefix/bin/malha" bench --help >/dev/null; fi

@@ -68,8 +68,8 @@ class MalhaProcess {
  public:
   /// `most_bytes`: of any file that it writes; beyond that writing fails as on a full disk.
   MalhaProcess(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
-               rlim_t most_bytes = RLIM_INFINITY) {
-    std::vector<std::string> words{MALHA_COMMAND};
+               rlim_t most_bytes = RLIM_INFINITY, const std::string& program = MALHA_COMMAND) {
+    std::vector<std::string> words{program};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());

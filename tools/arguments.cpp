@@ -7,6 +7,7 @@
 #include "host/base/build_info.h"
 #include "host/base/near_miss.h"
 #include "host/base/shown.h"
+#include "tools/measures.h"
 #include "tools/validators.h"
 
 namespace malha {
@@ -25,12 +26,6 @@ struct Formatter : CLI::Formatter {
     return option->get_type_name().empty() ? "" : " " + option->get_type_name();
   }
 };
-
-void add_scene(CLI::App& command, Arguments& arguments) {
-  command.add_option("SCENE", arguments.scene, "Scene file (JSON; scenes/schema.json says what it may hold)")
-      ->required()
-      ->type_name("");
-}
 
 void add_executor(CLI::App& command, Arguments& arguments) {
   command
@@ -162,17 +157,6 @@ void add_check(CLI::App& app, Arguments& arguments) {
   check->footer("Example:\n  malha check my_scene.json && malha run my_scene.json");
 }
 
-void add_tune(CLI::App& app, Arguments& arguments) {
-  CLI::App* tune = add_tune(app, arguments.tune);
-  add_scene(*tune, arguments);
-  tune->add_option("--out", arguments.out, "The tuned scene; out/NAME-OF-THE-SCENE-FILE_tuned.json if not given")
-      ->check(some_path())
-      ->type_name("FILE");
-  tune->add_option("--threads", arguments.threads, "Threads; as many as there are cores if not given")
-      ->check(whole_number(1, 1024))
-      ->type_name("N");
-}
-
 void add_everything(CLI::App& app, Arguments& arguments) {
   app.set_version_flag("--version", std::string("malha ") + version(), "Print the version");
   app.set_help_flag("-h,--help", "Print this help; malha COMMAND --help says more");
@@ -195,9 +179,7 @@ void add_everything(CLI::App& app, Arguments& arguments) {
   add_picture(app, arguments);
   add_plan(app, arguments);
   add_check(app, arguments);
-  add_tune(app, arguments);
-  add_bench(app, arguments.bench);
-  add_study(app, arguments.study);
+  add_measures(app, arguments);
   for (CLI::App* command : app.get_subcommands({})) {
     command->group("Commands");
     command->set_help_flag("-h,--help", "Print this help");
@@ -214,6 +196,12 @@ std::string shell_word(const std::string& word) {
   return quoted_word + "'";
 }
 
+void add_scene(CLI::App& command, Arguments& arguments) {
+  command.add_option("SCENE", arguments.scene, "Scene file (JSON; scenes/schema.json says what it may hold)")
+      ->required()
+      ->type_name("");
+}
+
 std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) {
   const std::string first = argc > 1 ? argv[1] : "";
   if (std::find(kFirstWords.begin(), kFirstWords.end(), first) == kFirstWords.end()) {
@@ -221,16 +209,7 @@ std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) 
     std::cerr << "malha: found " << word << "; allowed: " << join(kFirstWords) << "\n";
     return kBadInput;
   }
-  if (first == "bench")
-    if (const std::string answer = refused_benchmark(argc > 2 ? argv[2] : ""); !answer.empty()) {
-      std::cerr << answer << "\n";
-      return kBadInput;
-    }
-  if (first == "study")
-    if (const std::string answer = refused_study(argc > 2 ? argv[2] : ""); !answer.empty()) {
-      std::cerr << answer << "\n";
-      return kBadInput;
-    }
+  if (const std::optional<int> status = refuse_measure(argc, argv)) return status;
   CLI::App app{"Deformable bodies in real time: cloth, balloons and soft solids in data-parallel batches.", "malha"};
   add_everything(app, arguments);
   try {

@@ -5,9 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "tools/arguments_bench.h"
-#include "tools/arguments_study.h"
-#include "tools/arguments_tune.h"
+#include "tools/measures/arguments_bench.h"
+#include "tools/measures/arguments_study.h"
+#include "tools/measures/arguments_tune.h"
+
+namespace CLI {
+class App;
+}
 
 namespace malha {
 
@@ -41,5 +45,8 @@ std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments);
 
 /// As a shell takes it back, in quotes where it needs them.
 std::string shell_word(const std::string& word);
+
+/// The word SCENE, of commands that take one.
+void add_scene(CLI::App& command, Arguments& arguments);
 
 }  // namespace malha

@@ -20,9 +20,9 @@
 #include "host/results/summary.h"
 #include "host/results/warnings.h"
 #include "tools/arguments.h"
+#include "tools/measures.h"
 #include "tools/progress.h"
-#include "tools/study/run.h"
-#include "tools/tune.h"
+#include "tools/study/interrupted.h"
 
 namespace {
 
@@ -155,23 +155,14 @@ int check(const Arguments& arguments) {
   return malha::kDone;
 }
 
-int study(const Arguments& arguments) {
-  catch_signals();
+/// tune, bench and study.
+int measure(const Arguments& arguments) {
+  if (arguments.command != malha::Command::Bench) catch_signals();
   try {
-    malha::study::run(arguments.study, stop);
+    return malha::measure(arguments, stop);
   } catch (const malha::study::Interrupted&) {
-    std::cerr << "interrupted; go on with: " << arguments.typed << "\n";
-    return 128 + stopped_by;
-  }
-  return malha::kDone;
-}
-
-int tune(const Arguments& arguments) {
-  catch_signals();
-  try {
-    return malha::tune(arguments, stop);
-  } catch (const malha::study::Interrupted&) {
-    std::cerr << "interrupted; nothing was written\n";
+    const bool kept = arguments.command == malha::Command::Study;
+    std::cerr << "interrupted; " << (kept ? "go on with: " + arguments.typed : "nothing was written") << "\n";
     return 128 + stopped_by;
   }
 }
@@ -187,12 +178,9 @@ int dispatch(const Arguments& arguments) {
     case malha::Command::Check:
       return check(arguments);
     case malha::Command::Bench:
-      arguments.bench.run();
-      return malha::kDone;
     case malha::Command::Study:
-      return study(arguments);
     case malha::Command::Tune:
-      return tune(arguments);
+      return measure(arguments);
   }
   return malha::kFailed;
 }

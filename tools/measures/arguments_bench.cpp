@@ -1,5 +1,6 @@
-#include "tools/arguments_bench.h"
+#include "tools/measures/arguments_bench.h"
 
+#include "tools/measures.h"
 #include "tools/validators.h"
 
 namespace malha {
@@ -156,7 +157,7 @@ std::string refused_benchmark(const std::string& word) {
 }
 
 void add_bench(CLI::App& app, BenchArguments& arguments) {
-  CLI::App* bench = app.add_subcommand("bench", "Time malha beside other libraries and the machine's limits");
+  CLI::App* bench = app.add_subcommand("bench", kBenchHelp);
   bench->require_subcommand(1);
   bench->footer(
       "Examples:\n  malha bench projection --n 46,100\n  malha bench filter --n 46,100\n  malha bench constraints");

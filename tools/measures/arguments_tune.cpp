@@ -1,11 +1,12 @@
-#include "tools/arguments_tune.h"
+#include "tools/measures/arguments_tune.h"
 
+#include "tools/measures.h"
 #include "tools/validators.h"
 
 namespace malha {
 
 CLI::App* add_tune(CLI::App& app, TuneArguments& tune) {
-  CLI::App* command = app.add_subcommand("tune", "Find the cheapest method and settings that reach an error here");
+  CLI::App* command = app.add_subcommand("tune", kTuneHelp);
   command
       ->add_option("--error", tune.error,
                    "Error to reach (m): RMS distance of the particles to where they truly are, at the worst of four\n"

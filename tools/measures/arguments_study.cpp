@@ -1,5 +1,6 @@
-#include "tools/arguments_study.h"
+#include "tools/measures/arguments_study.h"
 
+#include "tools/measures.h"
 #include "tools/study/study.h"
 #include "tools/validators.h"
 
@@ -38,7 +39,7 @@ std::string refused_study(const std::string& word) {
 }
 
 void add_study(CLI::App& app, study::Options& options) {
-  CLI::App* study = app.add_subcommand("study", "Measure and chart methods: error against cost, stability, scaling");
+  CLI::App* study = app.add_subcommand("study", kStudyHelp);
   study
       ->add_option_function<std::string>(
           "NAME",
@@ -62,7 +63,7 @@ void add_study(CLI::App& app, study::Options& options) {
       "anew by removing that file.\n\n"
       "Examples:\n"
       "  malha study all --quick                 everything in short; half a minute\n"
-      "  malha study accuracy                    the charts of the README; many minutes\n"
+      "  malha study accuracy                    the charts of tools/README.md; many minutes\n"
       "  malha study accuracy --out /tmp/study");
 }
 

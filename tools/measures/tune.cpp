@@ -1,4 +1,4 @@
-#include "tools/tune.h"
+#include "tools/measures/tune.h"
 
 #include <filesystem>
 #include <functional>

@@ -1,0 +1,30 @@
+// What measures malha: tune, bench and study. They take as long to compile as all the rest, so they are a program of
+// their own, malha_measures, which the command becomes when one of them is asked for. Both programs are made of the
+// same files but for these functions: tools/hand_over.cpp has the command's, tools/measures/ the other one's.
+#pragma once
+#include <atomic>
+#include <optional>
+
+namespace CLI {
+class App;
+}
+
+namespace malha {
+
+struct Arguments;
+
+inline constexpr const char* kTuneHelp = "Find the cheapest method and settings that reach an error here";
+inline constexpr const char* kBenchHelp = "Time malha beside other libraries and the machine's limits";
+inline constexpr const char* kStudyHelp = "Measure and chart methods: error against cost, stability, scaling";
+
+/// Becomes malha_measures where argv asks for it; gives the exit status where that cannot be, or where the words after
+/// bench or study name none (one line on standard error says so).
+std::optional<int> refuse_measure(int argc, char** argv);
+
+/// Adds the three to what is understood, and to the help.
+void add_measures(CLI::App& app, Arguments& arguments);
+
+/// Runs the one that was asked for; gives the exit status. Throws study::Interrupted where `stop` is set.
+int measure(const Arguments& arguments, const std::atomic<bool>& stop);
+
+}  // namespace malha
