@@ -1,0 +1,41 @@
+#!/usr/bin/env bash
+# usage: pages.sh ROOT
+# Every link and picture of the pages (README.md and those of the rooms) leads to a file, and to a heading where it
+# names one. The first page begins with a picture that loads at once, and can be read in one go.
+set -euo pipefail
+cd "${1:?usage: pages.sh ROOT}"
+faults=0 links=0
+fault() {
+  printf '%s\n' "$*"
+  faults=$((faults + 1))
+}
+# headings FILE: as links name them: small letters, hyphens for blanks, without other signs.
+# shellcheck disable=SC2016  # backticks, as they stand in the page
+headings() { sed -n '/^```/,/^```/d; s/^#\+ //p' "$1" | tr '[:upper:]' '[:lower:]' | sed "s/[^a-z0-9 _-]//g; s/ /-/g"; }
+
+while IFS= read -r page; do
+  while IFS= read -r target; do
+    links=$((links + 1))
+    case "$target" in http://* | https://*) continue ;; esac
+    file=${target%%#*}
+    file=${file:+$(dirname "$page")/$file}
+    file=${file:-$page}
+    if [[ ! -e "$file" ]]; then
+      fault "$page: found a link to $target, which is not there"
+    elif [[ "$target" == *'#'* ]] && ! headings "$file" | grep --quiet --line-regexp --fixed-strings -- "${target#*#}"; then
+      fault "$page: found a link to $target, a heading that is not there"
+    fi
+  done < <(grep --only-matching '](\([^)]*\))' "$page" | sed 's/^](//; s/)$//')
+done < <(find README.md kernels host scenes tests tools -name '*.md')
+
+lines=$(wc -l <README.md)
+((lines <= 160)) || fault "README.md: found $lines lines; allowed: 160"
+picture=$(sed -n '2,5s/^!\[.*\](\(.*\))$/\1/p' README.md)
+if [[ -z "$picture" ]]; then
+  fault "README.md: found no picture below its title"
+elif [[ -f "$picture" ]] && (($(wc -c <"$picture") >= 200000)); then
+  fault "$picture: found $(wc -c <"$picture") bytes; allowed: less than 200000"
+fi
+
+printf '%d links, %d faults\n' "$links" "$faults"
+((faults == 0))
