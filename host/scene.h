@@ -218,7 +218,7 @@ enum class Corrector { Inertia, Paper, Off };
 
 /// What only Desbrun's method has.
 struct DesbrunSpec {
-  double stiffness = 1e4;  // N/m, > 0, of springs whose constraint has no compliance: times its stiffness
+  double spring_constant = 1e4;  // N/m, > 0, of springs whose constraint has no compliance: times its stiffness
   FilterKind filter = FilterKind::Auto;
   std::optional<Storage> storage;      // of the filter's numbers; none: the precision's. Int16: dense only
   bool internal_only = false;          // gravity and wind go round the filter, as in the paper

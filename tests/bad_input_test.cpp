@@ -125,15 +125,15 @@ INSTANTIATE_TEST_SUITE_P(
         in_mesh("DuplicatedVertex", "a.obj", corners + "v 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 5\n",
                 "vertex 3 (0-based): found the place of vertex 2 again", "one vertex in one place"),
         under_pressure("OpenUnderPressure", open_cube, "edge 0-3 (vertices, 0-based): found an open edge",
-                       "pressure needs a closed mesh"),
+                       "pressure needs a closed mesh (body 'b')"),
         under_pressure("TurnedFaceUnderPressure", cube_with_a_turned_face,
                        "edge 0-3 (vertices, 0-based): found an edge whose two faces are oriented against each other",
-                       "pressure needs a closed mesh"),
+                       "pressure needs a closed mesh (body 'b')"),
         in_solid("OpenSolid", open_cube, "edge 0-3 (vertices, 0-based): found an open edge",
-                 "a solid needs a closed mesh"),
+                 "a solid needs a closed mesh (object 'ball')"),
         in_solid("TurnedFaceInASolid", cube_with_a_turned_face,
                  "edge 0-3 (vertices, 0-based): found an edge whose two faces are oriented against each other",
-                 "a solid needs a closed mesh")),
+                 "a solid needs a closed mesh (object 'ball')")),
     name_of);
 
 const std::string spring = "/bodies/0/constraints/0";

@@ -76,7 +76,7 @@ TEST_P(DesbrunBits, AreTheSameWithEveryInstructionSet) {
 TEST_P(DesbrunBits, AreThoseOfTheUninterruptedRunAfterAStop) {
   const TemporaryFolder folder;
   Json scene = swinging_sheet(true);
-  scene["solver"] = {{"type", "desbrun"}, {"dt", 0.02}, {"substeps", 2}, {"iterations", 3}, {"stiffness", 300}};
+  scene["solver"] = {{"type", "desbrun"}, {"dt", 0.02}, {"substeps", 2}, {"iterations", 3}, {"spring_constant", 300}};
   scene["solver"]["precision"] = GetParam().precision == Precision::Float ? "float" : "double";
   if (GetParam().filter != FilterKind::Auto)
     scene["solver"]["filter"] = GetParam().filter == FilterKind::Dense ? "dense" : "sparse";

@@ -22,7 +22,7 @@ inline Scene desbrun_scene(std::vector<BodySpec> bodies, double stiffness, Preci
   Scene scene = scene_of(std::move(bodies), kEarth, 1.0 / 60, 1, precision);
   scene.solver.type = "desbrun";
   scene.solver.iterations = 10;
-  scene.solver.desbrun.stiffness = stiffness;
+  scene.solver.desbrun.spring_constant = stiffness;
   return scene;
 }
 

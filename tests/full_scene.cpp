@@ -11,7 +11,7 @@ std::string full_scene() {
   return R"({
   "$schema": "schema.json",
   "name": "everything",
-  "solver": {"type": "desbrun", "dt": 0.01, "substeps": 4, "iterations": 3, "precision": "double", "stiffness": 500,
+  "solver": {"type": "desbrun", "dt": 0.01, "substeps": 4, "iterations": 3, "precision": "double", "spring_constant": 500,
              "filter": "dense", "storage": "int16", "filtered": "internal_only", "corrector": "paper", "refine": 2,
              "tolerance": 0.01, "time_budget": 0.5},
   "gravity": [0, -9.81, 0],

@@ -26,7 +26,7 @@ Scene chain(bool held, const std::string& solver = "pbd", double limit = 0) {
   if (held) body.constraints.push_back(long_range(limit));
   Scene scene = scene_of({body}, kEarth, 1.0 / 60, 2);
   scene.solver.type = solver;
-  scene.solver.desbrun.stiffness = 300;
+  scene.solver.desbrun.spring_constant = 300;
   return scene;
 }
 
@@ -209,10 +209,18 @@ TEST(LongRange, HangsOnTheNearestPinOfEveryGroup) {
 TEST(LongRange, IsRefusedWithoutPins) {
   Scene scene = chain(true);
   scene.file = "s.json";
+  const auto refused = [&](const std::string& found) {
+    EXPECT_EQ(refusal([&] { build_model(scene); }), "s.json: /bodies/0/constraints/1: found " + found +
+                                                        "; allowed: long-range attachments on a body with pins that "
+                                                        "are never let go");
+  };
+  ASSERT_EQ(refusal([&] { build_model(scene); }), "");
+  for (Pin& pin : scene.bodies[0].pins) pin.until = 1;
+  refused("no pin but those that are let go, at their \"until\"");
   scene.bodies[0].pins.clear();
-  EXPECT_EQ(refusal([&] { build_model(scene); }),
-            "s.json: /bodies/0/constraints/1: found no particle that is connected with a pin; allowed: long-range "
-            "attachments on a body with pins that are never let go");
+  refused("no pin");
+  scene.bodies[0].pins = {BoxPin{{-1e3, -1e3, -1e3}, {1e3, 1e3, 1e3}}};
+  refused("no particle that is connected with a pin");
 }
 
 TEST(LongRange, IsAPassOfItsOwn) {

@@ -46,6 +46,11 @@ INSTANTIATE_TEST_SUITE_P(
                 "/solver/substeps: found 100001; allowed: an integer in [1, 100000]"},
         Refusal{"HalfAnIteration", "/solver/iterations", "0.5",
                 "/solver/iterations: found 0.5; allowed: an integer in [1, 100000]"},
+        Refusal{"SpringConstantAsItWasCalled", "/solver/stiffness", "500",
+                "/solver/stiffness: found 'stiffness', which is a constraint's, from 0 to 1; allowed: "
+                "'spring_constant' (N/m)"},
+        Refusal{"ZeroSpringConstant", "/solver/spring_constant", "0",
+                "/solver/spring_constant: found 0; allowed: a number > 0 (N/m)"},
         Refusal{"UnknownPrecision", "/solver/precision", "\"half\"",
                 "/solver/precision: found unknown precision \"half\"; allowed: float, double"},
         Refusal{"GravityAsANumber", "/gravity", "-9.81",

@@ -22,7 +22,7 @@ Scene resting_sheet(const std::string& solver = "pbd", Precision precision = Pre
   sheet.constraints = {stiff("distance", {"edges", "shear"})};
   Scene scene = scene_of({sheet}, kEarth, 1.0 / 60, 4, precision);
   scene.solver.type = solver;
-  scene.solver.desbrun.stiffness = 500;
+  scene.solver.desbrun.spring_constant = 500;
   EnvironmentSpec ground = obstacle("ground", GridShape{{4, 4}, {1, 1}}, Sides::OneSided);
   ground.transform.translate = {-2, 0, -2};
   ground.friction = 0.5;

@@ -91,7 +91,7 @@ TEST(TetrahedraUnderDesbrun, HaveEdgesAsSpringsAndVolumesProjectedAfterThem) {
       body("jelly", TetBoxShape{{1, 1, 1}, {2, 2, 2}}, {constraint("distance"), constraint("volume", 1.2)});
   Scene scene = scene_of({jelly});
   scene.solver.type = "desbrun", scene.solver.substeps = 1, scene.solver.iterations = 10;
-  scene.solver.desbrun.stiffness = 10;
+  scene.solver.desbrun.spring_constant = 10;
   Simulation simulation(scene, {.threads = 1});
   for (int step = 0; step < 30; ++step) simulation.step();
   EXPECT_NEAR(simulation.measure().volume_ratios[0], 1.2, 0.05);

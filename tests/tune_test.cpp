@@ -105,7 +105,7 @@ TEST(Tune, TriesBothMethodsOnSprings) {
 TEST(Tune, KeepsTheSpringsOfDesbrunsMethodByPbd) {
   Json scene = springy_net();
   scene["bodies"][0]["constraints"][0] = {{"type", "distance"}, {"stiffness", 0.5}};
-  scene["solver"] = {{"type", "desbrun"}, {"dt", 0.02}, {"stiffness", 2000}};
+  scene["solver"] = {{"type", "desbrun"}, {"dt", 0.02}, {"spring_constant", 2000}};
   std::string why;
   const Scene other = by_pbd(parsed(scene), why);
   EXPECT_EQ(why, "");

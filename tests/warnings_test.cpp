@@ -264,7 +264,7 @@ TEST(WarningOfTorque, ComesOfOtherCorrectorsOfStiffFreeBodies) {
     Scene scene = sheet_of(9, false, solver);  // 10 kN/m: k h^2 / m is about 200
     EXPECT_TRUE(warns_once(scene, "torque"));
     EXPECT_FALSE(warns_of(sheet_of(9, true, solver), "torque")) << "held";
-    scene.solver.desbrun.stiffness = corrector == Corrector::Paper ? 0.1 : 1;
+    scene.solver.desbrun.spring_constant = corrector == Corrector::Paper ? 0.1 : 1;
     EXPECT_TRUE(warnings_of(scene).empty());
   }
   solver.desbrun.corrector.reset(), solver.desbrun.refine = 4;  // off, then

@@ -284,14 +284,14 @@ class Builder {
     const SolverSpec& solver = model_.scene.solver;
     const std::optional<double> compliance = compliance_of<Kind>(spec);
     if (solver.type == "desbrun" && Kind::filtered == Filtered::Spring) {
-      SpringSet springs = springs_of(spec, solver.desbrun.stiffness, all.particles, all.softness, model_.x);
+      SpringSet springs = springs_of(spec, solver.desbrun.spring_constant, all.particles, all.softness, model_.x);
       if (!springs.ends.empty()) model_.springs.push_back(std::move(springs));
       return;
     }
     if (solver.type == "desbrun" && Kind::filtered == Filtered::Stencil) {
       ConstraintSet set{spec.type,      Kind::particles,          spec.stiffness,         compliance,
                         spec.parameter, std::move(all.particles), std::move(all.softness)};
-      if (!(compliance.value_or(0) > 0)) soften_by_levers(set, solver.desbrun.stiffness, model_.x);
+      if (!(compliance.value_or(0) > 0)) soften_by_levers(set, solver.desbrun.spring_constant, model_.x);
       if (set.count() > 0) model_.stencils.push_back(std::move(set));
       return;
     }
@@ -333,7 +333,8 @@ class Builder {
 
   void add_pressure(std::size_t b, const ConstraintSpec& spec) {
     const Mesh& mesh = bodies_[b].mesh;
-    require_closed(mesh, origin(model_.scene, model_.scene.bodies[b].shape), "pressure needs a closed mesh");
+    require_closed(mesh, origin(model_.scene, model_.scene.bodies[b].shape),
+                   "pressure needs a closed mesh (body '" + model_.scene.bodies[b].name + "')");
     PressureSet set{spec.parameter, spec.stiffness, spec.compliance, {}, triangles(mesh)};
     for (Triangle& t : set.triangles)
       for (int& corner : t) corner = solver_of_[model_.look.body_begin[b] + corner];
@@ -352,9 +353,16 @@ class Builder {
     const Body& body = bodies_[b];
     const int before = model_.long_range.items();
     attach_long_range(body.mesh, body.edges, body.holds.pinned, spec.parameter, names(b), model_.long_range);
-    if (model_.long_range.items() == before)
-      refuse(model_.scene.file, place, "no particle that is connected with a pin",
-             "long-range attachments on a body with pins that are never let go");
+    if (model_.long_range.items() > before) return;
+    const auto& pinned = body.holds.pinned;
+    const bool stays = std::find(pinned.begin(), pinned.end(), true) != pinned.end();
+    const bool goes =
+        std::any_of(body.holds.moved.begin(), body.holds.moved.end(), [](const auto& m) { return m.until; });
+    refuse(model_.scene.file, place,
+           stays  ? "no particle that is connected with a pin"
+           : goes ? "no pin but those that are let go, at their \"until\""
+                  : "no pin",
+           "long-range attachments on a body with pins that are never let go");
   }
 
   void add_air() {
@@ -405,7 +413,8 @@ class Builder {
     if (mesh.mesh.faces.empty())
       refuse(model_.scene.file, pointer("environment", e, "shape"), "a shape without faces", "a shape with faces");
     apply(spec.transform, mesh.mesh);
-    if (spec.sides == Sides::Solid) require_closed(mesh.mesh, file, "a solid needs a closed mesh");
+    if (spec.sides == Sides::Solid)
+      require_closed(mesh.mesh, file, "a solid needs a closed mesh (object '" + spec.name + "')");
     model_.environment.push_back(std::move(mesh));
   }
 

@@ -6,7 +6,7 @@ namespace {
 std::vector<JsonReader::Field> desbrun_fields(SolverSpec& solver) {
   DesbrunSpec& own = solver.desbrun;
   return {
-      {"stiffness", [&](const JsonReader& v) { own.stiffness = v.number(above(0, "N/m")); }},
+      {"spring_constant", [&](const JsonReader& v) { own.spring_constant = v.number(above(0, "N/m")); }},
       {"filter",
        [&](const JsonReader& v) {
          const std::string word = v.word("filter", {"auto", "dense", "sparse"});
@@ -61,6 +61,8 @@ SolverSpec read_solver(const JsonReader& at) {
   }
   if (solver.type == "desbrun") {
     solver.substeps = 1, solver.iterations = 10;
+    if (at.has("stiffness"))  // its name in older scenes
+      at.at("stiffness").refuse("'stiffness', which is a constraint's, from 0 to 1", "'spring_constant' (N/m)");
     for (JsonReader::Field& field : desbrun_fields(solver)) fields.push_back(std::move(field));
   }
   at.object(fields);

@@ -141,7 +141,7 @@ Json write(const SolverSpec& s) {
   if (s.type == "pbd") json["stiffness_of"] = s.stiffness_of_step ? "step" : "projections";
   if (s.type != "desbrun") return json;
   const DesbrunSpec& own = s.desbrun;
-  json["stiffness"] = own.stiffness;
+  json["spring_constant"] = own.spring_constant;
   json["filter"] = own.filter == FilterKind::Dense ? "dense" : own.filter == FilterKind::Sparse ? "sparse" : "auto";
   if (own.storage)
     json["storage"] = *own.storage == Storage::Double ? "double" : *own.storage == Storage::Int16 ? "int16" : "float";

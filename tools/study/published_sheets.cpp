@@ -43,7 +43,7 @@ Scene scene_of(const Sheet& of) {
   scene.solver.precision = Precision::Float;
   if (of.desbrun) {
     scene.solver.type = "desbrun", scene.solver.substeps = 1, scene.solver.iterations = 10;
-    scene.solver.desbrun.filter = of.filter, scene.solver.desbrun.stiffness = 1000;
+    scene.solver.desbrun.filter = of.filter, scene.solver.desbrun.spring_constant = 1000;
   }
   return scene;
 }

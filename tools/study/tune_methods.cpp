@@ -75,7 +75,7 @@ Scene by_pbd(const Scene& scene, std::string& why) {
   for (BodySpec& body : other.bodies)
     for (ConstraintSpec& spec : body.constraints) {
       if (spec.rigidity || spec.compliance.value_or(0) > 0) continue;
-      const double stiffness = scene.solver.desbrun.stiffness * (spec.compliance ? 1 : spec.stiffness);
+      const double stiffness = scene.solver.desbrun.spring_constant * (spec.compliance ? 1 : spec.stiffness);
       if (spec.type == "distance" && stiffness > 0) spec.compliance = 1 / stiffness;
       if (is_bending(spec.type) && stiffness > 0)
         why = "the hinges of '" + body.name + "' (" + spec.type + ") have no one compliance, but each one its own";
