@@ -104,7 +104,12 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   parts_->options = options;
   parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : available_threads();
   if (options.threads <= 0 || options.at_most) parts_->choice.emplace(parts_->threads);
+  const auto doing = [&](const char* what) {
+    if (options.progress) options.progress(what, -1);
+  };
+  doing("reading meshes, listing and ordering constraints");
   parts_->times.model_seconds = seconds([&] { parts_->model = build_model(scene, parts_->threads); });
+  doing(scene.environment.empty() ? "colouring and laying out" : "colouring and laying out, building trees");
   parts_->times.solver_seconds = seconds([&] { parts_->make_solver_of_model(); });
   if (malha::tears(scene)) parts_->whole = parts_->model.look, parts_->scene = scene_hash(parts_->model);
 }

@@ -20,7 +20,8 @@ struct SimulationOptions {
   bool at_most = false;  // steps run on all threads, or on one while other programs make that faster. So always for 0
   Backend backend = Backend::OpenMP;
   std::string instructions = {};  // "": the widest that the CPU has; or "baseline", "avx2", "avx512"
-  std::function<void(const char* what, double part)> progress = {};  // of a set-up that takes long, part in [0, 1]
+  // Of a set-up that takes long; part in [0, 1], or -1 where what begins does not know how far it is.
+  std::function<void(const char* what, double part)> progress = {};
 };
 
 struct Model;     // host/model/model.h, for the parts of malha that look closer

@@ -58,6 +58,30 @@ TEST_F(Command, SaysWhatTheSceneExpectsAndDidNotHappen) {
   EXPECT_EQ(malha({"run", "scene.json", "--seconds", "0.5"}).status, 0) << "the scene's end was not reached";
 }
 
+// 0.8 s in steps of 0.3 s are 2.67: three, to 0.9 s.
+TEST_F(Command, SaysWhereATimeIsNotWholeSteps) {
+  Json scene = swinging_sheet(false);
+  scene["solver"]["dt"] = 0.3;
+  write(scene);
+  const auto expect_said = [&](const std::vector<std::string>& options, const std::string& rounding) {
+    std::vector<std::string> words{"run", "scene.json", "--threads", "1"};
+    words.insert(words.end(), options.begin(), options.end());
+    const std::string said = malha(words).err;
+    EXPECT_EQ(has(said, "are run, to"), !rounding.empty()) << said;
+    EXPECT_TRUE(rounding.empty() || has(said, "scene.json: warning: " + rounding + "\n")) << said;
+    EXPECT_EQ(has(report()["notes"].dump(), "are run, to"), !rounding.empty());
+  };
+  expect_said({}, "the duration, 0.8 s, is 2.66667 steps of 0.3 s: 3 are run, to 0.9 s");
+  EXPECT_EQ(report()["step"], 3);
+  expect_said({"--seconds", "0.5"}, "--seconds, 0.5 s, is 1.66667 steps of 0.3 s: 2 are run, to 0.6 s");
+  EXPECT_EQ(report()["step"], 2);
+  expect_said({"--seconds", "0.6"}, "");
+  expect_said({"--steps", "2"}, "");
+  scene["solver"]["dt"] = 0.0166667, scene["duration"] = 0.1;  // 6 steps, to six digits
+  write(scene);
+  expect_said({}, "");
+}
+
 TEST_F(Command, LetsOptionsWinOverTheScene) {
   Json scene = swinging_sheet(false);
   scene["outputs"] = {{"frames", {{"every", 1}, {"formats", {"vtp"}}}}, {"pictures", {{"size", {16, 16}}}}};
@@ -103,16 +127,18 @@ TEST_F(Command, TellsItsProgressInPlainLinesWhereThereIsNoTerminal) {
   EXPECT_GE(std::count(ended.err.begin(), ended.err.end(), '\n'), 10);
 }
 
-TEST_F(Command, DrawsABarOnATerminal) {
-  std::string scene = folder_ / "scene.json", out = folder_ / "out";
-  std::string words[] = {MALHA_COMMAND, "run", scene, "--out", out, "--threads", "1"};
+/// What `malha run` with these options shows on a terminal of 100 columns; empty where there are no terminals.
+std::string shown_on_a_terminal(const TemporaryFolder& folder, const std::vector<std::string>& options) {
+  std::vector<std::string> words{MALHA_COMMAND, "run", folder / "scene.json", "--out", folder / "out",
+                                 "--threads",   "1"};
+  words.insert(words.end(), options.begin(), options.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   int terminal = -1;
   winsize size{24, 100, 0, 0};
   const pid_t child = forkpty(&terminal, nullptr, nullptr, &size);
-  if (child < 0) GTEST_SKIP() << "no pseudo-terminal here: is /dev/pts mounted?";
+  if (child < 0) return "";
   if (child == 0) {
     execv(argv[0], argv.data());
     _exit(127);
@@ -125,9 +151,36 @@ TEST_F(Command, DrawsABarOnATerminal) {
   waitpid(child, &state, 0);
   close(terminal);
   EXPECT_EQ(WEXITSTATUS(state), 0) << shown;
+  return shown;
+}
+
+TEST_F(Command, RenewsOneLineOnATerminal) {
+  const std::string shown = shown_on_a_terminal(folder_, {});
+  if (shown.empty()) GTEST_SKIP() << "no pseudo-terminal here: is /dev/pts mounted?";
   EXPECT_TRUE(has(shown, "\r[...")) << shown;
   EXPECT_TRUE(has(shown, "\r[##############################] 40/40  t = 0.800 s  ")) << shown;
-  EXPECT_TRUE(has(shown, "\033[K\r\nsimulated   0.8 s")) << "the bar's line is left before the results\n" << shown;
+  EXPECT_TRUE(has(shown, " steps/s  0:00 left\033[K\r\nsimulated   0.8 s")) << "the line is left before the results\n"
+                                                                            << shown;
+  EXPECT_EQ(shown.find('\n'), shown.find("\r\nsimulated") + 1) << "one line, however often it is drawn\n" << shown;
+}
+
+TEST_F(Command, SaysOnATerminalWhatItDoesThatIsNotAStep) {
+  Json scene = swinging_sheet(true);
+  scene["outputs"]["pictures"] = {{"size", {32, 24}}};
+  scene["outputs"]["checkpoint_every"] = 20;
+  write(scene);
+  const std::string shown = shown_on_a_terminal(folder_, {"--every", "40"});
+  if (shown.empty()) GTEST_SKIP() << "no pseudo-terminal here: is /dev/pts mounted?";
+  std::size_t at = 0;  // each after the one before
+  for (const char* what :
+       {"] setting up: reading meshes, ", "] setting up: colouring and laying out, building trees", "] writing a frame",
+        "] drawing a picture", "/40  t = 0.", "  writing a checkpoint", "/40  t = 0.", "  writing the report",
+        "  writing the storyboard", "  drawing a picture", "] 40/40  t = 0.800 s  "}) {
+    const std::size_t found = shown.find(what, at);
+    ASSERT_NE(found, std::string::npos) << what << " is not after byte " << at << " of\n" << shown;
+    at = found;
+  }
+  EXPECT_EQ(shown.find('\n'), shown.find("\r\nsimulated") + 1) << shown;
 }
 
 /// Runs until frame `frame` is there.

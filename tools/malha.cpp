@@ -19,6 +19,7 @@
 #include "host/results/run.h"
 #include "host/results/summary.h"
 #include "host/results/warnings.h"
+#include "host/results/whole_steps.h"
 #include "tools/arguments.h"
 #include "tools/measures.h"
 #include "tools/progress.h"
@@ -92,7 +93,7 @@ std::optional<std::int64_t> last_step(const Arguments& arguments, const malha::S
     malha::refuse(
         "malha run", "--seconds", malha::shown(*arguments.seconds),
         "at most " + malha::shown(malha::kMostSteps * scene.solver.dt) + " s, which are 1e9 steps of this scene");
-  return std::max<std::int64_t>(1, std::llround(steps));
+  return malha::whole_steps(*arguments.seconds, scene.solver.dt);
 }
 
 int run(const Arguments& arguments) {
@@ -102,12 +103,14 @@ int run(const Arguments& arguments) {
       arguments.scene == "-" ? "standard_input" : std::filesystem::path(arguments.scene).stem().string();
   options.out = arguments.out.empty() ? "out/" + name : arguments.out;
   options.steps = last_step(arguments, scene);
+  if (arguments.seconds) options.rounding = malha::rounding_of("--seconds", *arguments.seconds, scene.solver.dt);
   options.resume = arguments.resume;
   catch_signals();
   malha::RunResult result;
   try {
     malha::ProgressReporter progress(arguments.quiet);
     options.warn = [&](const std::string& line) { progress.warn(arguments.scene, line); };
+    options.doing = [&progress](const char* what) { progress.doing(what); };
     result = malha::run(
         scene, simulation_options(arguments, progress), options, [&progress](const auto& now) { progress(now); }, stop);
   } catch (const malha::Diverged&) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstring>
 #include <string>
 
 #include "host/base/shown.h"
@@ -12,6 +13,8 @@
 namespace malha {
 
 namespace {
+
+constexpr int kWords = 66;  // columns beside the bar, of most lines: it keeps its width
 
 int terminal_width() {
   winsize size{};
@@ -29,35 +32,54 @@ std::string clock_text(double seconds) {
   return text;
 }
 
+/// "20/40  t = 0.400 s  "; nothing before the first step.
+std::string place(const Progress& at) {
+  if (at.steps == 0) return "";
+  char text[80];
+  std::snprintf(text, sizeof text, "%lld/%lld  t = %.3f s  ", static_cast<long long>(at.step),
+                static_cast<long long>(at.steps), at.time);
+  return text;
+}
+
+double share(const Progress& at) {
+  return at.steps == 0 ? 0 : static_cast<double>(at.step) / static_cast<double>(at.steps);
+}
+
 }  // namespace
 
 ProgressReporter::ProgressReporter(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
 
 ProgressReporter::~ProgressReporter() {
-  if (drawn_) std::fprintf(stderr, "\n");
+  if (!drawn_) return;
+  if (line_.empty())
+    std::fprintf(stderr, "\r\033[K");
+  else
+    draw_bar(share(last_), line_), std::fprintf(stderr, "\n");
 }
 
 void ProgressReporter::operator()(const Progress& progress) {
   if (quiet_) return;
   const auto now = Clock::now();
   if (first_ < 0) first_ = progress.step, start_ = said_at_ = now;
-  ++steps_since_, ms_since_ += progress.step_ms;
+  last_ = progress, ++steps_since_, ms_since_ += progress.step_ms;
   const bool last = progress.step == progress.steps;
   const std::chrono::duration<double> silence = now - said_at_, elapsed = now - start_;
   const std::int64_t tenth = progress.step * 10 / progress.steps;
-  const bool due = terminal_ ? silence.count() > 0.05 || !drawn_ : tenth != tenth_ || silence.count() > 10;
+  const bool due = terminal_ ? silence.count() > 0.05 || line_.empty() : tenth != tenth_ || silence.count() > 10;
   if (!due && !last) return;
 
   const double step_ms = ms_since_ / static_cast<double>(steps_since_);
   if (terminal_) {
-    const auto seen = static_cast<double>(progress.step - first_);
-    char text[160];
-    std::snprintf(text, sizeof text, "%lld/%lld  t = %.3f s  %.2f ms a step", static_cast<long long>(progress.step),
-                  static_cast<long long>(progress.steps), progress.time, step_ms);
-    std::string line = text;
-    if (seen > 0)
-      line += "  " + clock_text(elapsed.count() / seen * static_cast<double>(progress.steps - progress.step)) + " left";
-    draw_bar(static_cast<double>(progress.step) / static_cast<double>(progress.steps), line);
+    char text[80];
+    std::snprintf(text, sizeof text, "%.2f ms a step", step_ms);
+    line_ = place(progress) + text, doing_ = nullptr;
+    // Of the clock, with pictures and files: what is left takes as long. The first step's start was not seen.
+    if (const auto seen = static_cast<double>(progress.step - first_); seen > 0) {
+      const double rate = seen / elapsed.count();
+      std::snprintf(text, sizeof text, rate < 100 ? "  %.3g steps/s  " : "  %.0f steps/s  ", rate);
+      line_ += text + clock_text(static_cast<double>(progress.steps - progress.step) / rate) + " left";
+    }
+    draw_bar(share(progress), line_);
   } else {
     std::fprintf(stderr, "step %lld of %lld, t = %.3f s, %.2f ms a step\n", static_cast<long long>(progress.step),
                  static_cast<long long>(progress.steps), progress.time, step_ms);
@@ -66,14 +88,26 @@ void ProgressReporter::operator()(const Progress& progress) {
   steps_since_ = 0, ms_since_ = 0;
 }
 
+void ProgressReporter::doing(const char* what) {
+  if (quiet_ || !terminal_) return;
+  if (doing_ != nullptr && std::strcmp(doing_, what) == 0) return;  // it stands there
+  doing_ = what;
+  draw_bar(share(last_), place(last_) + what);
+}
+
 void ProgressReporter::setup(const char* what, double part) {
   const auto now = Clock::now();
-  if (quiet_ || std::chrono::duration<double>(now - setup_said_at_).count() < (terminal_ ? 0.05 : 5)) return;
+  const bool begins = part < 0;
+  if (quiet_ || (begins && !terminal_)) return;
+  if (!begins && std::chrono::duration<double>(now - setup_said_at_).count() < (terminal_ ? 0.05 : 5)) return;
   setup_said_at_ = now;
-  char text[80];
-  std::snprintf(text, sizeof text, "setting up: %s, %.0f %%", what, 100 * part);
+  char text[100];
+  if (begins)
+    std::snprintf(text, sizeof text, "setting up: %s", what);
+  else
+    std::snprintf(text, sizeof text, "setting up: %s, %.0f %%", what, 100 * part);
   if (terminal_)
-    draw_bar(part, text);
+    draw_bar(std::max(part, 0.0), text);
   else
     std::fprintf(stderr, "%s\n", text);
 }
@@ -88,7 +122,7 @@ void ProgressReporter::draw_bar(double part, const std::string& what) {
   // One column stays free: a full line would wrap, and the next one could not redraw it.
   std::string line = what;
   const int room = terminal_width() - 1;
-  const int width = std::min(30, room - static_cast<int>(line.size()) - 3);
+  const int width = std::min(30, room - std::max(kWords, static_cast<int>(line.size())) - 3);
   if (width >= 5) {
     const auto filled = std::min(static_cast<std::size_t>(width), static_cast<std::size_t>(part * width));
     line = "[" + std::string(filled, '#') + std::string(width - filled, '.') + "] " + line;

@@ -11,6 +11,7 @@
 #include "host/model/tear.h"
 #include "host/results/report.h"
 #include "host/results/resolution.h"
+#include "host/results/whole_steps.h"
 #include "host/solver/solver.h"
 
 namespace malha {
@@ -177,8 +178,8 @@ std::string plan(const Simulation& simulation) {
   out << "scene: " << scene.name << "\n"
       << "solver: " << solver.type << ", " << (solver.precision == Precision::Double ? "double" : "float")
       << " precision, " << counted(simulation.threads(), "thread") << "\n"
-      << "steps: " << std::max<std::int64_t>(1, std::llround(scene.duration / solver.dt)) << " of " << solver.dt
-      << " s, each " << counted(solver.substeps, "substep") << " of " << (solver.type == "desbrun" ? "at most " : "")
+      << "steps: " << whole_steps(scene.duration, solver.dt) << " of " << solver.dt << " s, each "
+      << counted(solver.substeps, "substep") << " of " << (solver.type == "desbrun" ? "at most " : "")
       << counted(solver.iterations, "iteration") << "\n"
       << "particles: " << model.count() << " in " << counted(scene.bodies.size(), "body", "bodies") << ", "
       << pinned_at_start(model) << " pinned\n";

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 
 #include "host/base/file.h"
 #include "host/base/stopwatch.h"
@@ -12,6 +11,7 @@
 #include "host/results/results.h"
 #include "host/results/summary.h"
 #include "host/results/warnings.h"
+#include "host/results/whole_steps.h"
 
 namespace malha {
 
@@ -42,11 +42,12 @@ class Outputs {
  public:
   /// A fresh run replaces what an earlier one left; a resumed one continues after so many frames.
   Outputs(const Simulation& simulation, const Results& results, std::int64_t last,
-          std::optional<std::int64_t> frames_before, double checkpoint_seconds, const std::atomic<bool>& stop)
+          std::optional<std::int64_t> frames_before, const RunOptions& options, const std::atomic<bool>& stop)
       : simulation_(simulation),
         spec_(simulation.model().scene.outputs),
         results_(results),
-        checkpoint_seconds_(checkpoint_seconds),
+        doing_(options.doing),
+        checkpoint_seconds_(options.checkpoint_seconds),
         stop_(stop),
         frames_(frames_before.value_or(0)) {
     if (!frames_before) results.remove();
@@ -66,25 +67,35 @@ class Outputs {
   bool saves() { return saves_ = checkpoint_is_due(); }
 
   void checkpoint() {
+    say("writing a checkpoint");
     const double took = seconds([&] { simulation_.save_checkpoint(results_.checkpoint, frames_); });
     pause_ = std::max(checkpoint_seconds_, kPausePerWrite * took), saved_at_ = Clock::now();
   }
 
   void report(const std::string& status, const std::vector<std::string>& notes) const {
+    say("writing the report");
     write_whole(results_.report, simulation_.report(status, notes));
   }
 
   void storyboard() const {
-    if (gallery_ && !stop_) gallery_->write_storyboard();
+    if (!gallery_ || stop_) return;
+    say("writing the storyboard");
+    gallery_->write_storyboard();
   }
 
   void picture() const {
-    if (gallery_) gallery_->finish(simulation_.time(), simulation_.positions());
+    if (!gallery_) return;
+    say("drawing a picture");
+    gallery_->finish(simulation_.time(), simulation_.positions());
   }
 
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr double kPausePerWrite = 100;  // those that nobody asked for take at most 1 % of the time
+
+  void say(const char* what) const {
+    if (doing_) doing_(what);
+  }
 
   bool checkpoint_is_due() const {
     if (!spec_.checkpoint_every) return std::chrono::duration<double>(Clock::now() - saved_at_).count() > pause_;
@@ -100,18 +111,21 @@ class Outputs {
   void write_frame() {
     if (!writer_ || simulation_.steps() % spec_.every != 0) return;
     if (simulation_.tears() != tears_) open_writer();  // the mesh is another one
+    say("writing a frame");
     writer_->write(simulation_.time(), to_float(simulation_.positions()), to_float(simulation_.velocities()));
     ++frames_;
   }
 
   void look() {
-    if (gallery_ && !stop_ && gallery_->wants(simulation_.steps()))
-      gallery_->look(simulation_.steps(), simulation_.time(), simulation_.positions());
+    if (!gallery_ || stop_ || !gallery_->wants(simulation_.steps())) return;
+    say("drawing a picture");
+    gallery_->look(simulation_.steps(), simulation_.time(), simulation_.positions());
   }
 
   const Simulation& simulation_;
   const OutputSpec& spec_;
   Results results_;
+  const std::function<void(const char*)>& doing_;
   double checkpoint_seconds_, pause_ = checkpoint_seconds_;  // s of the clock, between checkpoints
   Clock::time_point saved_at_ = Clock::now();
   const std::atomic<bool>& stop_;
@@ -132,7 +146,7 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   Simulation simulation(scene, simulation_options);
   std::optional<std::int64_t> frames;
   if (options.resume) frames = simulation.load_checkpoint(results.checkpoint);
-  const std::int64_t whole = std::max<std::int64_t>(1, std::llround(scene.duration / scene.solver.dt));
+  const std::int64_t whole = whole_steps(scene.duration, scene.solver.dt);
   const std::int64_t last = options.steps.value_or(whole);
   if (simulation.steps() >= last)
     refuse(results.checkpoint, "", "the state of step " + std::to_string(simulation.steps()),
@@ -141,12 +155,16 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
     refuse(results.checkpoint, "frames", std::to_string(*frames),
            "at most one of the start and of each of its " + std::to_string(simulation.steps()) + " steps");
 
-  if (options.warn)
+  const std::string rounding =
+      options.steps ? options.rounding : rounding_of("the duration", scene.duration, scene.solver.dt);
+  if (options.warn) {
     for (const std::string& line : warnings(simulation.model())) options.warn(line);
+    if (!rounding.empty()) options.warn(rounding);
+  }
   const KeptMomenta momenta(simulation);
   make_folder(results.folder);
   if (!lock) lock.emplace(results.folder);
-  Outputs outputs(simulation, results, last, frames, options.checkpoint_seconds, stop);
+  Outputs outputs(simulation, results, last, frames, options, stop);
   try {
     while (simulation.steps() < last && !stop) {
       const double took = seconds([&] { simulation.step(); });
@@ -166,6 +184,7 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   if (result.complete) result.unmet = simulation.unmet();
   outputs.checkpoint();
   std::vector<std::string> notes = result.unmet;
+  if (!rounding.empty()) notes.push_back(rounding);
   for (const std::string& line : momenta.broken(simulation)) {
     if (options.warn) options.warn(line);
     notes.push_back(line);

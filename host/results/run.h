@@ -15,10 +15,12 @@ inline constexpr double kMostSteps = 1e9;  // of a time that is asked for
 struct RunOptions {
   std::string out;                                    // the folder of the results; made where it is missing
   std::optional<std::int64_t> steps = {};             // stop at this step; otherwise the scene's duration
+  std::string rounding = {};                          // what is to be said of `steps` (whole_steps.h); may be empty
   bool resume = false;                                // continue from the folder's checkpoint
   std::function<void(const std::string&)> warn = {};  // of each of warnings(), before the first step, and of momenta
                                                       // that changed (kept_momenta.h), after the last; may be empty
   double checkpoint_seconds = 30;  // of the clock, between checkpoints where outputs.checkpoint_every is not given
+  std::function<void(const char*)> doing = {};  // what is begun that is not a step ("drawing a picture"); may be empty
 };
 
 struct Progress {
