@@ -28,8 +28,7 @@ struct Simulation::Parts {
   std::vector<Split> splits;
 
   void make_solver_of_model() {
-    const bool serial = options.backend == Backend::Serial;
-    solver = make_solver(model, serial ? 0 : threads, options.instructions, options.progress);
+    solver = make_solver(model, threads, options.instructions, options.progress);
     keep_what_runs_need(model);
   }
 

@@ -49,7 +49,7 @@ class Chain {
   std::vector<double> row(FilterKind kind, int i) const {
     Model model = model_;
     model.scene.solver.desbrun.filter = kind;
-    const auto filter = make_filter<Serial, R>(Serial{widest_instructions()}, 1, model, system_, {});
+    const auto filter = make_filter<OpenMP, R>(OpenMP{1, widest_instructions()}, 1, model, system_, {});
     std::vector<double> found;
     for (int j = 1; j <= n_; ++j) {
       std::vector<Vec3> all(model.x.size(), Vec3{0, 0, 0});

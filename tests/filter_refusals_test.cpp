@@ -103,8 +103,9 @@ TEST(ADenseFilter, ThatDoesNotFitIntoMemoryIsRefusedBeforeItIsOrderedOrFactoredA
   const SpringSystem system = spring_system(model, 0.01);
   bool began = false;
   const ShowProgress progress = [&](const char*, double) { began = true; };
-  const std::string said =
-      refusal([&] { make_filter<Serial, float>(Serial{widest_instructions()}, 1, model, system, progress); });
+  const std::string said = refusal([&] {
+    make_filter<OpenMP, float>(OpenMP{1, widest_instructions()}, 1, model, system, progress);
+  });
   EXPECT_EQ(
       said.find("test.json: /solver/filter: found a dense filter of 1.86e+03 GiB for 1000000 particles in 1 body; "
                 "allowed: what fits into the "),

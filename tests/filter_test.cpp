@@ -182,7 +182,7 @@ TEST(Filter, AddsToWhatIsThereOrReplacesItAndLeavesPinsAndLooseParticlesAlone) {
   const std::vector<Vec3> forces(model.x.size(), Vec3{1, -2, 3}), before(model.x.size(), Vec3{4, 5, 6});
   for (const FilterKind kind : {FilterKind::Dense, FilterKind::Sparse}) {
     model.scene.solver.desbrun.filter = kind;
-    const auto filter = make_filter<Serial, double>(Serial{widest_instructions()}, 1, model, solved.system, {});
+    const auto filter = make_filter<OpenMP, double>(OpenMP{1, widest_instructions()}, 1, model, solved.system, {});
     const auto result = [&](bool adds) {
       PointArray<Serial, double> force(forces), a(before);
       filter->apply({force.points(), a.points(), adds});

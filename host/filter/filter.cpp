@@ -227,8 +227,6 @@ FilterErrors filter_errors(const Filter<R>& filter, const Model& model, const Sp
   template std::unique_ptr<Filter<R>> make_filter(const Executor&, int, const Model&, const SpringSystem&, \
                                                   const ShowProgress&);                                    \
   template FilterErrors filter_errors<Executor>(const Filter<R>&, const Model&, const SpringSystem&);
-MALHA_FILTER(Serial, float)
-MALHA_FILTER(Serial, double)
 MALHA_FILTER(OpenMP, float)
 MALHA_FILTER(OpenMP, double)
 #undef MALHA_FILTER

@@ -44,8 +44,8 @@ std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::
   std::unique_ptr<Solver> made;
   for_each_isa([&]<class Isa>(Isa) {
     if (wanted != Isa::name) return;
-    made = threads == 0 ? make(model, Serial{Isa::value}, 1, progress)
-                        : make(model, OpenMP{threads, Isa::value}, threads, progress);
+    const int count = threads > 0 ? threads : 1;
+    made = make(model, OpenMP{count, Isa::value}, count, progress);  // of one thread: Serial at every launch
   });
   if (!made) throw InputError("instructions: this build on this CPU has no \"" + wanted + "\"");
   return made;

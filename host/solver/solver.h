@@ -125,7 +125,7 @@ class Solver {
 /// The instruction sets that both this build and the CPU have, the narrowest first: "baseline", "avx2", "avx512".
 std::vector<std::string> instruction_sets();
 
-/// The model's method on `threads` OpenMP threads, or on the Serial executor with 0. `instructions`: one of
+/// The model's method on `threads` OpenMP threads; with 1 or 0 no parallel region is opened. `instructions`: one of
 /// instruction_sets(), or "" for the widest; throws InputError for another.
 /// `progress`: of a set-up that takes long; may be empty.
 std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::string& instructions = "",
