@@ -10,7 +10,9 @@
 #include <variant>
 #include <vector>
 
+#include "host/results/warnings.h"
 #include "tests/small_scenes.h"
+#include "tests/support.h"
 
 namespace malha {
 namespace {
@@ -74,6 +76,23 @@ TEST(ShippedScenes, AreAllThere) {
       "thin_wall rotating_sphere ramp soft_bunny cantilever folded_sheet crossed_sheets wrapped_balloon crumpled_ball "
       "torn_sheet carried_sheet turning_flag long_cloth flag at_rest");
   for (std::string name; promised >> name;) EXPECT_TRUE(std::binary_search(names.begin(), names.end(), name)) << name;
+}
+
+// The scene on the first page: as it stands there it runs without a warning, and the sheet is no rubber.
+TEST(FirstPage, ShowsASheetThatHangs) {
+  const std::string page = bytes_of(MALHA_SOURCE_DIR "/README.md");
+  const std::size_t begin = page.find("```json\n") + 8;
+  const Scene scene = parse_scene(page.substr(begin, page.find("```", begin) - begin), "README.md", ".");
+  Simulation simulation(scene, {.threads = 1});
+  EXPECT_EQ(warnings(simulation.model()), std::vector<std::string>());
+  double lowest = 0;  // of its swing
+  while (simulation.time() < scene.duration) {
+    simulation.step();
+    for (const Vec3& x : simulation.positions()) lowest = std::min(lowest, x[1]);
+  }
+  // 1 m long and pinned at height 0, it swings through the vertical, longer by its strain in the swing (2 %).
+  EXPECT_LT(lowest, -0.95);
+  EXPECT_GT(lowest, -1.02);
 }
 
 }  // namespace
