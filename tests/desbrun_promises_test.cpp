@@ -92,7 +92,7 @@ TEST_P(DesbrunBits, AreThoseOfTheUninterruptedRunAfterAStop) {
   run_quietly(scene, {.out = parts, .resume = true});
   EXPECT_EQ(final_hash("parts"), final_hash("whole"));
   // The filter is made anew: of another step, mass or stiffness it would be another run.
-  for (const char* key : {"/solver/stiffness", "/solver/dt", "/bodies/0/mass"}) {
+  for (const char* key : {"/solver/spring_constant", "/solver/dt", "/bodies/0/mass"}) {
     Json other = scene;
     other[Json::json_pointer(key)] = 0.01;
     EXPECT_THROW(run_quietly(other, {.out = parts, .steps = 50, .resume = true}), InputError) << key;
