@@ -155,6 +155,7 @@ int check(const Arguments& arguments) {
   if (model.zero_area_faces > 0)
     std::cout << "; left out: " << malha::counted(model.zero_area_faces, "face") << " without area";
   std::cout << "\n";
+  for (const std::string& note : model.notes) std::cout << arguments.scene << ": " << note << "\n";
   return malha::kDone;
 }
 

@@ -50,21 +50,22 @@ std::vector<Triangle> triangles(const Mesh& mesh) {
   return found;
 }
 
-std::vector<int> opposite_sides(std::size_t points, const std::vector<Triangle>& triangles) {
+std::vector<int> opposite_sides(std::size_t points, const std::vector<Triangle>& triangles, int* crowded) {
   const auto sides = sorted_sides(points, [&](auto add) {
     for (const auto& [a, b, c] : triangles) add(a, b), add(b, c), add(c, a);
   });
   std::vector<int> other(3 * triangles.size(), -1);
   for_each_edge(sides, [&](auto first, auto last) {
-    if (last - first != 2 || first[0].forward == first[1].forward) return;
+    if (last - first > 2 && crowded != nullptr) ++*crowded;
+    if (last - first != 2) return;
     other[first[0].number] = first[1].number, other[first[1].number] = first[0].number;
   });
   return other;
 }
 
-std::vector<std::array<int, 4>> hinges(const Mesh& mesh) {
+std::vector<std::array<int, 4>> hinges(const Mesh& mesh, int* crowded) {
   const std::vector<Triangle> all = triangles(mesh);
-  const std::vector<int> other = opposite_sides(mesh.points.size(), all);
+  const std::vector<int> other = opposite_sides(mesh.points.size(), all, crowded);
   const auto corner = [&](int side, int ahead) { return all[side / 3][(side + ahead) % 3]; };
   std::vector<std::array<int, 4>> found;
   for (int side = 0; side < static_cast<int>(other.size()); ++side)
@@ -73,7 +74,7 @@ std::vector<std::array<int, 4>> hinges(const Mesh& mesh) {
   return found;
 }
 
-std::vector<std::array<int, 4>> plate_hinges(const Mesh& mesh, std::vector<double>& shares) {
+std::vector<std::array<int, 4>> plate_hinges(const Mesh& mesh, std::vector<double>& shares, int* crowded) {
   std::vector<std::array<int, 2>> wings;  // of each side, the corners after it and before it
   for (const Quad& face : mesh.faces) {
     const int corners = is_triangle(face) ? 3 : 4;
@@ -83,13 +84,15 @@ std::vector<std::array<int, 4>> plate_hinges(const Mesh& mesh, std::vector<doubl
   shares.clear();
   const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { visit_face_sides(mesh.faces, add); });
   for_each_edge(sides, [&](auto first, auto last) {
-    if (last - first != 2 || first[0].forward == first[1].forward) return;
+    if (last - first > 2 && crowded != nullptr) ++*crowded;
+    if (last - first != 2) return;
     const int from = first->forward ? first->low : first->high, to = first->forward ? first->high : first->low;
     const auto &c = wings[first[0].number], &d = wings[first[1].number];
     const bool one = c[0] == c[1] && d[0] == d[1];
-    // The side's direction turns round from face to face: wings of the same place in their faces lie crosswise.
+    // Where the side's direction turns round from face to face, wings of the same place in their faces lie crosswise.
+    const int turned = first[0].forward == first[1].forward ? 1 : 0;
     for (int k = 0; k < (one ? 1 : 2); ++k) {
-      found.push_back({from, to, c[k], d[k]});
+      found.push_back({from, to, c[k], d[k ^ turned]});
       shares.push_back(one ? 1 : 0.5);
     }
   });

@@ -20,18 +20,18 @@ std::vector<Edge> shear(const Mesh& mesh);
 std::vector<Triangle> triangles(const Mesh& mesh);
 
 /// Of each side of each triangle (3 t + k, from its corner k to the next), the side of the other triangle at that edge;
-/// -1 at edges with one triangle, with more than two, or whose two triangles are not oriented alike.
-std::vector<int> opposite_sides(std::size_t points, const std::vector<Triangle>& triangles);
+/// -1 at edges with one triangle or with more than two. `crowded`, where given, grows by the number of the latter.
+std::vector<int> opposite_sides(std::size_t points, const std::vector<Triangle>& triangles, int* crowded = nullptr);
 
-/// {a, b, c, d} for every edge a-b that triangles (a, b, c) and (b, a, d) of triangles(mesh) share, quads' diagonals
-/// included, in order of first appearance. Edges with one triangle, with more than two, or whose two triangles are not
-/// oriented alike, are left out.
-std::vector<std::array<int, 4>> hinges(const Mesh& mesh);
+/// {a, b, c, d} for every edge a-b that a triangle (a, b, c) of triangles(mesh) shares with one other, of corners a, b,
+/// d, quads' diagonals included, in order of first appearance. How the two are wound does not matter: the second is
+/// taken as (b, a, d). Edges with one triangle or with more than two are left out; `crowded` as above.
+std::vector<std::array<int, 4>> hinges(const Mesh& mesh, int* crowded = nullptr);
 
-/// {a, b, c, d} as hinges() for every side that two faces oriented alike share, with a quad's corners taken in turn as
-/// wings, so that no diagonal is preferred: `shares` gets the part of its edge's bending that each hinge stands for, 1
-/// between triangles, 1/2 beside a quad. Quads' own diagonals do not bend.
-std::vector<std::array<int, 4>> plate_hinges(const Mesh& mesh, std::vector<double>& shares);
+/// {a, b, c, d} as hinges() for every side that two faces share, with a quad's corners taken in turn as wings, so that
+/// no diagonal is preferred: `shares` gets the part of its edge's bending that each hinge stands for, 1 between
+/// triangles, 1/2 beside a quad. Quads' own diagonals do not bend.
+std::vector<std::array<int, 4>> plate_hinges(const Mesh& mesh, std::vector<double>& shares, int* crowded = nullptr);
 
 /// Which connected part each particle belongs to. Parts are numbered from 0 in the order of their lowest particles;
 /// `count` becomes their number.

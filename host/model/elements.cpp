@@ -35,10 +35,10 @@ ListedElements list_elements(Element element, const Mesh& mesh, const std::vecto
     case Element::Hinges:
       if (material) {
         std::vector<double> shares;
-        const auto list = plate_hinges(mesh, shares);
+        const auto list = plate_hinges(mesh, shares, &listed.crowded);
         add(list, hinge_softness(mesh, list, shares));
       } else {
-        add(hinges(mesh));
+        add(hinges(mesh, &listed.crowded));
       }
       break;
     case Element::Triangles:
@@ -49,6 +49,7 @@ ListedElements list_elements(Element element, const Mesh& mesh, const std::vecto
       break;
     case Element::WingedTriangles: {
       const WingedTriangles winged = winged_triangles(mesh);
+      listed.crowded = winged.crowded;
       add(winged.list, winged.softness);
       add_to(listed.remainder, winged.hinges, winged.hinge_softness);
       break;

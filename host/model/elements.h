@@ -19,6 +19,7 @@ struct ListedElements {
   /// What of the mesh no such element covers, for the kind's Remainder: of winged triangles the hinges at the rim that
   /// none of them has, with their softness. Of other elements nothing.
   Elements remainder;
+  int crowded = 0;  // edges of more than two triangles, where what bends has no hinge
 };
 
 /// `edges`: of the mesh. `spec.on`: which of the edges; a rigidity is that of the material.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/base/shown.h"
 #include "host/base/stopwatch.h"
 #include "host/error.h"
 #include "host/mesh/check_mesh.h"
@@ -262,7 +263,8 @@ class Builder {
 
   template <class Kind>
   void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
-    auto [all, remainder] = list_elements(Kind::element, bodies_[b].mesh, bodies_[b].edges, spec);
+    auto [all, remainder, crowded] = list_elements(Kind::element, bodies_[b].mesh, bodies_[b].edges, spec);
+    if (crowded > 0) note_crowded(b, Kind::name, crowded);
     if (all.particles.empty() && remainder.particles.empty()) {
       if (torn_) return;  // to pieces
       refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",
@@ -274,6 +276,11 @@ class Builder {
       other.type = Kind::Remainder::name, other.parameter = Kind::Remainder::parameter.standard;
       add_elements<typename Kind::Remainder>(b, other, std::move(remainder));
     }
+  }
+
+  void note_crowded(std::size_t b, const std::string& kind, int edges) {
+    model_.notes.push_back("body '" + model_.scene.bodies[b].name + "': \"" + kind + "\" does not act at " +
+                           counted(edges, "edge") + " with more than two faces, about which the sheet turns freely");
   }
 
   template <class Kind>

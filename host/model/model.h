@@ -88,7 +88,8 @@ struct Model {
   Patches patches;
   std::vector<EnvironmentMesh> environment;
   ModelSeconds seconds;
-  int zero_area_faces = 0;  // dropped from meshes, see check_mesh
+  int zero_area_faces = 0;         // dropped from meshes, see check_mesh
+  std::vector<std::string> notes;  // what a person should know of how the meshes were taken
   int count() const { return static_cast<int>(x.size()); }
 };
 

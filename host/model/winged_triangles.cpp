@@ -57,9 +57,9 @@ std::vector<double> handed_on(std::vector<double> area, const std::vector<bool>&
 WingedTriangles winged_triangles(const Mesh& mesh) {
   constexpr double least = 0.2;  // below, a fit would be 25 times as stiff as the plate against some folds
   const std::vector<Triangle> all = triangles(mesh);
-  const std::vector<int> other = opposite_sides(mesh.points.size(), all);
-  const auto wing = [&](int side) { return other[side] < 0 ? -1 : all[other[side] / 3][(other[side] + 2) % 3]; };
   WingedTriangles found;
+  const std::vector<int> other = opposite_sides(mesh.points.size(), all, &found.crowded);
+  const auto wing = [&](int side) { return other[side] < 0 ? -1 : all[other[side] / 3][(other[side] + 2) % 3]; };
   std::vector<double> area(all.size());
   std::vector<bool> whole(all.size());
   for (std::size_t t = 0; t < all.size(); ++t) {

@@ -15,6 +15,7 @@ struct WingedTriangles {
   /// What none of them has, as hinges(mesh), and of each the area of both triangles over the edge's length^2.
   std::vector<std::array<int, 4>> hinges;
   std::vector<double> hinge_softness;
+  int crowded = 0;  // edges of more than two triangles, where nothing bends
 };
 
 /// Of triangles(mesh).

@@ -186,6 +186,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
   json["input"] = {{"folder", std::filesystem::current_path(gone).string()}, {"scene", Json::parse(to_json(scene))}};
   json["status"] = status;
   json["notes"] = notes;
+  for (const std::string& note : model.notes) json["notes"].push_back(note);
   json["malha_version"] = version();
   json["compiler"] = compiler();
   json["flags"] = flags();

@@ -51,7 +51,7 @@ std::string less_damped(const Model& model, const Swing& swing) {
 }  // namespace
 
 std::vector<std::string> warnings(const Model& model) {
-  std::vector<std::string> lines;
+  std::vector<std::string> lines = model.notes;
   const Scene& scene = model.scene;
   const SolverSpec& solver = scene.solver;
   if (const std::string coarse = coarse_resolution(model, model.look.points); !coarse.empty())
