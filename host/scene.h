@@ -24,6 +24,7 @@ struct Transform {
 struct MeshFile {
   std::string
       path;  // absolute, or relative to the working directory: load_scene resolves it against the scene's folder
+  std::optional<double> weld{};  // m in the file: vertices no farther apart become one; none: of bodies none do
 };
 struct GridShape {  // in the plane y = 0, x in [0, size[0]], z in [0, size[1]]; x runs fastest; quads
   std::array<double, 2> size{1, 1};
@@ -150,6 +151,7 @@ struct EnvironmentSpec {
   Shape shape;  // with faces
   Transform transform;
   Sides sides = Sides::Solid;
+  bool push_out = false;         // solids: bodies that start inside are moved out; otherwise they are refused
   double thickness = 0.005;      // m, > 0: particles are kept this far from the surface
   double friction = 0;           // Coulomb's mu, >= 0
   double restitution = 0;        // [0, 1]

@@ -41,7 +41,8 @@ struct Simulation::Parts {
     ++times.layouts;
   }
   Model torn(const std::vector<Split>& all) const {
-    return build_torn_model(model.scene, {&whole, &all, &model.environment, model.zero_area_faces}, threads);
+    return build_torn_model(model.scene, {&whole, &all, &model.environment, model.zero_area_faces, &model.notes},
+                            threads);
   }
 
   void tear() {

@@ -18,7 +18,7 @@ std::string full_scene() {
   "wind": {"velocity": [1, 0, 0.5], "drag": 0.01, "density": 1.2, "drag_coefficient": 1.1, "lift_coefficient": 0.9},
   "sleep": {"speed": 0.02, "after": 0.25},
   "bodies": [
-    {"name": "from a file", "shape": {"mesh": "meshes/x.obj"}, "density": 0.2,
+    {"name": "from a file", "shape": {"mesh": "meshes/x.obj", "weld": 1e-6}, "density": 0.2,
      "transform": {"translate": [1, 2, 3], "rotate": {"axis": [0, 0, 2], "degrees": 90}, "scale": [1, 2, 3]},
      "velocity": [1, 2, 3], "spin": [4, 5, 6], "damping": 0.5,
      "constraints": [
@@ -57,7 +57,7 @@ std::string full_scene() {
        {"type": "neo_hookean", "young_modulus": 2e5, "poisson_ratio": 0.4}]}
   ],
   "environment": [
-    {"name": "statue", "shape": {"mesh": "meshes/y.off"}, "sides": "solid"},
+    {"name": "statue", "shape": {"mesh": "meshes/y.off"}, "sides": "solid", "start_inside": "push_out"},
     {"name": "ground", "shape": {"grid": {"size": [9, 9], "cells": [1, 1]}}, "sides": "one_sided",
      "transform": {"translate": [-4, 0, -4]}, "thickness": 0.01, "friction": 1.5, "restitution": 0.25},
     {"name": "curtain", "shape": {"grid": {"size": [1, 1], "cells": [1, 1]}}, "sides": "two_sided"},

@@ -37,11 +37,11 @@ void check_duplicated_points(const Mesh& mesh, const std::string& file) {
     ++duplicates;
   }
   if (duplicates == 0) return;
-  refuse(
-      file, number_of("vertex", example),
-      "the place of vertex " + std::to_string(first[example]) +
-          " again (vertices like it: " + std::to_string(duplicates) + ")",
-      "one vertex in one place; weld the mesh (Blender: Merge by Distance), or name shared corners by the same index");
+  refuse(file, number_of("vertex", example),
+         "the place of vertex " + std::to_string(first[example]) +
+             " again (vertices like it: " + std::to_string(duplicates) + ")",
+         "one vertex in one place: \"weld\": 0 beside the \"mesh\" of a body makes them one (or Blender's Merge by "
+         "Distance)");
 }
 
 // What is left of a face when halves without area go; nothing, if all of it goes.

@@ -17,7 +17,7 @@ constexpr std::array ignored{"vt",        "vn",     "vp",     "p",      "g",    
 
 class ObjReader {
  public:
-  ObjReader(const std::string& file, std::string_view data) : scan_(file, data, '#') {}
+  ObjReader(const std::string& file, std::string_view data) : scan_(file, data, '#', true) {}
 
   Mesh read() {
     while (scan_.next_line()) {

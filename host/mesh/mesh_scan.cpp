@@ -28,26 +28,34 @@ bool parse(std::string_view word, Number& value) {
 
 bool to_integer(std::string_view word, long long& value) { return parse(word, value); }
 
-TextScanner::TextScanner(const std::string& file, std::string_view text, char comment)
-    : file_(file), text_(text), comment_(comment) {
+TextScanner::TextScanner(const std::string& file, std::string_view text, char comment, bool continues)
+    : file_(file), text_(text), comment_(comment), continues_(continues) {
   if (text_.starts_with("\xEF\xBB\xBF")) next_ = 3;  // a byte order mark would hide the first word
 }
 
+void TextScanner::take_line() {
+  ++line_;
+  line_start_ = word_start_ = word_end_ = line_end_ = next_;
+  while (next_ < text_.size() && text_[next_] != '\n' && text_[next_] != '\r') ++next_;
+  line_end_ = next_;
+  if (text_.substr(next_, 2) == "\r\n") {
+    next_ += 2;
+  } else if (next_ < text_.size()) {
+    ++next_;
+  }
+  if (comment_ != '\0') {
+    const std::size_t cut = text_.substr(line_start_, line_end_ - line_start_).find(comment_);
+    if (cut != std::string_view::npos) line_end_ = line_start_ + cut;
+  }
+  goes_on_ = continues_ && line_end_ > line_start_ && text_[line_end_ - 1] == '\\';
+  if (goes_on_) --line_end_;
+}
+
 bool TextScanner::next_line() {
+  // What is left of a line that goes on belongs to it, whoever has not read it.
+  while (goes_on_ && next_ < text_.size()) take_line();
   while (next_ < text_.size()) {
-    ++line_;
-    line_start_ = word_start_ = word_end_ = line_end_ = next_;
-    while (next_ < text_.size() && text_[next_] != '\n' && text_[next_] != '\r') ++next_;
-    line_end_ = next_;
-    if (text_.substr(next_, 2) == "\r\n") {
-      next_ += 2;
-    } else if (next_ < text_.size()) {
-      ++next_;
-    }
-    if (comment_ != '\0') {
-      const std::size_t cut = text_.substr(line_start_, line_end_ - line_start_).find(comment_);
-      if (cut != std::string_view::npos) line_end_ = line_start_ + cut;
-    }
+    take_line();
     if (has_word()) return true;
   }
   return false;
@@ -58,12 +66,17 @@ void TextScanner::refuse_end(const std::string& wanted) const {
 }
 
 bool TextScanner::has_word() {
-  std::size_t at = word_end_;
-  while (at < line_end_ && is_blank(text_[at])) ++at;
-  return at < line_end_;
+  for (;;) {
+    std::size_t at = word_end_;
+    while (at < line_end_ && is_blank(text_[at])) ++at;
+    if (at < line_end_) return true;
+    if (!goes_on_ || next_ >= text_.size()) return false;
+    take_line();
+  }
 }
 
 std::string_view TextScanner::word(const char* wanted) {
+  has_word();
   word_start_ = word_end_;
   while (word_start_ < line_end_ && is_blank(text_[word_start_])) ++word_start_;
   word_end_ = word_start_;

@@ -12,11 +12,12 @@ namespace malha {
 class TextScanner {
  public:
   /// `comment` starts a comment that runs to the end of its line; '\0': the format has none.
-  TextScanner(const std::string& file, std::string_view text, char comment = '\0');
+  /// `continues`: a line whose last character is a backslash goes on with the next.
+  TextScanner(const std::string& file, std::string_view text, char comment = '\0', bool continues = false);
 
   /// Moves on to the next line that is not blank; false at the end of the text.
   bool next_line();
-  bool has_word();
+  bool has_word();                                        ///< on this line, or on those that continue it
   bool find_word() { return has_word() || next_line(); }  ///< on this line or a later one, in formats without lines
   std::string_view word(const char* wanted);              ///< refuses the end of the line
   double real(const char* wanted);                        ///< a finite number, or refused
@@ -34,9 +35,12 @@ class TextScanner {
   [[noreturn]] void refuse_end(const std::string& wanted) const;
 
  private:
+  void take_line();
+
   std::string file_;
   std::string_view text_;
   char comment_;
+  bool continues_, goes_on_ = false;
   std::size_t line_ = 0, line_start_ = 0, line_end_ = 0, next_ = 0;
   std::size_t word_start_ = 0, word_end_ = 0;
 };

@@ -5,10 +5,12 @@
 
 #include "host/base/shown.h"
 #include "host/base/stopwatch.h"
+#include "host/collision/start_outside.h"
 #include "host/error.h"
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
+#include "host/mesh/weld.h"
 #include "host/model/elements.h"
 #include "host/model/footprint.h"
 #include "host/model/order.h"
@@ -70,9 +72,20 @@ void check_outputs(const Scene& scene) {
            "vtp, ply, obj");
 }
 
-Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces) {
+Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std::vector<std::string>& notes) {
   const BodySpec& spec = scene.bodies[index];
   Mesh mesh = make_mesh(spec.shape);
+  if (const auto* file = std::get_if<MeshFile>(&spec.shape)) {
+    const std::string body = "body '" + spec.name + "': ";
+    if (file->weld) {
+      const auto [merged, gone] = weld(mesh, *file->weld, file->path);
+      notes.push_back(body + "welded " + counted(merged, "vertex", "vertices") + " to others" +
+                      (gone > 0 ? ", by which " + counted(gone, "face or line", "faces or lines") + " went" : ""));
+    }
+    if (const int unused = drop_unused_points(mesh); unused > 0)
+      notes.push_back(body + "left out " + counted(unused, "vertex", "vertices") +
+                      " of no face, line or tetrahedron; particles are numbered without them");
+  }
   const bool loose = std::holds_alternative<CloudShape>(spec.shape);
   zero_area_faces += check_mesh(mesh, origin(scene, spec.shape), loose).zero_area_faces;
   apply(spec.transform, mesh);
@@ -123,15 +136,17 @@ class Builder {
     took.patches = seconds([this] { cut(); });
     took.load += seconds([&] {
       if (torn_) model_.environment = *torn_->environment, model_.zero_area_faces = torn_->zero_area_faces;
+      if (torn_) model_.notes = *torn_->notes;
       for (std::size_t e = 0; e < scene.environment.size() && !torn_; ++e) add_environment(e);
     });
+    if (!torn_) start_outside(model_);
     if (scene.self_collision) refuse_crossings(model_);
     return std::move(model_);
   }
 
  private:
   Mesh mesh_of(std::size_t b) {
-    return torn_ ? body_mesh(*torn_->whole, b) : load_body(model_.scene, b, model_.zero_area_faces);
+    return torn_ ? body_mesh(*torn_->whole, b) : load_body(model_.scene, b, model_.zero_area_faces, model_.notes);
   }
 
   void add_body(Body body) {
@@ -416,7 +431,9 @@ class Builder {
     const EnvironmentSpec& spec = model_.scene.environment[e];
     const std::string file = origin(model_.scene, spec.shape);
     EnvironmentMesh mesh{spec, make_mesh(spec.shape)};
-    model_.zero_area_faces += check_mesh(mesh.mesh, file, false).zero_area_faces;
+    // Its vertices are nobody's particles: those in one place are one, and those of no face do not matter.
+    if (const auto* of = std::get_if<MeshFile>(&spec.shape)) weld(mesh.mesh, of->weld.value_or(0), file);
+    model_.zero_area_faces += check_mesh(mesh.mesh, file, true).zero_area_faces;
     if (mesh.mesh.faces.empty())
       refuse(model_.scene.file, pointer("environment", e, "shape"), "a shape without faces", "a shape with faces");
     apply(spec.transform, mesh.mesh);

@@ -27,6 +27,7 @@ struct Torn {
   const std::vector<Split>* done;  // since then, in this order
   const std::vector<EnvironmentMesh>* environment;
   int zero_area_faces;
+  const std::vector<std::string>* notes;
 };
 
 /// Lays the model out with these splits. Rest lengths are those of the whole mesh; a mass is shared as in it, so that

@@ -40,11 +40,17 @@ EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder
       {"shape", [&](const JsonReader& v) { object.shape = read_shape(v, ShapeUse::Environment, folder); }, true},
       {"transform", [&](const JsonReader& v) { object.transform = read_transform(v); }},
       {"sides", [&](const JsonReader& v) { object.sides = read_sides(v); }},
+      {"start_inside",
+       [&](const JsonReader& v) {
+         object.push_out = v.word("way of starting inside", {"refuse", "push_out"}) == "push_out";
+       }},
       {"thickness", [&](const JsonReader& v) { object.thickness = v.number(above(0, "m")); }},
       {"friction", [&](const JsonReader& v) { object.friction = v.number(at_least(0, "")); }},
       {"restitution", [&](const JsonReader& v) { object.restitution = v.number(between(0, 1, "")); }},
       {"motion", [&](const JsonReader& v) { object.motion = read_motion(v); }},
   });
+  if (at.has("start_inside") && object.sides != Sides::Solid)
+    at.at("start_inside").refuse("an inside of a sheet", "\"sides\": \"solid\" beside it");
   return object;
 }
 

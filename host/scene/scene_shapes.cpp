@@ -132,7 +132,12 @@ Shape read_shape(const JsonReader& at, ShapeUse use, const std::string& folder) 
     fields.push_back({"cloud", [&](const JsonReader& v) { shape = read_cloud(v); }});
     fields.push_back({"tet_box", [&](const JsonReader& v) { shape = read_tet_box(v); }});
   }
-  at.one_of(fields);
+  std::optional<double> weld;
+  at.one_of(fields, {{"weld", [&](const JsonReader& v) { weld = v.number(at_least(0, "m")); }}});
+  if (!weld) return shape;
+  auto* file = std::get_if<MeshFile>(&shape);
+  if (file == nullptr) at.at("weld").refuse("'weld' beside a generated shape", "'weld' beside 'mesh'");
+  file->weld = weld;
   return shape;
 }
 

@@ -13,7 +13,11 @@ Json rotation(const Vec3& axis, double degrees) { return {{"axis", axis}, {"degr
 
 struct ShapeWriter {
   // Absolute, so that it means the same in whatever folder the text is read back.
-  Json operator()(const MeshFile& s) const { return {{"mesh", std::filesystem::absolute(s.path).string()}}; }
+  Json operator()(const MeshFile& s) const {
+    Json json{{"mesh", std::filesystem::absolute(s.path).string()}};
+    if (s.weld) json["weld"] = *s.weld;
+    return json;
+  }
   Json operator()(const GridShape& s) const { return {{"grid", {{"size", s.size}, {"cells", s.cells}}}}; }
   Json operator()(const SphereShape& s) const {
     return {{"sphere", {{"radius", s.radius}, {"subdivisions", s.subdivisions}}}};
@@ -112,6 +116,7 @@ Json write(const BodySpec& b) {
 Json write(const EnvironmentSpec& e) {
   Json json{{"name", e.name}, {"shape", std::visit(ShapeWriter{}, e.shape)}, {"transform", write(e.transform)}};
   json["sides"] = e.sides == Sides::Solid ? "solid" : e.sides == Sides::OneSided ? "one_sided" : "two_sided";
+  if (e.push_out) json["start_inside"] = "push_out";
   json["thickness"] = e.thickness;
   json["friction"] = e.friction;
   json["restitution"] = e.restitution;

@@ -1,0 +1,153 @@
+#include "host/collision/start_outside.h"
+
+#include <cmath>
+#include <optional>
+
+#include "host/base/shown.h"
+#include "host/collision/pose.h"
+#include "host/collision/surface.h"
+#include "host/error.h"
+
+namespace malha {
+
+namespace {
+
+constexpr int kMostMoves = 100;
+
+struct Inside {
+  int deepest = -1;  // particle, solver's number
+  int particles = 0;
+  double depth = 0;  // m
+  Point out{};       // unit, in the world
+};
+
+/// A solid at time 0. Its tree is built when something lies in its box.
+class Solid {
+ public:
+  Solid(const Device& device, const EnvironmentMesh& mesh)
+      : device_(device), mesh_(mesh), pose_(pose_at(mesh.spec.motion, 0)), low_(mesh.mesh.points[0]), high_(low_) {
+    for (const Vec3& x : mesh.mesh.points)
+      for (int k = 0; k < 3; ++k) low_[k] = std::min(low_[k], x[k]), high_[k] = std::max(high_[k], x[k]);
+  }
+
+  const EnvironmentSpec& spec() const { return mesh_.spec; }
+
+  /// Of these particles, those deeper than the thickness: within it, contact lays them on the surface in the first
+  /// substep, by no more than their distance from it may be off anyway.
+  Inside find(const std::vector<Vec3>& x, const std::vector<int>& particles) {
+    Inside found;
+    for (const int i : particles) {
+      const Point a = to_local(pose_, Point{x[i][0], x[i][1], x[i][2]});
+      if (!(a.x > low_[0] && a.x < high_[0] && a.y > low_[1] && a.y < high_[1] && a.z > low_[2] && a.z < high_[2]))
+        continue;
+      if (!surface_) surface_.emplace(device_, mesh_.mesh);
+      const ClosestPoint near = surface_->closest(a, surface_->diagonal(), near_);
+      if (!near.found) continue;
+      near_ = near.triangle;
+      if (!(dot(near.normal, a - near.q) < 0) || !(near.distance > mesh_.spec.thickness)) continue;
+      ++found.particles;
+      if (near.distance <= found.depth) continue;
+      found.deepest = i, found.depth = near.distance;
+      found.out = rotate(pose_, (near.q - a) * (1 / near.distance));
+    }
+    return found;
+  }
+
+ private:
+  const Device& device_;
+  const EnvironmentMesh& mesh_;
+  Pose pose_;
+  Vec3 low_, high_;
+  std::optional<Surface> surface_;
+  int near_ = -1;
+};
+
+std::string metres(double value) { return shown(value) + " m"; }
+
+class Starts {
+ public:
+  explicit Starts(Model& model) : model_(model) {
+    for (std::size_t e = 0; e < model.environment.size(); ++e)
+      if (model.environment[e].spec.sides == Sides::Solid)
+        solids_.emplace_back(device_, model.environment[e]), number_.push_back(e);
+    held_.resize(model.x.size());
+    for (std::size_t i = 0; i < held_.size(); ++i) held_[i] = model.w[i] == 0;
+    for (const MovedPins& pins : model.moved)
+      for (const int i : pins.particles) held_[i] = true;
+    for (const AttachmentSet& set : model.attached)
+      for (const int i : set.particles) held_[i] = true;
+  }
+
+  void look() {
+    std::vector<std::vector<int>> bodies(model_.scene.bodies.size());
+    std::size_t body = 0;
+    std::vector<int> body_of(model_.x.size());
+    for (std::size_t user = 0; user < body_of.size(); ++user) {
+      while (static_cast<int>(user) >= model_.look.body_begin[body + 1]) ++body;
+      body_of[user] = static_cast<int>(body);
+    }
+    for (int i = 0; i < model_.count(); ++i) bodies[body_of[model_.user_of[i]]].push_back(i);
+    for (std::size_t b = 0; b < bodies.size(); ++b) look(b, bodies[b]);
+  }
+
+ private:
+  void look(std::size_t b, const std::vector<int>& all) {
+    std::vector<int> loose;
+    for (const int i : all)
+      if (!held_[i]) loose.push_back(i);
+    Vec3 moved{};
+    std::string from;
+    for (int moves = 0;; ++moves) {
+      bool inside = false;
+      for (std::size_t s = 0; s < solids_.size(); ++s) {
+        const Inside found = solids_[s].find(model_.x, loose);
+        if (found.deepest < 0) continue;
+        if (!solids_[s].spec().push_out) refuse_inside(s, found, "");
+        if (loose.size() < all.size())
+          refuse_inside(s, found, ", and has pins or attachments, so that it cannot be moved");
+        if (moves == kMostMoves)
+          refuse_inside(s, found, ", after " + std::to_string(moves) + " moves towards the nearest surface");
+        inside = true;
+        if (from.empty()) from = solids_[s].spec().name;
+        const double by = found.depth + solids_[s].spec().thickness;
+        const double step[3] = {by * found.out.x, by * found.out.y, by * found.out.z};
+        for (int k = 0; k < 3; ++k) {
+          moved[k] += step[k];
+          for (const int i : all) model_.x[i][k] += step[k];
+        }
+      }
+      if (!inside) break;
+    }
+    if (from.empty()) return;
+    for (const int i : all) model_.look.points[model_.user_of[i]] = model_.x[i];
+    model_.notes.push_back("body '" + model_.scene.bodies[b].name + "' started inside '" + from +
+                           "' and was moved out of it as it is, by (" + shown(moved[0]) + ", " + shown(moved[1]) +
+                           ", " + shown(moved[2]) + ") m");
+  }
+
+  [[noreturn]] void refuse_inside(std::size_t s, const Inside& found, const std::string& more) const {
+    const EnvironmentSpec& spec = solids_[s].spec();
+    refuse(
+        model_.scene.file, "/environment/" + std::to_string(number_[s]),
+        particle_name(model_, model_.user_of[found.deepest]) + ", which starts " + metres(found.depth) + " inside '" +
+            spec.name + "' (" + counted(found.particles, "particle") + " of that body inside it)" + more,
+        "bodies that start outside of solids, or in them by no more than their thickness (here " +
+            metres(spec.thickness) + "); with \"start_inside\": \"push_out\" bodies that nothing holds are moved out");
+  }
+
+  Device device_;
+  Model& model_;
+  std::vector<Solid> solids_;
+  std::vector<std::size_t> number_;  // in the scene
+  std::vector<bool> held_;
+};
+
+}  // namespace
+
+void start_outside(Model& model) {
+  bool any = false;
+  for (const EnvironmentMesh& mesh : model.environment) any = any || mesh.spec.sides == Sides::Solid;
+  if (any) Starts(model).look();
+}
+
+}  // namespace malha

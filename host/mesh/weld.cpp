@@ -1,0 +1,117 @@
+#include "host/mesh/weld.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "host/error.h"
+#include "host/mesh/first_equal.h"
+#include "host/mesh/tetrahedra.h"
+#include "host/mesh/vectors.h"
+
+namespace malha {
+
+namespace {
+
+/// Of each point the one that it becomes: cubes as wide as the distance, of which a point's 27 hold all within it.
+std::vector<int> lowest_within(const std::vector<Vec3>& points, double distance) {
+  struct Cube {
+    std::array<double, 3> at;  // whole numbers
+    bool operator==(const Cube&) const = default;
+  };
+  const auto hash = [](const Cube& cube) {
+    std::uint64_t bits = 0;
+    for (const double k : cube.at) bits = mix(bits, std::bit_cast<std::uint64_t>(k + 0.0));
+    return static_cast<std::size_t>(bits);
+  };
+  std::unordered_map<Cube, std::vector<int>, decltype(hash)> kept(points.size(), hash);
+  std::vector<int> becomes(points.size());
+  for (int i = 0; i < static_cast<int>(points.size()); ++i) {
+    Cube own;
+    for (int k = 0; k < 3; ++k) own.at[k] = std::floor(points[i][k] / distance);
+    int lowest = i;
+    for (int neighbour = 0; neighbour < 27; ++neighbour) {
+      const Cube cube{
+          {own.at[0] + neighbour % 3 - 1, own.at[1] + neighbour / 3 % 3 - 1, own.at[2] + neighbour / 9 - 1}};
+      const auto there = kept.find(cube);
+      if (there == kept.end()) continue;
+      for (const int j : there->second) {
+        const Vec3 apart = minus(points[i], points[j]);
+        if (j < lowest && dot(apart, apart) <= distance * distance) lowest = j;
+      }
+    }
+    becomes[i] = lowest;
+    if (lowest == i) kept[own].push_back(i);
+  }
+  return becomes;
+}
+
+/// The points that `stays`, and everything by their new numbers.
+void keep_points(Mesh& mesh, const std::vector<bool>& stays) {
+  std::vector<int> now(mesh.points.size(), -1);
+  int count = 0;
+  for (std::size_t i = 0; i < stays.size(); ++i) {
+    if (!stays[i]) continue;
+    now[i] = count;
+    mesh.points[count++] = mesh.points[i];
+  }
+  mesh.points.resize(count);
+  const auto renumber = [&now](auto& items) {
+    for (auto& item : items)
+      for (int& corner : item)
+        if (corner >= 0) corner = now[corner];
+  };
+  renumber(mesh.faces), renumber(mesh.lines), renumber(mesh.tetrahedra);
+}
+
+/// Without corners that the corner before them names already; below three of them nothing.
+bool close_up(Quad& face) {
+  Quad left{-1, -1, -1, -1};
+  int corners = 0;
+  for (const int corner : face)
+    if (corner >= 0 && (corners == 0 || left[corners - 1] != corner)) left[corners++] = corner;
+  if (corners > 1 && left[corners - 1] == left[0]) left[--corners] = -1;
+  face = left;
+  return corners >= 3;
+}
+
+}  // namespace
+
+Welded weld(Mesh& mesh, double distance, const std::string& file) {
+  const std::vector<int> becomes =
+      distance > 0 ? lowest_within(mesh.points, distance) : first_at_same_place(mesh.points);
+  Welded done;
+  std::vector<bool> stays(mesh.points.size());
+  for (std::size_t i = 0; i < stays.size(); ++i) {
+    stays[i] = becomes[i] == static_cast<int>(i);
+    if (!stays[i]) ++done.merged;
+  }
+  if (done.merged == 0) return done;
+  const auto follow = [&becomes](auto& items) {
+    for (auto& item : items)
+      for (int& corner : item)
+        if (corner >= 0) corner = becomes[corner];
+  };
+  follow(mesh.faces), follow(mesh.lines), follow(mesh.tetrahedra);
+  done.gone += static_cast<int>(std::erase_if(mesh.faces, [](Quad& face) { return !close_up(face); }));
+  done.gone += static_cast<int>(std::erase_if(mesh.lines, [](const Edge& line) { return line[0] == line[1]; }));
+  keep_points(mesh, stays);
+  complete_tetrahedra(mesh, file);  // their surface is another one where they now hang together
+  return done;
+}
+
+int drop_unused_points(Mesh& mesh) {
+  std::vector<bool> used(mesh.points.size(), false);
+  const auto use = [&used](const auto& items) {
+    for (const auto& item : items)
+      for (const int corner : item)
+        if (corner >= 0) used[corner] = true;
+  };
+  use(mesh.faces), use(mesh.lines), use(mesh.tetrahedra);
+  const auto unused = static_cast<int>(std::ranges::count(used, false));
+  if (unused == 0 || unused == static_cast<int>(used.size())) return 0;
+  keep_points(mesh, used);
+  return unused;
+}
+
+}  // namespace malha

@@ -1,0 +1,23 @@
+// What real files hold and a simulation does not want: several vertices in one place, and vertices that nothing uses.
+#pragma once
+#include <string>
+
+#include "host/mesh.h"
+
+namespace malha {
+
+struct Welded {
+  int merged = 0;  // vertices that became another one
+  int gone = 0;    // faces and lines that had less than three, or two, corners left
+};
+
+/// Every vertex becomes the lowest one that is kept within `distance` (m, >= 0; 0: in exactly its place), so that
+/// kept vertices lie farther apart than that. Corners that fall together go, and with them faces and lines that are
+/// none any more. Near-linear time. Refuses tetrahedra that would lose a corner, by `file`.
+Welded weld(Mesh& mesh, double distance, const std::string& file);
+
+/// Leaves out vertices of no face, line or tetrahedron, unless that are all. The others keep their order. Returns how
+/// many went.
+int drop_unused_points(Mesh& mesh);
+
+}  // namespace malha
