@@ -140,7 +140,7 @@ class Builder {
       for (std::size_t e = 0; e < scene.environment.size() && !torn_; ++e) add_environment(e);
     });
     if (!torn_) start_outside(model_);
-    if (scene.self_collision) refuse_crossings(model_);
+    if (scene.self_collision) check_pairs(model_), refuse_crossings(model_);
     return std::move(model_);
   }
 

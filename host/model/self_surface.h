@@ -29,6 +29,16 @@ struct CrossingPair {
 /// any.
 std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, CrossingPair* first = nullptr);
 
+/// How many pairs of particles and triangles, and of edges, the solver's search would find, from a sample of the boxes:
+/// within its reach of twice the thickness, and within the thickness. Those that share a particle are counted too.
+struct PairEstimate {
+  double looked_at = 0, near = 0;
+};
+PairEstimate estimate_pairs(const SelfSurface& surface, const std::vector<Vec3>& x, double thickness);
+
+/// Refuses a model whose pairs at the start would not fit the memory that is left, and notes where they are very many.
+void check_pairs(Model& model);
+
 /// Refuses a model whose bodies cross at the start: then neither side of a surface is inside.
 void refuse_crossings(const Model& model);
 

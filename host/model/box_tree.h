@@ -1,0 +1,60 @@
+// Boxes in a tree, for questions at set-up: near-linear whatever the sizes of the boxes.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "host/mesh.h"
+
+namespace malha {
+
+struct Bounds {
+  Vec3 low, high;
+};
+
+class BoxTree {
+ public:
+  explicit BoxTree(std::vector<Bounds> boxes);
+
+  /// Calls visit(i) for every box i that the segment from a to b touches, up to rounding, in no order to rely on.
+  template <class Visit>
+  void for_each_on(const Vec3& a, const Vec3& b, const Visit& visit) const {
+    walk([&](const Bounds& box) { return touches(box, a, b); }, visit);
+  }
+
+  /// How many boxes overlap this one.
+  std::int64_t count_overlaps(const Bounds& box) const;
+
+ private:
+  struct Node {
+    Bounds bounds;
+    int begin, end;  // of order_
+    int second;      // its second child; the first comes right after it; 0: a leaf
+  };
+
+  int build(int begin, int end);
+  static bool touches(const Bounds& box, const Vec3& a, const Vec3& b);
+
+  template <class Touches, class Visit>
+  void walk(const Touches& touches_it, const Visit& visit) const {
+    if (nodes_.empty()) return;
+    int waiting[64], count = 0;  // halves: no deeper than the bits of an int
+    waiting[count++] = 0;
+    while (count > 0) {
+      const int n = waiting[--count];
+      const Node& node = nodes_[n];
+      if (!touches_it(node.bounds)) continue;
+      if (node.second > 0) {
+        waiting[count++] = node.second, waiting[count++] = n + 1;
+        continue;
+      }
+      for (int k = node.begin; k < node.end; ++k)
+        if (touches_it(boxes_[order_[k]])) visit(order_[k]);
+    }
+  }
+
+  std::vector<Bounds> boxes_;
+  std::vector<int> order_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace malha

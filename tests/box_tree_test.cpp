@@ -1,0 +1,140 @@
+// The set-up of self-collision: crossings found among triangles of any shape in near-linear time, and what is too much.
+#include "host/model/box_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include "host/base/stopwatch.h"
+#include "host/error.h"
+#include "host/model/self_surface.h"
+#include "tests/numbers.h"
+#include "tests/small_scenes.h"
+#include "tests/support.h"
+
+namespace malha {
+namespace {
+
+std::vector<Bounds> random_boxes(int count, unsigned seed) {
+  Random random(seed);
+  std::vector<Bounds> boxes;
+  for (int i = 0; i < count; ++i) {
+    const double stretch = i % 10 == 0 ? 1 : 0.05;  // a few that are large
+    const Vec3 at{random(), random(), 0.2 * random()}, half{stretch * random(0, 1), 0.03 * random(0, 1), 0};
+    boxes.push_back({at - half, {at[0] + half[0], at[1] + half[1], at[2] + half[2]}});
+  }
+  return boxes;
+}
+
+TEST(BoxTree, CountsWhatASearchOfAllBoxesCounts) {
+  const std::vector<Bounds> boxes = random_boxes(2000, 1), asked = random_boxes(100, 2);
+  const BoxTree tree(boxes);
+  for (const Bounds& box : asked) {
+    const auto all = std::count_if(boxes.begin(), boxes.end(), [&](const Bounds& other) {
+      bool overlap = true;
+      for (int k = 0; k < 3; ++k) overlap = overlap && other.low[k] <= box.high[k] && box.low[k] <= other.high[k];
+      return overlap;
+    });
+    EXPECT_EQ(tree.count_overlaps(box), all);
+  }
+}
+
+TEST(BoxTree, FindsEveryBoxThatASegmentEnters) {
+  const std::vector<Bounds> boxes = random_boxes(2000, 1);
+  const BoxTree tree(boxes);
+  Random random(3);
+  int found_in_all = 0;
+  for (int n = 0; n < 100; ++n) {
+    const Vec3 a{random(), random(), random()}, b{random(), random(), n % 4 == 0 ? a[2] : random()};
+    std::set<int> named;
+    tree.for_each_on(a, b, [&](int i) { EXPECT_TRUE(named.insert(i).second); });
+    for (int step = 0; step <= 500; ++step) {
+      const double t = step / 500.0;
+      for (std::size_t i = 0; i < boxes.size(); i += 7) {
+        bool within = true;
+        for (int k = 0; k < 3; ++k) {
+          const double at = a[k] + t * (b[k] - a[k]);
+          within = within && boxes[i].low[k] <= at && at <= boxes[i].high[k];
+        }
+        EXPECT_TRUE(!within || named.contains(static_cast<int>(i)));
+      }
+    }
+    found_in_all += static_cast<int>(named.size());
+  }
+  EXPECT_GT(found_in_all, 20);
+}
+
+/// A sheet of `cells` cells of 1 m x 1 mm, askew in space.
+Model long_thin_cells(int cells) {
+  BodySpec sheet;
+  sheet.name = "sheet", sheet.shape = GridShape{{1, 0.001 * cells}, {1, cells}}, sheet.mass = 1;
+  sheet.transform.axis = {1, 2, 3}, sheet.transform.degrees = 40;
+  return build_model(scene_of({sheet}, {0, 0, 0}, 0.01));
+}
+
+TEST(Crossings, OfLongThinCellsAreLookedForInNearLinearTime) {
+  const auto took = [](int cells) {
+    Model model = long_thin_cells(cells);
+    model.scene.self_collision = SelfCollision{1e-4, 0, {}};
+    const SelfSurface surface = self_surface(model);
+    double best = 1e9;
+    for (int turn = 0; turn < 3; ++turn)
+      best = std::min(best, seconds([&] { EXPECT_EQ(count_crossings(surface, model.x), 0); }));
+    return best;
+  };
+  // Eight times the cells: n log n takes 10 times as long, what grows with the square 64 times.
+  EXPECT_LT(took(16'000) / took(2'000), 25);
+}
+
+Scene sheets_in_one_place(int sheets, double thickness) {
+  std::vector<BodySpec> bodies;
+  for (int s = 0; s < sheets; ++s) {
+    BodySpec sheet;
+    sheet.name = "sheet " + std::to_string(s), sheet.shape = GridShape{{1, 1}, {12, 12}}, sheet.mass = 1;
+    sheet.transform.translate = {0, 1e-4 * s, 0};
+    bodies.push_back(sheet);
+  }
+  Scene scene = scene_of(bodies, {0, 0, 0}, 0.01);
+  scene.self_collision = SelfCollision{thickness, 0, {}};
+  return scene;
+}
+
+TEST(PairsAtTheStart, AreWarnedOfWhereTheyAreVeryMany) {
+  EXPECT_TRUE(build_model(sheets_in_one_place(1, 0.05)).notes.empty());
+  EXPECT_TRUE(build_model(sheets_in_one_place(2, 0.05)).notes.empty());
+  for (const Scene& scene : {sheets_in_one_place(1, 10), sheets_in_one_place(20, 0.05)}) {
+    const Model model = build_model(scene);
+    ASSERT_EQ(model.notes.size(), 1u);
+    EXPECT_TRUE(has(model.notes[0], "\"self_collision\": some ")) << model.notes[0];
+    EXPECT_TRUE(has(model.notes[0], " pairs whose boxes come nearer than twice the thickness of ")) << model.notes[0];
+  }
+}
+
+TEST(PairsAtTheStart, AreEstimatedFromASampleOfThem) {
+  // Everything is near everything: 288 triangles with 169 particles and 456 edges of their own.
+  const Model model = build_model(sheets_in_one_place(1, 10));
+  const PairEstimate pairs = estimate_pairs(self_surface(model), model.x, 10);
+  // 3.25 pairs of two triangles are those of a sheet without a rim, which has more particles and edges: here 12 % more.
+  EXPECT_NEAR(pairs.looked_at / (169.0 * 288 + 456.0 * 455 / 2), 1, 0.15);
+  EXPECT_EQ(pairs.looked_at, pairs.near);
+}
+
+TEST(PairsAtTheStart, ThatFitNoMemoryAreRefused) {
+  BodySpec sheet;
+  sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {300, 300}}, sheet.mass = 1;
+  Scene scene = scene_of({sheet}, {0, 0, 0}, 0.01);
+  scene.self_collision = SelfCollision{10, 0, {}};  // 5e10 pairs: 1 TiB for candidates alone
+  try {
+    build_model(scene);
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_TRUE(has(error.what(), "/self_collision/thickness: found some ")) << error.what();
+    EXPECT_TRUE(has(error.what(), " GiB; allowed: pairs that take no more than the memory that is left"))
+        << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace malha
