@@ -10,13 +10,13 @@ namespace {
 
 constexpr int kLeaf = 8;
 
-bool overlap(const Bounds& a, const Bounds& b) {
+bool overlap(const BoundingBox& a, const BoundingBox& b) {
   for (int k = 0; k < 3; ++k)
     if (a.low[k] > b.high[k] || b.low[k] > a.high[k]) return false;
   return true;
 }
 
-bool holds(const Bounds& a, const Bounds& b) {
+bool holds(const BoundingBox& a, const BoundingBox& b) {
   for (int k = 0; k < 3; ++k)
     if (a.low[k] > b.low[k] || b.high[k] > a.high[k]) return false;
   return true;
@@ -24,7 +24,7 @@ bool holds(const Bounds& a, const Bounds& b) {
 
 }  // namespace
 
-BoxTree::BoxTree(std::vector<Bounds> boxes) : boxes_(std::move(boxes)), order_(boxes_.size()) {
+BoxTree::BoxTree(std::vector<BoundingBox> boxes) : boxes_(std::move(boxes)), order_(boxes_.size()) {
   std::iota(order_.begin(), order_.end(), 0);
   nodes_.reserve(boxes_.size() / 2 + 2);
   if (!order_.empty()) build(0, static_cast<int>(order_.size()));
@@ -33,10 +33,10 @@ BoxTree::BoxTree(std::vector<Bounds> boxes) : boxes_(std::move(boxes)), order_(b
 /// Halves by the middles of the boxes, along the direction in which these spread most.
 int BoxTree::build(int begin, int end) {
   const int n = static_cast<int>(nodes_.size());
-  Bounds all = boxes_[order_[begin]], middles{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+  BoundingBox all = boxes_[order_[begin]], middles{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
   for (int i = begin; i < end; ++i)
     for (int k = 0; k < 3; ++k) {
-      const Bounds& box = boxes_[order_[i]];
+      const BoundingBox& box = boxes_[order_[i]];
       all.low[k] = std::min(all.low[k], box.low[k]), all.high[k] = std::max(all.high[k], box.high[k]);
       const double middle = box.low[k] + box.high[k];
       middles.low[k] = std::min(middles.low[k], middle), middles.high[k] = std::max(middles.high[k], middle);
@@ -59,7 +59,7 @@ int BoxTree::build(int begin, int end) {
 
 /// By the parts of the segment that lie between each pair of the box's planes. A little too many rather than one too
 /// few: a plane's part is taken 1e-12 longer than rounding leaves it.
-bool BoxTree::touches(const Bounds& box, const Vec3& a, const Vec3& b) {
+bool BoxTree::touches(const BoundingBox& box, const Vec3& a, const Vec3& b) {
   double from = 0, to = 1;
   for (int k = 0; k < 3; ++k) {
     const double along = b[k] - a[k];
@@ -76,7 +76,7 @@ bool BoxTree::touches(const Bounds& box, const Vec3& a, const Vec3& b) {
   return true;
 }
 
-std::int64_t BoxTree::count_overlaps(const Bounds& box) const {
+std::int64_t BoxTree::count_overlaps(const BoundingBox& box) const {
   std::int64_t count = 0;
   if (nodes_.empty()) return 0;
   int waiting[64], left = 0;

@@ -7,32 +7,32 @@
 
 namespace malha {
 
-struct Bounds {
+struct BoundingBox {
   Vec3 low, high;
 };
 
 class BoxTree {
  public:
-  explicit BoxTree(std::vector<Bounds> boxes);
+  explicit BoxTree(std::vector<BoundingBox> boxes);
 
   /// Calls visit(i) for every box i that the segment from a to b touches, up to rounding, in no order to rely on.
   template <class Visit>
   void for_each_on(const Vec3& a, const Vec3& b, const Visit& visit) const {
-    walk([&](const Bounds& box) { return touches(box, a, b); }, visit);
+    walk([&](const BoundingBox& box) { return touches(box, a, b); }, visit);
   }
 
   /// How many boxes overlap this one.
-  std::int64_t count_overlaps(const Bounds& box) const;
+  std::int64_t count_overlaps(const BoundingBox& box) const;
 
  private:
   struct Node {
-    Bounds bounds;
+    BoundingBox bounds;
     int begin, end;  // of order_
     int second;      // its second child; the first comes right after it; 0: a leaf
   };
 
   int build(int begin, int end);
-  static bool touches(const Bounds& box, const Vec3& a, const Vec3& b);
+  static bool touches(const BoundingBox& box, const Vec3& a, const Vec3& b);
 
   template <class Touches, class Visit>
   void walk(const Touches& touches_it, const Visit& visit) const {
@@ -52,7 +52,7 @@ class BoxTree {
     }
   }
 
-  std::vector<Bounds> boxes_;
+  std::vector<BoundingBox> boxes_;
   std::vector<int> order_;
   std::vector<Node> nodes_;
 };

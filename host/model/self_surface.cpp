@@ -128,8 +128,8 @@ std::vector<Vec3> seen_along(const Eigen::Matrix3d& axes, const std::vector<Vec3
 
 /// Of the points, wider by `margin`.
 template <class Corners>
-Bounds bounds_of(const std::vector<Vec3>& x, const Corners& corners, double margin) {
-  Bounds box{x[corners[0]], x[corners[0]]};
+BoundingBox bounds_of(const std::vector<Vec3>& x, const Corners& corners, double margin) {
+  BoundingBox box{x[corners[0]], x[corners[0]]};
   for (const int i : corners)
     for (int k = 0; k < 3; ++k)
       box.low[k] = std::min(box.low[k], x[i][k]), box.high[k] = std::max(box.high[k], x[i][k]);
@@ -155,14 +155,15 @@ Parts parts_of(const SelfSurface& surface) {
 }  // namespace
 
 // A tree of the triangles' boxes, asked for what each edge touches: shares nothing with the solver's grid.
-std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, CrossingPair* first) {
+std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, CrossingPair* first,
+                             std::int64_t* tried) {
   const auto [edges, faces] = parts_of(surface);
   if (edges.empty() || faces.empty()) return 0;
   if (!std::all_of(x.begin(), x.end(), [](const Vec3& at) { return std::isfinite(at[0] + at[1] + at[2]); })) return 0;
   const std::vector<Vec3> turned = seen_along(main_directions(edges, x), x);
   double size = 0;
   for (const Vec3& at : turned) size = std::max({size, std::abs(at[0]), std::abs(at[1]), std::abs(at[2])});
-  std::vector<Bounds> boxes;
+  std::vector<BoundingBox> boxes;
   boxes.reserve(faces.size());
   for (const Triangle& face : faces) boxes.push_back(bounds_of(turned, face, 1e-12 * size));  // what turning rounds
   const BoxTree tree(std::move(boxes));
@@ -172,6 +173,7 @@ std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>
     int lowest = -1;  // whatever the order in which the tree names them
     tree.for_each_on(turned[p], turned[q], [&, p = p, q = q](int f) {
       const auto& [a, b, c] = faces[f];
+      if (tried != nullptr) ++*tried;
       if (p == a || p == b || p == c || q == a || q == b || q == c || !crosses(x, {p, q}, {a, b, c})) return;
       lowest = lowest < 0 ? f : std::min(lowest, f);
       ++count;
@@ -201,7 +203,7 @@ PairEstimate estimate_pairs(const SelfSurface& surface, const std::vector<Vec3>&
   // thin triangles have thin boxes.
   const std::vector<Vec3> turned = seen_along(main_directions(parts_of(surface).edges, x), x);
   const auto tree_of = [&](const std::vector<Vec3>& at) {
-    std::vector<Bounds> boxes;
+    std::vector<BoundingBox> boxes;
     boxes.reserve(n);
     for (const Simplex& e : surface.simplices) boxes.push_back(bounds_of(at, e.corner, thickness));
     return BoxTree(std::move(boxes));

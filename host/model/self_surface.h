@@ -26,8 +26,9 @@ struct CrossingPair {
 };
 
 /// Edges that properly cross triangles of which they have no particle, at x (solver's order); `first`: one of them, if
-/// any.
-std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, CrossingPair* first = nullptr);
+/// any. `tried` grows by the triangles whose boxes edges touch.
+std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, CrossingPair* first = nullptr,
+                             std::int64_t* tried = nullptr);
 
 /// How many pairs of particles and triangles, and of edges, the solver's search would find, from a sample of the boxes:
 /// within its reach of twice the thickness, and within the thickness. Those that share a particle are counted too.
