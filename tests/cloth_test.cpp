@@ -6,7 +6,7 @@
 namespace malha {
 namespace {
 
-constexpr double kG = 9.81, kFrame = 1.0 / 60;
+constexpr double kFrame = 1.0 / 60;
 
 /// n x n particles over 2 m x 2 m, hung by a row from the horizontal, structural and shear springs.
 Scene hung_cloth(int n, int substeps, int iterations = 1, Precision precision = Precision::Float) {

@@ -6,7 +6,7 @@
 namespace malha {
 namespace {
 
-constexpr double kG = 9.81, kThickness = 0.005;
+constexpr double kThickness = 0.005;
 
 /// A square sheet about the origin, in the plane y = 0 before `degrees` about z tilt it: downhill is x.
 EnvironmentSpec ground(double size, double degrees = 0, Sides sides = Sides::OneSided) {

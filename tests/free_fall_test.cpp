@@ -6,8 +6,6 @@
 namespace malha {
 namespace {
 
-constexpr double kG = 9.81;
-
 TEST(FreeFall, IsSymplecticEulerToTheLastDigits) {
   const Vec3 x0{1, 20, -3}, v0{2, 5, 0.5};
   const Scene scene = scene_of({particle(x0, v0)}, kEarth, 0.01);

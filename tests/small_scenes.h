@@ -10,7 +10,8 @@
 namespace malha {
 
 inline constexpr double kPi = 3.14159265358979323846;
-inline constexpr Vec3 kEarth{0, -9.81, 0};  // m/s^2
+inline constexpr double kG = 9.81;  // m/s^2
+inline constexpr Vec3 kEarth{0, -kG, 0};
 
 inline double length(const Vec3& a) { return std::hypot(a[0], a[1], a[2]); }
 inline Vec3 operator-(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }

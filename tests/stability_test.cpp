@@ -14,8 +14,8 @@
 namespace malha {
 namespace {
 
-constexpr double kG = 9.81, kFrame = 1.0 / 60, kSide = 2;  // m/s^2, s, m
-constexpr double kMass = 1;                                // kg
+constexpr double kFrame = 1.0 / 60, kSide = 2;  // s, m
+constexpr double kMass = 1;                     // kg
 
 GridShape grid(int n) { return {{kSide, kSide}, {n - 1, n - 1}}; }
 
