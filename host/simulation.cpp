@@ -5,6 +5,7 @@
 
 #include "host/base/shown.h"
 #include "host/base/thread_choice.h"
+#include "host/collision/start_outside.h"
 #include "host/model/footprint.h"
 #include "host/model/tear.h"
 #include "host/results/checkpoint.h"
@@ -108,7 +109,8 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
     if (options.progress) options.progress(what, -1);
   };
   doing("reading meshes, listing and ordering constraints");
-  parts_->times.model_seconds = seconds([&] { parts_->model = build_model(scene, parts_->threads); });
+  parts_->times.model_seconds =
+      seconds([&] { parts_->model = build_model(scene, parts_->threads), start_outside(parts_->model); });
   doing(scene.environment.empty() ? "colouring and laying out" : "colouring and laying out, building trees");
   parts_->times.solver_seconds = seconds([&] { parts_->make_solver_of_model(); });
   if (malha::tears(scene)) parts_->whole = parts_->model.look, parts_->scene = scene_hash(parts_->model);

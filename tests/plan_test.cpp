@@ -28,7 +28,7 @@ Json balloon_in_the_wind() {
     "solver": {"type": "pbd", "dt": 0.02, "substeps": 4, "iterations": 3, "precision": "double"},
     "bodies": [{
       "name": "balloon", "shape": {"sphere": {"radius": 0.5, "subdivisions": 2}}, "mass": 0.3, "damping": 0.1,
-      "transform": {"translate": [0, 0.49, 0]},
+      "transform": {"translate": [0, 0.496, 0]},
       "pins": [{"particles": [0]}],
       "constraints": [{"type": "distance", "compliance": 0.001}, {"type": "distance_limit", "limit": 0.2},
                       {"type": "bending", "stiffness": 0.1}, {"type": "pressure"},

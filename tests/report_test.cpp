@@ -15,7 +15,7 @@ Json everything() {
     "gravity": [0, -9.81, 0],
     "bodies": [
       {"name": "balloon", "shape": {"sphere": {"radius": 0.5, "subdivisions": 2}}, "mass": 0.3, "damping": 0.1,
-       "transform": {"translate": [0, 0.45, 0]},
+       "transform": {"translate": [0, 0.492, 0]},
        "constraints": [{"type": "distance", "on": ["edges"], "compliance": 0.001}, {"type": "bending", "stiffness": 0.1},
                        {"type": "pressure", "volume_ratio": 1.1}]},
       {"name": "sheet", "shape": {"grid": {"size": [1, 1], "cells": [4, 4]}}, "density": 0.2,

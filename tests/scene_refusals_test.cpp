@@ -243,7 +243,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "cloud, tet_box"},
         Refusal{"Unknown", "/bodies/0/shape", "{\"shpere\": {}}",
                 "/bodies/0/shape/shpere: found unknown key 'shpere' (did you mean 'sphere'?); allowed: mesh, grid, "
-                "sphere, box, bar, chain, cloud, tet_box"},
+                "sphere, box, bar, chain, cloud, tet_box, weld"},
         Refusal{"EmptyPath", "/bodies/0/shape/mesh", "\"\"",
                 "/bodies/0/shape/mesh: found \"\"; allowed: a text of one line, not empty"},
         Refusal{"ZeroCells", "/bodies/1/shape/grid/cells", "[0, 1]",
@@ -287,7 +287,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Refusal{"ShapeWithoutFaces", "/environment/1/shape",
                 R"({"chain": {"from": [0,0,0], "to": [1,0,0], "segments": 1}})",
-                "/environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar"},
+                "/environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar, weld"},
         Refusal{"UnknownSides", "/environment/0/sides", "\"twosided\"",
                 "/environment/0/sides: found unknown kind of sides \"twosided\" (did you mean 'two_sided'?); allowed: "
                 "solid, one_sided, two_sided"},

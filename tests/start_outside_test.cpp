@@ -1,4 +1,6 @@
 // Bodies that start inside solids are refused, or moved out without velocity.
+#include "host/collision/start_outside.h"
+
 #include <gtest/gtest.h>
 
 #include <string>
@@ -27,7 +29,8 @@ Scene ball_in_a_solid(const Vec3& at, const Shape& solid, bool push_out) {
 
 std::string refusal_of_start(const Scene& scene) {
   try {
-    build_model(scene);
+    Model model = build_model(scene);
+    start_outside(model);
   } catch (const InputError& error) {
     return error.what();
   }

@@ -7,6 +7,7 @@
 #include "host/collision/pose.h"
 #include "host/collision/surface.h"
 #include "host/error.h"
+#include "host/model/self_surface.h"
 
 namespace malha {
 
@@ -147,7 +148,10 @@ class Starts {
 void start_outside(Model& model) {
   bool any = false;
   for (const EnvironmentMesh& mesh : model.environment) any = any || mesh.spec.sides == Sides::Solid;
-  if (any) Starts(model).look();
+  if (!any) return;
+  const std::size_t notes = model.notes.size();
+  Starts(model).look();
+  if (model.notes.size() > notes && model.scene.self_collision) refuse_crossings(model);
 }
 
 }  // namespace malha

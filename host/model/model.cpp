@@ -5,7 +5,6 @@
 
 #include "host/base/shown.h"
 #include "host/base/stopwatch.h"
-#include "host/collision/start_outside.h"
 #include "host/error.h"
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"
@@ -139,7 +138,6 @@ class Builder {
       if (torn_) model_.notes = *torn_->notes;
       for (std::size_t e = 0; e < scene.environment.size() && !torn_; ++e) add_environment(e);
     });
-    if (!torn_) start_outside(model_);
     if (scene.self_collision) check_pairs(model_), refuse_crossings(model_);
     return std::move(model_);
   }

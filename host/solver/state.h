@@ -96,7 +96,7 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, const
   }
   for (std::size_t i = 0; i < state.seen.size(); ++i) {
     const LastSeen& seen = state.seen[i];
-    const int count = triangles.at(i / state.x.size());
+    const int count = triangles.empty() ? std::numeric_limits<int>::max() : triangles.at(i / state.x.size());
     if (seen.triangle < -1 || seen.triangle >= count)
       refuse(file, "contacts", "triangle " + std::to_string(seen.triangle), "-1 to " + std::to_string(count - 1));
     if (!finite(seen.at) || !finite(seen.passed) || std::isnan(seen.distance))
@@ -107,7 +107,7 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, const
 }  // namespace detail
 
 /// Throws InputError unless the bytes hold as much as `sizes` say, in precision R, and all of it can be gone on with.
-/// `triangles`: of each environment mesh. `file`: what the message names.
+/// `triangles`: of each environment mesh; without it contacts are taken as they are. `file`: what the message names.
 template <class R>
 State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std::vector<int>& triangles = {},
                     const std::string& file = "checkpoint") {

@@ -8,6 +8,7 @@ install(EXPORT malhaTargets NAMESPACE malha:: DESTINATION ${package_dir})
 # The public headers: no Eigen and no kernels in them, so that a caller may use other flags than ours.
 install(FILES host/error.h host/measures.h host/mesh.h host/scene.h host/simulation.h
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha/host)
+install(FILES host/base/shown.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha/host/base)
 
 configure_package_config_file(tools/cmake/malhaConfig.cmake.in malhaConfig.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(malhaConfigVersion.cmake COMPATIBILITY SameMinorVersion)

@@ -122,7 +122,7 @@ std::vector<Demand> single_demands(bool quick) {
   const int side = quick ? 9 : 21;
   const Scene solid = scene_with(TetBoxShape{{1, 1, 1}, {side, side, side}}, 1, {});
   Scene touched = plain, springs = plain;
-  ball(-0.29, 0)(touched);
+  ball(-0.296, 0)(touched);
   desbrun(0)(springs);
   Scene flying = plain;
   flying.bodies[0].pins.clear();
@@ -152,8 +152,8 @@ std::vector<Demand> single_demands(bool quick) {
       to_cloth("moved pins", move_pins),
       to_cloth("attachments", attach),
       to_cloth("environment (out of reach)", ball(-5, 0)),
-      to_cloth("environment (touched)", ball(-0.29, 0)),
-      with("friction", ball(-0.29, 0.5), touched, "cloth on a ball"),
+      to_cloth("environment (touched)", ball(-0.296, 0)),
+      with("friction", ball(-0.296, 0.5), touched, "cloth on a ball"),
       to_cloth("self-collision (flat)", collide_with_itself),
       to_cloth("tear (not reached)", tear),
       to_cloth("sleep (awake)", sleep),
@@ -180,8 +180,8 @@ std::vector<Demand> ladder_of_demands(bool quick) {
   climb("+ long_range", add(long_range()));
   climb("+ moved pins", move_pins);
   climb("+ attachments", attach);
-  climb("+ environment", ball(-0.29, 0));
-  climb("+ friction", ball(-0.29, 0.5));
+  climb("+ environment", ball(-0.296, 0));
+  climb("+ friction", ball(-0.296, 0.5));
   climb("+ sleep", sleep);
   climb("+ self-collision", collide_with_itself);
   return rungs;
