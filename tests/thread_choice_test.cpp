@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <thread>
+
 #include "tests/numbers.h"
 
 namespace malha {
@@ -43,7 +46,7 @@ void for_each_step_length(const Check& check) {
 TEST(ThreadChoice, OnAQuietMachineAllThreadsWork) {
   for_each_step_length([](double step, Random& random) {
     ThreadChoice choice(2);
-    work(choice, {step, step / 1.6}, std::max(0.1, 2 * step), 0.1, random);  // the first steps
+    work(choice, {step, step / 1.6}, std::max(0.25, 5 * step), 0.1, random);  // the first steps
     const Spent spent = work(choice, {step, step / 1.6}, 300 * std::max(step, 0.05), 0.1, random);
     EXPECT_EQ(spent.alone, 0);
   });
@@ -78,7 +81,7 @@ TEST(ThreadChoice, OneWorksSoonAfterOtherProgramsHaveCome) {
     const Machine busy{step, step * 5, 0.5};
     work(choice, busy, 3 * std::max(5 * step, 0.05), 0.1, random);
     const Spent spent = work(choice, busy, 20 * std::max(step, 0.05), 0.1, random);
-    EXPECT_GT(spent.alone, 0.9 * spent.all);
+    EXPECT_GT(spent.alone, 0.85 * spent.all) << "but for a trial";
   });
 }
 
@@ -88,6 +91,27 @@ TEST(ThreadChoice, OfOneThreadIsOne) {
     EXPECT_EQ(choice.threads(), 1);
     choice.took(1, 0.1);
   }
+}
+
+TEST(ThreadChoice, TellsAThreadThatComputesFromOneThatHasNoCore) {
+  const auto together_after = [](const auto& step) {
+    ThreadChoice choice(2);
+    for (int steps = 0; steps < 3; ++steps) choice.take(step);
+    return choice.threads() == 2;
+  };
+  const auto sleep = [] { std::this_thread::sleep_for(std::chrono::milliseconds(60)); };
+  const auto compute = [] {
+    double done = 0;
+    volatile double sum = 0;
+    const auto some = [&] {
+      for (int i = 0; i < 100'000; ++i) sum = sum + i;
+    };
+    while (done < 0.06) done += thread_seconds(some);
+  };
+  EXPECT_FALSE(together_after(sleep));
+  bool once = false;  // on a busy machine not every time
+  for (int tries = 0; tries < 50 && !once; ++tries) once = together_after(compute);
+  EXPECT_TRUE(once);
 }
 
 TEST(ThreadChoice, LimitsWhatAStepLaunchesEvenIfItThrows) {

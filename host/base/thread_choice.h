@@ -19,9 +19,10 @@ class ThreadChoice {
   /// Takes a step on threads().
   template <class Step>
   void take(const Step& step) {
-    double running = 0;
     const Limit limit(most_threads, threads());
-    took(seconds([&] { running = thread_seconds(step); }), running);
+    double running = 0;
+    const double wall = seconds([&] { running = thread_seconds(step); });
+    took(wall, running);
   }
 
   /// A step has been taken on threads(): `wall` seconds, of which its calling thread had a core for `running`.
@@ -51,7 +52,7 @@ class ThreadChoice {
   bool together_ = false, trial_ = false;
   int steps_ = 0;                                // of this window
   double wall_ = 0, running_ = 0;                // s, of this window
-  double since_ = 0, wait_ = 0;                  // s, since the last decision, and how long to keep to it
+  double since_ = 0, wait_ = 3 * kWindow;        // s, since the last decision, and how long to keep to it
   double alone_ = 0, usual_ = 0;                 // s, a step on one thread and on all, when last seen
   bool known_ = false;                           // whether all were tried
   bool crowded_ = false, lost_crowded_ = false;  // whether others used the one thread's core: now, and when all lost
