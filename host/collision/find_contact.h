@@ -1,5 +1,5 @@
-// One particle against one environment mesh: the collision constraint of a substep (METHODS: continuous segment test,
-// static closest point, thickness), as a kernel that asks Embree.
+// One particle against one environment mesh: the collision constraint of a substep (Müller et al. 2006, section 3.4: a
+// continuous test along its way, or the closest point where it is inside), as a kernel that asks Embree.
 #pragma once
 #include <cmath>
 #include <cstdint>
