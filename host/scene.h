@@ -228,6 +228,8 @@ struct DesbrunSpec {
   int refine = 0;                      // >= 0, further solves a substep: 0 is the paper's method, many backward Euler
   std::optional<double> tolerance;     // of the distance limits, over-elongation / length; none: all iterations are run
   std::optional<double> time_budget;   // s a substep for them; results then depend on the clock
+
+  Corrector corrects() const { return corrector.value_or(refine > 0 ? Corrector::Off : Corrector::Inertia); }
 };
 
 struct SolverSpec {

@@ -41,12 +41,18 @@ inline Mesh mixed_sheet(int cells, bool graded, unsigned seed) {
   return mesh;
 }
 
-/// The mesh as an OBJ file says it.
-inline std::string obj_of(const Mesh& mesh) {
+/// The mesh as an OBJ file says it, with more lines between its points and its faces.
+inline std::string obj_of(const Mesh& mesh, const std::string& more = "") {
   std::ostringstream text;
   text.precision(17);
   for (const Vec3& p : mesh.points) text << "v " << p[0] << ' ' << p[1] << ' ' << p[2] << '\n';
-  for (const Quad& q : mesh.faces) text << "f " << q[0] + 1 << ' ' << q[1] + 1 << ' ' << q[2] + 1 << '\n';
+  text << more;
+  for (const Quad& face : mesh.faces) {
+    text << 'f';
+    for (const int corner : face)
+      if (corner >= 0) text << ' ' << corner + 1;
+    text << '\n';
+  }
   return text.str();
 }
 

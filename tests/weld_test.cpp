@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <set>
-#include <sstream>
 #include <string>
 
 #include "host/error.h"
@@ -13,6 +12,7 @@
 #include "host/mesh/topology.h"
 #include "host/model/model.h"
 #include "host/simulation.h"
+#include "tests/mixed_sheet.h"
 #include "tests/numbers.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
@@ -34,20 +34,6 @@ Mesh split_at_every_face(const Mesh& whole, double off, unsigned seed) {
     mesh.faces.push_back(face);
   }
   return mesh;
-}
-
-std::string obj_with(const Mesh& mesh, const std::string& more = "") {
-  std::ostringstream text;
-  text.precision(17);
-  for (const Vec3& x : mesh.points) text << "v " << x[0] << ' ' << x[1] << ' ' << x[2] << '\n';
-  text << more;
-  for (const Quad& face : mesh.faces) {
-    text << 'f';
-    for (const int corner : face)
-      if (corner >= 0) text << ' ' << corner + 1;
-    text << '\n';
-  }
-  return text.str();
 }
 
 TEST(Weld, OfASurfaceSplitAtEveryFaceGivesTheSurfaceBack) {
@@ -104,13 +90,13 @@ TEST(MeshesFromFiles, AsBodiesHangAsTheirWholeWhenTheyAreWeldedAndUnusedVertices
   const TemporaryFolder folder;
   const Mesh whole = generate(GridShape{{1, 1}, {6, 6}});
   const Mesh split = split_at_every_face(whole, 0, 1);
-  const std::string file = folder.write("a.obj", obj_with(split, "v 7 7 7\nv 8 8 8\n"));
+  const std::string file = folder.write("a.obj", obj_of(split, "v 7 7 7\nv 8 8 8\n"));
   const auto hang = [&](BodySpec body) {
     body.pins = {BoxPin{{-1, -1, -0.01}, {2, 1, 0.01}}};
     return Simulation(scene_of({body}, kEarth, 0.01, 4), {.threads = 1});
   };
   EXPECT_THROW(hang(of_file(file, std::nullopt)), InputError);
-  Simulation welded = hang(of_file(file, 0)), one = hang(of_file(folder.write("b.obj", obj_with(whole)), std::nullopt));
+  Simulation welded = hang(of_file(file, 0)), one = hang(of_file(folder.write("b.obj", obj_of(whole)), std::nullopt));
   ASSERT_EQ(welded.model().count(), 49);
   const std::vector<std::string>& notes = welded.model().notes;
   ASSERT_EQ(notes.size(), 2u);
@@ -129,7 +115,7 @@ TEST(MeshesFromFiles, AsEnvironmentMayHaveSplitAndUnusedVertices) {
   const TemporaryFolder folder;
   const Mesh split = split_at_every_face(generate(SphereShape{0.5, 3}), 0, 1);
   EnvironmentSpec ball;
-  ball.name = "ball", ball.shape = MeshFile{folder.write("a.obj", obj_with(split, "v 0 9 0\n"))};
+  ball.name = "ball", ball.shape = MeshFile{folder.write("a.obj", obj_of(split, "v 0 9 0\n"))};
   Scene scene = scene_of({particle({0.01, 1, 0})}, kEarth, 0.01, 4);
   scene.environment = {ball};
   const Simulation simulation = after(scene, 0.4);  // it falls on it, and lies on it at a thickness, slightly aslope

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <sstream>
 #include <string>
 
 #include "host/error.h"
@@ -15,6 +14,7 @@
 #include "host/solver/measure.h"
 #include "tests/cantilever.h"
 #include "tests/irregular_mesh.h"
+#include "tests/mixed_sheet.h"
 #include "tests/support.h"
 
 namespace malha {
@@ -28,19 +28,6 @@ Mesh wound_by_chance(Mesh mesh, unsigned seed) {
   return mesh;
 }
 
-std::string faces_as_obj(const Mesh& mesh) {
-  std::ostringstream text;
-  text.precision(17);
-  for (const Vec3& x : mesh.points) text << "v " << x[0] << ' ' << x[1] << ' ' << x[2] << '\n';
-  for (const Quad& face : mesh.faces) {
-    text << 'f';
-    for (const int corner : face)
-      if (corner >= 0) text << ' ' << corner + 1;
-    text << '\n';
-  }
-  return text.str();
-}
-
 struct Wound {
   std::string name;
   Shape alike, by_chance;
@@ -50,8 +37,8 @@ struct Wound {
 std::vector<Wound> wound_sheets(const TemporaryFolder& folder, double width, double length, int across, int along) {
   std::vector<Wound> all;
   const auto add = [&](const std::string& name, const Mesh& mesh) {
-    all.push_back({name, MeshFile{folder.write(name + ".obj", faces_as_obj(mesh))},
-                   MeshFile{folder.write(name + "_wound.obj", faces_as_obj(wound_by_chance(mesh, 7)))}});
+    all.push_back({name, MeshFile{folder.write(name + ".obj", obj_of(mesh))},
+                   MeshFile{folder.write(name + "_wound.obj", obj_of(wound_by_chance(mesh, 7)))}});
   };
   add("quads", generate(GridShape{{width, length}, {across, along}}));
   add("triangles", read_mesh(folder.write("source.obj", irregular_obj(width, length, across, along, 0.25, 5, 2))));
@@ -149,7 +136,7 @@ Mesh three_leaves() {
 
 TEST(Winding, WhereMoreThanTwoFacesMeetIsSaidToHaveNoBending) {
   const TemporaryFolder folder;
-  folder.write("leaves.obj", faces_as_obj(three_leaves()));
+  folder.write("leaves.obj", obj_of(three_leaves()));
   for (const char* type : {"bending", "isometric_bending", "plate"}) {
     const std::string bends = std::string(type) == "bending" ? R"("stiffness": 0.5)" : R"("rigidity": 0.1)";
     folder.write("leaves.json", std::string(R"({"name": "leaves", "solver": {"type": "pbd", "dt": 0.01},
@@ -178,7 +165,7 @@ TEST(Winding, OfAClosedBodyMattersToPressureWhichSaysSo) {
   const TemporaryFolder folder;
   BodySpec ball;
   ball.name = "ball", ball.mass = 1, ball.constraints = {stiff("pressure")};
-  ball.shape = MeshFile{folder.write("ball.obj", faces_as_obj(wound_by_chance(generate(SphereShape{1, 2}), 3)))};
+  ball.shape = MeshFile{folder.write("ball.obj", obj_of(wound_by_chance(generate(SphereShape{1, 2}), 3)))};
   try {
     build_model(scene_of({ball}, {}, 0.01));
     FAIL() << "accepted";

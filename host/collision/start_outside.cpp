@@ -81,13 +81,7 @@ class Starts {
 
   void look() {
     std::vector<std::vector<int>> bodies(model_.scene.bodies.size());
-    std::size_t body = 0;
-    std::vector<int> body_of(model_.x.size());
-    for (std::size_t user = 0; user < body_of.size(); ++user) {
-      while (static_cast<int>(user) >= model_.look.body_begin[body + 1]) ++body;
-      body_of[user] = static_cast<int>(body);
-    }
-    for (int i = 0; i < model_.count(); ++i) bodies[body_of[model_.user_of[i]]].push_back(i);
+    for (int i = 0; i < model_.count(); ++i) bodies[body_of(model_, model_.user_of[i])].push_back(i);
     for (std::size_t b = 0; b < bodies.size(); ++b) look(b, bodies[b]);
   }
 
@@ -151,7 +145,7 @@ void start_outside(Model& model) {
   if (!any) return;
   const std::size_t notes = model.notes.size();
   Starts(model).look();
-  if (model.notes.size() > notes && model.scene.self_collision) refuse_crossings(model);
+  if (model.notes.size() > notes && model.scene.self_collision) refuse_crossings(model, self_surface(model));
 }
 
 }  // namespace malha

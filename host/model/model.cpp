@@ -138,11 +138,17 @@ class Builder {
       if (torn_) model_.notes = *torn_->notes;
       for (std::size_t e = 0; e < scene.environment.size() && !torn_; ++e) add_environment(e);
     });
-    if (scene.self_collision) check_pairs(model_), refuse_crossings(model_);
+    if (scene.self_collision) look_at_crossings();
     return std::move(model_);
   }
 
  private:
+  void look_at_crossings() {
+    const SelfSurface surface = self_surface(model_);
+    check_pairs(model_, surface);
+    refuse_crossings(model_, surface);
+  }
+
   Mesh mesh_of(std::size_t b) {
     return torn_ ? body_mesh(*torn_->whole, b) : load_body(model_.scene, b, model_.zero_area_faces, model_.notes);
   }
@@ -183,7 +189,7 @@ class Builder {
 
     for (int i = 0, end; i < n; i = end) {
       for (end = i; end < n && island_[end] == island_[i];) ++end;
-      const double damping = model_.scene.bodies[body_of(model_.user_of[i])].damping;
+      const double damping = model_.scene.bodies[body_of(model_, model_.user_of[i])].damping;
       if (damping > 0 && end - i > 1) model_.damped.push_back({i, end - i, damping});
     }
     if (model_.scene.solver.type == "pbd" && model_.scene.solver.keeps_momenta) find_free_islands();
@@ -237,11 +243,6 @@ class Builder {
       }
     };
     add(bodies_[b].holds.moved, model_.moved), add(bodies_[b].holds.attached, model_.attached);
-  }
-
-  int body_of(int user) const {
-    const auto& begin = model_.look.body_begin;
-    return static_cast<int>(std::upper_bound(begin.begin(), begin.end(), user) - begin.begin()) - 1;
   }
 
   /// Kind by kind in the registry's order, whatever the order in the scene, so that a sweep is the same.
@@ -461,9 +462,20 @@ Model build_torn_model(const Scene& scene, const Torn& torn, int threads) {
 }
 
 std::string particle_name(const Model& model, int user_index) {
-  const auto& begin = model.look.body_begin;
-  const auto body = std::upper_bound(begin.begin(), begin.end(), user_index) - begin.begin() - 1;
-  return "particle " + std::to_string(user_index - begin[body]) + " of body '" + model.scene.bodies[body].name + "'";
+  const int body = body_of(model, user_index);
+  return "particle " + std::to_string(user_index - model.look.body_begin[body]) + " of body '" +
+         model.scene.bodies[body].name + "'";
+}
+
+int body_of(const Model& model, int user_index) {
+  const std::vector<int>& begin = model.look.body_begin;
+  return static_cast<int>(std::upper_bound(begin.begin(), begin.end(), user_index) - begin.begin()) - 1;
+}
+
+std::vector<int> bodies_of(const Model& model) {
+  std::vector<int> body(model.user_of.size());
+  for (std::size_t i = 0; i < body.size(); ++i) body[i] = body_of(model, model.user_of[i]);
+  return body;
 }
 
 }  // namespace malha

@@ -100,4 +100,8 @@ Model build_model(const Scene& scene, int threads = 1);
 /// Whose particle this is, for messages: "particle 12 of body 'sheet'" from an index in the user's order.
 std::string particle_name(const Model& model, int user_index);
 
+/// The body of the user's particle; those of all particles, in the solver's order.
+int body_of(const Model& model, int user_index);
+std::vector<int> bodies_of(const Model& model);
+
 }  // namespace malha

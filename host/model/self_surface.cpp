@@ -183,9 +183,9 @@ std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>
   return count;
 }
 
-void refuse_crossings(const Model& model) {
+void refuse_crossings(const Model& model, const SelfSurface& surface) {
   CrossingPair pair;
-  const std::int64_t count = count_crossings(self_surface(model), model.x, &pair);
+  const std::int64_t count = count_crossings(surface, model.x, &pair);
   if (count == 0) return;
   const auto name = [&](int i) { return particle_name(model, model.user_of[i]); };
   refuse(model.scene.file, "/self_collision",
@@ -226,11 +226,10 @@ PairEstimate estimate_pairs(const SelfSurface& surface, const std::vector<Vec3>&
   return estimate;
 }
 
-void check_pairs(Model& model) {
+void check_pairs(Model& model, const SelfSurface& surface) {
   // Flat sheets with a thickness of one edge have some 230 a particle, of two edges 650.
   // Measured on stacks and thick sheets, the memory said is 0.8 to 1.6 times what a run takes.
   constexpr double most_per_particle = 500, most_numbered = 2147483647.0;
-  const SelfSurface surface = self_surface(model);
   const double thickness = model.scene.self_collision->thickness;
   const PairEstimate pairs = estimate_pairs(surface, model.x, thickness);
   const bool wide = model.scene.solver.precision == Precision::Double;

@@ -38,9 +38,9 @@ struct PairEstimate {
 PairEstimate estimate_pairs(const SelfSurface& surface, const std::vector<Vec3>& x, double thickness);
 
 /// Refuses a model whose pairs at the start would not fit the memory that is left, and notes where they are very many.
-void check_pairs(Model& model);
+void check_pairs(Model& model, const SelfSurface& surface);
 
 /// Refuses a model whose bodies cross at the start: then neither side of a surface is inside.
-void refuse_crossings(const Model& model);
+void refuse_crossings(const Model& model, const SelfSurface& surface);
 
 }  // namespace malha

@@ -21,15 +21,6 @@ double gravity(const Model& model) {
   return std::hypot(g[0], g[1], g[2]);
 }
 
-/// The body of each particle, in the solver's order.
-std::vector<int> bodies_of(const Model& model) {
-  std::vector<int> body(model.user_of.size());
-  const std::vector<int>& begin = model.look.body_begin;
-  for (std::size_t i = 0; i < body.size(); ++i)
-    body[i] = static_cast<int>(std::upper_bound(begin.begin(), begin.end(), model.user_of[i]) - begin.begin()) - 1;
-  return body;
-}
-
 /// Whether each particle is pinned at the start, or attached.
 std::vector<bool> pinned_at_start(const Model& model) {
   std::vector<bool> pinned;

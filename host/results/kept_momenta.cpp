@@ -17,8 +17,7 @@ namespace {
 double length(const Vec3& a) { return std::hypot(a[0], a[1], a[2]); }
 
 bool gives_back(const SolverSpec& solver) {
-  if (solver.type == "pbd") return solver.keeps_momenta;
-  return solver.desbrun.corrector ? *solver.desbrun.corrector == Corrector::Inertia : solver.desbrun.refine == 0;
+  return solver.type == "pbd" ? solver.keeps_momenta : solver.desbrun.corrects() == Corrector::Inertia;
 }
 
 bool may_change(const Scene& scene, const BodySpec& body) {

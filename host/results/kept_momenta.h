@@ -19,9 +19,9 @@ struct RigidState {
   double speed = 0;        // m/s, the fastest particle's
 };
 
-/// Looks at free bodies when it is made and when it is asked, and costs nothing between: by PBD without its corrector,
-/// where no wind, collision, sleep or tears, and of a body no pins or attachments, could change its momenta. Gravity
-/// turns none.
+/// Looks at free bodies when it is made and when it is asked, and costs nothing between: without a corrector of
+/// inertia, where no wind, collision, sleep or tears, and of a body no pins or attachments, could change its momenta.
+/// Gravity turns none.
 class KeptMomenta {
  public:
   /// From the simulation's state now.

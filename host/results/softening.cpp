@@ -50,7 +50,6 @@ Softening worst_softening(const Model& model) {
   const SolverSpec& solver = model.scene.solver;
   if (solver.type != "pbd") return worst;
   const double h = solver.dt / solver.substeps, n = solver.iterations;
-  const std::vector<int>& begin = model.look.body_begin;
   struct Sheet {
     std::vector<double> shares;
     std::string type;  // of most of them: rims of plates are hinges
@@ -65,8 +64,7 @@ Softening worst_softening(const Model& model) {
         for (int c = 0; c < set.count(); ++c) {
           const double rate = rate2<Kind>(model, set, c);
           if (!(rate > 0)) continue;
-          const int i = model.user_of[set.particles[std::size_t(c) * Kind::particles]];
-          const int body = static_cast<int>(std::upper_bound(begin.begin(), begin.end(), i) - begin.begin()) - 1;
+          const int body = body_of(model, model.user_of[set.particles[std::size_t(c) * Kind::particles]]);
           Sheet& sheet = sheets[{body, Kind::element == Element::Triangles}];
           sheet.shares.push_back(h * h * rate * part_of<Kind>() / (n * n));
           if (++count[body] > sheet.most) sheet.most = count[body], sheet.type = set.type;

@@ -102,7 +102,7 @@ std::vector<std::string> warnings(const Model& model) {
         shown(kLayers) + " or more (scenes/README.md, Self-collision)");
   if (solver.type != "desbrun") return lines;
   const DesbrunSpec& spec = solver.desbrun;
-  const Corrector corrector = spec.corrector.value_or(spec.refine > 0 ? Corrector::Off : Corrector::Inertia);
+  const Corrector corrector = spec.corrects();
   const double most = corrector == Corrector::Paper ? kPaperTorque : kOffTorque * (1 + spec.refine);
   if (const double k = corrector != Corrector::Inertia ? free_stiffness(model) : 0; k > most)
     lines.push_back(

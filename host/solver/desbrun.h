@@ -25,7 +25,7 @@ class Desbrun final : public Stepper<Executor, R> {
   Desbrun(const Model& model, const Executor& executor, int threads, const ShowProgress& progress)
       : Base(model, executor, threads, !model.sets.empty(), false),
         spec_(model.scene.solver.desbrun),
-        corrector_(spec_.corrector.value_or(spec_.refine > 0 ? Corrector::Off : Corrector::Inertia)) {
+        corrector_(spec_.corrects()) {
     if (spec_.tolerance && !model.sets.empty()) {  // of the distance limits: nothing else is projected in batches
       limits_.emplace(executor, model);
       facts_.constraint_bytes += limits_->bytes();

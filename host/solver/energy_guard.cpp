@@ -121,8 +121,7 @@ std::string shown_number(double value) {
 }  // namespace
 
 std::vector<int> groups_of(const Model& model) {
-  const std::vector<int>& begin = model.look.body_begin;
-  const std::size_t bodies = begin.size() - 1;
+  const std::size_t bodies = model.scene.bodies.size();
   std::vector<int> group(bodies, -1);
   int groups = 0, touching = -1;
   for (std::size_t b = 0; b < bodies; ++b) {
@@ -135,8 +134,7 @@ std::vector<int> groups_of(const Model& model) {
     group[b] = touches ? touching : groups++;
   }
   std::vector<int> of(model.x.size());
-  for (std::size_t i = 0; i < of.size(); ++i)
-    of[i] = group[std::upper_bound(begin.begin(), begin.end(), model.user_of[i]) - begin.begin() - 1];
+  for (std::size_t i = 0; i < of.size(); ++i) of[i] = group[body_of(model, model.user_of[i])];
   return of;
 }
 
@@ -145,15 +143,14 @@ std::vector<Allowance> allowances(const Model& model, const std::vector<int>& of
     Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
     double mass = 0;
   };
-  const std::vector<int>& begin = model.look.body_begin;
   const SolverSpec& solver = model.scene.solver;
   const double driven = fastest_driven(model, solver.dt / solver.substeps), longer = std::max(solver.dt, kBrief);
   const Vec3& g = model.scene.gravity;
   std::vector<Allowance> all(of.empty() ? 0 : *std::max_element(of.begin(), of.end()) + 1);
-  std::vector<Extent> bodies(begin.size() - 1);
+  std::vector<Extent> bodies(model.scene.bodies.size());
   std::vector<int> group(bodies.size(), 0);
   for (std::size_t i = 0; i < of.size(); ++i) {
-    const std::size_t b = std::upper_bound(begin.begin(), begin.end(), model.user_of[i]) - begin.begin() - 1;
+    const int b = body_of(model, model.user_of[i]);
     const Vec3 &x = model.x[i], &v = model.v[i];
     const double m = model.w[i] > 0 ? 1 / model.w[i] : 0;
     Allowance& one = all[group[b] = of[i]];

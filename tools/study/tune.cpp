@@ -19,12 +19,10 @@ constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 /// All particles as if they were of the body whose movable ones are lightest on average, kg: whatever body an energy is
 /// in, it moves particles by no more (RMS of all) than this mass.
 double least_mass(const Model& model) {
-  const std::vector<int>& begin = model.look.body_begin;
-  std::vector<double> mass(begin.size() - 1), count(begin.size() - 1);
-  for (std::size_t i = 0; i < model.w.size(); ++i) {
-    const auto b = std::upper_bound(begin.begin(), begin.end(), model.user_of[i]) - begin.begin() - 1;
-    if (model.w[i] > 0) mass[b] += 1 / model.w[i], ++count[b];
-  }
+  std::vector<double> mass(model.scene.bodies.size()), count(mass.size());
+  const std::vector<int> body = bodies_of(model);
+  for (std::size_t i = 0; i < body.size(); ++i)
+    if (model.w[i] > 0) mass[body[i]] += 1 / model.w[i], ++count[body[i]];
   double least = kNoLimit;
   for (std::size_t b = 0; b < mass.size(); ++b)
     if (count[b] > 0) least = std::min(least, mass[b] / count[b]);
