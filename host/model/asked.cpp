@@ -1,0 +1,41 @@
+#include "host/model/asked.h"
+
+#include <algorithm>
+
+#include "host/error.h"
+#include "host/model/tear.h"
+#include "kernels/constraints.h"
+
+namespace malha {
+
+void check_expectations(const Scene& scene, bool tetrahedra) {
+  const auto needs = [&scene](bool asked, bool there, const std::string& key, const std::string& what) {
+    if (asked && !there) refuse(scene.file, "/expect/" + key, "an expectation about " + what, "one where there is any");
+  };
+  bool distance = false, pressure = false, inside = false;
+  for (const BodySpec& body : scene.bodies)
+    for (const ConstraintSpec& constraint : body.constraints) {
+      distance = distance || constraint.type == Distance::name;
+      pressure = pressure || constraint.type == "pressure";
+    }
+  for (const EnvironmentSpec& environment : scene.environment) inside = inside || environment.sides != Sides::TwoSided;
+  const Expect& expect = scene.expect;
+  needs(expect.max_strain.has_value(), distance, "max_strain", "strain in a scene without distance constraints");
+  needs(expect.rms_strain.has_value(), distance, "rms_strain", "strain in a scene without distance constraints");
+  needs(expect.volume_ratio.has_value(), pressure || tetrahedra, "volume_ratio",
+        "volume in a scene without pressure and without tetrahedra");
+  needs(expect.inverted_tetrahedra.has_value(), tetrahedra, "inverted_tetrahedra", "tetrahedra in a scene without any");
+  needs(expect.max_crossings.has_value(), scene.self_collision.has_value(), "max_crossings",
+        "crossings in a scene without self_collision");
+  needs(expect.max_penetration.has_value(), inside, "max_penetration",
+        "penetration in a scene without solids or one-sided sheets");
+}
+
+void check_outputs(const Scene& scene) {
+  const auto& formats = scene.outputs.formats;
+  if (tears(scene) && std::find(formats.begin(), formats.end(), "pc2") != formats.end())
+    refuse(scene.file, "/outputs/frames/formats", "pc2, which holds one mesh for all frames, of a scene that tears",
+           "vtp, ply, obj");
+}
+
+}  // namespace malha

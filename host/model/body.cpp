@@ -1,0 +1,76 @@
+#include "host/model/body.h"
+
+#include "host/base/shown.h"
+#include "host/error.h"
+#include "host/mesh/check_mesh.h"
+#include "host/mesh/generate.h"
+#include "host/mesh/topology.h"
+#include "host/mesh/weld.h"
+
+namespace malha {
+
+std::string origin(const Scene& scene, const Shape& shape) {
+  const auto* file = std::get_if<MeshFile>(&shape);
+  return file ? file->path : scene.file;
+}
+
+std::string pointer(const char* list, std::size_t index, const char* key) {
+  return "/" + std::string(list) + "/" + std::to_string(index) + "/" + key;
+}
+
+Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std::vector<std::string>& notes) {
+  const BodySpec& spec = scene.bodies[index];
+  Mesh mesh = make_mesh(spec.shape);
+  if (const auto* file = std::get_if<MeshFile>(&spec.shape)) {
+    const std::string body = "body '" + spec.name + "': ";
+    if (file->weld) {
+      const auto [merged, gone] = weld(mesh, *file->weld, file->path);
+      notes.push_back(body + "welded " + counted(merged, "vertex", "vertices") + " to others" +
+                      (gone > 0 ? ", by which " + counted(gone, "face or line", "faces or lines") + " went" : ""));
+    }
+    if (const int unused = drop_unused_points(mesh); unused > 0)
+      notes.push_back(body + "left out " + counted(unused, "vertex", "vertices") +
+                      " of no face, line or tetrahedron; particles are numbered without them");
+  }
+  const bool loose = std::holds_alternative<CloudShape>(spec.shape);
+  zero_area_faces += check_mesh(mesh, origin(scene, spec.shape), loose).zero_area_faces;
+  apply(spec.transform, mesh);
+  return mesh;
+}
+
+Body make_body(const Scene& scene, std::size_t index, Mesh mesh, const Torn* torn) {
+  const BodySpec& spec = scene.bodies[index];
+  Body body;
+  body.mesh = std::move(mesh);
+  body.holds = find_holds(scene, index, body.mesh);
+  if (tears(scene) && !body.mesh.tetrahedra.empty())
+    refuse(scene.file, pointer("bodies", index, "shape"), "tetrahedra in a scene with a body that tears",
+           "bodies of faces and lines there");
+  if (torn)
+    for (const Split& split : *torn->done)
+      if (split.body == static_cast<int>(index)) apply(split, body.mesh), split_holds(split.vertex, body.holds);
+  body.edges = edges(body.mesh);
+  body.mass = spec.mass ? masses_by_total(body.mesh, *spec.mass) : masses_by_density(body.mesh, *spec.density);
+  for (std::size_t i = 0; i < body.mass.size(); ++i)
+    if (!(body.mass[i] > 0))
+      refuse(scene.file, pointer("bodies", index, spec.mass ? "mass" : "density"),
+             "no mass for particle " + std::to_string(i), "a mass or density that leaves no particle massless");
+  return body;
+}
+
+EnvironmentMesh load_environment(const Scene& scene, std::size_t e, int& zero_area_faces) {
+  const EnvironmentSpec& spec = scene.environment[e];
+  const std::string file = origin(scene, spec.shape);
+  EnvironmentMesh mesh{spec, make_mesh(spec.shape)};
+  // Its vertices are nobody's particles: those in one place are one, and those of no face do not matter.
+  if (const auto* of = std::get_if<MeshFile>(&spec.shape)) weld(mesh.mesh, of->weld.value_or(0), file);
+  zero_area_faces += check_mesh(mesh.mesh, file, true).zero_area_faces;
+  if (mesh.mesh.faces.empty())
+    refuse(scene.file, pointer("environment", e, "shape"), "a shape without faces", "a shape with faces");
+  apply(spec.transform, mesh.mesh);
+  if (spec.sides == Sides::Solid)
+    require_closed(mesh.mesh, file, "a solid needs a closed mesh (object '" + spec.name + "')");
+  return mesh;
+}
+
+}  // namespace malha

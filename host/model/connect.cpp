@@ -1,0 +1,181 @@
+#include "host/model/connect.h"
+
+#include <algorithm>
+
+#include "host/base/shown.h"
+#include "host/error.h"
+#include "host/mesh/topology.h"
+#include "host/model/elements.h"
+#include "kernels/constraints.h"
+
+namespace malha {
+
+namespace {
+
+class Connector {
+ public:
+  Connector(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn)
+      : model_(model), bodies_(bodies), solver_of_(solver_of), torn_(torn) {}
+
+  /// Kind by kind in the registry's order, whatever the order in the scene, so that a sweep is the same.
+  void run() {
+    for_each_constraint([this]<class Kind>(Kind) {
+      each_spec(Kind::name, [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+        add_set<Kind>(b, spec, place);
+      });
+    });
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (bodies_[b].mesh.tetrahedra.empty()) continue;
+      model_.tetrahedra.push_back(std::move(bodies_[b].mesh.tetrahedra));
+      for (Tetrahedron& t : model_.tetrahedra.back())
+        for (int& corner : t) corner = solver_of_[model_.look.body_begin[b] + corner];
+    }
+    each_spec("pressure",
+              [this](std::size_t b, const ConstraintSpec& spec, const std::string&) { add_pressure(b, spec); });
+    each_spec("long_range", [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+      add_long_range(b, spec, place);
+    });
+    if (model_.scene.wind && model_.scene.wind->density > 0) add_air();
+  }
+
+ private:
+  template <class F>
+  void each_spec(const std::string& type, F&& f) {
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      const auto& specs = model_.scene.bodies[b].constraints;
+      for (std::size_t c = 0; c < specs.size(); ++c)
+        if (specs[c].type == type) f(b, specs[c], pointer("bodies", b, "constraints/") + std::to_string(c));
+    }
+  }
+
+  template <class Kind>
+  void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+    auto [all, remainder, crowded] = list_elements(Kind::element, bodies_[b].mesh, bodies_[b].edges, spec);
+    if (crowded > 0) note_crowded(b, Kind::name, crowded);
+    if (all.particles.empty() && remainder.particles.empty()) {
+      if (torn_) return;  // to pieces
+      refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",
+             facts_of(Kind::element).needed);
+    }
+    add_elements<Kind>(b, spec, std::move(all));
+    if constexpr (requires { typename Kind::Remainder; }) {
+      ConstraintSpec other = spec;
+      other.type = Kind::Remainder::name, other.parameter = Kind::Remainder::parameter.standard;
+      add_elements<typename Kind::Remainder>(b, other, std::move(remainder));
+    }
+  }
+
+  void note_crowded(std::size_t b, const std::string& kind, int edges) {
+    model_.notes.push_back("body '" + model_.scene.bodies[b].name + "': \"" + kind + "\" does not act at " +
+                           counted(edges, "edge") + " with more than two faces, about which the sheet turns freely");
+  }
+
+  template <class Kind>
+  void add_elements(std::size_t b, const ConstraintSpec& spec, Elements all) {
+    if (all.particles.empty()) return;
+    drop_what_is_pinned(all, Kind::particles, bodies_[b].holds.pinned);
+    for (int& i : all.particles) i = solver_of_[model_.look.body_begin[b] + i];
+    const SolverSpec& solver = model_.scene.solver;
+    const std::optional<double> compliance = compliance_of<Kind>(spec);
+    if (solver.type == "desbrun" && Kind::filtered == Filtered::Spring) {
+      SpringSet springs = springs_of(spec, solver.desbrun.spring_constant, all.particles, all.softness, model_.x);
+      if (!springs.ends.empty()) model_.springs.push_back(std::move(springs));
+      return;
+    }
+    if (solver.type == "desbrun" && Kind::filtered == Filtered::Stencil) {
+      ConstraintSet set{spec.type,      Kind::particles,          spec.stiffness,         compliance,
+                        spec.parameter, std::move(all.particles), std::move(all.softness)};
+      if (!(compliance.value_or(0) > 0)) soften_by_levers(set, solver.desbrun.spring_constant, model_.x);
+      if (set.count() > 0) model_.stencils.push_back(std::move(set));
+      return;
+    }
+    ConstraintSet& set = find_set(spec, Kind::particles, compliance, !all.softness.empty());
+    set.particles.insert(set.particles.end(), all.particles.begin(), all.particles.end());
+    set.softness.insert(set.softness.end(), all.softness.begin(), all.softness.end());
+  }
+
+  /// Constraints that could move nothing.
+  static void drop_what_is_pinned(Elements& all, int arity, const std::vector<bool>& pinned) {
+    std::size_t kept = 0;
+    for (std::size_t c = 0; c < all.particles.size() / arity; ++c) {
+      const int* of = &all.particles[c * arity];
+      if (std::all_of(of, of + arity, [&](int i) { return pinned[i]; })) continue;
+      std::copy_n(of, arity, &all.particles[kept * arity]);
+      if (!all.softness.empty()) all.softness[kept] = all.softness[c];
+      ++kept;
+    }
+    all.particles.resize(kept * arity);
+    if (!all.softness.empty()) all.softness.resize(kept);
+  }
+
+  /// By itself or from a material's modulus.
+  template <class Kind>
+  static std::optional<double> compliance_of(const ConstraintSpec& spec) {
+    if constexpr (!Kind::strength.free)
+      return Kind::compliance(spec.rigidity ? *spec.rigidity : spec.young_modulus.value(), spec.parameter);
+    return spec.rigidity ? std::optional<double>(1 / *spec.rigidity) : spec.compliance;
+  }
+
+  ConstraintSet& find_set(const ConstraintSpec& spec, int arity, std::optional<double> compliance, bool softened) {
+    for (ConstraintSet& set : model_.sets)
+      if (set.type == spec.type && set.stiffness == spec.stiffness && set.compliance == compliance &&
+          set.parameter == spec.parameter && set.softness.empty() != softened)
+        return set;
+    return model_.sets.emplace_back(
+        ConstraintSet{spec.type, arity, spec.stiffness, compliance, spec.parameter, {}, {}});
+  }
+
+  void add_pressure(std::size_t b, const ConstraintSpec& spec) {
+    const Mesh& mesh = bodies_[b].mesh;
+    require_closed(mesh, origin(model_.scene, model_.scene.bodies[b].shape),
+                   "pressure needs a closed mesh (body '" + model_.scene.bodies[b].name + "')");
+    PressureSet set{spec.parameter, spec.stiffness, spec.compliance, {}, triangles(mesh)};
+    for (Triangle& t : set.triangles)
+      for (int& corner : t) corner = solver_of_[model_.look.body_begin[b] + corner];
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+      set.particles.push_back(solver_of_[model_.look.body_begin[b] + i]);
+    model_.pressures.push_back(std::move(set));
+  }
+
+  /// The solver's particles of a body.
+  std::vector<int> names(std::size_t b) const {
+    const auto first = solver_of_.begin() + model_.look.body_begin[b];
+    return {first, first + static_cast<std::ptrdiff_t>(bodies_[b].mesh.points.size())};
+  }
+
+  void add_long_range(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+    const Body& body = bodies_[b];
+    const int before = model_.long_range.items();
+    attach_long_range(body.mesh, body.edges, body.holds.pinned, spec.parameter, names(b), model_.long_range);
+    if (model_.long_range.items() > before) return;
+    const auto& pinned = body.holds.pinned;
+    const bool stays = std::find(pinned.begin(), pinned.end(), true) != pinned.end();
+    const bool goes =
+        std::any_of(body.holds.moved.begin(), body.holds.moved.end(), [](const auto& m) { return m.until; });
+    refuse(model_.scene.file, place,
+           stays  ? "no particle that is connected with a pin"
+           : goes ? "no pin but those that are let go, at their \"until\""
+                  : "no pin",
+           "long-range attachments on a body with pins that are never let go");
+  }
+
+  void add_air() {
+    for (std::size_t b = 0; b < bodies_.size(); ++b) add_air_faces(bodies_[b].mesh, names(b), model_.air);
+    if (model_.air.particle.empty())
+      refuse(model_.scene.file, "/wind/density", "air on the faces of bodies without faces",
+             "a body with faces, or 'drag' alone");
+  }
+
+  Model& model_;
+  std::vector<Body>& bodies_;
+  const std::vector<int>& solver_of_;
+  bool torn_;
+};
+
+}  // namespace
+
+void connect(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn) {
+  Connector(model, bodies, solver_of, torn).run();
+}
+
+}  // namespace malha
