@@ -232,12 +232,16 @@ struct DesbrunSpec {
   Corrector corrects() const { return corrector.value_or(refine > 0 ? Corrector::Off : Corrector::Inertia); }
 };
 
+inline constexpr int kAutoLevels = -1, kMostLevels = 30;
+
 struct SolverSpec {
   std::string type = "pbd";  // or "desbrun"
   double dt = 1.0 / 60;      // s, > 0
   int substeps = 10;         // >= 1
   int iterations = 1;        // >= 1, per substep
   Precision precision = Precision::Float;
+  int levels = kAutoLevels;        // of pbd: the most; 0: none; kAutoLevels: where they help
+  int levels_every = 2;            // substeps
   bool keeps_momenta = false;      // "corrector" of pbd: free bodies get back what projections take of their momenta
   bool stiffness_of_step = false;  // PBD's k makes the spring of a step of one substep, whatever the substeps
   DesbrunSpec desbrun;

@@ -32,6 +32,14 @@ struct Columns {
   KERNEL void write(int at, const Vector3<T>& q, const T&) const {
     store(q.x, x + at), store(q.y, y + at), store(q.z, z + at);
   }
+  /// To the positions; w stays.
+  template <class T>
+  KERNEL void add(int at, const Vector3<T>& way) const {
+    Vector3<T> q;
+    load(x + at, q.x), load(y + at, q.y), load(z + at, q.z);
+    write(at, q + way, q.x);
+  }
+  KERNEL void add(int at, const Vec4<R>& way) const { add(at, way.xyz()); }
   template <class S>
   KERNEL void gather(const LocalIndex* index, Vector3<S>& q, S& wq) const {
     for (int i = 0; i < int(sizeof(S) / sizeof(R)); ++i) {
@@ -55,6 +63,15 @@ struct Rows {
   KERNEL void read(int at, Vector3<T>& q, T& w) const {
     gather_rows(row + at, Consecutive().index, q, w);
   }
+  template <class T>
+  KERNEL void add(int at, const Vector3<T>& way) const {
+    Vector3<T> q;
+    T w;
+    read(at, q, w);
+    fill(at, q + way, w);
+  }
+  /// way.w is 0.
+  KERNEL void add(int at, const Vec4<R>& way) const { add_row(row[at], way, R(1)); }
   template <class S>
   KERNEL void gather(const LocalIndex* index, Vector3<S>& q, S& w) const {
     gather_rows(row, index, q, w);

@@ -303,6 +303,18 @@ KERNEL void scatter_rows(Vec4<R>* rows, const LocalIndex* index, Vector3<Pack<R,
 
 #endif
 
+/// sum += weight * row, all four numbers at once.
+template <class R>
+KERNEL void add_row(Vec4<R>& sum, const Vec4<R>& row, R weight) {
+#if defined(__CUDACC__)
+  sum = {sum.x + row.x * weight, sum.y + row.y * weight, sum.z + row.z * weight, sum.w + row.w * weight};
+#else
+  using Quartet = detail::Quartet<R>;
+  Quartet& to = reinterpret_cast<Quartet&>(sum);
+  to = to + reinterpret_cast<const Quartet&>(row) * weight;
+#endif
+}
+
 /// The points i, i + 1, ... of a pack (or the one of a scalar), from and to their arrays.
 template <class T, class R>
 KERNEL Vector3<T> load_points(const Points<R>& points, int i) {

@@ -26,6 +26,7 @@ struct Segment {
 /// gathered, and where there are no pins, whole packs are written back: padding then has particles of its own.
 struct Batch {
   int set, slot, count;
+  int first;  // slots of the patch's batches before it
   bool run, pins;
   LocalIndex from[kMostParticles];  // of a run
   int index;                        // otherwise, where the particles of the slots stand in the set's index

@@ -3,7 +3,9 @@
 // of particles that no other patch visits never leave the fast memory.
 #pragma once
 #include "kernels/constraints.h"
+#include "kernels/cover.h"
 #include "kernels/motion.h"
+#include "kernels/restrict.h"
 
 namespace malha {
 
@@ -22,6 +24,8 @@ struct Visit {
   bool prefetches;     // the particles do not fit in a core's caches: those of the next patch are asked for early
   int substep;         // 1 ..
   R* kept;             // memories that patches keep from a substep's first iteration to its last, or null
+  UpTo<R> up;          // means of the next prediction, for the coarser level: the last visits leave them
+  MeansOf<R> down;     // what particles follow on the coarser level, patch by patch: added where they are predicted
   int* lost;           // of each patch: the first substep that left a particle without a finite position, or 0
 
   template <class Group>
@@ -40,6 +44,7 @@ struct Visit {
     const int begin = patch.segment, end = patch.segment + patch.segments;
     for (int s = begin; s < end; ++s)
       if (predicts || !at_home(segments[s])) bring(group, segments[s], local);
+    if (predicts && down.means.begin) add_means(group, down, local);
     for (int b = 0; b < patch.batches;) {
       int next = b + 1;
       while (next < patch.batches && batches[patch.batch + next].set == batches[patch.batch + b].set) ++next;
@@ -53,24 +58,19 @@ struct Visit {
       else
         put_back(group, segments[s], local);
     }
+    if (updates && up.means.begin) foresee(group, patch, local);
+  }
+
+  template <class Group, class Local>
+  KERNEL void foresee(const Group& group, const Patch& patch, const Local& local) const {
+    const Foreseen<R> next{particles.x, particles.v, particles.w, dt, gravity};
+    for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
+      if (segments[s].last) next.bring(group, segments[s], local);
+    restrict_to(group, up, local);
   }
 
   /// Whether the particles stay in the patch's memory from one iteration to the next: no other patch visits them.
   KERNEL bool at_home(const Segment& segment) const { return kept && segment.first && segment.last; }
-
-  /// Calls work(i, T()) for the packs and single particles that cover a segment, some twice.
-  template <class Group, class Work>
-  KERNEL static void cover(const Group& group, int count, const Work& work) {
-    using Isa = typename Group::Isa;
-    constexpr int lanes = kLanes<R, Isa>;
-    if (count < lanes)
-      group.for_each(count, [&](int i) KERNEL_LAMBDA { work(i, R()); });
-    else
-      group.for_each((count + lanes - 1) / lanes, [&](int pack) KERNEL_LAMBDA {
-        const int i = pack * lanes;
-        work(i + lanes <= count ? i : count - lanes, Lane<R, Isa>());
-      });
-  }
 
   /// The `part` of `parts` of a patch's particles and constraints: memory is to be as busy as the arithmetic, not
   /// before it or after it.
@@ -110,7 +110,7 @@ struct Visit {
   template <class Group, class Local>
   KERNEL void bring(const Group& group, const Segment& segment, const Local& local) const {
     const bool predict = predicts && segment.first;
-    cover(group, segment.count, [&]<class T>(int i, T w) KERNEL_LAMBDA {
+    cover<R>(group, segment.count, [&]<class T>(int i, T w) KERNEL_LAMBDA {
       const int at = segment.global + i;
       load(particles.w + at, w);
       const Vector3<T> q = predict ? predicted(load_points<T>(particles.x, at), velocity(at, w), T(dt))
@@ -121,7 +121,7 @@ struct Visit {
 
   template <class Group, class Local>
   KERNEL void put_back(const Group& group, const Segment& segment, const Local& local) const {
-    cover(group, segment.count, [&]<class T>(int i, T w) KERNEL_LAMBDA {
+    cover<R>(group, segment.count, [&]<class T>(int i, T w) KERNEL_LAMBDA {
       Vector3<T> q;
       local.read(segment.local + i, q, w);
       store_points(particles.p, segment.global + i, q);

@@ -35,6 +35,11 @@ std::vector<JsonReader::Field> desbrun_fields(SolverSpec& solver) {
   };
 }
 
+int read_levels(const JsonReader& at) {
+  if (at.value().type == JsonValue::Type::Text) return at.word("choice", {"auto", "off"}) == "auto" ? kAutoLevels : 0;
+  return at.integer(1, kMostLevels);
+}
+
 }  // namespace
 
 SolverSpec read_solver(const JsonReader& at) {
@@ -55,6 +60,8 @@ SolverSpec read_solver(const JsonReader& at) {
     fields.push_back({"corrector", [&](const JsonReader& v) {
                         solver.keeps_momenta = v.word("corrector", {"inertia", "off"}) == "inertia";
                       }});
+    fields.push_back({"levels", [&](const JsonReader& v) { solver.levels = read_levels(v); }});
+    fields.push_back({"levels_every", [&](const JsonReader& v) { solver.levels_every = v.integer(1, most_passes); }});
     fields.push_back({"stiffness_of", [&](const JsonReader& v) {
                         solver.stiffness_of_step = v.word("choice", {"projections", "step"}) == "step";
                       }});

@@ -82,6 +82,11 @@ class MovedPinSets {
     return false;
   }
 
+  /// How many sets have been let go.
+  int released() const {
+    return static_cast<int>(std::count_if(sets_.begin(), sets_.end(), [](const Set& set) { return set.released; }));
+  }
+
   std::size_t bytes() const {
     std::size_t sum = 0;
     for (const Set& set : sets_) sum += set.list.bytes() + set.start.bytes() + set.free.bytes();

@@ -20,6 +20,7 @@ template <class T>
 struct Unbuilt {
   constexpr explicit operator bool() const { return false; }
   [[noreturn]] T* operator->() const { std::abort(); }
+  void reset() {}
   template <class... From>
   [[noreturn]] void emplace(const From&...) {
     refuse_unbuilt();

@@ -109,7 +109,10 @@ class Planner {
     patch.segment = static_cast<int>(plan_.segments.size());
     patch.batch = static_cast<int>(plan_.batches.size());
     plan_.segments.insert(plan_.segments.end(), piece.segments.begin(), piece.segments.end());
+    int slots = 0;
     for (Batch batch : piece.batches) {
+      batch.first = slots;
+      slots += (batch.count + kSlotPack - 1) / kSlotPack * kSlotPack;
       batch.slot += static_cast<int>(plan_.sets[batch.set].constraint.size());
       batch.index += static_cast<int>(plan_.sets[batch.set].index[0].size());
       plan_.batches.push_back(batch);
@@ -124,6 +127,7 @@ class Planner {
     }
     plan_.patches.push_back(patch);
     plan_.most_slots = std::max(plan_.most_slots, patch.slots);
+    plan_.most_constraints = std::max(plan_.most_constraints, slots);
     plan_.columns += patch.columns;
   }
 

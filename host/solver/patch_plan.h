@@ -22,6 +22,7 @@ struct PatchPlan {
   std::vector<Batch> batches;
   std::vector<SetPlan> sets;  // as in the model
   int most_slots = 0;         // of fast memory
+  int most_constraints = 0;   // of a patch, with what pads them
   int shared = 0;             // particles that more than one patch visits
   int columns = 0;            // patches whose memory is laid out for runs
 

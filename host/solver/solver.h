@@ -25,6 +25,7 @@ enum class Pass {
   Filter,
   Correction,
   Prediction,
+  Levels,
   Collision,
   Projection,
   Pressure,
@@ -37,10 +38,10 @@ enum class Pass {
   Tearing,
   Sleep
 };
-inline constexpr std::array<const char*, 18> kPassNames{
-    "pins",       "damping",        "air",        "forces",   "filter",     "correction",
-    "prediction", "collision",      "projection", "pressure", "long_range", "attachments",
-    "contact",    "self_collision", "state",      "visits",   "tearing",    "sleep"};
+inline constexpr std::array<const char*, 19> kPassNames{
+    "pins",           "damping",   "air",        "forces",   "filter",     "correction",  "prediction",
+    "levels",         "collision", "projection", "pressure", "long_range", "attachments", "contact",
+    "self_collision", "state",     "visits",     "tearing",  "sleep"};
 
 /// What a person may want to know of a constraint set.
 struct SetFacts {
@@ -61,12 +62,21 @@ struct PatchFacts {
   double plan_seconds = 0;  // of set-up
 };
 
+/// Of a level (host/model/levels.h).
+struct LevelFacts {
+  int particles = 0, constraints = 0;
+  PatchFacts patches;
+};
+
 struct SolverFacts {
   std::string instructions;  // of the kernels over packs
   PatchFacts patches;
-  bool fused = false;                                    // prediction and state happen in the visits to the patches
-  bool whole_steps = false;                              // all substeps of a step in one parallel region
-  std::vector<SetFacts> sets;                            // in the order of projection
+  bool fused = false;              // prediction and state happen in the visits to the patches
+  bool whole_steps = false;        // all substeps of a step in one parallel region
+  std::vector<SetFacts> sets;      // in the order of projection
+  std::vector<LevelFacts> levels;  // the finest first
+  std::size_t level_bytes = 0;
+  double level_seconds = 0;                              // of set-up
   std::optional<FilterFacts> filter;                     // Desbrun's
   std::optional<SelfFacts> self;                         // of self-collision
   int free_bodies = 0;                                   // of Desbrun's, whose momentum is corrected

@@ -155,6 +155,7 @@ class Stepper : public Solver {
     const auto at = [&](int s) { return (steps_ + double(s) / solver.substeps) * solver.dt; };  // steps end alike
     for (int s = 0; s < solver.substeps; ++s) {
       if (moved_) timed(Pass::Pins, [&] { moved_->place(particles(), w_.data(), at(s), at(s + 1)); });
+      substep_ = s;
       substep(time() + s * h, h);
       if (moved_) timed(Pass::Pins, [&] { moved_->arrive(particles(), at(s), at(s + 1)); });
     }
@@ -218,6 +219,13 @@ class Stepper : public Solver {
       });
   }
 
+  int pins_let_go() const { return moved_ ? moved_->released() : 0; }
+  /// Now, 1/kg: 0 where particles are held.
+  std::vector<double> inverse_masses() const {
+    const std::vector<R> w = w_.download();
+    return {w.begin(), w.begin() + model_.count()};
+  }
+
   Particles<R> particles() const { return {model_.count(), x_.points(), v_.points(), p_.points(), w_.data()}; }
   /// Without -0, which packs do not keep either.
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
@@ -256,6 +264,7 @@ class Stepper : public Solver {
   std::optional<Sweep<Executor, R>> sweep_;
   Part<Momenta<Executor, R>, built("corrector")> momenta_;
   std::int64_t steps_ = 0;
+  int substep_ = 0;  // of the step
   SolverFacts facts_;
 
  private:

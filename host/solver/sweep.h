@@ -17,7 +17,7 @@
 
 namespace malha {
 
-template <class Executor, class R>
+template <class Executor, class R, class Kinds = ConstraintKinds>
 class Sweep {
  public:
   /// `keeps`: patches have memories of their own, so that in a substep's iterations only shared particles come and go.
@@ -42,8 +42,9 @@ class Sweep {
     views_ = Array<Executor, SetView<R>>(views);
     lost_ = Array<Executor, int>(plan.patches.size(), 0);
     // Whole cache lines, and the memories of two threads never in the same set of a cache.
-    memory_bytes_ = (std::size_t(plan.most_slots) * 4 * sizeof(R) / 128 + 1) * 128 + 64;
-    if (!keeps) memory_ = Array<Executor, char>(memory_bytes_ * std::min(threads, width_), 0);
+    const std::size_t numbers = 4 * std::size_t(plan.most_slots) + (remembers(Kinds{}) ? plan.most_constraints : 0);
+    memory_bytes_ = (numbers * sizeof(R) / 128 + 1) * 128 + 64;
+    if (!keeps || model.scene.solver.levels != 0) memory_ = Array<Executor, char>(memory_bytes_ * threads, 0);
     prefetches_ = model.x.size() * 10 * sizeof(R) > kCache;
     note_facts(model, plan);
   }
@@ -54,21 +55,33 @@ class Sweep {
     parallel_region(executor_, width_, work);
   }
 
+  /// What visits of any kind need to know of the patches.
+  template <class Visit>
+  void fill(Visit& visit) const {
+    visit.patches = patches_.data(), visit.segments = segments_.data(), visit.batches = batches_.data();
+    visit.sets = views_.data(), visit.prefetches = prefetches_;
+  }
+
+  /// Visits every patch once, in any order.
+  template <class Team, class Visit>
+  void visit_once(const Team& team, Visit& visit) const {
+    visit.patches = patches_.data(), visit.segments = segments_.data();
+    parallel_groups(team, 0, static_cast<int>(patches_.size()), {memory_.data(), memory_bytes_}, visit);
+  }
+
   /// That neither predicts nor updates.
   Visit<R> visit(const Particles<R>& particles, double h, const Vector3<R>& gravity) const {
     Visit<R> visit{};
-    visit.patches = patches_.data(), visit.segments = segments_.data(), visit.batches = batches_.data();
-    visit.sets = views_.data();
+    fill(visit);
     visit.particles = particles;
     visit.dt = R(h), visit.per_dt = R(1 / h), visit.gravity = gravity;
-    visit.prefetches = prefetches_;
     visit.lost = lost_.data();
     visit.kept = kept_.data();
     return visit;
   }
 
-  template <class Team>
-  void operator()(const Team& team, const Visit<R>& visit) const {
+  template <class Team, class Visit>
+  void operator()(const Team& team, const Visit& visit) const {
     for (std::size_t phase = 0; phase + 1 < phase_begin_.size(); ++phase)
       visit_patches(team, visit, phase_begin_[phase], phase_begin_[phase + 1], {memory_.data(), memory_bytes_});
   }
@@ -100,6 +113,10 @@ class Sweep {
 
   void forget_lost() { lost_.upload(std::vector<int>(lost_.size(), 0)); }
 
+  std::vector<Patch> patches() const { return patches_.download(); }
+  std::vector<Segment> segments() const { return segments_.download(); }
+  int width() const { return width_; }
+
   const PatchFacts& facts() const { return facts_; }
   const std::vector<SetFacts>& set_facts() const { return set_facts_; }
 
@@ -124,18 +141,20 @@ class Sweep {
     SetView<R> view{};
     int kind = 0;
     std::size_t multipliers = 1;
-    for_each_constraint([&]<class Kind>(Kind) {
-      if (set.type == Kind::name) {
-        view.kind = kind;
-        multipliers = malha::multipliers<Kind>();
-        view.update = update_of<Kind>(set);
-        view.numbers = rest_numbers<Kind>(view.update);
-        RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.numbers, s, patches.batches);
-        own.rest = Array<Executor, R>(rest.each), own.common = Array<Executor, R>(rest.common);
-        own.held = Array<Executor, unsigned short>(rest.held);
-      }
-      ++kind;
-    });
+    for_each_constraint(
+        [&]<class Kind>(Kind) {
+          if (set.type == Kind::name) {
+            view.kind = kind;
+            multipliers = malha::multipliers<Kind>();
+            view.update = update_of<Kind>(set);
+            view.numbers = rest_numbers<Kind>(view.update);
+            RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.numbers, s, patches.batches);
+            own.rest = Array<Executor, R>(rest.each), own.common = Array<Executor, R>(rest.common);
+            own.held = Array<Executor, unsigned short>(rest.held);
+          }
+          ++kind;
+        },
+        Kinds{});
     for (int j = 0; j < set.arity; ++j) {
       own.index[j] = Array<Executor, LocalIndex>(scaled(plan.index[j]));
       view.index[j] = own.index[j].data();
@@ -170,7 +189,10 @@ class Sweep {
       const int c = plan.constraint[slot];
       if (c < 0) return;
       double own[Kind::numbers];
-      rest_values<Kind>(model.x.data(), &set.particles[std::size_t(c) * set.arity], set.parameter, own);
+      if constexpr (remembers(KindList<Kind>()))
+        own[0] = set.rest[c];
+      else
+        rest_values<Kind>(model.x.data(), &set.particles[std::size_t(c) * set.arity], set.parameter, own);
       R* to = &rest[slot * numbers];
       std::copy(own, own + Kind::numbers, to);
       if (int(numbers) > Kind::numbers) to[Kind::numbers] = R(set.softness.empty() ? 1 : set.softness[c]);

@@ -1,0 +1,160 @@
+#include "host/model/levels.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "host/mesh/topology.h"
+#include "host/model/order.h"
+#include "kernels/coarse.h"
+
+namespace malha {
+
+bool pulls(const ConstraintSet& set) { return set.type == Distance::name && !set.compliance; }
+
+namespace {
+
+constexpr int kFewest = 12;       // particles of a level
+constexpr double kTooSlow = 0.8;  // a level must have fewer than this part of the next finer one's
+
+std::vector<Edge> edges_of(const RestGraph& graph) {
+  std::vector<Edge> all = graph.nearby;
+  for (const Link& l : graph.links) all.push_back({l.a, l.b});
+  return all;
+}
+
+/// The graph of the chosen particles alone, and which they are.
+RestGraph part_of(const RestGraph& whole, const std::vector<bool>& chosen, std::vector<int>& which) {
+  RestGraph part;
+  std::vector<int> now(whole.count(), -1);
+  for (int i = 0; i < whole.count(); ++i) {
+    if (!chosen[i]) continue;
+    now[i] = part.count();
+    which.push_back(i);
+    part.x.push_back(whole.x[i]), part.normal.push_back(whole.normal[i]), part.folded.push_back(whole.folded[i]);
+    part.mass.push_back(whole.mass[i]), part.pinned.push_back(whole.pinned[i]);
+  }
+  for (const Link& l : whole.links)
+    if (chosen[l.a]) part.links.push_back({now[l.a], now[l.b], l.length, l.set});
+  for (const Edge& e : whole.nearby)
+    if (chosen[e[0]] && chosen[e[1]]) part.nearby.push_back({now[e[0]], now[e[1]]});
+  return part;
+}
+
+/// The bodies, or connected parts of them, that levels help: all that have links where a scene asks for levels, and
+/// by itself where the way to what holds them is long.
+std::vector<bool> helped(const Model& model, const RestGraph& graph) {
+  const int n = graph.count();
+  std::vector<bool> held = graph.pinned;
+  for (const AttachmentSet& set : model.attached)
+    for (const int i : set.particles) held[model.user_of[i]] = true;
+  const std::vector<int> hops = hops_to_pins(graph, held);
+  int parts = 0;
+  const std::vector<int> part = components(n, edges_of(graph), parts);
+  std::vector<int> longest(parts, 0), size(parts, 0);
+  for (int i = 0; i < n; ++i) longest[part[i]] = std::max(longest[part[i]], hops[i]), ++size[part[i]];
+  const bool automatic = model.scene.solver.levels == kAutoLevels;
+  std::vector<bool> chosen(n);
+  for (int i = 0; i < n; ++i) chosen[i] = automatic ? longest[part[i]] >= kLongWay : size[part[i]] > kFewest;
+  return chosen;
+}
+
+/// Lays a coarse graph out as a model of its own. `order`: the graph's particle at each place.
+Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& order, int threads) {
+  const int n = graph.count();
+  int islands = 0;
+  const std::vector<Edge> all = edges_of(graph);
+  const std::vector<int> island = components(n, all, islands);
+  std::vector<Vec3> places;
+  for (const Vector& x : graph.x) places.push_back({x.x, x.y, x.z});
+  order = solver_order(places, island, islands, all);
+  std::vector<int> place(n);
+  const auto number = [&] {
+    for (int i = 0; i < n; ++i) place[order[i]] = i;
+  };
+  number();
+  Model level;
+  level.scene.file = finest.scene.file;
+  level.scene.solver = finest.scene.solver;
+  std::vector<int> set_of(finest.sets.size(), -1);
+  for (const Link& l : graph.links) {
+    if (set_of[l.set] < 0) {
+      set_of[l.set] = static_cast<int>(level.sets.size());
+      level.sets.push_back({Coarse::name, 2, finest.sets[l.set].stiffness, {}, 1, {}, {}});
+    }
+    ConstraintSet& set = level.sets[set_of[l.set]];
+    set.particles.push_back(place[l.a]), set.particles.push_back(place[l.b]);
+    set.rest.push_back(l.length);
+  }
+  std::vector<Edge> edges;
+  std::vector<int> islands_in_order;
+  for (const Edge& e : all) edges.push_back({place[e[0]], place[e[1]]});
+  for (const int i : order) islands_in_order.push_back(island[i]);
+  Cut cut = cut_into_patches(level.sets, edges, islands_in_order, threads);
+  std::vector<int> cut_order, now(n);
+  for (int i = 0; i < n; ++i) cut_order.push_back(order[cut.order[i]]), now[cut.order[i]] = i;
+  order = std::move(cut_order);
+  for (ConstraintSet& set : level.sets)
+    for (int& i : set.particles) i = now[i];
+  level.patches = std::move(cut.patches);
+  level.user_of = order;
+  for (const int i : order) {
+    level.x.push_back(places[i]), level.mass.push_back(graph.mass[i]);
+    level.w.push_back(graph.pinned[i] ? 0 : 1 / graph.mass[i]);
+  }
+  return level;
+}
+
+/// With other numbers of what means are of (`names`), and the means themselves in another order.
+Means renamed(const Means& means, const std::vector<int>& order, const std::vector<int>& names) {
+  Means renamed;
+  for (const int i : order) {
+    for (int k = i < 0 ? 0 : means.begin[i]; k < (i < 0 ? 0 : means.begin[i + 1]); ++k)
+      renamed.of.push_back(names[means.of[k]]), renamed.weight.push_back(means.weight[k]);
+    renamed.begin.push_back(static_cast<int>(renamed.of.size()));
+  }
+  return renamed;
+}
+
+}  // namespace
+
+std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, int threads) {
+  std::vector<Level> levels;
+  if (model.scene.solver.levels == 0) return levels;
+  const RestGraph whole = rest_graph(model, w);
+  std::vector<int> user;
+  RestGraph fine = part_of(whole, helped(model, whole), user);
+  // In the order of the finer model: which particle of the finer graph each place holds, -1 for none; and back.
+  std::vector<int> inside(model.count(), -1), held(model.count()), place(fine.count());
+  for (std::size_t i = 0; i < user.size(); ++i) inside[user[i]] = static_cast<int>(i);
+  for (int i = 0; i < model.count(); ++i) held[i] = inside[model.user_of[i]];
+  const auto find_places = [&] {
+    place.resize(fine.count());
+    for (std::size_t i = 0; i < held.size(); ++i)
+      if (held[i] >= 0) place[held[i]] = static_cast<int>(i);
+  };
+  find_places();
+  const int most = model.scene.solver.levels == kAutoLevels ? kMostLevels : model.scene.solver.levels;
+  while (static_cast<int>(levels.size()) < most && fine.count() > kFewest) {
+    Coarser coarser = coarsen(fine, threads);
+    const int n = coarser.graph.count();
+    if (n >= kTooSlow * fine.count() || coarser.graph.links.empty()) break;
+    Level level;
+    std::vector<int> order;
+    level.model = lay_out(model, coarser.graph, order, threads);
+    std::vector<int> by_rank(n), rank(n), at(n);
+    std::iota(by_rank.begin(), by_rank.end(), 0);
+    std::sort(by_rank.begin(), by_rank.end(),
+              [&](int a, int b) { return place[coarser.chosen[a]] < place[coarser.chosen[b]]; });
+    for (int i = 0; i < n; ++i) rank[by_rank[i]] = i, at[order[i]] = i;
+    level.up = renamed(coarser.up, by_rank, place);
+    level.down = renamed(coarser.down, held, rank);
+    for (const int i : by_rank) level.particle.push_back(at[i]);
+    fine = std::move(coarser.graph);
+    held = order;
+    find_places();
+    levels.push_back(std::move(level));
+  }
+  return levels;
+}
+
+}  // namespace malha

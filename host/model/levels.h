@@ -1,0 +1,26 @@
+// Levels: coarser and coarser pictures of a model, over which large corrections travel in a few sweeps (a relative of
+// Müller 2008, Hierarchical Position Based Dynamics).
+#pragma once
+#include <vector>
+
+#include "host/model/model.h"
+#include "host/model/rest_graph.h"
+
+namespace malha {
+
+/// A level has an order of its own, in which its model is. Means number its particles by rank, the order of their
+/// places among the finer particles: what is next to each other there is so here.
+struct Level {
+  Model model;                // particles and coarse constraints alone
+  std::vector<int> particle;  // of each rank
+  Means up;                   // of each rank: finer particles, in the solver's order
+  Means down;                 // of each finer particle: ranks; none where it is pinned or has no levels
+};
+
+/// The finest first; none where they help nobody. `w`: of each particle now, 1/kg, 0 where it is held.
+std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, int threads = 1);
+
+/// Particles on the way from the farthest particle of a body to what holds it, from which levels are worth their cost.
+inline constexpr int kLongWay = 60;
+
+}  // namespace malha

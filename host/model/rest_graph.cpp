@@ -1,0 +1,125 @@
+#include "host/model/rest_graph.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "host/mesh/topology.h"
+#include "host/model/model.h"
+#include "host/model/tangent.h"
+#include "host/model/tear.h"
+
+namespace malha {
+
+namespace {
+
+/// Which triangles are to be turned round so that neighbours agree.
+std::vector<bool> turned_round(const Mesh& mesh, const std::vector<Triangle>& all) {
+  const std::vector<int> opposite = opposite_sides(mesh.points.size(), all);
+  std::vector<bool> seen(all.size(), false), turned(all.size(), false);
+  std::vector<int> front;
+  for (std::size_t start = 0; start < all.size(); ++start) {
+    if (seen[start]) continue;
+    seen[start] = true, front = {static_cast<int>(start)};
+    while (!front.empty()) {
+      const int t = front.back();
+      front.pop_back();
+      for (int k = 0; k < 3; ++k) {
+        const int other = opposite[3 * t + k];
+        if (other < 0 || seen[other / 3]) continue;
+        const bool alike = all[t][k] == all[other / 3][other % 3];  // both go along their edge the same way
+        seen[other / 3] = true, turned[other / 3] = turned[t] != alike;
+        front.push_back(other / 3);
+      }
+    }
+  }
+  return turned;
+}
+
+/// Sums over the corners of triangles; whether the surface lies on itself anywhere.
+bool sum_normals(const Mesh& mesh, const std::vector<Triangle>& all, const std::vector<bool>& turn, Vector* normal,
+                 std::vector<bool>& folded, std::size_t first) {
+  std::vector<double> area(mesh.points.size(), 0);
+  std::fill_n(normal, mesh.points.size(), Vector{0, 0, 0});
+  for (std::size_t t = 0; t < all.size(); ++t) {
+    const Vector a = vector(mesh.points[all[t][0]]);
+    const Vector n = cross(vector(mesh.points[all[t][1]]) - a, vector(mesh.points[all[t][2]]) - a);
+    for (const int corner : all[t])
+      normal[corner] = normal[corner] + (!turn.empty() && turn[t] ? -n : n), area[corner] += norm(n);
+  }
+  bool any = false;
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    const double size = norm(normal[i]);
+    folded[first + i] = size < kFolded * area[i];
+    any = any || folded[first + i];
+    if (size > 0) normal[i] = normal[i] * (1 / size);
+  }
+  return any;
+}
+
+/// In the mesh's own numbers. How its triangles wind does not matter.
+void look_at_surface(const Mesh& mesh, Vector* normal, std::vector<bool>& folded, std::size_t first) {
+  if (!mesh.tetrahedra.empty()) return;
+  const std::vector<Triangle> all = triangles(mesh);
+  if (sum_normals(mesh, all, {}, normal, folded, first))
+    sum_normals(mesh, all, turned_round(mesh, all), normal, folded, first);
+}
+
+template <class Visit>
+void for_each_side(const Mesh& mesh, const Visit& visit) {
+  for (const Quad& face : mesh.faces)
+    for (int k = 0, n = is_triangle(face) ? 3 : 4; k < n; ++k) visit(face[k], face[(k + 1) % n]);
+  for (const Edge& line : mesh.lines) visit(line[0], line[1]);
+  for (const Tetrahedron& t : mesh.tetrahedra)
+    for (int j = 0; j < 4; ++j)
+      for (int k = 0; k < j; ++k) visit(t[k], t[j]);
+}
+
+}  // namespace
+
+RestGraph rest_graph(const Model& model, const std::vector<double>& w) {
+  const int n = model.count();
+  RestGraph graph;
+  graph.x.resize(n), graph.normal.assign(n, Vector{0, 0, 0}), graph.folded.assign(n, false);
+  graph.mass.resize(n), graph.pinned.resize(n);
+  for (int i = 0; i < n; ++i) {
+    graph.x[model.user_of[i]] = vector(model.x[i]);
+    graph.mass[model.user_of[i]] = model.mass[i], graph.pinned[model.user_of[i]] = w[i] == 0;
+  }
+  for (std::size_t s = 0; s < model.sets.size(); ++s) {
+    const ConstraintSet& set = model.sets[s];
+    if (!pulls(set)) continue;
+    for (int c = 0; c < set.count(); ++c) {
+      const int a = set.particles[2 * c], b = set.particles[2 * c + 1];
+      const double length = norm(vector(model.x[a]) - vector(model.x[b])) * set.parameter;
+      graph.links.push_back({model.user_of[a], model.user_of[b], length, static_cast<int>(s)});
+    }
+  }
+  for (std::size_t b = 0; b + 1 < model.look.body_begin.size(); ++b) {
+    const Mesh mesh = body_mesh(model.look, b);
+    const int first = model.look.body_begin[b];
+    look_at_surface(mesh, &graph.normal[first], graph.folded, first);
+    for_each_side(mesh, [&](int i, int j) {
+      if (graph.pinned[first + i] && graph.pinned[first + j]) graph.nearby.push_back({first + i, first + j});
+    });
+  }
+  return graph;
+}
+
+std::vector<int> hops_to_pins(const RestGraph& graph, const std::vector<bool>& held) {
+  const int n = graph.count();
+  std::vector<int> begin(n + 1, 0), near(2 * graph.links.size());
+  for (const Link& l : graph.links) ++begin[l.a + 1], ++begin[l.b + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<int> next(begin.begin(), begin.end() - 1);
+  for (const Link& l : graph.links) near[next[l.a]++] = l.b, near[next[l.b]++] = l.a;
+  std::vector<int> hops(n, -1), front;
+  for (int i = 0; i < n; ++i)
+    if (held[i]) hops[i] = 0, front.push_back(i);
+  for (std::size_t k = 0; k < front.size(); ++k)
+    for (int e = begin[front[k]]; e < begin[front[k] + 1]; ++e)
+      if (hops[near[e]] < 0) hops[near[e]] = hops[front[k]] + 1, front.push_back(near[e]);
+  return hops;
+}
+
+}  // namespace malha
