@@ -162,8 +162,8 @@ INSTANTIATE_TEST_SUITE_P(
     Gmsh, RefusesTetrahedra,
     testing::Values(
         Bad{"a.msh", "$Nodes\n", "line 1, column 1: found \"$Nodes\"; allowed: $MeshFormat"},
-        Bad{"a.msh", with(gmsh_2, "2.2 0", "2.2 1"),
-            "line 2, column 5: found a binary file; allowed: ASCII, file type 0 (gmsh -format msh41, without -bin)"},
+        Bad{"a.msh", with(gmsh_2, "2.2 0", "2.2 2"),
+            "line 2, column 5: found 2 as the file type; allowed: 0 (ASCII) or 1 (binary)"},
         Bad{"a.msh", with(gmsh_4, "4.1", "4"), "line 2, column 1: found \"4\"; allowed: version 2.2 or 4.1"},
         Bad{"a.msh", until(gmsh_2, "$Nodes"), "line 7: found the end of the file; allowed: a section $Elements"},
         Bad{"a.msh", with(gmsh_2, "1.5", "x"),

@@ -1,8 +1,12 @@
-// Gmsh's .msh, ASCII, versions 2.2 and 4.1: triangles, quads and tetrahedra of first order. Points keep the file's
-// order; its numbers for them may be any. Sections that say nothing about the shape are skipped.
+// Gmsh's .msh, ASCII and binary, versions 2.2 and 4.1: triangles, quads and tetrahedra of first order. Points keep the
+// file's order; its numbers for them may be any. Sections that say nothing about the shape are skipped.
+#include <bit>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <unordered_map>
 
+#include "host/mesh/gmsh_values.h"
 #include "host/mesh/mesh_formats.h"
 #include "host/mesh/mesh_scan.h"
 
@@ -11,7 +15,7 @@ namespace {
 
 class GmshReader {
  public:
-  GmshReader(const std::string& file, std::string_view data) : scan_(file, data) {}
+  GmshReader(const std::string& file, std::string_view data) : file_(file), data_(data), scan_(file, data) {}
 
   Mesh read() {
     read_format();
@@ -24,13 +28,13 @@ class GmshReader {
       if (section == "Nodes") {
         if (nodes) scan_.refuse_word(name, "one section $Nodes");
         nodes = true;
-        version_ == 2 ? read_nodes_2() : read_nodes_4();
+        version_ == 2 ? read_nodes_2() : with_values([this](auto& values) { read_nodes_4(values); });
         require_end(section);
       } else if (section == "Elements") {
         if (!nodes) scan_.refuse_word(name, "$Nodes before it");
         if (elements) scan_.refuse_word(name, "one section $Elements");
         elements = true;
-        version_ == 2 ? read_elements_2() : read_elements_4();
+        version_ == 2 ? read_elements_2() : with_values([this](auto& values) { read_elements_4(values); });
         require_end(section);
       } else {
         skip_to_end(section);
@@ -51,111 +55,145 @@ class GmshReader {
     const std::string_view version = scan_.word("the version");
     if (version != "2.2" && version != "4.1") scan_.refuse_word(version, "version 2.2 or 4.1");
     version_ = version == "2.2" ? 2 : 4;
-    if (scan_.integer("the file type") != 0)
-      scan_.refuse_here("a binary file", "ASCII, file type 0 (gmsh -format msh41, without -bin)");
-    scan_.integer("the size of a number");
+    const long long type = scan_.integer("the file type");
+    if (type != 0 && type != 1)
+      scan_.refuse_here(std::to_string(type) + " as the file type", "0 (ASCII) or 1 (binary)");
+    const long long bytes = scan_.integer("the size of a number");
+    if (type == 1) {
+      if (bytes != 8 && !(version_ == 4 && bytes == 4))
+        scan_.refuse_here("numbers of " + std::to_string(bytes) + " bytes", version_ == 4 ? "8 or 4" : "8");
+      tag_bytes_ = static_cast<std::size_t>(bytes);
+      read_order();
+    }
     require_end("MeshFormat");
   }
 
-  /// The lines of version 2.2: one an item, with its number.
+  /// A binary file says its order by a 1.
+  void read_order() {
+    const std::size_t at = scan_.offset();
+    scan_.go_on_at(at);
+    if (data_.size() - at < 4) scan_.refuse_end("a 1 in four bytes, which tells their order");
+    for (const std::endian order : {std::endian::little, std::endian::big})
+      if (ByteScanner(file_, data_, at, order).get<std::int32_t>() == 1) order_ = order;
+    if (!order_) scan_.refuse_here("four bytes that are no 1 in either order", "a 1, which tells the order of bytes");
+    scan_.go_on_at(at + 4);
+  }
+
+  /// Version 2.2: the number of items as text, then one a line; in bytes all nodes, and elements in blocks of a type.
   void read_nodes_2() {
     line("the number of nodes");
-    const long long n = scan_.count("the number of nodes", 8);
+    const long long n = scan_.count("the number of nodes", order_ ? 28 : 8);
     reserve(n);
-    for (long long i = 0; i < n; ++i) {
-      line("node", i, n);
-      number_node(scan_.integer("the number of a node"));
-      add_point();
-      scan_.require_end_of_line("a node's number, x, y, z");
-    }
+    with_values([&](auto& values) {
+      for (long long i = 0; i < n; ++i) {
+        values.begin("node", i, n);
+        number_node(values, values.whole("the number of a node"));
+        add_point(values);
+        values.end("a node's number, x, y, z");
+      }
+    });
   }
   void read_elements_2() {
     line("the number of elements");
     const long long n = scan_.count("the number of elements", 8);
-    for (long long i = 0; i < n; ++i) {
-      line("element", i, n);
-      scan_.integer("the number of an element");
-      const int type = read_type();
-      const long long tags = scan_.count("the number of tags", 2);
-      for (long long k = 0; k < tags; ++k) scan_.integer("a tag");
-      read_corners(type);
-    }
+    with_values([&](auto& values) {
+      for (long long i = 0; i < n;) {
+        values.begin("element", i, n);
+        if (!order_) values.whole("the number of an element");
+        const int type = read_type(values);
+        const long long alike = order_ ? values.whole("the number of elements alike") : 1;
+        if (alike < 1 || alike > n - i)
+          values.refuse_here(std::to_string(alike) + " elements alike", "1 to " + std::to_string(n - i));
+        const long long tags = values.whole("the number of tags");
+        if (tags < 0) values.refuse_here(std::to_string(tags) + " tags", "0 or more");
+        for (const long long end = i + alike; i < end; ++i) {
+          if (order_) values.begin("element", i, n), values.whole("the number of an element");
+          for (long long k = 0; k < tags; ++k) values.whole("a tag");
+          read_corners(values, type, [&] { return values.whole("a corner"); });
+        }
+      }
+    });
   }
 
-  /// Those of 4.1: blocks of items of one geometric entity; of nodes first the numbers, then the places.
-  void read_nodes_4() {
-    const auto [blocks, n] = read_totals("nodes");
+  /// Version 4.1: blocks of items of one geometric entity; of nodes first the numbers, then the places.
+  template <class Values>
+  void read_nodes_4(Values& values) {
+    const auto [blocks, n] = read_totals(values, "nodes");
     reserve(n);
     long long read = 0;
     for (long long b = 0; b < blocks; ++b) {
-      line("block", b, blocks);
-      const long long dimension = scan_.integer("the dimension of an entity");
-      scan_.integer("the number of an entity");
-      const long long parametric = scan_.integer("0 or 1 (parametric)");
-      if (dimension < 0 || dimension > 3) scan_.refuse_here("an entity of another dimension", "0 to 3");
+      values.begin("block", b, blocks);
+      const long long dimension = values.whole("the dimension of an entity");
+      values.whole("the number of an entity");
+      const long long parametric = values.whole("0 or 1 (parametric)");
+      if (dimension < 0 || dimension > 3) values.refuse_here("an entity of another dimension", "0 to 3");
       if (parametric != 0 && parametric != 1)
-        scan_.refuse_here(std::to_string(parametric) + " as parametric", "0 or 1");
-      const long long size = scan_.count("the number of nodes in the block", 8);
+        values.refuse_here(std::to_string(parametric) + " as parametric", "0 or 1");
+      const long long size = values.count("the number of nodes in the block", 0, 1, 3);
       for (long long i = 0; i < size; ++i) {
-        line("the number of node", i, size);
-        number_node(scan_.integer("the number of a node"));
-        scan_.require_end_of_line("a node's number");
+        values.begin("the number of node", i, size);
+        number_node(values, values.tag("the number of a node"));
+        values.end("a node's number");
       }
       for (long long i = 0; i < size; ++i) {
-        line("node", i, size);
-        add_point();
-        for (long long k = 0; k < parametric * dimension; ++k) scan_.real("a parameter");
-        scan_.require_end_of_line("a node's x, y, z");
+        values.begin("node", i, size);
+        add_point(values);
+        for (long long k = 0; k < parametric * dimension; ++k) values.real("parameter");
+        values.end("a node's x, y, z");
       }
       read += size;
     }
     if (read != n)
-      scan_.refuse_here(std::to_string(read) + " nodes in all blocks", std::to_string(n) + ", as announced");
+      values.refuse_here(std::to_string(read) + " nodes in all blocks", std::to_string(n) + ", as announced");
   }
-  void read_elements_4() {
-    const auto [blocks, n] = read_totals("elements");
+  template <class Values>
+  void read_elements_4(Values& values) {
+    const auto [blocks, n] = read_totals(values, "elements");
     long long read = 0;
     for (long long b = 0; b < blocks; ++b) {
-      line("block", b, blocks);
-      scan_.integer("the dimension of an entity");
-      scan_.integer("the number of an entity");
-      const int type = read_type();
-      const long long size = scan_.count("the number of elements in the block", 4);
+      values.begin("block", b, blocks);
+      values.whole("the dimension of an entity");
+      values.whole("the number of an entity");
+      const int type = read_type(values);
+      const long long size = values.count("the number of elements in the block", 0, 2, 0);
       for (long long i = 0; i < size; ++i) {
-        line("element", i, size);
-        scan_.integer("the number of an element");
-        read_corners(type);
+        values.begin("element", i, size);
+        values.tag("the number of an element");
+        read_corners(values, type, [&] { return values.tag("a corner"); });
       }
       read += size;
     }
     if (read != n)
-      scan_.refuse_here(std::to_string(read) + " elements in all blocks", std::to_string(n) + ", as announced");
+      values.refuse_here(std::to_string(read) + " elements in all blocks", std::to_string(n) + ", as announced");
   }
-  std::pair<long long, long long> read_totals(const std::string& items) {
-    line("the numbers of blocks and " + items);
-    const long long blocks = scan_.count("the number of blocks", 8);
-    const long long n = scan_.count(("the number of " + items).c_str(), 4);
-    scan_.integer("the lowest number"), scan_.integer("the highest number");
-    scan_.require_end_of_line("the numbers of blocks and " + items + ", the lowest and the highest");
+  template <class Values>
+  std::pair<long long, long long> read_totals(Values& values, const std::string& items) {
+    values.begin("the numbers of blocks and " + items);
+    const long long blocks = values.count("the number of blocks", 3, 1, 0);
+    const long long n = values.count(("the number of " + items).c_str(), 0, 2, 0);
+    values.tag("the lowest number"), values.tag("the highest number");
+    values.end("the numbers of blocks and " + items + ", the lowest and the highest");
     return {blocks, n};
   }
 
-  int read_type() {
-    const long long type = scan_.integer("the type of an element");
+  template <class Values>
+  int read_type(Values& values) {
+    const long long type = values.whole("the type of an element");
     if (!((1 <= type && type <= 4) || type == 15))
-      scan_.refuse_here("an element of type " + std::to_string(type), std::string(kTypes) + "; all of first order");
+      values.refuse_here("an element of type " + std::to_string(type), std::string(kTypes) + "; all of first order");
     return static_cast<int>(type);
   }
-  void read_corners(int type) {
+  template <class Values, class Corner>
+  void read_corners(Values& values, int type, Corner&& corner) {
     int at[4] = {-1, -1, -1, -1};
     const int corners = type == 15 ? 1 : type == 1 ? 2 : type == 2 ? 3 : 4;
     for (int k = 0; k < corners; ++k) {
-      const long long number = scan_.integer("a corner");
+      const long long number = corner();
       const auto found = index_of_.find(number);
-      if (found == index_of_.end()) scan_.refuse_here("node " + std::to_string(number), "one of $Nodes");
+      if (found == index_of_.end()) values.refuse_here("node " + std::to_string(number), "one of $Nodes");
       at[k] = found->second;
     }
-    scan_.require_end_of_line("an element and its " + std::to_string(corners) + " nodes");
+    values.end("an element and its " + std::to_string(corners) + " nodes");
     if (type == 4) mesh_.tetrahedra.push_back({at[0], at[1], at[2], at[3]});
     if (type == 2 || type == 3) mesh_.faces.push_back({at[0], at[1], at[2], at[3]});
   }
@@ -164,18 +202,30 @@ class GmshReader {
     mesh_.points.reserve(static_cast<std::size_t>(n));
     index_of_.reserve(static_cast<std::size_t>(n));
   }
-  void number_node(long long number) {
+  template <class Values>
+  void number_node(Values& values, long long number) {
     if (!index_of_.try_emplace(number, static_cast<int>(index_of_.size())).second)
-      scan_.refuse_here("node " + std::to_string(number) + " again", "every node once");
+      values.refuse_here("node " + std::to_string(number) + " again", "every node once");
   }
-  void add_point() { mesh_.points.push_back({scan_.real("x"), scan_.real("y"), scan_.real("z")}); }
+  template <class Values>
+  void add_point(Values& values) {
+    mesh_.points.push_back({values.real("x"), values.real("y"), values.real("z")});
+  }
+
+  /// The values that come next, in text or in bytes.
+  template <class Read>
+  void with_values(Read&& read) {
+    if (!order_) {
+      gmsh::TextValues values(scan_);
+      return read(values);
+    }
+    gmsh::ByteValues values(file_, data_, scan_.offset(), *order_, tag_bytes_);
+    read(values);
+    scan_.go_on_at(values.offset());
+  }
 
   void line(const std::string& wanted) {
     if (!scan_.next_line()) scan_.refuse_end(wanted);
-  }
-  /// Of item i of n.
-  void line(const char* item, long long i, long long n) {
-    if (!scan_.next_line()) scan_.refuse_end(item + (" " + std::to_string(i + 1)) + " of " + std::to_string(n));
   }
   void require_end(const std::string& section) {
     const std::string end = "$End" + section;
@@ -184,15 +234,30 @@ class GmshReader {
   }
   void skip_to_end(const std::string& section) {
     const std::string end = "$End" + section;
+    if (order_) return skip_bytes_to(end);
     do {
       line(end);
     } while (scan_.word("") != end);
   }
+  /// In a binary file: to the first line that is this word.
+  void skip_bytes_to(const std::string& end) {
+    for (std::size_t at = scan_.offset(); (at = data_.find(end, at)) != data_.npos; ++at) {
+      const std::size_t behind = at + end.size();
+      if (data_[at - 1] != '\n' || (behind < data_.size() && data_[behind] != '\n' && data_[behind] != '\r')) continue;
+      return scan_.go_on_at(behind);
+    }
+    scan_.go_on_at(data_.size());
+    scan_.refuse_end(end);
+  }
 
+  const std::string file_;
+  const std::string_view data_;
   TextScanner scan_;
   Mesh mesh_;
   std::unordered_map<long long, int> index_of_;
   int version_ = 2;
+  std::optional<std::endian> order_;  // of a binary file
+  std::size_t tag_bytes_ = 8;         // there
 };
 
 }  // namespace

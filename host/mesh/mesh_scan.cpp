@@ -62,7 +62,8 @@ bool TextScanner::next_line() {
 }
 
 void TextScanner::refuse_end(const std::string& wanted) const {
-  refuse(file_, "line " + std::to_string(line_), "the end of the file", wanted);
+  refuse(file_, in_bytes_ ? "byte " + std::to_string(text_.size()) : "line " + std::to_string(line_),
+         "the end of the file", wanted);
 }
 
 bool TextScanner::has_word() {
@@ -114,7 +115,13 @@ void TextScanner::require_end_of_line(const std::string& what) {
   if (has_word()) refuse_word(word(""), what + " and then the end of the line");
 }
 
+void TextScanner::go_on_at(std::size_t byte) {
+  next_ = line_start_ = line_end_ = word_start_ = word_end_ = byte;
+  goes_on_ = false, in_bytes_ = true;
+}
+
 std::string TextScanner::place() const {
+  if (in_bytes_) return "byte " + std::to_string(word_start_);
   return "line " + std::to_string(line_) + ", column " + std::to_string(word_start_ - line_start_ + 1);
 }
 

@@ -27,8 +27,10 @@ class TextScanner {
   long long count(const char* wanted, long long bytes_each);
 
   std::size_t offset() const { return next_; }  ///< byte at which the next line starts
+  /// Takes the next line from there, behind what is no text. No lines are counted from then on: places are bytes.
+  void go_on_at(std::size_t byte);
   std::size_t bytes_left() const { return text_.size() - next_; }
-  std::string place() const;  ///< "line 3, column 7": of the last word, or of the line's end
+  std::string place() const;  ///< "line 3, column 7" or "byte 70": of the last word, or of the line's end
   [[noreturn]] void refuse_word(std::string_view word, const std::string& allowed) const;
   [[noreturn]] void refuse_here(const std::string& found, const std::string& allowed) const;
   /// Refuses the end of the file: `wanted` says what should have come, e.g. "vertex 3 (0-based) of 8".
@@ -40,7 +42,7 @@ class TextScanner {
   std::string file_;
   std::string_view text_;
   char comment_;
-  bool continues_, goes_on_ = false;
+  bool continues_, goes_on_ = false, in_bytes_ = false;
   std::size_t line_ = 0, line_start_ = 0, line_end_ = 0, next_ = 0;
   std::size_t word_start_ = 0, word_end_ = 0;
 };
