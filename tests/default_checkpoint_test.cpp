@@ -133,20 +133,22 @@ TEST(FolderOfResults, IsFreeAgainAfterAKill) {
 }
 
 TEST(PicturesOfAStoppedRun, AreDrawnLaterAsTheRunWouldHaveDrawnThem) {
-  const TemporaryFolder folder;
-  Json scene = swinging_sheet(true);
-  scene["outputs"]["pictures"] = {{"size", {64, 48}}};
-  scene["outputs"]["frames"] = {{"every", 1}, {"formats", {"vtp"}}};
-  const std::string stopped = folder / "stopped", whole = folder / "whole";
-  std::atomic<bool> stop{false};
-  const auto stop_at_10 = [&stop](const Progress& now) { stop = now.step == 10; };
-  EXPECT_TRUE(run(parsed(scene), {.threads = 1}, {.out = stopped}, stop_at_10, stop).pictures_missing);
-  EXPECT_EQ(redraw(stopped, 1), "");
-  run_quietly(scene, {.out = whole, .steps = 10});
-  auto drawn = files_in(stopped), expected = files_in(whole);
-  EXPECT_TRUE(drawn["picture.png"] == expected["picture.png"]);
-  EXPECT_TRUE(drawn["storyboard.png"] == expected["storyboard.png"]);
-  EXPECT_FALSE(expected["picture.png"].empty());
+  for (const char* precision : {"float", "double"}) {
+    const TemporaryFolder folder;
+    Json scene = swinging_sheet(true, precision);
+    scene["outputs"]["pictures"] = {{"size", {64, 48}}};
+    scene["outputs"]["frames"] = {{"every", 1}, {"formats", {"vtp"}}};
+    const std::string stopped = folder / "stopped", whole = folder / "whole";
+    std::atomic<bool> stop{false};
+    const auto stop_at_10 = [&stop](const Progress& now) { stop = now.step == 10; };
+    EXPECT_TRUE(run(parsed(scene), {.threads = 1}, {.out = stopped}, stop_at_10, stop).pictures_missing);
+    EXPECT_EQ(redraw(stopped, 1), "");
+    run_quietly(scene, {.out = whole, .steps = 10});
+    auto drawn = files_in(stopped), expected = files_in(whole);
+    EXPECT_TRUE(drawn["picture.png"] == expected["picture.png"]);
+    EXPECT_TRUE(drawn["storyboard.png"] == expected["storyboard.png"]);
+    EXPECT_FALSE(expected["picture.png"].empty());
+  }
 }
 
 TEST(PicturesOfAStoppedRun, AreLeftOutByCtrlCWhichSaysHowToGetThem) {

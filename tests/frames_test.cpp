@@ -19,6 +19,19 @@ namespace {
 namespace fs = std::filesystem;
 using P = std::array<float, 3>;
 
+constexpr double kThird = 1.0 / 3;
+
+std::vector<P> to_floats(const std::vector<Vec3>& points) {
+  std::vector<P> floats;
+  for (const Vec3& p : points) floats.push_back({float(p[0]), float(p[1]), float(p[2])});
+  return floats;
+}
+std::vector<Vec3> to_doubles(const std::vector<P>& points) {
+  std::vector<Vec3> doubles;
+  for (const P& p : points) doubles.push_back({p[0], p[1], p[2]});
+  return doubles;
+}
+
 class Frames : public testing::Test {
  protected:
   void SetUp() override {
@@ -38,12 +51,26 @@ class Frames : public testing::Test {
 
   /// Points and velocities that differ from frame to frame and do not round to anything short.
   static std::vector<P> moved(int frame, float offset = 0) {
-    auto points = topology().rest;
+    auto points = to_floats(topology().rest);
     for (auto& p : points) p = {p[0] + 0.1f * float(frame) + offset, p[1] / 3, -p[2] - 1e-7f * float(frame)};
     return points;
   }
+  /// The same, of numbers that no float holds.
+  static std::vector<Vec3> moved_in_double(int frame, double offset = 0) {
+    std::vector<Vec3> points = topology().rest;
+    for (Vec3& p : points) p = {p[0] + 0.1 * frame + offset, p[1] / 3 + 1e-11, -p[2] * kThird - 1e-17 * frame};
+    return points;
+  }
 
-  void write(FrameWriter& writer, int frame) const { writer.write(0.25 * frame, moved(frame), moved(frame, 7)); }
+  void write(FrameWriter& writer, int frame) const {
+    writer.write(0.25 * frame, to_doubles(moved(frame)), to_doubles(moved(frame, 7)));
+  }
+  void write_in_double(const std::vector<std::string>& formats) const {
+    FrameTopology exact = topology();
+    exact.in_double = true;
+    for (Vec3& p : exact.rest) p[1] = kThird;
+    FrameWriter(folder_, formats, exact).write(0, moved_in_double(2), moved_in_double(2, 7));
+  }
 
   void run(const std::vector<std::string>& formats, int from, int to) const {
     FrameWriter writer(folder_, formats, topology(), from);
@@ -162,7 +189,7 @@ TEST_F(Frames, Pc2HeaderCountsEveryFrameAsItIsWritten) {
 
 /// What an OBJ says, element lines by their letter.
 struct ObjFile {
-  std::vector<P> points;
+  std::vector<Vec3> points;
   std::map<std::string, std::vector<Ints>> elements;
 
   explicit ObjFile(const std::string& text) {
@@ -172,8 +199,8 @@ struct ObjFile {
       std::string kind, word;
       words >> kind;
       if (kind == "v") {
-        P p{};
-        for (float& x : p) words >> word, x = std::strtof(word.c_str(), nullptr);
+        Vec3 p{};
+        for (double& x : p) words >> word, x = std::strtod(word.c_str(), nullptr);
         points.push_back(p);
       } else {
         Ints corners;
@@ -200,8 +227,30 @@ TEST_F(Frames, RestObjBesideThePointCacheKeepsOrderAndQuads) {
 TEST_F(Frames, ObjReadsBackToTheSameFloats) {
   run({"obj"}, 0, 3);
   const ObjFile frame(read("frame_000002.obj"));
-  EXPECT_EQ(frame.points, moved(2));
+  EXPECT_EQ(to_floats(frame.points), moved(2));
   EXPECT_EQ(frame.elements, kObjElements);
+}
+
+TEST_F(Frames, InDoubleReadBackToTheBit) {
+  write_in_double({"vtp", "ply", "obj", "pc2"});
+  const std::string vtp = read("frame_000000.vtp"), ply = read("frame_000000.ply");
+  EXPECT_EQ(attribute(vtp, "<Points", "type"), "Float64");
+  EXPECT_EQ(attribute(vtp, "<PointData", "type"), "Float64");
+  EXPECT_EQ(vtk_array<Vec3>(vtp, "Points", "points"), moved_in_double(2));
+  EXPECT_EQ(vtk_array<Vec3>(vtp, "PointData", "velocity"), moved_in_double(2, 7));
+  EXPECT_EQ(vtk_array<std::int32_t>(vtp, "Polys", "connectivity"), (Ints{0, 1, 2, 3, 1, 4, 2}));
+  EXPECT_NE(ply.find("property double x\nproperty double y\nproperty double z\nproperty double vx\n"),
+            std::string::npos);
+  std::vector<Vec3> points, velocities;
+  std::size_t place = ply.find("end_header\n") + 11;
+  for (int i = 0; i < 9; ++i, place += 48)
+    points.push_back(at<Vec3>(ply, place)), velocities.push_back(at<Vec3>(ply, place + 24));
+  EXPECT_EQ(points, moved_in_double(2));
+  EXPECT_EQ(velocities, moved_in_double(2, 7));
+  EXPECT_EQ(ply.size(), place + 46) << "faces and edges as ever";
+  EXPECT_EQ(ObjFile(read("frame_000000.obj")).points, moved_in_double(2));
+  EXPECT_EQ(ObjFile(read("rest.obj")).points[4], (Vec3{2, kThird, 0}));
+  EXPECT_EQ(many<P>(read("points.pc2"), 32, 9), to_floats(moved_in_double(2))) << "the format knows floats only";
 }
 
 TEST_F(Frames, PlyHoldsPointsVelocitiesFacesAndEdges) {
@@ -316,7 +365,7 @@ TEST_F(Frames, FolderThatCannotBeMadeIsAnErrorThatNamesIt) {
 
 TEST_F(Frames, WrongNumberOfPointsAndUnknownFormatsAreRefused) {
   FrameWriter writer(folder_, {"obj"}, topology());
-  const std::vector<P> nine(9), eight(8);
+  const std::vector<Vec3> nine(9), eight(8);
   EXPECT_THROW(writer.write(0, eight, nine), std::invalid_argument);
   EXPECT_THROW(writer.write(0, nine, eight), std::invalid_argument);
   EXPECT_THROW(FrameWriter(folder_, {"gltf"}, topology()), std::invalid_argument);

@@ -1,5 +1,6 @@
 // What the frame formats share among themselves; the public door is host/results/frames.h.
 #pragma once
+#include <array>
 #include <bit>
 #include <filesystem>
 #include <memory>
@@ -13,9 +14,9 @@ namespace malha {
 /// One frame, as a format sees it.
 struct Frame {
   int index;
-  double time;                                       // s
-  std::span<const std::array<float, 3>> points;      // m
-  std::span<const std::array<float, 3>> velocities;  // m/s
+  double time;                       // s
+  std::span<const Vec3> points;      // m
+  std::span<const Vec3> velocities;  // m/s
 };
 
 /// One file format. What is on the disk is valid after the constructor and after every write.
@@ -41,8 +42,8 @@ int frame_index(const std::string& name, const std::string& extension);
 /// Removes the frames of `extension` in `folder` whose index is `next` or more.
 void drop_frames(const std::filesystem::path& folder, const std::string& extension, int next);
 
-/// The mesh as Wavefront OBJ text.
-std::string obj_text(std::span<const std::array<float, 3>> points, const std::string& elements);
+/// The mesh as Wavefront OBJ text, each number with the fewest digits that read back as it is, or as its float is.
+std::string obj_text(std::span<const Vec3> points, bool in_double, const std::string& elements);
 
 /// The part of an OBJ that follows the points: faces, lines and loose points, counted from 1.
 std::string obj_elements(const FrameTopology& topology);
@@ -55,6 +56,12 @@ void append(std::string& bytes, const T& value) {
 template <class T>
 void append_all(std::string& bytes, std::span<const T> values) {
   bytes.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+}
+
+/// Three numbers as doubles or as floats.
+inline void append(std::string& bytes, const Vec3& x, bool in_double) {
+  if (in_double) return append(bytes, x);
+  append(bytes, std::array{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])});
 }
 
 }  // namespace malha

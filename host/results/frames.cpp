@@ -57,8 +57,7 @@ FrameWriter::FrameWriter(FrameWriter&&) noexcept = default;
 FrameWriter& FrameWriter::operator=(FrameWriter&&) noexcept = default;
 FrameWriter::~FrameWriter() = default;
 
-void FrameWriter::write(double time, std::span<const std::array<float, 3>> points,
-                        std::span<const std::array<float, 3>> velocities) {
+void FrameWriter::write(double time, std::span<const Vec3> points, std::span<const Vec3> velocities) {
   if (points.size() != point_count_ || velocities.size() != point_count_) {
     throw std::invalid_argument("a frame of " + std::to_string(points.size()) + " points and " +
                                 std::to_string(velocities.size()) + " velocities; expected " +

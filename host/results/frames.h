@@ -1,6 +1,5 @@
 // Frames of a run as files that other programs open: ParaView, Blender, Maya, Houdini, MeshLab.
 #pragma once
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -13,19 +12,21 @@ namespace malha {
 
 /// What does not change from frame to frame, in the user's particle order; several bodies are concatenated.
 struct FrameTopology {
-  std::vector<Quad> faces;                 // a triangle has -1 in its last place; may be empty
-  std::vector<Edge> lines;                 // edges that belong to no face
-  std::vector<int> loose;                  // particles that belong to no face and no line
-  std::vector<std::array<float, 3>> rest;  // points at rest, m; their number is that of every frame
+  std::vector<Quad> faces;  // a triangle has -1 in its last place; may be empty
+  std::vector<Edge> lines;  // edges that belong to no face
+  std::vector<int> loose;   // particles that belong to no face and no line
+  std::vector<Vec3> rest;   // points at rest, m; their number is that of every frame
+  bool in_double = false;   // numbers as they are, not rounded to float, in formats that have such (all but pc2)
 };
 
 class FrameFormat;  // host/results/frame_formats.h
 
 /// Writes frames in any of these formats:
 ///   "vtp"  frame_000000.vtp ... (VTK PolyData, raw appended; point data "velocity") and frames.pvd with the times
-///   "pc2"  points.pc2 (PointCache2, one sample a frame) and rest.obj with the same vertex order (Blender's Mesh Cache)
+///   "pc2"  points.pc2 (PointCache2, one sample a frame, which knows floats only) and rest.obj with the same vertex
+///          order (Blender's Mesh Cache)
 ///   "ply"  frame_000000.ply ... (binary; the velocity as vx, vy, vz)
-///   "obj"  frame_000000.obj ...
+///   "obj"  frame_000000.obj ... (as many digits as it takes to read back the same number)
 class FrameWriter {
  public:
   /// Makes the folder where it is missing. `next` is the index of the first frame to be written: frames of an earlier
@@ -40,8 +41,7 @@ class FrameWriter {
 
   /// Writes the next frame; `points` (m) and `velocities` (m/s) are as many as the points at rest, else
   /// std::invalid_argument. Throws std::runtime_error that names the path (full disk).
-  void write(double time, std::span<const std::array<float, 3>> points,
-             std::span<const std::array<float, 3>> velocities);
+  void write(double time, std::span<const Vec3> points, std::span<const Vec3> velocities);
 
   /// Index of the frame that the next write makes.
   int next() const { return next_; }

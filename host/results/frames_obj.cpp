@@ -28,15 +28,16 @@ void append_element(std::string& text, char kind, const Corners& corners) {
 class Obj : public FrameFormat {
  public:
   Obj(std::filesystem::path folder, const FrameTopology& topology)
-      : folder_(std::move(folder)), elements_(obj_elements(topology)) {}
+      : folder_(std::move(folder)), elements_(obj_elements(topology)), in_double_(topology.in_double) {}
 
   void write(const Frame& frame) override {
-    write_whole(folder_ / frame_name(frame.index, ".obj"), obj_text(frame.points, elements_));
+    write_whole(folder_ / frame_name(frame.index, ".obj"), obj_text(frame.points, in_double_, elements_));
   }
 
  private:
   std::filesystem::path folder_;
   std::string elements_;
+  bool in_double_;
 };
 
 }  // namespace
@@ -49,12 +50,12 @@ std::string obj_elements(const FrameTopology& topology) {
   return text;
 }
 
-std::string obj_text(std::span<const std::array<float, 3>> points, const std::string& elements) {
+std::string obj_text(std::span<const Vec3> points, bool in_double, const std::string& elements) {
   std::string text;
-  text.reserve(points.size() * 36 + elements.size());
+  text.reserve(points.size() * (in_double ? 60 : 36) + elements.size());
   for (const auto& point : points) {
     text += 'v';
-    for (const float x : point) append_number(text, x);
+    for (const double x : point) in_double ? append_number(text, x) : append_number(text, static_cast<float>(x));
     text += '\n';
   }
   return text + elements;

@@ -38,7 +38,7 @@ class Pc2 : public FrameFormat {
  public:
   Pc2(const fs::path& folder, const FrameTopology& topology, int next)
       : path_(folder / "points.pc2"), points_(topology.rest.size()), first_(next) {
-    write_whole(folder / "rest.obj", obj_text(topology.rest, elements(topology)));
+    write_whole(folder / "rest.obj", obj_text(topology.rest, topology.in_double, elements(topology)));
     if (next > 0 && fs::exists(path_)) {
       resume(next);
     } else {
@@ -51,9 +51,11 @@ class Pc2 : public FrameFormat {
   /// The sample first, then its count: an interrupted write leaves bytes behind the last sample, which nobody reads.
   void write(const Frame& frame) override {
     const auto sample = static_cast<std::int32_t>(frame.index - first_);
+    bytes_.clear();
+    for (const Vec3& x : frame.points) append(bytes_, x, false);
     std::FILE* file = std::fopen(path_.c_str(), "r+b");
     bool good = file != nullptr && fseeko(file, static_cast<off_t>(bytes(sample)), SEEK_SET) == 0 &&
-                std::fwrite(frame.points.data(), 12, points_, file) == points_ && std::fflush(file) == 0;
+                std::fwrite(bytes_.data(), 12, points_, file) == points_ && std::fflush(file) == 0;
     good = good && put_count(file, sample + 1);
     good = file != nullptr && std::fclose(file) == 0 && good;
     if (!good) throw std::runtime_error(path_.string() + ": cannot write: " + std::strerror(errno));
@@ -91,7 +93,8 @@ class Pc2 : public FrameFormat {
 
   fs::path path_;
   std::size_t points_;
-  int first_;  // the frame of sample 0
+  int first_;          // the frame of sample 0
+  std::string bytes_;  // of the last frame; kept, because fresh pages cost more than the copies
 };
 
 }  // namespace

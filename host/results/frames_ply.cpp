@@ -8,10 +8,11 @@ namespace {
 
 class Ply : public FrameFormat {
  public:
-  Ply(std::filesystem::path folder, const FrameTopology& topology) : folder_(std::move(folder)) {
-    header_ = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(topology.rest.size()) +
-              "\nproperty float x\nproperty float y\nproperty float z\n"
-              "property float vx\nproperty float vy\nproperty float vz\n";
+  Ply(std::filesystem::path folder, const FrameTopology& topology)
+      : folder_(std::move(folder)), in_double_(topology.in_double) {
+    header_ = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(topology.rest.size()) + "\n";
+    for (const char* name : {"x", "y", "z", "vx", "vy", "vz"})
+      header_ += std::string("property ") + (in_double_ ? "double " : "float ") + name + "\n";
     if (!topology.faces.empty()) {
       header_ += "element face " + std::to_string(topology.faces.size()) + "\nproperty list uchar int vertex_indices\n";
     }
@@ -31,8 +32,8 @@ class Ply : public FrameFormat {
   void write(const Frame& frame) override {
     bytes_ = header_;
     for (std::size_t i = 0; i < frame.points.size(); ++i) {
-      append(bytes_, frame.points[i]);
-      append(bytes_, frame.velocities[i]);
+      append(bytes_, frame.points[i], in_double_);
+      append(bytes_, frame.velocities[i], in_double_);
     }
     bytes_ += elements_;
     write_whole(folder_ / frame_name(frame.index, ".ply"), bytes_);
@@ -40,6 +41,7 @@ class Ply : public FrameFormat {
 
  private:
   std::filesystem::path folder_;
+  bool in_double_;
   std::string header_, elements_;  // the same in every frame
   std::string bytes_;              // of the last frame; kept, because fresh pages cost more than the copies
 };

@@ -31,7 +31,7 @@ void append_array(std::string& bytes, std::span<const T> values) {
 /// The XML that refers to the appended bytes, and those of them that every frame shares.
 class Document {
  public:
-  explicit Document(const FrameTopology& topology) {
+  explicit Document(const FrameTopology& topology) : in_double_(topology.in_double) {
     Cells verts, lines, polys;
     for (const int point : topology.loose) verts.add(std::array{point});
     for (const auto& line : topology.lines) lines.add(line);
@@ -44,9 +44,10 @@ class Document {
         count(topology.rest.size()) + " NumberOfVerts=" + count(verts.ends.size()) +
         " NumberOfLines=" + count(lines.ends.size()) +
         " NumberOfStrips=\"0\" NumberOfPolys=" + count(polys.ends.size()) + ">\n";
-    const std::size_t vectors = sizeof(std::uint64_t) + 12 * topology.rest.size();
-    xml_ += "<Points>\n" + data_array("Float32", "points", 3, 0) + "</Points>\n";
-    xml_ += "<PointData Vectors=\"velocity\">\n" + data_array("Float32", "velocity", 3, vectors) + "</PointData>\n";
+    const std::string number = in_double_ ? "Float64" : "Float32";
+    const std::size_t vectors = sizeof(std::uint64_t) + bytes_each() * topology.rest.size();
+    xml_ += "<Points>\n" + data_array(number, "points", 3, 0) + "</Points>\n";
+    xml_ += "<PointData Vectors=\"velocity\">\n" + data_array(number, "velocity", 3, vectors) + "</PointData>\n";
     offset_ = 2 * vectors;
     add("Verts", verts);
     add("Lines", lines);
@@ -56,13 +57,19 @@ class Document {
 
   void put(const Frame& frame, std::string& bytes) const {
     bytes = xml_;
-    append_array(bytes, frame.points);
-    append_array(bytes, frame.velocities);
+    append_vectors(bytes, frame.points);
+    append_vectors(bytes, frame.velocities);
     bytes += cells_;
     bytes += "\n</AppendedData>\n</VTKFile>\n";
   }
 
  private:
+  std::size_t bytes_each() const { return in_double_ ? 24 : 12; }
+  void append_vectors(std::string& bytes, std::span<const Vec3> values) const {
+    append(bytes, static_cast<std::uint64_t>(bytes_each() * values.size()));
+    for (const Vec3& x : values) append(bytes, x, in_double_);
+  }
+
   static std::string data_array(const std::string& type, const std::string& name, int components, std::size_t offset) {
     return "<DataArray type=\"" + type + "\" Name=\"" + name + "\" NumberOfComponents=\"" + std::to_string(components) +
            "\" format=\"appended\" offset=\"" + std::to_string(offset) + "\"/>\n";
@@ -79,6 +86,7 @@ class Document {
     xml_ += "</" + kind + ">\n";
   }
 
+  bool in_double_;
   std::string xml_, cells_;
   std::size_t offset_ = 0;  // bytes of appended data so far
 };

@@ -63,6 +63,18 @@ std::vector<FrameFile> frames_of(const fs::path& folder) {
   return frames;
 }
 
+/// So many; none where the bytes are not theirs.
+template <class R>
+std::vector<Vec3> vectors_of(const char* from, std::uint64_t size, std::size_t count) {
+  std::vector<Vec3> vectors;
+  for (std::size_t i = 0; size == count * 3 * sizeof(R) && i < count; ++i) {
+    R x[3];
+    std::memcpy(x, from + i * sizeof x, sizeof x);
+    vectors.push_back({x[0], x[1], x[2]});
+  }
+  return vectors;
+}
+
 /// The points of a frame as this program writes it; none where they are not `count`.
 std::vector<Vec3> points_of(const fs::path& path, std::size_t count) {
   const std::string bytes = left_there(path), start = "<AppendedData encoding=\"raw\">\n_";
@@ -74,14 +86,8 @@ std::vector<Vec3> points_of(const fs::path& path, std::size_t count) {
   std::memcpy(&size, from, sizeof size);
   if (size > bytes.size() - at - start.size() - sizeof size)
     refuse(path.string(), "", counted(size, "byte") + " of points in a shorter file", "a frame that malha run wrote");
-  std::vector<Vec3> points;
-  if (size != count * 3 * sizeof(float)) return points;
-  for (std::size_t i = 0; i < count; ++i) {
-    float x[3];
-    std::memcpy(x, from + sizeof size + i * sizeof x, sizeof x);
-    points.push_back({x[0], x[1], x[2]});
-  }
-  return points;
+  if (bytes.find("type=\"Float64\" Name=\"points\"") < at) return vectors_of<double>(from + sizeof size, size, count);
+  return vectors_of<float>(from + sizeof size, size, count);
 }
 
 }  // namespace

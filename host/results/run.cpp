@@ -19,7 +19,7 @@ namespace {
 
 FrameTopology topology(const Model& model) {
   const Appearance& look = model.look;
-  FrameTopology result{look.faces, look.lines, {}, {}};
+  FrameTopology result{look.faces, look.lines, {}, look.points, model.scene.solver.precision == Precision::Double};
   std::vector<bool> used(look.points.size(), false);
   for (const Quad& face : look.faces)
     for (int corner : face)
@@ -27,13 +27,6 @@ FrameTopology topology(const Model& model) {
   for (const Edge& line : look.lines) used[line[0]] = used[line[1]] = true;
   for (std::size_t i = 0; i < used.size(); ++i)
     if (!used[i]) result.loose.push_back(static_cast<int>(i));
-  for (const Vec3& x : look.points) result.rest.push_back({float(x[0]), float(x[1]), float(x[2])});
-  return result;
-}
-
-std::vector<std::array<float, 3>> to_float(const std::vector<Vec3>& values) {
-  std::vector<std::array<float, 3>> result;
-  for (const Vec3& a : values) result.push_back({float(a[0]), float(a[1]), float(a[2])});
   return result;
 }
 
@@ -112,7 +105,7 @@ class Outputs {
     if (!writer_ || simulation_.steps() % spec_.every != 0) return;
     if (simulation_.tears() != tears_) open_writer();  // the mesh is another one
     say("writing a frame");
-    writer_->write(simulation_.time(), to_float(simulation_.positions()), to_float(simulation_.velocities()));
+    writer_->write(simulation_.time(), simulation_.positions(), simulation_.velocities());
     ++frames_;
   }
 

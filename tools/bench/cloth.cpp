@@ -20,10 +20,8 @@ constexpr double kSize = 2, kMass = 1;  // m, kg
 
 /// Writes the mesh into the folder and gives back the file's path.
 std::string write_ply(const Mesh& mesh, const std::filesystem::path& folder) {
-  FrameTopology topology{mesh.faces, {}, {}, {}};
-  for (const Vec3& x : mesh.points)
-    topology.rest.push_back({static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])});
-  const std::vector<std::array<float, 3>> still(topology.rest.size());
+  const FrameTopology topology{mesh.faces, {}, {}, mesh.points};
+  const std::vector<Vec3> still(topology.rest.size());
   FrameWriter(folder, {"ply"}, topology).write(0, topology.rest, still);
   return (folder / "frame_000000.ply").string();
 }
