@@ -52,6 +52,14 @@ TEST(Plan, OfLooseParticlesIsOnePassAndNothingElse) {
             "Embree: no (no environment)\n");
 }
 
+TEST(Plan, SaysWhatADurationThatIsNoMultipleOfTheStepBecomes) {
+  Json scene = dust();
+  scene["solver"]["dt"] = 0.3, scene["duration"] = 0.5;
+  EXPECT_TRUE(says(plan_of(scene), "  the duration, 0.5 s, is 1.66667 steps of 0.3 s: 2 are run, to 0.6 s"));
+  scene["duration"] = 0.6;
+  EXPECT_FALSE(has(plan_of(scene), "the duration")) << "a multiple needs no word";
+}
+
 TEST(Plan, NamesConstraintsWithRunsAndBatches) {
   const Json scene = balloon_in_the_wind();
   const Simulation simulation(parsed(scene), {.threads = 1});

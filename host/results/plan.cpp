@@ -180,8 +180,10 @@ std::string plan(const Simulation& simulation) {
       << " precision, " << counted(simulation.threads(), "thread") << "\n"
       << "steps: " << whole_steps(scene.duration, solver.dt) << " of " << solver.dt << " s, each "
       << counted(solver.substeps, "substep") << " of " << (solver.type == "desbrun" ? "at most " : "")
-      << counted(solver.iterations, "iteration") << "\n"
-      << "particles: " << model.count() << " in " << counted(scene.bodies.size(), "body", "bodies") << ", "
+      << counted(solver.iterations, "iteration") << "\n";
+  if (const std::string rounding = rounding_of("the duration", scene.duration, solver.dt); !rounding.empty())
+    out << "  " << rounding << "\n";
+  out << "particles: " << model.count() << " in " << counted(scene.bodies.size(), "body", "bodies") << ", "
       << pinned_at_start(model) << " pinned\n";
   if (!model.free.empty())
     out << "corrector: keeps the momenta of " << counted(model.free.size(), "free body", "free bodies") << "\n";
