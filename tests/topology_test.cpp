@@ -188,6 +188,21 @@ TEST(MassesByDensity, TreatAllCornersOfAQuadAlike) {
   }
 }
 
+// A corner's triangle, which its neighbours cut off, is in one of the two splits, and the whole area in the other: it
+// gets a sixth of both together. A triangle's corners have its centre, so that a flat quad's have the quad's.
+TEST(MassesByDensity, GiveACornerOfAQuadASixthOfItsAreaAndOfTheCornersTriangle) {
+  const double a = 3, b = 1, h = 2, lean = 0.5, density = 1.7;  // a trapezoid: sides a and b in parallel, h apart
+  const std::vector<Vec3> trapezoid{{0, 0, 0}, {a, 0, 0}, {lean + b, h, 0}, {lean, h, 0}};
+  const std::vector<double> masses = masses_by_density(with_faces(trapezoid, {{0, 1, 2, 3}}), density);
+  const double area = h * (a + b) / 2, at_long = a * h / 2, at_short = b * h / 2;
+  for (const int corner : {0, 1}) EXPECT_NEAR(masses[corner], density * (area + at_long) / 6, 1e-14);
+  for (const int corner : {2, 3}) EXPECT_NEAR(masses[corner], density * (area + at_short) / 6, 1e-14);
+  EXPECT_NEAR(sum(masses), density * area, 1e-14);
+  double height = 0;
+  for (int i = 0; i < 4; ++i) height += masses[i] * trapezoid[i][1] / (density * area);
+  EXPECT_NEAR(height, h / 3 * (a + 2 * b) / (a + b), 1e-14) << "the centre of a trapezoid";
+}
+
 TEST(MassesByDensity, OfAGridAreThoseOfItsCells) {
   const std::vector<double> masses = masses_by_density(generate(GridShape{{4, 6}, {4, 3}}), 3);  // cells of 1 m x 2 m
   EXPECT_DOUBLE_EQ(masses[0], 6.0 / 4);
