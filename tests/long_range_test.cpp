@@ -209,8 +209,9 @@ TEST(LongRange, HangsOnTheNearestPinOfEveryGroup) {
 TEST(LongRange, IsRefusedWithoutPins) {
   Scene scene = chain(true);
   scene.file = "s.json";
-  const auto refused = [&](const std::string& found) {
-    EXPECT_EQ(refusal([&] { build_model(scene); }), "s.json: /bodies/0/constraints/1: found " + found +
+  const auto refused = [&](const std::string& found, int constraint = 1) {
+    EXPECT_EQ(refusal([&] { build_model(scene); }), "s.json: /bodies/0/constraints/" + std::to_string(constraint) +
+                                                        ": found " + found +
                                                         "; allowed: long-range attachments on a body with pins that "
                                                         "are never let go");
   };
@@ -219,6 +220,13 @@ TEST(LongRange, IsRefusedWithoutPins) {
   refused("no pin but those that are let go, at their \"until\"");
   scene.bodies[0].pins.clear();
   refused("no pin");
+  // All that a pin could hold is pinned: of two loose particles one, and with it the other that is let go.
+  BodySpec& body = scene.bodies[0];
+  body.shape = CloudShape{{0, 0, 0}, {1, 0, 0}, {2, 1, 1}}, body.constraints = {stiff("long_range", {}, 1, 0)};
+  body.pins = {ListPin{{0}}};
+  refused("no particle that is connected with a pin", 0);
+  body.pins.emplace_back(ListPin{{1}}).until = 1;
+  refused("no particle that is connected with a pin but those that are let go, at their \"until\"", 0);
 }
 
 TEST(LongRange, IsAPassOfItsOwn) {

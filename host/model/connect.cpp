@@ -153,9 +153,8 @@ class Connector {
     const bool goes =
         std::any_of(body.holds.moved.begin(), body.holds.moved.end(), [](const auto& m) { return m.until; });
     refuse(model_.scene.file, place,
-           stays  ? "no particle that is connected with a pin"
-           : goes ? "no pin but those that are let go, at their \"until\""
-                  : "no pin",
+           std::string(stays ? "no particle that is connected with a pin" : "no pin") +
+               (goes ? " but those that are let go, at their \"until\"" : ""),
            "long-range attachments on a body with pins that are never let go");
   }
 
