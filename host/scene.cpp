@@ -52,12 +52,17 @@ SelfCollision read_self_collision(const JsonReader& at) {
   return self;
 }
 
+std::vector<std::string> names_of(const std::vector<BodySpec>& bodies) {
+  std::vector<std::string> names;
+  for (const BodySpec& body : bodies) names.push_back(body.name);
+  return names;
+}
+
 /// Every name is that of a body, and there once.
 void check_self_collision(const JsonReader& at, const Scene& scene) {
   if (scene.self_collision->bodies.empty()) return;
   std::set<std::string> named;
-  std::vector<std::string> known;
-  for (const BodySpec& body : scene.bodies) known.push_back(body.name);
+  const std::vector<std::string> known = names_of(scene.bodies);
   for (const JsonReader& item : at.at("bodies").list()) {
     const std::string name = item.text();
     if (std::find(known.begin(), known.end(), name) == known.end())
@@ -116,7 +121,7 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
        }},
       {"duration", [&](const JsonReader& v) { scene.duration = v.number(above(0, "s")); }, true},
       {"outputs", [&](const JsonReader& v) { scene.outputs = read_outputs(v); }},
-      {"expect", [&](const JsonReader& v) { scene.expect = read_expect(v); }},
+      {"expect", [&](const JsonReader& v) { scene.expect = read_expect(v, names_of(scene.bodies)); }},
   });
   if (scene.duration / scene.solver.dt > most_steps) {
     root.at("duration").refuse_value("at most " + std::to_string(most_steps) + " steps of /solver/dt");

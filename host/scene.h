@@ -198,18 +198,33 @@ struct OutputSpec {
   std::optional<int> checkpoint_every;  // steps between checkpoints; 0: only that of the end; none: see RunOptions
 };
 
+/// What a number must be. A number alone is the most that it may be.
+struct Allowed {
+  std::optional<double> at_least, at_most;
+  Allowed() = default;
+  Allowed(double most) : at_most(most) {}
+  explicit operator bool() const { return at_least || at_most; }
+  friend bool operator==(const Allowed&, const Allowed&) = default;
+};
+
+/// The box that the particles of one body must lie in.
+struct ExpectOfBody {
+  std::string name;
+  Vec3 inside_min, inside_max;
+};
+
 /// What must hold at the end of the whole run. Absent: not looked at.
 struct Expect {
-  std::optional<double> max_strain;            // largest |l - l0| / l0 over the distance constraints, at the end
-  std::optional<double> rms_strain;            // same, root mean square, at the end
-  std::optional<double> max_penetration;       // m below an environment surface, at the end
-  std::optional<int> max_crossings;            // of edges with triangles, of bodies that collide, at the end
-  std::optional<double> energy_not_above;      // J, at the end
-  std::optional<double> max_speed;             // m/s, at the end
-  std::optional<Vec3> inside_min, inside_max;  // every particle lies in this box at the end
-  std::optional<std::array<double, 2>>
-      volume_ratio;                        // volume / rest volume of the bodies with pressure or tetrahedra, at the end
-  std::optional<int> inverted_tetrahedra;  // most tetrahedra of negative volume, at the end
+  Allowed max_strain;                                        // largest |l - l0| / l0 over the distance constraints
+  Allowed rms_strain;                                        // same, root mean square
+  Allowed max_penetration;                                   // m below an environment surface
+  Allowed max_crossings;                                     // of edges with triangles, of bodies that collide
+  std::optional<double> energy_not_above, energy_not_below;  // J
+  Allowed max_speed;                                         // m/s
+  std::optional<Vec3> inside_min, inside_max;                // every particle lies in this box
+  std::vector<ExpectOfBody> bodies;                          // those of these bodies in theirs
+  std::optional<std::array<double, 2>> volume_ratio;  // volume / rest volume of bodies with pressure or tetrahedra
+  Allowed inverted_tetrahedra;                        // their number: of negative volume
 };
 
 enum class Precision { Float, Double };

@@ -5,6 +5,7 @@
 
 #include "host/base/shown.h"
 #include "host/base/thread_choice.h"
+#include "host/collision/start_before.h"
 #include "host/collision/start_outside.h"
 #include "host/model/footprint.h"
 #include "host/model/tear.h"
@@ -23,10 +24,16 @@ struct Simulation::Parts {
   RunTimes times;
   int threads = 1;
   std::optional<ThreadChoice> choice;  // none: all threads, always
+  std::optional<std::uint64_t> scene;  // its hash: the same all the time, taken when it is first needed
   // Of scenes that tear:
-  Appearance whole;         // before the first tear
-  std::uint64_t scene = 0;  // its hash
+  Appearance whole;  // before the first tear
   std::vector<Split> splits;
+
+  /// Of the model before any tear.
+  std::uint64_t hash_of_scene() {
+    if (!scene) scene = scene_hash(model);
+    return *scene;
+  }
 
   void make_solver_of_model() {
     solver = make_solver(model, threads, options.instructions, options.progress);
@@ -109,11 +116,13 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
     if (options.progress) options.progress(what, -1);
   };
   doing("reading meshes, listing and ordering constraints");
-  parts_->times.model_seconds =
-      seconds([&] { parts_->model = build_model(scene, parts_->threads), start_outside(parts_->model); });
+  parts_->times.model_seconds = seconds([&] {
+    parts_->model = build_model(scene, parts_->threads);
+    start_outside(parts_->model), note_starts_behind(parts_->model);
+  });
   doing(scene.environment.empty() ? "colouring and laying out" : "colouring and laying out, building trees");
   parts_->times.solver_seconds = seconds([&] { parts_->make_solver_of_model(); });
-  if (malha::tears(scene)) parts_->whole = parts_->model.look, parts_->scene = scene_hash(parts_->model);
+  if (malha::tears(scene)) parts_->whole = parts_->model.look, parts_->hash_of_scene();
 }
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -147,18 +156,20 @@ Measures Simulation::measure() const { return parts_->solver->measure(); }
 std::uint64_t Simulation::state_hash() const { return parts_->solver->state_hash(); }
 
 std::vector<std::string> Simulation::unmet() const {
-  return unmet_expectations(parts_->model.scene.expect, measure(), positions());
+  const Model& model = parts_->model;
+  std::vector<ParticlesOfBody> bodies;
+  for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
+    bodies.push_back({model.scene.bodies[b].name, static_cast<std::size_t>(model.look.body_begin[b]),
+                      static_cast<std::size_t>(model.look.body_begin[b + 1])});
+  return unmet_expectations(model.scene.expect, measure(), positions(), bodies);
 }
 
 void Simulation::save_checkpoint(const std::string& path, std::int64_t frames) const {
-  const Checkpoint checkpoint{parts_->save(), frames};
-  if (malha::tears(parts_->model.scene)) return write_checkpoint(path, parts_->scene, checkpoint);
-  write_checkpoint(path, parts_->model, checkpoint);
+  write_checkpoint(path, parts_->hash_of_scene(), {parts_->save(), frames});
 }
 
 std::int64_t Simulation::load_checkpoint(const std::string& path) {
-  const bool tearing = malha::tears(parts_->model.scene);
-  const Checkpoint checkpoint = tearing ? read_checkpoint(path, parts_->scene) : read_checkpoint(path, parts_->model);
+  const Checkpoint checkpoint = read_checkpoint(path, parts_->hash_of_scene());
   parts_->restore(checkpoint.state, path);
   return checkpoint.frames;
 }

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "host/base/shown.h"
+
 namespace malha {
 namespace {
 
@@ -17,7 +19,7 @@ using Lines = std::vector<std::string>;
 /// An expectation of "at most `allowed`", by its name in a scene, and where the measure comes from.
 struct AtMost {
   std::string name;
-  std::optional<double> Expect::*allowed;
+  Allowed Expect::*allowed;
   std::function<void(Measures&, double)> measure;
 };
 
@@ -25,7 +27,6 @@ const std::vector<AtMost> kAtMost = {
     {"max_strain", &Expect::max_strain, [](Measures& m, double a) { m.strain_max = a; }},
     {"rms_strain", &Expect::rms_strain, [](Measures& m, double a) { m.strain_rms = a; }},
     {"max_penetration", &Expect::max_penetration, [](Measures& m, double a) { m.penetration_max = a; }},
-    {"energy_not_above", &Expect::energy_not_above, [](Measures& m, double a) { m.potential = a; }},
     {"max_speed", &Expect::max_speed, [](Measures& m, double a) { m.speed_max = a; }},
 };
 
@@ -50,6 +51,41 @@ TEST(UnmetExpectations, ReportEveryNumberThatIsTooLarge) {
     one.measure(measures, std::numeric_limits<double>::infinity());
     EXPECT_EQ(unmet_expectations(expect, measures, {}).size(), 1u) << one.name;
   }
+}
+
+TEST(UnmetExpectations, ReportEveryNumberThatIsTooSmall) {
+  for (const AtMost& one : kAtMost) {
+    Expect expect;
+    (expect.*one.allowed).at_least = 0.5;
+    Measures measures;
+    for (const double good : {0.5, 7.0}) {
+      one.measure(measures, good);
+      EXPECT_EQ(unmet_expectations(expect, measures, {}), Lines{}) << one.name;
+    }
+    one.measure(measures, 0.25);
+    EXPECT_EQ(unmet_expectations(expect, measures, {}), Lines{one.name + ": found 0.25; expected at least 0.5"});
+    (expect.*one.allowed).at_most = 0.75;
+    one.measure(measures, 0.8);
+    EXPECT_EQ(unmet_expectations(expect, measures, {}), Lines{one.name + ": found 0.8; expected at most 0.75"});
+  }
+  Expect expect;
+  expect.max_crossings.at_least = 2, expect.inverted_tetrahedra.at_least = 1, expect.energy_not_below = -3;
+  Measures measures;
+  measures.crossings = 1, measures.potential = -4;
+  EXPECT_EQ(unmet_expectations(expect, measures, {}),
+            (Lines{"max_crossings: found 1; expected at least 2", "energy_not_below: found -4; expected at least -3",
+                   "inverted_tetrahedra: found 0; expected at least 1"}));
+}
+
+TEST(UnmetExpectations, LookAtTheBoxOfABody) {
+  Expect expect;
+  expect.bodies = {{"flag", {0, 0, 0}, {1, 1, 1}}};
+  const std::vector<ParticlesOfBody> bodies{{"pole", 0, 2}, {"flag", 2, 5}};
+  EXPECT_EQ(unmet_expectations(expect, {}, {{9, 9, 9}, {-9, 0, 0}, {0, 0, 0}, {1, 1, 1}, {0, 1, 0.5}}, bodies), Lines{})
+      << "where the pole is does not matter";
+  EXPECT_EQ(unmet_expectations(expect, {}, {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 1.5, 0}, {0, 0, kNaN}}, bodies)[1],
+            "inside of body 'flag': found 2 particles outside the box, such as 1 at (0, 1.5, 0); expected all from "
+            "(0, 0, 0) to (1, 1, 1)");
 }
 
 TEST(UnmetExpectations, ReportNaNAsUnmet) {
@@ -97,7 +133,8 @@ TEST(UnmetExpectations, CountParticlesOutsideTheBox) {
       Vec3 x{0.5, 0.5, 0.5};
       x[axis] = outside;
       EXPECT_EQ(unmet_expectations(expect, {}, {x, {0.5, 0.5, 0.5}, x}),
-                Lines{"inside: found 2 particles outside the box"});
+                Lines{"inside: found 2 particles outside the box, such as 0 at (" + shown(x[0]) + ", " + shown(x[1]) +
+                      ", " + shown(x[2]) + "); expected all from (0, 0, 0) to (1, 1, 1)"});
     }
 }
 
@@ -112,7 +149,7 @@ TEST(UnmetExpectations, TakeHalfABox) {
 
 TEST(UnmetExpectations, AlwaysReportPositionsThatAreNotFinite) {
   for (const double bad : {kNaN, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()})
-    EXPECT_EQ(unmet_expectations({}, {}, {{0, 0, 0}, {0, bad, 0}}), Lines{"1 particles are not finite"});
+    EXPECT_EQ(unmet_expectations({}, {}, {{0, 0, 0}, {0, bad, 0}}), Lines{"1 particle not finite"});
   Expect expect;
   expect.inside_min = {0, 0, 0};
   EXPECT_EQ(unmet_expectations(expect, {}, {{kNaN, 1, 1}}).size(), 2u) << "nor is NaN inside a box";

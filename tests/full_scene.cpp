@@ -78,9 +78,11 @@ std::string full_scene() {
     "checkpoint_every": 10
   },
   "expect": {
-    "max_strain": 0.1, "rms_strain": 0.01, "max_penetration": 0.001, "max_crossings": 2,
-    "energy_not_above": -5, "max_speed": 3,
-    "inside": {"min": [-1, -2, -3], "max": [1, 2, 3]}, "volume_ratio": [0.9, 1.1], "inverted_tetrahedra": 3
+    "max_strain": 0.1, "rms_strain": {"at_least": 0.001, "at_most": 0.01}, "max_penetration": 0.001, "max_crossings": 2,
+    "energy_not_above": -5, "energy_not_below": -50, "max_speed": {"at_least": 3},
+    "inside": {"min": [-1, -2, -3], "max": [1, 2, 3]}, "volume_ratio": [0.9, 1.1],
+    "bodies": [{"name": "ball", "inside": {"min": [-0.5, -1, -1.5], "max": [0.5, 1, 1.5]}}],
+    "inverted_tetrahedra": {"at_least": 1, "at_most": 3}
   }
 })";
 }

@@ -319,7 +319,25 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"RoomInsideOut", "/expect/inside/min", "[-1, 3, -3]",
                 "/expect/inside/max/1: found 2; allowed: a number not below that of 'min' (m)"},
         Refusal{"HalfInverted", "/expect/inverted_tetrahedra", "0.5",
-                "/expect/inverted_tetrahedra: found 0.5; allowed: an integer in [0, 2147483647]"},
+                "/expect/inverted_tetrahedra: found 0.5; allowed: an integer in [0, 1000000000]"},
+        Refusal{"StrainInWords", "/expect/max_strain", "\"small\"",
+                "/expect/max_strain: found \"small\"; allowed: a number >= 0, or an object with at_least, at_most"},
+        Refusal{"StrainOfNothing", "/expect/max_strain", "{}",
+                "/expect/max_strain: found an empty object; allowed: at least one of at_least, at_most"},
+        Refusal{"StrainInReverse", "/expect/max_strain", R"({"at_least": 0.2, "at_most": 0.1})",
+                "/expect/max_strain/at_most: found 0.1; allowed: a number not below that of 'at_least'"},
+        Refusal{"StrainMisspelt", "/expect/rms_strain/at_leest", "1",
+                "/expect/rms_strain/at_leest: found unknown key 'at_leest' (did you mean 'at_least'?); allowed: "
+                "at_least, at_most"},
+        Refusal{"EnergyInReverse", "/expect/energy_not_below", "5",
+                "/expect/energy_not_above: found -5; allowed: a number not below 'energy_not_below' (J)"},
+        Refusal{
+            "BoxOfAStranger", "/expect/bodies/0/name", "\"bal\"",
+            "/expect/bodies/0/name: found unknown body \"bal\" (did you mean 'ball'?); allowed: from a file, sheet, "
+            "ball, crate, beam, rope, shot, jelly"},
+        Refusal{"BoxTwice", "/expect/bodies/1", R"({"name": "ball", "inside": {"min": [0, 0, 0], "max": [1, 1, 1]}})",
+                "/expect/bodies/1/name: found \"ball\"; allowed: every body once"},
+        Refusal{"BoxOfNoBody", "/expect/bodies", "[]", "/expect/bodies: found no body; allowed: at least one"},
         Refusal{"VolumesInReverse", "/expect/volume_ratio", "[1, 0.5]",
                 "/expect/volume_ratio/1: found 0.5; allowed: a number not below the first"}),
     name_of);

@@ -63,15 +63,17 @@ class SceneSchema : public testing::Test {
     return resolve(schema_.at(Json::json_pointer(ref.substr(1))));
   }
 
-  // The alternative for a value: constraints by their type, others by being a number or a list.
+  // The alternative for a value: constraints by their type, others by being a number, a list or an object.
   const Json& choose(const Json& node, const Json& value) const {
     for (const Json& option : node["oneOf"]) {
       const Json& alternative = resolve(option);
-      if (value.is_object() && alternative["properties"]["type"]["const"] == value.value("type", "")) {
-        return alternative;
-      }
       const std::string type = alternative["type"];
-      if ((value.is_number() && type == "number") || (value.is_array() && type == "array")) return alternative;
+      if (value.is_object() && type == "object") {
+        const auto kind = alternative["properties"].find("type");
+        if (kind == alternative["properties"].end() || (*kind)["const"] == value.value("type", "")) return alternative;
+      }
+      if (value.is_number() && (type == "number" || type == "integer")) return alternative;
+      if (value.is_array() && type == "array") return alternative;
     }
     throw std::runtime_error("the schema has no alternative for " + value.dump());
   }

@@ -133,13 +133,20 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(s.outputs.picture.value().camera.value().fov_degrees, 35);
   EXPECT_EQ(s.outputs.checkpoint_every, 10);
   EXPECT_EQ(s.expect.max_strain, 0.1);
-  EXPECT_EQ(s.expect.rms_strain, 0.01);
+  EXPECT_EQ(s.expect.rms_strain.at_least, 0.001);
+  EXPECT_EQ(s.expect.rms_strain.at_most, 0.01);
   EXPECT_EQ(s.expect.max_penetration, 0.001);
+  EXPECT_EQ(s.expect.max_crossings, 2);
   EXPECT_EQ(s.expect.energy_not_above, -5);
-  EXPECT_EQ(s.expect.max_speed, 3);
+  EXPECT_EQ(s.expect.energy_not_below, -50);
+  EXPECT_EQ(s.expect.max_speed.at_least, 3);
+  EXPECT_FALSE(s.expect.max_speed.at_most);
   EXPECT_EQ(s.expect.inside_max, (Vec3{1, 2, 3}));
   EXPECT_EQ(s.expect.volume_ratio, (std::array<double, 2>{0.9, 1.1}));
-  EXPECT_EQ(s.expect.inverted_tetrahedra, 3);
+  EXPECT_EQ(s.expect.bodies.at(0).name, "ball");
+  EXPECT_EQ(s.expect.bodies.at(0).inside_min, (Vec3{-0.5, -1, -1.5}));
+  EXPECT_EQ(s.expect.inverted_tetrahedra.at_least, 1);
+  EXPECT_EQ(s.expect.inverted_tetrahedra.at_most, 3);
 }
 
 TEST(ToJson, ComesBackAsTheSameScene) {

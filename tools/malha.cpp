@@ -13,6 +13,7 @@
 
 #include "host/base/memory_size.h"
 #include "host/base/shown.h"
+#include "host/collision/start_before.h"
 #include "host/collision/start_outside.h"
 #include "host/model/model.h"
 #include "host/results/plan.h"
@@ -151,7 +152,7 @@ int plan(const Arguments& arguments) {
 
 int check(const Arguments& arguments) {
   malha::Model model = malha::build_model(malha::load_scene(arguments.scene));
-  malha::start_outside(model);
+  malha::start_outside(model), malha::note_starts_behind(model);
   std::cout << malha::printable(arguments.scene) << ": ok: " << malha::counted(model.count(), "particle") << " in "
             << malha::counted(model.scene.bodies.size(), "body", "bodies");
   if (model.zero_area_faces > 0)

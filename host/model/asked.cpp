@@ -20,14 +20,14 @@ void check_expectations(const Scene& scene, bool tetrahedra) {
     }
   for (const EnvironmentSpec& environment : scene.environment) inside = inside || environment.sides != Sides::TwoSided;
   const Expect& expect = scene.expect;
-  needs(expect.max_strain.has_value(), distance, "max_strain", "strain in a scene without distance constraints");
-  needs(expect.rms_strain.has_value(), distance, "rms_strain", "strain in a scene without distance constraints");
+  needs(bool(expect.max_strain), distance, "max_strain", "strain in a scene without distance constraints");
+  needs(bool(expect.rms_strain), distance, "rms_strain", "strain in a scene without distance constraints");
   needs(expect.volume_ratio.has_value(), pressure || tetrahedra, "volume_ratio",
         "volume in a scene without pressure and without tetrahedra");
-  needs(expect.inverted_tetrahedra.has_value(), tetrahedra, "inverted_tetrahedra", "tetrahedra in a scene without any");
-  needs(expect.max_crossings.has_value(), scene.self_collision.has_value(), "max_crossings",
+  needs(bool(expect.inverted_tetrahedra), tetrahedra, "inverted_tetrahedra", "tetrahedra in a scene without any");
+  needs(bool(expect.max_crossings), scene.self_collision.has_value(), "max_crossings",
         "crossings in a scene without self_collision");
-  needs(expect.max_penetration.has_value(), inside, "max_penetration",
+  needs(bool(expect.max_penetration), inside, "max_penetration",
         "penetration in a scene without solids or one-sided sheets");
 }
 

@@ -8,9 +8,16 @@
 
 namespace malha {
 
+/// A body's particles, first .. end - 1 of all in the user's order.
+struct ParticlesOfBody {
+  std::string name;
+  std::size_t first, end;
+};
+
 /// A line for every expectation that is not met: what was found and what is allowed. Positions that are not finite
-/// are always unmet.
+/// are always unmet. `bodies`: those that expect.bodies name, at least.
 std::vector<std::string> unmet_expectations(const Expect& expect, const Measures& measures,
-                                            const std::vector<Vec3>& positions);
+                                            const std::vector<Vec3>& positions,
+                                            const std::vector<ParticlesOfBody>& bodies = {});
 
 }  // namespace malha

@@ -1,5 +1,3 @@
-#include <limits>
-
 #include "host/scene/scene_read.h"
 
 namespace malha {
@@ -48,8 +46,54 @@ OutputSpec read_outputs(const JsonReader& at) {
   return outputs;
 }
 
-Expect read_expect(const JsonReader& at) {
+namespace {
+
+/// A number is the most that is allowed; an object says the least, the most or both. `one` reads such a number.
+template <class One>
+Allowed read_allowed(const JsonReader& at, const std::string& what, One&& one) {
+  if (at.value().type == JsonValue::Type::Number) return Allowed(one(at));
+  if (at.value().type != JsonValue::Type::Object) at.refuse_value(what + ", or an object with at_least, at_most");
+  Allowed bounds;
+  at.object({{"at_least", [&](const JsonReader& v) { bounds.at_least = one(v); }},
+             {"at_most", [&](const JsonReader& v) { bounds.at_most = one(v); }}});
+  if (!bounds) at.refuse("an empty object", "at least one of at_least, at_most");
+  if (bounds.at_least && bounds.at_most && *bounds.at_least > *bounds.at_most)
+    at.at("at_most").refuse_value("a number not below that of 'at_least'");
+  return bounds;
+}
+
+ExpectOfBody read_body_expect(const JsonReader& at, const std::vector<std::string>& bodies) {
+  ExpectOfBody expect;
+  at.object({
+      {"name", [&](const JsonReader& v) { expect.name = v.word("body", bodies); }, true},
+      {"inside", [&](const JsonReader& v) { read_box(v, expect.inside_min, expect.inside_max); }, true},
+  });
+  return expect;
+}
+
+}  // namespace
+
+Expect read_expect(const JsonReader& at, const std::vector<std::string>& bodies) {
   Expect expect;
+  const auto bounds = [](Allowed& to, const std::string& unit) {
+    return [&to, unit](const JsonReader& v) {
+      to = read_allowed(v, "a number >= 0", [&](const JsonReader& one) { return one.number(at_least(0, unit)); });
+    };
+  };
+  const auto counts = [](Allowed& to) {
+    return [&to](const JsonReader& v) {
+      to = read_allowed(v, "an integer >= 0", [](const JsonReader& one) { return one.integer(0, most_steps); });
+    };
+  };
+  const auto read_bodies = [&](const JsonReader& v) {
+    for (const JsonReader& item : v.list()) {
+      const ExpectOfBody body = read_body_expect(item, bodies);
+      for (const ExpectOfBody& earlier : expect.bodies)
+        if (earlier.name == body.name) item.at("name").refuse_value("every body once");
+      expect.bodies.push_back(body);
+    }
+    if (expect.bodies.empty()) v.refuse("no body", "at least one");
+  };
   const auto read_inside = [&](const JsonReader& v) {
     Vec3 min, max;
     read_box(v, min, max);
@@ -63,17 +107,20 @@ Expect read_expect(const JsonReader& at) {
     }
   };
   at.object({
-      {"max_strain", [&](const JsonReader& v) { expect.max_strain = v.number(at_least(0, "")); }},
-      {"rms_strain", [&](const JsonReader& v) { expect.rms_strain = v.number(at_least(0, "")); }},
-      {"max_penetration", [&](const JsonReader& v) { expect.max_penetration = v.number(at_least(0, "m")); }},
-      {"max_crossings", [&](const JsonReader& v) { expect.max_crossings = v.integer(0, most_steps); }},
+      {"max_strain", bounds(expect.max_strain, "")},
+      {"rms_strain", bounds(expect.rms_strain, "")},
+      {"max_penetration", bounds(expect.max_penetration, "m")},
+      {"max_crossings", counts(expect.max_crossings)},
       {"energy_not_above", [&](const JsonReader& v) { expect.energy_not_above = v.number(any("J")); }},
-      {"max_speed", [&](const JsonReader& v) { expect.max_speed = v.number(at_least(0, "m/s")); }},
+      {"energy_not_below", [&](const JsonReader& v) { expect.energy_not_below = v.number(any("J")); }},
+      {"max_speed", bounds(expect.max_speed, "m/s")},
       {"inside", read_inside},
+      {"bodies", read_bodies},
       {"volume_ratio", read_volume_ratio},
-      {"inverted_tetrahedra",
-       [&](const JsonReader& v) { expect.inverted_tetrahedra = v.integer(0, std::numeric_limits<int>::max()); }},
+      {"inverted_tetrahedra", counts(expect.inverted_tetrahedra)},
   });
+  if (expect.energy_not_above && expect.energy_not_below && *expect.energy_not_above < *expect.energy_not_below)
+    at.at("energy_not_above").refuse_value("a number not below 'energy_not_below' (J)");
   return expect;
 }
 

@@ -29,7 +29,8 @@ Tear read_tear(const JsonReader& at);
 ConstraintSpec read_constraint(const JsonReader& at);
 EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder);
 OutputSpec read_outputs(const JsonReader& at);
-Expect read_expect(const JsonReader& at);
+/// `bodies`: the names of those that the scene has.
+Expect read_expect(const JsonReader& at, const std::vector<std::string>& bodies);
 
 constexpr int most_steps = 1000000000;  // the largest "every n steps"
 

@@ -175,20 +175,35 @@ Json write(const Wind& w) {
   return json;
 }
 
+/// Of a count without a point.
+Json write(const Allowed& bounds, bool count) {
+  const auto number = [count](double x) { return count ? Json(static_cast<std::int64_t>(x)) : Json(x); };
+  if (!bounds.at_least) return number(*bounds.at_most);
+  Json json{{"at_least", number(*bounds.at_least)}};
+  if (bounds.at_most) json["at_most"] = number(*bounds.at_most);
+  return json;
+}
+
 Json write(const Expect& e) {
   Json json = Json::object();
+  const auto bound = [&](const char* key, const Allowed& bounds, bool count = false) {
+    if (bounds) json[key] = write(bounds, count);
+  };
   const auto add = [&](const char* key, const auto& value) {
     if (value) json[key] = *value;
   };
-  add("max_strain", e.max_strain);
-  add("rms_strain", e.rms_strain);
-  add("max_penetration", e.max_penetration);
-  add("max_crossings", e.max_crossings);
+  bound("max_strain", e.max_strain);
+  bound("rms_strain", e.rms_strain);
+  bound("max_penetration", e.max_penetration);
+  bound("max_crossings", e.max_crossings, true);
   add("energy_not_above", e.energy_not_above);
-  add("max_speed", e.max_speed);
+  add("energy_not_below", e.energy_not_below);
+  bound("max_speed", e.max_speed);
   if (e.inside_min && e.inside_max) json["inside"] = {{"min", *e.inside_min}, {"max", *e.inside_max}};
+  for (const ExpectOfBody& body : e.bodies)
+    json["bodies"].push_back({{"name", body.name}, {"inside", {{"min", body.inside_min}, {"max", body.inside_max}}}});
   add("volume_ratio", e.volume_ratio);
-  add("inverted_tetrahedra", e.inverted_tetrahedra);
+  bound("inverted_tetrahedra", e.inverted_tetrahedra, true);
   return json;
 }
 

@@ -1,0 +1,97 @@
+#include "host/collision/start_before.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "host/base/shown.h"
+#include "host/collision/pose.h"
+#include "host/collision/surface.h"
+
+namespace malha {
+
+namespace {
+
+/// A one-sided sheet at time 0, and the particles that start behind it.
+class Sheet {
+ public:
+  Sheet(const Device& device, const EnvironmentMesh& mesh, double substep)
+      : spec_(mesh.spec), surface_(device, mesh.mesh), pose_(pose_at(mesh.spec.motion, 0)), substep_(substep) {}
+
+  /// One that contact would find behind the sheet in the first substep, and put before it (find_contact.h).
+  void look(int i, const Vec3& x, const Vec3& v) {
+    const Point a = local(x);
+    const double reach = 2 * spec_.thickness + substep_ * std::hypot(v[0], v[1], v[2]);
+    if (surface_.box_distance(a) > reach) return;
+    const ClosestPoint near = surface_.closest(a, surface_.diagonal() + reach);
+    if (near.found && !near.boundary && dot(near.normal, a - near.q) < 0) add(i, near.distance);
+  }
+
+  /// The end behind it of an edge that goes through it, so that from either end it is met from the same side.
+  void look(int i, const Vec3& x, int j, const Vec3& y) {
+    const Point a = local(x), b = local(y);
+    if (surface_.box_distance((a + b) * 0.5) > length(b - a) / 2) return;
+    const Crossing first = surface_.crossing(a, b, 0, false), last = surface_.crossing(b, a, 0, false);
+    if (!first.hit || !last.hit) return;
+    const double before = dot(first.normal, a - first.q), behind = dot(last.normal, b - last.q);
+    if (before > 0 && behind < 0) add(j, -behind);
+    if (before < 0 && behind > 0) add(i, -before);
+  }
+
+  void tell(Model& model) const {
+    std::map<int, std::vector<std::pair<double, int>>> bodies;
+    for (const auto& [i, depth] : behind_) bodies[body_of(model, model.user_of[i])].push_back({depth, i});
+    for (const auto& [b, particles] : bodies) {
+      const auto& [depth, i] = *std::max_element(particles.begin(), particles.end());
+      model.notes.push_back("body '" + model.scene.bodies[b].name + "': " + counted(particles.size(), "particle") +
+                            (particles.size() == 1 ? " starts" : " start") + " behind the one-sided sheet '" +
+                            spec_.name + "' (" + std::to_string(model.user_of[i] - model.look.body_begin[b]) + " by " +
+                            shown(depth) + " m), and will be put before it or be kept from the rest; its normals " +
+                            "say which side is the front");
+    }
+  }
+
+ private:
+  static double length(const Point& a) { return std::sqrt(dot(a, a)); }
+  Point local(const Vec3& x) const { return to_local(pose_, Point{x[0], x[1], x[2]}); }
+  /// Within the thickness contact lays it on the surface, by no more than its distance from it may be off anyway.
+  void add(int i, double depth) {
+    if (depth > spec_.thickness) behind_[i] = std::max(behind_[i], depth);
+  }
+
+  const EnvironmentSpec& spec_;
+  Surface surface_;
+  Pose pose_;
+  double substep_;                // s
+  std::map<int, double> behind_;  // m, of particles in the solver's numbers
+};
+
+}  // namespace
+
+void note_starts_behind(Model& model) {
+  const auto one_sided = [](const EnvironmentMesh& mesh) { return mesh.spec.sides == Sides::OneSided; };
+  if (std::none_of(model.environment.begin(), model.environment.end(), one_sided)) return;
+  std::vector<bool> held(model.x.size());
+  for (std::size_t i = 0; i < held.size(); ++i) held[i] = model.w[i] == 0;
+  for (const MovedPins& pins : model.moved)
+    for (const int i : pins.particles) held[i] = true;
+  std::vector<int> solver_of(model.x.size());
+  for (int i = 0; i < model.count(); ++i) solver_of[model.user_of[i]] = i;
+  const Device device;
+  for (const EnvironmentMesh& mesh : model.environment) {
+    if (!one_sided(mesh)) continue;
+    Sheet sheet(device, mesh, model.scene.solver.dt / model.scene.solver.substeps);
+    for (int i = 0; i < model.count(); ++i)
+      if (!held[i]) sheet.look(i, model.x[i], model.v[i]);
+    const auto look = [&](int user, int other) {
+      const int i = solver_of[user], j = solver_of[other];
+      if (!held[i] || !held[j]) sheet.look(i, model.x[i], j, model.x[j]);
+    };
+    for (const Quad& face : model.look.faces)
+      for (int k = 0, corners = is_triangle(face) ? 3 : 4; k < corners; ++k) look(face[k], face[(k + 1) % corners]);
+    for (const Edge& line : model.look.lines) look(line[0], line[1]);
+    sheet.tell(model);
+  }
+}
+
+}  // namespace malha
