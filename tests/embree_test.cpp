@@ -141,6 +141,12 @@ TEST(Embree, SpheresAndCapsulesAreHitWhereTheirFormulasSay) {
   EXPECT_NEAR(cap.t * std::sqrt(2.0f), 3 * std::sqrt(2.0f) - 0.5f, tolerance);
 }
 
+TEST(Embree, TooLittleMemoryIsThatOfAnyoneElse) {
+  embree_detail::ErrorLog log;
+  embree_detail::hear(&log, RTC_ERROR_OUT_OF_MEMORY, "out of memory");
+  EXPECT_THROW(embree_detail::complain(log.code, log.message), std::bad_alloc);
+}
+
 TEST(Embree, ErrorsBecomeExceptions) {
   const Device device;
   rtcSetSceneFlags(nullptr, RTC_SCENE_FLAG_ROBUST);  // no device to tell: must not reach ours

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -34,6 +35,7 @@ struct Release {
 struct ErrorLog {
   std::mutex mutex;
   std::string message;
+  RTCError code = RTC_ERROR_NONE;
 };
 
 inline void hear(void* user, RTCError code, const char* text) {
@@ -41,7 +43,14 @@ inline void hear(void* user, RTCError code, const char* text) {
   const std::lock_guard lock(log.mutex);
   if (log.message.empty()) {
     log.message = "Embree: error " + std::to_string(static_cast<int>(code)) + ": " + (text ? text : "unknown");
+    log.code = code;
   }
+}
+
+/// Throws what Embree complained about, std::bad_alloc where that was too little memory, as from anyone else.
+[[noreturn]] inline void complain(RTCError code, const std::string& message) {
+  if (code == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  throw std::runtime_error(message);
 }
 
 /// Embree's own bound for a valid coordinate (its FLT_LARGE is 1.844e18); false for NaN.
@@ -82,16 +91,17 @@ class Device {
   explicit Device(int threads = 1) : log_(std::make_unique<embree_detail::ErrorLog>()) {
     device_.reset(rtcNewDevice(("threads=" + std::to_string(threads)).c_str()));
     if (!device_) {
-      throw std::runtime_error("Embree: no device, error " + std::to_string(rtcGetDeviceError(nullptr)));
+      const RTCError code = rtcGetDeviceError(nullptr);
+      embree_detail::complain(code, "Embree: no device, error " + std::to_string(static_cast<int>(code)));
     }
     rtcSetDeviceErrorFunction(device_.get(), embree_detail::hear, log_.get());
   }
 
-  /// Throws std::runtime_error with what Embree complained about since the last call.
+  /// Throws std::runtime_error with what Embree complained about since the last call; std::bad_alloc for memory.
   void check() const {
     const std::lock_guard lock(log_->mutex);
     if (log_->message.empty()) return;
-    throw std::runtime_error(std::exchange(log_->message, {}));
+    embree_detail::complain(std::exchange(log_->code, RTC_ERROR_NONE), std::exchange(log_->message, {}));
   }
 
   RTCDevice get() const { return device_.get(); }
