@@ -88,6 +88,26 @@ TEST(TextForTerminals, HasNoBytesOfFilesThatATerminalWouldObey) {
       EXPECT_EQ(ended.err.find('\033'), std::string::npos) << ended.err;
       EXPECT_TRUE(runs || is_clean(ended.err)) << ended.err;
     }
+  // Names in a scene, notes about a body, and where results are.
+  scene = swinging_sheet(true);
+  scene["name"] = scene["bodies"][0]["name"] = "n\u009b31m";
+  scene["bodies"][0]["tear"] = {{"strain", 0.5}};
+  scene["bodies"][0]["shape"]["grid"]["cells"] = {9, 9};
+  scene["bodies"][0]["transform"]["translate"] = {0, 0.2, 0.3};
+  scene["bodies"][0]["transform"]["rotate"] = {{"axis", {1, 0, 0}}, {"degrees", 90}};
+  scene["environment"].erase(0), scene["expect"]["max_speed"] = 0;
+  scene["expect"]["bodies"] = {{{"name", "n\u009b31m"}, {"inside", {{"min", {0, 0, 0}}, {"max", {0, 0, 0}}}}}};
+  folder.write("named\033.json", scene.dump());
+  for (const std::string command : {"check", "plan", "run"}) {
+    std::vector<std::string> words{command, "named\033.json"};
+    if (command == "run") words.insert(words.end(), {"--out", "there\n\033[31m", "--format", "obj"});
+    const Ended ended = malha_command(words, folder / ".");
+    EXPECT_EQ(ended.status, command == "run" ? 1 : 0) << ended.err;
+    EXPECT_EQ(printable_lines(ended.out), ended.out) << command;
+    EXPECT_EQ(printable_lines(ended.err), ended.err) << command;
+    EXPECT_EQ(has(ended.out, "there?"), command == "run");
+    EXPECT_TRUE(has(ended.out + ended.err, "starts behind") || has(ended.out + ended.err, "start behind")) << command;
+  }
   folder.write("long.json", "{\"name\": \"" + std::string(100000, 'a') + "\xff\"}");
   EXPECT_LT(malha_command({"check", "long.json"}, folder / ".").err.size(), 400u);
 }

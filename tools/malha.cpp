@@ -119,9 +119,10 @@ int run(const Arguments& arguments) {
     if (!arguments.quiet) std::cout << malha::list_results(malha::Results(options.out));
     throw;
   }
-  if (!arguments.quiet) std::cout << result.summary << malha::list_results(malha::Results(options.out));
+  if (!arguments.quiet)
+    std::cout << malha::printable_lines(result.summary) << malha::list_results(malha::Results(options.out));
   for (const std::string& line : result.unmet)
-    std::cerr << malha::printable(arguments.scene) << ": not as expected: " << line << "\n";
+    std::cerr << malha::printable(arguments.scene) << ": not as expected: " << malha::printable(line) << "\n";
   if (result.interrupted) {
     std::cerr << "interrupted; go on with: " << arguments.typed << " --resume\n";
     if (result.pictures_missing)
@@ -144,7 +145,7 @@ int plan(const Arguments& arguments) {
     simulation.emplace(load(arguments), simulation_options(arguments, progress));
     for (const std::string& line : malha::warnings(simulation->model())) progress.warn(arguments.scene, line);
   }
-  std::cout << malha::plan(*simulation);
+  std::cout << malha::printable_lines(malha::plan(*simulation));
   simulation->step();
   std::cout << malha::list_launches(*simulation);
   return malha::kDone;
@@ -158,7 +159,7 @@ int check(const Arguments& arguments) {
   if (model.zero_area_faces > 0)
     std::cout << "; left out: " << malha::counted(model.zero_area_faces, "face") << " without area";
   std::cout << "\n";
-  for (const std::string& note : model.notes) std::cout << arguments.scene << ": " << note << "\n";
+  for (const std::string& note : model.notes) std::cout << malha::printable(arguments.scene + ": " + note) << "\n";
   return malha::kDone;
 }
 

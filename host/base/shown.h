@@ -1,5 +1,6 @@
 // Words and numbers as messages show them.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <sstream>
 #include <string>
@@ -37,6 +38,16 @@ inline std::string printable(std::string_view text) {
     at += good ? length : 1;
   }
   return shown;
+}
+
+/// The same of several lines.
+inline std::string printable_lines(std::string_view text) {
+  std::string lines;
+  for (std::size_t at = 0, end; at < text.size(); at = end + 1) {
+    end = std::min(text.find('\n', at), text.size());
+    lines += printable(text.substr(at, end - at)) + (end < text.size() ? "\n" : "");
+  }
+  return lines;
 }
 
 /// 16 hexadecimal digits.

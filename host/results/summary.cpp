@@ -64,7 +64,7 @@ std::string summary(const Simulation& simulation) {
 std::string list_results(const Results& results) {
   std::string text;
   const auto line = [&text](const char* what, const fs::path& path, const char* how) {
-    if (fs::exists(path)) text += what + path.string() + how + "\n";
+    if (fs::exists(path)) text += what + printable(path.string()) + how + "\n";
   };
   line("report      ", results.report, "");
   line("picture     ", results.picture, "");

@@ -41,14 +41,14 @@ int tune(const Arguments& arguments, const std::atomic<bool>& stop) {
   progress.clear();
   std::cout << study::tune_table(tuned, options);
   if (!tuned.best) {
-    std::cerr << arguments.scene << ": " << study::why_not_tuned(tuned, options) << "\n";
+    std::cerr << printable(arguments.scene) << ": " << study::why_not_tuned(tuned, options) << "\n";
     return kUnmet;
   }
   write_whole(out, to_json(tuned.trials[*tuned.best].scene));
-  std::cout << "scene       " << out.string() << "\n";
+  std::cout << "scene       " << printable(out.string()) << "\n";
   if (json.empty()) return kDone;
   write_whole(json, study::tune_json(tuned, options).dump(2) + "\n");
-  std::cout << "trials      " << json.string() << "\n";
+  std::cout << "trials      " << printable(json.string()) << "\n";
   return kDone;
 }
 
