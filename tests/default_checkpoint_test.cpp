@@ -172,6 +172,21 @@ TEST(PicturesOfAStoppedRun, AreLeftOutByCtrlCWhichSaysHowToGetThem) {
   EXPECT_TRUE(has(drawn.out, "\nstoryboard  an out/storyboard.png\n")) << drawn.out;
 }
 
+// A picture takes seconds where other programs use the cores.
+TEST(PicturesOfAStoppedRun, AreLeftOutInTheMiddleOfOne) {
+  const TemporaryFolder folder;
+  Json scene = swinging_sheet(true);
+  scene["outputs"]["pictures"] = {{"every", 1}, {"size", {64, 48}}};
+  std::atomic<bool> stop{false};
+  RunOptions options{.out = folder / "out"};
+  options.doing = [&stop](const char* what) { stop = stop || what == std::string("drawing a picture"); };
+  const auto quiet = [](const Progress&) {};
+  EXPECT_TRUE(run(parsed(scene), {.threads = 1}, options, quiet, stop).pictures_missing);
+  std::vector<std::string> names;
+  for (const auto& [name, bytes] : files_in(folder / "out")) names.push_back(name);
+  EXPECT_EQ(names, (std::vector<std::string>{"checkpoint.malha", "report.json"}));
+}
+
 TEST(PicturesOfAStoppedRun, NeedNoFramesButTheStoryboardDoes) {
   const TemporaryFolder folder;
   const std::string out = folder / "out";

@@ -120,6 +120,15 @@ TEST(Picture, SameBitsOnAnyNumberOfThreads) {
   for (const int threads : {2, 3, 8}) EXPECT_EQ(render(drawings, from_front(4), 160, 120, threads).pixels, one.pixels);
 }
 
+TEST(Picture, IsNoneAfterItIsStopped) {
+  const std::vector drawings{sphere({0, 0, 0}, 1, 20)};
+  std::atomic<bool> stop{false};
+  EXPECT_EQ(render(drawings, from_front(4), 40, 30, 2, &stop).pixels,
+            render(drawings, from_front(4), 40, 30, 2).pixels);
+  stop = true;
+  EXPECT_TRUE(render(drawings, from_front(4), 40, 30, 2, &stop).pixels.empty());
+}
+
 TEST(Picture, ABallCastsAShadowOnTheFloorAwayFromTheLight) {
   Drawing floor;
   floor.points = {{-5, 0, -5}, {-5, 0, 5}, {5, 0, 5}, {5, 0, -5}};

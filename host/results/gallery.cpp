@@ -95,13 +95,15 @@ std::vector<Drawing> draw(const Model& model, const std::vector<Vec3>& positions
   return drawings;
 }
 
-Gallery::Gallery(const Model& model, const Results& results, std::int64_t first, std::int64_t last, int threads)
+Gallery::Gallery(const Model& model, const Results& results, std::int64_t first, std::int64_t last, int threads,
+                 const std::atomic<bool>* stop)
     : model_(model),
       results_(results),
       first_(first),
       last_(last),
       threads_(threads),
-      camera_(choose_camera(model, *model.scene.outputs.picture)) {
+      camera_(choose_camera(model, *model.scene.outputs.picture)),
+      stop_(stop) {
   if (model.scene.outputs.picture_every > 0) make_folder(results.pictures);
 }
 
@@ -122,21 +124,23 @@ void Gallery::look(std::int64_t step, double time, const std::vector<Vec3>& posi
   if (in_series(step)) {
     char name[64];
     std::snprintf(name, sizeof name, "picture_%06lld.png", static_cast<long long>(step));
-    write_png(results_.pictures / name, take(time, positions, 1));
+    if (const Image image = take(time, positions, 1, stop_); image.width > 0)
+      write_png(results_.pictures / name, image);
   }
-  if (in_storyboard(step)) storyboard_.push_back(take(time, positions, 2));
+  if (!in_storyboard(step)) return;
+  if (Image image = take(time, positions, 2, stop_); image.width > 0) storyboard_.push_back(std::move(image));
 }
 
 void Gallery::finish(double time, const std::vector<Vec3>& positions) const {
-  write_png(results_.picture, take(time, positions, 1));
+  write_png(results_.picture, take(time, positions, 1, nullptr));
 }
 
 void Gallery::write_storyboard() const { write_png(results_.storyboard, contact_sheet(storyboard_, kColumns)); }
 
-Image Gallery::take(double time, const std::vector<Vec3>& positions, int divisor) const {
+Image Gallery::take(double time, const std::vector<Vec3>& positions, int divisor, const std::atomic<bool>* stop) const {
   const auto& size = model_.scene.outputs.picture->size;
   return render(draw(model_, positions, time), camera_, std::max(1, size[0] / divisor), std::max(1, size[1] / divisor),
-                threads_);
+                threads_, stop);
 }
 
 }  // namespace malha

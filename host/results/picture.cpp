@@ -126,7 +126,8 @@ class Film {
 
 }  // namespace
 
-Image render(std::span<const Drawing> drawings, const Camera& camera, int width, int height, int threads) {
+Image render(std::span<const Drawing> drawings, const Camera& camera, int width, int height, int threads,
+             const std::atomic<bool>* stop) {
   if (width < 1 || height < 1) throw std::invalid_argument("a picture needs at least one pixel");
   const Lens view(camera, width, height);
   const float distance = (Vec(Eigen::Vector3d(camera.target.data()).cast<float>()) - view.eye).norm();
@@ -138,19 +139,21 @@ Image render(std::span<const Drawing> drawings, const Camera& camera, int width,
   // Rows differ in cost: interleaved, each thread gets its share of the cheap ones and the dear ones.
   const OpenMP executor{std::max(1, threads)};
   const int groups = std::min(height, 4 * executor.threads);
+  const auto goes_on = [stop] { return stop == nullptr || !*stop; };
   parallel_for(
       executor, groups,
       [&](int g) {
-        for (int y = g; y < height; y += groups) film.light_row(y);
+        for (int y = g; y < height && goes_on(); y += groups) film.light_row(y);
       },
       1);
   parallel_for(
       executor, groups,
       [&](int g) {
-        for (int y = g; y < height; y += groups) film.colour_row(y, image.pixels.data() + std::size_t{3} * y * width);
+        for (int y = g; y < height && goes_on(); y += groups)
+          film.colour_row(y, image.pixels.data() + std::size_t{3} * y * width);
       },
       1);
-  return image;
+  return goes_on() ? image : Image{};
 }
 
 void add_faces(Drawing& drawing, std::span<const Quad> faces) {

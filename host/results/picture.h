@@ -2,6 +2,7 @@
 // number of threads.
 #pragma once
 #include <array>
+#include <atomic>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,8 +36,9 @@ std::array<float, 3> stone_colour();
 /// the points. Points that are not finite are left out; without any, the default camera.
 Camera frame_all(std::span<const std::array<float, 3>> points, double aspect = 16.0 / 9.0);
 
-/// The picture that the camera sees. Throws std::invalid_argument for a size below 1 x 1, std::runtime_error where
-/// Embree fails.
-Image render(std::span<const Drawing> drawings, const Camera& camera, int width, int height, int threads);
+/// The picture that the camera sees; after `stop`, where it is given, one without pixels. Throws std::invalid_argument
+/// for a size below 1 x 1, std::runtime_error where Embree fails.
+Image render(std::span<const Drawing> drawings, const Camera& camera, int width, int height, int threads,
+             const std::atomic<bool>* stop = nullptr);
 
 }  // namespace malha

@@ -45,7 +45,8 @@ class Outputs {
         frames_(frames_before.value_or(0)) {
     if (!frames_before) results.remove();
     if (spec_.every > 0) open_writer();
-    if (spec_.picture) gallery_.emplace(simulation.model(), results, simulation.steps(), last, simulation.threads());
+    if (spec_.picture)
+      gallery_.emplace(simulation.model(), results, simulation.steps(), last, simulation.threads(), &stop);
     if (!frames_before) write_frame();
     look();
   }
