@@ -15,16 +15,22 @@ namespace {
 /// A one-sided sheet at time 0, and the particles that start behind it.
 class Sheet {
  public:
-  Sheet(const Device& device, const EnvironmentMesh& mesh, double substep)
-      : spec_(mesh.spec), surface_(device, mesh.mesh), pose_(pose_at(mesh.spec.motion, 0)), substep_(substep) {}
+  Sheet(const Device& device, const EnvironmentMesh& mesh, const Model& model)
+      : spec_(mesh.spec),
+        surface_(device, mesh.mesh),
+        pose_(pose_at(mesh.spec.motion, 0)),
+        substep_(model.scene.solver.dt / model.scene.solver.substeps),
+        behind_(model.x.size()) {}
 
   /// One that contact would find behind the sheet in the first substep, and put before it (find_contact.h).
   void look(int i, const Vec3& x, const Vec3& v) {
     const Point a = local(x);
     const double reach = 2 * spec_.thickness + substep_ * std::hypot(v[0], v[1], v[2]);
     if (surface_.box_distance(a) > reach) return;
-    const ClosestPoint near = surface_.closest(a, surface_.diagonal() + reach);
-    if (near.found && !near.boundary && dot(near.normal, a - near.q) < 0) add(i, near.distance);
+    const ClosestPoint near = surface_.closest(a, surface_.diagonal() + reach, near_);
+    if (!near.found) return;
+    near_ = near.triangle;  // a neighbour's is near, too
+    if (!near.boundary && dot(near.normal, a - near.q) < 0) add(i, near.distance);
   }
 
   /// The end behind it of an edge that goes through it, so that from either end it is met from the same side.
@@ -40,7 +46,8 @@ class Sheet {
 
   void tell(Model& model) const {
     std::map<int, std::vector<std::pair<double, int>>> bodies;
-    for (const auto& [i, depth] : behind_) bodies[body_of(model, model.user_of[i])].push_back({depth, i});
+    for (int i = 0; i < model.count(); ++i)
+      if (behind_[i] > 0) bodies[body_of(model, model.user_of[i])].push_back({behind_[i], i});
     for (const auto& [b, particles] : bodies) {
       const auto& [depth, i] = *std::max_element(particles.begin(), particles.end());
       model.notes.push_back("body '" + model.scene.bodies[b].name + "': " + counted(particles.size(), "particle") +
@@ -62,8 +69,9 @@ class Sheet {
   const EnvironmentSpec& spec_;
   Surface surface_;
   Pose pose_;
-  double substep_;                // s
-  std::map<int, double> behind_;  // m, of particles in the solver's numbers
+  double substep_;              // s
+  int near_ = -1;               // the triangle next to the last particle
+  std::vector<double> behind_;  // m, of each particle
 };
 
 }  // namespace
@@ -80,7 +88,7 @@ void note_starts_behind(Model& model) {
   const Device device;
   for (const EnvironmentMesh& mesh : model.environment) {
     if (!one_sided(mesh)) continue;
-    Sheet sheet(device, mesh, model.scene.solver.dt / model.scene.solver.substeps);
+    Sheet sheet(device, mesh, model);
     for (int i = 0; i < model.count(); ++i)
       if (!held[i]) sheet.look(i, model.x[i], model.v[i]);
     const auto look = [&](int user, int other) {
