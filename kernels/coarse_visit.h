@@ -43,7 +43,8 @@ struct CoarseVisit {
     for (int s = begin; s < end; ++s)
       if (!segments[s].first) bring(group, segments[s], p, local);
     if (down.means.begin) add_means(group, down, local);
-    for (int sweep = 0; sweep < kCoarseSweeps; ++sweep) project(group, patch, local, false);
+    for (int sweep = 0; sweep < (sets[0].update == Update::Material ? 1 : kCoarseSweeps); ++sweep)
+      project(group, patch, local, false);
     for (int s = begin; s < end; ++s)
       if (segments[s].movable) leave(group, segments[s], local);
   }
@@ -94,6 +95,8 @@ struct CoarseVisit {
         visit->ask_for(visit->patches[group.next], b - patch->batch, patch->batches);
       Batch batch = visit->batches[b];
       SetView<R> set = visit->sets[batch.set];
+      if (set.update == Update::Material)
+        return malha::project<Coarse, Update::Material>(group, local, set, batch, fresh);
       set.lambda = least;
       batch.slot = batch.first;
       malha::project<Coarse, Update::Stiff>(group, local, set, batch, fresh);

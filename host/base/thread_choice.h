@@ -20,9 +20,19 @@ class ThreadChoice {
   template <class Step>
   void take(const Step& step) {
     const Limit limit(most_threads, threads());
+    const Took time = time_of(step);
+    took(time.wall, time.running);
+  }
+
+  /// Seconds that a step takes, and for how many of them its calling thread has a core.
+  struct Took {
+    double wall, running;
+  };
+  template <class Step>
+  static Took time_of(const Step& step) {
     double running = 0;
     const double wall = seconds([&] { running = thread_seconds(step); });
-    took(wall, running);
+    return {wall, running};
   }
 
   /// A step has been taken on threads(): `wall` seconds, of which its calling thread had a core for `running`.

@@ -4,39 +4,18 @@
 #include <cstdint>
 #include <numeric>
 
-#include "host/model/rest_graph.h"
-#include "host/model/tangent.h"
+#include "host/model/parents.h"
 #include "kernels/compute.h"
 
 namespace malha {
 
 namespace {
 
-constexpr int kMostParents = 4;
-
-constexpr double kTie = 0.01;          // weights that differ by less are equal
-constexpr double kSmallWeight = 0.02;  // what is less is left out
+constexpr double kTie = 0.01;  // weights that differ by less are equal
 
 struct Neighbour {
   int of;
   double length;  // m
-};
-
-/// A coarse particle as seen from a finer one: the way to it, in the finer one's tangent plane.
-struct Parent {
-  int of;
-  Vector way;
-  double weight = 1;
-};
-
-/// At most kMostParents of them, in one place.
-struct Parents {
-  std::array<Parent, kMostParents> of;
-  int count = 0;
-  Parent* begin() { return of.data(); }
-  Parent* end() { return of.data() + count; }
-  const Parent* begin() const { return of.data(); }
-  const Parent* end() const { return of.data() + count; }
 };
 
 /// Those least far from reproducing the particle's own place, and near ones rather than far ones: they minimise
@@ -80,6 +59,7 @@ class Coarsener {
     find_parents();
     gather();
     link();
+    share_forces(fine_, parents_, coarse_);
     return std::move(coarse_);
   }
 
@@ -338,7 +318,7 @@ class Coarsener {
       } else {
         next.push_back(first[std::min(a, b)]);
         first[std::min(a, b)] = static_cast<int>(graph.links.size());
-        graph.links.push_back({a, b, length, l.set});
+        graph.links.push_back({a, b, length, l.set, l.alpha});
       }
     }
     for (const Edge& e : fine_.nearby)

@@ -9,11 +9,11 @@
 
 namespace malha {
 
-bool pulls(const ConstraintSet& set) { return set.type == Distance::name && !set.compliance; }
+bool pulls(const ConstraintSet& set) { return set.type == Distance::name; }
 
 namespace {
 
-constexpr int kFewest = 12;       // particles of a level
+constexpr int kFewest = 16;       // particles of a level: fewer are too coarse a picture
 constexpr double kTooSlow = 0.8;  // a level must have fewer than this part of the next finer one's
 
 std::vector<Edge> edges_of(const RestGraph& graph) {
@@ -34,7 +34,7 @@ RestGraph part_of(const RestGraph& whole, const std::vector<bool>& chosen, std::
     part.mass.push_back(whole.mass[i]), part.pinned.push_back(whole.pinned[i]);
   }
   for (const Link& l : whole.links)
-    if (chosen[l.a]) part.links.push_back({now[l.a], now[l.b], l.length, l.set});
+    if (chosen[l.a]) part.links.push_back({now[l.a], now[l.b], l.length, l.set, l.alpha});
   for (const Edge& e : whole.nearby)
     if (chosen[e[0]] && chosen[e[1]]) part.nearby.push_back({now[e[0]], now[e[1]]});
   return part;
@@ -59,7 +59,8 @@ std::vector<bool> helped(const Model& model, const RestGraph& graph) {
 }
 
 /// Lays a coarse graph out as a model of its own. `order`: the graph's particle at each place.
-Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& order, int threads) {
+Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& order, std::vector<Level::Place>& links,
+              int threads) {
   const int n = graph.count();
   int islands = 0;
   const std::vector<Edge> all = edges_of(graph);
@@ -80,8 +81,11 @@ Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& ord
     if (set_of[l.set] < 0) {
       set_of[l.set] = static_cast<int>(level.sets.size());
       level.sets.push_back({Coarse::name, 2, finest.sets[l.set].stiffness, {}, 1, {}, {}});
+      if (l.alpha > 0) level.sets.back().compliance = 1;
     }
     ConstraintSet& set = level.sets[set_of[l.set]];
+    links.push_back({set_of[l.set], set.count()});
+    if (l.alpha > 0) set.softness.push_back(l.alpha);
     set.particles.push_back(place[l.a]), set.particles.push_back(place[l.b]);
     set.rest.push_back(l.length);
   }
@@ -122,7 +126,13 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
   if (model.scene.solver.levels == 0) return levels;
   const RestGraph whole = rest_graph(model, w);
   std::vector<int> user;
-  RestGraph fine = part_of(whole, helped(model, whole), user);
+  const std::vector<bool> chosen = helped(model, whole);
+  RestGraph fine = part_of(whole, chosen, user);
+  std::vector<Level::Place> links;
+  for (std::size_t l = 0, c = 0; l < whole.links.size(); ++l, ++c) {
+    if (l > 0 && whole.links[l].set != whole.links[l - 1].set) c = 0;
+    if (chosen[whole.links[l].a]) links.push_back({whole.links[l].set, static_cast<int>(c)});
+  }
   // In the order of the finer model: which particle of the finer graph each place holds, -1 for none; and back.
   std::vector<int> inside(model.count(), -1), held(model.count()), place(fine.count());
   for (std::size_t i = 0; i < user.size(); ++i) inside[user[i]] = static_cast<int>(i);
@@ -137,10 +147,10 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
   while (static_cast<int>(levels.size()) < most && fine.count() > kFewest) {
     Coarser coarser = coarsen(fine, threads);
     const int n = coarser.graph.count();
-    if (n >= kTooSlow * fine.count() || coarser.graph.links.empty()) break;
+    if (n < kFewest || n >= kTooSlow * fine.count() || coarser.graph.links.empty()) break;
     Level level;
     std::vector<int> order;
-    level.model = lay_out(model, coarser.graph, order, threads);
+    level.model = lay_out(model, coarser.graph, order, level.links, threads);
     std::vector<int> by_rank(n), rank(n), at(n);
     std::iota(by_rank.begin(), by_rank.end(), 0);
     std::sort(by_rank.begin(), by_rank.end(),
@@ -148,6 +158,9 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
     for (int i = 0; i < n; ++i) rank[by_rank[i]] = i, at[order[i]] = i;
     level.up = renamed(coarser.up, by_rank, place);
     level.down = renamed(coarser.down, held, rank);
+    level.force = std::move(coarser.force);
+    level.finer_links = std::move(links);
+    links = level.links;
     for (const int i : by_rank) level.particle.push_back(at[i]);
     fine = std::move(coarser.graph);
     held = order;

@@ -11,10 +11,15 @@ namespace malha {
 /// A level has an order of its own, in which its model is. Means number its particles by rank, the order of their
 /// places among the finer particles: what is next to each other there is so here.
 struct Level {
+  struct Place {
+    int set, constraint;
+  };
   Model model;                // particles and coarse constraints alone
   std::vector<int> particle;  // of each rank
   Means up;                   // of each rank: finer particles, in the solver's order
   Means down;                 // of each finer particle: ranks; none where it is pinned or has no levels
+  Means force;  // of each finer link: what it takes of this level's links; empty: nothing has a compliance
+  std::vector<Place> links, finer_links;  // where they are among the sets of their models
 };
 
 /// The finest first; none where they help nobody. `w`: of each particle now, 1/kg, 0 where it is held.

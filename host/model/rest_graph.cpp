@@ -92,7 +92,7 @@ RestGraph rest_graph(const Model& model, const std::vector<double>& w) {
     for (int c = 0; c < set.count(); ++c) {
       const int a = set.particles[2 * c], b = set.particles[2 * c + 1];
       const double length = norm(vector(model.x[a]) - vector(model.x[b])) * set.parameter;
-      graph.links.push_back({model.user_of[a], model.user_of[b], length, static_cast<int>(s)});
+      graph.links.push_back({model.user_of[a], model.user_of[b], length, static_cast<int>(s), set.alpha(c)});
     }
   }
   for (std::size_t b = 0; b + 1 < model.look.body_begin.size(); ++b) {

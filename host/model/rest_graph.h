@@ -14,6 +14,7 @@ struct Link {
   int a, b;
   double length;  // m, along the surface
   int set;        // of the constraints that it stands for
+  double alpha;   // their compliance, m/N; 0: none
 };
 
 struct RestGraph {
@@ -42,7 +43,7 @@ std::vector<int> hops_to_pins(const RestGraph& graph, const std::vector<bool>& h
 /// Of each particle a weighted mean of others.
 struct Means {
   std::vector<int> begin{0}, of;
-  std::vector<double> weight;  // >= 0; those of a mean sum to 1
+  std::vector<double> weight;  // >= 0, and those of a mean sum to 1; not so of forces
   int count() const { return static_cast<int>(begin.size()) - 1; }
 };
 
@@ -52,6 +53,7 @@ struct Coarser {
   std::vector<int> chosen;  // of each coarse particle, the finer one in whose place it is
   Means up;                 // of each coarse particle: the mass centre of the finer ones that hang on it
   Means down;               // of each finer particle: the coarse ones that it follows, at most 4
+  Means force;              // of each finer link with a compliance: what it takes of the coarse links' forces
 };
 
 /// The same on any `threads`. Pins come from pins, and stay where they are.

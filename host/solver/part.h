@@ -20,9 +20,9 @@ template <class T>
 struct Unbuilt {
   constexpr explicit operator bool() const { return false; }
   [[noreturn]] T* operator->() const { std::abort(); }
-  void reset() {}
+  [[noreturn]] T& operator*() const { std::abort(); }
   template <class... From>
-  [[noreturn]] void emplace(const From&...) {
+  [[noreturn]] void emplace(From&&...) {
     refuse_unbuilt();
   }
 };

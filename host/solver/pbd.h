@@ -1,6 +1,9 @@
 // Position Based Dynamics (Müller et al. 2006) with XPBD's compliance (Macklin et al. 2016) and substeps (Macklin et
 // al. 2019).
 #pragma once
+#include <algorithm>
+#include <deque>
+
 #include "host/solver/levels.h"
 #include "host/solver/stepper.h"
 
@@ -30,32 +33,59 @@ class Pbd final : public Stepper<Executor, R> {
     this->give_back_momenta();
     ++this->steps_;
   }
-  /// For those that are held now.
+  /// Those of each set of pins that is let go are laid out beforehand: the model does not stay.
   void lay_out_levels() {
     if (model_.scene.solver.levels == 0) return;
-    held_until_ = this->pins_let_go();
+    std::vector<const MovedPins*> leaving;
+    for (const MovedPins& pins : model_.moved)
+      if (pins.until) leaving.push_back(&pins);
+    std::stable_sort(leaving.begin(), leaving.end(), [](auto a, auto b) { return *a->until < *b->until; });
+    std::vector<double> w = this->inverse_masses();
+    for (std::size_t gone = 0;; ++gone) {
+      add_levels(w);
+      if (gone == leaving.size()) break;
+      for (const int i : leaving[gone]->particles) w[i] = model_.w[i];
+    }
+    const auto& first = levels_.front();
+    this->facts_.levels = first ? first->facts() : std::vector<LevelFacts>{};
+    for (const auto& levels : levels_) this->facts_.level_bytes += levels ? levels->bytes() : 0;
+    const auto none = [](const auto& levels) { return !levels; };
+    if (std::all_of(levels_.begin(), levels_.end(), none)) levels_.clear();
+  }
+  void add_levels(const std::vector<double>& w) {
     this->facts_.level_seconds += seconds([&] {
-      const std::vector<Level> levels = make_levels(model_, this->inverse_masses(), threads_);
-      levels_.reset();
-      if (!levels.empty()) levels_.emplace(executor_, levels, *sweep_, threads_, this->nothing_between());
+      const std::vector<Level> levels = make_levels(model_, w, threads_);
+      auto& own = levels_.emplace_back();
+      if (!levels.empty()) own.emplace(executor_, model_, levels, *sweep_, threads_, this->nothing_between());
     });
-    this->facts_.levels = levels_ ? levels_->facts() : std::vector<LevelFacts>{};
-    this->facts_.level_bytes = levels_ ? levels_->bytes() : 0;
+  }
+
+  /// For what is held now, to be used in this substep of a step, counted from 0; null: none. Multipliers begin anew in
+  /// each substep: what hands them down does so every time.
+  const Levels<Executor, R>* levels_at(int substep) const {
+    if (levels_.empty()) return nullptr;
+    const auto& levels = levels_[this->pins_let_go()];
+    if (!levels) return nullptr;
+    return substep % model_.scene.solver.levels_every == 0 || levels->hands_down() ? &*levels : nullptr;
+  }
+
+  void correct(const Particles<R>& all) override {
+    if (const auto* levels = levels_at(this->substep_))
+      this->timed(Pass::Levels, [&] { sweep_->region([&](const auto& team) { levels->move(team, *sweep_, all); }); });
+  }
+
+  bool hands_down() const override {
+    const auto* levels = levels_at(this->substep_);
+    return levels && levels->hands_down();
   }
 
   void predict(double h) override {
-    if (held_until_ != this->pins_let_go()) lay_out_levels();
     this->blow(h);
     if (this->nothing_between()) return visit_patches(h, 1);
     this->timed(Pass::Prediction, [&] {
       parallel_for(executor_, model_.count(), Predict<R>{this->particles(), R(h), this->to_R(model_.scene.gravity)});
     });
-    if (levels_ && levels_now(this->substep_))
-      this->timed(Pass::Levels,
-                  [&] { sweep_->region([&](const auto& team) { levels_->move(team, *sweep_, this->particles()); }); });
   }
-  /// Whether a step's substep, counted from 0, uses the levels.
-  bool levels_now(int substep) const { return substep % model_.scene.solver.levels_every == 0; }
   bool predicts_the_state() const override { return this->nothing_between(); }
 
   /// Substeps of prediction, projection and state in one parallel region.
@@ -68,22 +98,21 @@ class Pbd final : public Stepper<Executor, R> {
     this->timed(Pass::Visits, [&] {
       sweep_->region([&](const auto& team) {
         for (int s = 0; s < substeps; ++s) {
-          const bool levels = levels_ && levels_now(this->substep_ + s);
-          const bool next = levels_ && s + 1 < substeps && levels_now(this->substep_ + s + 1);
-          if (levels) {
-            if (s == 0) levels_->restrict_from(team, *sweep_, foreseen);
-            levels_->sweep(team);
-          }
+          const auto* levels = levels_at(this->substep_ + s);
+          const auto* next = s + 1 < substeps ? levels_at(this->substep_ + s + 1) : nullptr;
+          if (levels && s == 0) levels->restrict_from(team, *sweep_, foreseen);
+          if (levels) levels->sweep(team);
           for (int iteration = 0; iteration < iterations; ++iteration) {
             Visit<R> visit = plain;
             visit.predicts = visit.fresh = iteration == 0;
             visit.updates = iteration + 1 == iterations;
             visit.substep = s + 1;
-            if (levels && visit.predicts) visit.down = levels_->down();
-            if (next && visit.updates) visit.up = levels_->up();
+            visit.handed = levels && levels->hands_down();
+            if (levels && visit.predicts) visit.down = levels->down();
+            if (next && visit.updates) visit.up = next->up();
             (*sweep_)(team, visit);
           }
-          if (next) levels_->join_parts(team);
+          if (next) next->join_parts(team);
         }
       });
     });
@@ -95,8 +124,8 @@ class Pbd final : public Stepper<Executor, R> {
   }
 
   int threads_;
-  int held_until_ = 0;  // the pins that were let go when the levels were laid out
-  Part<Levels<Executor, R>, built("levels")> levels_;
+  std::deque<Part<Levels<Executor, R>, built("levels")>>
+      levels_;  // after so many sets of pins were let go; empty: none
 };
 
 }  // namespace malha

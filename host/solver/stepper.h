@@ -178,6 +178,10 @@ class Stepper : public Solver {
 
   /// v and p of a substep of h seconds, from what acts on the particles, the wind included.
   virtual void predict(double h) = 0;
+  /// What happens between prediction and the first projection, contacts known.
+  virtual void correct(const Particles<R>& /*all*/) {}
+  /// Whether that left multipliers with which the first projection begins.
+  virtual bool hands_down() const { return false; }
   /// Whether what follows the prediction is done in it, up to the new state.
   virtual bool predicts_the_state() const { return false; }
   /// Asked after every iteration: whether the projected constraints are met well enough to leave out the others.
@@ -198,6 +202,7 @@ class Stepper : public Solver {
     if (predicts_the_state()) return;
     if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h); });
     if (self_) timed(Pass::SelfCollision, [&] { self_->find(all); });
+    correct(all);
     for (auto& pressure : pressures_) pressure.start_substep();
     if (!model_.sets.empty() || !nothing_between())
       for (int iteration = 0; iteration < scene.solver.iterations; ++iteration) {
@@ -291,7 +296,7 @@ class Stepper : public Solver {
     if (!model_.sets.empty())
       timed(Pass::Projection, [&] {
         Visit<R> visit = sweep_->visit(all, h, to_R(model_.scene.gravity));
-        visit.fresh = fresh;
+        visit.fresh = fresh, visit.handed = fresh && hands_down();
         sweep_->region([&](const auto& team) { (*sweep_)(team, visit); });
       });
     if (!pressures_.empty())
