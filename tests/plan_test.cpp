@@ -1,6 +1,7 @@
 // What malha plan says is what runs, and no more than the scene needs.
 #include "host/results/plan.h"
 
+#include "host/results/report.h"
 #include "host/solver/solver.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
@@ -123,6 +124,67 @@ TEST(Plan, CountsLaunches) {
   Json smooth = balloon_in_the_wind();
   smooth["environment"][0].erase("restitution");
   EXPECT_TRUE(says(plan_of(smooth), "  contact: 16 launches")) << "an impact without restitution is stopped too";
+}
+
+/// A cloth that hangs by a row and uses levels, which is small enough for a test.
+Json cloth_with_levels(int most) {
+  Json scene = Json::parse(R"({
+    "name": "cloth", "solver": {"type": "pbd", "dt": 0.01, "substeps": 5}, "gravity": [0, -9.81, 0], "duration": 1,
+    "bodies": [{"name": "cloth", "mass": 1, "shape": {"grid": {"size": [1, 1], "cells": [40, 40]}},
+                "pins": [{"row": "first"}], "constraints": [{"type": "distance", "on": ["edges", "shear"]}]}]})");
+  scene["solver"]["levels"] = most;
+  return scene;
+}
+
+TEST(Plan, ListsLevels) {
+  const std::string text = plan_of(cloth_with_levels(2));
+  EXPECT_TRUE(has(text, "\nlevels: 2, every 2 substeps\n")) << text;
+  // Every second row and column of 41 x 41: 21 x 21, and of these 11 x 11.
+  EXPECT_TRUE(has(text, "\n  441 particles, ")) << text;
+  EXPECT_TRUE(has(text, "\n  121 particles, ")) << text;
+  const Simulation simulation(parsed(cloth_with_levels(2)), {.threads = 1});
+  const double bytes = static_cast<double>(simulation.solver().facts().level_bytes);
+  char kib[32];
+  std::snprintf(kib, sizeof kib, "  levels: %.1f KiB", bytes / 1024);
+  EXPECT_TRUE(says(text, kib)) << text;
+  // Least of each particle of a level: where it is and where it goes, 12 bytes each, and the inverse mass.
+  EXPECT_GT(bytes, (441 + 121) * 28);
+}
+
+TEST(Plan, SaysNothingOfLevelsWhereThereAreNone) {
+  Json scene = cloth_with_levels(1);
+  scene["solver"]["levels"] = "off";
+  const std::string off = plan_of(scene);
+  EXPECT_FALSE(has(off, "level")) << off;
+  scene["solver"]["levels"] = "auto";  // 40 edges to the pins are no long way
+  EXPECT_EQ(plan_of(scene), off);
+}
+
+/// What the first step launches, and what the plan says of the levels' part.
+TEST(Plan, CountsWhatLevelsLaunch) {
+  const char* blocks[] = {"{}",                                                   // whole steps in one region
+                          R"({"wind": {"velocity": [0, 0, 1], "drag": 0.001}})",  // fused substeps
+                          R"({"environment": [{"name": "far", "shape": {"box": {"size": [1, 1, 1], "cells": [1, 1, 1]}},
+                           "transform": {"translate": [0, -9, 0]}}]})"};          // passes of their own
+  for (const char* block : blocks)
+    for (const int every : {1, 2, 3}) {
+      Json scene = cloth_with_levels(3);
+      scene.update(Json::parse(block));
+      scene["solver"]["levels_every"] = every;
+      const auto launched = [&] {
+        Simulation simulation(parsed(scene), {.threads = 1});
+        simulation.step();
+        std::int64_t all = 0;
+        for (const Launches& of : simulation.times().launches) all += of.launches;
+        return all;
+      };
+      const std::string text = plan_of(scene);
+      const std::int64_t with = launched();
+      scene["solver"]["levels"] = "off";
+      EXPECT_TRUE(says(text, "  levels: " + std::to_string(with - launched()) + " launches"))
+          << with << " " << launched() << "\n"
+          << text;
+    }
 }
 
 /// Scenes between the two above, by what they leave out.

@@ -1,6 +1,7 @@
 // report.json: every promised number is there, under its name, and is plausible or exact.
 
 #include "host/base/build_info.h"
+#include "host/results/summary.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
 
@@ -150,6 +151,36 @@ TEST(Report, CountsBytes) {
   for (const auto& [key, bytes] : memory.items())
     if (key.ends_with("_bytes")) listed += bytes.get<double>();
   EXPECT_GT(memory["peak_mib"], listed / 1048576);
+}
+
+TEST(Report, ListsLevelsWhereThereAreAny) {
+  Json scene = Json::parse(R"({
+    "name": "cloth", "solver": {"type": "pbd", "dt": 0.01, "levels": 2, "levels_every": 3}, "gravity": [0, -9.81, 0],
+    "bodies": [{"name": "cloth", "mass": 1, "shape": {"grid": {"size": [1, 1], "cells": [40, 40]}},
+                "pins": [{"row": "first"}], "constraints": [{"type": "distance", "on": ["edges", "shear"]}]}],
+    "duration": 0.02})");
+  const Json with = report_of(scene, 2), levels = with["levels"];
+  EXPECT_EQ(levels["every_substeps"], 3);
+  ASSERT_EQ(levels["from_the_finest"].size(), 2u);
+  EXPECT_EQ(levels["from_the_finest"][0]["particles"], 21 * 21) << "every second row and column of 41 x 41";
+  EXPECT_EQ(levels["from_the_finest"][1]["particles"], 11 * 11);
+  for (const Json& level : levels["from_the_finest"]) {
+    EXPECT_GT(level["constraints"], level["particles"]) << "it hangs together in both directions";
+    EXPECT_GE(level["patches"], 1);
+  }
+  EXPECT_EQ(with["memory"]["levels_bytes"], levels["bytes"]);
+  EXPECT_EQ(with["setup_s"]["levels"], levels["setup_s"]);
+  EXPECT_GT(levels["setup_s"], 0);
+  EXPECT_LT(levels["setup_s"], with["setup_s"]["total"]);
+  Simulation simulation(parsed(scene), {.threads = 1});
+  EXPECT_TRUE(has(summary(simulation), "\nlevels      2, of 441 particles and fewer, every 3 substeps\n"));
+
+  scene["solver"]["levels"] = "off";
+  const Json without = report_of(scene, 2);
+  EXPECT_FALSE(without.contains("levels"));
+  EXPECT_FALSE(without["memory"].contains("levels_bytes"));
+  EXPECT_FALSE(without["setup_s"].contains("levels"));
+  EXPECT_FALSE(has(summary(Simulation(parsed(scene), {.threads = 1})), "level"));
 }
 
 /// A sheet without constraints in free fall, dt = h: v = v0 + g t, and the steps' own sum x = x0 + v0 t + g t (t + h)

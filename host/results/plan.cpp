@@ -105,6 +105,24 @@ void list_self_collision(std::ostream& out, const Scene& scene, const SolverFact
       << scene.self_collision->friction << "\n";
 }
 
+void list_levels(std::ostream& out, const Model& model, const SolverFacts& facts) {
+  if (facts.levels.empty()) return;
+  out << "levels: " << facts.levels.size() << ", every " << counted(model.scene.solver.levels_every, "substep") << "\n";
+  for (const LevelFacts& level : facts.levels)
+    out << "  " << counted(level.particles, "particle") << ", " << counted(level.constraints, "constraint") << " in "
+        << counted(level.patches.patches, "patch", "patches") << "\n";
+}
+
+/// A step's: of what restricts to each level, and of the sweeps over it.
+std::size_t launches_of_levels(const SolverSpec& solver, const SolverFacts& facts) {
+  if (facts.levels.empty()) return 0;
+  const std::size_t uses = (solver.substeps + solver.levels_every - 1) / solver.levels_every;
+  std::size_t each = 2 * (facts.levels.size() - 1);  // the coarser ones: means, and those whose parts lie in patches
+  for (const LevelFacts& level : facts.levels) each += level.patches.phases;
+  // The finest: in a step's later substeps the visits leave the means, and where they predict they hand down too.
+  return uses * each + uses + (facts.whole_steps ? 1 : uses) + (facts.fused ? 0 : uses);
+}
+
 /// Launches of the passes that filter forces.
 void list_filter_passes(const Model& model, const SolverFacts& facts,
                         const std::function<void(const char*, std::size_t)>& line) {
@@ -141,6 +159,7 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   const bool drags = model.scene.wind && model.scene.wind->drag > 0;
   const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
   line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
+  line("levels", launches_of_levels(solver, facts));
   line("collision", 2 * substeps * obstacles);  // found before the iterations, held back after them
   line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);
@@ -203,6 +222,7 @@ std::string plan(const Simulation& simulation) {
   list_constraints(out, model, facts);
   list_attachments(out, model);
   list_tears(out, scene);
+  list_levels(out, model, facts);
   list_springs(out, model, facts);
   list_self_collision(out, scene, facts);
   out << "passes of a step:\n";

@@ -66,6 +66,17 @@ Json patches(const PatchFacts& facts) {
           {"slots_most", facts.most_slots}};
 }
 
+Json levels(const SolverFacts& facts, int every) {
+  Json all = Json::array();
+  for (const LevelFacts& level : facts.levels)
+    all.push_back(
+        {{"particles", level.particles}, {"constraints", level.constraints}, {"patches", level.patches.patches}});
+  return {{"every_substeps", every},
+          {"from_the_finest", all},
+          {"bytes", facts.level_bytes},
+          {"setup_s", facts.level_seconds}};
+}
+
 Json filter(const Solver& solver, const Model& model) {
   const FilterFacts& facts = *solver.facts().filter;
   const FilterErrors errors = *solver.filter_errors();
@@ -156,6 +167,7 @@ Parts setup_parts(const Model& model, const SolverFacts& facts) {
               {"colour", facts.colour_seconds},
               {"layout", facts.layout_seconds},
               {"collision", facts.collision_seconds}};
+  if (!facts.levels.empty()) parts.emplace_back("levels", facts.level_seconds);
   if (facts.filter) {
     parts.emplace_back("filter_order", facts.filter->order_seconds);
     parts.emplace_back("filter_factor", facts.filter->factor_seconds);
@@ -166,14 +178,16 @@ Parts setup_parts(const Model& model, const SolverFacts& facts) {
 
 Parts memory_parts(const Model& model, const SolverFacts& facts) {
   const auto number = [](std::size_t bytes) { return static_cast<double>(bytes); };
-  return {{"particles", number(facts.particle_bytes)},
-          {"constraints", number(facts.constraint_bytes + facts.long_range_bytes)},
-          {"air", number(facts.air_bytes)},
-          {"patches", number(facts.patches.bytes)},
-          {"springs", number(facts.spring_bytes)},
-          {"filter", number(facts.filter ? facts.filter->bytes : 0)},
-          {"collision", number(facts.collision_bytes)},
-          {"model", number(bytes(model))}};
+  Parts parts{{"particles", number(facts.particle_bytes)},
+              {"constraints", number(facts.constraint_bytes + facts.long_range_bytes)},
+              {"air", number(facts.air_bytes)},
+              {"patches", number(facts.patches.bytes)},
+              {"springs", number(facts.spring_bytes)},
+              {"filter", number(facts.filter ? facts.filter->bytes : 0)},
+              {"collision", number(facts.collision_bytes)},
+              {"model", number(bytes(model))}};
+  if (!facts.levels.empty()) parts.emplace_back("levels", number(facts.level_bytes));
+  return parts;
 }
 
 std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
@@ -207,6 +221,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
   }
   json["constraints"] = constraints(facts, model);
   json["patches"] = patches(facts.patches);
+  if (!facts.levels.empty()) json["levels"] = levels(facts, scene.solver.levels_every);
   if (facts.filter) {
     const auto count = [&json](const std::string& type, std::size_t springs) {
       Json& all = json["springs"][type];

@@ -25,11 +25,12 @@ double median_step_ms(const RunTimes& times);
 /// Numbers with their names, in the order in which they are shown.
 using Parts = std::vector<std::pair<std::string, double>>;
 
-/// What set-up spent its time on, s. One after the other: load, order, connect, patches, colour, layout, collision.
+/// What set-up spent its time on, s. One after the other: load, order, connect, patches, colour, layout, collision, and
+/// levels where there are any.
 Parts setup_parts(const Model& model, const SolverFacts& facts);
 
 /// What takes up how many bytes: particles, constraints, patches (with the memories that visits work in), collision
-/// without Embree's own, and the model.
+/// without Embree's own, the model, and levels where there are any.
 Parts memory_parts(const Model& model, const SolverFacts& facts);
 
 /// JSON with snake_case names and the unit as suffix. `status`: "finished", "interrupted" or "diverged"; a diverged

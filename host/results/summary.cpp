@@ -38,6 +38,9 @@ std::string summary(const Simulation& simulation) {
   std::string text = "simulated   " + shown(simulation.time()) + " s, " + counted(simulation.steps(), "step") + " of " +
                      counted(model.count(), "particle") + " on " + counted(simulation.threads(), "thread") + "\n";
   text += "speed       " + speed(median_step_ms(simulation.times()), model.scene.solver.dt) + "\n";
+  if (const auto& levels = simulation.solver().facts().levels; !levels.empty())
+    text += "levels      " + std::to_string(levels.size()) + ", of " + counted(levels.front().particles, "particle") +
+            " and fewer, every " + counted(model.scene.solver.levels_every, "substep") + "\n";
   if (const auto& filter = simulation.solver().facts().filter)
     text +=
         "filter      " + filter->kind + ", " + filter->storage + ", " + counted(filter->unknowns, "particle") + "\n";
