@@ -7,6 +7,7 @@
 
 #include "host/mesh/vectors.h"
 #include "host/results/boundaries.h"
+#include "tests/irregular_mesh.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -59,8 +60,15 @@ double swung_strain(const Scene& scene) {
   return most;
 }
 
-TEST(WarningOfSag, ComesWhereTheSwingingSheetStretchesByHalfAndNotFarFromThere) {
+/// Sweeps over the particles alone: levels are a boundary of their own.
+SolverSpec without_levels() {
   SolverSpec solver;
+  solver.levels = 0;
+  return solver;
+}
+
+TEST(WarningOfSag, ComesWhereTheSwingingSheetStretchesByHalfAndNotFarFromThere) {
+  SolverSpec solver = without_levels();
   for (const auto& [n, substeps] : {std::pair{17, 1}, {33, 2}, {65, 8}}) {
     solver.substeps = substeps;
     const Scene bad = sheet_of(n, true, solver);
@@ -77,7 +85,7 @@ TEST(WarningOfSag, ComesWhereTheSwingingSheetStretchesByHalfAndNotFarFromThere) 
 TEST(WarningOfSag, ComesOfDefaultSettingsWhereAFineSheetHangsOnTooLittleForThem) {
   for (const bool corners : {true, false})
     for (const int n : {17, 100}) {
-      Scene scene = sheet_of(n, true, {});
+      Scene scene = sheet_of(n, true, without_levels());
       if (corners) scene.bodies[0].pins = {ListPin{{0, n - 1}}};
       EXPECT_EQ(warns_of(scene, "resolution"), n == 100);
       EXPECT_EQ(swung_strain(scene) > 0.5, n == 100);
@@ -113,13 +121,82 @@ TEST(WarningOfSag, ComesOfASoftPbdStiffnessAndGoesWithLongRangeAttachments) {
 }
 
 TEST(WarningOfSag, NamesSubstepsThatAreEnough) {
-  SolverSpec solver;
+  SolverSpec solver = without_levels();
   solver.substeps = 1;
   Simulation simulation(sheet_of(65, true, solver), {.threads = 1});
   const double strain = worst_sag(simulation.model()).swinging;
   solver.substeps = static_cast<int>(std::ceil(std::sqrt(strain / 0.5)));
-  EXPECT_TRUE(has(warnings(simulation.model())[0], "take " + std::to_string(solver.substeps) + " substeps or more"));
+  EXPECT_TRUE(has(warnings(simulation.model())[0], std::to_string(solver.substeps) + " substeps or more"));
   EXPECT_TRUE(warnings_of(sheet_of(65, true, solver)).empty());
+}
+
+/// Irregular triangles, 2 m x 2 m and 1 kg, hung by a row.
+Scene irregular_sheet_of(int n, const SolverSpec& solver, const TemporaryFolder& folder) {
+  Scene scene = sheet_of(n, true, solver);
+  folder.write("sheet.obj", irregular_obj(2, 2, n - 1, n - 1, 0.3, 1, 1));
+  scene.bodies[0].shape = MeshFile{folder / "sheet.obj"};
+  scene.bodies[0].pins = {BoxPin{{-9, -9, -9}, {9, 9, 1e-6}}};
+  scene.bodies[0].constraints = {stiff("distance", {"edges"})};
+  return scene;
+}
+
+TEST(WarningOfSag, NamesLevelsFirstWhereTheyKeepTheSheetTogetherAndGoesWithThem) {
+  const TemporaryFolder folder;
+  SolverSpec solver;
+  solver.substeps = 1;
+  for (const bool irregular : {false, true}) {
+    Scene scene = irregular ? irregular_sheet_of(65, solver, folder) : sheet_of(65, true, solver);
+    EXPECT_TRUE(warnings_of(scene).empty());
+    EXPECT_LT(swung_strain(scene), 0.5);
+    scene.solver.levels = 0;
+    EXPECT_TRUE(warns_once(scene, "resolution"));
+    EXPECT_TRUE(has(warnings_of(scene)[0], "take \"levels\": \"auto\", or ")) << warnings_of(scene)[0];
+    EXPECT_GT(swung_strain(scene), 0.5);
+  }
+  const Scene small = sheet_of(33, true, solver);  // of itself it has no levels
+  ASSERT_TRUE(warns_once(small, "resolution"));
+  EXPECT_FALSE(has(warnings_of(small)[0], "levels"));
+}
+
+TEST(WarningOfSag, ComesWhereANumberOfLevelsIsTooSmall) {
+  const TemporaryFolder folder;
+  SolverSpec solver;
+  solver.substeps = 1;
+  for (const bool irregular : {false, true})
+    for (const int levels : {1, 2, 4}) {
+      solver.levels = levels;
+      const Scene scene = irregular ? irregular_sheet_of(65, solver, folder) : sheet_of(65, true, solver);
+      EXPECT_EQ(warns_of(scene, "resolution"), levels < 4) << irregular << levels;
+      EXPECT_EQ(swung_strain(scene) > 0.5, levels < 4) << irregular << levels;
+    }
+}
+
+TEST(WarningOfSag, ComesInSpiteOfLevelsWhereASheetHangsByAttachments) {
+  SolverSpec solver;
+  solver.substeps = 4;
+  Attachment corners;
+  corners.at = ListPin{{0, 64}}, corners.compliance = 1e-9;
+  Scene scene = sheet_of(65, false, solver);
+  scene.bodies[0].attachments = {corners};
+  ASSERT_TRUE(warns_once(scene, "resolution"));
+  EXPECT_FALSE(has(warnings_of(scene)[0], "levels"));
+  EXPECT_GT(swung_strain(scene), 0.5);
+}
+
+TEST(WarningOfLevels, ComesWhereTheyAreUsedSoSeldomThatASheetThrowsItselfApart) {
+  SolverSpec solver;
+  for (const int every : {3, 5}) {
+    solver.levels_every = every;
+    const Scene scene = sheet_of(65, true, solver);
+    EXPECT_EQ(warnings_of(scene).size(), every == 5 ? 1u : 0u);
+    if (every == 3)
+      EXPECT_LT(swung_strain(scene), 0.5);
+    else
+      EXPECT_THROW(swung_strain(scene), Diverged);
+  }
+  EXPECT_TRUE(has(warnings_of(sheet_of(65, true, solver)).at(0), "with \"levels_every\": 5 large bodies may"));
+  EXPECT_TRUE(warnings_of(sheet_of(33, true, solver)).empty()) << "there are none";
+  EXPECT_TRUE(warnings_of(sheet_of(65, false, solver)).empty()) << "nothing holds it";
 }
 
 TEST(WarningOfRounding, ComesWhereFloatRoundsAwayWhatASubstepFalls) {
@@ -345,7 +422,7 @@ TEST(Warning, ComesOfThreeShippedScenes) {
 }
 
 TEST(Warning, IsALineOnStandardErrorOfRunAndPlanAlsoWhereTheyAreToBeQuiet) {
-  SolverSpec solver;
+  SolverSpec solver = without_levels();
   solver.substeps = 1;
   const TemporaryFolder folder;
   folder.write("scene.json", to_json(sheet_of(65, true, solver)));

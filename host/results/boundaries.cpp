@@ -7,6 +7,7 @@
 
 #include "host/mesh/tetrahedra.h"
 #include "host/mesh/vectors.h"
+#include "host/model/levels.h"
 #include "host/results/resolution.h"
 #include "host/solver/stiffness.h"
 
@@ -68,6 +69,29 @@ std::vector<double> distances_from(const std::vector<bool>& pinned, const std::v
   return away;
 }
 
+/// Of each body, whether "auto" levels carry corrections from its pins.
+std::vector<bool> long_ways(const Model& model, const std::vector<bool>& pinned, const std::vector<int>& body) {
+  RestGraph graph;  // of what carries the pull alone
+  graph.x.resize(model.x.size());
+  for (std::size_t s = 0; s < model.sets.size(); ++s) {
+    const ConstraintSet& set = model.sets[s];
+    if (!pulls(set)) continue;
+    for (int c = 0; c < set.count(); ++c)
+      graph.links.push_back({set.particles[2 * c], set.particles[2 * c + 1], 0, static_cast<int>(s)});
+  }
+  const std::vector<int> hops = hops_to_pins(graph, pinned);
+  std::vector<bool> result(model.scene.bodies.size(), false);
+  for (std::size_t i = 0; i < hops.size(); ++i)
+    if (hops[i] >= kLongWay) result[body[i]] = true;
+  return result;
+}
+
+/// What levels leave of a body's sag.
+double left_by_levels(int levels, bool long_way) {
+  if (levels == kAutoLevels) return long_way ? 0 : 1;
+  return std::pow(0.25, levels);
+}
+
 }  // namespace
 
 Sag worst_sag(const Model& model) {
@@ -102,15 +126,28 @@ Sag worst_sag(const Model& model) {
     for (const int i : set.particles) hung[body[i]].tied = hung[body[i]].tied || model.w[i] > 0;
   const double fall = gravity(model) * substep(model) * substep(model);
   const std::vector<int>& faces = model.look.face_begin;
+  std::vector<bool> long_way;
   for (std::size_t b = 0; b < hung.size(); ++b) {
     const Hung& of = hung[b];
     if (of.paths == 0 || of.stiffness == 0 || names(model.scene.bodies[b], "long_range")) continue;
-    const double strain = 2 * of.mass / of.end_mass * fall / (of.length * solver.iterations * of.stiffness);
+    if (long_way.empty()) long_way = long_ways(model, pinned, body);
+    const double left = of.tied ? 1 : left_by_levels(solver.levels, long_way[b]);
+    const double strain = left * 2 * of.mass / of.end_mass * fall / (of.length * solver.iterations * of.stiffness);
     const double swinging = strain * std::max(5.0, std::sqrt(of.paths / 2.0)) * (of.tied ? 7 : 1);
     const bool of_faces = faces[b + 1] != faces[b];
-    if (swinging > worst.swinging) worst = {strain, swinging, of.stiffness, static_cast<int>(b), of_faces};
+    if (swinging > worst.swinging)
+      worst = {strain, swinging, of.stiffness, static_cast<int>(b), of_faces, long_way[b] && !of.tied};
   }
   return worst;
+}
+
+bool hangs_by_levels(const Model& model) {
+  const SolverSpec& solver = model.scene.solver;
+  if (solver.type != "pbd" || solver.levels == 0) return false;
+  const std::vector<bool> pinned = pinned_at_start(model);
+  if (solver.levels != kAutoLevels) return std::find(pinned.begin(), pinned.end(), true) != pinned.end();
+  const std::vector<bool> long_way = long_ways(model, pinned, bodies_of(model));
+  return std::find(long_way.begin(), long_way.end(), true) != long_way.end();
 }
 
 double unrounded_step(const Model& model) {
