@@ -99,6 +99,28 @@ TEST(BenchProjection, WritesARowForAllThatTookPart) {
   EXPECT_TRUE(has(files.at("projection.svg"), "</svg>"));
 }
 
+/// The large strain of a cloth whose way to the pins is long, and what levels make of it.
+TEST(BenchProjection, SetsLevelsBesideTheSameStepWithoutThem) {
+  const TemporaryFolder folder;
+  const Ended ended = bench({"--n", "100", "--threads", "1"}, folder);
+  ASSERT_EQ(ended.status, 0) << ended.err;
+  const Json rows = Json::parse(bytes_of(folder / "out/bench_projection/projection.json"));
+  ASSERT_EQ(rows.size(), 3 + kPeers);
+  const Json &plain = rows[0], &levels = rows[2];
+  EXPECT_EQ(plain["schedule"], "10x1");
+  EXPECT_EQ(plain["levels"], 0);
+  EXPECT_EQ(levels["schedule"], "10x1 levels");
+  EXPECT_GT(levels["levels"], 2);
+  EXPECT_EQ(levels["constraints"], plain["constraints"]) << "those of the cloth itself";
+  EXPECT_GT(levels["times_the_step_without_levels"], 1);
+  EXPECT_FALSE(plain.contains("times_the_step_without_levels"));
+  EXPECT_LT(levels["strain_rms"].get<double>(), plain["strain_rms"].get<double>() / 3);
+  EXPECT_LT(levels["strain_max"].get<double>(), plain["strain_max"].get<double>() / 3);
+  EXPECT_GT(levels["memory_bytes"]["levels"], 0);
+  EXPECT_GT(levels["setup_s"]["levels"], 0);
+  EXPECT_TRUE(has(ended.out, "  levels on 1 thread: ")) << ended.out;
+}
+
 TEST(BenchProjection, DoesWithoutGnuplotAndSaysSo) {
   const TemporaryFolder folder;
   const Environment path("PATH", folder / ".");
@@ -186,7 +208,7 @@ TEST(BenchProjection, RefusesWhatDoesNotFitIntoMemory) {
   const Ended ended = bench({"--n", "5,4000", "--threads", threads}, folder);
   EXPECT_EQ(ended.status, 2);
   EXPECT_EQ(ended.err.find("malha bench projection: --n: found 4000, which takes about "), 0u) << ended.err;
-  EXPECT_TRUE(has(ended.err, "800 lines of 1.6e+07 particles; allowed: what fits into the ")) << ended.err;
+  EXPECT_TRUE(has(ended.err, "1200 lines of 1.6e+07 particles; allowed: what fits into the ")) << ended.err;
   EXPECT_EQ(ended.out, "");
   EXPECT_TRUE(files_in(folder / ".").empty());
 }

@@ -12,15 +12,19 @@ namespace malha::bench {
 
 namespace {
 
-bool is_drawn(const Row& row) { return row.library == "bullet" || row.schedule == Schedule{10, 1}; }
+bool is_drawn(const Row& row) { return row.library == "bullet" || row.schedule.substeps == 10; }
 
 std::string colour(const Row& row) {
   if (row.library == "bullet") return "#d95f02";
+  if (row.schedule.levels) return row.threads == 1 ? "#7b3294" : "#c51b7d";
   return row.threads == 1 ? "#1f4e9c" : "#1b9e77";
 }
 
 std::string name(const Row& row) {
-  return (row.library == "bullet" ? "Bullet, " : "malha, ") + counted(row.threads, "thread");
+  return (row.library == "bullet" ? "Bullet, "
+          : row.schedule.levels   ? "with levels, "
+                                  : "malha, ") +
+         counted(row.threads, "thread");
 }
 
 /// Lines of the grids, and open marks of the irregular mesh, for each library and number of threads.
@@ -33,7 +37,8 @@ std::vector<Series> series(const std::vector<Row>& rows) {
     if (!is_drawn(row)) continue;
     const bool grid = row.case_name == "grid";
     char key[64], data[160], floor[80];
-    std::snprintf(key, sizeof key, "%d %04d %s", row.library == "bullet", row.threads, grid ? "grid" : "irregular");
+    std::snprintf(key, sizeof key, "%d %04d %s", row.library == "bullet" ? 2 : row.schedule.levels, row.threads,
+                  grid ? "grid" : "irregular");
     std::snprintf(data, sizeof data, "%.9g %.9g %.9g %.9g\n", row.side, row.ns_per_projection(), row.ns_min(),
                   row.ns_max());
     const std::string lines = "lw 2 lc rgb '" + colour(row) + "'";
@@ -41,9 +46,9 @@ std::vector<Series> series(const std::vector<Row>& rows) {
         {"", grid ? "with yerrorlines pt 7 ps 0.9 " + lines : "with yerrorbars pt 6 ps 1.4 " + lines,
          name(row) + (grid ? "" : ", irregular")},
         data);
-    if (row.library == "bullet") continue;
+    if (row.library == "bullet" || row.schedule.levels) continue;
     std::snprintf(floor, sizeof floor, "%.9g %.9g\n", row.side, row.floor_ns());
-    add("2" + std::string(key),
+    add("3" + std::string(key),
         {"", grid ? "with linespoints dt 2 pt 7 ps 0.4 " + lines : "with points pt 2 " + lines,
          "floor, " + name(row).substr(7) + (grid ? "" : ", irregular")},
         floor);

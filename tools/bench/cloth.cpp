@@ -68,6 +68,7 @@ Scene hanging(const Case& which, const Schedule& schedule) {
   scene.solver.dt = 1.0 / 60;
   scene.solver.substeps = schedule.substeps;
   scene.solver.iterations = schedule.iterations;
+  if (!schedule.levels) scene.solver.levels = 0;
   scene.gravity = {0, -9.81, 0};
   scene.bodies = {body};
   return scene;

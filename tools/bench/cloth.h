@@ -11,7 +11,10 @@ namespace malha::bench {
 
 struct Schedule {
   int substeps = 10, iterations = 1;
-  std::string name() const { return std::to_string(substeps) + "x" + std::to_string(iterations); }
+  bool levels = false;  // "auto"
+  std::string name() const {
+    return std::to_string(substeps) + "x" + std::to_string(iterations) + (levels ? " levels" : "");
+  }
   int projections() const { return substeps * iterations; }  // of each constraint in a step
   bool operator==(const Schedule&) const = default;
 };
@@ -43,7 +46,8 @@ Case grid_case(int side);
 /// About `particles` particles (side * side, see irregular.h), as a PLY file.
 Case irregular_case(int particles);
 
-/// Distance constraints of stiffness 1 and gravity, and nothing else; dt = 1/60 s, float.
+/// Distance constraints of stiffness 1 and gravity, and nothing else; dt = 1/60 s, float. Levels are a schedule's own,
+/// so that a sweep over the particles alone can be measured too.
 Scene hanging(const Case& which, const Schedule& schedule);
 
 /// The scene's only body in the order of its mesh.

@@ -16,7 +16,7 @@ namespace malha::bench {
 
 namespace {
 
-constexpr Schedule kSchedules[] = {{10, 1}, {1, 10}};
+constexpr Schedule kSchedules[] = {{10, 1}, {1, 10}, {10, 1, true}};
 
 /// Who takes turns: a row to fill, how it steps, and how its state is looked at.
 struct Runner {
@@ -34,6 +34,7 @@ Runner malha_runner(const Case& which, const Schedule& schedule, int threads) {
   runner.row.schedule = schedule, runner.row.threads = threads;
   runner.row.particles = simulation->model().count();
   runner.row.constraints = simulation->solver().facts().projections_per_step / schedule.projections();
+  runner.row.levels = static_cast<int>(simulation->solver().facts().levels.size());
   const RunTimes& times = simulation->times();
   runner.row.setup_seconds = setup_parts(simulation->model(), simulation->solver().facts());
   runner.row.setup_seconds.emplace_back("total", times.model_seconds + times.solver_seconds);
@@ -91,8 +92,13 @@ std::vector<Row> measure(Case which, const Timing& timing,
                          const std::function<void(const std::string&, double)>& doing) {
   doing("setting up", 0);
   std::vector<Runner> runners;
-  for (const Schedule& schedule : kSchedules)
-    for (const int threads : timing.threads) runners.push_back(malha_runner(which, schedule, threads));
+  for (const Schedule& schedule : kSchedules) {
+    for (const int threads : timing.threads) {
+      Runner runner = malha_runner(which, schedule, threads);
+      if (schedule.levels && runner.row.levels == 0) break;  // "auto" has none here: the rows would repeat others
+      runners.push_back(std::move(runner));
+    }
+  }
   if (bullet_left_out(which).empty()) runners.push_back(bullet_runner(which));
   which.folder.reset();
 

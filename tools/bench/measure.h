@@ -27,9 +27,9 @@ std::string peer_version();
 /// Why Bullet gets no row of this case; empty: it gets one.
 std::string bullet_left_out(const Case& which);
 
-/// The rows of malha (schedules 10x1 and 1x10, each on all the thread counts) and of Bullet (1x10, one thread).
-/// `doing` hears in a few words what comes next and which part of the whole case is done. Takes the case's mesh file
-/// away once it is read. Throws Diverged.
+/// The rows of malha (schedules 10x1 and 1x10, and 10x1 with levels where "auto" has any, on all the thread counts) and
+/// of Bullet (1x10, one thread). `doing` hears in a few words what comes next and which part of the whole case is done.
+/// Takes the case's mesh file away once it is read. Throws Diverged.
 std::vector<Row> measure(Case which, const Timing& timing,
                          const std::function<void(const std::string&, double part)>& doing);
 

@@ -11,9 +11,9 @@ namespace malha::bench {
 namespace {
 
 template <class Test>
-const Row* find(const std::vector<Row>& rows, const Row& like, Test test) {
+const Row* find(const std::vector<Row>& rows, const Row& like, int threads, Test test) {
   for (const Row& row : rows)
-    if (row.case_name == like.case_name && row.n == like.n && row.threads == 1 && test(row)) return &row;
+    if (row.case_name == like.case_name && row.n == like.n && row.threads == threads && test(row)) return &row;
   return nullptr;
 }
 
@@ -35,12 +35,21 @@ double times_as_fast(const Row& row, const Row& other) {
   return median(ratios);
 }
 
+double times_as_long(const Row& row, const Row& other) { return median_ratio(row.step_seconds, other.step_seconds); }
+
 const Row* on_one_thread(const std::vector<Row>& rows, const Row& row) {
-  return find(rows, row, [&row](const Row& r) { return r.library == row.library && r.schedule == row.schedule; });
+  return find(rows, row, 1, [&row](const Row& r) { return r.library == row.library && r.schedule == row.schedule; });
 }
 
 const Row* bullet_of(const std::vector<Row>& rows, const Row& row) {
-  return find(rows, row, [](const Row& r) { return r.library == "bullet"; });
+  return find(rows, row, 1, [](const Row& r) { return r.library == "bullet"; });
+}
+
+const Row* without_levels(const std::vector<Row>& rows, const Row& row) {
+  if (!row.schedule.levels) return nullptr;
+  Schedule schedule = row.schedule;
+  schedule.levels = false;
+  return find(rows, row, row.threads, [&](const Row& r) { return r.library == "malha" && r.schedule == schedule; });
 }
 
 std::string to_json(const std::vector<Row>& rows) {
@@ -53,6 +62,7 @@ std::string to_json(const std::vector<Row>& rows) {
               {"constraints", row.constraints},
               {"threads", row.threads},
               {"schedule", row.schedule.name()},
+              {"levels", row.levels},
               {"library", row.library},
               {"library_version", row.version},
               {"ns_per_projection", row.ns_per_projection()},
@@ -71,6 +81,8 @@ std::string to_json(const std::vector<Row>& rows) {
     for (const auto& [part, seconds] : row.setup_seconds) json["setup_s"][part] = seconds;
     for (const auto& [owner, bytes] : row.memory) json["memory_bytes"][owner] = static_cast<std::int64_t>(bytes);
     if (const Row* one = on_one_thread(rows, row)) json["times_as_fast_as_one_thread"] = times_as_fast(row, *one);
+    if (const Row* plain = without_levels(rows, row))
+      json["times_the_step_without_levels"] = times_as_long(row, *plain);
     if (const Row* peer = bullet_of(rows, row)) json["times_as_fast_as_bullet"] = times_as_fast(row, *peer);
     array.push_back(json);
   }

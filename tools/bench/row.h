@@ -16,6 +16,7 @@ struct Row {
   std::int64_t particles = 0, constraints = 0;
   std::string library, version;
   Schedule schedule;
+  int levels = 0;  // that the case has
   int threads = 1;
   Strain strain;  // after the warm-up
   std::uint64_t state_hash = 0;
@@ -36,9 +37,14 @@ struct Row {
 /// How many times as fast `row` is as `other`, a projection: the median over the repeats, which took turns.
 double times_as_fast(const Row& row, const Row& other);
 
+/// How long a step of `row` takes, in steps of `other`: likewise.
+double times_as_long(const Row& row, const Row& other);
+
 /// The row of the same case, library and schedule on one thread, and Bullet's row of the case; null where not measured.
 const Row* on_one_thread(const std::vector<Row>& rows, const Row& row);
 const Row* bullet_of(const std::vector<Row>& rows, const Row& row);
+/// Of a row with levels, that on as many threads without them; null of others.
+const Row* without_levels(const std::vector<Row>& rows, const Row& row);
 
 /// The rows as a JSON array, an object a row.
 std::string to_json(const std::vector<Row>& rows);

@@ -24,7 +24,7 @@ std::string heading(const std::vector<Row>& rows) {
 
 std::string line(const Row& row) {
   const std::string spread = formatted("(%.3g .. %.3g)", row.ns_min(), row.ns_max());
-  return formatted("  %-8s %-9s %7d %9.3f %-18s %10.4g %9.1f %12.5f %12.5f  %s\n", row.library.c_str(),
+  return formatted("  %-8s %-11s %7d %9.3f %-18s %10.4g %9.1f %12.5f %12.5f  %s\n", row.library.c_str(),
                    row.schedule.name().c_str(), row.threads, row.ns_per_projection(), spread.c_str(), row.step_ms(),
                    row.ns_per_projection() / row.floor_ns(), row.strain.rms, row.strain.max,
                    hex(row.state_hash).c_str());
@@ -55,7 +55,7 @@ std::string setup_lines(const std::vector<Row>& rows) {
 
 std::string table(const std::vector<Row>& rows, const std::string& bullet_left_out) {
   std::string text = heading(rows);
-  text += formatted("  %-8s %-9s %7s %9s %-18s %10s %9s %12s %12s  %s\n", "library", "schedule", "threads", "ns/proj.",
+  text += formatted("  %-8s %-11s %7s %9s %-18s %10s %9s %12s %12s  %s\n", "library", "schedule", "threads", "ns/proj.",
                     "(min .. max)", "step ms", "x floor", "strain rms", "strain max", "state hash");
   for (const Row& row : rows) text += line(row);
   for (const Row& row : rows) {
@@ -64,6 +64,12 @@ std::string table(const std::vector<Row>& rows, const std::string& bullet_left_o
       text += formatted("  %s on %s: %.2f x as fast as on 1\n", row.schedule.name().c_str(),
                         counted(row.threads, "thread").c_str(), times_as_fast(row, *one));
   }
+  for (const Row& row : rows)
+    if (const Row* plain = without_levels(rows, row))
+      text += formatted(
+          "  levels on %s: %.2f x the step without, strain %.2g rms and %.2g at most instead of %.2g and %.2g\n",
+          counted(row.threads, "thread").c_str(), times_as_long(row, *plain), row.strain.rms, row.strain.max,
+          plain->strain.rms, plain->strain.max);
   for (const Row& row : rows) {
     const Row* peer = bullet_of(rows, row);
     if (peer != nullptr && row.library == "malha" && row.schedule == Schedule{10, 1})
