@@ -102,6 +102,22 @@ TEST(Tune, TriesBothMethodsOnSprings) {
   EXPECT_TRUE(xpbd && desbrun);
 }
 
+/// A strip of 64 cells hangs by its end. It is at rest, and stays so in the limit of many substeps; with few its
+/// stiffness of 1 lets it stretch.
+TEST(Tune, FindsThatLevelsReachTheErrorWithFewerSubstepsWhereTheWayToThePinsIsLong) {
+  Json scene = springy_net();
+  scene["duration"] = 0.4, scene["bodies"][0]["shape"]["grid"] = {{"size", {0.03, 1}}, {"cells", {2, 64}}};
+  scene["bodies"][0]["transform"] = {{"rotate", {{"axis", {1, 0, 0}}, {"degrees", 90}}}};
+  scene["bodies"][0]["constraints"][0] = {{"type", "distance"}, {"on", {"edges", "shear"}}};
+  const Tuned tuned = tuned_quietly(scene, 0.01);
+  ASSERT_TRUE(tuned.reference.converged);
+  const int without = fewest(tuned, "PBD, 1 iteration, float"), with = fewest(tuned, "PBD, 1 iteration, levels, float");
+  ASSERT_GT(with, 0);
+  EXPECT_TRUE(without == 0 || with < without) << with << " " << without;
+  for (const Tried& trial : tuned_quietly(springy_net(), 0.016).trials)
+    EXPECT_FALSE(has(trial.method, "levels")) << "they would not act on the small net";
+}
+
 TEST(Tune, KeepsTheSpringsOfDesbrunsMethodByPbd) {
   Json scene = springy_net();
   scene["bodies"][0]["constraints"][0] = {{"type", "distance"}, {"stiffness", 0.5}};

@@ -63,7 +63,7 @@ class Tuner {
     Scene scene = scene_;
     SolverSpec& solver = scene.solver;
     solver.precision = Precision::Double;
-    if (solver.type == "pbd") solver.iterations = 1;
+    if (solver.type == "pbd") solver.iterations = 1, solver.levels = 0;  // the limit of many substeps is the same
     solver.desbrun.storage.reset(), solver.desbrun.tolerance.reset();
     Reference& reference = tuned_.reference;
     std::vector<double> moved;

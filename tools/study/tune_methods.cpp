@@ -2,6 +2,7 @@
 
 #include "host/base/shown.h"
 #include "host/simulation.h"
+#include "host/solver/solver.h"
 
 namespace malha::study {
 
@@ -52,13 +53,30 @@ bool has_compliance(const Scene& scene) {
   return false;
 }
 
+/// Whether levels act on any of its bodies.
+bool uses_levels(const Scene& scene) {
+  if (scene.solver.type != "pbd" || scene.solver.levels == 0) return false;
+  return !Simulation(scene, {.threads = 1}).solver().facts().levels.empty();
+}
+
+/// Without levels, and with those that the scene names or, where it wants none, with those that help by themselves.
+void add_pbd_and_levels(std::vector<Scene>& methods, const Scene& scene) {
+  Scene with = scene, without = scene;
+  if (with.solver.levels == 0) with.solver.levels = kAutoLevels;
+  if (!uses_levels(with)) return add_pbd(methods, scene);
+  without.solver.levels = 0;
+  add_pbd(methods, without);
+  add_pbd(methods, with);
+}
+
 }  // namespace
 
 std::string words_of(const Scene& scene) {
   const SolverSpec& solver = scene.solver;
   const std::string precision = solver.precision == Precision::Double ? ", double" : ", float";
   const std::string iterations = ", " + counted(solver.iterations, "iteration");
-  if (solver.type == "pbd") return (has_compliance(scene) ? "XPBD" : "PBD") + iterations + precision;
+  if (solver.type == "pbd")
+    return (has_compliance(scene) ? "XPBD" : "PBD") + iterations + (uses_levels(scene) ? ", levels" : "") + precision;
   const FilterKind filter = solver.desbrun.filter;
   const std::string refine = solver.desbrun.refine > 0 ? ", refine " + std::to_string(solver.desbrun.refine) : "";
   return std::string("Desbrun, ") +
@@ -88,7 +106,7 @@ std::vector<Scene> tune_methods(const Scene& scene, std::vector<std::string>& le
   std::string why;
   const Scene pbd = by_pbd(scene, why);
   if (why.empty())
-    add_pbd(methods, pbd);
+    add_pbd_and_levels(methods, pbd);
   else
     left_out.push_back("PBD or XPBD: " + why);
   if (!has_springs(scene)) {

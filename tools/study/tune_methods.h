@@ -15,7 +15,8 @@ std::vector<Scene> tune_methods(const Scene& scene, std::vector<std::string>& le
 /// has no such counterpart, if anything.
 Scene by_pbd(const Scene& scene, std::string& why);
 
-/// A scene's method in words: "XPBD, 4 iterations, double", "Desbrun, sparse, refine 4, float".
+/// A scene's method in words: "XPBD, 4 iterations, double", "PBD, 1 iteration, levels, float", "Desbrun, sparse, refine
+/// 4, float".
 std::string words_of(const Scene& scene);
 
 }  // namespace malha::study
