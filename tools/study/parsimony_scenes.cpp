@@ -21,6 +21,7 @@ Scene scene_with(Shape shape, double mass, std::vector<ConstraintSpec> constrain
   body.name = "body", body.shape = std::move(shape), body.mass = mass, body.constraints = std::move(constraints);
   Scene scene;
   scene.file = "malha study", scene.name = "parsimony", scene.gravity = {0, -9.81, 0};
+  scene.solver.levels = 0;  // a feature like others, to be added
   scene.bodies = {std::move(body)};
   return scene;
 }
@@ -149,6 +150,7 @@ std::vector<Demand> single_demands(bool quick) {
       with(
           "corrector", [](Scene& s) { s.solver.keeps_momenta = true; }, flying, "free cloth"),
       to_cloth("long_range", add(long_range())),
+      to_cloth("levels", [](Scene& s) { s.solver.levels = kMostLevels; }),
       to_cloth("moved pins", move_pins),
       to_cloth("attachments", attach),
       to_cloth("environment (out of reach)", ball(-5, 0)),

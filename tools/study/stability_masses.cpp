@@ -24,7 +24,7 @@ Model weighted_chain(double ratio, const SolverSpec& solver, double compliance) 
   body.pins = {ListPin{{0}}}, body.constraints = {lengths};
   Scene scene;
   scene.file = "malha study", scene.name = "chain", scene.gravity = {0, -kGravity, 0};
-  scene.bodies = {body}, scene.solver = solver, scene.solver.dt = kFrame;
+  scene.bodies = {body}, scene.solver = solver, scene.solver.dt = kFrame, scene.solver.levels = 0;
   Model model = build_model(scene);
   for (int i = 0; i < model.count(); ++i) {
     model.mass[i] = kLight * (model.user_of[i] == kLinks ? ratio : 1);
@@ -62,7 +62,7 @@ Outcome hung(double ratio, const SolverSpec& solver, double compliance, const Ce
 Outcome sheet(int n, const SolverSpec& solver, bool corners, double compliance, const Cells& cells) {
   constexpr double side = 2, mass = 1;
   Scene scene = (corners ? cornered_sheet : hanging_sheet)(n, side, mass, compliance);
-  scene.solver = solver, scene.solver.dt = kFrame;
+  scene.solver = solver, scene.solver.dt = kFrame, scene.solver.levels = 0;  // of sweeps over the particles
   return judge(malha_trial(scene, kFrames, mass * kGravity * side), cells);
 }
 

@@ -63,7 +63,7 @@ Outcome one(const Way& way, const SpringSystem& system, Scene scene, double h, c
                      system, [&](State& state) { newton.step(h, state); }, steps, scale),
                  cells);
   }
-  scene.solver = way.solver, scene.solver.dt = h;
+  scene.solver = way.solver, scene.solver.dt = h, scene.solver.levels = 0;
   return judge(malha_trial(scene, steps, scale), cells);
 }
 
