@@ -33,6 +33,7 @@ TEST(StudyParsimony, FindsThatConstraintsOfPatchesAddBytesButNoLaunch) {
 
 TEST(StudyParsimony, FindsTheOwnersOfWhatAFeatureAdds) {
   EXPECT_GT(parsimony_row("air on faces")["air_bytes_added"], 0);
+  EXPECT_GT(parsimony_row("levels")["levels_bytes_added"], 0);
   EXPECT_GT(parsimony_row("environment (touched)")["collision_bytes_added"], 0);
   EXPECT_GT(parsimony_row("self-collision (flat)")["collision_bytes_added"], 0);
   EXPECT_GT(parsimony_row("pressure")["constraints_bytes_added"], 0);

@@ -30,6 +30,19 @@ std::string line(const Row& row) {
                    hex(row.state_hash).c_str());
 }
 
+double number_of(const Parts& parts, const std::string& name) {
+  for (const auto& [own, number] : parts)
+    if (own == name) return number;
+  return 0;
+}
+
+std::string set_up_of_levels(const Row& row, const Row& plain) {
+  return formatted("  levels on %s: set-up %.3g s instead of %.3g, %.3g B a particle\n",
+                   counted(row.threads, "thread").c_str(), number_of(row.setup_seconds, "total"),
+                   number_of(plain.setup_seconds, "total"),
+                   number_of(row.memory, "levels") / static_cast<double>(row.particles));
+}
+
 /// What set-up takes, of the first schedule on the most threads.
 std::string setup_lines(const std::vector<Row>& rows) {
   const Row* shown = nullptr;
@@ -66,10 +79,12 @@ std::string table(const std::vector<Row>& rows, const std::string& bullet_left_o
   }
   for (const Row& row : rows)
     if (const Row* plain = without_levels(rows, row))
-      text += formatted(
-          "  levels on %s: %.2f x the step without, strain %.2g rms and %.2g at most instead of %.2g and %.2g\n",
-          counted(row.threads, "thread").c_str(), times_as_long(row, *plain), row.strain.rms, row.strain.max,
-          plain->strain.rms, plain->strain.max);
+      text +=
+          formatted(
+              "  levels on %s: %.2f x the step without, strain %.2g rms and %.2g at most instead of %.2g and %.2g\n",
+              counted(row.threads, "thread").c_str(), times_as_long(row, *plain), row.strain.rms, row.strain.max,
+              plain->strain.rms, plain->strain.max) +
+          set_up_of_levels(row, *plain);
   for (const Row& row : rows) {
     const Row* peer = bullet_of(rows, row);
     if (peer != nullptr && row.library == "malha" && row.schedule == Schedule{10, 1})

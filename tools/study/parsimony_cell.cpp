@@ -49,6 +49,7 @@ class Side {
       launches.push_back({{"kernel", kernel}, {"launches", times}, {"items", items}});
     for (const auto& [owner, count] : memory_parts(simulation_->model(), simulation_->solver().facts()))
       bytes[owner] = count;
+    bytes.emplace("levels", 0.0);  // where there are none
     return {{"particles", simulation_->positions().size()},
             {"ms_a_step", median},
             {"passes_ms", passes},

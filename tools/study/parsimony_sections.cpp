@@ -60,8 +60,8 @@ Section time_section(const Json& single) {
   return section;
 }
 
-constexpr const char* kOwners[] = {"particles", "constraints", "air",       "patches",
-                                   "springs",   "filter",      "collision", "model"};
+constexpr const char* kOwners[] = {"particles", "constraints", "air",   "patches", "springs",
+                                   "filter",    "collision",   "model", "levels"};
 
 Section memory_section(const Json& single) {
   Section section{"What each feature adds to memory", {}, {}, {}};
