@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "host/simulation.h"
+#include "host/solver/solver.h"
+
 namespace malha::study {
 
 namespace {
@@ -28,6 +31,9 @@ class List {
     by_substeps(xpbd("XPBD, substeps, float", Precision::Float), of_.sweeps);
     by_substeps(xpbd("XPBD, substeps, double", Precision::Double), of_.sweeps);
     by_iterations(xpbd("XPBD, iterations", Precision::Double), of_.sweeps);
+    Method levels = xpbd("XPBD, substeps and levels, float", Precision::Float);
+    levels.solver.levels = kAutoLevels;
+    if (has_levels(levels)) by_substeps(levels, of_.sweeps);
   }
 
   void of_filters() {
@@ -86,8 +92,12 @@ class List {
   static Method xpbd(const std::string& series, Precision precision) {
     Method method;
     method.series = series;
-    method.solver.substeps = 1, method.solver.precision = precision;
+    method.solver.substeps = 1, method.solver.precision = precision, method.solver.levels = 0;
     return method;
+  }
+  bool has_levels(const Method& method) const {
+    const Scene scene = with_solver(of_, method.solver, method.compliant);
+    return !Simulation(scene, {.threads = 1}).solver().facts().levels.empty();
   }
   static Method desbrun(const std::string& series) {
     Method method = xpbd(series, Precision::Double);

@@ -23,6 +23,7 @@ std::string style(const std::string& series) {
       {"PBD, iterations, double", "lc rgb '#d62728' pt 4 ps 1.6 dt 2"},
       {"XPBD, substeps, float", "lc rgb '#1f4e9c' pt 7"},
       {"XPBD, substeps, double", "lc rgb '#1f4e9c' pt 6 dt 2"},
+      {"XPBD, substeps and levels, float", "lc rgb '#7b3294' pt 7"},
       {"XPBD, iterations", "lc rgb '#74a9cf' pt 9"},
       {"Desbrun, substeps", "lc rgb '#1b7837' pt 13"},
       {"Desbrun, gravity", "lc rgb '#a6761d' pt 12 dt 2"},

@@ -11,6 +11,7 @@
 #include "tools/bench/turns.h"
 #include "tools/study/cloth_methods.h"
 #include "tools/study/resident.h"
+#include "tools/study/size_errors.h"
 #include "tools/study/size_sections.h"
 
 namespace malha::study {
@@ -97,13 +98,14 @@ Findings run_size(Cells& cells) {
   Findings findings;
   int planned = 0;
   for (const ClothMethod& method : cloth_methods()) planned += static_cast<int>(sides(method, cells.quick()).size());
-  cells.plan(planned);
+  cells.plan(planned + size_error_cells(cells.quick()));
   for (const ClothMethod& method : cloth_methods())
     for (const int side : sides(method, cells.quick()))
       findings.rows.push_back(row(method, side, cells(method.name + ", " + grouped(side * side) + " particles", [&] {
                                     return run(method, side, cells);
                                   })));
   findings.sections = size_sections(findings.rows);
+  add_size_errors(cells, findings);
   return findings;
 }
 

@@ -1,0 +1,13 @@
+// Part of the study "size": how far off a hanging cloth is, and what it costs to have it right, from small bodies to
+// large ones.
+#pragma once
+#include "tools/study/study.h"
+
+namespace malha::study {
+
+/// Cells of errors after 1 s and of the work for a strain of 1 %; adds their rows and sections.
+void add_size_errors(Cells& cells, Findings& findings);
+/// How many cells those are.
+int size_error_cells(bool quick);
+
+}  // namespace malha::study
