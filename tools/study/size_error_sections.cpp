@@ -34,13 +34,13 @@ Chart hung_chart(const std::vector<HangingWay>& ways, const Json& rows, const ch
         points += formatted("%.9g %.9g\n", value_of(row, "side"), of_row(row));
       if (points.empty()) continue;
       const bool grid = mesh == "grid";
-      chart.series.push_back(
-          {points,
-           std::string("with linespoints lw 2 ps 0.9 lc rgb '") + way.colour + (grid ? "' pt 7" : "' pt 6 dt 2"),
-           (settings ? way.title() : way.name) + (grid ? "" : ", irregular")});
+      chart.series.push_back({points,
+                              std::string("with linespoints ps 0.9 ") + way.line + (grid ? " pt 7" : " pt 6 dt 2"),
+                              (settings ? way.title() : way.name) + (grid ? "" : ", irregular")});
     }
   chart.settings =
-      "set key noenhanced\nset logscale xy\nset xrange [12:1400]\nset xtics (17, 46, 100, 316, 1000)\nset format y '%g'\nset xlabel "
+      "set key noenhanced\nset logscale xy\nset xrange [12:1400]\nset xtics (17, 46, 100, 316, 1000)\nset format y "
+      "'%g'\nset xlabel "
       "'particles a side (irregular meshes: square root of their number)'\nset ylabel '" +
       axis + "'\nset title '" + title + "'\n";
   return chart;

@@ -8,7 +8,7 @@ namespace malha::study {
 struct HangingWay {
   std::string name;      // "levels", "PBD"
   std::string settings;  // at about the cost of levels with 10 substeps
-  const char* colour;
+  const char* line;      // of gnuplot: PBD's is wide, because XPBD's lies on it
   std::string title() const { return name + ", " + settings; }
 };
 
