@@ -77,7 +77,7 @@ std::vector<bool> long_ways(const Model& model, const std::vector<bool>& pinned,
     const ConstraintSet& set = model.sets[s];
     if (!pulls(set)) continue;
     for (int c = 0; c < set.count(); ++c)
-      graph.links.push_back({set.particles[2 * c], set.particles[2 * c + 1], 0, static_cast<int>(s)});
+      graph.links.push_back({set.particles[2 * c], set.particles[2 * c + 1], 0, static_cast<int>(s), 0});
   }
   const std::vector<int> hops = hops_to_pins(graph, pinned);
   std::vector<bool> result(model.scene.bodies.size(), false);
