@@ -107,18 +107,20 @@ void list_self_collision(std::ostream& out, const Scene& scene, const SolverFact
 
 void list_levels(std::ostream& out, const Model& model, const SolverFacts& facts) {
   if (facts.levels.empty()) return;
-  out << "levels: " << facts.levels.size() << ", every " << counted(model.scene.solver.levels_every, "substep") << "\n";
+  out << "levels: " << facts.levels.size() << ", every " << counted(substeps_of_levels(model), "substep") << "\n";
   for (const LevelFacts& level : facts.levels)
     out << "  " << counted(level.particles, "particle") << ", " << counted(level.constraints, "constraint") << " in "
         << counted(level.patches.patches, "patch", "patches") << "\n";
 }
 
 /// A step's: of what restricts to each level, and of the sweeps over it.
-std::size_t launches_of_levels(const SolverSpec& solver, const SolverFacts& facts) {
+std::size_t launches_of_levels(const Model& model, const SolverFacts& facts) {
   if (facts.levels.empty()) return 0;
-  const std::size_t uses = (solver.substeps + solver.levels_every - 1) / solver.levels_every;
+  const int substeps = model.scene.solver.substeps, every = substeps_of_levels(model);
+  const std::size_t uses = (substeps + every - 1) / every;
   std::size_t each = 2 * (facts.levels.size() - 1);  // the coarser ones: means, and those whose parts lie in patches
   for (const LevelFacts& level : facts.levels) each += level.patches.phases;
+  each += (facts.levels.size() + 1) * handed_down(model);  // to each level, and nothing to the coarsest
   // The finest: in a step's later substeps the visits leave the means, and where they predict they hand down too.
   return uses * each + uses + (facts.whole_steps ? 1 : uses) + (facts.fused ? 0 : uses);
 }
@@ -159,7 +161,7 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   const bool drags = model.scene.wind && model.scene.wind->drag > 0;
   const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
   line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
-  line("levels", launches_of_levels(solver, facts));
+  line("levels", launches_of_levels(model, facts));
   line("collision", 2 * substeps * obstacles);  // found before the iterations, held back after them
   line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);

@@ -12,6 +12,7 @@
 #include "host/base/build_info.h"
 #include "host/base/shown.h"
 #include "host/model/footprint.h"
+#include "host/model/rest_graph.h"
 #include "host/model/tear.h"
 #include "host/results/resolution.h"
 
@@ -190,6 +191,14 @@ Parts memory_parts(const Model& model, const SolverFacts& facts) {
   return parts;
 }
 
+int handed_down(const Model& model) {
+  return static_cast<int>(std::count_if(model.sets.begin(), model.sets.end(), [](const ConstraintSet& set) {
+    return pulls(set) && set.compliance.value_or(0) > 0;
+  }));
+}
+
+int substeps_of_levels(const Model& model) { return handed_down(model) > 0 ? 1 : model.scene.solver.levels_every; }
+
 std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
                         const Solver& solver, int threads, const RunTimes& times) {
   const Scene& scene = model.scene;
@@ -221,7 +230,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
   }
   json["constraints"] = constraints(facts, model);
   json["patches"] = patches(facts.patches);
-  if (!facts.levels.empty()) json["levels"] = levels(facts, scene.solver.levels_every);
+  if (!facts.levels.empty()) json["levels"] = levels(facts, substeps_of_levels(model));
   if (facts.filter) {
     const auto count = [&json](const std::string& type, std::size_t springs) {
       Json& all = json["springs"][type];

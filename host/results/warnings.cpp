@@ -4,6 +4,7 @@
 
 #include "host/base/shown.h"
 #include "host/results/boundaries.h"
+#include "host/results/report.h"
 #include "host/results/resolution.h"
 #include "host/results/softening.h"
 
@@ -73,7 +74,7 @@ std::vector<std::string> warnings(const Model& model) {
                                shown(std::ceil(solver.substeps * std::sqrt(sag.swinging / kSag))) +
                                " substeps or more, or \"long_range\"" +
                                shown_by(sag.of_faces ? "resolution" : "masses")));
-  if (solver.levels_every > kSeldom && hangs_by_levels(model))
+  if (solver.levels_every > kSeldom && handed_down(model) == 0 && hangs_by_levels(model))
     lines.push_back("with \"levels_every\": " + shown(solver.levels_every) +
                     " large bodies may throw themselves apart, because what levels move in one substep becomes "
                     "velocity; take " +
