@@ -15,6 +15,31 @@ struct alignas(4 * sizeof(R)) Contact {
   Vector3<R> slip;  // what friction has taken of the sliding, m, at most mu lambda
 };
 
+/// Where a particle was when it was last looked at (mesh's frame), how far from the surface (m; negative inside; a
+/// lower bound where no triangle is near), and its nearest triangle. While it cannot have come near, it is not looked
+/// at again, and when it is, the search may start at that triangle: neither changes a contact.
+struct LastSeen {
+  Vector3<double> at{};
+  double distance = -INFINITY;  // never seen: it may be as deep as the mesh is large
+  long long triangle = -1;
+  Vector3<double> passed{};  // m, how far and whither, where something pressed it through that left no other way
+};
+
+template <class R>
+struct alignas(64) Near {
+  LastSeen seen;
+  Contact<R> contact;
+  int particle = -1;  // none: the slot is free
+  int cell = 0;       // in which it was last (kernels/near_cells.h)
+};
+
+template <class R>
+KERNEL void let_go(Contact<R>& contact) {
+  contact.plane = {R(0), R(0), R(0), -R(INFINITY)};
+  contact.lambda = R(0);
+  contact.slip = {R(0), R(0), R(0)};
+}
+
 /// Friction that all iterations of a substep take together: `taken` and what slides on, within Coulomb's cone. A push
 /// that is taken back takes its friction back.
 template <class R>
@@ -28,11 +53,12 @@ KERNEL Vector3<R> in_cone(const Vector3<R>& taken, R budget) {
 template <class R>
 struct ResolveContact {
   Points<R> p, x;
-  Contact<R>* contacts;
+  Near<R>* near;
   R friction;
-  KERNEL void operator()(int i) const {
-    Contact<R>& contact = contacts[i];
-    if (contact.plane.w == -R(INFINITY)) return;
+  KERNEL void operator()(int slot) const {
+    const int i = near[slot].particle;
+    Contact<R>& contact = near[slot].contact;
+    if (i < 0 || contact.plane.w == -R(INFINITY)) return;
     const Vector3<R> n = contact.plane.xyz();
     Vector3<R> moved = p[i] - x[i];
     const R C = dot(n, moved) - contact.plane.w;
@@ -56,12 +82,13 @@ struct ResolveContact {
 template <class R>
 struct Restitute {
   Points<R> x, v;
-  const Contact<R>* contacts;
+  const Near<R>* near;
   R restitution, friction, threshold, per_dt;  // e, mu, m/s, 1/s
-  KERNEL void operator()(int i) const {
-    const Contact<R>& contact = contacts[i];
+  KERNEL void operator()(int slot) const {
+    const int i = near[slot].particle;
+    const Contact<R>& contact = near[slot].contact;
     const R approach = contact.surface.w * per_dt;
-    if (!(contact.lambda > R(0)) || !(approach < -threshold)) return;
+    if (i < 0 || !(contact.lambda > R(0)) || !(approach < -threshold)) return;
     const Vector3<R> n = contact.plane.xyz();
     const Vector3<R> relative = v[i] - contact.surface.xyz() * per_dt;
     const R speed = dot(n, relative);
@@ -79,8 +106,10 @@ struct Restitute {
 /// Whether a contact pushed in the last substep.
 template <class R>
 struct CountContact {
-  const Contact<R>* contacts;
-  KERNEL Sum operator()(int i) const { return {contacts[i].lambda > R(0) ? 1.0 : 0.0}; }
+  const Near<R>* near;
+  KERNEL Sum operator()(int slot) const {
+    return {near[slot].particle >= 0 && near[slot].contact.lambda > R(0) ? 1.0 : 0.0};
+  }
 };
 
 }  // namespace malha

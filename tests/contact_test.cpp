@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "tests/contact_bench.h"
@@ -200,58 +201,74 @@ TEST(Contact, FrictionTakesWhatCoulombsConeAllows) {
   }
 }
 
-/// Contacts and state of a run over a sphere, by FindContact itself, so that every plane can be looked at.
+/// Planes and state of a run, substep by substep. Without memory every substep has a collider of its own, which knows
+/// no particle and has no list of near triangles: it asks all of them.
 template <class R>
 struct Watched {
-  std::vector<Contact<R>> contacts;
+  std::vector<Vec4<R>> planes;
   PointList<R> x, v;
-  int planes = 0;
+  int contacts = 0;
+  ContactFacts facts;
 
   Watched(const EnvironmentSpec& spec, bool remembers, int substeps) {
-    const Device device;
-    const Surface surface(device, generate(spec.shape));
+    Model model;
+    model.environment.push_back({spec, generate(spec.shape)});
     constexpr int n = 400;
     Random random(5);
     for (int i = 0; i < n; ++i) {
       const Point at = random.in_cube(1.5), speed = random.in_cube(i % 10 == 0 ? 300 : 5);
       x.push_back(at), v.push_back(speed);
+      model.x.push_back({at.x, at.y, at.z});
     }
     PointList<R> p(n);
     const std::vector<R> w(n, R(1));
-    std::vector<LastSeen> seen(n);
-    std::vector<Contact<R>> now(n);
     const Particles<R> all{n, x.points(), v.points(), p.points(), w.data()};
+    std::optional<Collider<Serial, R>> collider;
     for (int s = 0; s < substeps; ++s) {
       const double h = kStep, start = s * h;
-      if (!remembers) seen.assign(n, LastSeen{});
+      if (!collider || !remembers) collider.emplace(Serial{}, model);
       parallel_for(Serial{}, n, Predict<R>{all, R(h), {R(0), R(-9.81), R(0)}});
-      const MovingSurface moving{&surface, spec.sides, spec.thickness, pose_at(spec.motion, start),
-                                 pose_at(spec.motion, start + h)};
-      const FindContact<R> find({&moving, 1, all, seen.data(), now.data()}, 0);
-      parallel_for(Serial{}, n, find);
-      parallel_for(Serial{}, n, ResolveContact<R>{all.p, all.x, now.data(), R(0.3)});
+      collider->find(all, start, start + h);
+      for (int i = 0; i < n; ++i) {
+        const Contact<R>* const contact = collider->nearby(0).contact(i);
+        planes.push_back(contact ? contact->plane : Vec4<R>{0, 0, 0, -R(INFINITY)});
+        contacts += std::isfinite(planes.back().w);
+      }
+      collider->resolve(all);
       parallel_reduce<FirstIndex>(Serial{}, n, UpdateState<R>{all, R(h), R(1 / h)});
-      contacts.insert(contacts.end(), now.begin(), now.end());
-      for (const auto& contact : now) planes += std::isfinite(contact.plane.w);
     }
+    facts = collider->facts();
   }
 };
 
 TEST(Contact, MemoryOfWhereParticlesWereChangesNothing) {
   EnvironmentSpec ball = obstacle("ball", SphereShape{1, 3});
+  ball.friction = 0.3;
   for (const bool moving : {false, true}) {
     if (moving) ball.motion = {placed(0, {0, 0, 0}), placed(0.5, {1, 2, 0}, 500)};
     const Watched<float> with(ball, true, 120), without(ball, false, 120);
-    ASSERT_EQ(with.contacts.size(), without.contacts.size());
-    EXPECT_GT(with.planes, 1000);
-    for (std::size_t i = 0; i < with.contacts.size(); ++i) {
-      const Contact<float>&a = with.contacts[i], &b = without.contacts[i];
-      ASSERT_TRUE(same_bits(a.plane, b.plane) && same_bits(a.lambda, b.lambda) && same_bits(a.slip, b.slip))
-          << "particle " << i % 400 << ", substep " << i / 400;
-    }
+    ASSERT_EQ(with.planes.size(), without.planes.size());
+    EXPECT_GT(with.contacts, 1000);
+    EXPECT_LT(with.facts.queries, with.facts.looks) << "lists answer some of the looks";
+    for (std::size_t i = 0; i < with.planes.size(); ++i)
+      ASSERT_TRUE(same_bits(with.planes[i], without.planes[i])) << "particle " << i % 400 << ", substep " << i / 400;
     for (int i = 0; i < with.x.size(); ++i)
       ASSERT_TRUE(same_bits(with.x[i], without.x[i]) && same_bits(with.v[i], without.v[i])) << i;
   }
+}
+
+TEST(Contact, RemembersLittleOfWhatIsFarAndNotMuchOfWhatIsNear) {
+  EnvironmentSpec ball = obstacle("ball", SphereShape{1, 4});
+  const int n = 20000, near = 500;
+  Random random(8);
+  std::vector<Point> x;
+  for (int i = 0; i < n; ++i) x.push_back(random.direction() * (i < near ? 1 + ball.thickness : random(3, 9)));
+  ContactBench<Serial, float> bench({}, ball, x, std::vector<Point>(x.size(), Point{0, 0, 0}));
+  for (int s = 0; s < 3; ++s) bench.substep(kStep);
+  const ContactFacts facts = bench.collider().facts();
+  EXPECT_EQ(facts.near, near);
+  EXPECT_LE(facts.far_bytes, 24u * n);
+  EXPECT_LE(facts.near_bytes, (400u - 24u) * near);
 }
 
 TEST(Contact, IsTheSameOnEveryExecutor) {
@@ -289,15 +306,17 @@ TEST(Contact, FrictionOfAllIterationsIsThatOfThePushThatIsLeft) {
   for (const double left : {0.5, 0.1, 0.0}) {
     PointList<double> x(1), p(1);
     x.set(0, {0, 0, 0}), p.set(0, {1, -1, 0});
-    Contact<double> contact{{0, 1, 0, 0}, {0, 0, 0, -1}, 0, {0, 0, 0}};
-    const ResolveContact<double> resolve{p.points(), x.points(), &contact, mu};
+    Near<double> near;
+    near.particle = 0;
+    near.contact = {{0, 1, 0, 0}, {0, 0, 0, -1}, 0, {0, 0, 0}};
+    const ResolveContact<double> resolve{p.points(), x.points(), &near, mu};
     resolve(0);
     EXPECT_NEAR(p[0].x, 1 - mu, 1e-15);
     for (int iteration = 0; iteration < 10; ++iteration) {  // in steps up to 1 - left out
       p.set(0, p[0] + Vector3<double>{0, (1 - left) / 10, 0});
       resolve(0);
     }
-    EXPECT_NEAR(contact.lambda, left, 1e-15);
+    EXPECT_NEAR(near.contact.lambda, left, 1e-15);
     EXPECT_NEAR(p[0].x, 1 - mu * left, 1e-14) << left;
   }
 }

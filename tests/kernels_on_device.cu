@@ -12,6 +12,8 @@
 #include "kernels/long_range.h"
 #include "kernels/measure.h"
 #include "kernels/momenta.h"
+#include "kernels/near_cells.h"
+#include "kernels/nearby.h"
 #include "kernels/pressure.h"
 #include "kernels/rest.h"
 #include "kernels/sleep.h"
@@ -78,7 +80,7 @@ void instantiate_all() {
   instantiate<EnclosedVolume<R>, PressureGradient<R>, ApplyPressure<R>>();
   instantiate<LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>, MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
   instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>>();
-  instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>>();
+  instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>, LetGo<R>>();
   instantiate<BoxParticles<R>, BoxSimplices<R>, CountCells<R>, EnterCells<R>>();
   instantiate<FindCandidates<R, false>, FindCandidates<R, true>>();
   instantiate<SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>, LayContacts<R>, EnterEnds<R>>();

@@ -2,13 +2,14 @@
 // have an environment; without one there is no Embree device.
 #pragma once
 #include <cmath>
-#include <cstring>
 #include <deque>
 #include <vector>
 
 #include "host/base/array.h"
+#include "host/collision/contact_facts.h"
 #include "host/collision/find_contact.h"
 #include "host/collision/hold_back.h"
+#include "host/collision/near_memory.h"
 #include "host/model/model.h"
 
 namespace malha {
@@ -16,71 +17,93 @@ namespace malha {
 template <class Executor, class R>
 class Collider {
  public:
-  Collider(const Executor& executor, const Model& model) : executor_(executor) {
+  Collider(const Executor& executor, const Model& model)
+      : executor_(executor), words_((model.count() + kWord - 1) / kWord) {
     for (const EnvironmentMesh& mesh : model.environment) {
-      obstacles_.emplace_back(Surface(device_, mesh.mesh), mesh.spec);
+      obstacles_.emplace_back(Surface(device_, mesh.mesh), mesh.spec, model.x.size());
       bounces_ = bounces_ || mesh.spec.restitution > 0;
     }
-    const std::size_t all = obstacles_.size() * model.x.size();
-    seen_ = Array<Executor, LastSeen>(all, LastSeen{}), contacts_ = Array<Executor, Contact<R>>(all, Contact<R>{});
+    bits_ = Array<Executor, unsigned long long>(static_cast<std::size_t>(words_), 0ull);
   }
 
   /// Lays the contact constraints for x -> p; the meshes move from their poses at `start` to those at `end` (s).
   void find(const Particles<R>& particles, double start, double end) {
-    meshes_.clear();
-    for (const Obstacle& o : obstacles_)
+    meshes_.clear(), nearby_.clear();
+    for (Obstacle& o : obstacles_) {
       meshes_.push_back(
           {&o.surface, o.spec.sides, o.spec.thickness, pose_at(o.spec.motion, start), pose_at(o.spec.motion, end)});
-    for (int k = 0; k < count(); ++k)
-      parallel_for(executor_, particles.count, FindContact<R>{surroundings(particles), k}, kGrain);
+      if (o.surface.tidy()) o.memory.forget_cells();
+      nearby_.push_back(o.memory.view());
+    }
+    for (int k = 0; k < count(); ++k) {
+      NearMemory<Executor, R>& memory = obstacles_[k].memory;
+      parallel_for(executor_, memory.slots(), LetGo<R>{memory.view().near});
+      const int looks = test(particles, k, static_cast<float>(2 * meshes_[k].thickness), false);
+      nearby_[k] = memory.view();
+      words(looks > kLooks, FindContact<R>{surroundings(particles), k, bits_.data()});
+      facts_.looks += looks;
+    }
   }
 
   void resolve(const Particles<R>& particles) {
-    for (int k = 0; k < count(); ++k)
-      parallel_for(
-          executor_, particles.count,
-          ResolveContact<R>{particles.p, particles.x, contacts_of(particles, k), R(obstacles_[k].spec.friction)});
+    for (Obstacle& o : obstacles_)
+      parallel_for(executor_, o.memory.slots(),
+                   ResolveContact<R>{particles.p, particles.x, o.memory.view().near, R(o.spec.friction)});
   }
 
   /// After the last iteration: nothing that was dragged crosses a surface.
   void hold_back(const Particles<R>& particles) {
-    parallel_for(executor_, particles.count, HoldBack<R>{surroundings(particles)}, kGrain);
+    int looks = 0;
+    for (int k = 0; k < count(); ++k) looks = test(particles, k, -1, k > 0), nearby_[k] = obstacles_[k].memory.view();
+    words(looks > kLooks, HoldBack<R>{surroundings(particles), bits_.data()});
   }
 
   /// `resting`: the speed that gravity gives in two substeps, below which nothing bounces (m/s).
   void restitute(const Particles<R>& particles, double resting, double h) {
-    for (int k = 0; k < count(); ++k) {
-      const EnvironmentSpec& spec = obstacles_[k].spec;
-      parallel_for(executor_, particles.count,
-                   Restitute<R>{particles.x, particles.v, contacts_of(particles, k), R(spec.restitution),
-                                R(spec.friction), R(resting), R(1 / h)});
-    }
+    for (Obstacle& o : obstacles_)
+      parallel_for(executor_, o.memory.slots(),
+                   Restitute<R>{particles.x, particles.v, o.memory.view().near, R(o.spec.restitution),
+                                R(o.spec.friction), R(resting), R(1 / h)});
     if (bounces_) parallel_for(executor_, particles.count, HoldBounce<R>{surroundings(particles)}, kGrain);
   }
 
   /// Contacts that pushed in the last substep.
   int contacts() const {
-    return static_cast<int>(
-        parallel_reduce<Sum>(executor_, static_cast<int>(contacts_.size()), CountContact<R>{contacts_.data()}).value);
+    double sum = 0;
+    for (const Obstacle& o : obstacles_)
+      sum += parallel_reduce<Sum>(executor_, o.memory.slots(), CountContact<R>{o.memory.view().near}).value;
+    return static_cast<int>(sum);
   }
 
   /// How deep the deepest particle lies below a surface (m) at the given time, or was when it was pressed through one.
   double max_penetration(const Particles<R>& particles, double time) const {
     double deepest = 0;
-    for (int k = 0; k < count(); ++k) {
-      const Obstacle& o = obstacles_[k];
-      const MeasureDepth<R> kernel{&o.surface, o.spec.sides, pose_at(o.spec.motion, time), particles,
-                                   seen_.data() + k * particles.count};
+    for (const Obstacle& o : obstacles_) {
+      const MeasureDepth<R> kernel{&o.surface, o.spec.sides, pose_at(o.spec.motion, time), particles, o.memory.view()};
       deepest = std::max(deepest, parallel_reduce<Deepest>(executor_, particles.count, kernel, kGrain).depth);
     }
     return deepest;
   }
 
   std::size_t bytes() const {
-    std::size_t sum = seen_.bytes() + contacts_.bytes();
-    for (const Obstacle& o : obstacles_) sum += o.surface.bytes();
+    std::size_t sum = bits_.bytes();
+    for (const Obstacle& o : obstacles_) sum += o.memory.bytes() + o.surface.bytes();
     return sum;
   }
+
+  ContactFacts facts() const {
+    ContactFacts facts = facts_;
+    facts.far_bytes = bits_.bytes();
+    for (const Obstacle& o : obstacles_) {
+      facts.near += o.memory.near();
+      facts.far_bytes += o.memory.bytes() - o.memory.near_bytes(), facts.near_bytes += o.memory.near_bytes();
+      facts.cell_bytes += o.surface.cell_bytes(), facts.queries += o.surface.queries();
+    }
+    return facts;
+  }
+
+  /// What is known of the particles near a mesh, until the next find or hold_back.
+  Nearby<R> nearby(int mesh) const { return obstacles_[static_cast<std::size_t>(mesh)].memory.view(); }
 
   /// How many triangles each mesh has.
   std::vector<int> triangles() const {
@@ -89,30 +112,61 @@ class Collider {
     return counts;
   }
 
-  /// What a later substep depends on, for checkpoints.
-  std::vector<LastSeen> memory() const { return seen_.download(); }
-  void remember(const std::vector<LastSeen>& all) { seen_.upload(all); }
+  /// What a later substep depends on, for checkpoints: of each particle, mesh after mesh.
+  std::vector<LastSeen> memory() const {
+    std::vector<LastSeen> all;
+    for (const Obstacle& o : obstacles_) o.memory.append_to(all);
+    return all;
+  }
+  void remember(const std::vector<LastSeen>& all) {
+    const LastSeen* from = all.data();
+    for (Obstacle& o : obstacles_) o.memory.remember(from), from += all.size() / obstacles_.size();
+  }
 
  private:
-  static constexpr int kGrain = 64;  // a query costs about as much as a hundred plain updates
+  static constexpr int kGrain = 64;    // a query of a whole mesh costs about as much as a hundred plain updates
+  static constexpr int kLooks = 1024;  // fewer take less time than a second thread, where cores are shared
   struct Obstacle {
-    Obstacle(Surface s, const EnvironmentSpec& e) : surface(std::move(s)), spec(e) {}
+    Obstacle(Surface s, const EnvironmentSpec& e, std::size_t particles)
+        : surface(std::move(s)), spec(e), memory(particles) {}
     Surface surface;
     EnvironmentSpec spec;
+    NearMemory<Executor, R> memory;
   };
 
   int count() const { return static_cast<int>(obstacles_.size()); }
-  Contact<R>* contacts_of(const Particles<R>& particles, int k) { return contacts_.data() + k * particles.count; }
   Surroundings<R> surroundings(const Particles<R>& particles) {
-    return {meshes_.data(), count(), particles, seen_.data(), contacts_.data()};
+    return {meshes_.data(), count(), particles, nearby_.data()};
+  }
+
+  /// The first test of mesh k (see MayTouch): how many particles it leaves, for all of which there is room.
+  int test(const Particles<R>& particles, int k, float reach, bool add) {
+    const MovingSurface& mesh = meshes_[k];
+    NearMemory<Executor, R>& memory = obstacles_[k].memory;
+    const Nearby<R> nearby = memory.view();
+    words(particles.count > kParticleGrain,
+          MayTouch<R>{particles.x, particles.p, particles.count, nearby.at, nearby.distance, FloatPose(mesh.before),
+                      FloatPose(mesh.after), reach, add, bits_.data()});
+    const Tested tested = parallel_reduce<Tested>(executor_, words_, CountTested{bits_.data(), nearby.slot});
+    memory.make_room(tested.without_slot);
+    return tested.all;
+  }
+
+  /// A kernel over the words of bits.
+  template <class Kernel>
+  void words(bool wide, const Kernel& kernel) {
+    if (!wide) return parallel_groups(Serial{executor_.instructions}, 0, words_, {}, kernel);
+    parallel_region(executor_, words_, [&](const auto& team) { parallel_groups(team, 0, words_, {}, kernel); });
   }
 
   Executor executor_;
   Device device_;
   std::deque<Obstacle> obstacles_;
   std::vector<MovingSurface> meshes_;  // of the present substep
-  Array<Executor, LastSeen> seen_;     // of each particle, mesh after mesh
-  Array<Executor, Contact<R>> contacts_;
+  std::vector<Nearby<R>> nearby_;      // to each of them
+  Array<Executor, unsigned long long> bits_;
+  ContactFacts facts_;
+  int words_;
   bool bounces_ = false;
 };
 

@@ -2,25 +2,13 @@
 // continuous test along its way, or the closest point where it is inside), as a kernel that asks Embree.
 #pragma once
 #include <cmath>
-#include <cstdint>
 
 #include "host/collision/pose.h"
 #include "host/collision/surface.h"
 #include "host/scene.h"
-#include "kernels/contact.h"
+#include "kernels/nearby.h"
 
 namespace malha {
-
-/// What is remembered of a particle from substep to substep: where it was when it was last looked at (mesh's frame),
-/// how far from the surface (m; negative inside; a lower bound where no triangle is near), and its nearest triangle.
-/// While it cannot have come near, it is not looked at again, and when it is, the search starts at that triangle:
-/// neither changes a contact.
-struct LastSeen {
-  Point at{};
-  double distance = -INFINITY;  // never seen: it may be as deep as the mesh is large
-  std::int64_t triangle = -1;
-  Point passed{};  // m, how far and whither, where something pressed it through that left no other way
-};
 
 /// An environment mesh in a substep.
 struct MovingSurface {
@@ -40,83 +28,158 @@ inline Crossing crossing(const MovingSurface& mesh, const Point& x, const Point&
   return mesh.surface->crossing(to_local(mesh.before, x), to_local(mesh.after, p), 0, mesh.sides != Sides::TwoSided);
 }
 
-/// All environment meshes of a substep. Of what is known of the particles, that of one mesh follows another's.
+/// All environment meshes of a substep, and what is known of the particles near each.
 template <class R>
 struct Surroundings {
   const MovingSurface* meshes;
   int count;
   Particles<R> particles;
-  LastSeen* seen;
-  Contact<R>* contacts;
+  const Nearby<R>* nearby;
 };
 
-/// Of the mesh `own` among them.
+/// Of the mesh `own` among them: the particles that a word of bits names, compiled for an instruction set. First all
+/// their places and cells, then all their contacts: so that memory is waited for once.
 template <class R>
 struct FindContact : MovingSurface {
   Surroundings<R> all;
   int own;
   Particles<R> particles;
-  LastSeen* seen;
-  Contact<R>* contacts;
+  Nearby<R> nearby;
+  const unsigned long long* bits;
 
-  FindContact(const Surroundings<R>& in, int mesh)
+  FindContact(const Surroundings<R>& in, int mesh, const unsigned long long* those)
       : MovingSurface(in.meshes[mesh]),
         all(in),
         own(mesh),
         particles(in.particles),
-        seen(in.seen + mesh * in.particles.count),
-        contacts(in.contacts + mesh * in.particles.count) {}
+        nearby(in.nearby[mesh]),
+        bits(those) {}
 
-  KERNEL void operator()(int i) const {
-    contacts[i].plane = {R(0), R(0), R(0), -R(INFINITY)};
-    contacts[i].lambda = R(0);
-    contacts[i].slip = {R(0), R(0), R(0)};
-    if (particles.w[i] > R(0)) look(i);
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    unsigned long long rest = bits[group.index];
+    if (rest == 0) return;
+    Looks storage;
+    Look* const looks = storage.of;
+    int count = 0;
+    for (; rest != 0; rest &= rest - 1) {
+      const int i = group.index * kWord + lowest_bit(rest);
+      if (particles.w[i] > R(0) && begin(i, looks[count])) ++count;
+    }
+    for (int k = 0; k < count; ++k) {
+      Look& look = looks[k];
+      look.cell = surface->cell_of(look.a, look.cell);
+      if (look.cell > 0) surface->prefetch_list(look.cell);
+    }
+    for (int k = 0; k < count; ++k)
+      if (looks[k].cell > 0) surface->prefetch_triangles(looks[k].cell);
+    for (int k = 0; k < count; ++k) {
+      Look& look = looks[k];
+      if (look.cell == 0) continue;
+      look.near = surface->template nearest<typename Group::Isa>(look.a, look.cell);
+      surface->prefetch_normal(look.near);
+    }
+    for (int k = 0; k < count; ++k) {
+      Look& look = looks[k];
+      if (look.cell > 0 && look.near.distance <= look.reach) {
+        end(look, surface->within(look.radius, look.near));
+      } else if (!leave(look)) {
+        end(look, look.cell > 0 ? surface->within(look.radius, look.near) : ask<typename Group::Isa>(look));
+      }
+    }
   }
 
  private:
-  static double length(const Point& a) { return std::sqrt(dot(a, a)); }
+  struct Look {
+    int i, cell;
+    Point a, b;
+    LastSeen last;
+    double path, reach, moved, depth, radius;
+    NearTriangle near;
+  };
+  union Looks {  // not filled before they are used
+    Look of[kWord];
+    KERNEL Looks() {}
+  };
 
-  void look(int i) const {
-    const Point a = to_local(before, in_double(particles.x[i])), b = to_local(after, in_double(particles.p[i]));
-    const double path = length(b - a);
+  KERNEL static double length(const Point& a) { return root(dot(a, a)); }
+
+  /// False where it cannot have come near.
+  KERNEL bool begin(int i, Look& look) const {
+    const int slot = nearby.slot[i];
+    look.i = i, look.cell = slot < 0 ? 0 : nearby.near[slot].cell, look.last = nearby.seen(i);
+    if (look.cell > 0) surface->prefetch_cell(look.cell);
+    look.a = to_local(before, in_double(particles.x[i])), look.b = to_local(after, in_double(particles.p[i]));
+    look.path = length(look.b - look.a);
     // A contact plane is laid a thickness early: neighbours may pull the particle further than its own velocity.
-    const double reach = path + 2 * thickness;
-    LastSeen& last = seen[i];
-    const double moved = length(a - last.at);
-    if (last.distance - moved > reach) return;
-    const double box = surface->box_distance(a);
-    if (box > reach) {
-      last = {a, box, -1, last.passed};
-      return;
+    look.reach = look.path + 2 * thickness;
+    look.moved = length(look.a - look.last.at);
+    if (look.last.distance - look.moved > look.reach) return false;
+    const double box = surface->box_distance(look.a);
+    if (box > look.reach) {
+      nearby.see(i, {look.a, box, -1, look.last.passed});
+      return false;
     }
     // If it went through the surface since, or was inside, it is at most this deep now.
-    const double depth = std::max(0.0, moved - last.distance);
+    look.depth = std::max(0.0, look.moved - look.last.distance);
     // Looking further than now needed keeps the particle out of the next substeps' queries.
-    const double radius = 4 * reach + std::min(depth, surface->diagonal());
-    const ClosestPoint near = surface->closest(a, radius, static_cast<int>(last.triangle));
-    if (!near.found) {
-      last = {a, radius, -1, last.passed};
-      return;
+    look.radius = 4 * look.reach + std::min(look.depth, surface->diagonal());
+    return true;
+  }
+
+  /// Whether a coarse bound tells that it cannot touch: of what may be inside it does not tell the side.
+  bool leave(const Look& look) const {
+    if (look.depth > 0) return false;
+    const double least = surface->least_distance(look.a);
+    if (!(least > look.reach)) return false;
+    nearby.see(look.i, {look.a, least, -1, look.last.passed});
+    return true;
+  }
+
+  /// Where no list answers. Lists are made for what is near and comes by slowly: others hardly come back.
+  template <class Isa>
+  ClosestPoint ask(Look& look) const {
+    const bool stays = look.path < 2 * thickness;
+    if (stays && look.last.triangle >= 0) {
+      look.cell = surface->make_cell(look.a);
+      if (look.cell > 0) return surface->within(look.radius, surface->template nearest<Isa>(look.a, look.cell));
     }
-    const Point outward = side(near, a, last, moved);
+    const ClosestPoint near = surface->closest(look.a, look.radius, static_cast<int>(look.last.triangle));
+    if (stays && near.found && near.distance <= look.reach && look.last.triangle < 0)
+      look.cell = surface->make_cell(look.a);
+    return near;
+  }
+
+  KERNEL void end(const Look& look, const ClosestPoint& near) const {
+    const int i = look.i;
+    const Point& a = look.a;
+    if (!near.found) return nearby.see(i, {a, look.radius, -1, look.last.passed});
+    const Point outward = side(near, a, look.last, look.moved);
     const double signed_distance = dot(outward, a - near.q) < 0 ? -near.distance : near.distance;
-    last = {a, signed_distance, near.triangle, last.passed};
-    if (signed_distance > reach) return;
-    if (signed_distance < 0 && near.boundary) return;  // beyond the rim of a sheet there is no inside
+    if (signed_distance > look.reach) return nearby.see(i, {a, signed_distance, -1, look.last.passed});
+    LastSeen last{a, signed_distance, near.triangle, look.last.passed};
+    // beyond the rim of a sheet there is no inside
+    if (signed_distance < 0 && near.boundary) return remember(look, last);
 
     const Point n = direction(near, a, outward, signed_distance);
-    if (signed_distance < thickness && !lift(i, a, n, thickness - signed_distance) && signed_distance < 0)
+    if (signed_distance < thickness && !lift(i, a, n, thickness - signed_distance, last) && signed_distance < 0)
       last.at = near.q + n * (1e-3 * thickness);  // behind a sheet, it still belongs before it
+    remember(look, last);
     // The plane at the nearest point stands for the surface only on a short way: on a long one it would stop what
     // passes a corner.
     const double clearance = std::max(signed_distance, thickness);
-    if (path > std::max(clearance - thickness, clearance / 2)) return sweep(i, outward);
+    if (look.path > std::max(clearance - thickness, clearance / 2)) return sweep(i, outward);
     set(i, near.q, n);
   }
 
+  KERNEL void remember(const Look& look, const LastSeen& last) const {
+    nearby.see(look.i, last);
+    const int slot = nearby.slot[look.i];
+    if (slot >= 0) nearby.near[slot].cell = look.cell;
+  }
+
   /// The surface's normal on the side on which the particle belongs.
-  Point side(const ClosestPoint& near, const Point& a, const LastSeen& last, double moved) const {
+  KERNEL Point side(const ClosestPoint& near, const Point& a, const LastSeen& last, double moved) const {
     if (sides != Sides::TwoSided) return near.normal;
     Point from = a;
     // It may have been dragged through since it was last seen: then it belongs on the side where it was.
@@ -126,7 +189,7 @@ struct FindContact : MovingSurface {
   }
 
   /// The gradient of the distance, or on the surface itself, where that has no direction, its normal.
-  Point direction(const ClosestPoint& near, const Point& a, const Point& outward, double signed_distance) const {
+  KERNEL Point direction(const ClosestPoint& near, const Point& a, const Point& outward, double signed_distance) const {
     if (near.distance < 1e-3 * thickness) return outward;
     return (a - near.q) * (1 / signed_distance);
   }
@@ -149,7 +212,7 @@ struct FindContact : MovingSurface {
 
   /// A particle that starts within the thickness is put at its rim, state and prediction alike, so that leaving it
   /// gives no velocity (the pre-stabilisation of Macklin et al. 2014, section 4.4). Not through another mesh.
-  bool lift(int i, const Point& a, const Point& n, double by) const {
+  bool lift(int i, const Point& a, const Point& n, double by, LastSeen& last) const {
     const Point world = rotate(before, n) * by;
     const Vector3<R> shift{R(world.x), R(world.y), R(world.z)}, x = particles.x[i], to = x + shift;
     for (int k = 0; k < all.count; ++k) {
@@ -160,23 +223,24 @@ struct FindContact : MovingSurface {
     particles.x.set(i, to);
     particles.p.set(i, particles.p[i] + shift);
     for (int k = 0; k < own; ++k) {  // whose planes are told from x
-      Vec4<R>& plane = all.contacts[k * particles.count + i].plane;
-      plane.w = plane.w - dot(plane.xyz(), shift);
+      Contact<R>* const other = all.nearby[k].contact(i);
+      if (other) other->plane.w = other->plane.w - dot(other->plane.xyz(), shift);
     }
-    seen[i].at = a + n * by;
-    seen[i].distance = thickness;
-    if (dot(n, seen[i].passed) < 0) seen[i].passed = {};  // not where it leaves by the back
+    last.at = a + n * by;
+    last.distance = thickness;
+    if (dot(n, last.passed) < 0) last.passed = {};  // not where it leaves by the back
     return true;
   }
 
-  void set(int i, const Point& q, const Point& n) const {
+  KERNEL void set(int i, const Point& q, const Point& n) const {
     const Point x = in_double(particles.x[i]), end = to_world(after, q);
     // What rests on q lies a thickness above it, and there a turning mesh is faster than at q.
     const Point rest = q + n * thickness, surface_moved = to_world(after, rest) - to_world(before, rest);
     const Point normal = rotate(after, n);
     const Point relative = in_double(particles.p[i]) - x - surface_moved;
-    contacts[i].plane = {R(normal.x), R(normal.y), R(normal.z), R(dot(normal, end - x) + thickness)};
-    contacts[i].surface = {R(surface_moved.x), R(surface_moved.y), R(surface_moved.z), R(dot(normal, relative))};
+    Contact<R>& contact = *nearby.contact(i);
+    contact.plane = {R(normal.x), R(normal.y), R(normal.z), R(dot(normal, end - x) + thickness)};
+    contact.surface = {R(surface_moved.x), R(surface_moved.y), R(surface_moved.z), R(dot(normal, relative))};
   }
 };
 
@@ -196,11 +260,12 @@ struct MeasureDepth {
   Sides sides;
   Pose pose;
   Particles<R> particles;
-  const LastSeen* seen;
+  Nearby<R> nearby;
   KERNEL Deepest operator()(int i) const {
     if (!(particles.w[i] > R(0))) return {};
-    const double passed = std::sqrt(dot(seen[i].passed, seen[i].passed));
-    return {std::max(passed, depth(to_local(pose, in_double(particles.x[i])), seen[i]))};
+    const LastSeen last = nearby.seen(i);
+    const double passed = std::sqrt(dot(last.passed, last.passed));
+    return {std::max(passed, depth(to_local(pose, in_double(particles.x[i])), last))};
   }
 
  private:

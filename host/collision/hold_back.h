@@ -5,9 +5,20 @@
 
 namespace malha {
 
+/// The particles that a word of bits names: others keep within a ball without surface.
 template <class R>
 struct HoldBack : Surroundings<R> {
-  KERNEL void operator()(int i) const {
+  const unsigned long long* bits;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    for (unsigned long long rest = bits[group.index]; rest != 0; rest &= rest - 1)
+      hold(group.index * kWord + lowest_bit(rest));
+  }
+
+ private:
+  static constexpr int kRounds = 8;  // corners of two walls need two, acute ones more
+
+  void hold(int i) const {
     if (!(this->particles.w[i] > R(0)) || settle(i)) return;
     // What puts it before one mesh puts it behind another: it stays where it was, as far as what moves lets it.
     this->particles.p.set(i, this->particles.x[i]);
@@ -16,14 +27,12 @@ struct HoldBack : Surroundings<R> {
       if (const Crossing at = crossing_of(i, k); at.hit) {
         const MovingSurface& mesh = this->meshes[k];
         const Point n = normal(i, mesh, at);
-        last_seen(i, k).passed = n * dot(n, to_local(mesh.after, p(i)) - at.q);
+        LastSeen last = this->nearby[k].seen(i);
+        last.passed = n * dot(n, to_local(mesh.after, p(i)) - at.q);
+        this->nearby[k].see(i, last);
       }
   }
 
- private:
-  static constexpr int kRounds = 8;  // corners of two walls need two, acute ones more
-
-  LastSeen& last_seen(int i, int k) const { return this->seen[k * this->particles.count + i]; }
   Point x(int i) const { return in_double(this->particles.x[i]); }
   Point p(int i) const { return in_double(this->particles.p[i]); }
 
@@ -40,7 +49,7 @@ struct HoldBack : Surroundings<R> {
   Crossing crossing_of(int i, int k) const {
     const MovingSurface& mesh = this->meshes[k];
     // No surface lies within `distance` of where the particle was last seen, nor on a way that stays there.
-    const LastSeen& last = last_seen(i, k);
+    const LastSeen last = this->nearby[k].seen(i);
     if (within(last, to_local(mesh.before, x(i))) && within(last, to_local(mesh.after, p(i)))) return {};
     return crossing(mesh, x(i), p(i));
   }

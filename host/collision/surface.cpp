@@ -17,28 +17,6 @@ Point unit(const Point& a) {
   return l > 0 ? a * (1 / l) : a;
 }
 
-/// The feature of a triangle that a point is closest to.
-struct OnTriangle {
-  Point q;
-  int corner = -1, edge = -1;  // both -1: the face
-};
-
-/// Ericson, Real-Time Collision Detection, section 5.1.5.
-OnTriangle closest_on_triangle(const Point& p, const Point& a, const Point& b, const Point& c) {
-  const Point ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  const double d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp),
-               d6 = dot(ac, cp);
-  if (d1 <= 0 && d2 <= 0) return {a, 0, -1};
-  if (d3 >= 0 && d4 <= d3) return {b, 1, -1};
-  if (d6 >= 0 && d5 <= d6) return {c, 2, -1};
-  const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {a + ab * (d1 / (d1 - d3)), -1, 0};
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return {b + (c - b) * ((d4 - d3) / (d4 - d3 + d5 - d6)), -1, 1};
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {a + ac * (d2 / (d2 - d6)), -1, 2};
-  const double per = 1 / (va + vb + vc);
-  return {a + ab * (vb * per) + ac * (vc * per), -1, -1};
-}
-
 std::array<float, 3> to_float(const Point& a) { return {float(a.x), float(a.y), float(a.z)}; }
 
 }  // namespace
@@ -53,20 +31,22 @@ Surface::Surface(const Device& device, const Mesh& mesh) : triangles_(malha::tri
 
   std::vector<std::array<float, 3>> for_embree;
   for (const Vec3& x : mesh.points) {
-    points_.push_back(Point{x[0], x[1], x[2]} - centre_);
-    for_embree.push_back(to_float(points_.back()));
+    const Point at = Point{x[0], x[1], x[2]} - centre_;
+    points_.push_back({at.x + 0, at.y + 0, at.z + 0, 0});  // without -0, of which packs make 0
+    for_embree.push_back(to_float(at));
   }
   scene_ = std::make_unique<TriangleScene>(device, for_embree, triangles_);
+  cells_ = std::make_unique<NearCells>(*scene_, points_, triangles_, half_, skin_);
 
   corner_normals_.assign(points_.size(), Point{});
   std::map<std::pair<int, int>, std::pair<Point, int>> edges;  // sum of normals, number of faces
   for (const Triangle& t : triangles_) {
-    const Point& a = points_[t[0]];
-    const Point normal = unit(cross(points_[t[1]] - a, points_[t[2]] - a));
+    const Point a = point(t[0]);
+    const Point normal = unit(cross(point(t[1]) - a, point(t[2]) - a));
     face_normals_.push_back(normal);
     for (int k = 0; k < 3; ++k) {
-      const Point& here = points_[t[k]];
-      const Point u = unit(points_[t[(k + 1) % 3]] - here), v = unit(points_[t[(k + 2) % 3]] - here);
+      const Point here = point(t[k]);
+      const Point u = unit(point(t[(k + 1) % 3]) - here), v = unit(point(t[(k + 2) % 3]) - here);
       const double angle = std::acos(std::clamp(dot(u, v), -1.0, 1.0));
       corner_normals_[t[k]] = corner_normals_[t[k]] + normal * angle;
       auto& edge = edges[std::minmax(t[k], t[(k + 1) % 3])];
@@ -75,7 +55,7 @@ Surface::Surface(const Device& device, const Mesh& mesh) : triangles_(malha::tri
     }
   }
   for (Point& n : corner_normals_) n = unit(n);
-  rim_corners_.assign(points_.size(), false);
+  rim_corners_.assign(points_.size(), 0);
   for (const Triangle& t : triangles_) {
     std::array<Point, 3> normals;
     std::array<bool, 3> rim;
@@ -83,7 +63,7 @@ Surface::Surface(const Device& device, const Mesh& mesh) : triangles_(malha::tri
       const auto& edge = edges[std::minmax(t[k], t[(k + 1) % 3])];
       normals[k] = unit(edge.first);
       rim[k] = edge.second == 1;
-      if (rim[k]) rim_corners_[t[k]] = rim_corners_[t[(k + 1) % 3]] = true;
+      if (rim[k]) rim_corners_[t[k]] = rim_corners_[t[(k + 1) % 3]] = 1;
     }
     edge_normals_.push_back(normals);
     rim_edges_.push_back(rim);
@@ -92,38 +72,23 @@ Surface::Surface(const Device& device, const Mesh& mesh) : triangles_(malha::tri
 
 ClosestPoint Surface::closest(const Point& a, double radius, int known_near) const {
   const Point p = a - centre_;
-  ClosestPoint best;
-  best.distance = radius;
-  OnTriangle where{};
+  int nearest = -1;
+  double least = radius;
   // Embree rounds the query to float: the radius that it sees is larger by that, and the test here decides.
   const double slack = skin_ + 1e-6 * length(p);
   const auto visit = [&](int t) {
     const Triangle& c = triangles_[t];
-    const OnTriangle candidate = closest_on_triangle(p, points_[c[0]], points_[c[1]], points_[c[2]]);
-    const double distance = length(p - candidate.q);
+    const double distance = length(p - nearest_on_triangle(p, point(c[0]), point(c[1]), point(c[2])).q);
     // Equally near triangles (a shared edge or corner): the lowest one, whatever the order of the visits.
-    if (distance < best.distance || (distance == best.distance && (!best.found || t < best.triangle))) {
-      best.found = true;
-      best.distance = distance;
-      best.triangle = t;
-      where = candidate;
-    }
-    return static_cast<float>(best.distance + slack);
+    if (distance < least || (distance == least && nearest >= 0 && t < nearest)) nearest = t, least = distance;
+    return static_cast<float>(least + slack);
   };
   const float start = known_near < 0 ? static_cast<float>(radius + slack) : visit(known_near);
   point_query(*scene_, to_float(p), start, visit);
-  if (!best.found) return best;
-  best.q = where.q + centre_;
-  if (where.corner >= 0) {
-    best.normal = corner_normals_[triangles_[best.triangle][where.corner]];
-    best.boundary = rim_corners_[triangles_[best.triangle][where.corner]];
-  } else if (where.edge >= 0) {
-    best.normal = edge_normals_[best.triangle][where.edge];
-    best.boundary = rim_edges_[best.triangle][where.edge];
-  } else {
-    best.normal = face_normals_[best.triangle];
-  }
-  return best;
+  queries_->fetch_add(1, std::memory_order_relaxed);
+  if (nearest < 0) return {};
+  const Triangle& c = triangles_[nearest];
+  return with_normal(nearest, least, nearest_on_triangle(p, point(c[0]), point(c[1]), point(c[2])));
 }
 
 Crossing Surface::crossing(const Point& a, const Point& b, double beyond, bool front_only) const {
@@ -156,7 +121,7 @@ Crossing Surface::along(const Point& start, const Point& direction, double far, 
     // On the face's plane, in double: Embree's t is a float.
     const double towards = dot(normal, direction);
     const double t =
-        std::abs(towards) > 1e-9 ? dot(normal, points_[triangles_[hit.triangle][0]] - origin) / towards : hit.t;
+        std::abs(towards) > 1e-9 ? dot(normal, point(triangles_[hit.triangle][0]) - origin) / towards : hit.t;
     // Seen from both sides, what lies behind the start was not crossed: only the skin reaches there.
     if (front_only ? towards < 0 : first + t >= 0) return {true, origin + centre_ + direction * t, normal};
     from = std::nextafter(hit.t, INFINITY);
@@ -173,8 +138,8 @@ double Surface::box_distance(const Point& a) const {
 double Surface::diagonal() const { return 2 * length(half_); }
 
 std::size_t Surface::bytes() const {
-  return points_.size() * (2 * sizeof(Point) + sizeof(std::array<float, 3>)) +
-         triangles_.size() * (2 * sizeof(Triangle) + 4 * sizeof(Point) + 3);
+  return points_.size() * (sizeof(points_[0]) + sizeof(Point) + sizeof(std::array<float, 3>)) +
+         triangles_.size() * (2 * sizeof(Triangle) + 4 * sizeof(Point) + 3) + cells_->bytes();
 }
 
 }  // namespace malha

@@ -2,10 +2,12 @@
 // the candidates in float; the arithmetic on what it finds is in double.
 #pragma once
 #include <array>
+#include <atomic>
 #include <memory>
 #include <vector>
 
 #include "host/collision/embree.h"
+#include "host/collision/near_cells.h"
 #include "host/mesh.h"
 #include "kernels/vec.h"
 
@@ -38,6 +40,55 @@ class Surface {
   /// makes the search short and changes nothing else.
   ClosestPoint closest(const Point& a, double radius, int known_near = -1) const;
 
+  /// By the mesh's cells (kernels/near_cells.h): the one that answers for a, kept in `cell` from one look to the next;
+  /// 0: none does.
+  KERNEL int cell_of(const Point& a, int cell) const {
+    const NearMesh& mesh = cells_->mesh();
+    const CellPath path = path_to(mesh, a - centre_);
+    if (!path.inside) return 0;
+    if (cell > 0 && holds(mesh.cells[cell], path)) return cell;
+    const int found = last_cell_at(mesh, path);
+    return found > 0 && mesh.cells[found].count <= kMostListed ? found : 0;
+  }
+  /// Ask for what comes next ahead of its use.
+  KERNEL void prefetch_cell(int cell) const { prefetch(cells_->mesh().cells + cell); }
+  KERNEL void prefetch_list(int cell) const { prefetch(cells_->mesh().lists + cells_->mesh().cells[cell].first); }
+  KERNEL void prefetch_triangles(int cell) const {
+    const NearMesh& mesh = cells_->mesh();
+    const NearCell& of = mesh.cells[cell];
+    for (int k = 0; k < of.count; ++k) prefetch(mesh.triangles + mesh.lists[of.first + k]);
+  }
+  KERNEL void prefetch_normal(const NearTriangle& near) const {
+    if (near.triangle >= 0 && near.where.corner < 0)
+      prefetch(near.where.edge < 0 ? &face_normals_[near.triangle] : &edge_normals_[near.triangle][near.where.edge]);
+  }
+  /// Makes the cell of a where that is worth it, from any thread; 0: none is made.
+  int make_cell(const Point& a) const {
+    const CellPath path = path_to(cells_->mesh(), a - centre_);
+    return path.inside && cells_->make(path) ? last_cell_at(cells_->mesh(), path) : 0;
+  }
+  /// The nearest triangle to a by a cell of it, compiled for an instruction set.
+  template <class Isa>
+  KERNEL NearTriangle nearest(const Point& a, int cell) const {
+    return nearest_listed<Isa>(cells_->mesh(), cells_->mesh().cells[cell], a - centre_);
+  }
+  /// What closest finds, of a nearest triangle.
+  KERNEL ClosestPoint within(double radius, const NearTriangle& near) const {
+    if (!(near.distance < radius) || near.triangle < 0) return {};
+    return with_normal(near.triangle, near.distance, near.where);
+  }
+
+  /// A lower bound of the distance of a: of a grid over the mesh's box, below 0 where that says nothing.
+  double least_distance(const Point& a) const {
+    const Point p = a - centre_;
+    const CellPath path = path_to(cells_->mesh(), p);
+    if (!path.inside) return -1;
+    const double known = malha::least_distance(cells_->mesh(), path, p);
+    if (known >= 0 || !cells_->measure(path)) return known;
+    return malha::least_distance(cells_->mesh(), path, p);
+  }
+  bool tidy() { return cells_->tidy(); }
+
   /// The first crossing on the way from a to b and `beyond` metres further. With front_only, crossings from behind a
   /// face do not count and do not hide what lies behind them. What passes a rim by less than a skin may count.
   Crossing crossing(const Point& a, const Point& b, double beyond, bool front_only) const;
@@ -47,21 +98,46 @@ class Surface {
   double diagonal() const;
   int triangles() const { return static_cast<int>(triangles_.size()); }
   std::size_t bytes() const;
+  std::size_t cell_bytes() const { return cells_->bytes(); }
+  /// How often the whole mesh was asked since the start.
+  long long queries() const { return queries_->load(); }
 
  private:
   /// The first crossing from `start` (relative to centre_) over `far` metres. The ray starts a skin earlier, since rays
   /// that start on a surface miss it half the time.
   Crossing along(const Point& start, const Point& direction, double far, bool front_only) const;
 
-  std::vector<Point> points_;  // relative to centre_, so that float is fine wherever the mesh lies
+  Point point(int i) const { return points_[i].xyz(); }
+  KERNEL ClosestPoint with_normal(int triangle, double distance, const OnTriangle& where) const {
+    const Triangle& c = triangles_[triangle];
+    if (where.corner >= 0)
+      return {true,
+              triangle,
+              distance,
+              where.q + centre_,
+              corner_normals_[c[where.corner]],
+              rim_corners_[c[where.corner]] != 0};
+    if (where.edge >= 0)
+      return {true,
+              triangle,
+              distance,
+              where.q + centre_,
+              edge_normals_[triangle][where.edge],
+              rim_edges_[triangle][where.edge]};
+    return {true, triangle, distance, where.q + centre_, face_normals_[triangle], false};
+  }
+
+  std::vector<Vec4<double>> points_;  // relative to centre_, so that float is fine wherever the mesh lies
   std::vector<Triangle> triangles_;
   std::vector<Point> face_normals_, corner_normals_;  // unit
   std::vector<std::array<Point, 3>> edge_normals_;    // unit; edge k joins corners k and k + 1
   std::vector<std::array<bool, 3>> rim_edges_;
-  std::vector<bool> rim_corners_;
+  std::vector<unsigned char> rim_corners_;
   Point centre_{}, half_{};
   double skin_ = 0;
   std::unique_ptr<TriangleScene> scene_;
+  std::unique_ptr<NearCells> cells_;
+  std::unique_ptr<std::atomic<long long>> queries_ = std::make_unique<std::atomic<long long>>(0);
 };
 
 }  // namespace malha

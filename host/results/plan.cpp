@@ -162,7 +162,8 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
   line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
   line("levels", launches_of_levels(model, facts));
-  line("collision", 2 * substeps * obstacles);  // found before the iterations, held back after them
+  // Found before the iterations, held back after them; twice a first test. None without an environment.
+  line("collision", obstacles > 0 ? substeps * (6 * obstacles + 1) : 0);
   line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);
   line("pressure", 3 * projections * model.pressures.size());

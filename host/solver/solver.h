@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "host/collision/contact_facts.h"
 #include "host/collision/self_facts.h"
 #include "host/filter/filter_facts.h"
 #include "host/measures.h"
@@ -79,6 +80,7 @@ struct SolverFacts {
   double level_seconds = 0;                              // of set-up
   std::optional<FilterFacts> filter;                     // Desbrun's
   std::optional<SelfFacts> self;                         // of self-collision
+  std::optional<ContactFacts> contact;                   // with the environment
   int free_bodies = 0;                                   // of Desbrun's, whose momentum is corrected
   bool corrects = false;                                 // their angular momentum too
   std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths

@@ -41,7 +41,7 @@ class Stepper : public Solver {
     }
     advance();
     guard();
-    if (self_) note_collision();
+    if (self_ || collider_) note_collision();
     if (sleeper_) timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
 
@@ -340,6 +340,7 @@ class Stepper : public Solver {
   void note_collision() {
     facts_.collision_bytes = (collider_ ? collider_->bytes() : 0) + (self_ ? self_->bytes() : 0);
     if (self_) facts_.self = self_->facts();
+    if (collider_) facts_.contact = collider_->facts();
   }
 
   Array<Executor, R> w_;

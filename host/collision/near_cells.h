@@ -1,0 +1,58 @@
+// The cells around a mesh that list its nearest triangles (kernels/near_cells.h), made where they are first needed.
+#pragma once
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+#include "host/collision/embree.h"
+#include "kernels/near_cells.h"
+
+namespace malha {
+
+class NearCells {
+ public:
+  /// All outlive this. `half`: of the box around the mesh, whose centre is the origin (m); `skin`: by how much Embree's
+  /// distances may be off (m).
+  NearCells(const TriangleScene& scene, std::vector<Vec4<double>>& corners,
+            const std::vector<std::array<int, 3>>& triangles, const Vector3<double>& half, double skin);
+
+  const NearMesh& mesh() const { return mesh_; }
+
+  /// Makes the cells down to the last one at a place; from any thread. False where there is no list: too many triangles
+  /// are equally near, or memory for cells is used up.
+  bool make(const CellPath& path);
+
+  /// Makes the distance of a cell of the grid known, from any thread. False: it was.
+  bool measure(const CellPath& path);
+
+  /// From one thread, between looks: starts anew when memory for cells is used up. True: no cell is what it was.
+  bool tidy();
+
+  std::size_t bytes() const;
+
+ private:
+  struct Candidate;
+  struct Cube;
+  int make(int parent, const Cube& cube, const CellPath& path);
+  double distance(const Vector3<double>& p, int triangle) const;
+  std::vector<int> near(const Cube& cube) const;
+  int add(const NearCell& cell);
+  void clear();
+
+  const TriangleScene& scene_;
+  NearMesh mesh_{};
+  std::vector<double> error_;       // m, of a computed distance: far from 0 for slivers alone
+  double rounding_ = 0, skin_ = 0;  // m
+  int most_cells_ = 0, most_listed_ = 0;
+  std::unique_ptr<GridCell, decltype(&std::free)> grid_{nullptr, &std::free};
+  std::unique_ptr<NearCell[]> cells_;
+  std::unique_ptr<int[]> lists_;
+  std::atomic<int> cells_used_{0};
+  std::atomic<long> listed_{0};
+  std::atomic<bool> full_{false};
+};
+
+}  // namespace malha

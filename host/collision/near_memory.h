@@ -1,0 +1,80 @@
+// The memory behind kernels/nearby.h: of the particles near one environment mesh.
+#pragma once
+#include <vector>
+
+#include "host/base/array.h"
+#include "kernels/nearby.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class NearMemory {
+ public:
+  explicit NearMemory(std::size_t particles)
+      : at_(3 * particles, 0.0f), distance_(particles, -INFINITY), slot_(particles, -1), counts_(2, 0) {}
+
+  Nearby<R> view() const {
+    float* const at = at_.data();
+    const std::size_t n = slot_.size();
+    return {{at, at + n, at + 2 * n}, distance_.data(), slot_.data(), near_.data(), counts_.data(), counts_.data() + 1};
+  }
+
+  int slots() const { return counts_.data()[0]; }
+
+  /// Room for so many more slots, and for not many more than are used: free ones are taken out.
+  void make_room(int more) {
+    int &used = counts_.data()[0], &freed = counts_.data()[1];
+    const std::size_t needed = static_cast<std::size_t>(used - freed) + static_cast<std::size_t>(more);
+    const bool wide = near_.size() > 4 * needed + 1024;
+    if (freed <= used / 4 + kSpare && static_cast<std::size_t>(used) + static_cast<std::size_t>(more) <= near_.size() &&
+        !wide)
+      return;
+    Array<Executor, Near<R>> to;
+    Near<R>* from = near_.data();
+    if (needed > near_.size() || wide)
+      to = Array<Executor, Near<R>>(needed + needed / 8 + (more > 0 ? kSpare / 2 : 0), Near<R>{});
+    Near<R>* const into = to.size() > 0 ? to.data() : from;
+    int kept = 0;
+    for (int s = 0; s < used; ++s) {
+      if (from[s].particle < 0) continue;
+      into[kept] = from[s];
+      slot_.data()[into[kept].particle] = kept;
+      ++kept;
+    }
+    if (to.size() > 0 || wide) near_ = std::move(to);
+    used = kept, freed = 0;
+  }
+
+  /// Cells are no longer what they were.
+  void forget_cells() {
+    for (int s = 0; s < slots(); ++s) near_.data()[s].cell = 0;
+  }
+
+  /// What a later substep depends on, for checkpoints.
+  void append_to(std::vector<LastSeen>& all) const {
+    const Nearby<R> nearby = view();
+    for (int i = 0; i < static_cast<int>(slot_.size()); ++i) all.push_back(nearby.seen(i));
+  }
+  void remember(const LastSeen* all) {
+    const int n = static_cast<int>(slot_.size());
+    std::fill_n(slot_.data(), n, -1);
+    counts_.data()[0] = counts_.data()[1] = 0;
+    int near = 0;
+    for (int i = 0; i < n; ++i) near += Nearby<R>::needs_slot(all[i]);
+    make_room(near);
+    for (int i = 0; i < n; ++i) view().see(i, all[i]);
+  }
+
+  int near() const { return counts_.data()[0] - counts_.data()[1]; }
+  std::size_t near_bytes() const { return near_.bytes(); }
+  std::size_t bytes() const { return at_.bytes() + distance_.bytes() + slot_.bytes() + near_.bytes(); }
+
+ private:
+  static constexpr int kSpare = 32;  // slots: fewer are not worth a copy
+  Array<Executor, float> at_, distance_;
+  Array<Executor, int> slot_;
+  Array<Executor, int> counts_;  // of slots, and of free ones among them
+  Array<Executor, Near<R>> near_;
+};
+
+}  // namespace malha

@@ -1,0 +1,202 @@
+// What is remembered of particles near an environment mesh from substep to substep: 20 bytes of each, and a slot with
+// the rest and its contact for those that are near.
+#pragma once
+#include "kernels/contact.h"
+#include "kernels/pack.h"
+#include "kernels/pose.h"
+
+namespace malha {
+
+/// Returns what the number was.
+KERNEL int count_up(int* number) {
+#if defined(__CUDA_ARCH__)
+  return atomicAdd(number, 1);
+#else
+  return __atomic_fetch_add(number, 1, __ATOMIC_RELAXED);
+#endif
+}
+
+KERNEL int lowest_bit(unsigned long long bits) {
+#if defined(__CUDA_ARCH__)
+  return __ffsll(static_cast<long long>(bits)) - 1;
+#else
+  return __builtin_ctzll(bits);
+#endif
+}
+
+/// Of one mesh.
+template <class R>
+struct Nearby {
+  Points<float> at;  // as in LastSeen
+  float* distance;   // nothing is nearer to `at`
+  int* slot;         // none: -1
+  Near<R>* near;
+  int *used, *freed;  // slots in all, and how many of them are free; there is room for every particle that is looked at
+
+  KERNEL LastSeen seen(int i) const {
+    if (slot[i] >= 0) return near[slot[i]].seen;
+    const Vector3<float> a = at[i];
+    return {{double(a.x), double(a.y), double(a.z)}, double(distance[i]), -1, {0, 0, 0}};
+  }
+
+  KERNEL void see(int i, const LastSeen& last) const {
+    const Vector3<float> rounded = in_float(last.at);
+    at.set(i, rounded);
+    distance[i] = certain_distance(last);
+    int s = slot[i];
+    if (!needs_slot(last)) {
+      if (s < 0) return;
+      near[s].particle = -1, slot[i] = -1;
+      count_up(freed);
+      return;
+    }
+    if (s < 0) {
+      s = slot[i] = count_up(used);
+      let_go(near[s].contact);
+      near[s].particle = i, near[s].cell = 0;
+    }
+    near[s].seen = last;
+  }
+
+  /// Whether there is more to remember than a place and a distance in float tell.
+  KERNEL static bool needs_slot(const LastSeen& last) {
+    const Vector3<double>& passed = last.passed;
+    return last.triangle >= 0 || passed.x != 0 || passed.y != 0 || passed.z != 0 ||
+           !(certain_distance(last) > 0 || last.distance == -INFINITY);
+  }
+
+  KERNEL Contact<R>* contact(int i) const { return slot[i] < 0 ? nullptr : &near[slot[i]].contact; }
+
+ private:
+  KERNEL static Vector3<float> in_float(const Vector3<double>& a) { return {float(a.x), float(a.y), float(a.z)}; }
+  /// From the rounded place.
+  KERNEL static float certain_distance(const LastSeen& last) {
+    const Vector3<float> rounded = in_float(last.at);
+    const Vector3<double> off{last.at.x - rounded.x, last.at.y - rounded.y, last.at.z - rounded.z};
+    const double certain = last.distance - root(dot(off, off));
+    const float nearest = float(certain);
+    return double(nearest) > certain ? nearest - 1.2e-7f * fabsf(nearest) : nearest;
+  }
+};
+
+/// A pose in float, for first tests.
+struct FloatPose {
+  float r[9], t[3];
+  FloatPose() = default;
+  explicit FloatPose(const Pose& pose) {
+    for (int k = 0; k < 9; ++k) r[k] = float(pose.r[k]);
+    t[0] = float(pose.t.x), t[1] = float(pose.t.y), t[2] = float(pose.t.z);
+  }
+  template <class S>
+  KERNEL Vector3<S> to_local(const Vector3<S>& x) const {
+    const S a = x.x - S(t[0]), b = x.y - S(t[1]), c = x.z - S(t[2]);
+    return {S(r[0]) * a + S(r[3]) * b + S(r[6]) * c, S(r[1]) * a + S(r[4]) * b + S(r[7]) * c,
+            S(r[2]) * a + S(r[5]) * b + S(r[8]) * c};
+  }
+};
+
+inline constexpr int kWord = 64;  // particles: a bit each
+
+/// Which particles may have come near enough to be looked at, a bit each: a stream in float, rounded so that none is
+/// missed. `reach` < 0: those whose way from x to p may leave the ball around where they were last seen, in which there
+/// is no surface; otherwise those whose way may reach the surface, or pass it by `reach` (m).
+template <class R>
+struct MayTouch {
+  Points<R> x, p;
+  int count;
+  Points<float> at;
+  const float* distance;
+  FloatPose before, after;
+  float reach;
+  bool add;  // to the bits that there are
+  unsigned long long* bits;
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    using S = Lane<float, typename Group::Isa>;
+    constexpr int lanes = kLanes<float, typename Group::Isa>;
+    const int first = group.index * kWord, n = count - first < kWord ? count - first : kWord;
+    unsigned long long word = add ? bits[group.index] : 0;
+    float over[kWord];
+    int k = 0;
+    for (; k + lanes <= n; k += lanes) store(excess<S>(first + k), over + k);
+    for (; k < n; ++k) over[k] = excess<float>(first + k);
+    int any = 0;
+    for (k = 0; k < n; ++k) any |= !(over[k] < 0);  // not a number: a look
+    if (any)
+      for (k = 0; k < n; ++k) word |= static_cast<unsigned long long>(!(over[k] < 0)) << k;
+    bits[group.index] = word;
+  }
+
+ private:
+  template <class S>
+  KERNEL static S size(const S& a) {
+    return larger(a, S(0.0f) - a);
+  }
+  template <class S>
+  KERNEL static S size(const Vector3<S>& a) {
+    return size(a.x) + size(a.y) + size(a.z);
+  }
+  template <class S>
+  KERNEL static void load_float(const float* from, S& to) {
+    load(from, to);
+  }
+  template <class S>
+  KERNEL static void load_float(const double* from, S& to) {
+    constexpr int lanes = int(sizeof(S) / sizeof(float));
+    float rounded[lanes];
+    for (int l = 0; l < lanes; ++l) rounded[l] = float(from[l]);
+    load(rounded, to);
+  }
+  template <class S, class Q>
+  KERNEL static Vector3<S> floats(const Points<Q>& from, int i) {
+    Vector3<S> a;
+    load_float(from.x + i, a.x), load_float(from.y + i, a.y), load_float(from.z + i, a.z);
+    return a;
+  }
+
+  /// By how much it may come too near; below 0: it cannot.
+  template <class S>
+  KERNEL S excess(int i) const {
+    const Vector3<S> start = floats<S>(x, i), end = floats<S>(p, i), seen = floats<S>(at, i);
+    const Vector3<S> a = before.to_local(start), b = after.to_local(end);
+    const Vector3<S> moved = a - seen, way = reach < 0 ? b - seen : b - a;
+    S known;
+    load(distance + i, known);
+    const S m = root(dot(moved, moved)), l = root(dot(way, way));
+    const float shift = fabsf(before.t[0]) + fabsf(before.t[1]) + fabsf(before.t[2]) + fabsf(after.t[0]) +
+                        fabsf(after.t[1]) + fabsf(after.t[2]);
+    // Some ten roundings of each coordinate on its way.
+    const S slack = (size(start) + size(end) + S(shift)) * S(4e-6f);
+    return (reach < 0 ? larger(m, l) : m + l + S(reach)) + slack - known;
+  }
+};
+
+/// How many they are, and how many of them have no slot.
+struct Tested {
+  int all = 0, without_slot = 0;
+  KERNEL Tested& operator+=(const Tested& o) {
+    all += o.all, without_slot += o.without_slot;
+    return *this;
+  }
+};
+struct CountTested {
+  const unsigned long long* bits;
+  const int* slot;
+  KERNEL Tested operator()(int word) const {
+    Tested sum;
+    for (unsigned long long rest = bits[word]; rest != 0; rest &= rest - 1) {
+      ++sum.all;
+      sum.without_slot += slot[word * kWord + lowest_bit(rest)] < 0;
+    }
+    return sum;
+  }
+};
+
+template <class R>
+struct LetGo {
+  Near<R>* near;
+  KERNEL void operator()(int s) const { let_go(near[s].contact); }
+};
+
+}  // namespace malha
