@@ -153,10 +153,11 @@ TEST(BenchProjection, RefusesWhatCannotBeMeantAndWritesNothing) {
   const TemporaryFolder folder;
   const std::string see = "; see malha bench projection --help\n";
   const std::vector<std::pair<std::vector<std::string>, std::string>> slips{
-      {{"bench"}, "malha bench: found no benchmark; allowed: projection, filter, constraints, self, --help, -h\n"},
+      {{"bench"},
+       "malha bench: found no benchmark; allowed: projection, filter, constraints, self, contact, --help, -h\n"},
       {{"bench", "projecton"},
        "malha bench: found \"projecton\" (did you mean 'projection'?); allowed: projection, filter, constraints, self, "
-       "--help, -h\n"},
+       "contact, --help, -h\n"},
       {{"bench", "projection", "--n", "17,many"},
        "malha bench projection: --n: found \"many\"; allowed: a whole number from 3 to 16000000" + see},
       {{"bench", "projection", "--n", "4001"},
@@ -231,7 +232,7 @@ TEST(BenchProjection, KeepsTheCasesThatWereDoneBeforeItIsStopped) {
   EXPECT_TRUE(has(bytes_of(folder / "out/bench_projection/projection.txt"), "grid, N = 5: "));
 }
 
-Row row_of(const Schedule& schedule, int threads, std::vector<double> step_seconds) {
+Row row_of_steps(const Schedule& schedule, int threads, std::vector<double> step_seconds) {
   Row row;
   row.case_name = "grid";
   row.particles = 100, row.constraints = 400;
@@ -241,7 +242,7 @@ Row row_of(const Schedule& schedule, int threads, std::vector<double> step_secon
 }
 
 TEST(BenchRow, CountsEveryProjectionOfAStep) {
-  const Row row = row_of({5, 2}, 1, {3e-6, 1e-6, 2e-6});
+  const Row row = row_of_steps({5, 2}, 1, {3e-6, 1e-6, 2e-6});
   EXPECT_DOUBLE_EQ(row.ns_min(), 1000.0 / 4000);
   EXPECT_DOUBLE_EQ(row.ns_per_projection(), 2000.0 / 4000);
   EXPECT_DOUBLE_EQ(row.ns_max(), 3000.0 / 4000);
@@ -249,12 +250,12 @@ TEST(BenchRow, CountsEveryProjectionOfAStep) {
 }
 
 TEST(BenchRow, ComparesTurnByTurn) {
-  const Row slow = row_of({10, 1}, 1, {4e-6, 40e-6, 5e-6}), fast = row_of({10, 1}, 2, {2e-6, 20e-6, 2e-6});
+  const Row slow = row_of_steps({10, 1}, 1, {4e-6, 40e-6, 5e-6}), fast = row_of_steps({10, 1}, 2, {2e-6, 20e-6, 2e-6});
   EXPECT_DOUBLE_EQ(times_as_fast(fast, slow), 2) << "the second turn was slow for both";
 }
 
 TEST(BenchRow, HasItsFloorWhereTheBytesOrTheOperationsPutIt) {
-  Row row = row_of({10, 1}, 2, {1e-6});
+  Row row = row_of_steps({10, 1}, 2, {1e-6});
   set_floor(row, 10, 0.5, 2);
   EXPECT_DOUBLE_EQ(row.working_set_bytes, 28 * 100) << "a grid's constraints need no memory of their own";
   EXPECT_DOUBLE_EQ(row.floor_memory_ns, 52.0 / 4 / 10);

@@ -7,7 +7,7 @@ namespace malha {
 
 namespace {
 
-const std::vector<std::string> kBenchmarks{"projection", "filter", "constraints", "self", "--help", "-h"};
+const std::vector<std::string> kBenchmarks{"projection", "filter", "constraints", "self", "contact", "--help", "-h"};
 const std::vector<std::string> kCases{"grid", "irregular"};
 const std::vector<std::string> kKernels{"dense", "sparse", "step"};
 
@@ -131,6 +131,30 @@ void add_self(CLI::App& bench, BenchArguments& arguments) {
       "  malha bench self --n 10000 --repeats 3 --seconds 0.2    a quick look");
 }
 
+void add_contact(CLI::App& bench, BenchArguments& arguments) {
+  bench::ContactOptions& options = arguments.of_contact;
+  CLI::App* contact = bench.add_subcommand("contact", "What contact with the environment costs a particle");
+  contact->add_option("--case", options.cases, join(bench::contact_cases()) + "; all if not given")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(one_of(bench::contact_cases()))
+      ->type_name("LIST");
+  contact->add_option("--scenes", options.scenes, "Folder of the shipped scenes and meshes; scenes if not given")
+      ->check(some_path())
+      ->type_name("FOLDER");
+  add_measuring(*contact, options, "contact");
+  contact->callback([&arguments, &options] { arguments.run = [&options] { bench::run_contact(options); }; });
+  contact->footer(
+      "Scenes that ship, from the moment when much touches, and cloths of 40,000 and 100,000 particles on scans that\n"
+      "turn at 450 degrees/s. looks: answered by a mesh's lists of near triangles, a step; queries: of the whole "
+      "mesh,\n"
+      "by Embree. far B, near B: what is remembered of a particle; the lists belong to the mesh. Numbers of threads\n"
+      "take turns. The folder gets the table, the rows (contact.json) and facts about the machine.\n\n"
+      "Examples:\n"
+      "  malha bench contact\n"
+      "  malha bench contact --case drape_bunny,armadillo --threads 1 --repeats 3 --seconds 0.5    a quick look");
+}
+
 void add_constraints(CLI::App& bench, BenchArguments& arguments) {
   bench::ConstraintOptions& options = arguments.of_constraints;
   CLI::App* constraints = bench.add_subcommand("constraints", "What each kind of constraint costs");
@@ -165,6 +189,7 @@ void add_bench(CLI::App& app, BenchArguments& arguments) {
   add_filter(*bench, arguments);
   add_constraints(*bench, arguments);
   add_self(*bench, arguments);
+  add_contact(*bench, arguments);
 }
 
 }  // namespace malha

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tools/bench/constraints.h"
+#include "tools/bench/contact.h"
 #include "tools/bench/filter.h"
 #include "tools/bench/projection.h"
 #include "tools/bench/self.h"
@@ -20,6 +21,7 @@ struct BenchArguments {
   bench::ProjectionOptions of_projection;
   bench::FilterOptions of_filter;
   bench::SelfOptions of_self;
+  bench::ContactOptions of_contact;
 };
 
 void add_bench(CLI::App& app, BenchArguments& arguments);

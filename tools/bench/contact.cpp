@@ -1,0 +1,205 @@
+#include "tools/bench/contact.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "host/base/shown.h"
+#include "host/simulation.h"
+#include "host/solver/solver.h"
+#include "tools/bench/counts.h"
+#include "tools/bench/facts.h"
+#include "tools/bench/machine.h"
+#include "tools/bench/output.h"
+#include "tools/bench/status.h"
+#include "tools/bench/turns.h"
+
+namespace malha::bench {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A case, and the part of its scene in which contacts are many: steps before it is measured.
+struct ContactCase {
+  std::string name;
+  int warm_up;
+  std::string scan = {};  // of a turning scan under a cloth: its mesh, its scale and the cloth's cells a side
+  double scale = 0;
+  int cells = 0;
+};
+
+const std::vector<ContactCase>& all_contact_cases() {
+  static const std::vector<ContactCase> all{{"drape_bunny", 60},
+                                            {"soft_bunny", 60},
+                                            {"ramp", 10},
+                                            {"rotating_sphere", 60},
+                                            {"bullets", 0},
+                                            {"thin_wall", 5},
+                                            {"armadillo", 20, "armadillo", 0.006, 199},
+                                            {"elephant", 20, "refined_elephant", 1.2, 199},
+                                            {"armadillo_100000", 20, "armadillo", 0.006, 315}};
+  return all;
+}
+
+/// A cloth of 1.6 m that falls onto a scan turning at 450 degrees/s.
+Scene turning_scan(const ContactCase& which, const std::string& folder) {
+  Scene scene;
+  scene.file = "malha bench", scene.name = which.name, scene.gravity = {0, -9.81, 0};
+  scene.solver.substeps = 30;
+  BodySpec cloth;
+  cloth.name = "cloth", cloth.shape = GridShape{{1.6, 1.6}, {which.cells, which.cells}}, cloth.density = 0.2;
+  cloth.transform.translate = {-0.8, 0.6, -0.8};
+  ConstraintSpec distance, bending;
+  distance.type = "distance", distance.on = {"edges", "shear"};
+  bending.type = "bending", bending.stiffness = 0.02;
+  cloth.constraints = {distance, bending};
+  scene.bodies = {cloth};
+  EnvironmentSpec scan;
+  scan.name = which.scan, scan.shape = MeshFile{folder + "/meshes/scans/" + which.scan + ".off"};
+  scan.transform.scale = {which.scale, which.scale, which.scale};
+  scan.thickness = 0.008, scan.friction = 0.3;
+  scan.motion = {{0, {0, 0, 0}, {0, 1, 0}, 0}, {10, {0, 0, 0}, {0, 1, 0}, 4500}};
+  scene.environment = {scan};
+  return scene;
+}
+
+Scene contact_scene(const ContactCase& which, const std::string& folder) {
+  return which.scan.empty() ? load_scene(folder + "/" + which.name + ".json") : turning_scan(which, folder);
+}
+
+double process_seconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+double contact_seconds(const Solver& solver) {
+  const auto& passes = solver.pass_seconds();
+  return passes[static_cast<int>(Pass::Collision)] + passes[static_cast<int>(Pass::Contact)];
+}
+
+struct ContactLine {
+  Simulation simulation;
+  int threads;
+  ContactFacts at_start{};
+  std::int64_t first = 0;  // step
+  // A number a turn: ns a particle and substep of the two passes by the clock, ms a step, and of the processor.
+  std::vector<double> contact = {}, step = {}, processor = {};
+};
+
+/// One turn: at least `enough` seconds of steps.
+void take_contact_turn(ContactLine& line, double enough) {
+  const Solver& solver = line.simulation.solver();
+  const double before = contact_seconds(solver), processor = process_seconds();
+  const std::int64_t first = line.simulation.steps();
+  const double step = seconds_each([&] { line.simulation.step(); }, enough);
+  const auto steps = static_cast<double>(line.simulation.steps() - first);
+  const double per =
+      1e9 / (static_cast<double>(line.simulation.model().scene.solver.substeps) * line.simulation.model().count());
+  line.contact.push_back((contact_seconds(solver) - before) / steps * per);
+  line.step.push_back(1e3 * step);
+  line.processor.push_back(1e3 * (process_seconds() - processor) / steps);
+}
+
+/// Bytes of a particle and substep that must move whatever finds the contacts: both first tests read where each
+/// particle was, is and goes (18 numbers), and one slot of each that is near is read and written.
+double floor_bytes(const ContactLine& line, const ContactFacts& facts) {
+  const Model& model = line.simulation.model();
+  const double number = model.scene.solver.precision == Precision::Double ? 8 : 4;
+  const double meshes = static_cast<double>(model.scene.environment.size());
+  return meshes * 2 * (6 * number + 16) + 2 * 128.0 * facts.near / model.count();
+}
+
+Json contact_row(const ContactCase& which, const ContactLine& line, double gb_per_s) {
+  const Model& model = line.simulation.model();
+  const ContactFacts facts = line.simulation.solver().facts().contact.value();
+  const auto steps = static_cast<double>(line.simulation.steps() - line.first);
+  const double n = model.count(), each = facts.near > 0 ? static_cast<double>(facts.near_bytes) / facts.near : 0;
+  const double meshes = static_cast<double>(model.scene.environment.size());
+  return {{"case", which.name},
+          {"particles", model.count()},
+          {"threads", line.threads},
+          {"contact_ns_per_particle_and_substep", median(line.contact)},
+          {"step_ms", median(line.step)},
+          {"processor_ms_per_step", median(line.processor)},
+          {"list_looks_per_step",
+           static_cast<double>(facts.looks - line.at_start.looks - facts.queries + line.at_start.queries) / steps},
+          {"full_queries_per_step", static_cast<double>(facts.queries - line.at_start.queries) / steps},
+          {"near_particles", facts.near},
+          {"bytes_per_far_particle", static_cast<double>(facts.far_bytes) / (n * meshes)},
+          {"bytes_per_near_particle", each + static_cast<double>(facts.far_bytes) / (n * meshes)},
+          {"bytes_of_lists", facts.cell_bytes},
+          {"floor_ns_per_particle_and_substep", floor_bytes(line, facts) / gb_per_s},
+          {"state_hash_after_warm_up", ""}};
+}
+
+std::string printed_contact(const Json& row) {
+  const auto number = [&](const char* key) { return row[key].get<double>(); };
+  return formatted("%-17s %7.0f %3.0f %9.1f %7.1f %9.2f %9.2f %9.0f %9.0f %7.0f %6.0f %6.0f %8.2f\n",
+                   row["case"].get<std::string>().c_str(), number("particles"), number("threads"),
+                   number("contact_ns_per_particle_and_substep"), number("floor_ns_per_particle_and_substep"),
+                   number("step_ms"), number("processor_ms_per_step"), number("list_looks_per_step"),
+                   number("full_queries_per_step"), number("near_particles"), number("bytes_per_far_particle"),
+                   number("bytes_per_near_particle"), number("bytes_of_lists") / (1 << 20));
+}
+
+}  // namespace
+
+const std::vector<std::string>& contact_cases() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const ContactCase& which : all_contact_cases()) all.push_back(which.name);
+    return all;
+  }();
+  return names;
+}
+
+void run_contact(const ContactOptions& options) {
+  const std::vector<int> threads = thread_counts(options.threads);
+  const Files files(options.out, "contact", options.json);
+  files.prepare();
+  Status status;
+  Printer print;
+  const Json facts = machine_facts(threads);
+  print(formatted("Contact with the environment: the passes collision and contact by the clock, in ns a particle and "
+                  "substep, and what\nmust move by the triad. %d x %g s a line, taking turns; medians.\n",
+                  options.repeats, options.seconds) +
+        machine_lines(facts, "") +
+        "case            particles thr   contact   floor   step ms processor     looks   queries    near  far B near B "
+        "lists MiB\n");
+  Json rows = Json::array();
+  for (const ContactCase& which : all_contact_cases()) {
+    if (!options.cases.empty() &&
+        std::find(options.cases.begin(), options.cases.end(), which.name) == options.cases.end())
+      continue;
+    const Scene scene = contact_scene(which, options.scenes);
+    std::vector<ContactLine> lines;
+    std::vector<std::string> hashes;
+    for (const int count : threads) {
+      status.show(which.name, double(lines.size()) / double(threads.size()));
+      lines.push_back({Simulation(scene, {.threads = count}), count});
+      ContactLine& line = lines.back();
+      for (int step = 0; step < which.warm_up; ++step) line.simulation.step();
+      line.first = which.warm_up;
+      if (which.warm_up > 0) line.at_start = line.simulation.solver().facts().contact.value();
+      hashes.push_back(hex(line.simulation.state_hash()));
+    }
+    for (int turn = 0; turn < options.repeats; ++turn) {
+      status.show(which.name, double(turn) / options.repeats);
+      for (ContactLine& line : lines) take_contact_turn(line, options.seconds);
+    }
+    status.clear();
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      const double gb_per_s = triad_gb_per_s(kMemoryBytes, lines[k].threads);
+      rows.push_back(contact_row(which, lines[k], gb_per_s));
+      rows.back()["state_hash_after_warm_up"] = hashes[k];
+      print(printed_contact(rows.back()));
+    }
+    files.write(rows.dump(2) + "\n", facts.dump(2) + "\n", print.text());
+  }
+  files.list();
+}
+
+}  // namespace malha::bench

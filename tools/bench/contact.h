@@ -1,0 +1,25 @@
+// malha bench contact: what contact with the environment costs a particle and substep.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace malha::bench {
+
+struct ContactOptions {
+  std::vector<std::string> cases;  // names of contact_cases(); empty: all
+  std::vector<int> threads;        // empty: 1 and all cores
+  int repeats = 5;
+  double seconds = 1;             // of each repeat
+  std::string scenes = "scenes";  // the folder of the shipped scenes and their meshes
+  std::string json;               // a further file for the rows; empty: none
+  std::string out = "out/bench_contact";
+};
+
+/// Scenes that ship, and cloths of 40,000 or 100,000 particles on a scan that turns at 450 degrees/s.
+const std::vector<std::string>& contact_cases();
+
+/// Runs, prints a table as it goes, and writes contact.json (the rows), contact_machine.json and contact.txt into the
+/// folder. Throws InputError, Diverged, and std::runtime_error where something cannot be written.
+void run_contact(const ContactOptions& options);
+
+}  // namespace malha::bench
