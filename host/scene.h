@@ -248,6 +248,7 @@ struct DesbrunSpec {
 };
 
 inline constexpr int kAutoLevels = -1, kMostLevels = 30;
+inline constexpr int kSeldomLevels = 3;  // substeps: what sweeps alone let go in more, levels pull back too hard
 
 struct SolverSpec {
   std::string type = "pbd";  // or "desbrun"

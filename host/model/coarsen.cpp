@@ -76,7 +76,7 @@ class Coarsener {
       near_[next[a]++] = {b, length}, near_[next[b]++] = {a, length};
     };
     for (const Link& l : fine_.links) add(l.a, l.b, l.length);
-    for (const Edge& e : fine_.nearby) add(e[0], e[1], norm(fine_.x[e[0]] - fine_.x[e[1]]));
+    for (const Edge& e : fine_.nearby) add(e[0], e[1], size_of(fine_.x[e[0]] - fine_.x[e[1]]));
   }
 
   template <class Visit>
@@ -272,8 +272,8 @@ class Coarsener {
       const int chosen = coarse_.chosen[k];
       graph.pinned.push_back(fine_.pinned[chosen]);
       graph.x.push_back(fine_.x[chosen] + aside_[k]);
-      const double size = norm(graph.normal[k]);
-      graph.folded.push_back(norm(fine_.normal[chosen]) > 0 && size < kFolded);
+      const double size = size_of(graph.normal[k]);
+      graph.folded.push_back(size_of(fine_.normal[chosen]) > 0 && size < kFolded);
       if (graph.folded[k])
         graph.normal[k] = fine_.normal[chosen];
       else if (size > 0)
@@ -295,8 +295,8 @@ class Coarsener {
     const Vector to_a = way_to_main(l.a), to_b = way_to_main(l.b);
     if (fine_.folded[l.a] || fine_.folded[l.b] || coarse_.graph.folded[main_parent(l.a)] ||
         coarse_.graph.folded[main_parent(l.b)])
-      return norm(to_a) + l.length + norm(to_b);
-    return norm(way(l.a, l.b, l.length) - to_a + turned(to_b, fine_.normal[l.b], fine_.normal[l.a]));
+      return size_of(to_a) + l.length + size_of(to_b);
+    return size_of(way(l.a, l.b, l.length) - to_a + turned(to_b, fine_.normal[l.b], fine_.normal[l.a]));
   }
 
   /// Where the regions of two parents meet. The longest of the ways over their border: too long does no harm, too short

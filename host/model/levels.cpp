@@ -44,10 +44,7 @@ RestGraph part_of(const RestGraph& whole, const std::vector<bool>& chosen, std::
 /// by itself where the way to what holds them is long.
 std::vector<bool> helped(const Model& model, const RestGraph& graph) {
   const int n = graph.count();
-  std::vector<bool> held = graph.pinned;
-  for (const AttachmentSet& set : model.attached)
-    for (const int i : set.particles) held[model.user_of[i]] = true;
-  const std::vector<int> hops = hops_to_pins(graph, held);
+  const std::vector<int> hops = hops_to_pins(graph, graph.pinned);  // to levels, what springs hold is free
   int parts = 0;
   const std::vector<int> part = components(n, edges_of(graph), parts);
   std::vector<int> longest(parts, 0), size(parts, 0);

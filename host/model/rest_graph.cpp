@@ -45,11 +45,11 @@ bool sum_normals(const Mesh& mesh, const std::vector<Triangle>& all, const std::
     const Vector a = vector(mesh.points[all[t][0]]);
     const Vector n = cross(vector(mesh.points[all[t][1]]) - a, vector(mesh.points[all[t][2]]) - a);
     for (const int corner : all[t])
-      normal[corner] = normal[corner] + (!turn.empty() && turn[t] ? -n : n), area[corner] += norm(n);
+      normal[corner] = normal[corner] + (!turn.empty() && turn[t] ? -n : n), area[corner] += size_of(n);
   }
   bool any = false;
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    const double size = norm(normal[i]);
+    const double size = size_of(normal[i]);
     folded[first + i] = size < kFolded * area[i];
     any = any || folded[first + i];
     if (size > 0) normal[i] = normal[i] * (1 / size);
@@ -91,7 +91,7 @@ RestGraph rest_graph(const Model& model, const std::vector<double>& w) {
     if (!pulls(set)) continue;
     for (int c = 0; c < set.count(); ++c) {
       const int a = set.particles[2 * c], b = set.particles[2 * c + 1];
-      const double length = norm(vector(model.x[a]) - vector(model.x[b])) * set.parameter;
+      const double length = size_of(vector(model.x[a]) - vector(model.x[b])) * set.parameter;
       graph.links.push_back({model.user_of[a], model.user_of[b], length, static_cast<int>(s), set.alpha(c)});
     }
   }

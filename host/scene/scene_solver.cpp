@@ -61,7 +61,7 @@ SolverSpec read_solver(const JsonReader& at) {
                         solver.keeps_momenta = v.word("corrector", {"inertia", "off"}) == "inertia";
                       }});
     fields.push_back({"levels", [&](const JsonReader& v) { solver.levels = read_levels(v); }});
-    fields.push_back({"levels_every", [&](const JsonReader& v) { solver.levels_every = v.integer(1, most_passes); }});
+    fields.push_back({"levels_every", [&](const JsonReader& v) { solver.levels_every = v.integer(1, kSeldomLevels); }});
     fields.push_back({"stiffness_of", [&](const JsonReader& v) {
                         solver.stiffness_of_step = v.word("choice", {"projections", "step"}) == "step";
                       }});

@@ -18,6 +18,7 @@ class Levels {
   /// `finest`: of the model. `fused`: particles follow the levels in their visits (see down()), otherwise before them.
   Levels(const Executor& executor, const Model& model, const std::vector<Level>& levels, Sweep<Executor, R>& finest,
          int threads, bool fused) {
+    finest.make_memory(threads);
     for (std::size_t l = 0; l < levels.size(); ++l) {
       const auto lay_out = [&](const auto& finer, Laid* down) {
         const std::vector<Patch> patches = finer.patches();

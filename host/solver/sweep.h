@@ -44,7 +44,7 @@ class Sweep {
     // Whole cache lines, and the memories of two threads never in the same set of a cache.
     const std::size_t numbers = 4 * std::size_t(plan.most_slots) + (remembers(Kinds{}) ? plan.most_constraints : 0);
     memory_bytes_ = (numbers * sizeof(R) / 128 + 1) * 128 + 64;
-    if (!keeps || model.scene.solver.levels != 0) memory_ = Array<Executor, char>(memory_bytes_ * threads, 0);
+    if (!keeps) memory_ = Array<Executor, char>(memory_bytes_ * threads, 0);
     prefetches_ = model.x.size() * 10 * sizeof(R) > kCache;
     note_facts(model, plan);
   }
@@ -120,6 +120,11 @@ class Sweep {
     views[s].lambda = sets_[s].lambda.data(), views[s].handed = true;
     views_.upload(views);
     return views[s].lambda;
+  }
+
+  /// Memory for visits that keep nothing, on so many threads.
+  void make_memory(int threads) {
+    if (memory_.size() == 0) memory_ = Array<Executor, char>(memory_bytes_ * threads, 0);
   }
 
   std::vector<Patch> patches() const { return patches_.download(); }
