@@ -183,22 +183,6 @@ TEST(WarningOfSag, ComesInSpiteOfLevelsWhereASheetHangsByAttachments) {
   EXPECT_GT(swung_strain(scene), 0.5);
 }
 
-TEST(WarningOfLevels, ComesWhereTheyAreUsedSoSeldomThatASheetThrowsItselfApart) {
-  SolverSpec solver;
-  for (const int every : {3, 5}) {
-    solver.levels_every = every;
-    const Scene scene = sheet_of(65, true, solver);
-    EXPECT_EQ(warnings_of(scene).size(), every == 5 ? 1u : 0u);
-    if (every == 3)
-      EXPECT_LT(swung_strain(scene), 0.5);
-    else
-      EXPECT_THROW(swung_strain(scene), Diverged);
-  }
-  EXPECT_TRUE(has(warnings_of(sheet_of(65, true, solver)).at(0), "with \"levels_every\": 5 large bodies may"));
-  EXPECT_TRUE(warnings_of(sheet_of(33, true, solver)).empty()) << "there are none";
-  EXPECT_TRUE(warnings_of(sheet_of(65, false, solver)).empty()) << "nothing holds it";
-}
-
 TEST(WarningOfRounding, ComesWhereFloatRoundsAwayWhatASubstepFalls) {
   BodySpec chain = hung_chain({0, 0, 0}, {1, 0, 0}, 20, 0.01);
   chain.constraints = {stiff("distance", {"edges"})};

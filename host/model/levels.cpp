@@ -9,7 +9,11 @@
 
 namespace malha {
 
-bool pulls(const ConstraintSet& set) { return set.type == Distance::name; }
+bool pulls(const SolverSpec& solver, const ConstraintSet& set) {
+  return set.type == Distance::name && (solver.levels != kAutoLevels || !(set.compliance.value_or(0) > 0));
+}
+
+int long_way(const SolverSpec& solver) { return std::max(60, 6 * solver.substeps * solver.iterations); }
 
 namespace {
 
@@ -51,7 +55,8 @@ std::vector<bool> helped(const Model& model, const RestGraph& graph) {
   for (int i = 0; i < n; ++i) longest[part[i]] = std::max(longest[part[i]], hops[i]), ++size[part[i]];
   const bool automatic = model.scene.solver.levels == kAutoLevels;
   std::vector<bool> chosen(n);
-  for (int i = 0; i < n; ++i) chosen[i] = automatic ? longest[part[i]] >= kLongWay : size[part[i]] > kFewest;
+  for (int i = 0; i < n; ++i)
+    chosen[i] = automatic ? longest[part[i]] >= long_way(model.scene.solver) : size[part[i]] > kFewest;
   return chosen;
 }
 

@@ -25,7 +25,8 @@ struct Level {
 /// The finest first; none where they help nobody. `w`: of each particle now, 1/kg, 0 where it is held.
 std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, int threads = 1);
 
-/// Particles on the way from the farthest particle of a body to what holds it, from which levels are worth their cost.
-inline constexpr int kLongWay = 60;
+/// Particles on the way from the farthest particle of a body to its pins, from which "auto" has levels: fewer are
+/// within reach of the sweeps of a step.
+int long_way(const SolverSpec& solver);
 
 }  // namespace malha

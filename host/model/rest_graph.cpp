@@ -88,7 +88,7 @@ RestGraph rest_graph(const Model& model, const std::vector<double>& w) {
   }
   for (std::size_t s = 0; s < model.sets.size(); ++s) {
     const ConstraintSet& set = model.sets[s];
-    if (!pulls(set)) continue;
+    if (!pulls(model.scene.solver, set)) continue;
     for (int c = 0; c < set.count(); ++c) {
       const int a = set.particles[2 * c], b = set.particles[2 * c + 1];
       const double length = size_of(vector(model.x[a]) - vector(model.x[b])) * set.parameter;

@@ -29,10 +29,12 @@ struct RestGraph {
 };
 
 struct ConstraintSet;
+struct SolverSpec;
 struct Model;
 
-/// Whether levels carry the pull of these constraints.
-bool pulls(const ConstraintSet& set);
+/// Whether levels carry the pull of these constraints: "auto" not of those with a compliance, whose stretch levels meet
+/// only where they have been tried.
+bool pulls(const SolverSpec& solver, const ConstraintSet& set);
 
 /// Of all bodies, in the user's numbers. `w`: of the model's particles now, 1/kg, 0 where they are held.
 RestGraph rest_graph(const Model& model, const std::vector<double>& w);

@@ -75,14 +75,14 @@ std::vector<bool> long_ways(const Model& model, const std::vector<bool>& pinned,
   graph.x.resize(model.x.size());
   for (std::size_t s = 0; s < model.sets.size(); ++s) {
     const ConstraintSet& set = model.sets[s];
-    if (!pulls(set)) continue;
+    if (!pulls(model.scene.solver, set)) continue;
     for (int c = 0; c < set.count(); ++c)
       graph.links.push_back({set.particles[2 * c], set.particles[2 * c + 1], 0, static_cast<int>(s), 0});
   }
   const std::vector<int> hops = hops_to_pins(graph, pinned);
   std::vector<bool> result(model.scene.bodies.size(), false);
   for (std::size_t i = 0; i < hops.size(); ++i)
-    if (hops[i] >= kLongWay) result[body[i]] = true;
+    if (hops[i] >= long_way(model.scene.solver)) result[body[i]] = true;
   return result;
 }
 
@@ -139,15 +139,6 @@ Sag worst_sag(const Model& model) {
       worst = {strain, swinging, of.stiffness, static_cast<int>(b), of_faces, long_way[b] && !of.tied};
   }
   return worst;
-}
-
-bool hangs_by_levels(const Model& model) {
-  const SolverSpec& solver = model.scene.solver;
-  if (solver.type != "pbd" || solver.levels == 0) return false;
-  const std::vector<bool> pinned = pinned_at_start(model);
-  if (solver.levels != kAutoLevels) return std::find(pinned.begin(), pinned.end(), true) != pinned.end();
-  const std::vector<bool> long_way = long_ways(model, pinned, bodies_of(model));
-  return std::find(long_way.begin(), long_way.end(), true) != long_way.end();
 }
 
 double unrounded_step(const Model& model) {

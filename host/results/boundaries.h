@@ -25,12 +25,6 @@ struct Sag {
 };
 Sag worst_sag(const Model& model);
 
-/// Whether levels act on any body that hangs from pins. What they move becomes velocity in one substep, so that a body
-/// that uses them too seldom throws itself apart: of sheets of 33 x 33 to 100 x 100 particles none with every third
-/// substep, and of 33 x 33 that with every tenth of 10, of 65 x 65 and more those with every fifth, and of 100 x 100
-/// with every fourth of 4 and 20 (measured, 2 s).
-bool hangs_by_levels(const Model& model);
-
 /// What acceleration adds to a place in a substep, a h^2, over half the spacing of the numbers there: below 1 it is
 /// rounded away, energy drifts, and more substeps are worse (charts masses, substeps). a: gravity, or what holds a
 /// spinning body together, if that is more. Infinite without constraints, or without gravity and spin.

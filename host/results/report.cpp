@@ -192,8 +192,8 @@ Parts memory_parts(const Model& model, const SolverFacts& facts) {
 }
 
 int handed_down(const Model& model) {
-  return static_cast<int>(std::count_if(model.sets.begin(), model.sets.end(), [](const ConstraintSet& set) {
-    return pulls(set) && set.compliance.value_or(0) > 0;
+  return static_cast<int>(std::count_if(model.sets.begin(), model.sets.end(), [&](const ConstraintSet& set) {
+    return pulls(model.scene.solver, set) && set.compliance.value_or(0) > 0;
   }));
 }
 

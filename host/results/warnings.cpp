@@ -25,7 +25,6 @@ constexpr double kWave = 0.25;
 constexpr double kSlowWave = 0.2;  // -2 to 5 %, up to 9 %
 constexpr double kSoft = 0.1;      // of what a sheet gives way
 constexpr double kLessSoft = 0.08;
-constexpr int kSeldom = 3;  // substeps from one use of levels to the next
 constexpr int kLayers = 8;  // substeps, with which layers slide by Coulomb's law within 7 % (0.35 on 20 degrees)
 
 double percent(double part) { return std::round(100 * part); }
@@ -74,11 +73,6 @@ std::vector<std::string> warnings(const Model& model) {
                                shown(std::ceil(solver.substeps * std::sqrt(sag.swinging / kSag))) +
                                " substeps or more, or \"long_range\"" +
                                shown_by(sag.of_faces ? "resolution" : "masses")));
-  if (solver.levels_every > kSeldom && handed_down(model) == 0 && hangs_by_levels(model))
-    lines.push_back("with \"levels_every\": " + shown(solver.levels_every) +
-                    " large bodies may throw themselves apart, because what levels move in one substep becomes "
-                    "velocity; take " +
-                    shown(kSeldom) + " or less");
   if (const Drift drift = worst_drift(model); drift.share > kDrift)
     lines.push_back("body '" + scene.bodies[drift.body].name + "': in 95 of 100 flights rounding of places " +
                     "changes the velocity by less than " + shown(two_digits(drift.speed)) +
