@@ -259,7 +259,7 @@ class Coarsener {
     for_each_part([&](int i, const Parent& p) { graph.mass[p.of] += mass(i, p), ++up.begin[p.of + 1]; });
     std::partial_sum(up.begin.begin(), up.begin.end(), up.begin.begin());
     up.of.resize(up.begin.back()), up.weight.resize(up.begin.back());
-    aside_.assign(count, {0, 0, 0}), graph.normal.assign(count, {0, 0, 0});
+    graph.mean.assign(count, {0, 0, 0}), aside_.assign(count, {0, 0, 0}), graph.normal.assign(count, {0, 0, 0});
     std::vector<int> next(up.begin.begin(), up.begin.end() - 1);
     for_each_part([&](int i, const Parent& p) {
       const double weight = mass(i, p) / graph.mass[p.of];
@@ -267,6 +267,7 @@ class Coarsener {
       const Vector& normal = fine_.normal[i];
       aside_[p.of] = aside_[p.of] - turned(p.way, normal, fine_.normal[coarse_.chosen[p.of]]) * weight;
       graph.normal[p.of] = graph.normal[p.of] + normal * weight;
+      graph.mean[p.of] = graph.mean[p.of] + fine_.mean[i] * weight;
     });
     for (int k = 0; k < count; ++k) {
       const int chosen = coarse_.chosen[k];
@@ -312,7 +313,9 @@ class Coarsener {
     for (const Link& l : fine_.links) {
       const int a = main_parent(l.a), b = main_parent(l.b);
       if (a == b || (graph.pinned[a] && graph.pinned[b])) continue;
-      const double length = apart(l);
+      // Never shorter than the mass centres are apart at rest; of links that are shorter than that, as much less.
+      const double shrunk = std::min(1.0, l.length / size_of(fine_.x[l.a] - fine_.x[l.b]));
+      const double length = std::max(apart(l), shrunk * size_of(graph.mean[a] - graph.mean[b]));
       if (const int known = find(a, b); known >= 0) {
         graph.links[known].length = std::max(graph.links[known].length, length);
       } else {

@@ -34,7 +34,8 @@ RestGraph part_of(const RestGraph& whole, const std::vector<bool>& chosen, std::
     if (!chosen[i]) continue;
     now[i] = part.count();
     which.push_back(i);
-    part.x.push_back(whole.x[i]), part.normal.push_back(whole.normal[i]), part.folded.push_back(whole.folded[i]);
+    part.x.push_back(whole.x[i]), part.mean.push_back(whole.mean[i]), part.normal.push_back(whole.normal[i]),
+        part.folded.push_back(whole.folded[i]);
     part.mass.push_back(whole.mass[i]), part.pinned.push_back(whole.pinned[i]);
   }
   for (const Link& l : whole.links)

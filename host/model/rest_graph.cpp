@@ -86,6 +86,7 @@ RestGraph rest_graph(const Model& model, const std::vector<double>& w) {
     graph.x[model.user_of[i]] = vector(model.x[i]);
     graph.mass[model.user_of[i]] = model.mass[i], graph.pinned[model.user_of[i]] = w[i] == 0;
   }
+  graph.mean = graph.x;
   for (std::size_t s = 0; s < model.sets.size(); ++s) {
     const ConstraintSet& set = model.sets[s];
     if (!pulls(model.scene.solver, set)) continue;

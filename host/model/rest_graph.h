@@ -19,6 +19,7 @@ struct Link {
 
 struct RestGraph {
   std::vector<Vector> x;       // m
+  std::vector<Vector> mean;    // of the finest particles that it is the mass centre of: not on a curved surface
   std::vector<Vector> normal;  // of the surface there, a unit vector; 0: none, of lines and solids
   std::vector<bool> folded;    // whether the surface has an edge there, so that it has no tangent plane
   std::vector<double> mass;    // kg
