@@ -16,7 +16,9 @@ const std::vector<Study>& studies() {
       {"scaling", "How much faster more threads are, pass by pass, on the same body and on one that grows",
        run_scaling},
       {"parsimony", "What each feature adds to a scene: time, memory, kernels launched", run_parsimony},
-      {"size", "What a particle costs in time, memory and set-up, and how far off it is, from 289 particles to 4 million", run_size},
+      {"size",
+       "What a particle costs in time, memory and set-up, and how far off it is, from 289 particles to 4 million",
+       run_size},
   };
   return all;
 }
