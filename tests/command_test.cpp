@@ -227,7 +227,8 @@ TEST_F(Command, EndsAtOnceOnASecondCtrlC) {
     process.send(SIGINT);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-  EXPECT_EQ(process.wait().status, -SIGINT);
+  const Ended ended = process.wait();
+  EXPECT_EQ(ended.status, -SIGINT) << ended.err;
 }
 
 TEST_F(Command, ExitsWithThreeWhereTheRunDiverges) {

@@ -13,7 +13,9 @@ bool pulls(const SolverSpec& solver, const ConstraintSet& set) {
   return set.type == Distance::name && (solver.levels != kAutoLevels || !(set.compliance.value_or(0) > 0));
 }
 
-int long_way(const SolverSpec& solver) { return std::max(60, 6 * solver.substeps * solver.iterations); }
+std::int64_t long_way(const SolverSpec& solver) {
+  return std::max<std::int64_t>(60, std::int64_t{6} * solver.substeps * solver.iterations);
+}
 
 namespace {
 

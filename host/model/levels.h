@@ -27,6 +27,6 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
 
 /// Particles on the way from the farthest particle of a body to its pins, from which "auto" has levels: fewer are
 /// within reach of the sweeps of a step.
-int long_way(const SolverSpec& solver);
+std::int64_t long_way(const SolverSpec& solver);
 
 }  // namespace malha
