@@ -58,6 +58,7 @@ class Coarsener {
     choose();
     find_parents();
     gather();
+    find_main();
     link();
     share_forces(fine_, parents_, coarse_);
     return std::move(coarse_);
@@ -249,6 +250,7 @@ class Coarsener {
     const int n = fine_.count(), count = static_cast<int>(coarse_.chosen.size());
     RestGraph& graph = coarse_.graph;
     Means &down = coarse_.down, &up = coarse_.up;
+    down.reserve(n, kMostParents);
     for (int i = 0; i < n; ++i) {
       if (!fine_.pinned[i])
         for (const Parent& p : parents_[i]) down.of.push_back(p.of), down.weight.push_back(p.weight);
@@ -282,22 +284,34 @@ class Coarsener {
     }
   }
 
-  /// The way from a particle to the mass centre of its main parent.
-  Vector way_to_main(int i) const {
-    const int k = main_parent(i), chosen = coarse_.chosen[k];
+  /// The way from a particle to the mass centre of its main parent k.
+  Vector way_to(int k, int i) const {
+    const int chosen = coarse_.chosen[k];
     Vector to{0, 0, 0};
     for (const Parent& p : parents_[i])
       if (p.of == k) to = p.way;
     return to + turned(aside_[k], fine_.normal[chosen], fine_.normal[i]);
   }
 
+  void find_main() {
+    main_.resize(fine_.count());
+    parallel_for(OpenMP{threads_}, fine_.count(), [&](int i) {
+      const int k = main_parent(i);
+      main_[i] = {k, way_to(k, i), fine_.folded[i] || coarse_.graph.folded[k]};
+    });
+  }
+
   /// How far apart the main parents of a link's ends are. Where the surface lies on itself, by way of those ends.
   double apart(const Link& l) const {
-    const Vector to_a = way_to_main(l.a), to_b = way_to_main(l.b);
-    if (fine_.folded[l.a] || fine_.folded[l.b] || coarse_.graph.folded[main_parent(l.a)] ||
-        coarse_.graph.folded[main_parent(l.b)])
-      return size_of(to_a) + l.length + size_of(to_b);
-    return size_of(way(l.a, l.b, l.length) - to_a + turned(to_b, fine_.normal[l.b], fine_.normal[l.a]));
+    const Main &a = main_[l.a], &b = main_[l.b];
+    if (a.folded || b.folded) return size_of(a.way) + l.length + size_of(b.way);
+    return size_of(way(l.a, l.b, l.length) - a.way + turned(b.way, fine_.normal[l.b], fine_.normal[l.a]));
+  }
+  /// Never shorter than the mass centres are apart at rest; of links that are shorter than that, as much less.
+  double coarse_length(const Link& l) const {
+    const double shrunk = std::min(1.0, l.length / size_of(fine_.x[l.a] - fine_.x[l.b]));
+    const std::vector<Vector>& mean = coarse_.graph.mean;
+    return std::max(apart(l), shrunk * size_of(mean[main_[l.a].of] - mean[main_[l.b].of]));
   }
 
   /// Where the regions of two parents meet. The longest of the ways over their border: too long does no harm, too short
@@ -310,22 +324,26 @@ class Coarsener {
       while (l >= 0 && std::max(graph.links[l].a, graph.links[l].b) != std::max(a, b)) l = next[l];
       return l;
     };
-    for (const Link& l : fine_.links) {
-      const int a = main_parent(l.a), b = main_parent(l.b);
-      if (a == b || (graph.pinned[a] && graph.pinned[b])) continue;
-      // Never shorter than the mass centres are apart at rest; of links that are shorter than that, as much less.
-      const double shrunk = std::min(1.0, l.length / size_of(fine_.x[l.a] - fine_.x[l.b]));
-      const double length = std::max(apart(l), shrunk * size_of(graph.mean[a] - graph.mean[b]));
+    const auto joins = [&](int a, int b) { return a != b && !(graph.pinned[a] && graph.pinned[b]); };
+    std::vector<double> length(fine_.links.size(), 0);
+    parallel_for(OpenMP{threads_}, static_cast<int>(length.size()), [&](int k) {
+      const Link& l = fine_.links[k];
+      if (joins(main_[l.a].of, main_[l.b].of)) length[k] = coarse_length(l);
+    });
+    for (std::size_t k = 0; k < length.size(); ++k) {
+      const Link& l = fine_.links[k];
+      const int a = main_[l.a].of, b = main_[l.b].of;
+      if (!joins(a, b)) continue;
       if (const int known = find(a, b); known >= 0) {
-        graph.links[known].length = std::max(graph.links[known].length, length);
+        graph.links[known].length = std::max(graph.links[known].length, length[k]);
       } else {
         next.push_back(first[std::min(a, b)]);
         first[std::min(a, b)] = static_cast<int>(graph.links.size());
-        graph.links.push_back({a, b, length, l.set, l.alpha});
+        graph.links.push_back({a, b, length[k], l.set, l.alpha});
       }
     }
     for (const Edge& e : fine_.nearby)
-      if (const int a = main_parent(e[0]), b = main_parent(e[1]); a != b) graph.nearby.push_back({a, b});
+      if (const int a = main_[e[0]].of, b = main_[e[1]].of; a != b) graph.nearby.push_back({a, b});
   }
 
   enum class State : std::uint8_t { Unknown, Left, Chosen };
@@ -338,6 +356,12 @@ class Coarsener {
   std::vector<State> state_;
   std::vector<int> chosen_of_;  // the coarse particle that each finer one is, -1: none
   std::vector<Parents> parents_;
+  struct Main {
+    int of;
+    Vector way;   // to its mass centre
+    bool folded;  // there or here
+  };
+  std::vector<Main> main_;     // parent of each particle
   std::vector<Vector> aside_;  // of each coarse particle: where its mass centre is, seen from the chosen one
   Coarser coarse_;
 };

@@ -23,13 +23,20 @@ constexpr int kFewest = 16;       // particles of a level: fewer are too coarse 
 constexpr double kTooSlow = 0.8;  // a level must have fewer than this part of the next finer one's
 
 std::vector<Edge> edges_of(const RestGraph& graph) {
-  std::vector<Edge> all = graph.nearby;
+  std::vector<Edge> all;
+  all.reserve(graph.nearby.size() + graph.links.size());
+  all = graph.nearby;
   for (const Link& l : graph.links) all.push_back({l.a, l.b});
   return all;
 }
 
 /// The graph of the chosen particles alone, and which they are.
-RestGraph part_of(const RestGraph& whole, const std::vector<bool>& chosen, std::vector<int>& which) {
+RestGraph part_of(RestGraph&& whole, const std::vector<bool>& chosen, std::vector<int>& which) {
+  if (std::find(chosen.begin(), chosen.end(), false) == chosen.end()) {
+    which.resize(whole.count());
+    std::iota(which.begin(), which.end(), 0);
+    return std::move(whole);
+  }
   RestGraph part;
   std::vector<int> now(whole.count(), -1);
   for (int i = 0; i < whole.count(); ++i) {
@@ -116,6 +123,7 @@ Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& ord
 /// With other numbers of what means are of (`names`), and the means themselves in another order.
 Means renamed(const Means& means, const std::vector<int>& order, const std::vector<int>& names) {
   Means renamed;
+  renamed.begin.reserve(order.size() + 1), renamed.of.reserve(means.of.size()), renamed.weight.reserve(means.of.size());
   for (const int i : order) {
     for (int k = i < 0 ? 0 : means.begin[i]; k < (i < 0 ? 0 : means.begin[i + 1]); ++k)
       renamed.of.push_back(names[means.of[k]]), renamed.weight.push_back(means.weight[k]);
@@ -129,15 +137,15 @@ Means renamed(const Means& means, const std::vector<int>& order, const std::vect
 std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, int threads) {
   std::vector<Level> levels;
   if (model.scene.solver.levels == 0) return levels;
-  const RestGraph whole = rest_graph(model, w);
-  std::vector<int> user;
+  RestGraph whole = rest_graph(model, w);
   const std::vector<bool> chosen = helped(model, whole);
-  RestGraph fine = part_of(whole, chosen, user);
   std::vector<Level::Place> links;
   for (std::size_t l = 0, c = 0; l < whole.links.size(); ++l, ++c) {
     if (l > 0 && whole.links[l].set != whole.links[l - 1].set) c = 0;
     if (chosen[whole.links[l].a]) links.push_back({whole.links[l].set, static_cast<int>(c)});
   }
+  std::vector<int> user;
+  RestGraph fine = part_of(std::move(whole), chosen, user);
   // In the order of the finer model: which particle of the finer graph each place holds, -1 for none; and back.
   std::vector<int> inside(model.count(), -1), held(model.count()), place(fine.count());
   for (std::size_t i = 0; i < user.size(); ++i) inside[user[i]] = static_cast<int>(i);

@@ -87,6 +87,10 @@ RestGraph rest_graph(const Model& model, const std::vector<double>& w) {
     graph.mass[model.user_of[i]] = model.mass[i], graph.pinned[model.user_of[i]] = w[i] == 0;
   }
   graph.mean = graph.x;
+  std::size_t links = 0;
+  for (const ConstraintSet& set : model.sets)
+    if (pulls(model.scene.solver, set)) links += set.count();
+  graph.links.reserve(links);
   for (std::size_t s = 0; s < model.sets.size(); ++s) {
     const ConstraintSet& set = model.sets[s];
     if (!pulls(model.scene.solver, set)) continue;

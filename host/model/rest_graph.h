@@ -48,6 +48,9 @@ struct Means {
   std::vector<int> begin{0}, of;
   std::vector<double> weight;  // >= 0, and those of a mean sum to 1; not so of forces
   int count() const { return static_cast<int>(begin.size()) - 1; }
+  void reserve(std::size_t means, std::size_t each) {
+    begin.reserve(means + 1), of.reserve(means * each), weight.reserve(means * each);
+  }
 };
 
 /// A picture with about a quarter of the particles of a sheet, an eighth of a solid's, half of a line's.
