@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "host/simulation.h"
+#include "host/solver/solver.h"
 #include "tests/irregular_mesh.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"
