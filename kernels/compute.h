@@ -65,8 +65,13 @@ struct Team {
   Instructions instructions;
 };
 
+/// Whether this is the one thread of a region that may note what belongs to none of them.
+inline bool leads(const Serial& /*team*/) { return true; }
+inline bool leads(const Team& team) { return team.thread == 0; }
+
 /// Runs work(executor) with many launches in it: one fork and join for all of them. `width`: more threads than this
-/// would find nothing to do. `work` runs on every thread, so that apart from its launches it may only read.
+/// would find nothing to do. `work` runs on every thread, so that apart from its launches it may only read, but
+/// for the one that leads.
 template <class Work>
 void parallel_region(const Serial& executor, int /*width*/, const Work& work) {
   work(executor);

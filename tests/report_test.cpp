@@ -168,6 +168,10 @@ TEST(Report, ListsLevelsWhereThereAreAny) {
     EXPECT_GT(level["constraints"], level["particles"]) << "it hangs together in both directions";
     EXPECT_GE(level["patches"], 1);
   }
+  const Json& each = with["timing"]["step_ms_by_level"];
+  ASSERT_EQ(each.size(), 2u);
+  for (const Json& level : each) EXPECT_GT(level, 0);
+  EXPECT_LT(each[0].get<double>() + each[1].get<double>(), with["timing"]["step_ms_by_pass"]["visits_ms"]);
   EXPECT_EQ(with["memory"]["levels_bytes"], levels["bytes"]);
   EXPECT_EQ(with["setup_s"]["levels"], levels["setup_s"]);
   EXPECT_GT(levels["setup_s"], 0);
@@ -180,6 +184,7 @@ TEST(Report, ListsLevelsWhereThereAreAny) {
   EXPECT_FALSE(without.contains("levels"));
   EXPECT_FALSE(without["memory"].contains("levels_bytes"));
   EXPECT_FALSE(without["setup_s"].contains("levels"));
+  EXPECT_FALSE(without["timing"].contains("step_ms_by_level"));
   EXPECT_FALSE(has(summary(Simulation(parsed(scene), {.threads = 1})), "level"));
 }
 

@@ -1,5 +1,6 @@
 // The levels of a model in the executor's memory, and their part of a substep: between prediction and the finest sweep.
 #pragma once
+#include <chrono>
 #include <deque>
 #include <vector>
 
@@ -19,6 +20,7 @@ class Levels {
   Levels(const Executor& executor, const Model& model, const std::vector<Level>& levels, Sweep<Executor, R>& finest,
          int threads, bool fused) {
     finest.make_memory(threads);
+    seconds_.assign(levels.size(), 0);
     for (std::size_t l = 0; l < levels.size(); ++l) {
       const auto lay_out = [&](const auto& finer, Laid* down) {
         const std::vector<Patch> patches = finer.patches();
@@ -62,9 +64,11 @@ class Levels {
   /// After the finest level has arrived: the coarser ones, and all sweeps, from the coarsest on.
   template <class Team>
   void sweep(const Team& team) const {
+    Lap lap(leads(team) ? &seconds_ : nullptr);
     for (std::size_t l = 1; l < levels_.size(); ++l) {
       const Own& finer = levels_[l - 1];
       restrict_to(team, finer.sweep, {finer.b.points(), {}, finer.w.data(), R(0), {}}, levels_[l]);
+      lap(l);
     }
     if (hands_down()) hand_down(team, none_);
     for (std::size_t l = levels_.size(); l-- > 0;) {
@@ -80,8 +84,11 @@ class Levels {
       if (l + 1 < levels_.size()) visit.down = of(own.down, levels_[l + 1]);
       own.sweep(team, visit);
       if (l < forces_.size()) hand_down(team, forces_[l]);
+      lap(l);
     }
   }
+  /// That sweep() took for each level.
+  const std::vector<double>& seconds_of_each() const { return seconds_; }
   /// Whether multipliers are handed down.
   bool hands_down() const { return !forces_.empty(); }
 
@@ -113,6 +120,23 @@ class Levels {
 
  private:
   static constexpr int kPiece = 512;  // means
+
+  /// Adds up what each level takes, on the thread that leads.
+  class Lap {
+   public:
+    explicit Lap(std::vector<double>* seconds) : seconds_(seconds) {
+      if (seconds_) start_ = std::chrono::steady_clock::now();
+    }
+    void operator()(std::size_t level) {
+      if (!seconds_) return;
+      const auto now = std::chrono::steady_clock::now();
+      (*seconds_)[level] += std::chrono::duration<double>(now - start_).count(), start_ = now;
+    }
+
+   private:
+    std::vector<double>* seconds_;
+    std::chrono::steady_clock::time_point start_;
+  };
 
   /// Means laid out.
   struct Laid {
@@ -249,6 +273,7 @@ class Levels {
   }
 
   std::deque<Own> levels_;
+  mutable std::vector<double> seconds_;  // of each
   Laid down_;
   std::vector<std::vector<Forces>> forces_;  // from each level to the next finer one; empty: nothing has a compliance
   std::vector<Forces> none_;                 // to the coarsest

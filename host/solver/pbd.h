@@ -25,6 +25,14 @@ class Pbd final : public Stepper<Executor, R> {
         this->nothing_between() && model.damped.empty() && model.moved.empty() && !model.scene.wind;
   }
 
+  std::vector<double> seconds_of_levels() const override {
+    std::vector<double> sum(this->facts_.levels.size(), 0);
+    for (const auto& levels : levels_)
+      for (std::size_t l = 0; levels && l < std::min(sum.size(), levels->seconds_of_each().size()); ++l)
+        sum[l] += levels->seconds_of_each()[l];
+    return sum;
+  }
+
  private:
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;

@@ -117,6 +117,8 @@ class Solver {
   /// Of Desbrun's filter, measured when asked; none: the method has no filter.
   virtual std::optional<FilterErrors> filter_errors() const { return std::nullopt; }
   virtual const std::array<double, kPassNames.size()>& pass_seconds() const = 0;  // per pass, since the start
+  /// Of each level (facts().levels) since the start, within those of the passes.
+  virtual std::vector<double> seconds_of_levels() const { return {}; }
   /// Puts a pinned particle (the user's number) elsewhere. Throws InputError for one that is not pinned.
   virtual void move_pin(int particle, const Vec3& to) = 0;
   virtual void wake() = 0;
