@@ -43,33 +43,4 @@ struct Correct<Coarse, Update::Stiff, R> {
   }
 };
 
-/// With a compliance a coarse constraint stands for a bundle of chains of finer ones. Its multiplier is handed down to
-/// them as a force (kernels/force.h); it pulls, and never pushes.
-template <class R>
-struct Correct<Coarse, Update::Material, R> {
-  R* lambda;  // from the batch's first slot on
-  R number;   // 1 / dt^2
-  bool fresh;
-
-  KERNEL Correct(const SetView<R>& set, int slot, bool first)
-      : lambda(set.lambda + slot), number(set.compliance), fresh(first) {}
-
-  template <class S>
-  KERNEL void operator()(Vector3<S> (&q)[2], const S (&w)[2], const RestOf<S, 2>& rest, int at) const {
-    if (fresh) return;
-    const Vector3<S> d = or_zero(rest.held, q[0] - q[1]);
-    const S zero(R(0)), one(R(1)), length = root(dot(d, d)), sum = w[0] + w[1];
-    S total;
-    load(lambda + at, total);
-    const auto moves = rest.held & (length * sum > S(tiny<R>()));
-    const S alpha = S(number) * select(rest.held, rest.value[1], one), C = length - rest.value[0];
-    const S wanted = total - (C + alpha * total) / (sum + alpha);
-    const S next = select(wanted < zero, wanted, zero),
-            part = select(moves, (next - total) / select(moves, length, one), zero);
-    store(select(moves, next, total), lambda + at);
-    q[0] = q[0] + d * (w[0] * part);
-    q[1] = q[1] - d * (w[1] * part);
-  }
-};
-
 }  // namespace malha

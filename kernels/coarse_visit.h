@@ -6,7 +6,7 @@
 
 namespace malha {
 
-/// Of a visit: two halve the error of one for a tenth of a step's time. (With compliance a second one changes nothing.)
+/// Of a visit: two halve the error of one for a tenth of a step's time.
 inline constexpr int kCoarseSweeps = 2;
 
 template <class R>
@@ -43,8 +43,7 @@ struct CoarseVisit {
     for (int s = begin; s < end; ++s)
       if (!segments[s].first) bring(group, segments[s], p, local);
     if (down.means.begin) add_means(group, down, local);
-    const int sweeps = sets[0].update == Update::Material ? 1 : kCoarseSweeps;
-    for (int sweep = 0; sweep < sweeps; ++sweep) project(group, patch, local, false);
+    for (int sweep = 0; sweep < kCoarseSweeps; ++sweep) project(group, patch, local, false);
     for (int s = begin; s < end; ++s)
       if (segments[s].movable) leave(group, segments[s], local);
   }
@@ -95,8 +94,6 @@ struct CoarseVisit {
         visit->ask_for(visit->patches[group.next], b - patch->batch, patch->batches);
       Batch batch = visit->batches[b];
       SetView<R> set = visit->sets[batch.set];
-      if (set.update == Update::Material)
-        return malha::project<Coarse, Update::Material>(group, local, set, batch, fresh);
       set.lambda = least;
       batch.slot = batch.first;
       malha::project<Coarse, Update::Stiff>(group, local, set, batch, fresh);

@@ -77,7 +77,6 @@ struct SetView {
   const R* common;             // of batches where they are all alike
   const unsigned short* held;  // there, a bit a slot
   R* lambda;     // with compliance, if there is more than one iteration: accumulated over those of a substep
-  bool handed;   // levels hand its lambda down, in the substeps that use them
   R stiffness;   // Stiff: k'
   R compliance;  // otherwise: alpha~ = alpha / dt^2
 };

@@ -21,7 +21,6 @@ struct Visit {
   bool predicts;       // the first visit to a particle predicts it
   bool updates;        // the last one updates its state
   bool fresh;          // first iteration of a substep
-  bool handed;         // levels have handed multipliers down
   bool prefetches;     // the particles do not fit in a core's caches: those of the next patch are asked for early
   int substep;         // 1 ..
   R* kept;             // memories that patches keep from a substep's first iteration to its last, or null
@@ -193,7 +192,7 @@ struct Visit {
     KERNEL void operator()(int b) const {
       if (visit->prefetches && group.next >= 0) visit->ask_for(visit->patches[group.next], b, patch->batches);
       project<Kind, update>(group, local, *set, visit->batches[patch->batch + b],
-                            visit->fresh && !(visit->handed && set->handed));
+                            visit->fresh);
     }
   };
 

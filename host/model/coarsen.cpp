@@ -60,7 +60,6 @@ class Coarsener {
     gather();
     find_main();
     link();
-    share_forces(fine_, parents_, coarse_);
     return std::move(coarse_);
   }
 
@@ -275,6 +274,7 @@ class Coarsener {
       const int chosen = coarse_.chosen[k];
       graph.pinned.push_back(fine_.pinned[chosen]);
       graph.x.push_back(fine_.x[chosen] + aside_[k]);
+      if (!fine_.give.empty()) graph.give.push_back(fine_.give[chosen]);
       const double size = size_of(graph.normal[k]);
       graph.folded.push_back(size_of(fine_.normal[chosen]) > 0 && size < kFolded);
       if (graph.folded[k])
@@ -339,7 +339,7 @@ class Coarsener {
       } else {
         next.push_back(first[std::min(a, b)]);
         first[std::min(a, b)] = static_cast<int>(graph.links.size());
-        graph.links.push_back({a, b, length[k], l.set, l.alpha});
+        graph.links.push_back({a, b, length[k], l.set});
       }
     }
     for (const Edge& e : fine_.nearby)

@@ -4,14 +4,11 @@
 #include <numeric>
 
 #include "host/mesh/topology.h"
+#include "host/model/linkage.h"
 #include "host/model/order.h"
 #include "kernels/coarse.h"
 
 namespace malha {
-
-bool pulls(const SolverSpec& solver, const ConstraintSet& set) {
-  return set.type == Distance::name && (solver.levels != kAutoLevels || !(set.compliance.value_or(0) > 0));
-}
 
 std::int64_t long_way(const SolverSpec& solver) {
   return std::max<std::int64_t>(60, std::int64_t{6} * solver.substeps * solver.iterations);
@@ -19,8 +16,9 @@ std::int64_t long_way(const SolverSpec& solver) {
 
 namespace {
 
-constexpr int kFewest = 16;       // particles of a level: fewer are too coarse a picture
-constexpr double kTooSlow = 0.8;  // a level must have fewer than this part of the next finer one's
+constexpr int kFewest = 16;              // particles of a level: fewer are too coarse a picture
+constexpr double kLittleStretch = 0.01;  // by weight: more is not to be mistaken for an error
+constexpr double kTooSlow = 0.8;         // a level must have fewer than this part of the next finer one's
 
 std::vector<Edge> edges_of(const RestGraph& graph) {
   std::vector<Edge> all;
@@ -46,33 +44,25 @@ RestGraph part_of(RestGraph&& whole, const std::vector<bool>& chosen, std::vecto
     part.x.push_back(whole.x[i]), part.mean.push_back(whole.mean[i]), part.normal.push_back(whole.normal[i]),
         part.folded.push_back(whole.folded[i]);
     part.mass.push_back(whole.mass[i]), part.pinned.push_back(whole.pinned[i]);
+    if (!whole.give.empty()) part.give.push_back(whole.give[i]);
   }
   for (const Link& l : whole.links)
-    if (chosen[l.a]) part.links.push_back({now[l.a], now[l.b], l.length, l.set, l.alpha});
+    if (chosen[l.a]) part.links.push_back({now[l.a], now[l.b], l.length, l.set});
   for (const Edge& e : whole.nearby)
     if (chosen[e[0]] && chosen[e[1]]) part.nearby.push_back({now[e[0]], now[e[1]]});
   return part;
 }
 
-/// The bodies, or connected parts of them, that levels help: all that have links where a scene asks for levels, and
-/// by itself where the way to what holds them is long.
-std::vector<bool> helped(const Model& model, const RestGraph& graph) {
-  const int n = graph.count();
-  const std::vector<int> hops = hops_to_pins(graph, graph.pinned);  // to levels, what springs hold is free
-  int parts = 0;
-  const std::vector<int> part = components(n, edges_of(graph), parts);
-  std::vector<int> longest(parts, 0), size(parts, 0);
-  for (int i = 0; i < n; ++i) longest[part[i]] = std::max(longest[part[i]], hops[i]), ++size[part[i]];
-  const bool automatic = model.scene.solver.levels == kAutoLevels;
-  std::vector<bool> chosen(n);
-  for (int i = 0; i < n; ++i)
-    chosen[i] = automatic ? longest[part[i]] >= long_way(model.scene.solver) : size[part[i]] > kFewest;
-  return chosen;
+/// Of a link, by weight.
+double strain_along(const RestGraph& graph, const Link& l) {
+  if (graph.give.empty()) return 0;
+  const Vector way = graph.x[l.b] - graph.x[l.a];
+  const double a = dot(graph.give[l.a], way), b = dot(graph.give[l.b], way), size2 = dot(way, way);
+  return size2 > 0 ? (a * a + b * b) / (2 * size2) : 0;
 }
 
 /// Lays a coarse graph out as a model of its own. `order`: the graph's particle at each place.
-Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& order, std::vector<Level::Place>& links,
-              int threads) {
+Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& order, int threads) {
   const int n = graph.count();
   int islands = 0;
   const std::vector<Edge> all = edges_of(graph);
@@ -93,13 +83,10 @@ Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& ord
     if (set_of[l.set] < 0) {
       set_of[l.set] = static_cast<int>(level.sets.size());
       level.sets.push_back({Coarse::name, 2, finest.sets[l.set].stiffness, {}, 1, {}, {}});
-      if (l.alpha > 0) level.sets.back().compliance = 1;
     }
     ConstraintSet& set = level.sets[set_of[l.set]];
-    links.push_back({set_of[l.set], set.count()});
-    if (l.alpha > 0) set.softness.push_back(l.alpha);
     set.particles.push_back(place[l.a]), set.particles.push_back(place[l.b]);
-    set.rest.push_back(l.length);
+    set.rest.push_back(l.length * (1 + strain_along(graph, l)));
   }
   std::vector<Edge> edges;
   std::vector<int> islands_in_order;
@@ -134,16 +121,21 @@ Means renamed(const Means& means, const std::vector<int>& order, const std::vect
 
 }  // namespace
 
+bool helps(const LinkedPart& part, const SolverSpec& solver) {
+  if (part.solid || (part.elastic && !(part.stretch > 0))) return false;
+  if (solver.levels != kAutoLevels) return part.particles > kFewest;
+  return part.longest >= long_way(solver) && (!part.elastic || (part.stretch <= kLittleStretch && part.lost >= 1));
+}
+
 std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, int threads) {
   std::vector<Level> levels;
   if (model.scene.solver.levels == 0) return levels;
+  Linkage linkage = linkage_of(model, w);
+  std::vector<bool> chosen(model.count());
+  for (int i = 0; i < model.count(); ++i) chosen[i] = helps(linkage.parts[linkage.part[i]], model.scene.solver);
+  if (std::find(chosen.begin(), chosen.end(), true) == chosen.end()) return levels;
   RestGraph whole = rest_graph(model, w);
-  const std::vector<bool> chosen = helped(model, whole);
-  std::vector<Level::Place> links;
-  for (std::size_t l = 0, c = 0; l < whole.links.size(); ++l, ++c) {
-    if (l > 0 && whole.links[l].set != whole.links[l - 1].set) c = 0;
-    if (chosen[whole.links[l].a]) links.push_back({whole.links[l].set, static_cast<int>(c)});
-  }
+  whole.links = std::move(linkage.links), whole.give = std::move(linkage.give);
   std::vector<int> user;
   RestGraph fine = part_of(std::move(whole), chosen, user);
   // In the order of the finer model: which particle of the finer graph each place holds, -1 for none; and back.
@@ -163,7 +155,7 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
     if (n < kFewest || n >= kTooSlow * fine.count() || coarser.graph.links.empty()) break;
     Level level;
     std::vector<int> order;
-    level.model = lay_out(model, coarser.graph, order, level.links, threads);
+    level.model = lay_out(model, coarser.graph, order, threads);
     std::vector<int> by_rank(n), rank(n), at(n);
     std::iota(by_rank.begin(), by_rank.end(), 0);
     std::sort(by_rank.begin(), by_rank.end(),
@@ -171,9 +163,6 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
     for (int i = 0; i < n; ++i) rank[by_rank[i]] = i, at[order[i]] = i;
     level.up = renamed(coarser.up, by_rank, place);
     level.down = renamed(coarser.down, held, rank);
-    level.force = std::move(coarser.force);
-    level.finer_links = std::move(links);
-    links = level.links;
     for (const int i : by_rank) level.particle.push_back(at[i]);
     fine = std::move(coarser.graph);
     held = order;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "host/model/model.h"
+#include "host/model/linkage.h"
 #include "host/model/rest_graph.h"
 
 namespace malha {
@@ -11,15 +12,10 @@ namespace malha {
 /// A level has an order of its own, in which its model is. Means number its particles by rank, the order of their
 /// places among the finer particles: what is next to each other there is so here.
 struct Level {
-  struct Place {
-    int set, constraint;
-  };
   Model model;                // particles and coarse constraints alone
   std::vector<int> particle;  // of each rank
   Means up;                   // of each rank: finer particles, in the solver's order
   Means down;                 // of each finer particle: ranks; none where it is pinned or has no levels
-  Means force;  // of each finer link: what it takes of this level's links; empty: nothing has a compliance
-  std::vector<Place> links, finer_links;  // where they are among the sets of their models
 };
 
 /// The finest first; none where they help nobody. `w`: of each particle now, 1/kg, 0 where it is held.
@@ -28,5 +24,9 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
 /// Particles on the way from the farthest particle of a body to its pins, from which "auto" has levels: fewer are
 /// within reach of the sweeps of a step.
 std::int64_t long_way(const SolverSpec& solver);
+
+/// Whether levels help this part. "auto": one that is long, stiff within a substep, and hardly stretched by its weight.
+/// Solids have none: a coarse constraint that only pulls lets them sway, and one that pushes as well folds.
+bool helps(const LinkedPart& part, const SolverSpec& solver);
 
 }  // namespace malha

@@ -28,8 +28,4 @@ struct Parents {
   const Parent* end() const { return of.data() + count; }
 };
 
-/// Fills in what finer links take of the forces of coarse ones, and the compliance of those. `parents`: of each finer
-/// particle.
-void share_forces(const RestGraph& fine, const std::vector<Parents>& parents, Coarser& coarser);
-
 }  // namespace malha

@@ -87,19 +87,6 @@ RestGraph rest_graph(const Model& model, const std::vector<double>& w) {
     graph.mass[model.user_of[i]] = model.mass[i], graph.pinned[model.user_of[i]] = w[i] == 0;
   }
   graph.mean = graph.x;
-  std::size_t links = 0;
-  for (const ConstraintSet& set : model.sets)
-    if (pulls(model.scene.solver, set)) links += set.count();
-  graph.links.reserve(links);
-  for (std::size_t s = 0; s < model.sets.size(); ++s) {
-    const ConstraintSet& set = model.sets[s];
-    if (!pulls(model.scene.solver, set)) continue;
-    for (int c = 0; c < set.count(); ++c) {
-      const int a = set.particles[2 * c], b = set.particles[2 * c + 1];
-      const double length = size_of(vector(model.x[a]) - vector(model.x[b])) * set.parameter;
-      graph.links.push_back({model.user_of[a], model.user_of[b], length, static_cast<int>(s), set.alpha(c)});
-    }
-  }
   for (std::size_t b = 0; b + 1 < model.look.body_begin.size(); ++b) {
     const Mesh mesh = body_mesh(model.look, b);
     const int first = model.look.body_begin[b];
@@ -109,22 +96,6 @@ RestGraph rest_graph(const Model& model, const std::vector<double>& w) {
     });
   }
   return graph;
-}
-
-std::vector<int> hops_to_pins(const RestGraph& graph, const std::vector<bool>& held) {
-  const int n = graph.count();
-  std::vector<int> begin(n + 1, 0), near(2 * graph.links.size());
-  for (const Link& l : graph.links) ++begin[l.a + 1], ++begin[l.b + 1];
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<int> next(begin.begin(), begin.end() - 1);
-  for (const Link& l : graph.links) near[next[l.a]++] = l.b, near[next[l.b]++] = l.a;
-  std::vector<int> hops(n, -1), front;
-  for (int i = 0; i < n; ++i)
-    if (held[i]) hops[i] = 0, front.push_back(i);
-  for (std::size_t k = 0; k < front.size(); ++k)
-    for (int e = begin[front[k]]; e < begin[front[k] + 1]; ++e)
-      if (hops[near[e]] < 0) hops[near[e]] = hops[front[k]] + 1, front.push_back(near[e]);
-  return hops;
 }
 
 }  // namespace malha

@@ -14,7 +14,6 @@ struct Link {
   int a, b;
   double length;  // m, along the surface
   int set;        // of the constraints that it stands for
-  double alpha;   // their compliance, m/N; 0: none
 };
 
 struct RestGraph {
@@ -22,6 +21,7 @@ struct RestGraph {
   std::vector<Vector> mean;    // of the finest particles that it is the mass centre of: not on a curved surface
   std::vector<Vector> normal;  // of the surface there, a unit vector; 0: none, of lines and solids
   std::vector<bool> folded;    // whether the surface has an edge there, so that it has no tangent plane
+  std::vector<Vector> give;    // how far weight stretches it (see stretch_by_weight()); empty: not at all
   std::vector<double> mass;    // kg
   std::vector<bool> pinned;
   std::vector<Link> links;   // what pulls
@@ -29,24 +29,15 @@ struct RestGraph {
   int count() const { return static_cast<int>(x.size()); }
 };
 
-struct ConstraintSet;
-struct SolverSpec;
 struct Model;
 
-/// Whether levels carry the pull of these constraints: "auto" not of those with a compliance, whose stretch levels meet
-/// only where they have been tried.
-bool pulls(const SolverSpec& solver, const ConstraintSet& set);
-
-/// Of all bodies, in the user's numbers. `w`: of the model's particles now, 1/kg, 0 where they are held.
+/// Of all bodies, in the user's numbers, without links. `w`: of the model's particles now, 1/kg, 0 where they are held.
 RestGraph rest_graph(const Model& model, const std::vector<double>& w);
-
-/// How many links each particle is from the nearest one that is held; -1: nothing holds it.
-std::vector<int> hops_to_pins(const RestGraph& graph, const std::vector<bool>& held);
 
 /// Of each particle a weighted mean of others.
 struct Means {
   std::vector<int> begin{0}, of;
-  std::vector<double> weight;  // >= 0, and those of a mean sum to 1; not so of forces
+  std::vector<double> weight;  // >= 0, and those of a mean sum to 1
   int count() const { return static_cast<int>(begin.size()) - 1; }
   void reserve(std::size_t means, std::size_t each) {
     begin.reserve(means + 1), of.reserve(means * each), weight.reserve(means * each);
@@ -59,7 +50,6 @@ struct Coarser {
   std::vector<int> chosen;  // of each coarse particle, the finer one in whose place it is
   Means up;                 // of each coarse particle: the mass centre of the finer ones that hang on it
   Means down;               // of each finer particle: the coarse ones that it follows, at most 4
-  Means force;              // of each finer link with a compliance: what it takes of the coarse links' forces
 };
 
 /// The same on any `threads`. Pins come from pins, and stay where they are.

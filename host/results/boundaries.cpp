@@ -70,19 +70,16 @@ std::vector<double> distances_from(const std::vector<bool>& pinned, const std::v
 }
 
 /// Of each body, whether "auto" levels carry corrections from its pins.
-std::vector<bool> long_ways(const Model& model, const std::vector<bool>& pinned, const std::vector<int>& body) {
-  RestGraph graph;  // of what carries the pull alone
-  graph.x.resize(model.x.size());
-  for (std::size_t s = 0; s < model.sets.size(); ++s) {
-    const ConstraintSet& set = model.sets[s];
-    if (!pulls(model.scene.solver, set)) continue;
-    for (int c = 0; c < set.count(); ++c)
-      graph.links.push_back({set.particles[2 * c], set.particles[2 * c + 1], 0, static_cast<int>(s), 0});
-  }
-  const std::vector<int> hops = hops_to_pins(graph, pinned);
+std::vector<bool> long_ways(const Model& model, const std::vector<int>& body) {
+  SolverSpec solver = model.scene.solver;
+  solver.levels = kAutoLevels;
+  std::vector<double> w = model.w;
+  for (const MovedPins& pins : model.moved)
+    for (const int i : pins.particles) w[i] = 0;
+  const Linkage linkage = linkage_of(model, w);
   std::vector<bool> result(model.scene.bodies.size(), false);
-  for (std::size_t i = 0; i < hops.size(); ++i)
-    if (hops[i] >= long_way(model.scene.solver)) result[body[i]] = true;
+  for (int i = 0; i < model.count(); ++i)
+    if (helps(linkage.parts[linkage.part[model.user_of[i]]], solver)) result[body[i]] = true;
   return result;
 }
 
@@ -130,7 +127,7 @@ Sag worst_sag(const Model& model) {
   for (std::size_t b = 0; b < hung.size(); ++b) {
     const Hung& of = hung[b];
     if (of.paths == 0 || of.stiffness == 0 || names(model.scene.bodies[b], "long_range")) continue;
-    if (long_way.empty()) long_way = long_ways(model, pinned, body);
+    if (long_way.empty()) long_way = long_ways(model, body);
     const double left = of.tied ? 1 : left_by_levels(solver.levels, long_way[b]);
     const double strain = left * 2 * of.mass / of.end_mass * fall / (of.length * solver.iterations * of.stiffness);
     const double swinging = strain * std::max(5.0, std::sqrt(of.paths / 2.0)) * (of.tied ? 7 : 1);

@@ -107,7 +107,7 @@ void list_self_collision(std::ostream& out, const Scene& scene, const SolverFact
 
 void list_levels(std::ostream& out, const Model& model, const SolverFacts& facts) {
   if (facts.levels.empty()) return;
-  out << "levels: " << facts.levels.size() << ", every " << counted(substeps_of_levels(model), "substep") << "\n";
+  out << "levels: " << facts.levels.size() << ", every " << counted(model.scene.solver.levels_every, "substep") << "\n";
   for (const LevelFacts& level : facts.levels)
     out << "  " << counted(level.particles, "particle") << ", " << counted(level.constraints, "constraint") << " in "
         << counted(level.patches.patches, "patch", "patches") << "\n";
@@ -116,11 +116,10 @@ void list_levels(std::ostream& out, const Model& model, const SolverFacts& facts
 /// A step's: of what restricts to each level, and of the sweeps over it.
 std::size_t launches_of_levels(const Model& model, const SolverFacts& facts) {
   if (facts.levels.empty()) return 0;
-  const int substeps = model.scene.solver.substeps, every = substeps_of_levels(model);
+  const int substeps = model.scene.solver.substeps, every = model.scene.solver.levels_every;
   const std::size_t uses = (substeps + every - 1) / every;
   std::size_t each = 2 * (facts.levels.size() - 1);  // the coarser ones: means, and those whose parts lie in patches
   for (const LevelFacts& level : facts.levels) each += level.patches.phases;
-  each += (facts.levels.size() + 1) * handed_down(model);  // to each level, and nothing to the coarsest
   // The finest: in a step's later substeps the visits leave the means, and where they predict they hand down too.
   return uses * each + uses + (facts.whole_steps ? 1 : uses) + (facts.fused ? 0 : uses);
 }

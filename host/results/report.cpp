@@ -192,14 +192,6 @@ Parts memory_parts(const Model& model, const SolverFacts& facts) {
   return parts;
 }
 
-int handed_down(const Model& model) {
-  return static_cast<int>(std::count_if(model.sets.begin(), model.sets.end(), [&](const ConstraintSet& set) {
-    return pulls(model.scene.solver, set) && set.compliance.value_or(0) > 0;
-  }));
-}
-
-int substeps_of_levels(const Model& model) { return handed_down(model) > 0 ? 1 : model.scene.solver.levels_every; }
-
 std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
                         const Solver& solver, int threads, const RunTimes& times) {
   const Scene& scene = model.scene;
@@ -231,7 +223,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
   }
   json["constraints"] = constraints(facts, model);
   json["patches"] = patches(facts.patches);
-  if (!facts.levels.empty()) json["levels"] = levels(facts, substeps_of_levels(model));
+  if (!facts.levels.empty()) json["levels"] = levels(facts, model.scene.solver.levels_every);
   if (facts.filter) {
     const auto count = [&json](const std::string& type, std::size_t springs) {
       Json& all = json["springs"][type];

@@ -33,11 +33,6 @@ Parts setup_parts(const Model& model, const SolverFacts& facts);
 /// without Embree's own, the model, and levels where there are any.
 Parts memory_parts(const Model& model, const SolverFacts& facts);
 
-/// Of a model with levels, the sets whose multipliers they hand down; and the substeps from one use to the next, which
-/// is one where there are any: multipliers begin anew in each.
-int handed_down(const Model& model);
-int substeps_of_levels(const Model& model);
-
 /// JSON with snake_case names and the unit as suffix. `status`: "finished", "interrupted" or "diverged"; a diverged
 /// state is not measured. `input` holds the scene, every value spelled out, and the folder from which paths in it
 /// start. `notes`: where it diverged, or which expectations are not met.

@@ -8,7 +8,6 @@
 #include "host/model/levels.h"
 #include "host/solver/mean_plan.h"
 #include "host/solver/sweep.h"
-#include "kernels/force.h"
 #include "kernels/restrict.h"
 
 namespace malha {
@@ -17,8 +16,8 @@ template <class Executor, class R>
 class Levels {
  public:
   /// `finest`: of the model. `fused`: particles follow the levels in their visits (see down()), otherwise before them.
-  Levels(const Executor& executor, const Model& model, const std::vector<Level>& levels, Sweep<Executor, R>& finest,
-         int threads, bool fused) {
+  Levels(const Executor& executor, const std::vector<Level>& levels, Sweep<Executor, R>& finest, int threads,
+         bool fused) {
     finest.make_memory(threads);
     seconds_.assign(levels.size(), 0);
     for (std::size_t l = 0; l < levels.size(); ++l) {
@@ -36,13 +35,6 @@ class Levels {
       else
         lay_out(levels_[l - 1].sweep, &levels_[l - 1].down);
     }
-    for (std::size_t l = 0; l < levels.size(); ++l)
-      if (levels[l].force.count() > 0) {
-        if (l == 0)
-          lay_out_forces(levels[l], model, finest, threads);
-        else
-          lay_out_forces(levels[l], levels[l - 1].model, levels_[l - 1].sweep, threads);
-      }
   }
 
   /// What a finest visit that predicts adds.
@@ -70,7 +62,6 @@ class Levels {
       restrict_to(team, finer.sweep, {finer.b.points(), {}, finer.w.data(), R(0), {}}, levels_[l]);
       lap(l);
     }
-    if (hands_down()) hand_down(team, none_);
     for (std::size_t l = levels_.size(); l-- > 0;) {
       const Own& own = levels_[l];
       CoarseVisit<R> visit{};
@@ -83,14 +74,11 @@ class Levels {
       visit.rank = own.rank.data();
       if (l + 1 < levels_.size()) visit.down = of(own.down, levels_[l + 1]);
       own.sweep(team, visit);
-      if (l < forces_.size()) hand_down(team, forces_[l]);
       lap(l);
     }
   }
   /// That sweep() took for each level.
   const std::vector<double>& seconds_of_each() const { return seconds_; }
-  /// Whether multipliers are handed down.
-  bool hands_down() const { return !forces_.empty(); }
 
   /// Predicted particles p, which then follow.
   template <class Team>
@@ -113,8 +101,6 @@ class Levels {
   std::size_t bytes() const {
     std::size_t sum = down_.bytes();
     for (const Own& own : levels_) sum += own.bytes();
-    for (const auto& all : forces_)
-      for (const Forces& f : all) sum += f.begin.bytes() + f.terms.bytes();
     return sum;
   }
 
@@ -195,63 +181,6 @@ class Levels {
     }
   };
 
-  /// What the slots of a set take of the multipliers of a coarser one.
-  struct Forces {
-    Array<Executor, int> begin;
-    Array<Executor, MeanTerm<R>> terms;
-    const R* coarse;
-    R* lambda;
-    int slots() const { return static_cast<int>(begin.size()) - 1; }
-  };
-
-  void lay_out_forces(const Level& level, const Model& finer, auto& finer_sweep, int threads) {
-    const std::size_t l = forces_.size();
-    const PatchPlan fine = plan_patches(finer, threads), coarse = plan_patches(level.model, threads);
-    std::vector<std::vector<int>> slot_of(level.model.sets.size()), link_of(finer.sets.size());
-    std::vector<R*> from(level.model.sets.size());
-    for (std::size_t s = 0; s < slot_of.size(); ++s) {
-      const std::vector<int>& constraint = coarse.sets[s].constraint;
-      slot_of[s].resize(level.model.sets[s].count());
-      for (std::size_t slot = 0; slot < constraint.size(); ++slot)
-        if (constraint[slot] >= 0) slot_of[s][constraint[slot]] = static_cast<int>(slot);
-      if (!level.model.sets[s].compliance) continue;
-      from[s] = levels_[l].sweep.hand_down(static_cast<int>(s), constraint.size());
-      if (l + 1 == levels_.size()) none_.push_back(forces({}, {}, constraint.size(), nullptr, from[s]));
-    }
-    for (std::size_t s = 0; s < link_of.size(); ++s) link_of[s].assign(finer.sets[s].count(), -1);
-    for (std::size_t e = 0; e < level.finer_links.size(); ++e)
-      link_of[level.finer_links[e].set][level.finer_links[e].constraint] = static_cast<int>(e);
-    std::vector<Forces>& all = forces_.emplace_back();
-    for (std::size_t s = 0; s < finer.sets.size(); ++s) {
-      std::vector<int> begin{0};
-      std::vector<MeanTerm<R>> terms;
-      int set = -1;
-      for (const int c : fine.sets[s].constraint) {
-        const int e = c < 0 ? -1 : link_of[s][c];
-        for (int k = e < 0 ? 0 : level.force.begin[e]; k < (e < 0 ? 0 : level.force.begin[e + 1]); ++k) {
-          const Level::Place& place = level.links[level.force.of[k]];
-          set = place.set;
-          terms.push_back({slot_of[place.set][place.constraint], R(level.force.weight[k])});
-        }
-        begin.push_back(static_cast<int>(terms.size()));
-      }
-      if (set < 0) continue;
-      R* lambda = finer_sweep.hand_down(static_cast<int>(s), begin.size() - 1);
-      all.push_back(forces(begin, terms, begin.size() - 1, from[set], lambda));
-    }
-  }
-  static Forces forces(std::vector<int> begin, const std::vector<MeanTerm<R>>& terms, std::size_t slots,
-                       const R* coarse, R* lambda) {
-    begin.resize(slots + 1, 0);
-    return {Array<Executor, int>(begin), Array<Executor, MeanTerm<R>>(terms), coarse, lambda};
-  }
-
-  template <class Team>
-  static void hand_down(const Team& team, const std::vector<Forces>& all) {
-    for (const Forces& f : all)
-      parallel_pieces(team, f.slots(), kPiece, HandDownForces<R>{f.begin.data(), f.terms.data(), f.coarse, f.lambda});
-  }
-
   static MeansOf<R> of(const Laid& down, const Own& level) {
     if (!level.columns) return {down.view(), {}, {level.delta_rows.points().of}};
     const Points<R> delta = level.delta.points();
@@ -275,8 +204,6 @@ class Levels {
   std::deque<Own> levels_;
   mutable std::vector<double> seconds_;  // of each
   Laid down_;
-  std::vector<std::vector<Forces>> forces_;  // from each level to the next finer one; empty: nothing has a compliance
-  std::vector<Forces> none_;                 // to the coarsest
 };
 
 }  // namespace malha

@@ -64,27 +64,20 @@ class Pbd final : public Stepper<Executor, R> {
     this->facts_.level_seconds += seconds([&] {
       const std::vector<Level> levels = make_levels(model_, w, threads_);
       auto& own = levels_.emplace_back();
-      if (!levels.empty()) own.emplace(executor_, model_, levels, *sweep_, threads_, this->nothing_between());
+      if (!levels.empty()) own.emplace(executor_, levels, *sweep_, threads_, this->nothing_between());
     });
   }
 
-  /// For what is held now, to be used in this substep of a step, counted from 0; null: none. Multipliers begin anew in
-  /// each substep: what hands them down does so every time.
+  /// For what is held now, to be used in this substep of a step, counted from 0; null: none.
   const Levels<Executor, R>* levels_at(int substep) const {
-    if (levels_.empty()) return nullptr;
+    if (levels_.empty() || substep % model_.scene.solver.levels_every != 0) return nullptr;
     const auto& levels = levels_[this->pins_let_go()];
-    if (!levels) return nullptr;
-    return substep % model_.scene.solver.levels_every == 0 || levels->hands_down() ? &*levels : nullptr;
+    return levels ? &*levels : nullptr;
   }
 
   void correct(const Particles<R>& all) override {
     if (const auto* levels = levels_at(this->substep_))
       this->timed(Pass::Levels, [&] { sweep_->region([&](const auto& team) { levels->move(team, *sweep_, all); }); });
-  }
-
-  bool hands_down() const override {
-    const auto* levels = levels_at(this->substep_);
-    return levels && levels->hands_down();
   }
 
   void predict(double h) override {
@@ -115,7 +108,6 @@ class Pbd final : public Stepper<Executor, R> {
             visit.predicts = visit.fresh = iteration == 0;
             visit.updates = iteration + 1 == iterations;
             visit.substep = s + 1;
-            visit.handed = levels && levels->hands_down();
             if (levels && visit.predicts) visit.down = levels->down();
             if (next && visit.updates) visit.up = next->up();
             (*sweep_)(team, visit);

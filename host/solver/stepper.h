@@ -180,8 +180,6 @@ class Stepper : public Solver {
   virtual void predict(double h) = 0;
   /// What happens between prediction and the first projection, contacts known.
   virtual void correct(const Particles<R>& /*all*/) {}
-  /// Whether that left multipliers with which the first projection begins.
-  virtual bool hands_down() const { return false; }
   /// Whether what follows the prediction is done in it, up to the new state.
   virtual bool predicts_the_state() const { return false; }
   /// Asked after every iteration: whether the projected constraints are met well enough to leave out the others.
@@ -296,7 +294,7 @@ class Stepper : public Solver {
     if (!model_.sets.empty())
       timed(Pass::Projection, [&] {
         Visit<R> visit = sweep_->visit(all, h, to_R(model_.scene.gravity));
-        visit.fresh = fresh, visit.handed = fresh && hands_down();
+        visit.fresh = fresh;
         sweep_->region([&](const auto& team) { (*sweep_)(team, visit); });
       });
     if (!pressures_.empty())

@@ -113,15 +113,6 @@ class Sweep {
 
   void forget_lost() { lost_.upload(std::vector<int>(lost_.size(), 0)); }
 
-  /// The multipliers of a set, one a slot, kept for levels that hand them down; made here if they are not there yet.
-  R* hand_down(int s, std::size_t slots) {
-    std::vector<SetView<R>> views = views_.download();
-    if (sets_[s].lambda.size() == 0) sets_[s].lambda = Array<Executor, R>(slots, R(0));
-    views[s].lambda = sets_[s].lambda.data(), views[s].handed = true;
-    views_.upload(views);
-    return views[s].lambda;
-  }
-
   /// Memory for visits that keep nothing, on so many threads.
   void make_memory(int threads) {
     if (memory_.size() == 0) memory_ = Array<Executor, char>(memory_bytes_ * threads, 0);
