@@ -33,8 +33,8 @@ class Linker {
       if (model_.sets[s].type == Membrane::name) add_membrane(static_cast<int>(s));
     }
     find_parts();
-    const bool elastic = std::any_of(alpha_.begin(), alpha_.end(), [](double alpha) { return alpha > 0; });
-    if (elastic) leave_out_the_soft(), find_parts();
+    const auto elastic = [this] { return std::any_of(alpha_.begin(), alpha_.end(), [](double a) { return a > 0; }); };
+    if (elastic()) leave_out_the_soft(), find_parts();
     hops_ = hops_to_pins(model_.count(), linkage_.links, pinned_);
     for (int i = 0; i < model_.count(); ++i) {
       LinkedPart& part = linkage_.parts[linkage_.part[i]];
@@ -42,7 +42,7 @@ class Linker {
     }
     for (const auto& body : model_.tetrahedra)
       for (const Tetrahedron& t : body) linkage_.parts[linkage_.part[model_.user_of[t[0]]]].solid = true;
-    if (elastic) hang();
+    if (elastic()) hang();
     return std::move(linkage_);
   }
 
