@@ -15,6 +15,7 @@ struct alignas(64) NearCell {
   int depth;
   int stuck;    // how many cuts in a row have hardly shortened the list
   int x, y, z;  // in cells of its depth
+  float error;  // m, at most, of a computed distance from a triangle of its list
 };
 
 /// A cell of the grid over the root, of a side of some triangles.
@@ -106,6 +107,17 @@ KERNEL int last_cell_at(const NearMesh& mesh, const CellPath& path) {
 KERNEL bool holds(const NearCell& cell, const CellPath& path) {
   const int bits = kDeepest - cell.depth;
   return path.x >> bits == cell.x && path.y >> bits == cell.y && path.z >> bits == cell.z;
+}
+
+/// How far a point is from the walls of a cell that holds it (m).
+KERNEL double from_walls(const NearMesh& mesh, const NearCell& cell, const Vector3<double>& p) {
+  const double side = 2 * mesh.half / double(1 << cell.depth);
+  const auto from = [&](double x, int place) KERNEL_LAMBDA {
+    const double d = x + mesh.half - place * side, other = side - d;
+    return d < other ? d : other;
+  };
+  const double x = from(p.x, cell.x), y = from(p.y, cell.y), z = from(p.z, cell.z), xy = x < y ? x : y;
+  return xy < z ? xy : z;
 }
 
 /// The nearest points of the listed triangles to p, the last one again where a pack has more lanes.

@@ -53,7 +53,7 @@ struct Nearby {
     if (s < 0) {
       s = slot[i] = count_up(used);
       let_go(near[s].contact);
-      near[s].particle = i, near[s].cell = 0;
+      near[s].particle = i, near[s].cell = 0, near[s].few.radius = -1;
     }
     near[s].seen = last;
   }

@@ -237,7 +237,11 @@ int NearCells::make(int parent, const Cube& cube, const CellPath& path) {
     full_ = true;
     return 0;
   }
-  for (int k = 0; k < listed; ++k) lists_[first + k] = all[k].triangle;
+  double error = 0;
+  for (int k = 0; k < listed; ++k) {
+    lists_[first + k] = all[k].triangle;
+    error = std::max(error, margin(all[k].triangle));
+  }
   const int bits = kDeepest - depth;
   return add({{},
               int(first),
@@ -246,7 +250,8 @@ int NearCells::make(int parent, const Cube& cube, const CellPath& path) {
               hardly ? cells_[parent].stuck + 1 : 0,
               path.x >> bits,
               path.y >> bits,
-              path.z >> bits});
+              path.z >> bits,
+              1.001f * static_cast<float>(error)});
 }
 
 int NearCells::add(const NearCell& cell) {
