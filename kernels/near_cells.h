@@ -24,7 +24,7 @@ struct GridCell {
   int cell;        // its number; not made yet: 0
 };
 
-inline constexpr int kLeafList = 16;    // triangles: a list that is no longer is not cut further
+inline constexpr int kLeafList = 32;    // triangles: a list that is no longer is not cut further
 inline constexpr int kMostListed = 64;  // a longer one that cannot be cut is no list
 inline constexpr int kDeepest = 18, kMostStuck = 3;
 KERNEL bool is_last(const NearCell& cell) {
