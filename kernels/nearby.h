@@ -75,7 +75,8 @@ struct Nearby {
     const Vector3<double> off{last.at.x - rounded.x, last.at.y - rounded.y, last.at.z - rounded.z};
     const double certain = last.distance - root(dot(off, off));
     const float nearest = float(certain);
-    return double(nearest) > certain ? nearest - 1.2e-7f * fabsf(nearest) : nearest;
+    const float below = nearest - 1.2e-7f * fabsf(nearest);
+    return double(nearest) > certain ? below : nearest;
   }
 };
 

@@ -110,6 +110,7 @@ struct FindContact : MovingSurface {
   KERNEL bool begin(int i, Look& look) const {
     const int slot = nearby.slot[i];
     look.i = i, look.cell = slot < 0 ? 0 : nearby.near[slot].cell, look.last = nearby.seen(i);
+    if (look.cell > 0) surface->prefetch_cell(look.cell);
     look.a = to_local(before, in_double(particles.x[i])), look.b = to_local(after, in_double(particles.p[i]));
     look.path = length(look.b - look.a);
     // A contact plane is laid a thickness early: neighbours may pull the particle further than its own velocity.
