@@ -32,7 +32,7 @@ class NearMemory {
     Array<Executor, Near<R>> to;
     Near<R>* from = near_.data();
     if (needed > near_.size() || wide)
-      to = Array<Executor, Near<R>>(needed + needed / 8 + (more > 0 ? kSpare / 2 : 0), Near<R>{});
+      to = Array<Executor, Near<R>>(needed + needed / 8 + (more > 0 ? kSpare / 2 : 0));
     Near<R>* const into = to.size() > 0 ? to.data() : from;
     int kept = 0;
     for (int s = 0; s < used; ++s) {
