@@ -1,5 +1,5 @@
-// The nearest triangles of many points at once, each by a list of its own: pairs of a point and a triangle fill packs, so
-// that short lists leave no lane empty, and memory is asked for ahead.
+// The nearest triangles of many points at once, each by a list of its own: pairs of a point and a triangle fill packs,
+// so that short lists leave no lane empty, and memory is asked for ahead.
 #pragma once
 #include "kernels/contact.h"
 #include "kernels/near_cells.h"
@@ -29,7 +29,8 @@ class NearPairs {
   /// All distances. The last pair again where a pack has more lanes.
   KERNEL void measure() {
     if (pairs_ == 0) return;
-    for (int k = pairs_; k < pairs_ + lanes - 1; ++k) triangle_[k] = triangle_[pairs_ - 1], point_[k] = point_[pairs_ - 1];
+    for (int k = pairs_; k < pairs_ + lanes - 1; ++k)
+      triangle_[k] = triangle_[pairs_ - 1], point_[k] = point_[pairs_ - 1];
     for (int k = 0; k < pairs_; ++k) {
       const int* corner = mesh_.triangles[triangle_[k]];
       for (int c = 0; c < 3; ++c) prefetch(mesh_.corners + corner[c]);

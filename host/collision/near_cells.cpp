@@ -10,8 +10,8 @@ namespace malha {
 namespace {
 
 constexpr std::size_t kCompared = 6;  // of the candidates with all others
-constexpr int kFinestGrid = 7;  // depth: 16 MiB, of which the system gives what is used
-constexpr double kEdges = 2.5;  // mean edges: the side of the grid's cells
+constexpr int kFinestGrid = 7;        // depth: 16 MiB, of which the system gives what is used
+constexpr double kEdges = 2.5;        // mean edges: the side of the grid's cells
 
 using S = Lane<double>;
 constexpr int kWide = kLanes<double>;

@@ -11,12 +11,17 @@ template <class Executor, class R>
 class NearMemory {
  public:
   explicit NearMemory(std::size_t particles)
-      : at_(3 * particles, 0.0f), distance_(particles, -INFINITY), slot_(particles, -1), counts_(2, 0) {}
+      : at_(3 * particles, 0.0f),
+        distance_(particles, -INFINITY),
+        balls_((particles + kWord - 1) / kWord, WordBall{}),
+        slot_(particles, -1),
+        counts_(2, 0) {}
 
   Nearby<R> view() const {
     float* const at = at_.data();
     const std::size_t n = slot_.size();
-    return {{at, at + n, at + 2 * n}, distance_.data(), slot_.data(), near_.data(), counts_.data(), counts_.data() + 1};
+    return {{at, at + n, at + 2 * n}, balls_.data(),     distance_.data(), slot_.data(), near_.data(),
+            counts_.data(),           counts_.data() + 1};
   }
 
   int slots() const { return counts_.data()[0]; }
@@ -31,8 +36,7 @@ class NearMemory {
       return;
     Array<Executor, Near<R>> to;
     Near<R>* from = near_.data();
-    if (needed > near_.size() || wide)
-      to = Array<Executor, Near<R>>(needed + needed / 8 + (more > 0 ? kSpare / 2 : 0));
+    if (needed > near_.size() || wide) to = Array<Executor, Near<R>>(needed + needed / 8 + (more > 0 ? kSpare / 2 : 0));
     Near<R>* const into = to.size() > 0 ? to.data() : from;
     int kept = 0;
     for (int s = 0; s < used; ++s) {
@@ -67,11 +71,12 @@ class NearMemory {
 
   int near() const { return counts_.data()[0] - counts_.data()[1]; }
   std::size_t near_bytes() const { return near_.bytes(); }
-  std::size_t bytes() const { return at_.bytes() + distance_.bytes() + slot_.bytes() + near_.bytes(); }
+  std::size_t bytes() const { return at_.bytes() + distance_.bytes() + balls_.bytes() + slot_.bytes() + near_.bytes(); }
 
  private:
   static constexpr int kSpare = 32;  // slots: fewer are not worth a copy
   Array<Executor, float> at_, distance_;
+  Array<Executor, WordBall> balls_;
   Array<Executor, int> slot_;
   Array<Executor, int> counts_;  // of slots, and of free ones among them
   Array<Executor, Near<R>> near_;
