@@ -24,12 +24,10 @@ struct GridCell {
   int cell;        // its number; not made yet: 0
 };
 
-inline constexpr int kLeafList = 32;    // triangles: a list that is no longer is not cut further
+// Triangles: a list that is no longer is not cut further. Of small meshes many particles share each cell.
+inline constexpr int kSmallMesh = 8192, kShortList = 16, kLeafList = 32;
 inline constexpr int kMostListed = 64;  // a longer one that cannot be cut is no list
 inline constexpr int kDeepest = 18, kMostStuck = 3;
-KERNEL bool is_last(const NearCell& cell) {
-  return cell.count <= kLeafList || cell.stuck >= kMostStuck || cell.depth >= kDeepest;
-}
 
 /// A mesh in its own frame, relative to the centre of its box (m), and its cells.
 struct NearMesh {
@@ -37,12 +35,17 @@ struct NearMesh {
   const int (*triangles)[3];
   const GridCell* grid;  // the cells of depth `start`, in rows of z, y, x
   int start;
+  int leaf;  // triangles: a list that is no longer is not cut further
   const NearCell* cells;
   const int* lists;
   double half;      // m, of the root's side
   double per_cell;  // deepest cells a metre
   double side;      // m, of the grid's cells
 };
+
+KERNEL bool is_last(const NearMesh& mesh, const NearCell& cell) {
+  return cell.count <= mesh.leaf || cell.stuck >= kMostStuck || cell.depth >= kDeepest;
+}
 
 /// A number that another thread may be writing.
 KERNEL int published(const int& number) {
@@ -100,7 +103,8 @@ KERNEL double least_distance(const NearMesh& mesh, const CellPath& path, const V
 /// The last cell at a point; none, or not made yet: 0.
 KERNEL int last_cell_at(const NearMesh& mesh, const CellPath& path) {
   int at = published(mesh.grid[place_in_grid(mesh, path)].cell);
-  while (at > 0 && !is_last(mesh.cells[at])) at = published(mesh.cells[at].child[path.part(mesh.cells[at].depth)]);
+  while (at > 0 && !is_last(mesh, mesh.cells[at]))
+    at = published(mesh.cells[at].child[path.part(mesh.cells[at].depth)]);
   return at > 0 ? at : 0;
 }
 

@@ -1,6 +1,7 @@
 // The nearest triangles of many points at once, each by a list of its own: pairs of a point and a triangle fill packs,
 // so that short lists leave no lane empty, and memory is asked for ahead.
 #pragma once
+#include "kernels/compute.h"
 #include "kernels/contact.h"
 #include "kernels/near_cells.h"
 

@@ -86,6 +86,7 @@ NearCells::NearCells(const TriangleScene& scene, std::vector<Vec4<double>>& corn
     if (!(error_.back() >= 0)) error_.back() = INFINITY;
   }
   const auto count = static_cast<long>(triangles.size());
+  mesh_.leaf = count <= kSmallMesh ? kShortList : kLeafList;
   const double side = kEdges * edges / static_cast<double>(count);
   while (count > kMostListed && mesh_.start < kFinestGrid && 2 * mesh_.half > side * (1 << mesh_.start)) ++mesh_.start;
   mesh_.side = 2 * mesh_.half / (1 << mesh_.start);
@@ -141,7 +142,7 @@ bool NearCells::make(const CellPath& path) {
       if (__atomic_compare_exchange_n(link, &at, made, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) at = made;
     }
     NearCell& cell = cells_[at];
-    if (is_last(cell)) return cell.count <= kMostListed;
+    if (is_last(mesh_, cell)) return cell.count <= kMostListed;
     const int part = path.part(cell.depth);
     cube = cube.part(part), link = &cell.child[part], parent = at;
   }
