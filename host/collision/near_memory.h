@@ -1,5 +1,6 @@
 // The memory behind kernels/nearby.h: of the particles near one environment mesh.
 #pragma once
+#include <algorithm>
 #include <vector>
 
 #include "host/base/array.h"
@@ -45,7 +46,8 @@ class NearMemory {
       slot_.data()[into[kept].particle] = kept;
       ++kept;
     }
-    if (to.size() > 0 || wide) near_ = std::move(to);
+    written_ = used > written_ ? used : written_;
+    if (to.size() > 0 || wide) near_ = std::move(to), written_ = kept;
     used = kept, freed = 0;
   }
 
@@ -70,8 +72,9 @@ class NearMemory {
   }
 
   int near() const { return counts_.data()[0] - counts_.data()[1]; }
-  std::size_t near_bytes() const { return near_.bytes(); }
-  std::size_t bytes() const { return at_.bytes() + distance_.bytes() + balls_.bytes() + slot_.bytes() + near_.bytes(); }
+  /// Of slots that were ever filled: there is room for more, in pages that nothing was written to.
+  std::size_t near_bytes() const { return static_cast<std::size_t>(std::max(written_, slots())) * sizeof(Near<R>); }
+  std::size_t bytes() const { return at_.bytes() + distance_.bytes() + balls_.bytes() + slot_.bytes() + near_bytes(); }
 
  private:
   static constexpr int kSpare = 32;  // slots: fewer are not worth a copy
@@ -80,6 +83,7 @@ class NearMemory {
   Array<Executor, int> slot_;
   Array<Executor, int> counts_;  // of slots, and of free ones among them
   Array<Executor, Near<R>> near_;
+  int written_ = 0;  // slots, since there is this room
 };
 
 }  // namespace malha

@@ -70,6 +70,7 @@ struct BulletDrape::Parts {
     add_cloth(simulation, scene);
   }
   ~Parts() {
+    world.getWorldInfo().m_sparsesdf.Reset();  // otherwise each triangle that was near is looked for in all its cells
     world.removeSoftBody(cloth.get());
     for (Obstacle& o : obstacles) world.removeRigidBody(o.body.get());
   }
