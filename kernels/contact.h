@@ -25,12 +25,28 @@ struct LastSeen {
   Vector3<double> passed{};  // m, how far and whither, where something pressed it through that left no other way
 };
 
+/// The triangles of which one is the nearest to every point within `radius` of `at` (m; relative to the mesh's centre),
+/// ascending: what they tell is what all triangles of the mesh would, so that nothing depends on when they were found.
+struct FewNear {
+  static constexpr int kMost = 8;
+  Vector3<double> at{};
+  double radius = -1;  // below 0: not known
+  int count = 0;
+  int triangle[kMost];
+
+  KERNEL bool hold(const Vector3<double>& p) const {
+    const Vector3<double> d = p - at;
+    return radius >= 0 && dot(d, d) <= radius * radius;
+  }
+};
+
 template <class R>
 struct alignas(64) Near {
   LastSeen seen;
   Contact<R> contact;
   int particle = -1;  // none: the slot is free
   int cell = 0;       // in which it was last (kernels/near_cells.h)
+  FewNear few;
 };
 
 template <class R>

@@ -15,6 +15,7 @@ struct alignas(64) NearCell {
   int depth;
   int stuck;    // how many cuts in a row have hardly shortened the list
   int x, y, z;  // in cells of its depth
+  float error;  // m, at most, of a computed distance from a triangle of its list
 };
 
 /// A cell of the grid over the root, of a side of some triangles.
@@ -23,12 +24,10 @@ struct GridCell {
   int cell;        // its number; not made yet: 0
 };
 
-inline constexpr int kLeafList = 16;    // triangles: a list that is no longer is not cut further
+// Triangles: a list that is no longer is not cut further. Of small meshes many particles share each cell.
+inline constexpr int kSmallMesh = 8192, kShortList = 16, kLeafList = 32;
 inline constexpr int kMostListed = 64;  // a longer one that cannot be cut is no list
 inline constexpr int kDeepest = 18, kMostStuck = 3;
-KERNEL bool is_last(const NearCell& cell) {
-  return cell.count <= kLeafList || cell.stuck >= kMostStuck || cell.depth >= kDeepest;
-}
 
 /// A mesh in its own frame, relative to the centre of its box (m), and its cells.
 struct NearMesh {
@@ -36,12 +35,17 @@ struct NearMesh {
   const int (*triangles)[3];
   const GridCell* grid;  // the cells of depth `start`, in rows of z, y, x
   int start;
+  int leaf;  // triangles: a list that is no longer is not cut further
   const NearCell* cells;
   const int* lists;
   double half;      // m, of the root's side
   double per_cell;  // deepest cells a metre
   double side;      // m, of the grid's cells
 };
+
+KERNEL bool is_last(const NearMesh& mesh, const NearCell& cell) {
+  return cell.count <= mesh.leaf || cell.stuck >= kMostStuck || cell.depth >= kDeepest;
+}
 
 /// A number that another thread may be writing.
 KERNEL int published(const int& number) {
@@ -99,13 +103,25 @@ KERNEL double least_distance(const NearMesh& mesh, const CellPath& path, const V
 /// The last cell at a point; none, or not made yet: 0.
 KERNEL int last_cell_at(const NearMesh& mesh, const CellPath& path) {
   int at = published(mesh.grid[place_in_grid(mesh, path)].cell);
-  while (at > 0 && !is_last(mesh.cells[at])) at = published(mesh.cells[at].child[path.part(mesh.cells[at].depth)]);
+  while (at > 0 && !is_last(mesh, mesh.cells[at]))
+    at = published(mesh.cells[at].child[path.part(mesh.cells[at].depth)]);
   return at > 0 ? at : 0;
 }
 
 KERNEL bool holds(const NearCell& cell, const CellPath& path) {
   const int bits = kDeepest - cell.depth;
   return path.x >> bits == cell.x && path.y >> bits == cell.y && path.z >> bits == cell.z;
+}
+
+/// How far a point is from the walls of a cell that holds it (m).
+KERNEL double from_walls(const NearMesh& mesh, const NearCell& cell, const Vector3<double>& p) {
+  const double side = 2 * mesh.half / double(1 << cell.depth);
+  const auto from = [&](double x, int place) KERNEL_LAMBDA {
+    const double d = x + mesh.half - place * side, other = side - d;
+    return d < other ? d : other;
+  };
+  const double x = from(p.x, cell.x), y = from(p.y, cell.y), z = from(p.z, cell.z), xy = x < y ? x : y;
+  return xy < z ? xy : z;
 }
 
 /// The nearest points of the listed triangles to p, the last one again where a pack has more lanes.

@@ -24,12 +24,21 @@ KERNEL int lowest_bit(unsigned long long bits) {
 #endif
 }
 
+inline constexpr int kWord = 64;  // particles: a bit each
+
+/// Around where all particles of a word were last seen (m, mesh's frame), for a first test of them all.
+struct WordBall {
+  float x, y, z, radius;
+  float distance;  // from all these places nothing is nearer; 0: not known; below 0: the ball is too near to be of use
+};
+
 /// Of one mesh.
 template <class R>
 struct Nearby {
   Points<float> at;  // as in LastSeen
-  float* distance;   // nothing is nearer to `at`
-  int* slot;         // none: -1
+  WordBall* balls;
+  float* distance;  // nothing is nearer to `at`
+  int* slot;        // none: -1
   Near<R>* near;
   int *used, *freed;  // slots in all, and how many of them are free; there is room for every particle that is looked at
 
@@ -43,6 +52,7 @@ struct Nearby {
     const Vector3<float> rounded = in_float(last.at);
     at.set(i, rounded);
     distance[i] = certain_distance(last);
+    balls[i / kWord].distance = 0;
     int s = slot[i];
     if (!needs_slot(last)) {
       if (s < 0) return;
@@ -53,7 +63,7 @@ struct Nearby {
     if (s < 0) {
       s = slot[i] = count_up(used);
       let_go(near[s].contact);
-      near[s].particle = i, near[s].cell = 0;
+      near[s].particle = i, near[s].cell = 0, near[s].few.radius = -1;
     }
     near[s].seen = last;
   }
@@ -75,7 +85,8 @@ struct Nearby {
     const Vector3<double> off{last.at.x - rounded.x, last.at.y - rounded.y, last.at.z - rounded.z};
     const double certain = last.distance - root(dot(off, off));
     const float nearest = float(certain);
-    return double(nearest) > certain ? nearest - 1.2e-7f * fabsf(nearest) : nearest;
+    const float below = nearest - 1.2e-7f * fabsf(nearest);
+    return double(nearest) > certain ? below : nearest;
   }
 };
 
@@ -87,6 +98,10 @@ struct FloatPose {
     for (int k = 0; k < 9; ++k) r[k] = float(pose.r[k]);
     t[0] = float(pose.t.x), t[1] = float(pose.t.y), t[2] = float(pose.t.z);
   }
+  KERNEL Vector3<float> to_world(const Vector3<float>& a) const {
+    return {r[0] * a.x + r[1] * a.y + r[2] * a.z + t[0], r[3] * a.x + r[4] * a.y + r[5] * a.z + t[1],
+            r[6] * a.x + r[7] * a.y + r[8] * a.z + t[2]};
+  }
   template <class S>
   KERNEL Vector3<S> to_local(const Vector3<S>& x) const {
     const S a = x.x - S(t[0]), b = x.y - S(t[1]), c = x.z - S(t[2]);
@@ -95,17 +110,17 @@ struct FloatPose {
   }
 };
 
-inline constexpr int kWord = 64;  // particles: a bit each
-
 /// Which particles may have come near enough to be looked at, a bit each: a stream in float, rounded so that none is
 /// missed. `reach` < 0: those whose way from x to p may leave the ball around where they were last seen, in which there
-/// is no surface; otherwise those whose way may reach the surface, or pass it by `reach` (m).
+/// is no surface; otherwise those whose way may reach the surface, or pass it by `reach` (m). Words that are far off as
+/// a whole are told by their balls, without a look at where each of their particles was.
 template <class R>
 struct MayTouch {
   Points<R> x, p;
   int count;
   Points<float> at;
   const float* distance;
+  WordBall* balls;
   FloatPose before, after;
   float reach;
   bool add;  // to the bits that there are
@@ -117,6 +132,14 @@ struct MayTouch {
     constexpr int lanes = kLanes<float, typename Group::Isa>;
     const int first = group.index * kWord, n = count - first < kWord ? count - first : kWord;
     unsigned long long word = add ? bits[group.index] : 0;
+    WordBall& ball = balls[group.index];
+    if (ball.distance > 0) {
+      if (keeps_off<S>(ball, first, n)) {
+        bits[group.index] = word;
+        return;
+      }
+      ball.distance = -1;
+    }
     float over[kWord];
     int k = 0;
     for (; k + lanes <= n; k += lanes) store(excess<S>(first + k), over + k);
@@ -125,6 +148,8 @@ struct MayTouch {
     for (k = 0; k < n; ++k) any |= !(over[k] < 0);  // not a number: a look
     if (any)
       for (k = 0; k < n; ++k) word |= static_cast<unsigned long long>(!(over[k] < 0)) << k;
+    else if (ball.distance == 0)
+      ball = ball_of(first, n);
     bits[group.index] = word;
   }
 
@@ -153,6 +178,59 @@ struct MayTouch {
     Vector3<S> a;
     load_float(from.x + i, a.x), load_float(from.y + i, a.y), load_float(from.z + i, a.z);
     return a;
+  }
+
+  /// Around its box; of use where it is farther off than it is large.
+  KERNEL WordBall ball_of(int first, int n) const {
+    const auto middle = [&](const float* a) KERNEL_LAMBDA {
+      float least = a[first], most = least;
+      for (int i = first + 1; i < first + n; ++i) least = a[i] < least ? a[i] : least, most = a[i] > most ? a[i] : most;
+      return (least + most) / 2;
+    };
+    const Vector3<float> c{middle(at.x), middle(at.y), middle(at.z)};
+    float most = 0, nearest = distance[first];
+    for (int i = first; i < first + n; ++i) {
+      const Vector3<float> d = at[i] - c;
+      most = larger(most, dot(d, d)), nearest = distance[i] < nearest ? distance[i] : nearest;
+    }
+    const float radius = 1.00001f * root(most);
+    return {c.x, c.y, c.z, radius, nearest > 4 * radius ? nearest : -1};
+  }
+
+  /// Whether no particle of the word can have come near: all are in a ball around where all were seen.
+  template <class S>
+  KERNEL bool keeps_off(const WordBall& ball, int first, int n) const {
+    const Vector3<float> c{ball.x, ball.y, ball.z};
+    const float start = farthest<S>(x, before.to_world(c), first, n), end = farthest<S>(p, after.to_world(c), first, n);
+    const float m = start + ball.radius, l = reach < 0 ? end + ball.radius : start + end;
+    const float shift = fabsf(before.t[0]) + fabsf(before.t[1]) + fabsf(before.t[2]) + fabsf(after.t[0]) +
+                        fabsf(after.t[1]) + fabsf(after.t[2]);
+    const float slack = 1e-5f * (size(c) + start + end + shift);
+    return (reach < 0 ? larger(m, l) : m + l + reach) + slack < ball.distance;  // not a number: false
+  }
+  /// Of the particles from c; not a number where one of them is not.
+  template <class S>
+  KERNEL float farthest(const Points<R>& points, const Vector3<float>& c, int first, int n) const {
+    constexpr int lanes = int(sizeof(S) / sizeof(float));
+    S most(0.0f), sum(0.0f);
+    const Vector3<S> centre{S(c.x), S(c.y), S(c.z)};
+    float all = 0, sums = 0;
+    int k = 0;
+    for (; k + lanes <= n; k += lanes) {
+      const Vector3<S> d = floats<S>(points, first + k) - centre;
+      const S d2 = dot(d, d);
+      most = larger(most, d2), sum = sum + d2;
+    }
+    for (; k < n; ++k) {
+      const Vector3<float> d = floats<float>(points, first + k) - c;
+      all = larger(all, dot(d, d)), sums += dot(d, d);
+    }
+    float each[lanes], added[lanes];
+    store(most, each), store(sum, added);
+    for (int half = lanes / 2; half > 0; half /= 2)
+      for (int l = 0; l < half; ++l) each[l] = larger(each[l], each[l + half]), added[l] += added[l + half];
+    all = larger(all, each[0]), sums += added[0];
+    return sums < INFINITY ? root(all) : NAN;
   }
 
   /// By how much it may come too near; below 0: it cannot.

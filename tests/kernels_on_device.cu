@@ -13,6 +13,7 @@
 #include "kernels/measure.h"
 #include "kernels/momenta.h"
 #include "kernels/near_cells.h"
+#include "kernels/near_pairs.h"
 #include "kernels/nearby.h"
 #include "kernels/pressure.h"
 #include "kernels/rest.h"

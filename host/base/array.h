@@ -58,6 +58,10 @@ class Array {
     data_ = static_cast<T*>(Memory<Executor>::allocate(bytes()));
     upload(values);
   }
+  /// Not filled: pages that are never written are never given.
+  explicit Array(std::size_t size) : size_(size) {
+    if (size_ > 0) data_ = static_cast<T*>(Memory<Executor>::allocate(bytes()));
+  }
   Array(std::size_t size, const T& value) : size_(size) {
     if (size_ == 0) return;
     data_ = static_cast<T*>(Memory<Executor>::allocate(bytes()));

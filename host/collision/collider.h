@@ -145,8 +145,8 @@ class Collider {
     NearMemory<Executor, R>& memory = obstacles_[k].memory;
     const Nearby<R> nearby = memory.view();
     words(particles.count > kParticleGrain,
-          MayTouch<R>{particles.x, particles.p, particles.count, nearby.at, nearby.distance, FloatPose(mesh.before),
-                      FloatPose(mesh.after), reach, add, bits_.data()});
+          MayTouch<R>{particles.x, particles.p, particles.count, nearby.at, nearby.distance, nearby.balls,
+                      FloatPose(mesh.before), FloatPose(mesh.after), reach, add, bits_.data()});
     const Tested tested = parallel_reduce<Tested>(executor_, words_, CountTested{bits_.data(), nearby.slot});
     memory.make_room(tested.without_slot);
     return tested.all;

@@ -6,6 +6,7 @@
 #include "host/collision/pose.h"
 #include "host/collision/surface.h"
 #include "host/scene.h"
+#include "kernels/near_pairs.h"
 #include "kernels/nearby.h"
 
 namespace malha {
@@ -59,6 +60,10 @@ struct FindContact : MovingSurface {
   KERNEL void operator()(const Group& group) const {
     unsigned long long rest = bits[group.index];
     if (rest == 0) return;
+    for (unsigned long long ahead = rest; ahead != 0; ahead &= ahead - 1) {
+      const int slot = nearby.slot[group.index * kWord + lowest_bit(ahead)];
+      if (slot >= 0) prefetch(nearby.near + slot, int(sizeof(Near<R>)));
+    }
     Looks storage;
     Look* const looks = storage.of;
     int count = 0;
@@ -66,32 +71,26 @@ struct FindContact : MovingSurface {
       const int i = group.index * kWord + lowest_bit(rest);
       if (particles.w[i] > R(0) && begin(i, looks[count])) ++count;
     }
-    for (int k = 0; k < count; ++k) {
-      Look& look = looks[k];
-      look.cell = surface->cell_of(look.a, look.cell);
-      if (look.cell > 0) surface->prefetch_list(look.cell);
-    }
-    for (int k = 0; k < count; ++k)
-      if (looks[k].cell > 0) surface->prefetch_triangles(looks[k].cell);
-    for (int k = 0; k < count; ++k) {
-      Look& look = looks[k];
-      if (look.cell == 0) continue;
-      look.near = surface->template nearest<typename Group::Isa>(look.a, look.cell);
-      surface->prefetch_normal(look.near);
-    }
-    for (int k = 0; k < count; ++k) {
-      Look& look = looks[k];
-      if (look.cell > 0 && look.near.distance <= look.reach) {
-        end(look, surface->within(look.radius, look.near));
-      } else if (!leave(look)) {
-        end(look, look.cell > 0 ? surface->within(look.radius, look.near) : ask<typename Group::Isa>(look));
+    for (int k = 0; k < count; ++k) list(looks[k]);
+    for (int k = 0; k < count;) {
+      NearPairs<typename Group::Isa> pairs(surface->near_mesh());
+      const int first = k;
+      for (; k < count && pairs.has_room(looks[k].listed); ++k)
+        pairs.add(surface->in_near_mesh(looks[k].a), looks[k].list, looks[k].listed);
+      pairs.measure();
+      for (int j = first; j < k; ++j) {
+        looks[j].near = pairs.nearest(j - first);
+        surface->prefetch_normal(looks[j].near);
       }
+      for (int j = first; j < k; ++j) end(looks[j], pairs, j - first);
     }
   }
 
  private:
   struct Look {
     int i, cell;
+    const int* list;  // of triangles, of which one is the nearest
+    int listed;       // none: not known
     Point a, b;
     LastSeen last;
     double path, reach, moved, depth, radius;
@@ -101,6 +100,9 @@ struct FindContact : MovingSurface {
     Look of[kWord];
     KERNEL Looks() {}
   };
+
+  // Thicknesses that a particle goes from look to look. Slower ones keep few triangles, that hold for some eight looks.
+  static constexpr double kSlow = 0.02, kStill = 1e-4;
 
   KERNEL static double length(const Point& a) { return root(dot(a, a)); }
 
@@ -125,6 +127,39 @@ struct FindContact : MovingSurface {
     // Looking further than now needed keeps the particle out of the next substeps' queries.
     look.radius = 4 * look.reach + std::min(look.depth, surface->diagonal());
     return true;
+  }
+
+  /// Which triangles are to be compared: by the particle's own few, or by the cell that it is in.
+  KERNEL void list(Look& look) const {
+    const int slot = nearby.slot[look.i];
+    if (slot >= 0 && nearby.near[slot].few.hold(surface->in_near_mesh(look.a))) {
+      const FewNear& few = nearby.near[slot].few;
+      look.list = few.triangle, look.listed = few.count;
+      return;
+    }
+    look.cell = surface->cell_of(look.a, look.cell);
+    look.listed = 0;
+    if (look.cell == 0) return;
+    const NearMesh& mesh = surface->near_mesh();
+    const NearCell& cell = mesh.cells[look.cell];
+    look.list = mesh.lists + cell.first, look.listed = cell.count;
+    prefetch(look.list);
+  }
+
+  template <class Isa>
+  KERNEL void end(Look& look, const NearPairs<Isa>& pairs, int which) const {
+    const bool listed = look.listed > 0;
+    if (!(listed && look.near.distance <= look.reach) && leave(look)) return;
+    end(look, listed ? surface->within(look.radius, look.near) : ask<Isa>(look));
+    const int slot = nearby.slot[look.i];
+    if (slot < 0 || !listed || look.list == nearby.near[slot].few.triangle || look.moved > kSlow * thickness) return;
+    const double radius = 8 * look.moved > kStill * thickness ? 8 * look.moved : kStill * thickness;
+    const Point p = surface->in_near_mesh(look.a);
+    const NearMesh& mesh = surface->near_mesh();
+    const NearCell& cell = mesh.cells[look.cell];
+    FewNear few;
+    if (pairs.few(which, radius, from_walls(mesh, cell, p) - double(cell.error), double(cell.error), few))
+      nearby.near[slot].few = few;
   }
 
   /// Whether a coarse bound tells that it cannot touch: of what may be inside it does not tell the side.

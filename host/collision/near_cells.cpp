@@ -9,9 +9,9 @@ namespace malha {
 
 namespace {
 
-constexpr int kPairwise = 64;   // candidates: among more, only the nearest one is compared with the others
-constexpr int kFinestGrid = 7;  // depth: 16 MiB, of which the system gives what is used
-constexpr double kEdges = 2.5;  // mean edges: the side of the grid's cells
+constexpr std::size_t kCompared = 6;  // of the candidates with all others
+constexpr int kFinestGrid = 7;        // depth: 16 MiB, of which the system gives what is used
+constexpr double kEdges = 2.5;        // mean edges: the side of the grid's cells
 
 using S = Lane<double>;
 constexpr int kWide = kLanes<double>;
@@ -62,7 +62,9 @@ struct NearCells::Cube {
 /// those from all points of it, cannot fall.
 struct NearCells::Candidate {
   int triangle;
+  double distance;  // m, from the centre
   Corners least;
+  bool gone = false;
 };
 
 NearCells::NearCells(const TriangleScene& scene, std::vector<Vec4<double>>& corners,
@@ -84,6 +86,7 @@ NearCells::NearCells(const TriangleScene& scene, std::vector<Vec4<double>>& corn
     if (!(error_.back() >= 0)) error_.back() = INFINITY;
   }
   const auto count = static_cast<long>(triangles.size());
+  mesh_.leaf = count <= kSmallMesh ? kShortList : kLeafList;
   const double side = kEdges * edges / static_cast<double>(count);
   while (count > kMostListed && mesh_.start < kFinestGrid && 2 * mesh_.half > side * (1 << mesh_.start)) ++mesh_.start;
   mesh_.side = 2 * mesh_.half / (1 << mesh_.start);
@@ -139,7 +142,7 @@ bool NearCells::make(const CellPath& path) {
       if (__atomic_compare_exchange_n(link, &at, made, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) at = made;
     }
     NearCell& cell = cells_[at];
-    if (is_last(cell)) return cell.count <= kMostListed;
+    if (is_last(mesh_, cell)) return cell.count <= kMostListed;
     const int part = path.part(cell.depth);
     cube = cube.part(part), link = &cell.child[part], parent = at;
   }
@@ -209,7 +212,7 @@ int NearCells::make(int parent, const Cube& cube, const CellPath& path) {
   for (int k = 0; k < count; ++k) {
     const double least = found[k].distance - margin(list[k]);
     if (least - cube.reach() > farthest) continue;
-    Candidate candidate{list[k], {}};
+    Candidate candidate{list[k], found[k].distance, {}};
     if (found[k].distance > cube.half / 8) {  // nearer it has no certain slope
       const Vector3<double> slope = found[k].d * (cube.half / found[k].distance);
       for (int j = 0; j < 8; ++j)
@@ -219,25 +222,28 @@ int NearCells::make(int parent, const Cube& cube, const CellPath& path) {
     }
     all.push_back(candidate);
   }
-  if (all.size() <= kPairwise) {
-    std::vector<bool> gone(all.size());
-    for (std::size_t u = 0; u < all.size(); ++u) {
-      if (gone[u] || all[u].triangle == list[nearest]) continue;
-      const Corners most = most_of(all[u].triangle);
-      for (std::size_t t = 0; t < all.size(); ++t) gone[t] = gone[t] || (t != u && behind(all[t].least, most));
-    }
-    std::size_t kept = 0;
-    for (std::size_t t = 0; t < all.size(); ++t)
-      if (!gone[t]) all[kept++] = all[t];
-    all.resize(kept);
+  // Those nearest to the centre leave out most of what can be left out.
+  const auto few = std::min(all.size(), kCompared);
+  std::partial_sort(all.begin(), all.begin() + few, all.end(),
+                    [](const Candidate& t, const Candidate& u) { return t.distance < u.distance; });
+  for (std::size_t u = 0; u < few; ++u) {
+    if (all[u].gone || all[u].triangle == list[nearest]) continue;
+    const Corners most = most_of(all[u].triangle);
+    for (std::size_t t = 0; t < all.size(); ++t) all[t].gone |= t != u && behind(all[t].least, most);
   }
+  all.resize(std::remove_if(all.begin(), all.end(), [](const Candidate& t) { return t.gone; }) - all.begin());
+  std::sort(all.begin(), all.end(), [](const Candidate& t, const Candidate& u) { return t.triangle < u.triangle; });
   const bool hardly = cut && 4 * all.size() > 3 * static_cast<std::size_t>(count);
   const long listed = static_cast<long>(all.size()), first = listed_.fetch_add(listed);
   if (first + listed > most_listed_) {
     full_ = true;
     return 0;
   }
-  for (int k = 0; k < listed; ++k) lists_[first + k] = all[k].triangle;
+  double error = 0;
+  for (int k = 0; k < listed; ++k) {
+    lists_[first + k] = all[k].triangle;
+    error = std::max(error, margin(all[k].triangle));
+  }
   const int bits = kDeepest - depth;
   return add({{},
               int(first),
@@ -246,7 +252,8 @@ int NearCells::make(int parent, const Cube& cube, const CellPath& path) {
               hardly ? cells_[parent].stuck + 1 : 0,
               path.x >> bits,
               path.y >> bits,
-              path.z >> bits});
+              path.z >> bits,
+              1.001f * static_cast<float>(error)});
 }
 
 int NearCells::add(const NearCell& cell) {

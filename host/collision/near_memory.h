@@ -1,5 +1,6 @@
 // The memory behind kernels/nearby.h: of the particles near one environment mesh.
 #pragma once
+#include <algorithm>
 #include <vector>
 
 #include "host/base/array.h"
@@ -11,12 +12,17 @@ template <class Executor, class R>
 class NearMemory {
  public:
   explicit NearMemory(std::size_t particles)
-      : at_(3 * particles, 0.0f), distance_(particles, -INFINITY), slot_(particles, -1), counts_(2, 0) {}
+      : at_(3 * particles, 0.0f),
+        distance_(particles, -INFINITY),
+        balls_((particles + kWord - 1) / kWord, WordBall{}),
+        slot_(particles, -1),
+        counts_(2, 0) {}
 
   Nearby<R> view() const {
     float* const at = at_.data();
     const std::size_t n = slot_.size();
-    return {{at, at + n, at + 2 * n}, distance_.data(), slot_.data(), near_.data(), counts_.data(), counts_.data() + 1};
+    return {{at, at + n, at + 2 * n}, balls_.data(),     distance_.data(), slot_.data(), near_.data(),
+            counts_.data(),           counts_.data() + 1};
   }
 
   int slots() const { return counts_.data()[0]; }
@@ -31,8 +37,7 @@ class NearMemory {
       return;
     Array<Executor, Near<R>> to;
     Near<R>* from = near_.data();
-    if (needed > near_.size() || wide)
-      to = Array<Executor, Near<R>>(needed + needed / 8 + (more > 0 ? kSpare / 2 : 0), Near<R>{});
+    if (needed > near_.size() || wide) to = Array<Executor, Near<R>>(needed + needed / 8 + (more > 0 ? kSpare / 2 : 0));
     Near<R>* const into = to.size() > 0 ? to.data() : from;
     int kept = 0;
     for (int s = 0; s < used; ++s) {
@@ -41,7 +46,8 @@ class NearMemory {
       slot_.data()[into[kept].particle] = kept;
       ++kept;
     }
-    if (to.size() > 0 || wide) near_ = std::move(to);
+    written_ = used > written_ ? used : written_;
+    if (to.size() > 0 || wide) near_ = std::move(to), written_ = kept;
     used = kept, freed = 0;
   }
 
@@ -66,15 +72,18 @@ class NearMemory {
   }
 
   int near() const { return counts_.data()[0] - counts_.data()[1]; }
-  std::size_t near_bytes() const { return near_.bytes(); }
-  std::size_t bytes() const { return at_.bytes() + distance_.bytes() + slot_.bytes() + near_.bytes(); }
+  /// Of slots that were ever filled: there is room for more, in pages that nothing was written to.
+  std::size_t near_bytes() const { return static_cast<std::size_t>(std::max(written_, slots())) * sizeof(Near<R>); }
+  std::size_t bytes() const { return at_.bytes() + distance_.bytes() + balls_.bytes() + slot_.bytes() + near_bytes(); }
 
  private:
   static constexpr int kSpare = 32;  // slots: fewer are not worth a copy
   Array<Executor, float> at_, distance_;
+  Array<Executor, WordBall> balls_;
   Array<Executor, int> slot_;
   Array<Executor, int> counts_;  // of slots, and of free ones among them
   Array<Executor, Near<R>> near_;
+  int written_ = 0;  // slots, since there is this room
 };
 
 }  // namespace malha

@@ -53,11 +53,6 @@ class Surface {
   /// Ask for what comes next ahead of its use.
   KERNEL void prefetch_cell(int cell) const { prefetch(cells_->mesh().cells + cell); }
   KERNEL void prefetch_list(int cell) const { prefetch(cells_->mesh().lists + cells_->mesh().cells[cell].first); }
-  KERNEL void prefetch_triangles(int cell) const {
-    const NearMesh& mesh = cells_->mesh();
-    const NearCell& of = mesh.cells[cell];
-    for (int k = 0; k < of.count; ++k) prefetch(mesh.triangles + mesh.lists[of.first + k]);
-  }
   KERNEL void prefetch_normal(const NearTriangle& near) const {
     if (near.triangle >= 0 && near.where.corner < 0)
       prefetch(near.where.edge < 0 ? &face_normals_[near.triangle] : &edge_normals_[near.triangle][near.where.edge]);
@@ -72,6 +67,8 @@ class Surface {
   KERNEL NearTriangle nearest(const Point& a, int cell) const {
     return nearest_listed<Isa>(cells_->mesh(), cells_->mesh().cells[cell], a - centre_);
   }
+  KERNEL const NearMesh& near_mesh() const { return cells_->mesh(); }
+  KERNEL Point in_near_mesh(const Point& a) const { return a - centre_; }
   /// What closest finds, of a nearest triangle.
   KERNEL ClosestPoint within(double radius, const NearTriangle& near) const {
     if (!(near.distance < radius) || near.triangle < 0) return {};

@@ -3,11 +3,16 @@
 #include <time.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "host/base/shown.h"
+#include "host/base/stopwatch.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
+#if defined(MALHA_HAS_BULLET)
+#include "tools/bench/bullet_drape.h"
+#endif
 #include "tools/bench/counts.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/machine.h"
@@ -41,6 +46,23 @@ const std::vector<ContactCase>& all_contact_cases() {
                                             {"elephant", 20, "refined_elephant", 1.2, 199},
                                             {"armadillo_100000", 20, "armadillo", 0.006, 315}};
   return all;
+}
+
+bool is_drape(const ContactCase& which) { return which.name == "drape_bunny" || !which.scan.empty(); }
+
+/// ms of a frame by Bullet, from where the simulation is: the median of so many; NaN where it is not asked, or not
+/// there.
+double bullet_ms([[maybe_unused]] const ContactCase& which, [[maybe_unused]] const Simulation& simulation,
+                 [[maybe_unused]] int frames) {
+#if defined(MALHA_HAS_BULLET)
+  if (frames == 0 || !is_drape(which)) return NAN;
+  BulletDrape drape(simulation);
+  std::vector<double> ms;
+  for (int frame = 0; frame < frames; ++frame) ms.push_back(1e3 * thread_seconds([&] { drape.step(); }));
+  return median(ms);
+#else
+  return NAN;
+#endif
 }
 
 /// A cloth of 1.6 m that falls onto a scan turning at 450 degrees/s.
@@ -112,7 +134,7 @@ double floor_bytes(const ContactLine& line, const ContactFacts& facts) {
   return meshes * 2 * (6 * number + 16) + 2 * 128.0 * facts.near / model.count();
 }
 
-Json contact_row(const ContactCase& which, const ContactLine& line, double gb_per_s) {
+Json contact_row(const ContactCase& which, const ContactLine& line, double gb_per_s, double bullet) {
   const Model& model = line.simulation.model();
   const ContactFacts facts = line.simulation.solver().facts().contact.value();
   const auto steps = static_cast<double>(line.simulation.steps() - line.first);
@@ -132,17 +154,19 @@ Json contact_row(const ContactCase& which, const ContactLine& line, double gb_pe
           {"bytes_per_near_particle", each + static_cast<double>(facts.far_bytes) / (n * meshes)},
           {"bytes_of_lists", facts.cell_bytes},
           {"floor_ns_per_particle_and_substep", floor_bytes(line, facts) / gb_per_s},
+          {"bullet_ms_per_step", std::isnan(bullet) ? Json() : Json(bullet)},
           {"state_hash_after_warm_up", ""}};
 }
 
 std::string printed_contact(const Json& row) {
   const auto number = [&](const char* key) { return row[key].get<double>(); };
-  return formatted("%-17s %7.0f %3.0f %9.1f %7.1f %9.2f %9.2f %9.0f %9.0f %7.0f %6.0f %6.0f %8.2f\n",
+  return formatted("%-17s %7.0f %3.0f %9.1f %7.1f %9.2f %9.2f %9.0f %9.0f %7.0f %6.0f %6.0f %8.2f %9s\n",
                    row["case"].get<std::string>().c_str(), number("particles"), number("threads"),
                    number("contact_ns_per_particle_and_substep"), number("floor_ns_per_particle_and_substep"),
                    number("step_ms"), number("processor_ms_per_step"), number("list_looks_per_step"),
                    number("full_queries_per_step"), number("near_particles"), number("bytes_per_far_particle"),
-                   number("bytes_per_near_particle"), number("bytes_of_lists") / (1 << 20));
+                   number("bytes_per_near_particle"), number("bytes_of_lists") / (1 << 20),
+                   row["bullet_ms_per_step"].is_null() ? "-" : formatted("%.0f", number("bullet_ms_per_step")).c_str());
 }
 
 }  // namespace
@@ -168,7 +192,7 @@ void run_contact(const ContactOptions& options) {
                   options.repeats, options.seconds) +
         machine_lines(facts, "") +
         "case            particles thr   contact   floor   step ms processor     looks   queries    near  far B near B "
-        "lists MiB\n");
+        "lists MiB Bullet ms\n");
   Json rows = Json::array();
   for (const ContactCase& which : all_contact_cases()) {
     if (!options.cases.empty() &&
@@ -186,6 +210,7 @@ void run_contact(const ContactOptions& options) {
       if (which.warm_up > 0) line.at_start = line.simulation.solver().facts().contact.value();
       hashes.push_back(hex(line.simulation.state_hash()));
     }
+    const double bullet = bullet_ms(which, lines.front().simulation, options.bullet_frames);
     for (int turn = 0; turn < options.repeats; ++turn) {
       status.show(which.name, double(turn) / options.repeats);
       for (ContactLine& line : lines) take_contact_turn(line, options.seconds);
@@ -193,7 +218,7 @@ void run_contact(const ContactOptions& options) {
     status.clear();
     for (std::size_t k = 0; k < lines.size(); ++k) {
       const double gb_per_s = triad_gb_per_s(kMemoryBytes, lines[k].threads);
-      rows.push_back(contact_row(which, lines[k], gb_per_s));
+      rows.push_back(contact_row(which, lines[k], gb_per_s, bullet));
       rows.back()["state_hash_after_warm_up"] = hashes[k];
       print(printed_contact(rows.back()));
     }

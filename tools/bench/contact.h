@@ -10,6 +10,7 @@ struct ContactOptions {
   std::vector<int> threads;        // empty: 1 and all cores
   int repeats = 5;
   double seconds = 1;             // of each repeat
+  int bullet_frames = 0;          // of each cloth on a scan by Bullet, some seconds each; 0: it is not run
   std::string scenes = "scenes";  // the folder of the shipped scenes and their meshes
   std::string json;               // a further file for the rows; empty: none
   std::string out = "out/bench_contact";

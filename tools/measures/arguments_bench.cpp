@@ -139,6 +139,11 @@ void add_contact(CLI::App& bench, BenchArguments& arguments) {
       ->allow_extra_args(false)
       ->check(one_of(bench::contact_cases()))
       ->type_name("LIST");
+  contact
+      ->add_option("--bullet", options.bullet_frames,
+                   "Frames of each cloth on a scan by Bullet too, some seconds each; 0 if not given")
+      ->type_name("N")
+      ->check(whole_number(0, 1000));
   contact->add_option("--scenes", options.scenes, "Folder of the shipped scenes and meshes; scenes if not given")
       ->check(some_path())
       ->type_name("FOLDER");
@@ -149,7 +154,8 @@ void add_contact(CLI::App& bench, BenchArguments& arguments) {
       "turn at 450 degrees/s. looks: answered by a mesh's lists of near triangles, a step; queries: of the whole "
       "mesh,\n"
       "by Embree. far B, near B: what is remembered of a particle; the lists belong to the mesh. Numbers of threads\n"
-      "take turns. The folder gets the table, the rows (contact.json) and facts about the machine.\n\n"
+      "take turns. Bullet ms: a frame of its soft body on the same meshes, from where malha is when measuring begins.\n"
+      "The folder gets the table, the rows (contact.json) and facts about the machine.\n\n"
       "Examples:\n"
       "  malha bench contact\n"
       "  malha bench contact --case drape_bunny,armadillo --threads 1 --repeats 3 --seconds 0.5    a quick look");

@@ -1,0 +1,98 @@
+// The nearest triangles of many points at once, each by a list of its own: pairs of a point and a triangle fill packs,
+// so that short lists leave no lane empty, and memory is asked for ahead.
+#pragma once
+#include "kernels/compute.h"
+#include "kernels/contact.h"
+#include "kernels/near_cells.h"
+
+namespace malha {
+
+template <class Isa>
+class NearPairs {
+ public:
+  static constexpr int kPoints = 64, kPairs = 256;  // at most: what they need stays in the first cache
+
+  KERNEL NearPairs(const NearMesh& mesh) : mesh_(mesh) {}
+
+  KERNEL bool has_room(int listed) const { return points_ < kPoints && pairs_ + listed <= kPairs; }
+
+  /// `list`: at most kMostListed triangles, ascending.
+  KERNEL void add(const Vector3<double>& p, const int* list, int count) {
+    place_[points_] = {p.x, p.y, p.z, 0};
+    first_[points_] = pairs_;
+    for (int k = 0; k < count; ++k, ++pairs_) {
+      triangle_[pairs_] = list[k], point_[pairs_] = kIndexScale<double> * points_;
+      prefetch(mesh_.triangles + list[k]);
+    }
+    first_[++points_] = pairs_;
+  }
+
+  /// All distances. The last pair again where a pack has more lanes.
+  KERNEL void measure() {
+    if (pairs_ == 0) return;
+    for (int k = pairs_; k < pairs_ + lanes - 1; ++k)
+      triangle_[k] = triangle_[pairs_ - 1], point_[k] = point_[pairs_ - 1];
+    for (int k = 0; k < pairs_; ++k) {
+      const int* corner = mesh_.triangles[triangle_[k]];
+      for (int c = 0; c < 3; ++c) prefetch(mesh_.corners + corner[c]);
+    }
+    for (int k = 0; k < pairs_; k += lanes) {
+      Vector3<S> p;
+      S w;
+      gather_rows(place_, point_ + k, p, w);
+      const NearestPoint<S> near = nearest_of_listed(mesh_, p, triangle_ + k, lanes);
+      const Vector3<S> d = p - near.q;
+      store(dot(d, d), d2_ + k), store(near.q.x, x_ + k), store(near.q.y, y_ + k), store(near.q.z, z_ + k);
+      store(near.feature, feature_ + k);
+    }
+  }
+
+  /// Of the point that was added as the `which`th: of several triangles that are equally near the lowest.
+  KERNEL NearTriangle nearest(int which) const {
+    const double least = least_of(which), distance = root(least);
+    for (int k = first_[which]; k < first_[which + 1]; ++k)  // squares may differ where their roots do not
+      if (d2_[k] <= least * (1 + 1e-15) && root(d2_[k]) == distance)
+        return {triangle_[k], distance, on_triangle({x_[k], y_[k], z_[k]}, int(feature_[k]))};
+    return {};
+  }
+
+  /// The triangles that may be the nearest of a point within `radius` of this one, and up to where (m) they are all:
+  /// every other one of the list is farther by twice the way. None where they are too many. `wall`: how far the list
+  /// holds; `error`: of a computed distance.
+  KERNEL bool few(int which, double radius, double wall, double error, FewNear& few) const {
+    const double nearest = root(least_of(which)) + 4 * error, limit = nearest + 2 * radius;
+    double next = INFINITY;
+    int count = 0;
+    for (int k = first_[which]; k < first_[which + 1]; ++k) {
+      if (d2_[k] > limit * limit) {
+        next = d2_[k] < next ? d2_[k] : next;
+        continue;
+      }
+      if (count == FewNear::kMost) return false;
+      few.triangle[count++] = triangle_[k];
+    }
+    const double parted = (root(next) - nearest) / 2;
+    const Vec4<double> p = place_[which];
+    few.at = p.xyz(), few.count = count, few.radius = parted < wall ? parted : wall;
+    return true;
+  }
+
+ private:
+  using S = Lane<double, Isa>;
+  static constexpr int lanes = kLanes<double, Isa>;
+
+  KERNEL double least_of(int which) const {
+    double least = INFINITY;
+    for (int k = first_[which]; k < first_[which + 1]; ++k) least = d2_[k] < least ? d2_[k] : least;
+    return least;
+  }
+
+  NearMesh mesh_;
+  int points_ = 0, pairs_ = 0;
+  int first_[kPoints + 1];
+  alignas(64) Vec4<double> place_[kPoints];
+  int triangle_[kPairs + lanes], point_[kPairs + lanes];
+  double d2_[kPairs + lanes], x_[kPairs + lanes], y_[kPairs + lanes], z_[kPairs + lanes], feature_[kPairs + lanes];
+};
+
+}  // namespace malha

@@ -1,0 +1,125 @@
+#include "tools/bench/bullet_drape.h"
+
+#include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
+#include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
+#include <btBulletDynamicsCommon.h>
+
+#include <deque>
+
+#include "host/collision/pose.h"
+#include "host/mesh/topology.h"
+#include "host/model/model.h"
+#include "host/solver/solver.h"
+#include "tools/bench/cloth.h"
+
+namespace malha::bench {
+
+namespace {
+
+btVector3 in_bullet(const Vec3& a) { return {btScalar(a[0]), btScalar(a[1]), btScalar(a[2])}; }
+
+btTransform in_bullet(const Pose& pose) {
+  const auto row = [&](int k) { return in_bullet(Vec3{pose.r[3 * k], pose.r[3 * k + 1], pose.r[3 * k + 2]}); };
+  btMatrix3x3 turn;
+  for (int k = 0; k < 3; ++k) turn[k] = row(k);
+  return btTransform(turn, in_bullet(Vec3{pose.t.x, pose.t.y, pose.t.z}));
+}
+
+}  // namespace
+
+struct BulletDrape::Parts {
+  /// A mesh that does not feel the cloth.
+  struct Obstacle {
+    std::vector<Keyframe> motion;
+    btTriangleMesh triangles;
+    std::unique_ptr<btBvhTriangleMeshShape> shape;
+    std::unique_ptr<btRigidBody> body;
+
+    explicit Obstacle(const EnvironmentMesh& mesh) : motion(mesh.spec.motion) {
+      for (const Vec3& x : mesh.mesh.points) triangles.findOrAddVertex(in_bullet(x), false);
+      for (const Triangle& t : malha::triangles(mesh.mesh)) triangles.addTriangleIndices(t[0], t[1], t[2]);
+      shape = std::make_unique<btBvhTriangleMeshShape>(&triangles, true);
+      shape->setMargin(btScalar(mesh.spec.thickness));
+      body = std::make_unique<btRigidBody>(btRigidBody::btRigidBodyConstructionInfo(0, nullptr, shape.get()));
+      body->setFriction(btScalar(mesh.spec.friction));
+      if (motion.empty()) return;
+      body->setCollisionFlags(body->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+      body->setActivationState(DISABLE_DEACTIVATION);
+    }
+  };
+
+  double dt, time;  // s
+  btSoftBodyRigidBodyCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher{&configuration};
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  btSoftRigidDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
+  std::deque<Obstacle> obstacles;
+  std::unique_ptr<btSoftBody> cloth;
+
+  explicit Parts(const Simulation& simulation)
+      : dt(simulation.model().scene.solver.dt), time(simulation.solver().time()) {
+    Scene scene = simulation.model().scene;
+    world.setGravity(in_bullet(scene.gravity));
+    world.getWorldInfo().m_gravity = in_bullet(scene.gravity);
+    world.getWorldInfo().air_density = 0;
+    for (const EnvironmentMesh& mesh : simulation.model().environment) {
+      obstacles.emplace_back(mesh);
+      world.addRigidBody(obstacles.back().body.get());
+    }
+    add_cloth(simulation, scene);
+  }
+  ~Parts() {
+    world.getWorldInfo().m_sparsesdf.Reset();  // otherwise each triangle that was near is looked for in all its cells
+    world.removeSoftBody(cloth.get());
+    for (Obstacle& o : obstacles) world.removeRigidBody(o.body.get());
+  }
+
+  void add_cloth(const Simulation& simulation, Scene& scene) {
+    BodySpec& spec = scene.bodies.front();
+    const auto& size = std::get<GridShape>(spec.shape).size;
+    spec.mass = *spec.density * size[0] * size[1];
+    const Cloth of = cloth_of(scene);
+    cloth = std::make_unique<btSoftBody>(&world.getWorldInfo());
+    btSoftBody::Material* full = cloth->appendMaterial();  // first: every node takes it
+    full->m_kLST = 1;
+    for (std::size_t i = 0; i < of.points.size(); ++i)
+      cloth->appendNode(in_bullet(of.points[i]), of.pinned[i] ? 0 : btScalar(of.mass[i]));
+    for (const auto& [a, b] : of.links) cloth->appendLink(a, b, full);  // as long as they are now
+    const std::vector<Vec3> x = simulation.positions(), v = simulation.velocities();
+    for (int i = 0; i < cloth->m_nodes.size(); ++i) {
+      btSoftBody::Node& node = cloth->m_nodes[i];
+      node.m_x = node.m_q = in_bullet(x[static_cast<std::size_t>(i)]);
+      node.m_v = in_bullet(v[static_cast<std::size_t>(i)]);
+    }
+    btSoftBody::Config& config = cloth->m_cfg;
+    config.piterations = scene.solver.substeps * scene.solver.iterations;
+    config.viterations = config.diterations = config.citerations = 0;
+    config.collisions = btSoftBody::fCollision::SDF_RS;
+    config.kDP = 0, config.kDF = btScalar(scene.environment.front().friction);
+    cloth->getCollisionShape()->setMargin(btScalar(scene.environment.front().thickness));
+    world.addSoftBody(cloth.get());
+  }
+};
+
+BulletDrape::BulletDrape(const Simulation& simulation) : parts_(std::make_unique<Parts>(simulation)) {}
+
+BulletDrape::~BulletDrape() = default;
+
+void BulletDrape::step() {
+  parts_->time += parts_->dt;
+  for (auto& o : parts_->obstacles)
+    if (!o.motion.empty()) o.body->setWorldTransform(in_bullet(pose_at(o.motion, parts_->time)));
+  parts_->world.stepSimulation(btScalar(parts_->dt), 0);
+}
+
+std::vector<Vec3> BulletDrape::positions() const {
+  std::vector<Vec3> positions;
+  for (int i = 0; i < parts_->cloth->m_nodes.size(); ++i) {
+    const btVector3& x = parts_->cloth->m_nodes[i].m_x;
+    positions.push_back({x.x(), x.y(), x.z()});
+  }
+  return positions;
+}
+
+}  // namespace malha::bench
