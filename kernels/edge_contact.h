@@ -63,11 +63,16 @@ struct FindEdgePairs {
   BoxPath path;
   const Simplex *bodies, *objects;  // of the objects, only what can touch is owned
   const Box<R>* boxes;              // of particles and points
+  ScatteredPoints<R> x;             // of both, where the search starts
+  ScatteredPoints<R> d;             // how far the particles may go
+  R reach;                          // m: farther than this beyond it they do not meet
   int* place;                       // counts to fill in, or places
+  int count, total;                 // of simplices, of places
   Candidate* candidates;
   unsigned char* near;  // of each particle: whether it is in any
 
   KERNEL void operator()(int e) const {
+    if (kLays && place[e] == (e + 1 < count ? place[e + 1] : total)) return;
     const Simplex mine = bodies[e];
     const Box<R> edge[3] = {of_edge(mine, 0), of_edge(mine, 1), of_edge(mine, 2)}, box = around(edge[0], edge[1]);
     int found = 0;
@@ -76,12 +81,13 @@ struct FindEdgePairs {
       if (kLays) to[found] = candidate;
       ++found;
     };
-    path.for_each_in(box, [&](int t) KERNEL_LAMBDA {
+    const Slab<R> slab = slab_of(mine);
+    path.for_each_in(box, slab, [&](int t) KERNEL_LAMBDA {
       const Simplex theirs = objects[t];
       const int* const c = theirs.corner;
       const Box<R> their_edge[3] = {of_edge(theirs, 0), of_edge(theirs, 1), of_edge(theirs, 2)},
                    their_box = around(their_edge[0], their_edge[1]);
-      if (!overlap(box, their_box)) return;
+      if (!overlap(box, their_box) || parted(slab, theirs) || parted(theirs, mine)) return;
       for (int k = 0; k < 3; ++k)
         if (mine.owns_corner(k) && overlap(boxes[mine.corner[k]], their_box)) add({{mine.corner[k], c[0], c[1], c[2]}});
       for (int l = 0; l < 3; ++l) {
@@ -99,6 +105,38 @@ struct FindEdgePairs {
   }
 
  private:
+  /// In which the way of a triangle lies.
+  KERNEL Slab<R> slab_of(const Simplex& s) const {
+    const int* const i = s.corner;
+    const Vector3<R> a = x[i[0]], n = cross(x[i[1]] - a, x[i[2]] - a);
+    R low = R(0), high = R(0);
+    for (int k = 0; k < 3; ++k) {
+      const R along = dot(n, d[i[k]]);
+      low = smaller(low, along), high = larger(high, along);
+    }
+    const R more = R(1.01) * reach * root(dot(n, n));
+    return {a, n, low - more, high + more};
+  }
+  KERNEL bool parted(const Slab<R>& slab, const Simplex& theirs) const {
+    R low = R(INFINITY), high = -R(INFINITY);
+    for (int k = 0; k < 3; ++k) {
+      const R at = dot(slab.n, x[theirs.corner[k]] - slab.at);
+      low = smaller(low, at), high = larger(high, at);
+    }
+    return low > slab.high || high < slab.low;
+  }
+  /// Along the normal of the one at rest.
+  KERNEL bool parted(const Simplex& theirs, const Simplex& mine) const {
+    const int *const c = theirs.corner, *const i = mine.corner;
+    const Vector3<R> a = x[c[0]], n = cross(x[c[1]] - a, x[c[2]] - a);
+    R low = R(INFINITY), high = -R(INFINITY);
+    for (int k = 0; k < 3; ++k) {
+      const R at = dot(n, x[i[k]] - a), along = dot(n, d[i[k]]);
+      low = smaller(low, at + smaller(along, R(0))), high = larger(high, at + larger(along, R(0)));
+    }
+    const R most = R(1.01) * reach * root(dot(n, n));
+    return low > most || high < -most;
+  }
   KERNEL Box<R> of_edge(const Simplex& s, int k) const { return around(boxes[s.from(k)], boxes[s.to(k)]); }
 };
 

@@ -19,9 +19,8 @@ class EdgeCollider {
     for (const EnvironmentMesh& mesh : model.environment) {
       if (!mesh.spec.edges) continue;
       const bool rests = mesh.spec.motion.empty();
-      const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
-        return rests && group[0]->spec.motion.empty();
-      });
+      const auto same = std::find_if(groups.begin(), groups.end(),
+                                     [&](const auto& group) { return rests && group[0]->spec.motion.empty(); });
       if (same == groups.end())
         groups.push_back({&mesh});
       else

@@ -44,7 +44,8 @@ bool meet(const BoundingBox& a, const BoundingBox& b) {
 /// Edges of the one that go through faces of the other; `first`: the first of them, where it is not known.
 std::int64_t count_through(const Surfaces& one, const Surfaces& other, Edge& first) {
   std::vector<BoundingBox> boxes;
-  for (const Triangle& face : other.faces) boxes.push_back(box_of({other.x[face[0]], other.x[face[1]], other.x[face[2]]}));
+  for (const Triangle& face : other.faces)
+    boxes.push_back(box_of({other.x[face[0]], other.x[face[1]], other.x[face[2]]}));
   const BoundingBox all = box_of(other.x);
   const BoxTree tree(std::move(boxes));
   std::int64_t count = 0;
@@ -107,9 +108,9 @@ void refuse_edge_crossings(const Model& model) {
       model, in_order_of_user(model, model.x), 0,
       [&](std::size_t e, std::size_t b, std::int64_t count, const Edge& edge) {
         const auto name = [&](int i) { return particle_name(model, model.look.body_begin[b] + i); };
-        const std::string where = edge[0] < 0 ? "its edges go through body '" + model.scene.bodies[b].name + "'"
-                                              : "the edge from " + name(edge[0]) + " to " + name(edge[1]) +
-                                                    " goes through it";
+        const std::string where = edge[0] < 0
+                                      ? "its edges go through body '" + model.scene.bodies[b].name + "'"
+                                      : "the edge from " + name(edge[0]) + " to " + name(edge[1]) + " goes through it";
         refuse(model.scene.file, "/environment/" + std::to_string(e) + "/edges",
                "an object that a body crosses at the start: " + where + " (" + std::to_string(count) + " crossings)",
                "bodies that start apart from an object whose edges they touch");

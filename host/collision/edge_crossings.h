@@ -1,5 +1,5 @@
-// What of deformable bodies crosses environment objects that name "edges": counted by itself, in double, with nothing of
-// the solver's.
+// What of deformable bodies crosses environment objects that name "edges": counted by itself, in double, with nothing
+// of the solver's.
 #pragma once
 #include <cstdint>
 #include <vector>

@@ -123,8 +123,14 @@ class EdgeGroup {
     ++facts_.held;
     for (; left > 0; left = crossing())
       parallel_for(executor_, particles_,
-                   HoldParticles<R, PlaceLocal<R>>{planes, {particles.p, after_}, contacts_.data(), ends_.sorted(),
-                                                   ends_.begin(), active_.data(), w_.data(), held_.data()},
+                   HoldParticles<R, PlaceLocal<R>>{planes,
+                                                   {particles.p, after_},
+                                                   contacts_.data(),
+                                                   ends_.sorted(),
+                                                   ends_.begin(),
+                                                   active_.data(),
+                                                   w_.data(),
+                                                   held_.data()},
                    kGrain);
     Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));
     return true;
@@ -158,13 +164,14 @@ class EdgeGroup {
   static constexpr int kMoreProjections = 8;
   static constexpr double kLong = 0.01;  // s, as of layers (host/collision/self_collider.h)
   static constexpr int kMoreShares = 2;
-  static constexpr double kWanted = 0.5;   // of the thickness: what is smooth is left to the faces, which keep all of it
+  static constexpr double kWanted = 0.5;  // of the thickness: what is smooth is left to the faces, which keep all of it
   static constexpr double kMargin = 0.25;  // of the thickness: constraints may pull as far past the prediction
-  static constexpr double kSlack = 0.25;   // of the thickness: candidates are found that much further
+  static constexpr double kSlack = 0.12;   // of the thickness: candidates are found that much further
   static constexpr double kAhead = 8;      // and along the motion of so many substeps
-  static constexpr double kRecovery = 0.1;   // a substep
-  static constexpr double kLeastGap = 0.01;  // of the thickness
-  static constexpr R kRounding = R(0.99);    // of a slack: what rounding leaves of it
+  static constexpr R kDiagonal = R(1.7320508075688772);  // of a cube of side 1
+  static constexpr double kRecovery = 0.1;               // a substep
+  static constexpr double kLeastGap = 0.01;              // of the thickness
+  static constexpr R kRounding = R(0.99);                // of a slack: what rounding leaves of it
 
   void store_motion(const Particles<R>& particles) {
     parallel_for(executor_, particles_, MoveLocal<R>{particles.p, after_, x_.points(), moved_.points()}, kGrain);
@@ -193,7 +200,12 @@ class EdgeGroup {
                                            bodies_.data(),
                                            triangles_.data(),
                                            boxes_.data(),
+                                           x_.points(),
+                                           d_then_.points(),
+                                           larger(wanted_, kDiagonal * margin_) + kDiagonal * slack_,
                                            place_.data(),
+                                           n,
+                                           candidates_found_,
                                            candidates_.data(),
                                            near_.data()},
                    kGrain / 8);
@@ -228,12 +240,10 @@ class EdgeGroup {
     const auto many = static_cast<std::size_t>(total);
     contacts_.at_least(many), active_.at_least(many), pushes_.at_least(many);
     int* const ends = ends_of_.at_least(many);
-    parallel_for(
-        executor_, n,
-        LayEdgeContacts<R>{look, rules_.data(), place, n, total, particles_, contacts_.data(), ends}, kGrain);
+    parallel_for(executor_, n,
+                 LayEdgeContacts<R>{look, rules_.data(), place, n, total, particles_, contacts_.data(), ends}, kGrain);
     const int all = running_sum(executor_, ends, total, sums_);
-    parallel_for(executor_, total,
-                 EnterParticles<R>{contacts_.data(), ends, particles_, ends_.items(all)}, kGrain);
+    parallel_for(executor_, total, EnterParticles<R>{contacts_.data(), ends, particles_, ends_.items(all)}, kGrain);
     int bits = 1;
     while ((1 << bits) < particles_) ++bits;
     ends_.sort(executor_, all, bits, particles_);

@@ -163,8 +163,14 @@ class SelfCollider {
     }
     for (; left > 0; left = crossing())
       parallel_for(executor_, count_,
-                   HoldParticles<R>{planes, {particles.p}, contacts_.data(), ends_.sorted(), ends_.begin(),
-                                    active_.data(), particles.w, held_.data()},
+                   HoldParticles<R>{planes,
+                                    {particles.p},
+                                    contacts_.data(),
+                                    ends_.sorted(),
+                                    ends_.begin(),
+                                    active_.data(),
+                                    particles.w,
+                                    held_.data()},
                    kGrain);
     Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));
   }

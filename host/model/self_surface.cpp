@@ -176,8 +176,7 @@ std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>
     tree.for_each_on(turned[p], turned[q], [&, p = p, q = q](int f) {
       const auto& [a, b, c] = faces[f];
       if (tried != nullptr) ++*tried;
-      if (p == a || p == b || p == c || q == a || q == b || q == c || !crosses(x[p], x[q], x[a], x[b], x[c]))
-        return;
+      if (p == a || p == b || p == c || q == a || q == b || q == c || !crosses(x[p], x[q], x[a], x[b], x[c])) return;
       lowest = lowest < 0 ? f : std::min(lowest, f);
       ++count;
     });

@@ -44,8 +44,7 @@ enum class Pass {
 inline constexpr std::array<const char*, 20> kPassNames{
     "pins",           "damping",   "air",        "forces",   "filter",     "correction",  "prediction",
     "levels",         "collision", "projection", "pressure", "long_range", "attachments", "contact",
-    "self_collision", "state",     "visits",     "tearing",  "sleep",
-    "edges"};
+    "self_collision", "state",     "visits",     "tearing",  "sleep",      "edges"};
 
 /// What a person may want to know of a constraint set.
 struct SetFacts {

@@ -356,8 +356,8 @@ class Stepper : public Solver {
   }
 
   void note_collision() {
-    facts_.collision_bytes = (collider_ ? collider_->bytes() : 0) + (self_ ? self_->bytes() : 0) +
-                             (edges_ ? edges_->bytes() : 0);
+    facts_.collision_bytes =
+        (collider_ ? collider_->bytes() : 0) + (self_ ? self_->bytes() : 0) + (edges_ ? edges_->bytes() : 0);
     if (self_) facts_.self = self_->facts();
     if (edges_) facts_.edges = edges_->facts();
     if (collider_) facts_.contact = collider_->facts();
