@@ -101,10 +101,18 @@ struct FindEdgePairs {
     });
     if (!kLays) place[e] = found;
     if (!kLays && found > 0)
-      for (const int i : mine.corner) __atomic_store_n(near + i, static_cast<unsigned char>(1), __ATOMIC_RELAXED);
+      for (const int i : mine.corner) note(near + i);
   }
 
  private:
+  /// Neighbours note the same of a particle that they share.
+  KERNEL static void note(unsigned char* of) {
+#if defined(__CUDA_ARCH__)
+    *static_cast<volatile unsigned char*>(of) = 1;
+#else
+    __atomic_store_n(of, static_cast<unsigned char>(1), __ATOMIC_RELAXED);
+#endif
+  }
   /// In which the way of a triangle lies.
   KERNEL Slab<R> slab_of(const Simplex& s) const {
     const int* const i = s.corner;
