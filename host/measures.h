@@ -15,6 +15,7 @@ struct Measures {
   double speed_max = 0;                            // m/s
   int contacts = 0;                                // that pushed in the last substep
   int self_contacts = 0;                           // of bodies among themselves, that pushed in the last substep
+  int edge_contacts = 0;                           // with edges and corners of the environment, in the last substep
   std::int64_t crossings = 0;                      // of edges with triangles, of bodies that collide; counted apart
   double penetration_max = 0;                      // m below the surface of a solid
   std::int64_t degenerate = 0;                     // constraints without a direction, skipped

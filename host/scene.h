@@ -155,6 +155,7 @@ struct EnvironmentSpec {
   double thickness = 0.005;      // m, > 0: particles are kept this far from the surface
   double friction = 0;           // Coulomb's mu, >= 0
   double restitution = 0;        // [0, 1]
+  bool edges = false;            // whether its edges and corners touch bodies too, beside its faces their particles
   std::vector<Keyframe> motion;  // empty: does not move
 };
 

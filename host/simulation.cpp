@@ -5,6 +5,7 @@
 
 #include "host/base/shown.h"
 #include "host/base/thread_choice.h"
+#include "host/collision/edge_crossings.h"
 #include "host/collision/start_before.h"
 #include "host/collision/start_outside.h"
 #include "host/model/footprint.h"
@@ -119,6 +120,7 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   parts_->times.model_seconds = seconds([&] {
     parts_->model = build_model(scene, parts_->threads);
     start_outside(parts_->model), note_starts_behind(parts_->model);
+    refuse_edge_crossings(parts_->model);
   });
   doing(scene.environment.empty() ? "colouring and laying out" : "colouring and laying out, building trees");
   parts_->times.solver_seconds = seconds([&] { parts_->make_solver_of_model(); });

@@ -97,16 +97,23 @@ struct FindCrossing {
     if (planes.apart(c)) return {};
     crossing[k] = 1;
     for (int j = 0; j < 4; ++j)
-      if (!held[c.i[j]] && w[c.i[j]] > R(0)) return {1.0};
+      if (w[c.i[j]] > R(0) && !held[c.i[j]]) return {1.0};
     return {};
   }
 };
 
-/// Of a crossing pair every particle goes only as far as none of its contacts can be broken by it.
+/// Puts a particle at a place of the frame in which its contacts are.
 template <class R>
+struct PlaceInWorld {
+  Points<R> p;
+  KERNEL void operator()(int i, const Vector3<R>& a) const { p.set(i, a); }
+};
+
+/// Of a crossing pair every particle goes only as far as none of its contacts can be broken by it.
+template <class R, class Place = PlaceInWorld<R>>
 struct HoldParticles {
   PairPlanes<R> planes;
-  Points<R> p;
+  Place place;
   const SelfContact<R>* contacts;
   const Keyed* ends;
   const int* begin;
@@ -131,8 +138,9 @@ struct HoldParticles {
       const R nearing = own < c.first ? -dot(c.n, d) : dot(c.n, d);
       if (nearing > room) part = smaller(part, room > R(0) ? room / nearing : R(0));
     }
-    p.set(i, planes.x0[i] + d * part);
-    planes.moved.set(i, p[i] - planes.x0[i]);
+    const Vector3<R> to = planes.x0[i] + d * part;
+    place(i, to);
+    planes.moved.set(i, to - planes.x0[i]);
     held[i] = 1;
   }
 };

@@ -66,14 +66,18 @@ class SelfCollider {
     parallel_for(executor_, count_, GatherPushes<R>{particles.p, particles.w, ends_.sorted(), begin, pushes}, kGrain);
   }
 
-  /// The end of a substep: nothing crosses, and where it is now is where the next begins. What jams is held back; where
-  /// touches() says that nothing holds the bodies, they keep their momentum all the same.
+  /// The end of a substep: nothing crosses. What jams is held back; where touches() says that nothing holds the bodies,
+  /// they keep their momentum all the same.
   template <class Touches>
   void hold_apart(const Particles<R>& particles, const Touches& touches) {
     const MeanMotion before = has_pins_ ? MeanMotion{} : momentum(particles);
     keep_in_reach(particles);
     hold_crossing(particles);
     if (before.weight > 0) give_back(particles, before, touches);
+  }
+
+  /// Where all is now is where the next substep begins.
+  void settle(const Particles<R>& particles) {
     parallel_for(executor_, count_, CopyPoints<R>{particles.p, x0_.points()});
   }
 
@@ -159,8 +163,14 @@ class SelfCollider {
     }
     for (; left > 0; left = crossing())
       parallel_for(executor_, count_,
-                   HoldParticles<R>{planes, particles.p, contacts_.data(), ends_.sorted(), ends_.begin(),
-                                    active_.data(), particles.w, held_.data()},
+                   HoldParticles<R>{planes,
+                                    {particles.p},
+                                    contacts_.data(),
+                                    ends_.sorted(),
+                                    ends_.begin(),
+                                    active_.data(),
+                                    particles.w,
+                                    held_.data()},
                    kGrain);
     Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));
   }

@@ -8,6 +8,11 @@
 
 namespace malha {
 
+bool names_edges(const Scene& scene) {
+  return std::any_of(scene.environment.begin(), scene.environment.end(),
+                     [](const EnvironmentSpec& object) { return object.edges; });
+}
+
 void check_expectations(const Scene& scene, bool tetrahedra) {
   const auto needs = [&scene](bool asked, bool there, const std::string& key, const std::string& what) {
     if (asked && !there) refuse(scene.file, "/expect/" + key, "an expectation about " + what, "one where there is any");
@@ -25,8 +30,8 @@ void check_expectations(const Scene& scene, bool tetrahedra) {
   needs(expect.volume_ratio.has_value(), pressure || tetrahedra, "volume_ratio",
         "volume in a scene without pressure and without tetrahedra");
   needs(bool(expect.inverted_tetrahedra), tetrahedra, "inverted_tetrahedra", "tetrahedra in a scene without any");
-  needs(bool(expect.max_crossings), scene.self_collision.has_value(), "max_crossings",
-        "crossings in a scene without self_collision");
+  needs(bool(expect.max_crossings), scene.self_collision.has_value() || names_edges(scene), "max_crossings",
+        "crossings in a scene without self_collision and without objects that name \"edges\"");
   needs(bool(expect.max_penetration), inside, "max_penetration",
         "penetration in a scene without solids or one-sided sheets");
 }

@@ -4,6 +4,9 @@
 
 namespace malha {
 
+/// Whether an object of the environment names "edges".
+bool names_edges(const Scene& scene);
+
 /// An expectation about something that the scene does not have would always be met. `tetrahedra`: its meshes have any.
 /// Throws InputError.
 void check_expectations(const Scene& scene, bool tetrahedra);

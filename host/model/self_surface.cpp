@@ -53,11 +53,9 @@ void add_simplices(const Mesh& mesh, SelfSurface& surface) {
   surface.simplices.insert(surface.simplices.end(), own.begin(), own.end());
 }
 
-}  // namespace
-
-SelfSurface self_surface(const Model& model) {
+/// Of the bodies of these names, or, without any, of all.
+SelfSurface surface_of(const Model& model, const std::vector<std::string>& named) {
   const Appearance& look = model.look;
-  const std::vector<std::string>& named = model.scene.self_collision->bodies;
   SelfSurface surface;
   std::vector<int> solver_of(model.user_of.size());
   for (std::size_t i = 0; i < solver_of.size(); ++i) solver_of[model.user_of[i]] = static_cast<int>(i);
@@ -78,6 +76,11 @@ SelfSurface self_surface(const Model& model) {
   return surface;
 }
 
+}  // namespace
+
+SelfSurface self_surface(const Model& model) { return surface_of(model, model.scene.self_collision->bodies); }
+SelfSurface bodies_surface(const Model& model) { return surface_of(model, {}); }
+
 namespace {
 
 /// Sign of the volume that d - a, c - a and b - a span: 0 where rounding could have made it.
@@ -93,14 +96,13 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   return volume > rounding ? 1 : volume < -rounding ? -1 : 0;
 }
 
-bool crosses(const std::vector<Vec3>& x, const Edge& edge, const Triangle& t) {
-  const Vec3 &p = x[edge[0]], &q = x[edge[1]], &a = x[t[0]], &b = x[t[1]], &c = x[t[2]];
+}  // namespace
+
+bool crosses(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
   if (orientation(a, b, c, p) * orientation(a, b, c, q) >= 0) return false;
   const int side = orientation(p, q, a, b);
   return side != 0 && orientation(p, q, b, c) == side && orientation(p, q, c, a) == side;
 }
-
-}  // namespace
 
 namespace {
 
@@ -174,7 +176,7 @@ std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>
     tree.for_each_on(turned[p], turned[q], [&, p = p, q = q](int f) {
       const auto& [a, b, c] = faces[f];
       if (tried != nullptr) ++*tried;
-      if (p == a || p == b || p == c || q == a || q == b || q == c || !crosses(x, {p, q}, {a, b, c})) return;
+      if (p == a || p == b || p == c || q == a || q == b || q == c || !crosses(x[p], x[q], x[a], x[b], x[c])) return;
       lowest = lowest < 0 ? f : std::min(lowest, f);
       ++count;
     });

@@ -16,8 +16,10 @@ struct SelfSurface {
   int particles = 0, edges = 0, triangles = 0;
 };
 
-/// Quads as triangles(mesh) splits them. The scene has self_collision.
+/// Quads as triangles(mesh) splits them. Of the bodies that self_collision names, in a scene that has it.
 SelfSurface self_surface(const Model& model);
+/// The same of all bodies.
+SelfSurface bodies_surface(const Model& model);
 
 /// An edge that goes through a triangle, solver's numbers.
 struct CrossingPair {
@@ -29,6 +31,9 @@ struct CrossingPair {
 /// any. `tried` grows by the triangles whose boxes edges touch.
 std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, CrossingPair* first = nullptr,
                              std::int64_t* tried = nullptr);
+
+/// Whether the segment from p to q properly crosses the triangle; where rounding could have made it, it does not.
+bool crosses(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c);
 
 /// How many pairs of particles and triangles, and of edges, the solver's search would find, from a sample of the boxes:
 /// within its reach of twice the thickness, and within the thickness. Those that share a particle are counted too.

@@ -140,6 +140,13 @@ std::size_t pinned_at_start(const Model& model) {
   return pinned;
 }
 
+void list_edges(std::ostream& out, const SolverFacts& facts) {
+  if (const auto& edges = facts.edges)
+    out << "edges: " << edges->edges << " edges and " << edges->corners
+        << " corners of the environment can touch, beside its faces; " << bytes(static_cast<double>(edges->bytes))
+        << ", and what pairs take\n";
+}
+
 /// Every pass that exists in this scene, in its order, with its launches a step.
 void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts) {
   const SolverSpec& solver = model.scene.solver;
@@ -172,6 +179,8 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   if (facts.self)
     out << "  self-collision: " << counted(18 * substeps + 4 * projections, "launch", "launches")
         << ", and 19 in a substep that looks for pairs anew\n";
+  if (facts.edges)
+    out << "  edges: at least " << counted(10 * substeps, "launch", "launches") << ", and more where pairs are near\n";
   line("state", facts.fused ? 0 : substeps);
   line("tearing", tears(model.scene) ? 1 : 0);
   line("sleep", model.scene.sleep ? 1 : 0);  // asleep, a step is none of all these
@@ -227,6 +236,7 @@ std::string plan(const Simulation& simulation) {
   list_levels(out, model, facts);
   list_springs(out, model, facts);
   list_self_collision(out, scene, facts);
+  list_edges(out, facts);
   out << "passes of a step:\n";
   list_passes(out, model, facts);
   list_memory(out, model, facts);

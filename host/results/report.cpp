@@ -131,7 +131,7 @@ Json precision_of_positions(const Model& model, const std::vector<Vec3>& x) {
   return json;
 }
 
-Json measured(const Measures& m, bool self_collision) {
+Json measured(const Measures& m, bool self_collision, bool edges) {
   Json json;
   if (m.has_strain) json["strain_rms"] = m.strain_rms, json["strain_max"] = m.strain_max;
   json["momentum_kg_m_per_s"] = m.momentum;
@@ -143,7 +143,9 @@ Json measured(const Measures& m, bool self_collision) {
   json["speed_max_m_per_s"] = m.speed_max;
   json["contacts"] = m.contacts;
   json["penetration_max_m"] = m.penetration_max;
-  if (self_collision) json["self_contacts"] = m.self_contacts, json["crossings"] = m.crossings;
+  if (self_collision) json["self_contacts"] = m.self_contacts;
+  if (edges) json["edge_contacts"] = m.edge_contacts;
+  if (self_collision || edges) json["crossings"] = m.crossings;
   json["degenerate_constraints_skipped"] = m.degenerate;
   if (!m.volume_ratios.empty()) json["volume_ratios"] = m.volume_ratios;
   if (m.has_tetrahedra) json["inverted_tetrahedra"] = m.inverted_tetrahedra;
@@ -241,6 +243,15 @@ std::string report_json(const std::string& status, const std::vector<std::string
                               {"triangles", self->triangles},
                               {"substeps_with_a_search", self->searches},
                               {"substeps_held_apart", self->held}};
+  if (const auto& edges = facts.edges)
+    json["environment_edges"] = {{"edges", edges->edges},
+                                 {"corners", edges->corners},
+                                 {"candidates", edges->candidates},
+                                 {"pairs", edges->pairs},
+                                 {"bytes", edges->bytes},
+                                 {"substeps_with_a_search", edges->searches},
+                                 {"substeps_looked_at_twice", edges->laid_again},
+                                 {"substeps_held_apart", edges->held}};
   json["zero_area_faces_dropped"] = model.zero_area_faces;
   json["setup_s"] = by_name(setup_parts(model, facts));
   // Sums over some of them: everything before the solver, and the constraints' share of colour and layout.
@@ -258,7 +269,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
     const std::vector<Vec3> x = solver.positions();
     if (const std::string coarse = coarse_resolution(model, x); !coarse.empty()) json["notes"].push_back(coarse);
     json["resolution"] = precision_of_positions(model, x);
-    json["state"] = measured(solver.measure(), scene.self_collision.has_value());
+    json["state"] = measured(solver.measure(), scene.self_collision.has_value(), facts.edges.has_value());
     if (const auto sleep = solver.sleep()) {
       json["sleep"] = {{"particles", sleep->particles}};
       if (sleep->particles > 0) json["sleep"]["since_s"] = sleep->since;

@@ -54,9 +54,11 @@ std::string summary(const Simulation& simulation) {
     text += "asleep      " + (sleep->particles > 0 ? "since " + shown(sleep->since) + " s" : std::string("no")) + "\n";
   if (!model.environment.empty())
     text += "contacts    " + std::to_string(m.contacts) + ", penetration " + brief(m.penetration_max) + " m max\n";
-  if (model.scene.self_collision)
-    text += "crossings   " + std::to_string(m.crossings) + ", " + counted(m.self_contacts, "contact") +
-            " between bodies or layers\n";
+  const bool edges = simulation.solver().facts().edges.has_value(), self = model.scene.self_collision.has_value();
+  if (edges || self) text += "crossings   " + std::to_string(m.crossings);
+  if (self) text += ", " + counted(m.self_contacts, "contact") + " between bodies or layers";
+  if (edges) text += ", " + counted(m.edge_contacts, "contact") + " with edges and corners";
+  if (edges || self) text += "\n";
   if (const std::string coarse = coarse_resolution(model, simulation.positions()); !coarse.empty())
     text += "resolution  " + coarse + "\n";
   if (model.zero_area_faces > 0) text += "left out    " + counted(model.zero_area_faces, "face") + " without area\n";

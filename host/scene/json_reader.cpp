@@ -145,6 +145,11 @@ std::string JsonReader::text() const {
   return t;
 }
 
+bool JsonReader::boolean() const {
+  if (value_->type != JsonValue::Type::Boolean) refuse_value("true or false");
+  return value_->boolean;
+}
+
 std::string JsonReader::word(const std::string& what, const std::vector<std::string>& allowed) const {
   const std::string found = value_->type == JsonValue::Type::Text ? value_->text : "";
   if (std::find(allowed.begin(), allowed.end(), found) != allowed.end()) return found;

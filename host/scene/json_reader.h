@@ -48,6 +48,7 @@ class JsonReader {
   /// The value of a key that the object must have, ahead of object(): where it decides what other keys are allowed.
   JsonReader at(const std::string& key) const;
 
+  bool boolean() const;
   double number(const Range& range) const;
   int integer(int min, int max) const;
   std::string text() const;  // not empty, one line

@@ -47,6 +47,7 @@ EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder
       {"thickness", [&](const JsonReader& v) { object.thickness = v.number(above(0, "m")); }},
       {"friction", [&](const JsonReader& v) { object.friction = v.number(at_least(0, "")); }},
       {"restitution", [&](const JsonReader& v) { object.restitution = v.number(between(0, 1, "")); }},
+      {"edges", [&](const JsonReader& v) { object.edges = v.boolean(); }},
       {"motion", [&](const JsonReader& v) { object.motion = read_motion(v); }},
   });
   if (at.has("start_inside") && object.sides != Sides::Solid)

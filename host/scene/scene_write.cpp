@@ -120,6 +120,7 @@ Json write(const EnvironmentSpec& e) {
   json["thickness"] = e.thickness;
   json["friction"] = e.friction;
   json["restitution"] = e.restitution;
+  if (e.edges) json["edges"] = true;
   json["motion"] = write(e.motion);
   return json;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/collision/contact_facts.h"
+#include "host/collision/edge_facts.h"
 #include "host/collision/self_facts.h"
 #include "host/filter/filter_facts.h"
 #include "host/measures.h"
@@ -37,12 +38,13 @@ enum class Pass {
   State,
   Visits,
   Tearing,
-  Sleep
+  Sleep,
+  Edges
 };
-inline constexpr std::array<const char*, 19> kPassNames{
+inline constexpr std::array<const char*, 20> kPassNames{
     "pins",           "damping",   "air",        "forces",   "filter",     "correction",  "prediction",
     "levels",         "collision", "projection", "pressure", "long_range", "attachments", "contact",
-    "self_collision", "state",     "visits",     "tearing",  "sleep"};
+    "self_collision", "state",     "visits",     "tearing",  "sleep",      "edges"};
 
 /// What a person may want to know of a constraint set.
 struct SetFacts {
@@ -81,6 +83,7 @@ struct SolverFacts {
   std::optional<FilterFacts> filter;                     // Desbrun's
   std::optional<SelfFacts> self;                         // of self-collision
   std::optional<ContactFacts> contact;                   // with the environment
+  std::optional<EdgeFacts> edges;                        // with its edges and corners
   int free_bodies = 0;                                   // of Desbrun's, whose momentum is corrected
   bool corrects = false;                                 // their angular momentum too
   std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths

@@ -24,7 +24,7 @@ struct State {
   std::vector<std::array<R, 3>> x, v;
   std::vector<LastSeen> seen{};           // empty without environment
   std::vector<std::int64_t> rest{};       // of sleep, empty without
-  std::vector<std::array<R, 3>> apart{};  // positions without crossings; empty without self-collision
+  std::vector<std::array<R, 3>> apart{};  // positions without crossings; empty where no edges meet edges
 };
 
 /// Of the first step, at rest at these places (m).
@@ -132,7 +132,10 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
 template <class R>
 State<R> carried(const State<R>& before, const std::vector<int>& from) {
   State<R> state{before.steps, {}, {}, {}, before.rest, {}};
-  for (const int i : from) state.x.push_back(before.x[i]), state.v.push_back(before.v[i]);
+  for (const int i : from) {
+    state.x.push_back(before.x[i]), state.v.push_back(before.v[i]);
+    if (!before.apart.empty()) state.apart.push_back(before.apart[i]);  // a split leaves all in its place
+  }
   for (std::size_t mesh = 0; mesh < before.seen.size(); mesh += before.x.size())
     for (const int i : from) state.seen.push_back(before.seen[mesh + i]);
   return state;

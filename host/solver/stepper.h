@@ -9,8 +9,11 @@
 #include "host/base/point_array.h"
 #include "host/base/stopwatch.h"
 #include "host/collision/collider.h"
+#include "host/collision/edge_collider.h"
+#include "host/collision/edge_crossings.h"
 #include "host/collision/self_collider.h"
 #include "host/error.h"
+#include "host/model/asked.h"
 #include "host/solver/air.h"
 #include "host/solver/attachments.h"
 #include "host/solver/damping.h"
@@ -58,6 +61,7 @@ class Stepper : public Solver {
     if (collider_) all.seen = collider_->memory();
     if (sleeper_) all.rest = sleeper_->memory();
     if (self_) all.apart = self_->memory();
+    if (edges_) all.apart = edges_->memory();  // the same places
     return save_state(all);
   }
   void restore(const std::string& bytes, const std::string& file) final {
@@ -70,6 +74,7 @@ class Stepper : public Solver {
     if (collider_) collider_->remember(saved.seen);
     if (sleeper_) sleeper_->remember(saved.rest);
     if (self_) self_->remember(saved.apart);
+    if (edges_) edges_->remember(saved.apart);
     guard_.restart(particles(), x_.download());
   }
   void adopt(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
@@ -122,6 +127,7 @@ class Stepper : public Solver {
       m.self_contacts = self_->contacts();
       m.crossings = count_crossings(self_->surface(), x);
     }
+    if (edges_) m.edge_contacts = edges_->contacts(), m.crossings += count_edge_crossings(model_, x, time());
     return m;
   }
 
@@ -144,6 +150,7 @@ class Stepper : public Solver {
     if (tears(model.scene)) breakable_.emplace(executor, breakable(model));
     if (!model.attached.empty()) attachments_.emplace(executor, model);
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
+    if (names_edges(model.scene)) facts_.collision_seconds += seconds([&] { edges_.emplace(executor, model); });
     if (model.scene.self_collision) facts_.collision_seconds += seconds([&] { self_.emplace(executor, model); });
     note_facts();
   }
@@ -200,6 +207,7 @@ class Stepper : public Solver {
     if (predicts_the_state()) return;
     if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h); });
     if (self_) timed(Pass::SelfCollision, [&] { self_->find(all); });
+    if (edges_) timed(Pass::Edges, [&] { edges_->find(all, start, start + h); });
     correct(all);
     for (auto& pressure : pressures_) pressure.start_substep();
     if (!model_.sets.empty() || !nothing_between())
@@ -208,9 +216,7 @@ class Stepper : public Solver {
         if (enough()) break;
       }
     if (collider_) timed(Pass::Collision, [&] { collider_->hold_back(all); });
-    if (self_)
-      timed(Pass::SelfCollision,
-            [&] { self_->hold_apart(all, [&] { return collider_ && collider_->contacts() > 0; }); });
+    hold_apart(all);
     timed(Pass::State, [&] {
       const int lost = parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)}).index;
       if (lost != FirstIndex{}.index) refuse_lost(model_.user_of[lost]);
@@ -220,6 +226,19 @@ class Stepper : public Solver {
         const Vec3& g = scene.gravity;
         collider_->restitute(all, 2 * h * std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]), h);
       });
+  }
+
+  /// No surface crosses another: what stops one may press it into another.
+  void hold_apart(const Particles<R>& all) {
+    const auto touches = [&] { return collider_ && (collider_->contacts() > 0 || (edges_ && edges_->contacts() > 0)); };
+    for (int round = 0; round < kRounds; ++round) {
+      if (self_) timed(Pass::SelfCollision, [&] { self_->hold_apart(all, touches); });
+      bool moved = false;
+      if (edges_) timed(Pass::Edges, [&] { moved = edges_->hold_apart(all, round == 0); });
+      if (!moved || !self_) break;
+    }
+    if (self_) timed(Pass::SelfCollision, [&] { self_->settle(all); });
+    if (edges_) timed(Pass::Edges, [&] { edges_->settle(all); });
   }
 
   int pins_let_go() const { return moved_ ? moved_->released() : 0; }
@@ -284,7 +303,7 @@ class Stepper : public Solver {
 
   State<R> load(const std::string& bytes, std::size_t particles, const std::string& file) const {
     const StateSizes sizes{particles, model_.environment.size() * particles, sleeper_ ? std::size_t(2) : 0,
-                           self_ ? particles : 0};
+                           self_ || edges_ ? particles : 0};
     return load_state<R>(bytes, sizes, collider_ ? collider_->triangles() : std::vector<int>{}, file);
   }
 
@@ -305,6 +324,7 @@ class Stepper : public Solver {
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
     if (attachments_) timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, fresh); });
     if (self_) timed(Pass::SelfCollision, [&] { self_->resolve(all); });
+    if (edges_) timed(Pass::Edges, [&] { edges_->resolve(all); });
     if (collider_) timed(Pass::Contact, [&] { collider_->resolve(all); });
   }
 
@@ -336,10 +356,14 @@ class Stepper : public Solver {
   }
 
   void note_collision() {
-    facts_.collision_bytes = (collider_ ? collider_->bytes() : 0) + (self_ ? self_->bytes() : 0);
+    facts_.collision_bytes =
+        (collider_ ? collider_->bytes() : 0) + (self_ ? self_->bytes() : 0) + (edges_ ? edges_->bytes() : 0);
     if (self_) facts_.self = self_->facts();
+    if (edges_) facts_.edges = edges_->facts();
     if (collider_) facts_.contact = collider_->facts();
   }
+
+  static constexpr int kRounds = 8;  // of what holds bodies apart from each other and from edges, in turns
 
   Array<Executor, R> w_;
   std::vector<Pressure<Executor, R>> pressures_;
@@ -352,6 +376,7 @@ class Stepper : public Solver {
   Part<Air<Executor, R>, built("air")> air_;
   Part<Sleeper<Executor, R>, built("sleep")> sleeper_;
   Part<SelfCollider<Executor, R>, built("self_collision")> self_;
+  Part<EdgeCollider<Executor, R>, built("environment")> edges_;
   std::array<double, kPassNames.size()> seconds_{};
 };
 

@@ -1,0 +1,279 @@
+// Deformable bodies against edges and corners of environment objects that move together: pairs, their projection, and
+// the guarantee that nothing crosses, all in the objects' frame, where only particles move.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "host/base/point_array.h"
+#include "host/collision/edge_facts.h"
+#include "host/collision/edge_surface.h"
+#include "host/collision/pose.h"
+#include "host/collision/sorter.h"
+#include "kernels/edge_contact.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class EdgeGroup {
+ public:
+  /// `bodies`: simplices of the deformable bodies.
+  EdgeGroup(const Executor& executor, const Model& model, const std::vector<Simplex>& bodies,
+            const std::vector<const EnvironmentMesh*>& objects)
+      : executor_(executor), particles_(model.count()), bodies_(bodies), motion_(objects[0]->spec.motion) {
+    EdgeSurface surface = edge_surface(objects);
+    centre_ = {surface.centre[0], surface.centre[1], surface.centre[2]};
+    facts_.edges = surface.edges, facts_.corners = surface.corners;
+    std::vector<EdgeRules<R>> rules;
+    double widest = 0;
+    for (const EnvironmentMesh* object : objects) {
+      rules.push_back({R(kWanted * object->spec.thickness), R(object->spec.friction)});
+      widest = std::max(widest, object->spec.thickness);
+    }
+    rules_ = Array<Executor, EdgeRules<R>>(rules);
+    wanted_ = R(kWanted * widest), margin_ = R(kMargin * widest), slack_ = R(kSlack * widest);
+    least_ = R(kLeastGap * widest);
+    if (model.scene.solver.dt / model.scene.solver.substeps > kLong) more_shares_ = kMoreShares;
+    path_ = Array<Executor, BoxNode>(surface.path);
+    for (Simplex& t : surface.triangles)
+      for (int& corner : t.corner) corner += particles_;
+    triangles_ = Array<Executor, Simplex>(surface.triangles);
+
+    const std::size_t n = static_cast<std::size_t>(particles_), all = n + surface.points.size();
+    std::vector<Vec3> places(n, Vec3{});
+    places.insert(places.end(), surface.points.begin(), surface.points.end());
+    std::vector<int> object(n, 0);
+    for (const int o : surface.object) object.push_back(1 + o);
+    std::vector<Box<R>> boxes(all, Box<R>{});
+    for (std::size_t i = n; i < all; ++i) {
+      const Vec4<R> at{R(places[i][0]), R(places[i][1]), R(places[i][2]), 0};
+      boxes[i] = {at, at};
+    }
+    x_ = Points4(places), d_ = Points4(all), moved_ = Points4(all), x_then_ = Points4(n), d_then_ = Points4(n);
+    object_ = Array<Executor, int>(object), boxes_ = Array<Executor, Box<R>>(boxes);
+    w_ = Array<Executor, R>(all, R(0));
+    held_ = Array<Executor, unsigned char>(n, 0), near_ = Array<Executor, unsigned char>(n, 0);
+    place_ = Array<Executor, int>(bodies.size(), 0);
+  }
+
+  /// Lays the contacts for x0 -> p, x0 the last positions in which nothing crossed; from `start` to `end` (s).
+  void find(const Particles<R>& particles, const ScatteredPoints<R>& x0, double start, double end) {
+    const ObjectFrame before{pose_at(motion_, start), centre_};
+    after_ = {pose_at(motion_, end), centre_};
+    Memory<Executor>::copy_in(particles.w, static_cast<std::size_t>(particles_), w_.data());
+    parallel_for(executor_, particles_, StartLocal<R>{x0, before, x_.points()});
+    lay(particles);
+    pushed_ = -1;
+  }
+
+  /// One projection of all contacts.
+  void resolve(const Particles<R>& particles) {
+    if (contacts_found_ == 0) return;
+    store_motion(particles);
+    const ScatteredPoints<R> moved = moved_.points();
+    Push<R>* const pushes = pushes_.data();
+    const int* const begin = ends_.begin();
+    const auto split = [&] {
+      parallel_for(executor_, particles_, SplitMasses<R>{w_.data(), ends_.sorted(), begin, pushes, moved}, kGrain);
+    };
+    parallel_for(executor_, contacts_found_, AskContacts<R>{moved, contacts_.data(), w_.data(), pushes}, kGrain);
+    split();
+    for (int more = 0; more < more_shares_; ++more) {
+      parallel_for(executor_, contacts_found_, AskAgain<R>{moved, contacts_.data(), pushes}, kGrain);
+      split();
+    }
+    parallel_for(executor_, contacts_found_,
+                 PushFromEdges<R>{{moved, contacts_.data(), R(0), pushes}, rules_.data(), object_.data()}, kGrain);
+    parallel_for(executor_, particles_,
+                 GatherFromEdges<R>{particles.p, w_.data(), ends_.sorted(), begin, pushes, after_}, kGrain);
+  }
+
+  /// Puts apart what would cross at the end of the substep: pushed if that is enough (and `pushes`), held otherwise.
+  /// Returns whether anything moved.
+  bool hold_apart(const Particles<R>& particles, bool pushes) {
+    store_motion(particles);
+    const auto out_of_reach = [&] {
+      const CountOutOfReach<R> count{x_.points(),      moved_.points(), d_.points(), x_then_.points(),
+                                     d_then_.points(), margin_,         slack_,      near_.data()};
+      return parallel_reduce<Sum>(executor_, particles_, count).value > 0;
+    };
+    if (out_of_reach()) {
+      pushed_ = contacts();
+      lay(particles);
+      ++facts_.laid_again;
+    }
+    if (contacts_found_ == 0) return false;
+    const PairPlanes<R> planes{x_.points(), moved_.points(), least_};
+    const auto crossing = [&] {
+      const FindCrossing<R> find{planes, contacts_.data(), held_.data(), w_.data(), active_.data()};
+      return parallel_reduce<Sum>(executor_, contacts_found_, find, kGrain).value;
+    };
+    double left = crossing();
+    if (!(left > 0)) return false;
+    for (int more = 0; pushes && left > 0 && more < kMoreProjections; ++more) {
+      resolve(particles);
+      store_motion(particles);
+      if (out_of_reach()) {
+        pushed_ = pushed_ < 0 ? contacts() : pushed_;
+        lay(particles);
+      }
+      left = crossing();
+    }
+    if (!(left > 0)) return true;
+    ++facts_.held;
+    for (; left > 0; left = crossing())
+      parallel_for(executor_, particles_,
+                   HoldParticles<R, PlaceLocal<R>>{planes,
+                                                   {particles.p, after_},
+                                                   contacts_.data(),
+                                                   ends_.sorted(),
+                                                   ends_.begin(),
+                                                   active_.data(),
+                                                   w_.data(),
+                                                   held_.data()},
+                   kGrain);
+    Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));
+    return true;
+  }
+
+  /// Contacts that pushed in the last substep.
+  int contacts() const {
+    if (pushed_ >= 0) return pushed_;
+    return static_cast<int>(parallel_reduce<Sum>(executor_, contacts_found_, CountPushing<R>{contacts_.data()}).value);
+  }
+
+  /// What is known of candidates holds no more.
+  void forget() { searched_ = false; }
+
+  EdgeFacts facts() const {
+    EdgeFacts facts = facts_;
+    facts.candidates = candidates_found_, facts.pairs = contacts_found_;
+    return facts;
+  }
+  std::size_t bytes() const {
+    return path_.bytes() + triangles_.bytes() + rules_.bytes() + x_.bytes() + d_.bytes() + moved_.bytes() +
+           x_then_.bytes() + d_then_.bytes() + object_.bytes() + boxes_.bytes() + w_.bytes() + held_.bytes() +
+           near_.bytes() + place_.bytes() + bodies_.bytes() + sums_.bytes() + meets_.bytes() + ends_of_.bytes() +
+           candidates_.bytes() + contacts_.bytes() + active_.bytes() + pushes_.bytes() + ends_.bytes();
+  }
+
+ private:
+  using Points4 = ScatteredArray<Executor, R>;
+
+  static constexpr int kGrain = 2048;
+  static constexpr int kMoreProjections = 8;
+  static constexpr double kLong = 0.01;  // s, as of layers (host/collision/self_collider.h)
+  static constexpr int kMoreShares = 2;
+  static constexpr double kWanted = 0.5;  // of the thickness: what is smooth is left to the faces, which keep all of it
+  static constexpr double kMargin = 0.25;  // of the thickness: constraints may pull as far past the prediction
+  static constexpr double kSlack = 0.12;   // of the thickness: candidates are found that much further
+  static constexpr double kAhead = 8;      // and along the motion of so many substeps
+  static constexpr R kDiagonal = R(1.7320508075688772);  // of a cube of side 1
+  static constexpr double kRecovery = 0.1;               // a substep
+  static constexpr double kLeastGap = 0.01;              // of the thickness
+  static constexpr R kRounding = R(0.99);                // of a slack: what rounding leaves of it
+
+  void store_motion(const Particles<R>& particles) {
+    parallel_for(executor_, particles_, MoveLocal<R>{particles.p, after_, x_.points(), moved_.points()}, kGrain);
+  }
+
+  void lay(const Particles<R>& particles) {
+    store_motion(particles);
+    const Vector3<R> none{R(0), R(0), R(0)};
+    const OwnMotion<R> own{moved_.points(),  x_.points(),      none, d_.points(),
+                           x_then_.points(), d_then_.points(), none, kRounding * slack_};
+    const double left = parallel_reduce<Sum>(executor_, particles_, own).value;
+    if (!searched_ || left > 0) search();
+    lay_contacts();
+  }
+
+  /// Finds candidates that last for some substeps of the present motion.
+  void search() {
+    parallel_for(executor_, particles_,
+                 StartSearch<R>{x_.points(), d_.points(), x_then_.points(), d_then_.points(), R(kAhead)});
+    box_particles(x_then_.points(), d_then_.points(), larger(wanted_, margin_) + slack_);
+    Memory<Executor>::fill(near_.data(), near_.size(), static_cast<unsigned char>(0));
+    const int n = static_cast<int>(bodies_.size());
+    const auto launch = [&]<bool kLays>() {
+      parallel_for(executor_, n,
+                   FindEdgePairs<R, kLays>{{path_.data(), static_cast<int>(path_.size())},
+                                           bodies_.data(),
+                                           triangles_.data(),
+                                           boxes_.data(),
+                                           x_.points(),
+                                           d_then_.points(),
+                                           larger(wanted_, kDiagonal * margin_) + kDiagonal * slack_,
+                                           place_.data(),
+                                           n,
+                                           candidates_found_,
+                                           candidates_.data(),
+                                           near_.data()},
+                   kGrain / 8);
+    };
+    launch.template operator()<false>();
+    candidates_found_ = running_sum(executor_, place_.data(), n, sums_);
+    candidates_.at_least(static_cast<std::size_t>(candidates_found_));
+    if (candidates_found_ > 0) launch.template operator()<true>();
+    searched_ = true, ++facts_.searches;
+  }
+
+  void box_particles(const ScatteredPoints<R>& x, const ScatteredPoints<R>& d, R margin) {
+    parallel_for(executor_, particles_, BoxParticles<R>{{x, d, {R(0), R(0), R(0)}, margin, boxes_.data()}});
+  }
+
+  void lay_contacts() {
+    const int n = candidates_found_;
+    contacts_found_ = 0;
+    if (n == 0) return;
+    box_particles(x_.points(), d_.points(), larger(wanted_, margin_));
+    // Of the two sides, one has a margin.
+    const LookAtCandidate<R> look{candidates_.data(),
+                                  {x_.points(), d_.points(), {}, R(0.5) * margin_, boxes_.data()},
+                                  x_.points(),
+                                  object_.data(),
+                                  {wanted_, R(kRecovery)}};
+    int* const place = meets_.at_least(static_cast<std::size_t>(n));
+    parallel_for(executor_, n, CountMeetings<R>{look, place}, kGrain);
+    const int total = running_sum(executor_, place, n, sums_);
+    contacts_found_ = total;
+    if (total == 0) return;
+    const auto many = static_cast<std::size_t>(total);
+    contacts_.at_least(many), active_.at_least(many), pushes_.at_least(many);
+    int* const ends = ends_of_.at_least(many);
+    parallel_for(executor_, n,
+                 LayEdgeContacts<R>{look, rules_.data(), place, n, total, particles_, contacts_.data(), ends}, kGrain);
+    const int all = running_sum(executor_, ends, total, sums_);
+    parallel_for(executor_, total, EnterParticles<R>{contacts_.data(), ends, particles_, ends_.items(all)}, kGrain);
+    int bits = 1;
+    while ((1 << bits) < particles_) ++bits;
+    ends_.sort(executor_, all, bits, particles_);
+  }
+
+  Executor executor_;
+  int particles_;
+  Array<Executor, Simplex> bodies_;
+  std::vector<Keyframe> motion_;
+  Vector3<double> centre_{};
+  ObjectFrame after_{};
+  R wanted_ = 0, margin_ = 0, slack_ = 0, least_ = 0;
+  bool searched_ = false;
+  int candidates_found_ = 0, contacts_found_ = 0, more_shares_ = 0;
+  int pushed_ = -1;  // contacts that did, where others were laid since
+  EdgeFacts facts_;
+  Array<Executor, BoxNode> path_;
+  Array<Executor, Simplex> triangles_;
+  Array<Executor, EdgeRules<R>> rules_;
+  Points4 x_, d_, moved_, x_then_, d_then_;  // of particles; the first three of points too
+  Array<Executor, int> object_, place_;
+  Array<Executor, Box<R>> boxes_;
+  Array<Executor, R> w_;
+  Array<Executor, unsigned char> held_, near_;
+  Growing<Executor, int> sums_, meets_, ends_of_;
+  Growing<Executor, Candidate> candidates_;
+  Growing<Executor, SelfContact<R>> contacts_;
+  Growing<Executor, unsigned char> active_;
+  Growing<Executor, Push<R>> pushes_;
+  Sorter<Executor> ends_;
+};
+
+}  // namespace malha

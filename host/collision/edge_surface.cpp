@@ -1,0 +1,178 @@
+#include "host/collision/edge_surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/mesh/topology.h"
+#include "host/mesh/vectors.h"
+
+namespace malha {
+
+namespace {
+
+/// An edge of a triangle: its ends, and whose it is.
+struct Side {
+  int low, high, triangle, k;
+};
+
+/// Of the height of the one triangle over the plane of the other: below it they count as flat.
+constexpr double kFlat = 1e-7;
+
+class Features {
+ public:
+  Features(const Mesh& mesh, Sides sides, int first, EdgeSurface& to) : mesh_(mesh), sides_(sides), to_(to) {
+    begin_ = to.triangles.size();
+    for (const Triangle& t : triangles(mesh)) to.triangles.push_back({{t[0], t[1], t[2]}, 1 << 6});
+    sharp_.assign(mesh.points.size(), 0), rim_.assign(mesh.points.size(), 0);
+    own_edges();
+    own_corners();
+    for (std::size_t t = begin_; t < to.triangles.size(); ++t)
+      for (int& corner : to.triangles[t].corner) corner += first;
+  }
+
+ private:
+  void own_edges() {
+    std::vector<Side> sides;
+    for (std::size_t t = begin_; t < to_.triangles.size(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        const Simplex& e = to_.triangles[t];
+        const auto [low, high] = std::minmax({e.from(k), e.to(k)});
+        sides.push_back({low, high, static_cast<int>(t), k});
+      }
+    std::stable_sort(sides.begin(), sides.end(),
+                     [](const Side& a, const Side& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+    for (std::size_t s = 0; s < sides.size();) {
+      std::size_t end = s + 1;
+      while (end < sides.size() && sides[end].low == sides[s].low && sides[end].high == sides[s].high) ++end;
+      const bool two = end - s == 2;
+      if (!two || can_touch(sides[s], sides[s + 1])) {
+        to_.triangles[sides[s].triangle].has |= 1 << (3 + sides[s].k);
+        ++to_.edges;
+        for (const int i : {sides[s].low, sides[s].high}) ++sharp_[i], rim_[i] = rim_[i] || !two;
+      }
+      s = end;
+    }
+  }
+
+  /// Of an edge of two triangles.
+  bool can_touch(const Side& a, const Side& b) const {
+    const Simplex &s = to_.triangles[a.triangle], &t = to_.triangles[b.triangle];
+    const auto at = [&](int i) { return mesh_.points[i]; };
+    const Vec3 n = cross(minus(at(s.corner[1]), at(s.corner[0])), minus(at(s.corner[2]), at(s.corner[0])));
+    const Vec3 out = minus(at(t.corner[b.k == 0 ? 2 : b.k - 1]), at(a.low));
+    const double height = dot(n, out), size = std::sqrt(dot(n, n) * dot(out, out));
+    if (std::abs(height) <= kFlat * size) {
+      // Flat, or folded back onto itself.
+      const Vec3 own = minus(at(s.corner[a.k == 0 ? 2 : a.k - 1]), at(a.low)), along = minus(at(a.high), at(a.low));
+      return dot(cross(along, own), cross(along, out)) >= 0;
+    }
+    const bool wound_alike = s.from(a.k) == t.to(b.k);
+    return sides_ != Sides::Solid || !wound_alike || height < 0;
+  }
+
+  /// A corner that ends in a point has three sharp edges or more; others lie on an edge or between them.
+  void own_corners() {
+    std::vector<bool> taken(mesh_.points.size(), false);
+    for (std::size_t t = begin_; t < to_.triangles.size(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        const int i = to_.triangles[t].corner[k];
+        if (taken[i] || !(rim_[i] || sharp_[i] >= 3)) continue;
+        taken[i] = true;
+        to_.triangles[t].has |= 1 << k;
+        ++to_.corners;
+      }
+  }
+
+  const Mesh& mesh_;
+  Sides sides_;
+  EdgeSurface& to_;
+  std::size_t begin_ = 0;
+  std::vector<int> sharp_;
+  std::vector<unsigned char> rim_;
+};
+
+/// Halves at the middle of the longest side of the triangles' middles.
+class PathBuilder {
+ public:
+  explicit PathBuilder(EdgeSurface& surface) : surface_(surface) {
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+      Vec3 middle{};
+      for (const int i : surface.triangles[t].corner)
+        for (int k = 0; k < 3; ++k) middle[k] += surface.points[i][k];
+      middles_.push_back(middle), order_.push_back(static_cast<int>(t));
+    }
+    surface.path.reserve(2 * order_.size());
+    build(0, static_cast<int>(order_.size()));
+  }
+
+ private:
+  BoxNode build(int begin, int end) {
+    const std::size_t own = surface_.path.size();
+    surface_.path.emplace_back();
+    BoxNode node;
+    if (end - begin == 1) {
+      node = leaf(order_[begin]);
+    } else {
+      const int axis = longest(begin, end), middle = (begin + end) / 2;
+      std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](int a, int b) {
+        return middles_[a][axis] != middles_[b][axis] ? middles_[a][axis] < middles_[b][axis] : a < b;
+      });
+      node = build(begin, middle);
+      const BoxNode second = build(middle, end);
+      for (int k = 0; k < 3; ++k)
+        node.low[k] = std::min(node.low[k], second.low[k]), node.high[k] = std::max(node.high[k], second.high[k]);
+      node.triangle = -1;
+    }
+    node.next = static_cast<int>(surface_.path.size());
+    return surface_.path[own] = node;
+  }
+
+  BoxNode leaf(int triangle) const {
+    BoxNode node;
+    node.triangle = triangle;
+    for (int k = 0; k < 3; ++k) {
+      double low = INFINITY, high = -INFINITY;
+      for (const int i : surface_.triangles[triangle].corner)
+        low = std::min(low, surface_.points[i][k]), high = std::max(high, surface_.points[i][k]);
+      node.low[k] = std::nextafter(static_cast<float>(low), -INFINITY);
+      node.high[k] = std::nextafter(static_cast<float>(high), INFINITY);
+    }
+    return node;
+  }
+
+  int longest(int begin, int end) const {
+    Vec3 low = middles_[order_[begin]], high = low;
+    for (int j = begin; j < end; ++j)
+      for (int k = 0; k < 3; ++k)
+        low[k] = std::min(low[k], middles_[order_[j]][k]), high[k] = std::max(high[k], middles_[order_[j]][k]);
+    int axis = 0;
+    for (int k = 1; k < 3; ++k)
+      if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
+    return axis;
+  }
+
+  EdgeSurface& surface_;
+  std::vector<Vec3> middles_;
+  std::vector<int> order_;
+};
+
+}  // namespace
+
+EdgeSurface edge_surface(const std::vector<const EnvironmentMesh*>& objects) {
+  EdgeSurface surface;
+  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
+  for (std::size_t o = 0; o < objects.size(); ++o) {
+    const Mesh& mesh = objects[o]->mesh;
+    Features(mesh, objects[o]->spec.sides, static_cast<int>(surface.points.size()), surface);
+    surface.points.insert(surface.points.end(), mesh.points.begin(), mesh.points.end());
+    surface.object.resize(surface.points.size(), static_cast<int>(o));
+  }
+  for (const Vec3& x : surface.points)
+    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], x[k]), high[k] = std::max(high[k], x[k]);
+  for (int k = 0; k < 3; ++k) surface.centre[k] = (low[k] + high[k]) / 2;
+  for (Vec3& x : surface.points) x = minus(x, surface.centre);
+  PathBuilder{surface};
+  return surface;
+}
+
+}  // namespace malha

@@ -1,0 +1,264 @@
+// Contacts of deformable bodies with edges and corners of the environment: those of kernels/self_contact.h in the frame
+// of what moves, where its points rest. They are numbered after the particles, and have no inverse mass.
+#pragma once
+#include "kernels/box_path.h"
+#include "kernels/hold_apart.h"
+#include "kernels/pose.h"
+
+namespace malha {
+
+/// Places of the world as objects of one motion see them, from a point amid them: rounding is small far from the
+/// origin too.
+struct ObjectFrame {
+  Pose pose;
+  Vector3<double> centre;  // m
+  template <class R>
+  KERNEL Vector3<double> local(const Vector3<R>& a) const {
+    return to_local(pose, {double(a.x), double(a.y), double(a.z)}) - centre;
+  }
+  template <class R>
+  KERNEL Vector3<R> world(const Vector3<R>& a) const {
+    const Vector3<double> at = to_world(pose, Vector3<double>{double(a.x), double(a.y), double(a.z)} + centre);
+    return {R(at.x), R(at.y), R(at.z)};
+  }
+};
+
+/// Where the particles start, as seen from the objects.
+template <class R>
+struct StartLocal {
+  ScatteredPoints<R> x0;
+  ObjectFrame before;
+  ScatteredPoints<R> x;
+  KERNEL void operator()(int i) const {
+    const Vector3<double> a = before.local(x0[i]);
+    x.set(i, {R(a.x), R(a.y), R(a.z)});
+  }
+};
+
+/// And how far they have moved.
+template <class R>
+struct MoveLocal {
+  Points<R> p;
+  ObjectFrame after;
+  ScatteredPoints<R> x, moved;
+  KERNEL void operator()(int i) const {
+    const Vector3<double> b = after.local(p[i]);
+    const Vector3<R> a = x[i];
+    moved.set(i, {R(b.x - double(a.x)), R(b.y - double(a.y)), R(b.z - double(a.z))});
+  }
+};
+
+/// Puts a particle where the objects see it.
+template <class R>
+struct PlaceLocal {
+  Points<R> p;
+  ObjectFrame after;
+  KERNEL void operator()(int i, const Vector3<R>& a) const { p.set(i, after.world(a)); }
+};
+
+/// Every simplex of the bodies meets the triangles whose boxes overlap its own: finds their pairs, or lays them down
+/// where their count said.
+template <class R, bool kLays>
+struct FindEdgePairs {
+  BoxPath path;
+  const Simplex *bodies, *objects;  // of the objects, only what can touch is owned
+  const Box<R>* boxes;              // of particles and points
+  ScatteredPoints<R> x;             // of both, where the search starts
+  ScatteredPoints<R> d;             // how far the particles may go
+  R reach;                          // m: farther than this beyond it they do not meet
+  int* place;                       // counts to fill in, or places
+  int count, total;                 // of simplices, of places
+  Candidate* candidates;
+  unsigned char* near;  // of each particle: whether it is in any
+
+  KERNEL void operator()(int e) const {
+    if (kLays && place[e] == (e + 1 < count ? place[e + 1] : total)) return;
+    const Simplex mine = bodies[e];
+    const Box<R> edge[3] = {of_edge(mine, 0), of_edge(mine, 1), of_edge(mine, 2)}, box = around(edge[0], edge[1]);
+    int found = 0;
+    Candidate* const to = kLays ? candidates + place[e] : nullptr;
+    const auto add = [&](const Candidate& candidate) KERNEL_LAMBDA {
+      if (kLays) to[found] = candidate;
+      ++found;
+    };
+    const Slab<R> slab = slab_of(mine);
+    path.for_each_in(box, slab, [&](int t) KERNEL_LAMBDA {
+      const Simplex theirs = objects[t];
+      const int* const c = theirs.corner;
+      const Box<R> their_edge[3] = {of_edge(theirs, 0), of_edge(theirs, 1), of_edge(theirs, 2)},
+                   their_box = around(their_edge[0], their_edge[1]);
+      if (!overlap(box, their_box) || parted(slab, theirs) || parted(theirs, mine)) return;
+      for (int k = 0; k < 3; ++k)
+        if (mine.owns_corner(k) && overlap(boxes[mine.corner[k]], their_box)) add({{mine.corner[k], c[0], c[1], c[2]}});
+      for (int l = 0; l < 3; ++l) {
+        if (mine.is_face() && theirs.owns_corner(l) && overlap(boxes[c[l]], box))
+          add({{c[l], mine.corner[0], mine.corner[1], mine.corner[2]}});
+        if (!theirs.owns_edge(l)) continue;
+        for (int k = 0; k < 3; ++k)
+          if (mine.owns_edge(k) && overlap(edge[k], their_edge[l]))
+            add({{~mine.from(k), mine.to(k), theirs.from(l), theirs.to(l)}});
+      }
+    });
+    if (!kLays) place[e] = found;
+    if (!kLays && found > 0)
+      for (const int i : mine.corner) note(near + i);
+  }
+
+ private:
+  /// Neighbours note the same of a particle that they share.
+  KERNEL static void note(unsigned char* of) {
+#if defined(__CUDA_ARCH__)
+    *static_cast<volatile unsigned char*>(of) = 1;
+#else
+    __atomic_store_n(of, static_cast<unsigned char>(1), __ATOMIC_RELAXED);
+#endif
+  }
+  /// In which the way of a triangle lies.
+  KERNEL Slab<R> slab_of(const Simplex& s) const {
+    const int* const i = s.corner;
+    const Vector3<R> a = x[i[0]], n = cross(x[i[1]] - a, x[i[2]] - a);
+    R low = R(0), high = R(0);
+    for (int k = 0; k < 3; ++k) {
+      const R along = dot(n, d[i[k]]);
+      low = smaller(low, along), high = larger(high, along);
+    }
+    const R more = R(1.01) * reach * root(dot(n, n));
+    return {a, n, low - more, high + more};
+  }
+  KERNEL bool parted(const Slab<R>& slab, const Simplex& theirs) const {
+    R low = R(INFINITY), high = -R(INFINITY);
+    for (int k = 0; k < 3; ++k) {
+      const R at = dot(slab.n, x[theirs.corner[k]] - slab.at);
+      low = smaller(low, at), high = larger(high, at);
+    }
+    return low > slab.high || high < slab.low;
+  }
+  /// Along the normal of the one at rest.
+  KERNEL bool parted(const Simplex& theirs, const Simplex& mine) const {
+    const int *const c = theirs.corner, *const i = mine.corner;
+    const Vector3<R> a = x[c[0]], n = cross(x[c[1]] - a, x[c[2]] - a);
+    R low = R(INFINITY), high = -R(INFINITY);
+    for (int k = 0; k < 3; ++k) {
+      const R at = dot(n, x[i[k]] - a), along = dot(n, d[i[k]]);
+      low = smaller(low, at + smaller(along, R(0))), high = larger(high, at + larger(along, R(0)));
+    }
+    const R most = R(1.01) * reach * root(dot(n, n));
+    return low > most || high < -most;
+  }
+  KERNEL Box<R> of_edge(const Simplex& s, int k) const { return around(boxes[s.from(k)], boxes[s.to(k)]); }
+};
+
+/// Of an object.
+template <class R>
+struct EdgeRules {
+  R wanted, friction;  // m, Coulomb's mu
+};
+
+/// The object of a contact, by its points' numbers; particles have number 0.
+template <class R>
+KERNEL int object_of(const SelfContact<R>& c, const int* object) {
+  return larger(object[c.i[0]], object[c.i[3]]) - 1;
+}
+
+/// As LayContacts, with each object's rules, and ends of particles alone.
+template <class R>
+struct LayEdgeContacts {
+  LookAtCandidate<R> look;  // its `body`: 0 of particles, 1 and more of objects
+  const EdgeRules<R>* rules;
+  const int* place;
+  int count, total, particles;
+  SelfContact<R>* contacts;
+  int* ends;
+  KERNEL void operator()(int c) const {
+    const int at = place[c], next = c + 1 < count ? place[c + 1] : total;
+    if (next == at) return;
+    const Candidate& candidate = look.candidates[c];
+    LookAtCandidate<R> own = look;
+    own.rules.thickness = rules[larger(look.body[candidate.particle(0)], look.body[candidate.i[3]]) - 1].wanted;
+    SelfContact<R>& contact = contacts[at];
+    if (own(candidate, contact)) {
+      // Faces push particles elsewhere (kernels/contact.h): here they only hold them.
+      if (contact.first == 1 && contact.i[0] < particles) contact.short_of = -R(INFINITY);
+      int own_ends = 0;
+      for (int j = 0; j < 4; ++j) own_ends += contact.i[j] < particles ? 1 : 0;
+      ends[at] = own_ends;
+    } else {
+      contact.short_of = contact.gap = -R(INFINITY);
+      ends[at] = 0;
+    }
+  }
+};
+
+template <class R>
+struct EnterParticles {
+  const SelfContact<R>* contacts;
+  const int* place;  // of their ends
+  int particles;
+  Keyed* ends;  // particle, and 4 contact + slot
+  KERNEL void operator()(int k) const {
+    if (!(contacts[k].gap > -R(INFINITY))) return;
+    int at = place[k];
+    for (int j = 0; j < 4; ++j)
+      if (contacts[k].i[j] < particles) ends[at++] = {unsigned(contacts[k].i[j]), 4 * k + j};
+  }
+};
+
+/// As PushContacts, with each object's friction.
+template <class R>
+struct PushFromEdges {
+  PushContacts<R> push;
+  const EdgeRules<R>* rules;
+  const int* object;
+  KERNEL void operator()(int k) const {
+    PushContacts<R> own = push;
+    own.friction = rules[object_of(push.contacts[k], object)].friction;
+    own(k);
+  }
+};
+
+/// As GatherPushes, out of the objects' frame.
+template <class R>
+struct GatherFromEdges {
+  Points<R> p;
+  const R* w;
+  const Keyed* ends;
+  const int* begin;
+  const Push<R>* pushes;
+  ObjectFrame after;
+  KERNEL void operator()(int i) const {
+    if (begin[i] == begin[i + 1] || !(w[i] > R(0))) return;
+    Vector3<R> sum{R(0), R(0), R(0)};
+    for (int e = begin[i]; e < begin[i + 1]; ++e) {
+      const Push<R>& push = pushes[ends[e].value / 4];
+      if (push.impulse.w > R(0)) sum = sum + push.impulse.xyz() * push.weight[ends[e].value % 4];
+    }
+    const Vector3<double> by = rotate(after.pose, {double(sum.x), double(sum.y), double(sum.z)});
+    p.set(i, p[i] + Vector3<R>{R(by.x), R(by.y), R(by.z)} * w[i]);
+  }
+};
+
+/// Counts the particles that may meet what was not looked at: those with contacts that left their reach, and those
+/// that left the box of the search.
+template <class R>
+struct CountOutOfReach {
+  ScatteredPoints<R> x, moved, d, x_then, d_then;
+  R margin, slack;  // m
+  const unsigned char* near;
+  KERNEL Sum operator()(int i) const {
+    const Vector3<R> m = moved[i], own = d[i];
+    if (!((m.x + m.y + m.z) * R(0) == R(0))) return {};
+    const bool inside = within(m.x, own.x, margin) && within(m.y, own.y, margin) && within(m.z, own.z, margin);
+    if (inside) return {};
+    if (near[i]) return {1.0};
+    const Vector3<R> from = x[i] + m - x_then[i], then = d_then[i];
+    const R most = margin + slack;
+    return {within(from.x, then.x, most) && within(from.y, then.y, most) && within(from.z, then.z, most) ? 0.0 : 1.0};
+  }
+
+ private:
+  KERNEL static bool within(R at, R d, R margin) {
+    return at >= smaller(d, R(0)) - margin && at <= larger(d, R(0)) + margin;
+  }
+};
+
+}  // namespace malha
