@@ -191,8 +191,7 @@ struct Visit {
     const SetView<R>* set;
     KERNEL void operator()(int b) const {
       if (visit->prefetches && group.next >= 0) visit->ask_for(visit->patches[group.next], b, patch->batches);
-      project<Kind, update>(group, local, *set, visit->batches[patch->batch + b],
-                            visit->fresh);
+      project<Kind, update>(group, local, *set, visit->batches[patch->batch + b], visit->fresh);
     }
   };
 

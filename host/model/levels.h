@@ -3,8 +3,8 @@
 #pragma once
 #include <vector>
 
-#include "host/model/model.h"
 #include "host/model/linkage.h"
+#include "host/model/model.h"
 #include "host/model/rest_graph.h"
 
 namespace malha {
