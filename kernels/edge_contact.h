@@ -203,37 +203,21 @@ struct EnterParticles {
   }
 };
 
-/// As PushContacts, with each object's friction.
+/// Coulomb's mu of a contact's object.
 template <class R>
-struct PushFromEdges {
-  PushContacts<R> push;
+struct ObjectFriction {
   const EdgeRules<R>* rules;
   const int* object;
-  KERNEL void operator()(int k) const {
-    PushContacts<R> own = push;
-    own.friction = rules[object_of(push.contacts[k], object)].friction;
-    own(k);
-  }
+  KERNEL R operator()(const SelfContact<R>& c) const { return rules[object_of(c, object)].friction; }
 };
 
-/// As GatherPushes, out of the objects' frame.
-template <class R>
-struct GatherFromEdges {
-  Points<R> p;
-  const R* w;
-  const Keyed* ends;
-  const int* begin;
-  const Push<R>* pushes;
-  ObjectFrame after;
-  KERNEL void operator()(int i) const {
-    if (begin[i] == begin[i + 1] || !(w[i] > R(0))) return;
-    Vector3<R> sum{R(0), R(0), R(0)};
-    for (int e = begin[i]; e < begin[i + 1]; ++e) {
-      const Push<R>& push = pushes[ends[e].value / 4];
-      if (push.impulse.w > R(0)) sum = sum + push.impulse.xyz() * push.weight[ends[e].value % 4];
-    }
-    const Vector3<double> by = rotate(after.pose, {double(sum.x), double(sum.y), double(sum.z)});
-    p.set(i, p[i] + Vector3<R>{R(by.x), R(by.y), R(by.z)} * w[i]);
+/// Impulses out of the objects' frame.
+struct TurnToWorld {
+  Pose pose;
+  template <class R>
+  KERNEL Vector3<R> operator()(const Vector3<R>& impulse) const {
+    const Vector3<double> in_world = rotate(pose, {double(impulse.x), double(impulse.y), double(impulse.z)});
+    return {R(in_world.x), R(in_world.y), R(in_world.z)};
   }
 };
 

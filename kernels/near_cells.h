@@ -146,6 +146,17 @@ struct NearTriangle {
   OnTriangle where{};
 };
 
+/// Of triangles begin .. end - 1 with these nearest points, squared distances and features the nearest; of several that
+/// are equally near the lowest. `least`: of the squared distances.
+KERNEL NearTriangle nearest_of(const int* triangle, const double* d2, const double* x, const double* y, const double* z,
+                               const double* feature, int begin, int end, double least) {
+  const double distance = root(least);
+  for (int k = begin; k < end; ++k)  // squares may differ where their roots do not
+    if (d2[k] <= least * (1 + 1e-15) && root(d2[k]) == distance)
+      return {triangle[k], distance, on_triangle({x[k], y[k], z[k]}, int(feature[k]))};
+  return {};
+}
+
 /// The nearest triangle to p by the list of a last cell that holds it; of several that are equally near the lowest.
 template <class Isa>
 KERNEL NearTriangle nearest_listed(const NearMesh& mesh, const NearCell& cell, const Vector3<double>& p) {
@@ -163,11 +174,7 @@ KERNEL NearTriangle nearest_listed(const NearMesh& mesh, const NearCell& cell, c
   }
   double least = INFINITY;
   for (int k = 0; k < cell.count; ++k) least = d2[k] < least ? d2[k] : least;
-  const double distance = root(least);
-  for (int k = 0; k < cell.count; ++k)  // squares may differ where their roots do not
-    if (d2[k] <= least * (1 + 1e-15) && root(d2[k]) == distance)
-      return {list[k], distance, on_triangle({x[k], y[k], z[k]}, int(feature[k]))};
-  return {};
+  return nearest_of(list, d2, x, y, z, feature, 0, cell.count, least);
 }
 
 }  // namespace malha

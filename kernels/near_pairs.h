@@ -49,11 +49,7 @@ class NearPairs {
 
   /// Of the point that was added as the `which`th: of several triangles that are equally near the lowest.
   KERNEL NearTriangle nearest(int which) const {
-    const double least = least_of(which), distance = root(least);
-    for (int k = first_[which]; k < first_[which + 1]; ++k)  // squares may differ where their roots do not
-      if (d2_[k] <= least * (1 + 1e-15) && root(d2_[k]) == distance)
-        return {triangle_[k], distance, on_triangle({x_[k], y_[k], z_[k]}, int(feature_[k]))};
-    return {};
+    return nearest_of(triangle_, d2_, x_, y_, z_, feature_, first_[which], first_[which + 1], least_of(which));
   }
 
   /// The triangles that may be the nearest of a point within `radius` of this one, and up to where (m) they are all:

@@ -203,9 +203,7 @@ struct MayTouch {
     const Vector3<float> c{ball.x, ball.y, ball.z};
     const float start = farthest<S>(x, before.to_world(c), first, n), end = farthest<S>(p, after.to_world(c), first, n);
     const float m = start + ball.radius, l = reach < 0 ? end + ball.radius : start + end;
-    const float shift = fabsf(before.t[0]) + fabsf(before.t[1]) + fabsf(before.t[2]) + fabsf(after.t[0]) +
-                        fabsf(after.t[1]) + fabsf(after.t[2]);
-    const float slack = 1e-5f * (size(c) + start + end + shift);
+    const float slack = 1e-5f * (size(c) + start + end + shift());
     return (reach < 0 ? larger(m, l) : m + l + reach) + slack < ball.distance;  // not a number: false
   }
   /// Of the particles from c; not a number where one of them is not.
@@ -233,6 +231,12 @@ struct MayTouch {
     return sums < INFINITY ? root(all) : NAN;
   }
 
+  /// How far off the mesh's frame is, before and after.
+  KERNEL float shift() const {
+    return fabsf(before.t[0]) + fabsf(before.t[1]) + fabsf(before.t[2]) + fabsf(after.t[0]) + fabsf(after.t[1]) +
+           fabsf(after.t[2]);
+  }
+
   /// By how much it may come too near; below 0: it cannot.
   template <class S>
   KERNEL S excess(int i) const {
@@ -242,10 +246,8 @@ struct MayTouch {
     S known;
     load(distance + i, known);
     const S m = root(dot(moved, moved)), l = root(dot(way, way));
-    const float shift = fabsf(before.t[0]) + fabsf(before.t[1]) + fabsf(before.t[2]) + fabsf(after.t[0]) +
-                        fabsf(after.t[1]) + fabsf(after.t[2]);
     // Some ten roundings of each coordinate on its way.
-    const S slack = (size(start) + size(end) + S(shift)) * S(4e-6f);
+    const S slack = (size(start) + size(end) + S(shift())) * S(4e-6f);
     return (reach < 0 ? larger(m, l) : m + l + S(reach)) + slack - known;
   }
 };

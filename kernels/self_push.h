@@ -104,12 +104,19 @@ struct AskAgain {
   }
 };
 
-/// The impulse of each active contact (times dt): a push, and friction on positions as in kernels/contact.h.
+/// Coulomb's mu of every contact alike.
 template <class R>
+struct OneFriction {
+  R mu;
+  KERNEL R operator()(const SelfContact<R>& /*c*/) const { return mu; }
+};
+
+/// The impulse of each active contact (times dt): a push, and friction on positions as in kernels/contact.h.
+template <class R, class Friction = OneFriction<R>>
 struct PushContacts {
   ScatteredPoints<R> moved;
   SelfContact<R>* contacts;
-  R friction;
+  Friction friction;
   Push<R>* pushes;
   KERNEL void operator()(int k) const {
     Push<R>& push = pushes[k];
@@ -124,28 +131,38 @@ struct PushContacts {
     const R dlambda = larger((c.short_of - along) / W, -c.lambda);
     c.lambda += dlambda;
     const Vector3<R> slide = motion - c.n * along;
-    const Vector3<R> slip = in_cone(c.slip + slide * (R(1) / W), friction * c.lambda);
+    const Vector3<R> slip = in_cone(c.slip + slide * (R(1) / W), friction(c) * c.lambda);
     const Vector3<R> impulse = c.n * dlambda - (slip - c.slip);
     c.slip = slip;
     push.impulse = {impulse.x, impulse.y, impulse.z, R(1)};
   }
 };
 
+/// Impulses are in the frame in which particles are.
+struct AsTheyAre {
+  template <class R>
+  KERNEL Vector3<R> operator()(const Vector3<R>& impulse) const {
+    return impulse;
+  }
+};
+
 /// Every particle takes its share of its contacts' impulses, in their order.
-template <class R>
+template <class R, class Turn = AsTheyAre>
 struct GatherPushes {
   Points<R> p;
   const R* w;
   const Keyed* ends;
   const int* begin;
   const Push<R>* pushes;
+  Turn turn;
   KERNEL void operator()(int i) const {
+    if (begin[i] == begin[i + 1] || !(w[i] > R(0))) return;
     Vector3<R> sum{R(0), R(0), R(0)};
     for (int e = begin[i]; e < begin[i + 1]; ++e) {
       const Push<R>& push = pushes[ends[e].value / 4];
       if (push.impulse.w > R(0)) sum = sum + push.impulse.xyz() * push.weight[ends[e].value % 4];
     }
-    if (w[i] > R(0) && begin[i] < begin[i + 1]) p.set(i, p[i] + sum * w[i]);
+    p.set(i, p[i] + turn(sum) * w[i]);
   }
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include "host/collision/pose.h"
 #include "host/error.h"
@@ -28,33 +29,24 @@ Surfaces surfaces_of(const Mesh& mesh, const std::vector<Vec3>& x) {
   return {x, edges(triangular), triangles(mesh)};
 }
 
-BoundingBox box_of(const std::vector<Vec3>& x) {
-  BoundingBox box{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-  for (const Vec3& at : x)
-    for (int k = 0; k < 3; ++k) box.low[k] = std::min(box.low[k], at[k]), box.high[k] = std::max(box.high[k], at[k]);
-  return box;
-}
-
-bool meet(const BoundingBox& a, const BoundingBox& b) {
-  for (int k = 0; k < 3; ++k)
-    if (!(a.low[k] <= b.high[k] && b.low[k] <= a.high[k])) return false;
-  return true;
+BoundingBox bounds_of_all(const std::vector<Vec3>& x) {
+  return bounds_of(x, std::views::iota(0, static_cast<int>(x.size())), 0);
 }
 
 /// Edges of the one that go through faces of the other; `first`: the first of them, where it is not known.
 std::int64_t count_through(const Surfaces& one, const Surfaces& other, Edge& first) {
   std::vector<BoundingBox> boxes;
-  for (const Triangle& face : other.faces)
-    boxes.push_back(box_of({other.x[face[0]], other.x[face[1]], other.x[face[2]]}));
-  const BoundingBox all = box_of(other.x);
+  for (const Triangle& face : other.faces) boxes.push_back(bounds_of(other.x, face, 0));
+  const BoundingBox all = bounds_of_all(other.x);
   const BoxTree tree(std::move(boxes));
   std::int64_t count = 0;
-  for (const auto& [p, q] : one.edges) {
-    if (!meet(box_of({one.x[p], one.x[q]}), all)) continue;
-    tree.for_each_on(one.x[p], one.x[q], [&, p = p, q = q](int f) {
+  for (const Edge& edge : one.edges) {
+    if (!overlap(bounds_of(one.x, edge, 0), all)) continue;
+    const Vec3 &p = one.x[edge[0]], &q = one.x[edge[1]];
+    tree.for_each_on(p, q, [&](int f) {
       const auto& [a, b, c] = other.faces[f];
-      if (!crosses(one.x[p], one.x[q], other.x[a], other.x[b], other.x[c])) return;
-      if (count++ == 0 && first[0] < 0) first = {p, q};
+      if (!crosses(p, q, other.x[a], other.x[b], other.x[c])) return;
+      if (count++ == 0 && first[0] < 0) first = edge;
     });
   }
   return count;
@@ -74,10 +66,11 @@ void for_each_crossing(const Model& model, const std::vector<Vec3>& user, double
       places.push_back({at.x, at.y, at.z});
     }
     const Surfaces rigid = surfaces_of(object.mesh, places);
+    const BoundingBox around = bounds_of_all(places);
     for (std::size_t b = 0; b + 1 < look.body_begin.size(); ++b) {
       const Mesh mesh = body_mesh(look, b);
       const std::vector<Vec3> x(user.begin() + look.body_begin[b], user.begin() + look.body_begin[b + 1]);
-      if (!meet(box_of(x), box_of(places))) continue;
+      if (!overlap(bounds_of_all(x), around)) continue;
       const Surfaces soft = surfaces_of(mesh, x);
       Edge edge{-1, -1}, unused{-1, -1};
       const std::int64_t count = count_through(soft, rigid, edge) + count_through(rigid, soft, unused);

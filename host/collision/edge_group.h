@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "host/base/point_array.h"
+#include "host/collision/contact_list.h"
 #include "host/collision/edge_facts.h"
 #include "host/collision/edge_surface.h"
 #include "host/collision/pose.h"
-#include "host/collision/sorter.h"
 #include "kernels/edge_contact.h"
 
 namespace malha {
@@ -20,7 +20,11 @@ class EdgeGroup {
   /// `bodies`: simplices of the deformable bodies.
   EdgeGroup(const Executor& executor, const Model& model, const std::vector<Simplex>& bodies,
             const std::vector<const EnvironmentMesh*>& objects)
-      : executor_(executor), particles_(model.count()), bodies_(bodies), motion_(objects[0]->spec.motion) {
+      : executor_(executor),
+        particles_(model.count()),
+        bodies_(bodies),
+        motion_(objects[0]->spec.motion),
+        contacts_(executor, model) {
     EdgeSurface surface = edge_surface(objects);
     centre_ = {surface.centre[0], surface.centre[1], surface.centre[2]};
     facts_.edges = surface.edges, facts_.corners = surface.corners;
@@ -33,7 +37,6 @@ class EdgeGroup {
     rules_ = Array<Executor, EdgeRules<R>>(rules);
     wanted_ = R(kWanted * widest), margin_ = R(kMargin * widest), slack_ = R(kSlack * widest);
     least_ = R(kLeastGap * widest);
-    if (model.scene.solver.dt / model.scene.solver.substeps > kLong) more_shares_ = kMoreShares;
     path_ = Array<Executor, BoxNode>(surface.path);
     for (Simplex& t : surface.triangles)
       for (int& corner : t.corner) corner += particles_;
@@ -52,7 +55,7 @@ class EdgeGroup {
     x_ = Points4(places), d_ = Points4(all), moved_ = Points4(all), x_then_ = Points4(n), d_then_ = Points4(n);
     object_ = Array<Executor, int>(object), boxes_ = Array<Executor, Box<R>>(boxes);
     w_ = Array<Executor, R>(all, R(0));
-    held_ = Array<Executor, unsigned char>(n, 0), near_ = Array<Executor, unsigned char>(n, 0);
+    near_ = Array<Executor, unsigned char>(n, 0);
     place_ = Array<Executor, int>(bodies.size(), 0);
   }
 
@@ -63,29 +66,15 @@ class EdgeGroup {
     Memory<Executor>::copy_in(particles.w, static_cast<std::size_t>(particles_), w_.data());
     parallel_for(executor_, particles_, StartLocal<R>{x0, before, x_.points()});
     lay(particles);
-    pushed_ = -1;
+    contacts_.start_substep();
   }
 
   /// One projection of all contacts.
   void resolve(const Particles<R>& particles) {
-    if (contacts_found_ == 0) return;
+    if (contacts_.found() == 0) return;
     store_motion(particles);
-    const ScatteredPoints<R> moved = moved_.points();
-    Push<R>* const pushes = pushes_.data();
-    const int* const begin = ends_.begin();
-    const auto split = [&] {
-      parallel_for(executor_, particles_, SplitMasses<R>{w_.data(), ends_.sorted(), begin, pushes, moved}, kGrain);
-    };
-    parallel_for(executor_, contacts_found_, AskContacts<R>{moved, contacts_.data(), w_.data(), pushes}, kGrain);
-    split();
-    for (int more = 0; more < more_shares_; ++more) {
-      parallel_for(executor_, contacts_found_, AskAgain<R>{moved, contacts_.data(), pushes}, kGrain);
-      split();
-    }
-    parallel_for(executor_, contacts_found_,
-                 PushFromEdges<R>{{moved, contacts_.data(), R(0), pushes}, rules_.data(), object_.data()}, kGrain);
-    parallel_for(executor_, particles_,
-                 GatherFromEdges<R>{particles.p, w_.data(), ends_.sorted(), begin, pushes, after_}, kGrain);
+    contacts_.project(particles.p, w_.data(), moved_.points(), ObjectFriction<R>{rules_.data(), object_.data()},
+                      TurnToWorld{after_.pose});
   }
 
   /// Puts apart what would cross at the end of the substep: pushed if that is enough (and `pushes`), held otherwise.
@@ -98,72 +87,51 @@ class EdgeGroup {
       return parallel_reduce<Sum>(executor_, particles_, count).value > 0;
     };
     if (out_of_reach()) {
-      pushed_ = contacts();
+      contacts_.keep_pushed();
       lay(particles);
       ++facts_.laid_again;
     }
-    if (contacts_found_ == 0) return false;
+    if (contacts_.found() == 0) return false;
     const PairPlanes<R> planes{x_.points(), moved_.points(), least_};
-    const auto crossing = [&] {
-      const FindCrossing<R> find{planes, contacts_.data(), held_.data(), w_.data(), active_.data()};
-      return parallel_reduce<Sum>(executor_, contacts_found_, find, kGrain).value;
-    };
-    double left = crossing();
+    double left = contacts_.crossing(planes, w_.data());
     if (!(left > 0)) return false;
     for (int more = 0; pushes && left > 0 && more < kMoreProjections; ++more) {
       resolve(particles);
       store_motion(particles);
       if (out_of_reach()) {
-        pushed_ = pushed_ < 0 ? contacts() : pushed_;
+        contacts_.keep_pushed();
         lay(particles);
       }
-      left = crossing();
+      left = contacts_.crossing(planes, w_.data());
     }
     if (!(left > 0)) return true;
     ++facts_.held;
-    for (; left > 0; left = crossing())
-      parallel_for(executor_, particles_,
-                   HoldParticles<R, PlaceLocal<R>>{planes,
-                                                   {particles.p, after_},
-                                                   contacts_.data(),
-                                                   ends_.sorted(),
-                                                   ends_.begin(),
-                                                   active_.data(),
-                                                   w_.data(),
-                                                   held_.data()},
-                   kGrain);
-    Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));
+    contacts_.hold(left, planes, PlaceLocal<R>{particles.p, after_}, w_.data());
     return true;
   }
 
   /// Contacts that pushed in the last substep.
-  int contacts() const {
-    if (pushed_ >= 0) return pushed_;
-    return static_cast<int>(parallel_reduce<Sum>(executor_, contacts_found_, CountPushing<R>{contacts_.data()}).value);
-  }
+  int contacts() const { return contacts_.pushed(); }
 
   /// What is known of candidates holds no more.
   void forget() { searched_ = false; }
 
   EdgeFacts facts() const {
     EdgeFacts facts = facts_;
-    facts.candidates = candidates_found_, facts.pairs = contacts_found_;
+    facts.candidates = candidates_found_, facts.pairs = contacts_.found();
     return facts;
   }
   std::size_t bytes() const {
     return path_.bytes() + triangles_.bytes() + rules_.bytes() + x_.bytes() + d_.bytes() + moved_.bytes() +
-           x_then_.bytes() + d_then_.bytes() + object_.bytes() + boxes_.bytes() + w_.bytes() + held_.bytes() +
-           near_.bytes() + place_.bytes() + bodies_.bytes() + sums_.bytes() + meets_.bytes() + ends_of_.bytes() +
-           candidates_.bytes() + contacts_.bytes() + active_.bytes() + pushes_.bytes() + ends_.bytes();
+           x_then_.bytes() + d_then_.bytes() + object_.bytes() + boxes_.bytes() + w_.bytes() + near_.bytes() +
+           place_.bytes() + bodies_.bytes() + sums_.bytes() + candidates_.bytes() + contacts_.bytes();
   }
 
  private:
   using Points4 = ScatteredArray<Executor, R>;
 
-  static constexpr int kGrain = 2048;
+  static constexpr int kGrain = ContactList<Executor, R>::kGrain;
   static constexpr int kMoreProjections = 8;
-  static constexpr double kLong = 0.01;  // s, as of layers (host/collision/self_collider.h)
-  static constexpr int kMoreShares = 2;
   static constexpr double kWanted = 0.5;  // of the thickness: what is smooth is left to the faces, which keep all of it
   static constexpr double kMargin = 0.25;  // of the thickness: constraints may pull as far past the prediction
   static constexpr double kSlack = 0.12;   // of the thickness: candidates are found that much further
@@ -222,31 +190,22 @@ class EdgeGroup {
   }
 
   void lay_contacts() {
-    const int n = candidates_found_;
-    contacts_found_ = 0;
-    if (n == 0) return;
-    box_particles(x_.points(), d_.points(), larger(wanted_, margin_));
+    if (candidates_found_ > 0) box_particles(x_.points(), d_.points(), larger(wanted_, margin_));
     // Of the two sides, one has a margin.
     const LookAtCandidate<R> look{candidates_.data(),
                                   {x_.points(), d_.points(), {}, R(0.5) * margin_, boxes_.data()},
                                   x_.points(),
                                   object_.data(),
                                   {wanted_, R(kRecovery)}};
-    int* const place = meets_.at_least(static_cast<std::size_t>(n));
-    parallel_for(executor_, n, CountMeetings<R>{look, place}, kGrain);
-    const int total = running_sum(executor_, place, n, sums_);
-    contacts_found_ = total;
-    if (total == 0) return;
-    const auto many = static_cast<std::size_t>(total);
-    contacts_.at_least(many), active_.at_least(many), pushes_.at_least(many);
-    int* const ends = ends_of_.at_least(many);
-    parallel_for(executor_, n,
-                 LayEdgeContacts<R>{look, rules_.data(), place, n, total, particles_, contacts_.data(), ends}, kGrain);
-    const int all = running_sum(executor_, ends, total, sums_);
-    parallel_for(executor_, total, EnterParticles<R>{contacts_.data(), ends, particles_, ends_.items(all)}, kGrain);
-    int bits = 1;
-    while ((1 << bits) < particles_) ++bits;
-    ends_.sort(executor_, all, bits, particles_);
+    const int n = candidates_found_;
+    contacts_.lay(
+        look, n, sums_,
+        [&](const int* place, int total, SelfContact<R>* contacts, int* ends) {
+          return LayEdgeContacts<R>{look, rules_.data(), place, n, total, particles_, contacts, ends};
+        },
+        [&](const SelfContact<R>* contacts, const int* place, Keyed* ends) {
+          return EnterParticles<R>{contacts, place, particles_, ends};
+        });
   }
 
   Executor executor_;
@@ -257,8 +216,7 @@ class EdgeGroup {
   ObjectFrame after_{};
   R wanted_ = 0, margin_ = 0, slack_ = 0, least_ = 0;
   bool searched_ = false;
-  int candidates_found_ = 0, contacts_found_ = 0, more_shares_ = 0;
-  int pushed_ = -1;  // contacts that did, where others were laid since
+  int candidates_found_ = 0;
   EdgeFacts facts_;
   Array<Executor, BoxNode> path_;
   Array<Executor, Simplex> triangles_;
@@ -267,13 +225,10 @@ class EdgeGroup {
   Array<Executor, int> object_, place_;
   Array<Executor, Box<R>> boxes_;
   Array<Executor, R> w_;
-  Array<Executor, unsigned char> held_, near_;
-  Growing<Executor, int> sums_, meets_, ends_of_;
+  Array<Executor, unsigned char> near_;
+  Growing<Executor, int> sums_;
   Growing<Executor, Candidate> candidates_;
-  Growing<Executor, SelfContact<R>> contacts_;
-  Growing<Executor, unsigned char> active_;
-  Growing<Executor, Push<R>> pushes_;
-  Sorter<Executor> ends_;
+  ContactList<Executor, R> contacts_;
 };
 
 }  // namespace malha

@@ -3,17 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/mesh/sides.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 
 namespace malha {
 
 namespace {
-
-/// An edge of a triangle: its ends, and whose it is.
-struct Side {
-  int low, high, triangle, k;
-};
 
 /// Of the height of the one triangle over the plane of the other: below it they count as flat.
 constexpr double kFlat = 1e-7;
@@ -32,41 +28,33 @@ class Features {
 
  private:
   void own_edges() {
-    std::vector<Side> sides;
-    for (std::size_t t = begin_; t < to_.triangles.size(); ++t)
-      for (int k = 0; k < 3; ++k) {
-        const Simplex& e = to_.triangles[t];
-        const auto [low, high] = std::minmax({e.from(k), e.to(k)});
-        sides.push_back({low, high, static_cast<int>(t), k});
-      }
-    std::stable_sort(sides.begin(), sides.end(),
-                     [](const Side& a, const Side& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
-    for (std::size_t s = 0; s < sides.size();) {
-      std::size_t end = s + 1;
-      while (end < sides.size() && sides[end].low == sides[s].low && sides[end].high == sides[s].high) ++end;
-      const bool two = end - s == 2;
-      if (!two || can_touch(sides[s], sides[s + 1])) {
-        to_.triangles[sides[s].triangle].has |= 1 << (3 + sides[s].k);
-        ++to_.edges;
-        for (const int i : {sides[s].low, sides[s].high}) ++sharp_[i], rim_[i] = rim_[i] || !two;
-      }
-      s = end;
-    }
+    const auto visit = [&](const auto& add) {
+      for (std::size_t t = begin_; t < to_.triangles.size(); ++t)
+        for (int k = 0; k < 3; ++k) add(to_.triangles[t].from(k), to_.triangles[t].to(k));
+    };
+    for_each_edge(sorted_sides(mesh_.points.size(), visit), [&](auto first, auto last) {
+      const bool two = last - first == 2;
+      if (two && !can_touch(first[0], first[1])) return;
+      to_.triangles[begin_ + first->number / 3].has |= 1 << (3 + first->number % 3);
+      ++to_.edges;
+      for (const int i : {first->low, first->high}) ++sharp_[i], rim_[i] = rim_[i] || !two;
+    });
   }
 
   /// Of an edge of two triangles.
   bool can_touch(const Side& a, const Side& b) const {
-    const Simplex &s = to_.triangles[a.triangle], &t = to_.triangles[b.triangle];
+    const Simplex &s = to_.triangles[begin_ + a.number / 3], &t = to_.triangles[begin_ + b.number / 3];
+    const auto opposite = [](const Simplex& of, const Side& side) { return of.corner[(side.number + 2) % 3]; };
     const auto at = [&](int i) { return mesh_.points[i]; };
     const Vec3 n = cross(minus(at(s.corner[1]), at(s.corner[0])), minus(at(s.corner[2]), at(s.corner[0])));
-    const Vec3 out = minus(at(t.corner[b.k == 0 ? 2 : b.k - 1]), at(a.low));
+    const Vec3 out = minus(at(opposite(t, b)), at(a.low));
     const double height = dot(n, out), size = std::sqrt(dot(n, n) * dot(out, out));
     if (std::abs(height) <= kFlat * size) {
       // Flat, or folded back onto itself.
-      const Vec3 own = minus(at(s.corner[a.k == 0 ? 2 : a.k - 1]), at(a.low)), along = minus(at(a.high), at(a.low));
+      const Vec3 own = minus(at(opposite(s, a)), at(a.low)), along = minus(at(a.high), at(a.low));
       return dot(cross(along, own), cross(along, out)) >= 0;
     }
-    const bool wound_alike = s.from(a.k) == t.to(b.k);
+    const bool wound_alike = a.forward != b.forward;
     return sides_ != Sides::Solid || !wound_alike || height < 0;
   }
 

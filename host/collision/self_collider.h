@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "host/base/point_array.h"
+#include "host/collision/contact_list.h"
 #include "host/collision/self_facts.h"
-#include "host/collision/sorter.h"
 #include "host/model/self_surface.h"
 #include "kernels/hold_apart.h"
 
@@ -21,19 +21,18 @@ class SelfCollider {
       : executor_(executor),
         surface_(self_surface(model)),
         count_(model.count()),
-        friction_(R(model.scene.self_collision->friction)) {
+        friction_(R(model.scene.self_collision->friction)),
+        contacts_(executor, model) {
     const double thickness = model.scene.self_collision->thickness;
     for (int i = 0; i < count_; ++i) has_pins_ = has_pins_ || (surface_.takes_part[i] && model.w[i] == 0);
     facts_.particles = surface_.particles, facts_.edges = surface_.edges, facts_.triangles = surface_.triangles;
     rules_ = {R(thickness), R(kRecovery)};
-    if (model.scene.solver.dt / model.scene.solver.substeps > kLong) more_shares_ = kMoreShares;
     margin_ = R(thickness * kMargin), slack_ = R(thickness * kSlack);
     simplices_ = Array<Executor, Simplex>(surface_.simplices);
     takes_part_ = Array<Executor, unsigned char>(surface_.takes_part);
     body_ = Array<Executor, int>(surface_.body);
     rest_ = Points4(model.x), x0_ = Points4(model.x);
     for (Points4* points : {&moved_, &d_, &x_then_, &d_then_}) *points = Points4(model.x.size());
-    held_ = Array<Executor, unsigned char>(model.x.size(), 0);
     boxes_ = Array<Executor, Box<R>>(surface_.simplices.size(), Box<R>{});
     reach_boxes_ = Array<Executor, Box<R>>(model.x.size(), Box<R>{});
     place_ = Array<Executor, int>(surface_.simplices.size(), 0);
@@ -43,27 +42,14 @@ class SelfCollider {
   void find(const Particles<R>& particles) {
     if (!reach(particles, true)) search(kAhead);
     lay_contacts();
-    pushed_ = -1;
+    contacts_.start_substep();
   }
 
   /// One projection of all contacts.
   void resolve(const Particles<R>& particles) {
-    if (contacts_found_ == 0) return;
+    if (contacts_.found() == 0) return;
     store_motion(particles);
-    const ScatteredPoints<R> moved = moved_.points();
-    Push<R>* const pushes = pushes_.data();
-    const int* const begin = ends_.begin();
-    const auto split = [&] {
-      parallel_for(executor_, count_, SplitMasses<R>{particles.w, ends_.sorted(), begin, pushes, moved}, kGrain);
-    };
-    parallel_for(executor_, contacts_found_, AskContacts<R>{moved, contacts_.data(), particles.w, pushes}, kGrain);
-    split();
-    for (int more = 0; more < more_shares_; ++more) {
-      parallel_for(executor_, contacts_found_, AskAgain<R>{moved, contacts_.data(), pushes}, kGrain);
-      split();
-    }
-    parallel_for(executor_, contacts_found_, PushContacts<R>{moved, contacts_.data(), friction_, pushes}, kGrain);
-    parallel_for(executor_, count_, GatherPushes<R>{particles.p, particles.w, ends_.sorted(), begin, pushes}, kGrain);
+    contacts_.project(particles.p, particles.w, moved_.points(), OneFriction<R>{friction_}, AsTheyAre{});
   }
 
   /// The end of a substep: nothing crosses. What jams is held back; where touches() says that nothing holds the bodies,
@@ -82,17 +68,14 @@ class SelfCollider {
   }
 
   /// Contacts that pushed in the last substep.
-  int contacts() const {
-    if (pushed_ >= 0) return pushed_;
-    return static_cast<int>(parallel_reduce<Sum>(executor_, contacts_found_, CountPushing<R>{contacts_.data()}).value);
-  }
+  int contacts() const { return contacts_.pushed(); }
 
   const SelfSurface& surface() const { return surface_; }
   const SelfFacts& facts() const { return facts_; }
   std::size_t bytes() const {
-    return simplices_.bytes() + takes_part_.bytes() + body_.bytes() + 6 * x0_.bytes() + held_.bytes() + boxes_.bytes() +
+    return simplices_.bytes() + takes_part_.bytes() + body_.bytes() + 6 * x0_.bytes() + boxes_.bytes() +
            reach_boxes_.bytes() + place_.bytes() + sums_.bytes() + cells_.bytes() + candidates_.bytes() +
-           meets_.bytes() + ends_of_.bytes() + contacts_.bytes() + active_.bytes() + pushes_.bytes() + ends_.bytes();
+           contacts_.bytes();
   }
 
   /// What a later substep depends on, for checkpoints: positions in which nothing crosses.
@@ -102,10 +85,8 @@ class SelfCollider {
  private:
   using Points4 = ScatteredArray<Executor, R>;
 
-  static constexpr int kGrain = 2048;
+  static constexpr int kGrain = ContactList<Executor, R>::kGrain;
   static constexpr int kMoreProjections = 8;
-  static constexpr double kLong = 0.01;     // s: in longer substeps a layer falls so far that one push is far from even
-  static constexpr int kMoreShares = 2;     // a push, in those
   static constexpr double kMargin = 0.5;    // of the thickness: constraints may pull as far past the prediction
   static constexpr double kSlack = 0.5;     // of the thickness: candidates are found that much further
   static constexpr double kAhead = 8;       // and along the motion of so many substeps
@@ -143,42 +124,27 @@ class SelfCollider {
 
   void hold_crossing(const Particles<R>& particles) {
     const PairPlanes<R> planes{x0_.points(), moved_.points(), kLeastGap * rules_.thickness};
-    const auto crossing = [&] {
-      const FindCrossing<R> find{planes, contacts_.data(), held_.data(), particles.w, active_.data()};
-      return parallel_reduce<Sum>(executor_, contacts_found_, find, kGrain).value;
-    };
     store_motion(particles);
-    double left = crossing();
+    double left = contacts_.crossing(planes, particles.w);
     for (int more = 0; left > 0 && more < kMoreProjections; ++more) {
       resolve(particles);
       keep_in_reach(particles);
       store_motion(particles);
-      left = crossing();
+      left = contacts_.crossing(planes, particles.w);
     }
     if (!(left > 0)) return;
     ++facts_.held;
     if (larger(magnitude(common_.x), larger(magnitude(common_.y), magnitude(common_.z))) > kRounding * margin_) {
       meet_at_rest(particles);
-      left = crossing();
+      left = contacts_.crossing(planes, particles.w);
     }
-    for (; left > 0; left = crossing())
-      parallel_for(executor_, count_,
-                   HoldParticles<R>{planes,
-                                    {particles.p},
-                                    contacts_.data(),
-                                    ends_.sorted(),
-                                    ends_.begin(),
-                                    active_.data(),
-                                    particles.w,
-                                    held_.data()},
-                   kGrain);
-    Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));
+    contacts_.hold(left, planes, PlaceInWorld<R>{particles.p}, particles.w);
   }
 
   /// What is held is at rest in the world, which is no place in a reach that has moved on with the common motion. What
   /// it may meet there: all that lies on the ways of this substep.
   void meet_at_rest(const Particles<R>& particles) {
-    pushed_ = contacts();
+    contacts_.keep_pushed();
     reach(particles, false);
     search(1);
     lay_contacts();
@@ -251,18 +217,14 @@ class SelfCollider {
     const int n = candidates_found_;
     const LookAtCandidate<R> look{candidates_.data(), reaches(), rest_.points(), body_.data(), rules_};
     parallel_for(executor_, count_, BoxParticles<R>{reaches()});
-    int* const place = meets_.at_least(n);
-    parallel_for(executor_, n, CountMeetings<R>{look, place}, kGrain);
-    const int total = running_sum(executor_, place, n, sums_);
-    contacts_found_ = total;
-    contacts_.at_least(total), active_.at_least(total), pushes_.at_least(total);
-    int* const ends = ends_of_.at_least(total);
-    parallel_for(executor_, n, LayContacts<R>{look, place, n, total, contacts_.data(), ends}, kGrain);
-    const int all = running_sum(executor_, ends, total, sums_);
-    parallel_for(executor_, total, EnterEnds<R>{contacts_.data(), ends, ends_.items(all)}, kGrain);
-    int bits = 1;
-    while ((1 << bits) < count_) ++bits;
-    ends_.sort(executor_, all, bits, count_);
+    contacts_.lay(
+        look, n, sums_,
+        [&](const int* place, int total, SelfContact<R>* contacts, int* ends) {
+          return LayContacts<R>{look, place, n, total, contacts, ends};
+        },
+        [](const SelfContact<R>* contacts, const int* place, Keyed* ends) {
+          return EnterEnds<R>{contacts, place, ends};
+        });
   }
 
   static constexpr double kCellSize = 2;
@@ -276,20 +238,17 @@ class SelfCollider {
   ContactRules<R> rules_{};
   Vector3<R> common_{}, origin_{};
   Grid<R> grid_{};
-  int candidates_found_ = 0, contacts_found_ = 0, more_shares_ = 0;
-  int pushed_ = -1;  // contacts that did, where others were laid since
+  int candidates_found_ = 0;
   SelfFacts facts_;
   Array<Executor, Simplex> simplices_;
-  Array<Executor, unsigned char> takes_part_, held_;
+  Array<Executor, unsigned char> takes_part_;
   Array<Executor, int> body_, place_;
   Points4 rest_, x0_, moved_, d_, x_then_, d_then_;
   Array<Executor, Box<R>> boxes_, reach_boxes_;
-  Growing<Executor, int> sums_, meets_, ends_of_;
+  Growing<Executor, int> sums_;
   Growing<Executor, Candidate> candidates_;
-  Growing<Executor, SelfContact<R>> contacts_;
-  Growing<Executor, unsigned char> active_;
-  Growing<Executor, Push<R>> pushes_;
-  Sorter<Executor> cells_, ends_;
+  Sorter<Executor> cells_;
+  ContactList<Executor, R> contacts_;
 };
 
 }  // namespace malha

@@ -10,12 +10,6 @@ namespace {
 
 constexpr int kLeaf = 8;
 
-bool overlap(const BoundingBox& a, const BoundingBox& b) {
-  for (int k = 0; k < 3; ++k)
-    if (a.low[k] > b.high[k] || b.low[k] > a.high[k]) return false;
-  return true;
-}
-
 bool holds(const BoundingBox& a, const BoundingBox& b) {
   for (int k = 0; k < 3; ++k)
     if (a.low[k] > b.low[k] || b.high[k] > a.high[k]) return false;
@@ -23,6 +17,12 @@ bool holds(const BoundingBox& a, const BoundingBox& b) {
 }
 
 }  // namespace
+
+bool overlap(const BoundingBox& a, const BoundingBox& b) {
+  for (int k = 0; k < 3; ++k)
+    if (a.low[k] > b.high[k] || b.low[k] > a.high[k]) return false;
+  return true;
+}
 
 BoxTree::BoxTree(std::vector<BoundingBox> boxes) : boxes_(std::move(boxes)), order_(boxes_.size()) {
   std::iota(order_.begin(), order_.end(), 0);

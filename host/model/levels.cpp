@@ -20,14 +20,6 @@ constexpr int kFewest = 16;              // particles of a level: fewer are too 
 constexpr double kLittleStretch = 0.01;  // by weight: more is not to be mistaken for an error
 constexpr double kTooSlow = 0.8;         // a level must have fewer than this part of the next finer one's
 
-std::vector<Edge> edges_of(const RestGraph& graph) {
-  std::vector<Edge> all;
-  all.reserve(graph.nearby.size() + graph.links.size());
-  all = graph.nearby;
-  for (const Link& l : graph.links) all.push_back({l.a, l.b});
-  return all;
-}
-
 /// The graph of the chosen particles alone, and which they are.
 RestGraph part_of(RestGraph&& whole, const std::vector<bool>& chosen, std::vector<int>& which) {
   if (std::find(chosen.begin(), chosen.end(), false) == chosen.end()) {
@@ -65,7 +57,7 @@ double strain_along(const RestGraph& graph, const Link& l) {
 Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& order, int threads) {
   const int n = graph.count();
   int islands = 0;
-  const std::vector<Edge> all = edges_of(graph);
+  const std::vector<Edge> all = edges_of(graph.links, graph.nearby);
   const std::vector<int> island = components(n, all, islands);
   std::vector<Vec3> places;
   for (const Vector& x : graph.x) places.push_back({x.x, x.y, x.z});

@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 
+#include "host/mesh/sides.h"
 #include "host/mesh/topology.h"
 #include "host/model/hang.h"
 #include "host/model/model.h"
@@ -16,6 +17,22 @@ namespace malha {
 namespace {
 
 constexpr double kMuchSofter = 0.25;  // of the mean stiffness of a part's stiffest set
+
+/// How many links each of `count` particles is from the nearest one that is held; -1: nothing holds it.
+std::vector<int> hops_to_pins(int count, const std::vector<Link>& links, const std::vector<bool>& held) {
+  std::vector<int> begin(count + 1, 0), near(2 * links.size());
+  for (const Link& l : links) ++begin[l.a + 1], ++begin[l.b + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<int> next(begin.begin(), begin.end() - 1);
+  for (const Link& l : links) near[next[l.a]++] = l.b, near[next[l.b]++] = l.a;
+  std::vector<int> hops(count, -1), front;
+  for (int i = 0; i < count; ++i)
+    if (held[i]) hops[i] = 0, front.push_back(i);
+  for (std::size_t k = 0; k < front.size(); ++k)
+    for (int e = begin[front[k]]; e < begin[front[k] + 1]; ++e)
+      if (hops[near[e]] < 0) hops[near[e]] = hops[front[k]] + 1, front.push_back(near[e]);
+  return hops;
+}
 
 class Linker {
  public:
@@ -60,38 +77,31 @@ class Linker {
   }
   /// Its sides pull as springs of stiffness Y A / l^2, where A is the area of the triangles at them.
   void add_membrane(int s) {
-    struct Side {
-      int a, b;
-      double area;
-      auto ends() const { return std::pair(a, b); }
-    };
     const ConstraintSet& set = model_.sets[s];
     const double Y = 1 / set.compliance.value_or(1);
-    std::vector<Side> sides;
+    std::vector<double> area;
+    const std::size_t begin = sheets_.size();
     for (int c = 0; c < set.count(); ++c) {
       SheetPiece& piece = sheets_.emplace_back(SheetPiece{{}, Y});
       for (int k = 0; k < 3; ++k) piece.corner[k] = model_.user_of[set.particles[3 * c + k]];
       const auto& [i, j, k] = piece.corner;
-      const double area = size_of(cross(x_[j] - x_[i], x_[k] - x_[i])) / 2;
-      for (const auto& [a, b] : {std::pair(i, j), std::pair(j, k), std::pair(k, i)})
-        sides.push_back({std::min(a, b), std::max(a, b), area});
+      area.push_back(size_of(cross(x_[j] - x_[i], x_[k] - x_[i])) / 2);
     }
-    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.ends() < b.ends(); });
-    for (std::size_t k = 0; k < sides.size();) {
-      const Side& side = sides[k];
-      double area = 0;
-      for (; k < sides.size() && sides[k].ends() == side.ends(); ++k) area += sides[k].area;
-      const double length = size_of(x_[side.a] - x_[side.b]);
-      if (area > 0) add(side.a, side.b, length, s, length * length / (Y * area));
-    }
+    const auto visit = [&](const auto& add_side) {
+      for (std::size_t t = begin; t < sheets_.size(); ++t)
+        for (int k = 0; k < 3; ++k) add_side(sheets_[t].corner[k], sheets_[t].corner[(k + 1) % 3]);
+    };
+    for_each_edge(sorted_sides(x_.size(), visit), [&](auto first, auto last) {
+      double sum = 0;
+      for (auto side = first; side != last; ++side) sum += area[side->number / 3];
+      const double length = size_of(x_[first->low] - x_[first->high]);
+      if (sum > 0) add(first->low, first->high, length, s, length * length / (Y * sum));
+    });
   }
 
   void find_parts() {
-    std::vector<Edge> edges;
-    edges.reserve(linkage_.links.size());
-    for (const Link& l : linkage_.links) edges.push_back({l.a, l.b});
     int parts = 0;
-    linkage_.part = components(model_.count(), edges, parts);
+    linkage_.part = components(model_.count(), edges_of(linkage_.links), parts);
     linkage_.parts.assign(parts, {});
   }
 
@@ -162,20 +172,5 @@ class Linker {
 }  // namespace
 
 Linkage linkage_of(const Model& model, const std::vector<double>& w) { return Linker(model, w).link(); }
-
-std::vector<int> hops_to_pins(int count, const std::vector<Link>& links, const std::vector<bool>& held) {
-  std::vector<int> begin(count + 1, 0), near(2 * links.size());
-  for (const Link& l : links) ++begin[l.a + 1], ++begin[l.b + 1];
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<int> next(begin.begin(), begin.end() - 1);
-  for (const Link& l : links) near[next[l.a]++] = l.b, near[next[l.b]++] = l.a;
-  std::vector<int> hops(count, -1), front;
-  for (int i = 0; i < count; ++i)
-    if (held[i]) hops[i] = 0, front.push_back(i);
-  for (std::size_t k = 0; k < front.size(); ++k)
-    for (int e = begin[front[k]]; e < begin[front[k] + 1]; ++e)
-      if (hops[near[e]] < 0) hops[near[e]] = hops[front[k]] + 1, front.push_back(near[e]);
-  return hops;
-}
 
 }  // namespace malha

@@ -30,7 +30,4 @@ struct Linkage {
 /// their part do not count.
 Linkage linkage_of(const Model& model, const std::vector<double>& w);
 
-/// How many links each of `count` particles is from the nearest one that is held; -1: nothing holds it.
-std::vector<int> hops_to_pins(int count, const std::vector<Link>& links, const std::vector<bool>& held);
-
 }  // namespace malha

@@ -77,6 +77,14 @@ void for_each_side(const Mesh& mesh, const Visit& visit) {
 
 }  // namespace
 
+std::vector<Edge> edges_of(const std::vector<Link>& links, const std::vector<Edge>& more) {
+  std::vector<Edge> all;
+  all.reserve(more.size() + links.size());
+  all = more;
+  for (const Link& l : links) all.push_back({l.a, l.b});
+  return all;
+}
+
 RestGraph rest_graph(const Model& model, const std::vector<double>& w) {
   const int n = model.count();
   RestGraph graph;

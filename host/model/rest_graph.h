@@ -31,6 +31,9 @@ struct RestGraph {
 
 struct Model;
 
+/// `more`, and those of links.
+std::vector<Edge> edges_of(const std::vector<Link>& links, const std::vector<Edge>& more = {});
+
 /// Of all bodies, in the user's numbers, without links. `w`: of the model's particles now, 1/kg, 0 where they are held.
 RestGraph rest_graph(const Model& model, const std::vector<double>& w);
 

@@ -7,6 +7,7 @@
 #include "host/base/memory_size.h"
 #include "host/base/shown.h"
 #include "host/error.h"
+#include "host/mesh/sides.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 #include "host/model/box_tree.h"
@@ -30,25 +31,18 @@ void add_simplices(const Mesh& mesh, SelfSurface& surface) {
   for (int i = 0; i < particles; ++i)
     if (!has_one[i]) own.push_back({{i, i, i}, 0});
 
-  struct Side {
-    int low, high, simplex, k;
-  };
-  std::vector<Side> sides;
   std::vector<bool> taken(particles, false);
-  for (int e = 0; e < static_cast<int>(own.size()); ++e)
-    for (int k = 0; k < 3; ++k) {
-      const int i = own[e].corner[k];
-      if (!taken[i]) own[e].has |= 1 << k, taken[i] = true;
-      const auto [low, high] = std::minmax({own[e].from(k), own[e].to(k)});
-      if (low != high) sides.push_back({low, high, e, k});
-    }
-  std::stable_sort(sides.begin(), sides.end(),
-                   [](const Side& a, const Side& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
-  for (std::size_t s = 0; s < sides.size(); ++s)
-    if (s == 0 || sides[s].low != sides[s - 1].low || sides[s].high != sides[s - 1].high) {
-      own[sides[s].simplex].has |= 1 << (3 + sides[s].k);
-      ++surface.edges;
-    }
+  for (Simplex& e : own)
+    for (int k = 0; k < 3; ++k)
+      if (const int i = e.corner[k]; !taken[i]) e.has |= 1 << k, taken[i] = true;
+  const auto visit = [&](const auto& add) {
+    for (const Simplex& e : own)
+      for (int k = 0; k < 3; ++k) add(e.from(k), e.to(k));
+  };
+  for_each_edge(sorted_sides(mesh.points.size(), visit), [&](auto first, auto /*last*/) {
+    own[first->number / 3].has |= 1 << (3 + first->number % 3);
+    ++surface.edges;
+  });
   surface.particles += particles;
   surface.simplices.insert(surface.simplices.end(), own.begin(), own.end());
 }
@@ -126,17 +120,6 @@ std::vector<Vec3> seen_along(const Eigen::Matrix3d& axes, const std::vector<Vec3
     turned[i] = {at[0], at[1], at[2]};
   }
   return turned;
-}
-
-/// Of the points, wider by `margin`.
-template <class Corners>
-BoundingBox bounds_of(const std::vector<Vec3>& x, const Corners& corners, double margin) {
-  BoundingBox box{x[corners[0]], x[corners[0]]};
-  for (const int i : corners)
-    for (int k = 0; k < 3; ++k)
-      box.low[k] = std::min(box.low[k], x[i][k]), box.high[k] = std::max(box.high[k], x[i][k]);
-  for (int k = 0; k < 3; ++k) box.low[k] -= margin, box.high[k] += margin;
-  return box;
 }
 
 struct Parts {

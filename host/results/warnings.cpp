@@ -4,7 +4,6 @@
 
 #include "host/base/shown.h"
 #include "host/results/boundaries.h"
-#include "host/results/report.h"
 #include "host/results/resolution.h"
 #include "host/results/softening.h"
 

@@ -60,8 +60,10 @@ class Stepper : public Solver {
     State<R> all = state();
     if (collider_) all.seen = collider_->memory();
     if (sleeper_) all.rest = sleeper_->memory();
-    if (self_) all.apart = self_->memory();
-    if (edges_) all.apart = edges_->memory();  // the same places
+    if (self_)
+      all.apart = self_->memory();
+    else if (edges_)  // which would be the same places
+      all.apart = edges_->memory();
     return save_state(all);
   }
   void restore(const std::string& bytes, const std::string& file) final {

@@ -4,13 +4,13 @@
 
 namespace malha::bench {
 
-namespace {
+btVector3 in_bullet(const Vec3& a) { return {btScalar(a[0]), btScalar(a[1]), btScalar(a[2])}; }
 
-btVector3 bullet(const Vec3& a) { return {btScalar(a[0]), btScalar(a[1]), btScalar(a[2])}; }
+namespace {
 
 btSoftBodyWorldInfo world(const Vec3& gravity) {
   btSoftBodyWorldInfo info;
-  info.m_gravity = bullet(gravity);
+  info.m_gravity = in_bullet(gravity);
   info.air_density = 0;
   return info;
 }
@@ -21,23 +21,26 @@ struct BulletCloth::Parts {
   btSoftBodyWorldInfo info;
   btSoftBody body;  // keeps a pointer to info
 
-  Parts(const Cloth& cloth, const Vec3& gravity) : info(world(gravity)), body(&info) {
-    btSoftBody::Material* full = body.appendMaterial();  // first: every node takes it
-    full->m_kLST = 1;
-    for (std::size_t i = 0; i < cloth.points.size(); ++i)
-      body.appendNode(bullet(cloth.points[i]), cloth.pinned[i] ? 0 : btScalar(cloth.mass[i]));
-    body.m_links.reserve(static_cast<int>(cloth.links.size()));
-    for (const auto& [a, b] : cloth.links) body.appendLink(a, b, full);
-  }
+  explicit Parts(const Vec3& gravity) : info(world(gravity)), body(&info) {}
 };
 
-BulletCloth::BulletCloth(const Cloth& cloth, const Vec3& gravity, int iterations)
-    : parts_(std::make_unique<Parts>(cloth, gravity)) {
-  btSoftBody::Config& config = parts_->body.m_cfg;
+void add_cloth(btSoftBody& body, const Cloth& cloth, int iterations) {
+  btSoftBody::Material* full = body.appendMaterial();  // first: every node takes it
+  full->m_kLST = 1;
+  for (std::size_t i = 0; i < cloth.points.size(); ++i)
+    body.appendNode(in_bullet(cloth.points[i]), cloth.pinned[i] ? 0 : btScalar(cloth.mass[i]));
+  body.m_links.reserve(static_cast<int>(cloth.links.size()));
+  for (const auto& [a, b] : cloth.links) body.appendLink(a, b, full);
+  btSoftBody::Config& config = body.m_cfg;
   config.piterations = iterations;
   config.viterations = config.diterations = config.citerations = 0;
   config.collisions = 0;
   config.kDP = 0;
+}
+
+BulletCloth::BulletCloth(const Cloth& cloth, const Vec3& gravity, int iterations)
+    : parts_(std::make_unique<Parts>(gravity)) {
+  bench::add_cloth(parts_->body, cloth, iterations);
 }
 
 BulletCloth::~BulletCloth() = default;

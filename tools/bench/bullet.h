@@ -7,8 +7,15 @@
 #include "tools/bench/cloth.h"
 
 class btSoftBody;
+class btVector3;
 
 namespace malha::bench {
+
+btVector3 in_bullet(const Vec3& a);
+
+/// Gives an empty body the cloth's particles and its links, of full stiffness, as long as they are now. No collisions,
+/// no damping; `iterations`: projections of each link in a step (Bullet's piterations).
+void add_cloth(btSoftBody& body, const Cloth& cloth, int iterations);
 
 /// No collisions, no damping, no bending, no wind; links of full stiffness. One thread: Bullet has no other way.
 class BulletCloth {

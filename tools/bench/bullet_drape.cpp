@@ -10,15 +10,13 @@
 #include "host/mesh/topology.h"
 #include "host/model/model.h"
 #include "host/solver/solver.h"
-#include "tools/bench/cloth.h"
+#include "tools/bench/bullet.h"
 
 namespace malha::bench {
 
 namespace {
 
-btVector3 in_bullet(const Vec3& a) { return {btScalar(a[0]), btScalar(a[1]), btScalar(a[2])}; }
-
-btTransform in_bullet(const Pose& pose) {
+btTransform transform_of(const Pose& pose) {
   const auto row = [&](int k) { return in_bullet(Vec3{pose.r[3 * k], pose.r[3 * k + 1], pose.r[3 * k + 2]}); };
   btMatrix3x3 turn;
   for (int k = 0; k < 3; ++k) turn[k] = row(k);
@@ -79,13 +77,8 @@ struct BulletDrape::Parts {
     BodySpec& spec = scene.bodies.front();
     const auto& size = std::get<GridShape>(spec.shape).size;
     spec.mass = *spec.density * size[0] * size[1];
-    const Cloth of = cloth_of(scene);
     cloth = std::make_unique<btSoftBody>(&world.getWorldInfo());
-    btSoftBody::Material* full = cloth->appendMaterial();  // first: every node takes it
-    full->m_kLST = 1;
-    for (std::size_t i = 0; i < of.points.size(); ++i)
-      cloth->appendNode(in_bullet(of.points[i]), of.pinned[i] ? 0 : btScalar(of.mass[i]));
-    for (const auto& [a, b] : of.links) cloth->appendLink(a, b, full);  // as long as they are now
+    bench::add_cloth(*cloth, cloth_of(scene), scene.solver.substeps * scene.solver.iterations);
     const std::vector<Vec3> x = simulation.positions(), v = simulation.velocities();
     for (int i = 0; i < cloth->m_nodes.size(); ++i) {
       btSoftBody::Node& node = cloth->m_nodes[i];
@@ -93,10 +86,8 @@ struct BulletDrape::Parts {
       node.m_v = in_bullet(v[static_cast<std::size_t>(i)]);
     }
     btSoftBody::Config& config = cloth->m_cfg;
-    config.piterations = scene.solver.substeps * scene.solver.iterations;
-    config.viterations = config.diterations = config.citerations = 0;
     config.collisions = btSoftBody::fCollision::SDF_RS;
-    config.kDP = 0, config.kDF = btScalar(scene.environment.front().friction);
+    config.kDF = btScalar(scene.environment.front().friction);
     cloth->getCollisionShape()->setMargin(btScalar(scene.environment.front().thickness));
     world.addSoftBody(cloth.get());
   }
@@ -109,17 +100,8 @@ BulletDrape::~BulletDrape() = default;
 void BulletDrape::step() {
   parts_->time += parts_->dt;
   for (auto& o : parts_->obstacles)
-    if (!o.motion.empty()) o.body->setWorldTransform(in_bullet(pose_at(o.motion, parts_->time)));
+    if (!o.motion.empty()) o.body->setWorldTransform(transform_of(pose_at(o.motion, parts_->time)));
   parts_->world.stepSimulation(btScalar(parts_->dt), 0);
-}
-
-std::vector<Vec3> BulletDrape::positions() const {
-  std::vector<Vec3> positions;
-  for (int i = 0; i < parts_->cloth->m_nodes.size(); ++i) {
-    const btVector3& x = parts_->cloth->m_nodes[i].m_x;
-    positions.push_back({x.x(), x.y(), x.z()});
-  }
-  return positions;
 }
 
 }  // namespace malha::bench

@@ -18,7 +18,6 @@ class BulletDrape {
   BulletDrape& operator=(const BulletDrape&) = delete;
 
   void step();
-  std::vector<Vec3> positions() const;  // m
 
  private:
   struct Parts;

@@ -10,6 +10,7 @@
 #include "host/base/stopwatch.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "kernels/nearby.h"
 #if defined(MALHA_HAS_BULLET)
 #include "tools/bench/bullet_drape.h"
 #endif
@@ -105,6 +106,7 @@ double contact_seconds(const Solver& solver) {
 struct ContactLine {
   Simulation simulation;
   int threads;
+  std::string hash_after_warm_up = {};
   ContactFacts at_start{};
   std::int64_t first = 0;  // step
   // A number a turn: ns a particle and substep of the two passes by the clock, ms a step, and of the processor.
@@ -129,9 +131,10 @@ void take_contact_turn(ContactLine& line, double enough) {
 /// particle was, is and goes (18 numbers), and one slot of each that is near is read and written.
 double floor_bytes(const ContactLine& line, const ContactFacts& facts) {
   const Model& model = line.simulation.model();
-  const double number = model.scene.solver.precision == Precision::Double ? 8 : 4;
+  const bool in_double = model.scene.solver.precision == Precision::Double;
+  const double number = in_double ? 8 : 4, slot = in_double ? sizeof(Near<double>) : sizeof(Near<float>);
   const double meshes = static_cast<double>(model.scene.environment.size());
-  return meshes * 2 * (6 * number + 16) + 2 * 128.0 * facts.near / model.count();
+  return meshes * 2 * (6 * number + 16) + 2 * slot * facts.near / model.count();
 }
 
 Json contact_row(const ContactCase& which, const ContactLine& line, double gb_per_s, double bullet) {
@@ -155,7 +158,7 @@ Json contact_row(const ContactCase& which, const ContactLine& line, double gb_pe
           {"bytes_of_lists", facts.cell_bytes},
           {"floor_ns_per_particle_and_substep", floor_bytes(line, facts) / gb_per_s},
           {"bullet_ms_per_step", std::isnan(bullet) ? Json() : Json(bullet)},
-          {"state_hash_after_warm_up", ""}};
+          {"state_hash_after_warm_up", line.hash_after_warm_up}};
 }
 
 std::string printed_contact(const Json& row) {
@@ -200,7 +203,6 @@ void run_contact(const ContactOptions& options) {
       continue;
     const Scene scene = contact_scene(which, options.scenes);
     std::vector<ContactLine> lines;
-    std::vector<std::string> hashes;
     for (const int count : threads) {
       status.show(which.name, double(lines.size()) / double(threads.size()));
       lines.push_back({Simulation(scene, {.threads = count}), count});
@@ -208,7 +210,7 @@ void run_contact(const ContactOptions& options) {
       for (int step = 0; step < which.warm_up; ++step) line.simulation.step();
       line.first = which.warm_up;
       if (which.warm_up > 0) line.at_start = line.simulation.solver().facts().contact.value();
-      hashes.push_back(hex(line.simulation.state_hash()));
+      line.hash_after_warm_up = hex(line.simulation.state_hash());
     }
     const double bullet = bullet_ms(which, lines.front().simulation, options.bullet_frames);
     for (int turn = 0; turn < options.repeats; ++turn) {
@@ -216,10 +218,8 @@ void run_contact(const ContactOptions& options) {
       for (ContactLine& line : lines) take_contact_turn(line, options.seconds);
     }
     status.clear();
-    for (std::size_t k = 0; k < lines.size(); ++k) {
-      const double gb_per_s = triad_gb_per_s(kMemoryBytes, lines[k].threads);
-      rows.push_back(contact_row(which, lines[k], gb_per_s, bullet));
-      rows.back()["state_hash_after_warm_up"] = hashes[k];
+    for (const ContactLine& line : lines) {
+      rows.push_back(contact_row(which, line, triad_gb_per_s(kMemoryBytes, line.threads), bullet));
       print(printed_contact(rows.back()));
     }
     files.write(rows.dump(2) + "\n", facts.dump(2) + "\n", print.text());
