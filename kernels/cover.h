@@ -29,4 +29,25 @@ KERNEL void cover_once(const Group& group, int count, const Work& work) {
   group.for_each(count - packs * lanes, [&](int i) KERNEL_LAMBDA { work(packs * lanes + i, R()); });
 }
 
+/// The largest of what covers it.
+template <class R, class Isa>
+struct LargestCovered {
+  Lane<R, Isa> of_packs;
+  R largest;
+  KERNEL explicit LargestCovered(R least) : of_packs(least), largest(least) {}
+
+  template <class T>
+  KERNEL void add(const T& number) {
+    if constexpr (sizeof(T) == sizeof(of_packs))
+      of_packs = larger(of_packs, number);
+    else
+      largest = larger(largest, number);
+  }
+  KERNEL R value() const {
+    R all = largest;
+    for (int l = 0; l < kLanes<R, Isa>; ++l) all = larger(all, lane(of_packs, l));
+    return all;
+  }
+};
+
 }  // namespace malha

@@ -110,6 +110,33 @@ struct FloatPose {
   }
 };
 
+/// A number or a pack of them, rounded to float.
+template <class S>
+KERNEL void load_float(const float* from, S& to) {
+  load(from, to);
+}
+template <class S>
+KERNEL void load_float(const double* from, S& to) {
+  constexpr int lanes = int(sizeof(S) / sizeof(float));
+  float rounded[lanes];
+  for (int l = 0; l < lanes; ++l) rounded[l] = float(from[l]);
+  load(rounded, to);
+}
+template <class S, class Q>
+KERNEL Vector3<S> load_floats(const Points<Q>& from, int i) {
+  Vector3<S> a;
+  load_float(from.x + i, a.x), load_float(from.y + i, a.y), load_float(from.z + i, a.z);
+  return a;
+}
+template <class S>
+KERNEL S size_of_number(const S& a) {
+  return larger(a, S(0.0f) - a);
+}
+template <class S>
+KERNEL S sum_of_sizes(const Vector3<S>& a) {
+  return size_of_number(a.x) + size_of_number(a.y) + size_of_number(a.z);
+}
+
 /// Which particles may have come near enough to be looked at, a bit each: a stream in float, rounded so that none is
 /// missed. `reach` < 0: those whose way from x to p may leave the ball around where they were last seen, in which there
 /// is no surface; otherwise those whose way may reach the surface, or pass it by `reach` (m). Words that are far off as
@@ -154,32 +181,6 @@ struct MayTouch {
   }
 
  private:
-  template <class S>
-  KERNEL static S size(const S& a) {
-    return larger(a, S(0.0f) - a);
-  }
-  template <class S>
-  KERNEL static S size(const Vector3<S>& a) {
-    return size(a.x) + size(a.y) + size(a.z);
-  }
-  template <class S>
-  KERNEL static void load_float(const float* from, S& to) {
-    load(from, to);
-  }
-  template <class S>
-  KERNEL static void load_float(const double* from, S& to) {
-    constexpr int lanes = int(sizeof(S) / sizeof(float));
-    float rounded[lanes];
-    for (int l = 0; l < lanes; ++l) rounded[l] = float(from[l]);
-    load(rounded, to);
-  }
-  template <class S, class Q>
-  KERNEL static Vector3<S> floats(const Points<Q>& from, int i) {
-    Vector3<S> a;
-    load_float(from.x + i, a.x), load_float(from.y + i, a.y), load_float(from.z + i, a.z);
-    return a;
-  }
-
   /// Around its box; of use where it is farther off than it is large.
   KERNEL WordBall ball_of(int first, int n) const {
     const auto middle = [&](const float* a) KERNEL_LAMBDA {
@@ -203,7 +204,7 @@ struct MayTouch {
     const Vector3<float> c{ball.x, ball.y, ball.z};
     const float start = farthest<S>(x, before.to_world(c), first, n), end = farthest<S>(p, after.to_world(c), first, n);
     const float m = start + ball.radius, l = reach < 0 ? end + ball.radius : start + end;
-    const float slack = 1e-5f * (size(c) + start + end + shift());
+    const float slack = 1e-5f * (sum_of_sizes(c) + start + end + shift());
     return (reach < 0 ? larger(m, l) : m + l + reach) + slack < ball.distance;  // not a number: false
   }
   /// Of the particles from c; not a number where one of them is not.
@@ -215,12 +216,12 @@ struct MayTouch {
     float all = 0, sums = 0;
     int k = 0;
     for (; k + lanes <= n; k += lanes) {
-      const Vector3<S> d = floats<S>(points, first + k) - centre;
+      const Vector3<S> d = load_floats<S>(points, first + k) - centre;
       const S d2 = dot(d, d);
       most = larger(most, d2), sum = sum + d2;
     }
     for (; k < n; ++k) {
-      const Vector3<float> d = floats<float>(points, first + k) - c;
+      const Vector3<float> d = load_floats<float>(points, first + k) - c;
       all = larger(all, dot(d, d)), sums += dot(d, d);
     }
     float each[lanes], added[lanes];
@@ -240,14 +241,14 @@ struct MayTouch {
   /// By how much it may come too near; below 0: it cannot.
   template <class S>
   KERNEL S excess(int i) const {
-    const Vector3<S> start = floats<S>(x, i), end = floats<S>(p, i), seen = floats<S>(at, i);
+    const Vector3<S> start = load_floats<S>(x, i), end = load_floats<S>(p, i), seen = load_floats<S>(at, i);
     const Vector3<S> a = before.to_local(start), b = after.to_local(end);
     const Vector3<S> moved = a - seen, way = reach < 0 ? b - seen : b - a;
     S known;
     load(distance + i, known);
     const S m = root(dot(moved, moved)), l = root(dot(way, way));
     // Some ten roundings of each coordinate on its way.
-    const S slack = (size(start) + size(end) + S(shift())) * S(4e-6f);
+    const S slack = (sum_of_sizes(start) + sum_of_sizes(end) + S(shift())) * S(4e-6f);
     return (reach < 0 ? larger(m, l) : m + l + S(reach)) + slack - known;
   }
 };

@@ -27,6 +27,8 @@ struct Visit {
   UpTo<R> up;          // means of the next prediction, for the coarser level: the last visits leave them
   MeansOf<R> down;     // what particles follow on the coarser level, patch by patch: added where they are predicted
   int* lost;           // of each patch: the first substep that left a particle without a finite position, or 0
+  R most_speed2;       // m^2/s^2, where speeds are watched
+  int* fast;           // of each patch: the last substep that left a particle that is faster; null: nobody asks
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -59,6 +61,21 @@ struct Visit {
         put_back(group, segments[s], local);
     }
     if (updates && up.means.begin) foresee(group, patch, local);
+    if (updates && fast) watch_speed(group, patch);
+  }
+
+  template <class Group>
+  KERNEL void watch_speed(const Group& group, const Patch& patch) const {
+    LargestCovered<R, typename Group::Isa> speed2(R(0));
+    for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
+      const Segment& segment = segments[s];
+      if (!segment.last || !segment.movable) continue;
+      cover<R>(group, segment.count, [&]<class T>(int i, T /*of*/) KERNEL_LAMBDA {
+        const Vector3<T> v = load_points<T>(particles.v, segment.global + i);
+        speed2.add(dot(v, v));
+      });
+    }
+    if (speed2.value() > most_speed2) fast[group.index] = substep;
   }
 
   template <class Group, class Local>

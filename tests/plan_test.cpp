@@ -165,7 +165,8 @@ TEST(Plan, CountsWhatLevelsLaunch) {
   const char* blocks[] = {"{}",                                                   // whole steps in one region
                           R"({"wind": {"velocity": [0, 0, 1], "drag": 0.001}})",  // fused substeps
                           R"({"environment": [{"name": "far", "shape": {"box": {"size": [1, 1, 1], "cells": [1, 1, 1]}},
-                           "transform": {"translate": [0, -9, 0]}}]})"};          // passes of their own
+                           "transform": {"translate": [0, -9, 0]},
+                           "motion": [{"time": 0}, {"time": 9, "translate": [1, 0, 0]}]}]})"};  // passes of their own
   for (const char* block : blocks)
     for (const int every : {1, 2, 3, 0}) {  // 0: with a compliance, of which each substep hands multipliers down
       Json scene = cloth_with_levels(3);

@@ -1,16 +1,19 @@
 // All environment meshes of a scene: their contacts with the particles, substep by substep. Made only for scenes that
 // have an environment; without one there is no Embree device.
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <vector>
 
 #include "host/base/array.h"
+#include "host/base/point_array.h"
 #include "host/collision/contact_facts.h"
 #include "host/collision/find_contact.h"
 #include "host/collision/hold_back.h"
 #include "host/collision/near_memory.h"
 #include "host/model/model.h"
+#include "kernels/keep_off.h"
 
 namespace malha {
 
@@ -28,16 +31,10 @@ class Collider {
 
   /// Lays the contact constraints for x -> p; the meshes move from their poses at `start` to those at `end` (s).
   void find(const Particles<R>& particles, double start, double end) {
-    meshes_.clear(), nearby_.clear();
-    for (Obstacle& o : obstacles_) {
-      meshes_.push_back(
-          {&o.surface, o.spec.sides, o.spec.thickness, pose_at(o.spec.motion, start), pose_at(o.spec.motion, end)});
-      if (o.surface.tidy()) o.memory.forget_cells();
-      nearby_.push_back(o.memory.view());
-    }
+    place_meshes(start, end);
+    let_go_of_all();
     for (int k = 0; k < count(); ++k) {
       NearMemory<Executor, R>& memory = obstacles_[k].memory;
-      parallel_for(executor_, memory.slots(), LetGo<R>{memory.view().near});
       const int looks = test(particles, k, static_cast<float>(2 * meshes_[k].thickness), false);
       nearby_[k] = memory.view();
       words(looks > kLooks, FindContact<R>{surroundings(particles), k, bits_.data()});
@@ -56,6 +53,48 @@ class Collider {
     int looks = 0;
     for (int k = 0; k < count(); ++k) looks = test(particles, k, -1, k > 0), nearby_[k] = obstacles_[k].memory.view();
     words(looks > kLooks, HoldBack<R>{surroundings(particles), bits_.data()});
+  }
+
+  bool moves() const {
+    return std::any_of(obstacles_.begin(), obstacles_.end(), [](const Obstacle& o) { return !o.spec.motion.empty(); });
+  }
+
+  /// Memory for questions of speed.
+  void make_rooms() { rooms_ = Array<Executor, Room>(static_cast<std::size_t>(words_), Room{}); }
+  /// How fast (m/s) particles may be during the next `substeps` of h seconds, so that they need no look at meshes that
+  /// do not move: none comes so near that a contact were laid, or anything held back. 0: they do need it. `g`: of
+  /// gravity, m/s^2.
+  double speed_without_looks(const Particles<R>& particles, double h, int substeps, double g) {
+    const auto rounding = static_cast<float>(4e-6 + 4e-7 * substeps);  // of a substep two, of a first test some ten
+    for (int k = 0; k < count(); ++k) {
+      const Nearby<R> nearby = obstacles_[k].memory.view();
+      words(particles.count > kParticleGrain,
+            MeasureRoom<R>{particles.x, particles.v, particles.w, particles.count, nearby.at, nearby.distance,
+                           static_cast<float>(2 * obstacles_[k].spec.thickness), rounding, k == 0, rooms_.data()});
+    }
+    Room all{INFINITY, 0};
+    for (int word = 0; word < words_; ++word) {
+      all.distance = std::min(all.distance, rooms_.data()[word].distance);
+      all.speed2 = std::max(all.speed2, rooms_.data()[word].speed2);
+    }
+    const double speed = (all.distance - g * h * h) / ((substeps + 1) * h);
+    return std::sqrt(all.speed2) + g * h * substeps < speed ? speed : 0;
+  }
+
+  /// Before substeps without looks.
+  void let_go_of_all() {
+    for (Obstacle& o : obstacles_) parallel_for(executor_, o.memory.slots(), LetGo<R>{o.memory.view().near});
+  }
+
+  /// After a substep without looks, of h seconds and with its new state, in which particles were faster than they may.
+  void hold_back_late(const Particles<R>& particles, double start, double h) {
+    const ScratchPoints before(static_cast<std::size_t>(particles.count));
+    Particles<R> then = particles;
+    then.x = before.points();
+    parallel_for(executor_, particles.count, StepBack<R>{particles, then.x, R(h)});
+    place_meshes(start, start + h);
+    hold_back(then);
+    parallel_for(executor_, particles.count, KeepHeld<R>{particles, R(1 / h)});
   }
 
   /// `resting`: the speed that gravity gives in two substeps, below which nothing bounces (m/s).
@@ -86,14 +125,14 @@ class Collider {
   }
 
   std::size_t bytes() const {
-    std::size_t sum = bits_.bytes();
+    std::size_t sum = bits_.bytes() + rooms_.bytes();
     for (const Obstacle& o : obstacles_) sum += o.memory.bytes() + o.surface.bytes();
     return sum;
   }
 
   ContactFacts facts() const {
     ContactFacts facts = facts_;
-    facts.far_bytes = bits_.bytes();
+    facts.far_bytes = bits_.bytes() + rooms_.bytes();
     for (const Obstacle& o : obstacles_) {
       facts.near += o.memory.near();
       facts.far_bytes += o.memory.bytes() - o.memory.near_bytes(), facts.near_bytes += o.memory.near_bytes();
@@ -134,7 +173,19 @@ class Collider {
     NearMemory<Executor, R> memory;
   };
 
+  using ScratchPoints = PointArray<Executor, R>;
+
   int count() const { return static_cast<int>(obstacles_.size()); }
+
+  void place_meshes(double start, double end) {
+    meshes_.clear(), nearby_.clear();
+    for (Obstacle& o : obstacles_) {
+      meshes_.push_back(
+          {&o.surface, o.spec.sides, o.spec.thickness, pose_at(o.spec.motion, start), pose_at(o.spec.motion, end)});
+      if (o.surface.tidy()) o.memory.forget_cells();
+      nearby_.push_back(o.memory.view());
+    }
+  }
   Surroundings<R> surroundings(const Particles<R>& particles) {
     return {meshes_.data(), count(), particles, nearby_.data()};
   }
@@ -165,6 +216,7 @@ class Collider {
   std::vector<MovingSurface> meshes_;  // of the present substep
   std::vector<Nearby<R>> nearby_;      // to each of them
   Array<Executor, unsigned long long> bits_;
+  Array<Executor, Room> rooms_;
   ContactFacts facts_;
   int words_;
   bool bounces_ = false;

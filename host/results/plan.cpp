@@ -169,7 +169,7 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
   line("levels", launches_of_levels(model, facts));
   // Found before the iterations, held back after them; twice a first test. None without an environment.
-  line("collision", obstacles > 0 ? substeps * (6 * obstacles + 1) : 0);
+  line("collision", (obstacles > 0 ? substeps * (6 * obstacles + 1) : 0) + (facts.flies ? obstacles : 0));
   line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);
   line("pressure", 3 * projections * model.pressures.size());
@@ -184,6 +184,9 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   line("state", facts.fused ? 0 : substeps);
   line("tearing", tears(model.scene) ? 1 : 0);
   line("sleep", model.scene.sleep ? 1 : 0);  // asleep, a step is none of all these
+  if (facts.flies)
+    out << "  while nothing comes near the environment: " << counted(2 * obstacles + sweeps, "launch", "launches")
+        << ", of collision and of visits, and none between them\n";
 }
 
 void list_memory(std::ostream& out, const Model& model, const SolverFacts& facts) {

@@ -21,8 +21,13 @@ class Pbd final : public Stepper<Executor, R> {
         threads_(threads) {
     this->facts_.fused = this->nothing_between();
     lay_out_levels();
-    this->facts_.whole_steps =
-        this->nothing_between() && model.damped.empty() && model.moved.empty() && !model.scene.wind;
+    const bool steady = model.damped.empty() && model.moved.empty() && !model.scene.wind;
+    this->facts_.whole_steps = this->nothing_between() && steady;
+    this->facts_.flies = this->collider_ && !this->collider_->moves() && !this->edges_ && levels_.empty() && steady &&
+                         Base::contacts_at_most(model) && model.free.empty();
+    if (!this->facts_.flies) return;
+    this->collider_->make_rooms(), sweep_->make_watch();
+    this->note_collision();
   }
 
   std::vector<double> seconds_of_levels() const override {
@@ -36,11 +41,34 @@ class Pbd final : public Stepper<Executor, R> {
  private:
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;
-    if (!this->facts_.whole_steps) return Base::advance();
-    visit_patches(solver.dt / solver.substeps, solver.substeps);
+    const double h = solver.dt / solver.substeps;
+    if (!this->facts_.whole_steps) return this->advance_from(this->facts_.flies ? fly(h) : 0);
+    visit_patches(h, solver.substeps);
     this->give_back_momenta();
     ++this->steps_;
   }
+
+  /// How many substeps of a step, from the first on, were visits alone: nothing came near the environment. What was
+  /// thrown farther than its speed had told is held back after its substep.
+  int fly(double h) {
+    auto& collider = *this->collider_;
+    const Vec3& g = model_.scene.gravity;
+    const int substeps = model_.scene.solver.substeps;
+    double speed = 0;
+    this->timed(Pass::Collision, [&] {
+      speed = collider.speed_without_looks(this->particles(), h, substeps,
+                                           std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]));
+      if (speed > 0) collider.let_go_of_all();
+    });
+    if (!(speed > 0)) return 0;
+    sweep_->start_watch();
+    const int done = visit_patches(h, substeps, speed);
+    if (sweep_->noted(done))
+      this->timed(Pass::Collision,
+                  [&] { collider.hold_back_late(this->particles(), this->time() + (done - 1) * h, h); });
+    return done;
+  }
+
   /// Those of each set of pins that is let go are laid out beforehand: the model does not stay.
   void lay_out_levels() {
     if (model_.scene.solver.levels == 0) return;
@@ -82,15 +110,17 @@ class Pbd final : public Stepper<Executor, R> {
 
   void predict(double h) override {
     this->blow(h);
-    if (this->nothing_between()) return visit_patches(h, 1);
+    if (this->nothing_between()) return void(visit_patches(h, 1));
     this->timed(Pass::Prediction, [&] {
       parallel_for(executor_, model_.count(), Predict<R>{this->particles(), R(h), this->to_R(model_.scene.gravity)});
     });
   }
   bool predicts_the_state() const override { return this->nothing_between(); }
 
-  /// Substeps of prediction, projection and state in one parallel region.
-  void visit_patches(double h, int substeps) {
+  /// Substeps of prediction, projection and state in one parallel region, up to one in which something was faster than
+  /// `speed` (m/s): how many.
+  int visit_patches(double h, int substeps, double speed = INFINITY) {
+    int done = substeps;
     const int iterations = model_.scene.solver.iterations;
     if (this->momenta_) this->timed(Pass::Correction, [&] { this->momenta_->before(this->particles()); });
     const Visit<R> plain = sweep_->visit(this->particles(), h, this->to_R(model_.scene.gravity));
@@ -110,17 +140,22 @@ class Pbd final : public Stepper<Executor, R> {
             visit.substep = s + 1;
             if (levels && visit.predicts) visit.down = levels->down();
             if (next && visit.updates) visit.up = next->up();
+            if (speed < INFINITY && visit.updates) sweep_->watch(speed, visit);
             (*sweep_)(team, visit);
           }
           if (next) next->join_parts(team);
+          if (!(speed < INFINITY) || !sweep_->noted(s + 1)) continue;
+          if (leads(team)) done = s + 1;
+          return;
         }
       });
     });
     if (sweep_->lost()) this->refuse_lost(sweep_->first_lost(this->x_.download(), model_.user_of));
-    if (!this->momenta_) return;
+    if (!this->momenta_) return done;
     const Vec3& g = model_.scene.gravity;
     const double t = h * substeps;
     this->timed(Pass::Correction, [&] { this->momenta_->after(this->particles(), {g[0] * t, g[1] * t, g[2] * t}); });
+    return done;
   }
 
   int threads_;

@@ -76,6 +76,7 @@ struct SolverFacts {
   PatchFacts patches;
   bool fused = false;              // prediction and state happen in the visits to the patches
   bool whole_steps = false;        // all substeps of a step in one parallel region
+  bool flies = false;              // both, in steps in which nothing can come near the environment
   std::vector<SetFacts> sets;      // in the order of projection
   std::vector<LevelFacts> levels;  // the finest first
   std::size_t level_bytes = 0;

@@ -158,11 +158,14 @@ class Stepper : public Solver {
   }
 
   /// A step, awake.
-  virtual void advance() {
+  virtual void advance() { advance_from(0); }
+
+  /// From a substep on.
+  void advance_from(int first) {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
     const auto at = [&](int s) { return (steps_ + double(s) / solver.substeps) * solver.dt; };  // steps end alike
-    for (int s = 0; s < solver.substeps; ++s) {
+    for (int s = first; s < solver.substeps; ++s) {
       if (moved_) timed(Pass::Pins, [&] { moved_->place(particles(), w_.data(), at(s), at(s + 1)); });
       substep_ = s;
       substep(time() + s * h, h);
@@ -255,9 +258,11 @@ class Stepper : public Solver {
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
   /// Whether the scene asks for anything between prediction and state but batched constraints.
-  static bool nothing_between(const Model& model) {
-    return model.environment.empty() && model.pressures.empty() && model.attached.empty() &&
-           model.long_range.items() == 0 && !model.scene.self_collision;
+  static bool nothing_between(const Model& model) { return model.environment.empty() && contacts_at_most(model); }
+  /// The same, but for contacts with an environment.
+  static bool contacts_at_most(const Model& model) {
+    return model.pressures.empty() && model.attached.empty() && model.long_range.items() == 0 &&
+           !model.scene.self_collision;
   }
   bool nothing_between() const { return !long_range_ && nothing_between(model_); }  // the model may have let them go
 
@@ -277,6 +282,14 @@ class Stepper : public Solver {
                    " s): " + particle_name(model_, lost) + " has no finite position any more");
   }
 
+  void note_collision() {
+    facts_.collision_bytes =
+        (collider_ ? collider_->bytes() : 0) + (self_ ? self_->bytes() : 0) + (edges_ ? edges_->bytes() : 0);
+    if (self_) facts_.self = self_->facts();
+    if (edges_) facts_.edges = edges_->facts();
+    if (collider_) facts_.contact = collider_->facts();
+  }
+
   template <class F>
   void timed(Pass pass, F&& work) {
     seconds_[static_cast<int>(pass)] += seconds(work);
@@ -287,6 +300,8 @@ class Stepper : public Solver {
   PointArray<Executor, R> x_, v_, p_;
   std::optional<Sweep<Executor, R>> sweep_;
   Part<Momenta<Executor, R>, built("corrector")> momenta_;
+  Part<Collider<Executor, R>, built("environment")> collider_;
+  Part<EdgeCollider<Executor, R>, built("environment")> edges_;
   std::int64_t steps_ = 0;
   int substep_ = 0;  // of the step
   SolverFacts facts_;
@@ -357,14 +372,6 @@ class Stepper : public Solver {
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }
 
-  void note_collision() {
-    facts_.collision_bytes =
-        (collider_ ? collider_->bytes() : 0) + (self_ ? self_->bytes() : 0) + (edges_ ? edges_->bytes() : 0);
-    if (self_) facts_.self = self_->facts();
-    if (edges_) facts_.edges = edges_->facts();
-    if (collider_) facts_.contact = collider_->facts();
-  }
-
   static constexpr int kRounds = 8;  // of what holds bodies apart from each other and from edges, in turns
 
   Array<Executor, R> w_;
@@ -374,11 +381,9 @@ class Stepper : public Solver {
   Part<MovedPinSets<Executor, R>, built("motion")> moved_;
   Part<Attachments<Executor, R>, built("attachments")> attachments_;
   Part<Limits<Executor, R>, built("tear")> breakable_;  // edges that tear
-  Part<Collider<Executor, R>, built("environment")> collider_;
   Part<Air<Executor, R>, built("air")> air_;
   Part<Sleeper<Executor, R>, built("sleep")> sleeper_;
   Part<SelfCollider<Executor, R>, built("self_collision")> self_;
-  Part<EdgeCollider<Executor, R>, built("environment")> edges_;
   std::array<double, kPassNames.size()> seconds_{};
 };
 

@@ -113,6 +113,19 @@ class Sweep {
 
   void forget_lost() { lost_.upload(std::vector<int>(lost_.size(), 0)); }
 
+  /// Memory for visits that watch speeds.
+  void make_watch() { fast_ = Array<Executor, int>(2 * patches_.size(), 0); }
+  void start_watch() { Memory<Executor>::fill(fast_.data(), fast_.size(), 0); }
+  /// The visit, of a substep counted from 1, notes who is faster than `speed` (m/s).
+  void watch(double speed, Visit<R>& visit) const {
+    visit.most_speed2 = R(speed) * R(speed);
+    visit.fast = noted_in(visit.substep);
+  }
+  bool noted(int substep) const {
+    const int* const first = noted_in(substep);
+    return std::find(first, first + patches_.size(), substep) != first + patches_.size();
+  }
+
   /// Memory for visits that keep nothing, on so many threads.
   void make_memory(int threads) {
     if (memory_.size() == 0) memory_ = Array<Executor, char>(memory_bytes_ * threads, 0);
@@ -126,6 +139,9 @@ class Sweep {
   const std::vector<SetFacts>& set_facts() const { return set_facts_; }
 
  private:
+  /// Substeps take turns: what one has noted is read while the next one goes on.
+  int* noted_in(int substep) const { return fast_.data() + (substep % 2) * patches_.size(); }
+
   static constexpr std::size_t kCache = 1 << 20;  // bytes; cores have caches of 0.25 to 2 MiB of their own
   struct Set {
     Array<Executor, LocalIndex> index[kMostParticles];
@@ -223,7 +239,7 @@ class Sweep {
   Array<Executor, Batch> batches_;
   Array<Executor, SetView<R>> views_;
   std::vector<Set> sets_;
-  Array<Executor, int> lost_;
+  Array<Executor, int> lost_, fast_;
   Array<Executor, R> kept_;
   Array<Executor, char> memory_;
   std::size_t memory_bytes_ = 0;

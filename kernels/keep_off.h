@@ -1,0 +1,82 @@
+// Whether particles can move for a whole step without a look at an environment mesh: how far they are from it, at
+// least, and how fast. What then turns out to be faster is held back afterwards.
+#pragma once
+#include "kernels/cover.h"
+#include "kernels/nearby.h"
+
+namespace malha {
+
+/// Of a word of particles.
+struct Room {
+  float distance;  // m, that none of them is nearer to any mesh than its contacts reach
+  float speed2;    // the highest, squared, m^2/s^2
+};
+
+/// Room to one mesh, which does not move; with what there is of others. Pinned particles need none.
+template <class R>
+struct MeasureRoom {
+  Points<R> x, v;
+  const R* w;
+  int count;
+  Points<float> at;  // as in Nearby
+  const float* distance;
+  float reach;     // of contacts, m
+  float rounding;  // of sizes: what places may be off by
+  bool first;      // of the meshes
+  Room* rooms;
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    using Isa = typename Group::Isa;
+    constexpr int lanes = kLanes<float, Isa>;
+    Room& room = rooms[group.index];
+    LargestCovered<float, Isa> missing(first ? -INFINITY : -room.distance), speed2(first ? 0 : room.speed2);
+    int i = group.index * kWord;
+    const int end = i + kWord < count ? i + kWord : count;
+    for (; i + lanes <= end; i += lanes) add<Lane<float, Isa>>(i, missing, speed2);
+    for (; i < end; ++i) add<float>(i, missing, speed2);
+    room = {-missing.value(), speed2.value()};
+  }
+
+ private:
+  template <class S, class Most>
+  KERNEL void add(int i, Most& missing, Most& speed2) const {
+    const Vector3<S> place = load_floats<S>(x, i), moved = place - load_floats<S>(at, i), speed = load_floats<S>(v, i);
+    S known, mass;
+    load(distance + i, known), load_float(w + i, mass);
+    const S slack = (sum_of_sizes(place) + size_of_number(known)) * S(rounding);
+    const S room = known - root(dot(moved, moved)) - S(reach) - slack;
+    const auto moves = mass > S(0.0f);
+    const S less = select(room < S(INFINITY), S(0.0f) - room, S(INFINITY));  // not a number: no room
+    missing.add(select(moves, less, S(-INFINITY)));
+    speed2.add(select(moves, dot(speed, speed), S(0.0f)));
+  }
+};
+
+/// Where particles were a substep ago (to the rounding of x), and p where they are.
+template <class R>
+struct StepBack {
+  Particles<R> particles;
+  Points<R> before;
+  R dt;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> x = particles.x[i];
+    particles.p.set(i, x);
+    before.set(i, x - particles.v[i] * dt);
+  }
+};
+
+/// The state of those that were held back after their substep: x = p, and v for it.
+template <class R>
+struct KeepHeld {
+  Particles<R> particles;
+  R per_dt;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> p = particles.p[i], held = p - particles.x[i];
+    if (held.x == R(0) && held.y == R(0) && held.z == R(0)) return;
+    particles.v.set(i, particles.v[i] + held * per_dt);
+    particles.x.set(i, p);
+  }
+};
+
+}  // namespace malha
