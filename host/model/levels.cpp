@@ -11,14 +11,16 @@
 namespace malha {
 
 std::int64_t long_way(const SolverSpec& solver) {
-  return std::max<std::int64_t>(60, std::int64_t{6} * solver.substeps * solver.iterations);
+  return std::max<std::int64_t>(60, std::int64_t{2} * solver.substeps * solver.iterations);
 }
 
 namespace {
 
 constexpr int kFewest = 16;              // particles of a level: fewer are too coarse a picture
 constexpr double kLittleStretch = 0.01;  // by weight: more is not to be mistaken for an error
-constexpr double kTooSlow = 0.8;         // a level must have fewer than this part of the next finer one's
+constexpr double kSmooth = 0.85;   // cosine of the turn along a link: arcs of twice that are still told from chords
+constexpr double kFewTurn = 0.02;  // of a part's links
+constexpr double kTooSlow = 0.8;   // a level must have fewer than this part of the next finer one's
 
 /// The graph of the chosen particles alone, and which they are.
 RestGraph part_of(RestGraph&& whole, const std::vector<bool>& chosen, std::vector<int>& which) {
@@ -43,6 +45,44 @@ RestGraph part_of(RestGraph&& whole, const std::vector<bool>& chosen, std::vecto
   for (const Edge& e : whole.nearby)
     if (chosen[e[0]] && chosen[e[1]]) part.nearby.push_back({now[e[0]], now[e[1]]});
   return part;
+}
+
+/// Diagonals of quads that nothing pulls along: neighbours all the same, so that a net keeps every second row and
+/// column.
+void add_free_diagonals(const Model& model, RestGraph& graph) {
+  const auto quads = [&](const auto& visit) {
+    for (std::size_t b = 0; b + 1 < model.look.body_begin.size(); ++b)
+      for (const Quad& face : body_mesh(model.look, b).faces)
+        for (int k = 0; k < 2 && !is_triangle(face); ++k)
+          visit(model.look.body_begin[b] + face[k], model.look.body_begin[b] + face[k + 2]);
+  };
+  bool any = false;
+  quads([&](int, int) { any = true; });
+  if (!any) return;
+  std::vector<int> begin(graph.count() + 1, 0), to(graph.links.size());  // of each link's lower end, the other
+  for (const Link& l : graph.links) ++begin[std::min(l.a, l.b) + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<int> next(begin.begin(), begin.end() - 1);
+  for (const Link& l : graph.links) to[next[std::min(l.a, l.b)]++] = std::max(l.a, l.b);
+  quads([&](int a, int b) {
+    const int low = std::min(a, b), high = std::max(a, b);
+    const auto first = to.begin() + begin[low], last = to.begin() + begin[low + 1];
+    if (std::find(first, last, high) == last) graph.nearby.push_back({low, high});
+  });
+}
+
+/// Of each particle, whether its part is so smooth at this spacing that lengths along the surface can be told: hardly
+/// any link turns by much from end to end.
+std::vector<bool> smooth(const RestGraph& graph, const std::vector<int>& part, int parts) {
+  std::vector<int> links(parts, 0), turning(parts, 0);
+  for (const Link& l : graph.links) {
+    const bool turns = graph.folded[l.a] || graph.folded[l.b];
+    const double cosine = dot(graph.normal[l.a], graph.normal[l.b]), sizes = dot(graph.normal[l.a], graph.normal[l.a]);
+    ++links[part[l.a]], turning[part[l.a]] += turns || (sizes > 0 && cosine < kSmooth);
+  }
+  std::vector<bool> chosen(graph.count());
+  for (int i = 0; i < graph.count(); ++i) chosen[i] = turning[part[i]] <= kFewTurn * links[part[i]];
+  return chosen;
 }
 
 /// Of a link, by weight.
@@ -116,7 +156,8 @@ Means renamed(const Means& means, const std::vector<int>& order, const std::vect
 bool helps(const LinkedPart& part, const SolverSpec& solver) {
   if (part.solid || (part.elastic && !(part.stretch > 0))) return false;
   if (solver.levels != kAutoLevels) return part.particles > kFewest;
-  return part.longest >= long_way(solver) && (!part.elastic || (part.stretch <= kLittleStretch && part.lost >= 1));
+  const bool by_weight = part.stretch <= kLittleStretch && part.lost >= 1 && !part.loaded;
+  return part.longest >= long_way(solver) && !part.soft && (!part.elastic || by_weight);
 }
 
 std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, int threads) {
@@ -128,8 +169,10 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
   if (std::find(chosen.begin(), chosen.end(), true) == chosen.end()) return levels;
   RestGraph whole = rest_graph(model, w);
   whole.links = std::move(linkage.links), whole.give = std::move(linkage.give);
-  std::vector<int> user;
+  add_free_diagonals(model, whole);
+  std::vector<int> user, part;
   RestGraph fine = part_of(std::move(whole), chosen, user);
+  for (const int i : user) part.push_back(linkage.part[i]);
   // In the order of the finer model: which particle of the finer graph each place holds, -1 for none; and back.
   std::vector<int> inside(model.count(), -1), held(model.count()), place(fine.count());
   for (std::size_t i = 0; i < user.size(); ++i) inside[user[i]] = static_cast<int>(i);
@@ -142,6 +185,12 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
   find_places();
   const int most = model.scene.solver.levels == kAutoLevels ? kMostLevels : model.scene.solver.levels;
   while (static_cast<int>(levels.size()) < most && fine.count() > kFewest) {
+    std::vector<int> kept, now(fine.count(), -1);
+    fine = part_of(std::move(fine), smooth(fine, part, static_cast<int>(linkage.parts.size())), kept);
+    for (int i = 0; i < fine.count(); ++i) now[kept[i]] = i, part[i] = part[kept[i]];
+    for (int& i : held) i = i < 0 ? i : now[i];
+    find_places();
+    if (fine.count() <= kFewest) break;
     Coarser coarser = coarsen(fine, threads);
     const int n = coarser.graph.count();
     if (n < kFewest || n >= kTooSlow * fine.count() || coarser.graph.links.empty()) break;
@@ -156,6 +205,7 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
     level.up = renamed(coarser.up, by_rank, place);
     level.down = renamed(coarser.down, held, rank);
     for (const int i : by_rank) level.particle.push_back(at[i]);
+    for (int i = 0; i < n; ++i) part[i] = part[coarser.chosen[i]];
     fine = std::move(coarser.graph);
     held = order;
     find_places();

@@ -57,6 +57,11 @@ class Linker {
       LinkedPart& part = linkage_.parts[linkage_.part[i]];
       ++part.particles, part.longest = std::max(part.longest, hops_[i]);
     }
+    const bool touched = !model_.environment.empty() || model_.scene.self_collision;
+    for (LinkedPart& part : linkage_.parts) part.loaded = touched;
+    for (const MovedPins& pins : model_.moved)
+      for (const int i : pins.particles) linkage_.parts[linkage_.part[model_.user_of[i]]].loaded |= pins.target.moves();
+    for (const Link& l : linkage_.links) linkage_.parts[linkage_.part[l.a]].soft |= model_.sets[l.set].stiffness < 1;
     for (const auto& body : model_.tetrahedra)
       for (const Tetrahedron& t : body) linkage_.parts[linkage_.part[model_.user_of[t[0]]]].solid = true;
     if (elastic()) hang();

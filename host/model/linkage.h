@@ -15,6 +15,8 @@ struct LinkedPart {
   int longest = 0;       // links on the way from the farthest particle to the nearest one that is held
   bool solid = false;    // of tetrahedra
   bool elastic = false;  // its links have compliances
+  bool soft = false;     // a sweep leaves a part of their errors: stiffness below 1
+  bool loaded = false;   // more than weight may stretch it at rest: contacts, pins that move
   double stretch = 0;    // of such ones: the mean strain by which its weight stretches it at rest; 0: nothing hangs
   double lost = 0;       // h^2 (w_a + w_b) / alpha, the mean: above 1 a sweep of a substep loses the compliance
 };

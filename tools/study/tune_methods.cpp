@@ -53,9 +53,10 @@ bool has_compliance(const Scene& scene) {
   return false;
 }
 
-/// Whether levels act on any of its bodies.
-bool uses_levels(const Scene& scene) {
+/// Whether levels act on any of its bodies, where sweeps are as few as they may be.
+bool can_use_levels(Scene scene) {
   if (scene.solver.type != "pbd" || scene.solver.levels == 0) return false;
+  scene.solver.substeps = scene.solver.iterations = 1;
   return !Simulation(scene, {.threads = 1}).solver().facts().levels.empty();
 }
 
@@ -63,10 +64,9 @@ bool uses_levels(const Scene& scene) {
 void add_pbd_and_levels(std::vector<Scene>& methods, const Scene& scene) {
   Scene with = scene, without = scene;
   if (with.solver.levels == 0) with.solver.levels = kAutoLevels;
-  if (!uses_levels(with)) return add_pbd(methods, scene);
   without.solver.levels = 0;
   add_pbd(methods, without);
-  add_pbd(methods, with);
+  if (can_use_levels(with)) add_pbd(methods, with);
 }
 
 }  // namespace
@@ -76,7 +76,8 @@ std::string words_of(const Scene& scene) {
   const std::string precision = solver.precision == Precision::Double ? ", double" : ", float";
   const std::string iterations = ", " + counted(solver.iterations, "iteration");
   if (solver.type == "pbd")
-    return (has_compliance(scene) ? "XPBD" : "PBD") + iterations + (uses_levels(scene) ? ", levels" : "") + precision;
+    return (has_compliance(scene) ? "XPBD" : "PBD") + iterations + (can_use_levels(scene) ? ", levels" : "") +
+           precision;
   const FilterKind filter = solver.desbrun.filter;
   const std::string refine = solver.desbrun.refine > 0 ? ", refine " + std::to_string(solver.desbrun.refine) : "";
   return std::string("Desbrun, ") +
