@@ -41,12 +41,23 @@ struct FewNear {
 };
 
 template <class R>
+KERNEL bool same(const Vector3<R>& a, const Vector3<R>& b) {
+  return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+template <class R>
 struct alignas(64) Near {
   LastSeen seen;
   Contact<R> contact;
   int particle = -1;  // none: the slot is free
   int cell = 0;       // in which it was last (kernels/near_cells.h)
+  Vector3<R> x, p;    // that the contact was laid for, where it may stay: what comes again has the same
+  bool stays = false;
   FewNear few;
+
+  KERNEL bool again(const Vector3<R>& now, const Vector3<R>& then) const {
+    return stays && same(now, x) && same(then, p);
+  }
 };
 
 template <class R>

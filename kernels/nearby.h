@@ -65,7 +65,7 @@ struct Nearby {
       let_go(near[s].contact);
       near[s].particle = i, near[s].cell = 0, near[s].few.radius = -1;
     }
-    near[s].seen = last;
+    near[s].seen = last, near[s].stays = false;
   }
 
   /// Whether there is more to remember than a place and a distance in float tell.
@@ -274,10 +274,19 @@ struct CountTested {
   }
 };
 
+/// Before contacts are laid: what there was is gone, but of particles that come again as they came (`may_stay`: to a
+/// mesh that does not move).
 template <class R>
 struct LetGo {
   Near<R>* near;
-  KERNEL void operator()(int s) const { let_go(near[s].contact); }
+  Points<R> x, p;
+  bool may_stay;
+  KERNEL void operator()(int s) const {
+    Near<R>& of = near[s];
+    if (!may_stay || of.particle < 0 || !of.again(x[of.particle], p[of.particle])) return let_go(of.contact);
+    of.contact.lambda = R(0);
+    of.contact.slip = {R(0), R(0), R(0)};
+  }
 };
 
 }  // namespace malha

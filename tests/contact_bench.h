@@ -37,9 +37,15 @@ class ContactBench {
   Point x(int i) const { return to_double(x_[i]); }
   Point v(int i) const { return to_double(v_[i]); }
   void pin(int i) { w_[i] = R(0); }
+  void push(int i, const Point& v) { v_.set(i, {R(v.x), R(v.y), R(v.z)}); }
   double time() const { return time_; }
   Collider<Executor, R>& collider() { return collider_; }
   const Collider<Executor, R>& collider() const { return collider_; }
+  /// What is remembered of a particle that is near.
+  Near<R>& near(int i) {
+    const Nearby<R> nearby = collider_.nearby(0);
+    return nearby.near[nearby.slot[i]];
+  }
   void forget() { collider_.remember(std::vector<LastSeen>(w_.size())); }
 
  private:

@@ -1,4 +1,5 @@
-// Where nothing can come near the environment, a step is visits alone, and nobody can tell it from one that looks.
+// What the environment costs less: a step in which nothing can come near it is visits alone, and a particle that comes
+// again as it came keeps its contact. Nobody can tell either from a step that looks at everything.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"
+#include "tests/contact_bench.h"
 #include "tests/irregular_mesh.h"
 #include "tests/scene_builders.h"
 #include "tests/support.h"
@@ -92,6 +94,68 @@ INSTANTIATE_TEST_SUITE_P(Precisions, Flight,
                            return (info.param.precision == Precision::Float ? "Float" : "Double") +
                                   std::to_string(info.param.iterations) + "On" + std::to_string(info.param.threads);
                          });
+
+/// The same environment, of which nothing rests: it moves nowhere.
+void let_move(Scene& scene) {
+  for (EnvironmentSpec& object : scene.environment) {
+    Keyframe last;
+    last.time = 10;
+    object.motion = {Keyframe{}, last};
+  }
+}
+
+class Staying : public testing::TestWithParam<Precision> {};
+
+/// A cloth, a soft ball and loose particles come to rest on a floor with two sides, against a wall and on a ball.
+TEST_P(Staying, HasTheBitsOfStepsThatLook) {
+  const TemporaryFolder folder;
+  Scene scene = flying_bodies(folder, GetParam(), 2);
+  scene.bodies[0].transform.translate = {-2, 0.1, -0.2}, scene.bodies[0].velocity = scene.bodies[0].spin = {0, 0, 0};
+  scene.bodies[1].transform.translate = {0.8, 0.2, 0.3}, scene.bodies[1].velocity = {0.5, 0, 0};
+  scene.bodies[2].transform.translate = {0.2, 0.6, 0.1}, scene.bodies[2].pins.clear();
+  scene.bodies[3].shape = CloudShape{{-2, 0.3, -1}, {0.9, 0.5, 1}, {7, 2, 5}};
+  scene.environment[1] = obstacle("floor", GridShape{{9, 9}, {6, 5}}, Sides::TwoSided);
+  scene.environment[1].transform.translate = {-4, -0.02, -4};
+  for (EnvironmentSpec& object : scene.environment) object.friction = 0.6;
+  const Model model = build_model(scene);
+  let_move(scene);
+  const Model moving = build_model(scene);
+  const auto rests = make_solver(model, 2), looks = make_solver(moving, 1);
+  for (int step = 0; step < 240; ++step) {
+    rests->step(), looks->step();
+    ASSERT_EQ(rests->state_hash(), looks->state_hash()) << "after step " << step;
+  }
+  EXPECT_EQ(rests->measure().contacts, looks->measure().contacts);
+  EXPECT_GT(rests->measure().contacts, 50);
+  EXPECT_EQ(rests->measure().penetration_max, looks->measure().penetration_max);
+}
+
+INSTANTIATE_TEST_SUITE_P(Precisions, Staying, testing::Values(Precision::Float, Precision::Double));
+
+TEST(Contact, OfWhatComesAgainAsItCameStays) {
+  EnvironmentSpec floor = obstacle("floor", GridShape{{2, 2}, {3, 3}}, Sides::OneSided);
+  floor.transform.translate = {-1, 0, -1}, floor.friction = 0.5;
+  ContactBench<Serial, float> bench({}, floor, {{0.1, 0.005, 0.2}, {-0.3, 0.2, 0.1}}, {{0, 0, 0}, {0, 0, 0}});
+  const auto fall = [&](int substeps) {
+    for (int s = 0; s < substeps; ++s) bench.substep(1.0 / 600, {0, -9.81, 0}, 2);
+  };
+  // A look finds its triangle, which is one of the floor's.
+  const auto is_looked_at = [&](int i) {
+    bench.near(i).seen.triangle = -7;
+    fall(1);
+    return bench.near(i).seen.triangle != -7;
+  };
+  fall(10);
+  EXPECT_FALSE(is_looked_at(0)) << "it lies";
+  fall(1200);
+  EXPECT_FALSE(is_looked_at(1)) << "it has come to rest";
+  bench.push(0, {0.3, 0, 0});
+  EXPECT_TRUE(is_looked_at(0)) << "it slides";
+  fall(300);  // mu g takes 0.3 m/s in 0.06 s and 9 mm
+  EXPECT_FALSE(is_looked_at(0)) << "it lies again";
+  EXPECT_NEAR(bench.x(0).x, 0.1 + 0.3 * 0.3 / (2 * 0.5 * 9.81), 3e-4);
+  EXPECT_NEAR(bench.x(0).y, 0.005, 1e-6);
+}
 
 /// A particle at the origin, on a link to a pin at x = 3, across a wall at x = 0.5; the link is as long as it is, or
 /// `rest_scale` times that.

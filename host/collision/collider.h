@@ -32,7 +32,7 @@ class Collider {
   /// Lays the contact constraints for x -> p; the meshes move from their poses at `start` to those at `end` (s).
   void find(const Particles<R>& particles, double start, double end) {
     place_meshes(start, end);
-    let_go_of_all();
+    for (Obstacle& o : obstacles_) let_go(o, particles, o.spec.motion.empty());
     for (int k = 0; k < count(); ++k) {
       NearMemory<Executor, R>& memory = obstacles_[k].memory;
       const int looks = test(particles, k, static_cast<float>(2 * meshes_[k].thickness), false);
@@ -82,8 +82,8 @@ class Collider {
   }
 
   /// Before substeps without looks.
-  void let_go_of_all() {
-    for (Obstacle& o : obstacles_) parallel_for(executor_, o.memory.slots(), LetGo<R>{o.memory.view().near});
+  void let_go_of_all(const Particles<R>& particles) {
+    for (Obstacle& o : obstacles_) let_go(o, particles, false);
   }
 
   /// After a substep without looks, of h seconds and with its new state, in which particles were faster than they may.
@@ -177,11 +177,15 @@ class Collider {
 
   int count() const { return static_cast<int>(obstacles_.size()); }
 
+  void let_go(Obstacle& o, const Particles<R>& particles, bool may_stay) {
+    parallel_for(executor_, o.memory.slots(), LetGo<R>{o.memory.view().near, particles.x, particles.p, may_stay});
+  }
+
   void place_meshes(double start, double end) {
     meshes_.clear(), nearby_.clear();
     for (Obstacle& o : obstacles_) {
-      meshes_.push_back(
-          {&o.surface, o.spec.sides, o.spec.thickness, pose_at(o.spec.motion, start), pose_at(o.spec.motion, end)});
+      meshes_.push_back({&o.surface, o.spec.sides, o.spec.thickness, pose_at(o.spec.motion, start),
+                         pose_at(o.spec.motion, end), o.spec.motion.empty()});
       if (o.surface.tidy()) o.memory.forget_cells();
       nearby_.push_back(o.memory.view());
     }

@@ -17,6 +17,7 @@ struct MovingSurface {
   Sides sides;
   double thickness;    // m
   Pose before, after;  // at the substep's start and end
+  bool rests;          // it never moves
 };
 
 template <class R>
@@ -106,9 +107,14 @@ struct FindContact : MovingSurface {
 
   KERNEL static double length(const Point& a) { return root(dot(a, a)); }
 
-  /// False where it cannot have come near.
+  /// False where it cannot have come near, or comes as it came.
   KERNEL bool begin(int i, Look& look) const {
     const int slot = nearby.slot[i];
+    if (slot >= 0 && nearby.near[slot].stays) {
+      Near<R>& near = nearby.near[slot];
+      if (near.again(particles.x[i], particles.p[i])) return false;  // what it would find is what it has
+      near.stays = false, let_go(near.contact);
+    }
     look.i = i, look.cell = slot < 0 ? 0 : nearby.near[slot].cell, look.last = nearby.seen(i);
     if (look.cell > 0) surface->prefetch_cell(look.cell);
     look.a = to_local(before, in_double(particles.x[i])), look.b = to_local(after, in_double(particles.p[i]));
@@ -197,6 +203,7 @@ struct FindContact : MovingSurface {
     if (signed_distance < 0 && near.boundary) return remember(look, last);
 
     const Point n = direction(near, a, outward, signed_distance);
+    const Vector3<R> x = particles.x[i], p = particles.p[i];
     if (signed_distance < thickness && !lift(i, a, n, thickness - signed_distance, last) && signed_distance < 0)
       last.at = near.q + n * (1e-3 * thickness);  // behind a sheet, it still belongs before it
     remember(look, last);
@@ -205,6 +212,9 @@ struct FindContact : MovingSurface {
     const double clearance = std::max(signed_distance, thickness);
     if (look.path > std::max(clearance - thickness, clearance / 2)) return sweep(i, outward);
     set(i, near.q, n);
+    Near<R>& own_slot = nearby.near[nearby.slot[i]];
+    if (!rests || signed_distance < 0 || !same(x, particles.x[i]) || !same(p, particles.p[i])) return;
+    own_slot.x = x, own_slot.p = p, own_slot.stays = true;
   }
 
   KERNEL void remember(const Look& look, const LastSeen& last) const {
@@ -258,8 +268,11 @@ struct FindContact : MovingSurface {
     particles.x.set(i, to);
     particles.p.set(i, particles.p[i] + shift);
     for (int k = 0; k < own; ++k) {  // whose planes are told from x
-      Contact<R>* const other = all.nearby[k].contact(i);
-      if (other) other->plane.w = other->plane.w - dot(other->plane.xyz(), shift);
+      const int slot = all.nearby[k].slot[i];
+      if (slot < 0) continue;
+      Near<R>& other = all.nearby[k].near[slot];
+      other.contact.plane.w = other.contact.plane.w - dot(other.contact.plane.xyz(), shift);
+      other.stays = false;
     }
     last.at = a + n * by;
     last.distance = thickness;

@@ -58,7 +58,7 @@ class Pbd final : public Stepper<Executor, R> {
     this->timed(Pass::Collision, [&] {
       speed = collider.speed_without_looks(this->particles(), h, substeps,
                                            std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]));
-      if (speed > 0) collider.let_go_of_all();
+      if (speed > 0) collider.let_go_of_all(this->particles());
     });
     if (!(speed > 0)) return 0;
     sweep_->start_watch();
