@@ -6,13 +6,15 @@
 namespace malha {
 
 /// C(p) = n . (p - x) - c >= 0, with x the particle's position at the start of the substep: nothing cancels far from
-/// the origin. Without contact c is minus infinity.
+/// the origin. Without contact c is minus infinity. A line of the cache, in float.
 template <class R>
-struct alignas(4 * sizeof(R)) Contact {
-  Vec4<R> plane;    // n, c (m)
-  Vec4<R> surface;  // motion of the surface over the substep, and approach: the path along n without contact (m)
-  R lambda;         // accumulated push along n, m
-  Vector3<R> slip;  // what friction has taken of the sliding, m, at most mu lambda
+struct alignas(16 * sizeof(R)) Contact {
+  Vec4<R> plane;          // n, c (m)
+  Vec4<R> surface;        // motion of the surface over the substep, and approach: the path along n without contact (m)
+  R lambda;               // accumulated push along n, m
+  Vector3<R> slip;        // what friction has taken of the sliding, m, at most mu lambda
+  Vector3<R> laid_for{};  // x, where it is to stay for a particle that comes again; otherwise not a number
+  int particle = -1;      // none: the slot is free
 };
 
 /// Where a particle was when it was last looked at (mesh's frame), how far from the surface (m; negative inside; a
@@ -40,24 +42,11 @@ struct FewNear {
   }
 };
 
-template <class R>
-KERNEL bool same(const Vector3<R>& a, const Vector3<R>& b) {
-  return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
-template <class R>
-struct alignas(64) Near {
+/// What is remembered of a particle that is near, beside its contact.
+struct Near {
   LastSeen seen;
-  Contact<R> contact;
-  int particle = -1;  // none: the slot is free
-  int cell = 0;       // in which it was last (kernels/near_cells.h)
-  Vector3<R> x, p;    // that the contact was laid for, where it may stay: what comes again has the same
-  bool stays = false;
+  int cell = 0;  // in which it was last (kernels/near_cells.h)
   FewNear few;
-
-  KERNEL bool again(const Vector3<R>& now, const Vector3<R>& then) const {
-    return stays && same(now, x) && same(then, p);
-  }
 };
 
 template <class R>
@@ -65,6 +54,7 @@ KERNEL void let_go(Contact<R>& contact) {
   contact.plane = {R(0), R(0), R(0), -R(INFINITY)};
   contact.lambda = R(0);
   contact.slip = {R(0), R(0), R(0)};
+  contact.laid_for = {R(NAN), R(NAN), R(NAN)};
 }
 
 /// Friction that all iterations of a substep take together: `taken` and what slides on, within Coulomb's cone. A push
@@ -80,11 +70,11 @@ KERNEL Vector3<R> in_cone(const Vector3<R>& taken, R budget) {
 template <class R>
 struct ResolveContact {
   Points<R> p, x;
-  Near<R>* near;
+  Contact<R>* contacts;
   R friction;
   KERNEL void operator()(int slot) const {
-    const int i = near[slot].particle;
-    Contact<R>& contact = near[slot].contact;
+    Contact<R>& contact = contacts[slot];
+    const int i = contact.particle;
     if (i < 0 || contact.plane.w == -R(INFINITY)) return;
     const Vector3<R> n = contact.plane.xyz();
     Vector3<R> moved = p[i] - x[i];
@@ -109,11 +99,11 @@ struct ResolveContact {
 template <class R>
 struct Restitute {
   Points<R> x, v;
-  const Near<R>* near;
+  const Contact<R>* contacts;
   R restitution, friction, threshold, per_dt;  // e, mu, m/s, 1/s
   KERNEL void operator()(int slot) const {
-    const int i = near[slot].particle;
-    const Contact<R>& contact = near[slot].contact;
+    const Contact<R>& contact = contacts[slot];
+    const int i = contact.particle;
     const R approach = contact.surface.w * per_dt;
     if (i < 0 || !(contact.lambda > R(0)) || !(approach < -threshold)) return;
     const Vector3<R> n = contact.plane.xyz();
@@ -133,9 +123,9 @@ struct Restitute {
 /// Whether a contact pushed in the last substep.
 template <class R>
 struct CountContact {
-  const Near<R>* near;
+  const Contact<R>* contacts;
   KERNEL Sum operator()(int slot) const {
-    return {near[slot].particle >= 0 && near[slot].contact.lambda > R(0) ? 1.0 : 0.0};
+    return {contacts[slot].particle >= 0 && contacts[slot].lambda > R(0) ? 1.0 : 0.0};
   }
 };
 

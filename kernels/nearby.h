@@ -37,9 +37,10 @@ template <class R>
 struct Nearby {
   Points<float> at;  // as in LastSeen
   WordBall* balls;
-  float* distance;  // nothing is nearer to `at`
-  int* slot;        // none: -1
-  Near<R>* near;
+  float* distance;       // nothing is nearer to `at`
+  int* slot;             // none: -1
+  Contact<R>* contacts;  // of each slot
+  Near* near;            // the same
   int *used, *freed;  // slots in all, and how many of them are free; there is room for every particle that is looked at
 
   KERNEL LastSeen seen(int i) const {
@@ -56,16 +57,16 @@ struct Nearby {
     int s = slot[i];
     if (!needs_slot(last)) {
       if (s < 0) return;
-      near[s].particle = -1, slot[i] = -1;
+      contacts[s].particle = -1, slot[i] = -1;
       count_up(freed);
       return;
     }
     if (s < 0) {
       s = slot[i] = count_up(used);
-      let_go(near[s].contact);
-      near[s].particle = i, near[s].cell = 0, near[s].few.radius = -1;
+      let_go(contacts[s]);
+      contacts[s].particle = i, near[s].cell = 0, near[s].few.radius = -1;
     }
-    near[s].seen = last, near[s].stays = false;
+    near[s].seen = last;
   }
 
   /// Whether there is more to remember than a place and a distance in float tell.
@@ -75,7 +76,7 @@ struct Nearby {
            !(certain_distance(last) > 0 || last.distance == -INFINITY);
   }
 
-  KERNEL Contact<R>* contact(int i) const { return slot[i] < 0 ? nullptr : &near[slot[i]].contact; }
+  KERNEL Contact<R>* contact(int i) const { return slot[i] < 0 ? nullptr : &contacts[slot[i]]; }
 
  private:
   KERNEL static Vector3<float> in_float(const Vector3<double>& a) { return {float(a.x), float(a.y), float(a.z)}; }
@@ -274,18 +275,22 @@ struct CountTested {
   }
 };
 
-/// Before contacts are laid: what there was is gone, but of particles that come again as they came (`may_stay`: to a
-/// mesh that does not move).
+/// Before contacts are laid: what there was is gone. But what comes again to where its contact was laid for, not
+/// farther than `way` (m; below 0: to a mesh that moves), would find the same.
 template <class R>
 struct LetGo {
-  Near<R>* near;
+  Contact<R>* contacts;
   Points<R> x, p;
-  bool may_stay;
+  double way;
   KERNEL void operator()(int s) const {
-    Near<R>& of = near[s];
-    if (!may_stay || of.particle < 0 || !of.again(x[of.particle], p[of.particle])) return let_go(of.contact);
-    of.contact.lambda = R(0);
-    of.contact.slip = {R(0), R(0), R(0)};
+    Contact<R>& contact = contacts[s];
+    const int i = contact.particle;
+    if (i < 0 || way < 0 || !same(x[i], contact.laid_for)) return let_go(contact);
+    const Vector3<double> path = in_double(p[i]) - in_double(x[i]);
+    if (!(dot(path, path) <= way * way)) return let_go(contact);
+    contact.lambda = R(0);
+    contact.slip = {R(0), R(0), R(0)};
+    contact.surface.w = R(dot(in_double(contact.plane.xyz()), path));
   }
 };
 

@@ -224,7 +224,6 @@ struct LookAtCandidate {
 
   KERNEL static Vector3<double> unit(const Vector3<double>& a) { return a * (1 / root(dot(a, a))); }
   KERNEL static R positive(R a) { return larger(a, R(0)); }
-  KERNEL static Vector3<double> in_double(const Vector3<R>& a) { return {double(a.x), double(a.y), double(a.z)}; }
   KERNEL static void places(const ScatteredPoints<R>& of, const SelfContact<R>& c, Vector3<double>* x) {
     for (int j = 0; j < 4; ++j) x[j] = in_double(of[c.i[j]]);
   }

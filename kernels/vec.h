@@ -36,6 +36,15 @@ KERNEL Vector3<S> cross(const Vector3<S>& a, const Vector3<S>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+template <class R>
+KERNEL bool same(const Vector3<R>& a, const Vector3<R>& b) {
+  return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+template <class R>
+KERNEL Vector3<double> in_double(const Vector3<R>& a) {
+  return {double(a.x), double(a.y), double(a.z)};
+}
+
 /// One particle in one aligned load: 16 bytes in float. What w holds is its owner's affair.
 template <class R>
 struct alignas(4 * sizeof(R)) Vec4 {

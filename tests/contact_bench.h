@@ -42,7 +42,7 @@ class ContactBench {
   Collider<Executor, R>& collider() { return collider_; }
   const Collider<Executor, R>& collider() const { return collider_; }
   /// What is remembered of a particle that is near.
-  Near<R>& near(int i) {
+  Near& near(int i) {
     const Nearby<R> nearby = collider_.nearby(0);
     return nearby.near[nearby.slot[i]];
   }

@@ -306,17 +306,15 @@ TEST(Contact, FrictionOfAllIterationsIsThatOfThePushThatIsLeft) {
   for (const double left : {0.5, 0.1, 0.0}) {
     PointList<double> x(1), p(1);
     x.set(0, {0, 0, 0}), p.set(0, {1, -1, 0});
-    Near<double> near;
-    near.particle = 0;
-    near.contact = {{0, 1, 0, 0}, {0, 0, 0, -1}, 0, {0, 0, 0}};
-    const ResolveContact<double> resolve{p.points(), x.points(), &near, mu};
+    Contact<double> contact{{0, 1, 0, 0}, {0, 0, 0, -1}, 0, {0, 0, 0}, {0, 0, 0}, 0};
+    const ResolveContact<double> resolve{p.points(), x.points(), &contact, mu};
     resolve(0);
     EXPECT_NEAR(p[0].x, 1 - mu, 1e-15);
     for (int iteration = 0; iteration < 10; ++iteration) {  // in steps up to 1 - left out
       p.set(0, p[0] + Vector3<double>{0, (1 - left) / 10, 0});
       resolve(0);
     }
-    EXPECT_NEAR(near.contact.lambda, left, 1e-15);
+    EXPECT_NEAR(contact.lambda, left, 1e-15);
     EXPECT_NEAR(p[0].x, 1 - mu * left, 1e-14) << left;
   }
 }

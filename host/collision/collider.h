@@ -32,7 +32,7 @@ class Collider {
   /// Lays the contact constraints for x -> p; the meshes move from their poses at `start` to those at `end` (s).
   void find(const Particles<R>& particles, double start, double end) {
     place_meshes(start, end);
-    for (Obstacle& o : obstacles_) let_go(o, particles, o.spec.motion.empty());
+    for (Obstacle& o : obstacles_) let_go(o, particles, o.spec.motion.empty() ? o.spec.thickness / 2 : -1);
     for (int k = 0; k < count(); ++k) {
       NearMemory<Executor, R>& memory = obstacles_[k].memory;
       const int looks = test(particles, k, static_cast<float>(2 * meshes_[k].thickness), false);
@@ -45,7 +45,7 @@ class Collider {
   void resolve(const Particles<R>& particles) {
     for (Obstacle& o : obstacles_)
       parallel_for(executor_, o.memory.slots(),
-                   ResolveContact<R>{particles.p, particles.x, o.memory.view().near, R(o.spec.friction)});
+                   ResolveContact<R>{particles.p, particles.x, o.memory.view().contacts, R(o.spec.friction)});
   }
 
   /// After the last iteration: nothing that was dragged crosses a surface.
@@ -83,7 +83,7 @@ class Collider {
 
   /// Before substeps without looks.
   void let_go_of_all(const Particles<R>& particles) {
-    for (Obstacle& o : obstacles_) let_go(o, particles, false);
+    for (Obstacle& o : obstacles_) let_go(o, particles, -1);
   }
 
   /// After a substep without looks, of h seconds and with its new state, in which particles were faster than they may.
@@ -101,7 +101,7 @@ class Collider {
   void restitute(const Particles<R>& particles, double resting, double h) {
     for (Obstacle& o : obstacles_)
       parallel_for(executor_, o.memory.slots(),
-                   Restitute<R>{particles.x, particles.v, o.memory.view().near, R(o.spec.restitution),
+                   Restitute<R>{particles.x, particles.v, o.memory.view().contacts, R(o.spec.restitution),
                                 R(o.spec.friction), R(resting), R(1 / h)});
     if (bounces_) parallel_for(executor_, particles.count, HoldBounce<R>{surroundings(particles)}, kGrain);
   }
@@ -110,7 +110,7 @@ class Collider {
   int contacts() const {
     double sum = 0;
     for (const Obstacle& o : obstacles_)
-      sum += parallel_reduce<Sum>(executor_, o.memory.slots(), CountContact<R>{o.memory.view().near}).value;
+      sum += parallel_reduce<Sum>(executor_, o.memory.slots(), CountContact<R>{o.memory.view().contacts}).value;
     return static_cast<int>(sum);
   }
 
@@ -177,8 +177,9 @@ class Collider {
 
   int count() const { return static_cast<int>(obstacles_.size()); }
 
-  void let_go(Obstacle& o, const Particles<R>& particles, bool may_stay) {
-    parallel_for(executor_, o.memory.slots(), LetGo<R>{o.memory.view().near, particles.x, particles.p, may_stay});
+  /// `way`: see LetGo. On ways of up to half the thickness contacts are planes, whatever the distance.
+  void let_go(Obstacle& o, const Particles<R>& particles, double way) {
+    parallel_for(executor_, o.memory.slots(), LetGo<R>{o.memory.view().contacts, particles.x, particles.p, way});
   }
 
   void place_meshes(double start, double end) {

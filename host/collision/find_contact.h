@@ -20,11 +20,6 @@ struct MovingSurface {
   bool rests;          // it never moves
 };
 
-template <class R>
-Point in_double(const Vector3<R>& a) {
-  return {double(a.x), double(a.y), double(a.z)};
-}
-
 /// Where the way of a particle from x to p over the substep, straight in the mesh's frame, leads through it.
 inline Crossing crossing(const MovingSurface& mesh, const Point& x, const Point& p) {
   return mesh.surface->crossing(to_local(mesh.before, x), to_local(mesh.after, p), 0, mesh.sides != Sides::TwoSided);
@@ -63,7 +58,7 @@ struct FindContact : MovingSurface {
     if (rest == 0) return;
     for (unsigned long long ahead = rest; ahead != 0; ahead &= ahead - 1) {
       const int slot = nearby.slot[group.index * kWord + lowest_bit(ahead)];
-      if (slot >= 0) prefetch(nearby.near + slot, int(sizeof(Near<R>)));
+      if (slot >= 0) prefetch(nearby.near + slot, int(sizeof(Near)));
     }
     Looks storage;
     Look* const looks = storage.of;
@@ -110,10 +105,9 @@ struct FindContact : MovingSurface {
   /// False where it cannot have come near, or comes as it came.
   KERNEL bool begin(int i, Look& look) const {
     const int slot = nearby.slot[i];
-    if (slot >= 0 && nearby.near[slot].stays) {
-      Near<R>& near = nearby.near[slot];
-      if (near.again(particles.x[i], particles.p[i])) return false;  // what it would find is what it has
-      near.stays = false, let_go(near.contact);
+    if (Contact<R>* const contact = nearby.contact(i); contact && contact->plane.w != -R(INFINITY)) {
+      if (same(particles.x[i], contact->laid_for)) return false;
+      let_go(*contact);  // another mesh has lifted it since
     }
     look.i = i, look.cell = slot < 0 ? 0 : nearby.near[slot].cell, look.last = nearby.seen(i);
     if (look.cell > 0) surface->prefetch_cell(look.cell);
@@ -212,9 +206,10 @@ struct FindContact : MovingSurface {
     const double clearance = std::max(signed_distance, thickness);
     if (look.path > std::max(clearance - thickness, clearance / 2)) return sweep(i, outward);
     set(i, near.q, n);
-    Near<R>& own_slot = nearby.near[nearby.slot[i]];
-    if (!rests || signed_distance < 0 || !same(x, particles.x[i]) || !same(p, particles.p[i])) return;
-    own_slot.x = x, own_slot.p = p, own_slot.stays = true;
+    // Of what a look would find again: within twice the thickness it looks however short the way is.
+    if (rests && signed_distance >= 0 && signed_distance <= 2 * thickness && same(x, particles.x[i]) &&
+        same(p, particles.p[i]))
+      nearby.contact(i)->laid_for = x;
   }
 
   KERNEL void remember(const Look& look, const LastSeen& last) const {
@@ -268,11 +263,10 @@ struct FindContact : MovingSurface {
     particles.x.set(i, to);
     particles.p.set(i, particles.p[i] + shift);
     for (int k = 0; k < own; ++k) {  // whose planes are told from x
-      const int slot = all.nearby[k].slot[i];
-      if (slot < 0) continue;
-      Near<R>& other = all.nearby[k].near[slot];
-      other.contact.plane.w = other.contact.plane.w - dot(other.contact.plane.xyz(), shift);
-      other.stays = false;
+      Contact<R>* const other = all.nearby[k].contact(i);
+      if (!other) continue;
+      other->plane.w = other->plane.w - dot(other->plane.xyz(), shift);
+      other->laid_for = {R(NAN), R(NAN), R(NAN)};
     }
     last.at = a + n * by;
     last.distance = thickness;
@@ -288,7 +282,8 @@ struct FindContact : MovingSurface {
     const Point relative = in_double(particles.p[i]) - x - surface_moved;
     Contact<R>& contact = *nearby.contact(i);
     contact.plane = {R(normal.x), R(normal.y), R(normal.z), R(dot(normal, end - x) + thickness)};
-    contact.surface = {R(surface_moved.x), R(surface_moved.y), R(surface_moved.z), R(dot(normal, relative))};
+    const R approach = R(dot(in_double(contact.plane.xyz()), relative));  // as LetGo has it
+    contact.surface = {R(surface_moved.x), R(surface_moved.y), R(surface_moved.z), approach};
   }
 };
 

@@ -21,8 +21,8 @@ class NearMemory {
   Nearby<R> view() const {
     float* const at = at_.data();
     const std::size_t n = slot_.size();
-    return {{at, at + n, at + 2 * n}, balls_.data(),     distance_.data(), slot_.data(), near_.data(),
-            counts_.data(),           counts_.data() + 1};
+    return {{at, at + n, at + 2 * n}, balls_.data(), distance_.data(), slot_.data(),
+            contacts_.data(),         near_.data(),  counts_.data(),   counts_.data() + 1};
   }
 
   int slots() const { return counts_.data()[0]; }
@@ -35,19 +35,24 @@ class NearMemory {
     if (freed <= used / 4 + kSpare && static_cast<std::size_t>(used) + static_cast<std::size_t>(more) <= near_.size() &&
         !wide)
       return;
-    Array<Executor, Near<R>> to;
-    Near<R>* from = near_.data();
-    if (needed > near_.size() || wide) to = Array<Executor, Near<R>>(needed + needed / 8 + (more > 0 ? kSpare / 2 : 0));
-    Near<R>* const into = to.size() > 0 ? to.data() : from;
+    const bool moves = needed > near_.size() || wide;
+    Array<Executor, Near> near_to;
+    Array<Executor, Contact<R>> contacts_to;
+    if (moves) {
+      const std::size_t room = needed + needed / 8 + (more > 0 ? kSpare / 2 : 0);
+      near_to = Array<Executor, Near>(room), contacts_to = Array<Executor, Contact<R>>(room);
+    }
+    Near *const near = near_.data(), *const near_into = moves ? near_to.data() : near;
+    Contact<R>*const contacts = contacts_.data(), *const contacts_into = moves ? contacts_to.data() : contacts;
     int kept = 0;
     for (int s = 0; s < used; ++s) {
-      if (from[s].particle < 0) continue;
-      into[kept] = from[s];
-      slot_.data()[into[kept].particle] = kept;
+      if (contacts[s].particle < 0) continue;
+      near_into[kept] = near[s], contacts_into[kept] = contacts[s];
+      slot_.data()[contacts_into[kept].particle] = kept;
       ++kept;
     }
     written_ = used > written_ ? used : written_;
-    if (to.size() > 0 || wide) near_ = std::move(to), written_ = kept;
+    if (moves) near_ = std::move(near_to), contacts_ = std::move(contacts_to), written_ = kept;
     used = kept, freed = 0;
   }
 
@@ -71,9 +76,10 @@ class NearMemory {
     for (int i = 0; i < n; ++i) view().see(i, all[i]);
   }
 
+  static constexpr std::size_t kSlotBytes = sizeof(Near) + sizeof(Contact<R>);
   int near() const { return counts_.data()[0] - counts_.data()[1]; }
   /// Of slots that were ever filled: there is room for more, in pages that nothing was written to.
-  std::size_t near_bytes() const { return static_cast<std::size_t>(std::max(written_, slots())) * sizeof(Near<R>); }
+  std::size_t near_bytes() const { return static_cast<std::size_t>(std::max(written_, slots())) * kSlotBytes; }
   std::size_t bytes() const { return at_.bytes() + distance_.bytes() + balls_.bytes() + slot_.bytes() + near_bytes(); }
 
  private:
@@ -81,9 +87,10 @@ class NearMemory {
   Array<Executor, float> at_, distance_;
   Array<Executor, WordBall> balls_;
   Array<Executor, int> slot_;
-  Array<Executor, int> counts_;  // of slots, and of free ones among them
-  Array<Executor, Near<R>> near_;
-  int written_ = 0;  // slots, since there is this room
+  Array<Executor, int> counts_;           // of slots, and of free ones among them
+  Array<Executor, Contact<R>> contacts_;  // of each slot
+  Array<Executor, Near> near_;            // the same
+  int written_ = 0;                       // slots, since there is this room
 };
 
 }  // namespace malha

@@ -132,7 +132,8 @@ void take_contact_turn(ContactLine& line, double enough) {
 double floor_bytes(const ContactLine& line, const ContactFacts& facts) {
   const Model& model = line.simulation.model();
   const bool in_double = model.scene.solver.precision == Precision::Double;
-  const double number = in_double ? 8 : 4, slot = in_double ? sizeof(Near<double>) : sizeof(Near<float>);
+  const double number = in_double ? 8 : 4;
+  const double slot = sizeof(Near) + (in_double ? sizeof(Contact<double>) : sizeof(Contact<float>));
   const double meshes = static_cast<double>(model.scene.environment.size());
   return meshes * 2 * (6 * number + 16) + 2 * slot * facts.near / model.count();
 }
