@@ -10,8 +10,8 @@
 
 namespace malha {
 
-std::int64_t long_way(const SolverSpec& solver) {
-  return std::max<std::int64_t>(60, std::int64_t{2} * solver.substeps * solver.iterations);
+std::int64_t long_way(const SolverSpec& solver, bool elastic) {
+  return std::max<std::int64_t>(60, std::int64_t{elastic ? 4 : 2} * solver.substeps * solver.iterations);
 }
 
 namespace {
@@ -157,7 +157,7 @@ bool helps(const LinkedPart& part, const SolverSpec& solver) {
   if (part.solid || (part.elastic && !(part.stretch > 0))) return false;
   if (solver.levels != kAutoLevels) return part.particles > kFewest;
   const bool by_weight = part.stretch <= kLittleStretch && part.lost >= 1 && !part.loaded;
-  return part.longest >= long_way(solver) && !part.soft && (!part.elastic || by_weight);
+  return part.longest >= long_way(solver, part.elastic) && !part.soft && (!part.elastic || by_weight);
 }
 
 std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, int threads) {
