@@ -11,7 +11,8 @@
 namespace malha {
 
 std::int64_t long_way(const SolverSpec& solver, bool elastic) {
-  return std::max<std::int64_t>(60, std::int64_t{elastic ? 4 : 2} * solver.substeps * solver.iterations);
+  const std::int64_t sweeps = std::int64_t{solver.substeps} * solver.iterations;
+  return elastic ? std::max<std::int64_t>(40, 4 * sweeps) : std::max<std::int64_t>(60, 2 * sweeps);
 }
 
 namespace {
