@@ -49,12 +49,17 @@ struct Near {
   FewNear few;
 };
 
+/// It is to be laid anew, wherever its particle comes from.
+template <class R>
+KERNEL void forget_place(Contact<R>& contact) {
+  contact.laid_for = {R(NAN), R(NAN), R(NAN)};
+}
 template <class R>
 KERNEL void let_go(Contact<R>& contact) {
   contact.plane = {R(0), R(0), R(0), -R(INFINITY)};
   contact.lambda = R(0);
   contact.slip = {R(0), R(0), R(0)};
-  contact.laid_for = {R(NAN), R(NAN), R(NAN)};
+  forget_place(contact);
 }
 
 /// Friction that all iterations of a substep take together: `taken` and what slides on, within Coulomb's cone. A push

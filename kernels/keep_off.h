@@ -44,7 +44,7 @@ struct MeasureRoom {
     const Vector3<S> place = load_floats<S>(x, i), moved = place - load_floats<S>(at, i), speed = load_floats<S>(v, i);
     S known, mass;
     load(distance + i, known), load_float(w + i, mass);
-    const S slack = (sum_of_sizes(place) + size_of_number(known)) * S(rounding);
+    const S slack = (sum_of_sizes(place) + magnitude(known)) * S(rounding);
     const S room = known - root(dot(moved, moved)) - S(reach) - slack;
     const auto moves = mass > S(0.0f);
     const S less = select(room < S(INFINITY), S(0.0f) - room, S(INFINITY));  // not a number: no room

@@ -130,12 +130,8 @@ KERNEL Vector3<S> load_floats(const Points<Q>& from, int i) {
   return a;
 }
 template <class S>
-KERNEL S size_of_number(const S& a) {
-  return larger(a, S(0.0f) - a);
-}
-template <class S>
 KERNEL S sum_of_sizes(const Vector3<S>& a) {
-  return size_of_number(a.x) + size_of_number(a.y) + size_of_number(a.z);
+  return magnitude(a.x) + magnitude(a.y) + magnitude(a.z);
 }
 
 /// Which particles may have come near enough to be looked at, a bit each: a stream in float, rounded so that none is

@@ -55,11 +55,6 @@ struct AskContacts {
   }
 };
 
-template <class R>
-KERNEL R magnitude(R a) {
-  return larger(a, -a);
-}
-
 /// Of the parts of its particles' mass that it claims: that of particle j is (share |weight_j|) / w_j.
 template <class R>
 KERNEL R inverse_mass(const SelfContact<R>& c, R share, const ScatteredPoints<R>& moved) {

@@ -65,6 +65,12 @@ KERNEL R larger(R a, R b) {
   return a > b ? a : b;
 }
 
+/// Of a number or a pack of them.
+template <class S>
+KERNEL S magnitude(const S& a) {
+  return larger(a, -a);
+}
+
 /// The number type under a lane: R for R, and for a pack of R (kernels/pack.h).
 template <class S>
 struct RealOf {

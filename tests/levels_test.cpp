@@ -210,12 +210,30 @@ TEST(Levels, LeaveWhatIsAtRestAlone) {
     Scene scene = scene_of({body}, {}, 1.0 / 60, 10);
     scene.solver.levels = kMostLevels;
     Simulation simulation(scene, {.threads = 1});
-    ASSERT_GE(simulation.solver().facts().levels.size(), 1U);
+    // The box turns at its edges: one level has few enough of them.
+    ASSERT_GE(simulation.solver().facts().levels.size(), &body == &ball ? 3U : 1U);
     const std::vector<Vec3> before = simulation.positions();
     run_for(simulation, scene, 0.2);
     const std::vector<Vec3> after = simulation.positions();
     for (std::size_t i = 0; i < after.size(); ++i) EXPECT_LT(length(after[i] - before[i]), 1e-9);
   }
+}
+
+/// An OBJ file of rows of quads: `at` is the place of a column and a row.
+std::string grid_obj(int columns, int rows, const std::function<Vec3(int, int)>& at) {
+  std::string obj;
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < columns; ++i) {
+      const Vec3 x = at(i, j);
+      obj += "v " + std::to_string(x[0]) + " " + std::to_string(x[1]) + " " + std::to_string(x[2]) + "\n";
+    }
+  for (int j = 0; j + 1 < rows; ++j)
+    for (int i = 0; i + 1 < columns; ++i) {
+      const int a = j * columns + i + 1;
+      obj += "f " + std::to_string(a) + " " + std::to_string(a + columns) + " " + std::to_string(a + columns + 1) +
+             " " + std::to_string(a + 1) + "\n";
+    }
+  return obj;
 }
 
 /// A strip of 4 x 120 cells that is folded or waved at rest, hung by an end.
@@ -238,25 +256,17 @@ TEST(Levels, LetWhatIsFoldedAtRestUnroll) {
   for (const WavedStrip& strip : strips)
     for (const int levels : {kAutoLevels, kMostLevels}) {
       const TemporaryFolder folder;
-      std::string obj;
-      double y = 0, z = 0;
-      for (int j = 0; j < rows; ++j) {
-        for (int i = 0; i < columns; ++i)
-          obj += "v " + std::to_string(cell * i) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
-        y -= cell * std::cos(strip.slope(j)), z += cell * std::sin(strip.slope(j));
-      }
+      std::vector<Vec3> row{{0, 0, 0}};
       for (int j = 0; j + 1 < rows; ++j)
-        for (int i = 0; i + 1 < columns; ++i) {
-          const int a = j * columns + i + 1;
-          obj += "f " + std::to_string(a) + " " + std::to_string(a + columns) + " " + std::to_string(a + columns + 1) +
-                 " " + std::to_string(a + 1) + "\n";
-        }
+        row.push_back({0, row[j][1] - cell * std::cos(strip.slope(j)), row[j][2] + cell * std::sin(strip.slope(j))});
+      const std::string obj = grid_obj(columns, rows, [&](int i, int j) {
+        return Vec3{cell * i, row[j][1], row[j][2]};
+      });
       BodySpec body;
       body.name = "strip", body.mass = 0.1, body.damping = 0.1;
       body.shape = MeshFile{folder.write("strip.obj", obj)};
       body.constraints = {stiff("distance", {"edges", "shear"})};
-      Pin pin = ListPin{{0, 1, 2, 3, 4}};
-      body.pins = {pin};
+      body.pins = {ListPin{{0, 1, 2, 3, 4}}};
       Scene scene = scene_of({body}, kEarth, 1.0 / 60, 10);
       scene.solver.levels = levels;
       Simulation simulation(scene, {.threads = 1});
@@ -298,19 +308,10 @@ TEST(Levels, AreAsLongAsTheSheetIsUnrolled) {
   const int side = 49;
   const double radius = 2 / kPi;
   const TemporaryFolder folder;
-  std::string obj;
-  for (int j = 0; j < side; ++j)
-    for (int i = 0; i < side; ++i) {
-      const double angle = kPi * i / (side - 1), z = 2.0 * j / (side - 1);
-      obj += "v " + std::to_string(radius * std::cos(angle)) + " " + std::to_string(radius * std::sin(angle)) + " " +
-             std::to_string(z) + "\n";
-    }
-  for (int j = 0; j + 1 < side; ++j)
-    for (int i = 0; i + 1 < side; ++i) {
-      const int a = j * side + i + 1;
-      obj += "f " + std::to_string(a) + " " + std::to_string(a + side) + " " + std::to_string(a + side + 1) + " " +
-             std::to_string(a + 1) + "\n";
-    }
+  const std::string obj = grid_obj(side, side, [&](int i, int j) {
+    const double angle = kPi * i / (side - 1);
+    return Vec3{radius * std::cos(angle), radius * std::sin(angle), 2.0 * j / (side - 1)};
+  });
   Scene scene = hung_sheet(MeshFile{folder.write("pipe.obj", obj)}, kMostLevels);
   scene.bodies[0].constraints = {stiff("distance", {"edges", "shear"})};
   const Model model = build_model(scene);

@@ -88,7 +88,7 @@ class Collider {
 
   /// After a substep without looks, of h seconds and with its new state, in which particles were faster than they may.
   void hold_back_late(const Particles<R>& particles, double start, double h) {
-    const ScratchPoints before(static_cast<std::size_t>(particles.count));
+    const PointArray<Executor, R> before(static_cast<std::size_t>(particles.count));
     Particles<R> then = particles;
     then.x = before.points();
     parallel_for(executor_, particles.count, StepBack<R>{particles, then.x, R(h)});
@@ -173,8 +173,6 @@ class Collider {
     NearMemory<Executor, R> memory;
   };
 
-  using ScratchPoints = PointArray<Executor, R>;
-
   int count() const { return static_cast<int>(obstacles_.size()); }
 
   /// `way`: see LetGo. On ways of up to half the thickness contacts are planes, whatever the distance.
@@ -185,8 +183,8 @@ class Collider {
   void place_meshes(double start, double end) {
     meshes_.clear(), nearby_.clear();
     for (Obstacle& o : obstacles_) {
-      meshes_.push_back({&o.surface, o.spec.sides, o.spec.thickness, pose_at(o.spec.motion, start),
-                         pose_at(o.spec.motion, end), o.spec.motion.empty()});
+      meshes_.push_back(
+          {&o.surface, o.spec.sides, o.spec.thickness, pose_at(o.spec.motion, start), pose_at(o.spec.motion, end)});
       if (o.surface.tidy()) o.memory.forget_cells();
       nearby_.push_back(o.memory.view());
     }

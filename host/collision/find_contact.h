@@ -17,7 +17,6 @@ struct MovingSurface {
   Sides sides;
   double thickness;    // m
   Pose before, after;  // at the substep's start and end
-  bool rests;          // it never moves
 };
 
 /// Where the way of a particle from x to p over the substep, straight in the mesh's frame, leads through it.
@@ -207,8 +206,7 @@ struct FindContact : MovingSurface {
     if (look.path > std::max(clearance - thickness, clearance / 2)) return sweep(i, outward);
     set(i, near.q, n);
     // Of what a look would find again: within twice the thickness it looks however short the way is.
-    if (rests && signed_distance >= 0 && signed_distance <= 2 * thickness && same(x, particles.x[i]) &&
-        same(p, particles.p[i]))
+    if (signed_distance >= 0 && signed_distance <= 2 * thickness && same(x, particles.x[i]) && same(p, particles.p[i]))
       nearby.contact(i)->laid_for = x;
   }
 
@@ -266,7 +264,7 @@ struct FindContact : MovingSurface {
       Contact<R>* const other = all.nearby[k].contact(i);
       if (!other) continue;
       other->plane.w = other->plane.w - dot(other->plane.xyz(), shift);
-      other->laid_for = {R(NAN), R(NAN), R(NAN)};
+      forget_place(*other);
     }
     last.at = a + n * by;
     last.distance = thickness;

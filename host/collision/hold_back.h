@@ -30,7 +30,7 @@ struct HoldBack : Surroundings<R> {
         LastSeen last = this->nearby[k].seen(i);
         last.passed = n * dot(n, to_local(mesh.after, p(i)) - at.q);
         this->nearby[k].see(i, last);
-        this->nearby[k].contact(i)->laid_for = {R(NAN), R(NAN), R(NAN)};
+        forget_place(*this->nearby[k].contact(i));
       }
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "host/mesh/sides.h"
 #include "host/mesh/topology.h"
 #include "host/model/linkage.h"
 #include "host/model/order.h"
@@ -51,24 +52,20 @@ RestGraph part_of(RestGraph&& whole, const std::vector<bool>& chosen, std::vecto
 /// Diagonals of quads that nothing pulls along: neighbours all the same, so that a net keeps every second row and
 /// column.
 void add_free_diagonals(const Model& model, RestGraph& graph) {
-  const auto quads = [&](const auto& visit) {
-    for (std::size_t b = 0; b + 1 < model.look.body_begin.size(); ++b)
-      for (const Quad& face : body_mesh(model.look, b).faces)
-        for (int k = 0; k < 2 && !is_triangle(face); ++k)
-          visit(model.look.body_begin[b] + face[k], model.look.body_begin[b] + face[k + 2]);
+  std::vector<Edge> diagonals;
+  for (std::size_t b = 0; b + 1 < model.look.body_begin.size(); ++b) {
+    const int first = model.look.body_begin[b];
+    for (const Quad& face : body_mesh(model.look, b).faces)
+      for (int k = 0; k < 2 && !is_triangle(face); ++k) diagonals.push_back({first + face[k], first + face[k + 2]});
+  }
+  if (diagonals.empty()) return;
+  const int linked = static_cast<int>(graph.links.size());
+  const auto visit = [&](const auto& add) {
+    for (const Link& l : graph.links) add(l.a, l.b);
+    for (const Edge& e : diagonals) add(e[0], e[1]);
   };
-  bool any = false;
-  quads([&](int, int) { any = true; });
-  if (!any) return;
-  std::vector<int> begin(graph.count() + 1, 0), to(graph.links.size());  // of each link's lower end, the other
-  for (const Link& l : graph.links) ++begin[std::min(l.a, l.b) + 1];
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<int> next(begin.begin(), begin.end() - 1);
-  for (const Link& l : graph.links) to[next[std::min(l.a, l.b)]++] = std::max(l.a, l.b);
-  quads([&](int a, int b) {
-    const int low = std::min(a, b), high = std::max(a, b);
-    const auto first = to.begin() + begin[low], last = to.begin() + begin[low + 1];
-    if (std::find(first, last, high) == last) graph.nearby.push_back({low, high});
+  for_each_edge(sorted_sides(graph.x.size(), visit), [&](auto first, auto /*last*/) {
+    if (first->number >= linked) graph.nearby.push_back({first->low, first->high});
   });
 }
 
@@ -175,23 +172,18 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
   RestGraph fine = part_of(std::move(whole), chosen, user);
   for (const int i : user) part.push_back(linkage.part[i]);
   // In the order of the finer model: which particle of the finer graph each place holds, -1 for none; and back.
-  std::vector<int> inside(model.count(), -1), held(model.count()), place(fine.count());
+  std::vector<int> inside(model.count(), -1), held(model.count()), place;
   for (std::size_t i = 0; i < user.size(); ++i) inside[user[i]] = static_cast<int>(i);
   for (int i = 0; i < model.count(); ++i) held[i] = inside[model.user_of[i]];
-  const auto find_places = [&] {
-    place.resize(fine.count());
-    for (std::size_t i = 0; i < held.size(); ++i)
-      if (held[i] >= 0) place[held[i]] = static_cast<int>(i);
-  };
-  find_places();
   const int most = model.scene.solver.levels == kAutoLevels ? kMostLevels : model.scene.solver.levels;
   while (static_cast<int>(levels.size()) < most && fine.count() > kFewest) {
     std::vector<int> kept, now(fine.count(), -1);
     fine = part_of(std::move(fine), smooth(fine, part, static_cast<int>(linkage.parts.size())), kept);
     for (int i = 0; i < fine.count(); ++i) now[kept[i]] = i, part[i] = part[kept[i]];
-    for (int& i : held) i = i < 0 ? i : now[i];
-    find_places();
     if (fine.count() <= kFewest) break;
+    place.resize(fine.count());
+    for (std::size_t i = 0; i < held.size(); ++i)
+      if (held[i] >= 0 && (held[i] = now[held[i]]) >= 0) place[held[i]] = static_cast<int>(i);
     Coarser coarser = coarsen(fine, threads);
     const int n = coarser.graph.count();
     if (n < kFewest || n >= kTooSlow * fine.count() || coarser.graph.links.empty()) break;
@@ -209,7 +201,6 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
     for (int i = 0; i < n; ++i) part[i] = part[coarser.chosen[i]];
     fine = std::move(coarser.graph);
     held = order;
-    find_places();
     levels.push_back(std::move(level));
   }
   return levels;

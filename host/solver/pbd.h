@@ -52,12 +52,10 @@ class Pbd final : public Stepper<Executor, R> {
   /// thrown farther than its speed had told is held back after its substep.
   int fly(double h) {
     auto& collider = *this->collider_;
-    const Vec3& g = model_.scene.gravity;
     const int substeps = model_.scene.solver.substeps;
     double speed = 0;
     this->timed(Pass::Collision, [&] {
-      speed = collider.speed_without_looks(this->particles(), h, substeps,
-                                           std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]));
+      speed = collider.speed_without_looks(this->particles(), h, substeps, this->gravity_);
       if (speed > 0) collider.let_go_of_all(this->particles());
     });
     if (!(speed > 0)) return 0;
@@ -121,6 +119,7 @@ class Pbd final : public Stepper<Executor, R> {
   /// `speed` (m/s): how many.
   int visit_patches(double h, int substeps, double speed = INFINITY) {
     int done = substeps;
+    const bool watched = speed < INFINITY;
     const int iterations = model_.scene.solver.iterations;
     if (this->momenta_) this->timed(Pass::Correction, [&] { this->momenta_->before(this->particles()); });
     const Visit<R> plain = sweep_->visit(this->particles(), h, this->to_R(model_.scene.gravity));
@@ -140,11 +139,11 @@ class Pbd final : public Stepper<Executor, R> {
             visit.substep = s + 1;
             if (levels && visit.predicts) visit.down = levels->down();
             if (next && visit.updates) visit.up = next->up();
-            if (speed < INFINITY && visit.updates) sweep_->watch(speed, visit);
+            if (watched && visit.updates) sweep_->watch(speed, visit);
             (*sweep_)(team, visit);
           }
           if (next) next->join_parts(team);
-          if (!(speed < INFINITY) || !sweep_->noted(s + 1)) continue;
+          if (!watched || !sweep_->noted(s + 1)) continue;
           if (leads(team)) done = s + 1;
           return;
         }

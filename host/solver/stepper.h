@@ -13,6 +13,7 @@
 #include "host/collision/edge_crossings.h"
 #include "host/collision/self_collider.h"
 #include "host/error.h"
+#include "host/mesh/vectors.h"
 #include "host/model/asked.h"
 #include "host/solver/air.h"
 #include "host/solver/attachments.h"
@@ -136,7 +137,10 @@ class Stepper : public Solver {
  protected:
   /// `threads`: of the executor. `keeps`: see Sweep; a method that needs no sweep lays out none.
   Stepper(const Model& model, const Executor& executor, int threads, bool sweeps, bool keeps)
-      : executor_(executor), model_(model), guard_(executor, model) {
+      : executor_(executor),
+        model_(model),
+        gravity_(std::sqrt(dot(model.scene.gravity, model.scene.gravity))),
+        guard_(executor, model) {
     facts_.layout_seconds = seconds([&] { lay_out_particles(); });
     facts_.constraint_seconds = seconds([&] {
       if (sweeps) sweep_.emplace(executor, model, threads, keeps);
@@ -226,11 +230,7 @@ class Stepper : public Solver {
       const int lost = parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)}).index;
       if (lost != FirstIndex{}.index) refuse_lost(model_.user_of[lost]);
     });
-    if (collider_)
-      timed(Pass::Contact, [&] {
-        const Vec3& g = scene.gravity;
-        collider_->restitute(all, 2 * h * std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]), h);
-      });
+    if (collider_) timed(Pass::Contact, [&] { collider_->restitute(all, 2 * h * gravity_, h); });
   }
 
   /// No surface crosses another: what stops one may press it into another.
@@ -297,6 +297,7 @@ class Stepper : public Solver {
 
   Executor executor_;
   const Model& model_;
+  const double gravity_;  // m/s^2
   PointArray<Executor, R> x_, v_, p_;
   std::optional<Sweep<Executor, R>> sweep_;
   Part<Momenta<Executor, R>, built("corrector")> momenta_;
