@@ -236,6 +236,33 @@ void parallel_groups(const Team& team, int begin, int end, const FastMemory& mem
   team.barrier->wait(team.threads);
 }
 
+/// The groups first, first + step, ...
+template <class Kernel>
+struct Dealt {
+  Kernel kernel;
+  int first, step;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    kernel(Group{first + group.index * step, group.next < 0 ? -1 : first + group.next * step, group.memory});
+  }
+};
+
+/// As parallel_groups, for groups whose work is uneven: dealt to the threads in turns, because neighbours have alike
+/// much to do.
+template <class Kernel>
+void parallel_dealt(const Serial& executor, int groups, const Kernel& kernel) {
+  note_launch(kernel, groups);
+  run_groups(executor.instructions, 0, groups, nullptr, Dealt<Kernel>{kernel, 0, 1});
+}
+
+template <class Kernel>
+void parallel_dealt(const Team& team, int groups, const Kernel& kernel) {
+  note_launch(kernel, groups);
+  const int share = (groups - team.thread + team.threads - 1) / team.threads;
+  run_groups(team.instructions, 0, share, nullptr, Dealt<Kernel>{kernel, team.thread, team.threads});
+  team.barrier->wait(team.threads);
+}
+
 /// `size` items of kernel(0) .. kernel(count - 1).
 template <class Kernel>
 struct Pieces {

@@ -94,17 +94,20 @@ struct Nearby {
 /// A pose in float, for first tests.
 struct FloatPose {
   float r[9], t[3];
+  bool moves;
   FloatPose() = default;
-  explicit FloatPose(const Pose& pose) {
+  explicit FloatPose(const Pose& pose) : moves(pose.moves) {
     for (int k = 0; k < 9; ++k) r[k] = float(pose.r[k]);
     t[0] = float(pose.t.x), t[1] = float(pose.t.y), t[2] = float(pose.t.z);
   }
   KERNEL Vector3<float> to_world(const Vector3<float>& a) const {
+    if (!moves) return a;
     return {r[0] * a.x + r[1] * a.y + r[2] * a.z + t[0], r[3] * a.x + r[4] * a.y + r[5] * a.z + t[1],
             r[6] * a.x + r[7] * a.y + r[8] * a.z + t[2]};
   }
   template <class S>
   KERNEL Vector3<S> to_local(const Vector3<S>& x) const {
+    if (!moves) return x;
     const S a = x.x - S(t[0]), b = x.y - S(t[1]), c = x.z - S(t[2]);
     return {S(r[0]) * a + S(r[3]) * b + S(r[6]) * c, S(r[1]) * a + S(r[4]) * b + S(r[7]) * c,
             S(r[2]) * a + S(r[5]) * b + S(r[8]) * c};

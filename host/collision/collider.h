@@ -37,7 +37,7 @@ class Collider {
       NearMemory<Executor, R>& memory = obstacles_[k].memory;
       const int looks = test(particles, k, static_cast<float>(2 * meshes_[k].thickness), false);
       nearby_[k] = memory.view();
-      words(looks > kLooks, FindContact<R>{surroundings(particles), k, bits_.data()});
+      deal_words(looks, FindContact<R>{surroundings(particles), k, bits_.data()});
       facts_.looks += looks;
     }
   }
@@ -52,7 +52,7 @@ class Collider {
   void hold_back(const Particles<R>& particles) {
     int looks = 0;
     for (int k = 0; k < count(); ++k) looks = test(particles, k, -1, k > 0), nearby_[k] = obstacles_[k].memory.view();
-    words(looks > kLooks, HoldBack<R>{surroundings(particles), bits_.data()});
+    deal_words(looks, HoldBack<R>{surroundings(particles), bits_.data()});
   }
 
   bool moves() const {
@@ -198,7 +198,7 @@ class Collider {
     const MovingSurface& mesh = meshes_[k];
     NearMemory<Executor, R>& memory = obstacles_[k].memory;
     const Nearby<R> nearby = memory.view();
-    words(particles.count > kParticleGrain,
+    words(particles.count > kParticleGrain || memory.slots() > kLooks,
           MayTouch<R>{particles.x, particles.p, particles.count, nearby.at, nearby.distance, nearby.balls,
                       FloatPose(mesh.before), FloatPose(mesh.after), reach, add, bits_.data()});
     const Tested tested = parallel_reduce<Tested>(executor_, words_, CountTested{bits_.data(), nearby.slot});
@@ -211,6 +211,12 @@ class Collider {
   void words(bool wide, const Kernel& kernel) {
     if (!wide) return parallel_groups(Serial{executor_.instructions}, 0, words_, {}, kernel);
     parallel_region(executor_, words_, [&](const auto& team) { parallel_groups(team, 0, words_, {}, kernel); });
+  }
+  /// The same, of words that may have many looks or none.
+  template <class Kernel>
+  void deal_words(int looks, const Kernel& kernel) {
+    if (looks <= kLooks) return parallel_dealt(Serial{executor_.instructions}, words_, kernel);
+    parallel_region(executor_, words_, [&](const auto& team) { parallel_dealt(team, words_, kernel); });
   }
 
   Executor executor_;

@@ -24,6 +24,12 @@ inline Crossing crossing(const MovingSurface& mesh, const Point& x, const Point&
   return mesh.surface->crossing(to_local(mesh.before, x), to_local(mesh.after, p), 0, mesh.sides != Sides::TwoSided);
 }
 
+/// Whether a is in the ball without surface around where the particle was last seen.
+KERNEL bool within(const LastSeen& last, const Point& a) {
+  const Point d = a - last.at;
+  return last.distance > 0 && dot(d, d) < last.distance * last.distance;
+}
+
 /// All environment meshes of a substep, and what is known of the particles near each.
 template <class R>
 struct Surroundings {
@@ -96,7 +102,7 @@ struct FindContact : MovingSurface {
     KERNEL Looks() {}
   };
 
-  // Thicknesses that a particle goes from look to look. Slower ones keep few triangles, that hold for some eight looks.
+  // Thicknesses that a particle goes from look to look. Slower ones keep few triangles, that hold for some looks.
   static constexpr double kSlow = 0.02, kStill = 1e-4;
 
   KERNEL static double length(const Point& a) { return root(dot(a, a)); }
@@ -152,7 +158,7 @@ struct FindContact : MovingSurface {
     end(look, listed ? surface->within(look.radius, look.near) : ask<Isa>(look));
     const int slot = nearby.slot[look.i];
     if (slot < 0 || !listed || look.list == nearby.near[slot].few.triangle || look.moved > kSlow * thickness) return;
-    const double radius = 8 * look.moved > kStill * thickness ? 8 * look.moved : kStill * thickness;
+    const double radius = 3 * look.moved > kStill * thickness ? 3 * look.moved : kStill * thickness;
     const Point p = surface->in_near_mesh(look.a);
     const NearMesh& mesh = surface->near_mesh();
     const NearCell& cell = mesh.cells[look.cell];
@@ -255,8 +261,11 @@ struct FindContact : MovingSurface {
     const Vector3<R> shift{R(world.x), R(world.y), R(world.z)}, x = particles.x[i], to = x + shift;
     for (int k = 0; k < all.count; ++k) {
       const MovingSurface& mesh = all.meshes[k];
-      const auto at = [&](const Vector3<R>& place) { return to_local(mesh.before, in_double(place)); };
-      if (k != own && mesh.surface->crossing(at(x), at(to), 0, mesh.sides != Sides::TwoSided).hit) return false;
+      if (k == own) continue;
+      const Point from = to_local(mesh.before, in_double(x)), end = to_local(mesh.before, in_double(to));
+      const LastSeen seen = all.nearby[k].seen(i);
+      if (within(seen, from) && within(seen, end)) continue;
+      if (mesh.surface->crossing(from, end, 0, mesh.sides != Sides::TwoSided).hit) return false;
     }
     particles.x.set(i, to);
     particles.p.set(i, particles.p[i] + shift);

@@ -36,6 +36,7 @@ Pose pose_at(const std::vector<Keyframe>& motion, double time) {
     for (int k = 0; k < 3; ++k) pose.r[3 * i + k] = r(i, k);
   const auto mix = [&](int k) { return a.translate[k] + s * (b.translate[k] - a.translate[k]); };
   pose.t = {mix(0), mix(1), mix(2)};
+  pose.moves = true;
   return pose;
 }
 
