@@ -12,6 +12,7 @@ namespace {
 constexpr std::size_t kCompared = 6;  // of the candidates with all others
 constexpr int kFinestGrid = 7;        // depth: 16 MiB, of which the system gives what is used
 constexpr double kEdges = 2.5;        // mean edges: the side of the grid's cells
+constexpr double kLoose = 0.9;        // of the distance of the grid's centres: Embree then tells a few triangles of it
 
 using S = Lane<double>;
 constexpr int kWide = kLanes<double>;
@@ -122,9 +123,9 @@ bool NearCells::measure(const CellPath& path) {
   const double slack = skin_ + 1e-6 * length(p);
   point_query(scene_, {float(p.x), float(p.y), float(p.z)}, float(nearest + slack), [&](int t) {
     nearest = std::min(nearest, distance(p, t) - error_[t]);
-    return static_cast<float>(nearest + slack);
+    return static_cast<float>(std::max(kLoose * nearest, 0.0) + slack);
   });
-  const float below = std::max(static_cast<float>(nearest * (1 - 1e-6) - rounding_), 1e-30f);
+  const float below = std::max(static_cast<float>(kLoose * nearest * (1 - 1e-6) - rounding_), 1e-30f);
   __atomic_store(&cell.distance, &below, __ATOMIC_RELAXED);
   return true;
 }
