@@ -23,11 +23,12 @@ struct Diverged : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Throws InputError with the message "FILE: PLACE: found FOUND; allowed: ALLOWED".
+/// Throws InputError, or what is named, with the message "FILE: PLACE: found FOUND; allowed: ALLOWED".
 /// `place` is "line 3", "line 3, column 7", "byte 120" or a JSON pointer such as "/bodies/0/mass"; it may be empty.
-[[noreturn]] inline void refuse(const std::string& file, const std::string& place, const std::string& found,
-                                const std::string& allowed) {
-  throw InputError(file + ": " + (place.empty() ? "" : place + ": ") + "found " + found + "; allowed: " + allowed);
+template <class Error = InputError>
+[[noreturn]] void refuse(const std::string& file, const std::string& place, const std::string& found,
+                         const std::string& allowed) {
+  throw Error(file + ": " + (place.empty() ? "" : place + ": ") + "found " + found + "; allowed: " + allowed);
 }
 
 }  // namespace malha

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "host/base/shown.h"
+#include "host/base/start_threads.h"
 #include "host/base/thread_choice.h"
 #include "host/collision/edge_crossings.h"
 #include "host/collision/start_before.h"
@@ -112,6 +113,7 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   const bool serial = options.backend == Backend::Serial;
   parts_->options = options;
   parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : available_threads();
+  require_threads(parts_->threads);
   if (options.threads <= 0 || options.at_most) parts_->choice.emplace(parts_->threads);
   const auto doing = [&](const char* what) {
     if (options.progress) options.progress(what, -1);

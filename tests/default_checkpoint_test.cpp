@@ -187,6 +187,39 @@ TEST(PicturesOfAStoppedRun, AreLeftOutInTheMiddleOfOne) {
   EXPECT_EQ(names, (std::vector<std::string>{"checkpoint.malha", "report.json"}));
 }
 
+// The run has done all its steps, and its pictures are not there.
+TEST(PicturesOfAStoppedRun, AreMissedInTheLastStepToo) {
+  const TemporaryFolder folder;
+  Json scene = swinging_sheet(true);
+  scene["outputs"]["pictures"] = {{"every", 1}, {"size", {64, 48}}};
+  std::atomic<bool> stop{false};
+  RunOptions options{.out = folder / "out", .steps = 3};
+  int drawn = 0;
+  options.doing = [&](const char* what) { stop = stop || (what == std::string("drawing a picture") && ++drawn == 4); };
+  const RunResult result = run(
+      parsed(scene), {.threads = 1}, options, [](const Progress&) {}, stop);
+  EXPECT_FALSE(result.interrupted);
+  EXPECT_TRUE(result.pictures_missing);
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/storyboard.png"));
+  EXPECT_EQ(Json::parse(bytes_of(folder / "out/report.json"))["status"], "finished");
+}
+
+// Nothing is lost then, and a set-up may take long.
+TEST(CtrlC, EndsASetUpAtOnceAndLeavesEarlierResults) {
+  const TemporaryFolder folder;
+  Json scene = swinging_sheet(false);
+  folder.write("scene.json", scene.dump());
+  ASSERT_EQ(malha_command({"run", "scene.json", "--steps", "2"}, folder / ".").status, 0);
+  const auto before = files_in(folder / "out");
+  scene["bodies"][0]["shape"]["grid"]["cells"] = {1500, 1500};
+  folder.write("scene.json", scene.dump());
+  MalhaProcess process({"run", "scene.json"}, folder / ".");
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // of some seconds
+  process.send(SIGINT);
+  EXPECT_EQ(process.wait().status, -SIGINT);
+  EXPECT_TRUE(files_in(folder / "out") == before);
+}
+
 TEST(PicturesOfAStoppedRun, NeedNoFramesButTheStoryboardDoes) {
   const TemporaryFolder folder;
   const std::string out = folder / "out";

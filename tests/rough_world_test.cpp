@@ -1,8 +1,11 @@
 // What happens to a command in the world: readers that leave, bytes that no terminal should see, too little memory.
 #include <sys/resource.h>
 
+#include <atomic>
 #include <fstream>
+#include <new>
 
+#include "host/base/failures.h"
 #include "host/base/memory_size.h"
 #include "host/base/shown.h"
 #include "host/model/model.h"
@@ -173,7 +176,43 @@ TEST(TooLittleMemory, IsSaidWhereItRunsOutOnTheWay) {
   EXPECT_TRUE(has(said, "allowed: what fits into ")) << said;
   EXPECT_FALSE(has(said, "bad_alloc")) << said;
 }
+
+// In the middle of work on all threads, too, and where there is none for a thread.
+TEST(TooLittleMemory, IsSaidWhereverOfTheSetUpItRunsOut) {
+  const TemporaryFolder folder;
+  Json scene = swinging_sheet(false);
+  scene["bodies"][0]["shape"]["grid"]["cells"] = {150, 150};
+  scene["solver"]["levels"] = 3;
+  folder.write("scene.json", scene.dump());
+  int too_little = 0;
+  bool enough = false;
+  for (int mib = 24; !enough && mib < 400; mib += mib < 120 ? 2 : 8) {
+    const std::string line = "ulimit -v " + std::to_string(1024 * mib) +
+                             "; $malha run scene.json --threads 2 --steps 1 --every 0 --quiet 2>said";
+    const int status = in_shell(line, folder);
+    const std::string said = bytes_of(folder / "said");
+    if (has(said, "loading shared libraries")) continue;  // the system's words
+    enough = status == 0;
+    too_little += !enough;
+    EXPECT_TRUE(enough || (status == 5 && has(said, "found ") && !has(said, "bad_alloc")))
+        << mib << " MiB: " << status << ", " << said;
+  }
+  EXPECT_TRUE(enough);
+  EXPECT_GT(too_little, 0);
+}
 #endif
+
+TEST(TasksOfThreads, ThrowWhatOneThrewWhenAllAreDone) {
+  for (const int threads : {1, 2, 3}) {
+    std::atomic<int> done{0};
+    const auto work = [&done](int i) {
+      ++done;
+      if (i % 2 == 1) throw std::bad_alloc();
+    };
+    EXPECT_THROW(parallel_tasks(OpenMP{threads}, 9, work), std::bad_alloc) << threads;
+    EXPECT_EQ(done, 9);
+  }
+}
 
 TEST(ASceneOnStandardInput, IsRun) {
   const TemporaryFolder folder;

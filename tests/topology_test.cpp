@@ -188,6 +188,19 @@ TEST(MassesByDensity, TreatAllCornersOfAQuadAlike) {
   }
 }
 
+TEST(MassesByDensity, OfAConcaveQuadAreThoseOfItsArea) {
+  const std::vector<Vec3> dart{{0, 0, 0}, {2, 0, 0}, {0.3, 0.3, 0}, {0, 2, 0}};
+  for (int turn = 0; turn < 4; ++turn) {
+    const Quad turned{turn, (turn + 1) % 4, (turn + 2) % 4, (turn + 3) % 4};
+    const std::vector<double> masses = masses_by_density(with_faces(dart, {turned}), 2);
+    // The large triangle of 2 m^2 without the one of 1.4 m^2 that the third corner cuts off.
+    EXPECT_NEAR(sum(masses), 2 * 0.6, 1e-14);
+    double moment = 0;
+    for (int i = 0; i < 4; ++i) moment += masses[i] * dart[i][0];
+    EXPECT_NEAR(moment, 2 * (2 * (2.0 / 3) - 1.4 * (2.3 / 3)), 1e-14);
+  }
+}
+
 // A corner's triangle, which its neighbours cut off, is in one of the two splits, and the whole area in the other: it
 // gets a sixth of both together. A triangle's corners have its centre, so that a flat quad's have the quad's.
 TEST(MassesByDensity, GiveACornerOfAQuadASixthOfItsAreaAndOfTheCornersTriangle) {

@@ -172,8 +172,8 @@ void add_everything(CLI::App& app, Arguments& arguments) {
       "  malha tune my_scene.json --error 0.001  the cheapest settings that are right to 1 mm\n"
       "  malha bench projection                  what a projection costs here; malha bench filter: a filter\n"
       "  malha study accuracy --quick            error against cost of every method, with charts\n\n"
-      "Exit status: 0 done; 1 done, but not as the scene expects; 2 bad input, nothing was written; 3 the run became\n"
-      "non-finite; 4 results could not be written; 5 not enough memory; 130 interrupted with Ctrl-C (malha run\n"
+      "Exit status: 0 done; 1 done, but not as the scene expects; 2 bad input, nothing was written; 3 the run\n"
+      "diverged; 4 results could not be written; 5 not enough memory; 130 interrupted with Ctrl-C (malha run\n"
       "--resume goes on).");
   add_run(app, arguments);
   add_picture(app, arguments);

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <new>
@@ -107,7 +108,7 @@ int run(const Arguments& arguments) {
   options.steps = last_step(arguments, scene);
   if (arguments.seconds) options.rounding = malha::rounding_of("--seconds", *arguments.seconds, scene.solver.dt);
   options.resume = arguments.resume;
-  catch_signals();
+  options.ready = catch_signals;  // before that there is nothing to save: a signal ends the command at once
   malha::RunResult result;
   try {
     malha::ProgressReporter progress(arguments.quiet);
@@ -123,12 +124,10 @@ int run(const Arguments& arguments) {
     std::cout << malha::printable_lines(result.summary) << malha::list_results(malha::Results(options.out));
   for (const std::string& line : result.unmet)
     std::cerr << malha::printable(arguments.scene) << ": not as expected: " << malha::printable(line) << "\n";
-  if (result.interrupted) {
-    std::cerr << "interrupted; go on with: " << arguments.typed << " --resume\n";
-    if (result.pictures_missing)
-      std::cerr << "pictures are left out; draw them with: malha picture " << malha::shell_word(options.out) << "\n";
-    return 128 + stopped_by;
-  }
+  if (result.interrupted) std::cerr << "interrupted; go on with: " << arguments.typed << " --resume\n";
+  if (result.pictures_missing)
+    std::cerr << "pictures are left out; draw them with: malha picture " << malha::shell_word(options.out) << "\n";
+  if (result.interrupted || result.pictures_missing) return 128 + stopped_by;
   return result.unmet.empty() ? malha::kDone : malha::kUnmet;
 }
 
@@ -198,10 +197,11 @@ int dispatch(const Arguments& arguments) {
 int main(int argc, char** argv) {
   outlive_readers();
   Arguments arguments;
-  if (const std::optional<int> status = malha::parse_arguments(argc, argv, arguments)) return *status;
+  std::string scene = "malha";
   const auto say = [](const std::string& line) { std::cerr << malha::printable(line) << "\n"; };
-  const std::string scene = arguments.scene.empty() ? "malha" : arguments.scene;
   try {
+    if (const std::optional<int> status = malha::parse_arguments(argc, argv, arguments)) return *status;
+    if (!arguments.scene.empty()) scene = arguments.scene;
     const int status = dispatch(arguments);
     std::cout.flush();
     if (!std::cout && !has_no_reader(STDOUT_FILENO)) throw std::runtime_error("cannot write to standard output");
@@ -216,8 +216,12 @@ int main(int argc, char** argv) {
     say(scene + ": diverged at " + error.what());
     return malha::kDiverged;
   } catch (const std::bad_alloc&) {
-    say(scene + ": found no more memory, of which " + malha::in_gib(double(malha::available_memory())) +
-        " are free now; allowed: what fits into it");
+    try {
+      say(scene + ": found no more memory, of which " + malha::in_gib(double(malha::available_memory())) +
+          " are free now; allowed: what fits into it");
+    } catch (const std::bad_alloc&) {
+      std::fputs("malha: found no more memory, not even for a message; allowed: what fits into it\n", stderr);
+    }
     return malha::kOutOfMemory;
   } catch (const std::exception& error) {
     say(std::string("malha: ") + error.what());

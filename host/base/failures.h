@@ -3,6 +3,8 @@
 #include <exception>
 #include <mutex>
 
+#include "kernels/compute.h"
+
 namespace malha {
 
 /// Keeps the first of them until all threads are done.
@@ -25,5 +27,15 @@ class Failures {
   std::mutex mutex_;
   std::exception_ptr first_;
 };
+
+/// parallel_for of work that may throw, as all does that asks for memory: what the first threw is thrown when all are
+/// done.
+template <class Executor, class Work>
+void parallel_tasks(const Executor& executor, int n, const Work& work, int grain = 0) {
+  Failures failures;
+  const auto task = [&](int i) { failures.keep([&] { work(i); }); };
+  parallel_for(executor, n, task, grain);
+  failures.rethrow();
+}
 
 }  // namespace malha

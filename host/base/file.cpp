@@ -87,8 +87,8 @@ std::string read_whole(const fs::path& path) {
   const auto size = fs::file_size(path, unknown);
   const std::size_t free = available_memory();
   if (!unknown && size > free)
-    throw OutOfMemory(path.string() + ": found a file of " + in_gib(double(size)) +
-                      "; allowed: what fits into the memory, of which " + in_gib(double(free)) + " are free");
+    refuse<OutOfMemory>(path.string(), "", "a file of " + in_gib(double(size)),
+                        "what fits into the memory, of which " + in_gib(double(free)) + " are free");
   std::string bytes;
   char block[1 << 16];
   while (const std::size_t count = std::fread(block, 1, sizeof block, file.get())) bytes.append(block, count);

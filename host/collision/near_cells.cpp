@@ -130,7 +130,7 @@ bool NearCells::measure(const CellPath& path) {
   return true;
 }
 
-bool NearCells::make(const CellPath& path) {
+bool NearCells::make(const CellPath& path) try {
   if (full_) return false;
   Cube cube{centre_in_grid(mesh_, path), mesh_.side / 2};
   int* link = &grid_.get()[place_in_grid(mesh_, path)].cell;
@@ -147,6 +147,8 @@ bool NearCells::make(const CellPath& path) {
     const int part = path.part(cell.depth);
     cube = cube.part(part), link = &cell.child[part], parent = at;
   }
+} catch (const std::bad_alloc&) {
+  return false;  // no list: the whole mesh is asked, and no exception may leave a thread
 }
 
 double NearCells::distance(const Vector3<double>& p, int triangle) const {

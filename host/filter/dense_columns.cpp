@@ -43,10 +43,7 @@ void dense_columns(const ExactFactor& exact, const OpenMP& executor, const TakeC
       if (lock && progress) progress("columns of the dense filter", double(done) / quads);
     }
   };
-  Failures failures;
-  parallel_for(
-      executor, threads, [&](int thread) { failures.keep([&] { some(thread); }); }, 0);
-  failures.rethrow();
+  parallel_tasks(executor, threads, some);
 }
 
 }  // namespace malha

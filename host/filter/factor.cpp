@@ -36,10 +36,8 @@ class Factorisation {
 
   int operator()(const Subtrees& cut) {
     std::vector<int> failed(cut.tasks.size());
-    Failures failures;
-    const auto work = [&](int t) { failures.keep([&] { failed[t] = eliminate(cut.tasks[t]); }); };
-    parallel_for(executor_, static_cast<int>(cut.tasks.size()), work, 0);
-    failures.rethrow();
+    const auto work = [&](int t) { failed[t] = eliminate(cut.tasks[t]); };
+    parallel_tasks(executor_, static_cast<int>(cut.tasks.size()), work);
     // The lowest column, whichever task was the first to notice.
     int first = -1;
     for (const int column : failed)

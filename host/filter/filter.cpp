@@ -108,8 +108,8 @@ class Maker {
   void require(double bytes, const std::string& place, const std::string& found, const std::string& instead) const {
     const double free = double(available_memory());
     if (bytes > 0.9 * free)
-      throw OutOfMemory(model_.scene.file + ": " + place + ": found " + found + "; allowed: what fits into the " +
-                        in_gib(free) + " that are free here" + instead);
+      refuse<OutOfMemory>(model_.scene.file, place, found,
+                          "what fits into the " + in_gib(free) + " that are free here" + instead);
   }
 
   template <class V, class T>

@@ -21,8 +21,11 @@ double signed_volume(const std::vector<Vec3>& points, const std::vector<Triangle
 std::vector<double> masses_by_density(const Mesh& mesh, double density) {
   const auto& points = mesh.points;
   std::vector<double> mass(points.size(), 0.0);
+  const auto normal_of = [&](int a, int b, int c) {
+    return cross(minus(points[b], points[a]), minus(points[c], points[a]));
+  };
   const auto add_triangle = [&](int a, int b, int c, double weight) {
-    const Vec3 normal = cross(minus(points[b], points[a]), minus(points[c], points[a]));
+    const Vec3 normal = normal_of(a, b, c);
     const double third = weight * density * std::sqrt(dot(normal, normal)) / 2 / 3;
     for (const int corner : {a, b, c}) mass[corner] += third;
   };
@@ -33,8 +36,12 @@ std::vector<double> masses_by_density(const Mesh& mesh, double density) {
     if (d < 0) {
       add_triangle(a, b, c, 1);
     } else {
-      add_triangle(a, b, c, 0.5), add_triangle(a, c, d, 0.5);
-      add_triangle(b, c, d, 0.5), add_triangle(b, d, a, 0.5);
+      // One diagonal of a concave quad lies outside: there its triangles face away from each other.
+      const bool first = dot(normal_of(a, b, c), normal_of(a, c, d)) >= 0;
+      const bool second = dot(normal_of(b, c, d), normal_of(b, d, a)) >= 0;
+      const double share = first == second ? 0.5 : first ? 1 : 0;
+      add_triangle(a, b, c, share), add_triangle(a, c, d, share);
+      add_triangle(b, c, d, 1 - share), add_triangle(b, d, a, 1 - share);
     }
   }
   for (const auto& [a, b] : mesh.lines) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <numeric>
 
+#include "host/base/failures.h"
 #include "host/model/parents.h"
 #include "kernels/compute.h"
 
@@ -130,7 +131,7 @@ class Coarsener {
     std::iota(all.begin(), all.end(), 0);
     for (int pass = 0; !all.empty(); ++pass) {
       const auto find = [&](int k) { parents_[all[k]] = parents_of(all[k]); };
-      parallel_for(OpenMP{threads_}, static_cast<int>(all.size()), find);
+      parallel_tasks(OpenMP{threads_}, static_cast<int>(all.size()), find, kParticleGrain);
       all = pass < kPasses ? choose_outside(all) : std::vector<int>();
     }
     std::vector<int> number(n, -1);

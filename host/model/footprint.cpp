@@ -67,9 +67,9 @@ void require_memory(const Scene& scene) {
   const double needs = least_bytes(scene);
   if (needs < small) return;
   if (const auto free = static_cast<double>(available_memory()); needs > free)
-    throw OutOfMemory((scene.file.empty() ? scene.name : scene.file) + ": /bodies: found a scene that needs " +
-                      in_gib(needs) + " at the least; allowed: what fits into the memory, of which " + in_gib(free) +
-                      " are free");
+    refuse<OutOfMemory>(scene.file.empty() ? scene.name : scene.file, "/bodies",
+                        "a scene that needs " + in_gib(needs) + " at the least",
+                        "what fits into the memory, of which " + in_gib(free) + " are free");
 }
 
 std::size_t bytes(const Model& model) {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <numeric>
 
+#include "host/base/failures.h"
 #include "host/model/colour.h"
 #include "host/model/model.h"
 #include "host/model/runs.h"
-#include "kernels/compute.h"
 #include "kernels/patch.h"
 
 namespace malha {
@@ -232,7 +232,7 @@ Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<E
     patches.begin = cuts(spans, particles, size);
     const Sorter sort(sets, island, patches, cut.order);
     if (sort.most > kMostSlots - kPadding && size > kSizes[0]) continue;
-    parallel_for(OpenMP{threads}, patches.count(), sort, 0);
+    parallel_tasks(OpenMP{threads}, patches.count(), sort);
     break;
   }
   cut.patches.begin = patches.begin;

@@ -227,10 +227,11 @@ void check_pairs(Model& model, const SelfSurface& surface) {
                             " pairs whose boxes come nearer than twice the thickness of " + shown(thickness) +
                             " m at the start, for " + counted(surface.particles, "particle");
   if (need > there || pairs.looked_at > most_numbered)
-    refuse(model.scene.file, "/self_collision/thickness", found + ", which take about " + in_gib(need),
-           "pairs that take no more than the memory that is left, " + in_gib(there) +
-               ", and no more than 2147483647 of them: a thickness below the length of the edges, and bodies apart "
-               "from each other");
+    refuse<OutOfMemory>(
+        model.scene.file, "/self_collision/thickness", found + ", which take about " + in_gib(need),
+        "pairs that take no more than the memory that is left, " + in_gib(there) +
+            ", and no more than 2147483647 of them: a thickness below the length of the edges, and bodies apart from "
+            "each other");
   if (pairs.looked_at > most_per_particle * surface.particles)
     model.notes.push_back("\"self_collision\": " + found + ", which will take long and about " + in_gib(need) +
                           "; take a thickness below the length of the edges, and bodies that lie apart");

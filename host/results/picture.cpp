@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "host/base/failures.h"
 #include "host/results/picture_light.h"
-#include "kernels/compute.h"
 
 namespace malha {
 
@@ -140,13 +140,13 @@ Image render(std::span<const Drawing> drawings, const Camera& camera, int width,
   const OpenMP executor{std::max(1, threads)};
   const int groups = std::min(height, 4 * executor.threads);
   const auto goes_on = [stop] { return stop == nullptr || !*stop; };
-  parallel_for(
+  parallel_tasks(
       executor, groups,
       [&](int g) {
         for (int y = g; y < height && goes_on(); y += groups) film.light_row(y);
       },
       1);
-  parallel_for(
+  parallel_tasks(
       executor, groups,
       [&](int g) {
         for (int y = g; y < height && goes_on(); y += groups)

@@ -72,7 +72,7 @@ class Outputs {
   }
 
   void storyboard() const {
-    if (!gallery_ || stop_) return;
+    if (!gallery_) return;
     say("writing the storyboard");
     gallery_->write_storyboard();
   }
@@ -156,6 +156,7 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
     if (!rounding.empty()) options.warn(rounding);
   }
   const KeptMomenta momenta(simulation);
+  if (options.ready) options.ready();
   make_folder(results.folder);
   if (!lock) lock.emplace(results.folder);
   Outputs outputs(simulation, results, last, frames, options, stop);
@@ -169,7 +170,7 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
     if (simulation.steps() < last) simulation.check();
   } catch (const Diverged& error) {
     outputs.report("diverged", {error.what()});
-    outputs.storyboard();
+    if (!stop) outputs.storyboard();
     throw;
   }
   RunResult result;
@@ -184,7 +185,8 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
     notes.push_back(line);
   }
   outputs.report(result.interrupted ? "interrupted" : "finished", notes);
-  result.pictures_missing = result.interrupted && scene.outputs.picture;
+  // Also of a run that was stopped while the picture of its last step was drawn.
+  result.pictures_missing = scene.outputs.picture && stop;
   if (!result.pictures_missing) outputs.storyboard(), outputs.picture();
   result.summary = summary(simulation);
   return result;

@@ -21,6 +21,7 @@ struct RunOptions {
                                                       // that changed (kept_momenta.h), after the last; may be empty
   double checkpoint_seconds = 30;  // of the clock, between checkpoints where outputs.checkpoint_every is not given
   std::function<void(const char*)> doing = {};  // what is begun that is not a step ("drawing a picture"); may be empty
+  std::function<void()> ready = {};             // set-up is done: from here on `stop` is looked at; may be empty
 };
 
 struct Progress {
@@ -32,7 +33,7 @@ struct Progress {
 struct RunResult {
   bool interrupted = false;
   bool complete = false;           // it ended where the scene's duration ends
-  bool pictures_missing = false;   // it was interrupted, and those of the end were not drawn
+  bool pictures_missing = false;   // it was stopped, and those of the end were not drawn
   std::vector<std::string> unmet;  // expectations; only looked at where complete
   std::string summary;             // the lines that a person wants
 };

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <string>
 
+#include "host/base/failures.h"
 #include "host/error.h"
 #include "host/model/colour.h"
 #include "host/solver/piece.h"
@@ -41,7 +42,7 @@ class Planner {
  private:
   template <class Work>
   void launch(int count, const Work& work) const {
-    parallel_for(OpenMP{threads_}, count, work, 0);
+    parallel_tasks(OpenMP{threads_}, count, work);
   }
 
   /// Particles of other patches that the constraints of this one touch, ascending.
