@@ -34,9 +34,11 @@ class Solid {
   const EnvironmentSpec& spec() const { return mesh_.spec; }
 
   /// Of these particles, those deeper than the thickness: within it, contact lays them on the surface in the first
-  /// substep, by no more than their distance from it may be off anyway.
-  Inside find(const std::vector<Vec3>& x, const std::vector<int>& particles) {
+  /// substep, by no more than their distance from it may be off anyway. That bends and stretches what lies on a round
+  /// solid: bodies that may be moved are moved as they are, however little is inside.
+  Inside find(const std::vector<Vec3>& x, const std::vector<int>& particles, bool movable) {
     Inside found;
+    const double most = mesh_.spec.thickness * (movable && mesh_.spec.push_out ? 1e-6 : 1);
     for (const int i : particles) {
       const Point a = to_local(pose_, Point{x[i][0], x[i][1], x[i][2]});
       if (!(a.x > low_[0] && a.x < high_[0] && a.y > low_[1] && a.y < high_[1] && a.z > low_[2] && a.z < high_[2]))
@@ -45,7 +47,7 @@ class Solid {
       const ClosestPoint near = surface_->closest(a, surface_->diagonal(), near_);
       if (!near.found) continue;
       near_ = near.triangle;
-      if (!(dot(near.normal, a - near.q) < 0) || !(near.distance > mesh_.spec.thickness)) continue;
+      if (!(dot(near.normal, a - near.q) < 0) || !(near.distance > most)) continue;
       ++found.particles;
       if (near.distance <= found.depth) continue;
       found.deepest = i, found.depth = near.distance;
@@ -95,7 +97,7 @@ class Starts {
     for (int moves = 0;; ++moves) {
       bool inside = false;
       for (std::size_t s = 0; s < solids_.size(); ++s) {
-        const Inside found = solids_[s].find(model_.x, loose);
+        const Inside found = solids_[s].find(model_.x, loose, loose.size() == all.size());
         if (found.deepest < 0) continue;
         if (!solids_[s].spec().push_out) refuse_inside(s, found, "");
         if (loose.size() < all.size())
