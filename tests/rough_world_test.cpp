@@ -64,6 +64,11 @@ TEST(TextForTerminals, HasNoBytesOfFilesThatATerminalWouldObey) {
                       "31m \xe2\x80\xa8"),
             "?31m ?")
       << "control characters of two and three bytes";
+  EXPECT_EQ(printable("a\xe2\x80\xae"
+                      "b\xe2\x81\xa6"
+                      "c\xef\xbb\xbf"),
+            "a?b?c?")
+      << "writing that changes its direction";
   EXPECT_EQ(printable("\xff \xc3 \xc0\xaf \xed\xa0\x80 \xe2\x82"), "? ? ?? ??? ??") << "no UTF-8";
 
   const TemporaryFolder folder;
@@ -225,6 +230,14 @@ TEST(ASceneOnStandardInput, IsRun) {
   EXPECT_EQ(bytes_of(folder / "said").find("standard input: line 2, column 1: found "), 0u);
   EXPECT_EQ(in_shell("$malha run - --steps 1 --quiet <scene.json", folder), 0);
   EXPECT_TRUE(std::filesystem::exists(folder / "out/standard_input/report.json"));
+  EXPECT_EQ(in_shell("$malha check - <scene.json >said", folder), 0);
+  EXPECT_EQ(bytes_of(folder / "said").find("standard input: ok"), 0u);
+}
+
+TEST(ATooLargeFile, FailsAsOnAFullDisk) {
+  const TemporaryFolder folder;
+  folder.write("scene.json", swinging_sheet(false).dump());
+  EXPECT_EQ(in_shell("ulimit -f 4; $malha run scene.json --steps 9 --every 1 --quiet 2>/dev/null", folder), 4);
 }
 
 TEST(ASceneThatIsALink, FindsItsMeshesBesideItsTargetToo) {

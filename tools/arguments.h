@@ -1,6 +1,7 @@
 // The command line: what may be asked, what it means, and one-line answers to what cannot be meant.
 #pragma once
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,7 +24,7 @@ enum ExitStatus { kDone = 0, kUnmet = 1, kBadInput = 2, kDiverged = 3, kFailed =
 /// Absent: as the scene says.
 struct Arguments {
   Command command = Command::Run;
-  std::string scene;
+  std::string scene;  // -: on standard input
   std::string backend = "openmp";
   int threads = 0;  // 0: as many as OpenMP offers
   std::string out;  // empty: out/SCENE; of picture: the folder of results
@@ -34,6 +35,13 @@ struct Arguments {
   std::vector<std::string> formats;
   bool resume = false, quiet = false;
   std::string typed;  // what the user typed, without --resume
+
+  /// For messages, and for names of results.
+  std::string scene_label() const { return scene == "-" ? "standard input" : scene; }
+  std::string scene_name() const {
+    return scene == "-" ? "standard_input" : std::filesystem::path(scene).stem().string();
+  }
+
   BenchArguments bench;
   study::Options study;
   TuneArguments tune;

@@ -53,7 +53,7 @@ void catch_signals() {
 /// Whoever reads our words may leave (malha run SCENE | head -1): the run goes on, and nobody hears it. A stream that
 /// was closed before the start gets a place to write to: its number would be given to the next file that is opened.
 void outlive_readers() {
-  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN), std::signal(SIGXFSZ, SIG_IGN);  // too large a file fails as on a full disk
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDWR) != stream) std::_Exit(malha::kFailed);
 }
@@ -102,9 +102,7 @@ std::optional<std::int64_t> last_step(const Arguments& arguments, const malha::S
 int run(const Arguments& arguments) {
   const malha::Scene scene = load(arguments);
   malha::RunOptions options;
-  const std::string name =
-      arguments.scene == "-" ? "standard_input" : std::filesystem::path(arguments.scene).stem().string();
-  options.out = arguments.out.empty() ? "out/" + name : arguments.out;
+  options.out = arguments.out.empty() ? "out/" + arguments.scene_name() : arguments.out;
   options.steps = last_step(arguments, scene);
   if (arguments.seconds) options.rounding = malha::rounding_of("--seconds", *arguments.seconds, scene.solver.dt);
   options.resume = arguments.resume;
@@ -112,7 +110,7 @@ int run(const Arguments& arguments) {
   malha::RunResult result;
   try {
     malha::ProgressReporter progress(arguments.quiet);
-    options.warn = [&](const std::string& line) { progress.warn(arguments.scene, line); };
+    options.warn = [&](const std::string& line) { progress.warn(arguments.scene_label(), line); };
     options.doing = [&progress](const char* what) { progress.doing(what); };
     result = malha::run(
         scene, simulation_options(arguments, progress), options, [&progress](const auto& now) { progress(now); }, stop);
@@ -123,7 +121,7 @@ int run(const Arguments& arguments) {
   if (!arguments.quiet)
     std::cout << malha::printable_lines(result.summary) << malha::list_results(malha::Results(options.out));
   for (const std::string& line : result.unmet)
-    std::cerr << malha::printable(arguments.scene) << ": not as expected: " << malha::printable(line) << "\n";
+    std::cerr << malha::printable(arguments.scene_label()) << ": not as expected: " << malha::printable(line) << "\n";
   if (result.interrupted) std::cerr << "interrupted; go on with: " << arguments.typed << " --resume\n";
   if (result.pictures_missing)
     std::cerr << "pictures are left out; draw them with: malha picture " << malha::shell_word(options.out) << "\n";
@@ -142,7 +140,7 @@ int plan(const Arguments& arguments) {
   {
     malha::ProgressReporter progress(arguments.quiet);
     simulation.emplace(load(arguments), simulation_options(arguments, progress));
-    for (const std::string& line : malha::warnings(simulation->model())) progress.warn(arguments.scene, line);
+    for (const std::string& line : malha::warnings(simulation->model())) progress.warn(arguments.scene_label(), line);
   }
   std::cout << malha::printable_lines(malha::plan(*simulation));
   simulation->step();
@@ -153,12 +151,13 @@ int plan(const Arguments& arguments) {
 int check(const Arguments& arguments) {
   malha::Model model = malha::build_model(malha::load_scene(arguments.scene));
   malha::start_outside(model), malha::note_starts_behind(model);
-  std::cout << malha::printable(arguments.scene) << ": ok: " << malha::counted(model.count(), "particle") << " in "
-            << malha::counted(model.scene.bodies.size(), "body", "bodies");
+  std::cout << malha::printable(arguments.scene_label()) << ": ok: " << malha::counted(model.count(), "particle")
+            << " in " << malha::counted(model.scene.bodies.size(), "body", "bodies");
   if (model.zero_area_faces > 0)
     std::cout << "; left out: " << malha::counted(model.zero_area_faces, "face") << " without area";
   std::cout << "\n";
-  for (const std::string& note : model.notes) std::cout << malha::printable(arguments.scene + ": " + note) << "\n";
+  for (const std::string& note : model.notes)
+    std::cout << malha::printable(arguments.scene_label() + ": " + note) << "\n";
   return malha::kDone;
 }
 
@@ -201,7 +200,7 @@ int main(int argc, char** argv) {
   const auto say = [](const std::string& line) { std::cerr << malha::printable(line) << "\n"; };
   try {
     if (const std::optional<int> status = malha::parse_arguments(argc, argv, arguments)) return *status;
-    if (!arguments.scene.empty()) scene = arguments.scene;
+    if (!arguments.scene.empty()) scene = arguments.scene_label();
     const int status = dispatch(arguments);
     std::cout.flush();
     if (!std::cout && !has_no_reader(STDOUT_FILENO)) throw std::runtime_error("cannot write to standard output");

@@ -27,8 +27,7 @@ void prepare(const fs::path& file) {
 int tune(const Arguments& arguments, const std::atomic<bool>& stop) {
   const Scene scene = load_scene(arguments.scene);
   study::check_tunable(scene);
-  const fs::path out =
-      !arguments.out.empty() ? arguments.out : "out/" + fs::path(arguments.scene).stem().string() + "_tuned.json";
+  const fs::path out = !arguments.out.empty() ? arguments.out : "out/" + arguments.scene_name() + "_tuned.json";
   const fs::path json = arguments.tune.json;
   if (json.lexically_normal() == out.lexically_normal())
     refuse("malha tune", "--json", "'" + json.string() + "', which is to be the tuned scene", "another file");
@@ -41,7 +40,7 @@ int tune(const Arguments& arguments, const std::atomic<bool>& stop) {
   progress.clear();
   std::cout << study::tune_table(tuned, options);
   if (!tuned.best) {
-    std::cerr << printable(arguments.scene) << ": " << study::why_not_tuned(tuned, options) << "\n";
+    std::cerr << printable(arguments.scene_label()) << ": " << study::why_not_tuned(tuned, options) << "\n";
     return kUnmet;
   }
   write_whole(out, to_json(tuned.trials[*tuned.best].scene));
