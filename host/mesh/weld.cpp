@@ -77,7 +77,7 @@ bool close_up(Quad& face, Quad& in_file) {
   for (int k = 0; k < 4; ++k)
     if (face[k] >= 0 && (corners == 0 || left[corners - 1] != face[k]))
       left[corners] = face[k], left_in_file[corners++] = in_file[k];
-  if (corners > 1 && left[corners - 1] == left[0]) left[--corners] = left_in_file[corners] = -1;
+  if (corners > 1 && left[corners - 1] == left[0]) --corners, left[corners] = left_in_file[corners] = -1;
   face = left, in_file = left_in_file;
   return corners >= 3;
 }
