@@ -315,6 +315,25 @@ TEST(FileVertices, AreNamedByTheirNumbersInMessages) {
       << doubled;
 }
 
+TEST(FileVertices, ThatNothingUsesGoWithABodyThatIsMovedOutOfASolid) {
+  const TemporaryFolder folder;
+  const Interspersed all = interspersed(mixed_sheet(2, false, 3), 9);
+  Json scene = swinging_file(folder.write("a.obj", obj_of(all.mesh)), {0});
+  scene["bodies"][0].erase("pins");
+  const std::vector<Vec3> start = placed(all.mesh.points, scene);
+  scene["environment"] = {{{"name", "ball"},
+                           {"shape", {{"sphere", {{"radius", 0.1}, {"subdivisions", 2}}}}},
+                           {"transform", {{"translate", start[all.number.back()]}}},
+                           {"start_inside", "push_out"}}};
+  scene["outputs"]["frames"] = {{"every", 1}, {"formats", {"obj"}}};
+  run_quietly(scene, {.out = folder / "out", .steps = 1});
+  const std::vector<Vec3> places = drawn_file(folder / "out/frames/frame_000000.obj").places;
+  ASSERT_EQ(places.size(), start.size());
+  const Vec3 moved = places[all.number[0]] - start[all.number[0]];
+  EXPECT_GT(length(moved), 0.05);
+  for (std::size_t i = 0; i < start.size(); ++i) EXPECT_LT(length(places[i] - start[i] - moved), 1e-12) << i;
+}
+
 TEST(FileVertices, OfAResumedRunAndItsPicturesAreThoseOfAWholeOne) {
   const TemporaryFolder folder;
   const Mesh sheet = mixed_sheet(3, true, 2);
