@@ -79,7 +79,7 @@ struct NearestPin {
   Vec3 point{};
 };
 struct ListPin {
-  std::vector<int> particles;
+  std::vector<int> particles;  // vertices, as the file or the shape counts them
 };
 using Selector = std::variant<RowPin, BoxPin, SpherePin, NearestPin, ListPin>;
 

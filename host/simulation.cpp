@@ -156,6 +156,9 @@ int Simulation::threads() const { return parts_->threads; }
 int Simulation::tears() const { return parts_->times.splits; }
 std::vector<Vec3> Simulation::positions() const { return parts_->solver->positions(); }
 std::vector<Vec3> Simulation::velocities() const { return parts_->solver->velocities(); }
+std::vector<int> Simulation::particles_of_vertices(std::size_t body) const {
+  return malha::particles_of_vertices(parts_->model.look, body);
+}
 Measures Simulation::measure() const { return parts_->solver->measure(); }
 std::uint64_t Simulation::state_hash() const { return parts_->solver->state_hash(); }
 
@@ -164,7 +167,7 @@ std::vector<std::string> Simulation::unmet() const {
   std::vector<ParticlesOfBody> bodies;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
     bodies.push_back({model.scene.bodies[b].name, static_cast<std::size_t>(model.look.body_begin[b]),
-                      static_cast<std::size_t>(model.look.body_begin[b + 1])});
+                      static_cast<std::size_t>(model.look.body_begin[b + 1]), model.look.vertices[b]});
   return unmet_expectations(model.scene.expect, measure(), positions(), bodies);
 }
 

@@ -59,6 +59,11 @@ class Simulation {
   std::vector<Vec3> positions() const;
   std::vector<Vec3> velocities() const;
 
+  /// The particle in positions() that each vertex of the mesh of scene.bodies[body] is, by the vertices' numbers in its
+  /// file (from 0, as in pins, messages and frames). -1: nothing uses the vertex; welded ones are one particle. After
+  /// them come the particles that tearing added. Throws std::out_of_range for a body that is not there.
+  std::vector<int> particles_of_vertices(std::size_t body) const;
+
   /// The state at the end of the last step.
   Measures measure() const;
 

@@ -52,7 +52,7 @@ class Sheet {
       const auto& [depth, i] = *std::max_element(particles.begin(), particles.end());
       model.notes.push_back("body '" + model.scene.bodies[b].name + "': " + counted(particles.size(), "particle") +
                             (particles.size() == 1 ? " starts" : " start") + " behind the one-sided sheet '" +
-                            spec_.name + "' (" + std::to_string(model.user_of[i] - model.look.body_begin[b]) + " by " +
+                            spec_.name + "' (" + std::to_string(number_in_body(model, model.user_of[i])) + " by " +
                             shown(depth) + " m), and will be put before it or be kept from the rest; its normals " +
                             "say which side is the front");
     }

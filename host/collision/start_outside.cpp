@@ -117,6 +117,8 @@ class Starts {
     }
     if (from.empty()) return;
     for (const int i : all) model_.look.points[model_.user_of[i]] = model_.x[i];
+    for (Vec3& unused : model_.look.vertices[b].place)
+      for (int k = 0; k < 3; ++k) unused[k] += moved[k];
     model_.notes.push_back("body '" + model_.scene.bodies[b].name + "' started inside '" + from +
                            "' and was moved out of it as it is, by (" + shown(moved[0]) + ", " + shown(moved[1]) +
                            ", " + shown(moved[2]) + ") m");

@@ -7,6 +7,7 @@
 #include "host/base/shown.h"
 #include "host/error.h"
 #include "host/mesh/first_equal.h"
+#include "host/mesh/vertices.h"
 
 namespace malha {
 namespace {
@@ -18,11 +19,15 @@ std::string number_of(const char* what, std::size_t number) {
   return std::string(what) + " " + std::to_string(number) + " (0-based)";
 }
 
+/// As the file numbers it.
+int vertex(const Mesh& mesh, std::size_t point) { return vertex_of(mesh.vertices, static_cast<int>(point)); }
+
 void check_coordinates(const Mesh& mesh, const std::string& file) {
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     for (const double value : mesh.points[i]) {
       if (std::abs(value) <= largest_coordinate) continue;  // false for NaN
-      refuse(file, number_of("vertex", i), "the coordinate " + shown(value), "finite numbers up to 1e12 m");
+      refuse(file, number_of("vertex", vertex(mesh, i)), "the coordinate " + shown(value),
+             "finite numbers up to 1e12 m");
     }
   }
 }
@@ -37,8 +42,8 @@ void check_duplicated_points(const Mesh& mesh, const std::string& file) {
     ++duplicates;
   }
   if (duplicates == 0) return;
-  refuse(file, number_of("vertex", example),
-         "the place of vertex " + std::to_string(first[example]) +
+  refuse(file, number_of("vertex", vertex(mesh, example)),
+         "the place of vertex " + std::to_string(vertex(mesh, first[example])) +
              " again (vertices like it: " + std::to_string(duplicates) + ")",
          "one vertex in one place: \"weld\": 0 beside the \"mesh\" of a body makes them one (or Blender's Merge by "
          "Distance)");
@@ -83,7 +88,16 @@ class AreaFilter {
   double limit_;
 };
 
-void check_repeated_faces(const std::vector<Quad>& faces, const std::vector<int>& numbers, const std::string& file) {
+/// What is left of a face by the vertices of the file.
+Quad same_corners(const Quad& left, const Quad& face, const Quad& in_file) {
+  Quad same{-1, -1, -1, -1};
+  for (int k = 0; k < 4; ++k)
+    if (left[k] >= 0) same[k] = in_file[std::ranges::find(face, left[k]) - face.begin()];
+  return same;
+}
+
+void check_repeated_faces(const Mesh& mesh, const std::vector<Quad>& faces, const std::vector<int>& numbers,
+                          const std::string& file) {
   std::vector<Quad> sorted = faces;
   for (Quad& face : sorted) std::ranges::sort(face);
   const auto hash = [&](int i) {
@@ -97,7 +111,7 @@ void check_repeated_faces(const std::vector<Quad>& faces, const std::vector<int>
     if (first[i] == static_cast<int>(i)) continue;
     std::string corners;
     for (const int corner : faces[i]) {
-      if (corner >= 0) corners += (corners.empty() ? "" : ", ") + std::to_string(corner);
+      if (corner >= 0) corners += (corners.empty() ? "" : ", ") + std::to_string(vertex(mesh, corner));
     }
     refuse(file, number_of("face", numbers[i]),
            "the vertices " + corners + " of face " + std::to_string(numbers[first[i]]) + " again", "every face once");
@@ -122,7 +136,7 @@ void check_loose_points(const Mesh& mesh, const std::vector<Quad>& kept, const s
   std::string found = "a vertex of no face, line or tetrahedron (vertices like it: " + std::to_string(all) + ")";
   use(mesh.faces);
   if (used[static_cast<std::size_t>(loose - used.begin())]) found = "a vertex whose faces all have zero area";
-  refuse(file, number_of("vertex", static_cast<std::size_t>(loose - used.begin())), found,
+  refuse(file, number_of("vertex", vertex(mesh, static_cast<std::size_t>(loose - used.begin()))), found,
          "vertices of faces with an area, or of lines");
 }
 
@@ -133,11 +147,12 @@ MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_all
   check_duplicated_points(mesh, file);
   for (std::size_t i = 0; i < mesh.lines.size(); ++i) {
     if (mesh.lines[i][0] != mesh.lines[i][1]) continue;
-    refuse(file, number_of("line", i), "vertex " + std::to_string(mesh.lines[i][0]) + " at both ends", "two vertices");
+    refuse(file, number_of("line", i), "vertex " + std::to_string(vertex(mesh, mesh.lines[i][0])) + " at both ends",
+           "two vertices");
   }
   const AreaFilter filter(mesh.points);
   MeshIssues issues;
-  std::vector<Quad> kept;
+  std::vector<Quad> kept, kept_in_file;
   std::vector<int> numbers;  // of the kept faces, in the mesh as given
   kept.reserve(mesh.faces.size());
   numbers.reserve(mesh.faces.size());
@@ -146,11 +161,13 @@ MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_all
     if (!left || is_triangle(*left) != is_triangle(mesh.faces[i])) ++issues.zero_area_faces;
     if (!left) continue;
     kept.push_back(*left);
+    if (!mesh.vertices.faces.empty())
+      kept_in_file.push_back(same_corners(*left, mesh.faces[i], mesh.vertices.faces[i]));
     numbers.push_back(static_cast<int>(i));
   }
-  check_repeated_faces(kept, numbers, file);
+  check_repeated_faces(mesh, kept, numbers, file);
   if (!loose_points_allowed) check_loose_points(mesh, kept, file);
-  mesh.faces = std::move(kept);
+  mesh.faces = std::move(kept), mesh.vertices.faces = std::move(kept_in_file);
   return issues;
 }
 

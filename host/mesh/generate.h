@@ -16,7 +16,7 @@ Mesh generate(const Shape& shape);
 /// read_mesh for a MeshFile, generate for all others.
 Mesh make_mesh(const Shape& shape);
 
-/// Moves every point x to translate + rotate(axis, degrees) * scale * x.
+/// Moves every point x, and every vertex that nothing uses, to translate + rotate(axis, degrees) * scale * x.
 void apply(const Transform& transform, Mesh& mesh);
 
 }  // namespace malha

@@ -8,6 +8,7 @@
 #include "host/error.h"
 #include "host/mesh/first_equal.h"
 #include "host/mesh/vectors.h"
+#include "host/mesh/vertices.h"
 
 namespace malha {
 namespace {
@@ -19,12 +20,15 @@ constexpr int kOpposite[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 
 std::string place(std::size_t tetrahedron) { return "tetrahedron " + std::to_string(tetrahedron) + " (0-based)"; }
 
-void orient(const std::vector<Vec3>& points, Tetrahedron& corners, std::size_t number, const std::string& file) {
+std::string vertex(const Mesh& mesh, int point) { return std::to_string(vertex_of(mesh.vertices, point)); }
+
+void orient(const Mesh& mesh, Tetrahedron& corners, std::size_t number, const std::string& file) {
+  const std::vector<Vec3>& points = mesh.points;
   double longest = 0;
   for (int a = 0; a < 4; ++a)
     for (int b = a + 1; b < 4; ++b) {
       if (corners[a] == corners[b])
-        refuse(file, place(number), "vertex " + std::to_string(corners[a]) + " as two of its corners", "four vertices");
+        refuse(file, place(number), "vertex " + vertex(mesh, corners[a]) + " as two of its corners", "four vertices");
       longest = std::max(longest, distance(points[corners[a]], points[corners[b]]));
     }
   const double V = volume(points, corners);
@@ -50,7 +54,7 @@ double volume(const std::vector<Vec3>& points, const Tetrahedron& tetrahedron) {
 
 void complete_tetrahedra(Mesh& mesh, const std::string& file) {
   if (mesh.tetrahedra.empty()) return;
-  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) orient(mesh.points, mesh.tetrahedra[t], t, file);
+  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) orient(mesh, mesh.tetrahedra[t], t, file);
 
   std::vector<Triangle> sides, sorted;
   sides.reserve(4 * mesh.tetrahedra.size());
@@ -76,8 +80,8 @@ void complete_tetrahedra(Mesh& mesh, const std::string& file) {
     const auto refuse_side = [&](const std::string& found, const std::string& allowed) {
       const auto [a, b, c] = sides[i];
       refuse(file, place(i / 4),
-             "the triangle of vertices " + std::to_string(a) + ", " + std::to_string(b) + ", " + std::to_string(c) +
-                 found + std::to_string(of / 4),
+             "the triangle of vertices " + vertex(mesh, a) + ", " + vertex(mesh, b) + ", " + vertex(mesh, c) + found +
+                 std::to_string(of / 4),
              allowed);
     };
     if (++times[of] > 2) refuse_side(", which two others have already, the first of them tetrahedron ", "two at most");

@@ -5,6 +5,7 @@
 #include "host/base/shown.h"
 #include "host/error.h"
 #include "host/mesh/sides.h"
+#include "host/mesh/vertices.h"
 
 namespace malha {
 
@@ -140,7 +141,8 @@ void require_closed(const Mesh& mesh, const std::string& file, const std::string
     }
   });
   const auto refuse_edge = [&](const Side& side, int count, const std::string& what) {
-    refuse(file, "edge " + std::to_string(side.low) + "-" + std::to_string(side.high) + " (vertices, 0-based)",
+    const auto vertex = [&mesh](int point) { return std::to_string(vertex_of(mesh.vertices, point)); };
+    refuse(file, "edge " + vertex(side.low) + "-" + vertex(side.high) + " (vertices, 0-based)",
            what + " (edges like it: " + std::to_string(count) + ")", two_faces);
   };
   if (open != nullptr) refuse_edge(*open, open_edges, "an open edge, with one face only");

@@ -8,6 +8,7 @@
 #include "host/mesh/first_equal.h"
 #include "host/mesh/tetrahedra.h"
 #include "host/mesh/vectors.h"
+#include "host/mesh/vertices.h"
 
 namespace malha {
 
@@ -46,16 +47,21 @@ std::vector<int> lowest_within(const std::vector<Vec3>& points, double distance)
   return becomes;
 }
 
-/// The points that `stays`, and everything by their new numbers.
-void keep_points(Mesh& mesh, const std::vector<bool>& stays) {
-  std::vector<int> now(mesh.points.size(), -1);
+/// Every point becomes the one that `becomes` says, itself or one before it, or goes at -1; everything by new numbers.
+void keep_points(Mesh& mesh, const std::vector<int>& becomes) {
+  FileVertices& file = mesh.vertices;
+  if (file.point.empty()) file = {points_of_vertices({}, static_cast<int>(becomes.size())), mesh.points, {}};
+  std::vector<int> now(becomes.size(), -1);
   int count = 0;
-  for (std::size_t i = 0; i < stays.size(); ++i) {
-    if (!stays[i]) continue;
-    now[i] = count;
-    mesh.points[count++] = mesh.points[i];
+  for (std::size_t i = 0; i < becomes.size(); ++i) {
+    if (becomes[i] < 0) continue;
+    const bool stays = becomes[i] == static_cast<int>(i);
+    now[i] = stays ? count : now[becomes[i]];
+    if (stays) mesh.points[count++] = mesh.points[i];
   }
   mesh.points.resize(count);
+  for (int& point : file.point)
+    if (point >= 0) point = now[point];
   const auto renumber = [&now](auto& items) {
     for (auto& item : items)
       for (int& corner : item)
@@ -64,15 +70,28 @@ void keep_points(Mesh& mesh, const std::vector<bool>& stays) {
   renumber(mesh.faces), renumber(mesh.lines), renumber(mesh.tetrahedra);
 }
 
-/// Without corners that the corner before them names already; below three of them nothing.
-bool close_up(Quad& face) {
-  Quad left{-1, -1, -1, -1};
+/// Without corners that the corner before them names already; below three of them nothing. `in_file`: the same face.
+bool close_up(Quad& face, Quad& in_file) {
+  Quad left{-1, -1, -1, -1}, left_in_file = left;
   int corners = 0;
-  for (const int corner : face)
-    if (corner >= 0 && (corners == 0 || left[corners - 1] != corner)) left[corners++] = corner;
-  if (corners > 1 && left[corners - 1] == left[0]) left[--corners] = -1;
-  face = left;
+  for (int k = 0; k < 4; ++k)
+    if (face[k] >= 0 && (corners == 0 || left[corners - 1] != face[k]))
+      left[corners] = face[k], left_in_file[corners++] = in_file[k];
+  if (corners > 1 && left[corners - 1] == left[0]) --corners, left[corners] = left_in_file[corners] = -1;
+  face = left, in_file = left_in_file;
   return corners >= 3;
+}
+
+/// Closes up all faces. Returns how many went.
+int close_up(std::vector<Quad>& faces, std::vector<Quad>& in_file) {
+  std::size_t left = 0;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    Quad face = faces[f], same = in_file[f];
+    if (close_up(face, same)) faces[left] = face, in_file[left++] = same;
+  }
+  const auto gone = static_cast<int>(faces.size() - left);
+  faces.resize(left), in_file.resize(left);
+  return gone;
 }
 
 }  // namespace
@@ -81,21 +100,13 @@ Welded weld(Mesh& mesh, double distance, const std::string& file) {
   const std::vector<int> becomes =
       distance > 0 ? lowest_within(mesh.points, distance) : first_at_same_place(mesh.points);
   Welded done;
-  std::vector<bool> stays(mesh.points.size());
-  for (std::size_t i = 0; i < stays.size(); ++i) {
-    stays[i] = becomes[i] == static_cast<int>(i);
-    if (!stays[i]) ++done.merged;
-  }
+  for (std::size_t i = 0; i < becomes.size(); ++i) done.merged += becomes[i] != static_cast<int>(i);
   if (done.merged == 0) return done;
-  const auto follow = [&becomes](auto& items) {
-    for (auto& item : items)
-      for (int& corner : item)
-        if (corner >= 0) corner = becomes[corner];
-  };
-  follow(mesh.faces), follow(mesh.lines), follow(mesh.tetrahedra);
-  done.gone += static_cast<int>(std::erase_if(mesh.faces, [](Quad& face) { return !close_up(face); }));
+  std::vector<Quad> in_file = mesh.faces;
+  keep_points(mesh, becomes);
+  done.gone += close_up(mesh.faces, in_file);
   done.gone += static_cast<int>(std::erase_if(mesh.lines, [](const Edge& line) { return line[0] == line[1]; }));
-  keep_points(mesh, stays);
+  if (mesh.tetrahedra.empty()) mesh.vertices.faces = std::move(in_file);
   complete_tetrahedra(mesh, file);  // their surface is another one where they now hang together
   return done;
 }
@@ -109,8 +120,14 @@ int drop_unused_points(Mesh& mesh) {
   };
   use(mesh.faces), use(mesh.lines), use(mesh.tetrahedra);
   const auto unused = static_cast<int>(std::ranges::count(used, false));
-  if (unused == 0 || unused == static_cast<int>(used.size())) return 0;
-  keep_points(mesh, used);
+  if (unused == 0 || unused == static_cast<int>(used.size())) {
+    mesh.vertices.place = {};
+    return 0;
+  }
+  std::vector<int> becomes = points_of_vertices({}, static_cast<int>(used.size()));
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (!used[i]) becomes[i] = -1;
+  keep_points(mesh, becomes);
   return unused;
 }
 

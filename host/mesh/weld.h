@@ -13,11 +13,12 @@ struct Welded {
 
 /// Every vertex becomes the lowest one that is kept within `distance` (m, >= 0; 0: in exactly its place), so that
 /// kept vertices lie farther apart than that. Corners that fall together go, and with them faces and lines that are
-/// none any more. Near-linear time. Refuses tetrahedra that would lose a corner, by `file`.
+/// none any more. Near-linear time. Refuses tetrahedra that would lose a corner, by `file`. mesh.vertices keeps the
+/// file's own numbers.
 Welded weld(Mesh& mesh, double distance, const std::string& file);
 
-/// Leaves out vertices of no face, line or tetrahedron, unless that are all. The others keep their order. Returns how
-/// many went.
+/// Leaves out vertices of no face, line or tetrahedron, unless that are all. The others keep their order, mesh.vertices
+/// the file's own numbers. Returns how many points went.
 int drop_unused_points(Mesh& mesh);
 
 }  // namespace malha

@@ -5,6 +5,7 @@
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
+#include "host/mesh/vertices.h"
 #include "host/mesh/weld.h"
 
 namespace malha {
@@ -23,14 +24,16 @@ Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std:
   Mesh mesh = make_mesh(spec.shape);
   if (const auto* file = std::get_if<MeshFile>(&spec.shape)) {
     const std::string body = "body '" + spec.name + "': ";
+    const std::string numbers = "; pins, messages and frames keep the file's numbers";
     if (file->weld) {
       const auto [merged, gone] = weld(mesh, *file->weld, file->path);
       notes.push_back(body + "welded " + counted(merged, "vertex", "vertices") + " to others" +
-                      (gone > 0 ? ", by which " + counted(gone, "face or line", "faces or lines") + " went" : ""));
+                      (gone > 0 ? ", by which " + counted(gone, "face or line", "faces or lines") + " went" : "") +
+                      (merged > 0 ? numbers : ""));
     }
     if (const int unused = drop_unused_points(mesh); unused > 0)
-      notes.push_back(body + "left out " + counted(unused, "vertex", "vertices") +
-                      " of no face, line or tetrahedron; particles are numbered without them");
+      notes.push_back(body + "left out " + counted(unused, "vertex", "vertices") + " of no face, line or tetrahedron" +
+                      numbers);
   }
   const bool loose = std::holds_alternative<CloudShape>(spec.shape);
   zero_area_faces += check_mesh(mesh, origin(scene, spec.shape), loose).zero_area_faces;
@@ -54,7 +57,8 @@ Body make_body(const Scene& scene, std::size_t index, Mesh mesh, const Torn* tor
   for (std::size_t i = 0; i < body.mass.size(); ++i)
     if (!(body.mass[i] > 0))
       refuse(scene.file, pointer("bodies", index, spec.mass ? "mass" : "density"),
-             "no mass for particle " + std::to_string(i), "a mass or density that leaves no particle massless");
+             "no mass for particle " + std::to_string(vertex_of(body.mesh.vertices, static_cast<int>(i))),
+             "a mass or density that leaves no particle massless");
   return body;
 }
 
@@ -70,6 +74,7 @@ EnvironmentMesh load_environment(const Scene& scene, std::size_t e, int& zero_ar
   apply(spec.transform, mesh.mesh);
   if (spec.sides == Sides::Solid)
     require_closed(mesh.mesh, file, "a solid needs a closed mesh (object '" + spec.name + "')");
+  mesh.mesh.vertices = {};  // named no more
   return mesh;
 }
 

@@ -5,6 +5,7 @@
 #include "host/base/stopwatch.h"
 #include "host/error.h"
 #include "host/mesh/topology.h"
+#include "host/mesh/vertices.h"
 #include "host/model/asked.h"
 #include "host/model/body.h"
 #include "host/model/connect.h"
@@ -74,6 +75,7 @@ class Builder {
     look.body_begin.push_back(static_cast<int>(look.points.size()));
     look.face_begin.push_back(static_cast<int>(look.faces.size()));
     look.line_begin.push_back(static_cast<int>(look.lines.size()));
+    look.vertices.push_back(body.mesh.vertices);
     bodies_.push_back(std::move(body));
   }
 
@@ -180,10 +182,23 @@ Model build_torn_model(const Scene& scene, const Torn& torn, int threads) {
   return Builder(scene, threads, &torn).build();
 }
 
-std::string particle_name(const Model& model, int user_index) {
+int number_in_body(const Model& model, int user_index) {
   const int body = body_of(model, user_index);
-  return "particle " + std::to_string(user_index - model.look.body_begin[body]) + " of body '" +
-         model.scene.bodies[body].name + "'";
+  return vertex_of(model.look.vertices[body], user_index - model.look.body_begin[body]);
+}
+
+std::string particle_name(const Model& model, int user_index) {
+  return "particle " + std::to_string(number_in_body(model, user_index)) + " of body '" +
+         model.scene.bodies[body_of(model, user_index)].name + "'";
+}
+
+std::vector<int> particles_of_vertices(const Appearance& look, std::size_t body) {
+  const FileVertices& file = look.vertices.at(body);
+  const int first = look.body_begin[body];
+  std::vector<int> all = points_of_vertices(file, look.body_begin[body + 1] - first);
+  for (int& particle : all)
+    if (particle >= 0) particle += first;
+  return all;
 }
 
 int body_of(const Model& model, int user_index) {

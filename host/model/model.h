@@ -53,6 +53,7 @@ struct Appearance {
   std::vector<Edge> lines;
   std::vector<int> body_begin;              // first particle of each body, and one more: the number of particles
   std::vector<int> face_begin, line_begin;  // the same for faces and lines
+  std::vector<FileVertices> vertices;       // of each body, before any tear
 };
 
 struct EnvironmentMesh {
@@ -98,8 +99,15 @@ struct Model {
 /// InputError.
 Model build_model(const Scene& scene, int threads = 1);
 
+/// The number of the user's particle in its body, as its file counts vertices.
+int number_in_body(const Model& model, int user_index);
+
 /// Whose particle this is, for messages: "particle 12 of body 'sheet'" from an index in the user's order.
 std::string particle_name(const Model& model, int user_index);
+
+/// Of each vertex of a body's mesh, as its file counts them, the user's particle, or -1 where nothing uses it; then the
+/// particles that tearing added.
+std::vector<int> particles_of_vertices(const Appearance& look, std::size_t body);
 
 /// The body of the user's particle; those of all particles, in the solver's order.
 int body_of(const Model& model, int user_index);

@@ -4,6 +4,7 @@
 
 #include "host/base/near_miss.h"
 #include "host/error.h"
+#include "host/mesh/vertices.h"
 
 namespace malha {
 
@@ -45,6 +46,7 @@ class Finder {
     const auto& points = mesh_.points;
     return {static_cast<int>(std::min_element(points.begin(), points.end(), nearer) - points.begin())};
   }
+  /// By the file's numbers.
   std::vector<int> operator()(const ListPin& pin) const { return pin.particles; }
 
  private:
@@ -86,21 +88,35 @@ class HoldFinder {
  private:
   /// Ascending, each once.
   std::vector<int> choose(const Selector& selector, const std::string& here, const std::string& allowed) const {
-    const int n = static_cast<int>(mesh_.points.size());
     std::vector<int> found = std::visit(Finder(spec_.shape, mesh_), selector);
     if (found.empty()) refuse(scene_.file, here, "no particle there", allowed + " (rows are for grids and chains)");
-    for (const int i : found)
-      if (i < 0 || i >= n) refuse(scene_.file, here, "particle " + std::to_string(i), "0 to " + std::to_string(n - 1));
+    if (std::holds_alternative<ListPin>(selector)) take_by_vertex(found, here);
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
     return found;
+  }
+
+  /// The particles that vertices of the file became.
+  void take_by_vertex(std::vector<int>& vertices, const std::string& here) const {
+    const std::vector<int> points = points_of_vertices(mesh_.vertices, static_cast<int>(mesh_.points.size()));
+    const int n = static_cast<int>(points.size());
+    for (int& i : vertices) {
+      const std::string found = "particle " + std::to_string(i);
+      if (i < 0 || i >= n) refuse(scene_.file, here, found, "0 to " + std::to_string(n - 1));
+      if (points[i] < 0)
+        refuse(scene_.file, here, found + ", a vertex of no face, line or tetrahedron",
+               "vertices of faces, lines or tetrahedra");
+      i = points[i];
+    }
   }
 
   void hold(const std::string& here, Target target, std::optional<double> until, std::vector<int> particles) {
     const bool moves = target.moves() || until;
     for (const int i : particles) {
       if (moved_[i] || (moves && holds_.pinned[i]))
-        refuse(scene_.file, here, "particle " + std::to_string(i) + ", which another pin or rigid attachment holds too",
+        refuse(scene_.file, here,
+               "particle " + std::to_string(vertex_of(mesh_.vertices, i)) +
+                   ", which another pin or rigid attachment holds too",
                "one for a particle that moves or is released");
       if (moves) moved_[i] = true;
       if (!until) holds_.pinned[i] = true;

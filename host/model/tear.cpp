@@ -108,7 +108,8 @@ Mesh body_mesh(const Appearance& look, std::size_t body) {
   Mesh mesh{{look.points.begin() + first, look.points.begin() + look.body_begin[body + 1]},
             {look.faces.begin() + look.face_begin[body], look.faces.begin() + look.face_begin[body + 1]},
             {look.lines.begin() + look.line_begin[body], look.lines.begin() + look.line_begin[body + 1]},
-            {}};
+            {},
+            look.vertices[body]};
   for (Quad& face : mesh.faces)
     for (int& corner : face)
       if (corner >= 0) corner -= first;

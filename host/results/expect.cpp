@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "host/base/shown.h"
+#include "host/mesh/vertices.h"
 
 namespace malha {
 
@@ -12,6 +13,8 @@ namespace {
 
 class Judge {
  public:
+  explicit Judge(const std::vector<ParticlesOfBody>& bodies) : bodies_(bodies) {}
+
   /// Refuses NaN too.
   void at_most(const char* what, const std::optional<double>& allowed, double found) {
     if (allowed && !(found <= *allowed)) say(what, found, "at most", *allowed);
@@ -23,7 +26,7 @@ class Judge {
     at_least(what, allowed.at_least, found), at_most(what, allowed.at_most, found);
   }
 
-  /// Particles first .. end - 1, which a body's name numbers from 0.
+  /// Particles first .. end - 1, those of a body or of all.
   void inside(const std::string& body, const std::vector<Vec3>& x, std::size_t first, std::size_t end, const Vec3& min,
               const Vec3& max) {
     std::size_t outside = 0, one = end;
@@ -34,13 +37,21 @@ class Judge {
     }
     if (outside == 0) return;
     lines.push_back((body.empty() ? "inside" : "inside of body '" + body + "'") + ": found " +
-                    counted(outside, "particle") + " outside the box, such as " + std::to_string(one - first) + " at " +
+                    counted(outside, "particle") + " outside the box, such as " + number(one, body.empty()) + " at " +
                     place(x[one]) + "; expected all from " + place(min) + " to " + place(max));
   }
 
   std::vector<std::string> lines;
 
  private:
+  /// As its body's file counts vertices.
+  std::string number(std::size_t particle, bool with_body) const {
+    for (const ParticlesOfBody& body : bodies_)
+      if (body.first <= particle && particle < body.end)
+        return std::to_string(vertex_of(body.vertices, static_cast<int>(particle - body.first))) +
+               (with_body ? " of body '" + body.name + "'" : "");
+    return std::to_string(particle);
+  }
   static std::string place(const Vec3& x) { return "(" + shown(x[0]) + ", " + shown(x[1]) + ", " + shown(x[2]) + ")"; }
 
   void say(const char* what, double found, const char* how, double allowed) {
@@ -48,6 +59,8 @@ class Judge {
     line << what << ": found " << found << "; expected " << how << " " << allowed;
     lines.push_back(line.str());
   }
+
+  const std::vector<ParticlesOfBody>& bodies_;
 };
 
 }  // namespace
@@ -55,7 +68,7 @@ class Judge {
 std::vector<std::string> unmet_expectations(const Expect& expect, const Measures& measures,
                                             const std::vector<Vec3>& positions,
                                             const std::vector<ParticlesOfBody>& bodies) {
-  Judge judge;
+  Judge judge(bodies);
   judge.within("max_strain", expect.max_strain, measures.strain_max);
   judge.within("rms_strain", expect.rms_strain, measures.strain_rms);
   judge.within("max_penetration", expect.max_penetration, measures.penetration_max);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "host/measures.h"
+#include "host/mesh.h"
 #include "host/scene.h"
 
 namespace malha {
@@ -12,6 +13,7 @@ namespace malha {
 struct ParticlesOfBody {
   std::string name;
   std::size_t first, end;
+  FileVertices vertices{};
 };
 
 /// A line for every expectation that is not met: what was found and what is allowed. Positions that are not finite

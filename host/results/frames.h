@@ -10,13 +10,14 @@
 
 namespace malha {
 
-/// What does not change from frame to frame, in the user's particle order; several bodies are concatenated.
+/// What does not change from frame to frame, by the user's numbers; several bodies are concatenated.
 struct FrameTopology {
-  std::vector<Quad> faces;  // a triangle has -1 in its last place; may be empty
-  std::vector<Edge> lines;  // edges that belong to no face
-  std::vector<int> loose;   // particles that belong to no face and no line
-  std::vector<Vec3> rest;   // points at rest, m; their number is that of every frame
-  bool in_double = false;   // numbers as they are, not rounded to float, in formats that have such (all but pc2)
+  std::vector<Quad> faces;    // a triangle has -1 in its last place; may be empty
+  std::vector<Edge> lines;    // edges that belong to no face
+  std::vector<int> loose;     // points that belong to no face and no line
+  std::vector<Vec3> rest;     // points at rest, m; their number is that of every frame
+  bool in_double = false;     // numbers as they are, not rounded to float, in formats that have such (all but pc2)
+  std::vector<int> unused{};  // points that only count: no format draws them
 };
 
 class FrameFormat;  // host/results/frame_formats.h

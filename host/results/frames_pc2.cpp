@@ -26,10 +26,11 @@ struct Header {
 static_assert(sizeof(Header) == 32);
 constexpr char kSignature[12] = "POINTCACHE2";
 
-/// Loose particles as lines of no length: Blender ignores "p" elements and drops vertices that no element uses, and
-/// the cache would no longer match.
+/// Loose and unused points as lines of no length: Blender ignores "p" elements and drops vertices that no element uses,
+/// and the cache would no longer match.
 std::string elements(FrameTopology topology) {
-  for (const int point : topology.loose) topology.lines.push_back({point, point});
+  for (const auto* points : {&topology.loose, &topology.unused})
+    for (const int point : *points) topology.lines.push_back({point, point});
   topology.loose.clear();
   return obj_elements(topology);
 }

@@ -1,4 +1,4 @@
-// PLY, binary little-endian, one file a frame. Loose particles are vertices that no face and no edge uses.
+// PLY, binary little-endian, one file a frame. Loose and unused points are vertices that no face and no edge uses.
 #include "host/base/file.h"
 #include "host/results/frame_formats.h"
 

@@ -11,6 +11,7 @@
 #include "host/base/shown.h"
 #include "host/error.h"
 #include "host/results/frame_formats.h"
+#include "host/results/frame_vertices.h"
 #include "host/results/gallery.h"
 #include "host/results/results.h"
 #include "host/simulation.h"
@@ -104,6 +105,7 @@ std::string redraw(const std::string& folder, int threads) {
 
   const std::vector<FrameFile> frames = frames_of(results.frames);
   const Model& model = simulation.model();
+  const FrameVertices vertices(model.look);
   const auto last = static_cast<std::int64_t>(frames.size()) - 1;
   Gallery gallery(model, results, 0, std::max<std::int64_t>(last, 1), simulation.threads());
   gallery.finish(simulation.time(), simulation.positions());
@@ -111,7 +113,7 @@ std::string redraw(const std::string& folder, int threads) {
   for (std::int64_t k = 0; k <= last; ++k) {
     if (!gallery.wants(k)) continue;
     const FrameFile& frame = frames[static_cast<std::size_t>(k)];
-    const std::vector<Vec3> points = points_of(frame.path, static_cast<std::size_t>(model.look.points.size()));
+    const std::vector<Vec3> points = vertices.of_particles(points_of(frame.path, vertices.count()));
     if (points.empty()) return "no storyboard: the mesh tore between the frames";
     gallery.look(k, frame.time, points);
   }

@@ -5,6 +5,7 @@
 
 #include "host/base/file.h"
 #include "host/base/stopwatch.h"
+#include "host/results/frame_vertices.h"
 #include "host/results/frames.h"
 #include "host/results/gallery.h"
 #include "host/results/kept_momenta.h"
@@ -16,19 +17,6 @@
 namespace malha {
 
 namespace {
-
-FrameTopology topology(const Model& model) {
-  const Appearance& look = model.look;
-  FrameTopology result{look.faces, look.lines, {}, look.points, model.scene.solver.precision == Precision::Double};
-  std::vector<bool> used(look.points.size(), false);
-  for (const Quad& face : look.faces)
-    for (int corner : face)
-      if (corner >= 0) used[corner] = true;
-  for (const Edge& line : look.lines) used[line[0]] = used[line[1]] = true;
-  for (std::size_t i = 0; i < used.size(); ++i)
-    if (!used[i]) result.loose.push_back(static_cast<int>(i));
-  return result;
-}
 
 /// What one run writes while it goes.
 class Outputs {
@@ -98,15 +86,20 @@ class Outputs {
   }
 
   void open_writer() {
+    const Model& model = simulation_.model();
     tears_ = simulation_.tears();
-    writer_.emplace(results_.frames, spec_.formats, topology(simulation_.model()), static_cast<int>(frames_));
+    vertices_.emplace(model.look);
+    writer_.emplace(results_.frames, spec_.formats,
+                    vertices_->topology(model.look, model.scene.solver.precision == Precision::Double),
+                    static_cast<int>(frames_));
   }
 
   void write_frame() {
     if (!writer_ || simulation_.steps() % spec_.every != 0) return;
     if (simulation_.tears() != tears_) open_writer();  // the mesh is another one
     say("writing a frame");
-    writer_->write(simulation_.time(), simulation_.positions(), simulation_.velocities());
+    writer_->write(simulation_.time(), vertices_->places(simulation_.positions()),
+                   vertices_->velocities(simulation_.velocities()));
     ++frames_;
   }
 
@@ -126,6 +119,7 @@ class Outputs {
   bool saves_ = false;
   std::int64_t frames_;  // written so far, by this run and those that it resumes
   int tears_ = 0;        // that the writer knows of
+  std::optional<FrameVertices> vertices_;
   std::optional<FrameWriter> writer_;
   std::optional<Gallery> gallery_;
 };
