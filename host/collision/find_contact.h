@@ -24,12 +24,6 @@ inline Crossing crossing(const MovingSurface& mesh, const Point& x, const Point&
   return mesh.surface->crossing(to_local(mesh.before, x), to_local(mesh.after, p), 0, mesh.sides != Sides::TwoSided);
 }
 
-/// Whether a is in the ball without surface around where the particle was last seen.
-KERNEL bool within(const LastSeen& last, const Point& a) {
-  const Point d = a - last.at;
-  return last.distance > 0 && dot(d, d) < last.distance * last.distance;
-}
-
 /// All environment meshes of a substep, and what is known of the particles near each.
 template <class R>
 struct Surroundings {
@@ -261,11 +255,8 @@ struct FindContact : MovingSurface {
     const Vector3<R> shift{R(world.x), R(world.y), R(world.z)}, x = particles.x[i], to = x + shift;
     for (int k = 0; k < all.count; ++k) {
       const MovingSurface& mesh = all.meshes[k];
-      if (k == own) continue;
-      const Point from = to_local(mesh.before, in_double(x)), end = to_local(mesh.before, in_double(to));
-      const LastSeen seen = all.nearby[k].seen(i);
-      if (within(seen, from) && within(seen, end)) continue;
-      if (mesh.surface->crossing(from, end, 0, mesh.sides != Sides::TwoSided).hit) return false;
+      const auto at = [&](const Vector3<R>& place) { return to_local(mesh.before, in_double(place)); };
+      if (k != own && mesh.surface->crossing(at(x), at(to), 0, mesh.sides != Sides::TwoSided).hit) return false;
     }
     particles.x.set(i, to);
     particles.p.set(i, particles.p[i] + shift);

@@ -70,6 +70,11 @@ struct HoldBack : Surroundings<R> {
     this->particles.p.set(i, this->particles.p[i] + by);
     return true;
   }
+
+  static bool within(const LastSeen& last, const Point& a) {
+    const Point d = a - last.at;
+    return last.distance > 0 && dot(d, d) < last.distance * last.distance;
+  }
 };
 
 /// What a bounce carries back on its way (from p, where the substep ended, to x) ends where it would cross a mesh.
