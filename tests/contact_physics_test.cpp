@@ -1,7 +1,9 @@
 // Contact with environment meshes against the formulas of impact, rest and Coulomb's friction.
 #include <gtest/gtest.h>
 
+#include "tests/scene_builders.h"
 #include "tests/small_scenes.h"
+#include "tests/support.h"
 
 namespace malha {
 namespace {
@@ -30,6 +32,22 @@ Scene on(const EnvironmentSpec& environment, const BodySpec& body, double h, int
 }
 
 double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// Laid on the rim of the nearest wall each would be beyond the other one.
+TEST(Contact, ThickerThanAGapLeavesWhatIsBetweenTwoWallsOfOneMeshThere) {
+  const TemporaryFolder folder;
+  EnvironmentSpec walls;
+  walls.name = "walls", walls.sides = Sides::TwoSided, walls.thickness = 0.1;
+  walls.shape = MeshFile{folder.write("walls.obj",
+                                      "v -1 0 -1\nv 1 0 -1.2\nv 1 0 1\nv -1.1 0 1\nv -1 0.05 -1\nv 1 0.06 -1\n"
+                                      "v 1.2 0.05 1\nv -1 0.05 1\nf 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\n")};
+  BodySpec cloud = body("cloud", CloudShape{{-0.5, 0.01, -0.5}, {0.5, 0.04, 0.5}, {5, 4, 5}});
+  for (const Precision precision : {Precision::Float, Precision::Double}) {
+    Scene scene = scene_of({cloud}, {0, 0, 0}, 1.0 / 60, 10, precision);
+    scene.environment = {walls};
+    for (const Vec3& x : after(scene, 0.2).positions()) EXPECT_TRUE(x[1] > 0 && x[1] < 0.05) << x[1];
+  }
+}
 
 TEST(Bounce, HeightsAndTimesFollowTheRestitutionAsTheTimeStepShrinks) {
   const double e = 0.8, drop = 1;

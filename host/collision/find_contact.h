@@ -197,7 +197,7 @@ struct FindContact : MovingSurface {
 
     const Point n = direction(near, a, outward, signed_distance);
     const Vector3<R> x = particles.x[i], p = particles.p[i];
-    if (signed_distance < thickness && !lift(i, a, n, thickness - signed_distance, last) && signed_distance < 0)
+    if (signed_distance < thickness && !lift(i, a, near.q, n, thickness - signed_distance, last) && signed_distance < 0)
       last.at = near.q + n * (1e-3 * thickness);  // behind a sheet, it still belongs before it
     remember(look, last);
     // The plane at the nearest point stands for the surface only on a short way: on a long one it would stop what
@@ -249,8 +249,11 @@ struct FindContact : MovingSurface {
   }
 
   /// A particle that starts within the thickness is put at its rim, state and prediction alike, so that leaving it
-  /// gives no velocity (the pre-stabilisation of Macklin et al. 2014, section 4.4). Not through another mesh.
-  bool lift(int i, const Point& a, const Point& n, double by, LastSeen& last) const {
+  /// gives no velocity (the pre-stabilisation of Macklin et al. 2014, section 4.4). Not through another mesh, nor
+  /// through another part of this one, whose nearest point is q.
+  bool lift(int i, const Point& a, const Point& q, const Point& n, double by, LastSeen& last) const {
+    const Point above = q + n * (1e-3 * thickness), rim = q + n * thickness;
+    if (surface->crossing(above, rim, 0, sides != Sides::TwoSided).hit) return false;
     const Point world = rotate(before, n) * by;
     const Vector3<R> shift{R(world.x), R(world.y), R(world.z)}, x = particles.x[i], to = x + shift;
     for (int k = 0; k < all.count; ++k) {
