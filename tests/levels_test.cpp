@@ -12,6 +12,7 @@
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "tests/irregular_mesh.h"
+#include "tests/mixed_sheet.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
@@ -221,19 +222,15 @@ TEST(Levels, LeaveWhatIsAtRestAlone) {
 
 /// An OBJ file of rows of quads: `at` is the place of a column and a row.
 std::string grid_obj(int columns, int rows, const std::function<Vec3(int, int)>& at) {
-  std::string obj;
+  Mesh mesh;
   for (int j = 0; j < rows; ++j)
-    for (int i = 0; i < columns; ++i) {
-      const Vec3 x = at(i, j);
-      obj += "v " + std::to_string(x[0]) + " " + std::to_string(x[1]) + " " + std::to_string(x[2]) + "\n";
-    }
+    for (int i = 0; i < columns; ++i) mesh.points.push_back(at(i, j));
   for (int j = 0; j + 1 < rows; ++j)
     for (int i = 0; i + 1 < columns; ++i) {
-      const int a = j * columns + i + 1;
-      obj += "f " + std::to_string(a) + " " + std::to_string(a + columns) + " " + std::to_string(a + columns + 1) +
-             " " + std::to_string(a + 1) + "\n";
+      const int a = j * columns + i;
+      mesh.faces.push_back({a, a + columns, a + columns + 1, a + 1});
     }
-  return obj;
+  return obj_of(mesh);
 }
 
 /// A strip of 4 x 120 cells that is folded or waved at rest, hung by an end.

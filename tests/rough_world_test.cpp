@@ -5,8 +5,8 @@
 #include <fstream>
 #include <new>
 
-#include "host/base/failures.h"
 #include "host/base/memory_size.h"
+#include "host/base/parallel_tasks.h"
 #include "host/base/shown.h"
 #include "host/model/model.h"
 #include "tests/refusal.h"

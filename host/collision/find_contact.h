@@ -96,8 +96,8 @@ struct FindContact : MovingSurface {
     KERNEL Looks() {}
   };
 
-  // Thicknesses that a particle goes from look to look. Slower ones keep few triangles, that hold for some looks.
-  static constexpr double kSlow = 0.02, kStill = 1e-4;
+  // Thicknesses that a particle goes from look to look. Slower ones keep few triangles, that hold for some looks more.
+  static constexpr double kSlow = 0.02, kStill = 1e-4, kLooksMore = 3;
 
   KERNEL static double length(const Point& a) { return root(dot(a, a)); }
 
@@ -152,7 +152,7 @@ struct FindContact : MovingSurface {
     end(look, listed ? surface->within(look.radius, look.near) : ask<Isa>(look));
     const int slot = nearby.slot[look.i];
     if (slot < 0 || !listed || look.list == nearby.near[slot].few.triangle || look.moved > kSlow * thickness) return;
-    const double radius = 3 * look.moved > kStill * thickness ? 3 * look.moved : kStill * thickness;
+    const double radius = std::max(kStill * thickness, kLooksMore * look.moved);
     const Point p = surface->in_near_mesh(look.a);
     const NearMesh& mesh = surface->near_mesh();
     const NearCell& cell = mesh.cells[look.cell];

@@ -3,7 +3,7 @@
 #include <atomic>
 #include <mutex>
 
-#include "host/base/failures.h"
+#include "host/base/parallel_tasks.h"
 
 namespace malha {
 

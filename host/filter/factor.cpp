@@ -4,7 +4,7 @@
 #include <atomic>
 #include <mutex>
 
-#include "host/base/failures.h"
+#include "host/base/parallel_tasks.h"
 #include "kernels/front.h"
 
 namespace malha {

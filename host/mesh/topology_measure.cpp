@@ -24,24 +24,23 @@ std::vector<double> masses_by_density(const Mesh& mesh, double density) {
   const auto normal_of = [&](int a, int b, int c) {
     return cross(minus(points[b], points[a]), minus(points[c], points[a]));
   };
-  const auto add_triangle = [&](int a, int b, int c, double weight) {
-    const Vec3 normal = normal_of(a, b, c);
+  const auto add_triangle = [&](const Triangle& corners, const Vec3& normal, double weight) {
     const double third = weight * density * std::sqrt(dot(normal, normal)) / 2 / 3;
-    for (const int corner : {a, b, c}) mass[corner] += third;
+    for (const int corner : corners) mass[corner] += third;
   };
   for (const Tetrahedron& tetrahedron : mesh.tetrahedra)
     for (const int corner : tetrahedron) mass[corner] += density * volume(points, tetrahedron) / 4;
   const std::vector<Quad> none;
   for (const auto& [a, b, c, d] : mesh.tetrahedra.empty() ? mesh.faces : none) {
     if (d < 0) {
-      add_triangle(a, b, c, 1);
+      add_triangle({a, b, c}, normal_of(a, b, c), 1);
     } else {
       // One diagonal of a concave quad lies outside: there its triangles face away from each other.
-      const bool first = dot(normal_of(a, b, c), normal_of(a, c, d)) >= 0;
-      const bool second = dot(normal_of(b, c, d), normal_of(b, d, a)) >= 0;
+      const Vec3 abc = normal_of(a, b, c), acd = normal_of(a, c, d), bcd = normal_of(b, c, d), bda = normal_of(b, d, a);
+      const bool first = dot(abc, acd) >= 0, second = dot(bcd, bda) >= 0;
       const double share = first == second ? 0.5 : first ? 1 : 0;
-      add_triangle(a, b, c, share), add_triangle(a, c, d, share);
-      add_triangle(b, c, d, 1 - share), add_triangle(b, d, a, 1 - share);
+      add_triangle({a, b, c}, abc, share), add_triangle({a, c, d}, acd, share);
+      add_triangle({b, c, d}, bcd, 1 - share), add_triangle({b, d, a}, bda, 1 - share);
     }
   }
   for (const auto& [a, b] : mesh.lines) {

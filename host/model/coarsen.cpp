@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <numeric>
 
-#include "host/base/failures.h"
+#include "host/base/parallel_tasks.h"
 #include "host/model/parents.h"
 #include "kernels/compute.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "host/base/failures.h"
+#include "host/base/parallel_tasks.h"
 #include "host/model/colour.h"
 #include "host/model/model.h"
 #include "host/model/runs.h"

@@ -1,6 +1,7 @@
 #include "host/results/frame_vertices.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace malha {
 
@@ -50,17 +51,18 @@ FrameTopology FrameVertices::topology(const Appearance& look, bool in_double) co
 }
 
 std::vector<Vec3> FrameVertices::places(std::vector<Vec3> of_particles) const {
-  if (particle_.empty()) return of_particles;
-  std::vector<Vec3> all;
-  auto unused = unused_.begin();
-  for (const int particle : particle_) all.push_back(particle < 0 ? *unused++ : of_particles[particle]);
-  return all;
+  return spread(std::move(of_particles), unused_);
 }
 
 std::vector<Vec3> FrameVertices::velocities(std::vector<Vec3> of_particles) const {
+  return spread(std::move(of_particles), std::vector<Vec3>(unused_.size()));
+}
+
+std::vector<Vec3> FrameVertices::spread(std::vector<Vec3> of_particles, const std::vector<Vec3>& of_unused) const {
   if (particle_.empty()) return of_particles;
   std::vector<Vec3> all;
-  for (const int particle : particle_) all.push_back(particle < 0 ? Vec3{} : of_particles[particle]);
+  auto unused = of_unused.begin();
+  for (const int particle : particle_) all.push_back(particle < 0 ? *unused++ : of_particles[particle]);
   return all;
 }
 

@@ -24,6 +24,7 @@ class FrameVertices {
   std::vector<Vec3> of_particles(std::vector<Vec3> places) const;
 
  private:
+  std::vector<Vec3> spread(std::vector<Vec3> of_particles, const std::vector<Vec3>& of_unused) const;
   int particle_at(int vertex) const { return particle_.empty() ? vertex : particle_[vertex]; }
   int lowest_vertex(int particle) const { return lowest_.empty() ? particle : lowest_[particle]; }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "host/base/failures.h"
+#include "host/base/parallel_tasks.h"
 #include "host/results/picture_light.h"
 
 namespace malha {

@@ -5,11 +5,10 @@
 #include <numeric>
 #include <string>
 
-#include "host/base/failures.h"
+#include "host/base/parallel_tasks.h"
 #include "host/error.h"
 #include "host/model/colour.h"
 #include "host/solver/piece.h"
-#include "kernels/compute.h"
 
 namespace malha {
 
