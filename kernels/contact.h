@@ -1,5 +1,6 @@
 // Contact of a particle with one environment mesh: an inequality per particle, with Coulomb friction and restitution.
 #pragma once
+#include "kernels/near_feature.h"
 #include "kernels/particles.h"
 #include "kernels/sum.h"
 
@@ -25,20 +26,11 @@ struct LastSeen {
   double distance = -INFINITY;  // never seen: it may be as deep as the mesh is large
   long long triangle = -1;
   Vector3<double> passed{};  // m, how far and whither, where something pressed it through that left no other way
-};
 
-/// The triangles of which one is the nearest to every point within `radius` of `at` (m; relative to the mesh's centre),
-/// ascending: what they tell is what all triangles of the mesh would, so that nothing depends on when they were found.
-struct FewNear {
-  static constexpr int kMost = 8;
-  Vector3<double> at{};
-  double radius = -1;  // below 0: not known
-  int count = 0;
-  int triangle[kMost];
-
-  KERNEL bool hold(const Vector3<double>& p) const {
-    const Vector3<double> d = p - at;
-    return radius >= 0 && dot(d, d) <= radius * radius;
+  /// Whether no surface lies on the way from a to b: none lies within the distance.
+  KERNEL bool keeps(const Vector3<double>& a, const Vector3<double>& b) const {
+    const Vector3<double> to_a = a - at, to_b = b - at;
+    return distance > 0 && dot(to_a, to_a) < distance * distance && dot(to_b, to_b) < distance * distance;
   }
 };
 
@@ -46,7 +38,7 @@ struct FewNear {
 struct Near {
   LastSeen seen;
   int cell = 0;  // in which it was last (kernels/near_cells.h)
-  FewNear few;
+  NearFeature feature;
 };
 
 /// It is to be laid anew, wherever its particle comes from.

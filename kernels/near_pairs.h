@@ -2,8 +2,7 @@
 // so that short lists leave no lane empty, and memory is asked for ahead.
 #pragma once
 #include "kernels/compute.h"
-#include "kernels/contact.h"
-#include "kernels/near_cells.h"
+#include "kernels/near_feature.h"
 
 namespace malha {
 
@@ -52,25 +51,16 @@ class NearPairs {
     return nearest_of(triangle_, d2_, x_, y_, z_, feature_, first_[which], first_[which + 1], least_of(which));
   }
 
-  /// The triangles that may be the nearest of a point within `radius` of this one, and up to where (m) they are all:
-  /// every other one of the list is farther by twice the way. None where they are too many. `wall`: how far the list
-  /// holds; `error`: of a computed distance.
-  KERNEL bool few(int which, double radius, double wall, double error, FewNear& few) const {
-    const double nearest = root(least_of(which)) + 4 * error, limit = nearest + 2 * radius;
-    double next = INFINITY;
-    int count = 0;
-    for (int k = first_[which]; k < first_[which + 1]; ++k) {
-      if (d2_[k] > limit * limit) {
-        next = d2_[k] < next ? d2_[k] : next;
-        continue;
-      }
-      if (count == FewNear::kMost) return false;
-      few.triangle[count++] = triangle_[k];
+  /// How far (m) a point may go from this one, and its nearest feature is still the same; below 0: not at all. `wall`:
+  /// how far the list holds; `error`: of a computed distance.
+  KERNEL double holds_within(int which, const NearTriangle& near, double wall, double error) const {
+    const HoldsWithin holds(mesh_, place_[which].xyz(), near, error);
+    double radius = wall - error;
+    for (int k = first_[which]; k < first_[which + 1] && radius > 0; ++k) {
+      const double margin = holds.of(triangle_[k], {x_[k], y_[k], z_[k]}, d2_[k], radius);
+      if (!(margin >= radius)) radius = margin > 0 ? margin : -1;
     }
-    const double parted = (root(next) - nearest) / 2;
-    const Vec4<double> p = place_[which];
-    few.at = p.xyz(), few.count = count, few.radius = parted < wall ? parted : wall;
-    return true;
+    return radius;
   }
 
  private:

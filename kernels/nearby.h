@@ -64,7 +64,7 @@ struct Nearby {
     if (s < 0) {
       s = slot[i] = count_up(used);
       let_go(contacts[s]);
-      contacts[s].particle = i, near[s].cell = 0, near[s].few.radius = -1;
+      contacts[s].particle = i, near[s].cell = 0, near[s].feature.radius = -1;
     }
     near[s].seen = last;
   }
@@ -171,16 +171,25 @@ struct MayTouch {
     int k = 0;
     for (; k + lanes <= n; k += lanes) store(excess<S>(first + k), over + k);
     for (; k < n; ++k) over[k] = excess<float>(first + k);
-    int any = 0;
-    for (k = 0; k < n; ++k) any |= !(over[k] < 0);  // not a number: a look
-    if (any)
-      for (k = 0; k < n; ++k) word |= static_cast<unsigned long long>(!(over[k] < 0)) << k;
-    else if (ball.distance == 0)
-      ball = ball_of(first, n);
-    bits[group.index] = word;
+    for (; k < kWord; ++k) over[k] = -1;
+    const unsigned long long touch = not_below_zero(over);
+    if (touch == 0 && ball.distance == 0 && reach >= 0) ball = ball_of(first, n);
+    bits[group.index] = word | touch;
   }
 
  private:
+  /// A bit for each number that is not below 0, or no number.
+  KERNEL static unsigned long long not_below_zero(const float* a) {
+    unsigned char flags[kWord];
+    for (int k = 0; k < kWord; ++k) flags[k] = !(a[k] < 0);
+    unsigned long long bits = 0;
+    for (int k = 0; k < kWord; k += 8) {
+      unsigned long long eight;  // bytes, of which the product gathers the lowest bits in the highest byte
+      __builtin_memcpy(&eight, flags + k, sizeof eight);
+      bits |= (eight * 0x0102040810204080ull >> 56) << k;
+    }
+    return bits;
+  }
   /// Around its box; of use where it is farther off than it is large.
   KERNEL WordBall ball_of(int first, int n) const {
     const auto middle = [&](const float* a) KERNEL_LAMBDA {

@@ -73,24 +73,25 @@ void expect_same(const ClosestPoint& found, const ClosestPoint& all, int i) {
   ASSERT_TRUE(same_bits(found.normal, all.normal) && found.boundary == all.boundary) << i;
 }
 
-/// The few triangles that a place keeps tell what all would, at any other place up to where they hold.
-bool expect_few_as_all_triangles(const Surface& surface, const Point& p, int cell, Random& random, int i) {
+/// The feature that is nearest to a place is so to any other place up to where it holds: the answer has the same bits.
+bool expect_feature_as_all_triangles(const Surface& surface, const Point& p, int cell, Random& random, int i) {
   const NearMesh& mesh = surface.near_mesh();
   const NearCell& of = mesh.cells[cell];
   const Point local = surface.in_near_mesh(p);
   NearPairs<Own> pairs(mesh);
   pairs.add(local, mesh.lists + of.first, of.count);
   pairs.measure();
-  FewNear few;
-  const double radius = surface.diagonal() * std::pow(10, random(-8, -2)), error = static_cast<double>(of.error);
-  if (!pairs.few(0, radius, from_walls(mesh, of, local) - error, error, few) || !(few.radius > 0)) return false;
-  const Point way = random.in_cube(1), at = p + way * (0.999 * few.radius / std::sqrt(dot(way, way)));
-  EXPECT_TRUE(few.hold(surface.in_near_mesh(at)));
-  NearPairs<Own> fewer(mesh);
-  fewer.add(surface.in_near_mesh(at), few.triangle, few.count);
-  fewer.measure();
-  const double all = 4 * surface.diagonal();
-  expect_same(surface.within(all, fewer.nearest(0)), surface.closest(at, all), i);
+  const NearTriangle near = pairs.nearest(0);
+  NearFeature feature = surface.feature(near);
+  const auto error = static_cast<double>(of.error);
+  feature.at = local, feature.radius = pairs.holds_within(0, near, from_walls(mesh, of, local), error);
+  if (feature.kind == NearFeature::Point || !(feature.radius > 0)) return false;
+  const Point way = random.in_cube(1), at = p + way * (0.999 * feature.radius / std::sqrt(dot(way, way)));
+  if (!feature.holds(surface.in_near_mesh(at))) return false;  // smaller than a rounding
+  const ClosestPoint all = surface.closest(at, 4 * surface.diagonal());
+  ClosestPoint found = surface.of_feature(feature, at);
+  found.triangle = all.triangle;  // any that the feature is part of
+  expect_same(found, all, i);
   return true;
 }
 
@@ -122,7 +123,7 @@ Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
     if (cell == 0) continue;
     ++compared.listed;
     for_each_isa([&]<class Isa>(Isa) {
-      expect_same(surface.within(radius, surface.nearest<Isa>(p, cell)), all, i);
+      expect_same(surface.within(radius, surface.nearest<Isa>(p, cell), p), all, i);
       // Beside others, whose pairs share its packs.
       const NearMesh& mesh_of = surface.near_mesh();
       NearPairs<Isa> pairs(mesh_of);
@@ -132,10 +133,10 @@ Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
       pairs.add({}, list, 0);
       pairs.add(surface.in_near_mesh(p), list, count);
       pairs.measure();
-      expect_same(surface.within(radius, pairs.nearest(2)), all, i);
+      expect_same(surface.within(radius, pairs.nearest(2), p), all, i);
       EXPECT_EQ(pairs.nearest(1).triangle, -1);
     });
-    compared.held += expect_few_as_all_triangles(surface, p, cell, random, i);
+    compared.held += expect_feature_as_all_triangles(surface, p, cell, random, i);
     if (testing::Test::HasFatalFailure()) break;
   }
   return compared;
@@ -183,8 +184,51 @@ TEST(NearCells, NearestTriangleIsThatOfAllTrianglesOnAScan) {
 TEST(NearCells, DISABLED_NearestTriangleIsThatOfAllTrianglesOnTheScansAtAMillionPlacesEach) {
   for (const char* name : {"armadillo", "bunny00", "refined_elephant"}) {
     const Compared compared = expect_as_all_triangles(scan(name), 1'000'000, 60);
-    std::printf("%s: %d of %d by lists, %d also by few\n", name, compared.listed, compared.points, compared.held);
+    std::printf("%s: %d of %d by lists, %d also by features\n", name, compared.listed, compared.points, compared.held);
   }
+}
+
+double distance_from_triangles(const Mesh& mesh, const Point& p) {
+  double least = INFINITY;
+  for (const auto& t : triangles(mesh)) {
+    const auto at = [&](int k) { return Point{mesh.points[t[k]][0], mesh.points[t[k]][1], mesh.points[t[k]][2]}; };
+    const Point d = p - nearest_on_triangle(p, at(0), at(1), at(2)).q;
+    least = std::min(least, std::sqrt(dot(d, d)));
+  }
+  return least;
+}
+
+// Projected on the plane of a face or the line of an edge it is what it is on the triangle, but for rounding.
+TEST(NearCells, ProjectionOnAFeatureKeepsTheDistance) {
+  const Device device;
+  for (const Mesh& mesh : {slivers(), generate(SphereShape{0.3, 3}), scan("armadillo")}) {
+    const Surface surface(device, mesh);
+    Random random(3);
+    for (int i = 0; i < 200; ++i) {
+      const Point p = random.in_cube(surface.diagonal() / 2);
+      const double known = distance_from_triangles(mesh, p);
+      EXPECT_NEAR(surface.closest(p, 4 * surface.diagonal()).distance, known, 1e-12 * surface.diagonal());
+    }
+  }
+}
+
+// Over a face whose neighbours lie in its plane: as far as it is to the nearest of them, but for what the bound gives
+// away.
+TEST(NearCells, AFeatureHoldsForALargePartOfTheWayToTheNext) {
+  const Device device;
+  const Surface grid(device, generate(GridShape{{1, 1}, {10, 10}}));
+  const Point p{0.02, 0.01, 0.53};  // over a triangle with legs of 0.1: its longest side is the nearest
+  const double way = 0.01 / std::sqrt(2);
+  const int cell = grid.make_cell(p);
+  ASSERT_GT(cell, 0);
+  const NearMesh& mesh = grid.near_mesh();
+  const NearCell& of = mesh.cells[cell];
+  NearPairs<Own> pairs(mesh);
+  pairs.add(grid.in_near_mesh(p), mesh.lists + of.first, of.count);
+  pairs.measure();
+  const double holds = pairs.holds_within(0, pairs.nearest(0), INFINITY, static_cast<double>(of.error));
+  EXPECT_GT(holds, 0.4 * way);
+  EXPECT_LE(holds, way);
 }
 
 // A ball's centre is equally near to all of its triangles: there no list helps.
@@ -208,7 +252,7 @@ TEST(NearCells, StartAnewWhenTheirMemoryIsUsedUp) {
   const Point p{0.7, 0.6, 0.5};
   const int cell = ball.make_cell(p);
   ASSERT_GT(cell, 0);
-  EXPECT_EQ(ball.within(1, ball.nearest<Own>(p, cell)).triangle, ball.closest(p, 1).triangle);
+  EXPECT_EQ(ball.within(1, ball.nearest<Own>(p, cell), p).triangle, ball.closest(p, 1).triangle);
 }
 
 }  // namespace

@@ -64,7 +64,7 @@ struct FindContact : MovingSurface {
     int count = 0;
     for (; rest != 0; rest &= rest - 1) {
       const int i = group.index * kWord + lowest_bit(rest);
-      if (particles.w[i] > R(0) && begin(i, looks[count])) ++count;
+      if (particles.w[i] > R(0) && begin(i, looks[count]) && !by_feature(looks[count])) ++count;
     }
     for (int k = 0; k < count; ++k) list(looks[k]);
     for (int k = 0; k < count;) {
@@ -96,8 +96,7 @@ struct FindContact : MovingSurface {
     KERNEL Looks() {}
   };
 
-  // Thicknesses that a particle goes from look to look. Slower ones keep few triangles, that hold for some looks more.
-  static constexpr double kSlow = 0.02, kStill = 1e-4, kLooksMore = 3;
+  static constexpr double kSlow = 0.02;  // thicknesses from look to look: its nearest feature may stay the nearest
 
   KERNEL static double length(const Point& a) { return root(dot(a, a)); }
 
@@ -128,14 +127,17 @@ struct FindContact : MovingSurface {
     return true;
   }
 
-  /// Which triangles are to be compared: by the particle's own few, or by the cell that it is in.
-  KERNEL void list(Look& look) const {
+  /// Whether the feature that was the nearest is known to be it still.
+  KERNEL bool by_feature(Look& look) const {
     const int slot = nearby.slot[look.i];
-    if (slot >= 0 && nearby.near[slot].few.hold(surface->in_near_mesh(look.a))) {
-      const FewNear& few = nearby.near[slot].few;
-      look.list = few.triangle, look.listed = few.count;
-      return;
-    }
+    if (slot < 0 || !nearby.near[slot].feature.holds(surface->in_near_mesh(look.a))) return false;
+    const ClosestPoint near = surface->of_feature(nearby.near[slot].feature, look.a);
+    if (near.distance <= look.reach || !leave(look)) end(look, near.distance < look.radius ? near : ClosestPoint{});
+    return true;
+  }
+
+  /// Which triangles are to be compared, by the cell that it is in.
+  KERNEL void list(Look& look) const {
     look.cell = surface->cell_of(look.a, look.cell);
     look.listed = 0;
     if (look.cell == 0) return;
@@ -149,16 +151,16 @@ struct FindContact : MovingSurface {
   KERNEL void end(Look& look, const NearPairs<Isa>& pairs, int which) const {
     const bool listed = look.listed > 0;
     if (!(listed && look.near.distance <= look.reach) && leave(look)) return;
-    end(look, listed ? surface->within(look.radius, look.near) : ask<Isa>(look));
+    end(look, listed ? surface->within(look.radius, look.near, look.a) : ask<Isa>(look));
     const int slot = nearby.slot[look.i];
-    if (slot < 0 || !listed || look.list == nearby.near[slot].few.triangle || look.moved > kSlow * thickness) return;
-    const double radius = std::max(kStill * thickness, kLooksMore * look.moved);
-    const Point p = surface->in_near_mesh(look.a);
+    if (slot < 0 || !listed || look.moved > kSlow * thickness) return;
+    NearFeature feature = surface->feature(look.near);
+    if (feature.kind == NearFeature::Point) return;
     const NearMesh& mesh = surface->near_mesh();
     const NearCell& cell = mesh.cells[look.cell];
-    FewNear few;
-    if (pairs.few(which, radius, from_walls(mesh, cell, p) - double(cell.error), double(cell.error), few))
-      nearby.near[slot].few = few;
+    feature.at = surface->in_near_mesh(look.a);
+    feature.radius = pairs.holds_within(which, look.near, from_walls(mesh, cell, feature.at), double(cell.error));
+    nearby.near[slot].feature = feature;
   }
 
   /// Whether a coarse bound tells that it cannot touch: of what may be inside it does not tell the side.
@@ -176,7 +178,7 @@ struct FindContact : MovingSurface {
     const bool stays = look.path < 2 * thickness;
     if (stays && look.last.triangle >= 0) {
       look.cell = surface->make_cell(look.a);
-      if (look.cell > 0) return surface->within(look.radius, surface->template nearest<Isa>(look.a, look.cell));
+      if (look.cell > 0) return surface->within(look.radius, surface->template nearest<Isa>(look.a, look.cell), look.a);
     }
     const ClosestPoint near = surface->closest(look.a, look.radius, static_cast<int>(look.last.triangle));
     if (stays && near.found && near.distance <= look.reach && look.last.triangle < 0)
@@ -197,7 +199,7 @@ struct FindContact : MovingSurface {
 
     const Point n = direction(near, a, outward, signed_distance);
     const Vector3<R> x = particles.x[i], p = particles.p[i];
-    if (signed_distance < thickness && !lift(i, a, near.q, n, thickness - signed_distance, last) && signed_distance < 0)
+    if (signed_distance < thickness && !lift(i, a, near.q, n, last) && signed_distance < 0)
       last.at = near.q + n * (1e-3 * thickness);  // behind a sheet, it still belongs before it
     remember(look, last);
     // The plane at the nearest point stands for the surface only on a short way: on a long one it would stop what
@@ -251,15 +253,20 @@ struct FindContact : MovingSurface {
   /// A particle that starts within the thickness is put at its rim, state and prediction alike, so that leaving it
   /// gives no velocity (the pre-stabilisation of Macklin et al. 2014, section 4.4). Not through another mesh, nor
   /// through another part of this one, whose nearest point is q.
-  bool lift(int i, const Point& a, const Point& q, const Point& n, double by, LastSeen& last) const {
-    const Point above = q + n * (1e-3 * thickness), rim = q + n * thickness;
-    if (surface->crossing(above, rim, 0, sides != Sides::TwoSided).hit) return false;
+  bool lift(int i, const Point& a, const Point& q, const Point& n, LastSeen& last) const {
+    const double by = thickness - last.distance;
+    // Nothing lies in the ball around a that touches q, but for rounding.
+    if (by > 0.99 * last.distance) {
+      const Point above = q + n * (1e-3 * thickness), rim = q + n * thickness;
+      if (surface->crossing(above, rim, 0, sides != Sides::TwoSided).hit) return false;
+    }
     const Point world = rotate(before, n) * by;
     const Vector3<R> shift{R(world.x), R(world.y), R(world.z)}, x = particles.x[i], to = x + shift;
     for (int k = 0; k < all.count; ++k) {
       const MovingSurface& mesh = all.meshes[k];
-      const auto at = [&](const Vector3<R>& place) { return to_local(mesh.before, in_double(place)); };
-      if (k != own && mesh.surface->crossing(at(x), at(to), 0, mesh.sides != Sides::TwoSided).hit) return false;
+      const Point start = to_local(mesh.before, in_double(x)), end = to_local(mesh.before, in_double(to));
+      if (k == own || all.nearby[k].seen(i).keeps(start, end)) continue;
+      if (mesh.surface->crossing(start, end, 0, mesh.sides != Sides::TwoSided).hit) return false;
     }
     particles.x.set(i, to);
     particles.p.set(i, particles.p[i] + shift);
@@ -270,8 +277,8 @@ struct FindContact : MovingSurface {
       forget_place(*other);
     }
     last.at = a + n * by;
-    last.distance = thickness;
-    if (dot(n, last.passed) < 0) last.passed = {};  // not where it leaves by the back
+    last.distance = std::max(last.distance - by, 0.0);  // of what else is near it is known no better
+    if (dot(n, last.passed) < 0) last.passed = {};      // not where it leaves by the back
     return true;
   }
 

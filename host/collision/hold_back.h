@@ -49,9 +49,7 @@ struct HoldBack : Surroundings<R> {
 
   Crossing crossing_of(int i, int k) const {
     const MovingSurface& mesh = this->meshes[k];
-    // No surface lies within `distance` of where the particle was last seen, nor on a way that stays there.
-    const LastSeen last = this->nearby[k].seen(i);
-    if (within(last, to_local(mesh.before, x(i))) && within(last, to_local(mesh.after, p(i)))) return {};
+    if (this->nearby[k].seen(i).keeps(to_local(mesh.before, x(i)), to_local(mesh.after, p(i)))) return {};
     return crossing(mesh, x(i), p(i));
   }
 
@@ -69,11 +67,6 @@ struct HoldBack : Surroundings<R> {
     const Vector3<R> by{R(shift.x), R(shift.y), R(shift.z)};
     this->particles.p.set(i, this->particles.p[i] + by);
     return true;
-  }
-
-  static bool within(const LastSeen& last, const Point& a) {
-    const Point d = a - last.at;
-    return last.distance > 0 && dot(d, d) < last.distance * last.distance;
   }
 };
 

@@ -12,6 +12,8 @@ namespace {
 
 double length(const Point& a) { return std::sqrt(dot(a, a)); }
 
+constexpr double kNeedle = 1e-3;  // its height over its longest edge
+
 Point unit(const Point& a) {
   const double l = length(a);
   return l > 0 ? a * (1 / l) : a;
@@ -42,8 +44,10 @@ Surface::Surface(const Device& device, const Mesh& mesh) : triangles_(malha::tri
   std::map<std::pair<int, int>, std::pair<Point, int>> edges;  // sum of normals, number of faces
   for (const Triangle& t : triangles_) {
     const Point a = point(t[0]);
-    const Point normal = unit(cross(point(t[1]) - a, point(t[2]) - a));
+    const Point ab = point(t[1]) - a, ac = point(t[2]) - a, of_area = cross(ab, ac), normal = unit(of_area);
+    const double longest = std::max({length(ab), length(ac), length(ab - ac)});
     face_normals_.push_back(normal);
+    needles_.push_back(!(length(of_area) > kNeedle * longest * longest));
     for (int k = 0; k < 3; ++k) {
       const Point here = point(t[k]);
       const Point u = unit(point(t[(k + 1) % 3]) - here), v = unit(point(t[(k + 2) % 3]) - here);
@@ -88,7 +92,7 @@ ClosestPoint Surface::closest(const Point& a, double radius, int known_near) con
   queries_->fetch_add(1, std::memory_order_relaxed);
   if (nearest < 0) return {};
   const Triangle& c = triangles_[nearest];
-  return with_normal(nearest, least, nearest_on_triangle(p, point(c[0]), point(c[1]), point(c[2])));
+  return of_feature(feature({nearest, least, nearest_on_triangle(p, point(c[0]), point(c[1]), point(c[2]))}), a);
 }
 
 Crossing Surface::crossing(const Point& a, const Point& b, double beyond, bool front_only) const {
@@ -139,7 +143,7 @@ double Surface::diagonal() const { return 2 * length(half_); }
 
 std::size_t Surface::bytes() const {
   return points_.size() * (sizeof(points_[0]) + sizeof(Point) + sizeof(std::array<float, 3>)) +
-         triangles_.size() * (2 * sizeof(Triangle) + 4 * sizeof(Point) + 3) + cells_->bytes();
+         triangles_.size() * (2 * sizeof(Triangle) + 4 * sizeof(Point) + 4) + cells_->bytes();
 }
 
 }  // namespace malha

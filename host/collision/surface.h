@@ -9,7 +9,7 @@
 #include "host/collision/embree.h"
 #include "host/collision/near_cells.h"
 #include "host/mesh.h"
-#include "kernels/vec.h"
+#include "kernels/near_feature.h"
 
 namespace malha {
 
@@ -69,10 +69,36 @@ class Surface {
   }
   KERNEL const NearMesh& near_mesh() const { return cells_->mesh(); }
   KERNEL Point in_near_mesh(const Point& a) const { return a - centre_; }
-  /// What closest finds, of a nearest triangle.
-  KERNEL ClosestPoint within(double radius, const NearTriangle& near) const {
+  /// What closest finds of a, by its nearest triangle.
+  KERNEL ClosestPoint within(double radius, const NearTriangle& near, const Point& a) const {
     if (!(near.distance < radius) || near.triangle < 0) return {};
-    return with_normal(near.triangle, near.distance, near.where);
+    return of_feature(feature(near), a);
+  }
+
+  /// What is nearest on it. On faces of needles, whose normals are rounded too much, it is the point that was found.
+  KERNEL NearFeature feature(const NearTriangle& near) const {
+    const Triangle& c = triangles_[near.triangle];
+    const int corner = near.where.corner, edge = near.where.edge;
+    NearFeature f;
+    f.triangle = near.triangle, f.o = near.where.q;
+    if (corner >= 0) {
+      f.kind = NearFeature::Corner, f.normal = corner_normals_[c[corner]], f.boundary = rim_corners_[c[corner]] != 0;
+    } else if (edge >= 0) {  // either of its triangles tells the same
+      const int a = c[edge], b = c[(edge + 1) % 3], first = a < b ? a : b;
+      const Point way = point(a < b ? b : a) - point(first);
+      const double l = root(dot(way, way));
+      if (l > 1e-150) f.kind = NearFeature::Edge, f.o = point(first), f.d = way * (1 / l);  // shorter: squares are 0
+      f.normal = edge_normals_[near.triangle][edge], f.boundary = rim_edges_[near.triangle][edge];
+    } else {
+      f.normal = face_normals_[near.triangle];
+      if (!needles_[near.triangle]) f.kind = NearFeature::Face, f.o = point(c[0]), f.d = f.normal;
+    }
+    return f;
+  }
+  /// The same of every point whose nearest feature it is.
+  KERNEL ClosestPoint of_feature(const NearFeature& f, const Point& a) const {
+    const Point p = a - centre_, q = f.nearest(p), d = p - q;
+    return {true, f.triangle, root(dot(d, d)), q + centre_, f.normal, f.boundary};
   }
 
   /// A lower bound of the distance of a: of a grid over the mesh's box, below 0 where that says nothing.
@@ -104,32 +130,13 @@ class Surface {
   /// that start on a surface miss it half the time.
   Crossing along(const Point& start, const Point& direction, double far, bool front_only) const;
 
-  Point point(int i) const { return points_[i].xyz(); }
-  KERNEL ClosestPoint with_normal(int triangle, double distance, const OnTriangle& where) const {
-    const Triangle& c = triangles_[triangle];
-    if (where.corner >= 0)
-      return {true,
-              triangle,
-              distance,
-              where.q + centre_,
-              corner_normals_[c[where.corner]],
-              rim_corners_[c[where.corner]] != 0};
-    if (where.edge >= 0)
-      return {true,
-              triangle,
-              distance,
-              where.q + centre_,
-              edge_normals_[triangle][where.edge],
-              rim_edges_[triangle][where.edge]};
-    return {true, triangle, distance, where.q + centre_, face_normals_[triangle], false};
-  }
-
+  KERNEL Point point(int i) const { return points_[i].xyz(); }
   std::vector<Vec4<double>> points_;  // relative to centre_, so that float is fine wherever the mesh lies
   std::vector<Triangle> triangles_;
   std::vector<Point> face_normals_, corner_normals_;  // unit
   std::vector<std::array<Point, 3>> edge_normals_;    // unit; edge k joins corners k and k + 1
   std::vector<std::array<bool, 3>> rim_edges_;
-  std::vector<unsigned char> rim_corners_;
+  std::vector<unsigned char> rim_corners_, needles_;
   Point centre_{}, half_{};
   double skin_ = 0;
   std::unique_ptr<TriangleScene> scene_;
