@@ -153,7 +153,7 @@ struct FindContact : MovingSurface {
     if (!(listed && look.near.distance <= look.reach) && leave(look)) return;
     end(look, listed ? surface->within(look.radius, look.near, look.a) : ask<Isa>(look));
     const int slot = nearby.slot[look.i];
-    if (slot < 0 || !listed || look.moved > kSlow * thickness) return;
+    if (slot < 0 || look.near.triangle < 0 || look.moved > kSlow * thickness) return;
     NearFeature feature = surface->feature(look.near);
     if (feature.kind == NearFeature::Point) return;
     const NearMesh& mesh = surface->near_mesh();
