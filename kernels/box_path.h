@@ -1,7 +1,7 @@
 // Boxes of triangles that do not move, as a tree in which a walk needs no memory: a node is followed by its children,
 // and says where to go on if nothing below it is of interest.
 #pragma once
-#include "kernels/hash_grid.h"
+#include "kernels/simplex.h"
 
 namespace malha {
 

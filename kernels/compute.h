@@ -183,6 +183,15 @@ struct Group {
   }
 };
 
+/// The number of the lowest bit that is set.
+KERNEL int lowest_bit(unsigned long long bits) {
+#if defined(__CUDA_ARCH__)
+  return __ffsll(static_cast<long long>(bits)) - 1;
+#else
+  return __builtin_ctzll(bits);
+#endif
+}
+
 /// Asks for the cache line at `address` ahead of its use. Whatever lies there, even nothing, is harmless.
 KERNEL void prefetch([[maybe_unused]] const void* address) {
 #if !defined(__CUDACC__)

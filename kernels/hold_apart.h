@@ -10,30 +10,6 @@
 
 namespace malha {
 
-/// Puts a particle that left its reach back into it.
-template <class R>
-struct KeepInReach {
-  Reaches<R> reaches;
-  Vector3<R> common;
-  Points<R> p;
-  const R* w;
-  const unsigned char* takes_part;
-  KERNEL void operator()(int i) const {
-    const Vector3<R> to = p[i];
-    if (!takes_part[i] || !(w[i] > R(0)) || !((to.x + to.y + to.z) * R(0) == R(0))) return;
-    const Vector3<R> d = reaches.d[i], moved = to - reaches.x[i] - common,
-                     kept{kept_in(moved.x, d.x), kept_in(moved.y, d.y), kept_in(moved.z, d.z)};
-    if (kept.x != moved.x || kept.y != moved.y || kept.z != moved.z) p.set(i, reaches.x[i] + common + kept);
-  }
-
- private:
-  KERNEL R kept_in(R moved, R d) const {
-    const R margin = R(0.99) * reaches.margin;  // rounding stays inside the boxes that pairs were found with
-    const R low = smaller(d, R(0)) - margin, high = larger(d, R(0)) + margin;
-    return moved < low ? low : moved > high ? high : moved;
-  }
-};
-
 /// Momentum times h of what takes part and is free, and its mass.
 template <class R>
 struct SumMomentum {
@@ -75,7 +51,7 @@ struct PairPlanes {
   /// Of particle j at x0, along n.
   KERNEL R at_start(const SelfContact<R>& c, int j) const { return dot(c.n, x0[c.i[j]] - x0[c.i[0]]); }
   /// Which the gap must keep.
-  KERNEL R kept(const SelfContact<R>& c) const { return smaller(c.gap, larger(R(0.1) * c.gap, least)); }
+  KERNEL R kept(const SelfContact<R>& c) const { return kept_of(c.gap, least); }
   KERNEL bool apart(const SelfContact<R>& c) const {
     ContactSides<R> sides;
     for (int j = 0; j < 4; ++j) sides.add(j, c.first, at_start(c, j) + dot(c.n, moved[c.i[j]]));
@@ -102,15 +78,8 @@ struct FindCrossing {
   }
 };
 
-/// Puts a particle at a place of the frame in which its contacts are.
-template <class R>
-struct PlaceInWorld {
-  Points<R> p;
-  KERNEL void operator()(int i, const Vector3<R>& a) const { p.set(i, a); }
-};
-
 /// Of a crossing pair every particle goes only as far as none of its contacts can be broken by it.
-template <class R, class Place = PlaceInWorld<R>>
+template <class R, class Place>
 struct HoldParticles {
   PairPlanes<R> planes;
   Place place;

@@ -16,14 +16,6 @@ KERNEL int count_up(int* number) {
 #endif
 }
 
-KERNEL int lowest_bit(unsigned long long bits) {
-#if defined(__CUDA_ARCH__)
-  return __ffsll(static_cast<long long>(bits)) - 1;
-#else
-  return __builtin_ctzll(bits);
-#endif
-}
-
 inline constexpr int kWord = 64;  // particles: a bit each
 
 /// Around where all particles of a word were last seen (m, mesh's frame), for a first test of them all.

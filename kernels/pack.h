@@ -33,8 +33,8 @@ KERNEL void gather_rows(Vec4<R>* rows, const Index* index, Vector3<R>& position,
   position = q.xyz();
   w = q.w;
 }
-template <class R>
-KERNEL void scatter_rows(Vec4<R>* rows, const LocalIndex* index, const Vector3<R>& position, R w) {
+template <class R, class Index>
+KERNEL void scatter_rows(Vec4<R>* rows, const Index* index, const Vector3<R>& position, R w) {
   row_at(rows, *index) = {position.x, position.y, position.z, w};
 }
 
@@ -120,6 +120,10 @@ KERNEL typename Pack<R, bytes>::Mask operator>(Pack<R, bytes> a, Pack<R, bytes> 
   return a.v > b.v;
 }
 template <class R, int bytes>
+KERNEL typename Pack<R, bytes>::Mask operator<=(Pack<R, bytes> a, Pack<R, bytes> b) {
+  return a.v <= b.v;
+}
+template <class R, int bytes>
 KERNEL typename Pack<R, bytes>::Mask operator==(Pack<R, bytes> a, Pack<R, bytes> b) {
   return a.v == b.v;
 }
@@ -132,8 +136,12 @@ KERNEL Pack<R, bytes> larger(Pack<R, bytes> a, Pack<R, bytes> b) {
   return a.v > b.v ? a.v : b.v;
 }
 template <class R, int bytes>
+KERNEL Pack<R, bytes> smaller(Pack<R, bytes> a, Pack<R, bytes> b) {
+  return a.v < b.v ? a.v : b.v;
+}
+template <class R, int bytes>
 KERNEL Pack<R, bytes> root(Pack<R, bytes> a) {
-  typename Pack<R, bytes>::Vector b;
+  typename Pack<R, bytes>::Vector b = a.v;
   for (int lane = 0; lane < Pack<R, bytes>::lanes; ++lane) b[lane] = root(a.v[lane]);
   return b;
 }
@@ -243,8 +251,8 @@ KERNEL V row(Vec4<R>* rows, const Index* index) {
   }
 }
 
-template <int block, class R, class V>
-KERNEL void put(Vec4<R>* rows, const LocalIndex* index, V r0, V r1, V r2, V r3) {
+template <int block, class R, class Index, class V>
+KERNEL void put(Vec4<R>* rows, const Index* index, V r0, V r1, V r2, V r3) {
   quartet(rows, index[4 * block]) = quarter<R, block>(r0);
   quartet(rows, index[4 * block + 1]) = quarter<R, block>(r1);
   quartet(rows, index[4 * block + 2]) = quarter<R, block>(r2);
@@ -268,6 +276,21 @@ KERNEL typename S::Mask lanes_of(unsigned bits) {
   for (int i = 0; i < S::lanes; ++i) bit[i] = 1 << i;
   return (bit & static_cast<int>(bits)) != 0;
 }
+/// A bit a lane where the mask holds, the lowest for the first lane.
+template <class Mask>
+requires requires(Mask mask) { mask[0]; }
+KERNEL unsigned bits_of(const Mask& mask) {
+  constexpr int lanes = sizeof(Mask) / sizeof(mask[0]);
+  typedef signed char Bytes __attribute__((vector_size(lanes)));
+  const Bytes bytes = __builtin_convertvector(mask, Bytes);
+  unsigned bits = 0;
+  for (int k = 0; k < lanes; k += 8) {
+    unsigned long long eight = 0;  // of which the product gathers the lowest bits in the highest byte
+    __builtin_memcpy(&eight, reinterpret_cast<const char*>(&bytes) + k, lanes < 8 ? lanes : 8);
+    bits |= unsigned((eight & 0x0101010101010101ull) * 0x0102040810204080ull >> 56) << k;
+  }
+  return bits;
+}
 template <class R, int bytes>
 KERNEL R lane(const Pack<R, bytes>& a, int i) {
   return a.v[i];
@@ -289,8 +312,8 @@ KERNEL void gather_rows(Vec4<R>* rows, const Index* index, Vector3<Pack<R, bytes
 }
 
 /// Writes them back, all lanes: the particles must be distinct.
-template <class R, int bytes>
-KERNEL void scatter_rows(Vec4<R>* rows, const LocalIndex* index, Vector3<Pack<R, bytes>> position, Pack<R, bytes> w) {
+template <class R, int bytes, class Index>
+KERNEL void scatter_rows(Vec4<R>* rows, const Index* index, Vector3<Pack<R, bytes>> position, Pack<R, bytes> w) {
   constexpr int lanes = Pack<R, bytes>::lanes;
   detail::transpose<lanes>(position.x.v, position.y.v, position.z.v, w.v);
   detail::put<0>(rows, index, position.x.v, position.y.v, position.z.v, w.v);

@@ -3,7 +3,7 @@
 // from where they were (x0, where nothing crosses), or, for what slides far, from where they go.
 #pragma once
 #include "kernels/closest.h"
-#include "kernels/hash_grid.h"
+#include "kernels/simplex.h"
 #include "kernels/sum.h"
 
 namespace malha {
@@ -33,13 +33,12 @@ struct ContactSides {
   }
 };
 
-/// moved = p - x0, where what looks at pairs finds it in one load a particle.
-template <class R>
-struct StoreMotion {
-  Points<R> p;
-  ScatteredPoints<R> x0, moved;
-  KERNEL void operator()(int i) const { moved.set(i, p[i] - x0[i]); }
-};
+/// Which a gap must keep.
+template <class S>
+KERNEL S kept_of(const S& gap, typename RealOf<S>::type least) {
+  using R = typename RealOf<S>::type;
+  return smaller(gap, larger(gap * S(R(0.1)), S(least)));
+}
 
 /// Motions, each with its weight.
 struct MeanMotion {
@@ -247,35 +246,6 @@ struct CountMeetings {
   LookAtCandidate<R> look;
   int* meets;
   KERNEL void operator()(int c) const { meets[c] = look.may_meet(look.candidates[c]) ? 1 : 0; }
-};
-
-/// Looks at those. What proves to be no contact stays as one that nothing ever reaches, and has no ends.
-template <class R>
-struct LayContacts {
-  LookAtCandidate<R> look;
-  const int* place;  // of each candidate
-  int count, total;  // of candidates, of places
-  SelfContact<R>* contacts;
-  int* ends;  // of each contact: how many
-  KERNEL void operator()(int c) const {
-    const int at = place[c], next = c + 1 < count ? place[c + 1] : total;
-    if (next == at) return;
-    const bool is_contact = look(look.candidates[c], contacts[at]);
-    if (!is_contact) contacts[at].short_of = contacts[at].gap = -R(INFINITY);
-    ends[at] = is_contact ? 4 : 0;
-  }
-};
-
-/// The particles of the contacts, for sorting.
-template <class R>
-struct EnterEnds {
-  const SelfContact<R>* contacts;
-  const int* place;  // of their ends
-  Keyed* ends;       // particle, and 4 contact + slot
-  KERNEL void operator()(int k) const {
-    if (!(contacts[k].gap > -R(INFINITY))) return;
-    for (int j = 0; j < 4; ++j) ends[place[k] + j] = {unsigned(contacts[k].i[j]), 4 * k + j};
-  }
 };
 
 }  // namespace malha

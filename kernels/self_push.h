@@ -99,15 +99,8 @@ struct AskAgain {
   }
 };
 
-/// Coulomb's mu of every contact alike.
-template <class R>
-struct OneFriction {
-  R mu;
-  KERNEL R operator()(const SelfContact<R>& /*c*/) const { return mu; }
-};
-
 /// The impulse of each active contact (times dt): a push, and friction on positions as in kernels/contact.h.
-template <class R, class Friction = OneFriction<R>>
+template <class R, class Friction>
 struct PushContacts {
   ScatteredPoints<R> moved;
   SelfContact<R>* contacts;
@@ -133,16 +126,8 @@ struct PushContacts {
   }
 };
 
-/// Impulses are in the frame in which particles are.
-struct AsTheyAre {
-  template <class R>
-  KERNEL Vector3<R> operator()(const Vector3<R>& impulse) const {
-    return impulse;
-  }
-};
-
 /// Every particle takes its share of its contacts' impulses, in their order.
-template <class R, class Turn = AsTheyAre>
+template <class R, class Turn>
 struct GatherPushes {
   Points<R> p;
   const R* w;

@@ -64,6 +64,12 @@ template <class R>
 KERNEL R larger(R a, R b) {
   return a > b ? a : b;
 }
+template <class R>
+KERNEL R smaller(R a, R b) {
+  return a < b ? a : b;
+}
+/// A bit where the mask holds (masks that are combined are numbers).
+KERNEL unsigned bits_of(int mask) { return mask != 0 ? 1 : 0; }
 
 /// Of a number or a pack of them.
 template <class S>

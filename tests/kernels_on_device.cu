@@ -5,6 +5,7 @@
 #include "kernels/contact.h"
 #include "kernels/corrector.h"
 #include "kernels/dense_filter.h"
+#include "kernels/edge_contact.h"
 #include "kernels/front.h"
 #include "kernels/hold_apart.h"
 #include "kernels/integrate.h"
@@ -15,6 +16,9 @@
 #include "kernels/near_cells.h"
 #include "kernels/near_pairs.h"
 #include "kernels/nearby.h"
+#include "kernels/pair_hold.h"
+#include "kernels/pair_push.h"
+#include "kernels/pair_reach.h"
 #include "kernels/pressure.h"
 #include "kernels/rest.h"
 #include "kernels/sleep.h"
@@ -82,14 +86,18 @@ void instantiate_all() {
   instantiate<LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>, MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
   instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>>();
   instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>, LetGo<R>>();
-  instantiate<BoxParticles<R>, BoxSimplices<R>, CountCells<R>, EnterCells<R>>();
-  instantiate<FindCandidates<R, false>, FindCandidates<R, true>>();
-  instantiate<SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>, LayContacts<R>, EnterEnds<R>>();
-  instantiate<StoreMotion<R>, AskContacts<R>, SplitMasses<R>, PushContacts<R>, GatherPushes<R>, CountPushing<R>>();
-  instantiate<KeepInReach<R>, FindCrossing<R>, HoldParticles<R>, SumMomentum<R>, Translate<R>, CopyPoints<R>>();
+  instantiate<BoxParticles<R>, SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>>();
+  instantiate<AskContacts<R>, SplitMasses<R>, PushContacts<R, ObjectFriction<R>>, GatherPushes<R, TurnToWorld>,
+              CountPushing<R>>();
+  instantiate<FindCrossing<R>, HoldParticles<R, PlaceLocal<R>>, SumMomentum<R>, Translate<R>, CopyPoints<R>>();
+  instantiate<StoreMoved<R>, TakeMoved<R>, StayInReach<R>, KeepInReach<R>, StartReach<R>, BoxReach<R>>();
+  instantiate<BoxUnits<R>, BoxLevel<R>, CountPushes<R>, SumLeft<R>, HoldLimited<R>>();
+  instantiate_groups<FindPairs<R>, LookAtPairs<R>, PushPairs<R, false>, PushPairs<R, true>, FindCrossings<R>,
+                     LimitCrossing<R>, LimitParts<R>>();
 }
 
-template void instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore>();
+template void
+instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore, PhasePatches>();
 
 template void instantiate_all<float>();
 template void instantiate_all<double>();

@@ -97,7 +97,7 @@ const std::vector<Block>& blocks() {
        "/self_collision",
        R"({"thickness": 0.02})",
        nullptr,
-       {"StoreMotion", "BoxParticles", "FindCrossing"}},
+       {"StoreMoved", "BoxReach", "FindPairs", "LookAtPairs", "FindCrossings", "KeepInReach"}},
       {"tear", "/bodies/0/tear", R"({"strain": 100})", nullptr, {"MeasureExcess"}},
       {"sleep", "/sleep", "{}", nullptr, {"MeasureSpeed"}},
   };

@@ -154,7 +154,7 @@ TEST(SelfCollision, WhatJamsFallsAsAnythingElse) {
   std::vector<Vec3> places;
   for (const Vec3& X : model.x) places.push_back({0.1 * X[0], 0.01 * std::sin(9 * X[0] + 5 * X[2]), 0.1 * X[2]});
   State<double> state = state_at_rest<double>(places);
-  state.apart = state.x;
+  state.self = unsearched(state.x);
   solver->restore(save_state(state));
   for (int step = 0; step < 3; ++step) solver->step();
   const Measures m = solver->measure();
@@ -260,15 +260,15 @@ TEST(SelfCollision, FrictionIsCoulombsWhateverTheIterationsAndSubsteps) {
       }
 }
 
-// By both methods, though in one substep it goes further than twice the thickness: what its planes take is 2 % there,
-// as none follows the curve that the way past a corner is.
+// By both methods, though in one substep it goes further than twice the thickness: what its planes take is up to 4 %
+// there, as none follows the curve that the way past a corner is.
 TEST(SelfCollision, LayersSlideOverEachOthersRimsAndCornersWithoutLoss) {
   for (const char* method : {"pbd", "desbrun"})
     for (const int substeps : {1, 2, 10})
       for (const int iterations : {1, 10}) {
         const Slide slide{method, substeps, iterations};
         const double expected = slide.expected(0);
-        EXPECT_NEAR(slide.measured(0), expected, (substeps == 1 ? 0.02 : 0.01) * expected)
+        EXPECT_NEAR(slide.measured(0), expected, (substeps == 1 ? 0.04 : 0.01) * expected)
             << method << ", " << substeps << " substeps, " << iterations << " iterations";
       }
 }

@@ -1,120 +1,138 @@
-// Deformable bodies against themselves and each other, substep by substep: candidates from a grid, contacts, their
-// projection, and the guarantee that nothing crosses. Made only for scenes that name self_collision.
+// Deformable bodies against themselves and each other, substep by substep: pairs from a search that serves some
+// substeps, contacts of those that are near, their projection, and the guarantee that nothing crosses. Made only for
+// scenes that name self_collision.
+//
+// What keeps the guarantee: (1) start, end and hold point of every particle lie in the box that it was searched with,
+// or it is searched again; (2) a pair that was not kept cannot come as near as is wanted while all stay in their boxes;
+// (3) every pair that was kept has a plane that parts it at the start, and must part it at the end, or it is held.
 #pragma once
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <vector>
 
-#include "host/base/point_array.h"
-#include "host/collision/contact_list.h"
+#include "host/collision/pair_search.h"
 #include "host/collision/self_facts.h"
-#include "host/model/self_surface.h"
+#include "host/collision/self_memory.h"
 #include "kernels/hold_apart.h"
+#include "kernels/pair_hold.h"
+#include "kernels/pair_push.h"
 
 namespace malha {
 
 template <class Executor, class R>
 class SelfCollider {
  public:
-  SelfCollider(const Executor& executor, const Model& model)
-      : executor_(executor),
-        surface_(self_surface(model)),
-        count_(model.count()),
-        friction_(R(model.scene.self_collision->friction)),
-        contacts_(executor, model) {
-    const double thickness = model.scene.self_collision->thickness;
-    for (int i = 0; i < count_; ++i) has_pins_ = has_pins_ || (surface_.takes_part[i] && model.w[i] == 0);
-    facts_.particles = surface_.particles, facts_.edges = surface_.edges, facts_.triangles = surface_.triangles;
-    rules_ = {R(thickness), R(kRecovery)};
-    margin_ = R(thickness * kMargin), slack_ = R(thickness * kSlack);
-    simplices_ = Array<Executor, Simplex>(surface_.simplices);
-    takes_part_ = Array<Executor, unsigned char>(surface_.takes_part);
-    body_ = Array<Executor, int>(surface_.body);
-    rest_ = Points4(model.x), x0_ = Points4(model.x);
-    for (Points4* points : {&moved_, &d_, &x_then_, &d_then_}) *points = Points4(model.x.size());
-    boxes_ = Array<Executor, Box<R>>(surface_.simplices.size(), Box<R>{});
-    reach_boxes_ = Array<Executor, Box<R>>(model.x.size(), Box<R>{});
-    place_ = Array<Executor, int>(surface_.simplices.size(), 0);
-  }
+  SelfCollider(const Executor& executor, const Model& model);
 
-  /// Lays the contacts for x0 -> p, x0 the last positions in which nothing crossed.
-  void find(const Particles<R>& particles) {
-    if (!reach(particles, true)) search(kAhead);
-    lay_contacts();
-    contacts_.start_substep();
-  }
+  /// Contacts are laid with the first projection of a substep, when it is known where all would go.
+  void start_substep() { laid_ = false, pushed_ = -1; }
 
   /// One projection of all contacts.
-  void resolve(const Particles<R>& particles) {
-    if (contacts_.found() == 0) return;
-    store_motion(particles);
-    contacts_.project(particles.p, particles.w, moved_.points(), OneFriction<R>{friction_}, AsTheyAre{});
-  }
+  void resolve(const Particles<R>& particles);
 
   /// The end of a substep: nothing crosses. What jams is held back; where touches() says that nothing holds the bodies,
   /// they keep their momentum all the same.
-  template <class Touches>
-  void hold_apart(const Particles<R>& particles, const Touches& touches) {
-    const MeanMotion before = has_pins_ ? MeanMotion{} : momentum(particles);
-    keep_in_reach(particles);
-    hold_crossing(particles);
-    if (before.weight > 0) give_back(particles, before, touches);
-  }
+  void hold_apart(const Particles<R>& particles, const std::function<bool()>& touches);
 
   /// Where all is now is where the next substep begins.
-  void settle(const Particles<R>& particles) {
-    parallel_for(executor_, count_, CopyPoints<R>{particles.p, x0_.points()});
-  }
+  void settle(const Particles<R>& particles);
 
   /// Contacts that pushed in the last substep.
-  int contacts() const { return contacts_.pushed(); }
+  int contacts() const;
 
   const SelfSurface& surface() const { return surface_; }
-  const SelfFacts& facts() const { return facts_; }
-  std::size_t bytes() const {
-    return simplices_.bytes() + takes_part_.bytes() + body_.bytes() + 6 * x0_.bytes() + boxes_.bytes() +
-           reach_boxes_.bytes() + place_.bytes() + sums_.bytes() + cells_.bytes() + candidates_.bytes() +
-           contacts_.bytes();
-  }
+  SelfFacts facts() const;
+  std::size_t bytes() const;
 
-  /// What a later substep depends on, for checkpoints: positions in which nothing crosses.
-  std::vector<std::array<R, 3>> memory() const { return x0_.template download<std::array<R, 3>>(); }
-  void remember(const std::vector<std::array<R, 3>>& x0) { x0_.upload(x0), searched_ = false; }
+  /// What a later substep depends on, for checkpoints.
+  SelfMemory<R> memory() const;
+  void remember(const SelfMemory<R>& memory);
 
  private:
   using Points4 = ScatteredArray<Executor, R>;
 
-  static constexpr int kGrain = ContactList<Executor, R>::kGrain;
+  static constexpr int kGrain = PairSearch<Executor, R>::kGrain;
   static constexpr int kMoreProjections = 8;
-  static constexpr double kMargin = 0.5;    // of the thickness: constraints may pull as far past the prediction
-  static constexpr double kSlack = 0.5;     // of the thickness: candidates are found that much further
-  static constexpr double kAhead = 8;       // and along the motion of so many substeps
-  static constexpr double kRecovery = 0.1;  // a substep
-  static constexpr R kLeastGap = R(0.02);   // of the thickness
-  static constexpr R kRounding = R(0.99);   // of a margin: what rounding leaves of it
-  static constexpr double kMostCells = 64;  // a simplex, on average
+  static constexpr double kLong = 0.01;  // s: in longer substeps a layer falls so far that one sweep is far from even
+  static constexpr int kLongSweeps = 3;
+  static constexpr double kNear = 0.1;       // of the thickness: what comes as near in a substep may be pushed
+  static constexpr double kFit = 0.5;        // of what lies beyond a way: constraints may take the rest
+  static constexpr double kRecovery = 0.1;   // a substep
+  static constexpr double kLeastGap = 0.02;  // of the thickness
 
+  static SearchRules<R> search_rules(double thickness) {
+    return {R(0.1 * thickness), R(0.25), R(thickness), R(8), R(0.5 * thickness)};
+  }
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0]), R(a[1]), R(a[2])}; }
-  Reaches<R> reaches() const { return {x0_.points(), d_.points(), origin_, margin_, reach_boxes_.data()}; }
-
-  void store_motion(const Particles<R>& particles) {
-    parallel_for(executor_, count_, StoreMotion<R>{particles.p, x0_.points(), moved_.points()}, kGrain);
+  template <class T>
+  static std::vector<T> without_padding(std::vector<T> list) {
+    list.pop_back();
+    return list;
   }
 
-  void keep_in_reach(const Particles<R>& particles) {
-    parallel_for(executor_, count_, KeepInReach<R>{reaches(), common_, particles.p, particles.w, takes_part_.data()},
-                 kGrain);
+  Motions<R> motions() const { return {x0_.points().of, moved_.points().of}; }
+  CommonFrame<R> frame() const { return {to_R(since_), to_R(moves_)}; }
+  void store_motion(const Particles<R>& particles) {
+    parallel_for(executor_, count_, StoreMoved<R>{particles.p, particles.w, motions()}, kGrain);
+  }
+
+  /// How far all move alike, m.
+  Vec3 common() const {
+    const MeanMotion mean =
+        parallel_reduce<MeanMotion>(executor_, count_, SumMotion<R>{moved_.points(), takes_part_.data()}, kGrain);
+    const double per = mean.weight > 0 ? 1 / mean.weight : 0;
+    return {mean.sum[0] * per, mean.sum[1] * per, mean.sum[2] * per};
+  }
+  Stay look_where_all_are(double share) const {
+    return parallel_reduce<Stay>(
+        executor_, count_, StayInReach<R>{motions(), search_.reach(), frame(), R(share), takes_part_.data()}, kGrain);
+  }
+  /// From here and now on, in a frame that moves so in this substep.
+  void search(const Vec3& moves) {
+    since_ = {}, moves_ = moves;
+    search_.search(motions(), to_R(moves_));
+    searched_ = true, ++facts_.searches;
+  }
+
+  /// What may meet in this substep, and its contacts.
+  void lay() {
+    for (int k = 0; k < 3; ++k) since_[k] += moves_[k];
+    moves_ = common();
+    if (!searched_ || look_where_all_are(kFit).outside > 0) search(moves_);
+    look();
+    laid_ = true;
+  }
+  void look() {
+    const LookAtPairs<R> look{motions(), search_.pairs(), rules_, room_.data()};
+    search_.region([&](const auto& team) { search_.at_once(team, look); });
+  }
+  void push(const Particles<R>& particles) {
+    const auto with = [&]<bool rubs>() {
+      const PushPairs<R, rubs> push{search_.pairs(), moved_.points().of, friction_};
+      search_.region([&](const auto& team) {
+        for (int sweep = 0; sweep < sweeps_; ++sweep) search_.in_phases(team, push);
+      });
+    };
+    friction_ > R(0) ? with.template operator()<true>() : with.template operator()<false>();
+    parallel_for(executor_, count_, TakeMoved<R>{motions(), particles.p}, kGrain);
+  }
+
+  int count_pushes() const {
+    return static_cast<int>(parallel_reduce<Sum>(executor_, search_.units(), CountPushes<R>{search_.pairs()}).value);
+  }
+  /// Before others are laid in the same substep.
+  void note_pushed() {
+    if (pushed_ < 0) pushed_ = count_pushes();
   }
 
   MeanMotion momentum(const Particles<R>& particles) const {
     return parallel_reduce<MeanMotion>(executor_, count_,
                                        SumMomentum<R>{particles.p, x0_.points(), particles.w, takes_part_.data()});
   }
-
   /// What the particles have lost of their momentum, by moving all alike, unless something else holds them.
-  template <class Touches>
-  void give_back(const Particles<R>& particles, const MeanMotion& before, const Touches& touches) {
+  void give_back(const Particles<R>& particles, const MeanMotion& before, const std::function<bool()>& touches) {
     const MeanMotion after = momentum(particles);
     const auto lost = [&](int k) { return (before.sum[k] - after.sum[k]) / before.weight; };
     if ((lost(0) != 0 || lost(1) != 0 || lost(2) != 0) && !touches())
@@ -122,133 +140,167 @@ class SelfCollider {
                    Translate<R>{particles.p, takes_part_.data(), {R(lost(0)), R(lost(1)), R(lost(2))}});
   }
 
-  void hold_crossing(const Particles<R>& particles) {
-    const PairPlanes<R> planes{x0_.points(), moved_.points(), kLeastGap * rules_.thickness};
-    store_motion(particles);
-    double left = contacts_.crossing(planes, particles.w);
+  void keep_in_reach(const Particles<R>& particles) {
+    parallel_for(executor_, count_,
+                 KeepInReach<R>{motions(), search_.reach(), frame(), particles.p, takes_part_.data()}, kGrain);
+  }
+
+  /// How many pairs are about to cross that holding back can still help.
+  int crossing(bool adds, const Held* held) {
+    const FindCrossings<R> find{motions(), search_.pairs(), rules_, room_.data(), adds, held, left_.data()};
+    search_.region([&](const auto& team) { search_.at_once(team, find); });
+    return static_cast<int>(
+        parallel_reduce<Sum>(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()}).value);
+  }
+
+  void hold_crossing(const Particles<R>& particles, const Stay& stay) {
+    if (stay.outside > 0) keep_in_reach(particles);
+    int left = crossing(true, nullptr);
     for (int more = 0; left > 0 && more < kMoreProjections; ++more) {
-      resolve(particles);
-      keep_in_reach(particles);
+      push(particles);
       store_motion(particles);
-      left = contacts_.crossing(planes, particles.w);
+      keep_in_reach(particles);
+      left = crossing(true, nullptr);
     }
-    if (!(left > 0)) return;
+    if (left > 0) hold(particles, stay);
+  }
+
+  void hold(const Particles<R>& particles, const Stay& stay) {
     ++facts_.held;
-    if (larger(magnitude(common_.x), larger(magnitude(common_.y), magnitude(common_.z))) > kRounding * margin_) {
-      meet_at_rest(particles);
-      left = contacts_.crossing(planes, particles.w);
+    // What is held is at rest in the world, which may lie outside of boxes that move with the common motion. What it
+    // may meet there: all that lies on the ways of this substep.
+    if (stay.unheld > 0) {
+      note_pushed();
+      search({});
+      look();
+      searched_ = false;
     }
-    contacts_.hold(left, planes, PlaceInWorld<R>{particles.p}, particles.w);
-  }
-
-  /// What is held is at rest in the world, which is no place in a reach that has moved on with the common motion. What
-  /// it may meet there: all that lies on the ways of this substep.
-  void meet_at_rest(const Particles<R>& particles) {
-    contacts_.keep_pushed();
-    reach(particles, false);
-    search(1);
-    lay_contacts();
-    searched_ = false;
-  }
-
-  /// How far the particles may go, beside their common motion if reaches are to move with it. Returns whether the
-  /// candidates that are known still hold all pairs that may meet.
-  bool reach(const Particles<R>& particles, bool moves) {
-    store_motion(particles);
-    const MeanMotion mean =
-        parallel_reduce<MeanMotion>(executor_, count_, SumMotion<R>{moved_.points(), takes_part_.data()});
-    const double per = moves && mean.weight > 0 ? 1 / mean.weight : 0;
-    for (int k = 0; k < 3; ++k) since_[k] += last_common_[k], last_common_[k] = mean.sum[k] * per;
-    common_ = to_R(last_common_);
-    const OwnMotion<R> own{moved_.points(),  x0_.points(),     common_,      d_.points(),
-                           x_then_.points(), d_then_.points(), to_R(since_), kRounding * slack_};
-    const double left = parallel_reduce<Sum>(executor_, count_, own).value;
-    Vec4<R> first;
-    Memory<Executor>::copy_out(x0_.points().of, 1, &first);
-    origin_ = first.xyz();
-    return searched_ && left == 0;
-  }
-
-  /// Finds candidates that last for some substeps of the present motion.
-  void search(double ahead) {
-    parallel_for(executor_, count_,
-                 StartSearch<R>{x0_.points(), d_.points(), x_then_.points(), d_then_.points(), R(ahead)});
-    since_ = {};
-    parallel_for(executor_, count_,
-                 BoxParticles<R>{{x_then_.points(), d_then_.points(), origin_, margin_ + slack_, reach_boxes_.data()}});
-    enter_grid();
-    find_candidates();
-    searched_ = true, ++facts_.searches;
-  }
-
-  /// Cells about as wide as the mean box, or, where that would make too many, wider.
-  void enter_grid() {
-    const int n = static_cast<int>(simplices_.size());
-    const Extent sides = parallel_reduce<Extent>(
-        executor_, n, BoxSimplices<R>{reach_boxes_.data(), simplices_.data(), boxes_.data()}, kGrain);
-    double cell = std::max(kCellSize * sides.sum / n, 1e-30), entries = 0;
-    for (;; cell *= 2) {
-      grid_ = {R(1 / cell), 0};
-      entries = parallel_reduce<Extent>(executor_, n, CountCells<R>{grid_, boxes_.data(), place_.data()}, kGrain).sum;
-      if (entries <= kMostCells * n) break;
+    Held* const held = held_.at_least(count_ + 1);
+    R* const part = part_.at_least(count_ + 1);
+    for (int left = crossing(false, held); left > 0;) {
+      const LimitCrossing<R> limit{motions(), search_.pairs(), left_.data(), held, part};
+      const LimitParts<R> parts{motions(), search_.pairs(), rules_, held, part};
+      search_.region([&](const auto& team) { search_.in_phases(team, limit), search_.in_phases(team, parts); });
+      parallel_for(executor_, count_, HoldLimited<R>{motions(), particles.p, part, held}, kGrain);
+      left = crossing(false, held);
     }
-    grid_.bits = 1;
-    while (grid_.bits < 2 * kDigitBits && (1 << grid_.bits) < entries) ++grid_.bits;
-    const int total = running_sum(executor_, place_.data(), n, sums_);
-    parallel_for(executor_, n, EnterCells<R>{grid_, boxes_.data(), place_.data(), cells_.items(total)}, kGrain);
-    cells_.sort(executor_, total, grid_.bits, 1 << grid_.bits);
+    Memory<Executor>::fill(held, count_ + 1, Held::Free);
   }
-
-  void find_candidates() {
-    const int n = static_cast<int>(simplices_.size());
-    const auto launch = [&]<bool kLays>() {
-      parallel_for(executor_, n,
-                   FindCandidates<R, kLays>{grid_, reach_boxes_.data(), simplices_.data(), boxes_.data(),
-                                            cells_.sorted(), cells_.begin(), place_.data(), candidates_.data()},
-                   kGrain / 8);
-    };
-    launch.template operator()<false>();
-    candidates_found_ = running_sum(executor_, place_.data(), n, sums_);
-    candidates_.at_least(candidates_found_);
-    launch.template operator()<true>();
-  }
-
-  void lay_contacts() {
-    const int n = candidates_found_;
-    const LookAtCandidate<R> look{candidates_.data(), reaches(), rest_.points(), body_.data(), rules_};
-    parallel_for(executor_, count_, BoxParticles<R>{reaches()});
-    contacts_.lay(
-        look, n, sums_,
-        [&](const int* place, int total, SelfContact<R>* contacts, int* ends) {
-          return LayContacts<R>{look, place, n, total, contacts, ends};
-        },
-        [](const SelfContact<R>* contacts, const int* place, Keyed* ends) {
-          return EnterEnds<R>{contacts, place, ends};
-        });
-  }
-
-  static constexpr double kCellSize = 2;
 
   Executor executor_;
   SelfSurface surface_;
   int count_;
-  R friction_, margin_ = 0, slack_ = 0;
-  Vec3 since_{}, last_common_{};
-  bool searched_ = false, has_pins_ = false;
-  ContactRules<R> rules_{};
-  Vector3<R> common_{}, origin_{};
-  Grid<R> grid_{};
-  int candidates_found_ = 0;
+  R friction_;
+  NearRules<R> rules_{};
+  PairSearch<Executor, R> search_;
+  Vec3 since_{}, moves_{};  // of the frame: from the search to the start of this substep, and in it
+  int sweeps_ = 1;          // over all contacts, a projection
+  bool searched_ = false, laid_ = false, has_pins_ = false;
+  int pushed_ = -1;  // contacts that did, where others were laid since
   SelfFacts facts_;
-  Array<Executor, Simplex> simplices_;
   Array<Executor, unsigned char> takes_part_;
-  Array<Executor, int> body_, place_;
-  Points4 rest_, x0_, moved_, d_, x_then_, d_then_;
-  Array<Executor, Box<R>> boxes_, reach_boxes_;
-  Growing<Executor, int> sums_;
-  Growing<Executor, Candidate> candidates_;
-  Sorter<Executor> cells_;
-  ContactList<Executor, R> contacts_;
+  Points4 x0_, moved_;
+  Array<Executor, R> room_;
+  Array<Executor, int> left_;
+  Growing<Executor, Held> held_;
+  Growing<Executor, R> part_;
 };
+
+template <class Executor, class R>
+SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& model)
+    : executor_(executor),
+      surface_(self_surface(model)),
+      count_(model.count()),
+      friction_(R(model.scene.self_collision->friction)),
+      search_(executor, surface_, model.x, model.scene.self_collision->thickness,
+              search_rules(model.scene.self_collision->thickness)) {
+  const double thickness = model.scene.self_collision->thickness;
+  for (int i = 0; i < count_; ++i) has_pins_ = has_pins_ || (surface_.takes_part[i] && model.w[i] == 0);
+  facts_.particles = surface_.particles, facts_.edges = surface_.edges, facts_.triangles = surface_.triangles;
+  if (model.scene.solver.dt / model.scene.solver.substeps > kLong) sweeps_ = kLongSweeps;
+  rules_ = {R(kRecovery), R(kNear * thickness), R(kLeastGap * thickness)};
+  takes_part_ = Array<Executor, unsigned char>(surface_.takes_part);
+  std::vector<Vec3> x0 = model.x;
+  x0.push_back({0, 0, 0});  // of padding
+  x0_ = Points4(x0), moved_ = Points4(x0.size());
+  room_ = Array<Executor, R>(search_.units(), R(0)), left_ = Array<Executor, int>(search_.units(), 0);
+}
+
+template <class Executor, class R>
+void SelfCollider<Executor, R>::resolve(const Particles<R>& particles) {
+  store_motion(particles);
+  if (!laid_) lay();
+  push(particles);
+}
+
+template <class Executor, class R>
+void SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const std::function<bool()>& touches) {
+  store_motion(particles);
+  const MeanMotion before = has_pins_ ? MeanMotion{} : momentum(particles);
+  Stay stay = look_where_all_are(within_rounding<R>());
+  if (stay.outside > 0) {  // further than was foreseen: what may be met on that way is looked for, once
+    note_pushed();
+    search(common());
+    look();
+    stay = look_where_all_are(within_rounding<R>());
+  }
+  hold_crossing(particles, stay);
+  if (before.weight > 0) give_back(particles, before, touches);
+}
+
+template <class Executor, class R>
+void SelfCollider<Executor, R>::settle(const Particles<R>& particles) {
+  parallel_for(executor_, count_, CopyPoints<R>{particles.p, x0_.points()});
+}
+
+template <class Executor, class R>
+int SelfCollider<Executor, R>::contacts() const {
+  return pushed_ >= 0 ? pushed_ : count_pushes();
+}
+
+template <class Executor, class R>
+SelfFacts SelfCollider<Executor, R>::facts() const {
+  SelfFacts facts = facts_;
+  facts.pairs = search_.found(), facts.phases = search_.phases();
+  return facts;
+}
+
+template <class Executor, class R>
+std::size_t SelfCollider<Executor, R>::bytes() const {
+  return takes_part_.bytes() + x0_.bytes() + moved_.bytes() + search_.bytes() + room_.bytes() + left_.bytes() +
+         held_.bytes() + part_.bytes();
+}
+
+template <class Executor, class R>
+SelfMemory<R> SelfCollider<Executor, R>::memory() const {
+  SelfMemory<R> memory;
+  memory.x0 = without_padding(x0_.template download<std::array<R, 3>>());
+  for (const Vec4<R>& a : without_padding(search_.from().download())) memory.from.push_back({a.x, a.y, a.z, a.w});
+  for (const Vec4<R>& a : without_padding(search_.way().download())) memory.way.push_back({a.x, a.y, a.z});
+  memory.frame = {searched_ ? 1.0 : 0.0, since_[0], since_[1], since_[2], moves_[0], moves_[1], moves_[2]};
+  return memory;
+}
+
+template <class Executor, class R>
+void SelfCollider<Executor, R>::remember(const SelfMemory<R>& memory) {
+  std::vector<std::array<R, 3>> x0 = memory.x0;
+  x0.push_back({});
+  x0_.upload(x0);
+  searched_ = !memory.frame.empty() && memory.frame[0] == 1;
+  if (!searched_) return;
+  for (int k = 0; k < 3; ++k) since_[k] = memory.frame[1 + k], moves_[k] = memory.frame[4 + k];
+  std::vector<Vec4<R>> from, way;
+  for (const auto& a : memory.from) from.push_back({a[0], a[1], a[2], a[3]});
+  for (const auto& a : memory.way) way.push_back({a[0], a[1], a[2], R(0)});
+  from.push_back({}), way.push_back({});
+  search_.start_from(from, way);
+  search_.search_again();
+}
+
+// Compiled once a precision (self_collider_float.cpp, self_collider_double.cpp): they hold many kernels.
+extern template class SelfCollider<Serial, float>;
+extern template class SelfCollider<OpenMP, float>;
+extern template class SelfCollider<Serial, double>;
+extern template class SelfCollider<OpenMP, double>;
 
 }  // namespace malha

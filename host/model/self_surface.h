@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "host/model/model.h"
-#include "kernels/hash_grid.h"
+#include "kernels/simplex.h"
 
 namespace malha {
 

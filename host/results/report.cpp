@@ -242,7 +242,9 @@ std::string report_json(const std::string& status, const std::vector<std::string
                               {"edges", self->edges},
                               {"triangles", self->triangles},
                               {"substeps_with_a_search", self->searches},
-                              {"substeps_held_apart", self->held}};
+                              {"substeps_held_apart", self->held},
+                              {"pairs", self->pairs},
+                              {"phases", self->phases}};
   if (const auto& edges = facts.edges)
     json["environment_edges"] = {{"edges", edges->edges},
                                  {"corners", edges->corners},

@@ -12,6 +12,7 @@
 #include "host/base/hash.h"
 #include "host/base/shown.h"
 #include "host/collision/find_contact.h"
+#include "host/collision/self_memory.h"
 #include "host/error.h"
 #include "host/mesh.h"
 
@@ -22,9 +23,9 @@ template <class R>
 struct State {
   std::int64_t steps = 0;
   std::vector<std::array<R, 3>> x, v;
-  std::vector<LastSeen> seen{};           // empty without environment
-  std::vector<std::int64_t> rest{};       // of sleep, empty without
-  std::vector<std::array<R, 3>> apart{};  // positions without crossings; empty where no edges meet edges
+  std::vector<LastSeen> seen{};      // empty without environment
+  std::vector<std::int64_t> rest{};  // of sleep, empty without
+  SelfMemory<R> self{};              // empty where no edges meet edges
 };
 
 /// Of the first step, at rest at these places (m).
@@ -58,13 +59,16 @@ std::string save_state(const State<R>& state) {
   detail::append(bytes, state.v);
   detail::append(bytes, state.seen);
   detail::append(bytes, state.rest);
-  detail::append(bytes, state.apart);
+  detail::append(bytes, state.self.x0);
+  detail::append(bytes, state.self.from);
+  detail::append(bytes, state.self.way);
+  detail::append(bytes, state.self.frame);
   return bytes;
 }
 
 /// How many entries a state has of each.
 struct StateSizes {
-  std::size_t particles = 0, seen = 0, rest = 0, apart = 0;
+  std::size_t particles = 0, seen = 0, rest = 0, apart = 0, searched = 0;
 };
 
 namespace detail {
@@ -78,16 +82,21 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, const
   if (state.steps < 0 || state.steps > most)
     refuse(file, "steps", std::to_string(state.steps), "0 to " + std::to_string(most));
   // Self-collision lays a grid over everything: squares of what it is to hold must stay finite in single precision.
-  const double largest = state.apart.empty() ? std::numeric_limits<double>::max() : 1e18;
-  const auto check_numbers = [&](const std::vector<std::array<R, 3>>& list, const char* place) {
+  const double largest = state.self.x0.empty() ? std::numeric_limits<double>::max() : 1e18;
+  const auto check_numbers = [&](const auto& list, const char* place) {
     for (std::size_t i = 0; i < list.size(); ++i)
       for (const R number : list[i])
         if (!(std::abs(double(number)) <= largest))
           refuse(file, place, shown(double(number)) + " at particle " + std::to_string(i),
-                 state.apart.empty() ? "finite numbers" : "numbers up to 1e18");
+                 state.self.x0.empty() ? "finite numbers" : "numbers up to 1e18");
   };
   check_numbers(state.x, "positions"), check_numbers(state.v, "velocities");
-  check_numbers(state.apart, "parted positions");
+  check_numbers(state.self.x0, "parted positions");
+  check_numbers(state.self.from, "positions of a search"), check_numbers(state.self.way, "ways of a search");
+  for (const auto& a : state.self.from)
+    if (a[3] < 0) refuse(file, "reach of a search", shown(double(a[3])), "at least 0");
+  for (const double number : state.self.frame)
+    if (!(std::abs(number) <= largest)) refuse(file, "frame of a search", shown(number), "numbers up to 1e18");
   if (!state.rest.empty()) {
     const std::int64_t calm = state.rest[0], since = state.rest[1];
     if (calm < 0 || calm > state.steps || since < -1 || since > state.steps)
@@ -112,8 +121,10 @@ template <class R>
 State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std::vector<int>& triangles = {},
                     const std::string& file = "checkpoint") {
   State<R> state;
-  const std::size_t expected = sizeof state.steps + (6 * sizes.particles + 3 * sizes.apart) * sizeof(R) +
-                               sizes.seen * sizeof(LastSeen) + sizes.rest * sizeof(std::int64_t);
+  const std::size_t frame = sizes.searched > 0 ? 7 : 0;
+  const std::size_t expected =
+      sizeof state.steps + (6 * sizes.particles + 3 * sizes.apart + 7 * sizes.searched) * sizeof(R) +
+      sizes.seen * sizeof(LastSeen) + sizes.rest * sizeof(std::int64_t) + frame * sizeof(double);
   if (bytes.size() != expected)
     refuse(file, "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
@@ -123,7 +134,10 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, sizes.particles, state.v);
   from = detail::take(from, sizes.seen, state.seen);
   from = detail::take(from, sizes.rest, state.rest);
-  detail::take(from, sizes.apart, state.apart);
+  from = detail::take(from, sizes.apart, state.self.x0);
+  from = detail::take(from, sizes.searched, state.self.from);
+  from = detail::take(from, sizes.searched, state.self.way);
+  detail::take(from, frame, state.self.frame);
   detail::check_state(state, triangles, file);
   return state;
 }
@@ -134,8 +148,9 @@ State<R> carried(const State<R>& before, const std::vector<int>& from) {
   State<R> state{before.steps, {}, {}, {}, before.rest, {}};
   for (const int i : from) {
     state.x.push_back(before.x[i]), state.v.push_back(before.v[i]);
-    if (!before.apart.empty()) state.apart.push_back(before.apart[i]);  // a split leaves all in its place
+    if (!before.self.x0.empty()) state.self.x0.push_back(before.self.x0[i]);  // a split leaves all in its place
   }
+  if (!before.self.frame.empty()) state.self = unsearched(std::move(state.self.x0));
   for (std::size_t mesh = 0; mesh < before.seen.size(); mesh += before.x.size())
     for (const int i : from) state.seen.push_back(before.seen[mesh + i]);
   return state;

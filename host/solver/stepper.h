@@ -62,9 +62,9 @@ class Stepper : public Solver {
     if (collider_) all.seen = collider_->memory();
     if (sleeper_) all.rest = sleeper_->memory();
     if (self_)
-      all.apart = self_->memory();
+      all.self = self_->memory();
     else if (edges_)  // which would be the same places
-      all.apart = edges_->memory();
+      all.self.x0 = edges_->memory();
     return save_state(all);
   }
   void restore(const std::string& bytes, const std::string& file) final {
@@ -76,8 +76,8 @@ class Stepper : public Solver {
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->remember(saved.seen);
     if (sleeper_) sleeper_->remember(saved.rest);
-    if (self_) self_->remember(saved.apart);
-    if (edges_) edges_->remember(saved.apart);
+    if (self_) self_->remember(saved.self);
+    if (edges_) edges_->remember(saved.self.x0);
     guard_.restart(particles(), x_.download());
   }
   void adopt(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
@@ -215,7 +215,7 @@ class Stepper : public Solver {
     predict(h);
     if (predicts_the_state()) return;
     if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h); });
-    if (self_) timed(Pass::SelfCollision, [&] { self_->find(all); });
+    if (self_) self_->start_substep();
     if (edges_) timed(Pass::Edges, [&] { edges_->find(all, start, start + h); });
     correct(all);
     for (auto& pressure : pressures_) pressure.start_substep();
@@ -321,7 +321,7 @@ class Stepper : public Solver {
 
   State<R> load(const std::string& bytes, std::size_t particles, const std::string& file) const {
     const StateSizes sizes{particles, model_.environment.size() * particles, sleeper_ ? std::size_t(2) : 0,
-                           self_ || edges_ ? particles : 0};
+                           self_ || edges_ ? particles : 0, self_ ? particles : 0};
     return load_state<R>(bytes, sizes, collider_ ? collider_->triangles() : std::vector<int>{}, file);
   }
 

@@ -77,6 +77,8 @@ Json row_of(const Line& line) {
           {"self_collision_ns_per_particle_and_substep", median(line.collision)},
           {"step_ns_per_particle_and_substep", median(line.whole)},
           {"self_contacts_per_particle", m.self_contacts / particles},
+          {"pairs_per_particle", static_cast<double>(facts.self->pairs) / particles},
+          {"phases", facts.self->phases},
           {"bytes_per_particle", static_cast<double>(facts.collision_bytes) / particles},
           {"substeps_with_a_search",
            static_cast<double>(facts.self->searches) /

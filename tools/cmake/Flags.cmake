@@ -52,7 +52,9 @@ if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
   list(APPEND malha_warnings -Wno-pass-failed)  # "omp simd" asks; a loop that is not vectorised is still correct
 endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-  list(APPEND malha_warnings -Wno-restrict)  # g++ 12 sees overlaps in std::string's operator+ (its bug 105651)
+  # g++ 12 sees overlaps in std::string's operator+ (its bug 105651), and, for some processors, a std::vector that was
+  # moved from free what is not on the heap.
+  list(APPEND malha_warnings -Wno-restrict -Wno-free-nonheap-object)
 endif()
 if(MALHA_WERROR)
   list(APPEND malha_warnings -Werror)

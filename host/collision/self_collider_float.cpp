@@ -1,0 +1,8 @@
+#include "host/collision/self_collider.h"
+
+namespace malha {
+
+template class SelfCollider<Serial, float>;
+template class SelfCollider<OpenMP, float>;
+
+}  // namespace malha

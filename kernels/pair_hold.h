@@ -1,0 +1,204 @@
+// The last word of a substep about the deformable bodies: nothing crosses. At x0 nothing crosses. Every pair that could
+// come near was found, because no particle leaves the box that it was searched with; and a pair stays apart if a plane
+// of normal n is between its sides at the end as at the start, because between them every particle moves along a line:
+// in between a plane between the planes does. Where a pair is about to break this, its particles are held back: each
+// to its own half of the gap. Those of other pairs that this leads to are held back next, until all pairs are apart.
+// In the spirit of Chen et al., "Offset Geometric Contact" (2025), but with planes, not balls, so that layers slide
+// freely, and only where something would cross, so that what moves as a whole is not slowed down.
+#pragma once
+#include "kernels/pair_look.h"
+
+namespace malha {
+
+/// What becomes of a particle while others are held.
+enum class Held : unsigned char { Free, Limited, Held };
+
+/// Marks the pairs of a patch that are about to cross, and counts those that holding back can still help. A pair that
+/// was not near becomes so, if `adds`.
+template <class R>
+struct FindCrossings {
+  Motions<R> motions;
+  Pairs<R> pairs;
+  NearRules<R> rules;
+  const R* room;
+  bool adds;
+  const Held* held;  // none: nothing is held yet
+  int* left;         // of each patch
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    using Isa = typename Group::Isa;
+    left[group.index] = 0;
+    const R most = can_close(pairs.patches[group.index]);
+    if (room[group.index] > most) return;
+    int count = 0;
+    pairs.patches[group.index].for_each_block([&](int b, int section) KERNEL_LAMBDA {
+      PairBlock<R>& block = pairs.blocks[b];
+      const unsigned found =
+          section == 0 ? look<Isa, PairKind::Face>(block, most) : look<Isa, PairKind::Edges>(block, most);
+      pairs.bits[b].crossing = static_cast<unsigned short>(found);
+      for (unsigned bits = found; bits != 0; bits &= bits - 1) {
+        const int k = lowest_bit(bits);
+        if (!helps(block, k)) continue;
+        ++count;
+        if (adds && !(pairs.bits[b].near >> k & 1)) add(block, k, section, pairs.bits[b]);
+      }
+    });
+    left[group.index] = count;
+  }
+
+ private:
+  /// At most, any gap of the patch, m: its particles have moved no more than this against each other.
+  KERNEL R can_close(const PairPatch& patch) const {
+    const int* const of = pairs.touched + patch.touched;
+    const Vector3<R> first = motions.moved[of[0]].xyz();
+    R most2 = R(0);
+    for (int k = 1; k < patch.touches; ++k) {
+      const Vector3<R> beside = motions.moved[of[k]].xyz() - first;
+      most2 = larger(dot(beside, beside), most2);
+    }
+    return R(2.001) * root(most2);
+  }
+
+  template <class Isa, PairKind kind>
+  KERNEL unsigned look(const PairBlock<R>& block, R most) const {
+    using S = Lane<R, Isa>;
+    constexpr int lanes = kLanes<R, Isa>;
+    unsigned found = 0;
+    for (int k = 0; k < kPairBlock; k += lanes) {
+      S gap;
+      load(block.gap + k, gap);
+      const S none = S(R(INFINITY)), keeps = kept_of(gap, rules.least);
+      if (bits_of((gap < none) & (gap - keeps <= S(most))) == 0) continue;
+      Vector3<S> n;
+      load(block.n[0] + k, n.x), load(block.n[1] + k, n.y), load(block.n[2] + k, n.z);
+      S side[4], unused;
+      for (int j = 0; j < 4; ++j) {
+        Vector3<S> m;
+        gather_rows(motions.moved, block.i[j] + k, m, unused);
+        side[j] = dot(n, m);
+      }
+      const unsigned bad = bits_of((gap + between_sides<kind>(side) < keeps) & (gap < none));
+      if (bad == 0) continue;
+      Vector3<S> x[4];
+      for (int j = 0; j < 4; ++j) {
+        gather_rows(motions.x0, block.i[j] + k, x[j], unused);
+        side[j] = side[j] + dot(n, x[j] - x[0]);
+      }
+      found |= (bad & bits_of(between_sides<kind>(side) < keeps)) << k;
+    }
+    return found;
+  }
+
+  KERNEL bool helps(const PairBlock<R>& block, int k) const {
+    for (int j = 0; j < 4; ++j) {
+      const int i = block.i[j][k] / kIndexScale<R>;
+      if (motions.moved[i].w > R(0) && (held == nullptr || held[i] != Held::Held)) return true;
+    }
+    return false;
+  }
+
+  KERNEL void add(PairBlock<R>& block, int k, int section, PairBits& bits) const {
+    // What an earlier look left of those that are not near is no contact.
+    for (int l = 0; l < kPairBlock; ++l)
+      if (!(bits.near >> l & 1)) clear(block, l);
+    bits.near |= static_cast<unsigned short>(1u << k);
+    const ExactPair<R> exact(motions.x0, block, k, first_side_of(section));
+    block.n[0][k] = exact.n.x, block.n[1][k] = exact.n.y, block.n[2][k] = exact.n.z;
+    for (int j = 0; j < 3; ++j) block.w[j][k] = exact.w[1 + j];
+    const R lacks = block.wanted[k] - exact.distance;
+    block.short_of[k] = lacks > R(0) ? rules.recovery * lacks : lacks;
+  }
+  KERNEL static void clear(PairBlock<R>& block, int k) {
+    for (int j = 0; j < 3; ++j) block.w[j][k] = block.slip[j][k] = R(0);
+    block.short_of[k] = -R(INFINITY), block.lambda[k] = R(0);
+  }
+};
+
+/// Of all patches.
+template <class R>
+struct SumLeft {
+  Pairs<R> pairs;
+  const int* left;
+  KERNEL Sum operator()(int u) const { return {pairs.patches[u].all() > 0 ? double(left[u]) : 0.0}; }
+};
+
+/// The particles of crossing pairs are to be held. Groups: patches of one phase.
+template <class R>
+struct LimitCrossing {
+  Motions<R> motions;
+  Pairs<R> pairs;
+  const int* left;
+  Held* held;
+  R* part;  // of its motion, that a particle may keep
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    if (left[group.index] == 0) return;
+    pairs.patches[group.index].for_each_block([&](int b, int) KERNEL_LAMBDA {
+      for (unsigned bits = pairs.bits[b].crossing; bits != 0; bits &= bits - 1)
+        for (int j = 0; j < 4; ++j) {
+          const int i = pairs.blocks[b].i[j][lowest_bit(bits)] / kIndexScale<R>;
+          if (held[i] == Held::Free && motions.moved[i].w > R(0)) held[i] = Held::Limited, part[i] = R(1);
+        }
+    });
+  }
+};
+
+/// They go only as far as none of their pairs can be broken by it. Groups: patches of one phase.
+template <class R>
+struct LimitParts {
+  Motions<R> motions;
+  Pairs<R> pairs;
+  NearRules<R> rules;
+  const Held* held;
+  R* part;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    pairs.patches[group.index].for_each_block([&](int b, int section) KERNEL_LAMBDA {
+      for (int k = 0; k < kPairBlock; ++k) limit(pairs.blocks[b], k, first_side_of(section));
+    });
+  }
+
+ private:
+  KERNEL void limit(const PairBlock<R>& block, int k, int first) const {
+    int i[4];
+    bool any = false;
+    for (int j = 0; j < 4; ++j) i[j] = block.i[j][k] / kIndexScale<R>, any |= held[i[j]] == Held::Limited;
+    const R gap = block.gap[k];
+    if (!any || !(gap < R(INFINITY))) return;
+    const Vector3<R> n{block.n[0][k], block.n[1][k], block.n[2][k]};
+    ContactSides<R> sides;
+    R at[4];
+    for (int j = 0; j < 4; ++j) {
+      at[j] = dot(n, motions.x0[i[j]].xyz() - motions.x0[i[0]].xyz());
+      sides.add(j, first, at[j]);
+    }
+    // Half of what the gap may lose is each side's, and what lies behind its plane may come up to it.
+    const R half = R(0.499) * (gap - kept_of(gap, rules.least));
+    for (int j = 0; j < 4; ++j) {
+      if (held[i[j]] != Held::Limited) continue;
+      const R along = dot(n, motions.moved[i[j]].xyz());
+      const R space = j < first ? at[j] - sides.low + half : sides.high - at[j] + half;
+      const R nearing = j < first ? -along : along;
+      if (nearing > space) part[i[j]] = smaller(part[i[j]], space > R(0) ? space / nearing : R(0));
+    }
+  }
+};
+
+/// Puts them there.
+template <class R>
+struct HoldLimited {
+  Motions<R> motions;
+  Points<R> p;
+  const R* part;
+  Held* held;
+  KERNEL void operator()(int i) const {
+    if (held[i] != Held::Limited) return;
+    const Vector3<R> x0 = motions.x0[i].xyz(), to = x0 + motions.moved[i].xyz() * part[i];
+    p.set(i, to);
+    motions.moved[i].set(to - x0);
+    held[i] = Held::Held;
+  }
+};
+
+}  // namespace malha

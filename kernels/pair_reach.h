@@ -1,0 +1,186 @@
+// How far particles go: their motion beside the common one, and whether they stay in the boxes of the last search.
+#pragma once
+#include "kernels/pair_find.h"
+#include "kernels/sum.h"
+
+namespace malha {
+
+/// moved = p - x0, and the inverse mass.
+template <class R>
+struct StoreMoved {
+  Points<R> p;
+  const R* w;
+  Motions<R> motions;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> d = p[i] - motions.x0[i].xyz();
+    motions.moved[i] = {d.x, d.y, d.z, w[i]};
+  }
+};
+
+/// p = x0 + moved, of those that pushes moved.
+template <class R>
+struct TakeMoved {
+  Motions<R> motions;
+  Points<R> p;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> x0 = motions.x0[i].xyz(), d = motions.moved[i].xyz();
+    if (!same(d, p[i] - x0)) p.set(i, x0 + d);
+  }
+};
+
+/// The frame in which boxes stand: how far it went from the search to the start of the substep, and goes in it, m.
+template <class R>
+struct CommonFrame {
+  Vector3<R> since, moves;
+};
+
+/// Of all particles: how many leave their boxes, or would if they were held.
+struct Stay {
+  double outside = 0, unheld = 0;
+  KERNEL Stay& operator+=(const Stay& o) {
+    outside += o.outside, unheld += o.unheld;
+    return *this;
+  }
+};
+
+/// Where a search looked, about where a particle was.
+template <class R>
+struct BoxAround {
+  Vector3<R> low, high;
+  /// With this share of what lies beyond the way.
+  KERNEL BoxAround(const Reach<R>& reach, int i, R share) {
+    const R beyond = share * reach.from[i].w;
+    const Vector3<R> way = reach.way[i].xyz();
+    low = {smaller(way.x, R(0)) - beyond, smaller(way.y, R(0)) - beyond, smaller(way.z, R(0)) - beyond};
+    high = {larger(way.x, R(0)) + beyond, larger(way.y, R(0)) + beyond, larger(way.z, R(0)) + beyond};
+  }
+  KERNEL bool holds(const Vector3<R>& a) const {
+    return a.x >= low.x && a.x <= high.x && a.y >= low.y && a.y <= high.y && a.z >= low.z && a.z <= high.z;
+  }
+};
+
+/// Of what lies beyond a way: what rounding leaves.
+template <class R>
+KERNEL constexpr R within_rounding() {
+  return R(0.99);
+}
+
+/// Start, end and, at rest in the world, the start again, where it may be held.
+template <class R>
+struct StayInReach {
+  Motions<R> motions;
+  Reach<R> reach;
+  CommonFrame<R> frame;
+  R share;  // of what lies beyond the way
+  const unsigned char* takes_part;
+  KERNEL Stay operator()(int i) const {
+    const Vector3<R> own = motions.moved[i].xyz() - frame.moves;
+    if (!takes_part[i] || !((own.x + own.y + own.z) * R(0) == R(0))) return {};
+    const Vector3<R> start = motions.x0[i].xyz() - reach.from[i].xyz() - frame.since;
+    const BoxAround<R> box(reach, i, share), whole(reach, i, within_rounding<R>());
+    return {box.holds(start) && box.holds(start + own) ? 0.0 : 1.0, whole.holds(start - frame.moves) ? 0.0 : 1.0};
+  }
+};
+
+/// Puts a particle that left its box back into it.
+template <class R>
+struct KeepInReach {
+  Motions<R> motions;
+  Reach<R> reach;
+  CommonFrame<R> frame;
+  Points<R> p;
+  const unsigned char* takes_part;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> d = motions.moved[i].xyz();
+    if (!takes_part[i] || !(motions.moved[i].w > R(0)) || !((d.x + d.y + d.z) * R(0) == R(0))) return;
+    const Vector3<R> start = motions.x0[i].xyz() - reach.from[i].xyz() - frame.since, to = start + d - frame.moves;
+    const BoxAround<R> box(reach, i, within_rounding<R>() * within_rounding<R>());
+    const Vector3<R> kept{within(to.x, box.low.x, box.high.x), within(to.y, box.low.y, box.high.y),
+                          within(to.z, box.low.z, box.high.z)};
+    if (same(kept, to)) return;
+    p.set(i, p[i] + (kept - to));
+    motions.moved[i].set(p[i] - motions.x0[i].xyz());
+  }
+
+ private:
+  KERNEL static R within(R a, R low, R high) { return a < low ? low : a > high ? high : a; }
+};
+
+/// What decides how far a search looks.
+template <class R>
+struct SearchRules {
+  R slack;       // m, beyond every way
+  R swerve;      // and as much of a substep's way
+  R far, ahead;  // along a way as far as this, m, but at least one substep and at most so many
+  R wanted;      // m: half of the thickness
+};
+
+/// What a search that shall serve some substeps starts from.
+template <class R>
+struct StartReach {
+  Motions<R> motions;
+  Vector3<R> common;  // of the substep's motion, m
+  SearchRules<R> rules;
+  Reach<R> reach;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> x0 = motions.x0[i].xyz();
+    Vector3<R> own = motions.moved[i].xyz() - common;
+    own = or_zero((own.x + own.y + own.z) * R(0) == R(0), own);
+    const R length = root(dot(own, own)), fits = rules.far / length;  // of no length: as far as may be
+    const R substeps = fits < rules.ahead ? larger(fits, R(1)) : rules.ahead;
+    const Vector3<R> way = own * substeps;
+    reach.from[i] = {x0.x, x0.y, x0.z, rules.slack + rules.swerve * length};
+    reach.way[i] = {way.x, way.y, way.z, R(0)};
+  }
+};
+
+/// Their boxes, by `wanted` wider, from an origin near all.
+template <class R>
+struct BoxReach {
+  Reach<R> reach;
+  R wanted;
+  Box<R>* boxes;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> a = reach.from[i].xyz() - reach.from[0].xyz(), b = a + reach.way[i].xyz();
+    const R m = reach.from[i].w + wanted;
+    boxes[i] = {{smaller(a.x, b.x) - m, smaller(a.y, b.y) - m, smaller(a.z, b.z) - m, R(0)},
+                {larger(a.x, b.x) + m, larger(a.y, b.y) + m, larger(a.z, b.z) + m, R(0)}};
+  }
+};
+
+/// Patches that share a particle are never worked on at once: each gets the first phase that none of those before it
+/// with a particle of its own has. One item.
+struct PhasePatches {
+  const PairPatch* patches;
+  const int* touched;
+  int count;
+  unsigned long long* taken;  // of each particle, phases; 0 before and after
+  int* phase;                 // of each patch; without pairs: below 0
+  KERNEL void operator()(int) const {
+    for (int u = 0; u < count; ++u) phase[u] = patches[u].pairs > 0 ? kNone : -1;
+    bool left = true;
+    for (int base = 0; left; base += 64) {
+      left = false;
+      for (int u = 0; u < count; ++u) {
+        if (phase[u] != kNone) continue;
+        const int* const of = touched + patches[u].touched;
+        unsigned long long used = 0;
+        for (int k = 0; k < patches[u].touches; ++k) used |= taken[of[k]];
+        if (~used == 0) {
+          left = true;
+          continue;
+        }
+        const int bit = lowest_bit(~used);
+        for (int k = 0; k < patches[u].touches; ++k) taken[of[k]] |= 1ull << bit;
+        phase[u] = base + bit;
+      }
+      for (int u = 0; u < count; ++u)
+        for (int k = 0; phase[u] >= 0 && k < patches[u].touches; ++k) taken[touched[patches[u].touched + k]] = 0;
+    }
+  }
+
+ private:
+  static constexpr int kNone = 1 << 30;
+};
+
+}  // namespace malha
