@@ -1,5 +1,6 @@
 #include "host/simulation.h"
 
+#include <algorithm>
 #include <cstring>
 #include <optional>
 
@@ -9,6 +10,7 @@
 #include "host/collision/edge_crossings.h"
 #include "host/collision/start_before.h"
 #include "host/collision/start_outside.h"
+#include "host/model/asked.h"
 #include "host/model/footprint.h"
 #include "host/model/tear.h"
 #include "host/results/checkpoint.h"
@@ -160,6 +162,12 @@ std::vector<int> Simulation::particles_of_vertices(std::size_t body) const {
   return malha::particles_of_vertices(parts_->model.look, body);
 }
 Measures Simulation::measure() const { return parts_->solver->measure(); }
+void Simulation::count_crossings() {
+  const Scene& scene = parts_->model.scene;
+  if (!scene.self_collision && !names_edges(scene)) return;
+  RunTimes& times = parts_->times;
+  times.most_crossings = std::max(times.most_crossings, parts_->solver->crossings()), ++times.crossings_counted;
+}
 std::uint64_t Simulation::state_hash() const { return parts_->solver->state_hash(); }
 
 std::vector<std::string> Simulation::unmet() const {
@@ -168,16 +176,19 @@ std::vector<std::string> Simulation::unmet() const {
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
     bodies.push_back({model.scene.bodies[b].name, static_cast<std::size_t>(model.look.body_begin[b]),
                       static_cast<std::size_t>(model.look.body_begin[b + 1]), model.look.vertices[b]});
-  return unmet_expectations(model.scene.expect, measure(), positions(), bodies);
+  Measures measures = measure();
+  measures.crossings = std::max(measures.crossings, parts_->times.most_crossings);
+  return unmet_expectations(model.scene.expect, measures, positions(), bodies);
 }
 
 void Simulation::save_checkpoint(const std::string& path, std::int64_t frames) const {
-  write_checkpoint(path, parts_->hash_of_scene(), {parts_->save(), frames});
+  write_checkpoint(path, parts_->hash_of_scene(), {parts_->save(), frames, parts_->times.most_crossings});
 }
 
 std::int64_t Simulation::load_checkpoint(const std::string& path) {
   const Checkpoint checkpoint = read_checkpoint(path, parts_->hash_of_scene());
   parts_->restore(checkpoint.state, path);
+  parts_->times.most_crossings = checkpoint.crossings;
   return checkpoint.frames;
 }
 

@@ -67,10 +67,14 @@ class Simulation {
   /// The state at the end of the last step.
   Measures measure() const;
 
+  /// Counts what crosses now; unmet() and report() know the most that was found. Nothing where nothing could cross.
+  void count_crossings();
+
   /// Vertices that have been torn in two so far. Each is one more particle, the last of its body in positions().
   int tears() const;
 
-  /// The expectations of the scene (its "expect") that the state does not meet, a line each.
+  /// The expectations of the scene (its "expect") that the state does not meet, a line each; of crossings the most that
+  /// were counted.
   std::vector<std::string> unmet() const;
 
   /// A hash of the bits of positions and velocities: equal runs have equal hashes.

@@ -281,6 +281,13 @@ template <class Mask>
 requires requires(Mask mask) { mask[0]; }
 KERNEL unsigned bits_of(const Mask& mask) {
   constexpr int lanes = sizeof(Mask) / sizeof(mask[0]);
+#if defined(__AVX512DQ__)  // in a build for this machine: an instruction
+  typedef int Ints __attribute__((vector_size(64)));
+  if constexpr (sizeof(Mask) == 64 && lanes == 16) return (unsigned short)__builtin_ia32_cvtd2mask512((Ints)mask);
+#elif defined(__AVX2__)
+  typedef float Floats __attribute__((vector_size(32)));
+  if constexpr (sizeof(Mask) == 32 && lanes == 8) return unsigned(__builtin_ia32_movmskps256((Floats)mask));
+#endif
   typedef signed char Bytes __attribute__((vector_size(lanes)));
   const Bytes bytes = __builtin_convertvector(mask, Bytes);
   unsigned bits = 0;

@@ -6,14 +6,6 @@
 
 namespace malha {
 
-/// Where particles may go in the frame of their common motion: from where they were at the search.
-template <class R>
-struct Reach {
-  Vec4<R>* from;  // w: how far beyond the way, in every direction
-  Vec4<R>* way;
-  Vec4<R>* rest;  // positions at the start of the scene; w: the body
-};
-
 /// What a thread needs while it finds the pairs of a unit: of each particle its place in a list of those that have a
 /// pair, below 0 before and after, that list, and in which open blocks each of them is.
 struct FindMemory {
@@ -27,6 +19,43 @@ struct FindMemory {
 
  private:
   KERNEL static size_t whole(int particles) { return (size_t(particles) + 1 + 15) / 16 * 16; }
+};
+
+/// Where particles may go in the frame of their common motion: from where they were at the search.
+template <class R>
+struct Reach {
+  Vec4<R>* from;  // w: how far beyond the way, in every direction
+  Vec4<R>* way;
+  Vec4<R>* rest;  // positions at the start of the scene; w: the body
+};
+
+/// Pairs that wait until there are as many as a block holds: the particles of each.
+struct Waiting {
+  int of[4][2 * kPairBlock], count = 0;
+  KERNEL void add(const int (&i)[4], bool counts) {
+    for (int j = 0; j < 4; ++j) of[j][count] = i[j];
+    count += counts;
+  }
+  KERNEL void take(const Waiting& from, int k) {
+    for (int j = 0; j < 4; ++j) of[j][count] = from.of[j][k];
+    ++count;
+  }
+  /// Fills up the first block.
+  KERNEL void pad(int padding) {
+    for (int k = count; k < kPairBlock; ++k)
+      for (int j = 0; j < 4; ++j) of[j][k] = padding;
+  }
+  /// A bit for each of k, k + 1, ... that is there.
+  KERNEL unsigned there(int k, int lanes) const {
+    const int left = count - k;
+    return left <= 0 ? 0 : left >= lanes ? ~0u : (1u << left) - 1;
+  }
+  /// Takes the first block away.
+  KERNEL void drop() {
+    for (int j = 0; j < 4; ++j)
+      for (int k = 0; k < kPairBlock; ++k) of[j][k] = of[j][kPairBlock + k];
+    count = count > kPairBlock ? count - kPairBlock : 0;
+  }
 };
 
 /// Finds the pairs of each unit with itself and with those that it owns pairs with: of two units every other one.
@@ -59,9 +88,9 @@ struct FindPairs {
     const FindMemory memory;
     PairPatch patch;
     PairPacker packer;
-    int listed = 0;   // particles
-    int waiting = 0;  // candidates
-    int candidate[4][kPairBlock];
+    int listed = 0;              // particles
+    Waiting candidates, near;    // near: of the candidates, what comes as near as the thickness
+    R least_of[2 * kPairBlock];  // and how near
 
     KERNEL Finder(const FindPairs& find, int unit, void* bytes)
         : of(find), u(unit), memory(bytes, find.particles), patch(find.pairs.patches[unit]), packer{memory.taken} {
@@ -80,50 +109,79 @@ struct FindPairs {
           const int one = turn == 0 ? u : v, other = turn == 0 ? v : u;
           constexpr int kOne = kind == PairKind::Face ? kPoints : kEdges;
           constexpr int kOther = kind == PairKind::Face ? kTriangles : kEdges;
-          for_each_meeting<Isa>(units, one, kOne, other, kOther, [&](int i, int j) KERNEL_LAMBDA {
-            int c[4];
-            if constexpr (kind == PairKind::Face) {
-              c[0] = units.point[i], c[1] = units.corner[0][j], c[2] = units.corner[1][j], c[3] = units.corner[2][j];
-              if (c[0] == c[1] || c[0] == c[2] || c[0] == c[3]) return;
-            } else {
-              if (bool(units.bare[i] | units.bare[j]) != bare) return;
-              c[0] = units.end[0][i], c[1] = units.end[1][i], c[2] = units.end[0][j], c[3] = units.end[1][j];
-              if (c[0] == c[2] || c[0] == c[3] || c[1] == c[2] || c[1] == c[3]) return;
-            }
-            for (int k = 0; k < 4; ++k) candidate[k][waiting] = c[k];
-            if (++waiting == kPairBlock) keep<kind>();
+          for_each_meeting<Isa>(units, one, kOne, other, kOther, [&](int i, int first, unsigned bits) KERNEL_LAMBDA {
+            for (; bits != 0; bits &= bits - 1) add<kind>(i, first + lowest_bit(bits), bare);
+            if (candidates.count >= kPairBlock) look<kind>();
           });
         }
       });
-      if (waiting > 0) keep<kind>();
+      if (candidates.count > 0) look<kind>();
+      if (near.count > 0) keep<kind>();
       close();
       patch.blocks[section] = packer.first - before;
     }
 
-    /// Of those that wait, the ones that can come near enough.
+    /// A candidate, unless its sides share a particle: without a branch, because many do.
     template <PairKind kind>
-    KERNEL void keep() {
-      for (int k = waiting; k < kPairBlock; ++k)
-        for (int j = 0; j < 4; ++j) candidate[j][k] = of.pairs.padding;
-      for (int k = 0; k < waiting; k += lanes) {
-        S wanted;
-        unsigned kept = filter<kind>(k, wanted);
-        if (waiting - k < lanes) kept &= (1u << (waiting - k)) - 1;
-        for (; kept != 0; kept &= kept - 1) {
-          const int l = lowest_bit(kept);
-          const int i[4] = {candidate[0][k + l], candidate[1][k + l], candidate[2][k + l], candidate[3][k + l]};
-          int local[4];
-          for (int j = 0; j < 4; ++j) local[j] = place_of(i[j] / kIndexScale<R>);
-          int slot = packer.place(local);
-          if (slot < 0) close(), slot = packer.place(local);
-          ++patch.pairs;
-          if (slot / kPairBlock >= patch.capacity) continue;
-          PairBlock<R>& block = of.pairs.blocks[patch.begin + slot / kPairBlock];
-          for (int j = 0; j < 4; ++j) block.i[j][slot % kPairBlock] = i[j];
-          block.wanted[slot % kPairBlock] = lane(wanted, l);
+    KERNEL void add(int i, int j, bool bare) {
+      const Units<R>& units = of.units;
+      bool apart;
+      int c[4];
+      if constexpr (kind == PairKind::Face) {
+        c[0] = units.point[i], c[1] = units.corner[0][j], c[2] = units.corner[1][j], c[3] = units.corner[2][j];
+        apart = (c[0] != c[1]) & (c[0] != c[2]) & (c[0] != c[3]);
+      } else {
+        c[0] = units.end[0][i], c[1] = units.end[1][i], c[2] = units.end[0][j], c[3] = units.end[1][j];
+        apart = (c[0] != c[2]) & (c[0] != c[3]) & (c[1] != c[2]) & (c[1] != c[3]);
+        if (of.has_bare) apart = apart && bool(units.bare[i] | units.bare[j]) == bare;
+      }
+      candidates.add(c, apart);
+    }
+
+    /// Of the candidates, those that can come as near as the thickness.
+    template <PairKind kind>
+    KERNEL void look() {
+      candidates.pad(of.pairs.padding);
+      for (int k = 0; k < kPairBlock; k += lanes) {
+        const S least = nearest<kind>(k);
+        for (unsigned bits = bits_of(least <= S(of.thickness)) & candidates.there(k, lanes); bits != 0;
+             bits &= bits - 1) {
+          const int l = lowest_bit(bits);
+          least_of[near.count] = lane(least, l);
+          near.take(candidates, k + l);
         }
       }
-      waiting = 0;
+      candidates.drop();
+      if (near.count >= kPairBlock) keep<kind>();
+    }
+
+    /// Of those, the ones that can come as near as is wanted get places.
+    template <PairKind kind>
+    KERNEL void keep() {
+      near.pad(of.pairs.padding);
+      for (int k = 0; k < kPairBlock; k += lanes) {
+        S least;
+        load(least_of + k, least);
+        const S wanted = wanted_of<kind>(k);
+        for (unsigned bits = bits_of(least <= wanted) & near.there(k, lanes); bits != 0; bits &= bits - 1) {
+          const int l = lowest_bit(bits);
+          place(k + l, lane(wanted, l));
+        }
+      }
+      near.drop();
+      for (int k = 0; k < kPairBlock; ++k) least_of[k] = least_of[kPairBlock + k];
+    }
+
+    KERNEL void place(int k, R wanted) {
+      int local[4];
+      for (int j = 0; j < 4; ++j) local[j] = place_of(near.of[j][k] / kIndexScale<R>);
+      int slot = packer.place(local);
+      if (slot < 0) close(), slot = packer.place(local);
+      ++patch.pairs;
+      if (slot / kPairBlock >= patch.capacity) return;
+      PairBlock<R>& block = of.pairs.blocks[patch.begin + slot / kPairBlock];
+      for (int j = 0; j < 4; ++j) block.i[j][slot % kPairBlock] = near.of[j][k];
+      block.wanted[slot % kPairBlock] = wanted;
     }
 
     KERNEL int place_of(int particle) {
@@ -147,14 +205,13 @@ struct FindPairs {
       packer.close(listed);
     }
 
-    /// Of candidates k, k + 1, ...: a bit for those that can come as near as is wanted, which is less than the
-    /// thickness for what is nearer at rest: half as far as there.
+    /// How near candidates k, k + 1, ... can come, at least.
     template <PairKind kind>
-    KERNEL unsigned filter(int k, S& wanted) const {
+    KERNEL S nearest(int k) const {
       const S zero(R(0));
       Vector3<S> x[4];
       S beyond[4], unused, w[4];
-      for (int j = 0; j < 4; ++j) gather_rows(of.reach.from, candidate[j] + k, x[j], beyond[j]);
+      for (int j = 0; j < 4; ++j) gather_rows(of.reach.from, candidates.of[j] + k, x[j], beyond[j]);
       weigh<kind>(x, w);
       const Vector3<S> apart = apart_by(x, w);
       const Vector3<S> n = apart * (S(R(1)) / root(dot(apart, apart)));
@@ -163,7 +220,7 @@ struct FindPairs {
       S side[4], size2 = zero;
       for (int j = 0; j < 4; ++j) {
         Vector3<S> way;
-        gather_rows(of.reach.way, candidate[j] + k, way, unused);
+        gather_rows(of.reach.way, candidates.of[j] + k, way, unused);
         const Vector3<S> from = x[j] - x[0], along{n.x * way.x, n.y * way.y, n.z * way.z};
         size2 = larger(size2, dot(from, from));
         if (j < first_side(kind))
@@ -175,17 +232,19 @@ struct FindPairs {
       }
       constexpr R kRounding = sizeof(R) == 4 ? R(2e-6) : R(1e-14);
       const S least = between_sides<kind>(side) - S(kRounding) * root(size2);
-      wanted = S(of.thickness);
-      unsigned far = bits_of(least > wanted);
-      constexpr unsigned all = (1ull << lanes) - 1;
-      if (far == all) return 0;
-      S body[4];
-      for (int j = 0; j < 4; ++j) gather_rows(of.reach.rest, candidate[j] + k, x[j], body[j]);
+      return select(least == least, least, -S(R(INFINITY)));  // no number: where the sides touch
+    }
+
+    /// The thickness, or half as far as at rest where that is less.
+    template <PairKind kind>
+    KERNEL S wanted_of(int k) const {
+      Vector3<S> x[4];
+      S body[4], w[4];
+      for (int j = 0; j < 4; ++j) gather_rows(of.reach.rest, near.of[j] + k, x[j], body[j]);
       weigh<kind>(x, w);
       const Vector3<S> there = apart_by(x, w);
-      wanted = select(body[0] == body[3], smaller(wanted, root(dot(there, there)) * S(R(0.5))), wanted);
-      far |= bits_of(least > wanted);
-      return all & ~far;
+      const S wanted(of.thickness);
+      return select(body[0] == body[3], smaller(wanted, root(dot(there, there)) * S(R(0.5))), wanted);
     }
 
     KERNEL void finish() {

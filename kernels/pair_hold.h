@@ -10,8 +10,8 @@
 
 namespace malha {
 
-/// What becomes of a particle while others are held.
-enum class Held : unsigned char { Free, Limited, Held };
+/// What becomes of a particle while others are held. Driven: by pins, which nothing holds.
+enum class Held : unsigned char { Free, Limited, Held, Driven };
 
 /// Marks the pairs of a patch that are about to cross, and counts those that holding back can still help. A pair that
 /// was not near becomes so, if `adds`.
@@ -93,7 +93,7 @@ struct FindCrossings {
   KERNEL bool helps(const PairBlock<R>& block, int k) const {
     for (int j = 0; j < 4; ++j) {
       const int i = block.i[j][k] / kIndexScale<R>;
-      if (motions.moved[i].w > R(0) && (held == nullptr || held[i] != Held::Held)) return true;
+      if (motions.moved[i].w > R(0) && (held == nullptr || held[i] < Held::Held)) return true;
     }
     return false;
   }

@@ -109,10 +109,10 @@ struct KeepInReach {
 /// What decides how far a search looks.
 template <class R>
 struct SearchRules {
-  R slack;       // m, beyond every way
-  R swerve;      // and as much of a substep's way
-  R far, ahead;  // along a way as far as this, m, but at least one substep and at most so many
-  R wanted;      // m: half of the thickness
+  R slack;   // m, beyond every way
+  R swerve;  // and as much of a substep's way
+  R far;     // along a way as far as this, m, but at least a substep's
+  R wanted;  // m: half of the thickness
 };
 
 /// What a search that shall serve some substeps starts from.
@@ -120,6 +120,7 @@ template <class R>
 struct StartReach {
   Motions<R> motions;
   Vector3<R> common;  // of the substep's motion, m
+  R ahead;            // substeps, at most
   SearchRules<R> rules;
   Reach<R> reach;
   KERNEL void operator()(int i) const {
@@ -127,7 +128,7 @@ struct StartReach {
     Vector3<R> own = motions.moved[i].xyz() - common;
     own = or_zero((own.x + own.y + own.z) * R(0) == R(0), own);
     const R length = root(dot(own, own)), fits = rules.far / length;  // of no length: as far as may be
-    const R substeps = fits < rules.ahead ? larger(fits, R(1)) : rules.ahead;
+    const R substeps = fits < ahead ? larger(fits, R(1)) : ahead;
     const Vector3<R> way = own * substeps;
     reach.from[i] = {x0.x, x0.y, x0.z, rules.slack + rules.swerve * length};
     reach.way[i] = {way.x, way.y, way.z, R(0)};

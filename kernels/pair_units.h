@@ -138,8 +138,8 @@ KERNEL void for_each_unit(const Units<R>& units, int u, const Found& found) {
   }
 }
 
-/// Calls found(i, j) for the items i of unit u and j of unit v, of these kinds, that may meet; of a kind with
-/// itself in one unit, for i < j.
+/// Calls found(i, first, bits) for the items i of unit u and those of unit v, of these kinds, that may meet: items
+/// first + k for each bit k. Of a kind with itself in one unit, only later ones.
 template <class Isa, class R, class Found>
 KERNEL void for_each_meeting(const Units<R>& units, int u, int of_u, int v, int of_v, const Found& found) {
   const BoxRows<R>&own = units.leaf[of_u], &other = units.leaf[of_v];
@@ -158,7 +158,7 @@ KERNEL void for_each_meeting(const Units<R>& units, int u, int of_u, int v, int 
           const int k = lowest_bit(mine), i = a * kBranch + k;
           unsigned theirs = overlaps<Isa>(units.item[of_v], b * kBranch, kBranch, units.item[of_u][i]);
           if (alike && a == b) theirs &= ~((2u << k) - 1);
-          for (; theirs != 0; theirs &= theirs - 1) found(i, b * kBranch + lowest_bit(theirs));
+          found(i, b * kBranch, theirs);
         }
       }
     }

@@ -91,7 +91,7 @@ constexpr std::int64_t kBeyond[] = {-2, 80, 1'000'000'000'000, std::numeric_limi
 TEST(MadeUpCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
   MadeUp made(crowded(), 5);
   const std::size_t n = 25, seen = 8 + 6 * n * sizeof(float);
-  ASSERT_EQ(made.state.size(), seen + 2 * n * sizeof(LastSeen) + 16 + 10 * n * sizeof(float) + 7 * sizeof(double));
+  ASSERT_EQ(made.state.size(), seen + 2 * n * sizeof(LastSeen) + 16 + 10 * n * sizeof(float) + sizeof(SearchMemory));
   for (const std::size_t particle : {std::size_t{0}, n - 1, n, 2 * n - 1})
     for (const std::int64_t triangle : kBeyond)
       EXPECT_TRUE(

@@ -59,9 +59,8 @@ struct Tangle {
   }
 
   PairSearch<Serial, R> search() const {
-    PairSearch<Serial, R> search(Serial{}, surface, x, kThick,
-                                 {R(0.1 * kThick), R(0.25), R(kThick), R(8), R(0.5 * kThick)});
-    search.search({x0.data(), moved.data()}, {R(0), R(0), R(0)});
+    PairSearch<Serial, R> search(Serial{}, surface, x, kThick, {R(0.1 * kThick), R(0.25), R(kThick), R(0.5 * kThick)});
+    search.search({x0.data(), moved.data()}, {R(0), R(0), R(0)}, 8);
     return search;
   }
 };

@@ -85,6 +85,17 @@ TEST(ThreadChoice, OneWorksSoonAfterOtherProgramsHaveCome) {
   });
 }
 
+/// A cloth that falls through the air until it folds.
+TEST(ThreadChoice, AllWorkSoonAfterStepsHaveMoreToDo) {
+  for_each_step_length([](double step, Random& random) {
+    ThreadChoice choice(2);
+    work(choice, {step, step * 1.2}, 1000 * std::max(step, 0.05), 0.1, random);
+    const Machine heavier{4 * step, 4 * step / 1.6};
+    work(choice, heavier, 4 * std::max(4 * step, 0.05), 0.1, random);
+    EXPECT_EQ(work(choice, heavier, 20 * std::max(4 * step, 0.05), 0.1, random).alone, 0);
+  });
+}
+
 TEST(ThreadChoice, OfOneThreadIsOne) {
   ThreadChoice choice(1);
   for (int i = 0; i < 100; ++i) {

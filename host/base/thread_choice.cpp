@@ -23,7 +23,7 @@ void ThreadChoice::decide(bool together, double wait) {
 
 void ThreadChoice::look_together(double step, double spent, bool crowded) {
   if (trial_) {
-    usual_ = step, known_ = true, lost_crowded_ = crowded_;
+    usual_ = step, known_ = true, lost_crowded_ = crowded_, lost_at_ = alone_;
     return decide(step < alone_, step < alone_ ? 0 : kRarely * spent);
   }
   const bool slower = crowded || step > kSlower * usual_ || step > alone_;
@@ -35,14 +35,15 @@ void ThreadChoice::look_together(double step, double spent, bool crowded) {
 void ThreadChoice::look_alone(double step, double spent, bool crowded) {
   alone_ = step, crowded_ = crowded;
   if (trial_) {
-    lost_crowded_ = crowded;
+    lost_crowded_ = crowded, lost_at_ = step;
     // A trial that was of no use is made again half as often.
     return step < usual_ ? decide(false, kRarely * std::max(kWindow, usual_))
                          : decide(true, std::max(std::min(2 * wait_, kLongest), kRarely * spent));
   }
   if (!known_ && crowded) wait_ = kRarely * std::max(kWindow, kWorst * step);
-  const bool others_ended = lost_crowded_ && !crowded;
-  if (since_ >= wait_ || others_ended) try_the_other();
+  const bool others_ended = lost_crowded_ && !crowded,
+             has_more_to_do = known_ && !crowded && step > kHeavier * lost_at_;
+  if (since_ >= wait_ || others_ended || has_more_to_do) try_the_other();
 }
 
 }  // namespace malha

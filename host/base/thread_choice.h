@@ -52,6 +52,7 @@ class ThreadChoice {
   static constexpr double kWorst = 20;     // times slower than one thread that a team may be
   static constexpr double kCrowded = 0.8;  // of the wall time: a thread that ran for less shared its core
   static constexpr double kSlower = 1.5;   // times its usual time: reason enough to try one thread
+  static constexpr double kHeavier = 1.5;  // times what a step took when all lost: reason enough to try all again
 
   void look_together(double step, double spent, bool crowded);
   void look_alone(double step, double spent, bool crowded);
@@ -64,6 +65,7 @@ class ThreadChoice {
   double wall_ = 0, running_ = 0;                // s, of this window
   double since_ = 0, wait_ = 3 * kWindow;        // s, since the last decision, and how long to keep to it
   double alone_ = 0, usual_ = 0;                 // s, a step on one thread and on all, when last seen
+  double lost_at_ = 0;                           // s, a step on one thread when all lost
   bool known_ = false;                           // whether all were tried
   bool crowded_ = false, lost_crowded_ = false;  // whether others used the one thread's core: now, and when all lost
 };

@@ -44,9 +44,10 @@ class PairSearch {
     taken_ = Array<Executor, unsigned long long>(x.size() + 1, 0ull);
   }
 
-  /// Searches for what the motions from x0 on may bring near, in a frame that moves by `common` in this substep.
-  void search(const Motions<R>& motions, const Vector3<R>& common) {
-    parallel_for(executor_, particles_, StartReach<R>{motions, common, rules_, reach()}, kGrain);
+  /// Searches for what the motions from x0 on may bring near, in a frame that moves by `common` in this substep, so
+  /// many substeps ahead.
+  void search(const Motions<R>& motions, const Vector3<R>& common, int ahead) {
+    parallel_for(executor_, particles_, StartReach<R>{motions, common, R(ahead), rules_, reach()}, kGrain);
     search_again();
   }
   /// The same from where the last one started: finds the same.
@@ -80,10 +81,12 @@ class PairSearch {
     parallel_dealt(team, phase_begin_[phase + 1] - phase_begin_[phase],
                    OfList<Kernel>{kernel, order_.data() + phase_begin_[phase]});
   }
-  /// The same in any order.
-  template <class Team, class Kernel>
-  void at_once(const Team& team, const Kernel& kernel) const {
-    parallel_dealt(team, phase_begin_.back(), OfList<Kernel>{kernel, order_.data()});
+  /// The same of all patches at once.
+  template <class Kernel>
+  void at_once(const Kernel& kernel) const {
+    parallel_region(executor_, found_ < kPairGrain ? 1 : executor_threads(), [&](const auto& team) {
+      parallel_dealt(team, phase_begin_.back(), OfList<Kernel>{kernel, order_.data()});
+    });
   }
 
   /// From where the last search started, for checkpoints.
@@ -159,7 +162,7 @@ class PairSearch {
 
   /// Into the room that the last search needed and a quarter more; where that is too little, again.
   void find() {
-    const int threads = units_.count > kUnitGrain ? thread_count() : 1;
+    const int threads = std::clamp(units_.count / kUnitsOfThread, 1, executor_threads());
     make_memory(threads);
     for (;;) {
       const FindPairs<R> find{units_, reach(), thickness_, has_bare_, particles_, pairs()};
@@ -182,7 +185,7 @@ class PairSearch {
   std::size_t memory_bytes() const {
     return memory_.size() / FindMemory::bytes(particles_) * 2 * sizeof(int) * particles_;
   }
-  int thread_count() const {
+  int executor_threads() const {
     if constexpr (requires { executor_.threads; })
       return executor_.threads;
     else
@@ -233,8 +236,8 @@ class PairSearch {
     width_ = found_ < kPairGrain ? 1 : std::max(1, patches / std::max(1, 2 * phases()));
   }
 
-  static constexpr int kUnitGrain = 16;
-  static constexpr std::int64_t kPairGrain = 20'000;  // some hundred microseconds of work
+  static constexpr int kUnitGrain = 16, kUnitsOfThread = 2;  // to box, and to find the pairs of
+  static constexpr std::int64_t kPairGrain = 8'000;          // a hundred microseconds of work
   static constexpr std::size_t kMostBlocks = 2147483647 / kPairBlock;
 
   Executor executor_;

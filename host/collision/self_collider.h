@@ -16,7 +16,7 @@
 #include "host/collision/self_facts.h"
 #include "host/collision/self_memory.h"
 #include "kernels/hold_apart.h"
-#include "kernels/pair_hold.h"
+#include "kernels/pair_drive.h"
 #include "kernels/pair_push.h"
 
 namespace malha {
@@ -54,7 +54,7 @@ class SelfCollider {
   using Points4 = ScatteredArray<Executor, R>;
 
   static constexpr int kGrain = PairSearch<Executor, R>::kGrain;
-  static constexpr int kMoreProjections = 8;
+  static constexpr int kMoreProjections = 8, kMostDrives = 32;
   static constexpr double kLong = 0.01;  // s: in longer substeps a layer falls so far that one sweep is far from even
   static constexpr int kLongSweeps = 3;
   static constexpr double kNear = 0.1;       // of the thickness: what comes as near in a substep may be pushed
@@ -63,7 +63,7 @@ class SelfCollider {
   static constexpr double kLeastGap = 0.02;  // of the thickness
 
   static SearchRules<R> search_rules(double thickness) {
-    return {R(0.1 * thickness), R(0.25), R(thickness), R(8), R(0.5 * thickness)};
+    return {R(0.1 * thickness), R(0.25), R(thickness), R(0.5 * thickness)};
   }
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0]), R(a[1]), R(a[2])}; }
   template <class T>
@@ -73,7 +73,7 @@ class SelfCollider {
   }
 
   Motions<R> motions() const { return {x0_.points().of, moved_.points().of}; }
-  CommonFrame<R> frame() const { return {to_R(since_), to_R(moves_)}; }
+  CommonFrame<R> frame() const { return {to_R(last_.since), to_R(last_.moves)}; }
   void store_motion(const Particles<R>& particles) {
     parallel_for(executor_, count_, StoreMoved<R>{particles.p, particles.w, motions()}, kGrain);
   }
@@ -89,24 +89,30 @@ class SelfCollider {
     return parallel_reduce<Stay>(
         executor_, count_, StayInReach<R>{motions(), search_.reach(), frame(), R(share), takes_part_.data()}, kGrain);
   }
-  /// From here and now on, in a frame that moves so in this substep.
-  void search(const Vec3& moves) {
-    since_ = {}, moves_ = moves;
-    search_.search(motions(), to_R(moves_));
-    searched_ = true, ++facts_.searches;
+  /// From here and now on, in a frame that moves so in this substep, so many substeps ahead.
+  void search(const Vec3& moves, int ahead) {
+    last_ = {{}, moves, 1, 1, last_.ahead};
+    search_.search(motions(), to_R(moves), ahead);
+    ++facts_.searches;
   }
 
   /// What may meet in this substep, and its contacts.
   void lay() {
-    for (int k = 0; k < 3; ++k) since_[k] += moves_[k];
-    moves_ = common();
-    if (!searched_ || look_where_all_are(kFit).outside > 0) search(moves_);
+    for (int k = 0; k < 3; ++k) last_.since[k] += last_.moves[k];
+    last_.moves = common();
+    if (!last_.serves || look_where_all_are(kFit).outside > 0) {
+      // As far ahead as the last one served; farther, where it served as long as it was to.
+      last_.ahead = last_.served < last_.ahead ? last_.served : std::min(2 * last_.ahead, SearchMemory::kMostAhead);
+      search(last_.moves, last_.ahead);
+    } else {
+      ++last_.served;
+    }
     look();
     laid_ = true;
   }
   void look() {
     const LookAtPairs<R> look{motions(), search_.pairs(), rules_, room_.data()};
-    search_.region([&](const auto& team) { search_.at_once(team, look); });
+    search_.at_once(look);
   }
   void push(const Particles<R>& particles) {
     const auto with = [&]<bool rubs>() {
@@ -148,7 +154,7 @@ class SelfCollider {
   /// How many pairs are about to cross that holding back can still help.
   int crossing(bool adds, const Held* held) {
     const FindCrossings<R> find{motions(), search_.pairs(), rules_, room_.data(), adds, held, left_.data()};
-    search_.region([&](const auto& team) { search_.at_once(team, find); });
+    search_.at_once(find);
     return static_cast<int>(
         parallel_reduce<Sum>(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()}).value);
   }
@@ -162,29 +168,50 @@ class SelfCollider {
       keep_in_reach(particles);
       left = crossing(true, nullptr);
     }
-    if (left > 0) hold(particles, stay);
+    if (left == 0) return;
+    const bool driven = has_pins_ && drive(particles);
+    hold(particles, driven ? look_where_all_are(within_rounding<R>()) : stay);
+    if (driven && crossing(false, nullptr) > 0) ++facts_.driven_through;
+    Memory<Executor>::fill(held_.at_least(count_ + 1), count_ + 1, Held::Free);
+  }
+
+  /// What pins would go through is driven before them. Returns whether any do.
+  bool drive(const Particles<R>& particles) {
+    const MarkDriven<R> mark{motions(), held_.at_least(count_ + 1)};
+    if (parallel_reduce<Sum>(executor_, count_, mark, kGrain).value == 0) return false;
+    for (int round = 0; round < kMostDrives && crossing(false, nullptr) > 0; ++round) {
+      const DriveCrossing<R> drive{motions(), search_.pairs(), rules_, left_.data(), held_.at_least(count_ + 1)};
+      search_.region([&](const auto& team) { search_.in_phases(team, drive); });
+      parallel_for(executor_, count_, TakeMoved<R>{motions(), particles.p}, kGrain);
+      store_motion(particles);
+      if (look_where_all_are(within_rounding<R>()).outside == 0) continue;
+      note_pushed();
+      search(common(), 1);
+      look();
+    }
+    return true;
   }
 
   void hold(const Particles<R>& particles, const Stay& stay) {
-    ++facts_.held;
     // What is held is at rest in the world, which may lie outside of boxes that move with the common motion. What it
     // may meet there: all that lies on the ways of this substep.
     if (stay.unheld > 0) {
       note_pushed();
-      search({});
+      search({}, 1);
       look();
-      searched_ = false;
+      last_.serves = 0;
     }
     Held* const held = held_.at_least(count_ + 1);
     R* const part = part_.at_least(count_ + 1);
-    for (int left = crossing(false, held); left > 0;) {
+    int left = crossing(false, held);
+    if (left > 0) ++facts_.held;
+    while (left > 0) {
       const LimitCrossing<R> limit{motions(), search_.pairs(), left_.data(), held, part};
       const LimitParts<R> parts{motions(), search_.pairs(), rules_, held, part};
       search_.region([&](const auto& team) { search_.in_phases(team, limit), search_.in_phases(team, parts); });
       parallel_for(executor_, count_, HoldLimited<R>{motions(), particles.p, part, held}, kGrain);
       left = crossing(false, held);
     }
-    Memory<Executor>::fill(held, count_ + 1, Held::Free);
   }
 
   Executor executor_;
@@ -193,9 +220,9 @@ class SelfCollider {
   R friction_;
   NearRules<R> rules_{};
   PairSearch<Executor, R> search_;
-  Vec3 since_{}, moves_{};  // of the frame: from the search to the start of this substep, and in it
-  int sweeps_ = 1;          // over all contacts, a projection
-  bool searched_ = false, laid_ = false, has_pins_ = false;
+  SearchMemory last_;
+  int sweeps_ = 1;  // over all contacts, a projection
+  bool laid_ = false, has_pins_ = false;
   int pushed_ = -1;  // contacts that did, where others were laid since
   SelfFacts facts_;
   Array<Executor, unsigned char> takes_part_;
@@ -240,7 +267,7 @@ void SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const 
   Stay stay = look_where_all_are(within_rounding<R>());
   if (stay.outside > 0) {  // further than was foreseen: what may be met on that way is looked for, once
     note_pushed();
-    search(common());
+    search(common(), last_.ahead);
     look();
     stay = look_where_all_are(within_rounding<R>());
   }
@@ -277,7 +304,7 @@ SelfMemory<R> SelfCollider<Executor, R>::memory() const {
   memory.x0 = without_padding(x0_.template download<std::array<R, 3>>());
   for (const Vec4<R>& a : without_padding(search_.from().download())) memory.from.push_back({a.x, a.y, a.z, a.w});
   for (const Vec4<R>& a : without_padding(search_.way().download())) memory.way.push_back({a.x, a.y, a.z});
-  memory.frame = {searched_ ? 1.0 : 0.0, since_[0], since_[1], since_[2], moves_[0], moves_[1], moves_[2]};
+  memory.search = {last_};
   return memory;
 }
 
@@ -286,9 +313,8 @@ void SelfCollider<Executor, R>::remember(const SelfMemory<R>& memory) {
   std::vector<std::array<R, 3>> x0 = memory.x0;
   x0.push_back({});
   x0_.upload(x0);
-  searched_ = !memory.frame.empty() && memory.frame[0] == 1;
-  if (!searched_) return;
-  for (int k = 0; k < 3; ++k) since_[k] = memory.frame[1 + k], moves_[k] = memory.frame[4 + k];
+  last_ = memory.search.at(0);
+  if (!last_.serves) return;
   std::vector<Vec4<R>> from, way;
   for (const auto& a : memory.from) from.push_back({a[0], a[1], a[2], a[3]});
   for (const auto& a : memory.way) way.push_back({a[0], a[1], a[2], R(0)});

@@ -1,24 +1,34 @@
 // What of self-collision a later substep depends on.
 #pragma once
 #include <array>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
 namespace malha {
+
+/// Of the last search, and of the frame in which its boxes stand.
+struct SearchMemory {
+  static constexpr std::int32_t kMostAhead = 8;
+  std::array<double, 3> since{}, moves{};  // m: from the search to the start of the substep, and in it
+  std::int32_t serves = 0;                 // whether there is one that still does
+  std::int32_t served = 1, ahead = 1;      // substeps that it did, and for which searches look ahead
+  std::int32_t unused = 0;
+};
 
 template <class R>
 struct SelfMemory {
   std::vector<std::array<R, 3>> x0;    // positions without crossings, m
   std::vector<std::array<R, 4>> from;  // of the last search: where it started, and how far beyond the ways it looked, m
   std::vector<std::array<R, 3>> way;
-  std::vector<double> frame;  // whether there was one that still holds; how far the frame has moved since and moves, m
+  std::vector<SearchMemory> search;  // one
 };
 
 /// With these positions, and no search that holds.
 template <class R>
 SelfMemory<R> unsearched(std::vector<std::array<R, 3>> x0) {
   const std::size_t n = x0.size();
-  return {std::move(x0), std::vector<std::array<R, 4>>(n), std::vector<std::array<R, 3>>(n), std::vector<double>(7, 0)};
+  return {std::move(x0), std::vector<std::array<R, 4>>(n), std::vector<std::array<R, 3>>(n), {SearchMemory{}}};
 }
 
 }  // namespace malha

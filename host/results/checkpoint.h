@@ -8,8 +8,9 @@
 namespace malha {
 
 struct Checkpoint {
-  std::string state;        // the solver's
-  std::int64_t frames = 0;  // that the run has written by then
+  std::string state;           // the solver's
+  std::int64_t frames = 0;     // that the run has written by then
+  std::int64_t crossings = 0;  // the most that it has counted
 };
 
 /// Of what a checkpoint belongs to: the model before any tear.

@@ -131,7 +131,7 @@ Json precision_of_positions(const Model& model, const std::vector<Vec3>& x) {
   return json;
 }
 
-Json measured(const Measures& m, bool self_collision, bool edges) {
+Json measured(const Measures& m, bool self_collision, bool edges, const RunTimes& times) {
   Json json;
   if (m.has_strain) json["strain_rms"] = m.strain_rms, json["strain_max"] = m.strain_max;
   json["momentum_kg_m_per_s"] = m.momentum;
@@ -145,7 +145,11 @@ Json measured(const Measures& m, bool self_collision, bool edges) {
   json["penetration_max_m"] = m.penetration_max;
   if (self_collision) json["self_contacts"] = m.self_contacts;
   if (edges) json["edge_contacts"] = m.edge_contacts;
-  if (self_collision || edges) json["crossings"] = m.crossings;
+  if (self_collision || edges) {
+    json["crossings"] = m.crossings;
+    json["crossings_most"] = std::max(m.crossings, times.most_crossings);
+    json["crossings_counted"] = times.crossings_counted + 1;
+  }
   json["degenerate_constraints_skipped"] = m.degenerate;
   if (!m.volume_ratios.empty()) json["volume_ratios"] = m.volume_ratios;
   if (m.has_tetrahedra) json["inverted_tetrahedra"] = m.inverted_tetrahedra;
@@ -243,6 +247,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
                               {"triangles", self->triangles},
                               {"substeps_with_a_search", self->searches},
                               {"substeps_held_apart", self->held},
+                              {"substeps_driven_through", self->driven_through},
                               {"pairs", self->pairs},
                               {"phases", self->phases}};
   if (const auto& edges = facts.edges)
@@ -271,7 +276,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
     const std::vector<Vec3> x = solver.positions();
     if (const std::string coarse = coarse_resolution(model, x); !coarse.empty()) json["notes"].push_back(coarse);
     json["resolution"] = precision_of_positions(model, x);
-    json["state"] = measured(solver.measure(), scene.self_collision.has_value(), facts.edges.has_value());
+    json["state"] = measured(solver.measure(), scene.self_collision.has_value(), facts.edges.has_value(), times);
     if (const auto sleep = solver.sleep()) {
       json["sleep"] = {{"particles", sleep->particles}};
       if (sleep->particles > 0) json["sleep"]["since_s"] = sleep->since;

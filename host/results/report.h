@@ -16,6 +16,8 @@ struct RunTimes {
   int steps_alone = 0;                           // steps on one thread of several (see ThreadChoice)
   int splits = 0, layouts = 0;                   // vertices that tore, and how often all was laid out anew for them
   double layout_seconds = 0;                     // spent on that
+  std::int64_t most_crossings = 0;               // at any of the times that they were counted
+  int crossings_counted = 0;                     // how often
   std::vector<Launches> launches;                // of the first step, in the order in which kernels came
 };
 

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "host/base/file.h"
+#include "host/base/shown.h"
 #include "host/base/stopwatch.h"
 #include "host/results/frame_vertices.h"
 #include "host/results/frames.h"
@@ -13,6 +14,7 @@
 #include "host/results/summary.h"
 #include "host/results/warnings.h"
 #include "host/results/whole_steps.h"
+#include "host/solver/solver.h"
 
 namespace malha {
 
@@ -44,6 +46,9 @@ class Outputs {
     look();
     if (saves_) checkpoint();
   }
+
+  /// Whether a frame or a picture shows the state after this step.
+  bool shows() const { return frame_is_due() || (gallery_ && gallery_->wants(simulation_.steps())); }
 
   /// Whether there is a checkpoint after this step; asked once a step, before after_step().
   bool saves() { return saves_ = checkpoint_is_due(); }
@@ -94,8 +99,9 @@ class Outputs {
                     static_cast<int>(frames_));
   }
 
+  bool frame_is_due() const { return writer_ && simulation_.steps() % spec_.every == 0; }
   void write_frame() {
-    if (!writer_ || simulation_.steps() % spec_.every != 0) return;
+    if (!frame_is_due()) return;
     if (simulation_.tears() != tears_) open_writer();  // the mesh is another one
     say("writing a frame");
     writer_->write(simulation_.time(), vertices_->places(simulation_.positions()),
@@ -123,6 +129,14 @@ class Outputs {
   std::optional<FrameWriter> writer_;
   std::optional<Gallery> gallery_;
 };
+
+/// Says where pins may have gone through bodies; else nothing.
+std::string driven_through(const Simulation& simulation) {
+  const auto& self = simulation.solver().facts().self;
+  if (!self || self->driven_through == 0) return "";
+  return "self-collision: in " + counted(self->driven_through, "substep") +
+         " pins may have gone through a body that could not get out of their way; take slower pins, or more substeps";
+}
 
 }  // namespace
 
@@ -158,6 +172,7 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
     while (simulation.steps() < last && !stop) {
       const double took = seconds([&] { simulation.step(); });
       if (outputs.saves() || simulation.steps() == last) simulation.check();
+      if (scene.expect.max_crossings || outputs.shows()) simulation.count_crossings();
       outputs.after_step();
       progress({simulation.steps(), last, simulation.time(), took * 1000});
     }
@@ -174,7 +189,9 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   outputs.checkpoint();
   std::vector<std::string> notes = result.unmet;
   if (!rounding.empty()) notes.push_back(rounding);
-  for (const std::string& line : momenta.broken(simulation)) {
+  std::vector<std::string> known = momenta.broken(simulation);
+  if (const std::string line = driven_through(simulation); !line.empty()) known.push_back(line);
+  for (const std::string& line : known) {
     if (options.warn) options.warn(line);
     notes.push_back(line);
   }

@@ -55,7 +55,9 @@ std::string summary(const Simulation& simulation) {
   if (!model.environment.empty())
     text += "contacts    " + std::to_string(m.contacts) + ", penetration " + brief(m.penetration_max) + " m max\n";
   const bool edges = simulation.solver().facts().edges.has_value(), self = model.scene.self_collision.has_value();
-  if (edges || self) text += "crossings   " + std::to_string(m.crossings);
+  if (edges || self)
+    text += "crossings   " + std::to_string(m.crossings) + ", at most " +
+            std::to_string(std::max(m.crossings, simulation.times().most_crossings)) + " counted";
   if (self) text += ", " + counted(m.self_contacts, "contact") + " between bodies or layers";
   if (edges) text += ", " + counted(m.edge_contacts, "contact") + " with edges and corners";
   if (edges || self) text += "\n";

@@ -117,6 +117,8 @@ class Solver {
   virtual std::vector<Vec3> positions() const = 0;   // m, in the user's order
   virtual std::vector<Vec3> velocities() const = 0;  // m/s
   virtual Measures measure() const = 0;
+  /// Of edges with triangles, of bodies that collide; counted by itself.
+  virtual std::int64_t crossings() const = 0;
   virtual const SolverFacts& facts() const = 0;
   /// Of Desbrun's filter, measured when asked; none: the method has no filter.
   virtual std::optional<FilterErrors> filter_errors() const { return std::nullopt; }

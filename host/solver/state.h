@@ -62,7 +62,7 @@ std::string save_state(const State<R>& state) {
   detail::append(bytes, state.self.x0);
   detail::append(bytes, state.self.from);
   detail::append(bytes, state.self.way);
-  detail::append(bytes, state.self.frame);
+  detail::append(bytes, state.self.search);
   return bytes;
 }
 
@@ -74,6 +74,19 @@ struct StateSizes {
 namespace detail {
 
 inline bool finite(const Point& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
+
+inline void check_search(const SearchMemory& search, const std::string& file) {
+  for (const auto& frame : {search.since, search.moves})
+    for (const double number : frame)
+      if (!(std::abs(number) <= 1e18)) refuse(file, "frame of a search", shown(number), "numbers up to 1e18");
+  const auto check = [&](const char* what, std::int32_t count, int least, int most) {
+    if (count < least || count > most)
+      refuse(file, what, std::to_string(count), std::to_string(least) + " to " + std::to_string(most));
+  };
+  constexpr int most = SearchMemory::kMostAhead;
+  check("search that serves", search.serves, 0, 1), check("substeps ahead of a search", search.ahead, 1, most);
+  check("substeps of a search", search.served, 1, std::numeric_limits<int>::max());
+}
 
 /// Refuses what no run can have left: a solver would read beyond its arrays with it, or never end.
 template <class R>
@@ -95,8 +108,7 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, const
   check_numbers(state.self.from, "positions of a search"), check_numbers(state.self.way, "ways of a search");
   for (const auto& a : state.self.from)
     if (a[3] < 0) refuse(file, "reach of a search", shown(double(a[3])), "at least 0");
-  for (const double number : state.self.frame)
-    if (!(std::abs(number) <= largest)) refuse(file, "frame of a search", shown(number), "numbers up to 1e18");
+  for (const SearchMemory& search : state.self.search) check_search(search, file);
   if (!state.rest.empty()) {
     const std::int64_t calm = state.rest[0], since = state.rest[1];
     if (calm < 0 || calm > state.steps || since < -1 || since > state.steps)
@@ -121,10 +133,10 @@ template <class R>
 State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std::vector<int>& triangles = {},
                     const std::string& file = "checkpoint") {
   State<R> state;
-  const std::size_t frame = sizes.searched > 0 ? 7 : 0;
+  const std::size_t searches = sizes.searched > 0 ? 1 : 0;
   const std::size_t expected =
       sizeof state.steps + (6 * sizes.particles + 3 * sizes.apart + 7 * sizes.searched) * sizeof(R) +
-      sizes.seen * sizeof(LastSeen) + sizes.rest * sizeof(std::int64_t) + frame * sizeof(double);
+      sizes.seen * sizeof(LastSeen) + sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory);
   if (bytes.size() != expected)
     refuse(file, "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
@@ -137,7 +149,7 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, sizes.apart, state.self.x0);
   from = detail::take(from, sizes.searched, state.self.from);
   from = detail::take(from, sizes.searched, state.self.way);
-  detail::take(from, frame, state.self.frame);
+  detail::take(from, searches, state.self.search);
   detail::check_state(state, triangles, file);
   return state;
 }
@@ -150,7 +162,7 @@ State<R> carried(const State<R>& before, const std::vector<int>& from) {
     state.x.push_back(before.x[i]), state.v.push_back(before.v[i]);
     if (!before.self.x0.empty()) state.self.x0.push_back(before.self.x0[i]);  // a split leaves all in its place
   }
-  if (!before.self.frame.empty()) state.self = unsearched(std::move(state.self.x0));
+  if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0));
   for (std::size_t mesh = 0; mesh < before.seen.size(); mesh += before.x.size())
     for (const int i : from) state.seen.push_back(before.seen[mesh + i]);
   return state;

@@ -126,13 +126,12 @@ class Stepper : public Solver {
       m.contacts = collider_->contacts();
       m.penetration_max = collider_->max_penetration(particles(), time());
     }
-    if (self_) {
-      m.self_contacts = self_->contacts();
-      m.crossings = count_crossings(self_->surface(), x);
-    }
-    if (edges_) m.edge_contacts = edges_->contacts(), m.crossings += count_edge_crossings(model_, x, time());
+    if (self_) m.self_contacts = self_->contacts();
+    if (edges_) m.edge_contacts = edges_->contacts();
+    m.crossings = crossings_at(x);
     return m;
   }
+  std::int64_t crossings() const final { return crossings_at(x_.download()); }
 
  protected:
   /// `threads`: of the executor. `keeps`: see Sweep; a method that needs no sweep lays out none.
@@ -308,6 +307,10 @@ class Stepper : public Solver {
   SolverFacts facts_;
 
  private:
+  std::int64_t crossings_at(const std::vector<Vec3>& x) const {
+    return (self_ ? count_crossings(self_->surface(), x) : 0) + (edges_ ? count_edge_crossings(model_, x, time()) : 0);
+  }
+
   void lay_out_particles() {
     x_ = PointArray<Executor, R>(model_.x), v_ = PointArray<Executor, R>(model_.v);
     p_ = PointArray<Executor, R>(model_.x);

@@ -50,11 +50,13 @@ Json time_cloth(const Motion& motion, int threads, bool quick, const Cells& cell
   Simulation simulation(falling_cloth(motion), {.threads = threads});
   std::vector<double> frames;
   int contacts = 0;
+  std::int64_t crossings = 0;
   double strain = 0;
   for (int frame = 0; frame < (quick ? 8 : 60); ++frame) {
     frames.push_back(seconds([&] { simulation.step(); }));
     const Measures now = simulation.measure();
-    contacts = std::max(contacts, now.self_contacts), strain = std::max(strain, now.strain_rms);
+    contacts = std::max(contacts, now.self_contacts), crossings = std::max(crossings, now.crossings);
+    strain = std::max(strain, now.strain_rms);
     cells.go_on();
   }
   double sum = 0;
@@ -64,12 +66,12 @@ Json time_cloth(const Motion& motion, int threads, bool quick, const Cells& cell
           {"slowest_frame_s", *std::max_element(frames.begin(), frames.end())},
           {"most_contacts", contacts},
           {"strain_rms", strain},
-          {"crossings", simulation.measure().crossings}};
+          {"crossings", crossings}};
 }
 
 std::vector<Motion> motions(bool quick) {
   if (quick) return {{false, 2}};
-  return {{true, 5}, {false, 2}, {false, 5}};
+  return {{true, 10}, {false, 5}, {false, 10}};
 }
 
 std::vector<int> cloth_threads(bool quick) { return quick ? std::vector{1} : bench::thread_counts({}); }
@@ -77,7 +79,7 @@ std::vector<int> cloth_threads(bool quick) { return quick ? std::vector{1} : ben
 void add_cloth(Cells& cells, Findings& findings) {
   Section section{"PBD 2006, figure 6: a self-colliding cloth of 1,364 vertices", {}, {}, {}};
   section.table.columns = {"motion",        "threads",       "printed, frames/s", "malha, mean",
-                           "slowest frame", "most contacts", "RMS strain, most",  "crossings at the end"};
+                           "slowest frame", "most contacts", "RMS strain, most",  "crossings, most"};
   std::string said;
   double best = 0;
   int most_crossings = 0;
@@ -110,8 +112,8 @@ void add_cloth(Cells& cells, Findings& findings) {
       "ends up folded; the motion is not described. Here a cloth of as many vertices falls, and nothing is drawn.",
       "malha, frames of 1/30 s a second: " + said + ".",
       formatted(
-          "That is %.2g times what is printed at best: malha %s the frame rate of 2006. Crossings at the end: %d at "
-          "most; every pair that could cross is looked at, in double, and held apart.",
+          "That is %.2g times what is printed at best: malha %s the frame rate of 2006. Crossings, counted after every "
+          "frame: %d at most; every pair that could cross is looked at, and held apart.",
           best / 30, best < 30 ? "does not reach" : "reaches", most_crossings)};
   findings.sections.push_back(section);
 }

@@ -1,0 +1,70 @@
+// Pins that move go where they are told. What they would go through is driven before them: along the plane's normal, as
+// far as the plane must go, and what it would go through likewise.
+#pragma once
+#include "kernels/pair_hold.h"
+
+namespace malha {
+
+/// Pins that move. Returns how many.
+template <class R>
+struct MarkDriven {
+  Motions<R> motions;
+  Held* held;
+  KERNEL Sum operator()(int i) const {
+    const Vec4<R> m = motions.moved[i];
+    const bool drives = m.w == R(0) && (m.x != R(0) || m.y != R(0) || m.z != R(0));
+    held[i] = drives ? Held::Driven : Held::Free;
+    return {drives ? 1.0 : 0.0};
+  }
+};
+
+/// Of crossing pairs the side without pins gives way; where neither has any, the one that is not driven yet; each half
+/// of the way where both are. Groups: patches of one phase.
+template <class R>
+struct DriveCrossing {
+  Motions<R> motions;
+  Pairs<R> pairs;
+  NearRules<R> rules;
+  const int* left;
+  Held* held;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    if (left[group.index] == 0) return;
+    pairs.patches[group.index].for_each_block([&](int b, int section) KERNEL_LAMBDA {
+      for (unsigned bits = pairs.bits[b].crossing; bits != 0; bits &= bits - 1)
+        drive(pairs.blocks[b], lowest_bit(bits), first_side_of(section));
+    });
+  }
+
+ private:
+  KERNEL void drive(const PairBlock<R>& block, int k, int first) const {
+    const Vector3<R> n{block.n[0][k], block.n[1][k], block.n[2][k]};
+    int i[4];
+    R at[4];
+    int one = 0, other = 0;
+    ContactSides<R> sides;
+    for (int j = 0; j < 4; ++j) {
+      i[j] = block.i[j][k] / kIndexScale<R>;
+      at[j] = dot(n, motions.x0[i[j]].xyz() - motions.x0[i[0]].xyz()) + dot(n, motions.moved[i[j]].xyz());
+      sides.add(j, first, at[j]);
+      const int drives = held[i[j]] != Held::Driven ? 0 : motions.moved[i[j]].w > R(0) ? 1 : 2;
+      int& side = j < first ? one : other;
+      side = drives > side ? drives : side;
+    }
+    if (one == 0 && other == 0) return;
+    // A little more than must be kept: what rounding takes.
+    const R keeps = R(1.1) * kept_of(block.gap[k], rules.least);
+    if (!(sides.low - sides.high < keeps)) return;
+    const R lacks = keeps - (sides.low - sides.high);
+    const R part = one < other ? lacks : one > other ? R(0) : R(0.5) * lacks;
+    const R low = sides.low + part, high = sides.high - (lacks - part);  // where each side's plane goes
+    for (int j = 0; j < 4; ++j) {
+      Vec4<R>& m = motions.moved[i[j]];
+      if (!(m.w > R(0)) || (j < first ? at[j] >= low : at[j] <= high)) continue;
+      m.set(m.xyz() + n * ((j < first ? low : high) - at[j]));
+      held[i[j]] = Held::Driven;
+    }
+  }
+};
+
+}  // namespace malha
