@@ -42,6 +42,10 @@ SelfCollision read_self_collision(const JsonReader& at) {
   SelfCollision self;
   at.object({
       {"thickness", [&](const JsonReader& v) { self.thickness = v.number(above(0, "m")); }, true},
+      {"crossing_at_start",
+       [&](const JsonReader& v) {
+         self.ignores_crossings = v.word("what to do about crossings", {"refuse", "ignore"}) == "ignore";
+       }},
       {"friction", [&](const JsonReader& v) { self.friction = v.number(at_least(0, "")); }},
       {"bodies",
        [&](const JsonReader& v) {

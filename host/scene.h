@@ -179,6 +179,7 @@ struct SelfCollision {
   double thickness = 0;             // m, > 0: how far apart their surfaces are kept
   double friction = 0;              // Coulomb's mu, >= 0
   std::vector<std::string> bodies;  // names; empty: all
+  bool ignores_crossings = false;   // whether what crosses at the start collides only once it has parted; else refused
 };
 
 struct Camera {

@@ -37,6 +37,7 @@ struct PairPatch {
   int begin = 0, capacity = 0;   // blocks
   int blocks[kSections] = {};    // of each section
   int pairs = 0;                 // in all of them
+  int candidates = 0;            // that were looked at for them
   int touched = 0, touches = 0;  // where its particles are listed, and how many; what that list has room for
   int room = 0;
 

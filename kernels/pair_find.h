@@ -66,6 +66,7 @@ struct FindPairs {
   R thickness;
   bool has_bare;  // whether any edge has no triangle
   int particles;
+  const unsigned char* crosses;  // of each particle, whether anything crosses there; none: nowhere
   Pairs<R> pairs;
 
   template <class Group>
@@ -94,7 +95,7 @@ struct FindPairs {
 
     KERNEL Finder(const FindPairs& find, int unit, void* bytes)
         : of(find), u(unit), memory(bytes, find.particles), patch(find.pairs.patches[unit]), packer{memory.taken} {
-      patch.pairs = 0;
+      patch.pairs = patch.candidates = 0;
       for (int& blocks : patch.blocks) blocks = 0;
     }
 
@@ -142,6 +143,7 @@ struct FindPairs {
     template <PairKind kind>
     KERNEL void look() {
       candidates.pad(of.pairs.padding);
+      patch.candidates += candidates.count < kPairBlock ? candidates.count : kPairBlock;
       for (int k = 0; k < kPairBlock; k += lanes) {
         const S least = nearest<kind>(k);
         for (unsigned bits = bits_of(least <= S(of.thickness)) & candidates.there(k, lanes); bits != 0;
@@ -165,16 +167,19 @@ struct FindPairs {
         const S wanted = wanted_of<kind>(k);
         for (unsigned bits = bits_of(least <= wanted) & near.there(k, lanes); bits != 0; bits &= bits - 1) {
           const int l = lowest_bit(bits);
-          place(k + l, lane(wanted, l));
+          place<kind>(k + l, lane(wanted, l));
         }
       }
       near.drop();
       for (int k = 0; k < kPairBlock; ++k) least_of[k] = least_of[kPairBlock + k];
     }
 
+    template <PairKind kind>
     KERNEL void place(int k, R wanted) {
-      int local[4];
-      for (int j = 0; j < 4; ++j) local[j] = place_of(near.of[j][k] / kIndexScale<R>);
+      int i[4], local[4];
+      for (int j = 0; j < 4; ++j) i[j] = near.of[j][k] / kIndexScale<R>;
+      if (of.crosses != nullptr && crosses<kind>(i)) return;
+      for (int j = 0; j < 4; ++j) local[j] = place_of(i[j]);
       int slot = packer.place(local);
       if (slot < 0) close(), slot = packer.place(local);
       ++patch.pairs;
@@ -182,6 +187,14 @@ struct FindPairs {
       PairBlock<R>& block = of.pairs.blocks[patch.begin + slot / kPairBlock];
       for (int j = 0; j < 4; ++j) block.i[j][slot % kPairBlock] = near.of[j][k];
       block.wanted[slot % kPairBlock] = wanted;
+    }
+
+    /// Whether something crosses at both sides: such pairs must be able to part.
+    template <PairKind kind>
+    KERNEL bool crosses(const int (&i)[4]) const {
+      bool one = false, other = false;
+      for (int j = 0; j < 4; ++j) (j < first_side(kind) ? one : other) |= of.crosses[i[j]] != 0;
+      return one && other;
     }
 
     KERNEL int place_of(int particle) {

@@ -9,6 +9,7 @@
 
 #include "host/base/shown.h"
 #include "host/collision/find_contact.h"
+#include "host/collision/self_memory.h"
 #include "host/results/checkpoint.h"
 #include "host/simulation.h"
 #include "tests/numbers.h"

@@ -69,7 +69,8 @@ std::string full_scene() {
     {"name": "block", "shape": {"box": {"size": [1, 1, 1], "cells": [1, 1, 1]}}},
     {"name": "rail", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 1}}}
   ],
-  "self_collision": {"thickness": 0.004, "friction": 0.5, "bodies": ["sheet", "ball"]},
+  "self_collision": {"thickness": 0.004, "friction": 0.5, "bodies": ["sheet", "ball"],
+                     "crossing_at_start": "ignore"},
   "duration": 2.5,
   "outputs": {
     "frames": {"every": 2, "formats": ["vtp", "pc2", "ply", "obj"]},

@@ -64,6 +64,7 @@ class PairSearch {
   int units() const { return units_.count; }
 
   std::int64_t found() const { return found_; }  // pairs
+  std::int64_t candidates() const { return candidates_; }
   int phases() const { return static_cast<int>(phase_begin_.size()) - 1; }
 
   /// Runs work(team) on as many threads as the pairs can keep busy, with many launches over patches in it.
@@ -89,6 +90,9 @@ class PairSearch {
     });
   }
 
+  /// From now on no search finds pairs both sides of which have a particle that is marked; empty: none is.
+  void leave_out(const std::vector<unsigned char>& marked) { crosses_ = Array<Executor, unsigned char>(marked); }
+
   /// From where the last search started, for checkpoints.
   const Array<Executor, Vec4<R>>& from() const { return from_; }
   const Array<Executor, Vec4<R>>& way() const { return way_; }
@@ -99,7 +103,7 @@ class PairSearch {
   std::size_t bytes() const {
     return from_.bytes() + way_.bytes() + rest_.bytes() + boxes_.bytes() + patches_.bytes() + phase_.bytes() +
            order_.bytes() + bounds_.bytes() + items_.bytes() + bare_.bytes() + taken_.bytes() + memory_bytes() +
-           touched_.bytes() + blocks_.bytes() + bits_.bytes();
+           touched_.bytes() + blocks_.bytes() + bits_.bytes() + crosses_.bytes();
   }
 
   static constexpr int kGrain = 8192;
@@ -165,7 +169,7 @@ class PairSearch {
     const int threads = std::clamp(units_.count / kUnitsOfThread, 1, executor_threads());
     make_memory(threads);
     for (;;) {
-      const FindPairs<R> find{units_, reach(), thickness_, has_bare_, particles_, pairs()};
+      const FindPairs<R> find{units_, reach(), thickness_, has_bare_, particles_, crosses_.data(), pairs()};
       parallel_region(executor_, threads, [&](const auto& team) {
         parallel_groups(team, 0, units_.count, {memory_.data(), FindMemory::bytes(particles_)}, find);
       });
@@ -196,10 +200,10 @@ class PairSearch {
   bool make_room() {
     std::vector<PairPatch> patches = patches_.download();
     bool fits = true;
-    found_ = 0;
+    found_ = candidates_ = 0;
     for (const PairPatch& patch : patches) {
       fits = fits && patch.all() <= patch.capacity && patch.touches <= patch.room;
-      found_ += patch.pairs;
+      found_ += patch.pairs, candidates_ += patch.candidates;
     }
     if (fits) return true;
     std::size_t blocks = 0, listed = 0;
@@ -257,8 +261,9 @@ class PairSearch {
   Array<Executor, int> phase_, order_, touched_;
   Array<Executor, PairBlock<R>> blocks_;
   Array<Executor, PairBits> bits_;
+  Array<Executor, unsigned char> crosses_;
   std::vector<int> phase_begin_{0};
-  std::int64_t found_ = 0;
+  std::int64_t found_ = 0, candidates_ = 0;
   int width_ = 1;
 };
 

@@ -27,7 +27,10 @@ class SelfCollider {
   SelfCollider(const Executor& executor, const Model& model);
 
   /// Contacts are laid with the first projection of a substep, when it is known where all would go.
-  void start_substep() { laid_ = false, pushed_ = -1; }
+  void start_substep() {
+    laid_ = false, pushed_ = -1;
+    if (last_.crosses == 1 && substep_++ % substeps_ == 0) leave_out_crossings();
+  }
 
   /// One projection of all contacts.
   void resolve(const Particles<R>& particles);
@@ -91,7 +94,7 @@ class SelfCollider {
   }
   /// From here and now on, in a frame that moves so in this substep, so many substeps ahead.
   void search(const Vec3& moves, int ahead) {
-    last_ = {{}, moves, 1, 1, last_.ahead};
+    last_ = {{}, moves, 1, 1, last_.ahead, last_.crosses};
     search_.search(motions(), to_R(moves), ahead);
     ++facts_.searches;
   }
@@ -110,6 +113,19 @@ class SelfCollider {
     look();
     laid_ = true;
   }
+  /// Around what crossed at the start and still does, pairs take no part.
+  void leave_out_crossings() {
+    std::vector<CrossingPair> found;
+    count_crossings(surface_, without_padding(x0_.template download<Vec3>()), &found);
+    std::vector<unsigned char> marked(found.empty() ? 0 : count_, 0);
+    for (const auto& [edge, triangle] : found) {
+      for (const int i : edge) marked[i] = 1;
+      for (const int i : triangle) marked[i] = 1;
+    }
+    search_.leave_out(marked);
+    last_.serves = 0, last_.crosses = found.empty() ? 0 : 1;
+  }
+
   void look() {
     const LookAtPairs<R> look{motions(), search_.pairs(), rules_, room_.data()};
     search_.at_once(look);
@@ -218,6 +234,7 @@ class SelfCollider {
   SelfSurface surface_;
   int count_;
   R friction_;
+  int substeps_, substep_ = 0;  // of a step, and since a step began
   NearRules<R> rules_{};
   PairSearch<Executor, R> search_;
   SearchMemory last_;
@@ -239,10 +256,13 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
       surface_(self_surface(model)),
       count_(model.count()),
       friction_(R(model.scene.self_collision->friction)),
+      substeps_(model.scene.solver.substeps),
       search_(executor, surface_, model.x, model.scene.self_collision->thickness,
               search_rules(model.scene.self_collision->thickness)) {
   const double thickness = model.scene.self_collision->thickness;
   for (int i = 0; i < count_; ++i) has_pins_ = has_pins_ || (surface_.takes_part[i] && model.w[i] == 0);
+  if (model.scene.self_collision->ignores_crossings) facts_.crossings = count_crossings(surface_, model.x);
+  last_.crosses = facts_.crossings > 0 ? 1 : 0;
   facts_.particles = surface_.particles, facts_.edges = surface_.edges, facts_.triangles = surface_.triangles;
   if (model.scene.solver.dt / model.scene.solver.substeps > kLong) sweeps_ = kLongSweeps;
   rules_ = {R(kRecovery), R(kNear * thickness), R(kLeastGap * thickness)};
@@ -288,7 +308,7 @@ int SelfCollider<Executor, R>::contacts() const {
 template <class Executor, class R>
 SelfFacts SelfCollider<Executor, R>::facts() const {
   SelfFacts facts = facts_;
-  facts.pairs = search_.found(), facts.phases = search_.phases();
+  facts.candidates = search_.candidates(), facts.pairs = search_.found(), facts.phases = search_.phases();
   return facts;
 }
 
@@ -313,8 +333,8 @@ void SelfCollider<Executor, R>::remember(const SelfMemory<R>& memory) {
   std::vector<std::array<R, 3>> x0 = memory.x0;
   x0.push_back({});
   x0_.upload(x0);
-  last_ = memory.search.at(0);
-  if (!last_.serves) return;
+  last_ = memory.search.at(0), substep_ = 0;
+  if (last_.serves == 0) return;
   std::vector<Vec4<R>> from, way;
   for (const auto& a : memory.from) from.push_back({a[0], a[1], a[2], a[3]});
   for (const auto& a : memory.way) way.push_back({a[0], a[1], a[2], R(0)});

@@ -13,7 +13,7 @@ struct SearchMemory {
   std::array<double, 3> since{}, moves{};  // m: from the search to the start of the substep, and in it
   std::int32_t serves = 0;                 // whether there is one that still does
   std::int32_t served = 1, ahead = 1;      // substeps that it did, and for which searches look ahead
-  std::int32_t unused = 0;
+  std::int32_t crosses = 0;                // whether any of what crossed at the start still does
 };
 
 template <class R>

@@ -149,7 +149,7 @@ void start_outside(Model& model) {
   if (!any) return;
   const std::size_t notes = model.notes.size();
   Starts(model).look();
-  if (model.notes.size() > notes && model.scene.self_collision) refuse_crossings(model, self_surface(model));
+  if (model.notes.size() > notes && model.scene.self_collision) check_crossings(model, self_surface(model));
 }
 
 }  // namespace malha

@@ -55,7 +55,7 @@ class Builder {
   void look_at_crossings() {
     const SelfSurface surface = self_surface(model_);
     check_pairs(model_, surface);
-    refuse_crossings(model_, surface);
+    check_crossings(model_, surface);
   }
 
   Mesh mesh_of(std::size_t b) {

@@ -140,7 +140,7 @@ Parts parts_of(const SelfSurface& surface) {
 }  // namespace
 
 // A tree of the triangles' boxes, asked for what each edge touches: shares nothing with the solver's grid.
-std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, CrossingPair* first,
+std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, std::vector<CrossingPair>* found,
                              std::int64_t* tried) {
   const auto [edges, faces] = parts_of(surface);
   if (edges.empty() || faces.empty()) return 0;
@@ -155,28 +155,32 @@ std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>
 
   std::int64_t count = 0;
   for (const auto& [p, q] : edges) {
-    int lowest = -1;  // whatever the order in which the tree names them
+    std::vector<int> crossed;
     tree.for_each_on(turned[p], turned[q], [&, p = p, q = q](int f) {
       const auto& [a, b, c] = faces[f];
       if (tried != nullptr) ++*tried;
       if (p == a || p == b || p == c || q == a || q == b || q == c || !crosses(x[p], x[q], x[a], x[b], x[c])) return;
-      lowest = lowest < 0 ? f : std::min(lowest, f);
       ++count;
+      if (found != nullptr) crossed.push_back(f);
     });
-    if (lowest >= 0 && first != nullptr) *first = {{p, q}, faces[lowest]}, first = nullptr;
+    std::sort(crossed.begin(), crossed.end());  // whatever the order in which the tree names them
+    for (const int f : crossed) found->push_back({{p, q}, faces[f]});
   }
   return count;
 }
 
-void refuse_crossings(const Model& model, const SelfSurface& surface) {
-  CrossingPair pair;
-  const std::int64_t count = count_crossings(surface, model.x, &pair);
-  if (count == 0) return;
+void check_crossings(Model& model, const SelfSurface& surface) {
+  std::vector<CrossingPair> found;
+  count_crossings(surface, model.x, &found);
+  if (found.empty()) return;
   const auto name = [&](int i) { return particle_name(model, model.user_of[i]); };
-  refuse(model.scene.file, "/self_collision",
-         "bodies that cross at the start: the edge from " + name(pair.edge[0]) + " to " + name(pair.edge[1]) +
-             " goes through the triangle at " + name(pair.triangle[0]) + " (" + std::to_string(count) + " like it)",
-         "bodies that do not cross each other or themselves");
+  const std::string said = "the edge from " + name(found[0].edge[0]) + " to " + name(found[0].edge[1]) +
+                           " goes through the triangle at " + name(found[0].triangle[0]) + " (" +
+                           std::to_string(found.size()) + " like it)";
+  if (!model.scene.self_collision->ignores_crossings)
+    refuse(model.scene.file, "/self_collision", "bodies that cross at the start: " + said,
+           "bodies that do not cross each other or themselves, or \"crossing_at_start\": \"ignore\"");
+  model.notes.push_back("\"self_collision\": at the start " + said + "; what crosses collides once it has parted");
 }
 
 PairEstimate estimate_pairs(const SelfSurface& surface, const std::vector<Vec3>& x, double thickness) {

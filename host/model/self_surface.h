@@ -27,10 +27,10 @@ struct CrossingPair {
   Triangle triangle;
 };
 
-/// Edges that properly cross triangles of which they have no particle, at x (solver's order); `first`: one of them, if
-/// any. `tried` grows by the triangles whose boxes edges touch.
-std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, CrossingPair* first = nullptr,
-                             std::int64_t* tried = nullptr);
+/// Edges that properly cross triangles of which they have no particle, at x (solver's order); `found`: all of them.
+/// `tried` grows by the triangles whose boxes edges touch.
+std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x,
+                             std::vector<CrossingPair>* found = nullptr, std::int64_t* tried = nullptr);
 
 /// Whether the segment from p to q properly crosses the triangle; where rounding could have made it, it does not.
 bool crosses(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c);
@@ -45,7 +45,7 @@ PairEstimate estimate_pairs(const SelfSurface& surface, const std::vector<Vec3>&
 /// Refuses a model whose pairs at the start would not fit the memory that is left, and notes where they are very many.
 void check_pairs(Model& model, const SelfSurface& surface);
 
-/// Refuses a model whose bodies cross at the start: then neither side of a surface is inside.
-void refuse_crossings(const Model& model, const SelfSurface& surface);
+/// Refuses a model whose bodies cross at the start, or notes it where the scene ignores that.
+void check_crossings(Model& model, const SelfSurface& surface);
 
 }  // namespace malha

@@ -245,9 +245,11 @@ std::string report_json(const std::string& status, const std::vector<std::string
     json["self_collision"] = {{"particles", self->particles},
                               {"edges", self->edges},
                               {"triangles", self->triangles},
+                              {"crossings_at_start", self->crossings},
                               {"substeps_with_a_search", self->searches},
                               {"substeps_held_apart", self->held},
                               {"substeps_driven_through", self->driven_through},
+                              {"candidates", self->candidates},
                               {"pairs", self->pairs},
                               {"phases", self->phases}};
   if (const auto& edges = facts.edges)

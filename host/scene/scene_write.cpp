@@ -222,6 +222,7 @@ std::string to_json(const Scene& scene) {
   if (const auto& self = scene.self_collision) {
     json["self_collision"] = {{"thickness", self->thickness}, {"friction", self->friction}};
     if (!self->bodies.empty()) json["self_collision"]["bodies"] = self->bodies;
+    json["self_collision"]["crossing_at_start"] = self->ignores_crossings ? "ignore" : "refuse";
   }
   json["duration"] = scene.duration;
   json["outputs"] = write(scene.outputs);

@@ -84,7 +84,8 @@ inline void check_search(const SearchMemory& search, const std::string& file) {
       refuse(file, what, std::to_string(count), std::to_string(least) + " to " + std::to_string(most));
   };
   constexpr int most = SearchMemory::kMostAhead;
-  check("search that serves", search.serves, 0, 1), check("substeps ahead of a search", search.ahead, 1, most);
+  check("search that serves", search.serves, 0, 1), check("bodies that cross", search.crosses, 0, 1);
+  check("substeps ahead of a search", search.ahead, 1, most);
   check("substeps of a search", search.served, 1, std::numeric_limits<int>::max());
 }
 

@@ -1,15 +1,18 @@
 #include "tools/bench/self.h"
 
-#include <cmath>
+#include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "host/base/shown.h"
+#include "host/base/stopwatch.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "tools/bench/counts.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/machine.h"
 #include "tools/bench/output.h"
+#include "tools/bench/self_cases.h"
 #include "tools/bench/status.h"
 #include "tools/bench/turns.h"
 
@@ -19,126 +22,196 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kLayers = 4, kWarmUp = 2;  // sheets; steps
-constexpr int kTogether = 500'000;       // particles: beyond, two lines need more memory than many machines have
+constexpr int kWarmUp = 2;          // steps
+constexpr double kLongMotion = 30;  // s of all lines: longer ones are not repeated
+constexpr int kTogether = 500'000;  // particles: beyond, two lines need more memory than many machines have
 
-/// Layers a little nearer than the thickness, 0.4 of a cell's side, that slide over each other and weigh on the lowest,
-/// which is pinned.
-Scene stack(int n) {
-  const double side = 0.02, thickness = 0.008;
-  const int cells = std::max(1, static_cast<int>(std::lround(std::sqrt(double(n) / kLayers))) - 1);
-  Scene scene;
-  scene.name = "stack";
-  scene.gravity = {0, -9.81, 0};
-  scene.self_collision = SelfCollision{thickness, 0.3, {}};
-  for (int layer = 0; layer < kLayers; ++layer) {
-    BodySpec body;
-    body.name = "layer " + std::to_string(layer);
-    body.shape = GridShape{{side * cells, side * cells}, {cells, cells}};
-    body.density = 0.2;
-    body.transform.translate = {0.3 * side * layer, 0.95 * thickness * layer, 0.4 * side * layer};
-    if (layer == 0) body.pins = {BoxPin{{-1, -1, -1}, {side * (cells - 0.5), 1, side * (cells + 1)}}};
-    body.velocity = {layer % 2 == 0 ? 0.2 : -0.2, 0, 0};
-    ConstraintSpec distance;
-    distance.type = "distance";
-    distance.on = {"edges", "shear"};
-    body.constraints = {distance};
-    scene.bodies.push_back(body);
-  }
-  return scene;
-}
-
+/// What a number of threads has shown of a case.
 struct Line {
   Simulation simulation;
   int threads;
-  std::vector<double> collision, whole = {};  // ns a particle and substep, a number a turn
+  std::string hash = {};                           // after the same steps on all numbers of threads
+  std::vector<double> collision = {}, whole = {};  // ns a particle and substep, a number a turn
+  double held = 0, searches = 0, most_crossings = 0;
+
+  Line(const Scene& scene, int count) : simulation(scene, {.threads = count}), threads(count) {}
+
+  /// Takes note of steps that took `whole` s each, `collision` of them in contacts.
+  void note(double whole_s, double collision_s) {
+    const double per = 1e9 / (static_cast<double>(simulation.model().scene.solver.substeps) *
+                              simulation.model().count());  // of a step
+    whole.push_back(whole_s * per), collision.push_back(collision_s * per);
+  }
+  double collision_seconds() const { return simulation.solver().pass_seconds()[static_cast<int>(Pass::SelfCollision)]; }
 };
 
-/// One turn: at least `enough` seconds of steps.
+/// One turn of what goes on for ever: at least `enough` seconds of steps.
 void take_turn(Line& line, double enough) {
-  constexpr int pass = static_cast<int>(Pass::SelfCollision);
-  const Solver& solver = line.simulation.solver();
-  const double before = solver.pass_seconds()[pass];
+  const double before = line.collision_seconds();
   const std::int64_t first = line.simulation.steps();
   const double step = seconds_each([&] { line.simulation.step(); }, enough);
-  const double per = 1e9 / (static_cast<double>(line.simulation.model().scene.solver.substeps) *
-                            line.simulation.model().count());  // of a step
   const auto steps = static_cast<double>(line.simulation.steps() - first);
-  line.collision.push_back((solver.pass_seconds()[pass] - before) / steps * per);
-  line.whole.push_back(step * per);
+  line.note(step, (line.collision_seconds() - before) / steps);
 }
 
-Json row_of(const Line& line) {
+/// A motion from start to end; crossings are counted between its steps. Returns the seconds of its steps.
+double run_motion(Line& line, int steps, const std::function<void(double)>& progress) {
+  double took = 0;
+  for (int step = 0; step < steps; ++step) {
+    took += seconds([&] { line.simulation.step(); });
+    line.most_crossings = std::max(line.most_crossings, static_cast<double>(line.simulation.solver().crossings()));
+    progress(double(step + 1) / steps);
+  }
+  line.note(took / steps, line.collision_seconds() / steps);
+  line.hash = hex(line.simulation.state_hash());
+  return took;
+}
+
+Json row_of(const SelfCase& of, const Line& line) {
   const Measures m = line.simulation.measure();
   const SolverFacts& facts = line.simulation.solver().facts();
+  const SolverSpec& solver = line.simulation.model().scene.solver;
   const double particles = line.simulation.model().count();
-  return {{"particles", line.simulation.model().count()},
+  const double substeps = static_cast<double>(line.simulation.steps()) * solver.substeps;
+  return {{"case", of.name},
+          {"particles", line.simulation.model().count()},
           {"threads", line.threads},
+          {"step_ms", median(line.whole) * 1e-6 * solver.substeps * particles},
           {"self_collision_ns_per_particle_and_substep", median(line.collision)},
           {"step_ns_per_particle_and_substep", median(line.whole)},
           {"self_contacts_per_particle", m.self_contacts / particles},
+          {"candidates_per_particle", static_cast<double>(facts.self->candidates) / particles},
           {"pairs_per_particle", static_cast<double>(facts.self->pairs) / particles},
           {"phases", facts.self->phases},
           {"bytes_per_particle", static_cast<double>(facts.collision_bytes) / particles},
-          {"substeps_with_a_search",
-           static_cast<double>(facts.self->searches) /
-               (static_cast<double>(line.simulation.steps()) * line.simulation.model().scene.solver.substeps)},
+          {"searches_per_substep", static_cast<double>(facts.self->searches) / substeps},
+          {"substeps", substeps},
           {"substeps_held_apart", facts.self->held},
-          {"crossings", m.crossings},
-          {"state_hash_after_warm_up", ""}};
+          {"strain_rms", m.strain_rms},
+          {"crossings_most", std::max(line.most_crossings, static_cast<double>(m.crossings))},
+          {"state_hash", line.hash}};
 }
 
 std::string printed(const Json& row) {
-  return formatted("%10d %8d %14.0f %14.0f %12.2f %12.0f %10.2f %10d\n", row["particles"].get<int>(),
-                   row["threads"].get<int>(), row["self_collision_ns_per_particle_and_substep"].get<double>(),
-                   row["step_ns_per_particle_and_substep"].get<double>(),
-                   row["self_contacts_per_particle"].get<double>(), row["bytes_per_particle"].get<double>(),
-                   row["substeps_with_a_search"].get<double>(), row["crossings"].get<int>());
+  const auto number = [&](const char* key) { return row[key].get<double>(); };
+  return formatted("%-8s %9d %7d %9.2f %9.0f %9.0f %7.2f %8.0f %8.2f %5.0f/%-5.0f %9.0f\n",
+                   row["case"].get<std::string>().c_str(), row["particles"].get<int>(), row["threads"].get<int>(),
+                   number("step_ms"), number("self_collision_ns_per_particle_and_substep"),
+                   number("step_ns_per_particle_and_substep"), number("self_contacts_per_particle"),
+                   number("bytes_per_particle"), number("searches_per_substep"), number("substeps_held_apart"),
+                   number("substeps"), number("crossings_most"));
 }
+
+constexpr const char* kHead =
+    "case     particles threads   step ms   self ns   step ns  pushes    bytes searches  held/substeps  crossings\n";
+
+std::vector<const SelfCase*> chosen(const SelfOptions& options) {
+  std::vector<const SelfCase*> all;
+  for (const SelfCase& of : self_cases())
+    if (options.cases.empty() ? options.n.empty() || all.empty()
+                              : std::find(options.cases.begin(), options.cases.end(), of.name) != options.cases.end())
+      all.push_back(&of);
+  return all;
+}
+
+/// The lines of a case with so many particles, all after the same steps.
+class Runs {
+ public:
+  Runs(const SelfCase& of, int n, const SelfOptions& options, Status& status)
+      : of_(of), scene_(of.scene(n)), n_(n), options_(options), status_(status) {}
+
+  std::vector<Json> rows(const std::vector<int>& threads) const {
+    std::vector<Line> lines = of_.steps > 0 ? motions(threads) : lasting(threads);
+    status_.clear();
+    std::vector<Json> rows;
+    for (const Line& line : lines) rows.push_back(row_of(of_, line));
+    return rows;
+  }
+
+ private:
+  std::string title() const { return std::string(of_.name) + ", " + std::to_string(n_) + " particles"; }
+
+  std::vector<Line> lasting(const std::vector<int>& threads) const {
+    std::vector<Line> lines;
+    for (const int count : threads) {
+      Line& line = lines.emplace_back(scene_, count);
+      for (int step = 0; step < kWarmUp; ++step) line.simulation.step();
+      line.hash = hex(line.simulation.state_hash());
+    }
+    for (int turn = 0; turn < options_.repeats; ++turn) {
+      status_.show(title(), double(turn) / options_.repeats);
+      for (Line& line : lines) take_turn(line, options_.seconds);
+    }
+    return lines;
+  }
+
+  std::vector<Line> motions(const std::vector<int>& threads) const {
+    std::vector<Line> lines;
+    for (int turn = 0; turn < options_.repeats; ++turn) {
+      double took = 0;
+      for (std::size_t k = 0; k < threads.size(); ++k) {
+        Line line(scene_, threads[k]);
+        took += run_motion(line, of_.steps, [&](double part) {
+          status_.show(title(), (turn + (double(k) + part) / double(threads.size())) / options_.repeats);
+        });
+        if (turn > 0) {
+          line.whole.insert(line.whole.end(), lines[k].whole.begin(), lines[k].whole.end());
+          line.collision.insert(line.collision.end(), lines[k].collision.begin(), lines[k].collision.end());
+          lines[k] = std::move(line);
+        } else {
+          lines.push_back(std::move(line));
+        }
+      }
+      if (took > kLongMotion) break;
+    }
+    return lines;
+  }
+
+  const SelfCase& of_;
+  Scene scene_;
+  int n_;
+  const SelfOptions& options_;
+  Status& status_;
+};
 
 }  // namespace
 
+std::vector<std::string> self_case_names() {
+  std::vector<std::string> names;
+  for (const SelfCase& of : self_cases()) names.emplace_back(of.name);
+  return names;
+}
+
 void run_self(const SelfOptions& options) {
-  const std::vector<int> given = sorted(options.n), threads = thread_counts(options.threads);
-  const std::vector<int> cases = given.empty() ? std::vector{10'000, 100'000, 1'000'000} : given;
+  const std::vector<int> threads = thread_counts(options.threads);
   const Files files(options.out, "self", options.json);
   files.prepare();
   Status status;
   Printer print;
   const Json facts = machine_facts(threads);
-  print(formatted(
-            "%d sheets, 0.95 of the thickness apart, lie and slide on each other; float, 10 substeps of 1/600 s, %d "
-            "steps of warm-up,\nthen %d x %g s a line, taking turns (over 500,000 particles: in turn); medians of ns a "
-            "particle and substep.\n",
-            kLayers, kWarmUp, options.repeats, options.seconds) +
-        machine_lines(facts, "") +
-        " particles  threads self-collision     whole step pushing a p.      bytes a p.   searches  crossings\n");
-  Json rows = Json::array();
-  const auto measure = [&](int n, const std::vector<int>& counts) {
-    std::vector<Line> lines;
-    for (const int count : counts) {
-      lines.push_back({Simulation(stack(n), {.threads = count}), count, {}, {}});
-      for (int step = 0; step < kWarmUp; ++step) lines.back().simulation.step();
+  std::string legend;
+  for (const SelfCase* of : chosen(options)) legend += formatted("%-8s ", of->name) + of->what + "\n";
+  print(legend +
+        formatted("float; 10 substeps (crumple: 20) of 1 iteration. stack: %d steps of warm-up, then %d x %g s a line, "
+                  "taking turns\n(over 500,000 particles: in turn). Others: the whole motion %d times, once where it "
+                  "takes over %g s. Medians;\nns a particle and substep; bytes and pushes a particle; the most "
+                  "crossings after any step.\n",
+                  kWarmUp, options.repeats, options.seconds, options.repeats, kLongMotion) +
+        machine_lines(facts, "") + kHead);
+  Json all = Json::array();
+  const auto measure = [&](const SelfCase& of, int n, const std::vector<int>& counts) {
+    for (const Json& row : Runs(of, n, options, status).rows(counts)) {
+      all.push_back(row);
+      print(printed(row));
     }
-    std::vector<std::string> hashes;
-    for (const Line& line : lines) hashes.push_back(hex(line.simulation.state_hash()));
-    for (int turn = 0; turn < options.repeats; ++turn) {
-      status.show(std::to_string(n) + " particles", double(turn) / options.repeats);
-      for (Line& line : lines) take_turn(line, options.seconds);
-    }
-    status.clear();
-    for (std::size_t k = 0; k < lines.size(); ++k) {
-      rows.push_back(row_of(lines[k]));
-      rows.back()["state_hash_after_warm_up"] = hashes[k];
-      print(printed(rows.back()));
-    }
-    files.write(rows.dump(2) + "\n", facts.dump(2) + "\n", print.text());
+    files.write(all.dump(2) + "\n", facts.dump(2) + "\n", print.text());
   };
-  for (const int n : cases)
-    if (n <= kTogether)
-      measure(n, threads);
-    else
-      for (const int count : threads) measure(n, {count});
+  for (const SelfCase* of : chosen(options))
+    for (const int n : options.n.empty() ? of->n : sorted(options.n))
+      if (n <= kTogether)
+        measure(*of, n, threads);
+      else
+        for (const int count : threads) measure(*of, n, {count});
   files.list();
 }
 

@@ -5,9 +5,13 @@
 
 namespace malha::bench {
 
+/// What "--case" may name.
+std::vector<std::string> self_case_names();
+
 struct SelfOptions {
-  std::vector<int> n;        // particles, about; empty: 10,000, 100,000 and 1,000,000
-  std::vector<int> threads;  // empty: 1 and all cores
+  std::vector<std::string> cases;  // empty: all, or the stack alone if `n` is given
+  std::vector<int> n;              // particles, about; empty: those of each case
+  std::vector<int> threads;        // empty: 1 and all cores
   int repeats = 5;
   double seconds = 1;  // of each repeat
   std::string json;    // a further file for the rows; empty: none

@@ -120,14 +120,22 @@ void add_filter(CLI::App& bench, BenchArguments& arguments) {
 void add_self(CLI::App& bench, BenchArguments& arguments) {
   bench::SelfOptions& options = arguments.of_self;
   CLI::App* self = bench.add_subcommand("self", "What self-collision costs a particle");
-  add_list(*self, "--n", options.n, 16, 10'000'000, "Particles, about; 10000,100000,1000000 if not given");
+  add_list(*self, "--n", options.n, 16, 10'000'000, "Particles, about; those of each case if not given");
+  self->add_option("--case", options.cases,
+                   join(bench::self_case_names()) + "; all if not given, but stack alone if --n is given")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(one_of(bench::self_case_names()))
+      ->type_name("LIST");
   add_measuring(*self, options, "self");
   self->callback([&arguments, &options] { arguments.run = [&options] { bench::run_self(options); }; });
   self->footer(
-      "Four sheets in contact slide over each other. Those on each number of threads take turns.\n"
+      "Layers that slide, a heap, a cloth over a ball, a twisted one, a crumpled one, and two balls.\n"
+      "Those on each number of threads take turns. A motion is measured from its start to its end.\n"
       "The folder gets the table, the rows (self.json) and facts about the machine (self_machine.json).\n\n"
       "Examples:\n"
-      "  malha bench self\n"
+      "  malha bench self                                        everything; half an hour, and 4 GiB of memory\n"
+      "  malha bench self --case heap --n 1364                   the cloth of 2006\n"
       "  malha bench self --n 10000 --repeats 3 --seconds 0.2    a quick look");
 }
 
