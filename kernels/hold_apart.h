@@ -10,32 +10,6 @@
 
 namespace malha {
 
-/// Momentum times h of what takes part and is free, and its mass.
-template <class R>
-struct SumMomentum {
-  Points<R> p;
-  ScatteredPoints<R> x0;
-  const R* w;
-  const unsigned char* takes_part;
-  KERNEL MeanMotion operator()(int i) const {
-    const Vector3<R> d = p[i] - x0[i];
-    if (!takes_part[i] || !(w[i] > R(0)) || !((d.x + d.y + d.z) * R(0) == R(0))) return {};
-    const double m = 1 / double(w[i]);
-    return {{m * double(d.x), m * double(d.y), m * double(d.z)}, m};
-  }
-};
-
-/// Moves all that take part alike.
-template <class R>
-struct Translate {
-  Points<R> p;
-  const unsigned char* takes_part;
-  Vector3<R> by;
-  KERNEL void operator()(int i) const {
-    if (takes_part[i]) p.set(i, p[i] + by);
-  }
-};
-
 template <class R>
 struct CopyPoints {
   Points<R> from;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "host/collision/self_facts.h"
+#include "host/mesh/vectors.h"
 #include "host/model/self_surface.h"
 #include "host/results/plan.h"
 #include "host/solver/solver.h"
@@ -162,6 +163,57 @@ TEST(SelfCollision, WhatJamsFallsAsAnythingElse) {
   EXPECT_EQ(m.crossings, 0);
   const double fallen[] = {0, 0.2 * -9.81 * 3 / 60, 0};
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(m.momentum[k], fallen[k], 1e-13);  // rounding of some 30 substeps
+}
+
+/// Momentum and angular momentum of particles at x that go by v.
+std::array<Vec3, 2> momenta_of(const Model& model, const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
+  std::array<Vec3, 2> sums{};
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const int u = model.user_of[i];
+    const Vec3 spin = cross(x[u], v[u]);
+    for (int k = 0; k < 3; ++k) sums[0][k] += model.mass[i] * v[u][k], sums[1][k] += model.mass[i] * spin[k];
+  }
+  return sums;
+}
+
+// Two irregular sheets that meet so fast in one substep that they are held. What a hold takes of their momenta comes
+// back: without turning, 28 % of the angular momentum goes in a step. Projections keep it to first order of the
+// substep: up to 3.5 % here.
+TEST(SelfCollision, WhatIsHeldKeepsItsMomenta) {
+  const TemporaryFolder folder;
+  Random random(8);
+  std::vector<BodySpec> bodies;
+  for (const int side : {-1, 1}) {
+    BodySpec body;
+    body.name = side < 0 ? "lower" : "upper";
+    body.shape = MeshFile{folder.write(body.name + ".obj", irregular_sheet(0.5, 0.4, 7, 6, random))};
+    body.mass = 0.1;
+    body.transform.translate = {0.07 * side, 0.12 * side, 0.03 * side};
+    body.velocity = {1, -9.0 * side, 3.0 * side};
+    body.constraints = {stiff("distance", {"edges"})};
+    bodies.push_back(body);
+  }
+  Scene scene = colliding(bodies, 0.01);
+  scene.solver.dt = 0.01, scene.solver.substeps = 1;
+  const Model model = build_model(scene);
+  Simulation simulation(scene, {.threads = 1});
+  std::int64_t held = 0;
+  for (int step = 0; step < 6; ++step) {
+    const std::vector<Vec3> x = simulation.positions();
+    const auto before = momenta_of(model, x, simulation.velocities());
+    simulation.step();
+    std::vector<Vec3> v = simulation.positions();
+    for (std::size_t i = 0; i < v.size(); ++i)
+      for (int k = 0; k < 3; ++k) v[i][k] = (v[i][k] - x[i][k]) / scene.solver.dt;
+    const auto after = momenta_of(model, x, v);
+    if (simulation.solver().facts().self->held == held) continue;
+    held = simulation.solver().facts().self->held;
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_NEAR(after[0][k], before[0][k], 1e-12) << "step " << step;
+      EXPECT_NEAR(after[1][k], before[1][k], 0.05 * length(before[1])) << "step " << step;
+    }
+  }
+  EXPECT_GT(held, 0);
 }
 
 TEST(SelfCollision, CountsAMadeCrossingAndRefusesToStartWithIt) {

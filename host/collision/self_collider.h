@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "host/collision/pair_search.h"
+#include "host/collision/rigid_return.h"
 #include "host/collision/self_facts.h"
 #include "host/collision/self_memory.h"
 #include "kernels/hold_apart.h"
@@ -149,17 +150,22 @@ class SelfCollider {
     if (pushed_ < 0) pushed_ = count_pushes();
   }
 
-  MeanMotion momentum(const Particles<R>& particles) const {
-    return parallel_reduce<MeanMotion>(executor_, count_,
-                                       SumMomentum<R>{particles.p, x0_.points(), particles.w, takes_part_.data()});
+  RigidSums rigid_sums(const Particles<R>& particles) const {
+    return parallel_reduce<RigidSums>(executor_, count_,
+                                      SumRigid<R>{particles.p, x0_.points(), particles.w, takes_part_.data()});
   }
-  /// What the particles have lost of their momentum, by moving all alike, unless something else holds them.
-  void give_back(const Particles<R>& particles, const MeanMotion& before, const std::function<bool()>& touches) {
-    const MeanMotion after = momentum(particles);
-    const auto lost = [&](int k) { return (before.sum[k] - after.sum[k]) / before.weight; };
-    if ((lost(0) != 0 || lost(1) != 0 || lost(2) != 0) && !touches())
-      parallel_for(executor_, count_,
-                   Translate<R>{particles.p, takes_part_.data(), {R(lost(0)), R(lost(1)), R(lost(2))}});
+  /// What the particles have lost of their momenta, by moving all as one body, unless something else holds them.
+  void give_back(const Particles<R>& particles, const RigidSums& before, const std::function<bool()>& touches) {
+    const RigidMove move = rigid_return(before, rigid_sums(particles));
+    if (!move.moves || touches()) return;
+    const auto& [a, b, c] = move.turn;
+    parallel_for(executor_, count_,
+                 MoveRigidly<R>{particles.p,
+                                x0_.points(),
+                                takes_part_.data(),
+                                to_R(move.from),
+                                to_R(move.to),
+                                {to_R(a), to_R(b), to_R(c)}});
   }
 
   void keep_in_reach(const Particles<R>& particles) {
@@ -283,7 +289,6 @@ void SelfCollider<Executor, R>::resolve(const Particles<R>& particles) {
 template <class Executor, class R>
 void SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const std::function<bool()>& touches) {
   store_motion(particles);
-  const MeanMotion before = has_pins_ ? MeanMotion{} : momentum(particles);
   Stay stay = look_where_all_are(within_rounding<R>());
   if (stay.outside > 0) {  // further than was foreseen: what may be met on that way is looked for, once
     note_pushed();
@@ -291,8 +296,10 @@ void SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const 
     look();
     stay = look_where_all_are(within_rounding<R>());
   }
+  if (stay.outside == 0 && crossing(true, nullptr) == 0) return;
+  const RigidSums before = has_pins_ ? RigidSums{} : rigid_sums(particles);
   hold_crossing(particles, stay);
-  if (before.weight > 0) give_back(particles, before, touches);
+  if (before.mass > 0) give_back(particles, before, touches);
 }
 
 template <class Executor, class R>
