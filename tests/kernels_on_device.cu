@@ -16,11 +16,12 @@
 #include "kernels/near_cells.h"
 #include "kernels/near_pairs.h"
 #include "kernels/nearby.h"
-#include "kernels/pair_hold.h"
+#include "kernels/pair_drive.h"
 #include "kernels/pair_push.h"
 #include "kernels/pair_reach.h"
 #include "kernels/pressure.h"
 #include "kernels/rest.h"
+#include "kernels/rigid_sums.h"
 #include "kernels/sleep.h"
 #include "kernels/sparse_filter.h"
 #include "kernels/spring_energy.h"
@@ -89,11 +90,12 @@ void instantiate_all() {
   instantiate<BoxParticles<R>, SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>>();
   instantiate<AskContacts<R>, SplitMasses<R>, PushContacts<R, ObjectFriction<R>>, GatherPushes<R, TurnToWorld>,
               CountPushing<R>>();
-  instantiate<FindCrossing<R>, HoldParticles<R, PlaceLocal<R>>, SumMomentum<R>, Translate<R>, CopyPoints<R>>();
+  instantiate<FindCrossing<R>, HoldParticles<R, PlaceLocal<R>>, SumRigid<R>, MoveRigidly<R>, CopyPoints<R>,
+              MarkDriven<R>>();
   instantiate<StoreMoved<R>, TakeMoved<R>, StayInReach<R>, KeepInReach<R>, StartReach<R>, BoxReach<R>>();
   instantiate<BoxUnits<R>, BoxLevel<R>, CountPushes<R>, SumLeft<R>, HoldLimited<R>>();
   instantiate_groups<FindPairs<R>, LookAtPairs<R>, PushPairs<R, false>, PushPairs<R, true>, FindCrossings<R>,
-                     LimitCrossing<R>, LimitParts<R>>();
+                     LimitCrossing<R>, LimitParts<R>, DriveCrossing<R>>();
 }
 
 template void

@@ -12,7 +12,7 @@
 #include "host/mesh/vectors.h"
 #include "host/model/box_tree.h"
 #include "host/model/tear.h"
-#include "kernels/self_push.h"
+#include "kernels/pair_block.h"
 
 namespace malha {
 
@@ -217,27 +217,26 @@ PairEstimate estimate_pairs(const SelfSurface& surface, const std::vector<Vec3>&
 
 void check_pairs(Model& model, const SelfSurface& surface) {
   // Flat sheets with a thickness of one edge have some 230 a particle, of two edges 650.
-  // Measured on stacks and thick sheets, the memory said is 0.8 to 1.6 times what a run takes.
+  // Kept are those that may come nearer than is wanted: all near ones of bodies apart, few of what is near at rest.
   constexpr double most_per_particle = 500, most_numbered = 2147483647.0;
   const double thickness = model.scene.self_collision->thickness;
   const PairEstimate pairs = estimate_pairs(surface, model.x, thickness);
   const bool wide = model.scene.solver.precision == Precision::Double;
-  const double contact =
-      wide ? sizeof(SelfContact<double>) + sizeof(Push<double>) : sizeof(SelfContact<float>) + sizeof(Push<float>);
-  const double ends = 4 * 2 * sizeof(Keyed) + sizeof(int) + 1;  // of four particles, and sorted
-  const double need = pairs.looked_at * (sizeof(Candidate) + sizeof(int)) + pairs.near * (contact + ends);
+  constexpr double room = 1.4;  // for a quarter more, in blocks that are not all full
+  const double block = wide ? sizeof(PairBlock<double>) : sizeof(PairBlock<float>);
+  const double need = room * pairs.near * (block + sizeof(PairBits)) / kPairBlock;
   const auto there = static_cast<double>(available_memory());
   const std::string found = "some " + shown(std::round(pairs.looked_at)) +
                             " pairs whose boxes come nearer than twice the thickness of " + shown(thickness) +
                             " m at the start, for " + counted(surface.particles, "particle");
   if (need > there || pairs.looked_at > most_numbered)
     refuse<OutOfMemory>(
-        model.scene.file, "/self_collision/thickness", found + ", which take about " + in_gib(need),
+        model.scene.file, "/self_collision/thickness", found + ", which take up to " + in_gib(need),
         "pairs that take no more than the memory that is left, " + in_gib(there) +
             ", and no more than 2147483647 of them: a thickness below the length of the edges, and bodies apart from "
             "each other");
   if (pairs.looked_at > most_per_particle * surface.particles)
-    model.notes.push_back("\"self_collision\": " + found + ", which will take long and about " + in_gib(need) +
+    model.notes.push_back("\"self_collision\": " + found + ", which will take long and up to " + in_gib(need) +
                           "; take a thickness below the length of the edges, and bodies that lie apart");
 }
 

@@ -176,9 +176,12 @@ class Runs {
 
 }  // namespace
 
-std::vector<std::string> self_case_names() {
-  std::vector<std::string> names;
-  for (const SelfCase& of : self_cases()) names.emplace_back(of.name);
+const std::vector<std::string>& self_case_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const SelfCase& of : self_cases()) all.emplace_back(of.name);
+    return all;
+  }();
   return names;
 }
 

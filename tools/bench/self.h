@@ -6,7 +6,7 @@
 namespace malha::bench {
 
 /// What "--case" may name.
-std::vector<std::string> self_case_names();
+const std::vector<std::string>& self_case_names();
 
 struct SelfOptions {
   std::vector<std::string> cases;  // empty: all, or the stack alone if `n` is given

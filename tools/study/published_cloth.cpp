@@ -71,7 +71,7 @@ Json time_cloth(const Motion& motion, int threads, bool quick, const Cells& cell
 
 std::vector<Motion> motions(bool quick) {
   if (quick) return {{false, 2}};
-  return {{true, 10}, {false, 5}, {false, 10}};
+  return {{true, 20}, {false, 10}, {false, 20}};
 }
 
 std::vector<int> cloth_threads(bool quick) { return quick ? std::vector{1} : bench::thread_counts({}); }

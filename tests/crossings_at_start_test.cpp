@@ -1,0 +1,84 @@
+// Bodies that cross at the start, as real models do: where the scene says so, they collide once they have parted.
+#include <gtest/gtest.h>
+
+#include "host/collision/self_facts.h"
+#include "host/solver/solver.h"
+#include "tests/irregular_sheet.h"
+#include "tests/refusal.h"
+#include "tests/small_scenes.h"
+#include "tests/support.h"
+
+namespace malha {
+namespace {
+
+/// An upright sheet, half of it above a level one, is drawn down out of that and up against it again.
+Scene drawn_out_and_back(const TemporaryFolder& folder, Precision precision) {
+  Random random(5);
+  BodySpec level, upright;
+  level.name = "level", upright.name = "upright";
+  level.shape = MeshFile{folder.write("level.obj", irregular_sheet(1, 1, 9, 9, random))};
+  upright.shape = MeshFile{folder.write("upright.obj", irregular_sheet(0.6, 0.4, 8, 6, random))};
+  level.mass = 0.2, upright.mass = 0.1;
+  level.constraints = upright.constraints = {stiff("distance", {"edges"}), stiff("bending", {}, 0.1)};
+  upright.transform.axis = {1, 0, 0}, upright.transform.degrees = 90;
+  upright.transform.translate = {0.21, 0.2, 0.53};
+  ListPin all_but_one;  // a body needs one that can move
+  for (int i = 1; i < 9 * 7; ++i) all_but_one.particles.push_back(i);
+  Pin held = all_but_one;
+  Keyframe start, below, above;
+  below.time = 0.3, below.translate = {0, -0.3, 0};
+  above.time = 0.8, above.translate = {0, 0.1, 0};
+  held.motion = {start, below, above};
+  upright.pins = {held};
+  Scene scene = scene_of({level, upright}, {}, 1.0 / 60, 10, precision);
+  scene.self_collision = SelfCollision{0.01, 0.2, {}};
+  return scene;
+}
+
+// Where the scene says so: what crosses at the start goes out of each other, and never in again.
+TEST(CrossingsAtTheStart, AreIgnoredUntilTheyHaveParted) {
+  const TemporaryFolder folder;
+  for (const Precision precision : {Precision::Float, Precision::Double}) {
+    Scene scene = drawn_out_and_back(folder, precision);
+    EXPECT_TRUE(has(refusal([&] { Simulation(scene, {.threads = 1}); }), "or \"crossing_at_start\": \"ignore\""));
+    scene.self_collision->ignores_crossings = true;
+    Simulation simulation(scene, {.threads = 1});
+    const std::int64_t at_start = simulation.measure().crossings;
+    ASSERT_GT(at_start, 5);
+    EXPECT_EQ(simulation.solver().facts().self->crossings, at_start);
+    EXPECT_TRUE(has(simulation.report("finished"), "what crosses collides once it has parted"));
+    int parted = -1;
+    for (int step = 0; step < 48; ++step) {
+      simulation.step();
+      const std::int64_t now = simulation.measure().crossings;
+      if (now == 0 && parted < 0) parted = step;
+      if (parted >= 0) {
+        ASSERT_EQ(now, 0) << "step " << step << ", parted in step " << parted;
+      }
+    }
+    EXPECT_GT(parted, 5);
+    EXPECT_LT(parted, 20);
+    double height = 0;
+    for (int i = 0; i < 100; ++i) height += simulation.positions()[i][1] / 100;
+    EXPECT_GT(height, 0.05) << "the sheet that was drawn out lifts the other";
+  }
+}
+
+TEST(CrossingsAtTheStart, AreResumedWithTheSameBits) {
+  const TemporaryFolder folder;
+  Scene scene = drawn_out_and_back(folder, Precision::Float);
+  scene.self_collision->ignores_crossings = true;
+  Simulation whole(scene, {.threads = 1});
+  constexpr int kSteps = 20;
+  const auto path = [&](int step) { return (folder / std::to_string(step)).string(); };
+  for (int step = 0; step < kSteps; ++step) whole.save_checkpoint(path(step)), whole.step();
+  for (int from = 0; from < kSteps; from += 3) {
+    Simulation resumed(scene, {.threads = 2});
+    resumed.load_checkpoint(path(from));
+    for (int step = from; step < kSteps; ++step) resumed.step();
+    EXPECT_EQ(whole.state_hash(), resumed.state_hash()) << "from step " << from;
+  }
+}
+
+}  // namespace
+}  // namespace malha
