@@ -80,5 +80,31 @@ TEST(CrossingsAtTheStart, AreResumedWithTheSameBits) {
   }
 }
 
+// Two equal balls side by side cut each other edge on edge, to the bit: no edge goes through the inside of a triangle
+// until they move.
+TEST(CrossingsAtTheStart, OfBodiesThatArePlacedEvenlyAreSeen) {
+  std::vector<BodySpec> balls;
+  for (const int side : {-1, 1}) {
+    BodySpec ball;
+    ball.name = side < 0 ? "left" : "right";
+    ball.shape = SphereShape{0.25, 2};
+    ball.mass = 0.5;
+    ball.transform.translate = {0.2 * side, 0, 0};
+    ball.velocity = {0.5 * side, 0, 0};
+    ball.constraints = {stiff("distance", {"edges"})};
+    balls.push_back(ball);
+  }
+  Scene scene = scene_of(balls, {}, 1.0 / 60, 10, Precision::Float);
+  scene.self_collision = SelfCollision{0.005, 0, {}};
+  EXPECT_TRUE(has(refusal([&] { Simulation(scene, {.threads = 1}); }), "bodies that cross or touch at the start"));
+  scene.self_collision->ignores_crossings = true;
+  Simulation simulation(scene, {.threads = 1});
+  EXPECT_GT(simulation.solver().facts().self->crossings, 10);
+  std::int64_t most = 0;
+  for (int step = 0; step < 60; ++step) simulation.step(), most = std::max(most, simulation.measure().crossings);
+  EXPECT_GT(most, 10);
+  EXPECT_EQ(simulation.measure().crossings, 0);
+}
+
 }  // namespace
 }  // namespace malha

@@ -116,8 +116,7 @@ class SelfCollider {
   }
   /// Around what crossed at the start and still does, pairs take no part.
   void leave_out_crossings() {
-    std::vector<CrossingPair> found;
-    count_crossings(surface_, without_padding(x0_.template download<Vec3>()), &found);
+    const auto found = crossings_and_touches(surface_, without_padding(x0_.template download<Vec3>()));
     std::vector<unsigned char> marked(found.empty() ? 0 : count_, 0);
     for (const auto& [edge, triangle] : found) {
       for (const int i : edge) marked[i] = 1;
@@ -267,7 +266,8 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
               search_rules(model.scene.self_collision->thickness)) {
   const double thickness = model.scene.self_collision->thickness;
   for (int i = 0; i < count_; ++i) has_pins_ = has_pins_ || (surface_.takes_part[i] && model.w[i] == 0);
-  if (model.scene.self_collision->ignores_crossings) facts_.crossings = count_crossings(surface_, model.x);
+  if (model.scene.self_collision->ignores_crossings)
+    facts_.crossings = std::ssize(crossings_and_touches(surface_, model.x));
   last_.crosses = facts_.crossings > 0 ? 1 : 0;
   facts_.particles = surface_.particles, facts_.edges = surface_.edges, facts_.triangles = surface_.triangles;
   if (model.scene.solver.dt / model.scene.solver.substeps > kLong) sweeps_ = kLongSweeps;

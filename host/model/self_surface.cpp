@@ -92,10 +92,10 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
 
 }  // namespace
 
-bool crosses(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
+bool crosses(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c, bool rim) {
   if (orientation(a, b, c, p) * orientation(a, b, c, q) >= 0) return false;
-  const int side = orientation(p, q, a, b);
-  return side != 0 && orientation(p, q, b, c) == side && orientation(p, q, c, a) == side;
+  const auto [least, most] = std::minmax({orientation(p, q, a, b), orientation(p, q, b, c), orientation(p, q, c, a)});
+  return rim ? least * most >= 0 : least * most > 0;
 }
 
 namespace {
@@ -139,9 +139,11 @@ Parts parts_of(const SelfSurface& surface) {
 
 }  // namespace
 
-// A tree of the triangles' boxes, asked for what each edge touches: shares nothing with the solver's grid.
-std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, std::vector<CrossingPair>* found,
-                             std::int64_t* tried) {
+namespace {
+
+// A tree of the triangles' boxes, asked for what each edge touches: shares nothing with the solver's search.
+std::int64_t count_all(const SelfSurface& surface, const std::vector<Vec3>& x, bool rims,
+                       std::vector<CrossingPair>* found, std::int64_t* tried) {
   const auto [edges, faces] = parts_of(surface);
   if (edges.empty() || faces.empty()) return 0;
   if (!std::all_of(x.begin(), x.end(), [](const Vec3& at) { return std::isfinite(at[0] + at[1] + at[2]); })) return 0;
@@ -159,7 +161,8 @@ std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>
     tree.for_each_on(turned[p], turned[q], [&, p = p, q = q](int f) {
       const auto& [a, b, c] = faces[f];
       if (tried != nullptr) ++*tried;
-      if (p == a || p == b || p == c || q == a || q == b || q == c || !crosses(x[p], x[q], x[a], x[b], x[c])) return;
+      if (p == a || p == b || p == c || q == a || q == b || q == c) return;
+      if (!crosses(x[p], x[q], x[a], x[b], x[c], rims && surface.body[p] != surface.body[a])) return;
       ++count;
       if (found != nullptr) crossed.push_back(f);
     });
@@ -169,17 +172,29 @@ std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>
   return count;
 }
 
-void check_crossings(Model& model, const SelfSurface& surface) {
+}  // namespace
+
+std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, std::vector<CrossingPair>* found,
+                             std::int64_t* tried) {
+  return count_all(surface, x, false, found, tried);
+}
+
+std::vector<CrossingPair> crossings_and_touches(const SelfSurface& surface, const std::vector<Vec3>& x) {
   std::vector<CrossingPair> found;
-  count_crossings(surface, model.x, &found);
+  count_all(surface, x, true, &found, nullptr);
+  return found;
+}
+
+void check_crossings(Model& model, const SelfSurface& surface) {
+  const std::vector<CrossingPair> found = crossings_and_touches(surface, model.x);
   if (found.empty()) return;
   const auto name = [&](int i) { return particle_name(model, model.user_of[i]); };
   const std::string said = "the edge from " + name(found[0].edge[0]) + " to " + name(found[0].edge[1]) +
                            " goes through the triangle at " + name(found[0].triangle[0]) + " (" +
                            std::to_string(found.size()) + " like it)";
   if (!model.scene.self_collision->ignores_crossings)
-    refuse(model.scene.file, "/self_collision", "bodies that cross at the start: " + said,
-           "bodies that do not cross each other or themselves, or \"crossing_at_start\": \"ignore\"");
+    refuse(model.scene.file, "/self_collision", "bodies that cross or touch at the start: " + said,
+           "bodies that do not cross or touch each other or themselves, or \"crossing_at_start\": \"ignore\"");
   model.notes.push_back("\"self_collision\": at the start " + said + "; what crosses collides once it has parted");
 }
 

@@ -32,8 +32,13 @@ struct CrossingPair {
 std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x,
                              std::vector<CrossingPair>* found = nullptr, std::int64_t* tried = nullptr);
 
-/// Whether the segment from p to q properly crosses the triangle; where rounding could have made it, it does not.
-bool crosses(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c);
+/// The same, and edges of other bodies that go through a triangle's rim or a corner exactly: bodies that are placed
+/// evenly cross so, and a step later properly.
+std::vector<CrossingPair> crossings_and_touches(const SelfSurface& surface, const std::vector<Vec3>& x);
+
+/// Whether the segment from p to q properly crosses the triangle; where rounding could have made it, it does not. With
+/// `rim`: also where it may go through the rim.
+bool crosses(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c, bool rim = false);
 
 /// How many pairs of particles and triangles, and of edges, the solver's search would find, from a sample of the boxes:
 /// within its reach of twice the thickness, and within the thickness. Those that share a particle are counted too.
@@ -45,7 +50,7 @@ PairEstimate estimate_pairs(const SelfSurface& surface, const std::vector<Vec3>&
 /// Refuses a model whose pairs at the start would not fit the memory that is left, and notes where they are very many.
 void check_pairs(Model& model, const SelfSurface& surface);
 
-/// Refuses a model whose bodies cross at the start, or notes it where the scene ignores that.
+/// Refuses a model whose bodies cross or touch at the start, or notes it where the scene ignores that.
 void check_crossings(Model& model, const SelfSurface& surface);
 
 }  // namespace malha
