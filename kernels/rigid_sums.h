@@ -9,8 +9,9 @@ namespace malha {
 /// kg m^2).
 struct RigidSums {
   double mass = 0, x[3] = {}, p[3] = {}, xp[9] = {};
+  double farthest = 0;  // of their coordinates in the world, m
   KERNEL RigidSums& operator+=(const RigidSums& o) {
-    mass += o.mass;
+    mass += o.mass, farthest = larger(farthest, o.farthest);
     for (int k = 0; k < 3; ++k) x[k] += o.x[k], p[k] += o.p[k];
     for (int k = 0; k < 9; ++k) xp[k] += o.xp[k];
     return *this;
@@ -30,6 +31,7 @@ struct SumRigid {
     const double m = 1 / double(w[i]), from[3] = {double(a.x), double(a.y), double(a.z)};
     const double to[3] = {double(b.x), double(b.y), double(b.z)};
     sums.mass = m;
+    sums.farthest = larger(double(magnitude(p[i].x)), larger(double(magnitude(p[i].y)), double(magnitude(p[i].z))));
     for (int k = 0; k < 3; ++k) {
       sums.x[k] = m * from[k], sums.p[k] = m * to[k];
       for (int j = 0; j < 3; ++j) sums.xp[3 * k + j] = m * from[k] * to[j];

@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "host/collision/pair_search.h"
@@ -65,6 +66,7 @@ class SelfCollider {
   static constexpr double kFit = 0.5;        // of what lies beyond a way: constraints may take the rest
   static constexpr double kRecovery = 0.1;   // a substep
   static constexpr double kLeastGap = 0.02;  // of the thickness
+  static constexpr double kRounding = 0.05;  // of the least gap
 
   static SearchRules<R> search_rules(double thickness) {
     return {R(0.1 * thickness), R(0.25), R(thickness), R(0.5 * thickness)};
@@ -155,8 +157,11 @@ class SelfCollider {
   }
   /// What the particles have lost of their momenta, by moving all as one body, unless something else holds them.
   void give_back(const Particles<R>& particles, const RigidSums& before, const std::function<bool()>& touches) {
-    const RigidMove move = rigid_return(before, rigid_sums(particles));
-    if (!move.moves || touches()) return;
+    const RigidSums after = rigid_sums(particles);
+    const RigidMove move = rigid_return(before, after);
+    // What moves all must not round them through each other.
+    const bool fine = after.farthest * std::numeric_limits<R>::epsilon() < kRounding * double(rules_.least);
+    if (!fine || !move.moves || touches()) return;
     const auto& [a, b, c] = move.turn;
     parallel_for(executor_, count_,
                  MoveRigidly<R>{particles.p,
