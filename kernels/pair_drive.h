@@ -29,10 +29,8 @@ struct DriveCrossing {
   Held* held;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    if (left[group.index] == 0) return;
-    pairs.patches[group.index].for_each_block([&](int b, int section) KERNEL_LAMBDA {
-      for (unsigned bits = pairs.bits[b].crossing; bits != 0; bits &= bits - 1)
-        drive(pairs.blocks[b], lowest_bit(bits), first_side_of(section));
+    for_each_crossing(pairs, left, group.index, [&](const PairBlock<R>& block, int k, int section) KERNEL_LAMBDA {
+      drive(block, k, first_side_of(section));
     });
   }
 

@@ -115,6 +115,16 @@ struct FindCrossings {
   }
 };
 
+/// Calls f(block, k, section) for every pair of a patch that is about to cross, if any of them counted.
+template <class R, class F>
+KERNEL void for_each_crossing(const Pairs<R>& pairs, const int* left, int patch, const F& f) {
+  if (left[patch] == 0) return;
+  pairs.patches[patch].for_each_block([&](int b, int section) KERNEL_LAMBDA {
+    for (unsigned bits = pairs.bits[b].crossing; bits != 0; bits &= bits - 1)
+      f(pairs.blocks[b], lowest_bit(bits), section);
+  });
+}
+
 /// Of all patches.
 template <class R>
 struct SumLeft {
@@ -133,13 +143,11 @@ struct LimitCrossing {
   R* part;  // of its motion, that a particle may keep
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    if (left[group.index] == 0) return;
-    pairs.patches[group.index].for_each_block([&](int b, int) KERNEL_LAMBDA {
-      for (unsigned bits = pairs.bits[b].crossing; bits != 0; bits &= bits - 1)
-        for (int j = 0; j < 4; ++j) {
-          const int i = pairs.blocks[b].i[j][lowest_bit(bits)] / kIndexScale<R>;
-          if (held[i] == Held::Free && motions.moved[i].w > R(0)) held[i] = Held::Limited, part[i] = R(1);
-        }
+    for_each_crossing(pairs, left, group.index, [&](const PairBlock<R>& block, int k, int) KERNEL_LAMBDA {
+      for (int j = 0; j < 4; ++j) {
+        const int i = block.i[j][k] / kIndexScale<R>;
+        if (held[i] == Held::Free && motions.moved[i].w > R(0)) held[i] = Held::Limited, part[i] = R(1);
+      }
     });
   }
 };

@@ -79,7 +79,7 @@ TEST(Crossings, OfLongThinCellsTryFewTrianglesAnEdge) {
     model.scene.self_collision = SelfCollision{1e-4, 0, {}};
     const SelfSurface surface = self_surface(model);
     std::int64_t tried = 0;
-    EXPECT_EQ(count_crossings(surface, model.x, nullptr, &tried), 0);
+    EXPECT_EQ(count_crossings(surface, model.x, &tried), 0);
     // An edge touches the boxes of its own cell, of both beside it and of a diagonal's: uniform cubes tried them all.
     EXPECT_LT(static_cast<double>(tried) / surface.edges, 20) << cells;
   }

@@ -185,9 +185,9 @@ class SelfCollider {
         parallel_reduce<Sum>(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()}).value);
   }
 
-  void hold_crossing(const Particles<R>& particles, const Stay& stay) {
-    if (stay.outside > 0) keep_in_reach(particles);
-    int left = crossing(true, nullptr);
+  /// `left`: pairs that are about to cross, if all are in their boxes.
+  void hold_crossing(const Particles<R>& particles, const Stay& stay, int left) {
+    if (stay.outside > 0) keep_in_reach(particles), left = crossing(true, nullptr);
     for (int more = 0; left > 0 && more < kMoreProjections; ++more) {
       push(particles);
       store_motion(particles);
@@ -301,9 +301,10 @@ void SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const 
     look();
     stay = look_where_all_are(within_rounding<R>());
   }
-  if (stay.outside == 0 && crossing(true, nullptr) == 0) return;
+  const int left = stay.outside == 0 ? crossing(true, nullptr) : 0;
+  if (stay.outside == 0 && left == 0) return;
   const RigidSums before = has_pins_ ? RigidSums{} : rigid_sums(particles);
-  hold_crossing(particles, stay);
+  hold_crossing(particles, stay, left);
   if (before.mass > 0) give_back(particles, before, touches);
 }
 

@@ -137,16 +137,12 @@ Parts parts_of(const SelfSurface& surface) {
   return parts;
 }
 
-}  // namespace
-
-namespace {
-
 // A tree of the triangles' boxes, asked for what each edge touches: shares nothing with the solver's search.
-std::int64_t count_all(const SelfSurface& surface, const std::vector<Vec3>& x, bool rims,
-                       std::vector<CrossingPair>* found, std::int64_t* tried) {
+std::vector<CrossingPair> find_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, bool rims,
+                                         std::int64_t* tried) {
   const auto [edges, faces] = parts_of(surface);
-  if (edges.empty() || faces.empty()) return 0;
-  if (!std::all_of(x.begin(), x.end(), [](const Vec3& at) { return std::isfinite(at[0] + at[1] + at[2]); })) return 0;
+  if (edges.empty() || faces.empty()) return {};
+  if (!std::all_of(x.begin(), x.end(), [](const Vec3& at) { return std::isfinite(at[0] + at[1] + at[2]); })) return {};
   const std::vector<Vec3> turned = seen_along(main_directions(edges, x), x);
   double size = 0;
   for (const Vec3& at : turned) size = std::max({size, std::abs(at[0]), std::abs(at[1]), std::abs(at[2])});
@@ -155,34 +151,31 @@ std::int64_t count_all(const SelfSurface& surface, const std::vector<Vec3>& x, b
   for (const Triangle& face : faces) boxes.push_back(bounds_of(turned, face, 1e-12 * size));  // what turning rounds
   const BoxTree tree(std::move(boxes));
 
-  std::int64_t count = 0;
+  std::vector<CrossingPair> found;
+  std::vector<int> crossed;
   for (const auto& [p, q] : edges) {
-    std::vector<int> crossed;
     tree.for_each_on(turned[p], turned[q], [&, p = p, q = q](int f) {
       const auto& [a, b, c] = faces[f];
       if (tried != nullptr) ++*tried;
       if (p == a || p == b || p == c || q == a || q == b || q == c) return;
       if (!crosses(x[p], x[q], x[a], x[b], x[c], rims && surface.body[p] != surface.body[a])) return;
-      ++count;
-      if (found != nullptr) crossed.push_back(f);
+      crossed.push_back(f);
     });
     std::sort(crossed.begin(), crossed.end());  // whatever the order in which the tree names them
-    for (const int f : crossed) found->push_back({{p, q}, faces[f]});
+    for (const int f : crossed) found.push_back({{p, q}, faces[f]});
+    crossed.clear();
   }
-  return count;
+  return found;
 }
 
 }  // namespace
 
-std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, std::vector<CrossingPair>* found,
-                             std::int64_t* tried) {
-  return count_all(surface, x, false, found, tried);
+std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, std::int64_t* tried) {
+  return std::ssize(find_crossings(surface, x, false, tried));
 }
 
 std::vector<CrossingPair> crossings_and_touches(const SelfSurface& surface, const std::vector<Vec3>& x) {
-  std::vector<CrossingPair> found;
-  count_all(surface, x, true, &found, nullptr);
-  return found;
+  return find_crossings(surface, x, true, nullptr);
 }
 
 void check_crossings(Model& model, const SelfSurface& surface) {

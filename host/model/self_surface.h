@@ -27,12 +27,11 @@ struct CrossingPair {
   Triangle triangle;
 };
 
-/// Edges that properly cross triangles of which they have no particle, at x (solver's order); `found`: all of them.
-/// `tried` grows by the triangles whose boxes edges touch.
-std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x,
-                             std::vector<CrossingPair>* found = nullptr, std::int64_t* tried = nullptr);
+/// Edges that properly cross triangles of which they have no particle, at x (solver's order). `tried` grows by the
+/// triangles whose boxes edges touch.
+std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, std::int64_t* tried = nullptr);
 
-/// The same, and edges of other bodies that go through a triangle's rim or a corner exactly: bodies that are placed
+/// Those, and edges of other bodies that go through a triangle's rim or a corner exactly: bodies that are placed
 /// evenly cross so, and a step later properly.
 std::vector<CrossingPair> crossings_and_touches(const SelfSurface& surface, const std::vector<Vec3>& x);
 

@@ -180,11 +180,7 @@ std::string printed_contact(const Json& row) {
 }  // namespace
 
 const std::vector<std::string>& contact_cases() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (const ContactCase& which : all_contact_cases()) all.push_back(which.name);
-    return all;
-  }();
+  static const std::vector<std::string> names = names_of(all_contact_cases());
   return names;
 }
 

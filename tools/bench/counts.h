@@ -1,6 +1,7 @@
-// The numbers that a benchmark goes through.
+// The numbers and cases that a benchmark goes through.
 #pragma once
 #include <algorithm>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -18,6 +19,14 @@ inline int cores() { return static_cast<int>(std::max(1u, std::thread::hardware_
 /// Those given, or 1 and all cores.
 inline std::vector<int> thread_counts(const std::vector<int>& given) {
   return sorted(given.empty() ? std::vector{1, cores()} : given);
+}
+
+/// Of its cases.
+template <class Case>
+std::vector<std::string> names_of(const std::vector<Case>& cases) {
+  std::vector<std::string> names;
+  for (const Case& one : cases) names.emplace_back(one.name);
+  return names;
 }
 
 }  // namespace malha::bench

@@ -6,6 +6,7 @@
 
 #include "host/base/shown.h"
 #include "host/base/stopwatch.h"
+#include "host/results/report.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "tools/bench/counts.h"
@@ -32,7 +33,6 @@ struct Line {
   int threads;
   std::string hash = {};                           // after the same steps on all numbers of threads
   std::vector<double> collision = {}, whole = {};  // ns a particle and substep, a number a turn
-  double held = 0, searches = 0, most_crossings = 0;
 
   Line(const Scene& scene, int count) : simulation(scene, {.threads = count}), threads(count) {}
 
@@ -59,7 +59,7 @@ double run_motion(Line& line, int steps, const std::function<void(double)>& prog
   double took = 0;
   for (int step = 0; step < steps; ++step) {
     took += seconds([&] { line.simulation.step(); });
-    line.most_crossings = std::max(line.most_crossings, static_cast<double>(line.simulation.solver().crossings()));
+    line.simulation.count_crossings();
     progress(double(step + 1) / steps);
   }
   line.note(took / steps, line.collision_seconds() / steps);
@@ -88,7 +88,7 @@ Json row_of(const SelfCase& of, const Line& line) {
           {"substeps", substeps},
           {"substeps_held_apart", facts.self->held},
           {"strain_rms", m.strain_rms},
-          {"crossings_most", std::max(line.most_crossings, static_cast<double>(m.crossings))},
+          {"crossings_most", std::max(line.simulation.times().most_crossings, m.crossings)},
           {"state_hash", line.hash}};
 }
 
@@ -177,11 +177,7 @@ class Runs {
 }  // namespace
 
 const std::vector<std::string>& self_case_names() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (const SelfCase& of : self_cases()) all.emplace_back(of.name);
-    return all;
-  }();
+  static const std::vector<std::string> names = names_of(self_cases());
   return names;
 }
 

@@ -46,6 +46,12 @@ EnvironmentSpec ground() {
   return spec;
 }
 
+EnvironmentSpec ball(const Vec3& at, double radius) {
+  EnvironmentSpec spec;
+  spec.name = "ball", spec.shape = SphereShape{radius, 4}, spec.transform.translate = at, spec.friction = 0.3;
+  return spec;
+}
+
 int cells_of_square(int n) { return std::max(1, static_cast<int>(std::lround(std::sqrt(double(n)))) - 1); }
 
 /// Layers a little nearer than the thickness, 0.4 of a cell's side, that slide over each other and weigh on the lowest,
@@ -68,16 +74,7 @@ Scene stack(int n) {
   return scene_of("stack", 1.0 / 60, 10, sheets, thickness, 0.3);
 }
 
-/// The cloth of Müller et al. 2006, figure 6, as the study "published" takes it: on edge onto the ground.
-Scene heap(int n) {
-  const double finer = std::sqrt(1364.0 / n);
-  BodySpec body =
-      cloth(0.86, 0.6, static_cast<int>(std::lround(43 / finer)), static_cast<int>(std::lround(30 / finer)), 0.3);
-  body.transform.axis = {0, 0, 1}, body.transform.degrees = 84, body.transform.translate = {-0.04, 0.02, -0.3};
-  Scene scene = scene_of("heap", 1.0 / 30, 10, {body}, 0.01 * finer, 0.2);
-  scene.environment = {ground()};
-  return scene;
-}
+Scene heap(int n) { return cloth_of_2006(n, false, 10); }
 
 /// A square of 2 m over a ball of 0.3 m and onto the ground.
 Scene drape(int n) {
@@ -85,9 +82,7 @@ Scene drape(int n) {
   BodySpec body = cloth(2, 2, cells, cells, 0.3);
   body.transform.translate = {-1, 0.7, -1};
   Scene scene = scene_of("sphere", 1.0 / 60, 10, {body}, 1.0 / cells, 0.2);
-  EnvironmentSpec ball;
-  ball.name = "ball", ball.shape = SphereShape{0.3, 4}, ball.transform.translate = {0, 0.31, 0}, ball.friction = 0.3;
-  scene.environment = {ground(), ball};
+  scene.environment = {ground(), ball({0, 0.31, 0}, 0.3)};
   return scene;
 }
 
@@ -140,6 +135,19 @@ Scene balls(int n) {
 }
 
 }  // namespace
+
+Scene cloth_of_2006(int n, bool drapes, int substeps) {
+  const double finer = std::sqrt(1364.0 / n);
+  const auto cells = [&](int of) { return static_cast<int>(std::lround(of / finer)); };
+  BodySpec body = cloth(0.86, 0.6, cells(43), cells(30), 0.3);
+  body.transform.translate = {-0.43, 0.55, -0.3};
+  if (!drapes)
+    body.transform.axis = {0, 0, 1}, body.transform.degrees = 84, body.transform.translate = {-0.04, 0.02, -0.3};
+  Scene scene = scene_of(drapes ? "drape" : "heap", 1.0 / 30, substeps, {body}, 0.01 * finer, 0.2);
+  scene.environment = {ground()};
+  if (drapes) scene.environment.push_back(ball({0, 0.3, 0}, 0.2));
+  return scene;
+}
 
 const std::vector<SelfCase>& self_cases() {
   static const std::vector<SelfCase> all{

@@ -15,6 +15,10 @@ struct SelfCase {
   Scene (*scene)(int n);
 };
 
+/// The cloth of Müller et al. 2006, figure 6: 44 x 31 particles, 2 cm apart, if n is 1,364; finer with more. It falls
+/// in frames of 1/30 s over a ball, or on edge onto the ground, where it folds to a heap.
+Scene cloth_of_2006(int n, bool drapes, int substeps);
+
 /// Four sheets that slide, a heap, a cloth over a ball, a twisted one, a crumpled one, and two balls.
 const std::vector<SelfCase>& self_cases();
 

@@ -7,6 +7,7 @@
 #include "host/simulation.h"
 #include "tools/bench/counts.h"
 #include "tools/bench/output.h"
+#include "tools/bench/self_cases.h"
 #include "tools/study/published_parts.h"
 
 namespace malha::study {
@@ -23,26 +24,9 @@ struct Motion {
   }
 };
 
-/// 44 x 31 particles, 2 cm apart.
 Scene falling_cloth(const Motion& motion) {
-  BodySpec body;
-  body.name = "cloth", body.shape = GridShape{{0.86, 0.6}, {43, 30}}, body.density = 0.3;
-  body.transform.translate = {-0.43, 0.55, -0.3};
-  if (!motion.drapes)
-    body.transform.axis = {0, 0, 1}, body.transform.degrees = 84, body.transform.translate = {-0.04, 0.02, -0.3};
-  ConstraintSpec stretch, bend;
-  stretch.type = "distance", stretch.on = {"edges", "shear"};
-  bend.type = "bending", bend.stiffness = 0.3;
-  body.constraints = {stretch, bend};
-  Scene scene = published_scene(body, 1.0 / 30, motion.substeps, 1);
-  scene.solver.precision = Precision::Float;
-  EnvironmentSpec ground, ball;
-  ground.name = "ground", ground.shape = GridShape{{8, 8}, {1, 1}}, ground.transform.translate = {-4, 0, -4};
-  ground.sides = Sides::OneSided, ground.friction = 0.5;
-  ball.name = "ball", ball.shape = SphereShape{0.2, 4}, ball.transform.translate = {0, 0.3, 0}, ball.friction = 0.3;
-  scene.environment = {ground};
-  if (motion.drapes) scene.environment.push_back(ball);
-  scene.self_collision = SelfCollision{0.01, 0.2, {}};
+  Scene scene = bench::cloth_of_2006(1364, motion.drapes, motion.substeps);
+  scene.file = "malha study", scene.solver.levels = 0;  // papers have none
   return scene;
 }
 
