@@ -182,13 +182,14 @@ std::vector<std::string> Simulation::unmet() const {
 }
 
 void Simulation::save_checkpoint(const std::string& path, std::int64_t frames) const {
-  write_checkpoint(path, parts_->hash_of_scene(), {parts_->save(), frames, parts_->times.most_crossings});
+  write_checkpoint(path, parts_->hash_of_scene(),
+                   {parts_->save(), frames, parts_->times.most_crossings, parts_->times.crossings_counted});
 }
 
 std::int64_t Simulation::load_checkpoint(const std::string& path) {
   const Checkpoint checkpoint = read_checkpoint(path, parts_->hash_of_scene());
   parts_->restore(checkpoint.state, path);
-  parts_->times.most_crossings = checkpoint.crossings;
+  parts_->times.most_crossings = checkpoint.crossings, parts_->times.crossings_counted = checkpoint.counted;
   return checkpoint.frames;
 }
 

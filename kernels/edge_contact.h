@@ -48,12 +48,28 @@ struct MoveLocal {
   }
 };
 
+/// Of what edges hold in this substep, where bodies collide with themselves: nothing else may move it.
+template <class R>
+struct HeldByEdges {
+  R* w = nullptr;            // 1/kg, then 0; none: nothing else will try
+  Carrier* by = nullptr;     // of each particle
+  Carrier number = kNobody;  // of these edges
+  KERNEL bool any() const { return w != nullptr; }
+  KERNEL void note(int i) const {
+    if (any()) w[i] = R(0), by[i] = number;
+  }
+};
+
 /// Puts a particle where the objects see it.
 template <class R>
 struct PlaceLocal {
   Points<R> p;
   ObjectFrame after;
-  KERNEL void operator()(int i, const Vector3<R>& a) const { p.set(i, after.world(a)); }
+  HeldByEdges<R> held;
+  KERNEL void operator()(int i, const Vector3<R>& a) const {
+    p.set(i, after.world(a));
+    held.note(i);
+  }
 };
 
 /// Every simplex of the bodies meets the triangles whose boxes overlap its own: finds their pairs, or lays them down

@@ -52,11 +52,13 @@ struct FindCrossing {
   }
 };
 
-/// Of a crossing pair every particle goes only as far as none of its contacts can be broken by it.
+/// Of a crossing pair every particle goes only as far as none of its contacts can be broken by it; or, if it `rests`,
+/// nowhere: of those that rest none can cross another.
 template <class R, class Place>
 struct HoldParticles {
   PairPlanes<R> planes;
   Place place;
+  bool rests;
   const SelfContact<R>* contacts;
   const Keyed* ends;
   const int* begin;
@@ -69,8 +71,8 @@ struct HoldParticles {
     for (int e = begin[i]; e < begin[i + 1] && !crosses; ++e) crosses = crossing[ends[e].value / 4];
     if (!crosses) return;
     const Vector3<R> d = planes.moved[i];
-    R part = R(1);
-    for (int e = begin[i]; e < begin[i + 1]; ++e) {
+    R part = rests ? R(0) : R(1);
+    for (int e = begin[i]; e < begin[i + 1] && !rests; ++e) {
       const SelfContact<R>& c = contacts[ends[e].value / 4];
       const int own = ends[e].value % 4;
       ContactSides<R> sides;

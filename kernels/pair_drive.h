@@ -2,6 +2,7 @@
 // far as the plane must go, and what it would go through likewise.
 #pragma once
 #include "kernels/pair_hold.h"
+#include "kernels/pose.h"
 
 namespace malha {
 
@@ -25,7 +26,7 @@ struct DriveCrossing {
   Motions<R> motions;
   Pairs<R> pairs;
   NearRules<R> rules;
-  const int* left;
+  const PairsLeft* left;
   Held* held;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -63,6 +64,49 @@ struct DriveCrossing {
       held[i[j]] = Held::Driven;
     }
   }
+};
+
+/// What pins went through all the same goes where they go, and what that would go through: what moves alike cannot
+/// cross. Counts those in `left`. Groups: patches of one phase.
+template <class R>
+struct CarryCrossing {
+  Motions<R> motions;
+  Pairs<R> pairs;
+  Carriers carriers;
+  PairsLeft* left;
+  Held* held;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    int carried = 0;
+    for_each_crossing(pairs, left, group.index, [&](const PairBlock<R>& block, int k, int) KERNEL_LAMBDA {
+      int i[4], by = -1;
+      for (int j = 0; j < 4; ++j) {
+        i[j] = block.i[j][k] / kIndexScale<R>;
+        if (drives(i[j]) && (by < 0 || way2(i[j]) > way2(by))) by = i[j];
+      }
+      for (int j = 0; j < 4 && by >= 0; ++j) {
+        Vec4<R>& m = motions.moved[i[j]];
+        if (!(m.w > R(0)) || held[i[j]] == Held::Carried) continue;
+        m.set(carried_by(by, i[j]));
+        held[i[j]] = Held::Carried, ++carried;
+      }
+    });
+    left[group.index] = {carried, 0};
+  }
+
+ private:
+  KERNEL bool drives(int i) const {
+    return held[i] == Held::Carried || (held[i] == Held::Driven && !(motions.moved[i].w > R(0)));
+  }
+  KERNEL Vector3<R> carried_by(int by, int i) const {
+    if (carriers.of == nullptr || carriers.of[by] == kNobody) return motions.moved[by].xyz();
+    carriers.of[i] = carriers.of[by];
+    const Vec4<R> x0 = motions.x0[i];
+    const Vector3<double> from{double(x0.x), double(x0.y), double(x0.z)};
+    const Vector3<double> way = to_world(carriers.motion[carriers.of[by]], from) - from;
+    return {R(way.x), R(way.y), R(way.z)};
+  }
+  KERNEL R way2(int i) const { return dot(motions.moved[i].xyz(), motions.moved[i].xyz()); }
 };
 
 }  // namespace malha

@@ -29,6 +29,13 @@ struct Reach {
   Vec4<R>* rest;  // positions at the start of the scene; w: the body
 };
 
+/// Which pairs of bodies cross, a bit each: with up to eight bodies a bit of their own.
+using CrossingBodies = unsigned long long;
+KERNEL CrossingBodies crossing_bit(int one, int other) {
+  const int low = smaller(one, other), high = larger(one, other);
+  return 1ull << (8 * low + high) % 64;
+}
+
 /// Pairs that wait until there are as many as a block holds: the particles of each.
 struct Waiting {
   int of[4][2 * kPairBlock], count = 0;
@@ -66,7 +73,7 @@ struct FindPairs {
   R thickness;
   bool has_bare;  // whether any edge has no triangle
   int particles;
-  const unsigned char* crosses;  // of each particle, whether anything crosses there; none: nowhere
+  const CrossingBodies* crosses;  // at each particle; none: nothing crosses
   Pairs<R> pairs;
 
   template <class Group>
@@ -189,12 +196,13 @@ struct FindPairs {
       block.wanted[slot % kPairBlock] = wanted;
     }
 
-    /// Whether something crosses at both sides: such pairs must be able to part.
+    /// Whether their bodies cross at both sides: such pairs must be able to part.
     template <PairKind kind>
     KERNEL bool crosses(const int (&i)[4]) const {
-      bool one = false, other = false;
-      for (int j = 0; j < 4; ++j) (j < first_side(kind) ? one : other) |= of.crosses[i[j]] != 0;
-      return one && other;
+      const CrossingBodies both = crossing_bit(int(of.reach.rest[i[0]].w), int(of.reach.rest[i[3]].w));
+      CrossingBodies one = 0, other = 0;
+      for (int j = 0; j < 4; ++j) (j < first_side(kind) ? one : other) |= of.crosses[i[j]];
+      return (one & other & both) != 0;
     }
 
     KERNEL int place_of(int particle) {

@@ -10,11 +10,20 @@
 
 namespace malha {
 
-/// What becomes of a particle while others are held. Driven: by pins, which nothing holds.
-enum class Held : unsigned char { Free, Limited, Held, Driven };
+/// What becomes of a particle while others are held. Driven: by pins, out of their way; Carried: with them.
+enum class Held : unsigned char { Free, Driven, Limited, Held, Carried };
 
-/// Marks the pairs of a patch that are about to cross, and counts those that holding back can still help. A pair that
-/// was not near becomes so, if `adds`.
+/// Pairs of a patch, or of all, that are about to cross: those that holding back can still help, and those of particles
+/// that are fixed.
+struct PairsLeft {
+  int free = 0, fixed = 0;
+  KERNEL PairsLeft& operator+=(const PairsLeft& o) {
+    free += o.free, fixed += o.fixed;
+    return *this;
+  }
+};
+
+/// Marks the pairs of a patch that are about to cross, and counts them. A pair that was not near becomes so, if `adds`.
 template <class R>
 struct FindCrossings {
   Motions<R> motions;
@@ -23,15 +32,15 @@ struct FindCrossings {
   const R* room;
   bool adds;
   const Held* held;  // none: nothing is held yet
-  int* left;         // of each patch
+  PairsLeft* left;   // of each patch
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     using Isa = typename Group::Isa;
-    left[group.index] = 0;
+    left[group.index] = {};
     const R most = can_close(pairs.patches[group.index]);
     if (room[group.index] > most) return;
-    int count = 0;
+    PairsLeft count;
     pairs.patches[group.index].for_each_block([&](int b, int section) KERNEL_LAMBDA {
       PairBlock<R>& block = pairs.blocks[b];
       const unsigned found =
@@ -39,8 +48,11 @@ struct FindCrossings {
       pairs.bits[b].crossing = static_cast<unsigned short>(found);
       for (unsigned bits = found; bits != 0; bits &= bits - 1) {
         const int k = lowest_bit(bits);
-        if (!helps(block, k)) continue;
-        ++count;
+        if (!helps(block, k)) {
+          count.fixed += fixed(block, k);
+          continue;
+        }
+        ++count.free;
         if (adds && !(pairs.bits[b].near >> k & 1)) add(block, k, section, pairs.bits[b]);
       }
     });
@@ -98,6 +110,12 @@ struct FindCrossings {
     return false;
   }
 
+  KERNEL bool fixed(const PairBlock<R>& block, int k) const {
+    for (int j = 0; j < 4; ++j)
+      if (motions.moved[block.i[j][k] / kIndexScale<R>].w > R(0)) return false;
+    return true;
+  }
+
   KERNEL void add(PairBlock<R>& block, int k, int section, PairBits& bits) const {
     // What an earlier look left of those that are not near is no contact.
     for (int l = 0; l < kPairBlock; ++l)
@@ -115,10 +133,10 @@ struct FindCrossings {
   }
 };
 
-/// Calls f(block, k, section) for every pair of a patch that is about to cross, if any of them counted.
+/// Calls f(block, k, section) for every pair of a patch that is about to cross, if any of them can be helped.
 template <class R, class F>
-KERNEL void for_each_crossing(const Pairs<R>& pairs, const int* left, int patch, const F& f) {
-  if (left[patch] == 0) return;
+KERNEL void for_each_crossing(const Pairs<R>& pairs, const PairsLeft* left, int patch, const F& f) {
+  if (left[patch].free == 0) return;
   pairs.patches[patch].for_each_block([&](int b, int section) KERNEL_LAMBDA {
     for (unsigned bits = pairs.bits[b].crossing; bits != 0; bits &= bits - 1)
       f(pairs.blocks[b], lowest_bit(bits), section);
@@ -129,8 +147,8 @@ KERNEL void for_each_crossing(const Pairs<R>& pairs, const int* left, int patch,
 template <class R>
 struct SumLeft {
   Pairs<R> pairs;
-  const int* left;
-  KERNEL Sum operator()(int u) const { return {pairs.patches[u].all() > 0 ? double(left[u]) : 0.0}; }
+  const PairsLeft* left;
+  KERNEL PairsLeft operator()(int u) const { return pairs.patches[u].all() > 0 ? left[u] : PairsLeft{}; }
 };
 
 /// The particles of crossing pairs are to be held. Groups: patches of one phase.
@@ -138,7 +156,7 @@ template <class R>
 struct LimitCrossing {
   Motions<R> motions;
   Pairs<R> pairs;
-  const int* left;
+  const PairsLeft* left;
   Held* held;
   R* part;  // of its motion, that a particle may keep
   template <class Group>
@@ -146,7 +164,7 @@ struct LimitCrossing {
     for_each_crossing(pairs, left, group.index, [&](const PairBlock<R>& block, int k, int) KERNEL_LAMBDA {
       for (int j = 0; j < 4; ++j) {
         const int i = block.i[j][k] / kIndexScale<R>;
-        if (held[i] == Held::Free && motions.moved[i].w > R(0)) held[i] = Held::Limited, part[i] = R(1);
+        if (held[i] < Held::Limited && motions.moved[i].w > R(0)) held[i] = Held::Limited, part[i] = R(1);
       }
     });
   }

@@ -24,4 +24,14 @@ KERNEL Vector3<double> to_local(const Pose& a, const Vector3<double>& world) {
           a.r[2] * v.x + a.r[5] * v.y + a.r[8] * v.z};
 }
 
+/// What moves rigidly and takes particles along, by number.
+using Carrier = int;
+inline constexpr Carrier kNobody = -1;
+
+/// Which of them has each particle, and where each goes in a substep: from the world to the world.
+struct Carriers {
+  Carrier* of = nullptr;  // none: nobody has any
+  const Pose* motion = nullptr;
+};
+
 }  // namespace malha

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "host/collision/self_facts.h"
+#include "host/model/self_surface.h"
 #include "host/solver/solver.h"
 #include "tests/irregular_sheet.h"
 #include "tests/refusal.h"
@@ -104,6 +105,59 @@ TEST(CrossingsAtTheStart, OfBodiesThatArePlacedEvenlyAreSeen) {
   for (int step = 0; step < 60; ++step) simulation.step(), most = std::max(most, simulation.measure().crossings);
   EXPECT_GT(most, 10);
   EXPECT_EQ(simulation.measure().crossings, 0);
+}
+
+BodySpec sheet_at(const std::string& name, const Vec3& at) {
+  BodySpec body;
+  body.name = name, body.shape = GridShape{{1, 1}, {5, 5}}, body.mass = 0.2;
+  body.transform.translate = at;
+  body.constraints = {stiff("distance", {"edges"})};
+  return body;
+}
+
+// Such bodies have no side on which to stay.
+TEST(CrossingsAtTheStart, OfBodiesThatTouchInOnePlaneAreSeen) {
+  const auto scene = [](const Vec3& at, Precision precision) {
+    Scene both = scene_of({sheet_at("one", {0, 1, 0}), sheet_at("other", at)}, {}, 1.0 / 60, 10, precision);
+    both.self_collision = SelfCollision{0.005, 0, {}};
+    return both;
+  };
+  const auto refused = [&](const Vec3& at, Precision precision) {
+    return has(refusal([&] { Simulation(scene(at, precision), {.threads = 1}); }), "cross or touch at the start");
+  };
+  EXPECT_TRUE(refused({0.33, 1, 0.27}, Precision::Double)) << "they overlap";
+  EXPECT_TRUE(refused({0, 1, 0}, Precision::Double)) << "they are one";
+  EXPECT_TRUE(refused({0.1, 1, 1}, Precision::Double)) << "their rims touch";
+  EXPECT_TRUE(refused({0.33, 1 + 1e-9, 0.27}, Precision::Float)) << "one number in float";
+  EXPECT_NO_THROW(Simulation(scene({0.33, 1 + 1e-9, 0.27}, Precision::Double), {.threads = 1}));
+  EXPECT_NO_THROW(Simulation(scene({0.1, 1, 1.01}, Precision::Double), {.threads = 1})) << "side by side";
+}
+
+// An upright sheet goes through two level ones: these do not go through each other, there neither.
+TEST(CrossingsAtTheStart, WithOneBodyLetNoOthersThroughEachOther) {
+  std::vector<BodySpec> bodies{sheet_at("lower", {0, 0, 0}), sheet_at("upright", {0.02, -0.47, 0.43}),
+                               sheet_at("upper", {0.03, 0.1, 0.04})};
+  bodies[1].transform.axis = {1, 0, 0}, bodies[1].transform.degrees = -87;
+  ListPin all_but_one;
+  for (int i = 1; i < 36; ++i) all_but_one.particles.push_back(i);
+  for (int b = 0; b < 2; ++b) bodies[b].pins = {all_but_one};
+  Scene scene = scene_of(bodies, kEarth, 1.0 / 60, 10, Precision::Float);
+  scene.self_collision = SelfCollision{0.01, 0.2, {}};
+  scene.self_collision->ignores_crossings = true;
+  Simulation simulation(scene, {.threads = 1});
+  const SelfSurface surface = self_surface(simulation.model());
+  std::vector<Vec3> x(simulation.model().count());
+  for (int step = 0; step < 40; ++step) {
+    simulation.step();
+    const std::vector<Vec3> now = simulation.positions();
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = now[simulation.model().user_of[i]];
+    int with_upright = 0, beside = 0;
+    for (const auto& [edge, triangle] : crossings_and_touches(surface, x))
+      ++(surface.body[edge[0]] == 1 || surface.body[triangle[0]] == 1 ? with_upright : beside);
+    ASSERT_EQ(beside, 0) << "step " << step;
+    ASSERT_GT(with_upright, 0) << "step " << step;
+  }
+  EXPECT_GT(simulation.measure().self_contacts, 0) << "the upper one lies on the lower one";
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ void instantiate_all() {
   instantiate<StoreMoved<R>, TakeMoved<R>, StayInReach<R>, KeepInReach<R>, StartReach<R>, BoxReach<R>>();
   instantiate<BoxUnits<R>, BoxLevel<R>, CountPushes<R>, SumLeft<R>, HoldLimited<R>>();
   instantiate_groups<FindPairs<R>, LookAtPairs<R>, PushPairs<R, false>, PushPairs<R, true>, FindCrossings<R>,
-                     LimitCrossing<R>, LimitParts<R>, DriveCrossing<R>>();
+                     LimitCrossing<R>, LimitParts<R>, DriveCrossing<R>, CarryCrossing<R>>();
 }
 
 template void

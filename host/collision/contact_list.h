@@ -66,12 +66,12 @@ class ContactList {
     const FindCrossing<R> find{planes, contacts_.data(), held_.data(), w, active_.data()};
     return parallel_reduce<Sum>(executor_, found_, find, kGrain).value;
   }
-  /// Holds back what crosses, `left` by crossing(), until nothing does.
+  /// Holds back what crosses, `left` by crossing(), until nothing does; where it was, if it `rests`.
   template <class Place>
-  void hold(double left, const PairPlanes<R>& planes, const Place& place, const R* w) {
+  void hold(double left, const PairPlanes<R>& planes, const Place& place, bool rests, const R* w) {
     for (; left > 0; left = crossing(planes, w))
       parallel_for(executor_, particles_,
-                   HoldParticles<R, Place>{planes, place, contacts_.data(), ends_.sorted(), ends_.begin(),
+                   HoldParticles<R, Place>{planes, place, rests, contacts_.data(), ends_.sorted(), ends_.begin(),
                                            active_.data(), w, held_.data()},
                    kGrain);
     Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));

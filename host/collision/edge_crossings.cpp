@@ -9,6 +9,7 @@
 #include "host/mesh/topology.h"
 #include "host/model/asked.h"
 #include "host/model/box_tree.h"
+#include "host/model/crossing.h"
 #include "host/model/self_surface.h"
 #include "host/model/tear.h"
 

@@ -63,6 +63,7 @@ class EdgeGroup {
   void find(const Particles<R>& particles, const ScatteredPoints<R>& x0, double start, double end) {
     const ObjectFrame before{pose_at(motion_, start), centre_};
     after_ = {pose_at(motion_, end), centre_};
+    moves_ = from_to(before.pose, after_.pose);
     Memory<Executor>::copy_in(particles.w, static_cast<std::size_t>(particles_), w_.data());
     parallel_for(executor_, particles_, StartLocal<R>{x0, before, x_.points()});
     lay(particles);
@@ -77,9 +78,9 @@ class EdgeGroup {
                       TurnToWorld{after_.pose});
   }
 
-  /// Puts apart what would cross at the end of the substep: pushed if that is enough (and `pushes`), held otherwise.
-  /// Returns whether anything moved.
-  bool hold_apart(const Particles<R>& particles, bool pushes) {
+  /// Puts apart what would cross at the end of the substep: pushed if that is enough (and `pushes`), held otherwise:
+  /// then what is `held` rests, where others ask for it. Returns whether anything moved.
+  bool hold_apart(const Particles<R>& particles, bool pushes, const HeldByEdges<R>& held) {
     store_motion(particles);
     const auto out_of_reach = [&] {
       const CountOutOfReach<R> count{x_.points(),      moved_.points(), d_.points(), x_then_.points(),
@@ -106,12 +107,15 @@ class EdgeGroup {
     }
     if (!(left > 0)) return true;
     ++facts_.held;
-    contacts_.hold(left, planes, PlaceLocal<R>{particles.p, after_}, w_.data());
+    contacts_.hold(left, planes, PlaceLocal<R>{particles.p, after_, held}, held.any(), w_.data());
     return true;
   }
 
   /// Contacts that pushed in the last substep.
   int contacts() const { return contacts_.pushed(); }
+
+  /// The objects, in this substep: from the world to the world.
+  const Pose& moves() const { return moves_; }
 
   /// What is known of candidates holds no more.
   void forget() { searched_ = false; }
@@ -214,6 +218,7 @@ class EdgeGroup {
   std::vector<Keyframe> motion_;
   Vector3<double> centre_{};
   ObjectFrame after_{};
+  Pose moves_;
   R wanted_ = 0, margin_ = 0, slack_ = 0, least_ = 0;
   bool searched_ = false;
   int candidates_found_ = 0;

@@ -90,8 +90,8 @@ class PairSearch {
     });
   }
 
-  /// From now on no search finds pairs both sides of which have a particle that is marked; empty: none is.
-  void leave_out(const std::vector<unsigned char>& marked) { crosses_ = Array<Executor, unsigned char>(marked); }
+  /// From now on no search finds pairs both sides of which have a particle where their bodies cross; empty: nowhere.
+  void leave_out(const std::vector<CrossingBodies>& crosses) { crosses_ = Array<Executor, CrossingBodies>(crosses); }
 
   /// From where the last search started, for checkpoints.
   const Array<Executor, Vec4<R>>& from() const { return from_; }
@@ -261,7 +261,7 @@ class PairSearch {
   Array<Executor, int> phase_, order_, touched_;
   Array<Executor, PairBlock<R>> blocks_;
   Array<Executor, PairBits> bits_;
-  Array<Executor, unsigned char> crosses_;
+  Array<Executor, CrossingBodies> crosses_;
   std::vector<int> phase_begin_{0};
   std::int64_t found_ = 0, candidates_ = 0;
   int width_ = 1;

@@ -40,4 +40,16 @@ Pose pose_at(const std::vector<Keyframe>& motion, double time) {
   return pose;
 }
 
+Pose from_to(const Pose& before, const Pose& after) {
+  Pose motion;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) {
+      double& sum = motion.r[3 * row + column] = 0;
+      for (int k = 0; k < 3; ++k) sum += after.r[3 * row + k] * before.r[3 * column + k];
+    }
+  motion.moves = true;
+  motion.t = after.t - rotate(motion, before.t);
+  return motion;
+}
+
 }  // namespace malha

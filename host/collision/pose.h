@@ -11,4 +11,7 @@ namespace malha {
 /// the shortest spherical-linear turn. Before the first and after the last it rests there. No keyframe: identity.
 Pose pose_at(const std::vector<Keyframe>& motion, double time);
 
+/// From the world to the world: where what was at rest in the one pose is in the other.
+Pose from_to(const Pose& before, const Pose& after);
+
 }  // namespace malha

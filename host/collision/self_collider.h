@@ -38,8 +38,8 @@ class SelfCollider {
   void resolve(const Particles<R>& particles);
 
   /// The end of a substep: nothing crosses. What jams is held back; where touches() says that nothing holds the bodies,
-  /// they keep their momentum all the same.
-  void hold_apart(const Particles<R>& particles, const std::function<bool()>& touches);
+  /// they keep their momentum all the same. `carriers`: of what others move by now; it has no inverse mass.
+  void hold_apart(const Particles<R>& particles, const std::function<bool()>& touches, const Carriers& carriers = {});
 
   /// Where all is now is where the next substep begins.
   void settle(const Particles<R>& particles);
@@ -97,7 +97,7 @@ class SelfCollider {
   }
   /// From here and now on, in a frame that moves so in this substep, so many substeps ahead.
   void search(const Vec3& moves, int ahead) {
-    last_ = {{}, moves, 1, 1, last_.ahead, last_.crosses};
+    last_.since = {}, last_.moves = moves, last_.serves = last_.served = 1;
     search_.search(motions(), to_R(moves), ahead);
     ++facts_.searches;
   }
@@ -119,12 +119,13 @@ class SelfCollider {
   /// Around what crossed at the start and still does, pairs take no part.
   void leave_out_crossings() {
     const auto found = crossings_and_touches(surface_, without_padding(x0_.template download<Vec3>()));
-    std::vector<unsigned char> marked(found.empty() ? 0 : count_, 0);
+    std::vector<CrossingBodies> crosses(found.empty() ? 0 : count_, 0);
     for (const auto& [edge, triangle] : found) {
-      for (const int i : edge) marked[i] = 1;
-      for (const int i : triangle) marked[i] = 1;
+      const CrossingBodies both = crossing_bit(surface_.body[edge[0]], surface_.body[triangle[0]]);
+      for (const int i : edge) crosses[i] |= both;
+      for (const int i : triangle) crosses[i] |= both;
     }
-    search_.leave_out(marked);
+    search_.leave_out(crosses);
     last_.serves = 0, last_.crosses = found.empty() ? 0 : 1;
   }
 
@@ -181,12 +182,16 @@ class SelfCollider {
   int crossing(bool adds, const Held* held) {
     const FindCrossings<R> find{motions(), search_.pairs(), rules_, room_.data(), adds, held, left_.data()};
     search_.at_once(find);
-    return static_cast<int>(
-        parallel_reduce<Sum>(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()}).value);
+    const PairsLeft left = sum_left();
+    through_ = through_ || left.fixed > 0;
+    return left.free;
+  }
+  PairsLeft sum_left() const {
+    return parallel_reduce<PairsLeft>(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()});
   }
 
   /// `left`: pairs that are about to cross, if all are in their boxes.
-  void hold_crossing(const Particles<R>& particles, const Stay& stay, int left) {
+  void hold_crossing(const Particles<R>& particles, const Stay& stay, int left, const Carriers& carriers) {
     if (stay.outside > 0) keep_in_reach(particles), left = crossing(true, nullptr);
     for (int more = 0; left > 0 && more < kMoreProjections; ++more) {
       push(particles);
@@ -195,9 +200,16 @@ class SelfCollider {
       left = crossing(true, nullptr);
     }
     if (left == 0) return;
-    const bool driven = has_pins_ && drive(particles);
-    hold(particles, driven ? look_where_all_are(within_rounding<R>()) : stay);
-    if (driven && crossing(false, nullptr) > 0) ++facts_.driven_through;
+    bool any = false;
+    if ((has_pins_ || carriers.of != nullptr) && drive(particles)) {
+      do {
+        any = hold(particles, look_where_all_are(within_rounding<R>())) || any;
+      } while ((left = crossing(false, nullptr)) > 0 && carry(particles, carriers));
+      through_ = through_ || left > 0;
+    } else {
+      any = hold(particles, stay);
+    }
+    if (any) ++facts_.held;
     Memory<Executor>::fill(held_.at_least(count_ + 1), count_ + 1, Held::Free);
   }
 
@@ -208,17 +220,30 @@ class SelfCollider {
     for (int round = 0; round < kMostDrives && crossing(false, nullptr) > 0; ++round) {
       const DriveCrossing<R> drive{motions(), search_.pairs(), rules_, left_.data(), held_.at_least(count_ + 1)};
       search_.region([&](const auto& team) { search_.in_phases(team, drive); });
-      parallel_for(executor_, count_, TakeMoved<R>{motions(), particles.p}, kGrain);
-      store_motion(particles);
-      if (look_where_all_are(within_rounding<R>()).outside == 0) continue;
-      note_pushed();
-      search(common(), 1);
-      look();
+      take_motion(particles);
     }
     return true;
   }
+  /// What pins went through all the same is carried with them. Returns whether anything is.
+  bool carry(const Particles<R>& particles, const Carriers& carriers) {
+    const CarryCrossing<R> carry{motions(), search_.pairs(), carriers, left_.data(), held_.data()};
+    search_.region([&](const auto& team) { search_.in_phases(team, carry); });
+    if (sum_left().free == 0) return false;
+    take_motion(particles);
+    return true;
+  }
+  /// Where particles moved to, and, where they left their boxes for it, what they may meet there.
+  void take_motion(const Particles<R>& particles) {
+    parallel_for(executor_, count_, TakeMoved<R>{motions(), particles.p}, kGrain);
+    store_motion(particles);
+    if (look_where_all_are(within_rounding<R>()).outside == 0) return;
+    note_pushed();
+    search(common(), 1);
+    look();
+  }
 
-  void hold(const Particles<R>& particles, const Stay& stay) {
+  /// Returns whether anything had to be.
+  bool hold(const Particles<R>& particles, const Stay& stay) {
     // What is held is at rest in the world, which may lie outside of boxes that move with the common motion. What it
     // may meet there: all that lies on the ways of this substep.
     if (stay.unheld > 0) {
@@ -229,15 +254,14 @@ class SelfCollider {
     }
     Held* const held = held_.at_least(count_ + 1);
     R* const part = part_.at_least(count_ + 1);
-    int left = crossing(false, held);
-    if (left > 0) ++facts_.held;
-    while (left > 0) {
+    const int found = crossing(false, held);
+    for (int left = found; left > 0; left = crossing(false, held)) {
       const LimitCrossing<R> limit{motions(), search_.pairs(), left_.data(), held, part};
       const LimitParts<R> parts{motions(), search_.pairs(), rules_, held, part};
       search_.region([&](const auto& team) { search_.in_phases(team, limit), search_.in_phases(team, parts); });
       parallel_for(executor_, count_, HoldLimited<R>{motions(), particles.p, part, held}, kGrain);
-      left = crossing(false, held);
     }
+    return found > 0;
   }
 
   Executor executor_;
@@ -250,12 +274,13 @@ class SelfCollider {
   SearchMemory last_;
   int sweeps_ = 1;  // over all contacts, a projection
   bool laid_ = false, has_pins_ = false;
-  int pushed_ = -1;  // contacts that did, where others were laid since
+  bool through_ = false;  // whether something fixed went through a body in this substep
+  int pushed_ = -1;       // contacts that did, where others were laid since
   SelfFacts facts_;
   Array<Executor, unsigned char> takes_part_;
   Points4 x0_, moved_;
   Array<Executor, R> room_;
-  Array<Executor, int> left_;
+  Array<Executor, PairsLeft> left_;
   Growing<Executor, Held> held_;
   Growing<Executor, R> part_;
 };
@@ -271,8 +296,7 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
               search_rules(model.scene.self_collision->thickness)) {
   const double thickness = model.scene.self_collision->thickness;
   for (int i = 0; i < count_; ++i) has_pins_ = has_pins_ || (surface_.takes_part[i] && model.w[i] == 0);
-  if (model.scene.self_collision->ignores_crossings)
-    facts_.crossings = std::ssize(crossings_and_touches(surface_, model.x));
+  if (model.scene.self_collision->ignores_crossings) facts_.crossings = std::ssize(crossings_at_start(model, surface_));
   last_.crosses = facts_.crossings > 0 ? 1 : 0;
   facts_.particles = surface_.particles, facts_.edges = surface_.edges, facts_.triangles = surface_.triangles;
   if (model.scene.solver.dt / model.scene.solver.substeps > kLong) sweeps_ = kLongSweeps;
@@ -281,7 +305,7 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
   std::vector<Vec3> x0 = model.x;
   x0.push_back({0, 0, 0});  // of padding
   x0_ = Points4(x0), moved_ = Points4(x0.size());
-  room_ = Array<Executor, R>(search_.units(), R(0)), left_ = Array<Executor, int>(search_.units(), 0);
+  room_ = Array<Executor, R>(search_.units(), R(0)), left_ = Array<Executor, PairsLeft>(search_.units(), PairsLeft{});
 }
 
 template <class Executor, class R>
@@ -292,7 +316,8 @@ void SelfCollider<Executor, R>::resolve(const Particles<R>& particles) {
 }
 
 template <class Executor, class R>
-void SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const std::function<bool()>& touches) {
+void SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const std::function<bool()>& touches,
+                                           const Carriers& carriers) {
   store_motion(particles);
   Stay stay = look_where_all_are(within_rounding<R>());
   if (stay.outside > 0) {  // further than was foreseen: what may be met on that way is looked for, once
@@ -303,14 +328,17 @@ void SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const 
   }
   const int left = stay.outside == 0 ? crossing(true, nullptr) : 0;
   if (stay.outside == 0 && left == 0) return;
-  const RigidSums before = has_pins_ ? RigidSums{} : rigid_sums(particles);
-  hold_crossing(particles, stay, left);
+  const bool free = !has_pins_ && carriers.of == nullptr;
+  const RigidSums before = free ? rigid_sums(particles) : RigidSums{};
+  hold_crossing(particles, stay, left, carriers);
   if (before.mass > 0) give_back(particles, before, touches);
 }
 
 template <class Executor, class R>
 void SelfCollider<Executor, R>::settle(const Particles<R>& particles) {
   parallel_for(executor_, count_, CopyPoints<R>{particles.p, x0_.points()});
+  if (through_) ++last_.driven_through;
+  through_ = false;
 }
 
 template <class Executor, class R>
@@ -321,6 +349,7 @@ int SelfCollider<Executor, R>::contacts() const {
 template <class Executor, class R>
 SelfFacts SelfCollider<Executor, R>::facts() const {
   SelfFacts facts = facts_;
+  facts.driven_through = last_.driven_through;
   facts.candidates = search_.candidates(), facts.pairs = search_.found(), facts.phases = search_.phases();
   return facts;
 }

@@ -7,13 +7,14 @@
 
 namespace malha {
 
-/// Of the last search, and of the frame in which its boxes stand.
+/// Of the last search, of the frame in which its boxes stand, and what a run has counted.
 struct SearchMemory {
   static constexpr std::int32_t kMostAhead = 8;
   std::array<double, 3> since{}, moves{};  // m: from the search to the start of the substep, and in it
   std::int32_t serves = 0;                 // whether there is one that still does
   std::int32_t served = 1, ahead = 1;      // substeps that it did, and for which searches look ahead
   std::int32_t crosses = 0;                // whether any of what crossed at the start still does
+  std::int64_t driven_through = 0;         // substeps in which pins or objects may have gone through bodies
 };
 
 template <class R>
@@ -24,11 +25,13 @@ struct SelfMemory {
   std::vector<SearchMemory> search;  // one
 };
 
-/// With these positions, and no search that holds.
+/// With these positions, and no search that holds; else as it was.
 template <class R>
-SelfMemory<R> unsearched(std::vector<std::array<R, 3>> x0) {
+SelfMemory<R> unsearched(std::vector<std::array<R, 3>> x0, const SearchMemory& before = {}) {
   const std::size_t n = x0.size();
-  return {std::move(x0), std::vector<std::array<R, 4>>(n), std::vector<std::array<R, 3>>(n), {SearchMemory{}}};
+  SearchMemory search;
+  search.crosses = before.crosses, search.driven_through = before.driven_through;
+  return {std::move(x0), std::vector<std::array<R, 4>>(n), std::vector<std::array<R, 3>>(n), {search}};
 }
 
 }  // namespace malha

@@ -11,6 +11,7 @@
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 #include "host/model/box_tree.h"
+#include "host/model/crossing.h"
 #include "host/model/tear.h"
 #include "kernels/pair_block.h"
 
@@ -77,29 +78,6 @@ SelfSurface bodies_surface(const Model& model) { return surface_of(model, {}); }
 
 namespace {
 
-/// Sign of the volume that d - a, c - a and b - a span: 0 where rounding could have made it.
-int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  const Vec3 u = minus(b, a), v = minus(c, a), w = minus(d, a);
-  double volume = 0, size = 0;
-  for (int k = 0; k < 3; ++k) {
-    const int l = (k + 1) % 3, m = (k + 2) % 3;
-    volume += u[k] * (v[l] * w[m] - v[m] * w[l]);
-    size += std::abs(u[k]) * (std::abs(v[l] * w[m]) + std::abs(v[m] * w[l]));
-  }
-  const double rounding = 1e-15 * size;
-  return volume > rounding ? 1 : volume < -rounding ? -1 : 0;
-}
-
-}  // namespace
-
-bool crosses(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c, bool rim) {
-  if (orientation(a, b, c, p) * orientation(a, b, c, q) >= 0) return false;
-  const auto [least, most] = std::minmax({orientation(p, q, a, b), orientation(p, q, b, c), orientation(p, q, c, a)});
-  return rim ? least * most >= 0 : least * most > 0;
-}
-
-namespace {
-
 /// The directions in which the edges run most and least: along them the boxes of long thin triangles are thin too.
 Eigen::Matrix3d main_directions(const std::vector<Edge>& edges, const std::vector<Vec3>& x) {
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
@@ -138,7 +116,7 @@ Parts parts_of(const SelfSurface& surface) {
 }
 
 // A tree of the triangles' boxes, asked for what each edge touches: shares nothing with the solver's search.
-std::vector<CrossingPair> find_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, bool rims,
+std::vector<CrossingPair> find_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, bool touching,
                                          std::int64_t* tried) {
   const auto [edges, faces] = parts_of(surface);
   if (edges.empty() || faces.empty()) return {};
@@ -158,7 +136,9 @@ std::vector<CrossingPair> find_crossings(const SelfSurface& surface, const std::
       const auto& [a, b, c] = faces[f];
       if (tried != nullptr) ++*tried;
       if (p == a || p == b || p == c || q == a || q == b || q == c) return;
-      if (!crosses(x[p], x[q], x[a], x[b], x[c], rims && surface.body[p] != surface.body[a])) return;
+      const bool meet = touching && surface.body[p] != surface.body[a] ? touches(x[p], x[q], x[a], x[b], x[c])
+                                                                       : crosses(x[p], x[q], x[a], x[b], x[c]);
+      if (!meet) return;
       crossed.push_back(f);
     });
     std::sort(crossed.begin(), crossed.end());  // whatever the order in which the tree names them
@@ -178,13 +158,21 @@ std::vector<CrossingPair> crossings_and_touches(const SelfSurface& surface, cons
   return find_crossings(surface, x, true, nullptr);
 }
 
+std::vector<CrossingPair> crossings_at_start(const Model& model, const SelfSurface& surface) {
+  std::vector<Vec3> x = model.x;
+  if (model.scene.solver.precision == Precision::Float)
+    for (Vec3& at : x)
+      for (double& coordinate : at) coordinate = static_cast<float>(coordinate);
+  return crossings_and_touches(surface, x);
+}
+
 void check_crossings(Model& model, const SelfSurface& surface) {
-  const std::vector<CrossingPair> found = crossings_and_touches(surface, model.x);
+  const std::vector<CrossingPair> found = crossings_at_start(model, surface);
   if (found.empty()) return;
   const auto name = [&](int i) { return particle_name(model, model.user_of[i]); };
   const std::string said = "the edge from " + name(found[0].edge[0]) + " to " + name(found[0].edge[1]) +
-                           " goes through the triangle at " + name(found[0].triangle[0]) + " (" +
-                           std::to_string(found.size()) + " like it)";
+                           " goes through or touches the triangle at " + name(found[0].triangle[0]) + " (" +
+                           std::to_string(found.size()) + " such pairs in all)";
   if (!model.scene.self_collision->ignores_crossings)
     refuse(model.scene.file, "/self_collision", "bodies that cross or touch at the start: " + said,
            "bodies that do not cross or touch each other or themselves, or \"crossing_at_start\": \"ignore\"");

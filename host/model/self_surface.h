@@ -31,13 +31,10 @@ struct CrossingPair {
 /// triangles whose boxes edges touch.
 std::int64_t count_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, std::int64_t* tried = nullptr);
 
-/// Those, and edges of other bodies that go through a triangle's rim or a corner exactly: bodies that are placed
-/// evenly cross so, and a step later properly.
+/// Those, and edges that touch triangles of other bodies: bodies that are placed evenly cross a step later.
 std::vector<CrossingPair> crossings_and_touches(const SelfSurface& surface, const std::vector<Vec3>& x);
-
-/// Whether the segment from p to q properly crosses the triangle; where rounding could have made it, it does not. With
-/// `rim`: also where it may go through the rim.
-bool crosses(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c, bool rim = false);
+/// The same in the solver's precision, before the first step: there what is almost apart may touch.
+std::vector<CrossingPair> crossings_at_start(const Model& model, const SelfSurface& surface);
 
 /// How many pairs of particles and triangles, and of edges, the solver's search would find, from a sample of the boxes:
 /// within its reach of twice the thickness, and within the thickness. Those that share a particle are counted too.

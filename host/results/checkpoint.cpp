@@ -11,11 +11,11 @@ namespace malha {
 
 namespace {
 
-constexpr char kMagic[] = "malha checkpoint 2\n";  // its size keeps what follows readable in a hex dump
+constexpr char kMagic[] = "malha checkpoint 3\n";  // its size keeps what follows readable in a hex dump
 
 struct Header {
   std::uint64_t scene, state;  // hashes
-  std::int64_t frames, crossings;
+  std::int64_t frames, crossings, counted;
 };
 
 template <class T>
@@ -51,7 +51,7 @@ std::uint64_t scene_hash(const Model& model) {
 namespace {
 
 std::uint64_t hash_state(const Checkpoint& checkpoint) {
-  const std::int64_t counts[] = {checkpoint.frames, checkpoint.crossings};
+  const std::int64_t counts[] = {checkpoint.frames, checkpoint.crossings, checkpoint.counted};
   return hash_bytes(checkpoint.state.data(), checkpoint.state.size(), hash_bytes(counts, sizeof counts));
 }
 
@@ -62,7 +62,7 @@ void write_checkpoint(const std::string& path, const Model& model, const Checkpo
 }
 
 void write_checkpoint(const std::string& path, std::uint64_t scene, const Checkpoint& checkpoint) {
-  const Header header{scene, hash_state(checkpoint), checkpoint.frames, checkpoint.crossings};
+  const Header header{scene, hash_state(checkpoint), checkpoint.frames, checkpoint.crossings, checkpoint.counted};
   write_durably(path, {kMagic, {reinterpret_cast<const char*>(&header), sizeof header}, checkpoint.state});
 }
 
@@ -85,13 +85,15 @@ Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene) {
     refuse(path, "byte 0", "no checkpoint of this version", "a file that malha run wrote");
   std::memcpy(&header, bytes.data() + magic, sizeof header);
   bytes.erase(0, magic + sizeof header);  // in place: a state may be half of what the memory holds
-  const Checkpoint checkpoint{std::move(bytes), header.frames, header.crossings};
+  const Checkpoint checkpoint{std::move(bytes), header.frames, header.crossings, header.counted};
   if (header.state != hash_state(checkpoint))
     refuse(path, "byte " + std::to_string(magic), "a damaged checkpoint", "one whose bytes match their hash");
   if (header.scene != scene)
     refuse(path, "", "a checkpoint of another scene", "one of this scene with the same bodies, solver and environment");
-  if (header.frames < 0) refuse(path, "frames", std::to_string(header.frames), "a whole number >= 0");
-  if (header.crossings < 0) refuse(path, "crossings", std::to_string(header.crossings), "a whole number >= 0");
+  const auto check = [&](const char* what, std::int64_t count) {
+    if (count < 0) refuse(path, what, std::to_string(count), "a whole number >= 0");
+  };
+  check("frames", header.frames), check("crossings", header.crossings), check("counts of them", header.counted);
   return checkpoint;
 }
 

@@ -11,6 +11,7 @@ struct Checkpoint {
   std::string state;           // the solver's
   std::int64_t frames = 0;     // that the run has written by then
   std::int64_t crossings = 0;  // the most that it has counted
+  std::int64_t counted = 0;    // how often
 };
 
 /// Of what a checkpoint belongs to: the model before any tear.

@@ -17,7 +17,7 @@ struct RunTimes {
   int splits = 0, layouts = 0;                   // vertices that tore, and how often all was laid out anew for them
   double layout_seconds = 0;                     // spent on that
   std::int64_t most_crossings = 0;               // at any of the times that they were counted
-  int crossings_counted = 0;                     // how often
+  std::int64_t crossings_counted = 0;            // how often
   std::vector<Launches> launches;                // of the first step, in the order in which kernels came
 };
 

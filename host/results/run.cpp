@@ -130,12 +130,13 @@ class Outputs {
   std::optional<Gallery> gallery_;
 };
 
-/// Says where pins may have gone through bodies; else nothing.
+/// Says where bodies may have been sent through each other; else nothing.
 std::string driven_through(const Simulation& simulation) {
   const auto& self = simulation.solver().facts().self;
   if (!self || self->driven_through == 0) return "";
   return "self-collision: in " + counted(self->driven_through, "substep") +
-         " pins may have gone through a body that could not get out of their way; take slower pins, or more substeps";
+         " what pins or moving objects drove may have gone through a body that could not get out of the way; move them "
+         "more slowly, or take more substeps";
 }
 
 }  // namespace

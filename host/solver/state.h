@@ -87,6 +87,8 @@ inline void check_search(const SearchMemory& search, const std::string& file) {
   check("search that serves", search.serves, 0, 1), check("bodies that cross", search.crosses, 0, 1);
   check("substeps ahead of a search", search.ahead, 1, most);
   check("substeps of a search", search.served, 1, std::numeric_limits<int>::max());
+  if (search.driven_through < 0)
+    refuse(file, "substeps driven through", std::to_string(search.driven_through), "at least 0");
 }
 
 /// Refuses what no run can have left: a solver would read beyond its arrays with it, or never end.
@@ -163,7 +165,7 @@ State<R> carried(const State<R>& before, const std::vector<int>& from) {
     state.x.push_back(before.x[i]), state.v.push_back(before.v[i]);
     if (!before.self.x0.empty()) state.self.x0.push_back(before.self.x0[i]);  // a split leaves all in its place
   }
-  if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0));
+  if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);
   for (std::size_t mesh = 0; mesh < before.seen.size(); mesh += before.x.size())
     for (const int i : from) state.seen.push_back(before.seen[mesh + i]);
   return state;

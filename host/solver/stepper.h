@@ -235,10 +235,14 @@ class Stepper : public Solver {
   /// No surface crosses another: what stops one may press it into another.
   void hold_apart(const Particles<R>& all) {
     const auto touches = [&] { return collider_ && (collider_->contacts() > 0 || (edges_ && edges_->contacts() > 0)); };
-    for (int round = 0; round < kRounds; ++round) {
-      if (self_) timed(Pass::SelfCollision, [&] { self_->hold_apart(all, touches); });
+    for (int round = 0;; ++round) {
+      if (self_)
+        timed(Pass::SelfCollision, [&] {
+          round == 0 ? self_->hold_apart(all, touches)
+                     : self_->hold_apart(edges_->held(all), touches, edges_->carriers());
+        });
       bool moved = false;
-      if (edges_) timed(Pass::Edges, [&] { moved = edges_->hold_apart(all, round == 0); });
+      if (edges_ && round < kRounds) timed(Pass::Edges, [&] { moved = edges_->hold_apart(all, round == 0); });
       if (!moved || !self_) break;
     }
     if (self_) timed(Pass::SelfCollision, [&] { self_->settle(all); });
@@ -376,7 +380,7 @@ class Stepper : public Solver {
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }
 
-  static constexpr int kRounds = 8;  // of what holds bodies apart from each other and from edges, in turns
+  static constexpr int kRounds = 16;  // of what holds bodies apart from each other and from edges, in turns
 
   Array<Executor, R> w_;
   std::vector<Pressure<Executor, R>> pressures_;
