@@ -134,6 +134,24 @@ Scene balls(int n) {
   return scene;
 }
 
+/// Fifty squares of 1 m, 5 mm apart, fall over a ball and onto the ground.
+Scene layers(int n) {
+  constexpr int kSheets = 50;
+  const int cells = cells_of_square(n / kSheets);
+  std::vector<BodySpec> sheets;
+  for (int layer = 0; layer < kSheets; ++layer) {
+    BodySpec body = cloth(1, 1, cells, cells, 0.1);
+    body.name = "layer " + std::to_string(layer);
+    // Not all alike, so that no two have their particles over each other.
+    body.transform.degrees = 2 * layer;
+    body.transform.translate = {-0.5, 0.52 + 0.005 * layer, -0.5};
+    sheets.push_back(body);
+  }
+  Scene scene = scene_of("layers", 1.0 / 60, 10, sheets, 0.004, 0.2);
+  scene.environment = {ground(), ball({0, 0.25, 0}, 0.25)};
+  return scene;
+}
+
 }  // namespace
 
 Scene cloth_of_2006(int n, bool drapes, int substeps) {
@@ -160,7 +178,8 @@ const std::vector<SelfCase>& self_cases() {
       {"sphere", "a square of 2 m falls over a ball and onto the ground", {10'000}, 78, drape},
       {"twist", "a square of 1 m, 5 mm thick, is turned by half a circle between its sides", {40'000}, 60, twist},
       {"crumple", "soft springs pull a sheet to a point", {2500}, 60, crumple},
-      {"balls", "two balls full of air meet", {5124}, 40, balls}};
+      {"balls", "two balls full of air meet", {5124}, 40, balls},
+      {"layers", "fifty sheets fall over a ball and onto the ground", {24'600}, 30, layers}};
   return all;
 }
 
