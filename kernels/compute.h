@@ -206,8 +206,8 @@ KERNEL void prefetch(const void* address, int bytes) {
 
 /// The fast memory of every thread of an executor.
 struct FastMemory {
-  char* data;
-  size_t bytes;  // a thread
+  char* data = nullptr;
+  size_t bytes = 0;  // a thread
 };
 
 template <class Isa, class Kernel>
@@ -259,16 +259,17 @@ struct Dealt {
 /// As parallel_groups, for groups whose work is uneven: dealt to the threads in turns, because neighbours have alike
 /// much to do.
 template <class Kernel>
-void parallel_dealt(const Serial& executor, int groups, const Kernel& kernel) {
+void parallel_dealt(const Serial& executor, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
   note_launch(kernel, groups);
-  run_groups(executor.instructions, 0, groups, nullptr, Dealt<Kernel>{kernel, 0, 1});
+  run_groups(executor.instructions, 0, groups, memory.data, Dealt<Kernel>{kernel, 0, 1});
 }
 
 template <class Kernel>
-void parallel_dealt(const Team& team, int groups, const Kernel& kernel) {
+void parallel_dealt(const Team& team, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
   note_launch(kernel, groups);
   const int share = (groups - team.thread + team.threads - 1) / team.threads;
-  run_groups(team.instructions, 0, share, nullptr, Dealt<Kernel>{kernel, team.thread, team.threads});
+  run_groups(team.instructions, 0, share, memory.data + size_t(team.thread) * memory.bytes,
+             Dealt<Kernel>{kernel, team.thread, team.threads});
   team.barrier->wait(team.threads);
 }
 

@@ -171,7 +171,7 @@ class PairSearch {
     for (;;) {
       const FindPairs<R> find{units_, reach(), thickness_, has_bare_, particles_, crosses_.data(), pairs()};
       parallel_region(executor_, threads, [&](const auto& team) {
-        parallel_groups(team, 0, units_.count, {memory_.data(), FindMemory::bytes(particles_)}, find);
+        parallel_dealt(team, units_.count, find, {memory_.data(), FindMemory::bytes(particles_)});
       });
       if (make_room()) return;
     }

@@ -1,6 +1,7 @@
 #include "host/model/box_tree.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -27,7 +28,10 @@ bool overlap(const BoundingBox& a, const BoundingBox& b) {
 BoxTree::BoxTree(std::vector<BoundingBox> boxes) : boxes_(std::move(boxes)), order_(boxes_.size()) {
   std::iota(order_.begin(), order_.end(), 0);
   nodes_.reserve(boxes_.size() / 2 + 2);
-  if (!order_.empty()) build(0, static_cast<int>(order_.size()));
+  if (order_.empty()) return;
+  build(0, static_cast<int>(order_.size()));
+  const auto& [low, high] = nodes_[0].bounds;
+  for (int k = 0; k < 3; ++k) largest_ = std::max({largest_, std::abs(low[k]), std::abs(high[k])});
 }
 
 /// Halves by the middles of the boxes, along the direction in which these spread most.
@@ -57,23 +61,30 @@ int BoxTree::build(int begin, int end) {
   return n;
 }
 
-/// By the parts of the segment that lie between each pair of the box's planes. A little too many rather than one too
-/// few: a plane's part is taken 1e-12 longer than rounding leaves it.
-bool BoxTree::touches(const BoundingBox& box, const Vec3& a, const Vec3& b) {
+BoxTree::Segment BoxTree::segment_of(const Vec3& a, const Vec3& b) const {
+  Segment segment{a, {}, bounds_of({a, b}, std::array{0, 1}, 0), 0};
+  double largest = largest_;
+  for (int k = 0; k < 3; ++k) largest = std::max({largest, std::abs(a[k]), std::abs(b[k])});
+  segment.slack = 4e-12 * largest;  // a little too many rather than one too few
+  for (int k = 0; k < 3; ++k) {
+    segment.around.low[k] -= segment.slack, segment.around.high[k] += segment.slack;
+    const double along = b[k] - a[k];
+    segment.per[k] = std::abs(along) > segment.slack ? 1 / along : 0;
+  }
+  return segment;
+}
+
+/// By the parts of the segment that lie between each pair of the box's planes, if their boxes overlap at all.
+bool BoxTree::touches(const BoundingBox& box, const Segment& segment) {
+  if (!overlap(box, segment.around)) return false;
   double from = 0, to = 1;
   for (int k = 0; k < 3; ++k) {
-    const double along = b[k] - a[k];
-    const double slack = 1e-12 * (std::abs(a[k]) + std::abs(b[k]) + std::abs(box.low[k]) + std::abs(box.high[k]));
-    const double low = box.low[k] - slack - a[k], high = box.high[k] + slack - a[k];
-    if (along == 0) {
-      if (low > 0 || high < 0) return false;
-      continue;
-    }
-    const double first = low / along, second = high / along;
+    if (segment.per[k] == 0) continue;
+    const double first = (box.low[k] - segment.slack - segment.from[k]) * segment.per[k];
+    const double second = (box.high[k] + segment.slack - segment.from[k]) * segment.per[k];
     from = std::max(from, std::min(first, second)), to = std::min(to, std::max(first, second));
-    if (from > to) return false;
   }
-  return true;
+  return from <= to;
 }
 
 std::int64_t BoxTree::count_overlaps(const BoundingBox& box) const {

@@ -31,7 +31,8 @@ class BoxTree {
   /// Calls visit(i) for every box i that the segment from a to b touches, up to rounding, in no order to rely on.
   template <class Visit>
   void for_each_on(const Vec3& a, const Vec3& b, const Visit& visit) const {
-    walk([&](const BoundingBox& box) { return touches(box, a, b); }, visit);
+    const Segment segment = segment_of(a, b);
+    walk([&](const BoundingBox& box) { return touches(box, segment); }, visit);
   }
 
   /// How many boxes overlap this one.
@@ -45,7 +46,15 @@ class BoxTree {
   };
 
   int build(int begin, int end);
-  static bool touches(const BoundingBox& box, const Vec3& a, const Vec3& b);
+
+  /// What is asked of many boxes.
+  struct Segment {
+    Vec3 from, per;  // m; 1/m along each axis, 0 where it hardly goes
+    BoundingBox around;
+    double slack;  // m
+  };
+  Segment segment_of(const Vec3& a, const Vec3& b) const;
+  static bool touches(const BoundingBox& box, const Segment& segment);
 
   template <class Touches, class Visit>
   void walk(const Touches& touches_it, const Visit& visit) const {
@@ -68,6 +77,7 @@ class BoxTree {
   std::vector<BoundingBox> boxes_;
   std::vector<int> order_;
   std::vector<Node> nodes_;
+  double largest_ = 0;  // of their coordinates
 };
 
 }  // namespace malha
