@@ -6,7 +6,15 @@
 
 namespace malha {
 
-/// Pins that move. Returns how many.
+/// Particles that nothing moves but pins and edges, now: pins may be let go.
+template <class R>
+struct CountFixed {
+  const R* w;
+  const unsigned char* takes_part;
+  KERNEL Sum operator()(int i) const { return {takes_part[i] && !(w[i] > R(0)) ? 1.0 : 0.0}; }
+};
+
+/// Of them, those that move. Returns how many.
 template <class R>
 struct MarkDriven {
   Motions<R> motions;

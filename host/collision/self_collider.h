@@ -190,8 +190,8 @@ class SelfCollider {
     return parallel_reduce<PairsLeft>(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()});
   }
 
-  /// `left`: pairs that are about to cross, if all are in their boxes.
-  void hold_crossing(const Particles<R>& particles, const Stay& stay, int left, const Carriers& carriers) {
+  /// `left`: pairs that are about to cross, if all are in their boxes. `carriers`: none where nothing is fixed.
+  void hold_crossing(const Particles<R>& particles, const Stay& stay, int left, const Carriers* carriers) {
     if (stay.outside > 0) keep_in_reach(particles), left = crossing(true, nullptr);
     for (int more = 0; left > 0 && more < kMoreProjections; ++more) {
       push(particles);
@@ -201,10 +201,10 @@ class SelfCollider {
     }
     if (left == 0) return;
     bool any = false;
-    if ((has_pins_ || carriers.of != nullptr) && drive(particles)) {
+    if (carriers != nullptr && drive(particles)) {
       do {
         any = hold(particles, look_where_all_are(within_rounding<R>())) || any;
-      } while ((left = crossing(false, nullptr)) > 0 && carry(particles, carriers));
+      } while ((left = crossing(false, nullptr)) > 0 && carry(particles, *carriers));
       through_ = through_ || left > 0;
     } else {
       any = hold(particles, stay);
@@ -273,7 +273,7 @@ class SelfCollider {
   PairSearch<Executor, R> search_;
   SearchMemory last_;
   int sweeps_ = 1;  // over all contacts, a projection
-  bool laid_ = false, has_pins_ = false;
+  bool laid_ = false;
   bool through_ = false;  // whether something fixed went through a body in this substep
   int pushed_ = -1;       // contacts that did, where others were laid since
   SelfFacts facts_;
@@ -295,7 +295,6 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
       search_(executor, surface_, model.x, model.scene.self_collision->thickness,
               search_rules(model.scene.self_collision->thickness)) {
   const double thickness = model.scene.self_collision->thickness;
-  for (int i = 0; i < count_; ++i) has_pins_ = has_pins_ || (surface_.takes_part[i] && model.w[i] == 0);
   if (model.scene.self_collision->ignores_crossings) facts_.crossings = std::ssize(crossings_at_start(model, surface_));
   last_.crosses = facts_.crossings > 0 ? 1 : 0;
   facts_.particles = surface_.particles, facts_.edges = surface_.edges, facts_.triangles = surface_.triangles;
@@ -328,9 +327,10 @@ void SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const 
   }
   const int left = stay.outside == 0 ? crossing(true, nullptr) : 0;
   if (stay.outside == 0 && left == 0) return;
-  const bool free = !has_pins_ && carriers.of == nullptr;
+  const CountFixed<R> fixed{particles.w, takes_part_.data()};
+  const bool free = parallel_reduce<Sum>(executor_, count_, fixed, kGrain).value == 0;
   const RigidSums before = free ? rigid_sums(particles) : RigidSums{};
-  hold_crossing(particles, stay, left, carriers);
+  hold_crossing(particles, stay, left, free ? nullptr : &carriers);
   if (before.mass > 0) give_back(particles, before, touches);
 }
 

@@ -175,7 +175,7 @@ void check_crossings(Model& model, const SelfSurface& surface) {
                            std::to_string(found.size()) + " such pairs in all)";
   if (!model.scene.self_collision->ignores_crossings)
     refuse(model.scene.file, "/self_collision", "bodies that cross or touch at the start: " + said,
-           "bodies that do not cross or touch each other or themselves, or \"crossing_at_start\": \"ignore\"");
+           "bodies that neither touch each other nor cross themselves, or \"crossing_at_start\": \"ignore\"");
   model.notes.push_back("\"self_collision\": at the start " + said + "; what crosses collides once it has parted");
 }
 
