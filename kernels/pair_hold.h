@@ -48,12 +48,9 @@ struct FindCrossings {
       pairs.bits[b].crossing = static_cast<unsigned short>(found);
       for (unsigned bits = found; bits != 0; bits &= bits - 1) {
         const int k = lowest_bit(bits);
-        if (!helps(block, k)) {
-          count.fixed += fixed(block, k);
-          continue;
-        }
-        ++count.free;
-        if (adds && !(pairs.bits[b].near >> k & 1)) add(block, k, section, pairs.bits[b]);
+        const PairsLeft one = left_of(block, k);
+        count += one;
+        if (one.free > 0 && adds && !(pairs.bits[b].near >> k & 1)) add(block, k, section, pairs.bits[b]);
       }
     });
     left[group.index] = count;
@@ -102,18 +99,16 @@ struct FindCrossings {
     return found;
   }
 
-  KERNEL bool helps(const PairBlock<R>& block, int k) const {
+  /// What a crossing pair counts as; nothing where all that can move is held.
+  KERNEL PairsLeft left_of(const PairBlock<R>& block, int k) const {
+    int fixed = 1;
     for (int j = 0; j < 4; ++j) {
       const int i = block.i[j][k] / kIndexScale<R>;
-      if (motions.moved[i].w > R(0) && (held == nullptr || held[i] < Held::Held)) return true;
+      if (!(motions.moved[i].w > R(0))) continue;
+      if (held == nullptr || held[i] < Held::Held) return {1, 0};
+      fixed = 0;
     }
-    return false;
-  }
-
-  KERNEL bool fixed(const PairBlock<R>& block, int k) const {
-    for (int j = 0; j < 4; ++j)
-      if (motions.moved[block.i[j][k] / kIndexScale<R>].w > R(0)) return false;
-    return true;
+    return {0, fixed};
   }
 
   KERNEL void add(PairBlock<R>& block, int k, int section, PairBits& bits) const {

@@ -61,11 +61,10 @@ class EdgeGroup {
 
   /// Lays the contacts for x0 -> p, x0 the last positions in which nothing crossed; from `start` to `end` (s).
   void find(const Particles<R>& particles, const ScatteredPoints<R>& x0, double start, double end) {
-    const ObjectFrame before{pose_at(motion_, start), centre_};
+    before_ = {pose_at(motion_, start), centre_};
     after_ = {pose_at(motion_, end), centre_};
-    moves_ = from_to(before.pose, after_.pose);
     Memory<Executor>::copy_in(particles.w, static_cast<std::size_t>(particles_), w_.data());
-    parallel_for(executor_, particles_, StartLocal<R>{x0, before, x_.points()});
+    parallel_for(executor_, particles_, StartLocal<R>{x0, before_, x_.points()});
     lay(particles);
     contacts_.start_substep();
   }
@@ -115,7 +114,7 @@ class EdgeGroup {
   int contacts() const { return contacts_.pushed(); }
 
   /// The objects, in this substep: from the world to the world.
-  const Pose& moves() const { return moves_; }
+  Pose moves() const { return from_to(before_.pose, after_.pose); }
 
   /// What is known of candidates holds no more.
   void forget() { searched_ = false; }
@@ -217,8 +216,7 @@ class EdgeGroup {
   Array<Executor, Simplex> bodies_;
   std::vector<Keyframe> motion_;
   Vector3<double> centre_{};
-  ObjectFrame after_{};
-  Pose moves_;
+  ObjectFrame before_{}, after_{};  // at the substep's start and end
   R wanted_ = 0, margin_ = 0, slack_ = 0, least_ = 0;
   bool searched_ = false;
   int candidates_found_ = 0;

@@ -1,7 +1,6 @@
 #include "host/model/box_tree.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -62,12 +61,13 @@ int BoxTree::build(int begin, int end) {
 }
 
 BoxTree::Segment BoxTree::segment_of(const Vec3& a, const Vec3& b) const {
-  Segment segment{a, {}, bounds_of({a, b}, std::array{0, 1}, 0), 0};
+  Segment segment{a, {}, {}, 0};
   double largest = largest_;
   for (int k = 0; k < 3; ++k) largest = std::max({largest, std::abs(a[k]), std::abs(b[k])});
   segment.slack = 4e-12 * largest;  // a little too many rather than one too few
   for (int k = 0; k < 3; ++k) {
-    segment.around.low[k] -= segment.slack, segment.around.high[k] += segment.slack;
+    segment.around.low[k] = std::min(a[k], b[k]) - segment.slack;
+    segment.around.high[k] = std::max(a[k], b[k]) + segment.slack;
     const double along = b[k] - a[k];
     segment.per[k] = std::abs(along) > segment.slack ? 1 / along : 0;
   }

@@ -23,7 +23,18 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   return volume > rounding ? 1 : volume < -rounding ? -1 : 0;
 }
 
-/// The same in a plane, of the area that b - a and c - a span.
+/// Of three signs: above 0 if all are alike, below 0 if two are opposite, else 0.
+int agreement(int a, int b, int c) {
+  const auto [least, most] = std::minmax({a, b, c});
+  return least * most;
+}
+
+/// How the line through p and q passes the triangle: above 0 inside, 0 at its rim, below 0 outside.
+int passes(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
+  return agreement(orientation(p, q, a, b), orientation(p, q, b, c), orientation(p, q, c, a));
+}
+
+/// The orientation in a plane, of the area that b - a and c - a span.
 struct InPlane {
   using Point = std::array<double, 2>;
 
@@ -42,8 +53,7 @@ struct InPlane {
            boxes_meet(p, q, a, b);
   }
   static bool in_triangle(const Point& p, const Point& a, const Point& b, const Point& c) {
-    const auto [least, most] = std::minmax({orientation(a, b, p), orientation(b, c, p), orientation(c, a, p)});
-    return least * most >= 0;
+    return agreement(orientation(a, b, p), orientation(b, c, p), orientation(c, a, p)) >= 0;
   }
 };
 
@@ -65,17 +75,14 @@ bool touches_in_plane(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b
 }  // namespace
 
 bool crosses(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
-  if (orientation(a, b, c, p) * orientation(a, b, c, q) >= 0) return false;
-  const auto [least, most] = std::minmax({orientation(p, q, a, b), orientation(p, q, b, c), orientation(p, q, c, a)});
-  return least * most > 0;
+  return orientation(a, b, c, p) * orientation(a, b, c, q) < 0 && passes(p, q, a, b, c) > 0;
 }
 
 bool touches(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
   const int start = orientation(a, b, c, p), end = orientation(a, b, c, q);
   if (start * end > 0) return false;
   if (start == 0 || end == 0) return touches_in_plane(start == 0 ? p : q, end == 0 ? q : p, a, b, c);
-  const auto [least, most] = std::minmax({orientation(p, q, a, b), orientation(p, q, b, c), orientation(p, q, c, a)});
-  return least * most >= 0;
+  return passes(p, q, a, b, c) >= 0;
 }
 
 }  // namespace malha

@@ -138,8 +138,7 @@ std::vector<CrossingPair> find_crossings(const SelfSurface& surface, const std::
       if (p == a || p == b || p == c || q == a || q == b || q == c) return;
       const bool meet = touching && surface.body[p] != surface.body[a] ? touches(x[p], x[q], x[a], x[b], x[c])
                                                                        : crosses(x[p], x[q], x[a], x[b], x[c]);
-      if (!meet) return;
-      crossed.push_back(f);
+      if (meet) crossed.push_back(f);
     });
     std::sort(crossed.begin(), crossed.end());  // whatever the order in which the tree names them
     for (const int f : crossed) found.push_back({{p, q}, faces[f]});

@@ -19,7 +19,7 @@ struct SelfCase {
 /// in frames of 1/30 s over a ball, or on edge onto the ground, where it folds to a heap.
 Scene cloth_of_2006(int n, bool drapes, int substeps);
 
-/// Four sheets that slide, a heap, a cloth over a ball, a twisted one, a crumpled one, and two balls.
+/// Four sheets that slide, a heap, a cloth over a ball, a twisted one, a crumpled one, two balls, and fifty layers.
 const std::vector<SelfCase>& self_cases();
 
 }  // namespace malha::bench
