@@ -10,9 +10,9 @@
 
 namespace malha {
 
-template <class R>
+template <class R, class From = Points<R>>
 struct CopyPoints {
-  Points<R> from;
+  From from;
   ScatteredPoints<R> to;
   KERNEL void operator()(int i) const { to.set(i, from[i]); }
 };

@@ -26,6 +26,7 @@ Scene crowded() {
   sheet.transform.translate = {-0.5, 0.52, -0.5};
   Scene scene = scene_of({sheet}, {obstacle("ball", SphereShape{0.5, 1}), obstacle("other", SphereShape{0.2, 1})});
   scene.environment[1].transform.translate = {0, -1, 0};
+  scene.environment[0].edges = true;
   scene.gravity = {0, -9.81, 0};
   scene.self_collision = SelfCollision{};
   scene.self_collision->thickness = 0.01;
@@ -92,7 +93,8 @@ constexpr std::int64_t kBeyond[] = {-2, 80, 1'000'000'000'000, std::numeric_limi
 TEST(MadeUpCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
   MadeUp made(crowded(), 5);
   const std::size_t n = 25, seen = 8 + 6 * n * sizeof(float);
-  ASSERT_EQ(made.state.size(), seen + 2 * n * sizeof(LastSeen) + 16 + 10 * n * sizeof(float) + sizeof(SearchMemory));
+  const std::size_t self = 10 * n * sizeof(float) + sizeof(SearchMemory), edges = 6 * n * sizeof(float) + 8;
+  ASSERT_EQ(made.state.size(), seen + 2 * n * sizeof(LastSeen) + 16 + self + edges);
   for (const std::size_t particle : {std::size_t{0}, n - 1, n, 2 * n - 1})
     for (const std::int64_t triangle : kBeyond)
       EXPECT_TRUE(
@@ -110,6 +112,8 @@ TEST(MadeUpCheckpoint, OfStepsThatWereNeverDoneIsRefused) {
   for (const std::int64_t since : {-2, 6})
     EXPECT_TRUE(has(made.refusal(made.with(rest + 8, since)), "sleep since step " + std::to_string(since)));
   EXPECT_TRUE(has(made.refusal(made.state, -1), "frames: found -1"));
+  for (const std::int64_t serves : {-1, 2})
+    EXPECT_TRUE(has(made.refusal(made.with(made.state.size() - 8, serves)), "search of edges that serves: found "));
 }
 
 TEST(MadeUpCheckpoint, WithoutFiniteNumbersIsRefused) {
@@ -119,6 +123,9 @@ TEST(MadeUpCheckpoint, WithoutFiniteNumbersIsRefused) {
     EXPECT_TRUE(has(made.refusal(made.with(8, bad)), "positions: found " + shown(bad) + " at particle 0"));
     EXPECT_TRUE(has(made.refusal(made.with(seen - 4, bad)), "velocities: found " + shown(bad) + " at particle 24"));
     EXPECT_TRUE(has(made.refusal(made.with(rest + 16, bad)), "parted positions: found " + shown(bad)));
+    const std::size_t ways = made.state.size() - 8 - 3 * n * sizeof(float), from = ways - 3 * n * sizeof(float);
+    EXPECT_TRUE(has(made.refusal(made.with(from, bad)), "positions of a search of edges: found " + shown(bad)));
+    EXPECT_TRUE(has(made.refusal(made.with(ways, bad)), "ways of a search of edges: found " + shown(bad)));
     EXPECT_EQ(has(made.refusal(made.with(seen, double(bad))), "contacts: found places that are no numbers"),
               !std::isfinite(bad));
   }

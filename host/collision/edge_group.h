@@ -2,12 +2,14 @@
 // the guarantee that nothing crosses, all in the objects' frame, where only particles move.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
 #include "host/base/point_array.h"
 #include "host/collision/contact_list.h"
 #include "host/collision/edge_facts.h"
+#include "host/collision/edge_memory.h"
 #include "host/collision/edge_surface.h"
 #include "host/collision/pose.h"
 #include "kernels/edge_contact.h"
@@ -116,8 +118,26 @@ class EdgeGroup {
   /// The objects, in this substep: from the world to the world.
   Pose moves() const { return from_to(before_.pose, after_.pose); }
 
-  /// What is known of candidates holds no more.
-  void forget() { searched_ = false; }
+  /// Adds what a later substep depends on.
+  void save(EdgeMemory<R>& memory) const {
+    const auto from = x_then_.template download<std::array<R, 3>>(),
+               way = d_then_.template download<std::array<R, 3>>();
+    memory.from.insert(memory.from.end(), from.begin(), from.end());
+    memory.way.insert(memory.way.end(), way.begin(), way.end());
+    memory.serves.push_back(searched_ ? 1 : 0);
+  }
+  /// Goes on from what the group-th of them saved; a search is made again, and finds the same.
+  void remember(const EdgeMemory<R>& memory, std::size_t group) {
+    searched_ = group < memory.serves.size() && memory.serves[group] != 0;
+    if (!searched_) return;
+    const auto own = [&](const std::vector<std::array<R, 3>>& all) {
+      const auto begin = all.begin() + static_cast<std::ptrdiff_t>(group) * particles_;
+      return std::vector<std::array<R, 3>>(begin, begin + particles_);
+    };
+    x_then_.upload(own(memory.from)), d_then_.upload(own(memory.way));
+    parallel_for(executor_, particles_, CopyPoints<R, ScatteredPoints<R>>{x_then_.points(), x_.points()});
+    search_again();
+  }
 
   EdgeFacts facts() const {
     EdgeFacts facts = facts_;
@@ -162,6 +182,11 @@ class EdgeGroup {
   void search() {
     parallel_for(executor_, particles_,
                  StartSearch<R>{x_.points(), d_.points(), x_then_.points(), d_then_.points(), R(kAhead)});
+    search_again();
+    ++facts_.searches;
+  }
+  /// From where the last one started, with the particles there.
+  void search_again() {
     box_particles(x_then_.points(), d_then_.points(), larger(wanted_, margin_) + slack_);
     Memory<Executor>::fill(near_.data(), near_.size(), static_cast<unsigned char>(0));
     const int n = static_cast<int>(bodies_.size());
@@ -185,7 +210,7 @@ class EdgeGroup {
     candidates_found_ = running_sum(executor_, place_.data(), n, sums_);
     candidates_.at_least(static_cast<std::size_t>(candidates_found_));
     if (candidates_found_ > 0) launch.template operator()<true>();
-    searched_ = true, ++facts_.searches;
+    searched_ = true;
   }
 
   void box_particles(const ScatteredPoints<R>& x, const ScatteredPoints<R>& d, R margin) {

@@ -246,7 +246,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
                               {"edges", self->edges},
                               {"triangles", self->triangles},
                               {"crossings_at_start", self->crossings},
-                              {"substeps_with_a_search", self->searches},
+                              {"searches", self->searches},
                               {"substeps_held_apart", self->held},
                               {"substeps_driven_through", self->driven_through},
                               {"candidates", self->candidates},
@@ -258,7 +258,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
                                  {"candidates", edges->candidates},
                                  {"pairs", edges->pairs},
                                  {"bytes", edges->bytes},
-                                 {"substeps_with_a_search", edges->searches},
+                                 {"searches", edges->searches},
                                  {"substeps_looked_at_twice", edges->laid_again},
                                  {"substeps_held_apart", edges->held}};
   json["zero_area_faces_dropped"] = model.zero_area_faces;

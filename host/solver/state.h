@@ -11,6 +11,7 @@
 
 #include "host/base/hash.h"
 #include "host/base/shown.h"
+#include "host/collision/edge_memory.h"
 #include "host/collision/find_contact.h"
 #include "host/collision/self_memory.h"
 #include "host/error.h"
@@ -26,6 +27,7 @@ struct State {
   std::vector<LastSeen> seen{};      // empty without environment
   std::vector<std::int64_t> rest{};  // of sleep, empty without
   SelfMemory<R> self{};              // empty where no edges meet edges
+  EdgeMemory<R> edges{};             // empty without edges of the environment
 };
 
 /// Of the first step, at rest at these places (m).
@@ -63,12 +65,15 @@ std::string save_state(const State<R>& state) {
   detail::append(bytes, state.self.from);
   detail::append(bytes, state.self.way);
   detail::append(bytes, state.self.search);
+  detail::append(bytes, state.edges.from);
+  detail::append(bytes, state.edges.way);
+  detail::append(bytes, state.edges.serves);
   return bytes;
 }
 
 /// How many entries a state has of each.
 struct StateSizes {
-  std::size_t particles = 0, seen = 0, rest = 0, apart = 0, searched = 0;
+  std::size_t particles = 0, seen = 0, rest = 0, apart = 0, searched = 0, edge_groups = 0;
 };
 
 namespace detail {
@@ -112,6 +117,10 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, const
   for (const auto& a : state.self.from)
     if (a[3] < 0) refuse(file, "reach of a search", shown(double(a[3])), "at least 0");
   for (const SearchMemory& search : state.self.search) check_search(search, file);
+  check_numbers(state.edges.from, "positions of a search of edges");
+  check_numbers(state.edges.way, "ways of a search of edges");
+  for (const std::int64_t serves : state.edges.serves)
+    if (serves < 0 || serves > 1) refuse(file, "search of edges that serves", std::to_string(serves), "0 or 1");
   if (!state.rest.empty()) {
     const std::int64_t calm = state.rest[0], since = state.rest[1];
     if (calm < 0 || calm > state.steps || since < -1 || since > state.steps)
@@ -139,7 +148,8 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   const std::size_t searches = sizes.searched > 0 ? 1 : 0;
   const std::size_t expected =
       sizeof state.steps + (6 * sizes.particles + 3 * sizes.apart + 7 * sizes.searched) * sizeof(R) +
-      sizes.seen * sizeof(LastSeen) + sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory);
+      sizes.seen * sizeof(LastSeen) + sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory) +
+      sizes.edge_groups * (6 * sizes.particles * sizeof(R) + sizeof(std::int64_t));
   if (bytes.size() != expected)
     refuse(file, "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
@@ -152,7 +162,10 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, sizes.apart, state.self.x0);
   from = detail::take(from, sizes.searched, state.self.from);
   from = detail::take(from, sizes.searched, state.self.way);
-  detail::take(from, searches, state.self.search);
+  from = detail::take(from, searches, state.self.search);
+  from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.from);
+  from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.way);
+  detail::take(from, sizes.edge_groups, state.edges.serves);
   detail::check_state(state, triangles, file);
   return state;
 }
@@ -160,7 +173,7 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
 /// The state of other particles: the i-th is as the from[i]-th was.
 template <class R>
 State<R> carried(const State<R>& before, const std::vector<int>& from) {
-  State<R> state{before.steps, {}, {}, {}, before.rest, {}};
+  State<R> state{before.steps, {}, {}, {}, before.rest, {}, {}};
   for (const int i : from) {
     state.x.push_back(before.x[i]), state.v.push_back(before.v[i]);
     if (!before.self.x0.empty()) state.self.x0.push_back(before.self.x0[i]);  // a split leaves all in its place

@@ -64,7 +64,8 @@ class Stepper : public Solver {
     if (self_)
       all.self = self_->memory();
     else if (edges_)  // which would be the same places
-      all.self.x0 = edges_->memory();
+      all.self.x0 = edges_->parted();
+    if (edges_) all.edges = edges_->memory();
     return save_state(all);
   }
   void restore(const std::string& bytes, const std::string& file) final {
@@ -77,7 +78,7 @@ class Stepper : public Solver {
     if (collider_) collider_->remember(saved.seen);
     if (sleeper_) sleeper_->remember(saved.rest);
     if (self_) self_->remember(saved.self);
-    if (edges_) edges_->remember(saved.self.x0);
+    if (edges_) edges_->remember(saved.self.x0, saved.edges);
     guard_.restart(particles(), x_.download());
   }
   void adopt(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
@@ -327,8 +328,12 @@ class Stepper : public Solver {
   }
 
   State<R> load(const std::string& bytes, std::size_t particles, const std::string& file) const {
-    const StateSizes sizes{particles, model_.environment.size() * particles, sleeper_ ? std::size_t(2) : 0,
-                           self_ || edges_ ? particles : 0, self_ ? particles : 0};
+    const StateSizes sizes{.particles = particles,
+                           .seen = model_.environment.size() * particles,
+                           .rest = sleeper_ ? std::size_t(2) : 0,
+                           .apart = self_ || edges_ ? particles : 0,
+                           .searched = self_ ? particles : 0,
+                           .edge_groups = edges_ ? static_cast<std::size_t>(edges_->groups()) : 0};
     return load_state<R>(bytes, sizes, collider_ ? collider_->triangles() : std::vector<int>{}, file);
   }
 

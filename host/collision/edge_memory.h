@@ -1,0 +1,16 @@
+// What of edges of the environment a later substep depends on, besides positions in which nothing crosses.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace malha {
+
+/// Of the last search of every group of objects, one group after the other, in the frame of its objects.
+template <class R>
+struct EdgeMemory {
+  std::vector<std::array<R, 3>> from, way;  // m, of every particle: where it started, and how far it was expected to go
+  std::vector<std::int64_t> serves;         // of every group: 1 where there is a search
+};
+
+}  // namespace malha
