@@ -10,10 +10,10 @@
 
 namespace malha {
 
-template <class R, class From = Points<R>>
+template <class R, class From = Points<R>, class To = ScatteredPoints<R>>
 struct CopyPoints {
   From from;
-  ScatteredPoints<R> to;
+  To to;
   KERNEL void operator()(int i) const { to.set(i, from[i]); }
 };
 

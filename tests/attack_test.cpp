@@ -76,9 +76,9 @@ TEST(CrossingCount, SeesAnEdgeThroughATriangleAndNoneBesideIt) {
   EXPECT_EQ(count(x), 0);
 }
 
-constexpr int kKinds = 6;
-constexpr const char* kNames[kKinds] = {"sheets",    "closed bodies",   "full bodies",
-                                        "fast pins", "squeezing walls", "moving edges"};
+constexpr int kKinds = 7;
+constexpr const char* kNames[kKinds] = {"sheets",          "closed bodies", "full bodies", "fast pins",
+                                        "squeezing walls", "moving edges",  "bounces"};
 
 struct Attack {
   Scene scene;
@@ -90,7 +90,7 @@ class Attacks {
   explicit Attacks(const TemporaryFolder& folder) : folder_(folder) {}
 
   Attack make(int kind, unsigned seed) {
-    Random random(kKinds * seed + kind);
+    Random random(8 * seed + kind);
     constexpr int substeps[] = {1, 2, 3, 5, 10, 20};
     const double speed = 0.3 * std::pow(1000, random(0, 1)), gap = 0.5;
     const Vec3 gravity = random() < 0 ? kEarth : Vec3{};
@@ -108,6 +108,8 @@ class Attacks {
       squeeze(scene, random, speed);
     else if (kind == 5)
       cut_in(scene, random, speed);
+    else if (kind == 6)
+      bounce(scene, random, speed);
     else
       throw_at(scene, random, kind, speed, gap);
     return {scene, std::string(kNames[kind]) + ", " + std::to_string(speed) + " m/s, thickness " +
@@ -218,6 +220,25 @@ class Attacks {
     ground.transform.translate = {0, -0.6, 0}, ground.thickness = 0.004, ground.friction = 0.3;
     scene.environment.push_back(ground);
   }
+  /// Layers fall on what throws them back, the rest of their way in the same substep.
+  void bounce(Scene& scene, Random& random, double speed) {
+    for (int k = 1; k <= 2; ++k) {
+      BodySpec body = sheet(random, 0.8);
+      body.transform.translate[1] = 0.04 * k;
+      scene.bodies.push_back(body);
+    }
+    for (BodySpec& body : scene.bodies) body.pins.clear(), body.velocity = {0, -speed, 0};
+    EnvironmentSpec ball, ground;
+    ball.name = "ball", ball.shape = SphereShape{random(0.1, 0.25), 3};
+    ball.transform.translate = {random(-0.2, 0.2), -0.3, random(-0.2, 0.2)};
+    ground.name = "ground", ground.shape = BoxShape{{3, 0.5, 3}, {1, 1, 1}};
+    ground.transform.translate = {0, -0.6, 0};
+    for (EnvironmentSpec object : {ball, ground}) {
+      object.thickness = 0.004, object.restitution = random(0.3, 1);
+      scene.environment.push_back(object);
+    }
+  }
+
   const TemporaryFolder& folder_;
   int count_ = 0;
 };

@@ -106,6 +106,9 @@ class Collider {
     if (bounces_) parallel_for(executor_, particles.count, HoldBounce<R>{surroundings(particles)}, kGrain);
   }
 
+  /// Whether restitute moves anything.
+  bool bounces() const { return bounces_; }
+
   /// Contacts that pushed in the last substep.
   int contacts() const {
     double sum = 0;

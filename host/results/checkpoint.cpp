@@ -5,6 +5,7 @@
 
 #include "host/base/file.h"
 #include "host/base/hash.h"
+#include "host/base/shown.h"
 #include "host/error.h"
 
 namespace malha {
@@ -81,8 +82,13 @@ Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene) {
   }
   const std::size_t magic = sizeof kMagic - 1;
   Header header;
-  if (bytes.compare(0, magic, kMagic) != 0 || bytes.size() < magic + sizeof header)
-    refuse(path, "byte 0", "no checkpoint of this version", "a file that malha run wrote");
+  if (bytes.compare(0, magic, kMagic) != 0 || bytes.size() < magic + sizeof header) {
+    const std::string any(kMagic, magic - 2), own(kMagic, magic - 1);
+    if (bytes.size() > magic && bytes.compare(0, any.size(), any) == 0 && bytes.compare(0, magic, kMagic) != 0)
+      refuse(path, "byte 0", "'" + printable(bytes.substr(0, bytes.find('\n'))) + "', of another version of malha",
+             "'" + own + "'; run the scene anew, or resume with the version that wrote it");
+    refuse(path, "byte 0", "no checkpoint", "a file that malha run wrote");
+  }
   std::memcpy(&header, bytes.data() + magic, sizeof header);
   bytes.erase(0, magic + sizeof header);  // in place: a state may be half of what the memory holds
   const Checkpoint checkpoint{std::move(bytes), header.frames, header.crossings, header.counted};

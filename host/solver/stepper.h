@@ -231,6 +231,9 @@ class Stepper : public Solver {
       if (lost != FirstIndex{}.index) refuse_lost(model_.user_of[lost]);
     });
     if (collider_) timed(Pass::Contact, [&] { collider_->restitute(all, 2 * h * gravity_, h); });
+    if ((self_ || edges_) && collider_ && collider_->bounces()) hold_bounces(all);
+    if (self_) timed(Pass::SelfCollision, [&] { self_->settle(all); });
+    if (edges_) timed(Pass::Edges, [&] { edges_->settle(all); });
   }
 
   /// No surface crosses another: what stops one may press it into another.
@@ -246,8 +249,13 @@ class Stepper : public Solver {
       if (edges_ && round < kRounds) timed(Pass::Edges, [&] { moved = edges_->hold_apart(all, round == 0); });
       if (!moved || !self_) break;
     }
-    if (self_) timed(Pass::SelfCollision, [&] { self_->settle(all); });
-    if (edges_) timed(Pass::Edges, [&] { edges_->settle(all); });
+  }
+  /// Nor where what bounces goes the rest of its way.
+  void hold_bounces(const Particles<R>& all) {
+    using Copy = CopyPoints<R, Points<R>, Points<R>>;
+    timed(Pass::State, [&] { parallel_for(executor_, all.count, Copy{all.x, all.p}); });
+    hold_apart(all);
+    timed(Pass::State, [&] { parallel_for(executor_, all.count, Copy{all.p, all.x}); });
   }
 
   int pins_let_go() const { return moved_ ? moved_->released() : 0; }
