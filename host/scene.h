@@ -192,11 +192,17 @@ struct PictureSpec {
   std::optional<Camera> camera;  // none: framed so that the bodies at the start fit
 };
 
+/// One HTML file that replays the run in a browser.
+struct PageSpec {
+  double megabytes = 20;  // at most; with one frame it may be more
+};
+
 struct OutputSpec {
   int every = 0;                     // steps between frames; 0: none
   std::vector<std::string> formats;  // of "vtp", "pc2", "ply", "obj"
   int picture_every = 0;             // steps between pictures; 0: only what `picture` says at the end
   std::optional<PictureSpec> picture;
+  std::optional<PageSpec> page;
   std::optional<int> checkpoint_every;  // steps between checkpoints; 0: only that of the end; none: see RunOptions
 };
 

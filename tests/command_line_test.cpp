@@ -59,9 +59,10 @@ TEST(CommandLine, AnswersEverySlipInOneLine) {
   const std::string in_run = "; see malha run --help\n";
   for (const Slip& slip : std::vector<Slip>{
            {{},
-            "malha: found no command; allowed: run, picture, plan, check, tune, bench, study, --help, -h, --version\n"},
+            "malha: found no command; allowed: run, picture, page, plan, check, tune, bench, study, --help, -h, "
+            "--version\n"},
            {{"rum", "scene.json"},
-            "malha: found \"rum\" (did you mean 'run'?); allowed: run, picture, plan, check, tune, bench, study, "
+            "malha: found \"rum\" (did you mean 'run'?); allowed: run, picture, page, plan, check, tune, bench, study, "
             "--help, "
             "-h, --version\n"},
            {{"run"}, "malha run: SCENE is required" + in_run},

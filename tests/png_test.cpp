@@ -6,14 +6,7 @@
 #include <cstdlib>
 
 #include "host/base/file.h"
-
-#define STB_IMAGE_STATIC
-#define STB_IMAGE_IMPLEMENTATION
-#define STBI_ONLY_PNG
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wunused-function"
-#include <stb/stb_image.h>
-#pragma GCC diagnostic pop
+#include "tests/read_png.h"
 
 namespace malha {
 namespace {
@@ -43,15 +36,10 @@ TEST_F(Png, DecodesBackToTheSamePixels) {
   write_png(folder_ / "a.png", image);
   const std::string bytes = read_whole(folder_ / "a.png");
   EXPECT_EQ(bytes.substr(0, 8), "\x89PNG\r\n\x1a\n");
-  int width = 0, height = 0, channels = 0;
-  unsigned char* pixels = stbi_load_from_memory(reinterpret_cast<const unsigned char*>(bytes.data()),
-                                                static_cast<int>(bytes.size()), &width, &height, &channels, 0);
-  ASSERT_NE(pixels, nullptr);
-  ASSERT_EQ(width, 37);
-  ASSERT_EQ(height, 21);
-  ASSERT_EQ(channels, 3);
-  EXPECT_EQ(std::vector<unsigned char>(pixels, pixels + 3 * 37 * 21), image.pixels);
-  std::free(pixels);
+  const Image back = read_png(bytes);
+  EXPECT_EQ(back.width, 37);
+  EXPECT_EQ(back.height, 21);
+  EXPECT_EQ(back.pixels, image.pixels);
 }
 
 TEST_F(Png, ErrorsNameTheFileAndLeaveNothing) {

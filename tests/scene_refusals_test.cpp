@@ -309,6 +309,8 @@ INSTANTIATE_TEST_SUITE_P(
             "obj"},
         Refusal{"NegativeEvery", "/outputs/frames/every", "-1",
                 "/outputs/frames/every: found -1; allowed: an integer in [0, 1000000000]"},
+        Refusal{"TooSmallAPage", "/outputs/page/megabytes", "1",
+                "/outputs/page/megabytes: found 1; allowed: a number in [2, 400] (MB)"},
         Refusal{"EmptyPicture", "/outputs/pictures/size", "[0, 720]",
                 "/outputs/pictures/size/0: found 0; allowed: an integer in [1, 16384]"},
         Refusal{"CameraInItsTarget", "/outputs/pictures/camera/target", "[1, 2, 3]",

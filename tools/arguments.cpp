@@ -14,8 +14,8 @@ namespace malha {
 
 namespace {
 
-const std::vector<std::string> kFirstWords{"run",   "picture", "plan",   "check", "tune",
-                                           "bench", "study",   "--help", "-h",    "--version"};
+const std::vector<std::string> kFirstWords{"run",   "picture", "page",   "plan", "check",    "tune",
+                                           "bench", "study",   "--help", "-h",   "--version"};
 const std::vector<std::string> kFormats{"vtp", "pc2", "ply", "obj"};
 const std::vector<std::string> kBackends{"openmp", "serial"};
 constexpr std::int64_t kMostSteps = 1'000'000'000;
@@ -67,6 +67,9 @@ void add_results(CLI::App& command, Arguments& arguments) {
   command.add_flag("--no-picture", arguments.no_picture, "No pictures, whatever the scene says")
       ->excludes(picture)
       ->excludes(picture_every);
+  CLI::Option* page = command.add_flag("--page", arguments.page, "A page that replays the run in a browser: page.html");
+  page->disable_flag_override();
+  command.add_flag("--no-page", arguments.no_page, "No page, whatever the scene says")->excludes(page);
   command
       .add_option("--checkpoint", arguments.checkpoint_every,
                   "A checkpoint every N steps, 0 none before the end; every 30 seconds of the clock if not given")
@@ -143,6 +146,24 @@ void add_picture(CLI::App& app, Arguments& arguments) {
       "Example:\n  malha picture out/drape_bunny");
 }
 
+void add_page(CLI::App& app, Arguments& arguments) {
+  CLI::App* page = app.add_subcommand("page", "Two runs beside each other, in one page for the browser");
+  page->add_option("OUT", arguments.runs, "Two folders of results of malha run --page")
+      ->required()
+      ->expected(2)
+      ->check(some_path())
+      ->type_name("");
+  page->add_option("--out", arguments.out, "The file that is written; compare.html if not given")
+      ->check(some_path())
+      ->type_name("FILE");
+  page->footer(
+      "The runs play in step, under one camera, with the distance between their particles.\n\n"
+      "Example:\n"
+      "  malha run scenes/balloon.json --page --out out/a\n"
+      "  malha run scenes/my_balloon.json --page --out out/b\n"
+      "  malha page out/a out/b --out compare.html");
+}
+
 void add_plan(CLI::App& app, Arguments& arguments) {
   CLI::App* plan = app.add_subcommand(
       "plan", "Say what would run: sizes, colours, passes of a step, memory, and what one step launches");
@@ -177,6 +198,7 @@ void add_everything(CLI::App& app, Arguments& arguments) {
       "--resume goes on).");
   add_run(app, arguments);
   add_picture(app, arguments);
+  add_page(app, arguments);
   add_plan(app, arguments);
   add_check(app, arguments);
   add_measures(app, arguments);
@@ -222,6 +244,7 @@ std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) 
   arguments.typed = typed(argc, argv);
   arguments.command = first == "run"       ? Command::Run
                       : first == "picture" ? Command::Picture
+                      : first == "page"    ? Command::Page
                       : first == "plan"    ? Command::Plan
                       : first == "check"   ? Command::Check
                       : first == "bench"   ? Command::Bench

@@ -16,7 +16,7 @@ class App;
 
 namespace malha {
 
-enum class Command { Run, Picture, Plan, Check, Bench, Study, Tune };
+enum class Command { Run, Picture, Page, Plan, Check, Bench, Study, Tune };
 
 /// What the command's exit status says. An interrupted run exits with 128 + the signal: 130 for Ctrl-C.
 enum ExitStatus { kDone = 0, kUnmet = 1, kBadInput = 2, kDiverged = 3, kFailed = 4, kOutOfMemory = 5 };
@@ -26,12 +26,13 @@ struct Arguments {
   Command command = Command::Run;
   std::string scene;  // -: on standard input
   std::string backend = "openmp";
-  int threads = 0;  // 0: as many as OpenMP offers
-  std::string out;  // empty: out/SCENE; of picture: the folder of results
+  int threads = 0;                // 0: as many as OpenMP offers
+  std::string out;                // empty: out/SCENE; of picture: the folder of results; of page: the file
+  std::vector<std::string> runs;  // of page: two folders of results
   std::optional<std::int64_t> steps;
   std::optional<double> seconds;
   std::optional<int> every, picture_every, checkpoint_every;
-  bool picture = false, no_picture = false;
+  bool picture = false, no_picture = false, page = false, no_page = false;
   std::vector<std::string> formats;
   bool resume = false, quiet = false;
   std::string typed;  // what the user typed, without --resume

@@ -17,6 +17,7 @@
 #include "host/collision/start_before.h"
 #include "host/collision/start_outside.h"
 #include "host/model/model.h"
+#include "host/results/page.h"
 #include "host/results/plan.h"
 #include "host/results/redraw.h"
 #include "host/results/run.h"
@@ -86,6 +87,8 @@ malha::Scene load(const Arguments& arguments) {
   if (arguments.picture_every) outputs.picture_every = *arguments.picture_every;
   if ((arguments.picture || arguments.picture_every) && !outputs.picture) outputs.picture.emplace();
   if (arguments.no_picture) outputs.picture.reset();
+  if (arguments.page && !outputs.page) outputs.page.emplace();
+  if (arguments.no_page) outputs.page.reset();
   return scene;
 }
 
@@ -135,6 +138,13 @@ int picture(const Arguments& arguments) {
   return malha::kDone;
 }
 
+int page(const Arguments& arguments) {
+  const std::string path = arguments.out.empty() ? "compare.html" : arguments.out;
+  malha::write_comparison(arguments.runs[0], arguments.runs[1], path);
+  std::cout << "replay      " << malha::printable(path) << " (open it in a browser)\n";
+  return malha::kDone;
+}
+
 int plan(const Arguments& arguments) {
   std::optional<malha::Simulation> simulation;
   {
@@ -179,6 +189,8 @@ int dispatch(const Arguments& arguments) {
       return run(arguments);
     case malha::Command::Picture:
       return picture(arguments);
+    case malha::Command::Page:
+      return page(arguments);
     case malha::Command::Plan:
       return plan(arguments);
     case malha::Command::Check:

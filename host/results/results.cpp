@@ -30,11 +30,12 @@ Results::Results(const fs::path& folder_path)
       checkpoint(folder / "checkpoint.malha"),
       picture(folder / "picture.png"),
       storyboard(folder / "storyboard.png"),
+      page(folder / "page.html"),
       frames(folder / "frames"),
       pictures(folder / "pictures") {}
 
 void Results::remove() const {
-  for (const fs::path& path : {report, checkpoint, picture, storyboard}) {
+  for (const fs::path& path : {report, checkpoint, picture, storyboard, page}) {
     fs::remove(path);
     fs::remove(path.string() + ".tmp");
   }

@@ -12,6 +12,7 @@ struct Results {
   std::filesystem::path checkpoint;  // checkpoint.malha
   std::filesystem::path picture;     // picture.png, of the end
   std::filesystem::path storyboard;  // storyboard.png
+  std::filesystem::path page;        // page.html
   std::filesystem::path frames;      // frames/, see host/results/frames.h
   std::filesystem::path pictures;    // pictures/picture_000000.png ...
 

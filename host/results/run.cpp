@@ -10,6 +10,8 @@
 #include "host/results/frames.h"
 #include "host/results/gallery.h"
 #include "host/results/kept_momenta.h"
+#include "host/results/page.h"
+#include "host/results/report.h"
 #include "host/results/results.h"
 #include "host/results/summary.h"
 #include "host/results/warnings.h"
@@ -37,13 +39,15 @@ class Outputs {
     if (spec_.every > 0) open_writer();
     if (spec_.picture)
       gallery_.emplace(simulation.model(), results, simulation.steps(), last, simulation.threads(), &stop);
+    if (spec_.page) page_.emplace(simulation);
     if (!frames_before) write_frame();
     look();
   }
 
-  void after_step() {
+  void after_step(double step_ms) {
     write_frame();
     look();
+    if (page_) page_->look(step_ms);
     if (saves_) checkpoint();
   }
 
@@ -59,9 +63,17 @@ class Outputs {
     pause_ = std::max(checkpoint_seconds_, kPausePerWrite * took), saved_at_ = Clock::now();
   }
 
-  void report(const std::string& status, const std::vector<std::string>& notes) const {
+  /// And the page, whose last frame is the present state, where that is one.
+  void report(const std::string& status, const std::vector<std::string>& notes, bool diverged = false) {
     say("writing the report");
-    write_whole(results_.report, simulation_.report(status, notes));
+    const std::string text = simulation_.report(status, notes);
+    write_whole(results_.report, text);
+    if (!page_) return;
+    say("writing the page");
+    if (!diverged) page_->finish();
+    std::vector<std::string> lines = warnings(simulation_.model());
+    lines.insert(lines.end(), notes.begin(), notes.end());
+    page_->write(results_.page, text, lines);
   }
 
   void storyboard() const {
@@ -128,7 +140,19 @@ class Outputs {
   std::optional<FrameVertices> vertices_;
   std::optional<FrameWriter> writer_;
   std::optional<Gallery> gallery_;
+  std::optional<Page> page_;
 };
+
+/// Says what crossed where nothing may; else nothing.
+std::string crossed(const Simulation& simulation) {
+  const Scene& scene = simulation.model().scene;
+  const std::int64_t most = simulation.times().most_crossings;
+  if (most == 0 || scene.expect.max_crossings || (scene.self_collision && scene.self_collision->ignores_crossings))
+    return "";
+  return "collision: " + counted(most, "crossing") +
+         " of edges with triangles at once, of those that were counted; take more substeps, and see "
+         "scenes/accuracy.md for what can cross";
+}
 
 /// Says where bodies may have been sent through each other; else nothing.
 std::string driven_through(const Simulation& simulation) {
@@ -174,12 +198,12 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
       const double took = seconds([&] { simulation.step(); });
       if (outputs.saves() || simulation.steps() == last) simulation.check();
       if (scene.expect.max_crossings || outputs.shows()) simulation.count_crossings();
-      outputs.after_step();
+      outputs.after_step(took * 1000);
       progress({simulation.steps(), last, simulation.time(), took * 1000});
     }
     if (simulation.steps() < last) simulation.check();
   } catch (const Diverged& error) {
-    outputs.report("diverged", {error.what()});
+    outputs.report("diverged", {error.what()}, true);
     if (!stop) outputs.storyboard();
     throw;
   }
@@ -191,7 +215,8 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   std::vector<std::string> notes = result.unmet;
   if (!rounding.empty()) notes.push_back(rounding);
   std::vector<std::string> known = momenta.broken(simulation);
-  if (const std::string line = driven_through(simulation); !line.empty()) known.push_back(line);
+  for (const std::string& line : {driven_through(simulation), crossed(simulation)})
+    if (!line.empty()) known.push_back(line);
   for (const std::string& line : known) {
     if (options.warn) options.warn(line);
     notes.push_back(line);

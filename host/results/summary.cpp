@@ -81,6 +81,7 @@ std::string list_results(const Results& results) {
   line("frames      ", results.frames / "points.pc2", " with rest.obj (Blender, Maya)");
   for (const char* series : {"frame_000000.ply", "frame_000000.obj"})
     line("frames      ", results.frames / series, " ...");
+  line("replay      ", results.page, " (open it in a browser)");
   return text;
 }
 

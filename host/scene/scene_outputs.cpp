@@ -38,9 +38,15 @@ OutputSpec read_outputs(const JsonReader& at) {
     });
     outputs.picture = picture;
   };
+  const auto read_page = [&](const JsonReader& page) {
+    outputs.page.emplace();
+    page.object(
+        {{"megabytes", [&](const JsonReader& v) { outputs.page->megabytes = v.number(between(2, 400, "MB")); }}});
+  };
   at.object({
       {"frames", read_frames},
       {"pictures", read_pictures},
+      {"page", read_page},
       {"checkpoint_every", [&](const JsonReader& v) { outputs.checkpoint_every = v.integer(0, most_steps); }},
   });
   return outputs;

@@ -136,6 +136,7 @@ Json write(const OutputSpec& o) {
           {"eye", camera->eye}, {"target", camera->target}, {"fov_degrees", camera->fov_degrees}};
     }
   }
+  if (o.page) json["page"] = {{"megabytes", o.page->megabytes}};
   if (o.checkpoint_every) json["checkpoint_every"] = *o.checkpoint_every;
   return json;
 }

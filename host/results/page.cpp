@@ -1,0 +1,243 @@
+#include "host/results/page.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "host/base/build_info.h"
+#include "host/base/file.h"
+#include "host/collision/pose.h"
+#include "host/error.h"
+#include "host/model/model.h"
+#include "host/results/page_parts.h"
+#include "host/results/picture.h"
+
+namespace malha {
+
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kFramesPerSecond = 60;
+constexpr char kBegin[] = "<script type=\"application/json\" class=\"run\">";
+constexpr char kEnd[] = "</script>\n";
+
+std::string text_of(const std::vector<std::uint32_t>& numbers, std::size_t stride) {
+  return base64(packed(numbers, stride, 4));
+}
+
+Json json_of(const PackedPoints& points) {
+  return {{"low", points.low}, {"side", points.side}, {"data", base64(points.data)}};
+}
+
+/// Four corners each; a triangle has its third one twice.
+std::string text_of(const std::vector<Quad>& faces) {
+  std::vector<std::uint32_t> corners;
+  for (const Quad& face : faces)
+    for (int k = 0; k < 4; ++k) corners.push_back(static_cast<std::uint32_t>(face[k] < 0 ? face[2] : face[k]));
+  return text_of(corners, 4);
+}
+
+Json environment(const Model& model) {
+  Json all = Json::array();
+  for (const EnvironmentMesh& object : model.environment)
+    all.push_back({{"name", object.spec.name},
+                   {"colour", stone_colour()},
+                   {"points", json_of(packed(object.mesh.points))},
+                   {"count", object.mesh.points.size()},
+                   {"faces", text_of(object.mesh.faces)},
+                   {"face_count", object.mesh.faces.size()},
+                   {"moves", !object.spec.motion.empty()}});
+  return all;
+}
+
+/// Of objects that move: where they are, as the rows of a rotation and a translation (m).
+Json poses(const Model& model, double time) {
+  Json all = Json::array();
+  for (const EnvironmentMesh& object : model.environment) {
+    if (object.spec.motion.empty()) continue;
+    const Pose pose = pose_at(object.spec.motion, time);
+    Json numbers(pose.r);
+    for (const double t : {pose.t.x, pose.t.y, pose.t.z}) numbers.push_back(t);
+    all.push_back(numbers);
+  }
+  return all;
+}
+
+Json json_of(const Measures& m) {
+  const auto length = [](const std::array<double, 3>& a) { return std::hypot(a[0], a[1], a[2]); };
+  return {{"kinetic", m.kinetic},
+          {"potential", m.potential},
+          {"elastic", m.elastic},
+          {"strain_rms", m.strain_rms},
+          {"strain_max", m.strain_max},
+          {"speed_max", m.speed_max},
+          {"momentum", length(m.momentum)},
+          {"angular_momentum", length(m.angular_momentum)},
+          {"contacts", m.contacts + m.self_contacts + m.edge_contacts},
+          {"crossings", m.crossings}};
+}
+
+/// Inside a <script>, where nothing may look like its end.
+std::string script_text(const Json& json) {
+  std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
+  return text;
+}
+
+/// The whole file, around what runs have in it.
+std::vector<std::string_view> around(const std::vector<std::string_view>& runs) {
+  using namespace page_parts;
+  std::vector<std::string_view> all{
+      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>malha</title>\n<style>\n",
+      kStyle, "</style>\n</head>\n<body>\n", kBody};
+  for (const std::string_view run : runs) all.insert(all.end(), {kBegin, run, kEnd});
+  for (const char* script : {kThree, kControls, kData, kStage, kViewer})
+    all.insert(all.end(), {"<script>\n", script, kEnd});
+  all.push_back("</body>\n</html>\n");
+  return all;
+}
+
+std::string joined(const std::vector<std::string_view>& pieces) {
+  std::string all;
+  for (const std::string_view piece : pieces) all += piece;
+  return all;
+}
+
+std::string run_of(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / "page.html";
+  std::string page;
+  try {
+    page = read_whole(path);
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw InputError(std::string(error.what()) + "; allowed: a folder of results of malha run --page");
+  }
+  const std::size_t begin = page.find(kBegin), end = page.find(kEnd, begin);
+  if (begin == std::string::npos || end == std::string::npos)
+    refuse(path.string(), "", "no run in it", "a page that malha run --page wrote");
+  const std::size_t from = begin + sizeof kBegin - 1;
+  if (page.find(kBegin, end) != std::string::npos)
+    refuse(path.string(), "", "two runs in it", "a page that malha run --page wrote");
+  return page.substr(from, end - from);
+}
+
+}  // namespace
+
+Page::Page(const Simulation& simulation)
+    : simulation_(simulation),
+      room_(static_cast<std::size_t>(1e6 * simulation.model().scene.outputs.page.value_or(PageSpec{}).megabytes)),
+      first_(simulation.steps()),
+      every_(std::max<std::int64_t>(1, std::llround(1 / kFramesPerSecond / simulation.model().scene.solver.dt))) {
+  std::size_t fixed = environment(simulation.model()).dump().size() + 20'000;  // what is not counted is small
+  for (const std::string_view piece : around({})) fixed += piece.size();
+  room_ -= std::min(room_, fixed);
+  add_mesh();
+  keep(0);
+}
+
+bool Page::wants(std::int64_t step) const { return (step - first_) % every_ == 0; }
+
+void Page::look(double step_ms) {
+  step_ms_ = step_ms;
+  if (!wants(simulation_.steps())) return;
+  keep(step_ms);
+  thin_out(false);
+}
+
+void Page::add_mesh() {
+  const Appearance& look = simulation_.model().look;
+  std::vector<std::uint32_t> lines;
+  for (const Edge& line : look.lines) lines.insert(lines.end(), {std::uint32_t(line[0]), std::uint32_t(line[1])});
+  const Json mesh{{"count", look.points.size()},   {"start", json_of(packed(look.points))},
+                  {"faces", text_of(look.faces)},  {"face_count", look.faces.size()},
+                  {"lines", text_of(lines, 2)},    {"line_count", look.lines.size()},
+                  {"body_begin", look.body_begin}, {"face_begin", look.face_begin},
+                  {"line_begin", look.line_begin}};
+  meshes_.push_back(mesh.dump());
+  tears_ = simulation_.tears();
+}
+
+void Page::keep(double step_ms) {
+  if (simulation_.tears() != tears_) add_mesh();
+  frames_.push_back({simulation_.steps(), simulation_.time(), step_ms, meshes_.size() - 1,
+                     packed(simulation_.positions()), simulation_.measure()});
+}
+
+void Page::thin_out(bool keeps_last) {
+  constexpr std::size_t kMeasures = 500;  // bytes of a frame's measures and poses, about
+  const auto size = [&] {
+    std::size_t sum = 0;
+    for (const std::string& mesh : meshes_) sum += mesh.size();
+    for (const Frame& frame : frames_) sum += frame.points.data.size() * 4 / 3 + kMeasures;
+    return sum;
+  };
+  while (size() > room_ && frames_.size() > 1) {
+    const std::int64_t end = frames_.back().step;
+    every_ *= 2;
+    std::erase_if(frames_, [&](const Frame& frame) {
+      if (keeps_last) return frame.step < end && (!wants(frame.step) || every_ > end - first_);
+      return !wants(frame.step);
+    });
+    std::vector<std::string> used;  // of meshes between two tears, some may have no frame any more
+    std::size_t last = meshes_.size();
+    for (Frame& frame : frames_) {
+      if (frame.mesh != last) last = frame.mesh, used.push_back(std::move(meshes_[last]));
+      frame.mesh = used.size() - 1;
+    }
+    if (last != meshes_.size() - 1) used.push_back(std::move(meshes_.back()));
+    meshes_ = std::move(used);
+  }
+}
+
+void Page::finish() {
+  if (frames_.back().step != simulation_.steps()) keep(step_ms_);
+  thin_out(true);
+}
+
+void Page::write(const std::filesystem::path& path, const std::string& report,
+                 const std::vector<std::string>& warnings) const {
+  const Model& model = simulation_.model();
+  Json frames = Json::array(), bodies = Json::array(), meshes = Json::array();
+  double rounding = 0;
+  for (const Frame& frame : frames_) {
+    rounding = std::max(rounding, frame.points.rounding());
+    frames.push_back({{"step", frame.step},
+                      {"time", frame.time},
+                      {"step_ms", frame.step_ms},
+                      {"mesh", frame.mesh},
+                      {"points", json_of(frame.points)},
+                      {"poses", poses(model, frame.time)},
+                      {"measures", json_of(frame.measures)}});
+  }
+  for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
+    bodies.push_back({{"name", model.scene.bodies[b].name}, {"colour", body_colour(static_cast<int>(b))}});
+  for (const std::string& mesh : meshes_) meshes.push_back(Json::parse(mesh));
+  Json run{{"malha", version()},
+           {"every", every_},
+           {"rounding", rounding},
+           {"bodies", bodies},
+           {"environment", environment(model)},
+           {"meshes", meshes},
+           {"frames", frames},
+           {"warnings", warnings},
+           {"report", Json::parse(report)}};
+  if (const auto& picture = model.scene.outputs.picture; picture && picture->camera)
+    run["camera"] = {{"eye", picture->camera->eye},
+                     {"target", picture->camera->target},
+                     {"fov_degrees", picture->camera->fov_degrees}};
+  const std::string text = script_text(run);
+  write_whole(path, joined(around({text})));
+}
+
+void write_comparison(const std::filesystem::path& one, const std::filesystem::path& other,
+                      const std::filesystem::path& path) {
+  const std::string a = run_of(one), b = run_of(other);
+  write_whole(path, joined(around({a, b})));
+}
+
+}  // namespace malha

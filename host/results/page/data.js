@@ -1,0 +1,111 @@
+// Reads what host/results/page_pack.cpp writes.
+'use strict';
+
+async function inflated(text) {
+  const letters = atob(text), bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < bytes.length; ++i) bytes[i] = letters.charCodeAt(i);
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate'));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+// `count` numbers, as differences to those `stride` before.
+async function unpacked(text, count, stride, bytes) {
+  const planes = await inflated(text), numbers = bytes === 2 ? new Uint16Array(count) : new Uint32Array(count);
+  if (planes.length !== count * bytes) throw new Error('found ' + planes.length + ' bytes of ' + count * bytes);
+  for (let i = 0; i < count; ++i) {
+    let step = 0;
+    for (let b = bytes - 1; b >= 0; --b) step = step * 256 + planes[b * count + i];
+    numbers[i] = step + (i < stride ? 0 : numbers[i - stride]);
+  }
+  return numbers;
+}
+
+// Places in m, x y z of one after the other.
+async function places(points, count) {
+  const places = new Float32Array(3 * count);
+  if (count === 0) return places;
+  const steps = await unpacked(points.data, 3 * count, 3, 2);
+  for (let i = 0; i < places.length; ++i) places[i] = points.low[i % 3] + points.side[i % 3] / 65535 * steps[i];
+  return places;
+}
+
+// What of a page's mesh WebGL and the looks need.
+async function meshOf(packed) {
+  const faces = await unpacked(packed.faces, 4 * packed.face_count, 4, 4);
+  const lines = await unpacked(packed.lines, 2 * packed.line_count, 2, 4);
+  const triangles = trianglesOf(faces);
+  return {count: packed.count, faces, lines, triangles, bodyBegin: packed.body_begin, faceBegin: packed.face_begin,
+          lineBegin: packed.line_begin, start: packed.start, edges: null};
+}
+
+// A quad is two triangles; a triangle has its third corner twice.
+function trianglesOf(faces) {
+  const all = new Uint32Array(faces.length / 4 * 6);
+  let n = 0;
+  for (let f = 0; f < faces.length; f += 4) {
+    const a = faces[f], b = faces[f + 1], c = faces[f + 2], d = faces[f + 3];
+    all[n++] = a, all[n++] = b, all[n++] = c;
+    if (d !== c) all[n++] = a, all[n++] = c, all[n++] = d;
+  }
+  return all.slice(0, n);
+}
+
+// The sides of faces, and lines, each once.
+function edgesOf(mesh) {
+  if (mesh.edges) return mesh.edges;
+  const n = mesh.count, keys = new Float64Array(mesh.faces.length + mesh.lines.length / 2);
+  let k = 0;
+  const add = (a, b) => { if (a !== b) keys[k++] = Math.min(a, b) * n + Math.max(a, b); };
+  for (let f = 0; f < mesh.faces.length; f += 4) {
+    const [a, b, c, d] = mesh.faces.subarray(f, f + 4);
+    add(a, b), add(b, c), add(c, d), add(d, a);
+  }
+  for (let l = 0; l < mesh.lines.length; l += 2) add(mesh.lines[l], mesh.lines[l + 1]);
+  const sorted = keys.subarray(0, k).sort(), edges = new Uint32Array(2 * k);
+  let e = 0;
+  for (let i = 0; i < k; ++i) {
+    if (i > 0 && sorted[i] === sorted[i - 1]) continue;
+    const low = Math.floor(sorted[i] / n);
+    edges[e++] = low, edges[e++] = sorted[i] - low * n;
+  }
+  return mesh.edges = edges.slice(0, e);
+}
+
+// The frames of a run, read when they are wanted; those read last stay.
+class Frames {
+  constructor(run) {
+    this.run = run, this.all = run.frames, this.read = new Map(), this.meshes = new Map(), this.bytes = 0;
+  }
+  get length() { return this.all.length; }
+  get start() { return this.all[0].time; }
+  get end() { return this.all[this.all.length - 1].time; }
+  // The last one that is not after this time.
+  at(time) {
+    let low = 0, high = this.all.length - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this.all[middle].time <= time + 1e-9) low = middle; else high = middle - 1;
+    }
+    return low;
+  }
+  mesh(k) {
+    const m = this.all[k].mesh;
+    if (!this.meshes.has(m)) this.meshes.set(m, meshOf(this.run.meshes[m]));
+    return this.meshes.get(m);
+  }
+  places(k) {
+    const most = 256e6;  // bytes
+    if (this.read.has(k)) {
+      const known = this.read.get(k);
+      this.read.delete(k), this.read.set(k, known);
+      return known;
+    }
+    const frame = this.all[k], count = this.run.meshes[frame.mesh].count, promise = places(frame.points, count);
+    this.read.set(k, promise), this.bytes += 12 * count;
+    for (const old of this.read.keys()) {
+      if (this.bytes <= most || old === k) break;
+      this.bytes -= 12 * this.run.meshes[this.all[old].mesh].count, this.read.delete(old);
+    }
+    return promise;
+  }
+}

@@ -1,0 +1,203 @@
+// One run in three.js: bodies, environment, looks.
+'use strict';
+
+// Turbo (Mikhailov 2019), at seven places.
+const kTurbo = [[48, 18, 59], [70, 134, 251], [26, 228, 182], [164, 252, 60], [251, 185, 56], [228, 70, 10], [122, 4, 3]];
+function turbo(part, to, at) {
+  const where = Math.min(Math.max(part, 0), 1) * (kTurbo.length - 1), k = Math.min(Math.floor(where), kTurbo.length - 2);
+  for (let c = 0; c < 3; ++c) to[at + c] = (kTurbo[k][c] + (where - k) * (kTurbo[k + 1][c] - kTurbo[k][c])) / 255;
+  new THREE.Color().fromArray(to, at).convertSRGBToLinear().toArray(to, at);
+}
+
+// Means over the triangles around each point, weighted by area.
+function setNormals(normals, x, triangles) {
+  normals.fill(0);
+  for (let t = 0; t < triangles.length; t += 3) {
+    const a = 3 * triangles[t], b = 3 * triangles[t + 1], c = 3 * triangles[t + 2];
+    const ux = x[b] - x[a], uy = x[b + 1] - x[a + 1], uz = x[b + 2] - x[a + 2];
+    const vx = x[c] - x[a], vy = x[c + 1] - x[a + 1], vz = x[c + 2] - x[a + 2];
+    const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+    for (const i of [a, b, c]) normals[i] += nx, normals[i + 1] += ny, normals[i + 2] += nz;
+  }
+  for (let i = 0; i < normals.length; i += 3) {
+    const length = Math.hypot(normals[i], normals[i + 1], normals[i + 2]) || 1;
+    normals[i] /= length, normals[i + 1] /= length, normals[i + 2] /= length;
+  }
+}
+
+class Stage {
+  constructor(run, frames, canvas) {
+    this.run = run, this.frames = frames, this.look = 'shaded', this.shown = -1, this.wanted = -1;
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
+    this.renderer.setPixelRatio(window.devicePixelRatio || 1);
+    this.renderer.shadowMap.enabled = true, this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+    this.renderer.gammaOutput = true, this.renderer.gammaFactor = 2.2;
+    this.scene = new THREE.Scene();
+    this.scene.background = new THREE.Color(0xf4f4f2);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0xb0a898, 0.8));
+    this.sun = new THREE.DirectionalLight(0xffffff, 0.7);
+    this.sun.castShadow = true, this.sun.shadow.mapSize.set(2048, 2048);
+    this.scene.add(this.sun, this.sun.target);
+    this.moving = [], this.bodies = [];
+  }
+
+  async prepare() {
+    for (const object of this.run.environment) {
+      const x = await places(object.points, object.count);
+      const faces = await unpacked(object.faces, 4 * object.face_count, 4, 4);
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute('position', new THREE.BufferAttribute(x, 3));
+      geometry.setIndex(new THREE.BufferAttribute(trianglesOf(faces), 1));
+      const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial(
+          {color: linear(object.colour), roughness: 0.9, side: THREE.DoubleSide, flatShading: true}));
+      mesh.castShadow = mesh.receiveShadow = true;
+      if (object.moves) mesh.matrixAutoUpdate = false, this.moving.push(mesh);
+      this.scene.add(mesh);
+    }
+    this.light();
+  }
+
+  // The box of the bodies over all frames.
+  box() {
+    const box = new THREE.Box3();
+    for (const frame of this.run.frames) {
+      const {low, side} = frame.points;
+      box.expandByPoint(new THREE.Vector3(...low));
+      box.expandByPoint(new THREE.Vector3(low[0] + side[0], low[1] + side[1], low[2] + side[2]));
+    }
+    return box;
+  }
+
+  light() {
+    const sphere = this.box().getBoundingSphere(new THREE.Sphere()), r = 1.3 * sphere.radius || 1;
+    this.sun.target.position.copy(sphere.center);
+    this.sun.position.copy(sphere.center).add(new THREE.Vector3(0.5, 1.6, 0.8).multiplyScalar(2 * r));
+    const camera = this.sun.shadow.camera;
+    camera.left = camera.bottom = -1.5 * r, camera.right = camera.top = 1.5 * r, camera.near = 0.1 * r, camera.far = 8 * r;
+    camera.updateProjectionMatrix();
+    this.sun.shadow.bias = -0.0005;
+  }
+
+  // Makes what is drawn of bodies, for the mesh of a frame.
+  build(mesh) {
+    for (const body of this.bodies) this.scene.remove(...body.parts), body.geometry.dispose();
+    this.bodies = [], this.mesh = mesh;
+    this.x = new THREE.BufferAttribute(new Float32Array(3 * mesh.count), 3);
+    this.normals = new THREE.BufferAttribute(new Float32Array(3 * mesh.count), 3);
+    this.colours = new THREE.BufferAttribute(new Float32Array(3 * mesh.count), 3);
+    const size = this.box().getSize(new THREE.Vector3()).length() || 1;
+    const shared = (index) => {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute('position', this.x), geometry.setAttribute('normal', this.normals);
+      geometry.setAttribute('color', this.colours);
+      if (index) geometry.setIndex(new THREE.BufferAttribute(index, 1));
+      return geometry;
+    };
+    const geometry = shared(mesh.triangles), surface = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial(
+        {vertexColors: THREE.VertexColors, roughness: 0.75, side: THREE.DoubleSide}));
+    surface.castShadow = surface.receiveShadow = true;
+    const rods = new THREE.LineSegments(shared(mesh.lines), new THREE.LineBasicMaterial({vertexColors: THREE.VertexColors}));
+    const spread = mesh.count > 0 ? size / Math.sqrt(mesh.count) : size;
+    const points = new THREE.Points(shared(null), new THREE.PointsMaterial(
+        {vertexColors: THREE.VertexColors, size: 0.35 * Math.min(spread, 0.05 * size)}));
+    const parts = [surface, rods, points];
+    for (const part of parts) part.frustumCulled = false;
+    this.scene.add(...parts);
+    this.bodies = [{parts, geometry}], this.surface = surface, this.rods = rods, this.points = points, this.wire = null;
+    this.hasLoose = this.loose(mesh);
+  }
+  loose(mesh) {
+    const used = new Uint8Array(mesh.count);
+    for (const i of mesh.triangles) used[i] = 1;
+    for (const i of mesh.lines) used[i] = 1;
+    return used.includes(0) && mesh.triangles.length === 0 && mesh.lines.length === 0;
+  }
+
+  wires() {
+    if (this.wire) return this.wire;
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', this.x), geometry.setAttribute('color', this.colours);
+    geometry.setIndex(new THREE.BufferAttribute(edgesOf(this.mesh), 1));
+    this.wire = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({vertexColors: THREE.VertexColors}));
+    this.wire.frustumCulled = false;
+    this.scene.add(this.wire), this.bodies[0].parts.push(this.wire);
+    return this.wire;
+  }
+
+  // Shows a frame; what is asked for later wins. Gives back whether this one is shown.
+  async show(k) {
+    this.wanted = k;
+    const before = Math.max(k - 1, 0);
+    const [mesh, x, start, last] = await Promise.all([
+      this.frames.mesh(k), this.frames.places(k),
+      this.look === 'strain' ? this.startOf(k) : null,
+      this.look === 'speed' && this.run.frames[before].mesh === this.run.frames[k].mesh ? this.frames.places(before) : null]);
+    if (this.wanted !== k) return false;
+    if (mesh !== this.mesh) this.build(mesh);
+    this.x.array.set(x), this.x.needsUpdate = true;
+    if (mesh.triangles.length > 0) setNormals(this.normals.array, x, mesh.triangles), this.normals.needsUpdate = true;
+    this.paint(k, x, start, last);
+    const wires = this.look === 'wire', particles = this.look === 'particles' || this.hasLoose;
+    this.surface.visible = !wires && this.look !== 'particles', this.points.visible = particles;
+    this.rods.visible = this.look !== 'particles';
+    if (wires) this.wires();
+    if (this.wire) this.wire.visible = wires;
+    this.moving.forEach((object, o) => {
+      const p = this.run.frames[k].poses[o];
+      object.matrix.set(p[0], p[1], p[2], p[9], p[3], p[4], p[5], p[10], p[6], p[7], p[8], p[11], 0, 0, 0, 1);
+    });
+    this.shown = k;
+    return true;
+  }
+  async startOf(k) {
+    const mesh = this.run.meshes[this.run.frames[k].mesh];
+    return mesh.places = mesh.places || await places(mesh.start, mesh.count);
+  }
+
+  paint(k, x, start, last) {
+    const to = this.colours.array, mesh = this.mesh;
+    this.most = 0;
+    if (this.look === 'strain' || this.look === 'speed') {
+      const values = this.look === 'strain' ? strains(mesh, x, start) : speeds(x, last, this.frames.all, k);
+      for (const value of values) this.most = Math.max(this.most, value);
+      for (let i = 0; i < mesh.count; ++i) turbo(this.most > 0 ? values[i] / this.most : 0, to, 3 * i);
+    } else {
+      this.run.bodies.forEach((body, b) => {
+        const colour = linear(body.colour);
+        for (let i = mesh.bodyBegin[b]; i < mesh.bodyBegin[b + 1]; ++i) colour.toArray(to, 3 * i);
+      });
+    }
+    this.colours.needsUpdate = true;
+  }
+
+  render(camera) {
+    const canvas = this.renderer.domElement, w = canvas.clientWidth, h = canvas.clientHeight;
+    const size = this.renderer.getSize(new THREE.Vector2());
+    if (size.x !== w || size.y !== h) this.renderer.setSize(w, h, false);
+    this.renderer.render(this.scene, camera);
+  }
+}
+
+function linear(colour) { return new THREE.Color(...colour).convertSRGBToLinear(); }
+
+// The largest |l - l0| / l0 of the edges at each particle.
+function strains(mesh, x, start) {
+  const values = new Float32Array(mesh.count), edges = edgesOf(mesh);
+  const length = (p, a, b) => Math.hypot(p[a] - p[b], p[a + 1] - p[b + 1], p[a + 2] - p[b + 2]);
+  for (let e = 0; e < edges.length; e += 2) {
+    const i = edges[e], j = edges[e + 1], rest = length(start, 3 * i, 3 * j);
+    const strain = rest > 0 ? Math.abs(length(x, 3 * i, 3 * j) - rest) / rest : 0;
+    values[i] = Math.max(values[i], strain), values[j] = Math.max(values[j], strain);
+  }
+  return values;
+}
+
+// m/s, between this frame and the one before.
+function speeds(x, last, frames, k) {
+  const values = new Float32Array(x.length / 3);
+  if (!last || k === 0) return values;
+  const dt = frames[k].time - frames[k - 1].time;
+  for (let i = 0; i < values.length; ++i)
+    values[i] = Math.hypot(x[3 * i] - last[3 * i], x[3 * i + 1] - last[3 * i + 1], x[3 * i + 2] - last[3 * i + 2]) / dt;
+  return values;
+}

@@ -1,0 +1,67 @@
+#include "host/results/page_pack.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace malha {
+
+namespace {
+
+constexpr double kSteps = 65535;  // of a coordinate in its box
+
+}  // namespace
+
+std::string packed(std::span<const std::uint32_t> numbers, std::size_t stride, int bytes) {
+  const std::size_t n = numbers.size();
+  std::vector<unsigned char> planes(n * static_cast<std::size_t>(bytes));
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::uint32_t step = numbers[i] - (i < stride ? 0 : numbers[i - stride]);
+    for (int b = 0; b < bytes; ++b) planes[static_cast<std::size_t>(b) * n + i] = (step >> (8 * b)) & 0xff;
+  }
+  uLongf size = compressBound(static_cast<uLong>(planes.size()));
+  std::string deflated(size, '\0');
+  if (compress2(reinterpret_cast<Bytef*>(deflated.data()), &size, planes.data(), static_cast<uLong>(planes.size()),
+                Z_DEFAULT_COMPRESSION) != Z_OK)
+    throw std::runtime_error("a page: zlib cannot deflate " + std::to_string(planes.size()) + " bytes");
+  deflated.resize(size);
+  return deflated;
+}
+
+double PackedPoints::rounding() const { return *std::max_element(side.begin(), side.end()) / kSteps / 2; }
+
+PackedPoints packed(const std::vector<Vec3>& points) {
+  PackedPoints all;
+  if (points.empty()) return all;
+  for (int k = 0; k < 3; ++k) {
+    const auto [low, high] =
+        std::minmax_element(points.begin(), points.end(), [k](const Vec3& a, const Vec3& b) { return a[k] < b[k]; });
+    all.low[k] = (*low)[k], all.side[k] = (*high)[k] - (*low)[k];
+  }
+  std::vector<std::uint32_t> steps;
+  steps.reserve(3 * points.size());
+  for (const Vec3& point : points)
+    for (int k = 0; k < 3; ++k) {
+      const double part = all.side[k] > 0 ? (point[k] - all.low[k]) / all.side[k] : 0;
+      steps.push_back(static_cast<std::uint32_t>(std::lround(std::clamp(part, 0.0, 1.0) * kSteps)));
+    }
+  all.data = packed(steps, 3, 2);
+  return all;
+}
+
+std::string base64(const std::string& bytes) {
+  static constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t three = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      three = three << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0);
+    for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? letters[three >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+}  // namespace malha

@@ -1,0 +1,30 @@
+// Numbers as text inside a page: small, and quick to read for a browser.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host/mesh.h"
+
+namespace malha {
+
+/// Differences of each number to the one `stride` before it (the first ones as they are), byte by byte: first the
+/// lowest bytes of all, then the next, `bytes` of each number; deflated (zlib, RFC 1950). host/results/page/data.js
+/// reads it. Throws std::runtime_error where zlib fails (memory).
+std::string packed(std::span<const std::uint32_t> numbers, std::size_t stride, int bytes);
+
+/// Places on a grid of 65536 steps a side over their box, packed.
+struct PackedPoints {
+  std::array<double, 3> low{}, side{};  // m, of the box
+  std::string data;
+  /// How far rounding may move a coordinate, m.
+  double rounding() const;
+};
+PackedPoints packed(const std::vector<Vec3>& points);
+
+/// RFC 4648.
+std::string base64(const std::string& bytes);
+
+}  // namespace malha
