@@ -129,14 +129,18 @@ struct FindEdgePairs {
     __atomic_store_n(of, static_cast<unsigned char>(1), __ATOMIC_RELAXED);
 #endif
   }
-  /// In which the way of a triangle lies.
+  /// Along n, of what stays in the box of its way d: constraints may pull it off the straight one.
+  KERNEL static R farthest(const Vector3<R>& n, const Vector3<R>& d) {
+    return larger(n.x * d.x, R(0)) + larger(n.y * d.y, R(0)) + larger(n.z * d.z, R(0));
+  }
+  /// In which the boxes of the ways of a triangle lie.
   KERNEL Slab<R> slab_of(const Simplex& s) const {
     const int* const i = s.corner;
     const Vector3<R> a = x[i[0]], n = cross(x[i[1]] - a, x[i[2]] - a);
     R low = R(0), high = R(0);
     for (int k = 0; k < 3; ++k) {
-      const R along = dot(n, d[i[k]]);
-      low = smaller(low, along), high = larger(high, along);
+      const Vector3<R> own = d[i[k]];
+      low = smaller(low, -farthest(n, -own)), high = larger(high, farthest(n, own));
     }
     const R more = R(1.01) * reach * root(dot(n, n));
     return {a, n, low - more, high + more};
@@ -155,8 +159,9 @@ struct FindEdgePairs {
     const Vector3<R> a = x[c[0]], n = cross(x[c[1]] - a, x[c[2]] - a);
     R low = R(INFINITY), high = -R(INFINITY);
     for (int k = 0; k < 3; ++k) {
-      const R at = dot(n, x[i[k]] - a), along = dot(n, d[i[k]]);
-      low = smaller(low, at + smaller(along, R(0))), high = larger(high, at + larger(along, R(0)));
+      const R at = dot(n, x[i[k]] - a);
+      const Vector3<R> own = d[i[k]];
+      low = smaller(low, at - farthest(n, -own)), high = larger(high, at + farthest(n, own));
     }
     const R most = R(1.01) * reach * root(dot(n, n));
     return low > most || high < -most;
