@@ -75,6 +75,7 @@ Json json_of(const Measures& m) {
           {"speed_max", m.speed_max},
           {"momentum", length(m.momentum)},
           {"angular_momentum", length(m.angular_momentum)},
+          {"penetration_max", m.penetration_max},
           {"contacts", m.contacts + m.self_contacts + m.edge_contacts},
           {"crossings", m.crossings}};
 }

@@ -70,7 +70,7 @@ class Stepper : public Solver {
   }
   void restore(const std::string& bytes, const std::string& file) final {
     const State<R> saved = load(bytes, x_.size(), file);
-    steps_ = saved.steps;
+    steps_ = saved.steps, crossings_step_ = -1;
     x_.upload(saved.x), p_.upload(saved.x);  // pins are read from p, and may have been moved by hand
     v_.upload(saved.v);
     if (moved_) moved_->hold(time(), w_.data());
@@ -101,6 +101,7 @@ class Stepper : public Solver {
     guard_.moved(std::sqrt((to[0] - from[0]) * (to[0] - from[0]) + (to[1] - from[1]) * (to[1] - from[1]) +
                            (to[2] - from[2]) * (to[2] - from[2])));
     for (const PointArray<Executor, R>* points : {&x_, &p_}) points->set(static_cast<std::size_t>(i), to);
+    crossings_step_ = -1;
     wake();
   }
   void wake() final {
@@ -320,8 +321,14 @@ class Stepper : public Solver {
   SolverFacts facts_;
 
  private:
+  /// Of the present state, which several ask for: counted once.
   std::int64_t crossings_at(const std::vector<Vec3>& x) const {
-    return (self_ ? count_crossings(self_->surface(), x) : 0) + (edges_ ? count_edge_crossings(model_, x, time()) : 0);
+    if (crossings_step_ != steps_) {
+      crossings_ =
+          (self_ ? count_crossings(self_->surface(), x) : 0) + (edges_ ? count_edge_crossings(model_, x, time()) : 0);
+      crossings_step_ = steps_;
+    }
+    return crossings_;
   }
 
   void lay_out_particles() {
@@ -406,6 +413,7 @@ class Stepper : public Solver {
   Part<Sleeper<Executor, R>, built("sleep")> sleeper_;
   Part<SelfCollider<Executor, R>, built("self_collision")> self_;
   std::array<double, kPassNames.size()> seconds_{};
+  mutable std::int64_t crossings_step_ = -1, crossings_ = 0;  // the step of which they were counted, and how many
 };
 
 }  // namespace malha

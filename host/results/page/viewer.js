@@ -11,6 +11,7 @@ const kGraphs = [
   {title: 'momentum (kg m/s), angular momentum (kg m²/s)', keys: [['momentum', '#1f77b4', 'linear'],
                                                                   ['angular_momentum', '#9467bd', 'angular']]},
   {title: 'largest speed (m/s)', keys: [['speed_max', '#444', 'speed']]},
+  {title: 'penetration (m)', keys: [['penetration_max', '#444', 'penetration']]},
   {title: 'contacts, crossings', keys: [['contacts', '#1f77b4', 'contacts'], ['crossings', '#d62728', 'crossings']]},
 ];
 
