@@ -80,9 +80,11 @@ Json json_of(const Measures& m) {
           {"crossings", m.crossings}};
 }
 
+/// Names that are no UTF-8 get its sign for that.
+std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
 /// Inside a <script>, where nothing may look like its end.
-std::string script_text(const Json& json) {
-  std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+std::string script_text(std::string text) {
   for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
   return text;
 }
@@ -134,7 +136,8 @@ Page::Page(const Simulation& simulation)
       room_(static_cast<std::size_t>(1e6 * simulation.model().scene.outputs.page.value_or(PageSpec{}).megabytes)),
       first_(simulation.steps()),
       every_(std::max<std::int64_t>(1, std::llround(1 / kFramesPerSecond / simulation.model().scene.solver.dt))) {
-  std::size_t fixed = environment(simulation.model()).dump().size() + 20'000;  // what is not counted is small
+  environment_ = dumped(environment(simulation.model()));
+  std::size_t fixed = environment_.size() + 20'000;  // what is not counted is small
   for (const std::string_view piece : around({})) fixed += piece.size();
   room_ -= std::min(room_, fixed);
   add_mesh();
@@ -159,7 +162,7 @@ void Page::add_mesh() {
                   {"lines", text_of(lines, 2)},    {"line_count", look.lines.size()},
                   {"body_begin", look.body_begin}, {"face_begin", look.face_begin},
                   {"line_begin", look.line_begin}};
-  meshes_.push_back(mesh.dump());
+  meshes_.push_back(dumped(mesh));
   tears_ = simulation_.tears();
 }
 
@@ -203,7 +206,7 @@ void Page::finish() {
 void Page::write(const std::filesystem::path& path, const std::string& report,
                  const std::vector<std::string>& warnings) const {
   const Model& model = simulation_.model();
-  Json frames = Json::array(), bodies = Json::array(), meshes = Json::array();
+  Json frames = Json::array(), bodies = Json::array();
   double rounding = 0;
   for (const Frame& frame : frames_) {
     rounding = std::max(rounding, frame.points.rounding());
@@ -217,21 +220,17 @@ void Page::write(const std::filesystem::path& path, const std::string& report,
   }
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
     bodies.push_back({{"name", model.scene.bodies[b].name}, {"colour", body_colour(static_cast<int>(b))}});
-  for (const std::string& mesh : meshes_) meshes.push_back(Json::parse(mesh));
-  Json run{{"malha", version()},
-           {"every", every_},
-           {"rounding", rounding},
-           {"bodies", bodies},
-           {"environment", environment(model)},
-           {"meshes", meshes},
-           {"frames", frames},
-           {"warnings", warnings},
-           {"report", Json::parse(report)}};
+  Json run{{"malha", version()}, {"every", every_},      {"rounding", rounding},         {"bodies", bodies},
+           {"frames", frames},   {"warnings", warnings}, {"report", Json::parse(report)}};
   if (const auto& picture = model.scene.outputs.picture; picture && picture->camera)
     run["camera"] = {{"eye", picture->camera->eye},
                      {"target", picture->camera->target},
                      {"fov_degrees", picture->camera->fov_degrees}};
-  const std::string text = script_text(run);
+  std::string text = dumped(run);
+  text.back() = ',';  // what was dumped before goes on here
+  text += "\"environment\":" + environment_ + ",\"meshes\":[";
+  for (const std::string& mesh : meshes_) text += mesh + (&mesh == &meshes_.back() ? "]}" : ",");
+  text = script_text(std::move(text));
   write_whole(path, joined(around({text})));
 }
 

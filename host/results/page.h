@@ -45,6 +45,7 @@ class Page {
   std::int64_t first_, every_;       // steps
   int tears_ = 0;                    // that the last mesh knows of
   double step_ms_ = 0;               // of the last step
+  std::string environment_;          // JSON
   std::vector<std::string> meshes_;  // JSON; another one after each tear
   std::vector<Frame> frames_;
 };
