@@ -110,8 +110,12 @@ std::string joined(const std::vector<std::string_view>& pieces) {
   return all;
 }
 
-std::string run_of(const std::filesystem::path& folder) {
-  const std::filesystem::path path = folder / "page.html";
+/// `there`: a folder, or the page itself.
+std::filesystem::path page_in(const std::filesystem::path& there) {
+  return std::filesystem::is_regular_file(there) ? there : there / "page.html";
+}
+
+std::string run_of(const std::filesystem::path& path) {
   std::string page;
   try {
     page = read_whole(path);
@@ -236,7 +240,11 @@ void Page::write(const std::filesystem::path& path, const std::string& report,
 
 void write_comparison(const std::filesystem::path& one, const std::filesystem::path& other,
                       const std::filesystem::path& path) {
-  const std::string a = run_of(one), b = run_of(other);
+  for (const auto& input : {page_in(one), page_in(other)})
+    if (std::filesystem::weakly_canonical(input) == std::filesystem::weakly_canonical(path))
+      refuse(path.string(), "--out", "a page that is compared", "another file");
+  const std::string a = run_of(page_in(one)), b = run_of(page_in(other));
+  if (path.has_parent_path()) make_folder(path.parent_path());
   write_whole(path, joined(around({a, b})));
 }
 

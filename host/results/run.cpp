@@ -39,7 +39,10 @@ class Outputs {
     if (spec_.every > 0) open_writer();
     if (spec_.picture)
       gallery_.emplace(simulation.model(), results, simulation.steps(), last, simulation.threads(), &stop);
-    if (spec_.page) page_.emplace(simulation);
+    if (spec_.page)
+      page_.emplace(simulation);
+    else
+      std::filesystem::remove(results.page);  // of the part before this one
     if (!frames_before) write_frame();
     look();
   }

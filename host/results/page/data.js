@@ -20,12 +20,19 @@ async function unpacked(text, count, stride, bytes) {
   return numbers;
 }
 
-// Places in m, x y z of one after the other.
-async function places(points, count) {
+// Where the pictures' origin lies (m): single precision has few digits far from 0.
+const origin = [0, 0, 0];
+function chooseOrigin(box) {
+  const size = box.getSize(new THREE.Vector3()).length(), centre = box.getCenter(new THREE.Vector3());
+  if (centre.length() > 100 * size) centre.toArray(origin);
+}
+
+// Places in m from the origin, x y z of one after the other.
+async function places(points, count, from = origin) {
   const places = new Float32Array(3 * count);
   if (count === 0) return places;
   const steps = await unpacked(points.data, 3 * count, 3, 2);
-  for (let i = 0; i < places.length; ++i) places[i] = points.low[i % 3] + points.side[i % 3] / 65535 * steps[i];
+  for (let i = 0; i < places.length; ++i) places[i] = points.low[i % 3] - from[i % 3] + points.side[i % 3] / 65535 * steps[i];
   return places;
 }
 

@@ -43,7 +43,7 @@ class Stage {
 
   async prepare() {
     for (const object of this.run.environment) {
-      const x = await places(object.points, object.count);
+      const x = await places(object.points, object.count, object.moves ? [0, 0, 0] : origin);
       const faces = await unpacked(object.faces, 4 * object.face_count, 4, 4);
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(x, 3));
@@ -61,7 +61,7 @@ class Stage {
   box() {
     const box = new THREE.Box3();
     for (const frame of this.run.frames) {
-      const {low, side} = frame.points;
+      const side = frame.points.side, low = frame.points.low.map((at, k) => at - origin[k]);
       box.expandByPoint(new THREE.Vector3(...low));
       box.expandByPoint(new THREE.Vector3(low[0] + side[0], low[1] + side[1], low[2] + side[2]));
     }
@@ -104,13 +104,13 @@ class Stage {
     for (const part of parts) part.frustumCulled = false;
     this.scene.add(...parts);
     this.bodies = [{parts, geometry}], this.surface = surface, this.rods = rods, this.points = points, this.wire = null;
-    this.hasLoose = this.loose(mesh);
-  }
-  loose(mesh) {
-    const used = new Uint8Array(mesh.count);
+    const used = new Uint8Array(mesh.count), loose = [];
     for (const i of mesh.triangles) used[i] = 1;
     for (const i of mesh.lines) used[i] = 1;
-    return used.includes(0) && mesh.triangles.length === 0 && mesh.lines.length === 0;
+    used.forEach((is, i) => { if (!is) loose.push(i); });
+    this.loose = new THREE.Points(shared(Uint32Array.from(loose)), points.material);
+    this.loose.frustumCulled = false;
+    this.scene.add(this.loose), parts.push(this.loose);
   }
 
   wires() {
@@ -137,14 +137,15 @@ class Stage {
     this.x.array.set(x), this.x.needsUpdate = true;
     if (mesh.triangles.length > 0) setNormals(this.normals.array, x, mesh.triangles), this.normals.needsUpdate = true;
     this.paint(k, x, start, last);
-    const wires = this.look === 'wire', particles = this.look === 'particles' || this.hasLoose;
-    this.surface.visible = !wires && this.look !== 'particles', this.points.visible = particles;
+    const wires = this.look === 'wire', particles = this.look === 'particles';
+    this.surface.visible = !wires && this.look !== 'particles', this.points.visible = particles, this.loose.visible = !particles;
     this.rods.visible = this.look !== 'particles';
     if (wires) this.wires();
     if (this.wire) this.wire.visible = wires;
     this.moving.forEach((object, o) => {
       const p = this.run.frames[k].poses[o];
-      object.matrix.set(p[0], p[1], p[2], p[9], p[3], p[4], p[5], p[10], p[6], p[7], p[8], p[11], 0, 0, 0, 1);
+      const t = origin.map((at, i) => p[9 + i] - at);
+      object.matrix.set(p[0], p[1], p[2], t[0], p[3], p[4], p[5], t[1], p[6], p[7], p[8], t[2], 0, 0, 0, 1);
     });
     this.shown = k;
     return true;
@@ -160,6 +161,7 @@ class Stage {
     if (this.look === 'strain' || this.look === 'speed') {
       const values = this.look === 'strain' ? strains(mesh, x, start) : speeds(x, last, this.frames.all, k);
       for (const value of values) this.most = Math.max(this.most, value);
+      this.most = malha.scales[this.look] || this.most;
       for (let i = 0; i < mesh.count; ++i) turbo(this.most > 0 ? values[i] / this.most : 0, to, 3 * i);
     } else {
       this.run.bodies.forEach((body, b) => {

@@ -61,6 +61,8 @@ async function begin() {
   document.title = malha.views.map((view) => titleOf(view.run)).join(' and ') + ' - malha';
   malha.start = Math.min(...malha.views.map((view) => view.frames.start));
   malha.end = Math.max(...malha.views.map((view) => view.frames.end));
+  chooseOrigin(malha.views[0].stage.box());
+  malha.scales = {strain: usual('strain_max'), speed: usual('speed_max')};
   for (const view of malha.views) await view.stage.prepare();
   $('time').min = malha.start, $('time').max = malha.end;
   fillPanel();
@@ -68,6 +70,12 @@ async function begin() {
   listen();
   await seek(malha.start);
   malha.ready = true;
+}
+
+// The largest of all but a tenth of all frames: one scale for both runs and all times.
+function usual(key) {
+  const all = malha.views.flatMap((view) => view.frames.all.map((frame) => frame.measures[key])).sort((a, b) => a - b);
+  return all[Math.floor(0.9 * (all.length - 1))];
 }
 
 // Solver and settings, which two runs of one scene differ in.
@@ -90,7 +98,8 @@ function showAll(first) {
   camera.near = r / 500, camera.far = 200 * r;
   if (first && given) {
     camera.fov = given.fov_degrees;
-    camera.position.set(...given.eye), malha.views[0].controls.target.set(...given.target);
+    const from = (at) => at.map((value, k) => value - origin[k]);
+    camera.position.set(...from(given.eye)), malha.views[0].controls.target.set(...from(given.target));
   } else {
     const tan = Math.tan(camera.fov * Math.PI / 360), aspect = malha.views[0].canvas.clientWidth / malha.views[0].canvas.clientHeight;
     const distance = r / Math.sin(Math.atan(tan * Math.min(1, aspect || 1)));
@@ -143,13 +152,13 @@ function describe() {
   $('clock').textContent = malha.time.toFixed(3) + ' s, step ' + shown.step;
   for (const view of malha.views) {
     const coloured = malha.look === 'strain' || malha.look === 'speed';
-    view.legend.innerHTML = coloured ? malha.look + ': 0 to ' + number(view.stage.most) + (malha.look === 'speed' ? ' m/s' : '') + '<i></i>' : '';
+    view.legend.innerHTML = coloured ? malha.look + ': 0 to ' + number(view.stage.most) + (malha.look === 'speed' ? ' m/s' : '') + ' and more<i></i>' : '';
     const measures = view.frames.all[view.stage.shown].measures;
     for (const [key, cell] of Object.entries(view.cells)) cell.textContent = number(measures[key]);
   }
   if (other && malha.apart) malha.apart.textContent = distanceApart(one, other);
   for (const cursor of document.querySelectorAll('.cursor')) {
-    const at = 40 + 250 * (malha.time - malha.start) / (malha.end - malha.start || 1);
+    const at = 56 + 234 * (malha.time - malha.start) / (malha.end - malha.start || 1);
     cursor.setAttribute('x1', at), cursor.setAttribute('x2', at);
   }
 }
@@ -178,7 +187,7 @@ function fillPanel() {
     element('h1', panel, malha.views.length > 1 ? nameOf(run) : titleOf(run));
     for (const warning of run.warnings) element('div', panel, warning, 'warning');
     const count = run.meshes[0].count, frames = run.frames.length;
-    element('div', panel, count.toLocaleString('en') + ' particles; ' + frames + (frames === 1 ? ' frame' : ' frames, one every ' + run.every + (run.every === 1 ? ' step' : ' steps')) +
+    element('div', panel, count.toLocaleString('en') + (count === 1 ? ' particle; ' : ' particles; ') + frames + (frames === 1 ? ' frame' : ' frames, one ' + (run.every === 1 ? 'a step' : 'every ' + run.every + ' steps')) +
         '; places are rounded by at most ' + number(run.rounding * 1000) + ' mm. malha ' + run.malha + ', ' + report.status + '.');
     for (const graph of kGraphs) drawGraph(panel, view, graph);
     element('h2', panel, 'Now');
@@ -205,18 +214,18 @@ function drawGraph(panel, view, graph) {
   const all = kept.flatMap(([key]) => frames.map((frame) => value(frame, key)));
   let low = 0, high = 0;
   for (const one of all) low = Math.min(low, one), high = Math.max(high, one);
-  const x = (time) => 40 + 250 * (time - malha.start) / (malha.end - malha.start || 1);
+  const x = (time) => 56 + 234 * (time - malha.start) / (malha.end - malha.start || 1);
   const y = (v) => 80 - 70 * (v - low) / (high - low || 1);
   element('h2', panel, graph.title);
   const lines = kept.map(([key, colour, label], k) => {
     const points = frames.filter((frame) => key !== 'step_ms' || frame.step_ms > 0).map((frame) => x(frame.time).toFixed(1) + ',' + y(value(frame, key)).toFixed(1));
     return '<polyline fill="none" stroke="' + colour + '" points="' + points.join(' ') + '"/>' +
-        (kept.length > 1 ? '<text x="' + (46 + 70 * k) + '" y="9" style="fill:' + colour + '">' + label + '</text>' : '');
+        (kept.length > 1 ? '<text x="' + (62 + 70 * k) + '" y="9" style="fill:' + colour + '">' + label + '</text>' : '');
   });
   const svg = element('div', panel);
-  svg.innerHTML = '<svg viewBox="0 0 300 90" preserveAspectRatio="none"><line x1="40" x2="290" y1="' + y(0) + '" y2="' + y(0) +
-      '" stroke="#ccc"/>' + lines.join('') + '<line class="cursor" x1="40" x2="40" y1="5" y2="85" stroke="#888"/>' +
-      '<text x="36" y="14" text-anchor="end">' + number(high) + '</text><text x="36" y="82" text-anchor="end">' + number(low) + '</text></svg>';
+  svg.innerHTML = '<svg viewBox="0 0 300 90" preserveAspectRatio="none"><line x1="56" x2="290" y1="' + y(0) + '" y2="' + y(0) +
+      '" stroke="#ccc"/>' + lines.join('') + '<line class="cursor" x1="56" x2="56" y1="5" y2="85" stroke="#888"/>' +
+      '<text x="53" y="14" text-anchor="end">' + number(high) + '</text><text x="53" y="82" text-anchor="end">' + number(low) + '</text></svg>';
 }
 
 function setLook(look) {
@@ -229,8 +238,9 @@ function setSpeed(speed) {
 }
 function step(by) {
   pause();
-  const frames = malha.views[0].frames, k = Math.min(Math.max(frames.at(malha.time) + by, 0), frames.length - 1);
-  return seek(frames.all[k].time);
+  const times = malha.views.flatMap((view) => view.frames.all.map((frame) => frame.time)).sort((a, b) => a - b);
+  const next = by > 0 ? times.find((time) => time > malha.time + 1e-9) : times.reverse().find((time) => time < malha.time - 1e-9);
+  return seek(next === undefined ? malha.time : next);
 }
 function pause() { malha.playing = false, $('play').textContent = 'play'; }
 function play() {
@@ -258,7 +268,7 @@ function listen() {
   $('help').addEventListener('click', () => $('keys').showModal());
   window.addEventListener('resize', redraw);
   window.addEventListener('keydown', (event) => {
-    if (event.ctrlKey || event.altKey || event.metaKey || $('keys').open || event.target.tagName === 'SELECT') return;
+    if (event.ctrlKey || event.altKey || event.metaKey || $('keys').open || ['SELECT', 'SUMMARY'].includes(event.target.tagName)) return;
     const faster = (by) => setSpeed(kSpeeds[Math.min(Math.max(kSpeeds.indexOf(malha.speed) + by, 0), kSpeeds.length - 1)]);
     const keys = {' ': play, ArrowLeft: () => step(-1), ArrowRight: () => step(1), Home: () => seek(malha.start),
                   End: () => seek(malha.end), '+': () => faster(1), '-': () => faster(-1), f: () => showAll(false),
