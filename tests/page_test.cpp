@@ -155,6 +155,12 @@ TEST_F(PageOfARun, GoesWithTheNextRunThatHasNone) {
   EXPECT_FALSE(std::filesystem::exists(path));
 }
 
+TEST_F(PageOfARun, GoesWithAPartThatHasNone) {
+  const auto path = page(swinging_sheet(false), "run", 11);
+  run_quietly(swinging_sheet(false), {.out = (folder_ / "run").string(), .resume = true});
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
 TEST_F(PageOfARun, OfAResumedRunHasWhatThatRunSaw) {
   Json scene = swinging_sheet(true);
   page(scene, "run", 11);
@@ -194,6 +200,13 @@ TEST_F(PageOfARun, IsComparedOnlyWithAnother) {
   EXPECT_TRUE(
       has(refusal([&] { write_comparison(folder_ / "a", folder_ / "empty", folder_ / "both.html"); }), "no run in it"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "both.html"));
+  page(swinging_sheet(false), "b");
+  const std::string before = read_whole(folder_ / "a" / "page.html");
+  EXPECT_TRUE(has(refusal([&] { write_comparison(folder_ / "a", folder_ / "b", folder_ / "b/../a/page.html"); }),
+                  "found a page that is compared"));
+  EXPECT_EQ(read_whole(folder_ / "a" / "page.html"), before);
+  write_comparison(folder_ / "a", folder_ / "b" / "page.html", folder_ / "new" / "both.html");
+  EXPECT_EQ(runs_in(folder_ / "new" / "both.html").size(), 2u);
 }
 
 /// Blue as the first body is drawn, lit or in shadow.
@@ -248,6 +261,23 @@ TEST_F(PageOfARun, ShowsTheClothWhereItIs) {
           ASSERT_FALSE(is_cloth(picture, px, py)) << px << " " << py << " at step " << step;
         }
   }
+  EXPECT_TRUE(browser().complaints().empty()) << browser().complaints()[0];
+}
+
+TEST_F(PageOfARun, HasItsPrecisionFarFromTheOriginToo) {
+  NEEDS_BROWSER;
+  Json scene = swinging_sheet(false, "double");
+  scene["bodies"][0]["transform"]["translate"] = {1e6, 5e5, -1e6};
+  browser().open(page(scene));
+  browser().evaluate("malha.seek(0.8)");
+  const Json shown = Json::parse(
+      browser().evaluate("JSON.stringify([Array.from(malha.views[0].stage.x.array), origin])").get<std::string>());
+  Simulation simulation(parsed(scene), {.threads = 1});
+  while (simulation.steps() < 40) simulation.step();
+  const std::vector<Vec3> x = simulation.positions();
+  for (std::size_t i = 0; i < x.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k)  // a step of 2 m over 65535, and a float's digits of 2 m
+      ASSERT_NEAR(shown[0][3 * i + k].get<double>() + shown[1][k].get<double>(), x[i][k], 2.0 / 65535);
   EXPECT_TRUE(browser().complaints().empty()) << browser().complaints()[0];
 }
 
