@@ -42,6 +42,30 @@ TEST(Tearing, HappensAboveTheLimitAndNotBelow) {
   EXPECT_GT(after(pulled(0.9), 1).tears(), 0);
 }
 
+TEST(Tearing, GoesOnBesideEdgesOfTheEnvironmentAndFromItsCheckpoints) {
+  Scene scene = pulled(0.9);
+  for (const bool moves : {false, true}) {  // one group of what rests, and one of what moves
+    EnvironmentSpec rod;
+    rod.name = moves ? "comes" : "lies", rod.shape = BoxShape{{1, 0.1, 0.1}, {1, 1, 1}}, rod.edges = true;
+    rod.transform.translate = {0.5, moves ? -0.4 : -0.1, 1};
+    if (moves) rod.motion = {{0, {}, {0, 1, 0}, 0}, {1, {0, 0.4, 0.1}, {0, 1, 0}, 20}};
+    scene.environment.push_back(rod);
+  }
+  Simulation whole(scene, {.threads = 1});
+  const TemporaryFolder folder;
+  for (int step = 0; step < 100; ++step) {
+    if (step % 20 == 0) whole.save_checkpoint(folder / std::to_string(step));
+    whole.step();
+  }
+  EXPECT_GT(whole.tears(), 0);
+  for (int from = 0; from < 100; from += 20) {
+    Simulation resumed(scene, {.threads = 1});
+    resumed.load_checkpoint(folder / std::to_string(from));
+    while (resumed.steps() < 100) resumed.step();
+    EXPECT_EQ(resumed.state_hash(), whole.state_hash()) << "from step " << from;
+  }
+}
+
 TEST(Tearing, OfARopeCutsIt) {
   BodySpec rope = hung_chain({0, 0, 0}, {4, 0, 0}, 4);
   rope.constraints = {stiff("distance", {"edges"})};

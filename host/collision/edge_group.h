@@ -128,7 +128,7 @@ class EdgeGroup {
   }
   /// Goes on from what the group-th of them saved; a search is made again, and finds the same.
   void remember(const EdgeMemory<R>& memory, std::size_t group) {
-    searched_ = group < memory.serves.size() && memory.serves[group] != 0;
+    searched_ = memory.serves.at(group) != 0;
     if (!searched_) return;
     const auto own = [&](const std::vector<std::array<R, 3>>& all) {
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(group) * particles_;

@@ -13,4 +13,11 @@ struct EdgeMemory {
   std::vector<std::int64_t> serves;         // of every group: 1 where there is a search
 };
 
+/// Of so many groups, without a search that serves.
+template <class R>
+EdgeMemory<R> unsearched_edges(std::size_t groups, std::size_t particles) {
+  const std::vector<std::array<R, 3>> none(groups * particles);
+  return {none, none, std::vector<std::int64_t>(groups)};
+}
+
 }  // namespace malha

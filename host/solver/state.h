@@ -179,6 +179,7 @@ State<R> carried(const State<R>& before, const std::vector<int>& from) {
     if (!before.self.x0.empty()) state.self.x0.push_back(before.self.x0[i]);  // a split leaves all in its place
   }
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);
+  state.edges = unsearched_edges<R>(before.edges.serves.size(), from.size());
   for (std::size_t mesh = 0; mesh < before.seen.size(); mesh += before.x.size())
     for (const int i : from) state.seen.push_back(before.seen[mesh + i]);
   return state;
