@@ -134,14 +134,7 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
 }
 
 Scene load_scene(const std::string& path) {
-  std::string text;
-  try {
-    text = read_whole(path == "-" ? "/dev/stdin" : path);
-  } catch (const InputError&) {
-    throw;
-  } catch (const std::runtime_error& error) {
-    throw InputError(std::string(error.what()) + "; allowed: a readable scene file (JSON)");
-  }
+  const std::string text = read_input(path == "-" ? "/dev/stdin" : path, "a readable scene file (JSON)");
   namespace fs = std::filesystem;
   if (path == "-") return parse_scene(text, "standard input", "");
   const fs::path folder = fs::path(path).parent_path();

@@ -8,7 +8,6 @@
 
 #include "host/base/file.h"
 #include "host/results/page_pack.h"
-#include "host/results/whole_steps.h"
 #include "tests/browser.h"
 #include "tests/numbers.h"
 #include "tests/refusal.h"

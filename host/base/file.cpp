@@ -96,6 +96,16 @@ std::string read_whole(const fs::path& path) {
   return bytes;
 }
 
+std::string read_input(const fs::path& path, const std::string& allowed) {
+  try {
+    return read_whole(path);
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw InputError(std::string(error.what()) + "; allowed: " + allowed);
+  }
+}
+
 void make_folder(const fs::path& path) {
   std::error_code error;
   fs::create_directories(path, error);

@@ -20,6 +20,9 @@ void check_writable(const std::filesystem::path& path);
 /// The bytes of a file. Throws std::runtime_error "PATH: cannot read: REASON"; OutOfMemory for more than there is free.
 std::string read_whole(const std::filesystem::path& path);
 
+/// The same of a file that a user named: InputError that ends in "; allowed: ALLOWED" where it cannot be read.
+std::string read_input(const std::filesystem::path& path, const std::string& allowed);
+
 /// Makes the folder and those above it. Throws std::runtime_error "PATH: cannot make the folder: REASON".
 void make_folder(const std::filesystem::path& path);
 

@@ -16,15 +16,7 @@ namespace {
 // Four sides to a face must still be countable in an int.
 constexpr std::size_t most_items = std::size_t{1} << 28;
 
-std::string load(const std::string& path) {
-  try {
-    return read_whole(path);
-  } catch (const InputError&) {
-    throw;
-  } catch (const std::runtime_error& error) {
-    throw InputError(std::string(error.what()) + "; allowed: a readable mesh file");
-  }
-}
+std::string load(const std::string& path) { return read_input(path, "a readable mesh file"); }
 
 void require_countable(const std::string& path, std::size_t count, const char* items) {
   if (count > most_items) {

@@ -1,5 +1,6 @@
 #include "host/results/checkpoint.h"
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 
@@ -72,23 +73,16 @@ Checkpoint read_checkpoint(const std::string& path, const Model& model) {
 }
 
 Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene) {
-  std::string bytes;
-  try {
-    bytes = read_whole(path);
-  } catch (const InputError&) {
-    throw;
-  } catch (const std::runtime_error& error) {
-    throw InputError(std::string(error.what()) + "; allowed: a checkpoint that an earlier run left there");
-  }
+  std::string bytes = read_input(path, "a checkpoint that an earlier run left there");
   const std::size_t magic = sizeof kMagic - 1;
   Header header;
-  if (bytes.compare(0, magic, kMagic) != 0 || bytes.size() < magic + sizeof header) {
-    const std::string any(kMagic, magic - 2), own(kMagic, magic - 1);
-    if (bytes.size() > magic && bytes.compare(0, any.size(), any) == 0 && bytes.compare(0, magic, kMagic) != 0)
-      refuse(path, "byte 0", "'" + printable(bytes.substr(0, bytes.find('\n'))) + "', of another version of malha",
-             "'" + own + "'; run the scene anew, or resume with the version that wrote it");
+  const bool own = bytes.starts_with(kMagic);
+  if (const std::string any(kMagic, magic - 2); !own && bytes.size() > magic && bytes.starts_with(any))
+    refuse(path, "byte 0",
+           "'" + printable(bytes.substr(0, std::min(bytes.find('\n'), magic))) + "', of another version of malha",
+           "'" + std::string(kMagic, magic - 1) + "'; run the scene anew, or resume with the version that wrote it");
+  if (!own || bytes.size() < magic + sizeof header)
     refuse(path, "byte 0", "no checkpoint", "a file that malha run wrote");
-  }
   std::memcpy(&header, bytes.data() + magic, sizeof header);
   bytes.erase(0, magic + sizeof header);  // in place: a state may be half of what the memory holds
   const Checkpoint checkpoint{std::move(bytes), header.frames, header.crossings, header.counted};

@@ -116,14 +116,7 @@ std::filesystem::path page_in(const std::filesystem::path& there) {
 }
 
 std::string run_of(const std::filesystem::path& path) {
-  std::string page;
-  try {
-    page = read_whole(path);
-  } catch (const InputError&) {
-    throw;
-  } catch (const std::runtime_error& error) {
-    throw InputError(std::string(error.what()) + "; allowed: a folder of results of malha run --page");
-  }
+  const std::string page = read_input(path, "a folder of results of malha run --page");
   const std::size_t begin = page.find(kBegin), end = page.find(kEnd, begin);
   if (begin == std::string::npos || end == std::string::npos)
     refuse(path.string(), "", "no run in it", "a page that malha run --page wrote");
@@ -137,7 +130,7 @@ std::string run_of(const std::filesystem::path& path) {
 
 Page::Page(const Simulation& simulation)
     : simulation_(simulation),
-      room_(static_cast<std::size_t>(1e6 * simulation.model().scene.outputs.page.value_or(PageSpec{}).megabytes)),
+      room_(static_cast<std::size_t>(1e6 * simulation.model().scene.outputs.page->megabytes)),
       first_(simulation.steps()),
       every_(std::max<std::int64_t>(1, std::llround(1 / kFramesPerSecond / simulation.model().scene.solver.dt))) {
   environment_ = dumped(environment(simulation.model()));
@@ -161,11 +154,10 @@ void Page::add_mesh() {
   const Appearance& look = simulation_.model().look;
   std::vector<std::uint32_t> lines;
   for (const Edge& line : look.lines) lines.insert(lines.end(), {std::uint32_t(line[0]), std::uint32_t(line[1])});
-  const Json mesh{{"count", look.points.size()},   {"start", json_of(packed(look.points))},
-                  {"faces", text_of(look.faces)},  {"face_count", look.faces.size()},
-                  {"lines", text_of(lines, 2)},    {"line_count", look.lines.size()},
-                  {"body_begin", look.body_begin}, {"face_begin", look.face_begin},
-                  {"line_begin", look.line_begin}};
+  const Json mesh{{"count", look.points.size()},  {"start", json_of(packed(look.points))},
+                  {"faces", text_of(look.faces)}, {"face_count", look.faces.size()},
+                  {"lines", text_of(lines, 2)},   {"line_count", look.lines.size()},
+                  {"body_begin", look.body_begin}};
   meshes_.push_back(dumped(mesh));
   tears_ = simulation_.tears();
 }

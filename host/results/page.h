@@ -14,12 +14,11 @@ namespace malha {
 /// half as many are kept. So their number follows from the room alone.
 class Page {
  public:
+  /// Of a scene that names outputs.page.
   explicit Page(const Simulation& simulation);
 
   /// Call at the start and after every step, which took so long.
   void look(double step_ms);
-  /// Whether look would keep a frame of this step.
-  bool wants(std::int64_t step) const;
 
   /// Makes the present state the last frame.
   void finish();
@@ -36,6 +35,8 @@ class Page {
     Measures measures;
   };
 
+  /// Whether there is to be a frame of this step.
+  bool wants(std::int64_t step) const;
   void keep(double step_ms);
   void thin_out(bool keeps_last);
   void add_mesh();

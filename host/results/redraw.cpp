@@ -23,15 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What a run left, or InputError.
-std::string left_there(const fs::path& path) {
-  try {
-    return read_whole(path);
-  } catch (const InputError&) {
-    throw;
-  } catch (const std::runtime_error& error) {
-    throw InputError(std::string(error.what()) + "; allowed: a folder of results of malha run");
-  }
-}
+std::string left_there(const fs::path& path) { return read_input(path, "a folder of results of malha run"); }
 
 Scene scene_of_report(const fs::path& path) {
   const auto report = nlohmann::json::parse(left_there(path), nullptr, false);

@@ -41,8 +41,7 @@ async function meshOf(packed) {
   const faces = await unpacked(packed.faces, 4 * packed.face_count, 4, 4);
   const lines = await unpacked(packed.lines, 2 * packed.line_count, 2, 4);
   const triangles = trianglesOf(faces);
-  return {count: packed.count, faces, lines, triangles, bodyBegin: packed.body_begin, faceBegin: packed.face_begin,
-          lineBegin: packed.line_begin, start: packed.start, edges: null};
+  return {count: packed.count, faces, lines, triangles, bodyBegin: packed.body_begin, edges: null};
 }
 
 // A quad is two triangles; a triangle has its third corner twice.
@@ -83,7 +82,6 @@ class Frames {
   constructor(run) {
     this.run = run, this.all = run.frames, this.read = new Map(), this.meshes = new Map(), this.bytes = 0;
   }
-  get length() { return this.all.length; }
   get start() { return this.all[0].time; }
   get end() { return this.all[this.all.length - 1].time; }
   // The last one that is not after this time.

@@ -2,11 +2,12 @@
 'use strict';
 
 // Turbo (Mikhailov 2019), at seven places.
+const kTurboColour = new THREE.Color();
 const kTurbo = [[48, 18, 59], [70, 134, 251], [26, 228, 182], [164, 252, 60], [251, 185, 56], [228, 70, 10], [122, 4, 3]];
 function turbo(part, to, at) {
   const where = Math.min(Math.max(part, 0), 1) * (kTurbo.length - 1), k = Math.min(Math.floor(where), kTurbo.length - 2);
   for (let c = 0; c < 3; ++c) to[at + c] = (kTurbo[k][c] + (where - k) * (kTurbo[k + 1][c] - kTurbo[k][c])) / 255;
-  new THREE.Color().fromArray(to, at).convertSRGBToLinear().toArray(to, at);
+  kTurboColour.fromArray(to, at).convertSRGBToLinear().toArray(to, at);
 }
 
 // Means over the triangles around each point, weighted by area.
@@ -38,7 +39,7 @@ class Stage {
     this.sun = new THREE.DirectionalLight(0xffffff, 0.7);
     this.sun.castShadow = true, this.sun.shadow.mapSize.set(2048, 2048);
     this.scene.add(this.sun, this.sun.target);
-    this.moving = [], this.bodies = [];
+    this.moving = [], this.parts = [], this.scales = {};  // of looks: what is at the end of the colours
   }
 
   async prepare() {
@@ -80,51 +81,40 @@ class Stage {
 
   // Makes what is drawn of bodies, for the mesh of a frame.
   build(mesh) {
-    for (const body of this.bodies) this.scene.remove(...body.parts), body.geometry.dispose();
-    this.bodies = [], this.mesh = mesh;
+    for (const part of this.parts) this.scene.remove(part), part.geometry.dispose();
+    this.parts = [], this.mesh = mesh, this.wire = null;
     this.x = new THREE.BufferAttribute(new Float32Array(3 * mesh.count), 3);
     this.normals = new THREE.BufferAttribute(new Float32Array(3 * mesh.count), 3);
     this.colours = new THREE.BufferAttribute(new Float32Array(3 * mesh.count), 3);
     const size = this.box().getSize(new THREE.Vector3()).length() || 1;
-    const shared = (index) => {
-      const geometry = new THREE.BufferGeometry();
-      geometry.setAttribute('position', this.x), geometry.setAttribute('normal', this.normals);
-      geometry.setAttribute('color', this.colours);
-      if (index) geometry.setIndex(new THREE.BufferAttribute(index, 1));
-      return geometry;
-    };
-    const geometry = shared(mesh.triangles), surface = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial(
-        {vertexColors: THREE.VertexColors, roughness: 0.75, side: THREE.DoubleSide}));
-    surface.castShadow = surface.receiveShadow = true;
-    const rods = new THREE.LineSegments(shared(mesh.lines), new THREE.LineBasicMaterial({vertexColors: THREE.VertexColors}));
     const spread = mesh.count > 0 ? size / Math.sqrt(mesh.count) : size;
-    const points = new THREE.Points(shared(null), new THREE.PointsMaterial(
-        {vertexColors: THREE.VertexColors, size: 0.35 * Math.min(spread, 0.05 * size)}));
-    const parts = [surface, rods, points];
-    for (const part of parts) part.frustumCulled = false;
-    this.scene.add(...parts);
-    this.bodies = [{parts, geometry}], this.surface = surface, this.rods = rods, this.points = points, this.wire = null;
+    const dots = new THREE.PointsMaterial(
+        {vertexColors: THREE.VertexColors, size: 0.35 * Math.min(spread, 0.05 * size)});
+    this.surface = this.add(THREE.Mesh, mesh.triangles, new THREE.MeshStandardMaterial(
+        {vertexColors: THREE.VertexColors, roughness: 0.75, side: THREE.DoubleSide}));
+    this.surface.castShadow = this.surface.receiveShadow = true;
+    this.rods = this.add(THREE.LineSegments, mesh.lines, new THREE.LineBasicMaterial({vertexColors: THREE.VertexColors}));
+    this.points = this.add(THREE.Points, null, dots);
     const used = new Uint8Array(mesh.count), loose = [];
     for (const i of mesh.triangles) used[i] = 1;
     for (const i of mesh.lines) used[i] = 1;
     used.forEach((is, i) => { if (!is) loose.push(i); });
-    this.loose = new THREE.Points(shared(Uint32Array.from(loose)), points.material);
-    this.loose.frustumCulled = false;
-    this.scene.add(this.loose), parts.push(this.loose);
+    this.loose = this.add(THREE.Points, Uint32Array.from(loose), dots);
   }
 
-  wires() {
-    if (this.wire) return this.wire;
+  // Of all particles, or of those that the index names.
+  add(Kind, index, material) {
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute('position', this.x), geometry.setAttribute('color', this.colours);
-    geometry.setIndex(new THREE.BufferAttribute(edgesOf(this.mesh), 1));
-    this.wire = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({vertexColors: THREE.VertexColors}));
-    this.wire.frustumCulled = false;
-    this.scene.add(this.wire), this.bodies[0].parts.push(this.wire);
-    return this.wire;
+    geometry.setAttribute('position', this.x), geometry.setAttribute('normal', this.normals);
+    geometry.setAttribute('color', this.colours);
+    if (index) geometry.setIndex(new THREE.BufferAttribute(index, 1));
+    const part = new Kind(geometry, material);
+    part.frustumCulled = false;
+    this.scene.add(part), this.parts.push(part);
+    return part;
   }
 
-  // Shows a frame; what is asked for later wins. Gives back whether this one is shown.
+  // Shows a frame; what is asked for later wins.
   async show(k) {
     this.wanted = k;
     const before = Math.max(k - 1, 0);
@@ -132,15 +122,15 @@ class Stage {
       this.frames.mesh(k), this.frames.places(k),
       this.look === 'strain' ? this.startOf(k) : null,
       this.look === 'speed' && this.run.frames[before].mesh === this.run.frames[k].mesh ? this.frames.places(before) : null]);
-    if (this.wanted !== k) return false;
+    if (this.wanted !== k) return;
     if (mesh !== this.mesh) this.build(mesh);
     this.x.array.set(x), this.x.needsUpdate = true;
     if (mesh.triangles.length > 0) setNormals(this.normals.array, x, mesh.triangles), this.normals.needsUpdate = true;
     this.paint(k, x, start, last);
     const wires = this.look === 'wire', particles = this.look === 'particles';
-    this.surface.visible = !wires && this.look !== 'particles', this.points.visible = particles, this.loose.visible = !particles;
-    this.rods.visible = this.look !== 'particles';
-    if (wires) this.wires();
+    this.surface.visible = !wires && !particles, this.points.visible = particles;
+    this.rods.visible = this.loose.visible = !particles;
+    if (wires && !this.wire) this.wire = this.add(THREE.LineSegments, edgesOf(mesh), this.rods.material);
     if (this.wire) this.wire.visible = wires;
     this.moving.forEach((object, o) => {
       const p = this.run.frames[k].poses[o];
@@ -148,7 +138,6 @@ class Stage {
       object.matrix.set(p[0], p[1], p[2], t[0], p[3], p[4], p[5], t[1], p[6], p[7], p[8], t[2], 0, 0, 0, 1);
     });
     this.shown = k;
-    return true;
   }
   async startOf(k) {
     const mesh = this.run.meshes[this.run.frames[k].mesh];
@@ -160,8 +149,7 @@ class Stage {
     this.most = 0;
     if (this.look === 'strain' || this.look === 'speed') {
       const values = this.look === 'strain' ? strains(mesh, x, start) : speeds(x, last, this.frames.all, k);
-      for (const value of values) this.most = Math.max(this.most, value);
-      this.most = malha.scales[this.look] || this.most;
+      this.most = this.scales[this.look] || values.reduce((most, value) => Math.max(most, value), 0);
       for (let i = 0; i < mesh.count; ++i) turbo(this.most > 0 ? values[i] / this.most : 0, to, 3 * i);
     } else {
       this.run.bodies.forEach((body, b) => {

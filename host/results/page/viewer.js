@@ -44,14 +44,14 @@ async function begin() {
   for (const run of runs) {
     const holder = element('div', $('views'), undefined, 'view'), canvas = element('canvas', holder);
     canvas.tabIndex = 0;
-    const view = {run, holder, canvas, frames: new Frames(run)};
+    const view = {run, canvas, frames: new Frames(run)};
     try {
       view.stage = new Stage(run, view.frames, canvas);
     } catch (error) {
       holder.remove();
       return fail('This browser has no WebGL: ' + error.message);
     }
-    view.name = element('div', holder, runs.length > 1 ? nameOf(run) : '', 'name');
+    element('div', holder, runs.length > 1 ? nameOf(run) : '', 'name');
     view.scale = element('div', holder, undefined, 'scale'), view.legend = element('div', holder, undefined, 'legend');
     view.controls = new THREE.OrbitControls(malha.camera, canvas);
     view.controls.enableKeys = false, view.controls.screenSpacePanning = true;
@@ -62,8 +62,8 @@ async function begin() {
   malha.start = Math.min(...malha.views.map((view) => view.frames.start));
   malha.end = Math.max(...malha.views.map((view) => view.frames.end));
   chooseOrigin(malha.views[0].stage.box());
-  malha.scales = {strain: usual('strain_max'), speed: usual('speed_max')};
-  for (const view of malha.views) await view.stage.prepare();
+  const scales = {strain: usual('strain_max'), speed: usual('speed_max')};
+  for (const view of malha.views) view.stage.scales = scales, await view.stage.prepare();
   $('time').min = malha.start, $('time').max = malha.end;
   fillPanel();
   showAll(true);
@@ -146,6 +146,9 @@ function drawScale(view) {
   view.scale.innerHTML = number(metres) + ' m<i style="width:' + metres / pixel + 'px"></i>';
 }
 
+// Of graphs: where a time lies.
+const graphX = (time) => 56 + 234 * (time - malha.start) / (malha.end - malha.start || 1);
+
 function describe() {
   const [one, other] = malha.views, shown = one.frames.all[one.stage.shown];
   $('time').value = malha.time;
@@ -158,8 +161,7 @@ function describe() {
   }
   if (other && malha.apart) malha.apart.textContent = distanceApart(one, other);
   for (const cursor of document.querySelectorAll('.cursor')) {
-    const at = 56 + 234 * (malha.time - malha.start) / (malha.end - malha.start || 1);
-    cursor.setAttribute('x1', at), cursor.setAttribute('x2', at);
+    cursor.setAttribute('x1', graphX(malha.time)), cursor.setAttribute('x2', graphX(malha.time));
   }
 }
 
@@ -214,11 +216,10 @@ function drawGraph(panel, view, graph) {
   const all = kept.flatMap(([key]) => frames.map((frame) => value(frame, key)));
   let low = 0, high = 0;
   for (const one of all) low = Math.min(low, one), high = Math.max(high, one);
-  const x = (time) => 56 + 234 * (time - malha.start) / (malha.end - malha.start || 1);
   const y = (v) => 80 - 70 * (v - low) / (high - low || 1);
   element('h2', panel, graph.title);
   const lines = kept.map(([key, colour, label], k) => {
-    const points = frames.filter((frame) => key !== 'step_ms' || frame.step_ms > 0).map((frame) => x(frame.time).toFixed(1) + ',' + y(value(frame, key)).toFixed(1));
+    const points = frames.filter((frame) => key !== 'step_ms' || frame.step_ms > 0).map((frame) => graphX(frame.time).toFixed(1) + ',' + y(value(frame, key)).toFixed(1));
     return '<polyline fill="none" stroke="' + colour + '" points="' + points.join(' ') + '"/>' +
         (kept.length > 1 ? '<text x="' + (62 + 70 * k) + '" y="9" style="fill:' + colour + '">' + label + '</text>' : '');
   });
