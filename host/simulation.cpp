@@ -1,6 +1,7 @@
 #include "host/simulation.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <optional>
 
@@ -191,6 +192,23 @@ std::int64_t Simulation::load_checkpoint(const std::string& path) {
   parts_->restore(checkpoint.state, path);
   parts_->times.most_crossings = checkpoint.crossings, parts_->times.crossings_counted = checkpoint.counted;
   return checkpoint.frames;
+}
+
+void Simulation::go_on_from(const Simulation& before) {
+  if (malha::tears(model().scene) && !before.parts_->splits.empty()) parts_->lay_out_anew(before.parts_->splits);
+  const Appearance &now = model().look, &then = before.model().look;
+  std::vector<Vec3> x = positions(), v = velocities();
+  const std::vector<Vec3> x_then = before.positions(), v_then = before.velocities();
+  for (std::size_t b = 0; b < model().scene.bodies.size(); ++b)
+    for (std::size_t a = 0; a < before.model().scene.bodies.size(); ++a) {
+      const int first = now.body_begin[b], from = then.body_begin[a], count = then.body_begin[a + 1] - from;
+      const bool same = model().scene.bodies[b].name == before.model().scene.bodies[a].name;
+      if (!same || now.body_begin[b + 1] - first != count) continue;
+      std::copy_n(x_then.begin() + from, count, x.begin() + first);
+      std::copy_n(v_then.begin() + from, count, v.begin() + first);
+    }
+  const auto steps = static_cast<std::int64_t>(std::ceil(before.time() / model().scene.solver.dt - 1e-6));
+  parts_->solver->place(steps, x, v);
 }
 
 std::string Simulation::report(const std::string& status, const std::vector<std::string>& notes) const {

@@ -88,6 +88,11 @@ class Simulation {
   /// differ. Throws InputError for another scene, precision or a damaged file, and leaves the state as it was.
   std::int64_t load_checkpoint(const std::string& path);
 
+  /// Goes on where another simulation is: at its time, to the next whole step, with the places and velocities of its
+  /// bodies that have the same name and as many particles; other bodies are as at the start of this scene. For settings
+  /// that change while a scene runs. What contacts remember is not taken over: the bits are those of no single run.
+  void go_on_from(const Simulation& before);
+
   /// report.json: build, machine, sizes, times and the measures. `status` is a word for how the run ended, `notes` are
   /// lines about it.
   std::string report(const std::string& status, const std::vector<std::string>& notes = {}) const;

@@ -134,6 +134,9 @@ class Solver {
   /// Throws InputError, which names `file`, for a state that is of another model or that no run can have left.
   virtual void restore(const std::string& state, const std::string& file = "checkpoint") = 0;
   virtual std::uint64_t state_hash() const = 0;
+  /// Goes on after so many steps from these places (m) and velocities (m/s), in the user's order, without what contacts
+  /// and sleep remember.
+  virtual void place(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) = 0;
   /// Whether an edge is longer than it can bear.
   virtual bool overstretched() { return false; }
   /// Continues from the state of a solver of the same scene before it tore further: `from` says which of its

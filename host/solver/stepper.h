@@ -57,17 +57,7 @@ class Stepper : public Solver {
   std::vector<Vec3> velocities() const final { return in_user_order(v_.download(), model_.user_of); }
   const SolverFacts& facts() const final { return facts_; }
   const std::array<double, kPassNames.size()>& pass_seconds() const final { return seconds_; }
-  std::string save() const final {
-    State<R> all = state();
-    if (collider_) all.seen = collider_->memory();
-    if (sleeper_) all.rest = sleeper_->memory();
-    if (self_)
-      all.self = self_->memory();
-    else if (edges_)  // which would be the same places
-      all.self.x0 = edges_->parted();
-    if (edges_) all.edges = edges_->memory();
-    return save_state(all);
-  }
+  std::string save() const final { return save_state(remembered()); }
   void restore(const std::string& bytes, const std::string& file) final {
     const State<R> saved = load(bytes, x_.size(), file);
     steps_ = saved.steps, crossings_step_ = -1;
@@ -85,6 +75,10 @@ class Stepper : public Solver {
              const std::array<double, kPassNames.size()>& seconds) final {
     restore(save_state(carried(load(bytes, particles, "state"), from)), "state");
     seconds_ = seconds;
+  }
+  void place(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) final {
+    restore(save_state(displaced(remembered(), steps, in_solver_order(x, model_.user_of),
+                                 in_solver_order(v, model_.user_of))), "state");
   }
   bool overstretched() final {
     bool found = false;
@@ -340,6 +334,19 @@ class Stepper : public Solver {
   }
   State<R> state() const {
     return {steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>(), {}, {}};
+  }
+
+  /// With what the next step needs beside it.
+  State<R> remembered() const {
+    State<R> all = state();
+    if (collider_) all.seen = collider_->memory();
+    if (sleeper_) all.rest = sleeper_->memory();
+    if (self_)
+      all.self = self_->memory();
+    else if (edges_)  // which would be the same places
+      all.self.x0 = edges_->parted();
+    if (edges_) all.edges = edges_->memory();
+    return all;
   }
 
   State<R> load(const std::string& bytes, std::size_t particles, const std::string& file) const {
