@@ -41,6 +41,7 @@ struct Simulation::Parts {
   }
 
   void make_solver_of_model() {
+    model.by_hand = options.by_hand;
     solver = make_solver(model, threads, options.instructions, options.progress);
     keep_what_runs_need(model);
   }
@@ -59,7 +60,12 @@ struct Simulation::Parts {
   }
 
   void tear() {
-    const std::vector<Split> found = find_tears(model, solver->positions(), solver->time());
+    std::vector<int> held;
+    for (const Taken& one : solver->taken())
+      if (one.is_held()) held.push_back(one.particle);
+    split(find_tears(model, solver->positions(), solver->time(), held));
+  }
+  void split(const std::vector<Split>& found) {
     if (found.empty()) return;
     times.layout_seconds += seconds([&] {
       std::vector<Split> all = splits;
@@ -69,8 +75,14 @@ struct Simulation::Parts {
       const std::string state = solver->save();
       const auto passes = solver->pass_seconds();
       const std::size_t particles = model.x.size();
+      std::vector<Taken> taken = solver->taken();
+      for (Taken& one : taken) {  // duplicates are the last of their bodies
+        const int body = body_of(model, one.particle);
+        one.particle += next.look.body_begin[body] - model.look.body_begin[body];
+      }
       lay_out(std::move(all), std::move(next));
       solver->adopt(state, particles, from, passes);
+      for (const Taken& one : taken) solver->take(one);
     });
   }
 
@@ -97,12 +109,14 @@ struct Simulation::Parts {
     if (numbers == numbers_of(splits)) return solver->restore(state, file);
     std::vector<Split> all = splits_of(numbers, model.scene, whole, file), before = splits;
     const std::string there = solver->save();
+    const std::vector<Taken> taken = solver->taken();
     lay_out_anew(std::move(all));
     try {
       solver->restore(state, file);
     } catch (const InputError&) {
       lay_out_anew(std::move(before));
       solver->restore(there);
+      for (const Taken& one : taken) solver->take(one);
       throw;
     }
   }
@@ -150,6 +164,22 @@ void Simulation::step() {
 void Simulation::check() { parts_->solver->check(); }
 
 void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver->move_pin(particle, to); }
+
+void Simulation::pull(int particle, const Vec3& to, double compliance) {
+  // No number is both: a spring of compliance 0 would be a hold.
+  parts_->solver->take({particle, to, compliance == 0 ? NAN : compliance});
+}
+void Simulation::hold(int particle) {
+  const std::vector<Vec3> x = positions();
+  const bool there = particle >= 0 && static_cast<std::size_t>(particle) < x.size();
+  hold(particle, there ? x[particle] : Vec3{});
+}
+void Simulation::hold(int particle, const Vec3& to) { parts_->solver->take({particle, to}); }
+void Simulation::let_go(int particle) { parts_->solver->let_go(particle); }
+std::vector<Taken> Simulation::held() const { return parts_->solver->taken(); }
+
+std::string Simulation::state() const { return parts_->save(); }
+void Simulation::go_back(const std::string& state) { parts_->restore(state, "state"); }
 
 void Simulation::wake() { parts_->solver->wake(); }
 
