@@ -22,8 +22,6 @@ constexpr Colour kGrip{255, 210, 60}, kPin{230, 60, 60}, kLost{255, 30, 30};
 Vec3 vec3(const Eigen::Vector3d& a) { return {a.x(), a.y(), a.z()}; }
 Place place(const Vec3& a) { return {float(a[0]), float(a[1]), float(a[2])}; }
 
-std::vector<Place> whole_scene(const Frame& frame) { return frame.x; }
-
 }  // namespace
 
 App::App(const WindowOptions& options) : options_(options), session_(options.simulation) {
@@ -59,7 +57,9 @@ void App::lay_out(int width, int height) {
 }
 
 void App::frame(int width, int height) {
+  const std::int64_t before = now_.version;
   now_ = session_.look();
+  still_ = before == now_.version ? still_ + 1 : 0;
   lay_out(width, height);
   if (!now_.sides.empty() && framed_ != now_.sides[0].scene) {
     const bool other = !framed_ || framed_->name != now_.sides[0].scene->name;
@@ -67,10 +67,9 @@ void App::frame(int width, int height) {
     if (const auto& picture = framed_->outputs.picture; other && picture && picture->camera)
       camera_ = OrbitCamera(*picture->camera);
     else if (other)
-      camera_ = OrbitCamera(), camera_.frame(whole_scene(*now_.sides[0].frame), ports_[0].aspect());
+      camera_ = OrbitCamera(), camera_.frame(now_.sides[0].frame->x, ports_[0].aspect());
   }
   panels(width, height);
-  keys();
   mouse();
   glViewport(0, 0, width, height);
   glClearColor(0.87f, 0.89f, 0.92f, 1);
@@ -187,37 +186,75 @@ void App::pin_or_release(std::size_t side, int particle) {
   session_.grip(side, particle, {at[0], at[1], at[2]}, true);
 }
 
-void App::keys() {
+void App::key(int key, int held) {
   if (ImGui::GetIO().WantTextInput) return;
-  const ImGuiIO& io = ImGui::GetIO();
-  const auto pressed = [](int key, bool repeats = false) { return ImGui::IsKeyPressed(key, repeats); };
-  if (pressed(GLFW_KEY_F1)) choices_.help = !choices_.help;
-  if (io.KeyCtrl) return command_keys();
-  if (pressed(GLFW_KEY_SPACE)) session_.run(!now_.running);
-  if (pressed(GLFW_KEY_PERIOD, true) || pressed(GLFW_KEY_RIGHT, true)) session_.step();
-  if (pressed(GLFW_KEY_LEFT, true) && now_.moment > 0) session_.show(now_.moment - 1);
-  if (pressed(GLFW_KEY_R)) session_.reset();
-  if (pressed(GLFW_KEY_LEFT_BRACKET)) session_.set_pace(now_.pace > 0 ? now_.pace / 2 : 1);
-  if (pressed(GLFW_KEY_RIGHT_BRACKET)) session_.set_pace(now_.pace > 0 ? 2 * now_.pace : 1);
-  if (pressed(GLFW_KEY_BACKSLASH)) session_.set_pace(0);
-  if (pressed(GLFW_KEY_F) && !now_.sides.empty()) camera_.frame(whole_scene(*now_.sides[0].frame), ports_[0].aspect());
-  if (pressed(GLFW_KEY_B)) throw_ball_at(io.MousePos.x, io.MousePos.y);
-  for (int look = 0; look < int(kLookNames.size()); ++look)
-    if (pressed(GLFW_KEY_1 + look)) choices_.look = Look(look);
+  if (held & GLFW_MOD_CONTROL) return command_key(key);
   const auto toggle = [&](Surface surface) {
     choices_.surface = choices_.surface == surface ? Surface::Shaded : surface;
   };
-  if (pressed(GLFW_KEY_W)) toggle(Surface::Wireframe);
-  if (pressed(GLFW_KEY_Q)) toggle(Surface::Particles);
-  if (pressed(GLFW_KEY_A)) choices_.axes = !choices_.axes;
-  if (pressed(GLFW_KEY_D)) toggle_second();
-  if (pressed(GLFW_KEY_P)) picture_ = true;
-  if (pressed(GLFW_KEY_TAB)) choices_.panels = !choices_.panels;
+  if (key >= GLFW_KEY_1 && key < GLFW_KEY_1 + int(kLookNames.size())) choices_.look = Look(key - GLFW_KEY_1);
+  switch (key) {
+    case GLFW_KEY_F1:
+      choices_.help = !choices_.help;
+      break;
+    case GLFW_KEY_SPACE:
+      session_.toggle_run();
+      break;
+    case GLFW_KEY_PERIOD:
+    case GLFW_KEY_RIGHT:
+      session_.step();
+      break;
+    case GLFW_KEY_LEFT:
+      session_.show_back();
+      break;
+    case GLFW_KEY_R:
+      session_.reset();
+      break;
+    case GLFW_KEY_LEFT_BRACKET:
+      session_.set_pace(now_.pace > 0 ? now_.pace / 2 : 1);
+      break;
+    case GLFW_KEY_RIGHT_BRACKET:
+      session_.set_pace(now_.pace > 0 ? 2 * now_.pace : 1);
+      break;
+    case GLFW_KEY_BACKSLASH:
+      session_.set_pace(0);
+      break;
+    case GLFW_KEY_F:
+      if (!now_.sides.empty()) camera_.frame(now_.sides[0].frame->x, ports_[0].aspect());
+      break;
+    case GLFW_KEY_B:
+      throw_ball_at(ImGui::GetIO().MousePos.x, ImGui::GetIO().MousePos.y);
+      break;
+    case GLFW_KEY_W:
+      toggle(Surface::Wireframe);
+      break;
+    case GLFW_KEY_Q:
+      toggle(Surface::Particles);
+      break;
+    case GLFW_KEY_A:
+      choices_.axes = !choices_.axes;
+      break;
+    case GLFW_KEY_D:
+      toggle_second();
+      break;
+    case GLFW_KEY_P:
+      picture_ = true;
+      break;
+    case GLFW_KEY_TAB:
+      choices_.panels = !choices_.panels;
+      break;
+    default:
+      break;
+  }
 }
 
-void App::command_keys() {
-  if (ImGui::IsKeyPressed(GLFW_KEY_Q, false)) quits_ = true;
-  if (!ImGui::IsKeyPressed(GLFW_KEY_S, false) || now_.sides.empty()) return;
+void App::command_key(int key) {
+  if (key == GLFW_KEY_Q) quits_ = true;
+  if (key == GLFW_KEY_S) save();
+}
+
+void App::save() {
+  if (now_.sides.empty()) return;
   try {
     const auto scene = free_name("scene", ".json");
     session_.save(choices_.side, scene.string(), std::filesystem::path(scene).replace_extension(".malha").string());

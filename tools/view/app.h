@@ -21,11 +21,15 @@ class App {
   void frame(int width, int height);
   /// After it lies in the window's back buffer.
   void drawn(int width, int height);
+  /// A key of GLFW went down, or repeats; `held`: GLFW's bits of Ctrl and the like.
+  void key(int key, int held);
   /// A file was dropped on the window.
   void drop(const std::string& path);
 
   std::string title() const;
   bool quits() const { return quits_; }
+  /// Whether nothing changes until somebody does something.
+  bool rests() const { return !now_.running && now_.doing.empty() && still_ > 3; }
 
  private:
   /// A particle that the mouse has taken.
@@ -38,8 +42,8 @@ class App {
 
   void lay_out(int width, int height);
   void draw_side(std::size_t side, int height);
-  void keys();
-  void command_keys();
+  void command_key(int key);
+  void save();
   void mouse();
   void press(std::size_t side, double x, double y);
   void drag(double x, double y);
@@ -66,6 +70,7 @@ class App {
   std::optional<std::array<double, 2>> knife_;  // where the stroke was last
   bool orbits_ = false, pans_ = false, picture_ = false, quits_ = false;
   std::vector<Coloured> coloured_;
+  int still_ = 0;  // pictures since the session last said something new
 };
 
 }  // namespace malha::view

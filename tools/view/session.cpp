@@ -65,7 +65,7 @@ Snapshot Session::look() {
 
 void Session::say(const std::string& message, bool trouble) {
   const std::lock_guard lock(mutex_);
-  snapshot_.message = printable(message), snapshot_.trouble = trouble;
+  snapshot_.message = printable(message), snapshot_.trouble = trouble, ++snapshot_.version;
 }
 
 void Session::work() {
@@ -183,7 +183,7 @@ void Session::publish() {
   snapshot_.sides = std::move(shown), snapshot_.running = running_, snapshot_.pace = pace_;
   snapshot_.share = running_ ? share_ : 0, snapshot_.moment = moment_, snapshot_.moments = moments;
   snapshot_.apart = distance;
-  looked_ = false;
+  looked_ = false, ++snapshot_.version;
 }
 
 /// After a scene was laid out: at its start, or where it was.
@@ -238,11 +238,16 @@ void Session::change(std::size_t side, const Scene& scene) {
 }
 
 void Session::run(bool on) {
-  ask([this, on] {
-    running_ = on && !sides_.empty();
-    due_ = share_since_ = Clock::now();
-    if (running_) go_on_from_shown(), share_from_ = earliest();
-  });
+  ask([this, on] { set_running(on); });
+}
+void Session::toggle_run() {
+  ask([this] { set_running(!running_); });
+}
+
+void Session::set_running(bool on) {
+  running_ = on && !sides_.empty();
+  due_ = share_since_ = Clock::now();
+  if (running_) go_on_from_shown(), share_from_ = earliest();
 }
 
 void Session::step() {
@@ -275,6 +280,13 @@ void Session::show(std::size_t moment) {
   ask([this, moment] {
     running_ = false;
     if (!history_.moments().empty()) moment_ = std::min(moment, history_.moments().size() - 1);
+  });
+}
+
+void Session::show_back() {
+  ask([this] {
+    running_ = false;
+    if (moment_ > 0) --moment_;
   });
 }
 

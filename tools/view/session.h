@@ -25,6 +25,7 @@ struct SideShown {
 };
 
 struct Snapshot {
+  std::int64_t version = 0;  // another one after each change
   std::vector<SideShown> sides;  // none while the first scene is set up
   bool running = false;
   std::string doing;    // "" or what takes long now
@@ -51,10 +52,12 @@ class Session {
   void compare(std::optional<Scene> other);       // a second side, from the start; none: one side again
   void change(std::size_t side, const Scene& scene);  // goes on with other settings
   void run(bool on);
+  void toggle_run();
   void step();
   void reset();
   void set_pace(double pace);
   void show(std::size_t moment);  // pauses; what runs next goes on from there
+  void show_back();               // the moment before the one shown
   void grip(std::size_t side, int particle, const Vec3& to, bool firm);
   void let_go(std::size_t side, int particle);
   void cut(std::size_t side, const std::vector<Edge>& edges);
@@ -73,6 +76,7 @@ class Session {
   void work();
   void begin(const Scene& scene);
   void advance();
+  void set_running(bool on);
   void go_on_from_shown();
   void keep();
   void publish();

@@ -7,7 +7,7 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
-#include <cmath>
+#include <algorithm>
 #include <stdexcept>
 
 #include "host/base/file.h"
@@ -86,9 +86,18 @@ void show_window(const WindowOptions& options) {
   glfwSetDropCallback(window, [](GLFWwindow* of, int count, const char** paths) {
     if (count > 0) static_cast<App*>(glfwGetWindowUserPointer(of))->drop(paths[0]);
   });
+  // Dear ImGui 1.86 loses a key that goes down and up within one frame; it passes on to those who were here before.
+  glfwSetKeyCallback(window, [](GLFWwindow* of, int key, int, int action, int held) {
+    if (action != GLFW_RELEASE) static_cast<App*>(glfwGetWindowUserPointer(of))->key(key, held);
+  });
   const Gui gui(window);
+  // A driver that draws on the CPU takes it from the solver: half the time at most.
+  const std::string renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const bool in_software = renderer.find("llvmpipe") != std::string::npos;
+  double took = 0;
   while (!glfwWindowShouldClose(window) && !app.quits()) {
-    glfwPollEvents();
+    glfwWaitEventsTimeout(app.rests() ? 0.25 : std::max(1.0 / 60 - took, in_software ? took : 1e-3));
+    const double start = glfwGetTime();
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
@@ -100,6 +109,7 @@ void show_window(const WindowOptions& options) {
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
     app.drawn(std::max(width, 1), std::max(height, 1));
     glfwSwapBuffers(window);
+    took = glfwGetTime() - start;
   }
 }
 
