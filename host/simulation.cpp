@@ -12,6 +12,7 @@
 #include "host/collision/start_before.h"
 #include "host/collision/start_outside.h"
 #include "host/model/asked.h"
+#include "host/model/cut.h"
 #include "host/model/footprint.h"
 #include "host/model/tear.h"
 #include "host/results/checkpoint.h"
@@ -59,11 +60,12 @@ struct Simulation::Parts {
                             threads);
   }
 
-  void tear() {
+  void tear() { split(find_tears(model, solver->positions(), pinned())); }
+  std::vector<bool> pinned() const {
     std::vector<int> held;
     for (const Taken& one : solver->taken())
       if (one.is_held()) held.push_back(one.particle);
-    split(find_tears(model, solver->positions(), solver->time(), held));
+    return pinned_now(model, solver->time(), held);
   }
   void split(const std::vector<Split>& found) {
     if (found.empty()) return;
@@ -177,6 +179,13 @@ void Simulation::hold(int particle) {
 void Simulation::hold(int particle, const Vec3& to) { parts_->solver->take({particle, to}); }
 void Simulation::let_go(int particle) { parts_->solver->let_go(particle); }
 std::vector<Taken> Simulation::held() const { return parts_->solver->taken(); }
+
+int Simulation::cut(const std::vector<Edge>& edges) {
+  const std::vector<Split> found = find_cuts(parts_->model, edges, parts_->pinned());
+  parts_->split(found);
+  if (!found.empty()) parts_->solver->wake();
+  return static_cast<int>(found.size());
+}
 
 std::string Simulation::state() const { return parts_->save(); }
 void Simulation::go_back(const std::string& state) { parts_->restore(state, "state"); }

@@ -69,6 +69,13 @@ class Simulation {
   /// in positions() stays taken.
   std::vector<Taken> held() const;
 
+  /// Cuts bodies that name "tear" along a knife's way. `edges`: those that it crosses, as particles {left, right} of
+  /// the knife. Vertices on one side split as where a mesh tears, so that the two ends of an edge share no face or line
+  /// any more. A vertex with nothing but crossed faces around it stays with them. Places and velocities stay. Returns
+  /// how many vertices were split: each is one more particle, the last of its body. Throws InputError for a particle
+  /// that is not there, an edge from one body to another, and a body without "tear": then nothing has changed.
+  int cut(const std::vector<Edge>& edges);
+
   /// Ends the scene's sleep, if it has a "sleep" and sleeps: for what is changed from outside.
   void wake();
 
@@ -91,7 +98,7 @@ class Simulation {
   /// Counts what crosses now; unmet() and report() know the most that was found. Nothing where nothing could cross.
   void count_crossings();
 
-  /// Vertices that have been torn in two so far. Each is one more particle, the last of its body in positions().
+  /// Vertices that have been torn or cut in two so far. Each is one more particle, the last of its body in positions().
   int tears() const;
 
   /// The expectations of the scene (its "expect") that the state does not meet, a line each; of crossings the most that
