@@ -37,12 +37,12 @@ void expect_point(const Vec3& found, const Vec3& expected) {
 TEST(LooksAtContacts, FindWhatIsWithinTheThickness) {
   const Simulation simulation = world(6, {table(Sides::Solid)});
   const double d = kThick, s = std::sqrt(0.5);
-  const std::vector<Vec3> x{{0.1, 0.5 + d, 0.2},                     // on top
-                            {0.1, 0.5 + 1.2 * d, 0.2},               // above
-                            {0.5 + 0.5 * d, 0.1, 0.2},               // at a side
-                            {0.5 + 0.7 * d, 0.5 + 0.7 * d, 0},       // beside an edge
-                            {0.1, 0.5 - 0.5 * d, 0.2},               // inside
-                            {0.5 + 0.8 * d, 0.5 + 0.8 * d, 0}};      // 1.13 thicknesses from the edge
+  const std::vector<Vec3> x{{0.1, 0.5 + d, 0.2},                 // on top
+                            {0.1, 0.5 + 1.2 * d, 0.2},           // above
+                            {0.5 + 0.5 * d, 0.1, 0.2},           // at a side
+                            {0.5 + 0.7 * d, 0.5 + 0.7 * d, 0},   // beside an edge
+                            {0.1, 0.5 - 0.5 * d, 0.2},           // inside
+                            {0.5 + 0.8 * d, 0.5 + 0.8 * d, 0}};  // 1.13 thicknesses from the edge
   const std::vector<Touch> all = Contacts(simulation.model())(x, 0);
   ASSERT_EQ(all.size(), 4u);
   const int particles[] = {0, 2, 3, 4};
@@ -58,7 +58,9 @@ TEST(LooksAtContacts, FindWhatIsWithinTheThickness) {
 }
 
 TEST(LooksAtContacts, OfSheetsHaveTheSideThatCounts) {
-  const std::vector<Vec3> x{{0.1, 0.5 - 0.5 * kThick, 0.1}, {0.1, 0.5 + 0.5 * kThick, 0.1}, {0.1, 0.5, 0.1},
+  const std::vector<Vec3> x{{0.1, 0.5 - 0.5 * kThick, 0.1},
+                            {0.1, 0.5 + 0.5 * kThick, 0.1},
+                            {0.1, 0.5, 0.1},
                             {0.5 + 0.5 * kThick, 0.5 - 0.5 * kThick, 0}};  // beyond the rim, below it
   for (const Sides sides : {Sides::OneSided, Sides::TwoSided}) {
     const Simulation simulation = world(4, {table(sides)});
