@@ -60,7 +60,10 @@ void App::frame(int width, int height) {
   const std::int64_t before = now_.version;
   now_ = session_.look();
   still_ = before == now_.version ? still_ + 1 : 0;
+  const std::size_t sides = ports_.size();
   lay_out(width, height);
+  if (!now_.sides.empty() && sides > 0 && ports_.size() != sides)  // each is narrower, or wider
+    camera_.frame(now_.sides[0].frame->x, ports_[0].aspect());
   if (!now_.sides.empty() && framed_ != now_.sides[0].scene) {
     const bool other = !framed_ || framed_->name != now_.sides[0].scene->name;
     framed_ = now_.sides[0].scene;
@@ -84,14 +87,14 @@ void App::frame(int width, int height) {
 
 void App::draw_side(std::size_t s, int height) {
   const SideShown& side = now_.sides[s];
-  Coloured coloured = view::coloured(*side.frame, choices_.look, choices_.most);
-  Picture picture{side.frame.get(), std::move(coloured.colours), choices_.surface, marks_of(side)};
+  Coloured coloured = view::coloured(*side.frame, *side.looks, choices_.look);
+  Picture picture{side.frame.get(), std::move(coloured.colours), choices_.surface, std::move(coloured.marks)};
+  add_marks(side, picture.marks);
   painters_[s].draw(picture, camera_, ports_[s], height);
   coloured_.push_back(std::move(coloured));
 }
 
-Marks App::marks_of(const SideShown& side) const {
-  Marks marks;
+void App::add_marks(const SideShown& side, Marks& marks) const {
   const auto ball = [&](const Place& at, const Colour& colour) {
     marks.balls.push_back(at), marks.ball_colours.push_back(colour);
   };
@@ -106,7 +109,6 @@ Marks App::marks_of(const SideShown& side) const {
     marks.line_colours.insert(marks.line_colours.end(), {kGrip, kGrip});
   }
   if (side.lost >= 0 && std::fmod(ImGui::GetTime(), 0.6) < 0.35) ball(side.frame->x[side.lost], kLost);
-  return marks;
 }
 
 std::optional<std::size_t> App::side_at(double x, double y) const {
@@ -120,7 +122,7 @@ void App::mouse() {
   const double x = io.MousePos.x, y = io.MousePos.y;
   const double tall = ports_[0].height;
   if (!ImGui::IsMouseDown(0) && taken_) {
-    if (!taken_->firm) session_.let_go(taken_->side, taken_->particle);
+    if (!taken_->firm) let_go(taken_->particle);
     taken_.reset();
   }
   if (!ImGui::IsMouseDown(0)) knife_.reset();
@@ -165,8 +167,7 @@ void App::drag(double x, double y) {
   if (taken_) {
     const ImVec2 moved = ImGui::GetMouseDragDelta(0, 0);
     if (moved.x == 0 && moved.y == 0) return;
-    session_.grip(taken_->side, taken_->particle, vec3(camera_.at(ports_[taken_->side], x, y, taken_->depth)),
-                  taken_->firm);
+    grip(taken_->particle, vec3(camera_.at(ports_[taken_->side], x, y, taken_->depth)), taken_->firm);
     return;
   }
   const std::array<double, 2> to{x, y};
@@ -181,9 +182,18 @@ void App::drag(double x, double y) {
 
 void App::pin_or_release(std::size_t side, int particle) {
   const auto& grips = now_.sides[side].grips;
-  if (grips.contains(particle)) return session_.let_go(side, particle);
+  if (grips.contains(particle)) return let_go(particle);
   const Place& at = now_.sides[side].frame->x[particle];
-  session_.grip(side, particle, {at[0], at[1], at[2]}, true);
+  grip(particle, {at[0], at[1], at[2]}, true);
+}
+
+/// Two sides with the same particles are pulled alike, to be compared.
+void App::grip(int particle, const Vec3& to, bool firm) {
+  for (std::size_t s = 0; s < now_.sides.size(); ++s)
+    if (std::size_t(particle) < now_.sides[s].frame->x.size()) session_.grip(s, particle, to, firm);
+}
+void App::let_go(int particle) {
+  for (std::size_t s = 0; s < now_.sides.size(); ++s) session_.let_go(s, particle);
 }
 
 void App::key(int key, int held) {
@@ -192,7 +202,10 @@ void App::key(int key, int held) {
   const auto toggle = [&](Surface surface) {
     choices_.surface = choices_.surface == surface ? Surface::Shaded : surface;
   };
-  if (key >= GLFW_KEY_1 && key < GLFW_KEY_1 + int(kLookNames.size())) choices_.look = Look(key - GLFW_KEY_1);
+  if (key >= GLFW_KEY_1 && key < GLFW_KEY_1 + int(kLookNames.size())) {
+    choices_.look = Look(key - GLFW_KEY_1);
+    session_.set_look(choices_.look);
+  }
   switch (key) {
     case GLFW_KEY_F1:
       choices_.help = !choices_.help;
@@ -275,8 +288,7 @@ void App::throw_ball_at(double x, double y) {
   if (!side) return;
   constexpr double kFlight = 0.5;  // s, until it is where the camera looks
   const double far = camera_.distance();
-  const Eigen::Vector3d from = camera_.at(ports_[*side], ports_[*side].left + 0.5 * ports_[*side].width,
-                                          ports_[*side].top + 0.9 * ports_[*side].height, 0.3 * far);
+  const Eigen::Vector3d from = camera_.eye() - 0.25 * far * camera_.up();
   const Eigen::Vector3d goal = camera_.at(ports_[*side], x, y, far);
   for (std::size_t s = 0; s < now_.sides.size(); ++s) {
     Scene scene = *now_.sides[s].scene;
@@ -371,13 +383,13 @@ void App::overlay(std::size_t s) {
     draw->AddText({x, y}, ink, name.c_str());
     y += 20;
   }
-  if (!coloured.most) return;
+  if (!coloured.most) return draw->AddText({x, y}, ink, coloured.legend.c_str());
   for (int k = 0; k < 120; ++k) {
     const Colour c = turbo(k / 119.0);
     draw->AddRectFilled({x + float(k), y}, {x + float(k) + 1, y + 10}, IM_COL32(c[0], c[1], c[2], 255));
   }
   draw->AddText({x, y + 12}, ink, "0");
-  draw->AddText({x + 90, y + 12}, ink, (shown(*coloured.most) + " " + coloured.unit).c_str());
+  draw->AddText({x + 90, y + 12}, ink, (shown(*coloured.most) + " " + coloured.legend).c_str());
 }
 
 }  // namespace malha::view

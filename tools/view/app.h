@@ -47,6 +47,8 @@ class App {
   void mouse();
   void press(std::size_t side, double x, double y);
   void drag(double x, double y);
+  void grip(int particle, const Vec3& to, bool firm);
+  void let_go(int particle);
   void pin_or_release(std::size_t side, int particle);
   void throw_ball_at(double x, double y);
   void toggle_second();
@@ -55,7 +57,7 @@ class App {
   void panels(int width, int height);
   void overlay(std::size_t side);
   std::optional<std::size_t> side_at(double x, double y) const;
-  Marks marks_of(const SideShown& side) const;
+  void add_marks(const SideShown& side, Marks& marks) const;
 
   WindowOptions options_;
   Session session_;

@@ -3,9 +3,70 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/base/shown.h"
 #include "host/results/picture.h"
 
 namespace malha::view {
+
+namespace {
+
+constexpr Colour kPale{205, 208, 214}, kTouches{225, 60, 50};
+
+Colour bytes_of(const std::array<float, 3>& colour) {
+  Colour bytes{};
+  for (int c = 0; c < 3; ++c) bytes[c] = static_cast<unsigned char>(std::lround(255 * colour[c]));
+  return bytes;
+}
+
+std::vector<Vec3> places(const Frame& frame) {
+  std::vector<Vec3> x;
+  for (const Place& a : frame.x) x.push_back({a[0], a[1], a[2]});
+  return x;
+}
+
+void by_body(const Frame& frame, Coloured& to) {
+  const std::vector<int>& begin = frame.body->look.body_begin;
+  for (std::size_t b = 0; b + 1 < begin.size(); ++b)
+    std::fill(to.colours.begin() + begin[b], to.colours.begin() + begin[b + 1], bytes_of(body_colour(int(b))));
+}
+
+void by_value(const std::vector<float>& values, const std::string& what, Coloured& to) {
+  to.most = values.empty() ? 0 : double(*std::max_element(values.begin(), values.end()));
+  to.legend = what;
+  for (std::size_t i = 0; i < values.size(); ++i) to.colours[i] = turbo(*to.most > 0 ? values[i] / *to.most : 0);
+}
+
+void by_number(const std::vector<int>& numbers, int count, const std::string& what, Coloured& to) {
+  for (std::size_t i = 0; i < numbers.size(); ++i) to.colours[i] = numbers[i] < 0 ? kPale : distinct(numbers[i]);
+  to.legend = std::to_string(count) + " " + what;
+}
+
+/// Lines in the colours of their batches.
+void by_batch(const Frame& frame, const Structure& structure, Coloured& to) {
+  std::fill(to.colours.begin(), to.colours.end(), kPale);
+  for (std::size_t l = 0; l < structure.lines.size(); ++l)
+    for (const int end : structure.lines[l]) {
+      to.marks.lines.push_back(frame.x[end]);
+      to.marks.line_colours.push_back(distinct(structure.batch[l]));
+    }
+  to.legend = "at most " + counted(structure.batches, "batch", "batches") + " a patch";
+}
+
+/// Particles that touch, and the normals of what they touch.
+void by_contact(const Frame& frame, const Contacts& contacts, Coloured& to) {
+  std::fill(to.colours.begin(), to.colours.end(), kPale);
+  const std::vector<Touch> touches = contacts(places(frame), frame.time);
+  for (const Touch& touch : touches) {
+    to.colours[touch.particle] = kTouches;
+    Place end{};
+    for (int k = 0; k < 3; ++k) end[k] = float(touch.at[k] + 2 * frame.body->spacing * touch.normal[k]);
+    to.marks.lines.insert(to.marks.lines.end(), {{float(touch.at[0]), float(touch.at[1]), float(touch.at[2])}, end});
+    to.marks.line_colours.insert(to.marks.line_colours.end(), {kTouches, kTouches});
+  }
+  to.legend = counted(touches.size(), "particle touches", "particles touch");
+}
+
+}  // namespace
 
 Colour turbo(double part) {
   static constexpr std::array<Colour, 7> kStops{
@@ -18,40 +79,37 @@ Colour turbo(double part) {
   return colour;
 }
 
-std::vector<float> mean_strains(const Frame& frame) {
-  std::vector<float> sum(frame.x.size(), 0);
-  std::vector<int> count(frame.x.size(), 0);
-  const std::vector<Vec3>& start = frame.body->look.points;
-  for (const auto& [a, b] : frame.body->edges) {
-    const double rest = std::hypot(start[a][0] - start[b][0], start[a][1] - start[b][1], start[a][2] - start[b][2]);
-    const double now = std::hypot(double(frame.x[a][0]) - frame.x[b][0], double(frame.x[a][1]) - frame.x[b][1],
-                                  double(frame.x[a][2]) - frame.x[b][2]);
-    const float strain = rest > 0 ? float(std::abs(now - rest) / rest) : 0.0f;
-    for (const unsigned i : {a, b}) sum[i] += strain, ++count[i];
+Colour distinct(int number) {
+  const double turn = 6 * std::fmod(0.61803398875 * number, 1.0);  // the golden ratio: no two of a few are alike
+  const double light = number % 2 == 0 ? 0.95 : 0.72;
+  Colour colour{};
+  for (int c = 0; c < 3; ++c) {
+    const double away = std::abs(std::fmod(turn + 2 * c, 6.0) - 3);
+    colour[c] = static_cast<unsigned char>(255 * light * (0.3 + 0.7 * std::clamp(away - 1, 0.0, 1.0)));
   }
-  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] /= float(std::max(count[i], 1));
-  return sum;
+  return colour;
 }
 
-Coloured coloured(const Frame& frame, Look look, double most) {
-  Coloured result;
-  result.colours.resize(frame.x.size());
-  if (look == Look::Bodies) {
-    const std::vector<int>& begin = frame.body->look.body_begin;
-    for (std::size_t b = 0; b + 1 < begin.size(); ++b) {
-      const std::array<float, 3> colour = body_colour(static_cast<int>(b));
-      Colour bytes{};
-      for (int c = 0; c < 3; ++c) bytes[c] = static_cast<unsigned char>(255 * colour[c]);
-      std::fill(result.colours.begin() + begin[b], result.colours.begin() + begin[b + 1], bytes);
-    }
-    return result;
-  }
-  const std::vector<float> values = look == Look::Strain ? mean_strains(frame) : frame.speed;
-  result.most = most > 0 ? most : values.empty() ? 0 : double(*std::max_element(values.begin(), values.end()));
-  result.unit = look == Look::Strain ? "" : "m/s";
-  for (std::size_t i = 0; i < values.size(); ++i)
-    result.colours[i] = turbo(*result.most > 0 ? values[i] / *result.most : 0);
-  return result;
+Coloured coloured(const Frame& frame, const Looks& looks, Look look) {
+  Coloured to;
+  to.colours.resize(frame.x.size());
+  by_body(frame, to);
+  const bool same = looks.body == frame.body;
+  if (look == Look::Speed)
+    by_value(frame.speed, "m/s", to);
+  else if (look == Look::Strain && same && looks.strains)
+    by_value((*looks.strains)(places(frame)), "largest strain of a particle's constraints", to);
+  else if (look == Look::Residual && same && looks.residuals)
+    by_value((*looks.residuals)(places(frame)), "m, largest residual of a particle's constraints", to);
+  else if (look == Look::Contact && same && looks.contacts)
+    by_contact(frame, *looks.contacts, to);
+  else if (look == Look::Patch && same && looks.structure)
+    by_number(looks.structure->patch, looks.structure->patches, "patches", to);
+  else if (look == Look::Phase && same && looks.structure)
+    by_number(looks.structure->phase, looks.structure->phases, "phases", to);
+  else if (look == Look::Batch && same && looks.structure)
+    by_batch(frame, *looks.structure, to);
+  return to;
 }
 
 }  // namespace malha::view

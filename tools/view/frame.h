@@ -21,6 +21,7 @@ struct Body {
   std::vector<std::array<unsigned, 2>> edges;  // of faces, and lines
   std::vector<unsigned> loose;                 // that belong to neither
   std::vector<unsigned> pinned;                // at the start
+  double spacing = 0;                          // m, the mean length of the edges at the start
 };
 
 struct Frame {

@@ -121,11 +121,6 @@ void Painter::update(const Picture& picture) {
     fill(body_->triangles, built_->triangles, body_->triangle_count, 3);
     fill(body_->edges, built_->edges, body_->edge_count, 2);
     fill(body_->loose, built_->loose, body_->loose_count, 1);
-    const auto& start = built_->look.points;
-    double sum = 0;
-    for (const auto& [a, b] : built_->edges)
-      sum += std::hypot(start[a][0] - start[b][0], start[a][1] - start[b][1], start[a][2] - start[b][2]);
-    if (!built_->edges.empty()) spacing_ = sum / double(built_->edges.size());
   }
   body_->array.bind();
   body_->x.fill(GL_ARRAY_BUFFER, frame.x, GL_STREAM_DRAW);
@@ -193,7 +188,7 @@ void Painter::draw_lines_and_balls(const Picture& picture, const OrbitCamera& ca
 
   begin(programs_->balls);
   const double metre = 1 / camera.metres_per_pixel(port, 1);  // pixels at a distance of 1 m
-  programs_->balls.set("size", float(0.5 * spacing_ * metre));
+  programs_->balls.set("size", float(0.5 * (built_->spacing > 0 ? built_->spacing : 0.01 * camera.distance()) * metre));
   if (picture.surface == Surface::Particles)
     body_->draw_all(GL_POINTS);
   else

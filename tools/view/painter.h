@@ -55,7 +55,6 @@ class Painter {
   std::shared_ptr<const Body> built_;
   std::shared_ptr<const std::vector<EnvironmentMesh>> surroundings_;
   std::vector<Place> normals_;
-  double spacing_ = 0.01;  // m, between particles, about
 };
 
 /// What was drawn last, of the whole window.

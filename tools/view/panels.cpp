@@ -30,7 +30,7 @@ constexpr std::array kKeys{
     Key{"F", "show all"},
     Key{"B", "throw a ball from here to the cursor"},
     Key{"C + left drag", "cut, where a body may tear"},
-    Key{"1, 2, 3", "colours: bodies, strain, speed"},
+    Key{"1 to 8", "colours: bodies, strain, speed, residual, contacts, patches, phases, batches"},
     Key{"W, Q, A", "wireframe, particles, axes"},
     Key{"D", "the same scene twice, side by side; once more: one again"},
     Key{"P", "save a picture"},
@@ -113,7 +113,7 @@ void run_panel(const Snapshot& now, Session& session, Choices& choices) {
     session.compare(now.sides.size() == 2 ? std::nullopt : std::optional<Scene>(*now.sides[0].scene));
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("the same scene twice, side by side, with settings of their own");
   ImGui::SameLine();
-  if (ImGui::Button("keys (F1)")) choices.help = !choices.help;
+  if (ImGui::Button("keys")) choices.help = !choices.help;
   static constexpr std::array kPaces{0.0, 0.01, 0.1, 0.25, 0.5, 1.0, 2.0};
   static constexpr std::array kPaceNames{"as fast as it goes", "1/100 of real time", "1/10 of real time",
                                          "1/4 of real time",   "1/2 of real time",   "real time",
@@ -123,7 +123,7 @@ void run_panel(const Snapshot& now, Session& session, Choices& choices) {
   ImGui::PushItemWidth(-1);
   if (ImGui::Combo("##pace", &pace, kPaceNames.data(), int(kPaceNames.size()))) session.set_pace(kPaces[std::size_t(pace)]);
   int look = int(choices.look), surface = int(choices.surface);
-  if (ImGui::Combo("##look", &look, kLookNames.data(), int(kLookNames.size()))) choices.look = Look(look);
+  if (ImGui::Combo("##look", &look, kLookNames.data(), int(kLookNames.size()))) choices.look = Look(look), session.set_look(choices.look);
   if (ImGui::Combo("##surface", &surface, "shaded\0wireframe\0particles\0")) choices.surface = Surface(surface);
   if (ImGui::BeginCombo("##scene", "open a scene ...")) {
     for (const std::string& path : choices.scenes)
@@ -136,14 +136,13 @@ void run_panel(const Snapshot& now, Session& session, Choices& choices) {
 void numbers_panel(const Snapshot& now, const Choices& choices) {
   if (now.sides.empty()) return;
   if (ImGui::BeginTable("numbers", 1 + int(now.sides.size()), ImGuiTableFlags_SizingStretchProp)) {
-    line_of_each(now, "method", [](const SideShown& s) {
-      return s.scene->solver.type + ", " + std::to_string(s.scene->solver.substeps) + " substeps";
-    });
+    line_of_each(now, "method", [](const SideShown& s) { return s.scene->solver.type; });
+    line_of_each(now, "substeps", [](const SideShown& s) { return std::to_string(s.scene->solver.substeps); });
     line_of_each(now, "particles", [](const SideShown& s) { return std::to_string(s.frame->x.size()); });
     line_of_each(now, "time", [](const SideShown& s) { return text_of(s.frame->time, "s"); });
     line_of_each(now, "step", [](const SideShown& s) { return std::to_string(s.frame->steps); });
     line_of_each(now, "a step takes", [](const SideShown& s) { return text_of(s.frame->step_ms, "ms"); });
-    line_of_each(now, "a simulated second takes", [](const SideShown& s) {
+    line_of_each(now, "1 s simulated takes", [](const SideShown& s) {
       return text_of(1e-3 * s.frame->step_ms / s.scene->solver.dt, "s");
     });
     ImGui::EndTable();

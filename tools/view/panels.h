@@ -14,7 +14,6 @@ struct Choices {
   Surface surface = Surface::Shaded;
   bool panels = true, help = false, axes = true, pins = true;
   std::size_t side = 0;  // whose settings are shown
-  double most = 0;       // at the end of the colours; 0: of each frame its own
   std::vector<std::string> scenes;  // that can be opened
 };
 

@@ -175,7 +175,7 @@ void Session::publish() {
     const Side& side = *sides_[s];
     std::shared_ptr<const Frame> frame =
         back || lost_[s] >= 0 ? moments[moment_]->frames[s] : sides_[s]->frame(false);
-    shown.push_back({frame, side.shared_scene(), side.warnings(), side.grips(), side.set_up_ms(), side.threads(),
+    shown.push_back({frame, side.shared_scene(), sides_[s]->looks(look_), side.warnings(), side.grips(), side.set_up_ms(), side.threads(),
                      lost_[s]});
   }
   const auto distance = apart(shown);
@@ -274,6 +274,10 @@ void Session::reset() {
 
 void Session::set_pace(double pace) {
   ask([this, pace] { pace_ = pace, due_ = Clock::now(); });
+}
+
+void Session::set_look(Look look) {
+  ask([this, look] { look_ = look; });
 }
 
 void Session::show(std::size_t moment) {

@@ -17,6 +17,7 @@ namespace malha::view {
 struct SideShown {
   std::shared_ptr<const Frame> frame;
   std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const Looks> looks;
   std::vector<std::string> warnings;
   std::map<int, Grip> grips;
   double set_up_ms = 0;
@@ -56,6 +57,7 @@ class Session {
   void step();
   void reset();
   void set_pace(double pace);
+  void set_look(Look look);
   void show(std::size_t moment);  // pauses; what runs next goes on from there
   void show_back();               // the moment before the one shown
   void grip(std::size_t side, int particle, const Vec3& to, bool firm);
@@ -93,6 +95,7 @@ class Session {
   bool running_ = false, changed_ = false;
   double pace_ = 1, measure_seconds_ = 0, share_ = 0;
   std::size_t moment_ = 0;
+  Look look_ = Look::Bodies;
   Clock::time_point due_ = Clock::now(), share_since_ = Clock::now(), started_ = Clock::now();
   double share_from_ = 0;
 

@@ -6,6 +6,7 @@
 #include "host/base/file.h"
 #include "host/base/stopwatch.h"
 #include "host/mesh/topology.h"
+#include "host/mesh/vectors.h"
 #include "host/results/warnings.h"
 
 namespace malha::view {
@@ -24,6 +25,8 @@ std::shared_ptr<const Body> body_of(const Model& model) {
     for (const int i : t) used[i] = true;
   }
   for (const Edge& e : edges(mesh)) body->edges.push_back({unsigned(e[0]), unsigned(e[1])}), used[e[0]] = used[e[1]] = true;
+  const std::vector<Vec3>& start = model.look.points;
+  for (const auto& [a, b] : body->edges) body->spacing += distance(start[a], start[b]) / double(body->edges.size());
   for (unsigned i = 0; i < used.size(); ++i)
     if (!used[i]) body->loose.push_back(i);
   for (int i = 0; i < model.count(); ++i)
@@ -56,7 +59,27 @@ void Side::change(const Scene& scene, bool from_start) {
       if (particle < static_cast<int>(simulation_->model().look.points.size())) grip(particle, one.to, one.firm);
 }
 
-void Side::note_body() { body_ = body_of(simulation_->model()), tears_ = simulation_->tears(); }
+void Side::note_body() {
+  body_ = body_of(simulation_->model()), tears_ = simulation_->tears();
+  looks_.reset();
+}
+
+std::shared_ptr<const Looks> Side::looks(Look look) {
+  Looks next = looks_ ? *looks_ : Looks{body_, nullptr, nullptr, nullptr, nullptr};
+  const Model& model = simulation_->model();
+  const bool structure = look == Look::Patch || look == Look::Phase || look == Look::Batch;
+  if (look == Look::Strain && !next.strains)
+    next.strains = std::make_shared<const Strains>(model);
+  else if (look == Look::Residual && !next.residuals)
+    next.residuals = std::make_shared<const Residuals>(model);
+  else if (look == Look::Contact && !next.contacts)
+    next.contacts = std::make_shared<const Contacts>(model);
+  else if (structure && !next.structure)
+    next.structure = std::make_shared<const Structure>(malha::structure(model, threads()));
+  else if (looks_)
+    return looks_;
+  return looks_ = std::make_shared<const Looks>(std::move(next));
+}
 
 void Side::step() {
   step_ms_ = 1e3 * seconds([&] { simulation_->step(); });
@@ -95,7 +118,7 @@ void Side::let_go_of_all() {
 }
 
 int Side::cut(const std::vector<Edge>& edges) {
-  const int parted = 0; (void)edges;
+  const int parted = simulation_->cut(edges);
   if (parted > 0) note_body();
   return parted;
 }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "host/simulation.h"
-#include "tools/view/frame.h"
+#include "tools/view/looks.h"
 
 namespace malha::view {
 
@@ -29,6 +29,9 @@ class Side {
 
   /// Measured: with what takes long to know.
   std::shared_ptr<const Frame> frame(bool measured);
+
+  /// What this look, and those asked for before, need of the present bodies.
+  std::shared_ptr<const Looks> looks(Look look);
 
   /// By hand; `firm`: where it is to stay. Throws InputError for a particle that cannot be taken.
   void grip(int particle, const Vec3& to, bool firm);
@@ -65,6 +68,7 @@ class Side {
   std::unique_ptr<Simulation> simulation_;
   std::shared_ptr<const Body> body_;
   std::shared_ptr<const std::vector<EnvironmentMesh>> environment_;
+  std::shared_ptr<const Looks> looks_;
   std::vector<std::string> warnings_;
   std::map<int, Grip> grips_;
   int tears_ = 0;

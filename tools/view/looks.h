@@ -1,0 +1,27 @@
+// What a look needs to know of a model: made by the solver's thread when it is first asked for, used by the window's.
+#pragma once
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/results/looks.h"
+#include "host/results/looks_contacts.h"
+#include "tools/view/frame.h"
+
+namespace malha::view {
+
+enum class Look { Bodies, Strain, Speed, Residual, Contact, Patch, Phase, Batch };
+inline constexpr std::array kLookNames{"bodies", "strain", "speed", "residual", "contacts", "patches", "phases", "batches"};
+
+/// Of the bodies of a frame; each part is there once it was asked for.
+struct Looks {
+  std::shared_ptr<const Body> body;
+  std::shared_ptr<const Strains> strains;
+  std::shared_ptr<const Residuals> residuals;
+  std::shared_ptr<const Structure> structure;
+  std::shared_ptr<const Contacts> contacts;
+};
+
+}  // namespace malha::view
