@@ -9,6 +9,7 @@
 #include "host/base/file.h"
 #include "host/base/shown.h"
 #include "host/results/png.h"
+#include "tools/view/layout.h"
 #include "tools/view/pick.h"
 #include "tools/view/scenes.h"
 
@@ -16,7 +17,7 @@ namespace malha::view {
 
 namespace {
 
-constexpr float kLeft = 250, kRight = 330, kBottom = 62;  // pixels, of the panels
+constexpr float kLeft = kLeftPanel, kRight = kRightPanel, kBottom = kTimeline;
 constexpr Colour kGrip{255, 210, 60}, kPin{230, 60, 60}, kLost{255, 30, 30};
 
 Vec3 vec3(const Eigen::Vector3d& a) { return {a.x(), a.y(), a.z()}; }
@@ -47,12 +48,9 @@ void App::drop(const std::string& path) {
 }
 
 void App::lay_out(int width, int height) {
-  const int left = choices_.panels ? int(kLeft) : 0, right = choices_.panels ? int(kRight) : 0;
-  const int bottom = int(kBottom), sides = std::max(1, int(now_.sides.size()));
-  const int room = std::max(width - left - right, 1);
+  const int sides = std::max(1, int(now_.sides.size()));
   ports_.clear();
-  for (int s = 0; s < sides; ++s)
-    ports_.push_back({left + s * room / sides, 0, std::max(room / sides, 1), std::max(height - bottom, 1)});
+  for (int side = 0; side < sides; ++side) ports_.push_back(port_of(side, sides, choices_.panels, width, height));
   while (painters_.size() < ports_.size()) painters_.emplace_back();
 }
 

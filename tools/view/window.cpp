@@ -79,6 +79,7 @@ class Gui {
 }  // namespace
 
 void show_window(const WindowOptions& options) {
+  for (const std::string& scene : options.scenes) load_scene(scene);  // refused before a window opens
   const Display display(options.width, options.height);
   GLFWwindow* window = display.window();
   App app(options);
