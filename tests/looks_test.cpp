@@ -1,18 +1,15 @@
-// Looks: strain and residual of particles, and the solver's layout.
+// Looks: strain and residual of particles.
 #include "host/results/looks.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
-#include <set>
 #include <stdexcept>
 
 #include "host/solver/solver.h"
-#include "tests/irregular_mesh.h"
+#include "tests/looks_of_sheets.h"
 #include "tests/one_constraint.h"
 #include "tests/small_scenes.h"
-#include "tests/support.h"
 
 namespace malha {
 namespace {
@@ -20,19 +17,6 @@ namespace {
 constexpr double kFloat = 1e-7;  // looks come in float: half of its last digit is 6e-8
 
 double largest_look(const std::vector<float>& values) { return *std::max_element(values.begin(), values.end()); }
-
-/// An irregular sheet of 1 m x 1 m, read from a file.
-class LooksOfSheets : public testing::Test {
- protected:
-  Scene sheet(int cells, std::vector<ConstraintSpec> constraints, std::vector<Pin> pins = {}) {
-    BodySpec body;
-    body.name = "sheet", body.mass = 0.3;
-    body.shape = MeshFile{folder_.write("sheet.obj", irregular_obj(1, 1, cells, cells, 0.2, 5)), {}};
-    body.constraints = std::move(constraints), body.pins = std::move(pins);
-    return scene_of({body}, kEarth, 0.02, 5, Precision::Float);
-  }
-  TemporaryFolder folder_;
-};
 
 using LooksOfStrain = LooksOfSheets;
 
@@ -265,78 +249,6 @@ TEST_F(LooksOfSheets, AreTheSameOnAnyThreads) {
   for (Vec3& p : x) p[1] = 0.3 * p[0] * p[2];
   EXPECT_EQ(Residuals(simulation.model(), 1)(x), Residuals(simulation.model(), 3)(x));
   EXPECT_EQ(structure(simulation.model(), 1).batch, structure(simulation.model(), 3).batch);
-}
-
-/// No two of these lines share a movable particle.
-bool apart(const std::vector<Edge>& lines, const std::vector<bool>& pinned) {
-  std::set<int> taken;
-  for (const Edge& line : lines)
-    for (const int i : line)
-      if (!pinned[i] && !taken.insert(i).second) return false;
-  return true;
-}
-
-TEST_F(LooksOfSheets, StructureIsTheLayoutOfTheSolver) {
-  std::vector<Pin> pins{ListPin{{0, 30, 31}}};
-  for (const bool grid : {true, false}) {
-    Scene scene = sheet(60, {stiff("distance", {"edges"})}, pins);
-    if (grid) scene.bodies[0].shape = GridShape{{1, 1}, {60, 60}};
-    const Simulation simulation(scene, {.threads = 1});
-    const Model& model = simulation.model();
-    const SolverFacts& facts = simulation.solver().facts();
-    const Structure layout = structure(model);
-    ASSERT_GT(layout.patches, 1);
-    EXPECT_EQ(layout.patches, facts.patches.patches);
-    EXPECT_EQ(layout.phases, facts.patches.phases);
-    EXPECT_EQ(layout.batches, facts.sets[0].most_batches) << "there is one set";
-    EXPECT_EQ(std::set<int>(layout.patch.begin(), layout.patch.end()).size(), std::size_t(layout.patches));
-    EXPECT_EQ(*std::min_element(layout.patch.begin(), layout.patch.end()), 0);
-    EXPECT_EQ(*std::max_element(layout.phase.begin(), layout.phase.end()), layout.phases - 1);
-
-    std::vector<bool> pinned(model.x.size());
-    for (int i = 0; i < model.count(); ++i) pinned[model.user_of[i]] = model.w[i] == 0;
-    std::multiset<Edge> found, expected;
-    std::map<std::pair<int, int>, std::vector<Edge>> batches;
-    std::vector<std::map<int, std::set<int>>> users(
-        layout.phases);  // of each movable particle, the patches that use it
-    std::vector<int> phase_of(layout.patches, -1);
-    for (std::size_t i = 0; i < layout.patch.size(); ++i) {
-      int& phase = phase_of[layout.patch[i]];
-      EXPECT_TRUE(phase < 0 || phase == layout.phase[i]) << "a patch of two phases";
-      phase = layout.phase[i];
-    }
-    for (std::size_t l = 0; l < layout.lines.size(); ++l) {
-      const Edge& line = layout.lines[l];
-      found.insert({std::min(line[0], line[1]), std::max(line[0], line[1])});
-      batches[{layout.owner[l], layout.batch[l]}].push_back(line);
-      for (const int i : line)
-        if (!pinned[i]) users[phase_of[layout.owner[l]]][i].insert(layout.owner[l]);
-      EXPECT_TRUE(layout.patch[line[0]] == layout.owner[l] || layout.patch[line[1]] == layout.owner[l]);
-      EXPECT_LT(layout.batch[l], layout.batches);
-    }
-    for (const Quad& face : model.look.faces)  // sides, each once, but those between two pins
-      for (int k = 0; k < (face[3] < 0 ? 3 : 4); ++k) {
-        const int i = face[k], j = face[(k + 1) % (face[3] < 0 ? 3 : 4)];
-        const Edge edge{std::min(i, j), std::max(i, j)};
-        if (!(pinned[i] && pinned[j]) && expected.count(edge) == 0) expected.insert(edge);
-      }
-    EXPECT_EQ(found, expected) << "every constraint is in one batch";
-    for (const auto& [number, lines] : batches) {
-      EXPECT_TRUE(apart(lines, pinned)) << "patch " << number.first << ", batch " << number.second;
-    }
-    for (const auto& phase : users)
-      for (const auto& [i, patches] : phase) EXPECT_EQ(patches.size(), 1u) << "particle " << i << " in one phase";
-  }
-}
-
-TEST_F(LooksOfSheets, HaveNoPatchesWhereTheFilterDoesAll) {
-  Scene scene = sheet(5, {stiff("distance", {"edges"})});
-  scene.solver.type = "desbrun";
-  const Simulation simulation(scene, {.threads = 1});
-  const Structure layout = structure(simulation.model());
-  EXPECT_EQ(layout.patches, simulation.solver().facts().patches.patches);
-  EXPECT_EQ(layout.patch, std::vector<int>(36, -1));
-  EXPECT_TRUE(layout.lines.empty());
 }
 
 }  // namespace

@@ -8,11 +8,9 @@
 
 #include "host/base/file.h"
 #include "host/results/page_pack.h"
-#include "tests/browser.h"
 #include "tests/numbers.h"
+#include "tests/page_of_a_run.h"
 #include "tests/refusal.h"
-#include "tests/run_scenes.h"
-#include "tests/support.h"
 
 namespace malha {
 namespace {
@@ -72,33 +70,6 @@ TEST(Base64, IsThatOfTheStandard) {  // RFC 4648, section 10
                                                        {"foobar", "Zm9vYmFy"}};
   for (const auto& [plain, coded] : words) EXPECT_EQ(base64(plain), coded);
 }
-
-/// The run in a page, or each of both.
-std::vector<Json> runs_in(const std::filesystem::path& path) {
-  const std::string page = read_whole(path), begin = "class=\"run\">";
-  std::vector<Json> runs;
-  for (std::size_t at = page.find(begin); at != std::string::npos; at = page.find(begin, at + 1)) {
-    const std::size_t from = at + begin.size();
-    runs.push_back(Json::parse(page.substr(from, page.find("</script>", from) - from)));
-  }
-  return runs;
-}
-
-class PageOfARun : public testing::Test {
- protected:
-  /// Of the swinging sheet of 40 steps, in a folder.
-  std::filesystem::path page(Json scene, const std::string& name = "run", std::optional<std::int64_t> steps = {},
-                             bool resume = false) {
-    if (!scene["outputs"].contains("page")) scene["outputs"]["page"] = Json::object();
-    run_quietly(scene, {.out = (folder_ / name).string(), .steps = steps, .resume = resume});
-    return folder_ / name / "page.html";
-  }
-  Browser& browser() {
-    static Browser one(1000, 600);
-    return one;
-  }
-  TemporaryFolder folder_;
-};
 
 TEST_F(PageOfARun, HoldsEveryFrameWhereThereIsRoom) {
   const Json run = runs_in(page(swinging_sheet(true)))[0];
@@ -215,9 +186,6 @@ bool is_cloth(const Image& image, double x, double y) {
   const unsigned char* const rgb = &image.pixels[3 * (std::size_t(j) * image.width + i)];
   return rgb[2] > rgb[0] + 40;
 }
-
-#define NEEDS_BROWSER \
-  if (Browser::command().empty()) GTEST_SKIP() << "no chromium: tools/setup browser"
 
 TEST_F(PageOfARun, ShowsTheClothWhereItIs) {
   NEEDS_BROWSER;

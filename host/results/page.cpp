@@ -7,9 +7,11 @@
 
 #include "host/base/build_info.h"
 #include "host/base/file.h"
+#include "host/base/shown.h"
 #include "host/collision/pose.h"
 #include "host/error.h"
 #include "host/model/model.h"
+#include "host/results/looks.h"
 #include "host/results/page_parts.h"
 #include "host/results/picture.h"
 
@@ -37,6 +39,13 @@ std::string text_of(const std::vector<Quad>& faces) {
   for (const Quad& face : faces)
     for (int k = 0; k < 4; ++k) corners.push_back(static_cast<std::uint32_t>(face[k] < 0 ? face[2] : face[k]));
   return text_of(corners, 4);
+}
+
+/// From -1 on, which becomes 0.
+std::string text_of(const std::vector<int>& numbers) {
+  std::vector<std::uint32_t> from_0;
+  for (const int number : numbers) from_0.push_back(static_cast<std::uint32_t>(number + 1));
+  return text_of(from_0, 1);
 }
 
 Json environment(const Model& model) {
@@ -98,7 +107,7 @@ std::vector<std::string_view> around(const std::vector<std::string_view>& runs) 
       "<title>malha</title>\n<style>\n",
       kStyle, "</style>\n</head>\n<body>\n", kBody};
   for (const std::string_view run : runs) all.insert(all.end(), {kBegin, run, kEnd});
-  for (const char* script : {kThree, kControls, kData, kStage, kViewer})
+  for (const char* script : {kThree, kControls, kData, kStage, kPanel, kViewer})
     all.insert(all.end(), {"<script>\n", script, kEnd});
   all.push_back("</body>\n</html>\n");
   return all;
@@ -124,6 +133,27 @@ std::string run_of(const std::filesystem::path& path) {
   if (page.find(kBegin, end) != std::string::npos)
     refuse(path.string(), "", "two runs in it", "a page that malha run --page wrote");
   return page.substr(from, end - from);
+}
+
+/// The shortest ends of both paths that tell them apart.
+std::array<std::string, 2> short_names(const std::filesystem::path& one, const std::filesystem::path& other) {
+  std::array<std::filesystem::path, 2> left, names;
+  for (const auto k : {0, 1}) {
+    left[k] = std::filesystem::weakly_canonical(k == 0 ? one : other);
+    if (left[k].filename() == "page.html") left[k] = left[k].parent_path();
+  }
+  do
+    for (const auto k : {0, 1}) {
+      names[k] = names[k].empty() ? left[k].filename() : left[k].filename() / names[k];
+      left[k] = left[k].parent_path();
+    }
+  while (names[0] == names[1] && left[0].has_filename() && left[1].has_filename());
+  return {names[0].string(), names[1].string()};
+}
+
+/// With the folder that it came from.
+std::string named(const std::string& run, const std::string& folder) {
+  return "{\"folder\":" + script_text(dumped(folder)) + "," + run.substr(run.find('{') + 1);
 }
 
 }  // namespace
@@ -154,10 +184,14 @@ void Page::add_mesh() {
   const Appearance& look = simulation_.model().look;
   std::vector<std::uint32_t> lines;
   for (const Edge& line : look.lines) lines.insert(lines.end(), {std::uint32_t(line[0]), std::uint32_t(line[1])});
-  const Json mesh{{"count", look.points.size()},  {"start", json_of(packed(look.points))},
-                  {"faces", text_of(look.faces)}, {"face_count", look.faces.size()},
-                  {"lines", text_of(lines, 2)},   {"line_count", look.lines.size()},
-                  {"body_begin", look.body_begin}};
+  Json mesh{{"count", look.points.size()},  {"start", json_of(packed(look.points))},
+            {"faces", text_of(look.faces)}, {"face_count", look.faces.size()},
+            {"lines", text_of(lines, 2)},   {"line_count", look.lines.size()},
+            {"body_begin", look.body_begin}};
+  if (const Structure layout = structure(simulation_.model(), simulation_.threads()); layout.patches > 0) {
+    mesh["patch"] = text_of(layout.patch), mesh["patches"] = layout.patches;
+    mesh["phase"] = text_of(layout.phase), mesh["phases"] = layout.phases;
+  }
   meshes_.push_back(dumped(mesh));
   tears_ = simulation_.tears();
 }
@@ -199,6 +233,10 @@ void Page::finish() {
   thin_out(true);
 }
 
+std::string Page::kept() const {
+  return counted(frames_.size(), "frame") + ", one " + (every_ == 1 ? "a step" : "every " + counted(every_, "step"));
+}
+
 void Page::write(const std::filesystem::path& path, const std::string& report,
                  const std::vector<std::string>& warnings) const {
   const Model& model = simulation_.model();
@@ -235,7 +273,8 @@ void write_comparison(const std::filesystem::path& one, const std::filesystem::p
   for (const auto& input : {page_in(one), page_in(other)})
     if (std::filesystem::weakly_canonical(input) == std::filesystem::weakly_canonical(path))
       refuse(path.string(), "--out", "a page that is compared", "another file");
-  const std::string a = run_of(page_in(one)), b = run_of(page_in(other));
+  const auto folders = short_names(page_in(one), page_in(other));
+  const std::string a = named(run_of(page_in(one)), folders[0]), b = named(run_of(page_in(other)), folders[1]);
   if (path.has_parent_path()) make_folder(path.parent_path());
   write_whole(path, joined(around({a, b})));
 }

@@ -22,6 +22,8 @@ class Page {
 
   /// Makes the present state the last frame.
   void finish();
+  /// How many frames there are, in words.
+  std::string kept() const;
   /// `report`: report.json. `warnings`: of the run. Throws std::runtime_error (disk).
   void write(const std::filesystem::path& path, const std::string& report,
              const std::vector<std::string>& warnings) const;

@@ -79,6 +79,9 @@ class Outputs {
     page_->write(results_.page, text, lines);
   }
 
+  /// What a person should know of the page; "": there is none.
+  std::string of_page() const { return page_ ? "replay      " + page_->kept() + "\n" : ""; }
+
   void storyboard() const {
     if (!gallery_) return;
     say("writing the storyboard");
@@ -228,7 +231,7 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   // Also of a run that was stopped while the picture of its last step was drawn.
   result.pictures_missing = scene.outputs.picture && stop;
   if (!result.pictures_missing) outputs.storyboard(), outputs.picture();
-  result.summary = summary(simulation);
+  result.summary = summary(simulation) + outputs.of_page();
   return result;
 }
 

@@ -36,12 +36,18 @@ async function places(points, count, from = origin) {
   return places;
 }
 
+// Looks that number particles, and how a page calls how many numbers there are.
+const kNumbered = {patch: 'patches', phase: 'phases'};
+
 // What of a page's mesh WebGL and the looks need.
 async function meshOf(packed) {
   const faces = await unpacked(packed.faces, 4 * packed.face_count, 4, 4);
   const lines = await unpacked(packed.lines, 2 * packed.line_count, 2, 4);
   const triangles = trianglesOf(faces);
-  return {count: packed.count, faces, lines, triangles, bodyBegin: packed.body_begin, edges: null};
+  const all = {count: packed.count, faces, lines, triangles, bodyBegin: packed.body_begin, edges: null};
+  for (const [look, several] of Object.entries(kNumbered))
+    if (packed[look]) all[look] = await unpacked(packed[look], packed.count, 1, 4), all[several] = packed[several];
+  return all;
 }
 
 // A quad is two triangles; a triangle has its third corner twice.
@@ -93,6 +99,11 @@ class Frames {
     }
     return low;
   }
+  // Another frame, to tell speeds with: the one before, or the next where only that has the same mesh.
+  beside(k) {
+    const alike = (j) => this.all[j] !== undefined && this.all[j].mesh === this.all[k].mesh;
+    return k > 0 && (alike(k - 1) || !alike(k + 1)) ? k - 1 : Math.min(k + 1, this.all.length - 1);
+  }
   mesh(k) {
     const m = this.all[k].mesh;
     if (!this.meshes.has(m)) this.meshes.set(m, meshOf(this.run.meshes[m]));
@@ -113,4 +124,24 @@ class Frames {
     }
     return promise;
   }
+  // On straight lines between frames; null where a tear lies between them.
+  async placesAt(time) {
+    const k = this.at(time), one = this.all[k], next = this.all[k + 1], x = await this.places(k);
+    const part = next ? (time - one.time) / (next.time - one.time) : 0;
+    if (part < 1e-6) return x;
+    if (next.mesh !== one.mesh) return null;
+    const y = await this.places(k + 1);
+    return x.map((at, i) => at + part * (y[i] - at));
+  }
+}
+
+// The places of one mesh's particles by the numbers of another; NaN where it has none. Tears add to the ends of bodies.
+function renumbered(x, from, to) {
+  if (from === to) return x;
+  const all = new Float32Array(3 * to.count).fill(NaN);
+  for (let b = 0; b + 1 < to.bodyBegin.length; ++b) {
+    const begin = from.bodyBegin[b], end = Math.min(from.bodyBegin[b + 1], begin + to.bodyBegin[b + 1] - to.bodyBegin[b]);
+    all.set(x.subarray(3 * begin, 3 * end), 3 * to.bodyBegin[b]);
+  }
+  return all;
 }

@@ -117,16 +117,18 @@ class Stage {
   // Shows a frame; what is asked for later wins.
   async show(k) {
     this.wanted = k;
-    const before = Math.max(k - 1, 0);
-    const [mesh, x, start, last] = await Promise.all([
+    const beside = this.frames.beside(k), speed = this.look === 'speed';
+    const [mesh, x, start, other, itsMesh] = await Promise.all([
       this.frames.mesh(k), this.frames.places(k),
       this.look === 'strain' ? this.startOf(k) : null,
-      this.look === 'speed' && this.run.frames[before].mesh === this.run.frames[k].mesh ? this.frames.places(before) : null]);
+      speed ? this.frames.places(beside) : null, speed ? this.frames.mesh(beside) : null]);
     if (this.wanted !== k) return;
+    const last = speed ? renumbered(other, itsMesh, mesh) : null, all = this.run.frames;
+    const dt = Math.abs(all[k].time - all[beside].time);
     if (mesh !== this.mesh) this.build(mesh);
     this.x.array.set(x), this.x.needsUpdate = true;
     if (mesh.triangles.length > 0) setNormals(this.normals.array, x, mesh.triangles), this.normals.needsUpdate = true;
-    this.paint(k, x, start, last);
+    this.paint(x, start, last, dt);
     const wires = this.look === 'wire', particles = this.look === 'particles';
     this.surface.visible = !wires && !particles, this.points.visible = particles;
     this.rods.visible = this.loose.visible = !particles;
@@ -144,13 +146,15 @@ class Stage {
     return mesh.places = mesh.places || await places(mesh.start, mesh.count);
   }
 
-  paint(k, x, start, last) {
+  paint(x, start, last, dt) {
     const to = this.colours.array, mesh = this.mesh;
     this.most = 0;
     if (this.look === 'strain' || this.look === 'speed') {
-      const values = this.look === 'strain' ? strains(mesh, x, start) : speeds(x, last, this.frames.all, k);
+      const values = this.look === 'strain' ? strains(mesh, x, start) : speeds(mesh, x, last, dt);
       this.most = this.scales[this.look] || values.reduce((most, value) => Math.max(most, value), 0);
       for (let i = 0; i < mesh.count; ++i) turbo(this.most > 0 ? values[i] / this.most : 0, to, 3 * i);
+    } else if (mesh[this.look]) {
+      mesh[this.look].forEach((number, i) => distinct(number).toArray(to, 3 * i));
     } else {
       this.run.bodies.forEach((body, b) => {
         const colour = linear(body.colour);
@@ -182,12 +186,31 @@ function strains(mesh, x, start) {
   return values;
 }
 
-// m/s, between this frame and the one before.
-function speeds(x, last, frames, k) {
-  const values = new Float32Array(x.length / 3);
-  if (!last || k === 0) return values;
-  const dt = frames[k].time - frames[k - 1].time;
-  for (let i = 0; i < values.length; ++i)
+// m/s, between two frames. What has torn since has the speed of what it hangs on.
+function speeds(mesh, x, last, dt) {
+  const values = new Float32Array(x.length / 3), fresh = [];
+  if (!(dt > 0)) return values;
+  for (let i = 0; i < values.length; ++i) {
     values[i] = Math.hypot(x[3 * i] - last[3 * i], x[3 * i + 1] - last[3 * i + 1], x[3 * i + 2] - last[3 * i + 2]) / dt;
+    if (isNaN(values[i])) fresh.push(i);
+  }
+  if (fresh.length === 0) return values;
+  const edges = edgesOf(mesh);
+  for (let e = 0; e < edges.length; e += 2) {
+    const [i, j] = [edges[e], edges[e + 1]];
+    if (isNaN(values[i])) values[i] = values[j]; else if (isNaN(values[j])) values[j] = values[i];
+  }
+  for (const i of fresh) values[i] = values[i] || 0;
   return values;
+}
+
+// A colour for a number: those that follow each other are far apart. 0: grey, for none.
+const kDistinct = new Map();
+function distinct(number) {
+  if (!kDistinct.has(number)) {
+    const colour = new THREE.Color(0.6, 0.6, 0.6);
+    if (number > 0) colour.setHSL(0.618034 * number % 1, 0.65, 0.42 + 0.11 * (number % 3));
+    kDistinct.set(number, colour.convertSRGBToLinear());
+  }
+  return kDistinct.get(number);
 }

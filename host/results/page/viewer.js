@@ -1,41 +1,15 @@
 // The page: one run, or two in step, with time, looks, numbers and graphs.
 'use strict';
 
-const $ = (id) => document.getElementById(id);
-const kSpeeds = [0.05, 0.1, 0.25, 0.5, 1, 2], kLooks = ['shaded', 'wire', 'particles', 'strain', 'speed'];
-const kGraphs = [
-  {title: 'ms a step', keys: [['step_ms', '#444', 'step']]},
-  {title: 'energy (J)', keys: [['kinetic', '#d62728', 'kinetic'], ['elastic', '#2ca02c', 'elastic'],
-                               ['potential', '#1f77b4', 'potential']]},
-  {title: 'strain of constraints', keys: [['strain_max', '#d62728', 'largest'], ['strain_rms', '#1f77b4', 'RMS']]},
-  {title: 'momentum (kg m/s), angular momentum (kg m²/s)', keys: [['momentum', '#1f77b4', 'linear'],
-                                                                  ['angular_momentum', '#9467bd', 'angular']]},
-  {title: 'largest speed (m/s)', keys: [['speed_max', '#444', 'speed']]},
-  {title: 'penetration (m)', keys: [['penetration_max', '#444', 'penetration']]},
-  {title: 'contacts, crossings', keys: [['contacts', '#1f77b4', 'contacts'], ['crossings', '#d62728', 'crossings']]},
-];
+const kSpeeds = [0.05, 0.1, 0.25, 0.5, 1, 2], kLooks = ['shaded', 'wire', 'particles', 'strain', 'speed', 'patch', 'phase'];
 
 // What tests and the console can ask for.
 const malha = window.malha = {time: 0, playing: false, speed: 1, look: 'shaded', ready: false, views: []};
 
-function element(tag, parent, text, name) {
-  const made = document.createElement(tag);
-  if (text !== undefined) made.textContent = text;
-  if (name) made.className = name;
-  parent.appendChild(made);
-  return made;
-}
-function number(value) {
-  if (value === 0) return '0';
-  const size = Math.abs(value);
-  return size < 1e-3 || size >= 1e5 ? value.toExponential(2) : String(Number(value.toPrecision(3)));
-}
-const counted = (n, what) => n + ' ' + what + (n === 1 ? '' : 's');
 function fail(text) {
   element('div', $('views'), text, 'error');
   malha.error = text;
 }
-const titleOf = (run) => run.report.scene || 'run';
 
 async function begin() {
   if (typeof DecompressionStream === 'undefined') return fail('This page needs a browser of 2023 or later.');
@@ -66,23 +40,13 @@ async function begin() {
   for (const view of malha.views) view.stage.scales = scales, await view.stage.prepare();
   $('time').min = malha.start, $('time').max = malha.end;
   fillPanel();
+  // Of what is not swept there are no patches.
+  if (!runs.some((run) => run.meshes.some((mesh) => mesh.patch)))
+    for (const look of kLooks.splice(5)) $('look').querySelector('[value=' + look + ']').remove();
   showAll(true);
   listen();
   await seek(malha.start);
   malha.ready = true;
-}
-
-// The largest of all but a tenth of all frames: one scale for both runs and all times.
-function usual(key) {
-  const all = malha.views.flatMap((view) => view.frames.all.map((frame) => frame.measures[key])).sort((a, b) => a - b);
-  return all[Math.floor(0.9 * (all.length - 1))];
-}
-
-// Solver and settings, which two runs of one scene differ in.
-function nameOf(run) {
-  const solver = run.report.input.scene.solver || {};
-  return [titleOf(run), solver.type, number(solver.dt * 1000) + ' ms', counted(solver.substeps, 'substep'),
-          counted(solver.iterations, 'iteration')].join(', ');
 }
 
 // Both cameras are one.
@@ -117,8 +81,9 @@ async function seek(time) {
   malha.time = Math.min(Math.max(time, malha.start), malha.end);
   const turn = ++latest;
   await Promise.all(malha.views.map((view) => view.stage.show(view.frames.at(malha.time))));
+  const apart = malha.views.length > 1 ? await distanceApart(...malha.views) : '';
   if (turn !== latest) return;
-  describe();
+  describe(apart);
   redraw();
 }
 
@@ -146,87 +111,21 @@ function drawScale(view) {
   view.scale.innerHTML = number(metres) + ' m<i style="width:' + metres / pixel + 'px"></i>';
 }
 
-// Of graphs: where a time lies.
-const graphX = (time) => 56 + 234 * (time - malha.start) / (malha.end - malha.start || 1);
-
-function describe() {
-  const [one, other] = malha.views, shown = one.frames.all[one.stage.shown];
+function describe(apart) {
+  const one = malha.views[0], shown = one.frames.all[one.stage.shown];
   $('time').value = malha.time;
   $('clock').textContent = malha.time.toFixed(3) + ' s, step ' + shown.step;
   for (const view of malha.views) {
-    const coloured = malha.look === 'strain' || malha.look === 'speed';
-    view.legend.innerHTML = coloured ? malha.look + ': 0 to ' + number(view.stage.most) + (malha.look === 'speed' ? ' m/s' : '') + ' and more<i></i>' : '';
+    const coloured = malha.look === 'strain' || malha.look === 'speed', several = kNumbered[malha.look];
+    const count = several && view.stage.mesh[several];
+    view.legend.innerHTML = several ? (count === 1 ? '1 ' + malha.look : (count || 'no') + ' ' + several) : coloured ? malha.look + ': 0 to ' + number(view.stage.most) + (malha.look === 'speed' ? ' m/s' : '') + ' and more<i></i>' : '';
     const measures = view.frames.all[view.stage.shown].measures;
     for (const [key, cell] of Object.entries(view.cells)) cell.textContent = number(measures[key]);
   }
-  if (other && malha.apart) malha.apart.textContent = distanceApart(one, other);
+  if (malha.apart) malha.apart.textContent = apart;
   for (const cursor of document.querySelectorAll('.cursor')) {
     cursor.setAttribute('x1', graphX(malha.time)), cursor.setAttribute('x2', graphX(malha.time));
   }
-}
-
-function distanceApart(one, other) {
-  const a = one.stage.x.array, b = other.stage.x.array;
-  if (a.length !== b.length) return 'not the same particles';
-  if (Math.abs(one.frames.all[one.stage.shown].time - other.frames.all[other.stage.shown].time) > 1e-9) return 'no frames of the same time';
-  let most = 0, sum = 0;
-  for (let i = 0; i < a.length; i += 3) {
-    const far = Math.hypot(a[i] - b[i], a[i + 1] - b[i + 1], a[i + 2] - b[i + 2]);
-    most = Math.max(most, far), sum += far * far;
-  }
-  return number(most) + ' m at most, ' + number(Math.sqrt(sum / Math.max(a.length / 3, 1))) + ' m RMS';
-}
-
-function fillPanel() {
-  const panel = $('panel');
-  if (malha.views.length > 1) {
-    element('h2', panel, 'Distance between the two');
-    malha.apart = element('div', panel, '');
-    malha.apart.id = 'apart';
-  }
-  for (const view of malha.views) {
-    const run = view.run, report = run.report;
-    element('h1', panel, malha.views.length > 1 ? nameOf(run) : titleOf(run));
-    for (const warning of run.warnings) element('div', panel, warning, 'warning');
-    const count = run.meshes[0].count, frames = run.frames.length;
-    element('div', panel, count.toLocaleString('en') + (count === 1 ? ' particle; ' : ' particles; ') + frames + (frames === 1 ? ' frame' : ' frames, one ' + (run.every === 1 ? 'a step' : 'every ' + run.every + ' steps')) +
-        '; places are rounded by at most ' + number(run.rounding * 1000) + ' mm. malha ' + run.malha + ', ' + report.status + '.');
-    for (const graph of kGraphs) drawGraph(panel, view, graph);
-    element('h2', panel, 'Now');
-    const table = element('table', panel);
-    view.cells = {};
-    for (const key of Object.keys(run.frames[0].measures)) {
-      const row = element('tr', table);
-      element('td', row, key.replace('_', ' ')), view.cells[key] = element('td', row, '');
-    }
-    for (const [title, what] of [['Report', {...report, input: undefined}], ['Scene', report.input.scene]]) {
-      const details = element('details', panel);
-      element('summary', details, title);
-      details.addEventListener('toggle', () => {
-        if (!details.querySelector('pre')) element('pre', details, JSON.stringify(what, null, 1));
-      });
-    }
-  }
-}
-
-function drawGraph(panel, view, graph) {
-  const frames = view.run.frames, value = (frame, key) => key === 'step_ms' ? frame.step_ms : frame.measures[key];
-  const kept = graph.keys.filter(([key]) => frames.some((frame) => value(frame, key) !== 0));
-  if (kept.length === 0 || frames.length < 2) return;
-  const all = kept.flatMap(([key]) => frames.map((frame) => value(frame, key)));
-  let low = 0, high = 0;
-  for (const one of all) low = Math.min(low, one), high = Math.max(high, one);
-  const y = (v) => 80 - 70 * (v - low) / (high - low || 1);
-  element('h2', panel, graph.title);
-  const lines = kept.map(([key, colour, label], k) => {
-    const points = frames.filter((frame) => key !== 'step_ms' || frame.step_ms > 0).map((frame) => graphX(frame.time).toFixed(1) + ',' + y(value(frame, key)).toFixed(1));
-    return '<polyline fill="none" stroke="' + colour + '" points="' + points.join(' ') + '"/>' +
-        (kept.length > 1 ? '<text x="' + (62 + 70 * k) + '" y="9" style="fill:' + colour + '">' + label + '</text>' : '');
-  });
-  const svg = element('div', panel);
-  svg.innerHTML = '<svg viewBox="0 0 300 90" preserveAspectRatio="none"><line x1="56" x2="290" y1="' + y(0) + '" y2="' + y(0) +
-      '" stroke="#ccc"/>' + lines.join('') + '<line class="cursor" x1="56" x2="56" y1="5" y2="85" stroke="#888"/>' +
-      '<text x="53" y="14" text-anchor="end">' + number(high) + '</text><text x="53" y="82" text-anchor="end">' + number(low) + '</text></svg>';
 }
 
 function setLook(look) {
@@ -274,7 +173,7 @@ function listen() {
     const keys = {' ': play, ArrowLeft: () => step(-1), ArrowRight: () => step(1), Home: () => seek(malha.start),
                   End: () => seek(malha.end), '+': () => faster(1), '-': () => faster(-1), f: () => showAll(false),
                   F: () => showAll(false), '?': () => $('keys').showModal()};
-    const act = /^[1-5]$/.test(event.key) ? () => setLook(kLooks[event.key - 1]) : keys[event.key];
+    const act = kLooks[event.key - 1] ? () => setLook(kLooks[event.key - 1]) : keys[event.key];
     if (!act) return;
     event.preventDefault();
     act();
