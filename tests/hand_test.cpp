@@ -89,22 +89,30 @@ TEST_P(HandIn, GoesBackToTheVerySameBits) {
 
 INSTANTIATE_TEST_SUITE_P(
     Scenes, HandIn,
-    testing::Values(OfScene{"WholeSteps", [](Scene&) {}}, OfScene{"Iterated", [](Scene& s) { s.solver.iterations = 3; }},
+    testing::Values(OfScene{"WholeSteps", [](Scene&) {}},
+                    OfScene{"Iterated", [](Scene& s) { s.solver.iterations = 3; }},
                     OfScene{"DampedInTheWind",
                             [](Scene& s) {
                               for (BodySpec& body : s.bodies) body.damping = 0.1;
                               s.wind = Wind{{1, 0, 0}, 0.01};
                             }},
                     OfScene{"OnTheFloor", [](Scene& s) { s.environment = {floor_by_hand()}; }},
+                    OfScene{"BesideEdgesOfTheFloor",
+                            [](Scene& s) {
+                              s.environment = {floor_by_hand()};
+                              s.environment[0].edges = true, s.environment[0].transform.translate = {0.4, -1.2, 0.4};
+                            }},
+                    OfScene{"WithLongRangeAttachments",
+                            [](Scene& s) {
+                              for (BodySpec& body : s.bodies) body.constraints.push_back(stiff("long_range"));
+                            }},
                     OfScene{"WithSelfCollision",
                             [](Scene& s) {
                               s.self_collision = SelfCollision{};
                               s.self_collision->thickness = 0.01;
                             }},
                     OfScene{"WithLevels",
-                            [](Scene& s) {
-                              s.solver.levels = 2, s.solver.levels_every = 2, s.solver.iterations = 2;
-                            }},
+                            [](Scene& s) { s.solver.levels = 2, s.solver.levels_every = 2, s.solver.iterations = 2; }},
                     OfScene{"FreeAndKeepingMomenta",
                             [](Scene& s) {
                               s.solver.keeps_momenta = true;
@@ -188,8 +196,7 @@ TEST(Hand, GivesABodyTheImpulseOfItsSpringAndNothingElse) {
     for (int step = 0; step < 100; ++step) {
       simulation.step();
       const Vec3 x = simulation.positions()[84];  // one substep and one projection: the force is at the end of the step
-      for (int k = 0; k < 3; ++k)
-        expected[k] += scene.solver.dt * (0.2 * scene.gravity[k] + (to[k] - x[k]) / alpha);
+      for (int k = 0; k < 3; ++k) expected[k] += scene.solver.dt * (0.2 * scene.gravity[k] + (to[k] - x[k]) / alpha);
     }
     EXPECT_GT(length(expected), 0.01);
     // Rounding: 1e-16 of places near 1, over alpha, a hundred steps.
@@ -307,11 +314,15 @@ TEST(Hand, RaisesNoAlarmHoweverItPulls) {
 TEST(Hand, RefusesWhatItCannotTake) {
   Scene scene = two_cloths();
   Simulation none(scene, {.threads = 1});
-  EXPECT_EQ(refusal([&] { none.pull(84, {0, 0, 0}, 1); }),
+  EXPECT_EQ(refusal([&] {
+              none.pull(84, {0, 0, 0}, 1);
+            }),
             "pull, hold: found a simulation without by_hand; allowed: one that is made with it");
   EXPECT_TRUE(none.held().empty());
   Simulation some(scene, {.threads = 1, .by_hand = true});
-  EXPECT_EQ(refusal([&] { some.pull(0, {0, 0, 0}, 1); }),
+  EXPECT_EQ(refusal([&] {
+              some.pull(0, {0, 0, 0}, 1);
+            }),
             "pull: found particle 0 of body 'left', which is pinned; allowed: one that is free");
   EXPECT_EQ(refusal([&] { some.hold(12); }),
             "hold: found particle 12 of body 'left', which is pinned; allowed: one that is free");
