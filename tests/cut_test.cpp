@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "host/mesh/topology.h"
+#include "host/solver/solver.h"
 #include "tests/irregular_mesh.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"
@@ -264,6 +265,18 @@ TEST(Cut, LeavesInHandWhatIsTaken) {
   run_for(simulation, scene, 1);
   EXPECT_LT(simulation.positions()[10][1], -3) << "the half that nobody holds falls";
   EXPECT_GT(simulation.positions()[60][1], -0.5);
+}
+
+TEST(Cut, WakesWhatSleeps) {
+  BodySpec rope = hung_chain({0, 0, 0}, {0, -1, 0}, 4);
+  rope.constraints = {stiff("distance", {"edges"})}, rope.tear = Tear{10};
+  Scene scene = scene_of({rope}, kEarth, 0.01, 10);
+  scene.sleep = Sleep{1, 0.05};
+  Simulation simulation = after(scene, 0.2);
+  ASSERT_EQ(simulation.solver().sleep()->particles, 5);
+  simulation.cut({{1, 2}});
+  simulation.step();
+  EXPECT_EQ(simulation.solver().sleep()->particles, 0);
 }
 
 TEST(Cut, RefusesWhatItCannotCut) {
