@@ -237,5 +237,17 @@ TEST(Hand, StaysWhereItIsWhileTheMeshTears) {
   }
 }
 
+TEST(Hand, HoldsAVertexTogether) {
+  BodySpec rope = hung_chain({0, 0, 0}, {4, 0, 0}, 4);
+  rope.constraints = {stiff("distance", {"edges"})}, rope.tear = Tear{0.2};
+  Simulation simulation(scene_of({rope}, {0, 0, 0}, 0.01, 10), {.threads = 1, .by_hand = true});
+  simulation.hold(2), simulation.hold(3, {3.5, 0, 0});  // the edge between them is strained by a half
+  for (int step = 0; step < 5; ++step) simulation.step();
+  EXPECT_EQ(simulation.tears(), 0);
+  simulation.let_go(2);
+  simulation.step();
+  EXPECT_GT(simulation.tears(), 0) << "the hand alone kept it";
+}
+
 }  // namespace
 }  // namespace malha
