@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "host/mesh/topology.h"
+#include "host/solver/solver.h"
 #include "tests/irregular_mesh.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"
@@ -25,8 +26,9 @@ BodySpec cloth_to_cut(const Shape& shape) {
 
 /// The edges that a knife crosses: from where its way is negative to where it is not.
 using Knife = std::function<double(const Vec3&)>;
-std::vector<Edge> crossed_by(const Simulation& simulation, const Knife& way,
-                             const std::function<bool(const Vec3&)>& reaches = [](const Vec3&) { return true; }) {
+std::vector<Edge> crossed_by(
+    const Simulation& simulation, const Knife& way,
+    const std::function<bool(const Vec3&)>& reaches = [](const Vec3&) { return true; }) {
   const Appearance& look = simulation.model().look;
   const std::vector<Vec3> x = simulation.positions();
   std::vector<Edge> crossed;
@@ -247,25 +249,48 @@ TEST(Cut, LeavesInHandWhatIsTaken) {
   BodySpec cloth = cloth_to_cut(GridShape{{1, 1}, {10, 10}});
   const Scene scene = scene_of({cloth, particle({5, 0, 0})}, kEarth, 0.01, 4);
   Simulation simulation(scene, {.threads = 1, .by_hand = true});
+  const std::string before = simulation.state();
   simulation.pull(60, {0.5, 0.5, 0.5}, 1e-3), simulation.pull(121, {5, 1, 0}, 1e-3);
   const int split = simulation.cut(crossed_by(simulation, [](const Vec3& x) { return x[0] - 0.52; }));
   ASSERT_EQ(split, 11) << "the column of particle 60";
   ASSERT_EQ(simulation.held().size(), 2u);
   EXPECT_EQ(simulation.held()[0].particle, 60);
   EXPECT_EQ(simulation.held()[1].particle, 121 + split);
+  // What is refused leaves it there too, though all was laid out anew on the way.
+  const std::uint64_t now = simulation.state_hash();
+  EXPECT_TRUE(has(refusal([&] { simulation.go_back(before.substr(0, before.size() - 1)); }), "state: state: found"));
+  EXPECT_EQ(simulation.state_hash(), now);
+  ASSERT_EQ(simulation.held().size(), 2u);
+  EXPECT_EQ(simulation.held()[1].particle, 121 + split);
   run_for(simulation, scene, 1);
   EXPECT_LT(simulation.positions()[10][1], -3) << "the half that nobody holds falls";
   EXPECT_GT(simulation.positions()[60][1], -0.5);
+}
+
+TEST(Cut, WakesWhatSleeps) {
+  BodySpec rope = hung_chain({0, 0, 0}, {0, -1, 0}, 4);
+  rope.constraints = {stiff("distance", {"edges"})}, rope.tear = Tear{10};
+  Scene scene = scene_of({rope}, kEarth, 0.01, 10);
+  scene.sleep = Sleep{1, 0.05};
+  Simulation simulation = after(scene, 0.2);
+  ASSERT_EQ(simulation.solver().sleep()->particles, 5);
+  simulation.cut({{1, 2}});
+  simulation.step();
+  EXPECT_EQ(simulation.solver().sleep()->particles, 0);
 }
 
 TEST(Cut, RefusesWhatItCannotCut) {
   BodySpec firm = cloth_to_cut(GridShape{{1, 1}, {2, 2}});
   firm.name = "firm", firm.tear.reset();
   Simulation simulation(scene_of({cloth_to_cut(GridShape{{1, 1}, {2, 2}}), firm}, kEarth, 0.01), {.threads = 1});
-  EXPECT_EQ(refusal([&] { simulation.cut({{0, 1}, {9, 10}}); }),
+  EXPECT_EQ(refusal([&] {
+              simulation.cut({{0, 1}, {9, 10}});
+            }),
             "cut: found body 'firm', which does not tear; allowed: one with \"tear\"");
   EXPECT_EQ(refusal([&] { simulation.cut({{0, 18}}); }), "cut: found particle 18; allowed: 0 to 17");
-  EXPECT_EQ(refusal([&] { simulation.cut({{8, 9}}); }),
+  EXPECT_EQ(refusal([&] {
+              simulation.cut({{8, 9}});
+            }),
             "cut: found particle 8 of body 'cloth' and particle 0 of body 'firm'; allowed: both of one body");
   EXPECT_EQ(simulation.tears(), 0);
   EXPECT_EQ(simulation.cut({}), 0);

@@ -1,160 +1,15 @@
-// Particles taken by hand: what they do, and what they leave as it was.
+// Particles taken by hand: what they do.
 #include <gtest/gtest.h>
 
-#include <cstring>
-#include <functional>
+#include <cmath>
 
 #include "host/solver/solver.h"
+#include "tests/by_hand.h"
 #include "tests/refusal.h"
-#include "tests/small_scenes.h"
 #include "tests/support.h"
 
 namespace malha {
 namespace {
-
-BodySpec cloth_by_hand(const std::string& name, double x, int cells = 12) {
-  BodySpec cloth;
-  cloth.name = name, cloth.mass = 0.2;
-  cloth.shape = GridShape{{1, 1}, {cells, cells}};
-  cloth.transform.translate = {x, 0, 0};
-  cloth.constraints = {stiff("distance", {"edges", "shear"}), compliant("bending", 0.01)};
-  cloth.pins = {ListPin{{0, cells}}};
-  return cloth;
-}
-
-/// Two cloths 3 m apart, which never meet.
-Scene two_cloths(Precision precision = Precision::Float) {
-  Scene scene = scene_of({cloth_by_hand("left", 0), cloth_by_hand("right", 3)}, kEarth, 0.01, 4, precision);
-  scene.solver.levels = 0;
-  return scene;
-}
-
-/// Whether the particles from `first` on have the same bits in both.
-testing::AssertionResult same_bits(const Simulation& a, const Simulation& b, std::size_t first, std::size_t count) {
-  for (const auto& [p, q] : {std::pair(a.positions(), b.positions()), std::pair(a.velocities(), b.velocities())})
-    for (std::size_t i = first; i < first + count; ++i)
-      if (std::memcmp(&p[i], &q[i], sizeof p[i]) != 0) return testing::AssertionFailure() << "particle " << i;
-  return testing::AssertionSuccess();
-}
-
-struct OfScene {
-  std::string name;
-  std::function<void(Scene&)> change;
-};
-void PrintTo(const OfScene& of, std::ostream* out) { *out << of.name; }
-
-EnvironmentSpec floor_by_hand() {
-  EnvironmentSpec ground;
-  ground.name = "ground", ground.shape = BoxShape{{20, 1, 20}, {1, 1, 1}}, ground.friction = 0.3;
-  ground.transform.translate = {-8, -1.6, -8};
-  return ground;
-}
-
-class HandIn : public testing::TestWithParam<OfScene> {};
-
-TEST_P(HandIn, LeavesOtherBodiesTheirBits) {
-  for (const Precision precision : {Precision::Float, Precision::Double}) {
-    Scene scene = two_cloths(precision);
-    GetParam().change(scene);
-    const std::size_t first = 13 * 13, count = 13 * 13;
-    for (const int threads : {1, 2}) {
-      Simulation alone(scene, {.threads = threads}), touched(scene, {.threads = threads, .by_hand = true});
-      for (int step = 0; step < 60; ++step) {
-        if (step == 10) touched.pull(84, {0.5, 0.6, 0.5}, 1e-3);
-        if (step == 25) touched.pull(84, {0.2, 0.5, 0.3}, 1e-3), touched.pull(90, {1, 1, 1}, 1e-2);
-        if (step == 40) touched.let_go(84), touched.let_go(90);
-        alone.step(), touched.step();
-        ASSERT_TRUE(same_bits(alone, touched, first, count)) << "step " << step << ", " << threads << " threads";
-        EXPECT_EQ(same_bits(alone, touched, 0, first), step < 10) << "the pulled one moves otherwise from its step on";
-      }
-    }
-  }
-}
-
-TEST_P(HandIn, GoesBackToTheVerySameBits) {
-  Scene scene = two_cloths();
-  GetParam().change(scene);
-  Simulation alone = after(scene, 0.1), touched(scene, {.threads = 1, .by_hand = true});
-  run_for(touched, scene, 0.1);
-  const std::string state = touched.state();
-  touched.pull(84, {0.5, 0.6, 0.5}, 1e-3);
-  run_for(touched, scene, 0.1);
-  EXPECT_NE(touched.state(), state);
-  touched.go_back(state);
-  EXPECT_TRUE(touched.held().empty());
-  EXPECT_EQ(touched.state(), state);
-  run_for(touched, scene, 0.3), run_for(alone, scene, 0.3);
-  EXPECT_EQ(touched.state_hash(), alone.state_hash());
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    Scenes, HandIn,
-    testing::Values(OfScene{"WholeSteps", [](Scene&) {}}, OfScene{"Iterated", [](Scene& s) { s.solver.iterations = 3; }},
-                    OfScene{"DampedInTheWind",
-                            [](Scene& s) {
-                              for (BodySpec& body : s.bodies) body.damping = 0.1;
-                              s.wind = Wind{{1, 0, 0}, 0.01};
-                            }},
-                    OfScene{"OnTheFloor", [](Scene& s) { s.environment = {floor_by_hand()}; }},
-                    OfScene{"WithSelfCollision",
-                            [](Scene& s) {
-                              s.self_collision = SelfCollision{};
-                              s.self_collision->thickness = 0.01;
-                            }},
-                    OfScene{"WithLevels",
-                            [](Scene& s) {
-                              s.solver.levels = 2, s.solver.levels_every = 2, s.solver.iterations = 2;
-                            }},
-                    OfScene{"FreeAndKeepingMomenta",
-                            [](Scene& s) {
-                              s.solver.keeps_momenta = true;
-                              for (BodySpec& body : s.bodies) body.pins.clear(), body.spin = {1, 2, 3};
-                            }},
-                    OfScene{"FreeKeepingMomentaInTheWind",
-                            [](Scene& s) {
-                              s.solver.keeps_momenta = true, s.wind = Wind{{1, 0, 0}, 0.01};
-                              for (BodySpec& body : s.bodies) body.pins.clear(), body.spin = {1, 2, 3};
-                            }},
-                    OfScene{"FreeKeepingMomentaOnTheFloor",
-                            [](Scene& s) {
-                              s.solver.keeps_momenta = true, s.environment = {floor_by_hand()};
-                              for (BodySpec& body : s.bodies) body.pins.clear(), body.spin = {1, 2, 3};
-                            }},
-                    OfScene{"ByDesbrunsMethod",
-                            [](Scene& s) {
-                              s.solver.type = "desbrun", s.solver.substeps = 1, s.solver.iterations = 5;
-                              for (BodySpec& body : s.bodies)
-                                body.constraints = {compliant("distance", 1e-3, {"edges", "shear"})};
-                            }}),
-    [](const testing::TestParamInfo<OfScene>& tested) { return tested.param.name; });
-
-TEST(Hand, HeldLeavesOtherBodiesTheirBitsToo) {
-  for (const bool free : {false, true}) {
-    Scene scene = two_cloths();
-    scene.solver.keeps_momenta = free;
-    if (free)
-      for (BodySpec& body : scene.bodies) body.pins.clear(), body.spin = {1, 2, 3};
-    Simulation alone(scene, {.threads = 1}), touched(scene, {.threads = 1, .by_hand = true});
-    for (int step = 0; step < 50; ++step) {
-      if (step == 10) touched.hold(84);
-      if (step > 20 && step < 30) touched.hold(84, {0.5, 0.01 * (step - 20), 0.5});
-      if (step == 40) touched.let_go(84);
-      alone.step(), touched.step();
-      ASSERT_TRUE(same_bits(alone, touched, 169, 169)) << "step " << step;
-    }
-    EXPECT_FALSE(same_bits(alone, touched, 0, 169));
-  }
-}
-
-TEST(Hand, OfNothingHasTheBitsOfARunThatAllowsNone) {
-  for (const int iterations : {1, 3}) {
-    Scene scene = two_cloths();
-    scene.solver.iterations = iterations, scene.solver.levels = 2;
-    Simulation touched = after(scene, 0.3, {.threads = 2, .by_hand = true});
-    EXPECT_TRUE(touched.solver().facts().fused);
-    EXPECT_EQ(touched.state_hash(), after(scene, 0.3).state_hash());
-  }
-}
 
 /// Backward Euler in steps of a second: at rest soon, m g alpha below the point that pulls.
 TEST(Hand, HangsAParticleByItsWeightTimesTheCompliance) {
@@ -188,8 +43,7 @@ TEST(Hand, GivesABodyTheImpulseOfItsSpringAndNothingElse) {
     for (int step = 0; step < 100; ++step) {
       simulation.step();
       const Vec3 x = simulation.positions()[84];  // one substep and one projection: the force is at the end of the step
-      for (int k = 0; k < 3; ++k)
-        expected[k] += scene.solver.dt * (0.2 * scene.gravity[k] + (to[k] - x[k]) / alpha);
+      for (int k = 0; k < 3; ++k) expected[k] += scene.solver.dt * (0.2 * scene.gravity[k] + (to[k] - x[k]) / alpha);
     }
     EXPECT_GT(length(expected), 0.01);
     // Rounding: 1e-16 of places near 1, over alpha, a hundred steps.
@@ -307,11 +161,15 @@ TEST(Hand, RaisesNoAlarmHoweverItPulls) {
 TEST(Hand, RefusesWhatItCannotTake) {
   Scene scene = two_cloths();
   Simulation none(scene, {.threads = 1});
-  EXPECT_EQ(refusal([&] { none.pull(84, {0, 0, 0}, 1); }),
+  EXPECT_EQ(refusal([&] {
+              none.pull(84, {0, 0, 0}, 1);
+            }),
             "pull, hold: found a simulation without by_hand; allowed: one that is made with it");
   EXPECT_TRUE(none.held().empty());
   Simulation some(scene, {.threads = 1, .by_hand = true});
-  EXPECT_EQ(refusal([&] { some.pull(0, {0, 0, 0}, 1); }),
+  EXPECT_EQ(refusal([&] {
+              some.pull(0, {0, 0, 0}, 1);
+            }),
             "pull: found particle 0 of body 'left', which is pinned; allowed: one that is free");
   EXPECT_EQ(refusal([&] { some.hold(12); }),
             "hold: found particle 12 of body 'left', which is pinned; allowed: one that is free");
@@ -377,6 +235,18 @@ TEST(Hand, StaysWhereItIsWhileTheMeshTears) {
     EXPECT_EQ(simulation.positions()[one.particle], one.to);
     EXPECT_NEAR(one.to[2], 3.8, 1e-12);
   }
+}
+
+TEST(Hand, HoldsAVertexTogether) {
+  BodySpec rope = hung_chain({0, 0, 0}, {4, 0, 0}, 4);
+  rope.constraints = {stiff("distance", {"edges"})}, rope.tear = Tear{0.2};
+  Simulation simulation(scene_of({rope}, {0, 0, 0}, 0.01, 10), {.threads = 1, .by_hand = true});
+  simulation.hold(2), simulation.hold(3, {3.5, 0, 0});  // the edge between them is strained by a half
+  for (int step = 0; step < 5; ++step) simulation.step();
+  EXPECT_EQ(simulation.tears(), 0);
+  simulation.let_go(2);
+  simulation.step();
+  EXPECT_GT(simulation.tears(), 0) << "the hand alone kept it";
 }
 
 }  // namespace

@@ -39,6 +39,11 @@ class PointArray {
       Memory<Executor>::copy_in(&number, 1, values_.data() + k * stride() + i);
     }
   }
+  Vec3 get(std::size_t i) const {
+    R number[3];
+    for (std::size_t k = 0; k < 3; ++k) Memory<Executor>::copy_out(values_.data() + k * stride() + i, 1, number + k);
+    return {number[0], number[1], number[2]};
+  }
   template <class Point = Vec3>
   std::vector<Point> download() const {
     const std::vector<R> values = values_.download();

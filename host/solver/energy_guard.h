@@ -111,7 +111,9 @@ class EnergyGuard {
 
   /// A hand gave so many J to the group of a particle.
   void gave(int particle, double joules) {
-    groups_[group_of()[particle]].may.always += joules;
+    const auto after = std::find_if(runs_.begin(), runs_.end(),
+                                    [particle](const ParticleRun& run) { return particle < run.first + run.count; });
+    groups_[after->group].may.always += joules;
     drives_ = true;
   }
 

@@ -8,27 +8,12 @@
 
 #include "host/base/array.h"
 #include "host/base/shown.h"
+#include "host/error.h"
 #include "host/model/model.h"
 #include "host/taken.h"
 #include "kernels/attachment.h"
 
 namespace malha {
-
-/// The solver's number of what is to be taken. Throws InputError for a particle that is not there, a place that is no
-/// number, and a compliance that no spring has.
-inline int find_taken(const Model& model, const Taken& taken) {
-  const std::string what = taken.is_held() ? "hold: found " : "pull: found ";
-  if (taken.particle < 0 || taken.particle >= model.count())
-    throw InputError(what + "particle " + std::to_string(taken.particle) + "; allowed: 0 to " +
-                     std::to_string(model.count() - 1));
-  for (const double number : taken.to)
-    if (!(std::abs(number) <= 1e18))
-      throw InputError(what + "a place at " + shown(number) + "; allowed: numbers up to 1e18");
-  if (!taken.is_held() && !(taken.compliance >= 1e-12 && taken.compliance <= 1e12))
-    throw InputError(what + "compliance " + shown(taken.compliance) + "; allowed: 1e-12 to 1e12 m/N");
-  return static_cast<int>(std::find(model.user_of.begin(), model.user_of.end(), taken.particle) -
-                          model.user_of.begin());
-}
 
 template <class Executor, class R>
 class Hand {
@@ -53,6 +38,29 @@ class Hand {
     return list;
   }
   bool has(int particle) const { return find(particle) != all_.end(); }
+
+  /// The solver's number of what is to be taken. `laid_out`: what of the solver knows beforehand what is pinned; null:
+  /// nothing. Throws InputError for a particle that is not there or that is pinned, a place that is no number, a
+  /// compliance that no spring has, and for what cannot be held.
+  int number_of(const Taken& taken, const Model& model, const R* w, const char* laid_out) const {
+    const auto require = [&taken](bool good, const std::string& found, const std::string& allowed) {
+      if (!good)
+        throw InputError((taken.is_held() ? "hold: found " : "pull: found ") + found + "; allowed: " + allowed);
+    };
+    require(taken.particle >= 0 && taken.particle < model.count(), "particle " + std::to_string(taken.particle),
+            "0 to " + std::to_string(model.count() - 1));
+    for (const double number : taken.to)
+      require(std::abs(number) <= 1e18, "a place at " + shown(number), "numbers up to 1e18");
+    const double alpha = taken.compliance;
+    require(taken.is_held() || (alpha >= 1e-12 && alpha <= 1e12), "compliance " + shown(alpha), "1e-12 to 1e12 m/N");
+    const auto found = std::find(model.user_of.begin(), model.user_of.end(), taken.particle);
+    const int i = static_cast<int>(found - model.user_of.begin());
+    R own{};
+    Memory<Executor>::copy_out(w + i, 1, &own);
+    require(own > R(0) || has(i), particle_name(model, taken.particle) + ", which is pinned", "one that is free");
+    require(!taken.is_held() || !laid_out, std::string("a solver with ") + (laid_out ? laid_out : ""), "to pull");
+    return i;
+  }
 
   /// Particle i, which is at x (m), and has 1/w of mass as long as nothing holds it. Again: to another place.
   void take(int i, const Taken& taken, const Vec3& x, R* w) {
@@ -103,18 +111,17 @@ class Hand {
                                R(one.taken.compliance / (h_ * h_)), fresh});
   }
 
-  /// J in the springs; of one if it were at x (m).
+  /// J that a hand gives at the most where it takes particle i, which is at x (m), so from now on.
+  double work(int i, const Taken& taken, const Vec3& x) const {
+    const auto before = find(i);
+    return std::max(0.0, energy(taken, x) - (before == all_.end() ? 0 : energy(before->taken, x)));
+  }
+  /// J in the springs.
   double energy(const std::vector<Vec3>& x) const {
     double sum = 0;
     for (const One& one : all_) sum += energy(one.taken, x[one.particle]);
     return sum;
   }
-  static double energy(const Taken& taken, const Vec3& x) {
-    const Vec3 C{x[0] - taken.to[0], x[1] - taken.to[1], x[2] - taken.to[2]};
-    return taken.is_held() ? 0 : (C[0] * C[0] + C[1] * C[1] + C[2] * C[2]) / (2 * taken.compliance);
-  }
-  /// J in the spring of particle i, which is at x (m).
-  double energy_of(int i, const Vec3& x) const { return has(i) ? energy(find(i)->taken, x) : 0; }
 
  private:
   struct One {
@@ -133,6 +140,10 @@ class Hand {
     }
   };
 
+  static double energy(const Taken& taken, const Vec3& x) {
+    const Vec3 C{x[0] - taken.to[0], x[1] - taken.to[1], x[2] - taken.to[2]};
+    return taken.is_held() ? 0 : (C[0] * C[0] + C[1] * C[1] + C[2] * C[2]) / (2 * taken.compliance);
+  }
   auto find(int i) const {
     return std::find_if(all_.begin(), all_.end(), [i](const One& one) { return one.particle == i; });
   }

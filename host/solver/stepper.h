@@ -103,19 +103,12 @@ class Stepper : public Solver {
   }
   void take(const Taken& what) final {
     if (!hand_) throw InputError("pull, hold: found a simulation without by_hand; allowed: one that is made with it");
-    const int i = find_taken(model_, what);
-    const auto require = [&](bool good, const std::string& found, const char* allowed) {
-      if (!good) throw InputError((what.is_held() ? "hold: found " : "pull: found ") + found + "; allowed: " + allowed);
-    };
-    require(hand_->has(i) || w_.download()[i] > R(0), particle_name(model_, what.particle) + ", which is pinned",
-            "one that is free");
-    const char* laid_out = laid_out_for_pins();
-    require(!what.is_held() || !laid_out, std::string("a solver with ") + (laid_out ? laid_out : ""), "to pull");
-    const Vec3 x = x_.download()[i];
+    const int i = hand_->number_of(what, model_, w_.data(), laid_out_for_pins());
+    const Vec3 x = x_.get(i), way = minus(what.to, x);
     if (what.is_held())
-      guard_.moved(std::sqrt(dot(minus(what.to, x), minus(what.to, x))));
+      guard_.moved(std::sqrt(dot(way, way)));
     else
-      guard_.gave(i, std::max(0.0, Hand<Executor, R>::energy(what, x) - hand_->energy_of(i, x)));
+      guard_.gave(i, hand_->work(i, what, x));
     if (what.is_held() && !hand_->has(i)) v_.set(i, {0, 0, 0});
     hand_->take(i, what, x, w_.data());
     leave_out_what_is_taken(), wake();
@@ -227,6 +220,8 @@ class Stepper : public Solver {
   virtual void correct(const Particles<R>& /*all*/) {}
   /// Whether what follows the prediction is done in it, up to the new state.
   virtual bool predicts_the_state() const { return false; }
+  /// At the end of a substep of h seconds, unless the prediction does what follows.
+  virtual void arrived(double /*h*/) {}
   /// Asked after every iteration: whether the projected constraints are met well enough to leave out the others.
   virtual bool enough() { return false; }
   /// What of the method knows beforehand what is pinned, for messages; null: nothing.
@@ -265,24 +260,8 @@ class Stepper : public Solver {
     if ((self_ || edges_) && collider_ && collider_->bounces()) hold_bounces(all);
     if (self_) timed(Pass::SelfCollision, [&] { self_->settle(all); });
     if (edges_) timed(Pass::Edges, [&] { edges_->settle(all); });
-    if (momenta_ && alone()) end_momenta(h);
+    arrived(h);
   }
-
-  /// Where nothing lies between prediction and state but by hand, momenta are compared over what visits would have
-  /// done, so that bodies that no hand takes keep their bits.
-  void start_momenta() {
-    if (momenta_ && substep_ % substeps_of_visits() == 0)
-      timed(Pass::Correction, [&] { momenta_->before(particles()); });
-  }
-  void end_momenta(double h) {
-    if ((substep_ + 1) % substeps_of_visits() == 0) note_momenta(h * substeps_of_visits());
-  }
-  /// After t seconds of falling.
-  void note_momenta(double t) {
-    const Vec3& g = model_.scene.gravity;
-    timed(Pass::Correction, [&] { momenta_->after(particles(), {g[0] * t, g[1] * t, g[2] * t}); });
-  }
-  int substeps_of_visits() const { return facts_.whole_steps ? model_.scene.solver.substeps : 1; }
 
   /// No surface crosses another: what stops one may press it into another.
   void hold_apart(const Particles<R>& all) {
