@@ -33,18 +33,18 @@ std::string page_of(const std::string& glb) {
          "/examples/js/loaders/GLTFLoader.js'></script><script>\nconst bytes = Uint8Array.from(atob('" + base64(glb) +
          R"JS('), (letter) => letter.charCodeAt(0));
 window.malha = {};
+// Debian's three.js is release 111. Lines have had targets since 117, and animations of lines and points since 135.
+THREE.Line.prototype.updateMorphTargets = THREE.Points.prototype.updateMorphTargets;
 const objects = {};
 let action, mixer, times, scene;
 const renderer = new THREE.WebGLRenderer({preserveDrawingBuffer: true});
 renderer.setSize(400, 300);
-document.body.appendChild(renderer.domElement);
 const camera = new THREE.PerspectiveCamera(50, 4 / 3, 0.1, 100);
 camera.position.set(0, 2, 9);
 function show(frame) {
   action.reset();
   action.time = times[frame];
   mixer.update(0);
-  // Before its release 135 three.js moves meshes only: lines and points get here what it gives to them since then.
   for (const object of Object.values(objects))
     if (!object.isMesh) object.morphTargetInfluences.splice(0, 1e9, ...objects.patchwork.morphTargetInfluences);
   scene.updateMatrixWorld(true);
@@ -72,7 +72,7 @@ function picture(frame) {
 new THREE.GLTFLoader().parse(bytes.buffer, '', (file) => {
   scene = file.scene;
   scene.add(new THREE.AmbientLight(0xffffff, 1));
-  for (const object of scene.children) if (object.geometry) objects[object.userData.name || object.name] = object;
+  for (const object of scene.children) if (object.geometry) objects[object.name] = object;
   mixer = new THREE.AnimationMixer(scene);
   action = mixer.clipAction(file.animations[0]);
   action.setLoop(THREE.LoopOnce);
@@ -91,7 +91,8 @@ TEST_F(GlbIn, ThreeJsIsTheRunAtTheTimeOfEachFrame) {
   const auto value = [&](const std::string& expression) {
     return Json::parse(browser.evaluate("JSON.stringify(" + expression + ")").get<std::string>());
   };
-  EXPECT_EQ(value("Object.keys(objects)").dump(), R"(["patchwork","sheet_of_quads","rope","dust","ball","ground"])");
+  EXPECT_EQ(value("Object.keys(objects).sort()").dump(),
+            R"(["ball","dust","ground","patchwork","rope","sheet_of_quads"])");
   ASSERT_EQ(value("Array.from(times)").size(), std::size_t{kGlbFrames});
   const std::vector<Vec3> start = frame(0).points;
   const Json ball_at_start = value("(show(0), places(objects.ball))");
