@@ -31,8 +31,8 @@ TEST(GlbRefuses, MoreFramesThanBrowsersTake) {
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
   EXPECT_EQ(refusal([&] { run_quietly(scene_with_glb(3), {.out = out, .steps = 6000}); }),
-            "test.json: /outputs/frames/every: found 3, with which glb has 2001 frames; allowed: at most 2000 in one "
-            "file: here every 4 or more");
+            "test.json: /outputs/frames/every: found 3, with which glb has 2001 frames; allowed: what leads to at most "
+            "2000 in one file");
   EXPECT_FALSE(std::filesystem::exists(out));
   run_quietly(scene_with_glb(3), {.out = out, .steps = 5});  // frames 0 and 1
   const auto before = files_in(out);
@@ -46,8 +46,8 @@ TEST(GlbRefuses, MoreBytesThanItsHeaderCounts) {
   scene.outputs.every = 2;
   EXPECT_EQ(refusal([&] { check_glb(scene, 333'333, 1000); }), "");
   EXPECT_EQ(refusal([&] { check_glb(scene, 333'333, 2000); }),
-            "test.json: /outputs/frames/every: found 2, with which glb has 7.45 GiB of frames; allowed: at most 3.73 "
-            "GiB in one file: here every 4 or more");
+            "test.json: /outputs/frames/every: found 2, with which glb has 7.45 GiB of frames; allowed: what leads to "
+            "at most 3.73 GiB in one file");
 }
 
 }  // namespace

@@ -66,6 +66,13 @@ inline Json glb_scene(const TemporaryFolder& folder) {
   return scene;
 }
 
+/// Runs into a folder there, and says where its frames are.
+inline std::filesystem::path run_with_frames(const TemporaryFolder& folder, const Json& scene, const std::string& name,
+                                             std::optional<std::int64_t> steps = {}) {
+  run_quietly(scene, {.out = (folder / name).string(), .steps = steps});
+  return folder / name / "frames";
+}
+
 /// A frame as "obj" has it, in double to the bit; corners are counted from 0.
 struct ObjOfFrame {
   std::vector<Vec3> points;

@@ -1,82 +1,22 @@
 // A run as glTF, read back by tinygltf's own loader. What viewers make of it: glb_viewers_test.cpp.
 #include <gtest/gtest.h>
-#include <tiny_gltf.h>
 
 #include <cmath>
-#include <cstring>
 
-#include "host/base/file.h"
 #include "host/results/picture.h"
 #include "tests/glb_scene.h"
-#include "tests/refusal.h"
-#include "tests/small_scenes.h"
+#include "tests/gltf_file.h"
 
 namespace malha {
 namespace {
 
 namespace fs = std::filesystem;
-
-class GltfFile {
- public:
-  explicit GltfFile(const fs::path& path) {
-    tinygltf::TinyGLTF loader;
-    std::string error, warning;
-    EXPECT_TRUE(loader.LoadBinaryFromFile(&model, &error, &warning, path.string())) << error;
-    EXPECT_EQ(error + warning, "");
-  }
-
-  /// Of a component type T, so many a value.
-  template <class T = float, std::size_t N = 3>
-  std::vector<std::array<T, N>> values(int accessor) const {
-    const tinygltf::Accessor& one = model.accessors.at(accessor);
-    EXPECT_EQ(tinygltf::GetComponentSizeInBytes(one.componentType), int(sizeof(T)));
-    EXPECT_EQ(tinygltf::GetNumComponentsInType(one.type), int(N));
-    std::vector<std::array<T, N>> all(one.count);
-    if (one.bufferView >= 0) std::memcpy(all.data(), at(one.bufferView, one.byteOffset), one.count * sizeof all[0]);
-    for (int i = 0; one.sparse.isSparse && i < one.sparse.count; ++i) {
-      std::uint32_t place = 0;
-      EXPECT_EQ(one.sparse.indices.componentType, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);
-      std::memcpy(&place, at(one.sparse.indices.bufferView, 4 * i), 4);
-      std::memcpy(&all.at(place), at(one.sparse.values.bufferView, sizeof(all[0]) * i), sizeof all[0]);
-    }
-    return all;
-  }
-
-  const tinygltf::Node& node(const std::string& name) const {
-    for (const tinygltf::Node& one : model.nodes)
-      if (one.name == name) return one;
-    throw std::runtime_error("no node " + name);
-  }
-  const tinygltf::Mesh& mesh(const std::string& name) const { return model.meshes.at(node(name).mesh); }
-  /// Of the animation's channel of a node.
-  const tinygltf::AnimationSampler& sampler(const std::string& name, const std::string& path) const {
-    const tinygltf::Animation& animation = model.animations.at(0);
-    for (const auto& channel : animation.channels)
-      if (model.nodes[channel.target_node].name == name && channel.target_path == path)
-        return animation.samplers.at(channel.sampler);
-    throw std::runtime_error("no channel " + path + " of " + name);
-  }
-  std::vector<std::uint32_t> indices(const tinygltf::Primitive& primitive) const {
-    std::vector<std::uint32_t> all;
-    for (const auto& one : values<std::uint32_t, 1>(primitive.indices)) all.push_back(one[0]);
-    return all;
-  }
-
-  tinygltf::Model model;
-
- private:
-  const unsigned char* at(int view, std::size_t offset) const {
-    return model.buffers.at(0).data.data() + model.bufferViews.at(view).byteOffset + offset;
-  }
-};
-
 using Indices = std::vector<std::uint32_t>;
 
 class Glb : public testing::Test {
  protected:
-  fs::path run_of(const Json& scene, const std::string& name = "out", std::optional<std::int64_t> steps = {}) const {
-    run_quietly(scene, {.out = (folder_ / name).string(), .steps = steps});
-    return folder_ / name / "frames";
+  fs::path run_of(const Json& scene, std::optional<std::int64_t> steps = {}) const {
+    return run_with_frames(folder_, scene, "out", steps);
   }
   TemporaryFolder folder_;
 };
@@ -122,7 +62,7 @@ TEST_F(Glb, KeepsItsDigitsFarFromTheOrigin) {
 }
 
 TEST_F(Glb, HasTheElementsOfTheBodiesAndQuadsAsTwoTriangles) {
-  const fs::path frames = run_of(glb_scene(folder_), "out", 1);
+  const fs::path frames = run_of(glb_scene(folder_), 1);
   const GltfFile file(frames / "run.glb");
   const ObjOfFrame obj(frames, 0);
   Indices triangles, lines, loose;  // of all bodies by the numbers of all
@@ -198,7 +138,7 @@ TEST_F(Glb, MovesWhatMovesInTheEnvironment) {
 }
 
 TEST_F(Glb, HasTheColoursOfThePicturesAndBothSides) {
-  const GltfFile file(run_of(glb_scene(folder_), "out", 1) / "run.glb");
+  const GltfFile file(run_of(glb_scene(folder_), 1) / "run.glb");
   const auto expect_colour = [&](const std::string& name, const std::array<float, 3>& srgb) {
     const tinygltf::Material& material = file.model.materials.at(file.mesh(name).primitives.at(0).material);
     EXPECT_TRUE(material.doubleSided);
@@ -219,17 +159,6 @@ TEST_F(Glb, HasNamesInWellFormedUtf8) {
   run(
       foreign, {.threads = 1}, {.out = (folder_ / "out").string()}, [](const Progress&) {}, std::atomic<bool>{false});
   EXPECT_EQ(GltfFile(folder_ / "out/frames/run.glb").model.nodes.at(0).name, "Stoff \xc3\xbc ?");
-}
-
-/// One body of a quad, a triangle, a line, a loose point and one that only counts.
-FrameTopology of_all_kinds() {
-  FrameTopology all{
-      {{0, 1, 2, 3}, {1, 4, 2, -1}},
-      {{5, 6}},
-      {7},
-      {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0.5, 0}, {0, 2, 0}, {1, 2, 0}, {3, 3, 3}, {9, 0, 0}}};
-  all.unused = {8}, all.bodies = {{"all", 0}};
-  return all;
 }
 
 TEST_F(Glb, HasAPrimitiveForEachKindOfElementOfABody) {
@@ -254,73 +183,6 @@ TEST_F(Glb, HasTimesThatGrowWhereFloatsCannotTellThemApart) {
   EXPECT_EQ(times[0][0], 1e9f);
   EXPECT_LT(times[0], times[1]);
   EXPECT_LT(times[1], times[2]);
-}
-
-TEST_F(Glb, AppearsWhenTheRunEndsAndIsRemovedWithTheNextRun) {
-  Json scene = glb_scene(folder_);
-  std::atomic<bool> stop{false};
-  const auto watch = [&](const Progress& now) {
-    EXPECT_FALSE(fs::exists(folder_ / "out/frames/run.glb"));
-    EXPECT_TRUE(fs::exists(folder_ / "out/frames/run.glb.part"));
-    stop = now.step == 3;
-  };
-  EXPECT_TRUE(run(parsed(scene), {.threads = 1}, {.out = (folder_ / "out").string()}, watch, stop).interrupted);
-  EXPECT_EQ(GltfFile(folder_ / "out/frames/run.glb").mesh("rope").primitives[0].targets.size(), 4u);
-  EXPECT_FALSE(fs::exists(folder_ / "out/frames/run.glb.part"));
-  folder_.write("out/frames/run.glb.part", "of a run that was killed");
-  scene["outputs"].erase("frames");
-  run_of(scene);
-  EXPECT_FALSE(fs::exists(folder_ / "out/frames"));
-}
-
-// 2^118 m a step: beyond the largest float of 2^128 at the 1024th.
-TEST_F(Glb, OfARunThatDivergesEndsBeforeIt) {
-  const Json here{{"cloud", {{"min", {0, 1, 0}}, {"max", {0, 1, 0}}, {"count", {1, 1, 1}}}}};
-  const Json scene{{"name", "rush"},
-                   {"solver", {{"type", "pbd"}, {"dt", 0x1p59}, {"substeps", 1}}},
-                   {"bodies", {{{"name", "rushing"}, {"shape", here}, {"mass", 1}, {"velocity", {0x1p59, 0, 0}}}}},
-                   {"outputs", {{"frames", {{"every", 1}, {"formats", {"glb"}}}}}},
-                   {"duration", 0x1p59}};
-  EXPECT_THROW(run_of(scene, "out", 1999), Diverged);
-  EXPECT_EQ(GltfFile(folder_ / "out/frames/run.glb").mesh("rushing").primitives[0].targets.size(), 1024u);
-}
-
-TEST_F(Glb, ThatCannotBeWrittenLeavesTheFramesForTheNextPart) {
-  Json scene = swinging_sheet(true);
-  scene["outputs"]["frames"] = {{"every", 4}, {"formats", {"glb"}}};
-  const std::string whole = bytes_of(run_of(scene, "whole") / "run.glb");
-  const std::string out = (folder_ / "parts").string();
-  const auto fill_disk = [&](const Progress& now) {
-    if (now.step == 20) fs::create_symlink("/dev/full", folder_ / "parts/frames/run.glb.tmp");
-  };
-  EXPECT_THROW(run(parsed(scene), {.threads = 1}, {.out = out, .steps = 20}, fill_disk, std::atomic<bool>{false}),
-               std::runtime_error);
-  EXPECT_FALSE(fs::exists(folder_ / "parts/frames/run.glb"));
-  run_quietly(scene, {.out = out, .resume = true});
-  EXPECT_TRUE(bytes_of(folder_ / "parts/frames/run.glb") == whole);
-}
-
-TEST_F(Glb, ThatDoesNotContinueIsRefusedAndKept) {
-  const auto continue_at = [&](int next) {
-    try {
-      FrameWriter(folder_ / "", {"glb"}, of_all_kinds(), next);
-    } catch (const std::runtime_error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
-  };
-  FrameWriter writer(folder_ / "", {"glb"}, of_all_kinds());
-  writer.write(0, of_all_kinds().rest, std::vector<Vec3>(9)), writer.finish();
-  const std::string glb = bytes_of(folder_ / "run.glb");
-  EXPECT_EQ(continue_at(5), (folder_ / "run.glb").string() + ": does not continue at frame 5 of 9 points");
-  for (const std::size_t cut : {std::size_t{0}, std::size_t{15}, std::size_t{700}, glb.size() - 1500}) {
-    folder_.write("run.glb", glb.substr(0, cut));
-    EXPECT_NE(continue_at(1), "") << cut;
-    EXPECT_EQ(bytes_of(folder_ / "run.glb"), glb.substr(0, cut));
-    EXPECT_FALSE(fs::exists(folder_ / "run.glb.part"));
-  }
-  folder_.write("run.glb", glb);
-  EXPECT_EQ(continue_at(1), "");
 }
 
 }  // namespace

@@ -158,7 +158,7 @@ with open(out, 'w') as file:
 
 TEST_F(GlbIn, BlenderIsTheRunAtEachFrame) {
   const std::string blender = program_on_path("blender");
-  if (blender.empty()) GTEST_SKIP() << "no blender: apt-get install --no-install-recommends blender python3-numpy";
+  if (blender.empty()) GTEST_SKIP() << "no blender: tools/setup blender";
   const std::string script = folder_.write("look.py", kBlenderScript), found = (folder_ / "found.json").string();
   const Ended ended = MalhaProcess({"--background", "--factory-startup", "--python-exit-code", "1", "--python", script,
                                     "--", file().string(), found, std::to_string(kGlbFrames), "48"},

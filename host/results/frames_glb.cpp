@@ -2,7 +2,6 @@
 // Layout: 12 bytes of header, a JSON chunk, a binary chunk. The binary chunk begins with what is in a GlbPart.
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -104,15 +103,15 @@ class Glb : public FrameFormat {
 void check_glb(const Scene& scene, std::size_t points, std::int64_t frames) {
   constexpr double kMostFrames = 2000;  // browsers hold a target in a layer of a texture, and have 2048 of them
   constexpr double kMostBytes = 4e9;    // 2^32, less what is no frame
-  const auto check = [&](double found, double most, const std::string& with, const std::string& allowed) {
-    if (found <= most) return;
-    const double every = scene.outputs.every;
-    refuse(scene.file, "/outputs/frames/every", shown(every) + ", with which glb has " + with,
-           allowed + " in one file: here every " + shown(std::ceil(every * found / most)) + " or more");
-  };
   const double bytes = 12.0 * static_cast<double>(points) * static_cast<double>(frames);
-  check(static_cast<double>(frames), kMostFrames, counted(frames, "frame"), "at most 2000");
-  check(bytes, kMostBytes, in_gib(bytes) + " of frames", "at most " + in_gib(kMostBytes));
+  const auto check = [&](double found, double most, const std::string& as_text, const std::string& most_as_text) {
+    if (found > most)
+      refuse(scene.file, "/outputs/frames/every",
+             std::to_string(scene.outputs.every) + ", with which glb has " + as_text,
+             "what leads to at most " + most_as_text + " in one file");
+  };
+  check(static_cast<double>(frames), kMostFrames, counted(frames, "frame"), "2000");
+  check(bytes, kMostBytes, in_gib(bytes) + " of frames", in_gib(kMostBytes));
 }
 
 std::unique_ptr<FrameFormat> make_glb(const fs::path& folder, const FrameTopology& topology, int next) {
