@@ -1,6 +1,7 @@
 #include "host/simulation.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <optional>
 
@@ -11,6 +12,7 @@
 #include "host/collision/start_before.h"
 #include "host/collision/start_outside.h"
 #include "host/model/asked.h"
+#include "host/model/cut.h"
 #include "host/model/footprint.h"
 #include "host/model/tear.h"
 #include "host/results/checkpoint.h"
@@ -40,6 +42,7 @@ struct Simulation::Parts {
   }
 
   void make_solver_of_model() {
+    model.by_hand = options.by_hand;
     solver = make_solver(model, threads, options.instructions, options.progress);
     keep_what_runs_need(model);
   }
@@ -57,8 +60,14 @@ struct Simulation::Parts {
                             threads);
   }
 
-  void tear() {
-    const std::vector<Split> found = find_tears(model, solver->positions(), solver->time());
+  void tear() { split(find_tears(model, solver->positions(), pinned())); }
+  std::vector<bool> pinned() const {
+    std::vector<int> held;
+    for (const Taken& one : solver->taken())
+      if (one.is_held()) held.push_back(one.particle);
+    return pinned_now(model, solver->time(), held);
+  }
+  void split(const std::vector<Split>& found) {
     if (found.empty()) return;
     times.layout_seconds += seconds([&] {
       std::vector<Split> all = splits;
@@ -68,8 +77,14 @@ struct Simulation::Parts {
       const std::string state = solver->save();
       const auto passes = solver->pass_seconds();
       const std::size_t particles = model.x.size();
+      std::vector<Taken> taken = solver->taken();
+      for (Taken& one : taken) {  // duplicates are the last of their bodies
+        const int body = body_of(model, one.particle);
+        one.particle += next.look.body_begin[body] - model.look.body_begin[body];
+      }
       lay_out(std::move(all), std::move(next));
       solver->adopt(state, particles, from, passes);
+      for (const Taken& one : taken) solver->take(one);
     });
   }
 
@@ -96,12 +111,14 @@ struct Simulation::Parts {
     if (numbers == numbers_of(splits)) return solver->restore(state, file);
     std::vector<Split> all = splits_of(numbers, model.scene, whole, file), before = splits;
     const std::string there = solver->save();
+    const std::vector<Taken> taken = solver->taken();
     lay_out_anew(std::move(all));
     try {
       solver->restore(state, file);
     } catch (const InputError&) {
       lay_out_anew(std::move(before));
       solver->restore(there);
+      for (const Taken& one : taken) solver->take(one);
       throw;
     }
   }
@@ -150,6 +167,29 @@ void Simulation::check() { parts_->solver->check(); }
 
 void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver->move_pin(particle, to); }
 
+void Simulation::pull(int particle, const Vec3& to, double compliance) {
+  // No number is both: a spring of compliance 0 would be a hold.
+  parts_->solver->take({particle, to, compliance == 0 ? NAN : compliance});
+}
+void Simulation::hold(int particle) {
+  const std::vector<Vec3> x = positions();
+  const bool there = particle >= 0 && static_cast<std::size_t>(particle) < x.size();
+  hold(particle, there ? x[particle] : Vec3{});
+}
+void Simulation::hold(int particle, const Vec3& to) { parts_->solver->take({particle, to}); }
+void Simulation::let_go(int particle) { parts_->solver->let_go(particle); }
+std::vector<Taken> Simulation::held() const { return parts_->solver->taken(); }
+
+int Simulation::cut(const std::vector<Edge>& edges) {
+  const std::vector<Split> found = find_cuts(parts_->model, edges, parts_->pinned());
+  parts_->split(found);
+  if (!found.empty()) parts_->solver->wake();
+  return static_cast<int>(found.size());
+}
+
+std::string Simulation::state() const { return parts_->save(); }
+void Simulation::go_back(const std::string& state) { parts_->restore(state, "state"); }
+
 void Simulation::wake() { parts_->solver->wake(); }
 
 double Simulation::time() const { return parts_->solver->time(); }
@@ -191,6 +231,23 @@ std::int64_t Simulation::load_checkpoint(const std::string& path) {
   parts_->restore(checkpoint.state, path);
   parts_->times.most_crossings = checkpoint.crossings, parts_->times.crossings_counted = checkpoint.counted;
   return checkpoint.frames;
+}
+
+void Simulation::go_on_from(const Simulation& before) {
+  if (malha::tears(model().scene) && !before.parts_->splits.empty()) parts_->lay_out_anew(before.parts_->splits);
+  const Appearance &now = model().look, &then = before.model().look;
+  std::vector<Vec3> x = positions(), v = velocities();
+  const std::vector<Vec3> x_then = before.positions(), v_then = before.velocities();
+  for (std::size_t b = 0; b < model().scene.bodies.size(); ++b)
+    for (std::size_t a = 0; a < before.model().scene.bodies.size(); ++a) {
+      const int first = now.body_begin[b], from = then.body_begin[a], count = then.body_begin[a + 1] - from;
+      const bool same = model().scene.bodies[b].name == before.model().scene.bodies[a].name;
+      if (!same || now.body_begin[b + 1] - first != count) continue;
+      std::copy_n(x_then.begin() + from, count, x.begin() + first);
+      std::copy_n(v_then.begin() + from, count, v.begin() + first);
+    }
+  const auto steps = static_cast<std::int64_t>(std::ceil(before.time() / model().scene.solver.dt - 1e-6));
+  parts_->solver->place(steps, x, v);
 }
 
 std::string Simulation::report(const std::string& status, const std::vector<std::string>& notes) const {

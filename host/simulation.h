@@ -9,6 +9,7 @@
 #include "host/error.h"
 #include "host/measures.h"
 #include "host/scene.h"
+#include "host/taken.h"
 
 namespace malha {
 
@@ -20,6 +21,7 @@ struct SimulationOptions {
   bool at_most = false;  // steps run on all threads, or on one while other programs make that faster. So always for 0
   Backend backend = Backend::OpenMP;
   std::string instructions = {};  // "": the widest that the CPU has; or "baseline", "avx2", "avx512"
+  bool by_hand = false;  // particles may be taken by hand (pull, hold). Costs memory where levels or patches keep some
   // Of a set-up that takes long; part in [0, 1], or -1 where what begins does not know how far it is.
   std::function<void(const char* what, double part)> progress = {};
 };
@@ -48,6 +50,32 @@ class Simulation {
   /// positions(). Throws InputError for one that is not pinned, or that keyframes move.
   void move_pin(int particle, const Vec3& to);
 
+  /// Takes a particle by hand: from the next step on a spring of this compliance (m/N, 1e-12 to 1e12) pulls it to a
+  /// point (m). Again: to another point. `particle`: as in positions(), whose numbers tearing may shift: see held().
+  /// Others move as if nothing were taken, bit by bit, but for what they touch, sleep, and Desbrun's "tolerance".
+  /// Throws InputError for a particle that is not there or that is pinned, and where `by_hand` is not set.
+  void pull(int particle, const Vec3& to, double compliance);
+
+  /// Holds a particle by hand: as if it were pinned, where it is, or at a place (m) to which the next step moves it.
+  /// A vertex that is held does not tear. Throws InputError as pull() does, and for solvers that must know beforehand
+  /// what is pinned: Desbrun's method, and one with levels. There a stiff spring is as good.
+  void hold(int particle);
+  void hold(int particle, const Vec3& to);
+
+  /// Lets go of what pull() or hold() took: it moves on as it did. Nothing happens to others.
+  void let_go(int particle);
+
+  /// What is taken by hand now, in the order in which it was. Of a vertex that tears, the particle that keeps its place
+  /// in positions() stays taken.
+  std::vector<Taken> held() const;
+
+  /// Cuts bodies that name "tear" along a knife's way. `edges`: those that it crosses, as particles {left, right} of
+  /// the knife. Vertices on one side split as where a mesh tears, so that the two ends of an edge share no face or line
+  /// any more. A vertex with nothing but crossed faces around it stays with them. Places and velocities stay. Returns
+  /// how many vertices were split: each is one more particle, the last of its body. Throws InputError for a particle
+  /// that is not there, an edge from one body to another, and a body without "tear": then nothing has changed.
+  int cut(const std::vector<Edge>& edges);
+
   /// Ends the scene's sleep, if it has a "sleep" and sleeps: for what is changed from outside.
   void wake();
 
@@ -70,7 +98,7 @@ class Simulation {
   /// Counts what crosses now; unmet() and report() know the most that was found. Nothing where nothing could cross.
   void count_crossings();
 
-  /// Vertices that have been torn in two so far. Each is one more particle, the last of its body in positions().
+  /// Vertices that have been torn or cut in two so far. Each is one more particle, the last of its body in positions().
   int tears() const;
 
   /// The expectations of the scene (its "expect") that the state does not meet, a line each; of crossings the most that
@@ -85,8 +113,21 @@ class Simulation {
   void save_checkpoint(const std::string& path, std::int64_t frames = 0) const;
 
   /// Continues from a checkpoint of the same scene with the very same bits; duration, outputs and expectations may
-  /// differ. Throws InputError for another scene, precision or a damaged file, and leaves the state as it was.
+  /// differ. Lets go of what is taken by hand. Throws InputError for another scene, precision or a damaged file, and
+  /// leaves the state as it was.
   std::int64_t load_checkpoint(const std::string& path);
+
+  /// Goes on where another simulation is: at its time, to the next whole step, with the places and velocities of its
+  /// bodies that have the same name and as many particles; other bodies are as at the start of this scene. For settings
+  /// that change while a scene runs. What contacts remember is not taken over: the bits are those of no single run.
+  void go_on_from(const Simulation& before);
+
+  /// Everything that the next step depends on, as bytes, but for what is taken by hand.
+  std::string state() const;
+
+  /// Goes back to a state() of the same scene and precision, and lets go of all that is taken by hand: the very same
+  /// bits follow as did then. Throws InputError for other bytes, and leaves everything as it was.
+  void go_back(const std::string& state);
 
   /// report.json: build, machine, sizes, times and the measures. `status` is a word for how the run ended, `notes` are
   /// lines about it.

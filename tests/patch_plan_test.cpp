@@ -37,6 +37,7 @@ class PlanChecker {
     }
     EXPECT_EQ(segment, static_cast<int>(plan_.segments.size()));
     EXPECT_EQ(batch, static_cast<int>(plan_.batches.size()));
+    check_numbers();
     check_phases();
     check_visits();
     check_totals();
@@ -168,6 +169,19 @@ class PlanChecker {
   }
 
   /// The phases cover the patches, and within one no two share a movable particle.
+  /// Each is one of the model's patches, all of whose particles it visits.
+  void check_numbers() {
+    ASSERT_EQ(plan_.number.size(), plan_.patches.size());
+    EXPECT_EQ(std::set<int>(plan_.number.begin(), plan_.number.end()).size(), plan_.number.size());
+    for (std::size_t k = 0; k < plan_.number.size(); ++k) {
+      ASSERT_LT(plan_.number[k], model_.patches.count());
+      for (int i = model_.patches.begin[plan_.number[k]]; i < model_.patches.begin[plan_.number[k] + 1]; ++i)
+        EXPECT_TRUE(std::any_of(visits_[i].begin(), visits_[i].end(),
+                                [k](const Visit& visit) { return visit.patch == static_cast<int>(k); }))
+            << "particle " << i << " in patch " << k;
+    }
+  }
+
   void check_phases() {
     ASSERT_GE(plan_.phase_begin.size(), 2u);
     EXPECT_EQ(plan_.phase_begin.front(), 0);

@@ -49,7 +49,8 @@ TEST(Plan, OfLooseParticlesIsOnePassAndNothingElse) {
             "memory:\n"
             "  particles: 2476 B\n"  // x, v and p: nine numbers, each in four rows of 16; w of 27 and a pack of 16 more
             "  patches: 1656 B\n"    // 1600 to visit in: 27 and four packs to spare, in whole cache lines
-            "  model: 1644 B\n"  // points twice in double, w, numbers: 60 a particle; where the body begins and ends
+            // Points twice in double, w, numbers, class: 61 a particle; where the body and its patch begin and end.
+            "  model: 1679 B\n"
             "Embree: no (no environment)\n");
 }
 

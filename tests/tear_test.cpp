@@ -85,14 +85,14 @@ TEST(Tearing, SplitsAVertexAlongThePlaneThroughItThatIsPerpendicularToTheEdge) {
   const Model model = build_model(scene);
   std::vector<Vec3> x = model.look.points;
   for (std::size_t i = 9; i < x.size(); ++i) x[i][2] += 0.4;  // rows 3 and 4 away from row 2: strained by 0.8
-  const std::vector<Split> splits = find_tears(model, x, 0);
+  const std::vector<Split> splits = find_tears(model, x, pinned_now(model, 0));
   // Row 2 is particles 6, 7, 8; 7 is busy beside 6. Behind the plane of each lie the faces between rows 1 and 2.
   ASSERT_EQ(splits.size(), 2u);
   EXPECT_EQ(splits[0].vertex, 6);
   EXPECT_EQ(splits[0].faces, std::vector<int>{2});
   EXPECT_EQ(splits[1].vertex, 8);
   EXPECT_EQ(splits[1].faces, std::vector<int>{3});
-  EXPECT_TRUE(find_tears(model, model.look.points, 0).empty());
+  EXPECT_TRUE(find_tears(model, model.look.points, pinned_now(model, 0)).empty());
 }
 
 TEST(Tearing, KeepsMassAndRestLengths) {

@@ -15,8 +15,8 @@ namespace malha {
 
 namespace {
 
-const std::vector<std::string> kFirstWords{"run",   "picture", "page",   "plan", "check",    "tune",
-                                           "bench", "study",   "--help", "-h",   "--version"};
+const std::vector<std::string> kFirstWords{"run",  "view",  "picture", "page",   "plan", "check",
+                                           "tune", "bench", "study",   "--help", "-h",   "--version"};
 const std::vector<std::string> kBackends{"openmp", "serial"};
 constexpr std::int64_t kMostSteps = 1'000'000'000;
 
@@ -188,6 +188,7 @@ void add_everything(CLI::App& app, Arguments& arguments) {
   app.footer(
       "Examples:\n"
       "  malha run scenes/sheet_shear.json       results in out/sheet_shear/\n"
+      "  malha view scenes/sheet_shear.json      in a window\n"
       "  malha plan scenes/balloon.json          what would run, before it runs\n"
       "  malha check my_scene.json               whether the scene and its meshes are sound\n"
       "  malha tune my_scene.json --error 0.001  the cheapest settings that are right to 1 mm\n"
@@ -197,6 +198,7 @@ void add_everything(CLI::App& app, Arguments& arguments) {
       "diverged; 4 results could not be written; 5 not enough memory; 130 interrupted with Ctrl-C (malha run\n"
       "--resume goes on).");
   add_run(app, arguments);
+  app.add_subcommand("view", "Open a scene in a window: run it, pull at it, change it, compare two");
   add_picture(app, arguments);
   add_page(app, arguments);
   add_plan(app, arguments);
@@ -231,7 +233,7 @@ std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) 
     std::cerr << "malha: found " << word << "; allowed: " << join(kFirstWords) << "\n";
     return kBadInput;
   }
-  if (const std::optional<int> status = refuse_measure(argc, argv)) return status;
+  if (const std::optional<int> status = hand_over_or_refuse(argc, argv)) return status;
   CLI::App app{"Deformable bodies in real time: cloth, balloons and soft solids in data-parallel batches.", "malha"};
   add_everything(app, arguments);
   try {

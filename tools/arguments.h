@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/exit_status.h"
 #include "tools/measures/arguments_bench.h"
 #include "tools/measures/arguments_study.h"
 #include "tools/measures/arguments_tune.h"
@@ -17,9 +18,6 @@ class App;
 namespace malha {
 
 enum class Command { Run, Picture, Page, Plan, Check, Bench, Study, Tune };
-
-/// What the command's exit status says. An interrupted run exits with 128 + the signal: 130 for Ctrl-C.
-enum ExitStatus { kDone = 0, kUnmet = 1, kBadInput = 2, kDiverged = 3, kFailed = 4, kOutOfMemory = 5 };
 
 /// Absent: as the scene says.
 struct Arguments {

@@ -1,11 +1,15 @@
-// The command's part of tools/measures.h: it becomes malha_measures, which lies beside it.
+// The command's part of tools/measures.h: it becomes the program beside it that does what is asked.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <iostream>
+#include <string>
+#include <vector>
 
 #include "host/base/shown.h"
 #include "tools/arguments.h"
@@ -15,14 +19,30 @@ namespace malha {
 
 namespace fs = std::filesystem;
 
-std::optional<int> refuse_measure(int, char** argv) {
+namespace {
+
+/// A program beside the command, and which commands it does.
+struct Other {
+  const char* program;
+  std::vector<std::string> commands;
+  const char* missing;  // what is said where it is not there: before the words on how to build it
+};
+const std::array kOthers{
+    Other{"malha_measures", {"tune", "bench", "study"}, "tune, bench and study are not built yet"},
+    Other{"malha_view", {"view"}, "the window is not built yet; it needs libglfw3-dev, libimgui-dev and libepoxy-dev"}};
+
+}  // namespace
+
+std::optional<int> hand_over_or_refuse(int, char** argv) {
   const std::string first = argv[1];
-  if (first != "tune" && first != "bench" && first != "study") return std::nullopt;
-  const fs::path folder = fs::read_symlink("/proc/self/exe").parent_path(), program = folder / "malha_measures";
+  const auto does = [&](const Other& other) { return std::ranges::count(other.commands, first) > 0; };
+  const auto other = std::find_if(kOthers.begin(), kOthers.end(), does);
+  if (other == kOthers.end()) return std::nullopt;
+  const fs::path folder = fs::read_symlink("/proc/self/exe").parent_path(), program = folder / other->program;
   if (!fs::exists(program)) {
     const bool built_here = fs::exists(folder / "CMakeCache.txt");
-    std::cerr << "malha " << first << ": tune, bench and study are not built yet; build them with: "
-              << (built_here ? "cmake --build '" + folder.string() + "' --target malha_measures"
+    std::cerr << "malha " << first << ": " << other->missing << "; build them with: "
+              << (built_here ? "cmake --build '" + folder.string() + "' --target " + other->program
                              : "tools/build, and install again")
               << "\n";
     return kFailed;
@@ -38,6 +58,6 @@ void add_measures(CLI::App& app, Arguments&) {
   app.add_subcommand("study", kStudyHelp);
 }
 
-int measure(const Arguments&, const std::atomic<bool>&) { return kFailed; }  // refuse_measure() has ended this program
+int measure(const Arguments&, const std::atomic<bool>&) { return kFailed; }  // hand_over_or_refuse() has ended this program
 
 }  // namespace malha

@@ -17,9 +17,10 @@ inline constexpr const char* kTuneHelp = "Find the cheapest method and settings 
 inline constexpr const char* kBenchHelp = "Time malha beside other libraries and the machine's limits";
 inline constexpr const char* kStudyHelp = "Measure and chart methods: error against cost, stability, scaling";
 
-/// Becomes malha_measures where argv asks for it; gives the exit status where that cannot be, or where the words after
-/// bench or study name none (one line on standard error says so).
-std::optional<int> refuse_measure(int argc, char** argv);
+/// Of the command: becomes the program that does what argv asks for, malha_measures or malha_view; gives the exit status
+/// where that cannot be. Of malha_measures: gives it where the words after bench or study name none. One line on
+/// standard error says why.
+std::optional<int> hand_over_or_refuse(int argc, char** argv);
 
 /// Adds the three to what is understood, and to the help.
 void add_measures(CLI::App& app, Arguments& arguments);

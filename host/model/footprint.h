@@ -16,8 +16,8 @@ double least_bytes(const Scene& scene);
 /// Throws OutOfMemory where that is more than is free: how much it is, and how much there is.
 void require_memory(const Scene& scene);
 
-/// Gives back what only solvers read while they are made (masses, velocities, patches), and what the arrays that stay
-/// have grown beyond their elements.
+/// Gives back what only solvers read while they are made (masses, velocities), and what the arrays that stay have grown
+/// beyond their elements. Patches stay, a byte a particle: looks (host/results/looks.h) tell the layout from them.
 void keep_what_runs_need(Model& model);
 
 }  // namespace malha

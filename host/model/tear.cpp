@@ -118,11 +118,16 @@ Mesh body_mesh(const Appearance& look, std::size_t body) {
   return mesh;
 }
 
-std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, double time) {
-  std::vector<bool> pinned(x.size(), false);  // by the user's number
+std::vector<bool> pinned_now(const Model& model, double time, const std::vector<int>& held) {
+  std::vector<bool> pinned(model.x.size(), false);
   for (int i = 0; i < model.count(); ++i) pinned[model.user_of[i]] = !(model.w[i] > 0);
   for (const MovedPins& pins : model.moved)
     for (const int i : pins.particles) pinned[model.user_of[i]] = !pins.until || time < *pins.until;
+  for (const int user : held) pinned[user] = true;
+  return pinned;
+}
+
+std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, const std::vector<bool>& pinned) {
   std::vector<Split> all;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
     const auto& tear = model.scene.bodies[b].tear;

@@ -18,8 +18,11 @@ void apply(const Split& split, Mesh& mesh);
 /// The splits that x (m, the user's order) asks for: edge by edge, the most strained first, one end each, along the
 /// plane through it that is perpendicular to the edge. A split relieves what is around it, so that of one neighbourhood
 /// only one vertex splits. Pinned vertices, and those that have nothing beyond the plane, do not.
-/// `time`: s, for pins that are let go.
-std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, double time);
+/// `pinned`: see pinned_now().
+std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, const std::vector<bool>& pinned);
+
+/// Whether each particle (the user's number) is pinned at `time` (s), or `held`.
+std::vector<bool> pinned_now(const Model& model, double time, const std::vector<int>& held = {});
 
 /// What a torn model is made of.
 struct Torn {

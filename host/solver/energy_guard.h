@@ -109,6 +109,12 @@ class EnergyGuard {
     drives_ = true;
   }
 
+  /// A hand gave so many J to the group of a particle.
+  void gave(int particle, double joules) {
+    groups_[group_of()[particle]].may.always += joules;
+    drives_ = true;
+  }
+
   /// After step `steps`, if it is one to look at or `now`: what is wrong, if anything is.
   template <class Positions, class Velocities>
   std::optional<std::string> watch(const Particles<R>& particles, std::int64_t steps, const Positions& positions,

@@ -16,8 +16,9 @@ template <class Executor, class R>
 class Levels {
  public:
   /// `finest`: of the model. `fused`: particles follow the levels in their visits (see down()), otherwise before them.
+  /// `by_hand`: then either may be asked for.
   Levels(const Executor& executor, const std::vector<Level>& levels, Sweep<Executor, R>& finest, int threads,
-         bool fused) {
+         bool fused, bool by_hand = false) {
     finest.make_memory(threads);
     seconds_.assign(levels.size(), 0);
     for (std::size_t l = 0; l < levels.size(); ++l) {
@@ -35,6 +36,7 @@ class Levels {
       else
         lay_out(levels_[l - 1].sweep, &levels_[l - 1].down);
     }
+    if (fused && by_hand) before_ = Laid(plan_means(levels.front().down, goals_in_order(levels.front().down, kPiece)));
   }
 
   /// What a finest visit that predicts adds.
@@ -85,7 +87,8 @@ class Levels {
   void move(const Team& team, const Sweep<Executor, R>& finest, const Particles<R>& all) const {
     restrict_from(team, finest, {all.p, {}, all.w, R(0), {}});
     sweep(team);
-    parallel_groups(team, 0, down_.pieces(), {}, AddMeans<R>{down(), all.p});
+    const Laid& laid = before_.bytes() > 0 ? before_ : down_;
+    parallel_groups(team, 0, laid.pieces(), {}, AddMeans<R>{of(laid, levels_.front()), all.p});
   }
 
   std::vector<LevelFacts> facts() const {
@@ -99,7 +102,7 @@ class Levels {
   }
 
   std::size_t bytes() const {
-    std::size_t sum = down_.bytes();
+    std::size_t sum = down_.bytes() + before_.bytes();
     for (const Own& own : levels_) sum += own.bytes();
     return sum;
   }
@@ -203,7 +206,7 @@ class Levels {
 
   std::deque<Own> levels_;
   mutable std::vector<double> seconds_;  // of each
-  Laid down_;
+  Laid down_, before_;                   // before_: what follows before the visits, where down_ is of those
 };
 
 }  // namespace malha

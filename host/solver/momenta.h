@@ -37,11 +37,24 @@ class Momenta {
   void before_projection(const Particles<R>& particles, double h) { start<true>(particles, h); }
   void after_projection(const Particles<R>& particles, double h) { note_loss<true>(particles, h, {0, 0, 0}); }
 
+  /// Bodies of these particles get nothing back: something outside acts on them, or holds them.
+  void leave_out(const std::vector<int>& particles) {
+    for (Body& body : bodies_) body.left_out = false;
+    const std::vector<Stretch> stretches = stretches_.download();
+    for (const Stretch& stretch : stretches)
+      for (const int i : particles)
+        if (i >= stretch.first && i < stretch.first + stretch.count) bodies_[stretch.body].left_out = true;
+  }
+
   /// Gives back what was lost since the last time. `known`: the last that was called is after().
   void give_back(const Particles<R>& particles, bool known) {
     if (!known) measure<false, true>(particles, 1);
     std::vector<RigidMotion<R>> motions;
     for (Body& body : bodies_) {
+      if (body.left_out) {
+        motions.push_back({}), body.lost = {};
+        continue;
+      }
       SpinSum spin;
       std::copy_n(body.lost.spin, 3, spin.L), std::copy_n(body.now.inertia, 6, spin.I);
       const Vector3<double> omega = angular_velocity(spin);
@@ -70,6 +83,7 @@ class Momenta {
   };
   struct Body {
     Rigid start, now, lost;
+    bool left_out = false;
   };
 
   template <class Kernel>

@@ -99,6 +99,7 @@ class Planner {
       if (plan_.patches.empty() || phase_[k] != phase_[order[plan_.patches.size() - 1]])
         plan_.phase_begin.push_back(static_cast<int>(plan_.patches.size()));
       append(std::move(pieces_[k]));
+      plan_.number.push_back(k);
     }
     plan_.phase_begin.push_back(static_cast<int>(plan_.patches.size()));
     return std::move(plan_);

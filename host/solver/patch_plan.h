@@ -17,6 +17,7 @@ struct SetPlan {
 
 struct PatchPlan {
   std::vector<Patch> patches;    // phase by phase
+  std::vector<int> number;       // of each, among those of the model
   std::vector<int> phase_begin;  // patches of one phase share no particle; one more: the number of patches
   std::vector<Segment> segments;
   std::vector<Batch> batches;

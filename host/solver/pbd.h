@@ -42,7 +42,9 @@ class Pbd final : public Stepper<Executor, R> {
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
+    if (this->in_hand()) return this->advance_from(0);
     if (!this->facts_.whole_steps) return this->advance_from(this->facts_.flies ? fly(h) : 0);
+    this->substep_ = 0;
     visit_patches(h, solver.substeps);
     this->give_back_momenta();
     ++this->steps_;
@@ -90,7 +92,7 @@ class Pbd final : public Stepper<Executor, R> {
     this->facts_.level_seconds += seconds([&] {
       const std::vector<Level> levels = make_levels(model_, w, threads_);
       auto& own = levels_.emplace_back();
-      if (!levels.empty()) own.emplace(executor_, levels, *sweep_, threads_, this->nothing_between());
+      if (!levels.empty()) own.emplace(executor_, levels, *sweep_, threads_, this->alone(), model_.by_hand);
     });
   }
 
@@ -109,11 +111,15 @@ class Pbd final : public Stepper<Executor, R> {
   void predict(double h) override {
     this->blow(h);
     if (this->nothing_between()) return void(visit_patches(h, 1));
+    if (this->alone()) this->start_momenta();
     this->timed(Pass::Prediction, [&] {
       parallel_for(executor_, model_.count(), Predict<R>{this->particles(), R(h), this->to_R(model_.scene.gravity)});
     });
   }
   bool predicts_the_state() const override { return this->nothing_between(); }
+  const char* laid_out_for_pins() const override {
+    return levels_.empty() ? nullptr : "levels, which are laid out for what is pinned";
+  }
 
   /// Substeps of prediction, projection and state in one parallel region, up to one in which something was faster than
   /// `speed` (m/s): how many.
@@ -150,10 +156,7 @@ class Pbd final : public Stepper<Executor, R> {
       });
     });
     if (sweep_->lost()) this->refuse_lost(sweep_->first_lost(this->x_.download(), model_.user_of));
-    if (!this->momenta_) return done;
-    const Vec3& g = model_.scene.gravity;
-    const double t = h * substeps;
-    this->timed(Pass::Correction, [&] { this->momenta_->after(this->particles(), {g[0] * t, g[1] * t, g[2] * t}); });
+    if (this->momenta_) this->note_momenta(h * substeps);
     return done;
   }
 

@@ -13,6 +13,7 @@
 #include "host/filter/filter_facts.h"
 #include "host/measures.h"
 #include "host/model/model.h"
+#include "host/taken.h"
 
 namespace malha {
 
@@ -127,13 +128,22 @@ class Solver {
   virtual std::vector<double> seconds_of_levels() const { return {}; }
   /// Puts a pinned particle (the user's number) elsewhere. Throws InputError for one that is not pinned.
   virtual void move_pin(int particle, const Vec3& to) = 0;
+  /// Pulls or holds a particle (the user's number) from the next step on. Throws InputError for one that is pinned, and
+  /// where nothing can be taken, or not be held.
+  virtual void take(const Taken& what) = 0;
+  virtual void let_go(int particle) = 0;
+  virtual std::vector<Taken> taken() const = 0;
   virtual void wake() = 0;
   virtual std::optional<SleepFacts> sleep() const = 0;
   /// Everything that the next step depends on, and a hash of positions and velocities in the user's order.
   virtual std::string save() const = 0;
-  /// Throws InputError, which names `file`, for a state that is of another model or that no run can have left.
+  /// Lets go of what is taken. Throws InputError, which names `file`, for a state that is of another model or that no
+  /// run can have left: then nothing has changed.
   virtual void restore(const std::string& state, const std::string& file = "checkpoint") = 0;
   virtual std::uint64_t state_hash() const = 0;
+  /// Goes on after so many steps from these places (m) and velocities (m/s), in the user's order, without what contacts
+  /// and sleep remember.
+  virtual void place(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) = 0;
   /// Whether an edge is longer than it can bear.
   virtual bool overstretched() { return false; }
   /// Continues from the state of a solver of the same scene before it tore further: `from` says which of its

@@ -185,6 +185,20 @@ State<R> carried(const State<R>& before, const std::vector<int>& from) {
   return state;
 }
 
+/// The same particles elsewhere, after so many steps, awake: nothing has been seen or searched there.
+template <class R>
+State<R> displaced(const State<R>& before, std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
+  State<R> state{steps, {}, {}, {}, {}, {}, {}};
+  const auto to_R = [](const Vec3& a) { return std::array<R, 3>{R(a[0]), R(a[1]), R(a[2])}; };
+  for (std::size_t i = 0; i < x.size(); ++i) state.x.push_back(to_R(x[i])), state.v.push_back(to_R(v[i]));
+  state.seen.resize(before.seen.size());
+  if (!before.rest.empty()) state.rest = {0, -1};
+  if (!before.self.x0.empty()) state.self.x0 = state.x;
+  if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);
+  state.edges = unsearched_edges<R>(before.edges.serves.size(), x.size());
+  return state;
+}
+
 /// Of positions and velocities, bit by bit, particle by particle in the user's order.
 template <class R>
 std::uint64_t hash_state(const State<R>& state, const std::vector<int>& user_of) {
@@ -201,6 +215,12 @@ std::uint64_t hash_state(const State<R>& state, const std::vector<int>& user_of)
 inline std::vector<Vec3> in_user_order(const std::vector<Vec3>& values, const std::vector<int>& user_of) {
   std::vector<Vec3> ordered(values.size());
   for (std::size_t i = 0; i < values.size(); ++i) ordered[user_of[i]] = values[i];
+  return ordered;
+}
+
+inline std::vector<Vec3> in_solver_order(const std::vector<Vec3>& values, const std::vector<int>& user_of) {
+  std::vector<Vec3> ordered;
+  for (const int user : user_of) ordered.push_back(values[user]);
   return ordered;
 }
 

@@ -19,6 +19,7 @@
 #include "host/solver/attachments.h"
 #include "host/solver/damping.h"
 #include "host/solver/energy_guard.h"
+#include "host/solver/hand.h"
 #include "host/solver/limits.h"
 #include "host/solver/long_range.h"
 #include "host/solver/measure.h"
@@ -46,7 +47,7 @@ class Stepper : public Solver {
     advance();
     guard();
     if (self_ || collider_) note_collision();
-    if (sleeper_) timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
+    if (sleeper_ && !in_hand()) timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
 
   void check() final { guard(true); }
@@ -57,22 +58,13 @@ class Stepper : public Solver {
   std::vector<Vec3> velocities() const final { return in_user_order(v_.download(), model_.user_of); }
   const SolverFacts& facts() const final { return facts_; }
   const std::array<double, kPassNames.size()>& pass_seconds() const final { return seconds_; }
-  std::string save() const final {
-    State<R> all = state();
-    if (collider_) all.seen = collider_->memory();
-    if (sleeper_) all.rest = sleeper_->memory();
-    if (self_)
-      all.self = self_->memory();
-    else if (edges_)  // which would be the same places
-      all.self.x0 = edges_->parted();
-    if (edges_) all.edges = edges_->memory();
-    return save_state(all);
-  }
+  std::string save() const final { return save_state(remembered()); }
   void restore(const std::string& bytes, const std::string& file) final {
     const State<R> saved = load(bytes, x_.size(), file);
     steps_ = saved.steps, crossings_step_ = -1;
     x_.upload(saved.x), p_.upload(saved.x);  // pins are read from p, and may have been moved by hand
     v_.upload(saved.v);
+    if (hand_) hand_->let_go_of_all(w_.data()), leave_out_what_is_taken();
     if (moved_) moved_->hold(time(), w_.data());
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->remember(saved.seen);
@@ -86,6 +78,10 @@ class Stepper : public Solver {
     restore(save_state(carried(load(bytes, particles, "state"), from)), "state");
     seconds_ = seconds;
   }
+  void place(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) final {
+    restore(save_state(displaced(remembered(), steps, in_solver_order(x, model_.user_of),
+                                 in_solver_order(v, model_.user_of))), "state");
+  }
   bool overstretched() final {
     bool found = false;
     if (breakable_) timed(Pass::Tearing, [&] { found = breakable_->excess(x_.points()) > 0; });
@@ -94,7 +90,8 @@ class Stepper : public Solver {
   void move_pin(int particle, const Vec3& to) final {
     const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
     const auto i = found - model_.user_of.begin();
-    if (found == model_.user_of.end() || w_.download()[i] > R(0) || (moved_ && moved_->refuses(int(i))))
+    if (found == model_.user_of.end() || w_.download()[i] > R(0) || (moved_ && moved_->refuses(int(i))) ||
+        (hand_ && hand_->has(int(i))))
       throw InputError("move_pin: found particle " + std::to_string(particle) +
                        ", which is not pinned; allowed: one that is, and that no keyframes move");
     const Vec3 from = x_.download()[i];
@@ -104,6 +101,32 @@ class Stepper : public Solver {
     crossings_step_ = -1;
     wake();
   }
+  void take(const Taken& what) final {
+    if (!hand_) throw InputError("pull, hold: found a simulation without by_hand; allowed: one that is made with it");
+    const int i = find_taken(model_, what);
+    const auto require = [&](bool good, const std::string& found, const char* allowed) {
+      if (!good) throw InputError((what.is_held() ? "hold: found " : "pull: found ") + found + "; allowed: " + allowed);
+    };
+    require(hand_->has(i) || w_.download()[i] > R(0), particle_name(model_, what.particle) + ", which is pinned",
+            "one that is free");
+    const char* laid_out = laid_out_for_pins();
+    require(!what.is_held() || !laid_out, std::string("a solver with ") + (laid_out ? laid_out : ""), "to pull");
+    const Vec3 x = x_.download()[i];
+    if (what.is_held())
+      guard_.moved(std::sqrt(dot(minus(what.to, x), minus(what.to, x))));
+    else
+      guard_.gave(i, std::max(0.0, Hand<Executor, R>::energy(what, x) - hand_->energy_of(i, x)));
+    if (what.is_held() && !hand_->has(i)) v_.set(i, {0, 0, 0});
+    hand_->take(i, what, x, w_.data());
+    leave_out_what_is_taken(), wake();
+  }
+  void let_go(int particle) final {
+    const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
+    if (!hand_ || found == model_.user_of.end()) return;
+    hand_->let_go(static_cast<int>(found - model_.user_of.begin()), w_.data());
+    leave_out_what_is_taken(), wake();
+  }
+  std::vector<Taken> taken() const final { return hand_ ? hand_->taken() : std::vector<Taken>{}; }
   void wake() final {
     if (sleeper_) sleeper_->wake();
   }
@@ -124,6 +147,7 @@ class Stepper : public Solver {
       m.elastic += pressure.energy(x_.points());
     }
     if (attachments_) m.elastic += attachments_->energy(x_.points(), time());
+    if (hand_) m.elastic += hand_->energy(x);
     if (collider_) {
       m.contacts = collider_->contacts();
       m.penetration_max = collider_->max_penetration(particles(), time());
@@ -159,6 +183,8 @@ class Stepper : public Solver {
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     if (names_edges(model.scene)) facts_.collision_seconds += seconds([&] { edges_.emplace(executor, model); });
     if (model.scene.self_collision) facts_.collision_seconds += seconds([&] { self_.emplace(executor, model); });
+    if (model.by_hand) hand_.emplace(executor, model);
+    if (hand_ && sweep_) sweep_->make_memory(threads);
     note_facts();
   }
 
@@ -172,8 +198,10 @@ class Stepper : public Solver {
     const auto at = [&](int s) { return (steps_ + double(s) / solver.substeps) * solver.dt; };  // steps end alike
     for (int s = first; s < solver.substeps; ++s) {
       if (moved_) timed(Pass::Pins, [&] { moved_->place(particles(), w_.data(), at(s), at(s + 1)); });
+      if (hand_) hand_->place(particles(), s);
       substep_ = s;
       substep(time() + s * h, h);
+      if (hand_) hand_->arrive(particles(), s);
       if (moved_) timed(Pass::Pins, [&] { moved_->arrive(particles(), at(s), at(s + 1)); });
     }
     give_back_momenta();
@@ -181,7 +209,7 @@ class Stepper : public Solver {
   }
 
   void give_back_momenta() {
-    if (momenta_) timed(Pass::Correction, [&] { momenta_->give_back(particles(), predicts_the_state()); });
+    if (momenta_) timed(Pass::Correction, [&] { momenta_->give_back(particles(), alone()); });
   }
 
   /// What the wind does to v: on faces, if air has a density, and on particles, if it drags them.
@@ -201,6 +229,8 @@ class Stepper : public Solver {
   virtual bool predicts_the_state() const { return false; }
   /// Asked after every iteration: whether the projected constraints are met well enough to leave out the others.
   virtual bool enough() { return false; }
+  /// What of the method knows beforehand what is pinned, for messages; null: nothing.
+  virtual const char* laid_out_for_pins() const { return nullptr; }
 
   void substep(double start, double h) {
     const Scene& scene = model_.scene;
@@ -235,7 +265,24 @@ class Stepper : public Solver {
     if ((self_ || edges_) && collider_ && collider_->bounces()) hold_bounces(all);
     if (self_) timed(Pass::SelfCollision, [&] { self_->settle(all); });
     if (edges_) timed(Pass::Edges, [&] { edges_->settle(all); });
+    if (momenta_ && alone()) end_momenta(h);
   }
+
+  /// Where nothing lies between prediction and state but by hand, momenta are compared over what visits would have
+  /// done, so that bodies that no hand takes keep their bits.
+  void start_momenta() {
+    if (momenta_ && substep_ % substeps_of_visits() == 0)
+      timed(Pass::Correction, [&] { momenta_->before(particles()); });
+  }
+  void end_momenta(double h) {
+    if ((substep_ + 1) % substeps_of_visits() == 0) note_momenta(h * substeps_of_visits());
+  }
+  /// After t seconds of falling.
+  void note_momenta(double t) {
+    const Vec3& g = model_.scene.gravity;
+    timed(Pass::Correction, [&] { momenta_->after(particles(), {g[0] * t, g[1] * t, g[2] * t}); });
+  }
+  int substeps_of_visits() const { return facts_.whole_steps ? model_.scene.solver.substeps : 1; }
 
   /// No surface crosses another: what stops one may press it into another.
   void hold_apart(const Particles<R>& all) {
@@ -277,7 +324,9 @@ class Stepper : public Solver {
     return model.pressures.empty() && model.attached.empty() && model.long_range.items() == 0 &&
            !model.scene.self_collision;
   }
-  bool nothing_between() const { return !long_range_ && nothing_between(model_); }  // the model may have let them go
+  bool nothing_between() const { return alone() && !in_hand(); }
+  bool alone() const { return !long_range_ && nothing_between(model_); }  // the model may have let them go
+  bool in_hand() const { return hand_ && !hand_->empty(); }
 
   /// Refuses an explosion that is finite still. `now`: at whatever step this is.
   void guard(bool now = false) {
@@ -321,6 +370,10 @@ class Stepper : public Solver {
   SolverFacts facts_;
 
  private:
+  void leave_out_what_is_taken() {
+    if (momenta_) momenta_->leave_out(hand_->particles());
+  }
+
   /// Of the present state, which several ask for: counted once.
   std::int64_t crossings_at(const std::vector<Vec3>& x) const {
     if (crossings_step_ != steps_) {
@@ -342,6 +395,19 @@ class Stepper : public Solver {
     return {steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>(), {}, {}};
   }
 
+  /// With what the next step needs beside it.
+  State<R> remembered() const {
+    State<R> all = state();
+    if (collider_) all.seen = collider_->memory();
+    if (sleeper_) all.rest = sleeper_->memory();
+    if (self_)
+      all.self = self_->memory();
+    else if (edges_)  // which would be the same places
+      all.self.x0 = edges_->parted();
+    if (edges_) all.edges = edges_->memory();
+    return all;
+  }
+
   State<R> load(const std::string& bytes, std::size_t particles, const std::string& file) const {
     const StateSizes sizes{.particles = particles,
                            .seen = model_.environment.size() * particles,
@@ -354,20 +420,21 @@ class Stepper : public Solver {
 
   /// Contacts last: what leaves the iteration is outside the environment.
   void project(const Particles<R>& all, double start, double h, bool fresh) {
-    if (momenta_) timed(Pass::Correction, [&] { momenta_->before_projection(all, h); });
+    if (momenta_ && !alone()) timed(Pass::Correction, [&] { momenta_->before_projection(all, h); });
     if (!model_.sets.empty())
       timed(Pass::Projection, [&] {
         Visit<R> visit = sweep_->visit(all, h, to_R(model_.scene.gravity));
-        visit.fresh = fresh;
+        visit.fresh = fresh, visit.kept = nullptr;
         sweep_->region([&](const auto& team) { (*sweep_)(team, visit); });
       });
     if (!pressures_.empty())
       timed(Pass::Pressure, [&] {
         for (auto& pressure : pressures_) pressure.project(all.p, all.w);
       });
-    if (momenta_) timed(Pass::Correction, [&] { momenta_->after_projection(all, h); });
+    if (momenta_ && !alone()) timed(Pass::Correction, [&] { momenta_->after_projection(all, h); });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
     if (attachments_) timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, fresh); });
+    if (in_hand()) timed(Pass::Attachments, [&] { hand_->project(all.p, all.w, fresh); });
     if (self_) timed(Pass::SelfCollision, [&] { self_->resolve(all); });
     if (edges_) timed(Pass::Edges, [&] { edges_->resolve(all); });
     if (collider_) timed(Pass::Contact, [&] { collider_->resolve(all); });
@@ -408,6 +475,7 @@ class Stepper : public Solver {
   Part<LongRange<Executor, R>, built("long_range")> long_range_;
   Part<MovedPinSets<Executor, R>, built("motion")> moved_;
   Part<Attachments<Executor, R>, built("attachments")> attachments_;
+  Part<Hand<Executor, R>, built("attachments")> hand_;
   Part<Limits<Executor, R>, built("tear")> breakable_;  // edges that tear
   Part<Air<Executor, R>, built("air")> air_;
   Part<Sleeper<Executor, R>, built("sleep")> sleeper_;

@@ -20,6 +20,21 @@ else()
   message(STATUS "OpenBLAS: not found; malha bench filter runs without its peer (Debian: libopenblas-dev)")
 endif()
 
+# The window. All of it or none: the command says what is missing.
+find_package(glfw3 3.3 QUIET)
+find_path(IMGUI_INCLUDE_DIR imgui.h PATH_SUFFIXES imgui)
+find_library(IMGUI_LIBRARY imgui)
+find_library(STB_LIBRARY stb)  # Debian's Dear ImGui takes its fonts from there
+find_path(EPOXY_INCLUDE_DIR epoxy/gl.h)
+find_library(EPOXY_LIBRARY epoxy)
+if(glfw3_FOUND AND IMGUI_INCLUDE_DIR AND IMGUI_LIBRARY AND STB_LIBRARY AND EPOXY_INCLUDE_DIR AND EPOXY_LIBRARY)
+  set(WINDOW_FOUND TRUE)
+else()
+  set(WINDOW_FOUND FALSE)
+  message(STATUS "malha view is left out: it needs GLFW, Dear ImGui and epoxy "
+                 "(Debian: libglfw3-dev libimgui-dev libepoxy-dev)")
+endif()
+
 # Embree 4 where it is, else 3 (Debian 12). Both name their target "embree".
 find_package(embree 4 CONFIG QUIET)
 if(NOT embree_FOUND)

@@ -11,7 +11,7 @@
 
 namespace malha {
 
-std::optional<int> refuse_measure(int argc, char** argv) {
+std::optional<int> hand_over_or_refuse(int argc, char** argv) {
   const std::string first = argv[1], second = argc > 2 ? argv[2] : "";
   const std::string answer = first == "bench"   ? refused_benchmark(second)
                              : first == "study" ? refused_study(second)

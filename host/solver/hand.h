@@ -1,0 +1,154 @@
+// Particles that are taken by hand: on springs to points, or held. Made only for simulations that allow it.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "host/base/array.h"
+#include "host/base/shown.h"
+#include "host/model/model.h"
+#include "host/taken.h"
+#include "kernels/attachment.h"
+
+namespace malha {
+
+/// The solver's number of what is to be taken. Throws InputError for a particle that is not there, a place that is no
+/// number, and a compliance that no spring has.
+inline int find_taken(const Model& model, const Taken& taken) {
+  const std::string what = taken.is_held() ? "hold: found " : "pull: found ";
+  if (taken.particle < 0 || taken.particle >= model.count())
+    throw InputError(what + "particle " + std::to_string(taken.particle) + "; allowed: 0 to " +
+                     std::to_string(model.count() - 1));
+  for (const double number : taken.to)
+    if (!(std::abs(number) <= 1e18))
+      throw InputError(what + "a place at " + shown(number) + "; allowed: numbers up to 1e18");
+  if (!taken.is_held() && !(taken.compliance >= 1e-12 && taken.compliance <= 1e12))
+    throw InputError(what + "compliance " + shown(taken.compliance) + "; allowed: 1e-12 to 1e12 m/N");
+  return static_cast<int>(std::find(model.user_of.begin(), model.user_of.end(), taken.particle) -
+                          model.user_of.begin());
+}
+
+template <class Executor, class R>
+class Hand {
+ public:
+  Hand(const Executor& executor, const Model& model)
+      : executor_(executor),
+        substeps_(model.scene.solver.substeps),
+        h_(model.scene.solver.dt / substeps_),
+        remembers_(model.scene.solver.iterations > 1),
+        origin_(1, Vector3<double>{0, 0, 0}) {}
+
+  bool empty() const { return all_.empty(); }
+  std::vector<Taken> taken() const {
+    std::vector<Taken> list;
+    for (const One& one : all_) list.push_back(one.taken);
+    return list;
+  }
+  /// The solver's numbers.
+  std::vector<int> particles() const {
+    std::vector<int> list;
+    for (const One& one : all_) list.push_back(one.particle);
+    return list;
+  }
+  bool has(int particle) const { return find(particle) != all_.end(); }
+
+  /// Particle i, which is at x (m), and has 1/w of mass as long as nothing holds it. Again: to another place.
+  void take(int i, const Taken& taken, const Vec3& x, R* w) {
+    let_go(i, w);
+    One& one = all_.emplace_back();
+    one.taken = taken, one.particle = i, one.from = x;
+    one.list = Array<Executor, int>(1, i);
+    Memory<Executor>::copy_out(w + i, 1, &one.w);
+    if (taken.is_held())
+      set(w + i, R(0));
+    else if (remembers_)
+      one.lambda = Array<Executor, Vector3<R>>(1, Vector3<R>{R(0), R(0), R(0)});
+  }
+  void let_go(int i, R* w) {
+    const auto found = find(i);
+    if (found == all_.end()) return;
+    set(w + i, found->w);
+    all_.erase(found);
+  }
+  void let_go_of_all(R* w) {
+    for (const One& one : all_) set(w + one.particle, one.w);
+    all_.clear();
+  }
+
+  /// What is held goes to its place in the course of a step. At the start of a substep, counted from 0;
+  void place(const Particles<R>& particles, int substep) const {
+    for (const One& one : all_)
+      if (one.taken.is_held())
+        parallel_for(executor_, 1,
+                     Place<R>{particles, one.list.data(), origin_.data(), shifted(one.at(substep + 1, substeps_))});
+  }
+  /// and at its end.
+  void arrive(const Particles<R>& particles, int substep) {
+    for (One& one : all_) {
+      if (!one.taken.is_held()) continue;
+      parallel_for(executor_, 1,
+                   Arrive<R>{particles, one.list.data(), origin_.data(), shifted(one.at(substep, substeps_)),
+                             shifted(one.at(substep + 1, substeps_)), 1 / h_});
+      if (substep + 1 == substeps_) one.from = one.taken.to;
+    }
+  }
+
+  void project(const Points<R>& p, const R* w, bool fresh) const {
+    for (const One& one : all_)
+      if (!one.taken.is_held())
+        parallel_for(executor_, 1,
+                     Attach<R>{p, w, one.list.data(), origin_.data(), shifted(one.taken.to), one.lambda.data(), R(1),
+                               R(one.taken.compliance / (h_ * h_)), fresh});
+  }
+
+  /// J in the springs; of one if it were at x (m).
+  double energy(const std::vector<Vec3>& x) const {
+    double sum = 0;
+    for (const One& one : all_) sum += energy(one.taken, x[one.particle]);
+    return sum;
+  }
+  static double energy(const Taken& taken, const Vec3& x) {
+    const Vec3 C{x[0] - taken.to[0], x[1] - taken.to[1], x[2] - taken.to[2]};
+    return taken.is_held() ? 0 : (C[0] * C[0] + C[1] * C[1] + C[2] * C[2]) / (2 * taken.compliance);
+  }
+  /// J in the spring of particle i, which is at x (m).
+  double energy_of(int i, const Vec3& x) const { return has(i) ? energy(find(i)->taken, x) : 0; }
+
+ private:
+  struct One {
+    Taken taken{};
+    int particle = -1;  // the solver's number
+    R w{};              // its own, 1/kg
+    Vec3 from{};        // where it was before this step, m
+    Array<Executor, int> list;
+    Array<Executor, Vector3<R>> lambda;
+    Vec3 at(int substep, int substeps) const {
+      if (substep == substeps) return taken.to;
+      const double part = double(substep) / substeps;
+      Vec3 place;
+      for (int k = 0; k < 3; ++k) place[k] = from[k] + (taken.to[k] - from[k]) * part;
+      return place;
+    }
+  };
+
+  auto find(int i) const {
+    return std::find_if(all_.begin(), all_.end(), [i](const One& one) { return one.particle == i; });
+  }
+  static Pose shifted(const Vec3& to) {
+    Pose pose;
+    pose.t = {to[0], to[1], to[2]}, pose.moves = true;
+    return pose;
+  }
+  static void set(R* at, R number) { Memory<Executor>::copy_in(&number, 1, at); }
+
+  Executor executor_;
+  int substeps_;
+  double h_;  // s
+  bool remembers_;
+  Array<Executor, Vector3<double>> origin_;  // the place of each in a frame of its own
+  std::deque<One> all_;
+};
+
+}  // namespace malha

@@ -1,0 +1,383 @@
+#include "tools/view/app.h"
+
+#include <GLFW/glfw3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/base/file.h"
+#include "host/base/shown.h"
+#include "host/results/png.h"
+#include "tools/view/pick.h"
+#include "tools/view/scenes.h"
+
+namespace malha::view {
+
+namespace {
+
+constexpr float kLeft = 250, kRight = 330, kBottom = 62;  // pixels, of the panels
+constexpr Colour kGrip{255, 210, 60}, kPin{230, 60, 60}, kLost{255, 30, 30};
+
+Vec3 vec3(const Eigen::Vector3d& a) { return {a.x(), a.y(), a.z()}; }
+Place place(const Vec3& a) { return {float(a[0]), float(a[1]), float(a[2])}; }
+
+}  // namespace
+
+App::App(const WindowOptions& options) : options_(options), session_(options.simulation) {
+  choices_.scenes = scenes_near(options.scenes.empty() ? "" : options.scenes[0]);
+  if (!options.scenes.empty()) session_.open(options.scenes[0]);
+  if (options.scenes.size() == 2) session_.compare(load_scene(options.scenes[1]));
+}
+
+std::string App::title() const {
+  if (now_.sides.empty()) return "malha";
+  const SideShown& side = now_.sides[0];
+  return side.scene->name + ": step " + std::to_string(side.frame->steps) + ", " + shown(side.frame->time) + " s, " +
+         (side.lost >= 0 ? "diverged" : now_.running ? "running" : "paused") + " - malha";
+}
+
+void App::drop(const std::string& path) {
+  if (std::filesystem::path(path).extension() == ".json") return session_.open(path);
+  try {
+    session_.open_made(scene_of_mesh(path));
+  } catch (const std::exception& error) {
+    session_.say(error.what(), true);
+  }
+}
+
+void App::lay_out(int width, int height) {
+  const int left = choices_.panels ? int(kLeft) : 0, right = choices_.panels ? int(kRight) : 0;
+  const int bottom = int(kBottom), sides = std::max(1, int(now_.sides.size()));
+  const int room = std::max(width - left - right, 1);
+  ports_.clear();
+  for (int s = 0; s < sides; ++s)
+    ports_.push_back({left + s * room / sides, 0, std::max(room / sides, 1), std::max(height - bottom, 1)});
+  while (painters_.size() < ports_.size()) painters_.emplace_back();
+}
+
+void App::frame(int width, int height) {
+  const std::int64_t before = now_.version;
+  now_ = session_.look();
+  still_ = before == now_.version ? still_ + 1 : 0;
+  lay_out(width, height);
+  if (!now_.sides.empty() && framed_ != now_.sides[0].scene) {
+    const bool other = !framed_ || framed_->name != now_.sides[0].scene->name;
+    framed_ = now_.sides[0].scene;
+    if (const auto& picture = framed_->outputs.picture; other && picture && picture->camera)
+      camera_ = OrbitCamera(*picture->camera);
+    else if (other)
+      camera_ = OrbitCamera(), camera_.frame(now_.sides[0].frame->x, ports_[0].aspect());
+  }
+  panels(width, height);
+  mouse();
+  glViewport(0, 0, width, height);
+  glClearColor(0.87f, 0.89f, 0.92f, 1);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  coloured_.clear();
+  for (std::size_t s = 0; s < now_.sides.size(); ++s) {
+    draw_side(s, height);
+    overlay(s);
+  }
+  glViewport(0, 0, width, height);
+}
+
+void App::draw_side(std::size_t s, int height) {
+  const SideShown& side = now_.sides[s];
+  Coloured coloured = view::coloured(*side.frame, choices_.look, choices_.most);
+  Picture picture{side.frame.get(), std::move(coloured.colours), choices_.surface, marks_of(side)};
+  painters_[s].draw(picture, camera_, ports_[s], height);
+  coloured_.push_back(std::move(coloured));
+}
+
+Marks App::marks_of(const SideShown& side) const {
+  Marks marks;
+  const auto ball = [&](const Place& at, const Colour& colour) {
+    marks.balls.push_back(at), marks.ball_colours.push_back(colour);
+  };
+  if (choices_.pins)
+    for (const unsigned i : side.frame->body->pinned) ball(side.frame->x[i], kPin);
+  for (const auto& [particle, grip] : side.grips) {
+    if (std::size_t(particle) >= side.frame->x.size()) continue;
+    ball(side.frame->x[particle], grip.firm ? kPin : kGrip);
+    if (grip.firm) continue;
+    ball(place(grip.to), kGrip);
+    marks.lines.insert(marks.lines.end(), {side.frame->x[particle], place(grip.to)});
+    marks.line_colours.insert(marks.line_colours.end(), {kGrip, kGrip});
+  }
+  if (side.lost >= 0 && std::fmod(ImGui::GetTime(), 0.6) < 0.35) ball(side.frame->x[side.lost], kLost);
+  return marks;
+}
+
+std::optional<std::size_t> App::side_at(double x, double y) const {
+  for (std::size_t s = 0; s < now_.sides.size(); ++s)
+    if (ports_[s].holds(x, y)) return s;
+  return std::nullopt;
+}
+
+void App::mouse() {
+  const ImGuiIO& io = ImGui::GetIO();
+  const double x = io.MousePos.x, y = io.MousePos.y;
+  const double tall = ports_[0].height;
+  if (!ImGui::IsMouseDown(0) && taken_) {
+    if (!taken_->firm) session_.let_go(taken_->side, taken_->particle);
+    taken_.reset();
+  }
+  if (!ImGui::IsMouseDown(0)) knife_.reset();
+  if (!ImGui::IsMouseDown(0) && !ImGui::IsMouseDown(1)) orbits_ = false;
+  if (!ImGui::IsMouseDown(0) && !ImGui::IsMouseDown(2)) pans_ = false;
+  if (!io.WantCaptureMouse) {
+    const std::optional<std::size_t> side = side_at(x, y);
+    if (side && ImGui::IsMouseClicked(0)) press(*side, x, y);
+    if (side && ImGui::IsMouseClicked(1)) orbits_ = true;
+    if (side && ImGui::IsMouseClicked(2)) pans_ = true;
+    if (io.MouseWheel != 0) camera_.zoom(std::pow(0.88, io.MouseWheel));
+  }
+  if (taken_ || knife_) return drag(x, y);
+  if (orbits_) camera_.orbit(3 * io.MouseDelta.x / tall, 3 * io.MouseDelta.y / tall);
+  if (pans_) camera_.pan(io.MouseDelta.x / tall, -io.MouseDelta.y / tall);
+}
+
+void App::press(std::size_t side, double x, double y) {
+  const ImGuiIO& io = ImGui::GetIO();
+  if (ImGui::IsKeyDown(GLFW_KEY_C)) {
+    knife_ = {x, y};
+    return;
+  }
+  if (io.KeyShift) {
+    pans_ = true;
+    return;
+  }
+  const Frame& frame = *now_.sides[side].frame;
+  const std::optional<int> particle = pick(frame, camera_, ports_[side], x, y);
+  if (!particle) {
+    orbits_ = true;
+    return;
+  }
+  if (io.KeyCtrl) return pin_or_release(side, *particle);
+  const Place& at = frame.x[*particle];
+  const double depth = camera_.on_screen(ports_[side], {at[0], at[1], at[2]}).z();
+  const auto grip = now_.sides[side].grips.find(*particle);
+  taken_ = {side, *particle, depth, grip != now_.sides[side].grips.end() && grip->second.firm};
+}
+
+void App::drag(double x, double y) {
+  if (taken_) {
+    const ImVec2 moved = ImGui::GetMouseDragDelta(0, 0);
+    if (moved.x == 0 && moved.y == 0) return;
+    session_.grip(taken_->side, taken_->particle, vec3(camera_.at(ports_[taken_->side], x, y, taken_->depth)),
+                  taken_->firm);
+    return;
+  }
+  const std::array<double, 2> to{x, y};
+  if (std::hypot(to[0] - (*knife_)[0], to[1] - (*knife_)[1]) < 4) return;
+  for (std::size_t s = 0; s < now_.sides.size(); ++s)
+    if (ports_[s].holds(x, y)) {
+      const std::vector<Edge> edges = crossed(*now_.sides[s].frame, camera_, ports_[s], *knife_, to);
+      if (!edges.empty()) session_.cut(s, edges);
+    }
+  knife_ = to;
+}
+
+void App::pin_or_release(std::size_t side, int particle) {
+  const auto& grips = now_.sides[side].grips;
+  if (grips.contains(particle)) return session_.let_go(side, particle);
+  const Place& at = now_.sides[side].frame->x[particle];
+  session_.grip(side, particle, {at[0], at[1], at[2]}, true);
+}
+
+void App::key(int key, int held) {
+  if (ImGui::GetIO().WantTextInput) return;
+  if (held & GLFW_MOD_CONTROL) return command_key(key);
+  const auto toggle = [&](Surface surface) {
+    choices_.surface = choices_.surface == surface ? Surface::Shaded : surface;
+  };
+  if (key >= GLFW_KEY_1 && key < GLFW_KEY_1 + int(kLookNames.size())) choices_.look = Look(key - GLFW_KEY_1);
+  switch (key) {
+    case GLFW_KEY_F1:
+      choices_.help = !choices_.help;
+      break;
+    case GLFW_KEY_SPACE:
+      session_.toggle_run();
+      break;
+    case GLFW_KEY_PERIOD:
+    case GLFW_KEY_RIGHT:
+      session_.step();
+      break;
+    case GLFW_KEY_LEFT:
+      session_.show_back();
+      break;
+    case GLFW_KEY_R:
+      session_.reset();
+      break;
+    case GLFW_KEY_LEFT_BRACKET:
+      session_.set_pace(now_.pace > 0 ? now_.pace / 2 : 1);
+      break;
+    case GLFW_KEY_RIGHT_BRACKET:
+      session_.set_pace(now_.pace > 0 ? 2 * now_.pace : 1);
+      break;
+    case GLFW_KEY_BACKSLASH:
+      session_.set_pace(0);
+      break;
+    case GLFW_KEY_F:
+      if (!now_.sides.empty()) camera_.frame(now_.sides[0].frame->x, ports_[0].aspect());
+      break;
+    case GLFW_KEY_B:
+      throw_ball_at(ImGui::GetIO().MousePos.x, ImGui::GetIO().MousePos.y);
+      break;
+    case GLFW_KEY_W:
+      toggle(Surface::Wireframe);
+      break;
+    case GLFW_KEY_Q:
+      toggle(Surface::Particles);
+      break;
+    case GLFW_KEY_A:
+      choices_.axes = !choices_.axes;
+      break;
+    case GLFW_KEY_D:
+      toggle_second();
+      break;
+    case GLFW_KEY_P:
+      picture_ = true;
+      break;
+    case GLFW_KEY_TAB:
+      choices_.panels = !choices_.panels;
+      break;
+    default:
+      break;
+  }
+}
+
+void App::command_key(int key) {
+  if (key == GLFW_KEY_Q) quits_ = true;
+  if (key == GLFW_KEY_S) save();
+}
+
+void App::save() {
+  if (now_.sides.empty()) return;
+  try {
+    const auto scene = free_name("scene", ".json");
+    session_.save(choices_.side, scene.string(), std::filesystem::path(scene).replace_extension(".malha").string());
+  } catch (const std::exception& error) {
+    session_.say(error.what(), true);
+  }
+}
+
+void App::toggle_second() {
+  if (now_.sides.size() == 2)
+    session_.compare(std::nullopt);
+  else if (!now_.sides.empty())
+    session_.compare(*now_.sides[0].scene);
+}
+
+void App::throw_ball_at(double x, double y) {
+  const std::optional<std::size_t> side = side_at(x, y);
+  if (!side) return;
+  constexpr double kFlight = 0.5;  // s, until it is where the camera looks
+  const double far = camera_.distance();
+  const Eigen::Vector3d from = camera_.at(ports_[*side], ports_[*side].left + 0.5 * ports_[*side].width,
+                                          ports_[*side].top + 0.9 * ports_[*side].height, 0.3 * far);
+  const Eigen::Vector3d goal = camera_.at(ports_[*side], x, y, far);
+  for (std::size_t s = 0; s < now_.sides.size(); ++s) {
+    Scene scene = *now_.sides[s].scene;
+    Vec3 velocity = vec3((goal - from) / kFlight);
+    for (int k = 0; k < 3; ++k) velocity[k] -= 0.5 * kFlight * scene.gravity[k];
+    throw_ball(scene, now_.sides[s].frame->time, vec3(from), velocity, 0.06 * far);
+    session_.change(s, scene);
+  }
+}
+
+std::filesystem::path App::free_name(const std::string& stem, const std::string& extension) const {
+  make_folder(options_.out);
+  for (int number = 0;; ++number) {
+    char digits[16];
+    std::snprintf(digits, sizeof digits, "_%03d", number);
+    const auto path = options_.out / (stem + digits + extension);
+    if (!std::filesystem::exists(path)) return path;
+  }
+}
+
+void App::drawn(int width, int height) {
+  if (!picture_) return;
+  picture_ = false;
+  try {
+    const auto path = free_name("picture", ".png");
+    write_png(path, read_back(width, height));
+    session_.say("saved " + path.string());
+  } catch (const std::exception& error) {
+    session_.say(error.what(), true);
+  }
+}
+
+void App::panels(int width, int height) {
+  const auto fixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoTitleBar |
+                     ImGuiWindowFlags_NoBringToFrontOnFocus;
+  const auto begin = [&](const char* name, float x, float y, float w, float h) {
+    ImGui::SetNextWindowPos({x, y}), ImGui::SetNextWindowSize({w, h});
+    ImGui::Begin(name, nullptr, fixed);
+  };
+  if (choices_.panels) {
+    begin("settings", 0, 0, kLeft, float(height));
+    run_panel(now_, session_, choices_);
+    ImGui::Separator();
+    settings_panel(now_, session_, choices_, edited_);
+    ImGui::End();
+    begin("numbers", float(width) - kRight, 0, kRight, float(height));
+    numbers_panel(now_, choices_);
+    ImGui::End();
+  }
+  const float left = choices_.panels ? kLeft : 0, right = choices_.panels ? kRight : 0;
+  begin("timeline", left, float(height) - kBottom, float(width) - left - right, kBottom);
+  timeline(now_, session_);
+  const std::string& line = now_.doing.empty() ? now_.message : now_.doing + " ...";
+  const ImVec4 colour = now_.doing.empty() && now_.trouble ? ImVec4(1, 0.5f, 0.4f, 1) : ImVec4(0.8f, 0.8f, 0.8f, 1);
+  ImGui::PushStyleColor(ImGuiCol_Text, colour);
+  ImGui::TextWrapped("%s", line.c_str());
+  ImGui::PopStyleColor();
+  ImGui::End();
+  help_panel(choices_);
+}
+
+/// Axes, a scale in metres, the colours' legend, and whose side this is.
+void App::overlay(std::size_t s) {
+  ImDrawList* draw = ImGui::GetBackgroundDrawList();
+  const Viewport& port = ports_[s];
+  const ImU32 ink = IM_COL32(40, 40, 50, 255);
+  const float bottom = float(port.top + port.height);
+  if (choices_.axes) {
+    const ImVec2 origin{float(port.left) + 40, bottom - 40};
+    constexpr std::array<const char*, 3> kNames{"x", "y", "z"};
+    constexpr std::array<ImU32, 3> kColours{IM_COL32(210, 60, 60, 255), IM_COL32(50, 150, 60, 255),
+                                            IM_COL32(60, 90, 220, 255)};
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d axis = Eigen::Vector3d::Unit(k);
+      const ImVec2 end{origin.x + 28 * float(axis.dot(camera_.right())), origin.y - 28 * float(axis.dot(camera_.up()))};
+      draw->AddLine(origin, end, kColours[k], 2);
+      draw->AddText({end.x + 2, end.y - 6}, kColours[k], kNames[k]);
+    }
+    const double pixel = camera_.metres_per_pixel(port, camera_.distance());
+    const double metres = std::pow(10, std::floor(std::log10(0.25 * port.width * pixel)));
+    const float length = float(metres / pixel), right = float(port.left + port.width) - 16;
+    draw->AddLine({right - length, bottom - 14}, {right, bottom - 14}, ink, 2);
+    draw->AddText({right - length, bottom - 32}, ink, (shown(metres) + " m").c_str());
+  }
+  const auto& coloured = coloured_[s];
+  float y = float(port.top) + 10;
+  const float x = float(port.left) + 12;
+  if (now_.sides.size() == 2) {
+    const SolverSpec& solver = now_.sides[s].scene->solver;
+    const std::string name = solver.type + ", " + std::to_string(solver.substeps) + " substeps, dt " +
+                             shown(solver.dt) + " s, " + shown(now_.sides[s].frame->step_ms) + " ms a step";
+    draw->AddText({x, y}, ink, name.c_str());
+    y += 20;
+  }
+  if (!coloured.most) return;
+  for (int k = 0; k < 120; ++k) {
+    const Colour c = turbo(k / 119.0);
+    draw->AddRectFilled({x + float(k), y}, {x + float(k) + 1, y + 10}, IM_COL32(c[0], c[1], c[2], 255));
+  }
+  draw->AddText({x, y + 12}, ink, "0");
+  draw->AddText({x + 90, y + 12}, ink, (shown(*coloured.most) + " " + coloured.unit).c_str());
+}
+
+}  // namespace malha::view

@@ -1,0 +1,38 @@
+// What the window shows of a simulation at one time. Made by the solver's thread, and never changed afterwards.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/measures.h"
+#include "host/model/model.h"
+#include "host/solver/solver.h"
+#include "tools/view/camera.h"
+
+namespace malha::view {
+
+/// What does not change from frame to frame; another one after each tear and each change of the scene.
+struct Body {
+  Appearance look;  // by the user's numbers
+  std::vector<std::array<unsigned, 3>> triangles;
+  std::vector<std::array<unsigned, 2>> edges;  // of faces, and lines
+  std::vector<unsigned> loose;                 // that belong to neither
+  std::vector<unsigned> pinned;                // at the start
+};
+
+struct Frame {
+  std::int64_t steps = 0;
+  double time = 0;  // s
+  std::shared_ptr<const Body> body;
+  std::shared_ptr<const std::vector<EnvironmentMesh>> environment;
+  std::vector<Place> x;                            // m, the user's order
+  std::vector<float> speed;                        // m/s
+  std::optional<Measures> measures;                // not of every frame
+  double step_ms = 0;                              // of the last step
+  std::array<double, kPassNames.size()> pass_ms{};  // of its passes
+};
+
+}  // namespace malha::view

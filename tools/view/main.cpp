@@ -1,0 +1,52 @@
+// malha_view, which the command becomes for malha view: so the command itself needs no display's libraries.
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "host/base/build_info.h"
+#include "host/base/shown.h"
+#include "host/error.h"
+#include "tools/exit_status.h"
+#include "tools/validators.h"
+#include "tools/view/window.h"
+
+int main(int argc, char** argv) {
+  CLI::App app{"Open a scene in a window: run it, pull at it, change its settings, compare two.", "malha view"};
+  malha::view::WindowOptions options;
+  std::string out = "out/view";
+  // The command's own word comes first.
+  if (argc > 1 && std::string(argv[1]) == "view") --argc, ++argv;
+  app.add_option("SCENE", options.scenes, "Scene files: none, one, or two to compare")->expected(0, 2)->type_name("");
+  app.add_option("--threads", options.simulation.threads, "At most so many threads, the cores if not given")
+      ->check(malha::whole_number(1, 1024))
+      ->type_name("N");
+  app.add_option("--out", out, "Folder of saved pictures and scenes; out/view if not given")
+      ->check(malha::some_path())
+      ->type_name("FOLDER");
+  app.add_option("--width", options.width, "Of the window, pixels; 1280 if not given")
+      ->check(malha::whole_number(320, 16384))
+      ->type_name("N");
+  app.add_option("--height", options.height, "800 if not given")->check(malha::whole_number(240, 16384))->type_name("N");
+  app.footer(
+      "F1 lists keys and mouse. A scene or a mesh can be dropped on the window.\n\n"
+      "Examples:\n"
+      "  malha view scenes/drape_bunny.json\n"
+      "  malha view scenes/sheet_shear.json scenes/desbrun_sheet.json");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    std::cerr << "malha view: " << malha::printable(error.what()) << "; see malha view --help\n";
+    return malha::kBadInput;
+  }
+  options.out = out, options.simulation.at_most = true;
+  try {
+    malha::view::show_window(options);
+    return malha::kDone;
+  } catch (const malha::InputError& error) {
+    std::cerr << error.what() << "\n";
+    return malha::kBadInput;
+  } catch (const std::exception& error) {
+    std::cerr << malha::printable(error.what()) << "\n";
+    return malha::kFailed;
+  }
+}

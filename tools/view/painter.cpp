@@ -1,0 +1,251 @@
+#include "tools/view/painter.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "host/collision/pose.h"
+#include "host/mesh/topology.h"
+#include "host/results/picture.h"
+#include "host/results/picture_stage.h"
+#include "tools/view/shaders.h"
+
+namespace malha::view {
+
+namespace {
+
+enum Attribute : GLuint { kPosition, kNormal, kColour };
+constexpr std::size_t kManyTriangles = 400'000;  // more are drawn without shadow and with flat faces: it takes too long
+const Eigen::Vector3d kSun = Eigen::Vector3d(0.45, 0.8, 0.4).normalized();
+
+void attribute(GLuint place, const Buffer& buffer, GLenum type) {
+  buffer.bind(GL_ARRAY_BUFFER);
+  glEnableVertexAttribArray(place);
+  glVertexAttribPointer(place, 3, type, type == GL_UNSIGNED_BYTE ? GL_TRUE : GL_FALSE, 0, nullptr);
+}
+
+Eigen::Matrix4d matrix_of(const Pose& pose) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  if (!pose.moves) return matrix;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) matrix(i, j) = pose.r[3 * i + j];
+  matrix(0, 3) = pose.t.x, matrix(1, 3) = pose.t.y, matrix(2, 3) = pose.t.z;
+  return matrix;
+}
+
+/// Means over the triangles around each point, weighted by area.
+void mean_normals(const std::vector<Place>& x, const std::vector<std::array<unsigned, 3>>& triangles,
+                  std::vector<Place>& normals) {
+  normals.assign(x.size(), {0, 0, 0});
+  for (const auto& t : triangles) {
+    const Eigen::Vector3f a(x[t[0]].data()), b(x[t[1]].data()), c(x[t[2]].data());
+    const Eigen::Vector3f n = (b - a).cross(c - a);
+    for (const unsigned i : t)
+      for (int k = 0; k < 3; ++k) normals[i][k] += n[k];
+  }
+}
+
+}  // namespace
+
+struct Painter::Programs {
+  Program surface{kSurfaceVertex, kSurfaceFragment}, depth{kPlainVertex, kDepthFragment},
+      plain{kPlainVertex, kPlainFragment}, balls{kPlainVertex, kBallFragment};
+  ShadowMap shadow;
+};
+
+/// Points that are drawn as faces, lines or balls.
+struct Painter::Shapes {
+  VertexArray array;
+  Buffer x, normals, colours, triangles, edges, loose;
+  GLsizei triangle_count = 0, edge_count = 0, loose_count = 0, count = 0;
+
+  Shapes() {
+    array.bind();
+    attribute(kPosition, x, GL_FLOAT), attribute(kNormal, normals, GL_FLOAT);
+    attribute(kColour, colours, GL_UNSIGNED_BYTE);
+  }
+  void draw(GLenum mode, const Buffer& elements, GLsizei numbers) const {
+    array.bind();
+    elements.bind(GL_ELEMENT_ARRAY_BUFFER);
+    glDrawElements(mode, numbers, GL_UNSIGNED_INT, nullptr);
+  }
+  void draw_all(GLenum mode) const {
+    array.bind();
+    glDrawArrays(mode, 0, count);
+  }
+};
+
+/// Of the environment.
+struct Painter::Obstacle {
+  VertexArray array;
+  Buffer x, normals;
+  GLsizei count = 0;
+  std::vector<Keyframe> motion;
+  std::array<Place, 2> box{};  // at the start
+
+  explicit Obstacle(const EnvironmentMesh& mesh) : motion(mesh.spec.motion) {
+    std::vector<Place> points, corners;
+    for (const Vec3& p : mesh.mesh.points) points.push_back({float(p[0]), float(p[1]), float(p[2])});
+    const std::vector<Triangle> faces = triangles(mesh.mesh);
+    for (const Triangle& t : faces)
+      for (const int i : t) corners.push_back(points[i]);
+    array.bind();
+    x.fill(GL_ARRAY_BUFFER, corners, GL_STATIC_DRAW);
+    normals.fill(GL_ARRAY_BUFFER, corner_normals(points, faces), GL_STATIC_DRAW);
+    attribute(kPosition, x, GL_FLOAT), attribute(kNormal, normals, GL_FLOAT);
+    count = GLsizei(corners.size());
+  }
+  void draw() const {
+    array.bind();
+    const std::array<float, 3> grey = stone_colour();
+    glVertexAttrib3f(kColour, grey[0], grey[1], grey[2]);
+    glDrawArrays(GL_TRIANGLES, 0, count);
+  }
+};
+
+Painter::Painter()
+    : programs_(std::make_unique<Programs>()),
+      body_(std::make_unique<Shapes>()),
+      marks_(std::make_unique<Shapes>()) {}
+Painter::~Painter() = default;
+
+void Painter::update(const Picture& picture) {
+  const Frame& frame = *picture.frame;
+  if (frame.body != built_) {
+    built_ = frame.body;
+    const auto fill = [&](Buffer& buffer, const auto& list, GLsizei& numbers, int each) {
+      body_->array.bind();
+      buffer.fill(GL_ELEMENT_ARRAY_BUFFER, list, GL_STATIC_DRAW);
+      numbers = GLsizei(list.size()) * each;
+    };
+    fill(body_->triangles, built_->triangles, body_->triangle_count, 3);
+    fill(body_->edges, built_->edges, body_->edge_count, 2);
+    fill(body_->loose, built_->loose, body_->loose_count, 1);
+    const auto& start = built_->look.points;
+    double sum = 0;
+    for (const auto& [a, b] : built_->edges)
+      sum += std::hypot(start[a][0] - start[b][0], start[a][1] - start[b][1], start[a][2] - start[b][2]);
+    if (!built_->edges.empty()) spacing_ = sum / double(built_->edges.size());
+  }
+  body_->array.bind();
+  body_->x.fill(GL_ARRAY_BUFFER, frame.x, GL_STREAM_DRAW);
+  body_->colours.fill(GL_ARRAY_BUFFER, picture.colours, GL_STREAM_DRAW);
+  body_->count = GLsizei(frame.x.size());
+  if (built_->triangles.size() <= kManyTriangles) mean_normals(frame.x, built_->triangles, normals_);
+  normals_.resize(frame.x.size());
+  body_->normals.fill(GL_ARRAY_BUFFER, normals_, GL_STREAM_DRAW);
+}
+
+void Painter::update_environment(const Frame& frame) {
+  if (frame.environment == surroundings_) return;
+  surroundings_ = frame.environment;
+  obstacles_.clear();
+  for (const EnvironmentMesh& mesh : *surroundings_) obstacles_.emplace_back(mesh);
+}
+
+/// Holds the bodies, from the sun's side.
+Eigen::Matrix4d Painter::light(const Frame& frame) const {
+  Eigen::AlignedBox3d box;
+  for (const Place& x : frame.x)
+    if (std::isfinite(x[0] + x[1] + x[2])) box.extend(Eigen::Vector3d(x[0], x[1], x[2]));
+  if (box.isEmpty()) box.extend(Eigen::Vector3d::Zero());
+  const double radius = std::max(0.75 * box.diagonal().norm(), 1e-3);
+  const Eigen::Vector3d right = kSun.unitOrthogonal(), up = kSun.cross(right);
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix.block<1, 3>(0, 0) = right.transpose() / radius, matrix.block<1, 3>(1, 0) = up.transpose() / radius;
+  matrix.block<1, 3>(2, 0) = -kSun.transpose() / (2 * radius);
+  matrix.block<3, 1>(0, 3) = -matrix.block<3, 3>(0, 0) * box.center();
+  return matrix;
+}
+
+void Painter::draw_surfaces(const Picture& picture, const Program& program) const {
+  program.set("place", Eigen::Matrix4d(Eigen::Matrix4d::Identity()));
+  if (picture.surface == Surface::Shaded) body_->draw(GL_TRIANGLES, body_->triangles, body_->triangle_count);
+  program.set("faceted", 0);
+  for (const Obstacle& one : obstacles_) {
+    program.set("place", matrix_of(pose_at(one.motion, picture.frame->time)));
+    one.draw();
+  }
+}
+
+void Painter::draw_lines_and_balls(const Picture& picture, const OrbitCamera& camera, const Viewport& port) const {
+  const Eigen::Matrix4d whole = camera.projection(port.aspect()) * camera.view();
+  const Eigen::Matrix4d here = Eigen::Matrix4d::Identity();
+  const auto begin = [&](const Program& program) {
+    program.use();
+    program.set("place", here), program.set("camera", whole);
+  };
+  begin(programs_->plain);
+  programs_->plain.set("size", 1.0f);
+  const bool few = body_->edge_count < 40'000;
+  programs_->plain.set("shade", picture.surface == Surface::Wireframe || body_->triangle_count == 0 ? 1.0f : 0.72f);
+  if (picture.surface == Surface::Wireframe || body_->triangle_count == 0 ||
+      (few && picture.surface == Surface::Shaded))
+    body_->draw(GL_LINES, body_->edges, body_->edge_count);
+  const Marks& marks = picture.marks;
+  programs_->plain.set("shade", 1.0f);
+  marks_->array.bind();
+  marks_->x.fill(GL_ARRAY_BUFFER, marks.lines, GL_STREAM_DRAW);
+  marks_->colours.fill(GL_ARRAY_BUFFER, marks.line_colours, GL_STREAM_DRAW);
+  marks_->normals.fill(GL_ARRAY_BUFFER, marks.lines, GL_STREAM_DRAW);
+  marks_->count = GLsizei(marks.lines.size());
+  marks_->draw_all(GL_LINES);
+
+  begin(programs_->balls);
+  const double metre = 1 / camera.metres_per_pixel(port, 1);  // pixels at a distance of 1 m
+  programs_->balls.set("size", float(0.5 * spacing_ * metre));
+  if (picture.surface == Surface::Particles)
+    body_->draw_all(GL_POINTS);
+  else
+    body_->draw(GL_POINTS, body_->loose, body_->loose_count);
+  marks_->array.bind();
+  marks_->x.fill(GL_ARRAY_BUFFER, marks.balls, GL_STREAM_DRAW);
+  marks_->colours.fill(GL_ARRAY_BUFFER, marks.ball_colours, GL_STREAM_DRAW);
+  marks_->normals.fill(GL_ARRAY_BUFFER, marks.balls, GL_STREAM_DRAW);
+  marks_->count = GLsizei(marks.balls.size());
+  programs_->balls.set("size", float(9 * camera.distance()));  // as many pixels at any distance
+  glDepthFunc(GL_ALWAYS);
+  marks_->draw_all(GL_POINTS);
+  glDepthFunc(GL_LEQUAL);
+}
+
+void Painter::draw(const Picture& picture, const OrbitCamera& camera, const Viewport& port, int window_height) {
+  update(picture), update_environment(*picture.frame);
+  glEnable(GL_DEPTH_TEST), glDepthFunc(GL_LEQUAL), glEnable(GL_PROGRAM_POINT_SIZE), glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE), glDisable(GL_SCISSOR_TEST);
+  const bool many = built_->triangles.size() > kManyTriangles;
+  const Eigen::Matrix4d sun = light(*picture.frame);
+  if (!many) {
+    programs_->shadow.begin();
+    programs_->depth.use();
+    programs_->depth.set("camera", sun), programs_->depth.set("size", 1.0f);
+    draw_surfaces(picture, programs_->depth);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  }
+  const int bottom = window_height - port.top - port.height;
+  glViewport(port.left, bottom, port.width, port.height);
+  const Program& program = programs_->surface;
+  program.use();
+  programs_->shadow.bind();
+  program.set("camera", Eigen::Matrix4d(camera.projection(port.aspect()) * camera.view()));
+  program.set("light", sun), program.set("eye", camera.eye()), program.set("sun", kSun);
+  program.set("shadow", 0), program.set("shadowed", many ? 0 : 1), program.set("faceted", many ? 1 : 0);
+  glEnable(GL_POLYGON_OFFSET_FILL);
+  glPolygonOffset(1, 1);
+  draw_surfaces(picture, program);
+  glDisable(GL_POLYGON_OFFSET_FILL);
+  draw_lines_and_balls(picture, camera, port);
+}
+
+Image read_back(int width, int height) {
+  Image image{width, height, std::vector<unsigned char>(3 * std::size_t(width) * height)};
+  std::vector<unsigned char> rows(image.pixels.size());
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, rows.data());
+  const std::size_t row = 3 * std::size_t(width);
+  for (int y = 0; y < height; ++y)
+    std::copy_n(rows.begin() + std::ptrdiff_t(row * (height - 1 - y)), row, image.pixels.begin() + std::ptrdiff_t(row * y));
+  return image;
+}
+
+}  // namespace malha::view

@@ -1,0 +1,64 @@
+// Draws frames with OpenGL 3.3.
+#pragma once
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "host/results/image.h"
+#include "tools/view/frame.h"
+#include "tools/view/gl.h"
+
+namespace malha::view {
+
+using Colour = std::array<unsigned char, 3>;  // sRGB
+
+enum class Surface { Shaded, Wireframe, Particles };
+
+/// Thin lines, and balls, drawn beside bodies.
+struct Marks {
+  std::vector<Place> lines;  // two a line
+  std::vector<Colour> line_colours;
+  std::vector<Place> balls;
+  std::vector<Colour> ball_colours;
+};
+
+struct Picture {
+  const Frame* frame = nullptr;
+  std::vector<Colour> colours;  // of each particle
+  Surface surface = Surface::Shaded;
+  Marks marks;
+};
+
+/// What is drawn of one side. Keeps the GPU's copies of what does not change.
+class Painter {
+ public:
+  Painter();
+  ~Painter();
+
+  /// Into this part of a window of so many pixels' height.
+  void draw(const Picture& picture, const OrbitCamera& camera, const Viewport& port, int window_height);
+
+ private:
+  struct Shapes;
+  struct Obstacle;
+  struct Programs;
+
+  void update(const Picture& picture);
+  void update_environment(const Frame& frame);
+  Eigen::Matrix4d light(const Frame& frame) const;
+  void draw_surfaces(const Picture& picture, const Program& program) const;
+  void draw_lines_and_balls(const Picture& picture, const OrbitCamera& camera, const Viewport& port) const;
+
+  std::unique_ptr<Programs> programs_;
+  std::unique_ptr<Shapes> body_, marks_;
+  std::deque<Obstacle> obstacles_;
+  std::shared_ptr<const Body> built_;
+  std::shared_ptr<const std::vector<EnvironmentMesh>> surroundings_;
+  std::vector<Place> normals_;
+  double spacing_ = 0.01;  // m, between particles, about
+};
+
+/// What was drawn last, of the whole window.
+Image read_back(int width, int height);
+
+}  // namespace malha::view

@@ -1,0 +1,323 @@
+#include "tools/view/session.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/base/shown.h"
+#include "host/base/stopwatch.h"
+
+namespace malha::view {
+
+namespace {
+
+constexpr double kMeasureShare = 0.1;  // of the time, at most, that goes into what graphs show
+
+std::optional<std::array<double, 2>> apart(const std::vector<SideShown>& sides) {
+  if (sides.size() != 2 || sides[0].frame->x.size() != sides[1].frame->x.size()) return std::nullopt;
+  double sum = 0, most = 0;
+  const std::vector<Place>&a = sides[0].frame->x, &b = sides[1].frame->x;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    double square = 0;
+    for (int k = 0; k < 3; ++k) square += (double(a[i][k]) - b[i][k]) * (double(a[i][k]) - b[i][k]);
+    sum += square, most = std::max(most, square);
+  }
+  return std::array{std::sqrt(sum / double(std::max<std::size_t>(a.size(), 1))), std::sqrt(most)};
+}
+
+}  // namespace
+
+Session::Session(const SimulationOptions& options, std::size_t history_bytes)
+    : options_(options), history_(history_bytes), thread_([this] { work(); }) {
+  options_.progress = [this](const char* what, double part) {
+    const std::lock_guard lock(mutex_);
+    snapshot_.doing = what;
+    if (part >= 0) snapshot_.doing += ", " + std::to_string(std::lround(100 * part)) + " %";
+  };
+}
+
+Session::~Session() {
+  {
+    const std::lock_guard lock(mutex_);
+    quit_ = true;
+  }
+  asked_.notify_one();
+  thread_.join();
+}
+
+void Session::ask(Work work) {
+  {
+    const std::lock_guard lock(mutex_);
+    queue_.push_back(std::move(work));
+  }
+  asked_.notify_one();
+}
+
+void Session::settle() {
+  std::unique_lock lock(mutex_);
+  settled_.wait(lock, [this] { return queue_.empty() && !busy_; });
+}
+
+Snapshot Session::look() {
+  const std::lock_guard lock(mutex_);
+  looked_ = true;
+  return snapshot_;
+}
+
+void Session::say(const std::string& message, bool trouble) {
+  const std::lock_guard lock(mutex_);
+  snapshot_.message = printable(message), snapshot_.trouble = trouble, ++snapshot_.version;
+}
+
+void Session::work() {
+  for (;;) {
+    std::deque<Work> todo;
+    {
+      std::unique_lock lock(mutex_);
+      const auto ready = [this] { return quit_ || !queue_.empty(); };
+      if (!running_)
+        asked_.wait(lock, ready);
+      else if (paces())
+        asked_.wait_until(lock, due_, ready);
+      if (quit_) return;
+      todo.swap(queue_), busy_ = true;
+    }
+    for (const Work& one : todo) attempt(one);
+    const bool due = running_ && (!paces() || Clock::now() >= due_);
+    if (due) attempt([this] { advance(); });
+    bool wanted = !todo.empty();
+    {
+      const std::lock_guard lock(mutex_);
+      wanted = wanted || (due && looked_);
+    }
+    if (wanted) publish();
+    {
+      const std::lock_guard lock(mutex_);
+      busy_ = false;
+    }
+    settled_.notify_all();
+  }
+}
+
+/// What cannot be done is said, and leaves things as they were.
+void Session::attempt(const Work& work) {
+  try {
+    work();
+  } catch (const std::exception& error) {
+    running_ = false;
+    say(error.what(), true);
+  }
+  const std::lock_guard lock(mutex_);
+  snapshot_.doing.clear();
+}
+
+double Session::earliest() const {
+  double time = INFINITY;
+  for (const auto& side : sides_) time = std::min(time, side->time());
+  return time;
+}
+double Session::largest_dt() const {
+  double dt = 0;
+  for (const auto& side : sides_) dt = std::max(dt, side->dt());
+  return dt;
+}
+
+/// The sides in step: each goes as far as the one with the longest steps.
+void Session::advance() {
+  if (sides_.empty()) return;
+  go_on_from_shown();
+  const double target = earliest() + largest_dt();
+  for (std::size_t s = 0; s < sides_.size(); ++s) {
+    try {
+      while (sides_[s]->time() + 0.5 * sides_[s]->dt() < target && lost_[s] < 0) sides_[s]->step();
+    } catch (const Diverged& error) {
+      lost_[s] = sides_[s]->lost(), running_ = false;
+      say(std::string("diverged at ") + error.what() + "; the particle blinks; reset, or go back", true);
+    }
+  }
+  const Clock::time_point now = Clock::now();
+  if (paces()) {
+    due_ += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(largest_dt() / pace_));
+    if (due_ + std::chrono::milliseconds(250) < now) due_ = now;  // too slow: what was missed is not made up for
+  }
+  const double passed = std::chrono::duration<double>(now - share_since_).count();
+  if (passed > 0.5) share_ = (earliest() - share_from_) / passed, share_since_ = now, share_from_ = earliest();
+  if (std::all_of(lost_.begin(), lost_.end(), [](int one) { return one < 0; }) && history_.wants(earliest())) keep();
+}
+
+void Session::keep() {
+  Moment moment;
+  const double elapsed = std::chrono::duration<double>(Clock::now() - started_).count();
+  const bool measured = history_.moments().empty() || measure_seconds_ < kMeasureShare * elapsed;
+  const double took = seconds([&] {
+    for (const auto& side : sides_) moment.frames.push_back(side->frame(measured));
+  });
+  if (measured) measure_seconds_ += took;
+  for (const auto& side : sides_) moment.states.push_back(side->state());
+  history_.add(std::move(moment), earliest());
+  moment_ = history_.moments().size() - 1;
+}
+
+/// A step after a look back goes on from what was shown.
+void Session::go_on_from_shown() {
+  const auto& moments = history_.moments();
+  const bool lost = std::any_of(lost_.begin(), lost_.end(), [](int one) { return one >= 0; });
+  if (moments.empty() || (moment_ + 1 >= moments.size() && !lost)) return;
+  for (std::size_t s = 0; s < sides_.size(); ++s) sides_[s]->go_back(moments[moment_]->states[s]), lost_[s] = -1;
+  history_.cut_after(moment_);
+  share_from_ = earliest(), share_since_ = Clock::now();
+}
+
+void Session::publish() {
+  std::vector<SideShown> shown;
+  const auto& moments = history_.moments();
+  const bool back = moment_ + 1 < moments.size();
+  for (std::size_t s = 0; s < sides_.size(); ++s) {
+    const Side& side = *sides_[s];
+    std::shared_ptr<const Frame> frame =
+        back || lost_[s] >= 0 ? moments[moment_]->frames[s] : sides_[s]->frame(false);
+    shown.push_back({frame, side.shared_scene(), side.warnings(), side.grips(), side.set_up_ms(), side.threads(),
+                     lost_[s]});
+  }
+  const auto distance = apart(shown);
+  const std::lock_guard lock(mutex_);
+  snapshot_.sides = std::move(shown), snapshot_.running = running_, snapshot_.pace = pace_;
+  snapshot_.share = running_ ? share_ : 0, snapshot_.moment = moment_, snapshot_.moments = moments;
+  snapshot_.apart = distance;
+  looked_ = false, ++snapshot_.version;
+}
+
+/// After a scene was laid out: at its start, or where it was.
+void Session::start_anew() {
+  lost_.assign(sides_.size(), -1);
+  history_.clear();
+  measure_seconds_ = 0, started_ = Clock::now();
+  keep();
+  due_ = share_since_ = Clock::now(), share_from_ = earliest(), share_ = 0;
+}
+
+void Session::open(const std::string& path) {
+  ask([this, path] { begin(load_scene(path)); });
+}
+void Session::open_made(const Scene& scene) {
+  ask([this, scene] { begin(scene); });
+}
+
+void Session::begin(const Scene& scene) {
+  auto side = std::make_unique<Side>(scene, options_);
+  sides_.clear();
+  sides_.push_back(std::move(side));
+  running_ = changed_ = false;
+  start_anew();
+  say(scene.file + ": set up in " + shown(std::round(sides_[0]->set_up_ms())) + " ms");
+}
+
+void Session::compare(std::optional<Scene> other) {
+  ask([this, other] {
+    if (sides_.empty()) return;
+    if (other) {
+      auto side = std::make_unique<Side>(*other, options_);
+      sides_[0]->change(sides_[0]->scene(), true);
+      sides_.resize(1);
+      sides_.push_back(std::move(side));
+    } else {
+      sides_.resize(1);
+    }
+    start_anew();
+  });
+}
+
+void Session::change(std::size_t side, const Scene& scene) {
+  ask([this, side, scene] {
+    if (side >= sides_.size()) return;
+    go_on_from_shown();
+    sides_[side]->change(scene, lost_[side] >= 0);
+    say("laid out anew in " + shown(std::round(10 * sides_[side]->set_up_ms()) / 10) + " ms");
+    changed_ = true;
+    start_anew();
+  });
+}
+
+void Session::run(bool on) {
+  ask([this, on] { set_running(on); });
+}
+void Session::toggle_run() {
+  ask([this] { set_running(!running_); });
+}
+
+void Session::set_running(bool on) {
+  running_ = on && !sides_.empty();
+  due_ = share_since_ = Clock::now();
+  if (running_) go_on_from_shown(), share_from_ = earliest();
+}
+
+void Session::step() {
+  ask([this] {
+    running_ = false;
+    advance();
+    if (!sides_.empty() && history_.moments().back()->frames.front()->time < earliest()) keep();
+  });
+}
+
+void Session::reset() {
+  ask([this] {
+    if (sides_.empty()) return;
+    for (std::size_t s = 0; s < sides_.size(); ++s) {
+      if (changed_)
+        sides_[s]->change(sides_[s]->scene(), true);
+      else
+        sides_[s]->go_back(history_.moments().front()->states[s]);
+    }
+    changed_ = false;
+    start_anew();
+  });
+}
+
+void Session::set_pace(double pace) {
+  ask([this, pace] { pace_ = pace, due_ = Clock::now(); });
+}
+
+void Session::show(std::size_t moment) {
+  ask([this, moment] {
+    running_ = false;
+    if (!history_.moments().empty()) moment_ = std::min(moment, history_.moments().size() - 1);
+  });
+}
+
+void Session::show_back() {
+  ask([this] {
+    running_ = false;
+    if (moment_ > 0) --moment_;
+  });
+}
+
+void Session::grip(std::size_t side, int particle, const Vec3& to, bool firm) {
+  ask([=, this] {
+    if (side >= sides_.size()) return;
+    go_on_from_shown();
+    sides_[side]->grip(particle, to, firm);
+  });
+}
+
+void Session::let_go(std::size_t side, int particle) {
+  ask([=, this] {
+    if (side < sides_.size()) sides_[side]->let_go(particle);
+  });
+}
+
+void Session::cut(std::size_t side, const std::vector<Edge>& edges) {
+  ask([=, this] {
+    if (side >= sides_.size()) return;
+    go_on_from_shown();
+    say("cut: " + counted(sides_[side]->cut(edges), "vertex", "vertices") + " parted");
+  });
+}
+
+void Session::save(std::size_t side, const std::string& scene_path, const std::string& checkpoint_path) {
+  ask([=, this] {
+    if (side >= sides_.size()) return;
+    sides_[side]->save(scene_path, checkpoint_path);
+    say("saved " + scene_path + " and " + checkpoint_path);
+  });
+}
+
+}  // namespace malha::view

@@ -1,0 +1,127 @@
+#include "tools/view/side.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/base/file.h"
+#include "host/base/stopwatch.h"
+#include "host/mesh/topology.h"
+#include "host/results/warnings.h"
+
+namespace malha::view {
+
+namespace {
+
+constexpr double kCompliance = 1e-3;  // m/N, of the spring that pulls: 1 kg on it hangs 1 cm lower
+
+std::shared_ptr<const Body> body_of(const Model& model) {
+  auto body = std::make_shared<Body>();
+  body->look = model.look;
+  const Mesh mesh{model.look.points, model.look.faces, model.look.lines, {}};
+  std::vector<bool> used(model.look.points.size(), false);
+  for (const Triangle& t : triangles(mesh)) {
+    body->triangles.push_back({unsigned(t[0]), unsigned(t[1]), unsigned(t[2])});
+    for (const int i : t) used[i] = true;
+  }
+  for (const Edge& e : edges(mesh)) body->edges.push_back({unsigned(e[0]), unsigned(e[1])}), used[e[0]] = used[e[1]] = true;
+  for (unsigned i = 0; i < used.size(); ++i)
+    if (!used[i]) body->loose.push_back(i);
+  for (int i = 0; i < model.count(); ++i)
+    if (!(model.w[i] > 0)) body->pinned.push_back(unsigned(model.user_of[i]));
+  return body;
+}
+
+}  // namespace
+
+Side::Side(const Scene& scene, const SimulationOptions& options) : options_(options) {
+  options_.by_hand = true;
+  change(scene, true);
+}
+
+void Side::change(const Scene& scene, bool from_start) {
+  std::unique_ptr<Simulation> next;
+  set_up_ms_ = 1e3 * seconds([&] {
+    next = std::make_unique<Simulation>(scene, options_);
+    if (!from_start && simulation_) next->go_on_from(*simulation_);
+  });
+  simulation_ = std::move(next);
+  scene_ = std::make_shared<const Scene>(scene);
+  environment_ = std::make_shared<const std::vector<EnvironmentMesh>>(simulation_->model().environment);
+  warnings_ = malha::warnings(simulation_->model());
+  before_ = {}, pass_ms_ = {}, step_ms_ = 0;
+  note_body();
+  const std::map<int, Grip> grips = std::exchange(grips_, {});
+  if (!from_start)
+    for (const auto& [particle, one] : grips)
+      if (particle < static_cast<int>(simulation_->model().look.points.size())) grip(particle, one.to, one.firm);
+}
+
+void Side::note_body() { body_ = body_of(simulation_->model()), tears_ = simulation_->tears(); }
+
+void Side::step() {
+  step_ms_ = 1e3 * seconds([&] { simulation_->step(); });
+  const auto& now = simulation_->solver().pass_seconds();
+  for (std::size_t k = 0; k < now.size(); ++k) pass_ms_[k] = 1e3 * (now[k] - before_[k]);
+  before_ = now;
+  if (simulation_->tears() != tears_) note_body();
+}
+
+std::shared_ptr<const Frame> Side::frame(bool measured) {
+  auto frame = std::make_shared<Frame>();
+  frame->steps = simulation_->steps(), frame->time = simulation_->time(), frame->body = body_,
+  frame->environment = environment_;
+  for (const Vec3& x : simulation_->positions()) frame->x.push_back({float(x[0]), float(x[1]), float(x[2])});
+  for (const Vec3& v : simulation_->velocities()) frame->speed.push_back(float(std::hypot(v[0], v[1], v[2])));
+  if (measured) frame->measures = simulation_->measure();
+  frame->step_ms = step_ms_, frame->pass_ms = pass_ms_;
+  return frame;
+}
+
+void Side::grip(int particle, const Vec3& to, bool firm) {
+  if (firm)
+    simulation_->hold(particle, to);
+  else
+    simulation_->pull(particle, to, kCompliance);
+  grips_[particle] = {to, firm};
+}
+
+void Side::let_go(int particle) {
+  simulation_->let_go(particle);
+  grips_.erase(particle);
+}
+
+void Side::let_go_of_all() {
+  while (!grips_.empty()) let_go(grips_.begin()->first);
+}
+
+int Side::cut(const std::vector<Edge>& edges) {
+  const int parted = 0; (void)edges;
+  if (parted > 0) note_body();
+  return parted;
+}
+
+void Side::save(const std::string& scene_path, const std::string& checkpoint_path) const {
+  write_whole(scene_path, to_json(*scene_));
+  simulation_->save_checkpoint(checkpoint_path);
+}
+
+void Side::go_back(const std::string& state) {
+  let_go_of_all();
+  simulation_->go_back(state);
+  if (simulation_->tears() != tears_) note_body();
+  before_ = simulation_->solver().pass_seconds(), pass_ms_ = {}, step_ms_ = 0;
+}
+
+int Side::lost() const {
+  const std::vector<Vec3> x = simulation_->positions(), v = simulation_->velocities();
+  int fastest = -1;
+  double most = -1;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double speed = std::hypot(v[i][0], v[i][1], v[i][2]);
+    if (!std::isfinite(x[i][0] + x[i][1] + x[i][2]) || !std::isfinite(speed)) return static_cast<int>(i);
+    if (speed > most) most = speed, fastest = static_cast<int>(i);
+  }
+  return fastest;
+}
+
+}  // namespace malha::view
