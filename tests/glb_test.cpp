@@ -23,7 +23,7 @@ class Glb : public testing::Test {
 
 const std::vector<std::string> kBodies{"patchwork", "sheet of quads", "rope", "dust"};
 
-/// So many halves of a float, of what each vertex moved; and what double loses of some metres.
+/// Each place within half a float of what its vertex moved, and what doubles lose of metres.
 void expect_frame(const GltfFile& file, const std::vector<std::string>& bodies, int k, const std::vector<Vec3>& x) {
   std::size_t at = 0;
   for (const std::string& body : bodies) {
@@ -127,7 +127,7 @@ TEST_F(Glb, MovesWhatMovesInTheEnvironment) {
       const double found[2]{(1 - 2 * (y * y + z * z)) * p[0] + 2 * (x * y - z * w) * p[1] + 2 * (x * z + y * w) * p[2],
                             2 * (x * y + z * w) * p[0] + (1 - 2 * (x * x + z * z)) * p[1] + 2 * (y * z - x * w) * p[2]};
       for (int c = 0; c < 2; ++c)
-        ASSERT_NEAR(places[k][c] + found[c], expected[c], 1e-6) << "floats of 3 m, some times";
+        ASSERT_NEAR(places[k][c] + found[c], expected[c], 1e-6) << "floats of 3 m";
     }
     double along = 0;
     for (int c = 0; k > 0 && c < 4; ++c) along += turns[k][c] * turns[k - 1][c];
