@@ -126,8 +126,7 @@ TEST_F(Glb, MovesWhatMovesInTheEnvironment) {
       // The rotation's matrix, by the books: first and second row.
       const double found[2]{(1 - 2 * (y * y + z * z)) * p[0] + 2 * (x * y - z * w) * p[1] + 2 * (x * z + y * w) * p[2],
                             2 * (x * y + z * w) * p[0] + (1 - 2 * (x * x + z * z)) * p[1] + 2 * (y * z - x * w) * p[2]};
-      for (int c = 0; c < 2; ++c)
-        ASSERT_NEAR(places[k][c] + found[c], expected[c], 1e-6) << "floats of 3 m";
+      for (int c = 0; c < 2; ++c) ASSERT_NEAR(places[k][c] + found[c], expected[c], 1e-6) << "floats of 3 m";
     }
     double along = 0;
     for (int c = 0; k > 0 && c < 4; ++c) along += turns[k][c] * turns[k - 1][c];
