@@ -197,9 +197,12 @@ struct PageSpec {
   double megabytes = 20;  // at most; with one frame it may be more
 };
 
+/// What frames may be written as.
+inline const std::vector<std::string> kFrameFormats{"vtp", "pc2", "ply", "obj", "glb"};
+
 struct OutputSpec {
   int every = 0;                     // steps between frames; 0: none
-  std::vector<std::string> formats;  // of "vtp", "pc2", "ply", "obj"
+  std::vector<std::string> formats;  // of kFrameFormats
   int picture_every = 0;             // steps between pictures; 0: only what `picture` says at the end
   std::optional<PictureSpec> picture;
   std::optional<PageSpec> page;

@@ -6,10 +6,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <stdexcept>
 
 #include "tests/read_png.h"
+#include "tests/support.h"
 
 namespace malha {
 
@@ -35,17 +35,7 @@ std::string decoded(const std::string& base64) {
 
 }  // namespace
 
-std::string Browser::command() {
-  const char* const path = std::getenv("PATH");
-  const std::string all = path != nullptr ? path : "";
-  for (std::size_t at = 0; at < all.size();) {
-    const std::size_t end = std::min(all.find(':', at), all.size());
-    const fs::path file = fs::path(all.substr(at, end - at)) / "chromium";
-    if (access(file.c_str(), X_OK) == 0) return file.string();
-    at = end + 1;
-  }
-  return "";
-}
+std::string Browser::command() { return program_on_path("chromium"); }
 
 Browser::Browser(int width, int height) {
   std::string name = (fs::temp_directory_path() / "malha_browser_XXXXXX").string();

@@ -59,10 +59,11 @@ TEST(CommandLine, AnswersEverySlipInOneLine) {
   const std::string in_run = "; see malha run --help\n";
   for (const Slip& slip : std::vector<Slip>{
            {{},
-            "malha: found no command; allowed: run, picture, page, plan, check, tune, bench, study, --help, -h, "
+            "malha: found no command; allowed: run, view, picture, page, plan, check, tune, bench, study, --help, -h, "
             "--version\n"},
            {{"rum", "scene.json"},
-            "malha: found \"rum\" (did you mean 'run'?); allowed: run, picture, page, plan, check, tune, bench, study, "
+            "malha: found \"rum\" (did you mean 'run'?); allowed: run, view, picture, page, plan, check, tune, bench, "
+            "study, "
             "--help, "
             "-h, --version\n"},
            {{"run"}, "malha run: SCENE is required" + in_run},
@@ -86,7 +87,7 @@ TEST(CommandLine, AnswersEverySlipInOneLine) {
            {{"run", "scene.json", "--seconds", "1", "--steps", "1"}, "malha run: --steps excludes --seconds" + in_run},
            {{"run", "scene.json", "--picture", "--no-picture"}, "malha run: --picture excludes --no-picture" + in_run},
            {{"run", "scene.json", "--format", "vtp,vtk"},
-            "malha run: --format: found \"vtk\" (did you mean 'vtp'?); allowed: vtp, pc2, ply, obj" + in_run},
+            "malha run: --format: found \"vtk\" (did you mean 'vtp'?); allowed: vtp, pc2, ply, obj, glb" + in_run},
            {{"run", "scene.json", "--backend", "cuda"},
             "malha run: --backend: found \"cuda\"; allowed: openmp, serial" + in_run},
            {{"run", "scene.json", "--steps", "1", "--steps", "2"},

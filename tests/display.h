@@ -33,8 +33,9 @@ class ShownWindow {
 
   explicit ShownWindow(const std::string& scene) : ShownWindow(std::vector<std::string>{scene}) {}
   explicit ShownWindow(const std::vector<std::string>& scenes)
-      : server_({"-c", "exec Xvfb -displayfd 1 -screen 0 1280x800x24 -nolisten tcp > " + (folder_ / "display").string()},
-                folder_ / "", RLIM_INFINITY, "/bin/sh") {
+      : server_(
+            {"-c", "exec Xvfb -displayfd 1 -screen 0 1280x800x24 -nolisten tcp > " + (folder_ / "display").string()},
+            folder_ / "", RLIM_INFINITY, "/bin/sh") {
     wait_for([this] { return has(bytes_of(folder_ / "display"), "\n"); }, "Xvfb");
     display_ = ":" + bytes_of(folder_ / "display");
     display_.pop_back();
@@ -84,7 +85,8 @@ class ShownWindow {
   std::filesystem::path save() {
     const std::filesystem::path path = out("scene", ".json", scenes_++);
     key("ctrl+s");
-    wait_for([&] { return std::filesystem::exists(std::filesystem::path(path).replace_extension(".malha")); }, "a scene");
+    wait_for([&] { return std::filesystem::exists(std::filesystem::path(path).replace_extension(".malha")); },
+             "a scene");
     return path;
   }
   bool open() { return view_->running(); }

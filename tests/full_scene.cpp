@@ -73,7 +73,7 @@ std::string full_scene() {
                      "crossing_at_start": "ignore"},
   "duration": 2.5,
   "outputs": {
-    "frames": {"every": 2, "formats": ["vtp", "pc2", "ply", "obj"]},
+    "frames": {"every": 2, "formats": ["vtp", "pc2", "ply", "obj", "glb"]},
     "page": {"megabytes": 30}, "pictures": {"every": 5, "size": [640, 360],
                  "camera": {"eye": [1, 2, 3], "target": [0, 0.5, 0], "fov_degrees": 35}},
     "checkpoint_every": 10

@@ -1,4 +1,5 @@
 // A run that stops and goes on is the run that never stopped, bit by bit; and nothing else can be gone on with.
+#include "host/base/build_info.h"
 #include "host/results/run.h"
 #include "tests/refusal.h"
 #include "tests/run_scenes.h"
@@ -17,6 +18,7 @@ class Resume : public testing::TestWithParam<Kind> {
  protected:
   Resume() : scene_(swinging_sheet(GetParam().environment, GetParam().precision)) {
     scene_["outputs"]["frames"] = {{"every", 3}, {"formats", {"vtp", "pc2", "ply", "obj"}}};
+    if (has_gltf()) scene_["outputs"]["frames"]["formats"].push_back("glb");
     scene_["outputs"]["pictures"] = {{"size", {16, 16}}};
     run_quietly(scene_, {.out = (folder_ / "whole").string()});
   }
@@ -26,7 +28,8 @@ class Resume : public testing::TestWithParam<Kind> {
     auto whole = files_in(folder_ / "whole"), parts = files_in(folder_ / out);
     EXPECT_EQ(Json::parse(parts["report.json"])["state_hash"], Json::parse(whole["report.json"])["state_hash"]);
     for (auto* files : {&whole, &parts}) files->erase("report.json"), files->erase("storyboard.png");
-    EXPECT_EQ(whole.size(), 3u * 14 + 5) << "frames of steps 0 to 39, and frames.pvd, points.pc2, rest.obj";
+    EXPECT_EQ(whole.size(), 3u * 14 + 5 + has_gltf())
+        << "frames of steps 0 to 39, and frames.pvd, points.pc2, rest.obj, run.glb";
     ASSERT_EQ(parts.size(), whole.size());
     for (const auto& [name, bytes] : whole) EXPECT_TRUE(parts[name] == bytes) << name << " differs";
   }

@@ -127,7 +127,7 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(s.environment[3].motion[2].degrees, 720);
   EXPECT_EQ(s.duration, 2.5);
   EXPECT_EQ(s.outputs.every, 2);
-  EXPECT_EQ(s.outputs.formats, (std::vector<std::string>{"vtp", "pc2", "ply", "obj"}));
+  EXPECT_EQ(s.outputs.formats, (std::vector<std::string>{"vtp", "pc2", "ply", "obj", "glb"}));
   EXPECT_EQ(s.outputs.page.value().megabytes, 30);
   EXPECT_EQ(s.outputs.picture_every, 5);
   EXPECT_EQ(s.outputs.picture.value().size, (std::array<int, 2>{640, 360}));

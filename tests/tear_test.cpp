@@ -233,10 +233,13 @@ TEST(Tearing, WritesFramesOfTheMeshAsItIs) {
 
 TEST(Tearing, IsRefusedWithAFormatThatHoldsOneMesh) {
   Scene scene = pulled(0.9);
-  scene.file = "s.json", scene.outputs.every = 1, scene.outputs.formats = {"vtp", "pc2"};
-  EXPECT_EQ(refusal([&] { build_model(scene); }),
-            "s.json: /outputs/frames/formats: found pc2, which holds one mesh for all frames, of a scene that "
-            "tears; allowed: vtp, ply, obj");
+  scene.file = "s.json", scene.outputs.every = 1;
+  for (const std::string format : {"pc2", "glb"}) {
+    scene.outputs.formats = {"vtp", format};
+    EXPECT_EQ(refusal([&] { build_model(scene); }),
+              "s.json: /outputs/frames/formats: found " + format +
+                  ", which holds one mesh for all frames, of a scene that tears; allowed: vtp, ply, obj");
+  }
 }
 
 }  // namespace

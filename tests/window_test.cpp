@@ -53,13 +53,15 @@ bool is_cloth(const Image& image, int x, int y) {
 std::vector<bool> covered(const Simulation& simulation, const OrbitCamera& camera) {
   std::vector<bool> mask(std::size_t(ShownWindow::kWidth) * ShownWindow::kHeight, false);
   const std::vector<Vec3> x = simulation.positions();
-  const auto fill = [&](const std::array<double, 2>& a, const std::array<double, 2>& b, const std::array<double, 2>& c) {
+  const auto fill = [&](const std::array<double, 2>& a, const std::array<double, 2>& b,
+                        const std::array<double, 2>& c) {
     const auto side = [](const auto& p, const auto& q, double u, double v) {
       return (q[0] - p[0]) * (v - p[1]) - (q[1] - p[1]) * (u - p[0]);
     };
     for (int v = int(std::floor(std::min({a[1], b[1], c[1]}))); v <= std::max({a[1], b[1], c[1]}); ++v)
       for (int u = int(std::floor(std::min({a[0], b[0], c[0]}))); u <= std::max({a[0], b[0], c[0]}); ++u) {
-        const double s = side(a, b, u + 0.5, v + 0.5), t = side(b, c, u + 0.5, v + 0.5), r = side(c, a, u + 0.5, v + 0.5);
+        const double s = side(a, b, u + 0.5, v + 0.5), t = side(b, c, u + 0.5, v + 0.5),
+                     r = side(c, a, u + 0.5, v + 0.5);
         const bool inside = (s >= 0 && t >= 0 && r >= 0) || (s <= 0 && t <= 0 && r <= 0);
         if (inside && port().holds(u, v)) mask[std::size_t(v) * ShownWindow::kWidth + u] = true;
       }
@@ -148,9 +150,10 @@ TEST_F(Window, WhatIsSavedRunsTheSame) {
 TEST_F(Window, SurvivesTwoHundredRandomInputs) {
   ShownWindow window(MALHA_SOURCE_DIR "/scenes/torn_sheet.json");
   Random random(7);
-  const std::vector<std::string> keys{"space", "period", "r", "Left", "Right", "bracketleft", "bracketright", "backslash",
-                                      "f", "b", "w", "q", "a", "d", "p", "Tab", "F1", "1", "2", "3", "4", "5", "6", "7",
-                                      "8", "ctrl+s", "Escape", "Return", "Down"};
+  const std::vector<std::string> keys{
+      "space", "period", "r", "Left", "Right", "bracketleft", "bracketright", "backslash", "f",   "b",
+      "w",     "q",      "a", "d",    "p",     "Tab",         "F1",           "1",         "2",   "3",
+      "4",     "5",      "6", "7",    "8",     "ctrl+s",      "Escape",       "Return",    "Down"};
   for (int k = 0; k < 200 && window.open(); ++k) {
     const int what = random.below(4);
     const std::string at = std::to_string(random.below(1280)) + " " + std::to_string(random.below(800));
@@ -172,7 +175,8 @@ TEST_F(Window, SurvivesTwoHundredRandomInputs) {
 TEST_F(Window, SaysThatARunDivergedAndStaysOpen) {
   const TemporaryFolder folder;
   const nlohmann::json here{{"cloud", {{"min", {0, 0, 0}}, {"max", {1, 1, 1}}, {"count", {2, 2, 2}}}}};
-  const nlohmann::json scene{  // beyond the largest float, 3.4e38, after 340 steps
+  const nlohmann::json scene{
+      // beyond the largest float, 3.4e38, after 340 steps
       {"name", "rush"},
       {"solver", {{"type", "pbd"}, {"dt", 1e18}, {"substeps", 1}}},
       {"bodies", {{{"name", "rushing"}, {"shape", here}, {"mass", 1}, {"velocity", {1e18, 0, 0}}}}},
@@ -188,8 +192,8 @@ TEST_F(Window, SaysThatARunDivergedAndStaysOpen) {
 TEST(WindowWithoutDisplay, SaysSo) {
   if (!ShownWindow::built()) GTEST_SKIP() << "malha_view is not built";
   const TemporaryFolder folder;
-  const Ended ended = MalhaProcess({"-u", "DISPLAY", "-u", "WAYLAND_DISPLAY", MALHA_COMMAND, "view", kScene}, folder / "",
-                                   RLIM_INFINITY, "/usr/bin/env")
+  const Ended ended = MalhaProcess({"-u", "DISPLAY", "-u", "WAYLAND_DISPLAY", MALHA_COMMAND, "view", kScene},
+                                   folder / "", RLIM_INFINITY, "/usr/bin/env")
                           .wait();
   EXPECT_EQ(ended.status, 4);
   EXPECT_TRUE(has(ended.err, "malha view: no window can be opened")) << ended.err;

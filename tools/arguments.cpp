@@ -7,6 +7,7 @@
 #include "host/base/build_info.h"
 #include "host/base/near_miss.h"
 #include "host/base/shown.h"
+#include "host/scene.h"
 #include "tools/measures.h"
 #include "tools/validators.h"
 
@@ -16,7 +17,6 @@ namespace {
 
 const std::vector<std::string> kFirstWords{"run",  "view",  "picture", "page",   "plan", "check",
                                            "tune", "bench", "study",   "--help", "-h",   "--version"};
-const std::vector<std::string> kFormats{"vtp", "pc2", "ply", "obj"};
 const std::vector<std::string> kBackends{"openmp", "serial"};
 constexpr std::int64_t kMostSteps = 1'000'000'000;
 
@@ -54,10 +54,10 @@ void add_results(CLI::App& command, Arguments& arguments) {
       ->type_name("N");
   command
       .add_option("--format", arguments.formats,
-                  "Frames as vtp (ParaView), pc2 (Blender, Maya), ply, obj; several with commas")
+                  "Frames as vtp (ParaView), pc2 (Blender, Maya), glb (glTF), ply, obj; several with commas")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(one_of(kFormats))
+      ->check(one_of(kFrameFormats))
       ->type_name("LIST");
   CLI::Option* picture =
       command.add_flag("--picture", arguments.picture, "Ray-traced pictures of the end and of six moments");

@@ -17,8 +17,8 @@ inline constexpr const char* kTuneHelp = "Find the cheapest method and settings 
 inline constexpr const char* kBenchHelp = "Time malha beside other libraries and the machine's limits";
 inline constexpr const char* kStudyHelp = "Measure and chart methods: error against cost, stability, scaling";
 
-/// Of the command: becomes the program that does what argv asks for, malha_measures or malha_view; gives the exit status
-/// where that cannot be. Of malha_measures: gives it where the words after bench or study name none. One line on
+/// Of the command: becomes the program that does what argv asks for, malha_measures or malha_view; gives the exit
+/// status where that cannot be. Of malha_measures: gives it where the words after bench or study name none. One line on
 /// standard error says why.
 std::optional<int> hand_over_or_refuse(int argc, char** argv);
 

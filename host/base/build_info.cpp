@@ -2,9 +2,17 @@
 
 namespace malha {
 
-// The three macros come from CMakeLists.txt, for this file alone.
+// The macros come from CMakeLists.txt; but for the last one, for this file alone.
 const char* version() { return MALHA_VERSION; }
 const char* compiler() { return MALHA_COMPILER; }
 const char* flags() { return MALHA_FLAGS; }
+
+bool has_gltf() {
+#ifdef MALHA_HAS_GLTF
+  return true;
+#else
+  return false;
+#endif
+}
 
 }  // namespace malha

@@ -9,5 +9,7 @@ const char* version();
 const char* compiler();
 /// The flags that decide the code, without include paths and warnings: "-O3 -DNDEBUG -march=native ...".
 const char* flags();
+/// Whether it can write glTF: built with tinygltf.
+bool has_gltf();
 
 }  // namespace malha

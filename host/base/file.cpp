@@ -64,6 +64,10 @@ void write_pieces(const fs::path& path, const std::vector<std::string_view>& pie
 
 void write_whole(const fs::path& path, std::string_view bytes) { write_pieces(path, {bytes}, false); }
 
+void write_whole(const fs::path& path, const std::vector<std::string_view>& pieces) {
+  write_pieces(path, pieces, false);
+}
+
 void write_durably(const fs::path& path, const std::vector<std::string_view>& pieces) {
   write_pieces(path, pieces, true);
   flush_folder(path);

@@ -11,7 +11,10 @@ namespace malha {
 /// Throws std::runtime_error "PATH: cannot write: REASON" (full disk, no permission); the temporary file is removed.
 void write_whole(const std::filesystem::path& path, std::string_view bytes);
 
-/// The same, of these pieces one after the other, and safe from a power failure: file and folder are flushed to disk.
+/// The same of these pieces, one after the other.
+void write_whole(const std::filesystem::path& path, const std::vector<std::string_view>& pieces);
+
+/// The same, and safe from a power failure: file and folder are flushed to disk.
 void write_durably(const std::filesystem::path& path, const std::vector<std::string_view>& pieces);
 
 /// Throws what write_whole would throw for this path as far as that can be known before; leaves nothing behind.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "host/base/build_info.h"
 #include "host/error.h"
 #include "host/model/tear.h"
 #include "kernels/constraints.h"
@@ -37,10 +38,14 @@ void check_expectations(const Scene& scene, bool tetrahedra) {
 }
 
 void check_outputs(const Scene& scene) {
-  const auto& formats = scene.outputs.formats;
-  if (tears(scene) && std::find(formats.begin(), formats.end(), "pc2") != formats.end())
-    refuse(scene.file, "/outputs/frames/formats", "pc2, which holds one mesh for all frames, of a scene that tears",
-           "vtp, ply, obj");
+  const std::string key = "/outputs/frames/formats";
+  for (const std::string& format : scene.outputs.formats) {
+    if (tears(scene) && (format == "pc2" || format == "glb"))
+      refuse(scene.file, key, format + ", which holds one mesh for all frames, of a scene that tears", "vtp, ply, obj");
+    if (format == "glb" && !has_gltf())
+      refuse(scene.file, key, "glb, and this malha was built without tinygltf (Debian: libtinygltf-dev)",
+             "vtp, pc2, ply, obj");
+  }
 }
 
 }  // namespace malha

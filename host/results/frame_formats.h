@@ -19,11 +19,13 @@ struct Frame {
   std::span<const Vec3> velocities;  // m/s
 };
 
-/// One file format. What is on the disk is valid after the constructor and after every write.
+/// One file format. What is on the disk is valid after the constructor and after every write, but where finish() says
+/// more: then after that, and a run that was killed before it goes on all the same.
 class FrameFormat {
  public:
   virtual ~FrameFormat() = default;
   virtual void write(const Frame& frame) = 0;
+  virtual void finish() {}
 };
 
 static_assert(std::endian::native == std::endian::little, "the binary frame formats are written as they lie in memory");
@@ -32,6 +34,7 @@ std::unique_ptr<FrameFormat> make_vtp(const std::filesystem::path& folder, const
 std::unique_ptr<FrameFormat> make_pc2(const std::filesystem::path& folder, const FrameTopology& topology, int next);
 std::unique_ptr<FrameFormat> make_ply(const std::filesystem::path& folder, const FrameTopology& topology, int next);
 std::unique_ptr<FrameFormat> make_obj(const std::filesystem::path& folder, const FrameTopology& topology, int next);
+std::unique_ptr<FrameFormat> make_glb(const std::filesystem::path& folder, const FrameTopology& topology, int next);
 
 /// "frame_000012.vtp" for (12, ".vtp").
 std::string frame_name(int index, const std::string& extension);

@@ -20,8 +20,13 @@ FrameVertices::FrameVertices(const Appearance& look) : particles_(look.points.si
   }
 }
 
-FrameTopology FrameVertices::topology(const Appearance& look, bool in_double) const {
-  FrameTopology all{look.faces, look.lines, {}, places(look.points), in_double};
+FrameTopology FrameVertices::topology(const Model& model) const {
+  const Appearance& look = model.look;
+  FrameTopology all{look.faces, look.lines, {}, places(look.points)};
+  all.in_double = model.scene.solver.precision == Precision::Double;
+  all.environment = model.environment;
+  for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
+    all.bodies.push_back({model.scene.bodies[b].name, begin_.empty() ? look.body_begin[b] : begin_[b]});
   for (std::size_t b = 0; b < begin_.size(); ++b) {
     const std::vector<Quad>& in_file = look.vertices[b].faces;
     for (int f = look.face_begin[b]; f < look.face_begin[b + 1]; ++f)

@@ -13,7 +13,7 @@ class FrameVertices {
   explicit FrameVertices(const Appearance& look);
 
   std::size_t count() const { return particle_.empty() ? particles_ : particle_.size(); }
-  FrameTopology topology(const Appearance& look, bool in_double) const;
+  FrameTopology topology(const Model& model) const;
 
   /// Places (m) and velocities (m/s) of the particles, in the user's order, as those of the vertices: what nothing uses
   /// lies where it starts.

@@ -41,7 +41,8 @@ std::unique_ptr<FrameFormat> make(const std::string& format, const fs::path& fol
   if (format == "pc2") return make_pc2(folder, topology, next);
   if (format == "ply") return make_ply(folder, topology, next);
   if (format == "obj") return make_obj(folder, topology, next);
-  throw std::invalid_argument("unknown frame format \"" + format + "\"; allowed: vtp, pc2, ply, obj");
+  if (format == "glb") return make_glb(folder, topology, next);
+  throw std::invalid_argument("unknown frame format \"" + format + "\"");
 }
 
 }  // namespace
@@ -65,6 +66,10 @@ void FrameWriter::write(double time, std::span<const Vec3> points, std::span<con
   }
   for (const auto& format : formats_) format->write({next_, time, points, velocities});
   ++next_;
+}
+
+void FrameWriter::finish() {
+  for (const auto& format : formats_) format->finish();
 }
 
 }  // namespace malha

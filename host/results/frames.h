@@ -6,9 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "host/mesh.h"
+#include "host/model/model.h"
 
 namespace malha {
+
+struct FrameBody {
+  std::string name;
+  int begin;  // its first point
+};
 
 /// What does not change from frame to frame, by the user's numbers; several bodies are concatenated.
 struct FrameTopology {
@@ -18,7 +23,12 @@ struct FrameTopology {
   std::vector<Vec3> rest;     // points at rest, m; their number is that of every frame
   bool in_double = false;     // numbers as they are, not rounded to float, in formats that have such (all but pc2)
   std::vector<int> unused{};  // points that only count: no format draws them
+  std::vector<FrameBody> bodies{};                 // at least one, and
+  std::span<const EnvironmentMesh> environment{};  // which outlive the writer: of "glb" alone
 };
+
+/// Throws InputError where so many frames of so many points are more than the one file of "glb" may hold.
+void check_glb(const Scene& scene, std::size_t points, std::int64_t frames);
 
 class FrameFormat;  // host/results/frame_formats.h
 
@@ -28,6 +38,7 @@ class FrameFormat;  // host/results/frame_formats.h
 ///          order (Blender's Mesh Cache)
 ///   "ply"  frame_000000.ply ... (binary; the velocity as vx, vy, vz)
 ///   "obj"  frame_000000.obj ... (as many digits as it takes to read back the same number)
+///   "glb"  run.glb (glTF 2.0: bodies, environment, frames on a timeline), which appears at finish()
 class FrameWriter {
  public:
   /// Makes the folder where it is missing. `next` is the index of the first frame to be written: frames of an earlier
@@ -43,6 +54,9 @@ class FrameWriter {
   /// Writes the next frame; `points` (m) and `velocities` (m/s) are as many as the points at rest, else
   /// std::invalid_argument. Throws std::runtime_error that names the path (full disk).
   void write(double time, std::span<const Vec3> points, std::span<const Vec3> velocities);
+
+  /// Call after the last write: some files are whole only then. Throws as write() does.
+  void finish();
 
   /// Index of the frame that the next write makes.
   int next() const { return next_; }

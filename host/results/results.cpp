@@ -13,7 +13,8 @@ namespace {
 bool is_ours(const fs::path& path) {
   std::string name = path.filename().string();
   if (name.ends_with(".tmp")) name.resize(name.size() - 4);
-  if (name == "frames.pvd" || name == "points.pc2" || name == "rest.obj") return true;
+  for (const char* one : {"frames.pvd", "points.pc2", "rest.obj", "run.glb", "run.glb.part"})
+    if (name == one) return true;
   const std::size_t dot = name.find('.');
   const std::size_t number = name.find_first_of("0123456789");
   if (dot == std::string::npos || number >= dot || name.find_first_not_of("0123456789", number) != dot) return false;

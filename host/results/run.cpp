@@ -82,6 +82,12 @@ class Outputs {
   /// What a person should know of the page; "": there is none.
   std::string of_page() const { return page_ ? "replay      " + page_->kept() + "\n" : ""; }
 
+  void finish_frames() {
+    if (!writer_) return;
+    say("writing the frames");
+    writer_->finish();
+  }
+
   void storyboard() const {
     if (!gallery_) return;
     say("writing the storyboard");
@@ -109,11 +115,9 @@ class Outputs {
   }
 
   void open_writer() {
-    const Model& model = simulation_.model();
     tears_ = simulation_.tears();
-    vertices_.emplace(model.look);
-    writer_.emplace(results_.frames, spec_.formats,
-                    vertices_->topology(model.look, model.scene.solver.precision == Precision::Double),
+    vertices_.emplace(simulation_.model().look);
+    writer_.emplace(results_.frames, spec_.formats, vertices_->topology(simulation_.model()),
                     static_cast<int>(frames_));
   }
 
@@ -148,6 +152,15 @@ class Outputs {
   std::optional<Gallery> gallery_;
   std::optional<Page> page_;
 };
+
+/// Refuses more frames than a file may hold; `before`: those of the run that this one resumes.
+void check_frames(const Simulation& simulation, std::int64_t last, std::optional<std::int64_t> before) {
+  const Scene& scene = simulation.model().scene;
+  const std::int64_t every = scene.outputs.every;
+  if (every == 0 || std::ranges::count(scene.outputs.formats, "glb") == 0) return;
+  const std::int64_t more = last / every - simulation.steps() / every;
+  check_glb(scene, FrameVertices(simulation.model().look).count(), before.value_or(1) + more);
+}
 
 /// Says what crossed where nothing may; else nothing.
 std::string crossed(const Simulation& simulation) {
@@ -187,6 +200,7 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   if (frames > simulation.steps() + 1)
     refuse(results.checkpoint, "frames", std::to_string(*frames),
            "at most one of the start and of each of its " + std::to_string(simulation.steps()) + " steps");
+  check_frames(simulation, last, frames);
 
   const std::string rounding =
       options.steps ? options.rounding : rounding_of("the duration", scene.duration, scene.solver.dt);
@@ -210,6 +224,7 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
     if (simulation.steps() < last) simulation.check();
   } catch (const Diverged& error) {
     outputs.report("diverged", {error.what()}, true);
+    outputs.finish_frames();
     if (!stop) outputs.storyboard();
     throw;
   }
@@ -218,6 +233,7 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   result.complete = simulation.steps() == whole;
   if (result.complete) result.unmet = simulation.unmet();
   outputs.checkpoint();
+  outputs.finish_frames();
   std::vector<std::string> notes = result.unmet;
   if (!rounding.empty()) notes.push_back(rounding);
   std::vector<std::string> known = momenta.broken(simulation);

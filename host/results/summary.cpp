@@ -79,6 +79,7 @@ std::string list_results(const Results& results) {
   line("pictures    ", results.pictures, "/");
   line("frames      ", results.frames / "frames.pvd", " (ParaView)");
   line("frames      ", results.frames / "points.pc2", " with rest.obj (Blender, Maya)");
+  line("frames      ", results.frames / "run.glb", " (browsers, Blender)");
   for (const char* series : {"frame_000000.ply", "frame_000000.obj"})
     line("frames      ", results.frames / series, " ...");
   line("replay      ", results.page, " (open it in a browser)");

@@ -22,11 +22,7 @@ OutputSpec read_outputs(const JsonReader& at) {
   const auto read_frames = [&](const JsonReader& frames) {
     frames.object({
         {"every", [&](const JsonReader& v) { outputs.every = v.integer(0, most_steps); }, true},
-        {"formats",
-         [&](const JsonReader& v) {
-           outputs.formats = v.words("format", {"vtp", "pc2", "ply", "obj"});
-         },
-         true},
+        {"formats", [&](const JsonReader& v) { outputs.formats = v.words("format", kFrameFormats); }, true},
     });
   };
   const auto read_pictures = [&](const JsonReader& pictures) {

@@ -79,8 +79,9 @@ class Stepper : public Solver {
     seconds_ = seconds;
   }
   void place(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) final {
-    restore(save_state(displaced(remembered(), steps, in_solver_order(x, model_.user_of),
-                                 in_solver_order(v, model_.user_of))), "state");
+    restore(save_state(
+                displaced(remembered(), steps, in_solver_order(x, model_.user_of), in_solver_order(v, model_.user_of))),
+            "state");
   }
   bool overstretched() final {
     bool found = false;

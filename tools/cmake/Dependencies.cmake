@@ -41,6 +41,16 @@ if(NOT embree_FOUND)
   find_package(embree 3 CONFIG REQUIRED)
 endif()
 
+# glTF: without it every other format is there.
+find_path(TINYGLTF_INCLUDE_DIR tiny_gltf.h)
+find_library(TINYGLTF_LIBRARY tinygltf)
+if(TINYGLTF_INCLUDE_DIR AND TINYGLTF_LIBRARY)
+  set(TINYGLTF_FOUND TRUE)
+else()
+  set(TINYGLTF_FOUND FALSE)
+  message(STATUS "tinygltf: not found; malha run --format glb is refused (Debian: libtinygltf-dev)")
+endif()
+
 # The pages that replay runs: their data is deflated, and three.js is put into them.
 find_package(ZLIB REQUIRED)
 find_file(THREE_JS three.min.js PATHS /usr/share/javascript/three REQUIRED)

@@ -35,7 +35,10 @@ std::string App::title() const {
   if (now_.sides.empty()) return "malha";
   const SideShown& side = now_.sides[0];
   return side.scene->name + ": step " + std::to_string(side.frame->steps) + ", " + shown(side.frame->time) + " s, " +
-         (side.lost >= 0 ? "diverged" : now_.running ? "running" : "paused") + " - malha";
+         (side.lost >= 0 ? "diverged"
+          : now_.running ? "running"
+                         : "paused") +
+         " - malha";
 }
 
 void App::drop(const std::string& path) {

@@ -29,10 +29,10 @@ struct Frame {
   double time = 0;  // s
   std::shared_ptr<const Body> body;
   std::shared_ptr<const std::vector<EnvironmentMesh>> environment;
-  std::vector<Place> x;                            // m, the user's order
-  std::vector<float> speed;                        // m/s
-  std::optional<Measures> measures;                // not of every frame
-  double step_ms = 0;                              // of the last step
+  std::vector<Place> x;                             // m, the user's order
+  std::vector<float> speed;                         // m/s
+  std::optional<Measures> measures;                 // not of every frame
+  double step_ms = 0;                               // of the last step
   std::array<double, kPassNames.size()> pass_ms{};  // of its passes
 };
 

@@ -41,7 +41,8 @@ void graph(const std::string& title, const std::string& unit, const std::vector<
     ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(kColours[s % kColours.size()]), "%s", series[s].name.c_str());
   }
   const ImVec2 corner = ImGui::GetCursorScreenPos();
-  const float left = 52, line = ImGui::GetTextLineHeight(), width = ImGui::GetContentRegionAvail().x - left - 4, height = 70;
+  const float left = 52, line = ImGui::GetTextLineHeight(), width = ImGui::GetContentRegionAvail().x - left - 4,
+              height = 70;
   if (width < 20) return;
   ImDrawList* draw = ImGui::GetWindowDrawList();
   const ImU32 grey = IM_COL32(150, 150, 150, 255);

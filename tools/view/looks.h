@@ -13,7 +13,8 @@
 namespace malha::view {
 
 enum class Look { Bodies, Strain, Speed, Residual, Contact, Patch, Phase, Batch };
-inline constexpr std::array kLookNames{"bodies", "strain", "speed", "residual", "contacts", "patches", "phases", "batches"};
+inline constexpr std::array kLookNames{"bodies",   "strain",  "speed",  "residual",
+                                       "contacts", "patches", "phases", "batches"};
 
 /// Of the bodies of a frame; each part is there once it was asked for.
 struct Looks {

@@ -25,7 +25,9 @@ int main(int argc, char** argv) {
   app.add_option("--width", options.width, "Of the window, pixels; 1280 if not given")
       ->check(malha::whole_number(320, 16384))
       ->type_name("N");
-  app.add_option("--height", options.height, "800 if not given")->check(malha::whole_number(240, 16384))->type_name("N");
+  app.add_option("--height", options.height, "800 if not given")
+      ->check(malha::whole_number(240, 16384))
+      ->type_name("N");
   app.footer(
       "F1 lists keys and mouse. A scene or a mesh can be dropped on the window.\n\n"
       "Examples:\n"

@@ -104,9 +104,7 @@ struct Painter::Obstacle {
 };
 
 Painter::Painter()
-    : programs_(std::make_unique<Programs>()),
-      body_(std::make_unique<Shapes>()),
-      marks_(std::make_unique<Shapes>()) {}
+    : programs_(std::make_unique<Programs>()), body_(std::make_unique<Shapes>()), marks_(std::make_unique<Shapes>()) {}
 Painter::~Painter() = default;
 
 void Painter::update(const Picture& picture) {
@@ -239,7 +237,8 @@ Image read_back(int width, int height) {
   glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, rows.data());
   const std::size_t row = 3 * std::size_t(width);
   for (int y = 0; y < height; ++y)
-    std::copy_n(rows.begin() + std::ptrdiff_t(row * (height - 1 - y)), row, image.pixels.begin() + std::ptrdiff_t(row * y));
+    std::copy_n(rows.begin() + std::ptrdiff_t(row * (height - 1 - y)), row,
+                image.pixels.begin() + std::ptrdiff_t(row * y));
   return image;
 }
 

@@ -121,9 +121,11 @@ void run_panel(const Snapshot& now, Session& session, Choices& choices) {
   const auto found = std::find(kPaces.begin(), kPaces.end(), now.pace);
   int pace = int(found - kPaces.begin());
   ImGui::PushItemWidth(-1);
-  if (ImGui::Combo("##pace", &pace, kPaceNames.data(), int(kPaceNames.size()))) session.set_pace(kPaces[std::size_t(pace)]);
+  if (ImGui::Combo("##pace", &pace, kPaceNames.data(), int(kPaceNames.size())))
+    session.set_pace(kPaces[std::size_t(pace)]);
   int look = int(choices.look), surface = int(choices.surface);
-  if (ImGui::Combo("##look", &look, kLookNames.data(), int(kLookNames.size()))) choices.look = Look(look), session.set_look(choices.look);
+  if (ImGui::Combo("##look", &look, kLookNames.data(), int(kLookNames.size())))
+    choices.look = Look(look), session.set_look(choices.look);
   if (ImGui::Combo("##surface", &surface, "shaded\0wireframe\0particles\0")) choices.surface = Surface(surface);
   if (ImGui::BeginCombo("##scene", "open a scene ...")) {
     for (const std::string& path : choices.scenes)
@@ -142,9 +144,8 @@ void numbers_panel(const Snapshot& now, const Choices& choices) {
     line_of_each(now, "time", [](const SideShown& s) { return text_of(s.frame->time, "s"); });
     line_of_each(now, "step", [](const SideShown& s) { return std::to_string(s.frame->steps); });
     line_of_each(now, "a step takes", [](const SideShown& s) { return text_of(s.frame->step_ms, "ms"); });
-    line_of_each(now, "1 s simulated takes", [](const SideShown& s) {
-      return text_of(1e-3 * s.frame->step_ms / s.scene->solver.dt, "s");
-    });
+    line_of_each(now, "1 s simulated takes",
+                 [](const SideShown& s) { return text_of(1e-3 * s.frame->step_ms / s.scene->solver.dt, "s"); });
     ImGui::EndTable();
   }
   if (now.running) ImGui::Text("%.2f of real time", now.share);

@@ -13,7 +13,7 @@ struct Choices {
   Look look = Look::Bodies;
   Surface surface = Surface::Shaded;
   bool panels = true, help = false, axes = true, pins = true;
-  std::size_t side = 0;  // whose settings are shown
+  std::size_t side = 0;             // whose settings are shown
   std::vector<std::string> scenes;  // that can be opened
 };
 

@@ -173,10 +173,9 @@ void Session::publish() {
   const bool back = moment_ + 1 < moments.size();
   for (std::size_t s = 0; s < sides_.size(); ++s) {
     const Side& side = *sides_[s];
-    std::shared_ptr<const Frame> frame =
-        back || lost_[s] >= 0 ? moments[moment_]->frames[s] : sides_[s]->frame(false);
-    shown.push_back({frame, side.shared_scene(), sides_[s]->looks(look_), side.warnings(), side.grips(), side.set_up_ms(), side.threads(),
-                     lost_[s]});
+    std::shared_ptr<const Frame> frame = back || lost_[s] >= 0 ? moments[moment_]->frames[s] : sides_[s]->frame(false);
+    shown.push_back({frame, side.shared_scene(), sides_[s]->looks(look_), side.warnings(), side.grips(),
+                     side.set_up_ms(), side.threads(), lost_[s]});
   }
   const auto distance = apart(shown);
   const std::lock_guard lock(mutex_);

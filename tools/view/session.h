@@ -26,14 +26,14 @@ struct SideShown {
 };
 
 struct Snapshot {
-  std::int64_t version = 0;  // another one after each change
+  std::int64_t version = 0;      // another one after each change
   std::vector<SideShown> sides;  // none while the first scene is set up
   bool running = false;
-  std::string doing;    // "" or what takes long now
-  std::string message;  // the last word: what was refused, what diverged, what was saved
-  bool trouble = false;  // whether that is bad news
-  double pace = 1;      // of simulated to clock time that is wanted; 0: as fast as it goes
-  double share = 0;     // of simulated to clock time that is reached
+  std::string doing;       // "" or what takes long now
+  std::string message;     // the last word: what was refused, what diverged, what was saved
+  bool trouble = false;    // whether that is bad news
+  double pace = 1;         // of simulated to clock time that is wanted; 0: as fast as it goes
+  double share = 0;        // of simulated to clock time that is reached
   std::size_t moment = 0;  // the one shown
   Moments moments;
   /// Between the sides, m: root mean square and largest over their particles; none where these are not as many.
@@ -50,7 +50,7 @@ class Session {
   /// Each of these is done between two steps, in the order asked for. What cannot be done is said in `message`.
   void open(const std::string& path);  // a scene; as the only side
   void open_made(const Scene& scene);
-  void compare(std::optional<Scene> other);       // a second side, from the start; none: one side again
+  void compare(std::optional<Scene> other);           // a second side, from the start; none: one side again
   void change(std::size_t side, const Scene& scene);  // goes on with other settings
   void run(bool on);
   void toggle_run();

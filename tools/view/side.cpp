@@ -24,7 +24,8 @@ std::shared_ptr<const Body> body_of(const Model& model) {
     body->triangles.push_back({unsigned(t[0]), unsigned(t[1]), unsigned(t[2])});
     for (const int i : t) used[i] = true;
   }
-  for (const Edge& e : edges(mesh)) body->edges.push_back({unsigned(e[0]), unsigned(e[1])}), used[e[0]] = used[e[1]] = true;
+  for (const Edge& e : edges(mesh))
+    body->edges.push_back({unsigned(e[0]), unsigned(e[1])}), used[e[0]] = used[e[1]] = true;
   const std::vector<Vec3>& start = model.look.points;
   for (const auto& [a, b] : body->edges) body->spacing += distance(start[a], start[b]) / double(body->edges.size());
   for (unsigned i = 0; i < used.size(); ++i)
@@ -45,9 +46,9 @@ void Side::change(const Scene& scene, bool from_start) {
   const Scene checked = parse_scene(to_json(scene), scene.file, "");  // what was typed may be anything
   std::unique_ptr<Simulation> next;
   set_up_ms_ = 1e3 * seconds([&] {
-    next = std::make_unique<Simulation>(checked, options_);
-    if (!from_start && simulation_) next->go_on_from(*simulation_);
-  });
+                 next = std::make_unique<Simulation>(checked, options_);
+                 if (!from_start && simulation_) next->go_on_from(*simulation_);
+               });
   simulation_ = std::move(next);
   scene_ = std::make_shared<const Scene>(checked);
   environment_ = std::make_shared<const std::vector<EnvironmentMesh>>(simulation_->model().environment);
