@@ -54,16 +54,22 @@ void Side::change(const Scene& scene, bool from_start) {
   environment_ = std::make_shared<const std::vector<EnvironmentMesh>>(simulation_->model().environment);
   warnings_ = malha::warnings(simulation_->model());
   before_ = {}, pass_ms_ = {}, step_ms_ = 0;
-  note_body();
   const std::map<int, Grip> grips = std::exchange(grips_, {});
-  if (!from_start)
-    for (const auto& [particle, one] : grips)
-      if (particle < static_cast<int>(simulation_->model().look.points.size())) grip(particle, one.to, one.firm);
+  note_body();
+  if (from_start) return;
+  for (const auto& [particle, one] : grips) {
+    try {
+      grip(particle, one.to, one.firm);
+    } catch (const InputError&) {  // the new scene has no such particle, or cannot hold it: it is free
+    }
+  }
 }
 
 void Side::note_body() {
   body_ = body_of(simulation_->model()), tears_ = simulation_->tears();
   looks_.reset();
+  grips_.clear();  // tears may have numbered them anew
+  for (const Taken& one : simulation_->held()) grips_[one.particle] = {one.to, one.is_held()};
 }
 
 std::shared_ptr<const Looks> Side::looks(Look look) {
