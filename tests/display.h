@@ -33,9 +33,9 @@ class ShownWindow {
 
   explicit ShownWindow(const std::string& scene) : ShownWindow(std::vector<std::string>{scene}) {}
   explicit ShownWindow(const std::vector<std::string>& scenes)
-      : server_(
-            {"-c", "exec Xvfb -displayfd 1 -screen 0 1280x800x24 -nolisten tcp > " + (folder_ / "display").string()},
-            folder_ / "", RLIM_INFINITY, "/bin/sh") {
+      : server_({"-c", "exec Xvfb " + number() + " -displayfd 1 -screen 0 1280x800x24 -nolisten tcp > " +
+                           (folder_ / "display").string()},
+                folder_ / "", RLIM_INFINITY, "/bin/sh") {
     wait_for([this] { return has(bytes_of(folder_ / "display"), "\n"); }, "Xvfb");
     display_ = ":" + bytes_of(folder_ / "display");
     display_.pop_back();
@@ -57,6 +57,8 @@ class ShownWindow {
 
   std::string title() const { return xdotool("search --name malha getwindowname"); }
   void key(const std::string& name) const { xdotool("key " + name); }
+  /// Long enough for a text field, which looks at keys once a picture.
+  void hold_key(const std::string& name) const { xdotool("keydown " + name + " sleep 0.4 keyup " + name); }
   void type(const std::string& text) const { xdotool("type --delay 60 " + text); }
   void move(double x, double y) const {
     xdotool("mousemove " + std::to_string(std::lround(x)) + " " + std::to_string(std::lround(y)));
@@ -113,6 +115,8 @@ class ShownWindow {
   static void pause() { std::this_thread::sleep_for(std::chrono::milliseconds(100)); }
 
  private:
+  /// A display of this process alone: two servers that look for a free one may find the same.
+  static std::string number() { return ":" + std::to_string(100 + getpid() % 50'000); }
   std::filesystem::path out(const std::string& stem, const std::string& extension, int number) const {
     char digits[16];
     std::snprintf(digits, sizeof digits, "_%03d", number);

@@ -306,7 +306,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{
             "UnknownFormat", "/outputs/frames/formats", "[\"vtk\"]",
             "/outputs/frames/formats/0: found unknown format \"vtk\" (did you mean 'vtp'?); allowed: vtp, pc2, ply, "
-            "obj"},
+            "obj, glb"},
         Refusal{"NegativeEvery", "/outputs/frames/every", "-1",
                 "/outputs/frames/every: found -1; allowed: an integer in [0, 1000000000]"},
         Refusal{"TooSmallAPage", "/outputs/page/megabytes", "1",

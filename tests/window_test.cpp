@@ -133,7 +133,7 @@ TEST_F(Window, WhatIsSavedRunsTheSame) {
   ShownWindow window(kScene);
   window.move(50, 181);  // the field of the substeps
   window.xdotool("click --repeat 2 --delay 50 1"), ShownWindow::pause();
-  window.key("ctrl+a"), window.type("4"), ShownWindow::pause(), window.key("Return");
+  window.hold_key("ctrl+a"), window.type("4"), window.hold_key("Return");
   window.move(600, 300), ShownWindow::pause(), ShownWindow::pause();
   window.step(15);
   const std::filesystem::path saved = window.save();
