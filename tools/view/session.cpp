@@ -136,7 +136,9 @@ void Session::advance() {
   }
   const Clock::time_point now = Clock::now();
   if (paces()) {
-    due_ += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(largest_dt() / pace_));
+    // No step is waited for longer than a day: a clock cannot tell much more.
+    const double wait = std::min(largest_dt() / pace_, 86'400.0);
+    due_ += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(wait));
     if (due_ + std::chrono::milliseconds(250) < now) due_ = now;  // too slow: what was missed is not made up for
   }
   const double passed = std::chrono::duration<double>(now - share_since_).count();
