@@ -175,13 +175,12 @@ TEST_F(Window, SurvivesTwoHundredRandomInputs) {
 TEST_F(Window, SaysThatARunDivergedAndStaysOpen) {
   const TemporaryFolder folder;
   const nlohmann::json here{{"cloud", {{"min", {0, 0, 0}}, {"max", {1, 1, 1}}, {"count", {2, 2, 2}}}}};
-  const nlohmann::json scene{
-      // beyond the largest float, 3.4e38 m, in the third step: g dt^2 = 1e38 m
-      {"name", "rush"},
-      {"gravity", {0, -1e18, 0}},
-      {"solver", {{"type", "pbd"}, {"dt", 1e10}, {"substeps", 1}}},
-      {"bodies", {{{"name", "rushing"}, {"shape", here}, {"mass", 1}}}},
-      {"duration", 1e12}};
+  const nlohmann::json scene{// beyond the largest float, 3.4e38 m, in the third step: g dt^2 = 1e38 m
+                             {"name", "rush"},
+                             {"gravity", {0, -1e18, 0}},
+                             {"solver", {{"type", "pbd"}, {"dt", 1e10}, {"substeps", 1}}},
+                             {"bodies", {{{"name", "rushing"}, {"shape", here}, {"mass", 1}}}},
+                             {"duration", 1e12}};
   ShownWindow window(folder.write("rush.json", scene.dump()));
   window.step(2);
   window.key("period");
