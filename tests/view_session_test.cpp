@@ -6,6 +6,7 @@
 #include "host/results/warnings.h"
 #include "host/simulation.h"
 #include "tests/support.h"
+#include "tools/view/history.h"
 #include "tools/view/scenes.h"
 #include "tools/view/session.h"
 
@@ -217,6 +218,25 @@ TEST(ViewHistory, KeepsToItsRoomAndTheFirstMoment) {
   EXPECT_EQ(now.moments[0]->frames[0]->steps, 0);
   for (std::size_t k = 1; k < now.moments.size(); ++k)
     EXPECT_GT(now.moments[k]->frames[0]->time, now.moments[k - 1]->frames[0]->time);
+}
+
+TEST(ViewHistory, HasAtMostFourThousandMomentsAtEqualDistances) {
+  view::History history(std::size_t{1} << 30);
+  constexpr double kStep = 0.3;  // s, longer than 1/60
+  for (int k = 0; k < 20'000; ++k) {
+    if (!history.wants(k * kStep)) continue;
+    auto frame = std::make_shared<view::Frame>();
+    frame->time = k * kStep;
+    view::Moment moment;
+    moment.frames.push_back(frame);
+    history.add(std::move(moment), k * kStep);
+    ASSERT_LE(history.moments().size(), 4'000u);
+  }
+  const auto& moments = history.moments();
+  ASSERT_GE(moments.size(), 1'900u);
+  EXPECT_EQ(moments[0]->frames[0]->time, 0);
+  for (std::size_t k = 1; k < moments.size(); ++k)
+    EXPECT_NEAR(moments[k]->frames[0]->time - moments[k - 1]->frames[0]->time, 8 * kStep, 1e-6);
 }
 
 TEST(ViewScenes, ABallFliesAsGravitySays) {

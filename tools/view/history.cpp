@@ -1,5 +1,7 @@
 #include "tools/view/history.h"
 
+#include <algorithm>
+
 namespace malha::view {
 
 std::size_t Moment::bytes() const {
@@ -10,13 +12,15 @@ std::size_t Moment::bytes() const {
 }
 
 void History::add(Moment moment, double time) {
+  if (!moments_.empty()) apart_ = std::max(apart_, time - last_);  // steps may be longer
   bytes_ += moment.bytes(), last_ = time;
   moments_.push_back(std::make_shared<const Moment>(std::move(moment)));
-  while (bytes_ > room_ && moments_.size() > 2) {
+  while ((bytes_ > room_ && moments_.size() > 2) || moments_.size() > kMost) {
     Moments kept;
     for (std::size_t k = 0; k < moments_.size(); k += 2) kept.push_back(moments_[k]);
     moments_ = std::move(kept), apart_ *= 2, bytes_ = 0;
     for (const auto& one : moments_) bytes_ += one->bytes();
+    last_ = moments_.back()->frames.front()->time;
   }
 }
 

@@ -17,7 +17,7 @@ struct Moment {
 
 using Moments = std::vector<std::shared_ptr<const Moment>>;
 
-/// Moments at equal distances; where they take too much room every second goes. The first stays.
+/// Moments at equal distances; where they take too much room, or are too many, every second goes. The first stays.
 class History {
  public:
   explicit History(std::size_t room) : room_(room) {}
@@ -33,6 +33,7 @@ class History {
   const Moments& moments() const { return moments_; }
 
  private:
+  static constexpr std::size_t kMost = 4'000;  // more than a graph has pixels; a picture draws them all
   static constexpr double kFirstApart = 1.0 / 60;
   std::size_t room_, bytes_ = 0;
   double apart_ = kFirstApart, last_ = 0;  // s
