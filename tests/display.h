@@ -33,7 +33,8 @@ class ShownWindow {
 
   explicit ShownWindow(const std::string& scene) : ShownWindow(std::vector<std::string>{scene}) {}
   explicit ShownWindow(const std::vector<std::string>& scenes)
-      : server_({"-c", "exec Xvfb " + number() + " -displayfd 1 -screen 0 1280x800x24 -nolisten tcp > " +
+      // -noreset: a server that begins anew after each client, as xdotool is, turns away who comes at that moment.
+      : server_({"-c", "exec Xvfb " + number() + " -noreset -displayfd 1 -screen 0 1280x800x24 -nolisten tcp > " +
                            (folder_ / "display").string()},
                 folder_ / "", RLIM_INFINITY, "/bin/sh") {
     wait_for([this] { return has(bytes_of(folder_ / "display"), "\n"); }, "Xvfb");
