@@ -203,6 +203,13 @@ TEST(ViewSession, ARunThatDivergesSaysWhereAndCanGoBack) {
   for (const view::Place& x : lost.sides[0].frame->x) EXPECT_TRUE(std::isfinite(x[0] + x[1] + x[2]));
   session.reset();
   EXPECT_EQ(settled(session).sides[0].lost, -1);
+
+  session.set_pace(0);
+  session.run(true);
+  const auto shown = [&] { return session.look().sides.at(0).lost >= 0; };
+  for (int k = 0; k < 1'000 && !shown(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_TRUE(shown()) << "its end is shown though nobody asked for anything";
+  EXPECT_FALSE(session.look().running);
 }
 
 TEST(ViewHistory, KeepsToItsRoomAndTheFirstMoment) {

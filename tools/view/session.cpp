@@ -84,7 +84,7 @@ void Session::work() {
     for (const Work& one : todo) attempt(one);
     const bool due = running_ && (!paces() || Clock::now() >= due_);
     if (due) attempt([this] { advance(); });
-    bool wanted = !todo.empty();
+    bool wanted = !todo.empty() || (due && !running_);  // it has just ended by itself
     {
       const std::lock_guard lock(mutex_);
       wanted = wanted || (due && looked_);
