@@ -151,11 +151,13 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 Simulation::~Simulation() = default;
 
-void Simulation::step() {
+void Simulation::step() { step(AfterSubstep{}); }
+
+void Simulation::step(const AfterSubstep& after) {
   std::optional<LaunchTrace> trace;
   if (parts_->times.step_seconds.empty()) trace.emplace();
   if (parts_->threads > 1 && parts_->choice && parts_->choice->threads() == 1) ++parts_->times.steps_alone;
-  const auto step = [this] { parts_->solver->step(); };
+  const auto step = [&] { parts_->solver->step(after); };
   parts_->times.step_seconds.push_back(seconds([&] {
     parts_->choice ? parts_->choice->take(step) : step();
     if (parts_->solver->overstretched()) parts_->tear();

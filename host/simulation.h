@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "host/after_substep.h"
 #include "host/error.h"
 #include "host/measures.h"
 #include "host/scene.h"
@@ -41,6 +42,10 @@ class Simulation {
   /// Advances by the scene's dt. Throws Diverged when a particle is no longer finite, or when bodies move with over 100
   /// times the energy that anything gave them: nothing but report() makes sense afterwards.
   void step();
+
+  /// A step that can be looked at after each of its substeps: the same bits as step(), not the same speed. A scene that
+  /// sleeps has no substeps. Throws InputError where `by_hand` is not set.
+  void step(const AfterSubstep& after);
 
   /// Looks at once for energy that nothing gave, which step() does every 32 steps. Throws Diverged. For before what the
   /// last steps led to is used.

@@ -108,6 +108,37 @@ INSTANTIATE_TEST_SUITE_P(
                             }}),
     [](const testing::TestParamInfo<OfScene>& tested) { return tested.param.name; });
 
+TEST_P(HandIn, StepsInPartsWithTheSameBits) {
+  for (const bool pulled : {false, true}) {
+    Scene scene = two_cloths();
+    GetParam().change(scene);
+    Simulation whole(scene, {.threads = 1, .by_hand = true}), parts(scene, {.threads = 2, .by_hand = true});
+    for (int step = 0; step < 30; ++step) {
+      if (pulled && step == 5) whole.pull(84, {0.5, 0.6, 0.5}, 1e-3), parts.pull(84, {0.5, 0.6, 0.5}, 1e-3);
+      std::vector<double> times;
+      std::vector<Vec3> last;
+      whole.step();
+      const auto look = [&](int substep, double time) {
+        EXPECT_EQ(substep, int(times.size()) + 1);
+        EXPECT_NE(parts.positions(), last) << "each substep moves something";
+        times.push_back(time), last = parts.positions();
+      };
+      step % 3 == 1 ? parts.step() : parts.step(look);
+      ASSERT_EQ(whole.state_hash(), parts.state_hash()) << "step " << step;
+      if (step % 3 == 1) continue;
+      ASSERT_EQ(int(times.size()), scene.solver.substeps);
+      EXPECT_NEAR(times.back(), parts.time(), 1e-12);
+      EXPECT_EQ(last, parts.positions());
+    }
+  }
+}
+
+TEST(Hand, StepsInPartsOnlyWhereItIsAllowed) {
+  Simulation simulation(two_cloths());
+  EXPECT_THROW(simulation.step([](int, double) {}), InputError);
+  simulation.step();
+}
+
 TEST(Hand, HeldLeavesOtherBodiesTheirBitsToo) {
   for (const bool free : {false, true}) {
     Scene scene = two_cloths();

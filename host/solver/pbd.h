@@ -42,7 +42,7 @@ class Pbd final : public Stepper<Executor, R> {
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    if (this->in_hand()) return this->advance_from(0);
+    if (this->in_hand() || this->watched()) return this->advance_from(0);
     if (!this->facts_.whole_steps) return this->advance_from(this->facts_.flies ? fly(h) : 0);
     this->substep_ = 0;
     visit_patches(h, solver.substeps);

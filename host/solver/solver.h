@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "host/after_substep.h"
 #include "host/collision/contact_facts.h"
 #include "host/collision/edge_facts.h"
 #include "host/collision/self_facts.h"
@@ -109,8 +110,9 @@ struct SleepFacts {
 class Solver {
  public:
   virtual ~Solver() = default;
-  /// Advances by the scene's dt. Throws Diverged naming step, particle and body.
-  virtual void step() = 0;
+  /// Advances by the scene's dt. Throws Diverged naming step, particle and body. `after`: see AfterSubstep; may be
+  /// empty.
+  virtual void step(const AfterSubstep& after = {}) = 0;
   /// Looks for what step() looks for every some steps. Throws Diverged.
   virtual void check() = 0;
   virtual double time() const = 0;  // s

@@ -38,7 +38,10 @@ namespace malha {
 template <class Executor, class R>
 class Stepper : public Solver {
  public:
-  void step() final {
+  void step(const AfterSubstep& after) final {
+    if (after && !hand_)
+      throw InputError("step: found a simulation without by_hand; allowed: one that is made with it");
+    const Watch watch(watcher_, after);
     const double start = time(), end = start + model_.scene.solver.dt;
     if (sleeper_ && sleeper_->sleeps_through(particles(), start, end)) {
       ++steps_;
@@ -197,6 +200,7 @@ class Stepper : public Solver {
       substep(time() + s * h, h);
       if (hand_) hand_->arrive(particles(), s);
       if (moved_) timed(Pass::Pins, [&] { moved_->arrive(particles(), at(s), at(s + 1)); });
+      if (watched()) (*watcher_)(s + 1, at(s + 1));
     }
     give_back_momenta();
     ++steps_;
@@ -304,9 +308,10 @@ class Stepper : public Solver {
     return model.pressures.empty() && model.attached.empty() && model.long_range.items() == 0 &&
            !model.scene.self_collision;
   }
-  bool nothing_between() const { return alone() && !in_hand(); }
+  bool nothing_between() const { return alone() && !in_hand() && !watched(); }
   bool alone() const { return !long_range_ && nothing_between(model_); }  // the model may have let them go
   bool in_hand() const { return hand_ && !hand_->empty(); }
+  bool watched() const { return watcher_ != nullptr; }
 
   /// Refuses an explosion that is finite still. `now`: at whatever step this is.
   void guard(bool now = false) {
@@ -350,6 +355,17 @@ class Stepper : public Solver {
   SolverFacts facts_;
 
  private:
+  /// As long as a step lasts, however it ends.
+  struct Watch {
+    Watch(const AfterSubstep*& watcher, const AfterSubstep& after) : watcher_(watcher) {
+      watcher = after ? &after : nullptr;
+    }
+    ~Watch() { watcher_ = nullptr; }
+    Watch(const Watch&) = delete;
+    Watch& operator=(const Watch&) = delete;
+    const AfterSubstep*& watcher_;
+  };
+
   void leave_out_what_is_taken() {
     if (momenta_) momenta_->leave_out(hand_->particles());
   }
@@ -446,6 +462,8 @@ class Stepper : public Solver {
     note_collision();
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }
+
+  const AfterSubstep* watcher_ = nullptr;  // of this step; null: none
 
   static constexpr int kRounds = 16;  // of what holds bodies apart from each other and from edges, in turns
 
