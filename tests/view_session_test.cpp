@@ -190,6 +190,36 @@ TEST(ViewSession, KeepsToRealTime) {
   EXPECT_GT(now.sides[0].frame->steps, 0);
 }
 
+TEST(ViewSession, ShowsTheSubstepsOfAStep) {
+  Session session(two_threads());
+  Scene coarser = thrown(-10, 0.1), finer = coarser;
+  coarser.solver.substeps = 4, finer.solver.substeps = 8;
+  session.open_made(coarser);
+  const float top = settled(session).sides.at(0).frame->x[0][1];
+  session.substep();
+  for (int k = 1; k < 4; ++k, session.substep()) {
+    const Snapshot now = settled(session);
+    const auto& frame = *now.sides.at(0).frame;
+    EXPECT_EQ(frame.substep, k);
+    EXPECT_EQ(frame.steps, 0);
+    EXPECT_NEAR(frame.time, 0.025 * k, 1e-12);
+    EXPECT_NEAR(frame.x[0][1] - top, -10 * 0.025 * 0.025 * k * (k + 1) / 2, 1e-6) << "speed first, then the place";
+    session.set_look(view::Look::Speed);  // looks only
+  }
+  const auto whole = settled(session).sides[0].frame;
+  EXPECT_EQ(whole->substep, 0);
+  EXPECT_EQ(whole->steps, 1);
+  session.reset(), session.step();
+  EXPECT_EQ(settled(session).sides[0].frame->x, whole->x);
+
+  session.compare(finer), session.substep();
+  const Snapshot two = settled(session);
+  EXPECT_NEAR(two.sides.at(1).frame->time, 0.0125, 1e-12) << "the finer one goes first";
+  EXPECT_EQ(two.sides[0].frame->time, 0);
+  session.step();
+  EXPECT_EQ(settled(session).sides[0].frame->steps, 2) << "from the end of the step that was begun";
+}
+
 TEST(ViewSession, ARunThatDivergesSaysWhereAndCanGoBack) {
   Scene scene = thrown(0, 1e18);
   scene.duration = 1e18;

@@ -34,7 +34,9 @@ App::App(const WindowOptions& options) : options_(options), session_(options.sim
 std::string App::title() const {
   if (now_.sides.empty()) return "malha";
   const SideShown& side = now_.sides[0];
-  return side.scene->name + ": step " + std::to_string(side.frame->steps) + ", " + shown(side.frame->time) + " s, " +
+  const int substep = side.frame->substep;
+  return side.scene->name + ": step " + std::to_string(side.frame->steps) +
+         (substep > 0 ? ", substep " + std::to_string(substep) : "") + ", " + shown(side.frame->time) + " s, " +
          (side.lost >= 0 ? "diverged"
           : now_.running ? "running"
                          : "paused") +
@@ -217,6 +219,9 @@ void App::key(int key, int held) {
     case GLFW_KEY_PERIOD:
     case GLFW_KEY_RIGHT:
       session_.step();
+      break;
+    case GLFW_KEY_COMMA:
+      session_.substep();
       break;
     case GLFW_KEY_LEFT:
       session_.show_back();

@@ -26,6 +26,7 @@ struct Body {
 
 struct Frame {
   std::int64_t steps = 0;
+  int substep = 0;  // of the next step, from 1, where it is looked at in parts; 0: the step is whole
   double time = 0;  // s
   std::shared_ptr<const Body> body;
   std::shared_ptr<const std::vector<EnvironmentMesh>> environment;

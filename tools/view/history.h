@@ -31,6 +31,7 @@ class History {
   void clear();
 
   const Moments& moments() const { return moments_; }
+  std::size_t room() const { return room_; }  // bytes
 
  private:
   static constexpr std::size_t kMost = 4'000;  // more than a graph has pixels; a picture draws them all

@@ -19,6 +19,7 @@ struct Key {
 constexpr std::array kKeys{
     Key{"Space", "run, pause"},
     Key{". or Right", "one step"},
+    Key{",", "one substep: shows those of the next step, one after the other"},
     Key{"R", "reset: to the start of the scene"},
     Key{"Left, timeline", "look back; what runs next goes on from there"},
     Key{"[ and ]", "slower, faster; \\ as fast as it goes"},
@@ -107,6 +108,8 @@ void run_panel(const Snapshot& now, Session& session, Choices& choices) {
   ImGui::SameLine();
   if (ImGui::Button("step")) session.step();
   ImGui::SameLine();
+  if (ImGui::Button("substep")) session.substep();
+  ImGui::SameLine();
   if (ImGui::Button("reset")) session.reset();
   ImGui::SameLine();
   if (ImGui::Button(now.sides.size() == 2 ? "one" : "two") && any)
@@ -142,7 +145,10 @@ void numbers_panel(const Snapshot& now, const Choices& choices) {
     line_of_each(now, "substeps", [](const SideShown& s) { return std::to_string(s.scene->solver.substeps); });
     line_of_each(now, "particles", [](const SideShown& s) { return std::to_string(s.frame->x.size()); });
     line_of_each(now, "time", [](const SideShown& s) { return text_of(s.frame->time, "s"); });
-    line_of_each(now, "step", [](const SideShown& s) { return std::to_string(s.frame->steps); });
+    line_of_each(now, "step", [](const SideShown& s) {
+      return std::to_string(s.frame->steps) +
+             (s.frame->substep > 0 ? " and substep " + std::to_string(s.frame->substep) : "");
+    });
     line_of_each(now, "a step takes", [](const SideShown& s) { return text_of(s.frame->step_ms, "ms"); });
     line_of_each(now, "1 s simulated takes",
                  [](const SideShown& s) { return text_of(1e-3 * s.frame->step_ms / s.scene->solver.dt, "s"); });

@@ -45,6 +45,13 @@ Session::~Session() {
 }
 
 void Session::ask(Work work) {
+  put([this, work = std::move(work)] {
+    parts_.clear();
+    work();
+  });
+}
+
+void Session::put(Work work) {
   {
     const std::lock_guard lock(mutex_);
     queue_.push_back(std::move(work));
@@ -122,18 +129,27 @@ double Session::largest_dt() const {
 }
 
 /// The sides in step: each goes as far as the one with the longest steps.
-void Session::advance() {
+void Session::advance(bool in_parts) {
   if (sides_.empty()) return;
   go_on_from_shown();
+  std::vector<std::vector<std::shared_ptr<const Frame>>> parts(sides_.size());
   const double target = earliest() + largest_dt();
   for (std::size_t s = 0; s < sides_.size(); ++s) {
     try {
-      while (sides_[s]->time() + 0.5 * sides_[s]->dt() < target && lost_[s] < 0) sides_[s]->step();
+      while (sides_[s]->time() + 0.5 * sides_[s]->dt() < target && lost_[s] < 0) {
+        if (!in_parts) {
+          sides_[s]->step();
+          continue;
+        }
+        parts[s].push_back(sides_[s]->frame(false));
+        for (const auto& part : sides_[s]->step_in_parts()) parts[s].push_back(part);
+      }
     } catch (const Diverged& error) {
       lost_[s] = sides_[s]->lost(), running_ = false;
       say(std::string("diverged at ") + error.what() + "; the particle blinks; reset, or go back", true);
     }
   }
+  if (in_parts) take_in_parts(parts);
   const Clock::time_point now = Clock::now();
   if (paces()) {
     // No step is waited for longer than a day: a clock cannot tell much more.
@@ -144,6 +160,31 @@ void Session::advance() {
   const double passed = std::chrono::duration<double>(now - share_since_).count();
   if (passed > 0.5) share_ = (earliest() - share_from_) / passed, share_since_ = now, share_from_ = earliest();
   if (std::all_of(lost_.begin(), lost_.end(), [](int one) { return one < 0; }) && history_.wants(earliest())) keep();
+}
+
+/// In the order of their times. A side shows the last of its own that is not later.
+void Session::take_in_parts(const std::vector<std::vector<std::shared_ptr<const Frame>>>& of_sides) {
+  std::vector<double> times;
+  for (const auto& side : of_sides)
+    for (const auto& part : side) times.push_back(part->time);
+  std::sort(times.begin(), times.end());
+  const double same = 1e-6 * largest_dt();  // s
+  times.erase(std::unique(times.begin(), times.end(), [&](double a, double b) { return b - a < same; }), times.end());
+  if (!times.empty()) times.erase(times.begin());  // what was shown before the step
+  for (const double time : times) {
+    std::vector<std::shared_ptr<const Frame>> shown;
+    for (const auto& side : of_sides) {
+      const auto later = [&](const auto& part) { return part->time > time + same; };
+      const auto end = std::find_if(side.begin(), side.end(), later);
+      if (end != side.begin()) shown.push_back(*std::prev(end));
+    }
+    if (shown.size() == of_sides.size()) parts_.push_back(std::move(shown));
+  }
+}
+
+/// Of single steps, all.
+void Session::keep_the_last() {
+  if (!sides_.empty() && history_.moments().back()->frames.front()->time < earliest()) keep();
 }
 
 void Session::keep() {
@@ -173,10 +214,13 @@ void Session::publish() {
   std::vector<SideShown> shown;
   const auto& moments = history_.moments();
   const bool back = moment_ + 1 < moments.size();
+  const auto shown_of = [&](std::size_t s) {
+    if (!parts_.empty()) return parts_.front()[s];
+    return back || lost_[s] >= 0 ? moments[moment_]->frames[s] : sides_[s]->frame(false);
+  };
   for (std::size_t s = 0; s < sides_.size(); ++s) {
     const Side& side = *sides_[s];
-    std::shared_ptr<const Frame> frame = back || lost_[s] >= 0 ? moments[moment_]->frames[s] : sides_[s]->frame(false);
-    shown.push_back({frame, side.shared_scene(), sides_[s]->looks(look_), side.warnings(), side.grips(),
+    shown.push_back({shown_of(s), side.shared_scene(), sides_[s]->looks(look_), side.warnings(), side.grips(),
                      side.set_up_ms(), side.threads(), lost_[s]});
   }
   const auto distance = apart(shown);
@@ -255,7 +299,21 @@ void Session::step() {
   ask([this] {
     running_ = false;
     advance();
-    if (!sides_.empty() && history_.moments().back()->frames.front()->time < earliest()) keep();
+    keep_the_last();
+  });
+}
+
+void Session::substep() {
+  put([this] {
+    running_ = false;
+    if (!parts_.empty()) return parts_.pop_front();
+    std::size_t bytes = 0;
+    for (const auto& side : sides_) bytes += side->bytes_of_parts();
+    if (bytes > history_.room())
+      throw InputError("substep: found a step whose parts take " + std::to_string(bytes >> 20) +
+                       " MB; allowed: " + std::to_string(history_.room() >> 20) + " MB");
+    advance(true);
+    keep_the_last();
   });
 }
 
@@ -274,11 +332,11 @@ void Session::reset() {
 }
 
 void Session::set_pace(double pace) {
-  ask([this, pace] { pace_ = pace, due_ = Clock::now(); });
+  put([this, pace] { pace_ = pace, due_ = Clock::now(); });
 }
 
 void Session::set_look(Look look) {
-  ask([this, look] { look_ = look; });
+  put([this, look] { look_ = look; });
 }
 
 void Session::show(std::size_t moment) {
@@ -318,7 +376,7 @@ void Session::cut(std::size_t side, const std::vector<Edge>& edges) {
 }
 
 void Session::save(std::size_t side, const std::string& scene_path, const std::string& checkpoint_path) {
-  ask([=, this] {
+  put([=, this] {
     if (side >= sides_.size()) return;
     sides_[side]->save(scene_path, checkpoint_path);
     say("saved " + scene_path + " and " + checkpoint_path);

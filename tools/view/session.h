@@ -55,6 +55,7 @@ class Session {
   void run(bool on);
   void toggle_run();
   void step();
+  void substep();  // shows the next substep; where none is left, takes the next step
   void reset();
   void set_pace(double pace);
   void set_look(Look look);
@@ -74,13 +75,16 @@ class Session {
   using Clock = std::chrono::steady_clock;
   using Work = std::function<void()>;
 
-  void ask(Work work);
+  void ask(Work work);  // what forgets the substeps that are still to be shown
+  void put(Work work);
   void work();
   void begin(const Scene& scene);
-  void advance();
+  void advance(bool in_parts = false);
+  void take_in_parts(const std::vector<std::vector<std::shared_ptr<const Frame>>>& of_sides);
   void set_running(bool on);
   void go_on_from_shown();
   void keep();
+  void keep_the_last();
   void publish();
   void start_anew();
   bool paces() const { return running_ && pace_ > 0; }
@@ -95,6 +99,7 @@ class Session {
   bool running_ = false, changed_ = false;
   double pace_ = 1, measure_seconds_ = 0, share_ = 0;
   std::size_t moment_ = 0;
+  std::deque<std::vector<std::shared_ptr<const Frame>>> parts_;  // of the last step, still to be shown: of every side
   Look look_ = Look::Bodies;
   Clock::time_point due_ = Clock::now(), share_since_ = Clock::now(), started_ = Clock::now();
   double share_from_ = 0;

@@ -97,6 +97,23 @@ void Side::step() {
   if (simulation_->tears() != tears_) note_body();
 }
 
+std::vector<std::shared_ptr<const Frame>> Side::step_in_parts() {
+  std::vector<std::shared_ptr<const Frame>> parts;
+  simulation_->step([&](int substep, double time) {
+    if (substep == scene_->solver.substeps) return;
+    const auto part = std::make_shared<Frame>(*frame(false));
+    part->substep = substep, part->time = time;
+    parts.push_back(part);
+  });
+  before_ = simulation_->solver().pass_seconds();  // looking took time: of no use as the time of a step
+  if (simulation_->tears() != tears_) note_body();
+  return parts;
+}
+
+std::size_t Side::bytes_of_parts() const {
+  return std::size_t(scene_->solver.substeps) * body_->look.points.size() * (sizeof(Place) + sizeof(float));
+}
+
 std::shared_ptr<const Frame> Side::frame(bool measured) {
   auto frame = std::make_shared<Frame>();
   frame->steps = simulation_->steps(), frame->time = simulation_->time(), frame->body = body_,

@@ -26,6 +26,9 @@ class Side {
 
   /// One step. Throws Diverged.
   void step();
+  /// Frames of all its substeps but the last, which is the step.
+  std::vector<std::shared_ptr<const Frame>> step_in_parts();
+  std::size_t bytes_of_parts() const;
 
   /// Measured: with what takes long to know.
   std::shared_ptr<const Frame> frame(bool measured);
