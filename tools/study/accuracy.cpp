@@ -1,5 +1,6 @@
 #include "tools/study/accuracy.h"
 
+#include "tools/study/accuracy_replays.h"
 #include "tools/study/accuracy_sections.h"
 
 namespace malha::study {
@@ -56,7 +57,9 @@ Findings run_accuracy(Cells& cells) {
       add_rows(of, method, truth,
                cells(of.name + ": " + method.key(), [&] { return accuracy_cell(of, *system, method, truth, cells); }),
                findings.rows);
-    for (const Section& section : accuracy_sections(of, truth, findings.rows)) findings.sections.push_back(section);
+    std::vector<Section> sections = accuracy_sections(of, truth, findings.rows);
+    sections[0].replays = accuracy_replays(of);
+    findings.sections.insert(findings.sections.end(), sections.begin(), sections.end());
   }
   return findings;
 }

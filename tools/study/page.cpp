@@ -51,6 +51,17 @@ std::string table(const Json& section) {
   return html.str();
 }
 
+/// To the replays that are there.
+std::string links(const std::filesystem::path& folder, const Json& section) {
+  std::string html;
+  for (const Json& replay : section.value("replays", Json::array())) {
+    const std::string file = replay["file"].get<std::string>();
+    if (!std::filesystem::exists(folder / file)) continue;
+    html += "<li><a href=\"" + file + "\">" + escaped(replay["words"].get<std::string>()) + "</a></li>\n";
+  }
+  return html.empty() ? "" : "<p>Replays, which play in the browser:</p>\n<ul>\n" + html + "</ul>\n";
+}
+
 void add_study(const std::filesystem::path& folder, const Json& json, std::ostringstream& html) {
   const std::string name = json["study"].get<std::string>();
   html << "<h2 id=\"" << name << "\">" << name << "</h2>\n<p>" << escaped(json["what"].get<std::string>())
@@ -66,7 +77,7 @@ void add_study(const std::filesystem::path& folder, const Json& json, std::ostri
     const std::string chart = section["chart"].get<std::string>();
     if (const auto file = folder / (chart + ".svg"); !chart.empty() && std::filesystem::exists(file))
       html << inline_svg(read_whole(file), chart) << "\n";
-    html << table(section) << "</section>\n";
+    html << links(folder, section) << table(section) << "</section>\n";
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "host/base/file.h"
 #include "host/base/shown.h"
+#include "tools/study/replays.h"
 
 namespace malha::study {
 
@@ -44,12 +45,17 @@ std::string csv(const Json& rows) {
 Json to_json(const Study& study, const Findings& findings, bool quick, const std::string& command, const Json& build) {
   Json json{{"study", study.name}, {"what", study.what}, {"quick", quick}, {"command", command}, {"build", build}};
   json["sections"] = Json::array();
-  for (const Section& section : findings.sections)
+  for (const Section& section : findings.sections) {
+    Json replays = Json::array();
+    for (const Replay& replay : section.replays)
+      replays.push_back({{"file", replay_file(study, replay)}, {"words", replay.words}});
     json["sections"].push_back({{"title", section.title},
                                 {"sentences", section.sentences},
                                 {"chart", chart_name(study, section)},
                                 {"columns", section.table.columns},
-                                {"rows", section.table.rows}});
+                                {"rows", section.table.rows},
+                                {"replays", replays}});
+  }
   json["rows"] = findings.rows;
   return json;
 }

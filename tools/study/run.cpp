@@ -9,6 +9,7 @@
 #include "tools/bench/facts.h"
 #include "tools/study/page.h"
 #include "tools/study/progress.h"
+#include "tools/study/replays.h"
 #include "tools/study/results.h"
 
 namespace malha::study {
@@ -51,6 +52,9 @@ void print(const Study& study, const Findings& findings, const std::filesystem::
     std::cout << "charts      " << base << "_*.svg, .png\n";
   else
     std::cerr << "malha study: no chart: " << no_chart << "\n";
+  for (const Section& section : findings.sections)
+    for (const Replay& replay : section.replays)
+      std::cout << "replay      " << (out / replay_file(study, replay)).string() << "\n";
 }
 
 }  // namespace
@@ -72,6 +76,8 @@ void run(const Options& options, const std::atomic<bool>& stop) {
     };
     Cells cells(file, head_of(file, study, options, build), options.quick, stop, show);
     const Findings findings = study.run(cells);
+    write_replays(
+        out, study, findings, [&](const std::string& what) { progress(study.name + " " + what, 1); }, stop);
     progress.clear();
     const std::string command = "malha study " + study.name + (options.quick ? " --quick" : "");
     const std::string no_chart = write_results(

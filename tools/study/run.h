@@ -16,7 +16,8 @@ struct Options {
   std::filesystem::path out;  // empty: out/study, out/study_quick
 };
 
-/// Leaves NAME.csv, NAME.json, NAME_*.svg and .png for each, and index.html with all studies that the folder holds.
+/// Leaves NAME.csv, NAME.json, NAME_*.svg and .png for each, replays of some, and index.html with all studies that the
+/// folder holds.
 /// Throws Interrupted where `stop` is set; std::runtime_error where something cannot be written.
 void run(const Options& options, const std::atomic<bool>& stop);
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "host/scene.h"
 #include "tools/bench/gnuplot.h"
 #include "tools/study/cells.h"
 
@@ -22,12 +23,20 @@ struct Table {
   std::vector<std::vector<std::string>> rows;
 };
 
+/// Two scenes to be played beside each other, as long as their durations; their names are those of the sides.
+struct Replay {
+  std::string name;  // the file is STUDY_NAME.html
+  std::string words;
+  Scene left, right;
+};
+
 /// A part of the page: what was looked at, what the rows say about it, the picture and the numbers.
 struct Section {
   std::string title;
   std::vector<std::string> sentences;  // computed from the rows, never written by hand
   std::optional<Chart> chart;
   Table table;
+  std::vector<Replay> replays = {};
 };
 
 struct Findings {

@@ -111,7 +111,6 @@ void run_panel(const Snapshot& now, Session& session, Choices& choices) {
   if (ImGui::Button("substep")) session.substep();
   ImGui::SameLine();
   if (ImGui::Button("reset")) session.reset();
-  ImGui::SameLine();
   if (ImGui::Button(now.sides.size() == 2 ? "one" : "two") && any)
     session.compare(now.sides.size() == 2 ? std::nullopt : std::optional<Scene>(*now.sides[0].scene));
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("the same scene twice, side by side, with settings of their own");
@@ -167,10 +166,10 @@ void numbers_panel(const Snapshot& now, const Choices& choices) {
 }
 
 void timeline(const Snapshot& now, Session& session) {
-  if (now.moments.empty()) return;
+  if (now.moments.empty() || now.sides.empty()) return;
   ImGui::PushItemWidth(-1);
   int moment = int(now.moment);
-  const double time = now.moments[now.moment]->frames[0]->time;
+  const double time = now.sides.at(0).frame->time;
   char text[64];
   std::snprintf(text, sizeof text, "%.3f s", time);
   if (ImGui::SliderInt("##timeline", &moment, 0, std::max(int(now.moments.size()) - 1, 1), text))

@@ -58,10 +58,12 @@ class Stage {
     this.light();
   }
 
-  // The box of the bodies over all frames.
+  // The box of the bodies over all frames; of a run that diverged, but for those of the explosion.
   box() {
-    const box = new THREE.Box3();
-    for (const frame of this.run.frames) {
+    const box = new THREE.Box3(), frames = this.run.frames, most = 10 * Math.hypot(...frames[0].points.side);
+    const explodes = this.run.report.status === 'diverged';
+    for (const frame of frames) {
+      if (explodes && Math.hypot(...frame.points.side) > most) continue;
       const side = frame.points.side, low = frame.points.low.map((at, k) => at - origin[k]);
       box.expandByPoint(new THREE.Vector3(...low));
       box.expandByPoint(new THREE.Vector3(low[0] + side[0], low[1] + side[1], low[2] + side[2]));
