@@ -25,7 +25,8 @@ Place place(const Vec3& a) { return {float(a[0]), float(a[1]), float(a[2])}; }
 
 }  // namespace
 
-App::App(const WindowOptions& options) : options_(options), session_(options.simulation) {
+App::App(const WindowOptions& options, bool in_software)
+    : options_(options), session_(options.simulation), coarse_while_moving_(in_software) {
   choices_.scenes = scenes_near(options.scenes.empty() ? "" : options.scenes[0]);
   if (!options.scenes.empty()) session_.open(options.scenes[0]);
   if (options.scenes.size() == 2) session_.compare(load_scene(options.scenes[1]));
@@ -77,6 +78,9 @@ void App::frame(int width, int height) {
   }
   panels(width, height);
   mouse();
+  const Eigen::Matrix4d seen = camera_.view();
+  const bool moves = now_.running || taken_ || knife_ || still_ <= 2 || seen != seen_;
+  seen_ = seen, coarse_ = coarse_while_moving_ && moves && !picture_;
   glViewport(0, 0, width, height);
   glClearColor(0.87f, 0.89f, 0.92f, 1);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -91,7 +95,7 @@ void App::frame(int width, int height) {
 void App::draw_side(std::size_t s, int height) {
   const SideShown& side = now_.sides[s];
   Coloured coloured = view::coloured(*side.frame, *side.looks, choices_.look);
-  Picture picture{side.frame.get(), std::move(coloured.colours), choices_.surface, std::move(coloured.marks)};
+  Picture picture{side.frame.get(), std::move(coloured.colours), choices_.surface, std::move(coloured.marks), coarse_};
   add_marks(side, picture.marks);
   painters_[s].draw(picture, camera_, ports_[s], height);
   coloured_.push_back(std::move(coloured));
@@ -387,6 +391,12 @@ void App::overlay(std::size_t s) {
     const std::string name = solver.type + ", " + std::to_string(solver.substeps) + " substeps, dt " +
                              shown(solver.dt) + " s, " + shown(now_.sides[s].frame->step_ms) + " ms a step";
     draw->AddText({x, y}, ink, name.c_str());
+    y += 20;
+  }
+  if (const Body& body = *now_.sides[s].frame->body; coarse_ && body.coarse) {
+    const std::string drawn = "while it moves " + std::to_string(body.coarse->particles.size()) + " of " +
+                              std::to_string(body.look.points.size()) + " particles are drawn";
+    draw->AddText({x, y}, ink, drawn.c_str());
     y += 20;
   }
   if (!coloured.most) return draw->AddText({x, y}, ink, coloured.legend.c_str());

@@ -15,7 +15,8 @@ namespace malha::view {
 
 class App {
  public:
-  explicit App(const WindowOptions& options);
+  /// `in_software`: pictures are drawn without a GPU.
+  App(const WindowOptions& options, bool in_software);
 
   /// Draws everything into a window of so many pixels, and does what mouse and keys say.
   void frame(int width, int height);
@@ -72,6 +73,8 @@ class App {
   std::optional<std::array<double, 2>> knife_;  // where the stroke was last
   bool orbits_ = false, pans_ = false, picture_ = false, quits_ = false;
   std::vector<Coloured> coloured_;
+  Eigen::Matrix4d seen_ = Eigen::Matrix4d::Zero();  // the camera's, in the last picture
+  bool coarse_while_moving_ = false, coarse_ = false;
   int still_ = 0;  // pictures since the session last said something new
 };
 

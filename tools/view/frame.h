@@ -11,8 +11,11 @@
 #include "host/model/model.h"
 #include "host/solver/solver.h"
 #include "tools/view/camera.h"
+#include "tools/view/coarse.h"
 
 namespace malha::view {
+
+inline constexpr std::size_t kManyTriangles = 400'000;  // more take long to draw
 
 /// What does not change from frame to frame; another one after each tear and each change of the scene.
 struct Body {
@@ -22,6 +25,7 @@ struct Body {
   std::vector<unsigned> loose;                 // that belong to neither
   std::vector<unsigned> pinned;                // at the start
   double spacing = 0;                          // m, the mean length of the edges at the start
+  std::optional<Coarse> coarse;                // of very many triangles, for pictures without a GPU
 };
 
 struct Frame {

@@ -15,7 +15,6 @@ namespace malha::view {
 namespace {
 
 enum Attribute : GLuint { kPosition, kNormal, kColour };
-constexpr std::size_t kManyTriangles = 400'000;  // more are drawn without shadow and with flat faces: it takes too long
 const Eigen::Vector3d kSun = Eigen::Vector3d(0.45, 0.8, 0.4).normalized();
 
 void attribute(GLuint place, const Buffer& buffer, GLenum type) {
@@ -109,23 +108,39 @@ Painter::~Painter() = default;
 
 void Painter::update(const Picture& picture) {
   const Frame& frame = *picture.frame;
-  if (frame.body != built_) {
-    built_ = frame.body;
+  const Coarse* const coarse = picture.coarse && frame.body->coarse ? &*frame.body->coarse : nullptr;
+  const auto& triangles = coarse ? coarse->triangles : frame.body->triangles;
+  if (frame.body != built_ || coarse_ != (coarse != nullptr)) {
+    built_ = frame.body, coarse_ = coarse != nullptr;
     const auto fill = [&](Buffer& buffer, const auto& list, GLsizei& numbers, int each) {
       body_->array.bind();
       buffer.fill(GL_ELEMENT_ARRAY_BUFFER, list, GL_STATIC_DRAW);
       numbers = GLsizei(list.size()) * each;
     };
-    fill(body_->triangles, built_->triangles, body_->triangle_count, 3);
-    fill(body_->edges, built_->edges, body_->edge_count, 2);
-    fill(body_->loose, built_->loose, body_->loose_count, 1);
+    fill(body_->triangles, triangles, body_->triangle_count, 3);
+    fill(body_->edges, coarse ? coarse->edges : built_->edges, body_->edge_count, 2);
+    fill(body_->loose, coarse ? std::vector<unsigned>() : built_->loose, body_->loose_count, 1);
   }
+  const auto chosen = [&]<class T>(const std::vector<T>& all) {
+    std::vector<T> some;
+    for (const unsigned i : coarse->particles) some.push_back(all[i]);
+    return some;
+  };
+  if (coarse)
+    show(chosen(frame.x), chosen(picture.colours), triangles);
+  else
+    show(frame.x, picture.colours, triangles);
+}
+
+void Painter::show(const std::vector<Place>& x, const std::vector<Colour>& colours,
+                   const std::vector<std::array<unsigned, 3>>& triangles) {
   body_->array.bind();
-  body_->x.fill(GL_ARRAY_BUFFER, frame.x, GL_STREAM_DRAW);
-  body_->colours.fill(GL_ARRAY_BUFFER, picture.colours, GL_STREAM_DRAW);
-  body_->count = GLsizei(frame.x.size());
-  if (built_->triangles.size() <= kManyTriangles) mean_normals(frame.x, built_->triangles, normals_);
-  normals_.resize(frame.x.size());
+  body_->x.fill(GL_ARRAY_BUFFER, x, GL_STREAM_DRAW);
+  body_->colours.fill(GL_ARRAY_BUFFER, colours, GL_STREAM_DRAW);
+  body_->count = GLsizei(x.size());
+  smooth_ = triangles.size() <= kManyTriangles;
+  if (smooth_) mean_normals(x, triangles, normals_);
+  normals_.resize(x.size());
   body_->normals.fill(GL_ARRAY_BUFFER, normals_, GL_STREAM_DRAW);
 }
 
@@ -186,7 +201,9 @@ void Painter::draw_lines_and_balls(const Picture& picture, const OrbitCamera& ca
 
   begin(programs_->balls);
   const double metre = 1 / camera.metres_per_pixel(port, 1);  // pixels at a distance of 1 m
-  programs_->balls.set("size", float(0.5 * (built_->spacing > 0 ? built_->spacing : 0.01 * camera.distance()) * metre));
+  const double wider = coarse_ ? std::sqrt(double(built_->look.points.size()) / double(body_->count)) : 1;
+  const double spacing = built_->spacing > 0 ? wider * built_->spacing : 0.01 * camera.distance();
+  programs_->balls.set("size", float(0.5 * spacing * metre));
   if (picture.surface == Surface::Particles)
     body_->draw_all(GL_POINTS);
   else
@@ -206,9 +223,8 @@ void Painter::draw(const Picture& picture, const OrbitCamera& camera, const View
   update(picture), update_environment(*picture.frame);
   glEnable(GL_DEPTH_TEST), glDepthFunc(GL_LEQUAL), glEnable(GL_PROGRAM_POINT_SIZE), glDisable(GL_BLEND);
   glDisable(GL_CULL_FACE), glDisable(GL_SCISSOR_TEST);
-  const bool many = built_->triangles.size() > kManyTriangles;
   const Eigen::Matrix4d sun = light(*picture.frame);
-  if (!many) {
+  if (smooth_) {
     programs_->shadow.begin();
     programs_->depth.use();
     programs_->depth.set("camera", sun), programs_->depth.set("size", 1.0f);
@@ -222,7 +238,7 @@ void Painter::draw(const Picture& picture, const OrbitCamera& camera, const View
   programs_->shadow.bind();
   program.set("camera", Eigen::Matrix4d(camera.projection(port.aspect()) * camera.view()));
   program.set("light", sun), program.set("eye", camera.eye()), program.set("sun", kSun);
-  program.set("shadow", 0), program.set("shadowed", many ? 0 : 1), program.set("faceted", many ? 1 : 0);
+  program.set("shadow", 0), program.set("shadowed", smooth_ ? 1 : 0), program.set("faceted", smooth_ ? 0 : 1);
   glEnable(GL_POLYGON_OFFSET_FILL);
   glPolygonOffset(1, 1);
   draw_surfaces(picture, program);

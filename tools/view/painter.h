@@ -27,6 +27,7 @@ struct Picture {
   std::vector<Colour> colours;  // of each particle
   Surface surface = Surface::Shaded;
   Marks marks;
+  bool coarse = false;  // a body of very many triangles by few of its particles
 };
 
 /// What is drawn of one side. Keeps the GPU's copies of what does not change.
@@ -44,6 +45,8 @@ class Painter {
   struct Programs;
 
   void update(const Picture& picture);
+  void show(const std::vector<Place>& x, const std::vector<Colour>& colours,
+            const std::vector<std::array<unsigned, 3>>& triangles);
   void update_environment(const Frame& frame);
   Eigen::Matrix4d light(const Frame& frame) const;
   void draw_surfaces(const Picture& picture, const Program& program) const;
@@ -53,6 +56,8 @@ class Painter {
   std::unique_ptr<Shapes> body_, marks_;
   std::deque<Obstacle> obstacles_;
   std::shared_ptr<const Body> built_;
+  bool coarse_ = false;  // what is built
+  bool smooth_ = true;   // with a shadow; very many faces are flat and cast none
   std::shared_ptr<const std::vector<EnvironmentMesh>> surroundings_;
   std::vector<Place> normals_;
 };

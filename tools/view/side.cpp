@@ -13,6 +13,7 @@ namespace malha::view {
 
 namespace {
 
+constexpr double kCoarse = 40'000;    // particles, about
 constexpr double kCompliance = 1e-3;  // m/N, of the spring that pulls: 1 kg on it hangs 1 cm lower
 
 std::shared_ptr<const Body> body_of(const Model& model) {
@@ -32,6 +33,8 @@ std::shared_ptr<const Body> body_of(const Model& model) {
     if (!used[i]) body->loose.push_back(i);
   for (int i = 0; i < model.count(); ++i)
     if (!(model.w[i] > 0)) body->pinned.push_back(unsigned(model.user_of[i]));
+  if (body->triangles.size() > kManyTriangles)
+    body->coarse = coarse_of(used.size(), body->triangles, body->edges, double(used.size()) / kCoarse);
   return body;
 }
 
@@ -119,7 +122,7 @@ std::shared_ptr<const Frame> Side::frame(bool measured) {
   frame->steps = simulation_->steps(), frame->time = simulation_->time(), frame->body = body_,
   frame->environment = environment_;
   for (const Vec3& x : simulation_->positions()) frame->x.push_back({float(x[0]), float(x[1]), float(x[2])});
-  for (const Vec3& v : simulation_->velocities()) frame->speed.push_back(float(std::hypot(v[0], v[1], v[2])));
+  for (const Vec3& v : simulation_->velocities()) frame->speed.push_back(float(std::sqrt(dot(v, v))));
   if (measured) frame->measures = simulation_->measure();
   frame->step_ms = step_ms_, frame->pass_ms = pass_ms_;
   return frame;

@@ -82,7 +82,10 @@ void show_window(const WindowOptions& options) {
   for (const std::string& scene : options.scenes) load_scene(scene);  // refused before a window opens
   const Display display(options.width, options.height);
   GLFWwindow* window = display.window();
-  App app(options);
+  // A driver that draws on the CPU takes it from the solver: half the time at most, and less of very many triangles.
+  const std::string renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const bool in_software = renderer.find("llvmpipe") != std::string::npos;
+  App app(options, in_software);
   glfwSetWindowUserPointer(window, &app);
   glfwSetDropCallback(window, [](GLFWwindow* of, int count, const char** paths) {
     if (count > 0) static_cast<App*>(glfwGetWindowUserPointer(of))->drop(paths[0]);
@@ -92,9 +95,6 @@ void show_window(const WindowOptions& options) {
     if (action != GLFW_RELEASE) static_cast<App*>(glfwGetWindowUserPointer(of))->key(key, held);
   });
   const Gui gui(window);
-  // A driver that draws on the CPU takes it from the solver: half the time at most.
-  const std::string renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  const bool in_software = renderer.find("llvmpipe") != std::string::npos;
   double took = 0;
   while (!glfwWindowShouldClose(window) && !app.quits()) {
     glfwWaitEventsTimeout(app.rests() ? 0.25 : std::max(1.0 / 60 - took, in_software ? took : 1e-3));
