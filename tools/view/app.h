@@ -29,6 +29,7 @@ class App {
 
   std::string title() const;
   bool quits() const { return quits_; }
+  bool runs() const { return now_.running; }
   /// Whether nothing changes until somebody does something.
   bool rests() const { return !now_.running && now_.doing.empty() && still_ > 3; }
 

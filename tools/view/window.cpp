@@ -97,7 +97,7 @@ void show_window(const WindowOptions& options) {
   const Gui gui(window);
   double took = 0;
   while (!glfwWindowShouldClose(window) && !app.quits()) {
-    glfwWaitEventsTimeout(app.rests() ? 0.25 : std::max(1.0 / 60 - took, in_software ? took : 1e-3));
+    glfwWaitEventsTimeout(app.rests() ? 0.25 : std::max(1.0 / 60 - took, in_software && app.runs() ? took : 1e-3));
     const double start = glfwGetTime();
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
