@@ -170,8 +170,9 @@ void Simulation::check() { parts_->solver->check(); }
 void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver->move_pin(particle, to); }
 
 void Simulation::pull(int particle, const Vec3& to, double compliance) {
-  // No number is both: a spring of compliance 0 would be a hold.
-  parts_->solver->take({particle, to, compliance == 0 ? NAN : compliance});
+  if (compliance == 0)  // which would be a hold
+    throw InputError("pull: found compliance 0; allowed: 1e-12 to 1e12 m/N");
+  parts_->solver->take({particle, to, compliance});
 }
 void Simulation::hold(int particle) {
   const std::vector<Vec3> x = positions();

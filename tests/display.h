@@ -86,13 +86,15 @@ class ShownWindow {
     wait_for([&] { return std::filesystem::exists(path); }, "a picture");
     return read_png(bytes_of(path));
   }
-  /// Saves scene and state: the path of the scene, beside which lies the checkpoint.
+  /// Saves scene and state: the path of the scene, in whose folder lies the checkpoint.
   std::filesystem::path save() {
     const std::filesystem::path path = out("scene", ".json", scenes_++);
     key("ctrl+s");
-    wait_for([&] { return std::filesystem::exists(std::filesystem::path(path).replace_extension(".malha")); },
-             "a scene");
+    wait_for([&] { return std::filesystem::exists(checkpoint_of(path)); }, "a scene");
     return path;
+  }
+  static std::filesystem::path checkpoint_of(const std::filesystem::path& scene) {
+    return std::filesystem::path(scene).replace_extension("") / "checkpoint.malha";
   }
   bool open() { return view_->running(); }
   Ended close() {

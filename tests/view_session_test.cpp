@@ -83,7 +83,7 @@ TEST(ViewSession, PullingLeavesItsMarkAndResetTakesItAway) {
   const auto untouched = settled(session).sides[0].frame;
   session.reset();
   const Vec3 to{0.5, 0.5, 0.9};
-  session.grip(0, 150, to, false);
+  session.grip({0}, 150, to, false);
   step(session, 40);
   const Snapshot pulled = settled(session);
   const auto away = [&](const view::Frame& frame) {
@@ -101,10 +101,10 @@ TEST(ViewSession, AHeldParticleStaysAndIsReleased) {
   Session session(two_threads());
   session.open_made(thrown(-10, 0.01));
   const auto start = settled(session).sides.at(0).frame->x[3];
-  session.grip(0, 3, {start[0], start[1], start[2]}, true);
+  session.grip({0}, 3, {start[0], start[1], start[2]}, true);
   step(session, 20);
   EXPECT_EQ(settled(session).sides[0].frame->x[3], start);
-  session.let_go(0, 3);
+  session.let_go({0}, 3);
   step(session, 10);
   // Ten steps of fall from rest: g dt^2 (1 + 2 + ... + 10).
   EXPECT_NEAR(settled(session).sides[0].frame->x[3][1], start[1] - 10 * 1e-4 * 55, 1e-5);
@@ -188,6 +188,92 @@ TEST(ViewSession, KeepsToRealTime) {
   const double passed = std::chrono::duration<double>(std::chrono::steady_clock::now() - from).count();
   EXPECT_LE(now.sides.at(0).frame->time, 0.5 * passed + 0.011) << "a step ahead at most";
   EXPECT_GT(now.sides[0].frame->steps, 0);
+}
+
+TEST(ViewSession, AChangeKeepsWhatWasAndCanBeUndone) {
+  Session session(two_threads());
+  session.open(kSheet);
+  step(session, 10);
+  const Snapshot before = settled(session);
+  Scene heavier = *before.sides.at(0).scene;
+  heavier.gravity = {0, -30, 0};
+  session.change(0, heavier);
+  step(session, 10);
+  const Snapshot changed = settled(session);
+  ASSERT_EQ(changed.moments.size(), before.moments.size() + 11) << "that of the change, too";
+  EXPECT_EQ(changed.sides[0].scene->gravity[1], -30);
+  session.show(before.moments.size() - 1);
+  EXPECT_EQ(settled(session).sides[0].scene->gravity, before.sides[0].scene->gravity);
+  step(session, 10);
+  const Snapshot undone = settled(session);
+  EXPECT_EQ(undone.sides[0].scene->gravity, before.sides[0].scene->gravity);
+  Simulation simulation(load_scene(kSheet));
+  for (int k = 0; k < 20; ++k) simulation.step();
+  const Vec3 x = simulation.positions()[150];
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(undone.sides[0].frame->x[150][k], float(x[k])) << "bit by bit";
+}
+
+TEST(ViewSession, SavesWhatIsShown) {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "scene.json").string(), state = (folder / "state.malha").string();
+  Session session(two_threads());
+  session.open(kSheet);
+  step(session, 12);
+  session.show(5);
+  session.save(0, scene, state);
+  step(session, 1);
+  EXPECT_EQ(settled(session).sides[0].frame->steps, 6) << "nothing is lost by saving";
+  Simulation saved(load_scene(scene)), alone(load_scene(kSheet));
+  saved.load_checkpoint(state);
+  for (int k = 0; k < 5; ++k) alone.step();
+  EXPECT_EQ(saved.steps(), 5);
+  EXPECT_EQ(saved.state_hash(), alone.state_hash());
+}
+
+TEST(ViewSession, ARunThatDivergedSavesItsLastMoment) {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "scene.json").string(), state = (folder / "state.malha").string();
+  Session session(two_threads());
+  Scene rush = thrown(-1e18, 1e10);
+  rush.duration = 1e12;
+  session.open_made(rush);
+  step(session, 5);
+  ASSERT_GE(settled(session).sides.at(0).lost, 0);
+  session.save(0, scene, state);
+  settled(session);
+  Simulation saved(load_scene(scene));
+  saved.load_checkpoint(state);
+  EXPECT_EQ(saved.steps(), 2);
+}
+
+TEST(ViewSession, WhatIsRefusedStopsNothing) {
+  Session session(two_threads());
+  session.open(kSheet);
+  const Snapshot start = settled(session);
+  const int pin = int(start.sides.at(0).frame->body->pinned.at(0));
+  session.run(true);
+  session.grip({0}, pin, {0, 0, 0}, false);
+  Scene wrong = *start.sides[0].scene;
+  wrong.solver.substeps = 0;
+  session.change(0, wrong);
+  const Snapshot now = settled(session);
+  EXPECT_TRUE(now.running);
+  EXPECT_TRUE(has(now.message, "/solver/substeps: found 0")) << now.message;
+  EXPECT_EQ(now.refused, start.refused + 1) << "so that what was typed goes";
+}
+
+TEST(ViewSession, AHandTakesAParticleOfBothOrOfNone) {
+  Session session(two_threads());
+  session.open(kSheet);
+  session.compare(load_scene(MALHA_SOURCE_DIR "/scenes/desbrun_sheet.json"));
+  ASSERT_EQ(settled(session).sides.size(), 2u);
+  session.grip({0, 1}, 150, {0, 0, 0}, true);  // which Desbrun's method cannot hold
+  const Snapshot refused = settled(session);
+  EXPECT_TRUE(refused.trouble);
+  EXPECT_TRUE(refused.sides[0].grips.empty() && refused.sides[1].grips.empty());
+  session.grip({0, 1}, 150, {0, 0, 0}, false);
+  const Snapshot pulled = settled(session);
+  EXPECT_TRUE(pulled.sides[0].grips.contains(150) && pulled.sides[1].grips.contains(150));
 }
 
 TEST(ViewSession, ShowsTheSubstepsOfAStep) {

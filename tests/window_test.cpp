@@ -120,7 +120,7 @@ TEST_F(Window, PullsTheParticleThatTheMouseTakes) {
   window.release();
   for (int k = 0; k < 40; ++k) simulation.step();
   Simulation pulled(load_scene(saved.string()));
-  pulled.load_checkpoint(std::filesystem::path(saved).replace_extension(".malha").string());
+  pulled.load_checkpoint(ShownWindow::checkpoint_of(saved).string());
   EXPECT_EQ(pulled.steps(), 40);
   const double left_alone = on_screen(camera, simulation.positions()[particle])[0] - at[0];
   const double moved = on_screen(camera, pulled.positions()[particle])[0] - at[0];
@@ -131,7 +131,7 @@ TEST_F(Window, PullsTheParticleThatTheMouseTakes) {
 
 TEST_F(Window, WhatIsSavedRunsTheSame) {
   ShownWindow window(kScene);
-  window.move(50, 181);  // the field of the substeps
+  window.move(50, 205);  // the field of the substeps
   window.xdotool("click --repeat 2 --delay 50 1"), ShownWindow::pause();
   window.hold_key("ctrl+a"), window.type("4"), window.hold_key("Return");
   window.move(600, 300), ShownWindow::pause(), ShownWindow::pause();
@@ -142,7 +142,7 @@ TEST_F(Window, WhatIsSavedRunsTheSame) {
   EXPECT_EQ(scene.solver.substeps, 4);
   Simulation again(scene), there(scene);
   for (int k = 0; k < 15; ++k) again.step();
-  there.load_checkpoint(std::filesystem::path(saved).replace_extension(".malha").string());
+  there.load_checkpoint(ShownWindow::checkpoint_of(saved).string());
   EXPECT_EQ(there.steps(), 15);
   EXPECT_EQ(there.state_hash(), again.state_hash());
 }

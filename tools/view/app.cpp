@@ -17,7 +17,6 @@ namespace malha::view {
 
 namespace {
 
-constexpr float kLeft = kLeftPanel, kRight = kRightPanel, kBottom = kTimeline;
 constexpr Colour kGrip{255, 210, 60}, kPin{230, 60, 60}, kLost{255, 30, 30};
 
 Vec3 vec3(const Eigen::Vector3d& a) { return {a.x(), a.y(), a.z()}; }
@@ -25,8 +24,8 @@ Place place(const Vec3& a) { return {float(a[0]), float(a[1]), float(a[2])}; }
 
 }  // namespace
 
-App::App(const WindowOptions& options, bool in_software)
-    : options_(options), session_(options.simulation), coarse_while_moving_(in_software) {
+App::App(const WindowOptions& options, bool in_software, float scale)
+    : options_(options), session_(options.simulation), panels_(scale), coarse_while_moving_(in_software) {
   choices_.scenes = scenes_near(options.scenes.empty() ? "" : options.scenes[0]);
   if (!options.scenes.empty()) session_.open(options.scenes[0]);
   if (options.scenes.size() == 2) session_.compare(load_scene(options.scenes[1]));
@@ -56,7 +55,8 @@ void App::drop(const std::string& path) {
 void App::lay_out(int width, int height) {
   const int sides = std::max(1, int(now_.sides.size()));
   ports_.clear();
-  for (int side = 0; side < sides; ++side) ports_.push_back(port_of(side, sides, choices_.panels, width, height));
+  for (int side = 0; side < sides; ++side)
+    ports_.push_back(port_of(side, sides, choices_.panels, width, height, panels_));
   while (painters_.size() < ports_.size()) painters_.emplace_back();
 }
 
@@ -71,7 +71,8 @@ void App::frame(int width, int height) {
   if (!now_.sides.empty() && framed_ != now_.sides[0].scene) {
     const bool other = !framed_ || framed_->name != now_.sides[0].scene->name;
     framed_ = now_.sides[0].scene;
-    if (const auto& picture = framed_->outputs.picture; other && picture && picture->camera)
+    const auto& picture = framed_->outputs.picture;
+    if (other && picture && picture->camera && sides < 2 && ports_.size() < 2)
       camera_ = OrbitCamera(*picture->camera);
     else if (other)
       camera_ = OrbitCamera(), camera_.frame(now_.sides[0].frame->x, ports_[0].aspect());
@@ -115,7 +116,8 @@ void App::add_marks(const SideShown& side, Marks& marks) const {
     marks.lines.insert(marks.lines.end(), {side.frame->x[particle], place(grip.to)});
     marks.line_colours.insert(marks.line_colours.end(), {kGrip, kGrip});
   }
-  if (side.lost >= 0 && std::fmod(ImGui::GetTime(), 0.6) < 0.35) ball(side.frame->x[side.lost], kLost);
+  const bool lost = side.lost >= 0 && std::size_t(side.lost) < side.frame->x.size();
+  if (lost && std::fmod(ImGui::GetTime(), 0.6) < 0.35) ball(side.frame->x[side.lost], kLost);
 }
 
 std::optional<std::size_t> App::side_at(double x, double y) const {
@@ -129,7 +131,7 @@ void App::mouse() {
   const double x = io.MousePos.x, y = io.MousePos.y;
   const double tall = ports_[0].height;
   if (!ImGui::IsMouseDown(0) && taken_) {
-    if (!taken_->firm) let_go(taken_->particle);
+    if (!taken_->firm) session_.let_go(alike(taken_->side), taken_->particle);
     taken_.reset();
   }
   if (!ImGui::IsMouseDown(0)) knife_.reset();
@@ -174,7 +176,8 @@ void App::drag(double x, double y) {
   if (taken_) {
     const ImVec2 moved = ImGui::GetMouseDragDelta(0, 0);
     if (moved.x == 0 && moved.y == 0) return;
-    grip(taken_->particle, vec3(camera_.at(ports_[taken_->side], x, y, taken_->depth)), taken_->firm);
+    session_.grip(alike(taken_->side), taken_->particle, vec3(camera_.at(ports_[taken_->side], x, y, taken_->depth)),
+                  taken_->firm);
     return;
   }
   const std::array<double, 2> to{x, y};
@@ -189,18 +192,21 @@ void App::drag(double x, double y) {
 
 void App::pin_or_release(std::size_t side, int particle) {
   const auto& grips = now_.sides[side].grips;
-  if (grips.contains(particle)) return let_go(particle);
+  if (grips.contains(particle)) return session_.let_go(alike(side), particle);
   const Place& at = now_.sides[side].frame->x[particle];
-  grip(particle, {at[0], at[1], at[2]}, true);
+  session_.grip(alike(side), particle, {at[0], at[1], at[2]}, true);
 }
 
-/// Two sides with the same particles are pulled alike, to be compared.
-void App::grip(int particle, const Vec3& to, bool firm) {
-  for (std::size_t s = 0; s < now_.sides.size(); ++s)
-    if (std::size_t(particle) < now_.sides[s].frame->x.size()) session_.grip(s, particle, to, firm);
-}
-void App::let_go(int particle) {
-  for (std::size_t s = 0; s < now_.sides.size(); ++s) session_.let_go(s, particle);
+/// Two sides with the same bodies are pulled alike, to be compared; of others that where the mouse is.
+std::vector<std::size_t> App::alike(std::size_t side) const {
+  if (now_.sides.size() < 2) return {side};
+  const SideShown &one = now_.sides[0], &other = now_.sides[1];
+  const auto& a = one.scene->bodies;
+  const auto& b = other.scene->bodies;
+  const auto same_name = [](const BodySpec& left, const BodySpec& right) { return left.name == right.name; };
+  const bool same = std::equal(a.begin(), a.end(), b.begin(), b.end(), same_name) &&
+                    one.frame->body->look.body_begin == other.frame->body->look.body_begin;
+  return same ? std::vector<std::size_t>{0, 1} : std::vector<std::size_t>{side};
 }
 
 void App::key(int key, int held) {
@@ -280,7 +286,9 @@ void App::save() {
   if (now_.sides.empty()) return;
   try {
     const auto scene = free_name("scene", ".json");
-    session_.save(choices_.side, scene.string(), std::filesystem::path(scene).replace_extension(".malha").string());
+    const auto run = std::filesystem::path(scene).replace_extension("");  // the folder from which malha run resumes
+    make_folder(run);
+    session_.save(choices_.side, scene.string(), (run / "checkpoint.malha").string());
   } catch (const std::exception& error) {
     session_.say(error.what(), true);
   }
@@ -338,18 +346,19 @@ void App::panels(int width, int height) {
     ImGui::SetNextWindowPos({x, y}), ImGui::SetNextWindowSize({w, h});
     ImGui::Begin(name, nullptr, fixed);
   };
+  const float left = choices_.panels ? float(panels_.left) : 0, right = choices_.panels ? float(panels_.right) : 0;
+  const float bottom = float(panels_.timeline);
   if (choices_.panels) {
-    begin("settings", 0, 0, kLeft, float(height));
+    begin("settings", 0, 0, left, float(height));
     run_panel(now_, session_, choices_);
     ImGui::Separator();
     settings_panel(now_, session_, choices_, edited_);
     ImGui::End();
-    begin("numbers", float(width) - kRight, 0, kRight, float(height));
+    begin("numbers", float(width) - right, 0, right, float(height));
     numbers_panel(now_, choices_);
     ImGui::End();
   }
-  const float left = choices_.panels ? kLeft : 0, right = choices_.panels ? kRight : 0;
-  begin("timeline", left, float(height) - kBottom, float(width) - left - right, kBottom);
+  begin("timeline", left, float(height) - bottom, float(width) - left - right, bottom);
   timeline(now_, session_);
   const std::string& line = now_.doing.empty() ? now_.message : now_.doing + " ...";
   const ImVec4 colour = now_.doing.empty() && now_.trouble ? ImVec4(1, 0.5f, 0.4f, 1) : ImVec4(0.8f, 0.8f, 0.8f, 1);
@@ -365,47 +374,49 @@ void App::overlay(std::size_t s) {
   ImDrawList* draw = ImGui::GetBackgroundDrawList();
   const Viewport& port = ports_[s];
   const ImU32 ink = IM_COL32(40, 40, 50, 255);
-  const float bottom = float(port.top + port.height);
+  const float bottom = float(port.top + port.height), unit = panels_.scale;
   if (choices_.axes) {
-    const ImVec2 origin{float(port.left) + 40, bottom - 40};
+    const ImVec2 origin{float(port.left) + 40 * unit, bottom - 40 * unit};
     constexpr std::array<const char*, 3> kNames{"x", "y", "z"};
     constexpr std::array<ImU32, 3> kColours{IM_COL32(210, 60, 60, 255), IM_COL32(50, 150, 60, 255),
                                             IM_COL32(60, 90, 220, 255)};
     for (int k = 0; k < 3; ++k) {
       const Eigen::Vector3d axis = Eigen::Vector3d::Unit(k);
-      const ImVec2 end{origin.x + 28 * float(axis.dot(camera_.right())), origin.y - 28 * float(axis.dot(camera_.up()))};
+      const ImVec2 end{origin.x + 28 * unit * float(axis.dot(camera_.right())),
+                       origin.y - 28 * unit * float(axis.dot(camera_.up()))};
       draw->AddLine(origin, end, kColours[k], 2);
-      draw->AddText({end.x + 2, end.y - 6}, kColours[k], kNames[k]);
+      draw->AddText({end.x + 2, end.y - 6 * unit}, kColours[k], kNames[k]);
     }
     const double pixel = camera_.metres_per_pixel(port, camera_.distance());
     const double metres = std::pow(10, std::floor(std::log10(0.25 * port.width * pixel)));
     const float length = float(metres / pixel), right = float(port.left + port.width) - 16;
-    draw->AddLine({right - length, bottom - 14}, {right, bottom - 14}, ink, 2);
-    draw->AddText({right - length, bottom - 32}, ink, (shown(metres) + " m").c_str());
+    draw->AddLine({right - length, bottom - 14 * unit}, {right, bottom - 14 * unit}, ink, 2);
+    const std::string text = shown(metres) + " m";
+    const float wide = std::max(length, ImGui::CalcTextSize(text.c_str()).x);
+    draw->AddText({right - wide, bottom - 32 * unit}, ink, text.c_str());
   }
   const auto& coloured = coloured_[s];
+  const float line = ImGui::GetTextLineHeight() + 4, x = float(port.left) + 12;
   float y = float(port.top) + 10;
-  const float x = float(port.left) + 12;
+  const auto say = [&](const std::string& text) { draw->AddText({x, y}, ink, text.c_str()), y += line; };
   if (now_.sides.size() == 2) {
     const SolverSpec& solver = now_.sides[s].scene->solver;
-    const std::string name = solver.type + ", " + std::to_string(solver.substeps) + " substeps, dt " +
-                             shown(solver.dt) + " s, " + shown(now_.sides[s].frame->step_ms) + " ms a step";
-    draw->AddText({x, y}, ink, name.c_str());
-    y += 20;
+    char times[64];
+    std::snprintf(times, sizeof times, "dt %.4g s, %.3g ms a step", solver.dt, now_.sides[s].frame->step_ms);
+    say(solver.type + ", " + counted(solver.substeps, "substep")), say(times);
   }
   if (const Body& body = *now_.sides[s].frame->body; coarse_ && body.coarse) {
     const std::string drawn = "while it moves " + std::to_string(body.coarse->particles.size()) + " of " +
                               std::to_string(body.look.points.size()) + " particles are drawn";
-    draw->AddText({x, y}, ink, drawn.c_str());
-    y += 20;
+    say(drawn);
   }
-  if (!coloured.most) return draw->AddText({x, y}, ink, coloured.legend.c_str());
+  if (!coloured.most) return say(coloured.legend);
   for (int k = 0; k < 120; ++k) {
     const Colour c = turbo(k / 119.0);
-    draw->AddRectFilled({x + float(k), y}, {x + float(k) + 1, y + 10}, IM_COL32(c[0], c[1], c[2], 255));
+    draw->AddRectFilled({x + unit * float(k), y}, {x + unit * float(k + 1), y + 10}, IM_COL32(c[0], c[1], c[2], 255));
   }
   draw->AddText({x, y + 12}, ink, "0");
-  draw->AddText({x + 90, y + 12}, ink, (shown(*coloured.most) + " " + coloured.legend).c_str());
+  draw->AddText({x + 90 * unit, y + 12}, ink, (shown(*coloured.most) + " " + coloured.legend).c_str());
 }
 
 }  // namespace malha::view

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/view/layout.h"
 #include "tools/view/painter.h"
 #include "tools/view/panels.h"
 #include "tools/view/window.h"
@@ -15,8 +16,8 @@ namespace malha::view {
 
 class App {
  public:
-  /// `in_software`: pictures are drawn without a GPU.
-  App(const WindowOptions& options, bool in_software);
+  /// `in_software`: pictures are drawn without a GPU. `scale`: how many times larger the display shows things.
+  App(const WindowOptions& options, bool in_software, float scale);
 
   /// Draws everything into a window of so many pixels, and does what mouse and keys say.
   void frame(int width, int height);
@@ -49,8 +50,7 @@ class App {
   void mouse();
   void press(std::size_t side, double x, double y);
   void drag(double x, double y);
-  void grip(int particle, const Vec3& to, bool firm);
-  void let_go(int particle);
+  std::vector<std::size_t> alike(std::size_t side) const;
   void pin_or_release(std::size_t side, int particle);
   void throw_ball_at(double x, double y);
   void toggle_second();
@@ -67,6 +67,7 @@ class App {
   Choices choices_;
   std::vector<Edited> edited_;
   OrbitCamera camera_;
+  Panels panels_;
   std::deque<Painter> painters_;
   std::vector<Viewport> ports_;
   std::shared_ptr<const Scene> framed_;  // the scene whose camera was set

@@ -33,16 +33,16 @@ void graph(const std::string& title, const std::string& unit, const std::vector<
     }
   if (!(first < last)) return;
   ImGui::Text("%s%s%s", title.c_str(), unit.empty() ? "" : ", ", unit.c_str());
+  const float room = ImGui::GetContentRegionAvail().x;
   float names = 0;
   for (std::size_t s = 0; s < series.size() && series.size() > 1; ++s) {
-    const float next = names + ImGui::CalcTextSize(series[s].name.c_str()).x + 8;
-    if (s > 0 && next < ImGui::GetContentRegionAvail().x) ImGui::SameLine();
-    names = s > 0 && next < ImGui::GetContentRegionAvail().x ? next : ImGui::CalcTextSize(series[s].name.c_str()).x + 8;
+    const float own = ImGui::CalcTextSize(series[s].name.c_str()).x + ImGui::GetStyle().ItemSpacing.x;
+    if (s > 0 && names + own < room) ImGui::SameLine();
+    names = s > 0 && names + own < room ? names + own : own;
     ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(kColours[s % kColours.size()]), "%s", series[s].name.c_str());
   }
   const ImVec2 corner = ImGui::GetCursorScreenPos();
-  const float left = 52, line = ImGui::GetTextLineHeight(), width = ImGui::GetContentRegionAvail().x - left - 4,
-              height = 70;
+  const float line = ImGui::GetTextLineHeight(), left = 4 * line, width = room - left - 4, height = 5.4f * line;
   if (width < 20) return;
   ImDrawList* draw = ImGui::GetWindowDrawList();
   const ImU32 grey = IM_COL32(150, 150, 150, 255);

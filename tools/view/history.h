@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "host/scene.h"
 #include "tools/view/frame.h"
 
 namespace malha::view {
@@ -12,6 +13,7 @@ namespace malha::view {
 struct Moment {
   std::vector<std::shared_ptr<const Frame>> frames;
   std::vector<std::string> states;
+  std::vector<std::shared_ptr<const Scene>> scenes;  // with the settings of then
   std::size_t bytes() const;
 };
 

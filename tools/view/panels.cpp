@@ -121,10 +121,14 @@ void run_panel(const Snapshot& now, Session& session, Choices& choices) {
                                          "1/4 of real time",   "1/2 of real time",   "real time",
                                          "twice real time"};
   const auto found = std::find(kPaces.begin(), kPaces.end(), now.pace);
-  int pace = int(found - kPaces.begin());
+  const int pace = int(found - kPaces.begin());
   ImGui::PushItemWidth(-1);
-  if (ImGui::Combo("##pace", &pace, kPaceNames.data(), int(kPaceNames.size())))
-    session.set_pace(kPaces[std::size_t(pace)]);
+  const std::string other = text_of(now.pace, "of real time");
+  if (ImGui::BeginCombo("##pace", found == kPaces.end() ? other.c_str() : kPaceNames[std::size_t(pace)])) {
+    for (std::size_t k = 0; k < kPaces.size(); ++k)
+      if (ImGui::Selectable(kPaceNames[k], int(k) == pace)) session.set_pace(kPaces[k]);
+    ImGui::EndCombo();
+  }
   int look = int(choices.look), surface = int(choices.surface);
   if (ImGui::Combo("##look", &look, kLookNames.data(), int(kLookNames.size())))
     choices.look = Look(look), session.set_look(choices.look);

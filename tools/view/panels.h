@@ -21,6 +21,7 @@ struct Choices {
 struct Edited {
   std::shared_ptr<const Scene> of;
   Scene scene;
+  int refused = 0;  // how many changes were when it was taken over
 };
 
 void run_panel(const Snapshot& now, Session& session, Choices& choices);

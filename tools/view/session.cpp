@@ -75,6 +75,8 @@ void Session::say(const std::string& message, bool trouble) {
   snapshot_.message = printable(message), snapshot_.trouble = trouble, ++snapshot_.version;
 }
 
+constexpr double kSoon = 0.05;  // s, after which what was done is shown
+
 void Session::work() {
   for (;;) {
     std::deque<Work> todo;
@@ -88,9 +90,12 @@ void Session::work() {
       if (quit_) return;
       todo.swap(queue_), busy_ = true;
     }
-    for (const Work& one : todo) attempt(one);
+    for (std::size_t k = 0; k < todo.size(); ++k) {
+      const double took = seconds([&] { attempt(todo[k]); });
+      if (took > kSoon && k + 1 < todo.size()) publish();
+    }
     const bool due = running_ && (!paces() || Clock::now() >= due_);
-    if (due) attempt([this] { advance(); });
+    if (due) attempt([this] { advance(); }, true);
     bool wanted = !todo.empty() || (due && !running_);  // it has just ended by itself
     {
       const std::lock_guard lock(mutex_);
@@ -106,11 +111,11 @@ void Session::work() {
 }
 
 /// What cannot be done is said, and leaves things as they were.
-void Session::attempt(const Work& work) {
+void Session::attempt(const Work& work, bool ends_the_run) {
   try {
     work();
   } catch (const std::exception& error) {
-    running_ = false;
+    if (ends_the_run) running_ = false;
     say(error.what(), true);
   }
   const std::lock_guard lock(mutex_);
@@ -195,7 +200,7 @@ void Session::keep() {
     for (const auto& side : sides_) moment.frames.push_back(side->frame(measured));
   });
   if (measured) measure_seconds_ += took;
-  for (const auto& side : sides_) moment.states.push_back(side->state());
+  for (const auto& side : sides_) moment.states.push_back(side->state()), moment.scenes.push_back(side->shared_scene());
   history_.add(std::move(moment), earliest());
   moment_ = history_.moments().size() - 1;
 }
@@ -205,7 +210,11 @@ void Session::go_on_from_shown() {
   const auto& moments = history_.moments();
   const bool lost = std::any_of(lost_.begin(), lost_.end(), [](int one) { return one >= 0; });
   if (moments.empty() || (moment_ + 1 >= moments.size() && !lost)) return;
-  for (std::size_t s = 0; s < sides_.size(); ++s) sides_[s]->go_back(moments[moment_]->states[s]), lost_[s] = -1;
+  const Moment& then = *moments[moment_];
+  for (std::size_t s = 0; s < sides_.size(); ++s) {
+    if (then.scenes[s] != sides_[s]->shared_scene()) sides_[s]->change_back(then.scenes[s]);
+    sides_[s]->go_back(then.states[s]), lost_[s] = -1;
+  }
   history_.cut_after(moment_);
   share_from_ = earliest(), share_since_ = Clock::now();
 }
@@ -220,8 +229,8 @@ void Session::publish() {
   };
   for (std::size_t s = 0; s < sides_.size(); ++s) {
     const Side& side = *sides_[s];
-    shown.push_back({shown_of(s), side.shared_scene(), sides_[s]->looks(look_), side.warnings(), side.grips(),
-                     side.set_up_ms(), side.threads(), lost_[s]});
+    shown.push_back({shown_of(s), back ? moments[moment_]->scenes[s] : side.shared_scene(), sides_[s]->looks(look_),
+                     side.warnings(), side.grips(), side.set_up_ms(), side.threads(), lost_[s]});
   }
   const auto distance = apart(shown);
   const std::lock_guard lock(mutex_);
@@ -251,7 +260,7 @@ void Session::begin(const Scene& scene) {
   auto side = std::make_unique<Side>(scene, options_);
   sides_.clear();
   sides_.push_back(std::move(side));
-  running_ = changed_ = false;
+  running_ = false;
   start_anew();
   say(scene.file + ": set up in " + shown(std::round(sides_[0]->set_up_ms())) + " ms");
 }
@@ -274,11 +283,17 @@ void Session::compare(std::optional<Scene> other) {
 void Session::change(std::size_t side, const Scene& scene) {
   ask([this, side, scene] {
     if (side >= sides_.size()) return;
-    go_on_from_shown();
-    sides_[side]->change(scene, lost_[side] >= 0);
+    try {
+      go_on_from_shown();
+      sides_[side]->change(scene, false);
+    } catch (const InputError&) {
+      const std::lock_guard lock(mutex_);
+      ++snapshot_.refused;
+      throw;
+    }
     say("laid out anew in " + shown(std::round(10 * sides_[side]->set_up_ms()) / 10) + " ms");
-    changed_ = true;
-    start_anew();
+    keep();
+    due_ = Clock::now();
   });
 }
 
@@ -321,12 +336,11 @@ void Session::reset() {
   ask([this] {
     if (sides_.empty()) return;
     for (std::size_t s = 0; s < sides_.size(); ++s) {
-      if (changed_)
+      if (history_.moments().front()->scenes[s] != sides_[s]->shared_scene())
         sides_[s]->change(sides_[s]->scene(), true);
       else
         sides_[s]->go_back(history_.moments().front()->states[s]);
     }
-    changed_ = false;
     start_anew();
   });
 }
@@ -353,17 +367,28 @@ void Session::show_back() {
   });
 }
 
-void Session::grip(std::size_t side, int particle, const Vec3& to, bool firm) {
+void Session::grip(const std::vector<std::size_t>& sides, int particle, const Vec3& to, bool firm) {
   ask([=, this] {
-    if (side >= sides_.size()) return;
+    if (std::any_of(sides.begin(), sides.end(), [this](std::size_t s) { return s >= sides_.size(); })) return;
     go_on_from_shown();
-    sides_[side]->grip(particle, to, firm);
+    std::vector<std::size_t> taken;
+    try {
+      for (const std::size_t s : sides) {
+        const bool before = sides_[s]->grips().contains(particle);
+        sides_[s]->grip(particle, to, firm);
+        if (!before) taken.push_back(s);
+      }
+    } catch (const InputError&) {
+      for (const std::size_t s : taken) sides_[s]->let_go(particle);
+      throw;
+    }
   });
 }
 
-void Session::let_go(std::size_t side, int particle) {
+void Session::let_go(const std::vector<std::size_t>& sides, int particle) {
   ask([=, this] {
-    if (side < sides_.size()) sides_[side]->let_go(particle);
+    for (const std::size_t s : sides)
+      if (s < sides_.size()) sides_[s]->let_go(particle);
   });
 }
 
@@ -375,10 +400,16 @@ void Session::cut(std::size_t side, const std::vector<Edge>& edges) {
   });
 }
 
+/// What is shown: of a run that diverged the last moment before.
 void Session::save(std::size_t side, const std::string& scene_path, const std::string& checkpoint_path) {
   put([=, this] {
     if (side >= sides_.size()) return;
-    sides_[side]->save(scene_path, checkpoint_path);
+    const auto& moments = history_.moments();
+    if (moment_ + 1 < moments.size() || lost_[side] >= 0)
+      save_state(*moments[moment_]->scenes[side], moments[moment_]->states[side], options_, scene_path,
+                 checkpoint_path);
+    else
+      sides_[side]->save(scene_path, checkpoint_path);
     say("saved " + scene_path + " and " + checkpoint_path);
   });
 }

@@ -32,6 +32,7 @@ struct Snapshot {
   std::string doing;       // "" or what takes long now
   std::string message;     // the last word: what was refused, what diverged, what was saved
   bool trouble = false;    // whether that is bad news
+  int refused = 0;         // how many settings were so far
   double pace = 1;         // of simulated to clock time that is wanted; 0: as fast as it goes
   double share = 0;        // of simulated to clock time that is reached
   std::size_t moment = 0;  // the one shown
@@ -61,8 +62,9 @@ class Session {
   void set_look(Look look);
   void show(std::size_t moment);  // pauses; what runs next goes on from there
   void show_back();               // the moment before the one shown
-  void grip(std::size_t side, int particle, const Vec3& to, bool firm);
-  void let_go(std::size_t side, int particle);
+  /// On all of these sides, or where one refuses on none.
+  void grip(const std::vector<std::size_t>& sides, int particle, const Vec3& to, bool firm);
+  void let_go(const std::vector<std::size_t>& sides, int particle);
   void cut(std::size_t side, const std::vector<Edge>& edges);
   void save(std::size_t side, const std::string& scene_path, const std::string& checkpoint_path);
   void say(const std::string& message, bool trouble = false);
@@ -90,13 +92,13 @@ class Session {
   bool paces() const { return running_ && pace_ > 0; }
   double earliest() const;
   double largest_dt() const;
-  void attempt(const Work& work);
+  void attempt(const Work& work, bool ends_the_run = false);
 
   SimulationOptions options_;
   std::vector<std::unique_ptr<Side>> sides_;
   std::vector<int> lost_;
   History history_;
-  bool running_ = false, changed_ = false;
+  bool running_ = false;
   double pace_ = 1, measure_seconds_ = 0, share_ = 0;
   std::size_t moment_ = 0;
   std::deque<std::vector<std::shared_ptr<const Frame>>> parts_;  // of the last step, still to be shown: of every side

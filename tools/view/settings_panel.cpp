@@ -29,6 +29,7 @@ bool whole(const char* name, int& value) {
 
 bool solver(SolverSpec& spec) {
   bool changed = false;
+  bool levels = spec.levels != 0;
   int method = spec.type == "pbd" ? 0 : 1, precision = spec.precision == Precision::Float ? 0 : 1;
   if (ImGui::Combo("method", &method, "pbd\0desbrun\0")) spec.type = method == 0 ? "pbd" : "desbrun", changed = true;
   changed |= number("dt", spec.dt, "s, of a step");
@@ -36,6 +37,8 @@ bool solver(SolverSpec& spec) {
   changed |= whole("iterations", spec.iterations);
   if (ImGui::Combo("precision", &precision, "float\0double\0"))
     spec.precision = precision == 0 ? Precision::Float : Precision::Double, changed = true;
+  if (spec.type == "pbd" && ImGui::Checkbox("levels where they help", &levels))
+    spec.levels = levels ? kAutoLevels : 0, changed = true;
   if (spec.type == "desbrun") {
     changed |= number("spring constant", spec.desbrun.spring_constant, "N/m");
     changed |= whole("refine", spec.desbrun.refine);
@@ -60,7 +63,9 @@ bool air(Scene& scene) {
 bool constraint(ConstraintSpec& spec) {
   ImGui::TextUnformatted(spec.type.c_str());
   bool changed = false;
-  if (spec.compliance) {
+  if (spec.type == "long_range") {
+    changed |= number("limit", spec.parameter, "times the distance to the pin along the surface at the start");
+  } else if (spec.compliance) {
     changed |= number("compliance", *spec.compliance, "m/N of lengths, rad/(N m) of angles, m^5/N of volumes");
   } else if (spec.rigidity) {
     changed |= number("rigidity", *spec.rigidity, "of the material, see scenes/README.md");
@@ -70,6 +75,8 @@ bool constraint(ConstraintSpec& spec) {
     float stiffness = float(spec.stiffness);
     if (ImGui::SliderFloat("stiffness", &stiffness, 0, 1)) spec.stiffness = stiffness;
     changed |= done();
+    if (ImGui::Button("give it a compliance")) spec.compliance = 1e-6, changed = true;
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("so that substeps and iterations do not change how stiff it is");
   }
   return changed;
 }
@@ -120,7 +127,8 @@ bool obstacles(Scene& scene) {
 void settings_panel(const Snapshot& now, Session& session, Choices& choices, std::vector<Edited>& edited) {
   edited.resize(now.sides.size());
   for (std::size_t s = 0; s < now.sides.size(); ++s)
-    if (edited[s].of != now.sides[s].scene) edited[s] = {now.sides[s].scene, *now.sides[s].scene};
+    if (edited[s].of != now.sides[s].scene || edited[s].refused != now.refused)
+      edited[s] = {now.sides[s].scene, *now.sides[s].scene, now.refused};
   if (now.sides.empty()) return;
   choices.side = std::min(choices.side, now.sides.size() - 1);
   if (now.sides.size() == 2) {

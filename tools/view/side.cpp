@@ -68,8 +68,19 @@ void Side::change(const Scene& scene, bool from_start) {
   }
 }
 
+void Side::change_back(const std::shared_ptr<const Scene>& scene) {
+  change(*scene, true);
+  scene_ = scene;  // the very same: it is known by that
+}
+
 void Side::note_body() {
-  body_ = body_of(simulation_->model()), tears_ = simulation_->tears();
+  const Appearance& look = simulation_->model().look;
+  const auto same = [&look](const Appearance& one) {
+    return one.points == look.points && one.faces == look.faces && one.lines == look.lines &&
+           one.body_begin == look.body_begin;
+  };
+  if (!body_ || !same(body_->look)) body_ = body_of(simulation_->model());
+  tears_ = simulation_->tears();
   looks_.reset();
   grips_.clear();  // tears may have numbered them anew
   for (const Taken& one : simulation_->held()) grips_[one.particle] = {one.to, one.is_held()};
@@ -154,6 +165,14 @@ int Side::cut(const std::vector<Edge>& edges) {
 void Side::save(const std::string& scene_path, const std::string& checkpoint_path) const {
   write_whole(scene_path, to_json(*scene_));
   simulation_->save_checkpoint(checkpoint_path);
+}
+
+void save_state(const Scene& scene, const std::string& state, const SimulationOptions& options,
+                const std::string& scene_path, const std::string& checkpoint_path) {
+  Simulation simulation(scene, options);
+  simulation.go_back(state);
+  write_whole(scene_path, to_json(scene));
+  simulation.save_checkpoint(checkpoint_path);
 }
 
 void Side::go_back(const std::string& state) {

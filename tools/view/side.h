@@ -24,6 +24,9 @@ class Side {
   /// Lays the scene out anew: at its start, or where the present one is. After an exception all is as it was.
   void change(const Scene& scene, bool from_start);
 
+  /// To a scene that it had before, whose state is to come.
+  void change_back(const std::shared_ptr<const Scene>& scene);
+
   /// One step. Throws Diverged.
   void step();
   /// Frames of all its substeps but the last, which is the step.
@@ -78,5 +81,9 @@ class Side {
   double set_up_ms_ = 0, step_ms_ = 0;
   std::array<double, kPassNames.size()> before_{}, pass_ms_{};
 };
+
+/// The same of a state that it had.
+void save_state(const Scene& scene, const std::string& state, const SimulationOptions& options,
+                const std::string& scene_path, const std::string& checkpoint_path);
 
 }  // namespace malha::view

@@ -56,12 +56,10 @@ class Display {
 /// Dear ImGui in that window.
 class Gui {
  public:
-  explicit Gui(GLFWwindow* window) {
+  explicit Gui(GLFWwindow* window, float scale) {
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;  // no file is left behind
     ImGui::StyleColorsDark();
-    float scale = 1;
-    glfwGetWindowContentScale(window, &scale, nullptr);
     ImGui::GetIO().FontGlobalScale = scale;
     ImGui::GetStyle().ScaleAllSizes(scale);
     ImGui_ImplGlfw_InitForOpenGL(window, true);
@@ -76,6 +74,12 @@ class Gui {
   Gui& operator=(const Gui&) = delete;
 };
 
+/// A driver that draws on the CPU keeps one core: threads that wait for each other stand still without it.
+WindowOptions for_solver(WindowOptions options, bool in_software) {
+  if (in_software && options.simulation.threads == 0) options.simulation.threads = std::max(1, available_threads() - 1);
+  return options;
+}
+
 }  // namespace
 
 void show_window(const WindowOptions& options) {
@@ -85,7 +89,9 @@ void show_window(const WindowOptions& options) {
   // A driver that draws on the CPU takes it from the solver: half the time at most, and less of very many triangles.
   const std::string renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   const bool in_software = renderer.find("llvmpipe") != std::string::npos;
-  App app(options, in_software);
+  float scale = 1;
+  glfwGetWindowContentScale(window, &scale, nullptr);
+  App app(for_solver(options, in_software), in_software, scale);
   glfwSetWindowUserPointer(window, &app);
   glfwSetDropCallback(window, [](GLFWwindow* of, int count, const char** paths) {
     if (count > 0) static_cast<App*>(glfwGetWindowUserPointer(of))->drop(paths[0]);
@@ -94,7 +100,7 @@ void show_window(const WindowOptions& options) {
   glfwSetKeyCallback(window, [](GLFWwindow* of, int key, int, int action, int held) {
     if (action != GLFW_RELEASE) static_cast<App*>(glfwGetWindowUserPointer(of))->key(key, held);
   });
-  const Gui gui(window);
+  const Gui gui(window, scale);
   double took = 0;
   while (!glfwWindowShouldClose(window) && !app.quits()) {
     glfwWaitEventsTimeout(app.rests() ? 0.25 : std::max(1.0 / 60 - took, in_software && app.runs() ? took : 1e-3));
