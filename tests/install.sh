@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # usage: install.sh ROOT BUILD GENERATOR COMPILER FLAGS
-# Installs BUILD into a scratch prefix; configures, builds and runs tests/consumer against it, with the compiler's
+# Installs BUILD into a scratch prefix; configures, builds and runs tools/examples against it, with the compiler's
 # default instruction set (FLAGS are the sanitizers', which all parts of a program must share).
 set -euo pipefail
 root=${1:?} build=${2:?} generator=${3:?} compiler=${4:?} flags=${5-}
@@ -8,11 +8,12 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
 cmake --install "$build" --prefix "$scratch/prefix" >/dev/null
-cmake -S "$root/tests/consumer" -B "$scratch/build" -G "$generator" \
+cmake -S "$root/tools/examples" -B "$scratch/build" -G "$generator" \
   -DCMAKE_PREFIX_PATH="$scratch/prefix" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags" -DCMAKE_BUILD_TYPE=Release
 cmake --build "$scratch/build"
 
 # A scene with particles, constraints and a mesh to collide with, so that every dependency is called.
-"$scratch/build/consumer" "$root/scenes/ramp.json"
+"$scratch/build/run" "$root/scenes/ramp.json"
+for name in own_loop several; do "$scratch/build/$name" "$root/scenes/sheet_shear.json"; done
 "$scratch/prefix/bin/malha" --help >/dev/null
 if [[ -e "$build/malha_measures" ]]; then "$scratch/prefix/bin/malha" bench --help >/dev/null; fi

@@ -1,0 +1,22 @@
+# What a Debian package of malha holds beside the program and the library: see tools/package/.
+set(data_dir "${CMAKE_INSTALL_DATAROOTDIR}/malha")
+install(DIRECTORY scenes/ DESTINATION "${data_dir}/scenes" PATTERN "scans" EXCLUDE)
+install(FILES scenes/meshes/scans/bunny00.off DESTINATION "${data_dir}/scenes/meshes/scans" OPTIONAL)
+install(FILES tools/package/malha.bash DESTINATION "${CMAKE_INSTALL_DATAROOTDIR}/bash-completion/completions"
+        RENAME malha)
+install(FILES README.md LICENSE DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+# By tools/package/make, which has help2man write them.
+install(DIRECTORY "${PROJECT_BINARY_DIR}/man/" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1" OPTIONAL)
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME malha)
+set(CPACK_PACKAGE_CONTACT "the founders of malha")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)  # what the programs need to run
+# What programs that use the library are linked with, and what draws charts.
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, libembree-dev, libmetis-dev, zlib1g-dev, gnuplot-nox")
+include(CPack)

@@ -1,0 +1,13 @@
+# Reference pages of the public headers, in BUILD/reference/html: `cmake --build BUILD --target reference`.
+find_package(Doxygen QUIET)
+if(DOXYGEN_FOUND)
+  set(DOXYGEN_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/reference")
+  set(DOXYGEN_PROJECT_BRIEF "${PROJECT_DESCRIPTION}")
+  set(DOXYGEN_USE_MDFILE_AS_MAINPAGE "${PROJECT_SOURCE_DIR}/host/README.md")
+  set(DOXYGEN_JAVADOC_AUTOBRIEF YES)
+  set(DOXYGEN_EXTRACT_ALL YES)
+  set(DOXYGEN_QUIET YES)
+  set(DOXYGEN_EXAMPLE_PATH "${PROJECT_SOURCE_DIR}/tools/examples")
+  doxygen_add_docs(reference host/README.md host/after_substep.h host/error.h host/measures.h host/mesh.h host/scene.h
+    host/simulation.h host/taken.h host/base/shown.h COMMENT "reference pages")
+endif()
