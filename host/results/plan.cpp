@@ -70,6 +70,13 @@ void list_attachments(std::ostream& out, const Model& model) {
   }
 }
 
+void list_own(std::ostream& out, const SolverFacts& facts) {
+  for (const OwnFacts& own : facts.own)
+    out << "  own '" << own.name << "': " << own.constraints << " of " << counted(own.particles, "particle") << " in "
+        << counted(own.batches, "batch", "batches")
+        << ", evaluated by the caller; prediction, projection and state are passes of their own\n";
+}
+
 void list_tears(std::ostream& out, const Scene& scene) {
   for (const BodySpec& body : scene.bodies)
     if (body.tear)
@@ -176,6 +183,9 @@ void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts
   line("long_range", facts.long_range > 0 ? projections : 0);
   line("attachments", projections * model.attached.size());
   line("contact", (projections + substeps) * obstacles);  // resolved, and restitution, which without any still stops
+  std::size_t batches = 0;
+  for (const OwnFacts& own : facts.own) batches += own.batches;
+  line("own", 2 * projections * batches);
   if (facts.self)
     out << "  self-collision: " << counted(18 * substeps + 4 * projections, "launch", "launches")
         << ", and 19 in a substep that looks for pairs anew\n";
@@ -235,6 +245,7 @@ std::string plan(const Simulation& simulation) {
         << " of them laid out for runs\n";
   list_constraints(out, model, facts);
   list_attachments(out, model);
+  list_own(out, facts);
   list_tears(out, scene);
   list_levels(out, model, facts);
   list_springs(out, model, facts);

@@ -54,6 +54,11 @@ Json constraints(const SolverFacts& facts, const Model& model) {
     Json& kind = kinds.emplace("attachment", Json{{"count", 0}}).first.value();
     kind["count"] = kind["count"].get<std::size_t>() + set.particles.size();
   }
+  for (const OwnFacts& own : facts.own) {
+    Json& kind = kinds.emplace("own", Json{{"count", 0}, {"batches", 0}}).first.value();
+    kind["count"] = kind["count"].get<int>() + own.constraints;
+    kind["batches"] = kind["batches"].get<int>() + own.batches;
+  }
   if (!model.pressures.empty()) kinds["pressure"] = {{"count", model.pressures.size()}};
   if (facts.long_range > 0) kinds["long_range"] = {{"count", facts.attachments}, {"particles", facts.long_range}};
   return kinds;

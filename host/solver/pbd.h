@@ -42,7 +42,7 @@ class Pbd final : public Stepper<Executor, R> {
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    if (this->in_hand()) return this->advance_from(0);
+    if (this->touched()) return this->advance_from(0);
     if (!this->facts_.whole_steps) return this->advance_from(this->facts_.flies ? fly(h) : 0);
     this->substep_ = 0;
     visit_patches(h, solver.substeps);
@@ -76,7 +76,7 @@ class Pbd final : public Stepper<Executor, R> {
     for (const MovedPins& pins : model_.moved)
       if (pins.until) leaving.push_back(&pins);
     std::stable_sort(leaving.begin(), leaving.end(), [](auto a, auto b) { return *a->until < *b->until; });
-    std::vector<double> w = this->inverse_masses();
+    std::vector<double> w = this->weights_in_order();
     for (std::size_t gone = 0;; ++gone) {
       add_levels(w);
       if (gone == leaving.size()) break;

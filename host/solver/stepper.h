@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 #include "host/base/point_array.h"
@@ -25,6 +26,7 @@
 #include "host/solver/measure.h"
 #include "host/solver/momenta.h"
 #include "host/solver/moved_pins.h"
+#include "host/solver/own_constraints.h"
 #include "host/solver/part.h"
 #include "host/solver/pressure.h"
 #include "host/solver/sleeper.h"
@@ -47,7 +49,7 @@ class Stepper : public Solver {
     advance();
     guard();
     if (self_ || collider_) note_collision();
-    if (sleeper_ && !in_hand()) timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
+    if (sleeper_ && !touched()) timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
 
   void check() final { guard(true); }
@@ -69,6 +71,7 @@ class Stepper : public Solver {
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->remember(saved.seen);
     if (sleeper_) sleeper_->remember(saved.rest);
+    if (sleeper_ && own_) sleeper_->wake();  // whatever its function does, it does
     if (self_) self_->remember(saved.self);
     if (edges_) edges_->remember(saved.self.x0, saved.edges);
     guard_.restart(particles(), x_.download());
@@ -88,19 +91,59 @@ class Stepper : public Solver {
     if (breakable_) timed(Pass::Tearing, [&] { found = breakable_->excess(x_.points()) > 0; });
     return found;
   }
-  void move_pin(int particle, const Vec3& to) final {
-    const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
-    const auto i = found - model_.user_of.begin();
-    if (found == model_.user_of.end() || w_.download()[i] > R(0) || (moved_ && moved_->refuses(int(i))) ||
-        (hand_ && hand_->has(int(i))))
-      throw InputError("move_pin: found particle " + std::to_string(particle) +
-                       ", which is not pinned; allowed: one that is, and that no keyframes move");
-    const Vec3 from = x_.download()[i];
-    guard_.moved(std::sqrt((to[0] - from[0]) * (to[0] - from[0]) + (to[1] - from[1]) * (to[1] - from[1]) +
-                           (to[2] - from[2]) * (to[2] - from[2])));
-    for (const PointArray<Executor, R>* points : {&x_, &p_}) points->set(static_cast<std::size_t>(i), to);
+  void move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to) final {
+    std::vector<int> solver_of(model_.user_of.size());
+    for (std::size_t i = 0; i < solver_of.size(); ++i) solver_of[model_.user_of[i]] = static_cast<int>(i);
+    const std::vector<R> w = w_.download();
+    for (const int user : particles) {
+      const bool there = user >= 0 && static_cast<std::size_t>(user) < solver_of.size();
+      const int i = there ? solver_of[user] : -1;
+      if (!there || w[i] > R(0) || (moved_ && moved_->refuses(i)) || (hand_ && hand_->has(i)))
+        throw InputError("move_pin: found particle " + std::to_string(user) +
+                         ", which is not pinned; allowed: one that is, and that no keyframes move");
+    }
+    double farthest = 0;
+    for (std::size_t k = 0; k < particles.size(); ++k) {
+      const auto i = static_cast<std::size_t>(solver_of[particles[k]]);
+      const Vec3 way = minus(to[k], x_.get(i));
+      farthest = std::max(farthest, std::sqrt(dot(way, way)));
+      for (const PointArray<Executor, R>* points : {&x_, &p_}) points->set(i, to[k]);
+    }
+    guard_.moved(farthest);
     crossings_step_ = -1;
     wake();
+  }
+  std::vector<double> inverse_masses() const final {
+    const std::vector<R> w = w_.download();
+    std::vector<double> ordered(model_.count());
+    for (int i = 0; i < model_.count(); ++i) ordered[model_.user_of[i]] = w[i];
+    return ordered;
+  }
+  void change_gravity() final {
+    const Vec3& g = model_.scene.gravity;
+    gravity_ = std::sqrt(dot(g, g));
+    weigh();
+    guard_.restart(particles(), x_.download());  // heights weigh otherwise now
+    guard_.driven(gravity_ * model_.scene.solver.dt);
+    wake();
+  }
+  void change_wind() final {
+    const Wind& wind = *model_.scene.wind;
+    if (air_) air_->change(wind);
+    guard_.driven(std::sqrt(dot(wind.velocity, wind.velocity)));
+    wake();
+  }
+  void constrain(const std::vector<OwnConstraint>& all) final {
+    own_.emplace(executor_, model_, all);
+    for (std::size_t s = 0; s < own_->count(); ++s)
+      facts_.own.push_back({own_->of(s).name, static_cast<int>(own_->batches(s).number.size()), own_->of(s).arity,
+                            own_->batches(s).count()});
+    guard_.trust(own_->particles());
+    leave_out_what_is_taken();
+  }
+  std::vector<double> values_of_own(std::size_t index) const final {
+    if (!own_) throw std::out_of_range("a simulation without constraints of the caller's own");
+    return own_->values(index, x_.points(), w_.data());
   }
   void take(const Taken& what) final {
     if (!hand_) throw InputError("pull, hold: found a simulation without by_hand; allowed: one that is made with it");
@@ -142,6 +185,7 @@ class Stepper : public Solver {
     }
     if (attachments_) m.elastic += attachments_->energy(x_.points(), time());
     if (hand_) m.elastic += hand_->energy(x);
+    if (own_) m.elastic += own_->energy(x_.points(), w_.data());
     if (collider_) {
       m.contacts = collider_->contacts();
       m.penetration_max = collider_->max_penetration(particles(), time());
@@ -225,6 +269,8 @@ class Stepper : public Solver {
   virtual void arrived(double /*h*/) {}
   /// Asked after every iteration: whether the projected constraints are met well enough to leave out the others.
   virtual bool enough() { return false; }
+  /// Gravity is another one: for what of the method has a copy of it.
+  virtual void weigh() {}
   /// What of the method knows beforehand what is pinned, for messages; null: nothing.
   virtual const char* laid_out_for_pins() const { return nullptr; }
 
@@ -287,8 +333,8 @@ class Stepper : public Solver {
   }
 
   int pins_let_go() const { return moved_ ? moved_->released() : 0; }
-  /// Now, 1/kg: 0 where particles are held.
-  std::vector<double> inverse_masses() const {
+  /// Now, 1/kg, in the solver's order: 0 where particles are held.
+  std::vector<double> weights_in_order() const {
     const std::vector<R> w = w_.download();
     return {w.begin(), w.begin() + model_.count()};
   }
@@ -304,9 +350,12 @@ class Stepper : public Solver {
     return model.pressures.empty() && model.attached.empty() && model.long_range.items() == 0 &&
            !model.scene.self_collision;
   }
-  bool nothing_between() const { return alone() && !in_hand(); }
+  bool nothing_between() const { return alone() && !touched(); }
   bool alone() const { return !long_range_ && nothing_between(model_); }  // the model may have let them go
   bool in_hand() const { return hand_ && !hand_->empty(); }
+  /// By hand, or by constraints of the caller's own: something acts between prediction and state of which neither the
+  /// model nor what was laid out for it knows.
+  bool touched() const { return in_hand() || own_; }
 
   /// Refuses an explosion that is finite still. `now`: at whatever step this is.
   void guard(bool now = false) {
@@ -339,7 +388,7 @@ class Stepper : public Solver {
 
   Executor executor_;
   const Model& model_;
-  const double gravity_;  // m/s^2
+  double gravity_;  // m/s^2
   PointArray<Executor, R> x_, v_, p_;
   std::optional<Sweep<Executor, R>> sweep_;
   Part<Momenta<Executor, R>, built("corrector")> momenta_;
@@ -351,7 +400,13 @@ class Stepper : public Solver {
 
  private:
   void leave_out_what_is_taken() {
-    if (momenta_) momenta_->leave_out(hand_->particles());
+    if (!momenta_) return;
+    std::vector<int> all = hand_ ? hand_->particles() : std::vector<int>{};
+    if (own_) {
+      const std::vector<int> own = own_->particles();
+      all.insert(all.end(), own.begin(), own.end());
+    }
+    momenta_->leave_out(all);
   }
 
   /// Of the present state, which several ask for: counted once.
@@ -414,6 +469,7 @@ class Stepper : public Solver {
     if (momenta_ && !alone()) timed(Pass::Correction, [&] { momenta_->after_projection(all, h); });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
     if (attachments_) timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, fresh); });
+    if (own_) timed(Pass::ByCaller, [&] { own_->project(all.p, all.w, fresh); });
     if (in_hand()) timed(Pass::Attachments, [&] { hand_->project(all.p, all.w, fresh); });
     if (self_) timed(Pass::SelfCollision, [&] { self_->resolve(all); });
     if (edges_) timed(Pass::Edges, [&] { edges_->resolve(all); });
@@ -456,6 +512,7 @@ class Stepper : public Solver {
   Part<MovedPinSets<Executor, R>, built("motion")> moved_;
   Part<Attachments<Executor, R>, built("attachments")> attachments_;
   Part<Hand<Executor, R>, built("attachments")> hand_;
+  std::optional<OwnConstraints<Executor, R>> own_;
   Part<Limits<Executor, R>, built("tear")> breakable_;  // edges that tear
   Part<Air<Executor, R>, built("air")> air_;
   Part<Sleeper<Executor, R>, built("sleep")> sleeper_;
