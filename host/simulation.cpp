@@ -28,8 +28,7 @@ namespace {
 
 /// So many rows of numbers that squares of stay finite in single precision.
 void require_numbers(const char* what, const std::vector<Vec3>& rows, std::size_t count, const char* each) {
-  if (rows.size() != count)
-    refuse(what, "", counted(rows.size(), "row"), std::to_string(count) + ", " + each);
+  if (rows.size() != count) refuse(what, "", counted(rows.size(), "row"), std::to_string(count) + ", " + each);
   for (std::size_t i = 0; i < rows.size(); ++i)
     for (const double number : rows[i])
       if (!(std::abs(number) <= 1e18)) refuse(what, "row " + std::to_string(i), shown(number), "numbers up to 1e18");

@@ -203,6 +203,11 @@ Parts memory_parts(const Model& model, const SolverFacts& facts) {
   return parts;
 }
 
+std::string measures_json(const Model& model, const Solver& solver, const RunTimes& times) {
+  return measured(solver.measure(), model.scene.self_collision.has_value(), solver.facts().edges.has_value(), times)
+      .dump();
+}
+
 std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
                         const Solver& solver, int threads, const RunTimes& times) {
   const Scene& scene = model.scene;

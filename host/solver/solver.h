@@ -47,7 +47,7 @@ enum class Pass {
 inline constexpr std::array<const char*, 21> kPassNames{
     "pins",           "damping",   "air",        "forces",   "filter",     "correction",  "prediction",
     "levels",         "collision", "projection", "pressure", "long_range", "attachments", "contact",
-    "self_collision", "state",     "visits",     "tearing",  "sleep",      "edges",    "own"};
+    "self_collision", "state",     "visits",     "tearing",  "sleep",      "edges",       "own"};
 
 /// What a person may want to know of a constraint set.
 struct SetFacts {
@@ -135,7 +135,8 @@ class Solver {
   virtual const std::array<double, kPassNames.size()>& pass_seconds() const = 0;  // per pass, since the start
   /// Of each level (facts().levels) since the start, within those of the passes.
   virtual std::vector<double> seconds_of_levels() const { return {}; }
-  /// Puts pinned particles (the user's numbers) elsewhere. Throws InputError for one that is not pinned: then none moves.
+  /// Puts pinned particles (the user's numbers) elsewhere. Throws InputError for one that is not pinned: then none
+  /// moves.
   virtual void move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to) = 0;
   /// 1/kg, in the user's order: 0 where particles are held now.
   virtual std::vector<double> inverse_masses() const = 0;
