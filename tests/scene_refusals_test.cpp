@@ -291,7 +291,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Refusal{"ShapeWithoutFaces", "/environment/1/shape",
                 R"({"chain": {"from": [0,0,0], "to": [1,0,0], "segments": 1}})",
-                "/environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar, weld"},
+                "/environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar, listed, "
+                "weld"},
         Refusal{"UnknownSides", "/environment/0/sides", "\"twosided\"",
                 "/environment/0/sides: found unknown kind of sides \"twosided\" (did you mean 'two_sided'?); allowed: "
                 "solid, one_sided, two_sided"},
@@ -340,7 +341,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{
             "BoxOfAStranger", "/expect/bodies/0/name", "\"bal\"",
             "/expect/bodies/0/name: found unknown body \"bal\" (did you mean 'ball'?); allowed: from a file, sheet, "
-            "ball, crate, beam, rope, shot, jelly"},
+            "ball, crate, beam, rope, shot, jelly, in place"},
         Refusal{"BoxTwice", "/expect/bodies/1", R"({"name": "ball", "inside": {"min": [0, 0, 0], "max": [1, 1, 1]}})",
                 "/expect/bodies/1/name: found \"ball\"; allowed: every body once"},
         Refusal{"BoxOfNoBody", "/expect/bodies", "[]", "/expect/bodies: found no body; allowed: at least one"},

@@ -25,6 +25,10 @@ Running::Running(const py::object& scene, int threads, const std::string& backen
   SimulationOptions options = options_of(threads, backend);
   options.by_hand = by_hand;
   for (const py::handle one : given) {
+    if (!py::isinstance<PythonConstraint>(one))
+      refuse("simulation", "constraints",
+             quoted(py::str(py::type::handle_of(one).attr("__name__")).cast<std::string>()),
+             "a list of malha.Constraint");
     options.constraints.push_back(one.cast<const PythonConstraint&>().own);
     constraints.append(one);
   }

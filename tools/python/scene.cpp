@@ -118,7 +118,7 @@ void add_scene(py::module_& module) {
       .def("to_json", &to_json, "The same as JSON text, which `malha run` takes.")
       .def_property_readonly("name", [](const Scene& scene) { return scene.name; })
       .def_property_readonly(
-          "duration", [](const Scene& scene) { return scene.duration; }, "s")
+          "duration", [](const Scene& scene) { return scene.duration; }, "Of a whole run, s.")
       .def_property_readonly(
           "dt", [](const Scene& scene) { return scene.solver.dt; }, "A step, s.")
       .def("__repr__", [](const Scene& scene) {

@@ -77,7 +77,7 @@ using Class = py::class_<Running>;
 void add_state(Class& simulation) {
   simulation
       .def_property_readonly(
-          "time", [](Running& s) { return s.now().time(); }, "s")
+          "time", [](Running& s) { return s.now().time(); }, "Simulated since the start, s.")
       .def_property_readonly(
           "steps", [](Running& s) { return s.now().steps(); }, "Since the start of the scene.")
       .def_property_readonly(
