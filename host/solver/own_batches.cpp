@@ -15,8 +15,6 @@ namespace {
 
 std::string named(const OwnConstraint& constraint) { return "constraint '" + constraint.name + "'"; }
 
-double size_of(const Vec3& a) { return std::sqrt(dot(a, a)); }
-
 /// Of all of them at these places, in one call.
 struct AllOfThem {
   const OwnConstraint& constraint;
@@ -114,7 +112,7 @@ void check_gradients(const OwnConstraint& constraint, const std::vector<Vec3>& x
   all(at);
   const std::vector<Vec3> given = all.gradient;
   std::vector<double> step(all.number.size(), 0);
-  for (std::size_t i = 0; i < at.size(); ++i) step[i / k] = std::max(step[i / k], size_of(minus(at[i], at[i / k * k])));
+  for (std::size_t i = 0; i < at.size(); ++i) step[i / k] = std::max(step[i / k], norm(minus(at[i], at[i / k * k])));
   for (double& one : step) one = 1e-5 * (one > 0 ? one : 1);
   std::vector<Vec3> found(at.size());
   for (int j = 0; j < k; ++j)
@@ -129,8 +127,7 @@ void check_gradients(const OwnConstraint& constraint, const std::vector<Vec3>& x
     }
   for (std::size_t c = 0; c < step.size(); ++c) {
     double largest = 0;
-    for (std::size_t i = c * k; i < (c + 1) * k; ++i)
-      largest = std::max({largest, size_of(given[i]), size_of(found[i])});
+    for (std::size_t i = c * k; i < (c + 1) * k; ++i) largest = std::max({largest, norm(given[i]), norm(found[i])});
     for (std::size_t i = c * k; i < (c + 1) * k; ++i)
       for (int axis = 0; axis < 3; ++axis)
         if (!(std::abs(given[i][axis] - found[i][axis]) <= tolerance * largest))

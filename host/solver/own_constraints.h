@@ -6,6 +6,8 @@
 #include "host/base/array.h"
 #include "host/model/model.h"
 #include "host/solver/own_batches.h"
+#include "host/solver/solver.h"
+#include "host/solver/state.h"
 #include "kernels/compute.h"
 #include "kernels/own.h"
 
@@ -16,12 +18,11 @@ class OwnConstraints {
  public:
   OwnConstraints(const Executor& executor, const Model& model, const std::vector<OwnConstraint>& all)
       : executor_(executor), h_(model.scene.solver.dt / model.scene.solver.substeps) {
-    std::vector<int> solver_of(model.user_of.size());
-    for (std::size_t i = 0; i < solver_of.size(); ++i) solver_of[model.user_of[i]] = static_cast<int>(i);
+    const std::vector<int> numbers = solver_of(model.user_of);
     for (const OwnConstraint& one : all) {
       require_sound(one, model.count());
       Set& set = sets_.emplace_back();
-      set.of = one, set.batches = make_batches(one, solver_of);
+      set.of = one, set.batches = make_batches(one, numbers);
       set.list = Array<Executor, int>(set.batches.list);
       set.place = Array<Executor, Vector3<double>>(set.batches.list.size(), Vector3<double>{0, 0, 0});
       set.w = Array<Executor, double>(set.batches.list.size(), 0.0);
@@ -29,9 +30,12 @@ class OwnConstraints {
     }
   }
 
-  std::size_t count() const { return sets_.size(); }
-  const OwnConstraint& of(std::size_t set) const { return sets_.at(set).of; }
-  const OwnBatches& batches(std::size_t set) const { return sets_.at(set).batches; }
+  std::vector<OwnFacts> facts() const {
+    std::vector<OwnFacts> all;
+    for (const Set& set : sets_)
+      all.push_back({set.of.name, static_cast<int>(set.batches.number.size()), set.of.arity, set.batches.count()});
+    return all;
+  }
   /// The solver's numbers.
   std::vector<int> particles() const {
     std::vector<int> all;

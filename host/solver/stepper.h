@@ -3,6 +3,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <vector>
@@ -70,8 +71,7 @@ class Stepper : public Solver {
     if (moved_) moved_->hold(time(), w_.data());
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->remember(saved.seen);
-    if (sleeper_) sleeper_->remember(saved.rest);
-    if (sleeper_ && own_) sleeper_->wake();  // whatever its function does, it does
+    if (sleeper_) own_ ? sleeper_->wake() : sleeper_->remember(saved.rest);
     if (self_) self_->remember(saved.self);
     if (edges_) edges_->remember(saved.self.x0, saved.edges);
     guard_.restart(particles(), x_.download());
@@ -92,67 +92,47 @@ class Stepper : public Solver {
     return found;
   }
   void move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to) final {
-    std::vector<int> solver_of(model_.user_of.size());
-    for (std::size_t i = 0; i < solver_of.size(); ++i) solver_of[model_.user_of[i]] = static_cast<int>(i);
     const std::vector<R> w = w_.download();
-    for (const int user : particles) {
-      const bool there = user >= 0 && static_cast<std::size_t>(user) < solver_of.size();
-      const int i = there ? solver_of[user] : -1;
-      if (!there || w[i] > R(0) || (moved_ && moved_->refuses(i)) || (hand_ && hand_->has(i)))
-        throw InputError("move_pin: found particle " + std::to_string(user) +
-                         ", which is not pinned; allowed: one that is, and that no keyframes move");
-    }
+    const std::vector<int> list = pins_of(model_, particles, [&](int i) {
+      return !(w[i] > R(0)) && !(moved_ && moved_->refuses(i)) && !(hand_ && hand_->has(i));
+    });
     double farthest = 0;
     for (std::size_t k = 0; k < particles.size(); ++k) {
-      const auto i = static_cast<std::size_t>(solver_of[particles[k]]);
-      const Vec3 way = minus(to[k], x_.get(i));
-      farthest = std::max(farthest, std::sqrt(dot(way, way)));
+      const auto i = static_cast<std::size_t>(list[k]);
+      farthest = std::max(farthest, norm(minus(to[k], x_.get(i))));
       for (const PointArray<Executor, R>* points : {&x_, &p_}) points->set(i, to[k]);
     }
     guard_.moved(farthest);
     crossings_step_ = -1;
     wake();
   }
-  std::vector<double> inverse_masses() const final {
-    const std::vector<R> w = w_.download();
-    std::vector<double> ordered(model_.count());
-    for (int i = 0; i < model_.count(); ++i) ordered[model_.user_of[i]] = w[i];
-    return ordered;
-  }
+  std::vector<double> inverse_masses() const final { return in_user_order(weights_in_order(), model_.user_of); }
   void change_gravity() final {
-    const Vec3& g = model_.scene.gravity;
-    gravity_ = std::sqrt(dot(g, g));
+    gravity_ = norm(model_.scene.gravity);
     weigh();
     guard_.restart(particles(), x_.download());  // heights weigh otherwise now
     guard_.driven(gravity_ * model_.scene.solver.dt);
     wake();
   }
   void change_wind() final {
-    const Wind& wind = *model_.scene.wind;
-    if (air_) air_->change(wind);
-    guard_.driven(std::sqrt(dot(wind.velocity, wind.velocity)));
+    if (air_) air_->change(*model_.scene.wind);
+    guard_.driven(norm(model_.scene.wind->velocity));
     wake();
   }
   void constrain(const std::vector<OwnConstraint>& all) final {
     own_.emplace(executor_, model_, all);
-    for (std::size_t s = 0; s < own_->count(); ++s)
-      facts_.own.push_back({own_->of(s).name, static_cast<int>(own_->batches(s).number.size()), own_->of(s).arity,
-                            own_->batches(s).count()});
+    facts_.own = own_->facts();
     guard_.trust(own_->particles());
     leave_out_what_is_taken();
   }
   std::vector<double> values_of_own(std::size_t index) const final {
-    if (!own_) throw std::out_of_range("a simulation without constraints of the caller's own");
-    return own_->values(index, x_.points(), w_.data());
+    return own_ ? own_->values(index, x_.points(), w_.data()) : throw std::out_of_range("values_of_own");
   }
   void take(const Taken& what) final {
     if (!hand_) throw InputError("pull, hold: found a simulation without by_hand; allowed: one that is made with it");
     const int i = hand_->number_of(what, model_, w_.data(), laid_out_for_pins());
     const Vec3 x = x_.get(i), way = minus(what.to, x);
-    if (what.is_held())
-      guard_.moved(std::sqrt(dot(way, way)));
-    else
-      guard_.gave(i, hand_->work(i, what, x));
+    what.is_held() ? guard_.moved(norm(way)) : guard_.gave(i, hand_->work(i, what, x));
     if (what.is_held() && !hand_->has(i)) v_.set(i, {0, 0, 0});
     hand_->take(i, what, x, w_.data());
     leave_out_what_is_taken(), wake();
@@ -200,10 +180,7 @@ class Stepper : public Solver {
  protected:
   /// `threads`: of the executor. `keeps`: see Sweep; a method that needs no sweep lays out none.
   Stepper(const Model& model, const Executor& executor, int threads, bool sweeps, bool keeps)
-      : executor_(executor),
-        model_(model),
-        gravity_(std::sqrt(dot(model.scene.gravity, model.scene.gravity))),
-        guard_(executor, model) {
+      : executor_(executor), model_(model), gravity_(norm(model.scene.gravity)), guard_(executor, model) {
     facts_.layout_seconds = seconds([&] { lay_out_particles(); });
     facts_.constraint_seconds = seconds([&] {
       if (sweeps) sweep_.emplace(executor, model, threads, keeps);
@@ -353,8 +330,7 @@ class Stepper : public Solver {
   bool nothing_between() const { return alone() && !touched(); }
   bool alone() const { return !long_range_ && nothing_between(model_); }  // the model may have let them go
   bool in_hand() const { return hand_ && !hand_->empty(); }
-  /// By hand, or by constraints of the caller's own: something acts between prediction and state of which neither the
-  /// model nor what was laid out for it knows.
+  /// By hand or by constraints of the caller's own, of which what was laid out knows nothing.
   bool touched() const { return in_hand() || own_; }
 
   /// Refuses an explosion that is finite still. `now`: at whatever step this is.
@@ -400,13 +376,9 @@ class Stepper : public Solver {
 
  private:
   void leave_out_what_is_taken() {
-    if (!momenta_) return;
     std::vector<int> all = hand_ ? hand_->particles() : std::vector<int>{};
-    if (own_) {
-      const std::vector<int> own = own_->particles();
-      all.insert(all.end(), own.begin(), own.end());
-    }
-    momenta_->leave_out(all);
+    if (own_) std::ranges::copy(own_->particles(), std::back_inserter(all));
+    if (momenta_) momenta_->leave_out(all);
   }
 
   /// Of the present state, which several ask for: counted once.
