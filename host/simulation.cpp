@@ -236,6 +236,7 @@ void Simulation::set_velocities(const std::vector<Vec3>& v) {
 
 void Simulation::set_gravity(const Vec3& gravity) {
   require_numbers("gravity", {gravity}, 1, "one");
+  if (gravity == parts_->model.scene.gravity) return;
   parts_->hash_of_scene();
   if (parts_->solver->facts().levels.empty()) {
     parts_->model.scene.gravity = gravity;
@@ -256,6 +257,7 @@ void Simulation::set_wind(const Vec3& velocity) {
   require_numbers("wind", {velocity}, 1, "one");
   Scene& scene = parts_->model.scene;
   if (!scene.wind) refuse("set_wind", "", "a scene without wind", "one that names it: air is laid out at the start");
+  if (velocity == scene.wind->velocity) return;
   parts_->hash_of_scene();
   scene.wind->velocity = velocity;
   parts_->solver->change_wind();

@@ -45,7 +45,7 @@ void add_corners(py::dict& listed, const char* key, const py::object& given, int
         array ? "an array of shape " + shape_of(array) + (whole ? "" : " that are no whole numbers")
               : "what is no array of numbers",
         "whole numbers (N, " + std::to_string(least) + (most > least ? ") or (N, " + std::to_string(most) : "") + ")");
-  listed[key] = array;
+  if (array.size() > 0) listed[key] = array;
 }
 
 py::dict shape(const py::object& points, const py::object& faces, const py::object& lines,
