@@ -54,7 +54,21 @@ struct TetBoxShape {  // a box about the origin, filled with cells of five tetra
   Vec3 size{1, 1, 1};
   std::array<int, 3> cells{2, 2, 2};
 };
-using Shape = std::variant<MeshFile, GridShape, SphereShape, BoxShape, BarShape, ChainShape, CloudShape, TetBoxShape>;
+struct ListedShape {         // a mesh given in place; vertices count from 0, and those that nothing uses are left out
+  std::vector<Vec3> points;  // m
+  std::vector<Quad> faces;   // a triangle has -1 in its last place
+  std::vector<Edge> lines;
+  std::vector<Tetrahedron> tetrahedra;
+  /// Without any of these its particles are loose.
+  bool loose() const { return faces.empty() && lines.empty() && tetrahedra.empty(); }
+};
+using Shape = std::variant<MeshFile, GridShape, SphereShape, BoxShape, BarShape, ChainShape, CloudShape, TetBoxShape,
+                           ListedShape>;
+
+inline bool is_loose(const Shape& shape) {
+  const auto* listed = std::get_if<ListedShape>(&shape);
+  return std::holds_alternative<CloudShape>(shape) || (listed && listed->loose());
+}
 
 /// A pose at a time; motion between keyframes is linear in translate and spherical-linear in rotation.
 struct Keyframe {

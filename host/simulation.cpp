@@ -5,6 +5,7 @@
 #include <cstring>
 #include <optional>
 
+#include "host/base/hash.h"
 #include "host/base/shown.h"
 #include "host/base/start_threads.h"
 #include "host/base/thread_choice.h"
@@ -23,6 +24,18 @@
 
 namespace malha {
 
+namespace {
+
+/// So many rows of numbers that squares of stay finite in single precision.
+void require_numbers(const char* what, const std::vector<Vec3>& rows, std::size_t count, const char* each) {
+  if (rows.size() != count) refuse(what, "", counted(rows.size(), "row"), std::to_string(count) + ", " + each);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    for (const double number : rows[i])
+      if (!(std::abs(number) <= 1e18)) refuse(what, "row " + std::to_string(i), shown(number), "numbers up to 1e18");
+}
+
+}  // namespace
+
 struct Simulation::Parts {
   Model model;  // the solver refers to it
   std::unique_ptr<Solver> solver;
@@ -31,6 +44,7 @@ struct Simulation::Parts {
   int threads = 1;
   std::optional<ThreadChoice> choice;  // none: all threads, always
   std::optional<std::uint64_t> scene;  // its hash: the same all the time, taken when it is first needed
+  std::uint64_t changes = 0;           // a hash of what was set instead of the scene's gravity and wind; 0: nothing
   // Of scenes that tear:
   Appearance whole;  // before the first tear
   std::vector<Split> splits;
@@ -40,11 +54,51 @@ struct Simulation::Parts {
     if (!scene) scene = scene_hash(model);
     return *scene;
   }
+  /// What its checkpoints are for.
+  std::uint64_t hash_of_scene_now() { return hash_of_scene() ^ changes; }
+  void note_change() {
+    const Scene& now = model.scene;
+    changes = hash_bytes(&now.gravity, sizeof now.gravity);
+    if (now.wind) changes = hash_bytes(&now.wind->velocity, sizeof now.wind->velocity, changes);
+  }
 
   void make_solver_of_model() {
-    model.by_hand = options.by_hand;
+    model.by_hand = options.by_hand || !options.constraints.empty();  // either acts on what the visits do not know
     solver = make_solver(model, threads, options.instructions, options.progress);
+    if (!options.constraints.empty()) constrain();
     keep_what_runs_need(model);
+  }
+  /// By the present numbers: what tears shifts those of the bodies behind it.
+  void constrain() {
+    std::vector<OwnConstraint> all = options.constraints;
+    for (OwnConstraint& one : all)
+      for (int& particle : one.particles)
+        for (std::size_t body = 0; body + 1 < whole.body_begin.size(); ++body)
+          if (particle >= whole.body_begin[body] && particle < whole.body_begin[body + 1]) {
+            particle += model.look.body_begin[body] - whole.body_begin[body];
+            break;
+          }
+    solver->constrain(all);
+  }
+
+  /// A step of constraints whose functions may throw: then it was none.
+  void step_whole(const AfterSubstep& after) {
+    const std::string before = solver->save();
+    const std::vector<Taken> taken = solver->taken();
+    try {
+      solver->step(after);
+    } catch (const Diverged&) {
+      throw;
+    } catch (...) {
+      solver->restore(before);
+      for (const Taken& one : taken) solver->take(one);
+      throw;
+    }
+  }
+  void place(const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
+    const std::vector<Taken> taken = solver->taken();
+    solver->place(solver->steps(), x, v);
+    for (const Taken& one : taken) solver->take(one);
   }
 
   /// Lays everything out with these splits, in a state that is still to be given.
@@ -157,7 +211,9 @@ void Simulation::step(const AfterSubstep& after) {
   std::optional<LaunchTrace> trace;
   if (parts_->times.step_seconds.empty()) trace.emplace();
   if (parts_->threads > 1 && parts_->choice && parts_->choice->threads() == 1) ++parts_->times.steps_alone;
-  const auto step = [&] { parts_->solver->step(after); };
+  const auto step = [&] {
+    parts_->options.constraints.empty() ? parts_->solver->step(after) : parts_->step_whole(after);
+  };
   parts_->times.step_seconds.push_back(seconds([&] {
     parts_->choice ? parts_->choice->take(step) : step();
     if (parts_->solver->overstretched()) parts_->tear();
@@ -167,7 +223,50 @@ void Simulation::step(const AfterSubstep& after) {
 
 void Simulation::check() { parts_->solver->check(); }
 
-void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver->move_pin(particle, to); }
+void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver->move_pins({particle}, {to}); }
+void Simulation::move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to) {
+  require_numbers("places of pins", to, particles.size(), "one a pin");
+  parts_->solver->move_pins(particles, to);
+}
+
+void Simulation::set_positions(const std::vector<Vec3>& x) {
+  require_numbers("positions", x, parts_->model.x.size(), "one a particle");
+  parts_->place(x, velocities());
+}
+void Simulation::set_velocities(const std::vector<Vec3>& v) {
+  require_numbers("velocities", v, parts_->model.x.size(), "one a particle");
+  parts_->place(positions(), v);
+}
+
+void Simulation::set_gravity(const Vec3& gravity) {
+  require_numbers("gravity", {gravity}, 1, "one");
+  if (gravity == parts_->model.scene.gravity) return;
+  parts_->hash_of_scene();
+  if (parts_->solver->facts().levels.empty()) {
+    parts_->model.scene.gravity = gravity;
+    parts_->solver->change_gravity();
+  } else {
+    Scene scene = parts_->model.scene;
+    scene.gravity = gravity;
+    Simulation next(scene, parts_->options);
+    next.go_on_from(*this);
+    std::swap(next.parts_->scene, parts_->scene), std::swap(next.parts_->times, parts_->times);
+    const std::vector<Taken> taken = parts_->solver->taken();
+    *this = std::move(next);
+    for (const Taken& one : taken) parts_->solver->take(one);
+  }
+  parts_->note_change();
+}
+void Simulation::set_wind(const Vec3& velocity) {
+  require_numbers("wind", {velocity}, 1, "one");
+  Scene& scene = parts_->model.scene;
+  if (!scene.wind) refuse("set_wind", "", "a scene without wind", "one that names it: air is laid out at the start");
+  if (velocity == scene.wind->velocity) return;
+  parts_->hash_of_scene();
+  scene.wind->velocity = velocity;
+  parts_->solver->change_wind();
+  parts_->note_change();
+}
 
 void Simulation::pull(int particle, const Vec3& to, double compliance) {
   if (compliance == 0)  // which would be a hold
@@ -201,6 +300,10 @@ int Simulation::threads() const { return parts_->threads; }
 int Simulation::tears() const { return parts_->times.splits; }
 std::vector<Vec3> Simulation::positions() const { return parts_->solver->positions(); }
 std::vector<Vec3> Simulation::velocities() const { return parts_->solver->velocities(); }
+std::vector<double> Simulation::inverse_masses() const { return parts_->solver->inverse_masses(); }
+std::vector<double> Simulation::constraint_values(std::size_t index) const {
+  return parts_->solver->values_of_own(index);
+}
 std::vector<int> Simulation::particles_of_vertices(std::size_t body) const {
   return malha::particles_of_vertices(parts_->model.look, body);
 }
@@ -225,12 +328,12 @@ std::vector<std::string> Simulation::unmet() const {
 }
 
 void Simulation::save_checkpoint(const std::string& path, std::int64_t frames) const {
-  write_checkpoint(path, parts_->hash_of_scene(),
+  write_checkpoint(path, parts_->hash_of_scene_now(),
                    {parts_->save(), frames, parts_->times.most_crossings, parts_->times.crossings_counted});
 }
 
 std::int64_t Simulation::load_checkpoint(const std::string& path) {
-  const Checkpoint checkpoint = read_checkpoint(path, parts_->hash_of_scene());
+  const Checkpoint checkpoint = read_checkpoint(path, parts_->hash_of_scene_now());
   parts_->restore(checkpoint.state, path);
   parts_->times.most_crossings = checkpoint.crossings, parts_->times.crossings_counted = checkpoint.counted;
   return checkpoint.frames;

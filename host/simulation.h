@@ -9,6 +9,7 @@
 #include "host/after_substep.h"
 #include "host/error.h"
 #include "host/measures.h"
+#include "host/own_constraint.h"
 #include "host/scene.h"
 #include "host/taken.h"
 
@@ -23,6 +24,7 @@ struct SimulationOptions {
   Backend backend = Backend::OpenMP;
   std::string instructions = {};  // "": the widest that the CPU has; or "baseline", "avx2", "avx512"
   bool by_hand = false;  // particles may be taken by hand (pull, hold). Costs memory where levels or patches keep some
+  std::vector<OwnConstraint> constraints = {};  // of the caller's own: slow, and for as long as the simulation lives
   // Of a set-up that takes long; part in [0, 1], or -1 where what begins does not know how far it is.
   std::function<void(const char* what, double part)> progress = {};
 };
@@ -40,7 +42,8 @@ class Simulation {
   ~Simulation();
 
   /// Advances by the scene's dt. Throws Diverged when a particle is no longer finite, or when bodies move with over 100
-  /// times the energy that anything gave them: nothing but report() makes sense afterwards.
+  /// times the energy that anything gave them: nothing but report() makes sense afterwards. What a constraint of the
+  /// caller's own throws leaves everything as it was before the step.
   void step();
 
   /// A step that can be looked at after each of its substeps: the same bits as step(), not the same speed. A scene that
@@ -54,6 +57,21 @@ class Simulation {
   /// Puts a pinned particle elsewhere (m) between two steps; nothing is laid out or factored anew. `particle`: as in
   /// positions(). Throws InputError for one that is not pinned, or that keyframes move.
   void move_pin(int particle, const Vec3& to);
+  /// The same of several, all of them or none.
+  void move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to);
+
+  /// Puts all particles elsewhere (m), or gives them other velocities (m/s), between two steps; in the order of
+  /// positions(). Pins too: they stay where they are put. What contacts and sleep remember is forgotten. Throws
+  /// InputError for another number of them, and for what is no number or beyond 1e18.
+  void set_positions(const std::vector<Vec3>& x);
+  void set_velocities(const std::vector<Vec3>& v);
+
+  /// Gravity (m/s^2) from now on. Where levels are used, which are laid out for a weight, all is laid out anew.
+  /// Checkpoints from then on serve simulations whose gravity was set alike.
+  void set_gravity(const Vec3& gravity);
+
+  /// The velocity of the wind (m/s) from now on; checkpoints likewise. Throws InputError for a scene without wind.
+  void set_wind(const Vec3& velocity);
 
   /// Takes a particle by hand: from the next step on a spring of this compliance (m/N, 1e-12 to 1e12) pulls it to a
   /// point (m). Again: to another point. `particle`: as in positions(), whose numbers tearing may shift: see held().
@@ -91,6 +109,12 @@ class Simulation {
   /// All bodies one after the other, in the scene's order and each in its mesh's order; m and m/s.
   std::vector<Vec3> positions() const;
   std::vector<Vec3> velocities() const;
+
+  /// 1/kg, in the same order: 0 where a particle is held now, by a pin or by hand.
+  std::vector<double> inverse_masses() const;
+
+  /// C of each constraint of options.constraints[index] in the present state.
+  std::vector<double> constraint_values(std::size_t index) const;
 
   /// The particle in positions() that each vertex of the mesh of scene.bodies[body] is, by the vertices' numbers in its
   /// file (from 0, as in pins, messages and frames). -1: nothing uses the vertex; welded ones are one particle. After

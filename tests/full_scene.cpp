@@ -54,7 +54,10 @@ std::string full_scene() {
     {"name": "jelly", "shape": {"tet_box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "density": 1000,
      "constraints": [
        {"type": "volume", "compliance": 0.5, "rest_scale": 1.5},
-       {"type": "neo_hookean", "young_modulus": 2e5, "poisson_ratio": 0.4}]}
+       {"type": "neo_hookean", "young_modulus": 2e5, "poisson_ratio": 0.4}]},
+    {"name": "in place", "mass": 1, "shape": {"listed": {
+      "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [5, 0, 0]], "faces": [[0, 1, 2]], "lines": [[3, 4]],
+      "tetrahedra": [[0, 1, 2, 3]]}}}
   ],
   "environment": [
     {"name": "statue", "shape": {"mesh": "meshes/y.off"}, "sides": "solid", "start_inside": "push_out"},
@@ -67,7 +70,9 @@ std::string full_scene() {
        {"time": 0.5, "translate": [0, 1, 0]},
        {"time": 2, "translate": [0, 1, 0], "rotate": {"axis": [0, 1, 0], "degrees": 720}}]},
     {"name": "block", "shape": {"box": {"size": [1, 1, 1], "cells": [1, 1, 1]}}},
-    {"name": "rail", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 1}}}
+    {"name": "rail", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 1}}},
+    {"name": "tile", "sides": "two_sided", "shape": {"listed": {
+      "points": [[0, 0, 0], [0, 0, 1], [1, 0, 0]], "faces": [[0, 1, 2]]}}}
   ],
   "self_collision": {"thickness": 0.004, "friction": 0.5, "bodies": ["sheet", "ball"],
                      "crossing_at_start": "ignore"},

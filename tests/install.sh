@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# usage: install.sh ROOT BUILD GENERATOR COMPILER FLAGS
+# usage: install.sh ROOT BUILD GENERATOR COMPILER flags=FLAGS python=PYTHON folder=FOLDER
 # Installs BUILD into a scratch prefix; configures, builds and runs tools/examples against it, with the compiler's
-# default instruction set (FLAGS are the sanitizers', which all parts of a program must share).
+# default instruction set (FLAGS are the sanitizers', which all parts of a program must share). PYTHON, if it is not
+# empty, imports the module from FOLDER below the prefix.
 set -euo pipefail
-root=${1:?} build=${2:?} generator=${3:?} compiler=${4:?} flags=${5-}
+root=${1:?} build=${2:?} generator=${3:?} compiler=${4:?} flags=${5#flags=} python=${6#python=} folder=${7#folder=}
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
@@ -17,3 +18,6 @@ cmake --build "$scratch/build"
 for name in own_loop several; do "$scratch/build/$name" "$root/scenes/sheet_shear.json"; done
 "$scratch/prefix/bin/malha" --help >/dev/null
 if [[ -e "$build/malha_measures" ]]; then "$scratch/prefix/bin/malha" bench --help >/dev/null; fi
+if [[ -n "$python" ]]; then
+  PYTHONPATH=$scratch/prefix/$folder "$python" -c "import malha; malha.Simulation('$root/scenes/ramp.json').step()"
+fi

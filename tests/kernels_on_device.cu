@@ -16,6 +16,7 @@
 #include "kernels/near_cells.h"
 #include "kernels/near_pairs.h"
 #include "kernels/nearby.h"
+#include "kernels/own.h"
 #include "kernels/pair_drive.h"
 #include "kernels/pair_push.h"
 #include "kernels/pair_reach.h"
@@ -85,7 +86,7 @@ void instantiate_all() {
   instantiate<SumMass<R, Consecutive>, SumSpin<R, Consecutive>, DampTowardsRigid<R>, MeasureMotion<R>>();
   instantiate<EnclosedVolume<R>, PressureGradient<R>, ApplyPressure<R>>();
   instantiate<LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>, MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
-  instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>>();
+  instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>, GatherOwn<R>, ScatterOwn<R>>();
   instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>, LetGo<R>>();
   instantiate<BoxParticles<R>, SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>>();
   instantiate<AskContacts<R>, SplitMasses<R>, PushContacts<R, ObjectFriction<R>>, GatherPushes<R, TurnToWorld>,

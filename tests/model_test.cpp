@@ -250,9 +250,9 @@ TEST(ModelRefuses, SolidsThatAreOpenAndEnvironmentsWithoutFaces) {
   const std::string open = model_refusal(scene_of({body("a", kGrid)}, {obstacle("ground", kGrid)}));
   EXPECT_NE(open.find("a solid needs a closed mesh"), std::string::npos) << open;
   EXPECT_EQ(model_refusal(scene_of({body("a", kGrid)}, {obstacle("ground", kGrid, Sides::OneSided)})), "");
-  EXPECT_EQ(
-      model_refusal(scene_of({body("a", kGrid)}, {obstacle("b", SphereShape{}), obstacle("rope", ChainShape{})})),
-      "test.json: /environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar, weld");
+  EXPECT_EQ(model_refusal(scene_of({body("a", kGrid)}, {obstacle("b", SphereShape{}), obstacle("rope", ChainShape{})})),
+            "test.json: /environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar, "
+            "listed, weld");
 }
 
 TEST(ModelRefuses, WhatPinsRefuse) {

@@ -38,6 +38,21 @@ Json balloon_in_the_wind() {
                      "transform": {"translate": [0, -0.5, 0]}}]})");
 }
 
+TEST(Plan, AsJsonHasTheLaunchesOfTheText) {
+  for (const Json& scene : {dust(), balloon_in_the_wind()}) {
+    Simulation simulation(parsed(scene), {.threads = 1});
+    const std::string text = plan(simulation);
+    const Json json = Json::parse(plan_json(simulation));
+    EXPECT_EQ(json["particles"], simulation.model().count());
+    ASSERT_FALSE(json["launches_a_step"].empty());
+    for (const auto& [pass, launches] : json["launches_a_step"].items())
+      EXPECT_TRUE(has(text, "  " + pass + ": " + std::to_string(launches.get<int>()) + " launch")) << pass;
+    EXPECT_FALSE(json.contains("launches_of_first_step"));
+    simulation.step();
+    EXPECT_EQ(Json::parse(plan_json(simulation))["launches_of_first_step"].size(), simulation.times().launches.size());
+  }
+}
+
 TEST(Plan, OfLooseParticlesIsOnePassAndNothingElse) {
   EXPECT_EQ(plan_of(dust()),
             "scene: dust\n"

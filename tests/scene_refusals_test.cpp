@@ -239,11 +239,11 @@ INSTANTIATE_TEST_SUITE_P(
     Shapes, ParseSceneRefuses,
     testing::Values(
         Refusal{"None", "/bodies/0/shape", "{}",
-                "/bodies/0/shape: found an empty object; allowed: exactly one of mesh, grid, sphere, box, bar, chain, "
-                "cloud, tet_box"},
+                "/bodies/0/shape: found an empty object; allowed: exactly one of mesh, grid, sphere, box, bar, "
+                "listed, chain, cloud, tet_box"},
         Refusal{"Unknown", "/bodies/0/shape", "{\"shpere\": {}}",
                 "/bodies/0/shape/shpere: found unknown key 'shpere' (did you mean 'sphere'?); allowed: mesh, grid, "
-                "sphere, box, bar, chain, cloud, tet_box, weld"},
+                "sphere, box, bar, listed, chain, cloud, tet_box, weld"},
         Refusal{"EmptyPath", "/bodies/0/shape/mesh", "\"\"",
                 "/bodies/0/shape/mesh: found \"\"; allowed: a text of one line, not empty"},
         Refusal{"ZeroCells", "/bodies/1/shape/grid/cells", "[0, 1]",
@@ -271,6 +271,10 @@ INSTANTIATE_TEST_SUITE_P(
                 "counts that make at most 20000000 particles"},
         Refusal{"FlatTetBox", "/bodies/7/shape/tet_box/size/1", "0",
                 "/bodies/7/shape/tet_box/size/1: found 0; allowed: a number > 0 (m)"},
+        Refusal{"ListedFaceOfTwo", "/bodies/8/shape/listed/faces/0", "[0, 1]",
+                "/bodies/8/shape/listed/faces/0: found a list of 2; allowed: a list of 3 or 4 vertices, from 0"},
+        Refusal{"NoListedPoint", "/bodies/8/shape/listed/points", "[]",
+                "/bodies/8/shape/listed/points: found a list of 0; allowed: a list of points (m)"},
         Refusal{"CloudInsideOut", "/bodies/6/shape/cloud/max", "[1, 0, 0]",
                 "/bodies/6/shape/cloud/max/1: found 0; allowed: a number above that of 'min' (m)"},
         Refusal{"ZeroAxis", "/bodies/0/transform/rotate/axis", "[0, 0, 0]",
@@ -287,7 +291,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Refusal{"ShapeWithoutFaces", "/environment/1/shape",
                 R"({"chain": {"from": [0,0,0], "to": [1,0,0], "segments": 1}})",
-                "/environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar, weld"},
+                "/environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar, listed, "
+                "weld"},
         Refusal{"UnknownSides", "/environment/0/sides", "\"twosided\"",
                 "/environment/0/sides: found unknown kind of sides \"twosided\" (did you mean 'two_sided'?); allowed: "
                 "solid, one_sided, two_sided"},
@@ -336,7 +341,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{
             "BoxOfAStranger", "/expect/bodies/0/name", "\"bal\"",
             "/expect/bodies/0/name: found unknown body \"bal\" (did you mean 'ball'?); allowed: from a file, sheet, "
-            "ball, crate, beam, rope, shot, jelly"},
+            "ball, crate, beam, rope, shot, jelly, in place"},
         Refusal{"BoxTwice", "/expect/bodies/1", R"({"name": "ball", "inside": {"min": [0, 0, 0], "max": [1, 1, 1]}})",
                 "/expect/bodies/1/name: found \"ball\"; allowed: every body once"},
         Refusal{"BoxOfNoBody", "/expect/bodies", "[]", "/expect/bodies: found no body; allowed: at least one"},

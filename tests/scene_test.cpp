@@ -65,7 +65,7 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(s.wind.value().lift_coefficient, 0.9);
   EXPECT_EQ(s.sleep.value().speed, 0.02);
   EXPECT_EQ(s.sleep.value().after, 0.25);
-  ASSERT_EQ(s.bodies.size(), 8u);
+  ASSERT_EQ(s.bodies.size(), 9u);
   const BodySpec& body = s.bodies[0];
   EXPECT_EQ(std::get<MeshFile>(body.shape).path, "meshes/x.obj");
   EXPECT_EQ(body.density, 0.2);
@@ -115,7 +115,7 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(s.bodies[7].constraints.at(1).parameter, 0.4);
   EXPECT_EQ(std::get<TetBoxShape>(s.bodies[7].shape).size, (Vec3{1, 2, 3}));
   EXPECT_EQ(std::get<TetBoxShape>(s.bodies[7].shape).cells, (std::array<int, 3>{1, 2, 3}));
-  ASSERT_EQ(s.environment.size(), 6u);
+  ASSERT_EQ(s.environment.size(), 7u);
   EXPECT_EQ(s.environment[0].sides, Sides::Solid);
   EXPECT_EQ(s.environment[1].sides, Sides::OneSided);
   EXPECT_EQ(s.environment[2].sides, Sides::TwoSided);

@@ -234,6 +234,29 @@ Mesh make(const CloudShape& cloud) {
   return mesh;
 }
 
+/// `missing`: what the last corner may be beside a point.
+template <class Item>
+void require_points(const char* what, const std::vector<Item>& items, int points, int missing) {
+  for (std::size_t i = 0; i < items.size(); ++i)
+    for (std::size_t k = 0; k < items[i].size(); ++k) {
+      const int corner = items[i][k];
+      if ((corner < 0 || corner >= points) && !(k == 3 && corner == missing))
+        refuse("listed", what + ("/" + std::to_string(i)), "vertex " + std::to_string(corner),
+               "0 to " + std::to_string(points - 1));
+    }
+}
+
+Mesh make(const ListedShape& listed) {
+  require_countable("listed", static_cast<double>(listed.points.size()));
+  constexpr int triangle = -1, none = 0;
+  const int points = static_cast<int>(listed.points.size());
+  require_points("faces", listed.faces, points, triangle), require_points("lines", listed.lines, points, none);
+  require_points("tetrahedra", listed.tetrahedra, points, none);
+  Mesh mesh{listed.points, listed.faces, listed.lines, listed.tetrahedra};
+  complete_tetrahedra(mesh, "listed");
+  return mesh;
+}
+
 Mesh make(const MeshFile& file) { refuse(file.path, "", "a mesh file", "a generated shape"); }
 
 }  // namespace

@@ -9,8 +9,9 @@ namespace malha {
 /// counter-clockwise seen from outside; a grid's normals point to +y. Points of boxes and bars: those of the lattice
 /// that lie on the surface, x fastest, then y, then z. A bar has as many cells along x as come closest to squares, at
 /// least one, and is centred on the x axis. A tet_box has all points of its lattice, numbered likewise, and five
-/// tetrahedra a cell. A cloud with one particle along an axis has it in the middle. Throws
-/// InputError for counts below one and for meshes too large to number.
+/// tetrahedra a cell. A listed mesh is as it was given, its tetrahedra completed (host/mesh/tetrahedra.h). A cloud with
+/// one particle along an axis has it in the middle. Throws InputError for counts below one and for meshes too large to
+/// number.
 Mesh generate(const Shape& shape);
 
 /// read_mesh for a MeshFile, generate for all others.

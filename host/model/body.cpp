@@ -22,20 +22,24 @@ std::string pointer(const char* list, std::size_t index, const char* key) {
 Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std::vector<std::string>& notes) {
   const BodySpec& spec = scene.bodies[index];
   Mesh mesh = make_mesh(spec.shape);
+  const std::string body = "body '" + spec.name + "': ";
+  const std::string numbers = std::string("; pins, messages and frames keep the ") +
+                              (std::holds_alternative<ListedShape>(spec.shape) ? "list" : "file") + "'s numbers";
   if (const auto* file = std::get_if<MeshFile>(&spec.shape)) {
-    const std::string body = "body '" + spec.name + "': ";
-    const std::string numbers = "; pins, messages and frames keep the file's numbers";
     if (file->weld) {
       const auto [merged, gone] = weld(mesh, *file->weld, file->path);
       notes.push_back(body + "welded " + counted(merged, "vertex", "vertices") + " to others" +
                       (gone > 0 ? ", by which " + counted(gone, "face or line", "faces or lines") + " went" : "") +
                       (merged > 0 ? numbers : ""));
     }
+  }
+  const bool loose = is_loose(spec.shape);
+  if (const bool given =
+          std::holds_alternative<MeshFile>(spec.shape) || std::holds_alternative<ListedShape>(spec.shape);
+      given && !loose)
     if (const int unused = drop_unused_points(mesh); unused > 0)
       notes.push_back(body + "left out " + counted(unused, "vertex", "vertices") + " of no face, line or tetrahedron" +
                       numbers);
-  }
-  const bool loose = std::holds_alternative<CloudShape>(spec.shape);
   zero_area_faces += check_mesh(mesh, origin(scene, spec.shape), loose).zero_area_faces;
   apply(spec.transform, mesh);
   return mesh;

@@ -9,6 +9,9 @@ namespace malha {
 /// Particles, constraints, colours and batch sizes, passes of a step, bytes by owner, and whether Embree is used.
 std::string plan(const Simulation& simulation);
 
+/// The same as JSON, with snake_case names and the unit as suffix, and after the first step what that launched.
+std::string plan_json(const Simulation& simulation);
+
 /// What its first step launched, kernel by kernel; nothing before that step.
 std::string list_launches(const Simulation& simulation);
 

@@ -54,6 +54,11 @@ Json constraints(const SolverFacts& facts, const Model& model) {
     Json& kind = kinds.emplace("attachment", Json{{"count", 0}}).first.value();
     kind["count"] = kind["count"].get<std::size_t>() + set.particles.size();
   }
+  for (const OwnFacts& own : facts.own) {
+    Json& kind = kinds.emplace("own", Json{{"count", 0}, {"batches", 0}}).first.value();
+    kind["count"] = kind["count"].get<int>() + own.constraints;
+    kind["batches"] = kind["batches"].get<int>() + own.batches;
+  }
   if (!model.pressures.empty()) kinds["pressure"] = {{"count", model.pressures.size()}};
   if (facts.long_range > 0) kinds["long_range"] = {{"count", facts.attachments}, {"particles", facts.long_range}};
   return kinds;
@@ -196,6 +201,11 @@ Parts memory_parts(const Model& model, const SolverFacts& facts) {
               {"model", number(bytes(model))}};
   if (!facts.levels.empty()) parts.emplace_back("levels", number(facts.level_bytes));
   return parts;
+}
+
+std::string measures_json(const Model& model, const Solver& solver, const RunTimes& times) {
+  return measured(solver.measure(), model.scene.self_collision.has_value(), solver.facts().edges.has_value(), times)
+      .dump();
 }
 
 std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,

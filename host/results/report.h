@@ -35,6 +35,9 @@ Parts setup_parts(const Model& model, const SolverFacts& facts);
 /// without Embree's own, the model, and levels where there are any.
 Parts memory_parts(const Model& model, const SolverFacts& facts);
 
+/// What the report says of the present state, as JSON.
+std::string measures_json(const Model& model, const Solver& solver, const RunTimes& times);
+
 /// JSON with snake_case names and the unit as suffix. `status`: "finished", "interrupted" or "diverged"; a diverged
 /// state is not measured. `input` holds the scene, every value spelled out, and the folder from which paths in it
 /// start. `notes`: where it diverged, or which expectations are not met.

@@ -77,15 +77,14 @@ BodySpec read_body(const JsonReader& at, const std::string& folder) {
          for (const JsonReader& item : v.list()) body.constraints.push_back(read_constraint(item));
        }},
   });
-  if (body.density && std::holds_alternative<CloudShape>(body.shape)) {
+  if (body.density && is_loose(body.shape)) {
     at.at("density").refuse("a density of loose particles", "'mass' (kg)");
   }
   if (body.tear) {
     const bool closed = std::any_of(body.constraints.begin(), body.constraints.end(),
                                     [](const ConstraintSpec& c) { return c.type == "pressure"; });
     if (closed) at.at("tear").refuse("tearing of a body with pressure", "a body without one: it needs a closed mesh");
-    if (std::holds_alternative<CloudShape>(body.shape))
-      at.at("tear").refuse("tearing of loose particles", "a body with edges");
+    if (is_loose(body.shape)) at.at("tear").refuse("tearing of loose particles", "a body with edges");
   }
   if (body.mass.has_value() == body.density.has_value()) {
     at.refuse(body.mass ? "both 'mass' and 'density'" : "neither 'mass' nor 'density'", "exactly one of them");

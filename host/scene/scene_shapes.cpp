@@ -110,6 +110,44 @@ Shape read_cloud(const JsonReader& at) {
   return cloud;
 }
 
+Shape read_listed(const JsonReader& at) {
+  constexpr int most = 2147483647;  // whether the point is there is asked when the mesh is made
+  ListedShape listed;
+  const auto add_face = [&](const JsonReader& v) {
+    if (v.list().size() == 4) {
+      listed.faces.push_back(v.integers<4>(0, most));
+    } else if (v.list().size() == 3) {
+      const auto [a, b, c] = v.integers<3>(0, most);
+      listed.faces.push_back({a, b, c, -1});
+    } else {
+      v.refuse("a list of " + std::to_string(v.list().size()), "a list of 3 or 4 vertices, from 0");
+    }
+  };
+  at.object({
+      {"points",
+       [&](const JsonReader& v) {
+         for (const JsonReader& point : v.list()) listed.points.push_back(point.vec3(any("m")));
+         if (listed.points.empty()) v.refuse("a list of 0", "a list of points (m)");
+         if (listed.points.size() > most_particles)
+           v.refuse(std::to_string(listed.points.size()) + " points", "at most 20000000");
+       },
+       true},
+      {"faces",
+       [&](const JsonReader& v) {
+         for (const JsonReader& face : v.list()) add_face(face);
+       }},
+      {"lines",
+       [&](const JsonReader& v) {
+         for (const JsonReader& line : v.list()) listed.lines.push_back(line.integers<2>(0, most));
+       }},
+      {"tetrahedra",
+       [&](const JsonReader& v) {
+         for (const JsonReader& one : v.list()) listed.tetrahedra.push_back(one.integers<4>(0, most));
+       }},
+  });
+  return listed;
+}
+
 Vec3 read_scale(const JsonReader& at) {
   if (at.value().type == JsonValue::Type::List) return at.vec3(above(0, ""));
   const double scale = at.number(above(0, "a ratio, one for all directions or a list of 3"));
@@ -126,6 +164,7 @@ Shape read_shape(const JsonReader& at, ShapeUse use, const std::string& folder) 
       {"sphere", [&](const JsonReader& v) { shape = read_sphere(v); }},
       {"box", [&](const JsonReader& v) { shape = read_box_shape(v); }},
       {"bar", [&](const JsonReader& v) { shape = read_bar(v); }},
+      {"listed", [&](const JsonReader& v) { shape = read_listed(v); }},
   };
   if (use == ShapeUse::Body) {
     fields.push_back({"chain", [&](const JsonReader& v) { shape = read_chain(v); }});

@@ -32,6 +32,14 @@ struct ShapeWriter {
   Json operator()(const CloudShape& s) const {
     return {{"cloud", {{"min", s.min}, {"max", s.max}, {"count", s.count}}}};
   }
+  Json operator()(const ListedShape& s) const {
+    Json json{{"points", s.points}};
+    for (const Quad& face : s.faces)
+      json["faces"].push_back(is_triangle(face) ? Json{face[0], face[1], face[2]} : Json(face));
+    if (!s.lines.empty()) json["lines"] = s.lines;
+    if (!s.tetrahedra.empty()) json["tetrahedra"] = s.tetrahedra;
+    return {{"listed", json}};
+  }
   Json operator()(const TetBoxShape& s) const { return {{"tet_box", {{"size", s.size}, {"cells", s.cells}}}}; }
 };
 

@@ -29,6 +29,7 @@ class Air {
                  BlowOnParticles<R>{all.v, all.w, particle_.data(), begin_.data(), around_.data(), faces, u, R(h),
                                     half(wind_.drag_coefficient), half(wind_.lift_coefficient)});
   }
+  void change(const Wind& wind) { wind_ = wind; }
   std::size_t bytes() const {
     return corners_.bytes() + particle_.bytes() + begin_.bytes() + around_.bytes() + faces_.bytes();
   }

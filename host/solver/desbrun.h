@@ -109,6 +109,10 @@ class Desbrun final : public Stepper<Executor, R> {
     });
   }
 
+  void weigh() override {
+    if (forces_) forces_->weigh(model_.scene.gravity);
+  }
+
   const char* laid_out_for_pins() const override { return "Desbrun's filter, which is made for pins that stay"; }
 
   bool enough() override {

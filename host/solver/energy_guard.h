@@ -3,6 +3,7 @@
 #pragma once
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -104,9 +105,16 @@ class EnergyGuard {
   /// Steps between two looks.
   std::int64_t every() const { return every_; }
   /// A pin was moved by hand, by so many m.
-  void moved(double way) {
-    for (Group& group : groups_) group.may.always += group.may.mass * (way / h_) * (way / h_);
+  void moved(double way) { driven(way / h_); }
+  /// Pins or the air move at so many m/s from now on, or gravity adds that much in a step.
+  void driven(double speed) {
+    for (Group& group : groups_) group.may.always += group.may.mass * speed * speed;
     drives_ = true;
+  }
+  /// What acts on these particles may give any energy, as a motor does.
+  void trust(const std::vector<int>& particles) {
+    const std::vector<int> of = group_of();
+    for (const int i : particles) groups_[of[i]].may.always = std::numeric_limits<double>::infinity();
   }
 
   /// A hand gave so many J to the group of a particle.

@@ -1,11 +1,14 @@
 // Pins that follow keyframes or are released. Made only for scenes that have some.
 #pragma once
 #include <deque>
+#include <string>
 #include <vector>
 
 #include "host/base/array.h"
 #include "host/collision/pose.h"
+#include "host/error.h"
 #include "host/model/model.h"
+#include "host/solver/state.h"
 #include "kernels/attachment.h"
 
 namespace malha {
@@ -28,6 +31,20 @@ inline std::vector<Vector3<double>> anchors(const Target& target, const std::vec
 }
 
 /// What is to be released is laid out as movable, and kept by w = 0 until then: nothing is laid out anew.
+/// The solver's numbers of the user's particles, of which `good` must hold. Throws InputError.
+template <class Good>
+std::vector<int> pins_of(const Model& model, const std::vector<int>& particles, const Good& good) {
+  const std::vector<int> of = solver_of(model.user_of);
+  std::vector<int> list;
+  for (const int user : particles) {
+    if (user < 0 || user >= model.count() || !good(of[user]))
+      throw InputError("move_pin: found particle " + std::to_string(user) +
+                       ", which is not pinned; allowed: one that is, and that no keyframes move");
+    list.push_back(of[user]);
+  }
+  return list;
+}
+
 template <class Executor, class R>
 class MovedPinSets {
  public:

@@ -17,14 +17,14 @@ class Pbd final : public Stepper<Executor, R> {
  public:
   /// `threads`: of the executor.
   Pbd(const Model& model, const Executor& executor, int threads)
-      : Base(model, executor, threads, true, Base::nothing_between(model) && model.scene.solver.iterations > 1),
+      : Base(model, executor, threads, true, asks_nothing_between(model) && model.scene.solver.iterations > 1),
         threads_(threads) {
     this->facts_.fused = this->nothing_between();
     lay_out_levels();
     const bool steady = model.damped.empty() && model.moved.empty() && !model.scene.wind;
     this->facts_.whole_steps = this->nothing_between() && steady;
     this->facts_.flies = this->collider_ && !this->collider_->moves() && !this->edges_ && levels_.empty() && steady &&
-                         Base::contacts_at_most(model) && model.free.empty();
+                         asks_contacts_at_most(model) && model.free.empty();
     if (!this->facts_.flies) return;
     this->collider_->make_rooms(), sweep_->make_watch();
     this->note_collision();
@@ -42,7 +42,7 @@ class Pbd final : public Stepper<Executor, R> {
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    if (this->in_hand() || this->watched()) return this->advance_from(0);
+    if (this->touched() || this->watched()) return this->advance_from(0);
     if (!this->facts_.whole_steps) return this->advance_from(this->facts_.flies ? fly(h) : 0);
     this->substep_ = 0;
     visit_patches(h, solver.substeps);
@@ -76,7 +76,7 @@ class Pbd final : public Stepper<Executor, R> {
     for (const MovedPins& pins : model_.moved)
       if (pins.until) leaving.push_back(&pins);
     std::stable_sort(leaving.begin(), leaving.end(), [](auto a, auto b) { return *a->until < *b->until; });
-    std::vector<double> w = this->inverse_masses();
+    std::vector<double> w = this->weights_in_order();
     for (std::size_t gone = 0;; ++gone) {
       add_levels(w);
       if (gone == leaving.size()) break;

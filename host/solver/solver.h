@@ -14,13 +14,14 @@
 #include "host/filter/filter_facts.h"
 #include "host/measures.h"
 #include "host/model/model.h"
+#include "host/own_constraint.h"
 #include "host/taken.h"
 
 namespace malha {
 
 /// The passes of a step, for timings. Visits: prediction, projection and state in one, where nothing lies between.
 /// Forces, filter and correction (of free bodies' momenta) are Desbrun's.
-/// Pins are those that move.
+/// Pins are those that move. ByCaller: constraints of the caller's own.
 enum class Pass {
   Pins,
   Damping,
@@ -41,12 +42,13 @@ enum class Pass {
   Visits,
   Tearing,
   Sleep,
-  Edges
+  Edges,
+  ByCaller
 };
-inline constexpr std::array<const char*, 20> kPassNames{
+inline constexpr std::array<const char*, 21> kPassNames{
     "pins",           "damping",   "air",        "forces",   "filter",     "correction",  "prediction",
     "levels",         "collision", "projection", "pressure", "long_range", "attachments", "contact",
-    "self_collision", "state",     "visits",     "tearing",  "sleep",      "edges"};
+    "self_collision", "state",     "visits",     "tearing",  "sleep",      "edges",       "own"};
 
 /// What a person may want to know of a constraint set.
 struct SetFacts {
@@ -73,6 +75,12 @@ struct LevelFacts {
   PatchFacts patches;
 };
 
+/// Of constraints of the caller's own.
+struct OwnFacts {
+  std::string name;
+  int constraints = 0, particles = 0, batches = 0;  // particles: of each constraint
+};
+
 struct SolverFacts {
   std::string instructions;  // of the kernels over packs
   PatchFacts patches;
@@ -87,6 +95,7 @@ struct SolverFacts {
   std::optional<SelfFacts> self;                         // of self-collision
   std::optional<ContactFacts> contact;                   // with the environment
   std::optional<EdgeFacts> edges;                        // with its edges and corners
+  std::vector<OwnFacts> own;                             // constraints of the caller's own
   int free_bodies = 0;                                   // of Desbrun's, whose momentum is corrected
   bool corrects = false;                                 // their angular momentum too
   std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths
@@ -128,8 +137,19 @@ class Solver {
   virtual const std::array<double, kPassNames.size()>& pass_seconds() const = 0;  // per pass, since the start
   /// Of each level (facts().levels) since the start, within those of the passes.
   virtual std::vector<double> seconds_of_levels() const { return {}; }
-  /// Puts a pinned particle (the user's number) elsewhere. Throws InputError for one that is not pinned.
-  virtual void move_pin(int particle, const Vec3& to) = 0;
+  /// Puts pinned particles (the user's numbers) elsewhere. Throws InputError for one that is not pinned: then none
+  /// moves.
+  virtual void move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to) = 0;
+  /// 1/kg, in the user's order: 0 where particles are held now.
+  virtual std::vector<double> inverse_masses() const = 0;
+  /// The model's gravity is another one from now on;
+  virtual void change_gravity() = 0;
+  /// or the velocity of its wind, which it has.
+  virtual void change_wind() = 0;
+  /// Adds the caller's own constraints (the user's numbers), once, before the first step.
+  virtual void constrain(const std::vector<OwnConstraint>& all) = 0;
+  /// C of each constraint of one of them.
+  virtual std::vector<double> values_of_own(std::size_t index) const = 0;
   /// Pulls or holds a particle (the user's number) from the next step on. Throws InputError for one that is pinned, and
   /// where nothing can be taken, or not be held.
   virtual void take(const Taken& what) = 0;

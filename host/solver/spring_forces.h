@@ -24,8 +24,10 @@ class SpringForces {
     now_ = Array<Executor, Vec4<R>>(slots, zero), ahead_ = Array<Executor, Vec4<R>>(slots, zero);
     lay_out(model);
     lay_out_targets(model);
-    gravity_ = {R(model.scene.gravity[0]), R(model.scene.gravity[1]), R(model.scene.gravity[2])};
+    weigh(model.scene.gravity);
   }
+
+  void weigh(const Vec3& gravity) { gravity_ = {R(gravity[0]), R(gravity[1]), R(gravity[2])}; }
 
   const R* load() const { return load_.data(); }
 

@@ -3,9 +3,12 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
+#include "host/base/for_now.h"
 #include "host/base/point_array.h"
 #include "host/base/stopwatch.h"
 #include "host/collision/collider.h"
@@ -17,6 +20,7 @@
 #include "host/model/asked.h"
 #include "host/solver/air.h"
 #include "host/solver/attachments.h"
+#include "host/solver/between.h"
 #include "host/solver/damping.h"
 #include "host/solver/energy_guard.h"
 #include "host/solver/hand.h"
@@ -25,6 +29,7 @@
 #include "host/solver/measure.h"
 #include "host/solver/momenta.h"
 #include "host/solver/moved_pins.h"
+#include "host/solver/own_constraints.h"
 #include "host/solver/part.h"
 #include "host/solver/pressure.h"
 #include "host/solver/sleeper.h"
@@ -41,7 +46,7 @@ class Stepper : public Solver {
   void step(const AfterSubstep& after) final {
     if (after && !hand_)
       throw InputError("step: found a simulation without by_hand; allowed: one that is made with it");
-    const Watch watch(watcher_, after);
+    const ForNow<const AfterSubstep*> watch(watcher_, after ? &after : nullptr);
     const double start = time(), end = start + model_.scene.solver.dt;
     if (sleeper_ && sleeper_->sleeps_through(particles(), start, end)) {
       ++steps_;
@@ -50,7 +55,7 @@ class Stepper : public Solver {
     advance();
     guard();
     if (self_ || collider_) note_collision();
-    if (sleeper_ && !in_hand()) timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
+    if (sleeper_ && !touched()) timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
 
   void check() final { guard(true); }
@@ -71,7 +76,7 @@ class Stepper : public Solver {
     if (moved_) moved_->hold(time(), w_.data());
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->remember(saved.seen);
-    if (sleeper_) sleeper_->remember(saved.rest);
+    if (sleeper_) own_ ? sleeper_->wake() : sleeper_->remember(saved.rest);
     if (self_) self_->remember(saved.self);
     if (edges_) edges_->remember(saved.self.x0, saved.edges);
     guard_.restart(particles(), x_.download());
@@ -91,28 +96,48 @@ class Stepper : public Solver {
     if (breakable_) timed(Pass::Tearing, [&] { found = breakable_->excess(x_.points()) > 0; });
     return found;
   }
-  void move_pin(int particle, const Vec3& to) final {
-    const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
-    const auto i = found - model_.user_of.begin();
-    if (found == model_.user_of.end() || w_.download()[i] > R(0) || (moved_ && moved_->refuses(int(i))) ||
-        (hand_ && hand_->has(int(i))))
-      throw InputError("move_pin: found particle " + std::to_string(particle) +
-                       ", which is not pinned; allowed: one that is, and that no keyframes move");
-    const Vec3 from = x_.download()[i];
-    guard_.moved(std::sqrt((to[0] - from[0]) * (to[0] - from[0]) + (to[1] - from[1]) * (to[1] - from[1]) +
-                           (to[2] - from[2]) * (to[2] - from[2])));
-    for (const PointArray<Executor, R>* points : {&x_, &p_}) points->set(static_cast<std::size_t>(i), to);
+  void move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to) final {
+    const std::vector<R> w = w_.download();
+    const std::vector<int> list = pins_of(model_, particles, [&](int i) {
+      return !(w[i] > R(0)) && !(moved_ && moved_->refuses(i)) && !(hand_ && hand_->has(i));
+    });
+    double farthest = 0;
+    for (std::size_t k = 0; k < particles.size(); ++k) {
+      const auto i = static_cast<std::size_t>(list[k]);
+      farthest = std::max(farthest, norm(minus(to[k], x_.get(i))));
+      for (const PointArray<Executor, R>* points : {&x_, &p_}) points->set(i, to[k]);
+    }
+    guard_.moved(farthest);
     crossings_step_ = -1;
     wake();
+  }
+  std::vector<double> inverse_masses() const final { return in_user_order(weights_in_order(), model_.user_of); }
+  void change_gravity() final {
+    gravity_ = norm(model_.scene.gravity);
+    weigh();
+    guard_.restart(particles(), x_.download());  // heights weigh otherwise now
+    guard_.driven(gravity_ * model_.scene.solver.dt);
+    wake();
+  }
+  void change_wind() final {
+    if (air_) air_->change(*model_.scene.wind);
+    guard_.driven(norm(model_.scene.wind->velocity));
+    wake();
+  }
+  void constrain(const std::vector<OwnConstraint>& all) final {
+    own_.emplace(executor_, model_, all);
+    facts_.own = own_->facts();
+    guard_.trust(own_->particles());
+    leave_out_what_is_taken();
+  }
+  std::vector<double> values_of_own(std::size_t index) const final {
+    return own_ ? own_->values(index, x_.points(), w_.data()) : throw std::out_of_range("values_of_own");
   }
   void take(const Taken& what) final {
     if (!hand_) throw InputError("pull, hold: found a simulation without by_hand; allowed: one that is made with it");
     const int i = hand_->number_of(what, model_, w_.data(), laid_out_for_pins());
     const Vec3 x = x_.get(i), way = minus(what.to, x);
-    if (what.is_held())
-      guard_.moved(std::sqrt(dot(way, way)));
-    else
-      guard_.gave(i, hand_->work(i, what, x));
+    what.is_held() ? guard_.moved(norm(way)) : guard_.gave(i, hand_->work(i, what, x));
     if (what.is_held() && !hand_->has(i)) v_.set(i, {0, 0, 0});
     hand_->take(i, what, x, w_.data());
     leave_out_what_is_taken(), wake();
@@ -145,6 +170,7 @@ class Stepper : public Solver {
     }
     if (attachments_) m.elastic += attachments_->energy(x_.points(), time());
     if (hand_) m.elastic += hand_->energy(x);
+    if (own_) m.elastic += own_->energy(x_.points(), w_.data());
     if (collider_) {
       m.contacts = collider_->contacts();
       m.penetration_max = collider_->max_penetration(particles(), time());
@@ -159,10 +185,7 @@ class Stepper : public Solver {
  protected:
   /// `threads`: of the executor. `keeps`: see Sweep; a method that needs no sweep lays out none.
   Stepper(const Model& model, const Executor& executor, int threads, bool sweeps, bool keeps)
-      : executor_(executor),
-        model_(model),
-        gravity_(std::sqrt(dot(model.scene.gravity, model.scene.gravity))),
-        guard_(executor, model) {
+      : executor_(executor), model_(model), gravity_(norm(model.scene.gravity)), guard_(executor, model) {
     facts_.layout_seconds = seconds([&] { lay_out_particles(); });
     facts_.constraint_seconds = seconds([&] {
       if (sweeps) sweep_.emplace(executor, model, threads, keeps);
@@ -229,6 +252,8 @@ class Stepper : public Solver {
   virtual void arrived(double /*h*/) {}
   /// Asked after every iteration: whether the projected constraints are met well enough to leave out the others.
   virtual bool enough() { return false; }
+  /// Gravity is another one: for what of the method has a copy of it.
+  virtual void weigh() {}
   /// What of the method knows beforehand what is pinned, for messages; null: nothing.
   virtual const char* laid_out_for_pins() const { return nullptr; }
 
@@ -291,8 +316,8 @@ class Stepper : public Solver {
   }
 
   int pins_let_go() const { return moved_ ? moved_->released() : 0; }
-  /// Now, 1/kg: 0 where particles are held.
-  std::vector<double> inverse_masses() const {
+  /// Now, 1/kg, in the solver's order: 0 where particles are held.
+  std::vector<double> weights_in_order() const {
     const std::vector<R> w = w_.download();
     return {w.begin(), w.begin() + model_.count()};
   }
@@ -301,16 +326,11 @@ class Stepper : public Solver {
   /// Without -0, which packs do not keep either.
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
-  /// Whether the scene asks for anything between prediction and state but batched constraints.
-  static bool nothing_between(const Model& model) { return model.environment.empty() && contacts_at_most(model); }
-  /// The same, but for contacts with an environment.
-  static bool contacts_at_most(const Model& model) {
-    return model.pressures.empty() && model.attached.empty() && model.long_range.items() == 0 &&
-           !model.scene.self_collision;
-  }
-  bool nothing_between() const { return alone() && !in_hand() && !watched(); }
-  bool alone() const { return !long_range_ && nothing_between(model_); }  // the model may have let them go
+  bool nothing_between() const { return alone() && !touched() && !watched(); }
+  bool alone() const { return !long_range_ && asks_nothing_between(model_); }  // the model may have let them go
   bool in_hand() const { return hand_ && !hand_->empty(); }
+  /// By hand or by constraints of the caller's own, of which what was laid out knows nothing.
+  bool touched() const { return in_hand() || own_; }
   bool watched() const { return watcher_ != nullptr; }
 
   /// Refuses an explosion that is finite still. `now`: at whatever step this is.
@@ -344,7 +364,7 @@ class Stepper : public Solver {
 
   Executor executor_;
   const Model& model_;
-  const double gravity_;  // m/s^2
+  double gravity_;  // m/s^2
   PointArray<Executor, R> x_, v_, p_;
   std::optional<Sweep<Executor, R>> sweep_;
   Part<Momenta<Executor, R>, built("corrector")> momenta_;
@@ -355,19 +375,10 @@ class Stepper : public Solver {
   SolverFacts facts_;
 
  private:
-  /// As long as a step lasts, however it ends.
-  struct Watch {
-    Watch(const AfterSubstep*& watcher, const AfterSubstep& after) : watcher_(watcher) {
-      watcher = after ? &after : nullptr;
-    }
-    ~Watch() { watcher_ = nullptr; }
-    Watch(const Watch&) = delete;
-    Watch& operator=(const Watch&) = delete;
-    const AfterSubstep*& watcher_;
-  };
-
   void leave_out_what_is_taken() {
-    if (momenta_) momenta_->leave_out(hand_->particles());
+    std::vector<int> all = hand_ ? hand_->particles() : std::vector<int>{};
+    if (own_) std::ranges::copy(own_->particles(), std::back_inserter(all));
+    if (momenta_) momenta_->leave_out(all);
   }
 
   /// Of the present state, which several ask for: counted once.
@@ -430,6 +441,7 @@ class Stepper : public Solver {
     if (momenta_ && !alone()) timed(Pass::Correction, [&] { momenta_->after_projection(all, h); });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
     if (attachments_) timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, fresh); });
+    if (own_) timed(Pass::ByCaller, [&] { own_->project(all.p, all.w, fresh); });
     if (in_hand()) timed(Pass::Attachments, [&] { hand_->project(all.p, all.w, fresh); });
     if (self_) timed(Pass::SelfCollision, [&] { self_->resolve(all); });
     if (edges_) timed(Pass::Edges, [&] { edges_->resolve(all); });
@@ -474,6 +486,7 @@ class Stepper : public Solver {
   Part<MovedPinSets<Executor, R>, built("motion")> moved_;
   Part<Attachments<Executor, R>, built("attachments")> attachments_;
   Part<Hand<Executor, R>, built("attachments")> hand_;
+  std::optional<OwnConstraints<Executor, R>> own_;
   Part<Limits<Executor, R>, built("tear")> breakable_;  // edges that tear
   Part<Air<Executor, R>, built("air")> air_;
   Part<Sleeper<Executor, R>, built("sleep")> sleeper_;

@@ -6,7 +6,8 @@ install(TARGETS malha EXPORT malhaTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LI
 install(EXPORT malhaTargets NAMESPACE malha:: DESTINATION ${package_dir})
 
 # The public headers: no Eigen and no kernels in them, so that a caller may use other flags than ours.
-install(FILES host/after_substep.h host/error.h host/measures.h host/mesh.h host/scene.h host/simulation.h host/taken.h
+install(FILES host/after_substep.h host/error.h host/measures.h host/mesh.h host/own_constraint.h host/scene.h
+              host/simulation.h host/taken.h
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha/host)
 install(FILES host/base/shown.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha/host/base)
 

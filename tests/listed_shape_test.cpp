@@ -1,0 +1,77 @@
+// Meshes that are given in place of a file.
+#include <gtest/gtest.h>
+
+#include "host/mesh/generate.h"
+#include "host/model/model.h"
+#include "tests/refusal.h"
+#include "tests/small_scenes.h"
+#include "tests/support.h"
+
+namespace malha {
+namespace {
+
+BodySpec listed_body(const Shape& shape) {
+  BodySpec body;
+  body.name = "body", body.shape = shape, body.mass = 1;
+  return body;
+}
+
+/// A square with a hole in its numbers: nothing uses vertex 1.
+const ListedShape kSquare{
+    {{0, 0, 0}, {9, 9, 9}, {1, 0, 0}, {0, 0, 1}, {1, 0, 1}}, {{0, 3, 2, -1}, {2, 3, 4, -1}}, {}, {}};
+constexpr const char* kSquareObj = "v 0 0 0\nv 9 9 9\nv 1 0 0\nv 0 0 1\nv 1 0 1\nf 1 4 3\nf 3 4 5\n";
+
+TEST(ListedShape, IsTheSameBodyAsItsFile) {
+  const TemporaryFolder folder;
+  std::vector<std::uint64_t> hashes;
+  for (const Shape& shape : {Shape(kSquare), Shape(MeshFile{folder.write("square.obj", kSquareObj)})}) {
+    BodySpec body = listed_body(shape);
+    body.constraints = {stiff("distance", {"edges"})}, body.pins = {ListPin{{3}}};
+    const Simulation simulation = after(scene_of({body}, kEarth, 0.01, 4), 0.5);
+    EXPECT_EQ(simulation.particles_of_vertices(0), (std::vector<int>{0, -1, 1, 2, 3}));
+    hashes.push_back(simulation.state_hash());
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+TEST(ListedShape, ComesBackFromItsJson) {
+  Scene scene = scene_of({listed_body(kSquare)}, kEarth, 0.01);
+  const Scene back = parse_scene(to_json(scene), "s.json", "");
+  const auto& shape = std::get<ListedShape>(back.bodies[0].shape);
+  EXPECT_EQ(shape.points, kSquare.points);
+  EXPECT_EQ(shape.faces, kSquare.faces);
+}
+
+TEST(ListedShape, WithPointsAloneIsLoose) {
+  const Scene scene = scene_of({listed_body(ListedShape{{{0, 0, 0}, {1, 0, 0}}, {}, {}, {}})}, kEarth, 0.1);
+  EXPECT_EQ(Simulation(scene).positions().size(), 2u);
+}
+
+TEST(ListedShape, HasTheSurfaceOfItsTetrahedraAsFaces) {
+  const Mesh mesh = generate(ListedShape{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {}, {}, {{0, 2, 1, 3}}});
+  EXPECT_EQ(mesh.faces.size(), 4u);
+  EXPECT_EQ(mesh.tetrahedra, (std::vector<Tetrahedron>{{0, 2, 3, 1}})) << "of positive volume";
+}
+
+TEST(ListedShape, IsRefusedWhereACornerIsNoPoint) {
+  const std::vector<Vec3> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  EXPECT_EQ(refusal([&] {
+              generate(ListedShape{points, {{0, 1, 2, -1}, {0, 1, 3, -1}}, {}, {}});
+            }),
+            "listed: faces/1: found vertex 3; allowed: 0 to 2");
+  EXPECT_EQ(refusal([&] {
+              generate(ListedShape{points, {{0, -1, 2, -1}}, {}, {}});
+            }),
+            "listed: faces/0: found vertex -1; allowed: 0 to 2");
+  EXPECT_EQ(refusal([&] {
+              generate(ListedShape{points, {}, {{0, 5}}, {}});
+            }),
+            "listed: lines/0: found vertex 5; allowed: 0 to 2");
+  EXPECT_EQ(refusal([&] {
+              generate(ListedShape{points, {}, {}, {{0, 1, 2, -1}}});
+            }),
+            "listed: tetrahedra/0: found vertex -1; allowed: 0 to 2");
+}
+
+}  // namespace
+}  // namespace malha

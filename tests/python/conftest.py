@@ -1,0 +1,62 @@
+"""What the tests of the Python module share. tests/python.sh says where the module and the command are."""
+import os
+import pathlib
+import subprocess
+
+import numpy as np
+import pytest
+
+import malha
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+COMMAND = os.environ["MALHA_COMMAND"]
+G = 9.81
+
+
+def scene_of(*bodies, gravity=(0, -G, 0), dt=0.01, substeps=8, iterations=1, precision="double", **more):
+    solver = {"type": "pbd", "dt": dt, "substeps": substeps, "iterations": iterations, "precision": precision}
+    return {"name": "small", "solver": solver | more.pop("solver", {}), "gravity": list(gravity),
+            "bodies": list(bodies), "duration": 1} | more
+
+
+def cloth(name="cloth", cells=12, x=0.0, **more):
+    return {"name": name, "shape": {"grid": {"size": [1, 1], "cells": [cells, cells]}}, "mass": 0.2,
+            "transform": {"translate": [x, 0, 0]}, "pins": [{"particles": [0, cells]}],
+            "constraints": [{"type": "distance", "on": ["edges", "shear"]}]} | more
+
+
+def chain(links=1, length=0.5, constraints=()):
+    """Level; a single link has 1 kg at its end."""
+    return {"name": "chain", "shape": {"chain": {"from": [0, 0, 0], "to": [length * links, 0, 0], "segments": links}},
+            "mass": 2 if links == 1 else links + 1, "pins": [{"row": "first"}], "constraints": list(constraints)}
+
+
+def distance(rest):
+    """|x1 - x0| - rest, for malha.Constraint."""
+
+    def function(x, which):
+        along = x[:, 1] - x[:, 0]
+        length = np.linalg.norm(along, axis=1)
+        n = along / length[:, None]
+        return length - (rest[which] if np.ndim(rest) else rest), np.stack([-n, n], axis=1)
+
+    return function
+
+
+def said_by_command(*words, cwd=None):
+    """The command's standard error, which ends in one line break."""
+    done = subprocess.run([COMMAND, *map(str, words)], capture_output=True, text=True, cwd=cwd, check=False)
+    return done.returncode, done.stderr.rstrip("\n")
+
+
+@pytest.fixture
+def rushing():
+    """Beyond the largest float of 2^128 at the 1024th step."""
+    at = {"cloud": {"min": [0, 1, 0], "max": [0, 1, 0], "count": [1, 1, 1]}}
+    return {"name": "rush", "solver": {"type": "pbd", "dt": 2.0**59, "substeps": 1},
+            "bodies": [{"name": "rushing", "shape": at, "mass": 1, "velocity": [2.0**59, 0, 0]}], "duration": 2.0**59}
+
+
+@pytest.fixture
+def simulation():
+    return malha.Simulation(scene_of(cloth()), threads=1)

@@ -1,0 +1,152 @@
+"""Scenes from files, texts, dicts and arrays; refusals with the words of the command line."""
+import json
+
+import numpy as np
+import pytest
+from conftest import ROOT, cloth, said_by_command, scene_of
+
+import malha
+
+
+def test_a_scene_is_a_file_a_text_or_a_dict(tmp_path):
+    given = scene_of(cloth())
+    path = tmp_path / "sheet.json"
+    path.write_text(json.dumps(given))
+    scenes = [malha.Scene(source) for source in (path, str(path), json.dumps(given), given)]
+    assert len({scene.to_json() for scene in scenes}) == 1
+    assert scenes[0].name == "small" and scenes[0].duration == 1 and scenes[0].dt == 0.01
+    assert malha.Scene(scenes[0].to_dict()).to_json() == scenes[0].to_json()
+    assert malha.Scene(scenes[0]).name == "small"
+
+
+def test_arrays_and_numbers_of_numpy_stand_for_lists():
+    given = scene_of(cloth(), gravity=np.array([0, -1, 0]))
+    given["bodies"][0]["mass"] = np.float32(0.5)
+    assert malha.Scene(given).to_dict()["gravity"] == [0, -1, 0]
+
+
+WRONG = [
+    lambda s: s["bodies"][0].update(mass=-1),
+    lambda s: s["bodies"][0].update(maas=1),
+    lambda s: s.pop("solver"),
+    lambda s: s["solver"].update(substeps=0.5),
+    lambda s: s["bodies"][0]["shape"]["grid"].update(cells=[0, 1]),
+    lambda s: s["bodies"][0]["constraints"][0].update(type="distnace"),
+    lambda s: s["bodies"][0].update(pins=[{"particles": [400]}]),
+    lambda s: s.update(gravity=[0, float("nan"), 0]),
+]
+
+
+@pytest.mark.parametrize("number", range(len(WRONG)))
+def test_a_refusal_has_the_words_of_the_command(number, tmp_path):
+    scene = scene_of(cloth())
+    WRONG[number](scene)
+    path = tmp_path / "bad.json"
+    path.write_text(json.dumps(scene))
+    status, said = said_by_command("check", path)
+    assert status == 2 and "allowed: " in said
+    with pytest.raises(malha.InputError) as caught:
+        malha.Simulation(path)
+    assert str(caught.value) == said
+    with pytest.raises(malha.InputError) as caught:
+        malha.Simulation(scene)
+    assert str(caught.value) == said.replace(str(path), "scene")
+    assert isinstance(caught.value, ValueError)
+
+
+def test_what_is_no_scene_is_refused(tmp_path):
+    with pytest.raises(malha.InputError, match="cannot read: No such file"):
+        malha.Scene(tmp_path / "none.json")
+    with pytest.raises(malha.InputError, match="scene: found a value of type object; allowed: dicts"):
+        malha.Scene({"name": object()})
+    with pytest.raises(TypeError):
+        malha.Scene(7)
+    with pytest.raises(malha.InputError, match="folder beside a file"):
+        malha.Scene(ROOT / "scenes" / "flag.json", folder="/")
+
+
+def test_a_scene_too_large_for_the_memory_is_refused():
+    given = scene_of(cloth())
+    given["bodies"] = [cloth(f"cloth {i}") for i in range(400)]
+    for body in given["bodies"]:
+        body["shape"]["grid"]["cells"] = [4400, 4400]
+    with pytest.raises(malha.OutOfMemory, match="at the least; allowed: what fits") as caught:
+        malha.Simulation(given)
+    assert isinstance(caught.value, MemoryError) and isinstance(caught.value, malha.InputError)
+
+
+def square(**more):
+    """Nothing uses vertex 1."""
+    points = np.array([[0, 0, 0], [9, 9, 9], [1, 0, 0], [0, 0, 1], [1, 0, 1]], dtype=float)
+    return malha.body(points, np.array([[0, 3, 2], [2, 3, 4]]), mass=1, constraints=[{"type": "distance"}], **more)
+
+
+def test_a_body_from_arrays_keeps_its_numbers_where_a_vertex_is_unused(tmp_path):
+    obj = tmp_path / "square.obj"
+    obj.write_text("v 0 0 0\nv 9 9 9\nv 1 0 0\nv 0 0 1\nv 1 0 1\nf 1 4 3\nf 3 4 5\n")
+    from_file = square(pins=[3]) | {"shape": {"mesh": str(obj)}}
+    runs = [malha.Simulation(scene_of(body), threads=1) for body in (square(pins=[3]), from_file)]
+    for run in runs:
+        run.step(50)
+        (body,) = run.bodies
+        assert body.vertices.tolist() == [0, -1, 1, 2, 3]
+        assert run.positions[body.vertices[3]].tolist() == [0, 0, 1], "the pinned vertex stays"
+        assert run.faces.tolist() == [[0, 2, 1, -1], [1, 2, 3, -1]]
+        assert run.triangles.tolist() == [[0, 2, 1], [1, 2, 3]]
+    assert runs[0].state_hash == runs[1].state_hash
+    with pytest.raises(malha.InputError, match="unused|no face|nothing uses"):
+        malha.Simulation(scene_of(square(pins=[1])))
+
+
+def test_numbers_of_a_second_body_begin_behind_the_first():
+    second = square(name="second", velocity=[0, 1, 0])
+    run = malha.Simulation(scene_of(square(), second))
+    assert [body.name for body in run.bodies] == ["body", "second"]
+    assert run.bodies[1].particles == slice(4, 8, 1) and run.bodies[1].faces == slice(2, 4, 1)
+    assert run.bodies[1].vertices.tolist() == [4, -1, 5, 6, 7]
+    assert np.all(run.velocities[run.bodies[1].particles] == [0, 1, 0])
+
+
+def test_quads_lines_tetrahedra_and_loose_points():
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0]], dtype=float)
+    quad = malha.body(corners, [[0, 1, 2, 3], [1, 4, 2]], mass=1)
+    assert malha.Simulation(scene_of(quad)).faces.tolist() == [[0, 1, 2, 3], [1, 4, 2, -1]]
+    padded = malha.body(corners, np.array([[0, 1, 2, 3], [1, 4, 2, -1]]), mass=1)
+    assert malha.Scene(scene_of(padded)).to_json() == malha.Scene(scene_of(quad)).to_json()
+    line = malha.body(corners, lines=np.array([[0, 1], [1, 2]]), mass=1)
+    assert malha.Simulation(scene_of(line)).lines.tolist() == [[0, 1], [1, 2]]
+    loose = malha.body(corners, mass=1)
+    assert len(malha.Simulation(scene_of(loose)).positions) == 5
+    solid = malha.body(np.vstack([np.zeros(3), np.eye(3)]), tetrahedra=[[0, 1, 2, 3]], mass=1)
+    assert len(malha.Simulation(scene_of(solid)).triangles) == 4
+    obstacle = {"name": "tile", "shape": malha.shape(corners[:4], [[0, 1, 2, 3]]), "sides": "two_sided"}
+    assert malha.Simulation(scene_of(cloth(), environment=[obstacle])).step(2) == 2
+
+
+@pytest.mark.parametrize("points, faces, said", [
+    (np.zeros((4, 2)), [[0, 1, 2]], "body: points: found an array of shape (4, 2); allowed: an array (N, 3)"),
+    ("no", None, "body: points: found what is no array of numbers; allowed: an array (N, 3)"),
+    ([[0, 0, np.nan]], None, "body: points: row 0: found nan; allowed: numbers up to 1e18"),
+    (np.eye(3), np.eye(3), "body: faces: found an array of shape (3, 3) that are no whole numbers; allowed: whole numbers "
+                           "(N, 3) or (N, 4)"),
+    (np.eye(3), np.array([[0, 1]]), "body: faces: found an array of shape (1, 2); allowed: whole numbers (N, 3) or (N, 4)"),
+])
+def test_arrays_of_another_shape_are_refused(points, faces, said):
+    with pytest.raises(malha.InputError) as caught:
+        malha.body(points, faces, mass=1)
+    assert str(caught.value) == said
+
+
+def test_arrays_give_the_scene_that_their_lists_give():
+    arrays = square()
+    assert isinstance(arrays["shape"]["listed"]["points"], np.ndarray)
+    lists = arrays | {"shape": {"listed": {k: v.tolist() for k, v in arrays["shape"]["listed"].items()}}}
+    assert malha.Scene(scene_of(arrays)).to_json() == malha.Scene(scene_of(lists)).to_json()
+    assert isinstance(arrays["shape"]["listed"]["points"], np.ndarray), "the dict is as it was"
+    with pytest.raises(malha.InputError, match="density of loose particles"):
+        malha.Scene(scene_of(malha.body(np.eye(3), density=1)))
+
+
+def test_a_corner_that_is_no_point_is_refused():
+    with pytest.raises(malha.InputError, match="listed: faces/0: found vertex 3; allowed: 0 to 2"):
+        malha.Simulation(scene_of(malha.body(np.eye(3), [[0, 1, 3]], mass=1)))

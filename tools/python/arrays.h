@@ -1,0 +1,83 @@
+// Rows of numbers between C++ and numpy.
+#pragma once
+#include <pybind11/numpy.h>
+
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host/base/shown.h"
+#include "host/error.h"
+#include "host/mesh.h"
+
+namespace malha::python {
+
+/// An array (n, k) that owns these rows, without another copy. It cannot be written to: it is no part of a simulation,
+/// and writing to it would change nothing.
+template <class T, std::size_t k>
+pybind11::array_t<T> array_of(std::vector<std::array<T, k>> rows) {
+  auto* kept = new std::vector<std::array<T, k>>(std::move(rows));
+  const pybind11::capsule owner(kept, [](void* p) { delete static_cast<std::vector<std::array<T, k>>*>(p); });
+  const auto n = static_cast<pybind11::ssize_t>(kept->size());
+  pybind11::array_t<T> array({n, static_cast<pybind11::ssize_t>(k)}, kept->empty() ? nullptr : kept->front().data(),
+                             owner);
+  array.attr("setflags")(pybind11::arg("write") = false);
+  return array;
+}
+template <class T>
+pybind11::array_t<T> array_of(const std::vector<T>& values) {
+  pybind11::array_t<T> array(static_cast<pybind11::ssize_t>(values.size()), values.data());
+  array.attr("setflags")(pybind11::arg("write") = false);
+  return array;
+}
+
+using Doubles = pybind11::array_t<double, pybind11::array::c_style | pybind11::array::forcecast>;
+using Ints = pybind11::array_t<int, pybind11::array::c_style>;
+
+/// "(4, 3)"
+inline std::string shape_of(const pybind11::array& array) {
+  return pybind11::str(array.attr("shape")).cast<std::string>();
+}
+
+/// Anything that numpy makes an array (n, 3) of. Throws InputError, which names `what`, for another shape.
+inline std::vector<Vec3> rows_of(const pybind11::handle& given, const char* what) {
+  const Doubles array = Doubles::ensure(given);
+  if (!array) {
+    PyErr_Clear();
+    refuse(what, "", "what is no array of numbers", "an array (N, 3)");
+  }
+  if (array.ndim() != 2 || array.shape(1) != 3)
+    refuse(what, "", "an array of shape " + shape_of(array), "an array (N, 3)");
+  std::vector<Vec3> rows(static_cast<std::size_t>(array.shape(0)));
+  std::copy_n(array.data(), 3 * rows.size(), rows.empty() ? nullptr : rows.front().data());
+  return rows;
+}
+
+/// Anything that numpy makes a list of whole numbers of. Throws InputError likewise.
+inline std::vector<int> integers_of(const pybind11::handle& given, const char* what) {
+  const pybind11::array array = pybind11::array::ensure(given);
+  const bool whole = array && (array.dtype().kind() == 'i' || array.dtype().kind() == 'u' || array.size() == 0);
+  if (!array) PyErr_Clear();
+  if (!whole) refuse(what, "", "what is no array of whole numbers", "an array of them");
+  const auto wide = pybind11::array_t<long long, pybind11::array::c_style | pybind11::array::forcecast>::ensure(array);
+  std::vector<int> all(static_cast<std::size_t>(wide.size()));
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const long long number = wide.data()[i];
+    if (number < -2147483647 || number > 2147483647)
+      refuse(what, "", std::to_string(number), "whole numbers up to 2147483647");
+    all[i] = static_cast<int>(number);
+  }
+  return all;
+}
+
+/// Three numbers. Throws InputError likewise.
+inline Vec3 vector_of(const pybind11::handle& given, const char* what) {
+  const Doubles array = Doubles::ensure(given);
+  if (!array) PyErr_Clear();
+  if (!array || array.ndim() != 1 || array.shape(0) != 3)
+    refuse(what, "", array ? "an array of shape " + shape_of(array) : "what is no array of numbers", "three numbers");
+  return {array.data()[0], array.data()[1], array.data()[2]};
+}
+
+}  // namespace malha::python

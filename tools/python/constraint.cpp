@@ -1,0 +1,107 @@
+#include "tools/python/constraint.h"
+
+#include <algorithm>
+#include <string>
+
+#include "tools/python/arrays.h"
+
+namespace malha::python {
+
+namespace py = pybind11;
+using namespace py::literals;
+
+namespace {
+
+Function shared(const py::object& function) {
+  return {new py::object(function), [](py::object* held) {
+            const py::gil_scoped_acquire hold;
+            delete held;
+          }};
+}
+
+/// What a function gave, as an array of this shape.
+Doubles given(const py::handle& value, const std::string& name, const char* what,
+              const std::vector<py::ssize_t>& shape) {
+  const Doubles array = Doubles::ensure(value);
+  if (!array) PyErr_Clear();
+  std::string wanted;
+  for (const py::ssize_t n : shape) wanted += (wanted.empty() ? "(" : ", ") + std::to_string(n);
+  wanted += shape.size() == 1 ? ",)" : ")";
+  const bool fits = array && static_cast<std::size_t>(array.ndim()) == shape.size() &&
+                    std::equal(shape.begin(), shape.end(), array.shape());
+  if (!fits)
+    refuse("constraint '" + name + "'", what,
+           array ? "an array of shape " + shape_of(array) : "what is no array of numbers", "an array " + wanted);
+  return array;
+}
+
+/// Arrays of its own for every call: whoever keeps them sees no later batch.
+void call(const py::object& function, const std::string& name, int arity, const OwnBatch& batch) {
+  const py::gil_scoped_acquire hold;
+  const py::ssize_t count = batch.count, k = arity;
+  const py::array_t<double> x({count, k, py::ssize_t{3}}, batch.x->data());
+  const py::array_t<int> number(count, batch.number);
+  const py::object result = function(x, number);
+  if (!py::isinstance<py::tuple>(result) || py::len(result) != 2)
+    refuse("constraint '" + name + "'", "", "a function that gives no pair", "one that gives (C, gradient)");
+  const auto pair = result.cast<py::tuple>();
+  const Doubles C = given(pair[0], name, "C", {count}), gradient = given(pair[1], name, "gradient", {count, k, 3});
+  std::copy_n(C.data(), count, batch.C);
+  std::copy_n(gradient.data(), count * k * 3, batch.gradient->data());
+}
+
+PythonConstraint made(const py::object& particles, const py::object& function, double compliance,
+                      const std::string& name, bool check) {
+  const py::array array = py::array::ensure(particles);
+  if (!array) PyErr_Clear();
+  if (!array || array.ndim() != 2 || array.shape(1) < 1)
+    refuse("constraint '" + name + "'", "particles",
+           array ? "an array of shape " + shape_of(array) : "what is no array of numbers", "an array (M, k)");
+  PythonConstraint constraint;
+  constraint.check = check;
+  OwnConstraint& own = constraint.own;
+  own.name = name, own.arity = static_cast<int>(array.shape(1)), own.compliance = compliance;
+  own.particles = integers_of(array, "particles");
+  constraint.function = shared(function);
+  own.evaluate = [held = constraint.function, name, arity = own.arity](const OwnBatch& batch) {
+    call(*held, name, arity, batch);
+  };
+  return constraint;
+}
+
+int visit(PythonConstraint& constraint, visitproc visitor, void* argument) {
+  return visitor(constraint.function->ptr(), argument);
+}
+void clear(PythonConstraint& constraint) { *constraint.function = py::none(); }
+
+}  // namespace
+
+void add_constraint(py::module_& module) {
+  py::class_<PythonConstraint>(
+      module, "Constraint", py::custom_type_setup(&collect_cycles<PythonConstraint, visit, clear>),
+      "A constraint C(x) = 0 of your own, to try an idea. It is slow: the function is called for every batch of\n"
+      "constraints that share no particle, in every iteration of every substep. A kernel takes nanoseconds instead.")
+      .def(
+          py::init(&made), "particles"_a, "function"_a, "compliance"_a = 0.0, "name"_a = "own", "check"_a = false,
+          "particles: whole numbers (M, k), the particles of each constraint, as in Simulation.positions.\n"
+          "function(x, which): x is (B, k, 3) in m, a batch of B constraints; which is (B,), their rows in particles.\n"
+          "It returns C (B,) and its gradient (B, k, 3). It must depend on its arguments alone, or runs differ.\n"
+          "compliance: XPBD's alpha, >= 0; C^2 / (2 alpha) is an energy in J. 0: as stiff as the iterations make it.\n"
+          "check: compare the gradient with finite differences where a simulation starts.")
+      .def(
+          "check",
+          [](const PythonConstraint& constraint, const py::object& positions, double tolerance) {
+            check_gradients(constraint.own, rows_of(positions, "positions"), tolerance);
+          },
+          "positions"_a, "tolerance"_a = 1e-4,
+          "Compares the gradient with central differences at positions (N, 3), m. Raises InputError where one is off "
+          "by\n"
+          "more than tolerance times the constraint's largest, and says which.")
+      .def_property_readonly("name", [](const PythonConstraint& constraint) { return constraint.own.name; })
+      .def_property_readonly("compliance", [](const PythonConstraint& constraint) { return constraint.own.compliance; })
+      .def("__len__", [](const PythonConstraint& constraint) {
+        return constraint.own.particles.size() / static_cast<std::size_t>(constraint.own.arity);
+      });
+}
+
+}  // namespace malha::python

@@ -1,0 +1,50 @@
+#include "tools/python/errors.h"
+
+#include <string>
+
+#include "host/error.h"
+
+namespace malha::python {
+
+namespace py = pybind11;
+
+namespace {
+
+// They live as long as the interpreter: a translator has no state of its own.
+PyObject *input_error = nullptr, *out_of_memory = nullptr, *diverged = nullptr;
+
+PyObject* made(py::module_& module, const char* name, const char* doc, const py::object& bases) {
+  const std::string full = std::string("malha.") + name;
+  PyObject* error = PyErr_NewExceptionWithDoc(full.c_str(), doc, bases.ptr(), nullptr);
+  if (!error) throw py::error_already_set();
+  module.add_object(name, error);
+  return error;
+}
+
+}  // namespace
+
+void add_errors(py::module_& module) {
+  const auto builtin = [](PyObject* type) { return py::reinterpret_borrow<py::object>(type); };
+  input_error = made(module, "InputError",
+                     "Input that was refused: the place, what was found and what is allowed, as the command says it.",
+                     py::make_tuple(builtin(PyExc_ValueError)));
+  out_of_memory = made(module, "OutOfMemory", "Input that asks for more memory than there is.",
+                       py::make_tuple(builtin(input_error), builtin(PyExc_MemoryError)));
+  diverged = made(module, "Diverged",
+                  "A run that became non-finite or exploded: at which step, and where. Of its simulation only report() "
+                  "makes sense afterwards.",
+                  py::make_tuple(builtin(PyExc_ArithmeticError)));
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      std::rethrow_exception(thrown);
+    } catch (const OutOfMemory& error) {
+      PyErr_SetString(out_of_memory, error.what());
+    } catch (const InputError& error) {
+      PyErr_SetString(input_error, error.what());
+    } catch (const Diverged& error) {
+      PyErr_SetString(diverged, (std::string("diverged at ") + error.what()).c_str());
+    }
+  });
+}
+
+}  // namespace malha::python

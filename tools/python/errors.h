@@ -1,0 +1,10 @@
+// Errors of malha as exceptions of Python, with the words of the command line.
+#pragma once
+#include <pybind11/pybind11.h>
+
+namespace malha::python {
+
+/// malha.InputError, malha.OutOfMemory and malha.Diverged.
+void add_errors(pybind11::module_& module);
+
+}  // namespace malha::python

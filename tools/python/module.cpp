@@ -1,0 +1,20 @@
+// The Python module malha.
+#include <pybind11/pybind11.h>
+
+#include "host/base/build_info.h"
+#include "tools/python/constraint.h"
+#include "tools/python/errors.h"
+#include "tools/python/scene.h"
+#include "tools/python/simulation.h"
+
+PYBIND11_MODULE(malha, module) {
+  module.doc() =
+      "Deformable bodies by Position Based Dynamics with XPBD's compliance, and by Desbrun's method. SI units.\n"
+      "A Scene says what is simulated, a Simulation steps through it, and arrays are numpy's.";
+  module.attr("__version__") = malha::version();
+  malha::python::add_errors(module);
+  malha::python::add_scene(module);
+  malha::python::add_constraint(module);
+  malha::python::add_simulation(module);
+  malha::python::add_run(module);
+}

@@ -1,0 +1,80 @@
+#include "tools/python/running.h"
+
+#include "tools/python/arrays.h"
+#include "tools/python/constraint.h"
+#include "tools/python/interrupts.h"
+#include "tools/python/scene.h"
+
+namespace malha::python {
+
+namespace py = pybind11;
+
+SimulationOptions options_of(int threads, const std::string& backend) {
+  if (threads < 0) refuse("simulation", "threads", std::to_string(threads), "0 for as many as there are, or more");
+  if (backend != "openmp" && backend != "serial")
+    refuse("simulation", "backend", quoted(backend), "\"openmp\", \"serial\"");
+  SimulationOptions options;
+  options.threads = threads, options.at_most = true;
+  options.backend = backend == "serial" ? Backend::Serial : Backend::OpenMP;
+  return options;
+}
+
+Running::Running(const py::object& scene, int threads, const std::string& backend, bool by_hand,
+                 const py::object& given) {
+  const Scene of = scene_of(scene, py::none());
+  SimulationOptions options = options_of(threads, backend);
+  options.by_hand = by_hand;
+  for (const py::handle one : given) {
+    if (!py::isinstance<PythonConstraint>(one))
+      refuse("simulation", "constraints",
+             quoted(py::str(py::type::handle_of(one).attr("__name__")).cast<std::string>()),
+             "a list of malha.Constraint");
+    options.constraints.push_back(one.cast<const PythonConstraint&>().own);
+    constraints.append(one);
+  }
+  {
+    const py::gil_scoped_release release;
+    simulation_.emplace(of, options);
+  }
+  for (const py::handle one : constraints)
+    if (const auto& constraint = one.cast<const PythonConstraint&>(); constraint.check)
+      check_gradients(constraint.own, simulation_->positions());
+}
+
+long long Running::step(const py::object& self, long long n, const py::object& callback) {
+  if (n < 0) refuse("step", "n", std::to_string(n), "0 or more");
+  if (diverged_) throw Diverged(*diverged_);
+  Interrupts interrupts;
+  long long done = 0;
+  try {
+    while (done < n) {
+      compute([&](Simulation& simulation) {
+        do simulation.step(), ++done;
+        while (done < n && callback.is_none() && !interrupts.due());
+      });
+      if (!callback.is_none() && callback(self).is(py::bool_(false))) break;
+      interrupts.ask();
+    }
+  } catch (const Diverged& error) {
+    diverged_ = error.what();
+    throw;
+  }
+  return done;
+}
+
+std::string Running::report(const std::optional<std::string>& status) {
+  std::vector<std::string> notes;
+  if (diverged_) notes.push_back(*diverged_);
+  return now().report(diverged_ ? "diverged" : status.value_or("running"), notes);
+}
+
+void Running::go_back(const py::bytes& state) {
+  now().go_back(static_cast<std::string>(state));
+  diverged_.reset();
+}
+void Running::load_checkpoint(const std::string& path) {
+  now().load_checkpoint(path);
+  diverged_.reset();
+}
+
+}  // namespace malha::python

@@ -1,0 +1,210 @@
+#include "tools/python/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "host/base/shown.h"
+#include "host/error.h"
+#include "tools/python/arrays.h"
+
+namespace malha::python {
+
+namespace py = pybind11;
+using namespace py::literals;
+
+namespace {
+
+/// What the json module does not know: arrays and numbers of numpy, and scenes.
+py::object plain(const py::object& value) {
+  if (py::hasattr(value, "tolist")) return value.attr("tolist")();
+  refuse("scene", "", "a value of type " + py::str(py::type::of(value).attr("__name__")).cast<std::string>(),
+         "dicts, lists, arrays, texts, numbers, True, False and None");
+}
+
+std::string path_of(const py::object& path) {
+  return py::module_::import("os").attr("fspath")(path).cast<std::string>();
+}
+
+/// A key of a listed shape; lists of lists where faces have 3 and 4 corners.
+void add_corners(py::dict& listed, const char* key, const py::object& given, int least, int most) {
+  if (given.is_none()) return;
+  const bool mixed = most > least && py::isinstance<py::list>(given);
+  const py::array array = mixed ? py::array() : py::array::ensure(given);
+  if (mixed) {
+    listed[key] = given;
+    return;
+  }
+  if (!array) PyErr_Clear();
+  const bool whole = array && (array.dtype().kind() == 'i' || array.dtype().kind() == 'u' || array.size() == 0);
+  if (!whole || array.ndim() != 2 || array.shape(1) < least || array.shape(1) > most)
+    refuse(
+        "body", key,
+        array ? "an array of shape " + shape_of(array) + (whole ? "" : " that are no whole numbers")
+              : "what is no array of numbers",
+        "whole numbers (N, " + std::to_string(least) + (most > least ? ") or (N, " + std::to_string(most) : "") + ")");
+  if (array.size() > 0) listed[key] = array;
+}
+
+py::dict shape(const py::object& points, const py::object& faces, const py::object& lines,
+               const py::object& tetrahedra) {
+  const std::vector<Vec3> rows = rows_of(points, "body: points");
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    for (const double number : rows[i])
+      if (!(std::abs(number) <= 1e18))
+        refuse("body", "points: row " + std::to_string(i), shown(number), "numbers up to 1e18");
+  py::dict listed("points"_a = array_of(rows));
+  add_corners(listed, "faces", faces, 3, 4), add_corners(listed, "lines", lines, 2, 2);
+  add_corners(listed, "tetrahedra", tetrahedra, 4, 4);
+  return py::dict("listed"_a = listed);
+}
+
+/// Rows of corners from an array; -1 ends those that have fewer.
+template <class Item>
+std::vector<Item> items_of(const py::dict& listed, const char* key) {
+  std::vector<Item> items;
+  if (!listed.contains(key)) return items;
+  const auto array = py::array(py::object(listed[key]));
+  const std::vector<int> numbers = integers_of(array, key);
+  const std::size_t corners = numbers.empty() ? 1 : static_cast<std::size_t>(array.shape(1));
+  for (std::size_t i = 0; i < numbers.size(); i += corners) {
+    Item item;
+    item.fill(-1);
+    std::copy_n(&numbers[i], std::min(corners, item.size()), item.begin());
+    items.push_back(item);
+  }
+  return items;
+}
+
+/// A listed shape whose values are all arrays, as shape() leaves them; none for others, which go through JSON.
+std::optional<ListedShape> arrays_of(const py::handle& shape) {
+  if (!py::isinstance<py::dict>(shape) || py::len(shape) != 1) return std::nullopt;
+  const auto dict = shape.cast<py::dict>();
+  if (!dict.contains("listed") || !py::isinstance<py::dict>(dict["listed"])) return std::nullopt;
+  const py::dict listed = dict["listed"];
+  for (const auto& [key, value] : listed) {
+    const std::string name = py::str(key);
+    const std::size_t most = name == "points" ? 3 : name == "lines" ? 2 : 4, least = name == "faces" ? 3 : most;
+    if (name != "points" && name != "faces" && name != "lines" && name != "tetrahedra") return std::nullopt;
+    if (!py::isinstance<py::array>(value)) return std::nullopt;
+    const auto array = value.cast<py::array>();
+    if (array.ndim() != 2 || array.shape(0) == 0 || static_cast<std::size_t>(array.shape(1)) < least ||
+        static_cast<std::size_t>(array.shape(1)) > most)
+      return std::nullopt;
+  }
+  if (!listed.contains("points")) return std::nullopt;
+  return ListedShape{rows_of(listed["points"], "body: points"), items_of<Quad>(listed, "faces"),
+                     items_of<Edge>(listed, "lines"), items_of<Tetrahedron>(listed, "tetrahedra")};
+}
+
+/// Arrays that wait to take the place of a small shape of the same kind: JSON would take ten times as long.
+struct Waiting {
+  bool environment;
+  std::size_t index;
+  ListedShape shape;
+};
+
+/// A copy of the scene's dict with such small shapes.
+py::dict without_arrays(const py::dict& scene, std::vector<Waiting>& waiting) {
+  py::dict copy = scene.attr("copy")();
+  for (const char* const key : {"bodies", "environment"}) {
+    if (!copy.contains(key) || !py::isinstance<py::list>(copy[key])) continue;
+    py::list all = py::object(copy[key]).attr("copy")();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (!py::isinstance<py::dict>(all[i]) || !py::object(all[i]).contains("shape")) continue;
+      py::dict one = py::object(all[i]).attr("copy")();
+      std::optional<ListedShape> shape = arrays_of(py::object(one["shape"]));
+      if (!shape) continue;
+      py::dict small("points"_a = py::make_tuple(py::make_tuple(0, 0, 0)));
+      if (!shape->loose()) small["lines"] = py::make_tuple(py::make_tuple(0, 0));
+      one["shape"] = py::dict("listed"_a = small);
+      all[i] = one;
+      waiting.push_back({std::string(key) == "environment", i, std::move(*shape)});
+    }
+    copy[key] = all;
+  }
+  return copy;
+}
+
+py::dict body(const py::object& points, const py::object& faces, const py::object& lines, const py::object& tetrahedra,
+              const std::string& name, const py::object& pins, const py::kwargs& more) {
+  py::dict made("name"_a = name, "shape"_a = shape(points, faces, lines, tetrahedra));
+  if (!pins.is_none()) {
+    const bool dicts =
+        py::isinstance<py::list>(pins) && py::len(pins) > 0 && py::isinstance<py::dict>(pins.cast<py::list>()[0]);
+    if (dicts) {
+      made["pins"] = pins;
+    } else if (const std::vector<int> numbers = integers_of(pins, "body: pins"); !numbers.empty()) {
+      py::list list;
+      for (const int number : numbers) list.append(number);
+      py::list all;
+      all.append(py::dict("particles"_a = list));
+      made["pins"] = all;
+    }
+  }
+  for (const auto& [key, value] : more) made[key] = value;
+  return made;
+}
+
+}  // namespace
+
+py::object parsed(const std::string& json) { return py::module_::import("json").attr("loads")(json); }
+
+Scene scene_of(const py::object& source, const py::object& folder) {
+  if (py::isinstance<Scene>(source)) return source.cast<Scene>();
+  const std::string from = folder.is_none() ? "" : path_of(folder);
+  if (py::isinstance<py::dict>(source)) {
+    std::vector<Waiting> waiting;
+    const py::object text = py::module_::import("json").attr("dumps")(without_arrays(source.cast<py::dict>(), waiting),
+                                                                      "default"_a = py::cpp_function(plain));
+    Scene scene = parse_scene(text.cast<std::string>(), "scene", from);
+    for (Waiting& one : waiting)
+      (one.environment ? scene.environment[one.index].shape : scene.bodies[one.index].shape) = std::move(one.shape);
+    return scene;
+  }
+  if (py::isinstance<py::str>(source)) {
+    const auto text = source.cast<std::string>();
+    const std::size_t first = text.find_first_not_of(" \t\r\n");
+    if (first != std::string::npos && text[first] == '{') return parse_scene(text, "scene", from);
+  }
+  if (!folder.is_none()) refuse("scene", "folder", "a folder beside a file", "one beside a dict or a JSON text");
+  return load_scene(path_of(source));
+}
+
+void add_scene(py::module_& module) {
+  py::class_<Scene>(module, "Scene",
+                    "A scene: what is simulated, with what, in SI units. scenes/README.md explains every key.")
+      .def(py::init(&scene_of), "source"_a, "folder"_a = py::none(),
+           "A scene from a path, a JSON text (its first character is '{') or a dict, in which numpy arrays may stand "
+           "for\n"
+           "lists. folder: where relative mesh paths of a text or dict start; the working directory by default.\n"
+           "Raises InputError with the place, what was found and what is allowed.")
+      .def(
+          "to_dict", [](const Scene& scene) { return parsed(to_json(scene)); },
+          "The scene as a dict, every value spelled out: change it, and make another Scene of it.")
+      .def("to_json", &to_json, "The same as JSON text, which `malha run` takes.")
+      .def_property_readonly("name", [](const Scene& scene) { return scene.name; })
+      .def_property_readonly(
+          "duration", [](const Scene& scene) { return scene.duration; }, "Of a whole run, s.")
+      .def_property_readonly(
+          "dt", [](const Scene& scene) { return scene.solver.dt; }, "A step, s.")
+      .def("__repr__", [](const Scene& scene) {
+        return "<malha.Scene '" + scene.name + "', " + counted(scene.bodies.size(), "body", "bodies") + ">";
+      });
+  module.def(
+      "shape", &shape, "points"_a, "faces"_a = py::none(), "lines"_a = py::none(), "tetrahedra"_a = py::none(),
+      "The \"shape\" of a body or an environment object from arrays: points (V, 3) in m; faces (F, 3) or (F, 4),\n"
+      "where -1 ends a triangle, or a list of lists of both; lines (L, 2); tetrahedra (T, 4). Vertices count\n"
+      "from 0; those that nothing uses are left out, and keep their number in pins and messages. With points\n"
+      "alone the particles are loose.");
+  module.def(
+      "body", &body, "points"_a, "faces"_a = py::none(), "lines"_a = py::none(), "tetrahedra"_a = py::none(),
+      py::kw_only(), "name"_a = "body", "pins"_a = py::none(),
+      "A dict for a scene's \"bodies\" from arrays, see shape(). pins: numbers of vertices that do not move, or a\n"
+      "list of dicts as in scenes. All other keys are those of a body in scenes, of which mass (kg) or density\n"
+      "is required: mass=0.2, constraints=[{\"type\": \"distance\"}], velocity=[0, 1, 0] ...");
+}
+
+}  // namespace malha::python

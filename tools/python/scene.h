@@ -1,0 +1,17 @@
+// malha.Scene, and bodies from arrays.
+#pragma once
+#include <pybind11/pybind11.h>
+
+#include "host/scene.h"
+
+namespace malha::python {
+
+/// From a path, JSON text, or what Python's json module can write, numpy arrays included.
+Scene scene_of(const pybind11::object& source, const pybind11::object& folder);
+
+/// JSON text as Python's dicts and lists.
+pybind11::object parsed(const std::string& json);
+
+void add_scene(pybind11::module_& module);
+
+}  // namespace malha::python

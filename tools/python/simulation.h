@@ -1,0 +1,10 @@
+// malha.Simulation, and whole runs into a folder.
+#pragma once
+#include <pybind11/pybind11.h>
+
+namespace malha::python {
+
+void add_simulation(pybind11::module_& module);
+void add_run(pybind11::module_& module);
+
+}  // namespace malha::python
