@@ -48,6 +48,8 @@ class Strains {
 class Residuals {
  public:
   explicit Residuals(const Model& model, int threads = 1);
+  /// Whether the model has any.
+  bool any() const { return !sets_.empty() || !shells_.empty(); }
   /// Throws std::invalid_argument for another number of particles.
   std::vector<float> operator()(const std::vector<Vec3>& x) const;
 

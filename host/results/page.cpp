@@ -11,7 +11,6 @@
 #include "host/collision/pose.h"
 #include "host/error.h"
 #include "host/model/model.h"
-#include "host/results/looks.h"
 #include "host/results/page_parts.h"
 #include "host/results/picture.h"
 
@@ -33,6 +32,13 @@ Json json_of(const PackedPoints& points) {
   return {{"low", points.low}, {"side", points.side}, {"data", base64(points.data)}};
 }
 
+Json json_of(const PackedTouches& touches) {
+  return {{"count", touches.count},
+          {"far", touches.far},
+          {"particles", base64(touches.particles)},
+          {"ways", base64(touches.ways)}};
+}
+
 /// Four corners each; a triangle has its third one twice.
 std::string text_of(const std::vector<Quad>& faces) {
   std::vector<std::uint32_t> corners;
@@ -46,6 +52,25 @@ std::string text_of(const std::vector<int>& numbers) {
   std::vector<std::uint32_t> from_0;
   for (const int number : numbers) from_0.push_back(static_cast<std::uint32_t>(number + 1));
   return text_of(from_0, 1);
+}
+
+/// Lines and their batches, by the numbers of the ends: the lower one, and how much higher the other is.
+Json batches(const Structure& layout) {
+  std::vector<std::array<int, 3>> all;
+  for (std::size_t l = 0; l < layout.lines.size(); ++l) {
+    const auto [low, high] = std::minmax(layout.lines[l][0], layout.lines[l][1]);
+    all.push_back({low, high, layout.batch[l]});
+  }
+  std::sort(all.begin(), all.end());
+  std::vector<std::uint32_t> ends, numbers;
+  for (const auto& [low, high, batch] : all) {
+    ends.insert(ends.end(), {std::uint32_t(low), std::uint32_t(high - low)});
+    numbers.push_back(static_cast<std::uint32_t>(batch));
+  }
+  return {{"count", all.size()},
+          {"most", layout.batches},
+          {"ends", text_of(ends, 2)},
+          {"numbers", text_of(numbers, numbers.size())}};
 }
 
 Json environment(const Model& model) {
@@ -107,7 +132,7 @@ std::vector<std::string_view> around(const std::vector<std::string_view>& runs) 
       "<title>malha</title>\n<style>\n",
       kStyle, "</style>\n</head>\n<body>\n", kBody};
   for (const std::string_view run : runs) all.insert(all.end(), {kBegin, run, kEnd});
-  for (const char* script : {kThree, kControls, kData, kStage, kPanel, kViewer})
+  for (const char* script : {kThree, kControls, kData, kLooks, kStage, kPanel, kViewer})
     all.insert(all.end(), {"<script>\n", script, kEnd});
   all.push_back("</body>\n</html>\n");
   return all;
@@ -163,6 +188,7 @@ Page::Page(const Simulation& simulation)
       room_(static_cast<std::size_t>(1e6 * simulation.model().scene.outputs.page->megabytes)),
       first_(simulation.steps()),
       every_(std::max<std::int64_t>(1, std::llround(1 / kFramesPerSecond / simulation.model().scene.solver.dt))) {
+  if (!simulation.model().environment.empty()) contacts_.emplace(simulation.model(), simulation.threads());
   environment_ = dumped(environment(simulation.model()));
   std::size_t fixed = environment_.size() + 20'000;  // what is not counted is small
   for (const std::string_view piece : around({})) fixed += piece.size();
@@ -191,23 +217,37 @@ void Page::add_mesh() {
   if (const Structure layout = structure(simulation_.model(), simulation_.threads()); layout.patches > 0) {
     mesh["patch"] = text_of(layout.patch), mesh["patches"] = layout.patches;
     mesh["phase"] = text_of(layout.phase), mesh["phases"] = layout.phases;
+    if (!layout.lines.empty()) mesh["batch"] = batches(layout);
   }
+  residuals_.emplace(simulation_.model(), simulation_.threads());
+  if (!residuals_->any()) residuals_.reset();
   meshes_.push_back(dumped(mesh));
   tears_ = simulation_.tears();
 }
 
 void Page::keep(double step_ms) {
   if (simulation_.tears() != tears_) add_mesh();
-  frames_.push_back({simulation_.steps(), simulation_.time(), step_ms, meshes_.size() - 1,
-                     packed(simulation_.positions()), simulation_.measure()});
+  const std::vector<Vec3> x = simulation_.positions();
+  Frame& frame = frames_.emplace_back();
+  frame.step = simulation_.steps(), frame.time = simulation_.time(), frame.step_ms = step_ms;
+  frame.mesh = meshes_.size() - 1, frame.points = packed(x), frame.measures = simulation_.measure();
+  if (residuals_) frame.residual = packed((*residuals_)(x));
+  if (contacts_) frame.touches = packed((*contacts_)(x, frame.time));
+}
+
+std::size_t Page::Frame::bytes() const {
+  constexpr std::size_t kRest = 800;  // of measures, poses and names of fields, about
+  std::size_t packed = points.data.size();
+  if (residual) packed += residual->data.size();
+  if (touches) packed += touches->particles.size() + touches->ways.size();
+  return packed * 4 / 3 + kRest;
 }
 
 void Page::thin_out(bool keeps_last) {
-  constexpr std::size_t kMeasures = 500;  // bytes of a frame's measures and poses, about
   const auto size = [&] {
     std::size_t sum = 0;
     for (const std::string& mesh : meshes_) sum += mesh.size();
-    for (const Frame& frame : frames_) sum += frame.points.data.size() * 4 / 3 + kMeasures;
+    for (const Frame& frame : frames_) sum += frame.bytes();
     return sum;
   };
   while (size() > room_ && frames_.size() > 1) {
@@ -251,6 +291,9 @@ void Page::write(const std::filesystem::path& path, const std::string& report,
                       {"points", json_of(frame.points)},
                       {"poses", poses(model, frame.time)},
                       {"measures", json_of(frame.measures)}});
+    if (frame.residual)
+      frames.back()["residual"] = {{"most", frame.residual->most}, {"data", base64(frame.residual->data)}};
+    if (frame.touches) frames.back()["touches"] = json_of(*frame.touches);
   }
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
     bodies.push_back({{"name", model.scene.bodies[b].name}, {"colour", body_colour(static_cast<int>(b))}});

@@ -1,9 +1,11 @@
 // A run as one HTML file that replays it in a browser, without a server or a network.
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "host/results/looks.h"
 #include "host/results/page_pack.h"
 #include "host/simulation.h"
 
@@ -34,7 +36,10 @@ class Page {
     double time, step_ms;
     std::size_t mesh;  // of meshes_
     PackedPoints points;
+    std::optional<PackedValues> residual;  // of each particle, m
+    std::optional<PackedTouches> touches;
     Measures measures;
+    std::size_t bytes() const;
   };
 
   /// Whether there is to be a frame of this step.
@@ -44,12 +49,14 @@ class Page {
   void add_mesh();
 
   const Simulation& simulation_;
-  std::size_t room_;                 // bytes of base64 that frames may take
-  std::int64_t first_, every_;       // steps
-  int tears_ = 0;                    // that the last mesh knows of
-  double step_ms_ = 0;               // of the last step
-  std::string environment_;          // JSON
-  std::vector<std::string> meshes_;  // JSON; another one after each tear
+  std::size_t room_;                    // bytes of base64 that frames may take
+  std::int64_t first_, every_;          // steps
+  int tears_ = 0;                       // that the last mesh knows of
+  double step_ms_ = 0;                  // of the last step
+  std::string environment_;             // JSON
+  std::optional<Contacts> contacts_;    // where there is something to touch
+  std::optional<Residuals> residuals_;  // of the last mesh, where it has constraints
+  std::vector<std::string> meshes_;     // JSON; another one after each tear
   std::vector<Frame> frames_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace malha {
@@ -11,6 +12,7 @@ namespace malha {
 namespace {
 
 constexpr double kSteps = 65535;  // of a coordinate in its box
+constexpr double kValueSteps = 255, kWaySteps = 127;
 
 }  // namespace
 
@@ -48,6 +50,33 @@ PackedPoints packed(const std::vector<Vec3>& points) {
       steps.push_back(static_cast<std::uint32_t>(std::lround(std::clamp(part, 0.0, 1.0) * kSteps)));
     }
   all.data = packed(steps, 3, 2);
+  return all;
+}
+
+PackedValues packed(const std::vector<float>& values) {
+  PackedValues all;
+  const auto bounded = [](float value) { return std::min(value, std::numeric_limits<float>::max()); };
+  for (const float value : values) all.most = std::max<double>(all.most, bounded(value));
+  std::vector<std::uint32_t> steps;
+  steps.reserve(values.size());
+  for (const float value : values)
+    steps.push_back(
+        static_cast<std::uint32_t>(all.most > 0 ? std::lround(kValueSteps * bounded(value) / all.most) : 0));
+  all.data = packed(steps, steps.size(), 1);
+  return all;
+}
+
+PackedTouches packed(const std::vector<Touch>& touches) {
+  PackedTouches all{touches.size(), 0, {}, {}};
+  for (const Touch& touch : touches) all.far = std::max(all.far, std::abs(touch.distance));
+  std::vector<std::uint32_t> particles, ways;
+  const auto step = [](double part) { return static_cast<std::uint32_t>(std::lround(kWaySteps * (1 + part))); };
+  for (const Touch& touch : touches) {
+    particles.push_back(static_cast<std::uint32_t>(touch.particle));
+    for (const double part : touch.normal) ways.push_back(step(part));
+    ways.push_back(step(all.far > 0 ? touch.distance / all.far : 0));
+  }
+  all.particles = packed(particles, 1, 4), all.ways = packed(ways, 4, 1);
   return all;
 }
 

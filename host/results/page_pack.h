@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/mesh.h"
+#include "host/results/looks_contacts.h"
 
 namespace malha {
 
@@ -23,6 +24,22 @@ struct PackedPoints {
   double rounding() const;
 };
 PackedPoints packed(const std::vector<Vec3>& points);
+
+/// Values from 0 on, in 255 steps to the largest, packed; what is infinite counts as the largest float.
+struct PackedValues {
+  double most = 0;
+  std::string data;
+};
+PackedValues packed(const std::vector<float>& values);
+
+/// Who touches, packed. `ways`: of each the normal's x, y, z and the distance over `far`, each in 127 steps a sign. The
+/// point that is touched lies that distance behind the particle.
+struct PackedTouches {
+  std::size_t count = 0;
+  double far = 0;  // m
+  std::string particles, ways;
+};
+PackedTouches packed(const std::vector<Touch>& touches);
 
 /// RFC 4648.
 std::string base64(const std::string& bytes);

@@ -8,9 +8,10 @@ async function inflated(text) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-// `count` numbers, as differences to those `stride` before.
+// `count` numbers, as differences to those `stride` before, of so many bytes each.
+const kWords = {1: Uint8Array, 2: Uint16Array, 4: Uint32Array};
 async function unpacked(text, count, stride, bytes) {
-  const planes = await inflated(text), numbers = bytes === 2 ? new Uint16Array(count) : new Uint32Array(count);
+  const planes = await inflated(text), numbers = new kWords[bytes](count);
   if (planes.length !== count * bytes) throw new Error('found ' + planes.length + ' bytes of ' + count * bytes);
   for (let i = 0; i < count; ++i) {
     let step = 0;
@@ -108,6 +109,29 @@ class Frames {
     const m = this.all[k].mesh;
     if (!this.meshes.has(m)) this.meshes.set(m, meshOf(this.run.meshes[m]));
     return this.meshes.get(m);
+  }
+  // What pages of older versions, or of runs that have none, lack is null.
+  // Lines: the numbers of both ends, and of the batch; the largest number of batches in a patch.
+  async batches(k) {
+    const {batch} = this.run.meshes[this.all[k].mesh], mesh = await this.mesh(k);
+    if (!batch || mesh.batches) return mesh.batches || null;
+    const [ends, numbers] = await Promise.all(
+        [unpacked(batch.ends, 2 * batch.count, 2, 4), unpacked(batch.numbers, batch.count, batch.count, 4)]);
+    for (let e = 0; e < ends.length; e += 2) ends[e + 1] += ends[e];
+    return mesh.batches = {ends, numbers, most: batch.most};
+  }
+  // Of each particle, m.
+  async residuals(k) {
+    const {residual, mesh} = this.all[k], count = this.run.meshes[mesh].count;
+    return residual ? Float32Array.from(await unpacked(residual.data, count, count, 1), (step) => residual.most / 255 * step) : null;
+  }
+  // Which particles; four of each: its normal, and its distance over the farthest one's.
+  async touches(k) {
+    const {touches} = this.all[k];
+    if (!touches) return null;
+    const [particles, ways] = await Promise.all(
+        [unpacked(touches.particles, touches.count, 1, 4), unpacked(touches.ways, 4 * touches.count, 4, 1)]);
+    return {particles, ways: Float32Array.from(ways, (step) => step / 127 - 1), far: touches.far};
   }
   places(k) {
     const most = 256e6;  // bytes

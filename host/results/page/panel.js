@@ -33,8 +33,8 @@ const counted = (n, what) => n + ' ' + what + (n === 1 ? '' : 's');
 const titleOf = (run) => run.report.scene || 'run';
 
 // The largest of all but a tenth of all frames: one scale for both runs and all times.
-function usual(key) {
-  const all = malha.views.flatMap((view) => view.frames.all.map((frame) => frame.measures[key])).sort((a, b) => a - b);
+function usual(valueOf) {
+  const all = malha.views.flatMap((view) => view.frames.all.map(valueOf)).sort((a, b) => a - b);
   return all[Math.floor(0.9 * (all.length - 1))];
 }
 

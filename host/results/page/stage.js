@@ -1,15 +1,6 @@
 // One run in three.js: bodies, environment, looks.
 'use strict';
 
-// Turbo (Mikhailov 2019), at seven places.
-const kTurboColour = new THREE.Color();
-const kTurbo = [[48, 18, 59], [70, 134, 251], [26, 228, 182], [164, 252, 60], [251, 185, 56], [228, 70, 10], [122, 4, 3]];
-function turbo(part, to, at) {
-  const where = Math.min(Math.max(part, 0), 1) * (kTurbo.length - 1), k = Math.min(Math.floor(where), kTurbo.length - 2);
-  for (let c = 0; c < 3; ++c) to[at + c] = (kTurbo[k][c] + (where - k) * (kTurbo[k + 1][c] - kTurbo[k][c])) / 255;
-  kTurboColour.fromArray(to, at).convertSRGBToLinear().toArray(to, at);
-}
-
 // Means over the triangles around each point, weighted by area.
 function setNormals(normals, x, triangles) {
   normals.fill(0);
@@ -28,7 +19,7 @@ function setNormals(normals, x, triangles) {
 
 class Stage {
   constructor(run, frames, canvas) {
-    this.run = run, this.frames = frames, this.look = 'shaded', this.shown = -1, this.wanted = -1;
+    this.run = run, this.frames = frames, this.look = 'shaded', this.shown = -1, this.turn = 0;
     this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
     this.renderer.setPixelRatio(window.devicePixelRatio || 1);
     this.renderer.shadowMap.enabled = true, this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
@@ -39,6 +30,9 @@ class Stage {
     this.sun = new THREE.DirectionalLight(0xffffff, 0.7);
     this.sun.castShadow = true, this.sun.shadow.mapSize.set(2048, 2048);
     this.scene.add(this.sun, this.sun.target);
+    this.marks = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({vertexColors: THREE.VertexColors}));
+    this.marks.frustumCulled = this.marks.visible = false;
+    this.scene.add(this.marks);
     this.moving = [], this.parts = [], this.scales = {};  // of looks: what is at the end of the colours
   }
 
@@ -89,11 +83,10 @@ class Stage {
     this.normals = new THREE.BufferAttribute(new Float32Array(3 * mesh.count), 3);
     this.colours = new THREE.BufferAttribute(new Float32Array(3 * mesh.count), 3);
     const size = this.box().getSize(new THREE.Vector3()).length() || 1;
-    const spread = mesh.count > 0 ? size / Math.sqrt(mesh.count) : size;
-    const dots = new THREE.PointsMaterial(
-        {vertexColors: THREE.VertexColors, size: 0.35 * Math.min(spread, 0.05 * size)});
+    this.spread = Math.min(size / Math.sqrt(Math.max(mesh.count, 1)), 0.05 * size);  // of particles, m, about
+    const dots = new THREE.PointsMaterial({vertexColors: THREE.VertexColors, size: 0.35 * this.spread});
     this.surface = this.add(THREE.Mesh, mesh.triangles, new THREE.MeshStandardMaterial(
-        {vertexColors: THREE.VertexColors, roughness: 0.75, side: THREE.DoubleSide}));
+        {vertexColors: THREE.VertexColors, roughness: 0.75, side: THREE.DoubleSide, polygonOffsetFactor: 1, polygonOffsetUnits: 1}));
     this.surface.castShadow = this.surface.receiveShadow = true;
     this.rods = this.add(THREE.LineSegments, mesh.lines, new THREE.LineBasicMaterial({vertexColors: THREE.VertexColors}));
     this.points = this.add(THREE.Points, null, dots);
@@ -118,22 +111,18 @@ class Stage {
 
   // Shows a frame; what is asked for later wins.
   async show(k) {
-    this.wanted = k;
-    const beside = this.frames.beside(k), speed = this.look === 'speed';
-    const [mesh, x, start, other, itsMesh] = await Promise.all([
-      this.frames.mesh(k), this.frames.places(k),
-      this.look === 'strain' ? this.startOf(k) : null,
-      speed ? this.frames.places(beside) : null, speed ? this.frames.mesh(beside) : null]);
-    if (this.wanted !== k) return;
-    const last = speed ? renumbered(other, itsMesh, mesh) : null, all = this.run.frames;
-    const dt = Math.abs(all[k].time - all[beside].time);
+    const turn = ++this.turn;
+    const [mesh, x, data] = await Promise.all([this.frames.mesh(k), this.frames.places(k), this.dataOf(this.look, k)]);
+    if (turn !== this.turn) return;
     if (mesh !== this.mesh) this.build(mesh);
     this.x.array.set(x), this.x.needsUpdate = true;
     if (mesh.triangles.length > 0) setNormals(this.normals.array, x, mesh.triangles), this.normals.needsUpdate = true;
-    this.paint(x, start, last, dt);
+    this.data = data;
+    this.paint(x);
     const wires = this.look === 'wire', particles = this.look === 'particles';
     this.surface.visible = !wires && !particles, this.points.visible = particles;
-    this.rods.visible = this.loose.visible = !particles;
+    this.rods.visible = !particles && !(this.look === 'batch' && data), this.loose.visible = !particles;
+    this.surface.material.polygonOffset = this.marks.visible;  // lines lie in the surface
     if (wires && !this.wire) this.wire = this.add(THREE.LineSegments, edgesOf(mesh), this.rods.material);
     if (this.wire) this.wire.visible = wires;
     this.moving.forEach((object, o) => {
@@ -143,20 +132,43 @@ class Stage {
     });
     this.shown = k;
   }
+  // What a look needs of a frame, beside its places.
+  async dataOf(look, k) {
+    const frames = this.frames;
+    if (look === 'strain') return this.startOf(k);
+    if (look === 'residual') return frames.residuals(k);
+    if (look === 'batch') return frames.batches(k);
+    if (look === 'contact') {
+      const [touches, start] = await Promise.all([frames.touches(k), this.startOf(k)]);
+      return touches && {touches, start};
+    }
+    if (look !== 'speed') return null;
+    const beside = frames.beside(k), dt = Math.abs(frames.all[k].time - frames.all[beside].time);
+    const [other, itsMesh, mesh] = await Promise.all([frames.places(beside), frames.mesh(beside), frames.mesh(k)]);
+    return {last: renumbered(other, itsMesh, mesh), dt};
+  }
   async startOf(k) {
     const mesh = this.run.meshes[this.run.frames[k].mesh];
     return mesh.places = mesh.places || await places(mesh.start, mesh.count);
   }
 
-  paint(x, start, last, dt) {
-    const to = this.colours.array, mesh = this.mesh;
-    this.most = 0;
-    if (this.look === 'strain' || this.look === 'speed') {
-      const values = this.look === 'strain' ? strains(mesh, x, start) : speeds(mesh, x, last, dt);
-      this.most = this.scales[this.look] || values.reduce((most, value) => Math.max(most, value), 0);
+  paint(x) {
+    const to = this.colours.array, {mesh, look, data} = this, values = kMeasured[look] && kMeasured[look](mesh, x, data);
+    let marks = null;
+    if (values) {
+      this.largest = values.reduce((most, value) => Math.max(most, value), 0);
+      this.most = this.scales[look] || this.largest;
       for (let i = 0; i < mesh.count; ++i) turbo(this.most > 0 ? values[i] / this.most : 0, to, 3 * i);
-    } else if (mesh[this.look]) {
-      mesh[this.look].forEach((number, i) => distinct(number).toArray(to, 3 * i));
+    } else if (mesh[look]) {
+      mesh[look].forEach((number, i) => distinct(number).toArray(to, 3 * i));
+    } else if (look === 'batch' && data) {
+      for (let i = 0; i < mesh.count; ++i) kPale.toArray(to, 3 * i);
+      marks = batchMarks(data, x);
+    } else if (look === 'contact' && data) {
+      for (let i = 0; i < mesh.count; ++i) kPale.toArray(to, 3 * i);
+      for (const i of data.touches.particles) kTouches.toArray(to, 3 * i);
+      mesh.spacing = mesh.spacing || spacing(mesh, data.start) || this.spread;
+      marks = normalMarks(data.touches, x, 2 * mesh.spacing);
     } else {
       this.run.bodies.forEach((body, b) => {
         const colour = linear(body.colour);
@@ -164,6 +176,17 @@ class Stage {
       });
     }
     this.colours.needsUpdate = true;
+    this.mark(marks);
+  }
+
+  // Draws these lines, and none that were before.
+  mark(marks) {
+    this.marks.visible = marks !== null;
+    if (!marks && !this.marks.geometry.attributes.position) return;
+    this.marks.geometry.dispose(), this.marks.geometry = new THREE.BufferGeometry();
+    if (!marks) return;
+    this.marks.geometry.setAttribute('position', new THREE.BufferAttribute(marks.x, 3));
+    this.marks.geometry.setAttribute('color', new THREE.BufferAttribute(marks.colours, 3));
   }
 
   render(camera) {
@@ -172,47 +195,4 @@ class Stage {
     if (size.x !== w || size.y !== h) this.renderer.setSize(w, h, false);
     this.renderer.render(this.scene, camera);
   }
-}
-
-function linear(colour) { return new THREE.Color(...colour).convertSRGBToLinear(); }
-
-// The largest |l - l0| / l0 of the edges at each particle.
-function strains(mesh, x, start) {
-  const values = new Float32Array(mesh.count), edges = edgesOf(mesh);
-  const length = (p, a, b) => Math.hypot(p[a] - p[b], p[a + 1] - p[b + 1], p[a + 2] - p[b + 2]);
-  for (let e = 0; e < edges.length; e += 2) {
-    const i = edges[e], j = edges[e + 1], rest = length(start, 3 * i, 3 * j);
-    const strain = rest > 0 ? Math.abs(length(x, 3 * i, 3 * j) - rest) / rest : 0;
-    values[i] = Math.max(values[i], strain), values[j] = Math.max(values[j], strain);
-  }
-  return values;
-}
-
-// m/s, between two frames. What has torn since has the speed of what it hangs on.
-function speeds(mesh, x, last, dt) {
-  const values = new Float32Array(x.length / 3), fresh = [];
-  if (!(dt > 0)) return values;
-  for (let i = 0; i < values.length; ++i) {
-    values[i] = Math.hypot(x[3 * i] - last[3 * i], x[3 * i + 1] - last[3 * i + 1], x[3 * i + 2] - last[3 * i + 2]) / dt;
-    if (isNaN(values[i])) fresh.push(i);
-  }
-  if (fresh.length === 0) return values;
-  const edges = edgesOf(mesh);
-  for (let e = 0; e < edges.length; e += 2) {
-    const [i, j] = [edges[e], edges[e + 1]];
-    if (isNaN(values[i])) values[i] = values[j]; else if (isNaN(values[j])) values[j] = values[i];
-  }
-  for (const i of fresh) values[i] = values[i] || 0;
-  return values;
-}
-
-// A colour for a number: those that follow each other are far apart. 0: grey, for none.
-const kDistinct = new Map();
-function distinct(number) {
-  if (!kDistinct.has(number)) {
-    const colour = new THREE.Color(0.6, 0.6, 0.6);
-    if (number > 0) colour.setHSL(0.618034 * number % 1, 0.65, 0.42 + 0.11 * (number % 3));
-    kDistinct.set(number, colour.convertSRGBToLinear());
-  }
-  return kDistinct.get(number);
 }

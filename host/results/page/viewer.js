@@ -1,7 +1,8 @@
 // The page: one run, or two in step, with time, looks, numbers and graphs.
 'use strict';
 
-const kSpeeds = [0.05, 0.1, 0.25, 0.5, 1, 2], kLooks = ['shaded', 'wire', 'particles', 'strain', 'speed', 'patch', 'phase'];
+const kSpeeds = [0.05, 0.1, 0.25, 0.5, 1, 2], kKeys = '1234567890';  // of looks
+const kLooks = ['shaded', 'wire', 'particles', 'strain', 'speed', 'patch', 'phase', 'batch', 'contact', 'residual'];
 
 // What tests and the console can ask for.
 const malha = window.malha = {time: 0, playing: false, speed: 1, look: 'shaded', ready: false, views: []};
@@ -36,13 +37,13 @@ async function begin() {
   malha.start = Math.min(...malha.views.map((view) => view.frames.start));
   malha.end = Math.max(...malha.views.map((view) => view.frames.end));
   chooseOrigin(malha.views[0].stage.box());
-  const scales = {strain: usual('strain_max'), speed: usual('speed_max')};
+  const scales = {strain: usual((frame) => frame.measures.strain_max), speed: usual((frame) => frame.measures.speed_max),
+                  residual: usual((frame) => frame.residual ? frame.residual.most : 0)};
   for (const view of malha.views) view.stage.scales = scales, await view.stage.prepare();
   $('time').min = malha.start, $('time').max = malha.end;
   fillPanel();
-  // Of what is not swept there are no patches.
-  if (!runs.some((run) => run.meshes.some((mesh) => mesh.patch)))
-    for (const look of kLooks.splice(5)) $('look').querySelector('[value=' + look + ']').remove();
+  malha.looks = kLooks.filter((look) => !kNeeds[look] || runs.some(kNeeds[look]));
+  for (const option of [...$('look').options]) if (!malha.looks.includes(option.value)) option.remove();
   showAll(true);
   listen();
   await seek(malha.start);
@@ -116,9 +117,7 @@ function describe(apart) {
   $('time').value = malha.time;
   $('clock').textContent = malha.time.toFixed(3) + ' s, step ' + shown.step;
   for (const view of malha.views) {
-    const coloured = malha.look === 'strain' || malha.look === 'speed', several = kNumbered[malha.look];
-    const count = several && view.stage.mesh[several];
-    view.legend.innerHTML = several ? (count === 1 ? '1 ' + malha.look : (count || 'no') + ' ' + several) : coloured ? malha.look + ': 0 to ' + number(view.stage.most) + (malha.look === 'speed' ? ' m/s' : '') + ' and more<i></i>' : '';
+    view.legend.innerHTML = legendOf(view.stage);
     const measures = view.frames.all[view.stage.shown].measures;
     for (const [key, cell] of Object.entries(view.cells)) cell.textContent = number(measures[key]);
   }
@@ -173,7 +172,7 @@ function listen() {
     const keys = {' ': play, ArrowLeft: () => step(-1), ArrowRight: () => step(1), Home: () => seek(malha.start),
                   End: () => seek(malha.end), '+': () => faster(1), '-': () => faster(-1), f: () => showAll(false),
                   F: () => showAll(false), '?': () => $('keys').showModal()};
-    const act = kLooks[event.key - 1] ? () => setLook(kLooks[event.key - 1]) : keys[event.key];
+    const look = kLooks[kKeys.indexOf(event.key)], act = malha.looks.includes(look) ? () => setLook(look) : keys[event.key];
     if (!act) return;
     event.preventDefault();
     act();

@@ -1,0 +1,122 @@
+// What particles are coloured by, and what is drawn beside them.
+'use strict';
+
+function linear(colour) { return new THREE.Color(...colour).convertSRGBToLinear(); }
+
+// Turbo (Mikhailov 2019), at seven places.
+const kTurboColour = new THREE.Color();
+const kTurbo = [[48, 18, 59], [70, 134, 251], [26, 228, 182], [164, 252, 60], [251, 185, 56], [228, 70, 10], [122, 4, 3]];
+function turbo(part, to, at) {
+  const where = Math.min(Math.max(part, 0), 1) * (kTurbo.length - 1), k = Math.min(Math.floor(where), kTurbo.length - 2);
+  for (let c = 0; c < 3; ++c) to[at + c] = (kTurbo[k][c] + (where - k) * (kTurbo[k + 1][c] - kTurbo[k][c])) / 255;
+  kTurboColour.fromArray(to, at).convertSRGBToLinear().toArray(to, at);
+}
+
+// A colour for a number: those that follow each other are far apart. 0: grey, for none.
+const kDistinct = new Map();
+function distinct(number) {
+  if (!kDistinct.has(number)) {
+    const colour = new THREE.Color(0.6, 0.6, 0.6);
+    if (number > 0) colour.setHSL(0.618034 * number % 1, 0.65, 0.42 + 0.11 * (number % 3));
+    kDistinct.set(number, colour.convertSRGBToLinear());
+  }
+  return kDistinct.get(number);
+}
+
+// As the window has them: of what is not meant, and of what touches.
+const kPale = linear([205 / 255, 208 / 255, 214 / 255]), kTouches = linear([225 / 255, 60 / 255, 50 / 255]);
+
+// m, between what begins at two places of an array.
+function apart(p, a, b) { return Math.hypot(p[a] - p[b], p[a + 1] - p[b + 1], p[a + 2] - p[b + 2]); }
+
+// The largest |l - l0| / l0 of the edges at each particle.
+function strains(mesh, x, start) {
+  const values = new Float32Array(mesh.count), edges = edgesOf(mesh);
+  for (let e = 0; e < edges.length; e += 2) {
+    const i = edges[e], j = edges[e + 1], rest = apart(start, 3 * i, 3 * j);
+    const strain = rest > 0 ? Math.abs(apart(x, 3 * i, 3 * j) - rest) / rest : 0;
+    values[i] = Math.max(values[i], strain), values[j] = Math.max(values[j], strain);
+  }
+  return values;
+}
+
+// m/s, between two frames. What has torn since has the speed of what it hangs on.
+function speeds(mesh, x, last, dt) {
+  const values = new Float32Array(x.length / 3), fresh = [];
+  if (!(dt > 0)) return values;
+  for (let i = 0; i < values.length; ++i) {
+    values[i] = Math.hypot(x[3 * i] - last[3 * i], x[3 * i + 1] - last[3 * i + 1], x[3 * i + 2] - last[3 * i + 2]) / dt;
+    if (isNaN(values[i])) fresh.push(i);
+  }
+  if (fresh.length === 0) return values;
+  const edges = edgesOf(mesh);
+  for (let e = 0; e < edges.length; e += 2) {
+    const [i, j] = [edges[e], edges[e + 1]];
+    if (isNaN(values[i])) values[i] = values[j]; else if (isNaN(values[j])) values[j] = values[i];
+  }
+  for (const i of fresh) values[i] = values[i] || 0;
+  return values;
+}
+
+
+// Looks that measure particles. Of pages that older versions wrote, null: they have no residuals.
+const kMeasured = {strain: strains, speed: (mesh, x, data) => speeds(mesh, x, data.last, data.dt),
+                   residual: (mesh, x, residuals) => residuals};
+
+// Looks for which a run may lack something.
+const kNeeds = {patch: (run) => run.meshes.some((mesh) => mesh.patch), phase: (run) => run.meshes.some((mesh) => mesh.phase),
+                batch: (run) => run.meshes.some((mesh) => mesh.batch),
+                contact: (run) => run.frames.some((frame) => frame.touches),
+                residual: (run) => run.frames.some((frame) => frame.residual)};
+
+// Lines beside the bodies.
+function marksOf(lines) { return {x: new Float32Array(6 * lines), colours: new Float32Array(6 * lines)}; }
+
+// Lines in the colours of their batches.
+function batchMarks(batches, x) {
+  const marks = marksOf(batches.numbers.length);
+  batches.ends.forEach((i, end) => {
+    for (let c = 0; c < 3; ++c) marks.x[3 * end + c] = x[3 * i + c];
+    distinct(batches.numbers[end >> 1] + 1).toArray(marks.colours, 3 * end);
+  });
+  return marks;
+}
+
+// The normals of what is touched, from where it is touched, so long (m).
+function normalMarks(touches, x, length) {
+  const marks = marksOf(touches.particles.length), normal = new THREE.Vector3();
+  touches.particles.forEach((i, t) => {
+    const distance = touches.far * touches.ways[4 * t + 3];
+    normal.fromArray(touches.ways, 4 * t).normalize();
+    for (let c = 0; c < 3; ++c) {
+      const along = normal.getComponent(c);
+      marks.x[6 * t + c] = x[3 * i + c] - distance * along;
+      marks.x[6 * t + 3 + c] = marks.x[6 * t + c] + length * along;
+    }
+    kTouches.toArray(marks.colours, 6 * t), kTouches.toArray(marks.colours, 6 * t + 3);
+  });
+  return marks;
+}
+
+// The mean length of edges at the start, m; 0 without any.
+function spacing(mesh, start) {
+  const edges = edgesOf(mesh);
+  let sum = 0;
+  for (let e = 0; e < edges.length; e += 2) sum += apart(start, 3 * edges[e], 3 * edges[e + 1]);
+  return sum / Math.max(edges.length / 2, 1);
+}
+
+// What the colours of a picture say, as HTML.
+function legendOf(stage) {
+  const {look, mesh, most, largest, data} = stage, several = kNumbered[look];
+  if (several) return mesh[several] === 1 ? '1 ' + look : (mesh[several] || 'no') + ' ' + several;
+  if (look === 'batch') return data ? 'at most ' + data.most + (data.most === 1 ? ' batch' : ' batches') + ' a patch' : 'no batches';
+  if (look === 'contact') {
+    const n = data ? new Set(data.touches.particles).size : 0;
+    return data ? n + (n === 1 ? ' particle touches' : ' particles touch') : 'nothing to touch';
+  }
+  if (!kMeasured[look]) return '';
+  if (look === 'residual' && !data) return 'no residuals';
+  const range = look + ': 0 to ' + number(most) + (look === 'strain' ? '' : look === 'speed' ? ' m/s' : ' m') + ' and more';
+  return range + (look === 'residual' ? '; here at most ' + number(largest) + ' m' : '') + '<i></i>';
+}
