@@ -38,6 +38,10 @@ class PageOfARun : public testing::Test {
     static Browser one(1000, 600);
     return one;
   }
+  Json evaluated(const std::string& expression) {
+    return Json::parse(browser().evaluate("JSON.stringify(" + expression + ")").get<std::string>());
+  }
+  void expect_no_complaints() { EXPECT_TRUE(browser().complaints().empty()) << browser().complaints()[0]; }
   TemporaryFolder folder_;
 };
 

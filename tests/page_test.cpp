@@ -5,6 +5,7 @@
 #include <zlib.h>
 
 #include <cmath>
+#include <limits>
 
 #include "host/base/file.h"
 #include "host/results/page_pack.h"
@@ -33,7 +34,7 @@ std::vector<std::uint32_t> unpacked(const std::string& data, std::size_t count, 
     std::uint32_t step = 0;
     for (std::size_t b = 0; b < bytes; ++b)
       step |= static_cast<std::uint32_t>(static_cast<unsigned char>(planes[b * count + i])) << (8 * b);
-    numbers[i] = (step + (i < stride ? 0 : numbers[i - stride])) & (bytes == 2 ? 0xffffu : 0xffffffffu);
+    numbers[i] = (step + (i < stride ? 0 : numbers[i - stride])) & (0xffffffffu >> (32 - 8 * bytes));
   }
   return numbers;
 }
@@ -58,6 +59,34 @@ TEST(PackedNumbers, ComeBackAsTheyWere) {
   for (int i = 0; i < 1000; ++i) numbers.push_back(static_cast<std::uint32_t>(random.below(1 << 30)) * 4 + 3);
   EXPECT_EQ(unpacked(packed(numbers, 4, 4), numbers.size(), 4, 4), numbers);
   EXPECT_TRUE(unpacked(packed(std::vector<std::uint32_t>{}, 1, 4), 0, 1, 4).empty());
+}
+
+TEST(PackedValues, ComeBackAsNearAsAStepOfTheLargest) {
+  Random random(5);
+  std::vector<float> values{0, std::numeric_limits<float>::infinity(), 0};
+  for (int i = 0; i < 1000; ++i) values.push_back(static_cast<float>(random(0, 3)));
+  const PackedValues huge = packed(values);
+  EXPECT_EQ(huge.most, std::numeric_limits<float>::max()) << "what is infinite is no number of JSON";
+  EXPECT_EQ(unpacked(huge.data, values.size(), values.size(), 1)[1], 255u);
+  values.erase(values.begin() + 1);
+  const PackedValues all = packed(values);
+  const std::vector<std::uint32_t> steps = unpacked(all.data, values.size(), values.size(), 1);
+  for (std::size_t i = 0; i < values.size(); ++i) ASSERT_NEAR(all.most / 255 * steps[i], values[i], all.most / 510 + 1e-6);
+  EXPECT_EQ(packed(std::vector<float>{0, 0}).most, 0);
+  EXPECT_TRUE(packed(std::vector<float>{}).data == packed(std::vector<std::uint32_t>{}, 1, 1));
+}
+
+TEST(PackedTouches, KeepTheSideThatAParticleIsOn) {
+  const std::vector<Touch> touches{{.particle = 7, .object = 0, .at = {0, 0, 0}, .normal = {0, 1, 0}, .distance = 0.02},
+                                   {.particle = 3, .object = 1, .at = {0, 0, 0}, .normal = {-0.6, 0, 0.8}, .distance = -0.01}};
+  const PackedTouches all = packed(touches);
+  EXPECT_EQ(all.count, 2u);
+  EXPECT_EQ(all.far, 0.02);
+  EXPECT_EQ(unpacked(all.particles, 2, 1, 4), (std::vector<std::uint32_t>{7, 3}));
+  const std::vector<std::uint32_t> ways = unpacked(all.ways, 8, 4, 1);
+  const double expected[] = {0, 1, 0, 1, -0.6, 0, 0.8, -0.5};
+  for (std::size_t k = 0; k < 8; ++k) EXPECT_NEAR(ways[k] / 127.0 - 1, expected[k], 0.5 / 127) << k;
+  EXPECT_EQ(packed(std::vector<Touch>{}).far, 0) << "and nothing is divided by it";
 }
 
 TEST(Base64, IsThatOfTheStandard) {  // RFC 4648, section 10
