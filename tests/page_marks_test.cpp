@@ -7,6 +7,7 @@
 #include "host/base/shown.h"
 #include "host/results/looks.h"
 #include "host/results/looks_contacts.h"
+#include "host/results/page.h"
 #include "host/simulation.h"
 #include "tests/irregular_sheet.h"
 #include "tests/page_of_a_run.h"
@@ -22,14 +23,16 @@ class PageMarks : public PageOfARun {
     Random random(6);
     const std::string file = folder_.write("sheet.obj", irregular_sheet(1, 1, 14, 14, random) + "v 9 9 9\n");
     Json& body = scene["bodies"][0];
-    body["shape"] = {{"obj", file}};
+    body["shape"] = {{"mesh", file}};
+    body["transform"] = {{"translate", {-0.2, 0.4, -0.5}}};  // so that it slips off
     body.erase("pins");
     body["constraints"] = {{{"type", "distance"}, {"compliance", 1e-4}}, {{"type", "bending"}, {"stiffness", 0.2}}};
     return scene;
   }
   Json awaited(const std::string& expression) {
-    return Json::parse(
-        browser().evaluate("(async () => JSON.stringify(await (async () => {" + expression + "})()))()").get<std::string>());
+    return Json::parse(browser()
+                           .evaluate("(async () => JSON.stringify(await (async () => {" + expression + "})()))()")
+                           .get<std::string>());
   }
   static void go(Simulation& simulation, std::int64_t step) {
     while (simulation.steps() < step) simulation.step();
@@ -66,7 +69,9 @@ TEST_F(PageMarks, ShowWhereTheEnvironmentIsTouched) {
     for (std::size_t t = 0; t < expected.size(); ++t) {
       const Touch& touch = expected[t];
       ASSERT_EQ(found["particles"][t], touch.particle);
-      const auto end = [&](std::size_t from) { return Json(std::vector<Json>(found["ends"].begin() + int(from), found["ends"].begin() + int(from) + 3)); };
+      const auto end = [&](std::size_t from) {
+        return Json(std::vector<Json>(found["ends"].begin() + int(from), found["ends"].begin() + int(from) + 3));
+      };
       const Json from = end(6 * t), to = end(6 * t + 3);
       // The particle's place is rounded by 1e-4 m; of its distance a half of 127 steps, and so is the normal's way.
       const double rounding = 1e-4 + found["far"].get<double>() / 127;
@@ -108,8 +113,8 @@ TEST_F(PageMarks, ColourResidualsOnOneScaleForAllTimes) {
   for (const int step : {0, 4, 12, 40}) {
     go(simulation, step);
     const std::vector<float> expected = Residuals(simulation.model())(simulation.positions());
-    const std::vector<Json> found = awaited("return Array.from(await malha.views[0].frames.residuals(" +
-                                            std::to_string(step) + "))");
+    const std::vector<Json> found =
+        awaited("return Array.from(await malha.views[0].frames.residuals(" + std::to_string(step) + "))");
     ASSERT_EQ(found.size(), expected.size());
     const float most = *std::max_element(expected.begin(), expected.end());
     for (std::size_t i = 0; i < expected.size(); ++i)
@@ -147,16 +152,18 @@ TEST_F(PageMarks, LinesOfABatchHaveOneColour) {
   std::map<int, Json> colour_of;
   std::set<std::string> colours;
   for (std::size_t l = 0; l < all["numbers"].size(); ++l) {
-    found.insert({all["ends"][2 * l], all["ends"][2 * l + 1], all["numbers"][l]});
+    const std::size_t number = all["numbers"][l];
+    found.insert({all["ends"][2 * l].get<int>(), all["ends"][2 * l + 1].get<int>(), int(number)});
     for (const std::size_t end : {2 * l, 2 * l + 1}) {
       const Json colour{all["colours"][3 * end], all["colours"][3 * end + 1], all["colours"][3 * end + 2]};
-      ASSERT_EQ(colour, colour_of.emplace(all["numbers"][l], colour).first->second);
+      ASSERT_EQ(colour, colour_of.emplace(int(number), colour).first->second);
       colours.insert(colour.dump());
     }
   }
   EXPECT_EQ(found, expected);
   EXPECT_EQ(colours.size(), colour_of.size()) << "batches differ in colour";
-  EXPECT_EQ(evaluated("malha.views[0].legend.textContent"), "at most " + counted(layout.batches, "batch", "batches") + " a patch");
+  EXPECT_EQ(evaluated("malha.views[0].legend.textContent"),
+            "at most " + counted(layout.batches, "batch", "batches") + " a patch");
   expect_no_complaints();
 }
 
@@ -167,12 +174,13 @@ TEST_F(PageMarks, OfWhatARunLacksAreNotOffered) {
   const auto free = page(swinging_sheet(false), "swings");
   browser().open(free);
   const std::string looks = "Array.from(document.getElementById('look').options, (option) => option.value)";
-  EXPECT_EQ(evaluated(looks), (Json{"shaded", "wire", "particles", "strain", "speed", "patch", "phase", "batch", "residual"}));
+  EXPECT_EQ(evaluated(looks),
+            (Json{"shaded", "wire", "particles", "strain", "speed", "patch", "phase", "batch", "residual"}));
   browser().press("9");
   browser().screenshot();
   EXPECT_EQ(browser().evaluate("malha.look"), "shaded");
-  const auto both = folder_.path() / "both.html";
-  compare_pages(touching, free, both);
+  const auto both = folder_ / "both.html";
+  write_comparison(touching, free, both);
   browser().open(both);
   browser().press("9");
   browser().screenshot();

@@ -71,14 +71,16 @@ TEST(PackedValues, ComeBackAsNearAsAStepOfTheLargest) {
   values.erase(values.begin() + 1);
   const PackedValues all = packed(values);
   const std::vector<std::uint32_t> steps = unpacked(all.data, values.size(), values.size(), 1);
-  for (std::size_t i = 0; i < values.size(); ++i) ASSERT_NEAR(all.most / 255 * steps[i], values[i], all.most / 510 + 1e-6);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    ASSERT_NEAR(all.most / 255 * steps[i], values[i], all.most / 510 + 1e-6);
   EXPECT_EQ(packed(std::vector<float>{0, 0}).most, 0);
   EXPECT_TRUE(packed(std::vector<float>{}).data == packed(std::vector<std::uint32_t>{}, 1, 1));
 }
 
 TEST(PackedTouches, KeepTheSideThatAParticleIsOn) {
-  const std::vector<Touch> touches{{.particle = 7, .object = 0, .at = {0, 0, 0}, .normal = {0, 1, 0}, .distance = 0.02},
-                                   {.particle = 3, .object = 1, .at = {0, 0, 0}, .normal = {-0.6, 0, 0.8}, .distance = -0.01}};
+  const std::vector<Touch> touches{
+      {.particle = 7, .object = 0, .at = {0, 0, 0}, .normal = {0, 1, 0}, .distance = 0.02},
+      {.particle = 3, .object = 1, .at = {0, 0, 0}, .normal = {-0.6, 0, 0.8}, .distance = -0.01}};
   const PackedTouches all = packed(touches);
   EXPECT_EQ(all.count, 2u);
   EXPECT_EQ(all.far, 0.02);
