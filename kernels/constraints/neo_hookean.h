@@ -76,10 +76,13 @@ struct NeoHookean {
     return C;
   }
 
+  /// At rest, m^3.
+  KERNEL static double volume(const double* rest) { return 1 / (6 * rest[0] * rest[3] * rest[5]); }
+
   /// The energy over mu, m^3: 0 at rest.
   KERNEL static double energy(const Vector3<double> (&p)[4], const double* rest) {
     const Deformed<double> now(p, rest, true);
-    const double r = rest[6], gamma = now.gamma(r), V = 1 / (6 * rest[0] * rest[3] * rest[5]);
+    const double r = rest[6], gamma = now.gamma(r), V = volume(rest);
     const double at_rest = 3 - log1p(3.0) + (1 - gamma) * (1 - gamma) / r;
     return V / 2 * (now.F2 - log1p(now.F2) + (now.J - gamma) * (now.J - gamma) / r - at_rest);
   }

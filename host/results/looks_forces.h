@@ -1,0 +1,56 @@
+// Looks: what bodies pull their pins with.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "host/mesh.h"
+#include "host/model/model.h"
+
+namespace malha {
+
+struct PinForce {
+  int particle = -1;  // the user's number
+  Vec3 force{};       // N, of the constraints on the pin
+};
+
+/// -grad U at each pin, of the constraints that have an energy U: springs, those with a compliance, materials, pressure
+/// with a compliance. A constraint without compliance has none: what its projections give a pin depends on iterations
+/// and on their order. At rest the forces on all pins add up to the weight. Attachments, hands and contacts are left
+/// out.
+class PinForces {
+ public:
+  explicit PinForces(const Model& model);
+  /// Whether a force is known of any pin.
+  bool any() const { return !pins_.empty(); }
+  /// Constraints at pins that have no energy.
+  std::size_t left_out() const { return left_out_; }
+  /// At x (m, the user's order) and `time` (s), by particle, of pins that are not let go yet. Throws
+  /// std::invalid_argument for another number of particles.
+  std::vector<PinForce> operator()(const std::vector<Vec3>& x, double time) const;
+
+ private:
+  struct Pin {
+    int particle;
+    double until;  // s
+  };
+  struct Set {
+    std::string type;
+    std::vector<int> particles;
+    std::vector<double> rest;       // as many of each constraint as its kind has numbers
+    std::vector<double> stiffness;  // of each: 1 / compliance
+  };
+  struct Shell {
+    std::vector<Triangle> triangles;
+    double target, stiffness;  // m^3, N/m^5
+  };
+  void add(const Model& model, const ConstraintSet& set, const std::vector<double>& until);
+  void add(const Model& model, const SpringSet& set, const std::vector<double>& until);
+  void add(const Model& model, const PressureSet& set, const std::vector<double>& until);
+
+  std::size_t particles_, left_out_ = 0;
+  std::vector<Pin> pins_;
+  std::vector<Set> sets_;
+  std::vector<Shell> shells_;
+};
+
+}  // namespace malha
