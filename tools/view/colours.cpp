@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/base/shown.h"
+#include "host/mesh/vectors.h"
 #include "host/results/picture.h"
 
 namespace malha::view {
@@ -66,6 +67,41 @@ void by_contact(const Frame& frame, const Contacts& contacts, Coloured& to) {
   to.legend = counted(touches.size(), "particle touches", "particles touch");
 }
 
+/// m, of the box around them.
+double diagonal(const std::vector<Vec3>& x) {
+  Vec3 low = x[0], high = x[0];
+  for (const Vec3& a : x)
+    for (std::size_t k = 0; k < 3; ++k) low[k] = std::min(low[k], a[k]), high[k] = std::max(high[k], a[k]);
+  return norm(minus(high, low));
+}
+
+/// Lines along the forces on pins: the largest as long as a sixth of the bodies.
+void by_force(const Frame& frame, const PinForces& forces, Coloured& to) {
+  std::fill(to.colours.begin(), to.colours.end(), kPale);
+  const std::vector<Vec3> x = places(frame);
+  const std::vector<PinForce> all = forces(x, frame.time);
+  Vec3 sum{};
+  double largest = 0;
+  for (const PinForce& one : all) {
+    largest = std::max(largest, norm(one.force));
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += one.force[k];
+  }
+  const double metres = largest > 0 ? diagonal(x) / 6 / largest : 0;  // a newton
+  for (const PinForce& one : all) {
+    to.colours[one.particle] = kTouches;
+    Place end{};
+    for (int k = 0; k < 3; ++k) end[k] = float(x[one.particle][k] + metres * one.force[k]);
+    to.marks.lines.insert(to.marks.lines.end(), {frame.x[one.particle], end});
+    to.marks.line_colours.insert(to.marks.line_colours.end(), {kTouches, kTouches});
+  }
+  if (!forces.any())
+    to.legend = "no force is known: no constraint at a pin has a compliance";
+  else
+    to.legend = "at most " + shown(largest) + " N a pin, all together " + shown(norm(sum)) + " N";
+  if (forces.any() && forces.left_out() > 0)
+    to.legend += ", without " + counted(forces.left_out(), "constraint") + " of no compliance";
+}
+
 }  // namespace
 
 Colour turbo(double part) {
@@ -103,6 +139,8 @@ Coloured coloured(const Frame& frame, const Looks& looks, Look look) {
     by_value((*looks.residuals)(places(frame)), "m, largest residual of a particle's constraints", to);
   else if (look == Look::Contact && same && looks.contacts)
     by_contact(frame, *looks.contacts, to);
+  else if (look == Look::Force && same && looks.forces)
+    by_force(frame, *looks.forces, to);
   else if (look == Look::Patch && same && looks.structure)
     by_number(looks.structure->patch, looks.structure->patches, "patches", to);
   else if (look == Look::Phase && same && looks.structure)

@@ -8,13 +8,14 @@
 
 #include "host/results/looks.h"
 #include "host/results/looks_contacts.h"
+#include "host/results/looks_forces.h"
 #include "tools/view/frame.h"
 
 namespace malha::view {
 
-enum class Look { Bodies, Strain, Speed, Residual, Contact, Patch, Phase, Batch };
-inline constexpr std::array kLookNames{"bodies",   "strain",  "speed",  "residual",
-                                       "contacts", "patches", "phases", "batches"};
+enum class Look { Bodies, Strain, Speed, Residual, Contact, Patch, Phase, Batch, Force };
+inline constexpr std::array kLookNames{"bodies",  "strain", "speed",   "residual",      "contacts",
+                                       "patches", "phases", "batches", "forces on pins"};
 
 /// Of the bodies of a frame; each part is there once it was asked for.
 struct Looks {
@@ -23,6 +24,7 @@ struct Looks {
   std::shared_ptr<const Residuals> residuals;
   std::shared_ptr<const Structure> structure;
   std::shared_ptr<const Contacts> contacts;
+  std::shared_ptr<const PinForces> forces;
 };
 
 }  // namespace malha::view

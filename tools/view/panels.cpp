@@ -31,7 +31,7 @@ constexpr std::array kKeys{
     Key{"F", "show all"},
     Key{"B", "throw a ball from here to the cursor"},
     Key{"C + left drag", "cut, where a body may tear"},
-    Key{"1 to 8", "colours: bodies, strain, speed, residual, contacts, patches, phases, batches"},
+    Key{"1 to 9", "colours: bodies, strain, speed, residual, contacts, patches, phases, batches, forces on pins"},
     Key{"W, Q, A", "wireframe, particles, axes"},
     Key{"D", "the same scene twice, side by side; once more: one again"},
     Key{"P", "save a picture"},

@@ -87,7 +87,7 @@ void Side::note_body() {
 }
 
 std::shared_ptr<const Looks> Side::looks(Look look) {
-  Looks next = looks_ ? *looks_ : Looks{body_, nullptr, nullptr, nullptr, nullptr};
+  Looks next = looks_ ? *looks_ : Looks{body_, nullptr, nullptr, nullptr, nullptr, nullptr};
   const Model& model = simulation_->model();
   const bool structure = look == Look::Patch || look == Look::Phase || look == Look::Batch;
   if (look == Look::Strain && !next.strains)
@@ -96,6 +96,8 @@ std::shared_ptr<const Looks> Side::looks(Look look) {
     next.residuals = std::make_shared<const Residuals>(model);
   else if (look == Look::Contact && !next.contacts)
     next.contacts = std::make_shared<const Contacts>(model);
+  else if (look == Look::Force && !next.forces)
+    next.forces = std::make_shared<const PinForces>(model);
   else if (structure && !next.structure)
     next.structure = std::make_shared<const Structure>(malha::structure(model, threads()));
   else if (looks_)
