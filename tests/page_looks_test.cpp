@@ -80,7 +80,7 @@ TEST_F(PageLooks, OfPatchesAreNotOfferedWhereTheFilterDoesAll) {
   const auto path = page(scene);
   EXPECT_FALSE(runs_in(path)[0]["meshes"][0].contains("patch"));
   browser().open(path);
-  EXPECT_EQ(browser().evaluate("document.getElementById('look').options.length"), 6) << "with residual";
+  EXPECT_EQ(browser().evaluate("document.getElementById('look').options.length"), 7) << "with residuals and forces";
   browser().press("6");
   browser().screenshot();
   EXPECT_EQ(browser().evaluate("malha.look"), "shaded");

@@ -5,8 +5,10 @@
 #include <set>
 
 #include "host/base/shown.h"
+#include "host/mesh/vectors.h"
 #include "host/results/looks.h"
 #include "host/results/looks_contacts.h"
+#include "host/results/looks_forces.h"
 #include "host/results/page.h"
 #include "host/simulation.h"
 #include "tests/irregular_sheet.h"
@@ -167,6 +169,43 @@ TEST_F(PageMarks, LinesOfABatchHaveOneColour) {
   expect_no_complaints();
 }
 
+TEST_F(PageMarks, ShowForcesOnPins) {
+  NEEDS_BROWSER;
+  Json scene = swinging_sheet(false);
+  scene["bodies"][0]["pins"] = {{{"particles", {0, 4, 6}}}};
+  browser().open(page(scene));
+  Simulation simulation(parsed(scene), {.threads = 1});
+  const PinForces forces(simulation.model());
+  for (const int step : {5, 40}) {
+    go(simulation, step);
+    browser().evaluate("malha.seek(" + shown(simulation.time()) + ")");
+    browser().evaluate("malha.setLook('force')");
+    const Json found = awaited(
+        "const {marks, data} = malha.views[0].stage;"
+        "return {particles: Array.from(data.particles), newtons: Array.from(data.newtons),"
+        "        ends: Array.from(marks.geometry.attributes.position.array)}");
+    const std::vector<PinForce> expected = forces(simulation.positions(), simulation.time());
+    ASSERT_EQ(expected.size(), 3u);
+    double largest = 0, longest = 0;
+    for (const PinForce& one : expected) largest = std::max(largest, norm(one.force));
+    for (std::size_t f = 0; f < 3; ++f) {
+      ASSERT_EQ(found["particles"][f], expected[f].particle);
+      Vec3 line{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        // 65535 steps over the box of all forces, and single precision.
+        EXPECT_NEAR(found["newtons"][3 * f + k].get<double>(), expected[f].force[k], 1e-4 * largest);
+        line[k] = found["ends"][6 * f + 3 + k].get<double>() - found["ends"][6 * f + k].get<double>();
+      }
+      EXPECT_GT(dot(Json{line[0], line[1], line[2]}, expected[f].force), 0.999 * norm(line) * norm(expected[f].force));
+      longest = std::max(longest, norm(line));
+    }
+    EXPECT_GT(longest, 0.05);
+    const std::string legend = evaluated("malha.views[0].legend.textContent");
+    EXPECT_EQ(legend.find("at most "), 0u) << legend;
+  }
+  expect_no_complaints();
+}
+
 TEST_F(PageMarks, OfWhatARunLacksAreNotOffered) {
   NEEDS_BROWSER;
   // Two runs beside each other: what one of them has is offered, and the other one says that it has none.
@@ -175,7 +214,7 @@ TEST_F(PageMarks, OfWhatARunLacksAreNotOffered) {
   browser().open(free);
   const std::string looks = "Array.from(document.getElementById('look').options, (option) => option.value)";
   EXPECT_EQ(evaluated(looks),
-            (Json{"shaded", "wire", "particles", "strain", "speed", "patch", "phase", "batch", "residual"}));
+            (Json{"shaded", "wire", "particles", "strain", "speed", "patch", "phase", "batch", "residual", "force"}));
   browser().press("9");
   browser().screenshot();
   EXPECT_EQ(browser().evaluate("malha.look"), "shaded");

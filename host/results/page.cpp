@@ -39,6 +39,10 @@ Json json_of(const PackedTouches& touches) {
           {"ways", base64(touches.ways)}};
 }
 
+Json json_of(const PackedForces& forces) {
+  return {{"count", forces.count}, {"particles", base64(forces.particles)}, {"newtons", json_of(forces.forces)}};
+}
+
 /// Four corners each; a triangle has its third one twice.
 std::string text_of(const std::vector<Quad>& faces) {
   std::vector<std::uint32_t> corners;
@@ -221,6 +225,8 @@ void Page::add_mesh() {
   }
   residuals_.emplace(simulation_.model(), simulation_.threads());
   if (!residuals_->any()) residuals_.reset();
+  forces_.emplace(simulation_.model());
+  if (!forces_->any()) forces_.reset();
   meshes_.push_back(dumped(mesh));
   tears_ = simulation_.tears();
 }
@@ -233,6 +239,7 @@ void Page::keep(double step_ms) {
   frame.mesh = meshes_.size() - 1, frame.points = packed(x), frame.measures = simulation_.measure();
   if (residuals_) frame.residual = packed((*residuals_)(x));
   if (contacts_) frame.touches = packed((*contacts_)(x, frame.time));
+  if (forces_) frame.forces = packed((*forces_)(x, frame.time));
 }
 
 std::size_t Page::Frame::bytes() const {
@@ -240,6 +247,7 @@ std::size_t Page::Frame::bytes() const {
   std::size_t packed = points.data.size();
   if (residual) packed += residual->data.size();
   if (touches) packed += touches->particles.size() + touches->ways.size();
+  if (forces) packed += forces->particles.size() + forces->forces.data.size() + kRest / 4;
   return packed * 4 / 3 + kRest;
 }
 
@@ -294,6 +302,7 @@ void Page::write(const std::filesystem::path& path, const std::string& report,
     if (frame.residual)
       frames.back()["residual"] = {{"most", frame.residual->most}, {"data", base64(frame.residual->data)}};
     if (frame.touches) frames.back()["touches"] = json_of(*frame.touches);
+    if (frame.forces) frames.back()["forces"] = json_of(*frame.forces);
   }
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
     bodies.push_back({{"name", model.scene.bodies[b].name}, {"colour", body_colour(static_cast<int>(b))}});

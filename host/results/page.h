@@ -38,6 +38,7 @@ class Page {
     PackedPoints points;
     std::optional<PackedValues> residual;  // of each particle, m
     std::optional<PackedTouches> touches;
+    std::optional<PackedForces> forces;
     Measures measures;
     std::size_t bytes() const;
   };
@@ -56,6 +57,7 @@ class Page {
   std::string environment_;             // JSON
   std::optional<Contacts> contacts_;    // where there is something to touch
   std::optional<Residuals> residuals_;  // of the last mesh, where it has constraints
+  std::optional<PinForces> forces_;     // likewise, where a force is known
   std::vector<std::string> meshes_;     // JSON; another one after each tear
   std::vector<Frame> frames_;
 };

@@ -80,6 +80,17 @@ PackedTouches packed(const std::vector<Touch>& touches) {
   return all;
 }
 
+PackedForces packed(const std::vector<PinForce>& all) {
+  std::vector<std::uint32_t> particles;
+  std::vector<Vec3> forces;
+  for (const PinForce& one : all) {
+    particles.push_back(static_cast<std::uint32_t>(one.particle));
+    Vec3& force = forces.emplace_back(one.force);
+    for (double& part : force) part = std::isnan(part) ? 0 : std::clamp(part, -1e30, 1e30);
+  }
+  return {all.size(), packed(particles, 1, 4), packed(forces)};
+}
+
 std::string base64(const std::string& bytes) {
   static constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;

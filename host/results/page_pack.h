@@ -8,6 +8,7 @@
 
 #include "host/mesh.h"
 #include "host/results/looks_contacts.h"
+#include "host/results/looks_forces.h"
 
 namespace malha {
 
@@ -40,6 +41,14 @@ struct PackedTouches {
   std::string particles, ways;
 };
 PackedTouches packed(const std::vector<Touch>& touches);
+
+/// Of pins, N, packed; no part of a force counts as more than 1e30.
+struct PackedForces {
+  std::size_t count = 0;
+  std::string particles;
+  PackedPoints forces;
+};
+PackedForces packed(const std::vector<PinForce>& all);
 
 /// RFC 4648.
 std::string base64(const std::string& bytes);

@@ -133,6 +133,14 @@ class Frames {
         [unpacked(touches.particles, touches.count, 1, 4), unpacked(touches.ways, 4 * touches.count, 4, 1)]);
     return {particles, ways: Float32Array.from(ways, (step) => step / 127 - 1), far: touches.far};
   }
+  // Of pins: which particles, and N, x y z of one after the other.
+  async forces(k) {
+    const {forces} = this.all[k];
+    if (!forces) return null;
+    const [particles, newtons] = await Promise.all(
+        [unpacked(forces.particles, forces.count, 1, 4), places(forces.newtons, forces.count, [0, 0, 0])]);
+    return {particles, newtons};
+  }
   places(k) {
     const most = 256e6;  // bytes
     if (this.read.has(k)) {

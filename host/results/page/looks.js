@@ -67,6 +67,7 @@ const kMeasured = {strain: strains, speed: (mesh, x, data) => speeds(mesh, x, da
 const kNeeds = {patch: (run) => run.meshes.some((mesh) => mesh.patch), phase: (run) => run.meshes.some((mesh) => mesh.phase),
                 batch: (run) => run.meshes.some((mesh) => mesh.batch),
                 contact: (run) => run.frames.some((frame) => frame.touches),
+                force: (run) => run.frames.some((frame) => frame.forces),
                 residual: (run) => run.frames.some((frame) => frame.residual)};
 
 // Lines beside the bodies.
@@ -98,6 +99,20 @@ function normalMarks(touches, x, length) {
   return marks;
 }
 
+// Lines along the forces on pins, so long a newton (m).
+function forceMarks(forces, x, perNewton) {
+  const marks = marksOf(forces.particles.length);
+  forces.particles.forEach((i, f) => {
+    for (let c = 0; c < 3; ++c) {
+      marks.x[6 * f + c] = x[3 * i + c];
+      marks.x[6 * f + 3 + c] = x[3 * i + c] + perNewton * forces.newtons[3 * f + c];
+    }
+    kTouches.toArray(marks.colours, 6 * f), kTouches.toArray(marks.colours, 6 * f + 3);
+  });
+  return marks;
+}
+const sizes = (newtons) => Array.from({length: newtons.length / 3}, (_, f) => Math.hypot(...newtons.slice(3 * f, 3 * f + 3)));
+
 // The mean length of edges at the start, m; 0 without any.
 function spacing(mesh, start) {
   const edges = edgesOf(mesh);
@@ -114,6 +129,11 @@ function legendOf(stage) {
   if (look === 'contact') {
     const n = data ? new Set(data.touches.particles).size : 0;
     return data ? n + (n === 1 ? ' particle touches' : ' particles touch') : 'nothing to touch';
+  }
+  if (look === 'force') {
+    if (!data) return 'no force is known';
+    const sum = [0, 1, 2].map((c) => data.newtons.reduce((all, newton, k) => k % 3 === c ? all + newton : all, 0));
+    return 'at most ' + number(Math.max(0, ...sizes(data.newtons))) + ' N a pin, all together ' + number(Math.hypot(...sum)) + ' N';
   }
   if (!kMeasured[look]) return '';
   if (look === 'residual' && !data) return 'no residuals';

@@ -138,6 +138,7 @@ class Stage {
     if (look === 'strain') return this.startOf(k);
     if (look === 'residual') return frames.residuals(k);
     if (look === 'batch') return frames.batches(k);
+    if (look === 'force') return frames.forces(k);
     if (look === 'contact') {
       const [touches, start] = await Promise.all([frames.touches(k), this.startOf(k)]);
       return touches && {touches, start};
@@ -169,6 +170,11 @@ class Stage {
       for (const i of data.touches.particles) kTouches.toArray(to, 3 * i);
       mesh.spacing = mesh.spacing || spacing(mesh, data.start) || this.spread;
       marks = normalMarks(data.touches, x, 2 * mesh.spacing);
+    } else if (look === 'force' && data) {
+      for (let i = 0; i < mesh.count; ++i) kPale.toArray(to, 3 * i);
+      for (const i of data.particles) kTouches.toArray(to, 3 * i);
+      const largest = Math.max(0, ...sizes(data.newtons)), size = this.box().getSize(new THREE.Vector3()).length();
+      marks = forceMarks(data, x, largest > 0 ? size / 6 / largest : 0);
     } else {
       this.run.bodies.forEach((body, b) => {
         const colour = linear(body.colour);

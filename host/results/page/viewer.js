@@ -2,7 +2,7 @@
 'use strict';
 
 const kSpeeds = [0.05, 0.1, 0.25, 0.5, 1, 2], kKeys = '1234567890';  // of looks
-const kLooks = ['shaded', 'wire', 'particles', 'strain', 'speed', 'patch', 'phase', 'batch', 'contact', 'residual'];
+const kLooks = ['shaded', 'wire', 'particles', 'strain', 'speed', 'patch', 'phase', 'batch', 'contact', 'residual', 'force'];
 
 // What tests and the console can ask for.
 const malha = window.malha = {time: 0, playing: false, speed: 1, look: 'shaded', ready: false, views: []};
