@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 
 namespace malha {
 

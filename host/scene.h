@@ -126,7 +126,7 @@ struct Tear {
   double strain = 0.5;  // > 0
 };
 
-/// One constraint kind on one body. `type` is a name of the registry (kernels/constraints.h), "pressure" or
+/// One constraint kind on one body. `type` is a name of the registry (kernels/constraint_registry.h), "pressure" or
 /// "long_range".
 struct ConstraintSpec {
   std::string type;

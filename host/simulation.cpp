@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "host/base/hash.h"
-#include "host/base/shown.h"
 #include "host/base/start_threads.h"
+#include "host/base/text.h"
 #include "host/base/thread_choice.h"
 #include "host/collision/edge_crossings.h"
 #include "host/collision/start_before.h"
@@ -16,9 +16,9 @@
 #include "host/model/cut.h"
 #include "host/model/footprint.h"
 #include "host/model/tear.h"
-#include "host/results/checkpoint.h"
-#include "host/results/expect.h"
-#include "host/results/report.h"
+#include "host/report/expect.h"
+#include "host/report/report.h"
+#include "host/run/checkpoint.h"
 #include "host/solver/solver.h"
 #include "kernels/compute.h"
 

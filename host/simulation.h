@@ -31,7 +31,7 @@ struct SimulationOptions {
 
 struct Model;     // host/model/model.h, for the parts of malha that look closer
 class Solver;     // host/solver/solver.h
-struct RunTimes;  // host/results/report.h
+struct RunTimes;  // host/report/report.h
 
 class Simulation {
  public:

@@ -18,7 +18,8 @@ constexpr bool has_word(const char* words, const char* word) {
   return false;
 }
 
-/// Whether this build has it: a constraint by its name in scenes, or a part of the solvers (host/solver/part.h).
+/// Whether this build has it: a constraint by its name in scenes, or a part of the solvers
+/// (host/solver/optional_part.h).
 constexpr bool built(const char* what) { return !has_word(MALHA_WITHOUT, what); }
 
 }  // namespace malha

@@ -1,7 +1,7 @@
 // What a coarse constraint does: its particles are no farther apart than the surface between them is long, and are not
 // brought closer than they arrived, so that folds stay as they are.
 #pragma once
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 
 namespace malha {
 

@@ -1,6 +1,6 @@
 // Rest values and residuals of constraints in double, for set-up and for reports, whatever the solver's precision.
 #pragma once
-#include "kernels/constraint.h"
+#include "kernels/project_constraint.h"
 #include "kernels/sum.h"
 
 namespace malha {

@@ -2,7 +2,7 @@
 // back. Where nothing else happens between prediction and update, the visits do those too, and the predicted positions
 // of particles that no other patch visits never leave the fast memory.
 #pragma once
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 #include "kernels/cover.h"
 #include "kernels/motion.h"
 #include "kernels/restrict.h"

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "host/collision/pose.h"
-#include "host/results/plan.h"
+#include "host/report/plan.h"
 #include "host/solver/solver.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"

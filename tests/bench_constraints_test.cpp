@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 #include "tests/support.h"
 
 namespace malha {

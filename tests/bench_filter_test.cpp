@@ -6,9 +6,9 @@
 #include <set>
 
 #include "tests/support.h"
-#include "tools/bench/filter_contest.h"
-#include "tools/bench/filter_step.h"
-#include "tools/bench/filter_table.h"
+#include "tools/bench/filter/contest.h"
+#include "tools/bench/filter/step.h"
+#include "tools/bench/filter/table.h"
 #include "tools/bench/machine.h"
 #include "tools/bench/pinned.h"
 #include "tools/bench/stream.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "host/results/image.h"
+#include "host/picture/image.h"
 
 namespace malha {
 

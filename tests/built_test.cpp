@@ -5,8 +5,8 @@
 
 #include <type_traits>
 
-#include "host/solver/part.h"
-#include "kernels/constraints.h"
+#include "host/solver/optional_part.h"
+#include "kernels/constraint_registry.h"
 
 namespace malha {
 namespace {

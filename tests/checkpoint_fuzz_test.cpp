@@ -7,10 +7,10 @@
 #include <functional>
 #include <limits>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/collision/find_contact.h"
 #include "host/collision/self_memory.h"
-#include "host/results/checkpoint.h"
+#include "host/run/checkpoint.h"
 #include "host/simulation.h"
 #include "tests/numbers.h"
 #include "tests/refusal.h"

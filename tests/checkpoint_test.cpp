@@ -1,4 +1,4 @@
-#include "host/results/checkpoint.h"
+#include "host/run/checkpoint.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

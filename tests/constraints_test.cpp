@@ -1,6 +1,4 @@
 // What holds for every kind of the registry: a new kind is tested without a line here.
-#include "kernels/constraints.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels/constraint_registry.h"
 #include "tests/one_constraint.h"
 
 namespace malha {

@@ -6,9 +6,9 @@
 #include <thread>
 
 #include "host/base/file.h"
-#include "host/results/redraw.h"
-#include "host/results/results.h"
-#include "host/results/run.h"
+#include "host/output/results.h"
+#include "host/run/redraw.h"
+#include "host/run/run.h"
 #include "tests/refusal.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "host/results/image.h"
+#include "host/picture/image.h"
 #include "tests/read_png.h"
 #include "tests/support.h"
 

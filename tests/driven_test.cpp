@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "host/collision/self_facts.h"
-#include "host/results/report.h"
+#include "host/report/report.h"
 #include "host/solver/solver.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"

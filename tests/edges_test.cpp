@@ -7,7 +7,7 @@
 #include "host/collision/edge_crossings.h"
 #include "host/collision/edge_facts.h"
 #include "host/model/model.h"
-#include "host/results/plan.h"
+#include "host/report/plan.h"
 #include "host/solver/solver.h"
 #include "tests/irregular_mesh.h"
 #include "tests/refusal.h"

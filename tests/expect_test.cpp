@@ -1,4 +1,4 @@
-#include "host/results/expect.h"
+#include "host/report/expect.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 
 namespace malha {
 namespace {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "host/model/model.h"
-#include "host/results/launches.h"
-#include "host/results/plan.h"
+#include "host/report/launches.h"
+#include "host/report/plan.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"

@@ -1,8 +1,8 @@
 // When the glTF file of a run appears, and how a run goes on from it.
 #include <gtest/gtest.h>
 
-#include "host/results/results.h"
-#include "host/results/summary.h"
+#include "host/output/results.h"
+#include "host/run/summary.h"
 #include "tests/glb_scene.h"
 #include "tests/gltf_file.h"
 #include "tests/refusal.h"

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "host/base/build_info.h"
-#include "host/results/frames.h"
+#include "host/output/frames.h"
 #include "tests/refusal.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"

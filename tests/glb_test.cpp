@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "host/results/picture.h"
+#include "host/picture/picture.h"
 #include "tests/glb_scene.h"
 #include "tests/gltf_file.h"
 

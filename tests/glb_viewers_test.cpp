@@ -5,7 +5,7 @@
 #include <set>
 
 #include "host/base/file.h"
-#include "host/results/page_pack.h"
+#include "host/output/page_pack.h"
 #include "tests/browser.h"
 #include "tests/glb_scene.h"
 

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "host/results/frames.h"
+#include "host/output/frames.h"
 
 namespace malha {
 

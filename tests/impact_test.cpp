@@ -4,7 +4,7 @@
 #include <map>
 
 #include "host/mesh/mesh_io.h"
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 #include "tests/one_constraint.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"

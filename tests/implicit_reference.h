@@ -4,7 +4,7 @@
 #include "host/model/model.h"
 #include "host/simulation.h"
 #include "tests/fold_reference.h"
-#include "tools/study/reference_steps.h"
+#include "tools/study/reference/steps.h"
 
 namespace malha {
 

@@ -27,7 +27,7 @@ must kernels '"kernels/.*"|<(math|stddef|stdint|float|omp|sched)\.h>|<(type_trai
   'a kernel includes kernels/, <math.h> and its like: nothing that allocates, throws, or is unknown to a GPU'
 must host '"(kernels|host)/.*"|<.*>' 'host/ includes kernels/ and host/ by their path from the root, and no tools/ or tests/'
 rooms=''
-for room in base mesh scene model collision filter solver results; do
+for room in base mesh scene model collision filter solver looks picture report output run; do
   rooms+="${rooms:+|}$room"
   if [[ -d host/$room ]]; then
     must "host/$room" "\"kernels/.*\"|\"host/($rooms)/.*\"|\"host/[a-z_]+\.h\"|<.*>" \

@@ -1,12 +1,12 @@
 // What a run says at its end of free bodies whose momenta changed, though nothing was there to change them.
-#include "host/results/kept_momenta.h"
+#include "host/report/kept_momenta.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 
-#include "host/results/boundaries.h"
+#include "host/report/failure_boundaries.h"
 #include "tests/numbers.h"
 #include "tests/run_scenes.h"
 #include "tests/small_scenes.h"

@@ -1,7 +1,7 @@
 // Instantiates the kernels on the device: what only a device compiler refuses is found without a GPU.
 #include "kernels/air.h"
 #include "kernels/attachment.h"
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 #include "kernels/contact.h"
 #include "kernels/corrector.h"
 #include "kernels/dense_filter.h"

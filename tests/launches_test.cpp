@@ -1,10 +1,10 @@
 // What a step launches is what its scene names, and nothing else: by the trace of launches and the bytes of each owner.
-#include "host/results/launches.h"
+#include "host/report/launches.h"
 
 #include <algorithm>
 
-#include "host/results/plan.h"
-#include "host/results/report.h"
+#include "host/report/plan.h"
+#include "host/report/report.h"
 #include "host/solver/solver.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"

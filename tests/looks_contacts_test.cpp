@@ -1,8 +1,7 @@
 // Looks: contacts with the environment.
-#include "host/results/looks_contacts.h"
-
 #include <gtest/gtest.h>
 
+#include "host/looks/contacts.h"
 #include "tests/small_scenes.h"
 
 namespace malha {

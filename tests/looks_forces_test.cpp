@@ -1,11 +1,10 @@
 // Looks: the forces on pins.
-#include "host/results/looks_forces.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
 
+#include "host/looks/forces.h"
 #include "tests/irregular_sheet.h"
 #include "tests/run_scenes.h"
 #include "tests/small_scenes.h"

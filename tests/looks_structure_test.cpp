@@ -3,7 +3,7 @@
 #include <map>
 #include <set>
 
-#include "host/results/looks.h"
+#include "host/looks/looks.h"
 #include "host/solver/solver.h"
 #include "tests/looks_of_sheets.h"
 

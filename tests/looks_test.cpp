@@ -1,5 +1,5 @@
 // Looks: strain and residual of particles.
-#include "host/results/looks.h"
+#include "host/looks/looks.h"
 
 #include <gtest/gtest.h>
 

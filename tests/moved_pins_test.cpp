@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "host/collision/pose.h"
-#include "host/results/plan.h"
+#include "host/report/plan.h"
 #include "host/solver/solver.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"

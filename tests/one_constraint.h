@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 #include "tests/numbers.h"
 
 namespace malha {

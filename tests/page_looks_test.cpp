@@ -3,9 +3,9 @@
 #include <map>
 #include <set>
 
-#include "host/base/shown.h"
-#include "host/results/looks.h"
-#include "host/results/page.h"
+#include "host/base/text.h"
+#include "host/looks/looks.h"
+#include "host/output/page.h"
 #include "host/solver/solver.h"
 #include "tests/page_of_a_run.h"
 

@@ -4,12 +4,12 @@
 #include <map>
 #include <set>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
+#include "host/looks/contacts.h"
+#include "host/looks/forces.h"
+#include "host/looks/looks.h"
 #include "host/mesh/vectors.h"
-#include "host/results/looks.h"
-#include "host/results/looks_contacts.h"
-#include "host/results/looks_forces.h"
-#include "host/results/page.h"
+#include "host/output/page.h"
 #include "host/simulation.h"
 #include "tests/irregular_sheet.h"
 #include "tests/page_of_a_run.h"

@@ -1,5 +1,5 @@
 // A run as a page: what it holds, and what a browser shows of it. The second half needs chromium.
-#include "host/results/page.h"
+#include "host/output/page.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "host/base/file.h"
-#include "host/results/page_pack.h"
+#include "host/output/page_pack.h"
 #include "tests/numbers.h"
 #include "tests/page_of_a_run.h"
 #include "tests/refusal.h"

@@ -1,4 +1,4 @@
-#include "host/results/picture.h"
+#include "host/picture/picture.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "host/results/picture_stage.h"
+#include "host/picture/stage.h"
 
 namespace malha {
 namespace {

@@ -1,7 +1,7 @@
 // What malha plan says is what runs, and no more than the scene needs.
-#include "host/results/plan.h"
+#include "host/report/plan.h"
 
-#include "host/results/report.h"
+#include "host/report/report.h"
 #include "host/solver/solver.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"

@@ -1,4 +1,4 @@
-#include "host/results/png.h"
+#include "host/picture/png.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "host/results/image.h"
+#include "host/picture/image.h"
 
 namespace malha {
 

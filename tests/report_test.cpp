@@ -1,7 +1,7 @@
 // report.json: every promised number is there, under its name, and is plausible or exact.
 
 #include "host/base/build_info.h"
-#include "host/results/summary.h"
+#include "host/run/summary.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
 

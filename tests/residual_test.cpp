@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "host/mesh.h"
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 #include "kernels/rest.h"
 
 namespace malha {

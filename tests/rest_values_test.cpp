@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "kernels/constraint.h"
+#include "kernels/project_constraint.h"
 
 namespace malha {
 namespace {

@@ -1,6 +1,6 @@
 // A run that stops and goes on is the run that never stopped, bit by bit; and nothing else can be gone on with.
 #include "host/base/build_info.h"
-#include "host/results/run.h"
+#include "host/run/run.h"
 #include "tests/refusal.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/model/model.h"
-#include "host/results/plan.h"
+#include "host/report/plan.h"
 #include "host/solver/solver.h"
 #include "tests/small_scenes.h"
 

@@ -7,7 +7,7 @@
 
 #include "host/base/memory_size.h"
 #include "host/base/parallel_tasks.h"
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/model/model.h"
 #include "tests/refusal.h"
 #include "tests/run_scenes.h"

@@ -1,10 +1,10 @@
 // What a run leaves in its folder, when, and how it ends.
-#include "host/results/run.h"
+#include "host/run/run.h"
 
 #include <algorithm>
 #include <cstring>
 
-#include "host/results/results.h"
+#include "host/output/results.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "host/scene/constraint_kinds.h"
+#include "host/scene/kinds_in_scenes.h"
 #include "tests/full_scene.h"
 
 namespace malha {

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "host/scene.h"
-#include "host/scene/constraint_kinds.h"
+#include "host/scene/kinds_in_scenes.h"
 #include "tests/full_scene.h"
 
 namespace malha {

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "host/scene/constraint_kinds.h"
+#include "host/scene/kinds_in_scenes.h"
 #include "tests/full_scene.h"
 #include "tests/refusal.h"
 

@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "host/results/warnings.h"
+#include "host/report/warnings.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 

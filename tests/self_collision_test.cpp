@@ -4,7 +4,7 @@
 #include "host/collision/self_facts.h"
 #include "host/mesh/vectors.h"
 #include "host/model/self_surface.h"
-#include "host/results/plan.h"
+#include "host/report/plan.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"
 #include "tests/full_scene.h"

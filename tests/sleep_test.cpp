@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "host/results/plan.h"
+#include "host/report/plan.h"
 #include "host/solver/solver.h"
 #include "tests/scene_builders.h"
 #include "tests/small_scenes.h"

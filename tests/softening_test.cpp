@@ -1,10 +1,10 @@
 // Too few substeps make sheets softer than their material: what `malha run` and `plan` warn of, and what they do not.
-#include "host/results/softening.h"
+#include "host/report/softening.h"
 
 #include <gtest/gtest.h>
 
 #include "host/model/model.h"
-#include "host/results/warnings.h"
+#include "host/report/warnings.h"
 #include "tests/irregular_mesh.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"

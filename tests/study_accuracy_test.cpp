@@ -6,12 +6,12 @@
 
 #include "tests/quick_study.h"
 #include "tests/support.h"
-#include "tools/study/accuracy.h"
-#include "tools/study/accuracy_cases.h"
-#include "tools/study/accuracy_points.h"
-#include "tools/study/reference_catenary.h"
-#include "tools/study/reference_steps.h"
-#include "tools/study/reference_tetrahedra.h"
+#include "tools/study/accuracy/accuracy.h"
+#include "tools/study/accuracy/cases.h"
+#include "tools/study/accuracy/points.h"
+#include "tools/study/reference/catenary.h"
+#include "tools/study/reference/steps.h"
+#include "tools/study/reference/tetrahedra.h"
 
 namespace malha::study {
 namespace {

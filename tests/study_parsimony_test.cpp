@@ -1,7 +1,7 @@
 // Facts of the study "parsimony" in its quick version: launches and bytes, never times.
 
 #include "tests/quick_study.h"
-#include "tools/study/parsimony.h"
+#include "tools/study/parsimony/parsimony.h"
 
 namespace malha::study {
 namespace {

@@ -3,7 +3,7 @@
 #include <map>
 
 #include "tests/quick_study.h"
-#include "tools/study/published.h"
+#include "tools/study/published/published.h"
 
 namespace malha::study {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "tests/page_of_a_run.h"
 #include "tests/quick_study.h"
-#include "tools/study/accuracy.h"
+#include "tools/study/accuracy/accuracy.h"
 #include "tools/study/interrupted.h"
 #include "tools/study/page.h"
 #include "tools/study/replays.h"

@@ -4,9 +4,9 @@
 #include <set>
 
 #include "tests/quick_study.h"
-#include "tools/study/scaling.h"
-#include "tools/study/scaling_cell.h"
-#include "tools/study/scaling_sections.h"
+#include "tools/study/scaling/cell.h"
+#include "tools/study/scaling/scaling.h"
+#include "tools/study/scaling/sections.h"
 
 namespace malha::study {
 namespace {

@@ -3,8 +3,8 @@
 #include <map>
 
 #include "tests/quick_study.h"
-#include "tools/study/reference_chain.h"
-#include "tools/study/size.h"
+#include "tools/study/reference/chain.h"
+#include "tools/study/size/size.h"
 
 namespace malha::study {
 namespace {

@@ -5,9 +5,9 @@
 #include <map>
 
 #include "tests/support.h"
-#include "tools/study/reference_sweep.h"
-#include "tools/study/stability.h"
-#include "tools/study/stability_maps.h"
+#include "tools/study/reference/sweep.h"
+#include "tools/study/stability/maps.h"
+#include "tools/study/stability/stability.h"
 
 namespace malha::study {
 namespace {

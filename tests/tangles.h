@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "host/model/model.h"
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 #include "tests/numbers.h"
 
 namespace malha {

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "host/mesh/topology.h"
-#include "host/results/run.h"
+#include "host/run/run.h"
 #include "host/solver/solver.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"

@@ -1,12 +1,12 @@
 // malha tune finds settings that do reach the error, and leaves nothing where there are none.
-#include "tools/study/tune.h"
+#include "tools/tune/tune.h"
 
 #include <cmath>
 
 #include "tests/run_scenes.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
-#include "tools/study/tune_report.h"
+#include "tools/tune/report.h"
 
 namespace malha::study {
 namespace {

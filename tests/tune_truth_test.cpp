@@ -13,9 +13,9 @@
 #include "tests/scene_builders.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
-#include "tools/study/reference_steps.h"
-#include "tools/study/tune.h"
-#include "tools/study/tune_report.h"
+#include "tools/study/reference/steps.h"
+#include "tools/tune/report.h"
+#include "tools/tune/tune.h"
 
 namespace malha::study {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "host/results/picture_view.h"
+#include "host/picture/view.h"
 #include "host/simulation.h"
 #include "tests/numbers.h"
 #include "tools/view/pick.h"

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "host/results/warnings.h"
+#include "host/report/warnings.h"
 #include "host/simulation.h"
 #include "tests/support.h"
 #include "tools/view/history.h"

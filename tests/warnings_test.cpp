@@ -1,12 +1,12 @@
 // What `malha run` and `plan` warn of, and what they do not: both sides of each known boundary.
-#include "host/results/warnings.h"
+#include "host/report/warnings.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "host/mesh/vectors.h"
-#include "host/results/boundaries.h"
+#include "host/report/failure_boundaries.h"
 #include "tests/irregular_mesh.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"

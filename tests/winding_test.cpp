@@ -9,7 +9,7 @@
 #include "host/mesh/generate.h"
 #include "host/mesh/mesh_io.h"
 #include "host/mesh/topology.h"
-#include "host/results/warnings.h"
+#include "host/report/warnings.h"
 #include "host/simulation.h"
 #include "host/solver/measure.h"
 #include "tests/cantilever.h"

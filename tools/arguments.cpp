@@ -6,7 +6,7 @@
 
 #include "host/base/build_info.h"
 #include "host/base/near_miss.h"
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/scene.h"
 #include "tools/measures.h"
 #include "tools/validators.h"

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <string>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 
 namespace malha {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "host/results/run.h"
+#include "host/run/run.h"
 
 namespace malha {
 

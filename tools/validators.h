@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "host/base/near_miss.h"
-#include "host/base/shown.h"
+#include "host/base/text.h"
 
 namespace malha {
 

@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 #include "host/base/memory_size.h"
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
 
 namespace malha {

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 
 namespace malha {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/collision/pose.h"
 #include "host/collision/surface.h"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <optional>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/collision/pose.h"
 #include "host/collision/surface.h"
 #include "host/error.h"

@@ -5,8 +5,8 @@
 #include <cstdio>
 
 #include "host/base/memory_size.h"
-#include "host/base/shown.h"
 #include "host/base/stopwatch.h"
+#include "host/base/text.h"
 #include "host/error.h"
 #include "host/filter/dense_columns.h"
 #include "host/filter/dense_filter.h"

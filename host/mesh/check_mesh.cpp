@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
 #include "host/mesh/first_equal.h"
 #include "host/mesh/vertices.h"

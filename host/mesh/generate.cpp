@@ -8,7 +8,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
 #include "host/mesh/mesh_io.h"
 #include "host/mesh/tetrahedra.h"

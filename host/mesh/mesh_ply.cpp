@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
 #include "host/mesh/mesh_formats.h"
 #include "host/mesh/mesh_ply_header.h"

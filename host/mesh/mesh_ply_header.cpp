@@ -1,6 +1,6 @@
 #include "host/mesh/mesh_ply_header.h"
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
 
 namespace malha::ply {

@@ -3,7 +3,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
 
 namespace malha {

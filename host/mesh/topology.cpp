@@ -2,9 +2,9 @@
 
 #include <numeric>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
-#include "host/mesh/sides.h"
+#include "host/mesh/edge_sides.h"
 #include "host/mesh/vertices.h"
 
 namespace malha {

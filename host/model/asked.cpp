@@ -5,7 +5,7 @@
 #include "host/base/build_info.h"
 #include "host/error.h"
 #include "host/model/tear.h"
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 
 namespace malha {
 

@@ -1,6 +1,6 @@
 #include "host/model/body.h"
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
 #include "host/mesh/topology.h"
 #include "host/model/elements.h"
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 
 namespace malha {
 

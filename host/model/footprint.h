@@ -17,7 +17,7 @@ double least_bytes(const Scene& scene);
 void require_memory(const Scene& scene);
 
 /// Gives back what only solvers read while they are made (masses, velocities), and what the arrays that stay have grown
-/// beyond their elements. Patches stay, a byte a particle: looks (host/results/looks.h) tell the layout from them.
+/// beyond their elements. Patches stay, a byte a particle: looks (host/looks/looks.h) tell the layout from them.
 void keep_what_runs_need(Model& model);
 
 }  // namespace malha

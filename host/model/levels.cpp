@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "host/mesh/sides.h"
+#include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/model/linkage.h"
 #include "host/model/order.h"

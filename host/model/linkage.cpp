@@ -5,12 +5,12 @@
 #include <map>
 #include <numeric>
 
-#include "host/mesh/sides.h"
+#include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/model/hang.h"
 #include "host/model/model.h"
 #include "host/model/tangent.h"
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 
 namespace malha {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/mesh/sides.h"
+#include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 
 namespace malha {

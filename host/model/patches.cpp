@@ -99,7 +99,7 @@ std::vector<std::uint8_t> classes(const std::vector<ConstraintSet>& sets, const 
 }
 
 /// What the patches of one cut need to know to sort their particles.
-struct Sorter {
+struct PatchSorter {
   const std::vector<ConstraintSet>& sets;
   const std::vector<int>& island;
   const Patches& patches;
@@ -109,8 +109,8 @@ struct Sorter {
   int most = 0;                      // particles that a patch touches, or a few more
   std::vector<int>& order;
 
-  Sorter(const std::vector<ConstraintSet>& all, const std::vector<int>& islands, const Patches& cut,
-         std::vector<int>& result)
+  PatchSorter(const std::vector<ConstraintSet>& all, const std::vector<int>& islands, const Patches& cut,
+              std::vector<int>& result)
       : sets(all),
         island(islands),
         patches(cut),
@@ -230,7 +230,7 @@ Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<E
   // Where everything is connected with everything, smaller patches have fewer neighbours each.
   for (int size = patch_size(spans, particles);; size /= 2) {
     patches.begin = cuts(spans, particles, size);
-    const Sorter sort(sets, island, patches, cut.order);
+    const PatchSorter sort(sets, island, patches, cut.order);
     if (sort.most > kMostSlots - kPadding && size > kSizes[0]) continue;
     parallel_tasks(OpenMP{threads}, patches.count(), sort);
     break;

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "host/base/memory_size.h"
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
-#include "host/mesh/sides.h"
+#include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 #include "host/model/box_tree.h"

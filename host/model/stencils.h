@@ -4,7 +4,7 @@
 #include <array>
 
 #include "host/model/model.h"
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 #include "kernels/rest.h"
 
 namespace malha {

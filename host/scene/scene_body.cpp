@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "host/base/near_miss.h"
-#include "host/scene/constraint_kinds.h"
+#include "host/scene/kinds_in_scenes.h"
 #include "host/scene/scene_read.h"
 
 namespace malha {

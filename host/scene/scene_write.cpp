@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/scene.h"
-#include "host/scene/constraint_kinds.h"
+#include "host/scene/kinds_in_scenes.h"
 
 namespace malha {
 namespace {

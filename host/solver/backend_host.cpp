@@ -1,7 +1,7 @@
 // The solvers instantiated for the executors of the host. A GPU backend is one more file like this one, compiled by
 // its own compiler.
 #include "host/solver/desbrun.h"
-#include "host/solver/part.h"
+#include "host/solver/optional_part.h"
 #include "host/solver/pbd.h"
 
 namespace malha {

@@ -7,7 +7,7 @@
 
 #include "host/collision/pose.h"
 #include "host/solver/attachments.h"
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 #include "kernels/rest.h"
 
 namespace malha {

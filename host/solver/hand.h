@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "host/base/array.h"
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
 #include "host/model/model.h"
 #include "host/taken.h"

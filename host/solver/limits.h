@@ -5,7 +5,7 @@
 
 #include "host/base/array.h"
 #include "host/model/tear.h"
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 #include "kernels/limits.h"
 #include "kernels/rest.h"
 

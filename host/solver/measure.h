@@ -6,7 +6,7 @@
 
 #include "host/measures.h"
 #include "host/model/model.h"
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 #include "kernels/measure.h"
 #include "kernels/rest.h"
 #include "kernels/spring_energy.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
 #include "host/mesh/vectors.h"
 #include "host/model/colour.h"

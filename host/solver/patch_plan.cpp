@@ -8,7 +8,7 @@
 #include "host/base/parallel_tasks.h"
 #include "host/error.h"
 #include "host/model/colour.h"
-#include "host/solver/piece.h"
+#include "host/solver/patch_layout.h"
 
 namespace malha {
 
@@ -30,7 +30,7 @@ class Planner {
     find_phases();
     pieces_.resize(count);
     launch(count, [this](int k) { pieces_[k] = cut_piece(model_, owned_, touches_, k, neighbours_[k]); });
-    for (const Piece& piece : pieces_)
+    for (const PatchLayout& piece : pieces_)
       if (piece.patch.slots > kMostSlots)
         refuse(model_.scene.file, "/bodies",
                "constraints that connect " + std::to_string(piece.patch.slots) + " particles with each other directly",
@@ -105,7 +105,7 @@ class Planner {
     return std::move(plan_);
   }
 
-  void append(Piece piece) {
+  void append(PatchLayout piece) {
     Patch patch = piece.patch;
     patch.segment = static_cast<int>(plan_.segments.size());
     patch.batch = static_cast<int>(plan_.batches.size());
@@ -138,7 +138,7 @@ class Planner {
   std::vector<ByOwner> owned_;                // of each set
   std::vector<std::vector<int>> neighbours_;  // of each patch
   Touches touches_;
-  std::vector<Piece> pieces_;
+  std::vector<PatchLayout> pieces_;
   PatchPlan plan_;
 };
 

@@ -174,7 +174,7 @@ class Pbd final : public Stepper<Executor, R> {
   }
 
   int threads_;
-  std::deque<Part<Levels<Executor, R>, built("levels")>>
+  std::deque<OptionalPart<Levels<Executor, R>, built("levels")>>
       levels_;  // after so many sets of pins were let go; empty: none
 };
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "host/base/hash.h"
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/collision/edge_memory.h"
 #include "host/collision/find_contact.h"
 #include "host/collision/self_memory.h"

@@ -29,8 +29,8 @@
 #include "host/solver/measure.h"
 #include "host/solver/momenta.h"
 #include "host/solver/moved_pins.h"
+#include "host/solver/optional_part.h"
 #include "host/solver/own_constraints.h"
-#include "host/solver/part.h"
 #include "host/solver/pressure.h"
 #include "host/solver/sleeper.h"
 #include "host/solver/solver.h"
@@ -367,9 +367,9 @@ class Stepper : public Solver {
   double gravity_;  // m/s^2
   PointArray<Executor, R> x_, v_, p_;
   std::optional<Sweep<Executor, R>> sweep_;
-  Part<Momenta<Executor, R>, built("corrector")> momenta_;
-  Part<Collider<Executor, R>, built("environment")> collider_;
-  Part<EdgeCollider<Executor, R>, built("environment")> edges_;
+  OptionalPart<Momenta<Executor, R>, built("corrector")> momenta_;
+  OptionalPart<Collider<Executor, R>, built("environment")> collider_;
+  OptionalPart<EdgeCollider<Executor, R>, built("environment")> edges_;
   std::int64_t steps_ = 0;
   int substep_ = 0;  // of the step
   SolverFacts facts_;
@@ -482,15 +482,15 @@ class Stepper : public Solver {
   Array<Executor, R> w_;
   std::vector<Pressure<Executor, R>> pressures_;
   EnergyGuard<Executor, R> guard_;
-  Part<LongRange<Executor, R>, built("long_range")> long_range_;
-  Part<MovedPinSets<Executor, R>, built("motion")> moved_;
-  Part<Attachments<Executor, R>, built("attachments")> attachments_;
-  Part<Hand<Executor, R>, built("attachments")> hand_;
+  OptionalPart<LongRange<Executor, R>, built("long_range")> long_range_;
+  OptionalPart<MovedPinSets<Executor, R>, built("motion")> moved_;
+  OptionalPart<Attachments<Executor, R>, built("attachments")> attachments_;
+  OptionalPart<Hand<Executor, R>, built("attachments")> hand_;
   std::optional<OwnConstraints<Executor, R>> own_;
-  Part<Limits<Executor, R>, built("tear")> breakable_;  // edges that tear
-  Part<Air<Executor, R>, built("air")> air_;
-  Part<Sleeper<Executor, R>, built("sleep")> sleeper_;
-  Part<SelfCollider<Executor, R>, built("self_collision")> self_;
+  OptionalPart<Limits<Executor, R>, built("tear")> breakable_;  // edges that tear
+  OptionalPart<Air<Executor, R>, built("air")> air_;
+  OptionalPart<Sleeper<Executor, R>, built("sleep")> sleeper_;
+  OptionalPart<SelfCollider<Executor, R>, built("self_collision")> self_;
   std::array<double, kPassNames.size()> seconds_{};
   mutable std::int64_t crossings_step_ = -1, crossings_ = 0;  // the step of which they were counted, and how many
 };

@@ -3,7 +3,7 @@
 // compliance or rigidity means what it means for bending. Quadratic in the positions, and no triangle of the moment can
 // degenerate it. Meant for sheets that hardly stretch (Bergou et al. 2006, section 4).
 #pragma once
-#include "kernels/constraint.h"
+#include "kernels/project_constraint.h"
 
 namespace malha {
 

@@ -8,7 +8,7 @@
 // triangle has no inside: turned over it is only turned.
 #pragma once
 #include "kernels/block.h"
-#include "kernels/constraint.h"
+#include "kernels/project_constraint.h"
 
 namespace malha {
 

@@ -9,7 +9,7 @@
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
 #include "host/model/pins.h"
-#include "host/results/frames.h"
+#include "host/output/frames.h"
 #include "tools/bench/irregular.h"
 
 namespace malha::bench {

@@ -9,12 +9,12 @@
 
 #include "host/simulation.h"
 #include "host/solver/solver.h"
-#include "kernels/constraints.h"
+#include "kernels/constraint_registry.h"
 #include "tools/bench/counts.h"
 #include "tools/bench/facts.h"
+#include "tools/bench/medians.h"
 #include "tools/bench/output.h"
 #include "tools/bench/status.h"
-#include "tools/bench/turns.h"
 
 namespace malha::bench {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "host/base/shown.h"
 #include "host/base/stopwatch.h"
+#include "host/base/text.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "kernels/nearby.h"
@@ -17,9 +17,9 @@
 #include "tools/bench/counts.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/machine.h"
+#include "tools/bench/medians.h"
 #include "tools/bench/output.h"
 #include "tools/bench/status.h"
-#include "tools/bench/turns.h"
 
 namespace malha::bench {
 

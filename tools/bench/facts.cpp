@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/simulation.h"
 #include "tools/bench/cloth.h"
 #include "tools/bench/counts.h"

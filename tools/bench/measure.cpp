@@ -4,10 +4,10 @@
 
 #include "host/base/build_info.h"
 #include "host/base/hash.h"
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
-#include "tools/bench/turns.h"
+#include "tools/bench/medians.h"
 #if defined(MALHA_HAS_BULLET)
 #include "tools/bench/bullet.h"
 #endif

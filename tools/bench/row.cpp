@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "host/base/shown.h"
-#include "tools/bench/turns.h"
+#include "host/base/text.h"
+#include "tools/bench/medians.h"
 
 namespace malha::bench {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "host/results/report.h"
+#include "host/report/report.h"
 #include "tools/bench/cloth.h"
 
 namespace malha::bench {

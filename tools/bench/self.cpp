@@ -4,18 +4,18 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "host/base/shown.h"
 #include "host/base/stopwatch.h"
-#include "host/results/report.h"
+#include "host/base/text.h"
+#include "host/report/report.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "tools/bench/counts.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/machine.h"
+#include "tools/bench/medians.h"
 #include "tools/bench/output.h"
 #include "tools/bench/self_cases.h"
 #include "tools/bench/status.h"
-#include "tools/bench/turns.h"
 
 namespace malha::bench {
 

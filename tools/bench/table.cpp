@@ -1,6 +1,6 @@
 #include "tools/bench/table.h"
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "tools/bench/output.h"
 
 namespace malha::bench {

@@ -9,7 +9,7 @@ install(EXPORT malhaTargets NAMESPACE malha:: DESTINATION ${package_dir})
 install(FILES host/after_substep.h host/error.h host/measures.h host/mesh.h host/own_constraint.h host/scene.h
               host/simulation.h host/taken.h
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha/host)
-install(FILES host/base/shown.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha/host/base)
+install(FILES host/base/text.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha/host/base)
 
 configure_package_config_file(tools/cmake/malhaConfig.cmake.in malhaConfig.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(malhaConfigVersion.cmake COMPATIBILITY SameMinorVersion)

@@ -1,5 +1,5 @@
-# What every page of host/results/page.h holds, as one source file.
-set(page_folder "${PROJECT_SOURCE_DIR}/host/results/page")
+# What every page of host/output/page.h holds, as one source file.
+set(page_folder "${PROJECT_SOURCE_DIR}/host/output/page")
 set(page_files style "${page_folder}/style.css" body "${page_folder}/body.html" three "${THREE_JS}"
                controls "${THREE_CONTROLS_JS}" data "${page_folder}/data.js" looks "${page_folder}/looks.js"
                stage "${page_folder}/stage.js" panel "${page_folder}/panel.js" viewer "${page_folder}/viewer.js")

@@ -11,5 +11,5 @@ if(DOXYGEN_FOUND)
   file(GLOB_RECURSE pages RELATIVE "${PROJECT_SOURCE_DIR}" CONFIGURE_DEPENDS kernels/*.md host/*.md scenes/*.md tests/*.md
     tools/*.md)
   doxygen_add_docs(reference ${pages} host/after_substep.h host/error.h host/measures.h host/mesh.h host/own_constraint.h
-    host/scene.h host/simulation.h host/taken.h host/base/shown.h COMMENT "reference pages")
+    host/scene.h host/simulation.h host/taken.h host/base/text.h COMMENT "reference pages")
 endif()

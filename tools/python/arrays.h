@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
 #include "host/mesh.h"
 

@@ -1,4 +1,4 @@
-#include "host/results/run.h"
+#include "host/run/run.h"
 
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
 #include "tools/python/arrays.h"
 

@@ -4,9 +4,9 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "host/model/model.h"
-#include "host/results/plan.h"
-#include "host/results/report.h"
-#include "host/results/warnings.h"
+#include "host/report/plan.h"
+#include "host/report/report.h"
+#include "host/report/warnings.h"
 #include "tools/python/arrays.h"
 #include "tools/python/constraint.h"
 #include "tools/python/running.h"

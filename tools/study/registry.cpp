@@ -1,9 +1,9 @@
-#include "tools/study/accuracy.h"
-#include "tools/study/parsimony.h"
-#include "tools/study/published.h"
-#include "tools/study/scaling.h"
-#include "tools/study/size.h"
-#include "tools/study/stability.h"
+#include "tools/study/accuracy/accuracy.h"
+#include "tools/study/parsimony/parsimony.h"
+#include "tools/study/published/published.h"
+#include "tools/study/scaling/scaling.h"
+#include "tools/study/size/size.h"
+#include "tools/study/stability/stability.h"
 #include "tools/study/study.h"
 
 namespace malha::study {

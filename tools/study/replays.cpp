@@ -1,7 +1,7 @@
 #include "tools/study/replays.h"
 
-#include "host/results/page.h"
-#include "host/results/run.h"
+#include "host/output/page.h"
+#include "host/run/run.h"
 #include "tools/study/interrupted.h"
 
 namespace malha::study {

@@ -5,7 +5,7 @@
 
 #include "host/base/file.h"
 #include "host/base/hash.h"
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "tools/bench/facts.h"
 #include "tools/study/page.h"
 #include "tools/study/progress.h"

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/mesh/vectors.h"
-#include "host/results/picture.h"
+#include "host/picture/picture.h"
 
 namespace malha::view {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "host/results/looks.h"
-#include "host/results/looks_contacts.h"
-#include "host/results/looks_forces.h"
+#include "host/looks/contacts.h"
+#include "host/looks/forces.h"
+#include "host/looks/looks.h"
 #include "tools/view/frame.h"
 
 namespace malha::view {

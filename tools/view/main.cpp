@@ -3,7 +3,7 @@
 #include <iostream>
 
 #include "host/base/build_info.h"
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "host/error.h"
 #include "tools/exit_status.h"
 #include "tools/validators.h"

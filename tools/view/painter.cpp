@@ -6,8 +6,8 @@
 
 #include "host/collision/pose.h"
 #include "host/mesh/topology.h"
-#include "host/results/picture.h"
-#include "host/results/picture_stage.h"
+#include "host/picture/picture.h"
+#include "host/picture/stage.h"
 #include "tools/view/shaders.h"
 
 namespace malha::view {

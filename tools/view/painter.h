@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "host/results/image.h"
+#include "host/picture/image.h"
 #include "tools/view/frame.h"
 #include "tools/view/gl.h"
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/base/shown.h"
 #include "host/base/stopwatch.h"
+#include "host/base/text.h"
 
 namespace malha::view {
 

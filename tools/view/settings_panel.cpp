@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "host/base/shown.h"
+#include "host/base/text.h"
 #include "tools/view/panels.h"
 
 namespace malha::view {

@@ -7,7 +7,7 @@
 #include "host/base/stopwatch.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
-#include "host/results/warnings.h"
+#include "host/report/warnings.h"
 
 namespace malha::view {
 

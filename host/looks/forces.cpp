@@ -1,0 +1,150 @@
+#include "host/looks/forces.h"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+#include <stdexcept>
+
+#include "kernels/constraint_registry.h"
+#include "kernels/rest.h"
+
+namespace malha {
+
+namespace {
+
+constexpr double kForEver = std::numeric_limits<double>::infinity();
+
+Vector3<double> at(const Vec3& a) { return {a[0], a[1], a[2]}; }
+
+void push(Vec3& sum, const Vector3<double>& force) { sum[0] += force.x, sum[1] += force.y, sum[2] += force.z; }
+
+/// An energy is so much times C^2 / 2 over the compliance: neo_hookean's C has no volume in it.
+template <class Kind>
+double energy_per_C2(const double* rest) {
+  if constexpr (requires { Kind::volume(rest); }) return Kind::volume(rest);
+  return 1;
+}
+
+/// -C grad C / compliance of one constraint, added to the forces on its particles.
+template <class Kind>
+void pull(const std::vector<Vec3>& x, const int* particles, const double* rest, double stiffness,
+          std::vector<Vec3>& forces) {
+  Vector3<double> q[Kind::particles], grad[Kind::particles];
+  corners<Kind>(x.data(), particles, q);
+  double scale;
+  const double C = Kind::evaluate(q, rest, true, grad, scale);  // both times scale
+  if (!(scale > 0) || (Kind::inequality && C >= 0)) return;
+  for (int j = 0; j < Kind::particles; ++j) push(forces[particles[j]], grad[j] * (-stiffness * C / (scale * scale)));
+}
+
+/// Until when each particle is held, s; 0: it never is.
+std::vector<double> held_until(const Model& model) {
+  std::vector<double> until(model.x.size(), 0);
+  for (std::size_t i = 0; i < until.size(); ++i)
+    if (!(model.w[i] > 0)) until[model.user_of[i]] = kForEver;
+  for (const MovedPins& moved : model.moved)
+    for (const int i : moved.particles) until[model.user_of[i]] = moved.until.value_or(kForEver);
+  return until;
+}
+
+template <class Particles>
+std::vector<int> in_user_numbers(const Particles& particles, const Model& model) {
+  std::vector<int> user;
+  for (const int i : particles) user.push_back(model.user_of[i]);
+  return user;
+}
+
+bool at_a_pin(const std::vector<int>& user, const std::vector<double>& until) {
+  return std::any_of(user.begin(), user.end(), [&](int i) { return until[i] > 0; });
+}
+
+}  // namespace
+
+PinForces::PinForces(const Model& model) : particles_(model.x.size()) {
+  const std::vector<double> until = held_until(model);
+  for (const auto* sets : {&model.sets, &model.stencils})
+    for (const ConstraintSet& set : *sets) add(model, set, until);
+  for (const SpringSet& set : model.springs) add(model, set, until);
+  for (const PressureSet& set : model.pressures) add(model, set, until);
+  std::set<int> pulled;
+  for (const Set& set : sets_) pulled.insert(set.particles.begin(), set.particles.end());
+  for (const Shell& shell : shells_)
+    for (const Triangle& t : shell.triangles) pulled.insert(t.begin(), t.end());
+  for (const int i : pulled)
+    if (until[i] > 0) pins_.push_back({i, until[i]});
+}
+
+void PinForces::add(const Model& model, const ConstraintSet& set, const std::vector<double>& until) {
+  Set own{set.type, {}, {}, {}};
+  for_each_constraint([&]<class Kind>(Kind) {
+    if (set.type != Kind::name) return;
+    for (int c = 0; c < set.count(); ++c) {
+      const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
+      const auto user = in_user_numbers(std::vector<int>(particles, particles + Kind::particles), model);
+      if (!at_a_pin(user, until)) continue;
+      if (!(set.alpha(c) > 0)) {
+        ++left_out_;
+        continue;
+      }
+      double rest[Kind::numbers];
+      rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
+      own.particles.insert(own.particles.end(), user.begin(), user.end());
+      own.rest.insert(own.rest.end(), rest, rest + Kind::numbers);
+      own.stiffness.push_back(energy_per_C2<Kind>(rest) / set.alpha(c));
+    }
+  });
+  if (!own.stiffness.empty()) sets_.push_back(std::move(own));
+}
+
+void PinForces::add(const Model& model, const SpringSet& set, const std::vector<double>& until) {
+  Set own{Distance::name, {}, {}, {}};
+  for (std::size_t s = 0; s < set.ends.size(); ++s) {
+    const std::vector<int> user = in_user_numbers(set.ends[s], model);
+    if (!at_a_pin(user, until)) continue;
+    own.particles.insert(own.particles.end(), user.begin(), user.end());
+    own.rest.push_back(set.rest[s]), own.stiffness.push_back(set.stiffness[s]);
+  }
+  if (!own.stiffness.empty()) sets_.push_back(std::move(own));
+}
+
+void PinForces::add(const Model& model, const PressureSet& set, const std::vector<double>& until) {
+  if (!at_a_pin(in_user_numbers(set.particles, model), until)) return;
+  if (!(set.compliance.value_or(0) > 0)) return void(++left_out_);
+  Shell& shell = shells_.emplace_back(Shell{{}, 0, 1 / *set.compliance});
+  const Vector3<double> o = at(model.x[set.particles[0]]);
+  for (const Triangle& t : set.triangles) {
+    shell.target += dot(at(model.x[t[0]]) - o, cross(at(model.x[t[1]]) - o, at(model.x[t[2]]) - o)) / 6;
+    shell.triangles.push_back({model.user_of[t[0]], model.user_of[t[1]], model.user_of[t[2]]});
+  }
+  shell.target *= set.volume_ratio;
+}
+
+std::vector<PinForce> PinForces::operator()(const std::vector<Vec3>& x, double time) const {
+  if (x.size() != particles_)
+    throw std::invalid_argument("a look: found " + std::to_string(x.size()) + " particles; allowed: the " +
+                                std::to_string(particles_) + " that it was made for");
+  std::vector<Vec3> forces(particles_, Vec3{0, 0, 0});
+  for (const Set& set : sets_)
+    for_each_constraint([&]<class Kind>(Kind) {
+      if (set.type != Kind::name) return;
+      for (std::size_t c = 0; c < set.stiffness.size(); ++c)
+        pull<Kind>(x, &set.particles[c * Kind::particles], &set.rest[c * Kind::numbers], set.stiffness[c], forces);
+    });
+  for (const Shell& shell : shells_) {
+    const Vector3<double> o = at(x[shell.triangles[0][0]]);
+    double volume = 0;
+    for (const auto& [a, b, c] : shell.triangles) volume += dot(at(x[a]) - o, cross(at(x[b]) - o, at(x[c]) - o)) / 6;
+    const double pressure = -shell.stiffness * (volume - shell.target) / 6;
+    for (const auto& [a, b, c] : shell.triangles) {
+      const Vector3<double> p = at(x[a]) - o, q = at(x[b]) - o, r = at(x[c]) - o;
+      push(forces[a], cross(q, r) * pressure), push(forces[b], cross(r, p) * pressure),
+          push(forces[c], cross(p, q) * pressure);
+    }
+  }
+  std::vector<PinForce> all;
+  for (const Pin& pin : pins_)
+    if (time < pin.until) all.push_back({pin.particle, forces[pin.particle]});
+  return all;
+}
+
+}  // namespace malha

@@ -1,0 +1,165 @@
+#include "host/looks/looks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "kernels/compute.h"
+#include "kernels/constraint_registry.h"
+#include "kernels/rest.h"
+
+namespace malha {
+
+namespace {
+
+void require_particles(std::size_t found, std::size_t allowed) {
+  if (found != allowed)
+    throw std::invalid_argument("a look: found " + std::to_string(found) + " particles; allowed: the " +
+                                std::to_string(allowed) + " that it was made for");
+}
+
+std::vector<int> in_user_numbers(const std::vector<int>& particles, const Model& model) {
+  std::vector<int> user;
+  user.reserve(particles.size());
+  for (const int i : particles) user.push_back(model.user_of[i]);
+  return user;
+}
+
+void raise(float& to, double value) { to = std::max(to, static_cast<float>(value)); }
+
+Vector3<double> at(const Vec3& a) { return {a[0], a[1], a[2]}; }
+
+/// Of materials: part of C^2 at rest, below which U is no more than rounding. Strains of 3e-7.
+constexpr double kRounding = 1e-13;
+
+/// |C| / |grad C| of one constraint, m.
+template <class Kind>
+double residual(const Vec3* x, const int* particles, const double* rest, double ground) {
+  Vector3<double> q[Kind::particles], grad[Kind::particles];
+  corners<Kind>(x, particles, q);
+  double scale, sum = 0;
+  const double C = Kind::evaluate(q, rest, true, grad, scale);  // both times scale
+  for (const auto& g : grad) sum += dot(g, g);
+  if (Kind::inequality && C >= 0) return 0;
+  if (!(sum > tiny<double>())) {  // where two particles coincide every direction is one
+    constexpr bool length = Kind::particles == 2 && !Kind::inequality;
+    return length && !(scale > 0) ? rest[0] / std::sqrt(2.0) : 0;
+  }
+  const double way = std::abs(C) / std::sqrt(sum);
+  if constexpr (multipliers<Kind>() > 1)  // U ~ C^2 - ground
+    return C * C - ground > kRounding * ground ? way * (1 - ground / (C * C)) : 0;
+  return way;
+}
+
+}  // namespace
+
+Strains::Strains(const Model& model) : particles_(model.x.size()) {
+  const auto add = [&](int i, int j, double rest) {
+    const int a = model.user_of[i], b = model.user_of[j];
+    lengths_.push_back({std::min(a, b), std::max(a, b), rest, rest > 0 ? 1 / rest : 0});
+  };
+  for (const ConstraintSet& set : model.sets)
+    if (set.type == Distance::name)
+      for (int c = 0; c < set.count(); ++c) {
+        const int* const ends = &set.particles[std::size_t(c) * 2];
+        add(ends[0], ends[1], rest_value<Distance>(model.x.data(), ends, set.parameter));
+      }
+  for (const SpringSet& set : model.springs)
+    if (set.type == Distance::name)
+      for (std::size_t s = 0; s < set.ends.size(); ++s) add(set.ends[s][0], set.ends[s][1], set.rest[s]);
+  // What lies together is read together.
+  std::sort(lengths_.begin(), lengths_.end(),
+            [](const Length& one, const Length& two) { return one.a != two.a ? one.a < two.a : one.b < two.b; });
+  lengths_.shrink_to_fit();
+}
+
+std::vector<float> Strains::operator()(const std::vector<Vec3>& x) const {
+  require_particles(x.size(), particles_);
+  std::vector<float> most(particles_, 0.0f);
+  for (const Length& of : lengths_) {
+    const Vector3<double> d = at(x[of.a]) - at(x[of.b]);
+    const double strain = std::abs(root(dot(d, d)) - of.rest) * of.per_rest;
+    raise(most[of.a], strain), raise(most[of.b], strain);
+  }
+  return most;
+}
+
+Residuals::Residuals(const Model& model, int threads) : particles_(model.x.size()), threads_(threads) {
+  for (const auto* sets : {&model.sets, &model.stencils})
+    for (const ConstraintSet& set : *sets) add(model, set);
+  for (const SpringSet& set : model.springs) {
+    Set& own = sets_.emplace_back(Set{set.type, 2, {}, set.rest, {}});
+    for (const Edge& ends : set.ends)
+      for (const int i : ends) own.particles.push_back(model.user_of[i]);
+  }
+  for (const PressureSet& set : model.pressures) add(model, set);
+}
+
+void Residuals::add(const Model& model, const ConstraintSet& set) {
+  Set& own = sets_.emplace_back(Set{set.type, set.arity, in_user_numbers(set.particles, model), {}, {}});
+  for_each_constraint([&]<class Kind>(Kind) {
+    if (set.type != Kind::name) return;
+    own.rest.reserve(std::size_t(set.count()) * Kind::numbers);
+    for (int c = 0; c < set.count(); ++c) {
+      const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
+      double rest[Kind::numbers];
+      rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
+      own.rest.insert(own.rest.end(), rest, rest + Kind::numbers);
+      if constexpr (multipliers<Kind>() > 1) {
+        Vector3<double> q[Kind::particles], grad[Kind::particles];
+        corners<Kind>(model.x.data(), particles, q);
+        double scale;
+        const double C = Kind::evaluate(q, rest, true, grad, scale);
+        own.ground.push_back(C * C);
+      }
+    }
+  });
+}
+
+void Residuals::add(const Model& model, const PressureSet& set) {
+  Shell& shell = shells_.emplace_back(Shell{in_user_numbers(set.particles, model), {}, 0});
+  std::vector<int> place(model.x.size(), -1);
+  for (std::size_t i = 0; i < set.particles.size(); ++i) place[set.particles[i]] = static_cast<int>(i);
+  const Vector3<double> o = at(model.x[set.particles[0]]);
+  for (const Triangle& t : set.triangles) {
+    shell.triangles.push_back({place[t[0]], place[t[1]], place[t[2]]});
+    shell.target += dot(at(model.x[t[0]]) - o, cross(at(model.x[t[1]]) - o, at(model.x[t[2]]) - o)) / 6;
+  }
+  shell.target *= set.volume_ratio;
+}
+
+std::vector<float> Residuals::operator()(const std::vector<Vec3>& x) const {
+  require_particles(x.size(), particles_);
+  std::vector<float> most(particles_, 0.0f);
+  std::vector<double> ways;
+  for (const Set& set : sets_) {
+    ways.assign(set.particles.size() / set.arity, 0);
+    for_each_constraint([&]<class Kind>(Kind) {
+      if (set.type != Kind::name) return;
+      const double* const ground = set.ground.empty() ? nullptr : set.ground.data();
+      const auto measure = [&](int c) {
+        ways[c] = residual<Kind>(x.data(), &set.particles[std::size_t(c) * Kind::particles],
+                                 &set.rest[std::size_t(c) * Kind::numbers], ground ? ground[c] : 0);
+      };
+      parallel_for(OpenMP{threads_}, static_cast<int>(ways.size()), measure);
+    });
+    for (std::size_t k = 0; k < set.particles.size(); ++k)
+      raise(most[set.particles[k]], ways[k / static_cast<std::size_t>(set.arity)]);
+  }
+  for (const Shell& shell : shells_) {
+    std::vector<Vector3<double>> p, grad(shell.particles.size(), {0, 0, 0});
+    for (const int i : shell.particles) p.push_back(at(x[i]) - at(x[shell.particles[0]]));
+    double volume = 0, sum = 0;
+    for (const auto& [a, b, c] : shell.triangles) {
+      volume += dot(p[a], cross(p[b], p[c])) / 6;
+      grad[a] = grad[a] + cross(p[b], p[c]), grad[b] = grad[b] + cross(p[c], p[a]);
+      grad[c] = grad[c] + cross(p[a], p[b]);
+    }
+    for (const auto& g : grad) sum += dot(g, g) / 36;
+    const double way = sum > tiny<double>() ? std::abs(volume - shell.target) / std::sqrt(sum) : 0;
+    for (const int i : shell.particles) raise(most[i], way);
+  }
+  return most;
+}
+
+}  // namespace malha

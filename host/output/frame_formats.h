@@ -1,0 +1,70 @@
+// What the frame formats share among themselves; the public door is host/output/frames.h.
+#pragma once
+#include <array>
+#include <bit>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "host/output/frames.h"
+
+namespace malha {
+
+/// One frame, as a format sees it.
+struct Frame {
+  int index;
+  double time;                       // s
+  std::span<const Vec3> points;      // m
+  std::span<const Vec3> velocities;  // m/s
+};
+
+/// One file format. What is on the disk is valid after the constructor and after every write, but where finish() says
+/// more: then after that, and a run that was killed before it goes on all the same.
+class FrameFormat {
+ public:
+  virtual ~FrameFormat() = default;
+  virtual void write(const Frame& frame) = 0;
+  virtual void finish() {}
+};
+
+static_assert(std::endian::native == std::endian::little, "the binary frame formats are written as they lie in memory");
+
+std::unique_ptr<FrameFormat> make_vtp(const std::filesystem::path& folder, const FrameTopology& topology, int next);
+std::unique_ptr<FrameFormat> make_pc2(const std::filesystem::path& folder, const FrameTopology& topology, int next);
+std::unique_ptr<FrameFormat> make_ply(const std::filesystem::path& folder, const FrameTopology& topology, int next);
+std::unique_ptr<FrameFormat> make_obj(const std::filesystem::path& folder, const FrameTopology& topology, int next);
+std::unique_ptr<FrameFormat> make_glb(const std::filesystem::path& folder, const FrameTopology& topology, int next);
+
+/// "frame_000012.vtp" for (12, ".vtp").
+std::string frame_name(int index, const std::string& extension);
+
+/// The index in a name that frame_name made with this extension; -1 for any other name.
+int frame_index(const std::string& name, const std::string& extension);
+
+/// Removes the frames of `extension` in `folder` whose index is `next` or more.
+void drop_frames(const std::filesystem::path& folder, const std::string& extension, int next);
+
+/// The mesh as Wavefront OBJ text, each number with the fewest digits that read back as it is, or as its float is.
+std::string obj_text(std::span<const Vec3> points, bool in_double, const std::string& elements);
+
+/// The part of an OBJ that follows the points: faces, lines and loose points, counted from 1.
+std::string obj_elements(const FrameTopology& topology);
+
+template <class T>
+void append(std::string& bytes, const T& value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+template <class T>
+void append_all(std::string& bytes, std::span<const T> values) {
+  bytes.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+}
+
+/// Three numbers as doubles or as floats.
+inline void append(std::string& bytes, const Vec3& x, bool in_double) {
+  if (in_double) return append(bytes, x);
+  append(bytes, std::array{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])});
+}
+
+}  // namespace malha

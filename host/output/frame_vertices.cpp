@@ -1,0 +1,82 @@
+#include "host/output/frame_vertices.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace malha {
+
+FrameVertices::FrameVertices(const Appearance& look) : particles_(look.points.size()) {
+  if (std::ranges::all_of(look.vertices, [](const FileVertices& file) { return file.point.empty(); })) return;
+  lowest_.resize(particles_);
+  for (std::size_t b = 0; b < look.vertices.size(); ++b) {
+    begin_.push_back(static_cast<int>(particle_.size()));
+    const std::vector<int> own = particles_of_vertices(look, b);
+    for (int vertex = static_cast<int>(own.size()); vertex-- > 0;) {
+      if (own[vertex] >= 0) lowest_[own[vertex]] = begin_[b] + vertex;
+    }
+    for (std::size_t vertex = 0; vertex < own.size(); ++vertex)
+      if (own[vertex] < 0) unused_.push_back(look.vertices[b].place[vertex]);
+    particle_.insert(particle_.end(), own.begin(), own.end());
+  }
+}
+
+FrameTopology FrameVertices::topology(const Model& model) const {
+  const Appearance& look = model.look;
+  FrameTopology all{look.faces, look.lines, {}, places(look.points)};
+  all.in_double = model.scene.solver.precision == Precision::Double;
+  all.environment = model.environment;
+  for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
+    all.bodies.push_back({model.scene.bodies[b].name, begin_.empty() ? look.body_begin[b] : begin_[b]});
+  for (std::size_t b = 0; b < begin_.size(); ++b) {
+    const std::vector<Quad>& in_file = look.vertices[b].faces;
+    for (int f = look.face_begin[b]; f < look.face_begin[b + 1]; ++f)
+      for (int k = 0; k < 4; ++k) {
+        const int particle = look.faces[f][k];
+        if (particle < 0) continue;
+        // The corner that the file names, unless tearing put another particle there.
+        const int own = in_file.empty() ? -1 : begin_[b] + in_file[f - look.face_begin[b]][k];
+        all.faces[f][k] = own >= 0 && particle_[own] == particle ? own : lowest_[particle];
+      }
+  }
+  if (!begin_.empty())
+    for (Edge& line : all.lines) line = {lowest_[line[0]], lowest_[line[1]]};
+
+  std::vector<bool> drawn(count(), false), used(particles_, false);
+  const auto use = [&](const auto& items) {
+    for (const auto& item : items)
+      for (const int vertex : item)
+        if (vertex >= 0) drawn[vertex] = used[particle_at(vertex)] = true;
+  };
+  use(all.faces), use(all.lines);
+  for (int i = 0; i < static_cast<int>(particles_); ++i)
+    if (!used[i]) all.loose.push_back(lowest_vertex(i)), drawn[lowest_vertex(i)] = true;
+  for (int vertex = 0; vertex < static_cast<int>(drawn.size()); ++vertex)
+    if (!drawn[vertex]) all.unused.push_back(vertex);
+  return all;
+}
+
+std::vector<Vec3> FrameVertices::places(std::vector<Vec3> of_particles) const {
+  return spread(std::move(of_particles), unused_);
+}
+
+std::vector<Vec3> FrameVertices::velocities(std::vector<Vec3> of_particles) const {
+  return spread(std::move(of_particles), std::vector<Vec3>(unused_.size()));
+}
+
+std::vector<Vec3> FrameVertices::spread(std::vector<Vec3> of_particles, const std::vector<Vec3>& of_unused) const {
+  if (particle_.empty()) return of_particles;
+  std::vector<Vec3> all;
+  auto unused = of_unused.begin();
+  for (const int particle : particle_) all.push_back(particle < 0 ? *unused++ : of_particles[particle]);
+  return all;
+}
+
+std::vector<Vec3> FrameVertices::of_particles(std::vector<Vec3> places) const {
+  if (places.size() != count()) return {};
+  if (particle_.empty()) return places;
+  std::vector<Vec3> all;
+  for (const int vertex : lowest_) all.push_back(places[vertex]);
+  return all;
+}
+
+}  // namespace malha

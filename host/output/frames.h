@@ -1,0 +1,70 @@
+// Frames of a run as files that other programs open: ParaView, Blender, Maya, Houdini, MeshLab.
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host/model/model.h"
+
+namespace malha {
+
+struct FrameBody {
+  std::string name;
+  int begin;  // its first point
+};
+
+/// What does not change from frame to frame, by the user's numbers; several bodies are concatenated.
+struct FrameTopology {
+  std::vector<Quad> faces;    // a triangle has -1 in its last place; may be empty
+  std::vector<Edge> lines;    // edges that belong to no face
+  std::vector<int> loose;     // points that belong to no face and no line
+  std::vector<Vec3> rest;     // points at rest, m; their number is that of every frame
+  bool in_double = false;     // numbers as they are, not rounded to float, in formats that have such (all but pc2)
+  std::vector<int> unused{};  // points that only count: no format draws them
+  std::vector<FrameBody> bodies{};                 // at least one, and
+  std::span<const EnvironmentMesh> environment{};  // which outlive the writer: of "glb" alone
+};
+
+/// Throws InputError where so many frames of so many points are more than the one file of "glb" may hold.
+void check_glb(const Scene& scene, std::size_t points, std::int64_t frames);
+
+class FrameFormat;  // host/output/frame_formats.h
+
+/// Writes frames in any of these formats:
+///   "vtp"  frame_000000.vtp ... (VTK PolyData, raw appended; point data "velocity") and frames.pvd with the times
+///   "pc2"  points.pc2 (PointCache2, one sample a frame, which knows floats only) and rest.obj with the same vertex
+///          order (Blender's Mesh Cache)
+///   "ply"  frame_000000.ply ... (binary; the velocity as vx, vy, vz)
+///   "obj"  frame_000000.obj ... (as many digits as it takes to read back the same number)
+///   "glb"  run.glb (glTF 2.0: bodies, environment, frames on a timeline), which appears at finish()
+class FrameWriter {
+ public:
+  /// Makes the folder where it is missing. `next` is the index of the first frame to be written: frames of an earlier
+  /// run from there on are removed, those before it are kept (next > 0 continues a run, 0 starts afresh).
+  /// Throws std::runtime_error that names the path: folder or file that cannot be written, or a points.pc2 that does
+  /// not continue at `next`; std::invalid_argument for an unknown format.
+  FrameWriter(const std::filesystem::path& folder, const std::vector<std::string>& formats,
+              const FrameTopology& topology, int next = 0);
+  FrameWriter(FrameWriter&&) noexcept;
+  FrameWriter& operator=(FrameWriter&&) noexcept;
+  ~FrameWriter();
+
+  /// Writes the next frame; `points` (m) and `velocities` (m/s) are as many as the points at rest, else
+  /// std::invalid_argument. Throws std::runtime_error that names the path (full disk).
+  void write(double time, std::span<const Vec3> points, std::span<const Vec3> velocities);
+
+  /// Call after the last write: some files are whole only then. Throws as write() does.
+  void finish();
+
+  /// Index of the frame that the next write makes.
+  int next() const { return next_; }
+
+ private:
+  std::size_t point_count_;
+  int next_;
+  std::vector<std::unique_ptr<FrameFormat>> formats_;
+};
+
+}  // namespace malha

@@ -1,0 +1,107 @@
+// PointCache2: one growing file of samples, and the mesh at rest beside it for Blender's or Maya's mesh cache.
+// Layout: char[12] "POINTCACHE2\0", int version (1), int points, float first frame, float frames per sample,
+// int samples, then samples x points x 3 floats; all little-endian. Sample i is frame (first + i).
+#include <cerrno>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <stdexcept>
+
+#include "host/base/file.h"
+#include "host/output/frame_formats.h"
+
+namespace malha {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Header {
+  char signature[12];
+  std::int32_t version, points;
+  float first_frame, frames_per_sample;
+  std::int32_t samples;
+};
+static_assert(sizeof(Header) == 32);
+constexpr char kSignature[12] = "POINTCACHE2";
+
+/// Loose and unused points as lines of no length: Blender ignores "p" elements and drops vertices that no element uses,
+/// and the cache would no longer match.
+std::string elements(FrameTopology topology) {
+  for (const auto* points : {&topology.loose, &topology.unused})
+    for (const int point : *points) topology.lines.push_back({point, point});
+  topology.loose.clear();
+  return obj_elements(topology);
+}
+
+class Pc2 : public FrameFormat {
+ public:
+  Pc2(const fs::path& folder, const FrameTopology& topology, int next)
+      : path_(folder / "points.pc2"), points_(topology.rest.size()), first_(next) {
+    write_whole(folder / "rest.obj", obj_text(topology.rest, topology.in_double, elements(topology)));
+    if (next > 0 && fs::exists(path_)) {
+      resume(next);
+    } else {
+      Header header{{}, 1, static_cast<std::int32_t>(points_), static_cast<float>(next), 1, 0};
+      std::memcpy(header.signature, kSignature, sizeof kSignature);
+      write_whole(path_, {reinterpret_cast<const char*>(&header), sizeof header});
+    }
+  }
+
+  /// The sample first, then its count: an interrupted write leaves bytes behind the last sample, which nobody reads.
+  void write(const Frame& frame) override {
+    const auto sample = static_cast<std::int32_t>(frame.index - first_);
+    bytes_.clear();
+    for (const Vec3& x : frame.points) append(bytes_, x, false);
+    std::FILE* file = std::fopen(path_.c_str(), "r+b");
+    bool good = file != nullptr && fseeko(file, static_cast<off_t>(bytes(sample)), SEEK_SET) == 0 &&
+                std::fwrite(bytes_.data(), 12, points_, file) == points_ && std::fflush(file) == 0;
+    good = good && put_count(file, sample + 1);
+    good = file != nullptr && std::fclose(file) == 0 && good;
+    if (!good) throw std::runtime_error(path_.string() + ": cannot write: " + std::strerror(errno));
+  }
+
+ private:
+  std::uintmax_t bytes(int samples) const {
+    return sizeof(Header) + 12 * static_cast<std::uintmax_t>(samples) * points_;
+  }
+
+  static bool put_count(std::FILE* file, std::int32_t count) {
+    return std::fseek(file, offsetof(Header, samples), SEEK_SET) == 0 && std::fwrite(&count, 4, 1, file) == 1 &&
+           std::fflush(file) == 0;
+  }
+
+  void resume(int next) {
+    std::FILE* file = std::fopen(path_.c_str(), "r+b");
+    if (!file) throw std::runtime_error(path_.string() + ": cannot write: " + std::strerror(errno));
+    Header header{};
+    const bool whole = std::fread(&header, sizeof header, 1, file) == 1;
+    first_ = static_cast<int>(header.first_frame);
+    const bool ours = whole && std::memcmp(header.signature, kSignature, sizeof kSignature) == 0 &&
+                      header.points == static_cast<std::int32_t>(points_) && header.frames_per_sample == 1;
+    const int keep = next - first_;
+    const bool continues = ours && keep >= 0 && keep <= header.samples && put_count(file, keep);
+    std::fclose(file);
+    if (!continues) {
+      throw std::runtime_error(
+          path_.string() + ": does not continue at frame " + std::to_string(next) + ": found " +
+          (ours ? "frames " + std::to_string(first_) + " to " + std::to_string(first_ + header.samples - 1)
+                : "no point cache of " + std::to_string(points_) + " points"));
+    }
+    fs::resize_file(path_, bytes(keep));
+  }
+
+  fs::path path_;
+  std::size_t points_;
+  int first_;          // the frame of sample 0
+  std::string bytes_;  // of the last frame; kept, because fresh pages cost more than the copies
+};
+
+}  // namespace
+
+std::unique_ptr<FrameFormat> make_pc2(const fs::path& folder, const FrameTopology& topology, int next) {
+  return std::make_unique<Pc2>(folder, topology, next);
+}
+
+}  // namespace malha

@@ -1,0 +1,148 @@
+// VTK PolyData in XML with raw appended data, one file a frame, and a .pvd collection that gives each its time.
+// (VTK File Formats, kitware: "XML File Formats", appended data.) Each array is a 64-bit byte count and its values.
+#include <charconv>
+#include <cstdint>
+
+#include "host/base/file.h"
+#include "host/output/frame_formats.h"
+
+namespace malha {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The cells of one kind as VTK wants them: corners one after another, and where each cell ends.
+struct Cells {
+  std::vector<std::int32_t> corners, ends;
+
+  void add(std::span<const int> cell) {
+    corners.insert(corners.end(), cell.begin(), cell.end());
+    ends.push_back(static_cast<std::int32_t>(corners.size()));
+  }
+};
+
+template <class T>
+void append_array(std::string& bytes, std::span<const T> values) {
+  append(bytes, static_cast<std::uint64_t>(values.size_bytes()));
+  append_all(bytes, values);
+}
+
+/// The XML that refers to the appended bytes, and those of them that every frame shares.
+class Document {
+ public:
+  explicit Document(const FrameTopology& topology) : in_double_(topology.in_double) {
+    Cells verts, lines, polys;
+    for (const int point : topology.loose) verts.add(std::array{point});
+    for (const auto& line : topology.lines) lines.add(line);
+    for (const auto& face : topology.faces) polys.add(std::span<const int>(face).first(is_triangle(face) ? 3 : 4));
+    const auto count = [](std::size_t n) { return "\"" + std::to_string(n) + "\""; };
+    xml_ =
+        "<?xml version=\"1.0\"?>\n"
+        "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
+        "<PolyData>\n<PatchLayout NumberOfPoints=" +
+        count(topology.rest.size()) + " NumberOfVerts=" + count(verts.ends.size()) +
+        " NumberOfLines=" + count(lines.ends.size()) +
+        " NumberOfStrips=\"0\" NumberOfPolys=" + count(polys.ends.size()) + ">\n";
+    const std::string number = in_double_ ? "Float64" : "Float32";
+    const std::size_t vectors = sizeof(std::uint64_t) + bytes_each() * topology.rest.size();
+    xml_ += "<Points>\n" + data_array(number, "points", 3, 0) + "</Points>\n";
+    xml_ += "<PointData Vectors=\"velocity\">\n" + data_array(number, "velocity", 3, vectors) + "</PointData>\n";
+    offset_ = 2 * vectors;
+    add("Verts", verts);
+    add("Lines", lines);
+    add("Polys", polys);
+    xml_ += "</PatchLayout>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
+  }
+
+  void put(const Frame& frame, std::string& bytes) const {
+    bytes = xml_;
+    append_vectors(bytes, frame.points);
+    append_vectors(bytes, frame.velocities);
+    bytes += cells_;
+    bytes += "\n</AppendedData>\n</VTKFile>\n";
+  }
+
+ private:
+  std::size_t bytes_each() const { return in_double_ ? 24 : 12; }
+  void append_vectors(std::string& bytes, std::span<const Vec3> values) const {
+    append(bytes, static_cast<std::uint64_t>(bytes_each() * values.size()));
+    for (const Vec3& x : values) append(bytes, x, in_double_);
+  }
+
+  static std::string data_array(const std::string& type, const std::string& name, int components, std::size_t offset) {
+    return "<DataArray type=\"" + type + "\" Name=\"" + name + "\" NumberOfComponents=\"" + std::to_string(components) +
+           "\" format=\"appended\" offset=\"" + std::to_string(offset) + "\"/>\n";
+  }
+
+  void add(const std::string& kind, const Cells& cells) {
+    xml_ += "<" + kind + ">\n";
+    for (const auto& [name, values] : {std::pair{"connectivity", &cells.corners}, std::pair{"offsets", &cells.ends}}) {
+      xml_ += data_array("Int32", name, 1, offset_);
+      const std::size_t before = cells_.size();
+      append_array(cells_, std::span<const std::int32_t>(*values));
+      offset_ += cells_.size() - before;
+    }
+    xml_ += "</" + kind + ">\n";
+  }
+
+  bool in_double_;
+  std::string xml_, cells_;
+  std::size_t offset_ = 0;  // bytes of appended data so far
+};
+
+class Vtp : public FrameFormat {
+ public:
+  Vtp(fs::path folder, const FrameTopology& topology, int next) : folder_(std::move(folder)), document_(topology) {
+    if (next > 0 && fs::exists(folder_ / "frames.pvd")) keep_entries(next);
+    write_collection();  // before the frames go: it never names one that is not there
+    drop_frames(folder_, ".vtp", next);
+  }
+
+  void write(const Frame& frame) override {
+    const std::string name = frame_name(frame.index, ".vtp");
+    document_.put(frame, bytes_);
+    write_whole(folder_ / name, bytes_);
+    char time[32];
+    const auto end = std::to_chars(time, time + sizeof time, frame.time).ptr;
+    entries_ += kEntry + std::string(time, end) + kFile + name + "\"/>\n";
+    write_collection();
+  }
+
+ private:
+  static constexpr char kEntry[] = "<DataSet timestep=\"";
+  static constexpr char kFile[] = "\" file=\"";
+
+  /// The lines of the collection on the disk that this class wrote for frames before `next`.
+  void keep_entries(int next) {
+    const std::string text = read_whole(folder_ / "frames.pvd");
+    for (std::size_t at = text.find(kEntry); at != std::string::npos; at = text.find(kEntry, at + 1)) {
+      const std::string line = text.substr(at, text.find('\n', at) - at);
+      const std::size_t file = line.find(kFile);
+      if (file == std::string::npos) continue;
+      const std::size_t name = file + sizeof kFile - 1;
+      const int index = frame_index(line.substr(name, line.find('"', name) - name), ".vtp");
+      if (index >= 0 && index < next) entries_ += line + "\n";
+    }
+  }
+
+  void write_collection() const {
+    write_whole(folder_ / "frames.pvd",
+                "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+                "<Collection>\n" +
+                    entries_ + "</Collection>\n</VTKFile>\n");
+  }
+
+  fs::path folder_;
+  Document document_;
+  std::string bytes_;  // of the last frame; kept, because fresh pages cost more than the copies
+  std::string entries_;
+};
+
+}  // namespace
+
+std::unique_ptr<FrameFormat> make_vtp(const fs::path& folder, const FrameTopology& topology, int next) {
+  return std::make_unique<Vtp>(folder, topology, next);
+}
+
+}  // namespace malha

@@ -1,0 +1,146 @@
+#include "host/output/gallery.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "host/base/file.h"
+#include "host/collision/pose.h"
+#include "host/picture/png.h"
+
+namespace malha {
+
+namespace {
+
+constexpr int kScenes = 6, kColumns = 3;  // of the storyboard
+
+std::vector<std::array<float, 3>> to_float(const std::vector<Vec3>& points, int begin, int end) {
+  std::vector<std::array<float, 3>> result;
+  for (int i = begin; i < end; ++i) result.push_back({float(points[i][0]), float(points[i][1]), float(points[i][2])});
+  return result;
+}
+
+double extent(const std::vector<std::array<float, 3>>& points) {
+  double side = 0;
+  for (int k = 0; k < 3; ++k) {
+    const auto [low, high] =
+        std::minmax_element(points.begin(), points.end(), [k](const auto& a, const auto& b) { return a[k] < b[k]; });
+    side = std::max(side, double((*high)[k]) - (*low)[k]);
+  }
+  return side;
+}
+
+Drawing draw_body(const Model& model, const std::vector<Vec3>& positions, int body) {
+  const Appearance& look = model.look;
+  const int first = look.body_begin[body];
+  Drawing drawing;
+  drawing.points = to_float(positions, first, look.body_begin[body + 1]);
+  std::vector<Quad> faces(look.faces.begin() + look.face_begin[body], look.faces.begin() + look.face_begin[body + 1]);
+  for (Quad& face : faces)
+    for (int& corner : face)
+      if (corner >= 0) corner -= first;
+  add_faces(drawing, faces);
+  for (int l = look.line_begin[body]; l < look.line_begin[body + 1]; ++l)
+    drawing.lines.push_back({look.lines[l][0] - first, look.lines[l][1] - first});
+  drawing.loose = faces.empty();
+  drawing.colour = body_colour(body);
+  drawing.name = model.scene.bodies[body].name;
+  return drawing;
+}
+
+Drawing draw_environment(const EnvironmentMesh& mesh, double time) {
+  const Pose pose = pose_at(mesh.spec.motion, time);
+  Drawing drawing;
+  for (const Vec3& local : mesh.mesh.points) {
+    const Vector3<double> x = to_world(pose, {local[0], local[1], local[2]});
+    drawing.points.push_back({float(x.x), float(x.y), float(x.z)});
+  }
+  add_faces(drawing, mesh.mesh.faces);
+  drawing.wire = false;
+  drawing.colour = stone_colour();
+  drawing.name = mesh.spec.name;
+  return drawing;
+}
+
+/// The bodies at the start, where they will hang if something is pinned, and of the environment what is not much larger
+/// (no ground planes).
+Camera choose_camera(const Model& model, const PictureSpec& spec) {
+  if (spec.camera) return *spec.camera;
+  auto points = to_float(model.look.points, 0, static_cast<int>(model.look.points.size()));
+  const double bodies = extent(points);
+  if (std::find(model.w.begin(), model.w.end(), 0.0) != model.w.end()) {
+    const auto& g = model.scene.gravity;
+    const double strength = std::hypot(g[0], g[1], g[2]);
+    const std::size_t count = strength > 0 ? points.size() : 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      auto hanging = points[i];
+      for (int k = 0; k < 3; ++k) hanging[k] += static_cast<float>(bodies * g[k] / strength);
+      points.push_back(hanging);
+    }
+  }
+  for (const EnvironmentMesh& mesh : model.environment) {
+    const auto more = draw_environment(mesh, 0).points;
+    if (extent(more) < 2 * bodies) points.insert(points.end(), more.begin(), more.end());
+  }
+  return frame_all(points, double(spec.size[0]) / spec.size[1]);
+}
+
+}  // namespace
+
+std::vector<Drawing> draw(const Model& model, const std::vector<Vec3>& positions, double time) {
+  std::vector<Drawing> drawings;
+  for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
+    drawings.push_back(draw_body(model, positions, static_cast<int>(b)));
+  for (const EnvironmentMesh& mesh : model.environment) drawings.push_back(draw_environment(mesh, time));
+  return drawings;
+}
+
+Gallery::Gallery(const Model& model, const Results& results, std::int64_t first, std::int64_t last, int threads,
+                 const std::atomic<bool>* stop)
+    : model_(model),
+      results_(results),
+      first_(first),
+      last_(last),
+      threads_(threads),
+      camera_(choose_camera(model, *model.scene.outputs.picture)),
+      stop_(stop) {
+  if (model.scene.outputs.picture_every > 0) make_folder(results.pictures);
+}
+
+bool Gallery::in_series(std::int64_t step) const {
+  const int every = model_.scene.outputs.picture_every;
+  return every > 0 && step % every == 0;
+}
+
+bool Gallery::in_storyboard(std::int64_t step) const {
+  // kScenes steps from the first to the last, evenly.
+  const auto scene = [this](std::int64_t at) { return (at - first_) * (kScenes - 1) / (last_ - first_); };
+  return step == first_ || scene(step) != scene(step - 1);
+}
+
+bool Gallery::wants(std::int64_t step) const { return in_series(step) || in_storyboard(step); }
+
+void Gallery::look(std::int64_t step, double time, const std::vector<Vec3>& positions) {
+  if (in_series(step)) {
+    char name[64];
+    std::snprintf(name, sizeof name, "picture_%06lld.png", static_cast<long long>(step));
+    if (const Image image = take(time, positions, 1, stop_); image.width > 0)
+      write_png(results_.pictures / name, image);
+  }
+  if (!in_storyboard(step)) return;
+  if (Image image = take(time, positions, 2, stop_); image.width > 0) storyboard_.push_back(std::move(image));
+}
+
+void Gallery::finish(double time, const std::vector<Vec3>& positions) const {
+  write_png(results_.picture, take(time, positions, 1, nullptr));
+}
+
+void Gallery::write_storyboard() const { write_png(results_.storyboard, contact_sheet(storyboard_, kColumns)); }
+
+Image Gallery::take(double time, const std::vector<Vec3>& positions, int divisor, const std::atomic<bool>* stop) const {
+  const auto& size = model_.scene.outputs.picture->size;
+  return render(draw(model_, positions, time), camera_, std::max(1, size[0] / divisor), std::max(1, size[1] / divisor),
+                threads_, stop);
+}
+
+}  // namespace malha

@@ -1,0 +1,80 @@
+#include "host/output/glb_part.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
+#include "host/base/file.h"
+#include "host/base/mapped_file.h"
+
+namespace malha {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr char kSignature[8] = {'m', 'a', 'l', 'h', 'a', 'g', 'l', 'b'};
+
+std::string_view bytes_of(const GlbHeader& header) { return {reinterpret_cast<const char*>(&header), sizeof header}; }
+
+}  // namespace
+
+GlbHeader glb_header(std::string_view bytes) {
+  GlbHeader header{};
+  if (bytes.size() < sizeof header) return {};
+  std::memcpy(&header, bytes.data(), sizeof header);
+  const bool ours = std::memcmp(header.signature, kSignature, sizeof kSignature) == 0 && header.vertices >= 0 &&
+                    header.moving >= 0 && header.count >= 0 && header.bytes(header.count) <= bytes.size();
+  return ours ? header : GlbHeader{};
+}
+
+std::string_view glb_binary(std::string_view file) {
+  constexpr std::size_t kFile = 12, kChunk = 8;  // bytes of their headers
+  std::uint32_t json = 0;
+  if (file.size() < kFile + kChunk || !file.starts_with("glTF")) return "";
+  std::memcpy(&json, file.data() + kFile, sizeof json);
+  const std::size_t begin = kFile + kChunk + json + kChunk;
+  return begin <= file.size() ? file.substr(begin) : "";
+}
+
+GlbPart::GlbPart(const fs::path& glb, std::size_t vertices, std::size_t moving, int next)
+    : path_(glb.string() + ".part"),
+      header_{{}, static_cast<std::int32_t>(vertices), static_cast<std::int32_t>(moving), next, 0} {
+  std::memcpy(header_.signature, kSignature, sizeof kSignature);
+  if (next > 0 && (go_on(path_, next) || go_on(glb, next))) return;
+  if (next > 0 && (fs::exists(path_) || fs::exists(glb)))
+    throw std::runtime_error((fs::exists(path_) ? path_ : glb).string() + ": does not continue at frame " +
+                             std::to_string(next) + " of " + std::to_string(vertices) + " points");
+  fs::remove(glb);
+  write_whole(path_, bytes_of(header_));
+}
+
+bool GlbPart::go_on(const fs::path& from, int next) {
+  if (!fs::exists(from)) return false;
+  const MappedFile file(from);
+  const std::string_view bytes = from == path_ ? file.bytes() : glb_binary(file.bytes());
+  GlbHeader found = glb_header(bytes);
+  const int keep = next - found.first;
+  if (found.numbers() != header_.numbers() || found.vertices != header_.vertices || keep < 0 || keep > found.count)
+    return false;
+  found.count = keep, header_ = found;
+  write_whole(path_, {bytes_of(header_), bytes.substr(sizeof header_, header_.bytes(keep) - sizeof header_)});
+  return true;
+}
+
+/// The frame first, then their count: an interrupted write leaves bytes behind the last frame, which nobody reads.
+void GlbPart::write(std::span<const float> frame) {
+  GlbHeader after = header_;
+  ++after.count;
+  std::FILE* file = std::fopen(path_.c_str(), "r+b");
+  bool good = file != nullptr && fseeko(file, static_cast<off_t>(header_.bytes(header_.count)), SEEK_SET) == 0 &&
+              std::fwrite(frame.data(), 4, frame.size(), file) == frame.size() && std::fflush(file) == 0;
+  good = good && std::fseek(file, 0, SEEK_SET) == 0 && std::fwrite(&after, sizeof after, 1, file) == 1;
+  good = file != nullptr && std::fclose(file) == 0 && good;
+  if (!good) throw std::runtime_error(path_.string() + ": cannot write: " + std::strerror(errno));
+  header_ = after;
+}
+
+}  // namespace malha

@@ -1,0 +1,98 @@
+#include "host/report/expect.h"
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "host/base/text.h"
+#include "host/mesh/vertices.h"
+
+namespace malha {
+
+namespace {
+
+class Judge {
+ public:
+  explicit Judge(const std::vector<ParticlesOfBody>& bodies) : bodies_(bodies) {}
+
+  /// Refuses NaN too.
+  void at_most(const char* what, const std::optional<double>& allowed, double found) {
+    if (allowed && !(found <= *allowed)) say(what, found, "at most", *allowed);
+  }
+  void at_least(const char* what, const std::optional<double>& allowed, double found) {
+    if (allowed && !(found >= *allowed)) say(what, found, "at least", *allowed);
+  }
+  void within(const char* what, const Allowed& allowed, double found) {
+    at_least(what, allowed.at_least, found), at_most(what, allowed.at_most, found);
+  }
+
+  /// Particles first .. end - 1, those of a body or of all.
+  void inside(const std::string& body, const std::vector<Vec3>& x, std::size_t first, std::size_t end, const Vec3& min,
+              const Vec3& max) {
+    std::size_t outside = 0, one = end;
+    for (std::size_t i = first; i < end; ++i) {
+      bool in = true;
+      for (int k = 0; k < 3; ++k) in = in && x[i][k] >= min[k] && x[i][k] <= max[k];
+      if (!in && outside++ == 0) one = i;
+    }
+    if (outside == 0) return;
+    lines.push_back((body.empty() ? "inside" : "inside of body '" + body + "'") + ": found " +
+                    counted(outside, "particle") + " outside the box, such as " + number(one, body.empty()) + " at " +
+                    place(x[one]) + "; expected all from " + place(min) + " to " + place(max));
+  }
+
+  std::vector<std::string> lines;
+
+ private:
+  /// As its body's file counts vertices.
+  std::string number(std::size_t particle, bool with_body) const {
+    for (const ParticlesOfBody& body : bodies_)
+      if (body.first <= particle && particle < body.end)
+        return std::to_string(vertex_of(body.vertices, static_cast<int>(particle - body.first))) +
+               (with_body ? " of body '" + body.name + "'" : "");
+    return std::to_string(particle);
+  }
+  static std::string place(const Vec3& x) { return "(" + shown(x[0]) + ", " + shown(x[1]) + ", " + shown(x[2]) + ")"; }
+
+  void say(const char* what, double found, const char* how, double allowed) {
+    std::ostringstream line;
+    line << what << ": found " << found << "; expected " << how << " " << allowed;
+    lines.push_back(line.str());
+  }
+
+  const std::vector<ParticlesOfBody>& bodies_;
+};
+
+}  // namespace
+
+std::vector<std::string> unmet_expectations(const Expect& expect, const Measures& measures,
+                                            const std::vector<Vec3>& positions,
+                                            const std::vector<ParticlesOfBody>& bodies) {
+  Judge judge(bodies);
+  judge.within("max_strain", expect.max_strain, measures.strain_max);
+  judge.within("rms_strain", expect.rms_strain, measures.strain_rms);
+  judge.within("max_penetration", expect.max_penetration, measures.penetration_max);
+  judge.within("max_crossings", expect.max_crossings, static_cast<double>(measures.crossings));
+  judge.at_most("energy_not_above", expect.energy_not_above, measures.energy());
+  judge.at_least("energy_not_below", expect.energy_not_below, measures.energy());
+  judge.within("max_speed", expect.max_speed, measures.speed_max);
+  judge.within("inverted_tetrahedra", expect.inverted_tetrahedra, double(measures.inverted_tetrahedra));
+  if (expect.volume_ratio)
+    for (const double ratio : measures.volume_ratios) {
+      judge.at_least("volume_ratio", (*expect.volume_ratio)[0], ratio);
+      judge.at_most("volume_ratio", (*expect.volume_ratio)[1], ratio);
+    }
+  std::size_t not_finite = 0;
+  for (const Vec3& x : positions) not_finite += !(std::isfinite(x[0]) && std::isfinite(x[1]) && std::isfinite(x[2]));
+  if (not_finite > 0) judge.lines.push_back(counted(not_finite, "particle") + " not finite");
+  constexpr double all = std::numeric_limits<double>::infinity();
+  if (expect.inside_min || expect.inside_max)
+    judge.inside("", positions, 0, positions.size(), expect.inside_min.value_or(Vec3{-all, -all, -all}),
+                 expect.inside_max.value_or(Vec3{all, all, all}));
+  for (const ExpectOfBody& of : expect.bodies)
+    for (const ParticlesOfBody& body : bodies)
+      if (body.name == of.name) judge.inside(of.name, positions, body.first, body.end, of.inside_min, of.inside_max);
+  return judge.lines;
+}
+
+}  // namespace malha

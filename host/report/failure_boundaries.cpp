@@ -1,0 +1,280 @@
+#include "host/report/failure_boundaries.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "host/mesh/tetrahedra.h"
+#include "host/mesh/vectors.h"
+#include "host/model/levels.h"
+#include "host/report/resolution.h"
+#include "host/solver/stiffness.h"
+
+namespace malha {
+
+namespace {
+
+double substep(const Model& model) { return model.scene.solver.dt / model.scene.solver.substeps; }
+
+double gravity(const Model& model) {
+  const Vec3& g = model.scene.gravity;
+  return std::hypot(g[0], g[1], g[2]);
+}
+
+/// Whether each particle is pinned at the start, or attached.
+std::vector<bool> pinned_at_start(const Model& model) {
+  std::vector<bool> pinned;
+  for (const double w : model.w) pinned.push_back(w == 0);
+  for (const MovedPins& pins : model.moved)
+    for (const int i : pins.particles) pinned[i] = true;
+  for (const AttachmentSet& set : model.attached)
+    for (const int i : set.particles) pinned[i] = true;
+  return pinned;
+}
+
+bool names(const BodySpec& body, const char* type) {
+  return std::any_of(body.constraints.begin(), body.constraints.end(),
+                     [type](const ConstraintSpec& spec) { return spec.type == type; });
+}
+
+/// The lowest and the highest coordinates of points first .. end - 1.
+std::pair<Vec3, Vec3> corners(const std::vector<Vec3>& points, int first, int end) {
+  Vec3 low = points[first], high = low;
+  for (int i = first; i < end; ++i)
+    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], points[i][k]), high[k] = std::max(high[k], points[i][k]);
+  return {low, high};
+}
+
+/// Of each particle the length of a way of fewest springs to a pinned one, m; infinite where there is none.
+std::vector<double> distances_from(const std::vector<bool>& pinned, const std::vector<SpringSet>& springs) {
+  const std::size_t count = pinned.size();
+  std::vector<int> begin(count + 1);
+  for (const SpringSet& set : springs)
+    for (const Edge& ends : set.ends) ++begin[ends[0]], ++begin[ends[1]];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::pair<int, double>> next(begin[count]);
+  for (const SpringSet& set : springs)
+    for (std::size_t s = 0; s < set.ends.size(); ++s) {
+      const auto& [a, b] = set.ends[s];
+      next[--begin[a]] = {b, set.rest[s]}, next[--begin[b]] = {a, set.rest[s]};
+    }
+  std::vector<double> away(count, std::numeric_limits<double>::infinity());
+  std::vector<int> front;
+  for (std::size_t i = 0; i < count; ++i)
+    if (pinned[i]) away[i] = 0, front.push_back(static_cast<int>(i));
+  for (std::size_t k = 0; k < front.size(); ++k)
+    for (int n = begin[front[k]]; n < begin[front[k] + 1]; ++n)
+      if (const auto& [j, length] = next[n]; std::isinf(away[j])) away[j] = away[front[k]] + length, front.push_back(j);
+  return away;
+}
+
+/// Of each body, whether "auto" levels carry corrections from its pins.
+std::vector<bool> long_ways(const Model& model, const std::vector<int>& body) {
+  SolverSpec solver = model.scene.solver;
+  solver.levels = kAutoLevels;
+  std::vector<double> w = model.w;
+  for (const MovedPins& pins : model.moved)
+    for (const int i : pins.particles) w[i] = 0;
+  const Linkage linkage = linkage_of(model, w);
+  std::vector<bool> result(model.scene.bodies.size(), false);
+  for (int i = 0; i < model.count(); ++i)
+    if (helps(linkage.parts[linkage.part[model.user_of[i]]], solver)) result[body[i]] = true;
+  return result;
+}
+
+/// What levels leave of a body's sag.
+double left_by_levels(int levels, bool long_way) {
+  if (levels == kAutoLevels) return long_way ? 0 : 1;
+  return std::pow(0.25, levels);
+}
+
+}  // namespace
+
+Sag worst_sag(const Model& model) {
+  struct Hung {
+    double mass = 0, end_mass = 0, stiffness = 0;             // of all movable particles; a sum; the largest
+    double length = std::numeric_limits<double>::infinity();  // the shortest
+    bool tied = false;                                        // by springs to attachments
+    int paths = 0;                                            // constraints between a pinned and a movable particle
+  };
+  Sag worst;
+  const SolverSpec& solver = model.scene.solver;
+  if (solver.type != "pbd" || gravity(model) == 0) return worst;
+  std::vector<Hung> hung(model.scene.bodies.size());
+  const std::vector<int> body = bodies_of(model);
+  const std::vector<bool> pinned = pinned_at_start(model);
+  for (std::size_t i = 0; i < body.size(); ++i)
+    if (!pinned[i]) hung[body[i]].mass += 1 / model.w[i];
+  for (const ConstraintSet& set : model.sets) {
+    if (set.type != "distance") continue;
+    const double k = set.compliance ? 1 : stiffness_per_projection(set.stiffness, solver);
+    for (int c = 0; c < set.count(); ++c) {
+      int a = set.particles[2 * c], b = set.particles[2 * c + 1];
+      if (pinned[a] == pinned[b]) continue;
+      if (pinned[a]) std::swap(a, b);
+      Hung& of = hung[body[a]];
+      const double length = distance(model.x[a], model.x[b]);
+      ++of.paths, of.length = length > 0 ? std::min(of.length, length) : of.length, of.end_mass += 1 / model.w[a];
+      of.stiffness = std::max(of.stiffness, k);
+    }
+  }
+  for (const AttachmentSet& set : model.attached)
+    for (const int i : set.particles) hung[body[i]].tied = hung[body[i]].tied || model.w[i] > 0;
+  const double fall = gravity(model) * substep(model) * substep(model);
+  const std::vector<int>& faces = model.look.face_begin;
+  std::vector<bool> long_way;
+  for (std::size_t b = 0; b < hung.size(); ++b) {
+    const Hung& of = hung[b];
+    if (of.paths == 0 || of.stiffness == 0 || names(model.scene.bodies[b], "long_range")) continue;
+    if (long_way.empty()) long_way = long_ways(model, body);
+    const double left = of.tied ? 1 : left_by_levels(solver.levels, long_way[b]);
+    const double strain = left * 2 * of.mass / of.end_mass * fall / (of.length * solver.iterations * of.stiffness);
+    const double swinging = strain * std::max(5.0, std::sqrt(of.paths / 2.0)) * (of.tied ? 7 : 1);
+    const bool of_faces = faces[b + 1] != faces[b];
+    if (swinging > worst.swinging)
+      worst = {strain, swinging, of.stiffness, static_cast<int>(b), of_faces, long_way[b] && !of.tied};
+  }
+  return worst;
+}
+
+double unrounded_step(const Model& model) {
+  constexpr double never = std::numeric_limits<double>::infinity();
+  if (model.scene.solver.type != "pbd" || model.sets.empty()) return never;
+  double most = gravity(model);
+  const std::vector<int>& begin = model.look.body_begin;
+  for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
+    const double turns =
+        std::hypot(model.scene.bodies[b].spin[0], model.scene.bodies[b].spin[1], model.scene.bodies[b].spin[2]);
+    if (turns == 0) continue;
+    const auto [low, high] = corners(model.look.points, begin[b], begin[b + 1]);
+    most = std::max(most, turns * turns * distance(low, high) / 2);
+  }
+  return most > 0 ? 2 * most * substep(model) * substep(model) / spacing(model, model.look.points) : never;
+}
+
+Drift worst_drift(const Model& model) {
+  Drift worst;
+  const Scene& scene = model.scene;
+  const SolverSpec& solver = scene.solver;
+  if (solver.type != "pbd" || solver.keeps_momenta || gravity(model) > 0) return worst;
+  std::vector<int> projected(model.w.size());  // how often in an iteration
+  for (const ConstraintSet& set : model.sets)
+    for (const int i : set.particles) ++projected[i];
+  for (const PressureSet& set : model.pressures)
+    for (const int i : set.particles) ++projected[i];
+  struct Free {
+    double mass = 0, rounded = 0;  // kg; kg^2, m^2 of every projection
+    bool held = false;
+  };
+  std::vector<Free> free(scene.bodies.size());
+  const std::vector<int> body = bodies_of(model);
+  const std::vector<bool> pinned = pinned_at_start(model);
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    Free& of = free[body[i]];
+    if ((of.held = of.held || pinned[i])) continue;
+    const double m = 1 / model.w[i];
+    of.mass += m, of.rounded += m * m * projected[i];
+  }
+  const double h = substep(model), iterations = scene.duration / h * solver.iterations;
+  const std::vector<int>& begin = model.look.body_begin;
+  for (std::size_t b = 0; b < free.size(); ++b) {
+    if (free[b].held || free[b].rounded == 0) continue;
+    const BodySpec& spec = scene.bodies[b];
+    const auto [low, high] = corners(model.look.points, begin[b], begin[b + 1]);
+    double farthest = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double way = spec.velocity[k] * scene.duration;
+      farthest = std::max({farthest, std::abs(low[k] + way), std::abs(high[k] + way)});
+    }
+    const double own = std::hypot(spec.velocity[0], spec.velocity[1], spec.velocity[2]);
+    const double turning = std::hypot(spec.spin[0], spec.spin[1], spec.spin[2]) * distance(low, high) / 2;
+    const double speed = 4 * spacing(model, {{farthest, 0, 0}}) / (h * std::sqrt(12.0)) *
+                         std::sqrt(free[b].rounded * iterations) / free[b].mass;
+    const double of = own > 0 ? own : turning;
+    if (of > 0 && speed / of > worst.share) worst = {speed, speed / of, static_cast<int>(b)};
+  }
+  return worst;
+}
+
+Wave fastest_wave(const Model& model) {
+  Wave fastest;
+  for (std::size_t b = 0; b < model.tetrahedra.size(); ++b) {
+    const BodySpec& body = model.scene.bodies[b];
+    for (const ConstraintSpec& spec : body.constraints) {
+      if (spec.type != "neo_hookean" || model.tetrahedra[b].empty()) continue;
+      double space = 0;
+      for (const Tetrahedron& t : model.tetrahedra[b]) space += volume(model.x, t);
+      const double density = body.density ? *body.density : body.mass.value_or(0) / space;
+      const double speed = std::sqrt(spec.young_modulus.value() / density / 3 / model.scene.solver.iterations);
+      const double cell = std::cbrt(6 * space / static_cast<double>(model.tetrahedra[b].size()));
+      if (const double cells = speed * substep(model) / cell; cells > fastest.cells)
+        fastest = {cells, static_cast<int>(b)};
+    }
+  }
+  return fastest;
+}
+
+double free_stiffness(const Model& model) {
+  const std::vector<int> body = bodies_of(model);
+  const std::vector<bool> pinned = pinned_at_start(model);
+  std::vector<bool> held(model.scene.bodies.size());
+  for (std::size_t i = 0; i < body.size(); ++i)
+    if (pinned[i]) held[body[i]] = true;
+  double most = 0;
+  for (const SpringSet& set : model.springs)
+    for (std::size_t s = 0; s < set.ends.size(); ++s) {
+      const auto& [a, b] = set.ends[s];
+      if (!held[body[a]]) most = std::max(most, set.stiffness[s] * (model.w[a] + model.w[b]) / 2);
+    }
+  return most * substep(model) * substep(model);
+}
+
+double pinned_fall(const Model& model) {
+  const std::vector<bool> pinned = pinned_at_start(model);
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const SpringSet& set : model.springs)
+    for (std::size_t s = 0; s < set.ends.size(); ++s)
+      if (const auto& [a, b] = set.ends[s]; pinned[a] != pinned[b] && set.rest[s] > 0)
+        shortest = std::min(shortest, set.rest[s]);
+  return gravity(model) * substep(model) * substep(model) / shortest;
+}
+
+Swing most_damped_swing(const Model& model) {
+  struct Hung {
+    double mass = 0, length = 0, inertia = 0;  // sums of m, m d, m d^2
+    double turned = 0, held = 0;               // sums of k (d_i - d_j)^2, and of k at pins
+  };
+  Swing worst;
+  if (gravity(model) == 0 || model.springs.empty()) return worst;
+  const std::vector<int> body = bodies_of(model);
+  const std::vector<bool> pinned = pinned_at_start(model);
+  const std::vector<double> away = distances_from(pinned, model.springs);
+  std::vector<Hung> hung(model.scene.bodies.size());
+  for (std::size_t i = 0; i < body.size(); ++i) {
+    if (pinned[i] || std::isinf(away[i])) continue;
+    Hung& of = hung[body[i]];
+    const double m = 1 / model.w[i], d = away[i];
+    of.mass += m, of.length += m * d, of.inertia += m * d * d;
+  }
+  for (const SpringSet& set : model.springs)
+    for (std::size_t s = 0; s < set.ends.size(); ++s) {
+      const auto& [a, b] = set.ends[s];
+      if (std::isinf(away[a]) || std::isinf(away[b])) continue;
+      Hung& of = hung[body[a]];
+      of.turned += set.stiffness[s] * (away[a] - away[b]) * (away[a] - away[b]);
+      if (pinned[a] != pinned[b]) of.held += set.stiffness[s];
+    }
+  const double h = substep(model);
+  for (std::size_t b = 0; b < hung.size(); ++b) {
+    const Hung& of = hung[b];
+    if (of.inertia == 0) continue;
+    const double back = h * h * of.held / of.mass, decay = h * of.turned / of.inertia, kept = back / (1 + back);
+    const double damping = decay / (2 * std::sqrt(gravity(model) * of.length / of.inertia)) *
+                           std::pow(kept, model.scene.solver.desbrun.refine);
+    if (damping > worst.damping) worst = {damping, static_cast<int>(b), kept};
+  }
+  return worst;
+}
+
+}  // namespace malha

@@ -1,0 +1,86 @@
+#include <nlohmann/json.hpp>
+
+#include "host/report/plan.h"
+#include "host/report/plan_passes.h"
+#include "host/report/report.h"
+#include "host/report/whole_steps.h"
+#include "host/solver/solver.h"
+
+namespace malha {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json constraints(const Model& model, const SolverFacts& facts) {
+  Json all = Json::array();
+  for (std::size_t s = 0; s < facts.sets.size(); ++s) {
+    const SetFacts& set = facts.sets[s];
+    Json one{{"type", set.type},
+             {"count", set.constraints},
+             {"in_runs", set.in_runs},
+             {"batches_a_patch", set.most_batches}};
+    if (model.sets[s].compliance)
+      one["compliance"] = *model.sets[s].compliance;
+    else
+      one["stiffness"] = model.sets[s].stiffness;
+    all.push_back(one);
+  }
+  for (const PressureSet& set : model.pressures)
+    all.push_back({{"type", "pressure"}, {"count", 1}, {"particles", set.particles.size()}});
+  if (facts.long_range > 0)
+    all.push_back({{"type", "long_range"}, {"count", facts.attachments}, {"particles", facts.long_range}});
+  for (const AttachmentSet& set : model.attached)
+    all.push_back({{"type", "attachment"}, {"count", set.particles.size()}});
+  for (const SpringSet& set : model.springs)
+    if (!set.ends.empty()) all.push_back({{"type", set.type}, {"count", set.ends.size()}, {"filtered", true}});
+  for (const ConstraintSet& set : model.stencils)
+    all.push_back({{"type", set.type}, {"count", set.count()}, {"filtered", true}});
+  for (const OwnFacts& own : facts.own)
+    all.push_back({{"type", "own"},
+                   {"name", own.name},
+                   {"count", own.constraints},
+                   {"particles", own.particles},
+                   {"batches", own.batches}});
+  return all;
+}
+
+}  // namespace
+
+std::string plan_json(const Simulation& simulation) {
+  const Model& model = simulation.model();
+  const SolverFacts& facts = simulation.solver().facts();
+  const Scene& scene = model.scene;
+  const SolverSpec& solver = scene.solver;
+  Json json{{"scene", scene.name}};
+  json["solver"] = {{"type", solver.type},
+                    {"precision", solver.precision == Precision::Double ? "double" : "float"},
+                    {"dt_s", solver.dt},
+                    {"substeps", solver.substeps},
+                    {"iterations", solver.iterations}};
+  json["threads"] = simulation.threads(), json["instructions"] = facts.instructions;
+  json["steps"] = whole_steps(scene.duration, solver.dt);
+  json["bodies"] = scene.bodies.size(), json["particles"] = model.count();
+  json["particles_pinned"] = pinned_at_start(model);
+  json["constraints"] = constraints(model, facts);
+  json["projections_a_step"] = facts.projections_per_step;
+  json["patches"] = {{"count", facts.patches.patches},
+                     {"phases", facts.patches.phases},
+                     {"laid_out_for_runs", facts.patches.columns},
+                     {"slots_most", facts.patches.most_slots}};
+  json["levels"] = Json::array();
+  for (const LevelFacts& level : facts.levels)
+    json["levels"].push_back({{"particles", level.particles}, {"constraints", level.constraints}});
+  if (const auto& filter = facts.filter)
+    json["filter"] = {{"kind", filter->kind}, {"why", filter->why}, {"storage", filter->storage}};
+  json["launches_a_step"] = Json::object();
+  for (const PassOfAStep& pass : passes_of_a_step(model, facts)) json["launches_a_step"][pass.name] = pass.launches;
+  for (const auto& [owner, bytes] : memory_parts(model, facts))
+    json["memory"][owner + "_bytes"] = static_cast<std::size_t>(bytes);
+  json["embree"] = !scene.environment.empty();
+  for (const Launches& of : simulation.times().launches)
+    json["launches_of_first_step"].push_back({{"kernel", of.kernel}, {"launches", of.launches}, {"items", of.items}});
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a name may have any bytes
+}
+
+}  // namespace malha

@@ -1,0 +1,88 @@
+#include "host/report/plan_passes.h"
+
+#include <algorithm>
+#include <functional>
+
+#include "host/model/tear.h"
+
+namespace malha {
+
+namespace {
+
+/// A step's: of what restricts to each level, and of the sweeps over it.
+std::size_t launches_of_levels(const Model& model, const SolverFacts& facts) {
+  if (facts.levels.empty()) return 0;
+  const int substeps = model.scene.solver.substeps, every = model.scene.solver.levels_every;
+  const std::size_t uses = (substeps + every - 1) / every;
+  std::size_t each = 2 * (facts.levels.size() - 1);  // the coarser ones: means, and those whose parts lie in patches
+  for (const LevelFacts& level : facts.levels) each += level.patches.phases;
+  // The finest: in a step's later substeps the visits leave the means, and where they predict they hand down too.
+  return uses * each + uses + (facts.whole_steps ? 1 : uses) + (facts.fused ? 0 : uses);
+}
+
+/// Launches of the passes that filter forces.
+void list_filter_passes(const Model& model, const SolverFacts& facts,
+                        const std::function<void(const char*, std::size_t)>& line) {
+  if (!facts.filter) return;
+  const std::size_t substeps = model.scene.solver.substeps, refine = model.scene.solver.desbrun.refine;
+  line("forces", facts.force_launches * substeps * (1 + refine));
+  line("filter", substeps * (1 + refine) * facts.filter->launches);
+  line("correction", substeps * facts.free_bodies * (2 * refine + (facts.corrects ? 3 : 2)));
+}
+
+}  // namespace
+
+std::size_t pinned_at_start(const Model& model) {
+  std::size_t pinned = std::count(model.w.begin(), model.w.end(), 0.0);
+  for (const MovedPins& pins : model.moved) pinned += pins.until ? pins.particles.size() : 0;
+  return pinned;
+}
+
+std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts& of_scene) {
+  std::vector<PassOfAStep> all;
+  SolverFacts facts = of_scene;
+  if (!facts.own.empty()) facts.fused = facts.whole_steps = facts.flies = false;  // they act between the passes
+  const SolverSpec& solver = model.scene.solver;
+  const std::size_t substeps = solver.substeps, projections = substeps * solver.iterations;
+  const auto line = [&all](const char* pass, std::size_t launches) {
+    if (launches > 0) all.push_back({pass, launches});
+  };
+  const std::size_t sweeps = projections * facts.patches.phases, obstacles = model.environment.size();
+  std::size_t moving = 0;
+  for (const MovedPins& pins : model.moved) moving += pins.target.moves() ? 2 : 0;  // placed, and given their velocity
+  line("pins", substeps * moving);
+  line("damping", 3 * substeps * model.damped.size());
+  line("air", facts.air_particles > 0 ? 2 * substeps : 0);
+  list_filter_passes(model, facts, line);
+  // Measured before and after what the visits do, or each iteration's projections; then given back.
+  const std::size_t measured = facts.fused ? (facts.whole_steps ? 1 : substeps) : projections;
+  line("correction", model.free.empty() ? 0 : 2 * measured + (facts.fused ? 1 : 2));
+  const bool drags = model.scene.wind && model.scene.wind->drag > 0;
+  const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
+  line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
+  line("levels", launches_of_levels(model, facts));
+  // Found before the iterations, held back after them; twice a first test. None without an environment.
+  line("collision", (obstacles > 0 ? substeps * (6 * obstacles + 1) : 0) + (facts.flies ? obstacles : 0));
+  line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
+  line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);
+  line("pressure", 3 * projections * model.pressures.size());
+  line("long_range", facts.long_range > 0 ? projections : 0);
+  line("attachments", projections * model.attached.size());
+  line("contact", (projections + substeps) * obstacles);  // resolved, and restitution, which without any still stops
+  std::size_t batches = 0;
+  for (const OwnFacts& own : facts.own) batches += own.batches;
+  line("own", 2 * projections * batches);
+  if (facts.self)
+    all.push_back(
+        {"self-collision", 18 * substeps + 4 * projections, ", and 19 in a substep that looks for pairs anew"});
+  if (facts.edges) all.push_back({"edges", 10 * substeps, ", and more where pairs are near", true});
+  line("state", facts.fused ? 0 : substeps);
+  line("tearing", tears(model.scene) ? 1 : 0);
+  line("sleep", model.scene.sleep ? 1 : 0);  // asleep, a step is none of all these
+  if (facts.flies)
+    all.push_back({"while nothing comes near the environment", 2 * obstacles + sweeps,
+                   ", of collision and of visits, and none between them"});
+  return all;
+}
+
+}  // namespace malha

@@ -1,0 +1,301 @@
+#include "host/report/report.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "host/base/build_info.h"
+#include "host/base/text.h"
+#include "host/model/footprint.h"
+#include "host/model/rest_graph.h"
+#include "host/model/tear.h"
+#include "host/report/resolution.h"
+
+namespace malha {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string cpu_name() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);)
+    if (line.rfind("model name", 0) == 0 && line.find(": ") != std::string::npos)
+      return line.substr(line.find(": ") + 2);
+  return "unknown";
+}
+
+double peak_memory_mib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss / 1024.0;
+}
+
+Json by_name(const Parts& parts) {
+  Json json;
+  for (const auto& [name, value] : parts) json[name] = value;
+  return json;
+}
+
+Json constraints(const SolverFacts& facts, const Model& model) {
+  Json kinds = Json::object();
+  for (const SetFacts& set : facts.sets) {
+    Json& kind = kinds.emplace(set.type, Json{{"count", 0}, {"in_runs", 0}, {"batches_a_patch", 0}}).first.value();
+    kind["count"] = kind["count"].get<int>() + set.constraints;
+    kind["in_runs"] = kind["in_runs"].get<int>() + set.in_runs;
+    kind["batches_a_patch"] = std::max(kind["batches_a_patch"].get<int>(), set.most_batches);
+  }
+  for (const AttachmentSet& set : model.attached) {
+    Json& kind = kinds.emplace("attachment", Json{{"count", 0}}).first.value();
+    kind["count"] = kind["count"].get<std::size_t>() + set.particles.size();
+  }
+  for (const OwnFacts& own : facts.own) {
+    Json& kind = kinds.emplace("own", Json{{"count", 0}, {"batches", 0}}).first.value();
+    kind["count"] = kind["count"].get<int>() + own.constraints;
+    kind["batches"] = kind["batches"].get<int>() + own.batches;
+  }
+  if (!model.pressures.empty()) kinds["pressure"] = {{"count", model.pressures.size()}};
+  if (facts.long_range > 0) kinds["long_range"] = {{"count", facts.attachments}, {"particles", facts.long_range}};
+  return kinds;
+}
+
+Json patches(const PatchFacts& facts) {
+  return {{"count", facts.patches},
+          {"phases", facts.phases},
+          {"laid_out_for_runs", facts.columns},
+          {"particles_shared", facts.shared},
+          {"slots_most", facts.most_slots}};
+}
+
+Json levels(const SolverFacts& facts, int every) {
+  Json all = Json::array();
+  for (const LevelFacts& level : facts.levels)
+    all.push_back(
+        {{"particles", level.particles}, {"constraints", level.constraints}, {"patches", level.patches.patches}});
+  return {{"every_substeps", every},
+          {"from_the_finest", all},
+          {"bytes", facts.level_bytes},
+          {"setup_s", facts.level_seconds}};
+}
+
+Json filter(const Solver& solver, const Model& model) {
+  const FilterFacts& facts = *solver.facts().filter;
+  const FilterErrors errors = *solver.filter_errors();
+  const DesbrunSpec& spec = model.scene.solver.desbrun;
+  return {{"kind", facts.kind},
+          {"why", facts.why},
+          {"storage", facts.storage},
+          {"particles", facts.unknowns},
+          {"bodies", facts.bodies},
+          {"bodies_free", solver.facts().free_bodies},
+          {"numbers", facts.numbers},
+          {"filtered", spec.internal_only ? "internal_only" : "all"},
+          {"refine", spec.refine},
+          {"relative_error_noise", errors.noise},
+          {"relative_error_elastic", errors.elastic}};
+}
+
+Json timings(const Solver& solver, const RunTimes& times) {
+  const std::vector<double>& step = times.step_seconds;
+  if (step.empty()) return {{"steps", 0}};
+  const double total = std::accumulate(step.begin(), step.end(), 0.0);
+  const auto steps = static_cast<double>(step.size());
+  const auto [shortest, longest] = std::minmax_element(step.begin(), step.end());
+  Json passes = Json::object();
+  for (std::size_t k = 0; k < kPassNames.size(); ++k)
+    if (solver.pass_seconds()[k] > 0)
+      passes[std::string(kPassNames[k]) + "_ms"] = solver.pass_seconds()[k] * 1000 / steps;
+  Json json{{"steps", step.size()},
+            {"step_ms_median", median_step_ms(times)},
+            {"step_ms_min", *shortest * 1000},
+            {"step_ms_max", *longest * 1000},
+            {"step_ms_by_pass", passes}};
+  for (const double level : solver.seconds_of_levels()) json["step_ms_by_level"].push_back(level * 1000 / steps);
+  if (times.steps_alone > 0) json["steps_on_one_thread"] = times.steps_alone;
+  if (const auto projections = solver.facts().projections_per_step; projections > 0 && !solver.facts().filter)
+    json["ns_per_projection"] = total * 1e9 / (steps * static_cast<double>(projections));
+  return json;
+}
+
+Json by_kernel(const std::vector<Launches>& all) {
+  Json kernels = Json::array();
+  for (const auto& [kernel, launches, items] : all)
+    kernels.push_back({{"kernel", kernel}, {"launches", launches}, {"items", items}});
+  return kernels;
+}
+
+Json precision_of_positions(const Model& model, const std::vector<Vec3>& x) {
+  const Resolution found = resolution(model, x);
+  Json json{{"farthest_m", found.farthest}, {"spacing_m", found.spacing}};
+  if (std::isfinite(found.edge)) json["shortest_edge_m"] = found.edge, json["strain"] = found.strain();
+  return json;
+}
+
+Json measured(const Measures& m, bool self_collision, bool edges, const RunTimes& times) {
+  Json json;
+  if (m.has_strain) json["strain_rms"] = m.strain_rms, json["strain_max"] = m.strain_max;
+  json["momentum_kg_m_per_s"] = m.momentum;
+  json["angular_momentum_kg_m2_per_s"] = m.angular_momentum;
+  json["kinetic_energy_j"] = m.kinetic;
+  json["potential_energy_j"] = m.potential;
+  json["elastic_energy_j"] = m.elastic;
+  json["energy_j"] = m.energy();
+  json["speed_max_m_per_s"] = m.speed_max;
+  json["contacts"] = m.contacts;
+  json["penetration_max_m"] = m.penetration_max;
+  if (self_collision) json["self_contacts"] = m.self_contacts;
+  if (edges) json["edge_contacts"] = m.edge_contacts;
+  if (self_collision || edges) {
+    json["crossings"] = m.crossings;
+    json["crossings_most"] = std::max(m.crossings, times.most_crossings);
+    json["crossings_counted"] = times.crossings_counted + 1;
+  }
+  json["degenerate_constraints_skipped"] = m.degenerate;
+  if (!m.volume_ratios.empty()) json["volume_ratios"] = m.volume_ratios;
+  if (m.has_tetrahedra) json["inverted_tetrahedra"] = m.inverted_tetrahedra;
+  return json;
+}
+
+}  // namespace
+
+double median_step_ms(const RunTimes& times) {
+  std::vector<double> sorted(times.step_seconds);
+  if (sorted.empty()) return 0;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle * 1000;
+}
+
+Parts setup_parts(const Model& model, const SolverFacts& facts) {
+  const ModelSeconds& of = model.seconds;
+  Parts parts{{"load", of.load},
+              {"order", of.order},
+              {"connect", of.connect},
+              {"patches", of.patches},
+              {"colour", facts.colour_seconds},
+              {"layout", facts.layout_seconds},
+              {"collision", facts.collision_seconds}};
+  if (!facts.levels.empty()) parts.emplace_back("levels", facts.level_seconds);
+  if (facts.filter) {
+    parts.emplace_back("filter_order", facts.filter->order_seconds);
+    parts.emplace_back("filter_factor", facts.filter->factor_seconds);
+    parts.emplace_back("filter_columns", facts.filter->column_seconds);
+  }
+  return parts;
+}
+
+Parts memory_parts(const Model& model, const SolverFacts& facts) {
+  const auto number = [](std::size_t bytes) { return static_cast<double>(bytes); };
+  Parts parts{{"particles", number(facts.particle_bytes)},
+              {"constraints", number(facts.constraint_bytes + facts.long_range_bytes)},
+              {"air", number(facts.air_bytes)},
+              {"patches", number(facts.patches.bytes)},
+              {"springs", number(facts.spring_bytes)},
+              {"filter", number(facts.filter ? facts.filter->bytes : 0)},
+              {"collision", number(facts.collision_bytes)},
+              {"model", number(bytes(model))}};
+  if (!facts.levels.empty()) parts.emplace_back("levels", number(facts.level_bytes));
+  return parts;
+}
+
+std::string measures_json(const Model& model, const Solver& solver, const RunTimes& times) {
+  return measured(solver.measure(), model.scene.self_collision.has_value(), solver.facts().edges.has_value(), times)
+      .dump();
+}
+
+std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
+                        const Solver& solver, int threads, const RunTimes& times) {
+  const Scene& scene = model.scene;
+  const SolverFacts& facts = solver.facts();
+  Json json;
+  json["scene"] = scene.name;
+  std::error_code gone;  // the folder may have been removed meanwhile
+  json["input"] = {{"folder", std::filesystem::current_path(gone).string()}, {"scene", Json::parse(to_json(scene))}};
+  json["status"] = status;
+  json["notes"] = notes;
+  for (const std::string& note : model.notes) json["notes"].push_back(note);
+  json["malha_version"] = version();
+  json["compiler"] = compiler();
+  json["flags"] = flags();
+  json["cpu"] = cpu_name();
+  json["threads"] = threads;
+  json["instructions"] = facts.instructions;
+  json["solver"] = {{"type", scene.solver.type},
+                    {"precision", scene.solver.precision == Precision::Double ? "double" : "float"},
+                    {"dt_s", scene.solver.dt},
+                    {"substeps", scene.solver.substeps},
+                    {"iterations", scene.solver.iterations}};
+  json["particles"] = model.count();
+  if (!model.free.empty()) json["bodies_corrected"] = model.free.size();
+  if (!model.tetrahedra.empty()) {
+    std::size_t all = 0;
+    for (const auto& body : model.tetrahedra) all += body.size();
+    json["tetrahedra"] = all;
+  }
+  json["constraints"] = constraints(facts, model);
+  json["patches"] = patches(facts.patches);
+  if (!facts.levels.empty()) json["levels"] = levels(facts, model.scene.solver.levels_every);
+  if (facts.filter) {
+    const auto count = [&json](const std::string& type, std::size_t springs) {
+      Json& all = json["springs"][type];
+      all = springs + (all.is_null() ? 0 : all.get<std::size_t>());
+    };
+    for (const SpringSet& set : model.springs) count(set.type, set.ends.size());
+    for (const ConstraintSet& set : model.stencils) count(set.type, set.count());
+    json["filter"] = filter(solver, model);
+  }
+  if (tears(scene))
+    json["tears"] = {{"splits", times.splits}, {"layouts", times.layouts}, {"layout_s", times.layout_seconds}};
+  if (const auto& self = facts.self)
+    json["self_collision"] = {{"particles", self->particles},
+                              {"edges", self->edges},
+                              {"triangles", self->triangles},
+                              {"crossings_at_start", self->crossings},
+                              {"searches", self->searches},
+                              {"substeps_held_apart", self->held},
+                              {"substeps_driven_through", self->driven_through},
+                              {"candidates", self->candidates},
+                              {"pairs", self->pairs},
+                              {"phases", self->phases}};
+  if (const auto& edges = facts.edges)
+    json["environment_edges"] = {{"edges", edges->edges},
+                                 {"corners", edges->corners},
+                                 {"candidates", edges->candidates},
+                                 {"pairs", edges->pairs},
+                                 {"bytes", edges->bytes},
+                                 {"searches", edges->searches},
+                                 {"substeps_looked_at_twice", edges->laid_again},
+                                 {"substeps_held_apart", edges->held}};
+  json["zero_area_faces_dropped"] = model.zero_area_faces;
+  json["setup_s"] = by_name(setup_parts(model, facts));
+  // Sums over some of them: everything before the solver, and the constraints' share of colour and layout.
+  json["setup_s"]["model"] = times.model_seconds;
+  json["setup_s"]["constraints"] = facts.constraint_seconds;
+  json["setup_s"]["total"] = times.model_seconds + times.solver_seconds;
+  for (const auto& [owner, bytes] : memory_parts(model, facts))
+    json["memory"][owner + "_bytes"] = static_cast<std::size_t>(bytes);
+  json["memory"]["peak_mib"] = peak_memory_mib();
+  if (!times.launches.empty()) json["launches_of_first_step"] = by_kernel(times.launches);
+  json["timing"] = timings(solver, times);
+  json["time_s"] = solver.time();
+  json["step"] = solver.steps();
+  if (status != "diverged") {
+    const std::vector<Vec3> x = solver.positions();
+    if (const std::string coarse = coarse_resolution(model, x); !coarse.empty()) json["notes"].push_back(coarse);
+    json["resolution"] = precision_of_positions(model, x);
+    json["state"] = measured(solver.measure(), scene.self_collision.has_value(), facts.edges.has_value(), times);
+    if (const auto sleep = solver.sleep()) {
+      json["sleep"] = {{"particles", sleep->particles}};
+      if (sleep->particles > 0) json["sleep"]["since_s"] = sleep->since;
+    }
+    json["state_hash"] = hex(solver.state_hash());
+  }
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a path may have any bytes
+}
+
+}  // namespace malha

@@ -1,0 +1,76 @@
+#include "host/report/resolution.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "host/mesh/edge_sides.h"
+#include "host/mesh/vectors.h"
+
+namespace malha {
+
+namespace {
+
+double shortest_edge(const Appearance& look) {
+  double shortest = std::numeric_limits<double>::infinity();
+  const auto side = [&](int a, int b) {
+    const double length = distance(look.points[a], look.points[b]);
+    if (length > 0) shortest = std::min(shortest, length);
+  };
+  visit_face_sides(look.faces, side);
+  for (const auto& [a, b] : look.lines) side(a, b);
+  return shortest;
+}
+
+template <class R>
+double spacing_at(double a) {
+  return double(std::nextafter(R(a), std::numeric_limits<R>::max()) - R(a));
+}
+
+double spacing_at(const Model& model, double a) {
+  return model.scene.solver.precision == Precision::Double ? spacing_at<double>(a) : spacing_at<float>(a);
+}
+
+double farthest_of(const std::vector<Vec3>& x) {
+  double farthest = 0;
+  for (const Vec3& p : x)
+    for (const double a : p) farthest = std::max(farthest, std::abs(a));
+  return farthest;
+}
+
+std::string metres(double a) {
+  char text[32];
+  std::snprintf(text, sizeof text,
+                a >= 1000 ? "%.3g km"
+                : a >= 1  ? "%.3g m"
+                          : "%.2g mm",
+                a >= 1000 ? a / 1000
+                : a >= 1  ? a
+                          : a * 1000);
+  return text;
+}
+
+}  // namespace
+
+double spacing(const Model& model, const std::vector<Vec3>& x) { return spacing_at(model, farthest_of(x)); }
+
+Resolution resolution(const Model& model, const std::vector<Vec3>& x) {
+  const double farthest = farthest_of(x);
+  return {farthest, spacing_at(model, farthest), shortest_edge(model.look)};
+}
+
+std::string coarse_resolution(const Model& model, const std::vector<Vec3>& x) {
+  const Resolution found = resolution(model, x);
+  if (!(found.strain() > 1e-3)) return "";
+  const bool twice = model.scene.solver.precision == Precision::Double;
+  char strain[32];
+  std::snprintf(strain, sizeof strain, "%.2g", found.strain());
+  return std::string(twice ? "double" : "float") + " resolves " + metres(found.spacing) + " at " +
+         metres(found.farthest) + " from the origin, where the shortest edge is " + metres(found.edge) +
+         " long: every rounding may strain it by " + strain +
+         (twice ? "; move the scene to the origin"
+                : "; take \"precision\": \"double\" or move the scene to the origin");
+}
+
+}  // namespace malha

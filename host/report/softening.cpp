@@ -1,0 +1,79 @@
+#include "host/report/softening.h"
+
+#include <algorithm>
+#include <map>
+#include <vector>
+
+#include "kernels/constraint_registry.h"
+#include "kernels/rest.h"
+
+namespace malha {
+
+namespace {
+
+/// sum w |grad C|^2 / alpha of a constraint at rest, 1/s^2; 0 of one that nothing can move.
+template <class Kind>
+double rate2(const Model& model, const ConstraintSet& set, int c) {
+  constexpr int n = Kind::particles;
+  const int* of = &set.particles[std::size_t(c) * n];
+  double rest[Kind::numbers], scale = 0, sum = 0;
+  rest_values<Kind>(model.x.data(), of, set.parameter, rest);
+  Vector3<double> q[n], grad[n];
+  corners<Kind>(model.x.data(), of, q);
+  Kind::evaluate(q, rest, true, grad, scale);
+  for (int j = 0; j < n; ++j) sum += model.w[of[j]] * dot(grad[j], grad[j]);
+  return sum > 0 && scale > 0 ? sum / (set.alpha(c) * scale * scale) : 0;
+}
+
+/// The share of s by which a sheet gives way.
+template <class Kind>
+constexpr double part_of() {
+  return Kind::element == Element::WingedTriangles ? 0.7 : 0.5;
+}
+
+template <class Kind>
+constexpr bool softens() {
+  return Kind::element == Element::Hinges || Kind::element == Element::WingedTriangles ||
+         Kind::element == Element::Triangles;
+}
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+Softening worst_softening(const Model& model) {
+  Softening worst;
+  const SolverSpec& solver = model.scene.solver;
+  if (solver.type != "pbd") return worst;
+  const double h = solver.dt / solver.substeps, n = solver.iterations;
+  struct Sheet {
+    std::vector<double> shares;
+    std::string type;  // of most of them: rims of plates are hinges
+    int most = 0;
+  };
+  std::map<std::pair<int, bool>, Sheet> sheets;  // of each body what stretches, and what bends
+  for (const ConstraintSet& set : model.sets)
+    for_each_constraint([&]<class Kind>(Kind) {
+      if constexpr (softens<Kind>()) {
+        if (set.type != Kind::name || !(set.compliance.value_or(0) > 0)) return;
+        std::map<int, int> count;
+        for (int c = 0; c < set.count(); ++c) {
+          const double rate = rate2<Kind>(model, set, c);
+          if (!(rate > 0)) continue;
+          const int body = body_of(model, model.user_of[set.particles[std::size_t(c) * Kind::particles]]);
+          Sheet& sheet = sheets[{body, Kind::element == Element::Triangles}];
+          sheet.shares.push_back(h * h * rate * part_of<Kind>() / (n * n));
+          if (++count[body] > sheet.most) sheet.most = count[body], sheet.type = set.type;
+        }
+      }
+    });
+  for (auto& [of, sheet] : sheets)
+    if (const double share = median(sheet.shares); share > worst.share) worst = {share, of.first, sheet.type};
+  return worst;
+}
+
+}  // namespace malha

@@ -1,0 +1,123 @@
+#include "host/report/warnings.h"
+
+#include <cmath>
+
+#include "host/base/text.h"
+#include "host/report/failure_boundaries.h"
+#include "host/report/resolution.h"
+#include "host/report/softening.h"
+
+namespace malha {
+
+namespace {
+
+// Where the study's trials turn from right to wrong.
+constexpr double kSag = 0.5;           // strain of what swings
+constexpr double kPaperTorque = 0.01;  // k h^2 / m
+constexpr double kOffTorque = 0.2;     // k h^2 / m, for each solve of a substep
+constexpr double kPinnedFall = 0.4;    // g h^2 / l
+constexpr double kDamping = 0.2;       // of the critical
+constexpr double kDrift = 0.01;        // of a free body's speed, in the run
+// Of cells a substep over the root of its iterations, by which nine beams under their weight sink too far: -4 to 10 %
+// with one iteration and up to 22 % with more; 24 to 76 % at 0.4.
+constexpr double kWave = 0.25;
+constexpr double kSlowWave = 0.2;  // -2 to 5 %, up to 9 %
+constexpr double kSoft = 0.1;      // of what a sheet gives way
+constexpr double kLessSoft = 0.08;
+constexpr int kLayers = 8;  // substeps, with which layers slide by Coulomb's law within 7 % (0.35 on 20 degrees)
+
+double percent(double part) { return std::round(100 * part); }
+
+double two_digits(double value) {
+  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
+  return std::round(value / unit) * unit;
+}
+
+/// "malha study stability" and its chart.
+std::string shown_by(const char* chart) { return std::string(" (malha study stability, chart ") + chart + ")"; }
+
+/// What would damp less: as few more substeps or refinements as that takes, where they are not too many.
+std::string less_damped(const Model& model, const Swing& swing) {
+  constexpr double most_substeps = 1024, most_refine = 16;
+  const double substeps = std::ceil(model.scene.solver.substeps * swing.damping / kDamping);
+  const double more = std::ceil(std::log(kDamping / swing.damping) / std::log(swing.kept));
+  const double refine = model.scene.solver.desbrun.refine + more;
+  std::string ways;
+  if (refine <= most_refine) ways += "\"refine\": " + shown(refine) + ", ";
+  if (substeps <= most_substeps) ways += shown(substeps) + " substeps, ";
+  return ways + (ways.empty() ? "" : "or ") + "\"type\": \"pbd\"";
+}
+
+}  // namespace
+
+std::vector<std::string> warnings(const Model& model) {
+  std::vector<std::string> lines = model.notes;
+  const Scene& scene = model.scene;
+  const SolverSpec& solver = scene.solver;
+  if (const std::string coarse = coarse_resolution(model, model.look.points); !coarse.empty())
+    lines.push_back(coarse + shown_by("distance"));
+  else if (unrounded_step(model) < 1)
+    lines.push_back("with steps of " + shown(two_digits(solver.dt / solver.substeps)) +
+                    " s what acceleration adds to a place in one is less than half the spacing of the numbers, and is "
+                    "rounded away; take fewer substeps, or \"precision\": \"double\"" +
+                    shown_by("masses"));
+  if (const Sag sag = worst_sag(model); sag.swinging > kSag)
+    lines.push_back("body '" + scene.bodies[sag.body].name + "': with " + counted(solver.substeps, "substep") + " of " +
+                    counted(solver.iterations, "iteration") + " what is next to its pins stretches by some " +
+                    shown(percent(sag.strain)) + " % under its weight, and up to " + shown(percent(sag.swinging)) +
+                    " % where it swings; take " +
+                    (sag.swinging * sag.stiffness <= kSag
+                         ? "a \"compliance\" instead of its \"stiffness\"" + shown_by("stiffness")
+                         : (sag.long_way ? "\"levels\": \"auto\", or " : "") +
+                               shown(std::ceil(solver.substeps * std::sqrt(sag.swinging / kSag))) +
+                               " substeps or more, or \"long_range\"" +
+                               shown_by(sag.of_faces ? "resolution" : "masses")));
+  if (const Drift drift = worst_drift(model); drift.share > kDrift)
+    lines.push_back("body '" + scene.bodies[drift.body].name + "': in 95 of 100 flights rounding of places " +
+                    "changes the velocity by less than " + shown(two_digits(drift.speed)) +
+                    " m/s until the end of the run, which is " + shown(two_digits(100 * drift.share)) +
+                    " % of what it has; take \"corrector\": \"inertia\"" +
+                    (solver.precision == Precision::Float ? " or \"precision\": \"double\"" : "") +
+                    " (scenes/README.md, Momenta)");
+  if (const Wave wave = fastest_wave(model); wave.cells > kWave)
+    lines.push_back("body '" + scene.bodies[wave.body].name + "': a shear wave gets through " +
+                    shown(two_digits(wave.cells * std::sqrt(solver.iterations))) + " of its cells in a substep of " +
+                    counted(solver.iterations, "iteration") +
+                    ", and its material will be softer than asked for, by more "
+                    "than a tenth beyond " +
+                    shown(two_digits(kWave * std::sqrt(solver.iterations))) + "; take " +
+                    shown(std::ceil(solver.substeps * wave.cells / kSlowWave)) +
+                    " substeps (scenes/README.md, Tetrahedra)");
+  if (const Softening soft = worst_softening(model); soft.share > kSoft)
+    lines.push_back("body '" + scene.bodies[soft.body].name + "': with " + counted(solver.substeps, "substep") +
+                    " of " + counted(solver.iterations, "iteration") + " its \"" + soft.type + "\" gives way " +
+                    (soft.share < 1 ? "by some " + shown(two_digits(100 * soft.share)) + " % more than asked for"
+                                    : "some " + shown(two_digits(1 + soft.share)) + " times as far as asked for") +
+                    "; take " + shown(std::ceil(solver.substeps * std::sqrt(soft.share / kLessSoft))) +
+                    " substeps, or a softer material (scenes/README.md, materials)");
+  if (scene.self_collision && solver.substeps < kLayers)
+    lines.push_back(
+        "with " + counted(solver.substeps, "substep") +
+        " layers in self-contact slide otherwise than by Coulomb's law, by tens of per cent with one or two; "
+        "take " +
+        shown(kLayers) + " or more (scenes/README.md, Self-collision)");
+  if (solver.type != "desbrun") return lines;
+  const DesbrunSpec& spec = solver.desbrun;
+  const Corrector corrector = spec.corrects();
+  const double most = corrector == Corrector::Paper ? kPaperTorque : kOffTorque * (1 + spec.refine);
+  if (const double k = corrector != Corrector::Inertia ? free_stiffness(model) : 0; k > most)
+    lines.push_back(
+        "k h^2 / m is up to " + shown(k) + " on free bodies, and above " + shown(most) + " corrector \"" +
+        (corrector == Corrector::Paper ? "paper\" adds angular momentum" : "off\" takes their rotation away") +
+        "; take \"corrector\": \"inertia\" or more substeps" + shown_by("torque"));
+  if (const double fallen = spec.internal_only ? pinned_fall(model) : 0; fallen > kPinnedFall)
+    lines.push_back("\"filtered\": \"internal_only\" leaves springs next to pins some " + shown(percent(fallen)) +
+                    " % too long; filter all, or take more substeps" + shown_by("weight"));
+  if (const Swing swing = most_damped_swing(model); swing.damping > kDamping)
+    lines.push_back("body '" + scene.bodies[swing.body].name + "': the filter damps its swinging about its pins, by " +
+                    shown(two_digits(swing.damping)) + " times what is critical; take " + less_damped(model, swing) +
+                    shown_by("turning"));
+  return lines;
+}
+
+}  // namespace malha

@@ -1,0 +1,100 @@
+#include "host/run/checkpoint.h"
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+
+#include "host/base/file.h"
+#include "host/base/hash.h"
+#include "host/base/text.h"
+#include "host/error.h"
+
+namespace malha {
+
+namespace {
+
+constexpr char kMagic[] = "malha checkpoint 4\n";  // its size keeps what follows readable in a hex dump
+
+struct Header {
+  std::uint64_t scene, state;  // hashes
+  std::int64_t frames, crossings, counted;
+};
+
+template <class T>
+std::uint64_t hash_values(const std::vector<T>& values, std::uint64_t hash) {
+  return hash_bytes(values.data(), values.size() * sizeof(T), hash);
+}
+
+}  // namespace
+
+std::uint64_t scene_hash(const Model& model) {
+  Scene scene = model.scene;
+  scene.name = "-";
+  scene.duration = 1;
+  scene.outputs = {};
+  scene.expect = {};
+  const auto forget_folder = [](Shape& shape) {
+    if (auto* mesh = std::get_if<MeshFile>(&shape)) mesh->path = std::filesystem::path(mesh->path).filename();
+  };
+  for (BodySpec& body : scene.bodies) forget_folder(body.shape);
+  for (EnvironmentSpec& environment : scene.environment) forget_folder(environment.shape);
+  const std::string json = to_json(scene);
+  std::uint64_t hash = hash_bytes(json.data(), json.size());
+  // Points, and what hangs on them, stand for the mesh files' contents.
+  hash = hash_values(model.x, hash);
+  for (const ConstraintSet& set : model.sets) hash = hash_values(set.particles, hash);
+  for (const PressureSet& set : model.pressures) hash = hash_values(set.triangles, hash);
+  for (const FileVertices& file : model.look.vertices) hash = hash_values(file.point, hash);  // pins name vertices
+  for (const EnvironmentMesh& mesh : model.environment)
+    hash = hash_values(mesh.mesh.faces, hash_values(mesh.mesh.points, hash));
+  return hash;
+}
+
+namespace {
+
+std::uint64_t hash_state(const Checkpoint& checkpoint) {
+  const std::int64_t counts[] = {checkpoint.frames, checkpoint.crossings, checkpoint.counted};
+  return hash_bytes(checkpoint.state.data(), checkpoint.state.size(), hash_bytes(counts, sizeof counts));
+}
+
+}  // namespace
+
+void write_checkpoint(const std::string& path, const Model& model, const Checkpoint& checkpoint) {
+  write_checkpoint(path, scene_hash(model), checkpoint);
+}
+
+void write_checkpoint(const std::string& path, std::uint64_t scene, const Checkpoint& checkpoint) {
+  const Header header{scene, hash_state(checkpoint), checkpoint.frames, checkpoint.crossings, checkpoint.counted};
+  write_durably(path, {kMagic, {reinterpret_cast<const char*>(&header), sizeof header}, checkpoint.state});
+}
+
+Checkpoint read_checkpoint(const std::string& path, const Model& model) {
+  return read_checkpoint(path, scene_hash(model));
+}
+
+Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene) {
+  std::string bytes = read_input(path, "a checkpoint that an earlier run left there");
+  const std::size_t magic = sizeof kMagic - 1;
+  Header header;
+  const bool own = bytes.starts_with(kMagic);
+  if (const std::string any(kMagic, magic - 2); !own && bytes.size() > magic && bytes.starts_with(any))
+    refuse(path, "byte 0",
+           "'" + printable(bytes.substr(0, std::min(bytes.find('\n'), magic))) + "', of another version of malha",
+           "'" + std::string(kMagic, magic - 1) + "'; run the scene anew, or resume with the version that wrote it");
+  if (!own || bytes.size() < magic + sizeof header)
+    refuse(path, "byte 0", "no checkpoint", "a file that malha run wrote");
+  std::memcpy(&header, bytes.data() + magic, sizeof header);
+  bytes.erase(0, magic + sizeof header);  // in place: a state may be half of what the memory holds
+  const Checkpoint checkpoint{std::move(bytes), header.frames, header.crossings, header.counted};
+  if (header.state != hash_state(checkpoint))
+    refuse(path, "byte " + std::to_string(magic), "a damaged checkpoint", "one whose bytes match their hash");
+  if (header.scene != scene)
+    refuse(path, "", "a checkpoint of another scene", "one of this scene with the same bodies, solver and environment");
+  const auto check = [&](const char* what, std::int64_t count) {
+    if (count < 0) refuse(path, what, std::to_string(count), "a whole number >= 0");
+  };
+  check("frames", header.frames), check("crossings", header.crossings), check("counts of them", header.counted);
+  return checkpoint;
+}
+
+}  // namespace malha

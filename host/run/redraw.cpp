@@ -1,0 +1,116 @@
+#include "host/run/redraw.h"
+
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "host/base/file.h"
+#include "host/base/text.h"
+#include "host/error.h"
+#include "host/output/frame_formats.h"
+#include "host/output/frame_vertices.h"
+#include "host/output/gallery.h"
+#include "host/output/results.h"
+#include "host/simulation.h"
+
+namespace malha {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a run left, or InputError.
+std::string left_there(const fs::path& path) { return read_input(path, "a folder of results of malha run"); }
+
+Scene scene_of_report(const fs::path& path) {
+  const auto report = nlohmann::json::parse(left_there(path), nullptr, false);
+  const auto input = report.is_object() ? report.find("input") : report.end();
+  if (input == report.end() || !input->is_object() || !input->contains("scene") || !input->contains("folder") ||
+      !(*input)["folder"].is_string())
+    refuse(path.string(), "/input", "no scene", "a report of this version of malha");
+  return parse_scene((*input)["scene"].dump(), path.string() + ": /input/scene", (*input)["folder"]);
+}
+
+struct FrameFile {
+  double time;  // s
+  fs::path path;
+};
+
+/// Those that frames.pvd lists, where there is one.
+std::vector<FrameFile> frames_of(const fs::path& folder) {
+  std::vector<FrameFile> frames;
+  if (!fs::exists(folder / "frames.pvd")) return frames;
+  const std::string text = left_there(folder / "frames.pvd"), entry = "<DataSet timestep=\"", file = "\" file=\"";
+  for (std::size_t at = text.find(entry); at != std::string::npos; at = text.find(entry, at + 1)) {
+    double time = 0;
+    const char* const from = text.data() + at + entry.size();
+    const auto [end, error] = std::from_chars(from, text.data() + text.size(), time);
+    const auto rest = static_cast<std::size_t>(end - text.data());
+    if (error != std::errc{} || text.compare(rest, file.size(), file) != 0) continue;
+    const std::string name = text.substr(rest + file.size(), text.find('"', rest + file.size()) - rest - file.size());
+    if (frame_index(name, ".vtp") >= 0) frames.push_back({time, folder / name});
+  }
+  return frames;
+}
+
+/// So many; none where the bytes are not theirs.
+template <class R>
+std::vector<Vec3> vectors_of(const char* from, std::uint64_t size, std::size_t count) {
+  std::vector<Vec3> vectors;
+  for (std::size_t i = 0; size == count * 3 * sizeof(R) && i < count; ++i) {
+    R x[3];
+    std::memcpy(x, from + i * sizeof x, sizeof x);
+    vectors.push_back({x[0], x[1], x[2]});
+  }
+  return vectors;
+}
+
+/// The points of a frame as this program writes it; none where they are not `count`.
+std::vector<Vec3> points_of(const fs::path& path, std::size_t count) {
+  const std::string bytes = left_there(path), start = "<AppendedData encoding=\"raw\">\n_";
+  const std::size_t at = bytes.find(start);
+  std::uint64_t size = 0;
+  if (at == std::string::npos || bytes.size() - at - start.size() < sizeof size)
+    refuse(path.string(), "", "no points", "a frame that malha run wrote");
+  const char* const from = bytes.data() + at + start.size();
+  std::memcpy(&size, from, sizeof size);
+  if (size > bytes.size() - at - start.size() - sizeof size)
+    refuse(path.string(), "", counted(size, "byte") + " of points in a shorter file", "a frame that malha run wrote");
+  if (bytes.find("type=\"Float64\" Name=\"points\"") < at) return vectors_of<double>(from + sizeof size, size, count);
+  return vectors_of<float>(from + sizeof size, size, count);
+}
+
+}  // namespace
+
+std::string redraw(const std::string& folder, int threads) {
+  const Results results{folder};
+  std::optional<FolderLock> lock;
+  if (fs::is_directory(results.folder)) lock.emplace(results.folder);
+  Scene scene = scene_of_report(results.report);
+  if (!scene.outputs.picture) scene.outputs.picture.emplace();
+  scene.outputs.picture_every = 0;
+  Simulation simulation(scene, {.threads = threads});
+  simulation.load_checkpoint(results.checkpoint);
+
+  const std::vector<FrameFile> frames = frames_of(results.frames);
+  const Model& model = simulation.model();
+  const FrameVertices vertices(model.look);
+  const auto last = static_cast<std::int64_t>(frames.size()) - 1;
+  Gallery gallery(model, results, 0, std::max<std::int64_t>(last, 1), simulation.threads());
+  gallery.finish(simulation.time(), simulation.positions());
+  if (last < 1) return "no storyboard: it needs frames for ParaView (malha run --format vtp)";
+  for (std::int64_t k = 0; k <= last; ++k) {
+    if (!gallery.wants(k)) continue;
+    const FrameFile& frame = frames[static_cast<std::size_t>(k)];
+    const std::vector<Vec3> points = vertices.of_particles(points_of(frame.path, vertices.count()));
+    if (points.empty()) return "no storyboard: the mesh tore between the frames";
+    gallery.look(k, frame.time, points);
+  }
+  gallery.write_storyboard();
+  return "";
+}
+
+}  // namespace malha

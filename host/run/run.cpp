@@ -1,0 +1,254 @@
+#include "host/run/run.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "host/base/file.h"
+#include "host/base/stopwatch.h"
+#include "host/base/text.h"
+#include "host/output/frame_vertices.h"
+#include "host/output/frames.h"
+#include "host/output/gallery.h"
+#include "host/output/page.h"
+#include "host/output/results.h"
+#include "host/report/kept_momenta.h"
+#include "host/report/report.h"
+#include "host/report/warnings.h"
+#include "host/report/whole_steps.h"
+#include "host/run/summary.h"
+#include "host/solver/solver.h"
+
+namespace malha {
+
+namespace {
+
+/// What one run writes while it goes.
+class Outputs {
+ public:
+  /// A fresh run replaces what an earlier one left; a resumed one continues after so many frames.
+  Outputs(const Simulation& simulation, const Results& results, std::int64_t last,
+          std::optional<std::int64_t> frames_before, const RunOptions& options, const std::atomic<bool>& stop)
+      : simulation_(simulation),
+        spec_(simulation.model().scene.outputs),
+        results_(results),
+        doing_(options.doing),
+        checkpoint_seconds_(options.checkpoint_seconds),
+        stop_(stop),
+        frames_(frames_before.value_or(0)) {
+    if (!frames_before) results.remove();
+    if (spec_.every > 0) open_writer();
+    if (spec_.picture)
+      gallery_.emplace(simulation.model(), results, simulation.steps(), last, simulation.threads(), &stop);
+    if (spec_.page)
+      page_.emplace(simulation);
+    else
+      std::filesystem::remove(results.page);  // of the part before this one
+    if (!frames_before) write_frame();
+    look();
+  }
+
+  void after_step(double step_ms) {
+    write_frame();
+    look();
+    if (page_) page_->look(step_ms);
+    if (saves_) checkpoint();
+  }
+
+  /// Whether a frame or a picture shows the state after this step.
+  bool shows() const { return frame_is_due() || (gallery_ && gallery_->wants(simulation_.steps())); }
+
+  /// Whether there is a checkpoint after this step; asked once a step, before after_step().
+  bool saves() { return saves_ = checkpoint_is_due(); }
+
+  void checkpoint() {
+    say("writing a checkpoint");
+    const double took = seconds([&] { simulation_.save_checkpoint(results_.checkpoint, frames_); });
+    pause_ = std::max(checkpoint_seconds_, kPausePerWrite * took), saved_at_ = Clock::now();
+  }
+
+  /// And the page, whose last frame is the present state, where that is one.
+  void report(const std::string& status, const std::vector<std::string>& notes, bool diverged = false) {
+    say("writing the report");
+    const std::string text = simulation_.report(status, notes);
+    write_whole(results_.report, text);
+    if (!page_) return;
+    say("writing the page");
+    if (!diverged) page_->finish();
+    std::vector<std::string> lines = warnings(simulation_.model());
+    lines.insert(lines.end(), notes.begin(), notes.end());
+    page_->write(results_.page, text, lines);
+  }
+
+  /// What a person should know of the page; "": there is none.
+  std::string of_page() const { return page_ ? "replay      " + page_->kept() + "\n" : ""; }
+
+  void finish_frames() {
+    if (!writer_) return;
+    say("writing the frames");
+    writer_->finish();
+  }
+
+  void storyboard() const {
+    if (!gallery_) return;
+    say("writing the storyboard");
+    gallery_->write_storyboard();
+  }
+
+  void picture() const {
+    if (!gallery_) return;
+    say("drawing a picture");
+    gallery_->finish(simulation_.time(), simulation_.positions());
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr double kPausePerWrite = 100;  // those that nobody asked for take at most 1 % of the time
+
+  void say(const char* what) const {
+    if (doing_) doing_(what);
+  }
+
+  bool checkpoint_is_due() const {
+    if (!spec_.checkpoint_every) return std::chrono::duration<double>(Clock::now() - saved_at_).count() > pause_;
+    const std::int64_t every = *spec_.checkpoint_every;
+    return every > 0 && simulation_.steps() % every == 0;
+  }
+
+  void open_writer() {
+    tears_ = simulation_.tears();
+    vertices_.emplace(simulation_.model().look);
+    writer_.emplace(results_.frames, spec_.formats, vertices_->topology(simulation_.model()),
+                    static_cast<int>(frames_));
+  }
+
+  bool frame_is_due() const { return writer_ && simulation_.steps() % spec_.every == 0; }
+  void write_frame() {
+    if (!frame_is_due()) return;
+    if (simulation_.tears() != tears_) open_writer();  // the mesh is another one
+    say("writing a frame");
+    writer_->write(simulation_.time(), vertices_->places(simulation_.positions()),
+                   vertices_->velocities(simulation_.velocities()));
+    ++frames_;
+  }
+
+  void look() {
+    if (!gallery_ || stop_ || !gallery_->wants(simulation_.steps())) return;
+    say("drawing a picture");
+    gallery_->look(simulation_.steps(), simulation_.time(), simulation_.positions());
+  }
+
+  const Simulation& simulation_;
+  const OutputSpec& spec_;
+  Results results_;
+  const std::function<void(const char*)>& doing_;
+  double checkpoint_seconds_, pause_ = checkpoint_seconds_;  // s of the clock, between checkpoints
+  Clock::time_point saved_at_ = Clock::now();
+  const std::atomic<bool>& stop_;
+  bool saves_ = false;
+  std::int64_t frames_;  // written so far, by this run and those that it resumes
+  int tears_ = 0;        // that the writer knows of
+  std::optional<FrameVertices> vertices_;
+  std::optional<FrameWriter> writer_;
+  std::optional<Gallery> gallery_;
+  std::optional<Page> page_;
+};
+
+/// Refuses more frames than a file may hold; `before`: those of the run that this one resumes.
+void check_frames(const Simulation& simulation, std::int64_t last, std::optional<std::int64_t> before) {
+  const Scene& scene = simulation.model().scene;
+  const std::int64_t every = scene.outputs.every;
+  if (every == 0 || std::ranges::count(scene.outputs.formats, "glb") == 0) return;
+  const std::int64_t more = last / every - simulation.steps() / every;
+  check_glb(scene, FrameVertices(simulation.model().look).count(), before.value_or(1) + more);
+}
+
+/// Says what crossed where nothing may; else nothing.
+std::string crossed(const Simulation& simulation) {
+  const Scene& scene = simulation.model().scene;
+  const std::int64_t most = simulation.times().most_crossings;
+  if (most == 0 || scene.expect.max_crossings || (scene.self_collision && scene.self_collision->ignores_crossings))
+    return "";
+  return "collision: " + counted(most, "crossing") +
+         " of edges with triangles at once, of those that were counted; take more substeps, and see "
+         "scenes/accuracy.md for what can cross";
+}
+
+/// Says where bodies may have been sent through each other; else nothing.
+std::string driven_through(const Simulation& simulation) {
+  const auto& self = simulation.solver().facts().self;
+  if (!self || self->driven_through == 0) return "";
+  return "self-collision: in " + counted(self->driven_through, "substep") +
+         " what pins or moving objects drove may have gone through a body that could not get out of the way; move them "
+         "more slowly, or take more substeps";
+}
+
+}  // namespace
+
+RunResult run(const Scene& scene, const SimulationOptions& simulation_options, const RunOptions& options,
+              const std::function<void(const Progress&)>& progress, const std::atomic<bool>& stop) {
+  const Results results(options.out);
+  std::optional<FolderLock> lock;
+  if (std::filesystem::is_directory(results.folder)) lock.emplace(results.folder);
+  Simulation simulation(scene, simulation_options);
+  std::optional<std::int64_t> frames;
+  if (options.resume) frames = simulation.load_checkpoint(results.checkpoint);
+  const std::int64_t whole = whole_steps(scene.duration, scene.solver.dt);
+  const std::int64_t last = options.steps.value_or(whole);
+  if (simulation.steps() >= last)
+    refuse(results.checkpoint, "", "the state of step " + std::to_string(simulation.steps()),
+           "one from before the end of this run, step " + std::to_string(last));
+  if (frames > simulation.steps() + 1)
+    refuse(results.checkpoint, "frames", std::to_string(*frames),
+           "at most one of the start and of each of its " + std::to_string(simulation.steps()) + " steps");
+  check_frames(simulation, last, frames);
+
+  const std::string rounding =
+      options.steps ? options.rounding : rounding_of("the duration", scene.duration, scene.solver.dt);
+  if (options.warn) {
+    for (const std::string& line : warnings(simulation.model())) options.warn(line);
+    if (!rounding.empty()) options.warn(rounding);
+  }
+  const KeptMomenta momenta(simulation);
+  if (options.ready) options.ready();
+  make_folder(results.folder);
+  if (!lock) lock.emplace(results.folder);
+  Outputs outputs(simulation, results, last, frames, options, stop);
+  try {
+    while (simulation.steps() < last && !stop) {
+      const double took = seconds([&] { simulation.step(); });
+      if (outputs.saves() || simulation.steps() == last) simulation.check();
+      if (scene.expect.max_crossings || outputs.shows()) simulation.count_crossings();
+      outputs.after_step(took * 1000);
+      progress({simulation.steps(), last, simulation.time(), took * 1000});
+    }
+    if (simulation.steps() < last) simulation.check();
+  } catch (const Diverged& error) {
+    outputs.report("diverged", {error.what()}, true);
+    outputs.finish_frames();
+    if (!stop) outputs.storyboard();
+    throw;
+  }
+  RunResult result;
+  result.interrupted = simulation.steps() < last;
+  result.complete = simulation.steps() == whole;
+  if (result.complete) result.unmet = simulation.unmet();
+  outputs.checkpoint();
+  outputs.finish_frames();
+  std::vector<std::string> notes = result.unmet;
+  if (!rounding.empty()) notes.push_back(rounding);
+  std::vector<std::string> known = momenta.broken(simulation);
+  for (const std::string& line : {driven_through(simulation), crossed(simulation)})
+    if (!line.empty()) known.push_back(line);
+  for (const std::string& line : known) {
+    if (options.warn) options.warn(line);
+    notes.push_back(line);
+  }
+  outputs.report(result.interrupted ? "interrupted" : "finished", notes);
+  // Also of a run that was stopped while the picture of its last step was drawn.
+  result.pictures_missing = scene.outputs.picture && stop;
+  if (!result.pictures_missing) outputs.storyboard(), outputs.picture();
+  result.summary = summary(simulation) + outputs.of_page();
+  return result;
+}
+
+}  // namespace malha

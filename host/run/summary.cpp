@@ -1,0 +1,89 @@
+#include "host/run/summary.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "host/base/text.h"
+#include "host/model/model.h"
+#include "host/report/report.h"
+#include "host/report/resolution.h"
+#include "host/solver/solver.h"
+
+namespace malha {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// To three digits.
+std::string brief(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+std::string speed(double median_ms, double dt) {
+  if (median_ms <= 0) return "no step";
+  const double factor = dt * 1000 / median_ms;
+  char times[32];
+  std::snprintf(times, sizeof times, factor < 10 ? "%.2g" : "%.0f", factor);
+  return brief(median_ms) + " ms a step (median), " + times + " times real time";
+}
+
+}  // namespace
+
+std::string summary(const Simulation& simulation) {
+  const Model& model = simulation.model();
+  const Measures m = simulation.measure();
+  std::string text = "simulated   " + shown(simulation.time()) + " s, " + counted(simulation.steps(), "step") + " of " +
+                     counted(model.count(), "particle") + " on " + counted(simulation.threads(), "thread") + "\n";
+  text += "speed       " + speed(median_step_ms(simulation.times()), model.scene.solver.dt) + "\n";
+  if (const auto& levels = simulation.solver().facts().levels; !levels.empty())
+    text += "levels      " + std::to_string(levels.size()) + ", of " + counted(levels.front().particles, "particle") +
+            " and fewer, every " + counted(model.scene.solver.levels_every, "substep") + "\n";
+  if (const auto& filter = simulation.solver().facts().filter)
+    text +=
+        "filter      " + filter->kind + ", " + filter->storage + ", " + counted(filter->unknowns, "particle") + "\n";
+  if (m.has_strain) text += "strain      " + brief(m.strain_rms) + " rms, " + brief(m.strain_max) + " max\n";
+  if (!m.volume_ratios.empty()) {
+    text += "volume      ";
+    for (const double ratio : m.volume_ratios) text += brief(ratio) + " ";
+    text += "of that at rest\n";
+  }
+  if (const auto sleep = simulation.solver().sleep())
+    text += "asleep      " + (sleep->particles > 0 ? "since " + shown(sleep->since) + " s" : std::string("no")) + "\n";
+  if (!model.environment.empty())
+    text += "contacts    " + std::to_string(m.contacts) + ", penetration " + brief(m.penetration_max) + " m max\n";
+  const bool edges = simulation.solver().facts().edges.has_value(), self = model.scene.self_collision.has_value();
+  if (edges || self)
+    text += "crossings   " + std::to_string(m.crossings) + ", at most " +
+            std::to_string(std::max(m.crossings, simulation.times().most_crossings)) + " counted";
+  if (self) text += ", " + counted(m.self_contacts, "contact") + " between bodies or layers";
+  if (edges) text += ", " + counted(m.edge_contacts, "contact") + " with edges and corners";
+  if (edges || self) text += "\n";
+  if (const std::string coarse = coarse_resolution(model, simulation.positions()); !coarse.empty())
+    text += "resolution  " + coarse + "\n";
+  if (model.zero_area_faces > 0) text += "left out    " + counted(model.zero_area_faces, "face") + " without area\n";
+  if (m.degenerate > 0) text += "skipped     " + counted(m.degenerate, "constraint") + " without a direction\n";
+  return text;
+}
+
+std::string list_results(const Results& results) {
+  std::string text;
+  const auto line = [&text](const char* what, const fs::path& path, const char* how) {
+    if (fs::exists(path)) text += what + printable(path.string()) + how + "\n";
+  };
+  line("report      ", results.report, "");
+  line("picture     ", results.picture, "");
+  line("storyboard  ", results.storyboard, "");
+  line("pictures    ", results.pictures, "/");
+  line("frames      ", results.frames / "frames.pvd", " (ParaView)");
+  line("frames      ", results.frames / "points.pc2", " with rest.obj (Blender, Maya)");
+  line("frames      ", results.frames / "run.glb", " (browsers, Blender)");
+  for (const char* series : {"frame_000000.ply", "frame_000000.obj"})
+    line("frames      ", results.frames / series, " ...");
+  line("replay      ", results.page, " (open it in a browser)");
+  return text;
+}
+
+}  // namespace malha

@@ -1,0 +1,25 @@
+#include "host/scene/kinds_in_scenes.h"
+
+#include "kernels/constraint_registry.h"
+
+namespace malha {
+
+const std::vector<KindInScenes>& constraint_kinds() {
+  static const std::vector<KindInScenes> kinds = [] {
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    std::vector<KindInScenes> all;
+    for_each_constraint([&all]<class Kind>(Kind) {
+      const Parameter& p = Kind::parameter;
+      const Strength& s = Kind::strength;
+      all.push_back({Kind::name, p.name, p.standard, p.minimum, p.minimum_allowed, p.maximum, s.free,
+                     s.modulus ? s.modulus : "", s.unit ? s.unit : "", Kind::element == Element::Edges});
+    });
+    // Not registered, because they have no batches: one is over a whole mesh, the other a particle at a time.
+    all.push_back({"pressure", "volume_ratio", 1, 0, false, infinite, true, "", "", false});
+    all.push_back({"long_range", "limit", 0, 0, true, infinite, false, "", "", false});
+    return all;
+  }();
+  return kinds;
+}
+
+}  // namespace malha

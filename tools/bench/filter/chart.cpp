@@ -1,0 +1,54 @@
+#include "tools/bench/filter/chart.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "host/base/text.h"
+#include "tools/bench/gnuplot.h"
+#include "tools/bench/output.h"
+
+namespace malha::bench {
+
+namespace {
+
+/// How a kernel is drawn, in the order of the legend.
+struct Look {
+  const char *kernel, *storage, *title, *colour;
+};
+constexpr Look kLooks[] = {
+    {"dense", "float", "dense, float", "#1f4e9c"},   {"dense", "int16", "dense, int16", "#74a9cf"},
+    {"sparse", "float", "sparse, float", "#1b9e77"}, {"sgemm", "float", "OpenBLAS sgemm", "#d95f02"},
+    {"ssymm", "float", "OpenBLAS ssymm", "#e6ab02"}, {"ssymv", "float", "OpenBLAS 3 ssymv", "#a6761d"}};
+
+}  // namespace
+
+std::string draw_filter_chart(const std::vector<FilterRow>& rows, const std::filesystem::path& folder) {
+  std::set<int> sizes, threads;
+  std::set<double> times;
+  for (const FilterRow& row : rows) {
+    sizes.insert(row.n), threads.insert(row.threads);
+    times.insert({row.ms_min(), row.ms_max()});
+  }
+  std::vector<Series> all;
+  for (const Look& look : kLooks)
+    for (const int t : threads) {
+      // One thread is dashed, all are drawn out.
+      Series series{
+          "",
+          formatted("with yerrorlines pt 7 ps 0.7 lw 2 dt %d lc rgb '%s'", t == *threads.rbegin() ? 1 : 2, look.colour),
+          std::string(look.title) + ", " + counted(t, "thread")};
+      for (const FilterRow& row : rows)
+        if (row.kernel == look.kernel && row.storage == look.storage && row.threads == t)
+          series.data += formatted("%d %.9g %.9g %.9g\n", row.n, row.ms(), row.ms_min(), row.ms_max());
+      if (!series.data.empty()) all.push_back(series);
+    }
+  const std::string settings =
+      "set logscale xy\nset xlabel 'unknowns'\nset ylabel 'ms per product'\n"
+      "set title 'Filter times three right-hand sides: a hanging cloth'\nset format y '%g'\nset format x '%g'\n" +
+      formatted("set xrange [%g:%g]\n", *sizes.begin() / 1.4, *sizes.rbegin() * 1.4) +
+      formatted("set yrange [%g:%g]\n", *times.begin() / 1.4, *times.rbegin() * 1.4);
+  return draw(settings, all, folder, "filter");
+}
+
+}  // namespace malha::bench

@@ -1,0 +1,136 @@
+#include "tools/bench/filter/filter.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "host/base/text.h"
+#include "tools/bench/counts.h"
+#include "tools/bench/facts.h"
+#include "tools/bench/filter/chart.h"
+#include "tools/bench/filter/contest.h"
+#include "tools/bench/filter/measure.h"
+#include "tools/bench/filter/step.h"
+#include "tools/bench/filter/table.h"
+#include "tools/bench/machine.h"
+#include "tools/bench/output.h"
+#include "tools/bench/status.h"
+
+namespace malha::bench {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+bool asks(const FilterOptions& options, const std::string& kernel) {
+  if (options.kernels.empty()) return kernel != "step" || options.n.empty();
+  return std::find(options.kernels.begin(), options.kernels.end(), kernel) != options.kernels.end();
+}
+
+Json facts_of(const std::vector<int>& threads) {
+  Json facts = machine_facts(threads);
+  if (!blas_version().empty()) facts["openblas_version"] = blas_version();
+  facts["cache_bytes"] = cache_bytes();
+  facts["read_bytes"] = kMemoryBytes;
+  for (const int t : threads)
+    facts["read_gb_per_s"].push_back({{"threads", t}, {"gb_per_s", read_gb_per_s(kMemoryBytes, t)}});
+  return facts;
+}
+
+std::string introduction(const FilterOptions& options, const Json& facts) {
+  return formatted(
+             "The filter of a hanging cloth (springs of 1e4 N/m, dt = 1/60 s) times three right-hand sides: %d x %g s "
+             "a line,\nthose on as many threads taking turns; medians. of read, x triad: beside reading, and a triad, "
+             "of as many bytes.\nerror, elastic: relative, of noise and of what springs pull with. / sgemm ...: times "
+             "as fast as OpenBLAS.\n",
+             options.repeats, options.seconds) +
+         machine_lines(facts, blas_version()) + bandwidth_line(facts, "read_gb_per_s", "reading from memory");
+}
+
+int step_cap(const FilterOptions& options, bool dense) {
+  const int all = dense ? 158 : 1000;  // kMostDense; a million particles
+  return options.n.empty() ? all : std::min(all, *std::max_element(options.n.begin(), options.n.end()));
+}
+
+/// Goes on from size to size, and writes everything after each.
+class Bench {
+ public:
+  explicit Bench(const FilterOptions& options)
+      : options_(options), files_(options.out, "filter", options.json), threads_(thread_counts(options.threads)) {
+    files_.prepare();
+    status_.show("measuring the machine", 0);
+    facts_ = facts_of(threads_);
+    status_.clear();
+    print_(introduction(options, facts_));
+  }
+
+  void products() {
+    FilterTiming timing;
+    timing.threads = threads_, timing.dense = asks(options_, "dense"), timing.sparse = asks(options_, "sparse");
+    timing.repeats = options_.repeats, timing.seconds = options_.seconds;
+    if (!timing.dense && !timing.sparse) return;
+    const std::vector<int> sides =
+        options_.n.empty() ? std::vector{17, 24, 32, 46, 71, 100, 141, 316, 1000} : sorted(options_.n);
+    for (std::size_t k = 0; k < sides.size(); ++k) {
+      const FilterRows now = measure_filters(sides[k], timing, [&](const std::string& what, double part) {
+        status_.show("N = " + std::to_string(sides[k]) + ", " + what,
+                     (static_cast<double>(k) + part) / static_cast<double>(sides.size()));
+      });
+      status_.clear();
+      print_(filter_table(now.rows, now.left_out));
+      rows_.insert(rows_.end(), now.rows.begin(), now.rows.end());
+      write();
+    }
+    print_(crossover(rows_) + bars(rows_, facts_["cache_bytes"].get<double>()));
+    write();
+  }
+
+  void steps() {
+    if (!asks(options_, "step")) return;
+    std::vector<FilterRow> found;
+    double searched = 0;
+    for (const FilterKind filter : {FilterKind::Dense, FilterKind::Sparse})
+      for (const int threads : threads_) {
+        const StepSearch search{filter, threads, step_cap(options_, filter == FilterKind::Dense),
+                                options_.repeats * options_.seconds};
+        const auto row = real_time(search, [&](const std::string& what) {
+          status_.show(what + " on " + counted(threads, "thread"),
+                       searched / (2.0 * static_cast<double>(threads_.size())));
+        });
+        if (row) found.push_back(*row);
+        ++searched;
+      }
+    status_.clear();
+    print_(step_table(found));
+    rows_.insert(rows_.end(), found.begin(), found.end());
+    write();
+  }
+
+  void finish() const { files_.list(no_chart_); }
+
+ private:
+  /// Now: what ends the next size takes none of this one away.
+  void write() {
+    files_.write(to_json(rows_), facts_.dump(2) + "\n", print_.text());
+    if (!rows_.empty() && !rows_.back().is_step()) no_chart_ = draw_filter_chart(rows_, options_.out);
+  }
+
+  const FilterOptions& options_;
+  Files files_;
+  std::vector<int> threads_;
+  Status status_;
+  Printer print_;
+  Json facts_;
+  std::vector<FilterRow> rows_;
+  std::string no_chart_ = "there are no products";
+};
+
+}  // namespace
+
+void run_filter(const FilterOptions& options) {
+  Bench bench(options);
+  bench.products();
+  bench.steps();
+  bench.finish();
+}
+
+}  // namespace malha::bench

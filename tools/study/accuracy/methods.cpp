@@ -1,0 +1,147 @@
+#include "tools/study/accuracy/methods.h"
+
+#include <algorithm>
+
+#include "host/simulation.h"
+#include "host/solver/solver.h"
+
+namespace malha::study {
+
+namespace {
+
+const char* name_of(Precision precision) { return precision == Precision::Float ? "float" : "double"; }
+const char* name_of(Storage storage) {
+  return storage == Storage::Float ? "float" : storage == Storage::Double ? "double" : "int16";
+}
+const char* name_of(Corrector corrector) {
+  return corrector == Corrector::Inertia ? "inertia" : corrector == Corrector::Paper ? "paper" : "off";
+}
+
+class List {
+ public:
+  List(const AccuracyCase& of, bool quick) : of_(of), factor_(quick ? 4 : 2) {}
+
+  void of_projections() {
+    if (!of_.tetrahedra)
+      for (const Precision precision : {Precision::Float, Precision::Double}) {
+        Method method = xpbd(std::string("PBD, iterations, ") + name_of(precision), precision);
+        method.compliant = false;
+        by_iterations(method, of_.sweeps / 4);
+      }
+    by_substeps(xpbd("XPBD, substeps, float", Precision::Float), of_.sweeps);
+    by_substeps(xpbd("XPBD, substeps, double", Precision::Double), of_.sweeps);
+    by_iterations(xpbd("XPBD, iterations", Precision::Double), of_.sweeps);
+    Method levels = xpbd("XPBD, substeps and levels, float", Precision::Float);
+    levels.solver.levels = kAutoLevels;
+    if (has_levels(levels)) by_substeps(levels, of_.sweeps);
+  }
+
+  void of_filters() {
+    if (of_.tetrahedra) return;
+    by_substeps(desbrun("Desbrun, substeps"), of_.solves);
+    Method refined = desbrun("Desbrun, refine, 1 substep");
+    refined.solver.desbrun.corrector = Corrector::Off;
+    by_refine(refined);
+    refined.series = "Desbrun, refine, 16 substeps", refined.solver.substeps = 16;
+    by_refine(refined);
+    if (of_.scene.gravity != Vec3{} && !of_.at_rest) {
+      Method method = desbrun("Desbrun, gravity round the filter");
+      method.solver.desbrun.internal_only = true;
+      by_substeps(method, of_.solves);
+    }
+  }
+
+  /// Those that show the filters' storage or the corrector, in a chart of their own.
+  void of_variants() {
+    if (of_.tetrahedra || of_.exact || of_.dense == 0) return;
+    if (of_.scene.bodies[0].pins.empty())
+      for (const Corrector corrector : {Corrector::Inertia, Corrector::Paper, Corrector::Off}) {
+        Method method = desbrun(std::string("Desbrun, corrector ") + name_of(corrector));
+        method.solver.desbrun.corrector = corrector, method.variant = true;
+        by_substeps(method, of_.solves);
+      }
+    for (const Storage storage : {Storage::Float, Storage::Double, Storage::Int16}) {
+      Method method = desbrun(std::string("Desbrun, dense, ") + name_of(storage));
+      if (storage != Storage::Double) method.solver.precision = Precision::Float;
+      method.solver.desbrun.filter = FilterKind::Dense, method.solver.desbrun.storage = storage, method.variant = true;
+      by_substeps(method, of_.dense);
+    }
+    Method method = desbrun("Desbrun, sparse, float");
+    method.solver.precision = Precision::Float, method.variant = true;
+    by_substeps(method, of_.solves);
+  }
+
+  void of_others() {
+    if (of_.at_rest) return;
+    Method method;
+    method.solver.precision = Precision::Double;
+    method.series = "explicit Euler", method.integrator = Integrator::ExplicitEuler;
+    by_substeps(method, of_.euler);
+    method.series = "symplectic Euler", method.integrator = Integrator::SymplecticEuler;
+    by_substeps(method, of_.euler);
+    method.series = "RK4", method.integrator = Integrator::Rk4;
+    by_substeps(method, of_.rk4);
+    method.series = "backward Euler, Newton", method.integrator = Integrator::BackwardEuler;
+    method.until = of_.newton_until;
+    if (!of_.tetrahedra) by_substeps(method, of_.newton);
+  }
+
+  std::vector<Method> all() && { return std::move(all_); }
+
+ private:
+  static Method xpbd(const std::string& series, Precision precision) {
+    Method method;
+    method.series = series;
+    method.solver.substeps = 1, method.solver.precision = precision, method.solver.levels = 0;
+    return method;
+  }
+  bool has_levels(const Method& method) const {
+    const Scene scene = with_solver(of_, method.solver, method.compliant);
+    return !Simulation(scene, {.threads = 1}).solver().facts().levels.empty();
+  }
+  static Method desbrun(const std::string& series) {
+    Method method = xpbd(series, Precision::Double);
+    method.solver.type = "desbrun", method.solver.desbrun.filter = FilterKind::Sparse;
+    return method;
+  }
+  void by_substeps(Method method, int most) {
+    for (int n = 1; n <= most; n *= factor_) method.solver.substeps = n, all_.push_back(method);
+  }
+  void by_iterations(Method method, int most) {
+    for (int n = 1; n <= most; n *= factor_) method.solver.iterations = n, all_.push_back(method);
+  }
+  void by_refine(Method method) {
+    for (int r = 0; r <= of_.refine; r = std::max(1, 2 * r)) method.solver.desbrun.refine = r, all_.push_back(method);
+  }
+
+  const AccuracyCase& of_;
+  int factor_;
+  std::vector<Method> all_;
+};
+
+}  // namespace
+
+std::string Method::key() const {
+  const DesbrunSpec& d = solver.desbrun;
+  std::string key = series + ", " + std::to_string(solver.substeps) + "x" + std::to_string(solver.iterations) + " " +
+                    name_of(solver.precision);
+  if (solver.type == "desbrun")
+    key += " r=" + std::to_string(d.refine) +
+           (d.filter == FilterKind::Dense    ? " dense"
+            : d.filter == FilterKind::Sparse ? " sparse"
+                                             : " auto") +
+           (d.storage ? std::string(" ") + name_of(*d.storage) : "") +
+           (d.corrector ? std::string(" ") + name_of(*d.corrector) : "") + (d.internal_only ? " internal only" : "");
+  return key;
+}
+
+std::vector<Method> accuracy_methods(const AccuracyCase& of, bool quick) {
+  List list(of, quick);
+  list.of_projections();
+  list.of_filters();
+  list.of_variants();
+  list.of_others();
+  return std::move(list).all();
+}
+
+}  // namespace malha::study

@@ -1,0 +1,152 @@
+#include "tools/study/accuracy/sections.h"
+
+#include <algorithm>
+
+#include "tools/bench/output.h"
+#include "tools/study/accuracy/words.h"
+
+namespace malha::study {
+
+namespace {
+
+using bench::formatted;
+
+constexpr double kDrawn = 10;  // m: what is farther off is off the chart
+
+/// Colour and mark of a series: malha's methods by family, the integrators that are not malha's in grey and black.
+std::string style(const std::string& series) {
+  struct Look {
+    const char *start, *style;
+  };
+  static constexpr Look looks[] = {
+      {"PBD, iterations, float", "lc rgb '#d62728' pt 5"},
+      {"PBD, iterations, double", "lc rgb '#d62728' pt 4 ps 1.6 dt 2"},
+      {"XPBD, substeps, float", "lc rgb '#1f4e9c' pt 7"},
+      {"XPBD, substeps, double", "lc rgb '#1f4e9c' pt 6 dt 2"},
+      {"XPBD, substeps and levels, float", "lc rgb '#7b3294' pt 7"},
+      {"XPBD, iterations", "lc rgb '#74a9cf' pt 9"},
+      {"Desbrun, substeps", "lc rgb '#1b7837' pt 13"},
+      {"Desbrun, gravity", "lc rgb '#a6761d' pt 12 dt 2"},
+      {"Desbrun, refine, 1 ", "lc rgb '#7fbf3f' pt 11"},
+      {"Desbrun, refine, 16 ", "lc rgb '#7fbf3f' pt 10 dt 2"},
+      {"Desbrun, corrector inertia", "lc rgb '#1f4e9c' pt 6 ps 1.6"},
+      {"Desbrun, corrector paper", "lc rgb '#d62728' pt 5"},
+      {"Desbrun, corrector off", "lc rgb '#999999' pt 4"},
+      {"Desbrun, dense, float", "lc rgb '#74a9cf' pt 7"},
+      {"Desbrun, dense, double", "lc rgb '#8856a7' pt 6 ps 1.6"},
+      {"Desbrun, dense, int16", "lc rgb '#e69f00' pt 9"},
+      {"Desbrun, sparse, float", "lc rgb '#7fbf3f' pt 11"},
+      {"explicit", "lc rgb '#e69f00' pt 1"},
+      {"symplectic", "lc rgb '#999999' pt 4"},
+      {"RK4", "lc rgb '#000000' pt 3"},
+      {"backward", "lc rgb '#8856a7' pt 2"},
+  };
+  std::string found;
+  for (const Look& look : looks)
+    if (series.starts_with(look.start)) found = look.style;
+  return "with linespoints lw 2 " + found;
+}
+
+/// Of what is so at the time of this number.
+Chart chart(const AccuracyCase& of, const Truth& truth, std::size_t time, const Points& points, double Point::*cost,
+            const std::string& name, const std::string& axis) {
+  Chart chart{of.name + "_" + name, "", {}};
+  double least = 1e300, most = 0;
+  for (const Point& point : points) {
+    if (!(point.error > 0) || point.error > kDrawn) continue;
+    least = std::min(least, point.*cost), most = std::max(most, point.*cost);
+    if (chart.series.empty() || chart.series.back().title != point.series)
+      chart.series.push_back({"", style(point.series), point.series});
+    chart.series.back().data += formatted("%.9g %.9g\n", point.*cost, point.error);
+  }
+  const double known = truth.known[time];
+  if (known > 0 && name != "filters")
+    chart.series.push_back({formatted("%.9g %.9g\n%.9g %.9g\n", least / 1.4, known, most * 1.4, known),
+                            "with lines lw 1 dt 3 lc rgb '#444444'",
+                            of.exact ? "own equilibrium of the springs" : "how well the true motion is known"});
+  chart.settings = "set logscale xy\nset format x '%g'\nset format y '10^{%T}'\nset xlabel '" + axis +
+                   "'\nset ylabel 'RMS distance to the true " + (of.at_rest ? "equilibrium" : "motion") +
+                   " (m)'\nset title '" + of.title + formatted(": after %g s'\n", of.times[time]) +
+                   formatted("set xrange [%g:%g]\n", least / 1.5, most * 1.5);
+  return chart;
+}
+
+constexpr const char* kMs = "ms of processor time per simulated second, one thread";
+
+Section cost_section(const AccuracyCase& of, const Truth& truth, const Points& points, const Points& last) {
+  Section cost{of.title + ": what accuracy costs",
+               {of.what, truth_sentence(of, truth)},
+               {},
+               cheapest_table(points, truth.known[0])};
+  cost.chart = chart(of, truth, 0, points, &Point::ms, "cost", kMs);
+  cost.sentences.push_back(formatted("Cheapest here after %g s, of all (ms a simulated second): ", of.times[0]) +
+                           cheapest_list(points, truth.known[0], &Point::ms, "ms", false) + ".");
+  cost.sentences.push_back("Of malha's methods: " + cheapest_list(points, truth.known[0], &Point::ms, "ms", true) +
+                           ".");
+  const double known = 3 * truth.known.back();  // what is much nearer is so by chance
+  if (of.times.size() > 1 && known < 0.1)
+    cost.sentences.push_back(formatted("After %g s, of malha's: ", of.times.back()) +
+                             cheapest_list(last, known, &Point::ms, "ms", true) + ".");
+  cost.sentences.push_back(best_sentence(points));
+  if (const std::string line = float_sentence(points); !line.empty()) cost.sentences.push_back(line);
+  return cost;
+}
+
+Section late_section(const AccuracyCase& of, const Truth& truth, const Points& last) {
+  const double known = truth.known.back();
+  Section late{of.title + formatted(": what accuracy costs after %g s", of.times.back()),
+               {"Cheapest of all (ms a simulated second): " + cheapest_list(last, known, &Point::ms, "ms", false) + ".",
+                "Of malha's methods: " + cheapest_list(last, known, &Point::ms, "ms", true) + ".", best_sentence(last)},
+               {},
+               cheapest_table(last, known)};
+  late.chart = chart(of, truth, of.times.size() - 1, last, &Point::ms, "late", kMs);
+  return late;
+}
+
+Section work_section(const AccuracyCase& of, const Truth& truth, const Points& points, const Json& rows) {
+  Section work{
+      of.title + ": what accuracy takes in sweeps",
+      {"Independent of the machine: a sweep is one projection of every constraint, one solve with Desbrun's "
+       "filter, one evaluation of all forces, or one factorisation of Newton's. PBD has stiffness 1, whatever the "
+       "springs'.",
+       "Fewest of malha's: " + cheapest_list(points, truth.known[0], &Point::sweeps, "sweeps a second", true) + "."},
+      {},
+      runs_table(of, rows)};
+  for (const std::string& line :
+       {orders_sentence(points), growth_sentence(points, of.times[0]), diverged_sentence(of, rows)})
+    if (!line.empty()) work.sentences.push_back(line);
+  work.chart =
+      chart(of, truth, 0, points, &Point::sweeps, "work", "sweeps, solves or evaluations per simulated second");
+  return work;
+}
+
+}  // namespace
+
+std::vector<Section> accuracy_sections(const AccuracyCase& of, const Truth& truth, const Json& rows) {
+  const bool is_free = !of.at_rest && of.scene.bodies[0].pins.empty();
+  // What the variants are compared with: on free bodies that is one of them, with the corrector by inertia.
+  const std::string base = is_free ? "" : "Desbrun, substeps";
+  const auto at = [&](double time, bool variants) {
+    Points points = points_at(rows, of.name, time);
+    std::erase_if(points, [&](const Point& p) { return variants ? !p.variant && p.series != base : p.variant; });
+    return points;
+  };
+  const Points points = at(of.times[0], false), last = at(of.times.back(), false);
+  std::vector<Section> sections{cost_section(of, truth, points, last), work_section(of, truth, points, rows)};
+  if (is_free) sections[0].sentences.push_back(momenta_sentence(last, of.times.back()));
+  if (of.times.size() > 1 && truth.known.back() <= kChaotic) sections.push_back(late_section(of, truth, last));
+  if (const Points variants = at(of.times[0], true); variants.size() > 0 && variants.back().variant) {
+    Section filters{of.title + ": variants of Desbrun's filter",
+                    {"All but what they name are sparse, in double, and with the corrector by inertia on free bodies.",
+                     best_sentence(variants)},
+                    {},
+                    cheapest_table(variants, truth.known[0])};
+    filters.sentences.push_back("Cheapest: " + cheapest_list(variants, truth.known[0], &Point::ms, "ms", true) + ".");
+    if (is_free) filters.sentences.push_back(momenta_sentence(at(of.times.back(), true), of.times.back()));
+    filters.chart = chart(of, truth, 0, variants, &Point::ms, "filters", kMs);
+    sections.push_back(filters);
+  }
+  return sections;
+}
+
+}  // namespace malha::study

@@ -1,0 +1,183 @@
+#include "tools/study/accuracy/words.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "tools/bench/output.h"
+
+namespace malha::study {
+
+namespace {
+
+using bench::formatted;
+
+/// "1e-3"
+std::string power(int exponent) { return "1e" + std::to_string(exponent); }
+
+/// What `say` says of each series' best point, one after the other.
+std::string each_series(const Points& points, const std::function<bool(const Point&, const Point&)>& better,
+                        const std::function<std::string(const Point&)>& say) {
+  std::string line;
+  for (auto first = points.begin(); first != points.end();) {
+    const auto end = std::find_if(first, points.end(), [&](const Point& p) { return p.series != first->series; });
+    line += (line.empty() ? "" : "; ") + say(*std::min_element(first, end, better));
+    first = end;
+  }
+  return line;
+}
+
+}  // namespace
+
+std::string truth_sentence(const AccuracyCase& of, const Truth& truth) {
+  const std::string frequency = formatted(
+      "The largest frequency at the start is %.4g rad/s: symplectic Euler is stable from %.0f steps a frame on.",
+      truth.omega, std::ceil(truth.omega * kFrame / 2));
+  if (of.at_rest) return of.expected;
+  if (of.exact) return "The true motion is known in closed form. " + frequency;
+  const auto at_times = [&of](const std::vector<double>& away) {
+    std::string line;
+    for (std::size_t k = 0; k < of.times.size(); ++k)
+      line += formatted("%s %.1e m away after %g s", k == 0 ? "" : " and", away[k], of.times[k]);
+    return line + ". ";
+  };
+  std::string line = formatted(
+                         "The true motion is that of the same equations by RK4 with a step of %.2g s (omega_max h = "
+                         "%.2g); with twice that step it is",
+                         kFrame / of.reference, truth.omega * kFrame / of.reference) +
+                     at_times(truth.halved) + formatted("Started %g m off it is", kShake) + at_times(truth.shaken);
+  if (const double known = truth.known.back(); known > kChaotic) {
+    const bool of_step = truth.halved.back() > 10 * truth.shaken.back();
+    line += of_step ? "That is the step's error. "
+                    : formatted("By %g s it is chaotic, and no smaller step mends that. ", of.times.back());
+    line += formatted("No method's distance below %.0e m says anything. ", known);
+  }
+  return line + frequency;
+}
+
+std::string cheapest_list(const Points& points, double known, double Point::*cost, const char* unit, bool ours_alone) {
+  std::string line;
+  const auto best = [&](int exponent) {
+    const double error = std::pow(10, exponent);
+    return error > known ? cheapest(points, error, cost, ours_alone) : nullptr;
+  };
+  for (int exponent = -1; exponent >= -12 && best(exponent) != nullptr; --exponent) {
+    const Point& point = *best(exponent);
+    if (best(exponent - 1) == &point) continue;
+    line += (line.empty() ? "" : "; ") + power(exponent) + " m: " + point.series + " (" + point.settings +
+            formatted(", %.3g %s)", point.*cost, unit);
+  }
+  return line.empty() ? "none reaches 1e-1 m" : line;
+}
+
+Table cheapest_table(const Points& points, double known) {
+  Table table{{"error at most, m", "cheapest of all", "settings", "ms per s", "cheapest of malha's", "settings",
+               "ms per s", "fewest sweeps of malha's", "settings", "sweeps per s"},
+              {}};
+  for (int exponent = 0; exponent >= -12; --exponent) {
+    const double error = std::pow(10, exponent);
+    if (error < known || cheapest(points, error, &Point::ms, false) == nullptr) break;
+    std::vector<std::string> row{power(exponent)};
+    for (const auto& [cost, ours] :
+         {std::pair(&Point::ms, false), std::pair(&Point::ms, true), std::pair(&Point::sweeps, true)}) {
+      const Point* point = cheapest(points, error, cost, ours);
+      row.push_back(point ? point->series : "none");
+      row.push_back(point ? point->settings : "");
+      row.push_back(point ? formatted("%.3g", point->*cost) : "");
+    }
+    table.rows.push_back(row);
+  }
+  return table;
+}
+
+std::string orders_sentence(const Points& points) {
+  std::string line;
+  for (auto p = points.begin(); p != points.end(); ++p) {
+    if (p != points.begin() && p->series == std::prev(p)->series) continue;
+    if (const double order = order_of(points, p->series); order > 0)
+      line += (line.empty() ? "" : "; ") + p->series + formatted(" %.1f", order);
+  }
+  return line.empty() ? "" : "The error falls with the sweeps to the power of: " + line + ".";
+}
+
+std::string best_sentence(const Points& points) {
+  return "The best of each, with its gain or loss of energy: " +
+         each_series(
+             points, [](const Point& a, const Point& b) { return a.error < b.error; },
+             [](const Point& best) {
+               return best.series + formatted(" %.1e m", best.error) + " (" + best.settings +
+                      formatted(", %+.2g %%)", 100 * best.energy);
+             }) +
+         ".";
+}
+
+std::string float_sentence(const Points& points) {
+  const Point *best = nullptr, *dearest = nullptr;
+  for (const Point& point : points) {
+    if (point.series != "XPBD, substeps, float") continue;
+    if (best == nullptr || point.error < best->error) best = &point;
+    dearest = &point;
+  }
+  constexpr double worse = 2;
+  if (best == nullptr || dearest->error < worse * best->error) return "";
+  return "In float XPBD is best with " + best->settings + formatted(" (%.1e m), and with ", best->error) +
+         dearest->settings +
+         formatted(" it is %.1e m away, its energy wrong by %+.2g %%: ", dearest->error, 100 * dearest->energy) +
+         "what a substep moves is lost in the rounding of places.";
+}
+
+std::string momenta_sentence(const Points& points, double time) {
+  return formatted(
+             "What of momentum (kg m/s) and angular momentum (kg m^2/s) is wrong after %g s, of each at its dearest: ",
+             time) +
+         each_series(
+             points, [](const Point& a, const Point& b) { return a.sweeps > b.sweeps; },
+             [](const Point& dearest) {
+               return dearest.series + formatted(" %.1e, %.1e", dearest.momentum, dearest.angular_momentum) + " (" +
+                      dearest.settings + ")";
+             }) +
+         ".";
+}
+
+std::string growth_sentence(const Points& points, double time) {
+  std::string line;
+  double kept = 0;
+  for (const Point& point : points) {
+    if (point.series == "symplectic Euler") kept = point.energy;
+    if (point.series == "explicit Euler")
+      line += (line.empty() ? "" : ", ") + formatted("%+.2g %% (", 100 * point.energy) + point.settings + ")";
+  }
+  return line.empty() ? ""
+                      : formatted("Explicit Euler adds energy at every step, after %g s: ", time) + line +
+                            formatted("; symplectic Euler with the most steps: %+.2g %%.", 100 * kept);
+}
+
+std::string diverged_sentence(const AccuracyCase& of, const Json& rows) {
+  std::string line, series;
+  for (const Json& row : rows)
+    if (row["case"] == of.name && row["time_s"] == of.times.back() && row["status"] == "diverged") {
+      line += row["series"] == series ? ", " : (line.empty() ? "" : "; ") + row["series"].get<std::string>() + " ";
+      line += row["settings"].get<std::string>();
+      series = row["series"];
+    }
+  return line.empty() ? "" : "Diverged: " + line + ".";
+}
+
+Table runs_table(const AccuracyCase& of, const Json& rows) {
+  Table table{{"method", "settings", "time, s", "status", "RMS error, m", "RMS strain", "its error", "energy drift, %",
+               "momentum error", "angular", "ms per s", "sweeps per s"},
+              {}};
+  for (const Json& row : rows) {
+    if (row["case"] != of.name) continue;
+    const auto number = [&row](const char* key, double scale = 1) {
+      return row.contains(key) && row[key].is_number() ? formatted("%.3g", scale * row[key].get<double>()) : "";
+    };
+    table.rows.push_back({row["series"].get<std::string>(), row["settings"].get<std::string>(), number("time_s"),
+                          row["status"].get<std::string>(), number("rms_error_m"), number("rms_strain"),
+                          number("rms_strain_error"), number("energy_drift", 100), number("momentum_error_kg_m_per_s"),
+                          number("angular_momentum_error_kg_m2_per_s"), number("ms_per_s"), number("sweeps_per_s")});
+  }
+  return table;
+}
+
+}  // namespace malha::study

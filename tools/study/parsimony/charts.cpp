@@ -1,0 +1,77 @@
+#include "tools/study/parsimony/charts.h"
+
+#include "tools/bench/output.h"
+
+namespace malha::study {
+
+namespace {
+
+using bench::formatted;
+
+std::string quoted(const std::string& name) { return "'" + name + "'"; }
+
+/// Passes that are drawn as one.
+struct Layer {
+  const char* title;
+  std::vector<const char*> passes;
+  const char* colour;
+};
+
+const std::vector<Layer>& layers() {
+  static const std::vector<Layer> all{
+      {"prediction, projection, state", {"visits", "prediction", "projection", "state"}, "#1f4e9c"},
+      {"air", {"air"}, "#74a9cf"},
+      {"damping", {"damping"}, "#e69f00"},
+      {"reach, pins, attachments, sleep", {"long_range", "pins", "attachments", "sleep"}, "#7fbf3f"},
+      {"environment", {"collision", "contact"}, "#d62728"}};
+  return all;
+}
+
+}  // namespace
+
+std::string names(const Json& rows) {
+  std::string tics;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    tics += (k == 0 ? "" : ", ") + quoted(text(rows[k], "feature")) + " " + std::to_string(k);
+  return "set ytics (" + tics + ") noenhanced\n" +
+         formatted("set yrange [%g:-0.7]\n", static_cast<double>(rows.size()) - 0.3);
+}
+
+bench::Series bars(const Json& rows, const std::string& key, double scale, double from, const std::string& colour,
+                   const std::string& title) {
+  std::string data;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    if (const double value = number(rows[k], key) * scale; value > from)
+      data += formatted("%g %zu %g %g %g %g\n", value, k, from, value, static_cast<double>(k) - 0.35,
+                        static_cast<double>(k) + 0.35);
+  return {data, "with boxxyerror fs solid 0.8 noborder lc rgb '" + colour + "'", title};
+}
+
+Chart ladder_chart(const Json& ladder) {
+  Json rungs = ladder;
+  const Json last = rungs.back();
+  rungs.erase(rungs.size() - 1);
+  std::vector<double> from(rungs.size(), 0);
+  Chart chart{"ladder",
+              names(rungs) + "set xlabel 'ms a step'\nset title 'A cloth that is asked for more and more (" +
+                  text(last, "feature") + formatted(": %.3g ms, off the chart)'\n", number(last, "ms_a_step")) +
+                  "set xrange [0:]\n",
+              {}};
+  for (const Layer& layer : layers()) {
+    std::string data;
+    for (std::size_t k = 0; k < rungs.size(); ++k) {
+      double ms = 0;
+      for (const char* pass : layer.passes) ms += number(rungs[k], std::string("pass_") + pass + "_ms");
+      if (ms > 0)
+        data += formatted("%g %zu %g %g %g %g\n", from[k], k, from[k], from[k] + ms, static_cast<double>(k) - 0.35,
+                          static_cast<double>(k) + 0.35);
+      from[k] += ms;
+    }
+    if (!data.empty())
+      chart.series.push_back(
+          {data, std::string("with boxxyerror fs solid 0.8 noborder lc rgb '") + layer.colour + "'", layer.title});
+  }
+  return chart;
+}
+
+}  // namespace malha::study

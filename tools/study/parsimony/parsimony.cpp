@@ -1,0 +1,80 @@
+#include "tools/study/parsimony/parsimony.h"
+
+#include "tools/study/parsimony/cell.h"
+#include "tools/study/parsimony/scenes.h"
+#include "tools/study/parsimony/sections.h"
+
+namespace malha::study {
+
+namespace {
+
+double sum(const Json& numbers) {
+  double all = 0;
+  for (const auto& item : numbers.items()) all += item.value().get<double>();
+  return all;
+}
+
+/// "Predict<float> 10, UpdateState<float> 10": of `a` what goes beyond `b`.
+std::string beyond(const Json& a, const Json& b) {
+  std::string list;
+  for (const Json& of : a) {
+    auto launches = of["launches"].get<std::int64_t>();
+    for (const Json& other : b)
+      if (other["kernel"] == of["kernel"]) launches -= other["launches"].get<std::int64_t>();
+    if (launches > 0)
+      list += (list.empty() ? "" : ", ") + of["kernel"].get<std::string>() + " " + std::to_string(launches);
+  }
+  return list;
+}
+
+Json launches(const Json& list) {
+  std::int64_t all = 0;
+  for (const Json& of : list) all += of["launches"].get<std::int64_t>();
+  return all;
+}
+
+Json row(const char* kind, const Demand& of, const Json& without, const Json& with) {
+  Json row{{"kind", kind},
+           {"feature", of.feature},
+           {"base", of.base},
+           {"particles", with["particles"]},
+           {"ms_a_step", with["ms_a_step"]},
+           {"ms_a_step_without", without["ms_a_step"]},
+           {"added_ms", with["added_ms"]},
+           {"added_percent", 100 * with["added_ms"].get<double>() / without["ms_a_step"].get<double>()},
+           {"bytes", sum(with["bytes"])},
+           {"added_bytes", sum(with["bytes"]) - sum(without["bytes"])},
+           {"launches_a_step", launches(with["launches"])},
+           {"launches_a_step_without", launches(without["launches"])},
+           {"kernels", beyond(with["launches"], Json::array())},
+           {"kernels_added", beyond(with["launches"], without["launches"])},
+           {"kernels_gone", beyond(without["launches"], with["launches"])}};
+  for (const auto& [pass, ms] : with["passes_ms"].items()) row["pass_" + pass + "_ms"] = ms;
+  for (const auto& [owner, count] : with["bytes"].items()) row[owner + "_bytes"] = count;
+  for (const auto& [owner, count] : with["bytes"].items())
+    row[owner + "_bytes_added"] = count.get<double>() - without["bytes"][owner].get<double>();
+  return row;
+}
+
+}  // namespace
+
+Findings run_parsimony(Cells& cells) {
+  const std::vector<Demand> single = single_demands(cells.quick()), ladder = ladder_of_demands(cells.quick());
+  cells.plan(static_cast<int>(single.size()) + 1);
+  Findings findings;
+  for (const Demand& of : single) {
+    const Json pair = cells(of.base + ", " + of.feature, [&] { return parsimony_cell({of.without, of.with}, cells); });
+    findings.rows.push_back(row("single", of, pair[0], pair[1]));
+  }
+  const Json rungs = cells("ladder", [&] {
+    std::vector<Scene> scenes{ladder.front().without};
+    for (const Demand& of : ladder) scenes.push_back(of.with);
+    return parsimony_cell(scenes, cells);
+  });
+  for (std::size_t k = 0; k < ladder.size(); ++k)
+    findings.rows.push_back(row("ladder", ladder[k], rungs[k], rungs[k + 1]));
+  findings.sections = parsimony_sections(findings.rows);
+  return findings;
+}
+
+}  // namespace malha::study

@@ -1,0 +1,84 @@
+#include "tools/study/reference/sweep.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace malha::study {
+
+std::vector<int> order_from_pins(const SpringSystem& system) {
+  std::vector<std::vector<int>> next(system.count());
+  for (const Spring& s : system.springs) next[s.i].push_back(s.j), next[s.j].push_back(s.i);
+  std::vector<int> away(system.count(), system.count()), front;
+  for (int i = 0; i < system.count(); ++i)
+    if (system.pinned[i]) away[i] = 0, front.push_back(i);
+  for (std::size_t k = 0; k < front.size(); ++k)
+    for (const int j : next[front[k]])
+      if (away[j] > away[front[k]] + 1) away[j] = away[front[k]] + 1, front.push_back(j);
+  const auto nearer = [&](int s) { return std::min(away[system.springs[s].i], away[system.springs[s].j]); };
+  std::vector<int> order(system.springs.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return nearer(a) < nearer(b); });
+  return order;
+}
+
+std::vector<int> order_by_colour(const SpringSystem& system) {
+  std::vector<std::vector<bool>> used(system.count());
+  std::vector<int> colour;
+  for (const Spring& s : system.springs) {
+    int lowest = 0;
+    const auto taken = [&](int i) { return !system.pinned[i] && lowest < int(used[i].size()) && used[i][lowest]; };
+    while (taken(s.i) || taken(s.j)) ++lowest;
+    for (const int i : {s.i, s.j}) {
+      if (lowest >= int(used[i].size())) used[i].resize(lowest + 1);
+      used[i][lowest] = true;
+    }
+    colour.push_back(lowest);
+  }
+  std::vector<int> order(colour.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return colour[a] < colour[b]; });
+  return order;
+}
+
+template <class R>
+PlainSweep<R>::PlainSweep(const SpringSystem& system, std::vector<int> order, double compliance)
+    : system_(system), order_(std::move(order)), p_(system.count()), compliance_(compliance) {
+  for (int i = 0; i < system.count(); ++i) {
+    x_.push_back(system.start.x.segment<3>(3 * i).cast<R>());
+    v_.push_back(system.start.v.segment<3>(3 * i).cast<R>());
+    w_.push_back(system.pinned[i] ? R(0) : R(1 / system.mass[i]));
+  }
+}
+
+template <class R>
+void PlainSweep<R>::substep(double h) {
+  const R step = R(h), softness = R(compliance_ / (h * h));
+  const Column g = system_.gravity.cast<R>();
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    if (w_[i] > 0) v_[i] += step * g;
+    p_[i] = x_[i] + step * v_[i];
+  }
+  for (const int s : order_) {
+    const auto& [a, b, stiffness, rest] = system_.springs[s];
+    const Column d = p_[a] - p_[b];
+    const R length = d.norm();
+    if (!(length > 0)) continue;
+    const Column move = d * ((length - R(rest)) / (length * (w_[a] + w_[b] + softness)));
+    p_[a] -= w_[a] * move, p_[b] += w_[b] * move;
+  }
+  for (std::size_t i = 0; i < x_.size(); ++i) v_[i] = (p_[i] - x_[i]) / step, x_[i] = p_[i];
+}
+
+template <class R>
+State PlainSweep<R>::state() const {
+  State state{Vector(3 * system_.count()), Vector(3 * system_.count())};
+  for (int i = 0; i < system_.count(); ++i)
+    state.x.segment<3>(3 * i) = x_[i].template cast<double>(),
+                           state.v.segment<3>(3 * i) = v_[i].template cast<double>();
+  return state;
+}
+
+template class PlainSweep<float>;
+template class PlainSweep<double>;
+
+}  // namespace malha::study

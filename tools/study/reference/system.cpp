@@ -1,0 +1,125 @@
+#include "tools/study/reference/system.h"
+
+#include <cmath>
+
+#include "host/mesh/generate.h"
+#include "host/mesh/topology.h"
+#include "host/model/pins.h"
+#include "host/simulation.h"
+
+namespace malha::study {
+
+Vector System::accelerations(const Vector& x) const {
+  Vector a = Vector::Zero(x.size());
+  add_forces(x, a);
+  for (int i = 0; i < count(); ++i)
+    if (pinned[i])
+      a.segment<3>(3 * i).setZero();
+    else
+      a.segment<3>(3 * i) = a.segment<3>(3 * i) / mass[i] + gravity;
+  return a;
+}
+
+double SpringSystem::elastic_energy(const Vector& x) const {
+  double sum = 0;
+  for (const Spring& s : springs) {
+    const double stretch = (x.segment<3>(3 * s.i) - x.segment<3>(3 * s.j)).norm() - s.rest;
+    sum += s.stiffness * stretch * stretch / 2;
+  }
+  return sum;
+}
+
+void SpringSystem::add_forces(const Vector& x, Vector& f) const {
+  for (const Spring& s : springs) {
+    const Eigen::Vector3d d = x.segment<3>(3 * s.i) - x.segment<3>(3 * s.j);
+    const Eigen::Vector3d pull = s.stiffness * (1 - s.rest / d.norm()) * d;
+    f.segment<3>(3 * s.i) -= pull;
+    f.segment<3>(3 * s.j) += pull;
+  }
+}
+
+Vector SpringSystem::strains(const Vector& x) const { return edge_strains(springs, x); }
+
+Vector edge_strains(const std::vector<Spring>& edges, const Vector& x) {
+  Vector strain(edges.size());
+  for (std::size_t s = 0; s < edges.size(); ++s) {
+    const double length = (x.segment<3>(3 * edges[s].i) - x.segment<3>(3 * edges[s].j)).norm();
+    strain[static_cast<int>(s)] = length / edges[s].rest - 1;
+  }
+  return strain;
+}
+
+void start_of(const Scene& scene, const Mesh& mesh, System& system) {
+  const BodySpec& body = scene.bodies.front();
+  system.mass = body.mass ? masses_by_total(mesh, *body.mass) : masses_by_density(mesh, body.density.value());
+  system.pinned = find_holds(scene, 0, mesh).pinned;
+  system.gravity = Eigen::Vector3d::Map(scene.gravity.data());
+  Scene exact = scene;
+  exact.solver.precision = Precision::Double;
+  const Simulation simulation(exact, {.threads = 1});
+  system.start = {flat(simulation.positions()), flat(simulation.velocities())};
+  for (int i = 0; i < system.count(); ++i)
+    if (system.pinned[i]) system.start.v.segment<3>(3 * i).setZero();
+}
+
+std::unique_ptr<SpringSystem> spring_system(const Scene& scene) {
+  auto system = std::make_unique<SpringSystem>();
+  const BodySpec& body = scene.bodies.front();
+  const Mesh mesh = make_mesh(body.shape);
+  start_of(scene, mesh, *system);
+  const Vector& x = system->start.x;
+  for (const ConstraintSpec& spec : body.constraints)
+    for (const std::string& on : spec.on)
+      for (const auto& [i, j] : on == "shear" ? shear(mesh) : edges(mesh)) {
+        if (system->pinned[i] && system->pinned[j]) continue;
+        const double length = (x.segment<3>(3 * i) - x.segment<3>(3 * j)).norm();
+        system->springs.push_back({i, j, 1 / spec.compliance.value(), spec.parameter * length});
+      }
+  return system;
+}
+
+double rms_distance(const Vector& a, const Vector& b) {
+  return (a - b).norm() / std::sqrt(static_cast<double>(a.size()) / 3);
+}
+
+Vector flat(const std::vector<Vec3>& points) {
+  Vector a(3 * static_cast<int>(points.size()));
+  for (int k = 0; k < a.size(); ++k) a[k] = points[k / 3][k % 3];
+  return a;
+}
+
+Balance balance(const System& system, const State& state) {
+  Balance sum{0, 0, system.elastic_energy(state.x), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  for (int i = 0; i < system.count(); ++i) {
+    if (system.pinned[i]) continue;
+    const Eigen::Vector3d x = state.x.segment<3>(3 * i), p = system.mass[i] * state.v.segment<3>(3 * i);
+    sum.kinetic += p.squaredNorm() / system.mass[i] / 2;
+    sum.potential -= system.mass[i] * system.gravity.dot(x);
+    sum.momentum += p;
+    sum.angular_momentum += x.cross(p);
+  }
+  return sum;
+}
+
+double largest_frequency(const System& system, const Vector& x) {
+  Vector weight(x.size());  // in root(m) x the matrix is symmetric, and its powers tend to the largest eigenvalue
+  for (int k = 0; k < weight.size(); ++k) weight[k] = system.pinned[k / 3] ? 0 : 1 / std::sqrt(system.mass[k / 3]);
+  Vector direction(x.size());
+  for (int k = 0; k < direction.size(); ++k) direction[k] = std::sin(1 + 7.3 * k) * (weight[k] > 0);
+  double squared = 0;
+  const double size = 1e-6 * x.cwiseAbs().maxCoeff();  // m: small beside an edge, large beside rounding
+  constexpr int turns = 300;
+  for (int turn = 0; turn < turns; ++turn) {
+    direction.normalize();
+    Vector move = weight.cwiseProduct(direction);
+    const double scale = size / move.cwiseAbs().maxCoeff();
+    move *= scale;
+    const Vector turned = (system.accelerations(x - move) - system.accelerations(x + move)) / (2 * scale);
+    direction =
+        turned.cwiseQuotient(weight.cwiseMax(1e-300)).cwiseProduct((weight.array() > 0).cast<double>().matrix());
+    squared = direction.norm();
+  }
+  return std::sqrt(squared);
+}
+
+}  // namespace malha::study

@@ -1,0 +1,160 @@
+#include "tools/study/scaling/cell.h"
+
+#include <stdlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "host/base/memory_size.h"
+#include "host/base/stopwatch.h"
+#include "host/base/text.h"
+#include "host/simulation.h"
+#include "host/solver/solver.h"
+#include "kernels/compute.h"
+#include "tools/bench/machine.h"
+#include "tools/bench/medians.h"
+
+namespace malha::study {
+
+namespace {
+
+constexpr int kWarmUp = 3;  // steps, after which all have the same state
+constexpr std::size_t kLeastTriad = std::size_t(1) << 16;
+
+/// Of a particle and substep by PBD: x, w, v read, x and v written, in float.
+constexpr double kPbdBytes = 52;
+
+struct Runner {
+  Crew line;
+  std::unique_ptr<Simulation> simulation;
+  double setup = 0;
+  std::string hash;
+  std::vector<double> steps;                                  // s, the mean of each turn
+  double least = 1e300;                                       // of all single steps
+  std::array<std::vector<double>, kPassNames.size()> passes;  // s a step, one a turn
+
+  void turn(double enough) {
+    simulation->step();  // OpenMP lets threads go, and starts others, where the last team had another number
+    const auto before = simulation->solver().pass_seconds();
+    const std::int64_t first = simulation->steps();
+    const auto step = [&] { least = std::min(least, seconds([&] { simulation->step(); })); };
+    steps.push_back(bench::seconds_each(step, enough));
+    const auto& after = simulation->solver().pass_seconds();
+    for (std::size_t k = 0; k < passes.size(); ++k)
+      passes[k].push_back((after[k] - before[k]) / static_cast<double>(simulation->steps() - first));
+  }
+};
+
+double must_move(const ClothMethod& method, const Simulation& simulation) {
+  const auto& filter = simulation.solver().facts().filter;
+  if (!filter) return kPbdBytes * method.substeps * simulation.model().count();
+  return static_cast<double>(filter->numbers) * sizeof(float) * (filter->kind == "sparse" ? 2 : 1);
+}
+
+Json result(const ClothMethod& method, const Runner& runner, double enough) {
+  const PatchFacts& patches = runner.simulation->solver().facts().patches;
+  Json passes = Json::object();
+  for (std::size_t k = 0; k < kPassNames.size(); ++k)
+    if (const double seconds = bench::median(runner.passes[k]); seconds > 0) passes[kPassNames[k]] = seconds;
+  const double bytes = must_move(method, *runner.simulation);
+  // The triad over what one substep or one product walks through; past the caches it is memory's.
+  const auto set = static_cast<std::size_t>(method.desbrun ? bytes : bytes / method.substeps);
+  const std::size_t triad = std::clamp(set, kLeastTriad, enough > 0.05 ? bench::kMemoryBytes : kLeastTriad);
+  return {{"threads", runner.line.threads},
+          {"particles", runner.simulation->model().count()},
+          {"setup_s", runner.setup},
+          {"hash", runner.hash},
+          {"step_s", runner.steps},
+          {"least_step_s", runner.least},
+          {"passes_s", passes},
+          {"patches", patches.patches},
+          {"phases", patches.phases},
+          {"must_move_bytes", bytes},
+          {"triad_gb_per_s", bench::triad_gb_per_s(triad, runner.line.threads)}};
+}
+
+/// Seconds that a call of work() takes, of several windows.
+std::vector<double> calls(const std::function<void()>& work, bool quick) {
+  std::vector<double> all;
+  for (int turn = 0; turn < (quick ? 5 : 25); ++turn) all.push_back(bench::seconds_each(work, quick ? 0.002 : 0.02));
+  return all;
+}
+
+double least(const std::vector<double>& all) { return *std::min_element(all.begin(), all.end()); }
+
+}  // namespace
+
+std::vector<int> scaling_threads(int cores) {
+  std::vector<int> all{1};
+  for (int t = 2; t < cores; t *= 2) all.push_back(t);
+  all.push_back(std::max(2, cores));
+  return all;
+}
+
+Json scaling_cell(const ClothMethod& method, const std::vector<Crew>& lines, const Cells& cells) {
+  double held = 0, largest = 0;
+  for (const Crew& line : lines) {
+    const double particles = static_cast<double>(line.side) * line.side;
+    held += method.bytes_held(particles), largest = std::max(largest, method.bytes_to_set_up(particles));
+  }
+  if (const auto has = static_cast<double>(available_memory()); held + largest > 0.8 * has)
+    return {{"left_out", "all together take " + in_gib(held + largest) + ", and " + in_gib(has) + " are free"}};
+
+  double load = 0;
+  if (getloadavg(&load, 1) != 1) load = 0;
+  std::vector<Runner> runners;
+  for (const Crew& line : lines) {
+    Runner& runner = runners.emplace_back();
+    runner.line = line;
+    runner.setup = seconds([&] {
+      runner.simulation =
+          std::make_unique<Simulation>(method.scene(line.side), SimulationOptions{.threads = line.threads});
+    });
+    for (int k = 0; k < kWarmUp; ++k) runner.simulation->step();
+    runner.hash = hex(runner.simulation->state_hash());
+    cells.go_on();
+  }
+  const double enough = cells.quick() ? 0.005 : 0.2;
+  for (int turn = 0; turn < (cells.quick() ? 3 : 7); ++turn)
+    for (Runner& runner : runners) runner.turn(enough), cells.go_on();
+  Json cell{{"load_average", load}, {"lines", Json::array()}};
+  for (const Runner& runner : runners) cell["lines"].push_back(result(method, runner, enough));
+  return cell;
+}
+
+Json launch_costs(int threads, bool quick) {
+  const OpenMP executor{threads};
+  constexpr int launches = 100;
+  const auto nothing = [](const auto& group) { static_cast<void>(group); };
+  const auto region = [&](int count) {
+    parallel_region(executor, threads, [&](const auto& team) {
+      for (int k = 0; k < count; ++k) parallel_groups(team, 0, threads, {}, nothing);
+    });
+  };
+  const std::vector<double> alone = calls([&] { region(0); }, quick), with = calls([&] { region(launches); }, quick);
+  return {{"threads", threads},
+          {"fork_join_us", least(alone) * 1e6},
+          {"fork_join_median_us", bench::median(alone) * 1e6},
+          {"barrier_us", std::max(0.0, least(with) - least(alone)) / launches * 1e6}};
+}
+
+std::optional<double> serial_share(const std::vector<int>& threads, const std::vector<double>& seconds) {
+  double above = 0, below = 0;
+  for (std::size_t k = 1; k < threads.size(); ++k) {
+    const double part = 1.0 / threads[k];
+    above += (seconds[k] / seconds[0] - part) * (1 - part), below += (1 - part) * (1 - part);
+  }
+  const double share = above / below;
+  constexpr double rounding = 1e-12;
+  if (!(share >= -rounding && share <= 1 + rounding)) return std::nullopt;
+  return std::clamp(share, 0.0, 1.0);
+}
+
+double imbalance(int patches, int phases, int threads) {
+  if (patches == 0 || phases == 0) return 1;
+  const double each = static_cast<double>(patches) / phases / threads;
+  return std::ceil(each - 1e-9) / each;
+}
+
+}  // namespace malha::study

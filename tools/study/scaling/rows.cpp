@@ -1,0 +1,119 @@
+#include "tools/study/scaling/rows.h"
+
+#include "host/base/text.h"
+#include "tools/bench/output.h"
+#include "tools/study/cloth_methods.h"
+
+namespace malha::study {
+
+using bench::formatted;
+
+std::string method_of(const Json& row) { return row["method"].get<std::string>(); }
+
+std::vector<std::vector<Json>> scaling_groups(const Json& rows, const std::string& kind) {
+  std::vector<std::vector<Json>> all;
+  for (const Json& row : rows) {
+    if (row["kind"] != kind || !row["left_out"].is_null()) continue;
+    if (all.empty() || all.back()[0]["method"] != row["method"] || all.back()[0]["side"] != row["side"])
+      all.emplace_back();
+    all.back().push_back(row);
+  }
+  return all;
+}
+
+std::string count_of(const Json& row) { return grouped(row["particles"].get<long long>()); }
+
+Section scaling_bandwidth(const Json& rows) {
+  Section section{"Bandwidth: what must move, beside the triad", {}, {}, {}};
+  std::vector<std::vector<Json>> large;  // what no cache holds
+  for (const auto& group : scaling_groups(rows, "strong"))
+    if (number(group[0], "particles") >= 1e6 || scaling_groups(rows, "strong").size() < 6) large.push_back(group);
+  section.table.columns = {"method", "particles", "threads", "GB/s that must move", "triad of as many bytes, GB/s",
+                           "share"};
+  std::string said;
+  for (const auto& group : scaling_groups(rows, "strong"))
+    for (const Json& row : group)
+      section.table.rows.push_back(
+          {method_of(row), count_of(row), row["threads"].dump(), formatted("%.1f", number(row, "gb_per_s")),
+           formatted("%.1f", number(row, "triad_gb_per_s")),
+           formatted("%.0f %%", 100 * number(row, "gb_per_s") / number(row, "triad_gb_per_s"))});
+  for (const auto& group : large)
+    for (const Json* row : {&group.front(), &group.back()})
+      said += formatted("%s%.1f of %.1f GB/s (", said.empty() ? "" : "; ", number(*row, "gb_per_s"),
+                        number(*row, "triad_gb_per_s")) +
+              method_of(*row) + ", " + count_of(*row) + ", " + counted(row->at("threads").get<int>(), "thread") + ")";
+  section.sentences = {
+      "PBD must read x, w and v and write x and v of every particle in every substep, 52 bytes; Desbrun's pass through "
+      "the "
+      "filter reads a sparse factor twice, a dense one once. Constraints, forces and what is read again come on top. "
+      "The "
+      "triad is over as many bytes as one substep or product walks through, so that small ones are those of caches.",
+      "Reached, of the triad, by the largest: " + said + "."};
+  return section;
+}
+
+Section scaling_passes(const Json& rows) {
+  Section section{"Strong scaling, pass by pass", {}, {}, {}};
+  section.table.columns = {"method",  "particles", "pass",         "ms on one thread", "share of the step",
+                           "threads", "ms",        "times as fast"};
+  std::string least;
+  double worst = 1e300;
+  for (const auto& group : scaling_groups(rows, "strong")) {
+    const Json &one = group.front(), &last = group.back();
+    for (const auto& [key, value] : one.items()) {
+      if (!key.ends_with("_ms") || key == "step_ms") continue;
+      const std::string pass = key.substr(0, key.size() - 3);
+      if (!last.contains(key)) continue;
+      const double share = value.get<double>() / number(one, "step_ms"), faster = number(last, pass + "_times_as_fast");
+      section.table.rows.push_back({method_of(one), count_of(one), pass, formatted("%.4g", value.get<double>()),
+                                    formatted("%.0f %%", 100 * share), last["threads"].dump(),
+                                    formatted("%.4g", number(last, key)), formatted("%.2f", faster)});
+      if (share > 0.05 && number(one, "particles") > 9000 && faster < worst)
+        worst = faster, least = pass + " of " + method_of(one) + " with " + count_of(one) + " particles, " +
+                                formatted("%.2f times on ", faster) + counted(last["threads"].get<int>(), "thread");
+    }
+  }
+  section.sentences = {
+      "PBD's prediction, projection and state are one pass here, \"visits\", a whole step in one parallel "
+      "region. Passes of up to 32,768 particles that are no visits run on one thread by design."};
+  if (!least.empty())
+    section.sentences.push_back(
+        "Of passes with 5 % of a step or more, from 10,000 particles on, the one that gains least: " + least + ".");
+  return section;
+}
+
+Section scaling_launches(const Json& rows) {
+  Section section{"What it costs to start threads and to wait for them", {}, {}, {}};
+  section.table.columns = {"threads", "fork and join, microseconds", "median", "a barrier, microseconds"};
+  std::string said;
+  for (const Json& row : rows) {
+    if (row["kind"] != "launch") continue;
+    const double fork = number(row, "fork_join_us"), barrier = number(row, "barrier_us");
+    section.table.rows.push_back({row["threads"].dump(), formatted("%.3g", fork),
+                                  formatted("%.3g", number(row, "fork_join_median_us")), formatted("%.3g", barrier)});
+    if (row["threads"] != 1)
+      said += formatted("%s%.3g and %.3g microseconds on %s", said.empty() ? "" : "; ", fork, barrier,
+                        counted(row["threads"].get<int>(), "thread").c_str());
+  }
+  section.sentences = {"An empty parallel region, and one more launch within it: " + said +
+                       ", at best (where other programs have the cores it is the scheduler's time)."};
+  std::string share;
+  for (const auto& group : scaling_groups(rows, "strong")) {
+    const Json& last = group.back();
+    if (!last.contains("visits_ms") || number(last, "phases") == 0) continue;
+    for (const Json& row : rows)
+      if (row["kind"] == "launch" && row["threads"] == last["threads"]) {
+        const double waits = number(row, "fork_join_us") + 10 * number(last, "phases") * number(row, "barrier_us");
+        share += formatted("%s%.2g %% (%s)", share.empty() ? "" : ", ", waits / 10 / number(last, "step_ms"),
+                           count_of(last).c_str());
+      }
+  }
+  if (!share.empty())
+    section.sentences.push_back(
+        "A step of PBD is one region with 10 substeps of as many barriers as its patches have phases; "
+        "that makes, of a step on the most threads by particles: " +
+        share + ".");
+  return section;
+}
+
+}  // namespace malha::study

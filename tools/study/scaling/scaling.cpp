@@ -1,0 +1,111 @@
+#include "tools/study/scaling/scaling.h"
+
+#include <cmath>
+#include <cstdlib>
+
+#include "host/base/text.h"
+#include "tools/bench/medians.h"
+#include "tools/study/scaling/cell.h"
+#include "tools/study/scaling/sections.h"
+
+namespace malha::study {
+
+namespace {
+
+std::string variable(const char* name) {
+  const char* value = std::getenv(name);
+  return std::string(name) + (value ? "=" + std::string(value) : " not set");
+}
+
+std::vector<int> strong_sides(const ClothMethod& method, bool quick) {
+  if (quick) return method.filter == FilterKind::Dense ? std::vector{17} : std::vector{17, 100};
+  if (method.filter == FilterKind::Dense) return {17, 46, 100};
+  return {17, 46, 100, 316, 1000};
+}
+
+/// Particles a thread, as the side of one thread's body.
+std::vector<int> weak_sides(const ClothMethod& method, bool quick) {
+  if (method.filter == FilterKind::Dense) return {};  // its work grows with the square
+  return quick ? std::vector{50} : std::vector{100, 316};
+}
+
+std::vector<Crew> lines(int side, bool weak) {
+  std::vector<Crew> all;
+  for (const int t : scaling_threads())
+    all.push_back({t, weak ? static_cast<int>(std::lround(side * std::sqrt(t))) : side});
+  return all;
+}
+
+std::vector<double> numbers(const Json& json) { return json.get<std::vector<double>>(); }
+
+Json row_of(const Json& base, const ClothMethod& method, const Json& line, const Json& one) {
+  const int t = line["threads"].get<int>();
+  const double step = bench::median(numbers(line["step_s"]));
+  const double faster = bench::median_ratio(numbers(one["step_s"]), numbers(line["step_s"]));
+  Json row = base;
+  row["threads"] = t, row["particles"] = line["particles"], row["step_ms"] = step * 1e3;
+  row["times_as_fast"] = faster, row["efficiency"] = base["kind"] == "weak" ? faster : faster / t;
+  row["undisturbed_step_s"] = line["least_step_s"];
+  row["undisturbed_times_as_fast"] = one["least_step_s"].get<double>() / line["least_step_s"].get<double>();
+  row["setup_s"] = line["setup_s"], row["hash"] = line["hash"];
+  const int patches = line["patches"].get<int>();  // Desbrun's method has none
+  row["imbalance_by_patches"] = patches > 0 ? Json(imbalance(patches, line["phases"].get<int>(), t)) : Json();
+  const char* largest = method.desbrun ? "filter" : "visits";
+  const double pass = line["passes_s"].value(largest, step);
+  row["gb_per_s"] = line["must_move_bytes"].get<double>() / pass / 1e9, row["triad_gb_per_s"] = line["triad_gb_per_s"];
+  row["phases"] = line["phases"];
+  for (const auto& [name, seconds] : line["passes_s"].items()) {
+    row[name + "_ms"] = seconds.get<double>() * 1e3;
+    if (one["passes_s"].contains(name))
+      row[name + "_times_as_fast"] = one["passes_s"][name].get<double>() / seconds.get<double>();
+  }
+  return row;
+}
+
+}  // namespace
+
+Json scaling_rows(const std::string& kind, const ClothMethod& method, int side, const Json& cell) {
+  Json base{{"kind", kind}, {"method", method.name}, {"side", side}, {"left_out", nullptr}};
+  if (cell.contains("left_out")) {
+    base["left_out"] = cell["left_out"];
+    return Json::array({base});
+  }
+  base["load_average"] = cell["load_average"];
+  Json rows = Json::array();
+  std::vector<int> threads;
+  std::vector<double> medians;
+  for (const Json& line : cell["lines"]) {
+    rows.push_back(row_of(base, method, line, cell["lines"][0]));
+    threads.push_back(line["threads"].get<int>()), medians.push_back(bench::median(numbers(line["step_s"])));
+  }
+  if (kind == "weak") return rows;
+  const std::optional<double> share = serial_share(threads, medians);
+  for (Json& row : rows) row["serial_share"] = share ? Json(*share) : Json(nullptr);
+  return rows;
+}
+
+Findings run_scaling(Cells& cells) {
+  const bool quick = cells.quick();
+  Findings findings;
+  int planned = static_cast<int>(scaling_threads().size());
+  for (const ClothMethod& method : cloth_methods())
+    planned += static_cast<int>(strong_sides(method, quick).size() + weak_sides(method, quick).size());
+  cells.plan(planned);
+  for (const int t : scaling_threads()) {
+    Json row{{"kind", "launch"}};
+    row.update(cells("launches on " + counted(t, "thread"), [&] { return launch_costs(t, quick); }));
+    findings.rows.push_back(row);
+  }
+  for (const bool weak : {false, true})
+    for (const ClothMethod& method : cloth_methods())
+      for (const int side : weak ? weak_sides(method, quick) : strong_sides(method, quick)) {
+        const char* kind = weak ? "weak" : "strong";
+        const Json cell = cells(std::string(kind) + ": " + method.name + ", " + grouped(side * side) + " particles",
+                                [&] { return scaling_cell(method, lines(side, weak), cells); });
+        for (const Json& row : scaling_rows(kind, method, side, cell)) findings.rows.push_back(row);
+      }
+  findings.sections = scaling_sections(findings.rows, variable("OMP_PROC_BIND") + ", " + variable("OMP_PLACES"));
+  return findings;
+}
+
+}  // namespace malha::study

@@ -1,0 +1,202 @@
+#include "tools/study/size/errors.h"
+
+#include <cmath>
+#include <map>
+
+#include "host/base/stopwatch.h"
+#include "host/error.h"
+#include "host/simulation.h"
+#include "host/solver/solver.h"
+#include "tools/bench/cloth.h"
+#include "tools/bench/medians.h"
+#include "tools/study/cloth_methods.h"
+#include "tools/study/reference/chain.h"
+#include "tools/study/size/error_sections.h"
+#include "tools/study/step_length.h"
+
+namespace malha::study {
+
+namespace {
+
+constexpr double kClothSide = 2, kClothGravity = 9.81;  // m; m/s^2, of tools/bench/cloth.h
+constexpr int kHungFrames = 60;                         // 1 s
+constexpr double kHungCompliance = 1e-6;                // m/N: a row of it gives way by 5e-6 of its length at most
+constexpr double kHungSpring = 1e4;                     // N/m, Desbrun's
+constexpr int kMostHungSubsteps = 1024;
+
+/// A way, and the dearest that is run of it.
+struct HungWay : HangingWay {
+  std::function<void(Scene&)> change;
+  int fixed;           // substeps, or refinements, in the charts of errors
+  int most_particles;  // in full
+  bool refines = false;
+};
+
+void by_xpbd(Scene& scene) { scene.bodies[0].constraints[0].compliance = kHungCompliance; }
+void with_levels(Scene& scene) { scene.solver.levels = kAutoLevels; }
+void with_long_range(Scene& scene) {
+  ConstraintSpec spec;
+  spec.type = "long_range", spec.parameter = 0;
+  scene.bodies[0].constraints.push_back(spec);
+}
+void by_desbrun(Scene& scene) {
+  scene.solver.type = "desbrun", scene.solver.desbrun.spring_constant = kHungSpring;
+  scene.solver.desbrun.filter = FilterKind::Sparse;
+}
+
+/// About as dear as each other: levels are some two steps without, and so are two refinements or long_range.
+const std::vector<HungWay>& hung_ways() {
+  static const std::vector<HungWay> all{
+      {{"PBD", "20 substeps", "lw 5 lc rgb '#1f4e9c'"}, [](Scene&) {}, 20, 1'000'000},
+      {{"XPBD", "20 substeps", "lw 2 lc rgb '#74a9cf'"}, by_xpbd, 20, 1'000'000},
+      {{"levels", "10 substeps", "lw 2 lc rgb '#7b3294'"}, with_levels, 10, 1'000'000},
+      {{"long_range", "7 substeps", "lw 2 lc rgb '#d62728'"}, with_long_range, 7, 100'000},
+      {{"Desbrun", "refine 1", "lw 2 lc rgb '#1b7837'"}, by_desbrun, 1, 100'000, true},
+  };
+  return all;
+}
+
+std::vector<int> hung_sides(const HungWay& way, bool work, bool quick) {
+  if (quick) return work ? std::vector{17, 33} : std::vector{17, 46, 80};
+  std::vector<int> all{17, 46, 100, 316};
+  // Sweeps alone take some 0.3 of a side's particles in substeps: hours at a million.
+  if (way.most_particles >= 1'000'000 && (!work || way.name == "levels")) all.push_back(1000);
+  return all;
+}
+
+Scene hung_scene(const bench::Case& which, const HungWay& way, int count) {
+  Scene scene = bench::hanging(which, {way.refines ? 1 : count, 1});
+  scene.file = "malha study";
+  way.change(scene);
+  if (way.refines) scene.solver.desbrun.refine = count;
+  return scene;
+}
+
+/// After each frame; of links of 4 mm, which a wave gets through in 100 steps a frame.
+const std::vector<ReferenceChain>& hung_truth() {
+  static const std::vector<ReferenceChain> frames = [] {
+    std::vector<ReferenceChain> all;
+    ReferenceChain chain(500, kClothSide, kClothGravity);
+    for (int frame = 0; frame < kHungFrames; ++frame) {
+      for (int k = 0; k < 100; ++k) chain.step(kFrame / 100);
+      all.push_back(chain);
+    }
+    return all;
+  }();
+  return frames;
+}
+
+/// RMS, m. `rest`: where particles are at rest.
+double hung_error(const std::vector<Vec3>& rest, const std::vector<Vec3>& x, const ReferenceChain& chain) {
+  double squares = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const auto [up, away] = chain.at(rest[i][2]);
+    squares += std::pow(x[i][0] - rest[i][0], 2) + std::pow(x[i][1] - up, 2) + std::pow(x[i][2] - away, 2);
+  }
+  return std::sqrt(squares / static_cast<double>(x.size()));
+}
+
+struct HungCloth {
+  double ms = 0, strain_rms = 0, strain_max = 0, error_half = 0, error = 0;
+  int levels = 0;
+  bool diverged = false;
+};
+
+HungCloth hang(const Scene& scene, const Cells& cells) {
+  Simulation simulation(scene, {.threads = 1});
+  const std::vector<Vec3> rest = simulation.positions();
+  HungCloth hung;
+  hung.levels = static_cast<int>(simulation.solver().facts().levels.size());
+  std::vector<double> took;
+  try {
+    for (int frame = 1; frame <= kHungFrames; ++frame) {
+      took.push_back(seconds([&] { simulation.step(); }));
+      cells.go_on();
+      if (frame == kHungFrames / 2) hung.error_half = hung_error(rest, simulation.positions(), hung_truth()[frame - 1]);
+    }
+    simulation.check();
+    const Measures measures = simulation.measure();
+    hung.strain_rms = measures.strain_rms, hung.strain_max = measures.strain_max;
+    hung.error = hung_error(rest, simulation.positions(), hung_truth().back());
+  } catch (const Diverged&) {
+    hung.diverged = true;
+  }
+  hung.ms = bench::median(took) * 1e3;
+  return hung;
+}
+
+Json error_cell(const bench::Case& which, const HungWay& way, const Cells& cells) {
+  const HungCloth hung = hang(hung_scene(which, way, way.fixed), cells);
+  if (hung.diverged) return {{"left_out", "it diverges"}};
+  return {{"step_ms", hung.ms},
+          {"levels", hung.levels},
+          {"strain_rms", hung.strain_rms},
+          {"strain_max", hung.strain_max},
+          {"error_half_m", hung.error_half},
+          {"error_m", hung.error}};
+}
+
+/// The fewest substeps (or refinements), doubled and then halved in between, that leave an RMS strain of 1 % after 1 s.
+Json work_cell(const bench::Case& which, const HungWay& way, const Cells& cells) {
+  std::map<int, HungCloth> tried;
+  const auto right = [&](int count) {
+    const HungCloth& hung = tried[count] = hang(hung_scene(which, way, count), cells);
+    return !hung.diverged && hung.strain_rms <= kRightStrain;
+  };
+  const int first = way.refines ? 0 : 1;
+  int low = first - 1, high = first;
+  while (high <= kMostHungSubsteps && !right(high)) low = high, high = std::max(1, 2 * high);
+  if (high > kMostHungSubsteps) return {{"left_out", "more than " + std::to_string(kMostHungSubsteps) + " substeps"}};
+  while (high - low > std::max(1, low / 8)) {
+    const int middle = (low + high) / 2;
+    (right(middle) ? high : low) = middle;
+  }
+  const HungCloth& hung = tried.at(high);
+  return {{"count", high},
+          {"step_ms", hung.ms},
+          {"levels", hung.levels},
+          {"strain_rms", hung.strain_rms},
+          {"strain_max", hung.strain_max},
+          {"error_m", hung.error}};
+}
+
+template <class Visit>
+void for_each_cell(bool quick, const Visit& visit) {
+  for (const bool work : {false, true})
+    for (const HungWay& way : hung_ways())
+      for (const char* mesh : {"grid", "irregular"})
+        for (const int side : hung_sides(way, work, quick)) visit(work, way, std::string(mesh), side);
+}
+
+}  // namespace
+
+int size_error_cells(bool quick) {
+  int count = 0;
+  for_each_cell(quick, [&](bool, const HungWay&, const std::string&, int) { ++count; });
+  return count;
+}
+
+void add_size_errors(Cells& cells, Findings& findings) {
+  Json rows = Json::array();
+  for_each_cell(cells.quick(), [&](bool work, const HungWay& way, const std::string& mesh, int side) {
+    const std::string key = (work ? "work for 1 %, " : "error, ") + way.title() + ", " + mesh + " of " +
+                            grouped(static_cast<long long>(side) * side);
+    const Json cell = cells(key, [&] {
+      const bench::Case which = mesh == "grid" ? bench::grid_case(side) : bench::irregular_case(side * side);
+      return work ? work_cell(which, way, cells) : error_cell(which, way, cells);
+    });
+    Json row{{"measures", work ? "work" : "error"},
+             {"method", way.name},
+             {"mesh", mesh},
+             {"side", side},
+             {"particles", side * side},
+             {"left_out", nullptr}};
+    for (const auto& [name, value] : cell.items()) row[name] = value;
+    rows.push_back(row);
+  });
+  std::vector<HangingWay> named(hung_ways().begin(), hung_ways().end());
+  for (Section& section : size_error_sections(named, rows)) findings.sections.push_back(std::move(section));
+  for (Json& row : rows) findings.rows.push_back(std::move(row));
+}
+
+}  // namespace malha::study

@@ -1,0 +1,152 @@
+#include "tools/study/size/sections.h"
+
+#include <algorithm>
+#include <functional>
+
+#include "tools/bench/output.h"
+#include "tools/study/cloth_methods.h"
+
+namespace malha::study {
+
+namespace {
+
+using bench::formatted;
+using Number = std::function<double(const Json& row)>;  // of a particle
+
+double number(const Json& row, const char* key) { return row.at(key).get<double>(); }
+double particles(const Json& row) { return number(row, "particles"); }
+
+/// The rows of a method that were run.
+std::vector<Json> rows_of(const Json& rows, const ClothMethod& method) {
+  std::vector<Json> found;
+  for (const Json& row : rows)
+    if (row["method"] == method.name && row["left_out"].is_null()) found.push_back(row);
+  return found;
+}
+
+Chart chart(const Json& rows, const std::string& name, const std::string& title, const std::string& axis,
+            const Number& of_row) {
+  Chart chart{name, "", {}};
+  for (const ClothMethod& method : cloth_methods()) {
+    std::string points;
+    for (const Json& row : rows_of(rows, method)) points += formatted("%.9g %.9g\n", particles(row), of_row(row));
+    if (!points.empty()) chart.series.push_back({points, method.style(), method.name});
+  }
+  chart.settings =
+      "set logscale xy\nset xrange [200:6e6]\nset format x '10^{%T}'\nset format y '%g'\nset xlabel 'particles'\nset "
+      "ylabel '" +
+      axis + "'\nset title '" + title + "'\n";
+  return chart;
+}
+
+/// "PBD, 10 substeps: 80 at 289, 30 at 1,000,000 particles", least, first and last.
+std::string range(const Json& rows, const ClothMethod& method, const char* format, const Number& of_row) {
+  const std::vector<Json> found = rows_of(rows, method);
+  if (found.empty()) return "";
+  const Json& least = *std::min_element(found.begin(), found.end(),
+                                        [&](const Json& a, const Json& b) { return of_row(a) < of_row(b); });
+  std::string line = method.name + ": ";
+  std::vector<Json> said{found.front()};
+  if (least != found.front() && least != found.back()) said.push_back(least);
+  if (found.size() > 1) said.push_back(found.back());
+  for (std::size_t k = 0; k < said.size(); ++k)
+    line += (k == 0 ? "" : ", ") + formatted(format, of_row(said[k])) + " at " +
+            grouped(static_cast<long long>(particles(said[k])));
+  return line;
+}
+
+std::string ranges(const Json& rows, const char* format, const Number& of_row) {
+  std::string line;
+  for (const ClothMethod& method : cloth_methods())
+    if (const std::string one = range(rows, method, format, of_row); !one.empty())
+      line += (line.empty() ? "" : "; ") + one;
+  return line;
+}
+
+std::string left_out(const Json& rows) {
+  std::string line;
+  for (const Json& row : rows)
+    if (!row["left_out"].is_null())
+      line += " " + row["method"].get<std::string>() + " with " + grouped(row["particles"].get<long long>()) +
+              " particles is left out: " + row["left_out"].get<std::string>() + ".";
+  return line;
+}
+
+/// By owner, of the largest that was run, bytes a particle.
+std::string owners(const Json& rows, const ClothMethod& method) {
+  const std::vector<Json> found = rows_of(rows, method);
+  if (found.empty()) return "";
+  std::string line;
+  for (const auto& [key, value] : found.back().items())
+    if (key.starts_with("bytes_by_owner_"))
+      line += (line.empty() ? "" : ", ") + key.substr(15) +
+              formatted(" %.3g", value.get<double>() / particles(found.back()));
+  return method.name + " at " + grouped(static_cast<long long>(particles(found.back()))) + ": " + line;
+}
+
+/// Of the largest of each method: what the system says, beside the owners' sums.
+std::string grown(const Json& rows) {
+  std::string line;
+  for (const ClothMethod& method : cloth_methods()) {
+    const std::vector<Json> found = rows_of(rows, method);
+    if (found.empty() || found.back()["held_bytes"].is_null() || found.back()["peak_bytes"].is_null()) continue;
+    const Json& row = found.back();
+    line += (line.empty() ? "" : "; ") + method.name +
+            formatted(" by %.4g, and by %.4g at most while it was set up", number(row, "held_bytes") / particles(row),
+                      number(row, "peak_bytes") / particles(row));
+  }
+  return line.empty() ? "" : "With the most particles the process grew, bytes a particle: " + line + ".";
+}
+
+std::string or_dash(const Json& row, const char* key) {
+  return row[key].is_null() ? "-" : formatted("%.4g", number(row, key) / particles(row));
+}
+
+}  // namespace
+
+std::vector<Section> size_sections(const Json& rows) {
+  const Number time = [](const Json& row) { return number(row, "step_s") / particles(row) * 1e9; };
+  const Number bytes = [](const Json& row) { return number(row, "bytes") / particles(row); };
+  const Number setup = [](const Json& row) { return number(row, "setup_s") / particles(row) * 1e6; };
+
+  Section cost{"What a particle costs in time", {}, {}, {}};
+  cost.sentences = {"ns a particle and step of 1/60 s on one thread: " + ranges(rows, "%.3g", time) + "." +
+                    left_out(rows)};
+  cost.chart = chart(rows, "time", "A hanging cloth: time a particle, one thread", "ns a particle and step", time);
+  cost.table.columns = {"method", "particles",     "ms a step",       "least",
+                        "most",   "ns a particle", "ns a projection", "steps of 1/60 s in real time"};
+
+  Section memory{"What a particle costs in memory", {}, {}, {}};
+  memory.sentences = {"Bytes a particle, by the sums of all owners: " + ranges(rows, "%.4g", bytes) + "."};
+  if (const std::string line = grown(rows); !line.empty()) memory.sentences.push_back(line);
+  for (const ClothMethod& method : cloth_methods())
+    if (const std::string line = owners(rows, method); !line.empty()) memory.sentences.push_back(line + ".");
+  memory.chart = chart(rows, "memory", "A hanging cloth: memory a particle", "bytes a particle", bytes);
+  memory.table.columns = {"method",           "particles",           "MiB",
+                          "bytes a particle", "the process grew by", "at most, in set-up"};
+
+  Section start{"What a particle costs to set up", {}, {}, {}};
+  start.sentences = {"Microseconds a particle on one thread: " + ranges(rows, "%.3g", setup) + "."};
+  start.chart =
+      chart(rows, "setup", "A hanging cloth: set-up a particle, one thread", "microseconds a particle", setup);
+  start.table.columns = {"method", "particles", "s", "microseconds a particle", "steps that take as long"};
+
+  for (const Json& row : rows) {
+    if (!row["left_out"].is_null()) continue;
+    const std::string method = row["method"].get<std::string>();
+    const std::string count = grouped(row["particles"].get<long long>());
+    const double step = number(row, "step_s"), projections = number(row, "projections_per_step");
+    cost.table.rows.push_back(
+        {method, count, formatted("%.4g", step * 1e3), formatted("%.4g", number(row, "step_least_s") * 1e3),
+         formatted("%.4g", number(row, "step_most_s") * 1e3), formatted("%.3g", time(row)),
+         projections > 0 ? formatted("%.3g", step * 1e9 / projections) : "-", formatted("%.3g", 1 / 60.0 / step)});
+    memory.table.rows.push_back({method, count, formatted("%.4g", number(row, "bytes") / 1048576),
+                                 formatted("%.4g", bytes(row)), or_dash(row, "held_bytes"),
+                                 or_dash(row, "peak_bytes")});
+    start.table.rows.push_back({method, count, formatted("%.3g", number(row, "setup_s")), formatted("%.3g", setup(row)),
+                                formatted("%.3g", number(row, "setup_s") / step)});
+  }
+  return {cost, memory, start};
+}
+
+}  // namespace malha::study

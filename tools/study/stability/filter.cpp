@@ -1,0 +1,194 @@
+// Known failures of the study "stability" that are of Desbrun's linear filter.
+#include <cmath>
+#include <map>
+
+#include "host/simulation.h"
+#include "tools/bench/output.h"
+#include "tools/study/reference/steps.h"
+#include "tools/study/stability/lines.h"
+#include "tools/study/stability/map.h"
+
+namespace malha::study {
+
+namespace {
+
+using bench::formatted;
+
+double norm(const std::array<double, 3>& a) { return std::hypot(a[0], a[1], a[2]); }
+
+SolverSpec filtered(Corrector corrector, int refine) {
+  SolverSpec solver;
+  solver.type = "desbrun", solver.substeps = 1, solver.precision = Precision::Double, solver.dt = kFrame;
+  solver.desbrun.corrector = corrector, solver.desbrun.refine = refine, solver.desbrun.filter = FilterKind::Sparse;
+  return solver;
+}
+
+/// A sheet of 0.2 kg thrown and turning about all axes, without weight, its springs a tenth too long.
+Scene tumbling(double stiffness, const SolverSpec& solver) {
+  Scene scene = hanging_sheet(9, 1, 0.2, 1 / stiffness);
+  scene.gravity = {0, 0, 0}, scene.solver = solver;
+  scene.bodies[0].pins.clear(), scene.bodies[0].spin = {1, 2, -3};
+  scene.bodies[0].constraints[0].parameter = 0.9;
+  return scene;
+}
+
+/// The change of angular momentum over itself in 10 steps.
+double lost_momentum(const Scene& scene, const Cells& cells) {
+  Simulation simulation(scene, {.threads = 1});
+  const auto before = simulation.measure().angular_momentum;
+  for (int step = 0; step < 10; ++step) simulation.step(), cells.go_on();
+  auto after = simulation.measure().angular_momentum;
+  for (int k = 0; k < 3; ++k) after[k] -= before[k];
+  return norm(after) / norm(before);
+}
+
+std::vector<double> stiffnesses(bool quick) {
+  return quick ? std::vector<double>{1e-3, 0.1, 10, 1e3}
+               : std::vector<double>{1e-3, 1e-2, 0.1, 1, 10, 100, 1e3, 1e4, 1e5, 1e6};
+}
+
+/// A straight chain of 1 m held at one end, let go horizontally: how deep its end is after 0.25 s.
+Scene falling_chain(double stiffness, const SolverSpec& solver) {
+  ConstraintSpec lengths;
+  lengths.type = "distance", lengths.on = {"edges"}, lengths.compliance = 1 / stiffness;
+  BodySpec body;
+  body.name = "chain", body.shape = ChainShape{{0, 0, 0}, {1, 0, 0}, 10}, body.mass = 0.1;
+  body.pins = {ListPin{{0}}}, body.constraints = {lengths};
+  Scene scene;
+  scene.file = "malha study", scene.name = "chain", scene.gravity = {0, -kGravity, 0}, scene.bodies = {body};
+  scene.solver = solver, scene.solver.dt = kFrame;
+  return scene;
+}
+
+constexpr int kFallen = 15;  // frames
+
+/// RMS distance of its end state from the true one, m.
+double off_truth(const Scene& scene, const Vector& truth, const Cells& cells) {
+  Simulation simulation(scene, {.threads = 1});
+  for (int step = 0; step < kFallen; ++step) simulation.step(), cells.go_on();
+  return rms_distance(flat(simulation.positions()), truth);
+}
+
+/// A sheet hanging at rest, by the same filter: its largest strain after 3 s.
+double strain_at_rest(int n, bool internal_only, double h, const Cells& cells) {
+  Scene scene = hanging_sheet(n, 1, 0.2, 1e-4);
+  scene.bodies[0].transform.axis = {1, 0, 0}, scene.bodies[0].transform.degrees = 90;
+  scene.solver = filtered(Corrector::Inertia, 0), scene.solver.dt = h;
+  scene.solver.desbrun.internal_only = internal_only;
+  Simulation simulation(scene, {.threads = 1});
+  for (int step = 0; step < int(3 / h); ++step) simulation.step(), cells.go_on();
+  return simulation.measure().strain_max;
+}
+
+}  // namespace
+
+Section torque_failure(Cells& cells, Json& rows) {
+  Lines lines{"torque",
+              "Torque of the linear filter: a free turning sheet, 10 steps of 1/60 s",
+              "k h^2 / m",
+              "change of angular momentum over itself",
+              {}};
+  const double mass = 0.2 / 81;
+  struct How {
+    const char* title;
+    Corrector corrector;
+    int refine;
+  };
+  for (const auto& [title, corrector, refine] :
+       {How{"corrector paper", Corrector::Paper, 0}, How{"corrector off", Corrector::Off, 0},
+        How{"corrector inertia (default)", Corrector::Inertia, 0}, How{"corrector off, refine 8", Corrector::Off, 8},
+        How{"corrector off, refine 32", Corrector::Off, 32}}) {
+    const SolverSpec solver = filtered(corrector, refine);
+    lines.lines.push_back(line_over(cells, lines, title, stiffnesses(cells.quick()), kFrame * kFrame / mass,
+                                    [&](double k) { return lost_momentum(tumbling(k, solver), cells); }));
+  }
+  Section section = lines_section(lines, rows);
+  const double x = lines.lines[0].points[cells.quick() ? 2 : 4].first;
+  for (const Line& line : lines.lines)
+    section.sentences.push_back(line.title +
+                                (std::isfinite(line.at(x)) ? formatted(": %.2g", line.at(x)) : ": not finite") +
+                                formatted(" at k h^2 / m = %.2g.", x));
+  section.sentences.push_back(
+      "What guards: the default corrector, which uses the inertia of the body; run and plan warn where another one is "
+      "asked for and half would be lost in 10 steps, or refined too little.");
+  return section;
+}
+
+Section turning_failure(Cells& cells, Json& rows) {
+  Lines lines{"turning",
+              "Parts that turn: a chain falls about its pin for 0.25 s, steps of 1/60 s",
+              "k h^2 / m",
+              "RMS distance from the true springs (m)",
+              {}};
+  const double mass = 0.01;
+  const std::vector<double> all =
+      cells.quick() ? std::vector<double>{1e3, 1e5} : std::vector<double>{1e2, 1e3, 1e4, 1e5, 1e6};
+  std::map<double, Vector> truth;
+  for (const double k : all) {
+    const auto system = spring_system(falling_chain(k, {}));
+    const Json x = cells(formatted("turning: truth, %g", k), [&]() -> Json {
+      State state = system->start;
+      const double h = 0.5 / largest_frequency(*system, state.x);
+      const int steps = int(std::ceil(kFallen * kFrame / h));
+      for (int step = 0; step < steps; ++step) rk4(*system, kFallen * kFrame / steps, state), cells.go_on();
+      return std::vector<double>(state.x.data(), state.x.data() + state.x.size());
+    });
+    const auto numbers = x.get<std::vector<double>>();
+    truth[k] = Vector::Map(numbers.data(), int(numbers.size()));
+  }
+  const auto add = [&](const std::string& title, const SolverSpec& solver) {
+    lines.lines.push_back(line_over(cells, lines, title, all, kFrame * kFrame / mass,
+                                    [&](double k) { return off_truth(falling_chain(k, solver), truth.at(k), cells); }));
+  };
+  for (const auto& [refine, substeps] : {std::pair{0, 1}, {4, 1}, {16, 1}, {0, 16}, {0, 256}}) {
+    SolverSpec solver = filtered(Corrector::Off, refine);
+    solver.substeps = substeps;
+    add(substeps > 1 ? formatted("%d substeps", substeps) : formatted("refine %d", refine), solver);
+  }
+  SolverSpec xpbd;
+  xpbd.substeps = 16, xpbd.precision = Precision::Double;
+  add("XPBD, 16 substeps", xpbd);
+  Section section = lines_section(lines, rows);
+  for (const Line& line : lines.lines) {
+    const auto& [x, y] = line.points.back();
+    section.sentences.push_back(line.title + formatted(": %.2g m off at k h^2 / m = %.2g.", y, x));
+  }
+  section.sentences.push_back(
+      "A corrector of the whole body's momentum does not see parts that turn against each other, nor pinned bodies. "
+      "What guards: \"refine\" where k h^2 / m is small, substeps, or XPBD; run and plan warn where the filter damps "
+      "what swings about its pins by more than a fifth of the critical.");
+  return section;
+}
+
+Section weight_failure(Cells& cells, Json& rows) {
+  Lines lines{"weight",
+              "Weight that goes round the filter: a sheet of 1 m hanging at rest by a row",
+              "g h^2 / l",
+              "largest strain after 3 s",
+              {}};
+  for (const bool internal_only : {true, false}) {
+    Line line{internal_only ? "filtered: internal only" : "filtered: all (default)", {}};
+    for (const auto& sheet : cells.quick()
+                                 ? std::vector<std::pair<int, double>>{{5, kFrame}, {17, 0.1}}
+                                 : std::vector<std::pair<int, double>>{
+                                       {5, kFrame}, {17, kFrame}, {65, kFrame}, {17, 0.05}, {17, 0.1}, {17, 0.2}}) {
+      const int n = sheet.first;
+      const double h = sheet.second;
+      line.points.push_back(
+          {kGravity * h * h * (n - 1), number(cells, formatted("weight: %s, %d, %g s", line.title.c_str(), n, h),
+                                              [&] { return strain_at_rest(n, internal_only, h, cells); })});
+    }
+    lines.lines.push_back(line);
+  }
+  Section section = lines_section(lines, rows);
+  const double x = lines.lines[0].points.back().first;
+  section.sentences = {
+      formatted("At g h^2 / l = %.2g the largest strain is %.2g with gravity round the filter and %.2g "
+                "with all forces filtered.",
+                x, lines.lines[0].at(x), lines.lines[1].at(x)),
+      "What guards: all forces are filtered by default; run and plan warn where internal_only would stretch springs by "
+      "more than 40 %."};
+  return section;
+}
+
+}  // namespace malha::study

@@ -1,0 +1,135 @@
+// Of the study "stability": stiff shells of irregular meshes that hit the ground.
+#include <stdlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include "host/error.h"
+#include "host/simulation.h"
+#include "kernels/project_constraint.h"
+#include "tools/bench/output.h"
+#include "tools/study/irregular_mesh.h"
+#include "tools/study/stability/lines.h"
+#include "tools/study/stability/map.h"
+
+namespace malha::study {
+
+namespace {
+
+using bench::formatted;
+
+/// A mesh in a file, gone with this object.
+class ShellFile {
+ public:
+  explicit ShellFile(const IrregularMesh& mesh) {
+    std::string name = (std::filesystem::temp_directory_path() / "malha_shell_XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
+    folder_ = name;
+    std::ofstream(path()) << mesh.off();
+  }
+  ~ShellFile() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  ShellFile(const ShellFile&) = delete;
+  ShellFile& operator=(const ShellFile&) = delete;
+  std::string path() const { return (folder_ / "shell.off").string(); }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+constexpr double kDrop = 0.5;  // m
+constexpr int kImpactFrames = 60;
+
+Scene falling_shell(const std::string& file, double lowest, const ConstraintSpec& bending) {
+  BodySpec shell;
+  shell.name = "shell", shell.shape = MeshFile{file}, shell.mass = 1;
+  shell.transform.translate = {0, kDrop - lowest, 0};
+  ConstraintSpec lengths;
+  lengths.type = "distance", lengths.on = {"edges"};
+  shell.constraints = {lengths, bending};
+  EnvironmentSpec ground;
+  ground.name = "ground", ground.shape = GridShape{{20, 20}, {1, 1}}, ground.transform.translate = {-10, 0, -10};
+  ground.sides = Sides::OneSided, ground.friction = 0.3;
+  Scene scene;
+  scene.file = "malha study", scene.name = "impact", scene.gravity = {0, -kGravity, 0};
+  scene.solver.dt = kFrame, scene.bodies = {shell}, scene.environment = {ground};
+  return scene;
+}
+
+/// The largest speed, over the fastest by a fall from the highest point to the ground, and strain of so many meshes.
+Json worst_impact(const ConstraintSpec& bending, int meshes, const Cells& cells) {
+  double speed = 0, strain = 0;
+  for (int seed = 0; seed < meshes; ++seed) {
+    const IrregularMesh mesh(seed, 2);
+    const ShellFile file(mesh);
+    Simulation simulation(falling_shell(file.path(), mesh.lowest(), bending), {.threads = 1});
+    double top = 0;
+    for (const Vec3& x : simulation.positions()) top = std::max(top, x[1]);
+    for (int frame = 0; frame < kImpactFrames; ++frame) {
+      simulation.step(), cells.go_on();
+      const Measures now = simulation.measure();
+      speed = std::max(speed, now.speed_max / std::sqrt(2 * kGravity * top));
+      strain = std::max(strain, now.strain_max);
+    }
+  }
+  return {{"speed", speed}, {"strain", strain}};
+}
+
+}  // namespace
+
+Section impact_failure(Cells& cells, Json& rows) {
+  const int meshes = cells.quick() ? 4 : 20;
+  Section section{
+      formatted("Stiff shells on impact: %d irregular closed meshes dropped by %g m, 10 substeps", meshes, kDrop),
+      {},
+      {},
+      {}};
+  section.table.columns = {"bending", "largest speed / fastest by a fall", "largest strain"};
+  std::vector<ConstraintSpec> bendings;
+  for (const double k : cells.quick() ? std::vector<double>{1, 1e-4} : std::vector<double>{1, 1e-2, 1e-4, 1e-6}) {
+    ConstraintSpec& one = bendings.emplace_back();
+    one.type = "bending", one.stiffness = k;
+  }
+  for (const double a : cells.quick() ? std::vector<double>{1e-2, 1e2} : std::vector<double>{1e-4, 1e-2, 1, 1e2}) {
+    ConstraintSpec& one = bendings.emplace_back();
+    one.type = "bending", one.compliance = a;
+  }
+  double speed = 0, strain = 0;
+  for (const ConstraintSpec& bending : bendings) {
+    const std::string title = bending.compliance ? formatted("compliance %g rad/(N m)", *bending.compliance)
+                                                 : formatted("stiffness %g", bending.stiffness);
+    const Json cell = cells(formatted("impact: %d, %s", meshes, title.c_str()), [&]() -> Json {
+      try {
+        return worst_impact(bending, meshes, cells);
+      } catch (const Diverged&) {
+        return {{"speed", nullptr}, {"strain", nullptr}};
+      }
+    });
+    const bool ended = cell["speed"].is_null();
+    section.table.rows.push_back({title, ended ? "diverged" : formatted("%.2g", cell["speed"].get<double>()),
+                                  ended ? "diverged" : formatted("%.2g", cell["strain"].get<double>())});
+    rows.push_back({{"map", "impact"},
+                    {"panel", title},
+                    {"speed", cell["speed"]},
+                    {"strain", cell["strain"]},
+                    {"verdict", ended ? "diverged" : "stable"}});
+    speed = ended ? INFINITY : std::max(speed, cell["speed"].get<double>());
+    strain = ended ? INFINITY : std::max(strain, cell["strain"].get<double>());
+  }
+  section.sentences = {
+      formatted("Over all of them no particle is faster than %.2g times the fastest by a fall, nor an edge strained by "
+                "more than %.2g.",
+                speed, strain),
+      formatted("What guards: one projection of bending moves no particle farther than %.2g of the smaller height of "
+                "its hinge at rest, because a straight step is the way of an angle only so far; what is left over is "
+                "taken in the next. Lengths are met along their own line and need no bound.",
+                kReach)};
+  return section;
+}
+
+}  // namespace malha::study

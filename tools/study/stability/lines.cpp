@@ -1,0 +1,74 @@
+#include "tools/study/stability/lines.h"
+
+#include <array>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include "host/error.h"
+#include "tools/bench/output.h"
+#include "tools/study/stability/map.h"
+
+namespace malha::study {
+
+double Line::at(double x) const {
+  for (const auto& [a, b] : points)
+    if (a == x) return b;
+  throw std::out_of_range(title + " has no " + short_number(x));
+}
+
+double number(Cells& cells, const std::string& key, const std::function<double()>& run) {
+  const Json value = cells(key, [&]() -> Json {
+    try {
+      return run();
+    } catch (const Diverged&) {
+      return nullptr;
+    }
+  });
+  return value.is_null() ? NAN : value.get<double>();
+}
+
+Line line_over(Cells& cells, const Lines& of, const std::string& title, const std::vector<double>& settings,
+               double scale, const std::function<double(double)>& run) {
+  Line line{title, {}};
+  for (const double setting : settings)
+    line.points.push_back({scale * setting, number(cells, of.name + ": " + title + bench::formatted(", %g", setting),
+                                                   [&] { return run(setting); })});
+  return line;
+}
+
+Section lines_section(const Lines& of, Json& rows) {
+  Section section{of.title, {}, {}, {{of.x}, {}}};
+  Chart chart{of.name,
+              "set logscale xy\nset format '10^{%T}'\nset xlabel '" + of.x + "'\nset ylabel '" + of.y +
+                  "'\nset title '" + of.title + "'\n",
+              {}};
+  constexpr std::array styles{"lc rgb '#d62728' pt 5",     "lc rgb '#1f4e9c' pt 7",  "lc rgb '#1b7837' pt 9",
+                              "lc rgb '#e69f00' pt 13",    "lc rgb '#8856a7' pt 11", "lc rgb '#444444' pt 4 dt 2",
+                              "lc rgb '#74a9cf' pt 6 dt 2"};
+  std::set<double> all;
+  for (const Line& line : of.lines) {
+    bench::Series series{"", std::string("with linespoints lw 2 ") + styles[chart.series.size() % styles.size()],
+                         line.title};
+    for (const auto& [x, y] : line.points) {
+      rows.push_back({{"map", of.name}, {"panel", line.title}, {"x_name", of.x}, {"x", x}, {"y_name", of.y}, {"y", y}});
+      all.insert(x);
+      if (y > 0) series.data += bench::formatted("%.6g %.6g\n", x, y);
+    }
+    if (!series.data.empty()) chart.series.push_back(series);
+    section.table.columns.push_back(line.title);
+  }
+  for (const double x : all) {
+    std::vector<std::string> row{short_number(x)};
+    for (const Line& line : of.lines) {
+      row.emplace_back();
+      for (const auto& [a, b] : line.points)
+        if (a == x) row.back() = std::isfinite(b) ? bench::formatted("%.2g", b) : "not finite";
+    }
+    section.table.rows.push_back(row);
+  }
+  section.chart = chart;
+  return section;
+}
+
+}  // namespace malha::study

@@ -1,0 +1,167 @@
+// Maps of the study "stability" over what hangs on too few projections: heavy weights, and many particles.
+#include <cmath>
+
+#include "tools/bench/output.h"
+#include "tools/study/stability/maps.h"
+
+namespace malha::study {
+
+namespace {
+
+using bench::formatted;
+
+constexpr int kFrames = 120;
+constexpr int kLinks = 20;
+constexpr double kLength = 1, kLight = 0.01;  // m, kg
+
+/// A chain, horizontal at the start, held at one end, whose last particle weighs `ratio` times as much as the others.
+Model weighted_chain(double ratio, const SolverSpec& solver, double compliance) {
+  ConstraintSpec lengths;
+  lengths.type = "distance", lengths.on = {"edges"};
+  if (compliance > 0) lengths.compliance = compliance;
+  BodySpec body;
+  body.name = "chain", body.shape = ChainShape{{0, 0, 0}, {kLength, 0, 0}, kLinks}, body.mass = kLight * (kLinks + 1);
+  body.pins = {ListPin{{0}}}, body.constraints = {lengths};
+  Scene scene;
+  scene.file = "malha study", scene.name = "chain", scene.gravity = {0, -kGravity, 0};
+  scene.bodies = {body}, scene.solver = solver, scene.solver.dt = kFrame, scene.solver.levels = 0;
+  Model model = build_model(scene);
+  for (int i = 0; i < model.count(); ++i) {
+    model.mass[i] = kLight * (model.user_of[i] == kLinks ? ratio : 1);
+    if (model.user_of[i] != 0) model.w[i] = 1 / model.mass[i];
+  }
+  return model;
+}
+
+/// A link between particles of mass m that bears `load` times their weight is left 2 load g h^2 too long by one sweep
+/// a substep: each end moves by half of what it is too long by, and that must undo load g h^2. The substeps that give
+/// this strain.
+double substeps_for(double load, double length, double strain) {
+  return kFrame * std::sqrt(2 * load * kGravity / (length * strain));
+}
+
+std::string boundary_sentence(const Panel& panel) {
+  std::string line;
+  for (std::size_t k = 0; k < panel.columns.size(); ++k) {
+    const Json& column = panel.columns[k];
+    line += (line.empty() ? "" : ", ") + short_number(panel.x.values[k]) + ": ";
+    const bool all = column["verdicts"].back() == int(Verdict::Stable);
+    line += column.contains("stable_to") ? formatted("%g", column["stable_to"].get<double>())
+            : all                        ? std::string("1")
+                                         : formatted("more than %g", panel.y.values[0]);
+    if (column.contains("stable_from")) line += formatted(" (and at most %g)", column["stable_from"].get<double>());
+  }
+  return panel.title + ": the fewest " + panel.y.name + " that hold, by " + panel.x.name + ": " + line + ".";
+}
+
+Outcome hung(double ratio, const SolverSpec& solver, double compliance, const Cells& cells) {
+  const double scale = kLight * (kLinks + ratio) * kGravity * kLength;
+  return judge(malha_trial(weighted_chain(ratio, solver, compliance), kFrames, scale), cells);
+}
+
+Outcome sheet(int n, const SolverSpec& solver, bool corners, double compliance, const Cells& cells) {
+  constexpr double side = 2, mass = 1;
+  Scene scene = (corners ? cornered_sheet : hanging_sheet)(n, side, mass, compliance);
+  scene.solver = solver, scene.solver.dt = kFrame, scene.solver.levels = 0;  // of sweeps over the particles
+  return judge(malha_trial(scene, kFrames, mass * kGravity * side), cells);
+}
+
+}  // namespace
+
+Section masses_map(Cells& cells, Json& rows) {
+  const bool quick = cells.quick();
+  const Axis x{"mass ratio", quick ? std::vector<double>{10, 1e3} : std::vector<double>{1, 10, 100, 1e3, 1e4, 1e5}};
+  const std::vector<double> counts = quick ? std::vector<double>{1024, 64, 16, 4, 1}
+                                           : std::vector<double>{1024, 512, 256, 128, 64, 32, 16, 8, 4, 2, 1};
+  TheoryLine theory{"one sweep leaves 2 (3 R) g h^2 / l = 50 %", {}};
+  for (const double ratio : x.values)
+    theory.points.push_back({ratio, substeps_for(3 * ratio, kLength / kLinks, kWrongStrain)});
+  struct Way {
+    const char *title, *counted;
+    bool springs = false;
+    SolverSpec solver = {};
+  };
+  std::vector<Way> ways{{"PBD, double", "substeps"},
+                        {"PBD, float", "substeps"},
+                        {"PBD, 1 substep", "iterations"},
+                        {"PBD, 10 substeps", "iterations"},
+                        {"XPBD, 1 % springs", "substeps", true},
+                        {"Desbrun, 1 % springs", "substeps", true}};
+  for (Way& way : ways) way.solver.precision = Precision::Double;
+  ways[1].solver.precision = Precision::Float;
+  ways[2].solver.substeps = 1, ways[3].solver.substeps = 10, ways[5].solver.type = "desbrun";
+  std::vector<Panel> panels;
+  for (const Way& way : ways) {
+    Panel panel{way.title, x, {way.counted, counts}, {}};
+    const bool substeps = way.counted == std::string("substeps");
+    if (substeps && way.solver.type == "pbd") panel.theory = {theory};
+    for (const double ratio : x.values)
+      panel.columns.push_back(cells(formatted("masses: %s, 1:%g", way.title, ratio), [&] {
+        return column(panel.y, true, [&](double count) {
+          SolverSpec solver = way.solver;
+          (substeps ? solver.substeps : solver.iterations) = int(count);
+          return hung(ratio, solver, way.springs ? 0.01 * kLength / kLinks / ((ratio + kLinks) * kLight * kGravity) : 0,
+                      cells);
+        });
+      }));
+    panels.push_back(panel);
+  }
+  Section section{"Mass ratio, by substeps and by iterations", {}, {}, {}};
+  section.sentences = {formatted(
+      "A chain of %d links (1 m) is let go horizontally for 2 s in steps of 1/60 s, its last particle R times as heavy "
+      "as each of the others. A link that bears the weight of n particles is left 2 n g h^2 too long by one sweep a "
+      "substep h: each of its ends moves by half of that, and it must undo the fall. What swings down bears three "
+      "times its weight.",
+      kLinks)};
+  for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
+  section.sentences.push_back(warned_sentence(panels));
+  section.chart = map_chart("masses", "A weight at the end of a chain", panels, 3);
+  section.table = map_table(panels);
+  add_rows("masses", panels, rows);
+  return section;
+}
+
+Section resolution_map(Cells& cells, Json& rows) {
+  const bool quick = cells.quick();
+  const Axis x{"particles a side", quick ? std::vector<double>{9, 33} : std::vector<double>{9, 17, 33, 65, 129}};
+  const std::vector<double> counts =
+      quick ? std::vector<double>{16, 4, 1} : std::vector<double>{64, 32, 16, 8, 4, 2, 1};
+  TheoryLine theory{"one sweep leaves 2 (n / 3) g h^2 / l = 50 %, at rest", {}};
+  for (const double n : x.values) theory.points.push_back({n, substeps_for(n / 3, 2 / (n - 1), kWrongStrain)});
+  struct Way {
+    const char *title, *counted;
+    bool corners, springs = false, filtered = false;
+  };
+  std::vector<Panel> panels;
+  for (const Way& way :
+       {Way{"PBD, held at one row", "substeps", false}, Way{"PBD, two corners", "substeps", true},
+        Way{"PBD, 1 substep, one row", "iterations", false}, Way{"XPBD 10 kN/m, one row", "substeps", false, true},
+        Way{"XPBD 10 kN/m, two corners", "substeps", true, true},
+        Way{"Desbrun 10 kN/m, two corners", "substeps", true, true, true}}) {
+    Panel panel{way.title, x, {way.counted, counts}, {}};
+    if (panels.empty()) panel.theory = {theory};
+    for (const double n : x.values)
+      panel.columns.push_back(cells(formatted("resolution: %s, %g", way.title, n), [&] {
+        return column(panel.y, true, [&](double count) {
+          SolverSpec solver;
+          const bool substeps = way.counted == std::string("substeps");
+          solver.substeps = substeps ? int(count) : 1, solver.iterations = substeps ? 1 : int(count);
+          if (way.filtered) solver.type = "desbrun", solver.desbrun.filter = FilterKind::Sparse;
+          return sheet(int(n), solver, way.corners, way.springs ? 1e-4 : 0, cells);
+        });
+      }));
+    panels.push_back(panel);
+  }
+  Section section{"Resolution, by substeps", {}, {}, {}};
+  section.sentences = {
+      "A sheet of 2 m and 1 kg is let go horizontally for 2 s in steps of 1/60 s. The edge and the two diagonals that "
+      "hold each particle next to the row bear a column of n particles."};
+  for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
+  section.sentences.push_back(warned_sentence(panels));
+  section.chart = map_chart("resolution", "A hanging sheet: particles a side and substeps", panels, 3);
+  section.table = map_table(panels);
+  add_rows("resolution", panels, rows);
+  return section;
+}
+
+}  // namespace malha::study

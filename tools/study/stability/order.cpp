@@ -1,0 +1,170 @@
+// The map of the study "stability" over the order in which constraints are swept.
+#include <algorithm>
+#include <cmath>
+
+#include "host/error.h"
+#include "tools/bench/output.h"
+#include "tools/study/reference/sweep.h"
+#include "tools/study/stability/maps.h"
+
+namespace malha::study {
+
+namespace {
+
+using bench::formatted;
+
+constexpr double kSheetSide = 2, kSheetMass = 1;  // m, kg
+
+constexpr double kCompliance = 1e-4;  // m/N, of the soft ones
+
+Scene sheet(int n, int substeps, Precision precision, bool soft) {
+  Scene scene = cornered_sheet(n, kSheetSide, kSheetMass, soft ? kCompliance : 0);
+  scene.solver.substeps = substeps, scene.solver.precision = precision;
+  return scene;
+}
+
+/// The same sheet as plain constraints; their stiffness is not looked at.
+std::unique_ptr<SpringSystem> constraints_of(int n) {
+  auto system = spring_system(cornered_sheet(n, kSheetSide, kSheetMass, 1));
+  for (Spring& s : system->springs) s.stiffness = 0;  // no elastic energy
+  return system;
+}
+
+struct Sweep {
+  std::string title;
+  bool ours, from_pins;
+  Precision precision;
+  bool soft = false;
+};
+
+template <class R>
+Trial plain(const SpringSystem& system, const std::vector<int>& order, double compliance, int substeps, int frames) {
+  const auto sweep = std::make_shared<PlainSweep<R>>(system, order, compliance);
+  return {[=] {
+            for (int s = 0; s < substeps; ++s) sweep->substep(kFrame / substeps);
+          },
+          [=, &system] { return sample_of(system, sweep->state()); }, frames, kSheetMass * kGravity * kSheetSide};
+}
+
+Trial trial_of(const Sweep& sweep, const SpringSystem& system, int n, int substeps, int frames) {
+  if (sweep.ours)
+    return malha_trial(sheet(n, substeps, sweep.precision, sweep.soft), frames, kSheetMass * kGravity * kSheetSide);
+  const std::vector<int> order = sweep.from_pins ? order_from_pins(system) : order_by_colour(system);
+  const double compliance = sweep.soft ? kCompliance : 0;
+  return sweep.precision == Precision::Float ? plain<float>(system, order, compliance, substeps, frames)
+                                             : plain<double>(system, order, compliance, substeps, frames);
+}
+
+/// RMS strain frame by frame, up to where numbers end.
+Json strains(const Trial& trial, const Cells& cells) {
+  Json all = Json::array();
+  try {
+    for (int frame = 0; frame < trial.steps; ++frame) {
+      trial.step();
+      cells.go_on();
+      const double strain = trial.sample().rms;
+      if (!std::isfinite(strain)) break;
+      all.push_back(strain);
+    }
+  } catch (const Diverged&) {
+  }
+  return all;
+}
+
+Section history(const std::vector<Sweep>& sweeps, Cells& cells, Json& rows) {
+  const int n = cells.quick() ? 33 : 100, substeps = cells.quick() ? 10 : 40, frames = 60;
+  const auto system = constraints_of(n);
+  Section section{
+      formatted("Order of the sweep: %d x %d particles, %d substeps of 1 iteration", n, n, substeps), {}, {}, {}};
+  Chart chart{"order_time",
+              formatted("set title '%d x %d particles, %d substeps of 1 iteration'\nset logscale y\nset format y "
+                        "'10^{%%T}'\nset xlabel 'time (s)'\nset ylabel 'RMS strain'\nset yrange [1e-4:1e15]\n",
+                        n, n, substeps),
+              {}};
+  section.table.columns = {"sweep", "RMS strain at the end", "frames until it was no longer finite"};
+  const char* styles[] = {"lc rgb '#d62728'", "lc rgb '#ff9896'",      "lc rgb '#e69f00'", "lc rgb '#8c6d31'",
+                          "lc rgb '#1f4e9c'", "lc rgb '#74a9cf' dt 2", "lc rgb '#8856a7'", "lc rgb '#1b7837'"};
+  for (std::size_t k = 0; k < sweeps.size(); ++k) {
+    const Sweep& sweep = sweeps[k];
+    const Json all = cells(formatted("order: %s, %d, %d, over time", sweep.title.c_str(), n, substeps),
+                           [&] { return strains(trial_of(sweep, *system, n, substeps, frames), cells); });
+    // The later over the earlier, and thinner: where they coincide, all are seen.
+    const double width = 2.5 + 1.3 * double(sweeps.size() - k);
+    bench::Series series{"", formatted("with lines lw %g ", width) + styles[k % 8], sweep.title};
+    for (std::size_t frame = 0; frame < all.size(); ++frame)
+      series.data += formatted("%.6g %.6g\n", double(frame + 1) * kFrame, all[frame].get<double>());
+    chart.series.push_back(series);
+    const double last = all.empty() ? 0 : all.back().get<double>();
+    const bool finite = int(all.size()) == frames;
+    section.table.rows.push_back({sweep.title, formatted("%.2g", last), finite ? "" : std::to_string(all.size())});
+    rows.push_back({{"map", "order_time"},
+                    {"panel", sweep.title},
+                    {"x", n},
+                    {"y", substeps},
+                    {"rms_strain", last},
+                    {"frames", all.size()}});
+    section.sentences.push_back(sweep.title + (finite
+                                                   ? formatted(": RMS strain %.2g after %g s.", last, frames * kFrame)
+                                                   : formatted(": no longer finite after %zu frames, RMS strain %.2g "
+                                                               "before.",
+                                                               all.size(), last)));
+  }
+  section.chart = chart;
+  return section;
+}
+
+}  // namespace
+
+std::vector<Section> order_map(Cells& cells, Json& rows) {
+  const bool quick = cells.quick();
+  const std::vector<Sweep> sweeps{{"plain, from the pins, double", false, true, Precision::Double},
+                                  {"plain, from the pins, float", false, true, Precision::Float},
+                                  {"plain, colours, double", false, false, Precision::Double},
+                                  {"plain, colours, float", false, false, Precision::Float},
+                                  {"malha, double", true, false, Precision::Double},
+                                  {"malha, float", true, false, Precision::Float},
+                                  {"plain, from the pins, 10 kN/m", false, true, Precision::Float, true},
+                                  {"malha, 10 kN/m", true, false, Precision::Float, true}};
+  const Axis x{"particles a side", quick ? std::vector<double>{9, 33} : std::vector<double>{9, 17, 33, 65, 100}};
+  const Axis y{"substeps", quick ? std::vector<double>{40, 10} : std::vector<double>{160, 80, 40, 20, 10}};
+  std::vector<Panel> panels;
+  for (const Sweep& sweep : sweeps) {
+    Panel panel{sweep.title, x, y, {}, {}, sweep.ours};
+    for (const double n : x.values)
+      panel.columns.push_back(cells(formatted("order: %s, %g", sweep.title.c_str(), n), [&] {
+        const auto system = constraints_of(int(n));
+        return column(y, true, [&](double substeps) {
+          return judge(trial_of(sweep, *system, int(n), int(substeps), 60), cells);
+        });
+      }));
+    panels.push_back(panel);
+  }
+  Section map{"Order of the sweep, by resolution and substeps", {}, {}, {}};
+  map.sentences = {
+      "A sheet of 2 m and 1 kg, held at two corners, is let go horizontally for 1 s; hard constraints, or springs "
+      "of 10 kN/m, one sweep a substep. Plain: one constraint after the other, in order of distance from the pins, "
+      "counted in edges, or by "
+      "colours."};
+  for (const Panel& panel : panels) {
+    int count[3]{};
+    double gain = 0, strain = 0;
+    for (const Json& column : panel.columns) {
+      for (const auto& verdict : column["verdicts"]) ++count[verdict.get<int>()];
+      for (const auto& one : column["gains"]) gain = std::max(gain, one.get<double>());
+      for (const auto& one : column["rms"]) strain = std::max(strain, one.get<double>());
+    }
+    map.sentences.push_back(
+        panel.title +
+        formatted(
+            ": %d of %d stable, %d bounded but wrong, %d diverged; what did not diverge gained at most %.2g times the "
+            "energy of the fall, at an RMS strain of at most %.2g.",
+            count[0], count[0] + count[1] + count[2], count[1], count[2], gain, strain));
+  }
+  map.sentences.push_back(warned_sentence(panels));
+  map.chart = map_chart("order", "Order of the sweep: one iteration a substep", panels, 4);
+  map.table = map_table(panels);
+  add_rows("order", panels, rows);
+  return {map, history(sweeps, cells, rows)};
+}
+
+}  // namespace malha::study

@@ -1,0 +1,187 @@
+// Known failures of the study "stability" that are of places: starts that are no shape at all, and surfaces thinner
+// than a step is long.
+#include <cmath>
+#include <random>
+
+#include "host/base/text.h"
+#include "host/mesh/generate.h"
+#include "host/simulation.h"
+#include "host/solver/solver.h"
+#include "host/solver/state.h"
+#include "tools/bench/output.h"
+#include "tools/study/reference/steps.h"
+#include "tools/study/stability/lines.h"
+#include "tools/study/stability/map.h"
+#include "tools/study/stability/trial.h"
+
+namespace malha::study {
+
+namespace {
+
+using bench::formatted;
+
+enum class Start { Random, Collapsed, NearlyCollapsed };
+
+/// Where the particles of a sheet start, in the user's order.
+std::vector<Vec3> started(const Scene& scene, int n, Start start) {
+  std::vector<Vec3> places = make_mesh(scene.bodies[0].shape).points;
+  std::mt19937 random(7);
+  const auto unit = [&random] { return double(random()) / 4294967296.0; };  // the same on every library
+  for (int i = 0; i < n * n; ++i) {
+    if (i == 0 || i == n - 1) continue;
+    places[i] = {0.5, -0.5, 0.5};
+    if (start == Start::Random) places[i] = {unit(), unit() - 0.5, unit()};
+    if (start == Start::NearlyCollapsed)
+      for (double& a : places[i]) a += 1e-6 * unit();
+  }
+  return places;
+}
+
+constexpr int kHalf = 30, kEnd = 180;  // frames
+
+/// RMS strains at the start, after 0.5 s and after 3 s, null where no longer finite, and how many constraints had no
+/// direction.
+Json unfolded(const Scene& scene, int n, Start start, const Cells& cells) {
+  const Model model = build_model(scene);
+  const std::unique_ptr<Solver> solver = make_solver(model, 1);
+  const std::vector<Vec3> user = started(scene, n, start);
+  std::vector<Vec3> places;
+  for (const int i : model.user_of) places.push_back(user[i]);
+  solver->restore(save_state(state_at_rest<float>(places)));
+  Json strain = Json::array({solver->measure().strain_rms});
+  for (int frame = 1; frame <= kEnd; ++frame) {
+    solver->step(), cells.go_on();
+    if (frame == kHalf || frame == kEnd) strain.push_back(solver->measure().strain_rms);
+  }
+  return {{"strain", strain}, {"degenerate", solver->measure().degenerate}};
+}
+
+/// The same springs by an explicit step that their spectrum allows.
+Json unfolded_by_euler(const Scene& scene, int n, Start start, const Cells& cells) {
+  const auto system = spring_system(scene);
+  const double h = 0.5 / largest_frequency(*system, system->start.x);
+  State state{flat(started(scene, n, start)), Vector::Zero(system->start.x.size())};
+  Json strain = Json::array({sample_of(*system, state).rms});
+  const int half = int(kHalf * kFrame / h), end = int(kEnd * kFrame / h);
+  for (int step = 1; step <= end; ++step) {
+    symplectic_euler(*system, h, state), cells.go_on();
+    if (step != half && step != end) continue;
+    const double now = sample_of(*system, state).rms;
+    strain.push_back(std::isfinite(now) ? Json(now) : Json());
+  }
+  return {{"strain", strain}, {"degenerate", nullptr}};
+}
+
+constexpr double kThickness = 0.002;  // m
+
+/// 11 x 11 loose particles that fly at a wall, and how many are behind it in the end.
+int passed(double speed, const Cells& cells) {
+  BodySpec bullets;
+  bullets.name = "bullets", bullets.shape = CloudShape{{-1, -0.5, -0.5}, {-1, 0.5, 0.5}, {1, 11, 11}};
+  bullets.mass = 1, bullets.velocity = {speed, 0, 0};
+  EnvironmentSpec wall;
+  wall.name = "wall", wall.shape = GridShape{{10, 10}, {4, 4}}, wall.sides = Sides::TwoSided,
+  wall.thickness = kThickness;
+  wall.transform.translate = {0, -5, -5}, wall.transform.axis = {0, 0, 1}, wall.transform.degrees = 90;
+  Scene scene;
+  scene.file = "malha study", scene.name = "bullets", scene.bodies = {bullets}, scene.environment = {wall};
+  scene.solver.dt = kFrame, scene.solver.substeps = 1;
+  Simulation simulation(scene, {.threads = 1});
+  const int steps = std::max(2, int(std::ceil(2 / speed / kFrame)));
+  for (int step = 0; step < steps; ++step) simulation.step(), cells.go_on();
+  int count = 0;
+  for (const Vec3& x : simulation.positions()) count += x[0] > 0;
+  return count;
+}
+
+/// The same by a look at the end of each step alone, which finds those within the thickness; `phase`: of the start.
+bool passes_unseen(double speed, double phase) {
+  double x = -1 - phase * speed * kFrame;
+  while (x < -kThickness) x += speed * kFrame;
+  return x > kThickness;
+}
+
+/// Edges and triangles of two sheets that are crossed after one was thrown at the other.
+double crossed(double speed, const Cells& cells) {
+  Scene scene = hanging_sheet(9, 0.5, 0.05, 0);
+  scene.gravity = {0, 0, 0}, scene.solver.substeps = 1, scene.solver.iterations = 4;
+  scene.bodies[0].pins.clear();
+  BodySpec other = scene.bodies[0];
+  other.name = "other", other.transform.translate = {0.03, 0.3, 0.02}, other.velocity = {0, -speed, 0};
+  scene.bodies.push_back(other);
+  SelfCollision self;
+  self.thickness = kThickness;
+  scene.self_collision = self;
+  Simulation simulation(scene, {.threads = 1});
+  const int steps = std::max(2, int(std::ceil(0.6 / speed / kFrame)));
+  for (int step = 0; step < steps; ++step) simulation.step(), cells.go_on();
+  return double(simulation.measure().crossings);
+}
+
+}  // namespace
+
+Section start_failure(Cells& cells, Json& rows) {
+  const int n = cells.quick() ? 7 : 17;
+  Section section{formatted("Random and collapsed starts: %d x %d particles held at two corners", n, n), {}, {}, {}};
+  section.table.columns = {"start",       "method",    "RMS strain at the start",
+                           "after 0.5 s", "after 3 s", "without a direction"};
+  const std::vector<std::pair<Start, std::string>> starts{
+      {Start::Random, "anywhere in 1 m^3"}, {Start::NearlyCollapsed, "within 1e-6 m"}, {Start::Collapsed, "one point"}};
+  for (const auto& named : starts)
+    for (const std::string method : {"PBD", "XPBD, 1 kN/m", "Desbrun, 1 kN/m", "symplectic Euler, 1 kN/m"}) {
+      const Start start = named.first;
+      const std::string& title = named.second;
+      const Json cell = cells(formatted("start: %d, %s, %s", n, title.c_str(), method.c_str()), [&] {
+        Scene scene = cornered_sheet(n, 1, 0.2, method == "PBD" ? 0 : 1e-3);
+        if (method.starts_with("Desbrun")) scene.solver.type = "desbrun";
+        return method.starts_with("symplectic") ? unfolded_by_euler(scene, n, start, cells)
+                                                : unfolded(scene, n, start, cells);
+      });
+      std::vector<std::string> row{title, method};
+      for (const auto& strain : cell["strain"])
+        row.push_back(strain.is_null() ? "not finite" : formatted("%.2g", strain.get<double>()));
+      row.push_back(cell["degenerate"].is_null() ? "" : std::to_string(cell["degenerate"].get<int>()));
+      section.table.rows.push_back(row);
+      rows.push_back({{"map", "start"}, {"panel", method}, {"x_name", title}, {"rms_strain", cell["strain"].back()}});
+      section.sentences.push_back(method + ", " + title + ": RMS strain " + row[2] + " at the start and " + row[4] +
+                                  " after 3 s.");
+    }
+  section.sentences.push_back(
+      "What guards: a constraint between coincident particles has no direction and is left out, counted in the report "
+      "(degenerate_constraints_skipped), until others move its ends apart.");
+  return section;
+}
+
+Section thickness_failure(Cells& cells, Json& rows) {
+  Section section{"Thickness smaller than what a step moves by", {}, {}, {}};
+  section.table.columns = {"speed, m/s", "a step moves by, thicknesses", "passed, malha, of 121",
+                           "passed, seen at ends of steps alone", "crossings of two sheets, malha"};
+  double most = 0, unseen_most = 0;
+  for (const double speed : cells.quick() ? std::vector<double>{1, 100} : std::vector<double>{0.1, 1, 10, 100, 1000}) {
+    const Json cell = cells(formatted("thickness: %g m/s", speed), [&]() -> Json {
+      return {{"passed", passed(speed, cells)}, {"crossings", crossed(speed, cells)}};
+    });
+    int unseen = 0;
+    for (int k = 0; k < 100; ++k) unseen += passes_unseen(speed, k / 100.0);
+    section.table.rows.push_back({short_number(speed), formatted("%.3g", speed * kFrame / kThickness),
+                                  std::to_string(cell["passed"].get<int>()), formatted("%d %%", unseen),
+                                  formatted("%g", cell["crossings"].get<double>())});
+    rows.push_back({{"map", "thickness"},
+                    {"x_name", "speed (m/s)"},
+                    {"x", speed},
+                    {"passed", cell["passed"]},
+                    {"passed_unseen_percent", unseen},
+                    {"crossings", cell["crossings"]}});
+    most = std::max({most, cell["passed"].get<double>(), cell["crossings"].get<double>()});
+    unseen_most = std::max(unseen_most, double(unseen));
+  }
+  section.sentences = {
+      formatted(
+          "121 particles fly at a wall %g m thick, and a sheet at another, one substep a step: a look at the ends of "
+          "steps alone lets up to %g %% through; of malha's, %g pass or cross.",
+          kThickness, unseen_most, most),
+      "What guards: collisions are found along the whole way (Embree's rays, swept boxes, planes that part pairs)."};
+  return section;
+}
+
+}  // namespace malha::study
