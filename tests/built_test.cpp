@@ -26,7 +26,7 @@ TEST(Built, IsNotWhatIsNamedByAWholeWord) {
 }
 
 TEST(Built, APartThatIsNotIsRefusedToAScene) {
-  Part<int, false> part;
+  OptionalPart<int, false> part;
   EXPECT_FALSE(part);
   EXPECT_THROW(part.emplace(1), InputError);
 }

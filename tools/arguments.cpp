@@ -7,6 +7,7 @@
 #include "host/base/build_info.h"
 #include "host/base/near_miss.h"
 #include "host/base/text.h"
+#include "host/run/run.h"
 #include "host/scene.h"
 #include "tools/measures.h"
 #include "tools/validators.h"
@@ -18,7 +19,6 @@ namespace {
 const std::vector<std::string> kFirstWords{"run",  "view",  "picture", "page",   "plan", "check",
                                            "tune", "bench", "study",   "--help", "-h",   "--version"};
 const std::vector<std::string> kBackends{"openmp", "serial"};
-constexpr std::int64_t kMostSteps = 1'000'000'000;
 
 /// An option by its name and what it takes: what excludes what is said by the words beside it.
 struct Formatter : CLI::Formatter {
@@ -44,13 +44,13 @@ void add_results(CLI::App& command, Arguments& arguments) {
       ->type_name("FOLDER");
   CLI::Option* steps =
       command.add_option("--steps", arguments.steps, "Stop at step N, instead of at the end of the scene's duration");
-  steps->check(whole_number(1, kMostSteps))->type_name("N");
+  steps->check(whole_number(1, std::int64_t(kMostSteps)))->type_name("N");
   command.add_option("--seconds", arguments.seconds, "Stop after S simulated seconds instead")
       ->check(duration())
       ->type_name("S")
       ->excludes(steps);
   command.add_option("--every", arguments.every, "A frame every N steps; 0 writes none")
-      ->check(whole_number(0, kMostSteps))
+      ->check(whole_number(0, std::int64_t(kMostSteps)))
       ->type_name("N");
   command
       .add_option("--format", arguments.formats,
@@ -63,7 +63,7 @@ void add_results(CLI::App& command, Arguments& arguments) {
       command.add_flag("--picture", arguments.picture, "Ray-traced pictures of the end and of six moments");
   picture->disable_flag_override();
   CLI::Option* picture_every = command.add_option("--picture-every", arguments.picture_every, "Also one every N steps");
-  picture_every->check(whole_number(1, kMostSteps))->type_name("N");
+  picture_every->check(whole_number(1, std::int64_t(kMostSteps)))->type_name("N");
   command.add_flag("--no-picture", arguments.no_picture, "No pictures, whatever the scene says")
       ->excludes(picture)
       ->excludes(picture_every);
@@ -73,7 +73,7 @@ void add_results(CLI::App& command, Arguments& arguments) {
   command
       .add_option("--checkpoint", arguments.checkpoint_every,
                   "A checkpoint every N steps, 0 none before the end; every 30 seconds of the clock if not given")
-      ->check(whole_number(0, kMostSteps))
+      ->check(whole_number(0, std::int64_t(kMostSteps)))
       ->type_name("N");
   command.add_flag("--resume", arguments.resume, "Go on where the run in the folder stopped, with the very same bits");
   command.add_flag("--quiet", arguments.quiet, "Say nothing but what went wrong, or may");

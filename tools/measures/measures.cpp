@@ -6,7 +6,7 @@
 #include "tools/measures/arguments_bench.h"
 #include "tools/measures/arguments_study.h"
 #include "tools/measures/arguments_tune.h"
-#include "tools/tune/command.h"
+#include "tools/measures/tune.h"
 #include "tools/validators.h"
 
 namespace malha {

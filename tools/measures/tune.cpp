@@ -1,4 +1,4 @@
-#include "tools/tune/command.h"
+#include "tools/measures/tune.h"
 
 #include <filesystem>
 #include <functional>
