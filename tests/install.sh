@@ -15,7 +15,7 @@ cmake --build "$scratch/build"
 
 # A scene with particles, constraints and a mesh to collide with, so that every dependency is called.
 "$scratch/build/run" "$root/scenes/ramp.json"
-for name in own_loop several; do "$scratch/build/$name" "$root/scenes/sheet_shear.json"; done
+for name in own_loop own_constraint several; do "$scratch/build/$name" "$root/scenes/sheet_shear.json"; done
 "$scratch/prefix/bin/malha" --help >/dev/null
 if [[ -e "$build/malha_measures" ]]; then "$scratch/prefix/bin/malha" bench --help >/dev/null; fi
 if [[ -n "$python" ]]; then
