@@ -92,7 +92,7 @@ const std::vector<Block>& blocks() {
        "/environment",
        R"([{"name": "ball", "shape": {"sphere": {"radius": 0.3, "subdivisions": 2}}, "transform": {"translate": [0.5, -0.3, 0.5]}}])",
        "[]",
-       {"MayTouch", "FindContact", "LetGo", "ResolveContact", "HoldBack", "Restitute"}},
+       {"MayTouch", "FindContact", "LetGo", "ResolveContact", "PutBeforeMeshes", "Restitute"}},
       {"self-collision",
        "/self_collision",
        R"({"thickness": 0.02})",

@@ -10,8 +10,8 @@
 #include "host/base/point_array.h"
 #include "host/collision/contact_facts.h"
 #include "host/collision/find_contact.h"
-#include "host/collision/hold_back.h"
 #include "host/collision/near_memory.h"
+#include "host/collision/put_before_meshes.h"
 #include "host/model/model.h"
 #include "kernels/keep_off.h"
 
@@ -49,10 +49,10 @@ class Collider {
   }
 
   /// After the last iteration: nothing that was dragged crosses a surface.
-  void hold_back(const Particles<R>& particles) {
+  void put_before_meshes(const Particles<R>& particles) {
     int looks = 0;
     for (int k = 0; k < count(); ++k) looks = test(particles, k, -1, k > 0), nearby_[k] = obstacles_[k].memory.view();
-    deal_words(looks, HoldBack<R>{surroundings(particles), bits_.data()});
+    deal_words(looks, PutBeforeMeshes<R>{surroundings(particles), bits_.data()});
   }
 
   bool moves() const {
@@ -87,13 +87,13 @@ class Collider {
   }
 
   /// After a substep without looks, of h seconds and with its new state, in which particles were faster than they may.
-  void hold_back_late(const Particles<R>& particles, double start, double h) {
+  void put_before_meshes_late(const Particles<R>& particles, double start, double h) {
     const PointArray<Executor, R> before(static_cast<std::size_t>(particles.count));
     Particles<R> then = particles;
     then.x = before.points();
     parallel_for(executor_, particles.count, StepBack<R>{particles, then.x, R(h)});
     place_meshes(start, start + h);
-    hold_back(then);
+    put_before_meshes(then);
     parallel_for(executor_, particles.count, KeepHeld<R>{particles, R(1 / h)});
   }
 
@@ -144,7 +144,7 @@ class Collider {
     return facts;
   }
 
-  /// What is known of the particles near a mesh, until the next find or hold_back.
+  /// What is known of the particles near a mesh, until the next find or put_before_meshes.
   Nearby<R> nearby(int mesh) const { return obstacles_[static_cast<std::size_t>(mesh)].memory.view(); }
 
   /// How many triangles each mesh has.

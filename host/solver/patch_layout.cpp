@@ -199,8 +199,8 @@ class Cutter {
 
 }  // namespace
 
-PatchLayout cut_piece(const Model& model, const std::vector<ByOwner>& owned, const Touches& touches, int patch,
-                      const std::vector<int>& neighbours) {
+PatchLayout lay_out_patch(const Model& model, const std::vector<ByOwner>& owned, const Touches& touches, int patch,
+                          const std::vector<int>& neighbours) {
   return Cutter(model, owned, touches, patch, neighbours).cut();
 }
 

@@ -13,7 +13,7 @@ struct Touches {
   std::vector<int> phase;        // of each patch
 };
 
-/// With slots and indices counted from the start of the piece.
+/// With slots and indices counted from the start of the patch.
 struct PatchLayout {
   Patch patch{};
   std::vector<Segment> segments;
@@ -22,7 +22,7 @@ struct PatchLayout {
 };
 
 /// `owned`: of each set, the constraints of each patch. `neighbours`: the particles of other patches that those touch.
-PatchLayout cut_piece(const Model& model, const std::vector<ByOwner>& owned, const Touches& touches, int patch,
-                      const std::vector<int>& neighbours);
+PatchLayout lay_out_patch(const Model& model, const std::vector<ByOwner>& owned, const Touches& touches, int patch,
+                          const std::vector<int>& neighbours);
 
 }  // namespace malha

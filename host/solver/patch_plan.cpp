@@ -29,7 +29,7 @@ class Planner {
     launch(count, [this](int k) { neighbours_[k] = neighbours(k); });
     find_phases();
     pieces_.resize(count);
-    launch(count, [this](int k) { pieces_[k] = cut_piece(model_, owned_, touches_, k, neighbours_[k]); });
+    launch(count, [this](int k) { pieces_[k] = lay_out_patch(model_, owned_, touches_, k, neighbours_[k]); });
     for (const PatchLayout& piece : pieces_)
       if (piece.patch.slots > kMostSlots)
         refuse(model_.scene.file, "/bodies",

@@ -65,7 +65,7 @@ class Pbd final : public Stepper<Executor, R> {
     const int done = visit_patches(h, substeps, speed);
     if (sweep_->noted(done))
       this->timed(Pass::Collision,
-                  [&] { collider.hold_back_late(this->particles(), this->time() + (done - 1) * h, h); });
+                  [&] { collider.put_before_meshes_late(this->particles(), this->time() + (done - 1) * h, h); });
     return done;
   }
 

@@ -280,7 +280,7 @@ class Stepper : public Solver {
         project(all, start, h, iteration == 0);
         if (enough()) break;
       }
-    if (collider_) timed(Pass::Collision, [&] { collider_->hold_back(all); });
+    if (collider_) timed(Pass::Collision, [&] { collider_->put_before_meshes(all); });
     hold_apart(all);
     timed(Pass::State, [&] {
       const int lost = parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)}).index;

@@ -7,7 +7,7 @@ namespace malha {
 
 /// The particles that a word of bits names: others keep within a ball without surface.
 template <class R>
-struct HoldBack : Surroundings<R> {
+struct PutBeforeMeshes : Surroundings<R> {
   const unsigned long long* bits;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
