@@ -45,8 +45,8 @@ struct Simulation::Parts {
   SimulationOptions options;
   RunTimes times;
   int threads = 1;
-  std::optional<ThreadChoice> choice;  // none: all threads, always
-  std::optional<std::uint64_t> scene;  // its hash: the same all the time, taken when it is first needed
+  std::optional<ThreadChoice> choice;             // none: all threads, always
+  std::optional<std::uint64_t> scene;             // its hash: the same all the time, taken when it is first needed
   std::optional<std::vector<int>> pins_at_start;  // where others were set: layouts depend on them
   // Of scenes that tear:
   Appearance whole;  // before the first tear
@@ -337,9 +337,7 @@ int Simulation::cut(const std::vector<Edge>& edges) {
   return static_cast<int>(found.size());
 }
 
-std::string Simulation::state() const {
-  return stamped(parts_->save(), parts_->hash_of_scene_now());
-}
+std::string Simulation::state() const { return stamped(parts_->save(), parts_->hash_of_scene_now()); }
 void Simulation::go_back(const std::string& state) {
   parts_->restore(unstamped(state, parts_->hash_of_scene_now()), "state");
 }

@@ -80,10 +80,10 @@ class Simulation {
   std::vector<int> pins() const;
 
   /// These are the pins from now on. What is released has its mass again, what is new rests where it is. All is laid
-  /// out anew, which takes as long as the set-up did. Pins on keyframes or with a release stay as they are. A checkpoint
-  /// or state goes with the pins that were set when it was made. Throws InputError, and leaves everything as it was, for
-  /// a particle that is not there or that such a pin has, a rigid attachment that is left out, a body that is pinned
-  /// altogether, and a scene that has torn.
+  /// out anew, which takes as long as the set-up did. Pins on keyframes or with a release stay as they are. A
+  /// checkpoint or state goes with the pins that were set when it was made. Throws InputError, and leaves everything as
+  /// it was, for a particle that is not there or that such a pin has, a rigid attachment that is left out, a body that
+  /// is pinned altogether, and a scene that has torn.
   void set_pins(std::vector<int> particles);
 
   /// Takes a particle by hand: from the next step on a spring of this compliance (m/N, 1e-12 to 1e12) pulls it to a
@@ -156,8 +156,8 @@ class Simulation {
   void save_checkpoint(const std::string& path, std::int64_t frames = 0) const;
 
   /// Continues from a checkpoint of the same scene with the very same bits; duration, outputs and expectations may
-  /// differ. Gravity and wind are those of now, and pins must be set as they were then. Lets go of what is taken by hand. Throws InputError for another scene, precision or a damaged file, and
-  /// leaves the state as it was.
+  /// differ. Gravity and wind are those of now, and pins must be set as they were then. Lets go of what is taken by
+  /// hand. Throws InputError for another scene, precision or a damaged file, and leaves the state as it was.
   std::int64_t load_checkpoint(const std::string& path);
 
   /// Goes on where another simulation is: at its time, to the next whole step, with the places and velocities of its

@@ -146,7 +146,7 @@ class SetBetweenStepsOf : public testing::TestWithParam<Kind> {
     };
     if (name == "desbrun") all.solver.type = name, all.solver.desbrun.refine = 1, softly();
     if (name == "levels") all.solver.levels = 2, softly();
-    if (name == "self_collision") all.self_collision = SelfCollision{0.01};
+    if (name == "self_collision") all.self_collision.emplace().thickness = 0.01;
     if (name == "environment") {
       EnvironmentSpec ball;
       ball.name = "ball", ball.shape = SphereShape{0.1, 2}, ball.transform.translate = {0, -9, 0};

@@ -49,7 +49,8 @@ inline pybind11::array numbers_of(const pybind11::handle& given, bool whole) {
     return array;
   }
   const char kind = array.dtype().kind();
-  if (array.size() > 0 && kind != 'i' && kind != 'u' && (whole || kind != 'f')) return pybind11::reinterpret_steal<pybind11::array>(nullptr);
+  if (array.size() > 0 && kind != 'i' && kind != 'u' && (whole || kind != 'f'))
+    return pybind11::reinterpret_steal<pybind11::array>(nullptr);
   if (pybind11::hasattr(given, "mask") &&
       pybind11::module_::import("numpy").attr("any")(given.attr("mask")).cast<bool>())
     return pybind11::reinterpret_steal<pybind11::array>(nullptr);
@@ -82,8 +83,7 @@ inline std::vector<int> integers_of(const pybind11::handle& given, const char* w
     const auto wide = pybind11::array_t<Wide, pybind11::array::c_style | pybind11::array::forcecast>::ensure(array);
     for (pybind11::ssize_t i = 0; i < wide.size(); ++i) {
       const Wide number = wide.data()[i];
-      if (!std::in_range<int>(number))
-        refuse(what, "", std::to_string(number), "whole numbers up to 2147483647");
+      if (!std::in_range<int>(number)) refuse(what, "", std::to_string(number), "whole numbers up to 2147483647");
       all.push_back(static_cast<int>(number));
     }
   };

@@ -104,10 +104,12 @@ void add_constraint(py::module_& module) {
           "Compares the gradient with central differences at positions (N, 3), m. Raises InputError where one is off "
           "by\n"
           "more than tolerance times the constraint's largest, and says which.")
-      .def_property_readonly("name", [](const PythonConstraint& constraint) { return constraint.own.name; },
-                             "For messages, plans and reports.")
-      .def_property_readonly("compliance", [](const PythonConstraint& constraint) { return constraint.own.compliance; },
-                             "XPBD's alpha, >= 0.")
+      .def_property_readonly(
+          "name", [](const PythonConstraint& constraint) { return constraint.own.name; },
+          "For messages, plans and reports.")
+      .def_property_readonly(
+          "compliance", [](const PythonConstraint& constraint) { return constraint.own.compliance; },
+          "XPBD's alpha, >= 0.")
       .def("__len__", [](const PythonConstraint& constraint) {
         return constraint.own.particles.size() / static_cast<std::size_t>(constraint.own.arity);
       });

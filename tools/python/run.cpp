@@ -64,7 +64,8 @@ void add_run(py::module_& module) {
       "A whole run, as by `malha run`: report.json, a checkpoint, and the frames, pictures and page that the\n"
       "scene's \"outputs\" ask for, in the folder out. steps: fewer than the scene's duration has. resume: goes on\n"
       "from the folder's checkpoint. progress(step, steps, time) is called after each step, and ends the run where\n"
-      "it returns False, as Ctrl-C does: after a step, with a checkpoint. Returns a dict: complete, unmet, warnings, summary.");
+      "it returns False, as Ctrl-C does: after a step, with a checkpoint. Returns a dict: complete, unmet, warnings, "
+      "summary.");
 }
 
 }  // namespace malha::python

@@ -32,7 +32,8 @@ std::string path_of(const py::object& path) {
 
 /// A row of corners in a list, without the -1 that ends a triangle.
 py::object without_end(const py::object& row) {
-  const bool triangle = py::isinstance<py::sequence>(row) && py::len(row) == 4 && py::object(row[py::int_(3)]).equal(py::int_(-1));
+  const bool triangle =
+      py::isinstance<py::sequence>(row) && py::len(row) == 4 && py::object(row[py::int_(3)]).equal(py::int_(-1));
   return triangle ? py::object(row[py::slice(0, 3, 1)]) : row;
 }
 
@@ -195,7 +196,8 @@ void add_scene(py::module_& module) {
           "to_dict", [](const Scene& scene) { return parsed(to_json(scene)); },
           "The scene as a dict, every value spelled out: change it, and make another Scene of it.")
       .def("to_json", &to_json, "The same as JSON text, which `malha run` takes.")
-      .def_property_readonly("name", [](const Scene& scene) { return scene.name; })
+      .def_property_readonly(
+          "name", [](const Scene& scene) { return scene.name; }, "For people.")
       .def_property_readonly(
           "duration", [](const Scene& scene) { return scene.duration; }, "Of a whole run, s.")
       .def_property_readonly(

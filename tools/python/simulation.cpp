@@ -103,8 +103,10 @@ void add_state(Class& simulation) {
             const std::vector<int> pins = integers_of(given, "pins");
             s.compute([&](Simulation& of) { of.set_pins(pins); });
           },
-          "int32 (P,): the particles that are pinned for good and rest, ascending. Assign others to release those that\n"
-          "are left out, with their mass, and to hold the new ones where they are. All is laid out anew, which takes as\n"
+          "int32 (P,): the particles that are pinned for good and rest, ascending. Assign others to release those "
+          "that\n"
+          "are left out, with their mass, and to hold the new ones where they are. All is laid out anew, which takes "
+          "as\n"
           "long as the set-up. Pins on keyframes or with a release are not named, and stay. Refused: a scene that has\n"
           "torn, a body that is pinned altogether, and rigid attachments that are left out.")
       .def_property_readonly(
@@ -187,9 +189,8 @@ void add_results(Class& simulation) {
       .def(
           "measure",
           [](Running& s) {
-            return parsed(s.compute([](const Simulation& of) {
-              return measures_json(of.model(), of.solver(), of.times());
-            }));
+            return parsed(
+                s.compute([](const Simulation& of) { return measures_json(of.model(), of.solver(), of.times()); }));
           },
           "A dict of strain, momenta, energies, contacts and more, with the names and units of \"state\" in "
           "report.json.")
@@ -204,7 +205,8 @@ void add_results(Class& simulation) {
           "plan", [](Running& s) { return parsed(plan_json(*s.now())); },
           "A dict of what runs: solver, constraints, batches, launches a step, bytes by owner.")
       .def(
-          "plan_text", [](Running& s) {
+          "plan_text",
+          [](Running& s) {
             const auto use = s.now();
             return plan(*use) + list_launches(*use);
           },
@@ -241,7 +243,7 @@ void add_results(Class& simulation) {
 
 void add_simulation(py::module_& module) {
   py::class_<BodyOf>(module, "Body", "A body of a simulation: which particles and faces are its.")
-      .def_readonly("name", &BodyOf::name)
+      .def_readonly("name", &BodyOf::name, "As in the scene.")
       .def_property_readonly(
           "particles", [](const BodyOf& b) { return slice(b.first, b.end); }, "A slice of Simulation.positions.")
       .def_property_readonly(
@@ -271,7 +273,8 @@ void add_simulation(py::module_& module) {
           "n"_a = 1, "callback"_a = py::none(),
           "Advances by n steps of the scene's dt, and returns how many were done. callback(simulation) is called "
           "after\n"
-          "each step, and ends the loop where it returns False (numpy's too; None goes on). Ctrl-C raises KeyboardInterrupt after a whole step.\n"
+          "each step, and ends the loop where it returns False (numpy's too; None goes on). Ctrl-C raises "
+          "KeyboardInterrupt after a whole step.\n"
           "Other threads of Python run meanwhile. Raises Diverged.")
       .def("__repr__", [](Running& s) {
         const auto use = s.now();
