@@ -15,6 +15,7 @@
 #include "host/model/asked.h"
 #include "host/model/cut.h"
 #include "host/model/footprint.h"
+#include "host/model/set_pins.h"
 #include "host/model/tear.h"
 #include "host/report/expect.h"
 #include "host/report/report.h"
@@ -34,6 +35,8 @@ void require_numbers(const char* what, const std::vector<Vec3>& rows, std::size_
       if (!(std::abs(number) <= 1e18)) refuse(what, "row " + std::to_string(i), shown(number), "numbers up to 1e18");
 }
 
+bool finite(const Vec3& a) { return std::isfinite(a[0]) && std::isfinite(a[1]) && std::isfinite(a[2]); }
+
 }  // namespace
 
 struct Simulation::Parts {
@@ -42,9 +45,9 @@ struct Simulation::Parts {
   SimulationOptions options;
   RunTimes times;
   int threads = 1;
-  std::optional<ThreadChoice> choice;  // none: all threads, always
-  std::optional<std::uint64_t> scene;  // its hash: the same all the time, taken when it is first needed
-  std::uint64_t changes = 0;           // a hash of what was set instead of the scene's gravity and wind; 0: nothing
+  std::optional<ThreadChoice> choice;             // none: all threads, always
+  std::optional<std::uint64_t> scene;             // its hash: the same all the time, taken when it is first needed
+  std::optional<std::vector<int>> pins_at_start;  // where others were set: layouts depend on them
   // Of scenes that tear:
   Appearance whole;  // before the first tear
   std::vector<Split> splits;
@@ -54,12 +57,11 @@ struct Simulation::Parts {
     if (!scene) scene = scene_hash(model);
     return *scene;
   }
-  /// What its checkpoints are for.
-  std::uint64_t hash_of_scene_now() { return hash_of_scene() ^ changes; }
-  void note_change() {
-    const Scene& now = model.scene;
-    changes = hash_bytes(&now.gravity, sizeof now.gravity);
-    if (now.wind) changes = hash_bytes(&now.wind->velocity, sizeof now.wind->velocity, changes);
+  /// What its checkpoints are for. Gravity and wind are not in them, so that those of the start count.
+  std::uint64_t hash_of_scene_now() {
+    if (!pins_at_start) return hash_of_scene();
+    const std::vector<int> now = still_pins(model);
+    return now == *pins_at_start ? hash_of_scene() : hash_bytes(now.data(), now.size() * sizeof(int), hash_of_scene());
   }
 
   void make_solver_of_model() {
@@ -95,10 +97,30 @@ struct Simulation::Parts {
       throw;
     }
   }
+  /// What is taken by hand stays taken.
   void place(const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
     const std::vector<Taken> taken = solver->taken();
-    solver->place(solver->steps(), x, v);
+    place(solver->steps(), x, v);
     for (const Taken& one : taken) solver->take(one);
+  }
+  /// Pins have the velocity 0, or that of their keyframes, which any step gives anew: with another one, substeps that
+  /// are passes would carry them off.
+  void place(std::int64_t steps, const std::vector<Vec3>& x, std::vector<Vec3> v) {
+    const double time = static_cast<double>(steps) * model.scene.solver.dt;
+    const std::vector<bool> pinned = pinned_now(model, time), driven = on_keyframes(model);
+    const std::vector<Vec3> now = solver->velocities();
+    for (std::size_t i = 0; i < v.size(); ++i)
+      if (pinned[i]) v[i] = driven[i] ? now[i] : Vec3{0, 0, 0};
+    solver->place(steps, x, v);
+  }
+
+  /// Refuses a state from which no step can start.
+  void require_finite(const char* what) const {
+    for (const auto& rows : {solver->positions(), solver->velocities()})
+      for (std::size_t i = 0; i < rows.size(); ++i)
+        if (!finite(rows[i]))
+          refuse(what, "", particle_name(model, static_cast<int>(i)) + ", which has no finite place or velocity",
+                 "a finite state");
   }
 
   /// Lays everything out with these splits, in a state that is still to be given.
@@ -231,31 +253,30 @@ void Simulation::move_pins(const std::vector<int>& particles, const std::vector<
 
 void Simulation::set_positions(const std::vector<Vec3>& x) {
   require_numbers("positions", x, parts_->model.x.size(), "one a particle");
-  parts_->place(x, velocities());
+  std::vector<Vec3> v = velocities();
+  for (Vec3& one : v)
+    if (!finite(one)) one = {0, 0, 0};
+  parts_->place(x, v);
 }
 void Simulation::set_velocities(const std::vector<Vec3>& v) {
   require_numbers("velocities", v, parts_->model.x.size(), "one a particle");
-  parts_->place(positions(), v);
+  const std::vector<Vec3> x = positions();
+  if (!std::all_of(x.begin(), x.end(), finite))
+    refuse("velocities", "", "positions that are not finite", "to set positions first");
+  parts_->place(x, v);
 }
 
 void Simulation::set_gravity(const Vec3& gravity) {
   require_numbers("gravity", {gravity}, 1, "one");
   if (gravity == parts_->model.scene.gravity) return;
   parts_->hash_of_scene();
-  if (parts_->solver->facts().levels.empty()) {
-    parts_->model.scene.gravity = gravity;
-    parts_->solver->change_gravity();
-  } else {
+  if (!parts_->solver->facts().levels.empty()) {
     Scene scene = parts_->model.scene;
     scene.gravity = gravity;
-    Simulation next(scene, parts_->options);
-    next.go_on_from(*this);
-    std::swap(next.parts_->scene, parts_->scene), std::swap(next.parts_->times, parts_->times);
-    const std::vector<Taken> taken = parts_->solver->taken();
-    *this = std::move(next);
-    for (const Taken& one : taken) parts_->solver->take(one);
+    return lay_out_anew(scene);
   }
-  parts_->note_change();
+  parts_->model.scene.gravity = gravity;
+  parts_->solver->change_gravity();
 }
 void Simulation::set_wind(const Vec3& velocity) {
   require_numbers("wind", {velocity}, 1, "one");
@@ -265,7 +286,34 @@ void Simulation::set_wind(const Vec3& velocity) {
   parts_->hash_of_scene();
   scene.wind->velocity = velocity;
   parts_->solver->change_wind();
-  parts_->note_change();
+}
+
+std::vector<int> Simulation::pins() const { return still_pins(parts_->model); }
+void Simulation::set_pins(std::vector<int> particles) {
+  std::sort(particles.begin(), particles.end());
+  particles.erase(std::unique(particles.begin(), particles.end()), particles.end());
+  const std::vector<int> before = pins();
+  if (particles == before) return;
+  if (!parts_->splits.empty())
+    refuse("pins", "", "a scene that has torn", "to set them before a vertex is torn or cut in two");
+  const Scene scene = with_pins(parts_->model, particles);
+  parts_->hash_of_scene();
+  if (!parts_->pins_at_start) parts_->pins_at_start = before;
+  lay_out_anew(scene, particles);
+}
+
+void Simulation::lay_out_anew(const Scene& scene, const std::optional<std::vector<int>>& pins) {
+  Simulation next(scene, parts_->options);
+  Parts& parts = *next.parts_;
+  if (!parts_->splits.empty()) parts.lay_out_anew(parts_->splits);
+  if (pins && next.pins() != *pins)
+    refuse("pins", "", "a particle left out that a rigid attachment holds", "all those that attachments hold");
+  parts.place(steps(), positions(), velocities());
+  for (const Taken& one : held())
+    if (!pins || !std::binary_search(pins->begin(), pins->end(), one.particle)) parts.solver->take(one);
+  parts.scene = parts_->scene, parts.pins_at_start = parts_->pins_at_start;
+  std::swap(parts.times, parts_->times);
+  *this = std::move(next);
 }
 
 void Simulation::pull(int particle, const Vec3& to, double compliance) {
@@ -289,8 +337,10 @@ int Simulation::cut(const std::vector<Edge>& edges) {
   return static_cast<int>(found.size());
 }
 
-std::string Simulation::state() const { return parts_->save(); }
-void Simulation::go_back(const std::string& state) { parts_->restore(state, "state"); }
+std::string Simulation::state() const { return stamped(parts_->save(), parts_->hash_of_scene_now()); }
+void Simulation::go_back(const std::string& state) {
+  parts_->restore(unstamped(state, parts_->hash_of_scene_now()), "state");
+}
 
 void Simulation::wake() { parts_->solver->wake(); }
 
@@ -328,6 +378,7 @@ std::vector<std::string> Simulation::unmet() const {
 }
 
 void Simulation::save_checkpoint(const std::string& path, std::int64_t frames) const {
+  parts_->require_finite("checkpoint");
   write_checkpoint(path, parts_->hash_of_scene_now(),
                    {parts_->save(), frames, parts_->times.most_crossings, parts_->times.crossings_counted});
 }
@@ -353,7 +404,7 @@ void Simulation::go_on_from(const Simulation& before) {
       std::copy_n(v_then.begin() + from, count, v.begin() + first);
     }
   const auto steps = static_cast<std::int64_t>(std::ceil(before.time() / model().scene.solver.dt - 1e-6));
-  parts_->solver->place(steps, x, v);
+  parts_->place(steps, x, v);
 }
 
 std::string Simulation::report(const std::string& status, const std::vector<std::string>& notes) const {

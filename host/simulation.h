@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -61,17 +62,29 @@ class Simulation {
   void move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to);
 
   /// Puts all particles elsewhere (m), or gives them other velocities (m/s), between two steps; in the order of
-  /// positions(). Pins too: they stay where they are put. What contacts and sleep remember is forgotten. Throws
-  /// InputError for another number of them, and for what is no number or beyond 1e18.
+  /// positions(). Pins stay where they are put, and keep the velocity 0, or that of their keyframes. What contacts and
+  /// sleep remember is forgotten. After Diverged new positions let it go on: velocities that are not finite are then 0.
+  /// Throws InputError for another number of them, and for what is no number or beyond 1e18.
   void set_positions(const std::vector<Vec3>& x);
   void set_velocities(const std::vector<Vec3>& v);
 
   /// Gravity (m/s^2) from now on. Where levels are used, which are laid out for a weight, all is laid out anew.
-  /// Checkpoints from then on serve simulations whose gravity was set alike.
+  /// Checkpoints do not hold it: the same bits follow where it was set alike.
   void set_gravity(const Vec3& gravity);
 
   /// The velocity of the wind (m/s) from now on; checkpoints likewise. Throws InputError for a scene without wind.
   void set_wind(const Vec3& velocity);
+
+  /// The particles that pins hold for good where they are, ascending. Pins on keyframes, and those that are released
+  /// some time, are not among them.
+  std::vector<int> pins() const;
+
+  /// These are the pins from now on. What is released has its mass again, what is new rests where it is. All is laid
+  /// out anew, which takes as long as the set-up did. Pins on keyframes or with a release stay as they are. A
+  /// checkpoint or state goes with the pins that were set when it was made. Throws InputError, and leaves everything as
+  /// it was, for a particle that is not there or that such a pin has, a rigid attachment that is left out, a body that
+  /// is pinned altogether, and a scene that has torn.
+  void set_pins(std::vector<int> particles);
 
   /// Takes a particle by hand: from the next step on a spring of this compliance (m/N, 1e-12 to 1e12) pulls it to a
   /// point (m). Again: to another point. `particle`: as in positions(), whose numbers tearing may shift: see held().
@@ -137,13 +150,14 @@ class Simulation {
   /// A hash of the bits of positions and velocities: equal runs have equal hashes.
   std::uint64_t state_hash() const;
 
-  /// Writes everything that the next step depends on, whole or not at all. Throws std::runtime_error (disk).
+  /// Writes everything that the next step depends on, whole or not at all. Throws std::runtime_error (disk), and
+  /// InputError for a state that is not finite.
   /// `frames`: how many a caller that writes frames has written by now; load_checkpoint gives the number back.
   void save_checkpoint(const std::string& path, std::int64_t frames = 0) const;
 
   /// Continues from a checkpoint of the same scene with the very same bits; duration, outputs and expectations may
-  /// differ. Lets go of what is taken by hand. Throws InputError for another scene, precision or a damaged file, and
-  /// leaves the state as it was.
+  /// differ. Gravity and wind are those of now, and pins must be set as they were then. Lets go of what is taken by
+  /// hand. Throws InputError for another scene, precision or a damaged file, and leaves the state as it was.
   std::int64_t load_checkpoint(const std::string& path);
 
   /// Goes on where another simulation is: at its time, to the next whole step, with the places and velocities of its
@@ -151,7 +165,7 @@ class Simulation {
   /// that change while a scene runs. What contacts remember is not taken over: the bits are those of no single run.
   void go_on_from(const Simulation& before);
 
-  /// Everything that the next step depends on, as bytes, but for what is taken by hand.
+  /// Everything that the next step depends on, as bytes, but for what is taken by hand, gravity, wind and pins.
   std::string state() const;
 
   /// Goes back to a state() of the same scene and precision, and lets go of all that is taken by hand: the very same
@@ -168,6 +182,7 @@ class Simulation {
 
  private:
   struct Parts;
+  void lay_out_anew(const Scene& scene, const std::optional<std::vector<int>>& pins = std::nullopt);
   std::unique_ptr<Parts> parts_;
 };
 

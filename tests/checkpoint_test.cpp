@@ -139,7 +139,7 @@ TEST_F(CheckpointFile, OfAnotherSceneIsRefused) {
     change(scene);
     EXPECT_EQ(refusal(scene), path +
                                   ": found a checkpoint of another scene; allowed: one of this scene with the same "
-                                  "bodies, solver and environment")
+                                  "bodies, pins, solver, environment, and gravity and wind at the start")
         << what;
   }
 }

@@ -258,7 +258,8 @@ TEST(Cut, LeavesInHandWhatIsTaken) {
   EXPECT_EQ(simulation.held()[1].particle, 121 + split);
   // What is refused leaves it there too, though all was laid out anew on the way.
   const std::uint64_t now = simulation.state_hash();
-  EXPECT_TRUE(has(refusal([&] { simulation.go_back(before.substr(0, before.size() - 1)); }), "state: state: found"));
+  EXPECT_TRUE(
+      has(refusal([&] { simulation.go_back(before.substr(0, before.size() - 1)); }), "state: found a damaged state"));
   EXPECT_EQ(simulation.state_hash(), now);
   ASSERT_EQ(simulation.held().size(), 2u);
   EXPECT_EQ(simulation.held()[1].particle, 121 + split);

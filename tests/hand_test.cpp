@@ -199,7 +199,7 @@ TEST(Hand, RefusesToGoBackToWhatIsNoState) {
   Simulation simulation(scene, {.threads = 1, .by_hand = true});
   simulation.pull(84, {0, 1, 0}, 1e-3);
   const std::uint64_t before = simulation.state_hash();
-  EXPECT_TRUE(has(refusal([&] { simulation.go_back("no"); }), "state: state: found 2 bytes"));
+  EXPECT_TRUE(has(refusal([&] { simulation.go_back("no"); }), "state: found 2 bytes that are no state"));
   EXPECT_EQ(simulation.state_hash(), before);
   EXPECT_EQ(simulation.held().size(), 1u);
 }

@@ -145,7 +145,7 @@ TEST_F(ResumeRefuses, AnEndThatIsReachedAlready) {
 TEST_F(ResumeRefuses, ACheckpointOfAnotherScene) {
   const std::string another = checkpoint_ +
                               ": found a checkpoint of another scene; allowed: one of this scene with the same bodies, "
-                              "solver and environment";
+                              "pins, solver, environment, and gravity and wind at the start";
   const auto changed = [this](const char* pointer, const Json& value) {
     Json scene = scene_;
     scene[Json::json_pointer(pointer)] = value;

@@ -89,12 +89,35 @@ Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene) {
   if (header.state != hash_state(checkpoint))
     refuse(path, "byte " + std::to_string(magic), "a damaged checkpoint", "one whose bytes match their hash");
   if (header.scene != scene)
-    refuse(path, "", "a checkpoint of another scene", "one of this scene with the same bodies, solver and environment");
+    refuse(path, "", "a checkpoint of another scene",
+           "one of this scene with the same bodies, pins, solver, environment, and gravity and wind at the start");
   const auto check = [&](const char* what, std::int64_t count) {
     if (count < 0) refuse(path, what, std::to_string(count), "a whole number >= 0");
   };
   check("frames", header.frames), check("crossings", header.crossings), check("counts of them", header.counted);
   return checkpoint;
+}
+
+namespace {
+constexpr char kStamp[] = "malha state 1\n";
+}
+
+std::string stamped(const std::string& state, std::uint64_t scene) {
+  const std::uint64_t hashes[] = {scene, hash_bytes(state.data(), state.size())};
+  return kStamp + std::string(reinterpret_cast<const char*>(hashes), sizeof hashes) + state;
+}
+
+std::string unstamped(const std::string& bytes, std::uint64_t scene) {
+  std::uint64_t hashes[2];
+  const std::size_t stamp = sizeof kStamp - 1, head = stamp + sizeof hashes;
+  if (!bytes.starts_with(kStamp) || bytes.size() < head)
+    refuse("state", "", counted(bytes.size(), "byte") + " that are no state", "what state() gave");
+  std::memcpy(hashes, bytes.data() + stamp, sizeof hashes);
+  if (hashes[0] != scene) refuse("state", "", "a state of another scene", "one of this scene with the same pins");
+  std::string state = bytes.substr(head);
+  if (hashes[1] != hash_bytes(state.data(), state.size()))
+    refuse("state", "", "a damaged state", "one whose bytes match their hash");
+  return state;
 }
 
 }  // namespace malha

@@ -26,4 +26,9 @@ void write_checkpoint(const std::string& path, std::uint64_t scene, const Checkp
 Checkpoint read_checkpoint(const std::string& path, const Model& model);
 Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene);
 
+/// A state in memory that knows which scene it belongs to; and back. Throws InputError for one that is damaged or of
+/// another scene.
+std::string stamped(const std::string& state, std::uint64_t scene);
+std::string unstamped(const std::string& bytes, std::uint64_t scene);
+
 }  // namespace malha

@@ -93,6 +93,20 @@ def test_functions_get_batches_that_share_no_particle():
     assert run.plan()["constraints"] == [{"type": "own", "name": "own", "count": 4, "particles": 2, "batches": 2}]
 
 
+@pytest.mark.parametrize("precision", ["float", "double"])
+def test_bodies_that_it_does_not_touch_keep_their_bits_or_with_levels_their_places(precision):
+    for cells, levels in ((12, "off"), (60, "off"), (60, "auto")):
+        scene = scene_of(cloth("left"), cloth("right", cells=cells, x=3.0), precision=precision, solver={"levels": levels})
+        alone, run = malha.Simulation(scene, threads=1), malha.Simulation(
+            scene, threads=1, constraints=[malha.Constraint([[100, 101]], distance(0.3))])
+        alone.step(10), run.step(10)
+        if levels == "off":
+            assert np.array_equal(run.positions[169:], alone.positions[169:])
+        else:
+            assert alone.plan()["levels"]
+            np.testing.assert_allclose(run.positions[169:], alone.positions[169:], atol=1e-10 if precision == "double" else 1e-3)
+
+
 def test_threads_give_the_same_bits_and_other_bodies_keep_theirs():
     bodies = cloth("left"), cloth("right", x=3.0)
     hashes = set()
@@ -158,7 +172,7 @@ def test_a_function_cannot_use_its_simulation():
         return runs[0].positions
 
     runs.append(malha.Simulation(scene_of(chain()), constraints=[malha.Constraint([[0, 1]], nosy)]))
-    with pytest.raises(RuntimeError, match="found a step that is not done yet"):
+    with pytest.raises(RuntimeError, match="not done yet"):
         runs[0].step()
     runs.clear()
 
@@ -181,4 +195,9 @@ def test_arguments_of_another_kind_are_refused():
         malha.Simulation(scene_of(chain()), constraints=["no"])
     with pytest.raises(IndexError):
         malha.Simulation(scene_of(chain())).constraint_values(0)
+    for function in (None, 5):
+        with pytest.raises(malha.InputError, match="function: found a value of type"):
+            malha.Constraint([[0, 1]], function)
+    with pytest.raises(malha.InputError, match="compliance: found -1; allowed: numbers >= 0"):
+        malha.Constraint([[0, 1]], distance(1.0), -1)
     assert len(malha.Constraint(pairs_of(3), distance(1.0))) == 3

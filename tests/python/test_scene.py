@@ -111,6 +111,8 @@ def test_quads_lines_tetrahedra_and_loose_points():
     corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0]], dtype=float)
     quad = malha.body(corners, [[0, 1, 2, 3], [1, 4, 2]], mass=1)
     assert malha.Simulation(scene_of(quad)).faces.tolist() == [[0, 1, 2, 3], [1, 4, 2, -1]]
+    listed = malha.body(corners, [[0, 1, 2, 3], [1, 4, 2, -1]], mass=1)
+    assert malha.Scene(scene_of(listed)).to_json() == malha.Scene(scene_of(quad)).to_json()
     padded = malha.body(corners, np.array([[0, 1, 2, 3], [1, 4, 2, -1]]), mass=1)
     assert malha.Scene(scene_of(padded)).to_json() == malha.Scene(scene_of(quad)).to_json()
     line = malha.body(corners, lines=np.array([[0, 1], [1, 2]]), mass=1)

@@ -75,6 +75,35 @@ def test_wind_is_set_between_steps():
         still.wind = (1, 0, 0)
 
 
+def test_pins_are_set_between_steps(simulation):
+    assert simulation.pins.tolist() == [0, 12] and simulation.pins.dtype == np.int32
+    simulation.step(5)
+    x = simulation.positions
+    simulation.pins = [90]
+    simulation.step(5)
+    assert simulation.pins.tolist() == [90] and simulation.positions[90].tolist() == x[90].tolist()
+    assert simulation.positions[0, 1] < x[0, 1], "it falls"
+    with pytest.raises(malha.InputError, match="pins: found particle 169; allowed: 0 to 168"):
+        simulation.pins = [169]
+    with pytest.raises(malha.InputError, match="pins: found what is no array of whole numbers"):
+        simulation.pins = [0.5]
+
+
+@pytest.mark.parametrize("wrong", [
+    np.zeros((2, 3), complex), [["0", "0", "0"]] * 2, np.zeros((2, 3), "datetime64[s]"),
+    np.ma.masked_array(np.zeros((2, 3)), mask=[[1, 0, 0]] * 2), np.zeros((2, 3), bool), [[None] * 3] * 2,
+])
+def test_numbers_that_would_change_on_the_way_are_refused(wrong):
+    run = malha.Simulation(scene_of(loose(), wind={"velocity": [0, 0, 0], "drag": 1}))
+    for name, value in (("positions", wrong), ("velocities", wrong), ("gravity", wrong[0]), ("wind", wrong[0])):
+        with pytest.raises(malha.InputError, match=f"{name}: found what is no array of numbers"):
+            setattr(run, name, value)
+    with pytest.raises(malha.InputError, match="points: found what is no array of numbers"):
+        malha.body(wrong, mass=1)
+    with pytest.raises(malha.InputError, match="found 18446744073709551615; allowed: whole numbers up to"):
+        run.pins = np.array([2**64 - 1], dtype=np.uint64)
+
+
 def test_pins_are_moved_between_steps(simulation):
     simulation.move_pins([0, 12], [[0, 1, 0], [1, 1, 0]])
     simulation.step(5)
@@ -176,6 +205,16 @@ def test_a_diverged_simulation_can_go_back(rushing):
         run.step(2000)
     run.go_back(state)
     assert run.step(5) == 5 and run.report()["status"] == "running"
+
+
+def test_a_diverged_simulation_goes_on_from_new_positions(rushing):
+    run = malha.Simulation(rushing)
+    with pytest.raises(malha.Diverged):
+        run.step(2000)
+    with pytest.raises(malha.Diverged, match="new positions let it go on"):
+        run.step()
+    run.positions, run.velocities = [[0, 0, 0]], [[0, 0, 0]]
+    assert run.step() == 1 and run.report()["status"] == "running"
 
 
 def test_a_level_rod_swings_as_a_pendulum_does():

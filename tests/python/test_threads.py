@@ -1,7 +1,9 @@
 """Ctrl-C, callbacks, threads, memory."""
 import gc
+import json
 import os
 import signal
+import subprocess
 import sys
 import threading
 import weakref
@@ -74,6 +76,70 @@ def test_callbacks_see_each_step_and_end_the_loop(simulation):
         simulation.step(-1)
 
 
+@pytest.mark.parametrize("said, steps", [(np.False_, 1), (np.True_, 5), (False, 1), (None, 5), (0, 1), (True, 5)])
+def test_what_is_false_ends_the_loop_and_none_goes_on(simulation, said, steps):
+    assert simulation.step(5, callback=lambda s: said) == steps
+
+
+USES = {
+    "step": lambda s: s.step(), "gravity": lambda s: setattr(s, "gravity", (1, 2, 3)),
+    "positions": lambda s: setattr(s, "positions", s.positions), "pins": lambda s: setattr(s, "pins", [0]),
+    "measure": lambda s: s.measure(), "values": lambda s: s.constraint_values(), "state": lambda s: s.state(),
+}
+
+
+@pytest.mark.parametrize("around", ["step", "measure", "report", "constraint_values", "unmet"])
+@pytest.mark.parametrize("use", USES)
+def test_a_constraint_cannot_use_its_simulation_whoever_asks(around, use):
+    refused = []
+
+    def function(x, which):
+        if run:
+            with pytest.raises(RuntimeError, match="not done yet"):
+                USES[use](run[0])
+            refused.append(use)
+        return distance(0.3)(x, which)
+
+    run = []
+    one = malha.Simulation(scene_of(cloth(cells=60)), threads=1, constraints=[malha.Constraint([[1, 2]], function, 1e-4)])
+    run.append(one)
+    getattr(one, around)()
+    run.clear()
+    assert refused and one.step() == 1
+
+
+def test_a_thread_cannot_use_what_another_measures():
+    inside, go_on, said = threading.Event(), threading.Event(), []
+
+    def function(x, which):
+        if threading.current_thread() is not threading.main_thread():
+            inside.set()
+            go_on.wait(60)
+        return distance(0.3)(x, which)
+
+    run = malha.Simulation(scene_of(cloth()), threads=1, constraints=[malha.Constraint([[1, 2]], function, 1e-4)])
+    thread = threading.Thread(target=lambda: said.append(run.measure()))
+    thread.start()
+    assert inside.wait(60)
+    with pytest.raises(RuntimeError, match="not done yet"):
+        run.gravity = (1, 2, 3)
+    go_on.set()
+    thread.join()
+    assert said[0]["elastic_energy_j"] > 0
+
+
+@pytest.mark.parametrize("callback", ["None", "lambda s: None"])
+def test_a_thread_that_steps_leaves_the_interpreter_in_peace(callback):
+    code = f"""if True:
+        import json, sys, threading, time, malha
+        run = malha.Simulation(json.loads(sys.argv[1]), threads=1)
+        threading.Thread(target=lambda: run.step(10**9, {callback}), daemon=True).start()
+        time.sleep(0.3)"""
+    scene = json.dumps(scene_of(cloth(cells=30)))
+    done = subprocess.run([sys.executable, "-c", code, scene], capture_output=True, text=True, timeout=120, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_two_simulations_step_at_once_in_two_threads():
     """Each step's constraint waits for the other's: with one step at a time neither would end."""
     meeting = threading.Barrier(2, timeout=60)
@@ -111,7 +177,7 @@ def test_python_runs_while_two_simulations_compute():
         try:
             run.time
         except RuntimeError as error:
-            assert "found a step that is not done yet" in str(error)
+            assert "not done yet" in str(error)
             return True
         return False
 

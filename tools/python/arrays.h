@@ -40,13 +40,33 @@ inline std::string shape_of(const pybind11::array& array) {
   return pybind11::str(array.attr("shape")).cast<std::string>();
 }
 
-/// Anything that numpy makes an array (n, 3) of. Throws InputError, which names `what`, for another shape.
-inline std::vector<Vec3> rows_of(const pybind11::handle& given, const char* what) {
-  const Doubles array = Doubles::ensure(given);
+/// What numpy makes of anything, where that is whole numbers or, unless `whole`, real ones; null for others. Texts,
+/// dates, complex and masked numbers would be changed on the way.
+inline pybind11::array numbers_of(const pybind11::handle& given, bool whole) {
+  pybind11::array array = pybind11::array::ensure(given);
   if (!array) {
     PyErr_Clear();
-    refuse(what, "", "what is no array of numbers", "an array (N, 3)");
+    return array;
   }
+  const char kind = array.dtype().kind();
+  if (array.size() > 0 && kind != 'i' && kind != 'u' && (whole || kind != 'f'))
+    return pybind11::reinterpret_steal<pybind11::array>(nullptr);
+  if (pybind11::hasattr(given, "mask") &&
+      pybind11::module_::import("numpy").attr("any")(given.attr("mask")).cast<bool>())
+    return pybind11::reinterpret_steal<pybind11::array>(nullptr);
+  return array;
+}
+
+/// Real numbers as doubles; null for others.
+inline Doubles doubles_of(const pybind11::handle& given) {
+  const pybind11::array array = numbers_of(given, false);
+  return array ? Doubles::ensure(array) : pybind11::reinterpret_steal<Doubles>(nullptr);
+}
+
+/// Anything that numpy makes an array (n, 3) of. Throws InputError, which names `what`, for another shape.
+inline std::vector<Vec3> rows_of(const pybind11::handle& given, const char* what) {
+  const Doubles array = doubles_of(given);
+  if (!array) refuse(what, "", "what is no array of numbers", "an array (N, 3)");
   if (array.ndim() != 2 || array.shape(1) != 3)
     refuse(what, "", "an array of shape " + shape_of(array), "an array (N, 3)");
   std::vector<Vec3> rows(static_cast<std::size_t>(array.shape(0)));
@@ -56,25 +76,24 @@ inline std::vector<Vec3> rows_of(const pybind11::handle& given, const char* what
 
 /// Anything that numpy makes a list of whole numbers of. Throws InputError likewise.
 inline std::vector<int> integers_of(const pybind11::handle& given, const char* what) {
-  const pybind11::array array = pybind11::array::ensure(given);
-  const bool whole = array && (array.dtype().kind() == 'i' || array.dtype().kind() == 'u' || array.size() == 0);
-  if (!array) PyErr_Clear();
-  if (!whole) refuse(what, "", "what is no array of whole numbers", "an array of them");
-  const auto wide = pybind11::array_t<long long, pybind11::array::c_style | pybind11::array::forcecast>::ensure(array);
-  std::vector<int> all(static_cast<std::size_t>(wide.size()));
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const long long number = wide.data()[i];
-    if (number < -2147483647 || number > 2147483647)
-      refuse(what, "", std::to_string(number), "whole numbers up to 2147483647");
-    all[i] = static_cast<int>(number);
-  }
+  const pybind11::array array = numbers_of(given, true);
+  if (!array) refuse(what, "", "what is no array of whole numbers", "an array of them");
+  std::vector<int> all;
+  const auto add = [&]<class Wide>(Wide) {
+    const auto wide = pybind11::array_t<Wide, pybind11::array::c_style | pybind11::array::forcecast>::ensure(array);
+    for (pybind11::ssize_t i = 0; i < wide.size(); ++i) {
+      const Wide number = wide.data()[i];
+      if (!std::in_range<int>(number)) refuse(what, "", std::to_string(number), "whole numbers up to 2147483647");
+      all.push_back(static_cast<int>(number));
+    }
+  };
+  array.dtype().kind() == 'u' ? add(0ULL) : add(0LL);
   return all;
 }
 
 /// Three numbers. Throws InputError likewise.
 inline Vec3 vector_of(const pybind11::handle& given, const char* what) {
-  const Doubles array = Doubles::ensure(given);
-  if (!array) PyErr_Clear();
+  const Doubles array = doubles_of(given);
   if (!array || array.ndim() != 1 || array.shape(0) != 3)
     refuse(what, "", array ? "an array of shape " + shape_of(array) : "what is no array of numbers", "three numbers");
   return {array.data()[0], array.data()[1], array.data()[2]};

@@ -22,8 +22,7 @@ Function shared(const py::object& function) {
 /// What a function gave, as an array of this shape.
 Doubles given(const py::handle& value, const std::string& name, const char* what,
               const std::vector<py::ssize_t>& shape) {
-  const Doubles array = Doubles::ensure(value);
-  if (!array) PyErr_Clear();
+  const Doubles array = doubles_of(value);
   std::string wanted;
   for (const py::ssize_t n : shape) wanted += (wanted.empty() ? "(" : ", ") + std::to_string(n);
   wanted += shape.size() == 1 ? ",)" : ")";
@@ -52,8 +51,16 @@ void call(const py::object& function, const std::string& name, int arity, const 
 
 PythonConstraint made(const py::object& particles, const py::object& function, double compliance,
                       const std::string& name, bool check) {
-  const py::array array = py::array::ensure(particles);
-  if (!array) PyErr_Clear();
+  if (!PyCallable_Check(function.ptr()))
+    refuse("constraint '" + name + "'", "function",
+           "a value of type " + py::str(py::type::of(function).attr("__name__")).cast<std::string>(),
+           "a function (x, which)");
+  if (!(compliance >= 0 && compliance <= 1e300))
+    refuse("constraint '" + name + "'", "compliance", shown(compliance), "numbers >= 0");
+  const py::array array = numbers_of(particles, true);
+  if (!array && py::array::ensure(particles))
+    refuse("constraint '" + name + "'", "particles", "what is no array of whole numbers", "an array (M, k)");
+  PyErr_Clear();
   if (!array || array.ndim() != 2 || array.shape(1) < 1)
     refuse("constraint '" + name + "'", "particles",
            array ? "an array of shape " + shape_of(array) : "what is no array of numbers", "an array (M, k)");
@@ -97,8 +104,12 @@ void add_constraint(py::module_& module) {
           "Compares the gradient with central differences at positions (N, 3), m. Raises InputError where one is off "
           "by\n"
           "more than tolerance times the constraint's largest, and says which.")
-      .def_property_readonly("name", [](const PythonConstraint& constraint) { return constraint.own.name; })
-      .def_property_readonly("compliance", [](const PythonConstraint& constraint) { return constraint.own.compliance; })
+      .def_property_readonly(
+          "name", [](const PythonConstraint& constraint) { return constraint.own.name; },
+          "For messages, plans and reports.")
+      .def_property_readonly(
+          "compliance", [](const PythonConstraint& constraint) { return constraint.own.compliance; },
+          "XPBD's alpha, >= 0.")
       .def("__len__", [](const PythonConstraint& constraint) {
         return constraint.own.particles.size() / static_cast<std::size_t>(constraint.own.arity);
       });

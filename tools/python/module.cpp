@@ -4,6 +4,7 @@
 #include "host/base/build_info.h"
 #include "tools/python/constraint.h"
 #include "tools/python/errors.h"
+#include "tools/python/leaving.h"
 #include "tools/python/scene.h"
 #include "tools/python/simulation.h"
 
@@ -17,4 +18,5 @@ PYBIND11_MODULE(malha, module) {
   malha::python::add_constraint(module);
   malha::python::add_simulation(module);
   malha::python::add_run(module);
+  pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(&malha::python::Leaving::wait));
 }

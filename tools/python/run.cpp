@@ -25,16 +25,20 @@ py::dict run_into(const py::object& source, const std::filesystem::path& out, st
   std::vector<std::string> warned;
   RunOptions options;
   options.out = out.string(), options.resume = resume;
+  if (steps && (*steps < 1 || *steps > 1000000000))
+    refuse("run", "steps", std::to_string(*steps), "a whole number from 1 to 1000000000");
   if (steps) options.steps = *steps;
   options.warn = [&](const std::string& line) { warned.push_back(line); };
   std::atomic<bool> stop{false};
   std::exception_ptr raised;  // by a signal or by `progress`: the run then ends as by Ctrl-C, and leaves a checkpoint
   Interrupts interrupts;
   const auto after_step = [&](const Progress& now) {
-    if (progress.is_none() && !interrupts.due()) return;
+    if (Leaving::now()) stop = true;
+    if (progress.is_none() && !interrupts.due() && !stop) return;
     const py::gil_scoped_acquire hold;
     try {
-      if (!progress.is_none()) progress(now.step, now.steps, now.time);
+      Leaving::ask();
+      if (!progress.is_none() && ends(progress(now.step, now.steps, now.time))) stop = true;
       interrupts.ask();
     } catch (...) {
       raised = std::current_exception(), stop = true;
@@ -42,6 +46,7 @@ py::dict run_into(const py::object& source, const std::filesystem::path& out, st
   };
   RunResult result;
   {
+    const Leaving::Inside inside;
     const py::gil_scoped_release release;
     result = run(scene, simulation_options, options, after_step, stop);
   }
@@ -58,8 +63,9 @@ void add_run(py::module_& module) {
       "backend"_a = "openmp", "progress"_a = py::none(),
       "A whole run, as by `malha run`: report.json, a checkpoint, and the frames, pictures and page that the\n"
       "scene's \"outputs\" ask for, in the folder out. steps: fewer than the scene's duration has. resume: goes on\n"
-      "from the folder's checkpoint. progress(step, steps, time) is called after each step. Ctrl-C ends it after\n"
-      "a step and leaves a checkpoint. Returns a dict: complete, unmet, warnings, summary.");
+      "from the folder's checkpoint. progress(step, steps, time) is called after each step, and ends the run where\n"
+      "it returns False, as Ctrl-C does: after a step, with a checkpoint. Returns a dict: complete, unmet, warnings, "
+      "summary.");
 }
 
 }  // namespace malha::python

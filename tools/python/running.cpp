@@ -10,13 +10,21 @@ namespace malha::python {
 namespace py = pybind11;
 
 SimulationOptions options_of(int threads, const std::string& backend) {
-  if (threads < 0) refuse("simulation", "threads", std::to_string(threads), "0 for as many as there are, or more");
+  if (threads < 0 || threads > 1024)
+    refuse("simulation", "threads", std::to_string(threads), "0 for as many as there are, or 1 to 1024");
   if (backend != "openmp" && backend != "serial")
     refuse("simulation", "backend", quoted(backend), "\"openmp\", \"serial\"");
   SimulationOptions options;
   options.threads = threads, options.at_most = true;
   options.backend = backend == "serial" ? Backend::Serial : Backend::OpenMP;
   return options;
+}
+
+bool ends(const py::object& said) {
+  if (said.is_none()) return false;
+  const int truth = PyObject_IsTrue(said.ptr());
+  if (truth < 0) throw py::error_already_set();
+  return truth == 0;
 }
 
 Running::Running(const py::object& scene, int threads, const std::string& backend, bool by_hand,
@@ -33,6 +41,7 @@ Running::Running(const py::object& scene, int threads, const std::string& backen
     constraints.append(one);
   }
   {
+    const Leaving::Inside inside;
     const py::gil_scoped_release release;
     simulation_.emplace(of, options);
   }
@@ -43,16 +52,18 @@ Running::Running(const py::object& scene, int threads, const std::string& backen
 
 long long Running::step(const py::object& self, long long n, const py::object& callback) {
   if (n < 0) refuse("step", "n", std::to_string(n), "0 or more");
-  if (diverged_) throw Diverged(*diverged_);
+  if (diverged_) throw Diverged(*diverged_ + "; go_back(), load_checkpoint() or new positions let it go on");
+  const Leaving::Inside inside;
   Interrupts interrupts;
   long long done = 0;
   try {
     while (done < n) {
       compute([&](Simulation& simulation) {
         do simulation.step(), ++done;
-        while (done < n && callback.is_none() && !interrupts.due());
+        while (done < n && callback.is_none() && !interrupts.due() && !Leaving::now());
       });
-      if (!callback.is_none() && callback(self).is(py::bool_(false))) break;
+      Leaving::ask();
+      if (!callback.is_none() && ends(callback(self))) break;
       interrupts.ask();
     }
   } catch (const Diverged& error) {
@@ -65,15 +76,21 @@ long long Running::step(const py::object& self, long long n, const py::object& c
 std::string Running::report(const std::optional<std::string>& status) {
   std::vector<std::string> notes;
   if (diverged_) notes.push_back(*diverged_);
-  return now().report(diverged_ ? "diverged" : status.value_or("running"), notes);
+  const std::string word = diverged_ ? "diverged" : status.value_or("running");
+  return compute([&](const Simulation& simulation) { return simulation.report(word, notes); });
 }
 
 void Running::go_back(const py::bytes& state) {
-  now().go_back(static_cast<std::string>(state));
+  const auto bytes = static_cast<std::string>(state);
+  compute([&](Simulation& simulation) { simulation.go_back(bytes); });
   diverged_.reset();
 }
 void Running::load_checkpoint(const std::string& path) {
-  now().load_checkpoint(path);
+  compute([&](Simulation& simulation) { simulation.load_checkpoint(path); });
+  diverged_.reset();
+}
+void Running::set_positions(const std::vector<Vec3>& x) {
+  compute([&](Simulation& simulation) { simulation.set_positions(x); });
   diverged_.reset();
 }
 

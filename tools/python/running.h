@@ -5,8 +5,10 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "host/simulation.h"
+#include "tools/python/leaving.h"
 
 namespace malha::python {
 
@@ -15,45 +17,55 @@ class Running {
   Running(const pybind11::object& scene, int threads, const std::string& backend, bool by_hand,
           const pybind11::object& constraints);
 
-  /// Between steps. Throws while another thread computes, or its own constraint's function asks.
-  Simulation& now() {
-    if (computing_)
-      throw std::runtime_error(
-          "simulation: found a step that is not done yet, by another thread or around this "
-          "constraint's function; allowed: to use it between steps");
-    return *simulation_;
-  }
+  /// The simulation for one use, between steps. Nobody else gets it meanwhile: neither another thread nor what the use
+  /// calls, as a constraint's function does.
+  class Use {
+   public:
+    explicit Use(Running& of) : of_(of) {
+      if (of_.in_use_)
+        throw std::runtime_error(
+            "simulation: found a step or another use that is not done yet, by another thread or around this "
+            "constraint's function; allowed: to use it between steps");
+      of_.in_use_ = true;
+    }
+    ~Use() { of_.in_use_ = false; }
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+    Simulation& operator*() const { return *of_.simulation_; }
+    Simulation* operator->() const { return &*of_.simulation_; }
 
-  /// Calls work(simulation) without the interpreter: other threads of Python run meanwhile.
+   private:
+    Running& of_;
+  };
+  Use now() { return Use(*this); }
+
+  /// work(simulation), without the interpreter: other threads of Python run meanwhile.
   template <class Work>
-  void compute(const Work& work) {
-    Simulation& simulation = now();
-    const InUse in_use(computing_);
+  auto compute(const Work& work) {
+    const Use use = now();
+    const Leaving::Inside inside;
     const pybind11::gil_scoped_release release;
-    work(simulation);
+    return work(*use);
   }
 
-  /// At most n steps, fewer where `callback` returns False: how many.
+  /// At most n steps, fewer where `callback` returns what is false and not None: how many.
   long long step(const pybind11::object& self, long long n, const pybind11::object& callback);
 
   std::string report(const std::optional<std::string>& status);
   void go_back(const pybind11::bytes& state);
   void load_checkpoint(const std::string& path);
+  void set_positions(const std::vector<Vec3>& x);
 
   pybind11::list constraints;  // which C++ shares with them; visited by Python's collector
 
  private:
-  struct InUse {
-    explicit InUse(bool& of) : flag(of) { flag = true; }
-    ~InUse() { flag = false; }
-    InUse(const InUse&) = delete;
-    InUse& operator=(const InUse&) = delete;
-    bool& flag;
-  };
   std::optional<Simulation> simulation_;
-  bool computing_ = false;               // read and written by who holds the interpreter
+  bool in_use_ = false;                  // read and written by who holds the interpreter
   std::optional<std::string> diverged_;  // what was said then
 };
+
+/// Whether a callback that gave this ends the loop: False does, numpy's too, and None does not.
+bool ends(const pybind11::object& said);
 
 /// SimulationOptions of these words. Throws InputError for others.
 SimulationOptions options_of(int threads, const std::string& backend);

@@ -19,7 +19,9 @@ namespace {
 
 /// What the json module does not know: arrays and numbers of numpy, and scenes.
 py::object plain(const py::object& value) {
-  if (py::hasattr(value, "tolist")) return value.attr("tolist")();
+  if (py::hasattr(value, "tolist") && py::hasattr(value, "dtype"))
+    if (const auto kind = value.attr("dtype").attr("kind").cast<std::string>(); kind != "M" && kind != "m")
+      return value.attr("tolist")();
   refuse("scene", "", "a value of type " + py::str(py::type::of(value).attr("__name__")).cast<std::string>(),
          "dicts, lists, arrays, texts, numbers, True, False and None");
 }
@@ -28,13 +30,22 @@ std::string path_of(const py::object& path) {
   return py::module_::import("os").attr("fspath")(path).cast<std::string>();
 }
 
+/// A row of corners in a list, without the -1 that ends a triangle.
+py::object without_end(const py::object& row) {
+  const bool triangle =
+      py::isinstance<py::sequence>(row) && py::len(row) == 4 && py::object(row[py::int_(3)]).equal(py::int_(-1));
+  return triangle ? py::object(row[py::slice(0, 3, 1)]) : row;
+}
+
 /// A key of a listed shape; lists of lists where faces have 3 and 4 corners.
 void add_corners(py::dict& listed, const char* key, const py::object& given, int least, int most) {
   if (given.is_none()) return;
   const bool mixed = most > least && py::isinstance<py::list>(given);
-  const py::array array = mixed ? py::array() : py::array::ensure(given);
+  const py::array array = mixed ? py::array() : numbers_of(given, false);
   if (mixed) {
-    listed[key] = given;
+    py::list rows;
+    for (const py::handle row : given) rows.append(without_end(py::reinterpret_borrow<py::object>(row)));
+    listed[key] = rows;
     return;
   }
   if (!array) PyErr_Clear();
@@ -185,7 +196,8 @@ void add_scene(py::module_& module) {
           "to_dict", [](const Scene& scene) { return parsed(to_json(scene)); },
           "The scene as a dict, every value spelled out: change it, and make another Scene of it.")
       .def("to_json", &to_json, "The same as JSON text, which `malha run` takes.")
-      .def_property_readonly("name", [](const Scene& scene) { return scene.name; })
+      .def_property_readonly(
+          "name", [](const Scene& scene) { return scene.name; }, "For people.")
       .def_property_readonly(
           "duration", [](const Scene& scene) { return scene.duration; }, "Of a whole run, s.")
       .def_property_readonly(

@@ -29,7 +29,8 @@ struct BodyOf {
 py::slice slice(int first, int end) { return {first, end, 1}; }
 
 std::vector<BodyOf> bodies_of(Running& running) {
-  const Simulation& simulation = running.now();
+  const auto use = running.now();
+  const Simulation& simulation = *use;
   const Appearance& look = simulation.model().look;
   std::vector<BodyOf> all;
   for (std::size_t b = 0; b + 1 < look.body_begin.size(); ++b)
@@ -61,7 +62,7 @@ std::vector<Edge> edges_of(const py::object& given) {
 
 py::list held(Running& running) {
   py::list all;
-  for (const Taken& one : running.now().held()) {
+  for (const Taken& one : running.now()->held()) {
     py::dict taken("particle"_a = one.particle, "to"_a = py::make_tuple(one.to[0], one.to[1], one.to[2]));
     if (!one.is_held()) taken["compliance"] = one.compliance;
     all.append(taken);
@@ -77,53 +78,71 @@ using Class = py::class_<Running>;
 void add_state(Class& simulation) {
   simulation
       .def_property_readonly(
-          "time", [](Running& s) { return s.now().time(); }, "Simulated since the start, s.")
+          "time", [](Running& s) { return s.now()->time(); }, "Simulated since the start, s.")
       .def_property_readonly(
-          "steps", [](Running& s) { return s.now().steps(); }, "Since the start of the scene.")
+          "steps", [](Running& s) { return s.now()->steps(); }, "Since the start of the scene.")
       .def_property_readonly(
-          "threads", [](Running& s) { return s.now().threads(); }, "At most so many.")
+          "threads", [](Running& s) { return s.now()->threads(); }, "At most so many.")
       .def_property(
-          "positions", [](Running& s) { return array_of(s.now().positions()); },
-          [](Running& s, const py::object& x) { s.now().set_positions(rows_of(x, "positions")); },
+          "positions", [](Running& s) { return array_of(s.now()->positions()); },
+          [](Running& s, const py::object& x) { s.set_positions(rows_of(x, "positions")); },
           "float64 (N, 3), m: one copy, which cannot be written to. All bodies one after the other, in the scene's "
           "order.\n"
           "Assign an array (N, 3) to put the particles elsewhere: pins stay where they are put, and what contacts and\n"
           "sleep remember is forgotten.")
       .def_property(
-          "velocities", [](Running& s) { return array_of(s.now().velocities()); },
-          [](Running& s, const py::object& v) { s.now().set_velocities(rows_of(v, "velocities")); },
-          "float64 (N, 3), m/s: a copy likewise, and assigned likewise.")
+          "velocities", [](Running& s) { return array_of(s.now()->velocities()); },
+          [](Running& s, const py::object& given) {
+            const std::vector<Vec3> v = rows_of(given, "velocities");
+            s.compute([&](Simulation& of) { of.set_velocities(v); });
+          },
+          "float64 (N, 3), m/s: a copy likewise, and assigned likewise. Those of pins stay 0, or what keyframes say.")
+      .def_property(
+          "pins", [](Running& s) { return array_of(s.now()->pins()); },
+          [](Running& s, const py::object& given) {
+            const std::vector<int> pins = integers_of(given, "pins");
+            s.compute([&](Simulation& of) { of.set_pins(pins); });
+          },
+          "int32 (P,): the particles that are pinned for good and rest, ascending. Assign others to release those "
+          "that\n"
+          "are left out, with their mass, and to hold the new ones where they are. All is laid out anew, which takes "
+          "as\n"
+          "long as the set-up. Pins on keyframes or with a release are not named, and stay. Refused: a scene that has\n"
+          "torn, a body that is pinned altogether, and rigid attachments that are left out.")
       .def_property_readonly(
-          "inverse_masses", [](Running& s) { return array_of(s.now().inverse_masses()); },
+          "inverse_masses", [](Running& s) { return array_of(s.now()->inverse_masses()); },
           "float64 (N,), 1/kg: 0 where a particle is held now, by a pin or by hand.")
       .def_property(
-          "gravity", [](Running& s) { return py::tuple(py::cast(s.now().model().scene.gravity)); },
-          [](Running& s, const py::object& g) { s.now().set_gravity(vector_of(g, "gravity")); },
+          "gravity", [](Running& s) { return py::tuple(py::cast(s.now()->model().scene.gravity)); },
+          [](Running& s, const py::object& given) {
+            const Vec3 g = vector_of(given, "gravity");
+            s.compute([&](Simulation& of) { of.set_gravity(g); });
+          },
           "(x, y, z), m/s^2. Assigning it takes a new set-up where levels are used, which are laid out for a weight.")
       .def_property(
           "wind",
           [](Running& s) -> py::object {
-            const auto& wind = s.now().model().scene.wind;
+            const std::optional<Wind> wind = s.now()->model().scene.wind;
             if (!wind) return py::none();
             return py::tuple(py::cast(wind->velocity));
           },
-          [](Running& s, const py::object& u) { s.now().set_wind(vector_of(u, "wind")); },
+          [](Running& s, const py::object& u) { s.now()->set_wind(vector_of(u, "wind")); },
           "The velocity of the air (x, y, z), m/s; None in a scene without wind, where it cannot be assigned.")
       .def_property_readonly(
-          "faces", [](Running& s) { return array_of(s.now().model().look.faces); },
+          "faces", [](Running& s) { return array_of(s.now()->model().look.faces); },
           "int32 (F, 4), particles; -1 ends a triangle. A copy. Tears and cuts change it.")
       .def_property_readonly(
-          "triangles", [](Running& s) { return array_of(triangles_of(s.now().model().look.faces)); },
+          "triangles", [](Running& s) { return array_of(triangles_of(s.now()->model().look.faces)); },
           "int32 (T, 3), particles: the faces, quads as two.")
       .def_property_readonly(
-          "lines", [](Running& s) { return array_of(s.now().model().look.lines); },
+          "lines", [](Running& s) { return array_of(s.now()->model().look.lines); },
           "int32 (L, 2), particles: edges that belong to no face.")
       .def_property_readonly("bodies", &bodies_of, "A list of Body, in the scene's order.")
       .def_property_readonly(
-          "scene", [](Running& s) { return s.now().model().scene; },
+          "scene", [](Running& s) { return Scene(s.now()->model().scene); },
           "The scene, with the gravity and wind that were set last.")
       .def_property_readonly(
-          "state_hash", [](Running& s) { return hex(s.now().state_hash()); },
+          "state_hash", [](Running& s) { return hex(s.now()->state_hash()); },
           "16 hexadecimal digits, as in report.json: equal runs have equal hashes.");
 }
 
@@ -133,7 +152,7 @@ void add_hand(Class& simulation) {
           "move_pins",
           [](Running& s, const py::object& particles, const py::object& to) {
             const std::vector<int> which = integers_of(particles, "move_pins: particles");
-            s.now().move_pins(which, rows_of(to, "move_pins: to"));
+            s.now()->move_pins(which, rows_of(to, "move_pins: to"));
           },
           "particles"_a, "to"_a,
           "Puts pinned particles (K,) elsewhere, to (K, 3) in m, between two steps. Raises InputError, and moves "
@@ -142,27 +161,27 @@ void add_hand(Class& simulation) {
       .def(
           "hold",
           [](Running& s, int particle, const py::object& to) {
-            to.is_none() ? s.now().hold(particle) : s.now().hold(particle, vector_of(to, "hold: to"));
+            to.is_none() ? s.now()->hold(particle) : s.now()->hold(particle, vector_of(to, "hold: to"));
           },
           "particle"_a, "to"_a = py::none(),
           "Holds a particle where it is, or at a place (m) to which the next step moves it. Takes by_hand=True.")
       .def(
           "pull",
           [](Running& s, int particle, const py::object& to, double compliance) {
-            s.now().pull(particle, vector_of(to, "pull: to"), compliance);
+            s.now()->pull(particle, vector_of(to, "pull: to"), compliance);
           },
           "particle"_a, "to"_a, "compliance"_a,
           "Pulls a particle to a place (m) by a spring of this compliance (m/N). Takes by_hand=True.")
       .def(
-          "let_go", [](Running& s, int particle) { s.now().let_go(particle); }, "particle"_a,
+          "let_go", [](Running& s, int particle) { s.now()->let_go(particle); }, "particle"_a,
           "Lets go of what hold() or pull() took.")
       .def("held", &held, "What hold() and pull() took: a list of dicts.")
       .def(
-          "cut", [](Running& s, const py::object& edges) { return s.now().cut(edges_of(edges)); }, "edges"_a,
+          "cut", [](Running& s, const py::object& edges) { return s.now()->cut(edges_of(edges)); }, "edges"_a,
           "Cuts bodies that name \"tear\" along edges (E, 2), particles (left, right) of the knife. Returns how many\n"
           "vertices were split: each is one more particle, the last of its body.")
       .def(
-          "wake", [](Running& s) { s.now().wake(); }, "Ends the scene's sleep, if it sleeps.");
+          "wake", [](Running& s) { s.now()->wake(); }, "Ends the scene's sleep, if it sleeps.");
 }
 
 void add_results(Class& simulation) {
@@ -170,8 +189,8 @@ void add_results(Class& simulation) {
       .def(
           "measure",
           [](Running& s) {
-            const Simulation& of = s.now();
-            return parsed(measures_json(of.model(), of.solver(), of.times()));
+            return parsed(
+                s.compute([](const Simulation& of) { return measures_json(of.model(), of.solver(), of.times()); }));
           },
           "A dict of strain, momenta, energies, contacts and more, with the names and units of \"state\" in "
           "report.json.")
@@ -180,34 +199,42 @@ void add_results(Class& simulation) {
           "status"_a = py::none(),
           "What report.json would hold, as a dict; its \"status\" is \"running\", \"diverged\", or what is given.")
       .def(
-          "warnings", [](Running& s) { return warnings(s.now().model()); },
+          "warnings", [](Running& s) { return warnings(s.now()->model()); },
           "A list of lines: settings beyond a boundary at which a method is known to fail. Empty: none is known.")
       .def(
-          "plan", [](Running& s) { return parsed(plan_json(s.now())); },
+          "plan", [](Running& s) { return parsed(plan_json(*s.now())); },
           "A dict of what runs: solver, constraints, batches, launches a step, bytes by owner.")
       .def(
-          "plan_text", [](Running& s) { return plan(s.now()) + list_launches(s.now()); }, "What `malha plan` prints.")
+          "plan_text",
+          [](Running& s) {
+            const auto use = s.now();
+            return plan(*use) + list_launches(*use);
+          },
+          "What `malha plan` prints.")
       .def(
-          "unmet", [](Running& s) { return s.now().unmet(); },
+          "unmet", [](Running& s) { return s.compute([](const Simulation& of) { return of.unmet(); }); },
           "The expectations of the scene (\"expect\") that the present state does not meet, a line each.")
       .def(
           "constraint_values",
           [](Running& s, std::size_t index) {
             if (index >= s.constraints.size()) throw py::index_error("constraint_values: no such constraint");
-            return array_of(s.now().constraint_values(index));
+            return array_of(s.compute([&](const Simulation& of) { return of.constraint_values(index); }));
           },
           "index"_a = 0, "float64 (M,): C of each constraint of constraints[index] in the present state.")
       .def(
           "save_checkpoint",
-          [](Running& s, const std::filesystem::path& path) { s.now().save_checkpoint(path.string()); }, "path"_a,
-          "Writes everything that the next step depends on, whole or not at all.")
+          [](Running& s, const std::filesystem::path& path) {
+            s.compute([&](const Simulation& of) { of.save_checkpoint(path.string()); });
+          },
+          "path"_a,
+          "Writes everything that the next step depends on, but for what state() leaves out too, whole or not at all.")
       .def(
           "load_checkpoint", [](Running& s, const std::filesystem::path& path) { s.load_checkpoint(path.string()); },
           "path"_a,
           "Goes on from a checkpoint of the same scene with the very same bits. Raises InputError for another one.")
       .def(
-          "state", [](Running& s) { return py::bytes(s.now().state()); },
-          "Everything that the next step depends on, as bytes, but for what is taken by hand, gravity and wind.")
+          "state", [](Running& s) { return py::bytes(s.compute([](const Simulation& of) { return of.state(); })); },
+          "Everything that the next step depends on, as bytes, but for what is taken by hand, gravity, wind and pins.")
       .def("go_back", &Running::go_back, "state"_a,
            "Goes back to a state() of the same scene: the very same bits follow as did then.");
 }
@@ -216,7 +243,7 @@ void add_results(Class& simulation) {
 
 void add_simulation(py::module_& module) {
   py::class_<BodyOf>(module, "Body", "A body of a simulation: which particles and faces are its.")
-      .def_readonly("name", &BodyOf::name)
+      .def_readonly("name", &BodyOf::name, "As in the scene.")
       .def_property_readonly(
           "particles", [](const BodyOf& b) { return slice(b.first, b.end); }, "A slice of Simulation.positions.")
       .def_property_readonly(
@@ -246,11 +273,13 @@ void add_simulation(py::module_& module) {
           "n"_a = 1, "callback"_a = py::none(),
           "Advances by n steps of the scene's dt, and returns how many were done. callback(simulation) is called "
           "after\n"
-          "each step, and ends the loop where it returns False. Ctrl-C raises KeyboardInterrupt after a whole step.\n"
+          "each step, and ends the loop where it returns False (numpy's too; None goes on). Ctrl-C raises "
+          "KeyboardInterrupt after a whole step.\n"
           "Other threads of Python run meanwhile. Raises Diverged.")
       .def("__repr__", [](Running& s) {
-        return "<malha.Simulation '" + s.now().model().scene.name + "', " +
-               counted(s.now().model().x.size(), "particle") + ", " + shown(s.now().time()) + " s>";
+        const auto use = s.now();
+        return "<malha.Simulation '" + use->model().scene.name + "', " + counted(use->model().x.size(), "particle") +
+               ", " + shown(use->time()) + " s>";
       });
   add_state(simulation), add_hand(simulation), add_results(simulation);
 }

@@ -1,0 +1,54 @@
+#include "host/model/set_pins.h"
+
+#include <algorithm>
+
+#include "host/error.h"
+
+namespace malha {
+
+std::vector<int> still_pins(const Model& model) {
+  std::vector<bool> still(model.w.size());
+  for (std::size_t i = 0; i < still.size(); ++i) still[i] = !(model.w[i] > 0);
+  for (const MovedPins& pins : model.moved)
+    for (const int i : pins.particles) still[i] = false;
+  std::vector<int> list;
+  for (std::size_t i = 0; i < still.size(); ++i)
+    if (still[i]) list.push_back(model.user_of[i]);
+  std::sort(list.begin(), list.end());
+  return list;
+}
+
+std::vector<bool> on_keyframes(const Model& model) {
+  std::vector<bool> driven(model.user_of.size(), false);
+  for (const MovedPins& pins : model.moved)
+    for (const int i : pins.particles) driven[model.user_of[i]] = pins.target.moves();
+  return driven;
+}
+
+Scene with_pins(const Model& model, const std::vector<int>& particles) {
+  std::vector<bool> taken(model.user_of.size(), false);
+  for (const MovedPins& pins : model.moved)
+    for (const int i : pins.particles) taken[model.user_of[i]] = true;
+  for (const int i : particles) {
+    if (i < 0 || i >= model.count())
+      refuse("pins", "", "particle " + std::to_string(i), "0 to " + std::to_string(model.count() - 1));
+    if (taken[i])
+      refuse("pins", "", particle_name(model, i) + ", which a pin on keyframes or with a release has", "others");
+  }
+  const std::vector<int> before = still_pins(model);
+  Scene scene = model.scene;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const auto of_body = [&](const std::vector<int>& all) {
+      return std::vector<int>(std::lower_bound(all.begin(), all.end(), model.look.body_begin[b]),
+                              std::lower_bound(all.begin(), all.end(), model.look.body_begin[b + 1]));
+    };
+    std::vector<int> list = of_body(particles);
+    if (list == of_body(before)) continue;  // whose pins keep their words
+    for (int& i : list) i = number_in_body(model, i);
+    std::erase_if(scene.bodies[b].pins, [](const Pin& pin) { return pin.motion.empty() && !pin.until; });
+    if (!list.empty()) scene.bodies[b].pins.push_back(ListPin{list});
+  }
+  return scene;
+}
+
+}  // namespace malha
