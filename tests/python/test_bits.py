@@ -7,7 +7,7 @@ from conftest import COMMAND, ROOT, cloth, scene_of
 
 import malha
 
-STEPS = 3
+STEPS = 15  # a quarter of a second of most: things fall and touch
 SCENES = sorted(path.name for path in (ROOT / "scenes").glob("*.json") if path.name != "schema.json")
 
 

@@ -7,6 +7,7 @@ import argparse
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.collections import PolyCollection
 
 import malha
 
@@ -27,12 +28,17 @@ def cloth(solver):
                     "shape": {"grid": {"size": [1, 1], "cells": [20, 20]}}}]}
 
 
-def draw(axes, simulation):
+def draw(axes, simulation, turn=np.radians(35), lift=np.radians(20)):
+    """Triangles seen from the side and from above, far ones first, coloured by height."""
     x, y, z = simulation.positions.T
-    axes.plot_trisurf(x, z, y, triangles=simulation.triangles, cmap="viridis", linewidth=0.1, edgecolor="black", alpha=0.95)
-    axes.set(xlim=(0, 1), ylim=(-0.9, 1), zlim=(-1.1, 0.2))
-    axes.set_box_aspect((1, 1.9, 1.3), zoom=1.15)
-    axes.view_init(elev=12, azim=-50)
+    near = np.cos(turn) * z - np.sin(turn) * x
+    seen = np.stack([np.cos(turn) * x + np.sin(turn) * z, np.cos(lift) * y - np.sin(lift) * near], axis=1)
+    order = np.argsort(near[simulation.triangles].mean(axis=1))
+    triangles = simulation.triangles[order]
+    cloth = PolyCollection(seen[triangles], array=y[triangles].mean(axis=1), cmap="viridis", clim=(-1, 0),
+                           edgecolor="black", linewidth=0.15)
+    axes.add_collection(cloth)
+    axes.set(xlim=(-0.5, 1.45), ylim=(-1.15, 0.4), aspect="equal")
     axes.set_axis_off()
 
 
@@ -40,12 +46,13 @@ def main():
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("--out", default="gallery.png")
     out = arguments.parse_args().out
-    figure = plt.figure(figsize=(2.4 * len(TIMES), 2.4 * len(METHODS)), constrained_layout=True)
+    figure, all_axes = plt.subplots(len(METHODS), len(TIMES), figsize=(2.2 * len(TIMES), 2.1 * len(METHODS)),
+                                    constrained_layout=True)
     for row, (name, solver) in enumerate(METHODS.items()):
         simulation = malha.Simulation(cloth(solver))
         for column, time in enumerate(TIMES):
             simulation.step(int(np.round(time * 60)) - simulation.steps)
-            axes = figure.add_subplot(len(METHODS), len(TIMES), row * len(TIMES) + column + 1, projection="3d")
+            axes = all_axes[row, column]
             draw(axes, simulation)
             axes.set_title(f"{name}\n{time} s" if column == 0 else f"{time} s", fontsize=9)
         measured = simulation.measure()
