@@ -33,7 +33,6 @@ WRONG = [
     lambda s: s["bodies"][0]["shape"]["grid"].update(cells=[0, 1]),
     lambda s: s["bodies"][0]["constraints"][0].update(type="distnace"),
     lambda s: s["bodies"][0].update(pins=[{"particles": [400]}]),
-    lambda s: s.update(gravity=[0, float("nan"), 0]),
 ]
 
 
@@ -52,6 +51,16 @@ def test_a_refusal_has_the_words_of_the_command(number, tmp_path):
         malha.Simulation(scene)
     assert str(caught.value) == said.replace(str(path), "scene")
     assert isinstance(caught.value, ValueError)
+
+
+@pytest.mark.parametrize("gravity", [[0, float("nan"), 0], (0, float("nan"), 0), np.array([0, np.nan, 0])])
+def test_a_number_that_json_lacks_is_named_by_its_place(gravity):
+    with pytest.raises(malha.InputError, match="^scene: /gravity/1: found nan; allowed: finite numbers$"):
+        malha.Scene(scene_of(cloth()) | {"gravity": gravity})
+    endless = scene_of(cloth())
+    endless["bodies"].append(endless)
+    with pytest.raises(ValueError, match="Circular"):
+        malha.Scene(endless)
 
 
 def test_what_is_no_scene_is_refused(tmp_path):

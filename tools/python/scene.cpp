@@ -26,6 +26,35 @@ py::object plain(const py::object& value) {
          "dicts, lists, arrays, texts, numbers, True, False and None");
 }
 
+/// Refuses the first number that JSON does not have. `at`: of the value, as "/bodies/0/mass".
+void refuse_not_finite(const py::handle& value, const std::string& at) {
+  if (py::isinstance<py::dict>(value)) {
+    for (const auto& [key, one] : py::reinterpret_borrow<py::dict>(value))
+      refuse_not_finite(one, at + "/" + py::str(key).cast<std::string>());
+  } else if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) {
+    for (std::size_t i = 0; i < py::len(value); ++i)
+      refuse_not_finite(value[py::int_(i)], at + "/" + std::to_string(i));
+  } else if (py::hasattr(value, "tolist")) {
+    refuse_not_finite(value.attr("tolist")(), at);
+  } else if (PyFloat_Check(value.ptr()) && !std::isfinite(PyFloat_AsDouble(value.ptr()))) {
+    refuse("scene", at, py::str(value).cast<std::string>(), "finite numbers");
+  }
+}
+
+/// JSON of a dict.
+std::string json_text(const py::dict& scene) {
+  try {
+    return py::module_::import("json")
+        .attr("dumps")(scene, "default"_a = py::cpp_function(plain), "allow_nan"_a = false)
+        .cast<std::string>();
+  } catch (const py::error_already_set& error) {
+    // A dict in itself has no end.
+    const bool endless = std::string(error.what()).find("Circular") != std::string::npos;
+    if (error.matches(PyExc_ValueError) && !endless) refuse_not_finite(scene, "");
+    throw;
+  }
+}
+
 std::string path_of(const py::object& path) {
   return py::module_::import("os").attr("fspath")(path).cast<std::string>();
 }
@@ -168,9 +197,7 @@ Scene scene_of(const py::object& source, const py::object& folder) {
   const std::string from = folder.is_none() ? "" : path_of(folder);
   if (py::isinstance<py::dict>(source)) {
     std::vector<Waiting> waiting;
-    const py::object text = py::module_::import("json").attr("dumps")(without_arrays(source.cast<py::dict>(), waiting),
-                                                                      "default"_a = py::cpp_function(plain));
-    Scene scene = parse_scene(text.cast<std::string>(), "scene", from);
+    Scene scene = parse_scene(json_text(without_arrays(source.cast<py::dict>(), waiting)), "scene", from);
     for (Waiting& one : waiting)
       (one.environment ? scene.environment[one.index].shape : scene.bodies[one.index].shape) = std::move(one.shape);
     return scene;
