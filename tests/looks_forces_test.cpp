@@ -141,5 +141,30 @@ TEST(PinForces, OfWhatHasNoComplianceAreLeftOut) {
   EXPECT_TRUE(forces(simulation.positions(), 0).empty());
 }
 
+// Whatever the compliance: what is shown of a chain that hangs still is the weight below its pin, or nothing.
+TEST(PinForces, OfWhatIsTooStiffForItsSubstepsAreLeftOut) {
+  int shown = 0, left_out = 0;
+  for (const double compliance : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-9}) {
+    Json scene = scene_with({{"shape", {{"chain", {{"from", {0, 0, 0}}, {"to", {0, -1, 0}}, {"segments", 5}}}}},
+                             {"pins", {{{"particles", {0}}}}},
+                             {"constraints", {{{"type", "distance"}, {"compliance", compliance}}}}},
+                            "pbd");
+    scene["wind"] = {{"velocity", {0, 0, 0}}, {"drag", 2}}, scene["solver"]["substeps"] = 20;
+    Simulation simulation(parsed(scene), {.threads = 1});
+    for (int step = 0; step < 2000; ++step) simulation.step();
+    const PinForces forces(simulation.model());
+    left_out += static_cast<int>(forces.left_out());
+    double below = 0;
+    for (const double w : simulation.inverse_masses())
+      if (w > 0) below += kG / w;
+    for (const PinForce& one : forces(simulation.positions(), simulation.time())) {
+      EXPECT_NEAR(one.force[1], -below, 0.1 * below) << compliance;
+      ++shown;
+    }
+  }
+  EXPECT_GE(shown, 3);
+  EXPECT_GE(left_out, 2);
+}
+
 }  // namespace
 }  // namespace malha

@@ -12,6 +12,7 @@ namespace malha {
 
 namespace {
 
+constexpr double kResolved = 0.1;  // of a compliance: more is too stiff for the substeps
 constexpr double kForEver = std::numeric_limits<double>::infinity();
 
 Vector3<double> at(const Vec3& a) { return {a[0], a[1], a[2]}; }
@@ -35,6 +36,19 @@ void pull(const std::vector<Vec3>& x, const int* particles, const double* rest, 
   const double C = Kind::evaluate(q, rest, true, grad, scale);  // both times scale
   if (!(scale > 0) || (Kind::inequality && C >= 0)) return;
   for (int j = 0; j < Kind::particles; ++j) push(forces[particles[j]], grad[j] * (-stiffness * C / (scale * scale)));
+}
+
+/// sum w |grad C|^2 h^2 at rest, m/N: what a compliance is compared with. 0 of Desbrun's method, which is implicit.
+template <class Kind>
+double stiffness_in_substeps(const Model& model, const int* particles, const double* rest) {
+  if (model.scene.solver.type != "pbd") return 0;
+  Vector3<double> q[Kind::particles], grad[Kind::particles];
+  corners<Kind>(model.x.data(), particles, q);
+  double scale, sum = 0;
+  Kind::evaluate(q, rest, true, grad, scale);
+  for (int j = 0; j < Kind::particles; ++j) sum += model.w[particles[j]] * dot(grad[j], grad[j]);
+  const double h = model.scene.solver.dt / model.scene.solver.substeps;
+  return scale > 0 ? sum * h * h * energy_per_C2<Kind>(rest) / (scale * scale) : 0;
 }
 
 /// Until when each particle is held, s; 0: it never is.
@@ -82,12 +96,12 @@ void PinForces::add(const Model& model, const ConstraintSet& set, const std::vec
       const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
       const auto user = in_user_numbers(std::vector<int>(particles, particles + Kind::particles), model);
       if (!at_a_pin(user, until)) continue;
-      if (!(set.alpha(c) > 0)) {
+      double rest[Kind::numbers];
+      rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
+      if (!(set.alpha(c) > 0) || stiffness_in_substeps<Kind>(model, particles, rest) > kResolved * set.alpha(c)) {
         ++left_out_;
         continue;
       }
-      double rest[Kind::numbers];
-      rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
       own.particles.insert(own.particles.end(), user.begin(), user.end());
       own.rest.insert(own.rest.end(), rest, rest + Kind::numbers);
       own.stiffness.push_back(energy_per_C2<Kind>(rest) / set.alpha(c));

@@ -14,15 +14,16 @@ struct PinForce {
 };
 
 /// -grad U at each pin, of the constraints that have an energy U: springs, those with a compliance, materials, pressure
-/// with a compliance. A constraint without compliance has none: what its projections give a pin depends on iterations
-/// and on their order. At rest the forces on all pins add up to the weight. Attachments, hands and contacts are left
-/// out.
+/// with a compliance. Left out are constraints without compliance, and those too stiff for their substeps: what
+/// projections give a pin then depends on iterations and on their order. Too stiff: sum w |grad C|^2 h^2 / compliance >
+/// 0.1, about the part of itself by which such a force is wrong (h: a substep, s). At rest the forces on all pins add
+/// up to the weight of what is not pinned. Attachments, hands and contacts are left out.
 class PinForces {
  public:
   explicit PinForces(const Model& model);
   /// Whether a force is known of any pin.
   bool any() const { return !pins_.empty(); }
-  /// Constraints at pins that have no energy.
+  /// Constraints at pins that are left out.
   std::size_t left_out() const { return left_out_; }
   /// At x (m, the user's order) and `time` (s), by particle, of pins that are not let go yet. Throws
   /// std::invalid_argument for another number of particles.

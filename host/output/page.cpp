@@ -226,6 +226,7 @@ void Page::add_mesh() {
   residuals_.emplace(simulation_.model(), simulation_.threads());
   if (!residuals_->any()) residuals_.reset();
   forces_.emplace(simulation_.model());
+  mesh["too_stiff"] = forces_->left_out();
   if (!forces_->any()) forces_.reset();
   meshes_.push_back(dumped(mesh));
   tears_ = simulation_.tears();

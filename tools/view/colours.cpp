@@ -95,11 +95,11 @@ void by_force(const Frame& frame, const PinForces& forces, Coloured& to) {
     to.marks.line_colours.insert(to.marks.line_colours.end(), {kTouches, kTouches});
   }
   if (!forces.any())
-    to.legend = "no force is known: no constraint at a pin has a compliance";
+    to.legend = "no force is known: constraints at pins have no compliance, or are too stiff for the substeps";
   else
     to.legend = "at most " + shown(largest) + " N a pin, all together " + shown(norm(sum)) + " N";
   if (forces.any() && forces.left_out() > 0)
-    to.legend += ", without " + counted(forces.left_out(), "constraint") + " of no compliance";
+    to.legend += ", without " + counted(forces.left_out(), "constraint") + " that are too stiff";
 }
 
 }  // namespace

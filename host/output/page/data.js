@@ -45,7 +45,7 @@ async function meshOf(packed) {
   const faces = await unpacked(packed.faces, 4 * packed.face_count, 4, 4);
   const lines = await unpacked(packed.lines, 2 * packed.line_count, 2, 4);
   const triangles = trianglesOf(faces);
-  const all = {count: packed.count, faces, lines, triangles, bodyBegin: packed.body_begin, edges: null};
+  const all = {count: packed.count, faces, lines, triangles, bodyBegin: packed.body_begin, tooStiff: packed.too_stiff || 0, edges: null};
   for (const [look, several] of Object.entries(kNumbered))
     if (packed[look]) all[look] = await unpacked(packed[look], packed.count, 1, 4), all[several] = packed[several];
   return all;

@@ -133,7 +133,8 @@ function legendOf(stage) {
   if (look === 'force') {
     if (!data) return 'no force is known';
     const sum = [0, 1, 2].map((c) => data.newtons.reduce((all, newton, k) => k % 3 === c ? all + newton : all, 0));
-    return 'at most ' + number(Math.max(0, ...sizes(data.newtons))) + ' N a pin, all together ' + number(Math.hypot(...sum)) + ' N';
+    return 'at most ' + number(Math.max(0, ...sizes(data.newtons))) + ' N a pin, all together ' + number(Math.hypot(...sum)) + ' N' +
+        (mesh.tooStiff ? ', without ' + mesh.tooStiff + ' constraints that are too stiff' : '');
   }
   if (!kMeasured[look]) return '';
   if (look === 'residual' && !data) return 'no residuals';

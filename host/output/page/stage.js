@@ -173,8 +173,7 @@ class Stage {
     } else if (look === 'force' && data) {
       for (let i = 0; i < mesh.count; ++i) kPale.toArray(to, 3 * i);
       for (const i of data.particles) kTouches.toArray(to, 3 * i);
-      const largest = Math.max(0, ...sizes(data.newtons)), size = this.box().getSize(new THREE.Vector3()).length();
-      marks = forceMarks(data, x, largest > 0 ? size / 6 / largest : 0);
+      marks = forceMarks(data, x, this.scales.metresPerNewton);
     } else {
       this.run.bodies.forEach((body, b) => {
         const colour = linear(body.colour);
@@ -188,6 +187,7 @@ class Stage {
   // Draws these lines, and none that were before.
   mark(marks) {
     this.marks.visible = marks !== null;
+    this.marks.material.depthTest = this.look !== 'force';  // forces on solids point into them
     if (!marks && !this.marks.geometry.attributes.position) return;
     this.marks.geometry.dispose(), this.marks.geometry = new THREE.BufferGeometry();
     if (!marks) return;

@@ -39,6 +39,11 @@ async function begin() {
   chooseOrigin(malha.views[0].stage.box());
   const scales = {strain: usual((frame) => frame.measures.strain_max), speed: usual((frame) => frame.measures.speed_max),
                   residual: usual((frame) => frame.residual ? frame.residual.most : 0)};
+  // One length of a newton for both runs and all times.
+  const newtons = usual((frame) => frame.forces ? Math.hypot(...frame.forces.newtons.low.map(
+      (low, k) => Math.max(Math.abs(low), Math.abs(low + frame.forces.newtons.side[k])))) : 0);
+  const size = malha.views[0].stage.box().getSize(new THREE.Vector3()).length();
+  scales.metresPerNewton = newtons > 0 ? size / 6 / newtons : 0;
   for (const view of malha.views) view.stage.scales = scales, await view.stage.prepare();
   $('time').min = malha.start, $('time').max = malha.end;
   fillPanel();
