@@ -82,7 +82,7 @@ class Simulation {
   /// These are the pins from now on. What is released has its mass again, what is new rests where it is. All is laid
   /// out anew, which takes as long as the set-up did. Pins on keyframes or with a release stay as they are. A
   /// checkpoint or state goes with the pins that were set when it was made. Throws InputError, and leaves everything as
-  /// it was, for a particle that is not there or that such a pin has, a rigid attachment that is left out, a body that
+  /// it was, for a particle that is not there or that such a pin or a rigid attachment has or had, a body that
   /// is pinned altogether, and a scene that has torn.
   void set_pins(std::vector<int> particles);
 

@@ -224,7 +224,8 @@ TEST(SetBetweenSteps, PinsOnKeyframesKeepTheirPath) {
   EXPECT_TRUE(set.pins().empty());
   std::size_t pin = 0;
   while (set.inverse_masses()[pin] > 0) ++pin;
-  EXPECT_TRUE(has(refusal([&] { set.set_pins({int(pin)}); }), "which a pin on keyframes or with a release has"));
+  EXPECT_TRUE(has(refusal([&] { set.set_pins({int(pin)}); }),
+                  "which an attachment or a pin on keyframes or with a release holds or has held"));
 }
 
 TEST(SetBetweenSteps, AReleasedSheetFallsFreely) {

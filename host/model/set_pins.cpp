@@ -33,7 +33,10 @@ Scene with_pins(const Model& model, const std::vector<int>& particles) {
     if (i < 0 || i >= model.count())
       refuse("pins", "", "particle " + std::to_string(i), "0 to " + std::to_string(model.count() - 1));
     if (taken[i])
-      refuse("pins", "", particle_name(model, i) + ", which a pin on keyframes or with a release has", "others");
+      refuse(
+          "pins", "",
+          particle_name(model, i) + ", which an attachment or a pin on keyframes or with a release holds or has held",
+          "others");
   }
   const std::vector<int> before = still_pins(model);
   Scene scene = model.scene;

@@ -87,6 +87,8 @@ def test_pins_are_set_between_steps(simulation):
         simulation.pins = [169]
     with pytest.raises(malha.InputError, match="pins: found what is no array of whole numbers"):
         simulation.pins = [0.5]
+    with pytest.raises(malha.InputError, match=r"pins: found an array of shape \(1, 2\); allowed: an array \(N,\)"):
+        simulation.pins = [[0, 1]]
 
 
 @pytest.mark.parametrize("wrong", [

@@ -75,9 +75,10 @@ inline std::vector<Vec3> rows_of(const pybind11::handle& given, const char* what
 }
 
 /// Anything that numpy makes a list of whole numbers of. Throws InputError likewise.
-inline std::vector<int> integers_of(const pybind11::handle& given, const char* what) {
+inline std::vector<int> integers_of(const pybind11::handle& given, const char* what, int most_dimensions = 2) {
   const pybind11::array array = numbers_of(given, true);
   if (!array) refuse(what, "", "what is no array of whole numbers", "an array of them");
+  if (array.ndim() > most_dimensions) refuse(what, "", "an array of shape " + shape_of(array), "an array (N,)");
   std::vector<int> all;
   const auto add = [&]<class Wide>(Wide) {
     const auto wide = pybind11::array_t<Wide, pybind11::array::c_style | pybind11::array::forcecast>::ensure(array);

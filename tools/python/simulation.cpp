@@ -100,7 +100,7 @@ void add_state(Class& simulation) {
       .def_property(
           "pins", [](Running& s) { return array_of(s.now()->pins()); },
           [](Running& s, const py::object& given) {
-            const std::vector<int> pins = integers_of(given, "pins");
+            const std::vector<int> pins = integers_of(given, "pins", 1);
             s.compute([&](Simulation& of) { of.set_pins(pins); });
           },
           "int32 (P,): the particles that are pinned for good and rest, ascending. Assign others to release those "
@@ -108,7 +108,9 @@ void add_state(Class& simulation) {
           "are left out, with their mass, and to hold the new ones where they are. All is laid out anew, which takes "
           "as\n"
           "long as the set-up. Pins on keyframes or with a release are not named, and stay. Refused: a scene that has\n"
-          "torn, a body that is pinned altogether, and rigid attachments that are left out.")
+          "torn, a body that is pinned altogether or has long_range and no pin, and particles that rigid attachments "
+          "or pins on\n"
+          "keyframes or with a release hold or have held.")
       .def_property_readonly(
           "inverse_masses", [](Running& s) { return array_of(s.now()->inverse_masses()); },
           "float64 (N,), 1/kg: 0 where a particle is held now, by a pin or by hand.")
@@ -273,7 +275,7 @@ void add_simulation(py::module_& module) {
           "n"_a = 1, "callback"_a = py::none(),
           "Advances by n steps of the scene's dt, and returns how many were done. callback(simulation) is called "
           "after\n"
-          "each step, and ends the loop where it returns False (numpy's too; None goes on). Ctrl-C raises "
+          "each step, and ends the loop where what it returns is false (but None goes on). Ctrl-C raises "
           "KeyboardInterrupt after a whole step.\n"
           "Other threads of Python run meanwhile. Raises Diverged.")
       .def("__repr__", [](Running& s) {
