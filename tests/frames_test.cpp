@@ -131,10 +131,10 @@ TEST_F(Frames, VtpHoldsPointsVelocitiesAndCells) {
   EXPECT_EQ(attribute(file, "<VTKFile", "type"), "PolyData");
   EXPECT_EQ(attribute(file, "<VTKFile", "byte_order"), "LittleEndian");
   EXPECT_EQ(attribute(file, "<VTKFile", "header_type"), "UInt64");
-  EXPECT_EQ(attribute(file, "<PatchLayout", "NumberOfPoints"), "9");
-  EXPECT_EQ(attribute(file, "<PatchLayout", "NumberOfVerts"), "1");
-  EXPECT_EQ(attribute(file, "<PatchLayout", "NumberOfLines"), "2");
-  EXPECT_EQ(attribute(file, "<PatchLayout", "NumberOfPolys"), "2");
+  EXPECT_EQ(attribute(file, "<Piece", "NumberOfPoints"), "9");
+  EXPECT_EQ(attribute(file, "<Piece", "NumberOfVerts"), "1");
+  EXPECT_EQ(attribute(file, "<Piece", "NumberOfLines"), "2");
+  EXPECT_EQ(attribute(file, "<Piece", "NumberOfPolys"), "2");
   EXPECT_EQ(vtk_array<P>(file, "Points", "points"), moved(1));
   EXPECT_EQ(vtk_array<P>(file, "PointData", "velocity"), moved(1, 7));
   EXPECT_EQ(vtk_array<std::int32_t>(file, "Polys", "connectivity"), (Ints{0, 1, 2, 3, 1, 4, 2}));

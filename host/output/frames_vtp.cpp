@@ -40,7 +40,7 @@ class Document {
     xml_ =
         "<?xml version=\"1.0\"?>\n"
         "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
-        "<PolyData>\n<PatchLayout NumberOfPoints=" +
+        "<PolyData>\n<Piece NumberOfPoints=" +
         count(topology.rest.size()) + " NumberOfVerts=" + count(verts.ends.size()) +
         " NumberOfLines=" + count(lines.ends.size()) +
         " NumberOfStrips=\"0\" NumberOfPolys=" + count(polys.ends.size()) + ">\n";
@@ -52,7 +52,7 @@ class Document {
     add("Verts", verts);
     add("Lines", lines);
     add("Polys", polys);
-    xml_ += "</PatchLayout>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
+    xml_ += "</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
   }
 
   void put(const Frame& frame, std::string& bytes) const {
