@@ -7,6 +7,7 @@
 #include "host/base/text.h"
 #include "host/collision/pose.h"
 #include "host/collision/surface.h"
+#include "host/model/solver_of.h"
 
 namespace malha {
 
@@ -83,8 +84,7 @@ void note_starts_behind(Model& model) {
   for (std::size_t i = 0; i < held.size(); ++i) held[i] = model.w[i] == 0;
   for (const MovedPins& pins : model.moved)
     for (const int i : pins.particles) held[i] = true;
-  std::vector<int> solver_of(model.x.size());
-  for (int i = 0; i < model.count(); ++i) solver_of[model.user_of[i]] = i;
+  const std::vector<int> number = solver_of(model.user_of);
   const Device device;
   for (const EnvironmentMesh& mesh : model.environment) {
     if (!one_sided(mesh)) continue;
@@ -92,7 +92,7 @@ void note_starts_behind(Model& model) {
     for (int i = 0; i < model.count(); ++i)
       if (!held[i]) sheet.look(i, model.x[i], model.v[i]);
     const auto look = [&](int user, int other) {
-      const int i = solver_of[user], j = solver_of[other];
+      const int i = number[user], j = number[other];
       if (!held[i] || !held[j]) sheet.look(i, model.x[i], j, model.x[j]);
     };
     for (const Quad& face : model.look.faces)

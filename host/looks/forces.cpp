@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <set>
-#include <stdexcept>
+#include <utility>
 
 #include "kernels/constraint_registry.h"
 #include "kernels/rest.h"
@@ -14,8 +14,6 @@ namespace {
 
 constexpr double kResolved = 0.1;  // of a compliance: more is too stiff for the substeps
 constexpr double kForEver = std::numeric_limits<double>::infinity();
-
-Vector3<double> at(const Vec3& a) { return {a[0], a[1], a[2]}; }
 
 void push(Vec3& sum, const Vector3<double>& force) { sum[0] += force.x, sum[1] += force.y, sum[2] += force.z; }
 
@@ -61,13 +59,6 @@ std::vector<double> held_until(const Model& model) {
   return until;
 }
 
-template <class Particles>
-std::vector<int> in_user_numbers(const Particles& particles, const Model& model) {
-  std::vector<int> user;
-  for (const int i : particles) user.push_back(model.user_of[i]);
-  return user;
-}
-
 bool at_a_pin(const std::vector<int>& user, const std::vector<double>& until) {
   return std::any_of(user.begin(), user.end(), [&](int i) { return until[i] > 0; });
 }
@@ -82,8 +73,7 @@ PinForces::PinForces(const Model& model) : particles_(model.x.size()) {
   for (const PressureSet& set : model.pressures) add(model, set, until);
   std::set<int> pulled;
   for (const Set& set : sets_) pulled.insert(set.particles.begin(), set.particles.end());
-  for (const Shell& shell : shells_)
-    for (const Triangle& t : shell.triangles) pulled.insert(t.begin(), t.end());
+  for (const Pressed& one : pressed_) pulled.insert(one.shell.particles.begin(), one.shell.particles.end());
   for (const int i : pulled)
     if (until[i] > 0) pins_.push_back({i, until[i]});
 }
@@ -94,7 +84,7 @@ void PinForces::add(const Model& model, const ConstraintSet& set, const std::vec
     if (set.type != Kind::name) return;
     for (int c = 0; c < set.count(); ++c) {
       const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
-      const auto user = in_user_numbers(std::vector<int>(particles, particles + Kind::particles), model);
+      const auto user = in_user_numbers(model, particles, Kind::particles);
       if (!at_a_pin(user, until)) continue;
       double rest[Kind::numbers];
       rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
@@ -113,7 +103,7 @@ void PinForces::add(const Model& model, const ConstraintSet& set, const std::vec
 void PinForces::add(const Model& model, const SpringSet& set, const std::vector<double>& until) {
   Set own{Distance::name, {}, {}, {}};
   for (std::size_t s = 0; s < set.ends.size(); ++s) {
-    const std::vector<int> user = in_user_numbers(set.ends[s], model);
+    const std::vector<int> user = in_user_numbers(model, set.ends[s].data(), 2);
     if (!at_a_pin(user, until)) continue;
     own.particles.insert(own.particles.end(), user.begin(), user.end());
     own.rest.push_back(set.rest[s]), own.stiffness.push_back(set.stiffness[s]);
@@ -122,21 +112,14 @@ void PinForces::add(const Model& model, const SpringSet& set, const std::vector<
 }
 
 void PinForces::add(const Model& model, const PressureSet& set, const std::vector<double>& until) {
-  if (!at_a_pin(in_user_numbers(set.particles, model), until)) return;
+  Shell shell(model, set);
+  if (!at_a_pin(shell.particles, until)) return;
   if (!(set.compliance.value_or(0) > 0)) return void(++left_out_);
-  Shell& shell = shells_.emplace_back(Shell{{}, 0, 1 / *set.compliance});
-  const Vector3<double> o = at(model.x[set.particles[0]]);
-  for (const Triangle& t : set.triangles) {
-    shell.target += dot(at(model.x[t[0]]) - o, cross(at(model.x[t[1]]) - o, at(model.x[t[2]]) - o)) / 6;
-    shell.triangles.push_back({model.user_of[t[0]], model.user_of[t[1]], model.user_of[t[2]]});
-  }
-  shell.target *= set.volume_ratio;
+  pressed_.push_back({std::move(shell), 1 / *set.compliance});
 }
 
 std::vector<PinForce> PinForces::operator()(const std::vector<Vec3>& x, double time) const {
-  if (x.size() != particles_)
-    throw std::invalid_argument("a look: found " + std::to_string(x.size()) + " particles; allowed: the " +
-                                std::to_string(particles_) + " that it was made for");
+  require_particles(x.size(), particles_);
   std::vector<Vec3> forces(particles_, Vec3{0, 0, 0});
   for (const Set& set : sets_)
     for_each_constraint([&]<class Kind>(Kind) {
@@ -144,16 +127,10 @@ std::vector<PinForce> PinForces::operator()(const std::vector<Vec3>& x, double t
       for (std::size_t c = 0; c < set.stiffness.size(); ++c)
         pull<Kind>(x, &set.particles[c * Kind::particles], &set.rest[c * Kind::numbers], set.stiffness[c], forces);
     });
-  for (const Shell& shell : shells_) {
-    const Vector3<double> o = at(x[shell.triangles[0][0]]);
-    double volume = 0;
-    for (const auto& [a, b, c] : shell.triangles) volume += dot(at(x[a]) - o, cross(at(x[b]) - o, at(x[c]) - o)) / 6;
-    const double pressure = -shell.stiffness * (volume - shell.target) / 6;
-    for (const auto& [a, b, c] : shell.triangles) {
-      const Vector3<double> p = at(x[a]) - o, q = at(x[b]) - o, r = at(x[c]) - o;
-      push(forces[a], cross(q, r) * pressure), push(forces[b], cross(r, p) * pressure),
-          push(forces[c], cross(p, q) * pressure);
-    }
+  std::vector<Vector3<double>> gradient;
+  for (const auto& [shell, stiffness] : pressed_) {
+    const double C = shell.evaluate(x, gradient);
+    for (std::size_t i = 0; i < gradient.size(); ++i) push(forces[shell.particles[i]], gradient[i] * (-stiffness * C));
   }
   std::vector<PinForce> all;
   for (const Pin& pin : pins_)

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "host/looks/of_model.h"
 #include "host/mesh.h"
 #include "host/model/model.h"
 
@@ -40,9 +41,9 @@ class PinForces {
     std::vector<double> rest;       // as many of each constraint as its kind has numbers
     std::vector<double> stiffness;  // of each: 1 / compliance
   };
-  struct Shell {
-    std::vector<Triangle> triangles;
-    double target, stiffness;  // m^3, N/m^5
+  struct Pressed {
+    Shell shell;
+    double stiffness;  // N/m^5
   };
   void add(const Model& model, const ConstraintSet& set, const std::vector<double>& until);
   void add(const Model& model, const SpringSet& set, const std::vector<double>& until);
@@ -51,7 +52,7 @@ class PinForces {
   std::size_t particles_, left_out_ = 0;
   std::vector<Pin> pins_;
   std::vector<Set> sets_;
-  std::vector<Shell> shells_;
+  std::vector<Pressed> pressed_;
 };
 
 }  // namespace malha

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "kernels/compute.h"
 #include "kernels/constraint_registry.h"
@@ -12,22 +11,7 @@ namespace malha {
 
 namespace {
 
-void require_particles(std::size_t found, std::size_t allowed) {
-  if (found != allowed)
-    throw std::invalid_argument("a look: found " + std::to_string(found) + " particles; allowed: the " +
-                                std::to_string(allowed) + " that it was made for");
-}
-
-std::vector<int> in_user_numbers(const std::vector<int>& particles, const Model& model) {
-  std::vector<int> user;
-  user.reserve(particles.size());
-  for (const int i : particles) user.push_back(model.user_of[i]);
-  return user;
-}
-
 void raise(float& to, double value) { to = std::max(to, static_cast<float>(value)); }
-
-Vector3<double> at(const Vec3& a) { return {a[0], a[1], a[2]}; }
 
 /// Of materials: part of C^2 at rest, below which U is no more than rounding. Strains of 3e-7.
 constexpr double kRounding = 1e-13;
@@ -77,7 +61,7 @@ std::vector<float> Strains::operator()(const std::vector<Vec3>& x) const {
   require_particles(x.size(), particles_);
   std::vector<float> most(particles_, 0.0f);
   for (const Length& of : lengths_) {
-    const Vector3<double> d = at(x[of.a]) - at(x[of.b]);
+    const Vector3<double> d = vector_of(x[of.a]) - vector_of(x[of.b]);
     const double strain = std::abs(root(dot(d, d)) - of.rest) * of.per_rest;
     raise(most[of.a], strain), raise(most[of.b], strain);
   }
@@ -92,11 +76,12 @@ Residuals::Residuals(const Model& model, int threads) : particles_(model.x.size(
     for (const Edge& ends : set.ends)
       for (const int i : ends) own.particles.push_back(model.user_of[i]);
   }
-  for (const PressureSet& set : model.pressures) add(model, set);
+  for (const PressureSet& set : model.pressures) shells_.emplace_back(model, set);
 }
 
 void Residuals::add(const Model& model, const ConstraintSet& set) {
-  Set& own = sets_.emplace_back(Set{set.type, set.arity, in_user_numbers(set.particles, model), {}, {}});
+  Set& own = sets_.emplace_back(
+      Set{set.type, set.arity, in_user_numbers(model, set.particles.data(), set.particles.size()), {}, {}});
   for_each_constraint([&]<class Kind>(Kind) {
     if (set.type != Kind::name) return;
     own.rest.reserve(std::size_t(set.count()) * Kind::numbers);
@@ -114,18 +99,6 @@ void Residuals::add(const Model& model, const ConstraintSet& set) {
       }
     }
   });
-}
-
-void Residuals::add(const Model& model, const PressureSet& set) {
-  Shell& shell = shells_.emplace_back(Shell{in_user_numbers(set.particles, model), {}, 0});
-  std::vector<int> place(model.x.size(), -1);
-  for (std::size_t i = 0; i < set.particles.size(); ++i) place[set.particles[i]] = static_cast<int>(i);
-  const Vector3<double> o = at(model.x[set.particles[0]]);
-  for (const Triangle& t : set.triangles) {
-    shell.triangles.push_back({place[t[0]], place[t[1]], place[t[2]]});
-    shell.target += dot(at(model.x[t[0]]) - o, cross(at(model.x[t[1]]) - o, at(model.x[t[2]]) - o)) / 6;
-  }
-  shell.target *= set.volume_ratio;
 }
 
 std::vector<float> Residuals::operator()(const std::vector<Vec3>& x) const {
@@ -146,17 +119,12 @@ std::vector<float> Residuals::operator()(const std::vector<Vec3>& x) const {
     for (std::size_t k = 0; k < set.particles.size(); ++k)
       raise(most[set.particles[k]], ways[k / static_cast<std::size_t>(set.arity)]);
   }
+  std::vector<Vector3<double>> grad;
   for (const Shell& shell : shells_) {
-    std::vector<Vector3<double>> p, grad(shell.particles.size(), {0, 0, 0});
-    for (const int i : shell.particles) p.push_back(at(x[i]) - at(x[shell.particles[0]]));
-    double volume = 0, sum = 0;
-    for (const auto& [a, b, c] : shell.triangles) {
-      volume += dot(p[a], cross(p[b], p[c])) / 6;
-      grad[a] = grad[a] + cross(p[b], p[c]), grad[b] = grad[b] + cross(p[c], p[a]);
-      grad[c] = grad[c] + cross(p[a], p[b]);
-    }
-    for (const auto& g : grad) sum += dot(g, g) / 36;
-    const double way = sum > tiny<double>() ? std::abs(volume - shell.target) / std::sqrt(sum) : 0;
+    const double C = shell.evaluate(x, grad);
+    double sum = 0;
+    for (const auto& g : grad) sum += dot(g, g);
+    const double way = sum > tiny<double>() ? std::abs(C) / std::sqrt(sum) : 0;
     for (const int i : shell.particles) raise(most[i], way);
   }
   return most;

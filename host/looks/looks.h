@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "host/looks/of_model.h"
 #include "host/model/model.h"
 
 namespace malha {
@@ -61,13 +62,7 @@ class Residuals {
     std::vector<double> rest;    // as many of each constraint as its kind has numbers
     std::vector<double> ground;  // of materials: C^2 at rest
   };
-  struct Shell {
-    std::vector<int> particles;
-    std::vector<Triangle> triangles;  // by places in `particles`
-    double target;                    // m^3
-  };
   void add(const Model& model, const ConstraintSet& set);
-  void add(const Model& model, const PressureSet& set);
 
   std::size_t particles_;
   int threads_;

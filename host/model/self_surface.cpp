@@ -12,6 +12,7 @@
 #include "host/mesh/vectors.h"
 #include "host/model/box_tree.h"
 #include "host/model/crossing.h"
+#include "host/model/solver_of.h"
 #include "host/model/tear.h"
 #include "kernels/pair_block.h"
 
@@ -52,18 +53,17 @@ void add_simplices(const Mesh& mesh, SelfSurface& surface) {
 SelfSurface surface_of(const Model& model, const std::vector<std::string>& named) {
   const Appearance& look = model.look;
   SelfSurface surface;
-  std::vector<int> solver_of(model.user_of.size());
-  for (std::size_t i = 0; i < solver_of.size(); ++i) solver_of[model.user_of[i]] = static_cast<int>(i);
-  surface.takes_part.resize(solver_of.size(), 0), surface.body.resize(solver_of.size(), 0);
+  const std::vector<int> number = solver_of(model.user_of);
+  surface.takes_part.resize(number.size(), 0), surface.body.resize(number.size(), 0);
   for (std::size_t b = 0; b + 1 < look.body_begin.size(); ++b) {
     const int first = look.body_begin[b], particles = look.body_begin[b + 1] - first;
-    for (int i = 0; i < particles; ++i) surface.body[solver_of[first + i]] = static_cast<int>(b);
+    for (int i = 0; i < particles; ++i) surface.body[number[first + i]] = static_cast<int>(b);
     if (!named.empty() && std::find(named.begin(), named.end(), model.scene.bodies[b].name) == named.end()) continue;
     const std::size_t before = surface.simplices.size();
     add_simplices(body_mesh(look, b), surface);
     for (std::size_t e = before; e < surface.simplices.size(); ++e)
-      for (int& corner : surface.simplices[e].corner) corner = solver_of[first + corner];
-    for (int i = 0; i < particles; ++i) surface.takes_part[solver_of[first + i]] = 1;
+      for (int& corner : surface.simplices[e].corner) corner = number[first + corner];
+    for (int i = 0; i < particles; ++i) surface.takes_part[number[first + i]] = 1;
   }
   const auto lowest = [](const Simplex& e) { return std::min({e.corner[0], e.corner[1], e.corner[2]}); };
   std::stable_sort(surface.simplices.begin(), surface.simplices.end(),

@@ -13,7 +13,7 @@ std::vector<int> still_pins(const Model& model);
 std::vector<bool> on_keyframes(const Model& model);
 
 /// The model's scene, in which these particles (the user's numbers, ascending) are the pins that rest. Throws
-/// InputError for one that is not there, and for one that a pin on keyframes or with a release has.
+/// InputError for one that is not there, and for one that an attachment or a pin on keyframes or with a release has.
 Scene with_pins(const Model& model, const std::vector<int>& particles);
 
 }  // namespace malha

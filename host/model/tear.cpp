@@ -6,6 +6,7 @@
 #include "host/error.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
+#include "host/model/solver_of.h"
 
 namespace malha {
 
@@ -142,8 +143,7 @@ std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, co
 }
 
 Breakable breakable(const Model& model) {
-  std::vector<int> solver_of(model.user_of.size());
-  for (std::size_t i = 0; i < solver_of.size(); ++i) solver_of[model.user_of[i]] = static_cast<int>(i);
+  const std::vector<int> number = solver_of(model.user_of);
   Breakable found;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
     const auto& tear = model.scene.bodies[b].tear;
@@ -151,7 +151,7 @@ Breakable breakable(const Model& model) {
     const Mesh rest = body_mesh(model.look, b);
     for (const Edge& e : edges(rest)) {
       const int first = model.look.body_begin[b];
-      const Edge ends{solver_of[first + e[0]], solver_of[first + e[1]]};
+      const Edge ends{number[first + e[0]], number[first + e[1]]};
       if (!(model.w[ends[0]] > 0) && !(model.w[ends[1]] > 0)) continue;  // neither end could split
       found.ends.push_back(ends);
       found.longest.push_back((1 + tear->strain) * length(minus(rest.points[e[1]], rest.points[e[0]])));
@@ -172,9 +172,9 @@ std::vector<int> ancestors(const Model& before, const Model& after, const std::v
     for (std::size_t s = first; s < done.size(); ++s)
       if (done[s].body == static_cast<int>(b)) user.push_back(user[now[b] + done[s].vertex]);
   }
-  std::vector<int> solver_of(before.user_of.size()), from;
-  for (std::size_t i = 0; i < solver_of.size(); ++i) solver_of[before.user_of[i]] = static_cast<int>(i);
-  for (const int u : after.user_of) from.push_back(solver_of[user[u]]);
+  const std::vector<int> number = solver_of(before.user_of);
+  std::vector<int> from;
+  for (const int u : after.user_of) from.push_back(number[user[u]]);
   return from;
 }
 

@@ -8,6 +8,7 @@
 #include "host/collision/pose.h"
 #include "host/error.h"
 #include "host/model/model.h"
+#include "host/model/solver_of.h"
 #include "host/solver/state.h"
 #include "kernels/attachment.h"
 

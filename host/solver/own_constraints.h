@@ -5,6 +5,7 @@
 
 #include "host/base/array.h"
 #include "host/model/model.h"
+#include "host/model/solver_of.h"
 #include "host/solver/own_batches.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"

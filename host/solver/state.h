@@ -219,13 +219,6 @@ std::vector<T> in_user_order(const std::vector<T>& values, const std::vector<int
   return ordered;
 }
 
-/// The solver's number of each of the user's.
-inline std::vector<int> solver_of(const std::vector<int>& user_of) {
-  std::vector<int> of(user_of.size());
-  for (std::size_t i = 0; i < of.size(); ++i) of[user_of[i]] = static_cast<int>(i);
-  return of;
-}
-
 inline std::vector<Vec3> in_solver_order(const std::vector<Vec3>& values, const std::vector<int>& user_of) {
   std::vector<Vec3> ordered;
   for (const int user : user_of) ordered.push_back(values[user]);

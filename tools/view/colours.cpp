@@ -53,16 +53,21 @@ void by_batch(const Frame& frame, const Structure& structure, Coloured& to) {
   to.legend = "at most " + counted(structure.batches, "batch", "batches") + " a patch";
 }
 
+/// A particle that counts, and a line from a place.
+void mark(int particle, const Place& from, const Vec3& to, Coloured& picture) {
+  picture.colours[particle] = kTouches;
+  picture.marks.lines.insert(picture.marks.lines.end(), {from, {float(to[0]), float(to[1]), float(to[2])}});
+  picture.marks.line_colours.insert(picture.marks.line_colours.end(), {kTouches, kTouches});
+}
+
 /// Particles that touch, and the normals of what they touch.
 void by_contact(const Frame& frame, const Contacts& contacts, Coloured& to) {
   std::fill(to.colours.begin(), to.colours.end(), kPale);
   const std::vector<Touch> touches = contacts(places(frame), frame.time);
   for (const Touch& touch : touches) {
-    to.colours[touch.particle] = kTouches;
-    Place end{};
-    for (int k = 0; k < 3; ++k) end[k] = float(touch.at[k] + 2 * frame.body->spacing * touch.normal[k]);
-    to.marks.lines.insert(to.marks.lines.end(), {{float(touch.at[0]), float(touch.at[1]), float(touch.at[2])}, end});
-    to.marks.line_colours.insert(to.marks.line_colours.end(), {kTouches, kTouches});
+    Vec3 end = touch.at;
+    for (std::size_t k = 0; k < 3; ++k) end[k] += 2 * frame.body->spacing * touch.normal[k];
+    mark(touch.particle, {float(touch.at[0]), float(touch.at[1]), float(touch.at[2])}, end, to);
   }
   to.legend = counted(touches.size(), "particle touches", "particles touch");
 }
@@ -88,11 +93,9 @@ void by_force(const Frame& frame, const PinForces& forces, Coloured& to) {
   }
   const double metres = largest > 0 ? diagonal(x) / 6 / largest : 0;  // a newton
   for (const PinForce& one : all) {
-    to.colours[one.particle] = kTouches;
-    Place end{};
-    for (int k = 0; k < 3; ++k) end[k] = float(x[one.particle][k] + metres * one.force[k]);
-    to.marks.lines.insert(to.marks.lines.end(), {frame.x[one.particle], end});
-    to.marks.line_colours.insert(to.marks.line_colours.end(), {kTouches, kTouches});
+    Vec3 end = x[one.particle];
+    for (std::size_t k = 0; k < 3; ++k) end[k] += metres * one.force[k];
+    mark(one.particle, frame.x[one.particle], end, to);
   }
   if (!forces.any())
     to.legend = "no force is known: constraints at pins have no compliance, or are too stiff for the substeps";

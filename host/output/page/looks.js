@@ -58,7 +58,6 @@ function speeds(mesh, x, last, dt) {
   return values;
 }
 
-
 // Looks that measure particles. Of pages that older versions wrote, null: they have no residuals.
 const kMeasured = {strain: strains, speed: (mesh, x, data) => speeds(mesh, x, data.last, data.dt),
                    residual: (mesh, x, residuals) => residuals};
