@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
 # usage: pages.sh ROOT
 # Every link and picture of the pages (README.md and those of the rooms) leads to a file, and to a heading where it
-# names one. The first page begins with a picture that loads at once, and can be read in one go.
+# names one. Source files that they name are there: from the root, or in the page's own folder or below. The first
+# page begins with a picture that loads at once, and can be read in one go.
 set -euo pipefail
 cd "${1:?usage: pages.sh ROOT}"
 faults=0 links=0
+files=$(find kernels host scenes tests tools -type f)
 fault() {
   printf '%s\n' "$*"
   faults=$((faults + 1))
@@ -12,6 +14,8 @@ fault() {
 # headings FILE: as links name them: small letters, hyphens for blanks, without other signs.
 # shellcheck disable=SC2016  # backticks, as they stand in the page
 headings() { sed -n '/^```/,/^```/d; s/^#\+ //p' "$1" | tr '[:upper:]' '[:lower:]' | sed "s/[^a-z0-9 _-]//g; s/ /-/g"; }
+# shellcheck disable=SC2016
+sources() { grep --only-matching '`[a-zA-Z0-9_/.-]*\.\(h\|cpp\|cu\|sh\|js\|py\)`' "$1"; }
 
 while IFS= read -r page; do
   while IFS= read -r target; do
@@ -26,6 +30,10 @@ while IFS= read -r page; do
       fault "$page: found a link to $target, a heading that is not there"
     fi
   done < <(grep --only-matching '](\([^)]*\))' "$page" | sed 's/^](//; s/)$//')
+  room=$(dirname "$page")
+  while IFS= read -r name; do
+    grep --quiet "^\($name\|${room#./}/\(.*/\)\?$name\)\$" <<<"$files" || fault "$page: found no file $name"
+  done < <(sources "$page" | tr -d '`' | grep --invert-match NAME)
 done < <(find README.md kernels host scenes tests tools -name '*.md')
 
 lines=$(wc -l <README.md)
