@@ -28,53 +28,35 @@ struct Formatter : CLI::Formatter {
 };
 
 void add_executor(CLI::App& command, Arguments& arguments) {
-  command
-      .add_option("--threads", arguments.threads,
-                  "At most so many threads, the cores if not given; steps run on one while that is faster")
-      ->check(whole_number(1, 1024))
-      ->type_name("N");
-  command.add_option("--backend", arguments.backend, "openmp (default) or serial")
-      ->check(one_of(kBackends))
-      ->type_name("NAME");
+  add_threads(command, arguments.threads,
+              "At most so many threads, the cores if not given; steps run on one while that is faster");
+  add_checked(command, "--backend", arguments.backend, one_of(kBackends), "NAME", "openmp (default) or serial");
 }
 
 void add_results(CLI::App& command, Arguments& arguments) {
-  command.add_option("--out", arguments.out, "Folder of the results; out/NAME-OF-THE-SCENE-FILE if not given")
-      ->check(some_path())
-      ->type_name("FOLDER");
-  CLI::Option* steps =
-      command.add_option("--steps", arguments.steps, "Stop at step N, instead of at the end of the scene's duration");
-  steps->check(whole_number(1, std::int64_t(kMostSteps)))->type_name("N");
-  command.add_option("--seconds", arguments.seconds, "Stop after S simulated seconds instead")
-      ->check(duration())
-      ->type_name("S")
+  const auto most = std::int64_t(kMostSteps);
+  add_checked(command, "--out", arguments.out, some_path(), "FOLDER",
+              "Folder of the results; out/NAME-OF-THE-SCENE-FILE if not given");
+  CLI::Option* steps = add_checked(command, "--steps", arguments.steps, whole_number(1, most), "N",
+                                   "Stop at step N, instead of at the end of the scene's duration");
+  add_checked(command, "--seconds", arguments.seconds, duration(), "S", "Stop after S simulated seconds instead")
       ->excludes(steps);
-  command.add_option("--every", arguments.every, "A frame every N steps; 0 writes none")
-      ->check(whole_number(0, std::int64_t(kMostSteps)))
-      ->type_name("N");
-  command
-      .add_option("--format", arguments.formats,
-                  "Frames as vtp (ParaView), pc2 (Blender, Maya), glb (glTF), ply, obj; several with commas")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(one_of(kFrameFormats))
-      ->type_name("LIST");
+  add_checked(command, "--every", arguments.every, whole_number(0, most), "N", "A frame every N steps; 0 writes none");
+  add_list(command, "--format", arguments.formats, one_of(kFrameFormats),
+           "Frames as vtp (ParaView), pc2 (Blender, Maya), glb (glTF), ply, obj; several with commas");
   CLI::Option* picture =
       command.add_flag("--picture", arguments.picture, "Ray-traced pictures of the end and of six moments");
   picture->disable_flag_override();
-  CLI::Option* picture_every = command.add_option("--picture-every", arguments.picture_every, "Also one every N steps");
-  picture_every->check(whole_number(1, std::int64_t(kMostSteps)))->type_name("N");
+  CLI::Option* picture_every = add_checked(command, "--picture-every", arguments.picture_every, whole_number(1, most),
+                                           "N", "Also one every N steps");
   command.add_flag("--no-picture", arguments.no_picture, "No pictures, whatever the scene says")
       ->excludes(picture)
       ->excludes(picture_every);
   CLI::Option* page = command.add_flag("--page", arguments.page, "A page that replays the run in a browser: page.html");
   page->disable_flag_override();
   command.add_flag("--no-page", arguments.no_page, "No page, whatever the scene says")->excludes(page);
-  command
-      .add_option("--checkpoint", arguments.checkpoint_every,
-                  "A checkpoint every N steps, 0 none before the end; every 30 seconds of the clock if not given")
-      ->check(whole_number(0, std::int64_t(kMostSteps)))
-      ->type_name("N");
+  add_checked(command, "--checkpoint", arguments.checkpoint_every, whole_number(0, most), "N",
+              "A checkpoint every N steps, 0 none before the end; every 30 seconds of the clock if not given");
   command.add_flag("--resume", arguments.resume, "Go on where the run in the folder stopped, with the very same bits");
   command.add_flag("--quiet", arguments.quiet, "Say nothing but what went wrong, or may");
 }
@@ -133,13 +115,8 @@ void add_run(CLI::App& app, Arguments& arguments) {
 
 void add_picture(CLI::App& app, Arguments& arguments) {
   CLI::App* picture = app.add_subcommand("picture", "Draw the pictures of a run that was stopped, or had none");
-  picture->add_option("OUT", arguments.out, "Folder of the results of malha run")
-      ->required()
-      ->check(some_path())
-      ->type_name("");
-  picture->add_option("--threads", arguments.threads, "Threads; as many as there are cores if not given")
-      ->check(whole_number(1, 1024))
-      ->type_name("N");
+  add_checked(*picture, "OUT", arguments.out, some_path(), "", "Folder of the results of malha run")->required();
+  add_threads(*picture, arguments.threads);
   picture->footer(
       "Writes picture.png, of the state in the folder's checkpoint, and storyboard.png, of its frames for ParaView,\n"
       "if there are any. The scene is read from report.json; its meshes must be where they were.\n\n"
@@ -148,14 +125,11 @@ void add_picture(CLI::App& app, Arguments& arguments) {
 
 void add_page(CLI::App& app, Arguments& arguments) {
   CLI::App* page = app.add_subcommand("page", "Two runs beside each other, in one page for the browser");
-  page->add_option("OUT", arguments.runs, "Two folders of results of malha run --page")
+  add_checked(*page, "OUT", arguments.runs, some_path(), "", "Two folders of results of malha run --page")
       ->required()
-      ->expected(2)
-      ->check(some_path())
-      ->type_name("");
-  page->add_option("--out", arguments.out, "The file that is written; compare.html if not given")
-      ->check(some_path())
-      ->type_name("FILE");
+      ->expected(2);
+  add_checked(*page, "--out", arguments.out, some_path(), "FILE",
+              "The file that is written; compare.html if not given");
   page->footer(
       "The runs play in step, under one camera, with the distance between their particles.\n\n"
       "Example:\n"
@@ -227,10 +201,9 @@ void add_scene(CLI::App& command, Arguments& arguments) {
 }
 
 std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) {
-  const std::string first = argc > 1 ? argv[1] : "";
-  if (std::find(kFirstWords.begin(), kFirstWords.end(), first) == kFirstWords.end()) {
-    const std::string word = argc > 1 ? malha::quoted(first) + did_you_mean(first, kFirstWords) : "no command";
-    std::cerr << "malha: found " << word << "; allowed: " << join(kFirstWords) << "\n";
+  const char* first = argc > 1 ? argv[1] : nullptr;
+  if (const std::string line = refused_word("malha", first, "command", kFirstWords); !line.empty()) {
+    std::cerr << line << "\n";
     return kBadInput;
   }
   if (const std::optional<int> status = hand_over_or_refuse(argc, argv)) return status;
@@ -244,14 +217,7 @@ std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) 
     return kBadInput;
   }
   arguments.typed = typed(argc, argv);
-  arguments.command = first == "run"       ? Command::Run
-                      : first == "picture" ? Command::Picture
-                      : first == "page"    ? Command::Page
-                      : first == "plan"    ? Command::Plan
-                      : first == "check"   ? Command::Check
-                      : first == "bench"   ? Command::Bench
-                      : first == "tune"    ? Command::Tune
-                                           : Command::Study;
+  arguments.command = first;
   return std::nullopt;
 }
 

@@ -17,12 +17,10 @@ class App;
 
 namespace malha {
 
-enum class Command { Run, Picture, Page, Plan, Check, Bench, Study, Tune };
-
 /// Absent: as the scene says.
 struct Arguments {
-  Command command = Command::Run;
-  std::string scene;  // -: on standard input
+  std::string command;  // "run"
+  std::string scene;    // -: on standard input
   std::string backend = "openmp";
   int threads = 0;                // 0: as many as OpenMP offers
   std::string out;                // empty: out/SCENE; of picture: the folder of results; of page: the file

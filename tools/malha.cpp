@@ -3,13 +3,11 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <filesystem>
 #include <iostream>
+#include <map>
 #include <new>
 
 #include "host/base/memory_size.h"
@@ -173,34 +171,21 @@ int check(const Arguments& arguments) {
 
 /// tune, bench and study.
 int measure(const Arguments& arguments) {
-  if (arguments.command != malha::Command::Bench) catch_signals();
+  if (arguments.command != "bench") catch_signals();
   try {
     return malha::measure(arguments, stop);
   } catch (const malha::study::Interrupted&) {
-    const bool kept = arguments.command == malha::Command::Study;
+    const bool kept = arguments.command == "study";
     std::cerr << "interrupted; " << (kept ? "go on with: " + arguments.typed : "nothing was written") << "\n";
     return 128 + stopped_by;
   }
 }
 
 int dispatch(const Arguments& arguments) {
-  switch (arguments.command) {
-    case malha::Command::Run:
-      return run(arguments);
-    case malha::Command::Picture:
-      return picture(arguments);
-    case malha::Command::Page:
-      return page(arguments);
-    case malha::Command::Plan:
-      return plan(arguments);
-    case malha::Command::Check:
-      return check(arguments);
-    case malha::Command::Bench:
-    case malha::Command::Study:
-    case malha::Command::Tune:
-      return measure(arguments);
-  }
-  return malha::kFailed;
+  static const std::map<std::string, int (*)(const Arguments&)> commands{
+      {"run", run},     {"picture", picture}, {"page", page},     {"plan", plan},
+      {"check", check}, {"tune", measure},    {"bench", measure}, {"study", measure}};
+  return commands.at(arguments.command)(arguments);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What options may be given: checks that answer with what was found and what is allowed.
+// Options, and what they may be given: checks that answer with what was found and what is allowed.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -60,6 +60,34 @@ inline CLI::Validator one_of(const std::vector<std::string>& words) {
             return "found " + malha::quoted(text) + did_you_mean(text, words) + "; allowed: " + join(words);
           },
           ""};
+}
+
+/// The line that refuses `word`, or where there is none its lack, where one of `words` should stand; empty where one
+/// does. `what` they are: "benchmark".
+inline std::string refused_word(const std::string& command, const char* word, const std::string& what,
+                                const std::vector<std::string>& words) {
+  if (word && std::find(words.begin(), words.end(), word) != words.end()) return "";
+  return command + ": found " + (word ? quoted(word) + did_you_mean(word, words) : "no " + what) +
+         "; allowed: " + join(words);
+}
+
+/// `type`: of its value, in the help.
+template <class T>
+CLI::Option* add_checked(CLI::App& command, const std::string& name, T& value, const CLI::Validator& check,
+                         const std::string& type, const std::string& help) {
+  return command.add_option(name, value, help)->check(check)->type_name(type);
+}
+
+/// Of several values, with commas.
+template <class T>
+void add_list(CLI::App& command, const std::string& name, std::vector<T>& values, const CLI::Validator& check,
+              const std::string& help) {
+  add_checked(command, name, values, check, "LIST", help)->delimiter(',')->allow_extra_args(false);
+}
+
+inline void add_threads(CLI::App& command, int& threads,
+                        const std::string& help = "Threads; as many as there are cores if not given") {
+  add_checked(command, "--threads", threads, whole_number(1, 1024), "N", help);
 }
 
 }  // namespace malha

@@ -1,7 +1,6 @@
 // A cloth on environment meshes by Bullet, where the build found it: a soft body against BVHs of triangles.
 #pragma once
 #include <memory>
-#include <vector>
 
 #include "host/simulation.h"
 

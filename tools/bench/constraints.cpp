@@ -5,16 +5,13 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <type_traits>
 
 #include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "kernels/constraint_registry.h"
-#include "tools/bench/counts.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/medians.h"
 #include "tools/bench/output.h"
-#include "tools/bench/status.h"
 
 namespace malha::bench {
 
@@ -212,33 +209,27 @@ std::string table_line(const std::vector<KindRow>& rows) {
 
 void run_constraints(const ConstraintOptions& options) {
   const std::vector<int> threads = thread_counts(options.threads);
-  const Files files(options.out, "constraints", options.json);
-  files.prepare();
-  Status status;
-  Printer print;
-  status.show("measuring the machine", 0);
-  const Json facts = machine_facts(threads);
-  status.clear();
-  print(
-      formatted("Every kind alone on a body of about %d particles, in float, 10 substeps of 1 iteration: ns an element "
-                "and substep\nof the pass that does it; medians of %d x %g s, threads taking turns. Batched kinds: of "
-                "the whole step.\n",
-                options.n, options.repeats, options.seconds) +
-      machine_lines(facts, ""));
+  Output out("constraints", options);
+  out.doing("measuring the machine", 0);
+  out.facts = machine_facts(threads);
+  out.print(formatted("Every kind alone on a body of about %d particles, in float, 10 substeps of 1 iteration: ns an "
+                      "element and substep\nof the pass that does it; medians of %d x %g s, threads taking turns. "
+                      "Batched kinds: of the whole step.\n",
+                      options.n, options.repeats, options.seconds) +
+            machine_lines(out.facts, ""));
   std::string head = formatted("\n%-28s %9s %-11s %7s", "kind", "elements", "element", "bytes");
   for (const int t : threads) head += formatted(" %5d th.", t);
-  print(head + "\n");
+  out.print(head + "\n");
   std::vector<KindRow> all;
   const std::vector<Line> lines = plan(options.n);
   for (std::size_t k = 0; k < lines.size(); ++k) {
-    status.show(lines[k].what, double(k) / double(lines.size()));
+    out.doing(lines[k].what, double(k) / double(lines.size()));
     const std::vector<KindRow> rows = measure(lines[k], options, threads);
-    status.clear();
-    print(table_line(rows));
+    out.print(table_line(rows));
     all.insert(all.end(), rows.begin(), rows.end());
-    files.write(json_of(all).dump(2) + "\n", facts.dump(2) + "\n", print.text());
+    out.write(json_of(all));
   }
-  files.list();
+  out.list();
 }
 
 }  // namespace malha::bench

@@ -14,12 +14,10 @@
 #if defined(MALHA_HAS_BULLET)
 #include "tools/bench/bullet_drape.h"
 #endif
-#include "tools/bench/counts.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/machine.h"
 #include "tools/bench/medians.h"
 #include "tools/bench/output.h"
-#include "tools/bench/status.h"
 
 namespace malha::bench {
 
@@ -186,17 +184,14 @@ const std::vector<std::string>& contact_cases() {
 
 void run_contact(const ContactOptions& options) {
   const std::vector<int> threads = thread_counts(options.threads);
-  const Files files(options.out, "contact", options.json);
-  files.prepare();
-  Status status;
-  Printer print;
-  const Json facts = machine_facts(threads);
-  print(formatted("Contact with the environment: the passes collision and contact by the clock, in ns a particle and "
-                  "substep, and what\nmust move by the triad. %d x %g s a line, taking turns; medians.\n",
-                  options.repeats, options.seconds) +
-        machine_lines(facts, "") +
-        "case            particles thr   contact   floor   step ms processor     looks   queries    near  far B near B "
-        "lists MiB Bullet ms\n");
+  Output out("contact", options);
+  out.facts = machine_facts(threads);
+  out.print(formatted("Contact with the environment: the passes collision and contact by the clock, in ns a particle "
+                      "and substep, and what\nmust move by the triad. %d x %g s a line, taking turns; medians.\n",
+                      options.repeats, options.seconds) +
+            machine_lines(out.facts, "") +
+            "case            particles thr   contact   floor   step ms processor     looks   queries    near  far B "
+            "near B lists MiB Bullet ms\n");
   Json rows = Json::array();
   for (const ContactCase& which : all_contact_cases()) {
     if (!options.cases.empty() &&
@@ -205,7 +200,7 @@ void run_contact(const ContactOptions& options) {
     const Scene scene = contact_scene(which, options.scenes);
     std::vector<ContactLine> lines;
     for (const int count : threads) {
-      status.show(which.name, double(lines.size()) / double(threads.size()));
+      out.doing(which.name, double(lines.size()) / double(threads.size()));
       lines.push_back({Simulation(scene, {.threads = count}), count});
       ContactLine& line = lines.back();
       for (int step = 0; step < which.warm_up; ++step) line.simulation.step();
@@ -215,17 +210,16 @@ void run_contact(const ContactOptions& options) {
     }
     const double bullet = bullet_ms(which, lines.front().simulation, options.bullet_frames);
     for (int turn = 0; turn < options.repeats; ++turn) {
-      status.show(which.name, double(turn) / options.repeats);
+      out.doing(which.name, double(turn) / options.repeats);
       for (ContactLine& line : lines) take_contact_turn(line, options.seconds);
     }
-    status.clear();
     for (const ContactLine& line : lines) {
       rows.push_back(contact_row(which, line, triad_gb_per_s(kMemoryBytes, line.threads), bullet));
-      print(printed_contact(rows.back()));
+      out.print(printed_contact(rows.back()));
     }
-    files.write(rows.dump(2) + "\n", facts.dump(2) + "\n", print.text());
+    out.write(rows);
   }
-  files.list();
+  out.list();
 }
 
 }  // namespace malha::bench

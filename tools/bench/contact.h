@@ -3,17 +3,14 @@
 #include <string>
 #include <vector>
 
+#include "tools/bench/counts.h"
+
 namespace malha::bench {
 
-struct ContactOptions {
+struct ContactOptions : MeasuringOptions {
   std::vector<std::string> cases;  // names of contact_cases(); empty: all
-  std::vector<int> threads;        // empty: 1 and all cores
-  int repeats = 5;
-  double seconds = 1;             // of each repeat
-  int bullet_frames = 0;          // of each cloth on a scan by Bullet, some seconds each; 0: it is not run
-  std::string scenes = "scenes";  // the folder of the shipped scenes and their meshes
-  std::string json;               // a further file for the rows; empty: none
-  std::string out = "out/bench_contact";
+  int bullet_frames = 0;           // of each cloth on a scan by Bullet, some seconds each; 0: it is not run
+  std::string scenes = "scenes";   // the folder of the shipped scenes and their meshes
 };
 
 /// Scenes that ship, and cloths of 40,000 or 100,000 particles on a scan that turns at 450 degrees/s.

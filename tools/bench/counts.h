@@ -1,4 +1,4 @@
-// The numbers and cases that a benchmark goes through.
+// What a benchmark is asked for: the numbers and cases that it goes through.
 #pragma once
 #include <algorithm>
 #include <string>
@@ -6,6 +6,15 @@
 #include <vector>
 
 namespace malha::bench {
+
+/// What all benchmarks take.
+struct MeasuringOptions {
+  std::vector<int> threads;  // empty: 1 and all cores
+  int repeats = 5;
+  double seconds = 1;  // of each repeat
+  std::string json;    // a further file for the rows; empty: none
+  std::string out;     // folder; empty: out/bench_NAME
+};
 
 /// Ascending, each once.
 inline std::vector<int> sorted(std::vector<int> numbers) {

@@ -24,9 +24,14 @@ Json build_facts() {
 Json machine_facts(const std::vector<int>& threads) {
   Json facts = build_facts();
   facts["triad_bytes"] = kMemoryBytes;
-  for (const int t : threads)
-    facts["triad_gb_per_s"].push_back({{"threads", t}, {"gb_per_s", triad_gb_per_s(kMemoryBytes, t)}});
+  facts["triad_gb_per_s"] = bandwidths(threads, triad_gb_per_s);
   return facts;
+}
+
+Json bandwidths(const std::vector<int>& threads, double (*gb_per_s)(std::size_t, int)) {
+  Json all;
+  for (const int t : threads) all.push_back({{"threads", t}, {"gb_per_s", gb_per_s(kMemoryBytes, t)}});
+  return all;
 }
 
 std::string bandwidth_line(const Json& facts, const std::string& key, const std::string& name) {

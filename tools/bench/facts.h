@@ -15,6 +15,9 @@ nlohmann::ordered_json machine_facts(const std::vector<int>& threads);
 /// Build and CPU, and then a line of those bandwidths. `peer`: "Bullet 3.24", or nothing.
 std::string machine_lines(const nlohmann::ordered_json& facts, const std::string& peer);
 
+/// An entry {threads, gb_per_s} for each number of threads.
+nlohmann::ordered_json bandwidths(const std::vector<int>& threads, double (*gb_per_s)(std::size_t bytes, int threads));
+
 /// "triad from memory: 12 GB/s on 1 thread, 25 GB/s on 2 threads\n" from the entries of facts[key].
 std::string bandwidth_line(const nlohmann::ordered_json& facts, const std::string& key, const std::string& name);
 

@@ -79,7 +79,7 @@ std::string words(const Row& row) {
 
 }  // namespace
 
-std::size_t lines_of_malha(const Timing& timing) { return std::size(kSchedules) * timing.threads.size(); }
+std::size_t lines_of_malha(const std::vector<int>& threads) { return std::size(kSchedules) * threads.size(); }
 
 std::string peer_version() { return bullet_version(); }
 
@@ -88,7 +88,7 @@ std::string bullet_left_out(const Case& which) {
   return which.side > 500 ? "its warm-up alone would take minutes" : "";
 }
 
-std::vector<Row> measure(Case which, const Timing& timing,
+std::vector<Row> measure(Case which, const MeasuringOptions& timing,
                          const std::function<void(const std::string&, double)>& doing) {
   doing("setting up", 0);
   std::vector<Runner> runners;

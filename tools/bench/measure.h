@@ -4,20 +4,15 @@
 #include <string>
 #include <vector>
 
+#include "tools/bench/counts.h"
 #include "tools/bench/row.h"
 
 namespace malha::bench {
 
 inline constexpr int kWarmUpSteps = 60;
 
-struct Timing {
-  std::vector<int> threads{1};  // of malha
-  int repeats = 5;
-  double seconds = 1;  // of each repeat, at least one step
-};
-
 /// How many lines of a case are malha's: schedules by numbers of threads. All stay in memory while they take turns.
-std::size_t lines_of_malha(const Timing& timing);
+std::size_t lines_of_malha(const std::vector<int>& threads);
 /// Bytes a particle of such a line, and beside them while one is set up. As the peaks (ru_maxrss) with --n 1000 say,
 /// --threads 1 and 1,2,3, and with --case irregular --n 1000000, rounded up.
 inline constexpr double kLineBytes = 200, kSetUpBytes = 400;
@@ -28,9 +23,9 @@ std::string peer_version();
 std::string bullet_left_out(const Case& which);
 
 /// The rows of malha (schedules 10x1 and 1x10, and 10x1 with levels where "auto" has any, on all the thread counts) and
-/// of Bullet (1x10, one thread). `doing` hears in a few words what comes next and which part of the whole case is done.
-/// Takes the case's mesh file away once it is read. Throws Diverged.
-std::vector<Row> measure(Case which, const Timing& timing,
+/// of Bullet (1x10, one thread). A repeat is one step at least. `doing` hears in a few words what comes next and which
+/// part of the whole case is done. Takes the case's mesh file away once it is read. Throws Diverged.
+std::vector<Row> measure(Case which, const MeasuringOptions& timing,
                          const std::function<void(const std::string&, double part)>& doing);
 
 /// Fills the row's working set, triad and floors. Every substep must read and write its particles once (position and

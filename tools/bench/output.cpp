@@ -6,40 +6,42 @@
 
 namespace malha::bench {
 
-void Printer::operator()(const std::string& lines) {
-  std::cout << lines << std::flush;
-  text_ += lines;
+void prepare(const std::filesystem::path& file) {
+  if (const auto folder = file.parent_path(); !folder.empty()) make_folder(folder);
+  check_writable(file);
 }
 
-Files::Files(const std::filesystem::path& folder, const std::string& name, const std::filesystem::path& json)
-    : folder_(folder),
+Output::Output(const std::string& name, const MeasuringOptions& options)
+    : folder_(options.out.empty() ? "out/bench_" + name : options.out),
       name_(name),
-      rows_(folder / (name + ".json")),
-      machine_(folder / (name + "_machine.json")),
-      table_(folder / (name + ".txt")),
-      json_(json) {}
-
-void Files::prepare() const {
-  make_folder(folder_);
-  if (const auto parent = json_.parent_path(); !parent.empty()) make_folder(parent);
+      rows_(folder_ / (name + ".json")),
+      machine_(folder_ / (name + "_machine.json")),
+      table_(folder_ / (name + ".txt")),
+      json_(options.json) {
   for (const auto& file : {rows_, machine_, table_, json_})
-    if (!file.empty()) check_writable(file);
+    if (!file.empty()) prepare(file);
 }
 
-void Files::write(const std::string& rows, const std::string& machine, const std::string& table) const {
-  write_whole(rows_, rows);
-  write_whole(machine_, machine);
-  write_whole(table_, table);
-  if (!json_.empty()) write_whole(json_, rows);
+void Output::print(const std::string& lines) {
+  status_.clear();
+  std::cout << lines << std::flush;
+  printed_ += lines;
 }
 
-void Files::list() const {
+void Output::write(const nlohmann::ordered_json& rows) const {
+  const std::string text = rows.dump(2) + "\n";
+  write_whole(rows_, text);
+  write_whole(machine_, facts.dump(2) + "\n");
+  write_whole(table_, printed_);
+  if (!json_.empty()) write_whole(json_, text);
+}
+
+void Output::list() const {
   std::cout << "\nrows        " << (json_.empty() ? rows_ : json_).string() << "\ntable       " << table_.string()
             << "\nmachine     " << machine_.string() << "\n";
 }
 
-void Files::list(const std::string& no_chart) const {
-  list();
+void Output::list_chart(const std::string& no_chart) const {
   if (no_chart.empty())
     std::cout << "chart       " << (folder_ / name_).string() << ".png, " << name_ << ".svg\n";
   else

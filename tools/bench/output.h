@@ -2,39 +2,43 @@
 #pragma once
 #include <cstdio>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
+
+#include "tools/bench/counts.h"
+#include "tools/bench/status.h"
 
 namespace malha::bench {
 
-/// Prints, and keeps what was printed.
-class Printer {
+/// NAME.json (the rows), NAME_machine.json and NAME.txt (what was printed) in the folder, and the rows once more in
+/// `options.json`.
+class Output {
  public:
-  void operator()(const std::string& lines);
-  const std::string& text() const { return text_; }
+  /// Whether all can be written is known now, not after minutes. Throws std::runtime_error.
+  Output(const std::string& name, const MeasuringOptions& options);
 
- private:
-  std::string text_;
-};
+  nlohmann::ordered_json facts;  // about the machine
 
-/// NAME.json (the rows), NAME_machine.json and NAME.txt in the folder, and the rows once more in `json`, if that is
-/// not empty.
-class Files {
- public:
-  Files(const std::filesystem::path& folder, const std::string& name, const std::filesystem::path& json);
-
-  /// Whether they can be written is known now, not after minutes. Throws std::runtime_error.
-  void prepare() const;
-  void write(const std::string& rows, const std::string& machine, const std::string& table) const;
+  /// What is being done now, and which part of everything is done: 0 to 1.
+  void doing(const std::string& what, double part) { status_.show(what, part); }
+  void print(const std::string& lines);
+  void write(const nlohmann::ordered_json& rows) const;
   /// Says where everything is.
   void list() const;
   /// And the chart. `no_chart`: why there is none, or nothing.
-  void list(const std::string& no_chart) const;
+  void list_chart(const std::string& no_chart) const;
+
+  const std::filesystem::path& folder() const { return folder_; }
 
  private:
   std::filesystem::path folder_;
-  std::string name_;
+  std::string name_, printed_;
   std::filesystem::path rows_, machine_, table_, json_;
+  Status status_;
 };
+
+/// Makes the file's folder. Throws where the file cannot be written.
+void prepare(const std::filesystem::path& file);
 
 /// A few words and numbers as printf formats them.
 template <class... Values>

@@ -6,12 +6,10 @@
 #include "host/base/memory_size.h"
 #include "host/error.h"
 #include "tools/bench/chart.h"
-#include "tools/bench/counts.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/machine.h"
 #include "tools/bench/measure.h"
 #include "tools/bench/output.h"
-#include "tools/bench/status.h"
 #include "tools/bench/table.h"
 
 namespace malha::bench {
@@ -47,15 +45,15 @@ Json facts_of(const std::vector<int>& threads, double root_ns) {
 std::string introduction(const ProjectionOptions& options, const Json& facts) {
   return formatted(
              "A hanging cloth in float, dt = 1/60 s: %d steps of warm-up, then %d x %g s a line, taking turns; "
-             "medians.\nStrain and state are those after the warm-up. The floor is the larger of memory (the triad "
-             "at that size)\nand arithmetic (a square root and a division, %.3f ns on 1 thread).\n",
+             "medians.\nStrain and state are those after the warm-up. The floor is the larger of memory (the triad at "
+             "that size)\nand arithmetic (a square root and a division, %.3f ns on 1 thread).\n",
              kWarmUpSteps, options.repeats, options.seconds, facts["root_and_quotient_ns"].get<double>()) +
          machine_lines(facts, peer_version().empty() ? "" : "Bullet " + peer_version());
 }
 
 /// The most that the lines of a case take up while they take turns.
-void check_memory(const std::vector<Planned>& cases, const Timing& timing) {
-  const auto free = static_cast<double>(available_memory()), lines = static_cast<double>(lines_of_malha(timing));
+void check_memory(const std::vector<Planned>& cases, const std::vector<int>& threads) {
+  const auto free = static_cast<double>(available_memory()), lines = static_cast<double>(lines_of_malha(threads));
   for (const Planned& planned : cases) {
     const double particles = planned.grid ? double(planned.n) * planned.n : planned.n;
     const double needed = particles * (lines * kLineBytes + kSetUpBytes);
@@ -72,19 +70,15 @@ void check_memory(const std::vector<Planned>& cases, const Timing& timing) {
 }  // namespace
 
 void run_projection(const ProjectionOptions& options) {
-  Timing timing;
-  timing.threads = thread_counts(options.threads), timing.repeats = options.repeats, timing.seconds = options.seconds;
+  MeasuringOptions timing = options;
+  timing.threads = thread_counts(options.threads);
   const std::vector<Planned> cases = plan(options);
-  check_memory(cases, timing);
-  const Files files(options.out, "projection", options.json);
-  files.prepare();
-  Status status;
-  Printer print;
-  status.show("measuring the machine", 0);
+  check_memory(cases, timing.threads);
+  Output out("projection", options);
+  out.doing("measuring the machine", 0);
   const double root_ns = root_and_quotient_ns();
-  const Json facts = facts_of(timing.threads, root_ns);
-  status.clear();
-  print(introduction(options, facts));
+  out.facts = facts_of(timing.threads, root_ns);
+  out.print(introduction(options, out.facts));
 
   std::vector<Row> all;
   std::string no_chart;
@@ -93,7 +87,7 @@ void run_projection(const ProjectionOptions& options) {
     const std::string name = which.name + " " + std::to_string(which.n) + ", ";
     const std::string left_out = bullet_left_out(which);
     std::vector<Row> rows = measure(std::move(which), timing, [&](const std::string& what, double part) {
-      status.show(name + what, (static_cast<double>(k) + part) / static_cast<double>(cases.size()));
+      out.doing(name + what, (static_cast<double>(k) + part) / static_cast<double>(cases.size()));
     });
     std::map<int, double> triad;  // by threads
     for (Row& row : rows) {
@@ -101,14 +95,13 @@ void run_projection(const ProjectionOptions& options) {
         triad[row.threads] = triad_gb_per_s(static_cast<std::size_t>(working_set_bytes(row)), row.threads);
       set_floor(row, triad[row.threads], root_ns, cores());
     }
-    status.clear();
-    print(table(rows, left_out));
+    out.print(table(rows, left_out));
     all.insert(all.end(), rows.begin(), rows.end());
-    files.write(to_json(all), facts.dump(2) + "\n",
-                print.text());  // now: what ends the next case takes none of this one away
-    no_chart = draw_chart(all, options.out);
+    out.write(to_json(all));  // now: what ends the next case takes none of this one away
+    no_chart = draw_chart(all, out.folder());
   }
-  files.list(no_chart);
+  out.list();
+  out.list_chart(no_chart);
 }
 
 }  // namespace malha::bench

@@ -3,16 +3,13 @@
 #include <string>
 #include <vector>
 
+#include "tools/bench/counts.h"
+
 namespace malha::bench {
 
-struct ProjectionOptions {
-  std::vector<int> n;        // sides of the grid; particles of the irregular mesh. Empty: those of the common case
-  std::vector<int> threads;  // empty: 1 and all cores
-  std::string only;          // "grid" or "irregular"; empty: both, or the grid alone where n is given
-  int repeats = 5;
-  double seconds = 1;  // of each repeat
-  std::string json;    // a further file for the rows; empty: none
-  std::string out = "out/bench_projection";
+struct ProjectionOptions : MeasuringOptions {
+  std::vector<int> n;  // sides of the grid; particles of the irregular mesh. Empty: those of the common case
+  std::string only;    // "grid" or "irregular"; empty: both, or the grid alone where n is given
 };
 
 /// Runs, prints a table to standard output as it goes, and after each case writes projection.json (the rows),

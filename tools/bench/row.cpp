@@ -52,7 +52,7 @@ const Row* without_levels(const std::vector<Row>& rows, const Row& row) {
   return find(rows, row, row.threads, [&](const Row& r) { return r.library == "malha" && r.schedule == schedule; });
 }
 
-std::string to_json(const std::vector<Row>& rows) {
+nlohmann::ordered_json to_json(const std::vector<Row>& rows) {
   using Json = nlohmann::ordered_json;
   Json array = Json::array();
   for (const Row& row : rows) {
@@ -86,7 +86,7 @@ std::string to_json(const std::vector<Row>& rows) {
     if (const Row* peer = bullet_of(rows, row)) json["times_as_fast_as_bullet"] = times_as_fast(row, *peer);
     array.push_back(json);
   }
-  return array.dump(2) + "\n";
+  return array;
 }
 
 }  // namespace malha::bench

@@ -1,6 +1,7 @@
 // One line of the results: one library, on so many threads, with one schedule, on one case.
 #pragma once
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,6 @@ const Row* bullet_of(const std::vector<Row>& rows, const Row& row);
 const Row* without_levels(const std::vector<Row>& rows, const Row& row);
 
 /// The rows as a JSON array, an object a row.
-std::string to_json(const std::vector<Row>& rows);
+nlohmann::ordered_json to_json(const std::vector<Row>& rows);
 
 }  // namespace malha::bench

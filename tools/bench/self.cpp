@@ -9,13 +9,10 @@
 #include "host/report/report.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
-#include "tools/bench/counts.h"
 #include "tools/bench/facts.h"
-#include "tools/bench/machine.h"
 #include "tools/bench/medians.h"
 #include "tools/bench/output.h"
 #include "tools/bench/self_cases.h"
-#include "tools/bench/status.h"
 
 namespace malha::bench {
 
@@ -117,12 +114,11 @@ std::vector<const SelfCase*> chosen(const SelfOptions& options) {
 /// The lines of a case with so many particles, all after the same steps.
 class Runs {
  public:
-  Runs(const SelfCase& of, int n, const SelfOptions& options, Status& status)
-      : of_(of), scene_(of.scene(n)), n_(n), options_(options), status_(status) {}
+  Runs(const SelfCase& of, int n, const SelfOptions& options, Output& out)
+      : of_(of), scene_(of.scene(n)), n_(n), options_(options), out_(out) {}
 
   std::vector<Json> rows(const std::vector<int>& threads) const {
     std::vector<Line> lines = of_.steps > 0 ? motions(threads) : lasting(threads);
-    status_.clear();
     std::vector<Json> rows;
     for (const Line& line : lines) rows.push_back(row_of(of_, line));
     return rows;
@@ -139,7 +135,7 @@ class Runs {
       line.hash = hex(line.simulation.state_hash());
     }
     for (int turn = 0; turn < options_.repeats; ++turn) {
-      status_.show(title(), double(turn) / options_.repeats);
+      out_.doing(title(), double(turn) / options_.repeats);
       for (Line& line : lines) take_turn(line, options_.seconds);
     }
     return lines;
@@ -152,7 +148,7 @@ class Runs {
       for (std::size_t k = 0; k < threads.size(); ++k) {
         Line line(scene_, threads[k]);
         took += run_motion(line, of_.steps, [&](double part) {
-          status_.show(title(), (turn + (double(k) + part) / double(threads.size())) / options_.repeats);
+          out_.doing(title(), (turn + (double(k) + part) / double(threads.size())) / options_.repeats);
         });
         if (turn > 0) {
           line.whole.insert(line.whole.end(), lines[k].whole.begin(), lines[k].whole.end());
@@ -171,7 +167,7 @@ class Runs {
   Scene scene_;
   int n_;
   const SelfOptions& options_;
-  Status& status_;
+  Output& out_;
 };
 
 }  // namespace
@@ -183,27 +179,25 @@ const std::vector<std::string>& self_case_names() {
 
 void run_self(const SelfOptions& options) {
   const std::vector<int> threads = thread_counts(options.threads);
-  const Files files(options.out, "self", options.json);
-  files.prepare();
-  Status status;
-  Printer print;
-  const Json facts = machine_facts(threads);
+  Output out("self", options);
+  out.facts = machine_facts(threads);
   std::string legend;
   for (const SelfCase* of : chosen(options)) legend += formatted("%-8s ", of->name) + of->what + "\n";
-  print(legend +
-        formatted("float; 10 substeps (crumple: 20) of 1 iteration. stack: %d steps of warm-up, then %d x %g s a line, "
-                  "taking turns\n(over 500,000 particles: in turn). Others: the whole motion %d times, once where it "
-                  "takes over %g s. Medians;\nns a particle and substep; bytes and pushes a particle; the most "
-                  "crossings after any step.\n",
-                  kWarmUp, options.repeats, options.seconds, options.repeats, kLongMotion) +
-        machine_lines(facts, "") + kHead);
+  out.print(
+      legend +
+      formatted(
+          "float; 10 substeps (crumple: 20) of 1 iteration. stack: %d steps of warm-up, then %d x %g s a line, taking "
+          "turns\n(over 500,000 particles: in turn). Others: the whole motion %d times, once where it takes over %g s. "
+          "Medians;\nns a particle and substep; bytes and pushes a particle; the most crossings after any step.\n",
+          kWarmUp, options.repeats, options.seconds, options.repeats, kLongMotion) +
+      machine_lines(out.facts, "") + kHead);
   Json all = Json::array();
   const auto measure = [&](const SelfCase& of, int n, const std::vector<int>& counts) {
-    for (const Json& row : Runs(of, n, options, status).rows(counts)) {
+    for (const Json& row : Runs(of, n, options, out).rows(counts)) {
       all.push_back(row);
-      print(printed(row));
+      out.print(printed(row));
     }
-    files.write(all.dump(2) + "\n", facts.dump(2) + "\n", print.text());
+    out.write(all);
   };
   for (const SelfCase* of : chosen(options))
     for (const int n : options.n.empty() ? of->n : sorted(options.n))
@@ -211,7 +205,7 @@ void run_self(const SelfOptions& options) {
         measure(*of, n, threads);
       else
         for (const int count : threads) measure(*of, n, {count});
-  files.list();
+  out.list();
 }
 
 }  // namespace malha::bench

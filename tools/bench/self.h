@@ -3,19 +3,16 @@
 #include <string>
 #include <vector>
 
+#include "tools/bench/counts.h"
+
 namespace malha::bench {
 
 /// What "--case" may name.
 const std::vector<std::string>& self_case_names();
 
-struct SelfOptions {
+struct SelfOptions : MeasuringOptions {
   std::vector<std::string> cases;  // empty: all, or the stack alone if `n` is given
   std::vector<int> n;              // particles, about; empty: those of each case
-  std::vector<int> threads;        // empty: 1 and all cores
-  int repeats = 5;
-  double seconds = 1;  // of each repeat
-  std::string json;    // a further file for the rows; empty: none
-  std::string out = "out/bench_self";
 };
 
 /// Runs, prints a table as it goes, and writes self.json (the rows), self_machine.json and self.txt into the folder.

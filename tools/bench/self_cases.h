@@ -1,6 +1,5 @@
 // What malha bench self measures: layers that slide for as long as one likes, and motions from start to end.
 #pragma once
-#include <string>
 #include <vector>
 
 #include "host/scene.h"

@@ -14,15 +14,6 @@ const std::vector<std::string> kKernels{"dense", "sparse", "step"};
 constexpr int kLeastSide = 3, kMostSide = 4000;  // particles
 constexpr int kMostFilterSide = 2000;
 
-void add_list(CLI::App& command, const std::string& name, std::vector<int>& values, int low, int high,
-              const std::string& help) {
-  command.add_option(name, values, help)
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(whole_number(low, high))
-      ->type_name("LIST");
-}
-
 /// What --n counts, and so how large it may be, hangs on --case.
 void check_sizes(const bench::ProjectionOptions& options) {
   const bool irregular = options.only == "irregular";
@@ -35,23 +26,16 @@ void check_sizes(const bench::ProjectionOptions& options) {
 }
 
 /// What all have.
-template <class Options>
-void add_measuring(CLI::App& command, Options& options, const std::string& name) {
-  add_list(command, "--threads", options.threads, 1, 1024, "Numbers of threads; 1 and all cores if not given");
-  command
-      .add_option("--repeats", options.repeats,
-                  "Times that each line is measured; " + std::to_string(options.repeats) + " if not given")
-      ->check(whole_number(1, 1000))
-      ->type_name("N");
-  command
-      .add_option("--seconds", options.seconds,
-                  "Seconds of each of them, at least; " + shown(options.seconds) + " if not given")
-      ->check(duration())
-      ->type_name("S");
-  command.add_option("--json", options.json, "Write the rows here too")->check(some_path())->type_name("FILE");
-  command.add_option("--out", options.out, "Folder of the results; out/bench_" + name + " if not given")
-      ->check(some_path())
-      ->type_name("FOLDER");
+void add_measuring(CLI::App& command, bench::MeasuringOptions& options, const std::string& name) {
+  add_list(command, "--threads", options.threads, whole_number(1, 1024),
+           "Numbers of threads; 1 and all cores if not given");
+  add_checked(command, "--repeats", options.repeats, whole_number(1, 1000), "N",
+              "Times that each line is measured; " + std::to_string(options.repeats) + " if not given");
+  add_checked(command, "--seconds", options.seconds, duration(), "S",
+              "Seconds of each of them, at least; " + shown(options.seconds) + " if not given");
+  add_checked(command, "--json", options.json, some_path(), "FILE", "Write the rows here too");
+  add_checked(command, "--out", options.out, some_path(), "FOLDER",
+              "Folder of the results; out/bench_" + name + " if not given");
   command.group("Benchmarks");
   command.set_help_flag("-h,--help", "Print this help");
 }
@@ -59,13 +43,11 @@ void add_measuring(CLI::App& command, Options& options, const std::string& name)
 void add_projection(CLI::App& bench, BenchArguments& arguments) {
   bench::ProjectionOptions& options = arguments.of_projection;
   CLI::App* projection = bench.add_subcommand("projection", "What the projection of a constraint costs");
-  add_list(*projection, "--n", options.n, kLeastSide, kMostSide * kMostSide,
+  add_list(*projection, "--n", options.n, whole_number(kLeastSide, kMostSide * kMostSide),
            "Particles a side of the grid; 17,46,100,316,1000 if not given.\n"
            "With --case irregular: about how many particles; 100000");
-  projection
-      ->add_option("--case", options.only, "grid or irregular; both if not given, but the grid alone if --n is given")
-      ->check(one_of(kCases))
-      ->type_name("NAME");
+  add_checked(*projection, "--case", options.only, one_of(kCases), "NAME",
+              "grid or irregular; both if not given, but the grid alone if --n is given");
   add_measuring(*projection, options, "projection");
   projection->callback([&arguments, &options] {
     check_sizes(options);
@@ -89,13 +71,10 @@ void add_projection(CLI::App& bench, BenchArguments& arguments) {
 void add_filter(CLI::App& bench, BenchArguments& arguments) {
   bench::FilterOptions& options = arguments.of_filter;
   CLI::App* filter = bench.add_subcommand("filter", "What a product of Desbrun's filter costs");
-  add_list(*filter, "--n", options.n, kLeastSide, kMostFilterSide,
+  add_list(*filter, "--n", options.n, whole_number(kLeastSide, kMostFilterSide),
            "Particles a side of the grid: N gives N (N - 1) unknowns;\n17,24,32,46,71,100,141,316,1000 if not given");
-  filter->add_option("--kernel", options.kernels, "dense, sparse, step; all if not given, but no step if --n is given")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(one_of(kKernels))
-      ->type_name("LIST");
+  add_list(*filter, "--kernel", options.kernels, one_of(kKernels),
+           "dense, sparse, step; all if not given, but no step if --n is given");
   add_measuring(*filter, options, "filter");
   filter->callback([&arguments, &options] { arguments.run = [&options] { bench::run_filter(options); }; });
   filter->footer(
@@ -120,13 +99,9 @@ void add_filter(CLI::App& bench, BenchArguments& arguments) {
 void add_self(CLI::App& bench, BenchArguments& arguments) {
   bench::SelfOptions& options = arguments.of_self;
   CLI::App* self = bench.add_subcommand("self", "What self-collision costs a particle");
-  add_list(*self, "--n", options.n, 16, 10'000'000, "Particles, about; those of each case if not given");
-  self->add_option("--case", options.cases,
-                   join(bench::self_case_names()) + "; all if not given, but stack alone if --n is given")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(one_of(bench::self_case_names()))
-      ->type_name("LIST");
+  add_list(*self, "--n", options.n, whole_number(16, 10'000'000), "Particles, about; those of each case if not given");
+  add_list(*self, "--case", options.cases, one_of(bench::self_case_names()),
+           join(bench::self_case_names()) + "; all if not given, but stack alone if --n is given");
   add_measuring(*self, options, "self");
   self->callback([&arguments, &options] { arguments.run = [&options] { bench::run_self(options); }; });
   self->footer(
@@ -142,19 +117,12 @@ void add_self(CLI::App& bench, BenchArguments& arguments) {
 void add_contact(CLI::App& bench, BenchArguments& arguments) {
   bench::ContactOptions& options = arguments.of_contact;
   CLI::App* contact = bench.add_subcommand("contact", "What contact with the environment costs a particle");
-  contact->add_option("--case", options.cases, join(bench::contact_cases()) + "; all if not given")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(one_of(bench::contact_cases()))
-      ->type_name("LIST");
-  contact
-      ->add_option("--bullet", options.bullet_frames,
-                   "Frames of each cloth on a scan by Bullet too, some seconds each; 0 if not given")
-      ->type_name("N")
-      ->check(whole_number(0, 1000));
-  contact->add_option("--scenes", options.scenes, "Folder of the shipped scenes and meshes; scenes if not given")
-      ->check(some_path())
-      ->type_name("FOLDER");
+  add_list(*contact, "--case", options.cases, one_of(bench::contact_cases()),
+           join(bench::contact_cases()) + "; all if not given");
+  add_checked(*contact, "--bullet", options.bullet_frames, whole_number(0, 1000), "N",
+              "Frames of each cloth on a scan by Bullet too, some seconds each; 0 if not given");
+  add_checked(*contact, "--scenes", options.scenes, some_path(), "FOLDER",
+              "Folder of the shipped scenes and meshes; scenes if not given");
   add_measuring(*contact, options, "contact");
   contact->callback([&arguments, &options] { arguments.run = [&options] { bench::run_contact(options); }; });
   contact->footer(
@@ -172,9 +140,8 @@ void add_contact(CLI::App& bench, BenchArguments& arguments) {
 void add_constraints(CLI::App& bench, BenchArguments& arguments) {
   bench::ConstraintOptions& options = arguments.of_constraints;
   CLI::App* constraints = bench.add_subcommand("constraints", "What each kind of constraint costs");
-  constraints->add_option("--n", options.n, "Particles of each body, about; 100000 if not given")
-      ->check(whole_number(16, 4'000'000))
-      ->type_name("N");
+  add_checked(*constraints, "--n", options.n, whole_number(16, 4'000'000), "N",
+              "Particles of each body, about; 100000 if not given");
   add_measuring(*constraints, options, "constraints");
   constraints->callback([&arguments, &options] { arguments.run = [&options] { bench::run_constraints(options); }; });
   constraints->footer(
@@ -188,11 +155,7 @@ void add_constraints(CLI::App& bench, BenchArguments& arguments) {
 
 }  // namespace
 
-std::string refused_benchmark(const std::string& word) {
-  if (std::find(kBenchmarks.begin(), kBenchmarks.end(), word) != kBenchmarks.end()) return "";
-  const std::string shown = word.empty() ? "no benchmark" : malha::quoted(word) + did_you_mean(word, kBenchmarks);
-  return "malha bench: found " + shown + "; allowed: " + join(kBenchmarks);
-}
+std::string refused_benchmark(const char* word) { return refused_word("malha bench", word, "benchmark", kBenchmarks); }
 
 void add_bench(CLI::App& app, BenchArguments& arguments) {
   CLI::App* bench = app.add_subcommand("bench", kBenchHelp);

@@ -26,7 +26,8 @@ struct BenchArguments {
 
 void add_bench(CLI::App& app, BenchArguments& arguments);
 
-/// The line that refuses `word` where a benchmark should be named; empty where it is one (or asks for help).
-std::string refused_benchmark(const std::string& word);
+/// The line that refuses `word` (null: none) where a benchmark should be named; empty where it is one, or asks for
+/// help.
+std::string refused_benchmark(const char* word);
 
 }  // namespace malha

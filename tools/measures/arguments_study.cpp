@@ -14,12 +14,6 @@ std::vector<std::string> names() {
   return all;
 }
 
-std::vector<std::string> allowed() {
-  std::vector<std::string> words = names();
-  words.insert(words.end(), {"all", "--help", "-h"});
-  return words;
-}
-
 /// A line a study.
 std::string list() {
   std::string lines;
@@ -31,11 +25,10 @@ std::string list() {
 
 }  // namespace
 
-std::string refused_study(const std::string& word) {
-  const std::vector<std::string> words = allowed();
-  if (std::find(words.begin(), words.end(), word) != words.end()) return "";
-  const std::string shown = word.empty() ? "no study" : malha::quoted(word) + did_you_mean(word, words);
-  return "malha study: found " + shown + "; allowed: " + join(words);
+std::string refused_study(const char* word) {
+  std::vector<std::string> words = names();
+  words.insert(words.end(), {"all", "--help", "-h"});
+  return refused_word("malha study", word, "study", words);
 }
 
 void add_study(CLI::App& app, study::Options& options) {
@@ -50,9 +43,8 @@ void add_study(CLI::App& app, study::Options& options) {
       ->required()
       ->type_name("");
   study->add_flag("--quick", options.quick, "Smaller cases and fewer points: the facts, in seconds");
-  study->add_option("--out", options.out, "Folder of the results; out/study, or out/study_quick, if not given")
-      ->check(some_path())
-      ->type_name("FOLDER");
+  add_checked(*study, "--out", options.out, some_path(), "FOLDER",
+              "Folder of the results; out/study, or out/study_quick, if not given");
   study->add_flag("--keep", options.keep, "Take cells that another build of malha has finished, too");
   study->footer(
       "Studies:\n" + list() +
@@ -63,7 +55,7 @@ void add_study(CLI::App& app, study::Options& options) {
       "anew by removing that file.\n\n"
       "Examples:\n"
       "  malha study all --quick                 everything in short; half a minute\n"
-      "  malha study accuracy                    the charts of tools/README.md; many minutes\n"
+      "  malha study accuracy                    the charts of tools/study/README.md; many minutes\n"
       "  malha study accuracy --out /tmp/study");
 }
 

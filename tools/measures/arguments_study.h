@@ -12,7 +12,7 @@ namespace malha {
 
 void add_study(CLI::App& app, study::Options& options);
 
-/// The line that refuses `word` where a study should be named; empty where it is one (or asks for help).
-std::string refused_study(const std::string& word);
+/// The line that refuses `word` (null: none) where a study should be named; empty where it is one, or asks for help.
+std::string refused_study(const char* word);
 
 }  // namespace malha

@@ -1,25 +1,25 @@
 #include "tools/measures/arguments_tune.h"
 
+#include "tools/arguments.h"
 #include "tools/measures.h"
 #include "tools/validators.h"
 
 namespace malha {
 
-CLI::App* add_tune(CLI::App& app, TuneArguments& tune) {
+void add_tune(CLI::App& app, Arguments& arguments) {
+  TuneArguments& tune = arguments.tune;
   CLI::App* command = app.add_subcommand("tune", kTuneHelp);
-  command
-      ->add_option("--error", tune.error,
-                   "Error to reach (m): RMS distance of the particles to where they truly are, at the worst of four\n"
-                   "moments in the simulated time")
-      ->required()
-      ->check(above_zero("m"))
-      ->type_name("E");
-  command->add_option("--seconds", tune.seconds, "Simulated time; the scene's duration, at most 1 s, if not given")
-      ->check(duration())
-      ->type_name("S");
-  command->add_option("--json", tune.json, "All that was tried, with all numbers, as JSON too")
-      ->check(some_path())
-      ->type_name("FILE");
+  add_checked(*command, "--error", tune.error, above_zero("m"), "E",
+              "Error to reach (m): RMS distance of the particles to where they truly are, at the worst of four\n"
+              "moments in the simulated time")
+      ->required();
+  add_checked(*command, "--seconds", tune.seconds, duration(), "S",
+              "Simulated time; the scene's duration, at most 1 s, if not given");
+  add_checked(*command, "--json", tune.json, some_path(), "FILE", "All that was tried, with all numbers, as JSON too");
+  add_scene(*command, arguments);
+  add_checked(*command, "--out", arguments.out, some_path(), "FILE",
+              "The tuned scene; out/NAME-OF-THE-SCENE-FILE_tuned.json if not given");
+  add_threads(*command, arguments.threads);
   command->footer(
       "Where the particles truly are is said by the scene's own method in double, at twice the substeps again and\n"
       "again, extrapolated to no step at all, until that is known to E / 8. What is written is within E less what is\n"
@@ -37,7 +37,6 @@ CLI::App* add_tune(CLI::App& app, TuneArguments& tune) {
       "Examples:\n"
       "  malha tune scenes/cantilever.json --error 0.002          writes out/cantilever_tuned.json\n"
       "  malha tune my_scene.json --error 0.0002 --seconds 0.5 --threads 1 --out my_tuned.json");
-  return command;
 }
 
 }  // namespace malha

@@ -9,13 +9,14 @@ class App;
 
 namespace malha {
 
+struct Arguments;
+
 struct TuneArguments {
   double error = 0;               // m
   std::optional<double> seconds;  // simulated
   std::string json;               // empty: no such file
 };
 
-/// Without SCENE, --threads and --out, which other commands have too.
-CLI::App* add_tune(CLI::App& app, TuneArguments& tune);
+void add_tune(CLI::App& app, Arguments& arguments);
 
 }  // namespace malha

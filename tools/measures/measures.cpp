@@ -1,18 +1,59 @@
 // What malha_measures has and the command has not.
 #include "tools/measures.h"
 
+#include <filesystem>
+#include <functional>
 #include <iostream>
 
-#include "tools/measures/arguments_bench.h"
-#include "tools/measures/arguments_study.h"
-#include "tools/measures/arguments_tune.h"
-#include "tools/measures/tune.h"
-#include "tools/validators.h"
+#include "host/base/file.h"
+#include "host/base/text.h"
+#include "host/error.h"
+#include "host/scene.h"
+#include "kernels/compute.h"
+#include "tools/arguments.h"
+#include "tools/bench/output.h"
+#include "tools/study/progress.h"
+#include "tools/tune/report.h"
 
 namespace malha {
 
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Prints what was tried and writes the tuned scene; the exit status. Where it throws, nothing is written.
+int tune(const Arguments& arguments, const std::atomic<bool>& stop) {
+  const Scene scene = load_scene(arguments.scene);
+  study::check_tunable(scene);
+  const fs::path out = !arguments.out.empty() ? arguments.out : "out/" + arguments.scene_name() + "_tuned.json";
+  const fs::path json = arguments.tune.json;
+  if (json.lexically_normal() == out.lexically_normal())
+    refuse("malha tune", "--json", "'" + json.string() + "', which is to be the tuned scene", "another file");
+  bench::prepare(out);
+  if (!json.empty()) bench::prepare(json);
+  const study::TuneOptions options{arguments.tune.error, arguments.tune.seconds,
+                                   arguments.threads > 0 ? arguments.threads : available_threads()};
+  study::ProgressLine progress(5);
+  const study::Tuned tuned = study::tune(scene, options, std::ref(progress), stop);
+  progress.clear();
+  std::cout << study::tune_table(tuned, options);
+  if (!tuned.best) {
+    std::cerr << printable(arguments.scene_label()) << ": " << study::why_not_tuned(tuned, options) << "\n";
+    return kUnmet;
+  }
+  write_whole(out, to_json(tuned.trials[*tuned.best].scene));
+  std::cout << "scene       " << printable(out.string()) << "\n";
+  if (json.empty()) return kDone;
+  write_whole(json, study::tune_json(tuned, options).dump(2) + "\n");
+  std::cout << "trials      " << printable(json.string()) << "\n";
+  return kDone;
+}
+
+}  // namespace
+
 std::optional<int> hand_over_or_refuse(int argc, char** argv) {
-  const std::string first = argv[1], second = argc > 2 ? argv[2] : "";
+  const std::string first = argv[1];
+  const char* second = argc > 2 && *argv[2] ? argv[2] : nullptr;
   const std::string answer = first == "bench"   ? refused_benchmark(second)
                              : first == "study" ? refused_study(second)
                                                 : "";
@@ -22,21 +63,14 @@ std::optional<int> hand_over_or_refuse(int argc, char** argv) {
 }
 
 void add_measures(CLI::App& app, Arguments& arguments) {
-  CLI::App* tune = add_tune(app, arguments.tune);
-  add_scene(*tune, arguments);
-  tune->add_option("--out", arguments.out, "The tuned scene; out/NAME-OF-THE-SCENE-FILE_tuned.json if not given")
-      ->check(some_path())
-      ->type_name("FILE");
-  tune->add_option("--threads", arguments.threads, "Threads; as many as there are cores if not given")
-      ->check(whole_number(1, 1024))
-      ->type_name("N");
+  add_tune(app, arguments);
   add_bench(app, arguments.bench);
   add_study(app, arguments.study);
 }
 
 int measure(const Arguments& arguments, const std::atomic<bool>& stop) {
-  if (arguments.command == Command::Tune) return tune(arguments, stop);
-  if (arguments.command == Command::Bench)
+  if (arguments.command == "tune") return tune(arguments, stop);
+  if (arguments.command == "bench")
     arguments.bench.run();
   else
     study::run(arguments.study, stop);

@@ -1,7 +1,5 @@
 #include "tools/bench/filter/chart.h"
 
-#include <algorithm>
-#include <map>
 #include <set>
 
 #include "host/base/text.h"

@@ -1,7 +1,6 @@
 // Who has a product of the filter at one size: malha's filters, and OpenBLAS.
 #pragma once
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/text.h"
-#include "tools/bench/counts.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/filter/chart.h"
 #include "tools/bench/filter/contest.h"
@@ -13,7 +12,6 @@
 #include "tools/bench/filter/table.h"
 #include "tools/bench/machine.h"
 #include "tools/bench/output.h"
-#include "tools/bench/status.h"
 
 namespace malha::bench {
 
@@ -31,8 +29,7 @@ Json facts_of(const std::vector<int>& threads) {
   if (!blas_version().empty()) facts["openblas_version"] = blas_version();
   facts["cache_bytes"] = cache_bytes();
   facts["read_bytes"] = kMemoryBytes;
-  for (const int t : threads)
-    facts["read_gb_per_s"].push_back({{"threads", t}, {"gb_per_s", read_gb_per_s(kMemoryBytes, t)}});
+  facts["read_gb_per_s"] = bandwidths(threads, read_gb_per_s);
   return facts;
 }
 
@@ -55,32 +52,28 @@ int step_cap(const FilterOptions& options, bool dense) {
 class Bench {
  public:
   explicit Bench(const FilterOptions& options)
-      : options_(options), files_(options.out, "filter", options.json), threads_(thread_counts(options.threads)) {
-    files_.prepare();
-    status_.show("measuring the machine", 0);
-    facts_ = facts_of(threads_);
-    status_.clear();
-    print_(introduction(options, facts_));
+      : options_(options), out_("filter", options), threads_(thread_counts(options.threads)) {
+    out_.doing("measuring the machine", 0);
+    out_.facts = facts_of(threads_);
+    out_.print(introduction(options, out_.facts));
   }
 
   void products() {
-    FilterTiming timing;
-    timing.threads = threads_, timing.dense = asks(options_, "dense"), timing.sparse = asks(options_, "sparse");
-    timing.repeats = options_.repeats, timing.seconds = options_.seconds;
+    FilterTiming timing{options_, asks(options_, "dense"), asks(options_, "sparse")};
+    timing.threads = threads_;
     if (!timing.dense && !timing.sparse) return;
     const std::vector<int> sides =
         options_.n.empty() ? std::vector{17, 24, 32, 46, 71, 100, 141, 316, 1000} : sorted(options_.n);
     for (std::size_t k = 0; k < sides.size(); ++k) {
       const FilterRows now = measure_filters(sides[k], timing, [&](const std::string& what, double part) {
-        status_.show("N = " + std::to_string(sides[k]) + ", " + what,
-                     (static_cast<double>(k) + part) / static_cast<double>(sides.size()));
+        out_.doing("N = " + std::to_string(sides[k]) + ", " + what,
+                   (static_cast<double>(k) + part) / static_cast<double>(sides.size()));
       });
-      status_.clear();
-      print_(filter_table(now.rows, now.left_out));
+      out_.print(filter_table(now.rows, now.left_out));
       rows_.insert(rows_.end(), now.rows.begin(), now.rows.end());
       write();
     }
-    print_(crossover(rows_) + bars(rows_, facts_["cache_bytes"].get<double>()));
+    out_.print(crossover(rows_) + bars(rows_, out_.facts["cache_bytes"].get<double>()));
     write();
   }
 
@@ -93,33 +86,32 @@ class Bench {
         const StepSearch search{filter, threads, step_cap(options_, filter == FilterKind::Dense),
                                 options_.repeats * options_.seconds};
         const auto row = real_time(search, [&](const std::string& what) {
-          status_.show(what + " on " + counted(threads, "thread"),
-                       searched / (2.0 * static_cast<double>(threads_.size())));
+          out_.doing(what + " on " + counted(threads, "thread"),
+                     searched / (2.0 * static_cast<double>(threads_.size())));
         });
         if (row) found.push_back(*row);
         ++searched;
       }
-    status_.clear();
-    print_(step_table(found));
+    out_.print(step_table(found));
     rows_.insert(rows_.end(), found.begin(), found.end());
     write();
   }
 
-  void finish() const { files_.list(no_chart_); }
+  void finish() const {
+    out_.list();
+    out_.list_chart(no_chart_);
+  }
 
  private:
   /// Now: what ends the next size takes none of this one away.
   void write() {
-    files_.write(to_json(rows_), facts_.dump(2) + "\n", print_.text());
-    if (!rows_.empty() && !rows_.back().is_step()) no_chart_ = draw_filter_chart(rows_, options_.out);
+    out_.write(to_json(rows_));
+    if (!rows_.empty() && !rows_.back().is_step()) no_chart_ = draw_filter_chart(rows_, out_.folder());
   }
 
   const FilterOptions& options_;
-  Files files_;
+  Output out_;
   std::vector<int> threads_;
-  Status status_;
-  Printer print_;
-  Json facts_;
   std::vector<FilterRow> rows_;
   std::string no_chart_ = "there are no products";
 };

@@ -4,16 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "tools/bench/counts.h"
+
 namespace malha::bench {
 
-struct FilterOptions {
+struct FilterOptions : MeasuringOptions {
+  FilterOptions() { seconds = 0.1; }
   std::vector<int> n;                // sides of the grid. Empty: the common ones
-  std::vector<int> threads;          // empty: 1 and all cores
   std::vector<std::string> kernels;  // "dense", "sparse", "step"; empty: all, or no step where n is given
-  int repeats = 5;
-  double seconds = 0.1;  // of each repeat
-  std::string json;      // a further file for the rows; empty: none
-  std::string out = "out/bench_filter";
 };
 
 /// Runs, prints a table to standard output as it goes, and after each size writes filter.json (the rows),

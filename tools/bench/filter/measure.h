@@ -4,15 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "tools/bench/counts.h"
 #include "tools/bench/filter/row.h"
 
 namespace malha::bench {
 
-struct FilterTiming {
-  std::vector<int> threads{1};
+struct FilterTiming : MeasuringOptions {
   bool dense = true, sparse = true;
-  int repeats = 5;
-  double seconds = 0.1;  // of each repeat, at least one product
 };
 
 struct FilterRows {
@@ -20,8 +18,8 @@ struct FilterRows {
   std::vector<std::string> left_out;  // "what: why"
 };
 
-/// Dense (with its storages, and OpenBLAS) and sparse, on each number of threads. `doing` hears in a few words what
-/// comes next and which part of the whole size is done.
+/// Dense (with its storages, and OpenBLAS) and sparse, on each number of threads. A repeat is one product at least.
+/// `doing` hears in a few words what comes next and which part of the whole size is done.
 FilterRows measure_filters(int side, const FilterTiming& timing,
                            const std::function<void(const std::string&, double part)>& doing);
 

@@ -23,7 +23,7 @@ const FilterRow* beside(const std::vector<FilterRow>& rows, const FilterRow& row
   return nullptr;
 }
 
-std::string to_json(const std::vector<FilterRow>& rows) {
+nlohmann::ordered_json to_json(const std::vector<FilterRow>& rows) {
   using Json = nlohmann::ordered_json;
   Json array = Json::array();
   for (const FilterRow& row : rows) {
@@ -53,7 +53,7 @@ std::string to_json(const std::vector<FilterRow>& rows) {
     }
     array.push_back(json);
   }
-  return array.dump(2) + "\n";
+  return array;
 }
 
 }  // namespace malha::bench

@@ -1,7 +1,7 @@
 // One line of malha bench filter: one way to have a product of the filter, on so many threads, at one size.
 #pragma once
-#include <cstddef>
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -39,6 +39,6 @@ double times_as_fast(const FilterRow& row, const FilterRow& other);
 const FilterRow* beside(const std::vector<FilterRow>& rows, const FilterRow& row, const std::string& kernel);
 
 /// The rows as a JSON array, an object a row.
-std::string to_json(const std::vector<FilterRow>& rows);
+nlohmann::ordered_json to_json(const std::vector<FilterRow>& rows);
 
 }  // namespace malha::bench
