@@ -20,7 +20,6 @@ namespace {
 constexpr Colour kGrip{255, 210, 60}, kPin{230, 60, 60}, kLost{255, 30, 30};
 
 Vec3 vec3(const Eigen::Vector3d& a) { return {a.x(), a.y(), a.z()}; }
-Place place(const Vec3& a) { return {float(a[0]), float(a[1]), float(a[2])}; }
 
 }  // namespace
 
@@ -112,8 +111,8 @@ void App::add_marks(const SideShown& side, Marks& marks) const {
     if (std::size_t(particle) >= side.frame->x.size()) continue;
     ball(side.frame->x[particle], grip.firm ? kPin : kGrip);
     if (grip.firm) continue;
-    ball(place(grip.to), kGrip);
-    marks.lines.insert(marks.lines.end(), {side.frame->x[particle], place(grip.to)});
+    ball(place_of(grip.to), kGrip);
+    marks.lines.insert(marks.lines.end(), {side.frame->x[particle], place_of(grip.to)});
     marks.line_colours.insert(marks.line_colours.end(), {kGrip, kGrip});
   }
   const bool lost = side.lost >= 0 && std::size_t(side.lost) < side.frame->x.size();
@@ -182,11 +181,10 @@ void App::drag(double x, double y) {
   }
   const std::array<double, 2> to{x, y};
   if (std::hypot(to[0] - (*knife_)[0], to[1] - (*knife_)[1]) < 4) return;
-  for (std::size_t s = 0; s < now_.sides.size(); ++s)
-    if (ports_[s].holds(x, y)) {
-      const std::vector<Edge> edges = crossed(*now_.sides[s].frame, camera_, ports_[s], *knife_, to);
-      if (!edges.empty()) session_.cut(s, edges);
-    }
+  if (const std::optional<std::size_t> side = side_at(x, y)) {
+    const std::vector<Edge> edges = crossed(*now_.sides[*side].frame, camera_, ports_[*side], *knife_, to);
+    if (!edges.empty()) session_.cut(*side, edges);
+  }
   knife_ = to;
 }
 
@@ -219,62 +217,24 @@ void App::key(int key, int held) {
     choices_.look = Look(key - GLFW_KEY_1);
     session_.set_look(choices_.look);
   }
-  switch (key) {
-    case GLFW_KEY_F1:
-      choices_.help = !choices_.help;
-      break;
-    case GLFW_KEY_SPACE:
-      session_.toggle_run();
-      break;
-    case GLFW_KEY_PERIOD:
-    case GLFW_KEY_RIGHT:
-      session_.step();
-      break;
-    case GLFW_KEY_COMMA:
-      session_.substep();
-      break;
-    case GLFW_KEY_LEFT:
-      session_.show_back();
-      break;
-    case GLFW_KEY_R:
-      session_.reset();
-      break;
-    case GLFW_KEY_LEFT_BRACKET:
-      session_.set_pace(now_.pace > 0 ? now_.pace / 2 : 1);
-      break;
-    case GLFW_KEY_RIGHT_BRACKET:
-      session_.set_pace(now_.pace > 0 ? 2 * now_.pace : 1);
-      break;
-    case GLFW_KEY_BACKSLASH:
-      session_.set_pace(0);
-      break;
-    case GLFW_KEY_F:
-      if (!now_.sides.empty()) camera_.frame(now_.sides[0].frame->x, ports_[0].aspect());
-      break;
-    case GLFW_KEY_B:
-      throw_ball_at(ImGui::GetIO().MousePos.x, ImGui::GetIO().MousePos.y);
-      break;
-    case GLFW_KEY_W:
-      toggle(Surface::Wireframe);
-      break;
-    case GLFW_KEY_Q:
-      toggle(Surface::Particles);
-      break;
-    case GLFW_KEY_A:
-      choices_.axes = !choices_.axes;
-      break;
-    case GLFW_KEY_D:
-      toggle_second();
-      break;
-    case GLFW_KEY_P:
-      picture_ = true;
-      break;
-    case GLFW_KEY_TAB:
-      choices_.panels = !choices_.panels;
-      break;
-    default:
-      break;
-  }
+  const ImVec2 cursor = ImGui::GetIO().MousePos;
+  if (key == GLFW_KEY_F1) choices_.help = !choices_.help;
+  if (key == GLFW_KEY_SPACE) session_.toggle_run();
+  if (key == GLFW_KEY_PERIOD || key == GLFW_KEY_RIGHT) session_.step();
+  if (key == GLFW_KEY_COMMA) session_.substep();
+  if (key == GLFW_KEY_LEFT) session_.show_back();
+  if (key == GLFW_KEY_R) session_.reset();
+  if (key == GLFW_KEY_LEFT_BRACKET) session_.set_pace(now_.pace > 0 ? now_.pace / 2 : 1);
+  if (key == GLFW_KEY_RIGHT_BRACKET) session_.set_pace(now_.pace > 0 ? 2 * now_.pace : 1);
+  if (key == GLFW_KEY_BACKSLASH) session_.set_pace(0);
+  if (key == GLFW_KEY_F && !now_.sides.empty()) camera_.frame(now_.sides[0].frame->x, ports_[0].aspect());
+  if (key == GLFW_KEY_B) throw_ball_at(cursor.x, cursor.y);
+  if (key == GLFW_KEY_W) toggle(Surface::Wireframe);
+  if (key == GLFW_KEY_Q) toggle(Surface::Particles);
+  if (key == GLFW_KEY_A) choices_.axes = !choices_.axes;
+  if (key == GLFW_KEY_D) toggle_second(now_, session_);
+  if (key == GLFW_KEY_P) picture_ = true;
+  if (key == GLFW_KEY_TAB) choices_.panels = !choices_.panels;
 }
 
 void App::command_key(int key) {
@@ -292,13 +252,6 @@ void App::save() {
   } catch (const std::exception& error) {
     session_.say(error.what(), true);
   }
-}
-
-void App::toggle_second() {
-  if (now_.sides.size() == 2)
-    session_.compare(std::nullopt);
-  else if (!now_.sides.empty())
-    session_.compare(*now_.sides[0].scene);
 }
 
 void App::throw_ball_at(double x, double y) {

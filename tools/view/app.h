@@ -3,7 +3,6 @@
 #include <array>
 #include <deque>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -53,8 +52,6 @@ class App {
   std::vector<std::size_t> alike(std::size_t side) const;
   void pin_or_release(std::size_t side, int particle);
   void throw_ball_at(double x, double y);
-  void toggle_second();
-  void save_picture(int width, int height);
   std::filesystem::path free_name(const std::string& stem, const std::string& extension) const;
   void panels(int width, int height);
   void overlay(std::size_t side);

@@ -22,11 +22,6 @@ OrbitCamera::OrbitCamera(const Camera& camera) : target_(vector(camera.target)),
   yaw_ = std::atan2(away.x(), away.z());
 }
 
-Camera OrbitCamera::camera() const {
-  const Eigen::Vector3d from = eye();
-  return {{from.x(), from.y(), from.z()}, {target_.x(), target_.y(), target_.z()}, fov_ * 180 / kPi};
-}
-
 void OrbitCamera::orbit(double right, double up) {
   yaw_ = std::remainder(yaw_ - right, 2 * kPi);
   pitch_ = std::clamp(pitch_ + up, -kSteepest, kSteepest);

@@ -10,6 +10,7 @@
 namespace malha::view {
 
 using Place = std::array<float, 3>;  // m
+inline Place place_of(const Vec3& a) { return {float(a[0]), float(a[1]), float(a[2])}; }
 
 /// Pixels count from the top left corner.
 struct Viewport {
@@ -28,9 +29,6 @@ class OrbitCamera {
   OrbitCamera() : OrbitCamera(Camera{}) {}
   explicit OrbitCamera(const Camera& camera);
 
-  /// As the scene's files have it.
-  Camera camera() const;
-
   /// Radians.
   void orbit(double right, double up);
   /// Shares of the picture's height.
@@ -41,7 +39,6 @@ class OrbitCamera {
   void frame(std::span<const Place> points, double aspect);
 
   Eigen::Vector3d eye() const { return target_ + distance_ * backward(); }
-  const Eigen::Vector3d& target() const { return target_; }
   double distance() const { return distance_; }  // m, from the eye to what it orbits
   Eigen::Vector3d right() const;
   Eigen::Vector3d up() const;

@@ -56,7 +56,7 @@ void by_batch(const Frame& frame, const Structure& structure, Coloured& to) {
 /// A particle that counts, and a line from a place.
 void mark(int particle, const Place& from, const Vec3& to, Coloured& picture) {
   picture.colours[particle] = kTouches;
-  picture.marks.lines.insert(picture.marks.lines.end(), {from, {float(to[0]), float(to[1]), float(to[2])}});
+  picture.marks.lines.insert(picture.marks.lines.end(), {from, place_of(to)});
   picture.marks.line_colours.insert(picture.marks.line_colours.end(), {kTouches, kTouches});
 }
 
@@ -67,7 +67,7 @@ void by_contact(const Frame& frame, const Contacts& contacts, Coloured& to) {
   for (const Touch& touch : touches) {
     Vec3 end = touch.at;
     for (std::size_t k = 0; k < 3; ++k) end[k] += 2 * frame.body->spacing * touch.normal[k];
-    mark(touch.particle, {float(touch.at[0]), float(touch.at[1]), float(touch.at[2])}, end, to);
+    mark(touch.particle, place_of(touch.at), end, to);
   }
   to.legend = counted(touches.size(), "particle touches", "particles touch");
 }

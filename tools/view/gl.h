@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <string>
-#include <utility>
 
 namespace malha::view {
 

@@ -2,9 +2,6 @@
 #pragma once
 #include <array>
 #include <memory>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "host/looks/contacts.h"
 #include "host/looks/forces.h"

@@ -16,18 +16,12 @@ int main(int argc, char** argv) {
   // The command's own word comes first.
   if (argc > 1 && std::string(argv[1]) == "view") --argc, ++argv;
   app.add_option("SCENE", options.scenes, "Scene files: none, one, or two to compare")->expected(0, 2)->type_name("");
-  app.add_option("--threads", options.simulation.threads, "At most so many threads, the cores if not given")
-      ->check(malha::whole_number(1, 1024))
-      ->type_name("N");
-  app.add_option("--out", out, "Folder of saved pictures and scenes; out/view if not given")
-      ->check(malha::some_path())
-      ->type_name("FOLDER");
-  app.add_option("--width", options.width, "Of the window, pixels; 1280 if not given")
-      ->check(malha::whole_number(320, 16384))
-      ->type_name("N");
-  app.add_option("--height", options.height, "800 if not given")
-      ->check(malha::whole_number(240, 16384))
-      ->type_name("N");
+  malha::add_threads(app, options.simulation.threads, "At most so many threads, the cores if not given");
+  malha::add_checked(app, "--out", out, malha::some_path(), "FOLDER",
+                     "Folder of saved pictures and scenes; out/view if not given");
+  malha::add_checked(app, "--width", options.width, malha::whole_number(320, 16384), "N",
+                     "Of the window, pixels; 1280 if not given");
+  malha::add_checked(app, "--height", options.height, malha::whole_number(240, 16384), "N", "800 if not given");
   app.footer(
       "F1 lists keys and mouse. A scene or a mesh can be dropped on the window.\n\n"
       "Examples:\n"

@@ -84,7 +84,7 @@ struct Painter::Obstacle {
 
   explicit Obstacle(const EnvironmentMesh& mesh) : motion(mesh.spec.motion) {
     std::vector<Place> points, corners;
-    for (const Vec3& p : mesh.mesh.points) points.push_back({float(p[0]), float(p[1]), float(p[2])});
+    for (const Vec3& p : mesh.mesh.points) points.push_back(place_of(p));
     const std::vector<Triangle> faces = triangles(mesh.mesh);
     for (const Triangle& t : faces)
       for (const int i : t) corners.push_back(points[i]);
@@ -190,14 +190,16 @@ void Painter::draw_lines_and_balls(const Picture& picture, const OrbitCamera& ca
   if (picture.surface == Surface::Wireframe || body_->triangle_count == 0 ||
       (few && picture.surface == Surface::Shaded))
     body_->draw(GL_LINES, body_->edges, body_->edge_count);
-  const Marks& marks = picture.marks;
+  const auto draw_marks = [this](const std::vector<Place>& x, const std::vector<Colour>& colours, GLenum mode) {
+    marks_->array.bind();
+    marks_->x.fill(GL_ARRAY_BUFFER, x, GL_STREAM_DRAW);
+    marks_->colours.fill(GL_ARRAY_BUFFER, colours, GL_STREAM_DRAW);
+    marks_->normals.fill(GL_ARRAY_BUFFER, x, GL_STREAM_DRAW);  // which nothing reads, but they must be as many
+    marks_->count = GLsizei(x.size());
+    marks_->draw_all(mode);
+  };
   programs_->plain.set("shade", 1.0f);
-  marks_->array.bind();
-  marks_->x.fill(GL_ARRAY_BUFFER, marks.lines, GL_STREAM_DRAW);
-  marks_->colours.fill(GL_ARRAY_BUFFER, marks.line_colours, GL_STREAM_DRAW);
-  marks_->normals.fill(GL_ARRAY_BUFFER, marks.lines, GL_STREAM_DRAW);
-  marks_->count = GLsizei(marks.lines.size());
-  marks_->draw_all(GL_LINES);
+  draw_marks(picture.marks.lines, picture.marks.line_colours, GL_LINES);
 
   begin(programs_->balls);
   const double metre = 1 / camera.metres_per_pixel(port, 1);  // pixels at a distance of 1 m
@@ -208,14 +210,9 @@ void Painter::draw_lines_and_balls(const Picture& picture, const OrbitCamera& ca
     body_->draw_all(GL_POINTS);
   else
     body_->draw(GL_POINTS, body_->loose, body_->loose_count);
-  marks_->array.bind();
-  marks_->x.fill(GL_ARRAY_BUFFER, marks.balls, GL_STREAM_DRAW);
-  marks_->colours.fill(GL_ARRAY_BUFFER, marks.ball_colours, GL_STREAM_DRAW);
-  marks_->normals.fill(GL_ARRAY_BUFFER, marks.balls, GL_STREAM_DRAW);
-  marks_->count = GLsizei(marks.balls.size());
   programs_->balls.set("size", float(9 * camera.distance()));  // as many pixels at any distance
   glDepthFunc(GL_ALWAYS);
-  marks_->draw_all(GL_POINTS);
+  draw_marks(picture.marks.balls, picture.marks.ball_colours, GL_POINTS);
   glDepthFunc(GL_LEQUAL);
 }
 

@@ -3,8 +3,6 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <cmath>
-#include <filesystem>
 
 #include "tools/view/graphs.h"
 
@@ -102,8 +100,14 @@ void graphs_of(const Snapshot& now, std::size_t side) {
 
 }  // namespace
 
+void toggle_second(const Snapshot& now, Session& session) {
+  if (now.sides.size() == 2)
+    session.compare(std::nullopt);
+  else if (!now.sides.empty())
+    session.compare(*now.sides[0].scene);
+}
+
 void run_panel(const Snapshot& now, Session& session, Choices& choices) {
-  const bool any = !now.sides.empty();
   if (ImGui::Button(now.running ? "pause" : "run")) session.run(!now.running);
   ImGui::SameLine();
   if (ImGui::Button("step")) session.step();
@@ -111,8 +115,7 @@ void run_panel(const Snapshot& now, Session& session, Choices& choices) {
   if (ImGui::Button("substep")) session.substep();
   ImGui::SameLine();
   if (ImGui::Button("reset")) session.reset();
-  if (ImGui::Button(now.sides.size() == 2 ? "one" : "two") && any)
-    session.compare(now.sides.size() == 2 ? std::nullopt : std::optional<Scene>(*now.sides[0].scene));
+  if (ImGui::Button(now.sides.size() == 2 ? "one" : "two")) toggle_second(now, session);
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("the same scene twice, side by side, with settings of their own");
   ImGui::SameLine();
   if (ImGui::Button("keys")) choices.help = !choices.help;

@@ -29,5 +29,7 @@ void settings_panel(const Snapshot& now, Session& session, Choices& choices, std
 void numbers_panel(const Snapshot& now, const Choices& choices);
 void timeline(const Snapshot& now, Session& session);
 void help_panel(Choices& choices);
+/// The scene of the first side twice; where there are two sides, one again.
+void toggle_second(const Snapshot& now, Session& session);
 
 }  // namespace malha::view

@@ -230,7 +230,7 @@ void Session::publish() {
   for (std::size_t s = 0; s < sides_.size(); ++s) {
     const Side& side = *sides_[s];
     shown.push_back({shown_of(s), back ? moments[moment_]->scenes[s] : side.shared_scene(), sides_[s]->looks(look_),
-                     side.warnings(), side.grips(), side.set_up_ms(), side.threads(), lost_[s]});
+                     side.warnings(), side.grips(), side.set_up_ms(), lost_[s]});
   }
   const auto distance = apart(shown);
   const std::lock_guard lock(mutex_);

@@ -21,7 +21,6 @@ struct SideShown {
   std::vector<std::string> warnings;
   std::map<int, Grip> grips;
   double set_up_ms = 0;
-  int threads = 1;
   int lost = -1;  // the particle that diverged; -1: none did
 };
 

@@ -1,7 +1,5 @@
 #include <imgui.h>
 
-#include <cmath>
-
 #include "host/base/text.h"
 #include "tools/view/panels.h"
 

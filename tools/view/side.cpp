@@ -1,6 +1,5 @@
 #include "tools/view/side.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "host/base/file.h"
@@ -134,7 +133,7 @@ std::shared_ptr<const Frame> Side::frame(bool measured) {
   auto frame = std::make_shared<Frame>();
   frame->steps = simulation_->steps(), frame->time = simulation_->time(), frame->body = body_,
   frame->environment = environment_;
-  for (const Vec3& x : simulation_->positions()) frame->x.push_back({float(x[0]), float(x[1]), float(x[2])});
+  for (const Vec3& x : simulation_->positions()) frame->x.push_back(place_of(x));
   for (const Vec3& v : simulation_->velocities()) frame->speed.push_back(float(std::sqrt(dot(v, v))));
   if (measured) frame->measures = simulation_->measure();
   frame->step_ms = step_ms_, frame->pass_ms = pass_ms_;

@@ -1,13 +1,10 @@
 // The window: what is seen, and what mouse and keys do.
 #pragma once
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "host/simulation.h"
-
-struct GLFWwindow;
 
 namespace malha::view {
 
