@@ -40,6 +40,14 @@ inline std::string shape_of(const pybind11::array& array) {
   return pybind11::str(array.attr("shape")).cast<std::string>();
 }
 
+/// For messages: of an array, or of null.
+inline std::string found_in(const pybind11::array& array) {
+  return array ? "an array of shape " + shape_of(array) : "what is no array of numbers";
+}
+inline std::string type_of(const pybind11::handle& value) {
+  return pybind11::str(pybind11::type::handle_of(value).attr("__name__")).cast<std::string>();
+}
+
 /// What numpy makes of anything, where that is whole numbers or, unless `whole`, real ones; null for others. Texts,
 /// dates, complex and masked numbers would be changed on the way.
 inline pybind11::array numbers_of(const pybind11::handle& given, bool whole) {
@@ -66,9 +74,7 @@ inline Doubles doubles_of(const pybind11::handle& given) {
 /// Anything that numpy makes an array (n, 3) of. Throws InputError, which names `what`, for another shape.
 inline std::vector<Vec3> rows_of(const pybind11::handle& given, const char* what) {
   const Doubles array = doubles_of(given);
-  if (!array) refuse(what, "", "what is no array of numbers", "an array (N, 3)");
-  if (array.ndim() != 2 || array.shape(1) != 3)
-    refuse(what, "", "an array of shape " + shape_of(array), "an array (N, 3)");
+  if (!array || array.ndim() != 2 || array.shape(1) != 3) refuse(what, "", found_in(array), "an array (N, 3)");
   std::vector<Vec3> rows(static_cast<std::size_t>(array.shape(0)));
   std::copy_n(array.data(), 3 * rows.size(), rows.empty() ? nullptr : rows.front().data());
   return rows;
@@ -78,7 +84,7 @@ inline std::vector<Vec3> rows_of(const pybind11::handle& given, const char* what
 inline std::vector<int> integers_of(const pybind11::handle& given, const char* what, int most_dimensions = 2) {
   const pybind11::array array = numbers_of(given, true);
   if (!array) refuse(what, "", "what is no array of whole numbers", "an array of them");
-  if (array.ndim() > most_dimensions) refuse(what, "", "an array of shape " + shape_of(array), "an array (N,)");
+  if (array.ndim() > most_dimensions) refuse(what, "", found_in(array), "an array (N,)");
   std::vector<int> all;
   const auto add = [&]<class Wide>(Wide) {
     const auto wide = pybind11::array_t<Wide, pybind11::array::c_style | pybind11::array::forcecast>::ensure(array);
@@ -95,8 +101,7 @@ inline std::vector<int> integers_of(const pybind11::handle& given, const char* w
 /// Three numbers. Throws InputError likewise.
 inline Vec3 vector_of(const pybind11::handle& given, const char* what) {
   const Doubles array = doubles_of(given);
-  if (!array || array.ndim() != 1 || array.shape(0) != 3)
-    refuse(what, "", array ? "an array of shape " + shape_of(array) : "what is no array of numbers", "three numbers");
+  if (!array || array.ndim() != 1 || array.shape(0) != 3) refuse(what, "", found_in(array), "three numbers");
   return {array.data()[0], array.data()[1], array.data()[2]};
 }
 

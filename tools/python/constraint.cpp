@@ -28,9 +28,7 @@ Doubles given(const py::handle& value, const std::string& name, const char* what
   wanted += shape.size() == 1 ? ",)" : ")";
   const bool fits = array && static_cast<std::size_t>(array.ndim()) == shape.size() &&
                     std::equal(shape.begin(), shape.end(), array.shape());
-  if (!fits)
-    refuse("constraint '" + name + "'", what,
-           array ? "an array of shape " + shape_of(array) : "what is no array of numbers", "an array " + wanted);
+  if (!fits) refuse("constraint '" + name + "'", what, found_in(array), "an array " + wanted);
   return array;
 }
 
@@ -51,19 +49,17 @@ void call(const py::object& function, const std::string& name, int arity, const 
 
 PythonConstraint made(const py::object& particles, const py::object& function, double compliance,
                       const std::string& name, bool check) {
+  const auto wrong = [&](const char* what, const std::string& found, const char* allowed) {
+    refuse("constraint '" + name + "'", what, found, allowed);
+  };
   if (!PyCallable_Check(function.ptr()))
-    refuse("constraint '" + name + "'", "function",
-           "a value of type " + py::str(py::type::of(function).attr("__name__")).cast<std::string>(),
-           "a function (x, which)");
-  if (!(compliance >= 0 && compliance <= 1e300))
-    refuse("constraint '" + name + "'", "compliance", shown(compliance), "numbers >= 0");
+    wrong("function", "a value of type " + type_of(function), "a function (x, which)");
+  if (!(compliance >= 0 && compliance <= 1e300)) wrong("compliance", shown(compliance), "numbers >= 0");
   const py::array array = numbers_of(particles, true);
   if (!array && py::array::ensure(particles))
-    refuse("constraint '" + name + "'", "particles", "what is no array of whole numbers", "an array (M, k)");
+    wrong("particles", "what is no array of whole numbers", "an array (M, k)");
   PyErr_Clear();
-  if (!array || array.ndim() != 2 || array.shape(1) < 1)
-    refuse("constraint '" + name + "'", "particles",
-           array ? "an array of shape " + shape_of(array) : "what is no array of numbers", "an array (M, k)");
+  if (!array || array.ndim() != 2 || array.shape(1) < 1) wrong("particles", found_in(array), "an array (M, k)");
   PythonConstraint constraint;
   constraint.check = check;
   OwnConstraint& own = constraint.own;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <optional>
 #include <vector>
 
@@ -22,7 +21,7 @@ py::object plain(const py::object& value) {
   if (py::hasattr(value, "tolist") && py::hasattr(value, "dtype"))
     if (const auto kind = value.attr("dtype").attr("kind").cast<std::string>(); kind != "M" && kind != "m")
       return value.attr("tolist")();
-  refuse("scene", "", "a value of type " + py::str(py::type::of(value).attr("__name__")).cast<std::string>(),
+  refuse("scene", "", "a value of type " + type_of(value),
          "dicts, lists, arrays, texts, numbers, True, False and None");
 }
 
@@ -81,9 +80,7 @@ void add_corners(py::dict& listed, const char* key, const py::object& given, int
   const bool whole = array && (array.dtype().kind() == 'i' || array.dtype().kind() == 'u' || array.size() == 0);
   if (!whole || array.ndim() != 2 || array.shape(1) < least || array.shape(1) > most)
     refuse(
-        "body", key,
-        array ? "an array of shape " + shape_of(array) + (whole ? "" : " that are no whole numbers")
-              : "what is no array of numbers",
+        "body", key, found_in(array) + (array && !whole ? " that are no whole numbers" : ""),
         "whole numbers (N, " + std::to_string(least) + (most > least ? ") or (N, " + std::to_string(most) : "") + ")");
   if (array.size() > 0) listed[key] = array;
 }

@@ -51,9 +51,7 @@ std::vector<Triangle> triangles_of(const std::vector<Quad>& faces) {
 std::vector<Edge> edges_of(const py::object& given) {
   const py::array array = py::array::ensure(given);
   if (!array) PyErr_Clear();
-  if (!array || array.ndim() != 2 || array.shape(1) != 2)
-    refuse("cut", "edges", array ? "an array of shape " + shape_of(array) : "what is no array of numbers",
-           "an array (E, 2)");
+  if (!array || array.ndim() != 2 || array.shape(1) != 2) refuse("cut", "edges", found_in(array), "an array (E, 2)");
   const std::vector<int> numbers = integers_of(array, "cut: edges");
   std::vector<Edge> edges;
   for (std::size_t i = 0; i < numbers.size(); i += 2) edges.push_back({numbers[i], numbers[i + 1]});
