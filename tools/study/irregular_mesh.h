@@ -1,14 +1,12 @@
 // Closed meshes as scans have them and grids have not: points jittered, edges collapsed and flipped, slivers.
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <random>
 #include <set>
 #include <sstream>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "host/mesh/generate.h"

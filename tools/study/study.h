@@ -15,12 +15,12 @@ namespace malha::study {
 struct Chart {
   std::string name;      // the files are STUDY_NAME.svg and .png
   std::string settings;  // gnuplot's lines before the plot
-  std::vector<bench::Series> series;
+  std::vector<bench::Series> series = {};
 };
 
 struct Table {
-  std::vector<std::string> columns;
-  std::vector<std::vector<std::string>> rows;
+  std::vector<std::string> columns = {};
+  std::vector<std::vector<std::string>> rows = {};
 };
 
 /// Two scenes to be played beside each other, as long as their durations; their names are those of the sides.
@@ -33,11 +33,25 @@ struct Replay {
 /// A part of the page: what was looked at, what the rows say about it, the picture and the numbers.
 struct Section {
   std::string title;
-  std::vector<std::string> sentences;  // computed from the rows, never written by hand
-  std::optional<Chart> chart;
-  Table table;
+  std::vector<std::string> sentences = {};  // computed from the rows, never written by hand
+  std::optional<Chart> chart = {};
+  Table table = {};
   std::vector<Replay> replays = {};
 };
+
+/// Adds to a list in words: "a, b".
+inline void add_to(std::string& list, const std::string& words, const char* between = ", ") {
+  list += (list.empty() ? "" : between) + words;
+}
+
+/// What `say` says of each, if anything.
+template <class Items, class Say>
+std::string listed(const Items& items, const Say& say, const char* between = ", ") {
+  std::string list;
+  for (const auto& item : items)
+    if (const std::string words = say(item); !words.empty()) add_to(list, words, between);
+  return list;
+}
 
 struct Findings {
   Json rows = Json::array();  // of flat objects: NAME.csv and "rows" of NAME.json

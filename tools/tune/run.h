@@ -1,7 +1,6 @@
 // Runs of a scene for malha tune: where its particles are at some moments, and what getting there takes.
 #pragma once
 #include <atomic>
-#include <functional>
 #include <optional>
 #include <vector>
 

@@ -70,39 +70,37 @@ AccuracyCase orbit() {
   return of;
 }
 
-/// n x n particles, 1 m and 0.2 kg, horizontal at the start and held by one side.
-AccuracyCase sheet(int n, double stiffness, int reference) {
+/// n x n particles of edges and diagonals, horizontal at the start.
+AccuracyCase square(const std::string& name, const std::string& title, int n, double stiffness, double rest_scale,
+                    const std::vector<Pin>& pins, int reference) {
+  const std::string side = std::to_string(n);
   AccuracyCase of;
-  of.name = "sheet" + std::to_string(n);
-  of.title = "A sheet of " + std::to_string(n) + " x " + std::to_string(n) + " particles";
-  of.what = bench::formatted(
-      "1 m and 0.2 kg, springs of %g N/m along edges and diagonals, held by one side and let go horizontally.",
-      stiffness);
-  of.scene = scene_of(
-      body_of(of.name, GridShape{{1, 1}, {n - 1, n - 1}}, 0.2, {RowPin{}}, springs(stiffness, {"edges", "shear"})),
-      kEarth);
+  of.name = name + side, of.title = title + " of " + side + " x " + side + " particles";
+  of.what = bench::formatted("1 m and 0.2 kg, springs of %g N/m along edges and diagonals, ", stiffness);
+  of.scene = scene_of(body_of(of.name, GridShape{{1, 1}, {n - 1, n - 1}}, 0.2, pins,
+                              springs(stiffness, {"edges", "shear"}, rest_scale)),
+                      kEarth);
   of.reference = reference;
   return of;
 }
 
-/// The same sheet held by its four sides, with springs a tenth shorter: all are under tension, at rest and in motion,
-/// so that nothing buckles. Its weight makes it swing.
+AccuracyCase sheet(int n, double stiffness, int reference) {
+  AccuracyCase of = square("sheet", "A sheet", n, stiffness, 1, {RowPin{}}, reference);
+  of.what += "held by one side and let go horizontally.";
+  return of;
+}
+
+/// All springs are under tension, at rest and in motion, so that nothing buckles.
 AccuracyCase drum(int n, double stiffness, int reference) {
-  AccuracyCase of;
-  of.name = "drum" + std::to_string(n);
-  of.title = "A taut sheet of " + std::to_string(n) + " x " + std::to_string(n) + " particles";
-  of.what = bench::formatted(
-      "1 m and 0.2 kg, springs of %g N/m along edges and diagonals, held by its four sides and horizontal. Its springs "
-      "are a tenth shorter at rest than at the start, and the weight sets it swinging under tension throughout. "
-      "Newton's method, whose factors are dear here, is run for 1 s alone.",
-      stiffness);
   const double e = 1e-6;
-  of.scene = scene_of(
-      body_of(of.name, GridShape{{1, 1}, {n - 1, n - 1}}, 0.2,
-              {RowPin{}, RowPin{true}, BoxPin{{-e, -1, -1}, {e, 1, 2}}, BoxPin{{1 - e, -1, -1}, {1 + e, 1, 2}}},
-              springs(stiffness, {"edges", "shear"}, 0.9)),
-      kEarth);
-  of.taut = true, of.reference = reference, of.newton_until = 1;
+  AccuracyCase of = square(
+      "drum", "A taut sheet", n, stiffness, 0.9,
+      {RowPin{}, RowPin{true}, BoxPin{{-e, -1, -1}, {e, 1, 2}}, BoxPin{{1 - e, -1, -1}, {1 + e, 1, 2}}}, reference);
+  of.what +=
+      "held by its four sides and horizontal. Its springs are a tenth shorter at rest than at the start, and the "
+      "weight sets it swinging under tension throughout. Newton's method, whose factors are dear here, is run for 1 s "
+      "alone.";
+  of.taut = true, of.newton_until = 1;
   return of;
 }
 
@@ -153,8 +151,7 @@ AccuracyCase catenary(int segments) {
   of.known = (own - truth.x).norm() / std::sqrt(segments + 1.0);
   of.expected = bench::formatted(
       "The springs' own equilibrium is %.1e m from the line's (RMS), which sags by %.4f m: that much is the chain's, "
-      "not "
-      "the methods'.",
+      "not the methods'.",
       of.known, -line[segments / 2][1]);
   damp(of, kChainMass, segments + 1, 9);
   return of;
@@ -201,8 +198,7 @@ AccuracyCase sunk_beam(int cells) {
   const double bernoulli = kDensity * kWeak * 12 * std::pow(kLong, 4) / (8 * kYoung * kWide * kWide);
   of.expected = bench::formatted(
       "There its end has sunk by %.4f m, %.2f of the %.4f m of Euler and Bernoulli: so much is the mesh's (tetrahedra "
-      "of "
-      "constant strain lock), not the methods'.",
+      "of constant strain lock), not the methods'.",
       tip(*system, truth.x), tip(*system, truth.x) / bernoulli, bernoulli);
   of.tetrahedra = true;
   damp(of, kDensity * kLong * kWide * kWide, system->count(), 6);

@@ -113,24 +113,19 @@ Json reference_run(const AccuracyCase& of, const System& system, int substeps, d
   for (int k = 0; k < state.x.size(); ++k)
     if (!system.pinned[k / 3]) state.x[k] += shake * std::sin(1.7 * k);
   double energy = in_motion(system, state);
-  const auto numbers = [](const Vector& a) { return std::vector<double>(a.data(), a.data() + a.size()); };
   for (int frame = 1; frame <= frames(of.times.back()); ++frame) {
     for (int k = 0; k < substeps; ++k) rk4(system, kFrame / substeps, state);
     cells.go_on();
     energy = std::max(energy, in_motion(system, state));
     if (std::any_of(of.times.begin(), of.times.end(), [&](double t) { return frames(t) == frame; }))
-      states.push_back({{"x", numbers(state.x)}, {"v", numbers(state.v)}});
+      states.push_back({{"x", numbers_of(state.x)}, {"v", numbers_of(state.v)}});
   }
   return {{"energy_j", energy}, {"states", states}};
 }
 
 std::vector<State> states_of(const Json& cell) {
   std::vector<State> states;
-  const auto vector = [](const Json& numbers) {
-    const auto all = numbers.get<std::vector<double>>();
-    return Vector(Vector::Map(all.data(), static_cast<int>(all.size())));
-  };
-  for (const Json& state : cell["states"]) states.push_back({vector(state["x"]), vector(state["v"])});
+  for (const Json& state : cell["states"]) states.push_back({vector_of(state["x"]), vector_of(state["v"])});
   return states;
 }
 

@@ -50,7 +50,7 @@ std::string style(const std::string& series) {
 /// Of what is so at the time of this number.
 Chart chart(const AccuracyCase& of, const Truth& truth, std::size_t time, const Points& points, double Point::*cost,
             const std::string& name, const std::string& axis) {
-  Chart chart{of.name + "_" + name, "", {}};
+  Chart chart{of.name + "_" + name, ""};
   double least = 1e300, most = 0;
   for (const Point& point : points) {
     if (!(point.error > 0) || point.error > kDrawn) continue;
@@ -106,9 +106,8 @@ Section late_section(const AccuracyCase& of, const Truth& truth, const Points& l
 Section work_section(const AccuracyCase& of, const Truth& truth, const Points& points, const Json& rows) {
   Section work{
       of.title + ": what accuracy takes in sweeps",
-      {"Independent of the machine: a sweep is one projection of every constraint, one solve with Desbrun's "
-       "filter, one evaluation of all forces, or one factorisation of Newton's. PBD has stiffness 1, whatever the "
-       "springs'.",
+      {"Independent of the machine: a sweep is one projection of every constraint, one solve with Desbrun's filter, "
+       "one evaluation of all forces, or one factorisation of Newton's. PBD has stiffness 1, whatever the springs'.",
        "Fewest of malha's: " + cheapest_list(points, truth.known[0], &Point::sweeps, "sweeps a second", true) + "."},
       {},
       runs_table(of, rows)};

@@ -21,7 +21,7 @@ std::string each_series(const Points& points, const std::function<bool(const Poi
   std::string line;
   for (auto first = points.begin(); first != points.end();) {
     const auto end = std::find_if(first, points.end(), [&](const Point& p) { return p.series != first->series; });
-    line += (line.empty() ? "" : "; ") + say(*std::min_element(first, end, better));
+    add_to(line, say(*std::min_element(first, end, better)), "; ");
     first = end;
   }
   return line;
@@ -64,8 +64,9 @@ std::string cheapest_list(const Points& points, double known, double Point::*cos
   for (int exponent = -1; exponent >= -12 && best(exponent) != nullptr; --exponent) {
     const Point& point = *best(exponent);
     if (best(exponent - 1) == &point) continue;
-    line += (line.empty() ? "" : "; ") + power(exponent) + " m: " + point.series + " (" + point.settings +
-            formatted(", %.3g %s)", point.*cost, unit);
+    add_to(line,
+           power(exponent) + " m: " + point.series + " (" + point.settings + formatted(", %.3g %s)", point.*cost, unit),
+           "; ");
   }
   return line.empty() ? "none reaches 1e-1 m" : line;
 }
@@ -95,7 +96,7 @@ std::string orders_sentence(const Points& points) {
   for (auto p = points.begin(); p != points.end(); ++p) {
     if (p != points.begin() && p->series == std::prev(p)->series) continue;
     if (const double order = order_of(points, p->series); order > 0)
-      line += (line.empty() ? "" : "; ") + p->series + formatted(" %.1f", order);
+      add_to(line, p->series + formatted(" %.1f", order), "; ");
   }
   return line.empty() ? "" : "The error falls with the sweeps to the power of: " + line + ".";
 }
@@ -145,7 +146,7 @@ std::string growth_sentence(const Points& points, double time) {
   for (const Point& point : points) {
     if (point.series == "symplectic Euler") kept = point.energy;
     if (point.series == "explicit Euler")
-      line += (line.empty() ? "" : ", ") + formatted("%+.2g %% (", 100 * point.energy) + point.settings + ")";
+      add_to(line, formatted("%+.2g %% (", 100 * point.energy) + point.settings + ")");
   }
   return line.empty() ? ""
                       : formatted("Explicit Euler adds energy at every step, after %g s: ", time) + line +

@@ -52,11 +52,9 @@ Chart ladder_chart(const Json& ladder) {
   const Json last = rungs.back();
   rungs.erase(rungs.size() - 1);
   std::vector<double> from(rungs.size(), 0);
-  Chart chart{"ladder",
-              names(rungs) + "set xlabel 'ms a step'\nset title 'A cloth that is asked for more and more (" +
-                  text(last, "feature") + formatted(": %.3g ms, off the chart)'\n", number(last, "ms_a_step")) +
-                  "set xrange [0:]\n",
-              {}};
+  Chart chart{"ladder", names(rungs) + "set xlabel 'ms a step'\nset title 'A cloth that is asked for more and more (" +
+                            text(last, "feature") +
+                            formatted(": %.3g ms, off the chart)'\n", number(last, "ms_a_step")) + "set xrange [0:]\n"};
   for (const Layer& layer : layers()) {
     std::string data;
     for (std::size_t k = 0; k < rungs.size(); ++k) {

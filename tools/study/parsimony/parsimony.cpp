@@ -16,15 +16,12 @@ double sum(const Json& numbers) {
 
 /// "Predict<float> 10, UpdateState<float> 10": of `a` what goes beyond `b`.
 std::string beyond(const Json& a, const Json& b) {
-  std::string list;
-  for (const Json& of : a) {
+  return listed(a, [&](const Json& of) {
     auto launches = of["launches"].get<std::int64_t>();
     for (const Json& other : b)
       if (other["kernel"] == of["kernel"]) launches -= other["launches"].get<std::int64_t>();
-    if (launches > 0)
-      list += (list.empty() ? "" : ", ") + of["kernel"].get<std::string>() + " " + std::to_string(launches);
-  }
-  return list;
+    return launches > 0 ? of["kernel"].get<std::string>() + " " + std::to_string(launches) : "";
+  });
 }
 
 Json launches(const Json& list) {

@@ -20,11 +20,13 @@ Json of_kind(const Json& rows, const char* kind) {
   return some;
 }
 
+std::string or_none(const std::string& list) { return list.empty() ? "none" : list; }
+
 /// Of the feature that adds nothing: how far the times of one and the same scene lie apart, in percent.
 double noise(const Json& single) { return std::abs(number(single[0], "added_percent")); }
 
 Section time_section(const Json& single) {
-  Section section{"What each feature adds to a step", {}, {}, {}};
+  Section section{"What each feature adds to a step"};
   const double whole = number(single[0], "ms_a_step_without");
   section.sentences.push_back(
       formatted("A cloth of %.0f particles with distances along its edges takes %.3g ms a step (10 substeps of 1 "
@@ -35,12 +37,11 @@ Section time_section(const Json& single) {
     return number(a, "added_percent") < number(b, "added_percent");
   });
   const auto list = [&](bool cheap) {
-    std::string line;
-    for (const Json& row : sorted)
-      if (const double percent = number(row, "added_percent"); cheap ? percent < 10 : percent > 200)
-        if (row["feature"] != "nothing")
-          line += (line.empty() ? "" : ", ") + text(row, "feature") + formatted(" %+.0f %%", percent);
-    return line.empty() ? std::string("none") : line;
+    return or_none(listed(sorted, [&](const Json& row) {
+      const double percent = number(row, "added_percent");
+      const bool said = row["feature"] != "nothing" && (cheap ? percent < 10 : percent > 200);
+      return said ? text(row, "feature") + formatted(" %+.0f %%", percent) : "";
+    }));
   };
   section.sentences.push_back("Less than a tenth of the scene that it is added to: " + list(true) + ".");
   section.sentences.push_back("More than twice that scene: " + list(false) + ".");
@@ -64,33 +65,30 @@ constexpr const char* kOwners[] = {"particles", "constraints", "air",   "patches
                                    "filter",    "collision",   "model", "levels"};
 
 Section memory_section(const Json& single) {
-  Section section{"What each feature adds to memory", {}, {}, {}};
+  Section section{"What each feature adds to memory"};
   const double particles = number(single[0], "particles");
-  std::string line;
-  for (const char* owner : kOwners)
-    if (const double bytes = number(single[0], std::string(owner) + "_bytes"); bytes > 0)
-      line += (line.empty() ? "" : ", ") + std::string(owner) + formatted(" %.3g", bytes / particles);
+  const std::string line = listed(kOwners, [&](const char* owner) {
+    const double bytes = number(single[0], std::string(owner) + "_bytes");
+    return bytes > 0 ? owner + formatted(" %.3g", bytes / particles) : "";
+  });
   section.sentences.push_back("Bytes a particle of the cloth with distances alone: " + line +
                               ". Embree's own are not counted.");
   Json scaled = single;
-  std::string nothing;
-  for (Json& row : scaled) {
-    row["added_a_particle"] = number(row, "added_bytes") / number(row, "particles");
-    if (number(row, "added_bytes") == 0 && row["feature"] != "nothing")
-      nothing += (nothing.empty() ? "" : ", ") + text(row, "feature");
-  }
-  section.sentences.push_back("Not a byte is added by: " + (nothing.empty() ? "none" : nothing) + ".");
+  for (Json& row : scaled) row["added_a_particle"] = number(row, "added_bytes") / number(row, "particles");
+  const std::string nothing = listed(single, [](const Json& row) {
+    return number(row, "added_bytes") == 0 && row["feature"] != "nothing" ? text(row, "feature") : "";
+  });
+  section.sentences.push_back("Not a byte is added by: " + or_none(nothing) + ".");
   section.chart = Chart{"memory",
                         names(single) + "set logscale x\nset format x '%g'\nset xlabel 'added bytes a particle'\n" +
                             "set title 'Each feature alone: memory added'\nset xrange [0.01:]\n",
                         {bars(scaled, "added_a_particle", 1, 0.01, "#1b7837", "")}};
   section.table.columns = {"feature", "added to", "added bytes a particle", "of them"};
   for (const Json& row : scaled) {
-    std::string owners;
-    for (const char* owner : kOwners)
-      if (const double bytes = number(row, std::string(owner) + "_bytes_added"); bytes != 0)
-        owners +=
-            (owners.empty() ? "" : ", ") + std::string(owner) + formatted(" %+.3g", bytes / number(row, "particles"));
+    const std::string owners = listed(kOwners, [&](const char* owner) {
+      const double bytes = number(row, std::string(owner) + "_bytes_added");
+      return bytes != 0 ? owner + formatted(" %+.3g", bytes / number(row, "particles")) : "";
+    });
     section.table.rows.push_back(
         {text(row, "feature"), text(row, "base"), formatted("%+.4g", number(row, "added_a_particle")), owners});
   }
@@ -98,22 +96,21 @@ Section memory_section(const Json& single) {
 }
 
 Section launch_section(const Json& single) {
-  Section section{"What each feature launches", {}, {}, {}};
+  Section section{"What each feature launches"};
   section.sentences.push_back("The cloth with distances alone launches in a step: " + text(single[0], "kernels") +
                               ", and nothing else.");
-  std::string same, split;
-  for (const Json& row : single) {
-    if (row["feature"] == "nothing") continue;
-    if (text(row, "kernels_added").empty()) same += (same.empty() ? "" : ", ") + text(row, "feature");
-    if (text(row, "kernels_added").starts_with("Predict<") ||
-        text(row, "kernels_added").find(", Predict<") != std::string::npos)
-      split += (split.empty() ? "" : ", ") + text(row, "feature");
-  }
-  section.sentences.push_back("No launch is added by: " + (same.empty() ? "none" : same) + ".");
+  const auto list = [&](bool (*says)(const std::string& added)) {
+    return or_none(listed(single, [&](const Json& row) {
+      return row["feature"] != "nothing" && says(text(row, "kernels_added")) ? text(row, "feature") : "";
+    }));
+  };
+  const auto same = [](const std::string& added) { return added.empty(); };
+  const auto split = [](const std::string& added) { return (", " + added).find(", Predict<") != std::string::npos; };
+  section.sentences.push_back("No launch is added by: " + list(same) + ".");
   section.sentences.push_back(
       "What works between prediction and new state takes them out of the visits to the patches, into launches of their "
       "own: " +
-      (split.empty() ? "none" : split) + ".");
+      list(split) + ".");
   section.table.columns = {"feature", "added to", "launches without", "with", "kernels added", "kernels gone"};
   for (const Json& row : single)
     section.table.rows.push_back(
@@ -123,11 +120,11 @@ Section launch_section(const Json& single) {
 }
 
 Section ladder_section(const Json& ladder) {
-  Section section{"A cloth that is asked for more and more", {}, {}, {}};
+  Section section{"A cloth that is asked for more and more"};
   const Json &first = ladder[0], &last = ladder.back(), &before = ladder[ladder.size() - 2];
   section.sentences.push_back(
-      formatted("From %.3g ms a step with distances alone to %.3g ms with everything but "
-                "self-collision, and %.3g ms with that too;",
+      formatted("From %.3g ms a step with distances alone to %.3g ms with everything but self-collision, and %.3g ms "
+                "with that too;",
                 number(first, "ms_a_step"), number(before, "ms_a_step"), number(last, "ms_a_step")) +
       formatted(" from %.3g to %.3g and %.3g bytes a particle;", number(first, "bytes") / number(first, "particles"),
                 number(before, "bytes") / number(before, "particles"),
@@ -137,10 +134,10 @@ Section ladder_section(const Json& ladder) {
   section.chart = ladder_chart(ladder);
   section.table.columns = {"scene", "ms a step", "bytes a particle", "launches a step", "ms by pass"};
   for (const Json& row : ladder) {
-    std::string passes;
-    for (const char* pass : kPassNames)
-      if (const double ms = number(row, std::string("pass_") + pass + "_ms"); ms > 0)
-        passes += (passes.empty() ? "" : ", ") + std::string(pass) + formatted(" %.3g", ms);
+    const std::string passes = listed(kPassNames, [&](const char* pass) {
+      const double ms = number(row, std::string("pass_") + pass + "_ms");
+      return ms > 0 ? pass + formatted(" %.3g", ms) : "";
+    });
     section.table.rows.push_back({text(row, "feature"), formatted("%.4g", number(row, "ms_a_step")),
                                   formatted("%.4g", number(row, "bytes") / number(row, "particles")),
                                   formatted("%.0f", number(row, "launches_a_step")), passes});

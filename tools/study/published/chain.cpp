@@ -102,12 +102,9 @@ Json run(const Setting& of) {
 }
 
 Chart chart_of(const Setting& of, const Json& cell) {
-  Chart chart{
-      "chain",
-      formatted("set xlabel 'frame'\nset ylabel 'pull at the support (N)'\nset title 'XPBD 2016, 6.2: a chain of 20 "
-                "particles swings down (step %.4g s, spacing %g m)'\n",
-                of.dt, of.spacing),
-      {}};
+  Chart chart{"chain", formatted("set xlabel 'frame'\nset ylabel 'pull at the support (N)'\nset title 'XPBD 2016, 6.2: "
+                                 "a chain of 20 particles swings down (step %.4g s, spacing %g m)'\n",
+                                 of.dt, of.spacing)};
   const auto add = [&chart](const Json& pull, const std::string& style, const std::string& title) {
     std::string points;
     for (int k = 0; k < kFrames; ++k) points += formatted("%d %g\n", k + 1, pull[k].get<double>());
@@ -121,7 +118,7 @@ Chart chart_of(const Setting& of, const Json& cell) {
 }
 
 void add(Cells& cells, Findings& findings) {
-  Section section{"XPBD 2016, section 6.2: the pull at the support of a falling chain", {}, {}, {}};
+  Section section{"XPBD 2016, section 6.2: the pull at the support of a falling chain"};
   section.table.columns = {"step, s",
                            "spacing, m",
                            "iterations",
@@ -161,29 +158,22 @@ void add(Cells& cells, Findings& findings) {
     }
     if (off < closest) closest = off, best = of, best_cell = cell;
   }
-  const auto error = [&](const char* n, const char* by, const char* what) {
-    return percent(best_cell[n][by][what].get<double>());
+  const auto three = [&](const char* by, const char* what) {
+    const auto error = [&](const char* n) { return percent(best_cell[n][by][what].get<double>()); };
+    return error("50") + ", " + error("100") + " and " + error("1000");
   };
   section.sentences = {
       "Printed: at most 6, 2 and 0.5 % off by 50, 100 and 1000 iterations. The paper states neither step nor spacing "
-      "nor "
-      "start; here the chain starts level. The pull is that which balances the change of momentum of all particles, "
-      "and an "
-      "error is a share of the largest pull of the run.",
+      "nor start; here the chain starts level. The pull is that which balances the change of momentum of all "
+      "particles, and an error is a share of the largest pull of the run.",
       formatted("Of %d settings the closest is a step of %.4g s and a spacing of %g m: malha is off by ",
                 int(all.size()), best.dt, best.spacing) +
-          error("50", "malha", "of_most") + ", " + error("100", "malha", "of_most") + " and " +
-          error("1000", "malha", "of_most") + "; a plain sweep from the support on by " +
-          error("50", "in_order", "of_most") + ", " + error("100", "in_order", "of_most") + " and " +
-          error("1000", "in_order", "of_most") + "; with 1 kg at the free end instead of half of that by " +
-          error("50", "in_order_1kg", "of_most") + ", " + error("100", "in_order_1kg", "of_most") + " and " +
-          error("1000", "in_order_1kg", "of_most") + ".",
+          three("malha", "of_most") + "; a plain sweep from the support on by " + three("in_order", "of_most") +
+          "; with 1 kg at the free end instead of half of that by " + three("in_order_1kg", "of_most") + ".",
       "malha sweeps every other link and then the rest, not from the support on: " +
           formatted("its errors differ from the plain sweep's by a factor of %.2f at most.", std::exp(apart)),
       "Of the frame's own pull, which is next to nothing in the first one, malha is off by up to " +
-          error("50", "malha", "of_own") + ", " + error("100", "malha", "of_own") + " and " +
-          error("1000", "malha", "of_own") + "; its largest pull is off by " + error("50", "malha", "of_peak") + ", " +
-          error("100", "malha", "of_peak") + " and " + error("1000", "malha", "of_peak") + "."};
+          three("malha", "of_own") + "; its largest pull is off by " + three("malha", "of_peak") + "."};
   section.chart = chart_of(best, best_cell);
   findings.sections.push_back(section);
 }

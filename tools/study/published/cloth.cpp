@@ -61,7 +61,7 @@ std::vector<Motion> motions(bool quick) {
 std::vector<int> cloth_threads(bool quick) { return quick ? std::vector{1} : bench::thread_counts({}); }
 
 void add_cloth(Cells& cells, Findings& findings) {
-  Section section{"PBD 2006, figure 6: a self-colliding cloth of 1,364 vertices", {}, {}, {}};
+  Section section{"PBD 2006, figure 6: a self-colliding cloth of 1,364 vertices"};
   section.table.columns = {"motion",        "threads",       "printed, frames/s", "malha, mean",
                            "slowest frame", "most contacts", "RMS strain, most",  "crossings, most"};
   std::string said;
@@ -87,18 +87,18 @@ void add_cloth(Cells& cells, Findings& findings) {
                                     percent(cell["strain_rms"].get<double>()), cell["crossings"].dump()});
       best = std::max(best, mean);
       most_crossings = std::max(most_crossings, cell["crossings"].get<int>());
-      said += formatted("%s%.3g, the slowest frame %.3g (", said.empty() ? "" : "; ", mean, least) + motion.name() +
-              ", " + counted(threads, "thread") + ")";
+      add_to(said,
+             formatted("%.3g, the slowest frame %.3g (", mean, least) + motion.name() + ", " +
+                 counted(threads, "thread") + ")",
+             "; ");
     }
   section.sentences = {
       "Printed: 30 frames/s on average on a Pentium 4 at 3 GHz, with detection, handling and rendering, of a cloth "
-      "that "
-      "ends up folded; the motion is not described. Here a cloth of as many vertices falls, and nothing is drawn.",
+      "that ends up folded; the motion is not described. Here a cloth of as many vertices falls, and nothing is drawn.",
       "malha, frames of 1/30 s a second: " + said + ".",
-      formatted(
-          "That is %.2g times what is printed at best: malha %s the frame rate of 2006. Crossings, counted after every "
-          "frame: %d at most; every pair that could cross is looked at, and held apart.",
-          best / 30, best < 30 ? "does not reach" : "reaches", most_crossings)};
+      formatted("That is %.2g times what is printed at best: malha %s the frame rate of 2006. Crossings, counted after "
+                "every frame: %d at most; every pair that could cross is looked at, and held apart.",
+                best / 30, best < 30 ? "does not reach" : "reaches", most_crossings)};
   findings.sections.push_back(section);
 }
 

@@ -69,7 +69,7 @@ Json time_sheet(const Sheet& of, bool quick, const Cells& cells) {
 }
 
 void add_sheets(Cells& cells, Findings& findings) {
-  Section section{"A thesis of 2008: both methods side by side", {}, {}, {}};
+  Section section{"A thesis of 2008: both methods side by side"};
   section.table.columns = {"case", "printed", "malha, frames/s", "ms a frame", "set-up, ms"};
   std::string said;
   for (const Sheet& of : sheets()) {
@@ -86,13 +86,11 @@ void add_sheets(Cells& cells, Findings& findings) {
     section.table.rows.push_back({of.title, of.printed, formatted("%.4g", 1 / frame), formatted("%.3g", frame * 1e3),
                                   formatted("%.3g", setup * 1e3)});
     if (!of.printed.empty())
-      said += formatted("%s%.3g frames/s after %.2g ms of set-up (", said.empty() ? "" : "; ", 1 / frame, setup * 1e3) +
-              of.title + ")";
+      add_to(said, formatted("%.3g frames/s after %.2g ms of set-up (", 1 / frame, setup * 1e3) + of.title + ")", "; ");
   }
   section.sentences = {
       "Printed, on a Core 2 Duo at 2.2 GHz and with a rendering engine: 289 particles by Desbrun's method and over "
-      "2000 by "
-      "PBD at 50 frames/s each, and a precomputation that is too slow beyond 500 particles.",
+      "2000 by PBD at 50 frames/s each, and a precomputation that is too slow beyond 500 particles.",
       "malha on one thread and without rendering, a frame of 1/50 s each: " + said + "."};
   findings.sections.push_back(section);
 }

@@ -20,7 +20,7 @@ std::vector<std::array<int, 2>> schedules(bool quick) {
 }
 
 void add_strand(Cells& cells, Findings& findings) {
-  Section section{"Vertex Block Descent 2024: a strand with a weight of 1000", {}, {}, {}};
+  Section section{"Vertex Block Descent 2024: a strand with a weight of 1000"};
   section.table.columns = {"method", "most stretch, m", "plain sweep's, m", "times Newton's"};
   const Hanging once = strand(1, 1);
   const Json newton = cells("strand: Newton", [&] { return by_newton(once); });
@@ -37,15 +37,14 @@ void add_strand(Cells& cells, Findings& findings) {
     section.table.rows.push_back({name, formatted("%.4g", most(run.malha)), formatted("%.4g", most(run.plain)),
                                   formatted("%.3g", most(run.malha) / most(newton))});
     if (substeps * iterations == 100)
-      said += formatted("%s%.3g m by %d x %d", said.empty() ? "" : ", ", most(run.malha), substeps, iterations);
+      add_to(said, formatted("%.3g m by %d x %d", most(run.malha), substeps, iterations));
   }
   section.sentences = {
       "The paper shows a picture: XPBD's strand is too long after 100 iterations, and prints no length; spacing and "
-      "the "
-      "other masses, here 1 kg, are not known to us.",
+      "the other masses, here 1 kg, are not known to us.",
       formatted(
-          "The springs themselves would hold the weight %.2g m below its place; backward Euler by Newton's method "
-          "lets it %.2g m down at most. malha's XPBD, with the work of 100 sweeps (substeps x iterations): ",
+          "The springs themselves would hold the weight %.2g m below its place; backward Euler by Newton's method lets "
+          "it %.2g m down at most. malha's XPBD, with the work of 100 sweeps (substeps x iterations): ",
           still, most(newton)) +
           said + "."};
   findings.sections.push_back(section);

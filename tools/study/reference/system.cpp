@@ -88,6 +88,11 @@ Vector flat(const std::vector<Vec3>& points) {
   return a;
 }
 
+std::vector<double> numbers_of(const Vector& a) { return {a.data(), a.data() + a.size()}; }
+Vector vector_of(const std::vector<double>& numbers) {
+  return Vector::Map(numbers.data(), static_cast<int>(numbers.size()));
+}
+
 Balance balance(const System& system, const State& state) {
   Balance sum{0, 0, system.elastic_energy(state.x), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   for (int i = 0; i < system.count(); ++i) {

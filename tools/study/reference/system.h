@@ -59,6 +59,10 @@ std::unique_ptr<SpringSystem> spring_system(const Scene& scene);
 /// Points as three numbers each.
 Vector flat(const std::vector<Vec3>& points);
 
+/// As JSON takes them, and back.
+std::vector<double> numbers_of(const Vector& a);
+Vector vector_of(const std::vector<double>& numbers);
+
 /// Over the particles, m.
 double rms_distance(const Vector& a, const Vector& b);
 

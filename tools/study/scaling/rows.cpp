@@ -24,7 +24,7 @@ std::vector<std::vector<Json>> scaling_groups(const Json& rows, const std::strin
 std::string count_of(const Json& row) { return grouped(row["particles"].get<long long>()); }
 
 Section scaling_bandwidth(const Json& rows) {
-  Section section{"Bandwidth: what must move, beside the triad", {}, {}, {}};
+  Section section{"Bandwidth: what must move, beside the triad"};
   std::vector<std::vector<Json>> large;  // what no cache holds
   for (const auto& group : scaling_groups(rows, "strong"))
     if (number(group[0], "particles") >= 1e6 || scaling_groups(rows, "strong").size() < 6) large.push_back(group);
@@ -39,21 +39,22 @@ Section scaling_bandwidth(const Json& rows) {
            formatted("%.0f %%", 100 * number(row, "gb_per_s") / number(row, "triad_gb_per_s"))});
   for (const auto& group : large)
     for (const Json* row : {&group.front(), &group.back()})
-      said += formatted("%s%.1f of %.1f GB/s (", said.empty() ? "" : "; ", number(*row, "gb_per_s"),
-                        number(*row, "triad_gb_per_s")) +
-              method_of(*row) + ", " + count_of(*row) + ", " + counted(row->at("threads").get<int>(), "thread") + ")";
+      add_to(said,
+             formatted("%.1f of %.1f GB/s (", number(*row, "gb_per_s"), number(*row, "triad_gb_per_s")) +
+                 method_of(*row) + ", " + count_of(*row) + ", " + counted(row->at("threads").get<int>(), "thread") +
+                 ")",
+             "; ");
   section.sentences = {
       "PBD must read x, w and v and write x and v of every particle in every substep, 52 bytes; Desbrun's pass through "
-      "the "
-      "filter reads a sparse factor twice, a dense one once. Constraints, forces and what is read again come on top. "
-      "The "
-      "triad is over as many bytes as one substep or product walks through, so that small ones are those of caches.",
+      "the filter reads a sparse factor twice, a dense one once. Constraints, forces and what is read again come on "
+      "top. The triad is over as many bytes as one substep or product walks through, so that small ones are those of "
+      "caches.",
       "Reached, of the triad, by the largest: " + said + "."};
   return section;
 }
 
 Section scaling_passes(const Json& rows) {
-  Section section{"Strong scaling, pass by pass", {}, {}, {}};
+  Section section{"Strong scaling, pass by pass"};
   section.table.columns = {"method",  "particles", "pass",         "ms on one thread", "share of the step",
                            "threads", "ms",        "times as fast"};
   std::string least;
@@ -74,8 +75,8 @@ Section scaling_passes(const Json& rows) {
     }
   }
   section.sentences = {
-      "PBD's prediction, projection and state are one pass here, \"visits\", a whole step in one parallel "
-      "region. Passes of up to 32,768 particles that are no visits run on one thread by design."};
+      "PBD's prediction, projection and state are one pass here, \"visits\", a whole step in one parallel region. "
+      "Passes of up to 32,768 particles that are no visits run on one thread by design."};
   if (!least.empty())
     section.sentences.push_back(
         "Of passes with 5 % of a step or more, from 10,000 particles on, the one that gains least: " + least + ".");
@@ -83,7 +84,7 @@ Section scaling_passes(const Json& rows) {
 }
 
 Section scaling_launches(const Json& rows) {
-  Section section{"What it costs to start threads and to wait for them", {}, {}, {}};
+  Section section{"What it costs to start threads and to wait for them"};
   section.table.columns = {"threads", "fork and join, microseconds", "median", "a barrier, microseconds"};
   std::string said;
   for (const Json& row : rows) {
@@ -92,8 +93,9 @@ Section scaling_launches(const Json& rows) {
     section.table.rows.push_back({row["threads"].dump(), formatted("%.3g", fork),
                                   formatted("%.3g", number(row, "fork_join_median_us")), formatted("%.3g", barrier)});
     if (row["threads"] != 1)
-      said += formatted("%s%.3g and %.3g microseconds on %s", said.empty() ? "" : "; ", fork, barrier,
-                        counted(row["threads"].get<int>(), "thread").c_str());
+      add_to(said,
+             formatted("%.3g and %.3g microseconds on ", fork, barrier) + counted(row["threads"].get<int>(), "thread"),
+             "; ");
   }
   section.sentences = {"An empty parallel region, and one more launch within it: " + said +
                        ", at best (where other programs have the cores it is the scheduler's time)."};
@@ -104,14 +106,13 @@ Section scaling_launches(const Json& rows) {
     for (const Json& row : rows)
       if (row["kind"] == "launch" && row["threads"] == last["threads"]) {
         const double waits = number(row, "fork_join_us") + 10 * number(last, "phases") * number(row, "barrier_us");
-        share += formatted("%s%.2g %% (%s)", share.empty() ? "" : ", ", waits / 10 / number(last, "step_ms"),
-                           count_of(last).c_str());
+        add_to(share, formatted("%.2g %% (", waits / 10 / number(last, "step_ms")) + count_of(last) + ")");
       }
   }
   if (!share.empty())
     section.sentences.push_back(
-        "A step of PBD is one region with 10 substeps of as many barriers as its patches have phases; "
-        "that makes, of a step on the most threads by particles: " +
+        "A step of PBD is one region with 10 substeps of as many barriers as its patches have phases; that makes, of a "
+        "step on the most threads by particles: " +
         share + ".");
   return section;
 }

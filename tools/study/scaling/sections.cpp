@@ -34,7 +34,7 @@ std::string left_out(const Json& rows, const std::string& kind) {
 
 Chart chart(const std::vector<std::vector<Json>>& all, const std::string& name, const std::string& title,
             const std::string& axis, const std::string& of, bool ideal) {
-  Chart chart{name, "", {}};
+  Chart chart{name, ""};
   int most = 1;
   std::size_t nth = 0;
   std::string method;
@@ -69,12 +69,10 @@ std::string share_of(const Json& row) {
 /// "1.8 (PBD, 10 substeps, 289), ...": what `said` says of each line on the most threads.
 template <class Said>
 std::string on_most_threads(const std::vector<std::vector<Json>>& all, const Said& said) {
-  std::string line;
-  for (const auto& group : all) {
+  return listed(all, [&](const std::vector<Json>& group) {
     const Json& last = group.back();
-    line += (line.empty() ? "" : ", ") + said(last) + " (" + method_of(last) + ", " + count_of(last) + ")";
-  }
-  return line;
+    return said(last) + " (" + method_of(last) + ", " + count_of(last) + ")";
+  });
 }
 std::string on_most_threads(const std::vector<std::vector<Json>>& all, const std::string& of, const char* format,
                             double times = 1) {
@@ -83,7 +81,7 @@ std::string on_most_threads(const std::vector<std::vector<Json>>& all, const std
 
 Section strong(const Json& rows, const std::string& pinning) {
   const auto all = scaling_groups(rows, "strong");
-  Section section{"Strong scaling: the same cloth on more threads", {}, {}, {}};
+  Section section{"Strong scaling: the same cloth on more threads"};
   section.table.columns = {"method",
                            "particles",
                            "threads",
@@ -120,9 +118,8 @@ Section strong(const Json& rows, const std::string& pinning) {
           on_most_threads(all, "times_as_fast", "%.2f") + "." + left_out(rows, "strong"),
       "Times as fast by the least step of each, the one least disturbed: " +
           on_most_threads(all, "undisturbed_times_as_fast", "%.2f") + ".",
-      formatted(
-          "The share that more threads do not speed up, fitted to all of them (of two numbers of threads: what the "
-          "second one says): ") +
+      formatted("The share that more threads do not speed up, fitted to all of them (of two numbers of threads: what "
+                "the second one says): ") +
           on_most_threads(all, share_of) +
           ". Not fitted: no share from 0 to 1 is the best, because more threads are faster than their number, or "
           "slower than one.",
@@ -135,7 +132,7 @@ Section strong(const Json& rows, const std::string& pinning) {
 
 Section weak(const Json& rows) {
   const auto all = scaling_groups(rows, "weak");
-  Section section{"Weak scaling: a cloth that grows with the threads", {}, {}, {}};
+  Section section{"Weak scaling: a cloth that grows with the threads"};
   section.table.columns = {"method", "particles", "threads", "ms a step", "efficiency"};
   for (const auto& group : all)
     for (const Json& row : group)

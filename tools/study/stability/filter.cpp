@@ -49,13 +49,7 @@ std::vector<double> stiffnesses(bool quick) {
 
 /// A straight chain of 1 m held at one end, let go horizontally: how deep its end is after 0.25 s.
 Scene falling_chain(double stiffness, const SolverSpec& solver) {
-  ConstraintSpec lengths;
-  lengths.type = "distance", lengths.on = {"edges"}, lengths.compliance = 1 / stiffness;
-  BodySpec body;
-  body.name = "chain", body.shape = ChainShape{{0, 0, 0}, {1, 0, 0}, 10}, body.mass = 0.1;
-  body.pins = {ListPin{{0}}}, body.constraints = {lengths};
-  Scene scene;
-  scene.file = "malha study", scene.name = "chain", scene.gravity = {0, -kGravity, 0}, scene.bodies = {body};
+  Scene scene = held_chain({1, 0, 0}, 10, 0.1, 1 / stiffness);
   scene.solver = solver, scene.solver.dt = kFrame;
   return scene;
 }
@@ -131,10 +125,9 @@ Section turning_failure(Cells& cells, Json& rows) {
       const double h = 0.5 / largest_frequency(*system, state.x);
       const int steps = int(std::ceil(kFallen * kFrame / h));
       for (int step = 0; step < steps; ++step) rk4(*system, kFallen * kFrame / steps, state), cells.go_on();
-      return std::vector<double>(state.x.data(), state.x.data() + state.x.size());
+      return numbers_of(state.x);
     });
-    const auto numbers = x.get<std::vector<double>>();
-    truth[k] = Vector::Map(numbers.data(), int(numbers.size()));
+    truth[k] = vector_of(x.get<std::vector<double>>());
   }
   const auto add = [&](const std::string& title, const SolverSpec& solver) {
     lines.lines.push_back(line_over(cells, lines, title, all, kFrame * kFrame / mass,
@@ -182,12 +175,11 @@ Section weight_failure(Cells& cells, Json& rows) {
   }
   Section section = lines_section(lines, rows);
   const double x = lines.lines[0].points.back().first;
-  section.sentences = {
-      formatted("At g h^2 / l = %.2g the largest strain is %.2g with gravity round the filter and %.2g "
-                "with all forces filtered.",
-                x, lines.lines[0].at(x), lines.lines[1].at(x)),
-      "What guards: all forces are filtered by default; run and plan warn where internal_only would stretch springs by "
-      "more than 40 %."};
+  section.sentences = {formatted("At g h^2 / l = %.2g the largest strain is %.2g with gravity round the filter and "
+                                 "%.2g with all forces filtered.",
+                                 x, lines.lines[0].at(x), lines.lines[1].at(x)),
+                       "What guards: all forces are filtered by default; run and plan warn where internal_only would "
+                       "stretch springs by more than 40 %."};
   return section;
 }
 

@@ -1,15 +1,12 @@
 // Of the study "stability": stiff shells of irregular meshes that hit the ground.
-#include <stdlib.h>
-
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
-#include <stdexcept>
 
 #include "host/error.h"
 #include "host/simulation.h"
 #include "kernels/project_constraint.h"
+#include "tools/bench/cloth.h"
 #include "tools/bench/output.h"
 #include "tools/study/irregular_mesh.h"
 #include "tools/study/stability/lines.h"
@@ -20,27 +17,6 @@ namespace malha::study {
 namespace {
 
 using bench::formatted;
-
-/// A mesh in a file, gone with this object.
-class ShellFile {
- public:
-  explicit ShellFile(const IrregularMesh& mesh) {
-    std::string name = (std::filesystem::temp_directory_path() / "malha_shell_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
-    folder_ = name;
-    std::ofstream(path()) << mesh.off();
-  }
-  ~ShellFile() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  ShellFile(const ShellFile&) = delete;
-  ShellFile& operator=(const ShellFile&) = delete;
-  std::string path() const { return (folder_ / "shell.off").string(); }
-
- private:
-  std::filesystem::path folder_;
-};
 
 constexpr double kDrop = 0.5;  // m
 constexpr int kImpactFrames = 60;
@@ -66,8 +42,10 @@ Json worst_impact(const ConstraintSpec& bending, int meshes, const Cells& cells)
   double speed = 0, strain = 0;
   for (int seed = 0; seed < meshes; ++seed) {
     const IrregularMesh mesh(seed, 2);
-    const ShellFile file(mesh);
-    Simulation simulation(falling_shell(file.path(), mesh.lowest(), bending), {.threads = 1});
+    const bench::ScratchFolder folder;
+    const std::string file = (folder.path() / "shell.off").string();
+    std::ofstream(file) << mesh.off();
+    Simulation simulation(falling_shell(file, mesh.lowest(), bending), {.threads = 1});
     double top = 0;
     for (const Vec3& x : simulation.positions()) top = std::max(top, x[1]);
     for (int frame = 0; frame < kImpactFrames; ++frame) {
@@ -85,10 +63,7 @@ Json worst_impact(const ConstraintSpec& bending, int meshes, const Cells& cells)
 Section impact_failure(Cells& cells, Json& rows) {
   const int meshes = cells.quick() ? 4 : 20;
   Section section{
-      formatted("Stiff shells on impact: %d irregular closed meshes dropped by %g m, 10 substeps", meshes, kDrop),
-      {},
-      {},
-      {}};
+      formatted("Stiff shells on impact: %d irregular closed meshes dropped by %g m, 10 substeps", meshes, kDrop)};
   section.table.columns = {"bending", "largest speed / fastest by a fall", "largest strain"};
   std::vector<ConstraintSpec> bendings;
   for (const double k : cells.quick() ? std::vector<double>{1, 1e-4} : std::vector<double>{1, 1e-2, 1e-4, 1e-6}) {

@@ -45,7 +45,7 @@ class Sketch {
   }
 
   Chart chart(const std::string& name, const std::string& title) const {
-    Chart chart{name, "set title '" + title + "'\n" + labels_, {}};
+    Chart chart{name, "set title '" + title + "'\n" + labels_};
     chart.settings +=
         "unset xtics\nunset ytics\nunset grid\nunset border\nset lmargin 1\nset rmargin 1\nset tmargin 3\n"
         "set key at screen 0.5,0.085 center center horizontal maxrows 1 width 1 font ',12'\n" +
@@ -130,8 +130,6 @@ class Sketch {
   std::vector<std::pair<std::string, std::string>> theory_;
 };
 
-}  // namespace
-
 Json column(const Axis& y, bool whole, const std::function<Outcome(double y)>& trial) {
   Json found = Json::object();
   for (const char* list : {"verdicts", "strains", "rms", "gains", "warned", "edges"}) found[list] = Json::array();
@@ -164,10 +162,6 @@ Json column(const Axis& y, bool whole, const std::function<Outcome(double y)>& t
   return found;
 }
 
-Chart map_chart(const std::string& name, const std::string& title, const std::vector<Panel>& panels, int across) {
-  return Sketch(panels, across).chart(name, title);
-}
-
 Table map_table(const std::vector<Panel>& panels) {
   Table table{{"", "at", "of", "stable to", "fails from", "as"}, {}};
   for (const Panel& panel : panels)
@@ -193,8 +187,7 @@ std::string warned_sentence(const std::vector<Panel>& panels) {
         ++count[column["verdicts"][k] != int(Verdict::Stable)][column["warned"][k].get<bool>()];
   return formatted(
       "malha run warns (dots) of %d of the %d settings that fail by malha's methods, and of %d of the %d that hold, "
-      "which "
-      "lie near the boundary or beyond that of another chart (the filter's damping, rounding).",
+      "which lie near the boundary or beyond that of another chart (the filter's damping, rounding).",
       count[1][1], count[1][0] + count[1][1], count[0][1], count[0][0] + count[0][1]);
 }
 
@@ -219,6 +212,23 @@ void add_rows(const std::string& map, const std::vector<Panel>& panels, Json& ro
         rows.push_back(row);
       }
     }
+}
+
+}  // namespace
+
+void fill(Panel& panel, Cells& cells, const std::string& key, const std::string& unit, bool whole,
+          const std::function<Outcome(std::size_t k, double y)>& trial) {
+  for (std::size_t k = 0; k < panel.x.values.size(); ++k)
+    panel.columns.push_back(cells(key + formatted("%g", panel.x.values[k]) + unit,
+                                  [&] { return column(panel.y, whole, [&](double y) { return trial(k, y); }); }));
+}
+
+void finish(Section& section, const std::string& name, const std::string& title, const std::vector<Panel>& panels,
+            int across, Json& rows) {
+  section.sentences.push_back(warned_sentence(panels));
+  section.chart = Sketch(panels, across).chart(name, title);
+  section.table = map_table(panels);
+  add_rows(name, panels, rows);
 }
 
 std::string short_number(double value) {

@@ -24,29 +24,25 @@ struct TheoryLine {
 
 struct Panel {
   std::string title;
-  Axis x, y;                  // y: from the safest to the least safe; drawn from the smallest upwards
-  std::vector<Json> columns;  // of column(), one a value of x
+  Axis x, y;                       // y: from the safest to the least safe; drawn from the smallest upwards
+  std::vector<Json> columns = {};  // of fill(), one a value of x
   std::vector<TheoryLine> theory = {};
   bool ours = true;  // malha's method
 };
 
-/// Trials at all values of y, and wherever what holds and what does not are neighbours, the edge between them by
-/// bisection, of whole numbers where `whole`: {verdicts: [0 stable, 1 wrong, 2 diverged], strains, rms, gains, warned,
-/// edges: [[y, y], ...]}; and stable_to, fails_from and fails_as of the last edge beyond which it fails, stable_from of
-/// one before which it does.
-Json column(const Axis& y, bool whole, const std::function<Outcome(double y)>& trial);
+/// Fills the panel's columns: trial(k, y) at the value of x number k and at all values of y, and wherever what holds
+/// and what does not are neighbours, the edge between them by bisection, of whole numbers where `whole`. Each is kept
+/// in a cell `key` VALUE `unit`: {verdicts: [0 stable, 1 wrong, 2 diverged], strains, rms, gains, warned, edges: [[y,
+/// y],
+/// ...]}; and stable_to, fails_from and fails_as of the last edge beyond which it fails, stable_from of one before
+/// which it does.
+void fill(Panel& panel, Cells& cells, const std::string& key, const std::string& unit, bool whole,
+          const std::function<Outcome(std::size_t k, double y)>& trial);
 
-/// All panels beside each other, `across` in a row.
-Chart map_chart(const std::string& name, const std::string& title, const std::vector<Panel>& panels, int across);
-
-/// A row a column, with the boundary.
-Table map_table(const std::vector<Panel>& panels);
-
-/// How many of malha's cells fail with a warning of `malha run`, and how many hold with one.
-std::string warned_sentence(const std::vector<Panel>& panels);
-
-/// Rows for NAME.csv, one a cell.
-void add_rows(const std::string& map, const std::vector<Panel>& panels, Json& rows);
+/// Adds to the section how many of malha's cells fail with a warning of `malha run` and how many hold with one, a chart
+/// of all panels beside each other, `across` in a row, and a table with a row a column; to the rows one a cell.
+void finish(Section& section, const std::string& name, const std::string& title, const std::vector<Panel>& panels,
+            int across, Json& rows);
 
 /// "1e+06" as 1e6, without trailing zeros.
 std::string short_number(double value);

@@ -16,15 +16,8 @@ constexpr double kLength = 1, kLight = 0.01;  // m, kg
 
 /// A chain, horizontal at the start, held at one end, whose last particle weighs `ratio` times as much as the others.
 Model weighted_chain(double ratio, const SolverSpec& solver, double compliance) {
-  ConstraintSpec lengths;
-  lengths.type = "distance", lengths.on = {"edges"};
-  if (compliance > 0) lengths.compliance = compliance;
-  BodySpec body;
-  body.name = "chain", body.shape = ChainShape{{0, 0, 0}, {kLength, 0, 0}, kLinks}, body.mass = kLight * (kLinks + 1);
-  body.pins = {ListPin{{0}}}, body.constraints = {lengths};
-  Scene scene;
-  scene.file = "malha study", scene.name = "chain", scene.gravity = {0, -kGravity, 0};
-  scene.bodies = {body}, scene.solver = solver, scene.solver.dt = kFrame, scene.solver.levels = 0;
+  Scene scene = held_chain({kLength, 0, 0}, kLinks, kLight * (kLinks + 1), compliance);
+  scene.solver = solver, scene.solver.dt = kFrame, scene.solver.levels = 0;
   Model model = build_model(scene);
   for (int i = 0; i < model.count(); ++i) {
     model.mass[i] = kLight * (model.user_of[i] == kLinks ? ratio : 1);
@@ -92,32 +85,27 @@ Section masses_map(Cells& cells, Json& rows) {
   ways[2].solver.substeps = 1, ways[3].solver.substeps = 10, ways[5].solver.type = "desbrun";
   std::vector<Panel> panels;
   for (const Way& way : ways) {
-    Panel panel{way.title, x, {way.counted, counts}, {}};
+    Panel panel{way.title, x, {way.counted, counts}};
     const bool substeps = way.counted == std::string("substeps");
     if (substeps && way.solver.type == "pbd") panel.theory = {theory};
-    for (const double ratio : x.values)
-      panel.columns.push_back(cells(formatted("masses: %s, 1:%g", way.title, ratio), [&] {
-        return column(panel.y, true, [&](double count) {
-          SolverSpec solver = way.solver;
-          (substeps ? solver.substeps : solver.iterations) = int(count);
-          return hung(ratio, solver, way.springs ? 0.01 * kLength / kLinks / ((ratio + kLinks) * kLight * kGravity) : 0,
-                      cells);
-        });
-      }));
+    fill(panel, cells, std::string("masses: ") + way.title + ", 1:", "", true, [&](std::size_t k, double count) {
+      const double ratio = x.values[k];
+      SolverSpec solver = way.solver;
+      (substeps ? solver.substeps : solver.iterations) = int(count);
+      return hung(ratio, solver, way.springs ? 0.01 * kLength / kLinks / ((ratio + kLinks) * kLight * kGravity) : 0,
+                  cells);
+    });
     panels.push_back(panel);
   }
-  Section section{"Mass ratio, by substeps and by iterations", {}, {}, {}};
-  section.sentences = {formatted(
-      "A chain of %d links (1 m) is let go horizontally for 2 s in steps of 1/60 s, its last particle R times as heavy "
-      "as each of the others. A link that bears the weight of n particles is left 2 n g h^2 too long by one sweep a "
-      "substep h: each of its ends moves by half of that, and it must undo the fall. What swings down bears three "
-      "times its weight.",
-      kLinks)};
+  Section section{"Mass ratio, by substeps and by iterations"};
+  section.sentences = {
+      formatted("A chain of %d links (1 m) is let go horizontally for 2 s in steps of 1/60 s, its last particle R "
+                "times as heavy as each of the others. A link that bears the weight of n particles is left 2 n g h^2 "
+                "too long by one sweep a substep h: each of its ends moves by half of that, and it must undo the fall. "
+                "What swings down bears three times its weight.",
+                kLinks)};
   for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
-  section.sentences.push_back(warned_sentence(panels));
-  section.chart = map_chart("masses", "A weight at the end of a chain", panels, 3);
-  section.table = map_table(panels);
-  add_rows("masses", panels, rows);
+  finish(section, "masses", "A weight at the end of a chain", panels, 3, rows);
   return section;
 }
 
@@ -138,29 +126,23 @@ Section resolution_map(Cells& cells, Json& rows) {
         Way{"PBD, 1 substep, one row", "iterations", false}, Way{"XPBD 10 kN/m, one row", "substeps", false, true},
         Way{"XPBD 10 kN/m, two corners", "substeps", true, true},
         Way{"Desbrun 10 kN/m, two corners", "substeps", true, true, true}}) {
-    Panel panel{way.title, x, {way.counted, counts}, {}};
+    Panel panel{way.title, x, {way.counted, counts}};
     if (panels.empty()) panel.theory = {theory};
-    for (const double n : x.values)
-      panel.columns.push_back(cells(formatted("resolution: %s, %g", way.title, n), [&] {
-        return column(panel.y, true, [&](double count) {
-          SolverSpec solver;
-          const bool substeps = way.counted == std::string("substeps");
-          solver.substeps = substeps ? int(count) : 1, solver.iterations = substeps ? 1 : int(count);
-          if (way.filtered) solver.type = "desbrun", solver.desbrun.filter = FilterKind::Sparse;
-          return sheet(int(n), solver, way.corners, way.springs ? 1e-4 : 0, cells);
-        });
-      }));
+    fill(panel, cells, std::string("resolution: ") + way.title + ", ", "", true, [&](std::size_t k, double count) {
+      SolverSpec solver;
+      const bool substeps = way.counted == std::string("substeps");
+      solver.substeps = substeps ? int(count) : 1, solver.iterations = substeps ? 1 : int(count);
+      if (way.filtered) solver.type = "desbrun", solver.desbrun.filter = FilterKind::Sparse;
+      return sheet(int(x.values[k]), solver, way.corners, way.springs ? 1e-4 : 0, cells);
+    });
     panels.push_back(panel);
   }
-  Section section{"Resolution, by substeps", {}, {}, {}};
+  Section section{"Resolution, by substeps"};
   section.sentences = {
       "A sheet of 2 m and 1 kg is let go horizontally for 2 s in steps of 1/60 s. The edge and the two diagonals that "
       "hold each particle next to the row bear a column of n particles."};
   for (const Panel& panel : panels) section.sentences.push_back(boundary_sentence(panel));
-  section.sentences.push_back(warned_sentence(panels));
-  section.chart = map_chart("resolution", "A hanging sheet: particles a side and substeps", panels, 3);
-  section.table = map_table(panels);
-  add_rows("resolution", panels, rows);
+  finish(section, "resolution", "A hanging sheet: particles a side and substeps", panels, 3, rows);
   return section;
 }
 

@@ -27,15 +27,9 @@ void run_frames(Simulation& simulation, int frames, const Cells& cells) {
 
 /// Ten links of 0.1 m, 0.1 kg in all, hanging at rest and damped.
 Scene hung_chain(double stiffness, double compliance, int substeps, int iterations) {
-  ConstraintSpec lengths;
-  lengths.type = "distance", lengths.on = {"edges"}, lengths.stiffness = stiffness;
-  if (compliance > 0) lengths.compliance = compliance;
-  BodySpec body;
-  body.name = "chain", body.shape = ChainShape{{0, 0, 0}, {0, -1, 0}, 10}, body.mass = 0.1, body.damping = 0.3;
-  body.pins = {ListPin{{0}}}, body.constraints = {lengths};
-  Scene scene;
-  scene.file = "malha study", scene.name = "chain", scene.gravity = {0, -kGravity, 0}, scene.bodies = {body};
-  scene.solver.dt = kFrame, scene.solver.substeps = substeps, scene.solver.iterations = iterations;
+  Scene scene = held_chain({0, -1, 0}, 10, 0.1, compliance);
+  scene.bodies[0].damping = 0.3, scene.bodies[0].constraints[0].stiffness = stiffness;
+  scene.solver.substeps = substeps, scene.solver.iterations = iterations;
   scene.solver.precision = Precision::Double;
   return scene;
 }
@@ -120,10 +114,9 @@ Section substeps_failure(Cells& cells, Json& rows) {
   Section section = lines_section(lines, rows);
   const double most = ours.points.back().first;
   section.sentences = {
-      formatted(
-          "With %g substeps float is %.2g m from double in malha and %.2g m in a plain sweep, whose velocities are "
-          "differences of rounded positions; the sheet itself falls by %.2g m.",
-          most, ours.at(most), plain.at(most), 0.5 * kGravity * 0.25),
+      formatted("With %g substeps float is %.2g m from double in malha and %.2g m in a plain sweep, whose velocities "
+                "are differences of rounded positions; the sheet itself falls by %.2g m.",
+                most, ours.at(most), plain.at(most), 0.5 * kGravity * 0.25),
       "What guards: malha keeps the velocity that it predicted with and adds what constraints changed; \"precision\": "
       "\"double\"."};
   return section;
@@ -147,8 +140,8 @@ Section distance_failure(Cells& cells, Json& rows) {
       formatted("At %s m float is %.2g m wrong, where its numbers are %.2g m apart, and double %.2g m.",
                 short_number(most).c_str(), lines.lines[0].at(most), std::nextafter(float(most), 1e30f) - float(most),
                 lines.lines[1].at(most)),
-      "What guards: run, plan and reports say where rounding alone may strain an edge by more than a "
-      "thousandth; \"precision\": \"double\", or a scene moved to the origin."};
+      "What guards: run, plan and reports say where rounding alone may strain an edge by more than a thousandth; "
+      "\"precision\": \"double\", or a scene moved to the origin."};
   return section;
 }
 

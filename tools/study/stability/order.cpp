@@ -74,13 +74,11 @@ Json strains(const Trial& trial, const Cells& cells) {
 Section history(const std::vector<Sweep>& sweeps, Cells& cells, Json& rows) {
   const int n = cells.quick() ? 33 : 100, substeps = cells.quick() ? 10 : 40, frames = 60;
   const auto system = constraints_of(n);
-  Section section{
-      formatted("Order of the sweep: %d x %d particles, %d substeps of 1 iteration", n, n, substeps), {}, {}, {}};
+  Section section{formatted("Order of the sweep: %d x %d particles, %d substeps of 1 iteration", n, n, substeps)};
   Chart chart{"order_time",
               formatted("set title '%d x %d particles, %d substeps of 1 iteration'\nset logscale y\nset format y "
                         "'10^{%%T}'\nset xlabel 'time (s)'\nset ylabel 'RMS strain'\nset yrange [1e-4:1e15]\n",
-                        n, n, substeps),
-              {}};
+                        n, n, substeps)};
   section.table.columns = {"sweep", "RMS strain at the end", "frames until it was no longer finite"};
   const char* styles[] = {"lc rgb '#d62728'", "lc rgb '#ff9896'",      "lc rgb '#e69f00'", "lc rgb '#8c6d31'",
                           "lc rgb '#1f4e9c'", "lc rgb '#74a9cf' dt 2", "lc rgb '#8856a7'", "lc rgb '#1b7837'"};
@@ -103,11 +101,10 @@ Section history(const std::vector<Sweep>& sweeps, Cells& cells, Json& rows) {
                     {"y", substeps},
                     {"rms_strain", last},
                     {"frames", all.size()}});
-    section.sentences.push_back(sweep.title + (finite
-                                                   ? formatted(": RMS strain %.2g after %g s.", last, frames * kFrame)
-                                                   : formatted(": no longer finite after %zu frames, RMS strain %.2g "
-                                                               "before.",
-                                                               all.size(), last)));
+    section.sentences.push_back(
+        sweep.title +
+        (finite ? formatted(": RMS strain %.2g after %g s.", last, frames * kFrame)
+                : formatted(": no longer finite after %zu frames, RMS strain %.2g before.", all.size(), last)));
   }
   section.chart = chart;
   return section;
@@ -127,24 +124,21 @@ std::vector<Section> order_map(Cells& cells, Json& rows) {
                                   {"malha, 10 kN/m", true, false, Precision::Float, true}};
   const Axis x{"particles a side", quick ? std::vector<double>{9, 33} : std::vector<double>{9, 17, 33, 65, 100}};
   const Axis y{"substeps", quick ? std::vector<double>{40, 10} : std::vector<double>{160, 80, 40, 20, 10}};
+  std::vector<std::unique_ptr<SpringSystem>> systems;
+  for (const double n : x.values) systems.push_back(constraints_of(int(n)));
   std::vector<Panel> panels;
   for (const Sweep& sweep : sweeps) {
     Panel panel{sweep.title, x, y, {}, {}, sweep.ours};
-    for (const double n : x.values)
-      panel.columns.push_back(cells(formatted("order: %s, %g", sweep.title.c_str(), n), [&] {
-        const auto system = constraints_of(int(n));
-        return column(y, true, [&](double substeps) {
-          return judge(trial_of(sweep, *system, int(n), int(substeps), 60), cells);
-        });
-      }));
+    fill(panel, cells, "order: " + sweep.title + ", ", "", true, [&](std::size_t k, double substeps) {
+      return judge(trial_of(sweep, *systems[k], int(x.values[k]), int(substeps), 60), cells);
+    });
     panels.push_back(panel);
   }
-  Section map{"Order of the sweep, by resolution and substeps", {}, {}, {}};
+  Section map{"Order of the sweep, by resolution and substeps"};
   map.sentences = {
-      "A sheet of 2 m and 1 kg, held at two corners, is let go horizontally for 1 s; hard constraints, or springs "
-      "of 10 kN/m, one sweep a substep. Plain: one constraint after the other, in order of distance from the pins, "
-      "counted in edges, or by "
-      "colours."};
+      "A sheet of 2 m and 1 kg, held at two corners, is let go horizontally for 1 s; hard constraints, or springs of "
+      "10 kN/m, one sweep a substep. Plain: one constraint after the other, in order of distance from the pins, "
+      "counted in edges, or by colours."};
   for (const Panel& panel : panels) {
     int count[3]{};
     double gain = 0, strain = 0;
@@ -154,16 +148,11 @@ std::vector<Section> order_map(Cells& cells, Json& rows) {
       for (const auto& one : column["rms"]) strain = std::max(strain, one.get<double>());
     }
     map.sentences.push_back(
-        panel.title +
-        formatted(
-            ": %d of %d stable, %d bounded but wrong, %d diverged; what did not diverge gained at most %.2g times the "
-            "energy of the fall, at an RMS strain of at most %.2g.",
-            count[0], count[0] + count[1] + count[2], count[1], count[2], gain, strain));
+        panel.title + formatted(": %d of %d stable, %d bounded but wrong, %d diverged; what did not diverge gained at "
+                                "most %.2g times the energy of the fall, at an RMS strain of at most %.2g.",
+                                count[0], count[0] + count[1] + count[2], count[1], count[2], gain, strain));
   }
-  map.sentences.push_back(warned_sentence(panels));
-  map.chart = map_chart("order", "Order of the sweep: one iteration a substep", panels, 4);
-  map.table = map_table(panels);
-  add_rows("order", panels, rows);
+  finish(map, "order", "Order of the sweep: one iteration a substep", panels, 4, rows);
   return {map, history(sweeps, cells, rows)};
 }
 

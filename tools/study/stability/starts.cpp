@@ -122,7 +122,7 @@ double crossed(double speed, const Cells& cells) {
 
 Section start_failure(Cells& cells, Json& rows) {
   const int n = cells.quick() ? 7 : 17;
-  Section section{formatted("Random and collapsed starts: %d x %d particles held at two corners", n, n), {}, {}, {}};
+  Section section{formatted("Random and collapsed starts: %d x %d particles held at two corners", n, n)};
   section.table.columns = {"start",       "method",    "RMS strain at the start",
                            "after 0.5 s", "after 3 s", "without a direction"};
   const std::vector<std::pair<Start, std::string>> starts{
@@ -153,7 +153,7 @@ Section start_failure(Cells& cells, Json& rows) {
 }
 
 Section thickness_failure(Cells& cells, Json& rows) {
-  Section section{"Thickness smaller than what a step moves by", {}, {}, {}};
+  Section section{"Thickness smaller than what a step moves by"};
   section.table.columns = {"speed, m/s", "a step moves by, thicknesses", "passed, malha, of 121",
                            "passed, seen at ends of steps alone", "crossings of two sheets, malha"};
   double most = 0, unseen_most = 0;
@@ -176,10 +176,9 @@ Section thickness_failure(Cells& cells, Json& rows) {
     unseen_most = std::max(unseen_most, double(unseen));
   }
   section.sentences = {
-      formatted(
-          "121 particles fly at a wall %g m thick, and a sheet at another, one substep a step: a look at the ends of "
-          "steps alone lets up to %g %% through; of malha's, %g pass or cross.",
-          kThickness, unseen_most, most),
+      formatted("121 particles fly at a wall %g m thick, and a sheet at another, one substep a step: a look at the "
+                "ends of steps alone lets up to %g %% through; of malha's, %g pass or cross.",
+                kThickness, unseen_most, most),
       "What guards: collisions are found along the whole way (Embree's rays, swept boxes, planes that part pairs)."};
   return section;
 }

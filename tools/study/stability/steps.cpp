@@ -1,8 +1,6 @@
 // The map of the study "stability" over time steps and stiffness.
 #include "tools/study/reference/steps.h"
 
-#include <cmath>
-
 #include "tools/bench/output.h"
 #include "tools/study/stability/maps.h"
 
@@ -16,11 +14,12 @@ constexpr double kSide = 1, kMass = 0.2, kSeconds = 2;  // m, kg, s
 constexpr double kEuler = 2, kRk4 = 2.828;              // omega_max h up to which small motions stay bounded
 
 struct Way {
+  using Step = std::function<void(State&)>;
   std::string title;
-  SolverSpec solver;                                                             // of malha
-  std::function<void(const SpringSystem&, double h, State&)> advance = nullptr;  // not malha's
-  double limit = 0;                                                              // of omega_max h; 0: none is known
-  int most = 4000;                                                               // steps
+  SolverSpec solver;                                         // of malha
+  Step (*advance)(const SpringSystem&, double h) = nullptr;  // by a step of h; null: malha's
+  double limit = 0;                                          // of omega_max h; 0: none is known
+  int most = 4000;                                           // steps
 };
 
 int newton_steps(bool quick) { return quick ? 60 : 200; }
@@ -40,12 +39,18 @@ std::vector<Way> ways(bool quick) {
   all.push_back({"Desbrun, int16", solver});
   solver.desbrun.storage.reset(), solver.desbrun.refine = 8, solver.desbrun.filter = FilterKind::Sparse;
   all.push_back({"Desbrun, refine 8", solver});
-  all.push_back({"symplectic Euler",
-                 {},
-                 [](const SpringSystem& system, double h, State& state) { symplectic_euler(system, h, state); },
-                 kEuler});
-  all.push_back({"RK4", {}, [](const SpringSystem& system, double h, State& state) { rk4(system, h, state); }, kRk4});
-  all.push_back({"backward Euler", {}, nullptr, 0, newton_steps(quick)});
+  const auto euler = [](const SpringSystem& system, double h) -> Way::Step {
+    return [&system, h](State& state) { symplectic_euler(system, h, state); };
+  };
+  const auto runge = [](const SpringSystem& system, double h) -> Way::Step {
+    return [&system, h](State& state) { rk4(system, h, state); };
+  };
+  const auto backward = [](const SpringSystem& system, double h) -> Way::Step {
+    return [newton = std::make_shared<BackwardEuler>(system), h](State& state) { newton->step(h, state); };
+  };
+  all.push_back({"symplectic Euler", {}, euler, kEuler});
+  all.push_back({"RK4", {}, runge, kRk4});
+  all.push_back({"backward Euler", {}, backward, 0, newton_steps(quick)});
   for (Way& way : all)
     if (quick) way.most = std::min(way.most, 400);
   return all;
@@ -54,43 +59,35 @@ std::vector<Way> ways(bool quick) {
 Outcome one(const Way& way, const SpringSystem& system, Scene scene, double h, const Cells& cells) {
   const int steps = steps_of(kSeconds, h, way.most);
   const double scale = kMass * kGravity * kSide;
-  if (way.advance)
-    return judge(reference_trial(
-                     system, [&](State& state) { way.advance(system, h, state); }, steps, scale),
-                 cells);
-  if (way.title.starts_with("backward")) {
-    BackwardEuler newton(system);
-    return judge(reference_trial(
-                     system, [&](State& state) { newton.step(h, state); }, steps, scale),
-                 cells);
-  }
+  if (way.advance) return judge(reference_trial(system, way.advance(system, h), steps, scale), cells);
   scene.solver = way.solver, scene.solver.dt = h, scene.solver.levels = 0;
   return judge(malha_trial(scene, steps, scale), cells);
 }
 
-/// How close the boundaries lie to the theory's.
-std::string theory_sentence(const Panel& panel, const Way& way, const std::vector<double>& omega) {
+/// The least and the most of where columns fail from, each times its scale (1 where none are given); 0 where none does.
+std::pair<double, double> failing(const Panel& panel, const std::vector<double>& scales = {}) {
   double least = 1e300, most = 0;
   for (std::size_t k = 0; k < panel.columns.size(); ++k) {
     if (!panel.columns[k].contains("fails_from")) continue;
-    const double at = panel.columns[k]["fails_from"].get<double>() * omega[k];
+    const double at = panel.columns[k]["fails_from"].get<double>() * (scales.empty() ? 1 : scales[k]);
     least = std::min(least, at), most = std::max(most, at);
   }
+  return {least, most};
+}
+
+/// How close the boundaries lie to the theory's.
+std::string theory_sentence(const Panel& panel, const Way& way, const std::vector<double>& omega) {
+  const auto [least, most] = failing(panel, omega);
   if (most == 0) return way.title + " fails nowhere on the map.";
   return way.title + formatted(" fails from omega_max h = %.2f to %.2f; theory says %.2f.", least, most, way.limit);
 }
 
 std::string steps_sentence(const Panel& panel) {
-  double least = 1e300, most = 0;
+  const auto [least, most] = failing(panel);
   int diverged = 0, nowhere = 0;
   for (const Json& column : panel.columns) {
     for (const auto& verdict : column["verdicts"]) diverged += verdict == int(Verdict::Diverged);
-    if (!column.contains("fails_from")) {
-      ++nowhere;
-      continue;
-    }
-    least = std::min(least, column["fails_from"].get<double>());
-    most = std::max(most, column["fails_from"].get<double>());
+    nowhere += !column.contains("fails_from");
   }
   std::string line = panel.title + ": ";
   if (most == 0) return line + "stable everywhere.";
@@ -115,15 +112,13 @@ Section steps_map(Cells& cells, Json& rows) {
     systems.push_back(spring_system(hanging_sheet(n, kSide, kMass, 1 / k)));
     omega.push_back(largest_frequency(*systems.back(), systems.back()->start.x));
   }
-  Section section{"Time step and stiffness", {}, {}, {}};
+  Section section{"Time step and stiffness"};
   std::vector<Panel> panels;
   for (const Way& way : ways(quick)) {
-    Panel panel{way.title, x, y, {}, {}, way.advance == nullptr && !way.title.starts_with("backward")};
-    for (std::size_t k = 0; k < x.values.size(); ++k)
-      panel.columns.push_back(cells("steps: " + way.title + formatted(", %g N/m", x.values[k]), [&] {
-        const Scene scene = hanging_sheet(n, kSide, kMass, 1 / x.values[k]);
-        return column(y, false, [&](double h) { return one(way, *systems[k], scene, h, cells); });
-      }));
+    Panel panel{way.title, x, y, {}, {}, way.advance == nullptr};
+    fill(panel, cells, "steps: " + way.title + ", ", " N/m", false, [&](std::size_t k, double h) {
+      return one(way, *systems[k], hanging_sheet(n, kSide, kMass, 1 / x.values[k]), h, cells);
+    });
     if (way.limit > 0) {
       TheoryLine line{formatted("omega h = %.2f, from the spectrum", way.limit), {}};
       for (std::size_t k = 0; k < omega.size(); ++k) line.points.push_back({x.values[k], way.limit / omega[k]});
@@ -132,29 +127,24 @@ Section steps_map(Cells& cells, Json& rows) {
     section.sentences.push_back(way.limit > 0 ? theory_sentence(panel, way, omega) : steps_sentence(panel));
     panels.push_back(panel);
   }
-  const Axis k{"PBD stiffness",
-               quick ? std::vector<double>{0.01, 1} : std::vector<double>{1e-4, 1e-3, 0.01, 0.1, 0.5, 1}};
-  Panel pbd{"PBD, 1 iteration", k, y, {}};
-  for (const double stiffness : k.values)
-    pbd.columns.push_back(cells(formatted("steps: PBD, %g", stiffness), [&] {
-      Scene scene = hanging_sheet(n, kSide, kMass, 0);
-      scene.bodies[0].constraints[0].stiffness = stiffness;
-      const Way way{"PBD", ways(quick)[0].solver, nullptr, 0, quick ? 400 : 4000};
-      return column(y, false, [&](double h) { return one(way, *systems[0], scene, h, cells); });
-    }));
+  const Axis stiffnesses{"PBD stiffness",
+                         quick ? std::vector<double>{0.01, 1} : std::vector<double>{1e-4, 1e-3, 0.01, 0.1, 0.5, 1}};
+  Panel pbd{"PBD, 1 iteration", stiffnesses, y};
+  fill(pbd, cells, "steps: PBD, ", "", false, [&](std::size_t k, double h) {
+    Scene scene = hanging_sheet(n, kSide, kMass, 0);
+    scene.bodies[0].constraints[0].stiffness = stiffnesses.values[k];
+    return one({"PBD", ways(quick)[0].solver, nullptr, 0, quick ? 400 : 4000}, *systems[0], scene, h, cells);
+  });
   section.sentences.insert(section.sentences.begin(), steps_sentence(pbd));
   panels.insert(panels.begin(), pbd);
   section.sentences.insert(
       section.sentences.begin(),
       formatted(
-          "A sheet of %d x %d particles (1 m, 0.2 kg) is let go horizontally, held at one row, for 2 s (at least "
-          "200 steps, at most %d, of Newton's %d). Wrong: some strain exceeds 50 %%, or the energy grows by more than "
-          "5 %% of what the sheet can fall by; diverged: no longer finite, or grown by more than ten times that.",
+          "A sheet of %d x %d particles (1 m, 0.2 kg) is let go horizontally, held at one row, for 2 s (at least 200 "
+          "steps, at most %d, of Newton's %d). Wrong: some strain exceeds 50 %%, or the energy grows by more than 5 %% "
+          "of what the sheet can fall by; diverged: no longer finite, or grown by more than ten times that.",
           n, n, quick ? 400 : 4000, newton_steps(quick)));
-  section.sentences.push_back(warned_sentence(panels));
-  section.chart = map_chart("steps", "Time step and stiffness: where each method holds", panels, 5);
-  section.table = map_table(panels);
-  add_rows("steps", panels, rows);
+  finish(section, "steps", "Time step and stiffness: where each method holds", panels, 5, rows);
   return section;
 }
 

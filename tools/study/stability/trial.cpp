@@ -13,6 +13,20 @@ namespace {
 
 Sample sample_of(const Measures& m) { return {m.strain_max, m.strain_rms, m.kinetic + m.potential}; }
 
+/// One body of distances, in gravity.
+Scene sprung(const std::string& name, const Shape& shape, double mass, const Pin& pin, std::vector<std::string> on,
+             double compliance) {
+  ConstraintSpec lengths;
+  lengths.type = "distance", lengths.on = std::move(on);
+  if (compliance > 0) lengths.compliance = compliance;
+  BodySpec body;
+  body.name = name, body.shape = shape, body.mass = mass, body.pins = {pin}, body.constraints = {lengths};
+  Scene scene;
+  scene.file = "malha study", scene.name = name, scene.gravity = {0, -kGravity, 0}, scene.bodies = {body};
+  scene.solver.dt = kFrame;
+  return scene;
+}
+
 }  // namespace
 
 Outcome judge(const Trial& trial, const Cells& cells) {
@@ -72,16 +86,8 @@ Trial reference_trial(const SpringSystem& system, std::function<void(State&)> ad
 }
 
 Scene hanging_sheet(int n, double side, double mass, double compliance) {
-  ConstraintSpec lengths;
-  lengths.type = "distance", lengths.on = {"edges", "shear"};
-  if (compliance > 0) lengths.compliance = compliance;
-  BodySpec body;
-  body.name = "sheet", body.shape = GridShape{{side, side}, {n - 1, n - 1}}, body.mass = mass;
-  body.pins = {RowPin{}}, body.constraints = {lengths};
-  Scene scene;
-  scene.file = "malha study", scene.name = "sheet", scene.gravity = {0, -kGravity, 0};
-  scene.bodies = {body};
-  scene.solver.dt = 1.0 / 60;
+  Scene scene =
+      sprung("sheet", GridShape{{side, side}, {n - 1, n - 1}}, mass, RowPin{}, {"edges", "shear"}, compliance);
   scene.solver.levels = 0;  // the boundaries are those of sweeps over the particles
   return scene;
 }
@@ -90,6 +96,10 @@ Scene cornered_sheet(int n, double side, double mass, double compliance) {
   Scene scene = hanging_sheet(n, side, mass, compliance);
   scene.bodies[0].pins = {ListPin{{0, n - 1}}};
   return scene;
+}
+
+Scene held_chain(const Vec3& end, int links, double mass, double compliance) {
+  return sprung("chain", ChainShape{{0, 0, 0}, end, links}, mass, ListPin{{0}}, {"edges"}, compliance);
 }
 
 }  // namespace malha::study

@@ -60,4 +60,7 @@ Scene hanging_sheet(int n, double side, double mass, double compliance);
 /// The same, held at the two corners of that row.
 Scene cornered_sheet(int n, double side, double mass, double compliance);
 
+/// A straight chain from the origin, where it is held; compliance likewise.
+Scene held_chain(const Vec3& end, int links, double mass, double compliance);
+
 }  // namespace malha::study
