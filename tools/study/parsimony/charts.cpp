@@ -10,6 +10,15 @@ using bench::formatted;
 
 std::string quoted(const std::string& name) { return "'" + name + "'"; }
 
+/// A bar beside row k, as gnuplot's boxxyerror takes it, and how it is filled.
+std::string bar(std::size_t k, double x, double from, double to) {
+  return formatted("%g %zu %g %g %g %g\n", x, k, from, to, static_cast<double>(k) - 0.35,
+                   static_cast<double>(k) + 0.35);
+}
+std::string filled(const std::string& colour) {
+  return "with boxxyerror fs solid 0.8 noborder lc rgb '" + colour + "'";
+}
+
 /// Passes that are drawn as one.
 struct Layer {
   const char* title;
@@ -41,10 +50,8 @@ bench::Series bars(const Json& rows, const std::string& key, double scale, doubl
                    const std::string& title) {
   std::string data;
   for (std::size_t k = 0; k < rows.size(); ++k)
-    if (const double value = number(rows[k], key) * scale; value > from)
-      data += formatted("%g %zu %g %g %g %g\n", value, k, from, value, static_cast<double>(k) - 0.35,
-                        static_cast<double>(k) + 0.35);
-  return {data, "with boxxyerror fs solid 0.8 noborder lc rgb '" + colour + "'", title};
+    if (const double value = number(rows[k], key) * scale; value > from) data += bar(k, value, from, value);
+  return {data, filled(colour), title};
 }
 
 Chart ladder_chart(const Json& ladder) {
@@ -60,14 +67,10 @@ Chart ladder_chart(const Json& ladder) {
     for (std::size_t k = 0; k < rungs.size(); ++k) {
       double ms = 0;
       for (const char* pass : layer.passes) ms += number(rungs[k], std::string("pass_") + pass + "_ms");
-      if (ms > 0)
-        data += formatted("%g %zu %g %g %g %g\n", from[k], k, from[k], from[k] + ms, static_cast<double>(k) - 0.35,
-                          static_cast<double>(k) + 0.35);
+      if (ms > 0) data += bar(k, from[k], from[k], from[k] + ms);
       from[k] += ms;
     }
-    if (!data.empty())
-      chart.series.push_back(
-          {data, std::string("with boxxyerror fs solid 0.8 noborder lc rgb '") + layer.colour + "'", layer.title});
+    if (!data.empty()) chart.series.push_back({data, filled(layer.colour), layer.title});
   }
   return chart;
 }

@@ -5,6 +5,18 @@
 
 namespace malha::study {
 
+namespace {
+
+/// The places of numbers in ascending order; of the same number as they are.
+std::vector<int> ascending(const std::vector<int>& numbers) {
+  std::vector<int> order(numbers.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return numbers[a] < numbers[b]; });
+  return order;
+}
+
+}  // namespace
+
 std::vector<int> order_from_pins(const SpringSystem& system) {
   std::vector<std::vector<int>> next(system.count());
   for (const Spring& s : system.springs) next[s.i].push_back(s.j), next[s.j].push_back(s.i);
@@ -14,11 +26,9 @@ std::vector<int> order_from_pins(const SpringSystem& system) {
   for (std::size_t k = 0; k < front.size(); ++k)
     for (const int j : next[front[k]])
       if (away[j] > away[front[k]] + 1) away[j] = away[front[k]] + 1, front.push_back(j);
-  const auto nearer = [&](int s) { return std::min(away[system.springs[s].i], away[system.springs[s].j]); };
-  std::vector<int> order(system.springs.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return nearer(a) < nearer(b); });
-  return order;
+  std::vector<int> nearer;
+  for (const Spring& s : system.springs) nearer.push_back(std::min(away[s.i], away[s.j]));
+  return ascending(nearer);
 }
 
 std::vector<int> order_by_colour(const SpringSystem& system) {
@@ -34,10 +44,7 @@ std::vector<int> order_by_colour(const SpringSystem& system) {
     }
     colour.push_back(lowest);
   }
-  std::vector<int> order(colour.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return colour[a] < colour[b]; });
-  return order;
+  return ascending(colour);
 }
 
 template <class R>
