@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "host/mesh/topology.h"
 #include "host/model/model.h"
 #include "host/report/plan.h"
 #include "host/report/report.h"
@@ -36,15 +37,6 @@ std::vector<BodyOf> bodies_of(Running& running) {
   for (std::size_t b = 0; b + 1 < look.body_begin.size(); ++b)
     all.push_back({simulation.model().scene.bodies[b].name, look.body_begin[b], look.body_begin[b + 1],
                    look.face_begin[b], look.face_begin[b + 1], simulation.particles_of_vertices(b)});
-  return all;
-}
-
-std::vector<Triangle> triangles_of(const std::vector<Quad>& faces) {
-  std::vector<Triangle> all;
-  for (const Quad& face : faces) {
-    all.push_back({face[0], face[1], face[2]});
-    if (!is_triangle(face)) all.push_back({face[0], face[2], face[3]});
-  }
   return all;
 }
 
@@ -132,7 +124,10 @@ void add_state(Class& simulation) {
           "faces", [](Running& s) { return array_of(s.now()->model().look.faces); },
           "int32 (F, 4), particles; -1 ends a triangle. A copy. Tears and cuts change it.")
       .def_property_readonly(
-          "triangles", [](Running& s) { return array_of(triangles_of(s.now()->model().look.faces)); },
+          "triangles",
+          [](Running& s) {
+            return array_of(triangles(Mesh{{}, s.now()->model().look.faces, {}, {}}));
+          },
           "int32 (T, 3), particles: the faces, quads as two.")
       .def_property_readonly(
           "lines", [](Running& s) { return array_of(s.now()->model().look.lines); },
