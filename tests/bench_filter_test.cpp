@@ -10,6 +10,7 @@
 #include "tools/bench/filter/step.h"
 #include "tools/bench/filter/table.h"
 #include "tools/bench/machine.h"
+#include "tools/bench/openblas.h"
 #include "tools/bench/pinned.h"
 #include "tools/bench/stream.h"
 
@@ -19,7 +20,7 @@ namespace {
 using Json = nlohmann::json;
 
 /// Rows of a size and number of threads that are not malha's.
-std::size_t peers() { return blas_version().empty() ? 0 : 3; }
+std::size_t peers() { return openblas_version().empty() ? 0 : 3; }
 
 /// A run as short as it can be.
 Ended bench_filter(std::vector<std::string> words, const TemporaryFolder& folder) {

@@ -5,7 +5,8 @@
 #include <thread>
 
 #include "tests/support.h"
-#include "tools/bench/measure.h"
+#include "tools/bench/bullet.h"
+#include "tools/bench/projection/measure.h"
 
 namespace malha::bench {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 using Json = nlohmann::json;
 
 /// Rows of a case that are not malha's.
-const std::size_t kPeers = peer_version().empty() ? 0 : 1;
+const std::size_t kPeers = bullet_version().empty() ? 0 : 1;
 
 /// An environment variable with another value, as long as this object lives.
 class Environment {

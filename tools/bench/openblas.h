@@ -20,7 +20,7 @@ struct BlasProduct {
 /// One number of threads at a time: OpenBLAS has it for the whole process. Only where there is a version.
 std::vector<BlasProduct> blas_products(int n, const float* s, int threads);
 
-/// "OpenBLAS 0.3.21 (Zen)"; empty: it could not be opened.
+/// "OpenBLAS 0.3.21 (Zen)"; empty: it was not there when malha was built, or is no longer.
 std::string openblas_version();
 
 }  // namespace malha::bench

@@ -25,8 +25,14 @@ void check_sizes(const bench::ProjectionOptions& options) {
                                                                      std::to_string(high)));
 }
 
-/// What all have.
-void add_measuring(CLI::App& command, bench::MeasuringOptions& options, const std::string& name) {
+/// What all have, and what runs it; `check` throws what refuses options that do not go together.
+template <class Options>
+void add_measuring(CLI::App& command, BenchArguments& arguments, Options& options, void (*run)(const Options&),
+                   void (*check)(const Options&) = nullptr) {
+  command.callback([=, &arguments, &options] {
+    if (check) check(options);
+    arguments.run = [=, &options] { run(options); };
+  });
   add_list(command, "--threads", options.threads, whole_number(1, 1024),
            "Numbers of threads; 1 and all cores if not given");
   add_checked(command, "--repeats", options.repeats, whole_number(1, 1000), "N",
@@ -35,7 +41,7 @@ void add_measuring(CLI::App& command, bench::MeasuringOptions& options, const st
               "Seconds of each of them, at least; " + shown(options.seconds) + " if not given");
   add_checked(command, "--json", options.json, some_path(), "FILE", "Write the rows here too");
   add_checked(command, "--out", options.out, some_path(), "FOLDER",
-              "Folder of the results; out/bench_" + name + " if not given");
+              "Folder of the results; out/bench_" + command.get_name() + " if not given");
   command.group("Benchmarks");
   command.set_help_flag("-h,--help", "Print this help");
 }
@@ -48,11 +54,7 @@ void add_projection(CLI::App& bench, BenchArguments& arguments) {
            "With --case irregular: about how many particles; 100000");
   add_checked(*projection, "--case", options.only, one_of(kCases), "NAME",
               "grid or irregular; both if not given, but the grid alone if --n is given");
-  add_measuring(*projection, options, "projection");
-  projection->callback([&arguments, &options] {
-    check_sizes(options);
-    arguments.run = [&options] { bench::run_projection(options); };
-  });
+  add_measuring(*projection, arguments, options, bench::run_projection, check_sizes);
   projection->footer(
       "A cloth of 2 m and 1 kg hangs by one side: a grid with both diagonals of its cells, or an irregular triangle\n"
       "mesh with shuffled indices. Each line runs 60 steps before it is measured: 10 substeps of 1 iteration (10x1)\n"
@@ -75,8 +77,7 @@ void add_filter(CLI::App& bench, BenchArguments& arguments) {
            "Particles a side of the grid: N gives N (N - 1) unknowns;\n17,24,32,46,71,100,141,316,1000 if not given");
   add_list(*filter, "--kernel", options.kernels, one_of(kKernels),
            "dense, sparse, step; all if not given, but no step if --n is given");
-  add_measuring(*filter, options, "filter");
-  filter->callback([&arguments, &options] { arguments.run = [&options] { bench::run_filter(options); }; });
+  add_measuring(*filter, arguments, options, bench::run_filter);
   filter->footer(
       "A cloth of 2 m and 1 kg hangs by one row: a grid with springs of 1e4 N/m along its edges and diagonals,\n"
       "dt = 1/60 s. dense: S = (M - dt^2 H)^-1 as a symmetric matrix in float, double and int16, up to 25,000 "
@@ -102,8 +103,7 @@ void add_self(CLI::App& bench, BenchArguments& arguments) {
   add_list(*self, "--n", options.n, whole_number(16, 10'000'000), "Particles, about; those of each case if not given");
   add_list(*self, "--case", options.cases, one_of(bench::self_case_names()),
            join(bench::self_case_names()) + "; all if not given, but stack alone if --n is given");
-  add_measuring(*self, options, "self");
-  self->callback([&arguments, &options] { arguments.run = [&options] { bench::run_self(options); }; });
+  add_measuring(*self, arguments, options, bench::run_self);
   self->footer(
       "Layers that slide, a heap, a cloth over a ball, a twisted one, a crumpled one, and two balls.\n"
       "Those on each number of threads take turns. A motion is measured from its start to its end.\n"
@@ -123,8 +123,7 @@ void add_contact(CLI::App& bench, BenchArguments& arguments) {
               "Frames of each cloth on a scan by Bullet too, some seconds each; 0 if not given");
   add_checked(*contact, "--scenes", options.scenes, some_path(), "FOLDER",
               "Folder of the shipped scenes and meshes; scenes if not given");
-  add_measuring(*contact, options, "contact");
-  contact->callback([&arguments, &options] { arguments.run = [&options] { bench::run_contact(options); }; });
+  add_measuring(*contact, arguments, options, bench::run_contact);
   contact->footer(
       "Scenes that ship, from the moment when much touches, and cloths of 40,000 and 100,000 particles on scans that\n"
       "turn at 450 degrees/s. looks: answered by a mesh's lists of near triangles, a step; queries: of the whole "
@@ -142,8 +141,7 @@ void add_constraints(CLI::App& bench, BenchArguments& arguments) {
   CLI::App* constraints = bench.add_subcommand("constraints", "What each kind of constraint costs");
   add_checked(*constraints, "--n", options.n, whole_number(16, 4'000'000), "N",
               "Particles of each body, about; 100000 if not given");
-  add_measuring(*constraints, options, "constraints");
-  constraints->callback([&arguments, &options] { arguments.run = [&options] { bench::run_constraints(options); }; });
+  add_measuring(*constraints, arguments, options, bench::run_constraints);
   constraints->footer(
       "Every kind alone on a body of its own: a sheet hung by a row, or where it needs one a closed ball. What is\n"
       "batched is timed as whole steps, the rest as its own pass. Numbers of threads take turns.\n"

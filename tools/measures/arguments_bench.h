@@ -6,7 +6,7 @@
 #include "tools/bench/constraints.h"
 #include "tools/bench/contact.h"
 #include "tools/bench/filter/filter.h"
-#include "tools/bench/projection.h"
+#include "tools/bench/projection/projection.h"
 #include "tools/bench/self.h"
 
 namespace CLI {

@@ -11,24 +11,16 @@
 #include "host/filter/dense_plan.h"
 #include "host/filter/filter.h"
 #include "tools/bench/cloth.h"
-#if defined(MALHA_HAS_OPENBLAS)
 #include "tools/bench/openblas.h"
-#endif
 
 namespace malha::bench {
 
-namespace {
-
 #if !defined(MALHA_HAS_OPENBLAS)
-struct BlasProduct {
-  std::string routine, way;
-  double bytes = 0;
-  std::function<void()> multiply;
-  ApplyFilter apply;
-};
 std::vector<BlasProduct> blas_products(int, const float*, int) { return {}; }
 std::string openblas_version() { return ""; }
 #endif
+
+namespace {
 
 int bytes_of(Storage storage) { return storage == Storage::Double ? 8 : storage == Storage::Float ? 4 : 2; }
 
@@ -40,7 +32,8 @@ std::string no_room(double bytes) {
 
 /// Why OpenBLAS has no rows; empty: it has.
 std::string blas_left_out(int threads) {
-  if (blas_version().empty()) return "it was not there when malha was built, or is no longer (Debian: libopenblas-dev)";
+  if (openblas_version().empty())
+    return "it was not there when malha was built, or is no longer (Debian: libopenblas-dev)";
   const char* bound = std::getenv("OMP_PROC_BIND");
   if (threads > 1 && bound != nullptr && std::string(bound) != "false")
     return "OMP_PROC_BIND would keep all its threads on one core";
@@ -48,8 +41,6 @@ std::string blas_left_out(int threads) {
 }
 
 }  // namespace
-
-std::string blas_version() { return openblas_version(); }
 
 Scene sprung(int side) {
   Scene scene = hanging(grid_case(side), {1, 1});

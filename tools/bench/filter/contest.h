@@ -50,7 +50,4 @@ class FilterCase {
   double whole_seconds_ = 0;
 };
 
-/// OpenBLAS's; empty: it was not there when malha was built, or no longer is.
-std::string blas_version();
-
 }  // namespace malha::bench

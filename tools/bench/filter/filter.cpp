@@ -11,6 +11,7 @@
 #include "tools/bench/filter/step.h"
 #include "tools/bench/filter/table.h"
 #include "tools/bench/machine.h"
+#include "tools/bench/openblas.h"
 #include "tools/bench/output.h"
 
 namespace malha::bench {
@@ -26,7 +27,7 @@ bool asks(const FilterOptions& options, const std::string& kernel) {
 
 Json facts_of(const std::vector<int>& threads) {
   Json facts = machine_facts(threads);
-  if (!blas_version().empty()) facts["openblas_version"] = blas_version();
+  if (!openblas_version().empty()) facts["openblas_version"] = openblas_version();
   facts["cache_bytes"] = cache_bytes();
   facts["read_bytes"] = kMemoryBytes;
   facts["read_gb_per_s"] = bandwidths(threads, read_gb_per_s);
@@ -40,7 +41,7 @@ std::string introduction(const FilterOptions& options, const Json& facts) {
              "of as many bytes.\nerror, elastic: relative, of noise and of what springs pull with. / sgemm ...: times "
              "as fast as OpenBLAS.\n",
              options.repeats, options.seconds) +
-         machine_lines(facts, blas_version()) + bandwidth_line(facts, "read_gb_per_s", "reading from memory");
+         machine_lines(facts, openblas_version()) + bandwidth_line(facts, "read_gb_per_s", "reading from memory");
 }
 
 int step_cap(const FilterOptions& options, bool dense) {

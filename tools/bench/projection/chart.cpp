@@ -1,4 +1,4 @@
-#include "tools/bench/chart.h"
+#include "tools/bench/projection/chart.h"
 
 #include <cstdio>
 #include <map>

@@ -1,4 +1,4 @@
-#include "tools/bench/measure.h"
+#include "tools/bench/projection/measure.h"
 
 #include <algorithm>
 
@@ -7,10 +7,8 @@
 #include "host/base/text.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
-#include "tools/bench/medians.h"
-#if defined(MALHA_HAS_BULLET)
 #include "tools/bench/bullet.h"
-#endif
+#include "tools/bench/medians.h"
 
 namespace malha::bench {
 
@@ -70,7 +68,6 @@ Runner bullet_runner(const Case& which) {
 }
 #else
 Runner bullet_runner(const Case&) { return {}; }
-std::string bullet_version() { return ""; }
 #endif
 
 std::string words(const Row& row) {
@@ -81,10 +78,12 @@ std::string words(const Row& row) {
 
 std::size_t lines_of_malha(const std::vector<int>& threads) { return std::size(kSchedules) * threads.size(); }
 
-std::string peer_version() { return bullet_version(); }
+#if !defined(MALHA_HAS_BULLET)
+std::string bullet_version() { return ""; }
+#endif
 
 std::string bullet_left_out(const Case& which) {
-  if (peer_version().empty()) return "it was not there when malha was built (Debian: libbullet-dev)";
+  if (bullet_version().empty()) return "it was not there when malha was built (Debian: libbullet-dev)";
   return which.side > 500 ? "its warm-up alone would take minutes" : "";
 }
 

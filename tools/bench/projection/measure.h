@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tools/bench/counts.h"
-#include "tools/bench/row.h"
+#include "tools/bench/projection/row.h"
 
 namespace malha::bench {
 
@@ -17,8 +17,6 @@ std::size_t lines_of_malha(const std::vector<int>& threads);
 /// --threads 1 and 1,2,3, and with --case irregular --n 1000000, rounded up.
 inline constexpr double kLineBytes = 200, kSetUpBytes = 400;
 
-/// Bullet's; empty: it was not there when malha was built.
-std::string peer_version();
 /// Why Bullet gets no row of this case; empty: it gets one.
 std::string bullet_left_out(const Case& which);
 

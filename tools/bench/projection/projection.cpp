@@ -1,16 +1,17 @@
-#include "tools/bench/projection.h"
+#include "tools/bench/projection/projection.h"
 
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "host/base/memory_size.h"
 #include "host/error.h"
-#include "tools/bench/chart.h"
+#include "tools/bench/bullet.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/machine.h"
-#include "tools/bench/measure.h"
 #include "tools/bench/output.h"
-#include "tools/bench/table.h"
+#include "tools/bench/projection/chart.h"
+#include "tools/bench/projection/measure.h"
+#include "tools/bench/projection/table.h"
 
 namespace malha::bench {
 
@@ -37,7 +38,7 @@ std::vector<Planned> plan(const ProjectionOptions& options) {
 /// What was measured on, and how fast that is.
 Json facts_of(const std::vector<int>& threads, double root_ns) {
   Json facts = machine_facts(threads);
-  if (!peer_version().empty()) facts["bullet_version"] = peer_version();
+  if (!bullet_version().empty()) facts["bullet_version"] = bullet_version();
   facts["root_and_quotient_ns"] = root_ns;
   return facts;
 }
@@ -48,7 +49,7 @@ std::string introduction(const ProjectionOptions& options, const Json& facts) {
              "medians.\nStrain and state are those after the warm-up. The floor is the larger of memory (the triad at "
              "that size)\nand arithmetic (a square root and a division, %.3f ns on 1 thread).\n",
              kWarmUpSteps, options.repeats, options.seconds, facts["root_and_quotient_ns"].get<double>()) +
-         machine_lines(facts, peer_version().empty() ? "" : "Bullet " + peer_version());
+         machine_lines(facts, bullet_version().empty() ? "" : "Bullet " + bullet_version());
 }
 
 /// The most that the lines of a case take up while they take turns.

@@ -1,4 +1,4 @@
-#include "tools/bench/row.h"
+#include "tools/bench/projection/row.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-#include "tools/bench/table.h"
+#include "tools/bench/projection/table.h"
 
 #include "host/base/text.h"
 #include "tools/bench/output.h"

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/bench/row.h"
+#include "tools/bench/projection/row.h"
 
 namespace malha::bench {
 
