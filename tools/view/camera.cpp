@@ -3,12 +3,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace malha::view {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kPi = std::numbers::pi;
 constexpr double kSteepest = 0.499 * kPi;  // at the pole there is no way up
 
 Eigen::Vector3d vector(const Vec3& a) { return {a[0], a[1], a[2]}; }
