@@ -85,6 +85,4 @@ find_file(THREE_JS three.min.js PATHS /usr/share/javascript/three REQUIRED)
 get_filename_component(three_folder "${THREE_JS}" DIRECTORY)
 find_file(THREE_CONTROLS_JS OrbitControls.js PATHS "${three_folder}/examples/js/controls" REQUIRED NO_DEFAULT_PATH)
 
-# Headers only: each is compiled into one of our own sources.
-find_path(STB_INCLUDE_DIR stb_image_write.h PATH_SUFFIXES stb REQUIRED)
-find_path(TINYOBJLOADER_INCLUDE_DIR tiny_obj_loader.h REQUIRED)
+find_path(STB_INCLUDE_DIR stb_image_write.h PATH_SUFFIXES stb REQUIRED)  # a header alone: host/picture/png.cpp has it

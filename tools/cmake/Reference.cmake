@@ -10,6 +10,5 @@ if(DOXYGEN_FOUND)
   set(DOXYGEN_EXAMPLE_PATH "${PROJECT_SOURCE_DIR}/tools/examples")
   file(GLOB_RECURSE pages RELATIVE "${PROJECT_SOURCE_DIR}" CONFIGURE_DEPENDS kernels/*.md host/*.md scenes/*.md tests/*.md
     tools/*.md)
-  doxygen_add_docs(reference ${pages} host/after_substep.h host/error.h host/measures.h host/mesh.h host/own_constraint.h
-    host/scene.h host/simulation.h host/taken.h host/base/text.h COMMENT "reference pages")
+  doxygen_add_docs(reference ${pages} ${public_headers} host/base/text.h COMMENT "reference pages")
 endif()
