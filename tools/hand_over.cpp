@@ -58,8 +58,7 @@ void add_measures(CLI::App& app, Arguments&) {
   app.add_subcommand("study", kStudyHelp);
 }
 
-int measure(const Arguments&, const std::atomic<bool>&) {
-  return kFailed;
-}  // hand_over_or_refuse() has ended this program
+/// Never called: hand_over_or_refuse() has ended this program.
+int measure(const Arguments&, const std::atomic<bool>&) { return kFailed; }
 
 }  // namespace malha
