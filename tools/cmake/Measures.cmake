@@ -1,0 +1,47 @@
+# malha tune, bench and study: the benchmarks and the studies as libraries, so that the tests reach them too, and the
+# program that does all three. It is of the command's files but for one: see tools/measures.h.
+# The benchmarks.
+file(GLOB_RECURSE bench_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/bench/*.cpp")
+if(NOT BULLET_FOUND)
+  list(REMOVE_ITEM bench_sources "${PROJECT_SOURCE_DIR}/tools/bench/bullet.cpp"
+    "${PROJECT_SOURCE_DIR}/tools/bench/bullet_drape.cpp")
+endif()
+if(NOT OPENBLAS_FOUND)
+  list(REMOVE_ITEM bench_sources "${PROJECT_SOURCE_DIR}/tools/bench/openblas.cpp")
+endif()
+add_library(malha_bench STATIC ${bench_sources})
+set_target_properties(malha_bench PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+target_link_libraries(malha_bench PUBLIC malha PRIVATE nlohmann_json::nlohmann_json OpenMP::OpenMP_CXX Threads::Threads)
+if(BULLET_FOUND)
+  set_source_files_properties(tools/bench/measure.cpp tools/bench/contact.cpp PROPERTIES COMPILE_DEFINITIONS
+    MALHA_HAS_BULLET)
+  target_include_directories(malha_bench SYSTEM PRIVATE ${BULLET_INCLUDE_DIRS})
+  target_link_libraries(malha_bench PRIVATE ${BULLET_LIBRARIES})
+endif()
+if(OPENBLAS_FOUND)
+  set_source_files_properties(tools/bench/filter/contest.cpp PROPERTIES COMPILE_DEFINITIONS MALHA_HAS_OPENBLAS)
+  set_source_files_properties(tools/bench/openblas.cpp PROPERTIES COMPILE_DEFINITIONS
+    "OPENBLAS_FILE=\"${OPENBLAS_LIBRARY}\"")  # opened by the benchmark alone
+  target_include_directories(malha_bench SYSTEM PRIVATE ${OPENBLAS_INCLUDE_DIR})
+  target_link_libraries(malha_bench PRIVATE ${CMAKE_DL_LIBS})
+endif()
+
+# The studies and `tune`.
+file(GLOB_RECURSE study_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/study/*.cpp"
+     "${PROJECT_SOURCE_DIR}/tools/tune/*.cpp")
+list(FILTER study_sources EXCLUDE REGEX "/tools/study/reference/")
+add_library(malha_study STATIC ${study_sources})
+# Several files a time, as the tests; a case that a paper prints may call its things as all the others do.
+set_target_properties(malha_study PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+file(GLOB printed_cases CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/study/published/*.cpp")
+set_source_files_properties(${printed_cases} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+target_link_libraries(malha_study PUBLIC malha malha_bench malha_reference nlohmann_json::nlohmann_json PRIVATE Eigen3::Eigen OpenMP::OpenMP_CXX)
+
+set(measures_sources ${tool_sources})
+list(REMOVE_ITEM measures_sources "${PROJECT_SOURCE_DIR}/tools/hand_over.cpp")
+file(GLOB only_measures CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/measures/*.cpp")
+add_executable(malha_measures ${measures_sources} ${only_measures})
+target_link_libraries(malha_measures PRIVATE malha malha_bench malha_study CLI11::CLI11 Eigen3::Eigen OpenMP::OpenMP_CXX)
+set_target_properties(malha_measures PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}"
+                                                UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
+install(TARGETS malha_measures RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} OPTIONAL)  # where it was built
