@@ -1,4 +1,5 @@
-// Charts, drawn by gnuplot where it is installed.
+// Charts, drawn by gnuplot where it is installed. Their colours are Okabe and Ito's, which the colour-blind tell apart
+// (#0072b2, #56b4e9, #009e73, #e69f00, #d55e00, #cc79a7, #000000), and of bars and shades some more.
 #pragma once
 #include <filesystem>
 #include <string>
