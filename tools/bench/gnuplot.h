@@ -14,6 +14,10 @@ struct Series {
   std::string title;  // without quotes
 };
 
+/// Settings by which the name of each series stands beside its last point, not in a key, and apart from the others.
+/// From 0 or, where `logarithmic`, from a power of ten to the next one above all values and error bars.
+std::string names_at_ends(const std::vector<Series>& all, bool logarithmic = true);
+
 /// Draws the series into FOLDER/NAME.svg and .png; `settings` are gnuplot's lines before. Gives back why it could not,
 /// or nothing. Charts of an earlier run are gone either way: they would not fit the new rows. `caption`: a line in
 /// small print below, which says what made the chart; "": none.

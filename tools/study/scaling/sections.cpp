@@ -54,10 +54,10 @@ Chart chart(const std::vector<std::vector<Json>>& all, const std::string& name, 
         {formatted("1 1\n%d %d\n", most, most), "with lines lw 1 dt 2 lc rgb '#000000'", "as many times"});
   std::string tics;
   for (int t = 1; t < most; t *= 2) tics += formatted("%d, ", t);
-  chart.settings = "set logscale x\nset xtics (" + tics + std::to_string(most) +
-                   formatted(")\nset xrange [0.9:%g]\nset yrange [0:*]\n", most * 1.1) +
-                   (ideal && most > 8 ? "set logscale y\nset yrange [0.5:*]\n" : "") +
-                   "set xlabel 'threads'\nset ylabel '" + axis + "'\nset title '" + title + "'\n";
+  chart.settings =
+      "set logscale x\nset xtics (" + tics + std::to_string(most) + formatted(")\nset xrange [0.9:%g]\n", most * 1.1) +
+      (ideal && most > 8 ? "set logscale y\nset yrange [0.5:*]\n" : bench::names_at_ends(chart.series, false)) +
+      "set xlabel 'threads'\nset ylabel '" + axis + "'\nset title '" + title + "'\n";
   return chart;
 }
 
@@ -146,7 +146,7 @@ Section weak(const Json& rows) {
       "Efficiency is the time of one thread over that of all, each with as many particles a thread: " +
       on_most_threads(all, "efficiency", "%.0f %%", 100) + "." + left_out(rows, "weak") +
       " A sparse factor's work grows a little faster than its particles, which counts against it here."};
-  section.chart = chart(all, "weak", "Weak scaling: as many particles a thread (of one thread in the legend)",
+  section.chart = chart(all, "weak", "Weak scaling: as many particles a thread (in names: of one thread)",
                         "efficiency", "efficiency", false);
   return section;
 }
