@@ -2,8 +2,11 @@
 
 #include <sys/wait.h>
 
+#include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <map>
 #include <sstream>
 #include <system_error>
 
@@ -53,7 +56,69 @@ int feed_gnuplot(const std::string& text) {
   return status;
 }
 
+/// The last point of a series, and the least and the most of all its values.
+struct Extent {
+  double x = 0, y = 0, least = 1e300, most = 0;
+};
+
+Extent extent(const std::string& data) {
+  Extent all;
+  std::istringstream lines(data);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream numbers(line);
+    if (!(numbers >> all.x >> all.y)) continue;
+    double value = all.y;
+    do all.least = std::min(all.least, value), all.most = std::max(all.most, value);
+    while (numbers >> value);
+  }
+  return all;
+}
+
+/// Rising heights as little moved as keeps them this far apart: half of what moves all up, and half of what moves all
+/// down.
+std::vector<double> apart(const std::vector<double>& heights, double gap) {
+  std::vector<double> up = heights, down = heights;
+  for (std::size_t k = 1; k < up.size(); ++k) up[k] = std::max(up[k], up[k - 1] + gap);
+  for (std::size_t k = down.size(); k-- > 1;) down[k - 1] = std::min(down[k - 1], down[k] - gap);
+  for (std::size_t k = 0; k < up.size(); ++k) up[k] = (up[k] + down[k]) / 2;
+  return up;
+}
+
 }  // namespace
+
+std::string names_at_ends(const std::vector<Series>& all, bool logarithmic) {
+  double least = 1e300, most = 0;
+  for (const Series& series : all) {
+    const Extent of = extent(series.data);
+    least = std::min(least, of.least), most = std::max(most, of.most);
+  }
+  const auto scale = [&](double y) { return logarithmic ? std::log10(y) : y; };
+  const double low = logarithmic ? std::floor(scale(least)) : 0;
+  const double high = logarithmic ? std::max(std::ceil(scale(most)), low + 1) : 1.05 * most;
+  std::map<double, std::vector<std::pair<double, const Series*>>> ends;  // by their places on the axis, from below
+  for (const Series& series : all) {
+    const Extent of = extent(series.data);
+    ends[of.x].emplace_back((scale(of.y) - low) / (high - low), &series);
+  }
+  std::ostringstream text;
+  text << "unset key\nset rmargin at screen 0.74\nset style textbox opaque noborder margins 0.2,0.2\nset yrange ["
+       << (logarithmic ? std::pow(10, low) : 0) << ":" << (logarithmic ? std::pow(10, high) : high) << "]\n";
+  for (auto& [x, group] : ends) {
+    std::stable_sort(group.begin(), group.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<double> heights;
+    for (const auto& end : group) heights.push_back(end.first);
+    constexpr double line = 0.047;  // of the height of a chart
+    heights = apart(heights, line);
+    for (std::size_t k = 0; k < group.size(); ++k) {
+      const Series& series = *group[k].second;
+      const std::size_t colour = series.style.find("rgb '");
+      text << "set label " << quote(series.title) << " at first " << x << ", graph " << heights[k]
+           << " left offset 1.4,0 noenhanced front boxed textcolor "
+           << (colour == std::string::npos ? "rgb 'black'" : series.style.substr(colour, 13)) << "\n";
+    }
+  }
+  return text.str();
+}
 
 std::string draw(const std::string& settings, const std::vector<Series>& series, const std::filesystem::path& folder,
                  const std::string& name, const std::string& caption) {

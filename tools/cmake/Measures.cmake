@@ -3,8 +3,7 @@
 # The benchmarks.
 file(GLOB_RECURSE bench_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/bench/*.cpp")
 if(NOT BULLET_FOUND)
-  list(REMOVE_ITEM bench_sources "${PROJECT_SOURCE_DIR}/tools/bench/bullet.cpp"
-    "${PROJECT_SOURCE_DIR}/tools/bench/bullet_drape.cpp")
+  list(FILTER bench_sources EXCLUDE REGEX "/bullet[a-z_]*.cpp$")
 endif()
 if(NOT OPENBLAS_FOUND)
   list(REMOVE_ITEM bench_sources "${PROJECT_SOURCE_DIR}/tools/bench/openblas.cpp")
@@ -13,7 +12,7 @@ add_library(malha_bench STATIC ${bench_sources})
 set_target_properties(malha_bench PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
 target_link_libraries(malha_bench PUBLIC malha PRIVATE nlohmann_json::nlohmann_json OpenMP::OpenMP_CXX Threads::Threads)
 if(BULLET_FOUND)
-  set_source_files_properties(tools/bench/measure.cpp tools/bench/contact.cpp PROPERTIES COMPILE_DEFINITIONS
+  set_source_files_properties(tools/bench/projection/measure.cpp tools/bench/contact.cpp PROPERTIES COMPILE_DEFINITIONS
     MALHA_HAS_BULLET)
   target_include_directories(malha_bench SYSTEM PRIVATE ${BULLET_INCLUDE_DIRS})
   target_link_libraries(malha_bench PRIVATE ${BULLET_LIBRARIES})
@@ -42,6 +41,5 @@ list(REMOVE_ITEM measures_sources "${PROJECT_SOURCE_DIR}/tools/hand_over.cpp")
 file(GLOB only_measures CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/measures/*.cpp")
 add_executable(malha_measures ${measures_sources} ${only_measures})
 target_link_libraries(malha_measures PRIVATE malha malha_bench malha_study CLI11::CLI11 Eigen3::Eigen OpenMP::OpenMP_CXX)
-set_target_properties(malha_measures PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}"
-                                                UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
+set_target_properties(malha_measures PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
 install(TARGETS malha_measures RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} OPTIONAL)  # where it was built

@@ -12,9 +12,8 @@ Scene ClothMethod::scene(int side) const {
 }
 
 const char* ClothMethod::style() const {
-  if (!desbrun) return "with linespoints lw 2 ps 0.9 lc rgb '#1f4e9c' pt 7";
-  return filter == FilterKind::Sparse ? "with linespoints lw 2 ps 0.9 lc rgb '#1b7837' pt 13"
-                                      : "with linespoints lw 2 ps 0.9 lc rgb '#e69f00' pt 5";
+  if (!desbrun) return "lw 2 ps 0.9 lc rgb '#0072b2' pt 7";
+  return filter == FilterKind::Sparse ? "lw 2 ps 0.9 lc rgb '#009e73' pt 13" : "lw 2 ps 0.9 lc rgb '#e69f00' pt 5";
 }
 
 double ClothMethod::bytes_held(double particles) const {

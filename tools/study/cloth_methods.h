@@ -14,7 +14,7 @@ struct ClothMethod {
   int substeps = 10;
 
   Scene scene(int side) const;  // float; tools/bench/cloth.h
-  const char* style() const;    // of its lines in charts, of gnuplot
+  const char* style() const;    // of its lines and marks in charts, of gnuplot
 
   /// What so many particles take once they are set up, and at most while they are: rounded up from what this study's
   /// own runs held (size.json), to know beforehand what fits.

@@ -15,9 +15,9 @@ struct Look {
   const char *kernel, *storage, *title, *colour;
 };
 constexpr Look kLooks[] = {
-    {"dense", "float", "dense, float", "#1f4e9c"},   {"dense", "int16", "dense, int16", "#74a9cf"},
-    {"sparse", "float", "sparse, float", "#1b9e77"}, {"sgemm", "float", "OpenBLAS sgemm", "#d95f02"},
-    {"ssymm", "float", "OpenBLAS ssymm", "#e6ab02"}, {"ssymv", "float", "OpenBLAS 3 ssymv", "#a6761d"}};
+    {"dense", "float", "dense, float", "#0072b2"},   {"dense", "int16", "dense, int16", "#56b4e9"},
+    {"sparse", "float", "sparse, float", "#009e73"}, {"sgemm", "float", "OpenBLAS sgemm", "#d55e00"},
+    {"ssymm", "float", "OpenBLAS ssymm", "#e69f00"}, {"ssymv", "float", "OpenBLAS 3 ssymv", "#000000"}};
 
 }  // namespace
 

@@ -15,9 +15,9 @@ namespace {
 bool is_drawn(const Row& row) { return row.library == "bullet" || row.schedule.substeps == 10; }
 
 std::string colour(const Row& row) {
-  if (row.library == "bullet") return "#d95f02";
-  if (row.schedule.levels) return row.threads == 1 ? "#7b3294" : "#c51b7d";
-  return row.threads == 1 ? "#1f4e9c" : "#1b9e77";
+  if (row.library == "bullet") return "#d55e00";
+  if (row.schedule.levels) return row.threads == 1 ? "#aa3377" : "#cc79a7";
+  return row.threads == 1 ? "#0072b2" : "#009e73";
 }
 
 std::string name(const Row& row) {

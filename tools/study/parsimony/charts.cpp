@@ -28,11 +28,11 @@ struct Layer {
 
 const std::vector<Layer>& layers() {
   static const std::vector<Layer> all{
-      {"prediction, projection, state", {"visits", "prediction", "projection", "state"}, "#1f4e9c"},
-      {"air", {"air"}, "#74a9cf"},
+      {"prediction, projection, state", {"visits", "prediction", "projection", "state"}, "#0072b2"},
+      {"air", {"air"}, "#56b4e9"},
       {"damping", {"damping"}, "#e69f00"},
-      {"reach, pins, attachments, sleep", {"long_range", "pins", "attachments", "sleep"}, "#7fbf3f"},
-      {"environment", {"collision", "contact"}, "#d62728"}};
+      {"reach, pins, attachments, sleep", {"long_range", "pins", "attachments", "sleep"}, "#009e73"},
+      {"environment", {"collision", "contact"}, "#d55e00"}};
   return all;
 }
 

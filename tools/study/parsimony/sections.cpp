@@ -49,9 +49,9 @@ Section time_section(const Json& single) {
       Chart{"time",
             names(single) + "set logscale x\nset format x '%g'\nset xlabel 'added ms a step'\n" +
                 "set title 'Each feature alone: time added to a step'\n" + formatted("set xrange [%g:]\n", whole / 100),
-            {bars(single, "added_ms", 1, whole / 100, "#1f4e9c", "added"),
+            {bars(single, "added_ms", 1, whole / 100, "#0072b2", "added"),
              {formatted("%g %g\n%g %g\n", whole, -0.7, whole, static_cast<double>(single.size()) - 0.3),
-              "with lines lw 2 dt 2 lc rgb '#d62728'", "the whole step of the cloth"}}};
+              "with lines lw 2 dt 2 lc rgb '#d55e00'", "the whole step of the cloth"}}};
   section.table.columns = {"feature", "added to", "particles", "ms without", "ms with", "added ms", "added %"};
   for (const Json& row : single)
     section.table.rows.push_back(
@@ -82,7 +82,7 @@ Section memory_section(const Json& single) {
   section.chart = Chart{"memory",
                         names(single) + "set logscale x\nset format x '%g'\nset xlabel 'added bytes a particle'\n" +
                             "set title 'Each feature alone: memory added'\nset xrange [0.01:]\n",
-                        {bars(scaled, "added_a_particle", 1, 0.01, "#1b7837", "")}};
+                        {bars(scaled, "added_a_particle", 1, 0.01, "#009e73", "")}};
   section.table.columns = {"feature", "added to", "added bytes a particle", "of them"};
   for (const Json& row : scaled) {
     const std::string owners = listed(kOwners, [&](const char* owner) {

@@ -110,9 +110,9 @@ Chart chart_of(const Setting& of, const Json& cell) {
     for (int k = 0; k < kFrames; ++k) points += formatted("%d %g\n", k + 1, pull[k].get<double>());
     chart.series.push_back({points, style, title});
   };
-  add(cell["50"]["malha"]["pull_n"], "with lines lw 2 lc rgb '#e6550d'", "malha, 50 iterations");
-  add(cell["100"]["malha"]["pull_n"], "with lines lw 2 lc rgb '#4292c6'", "malha, 100 iterations");
-  add(cell["1000"]["malha"]["pull_n"], "with lines lw 2 lc rgb '#1b7837'", "malha, 1000 iterations");
+  add(cell["50"]["malha"]["pull_n"], "with lines lw 2 lc rgb '#d55e00'", "malha, 50 iterations");
+  add(cell["100"]["malha"]["pull_n"], "with lines lw 2 lc rgb '#56b4e9'", "malha, 100 iterations");
+  add(cell["1000"]["malha"]["pull_n"], "with lines lw 2 lc rgb '#009e73'", "malha, 1000 iterations");
   add(cell["newton_n"], "with lines lw 2 dt 2 lc rgb '#000000'", "Newton");
   return chart;
 }

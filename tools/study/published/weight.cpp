@@ -85,13 +85,14 @@ void add_weight(Cells& cells, Findings& findings) {
               "6.1: a weight of 100,000 on 19 links'\n"};
   static constexpr const char* titles[] = {"100 iterations, g = 9.81", "100 substeps, g = 9.81",
                                            "100 iterations, g = 10", "100 substeps, g = 10"};
-  static constexpr const char* looks[] = {"lc rgb '#e6550d' pt 7", "lc rgb '#1f4e9c' pt 7",
-                                          "lc rgb '#e6550d' pt 6 dt 2", "lc rgb '#1f4e9c' pt 6 dt 2"};
+  static constexpr const char* looks[] = {"lc rgb '#d55e00' pt 7", "lc rgb '#0072b2' pt 7",
+                                          "lc rgb '#d55e00' pt 6 dt 2", "lc rgb '#0072b2' pt 6 dt 2"};
   for (int k = 0; k < 4; ++k)
     chart.series.push_back({curves[k], std::string("with linespoints lw 2 ps 0.9 ") + looks[k], titles[k]});
   for (const double printed : {kPrintedIterations, kPrintedSubsteps})
     chart.series.push_back({formatted("0.008 %g\n0.05 %g\n", printed, printed), "with lines lw 1 dt 3 lc rgb '#000000'",
                             formatted("printed: %g m", printed)});
+  chart.settings += bench::names_at_ends(chart.series);
   section.chart = chart;
   findings.sections.push_back(section);
 }

@@ -1,5 +1,6 @@
 #include "tools/study/scaling/scaling.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -38,6 +39,14 @@ std::vector<Crew> lines(int side, bool weak) {
 
 std::vector<double> numbers(const Json& json) { return json.get<std::vector<double>>(); }
 
+/// Of the turns: how many times as fast at least and at most.
+std::pair<double, double> least_and_most(const std::vector<double>& one, const std::vector<double>& all) {
+  std::pair ends{1e300, 0.0};
+  for (std::size_t turn = 0; turn < one.size(); ++turn)
+    ends = {std::min(ends.first, one[turn] / all[turn]), std::max(ends.second, one[turn] / all[turn])};
+  return ends;
+}
+
 Json row_of(const Json& base, const ClothMethod& method, const Json& line, const Json& one) {
   const int t = line["threads"].get<int>();
   const double step = bench::median(numbers(line["step_s"]));
@@ -45,6 +54,8 @@ Json row_of(const Json& base, const ClothMethod& method, const Json& line, const
   Json row = base;
   row["threads"] = t, row["particles"] = line["particles"], row["step_ms"] = step * 1e3;
   row["times_as_fast"] = faster, row["efficiency"] = base["kind"] == "weak" ? faster : faster / t;
+  const auto [least, most] = least_and_most(numbers(one["step_s"]), numbers(line["step_s"]));
+  row["least_times_as_fast"] = least, row["most_times_as_fast"] = most;
   row["undisturbed_step_s"] = line["least_step_s"];
   row["undisturbed_times_as_fast"] = one["least_step_s"].get<double>() / line["least_step_s"].get<double>();
   row["setup_s"] = line["setup_s"], row["hash"] = line["hash"];

@@ -42,11 +42,12 @@ Chart chart(const std::vector<std::vector<Json>>& all, const std::string& name, 
     nth = method == method_of(group[0]) ? nth + 1 : 0, method = method_of(group[0]);
     std::string points;
     for (const Json& row : group) {
-      points += formatted("%d %.9g\n", row["threads"].get<int>(), number(row, of));
+      points += formatted("%d %.9g %.9g %.9g\n", row["threads"].get<int>(), number(row, of),
+                          number(row, "least_times_as_fast"), number(row, "most_times_as_fast"));
       most = std::max(most, row["threads"].get<int>());
     }
     chart.series.push_back({points,
-                            std::string("with linespoints lw 2 ps 0.9 pt 7 lc rgb '") + colour(group[0], nth) + "'",
+                            std::string("with yerrorlines lw 2 ps 0.9 pt 7 lc rgb '") + colour(group[0], nth) + "'",
                             method_of(group[0]) + ", " + count_of(group[0])});
   }
   if (ideal)
@@ -54,10 +55,10 @@ Chart chart(const std::vector<std::vector<Json>>& all, const std::string& name, 
         {formatted("1 1\n%d %d\n", most, most), "with lines lw 1 dt 2 lc rgb '#000000'", "as many times"});
   std::string tics;
   for (int t = 1; t < most; t *= 2) tics += formatted("%d, ", t);
-  chart.settings = "set logscale x\nset xtics (" + tics + std::to_string(most) +
-                   formatted(")\nset xrange [0.9:%g]\nset yrange [0:*]\n", most * 1.1) +
-                   (ideal && most > 8 ? "set logscale y\nset yrange [0.5:*]\n" : "") +
-                   "set xlabel 'threads'\nset ylabel '" + axis + "'\nset title '" + title + "'\n";
+  chart.settings =
+      "set logscale x\nset xtics (" + tics + std::to_string(most) + formatted(")\nset xrange [0.9:%g]\n", most * 1.1) +
+      (ideal && most > 8 ? "set logscale y\nset yrange [0.5:*]\n" : bench::names_at_ends(chart.series, false)) +
+      "set xlabel 'threads'\nset ylabel '" + axis + "'\nset title '" + title + "'\n";
   return chart;
 }
 
@@ -125,8 +126,9 @@ Section strong(const Json& rows, const std::string& pinning) {
           "slower than one.",
       std::string("The states after the same steps are ") + (same ? "the same bits" : "NOT the same bits") +
           " on every number of threads."};
-  section.chart = chart(all, "strong", "Strong scaling: the same cloth on more threads", "times as fast as one thread",
-                        "times_as_fast", true);
+  section.chart =
+      chart(all, "strong", "Strong scaling: the same cloth on more threads (bars: least and most of the turns)",
+            "times as fast as one thread", "times_as_fast", true);
   return section;
 }
 
@@ -143,8 +145,10 @@ Section weak(const Json& rows) {
       "Efficiency is the time of one thread over that of all, each with as many particles a thread: " +
       on_most_threads(all, "efficiency", "%.0f %%", 100) + "." + left_out(rows, "weak") +
       " A sparse factor's work grows a little faster than its particles, which counts against it here."};
-  section.chart = chart(all, "weak", "Weak scaling: as many particles a thread (of one thread in the legend)",
-                        "efficiency", "efficiency", false);
+  section.chart =
+      chart(all, "weak",
+            "Weak scaling: as many particles a thread (in names: of one thread; bars: least and most of the turns)",
+            "efficiency", "efficiency", false);
   return section;
 }
 

@@ -47,11 +47,11 @@ void by_desbrun(Scene& scene) {
 /// About as dear as each other: levels are some two steps without, and so are two refinements or long_range.
 const std::vector<HungWay>& hung_ways() {
   static const std::vector<HungWay> all{
-      {{"PBD", "20 substeps", "lw 5 lc rgb '#1f4e9c'"}, [](Scene&) {}, 20, 1'000'000},
-      {{"XPBD", "20 substeps", "lw 2 lc rgb '#74a9cf'"}, by_xpbd, 20, 1'000'000},
-      {{"levels", "10 substeps", "lw 2 lc rgb '#7b3294'"}, with_levels, 10, 1'000'000},
-      {{"long_range", "7 substeps", "lw 2 lc rgb '#d62728'"}, with_long_range, 7, 100'000},
-      {{"Desbrun", "refine 1", "lw 2 lc rgb '#1b7837'"}, by_desbrun, 1, 100'000, true},
+      {{"PBD", "20 substeps", "lw 5 lc rgb '#0072b2'"}, [](Scene&) {}, 20, 1'000'000},
+      {{"XPBD", "20 substeps", "lw 2 lc rgb '#56b4e9'"}, by_xpbd, 20, 1'000'000},
+      {{"levels", "10 substeps", "lw 2 lc rgb '#cc79a7'"}, with_levels, 10, 1'000'000},
+      {{"long_range", "7 substeps", "lw 2 lc rgb '#d55e00'"}, with_long_range, 7, 100'000},
+      {{"Desbrun", "refine 1", "lw 2 lc rgb '#009e73'"}, by_desbrun, 1, 100'000, true},
   };
   return all;
 }

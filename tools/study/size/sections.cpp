@@ -15,6 +15,9 @@ using Number = std::function<double(const Json& row)>;  // of a particle
 
 double number(const Json& row, const char* key) { return row.at(key).get<double>(); }
 double particles(const Json& row) { return number(row, "particles"); }
+Number of_particle(const char* key, double scale) {
+  return [=](const Json& row) { return number(row, key) / particles(row) * scale; };
+}
 
 /// The rows of a method that were run.
 std::vector<Json> rows_of(const Json& rows, const ClothMethod& method) {
@@ -25,17 +28,22 @@ std::vector<Json> rows_of(const Json& rows, const ClothMethod& method) {
 }
 
 Chart chart(const Json& rows, const std::string& name, const std::string& title, const std::string& axis,
-            const Number& of_row) {
+            const Number& of_row, const std::vector<Number>& bars = {}) {
   Chart chart{name, "", {}};
   for (const ClothMethod& method : cloth_methods()) {
     std::string points;
-    for (const Json& row : rows_of(rows, method)) points += formatted("%.9g %.9g\n", particles(row), of_row(row));
-    if (!points.empty()) chart.series.push_back({points, method.style(), method.name});
+    for (const Json& row : rows_of(rows, method)) {
+      points += formatted("%.9g %.9g", particles(row), of_row(row));
+      for (const Number& end : bars) points += formatted(" %.9g", end(row));
+      points += "\n";
+    }
+    const std::string style = std::string(bars.empty() ? "with linespoints " : "with yerrorlines ") + method.style();
+    if (!points.empty()) chart.series.push_back({points, style, method.name});
   }
   chart.settings =
       "set logscale xy\nset xrange [200:6e6]\nset format x '10^{%T}'\nset format y '%g'\nset xlabel 'particles'\nset "
       "ylabel '" +
-      axis + "'\nset title '" + title + "'\n";
+      axis + "'\nset title '" + title + "'\n" + bench::names_at_ends(chart.series);
   return chart;
 }
 
@@ -105,14 +113,14 @@ std::string or_dash(const Json& row, const char* key) {
 }  // namespace
 
 std::vector<Section> size_sections(const Json& rows) {
-  const Number time = [](const Json& row) { return number(row, "step_s") / particles(row) * 1e9; };
-  const Number bytes = [](const Json& row) { return number(row, "bytes") / particles(row); };
-  const Number setup = [](const Json& row) { return number(row, "setup_s") / particles(row) * 1e6; };
+  const Number time = of_particle("step_s", 1e9), bytes = of_particle("bytes", 1), setup = of_particle("setup_s", 1e6);
 
   Section cost{"What a particle costs in time", {}, {}, {}};
   cost.sentences = {"ns a particle and step of 1/60 s on one thread: " + ranges(rows, "%.3g", time) + "." +
                     left_out(rows)};
-  cost.chart = chart(rows, "time", "A hanging cloth: time a particle, one thread", "ns a particle and step", time);
+  cost.chart =
+      chart(rows, "time", "A hanging cloth: time a particle, one thread (bars: least and most of five turns)",
+            "ns a particle and step", time, {of_particle("step_least_s", 1e9), of_particle("step_most_s", 1e9)});
   cost.table.columns = {"method", "particles",     "ms a step",       "least",
                         "most",   "ns a particle", "ns a projection", "steps of 1/60 s in real time"};
 

@@ -39,11 +39,13 @@ Line line_over(Cells& cells, const Lines& of, const std::string& title, const st
 
 Section lines_section(const Lines& of, Json& rows) {
   Section section{of.title, {}, {}, {{of.x}, {}}};
-  Chart chart{of.name, "set logscale xy\nset format '10^{%T}'\nset xlabel '" + of.x + "'\nset ylabel '" + of.y +
-                           "'\nset title '" + of.title + "'\n"};
-  constexpr std::array styles{"lc rgb '#d62728' pt 5",     "lc rgb '#1f4e9c' pt 7",  "lc rgb '#1b7837' pt 9",
-                              "lc rgb '#e69f00' pt 13",    "lc rgb '#8856a7' pt 11", "lc rgb '#444444' pt 4 dt 2",
-                              "lc rgb '#74a9cf' pt 6 dt 2"};
+  Chart chart{of.name,
+              "set logscale xy\nset format '10^{%T}'\nset xlabel '" + of.x + "'\nset ylabel '" + of.y +
+                  "'\nset title '" + of.title + "'\n",
+              {}};
+  constexpr std::array styles{"lc rgb '#d55e00' pt 5",     "lc rgb '#0072b2' pt 7",  "lc rgb '#009e73' pt 9",
+                              "lc rgb '#e69f00' pt 13",    "lc rgb '#cc79a7' pt 11", "lc rgb '#444444' pt 4 dt 2",
+                              "lc rgb '#56b4e9' pt 6 dt 2"};
   std::set<double> all;
   for (const Line& line : of.lines) {
     bench::Series series{"", std::string("with linespoints lw 2 ") + styles[chart.series.size() % styles.size()],
@@ -65,6 +67,7 @@ Section lines_section(const Lines& of, Json& rows) {
     }
     section.table.rows.push_back(row);
   }
+  chart.settings += bench::names_at_ends(chart.series);
   section.chart = chart;
   return section;
 }

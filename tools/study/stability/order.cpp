@@ -80,8 +80,8 @@ Section history(const std::vector<Sweep>& sweeps, Cells& cells, Json& rows) {
                         "'10^{%%T}'\nset xlabel 'time (s)'\nset ylabel 'RMS strain'\nset yrange [1e-4:1e15]\n",
                         n, n, substeps)};
   section.table.columns = {"sweep", "RMS strain at the end", "frames until it was no longer finite"};
-  const char* styles[] = {"lc rgb '#d62728'", "lc rgb '#ff9896'",      "lc rgb '#e69f00'", "lc rgb '#8c6d31'",
-                          "lc rgb '#1f4e9c'", "lc rgb '#74a9cf' dt 2", "lc rgb '#8856a7'", "lc rgb '#1b7837'"};
+  const char* styles[] = {"lc rgb '#d55e00'", "lc rgb '#e69f00'",      "lc rgb '#000000'", "lc rgb '#661100'",
+                          "lc rgb '#0072b2'", "lc rgb '#56b4e9' dt 2", "lc rgb '#cc79a7'", "lc rgb '#009e73'"};
   for (std::size_t k = 0; k < sweeps.size(); ++k) {
     const Sweep& sweep = sweeps[k];
     const Json all = cells(formatted("order: %s, %d, %d, over time", sweep.title.c_str(), n, substeps),
