@@ -12,6 +12,7 @@
 #include "host/collision/edge_crossings.h"
 #include "host/collision/start_before.h"
 #include "host/collision/start_outside.h"
+#include "host/mesh/vectors.h"
 #include "host/model/asked.h"
 #include "host/model/cut.h"
 #include "host/model/footprint.h"
@@ -34,8 +35,6 @@ void require_numbers(const char* what, const std::vector<Vec3>& rows, std::size_
     for (const double number : rows[i])
       if (!(std::abs(number) <= 1e18)) refuse(what, "row " + std::to_string(i), shown(number), "numbers up to 1e18");
 }
-
-bool finite(const Vec3& a) { return std::isfinite(a[0]) && std::isfinite(a[1]) && std::isfinite(a[2]); }
 
 }  // namespace
 

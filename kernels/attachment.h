@@ -6,11 +6,6 @@
 
 namespace malha {
 
-template <class R>
-KERNEL Vector3<R> rounded(const Vector3<double>& a) {
-  return {R(a.x), R(a.y), R(a.z)};
-}
-
 /// Puts pinned particles where they are at the end of a substep, at rest there: what reads them until then sees one
 /// place, and adds no velocity to it.
 template <class R>
@@ -83,7 +78,7 @@ struct MeasureAttachment {
   Pose pose;
   KERNEL Sum operator()(int k) const {
     const Vector3<R> q = x[list[k]];
-    const Vector3<double> C = Vector3<double>{double(q.x), double(q.y), double(q.z)} - to_world(pose, anchor[k]);
+    const Vector3<double> C = in_double(q) - to_world(pose, anchor[k]);
     return {dot(C, C)};
   }
 };

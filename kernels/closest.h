@@ -28,13 +28,12 @@ KERNEL Vector3<R> closest_on_triangle(const Vector3<R>& b, const Vector3<R>& c, 
     const R wb = dot(cross(p, c), n) / n2, wc = dot(cross(b, p), n) / n2, wa = R(1) - wb - wc;
     if (wa >= R(0) && wb >= R(0) && wc >= R(0)) return {wa, wb, wc};
   }
-  const Vector3<R> zero{R(0), R(0), R(0)};
   const R ab = closest_on_segment(b, p), ac = closest_on_segment(c, p), bc = closest_on_segment(c - b, p - b);
   const Vector3<R> on_ab = p - b * ab, on_ac = p - c * ac, on_bc = p - b - (c - b) * bc;
   const R d_ab = dot(on_ab, on_ab), d_ac = dot(on_ac, on_ac), d_bc = dot(on_bc, on_bc);
   if (d_ab <= d_ac && d_ab <= d_bc) return {R(1) - ab, ab, R(0)};
   if (d_ac <= d_bc) return {R(1) - ac, R(0), ac};
-  return {zero.x, R(1) - bc, bc};
+  return {R(0), R(1) - bc, bc};
 }
 
 /// How far along they lie (0 to 1): the closest points of the segment of direction d from the origin, and of that of

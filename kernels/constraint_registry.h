@@ -34,4 +34,14 @@ KERNEL void for_each_constraint(F&& f) {
   for_each_constraint(static_cast<F&&>(f), ConstraintKinds{});
 }
 
+/// Calls f(Kind{}) for the kind of this name, if it is one of them.
+template <class Name, class F, class Kinds = ConstraintKinds>
+void with_kind(const Name& name, const F& f, Kinds kinds = {}) {
+  for_each_constraint(
+      [&]<class Kind>(Kind kind) {
+        if (name == Kind::name) f(kind);
+      },
+      kinds);
+}
+
 }  // namespace malha

@@ -14,12 +14,11 @@ struct ObjectFrame {
   Vector3<double> centre;  // m
   template <class R>
   KERNEL Vector3<double> local(const Vector3<R>& a) const {
-    return to_local(pose, {double(a.x), double(a.y), double(a.z)}) - centre;
+    return to_local(pose, in_double(a)) - centre;
   }
   template <class R>
   KERNEL Vector3<R> world(const Vector3<R>& a) const {
-    const Vector3<double> at = to_world(pose, Vector3<double>{double(a.x), double(a.y), double(a.z)} + centre);
-    return {R(at.x), R(at.y), R(at.z)};
+    return rounded<R>(to_world(pose, in_double(a) + centre));
   }
 };
 
@@ -29,10 +28,7 @@ struct StartLocal {
   ScatteredPoints<R> x0;
   ObjectFrame before;
   ScatteredPoints<R> x;
-  KERNEL void operator()(int i) const {
-    const Vector3<double> a = before.local(x0[i]);
-    x.set(i, {R(a.x), R(a.y), R(a.z)});
-  }
+  KERNEL void operator()(int i) const { x.set(i, rounded<R>(before.local(x0[i]))); }
 };
 
 /// And how far they have moved.
@@ -41,11 +37,7 @@ struct MoveLocal {
   Points<R> p;
   ObjectFrame after;
   ScatteredPoints<R> x, moved;
-  KERNEL void operator()(int i) const {
-    const Vector3<double> b = after.local(p[i]);
-    const Vector3<R> a = x[i];
-    moved.set(i, {R(b.x - double(a.x)), R(b.y - double(a.y)), R(b.z - double(a.z))});
-  }
+  KERNEL void operator()(int i) const { moved.set(i, rounded<R>(after.local(p[i]) - in_double(x[i]))); }
 };
 
 /// Of what edges hold in this substep, where bodies collide with themselves: nothing else may move it.
@@ -181,11 +173,12 @@ KERNEL int object_of(const SelfContact<R>& c, const int* object) {
   return larger(object[c.i[0]], object[c.i[3]]) - 1;
 }
 
-/// As LayContacts, with each object's rules, and ends of particles alone.
+/// Lays the contacts of candidates, each by its object's rules, and counts which of their ends are particles.
 template <class R>
 struct LayEdgeContacts {
-  LookAtCandidate<R> look;  // its `body`: 0 of particles, 1 and more of objects
+  LookAtCandidate<R> look;
   const EdgeRules<R>* rules;
+  const int* object;
   const int* place;
   int count, total, particles;
   SelfContact<R>* contacts;
@@ -195,7 +188,7 @@ struct LayEdgeContacts {
     if (next == at) return;
     const Candidate& candidate = look.candidates[c];
     LookAtCandidate<R> own = look;
-    own.rules.thickness = rules[larger(look.body[candidate.particle(0)], look.body[candidate.i[3]]) - 1].wanted;
+    own.rules.thickness = rules[larger(object[candidate.particle(0)], object[candidate.i[3]]) - 1].wanted;
     SelfContact<R>& contact = contacts[at];
     if (own(candidate, contact)) {
       // Faces push particles elsewhere (kernels/contact.h): here they only hold them.
@@ -237,8 +230,7 @@ struct TurnToWorld {
   Pose pose;
   template <class R>
   KERNEL Vector3<R> operator()(const Vector3<R>& impulse) const {
-    const Vector3<double> in_world = rotate(pose, {double(impulse.x), double(impulse.y), double(impulse.z)});
-    return {R(in_world.x), R(in_world.y), R(in_world.z)};
+    return rounded<R>(rotate(pose, in_double(impulse)));
   }
 };
 

@@ -1,10 +1,5 @@
-// The last word of a substep about the deformable bodies: nothing crosses. At x0 nothing crosses. Every pair that could
-// meet was found, because no particle leaves its reach; and a pair stays apart if a plane of normal n is between its
-// sides at the end as at the start, because between them every particle moves along a line: in between a plane
-// between the planes does. Where a pair is about to break this, its particles are held back: each to its own half of
-// the gap. Those of other pairs that this leads to are held back next, until all pairs are apart.
-// In the spirit of Chen et al., "Offset Geometric Contact" (2025), but with planes, not balls, so that layers slide
-// freely, and only where something would cross, so that what moves as a whole is not slowed down.
+// The last word of a substep about deformable bodies and edges of the environment: nothing crosses. By planes, as
+// kernels/pair_hold.h says.
 #pragma once
 #include "kernels/self_push.h"
 

@@ -3,7 +3,6 @@
 #pragma once
 #include "kernels/cover.h"
 #include "kernels/local.h"
-#include "kernels/motion.h"
 
 namespace malha {
 

@@ -25,8 +25,7 @@ struct MeasureMotion {
     const R w = particles.w[i];
     if (!(w > R(0))) return {};
     const double m = 1.0 / double(w);
-    const Vector3<R> a = particles.x[i], b = particles.v[i];
-    const Vector3<double> x{a.x, a.y, a.z}, v{b.x, b.y, b.z};
+    const Vector3<double> x = in_double(particles.x[i]), v = in_double(particles.v[i]);
     const Vector3<double> L = cross(x, v * m);
     const double v2 = dot(v, v);
     return {{m * v.x, m * v.y, m * v.z}, {L.x, L.y, L.z}, m * v2 / 2, -m * dot(gravity, x), v2};

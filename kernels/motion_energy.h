@@ -21,8 +21,7 @@ struct MeasureMotionEnergy {
     const R w = particles.w[i];
     if (!(w > R(0))) return {};
     const double m = 1.0 / double(w);
-    const Vector3<R> a = particles.x[i], b = particles.v[i];
-    const Vector3<double> x{a.x, a.y, a.z}, v{b.x, b.y, b.z};
+    const Vector3<double> x = in_double(particles.x[i]), v = in_double(particles.v[i]);
     return {m / 2 * dot(v, v), -m * dot(gravity, x)};
   }
 };

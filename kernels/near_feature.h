@@ -59,23 +59,22 @@ class HoldsWithin {
 
  private:
   KERNEL Vector3<double> corner(int v) const { return mesh_.corners[v].xyz(); }
-  KERNEL static double length(const Vector3<double>& a) { return root(dot(a, a)); }
   KERNEL static double least(double a, double b) { return a < b ? a : b; }
 
   /// Where both edges lead away.
   KERNEL double of_corner(int v, int b, int c) const {
     const Vector3<double> to_b = corner(b) - corner(v), to_c = corner(c) - corner(v), p = p_ - corner(v);
-    return least(-dot(p, to_b) / length(to_b), -dot(p, to_c) / length(to_c));
+    return least(-dot(p, to_b) / norm(to_b), -dot(p, to_c) / norm(to_c));
   }
 
   /// Beside the edge, on the other side of it than the triangle's third corner.
   KERNEL double of_edge(int a, int b, int c) const {
     const Vector3<double> way = corner(b) - corner(a), p = p_ - corner(a);
-    const double l = length(way);
+    const double l = norm(way);
     const Vector3<double> along = way * (1 / l), to_c = corner(c) - corner(a);
     const Vector3<double> inwards = to_c - along * dot(to_c, along);
     const double from_a = dot(p, along);
-    return least(least(from_a, l - from_a), -dot(p, inwards) / length(inwards));
+    return least(least(from_a, l - from_a), -dot(p, inwards) / norm(inwards));
   }
 
   /// Over the face.
@@ -83,7 +82,7 @@ class HoldsWithin {
     double margin = INFINITY;
     for (int k = 0; k < 3; ++k) {
       const Vector3<double> a = corner(corners_[k]), way = corner(corners_[(k + 1) % 3]) - a;
-      margin = least(margin, length(cross(way, near_.where.q - a)) / length(way));
+      margin = least(margin, norm(cross(way, near_.where.q - a)) / norm(way));
     }
     return margin;
   }
@@ -96,7 +95,7 @@ class HoldsWithin {
     if (!(gap > 0)) return -1;
     // A computed distance that is too long by an error e may belong to a point that is off by sqrt(2 d e).
     const double off = 2 * (error_ + root(2 * distance * error_));
-    const double turn = length((p_ - q) * (1 / distance) - (p_ - near_.where.q) * (1 / d)) + off / d;
+    const double turn = norm((p_ - q) * (1 / distance) - (p_ - near_.where.q) * (1 / d)) + off / d;
     const bool face = near_.where.corner < 0 && near_.where.edge < 0;
     const double r = face ? least(gap / turn, d) : d * (root(turn * turn + 2 * gap / d) - turn);
     return r > gap / 2 ? r : gap / 2;

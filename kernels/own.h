@@ -13,8 +13,7 @@ struct GatherOwn {
   Vector3<double>* place;
   double* inverse_mass;
   KERNEL void operator()(int k) const {
-    const Vector3<R> q = p[list[k]];
-    place[k] = {double(q.x), double(q.y), double(q.z)};
+    place[k] = in_double(p[list[k]]);
     inverse_mass[k] = double(w[list[k]]);
   }
 };
@@ -27,7 +26,7 @@ struct ScatterOwn {
   const int* list;
   const Vector3<double>* place;
   KERNEL void operator()(int k) const {
-    if (w[list[k]] > R(0)) p.set(list[k], {R(place[k].x), R(place[k].y), R(place[k].z)});
+    if (w[list[k]] > R(0)) p.set(list[k], rounded<R>(place[k]));
   }
 };
 

@@ -109,10 +109,8 @@ struct CarryCrossing {
   KERNEL Vector3<R> carried_by(int by, int i) const {
     if (carriers.of == nullptr || carriers.of[by] == kNobody) return motions.moved[by].xyz();
     carriers.of[i] = carriers.of[by];
-    const Vec4<R> x0 = motions.x0[i];
-    const Vector3<double> from{double(x0.x), double(x0.y), double(x0.z)};
-    const Vector3<double> way = to_world(carriers.motion[carriers.of[by]], from) - from;
-    return {R(way.x), R(way.y), R(way.z)};
+    const Vector3<double> from = in_double(motions.x0[i].xyz());
+    return rounded<R>(to_world(carriers.motion[carriers.of[by]], from) - from);
   }
   KERNEL R way2(int i) const { return dot(motions.moved[i].xyz(), motions.moved[i].xyz()); }
 };

@@ -56,8 +56,7 @@ struct ExactPair {
 
  private:
   KERNEL void stand(const Vector3<double>& along, const double* weight) {
-    const Vector3<double> u = unit(along);
-    n = {R(u.x), R(u.y), R(u.z)};
+    n = rounded<R>(unit(along));
     for (int j = 0; j < 4; ++j) w[j] = R(weight[j]);
   }
   /// Between planes along n, as it is stored, that hold the sides apart.

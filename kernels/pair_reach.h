@@ -1,7 +1,6 @@
 // How far particles go: their motion beside the common one, and whether they stay in the boxes of the last search.
 #pragma once
 #include "kernels/pair_find.h"
-#include "kernels/sum.h"
 
 namespace malha {
 

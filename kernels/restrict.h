@@ -1,6 +1,7 @@
 // The particles of a level arrive: they are the mass centres of finer ones, patch by patch of these.
 #pragma once
 #include "kernels/means.h"
+#include "kernels/motion.h"
 #include "kernels/patch.h"
 
 namespace malha {

@@ -1,6 +1,7 @@
-// Contact of deformable bodies with themselves and with each other: a particle and a triangle, or two edges, that come
-// near. Every contact is an inequality over four particles, C(p) = distance along n - wanted >= 0, with n and weights
-// from where they were (x0, where nothing crosses), or, for what slides far, from where they go.
+// Contact of a particle and a triangle, or of two edges, that come near: as pairs of deformable bodies look at it
+// (kernels/pair_look.h), and as bodies have it with edges of the environment (kernels/edge_contact.h). Every contact is
+// an inequality over four particles, C(p) = distance along n - wanted >= 0, with n and weights from where they were
+// (x0, where nothing crosses), or, for what slides far, from where they go.
 #pragma once
 #include "kernels/closest.h"
 #include "kernels/simplex.h"
@@ -62,20 +63,17 @@ struct SumMotion {
   }
 };
 
-/// d = motion beside the common one; none where it is not finite (such a particle ends the run). Counts the particles
-/// whose reach may leave the box that the candidates were found with.
+/// d = motion; none where it is not finite (such a particle ends the run). Counts the particles whose reach may leave
+/// the box that the candidates were found with.
 template <class R>
 struct OwnMotion {
-  ScatteredPoints<R> moved, x0;
-  Vector3<R> common;
-  ScatteredPoints<R> d, x_then, d_then;  // the last two: of the search
-  Vector3<R> since;                      // common motion since then, up to x0
-  R slack;                               // by which those boxes were wider, m
+  ScatteredPoints<R> moved, x0, d, x_then, d_then;  // the last two: of the search
+  R slack;                                          // by which those boxes were wider, m
   KERNEL Sum operator()(int i) const {
-    Vector3<R> own = moved[i] - common;
+    Vector3<R> own = moved[i];
     own = or_zero((own.x + own.y + own.z) * R(0) == R(0), own);
     d.set(i, own);
-    const Vector3<R> from = x0[i] - x_then[i] - since, then = d_then[i];
+    const Vector3<R> from = x0[i] - x_then[i], then = d_then[i];
     return {fits(from.x, own.x, then.x) && fits(from.y, own.y, then.y) && fits(from.z, own.z, then.z) ? 0.0 : 1.0};
   }
 
@@ -110,8 +108,6 @@ template <class R>
 struct LookAtCandidate {
   const Candidate* candidates;
   Reaches<R> reaches;
-  ScatteredPoints<R> rest;  // positions at the start of the scene
-  const int* body;          // of each particle
   ContactRules<R> rules;
 
   /// Weights at the closest points of the four x.
@@ -160,7 +156,7 @@ struct LookAtCandidate {
     if (distance - nearing - receding > larger(rules.thickness, R(2) * aside)) return false;
 
     contact.gap = gap_along(contact, x);
-    const R wanted = smaller(rules.thickness, most_wanted(contact));
+    const R wanted = rules.thickness;
     const R along = slides_past(contact, distance, wanted)
                         ? turn(contact, x, distance, R(0.5) * smaller(distance, wanted))
                         : distance;
@@ -225,18 +221,6 @@ struct LookAtCandidate {
   KERNEL static R positive(R a) { return larger(a, R(0)); }
   KERNEL static void places(const ScatteredPoints<R>& of, const SelfContact<R>& c, Vector3<double>* x) {
     for (int j = 0; j < 4; ++j) x[j] = in_double(of[c.i[j]]);
-  }
-
-  /// What lies near in the scene's rest state (the next but one in a fine mesh) is wanted no further than half as far
-  /// apart as there.
-  KERNEL R most_wanted(const SelfContact<R>& contact) const {
-    if (body[contact.i[0]] != body[contact.i[3]]) return R(INFINITY);
-    Vector3<double> x[4];
-    double weight[4];
-    places(rest, contact, x);
-    weigh(contact.first, x, weight);
-    const Vector3<double> apart = between(x, weight);
-    return R(0.5 * root(dot(apart, apart)));
   }
 };
 

@@ -1,4 +1,4 @@
-// Contacts of deformable bodies push, all at once: a particle that several of them push is split into one for each,
+// Contacts with edges of the environment push, all at once: a particle that several push is split into one for each,
 // with a part of its mass (mass splitting: Tonge, Benevolenski, Voroshilov 2012), which conserves momentum, never
 // overshoots, and gives the same bits whatever the order. The parts are as large as what each would push alone, not
 // equal: a contact that hardly pushes takes no mass from those that do, nor friction.

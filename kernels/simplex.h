@@ -37,7 +37,6 @@ KERNEL Box<R> around(const Box<R>& a, const Box<R>& b) {
 template <class R>
 struct Reaches {
   ScatteredPoints<R> x, d;
-  Vector3<R> origin;  // near the particles: boxes are relative to it
   R margin;
   Box<R>* boxes;  // of the particles
 };
@@ -46,7 +45,7 @@ template <class R>
 struct BoxParticles {
   Reaches<R> reaches;
   KERNEL void operator()(int i) const {
-    const Vector3<R> a = reaches.x[i] - reaches.origin, b = a + reaches.d[i];
+    const Vector3<R> a = reaches.x[i], b = a + reaches.d[i];
     const R m = reaches.margin;
     reaches.boxes[i] = {{smaller(a.x, b.x) - m, smaller(a.y, b.y) - m, smaller(a.z, b.z) - m, R(0)},
                         {larger(a.x, b.x) + m, larger(a.y, b.y) + m, larger(a.z, b.z) + m, R(0)}};

@@ -26,7 +26,7 @@ struct Bounds {
   double min[3] = {INFINITY, INFINITY, INFINITY}, max[3] = {-INFINITY, -INFINITY, -INFINITY};
   KERNEL Bounds& operator+=(const Bounds& o) {
     for (int k = 0; k < 3; ++k) {
-      min[k] = o.min[k] < min[k] ? o.min[k] : min[k];
+      min[k] = smaller(o.min[k], min[k]);
       max[k] = larger(max[k], o.max[k]);
     }
     return *this;

@@ -44,6 +44,10 @@ template <class R>
 KERNEL Vector3<double> in_double(const Vector3<R>& a) {
   return {double(a.x), double(a.y), double(a.z)};
 }
+template <class R>
+KERNEL Vector3<R> rounded(const Vector3<double>& a) {
+  return {R(a.x), R(a.y), R(a.z)};
+}
 
 /// One particle in one aligned load: 16 bytes in float. What w holds is its owner's affair.
 template <class R>
@@ -56,6 +60,7 @@ struct alignas(4 * sizeof(R)) Vec4 {
 // The scalar side of what packs offer too (kernels/pack.h), so that constraints are written once.
 KERNEL float root(float a) { return sqrtf(a); }
 KERNEL double root(double a) { return sqrt(a); }
+KERNEL double norm(const Vector3<double>& a) { return root(dot(a, a)); }
 template <class R>
 KERNEL R select(bool mask, R a, R b) {
   return mask ? a : b;

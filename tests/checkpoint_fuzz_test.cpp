@@ -58,12 +58,12 @@ struct MadeUp {
   explicit MadeUp(const Scene& of, int steps) : scene(of), simulation(of, {.threads = 1}), model(build_model(of)) {
     for (int s = 0; s < steps; ++s) simulation.step();
     simulation.save_checkpoint(path);
-    state = read_checkpoint(path, model).state;
+    state = read_checkpoint(path, scene_hash(model)).state;
     there = simulation.state_hash();
   }
   /// Why this state is refused; "" if it is not. It is stepped on with then.
   std::string refusal(const std::string& bytes, std::int64_t frames = 0) {
-    write_checkpoint(path, model, {bytes, frames});
+    write_checkpoint(path, scene_hash(model), {bytes, frames});
     const std::string said = malha::refusal([&] { simulation.load_checkpoint(path); });
     if (!said.empty()) {
       EXPECT_EQ(said.find(path + ": "), 0u) << said;
@@ -75,7 +75,7 @@ struct MadeUp {
       simulation.measure();
     } catch (const Diverged&) {
     }
-    write_checkpoint(path, model, {state, 0});
+    write_checkpoint(path, scene_hash(model), {state, 0});
     simulation.load_checkpoint(path);
     EXPECT_EQ(simulation.state_hash(), there);
     return "";

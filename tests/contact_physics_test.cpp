@@ -1,6 +1,7 @@
 // Contact with environment meshes against the formulas of impact, rest and Coulomb's friction.
 #include <gtest/gtest.h>
 
+#include "host/mesh/vectors.h"
 #include "tests/scene_builders.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
@@ -30,8 +31,6 @@ Scene on(const EnvironmentSpec& environment, const BodySpec& body, double h, int
   scene.environment = {environment};
   return scene;
 }
-
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 // Laid on the rim of the nearest wall each would be beyond the other one.
 TEST(Contact, ThickerThanAGapLeavesWhatIsBetweenTwoWallsOfOneMeshThere) {

@@ -131,7 +131,7 @@ TEST(Linkage, OfAChainGivesWayByTheWeightBelow) {
   ASSERT_EQ(linkage.give.size(), 4u);
   for (int i = 0; i < 4; ++i) {
     EXPECT_NEAR(dot(linkage.give[i], linkage.give[i]), 0.001 * expected[i], 1e-9) << i;
-    EXPECT_NEAR(std::abs(linkage.give[i].y), size_of(linkage.give[i]), 1e-9) << i;
+    EXPECT_NEAR(std::abs(linkage.give[i].y), norm(linkage.give[i]), 1e-9) << i;
   }
 }
 

@@ -40,8 +40,6 @@ bool same_bits(const T& a, const T& b) {
   return std::memcmp(&a, &b, sizeof(T)) == 0;
 }
 
-inline double norm(const Vector3<double>& a) { return std::sqrt(dot(a, a)); }
-
 template <class R>
 Vector3<double> to_double(const Vector3<R>& a) {
   return {double(a.x), double(a.y), double(a.z)};

@@ -27,12 +27,11 @@ TEST(SelfContact, HasPlanesThatPartWhatIsAThousandthOfItsSizeApart) {
       x.push_back({at.x, at.y, at.z});
     const ScatteredArray<Serial, float> points(x), still(4);
     std::vector<Box<float>> boxes(4);
-    const Reaches<float> reaches{points.points(), still.points(), points.points()[0], 1e-3f, boxes.data()};
+    const Reaches<float> reaches{points.points(), still.points(), 1e-3f, boxes.data()};
     for (int i = 0; i < 4; ++i) BoxParticles<float>{reaches}(i);
-    const int body[] = {0, 0, 1, 1};
     const Candidate pair{{~0, 1, 2, 3}};
     SelfContact<float> contact;
-    ASSERT_TRUE((LookAtCandidate<float>{&pair, reaches, points.points(), body, {1e-3f, 0.1f}}(pair, contact)));
+    ASSERT_TRUE((LookAtCandidate<float>{&pair, reaches, {1e-3f, 0.1f}}(pair, contact)));
     // Along the normal as it is stored: every end of the one side is above every end of the other by the gap.
     const std::vector<Vec3> stored = points.download();
     double low = INFINITY, high = -INFINITY;
@@ -53,10 +52,9 @@ TEST(SelfContact, HasPlanesThatPartWhatIsAThousandthOfItsSizeApart) {
 SelfContact<double> contact_of(const Candidate& pair, const std::vector<Vec3>& x) {
   const ScatteredArray<Serial, double> points(x), still(4);
   std::vector<Box<double>> boxes(4);
-  const Reaches<double> reaches{points.points(), still.points(), points.points()[0], 10, boxes.data()};
-  const int body[] = {0, pair.are_edges() ? 0 : 1, 1, 1};
+  const Reaches<double> reaches{points.points(), still.points(), 10, boxes.data()};
   SelfContact<double> contact;
-  EXPECT_TRUE((LookAtCandidate<double>{&pair, reaches, points.points(), body, {10, 0.1}}(pair, contact)));
+  EXPECT_TRUE((LookAtCandidate<double>{&pair, reaches, {10, 0.1}}(pair, contact)));
   return contact;
 }
 

@@ -109,7 +109,7 @@ TEST(SpringSystem, MultipliesAsItsMatrix) {
   Random random(5);
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> x(system.count(), 3);
   for (int k = 0; k < x.size(); ++k) x.data()[k] = random();
-  const std::vector<double> y = multiply(system, {x.data(), x.data() + x.size()}, 3);
+  const std::vector<double> y = multiply(system, {x.data(), x.data() + x.size()});
   const decltype(x) expected = matrix_of<double>(system) * x;
   for (int k = 0; k < x.size(); ++k) ASSERT_NEAR(y[k], expected.data()[k], 1e-14 * expected.norm());
 }

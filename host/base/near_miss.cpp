@@ -6,12 +6,6 @@
 namespace malha {
 namespace {
 
-std::string lower(std::string word) {
-  std::transform(word.begin(), word.end(), word.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return word;
-}
-
 // Damerau-Levenshtein distance, optimal string alignment.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
@@ -31,6 +25,11 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }
 
 }  // namespace
+
+std::string lower(std::string word) {
+  std::ranges::transform(word, word.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return word;
+}
 
 std::string near_miss(const std::string& word, const std::vector<std::string>& allowed) {
   constexpr std::size_t longest = 64;  // no key is as long: do not measure what cannot be near

@@ -12,6 +12,9 @@ std::string near_miss(const std::string& word, const std::vector<std::string>& a
 /// " (did you mean 'X'?)" where there is a near miss, else "".
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& allowed);
 
+/// Without capital letters (ASCII).
+std::string lower(std::string word);
+
 /// "a, b, c".
 std::string join(const std::vector<std::string>& words);
 

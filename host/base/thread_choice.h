@@ -1,5 +1,6 @@
 // On how many threads a step runs: on all, or on one where other programs use the cores.
 #pragma once
+#include "host/base/for_now.h"
 #include "host/base/stopwatch.h"
 #include "kernels/compute.h"
 
@@ -19,7 +20,7 @@ class ThreadChoice {
   /// Takes a step on threads().
   template <class Step>
   void take(const Step& step) {
-    const Limit limit(most_threads, threads());
+    const ForNow<int> limit(most_threads, threads());
     const Took time = time_of(step);
     took(time.wall, time.running);
   }
@@ -39,13 +40,6 @@ class ThreadChoice {
   void took(double wall, double running);
 
  private:
-  /// Of what this thread launches, until it ends, by an exception too.
-  struct Limit {
-    int &most, before;
-    Limit(int& of, int threads) : most(of), before(of) { most = threads; }
-    ~Limit() { most = before; }
-  };
-
   static constexpr double kWindow = 0.05;  // s: some turns of a scheduler, or a step
   static constexpr double kRarely = 20;    // times what a trial costs until the next one
   static constexpr double kLongest = 10;   // s, between trials that are of no use

@@ -11,6 +11,7 @@
 #include "host/collision/contact_facts.h"
 #include "host/collision/find_contact.h"
 #include "host/collision/near_memory.h"
+#include "host/collision/pose.h"
 #include "host/collision/put_before_meshes.h"
 #include "host/model/model.h"
 #include "kernels/keep_off.h"

@@ -1,11 +1,11 @@
-// The contacts of a collider of simplices in the executor's memory: laid down from candidates, projected, and held
-// apart where they would cross.
+// The contacts of deformable bodies with edges of the environment in the executor's memory: laid down from candidates,
+// projected, and held apart where they would cross.
 #pragma once
 #include "host/base/array.h"
 #include "host/base/growing.h"
 #include "host/collision/sorter.h"
 #include "host/model/model.h"
-#include "kernels/hold_apart.h"
+#include "kernels/edge_contact.h"
 
 namespace malha {
 
@@ -19,11 +19,10 @@ class ContactList {
     if (model.scene.solver.dt / model.scene.solver.substeps > kLong) more_shares_ = kMoreShares;
   }
 
-  /// Lays those of so many candidates that meet, by the kernels that lay(place, total, contacts, ends) and
-  /// enter(contacts, place, ends) make; `sums`: memory for sums.
-  template <class Lay, class Enter>
-  void lay(const LookAtCandidate<R>& look, int candidates, Growing<Executor, int>& sums, const Lay& lay,
-           const Enter& enter) {
+  /// Lays those of so many candidates that meet; `object`: of each point, `rules`: of each object; `sums`: memory for
+  /// sums.
+  void lay(const LookAtCandidate<R>& look, int candidates, const EdgeRules<R>* rules, const int* object,
+           Growing<Executor, int>& sums) {
     found_ = 0;
     if (candidates == 0) return;
     int* const place = meets_.at_least(static_cast<std::size_t>(candidates));
@@ -33,9 +32,10 @@ class ContactList {
     const auto many = static_cast<std::size_t>(found_);
     contacts_.at_least(many), active_.at_least(many), pushes_.at_least(many);
     int* const ends = ends_of_.at_least(many);
-    parallel_for(executor_, candidates, lay(place, found_, contacts_.data(), ends), kGrain);
+    const LayEdgeContacts<R> lay{look, rules, object, place, candidates, found_, particles_, contacts_.data(), ends};
+    parallel_for(executor_, candidates, lay, kGrain);
     const int all = running_sum(executor_, ends, found_, sums);
-    parallel_for(executor_, found_, enter(contacts_.data(), ends, ends_.items(all)), kGrain);
+    parallel_for(executor_, found_, EnterParticles<R>{contacts_.data(), ends, particles_, ends_.items(all)}, kGrain);
     int bits = 1;
     while ((1 << bits) < particles_) ++bits;
     ends_.sort(executor_, all, bits, particles_);
@@ -43,9 +43,8 @@ class ContactList {
 
   /// One projection of all. `moved`: how far particles have moved, with room for their parts of mass; `w`: 1/kg;
   /// `friction` of a contact; `turn`: of impulses, into the frame of p.
-  template <class Friction, class Turn>
-  void project(const Points<R>& p, const R* w, const ScatteredPoints<R>& moved, const Friction& friction,
-               const Turn& turn) {
+  void project(const Points<R>& p, const R* w, const ScatteredPoints<R>& moved, const ObjectFriction<R>& friction,
+               const TurnToWorld& turn) {
     Push<R>* const pushes = pushes_.data();
     const int* const begin = ends_.begin();
     const auto split = [&] {
@@ -57,8 +56,10 @@ class ContactList {
       parallel_for(executor_, found_, AskAgain<R>{moved, contacts_.data(), pushes}, kGrain);
       split();
     }
-    parallel_for(executor_, found_, PushContacts<R, Friction>{moved, contacts_.data(), friction, pushes}, kGrain);
-    parallel_for(executor_, particles_, GatherPushes<R, Turn>{p, w, ends_.sorted(), begin, pushes, turn}, kGrain);
+    parallel_for(executor_, found_, PushContacts<R, ObjectFriction<R>>{moved, contacts_.data(), friction, pushes},
+                 kGrain);
+    parallel_for(executor_, particles_, GatherPushes<R, TurnToWorld>{p, w, ends_.sorted(), begin, pushes, turn},
+                 kGrain);
   }
 
   /// Marks the pairs that are about to cross: how many of them holding back can still help.
@@ -67,12 +68,11 @@ class ContactList {
     return parallel_reduce<Sum>(executor_, found_, find, kGrain).value;
   }
   /// Holds back what crosses, `left` by crossing(), until nothing does; where it was, if it `rests`.
-  template <class Place>
-  void hold(double left, const PairPlanes<R>& planes, const Place& place, bool rests, const R* w) {
+  void hold(double left, const PairPlanes<R>& planes, const PlaceLocal<R>& place, bool rests, const R* w) {
     for (; left > 0; left = crossing(planes, w))
       parallel_for(executor_, particles_,
-                   HoldParticles<R, Place>{planes, place, rests, contacts_.data(), ends_.sorted(), ends_.begin(),
-                                           active_.data(), w, held_.data()},
+                   HoldParticles<R, PlaceLocal<R>>{planes, place, rests, contacts_.data(), ends_.sorted(),
+                                                   ends_.begin(), active_.data(), w, held_.data()},
                    kGrain);
     Memory<Executor>::fill(held_.data(), held_.size(), static_cast<unsigned char>(0));
   }

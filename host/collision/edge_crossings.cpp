@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 
 #include "host/collision/pose.h"
 #include "host/error.h"
@@ -11,6 +10,7 @@
 #include "host/model/box_tree.h"
 #include "host/model/crossing.h"
 #include "host/model/self_surface.h"
+#include "host/model/solver_of.h"
 #include "host/model/tear.h"
 
 namespace malha {
@@ -30,19 +30,15 @@ Surfaces surfaces_of(const Mesh& mesh, const std::vector<Vec3>& x) {
   return {x, edges(triangular), triangles(mesh)};
 }
 
-BoundingBox bounds_of_all(const std::vector<Vec3>& x) {
-  return bounds_of(x, std::views::iota(0, static_cast<int>(x.size())), 0);
-}
-
 /// Edges of the one that go through faces of the other; `first`: the first of them, where it is not known.
 std::int64_t count_through(const Surfaces& one, const Surfaces& other, Edge& first) {
   std::vector<BoundingBox> boxes;
-  for (const Triangle& face : other.faces) boxes.push_back(bounds_of(other.x, face, 0));
-  const BoundingBox all = bounds_of_all(other.x);
+  for (const Triangle& face : other.faces) boxes.push_back(bounds_of(other.x, face));
+  const BoundingBox all = bounds_of(other.x);
   const BoxTree tree(std::move(boxes));
   std::int64_t count = 0;
   for (const Edge& edge : one.edges) {
-    if (!overlap(bounds_of(one.x, edge, 0), all)) continue;
+    if (!overlap(bounds_of(one.x, edge), all)) continue;
     const Vec3 &p = one.x[edge[0]], &q = one.x[edge[1]];
     tree.for_each_on(p, q, [&](int f) {
       const auto& [a, b, c] = other.faces[f];
@@ -63,15 +59,15 @@ void for_each_crossing(const Model& model, const std::vector<Vec3>& user, double
     const Pose pose = pose_at(object.spec.motion, time);
     std::vector<Vec3> places;
     for (const Vec3& x : object.mesh.points) {
-      const Vector3<double> at = to_world(pose, Vector3<double>{x[0], x[1], x[2]});
+      const Vector3<double> at = to_world(pose, {x[0], x[1], x[2]});
       places.push_back({at.x, at.y, at.z});
     }
     const Surfaces rigid = surfaces_of(object.mesh, places);
-    const BoundingBox around = bounds_of_all(places);
+    const BoundingBox around = bounds_of(places);
     for (std::size_t b = 0; b + 1 < look.body_begin.size(); ++b) {
       const Mesh mesh = body_mesh(look, b);
       const std::vector<Vec3> x(user.begin() + look.body_begin[b], user.begin() + look.body_begin[b + 1]);
-      if (!overlap(bounds_of_all(x), around)) continue;
+      if (!overlap(bounds_of(x), around)) continue;
       const Surfaces soft = surfaces_of(mesh, x);
       Edge edge{-1, -1}, unused{-1, -1};
       const std::int64_t count = count_through(soft, rigid, edge) + count_through(rigid, soft, unused);
@@ -80,18 +76,12 @@ void for_each_crossing(const Model& model, const std::vector<Vec3>& user, double
   }
 }
 
-std::vector<Vec3> in_order_of_user(const Model& model, const std::vector<Vec3>& x) {
-  std::vector<Vec3> user(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) user[model.user_of[i]] = x[i];
-  return user;
-}
-
 }  // namespace
 
 std::int64_t count_edge_crossings(const Model& model, const std::vector<Vec3>& x, double time) {
   if (!std::all_of(x.begin(), x.end(), [](const Vec3& at) { return std::isfinite(at[0] + at[1] + at[2]); })) return 0;
   std::int64_t sum = 0;
-  for_each_crossing(model, in_order_of_user(model, x), time,
+  for_each_crossing(model, in_user_order(x, model.user_of), time,
                     [&](std::size_t, std::size_t, std::int64_t count, const Edge&) { sum += count; });
   return sum;
 }
@@ -99,7 +89,7 @@ std::int64_t count_edge_crossings(const Model& model, const std::vector<Vec3>& x
 void refuse_edge_crossings(const Model& model) {
   if (!names_edges(model.scene)) return;
   for_each_crossing(
-      model, in_order_of_user(model, model.x), 0,
+      model, in_user_order(model.x, model.user_of), 0,
       [&](std::size_t e, std::size_t b, std::int64_t count, const Edge& edge) {
         const auto name = [&](int i) { return particle_name(model, model.look.body_begin[b] + i); };
         const std::string where = edge[0] < 0

@@ -3,7 +3,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <vector>
 
 #include "host/base/point_array.h"
@@ -12,7 +11,6 @@
 #include "host/collision/edge_memory.h"
 #include "host/collision/edge_surface.h"
 #include "host/collision/pose.h"
-#include "kernels/edge_contact.h"
 
 namespace malha {
 
@@ -170,9 +168,8 @@ class EdgeGroup {
 
   void lay(const Particles<R>& particles) {
     store_motion(particles);
-    const Vector3<R> none{R(0), R(0), R(0)};
-    const OwnMotion<R> own{moved_.points(),  x_.points(),      none, d_.points(),
-                           x_then_.points(), d_then_.points(), none, kRounding * slack_};
+    const OwnMotion<R> own{moved_.points(),  x_.points(),      d_.points(),
+                           x_then_.points(), d_then_.points(), kRounding * slack_};
     const double left = parallel_reduce<Sum>(executor_, particles_, own).value;
     if (!searched_ || left > 0) search();
     lay_contacts();
@@ -214,26 +211,15 @@ class EdgeGroup {
   }
 
   void box_particles(const ScatteredPoints<R>& x, const ScatteredPoints<R>& d, R margin) {
-    parallel_for(executor_, particles_, BoxParticles<R>{{x, d, {R(0), R(0), R(0)}, margin, boxes_.data()}});
+    parallel_for(executor_, particles_, BoxParticles<R>{{x, d, margin, boxes_.data()}});
   }
 
   void lay_contacts() {
     if (candidates_found_ > 0) box_particles(x_.points(), d_.points(), larger(wanted_, margin_));
     // Of the two sides, one has a margin.
-    const LookAtCandidate<R> look{candidates_.data(),
-                                  {x_.points(), d_.points(), {}, R(0.5) * margin_, boxes_.data()},
-                                  x_.points(),
-                                  object_.data(),
-                                  {wanted_, R(kRecovery)}};
-    const int n = candidates_found_;
-    contacts_.lay(
-        look, n, sums_,
-        [&](const int* place, int total, SelfContact<R>* contacts, int* ends) {
-          return LayEdgeContacts<R>{look, rules_.data(), place, n, total, particles_, contacts, ends};
-        },
-        [&](const SelfContact<R>* contacts, const int* place, Keyed* ends) {
-          return EnterParticles<R>{contacts, place, particles_, ends};
-        });
+    const LookAtCandidate<R> look{
+        candidates_.data(), {x_.points(), d_.points(), R(0.5) * margin_, boxes_.data()}, {wanted_, R(kRecovery)}};
+    contacts_.lay(look, candidates_found_, rules_.data(), object_.data(), sums_);
   }
 
   Executor executor_;

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
+#include "host/mesh/bounding_box.h"
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
@@ -101,7 +103,8 @@ class PathBuilder {
     if (end - begin == 1) {
       node = leaf(order_[begin]);
     } else {
-      const int axis = longest(begin, end), middle = (begin + end) / 2;
+      const int axis = longest_side(bounds_of(middles_, std::span(order_).subspan(begin, end - begin)));
+      const int middle = (begin + end) / 2;
       std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](int a, int b) {
         return middles_[a][axis] != middles_[b][axis] ? middles_[a][axis] < middles_[b][axis] : a < b;
       });
@@ -118,25 +121,12 @@ class PathBuilder {
   BoxNode leaf(int triangle) const {
     BoxNode node;
     node.triangle = triangle;
+    const auto [low, high] = bounds_of(surface_.points, std::span(surface_.triangles[triangle].corner));
     for (int k = 0; k < 3; ++k) {
-      double low = INFINITY, high = -INFINITY;
-      for (const int i : surface_.triangles[triangle].corner)
-        low = std::min(low, surface_.points[i][k]), high = std::max(high, surface_.points[i][k]);
-      node.low[k] = std::nextafter(static_cast<float>(low), -INFINITY);
-      node.high[k] = std::nextafter(static_cast<float>(high), INFINITY);
+      node.low[k] = std::nextafter(static_cast<float>(low[k]), -INFINITY);
+      node.high[k] = std::nextafter(static_cast<float>(high[k]), INFINITY);
     }
     return node;
-  }
-
-  int longest(int begin, int end) const {
-    Vec3 low = middles_[order_[begin]], high = low;
-    for (int j = begin; j < end; ++j)
-      for (int k = 0; k < 3; ++k)
-        low[k] = std::min(low[k], middles_[order_[j]][k]), high[k] = std::max(high[k], middles_[order_[j]][k]);
-    int axis = 0;
-    for (int k = 1; k < 3; ++k)
-      if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
-    return axis;
   }
 
   EdgeSurface& surface_;
@@ -148,15 +138,13 @@ class PathBuilder {
 
 EdgeSurface edge_surface(const std::vector<const EnvironmentMesh*>& objects) {
   EdgeSurface surface;
-  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
   for (std::size_t o = 0; o < objects.size(); ++o) {
     const Mesh& mesh = objects[o]->mesh;
     Features(mesh, objects[o]->spec.sides, static_cast<int>(surface.points.size()), surface);
     surface.points.insert(surface.points.end(), mesh.points.begin(), mesh.points.end());
     surface.object.resize(surface.points.size(), static_cast<int>(o));
   }
-  for (const Vec3& x : surface.points)
-    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], x[k]), high[k] = std::max(high[k], x[k]);
+  const auto [low, high] = bounds_of(surface.points);
   for (int k = 0; k < 3; ++k) surface.centre[k] = (low[k] + high[k]) / 2;
   for (Vec3& x : surface.points) x = minus(x, surface.centre);
   PathBuilder{surface};

@@ -3,11 +3,11 @@
 #pragma once
 #include <cmath>
 
-#include "host/collision/pose.h"
 #include "host/collision/surface.h"
 #include "host/scene.h"
 #include "kernels/near_pairs.h"
 #include "kernels/nearby.h"
+#include "kernels/pose.h"
 
 namespace malha {
 
@@ -98,8 +98,6 @@ struct FindContact : MovingSurface {
 
   static constexpr double kSlow = 0.02;  // thicknesses from look to look: its nearest feature may stay the nearest
 
-  KERNEL static double length(const Point& a) { return root(dot(a, a)); }
-
   /// False where it cannot have come near, or comes as it came.
   KERNEL bool begin(int i, Look& look) const {
     const int slot = nearby.slot[i];
@@ -110,10 +108,10 @@ struct FindContact : MovingSurface {
     look.i = i, look.cell = slot < 0 ? 0 : nearby.near[slot].cell, look.last = nearby.seen(i);
     if (look.cell > 0) surface->prefetch_cell(look.cell);
     look.a = to_local(before, in_double(particles.x[i])), look.b = to_local(after, in_double(particles.p[i]));
-    look.path = length(look.b - look.a);
+    look.path = norm(look.b - look.a);
     // A contact plane is laid a thickness early: neighbours may pull the particle further than its own velocity.
     look.reach = look.path + 2 * thickness;
-    look.moved = length(look.a - look.last.at);
+    look.moved = norm(look.a - look.last.at);
     if (look.last.distance - look.moved > look.reach) return false;
     const double box = surface->box_distance(look.a);
     if (box > look.reach) {
@@ -242,7 +240,7 @@ struct FindContact : MovingSurface {
       const bool flip = dot(crossing.normal, b - a) > 0;  // two-sided only: it stays on the side it comes from
       return set(i, crossing.q, flip ? -crossing.normal : crossing.normal);
     }
-    const ClosestPoint end = surface->closest(b, std::max(2 * thickness, sides == Sides::Solid ? length(b - a) : 0));
+    const ClosestPoint end = surface->closest(b, std::max(2 * thickness, sides == Sides::Solid ? norm(b - a) : 0));
     if (!end.found) return;
     const Point normal = sides == Sides::TwoSided && dot(end.normal, outward) < 0 ? -end.normal : end.normal;
     const double signed_distance = dot(normal, b - end.q) < 0 ? -end.distance : end.distance;
@@ -261,7 +259,7 @@ struct FindContact : MovingSurface {
       if (surface->crossing(above, rim, 0, sides != Sides::TwoSided).hit) return false;
     }
     const Point world = rotate(before, n) * by;
-    const Vector3<R> shift{R(world.x), R(world.y), R(world.z)}, x = particles.x[i], to = x + shift;
+    const Vector3<R> shift = rounded<R>(world), x = particles.x[i], to = x + shift;
     for (int k = 0; k < all.count; ++k) {
       const MovingSurface& mesh = all.meshes[k];
       const Point start = to_local(mesh.before, in_double(x)), end = to_local(mesh.before, in_double(to));
@@ -315,7 +313,7 @@ struct MeasureDepth {
   KERNEL Deepest operator()(int i) const {
     if (!(particles.w[i] > R(0))) return {};
     const LastSeen last = nearby.seen(i);
-    const double passed = std::sqrt(dot(last.passed, last.passed));
+    const double passed = norm(last.passed);
     return {std::max(passed, depth(to_local(pose, in_double(particles.x[i])), last))};
   }
 

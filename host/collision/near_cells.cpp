@@ -18,8 +18,6 @@ using S = Lane<double>;
 constexpr int kWide = kLanes<double>;
 using Corners = std::array<double, 8>;  // a number for each corner of a cell
 
-double length(const Vector3<double>& a) { return std::sqrt(dot(a, a)); }
-
 bool behind(const Corners& least, const Corners& most) {
   bool all_behind = true;
   for (int j = 0; j < 8; ++j) all_behind &= least[j] > most[j];
@@ -71,7 +69,7 @@ struct NearCells::Candidate {
 NearCells::NearCells(const TriangleScene& scene, std::vector<Vec4<double>>& corners,
                      const std::vector<std::array<int, 3>>& triangles, const Vector3<double>& half, double skin)
     : scene_(scene), skin_(skin) {
-  const double size = length(half);
+  const double size = norm(half);
   rounding_ = 1e-11 * size;
   mesh_.corners = corners.data(), mesh_.triangles = reinterpret_cast<const int(*)[3]>(triangles.data());
   mesh_.half = 1.2 * std::max({half.x, half.y, half.z});
@@ -79,7 +77,7 @@ NearCells::NearCells(const TriangleScene& scene, std::vector<Vec4<double>>& corn
   double edges = 0;
   for (const auto& t : triangles) {
     const Vector3<double> a = corners[t[0]].xyz(), ab = corners[t[1]].xyz() - a, ac = corners[t[2]].xyz() - a;
-    const double longest = std::max({length(ab), length(ac), length(ab - ac)}), twice_area = length(cross(ab, ac));
+    const double longest = std::max({norm(ab), norm(ac), norm(ab - ac)}), twice_area = norm(cross(ab, ac));
     edges += longest;
     // Where a point is projected onto a face, rounding is enlarged by the distance over the face's height.
     const double enlarged = size * longest / twice_area;
@@ -120,7 +118,7 @@ bool NearCells::measure(const CellPath& path) {
   if (known > 0) return false;
   const Vector3<double> p = centre_in_grid(mesh_, path);
   double nearest = 8 * mesh_.half;
-  const double slack = skin_ + 1e-6 * length(p);
+  const double slack = skin_ + 1e-6 * norm(p);
   point_query(scene_, {float(p.x), float(p.y), float(p.z)}, float(nearest + slack), [&](int t) {
     nearest = std::min(nearest, distance(p, t) - error_[t]);
     return static_cast<float>(std::max(kLoose * nearest, 0.0) + slack);
@@ -154,7 +152,7 @@ bool NearCells::make(const CellPath& path) try {
 double NearCells::distance(const Vector3<double>& p, int triangle) const {
   const int* c = mesh_.triangles[triangle];
   const auto at = [&](int k) { return mesh_.corners[c[k]].xyz(); };
-  return length(p - nearest_on_triangle(p, at(0), at(1), at(2)).q);
+  return norm(p - nearest_on_triangle(p, at(0), at(1), at(2)).q);
 }
 
 /// All triangles that may be the nearest one of a point of the cube: no farther from its centre than the nearest and
@@ -163,7 +161,7 @@ std::vector<int> NearCells::near(const Cube& cube) const {
   const Vector3<double>& p = cube.centre;
   std::vector<std::pair<double, int>> seen;
   double nearest = 8 * mesh_.half;
-  const double more = 2 * cube.reach() + rounding_, slack = skin_ + 1e-6 * length(p);
+  const double more = 2 * cube.reach() + rounding_, slack = skin_ + 1e-6 * norm(p);
   point_query(scene_, {float(p.x), float(p.y), float(p.z)}, float(nearest + more + slack), [&](int t) {
     const double least = distance(p, t) - error_[t];
     nearest = std::min(nearest, least + 2 * error_[t]);

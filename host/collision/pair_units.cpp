@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <span>
+
+#include "host/mesh/bounding_box.h"
 
 namespace malha {
 
@@ -15,12 +18,7 @@ constexpr int kUnitPoints = 128, kFew = 4;
 void bisect(const std::vector<Vec3>& x, std::vector<int>::iterator begin, std::vector<int>::iterator end) {
   const auto count = static_cast<int>(end - begin);
   if (count <= kFew) return std::sort(begin, end);
-  Vec3 low = x[*begin], high = low;
-  for (auto i = begin; i != end; ++i)
-    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], x[*i][k]), high[k] = std::max(high[k], x[*i][k]);
-  int axis = 0;
-  for (int k = 1; k < 3; ++k)
-    if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
+  const int axis = longest_side(bounds_of(x, std::span(begin, end)));
   const int whole = count > kUnitPoints ? kUnitPoints : count > kBranch ? kBranch : kFew;
   const auto middle = begin + (count / 2 + whole - 1) / whole * whole;
   const auto before = [&](int a, int b) { return x[a][axis] != x[b][axis] ? x[a][axis] < x[b][axis] : a < b; };

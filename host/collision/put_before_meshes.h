@@ -64,8 +64,7 @@ struct PutBeforeMeshes : Surroundings<R> {
     const MovingSurface& mesh = this->meshes[k];
     const Point n = normal(i, mesh, at);
     const Point shift = rotate(mesh.after, n) * (mesh.thickness - dot(n, to_local(mesh.after, p(i)) - at.q));
-    const Vector3<R> by{R(shift.x), R(shift.y), R(shift.z)};
-    this->particles.p.set(i, this->particles.p[i] + by);
+    this->particles.p.set(i, this->particles.p[i] + rounded<R>(shift));
     return true;
   }
 };
@@ -75,7 +74,7 @@ template <class R>
 struct HoldBounce : Surroundings<R> {
   KERNEL void operator()(int i) const {
     const Vector3<R> from = this->particles.p[i], to = this->particles.x[i];
-    if (!(this->particles.w[i] > R(0)) || (from.x == to.x && from.y == to.y && from.z == to.z)) return;
+    if (!(this->particles.w[i] > R(0)) || same(from, to)) return;
     for (int k = 0; k < this->count; ++k) {
       MovingSurface mesh = this->meshes[k];
       mesh.before = mesh.after;

@@ -8,7 +8,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <functional>
 #include <limits>
 #include <vector>
@@ -386,9 +385,7 @@ void SelfCollider<Executor, R>::remember(const SelfMemory<R>& memory) {
 }
 
 // Compiled once a precision (self_collider_float.cpp, self_collider_double.cpp): they hold many kernels.
-extern template class SelfCollider<Serial, float>;
 extern template class SelfCollider<OpenMP, float>;
-extern template class SelfCollider<Serial, double>;
 extern template class SelfCollider<OpenMP, double>;
 
 }  // namespace malha

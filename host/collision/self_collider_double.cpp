@@ -2,7 +2,6 @@
 
 namespace malha {
 
-template class SelfCollider<Serial, double>;
 template class SelfCollider<OpenMP, double>;
 
 }  // namespace malha

@@ -2,7 +2,6 @@
 
 namespace malha {
 
-template class SelfCollider<Serial, float>;
 template class SelfCollider<OpenMP, float>;
 
 }  // namespace malha

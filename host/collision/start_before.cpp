@@ -7,6 +7,8 @@
 #include "host/base/text.h"
 #include "host/collision/pose.h"
 #include "host/collision/surface.h"
+#include "host/mesh/edge_sides.h"
+#include "host/model/pins.h"
 #include "host/model/solver_of.h"
 
 namespace malha {
@@ -37,7 +39,7 @@ class Sheet {
   /// The end behind it of an edge that goes through it, so that from either end it is met from the same side.
   void look(int i, const Vec3& x, int j, const Vec3& y) {
     const Point a = local(x), b = local(y);
-    if (surface_.box_distance((a + b) * 0.5) > length(b - a) / 2) return;
+    if (surface_.box_distance((a + b) * 0.5) > norm(b - a) / 2) return;
     const Crossing first = surface_.crossing(a, b, 0, false), last = surface_.crossing(b, a, 0, false);
     if (!first.hit || !last.hit) return;
     const double before = dot(first.normal, a - first.q), behind = dot(last.normal, b - last.q);
@@ -60,7 +62,6 @@ class Sheet {
   }
 
  private:
-  static double length(const Point& a) { return std::sqrt(dot(a, a)); }
   Point local(const Vec3& x) const { return to_local(pose_, Point{x[0], x[1], x[2]}); }
   /// Within the thickness contact lays it on the surface, by no more than its distance from it may be off anyway.
   void add(int i, double depth) {
@@ -80,10 +81,7 @@ class Sheet {
 void note_starts_behind(Model& model) {
   const auto one_sided = [](const EnvironmentMesh& mesh) { return mesh.spec.sides == Sides::OneSided; };
   if (std::none_of(model.environment.begin(), model.environment.end(), one_sided)) return;
-  std::vector<bool> held(model.x.size());
-  for (std::size_t i = 0; i < held.size(); ++i) held[i] = model.w[i] == 0;
-  for (const MovedPins& pins : model.moved)
-    for (const int i : pins.particles) held[i] = true;
+  const std::vector<bool> held = held_at_start(model, false);
   const std::vector<int> number = solver_of(model.user_of);
   const Device device;
   for (const EnvironmentMesh& mesh : model.environment) {
@@ -95,8 +93,7 @@ void note_starts_behind(Model& model) {
       const int i = number[user], j = number[other];
       if (!held[i] || !held[j]) sheet.look(i, model.x[i], j, model.x[j]);
     };
-    for (const Quad& face : model.look.faces)
-      for (int k = 0, corners = is_triangle(face) ? 3 : 4; k < corners; ++k) look(face[k], face[(k + 1) % corners]);
+    visit_face_sides(model.look.faces, look);
     for (const Edge& line : model.look.lines) look(line[0], line[1]);
     sheet.tell(model);
   }

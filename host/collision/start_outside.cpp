@@ -1,12 +1,13 @@
 #include "host/collision/start_outside.h"
 
-#include <cmath>
 #include <optional>
 
 #include "host/base/text.h"
 #include "host/collision/pose.h"
 #include "host/collision/surface.h"
 #include "host/error.h"
+#include "host/mesh/bounding_box.h"
+#include "host/model/pins.h"
 #include "host/model/self_surface.h"
 
 namespace malha {
@@ -26,10 +27,7 @@ struct Inside {
 class Solid {
  public:
   Solid(const Device& device, const EnvironmentMesh& mesh)
-      : device_(device), mesh_(mesh), pose_(pose_at(mesh.spec.motion, 0)), low_(mesh.mesh.points[0]), high_(low_) {
-    for (const Vec3& x : mesh.mesh.points)
-      for (int k = 0; k < 3; ++k) low_[k] = std::min(low_[k], x[k]), high_[k] = std::max(high_[k], x[k]);
-  }
+      : device_(device), mesh_(mesh), pose_(pose_at(mesh.spec.motion, 0)), box_(bounds_of(mesh.mesh.points)) {}
 
   const EnvironmentSpec& spec() const { return mesh_.spec; }
 
@@ -41,8 +39,8 @@ class Solid {
     const double most = mesh_.spec.thickness * (movable && mesh_.spec.push_out ? 1e-6 : 1);
     for (const int i : particles) {
       const Point a = to_local(pose_, Point{x[i][0], x[i][1], x[i][2]});
-      if (!(a.x > low_[0] && a.x < high_[0] && a.y > low_[1] && a.y < high_[1] && a.z > low_[2] && a.z < high_[2]))
-        continue;
+      const auto& [low, high] = box_;
+      if (!(a.x > low[0] && a.x < high[0] && a.y > low[1] && a.y < high[1] && a.z > low[2] && a.z < high[2])) continue;
       if (!surface_) surface_.emplace(device_, mesh_.mesh);
       const ClosestPoint near = surface_->closest(a, surface_->diagonal(), near_);
       if (!near.found) continue;
@@ -60,7 +58,7 @@ class Solid {
   const Device& device_;
   const EnvironmentMesh& mesh_;
   Pose pose_;
-  Vec3 low_, high_;
+  BoundingBox box_;
   std::optional<Surface> surface_;
   int near_ = -1;
 };
@@ -69,16 +67,10 @@ std::string metres(double value) { return shown(value) + " m"; }
 
 class Starts {
  public:
-  explicit Starts(Model& model) : model_(model) {
+  explicit Starts(Model& model) : model_(model), held_(held_at_start(model, true)) {
     for (std::size_t e = 0; e < model.environment.size(); ++e)
       if (model.environment[e].spec.sides == Sides::Solid)
         solids_.emplace_back(device_, model.environment[e]), number_.push_back(e);
-    held_.resize(model.x.size());
-    for (std::size_t i = 0; i < held_.size(); ++i) held_[i] = model.w[i] == 0;
-    for (const MovedPins& pins : model.moved)
-      for (const int i : pins.particles) held_[i] = true;
-    for (const AttachmentSet& set : model.attached)
-      for (const int i : set.particles) held_[i] = true;
   }
 
   void look() {

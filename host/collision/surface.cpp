@@ -4,18 +4,17 @@
 #include <cmath>
 #include <map>
 
+#include "host/mesh/bounding_box.h"
 #include "host/mesh/topology.h"
 
 namespace malha {
 
 namespace {
 
-double length(const Point& a) { return std::sqrt(dot(a, a)); }
-
 constexpr double kNeedle = 1e-3;  // its height over its longest edge
 
 Point unit(const Point& a) {
-  const double l = length(a);
+  const double l = norm(a);
   return l > 0 ? a * (1 / l) : a;
 }
 
@@ -24,12 +23,10 @@ std::array<float, 3> to_float(const Point& a) { return {float(a.x), float(a.y), 
 }  // namespace
 
 Surface::Surface(const Device& device, const Mesh& mesh) : triangles_(malha::triangles(mesh)) {
-  Vec3 low = mesh.points[0], high = low;
-  for (const Vec3& x : mesh.points)
-    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], x[k]), high[k] = std::max(high[k], x[k]);
+  const auto [low, high] = bounds_of(mesh.points);
   centre_ = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
   half_ = Point{high[0], high[1], high[2]} - centre_;
-  skin_ = 1e-5 * length(half_);  // some 100 roundings of float at the rim of the mesh
+  skin_ = 1e-5 * norm(half_);  // some 100 roundings of float at the rim of the mesh
 
   std::vector<std::array<float, 3>> for_embree;
   for (const Vec3& x : mesh.points) {
@@ -45,9 +42,9 @@ Surface::Surface(const Device& device, const Mesh& mesh) : triangles_(malha::tri
   for (const Triangle& t : triangles_) {
     const Point a = point(t[0]);
     const Point ab = point(t[1]) - a, ac = point(t[2]) - a, of_area = cross(ab, ac), normal = unit(of_area);
-    const double longest = std::max({length(ab), length(ac), length(ab - ac)});
+    const double longest = std::max({norm(ab), norm(ac), norm(ab - ac)});
     face_normals_.push_back(normal);
-    needles_.push_back(!(length(of_area) > kNeedle * longest * longest));
+    needles_.push_back(!(norm(of_area) > kNeedle * longest * longest));
     for (int k = 0; k < 3; ++k) {
       const Point here = point(t[k]);
       const Point u = unit(point(t[(k + 1) % 3]) - here), v = unit(point(t[(k + 2) % 3]) - here);
@@ -79,10 +76,10 @@ ClosestPoint Surface::closest(const Point& a, double radius, int known_near) con
   int nearest = -1;
   double least = radius;
   // Embree rounds the query to float: the radius that it sees is larger by that, and the test here decides.
-  const double slack = skin_ + 1e-6 * length(p);
+  const double slack = skin_ + 1e-6 * norm(p);
   const auto visit = [&](int t) {
     const Triangle& c = triangles_[t];
-    const double distance = length(p - nearest_on_triangle(p, point(c[0]), point(c[1]), point(c[2])).q);
+    const double distance = norm(p - nearest_on_triangle(p, point(c[0]), point(c[1]), point(c[2])).q);
     // Equally near triangles (a shared edge or corner): the lowest one, whatever the order of the visits.
     if (distance < least || (distance == least && nearest >= 0 && t < nearest)) nearest = t, least = distance;
     return static_cast<float>(least + slack);
@@ -97,7 +94,7 @@ ClosestPoint Surface::closest(const Point& a, double radius, int known_near) con
 
 Crossing Surface::crossing(const Point& a, const Point& b, double beyond, bool front_only) const {
   const Point path = b - a;
-  const double l = length(path);
+  const double l = norm(path);
   if (!(l > 0)) return {};
   const Point direction = path * (1 / l);
   const Point start = a - centre_;
@@ -110,8 +107,8 @@ Crossing Surface::crossing(const Point& a, const Point& b, double beyond, bool f
 
 Crossing Surface::along(const Point& start, const Point& direction, double far, bool front_only) const {
   // Only what lies within the mesh's bounding sphere, so that float is fine however long the way is.
-  const double middle = -dot(start, direction), radius = length(half_) + skin_;
-  const double beside = length(start + direction * middle);
+  const double middle = -dot(start, direction), radius = norm(half_) + skin_;
+  const double beside = norm(start + direction * middle);
   if (!(beside <= radius)) return {};
   const double half_chord = std::sqrt(radius * radius - beside * beside);
   const double first = std::max(middle - half_chord, 0.0) - skin_, last = std::min(middle + half_chord, far);
@@ -136,10 +133,10 @@ double Surface::box_distance(const Point& a) const {
   const Point d = a - centre_;
   const Point out{std::max(std::abs(d.x) - half_.x, 0.0), std::max(std::abs(d.y) - half_.y, 0.0),
                   std::max(std::abs(d.z) - half_.z, 0.0)};
-  return length(out);
+  return norm(out);
 }
 
-double Surface::diagonal() const { return 2 * length(half_); }
+double Surface::diagonal() const { return 2 * norm(half_); }
 
 std::size_t Surface::bytes() const {
   return points_.size() * (sizeof(points_[0]) + sizeof(Point) + sizeof(std::array<float, 3>)) +

@@ -52,7 +52,6 @@ class Surface {
   }
   /// Ask for what comes next ahead of its use.
   KERNEL void prefetch_cell(int cell) const { prefetch(cells_->mesh().cells + cell); }
-  KERNEL void prefetch_list(int cell) const { prefetch(cells_->mesh().lists + cells_->mesh().cells[cell].first); }
   KERNEL void prefetch_normal(const NearTriangle& near) const {
     if (near.triangle >= 0 && near.where.corner < 0)
       prefetch(near.where.edge < 0 ? &face_normals_[near.triangle] : &edge_normals_[near.triangle][near.where.edge]);

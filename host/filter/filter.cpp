@@ -1,7 +1,6 @@
 #include "host/filter/filter.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 
 #include "host/base/memory_size.h"

@@ -1,6 +1,5 @@
 #include "host/filter/filter_errors.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -60,7 +59,7 @@ std::vector<double> noise_forces(const SpringSystem& system) {
 
 std::vector<double> elastic_forces(const SpringSystem& system) {
   const std::vector<double> d = random_numbers(system.count());
-  std::vector<double> forces = multiply(system, d, 3);
+  std::vector<double> forces = multiply(system, d);
   for (std::size_t k = 0; k < forces.size(); ++k) forces[k] -= system.mass[k / 3] * d[k];
   return forces;
 }
@@ -90,7 +89,7 @@ Refined refined(const SpringSystem& system, const ApplyFilter& apply, const std:
     if (!(length < before)) break;  // nothing is left but rounding
     before = length;
     for (std::size_t k = 0; k < x.size(); ++k) x[k] += size * step[k];
-    const std::vector<double> y = multiply(system, x, 3);
+    const std::vector<double> y = multiply(system, x);
     for (std::size_t k = 0; k < x.size(); ++k) residual[k] = forces[k] - y[k];
   }
   const double whole = norm(x);

@@ -1,7 +1,6 @@
 #include "host/filter/sparse_plan.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace malha {
 

@@ -110,14 +110,13 @@ SpringSystem spring_system(const Model& model, double dt) {
   return system;
 }
 
-std::vector<double> multiply(const SpringSystem& system, const std::vector<double>& x, int rights) {
+std::vector<double> multiply(const SpringSystem& system, const std::vector<double>& x) {
   std::vector<double> y(x.size());
   for (int i = 0; i < system.count(); ++i)
-    for (int r = 0; r < rights; ++r) {
-      double sum = system.diagonal[i] * x[i * rights + r];
-      for (int k = system.begin[i]; k < system.begin[i + 1]; ++k)
-        sum += system.value[k] * x[system.column[k] * rights + r];
-      y[i * rights + r] = sum;
+    for (int r = 0; r < 3; ++r) {
+      double sum = system.diagonal[i] * x[3 * i + r];
+      for (int k = system.begin[i]; k < system.begin[i + 1]; ++k) sum += system.value[k] * x[3 * system.column[k] + r];
+      y[3 * i + r] = sum;
     }
   return y;
 }

@@ -30,7 +30,7 @@ struct SpringSystem {
 /// `dt`: s, of a substep.
 SpringSystem spring_system(const Model& model, double dt);
 
-/// y = A x, of `rights` right-hand sides side by side.
-std::vector<double> multiply(const SpringSystem& system, const std::vector<double>& x, int rights);
+/// y = A x, of three right-hand sides side by side.
+std::vector<double> multiply(const SpringSystem& system, const std::vector<double>& x);
 
 }  // namespace malha

@@ -80,8 +80,7 @@ PinForces::PinForces(const Model& model) : particles_(model.x.size()) {
 
 void PinForces::add(const Model& model, const ConstraintSet& set, const std::vector<double>& until) {
   Set own{set.type, {}, {}, {}};
-  for_each_constraint([&]<class Kind>(Kind) {
-    if (set.type != Kind::name) return;
+  with_kind(set.type, [&]<class Kind>(Kind) {
     for (int c = 0; c < set.count(); ++c) {
       const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
       const auto user = in_user_numbers(model, particles, Kind::particles);
@@ -122,8 +121,7 @@ std::vector<PinForce> PinForces::operator()(const std::vector<Vec3>& x, double t
   require_particles(x.size(), particles_);
   std::vector<Vec3> forces(particles_, Vec3{0, 0, 0});
   for (const Set& set : sets_)
-    for_each_constraint([&]<class Kind>(Kind) {
-      if (set.type != Kind::name) return;
+    with_kind(set.type, [&]<class Kind>(Kind) {
       for (std::size_t c = 0; c < set.stiffness.size(); ++c)
         pull<Kind>(x, &set.particles[c * Kind::particles], &set.rest[c * Kind::numbers], set.stiffness[c], forces);
     });

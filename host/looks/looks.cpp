@@ -61,8 +61,7 @@ std::vector<float> Strains::operator()(const std::vector<Vec3>& x) const {
   require_particles(x.size(), particles_);
   std::vector<float> most(particles_, 0.0f);
   for (const Length& of : lengths_) {
-    const Vector3<double> d = vector_of(x[of.a]) - vector_of(x[of.b]);
-    const double strain = std::abs(root(dot(d, d)) - of.rest) * of.per_rest;
+    const double strain = std::abs(norm(vector(x[of.a]) - vector(x[of.b])) - of.rest) * of.per_rest;
     raise(most[of.a], strain), raise(most[of.b], strain);
   }
   return most;
@@ -82,8 +81,7 @@ Residuals::Residuals(const Model& model, int threads) : particles_(model.x.size(
 void Residuals::add(const Model& model, const ConstraintSet& set) {
   Set& own = sets_.emplace_back(
       Set{set.type, set.arity, in_user_numbers(model, set.particles.data(), set.particles.size()), {}, {}});
-  for_each_constraint([&]<class Kind>(Kind) {
-    if (set.type != Kind::name) return;
+  with_kind(set.type, [&]<class Kind>(Kind) {
     own.rest.reserve(std::size_t(set.count()) * Kind::numbers);
     for (int c = 0; c < set.count(); ++c) {
       const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
@@ -107,8 +105,7 @@ std::vector<float> Residuals::operator()(const std::vector<Vec3>& x) const {
   std::vector<double> ways;
   for (const Set& set : sets_) {
     ways.assign(set.particles.size() / set.arity, 0);
-    for_each_constraint([&]<class Kind>(Kind) {
-      if (set.type != Kind::name) return;
+    with_kind(set.type, [&]<class Kind>(Kind) {
       const double* const ground = set.ground.empty() ? nullptr : set.ground.data();
       const auto measure = [&](int c) {
         ways[c] = residual<Kind>(x.data(), &set.particles[std::size_t(c) * Kind::particles],

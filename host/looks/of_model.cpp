@@ -22,10 +22,10 @@ Shell::Shell(const Model& model, const PressureSet& set)
     : particles(in_user_numbers(model, set.particles.data(), set.particles.size())) {
   std::vector<int> place(model.x.size(), -1);
   for (std::size_t i = 0; i < set.particles.size(); ++i) place[set.particles[i]] = static_cast<int>(i);
-  const Vector3<double> o = vector_of(model.x[set.particles[0]]);
+  const Vector3<double> o = vector(model.x[set.particles[0]]);
   for (const Triangle& t : set.triangles) {
     triangles.push_back({place[t[0]], place[t[1]], place[t[2]]});
-    target += dot(vector_of(model.x[t[0]]) - o, cross(vector_of(model.x[t[1]]) - o, vector_of(model.x[t[2]]) - o)) / 6;
+    target += dot(vector(model.x[t[0]]) - o, cross(vector(model.x[t[1]]) - o, vector(model.x[t[2]]) - o)) / 6;
   }
   target *= set.volume_ratio;
 }
@@ -33,7 +33,7 @@ Shell::Shell(const Model& model, const PressureSet& set)
 double Shell::evaluate(const std::vector<Vec3>& x, std::vector<Vector3<double>>& gradient) const {
   gradient.assign(particles.size(), {0, 0, 0});
   std::vector<Vector3<double>> p;
-  for (const int i : particles) p.push_back(vector_of(x[i]) - vector_of(x[particles[0]]));
+  for (const int i : particles) p.push_back(vector(x[i]) - vector(x[particles[0]]));
   double volume = 0;
   for (const auto& [a, b, c] : triangles) {
     volume += dot(p[a], cross(p[b], p[c])) / 6;

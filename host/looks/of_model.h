@@ -5,11 +5,9 @@
 
 #include "host/mesh.h"
 #include "host/model/model.h"
-#include "kernels/vec.h"
+#include "host/model/tangent.h"
 
 namespace malha {
-
-inline Vector3<double> vector_of(const Vec3& a) { return {a[0], a[1], a[2]}; }
 
 /// `particles`: of the solver.
 std::vector<int> in_user_numbers(const Model& model, const int* particles, std::size_t count);

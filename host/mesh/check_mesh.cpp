@@ -6,7 +6,9 @@
 
 #include "host/base/text.h"
 #include "host/error.h"
+#include "host/mesh/bounding_box.h"
 #include "host/mesh/first_equal.h"
+#include "host/mesh/vectors.h"
 #include "host/mesh/vertices.h"
 
 namespace malha {
@@ -53,15 +55,8 @@ void check_duplicated_points(const Mesh& mesh, const std::string& file) {
 class AreaFilter {
  public:
   explicit AreaFilter(const std::vector<Vec3>& points) : points_(points) {
-    Vec3 low{}, high{};
-    if (!points.empty()) low = high = points[0];
-    for (const Vec3& point : points) {
-      for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], point[axis]);
-        high[axis] = std::max(high[axis], point[axis]);
-      }
-    }
-    const double diagonal = std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+    const auto [low, high] = points.empty() ? BoundingBox{} : bounds_of(points);
+    const double diagonal = distance(high, low);
     limit_ = zero_area_per_square * diagonal * diagonal;
   }
 
@@ -77,12 +72,7 @@ class AreaFilter {
   }
 
  private:
-  bool has_area(int a, int b, int c) const {
-    const Vec3 &p = points_[a], &q = points_[b], &r = points_[c];
-    const double ux = q[0] - p[0], uy = q[1] - p[1], uz = q[2] - p[2];
-    const double vx = r[0] - p[0], vy = r[1] - p[1], vz = r[2] - p[2];
-    return std::hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx) / 2 > limit_;
-  }
+  bool has_area(int a, int b, int c) const { return area(points_[a], points_[b], points_[c]) > limit_; }
 
   const std::vector<Vec3>& points_;
   double limit_;

@@ -1,6 +1,5 @@
 // Which items of a list are equal to an earlier one.
 #pragma once
-#include <array>
 #include <bit>
 #include <cstdint>
 #include <vector>

@@ -132,7 +132,7 @@ class March {
       each_twin(s, [&](int) { ++twins; });
       if (twins != 1) turns_[first(s)] = turns_[last(s)] = true;
       const Vec3 a = minus(X_[first(s)], X_[opposite(s)]), b = minus(X_[last(s)], X_[opposite(s)]), n = cross(a, b);
-      const double area = std::sqrt(dot(n, n));
+      const double area = norm(n);
       angle[opposite(s)] += std::atan2(area, dot(a, b));
       if (!(area > 1e-12 * (dot(a, a) + dot(b, b)))) turns_[first(s)] = turns_[last(s)] = turns_[opposite(s)] = true;
     }
@@ -168,10 +168,10 @@ class March {
 
   void measure(int side) {
     const Vec3 along = minus(X_[last(side)], X_[first(side)]), away = minus(X_[opposite(side)], X_[first(side)]);
-    const double l = std::sqrt(dot(along, along));
+    const double l = norm(along);
     const Vec3 n = cross(along, away);
     views_[side].length = l;
-    if (l > 0) views_[side].x = dot(along, away) / l, views_[side].y = std::sqrt(dot(n, n)) / l;
+    if (l > 0) views_[side].x = dot(along, away) / l, views_[side].y = norm(n) / l;
   }
 
   /// Into the triangles behind a side: `w` as its own triangle sees it, the place on the same side as that.

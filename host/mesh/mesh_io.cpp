@@ -1,11 +1,9 @@
 #include "host/mesh/mesh_io.h"
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
-#include <stdexcept>
 
 #include "host/base/file.h"
+#include "host/base/near_miss.h"
 #include "host/error.h"
 #include "host/mesh/mesh_formats.h"
 #include "host/mesh/tetrahedra.h"
@@ -22,12 +20,6 @@ void require_countable(const std::string& path, std::size_t count, const char* i
   if (count > most_items) {
     refuse(path, "", std::to_string(count) + " " + items, "at most " + std::to_string(most_items));
   }
-}
-
-std::string lower(std::string word) {
-  std::ranges::transform(word, word.begin(),
-                         [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
-  return word;
 }
 
 /// Of TetGen's pair of files, from the path of either or without extension.

@@ -1,6 +1,5 @@
 // OFF (Geomview): [ST][C][N]OFF, counts, a vertex a line, a face a line. Normals, colours and texture places are
 // skipped.
-#include <cstdint>
 #include <string>
 
 #include "host/mesh/mesh_formats.h"

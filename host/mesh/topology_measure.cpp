@@ -1,6 +1,4 @@
 // The part of host/mesh/topology.h that measures: volume and mass.
-#include <cmath>
-
 #include "host/mesh/tetrahedra.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
@@ -25,7 +23,7 @@ std::vector<double> masses_by_density(const Mesh& mesh, double density) {
     return cross(minus(points[b], points[a]), minus(points[c], points[a]));
   };
   const auto add_triangle = [&](const Triangle& corners, const Vec3& normal, double weight) {
-    const double third = weight * density * std::sqrt(dot(normal, normal)) / 2 / 3;
+    const double third = weight * density * norm(normal) / 2 / 3;
     for (const int corner : corners) mass[corner] += third;
   };
   for (const Tetrahedron& tetrahedron : mesh.tetrahedra)
@@ -44,8 +42,7 @@ std::vector<double> masses_by_density(const Mesh& mesh, double density) {
     }
   }
   for (const auto& [a, b] : mesh.lines) {
-    const Vec3 along = minus(points[b], points[a]);
-    const double half = density * std::sqrt(dot(along, along)) / 2;
+    const double half = density * norm(minus(points[b], points[a])) / 2;
     mass[a] += half, mass[b] += half;
   }
   return mass;

@@ -36,10 +36,8 @@ std::vector<int> lowest_within(const std::vector<Vec3>& points, double distance)
           {own.at[0] + neighbour % 3 - 1, own.at[1] + neighbour / 3 % 3 - 1, own.at[2] + neighbour / 9 - 1}};
       const auto there = kept.find(cube);
       if (there == kept.end()) continue;
-      for (const int j : there->second) {
-        const Vec3 apart = minus(points[i], points[j]);
-        if (j < lowest && dot(apart, apart) <= distance * distance) lowest = j;
-      }
+      for (const int j : there->second)
+        if (j < lowest && squared_distance(points[i], points[j]) <= distance * distance) lowest = j;
     }
     becomes[i] = lowest;
     if (lowest == i) kept[own].push_back(i);

@@ -46,9 +46,7 @@ int BoxTree::build(int begin, int end) {
     }
   nodes_.push_back({all, begin, end, 0});
   if (end - begin <= kLeaf) return n;
-  int axis = 0;
-  for (int k = 1; k < 3; ++k)
-    if (middles.high[k] - middles.low[k] > middles.high[axis] - middles.low[axis]) axis = k;
+  const int axis = longest_side(middles);
   const int half = begin + (end - begin) / 2;
   std::nth_element(order_.begin() + begin, order_.begin() + half, order_.begin() + end, [&](int i, int j) {
     const double a = boxes_[i].low[axis] + boxes_[i].high[axis], b = boxes_[j].low[axis] + boxes_[j].high[axis];

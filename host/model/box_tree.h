@@ -1,25 +1,18 @@
 // Boxes in a tree, for questions at set-up: near-linear whatever the sizes of the boxes.
 #pragma once
-#include <algorithm>
 #include <cstdint>
 #include <vector>
 
-#include "host/mesh.h"
+#include "host/mesh/bounding_box.h"
 
 namespace malha {
 
-struct BoundingBox {
-  Vec3 low, high;
-};
 bool overlap(const BoundingBox& a, const BoundingBox& b);
 
 /// Of the points x[i] with i among `corners`, wider by `margin`.
 template <class Corners>
 BoundingBox bounds_of(const std::vector<Vec3>& x, const Corners& corners, double margin) {
-  BoundingBox box{x[corners[0]], x[corners[0]]};
-  for (const int i : corners)
-    for (int k = 0; k < 3; ++k)
-      box.low[k] = std::min(box.low[k], x[i][k]), box.high[k] = std::max(box.high[k], x[i][k]);
+  BoundingBox box = bounds_of(x, corners);
   for (int k = 0; k < 3; ++k) box.low[k] -= margin, box.high[k] += margin;
   return box;
 }

@@ -77,7 +77,7 @@ class Coarsener {
       near_[next[a]++] = {b, length}, near_[next[b]++] = {a, length};
     };
     for (const Link& l : fine_.links) add(l.a, l.b, l.length);
-    for (const Edge& e : fine_.nearby) add(e[0], e[1], size_of(fine_.x[e[0]] - fine_.x[e[1]]));
+    for (const Edge& e : fine_.nearby) add(e[0], e[1], norm(fine_.x[e[0]] - fine_.x[e[1]]));
   }
 
   template <class Visit>
@@ -276,8 +276,8 @@ class Coarsener {
       graph.pinned.push_back(fine_.pinned[chosen]);
       graph.x.push_back(fine_.x[chosen] + aside_[k]);
       if (!fine_.give.empty()) graph.give.push_back(fine_.give[chosen]);
-      const double size = size_of(graph.normal[k]);
-      graph.folded.push_back(size_of(fine_.normal[chosen]) > 0 && size < kFolded);
+      const double size = norm(graph.normal[k]);
+      graph.folded.push_back(norm(fine_.normal[chosen]) > 0 && size < kFolded);
       if (graph.folded[k])
         graph.normal[k] = fine_.normal[chosen];
       else if (size > 0)
@@ -305,14 +305,14 @@ class Coarsener {
   /// How far apart the main parents of a link's ends are. Where the surface lies on itself, by way of those ends.
   double apart(const Link& l) const {
     const Main &a = main_[l.a], &b = main_[l.b];
-    if (a.folded || b.folded) return size_of(a.way) + l.length + size_of(b.way);
-    return size_of(way(l.a, l.b, l.length) - a.way + turned(b.way, fine_.normal[l.b], fine_.normal[l.a]));
+    if (a.folded || b.folded) return norm(a.way) + l.length + norm(b.way);
+    return norm(way(l.a, l.b, l.length) - a.way + turned(b.way, fine_.normal[l.b], fine_.normal[l.a]));
   }
   /// Never shorter than the mass centres are apart at rest; of links that are shorter than that, as much less.
   double coarse_length(const Link& l) const {
-    const double shrunk = std::min(1.0, l.length / size_of(fine_.x[l.a] - fine_.x[l.b]));
+    const double shrunk = std::min(1.0, l.length / norm(fine_.x[l.a] - fine_.x[l.b]));
     const std::vector<Vector>& mean = coarse_.graph.mean;
-    return std::max(apart(l), shrunk * size_of(mean[main_[l.a].of] - mean[main_[l.b].of]));
+    return std::max(apart(l), shrunk * norm(mean[main_[l.a].of] - mean[main_[l.b].of]));
   }
 
   /// Where the regions of two parents meet. The longest of the ways over their border: too long does no harm, too short

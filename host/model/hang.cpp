@@ -90,7 +90,7 @@ class Hanger {
     const int a = body_.hops[i], b = body_.hops[j], c = body_.hops[k];
     if (a < 0 || (a == b && b == c)) return;
     const Vector turned = (body_.x[k] - body_.x[i]) * double(b - a) - (body_.x[j] - body_.x[i]) * double(c - a);
-    section_at(a > b && a > c ? i : b > c ? j : k).sheet += t.Y * size_of(turned) / 2;
+    section_at(a > b && a > c ? i : b > c ? j : k).sheet += t.Y * norm(turned) / 2;
   }
 
   double strain_of(int cut, int away) const {

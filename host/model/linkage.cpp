@@ -77,7 +77,7 @@ class Linker {
     const ConstraintSet& set = model_.sets[s];
     for (int c = 0; c < set.count(); ++c) {
       const int a = model_.user_of[set.particles[2 * c]], b = model_.user_of[set.particles[2 * c + 1]];
-      add(a, b, size_of(x_[a] - x_[b]) * set.parameter, s, set.alpha(c));
+      add(a, b, norm(x_[a] - x_[b]) * set.parameter, s, set.alpha(c));
     }
   }
   /// Its sides pull as springs of stiffness Y A / l^2, where A is the area of the triangles at them.
@@ -90,7 +90,7 @@ class Linker {
       SheetPiece& piece = sheets_.emplace_back(SheetPiece{{}, Y});
       for (int k = 0; k < 3; ++k) piece.corner[k] = model_.user_of[set.particles[3 * c + k]];
       const auto& [i, j, k] = piece.corner;
-      area.push_back(size_of(cross(x_[j] - x_[i], x_[k] - x_[i])) / 2);
+      area.push_back(norm(cross(x_[j] - x_[i], x_[k] - x_[i])) / 2);
     }
     const auto visit = [&](const auto& add_side) {
       for (std::size_t t = begin; t < sheets_.size(); ++t)
@@ -99,7 +99,7 @@ class Linker {
     for_each_edge(sorted_sides(x_.size(), visit), [&](auto first, auto last) {
       double sum = 0;
       for (auto side = first; side != last; ++side) sum += area[side->number / 3];
-      const double length = size_of(x_[first->low] - x_[first->high]);
+      const double length = norm(x_[first->low] - x_[first->high]);
       if (sum > 0) add(first->low, first->high, length, s, length * length / (Y * sum));
     });
   }
@@ -153,7 +153,7 @@ class Linker {
       if (const Link& l = linkage_.links[k]; alpha_[k] > 0 && model_.sets[l.set].type != Membrane::name)
         springs.push_back({l.a, l.b, l.length, alpha_[k]});
     linkage_.give =
-        stretch_by_weight({x_, mass_, hops_, linkage_.part, size_of(vector(model_.scene.gravity))}, springs, sheets_);
+        stretch_by_weight({x_, mass_, hops_, linkage_.part, norm(vector(model_.scene.gravity))}, springs, sheets_);
     std::vector<double> mass(linkage_.parts.size(), 0);
     for (int i = 0; i < model_.count(); ++i) {
       const int p = linkage_.part[i];

@@ -2,7 +2,6 @@
 #pragma once
 #include <vector>
 
-#include "host/mesh.h"
 #include "host/model/rest_graph.h"
 
 namespace malha {

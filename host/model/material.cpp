@@ -1,29 +1,20 @@
 #include "host/model/material.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
+#include "host/mesh/vectors.h"
 
 namespace malha {
 
 namespace {
 
-double squared(const Vec3& a, const Vec3& b) {
-  return std::pow(a[0] - b[0], 2) + std::pow(a[1] - b[1], 2) + std::pow(a[2] - b[2], 2);
-}
-
 /// Nothing that has no length can bend or stretch.
 double over(double a, double length2) { return length2 > 0 ? a / length2 : 0; }
 
-double area(const Vec3& a, const Vec3& b, const Vec3& c) {
-  const double u[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, v[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
-  return 0.5 * std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
-}
-
 /// A quad's: the mean of its two splits.
-double area(const Mesh& mesh, const Quad& face) {
+double face_area(const Mesh& mesh, const Quad& face) {
   const auto of = [&](int i, int j, int k) {
     return area(mesh.points[face[i]], mesh.points[face[j]], mesh.points[face[k]]);
   };
@@ -44,12 +35,12 @@ std::vector<double> edge_softness(const Mesh& mesh, const std::vector<Edge>& edg
   });
   std::vector<double> softness(edges.size());
   for_each_edge(all, [&](auto first, auto last) {
-    const double length2 = squared(mesh.points[first->low], mesh.points[first->high]);
+    const double length2 = squared_distance(mesh.points[first->low], mesh.points[first->high]);
     double share = 0;
     for (auto side = first; side != last; ++side)
       if (side->number < sides) {
         const Quad& face = mesh.faces[face_of[side->number]];
-        share += area(mesh, face) * (is_triangle(face) ? 1 : 0.5);
+        share += face_area(mesh, face) * (is_triangle(face) ? 1 : 0.5);
       }
     for (auto side = first; side != last; ++side)
       if (side->number >= sides) softness[side->number - sides] = share > 0 ? length2 / share : std::sqrt(length2);
@@ -62,7 +53,8 @@ std::vector<double> shear_softness(const Mesh& mesh) {
   for (const Quad& face : mesh.faces) {
     if (is_triangle(face)) continue;
     for (int k = 0; k < 2; ++k)
-      softness.push_back(over(2 * area(mesh, face), squared(mesh.points[face[k]], mesh.points[face[k + 2]])));
+      softness.push_back(
+          over(2 * face_area(mesh, face), squared_distance(mesh.points[face[k]], mesh.points[face[k + 2]])));
   }
   return softness;
 }
@@ -75,7 +67,7 @@ std::vector<double> hinge_softness(const Mesh& mesh, const std::vector<std::arra
     const auto& [a, b, c, d] = hinges[h];
     const auto& X = mesh.points;
     const double both = (area(X[a], X[b], X[c]) + area(X[a], X[b], X[d])) / shares[h];
-    softness.push_back(over(both, squared(X[a], X[b])));
+    softness.push_back(over(both, squared_distance(X[a], X[b])));
   }
   return softness;
 }

@@ -5,6 +5,7 @@
 #include "host/base/stopwatch.h"
 #include "host/error.h"
 #include "host/mesh/topology.h"
+#include "host/mesh/vectors.h"
 #include "host/mesh/vertices.h"
 #include "host/model/asked.h"
 #include "host/model/body.h"
@@ -13,6 +14,7 @@
 #include "host/model/order.h"
 #include "host/model/renumber.h"
 #include "host/model/self_surface.h"
+#include "host/model/solver_of.h"
 #include "host/model/tear.h"
 
 namespace malha {
@@ -47,17 +49,14 @@ class Builder {
       for (std::size_t e = 0; e < scene.environment.size() && !torn_; ++e)
         model_.environment.push_back(load_environment(scene, e, model_.zero_area_faces));
     });
-    if (scene.self_collision) look_at_crossings();
+    if (scene.self_collision) {
+      const SelfSurface surface = self_surface(model_);
+      check_pairs(model_, surface), check_crossings(model_, surface);
+    }
     return std::move(model_);
   }
 
  private:
-  void look_at_crossings() {
-    const SelfSurface surface = self_surface(model_);
-    check_pairs(model_, surface);
-    check_crossings(model_, surface);
-  }
-
   Mesh mesh_of(std::size_t b) {
     return torn_ ? body_mesh(*torn_->whole, b) : load_body(model_.scene, b, model_.zero_area_faces, model_.notes);
   }
@@ -90,8 +89,7 @@ class Builder {
     const std::vector<int> island = components(n, all, islands);
     model_.user_of = solver_order(look.points, island, islands, all);
     for (const int user : model_.user_of) island_.push_back(island[user]);
-    solver_of_.resize(n);
-    for (int i = 0; i < n; ++i) solver_of_[model_.user_of[i]] = i;
+    solver_of_ = solver_of(model_.user_of);
     for (const Edge& e : all) edges_.push_back({solver_of_[e[0]], solver_of_[e[1]]});
 
     model_.x.resize(n), model_.v.resize(n), model_.w.resize(n), model_.mass.resize(n);
@@ -107,13 +105,7 @@ class Builder {
 
   void find_free_islands() {
     const int n = static_cast<int>(island_.size());
-    std::vector<bool> held(n);
-    for (int i = 0; i < n; ++i) held[i] = model_.w[i] == 0;
-    const auto hold = [&held](const auto& sets) {
-      for (const auto& set : sets)
-        for (const int i : set.particles) held[i] = true;
-    };
-    hold(model_.moved), hold(model_.attached);
+    const std::vector<bool> held = held_at_start(model_, true);
     for (int i = 0, end; i < n; i = end) {
       bool free = true;
       for (end = i; end < n && island_[end] == island_[i]; ++end) free = free && !held[end];
@@ -131,12 +123,11 @@ class Builder {
       total += body.mass[i];
       for (int k = 0; k < 3; ++k) centre[k] += body.mass[i] * body.mesh.points[i][k];
     }
+    for (double& number : centre) number /= total;
     for (std::size_t i = 0; i < body.mass.size(); ++i) {
       const int at = solver_of_[model_.look.body_begin[b] + i];
       const Vec3& x = body.mesh.points[i];
-      const Vec3 r{x[0] - centre[0] / total, x[1] - centre[1] / total, x[2] - centre[2] / total};
-      const Vec3& s = spec.spin;
-      const Vec3 turn{s[1] * r[2] - s[2] * r[1], s[2] * r[0] - s[0] * r[2], s[0] * r[1] - s[1] * r[0]};
+      const Vec3 turn = cross(spec.spin, minus(x, centre));
       model_.x[at] = x;
       model_.mass[at] = body.mass[i];
       model_.w[at] = body.holds.pinned[i] ? 0 : 1 / body.mass[i];

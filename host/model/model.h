@@ -1,6 +1,5 @@
 // A model: a scene made ready to be simulated, still without precision or executor. Particles in the solver's order.
 #pragma once
-#include <memory>
 #include <string>
 #include <vector>
 

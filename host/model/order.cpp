@@ -4,7 +4,11 @@
 #include <cstdint>
 #include <cstdlib>
 #include <numeric>
+#include <span>
 #include <unordered_map>
+
+#include "host/mesh/bounding_box.h"
+#include "host/model/solver_of.h"
 
 namespace malha {
 
@@ -26,9 +30,7 @@ std::vector<std::uint64_t> morton_codes(const std::vector<Vec3>& points, const s
   std::vector<std::uint64_t> codes(points.size());
   for (auto begin = sorted.begin(), end = begin; begin != sorted.end(); begin = end) {
     end = std::find_if(begin, sorted.end(), [&](int i) { return component[i] != component[*begin]; });
-    Vec3 low = points[*begin], high = low;
-    for (auto i = begin; i != end; ++i)
-      for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], points[*i][k]), high[k] = std::max(high[k], points[*i][k]);
+    const auto [low, high] = bounds_of(points, std::span(begin, end));
     const double side = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-300});
     for (auto i = begin; i != end; ++i)
       for (int k = 0; k < 3; ++k)
@@ -43,12 +45,6 @@ std::vector<double> spreads(const std::vector<int>& position, const std::vector<
   std::vector<double> sum(components, 0);
   for (const Edge& e : edges) sum[component[e[0]]] += std::abs(position[e[0]] - position[e[1]]);
   return sum;
-}
-
-std::vector<int> inverse(const std::vector<int>& order) {
-  std::vector<int> position(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) position[order[i]] = static_cast<int>(i);
-  return position;
 }
 
 constexpr int kWidest = 160;  // columns of a band: a dozen rows of it fit in a core's first cache
@@ -71,7 +67,7 @@ int row_length(const std::vector<int>& apart) {
 /// Wide sheets are cut into bands of columns, each row by row: then patches of several rows are short enough.
 void cut_into_bands(std::vector<int>& order, const std::vector<int>& component, int components,
                     const std::vector<Edge>& edges) {
-  const std::vector<int> position = inverse(order);
+  const std::vector<int> position = solver_of(order);
   std::vector<std::vector<int>> apart(components);
   for (const Edge& e : edges) apart[component[e[0]]].push_back(std::abs(position[e[0]] - position[e[1]]));
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
@@ -99,8 +95,8 @@ std::vector<int> solver_order(const std::vector<Vec3>& points, const std::vector
     return component[a] != component[b] ? component[a] < component[b] : code[a] < code[b];
   });
 
-  const auto by_user = spreads(inverse(user), component, components, edges);
-  const auto by_morton = spreads(inverse(morton), component, components, edges);
+  const auto by_user = spreads(solver_of(user), component, components, edges);
+  const auto by_morton = spreads(solver_of(morton), component, components, edges);
   // Both orders hold each component at the same place, so that the better one can be taken component by component.
   for (std::size_t i = 0; i < user.size(); ++i) {
     const int c = component[user[i]];

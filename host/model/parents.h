@@ -1,7 +1,6 @@
 // What the particles of a finer level follow, while a coarser one is made.
 #pragma once
 #include <array>
-#include <vector>
 
 #include "host/model/rest_graph.h"
 #include "host/model/tangent.h"

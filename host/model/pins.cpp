@@ -4,17 +4,13 @@
 
 #include "host/base/near_miss.h"
 #include "host/error.h"
+#include "host/mesh/vectors.h"
 #include "host/mesh/vertices.h"
+#include "host/model/model.h"
 
 namespace malha {
 
 namespace {
-
-double squared_distance(const Vec3& a, const Vec3& b) {
-  double sum = 0;
-  for (int k = 0; k < 3; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
-  return sum;
-}
 
 /// The particles that one pin names; empty where it names none.
 class Finder {
@@ -173,6 +169,18 @@ void split_holds(int vertex, Holds& holds) {
       if (std::binary_search(set.particles.begin(), set.particles.end(), vertex)) set.particles.push_back(duplicate);
   };
   extend(holds.moved), extend(holds.attached);
+}
+
+std::vector<bool> held_at_start(const Model& model, bool tied) {
+  std::vector<bool> held(model.w.size());
+  for (std::size_t i = 0; i < held.size(); ++i) held[i] = model.w[i] == 0;
+  const auto hold = [&held](const auto& sets) {
+    for (const auto& set : sets)
+      for (const int i : set.particles) held[i] = true;
+  };
+  hold(model.moved);
+  if (tied) hold(model.attached);
+  return held;
 }
 
 Holds find_holds(const Scene& scene, std::size_t body, const Mesh& mesh) {

@@ -46,6 +46,12 @@ struct Holds {
 /// attachment to an environment object that is not there.
 Holds find_holds(const Scene& scene, std::size_t body, const Mesh& mesh);
 
+struct Model;
+
+/// Whether each particle (the solver's number) is held at the start: by pins, rigid attachments, and, where they are to
+/// be `tied` too, by the springs of others.
+std::vector<bool> held_at_start(const Model& model, bool tied);
+
 /// What holds a vertex that splits holds its duplicate too, the next particle.
 void split_holds(int vertex, Holds& holds);
 

@@ -1,9 +1,8 @@
 #include "host/model/rest_graph.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numeric>
 
+#include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/model/model.h"
 #include "host/model/tangent.h"
@@ -45,11 +44,11 @@ bool sum_normals(const Mesh& mesh, const std::vector<Triangle>& all, const std::
     const Vector a = vector(mesh.points[all[t][0]]);
     const Vector n = cross(vector(mesh.points[all[t][1]]) - a, vector(mesh.points[all[t][2]]) - a);
     for (const int corner : all[t])
-      normal[corner] = normal[corner] + (!turn.empty() && turn[t] ? -n : n), area[corner] += size_of(n);
+      normal[corner] = normal[corner] + (!turn.empty() && turn[t] ? -n : n), area[corner] += norm(n);
   }
   bool any = false;
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    const double size = size_of(normal[i]);
+    const double size = norm(normal[i]);
     folded[first + i] = size < kFolded * area[i];
     any = any || folded[first + i];
     if (size > 0) normal[i] = normal[i] * (1 / size);
@@ -67,8 +66,7 @@ void look_at_surface(const Mesh& mesh, Vector* normal, std::vector<bool>& folded
 
 template <class Visit>
 void for_each_side(const Mesh& mesh, const Visit& visit) {
-  for (const Quad& face : mesh.faces)
-    for (int k = 0, n = is_triangle(face) ? 3 : 4; k < n; ++k) visit(face[k], face[(k + 1) % n]);
+  visit_face_sides(mesh.faces, visit);
   for (const Edge& line : mesh.lines) visit(line[0], line[1]);
   for (const Tetrahedron& t : mesh.tetrahedra)
     for (int j = 0; j < 4; ++j)

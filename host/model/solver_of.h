@@ -12,4 +12,18 @@ inline std::vector<int> solver_of(const std::vector<int>& user_of) {
   return of;
 }
 
+template <class T>
+std::vector<T> in_user_order(const std::vector<T>& values, const std::vector<int>& user_of) {
+  std::vector<T> ordered(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) ordered[user_of[i]] = values[i];
+  return ordered;
+}
+template <class T>
+std::vector<T> in_solver_order(const std::vector<T>& values, const std::vector<int>& user_of) {
+  std::vector<T> ordered;
+  ordered.reserve(values.size());
+  for (const int user : user_of) ordered.push_back(values[user]);
+  return ordered;
+}
+
 }  // namespace malha

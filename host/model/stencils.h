@@ -12,9 +12,8 @@ namespace malha {
 /// Calls f(Kind(), Kind::Stencil()) for the kind of a set of stencils.
 template <class F>
 void with_stencil(const ConstraintSet& set, F&& f) {
-  for_each_constraint([&]<class Kind>(Kind kind) {
-    if constexpr (Kind::filtered == Filtered::Stencil)
-      if (set.type == Kind::name) f(kind, typename Kind::Stencil());
+  with_kind(set.type, [&]<class Kind>(Kind kind) {
+    if constexpr (Kind::filtered == Filtered::Stencil) f(kind, typename Kind::Stencil());
   });
 }
 

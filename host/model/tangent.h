@@ -8,12 +8,11 @@ namespace malha {
 using Vector = Vector3<double>;
 
 inline Vector vector(const Vec3& a) { return {a[0], a[1], a[2]}; }
-inline double size_of(const Vector& a) { return root(dot(a, a)); }
 
 /// `way` laid into the plane of `normal` (0: all of space), at `length`.
 inline Vector along(const Vector& way, const Vector& normal, double length) {
   const Vector flat = way - normal * dot(way, normal);
-  const double size = size_of(flat), whole = size_of(way);
+  const double size = norm(flat), whole = norm(way);
   if (size > 1e-6 * whole) return flat * (length / size);
   return whole > 0 ? way * (length / whole) : Vector{0, 0, 0};  // across the surface: some way or other
 }

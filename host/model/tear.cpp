@@ -1,7 +1,6 @@
 #include "host/model/tear.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "host/error.h"
 #include "host/mesh/topology.h"
@@ -11,8 +10,6 @@
 namespace malha {
 
 namespace {
-
-double length(const Vec3& a) { return std::sqrt(dot(a, a)); }
 
 /// The tears of one body.
 class Tearer {
@@ -34,8 +31,7 @@ class Tearer {
     };
     std::vector<Strained> strained;
     for (const Edge& e : edges(rest_)) {
-      const double strain =
-          length(minus(x_[e[1]], x_[e[0]])) / length(minus(rest_.points[e[1]], rest_.points[e[0]])) - 1;
+      const double strain = norm(minus(x_[e[1]], x_[e[0]])) / norm(minus(rest_.points[e[1]], rest_.points[e[0]])) - 1;
       if (strain > limit) strained.push_back({strain, e});
     }
     std::stable_sort(strained.begin(), strained.end(),
@@ -154,7 +150,7 @@ Breakable breakable(const Model& model) {
       const Edge ends{number[first + e[0]], number[first + e[1]]};
       if (!(model.w[ends[0]] > 0) && !(model.w[ends[1]] > 0)) continue;  // neither end could split
       found.ends.push_back(ends);
-      found.longest.push_back((1 + tear->strain) * length(minus(rest.points[e[1]], rest.points[e[0]])));
+      found.longest.push_back((1 + tear->strain) * norm(minus(rest.points[e[1]], rest.points[e[0]])));
     }
   }
   return found;

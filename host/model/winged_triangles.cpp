@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "host/mesh/topology.h"
+#include "host/mesh/vectors.h"
 #include "kernels/constraints/plate.h"
 #include "kernels/rest.h"
 
@@ -26,10 +27,8 @@ double fixes_curvature(const std::vector<Vec3>& points, const std::array<int, 6>
 }
 
 double area_of(const Mesh& mesh, const Triangle& t) {
-  const Vec3 &a = mesh.points[t[0]], &b = mesh.points[t[1]], &c = mesh.points[t[2]];
-  const Vector3<double> u{b[0] - a[0], b[1] - a[1], b[2] - a[2]}, v{c[0] - a[0], c[1] - a[1], c[2] - a[2]};
-  const Vector3<double> n = cross(u, v);
-  return std::sqrt(dot(n, n)) / 2;
+  const auto from_first = [&](int k) { return minus(mesh.points[t[k]], mesh.points[t[0]]); };
+  return norm(cross(from_first(1), from_first(2))) / 2;
 }
 
 /// What each triangle stands for: those that are not `whole` hand their area on, from the farthest inwards, in equal
@@ -81,8 +80,7 @@ WingedTriangles winged_triangles(const Mesh& mesh) {
   for (int side = 0; side < static_cast<int>(other.size()); ++side) {
     if (other[side] <= side || whole[side / 3] || whole[other[side] / 3]) continue;
     found.hinges.push_back({corner(side, 0), corner(side, 1), corner(side, 2), corner(other[side], 2)});
-    const Vec3 &a = mesh.points[corner(side, 0)], &b = mesh.points[corner(side, 1)];
-    const double length2 = std::pow(a[0] - b[0], 2) + std::pow(a[1] - b[1], 2) + std::pow(a[2] - b[2], 2);
+    const double length2 = squared_distance(mesh.points[corner(side, 0)], mesh.points[corner(side, 1)]);
     found.hinge_softness.push_back(length2 > 0 ? (area[side / 3] + area[other[side] / 3]) / length2 : 0);
   }
   return found;

@@ -6,6 +6,7 @@
 
 #include "host/base/file.h"
 #include "host/collision/pose.h"
+#include "host/model/tear.h"
 #include "host/picture/png.h"
 
 namespace malha {
@@ -32,17 +33,12 @@ double extent(const std::vector<std::array<float, 3>>& points) {
 
 Drawing draw_body(const Model& model, const std::vector<Vec3>& positions, int body) {
   const Appearance& look = model.look;
-  const int first = look.body_begin[body];
+  const Mesh mesh = body_mesh(look, body);
   Drawing drawing;
-  drawing.points = to_float(positions, first, look.body_begin[body + 1]);
-  std::vector<Quad> faces(look.faces.begin() + look.face_begin[body], look.faces.begin() + look.face_begin[body + 1]);
-  for (Quad& face : faces)
-    for (int& corner : face)
-      if (corner >= 0) corner -= first;
-  add_faces(drawing, faces);
-  for (int l = look.line_begin[body]; l < look.line_begin[body + 1]; ++l)
-    drawing.lines.push_back({look.lines[l][0] - first, look.lines[l][1] - first});
-  drawing.loose = faces.empty();
+  drawing.points = to_float(positions, look.body_begin[body], look.body_begin[body + 1]);
+  add_faces(drawing, mesh.faces);
+  drawing.lines = mesh.lines;
+  drawing.loose = mesh.faces.empty();
   drawing.colour = body_colour(body);
   drawing.name = model.scene.bodies[body].name;
   return drawing;

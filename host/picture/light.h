@@ -11,12 +11,10 @@ struct Lit {
 
 class Light {
  public:
-  static constexpr int kPatterns = 16;  // different sets of directions; together they are one even set
-
   /// `unit` is the height of the whole picture at the target, m.
   Light(const Lens& view, float unit);
 
-  /// What reaches the surface, by a few rays in the directions of pattern `pattern` of kPatterns.
+  /// What reaches the surface, by a few rays in the directions of a pattern: 0 to 15, together one even set.
   Lit reach(const Stage& stage, const Spot& surface, int pattern) const;
 
   /// Linear RGB that leaves the surface towards the eye.

@@ -1,10 +1,10 @@
 #include "host/report/expect.h"
 
-#include <cmath>
 #include <limits>
 #include <sstream>
 
 #include "host/base/text.h"
+#include "host/mesh/vectors.h"
 #include "host/mesh/vertices.h"
 
 namespace malha {
@@ -83,7 +83,7 @@ std::vector<std::string> unmet_expectations(const Expect& expect, const Measures
       judge.at_most("volume_ratio", (*expect.volume_ratio)[1], ratio);
     }
   std::size_t not_finite = 0;
-  for (const Vec3& x : positions) not_finite += !(std::isfinite(x[0]) && std::isfinite(x[1]) && std::isfinite(x[2]));
+  for (const Vec3& x : positions) not_finite += !finite(x);
   if (not_finite > 0) judge.lines.push_back(counted(not_finite, "particle") + " not finite");
   constexpr double all = std::numeric_limits<double>::infinity();
   if (expect.inside_min || expect.inside_max)

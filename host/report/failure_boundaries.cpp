@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "host/mesh/bounding_box.h"
 #include "host/mesh/tetrahedra.h"
 #include "host/mesh/vectors.h"
 #include "host/model/levels.h"
@@ -22,28 +23,13 @@ double gravity(const Model& model) {
   return std::hypot(g[0], g[1], g[2]);
 }
 
-/// Whether each particle is pinned at the start, or attached.
-std::vector<bool> pinned_at_start(const Model& model) {
-  std::vector<bool> pinned;
-  for (const double w : model.w) pinned.push_back(w == 0);
-  for (const MovedPins& pins : model.moved)
-    for (const int i : pins.particles) pinned[i] = true;
-  for (const AttachmentSet& set : model.attached)
-    for (const int i : set.particles) pinned[i] = true;
-  return pinned;
-}
-
 bool names(const BodySpec& body, const char* type) {
   return std::any_of(body.constraints.begin(), body.constraints.end(),
                      [type](const ConstraintSpec& spec) { return spec.type == type; });
 }
 
-/// The lowest and the highest coordinates of points first .. end - 1.
-std::pair<Vec3, Vec3> corners(const std::vector<Vec3>& points, int first, int end) {
-  Vec3 low = points[first], high = low;
-  for (int i = first; i < end; ++i)
-    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], points[i][k]), high[k] = std::max(high[k], points[i][k]);
-  return {low, high};
+BoundingBox bounds_of_body(const Appearance& look, std::size_t b) {
+  return bounds_of(look.points, std::views::iota(look.body_begin[b], look.body_begin[b + 1]));
 }
 
 /// Of each particle the length of a way of fewest springs to a pinned one, m; infinite where there is none.
@@ -103,7 +89,7 @@ Sag worst_sag(const Model& model) {
   if (solver.type != "pbd" || gravity(model) == 0) return worst;
   std::vector<Hung> hung(model.scene.bodies.size());
   const std::vector<int> body = bodies_of(model);
-  const std::vector<bool> pinned = pinned_at_start(model);
+  const std::vector<bool> pinned = held_at_start(model, true);
   for (std::size_t i = 0; i < body.size(); ++i)
     if (!pinned[i]) hung[body[i]].mass += 1 / model.w[i];
   for (const ConstraintSet& set : model.sets) {
@@ -142,12 +128,11 @@ double unrounded_step(const Model& model) {
   constexpr double never = std::numeric_limits<double>::infinity();
   if (model.scene.solver.type != "pbd" || model.sets.empty()) return never;
   double most = gravity(model);
-  const std::vector<int>& begin = model.look.body_begin;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
     const double turns =
         std::hypot(model.scene.bodies[b].spin[0], model.scene.bodies[b].spin[1], model.scene.bodies[b].spin[2]);
     if (turns == 0) continue;
-    const auto [low, high] = corners(model.look.points, begin[b], begin[b + 1]);
+    const auto [low, high] = bounds_of_body(model.look, b);
     most = std::max(most, turns * turns * distance(low, high) / 2);
   }
   return most > 0 ? 2 * most * substep(model) * substep(model) / spacing(model, model.look.points) : never;
@@ -169,7 +154,7 @@ Drift worst_drift(const Model& model) {
   };
   std::vector<Free> free(scene.bodies.size());
   const std::vector<int> body = bodies_of(model);
-  const std::vector<bool> pinned = pinned_at_start(model);
+  const std::vector<bool> pinned = held_at_start(model, true);
   for (std::size_t i = 0; i < body.size(); ++i) {
     Free& of = free[body[i]];
     if ((of.held = of.held || pinned[i])) continue;
@@ -177,11 +162,10 @@ Drift worst_drift(const Model& model) {
     of.mass += m, of.rounded += m * m * projected[i];
   }
   const double h = substep(model), iterations = scene.duration / h * solver.iterations;
-  const std::vector<int>& begin = model.look.body_begin;
   for (std::size_t b = 0; b < free.size(); ++b) {
     if (free[b].held || free[b].rounded == 0) continue;
     const BodySpec& spec = scene.bodies[b];
-    const auto [low, high] = corners(model.look.points, begin[b], begin[b + 1]);
+    const auto [low, high] = bounds_of_body(model.look, b);
     double farthest = 0;
     for (int k = 0; k < 3; ++k) {
       const double way = spec.velocity[k] * scene.duration;
@@ -217,7 +201,7 @@ Wave fastest_wave(const Model& model) {
 
 double free_stiffness(const Model& model) {
   const std::vector<int> body = bodies_of(model);
-  const std::vector<bool> pinned = pinned_at_start(model);
+  const std::vector<bool> pinned = held_at_start(model, true);
   std::vector<bool> held(model.scene.bodies.size());
   for (std::size_t i = 0; i < body.size(); ++i)
     if (pinned[i]) held[body[i]] = true;
@@ -231,7 +215,7 @@ double free_stiffness(const Model& model) {
 }
 
 double pinned_fall(const Model& model) {
-  const std::vector<bool> pinned = pinned_at_start(model);
+  const std::vector<bool> pinned = held_at_start(model, true);
   double shortest = std::numeric_limits<double>::infinity();
   for (const SpringSet& set : model.springs)
     for (std::size_t s = 0; s < set.ends.size(); ++s)
@@ -248,7 +232,7 @@ Swing most_damped_swing(const Model& model) {
   Swing worst;
   if (gravity(model) == 0 || model.springs.empty()) return worst;
   const std::vector<int> body = bodies_of(model);
-  const std::vector<bool> pinned = pinned_at_start(model);
+  const std::vector<bool> pinned = held_at_start(model, true);
   const std::vector<double> away = distances_from(pinned, model.springs);
   std::vector<Hung> hung(model.scene.bodies.size());
   for (std::size_t i = 0; i < body.size(); ++i) {

@@ -1,7 +1,6 @@
 #include "host/report/plan.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <sstream>
 

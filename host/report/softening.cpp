@@ -57,9 +57,9 @@ Softening worst_softening(const Model& model) {
   };
   std::map<std::pair<int, bool>, Sheet> sheets;  // of each body what stretches, and what bends
   for (const ConstraintSet& set : model.sets)
-    for_each_constraint([&]<class Kind>(Kind) {
+    with_kind(set.type, [&]<class Kind>(Kind) {
       if constexpr (softens<Kind>()) {
-        if (set.type != Kind::name || !(set.compliance.value_or(0) > 0)) return;
+        if (!(set.compliance.value_or(0) > 0)) return;
         std::map<int, int> count;
         for (int c = 0; c < set.count(); ++c) {
           const double rate = rate2<Kind>(model, set, c);

@@ -59,17 +59,9 @@ std::uint64_t hash_state(const Checkpoint& checkpoint) {
 
 }  // namespace
 
-void write_checkpoint(const std::string& path, const Model& model, const Checkpoint& checkpoint) {
-  write_checkpoint(path, scene_hash(model), checkpoint);
-}
-
 void write_checkpoint(const std::string& path, std::uint64_t scene, const Checkpoint& checkpoint) {
   const Header header{scene, hash_state(checkpoint), checkpoint.frames, checkpoint.crossings, checkpoint.counted};
   write_durably(path, {kMagic, {reinterpret_cast<const char*>(&header), sizeof header}, checkpoint.state});
-}
-
-Checkpoint read_checkpoint(const std::string& path, const Model& model) {
-  return read_checkpoint(path, scene_hash(model));
 }
 
 Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene) {

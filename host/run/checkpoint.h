@@ -18,12 +18,10 @@ struct Checkpoint {
 std::uint64_t scene_hash(const Model& model);
 
 /// Whole or not at all, and on the disk when it returns. Throws std::runtime_error (disk).
-void write_checkpoint(const std::string& path, const Model& model, const Checkpoint& checkpoint);
 void write_checkpoint(const std::string& path, std::uint64_t scene, const Checkpoint& checkpoint);
 
 /// Throws InputError for a file that is missing, damaged, or of another scene or precision. What may differ: the
 /// scene's name, duration, outputs and expectations.
-Checkpoint read_checkpoint(const std::string& path, const Model& model);
 Checkpoint read_checkpoint(const std::string& path, std::uint64_t scene);
 
 /// A state in memory that knows which scene it belongs to; and back. Throws InputError for one that is damaged or of

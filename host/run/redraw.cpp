@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <vector>
 
 #include "host/base/file.h"

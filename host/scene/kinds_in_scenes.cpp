@@ -1,5 +1,7 @@
 #include "host/scene/kinds_in_scenes.h"
 
+#include <limits>
+
 #include "kernels/constraint_registry.h"
 
 namespace malha {

@@ -1,6 +1,5 @@
 // What a scene file may say about constraints: the kinds, and each kind's own number.
 #pragma once
-#include <limits>
 #include <string>
 #include <vector>
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/base/near_miss.h"
 #include "host/scene/kinds_in_scenes.h"
 #include "host/scene/scene_read.h"
 

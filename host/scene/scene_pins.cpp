@@ -1,8 +1,6 @@
 // Pins, attachments, and what of a body may tear.
-#include <algorithm>
 #include <limits>
 
-#include "host/base/near_miss.h"
 #include "host/scene/scene_read.h"
 
 namespace malha {

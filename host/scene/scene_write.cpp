@@ -152,12 +152,12 @@ Json write(const OutputSpec& o) {
 Json write(const SolverSpec& s) {
   Json json{{"type", s.type}, {"dt", s.dt}, {"substeps", s.substeps}, {"iterations", s.iterations}};
   json["precision"] = s.precision == Precision::Double ? "double" : "float";
-  if (s.type == "pbd") json["corrector"] = s.keeps_momenta ? "inertia" : "off";
-  if (s.type == "pbd" && s.levels == kAutoLevels) json["levels"] = "auto";
-  if (s.type == "pbd" && s.levels == 0) json["levels"] = "off";
-  if (s.type == "pbd" && s.levels > 0) json["levels"] = s.levels;
-  if (s.type == "pbd") json["levels_every"] = s.levels_every;
-  if (s.type == "pbd") json["stiffness_of"] = s.stiffness_of_step ? "step" : "projections";
+  if (s.type == "pbd") {
+    json["corrector"] = s.keeps_momenta ? "inertia" : "off";
+    json["levels"] = s.levels > 0 ? Json(s.levels) : Json(s.levels == 0 ? "off" : "auto");
+    json["levels_every"] = s.levels_every;
+    json["stiffness_of"] = s.stiffness_of_step ? "step" : "projections";
+  }
   if (s.type != "desbrun") return json;
   const DesbrunSpec& own = s.desbrun;
   json["spring_constant"] = own.spring_constant;

@@ -2,7 +2,8 @@
 #pragma once
 #include "host/base/array.h"
 #include "host/base/point_array.h"
-#include "host/model/model.h"
+#include "host/model/air_faces.h"
+#include "host/scene.h"
 #include "kernels/air.h"
 
 namespace malha {

@@ -28,14 +28,13 @@ void damp(const Executor& executor, const Particles<R>& particles, int first, in
   const Vector3<double> centre{mass.x[0] * per, mass.x[1] * per, mass.x[2] * per};
   const SpinSum spin = parallel_reduce<SpinSum>(executor, count, SumSpin<R, Consecutive>{particles, {first}, centre});
   const Vector3<double> omega = angular_velocity(spin);
-  const auto to_R = [](const Vector3<double>& a) { return Vector3<R>{R(a.x), R(a.y), R(a.z)}; };
   parallel_for(executor, count,
                DampTowardsRigid<R>{particles,
                                    {first},
                                    R(k),
-                                   to_R(centre),
+                                   rounded<R>(centre),
                                    {R(mass.v[0] * per), R(mass.v[1] * per), R(mass.v[2] * per)},
-                                   to_R(omega)});
+                                   rounded<R>(omega)});
 }
 
 }  // namespace malha

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "host/collision/pose.h"
+#include "host/mesh/vectors.h"
 #include "host/solver/attachments.h"
 #include "kernels/constraint_registry.h"
 #include "kernels/rest.h"
@@ -13,8 +14,6 @@
 namespace malha {
 
 namespace {
-
-double square(const Vec3& a) { return a[0] * a[0] + a[1] * a[1] + a[2] * a[2]; }
 
 /// Of one constraint.
 template <class Kind>
@@ -41,8 +40,7 @@ double held_by(const Model& model, const ConstraintSet& set, int c, const std::v
 using GroupOf = std::vector<int>;
 void add_held(const Model& model, const ConstraintSet& set, const std::vector<Vec3>& x, double h, const GroupOf& of,
               std::vector<double>& sum) {
-  for_each_constraint([&]<class Kind>(Kind) {
-    if (set.type != Kind::name) return;
+  with_kind(set.type, [&]<class Kind>(Kind) {
     for (int c = 0; c < set.count(); ++c)
       sum[of[set.particles[std::size_t(c) * Kind::particles]]] += held_by<Kind>(model, set, c, x, h);
   });
@@ -50,8 +48,7 @@ void add_held(const Model& model, const ConstraintSet& set, const std::vector<Ve
 
 void add_held(const SpringSet& set, const std::vector<Vec3>& x, const GroupOf& of, std::vector<double>& sum) {
   for (std::size_t s = 0; s < set.ends.size(); ++s) {
-    const Vec3 &a = x[set.ends[s][0]], &b = x[set.ends[s][1]];
-    const double C = std::sqrt(square({a[0] - b[0], a[1] - b[1], a[2] - b[2]})) - set.rest[s];
+    const double C = norm(minus(x[set.ends[s][0]], x[set.ends[s][1]])) - set.rest[s];
     sum[of[set.ends[s][0]]] += set.stiffness[s] * C * C / 2;
   }
 }
@@ -87,7 +84,7 @@ void add_held(const Model& model, const AttachmentSet& set, const std::vector<Ve
     const int i = set.particles[k];
     const Vector3<double> a = to_world(pose, anchor[k]);
     const double soft = set.compliance.value_or(0) + h * h * model.w[i];
-    if (soft > 0) sum[of[i]] += square({x[i][0] - a.x, x[i][1] - a.y, x[i][2] - a.z}) / (2 * soft);
+    if (soft > 0) sum[of[i]] += squared_distance(x[i], {a.x, a.y, a.z}) / (2 * soft);
   }
 }
 
@@ -96,8 +93,7 @@ double fastest_of(const std::vector<Keyframe>& motion, double radius, double h) 
   double most = 0;
   for (std::size_t k = 1; k < motion.size(); ++k) {
     const Keyframe &a = motion[k - 1], &b = motion[k];
-    const double shift = std::sqrt(
-        square({b.translate[0] - a.translate[0], b.translate[1] - a.translate[1], b.translate[2] - a.translate[2]}));
+    const double shift = norm(minus(b.translate, a.translate));
     // Turns about two axes count as both.
     const bool same_axis = a.axis == b.axis;
     const double degrees = same_axis ? std::abs(b.degrees - a.degrees) : std::abs(a.degrees) + std::abs(b.degrees);
@@ -108,7 +104,7 @@ double fastest_of(const std::vector<Keyframe>& motion, double radius, double h) 
 
 double farthest(const std::vector<Vec3>& points) {
   double most2 = 0;
-  for (const Vec3& p : points) most2 = std::max(most2, square(p));
+  for (const Vec3& p : points) most2 = std::max(most2, dot(p, p));
   return std::sqrt(most2);
 }
 
@@ -166,7 +162,7 @@ std::vector<Allowance> allowances(const Model& model, const std::vector<int>& of
       all[group[b]].always += bodies[b].mass / 2 * slow * slow;
     }
   for (Allowance& one : all)
-    one.always += one.mass / 2 * square(g) * solver.dt * solver.dt + one.mass * driven * driven;
+    one.always += one.mass / 2 * dot(g, g) * solver.dt * solver.dt + one.mass * driven * driven;
   return all;
 }
 
@@ -191,7 +187,7 @@ double sum_of(const std::vector<HeldEnergy>& held, int group) {
 }
 
 double fastest_driven(const Model& model, double h) {
-  double most = model.scene.wind ? std::sqrt(square(model.scene.wind->velocity)) : 0;
+  double most = model.scene.wind ? norm(model.scene.wind->velocity) : 0;
   const bool held = !model.moved.empty() || !model.attached.empty();
   const double radius = held ? farthest(model.x) : 0;
   for (const MovedPins& pins : model.moved) {
@@ -227,7 +223,7 @@ std::string explosion(const Model& model, const Explosion& seen, const std::vect
                       const std::vector<HeldEnergy>& before, const std::vector<HeldEnergy>& now) {
   int fastest = -1;
   for (std::size_t i = 0; i < v.size(); ++i)
-    if (seen.of[i] == seen.group && (fastest < 0 || square(v[i]) > square(v[fastest]))) fastest = int(i);
+    if (seen.of[i] == seen.group && (fastest < 0 || dot(v[i], v[i]) > dot(v[fastest], v[fastest]))) fastest = int(i);
   std::map<std::string, double> gain;
   for (std::size_t s = 0; s < now.size(); ++s)
     gain[now[s].kind] += now[s].energy[seen.group] - before[s].energy[seen.group];
@@ -237,7 +233,7 @@ std::string explosion(const Model& model, const Explosion& seen, const std::vect
   std::string text = "motion has " + shown_number(seen.kinetic) + " J, " + shown_number(seen.kinetic / seen.given) +
                      " times what anything gave it; fastest is " + particle_name(model, model.user_of[fastest]) +
                      " at (" + shown_number(at[0]) + ", " + shown_number(at[1]) + ", " + shown_number(at[2]) +
-                     "), with " + shown_number(std::sqrt(square(v[fastest]))) + " m/s";
+                     "), with " + shown_number(norm(v[fastest])) + " m/s";
   if (most != gain.end()) text += "; of the constraints \"" + most->first + "\" gained most";
   return text;
 }

@@ -9,6 +9,7 @@
 #include "host/base/array.h"
 #include "host/base/text.h"
 #include "host/error.h"
+#include "host/mesh/vectors.h"
 #include "host/model/model.h"
 #include "host/taken.h"
 #include "kernels/attachment.h"
@@ -141,8 +142,7 @@ class Hand {
   };
 
   static double energy(const Taken& taken, const Vec3& x) {
-    const Vec3 C{x[0] - taken.to[0], x[1] - taken.to[1], x[2] - taken.to[2]};
-    return taken.is_held() ? 0 : (C[0] * C[0] + C[1] * C[1] + C[2] * C[2]) / (2 * taken.compliance);
+    return taken.is_held() ? 0 : squared_distance(x, taken.to) / (2 * taken.compliance);
   }
   auto find(int i) const {
     return std::find_if(all_.begin(), all_.end(), [i](const One& one) { return one.particle == i; });

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "host/base/array.h"
-#include "host/model/model.h"
+#include "host/model/long_range.h"
 #include "kernels/long_range.h"
 
 namespace malha {

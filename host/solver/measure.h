@@ -30,8 +30,7 @@ Measures measure_motion(const Executor& executor, const Particles<R>& particles,
 template <class Executor>
 void measure_set(const Executor& executor, const Model& model, const ConstraintSet& set, const std::vector<Vec3>& x,
                  Measures& m, Residual& lengths) {
-  for_each_constraint([&]<class Kind>(Kind) {
-    if (set.type != Kind::name) return;
+  with_kind(set.type, [&]<class Kind>(Kind) {
     const double* softness = set.softness.empty() ? nullptr : set.softness.data();
     const int* particles = set.particles.data();
     const Residual r = parallel_reduce<Residual>(

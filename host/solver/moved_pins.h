@@ -31,7 +31,6 @@ inline std::vector<Vector3<double>> anchors(const Target& target, const std::vec
   return places;
 }
 
-/// What is to be released is laid out as movable, and kept by w = 0 until then: nothing is laid out anew.
 /// The solver's numbers of the user's particles, of which `good` must hold. Throws InputError.
 template <class Good>
 std::vector<int> pins_of(const Model& model, const std::vector<int>& particles, const Good& good) {
@@ -46,6 +45,7 @@ std::vector<int> pins_of(const Model& model, const std::vector<int>& particles, 
   return list;
 }
 
+/// What is to be released is laid out as movable, and kept by w = 0 until then: nothing is laid out anew.
 template <class Executor, class R>
 class MovedPinSets {
  public:

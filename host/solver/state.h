@@ -1,6 +1,5 @@
 // The state of a run as bytes: what a checkpoint holds, and its hash.
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -16,6 +15,7 @@
 #include "host/collision/self_memory.h"
 #include "host/error.h"
 #include "host/mesh.h"
+#include "host/model/solver_of.h"
 
 namespace malha {
 
@@ -202,27 +202,12 @@ State<R> displaced(const State<R>& before, std::int64_t steps, const std::vector
 /// Of positions and velocities, bit by bit, particle by particle in the user's order.
 template <class R>
 std::uint64_t hash_state(const State<R>& state, const std::vector<int>& user_of) {
-  std::vector<int> at(user_of.size());
-  for (std::size_t i = 0; i < at.size(); ++i) at[user_of[i]] = static_cast<int>(i);
   std::uint64_t hash = hash_bytes(nullptr, 0);
-  for (int i : at) {
+  for (const int i : solver_of(user_of)) {
     hash = hash_bytes(&state.x[i], sizeof state.x[i], hash);
     hash = hash_bytes(&state.v[i], sizeof state.v[i], hash);
   }
   return hash;
-}
-
-template <class T>
-std::vector<T> in_user_order(const std::vector<T>& values, const std::vector<int>& user_of) {
-  std::vector<T> ordered(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) ordered[user_of[i]] = values[i];
-  return ordered;
-}
-
-inline std::vector<Vec3> in_solver_order(const std::vector<Vec3>& values, const std::vector<int>& user_of) {
-  std::vector<Vec3> ordered;
-  for (const int user : user_of) ordered.push_back(values[user]);
-  return ordered;
 }
 
 }  // namespace malha

@@ -2,7 +2,6 @@
 // and the new state, for any executor and precision. A pass that the scene does not name does not exist here.
 #pragma once
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <optional>
 #include <stdexcept>

@@ -5,16 +5,8 @@
 
 namespace malha {
 
-/// Visits the patches begin .. end - 1.
-void visit_patches(const Serial& executor, const Visit<float>& visit, int begin, int end, const FastMemory& memory);
-void visit_patches(const Team& team, const Visit<float>& visit, int begin, int end, const FastMemory& memory);
-void visit_patches(const Serial& executor, const CoarseVisit<float>& visit, int begin, int end,
-                   const FastMemory& memory);
-void visit_patches(const Team& team, const CoarseVisit<float>& visit, int begin, int end, const FastMemory& memory);
-void visit_patches(const Serial& executor, const Visit<double>& visit, int begin, int end, const FastMemory& memory);
-void visit_patches(const Team& team, const Visit<double>& visit, int begin, int end, const FastMemory& memory);
-void visit_patches(const Serial& executor, const CoarseVisit<double>& visit, int begin, int end,
-                   const FastMemory& memory);
-void visit_patches(const Team& team, const CoarseVisit<double>& visit, int begin, int end, const FastMemory& memory);
+/// Visits the patches begin .. end - 1: by Serial or a Team, a Visit or a CoarseVisit of either precision.
+template <class Executor, class AnyVisit>
+void visit_patches(const Executor& executor, const AnyVisit& visit, int begin, int end, const FastMemory& memory);
 
 }  // namespace malha

@@ -2,18 +2,14 @@
 
 namespace malha {
 
-void visit_patches(const Serial& executor, const Visit<double>& visit, int begin, int end, const FastMemory& memory) {
+template <class Executor, class AnyVisit>
+void visit_patches(const Executor& executor, const AnyVisit& visit, int begin, int end, const FastMemory& memory) {
   parallel_groups(executor, begin, end, memory, visit);
 }
-void visit_patches(const Team& team, const Visit<double>& visit, int begin, int end, const FastMemory& memory) {
-  parallel_groups(team, begin, end, memory, visit);
-}
-void visit_patches(const Serial& executor, const CoarseVisit<double>& visit, int begin, int end,
-                   const FastMemory& memory) {
-  parallel_groups(executor, begin, end, memory, visit);
-}
-void visit_patches(const Team& team, const CoarseVisit<double>& visit, int begin, int end, const FastMemory& memory) {
-  parallel_groups(team, begin, end, memory, visit);
-}
+
+template void visit_patches(const Serial&, const Visit<double>&, int, int, const FastMemory&);
+template void visit_patches(const Team&, const Visit<double>&, int, int, const FastMemory&);
+template void visit_patches(const Serial&, const CoarseVisit<double>&, int, int, const FastMemory&);
+template void visit_patches(const Team&, const CoarseVisit<double>&, int, int, const FastMemory&);
 
 }  // namespace malha

@@ -2,18 +2,14 @@
 
 namespace malha {
 
-void visit_patches(const Serial& executor, const Visit<float>& visit, int begin, int end, const FastMemory& memory) {
+template <class Executor, class AnyVisit>
+void visit_patches(const Executor& executor, const AnyVisit& visit, int begin, int end, const FastMemory& memory) {
   parallel_groups(executor, begin, end, memory, visit);
 }
-void visit_patches(const Team& team, const Visit<float>& visit, int begin, int end, const FastMemory& memory) {
-  parallel_groups(team, begin, end, memory, visit);
-}
-void visit_patches(const Serial& executor, const CoarseVisit<float>& visit, int begin, int end,
-                   const FastMemory& memory) {
-  parallel_groups(executor, begin, end, memory, visit);
-}
-void visit_patches(const Team& team, const CoarseVisit<float>& visit, int begin, int end, const FastMemory& memory) {
-  parallel_groups(team, begin, end, memory, visit);
-}
+
+template void visit_patches(const Serial&, const Visit<float>&, int, int, const FastMemory&);
+template void visit_patches(const Team&, const Visit<float>&, int, int, const FastMemory&);
+template void visit_patches(const Serial&, const CoarseVisit<float>&, int, int, const FastMemory&);
+template void visit_patches(const Team&, const CoarseVisit<float>&, int, int, const FastMemory&);
 
 }  // namespace malha

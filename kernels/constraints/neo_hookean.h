@@ -165,13 +165,12 @@ struct NeoHookean {
     KERNEL S response(const S (&w)[4]) const {
       const S g1 = q[1] + q[3], g2 = q[2] + q[4] + q[5];
       const S B00 = (w[0] + w[1]) * q[0] * q[0];
-      const S B01 = size(q[0] * (w[0] * g1 + w[1] * q[1])), B02 = size(q[0] * (w[0] * g2 + w[1] * q[2]));
+      const S B01 = magnitude(q[0] * (w[0] * g1 + w[1] * q[1])), B02 = magnitude(q[0] * (w[0] * g2 + w[1] * q[2]));
       const S B11 = w[0] * g1 * g1 + w[1] * q[1] * q[1] + w[2] * q[3] * q[3];
-      const S B12 = size(w[0] * g1 * g2 + w[1] * q[1] * q[2] + w[2] * q[3] * q[4]);
+      const S B12 = magnitude(w[0] * g1 * g2 + w[1] * q[1] * q[2] + w[2] * q[3] * q[4]);
       const S B22 = w[0] * g2 * g2 + w[1] * q[2] * q[2] + w[2] * q[4] * q[4] + w[3] * q[5] * q[5];
       return larger(larger(B00 + B01 + B02, B01 + B11 + B12), B02 + B12 + B22);
     }
-    KERNEL static S size(const S& a) { return larger(a, -a); }
   };
 };
 

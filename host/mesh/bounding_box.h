@@ -1,0 +1,37 @@
+// Boxes along x, y and z around points.
+#pragma once
+#include <algorithm>
+#include <ranges>
+#include <vector>
+
+#include "host/mesh.h"
+
+namespace malha {
+
+struct BoundingBox {
+  Vec3 low, high;  // m
+};
+
+/// Of the points x[i] with i among `which`: one or more.
+template <class Which>
+BoundingBox bounds_of(const std::vector<Vec3>& x, const Which& which) {
+  BoundingBox box{x[*std::begin(which)], x[*std::begin(which)]};
+  for (const int i : which)
+    for (int k = 0; k < 3; ++k)
+      box.low[k] = std::min(box.low[k], x[i][k]), box.high[k] = std::max(box.high[k], x[i][k]);
+  return box;
+}
+/// Of all, one or more.
+inline BoundingBox bounds_of(const std::vector<Vec3>& x) {
+  return bounds_of(x, std::views::iota(0, static_cast<int>(x.size())));
+}
+
+/// The direction in which it is longest, the first of several.
+inline int longest_side(const BoundingBox& box) {
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (box.high[k] - box.low[k] > box.high[axis] - box.low[axis]) axis = k;
+  return axis;
+}
+
+}  // namespace malha
