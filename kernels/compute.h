@@ -171,8 +171,7 @@ void parallel_groups(const Team& team, int begin, int end, const FastMemory& mem
   const auto share = [&](int thread) {
     return begin + int(static_cast<long long>(end - begin) * thread / team.threads);
   };
-  run_groups(team.instructions, share(team.thread), share(team.thread + 1),
-             memory.of(team.thread), kernel);
+  run_groups(team.instructions, share(team.thread), share(team.thread + 1), memory.of(team.thread), kernel);
   team.barrier->wait(team.threads);
 }
 

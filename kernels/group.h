@@ -90,7 +90,9 @@ struct Block {
 /// Whether a kernel over groups shares its work in the ways above: a block of many threads may run it. Any other takes
 /// one thread a group.
 template <class Kernel>
-inline constexpr bool kShared = requires { typename Kernel::Shared; };
+inline constexpr bool kShared = requires {
+  typename Kernel::Shared;
+};
 
 /// The number of the lowest bit that is set.
 KERNEL int lowest_bit(unsigned long long bits) {

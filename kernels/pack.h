@@ -63,10 +63,7 @@ KERNEL void set_lane(R& a, int, R value) {
   a = value;
 }
 template <class S>
-requires(sizeof(S) == sizeof(typename RealOf<S>::type))
-KERNEL bool lanes_of(unsigned bits) {
-  return bits & 1;
-}
+requires(sizeof(S) == sizeof(typename RealOf<S>::type)) KERNEL bool lanes_of(unsigned bits) { return bits & 1; }
 
 #if !defined(__CUDACC__)
 
@@ -92,7 +89,7 @@ struct Pack {
 
 template <class R, int lanes>
 struct LaneOf {
-  using type = Pack<R, lanes * int(sizeof(R))>;
+  using type = Pack<R, lanes* int(sizeof(R))>;
 };
 template <class R, int bytes>
 struct RealOf<Pack<R, bytes>> {

@@ -170,8 +170,7 @@ KERNEL void come_down(const Group& group, const SparseView<T>& view, int begin, 
     group.for_each(padding, [&](int k) KERNEL_LAMBDA { all[panel.height() + k] = {T(0), T(0), T(0), T(0)}; });
     const TransposedProduct<T, typename Group::Isa> product{
         view.values + panel.at, panel.columns, panel.blocks(), all, own, view.far};
-    group.in_parts(panel.columns, kPanelColumns,
-                   [&](int first, int last) KERNEL_LAMBDA { product.run(first, last); });
+    group.in_parts(panel.columns, kPanelColumns, [&](int first, int last) KERNEL_LAMBDA { product.run(first, last); });
   }
 }
 

@@ -153,9 +153,8 @@ struct SumForces {
     using S = Lane<R, typename Group::Isa>;
     constexpr int lanes = kLanes<R, typename Group::Isa>, parts = kSpringPack / lanes;
     const int begin = group.index * size, end = begin + size < packs ? begin + size : packs;
-    group.for_each((end - begin) * parts, [&](int i) KERNEL_LAMBDA {
-      sum<S, lanes>(begin + i / parts, i % parts * lanes);
-    });
+    group.for_each((end - begin) * parts,
+                   [&](int i) KERNEL_LAMBDA { sum<S, lanes>(begin + i / parts, i % parts * lanes); });
   }
 
  private:

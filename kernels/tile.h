@@ -42,7 +42,8 @@ struct Tile<R, OneLane> {
   /// Every row is `row`.
   KERNEL static Tile repeat(const Vec4<R>& row) {
     Tile t;
-    for (int p = 0; p < 16; p += 4) t.part[p] = row.x, t.part[p + 1] = row.y, t.part[p + 2] = row.z, t.part[p + 3] = row.w;
+    for (int p = 0; p < 16; p += 4)
+      t.part[p] = row.x, t.part[p + 1] = row.y, t.part[p + 2] = row.z, t.part[p + 3] = row.w;
     return t;
   }
   /// (row 0 + row 1) + (row 2 + row 3).

@@ -2,6 +2,7 @@
 // block, each for itself up to where all wait for each other, and after each wait in another order. What depends on the
 // order, what each thread repeats, and a wait that not all come to, show in the results or end the launch.
 #pragma once
+#include <algorithm>
 #include <boost/context/fiber.hpp>
 #include <boost/context/pooled_fixedsize_stack.hpp>
 #include <cstring>
@@ -15,9 +16,10 @@
 
 namespace malha {
 
+/// `block`: threads of each. Kernels that do not share their work (kShared) run on one thread a group.
 struct Blocks {
-  int block = 32;     // threads
-  unsigned seed = 1;  // of the orders
+  int block = 32;                                     // threads
+  unsigned seed = 1;                                  // of the orders
   Instructions instructions = widest_instructions();  // of what the host computes
 };
 
