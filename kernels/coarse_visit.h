@@ -11,6 +11,7 @@ inline constexpr int kCoarseSweeps = 2;
 
 template <class R>
 struct CoarseVisit {
+  using Shared = void;
   const Patch* patches;
   const Segment* segments;
   const Batch* batches;

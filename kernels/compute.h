@@ -8,7 +8,7 @@
 #include <omp.h>
 #endif
 
-#include "kernels/instructions.h"
+#include "kernels/group.h"
 
 namespace malha {
 
@@ -64,6 +64,10 @@ struct Team {
   Barrier* barrier;
   Instructions instructions;
 };
+
+/// For launches of which a fork and a join would be most.
+inline Serial narrow(const Serial& executor) { return executor; }
+inline Serial narrow(const OpenMP& executor) { return {executor.instructions}; }
 
 /// Whether this is the one thread of a region that may note what belongs to none of them.
 inline bool leads(const Serial& /*team*/) { return true; }
@@ -130,84 +134,11 @@ void parallel_for(const OpenMP& executor, int n, const Kernel& kernel, int grain
   for (int i = 0; i < n; ++i) kernel(i);
 }
 
-/// A large piece of work with fast memory of its own: a core and its caches, or a thread block and its shared memory.
-template <class InstructionSet>
-struct Group {
-  using Isa = InstructionSet;
-  int index;
-  int next;  // the group that this core works on afterwards; none: below 0
-  void* memory;
-
-  /// Runs work(0) .. work(items - 1), in any order or at once, and is done with all of them afterwards.
-  template <class Work>
-  KERNEL void for_each(int items, const Work& work) const {
-#if defined(__CUDA_ARCH__)
-    for (int i = threadIdx.x; i < items; i += blockDim.x) work(i);
-    __syncthreads();
-#else
-    for (int i = 0; i < items; ++i) work(i);
-#endif
-  }
-
-  /// Runs work(begin) .. work(end - 1), one after the other, as a function that is compiled on its own.
-  template <class Work>
-  KERNEL void apart(int begin, int end, const Work& work) const {
-#if defined(__CUDA_ARCH__)
-    for (int i = begin; i < end; ++i) work(i);
-#else
-    run(Isa{}, work, begin, end);
-#endif
-  }
-
-  /// The same for work in three parts, of items that share nothing they write: what the next item reads is read before
-  /// this one is written, so that a core computes the one while it loads and stores the others.
-  template <class Work>
-  KERNEL void for_each_ahead(int items, const Work& work) const {
-#if defined(__CUDA_ARCH__)
-    for (int i = threadIdx.x; i < items; i += blockDim.x) {
-      auto item = work.read(i);
-      work.compute(i, item);
-      work.write(i, item);
-    }
-    __syncthreads();
-#else
-    if (items == 0) return;
-    auto ahead = work.read(0);
-    for (int i = 0; i < items; ++i) {
-      auto item = ahead;
-      work.compute(i, item);
-      ahead = work.read(i + 1 < items ? i + 1 : i);
-      work.write(i, item);
-    }
-#endif
-  }
-};
-
-/// The number of the lowest bit that is set.
-KERNEL int lowest_bit(unsigned long long bits) {
-#if defined(__CUDA_ARCH__)
-  return __ffsll(static_cast<long long>(bits)) - 1;
-#else
-  return __builtin_ctzll(bits);
-#endif
-}
-
-/// Asks for the cache line at `address` ahead of its use. Whatever lies there, even nothing, is harmless.
-KERNEL void prefetch([[maybe_unused]] const void* address) {
-#if !defined(__CUDACC__)
-  __builtin_prefetch(address, 0, 2);
-#endif
-}
-
-/// The same for all lines of `bytes`, a constant.
-KERNEL void prefetch(const void* address, int bytes) {
-  for (int line = 0; line < bytes; line += 64) prefetch(static_cast<const char*>(address) + line);
-}
-
 /// The fast memory of every thread of an executor.
 struct FastMemory {
-  char* data = nullptr;
-  size_t bytes = 0;  // a thread
+  char* data = nullptr;  // none where only blocks of threads need it, which have their own
+  size_t bytes = 0;      // a thread
+  char* of(int thread) const { return data ? data + size_t(thread) * bytes : nullptr; }
 };
 
 template <class Isa, class Kernel>
@@ -240,8 +171,7 @@ void parallel_groups(const Team& team, int begin, int end, const FastMemory& mem
   const auto share = [&](int thread) {
     return begin + int(static_cast<long long>(end - begin) * thread / team.threads);
   };
-  run_groups(team.instructions, share(team.thread), share(team.thread + 1),
-             memory.data + size_t(team.thread) * memory.bytes, kernel);
+  run_groups(team.instructions, share(team.thread), share(team.thread + 1), memory.of(team.thread), kernel);
   team.barrier->wait(team.threads);
 }
 
@@ -268,20 +198,20 @@ template <class Kernel>
 void parallel_dealt(const Team& team, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
   note_launch(kernel, groups);
   const int share = (groups - team.thread + team.threads - 1) / team.threads;
-  run_groups(team.instructions, 0, share, memory.data + size_t(team.thread) * memory.bytes,
-             Dealt<Kernel>{kernel, team.thread, team.threads});
+  run_groups(team.instructions, 0, share, memory.of(team.thread), Dealt<Kernel>{kernel, team.thread, team.threads});
   team.barrier->wait(team.threads);
 }
 
 /// `size` items of kernel(0) .. kernel(count - 1).
 template <class Kernel>
 struct Pieces {
+  using Shared = void;
   Kernel kernel;
   int count, size;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const int begin = group.index * size, end = begin + size < count ? begin + size : count;
-    for (int i = begin; i < end; ++i) kernel(i);
+    group.for_each(end - begin, [&](int i) KERNEL_LAMBDA { kernel(begin + i); });
   }
 };
 

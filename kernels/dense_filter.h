@@ -42,29 +42,32 @@ struct DenseView {
   T *x, *y;
 };
 
+/// Numbers of fast memory that a block of threads needs for the sums of a panel.
+inline constexpr int kDenseSums = 4 * kDenseSides;
+
 /// y = S x over a chunk.
 template <class V, class T>
 struct MultiplyDense {
+  using Shared = void;
   DenseView<V, T> view;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    using Isa = typename Group::Isa;
     const DenseChunk chunk = view.chunks[group.index];
     const T* x = view.x + static_cast<long long>(kDenseSides) * chunk.x;
     T* y = view.y + static_cast<long long>(kDenseSides) * chunk.y;
-    for (int k = 0; k < kDenseSides * chunk.end; ++k) y[k] = T(0);
+    group.for_each(kDenseSides * chunk.end, [&](int k) KERNEL_LAMBDA { y[k] = T(0); });
     const V* values = view.values + chunk.at + dense_numbers(chunk.begin);
     for (int b = chunk.begin; b < chunk.end; ++b) {
-      for (int q = 0; q < 4; ++q, values += 4 * kDenseRows * b) panel<Isa>(values, x, y, b, q);
-      diagonal<Isa>(values, x + kDenseSides * b, y + kDenseSides * b);
+      for (int q = 0; q < 4; ++q, values += 4 * kDenseRows * b) panel(group, values, x, y, b, q);
+      diagonal(group, values, x + kDenseSides * b, y + kDenseSides * b);
       values += kDenseRows * kDenseRows;
     }
   }
 
  private:
   template <class Isa>
-  KERNEL static void panel(const V* values, const T* x, T* y, int b, int q) {
+  KERNEL static void panel(const Group<Isa>&, const V* values, const T* x, T* y, int b, int q) {
     using Sixteen = Tile<T, Isa>;
     Sixteen sum[4][3], own[4][3];
     const int first = kDenseSides * b + 4 * q;
@@ -95,7 +98,7 @@ struct MultiplyDense {
   }
 
   template <class Isa>
-  KERNEL static void diagonal(const V* values, const T* x, T* y) {
+  KERNEL static void diagonal(const Group<Isa>&, const V* values, const T* x, T* y) {
     using Sixteen = Tile<T, Isa>;
     for (int k = 0; k < 3; ++k) {
       Sixteen sum = Sixteen::at(y + kDenseRows * k);
@@ -103,6 +106,46 @@ struct MultiplyDense {
         sum.add(Sixteen::at(values + kDenseRows * r), Sixteen::all(x[kDenseRows * k + r]));
       sum.put(y + kDenseRows * k);
     }
+  }
+
+  /// A thread has one of the sixteen columns, of x, y or z.
+  template <class Threads>
+  KERNEL static void panel(const Block<Threads>& block, const V* values, const T* x, T* y, int b, int q) {
+    T* sums = static_cast<T*>(block.memory);
+    const int first = kDenseSides * b + 4 * q;
+    block.for_each(kDenseSides, [&](int l) KERNEL_LAMBDA {
+      const int column = l % kDenseRows;
+      T sum[4] = {}, own[4];
+      for (int r = 0; r < 4; ++r) own[r] = x[first + (l - column) + r];
+      for (int c = 0; c < b; ++c) {
+        const V* s = values + 4 * kDenseRows * c + column;
+        const T other = x[kDenseSides * c + l];
+        T all = y[kDenseSides * c + l];
+        for (int r = 0; r < 4; ++r) {
+          const T number = T(s[kDenseRows * r]);
+          sum[r] = sum[r] + number * other;
+          all = all + number * own[r];
+        }
+        y[kDenseSides * c + l] = all;
+      }
+      for (int r = 0; r < 4; ++r) sums[kDenseSides * r + l] = sum[r];
+    });
+    block.for_each(12, [&](int i) KERNEL_LAMBDA {
+      const int r = i % 4, k = i / 4;
+      const T* t = sums + kDenseSides * r + kDenseRows * k;
+      const auto sum = [&](int j) KERNEL_LAMBDA { return (t[j] + t[4 + j]) + (t[8 + j] + t[12 + j]); };  // as Tile's
+      y[first + kDenseRows * k + r] += (sum(0) + sum(1)) + (sum(2) + sum(3));
+    });
+  }
+
+  template <class Threads>
+  KERNEL static void diagonal(const Block<Threads>& block, const V* values, const T* x, T* y) {
+    block.for_each(kDenseSides, [&](int l) KERNEL_LAMBDA {
+      const int column = l % kDenseRows;
+      T sum = y[l];
+      for (int r = 0; r < kDenseRows; ++r) sum = sum + T(values[kDenseRows * r + column]) * x[l - column + r];
+      y[l] = sum;
+    });
   }
 };
 

@@ -12,8 +12,12 @@
 
 namespace malha {
 
-// The narrowest first.
-enum class Instructions { Baseline, Avx2, Avx512 };
+// The narrowest first. One lane: a thread of a device, whose packs are as wide as one number.
+enum class Instructions { OneLane, Baseline, Avx2, Avx512 };
+struct OneLane {
+  static constexpr Instructions value = Instructions::OneLane;
+  static constexpr const char* name = "one lane";
+};
 struct Baseline {
   static constexpr Instructions value = Instructions::Baseline;
   static constexpr const char* name = "baseline";
@@ -33,7 +37,9 @@ struct Avx512 {
 template <class... Isas>
 struct IsaList {};
 
-#if defined(__AVX512F__)
+#if defined(__CUDACC__)
+using Own = OneLane;
+#elif defined(__AVX512F__)
 using Own = Avx512;  // the compiler's
 #elif defined(__AVX2__)
 using Own = Avx2;
@@ -76,6 +82,10 @@ KERNEL void each(const Kernel& kernel, int begin, int end) {
 // function that the linker could share with other code holds instructions that the CPU may lack. That is also why the
 // set is an argument of `run` and not a flag of a source file, and why the body of an OpenMP region, a function of its
 // own to the compiler, only calls `run`.
+template <class Kernel>
+KERNEL void run(OneLane, const Kernel& kernel, int begin, int end) {
+  each(kernel, begin, end);
+}
 template <class Kernel>
 [[gnu::noinline]] void run(Baseline, const Kernel& kernel, int begin, int end) {
   each(kernel, begin, end);

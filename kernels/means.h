@@ -84,6 +84,7 @@ KERNEL void add_means(const Group& group, const MeansOf<R>& down, const Local& l
 /// The same where particles are in their arrays.
 template <class R>
 struct AddMeans {
+  using Shared = void;
   MeansOf<R> down;
   Points<R> p;
   template <class Group>

@@ -1,5 +1,6 @@
 // The momenta of free bodies, and the rigid motion that gives back what of them the projections took.
 #pragma once
+#include "kernels/cover.h"
 #include "kernels/motion.h"
 #include "kernels/pack.h"
 #include "kernels/patch.h"
@@ -111,20 +112,16 @@ struct RigidMotion {
 /// Adds to each particle the rigid motion of its body.
 template <class R>
 struct AddRigidMotion {
+  using Shared = void;
   Particles<R> particles;
   const Stretch* stretches;
   const RigidMotion<R>* motions;  // of each body
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    using S = Lane<R, typename Group::Isa>;
-    constexpr int lanes = kLanes<R, typename Group::Isa>;
     const Stretch stretch = stretches[group.index];
     const RigidMotion<R> motion = motions[stretch.body];
-    int i = stretch.first;
-    const int end = stretch.first + stretch.count;
-    for (; i + lanes <= end; i += lanes) add<S>(motion, i);
-    for (; i < end; ++i) add<R>(motion, i);
+    cover_once<R>(group, stretch.count, [&]<class S>(int i, S) KERNEL_LAMBDA { add<S>(motion, stretch.first + i); });
   }
 
  private:

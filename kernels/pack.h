@@ -1,6 +1,6 @@
 // Packs: several constraints side by side in one register, and how their particles come in and go out.
 // On the CPU a pack is a compiler vector (no intrinsics, any instruction set, the same bits on all of them: every
-// operation is elementwise IEEE). Under CUDA a lane is a plain scalar, and the pack of a thread is one wide.
+// operation is elementwise IEEE). For a thread of a device a lane is a plain number (OneLane).
 #pragma once
 #include "kernels/particles.h"
 
@@ -38,13 +38,22 @@ KERNEL void scatter_rows(Vec4<R>* rows, const Index* index, const Vector3<R>& po
   row_at(rows, *index) = {position.x, position.y, position.z, w};
 }
 
-#if defined(__CUDACC__)
-
+/// Lanes of a pack of R: what a register holds, but at least four, because particles come and go in blocks of four.
 template <class R, class Isa = Own>
-inline constexpr int kLanes = 1;
-template <class R, class Isa = Own>
-using Lane = R;
+inline constexpr int kLanes = Isa::register_bytes < 4 * int(sizeof(R)) ? 4 : Isa::register_bytes / int(sizeof(R));
+template <class R>
+inline constexpr int kLanes<R, OneLane> = 1;
 
+template <class R, int lanes>
+struct LaneOf;
+template <class R>
+struct LaneOf<R, 1> {
+  using type = R;
+};
+template <class R, class Isa = Own>
+using Lane = typename LaneOf<R, kLanes<R, Isa>>::type;
+
+/// What packs offer (below), of a single number.
 template <class R>
 KERNEL R lane(const R& a, int) {
   return a;
@@ -54,15 +63,9 @@ KERNEL void set_lane(R& a, int, R value) {
   a = value;
 }
 template <class S>
-KERNEL bool lanes_of(unsigned bits) {
-  return bits & 1;
-}
+requires(sizeof(S) == sizeof(typename RealOf<S>::type)) KERNEL bool lanes_of(unsigned bits) { return bits & 1; }
 
-#else
-
-/// Lanes of a pack of R: what a register holds, but at least four, because particles come and go in blocks of four.
-template <class R, class Isa = Own>
-inline constexpr int kLanes = Isa::register_bytes < 4 * int(sizeof(R)) ? 4 : Isa::register_bytes / int(sizeof(R));
+#if !defined(__CUDACC__)
 
 /// The compiler's vector type. In a struct of its own: within Pack g++ 12 would take it for R.
 template <class R, int bytes>
@@ -84,8 +87,10 @@ struct Pack {
   KERNEL Pack(R a) : v(Vector{} + a) {}
 };
 
-template <class R, class Isa = Own>
-using Lane = Pack<R, kLanes<R, Isa>* int(sizeof(R))>;
+template <class R, int lanes>
+struct LaneOf {
+  using type = Pack<R, lanes* int(sizeof(R))>;
+};
 template <class R, int bytes>
 struct RealOf<Pack<R, bytes>> {
   using type = R;
@@ -271,6 +276,7 @@ KERNEL void store(const Pack<R, bytes>& from, R* to) {
 }
 /// The mask of the lanes whose bits are set, the lowest for the first lane.
 template <class S>
+requires requires { typename S::Mask; }
 KERNEL typename S::Mask lanes_of(unsigned bits) {
   typename S::Mask bit;
   for (int i = 0; i < S::lanes; ++i) bit[i] = 1 << i;

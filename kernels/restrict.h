@@ -50,6 +50,7 @@ struct Foreseen {
 /// One visit to a patch of the finer particles.
 template <class R>
 struct Restrict {
+  using Shared = void;
   const Patch* patches;
   const Segment* segments;
   Foreseen<R> from;

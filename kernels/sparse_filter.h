@@ -134,23 +134,27 @@ KERNEL void accumulate(Vec4<T>& to, const Vec4<T>& a) {
   to.x += a.x, to.y += a.y, to.z += a.z, to.w += a.w;
 }
 
+/// What one thread of a group takes of a panel at once: blocks going up; columns coming down, whole pairs of four.
+inline constexpr int kPanelBlocks = 4, kPanelColumns = 8;
+
 /// L y = b over the panels begin .. end - 1 of a segment, whose places begin at `work`. `out`: room for one panel's
 /// rows.
-template <class T, class Isa>
-KERNEL void go_up(const SparseView<T>& view, int begin, int end, Vec4<T>* work, Vec4<T>* out) {
+template <class T, class Group>
+KERNEL void go_up(const Group& group, const SparseView<T>& view, int begin, int end, Vec4<T>* work, Vec4<T>* out) {
   for (int p = begin; p < end; ++p) {
     const Panel panel = view.panels[p];
     Vec4<T>* own = work + panel.first;
-    PanelProduct<T, Isa>{view.values + panel.at, panel.columns, own, out, view.far}.run(0, panel.blocks());
-    for (int k = 0; k < panel.columns; ++k) own[k] = out[k];
+    const PanelProduct<T, typename Group::Isa> product{view.values + panel.at, panel.columns, own, out, view.far};
+    group.in_parts(panel.blocks(), kPanelBlocks, [&](int first, int last) KERNEL_LAMBDA { product.run(first, last); });
+    group.for_each(panel.columns, [&](int k) KERNEL_LAMBDA { own[k] = out[k]; });
     const int* rows = view.rows + panel.row;
-    for (int k = 0; k < panel.below; ++k) accumulate(work[rows[k]], out[panel.columns + k]);
+    group.for_each(panel.below, [&](int k) KERNEL_LAMBDA { accumulate(work[rows[k]], out[panel.columns + k]); });
   }
 }
 
 /// L^T x = y over them, from the last to the first. `all`: as `out`.
-template <class T, class Isa>
-KERNEL void come_down(const SparseView<T>& view, int begin, int end, Vec4<T>* work, Vec4<T>* all) {
+template <class T, class Group>
+KERNEL void come_down(const Group& group, const SparseView<T>& view, int begin, int end, Vec4<T>* work, Vec4<T>* all) {
   for (int p = end - 1; p >= begin; --p) {
     const Panel panel = view.panels[p];
     if (view.far && p > begin) {
@@ -160,17 +164,20 @@ KERNEL void come_down(const SparseView<T>& view, int begin, int end, Vec4<T>* wo
     }
     Vec4<T>* own = work + panel.first;
     const int* rows = view.rows + panel.row;
-    for (int k = 0; k < panel.columns; ++k) all[k] = own[k];
-    for (int k = 0; k < panel.below; ++k) all[panel.columns + k] = work[rows[k]];
-    for (int k = panel.height(); k < 4 * panel.blocks(); ++k) all[k] = {T(0), T(0), T(0), T(0)};
-    TransposedProduct<T, Isa>{view.values + panel.at, panel.columns, panel.blocks(), all, own, view.far}.run(
-        0, panel.columns);
+    const int padding = 4 * panel.blocks() - panel.height();
+    group.for_each(panel.columns, [&](int k) KERNEL_LAMBDA { all[k] = own[k]; });
+    group.for_each(panel.below, [&](int k) KERNEL_LAMBDA { all[panel.columns + k] = work[rows[k]]; });
+    group.for_each(padding, [&](int k) KERNEL_LAMBDA { all[panel.height() + k] = {T(0), T(0), T(0), T(0)}; });
+    const TransposedProduct<T, typename Group::Isa> product{
+        view.values + panel.at, panel.columns, panel.blocks(), all, own, view.far};
+    group.in_parts(panel.columns, kPanelColumns, [&](int first, int last) KERNEL_LAMBDA { product.run(first, last); });
   }
 }
 
 /// L y = F over a task.
 template <class T, class Ends>
 struct ForwardTask {
+  using Shared = void;
   SparseView<T> view;
   Ends ends;
 
@@ -179,16 +186,16 @@ struct ForwardTask {
     const FilterTask& task = view.tasks[group.index];
     Vec4<T>* work = view.work + task.base;
     const int* particle = view.particle + task.base;
-    for (int k = 0; k < task.own; ++k) work[k] = ends.template take<T>(particle[k]);
-    for (int k = task.own; k < task.own + task.above; ++k) work[k] = {T(0), T(0), T(0), T(0)};
-    go_up<T, typename Group::Isa>(view, task.panel, task.panel + task.panels, work,
-                                  static_cast<Vec4<T>*>(group.memory));
+    group.for_each(task.own, [&](int k) KERNEL_LAMBDA { work[k] = ends.template take<T>(particle[k]); });
+    group.for_each(task.above, [&](int k) KERNEL_LAMBDA { work[task.own + k] = {T(0), T(0), T(0), T(0)}; });
+    go_up(group, view, task.panel, task.panel + task.panels, work, static_cast<Vec4<T>*>(group.memory));
   }
 };
 
 /// L^T x = y over a task, from the top's x, and out to the particles.
 template <class T, class Ends>
 struct BackwardTask {
+  using Shared = void;
   SparseView<T> view;
   Ends ends;
 
@@ -197,16 +204,16 @@ struct BackwardTask {
     const FilterTask& task = view.tasks[group.index];
     Vec4<T>* work = view.work + task.base;
     const Vec4<T>* top = view.work + view.tasks[view.top].base;
-    for (int k = 0; k < task.above; ++k) work[task.own + k] = top[view.above[task.list + k]];
-    come_down<T, typename Group::Isa>(view, task.panel, task.panel + task.panels, work,
-                                      static_cast<Vec4<T>*>(group.memory));
-    for (int k = 0; k < task.own; ++k) ends.give(view.particle[task.base + k], work[k]);
+    group.for_each(task.above, [&](int k) KERNEL_LAMBDA { work[task.own + k] = top[view.above[task.list + k]]; });
+    come_down(group, view, task.panel, task.panel + task.panels, work, static_cast<Vec4<T>*>(group.memory));
+    group.for_each(task.own, [&](int k) KERNEL_LAMBDA { ends.give(view.particle[task.base + k], work[k]); });
   }
 };
 
 /// Narrow panels of the top, one after the other: `begin` .. `end` - 1, by one group.
 template <class T, bool up>
 struct NarrowTop {
+  using Shared = void;
   SparseView<T> view;
   int begin, end;
   template <class Group>
@@ -214,9 +221,9 @@ struct NarrowTop {
     Vec4<T>* work = view.work + view.tasks[view.top].base;
     Vec4<T>* rows = static_cast<Vec4<T>*>(group.memory);
     if constexpr (up)
-      go_up<T, typename Group::Isa>(view, begin, end, work, rows);
+      go_up(group, view, begin, end, work, rows);
     else
-      come_down<T, typename Group::Isa>(view, begin, end, work, rows);
+      come_down(group, view, begin, end, work, rows);
   }
 };
 
@@ -250,6 +257,7 @@ inline constexpr int kTopPiece = 32;
 /// A wide panel of the top, a piece of its blocks: `out` holds its product for all of them.
 template <class T>
 struct ForwardTop {
+  using Shared = void;
   SparseView<T> view;
   Panel panel;
   Vec4<T>* out;
@@ -258,18 +266,21 @@ struct ForwardTop {
     const int begin = group.index * kTopPiece, blocks = panel.blocks();
     const int end = begin + kTopPiece < blocks ? begin + kTopPiece : blocks;
     Vec4<T>* work = view.work + view.tasks[view.top].base;
-    PanelProduct<T, typename Group::Isa>{view.values + panel.at, panel.columns, work + panel.first, out, view.far}.run(
-        begin, end);
+    const PanelProduct<T, typename Group::Isa> product{view.values + panel.at, panel.columns, work + panel.first, out,
+                                                       view.far};
+    group.in_parts(end - begin, kPanelBlocks,
+                   [&](int first, int last) KERNEL_LAMBDA { product.run(begin + first, begin + last); });
     const int* rows = view.rows + panel.row - panel.columns;
     const int first = 4 * begin > panel.columns ? 4 * begin : panel.columns;
     const int last = 4 * end < panel.height() ? 4 * end : panel.height();
-    for (int k = first; k < last; ++k) accumulate(work[rows[k]], out[k]);
+    group.for_each(last - first, [&](int k) KERNEL_LAMBDA { accumulate(work[rows[first + k]], out[first + k]); });
   }
 };
 
 /// The same of L^T: `all` holds the panel's rows, `out` takes the columns of this piece.
 template <class T>
 struct BackwardTop {
+  using Shared = void;
   SparseView<T> view;
   Panel panel;
   const Vec4<T>* all;
@@ -278,8 +289,10 @@ struct BackwardTop {
   KERNEL void operator()(const Group& group) const {
     const int begin = group.index * kTopPiece;
     const int end = begin + kTopPiece < panel.columns ? begin + kTopPiece : panel.columns;
-    TransposedProduct<T, typename Group::Isa>{view.values + panel.at, panel.columns, panel.blocks(), all, out, view.far}
-        .run(begin, end);
+    const TransposedProduct<T, typename Group::Isa> product{
+        view.values + panel.at, panel.columns, panel.blocks(), all, out, view.far};
+    group.in_parts(end - begin, kPanelColumns,
+                   [&](int first, int last) KERNEL_LAMBDA { product.run(begin + first, begin + last); });
   }
 };
 

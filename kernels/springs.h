@@ -144,16 +144,17 @@ struct MissingForces {
 /// Sums the forces of packs of particles; `has_targets`: those of stencils, too, from rows that FindTargets has filled.
 template <class R, class Forces, bool has_targets>
 struct SumForces {
+  using Shared = void;
   Forces forces;
   PullView<R> pulls;
   int packs, size;  // in all, and of a group
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     using S = Lane<R, typename Group::Isa>;
-    constexpr int lanes = kLanes<R, typename Group::Isa>;
+    constexpr int lanes = kLanes<R, typename Group::Isa>, parts = kSpringPack / lanes;
     const int begin = group.index * size, end = begin + size < packs ? begin + size : packs;
-    for (int pack = begin; pack < end; ++pack)
-      for (int part = 0; part < kSpringPack; part += lanes) sum<S, lanes>(pack, part);
+    group.for_each((end - begin) * parts,
+                   [&](int i) KERNEL_LAMBDA { sum<S, lanes>(begin + i / parts, i % parts * lanes); });
   }
 
  private:

@@ -11,6 +11,7 @@ namespace malha {
 
 template <class R>
 struct Visit {
+  using Shared = void;
   const Patch* patches;
   const Segment* segments;
   const Batch* batches;
@@ -150,7 +151,7 @@ struct Visit {
     using Isa = typename Group::Isa;
     using S = Lane<R, Isa>;
     constexpr int lanes = kLanes<R, Isa>;
-    if (segment.count < lanes) {
+    if (lanes == 1 || segment.count < lanes) {
       R zero = R(0);
       group.for_each(segment.count, [&](int i) KERNEL_LAMBDA {
         const State<R> state = moved<R>(segment, i, local);

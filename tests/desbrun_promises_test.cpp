@@ -6,6 +6,7 @@
 #include <map>
 
 #include "host/solver/solver.h"
+#include "tests/blocks_solvers.h"
 #include "tests/filter_reference.h"
 #include "tests/run_scenes.h"
 
@@ -64,6 +65,13 @@ TEST_P(DesbrunBits, AreTheSameOnAnyNumberOfThreads) {
   EXPECT_NE(hash(other, {.threads = 1}), serial) << "which every bit of the state goes into";
 }
 
+TEST_P(DesbrunBits, AreTheSameOnBlocksOfThreads) {
+  const Scene scene = everything();
+  const std::uint64_t serial = hash(scene, {.threads = 1});
+  for (const int threads : {1, 32, 128})
+    EXPECT_EQ(hash_on_blocks(scene, 4, {threads}), serial) << threads << " threads";
+}
+
 TEST_P(DesbrunBits, AreTheSameWithEveryInstructionSet) {
   const std::vector<std::string> sets = instruction_sets();
   if (sets.size() == 1) GTEST_SKIP() << "one set alone: " << sets[0];
@@ -119,6 +127,7 @@ TEST(DesbrunBitsOfALargeSheet, AreTheSameOnAnyNumberOfThreads) {
   const std::uint64_t one = hash(1);
   EXPECT_EQ(hash(2), one);
   EXPECT_EQ(hash(3), one);
+  EXPECT_EQ(hash_on_blocks(scene, 3, {32}), one);
 }
 
 /// The shipped scenes with another method's name in them.

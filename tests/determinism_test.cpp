@@ -6,6 +6,7 @@
 #include "host/solver/solver.h"
 #include "host/solver/sweep.h"
 #include "kernels/compute.h"
+#include "tests/blocks_solvers.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -82,6 +83,14 @@ void expect_equal_bits(const Scene& scene, int steps) {
 
 TEST_P(Determinism, HoldsOnAnyNumberOfThreads) { expect_equal_bits(everything(24, 3, GetParam()), 30); }
 
+TEST_P(Determinism, HoldsOnBlocksOfThreads) {
+  const Scene scene = everything(24, 3, GetParam());
+  const std::uint64_t serial = hash_after(scene, 30, {.threads = 1, .backend = Backend::Serial});
+  for (const unsigned seed : {1u, 2u, 3u})
+    for (const int threads : {1, 32, 128})
+      EXPECT_EQ(hash_on_blocks(scene, 30, {threads, seed}), serial) << threads << " threads, order " << seed;
+}
+
 /// As ThreadChoice does it.
 TEST_P(Determinism, HoldsWhereEachStepRunsOnAnotherNumberOfThreads) {
   const Scene scene = everything(24, 3, GetParam());
@@ -152,6 +161,7 @@ TEST_P(Visited, HasTheSameBitsOnAnyNumberOfThreads) {
   for (const Scene& one : {plain, windy}) {
     const std::uint64_t serial = hash(one, {.threads = 1, .backend = Backend::Serial});
     for (const int threads : {1, 2, 3, 8}) EXPECT_EQ(serial, hash(one, {.threads = threads})) << threads << " threads";
+    EXPECT_EQ(serial, hash_on_blocks(one, 8, {32})) << "a block of 32 threads";
   }
 }
 

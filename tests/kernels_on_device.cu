@@ -42,10 +42,26 @@ void instantiate() {
   (launch<<<1, 1>>>(0, Kernels{}), ...);
 }
 
+/// Of a thread block.
+struct DeviceThreads {
+#if defined(__CUDA_ARCH__)
+  KERNEL int rank() const { return int(threadIdx.x); }
+  KERNEL int count() const { return int(blockDim.x); }
+  KERNEL void wait(int) const { __syncthreads(); }
+#else
+  KERNEL int rank() const { return 0; }
+  KERNEL int count() const { return 1; }
+  KERNEL void wait(int) const {}
+#endif
+};
+
 template <class Kernel>
 __global__ void launch_groups(Kernel kernel) {
   extern __shared__ double memory[];
-  kernel(Group<Own>{int(blockIdx.x), -1, memory});
+  if constexpr (kShared<Kernel>)
+    kernel(Block<DeviceThreads>{int(blockIdx.x), memory, {}});
+  else
+    kernel(Group<OneLane>{int(blockIdx.x * blockDim.x + threadIdx.x), -1, memory});
 }
 
 template <class... Kinds>

@@ -213,13 +213,13 @@ class Collider {
   /// A kernel over the words of bits.
   template <class Kernel>
   void words(bool wide, const Kernel& kernel) {
-    if (!wide) return parallel_groups(Serial{executor_.instructions}, 0, words_, {}, kernel);
+    if (!wide) return parallel_groups(narrow(executor_), 0, words_, {}, kernel);
     parallel_region(executor_, words_, [&](const auto& team) { parallel_groups(team, 0, words_, {}, kernel); });
   }
   /// The same, of words that may have many looks or none.
   template <class Kernel>
   void deal_words(int looks, const Kernel& kernel) {
-    if (looks <= kLooks) return parallel_dealt(Serial{executor_.instructions}, words_, kernel);
+    if (looks <= kLooks) return parallel_dealt(narrow(executor_), words_, kernel);
     parallel_region(executor_, words_, [&](const auto& team) { parallel_dealt(team, words_, kernel); });
   }
 

@@ -62,7 +62,7 @@ class DenseFilter {
     constexpr int piece = 16;
     parallel_region(executor_, width_, [&](const auto& team) {
       parallel_pieces(team, rows, piece, GatherDense<V, T, Ends>{view, ends});
-      parallel_groups(team, 0, chunks, {}, MultiplyDense<V, T>{view});
+      parallel_groups(team, 0, chunks, {nullptr, kDenseSums * sizeof(T)}, MultiplyDense<V, T>{view});
       parallel_pieces(team, rows, piece, SumDense<V, T, Ends>{view, ends});
     });
   }

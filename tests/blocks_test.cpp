@@ -1,0 +1,124 @@
+// The kernels and the solvers on blocks of many threads: the same bits as on one. What the emulation itself finds is
+// shown first.
+#include "tests/blocks.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/simulation.h"
+#include "tests/blocks_solvers.h"
+#include "tests/small_scenes.h"
+#include "tests/support.h"
+
+namespace malha {
+namespace {
+
+struct CountOnce {
+  using Shared = void;
+  int* count;
+  template <class Group>
+  void operator()(const Group& group) const {
+    group.for_each(100, [&](int i) { ++count[i]; });
+  }
+};
+/// Outside of for_each: each thread does it.
+struct CountOutside {
+  using Shared = void;
+  int* count;
+  template <class Group>
+  void operator()(const Group&) const {
+    ++count[0];
+  }
+};
+struct WaitInABranch {
+  using Shared = void;
+  template <class Group>
+  void operator()(const Group& group) const {
+    bool odd = false;
+    group.for_each(2, [&](int i) { odd = i % 2 == 1; });
+    if (odd) group.for_each(1, [](int) {});
+  }
+};
+/// Each number takes the one before: which one that is depends on who was first.
+struct ShiftInPlace {
+  using Shared = void;
+  int* number;
+  template <class Group>
+  void operator()(const Group& group) const {
+    group.for_each(99, [&](int i) { number[i + 1] = number[i]; });
+  }
+};
+
+TEST(Blocks, DealWhatIsSharedAndRepeatWhatIsNot) {
+  for (const int threads : {1, 32, 128}) {
+    std::vector<int> once(100, 0), outside(1, 0);
+    parallel_groups(Blocks{threads}, 0, 1, {}, CountOnce{once.data()});
+    parallel_groups(Blocks{threads}, 0, 1, {}, CountOutside{outside.data()});
+    EXPECT_EQ(once, std::vector<int>(100, 1)) << threads;
+    EXPECT_EQ(outside[0], threads);
+  }
+}
+
+TEST(Blocks, RefuseAWaitThatNotAllThreadsComeTo) {
+  EXPECT_NO_THROW(parallel_groups(Blocks{1}, 0, 1, {}, WaitInABranch{}));
+  EXPECT_THROW(parallel_groups(Blocks{32}, 0, 1, {}, WaitInABranch{}), std::logic_error);
+}
+
+TEST(Blocks, ShowARaceByTheirOrders) {
+  const auto shifted = [](unsigned seed) {
+    std::vector<int> number(100);
+    for (int i = 0; i < 100; ++i) number[i] = i;
+    parallel_groups(Blocks{32, seed}, 0, 1, {}, ShiftInPlace{number.data()});
+    return number;
+  };
+  EXPECT_EQ(shifted(1), shifted(1));
+  EXPECT_NE(shifted(1), shifted(2));
+}
+
+std::vector<std::string> all_scenes() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(MALHA_SOURCE_DIR "/scenes"))
+    if (entry.path().extension() == ".json" && entry.path().stem() != "schema")
+      names.push_back(entry.path().stem().string());
+  return names;
+}
+
+/// From where the host has come after a quarter of a second, two steps on each.
+class SceneOnBlocks : public testing::TestWithParam<std::string> {
+ protected:
+  void expect_the_hosts_bits(const Scene& scene, const std::vector<Blocks>& all) {
+    const Model model = build_model(scene);
+    const auto host = make_solver(model, 1);
+    const int steps = static_cast<int>(0.25 / scene.solver.dt);
+    for (int step = 0; step < steps; ++step) host->step();
+    const std::string start = host->save();
+    for (int step = 0; step < 2; ++step) host->step();
+    for (const Blocks& executor : all) {
+      const auto blocks = make_on_blocks(model, executor);
+      blocks->restore(start);
+      for (int step = 0; step < 2; ++step) blocks->step();
+      EXPECT_EQ(blocks->state_hash(), host->state_hash())
+          << executor.block << " threads, order " << executor.seed << ", after " << steps << " steps";
+    }
+  }
+};
+
+TEST_P(SceneOnBlocks, HasTheHostsBits) {
+  expect_the_hosts_bits(load_shipped(GetParam()), {Blocks{32, 1}, Blocks{128, 2}});
+}
+
+TEST_P(SceneOnBlocks, HasTheHostsBitsInTheOtherPrecision) {
+  Scene scene = load_shipped(GetParam());
+  Precision& precision = scene.solver.precision;
+  precision = precision == Precision::Float ? Precision::Double : Precision::Float;
+  expect_the_hosts_bits(scene, {Blocks{32, 3}});
+}
+
+INSTANTIATE_TEST_SUITE_P(, SceneOnBlocks, testing::ValuesIn(all_scenes()),
+                         [](const auto& tested) { return tested.param; });
+
+}  // namespace
+}  // namespace malha
