@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kCompared = 6;  // of the candidates with all others
 constexpr int kFinestGrid = 7;        // depth: 16 MiB, of which the system gives what is used
-constexpr double kEdges = 2.5;        // mean edges: the side of the grid's cells
+constexpr double kSideInEdges = 2.5;  // mean edges: the side of the grid's cells
 constexpr double kLoose = 0.9;        // of the distance of the grid's centres: Embree then tells a few triangles of it
 
 using S = Lane<double>;
@@ -86,7 +86,7 @@ NearCells::NearCells(const TriangleScene& scene, std::vector<Vec4<double>>& corn
   }
   const auto count = static_cast<long>(triangles.size());
   mesh_.leaf = count <= kSmallMesh ? kShortList : kLeafList;
-  const double side = kEdges * edges / static_cast<double>(count);
+  const double side = kSideInEdges * edges / static_cast<double>(count);
   while (count > kMostListed && mesh_.start < kFinestGrid && 2 * mesh_.half > side * (1 << mesh_.start)) ++mesh_.start;
   mesh_.side = 2 * mesh_.half / (1 << mesh_.start);
   most_cells_ = static_cast<int>(std::min(4096 + count, 1L << 28));

@@ -138,7 +138,7 @@ void require_room(const std::string& file, const Element& element, const Values&
   for (const Property& property : element.properties) each += values.bytes_of(property.count.value_or(property.type));
   const std::size_t most = values.bytes_left() / std::max<std::size_t>(each, 1);
   if (static_cast<unsigned long long>(element.count) > most) {
-    refuse(file, element.place, std::to_string(element.count) + " items of element " + quoted(element.name),
+    refuse(file, element.place, std::to_string(element.count) + " items of element " + malha::quoted(element.name),
            "at most " + std::to_string(most) + ", for which the rest of the file has room");
   }
 }

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr char kSignature[8] = {'m', 'a', 'l', 'h', 'a', 'g', 'l', 'b'};
+constexpr char kPartSignature[8] = {'m', 'a', 'l', 'h', 'a', 'g', 'l', 'b'};
 
 std::string_view bytes_of(const GlbHeader& header) { return {reinterpret_cast<const char*>(&header), sizeof header}; }
 
@@ -25,7 +25,7 @@ GlbHeader glb_header(std::string_view bytes) {
   GlbHeader header{};
   if (bytes.size() < sizeof header) return {};
   std::memcpy(&header, bytes.data(), sizeof header);
-  const bool ours = std::memcmp(header.signature, kSignature, sizeof kSignature) == 0 && header.vertices >= 0 &&
+  const bool ours = std::memcmp(header.signature, kPartSignature, sizeof kPartSignature) == 0 && header.vertices >= 0 &&
                     header.moving >= 0 && header.count >= 0 && header.bytes(header.count) <= bytes.size();
   return ours ? header : GlbHeader{};
 }
@@ -42,7 +42,7 @@ std::string_view glb_binary(std::string_view file) {
 GlbPart::GlbPart(const fs::path& glb, std::size_t vertices, std::size_t moving, int next)
     : path_(glb.string() + ".part"),
       header_{{}, static_cast<std::int32_t>(vertices), static_cast<std::int32_t>(moving), next, 0} {
-  std::memcpy(header_.signature, kSignature, sizeof kSignature);
+  std::memcpy(header_.signature, kPartSignature, sizeof kPartSignature);
   if (next > 0 && (go_on(path_, next) || go_on(glb, next))) return;
   if (next > 0 && (fs::exists(path_) || fs::exists(glb)))
     throw std::runtime_error((fs::exists(path_) ? path_ : glb).string() + ": does not continue at frame " +

@@ -41,7 +41,8 @@ if(MALHA_SANITIZE)
   if(MALHA_SANITIZE MATCHES "undefined")
     list(APPEND malha_code_options -fno-sanitize-recover=undefined)
     if(MALHA_SANITIZE MATCHES "address")
-      list(APPEND malha_code_options -fno-sanitize=null,object-size)  # accesses that the other one stops
+      # Accesses that the other one stops, or that packs stop by themselves. Kernels compile twice as fast without.
+      list(APPEND malha_code_options -fno-sanitize=null,object-size,pointer-overflow,alignment)
     endif()
   endif()
 endif()
