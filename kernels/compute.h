@@ -69,6 +69,10 @@ struct Team {
 inline Serial narrow(const Serial& executor) { return executor; }
 inline Serial narrow(const OpenMP& executor) { return {executor.instructions}; }
 
+/// For what reads and writes the host's memory.
+inline Serial on_host(const Serial& executor) { return executor; }
+inline OpenMP on_host(const OpenMP& executor) { return executor; }
+
 /// Whether this is the one thread of a region that may note what belongs to none of them.
 inline bool leads(const Serial& /*team*/) { return true; }
 inline bool leads(const Team& team) { return team.thread == 0; }
@@ -234,19 +238,32 @@ inline constexpr int kReduceChunk = 256;
 template <class Value, class Kernel>
 struct ReduceGroup {
   Value* partial;
-  const Kernel* kernel;
+  Kernel kernel;
   int n, chunk;
   KERNEL void operator()(int g) const {
     Value sum{};
     const int end = n < (g + 1) * chunk ? n : (g + 1) * chunk;
-    for (int i = g * chunk; i < end; ++i) sum += (*kernel)(i);
+    for (int i = g * chunk; i < end; ++i) sum += kernel(i);
     partial[g] = sum;
   }
 };
 
 template <class Value, class Kernel>
 void note_launch(const ReduceGroup<Value, Kernel>& groups, int) {
-  note_launch(*groups.kernel, groups.n);
+  note_launch(groups.kernel, groups.n);
+}
+
+inline int reduce_chunk(int n) {
+  const int chunk = (n + kReduceGroups - 1) / kReduceGroups;
+  return chunk < kReduceChunk ? kReduceChunk : chunk;
+}
+
+/// The sum, over the first of them.
+template <class Value>
+Value sum_of_tree(Value* partial, int groups) {
+  for (int stride = 1; stride < groups; stride *= 2)
+    for (int g = 0; g + stride < groups; g += 2 * stride) partial[g] += partial[g + stride];
+  return partial[0];
 }
 
 /// The sum of kernel(0) .. kernel(n - 1), added in fixed chunks and then as a fixed tree. Value{} is the zero of `+=`.
@@ -254,13 +271,9 @@ void note_launch(const ReduceGroup<Value, Kernel>& groups, int) {
 template <class Value, class Executor, class Kernel>
 Value parallel_reduce(const Executor& executor, int n, const Kernel& kernel, int grain = kParticleGrain) {
   Value partial[kReduceGroups] = {};
-  int chunk = (n + kReduceGroups - 1) / kReduceGroups;
-  if (chunk < kReduceChunk) chunk = kReduceChunk;
-  const int groups = (n + chunk - 1) / chunk;
-  parallel_for(executor, groups, ReduceGroup<Value, Kernel>{partial, &kernel, n, chunk}, n <= grain ? groups : 0);
-  for (int stride = 1; stride < groups; stride *= 2)
-    for (int g = 0; g + stride < groups; g += 2 * stride) partial[g] += partial[g + stride];
-  return partial[0];
+  const int chunk = reduce_chunk(n), groups = (n + chunk - 1) / chunk;
+  parallel_for(executor, groups, ReduceGroup<Value, Kernel>{partial, kernel, n, chunk}, n <= grain ? groups : 0);
+  return sum_of_tree(partial, groups);
 }
 
 }  // namespace malha

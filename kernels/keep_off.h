@@ -12,6 +12,20 @@ struct Room {
   float speed2;    // the highest, squared, m^2/s^2
 };
 
+/// Of all of them.
+struct LeastRoom {
+  float distance = INFINITY, speed2 = 0;
+  KERNEL LeastRoom& operator+=(const LeastRoom& other) {
+    distance = other.distance < distance ? other.distance : distance;
+    speed2 = speed2 < other.speed2 ? other.speed2 : speed2;
+    return *this;
+  }
+};
+struct SumRooms {
+  const Room* rooms;
+  KERNEL LeastRoom operator()(int word) const { return {rooms[word].distance, rooms[word].speed2}; }
+};
+
 /// Room to one mesh, which does not move; with what there is of others. Pinned particles need none.
 template <class R>
 struct MeasureRoom {

@@ -275,6 +275,49 @@ struct CountTested {
   }
 };
 
+/// Free slots are taken out, here or on the way to other memory. One item: each has the place that those before leave.
+template <class R>
+struct TakeOutFree {
+  Nearby<R> nearby;
+  Near* near_to;
+  Contact<R>* contacts_to;
+  KERNEL void operator()(int) const {
+    int kept = 0;
+    for (int s = 0; s < *nearby.used; ++s) {
+      if (nearby.contacts[s].particle < 0) continue;
+      near_to[kept] = nearby.near[s], contacts_to[kept] = nearby.contacts[s];
+      nearby.slot[contacts_to[kept].particle] = kept;
+      ++kept;
+    }
+    *nearby.used = kept, *nearby.freed = 0;
+  }
+};
+
+/// Of a slot: what was known of its cell.
+struct ForgetCells {
+  Near* near;
+  KERNEL void operator()(int s) const { near[s].cell = 0; }
+};
+
+/// What was seen of a particle, for checkpoints.
+template <class R>
+struct TellSeen {
+  Nearby<R> nearby;
+  LastSeen* to;
+  KERNEL void operator()(int i) const { to[i] = nearby.seen(i); }
+};
+
+/// What was seen of all, from a checkpoint. One item: slots are given in the order of particles.
+template <class R>
+struct SeeAll {
+  Nearby<R> nearby;
+  const LastSeen* seen;
+  int count;
+  KERNEL void operator()(int) const {
+    for (int i = 0; i < count; ++i) nearby.see(i, seen[i]);
+  }
+};
+
 /// Before contacts are laid: what there was is gone. But what comes again to where its contact was laid for, not
 /// farther than `way` (m; below 0: to a mesh that moves), would find the same.
 template <class R>

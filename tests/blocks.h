@@ -2,16 +2,24 @@
 // block, each for itself up to where all wait for each other, and after each wait in another order. What depends on the
 // order, what each thread repeats, and a wait that not all come to, show in the results or end the launch.
 #pragma once
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <boost/context/fiber.hpp>
 #include <boost/context/pooled_fixedsize_stack.hpp>
+#include <cstdint>
+#include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <numeric>
 #include <random>
+#include <set>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "host/base/array.h"
 #include "kernels/compute.h"
 
 namespace malha {
@@ -21,6 +29,114 @@ struct Blocks {
   int block = 32;                                     // threads
   unsigned seed = 1;                                  // of the orders
   Instructions instructions = widest_instructions();  // of what the host computes
+};
+
+/// Memory as of a device: launches and copies alone may touch it. The host that does otherwise ends the program.
+class DeviceMemory {
+ public:
+  static DeviceMemory& the() {
+    static DeviceMemory memory;
+    return memory;
+  }
+  void* allocate(std::size_t bytes) {
+    used_ += (bytes + 63) / 64 * 64, ++arrays_;
+    if (opened_ > 0) protect(PROT_READ | PROT_WRITE);
+    if (used_ > kMost) throw std::bad_alloc();
+    return base_ + used_ - (bytes + 63) / 64 * 64;
+  }
+  /// All is given back at once, with the last array.
+  void release() {
+    if (--arrays_ > 0) return;
+    madvise(base_, kMost, MADV_DONTNEED);
+    used_ = 0;
+  }
+  bool has(std::uintptr_t address) const { return address - reinterpret_cast<std::uintptr_t>(base_) <= kMost; }
+  /// While there is one of these.
+  struct Open {
+    Open() {
+      if (the().opened_++ == 0) the().protect(PROT_READ | PROT_WRITE);
+    }
+    ~Open() {
+      if (--the().opened_ == 0) the().protect(PROT_NONE);
+    }
+    Open(const Open&) = delete;
+    Open& operator=(const Open&) = delete;
+  };
+
+ private:
+  DeviceMemory() {
+    void* const all = mmap(nullptr, kMost, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (all == MAP_FAILED) throw std::bad_alloc();
+    base_ = static_cast<char*>(all);
+  }
+  void protect(int how) const {
+    if (used_ > 0) mprotect(base_, (used_ + 4095) / 4096 * 4096, how);
+  }
+
+  static constexpr std::size_t kMost = std::size_t{16} << 30;  // bytes: addresses, not memory
+  char* base_;
+  std::size_t used_ = 0;
+  int arrays_ = 0, opened_ = 0;
+};
+
+template <>
+struct Memory<Blocks> {
+  static void* allocate(std::size_t bytes) { return DeviceMemory::the().allocate(bytes); }
+  static void release(void*) { DeviceMemory::the().release(); }
+  template <class T>
+  static void fill(T* to, std::size_t count, const T& value) {
+    const DeviceMemory::Open open;
+    std::uninitialized_fill_n(to, count, value);
+  }
+  template <class T>
+  static void copy_in(const T* from, std::size_t count, T* to) {
+    const DeviceMemory::Open open;
+    std::copy_n(from, count, to);
+  }
+  template <class T>
+  static void copy_out(const T* from, std::size_t count, T* to) {
+    const DeviceMemory::Open open;
+    std::copy_n(from, count, to);
+  }
+  template <class T>
+  static bool has(const T* from, std::size_t count, const T& value) {
+    const DeviceMemory::Open open;
+    return std::find(from, from + count, value) != from + count;
+  }
+  static constexpr bool kOfTheHost = false;
+};
+
+/// Kernels that were launched with an address of the host's memory in them: on a device they could not follow it.
+/// Numbers that happen to look like one would be taken for it.
+class HostAddresses {
+ public:
+  static std::set<std::string>& held_by() {
+    static std::set<std::string> names;
+    return names;
+  }
+  /// Of each kind of kernel the first launch is looked at.
+  template <class Kernel>
+  static void look_at(Kernel kernel) {
+    static bool looked = false;
+    if (looked || sizeof(Kernel) < sizeof(std::uintptr_t)) return;
+    looked = true;
+    __builtin_clear_padding(&kernel);  // which may hold anything
+    std::vector<std::uintptr_t> words(sizeof(Kernel) / sizeof(std::uintptr_t));
+    std::memcpy(words.data(), static_cast<const void*>(&kernel), words.size() * sizeof(std::uintptr_t));
+    if (std::ranges::any_of(words, of_the_host)) held_by().insert(kernel_name<Kernel>());
+  }
+
+ private:
+  static bool of_the_host(std::uintptr_t word) {
+    if (word < 4096 || DeviceMemory::the().has(word)) return false;
+    std::ifstream maps("/proc/self/maps");
+    std::string line;
+    while (std::getline(maps, line)) {
+      std::uintptr_t begin = 0, end = 0;
+      if (std::sscanf(line.c_str(), "%lx-%lx", &begin, &end) == 2 && word >= begin && word < end) return true;
+    }
+    return false;
+  }
 };
 
 /// The threads of a block, as fibers.
@@ -86,6 +202,7 @@ void shuffled(int n, unsigned seed, const Work& work) {
 
 inline bool leads(const Blocks&) { return true; }
 inline Blocks narrow(const Blocks& executor) { return executor; }
+inline OpenMP on_host(const Blocks& executor) { return {1, executor.instructions}; }
 
 template <class Work>
 void parallel_region(const Blocks& executor, int /*width*/, const Work& work) {
@@ -95,6 +212,8 @@ void parallel_region(const Blocks& executor, int /*width*/, const Work& work) {
 template <class Kernel>
 void parallel_for(const Blocks& executor, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
   note_launch(kernel, n);
+  HostAddresses::look_at(kernel);
+  const DeviceMemory::Open open;
   shuffled(n, executor.seed, kernel);
 }
 
@@ -102,6 +221,8 @@ void parallel_for(const Blocks& executor, int n, const Kernel& kernel, int /*gra
 template <class Kernel>
 void parallel_groups(const Blocks& executor, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
   note_launch(kernel, end - begin);
+  HostAddresses::look_at(kernel);
+  const DeviceMemory::Open open;
   std::vector<double> fast(memory.bytes / sizeof(double) + 8);
   shuffled(end - begin, executor.seed, [&](int k) {
     std::memset(fast.data(), 0xff, fast.size() * sizeof(double));
@@ -113,6 +234,16 @@ void parallel_groups(const Blocks& executor, int begin, int end, const FastMemor
     else
       kernel(Group<OneLane>{begin + k, -1, aligned});
   });
+}
+
+/// As that of the host's executors, with the partial sums in the device's memory.
+template <class Value, class Kernel>
+Value parallel_reduce(const Blocks& executor, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
+  const int chunk = reduce_chunk(n), groups = (n + chunk - 1) / chunk;
+  const Array<Blocks, Value> partial(kReduceGroups, Value{});
+  parallel_for(executor, groups, ReduceGroup<Value, Kernel>{partial.data(), kernel, n, chunk});
+  std::vector<Value> sums = partial.download();
+  return sum_of_tree(sums.data(), groups);
 }
 
 template <class Kernel>

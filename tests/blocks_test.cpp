@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -78,6 +80,23 @@ TEST(Blocks, ShowARaceByTheirOrders) {
   EXPECT_NE(shifted(1), shifted(2));
 }
 
+struct AddressOf {
+  const int* number;
+  KERNEL void operator()(int) const {}
+};
+TEST(Blocks, NoteAKernelWithAnAddressOfTheHost) {
+  const int number = 7;
+  parallel_for(Blocks{}, 1, AddressOf{&number});
+  EXPECT_TRUE(std::ranges::any_of(HostAddresses::held_by(), [](const auto& name) { return has(name, "AddressOf"); }));
+}
+
+TEST(Blocks, EndTheProgramWhereTheHostTouchesDeviceMemory) {
+  const Array<Blocks, int> array(100, 7);
+  EXPECT_EQ(array.get(99), 7);
+  EXPECT_EQ(array.download(), std::vector<int>(100, 7));
+  EXPECT_DEATH(static_cast<void>(*static_cast<volatile int*>(array.data())), "");
+}
+
 std::vector<std::string> all_scenes() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(MALHA_SOURCE_DIR "/scenes"))
@@ -86,10 +105,22 @@ std::vector<std::string> all_scenes() {
   return names;
 }
 
+/// But in the kernels that ask Embree: a device will leave these questions to the host.
+void expect_no_address_of_the_host(const std::set<std::string>& before) {
+  for (const std::string& name : HostAddresses::held_by()) {
+    if (before.contains(name)) continue;
+    const bool asks =
+        std::ranges::any_of(std::array{"FindContact<", "HoldBounce<", "PutBeforeMeshes<", "MeasureDepth<"},
+                            [&](const char* kernel) { return has(name, kernel); });
+    EXPECT_TRUE(asks) << name;
+  }
+}
+
 /// From where the host has come after a quarter of a second, two steps on each.
 class SceneOnBlocks : public testing::TestWithParam<std::string> {
  protected:
   void expect_the_hosts_bits(const Scene& scene, const std::vector<Blocks>& all) {
+    const std::set<std::string> before = HostAddresses::held_by();
     const Model model = build_model(scene);
     const auto host = make_solver(model, 1);
     const int steps = static_cast<int>(0.25 / scene.solver.dt);
@@ -102,7 +133,11 @@ class SceneOnBlocks : public testing::TestWithParam<std::string> {
       for (int step = 0; step < 2; ++step) blocks->step();
       EXPECT_EQ(blocks->state_hash(), host->state_hash())
           << executor.block << " threads, order " << executor.seed << ", after " << steps << " steps";
+      EXPECT_EQ(blocks->save(), host->save());
+      EXPECT_EQ(blocks->measure().kinetic, host->measure().kinetic);
+      EXPECT_EQ(blocks->measure().elastic, host->measure().elastic);
     }
+    expect_no_address_of_the_host(before);
   }
 };
 

@@ -46,6 +46,11 @@ struct Memory {
   static void copy_out(const T* from, std::size_t count, T* to) {
     std::copy_n(from, count, to);
   }
+  template <class T>
+  static bool has(const T* from, std::size_t count, const T& value) {
+    return std::find(from, from + count, value) != from + count;
+  }
+  static constexpr bool kOfTheHost = true;  // which may write there without a copy
 };
 
 /// A fixed number of plain T in the executor's memory; empty arrays allocate nothing.
@@ -87,6 +92,11 @@ class Array {
     Memory<Executor>::copy_out(data_, size_, values.data());
     return values;
   }
+  T get(std::size_t i) const {
+    T value;
+    Memory<Executor>::copy_out(data_ + i, 1, &value);
+    return value;
+  }
 
  private:
   void swap(Array& other) {
@@ -95,6 +105,27 @@ class Array {
   }
   T* data_ = nullptr;
   std::size_t size_ = 0;
+};
+
+/// An array that the host fills piece by piece: where it lies, or in memory of the host until it is sent.
+template <class Executor, class T>
+class FilledArray {
+ public:
+  FilledArray() = default;
+  FilledArray(std::size_t size, const T& value) : array_(size, value) {
+    if (!Memory<Executor>::kOfTheHost) own_.assign(size, value);
+  }
+  T* to_fill() { return Memory<Executor>::kOfTheHost ? array_.data() : own_.data(); }
+  const T* filled() const { return Memory<Executor>::kOfTheHost ? array_.data() : own_.data(); }
+  void send() {
+    if (!Memory<Executor>::kOfTheHost) array_.upload(own_), own_ = {};
+  }
+  T* data() const { return array_.data(); }
+  std::size_t bytes() const { return array_.bytes(); }
+
+ private:
+  Array<Executor, T> array_;
+  std::vector<T> own_;
 };
 
 }  // namespace malha

@@ -73,11 +73,7 @@ class Collider {
             MeasureRoom<R>{particles.x, particles.v, particles.w, particles.count, nearby.at, nearby.distance,
                            static_cast<float>(2 * obstacles_[k].spec.thickness), rounding, k == 0, rooms_.data()});
     }
-    Room all{INFINITY, 0};
-    for (int word = 0; word < words_; ++word) {
-      all.distance = std::min(all.distance, rooms_.data()[word].distance);
-      all.speed2 = std::max(all.speed2, rooms_.data()[word].speed2);
-    }
+    const LeastRoom all = parallel_reduce<LeastRoom>(executor_, words_, SumRooms{rooms_.data()});
     const double speed = (all.distance - g * h * h) / ((substeps + 1) * h);
     return std::sqrt(all.speed2) + g * h * substeps < speed ? speed : 0;
   }
@@ -158,12 +154,12 @@ class Collider {
   /// What a later substep depends on, for checkpoints: of each particle, mesh after mesh.
   std::vector<LastSeen> memory() const {
     std::vector<LastSeen> all;
-    for (const Obstacle& o : obstacles_) o.memory.append_to(all);
+    for (const Obstacle& o : obstacles_) o.memory.append_to(executor_, all);
     return all;
   }
   void remember(const std::vector<LastSeen>& all) {
     const LastSeen* from = all.data();
-    for (Obstacle& o : obstacles_) o.memory.remember(from), from += all.size() / obstacles_.size();
+    for (Obstacle& o : obstacles_) o.memory.remember(executor_, from), from += all.size() / obstacles_.size();
   }
 
  private:
@@ -189,7 +185,7 @@ class Collider {
     for (Obstacle& o : obstacles_) {
       meshes_.push_back(
           {&o.surface, o.spec.sides, o.spec.thickness, pose_at(o.spec.motion, start), pose_at(o.spec.motion, end)});
-      if (o.surface.tidy()) o.memory.forget_cells();
+      if (o.surface.tidy()) o.memory.forget_cells(executor_);
       nearby_.push_back(o.memory.view());
     }
   }
@@ -206,7 +202,7 @@ class Collider {
           MayTouch<R>{particles.x, particles.p, particles.count, nearby.at, nearby.distance, nearby.balls,
                       FloatPose(mesh.before), FloatPose(mesh.after), reach, add, bits_.data()});
     const Tested tested = parallel_reduce<Tested>(executor_, words_, CountTested{bits_.data(), nearby.slot});
-    memory.make_room(tested.without_slot);
+    memory.make_room(executor_, tested.without_slot);
     return tested.all;
   }
 

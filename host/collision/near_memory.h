@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "host/base/array.h"
+#include "kernels/compute.h"
 #include "kernels/nearby.h"
 
 namespace malha {
@@ -25,11 +26,11 @@ class NearMemory {
             contacts_.data(),         near_.data(),  counts_.data(),   counts_.data() + 1};
   }
 
-  int slots() const { return counts_.data()[0]; }
+  int slots() const { return counts_.get(0); }
 
   /// Room for so many more slots, and for not many more than are used: free ones are taken out.
-  void make_room(int more) {
-    int &used = counts_.data()[0], &freed = counts_.data()[1];
+  void make_room(const Executor& executor, int more) {
+    const int used = counts_.get(0), freed = counts_.get(1);
     const std::size_t needed = static_cast<std::size_t>(used - freed) + static_cast<std::size_t>(more);
     const bool wide = near_.size() > 4 * needed + 1024;
     if (freed <= used / 4 + kSpare && static_cast<std::size_t>(used) + static_cast<std::size_t>(more) <= near_.size() &&
@@ -42,42 +43,35 @@ class NearMemory {
       const std::size_t room = needed + needed / 8 + (more > 0 ? kSpare / 2 : 0);
       near_to = Array<Executor, Near>(room), contacts_to = Array<Executor, Contact<R>>(room);
     }
-    Near *const near = near_.data(), *const near_into = moves ? near_to.data() : near;
-    Contact<R>*const contacts = contacts_.data(), *const contacts_into = moves ? contacts_to.data() : contacts;
-    int kept = 0;
-    for (int s = 0; s < used; ++s) {
-      if (contacts[s].particle < 0) continue;
-      near_into[kept] = near[s], contacts_into[kept] = contacts[s];
-      slot_.data()[contacts_into[kept].particle] = kept;
-      ++kept;
-    }
+    parallel_for(
+        executor, 1,
+        TakeOutFree<R>{view(), moves ? near_to.data() : near_.data(), moves ? contacts_to.data() : contacts_.data()});
     written_ = used > written_ ? used : written_;
-    if (moves) near_ = std::move(near_to), contacts_ = std::move(contacts_to), written_ = kept;
-    used = kept, freed = 0;
+    if (moves) near_ = std::move(near_to), contacts_ = std::move(contacts_to), written_ = used - freed;
   }
 
   /// Cells are no longer what they were.
-  void forget_cells() {
-    for (int s = 0; s < slots(); ++s) near_.data()[s].cell = 0;
-  }
+  void forget_cells(const Executor& executor) { parallel_for(executor, slots(), ForgetCells{near_.data()}); }
 
   /// What a later substep depends on, for checkpoints.
-  void append_to(std::vector<LastSeen>& all) const {
-    const Nearby<R> nearby = view();
-    for (int i = 0; i < static_cast<int>(slot_.size()); ++i) all.push_back(nearby.seen(i));
+  void append_to(const Executor& executor, std::vector<LastSeen>& all) const {
+    const Array<Executor, LastSeen> seen(slot_.size());
+    parallel_for(executor, static_cast<int>(slot_.size()), TellSeen<R>{view(), seen.data()});
+    const std::vector<LastSeen> own = seen.download();
+    all.insert(all.end(), own.begin(), own.end());
   }
-  void remember(const LastSeen* all) {
-    const int n = static_cast<int>(slot_.size());
-    std::fill_n(slot_.data(), n, -1);
-    counts_.data()[0] = counts_.data()[1] = 0;
+  void remember(const Executor& executor, const LastSeen* all) {
+    const std::size_t n = slot_.size();
+    slot_.upload(std::vector<int>(n, -1)), counts_.upload({0, 0});
     int near = 0;
-    for (int i = 0; i < n; ++i) near += Nearby<R>::needs_slot(all[i]);
-    make_room(near);
-    for (int i = 0; i < n; ++i) view().see(i, all[i]);
+    for (std::size_t i = 0; i < n; ++i) near += Nearby<R>::needs_slot(all[i]);
+    make_room(executor, near);
+    const Array<Executor, LastSeen> seen(std::vector<LastSeen>(all, all + n));
+    parallel_for(executor, 1, SeeAll<R>{view(), seen.data(), static_cast<int>(n)});
   }
 
   static constexpr std::size_t kSlotBytes = sizeof(Near) + sizeof(Contact<R>);
-  int near() const { return counts_.data()[0] - counts_.data()[1]; }
+  int near() const { return counts_.get(0) - counts_.get(1); }
   /// Of slots that were ever filled: there is room for more, in pages that nothing was written to.
   std::size_t near_bytes() const { return static_cast<std::size_t>(std::max(written_, slots())) * kSlotBytes; }
   std::size_t bytes() const { return at_.bytes() + distance_.bytes() + balls_.bytes() + slot_.bytes() + near_bytes(); }

@@ -18,8 +18,8 @@ class DenseFilter {
       : executor_(executor), plan_(plan_dense(system)) {
     chunks_ = Array<Executor, DenseChunk>(plan_.chunks), rows_ = Array<Executor, DenseRow>(plan_.rows);
     particle_ = Array<Executor, int>(plan_.particle);
-    values_ = Array<Executor, V>(static_cast<std::size_t>(plan_.values), V(0));
-    if (kIntegers) scale_ = Array<Executor, T>(plan_.particle.size(), T(0));
+    values_ = FilledArray<Executor, V>(static_cast<std::size_t>(plan_.values), V(0));
+    if (kIntegers) scale_ = FilledArray<Executor, T>(plan_.particle.size(), T(0));
     x_ = Array<Executor, T>(std::size_t(kDenseSides) * plan_.rows.size(), T(0));
     y_ = Array<Executor, T>(std::size_t(kDenseSides) * plan_.sums, T(0));
     width_ = std::max(1, std::min({threads, static_cast<int>(plan_.chunks.size()),
@@ -30,7 +30,7 @@ class DenseFilter {
   /// What the integers are multiples of: sqrt(S_ii) and sqrt(S_jj), so that S_ij / (scale_i scale_j) is at most 32767.
   /// To be called for every unknown before the first `take`.
   void take_diagonal(int body, int unknown, double number) {
-    if (kIntegers) scale_.data()[plan_.first_row[body] + unknown] = T(std::sqrt(std::max(number, 0.0) / 32767));
+    if (kIntegers) scale_.to_fill()[plan_.first_row[body] + unknown] = T(std::sqrt(std::max(number, 0.0) / 32767));
   }
 
   /// Rounds column `j` of a body's S, from its diagonal downwards, and keeps it. `column`: by the body's unknowns.
@@ -39,7 +39,7 @@ class DenseFilter {
     const int b = j / kDenseRows, c = j % kDenseRows;
     const std::int64_t at = plan_.at[body];
     const auto put = [&](int i, int row_block, std::int64_t place) {
-      values_.data()[at + dense_numbers(row_block) + place] = stored(body, i, j, column(i));
+      values_.to_fill()[at + dense_numbers(row_block) + place] = stored(body, i, j, column(i));
     };
     // Within the diagonal block both halves are there; below, four rows of 16 columns lie together.
     for (int i = j; i < std::min(count, kDenseRows * (b + 1)); ++i) {
@@ -52,6 +52,9 @@ class DenseFilter {
       put(i, row, std::int64_t(4) * kDenseRows * (std::int64_t(panel) * row + b) + kDenseRows * r + c);
     }
   }
+
+  /// All numbers are taken.
+  void send() { values_.send(), scale_.send(); }
 
   /// Filters forces: S takes them from `ends` and gives accelerations back.
   template <class Ends>
@@ -80,7 +83,7 @@ class DenseFilter {
 
   V stored(int body, int i, int j, double number) const {
     if constexpr (kIntegers) {
-      const T* scale = scale_.data() + plan_.first_row[body];
+      const T* scale = scale_.filled() + plan_.first_row[body];
       const double unit = double(scale[i]) * double(scale[j]);
       return V(unit > 0 ? std::clamp(std::lround(number / unit), -32767L, 32767L) : 0);
     } else {
@@ -93,8 +96,9 @@ class DenseFilter {
   Array<Executor, DenseChunk> chunks_;
   Array<Executor, DenseRow> rows_;
   Array<Executor, int> particle_;
-  Array<Executor, V> values_;
-  Array<Executor, T> scale_, x_, y_;
+  FilledArray<Executor, V> values_;
+  FilledArray<Executor, T> scale_;
+  Array<Executor, T> x_, y_;
   int width_ = 1;
 };
 

@@ -175,6 +175,7 @@ class Maker {
     facts_.storage = storage_ == Storage::Double ? "double" : storage_ == Storage::Float ? "float" : "int16";
     facts_.why = why_;
     facts_.unknowns = system_.count(), facts_.bodies = static_cast<int>(system_.blocks.size());
+    made->engine.send();
     facts_.numbers = made->engine.numbers(), facts_.bytes = made->engine.bytes();
     facts_.launches = made->engine.launches();
     made->facts() = facts_;

@@ -21,7 +21,8 @@ class SparseFilter {
     rows_ = Array<Executor, int>(plan_.rows), particle_ = Array<Executor, int>(plan_.particle);
     above_ = Array<Executor, int>(plan_.above), sum_ = Array<Executor, int>(plan_.sum);
     from_ = Array<Executor, int>(plan_.from);
-    values_ = Array<Executor, T>(static_cast<std::size_t>(plan_.values) + 16, T(0));  // a tile may reach beyond the end
+    values_ =
+        FilledArray<Executor, T>(static_cast<std::size_t>(plan_.values) + 16, T(0));  // a tile may reach beyond the end
     memory_bytes_ = (plan_.most_rows * sizeof(Vec4<T>) / 128 + 1) * 128 + 64;
     const auto tasks = static_cast<int>(plan_.tasks.size()) - 1;
     width_ = std::max(1, std::min({threads, tasks, static_cast<int>(plan_.values / kGrain)}));
@@ -34,12 +35,15 @@ class SparseFilter {
   /// Rounds a panel of the factor and keeps it.
   void take(int supernode, const double* numbers) {
     const Panel& panel = plan_.panels[plan_.panel_of[supernode]];
-    T* to = values_.data() + panel.at;
+    T* to = values_.to_fill() + panel.at;
     for (int b = 0; b < panel.blocks(); ++b)
       for (int j = 0; j < panel.columns; ++j)
         for (int r = 4 * b; r < 4 * b + 4; ++r)
           *to++ = r < panel.height() ? T(numbers[std::int64_t(j) * panel.height() + r]) : T(0);
   }
+
+  /// All numbers are taken.
+  void send() { values_.send(); }
 
   /// What a product works in.
   struct Workspace {
@@ -140,7 +144,7 @@ class SparseFilter {
   Array<Executor, Panel> panels_;
   Array<Executor, FilterTask> tasks_;
   Array<Executor, int> rows_, particle_, above_, sum_, from_;
-  Array<Executor, T> values_;
+  FilledArray<Executor, T> values_;
   Workspace own_;
   std::size_t memory_bytes_ = 0;
   int width_ = 1;

@@ -161,8 +161,8 @@ class Stepper : public Solver {
   Measures measure() const final {
     Measures m = measure_motion(executor_, particles(), model_.scene.gravity);
     const std::vector<Vec3> x = x_.download();
-    measure_constraints(executor_, model_, x, m);
-    measure_tetrahedra(executor_, model_, x, m);
+    measure_constraints(on_host(executor_), model_, x, m);
+    measure_tetrahedra(on_host(executor_), model_, x, m);
     for (const auto& pressure : pressures_) {
       m.volume_ratios.push_back(pressure.volume_ratio(x_.points()));
       m.elastic += pressure.energy(x_.points());

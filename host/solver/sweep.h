@@ -121,10 +121,7 @@ class Sweep {
     visit.most_speed2 = R(speed) * R(speed);
     visit.fast = noted_in(visit.substep);
   }
-  bool noted(int substep) const {
-    const int* const first = noted_in(substep);
-    return std::find(first, first + patches_.size(), substep) != first + patches_.size();
-  }
+  bool noted(int substep) const { return Memory<Executor>::has(noted_in(substep), patches_.size(), substep); }
 
   /// Memory for visits that keep nothing, on so many threads.
   void make_memory(int threads) {
@@ -218,7 +215,7 @@ class Sweep {
       std::copy(own, own + Kind::numbers, to);
       if (int(numbers) > Kind::numbers) to[Kind::numbers] = R(set.softness.empty() ? 1 : set.softness[c]);
     };
-    parallel_for(executor_, static_cast<int>(plan.constraint.size()), measure);
+    parallel_for(on_host(executor_), static_cast<int>(plan.constraint.size()), measure);
     return rest;
   }
 
