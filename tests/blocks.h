@@ -2,6 +2,7 @@
 // block, each for itself up to where all wait for each other, and after each wait in another order. What depends on the
 // order, what each thread repeats, and a wait that not all come to, show in the results or end the launch.
 #pragma once
+#include <sanitizer/asan_interface.h>
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -178,8 +179,17 @@ class Turns {
     Fiber self, scheduler;
     int items = -1;  // what it waits after
   };
-  static boost::context::pooled_fixedsize_stack& stacks() {
-    static boost::context::pooled_fixedsize_stack pool(256 * 1024);
+  /// Fresh ones, as the address sanitizer sees it, which keeps notes of those that were there before.
+  struct Stacks : boost::context::pooled_fixedsize_stack {
+    using boost::context::pooled_fixedsize_stack::pooled_fixedsize_stack;
+    boost::context::stack_context allocate() {
+      const boost::context::stack_context stack = boost::context::pooled_fixedsize_stack::allocate();
+      ASAN_UNPOISON_MEMORY_REGION(static_cast<char*>(stack.sp) - stack.size, stack.size);
+      return stack;
+    }
+  };
+  static Stacks& stacks() {
+    static Stacks pool(256 * 1024);
     return pool;
   }
   void wait(int rank, int items) {
