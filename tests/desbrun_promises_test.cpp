@@ -65,12 +65,14 @@ TEST_P(DesbrunBits, AreTheSameOnAnyNumberOfThreads) {
   EXPECT_NE(hash(other, {.threads = 1}), serial) << "which every bit of the state goes into";
 }
 
+#if defined(TESTS_BLOCKS)
 TEST_P(DesbrunBits, AreTheSameOnBlocksOfThreads) {
   const Scene scene = everything();
   const std::uint64_t serial = hash(scene, {.threads = 1});
   for (const int threads : {1, 32, 128})
     EXPECT_EQ(hash_on_blocks(scene, 4, {threads}), serial) << threads << " threads";
 }
+#endif
 
 TEST_P(DesbrunBits, AreTheSameWithEveryInstructionSet) {
   const std::vector<std::string> sets = instruction_sets();
@@ -127,7 +129,9 @@ TEST(DesbrunBitsOfALargeSheet, AreTheSameOnAnyNumberOfThreads) {
   const std::uint64_t one = hash(1);
   EXPECT_EQ(hash(2), one);
   EXPECT_EQ(hash(3), one);
+#if defined(TESTS_BLOCKS)
   EXPECT_EQ(hash_on_blocks(scene, 3, {32}), one);
+#endif
 }
 
 /// The shipped scenes with another method's name in them.

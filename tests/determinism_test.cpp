@@ -83,6 +83,7 @@ void expect_equal_bits(const Scene& scene, int steps) {
 
 TEST_P(Determinism, HoldsOnAnyNumberOfThreads) { expect_equal_bits(everything(24, 3, GetParam()), 30); }
 
+#if defined(TESTS_BLOCKS)
 TEST_P(Determinism, HoldsOnBlocksOfThreads) {
   const Scene scene = everything(24, 3, GetParam());
   const std::uint64_t serial = hash_after(scene, 30, {.threads = 1, .backend = Backend::Serial});
@@ -90,6 +91,7 @@ TEST_P(Determinism, HoldsOnBlocksOfThreads) {
     for (const int threads : {1, 32, 128})
       EXPECT_EQ(hash_on_blocks(scene, 30, {threads, seed}), serial) << threads << " threads, order " << seed;
 }
+#endif
 
 /// As ThreadChoice does it.
 TEST_P(Determinism, HoldsWhereEachStepRunsOnAnotherNumberOfThreads) {
@@ -161,7 +163,9 @@ TEST_P(Visited, HasTheSameBitsOnAnyNumberOfThreads) {
   for (const Scene& one : {plain, windy}) {
     const std::uint64_t serial = hash(one, {.threads = 1, .backend = Backend::Serial});
     for (const int threads : {1, 2, 3, 8}) EXPECT_EQ(serial, hash(one, {.threads = threads})) << threads << " threads";
+#if defined(TESTS_BLOCKS)
     EXPECT_EQ(serial, hash_on_blocks(one, 8, {32})) << "a block of 32 threads";
+#endif
   }
 }
 

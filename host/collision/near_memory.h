@@ -43,9 +43,10 @@ class NearMemory {
       const std::size_t room = needed + needed / 8 + (more > 0 ? kSpare / 2 : 0);
       near_to = Array<Executor, Near>(room), contacts_to = Array<Executor, Contact<R>>(room);
     }
-    parallel_for(
-        executor, 1,
-        TakeOutFree<R>{view(), moves ? near_to.data() : near_.data(), moves ? contacts_to.data() : contacts_.data()});
+    if (used > 0)
+      parallel_for(
+          executor, 1,
+          TakeOutFree<R>{view(), moves ? near_to.data() : near_.data(), moves ? contacts_to.data() : contacts_.data()});
     written_ = used > written_ ? used : written_;
     if (moves) near_ = std::move(near_to), contacts_ = std::move(contacts_to), written_ = used - freed;
   }

@@ -61,8 +61,9 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
   line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
   line("levels", launches_of_levels(model, facts));
-  // Found before the iterations, held back after them; twice a first test. None without an environment.
-  line("collision", (obstacles > 0 ? substeps * (6 * obstacles + 1) : 0) + (facts.flies ? obstacles : 0));
+  // Found before the iterations, held back after them; twice a first test. None without an environment. In flight how
+  // much room there is to each object, and to all.
+  line("collision", (obstacles > 0 ? substeps * (6 * obstacles + 1) : 0) + (facts.flies ? obstacles + 1 : 0));
   line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);
   line("pressure", 3 * projections * model.pressures.size());
@@ -80,7 +81,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   line("tearing", tears(model.scene) ? 1 : 0);
   line("sleep", model.scene.sleep ? 1 : 0);  // asleep, a step is none of all these
   if (facts.flies)
-    all.push_back({"while nothing comes near the environment", 2 * obstacles + sweeps,
+    all.push_back({"while nothing comes near the environment", 2 * obstacles + 1 + sweeps,
                    ", of collision and of visits, and none between them"});
   return all;
 }
