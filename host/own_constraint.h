@@ -11,18 +11,18 @@ namespace malha {
 
 /// Constraints that share no particle, to be evaluated at once.
 struct OwnBatch {
-  int count;          // of constraints
-  const Vec3* x;      // m; k a constraint, in the order of its particles
-  const int* number;  // of each: its place in OwnConstraint::particles, divided by k
-  double* C;          // to be filled, one a constraint
-  Vec3* gradient;     // to be filled with dC/dx, k a constraint
+  int count;          ///< of constraints
+  const Vec3* x;      ///< m; k a constraint, in the order of its particles
+  const int* number;  ///< of each: its place in OwnConstraint::particles, divided by k
+  double* C;          ///< to be filled, one a constraint
+  Vec3* gradient;     ///< to be filled with dC/dx, k a constraint
 };
 
 struct OwnConstraint {
-  std::string name = "own";    // for messages
-  int arity = 2;               // k: particles of each
-  std::vector<int> particles;  // k a constraint, different ones; numbered as in Simulation::positions() at the start
-  double compliance = 0;       // >= 0, XPBD's alpha: C^2 / (2 alpha) is an energy in J
+  std::string name = "own";    ///< for messages
+  int arity = 2;               ///< k: particles of each
+  std::vector<int> particles;  ///< k a constraint, different ones; numbered as in Simulation::positions() at the start
+  double compliance = 0;       ///< >= 0, XPBD's alpha: C^2 / (2 alpha) is an energy in J
   // Called by the thread that steps, never by two at once. It must depend on its arguments alone, or runs differ.
   std::function<void(const OwnBatch&)> evaluate;
 };

@@ -20,19 +20,20 @@ namespace malha {
 enum class Backend { OpenMP, Serial };
 
 struct SimulationOptions {
-  int threads = 0;       // OpenMP: 0 means as many as OpenMP offers (OMP_NUM_THREADS, or the cores), at most
-  bool at_most = false;  // steps run on all threads, or on one while other programs make that faster. So always for 0
+  int threads = 0;       ///< OpenMP: 0 means as many as OpenMP offers (OMP_NUM_THREADS, or the cores), at most
+  bool at_most = false;  ///< steps run on all threads, or on one while other programs make that faster. So always for 0
   Backend backend = Backend::OpenMP;
-  std::string instructions = {};  // "": the widest that the CPU has; or "baseline", "avx2", "avx512"
-  bool by_hand = false;  // particles may be taken by hand (pull, hold). Costs memory where levels or patches keep some
-  std::vector<OwnConstraint> constraints = {};  // of the caller's own: slow, and for as long as the simulation lives
+  std::string instructions = {};  ///< "": the widest that the CPU has; or "baseline", "avx2", "avx512"
+  bool by_hand =
+      false;  ///< particles may be taken by hand (pull, hold). Costs memory where levels or patches keep some
+  std::vector<OwnConstraint> constraints = {};  ///< of the caller's own: slow, and for as long as the simulation lives
   // Of a set-up that takes long; part in [0, 1], or -1 where what begins does not know how far it is.
   std::function<void(const char* what, double part)> progress = {};
 };
 
-struct Model;     // host/model/model.h, for the parts of malha that look closer
-class Solver;     // host/solver/solver.h
-struct RunTimes;  // host/report/report.h
+struct Model;     ///< host/model/model.h, for the parts of malha that look closer
+class Solver;     ///< host/solver/solver.h
+struct RunTimes;  ///< host/report/report.h
 
 class Simulation {
  public:
@@ -115,8 +116,8 @@ class Simulation {
   /// Ends the scene's sleep, if it has a "sleep" and sleeps: for what is changed from outside.
   void wake();
 
-  double time() const;         // s
-  std::int64_t steps() const;  // since the start of the scene, across resumed runs
+  double time() const;         ///< s
+  std::int64_t steps() const;  ///< since the start of the scene, across resumed runs
   int threads() const;
 
   /// All bodies one after the other, in the scene's order and each in its mesh's order; m and m/s.
@@ -176,7 +177,7 @@ class Simulation {
   /// lines about it.
   std::string report(const std::string& status, const std::vector<std::string>& notes = {}) const;
 
-  const Model& model() const;  // what is left of it, see host/model/footprint.h
+  const Model& model() const;  ///< what is left of it, see host/model/footprint.h
   const Solver& solver() const;
   const RunTimes& times() const;
 

@@ -32,10 +32,10 @@ inline std::string printable(std::string_view text) {
     unsigned code = length < 2 ? lead : lead & (0x7fu >> length);
     bool good = length > 0;
     for (std::size_t i = 1; i < length; ++i) good = good && byte(i) >> 6 == 0x2, code = code << 6 | (byte(i) & 0x3f);
-    constexpr unsigned least[] = {0, 0, 0x80, 0x800, 0x10000};  // overlong forms could hide what they stand for
+    constexpr unsigned least[] = {0, 0, 0x80, 0x800, 0x10000};  ///< overlong forms could hide what they stand for
     good = good && code >= least[length] && code <= 0x10ffff && !(code >= 0xd800 && code < 0xe000);
     const bool control = code < 0x20 || (code >= 0x7f && code < 0xa0) || (code >= 0x2028 && code < 0x202f) ||
-                         (code >= 0x2066 && code < 0x206a) || code == 0xfeff;  // lines, turns of direction
+                         (code >= 0x2066 && code < 0x206a) || code == 0xfeff;  ///< lines, turns of direction
     shown += good && !control ? std::string(text.substr(at, length)) : "?";
     at += good ? length : 1;
   }

@@ -18,6 +18,6 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)  # what the programs need to run
 # What programs that use the library are linked with, and what draws charts.
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, libembree-dev, libmetis-dev, zlib1g-dev, gnuplot-nox")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, libembree-dev, libmetis-dev, libtinygltf-dev, zlib1g-dev, gnuplot-nox")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy")  # of the module for Python
 include(CPack)
