@@ -78,6 +78,33 @@ TEST(ShippedScenes, AreAllThere) {
   for (std::string name; promised >> name;) EXPECT_TRUE(std::binary_search(names.begin(), names.end(), name)) << name;
 }
 
+// Each example of scenes/README.md is a whole scene, a body of one, or some of its keys beside those of a hanging sheet.
+TEST(ScenesPage, HasExamplesThatAreSound) {
+  const std::string page = bytes_of(MALHA_SOURCE_DIR "/scenes/README.md");
+  const Json base = Json::parse(R"({
+    "name": "example", "solver": {"type": "pbd"}, "gravity": [0, -9.81, 0], "duration": 1,
+    "environment": [{"name": "pole", "shape": {"box": {"size": [0.1, 3, 0.1], "cells": [1, 1, 1]}},
+                     "transform": {"translate": [9, 0, 9]}}],
+    "bodies": [{"name": "sheet", "shape": {"grid": {"size": [1, 1], "cells": [4, 4]}}, "mass": 1,
+                "constraints": [{"type": "distance"}]}]})");
+  int examples = 0;
+  for (std::size_t at = page.find("```json\n"); at != std::string::npos; at = page.find("```json\n", at)) {
+    at += 8;
+    const std::string text = page.substr(at, page.find("```", at) - at);
+    const Json example = Json::parse(text);
+    Json scene = base;
+    if (example.contains("shape")) {
+      scene["bodies"][0] = example;
+      scene["bodies"][0]["name"] = "sheet";
+    } else {
+      scene.update(example);
+    }
+    EXPECT_NO_THROW(build_model(parse_scene(scene.dump(), "scenes/README.md", MALHA_SOURCE_DIR "/scenes"))) << text;
+    ++examples;
+  }
+  EXPECT_GE(examples, 19);
+}
+
 // The scene on the first page: as it stands there it runs without a warning, and the sheet is no rubber.
 TEST(FirstPage, ShowsASheetThatHangs) {
   const std::string page = bytes_of(MALHA_SOURCE_DIR "/README.md");

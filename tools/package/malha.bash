@@ -6,7 +6,7 @@ _malha() {
   elif [[ $now == -* ]]; then
     words=$("$program" "${COMP_WORDS[1]}" --help 2>/dev/null | grep --only-matching -e '^  [^ ]*' | tr ',' '\n' | grep --only-matching -e '--[a-z-]*')
   else
-    mapfile -t COMPREPLY < <(compgen -f -X '!*.@(json|obj|ply|off|stl|node|msh)' -- "$now"; compgen -d -- "$now")
+    mapfile -t COMPREPLY < <(compgen -f -X '!*.@(json|obj|ply|off|stl|node|ele|msh|mesh)' -- "$now"; compgen -d -- "$now")
     return
   fi
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$now")
