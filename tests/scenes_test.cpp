@@ -78,7 +78,8 @@ TEST(ShippedScenes, AreAllThere) {
   for (std::string name; promised >> name;) EXPECT_TRUE(std::binary_search(names.begin(), names.end(), name)) << name;
 }
 
-// Each example of scenes/README.md is a whole scene, a body of one, or some of its keys beside those of a hanging sheet.
+// Each example of scenes/README.md is a whole scene, a body of one, or some of its keys beside those of a hanging
+// sheet.
 TEST(ScenesPage, HasExamplesThatAreSound) {
   const std::string page = bytes_of(MALHA_SOURCE_DIR "/scenes/README.md");
   const Json base = Json::parse(R"({
