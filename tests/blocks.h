@@ -2,7 +2,6 @@
 // block, each for itself up to where all wait for each other, and after each wait in another order. What depends on the
 // order, what each thread repeats, and a wait that not all come to, show in the results or end the launch.
 #pragma once
-#include <sanitizer/asan_interface.h>
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -40,10 +39,11 @@ class DeviceMemory {
     return memory;
   }
   void* allocate(std::size_t bytes) {
-    used_ += (bytes + 63) / 64 * 64, ++arrays_;
+    const std::size_t begin = used_, size = (bytes + 63) / 64 * 64;
+    if (size > kMost - begin) throw std::bad_alloc();
+    used_ += size, ++arrays_;
     if (opened_ > 0) protect(PROT_READ | PROT_WRITE);
-    if (used_ > kMost) throw std::bad_alloc();
-    return base_ + used_ - (bytes + 63) / 64 * 64;
+    return base_ + begin;
   }
   /// All is given back at once, with the last array.
   void release() {
@@ -87,22 +87,22 @@ struct Memory<Blocks> {
   template <class T>
   static void fill(T* to, std::size_t count, const T& value) {
     const DeviceMemory::Open open;
-    std::uninitialized_fill_n(to, count, value);
+    Memory<Serial>::fill(to, count, value);
   }
   template <class T>
   static void copy_in(const T* from, std::size_t count, T* to) {
     const DeviceMemory::Open open;
-    std::copy_n(from, count, to);
+    Memory<Serial>::copy_in(from, count, to);
   }
   template <class T>
   static void copy_out(const T* from, std::size_t count, T* to) {
     const DeviceMemory::Open open;
-    std::copy_n(from, count, to);
+    Memory<Serial>::copy_out(from, count, to);
   }
   template <class T>
   static bool has(const T* from, std::size_t count, const T& value) {
     const DeviceMemory::Open open;
-    return std::find(from, from + count, value) != from + count;
+    return Memory<Serial>::has(from, count, value);
   }
   static constexpr bool kOfTheHost = false;
 };
@@ -179,17 +179,8 @@ class Turns {
     Fiber self, scheduler;
     int items = -1;  // what it waits after
   };
-  /// Fresh ones, as the address sanitizer sees it, which keeps notes of those that were there before.
-  struct Stacks : boost::context::pooled_fixedsize_stack {
-    using boost::context::pooled_fixedsize_stack::pooled_fixedsize_stack;
-    boost::context::stack_context allocate() {
-      const boost::context::stack_context stack = boost::context::pooled_fixedsize_stack::allocate();
-      ASAN_UNPOISON_MEMORY_REGION(static_cast<char*>(stack.sp) - stack.size, stack.size);
-      return stack;
-    }
-  };
-  static Stacks& stacks() {
-    static Stacks pool(256 * 1024);
+  static boost::context::pooled_fixedsize_stack& stacks() {
+    static boost::context::pooled_fixedsize_stack pool(256 * 1024);
     return pool;
   }
   void wait(int rank, int items) {

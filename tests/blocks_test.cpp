@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -97,14 +97,6 @@ TEST(Blocks, EndTheProgramWhereTheHostTouchesDeviceMemory) {
   EXPECT_DEATH(static_cast<void>(*static_cast<volatile int*>(array.data())), "");
 }
 
-std::vector<std::string> all_scenes() {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(MALHA_SOURCE_DIR "/scenes"))
-    if (entry.path().extension() == ".json" && entry.path().stem() != "schema")
-      names.push_back(entry.path().stem().string());
-  return names;
-}
-
 /// But in the kernels that ask Embree: a device will leave these questions to the host.
 void expect_no_address_of_the_host(const std::set<std::string>& before) {
   for (const std::string& name : HostAddresses::held_by()) {
@@ -152,7 +144,7 @@ TEST_P(SceneOnBlocks, HasTheHostsBitsInTheOtherPrecision) {
   expect_the_hosts_bits(scene, {Blocks{32, 3}});
 }
 
-INSTANTIATE_TEST_SUITE_P(, SceneOnBlocks, testing::ValuesIn(all_scenes()),
+INSTANTIATE_TEST_SUITE_P(, SceneOnBlocks, testing::ValuesIn(shipped_scenes()),
                          [](const auto& tested) { return tested.param; });
 
 }  // namespace

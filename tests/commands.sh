@@ -17,6 +17,7 @@ commands_of() {
     grep --only-matching --extended-regexp '^ *(build/release/)?(malha [a-z]+|tools/(package/)?[a-z]+ |tools/(package/)?[a-z]+$|\.ci/run)[^;|&<>]*' | sed 's/^ *//' || true
 }
 
+known=$("$malha" --help | sed -n '/^Commands:/,/^$/s/^  \([a-z]*\) .*/\1/p')
 declare -A help
 while IFS= read -r page; do
   while IFS= read -r command; do
@@ -24,10 +25,7 @@ while IFS= read -r page; do
     program=("$malha")
     case "${words[0]}" in
       malha)
-        case "${words[1]}" in
-          run | view | plan | check | tune | bench | study | picture | page) ;;
-          *) continue ;;  # malha in a sentence
-        esac
+        grep --quiet --line-regexp -e "${words[1]}" <<<"$known" || continue  # malha in a sentence
         [[ "${words[1]}" == view && ! -x "${malha}_view" ]] && continue
         program+=("${words[1]}")
         if [[ "${words[1]}" == bench && "${words[2]-}" =~ ^[a-z]+$ ]]; then program+=("${words[2]}"); fi

@@ -17,15 +17,6 @@
 namespace malha {
 namespace {
 
-std::vector<std::string> scene_names() {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(MALHA_SOURCE_DIR "/scenes"))
-    if (entry.path().extension() == ".json" && entry.path().stem() != "schema")
-      names.push_back(entry.path().stem().string());
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
 /// Mesh files of the scene that are not there; the scans are too large for the repository.
 std::vector<std::string> missing_meshes(const Scene& scene) {
   std::vector<std::string> missing;
@@ -65,12 +56,12 @@ TEST_P(ShippedScene, ExpectsSomethingOfItsEnd) {
   EXPECT_TRUE(expect.max_speed.at_most) << "no highest speed";
 }
 
-INSTANTIATE_TEST_SUITE_P(, ShippedScene, testing::ValuesIn(scene_names()),
+INSTANTIATE_TEST_SUITE_P(, ShippedScene, testing::ValuesIn(shipped_scenes()),
                          [](const auto& tested) { return tested.param; });
 
 // The parameterised tests above run over what the folder holds: it must hold what was promised.
 TEST(ShippedScenes, AreAllThere) {
-  const std::vector<std::string> names = scene_names();
+  const std::vector<std::string> names = shipped_scenes();
   std::istringstream promised(
       "sheet_shear sheet_no_shear balloon balloon_low balloon_high closed_soft closed_stiff drape_bunny bullets "
       "thin_wall rotating_sphere ramp soft_bunny cantilever folded_sheet crossed_sheets wrapped_balloon crumpled_ball "

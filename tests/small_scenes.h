@@ -1,6 +1,8 @@
 // Small scenes made in code, for tests whose answer is a formula.
 #pragma once
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -74,6 +76,16 @@ inline Scene scene_of(std::vector<BodySpec> bodies, const Vec3& gravity, double 
 
 /// A scene of the folder scenes/.
 inline Scene load_shipped(const std::string& name) { return load_scene(MALHA_SOURCE_DIR "/scenes/" + name + ".json"); }
+
+/// The names of all that ship, ascending.
+inline std::vector<std::string> shipped_scenes() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(MALHA_SOURCE_DIR "/scenes"))
+    if (entry.path().extension() == ".json" && entry.path().stem() != "schema")
+      names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
 
 /// Steps until `seconds` have passed, to the nearest step.
 inline void run_for(Simulation& simulation, const Scene& scene, double seconds) {

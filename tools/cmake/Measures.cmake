@@ -1,5 +1,6 @@
 # malha tune, bench and study: the benchmarks and the studies as libraries, so that the tests reach them too, and the
 # program that does all three. It is of the command's files but for one: see tools/measures.h.
+
 # The benchmarks.
 file(GLOB_RECURSE bench_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/bench/*.cpp")
 if(NOT BULLET_FOUND)
