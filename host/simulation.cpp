@@ -38,6 +38,12 @@ void require_numbers(const char* what, const std::vector<Vec3>& rows, std::size_
 
 }  // namespace
 
+Backend backend_named(const std::string& name) {
+  const auto found = std::find(kBackends.begin(), kBackends.end(), name);
+  if (found == kBackends.end()) refuse("simulation", "backend", quoted(name), "\"openmp\", \"serial\", \"cuda\"");
+  return static_cast<Backend>(found - kBackends.begin());
+}
+
 struct Simulation::Parts {
   Model model;  // the solver refers to it
   std::unique_ptr<Solver> solver;
@@ -65,7 +71,8 @@ struct Simulation::Parts {
 
   void make_solver_of_model() {
     model.by_hand = options.by_hand || !options.constraints.empty();  // either acts on what the visits do not know
-    solver = make_solver(model, threads, options.instructions, options.progress);
+    solver = options.backend == Backend::Cuda ? make_solver_on_cuda(model, threads, options.progress)
+                                              : make_solver(model, threads, options.instructions, options.progress);
     if (!options.constraints.empty()) constrain();
     keep_what_runs_need(model);
   }
@@ -204,11 +211,12 @@ struct Simulation::Parts {
 };
 
 Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : parts_(std::make_unique<Parts>()) {
-  const bool serial = options.backend == Backend::Serial;
+  const bool serial = options.backend == Backend::Serial, on_device = options.backend == Backend::Cuda;
+  if (on_device) require_cuda();
   parts_->options = options;
   parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : available_threads();
   require_threads(parts_->threads);
-  if (options.threads <= 0 || options.at_most) parts_->choice.emplace(parts_->threads);
+  if ((options.threads <= 0 || options.at_most) && !on_device) parts_->choice.emplace(parts_->threads);
   const auto doing = [&](const char* what) {
     if (options.progress) options.progress(what, -1);
   };

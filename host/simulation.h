@@ -16,8 +16,11 @@
 
 namespace malha {
 
-/// Where the kernels run. The results are the same bits on either, and on any number of threads.
-enum class Backend { OpenMP, Serial };
+/// Where the kernels run. The results are the same bits on each, and on any number of threads. Cuda: builds that have it.
+enum class Backend { OpenMP, Serial, Cuda };
+inline const std::vector<std::string> kBackends{"openmp", "serial", "cuda"};  ///< their names, in this order
+/// Throws InputError for what is none of them.
+Backend backend_named(const std::string& name);
 
 struct SimulationOptions {
   int threads = 0;       ///< OpenMP: 0 means as many as OpenMP offers (OMP_NUM_THREADS, or the cores), at most

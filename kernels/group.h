@@ -94,6 +94,12 @@ inline constexpr bool kShared = requires {
   typename Kernel::Shared;
 };
 
+/// Whether a kernel asks what only the host can answer (Embree): a device's executor leaves it to the host.
+template <class Kernel>
+inline constexpr bool kAsksTheHost = requires {
+  typename Kernel::AsksTheHost;
+};
+
 /// The number of the lowest bit that is set.
 KERNEL int lowest_bit(unsigned long long bits) {
 #if defined(__CUDA_ARCH__)

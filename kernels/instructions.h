@@ -9,6 +9,8 @@
 #define KERNEL [[gnu::always_inline]] inline
 #define KERNEL_LAMBDA __attribute__((always_inline))
 #endif
+/// Of kernels that no device runs: those that ask Embree.
+#define HOST_KERNEL [[gnu::always_inline]] inline
 
 namespace malha {
 
@@ -107,14 +109,16 @@ template <class F, class... Isas>
 void for_each_isa(F&& f, IsaList<Isas...>) {
   ((has(Isas{}) ? f(Isas{}) : void()), ...);
 }
-template <class F>
+/// `Isas` keeps a device compiler's functions, which know one lane alone, apart from those of the host's compiler.
+template <class Isas = BuiltIsas, class F>
 void for_each_isa(F&& f) {
-  for_each_isa(f, BuiltIsas{});
+  for_each_isa(f, Isas{});
 }
 
-inline Instructions widest_instructions() {
+template <class Isas = BuiltIsas>
+Instructions widest_instructions() {
   Instructions widest{};
-  for_each_isa([&]<class Isa>(Isa) { widest = Isa::value; });
+  for_each_isa<Isas>([&]<class Isa>(Isa) { widest = Isa::value; });
   return widest;
 }
 

@@ -1,21 +1,9 @@
 #include "tests/blocks_solvers.h"
 
 #include "host/filter/make_filter.h"
-#include "host/solver/desbrun.h"
-#include "host/solver/pbd.h"
+#include "host/solver/instantiate.h"
 
 namespace malha {
-
-namespace {
-
-template <class R>
-std::unique_ptr<Solver> make(const Model& model, const Blocks& executor) {
-  if (model.scene.solver.type == "desbrun")
-    return std::make_unique<Desbrun<Blocks, R>>(model, executor, 1, ShowProgress{});
-  return std::make_unique<Pbd<Blocks, R>>(model, executor, 1);
-}
-
-}  // namespace
 
 template <class Visited>
 void visit_patches(const Blocks& executor, const Visited& visit, int begin, int end, const FastMemory& memory) {
@@ -23,8 +11,7 @@ void visit_patches(const Blocks& executor, const Visited& visit, int begin, int 
 }
 
 std::unique_ptr<Solver> make_on_blocks(const Model& model, const Blocks& executor) {
-  return model.scene.solver.precision == Precision::Double ? make<double>(model, executor)
-                                                           : make<float>(model, executor);
+  return instantiate(model, executor, 1, {});
 }
 
 std::uint64_t hash_on_blocks(const Scene& scene, int steps, const Blocks& executor) {

@@ -18,7 +18,6 @@ namespace {
 
 const std::vector<std::string> kFirstWords{"run",  "view",  "picture", "page",   "plan", "check",
                                            "tune", "bench", "study",   "--help", "-h",   "--version"};
-const std::vector<std::string> kBackends{"openmp", "serial"};
 
 /// An option by its name and what it takes: what excludes what is said by the words beside it.
 struct Formatter : CLI::Formatter {
@@ -30,7 +29,7 @@ struct Formatter : CLI::Formatter {
 void add_executor(CLI::App& command, Arguments& arguments) {
   add_threads(command, arguments.threads,
               "At most so many threads, the cores if not given; steps run on one while that is faster");
-  add_checked(command, "--backend", arguments.backend, one_of(kBackends), "NAME", "openmp (default) or serial");
+  add_checked(command, "--backend", arguments.backend, one_of(kBackends), "NAME", "openmp (default), serial, or cuda: a device, in builds that have it");
 }
 
 void add_results(CLI::App& command, Arguments& arguments) {
@@ -102,7 +101,7 @@ void add_run(CLI::App& app, Arguments& arguments) {
   add_results(*run, arguments);
   add_executor(*run, arguments);
   run->footer(
-      "Options win over the scene. Results are the same bits on any number of threads and on either backend.\n"
+      "Options win over the scene. Results are the same bits on any number of threads and on any backend.\n"
       "A run replaces the results of an earlier one in its folder; one that another run is writing to is refused.\n"
       "Ctrl-C stops it after the step: report and checkpoint are written, --resume goes on, and malha picture draws\n"
       "the pictures that are missing. A second Ctrl-C ends it at once. SCENE may be - for standard input.\n\n"

@@ -64,7 +64,7 @@ bool has_no_reader(int stream) {
 malha::SimulationOptions simulation_options(const Arguments& arguments, malha::ProgressReporter& progress) {
   malha::SimulationOptions options;
   options.threads = arguments.threads, options.at_most = true;
-  options.backend = arguments.backend == "serial" ? malha::Backend::Serial : malha::Backend::OpenMP;
+  options.backend = malha::backend_named(arguments.backend);
   options.progress = [&progress](const char* what, double part) { progress.setup(what, part); };
   return options;
 }

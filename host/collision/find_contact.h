@@ -37,6 +37,7 @@ struct Surroundings {
 /// their places and cells, then all their contacts: so that memory is waited for once.
 template <class R>
 struct FindContact : MovingSurface {
+  using AsksTheHost = void;
   Surroundings<R> all;
   int own;
   Particles<R> particles;
@@ -52,7 +53,7 @@ struct FindContact : MovingSurface {
         bits(those) {}
 
   template <class Group>
-  KERNEL void operator()(const Group& group) const {
+  HOST_KERNEL void operator()(const Group& group) const {
     unsigned long long rest = bits[group.index];
     if (rest == 0) return;
     for (unsigned long long ahead = rest; ahead != 0; ahead &= ahead - 1) {
@@ -93,13 +94,13 @@ struct FindContact : MovingSurface {
   };
   union Looks {  // not filled before they are used
     Look of[kWord];
-    KERNEL Looks() {}
+    HOST_KERNEL Looks() {}
   };
 
   static constexpr double kSlow = 0.02;  // thicknesses from look to look: its nearest feature may stay the nearest
 
   /// False where it cannot have come near, or comes as it came.
-  KERNEL bool begin(int i, Look& look) const {
+  HOST_KERNEL bool begin(int i, Look& look) const {
     const int slot = nearby.slot[i];
     if (Contact<R>* const contact = nearby.contact(i); contact && contact->plane.w != -R(INFINITY)) {
       if (same(particles.x[i], contact->laid_for)) return false;
@@ -126,7 +127,7 @@ struct FindContact : MovingSurface {
   }
 
   /// Whether the feature that was the nearest is known to be it still.
-  KERNEL bool by_feature(Look& look) const {
+  HOST_KERNEL bool by_feature(Look& look) const {
     const int slot = nearby.slot[look.i];
     if (slot < 0 || !nearby.near[slot].feature.holds(surface->in_near_mesh(look.a))) return false;
     const ClosestPoint near = surface->of_feature(nearby.near[slot].feature, look.a);
@@ -135,7 +136,7 @@ struct FindContact : MovingSurface {
   }
 
   /// Which triangles are to be compared, by the cell that it is in.
-  KERNEL void list(Look& look) const {
+  HOST_KERNEL void list(Look& look) const {
     look.cell = surface->cell_of(look.a, look.cell);
     look.listed = 0;
     if (look.cell == 0) return;
@@ -146,7 +147,7 @@ struct FindContact : MovingSurface {
   }
 
   template <class Isa>
-  KERNEL void end(Look& look, const NearPairs<Isa>& pairs, int which) const {
+  HOST_KERNEL void end(Look& look, const NearPairs<Isa>& pairs, int which) const {
     const bool listed = look.listed > 0;
     if (!(listed && look.near.distance <= look.reach) && leave(look)) return;
     end(look, listed ? surface->within(look.radius, look.near, look.a) : ask<Isa>(look));
@@ -184,7 +185,7 @@ struct FindContact : MovingSurface {
     return near;
   }
 
-  KERNEL void end(const Look& look, const ClosestPoint& near) const {
+  HOST_KERNEL void end(const Look& look, const ClosestPoint& near) const {
     const int i = look.i;
     const Point& a = look.a;
     if (!near.found) return nearby.see(i, {a, look.radius, -1, look.last.passed});
@@ -210,14 +211,14 @@ struct FindContact : MovingSurface {
       nearby.contact(i)->laid_for = x;
   }
 
-  KERNEL void remember(const Look& look, const LastSeen& last) const {
+  HOST_KERNEL void remember(const Look& look, const LastSeen& last) const {
     nearby.see(look.i, last);
     const int slot = nearby.slot[look.i];
     if (slot >= 0) nearby.near[slot].cell = look.cell;
   }
 
   /// The surface's normal on the side on which the particle belongs.
-  KERNEL Point side(const ClosestPoint& near, const Point& a, const LastSeen& last, double moved) const {
+  HOST_KERNEL Point side(const ClosestPoint& near, const Point& a, const LastSeen& last, double moved) const {
     if (sides != Sides::TwoSided) return near.normal;
     Point from = a;
     // It may have been dragged through since it was last seen: then it belongs on the side where it was.
@@ -227,7 +228,7 @@ struct FindContact : MovingSurface {
   }
 
   /// The gradient of the distance, or on the surface itself, where that has no direction, its normal.
-  KERNEL Point direction(const ClosestPoint& near, const Point& a, const Point& outward, double signed_distance) const {
+  HOST_KERNEL Point direction(const ClosestPoint& near, const Point& a, const Point& outward, double signed_distance) const {
     if (near.distance < 1e-3 * thickness) return outward;
     return (a - near.q) * (1 / signed_distance);
   }
@@ -280,7 +281,7 @@ struct FindContact : MovingSurface {
     return true;
   }
 
-  KERNEL void set(int i, const Point& q, const Point& n) const {
+  HOST_KERNEL void set(int i, const Point& q, const Point& n) const {
     const Point x = in_double(particles.x[i]), end = to_world(after, q);
     // What rests on q lies a thickness above it, and there a turning mesh is faster than at q.
     const Point rest = q + n * thickness, surface_moved = to_world(after, rest) - to_world(before, rest);
@@ -295,7 +296,7 @@ struct FindContact : MovingSurface {
 
 struct Deepest {
   double depth = 0;  // m
-  KERNEL Deepest& operator+=(const Deepest& o) {
+  HOST_KERNEL Deepest& operator+=(const Deepest& o) {
     depth = std::max(depth, o.depth);
     return *this;
   }
@@ -305,12 +306,13 @@ struct Deepest {
 /// one since it was last seen; and how deep it was where it was pressed through.
 template <class R>
 struct MeasureDepth {
+  using AsksTheHost = void;
   const Surface* surface;
   Sides sides;
   Pose pose;
   Particles<R> particles;
   Nearby<R> nearby;
-  KERNEL Deepest operator()(int i) const {
+  HOST_KERNEL Deepest operator()(int i) const {
     if (!(particles.w[i] > R(0))) return {};
     const LastSeen last = nearby.seen(i);
     const double passed = norm(last.passed);

@@ -8,9 +8,10 @@ namespace malha {
 /// The particles that a word of bits names: others keep within a ball without surface.
 template <class R>
 struct PutBeforeMeshes : Surroundings<R> {
+  using AsksTheHost = void;
   const unsigned long long* bits;
   template <class Group>
-  KERNEL void operator()(const Group& group) const {
+  HOST_KERNEL void operator()(const Group& group) const {
     for (unsigned long long rest = bits[group.index]; rest != 0; rest &= rest - 1)
       hold(group.index * kWord + lowest_bit(rest));
   }
@@ -72,7 +73,8 @@ struct PutBeforeMeshes : Surroundings<R> {
 /// What a bounce carries back on its way (from p, where the substep ended, to x) ends where it would cross a mesh.
 template <class R>
 struct HoldBounce : Surroundings<R> {
-  KERNEL void operator()(int i) const {
+  using AsksTheHost = void;
+  HOST_KERNEL void operator()(int i) const {
     const Vector3<R> from = this->particles.p[i], to = this->particles.x[i];
     if (!(this->particles.w[i] > R(0)) || same(from, to)) return;
     for (int k = 0; k < this->count; ++k) {

@@ -42,7 +42,7 @@ class Surface {
 
   /// By the mesh's cells (kernels/near_cells.h): the one that answers for a, kept in `cell` from one look to the next;
   /// 0: none does.
-  KERNEL int cell_of(const Point& a, int cell) const {
+  HOST_KERNEL int cell_of(const Point& a, int cell) const {
     const NearMesh& mesh = cells_->mesh();
     const CellPath path = path_to(mesh, a - centre_);
     if (!path.inside) return 0;
@@ -51,8 +51,8 @@ class Surface {
     return found > 0 && mesh.cells[found].count <= kMostListed ? found : 0;
   }
   /// Ask for what comes next ahead of its use.
-  KERNEL void prefetch_cell(int cell) const { prefetch(cells_->mesh().cells + cell); }
-  KERNEL void prefetch_normal(const NearTriangle& near) const {
+  HOST_KERNEL void prefetch_cell(int cell) const { prefetch(cells_->mesh().cells + cell); }
+  HOST_KERNEL void prefetch_normal(const NearTriangle& near) const {
     if (near.triangle >= 0 && near.where.corner < 0)
       prefetch(near.where.edge < 0 ? &face_normals_[near.triangle] : &edge_normals_[near.triangle][near.where.edge]);
   }
@@ -63,19 +63,19 @@ class Surface {
   }
   /// The nearest triangle to a by a cell of it, compiled for an instruction set.
   template <class Isa>
-  KERNEL NearTriangle nearest(const Point& a, int cell) const {
+  HOST_KERNEL NearTriangle nearest(const Point& a, int cell) const {
     return nearest_listed<Isa>(cells_->mesh(), cells_->mesh().cells[cell], a - centre_);
   }
-  KERNEL const NearMesh& near_mesh() const { return cells_->mesh(); }
-  KERNEL Point in_near_mesh(const Point& a) const { return a - centre_; }
+  HOST_KERNEL const NearMesh& near_mesh() const { return cells_->mesh(); }
+  HOST_KERNEL Point in_near_mesh(const Point& a) const { return a - centre_; }
   /// What closest finds of a, by its nearest triangle.
-  KERNEL ClosestPoint within(double radius, const NearTriangle& near, const Point& a) const {
+  HOST_KERNEL ClosestPoint within(double radius, const NearTriangle& near, const Point& a) const {
     if (!(near.distance < radius) || near.triangle < 0) return {};
     return of_feature(feature(near), a);
   }
 
   /// What is nearest on it. On faces of needles, whose normals are rounded too much, it is the point that was found.
-  KERNEL NearFeature feature(const NearTriangle& near) const {
+  HOST_KERNEL NearFeature feature(const NearTriangle& near) const {
     const Triangle& c = triangles_[near.triangle];
     const int corner = near.where.corner, edge = near.where.edge;
     NearFeature f;
@@ -95,7 +95,7 @@ class Surface {
     return f;
   }
   /// The same of every point whose nearest feature it is.
-  KERNEL ClosestPoint of_feature(const NearFeature& f, const Point& a) const {
+  HOST_KERNEL ClosestPoint of_feature(const NearFeature& f, const Point& a) const {
     const Point p = a - centre_, q = f.nearest(p), d = p - q;
     return {true, f.triangle, root(dot(d, d)), q + centre_, f.normal, f.boundary};
   }
@@ -129,7 +129,7 @@ class Surface {
   /// that start on a surface miss it half the time.
   Crossing along(const Point& start, const Point& direction, double far, bool front_only) const;
 
-  KERNEL Point point(int i) const { return points_[i].xyz(); }
+  HOST_KERNEL Point point(int i) const { return points_[i].xyz(); }
   std::vector<Vec4<double>> points_;  // relative to centre_, so that float is fine wherever the mesh lies
   std::vector<Triangle> triangles_;
   std::vector<Point> face_normals_, corner_normals_;  // unit

@@ -72,7 +72,7 @@ class Maker {
   Maker(const Executor& executor, int threads, const Model& model, const SpringSystem& system,
         const ShowProgress& progress)
       : executor_(executor),
-        host_{threads, executor.instructions},
+        host_{threads, on_host(executor).instructions},
         model_(model),
         system_(system),
         progress_(progress),

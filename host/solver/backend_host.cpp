@@ -1,36 +1,10 @@
-// The solvers instantiated for the executors of the host. A GPU backend is one more file like this one, compiled by
-// its own compiler.
-#include "host/solver/desbrun.h"
-#include "host/solver/optional_part.h"
-#include "host/solver/pbd.h"
+// The solvers instantiated for the executors of the host.
+#include "host/solver/instantiate.h"
+#if defined(MALHA_HAS_CUDA)
+#include "host/solver/backend_cuda.h"
+#endif
 
 namespace malha {
-
-namespace {
-
-template <class R, class Executor>
-std::unique_ptr<Solver> make(const Model& model, const Executor& executor, int threads, const ShowProgress& progress) {
-  if (model.scene.solver.type == "desbrun") {
-    if constexpr (!built("desbrun"))
-      refuse_unbuilt();
-    else
-      return std::make_unique<Desbrun<Executor, R>>(model, executor, threads, progress);
-  }
-  return std::make_unique<Pbd<Executor, R>>(model, executor, threads);
-}
-
-template <class Executor>
-std::unique_ptr<Solver> make(const Model& model, const Executor& executor, int threads, const ShowProgress& progress) {
-  if (model.scene.solver.precision == Precision::Double) {
-    if constexpr (!built("double"))
-      refuse_unbuilt();
-    else
-      return make<double>(model, executor, threads, progress);
-  }
-  return make<float>(model, executor, threads, progress);
-}
-
-}  // namespace
 
 std::vector<std::string> instruction_sets() {
   std::vector<std::string> names;
@@ -45,10 +19,24 @@ std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::
   for_each_isa([&]<class Isa>(Isa) {
     if (wanted != Isa::name) return;
     const int count = threads > 0 ? threads : 1;
-    made = make(model, OpenMP{count, Isa::value}, count, progress);  // of one thread: Serial at every launch
+    made = instantiate(model, OpenMP{count, Isa::value}, count, progress);  // of one thread: Serial at every launch
   });
   if (!made) throw InputError("instructions: this build on this CPU has no \"" + wanted + "\"");
   return made;
 }
+
+#if defined(MALHA_HAS_CUDA)
+std::unique_ptr<Solver> make_solver_on_cuda(const Model& model, int threads, const ShowProgress& progress) {
+  return instantiate_on_cuda(model, OpenMP{threads > 0 ? threads : 1, widest_instructions()}, progress);
+}
+#else
+void require_cuda() {
+  throw InputError("backend: found \"cuda\", which this build of malha is made without; allowed: openmp, serial");
+}
+std::unique_ptr<Solver> make_solver_on_cuda(const Model&, int, const ShowProgress&) {
+  require_cuda();
+  return nullptr;
+}
+#endif
 
 }  // namespace malha

@@ -183,4 +183,9 @@ std::vector<std::string> instruction_sets();
 std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::string& instructions = "",
                                     const ShowProgress& progress = {});
 
+/// Throws InputError where this build or this machine has no CUDA device.
+void require_cuda();
+/// The same method on it; `threads` are the host's, for what it computes.
+std::unique_ptr<Solver> make_solver_on_cuda(const Model& model, int threads, const ShowProgress& progress = {});
+
 }  // namespace malha

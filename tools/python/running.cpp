@@ -12,11 +12,9 @@ namespace py = pybind11;
 SimulationOptions options_of(int threads, const std::string& backend) {
   if (threads < 0 || threads > 1024)
     refuse("simulation", "threads", std::to_string(threads), "0 for as many as there are, or 1 to 1024");
-  if (backend != "openmp" && backend != "serial")
-    refuse("simulation", "backend", quoted(backend), "\"openmp\", \"serial\"");
   SimulationOptions options;
   options.threads = threads, options.at_most = true;
-  options.backend = backend == "serial" ? Backend::Serial : Backend::OpenMP;
+  options.backend = backend_named(backend);
   return options;
 }
 

@@ -1,0 +1,227 @@
+// The executor of a CUDA device: its launches, and the memory of its arrays. nvcc alone compiles it.
+#pragma once
+#include <cuda_runtime.h>
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "host/base/array.h"
+#include "host/base/memory_size.h"
+#include "host/base/parallel_tasks.h"
+#include "host/error.h"
+#include "kernels/compute.h"
+
+namespace malha {
+
+/// Throws std::runtime_error with the driver's words where a call to it has failed.
+inline void require(cudaError_t status, const char* what) {
+  if (status != cudaSuccess)
+    throw std::runtime_error(std::string("the CUDA device could not ") + what + ": " + cudaGetErrorString(status));
+}
+
+/// What arrays take of the device. The kernels that ask Embree run on the host, and find the same arrays there: so the
+/// memory is managed, whose pages go to whoever touches them. In a scene without an environment none does.
+class DeviceMemory {
+ public:
+  static DeviceMemory& the() {
+    static DeviceMemory memory;
+    return memory;
+  }
+  /// Throws OutOfMemory beyond what the device has: managed memory would be swapped to the host, byte by byte.
+  void* allocate(std::size_t bytes) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::size_t free = 0, all = 0;
+    require(cudaMemGetInfo(&free, &all), "tell its memory");
+    if (used_ + bytes > all - all / 16)  // the driver's own part
+      throw OutOfMemory("the CUDA device: found " + in_gib(double(used_ + bytes)) + " that the scene needs at least; " +
+                        "allowed: what fits into the " + in_gib(double(all)) + " that it has");
+    void* data = nullptr;
+    require(cudaMallocManaged(&data, bytes), "give memory");
+    used_ += bytes, bytes_of_[data] = bytes;
+    return data;
+  }
+  void release(void* data) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto found = bytes_of_.find(data);
+    used_ -= found->second, bytes_of_.erase(found);
+    cudaFree(data);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::unordered_map<void*, std::size_t> bytes_of_;
+  std::size_t used_ = 0;
+};
+
+/// Memory that a launch uses and the next one may use again.
+class Scratch {
+ public:
+  Scratch() = default;
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+  ~Scratch() {
+    if (data_) DeviceMemory::the().release(data_);
+  }
+  char* of(std::size_t bytes) {
+    if (bytes > bytes_) {
+      if (data_) DeviceMemory::the().release(data_);  // waits for the launches that use it
+      data_ = nullptr, bytes_ = 0;
+      data_ = DeviceMemory::the().allocate(bytes), bytes_ = bytes;
+    }
+    return static_cast<char*>(data_);
+  }
+
+ private:
+  void* data_ = nullptr;
+  std::size_t bytes_ = 0;
+};
+
+struct Cuda {
+  int block = 128;               // threads, of groups that share their work
+  std::size_t shared_bytes = 0;  // memory of a block, at most
+  OpenMP host{};                 // for what the host computes
+  Instructions instructions = Instructions::OneLane;
+  std::shared_ptr<Scratch> partial = std::make_shared<Scratch>(), fast = std::make_shared<Scratch>();
+};
+
+template <class T>
+__global__ void fill_with(T* to, std::size_t count, T value) {
+  const std::size_t i = std::size_t(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (i < count) to[i] = value;
+}
+
+inline constexpr int kBlock = 128;  // threads, of items
+inline unsigned blocks_of(std::size_t items, int block) { return unsigned((items + block - 1) / block); }
+
+template <>
+struct Memory<Cuda> {
+  static void* allocate(std::size_t bytes) { return DeviceMemory::the().allocate(bytes); }
+  static void release(void* data) { DeviceMemory::the().release(data); }
+  template <class T>
+  static void fill(T* to, std::size_t count, const T& value) {
+    if (count > 0) fill_with<<<blocks_of(count, kBlock), kBlock>>>(to, count, value);
+    require(cudaGetLastError(), "fill memory");
+  }
+  template <class T>
+  static void copy_in(const T* from, std::size_t count, T* to) {
+    if (count > 0) require(cudaMemcpy(to, from, count * sizeof(T), cudaMemcpyHostToDevice), "take data");
+  }
+  template <class T>
+  static void copy_out(const T* from, std::size_t count, T* to) {
+    if (count > 0) require(cudaMemcpy(to, from, count * sizeof(T), cudaMemcpyDeviceToHost), "give data back");
+  }
+  template <class T>
+  static bool has(const T* from, std::size_t count, const T& value) {
+    std::vector<T> values(count);
+    copy_out(from, count, values.data());
+    return Memory<Serial>::has(values.data(), count, value);
+  }
+  static constexpr bool kOfTheHost = false;
+};
+
+inline bool leads(const Cuda&) { return true; }
+inline Cuda narrow(const Cuda& executor) { return executor; }
+inline OpenMP on_host(const Cuda& executor) { return executor.host; }
+
+/// Launches follow each other in one stream: no wait between them.
+template <class Work>
+void parallel_region(const Cuda& executor, int /*width*/, const Work& work) {
+  work(executor);
+}
+
+/// One of a block's threads.
+struct DeviceThreads {
+#if defined(__CUDA_ARCH__)
+  KERNEL int rank() const { return int(threadIdx.x); }
+  KERNEL int count() const { return int(blockDim.x); }
+  KERNEL void wait(int) const { __syncthreads(); }
+#else
+  KERNEL int rank() const { return 0; }
+  KERNEL int count() const { return 1; }
+  KERNEL void wait(int) const {}
+#endif
+};
+
+template <class Kernel>
+__global__ void launch_items(int n, Kernel kernel) {
+  const int i = int(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < n) kernel(i);
+}
+
+/// Fast memory: `bytes` a group from `fast` on, or, where that is null, the memory that the block shares.
+template <class Kernel>
+__global__ void launch_shared(int begin, char* fast, std::size_t bytes, Kernel kernel) {
+  extern __shared__ double own[];
+  void* const memory = fast ? static_cast<void*>(fast + blockIdx.x * bytes) : own;
+  kernel(Block<DeviceThreads>{begin + int(blockIdx.x), memory, {}});
+}
+
+/// A thread a group.
+template <class Kernel>
+__global__ void launch_alone(int begin, int groups, char* fast, std::size_t bytes, Kernel kernel) {
+  const int g = int(blockIdx.x * blockDim.x + threadIdx.x);
+  if (g < groups) kernel(Group<OneLane>{begin + g, -1, fast ? fast + g * bytes : nullptr});
+}
+
+template <class Kernel>
+void parallel_for(const Cuda& executor, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
+  if constexpr (kAsksTheHost<Kernel>) {
+    require(cudaDeviceSynchronize(), "finish");
+    parallel_for(on_host(executor), n, kernel, 0);
+  } else {
+    note_launch(kernel, n);
+    if (n > 0) launch_items<<<blocks_of(n, kBlock), kBlock>>>(n, kernel);
+    require(cudaGetLastError(), "launch a kernel");
+  }
+}
+
+template <class Kernel>
+void parallel_groups(const Cuda& executor, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
+  note_launch(kernel, end - begin);
+  const int groups = end - begin;
+  if (groups <= 0) return;
+  if constexpr (kAsksTheHost<Kernel>) {
+    require(cudaDeviceSynchronize(), "finish");
+    parallel_tasks(on_host(executor), groups, [&](int g) { kernel(Group<OneLane>{begin + g, -1, nullptr}); });
+  } else if constexpr (kShared<Kernel>) {
+    const bool fits = memory.bytes <= executor.shared_bytes;
+    const int shared = fits ? int(memory.bytes) : 0;
+    require(cudaFuncSetAttribute(launch_shared<Kernel>, cudaFuncAttributeMaxDynamicSharedMemorySize, shared),
+            "share so much memory");
+    char* const fast = fits ? nullptr : executor.fast->of(memory.bytes * std::size_t(groups));
+    launch_shared<<<unsigned(groups), executor.block, shared>>>(begin, fast, memory.bytes, kernel);
+  } else {
+    char* const fast = memory.bytes > 0 ? executor.fast->of(memory.bytes * std::size_t(groups)) : nullptr;
+    constexpr int kAlone = 32;  // threads: few, so that the groups spread over the device
+    launch_alone<<<blocks_of(groups, kAlone), kAlone>>>(begin, groups, fast, memory.bytes, kernel);
+  }
+  require(cudaGetLastError(), "launch a kernel");
+}
+
+template <class Kernel>
+void parallel_dealt(const Cuda& executor, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
+  parallel_groups(executor, 0, groups, memory, kernel);
+}
+
+/// As that of the host's executors, with the partial sums in the device's memory.
+template <class Value, class Kernel>
+Value parallel_reduce(const Cuda& executor, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
+  const int chunk = reduce_chunk(n), groups = (n + chunk - 1) / chunk;
+  std::vector<Value> sums(kReduceGroups, Value{});
+  if constexpr (kAsksTheHost<Kernel>) {
+    require(cudaDeviceSynchronize(), "finish");
+    parallel_for(on_host(executor), groups, ReduceGroup<Value, Kernel>{sums.data(), kernel, n, chunk}, 0);
+  } else {
+    auto* const partial = reinterpret_cast<Value*>(executor.partial->of(kReduceGroups * sizeof(Value)));
+    parallel_for(executor, groups, ReduceGroup<Value, Kernel>{partial, kernel, n, chunk});
+    Memory<Cuda>::copy_out(partial, std::size_t(groups), sums.data());
+  }
+  return sum_of_tree(sums.data(), groups);
+}
+
+}  // namespace malha

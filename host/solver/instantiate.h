@@ -1,0 +1,36 @@
+// A model's method in its precision, for any executor: a backend is one source file that includes this.
+#pragma once
+#include <memory>
+
+#include "host/solver/desbrun.h"
+#include "host/solver/optional_part.h"
+#include "host/solver/pbd.h"
+
+namespace malha {
+
+template <class R, class Executor>
+std::unique_ptr<Solver> instantiate(const Model& model, const Executor& executor, int threads,
+                                    const ShowProgress& progress) {
+  if (model.scene.solver.type == "desbrun") {
+    if constexpr (!built("desbrun"))
+      refuse_unbuilt();
+    else
+      return std::make_unique<Desbrun<Executor, R>>(model, executor, threads, progress);
+  }
+  return std::make_unique<Pbd<Executor, R>>(model, executor, threads);
+}
+
+/// `threads`: of the executor.
+template <class Executor>
+std::unique_ptr<Solver> instantiate(const Model& model, const Executor& executor, int threads,
+                                    const ShowProgress& progress) {
+  if (model.scene.solver.precision == Precision::Double) {
+    if constexpr (!built("double"))
+      refuse_unbuilt();
+    else
+      return instantiate<double>(model, executor, threads, progress);
+  }
+  return instantiate<float>(model, executor, threads, progress);
+}
+
+}  // namespace malha
