@@ -17,6 +17,7 @@
 #include "host/model/cut.h"
 #include "host/model/footprint.h"
 #include "host/model/set_pins.h"
+#include "host/model/target.h"
 #include "host/model/tear.h"
 #include "host/report/expect.h"
 #include "host/report/report.h"
@@ -139,7 +140,7 @@ struct Simulation::Parts {
   }
   Model torn(const std::vector<Split>& all) const {
     return build_torn_model(model.scene, {&whole, &all, &model.environment, model.zero_area_faces, &model.notes},
-                            threads);
+                            threads, model.patches.bounds);
   }
 
   void tear() { split(find_tears(model, solver->positions(), pinned())); }
@@ -222,7 +223,8 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   };
   doing("reading meshes, listing and ordering constraints");
   parts_->times.model_seconds = seconds([&] {
-    parts_->model = build_model(scene, parts_->threads);
+    parts_->model =
+        build_model(scene, parts_->threads, target_named(options.target).patch_bounds(scene.solver.precision));
     start_outside(parts_->model), note_starts_behind(parts_->model);
     refuse_edge_crossings(parts_->model);
   });

@@ -7,6 +7,7 @@
 #include "host/base/build_info.h"
 #include "host/base/near_miss.h"
 #include "host/base/text.h"
+#include "host/model/target.h"
 #include "host/run/run.h"
 #include "host/scene.h"
 #include "tools/measures.h"
@@ -29,7 +30,16 @@ struct Formatter : CLI::Formatter {
 void add_executor(CLI::App& command, Arguments& arguments) {
   add_threads(command, arguments.threads,
               "At most so many threads, the cores if not given; steps run on one while that is faster");
-  add_checked(command, "--backend", arguments.backend, one_of(kBackends), "NAME", "openmp (default), serial, or cuda: a device, in builds that have it");
+  add_checked(command, "--backend", arguments.backend, one_of(kBackends), "NAME",
+              "openmp (default), serial, or cuda: a device, in builds that have it");
+  std::vector<std::string> names;
+  std::string list;
+  for (const Target& target : targets()) {
+    names.push_back(target.name);
+    list += (list.empty() ? "" : ", ") + target.name;
+  }
+  add_checked(command, "--for", arguments.target, one_of(names), "TARGET",
+              "The machine that patches are cut for: " + list + "; cpu if not given");
 }
 
 void add_results(CLI::App& command, Arguments& arguments) {
@@ -142,7 +152,12 @@ void add_plan(CLI::App& app, Arguments& arguments) {
       "plan", "Say what would run: sizes, colours, passes of a step, memory, and what one step launches");
   add_scene(*plan, arguments);
   add_executor(*plan, arguments);
-  plan->footer("Example:\n  malha plan scenes/balloon.json --threads 4");
+  plan->footer(
+      "With --for it also says what a step asks of that machine: groups a phase, fast memory, launches, bytes moved,\n"
+      "and how long its memory alone would take over them. A run --for the same has the same bits on every backend.\n\n"
+      "Examples:\n"
+      "  malha plan scenes/balloon.json --threads 4\n"
+      "  malha plan scenes/drape_bunny.json --for h200");
 }
 
 void add_check(CLI::App& app, Arguments& arguments) {

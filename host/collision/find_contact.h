@@ -228,7 +228,8 @@ struct FindContact : MovingSurface {
   }
 
   /// The gradient of the distance, or on the surface itself, where that has no direction, its normal.
-  HOST_KERNEL Point direction(const ClosestPoint& near, const Point& a, const Point& outward, double signed_distance) const {
+  HOST_KERNEL Point direction(const ClosestPoint& near, const Point& a, const Point& outward,
+                              double signed_distance) const {
     if (near.distance < 1e-3 * thickness) return outward;
     return (a - near.q) * (1 / signed_distance);
   }

@@ -122,7 +122,7 @@ Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& ord
   std::vector<int> islands_in_order;
   for (const Edge& e : all) edges.push_back({place[e[0]], place[e[1]]});
   for (const int i : order) islands_in_order.push_back(island[i]);
-  Cut cut = cut_into_patches(level.sets, edges, islands_in_order, threads);
+  Cut cut = cut_into_patches(level.sets, edges, islands_in_order, threads, finest.patches.bounds);
   std::vector<int> cut_order, now(n);
   for (int i = 0; i < n; ++i) cut_order.push_back(order[cut.order[i]]), now[cut.order[i]] = i;
   order = std::move(cut_order);

@@ -23,7 +23,8 @@ namespace {
 
 class Builder {
  public:
-  Builder(const Scene& scene, int threads, const Torn* torn = nullptr) : threads_(threads), torn_(torn) {
+  Builder(const Scene& scene, int threads, const PatchBounds& bounds, const Torn* torn = nullptr)
+      : threads_(threads), bounds_(bounds), torn_(torn) {
     model_.scene = scene;
   }
 
@@ -148,12 +149,13 @@ class Builder {
 
   /// Cuts the particles into patches and renumbers everything accordingly.
   void cut() {
-    Cut cut = cut_into_patches(model_.sets, edges_, island_, threads_);
+    Cut cut = cut_into_patches(model_.sets, edges_, island_, threads_, bounds_);
     renumber(model_, cut.order);
     model_.patches = std::move(cut.patches);
   }
 
   int threads_;
+  PatchBounds bounds_;
   const Torn* torn_;
   Model model_;
   std::vector<Body> bodies_;
@@ -164,13 +166,13 @@ class Builder {
 
 }  // namespace
 
-Model build_model(const Scene& scene, int threads) {
+Model build_model(const Scene& scene, int threads, const PatchBounds& bounds) {
   require_memory(scene);
-  return Builder(scene, threads).build();
+  return Builder(scene, threads, bounds).build();
 }
 
-Model build_torn_model(const Scene& scene, const Torn& torn, int threads) {
-  return Builder(scene, threads, &torn).build();
+Model build_torn_model(const Scene& scene, const Torn& torn, int threads, const PatchBounds& bounds) {
+  return Builder(scene, threads, bounds, &torn).build();
 }
 
 int number_in_body(const Model& model, int user_index) {

@@ -97,7 +97,7 @@ struct Model {
 
 /// Loads or generates the scene's meshes, checks them, and lays the model out, the same on any `threads`. Throws
 /// InputError.
-Model build_model(const Scene& scene, int threads = 1);
+Model build_model(const Scene& scene, int threads = 1, const PatchBounds& bounds = {});
 
 /// The number of the user's particle in its body, as its file counts vertices.
 int number_in_body(const Model& model, int user_index);

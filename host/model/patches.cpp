@@ -13,9 +13,8 @@ namespace malha {
 
 namespace {
 
-constexpr int kSizes[] = {512, 768, 1024, 1536, 2048, 3072, 4096, 6144, 8192};
-constexpr int kWorthwhile = 1024;   // smaller ones have many batches for their constraints,
-constexpr int kEnough = 32;         // but without as many patches there are not enough for the threads
+constexpr int kSizes[] = {128, 192, 256, 384, 512, 768, 1024, 1536, 2048, 3072, 4096, 6144, 8192};
+constexpr int kEnough = 32;         // patches keep the threads of a CPU busy
 constexpr int kMostForeign = 4096;  // with its own and the padding, below what a LocalIndex can number
 constexpr int kPadding = 256;       // for what the memory of a patch holds beside its particles
 
@@ -31,16 +30,17 @@ struct Spans {
   }
 };
 
-/// The smallest size at which at most a tenth of the constraints cross from patch to patch: on a sheet of rows that is
-/// eight rows, and thinner strips converge worse.
-int patch_size(const Spans& spans, int particles) {
+/// The smallest size at which few constraints cross from patch to patch: a tenth is eight rows of a sheet, and thinner
+/// strips converge worse.
+int patch_size(const Spans& spans, int particles, const PatchBounds& bounds) {
+  const int least = std::max(bounds.few, std::min(bounds.worthwhile, particles / kEnough));
   for (const int size : kSizes) {
-    if (size < std::min(kWorthwhile, particles / kEnough)) continue;
+    if (size < least || size > bounds.most) continue;
     std::size_t crossing = 0;
     for (std::size_t c = 0; c < spans.low.size(); ++c) crossing += spans.low[c] / size != spans.high[c] / size;
-    if (10 * crossing <= spans.low.size()) return size;
+    if (100 * crossing <= static_cast<std::size_t>(bounds.crossing) * spans.low.size()) return size;
   }
-  return std::end(kSizes)[-1];
+  return bounds.most;
 }
 
 std::vector<int> cuts(const Spans& spans, int particles, int size) {
@@ -220,22 +220,22 @@ ClassLayout lay_out_classes(const std::vector<std::uint8_t>& class_of) {
 bool worth_runs(int held, int constraints) { return constraints > 0 && 10 * held >= 7 * constraints; }
 
 Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<Edge>& edges,
-                     const std::vector<int>& island, int threads) {
+                     const std::vector<int>& island, int threads, const PatchBounds& bounds) {
   const int particles = static_cast<int>(island.size());
   const Spans spans(sets);
-  Patches patches{{}, classes(sets, edges, particles)};
+  Patches patches{{}, classes(sets, edges, particles), bounds};
   Cut cut;
   cut.order.resize(particles);
   std::iota(cut.order.begin(), cut.order.end(), 0);
   // Where everything is connected with everything, smaller patches have fewer neighbours each.
-  for (int size = patch_size(spans, particles);; size /= 2) {
+  for (int size = patch_size(spans, particles, bounds);; size /= 2) {
     patches.begin = cuts(spans, particles, size);
     const PatchSorter sort(sets, island, patches, cut.order);
-    if (sort.most > kMostSlots - kPadding && size > kSizes[0]) continue;
+    if (sort.most > bounds.slots - kPadding && size > bounds.few) continue;
     parallel_tasks(OpenMP{threads}, patches.count(), sort);
     break;
   }
-  cut.patches.begin = patches.begin;
+  cut.patches.begin = patches.begin, cut.patches.bounds = bounds;
   for (const int i : cut.order) cut.patches.class_of.push_back(patches.class_of[i]);
   return cut;
 }

@@ -5,14 +5,25 @@
 #include <vector>
 
 #include "host/mesh.h"
+#include "kernels/patch.h"
 
 namespace malha {
 
 struct ConstraintSet;
 
+/// How large patches may be. The defaults are for the cores of a CPU.
+struct PatchBounds {
+  int few = 512;           // particles: none is cut smaller,
+  int worthwhile = 1024;   // nor than this, where there are enough for the threads: fewer constraints fill fewer lanes
+  int most = 8192;         // particles
+  int crossing = 10;       // per cent of the constraints that may lead from patch to patch
+  int slots = kMostSlots;  // of its memory
+};
+
 struct Patches {
   std::vector<int> begin;              // first particle of each patch, and one more: the number of particles
   std::vector<std::uint8_t> class_of;  // of each particle; those of one constraint have different ones, or kNoClass
+  PatchBounds bounds = {};             // that they were cut by
   int count() const { return static_cast<int>(begin.size()) - 1; }
 };
 
@@ -27,7 +38,7 @@ struct Cut {
 /// otherwise those first that other patches touch too. `island`: of each particle, ascending. `edges`: of the meshes,
 /// those between pinned particles too, so that a pinned row is sorted like the others. The same on any `threads`.
 Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<Edge>& edges,
-                     const std::vector<int>& island, int threads = 1);
+                     const std::vector<int>& island, int threads = 1, const PatchBounds& bounds = {});
 
 /// The patch of each constraint: the lowest that one of its particles lies in (unless that has more neighbours already
 /// than a patch can number).

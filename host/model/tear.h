@@ -35,7 +35,7 @@ struct Torn {
 
 /// Lays the model out with these splits. Rest lengths are those of the whole mesh; a mass is shared as in it, so that
 /// the parts of a vertex weigh what it weighed.
-Model build_torn_model(const Scene& scene, const Torn& torn, int threads = 1);
+Model build_torn_model(const Scene& scene, const Torn& torn, int threads = 1, const PatchBounds& bounds = {});
 
 /// The mesh of a body as it was made, numbered by itself.
 Mesh body_mesh(const Appearance& look, std::size_t body);

@@ -1,0 +1,31 @@
+// Which machine a model is laid out for. Patches are what it works on at once, so their size belongs to it. Runs for
+// one target have the same bits on every backend.
+#pragma once
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "host/model/patches.h"
+#include "host/scene.h"
+
+namespace malha {
+
+struct Target {
+  std::string name;
+  std::string what;             // for people
+  PatchBounds bounds;           // but for what fast memory holds
+  std::size_t fast_bytes = 0;   // that the lanes of a group share; 0: caches, which have no bound
+  int groups = 0;               // worked on at once; 0: as many as there are threads
+  double bytes_per_second = 0;  // of its memory; 0: not known
+
+  /// Of patches in this precision.
+  PatchBounds patch_bounds(Precision precision) const;
+};
+
+/// The first, "cpu", is what a model is laid out for if nothing else is said.
+const std::vector<Target>& targets();
+
+/// Throws InputError for a name that is not among them.
+const Target& target_named(const std::string& name);
+
+}  // namespace malha

@@ -1,0 +1,138 @@
+#include "host/report/plan_target.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <sstream>
+#include <vector>
+
+#include "host/base/stopwatch.h"
+#include "host/base/text.h"
+#include "host/model/model.h"
+#include "host/report/plan_passes.h"
+#include "host/solver/patch_plan.h"
+#include "host/solver/solver.h"
+#include "kernels/compute.h"
+#include "kernels/hold_apart.h"
+
+namespace malha {
+
+namespace {
+
+/// What the visits to one patch move of its particles, in numbers, in one iteration of a substep.
+double numbers_moved(const PatchPlan& plan, const Patch& patch, bool predicts, bool updates, bool keeps) {
+  double numbers = 0;
+  for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
+    const Segment& segment = plan.segments[s];
+    const bool at_home = keeps && segment.first && segment.last;
+    int each = 0;
+    const bool from_state = predicts && segment.first;
+    if (predicts || !at_home) each += from_state ? 7 : 4;  // x, v and w; or p and w
+    if (segment.movable) {
+      if (updates && segment.last)
+        each += from_state ? 6 : 12;  // x and v: written; read, too, where they were not before
+      else if (updates || !at_home)
+        each += 3;  // p
+    }
+    numbers += double(each) * segment.count;
+  }
+  return numbers;
+}
+
+/// Bytes a second that all threads together read and write, at best.
+double measured_bandwidth(int threads) {
+  constexpr int kCount = 8 << 20;  // x 3 x 4 bytes: far beyond caches
+  std::vector<float> from(3 * std::size_t(kCount), 1.0f), to(from.size(), 0.0f);
+  const auto points = [](std::vector<float>& of) {
+    return Points<float>{of.data(), of.data() + kCount, of.data() + 2 * kCount};
+  };
+  double best = 1e30;
+  for (int round = 0; round < 5; ++round)
+    best = std::min(best, seconds([&] {
+                      parallel_for(OpenMP{threads}, kCount,
+                                   CopyPoints<float, Points<float>, Points<float>>{points(from), points(to)});
+                    }));
+  return 2.0 * double(from.size()) * sizeof(float) / best;
+}
+
+std::string with_unit(double number, const char* const (&units)[4], double step) {
+  int u = 0;
+  for (; u < 3 && number >= step; ++u) number /= step;
+  char text[40];
+  std::snprintf(text, sizeof text, "%.3g %s", number, units[u]);
+  return text;
+}
+std::string bytes_text(double bytes) { return with_unit(bytes, {"B", "KiB", "MiB", "GiB"}, 1024); }
+std::string per_second(double bytes) { return with_unit(bytes / 1e6, {"MB/s", "GB/s", "TB/s", "PB/s"}, 1000); }
+
+}  // namespace
+
+VisitTraffic visit_traffic(const Model& model, const Solver& solver) {
+  const SolverFacts& facts = solver.facts();
+  if (facts.sets.empty()) return {};
+  const SolverSpec& spec = model.scene.solver;
+  const PatchPlan plan = plan_patches(model);
+  const double number = spec.precision == Precision::Double ? 8 : 4;
+  const bool keeps = facts.fused && spec.iterations > 1;
+  VisitTraffic traffic;
+  for (int iteration = 0; iteration < spec.iterations; ++iteration) {
+    const bool predicts = facts.fused && iteration == 0, updates = facts.fused && iteration + 1 == spec.iterations;
+    for (const Patch& patch : plan.patches)
+      traffic.particle_bytes += number * numbers_moved(plan, patch, predicts, updates, keeps);
+    for (const SetFacts& set : facts.sets) traffic.constraint_bytes += double(set.bytes);
+  }
+  traffic.particle_bytes *= spec.substeps, traffic.constraint_bytes *= spec.substeps;
+  return traffic;
+}
+
+std::string plan_for(const Simulation& simulation, const Target& target) {
+  const Model& model = simulation.model();
+  const SolverFacts& facts = simulation.solver().facts();
+  std::ostringstream out;
+  out << "for " << target.name << " (" << target.what << "):\n";
+  if (facts.sets.empty()) {
+    out << "  no batched constraints, and so no patches\n";
+    return out.str();
+  }
+  const PatchPlan plan = plan_patches(model, simulation.threads());
+  int fewest = plan.width(), most = 0;
+  for (int phase = 0; phase < plan.phases(); ++phase) {
+    const int groups = plan.phase_begin[phase + 1] - plan.phase_begin[phase];
+    fewest = std::min(fewest, groups), most = std::max(most, groups);
+  }
+  const int at_once = target.groups > 0 ? target.groups : simulation.threads();
+  out << "  groups: " << fewest << (most > fewest ? " to " + std::to_string(most) : "") << " in each of "
+      << counted(plan.phases(), "phase") << "; it works on " << at_once << " at once\n";
+  const double number = model.scene.solver.precision == Precision::Double ? 8 : 4;
+  const double largest = 4 * number * plan.most_slots;
+  out << "  fast memory: at most " << bytes_text(largest) << " a group";
+  if (target.fast_bytes > 0) {
+    const auto too_large = std::count_if(plan.patches.begin(), plan.patches.end(), [&](const Patch& patch) {
+      return 4 * number * patch.slots > double(target.fast_bytes);
+    });
+    out << ", of " << bytes_text(double(target.fast_bytes)) << " that a group can have";
+    if (too_large > 0) out << "; " << counted(too_large, "group") << " will use the device's memory instead";
+  }
+  out << "\n";
+  std::size_t launches = 0;
+  bool at_least = false;
+  std::string others;
+  for (const PassOfAStep& pass : passes_of_a_step(model, facts)) {
+    launches += pass.launches, at_least = at_least || pass.at_least || !pass.remark.empty();
+    if (!pass.name.starts_with("visits") && pass.name != "projection")
+      others += (others.empty() ? "" : ", ") + pass.name;
+  }
+  out << "  launches: " << (at_least ? "at least " : "") << launches << " a step\n";
+  const VisitTraffic traffic = visit_traffic(model, simulation.solver());
+  const double moved = traffic.particle_bytes + traffic.constraint_bytes;
+  const double bandwidth =
+      target.bytes_per_second > 0 ? target.bytes_per_second : measured_bandwidth(simulation.threads());
+  char took[32];
+  std::snprintf(took, sizeof took, "%.3g", moved / bandwidth * 1000);
+  out << "  memory: visits move " << bytes_text(moved) << " a step (particles " << bytes_text(traffic.particle_bytes)
+      << ", constraints " << bytes_text(traffic.constraint_bytes) << "); at " << per_second(bandwidth)
+      << (target.bytes_per_second > 0 ? "" : ", measured now,") << " this alone takes " << took << " ms\n";
+  if (!others.empty()) out << "  not counted in that: " << others << "\n";
+  return out.str();
+}
+
+}  // namespace malha
