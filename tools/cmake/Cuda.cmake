@@ -1,14 +1,26 @@
-# The CUDA backend: one source file, compiled by nvcc.
-find_program(CMAKE_CUDA_COMPILER nvcc HINTS /usr/local/cuda/bin REQUIRED)
-if(NOT CMAKE_CUDA_ARCHITECTURES)
-  set(CMAKE_CUDA_ARCHITECTURES 80 90)  # A100, H100 and H200; later ones compile what is kept for 90
-endif()
-enable_language(CUDA)
-set(CMAKE_CUDA_STANDARD 20)
-set(CMAKE_CUDA_STANDARD_REQUIRED ON)
-list(APPEND host_sources "${PROJECT_SOURCE_DIR}/host/solver/backend_cuda.cu")
-# No contraction, here too: the same bits as on the host. The warnings are of what only the host calls, in templates
-# that both compile; tests/cuda.sh compiles all that a device calls with every warning on.
-set_source_files_properties("${PROJECT_SOURCE_DIR}/host/solver/backend_cuda.cu" PROPERTIES COMPILE_OPTIONS
-  "-fmad=false;--expt-relaxed-constexpr;-diag-suppress=20011,20014;-Xcompiler=-Wno-psabi,-fno-math-errno,-fno-trapping-math,-ffp-contract=off,-fopenmp")
+# The CUDA backend: one source file, by nvcc. CMake 3.25 (Debian 12's) does not know nvcc's C++20, so it calls it itself.
+find_package(CUDAToolkit 12 REQUIRED)
+set(MALHA_CUDA_ARCHITECTURES 80 90 CACHE STRING
+    "Devices to compile for: 80 is A100's, 90 H100's and H200's; later ones compile what is kept for the last")
+set(cuda_source "${PROJECT_SOURCE_DIR}/host/solver/backend_cuda.cu")
+set(cuda_object "${PROJECT_BINARY_DIR}/backend_cuda.o")
+set(cuda_code "")
+foreach(architecture IN LISTS MALHA_CUDA_ARCHITECTURES)
+  list(APPEND cuda_code -gencode "arch=compute_${architecture},code=sm_${architecture}")
+endforeach()
+list(GET MALHA_CUDA_ARCHITECTURES -1 last)
+list(APPEND cuda_code -gencode "arch=compute_${last},code=compute_${last}")
+get_target_property(eigen_folders Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
+list(TRANSFORM eigen_folders PREPEND "-isystem=")
+# No contraction, here too: the same bits as on the host. The suppressed warnings are of what only the host calls, in
+# templates that both compile; tests/cuda.sh compiles all that a device calls with every warning on.
+add_custom_command(
+  OUTPUT "${cuda_object}"
+  COMMAND "${CUDAToolkit_NVCC_EXECUTABLE}" -std=c++20 -O3 -DNDEBUG -fmad=false --expt-relaxed-constexpr
+          -diag-suppress=997,20011,20014 ${cuda_code} --threads 0 -DEIGEN_DONT_VECTORIZE -I "${PROJECT_SOURCE_DIR}"
+          ${eigen_folders} "-Xcompiler=-fPIC,-fopenmp,-fno-math-errno,-fno-trapping-math,-ffp-contract=off,-Wno-psabi"
+          -ccbin "${CMAKE_CXX_COMPILER}" -MD -MF "${cuda_object}.d" -c "${cuda_source}" -o "${cuda_object}"
+  DEPENDS "${cuda_source}" DEPFILE "${cuda_object}.d" VERBATIM COMMENT "Building the CUDA backend (some minutes)")
+set_source_files_properties("${cuda_object}" PROPERTIES EXTERNAL_OBJECT TRUE GENERATED TRUE)
+list(APPEND host_sources "${cuda_object}")
 set_source_files_properties(host/solver/backend_host.cpp PROPERTIES COMPILE_DEFINITIONS MALHA_HAS_CUDA)

@@ -61,7 +61,7 @@ if(MALHA_WERROR)
   list(APPEND malha_warnings -Werror)
 endif()
 
-add_compile_options("$<$<COMPILE_LANGUAGE:CXX>:${malha_code_options};${malha_warnings}>")
+add_compile_options(${malha_code_options} ${malha_warnings})
 # Eigen's own vector code adds in another order, and fuses, as the instructions allow: other bits on other machines.
 add_compile_definitions(EIGEN_DONT_VECTORIZE)
 

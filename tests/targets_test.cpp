@@ -1,0 +1,119 @@
+// What patches are cut for: they fit the machine, and the bits depend on it alone.
+#include "host/model/target.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "host/report/plan_target.h"
+#include "host/solver/patch_plan.h"
+#include "tests/refusal.h"
+#include "tests/small_scenes.h"
+#include "tests/support.h"
+#if defined(TESTS_BLOCKS)
+#include "tests/blocks_solvers.h"
+#endif
+
+namespace malha {
+namespace {
+
+/// A grid, a body of irregular tetrahedra, and one with wind.
+std::vector<Scene> scenes_to_cut() {
+  std::vector<Scene> all{load_shipped("sheet_shear"), load_shipped("soft_bunny"), load_shipped("flag")};
+  std::get<GridShape>(all.front().bodies.front().shape).cells = {120, 90};
+  return all;
+}
+
+TEST(Targets, CutPatchesThatFitTheirFastMemory) {
+  for (Scene scene : scenes_to_cut())
+    for (const Precision precision : {Precision::Float, Precision::Double})
+      for (const Target& target : targets()) {
+        scene.solver.precision = precision;
+        const Model model = build_model(scene, 1, target.patch_bounds(precision));
+        const PatchPlan plan = plan_patches(model);
+        const std::size_t slot = 4 * (precision == Precision::Double ? sizeof(double) : sizeof(float));
+        for (const Patch& patch : plan.patches)
+          if (target.fast_bytes > 0) {
+            EXPECT_LE(patch.slots * slot, target.fast_bytes) << scene.name << " for " << target.name;
+          }
+      }
+}
+
+TEST(Targets, OfDevicesHaveMorePatchesThanCoresDo) {
+  const Scene scene = scenes_to_cut().front();
+  const auto patches = [&](const char* target) {
+    return build_model(scene, 1, target_named(target).patch_bounds(scene.solver.precision)).patches.count();
+  };
+  EXPECT_GT(patches("h200"), patches("cpu"));
+}
+
+TEST(Targets, AreWhatTheBitsDependOnAndNotTheThreads) {
+  for (const Scene& scene : scenes_to_cut()) {
+    const auto hash = [&](const std::string& target, int threads) {
+      Simulation simulation(scene, {.threads = threads, .target = target});
+      for (int step = 0; step < 5; ++step) simulation.step();
+      return simulation.state_hash();
+    };
+    EXPECT_EQ(hash("h200", 1), hash("h200", 3)) << scene.name;
+    EXPECT_EQ(hash("cpu", 1), hash("", 1)) << scene.name << ": the default";
+#if defined(TESTS_BLOCKS)
+    const Model model = build_model(scene, 1, target_named("h200").patch_bounds(scene.solver.precision));
+    const auto blocks = make_on_blocks(model, Blocks{32, 1});
+    for (int step = 0; step < 2; ++step) blocks->step();
+    const auto host = make_solver(model, 1);
+    for (int step = 0; step < 2; ++step) host->step();
+    EXPECT_EQ(blocks->state_hash(), host->state_hash()) << scene.name << ": on blocks of threads";
+#endif
+  }
+}
+
+TEST(Targets, StayThoseOfACheckpoint) {
+  const Scene scene = scenes_to_cut().front();
+  const TemporaryFolder folder;
+  const std::string path = (folder / "checkpoint").string();
+  Simulation simulation(scene, {.threads = 1, .target = "h200"});
+  simulation.step();
+  simulation.save_checkpoint(path);
+  Simulation other(scene, {.threads = 1});
+  EXPECT_THROW(other.load_checkpoint(path), InputError);  // another order of the particles
+}
+
+TEST(Targets, AreRefusedByAnotherName) {
+  EXPECT_EQ(refusal([] { target_named("h2"); }), "target: found \"h2\"; allowed: cpu, a100, h100, h200");
+}
+
+/// A sheet in one patch: each substep reads x, v and w of its particles and writes x and v.
+TEST(VisitTraffic, OfOnePatchIsItsStateThereAndBack) {
+  Scene scene = load_shipped("sheet_shear");
+  std::get<GridShape>(scene.bodies.front().shape).cells = {12, 12};
+  scene.bodies.front().pins.clear();
+  scene.solver.iterations = 1;
+  const Simulation simulation(scene, {.threads = 1});
+  ASSERT_EQ(simulation.solver().facts().patches.patches, 1);
+  const double particles = 13 * 13, numbers = 7 + 6;
+  EXPECT_EQ(visit_traffic(simulation.model(), simulation.solver()).particle_bytes,
+            numbers * sizeof(float) * particles * scene.solver.substeps);
+}
+
+/// Where patches share particles these travel once more, as p and w there and p back, but nothing else does.
+TEST(VisitTraffic, OfSeveralPatchesAddsWhatTheyShare) {
+  Scene scene = scenes_to_cut().front();
+  scene.bodies.front().pins.clear();
+  scene.solver.iterations = 1;
+  const Simulation simulation(scene, {.threads = 1, .target = "h200"});
+  const PatchPlan plan = plan_patches(simulation.model());
+  std::vector<int> visits(simulation.model().x.size(), 0);
+  for (const Segment& segment : plan.segments)
+    for (int i = segment.global; i < segment.global + segment.count; ++i) ++visits[i];
+  double numbers = 0;
+  for (const int count : visits) {
+    // The first visit reads x, v, w and the last one writes x, v; if it is another one it reads p, w, x, v before.
+    if (count == 1) numbers += 7 + 6;
+    if (count > 1) numbers += (7 + 3) + (count - 2) * (4 + 3) + (4 + 6 + 6);
+  }
+  EXPECT_EQ(visit_traffic(simulation.model(), simulation.solver()).particle_bytes,
+            numbers * sizeof(float) * scene.solver.substeps);
+}
+
+}  // namespace
+}  // namespace malha
