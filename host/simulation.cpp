@@ -16,8 +16,8 @@
 #include "host/model/asked.h"
 #include "host/model/cut.h"
 #include "host/model/footprint.h"
+#include "host/model/machine.h"
 #include "host/model/set_pins.h"
-#include "host/model/target.h"
 #include "host/model/tear.h"
 #include "host/report/expect.h"
 #include "host/report/report.h"
@@ -224,7 +224,7 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   doing("reading meshes, listing and ordering constraints");
   parts_->times.model_seconds = seconds([&] {
     parts_->model =
-        build_model(scene, parts_->threads, target_named(options.target).patch_bounds(scene.solver.precision));
+        build_model(scene, parts_->threads, machine_named(options.machine).patch_bounds(scene.solver.precision));
     start_outside(parts_->model), note_starts_behind(parts_->model);
     refuse_edge_crossings(parts_->model);
   });

@@ -28,7 +28,7 @@ struct SimulationOptions {
   bool at_most = false;  ///< steps run on all threads, or on one while other programs make that faster. So always for 0
   Backend backend = Backend::OpenMP;
   std::string instructions = {};  ///< "": the widest that the CPU has; or "baseline", "avx2", "avx512"
-  std::string target = "cpu";     ///< what patches are cut for: malha plan --help lists them. Bits depend on it
+  std::string machine = "cpu";    ///< what patches are cut for: malha plan --help lists them all. Bits depend on it
   bool by_hand =
       false;  ///< particles may be taken by hand (pull, hold). Costs memory where levels or patches keep some
   std::vector<OwnConstraint> constraints = {};  ///< of the caller's own: slow, and for as long as the simulation lives

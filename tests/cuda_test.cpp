@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "host/model/target.h"
+#include "host/model/machine.h"
 #include "host/solver/solver.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"
@@ -46,15 +46,15 @@ class SceneOnCuda : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(SceneOnCuda, HasTheHostsBits) {
-  for (const char* target : {"cpu", "h200"}) {
+  for (const char* machine : {"cpu", "h200"}) {
     Scene scene = load_shipped(GetParam());
     for (const Precision precision : {Precision::Float, Precision::Double}) {
       scene.solver.precision = precision;
-      const Model model = build_model(scene, 2, target_named(target).patch_bounds(precision));
+      const Model model = build_model(scene, 2, machine_named(machine).patch_bounds(precision));
       const auto host = make_solver(model, 2), device = make_solver_on_cuda(model, 2);
       for (int step = 0; step < 30; ++step) host->step(), device->step();
-      EXPECT_EQ(device->state_hash(), host->state_hash()) << target;
-      EXPECT_EQ(device->measure().kinetic, host->measure().kinetic) << target;
+      EXPECT_EQ(device->state_hash(), host->state_hash()) << machine;
+      EXPECT_EQ(device->measure().kinetic, host->measure().kinetic) << machine;
     }
   }
 }

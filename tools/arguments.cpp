@@ -7,7 +7,7 @@
 #include "host/base/build_info.h"
 #include "host/base/near_miss.h"
 #include "host/base/text.h"
-#include "host/model/target.h"
+#include "host/model/machine.h"
 #include "host/run/run.h"
 #include "host/scene.h"
 #include "tools/measures.h"
@@ -32,14 +32,8 @@ void add_executor(CLI::App& command, Arguments& arguments) {
               "At most so many threads, the cores if not given; steps run on one while that is faster");
   add_checked(command, "--backend", arguments.backend, one_of(kBackends), "NAME",
               "openmp (default), serial, or cuda: a device, in builds that have it");
-  std::vector<std::string> names;
-  std::string list;
-  for (const Target& target : targets()) {
-    names.push_back(target.name);
-    list += (list.empty() ? "" : ", ") + target.name;
-  }
-  add_checked(command, "--for", arguments.target, one_of(names), "TARGET",
-              "The machine that patches are cut for: " + list + "; cpu if not given");
+  add_checked(command, "--for", arguments.machine, one_of(machine_names()), "MACHINE",
+              "The machine that patches are cut for: cpu (default), a100, h100 or h200");
 }
 
 void add_results(CLI::App& command, Arguments& arguments) {

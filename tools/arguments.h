@@ -22,7 +22,7 @@ struct Arguments {
   std::string command;  // "run"
   std::string scene;    // -: on standard input
   std::string backend = "openmp";
-  std::string target;             // what patches are cut for; empty: the CPU, and nothing is said about it
+  std::string machine;            // what patches are cut for; empty: the CPU, and nothing is said about it
   int threads = 0;                // 0: as many as OpenMP offers
   std::string out;                // empty: out/SCENE; of picture: the folder of results; of page: the file
   std::vector<std::string> runs;  // of page: two folders of results

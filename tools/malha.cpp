@@ -17,7 +17,7 @@
 #include "host/model/model.h"
 #include "host/output/page.h"
 #include "host/report/plan.h"
-#include "host/report/plan_target.h"
+#include "host/report/plan_for.h"
 #include "host/report/warnings.h"
 #include "host/report/whole_steps.h"
 #include "host/run/redraw.h"
@@ -66,7 +66,7 @@ malha::SimulationOptions simulation_options(const Arguments& arguments, malha::P
   malha::SimulationOptions options;
   options.threads = arguments.threads, options.at_most = true;
   options.backend = malha::backend_named(arguments.backend);
-  if (!arguments.target.empty()) options.target = arguments.target;
+  if (!arguments.machine.empty()) options.machine = arguments.machine;
   options.progress = [&progress](const char* what, double part) { progress.setup(what, part); };
   return options;
 }
@@ -153,7 +153,7 @@ int plan(const Arguments& arguments) {
     for (const std::string& line : malha::warnings(simulation->model())) progress.warn(arguments.scene_label(), line);
   }
   std::cout << malha::printable_lines(malha::plan(*simulation));
-  if (!arguments.target.empty()) std::cout << malha::plan_for(*simulation, malha::target_named(arguments.target));
+  if (!arguments.machine.empty()) std::cout << malha::plan_for(*simulation, malha::machine_named(arguments.machine));
   simulation->step();
   std::cout << malha::list_launches(*simulation);
   return malha::kDone;

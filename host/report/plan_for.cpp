@@ -1,4 +1,4 @@
-#include "host/report/plan_target.h"
+#include "host/report/plan_for.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -84,11 +84,11 @@ VisitTraffic visit_traffic(const Model& model, const Solver& solver) {
   return traffic;
 }
 
-std::string plan_for(const Simulation& simulation, const Target& target) {
+std::string plan_for(const Simulation& simulation, const Machine& machine) {
   const Model& model = simulation.model();
   const SolverFacts& facts = simulation.solver().facts();
   std::ostringstream out;
-  out << "for " << target.name << " (" << target.what << "):\n";
+  out << "for " << machine.name << " (" << machine.what << "):\n";
   if (facts.sets.empty()) {
     out << "  no batched constraints, and so no patches\n";
     return out.str();
@@ -99,17 +99,17 @@ std::string plan_for(const Simulation& simulation, const Target& target) {
     const int groups = plan.phase_begin[phase + 1] - plan.phase_begin[phase];
     fewest = std::min(fewest, groups), most = std::max(most, groups);
   }
-  const int at_once = target.groups > 0 ? target.groups : simulation.threads();
+  const int at_once = machine.groups > 0 ? machine.groups : simulation.threads();
   out << "  groups: " << fewest << (most > fewest ? " to " + std::to_string(most) : "") << " in each of "
       << counted(plan.phases(), "phase") << "; it works on " << at_once << " at once\n";
   const double number = model.scene.solver.precision == Precision::Double ? 8 : 4;
   const double largest = 4 * number * plan.most_slots;
   out << "  fast memory: at most " << bytes_text(largest) << " a group";
-  if (target.fast_bytes > 0) {
+  if (machine.fast_bytes > 0) {
     const auto too_large = std::count_if(plan.patches.begin(), plan.patches.end(), [&](const Patch& patch) {
-      return 4 * number * patch.slots > double(target.fast_bytes);
+      return 4 * number * patch.slots > double(machine.fast_bytes);
     });
-    out << ", of " << bytes_text(double(target.fast_bytes)) << " that a group can have";
+    out << ", of " << bytes_text(double(machine.fast_bytes)) << " that a group can have";
     if (too_large > 0) out << "; " << counted(too_large, "group") << " will use the device's memory instead";
   }
   out << "\n";
@@ -125,12 +125,12 @@ std::string plan_for(const Simulation& simulation, const Target& target) {
   const VisitTraffic traffic = visit_traffic(model, simulation.solver());
   const double moved = traffic.particle_bytes + traffic.constraint_bytes;
   const double bandwidth =
-      target.bytes_per_second > 0 ? target.bytes_per_second : measured_bandwidth(simulation.threads());
+      machine.bytes_per_second > 0 ? machine.bytes_per_second : measured_bandwidth(simulation.threads());
   char took[32];
   std::snprintf(took, sizeof took, "%.3g", moved / bandwidth * 1000);
   out << "  memory: visits move " << bytes_text(moved) << " a step (particles " << bytes_text(traffic.particle_bytes)
       << ", constraints " << bytes_text(traffic.constraint_bytes) << "); at " << per_second(bandwidth)
-      << (target.bytes_per_second > 0 ? "" : ", measured now,") << " this alone takes " << took << " ms\n";
+      << (machine.bytes_per_second > 0 ? "" : ", measured now,") << " this alone takes " << took << " ms\n";
   if (!others.empty()) out << "  not counted in that: " << others << "\n";
   return out.str();
 }

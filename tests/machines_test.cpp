@@ -1,11 +1,10 @@
 // What patches are cut for: they fit the machine, and the bits depend on it alone.
-#include "host/model/target.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "host/report/plan_target.h"
+#include "host/model/machine.h"
+#include "host/report/plan_for.h"
 #include "host/solver/patch_plan.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"
@@ -24,40 +23,40 @@ std::vector<Scene> scenes_to_cut() {
   return all;
 }
 
-TEST(Targets, CutPatchesThatFitTheirFastMemory) {
+TEST(Machines, CutPatchesThatFitTheirFastMemory) {
   for (Scene scene : scenes_to_cut())
     for (const Precision precision : {Precision::Float, Precision::Double})
-      for (const Target& target : targets()) {
+      for (const Machine& machine : machines()) {
         scene.solver.precision = precision;
-        const Model model = build_model(scene, 1, target.patch_bounds(precision));
+        const Model model = build_model(scene, 1, machine.patch_bounds(precision));
         const PatchPlan plan = plan_patches(model);
         const std::size_t slot = 4 * (precision == Precision::Double ? sizeof(double) : sizeof(float));
         for (const Patch& patch : plan.patches)
-          if (target.fast_bytes > 0) {
-            EXPECT_LE(patch.slots * slot, target.fast_bytes) << scene.name << " for " << target.name;
+          if (machine.fast_bytes > 0) {
+            EXPECT_LE(patch.slots * slot, machine.fast_bytes) << scene.name << " for " << machine.name;
           }
       }
 }
 
-TEST(Targets, OfDevicesHaveMorePatchesThanCoresDo) {
+TEST(Machines, OfDevicesHaveMorePatchesThanCoresDo) {
   const Scene scene = scenes_to_cut().front();
-  const auto patches = [&](const char* target) {
-    return build_model(scene, 1, target_named(target).patch_bounds(scene.solver.precision)).patches.count();
+  const auto patches = [&](const char* machine) {
+    return build_model(scene, 1, machine_named(machine).patch_bounds(scene.solver.precision)).patches.count();
   };
   EXPECT_GT(patches("h200"), patches("cpu"));
 }
 
-TEST(Targets, AreWhatTheBitsDependOnAndNotTheThreads) {
+TEST(Machines, AreWhatTheBitsDependOnAndNotTheThreads) {
   for (const Scene& scene : scenes_to_cut()) {
-    const auto hash = [&](const std::string& target, int threads) {
-      Simulation simulation(scene, {.threads = threads, .target = target});
+    const auto hash = [&](const std::string& machine, int threads) {
+      Simulation simulation(scene, {.threads = threads, .machine = machine});
       for (int step = 0; step < 5; ++step) simulation.step();
       return simulation.state_hash();
     };
     EXPECT_EQ(hash("h200", 1), hash("h200", 3)) << scene.name;
     EXPECT_EQ(hash("cpu", 1), hash("", 1)) << scene.name << ": the default";
 #if defined(TESTS_BLOCKS)
-    const Model model = build_model(scene, 1, target_named("h200").patch_bounds(scene.solver.precision));
+    const Model model = build_model(scene, 1, machine_named("h200").patch_bounds(scene.solver.precision));
     const auto blocks = make_on_blocks(model, Blocks{32, 1});
     for (int step = 0; step < 2; ++step) blocks->step();
     const auto host = make_solver(model, 1);
@@ -67,19 +66,19 @@ TEST(Targets, AreWhatTheBitsDependOnAndNotTheThreads) {
   }
 }
 
-TEST(Targets, StayThoseOfACheckpoint) {
+TEST(Machines, StayThoseOfACheckpoint) {
   const Scene scene = scenes_to_cut().front();
   const TemporaryFolder folder;
   const std::string path = (folder / "checkpoint").string();
-  Simulation simulation(scene, {.threads = 1, .target = "h200"});
+  Simulation simulation(scene, {.threads = 1, .machine = "h200"});
   simulation.step();
   simulation.save_checkpoint(path);
   Simulation other(scene, {.threads = 1});
   EXPECT_THROW(other.load_checkpoint(path), InputError);  // another order of the particles
 }
 
-TEST(Targets, AreRefusedByAnotherName) {
-  EXPECT_EQ(refusal([] { target_named("h2"); }), "target: found \"h2\"; allowed: cpu, a100, h100, h200");
+TEST(Machines, AreRefusedByAnotherName) {
+  EXPECT_EQ(refusal([] { machine_named("h2"); }), "machine: found \"h2\"; allowed: cpu, a100, h100, h200");
 }
 
 /// A sheet in one patch: each substep reads x, v and w of its particles and writes x and v.
@@ -100,7 +99,7 @@ TEST(VisitTraffic, OfSeveralPatchesAddsWhatTheyShare) {
   Scene scene = scenes_to_cut().front();
   scene.bodies.front().pins.clear();
   scene.solver.iterations = 1;
-  const Simulation simulation(scene, {.threads = 1, .target = "h200"});
+  const Simulation simulation(scene, {.threads = 1, .machine = "h200"});
   const PatchPlan plan = plan_patches(simulation.model());
   std::vector<int> visits(simulation.model().x.size(), 0);
   for (const Segment& segment : plan.segments)

@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "host/model/target.h"
+#include "host/model/machine.h"
 #include "host/simulation.h"
 
 namespace malha {
@@ -17,6 +17,6 @@ VisitTraffic visit_traffic(const Model& model, const Solver& solver);
 
 /// Groups a phase, fast memory, launches a step, bytes moved, and how long memory alone would take over them. For the
 /// CPU the bandwidth is measured.
-std::string plan_for(const Simulation& simulation, const Target& target);
+std::string plan_for(const Simulation& simulation, const Machine& machine);
 
 }  // namespace malha

@@ -1,5 +1,5 @@
 // Which machine a model is laid out for. Patches are what it works on at once, so their size belongs to it. Runs for
-// one target have the same bits on every backend.
+// one machine have the same bits on every backend.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace malha {
 
-struct Target {
+struct Machine {
   std::string name;
   std::string what;             // for people
   PatchBounds bounds;           // but for what fast memory holds
@@ -23,9 +23,10 @@ struct Target {
 };
 
 /// The first, "cpu", is what a model is laid out for if nothing else is said.
-const std::vector<Target>& targets();
+const std::vector<Machine>& machines();
+const std::vector<std::string>& machine_names();
 
 /// Throws InputError for a name that is not among them.
-const Target& target_named(const std::string& name);
+const Machine& machine_named(const std::string& name);
 
 }  // namespace malha

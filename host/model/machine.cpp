@@ -1,0 +1,54 @@
+#include "host/model/machine.h"
+
+#include <algorithm>
+
+#include "host/base/near_miss.h"
+#include "host/base/text.h"
+#include "host/error.h"
+
+namespace malha {
+
+namespace {
+
+constexpr int kBlocks = 3;  // of 128 threads with the registers of Visit: so many fit on a multiprocessor
+
+/// Numbers of NVIDIA's data sheets. Patches go down to a lane a particle, and a fifth of the constraints may cross:
+/// thinner strips, of which more are worked on at once.
+Machine device(const char* name, const char* what, int multiprocessors, std::size_t kibibytes,
+               double bytes_per_second) {
+  return {name, what, {128, 128, 3072, 20, kMostSlots}, kibibytes * 1024, kBlocks * multiprocessors, bytes_per_second};
+}
+
+}  // namespace
+
+PatchBounds Machine::patch_bounds(Precision precision) const {
+  PatchBounds own = bounds;
+  const std::size_t slot = 4 * (precision == Precision::Double ? sizeof(double) : sizeof(float));
+  if (fast_bytes > 0) own.slots = std::min(own.slots, static_cast<int>(fast_bytes / kBlocks / slot));
+  return own;
+}
+
+const std::vector<Machine>& machines() {
+  static const std::vector<Machine> all{{"cpu", "the cores of a CPU, and their caches", {}},
+                                        device("a100", "NVIDIA A100 of 80 GB", 108, 163, 2.04e12),
+                                        device("h100", "NVIDIA H100 SXM", 132, 227, 3.35e12),
+                                        device("h200", "NVIDIA H200", 132, 227, 4.8e12)};
+  return all;
+}
+
+const std::vector<std::string>& machine_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const Machine& machine : machines()) all.push_back(machine.name);
+    return all;
+  }();
+  return names;
+}
+
+const Machine& machine_named(const std::string& name) {
+  const auto found = std::find(machine_names().begin(), machine_names().end(), name);
+  if (found == machine_names().end()) refuse("machine", "", quoted(name), join(machine_names()));
+  return machines()[static_cast<std::size_t>(found - machine_names().begin())];
+}
+
+}  // namespace malha
