@@ -13,7 +13,7 @@ SimulationOptions options_of(int threads, const std::string& backend) {
   if (threads < 0 || threads > 1024)
     refuse("simulation", "threads", std::to_string(threads), "0 for as many as there are, or 1 to 1024");
   if (backend != "openmp" && backend != "serial")
-    refuse("simulation", "backend", quoted(backend), "\"openmp\", \"serial\"");
+    refuse("simulation", "backend", malha::quoted(backend), "\"openmp\", \"serial\"");
   SimulationOptions options;
   options.threads = threads, options.at_most = true;
   options.backend = backend == "serial" ? Backend::Serial : Backend::OpenMP;
@@ -34,7 +34,7 @@ Running::Running(const py::object& scene, int threads, const std::string& backen
   options.by_hand = by_hand;
   for (const py::handle one : given) {
     if (!py::isinstance<PythonConstraint>(one))
-      refuse("simulation", "constraints", quoted(type_of(one)), "a list of malha.Constraint");
+      refuse("simulation", "constraints", malha::quoted(type_of(one)), "a list of malha.Constraint");
     options.constraints.push_back(one.cast<const PythonConstraint&>().own);
     constraints.append(one);
   }
