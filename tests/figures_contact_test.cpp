@@ -168,7 +168,7 @@ struct EdgedDrape {
   double seconds = 0;               // of the processor, in steps
   EdgedDrape(int substeps, bool edges) {
     Scene scene = load_shipped("drape_bunny");
-    scene.self_collision.reset();
+    scene.self_collision.reset(), scene.expect = {};
     scene.solver.substeps = substeps;
     scene.environment[0].edges = true;
     const Model counted_with = build_model(scene);

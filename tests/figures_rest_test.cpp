@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tests/irregular_mesh.h"
 #include "tests/scene_builders.h"
 #include "tests/small_scenes.h"
+#include "tests/support.h"
 
 namespace malha {
 namespace {
@@ -91,26 +93,29 @@ TEST(Figures, DISABLED_ABoxOnSmoothGround) {
   }
 }
 
-// Air brakes them as a swing of a metre needs it. At a tenth of that swing's speed they would not rest at all.
+// Air brakes them as a swing of a metre needs it: after a minute nothing is left but rounding, and what constraints
+// that contradict each other made of it.
 TEST(Figures, DISABLED_PinnedSheetsWithBending) {
-  for (const bool by_modulus : {false, true})
-    for (const std::string kind : {"bending", "isometric_bending", "plate"}) {
-      BodySpec sheet = body("sheet", GridShape{{1, 1}, {16, 16}}, {stiff("distance", {"edges", "shear"}), stiff(kind)});
-      ConstraintSpec& bends = sheet.constraints.back();
-      if (kind == "plate") bends.parameter = 0;
-      if (by_modulus) bends.rigidity = 0.01;
-      if (kind == "plate" && !by_modulus) continue;
-      sheet.pins = {ListPin{{0, 16}}};
-      Scene scene = scene_of({sheet}, kEarth, 1.0 / 60, 20, Precision::Double);
-      scene.wind = Wind{{0, 0, 0}, 6.0 / 289};
-      Simulation simulation = after(scene, 20);
-      const double earlier = simulation.measure().speed_max;
-      run_for(simulation, scene, 40);
-      const double later = simulation.measure().speed_max;
-      std::printf("%-18s of %s: the fastest particle %.1e m/s after 20 s, %.1e m/s after a minute\n", kind.c_str(),
-                  by_modulus ? "a rigidity of 0.01 N m" : "a stiffness of 1", earlier, later);
-      EXPECT_LT(later, 0.3) << kind;
-    }
+  const TemporaryFolder folder;
+  const MeshFile irregular{folder.write("sheet.obj", irregular_obj(1, 1, 16, 16, 0.3, 5))};
+  for (const bool grid : {true, false})
+    for (const double air : {0.0, 6.0 / 289})
+      for (const std::string kind : {"bending", "isometric_bending", "plate"}) {
+        BodySpec sheet =
+            body("sheet", GridShape{{1, 1}, {16, 16}}, {stiff("distance", {"edges", "shear"}), stiff(kind)});
+        if (!grid) sheet.shape = irregular, sheet.constraints[0].on = {"edges"};
+        sheet.constraints[1].rigidity = 0.01;
+        if (kind == "plate") sheet.constraints[1].parameter = 0;
+        sheet.pins = {ListPin{{0, 16}}};
+        Scene scene = scene_of({sheet}, kEarth, 1.0 / 60, 20, Precision::Double);
+        if (air > 0) scene.wind = Wind{{0, 0, 0}, air};
+        const double speed = after(scene, 60).measure().speed_max;
+        std::printf("%s, %-18s %s air: the fastest particle %.1e m/s after a minute\n", grid ? "grid" : "irregular",
+                    kind.c_str(), air > 0 ? "with" : "without", speed);
+        if (air > 0) {
+          EXPECT_LT(speed, 1e-6) << kind;
+        }
+      }
 }
 
 /// A sphere at rest whose pressure wants 1.2 times its volume, without gravity.
