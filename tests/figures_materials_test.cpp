@@ -54,7 +54,7 @@ struct FigureStrip {
   double estimate(int substeps) const { return worst_softening(build_model(scene(substeps, 1))).share; }
 };
 
-ConstraintSpec of_rigidity(const std::string& type, double rigidity, std::vector<std::string> on = {}) {
+ConstraintSpec material_of_rigidity(const std::string& type, double rigidity, std::vector<std::string> on = {}) {
   ConstraintSpec spec = stiff(type, std::move(on), 1, type == "plate" ? 0 : 1);
   spec.rigidity = rigidity;
   return spec;
@@ -82,11 +82,11 @@ TEST(Figures, DISABLED_SofteningOfStripsOfSquareCells) {
       EXPECT_LT(iterated, share / 4) << name;
     }
   };
-  row("stretch by distance", of_rigidity("distance", kFigureY, {"edges"}), 0.5, 2);
+  row("stretch by distance", material_of_rigidity("distance", kFigureY, {"edges"}), 0.5, 2);
   row("stretch by membrane", membrane, 0.5, 2);
-  row("bending", of_rigidity("bending", kFigureD), 0.5, 2);
-  row("isometric_bending", of_rigidity("isometric_bending", kFigureD), 0.5, 2);
-  row("plate", of_rigidity("plate", kFigureD), 1, 4);
+  row("bending", material_of_rigidity("bending", kFigureD), 0.5, 2);
+  row("isometric_bending", material_of_rigidity("isometric_bending", kFigureD), 0.5, 2);
+  row("plate", material_of_rigidity("plate", kFigureD), 1, 4);
 }
 
 // The same formula, of the cells' mean size.
@@ -94,7 +94,7 @@ TEST(Figures, DISABLED_SofteningOfStripsOfIrregularTriangles) {
   const TemporaryFolder folder;
   for (const char* type : {"bending", "plate"}) {
     FigureStrip strip;
-    strip.material = of_rigidity(type, kFigureD);
+    strip.material = material_of_rigidity(type, kFigureD);
     double least = 1e9, most = 0, least_estimated = 1e9, most_estimated = 0;
     for (const unsigned seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
       strip.shape = MeshFile{folder.write("strip.obj", irregular_obj(strip.width, 0.2, 4, 9, 0.3, seed, 1))};
@@ -125,7 +125,7 @@ TEST(Figures, DISABLED_SofteningOfGradedAndLongCells) {
   for (int j = 0; j < graded.rows; ++j)
     for (int i = 0; i < 4; ++i) mesh.faces.push_back({5 * j + i, 5 * j + i + 5, 5 * j + i + 6, 5 * j + i + 1});
   graded.shape = mesh;
-  graded.material = of_rigidity("bending", kFigureD);
+  graded.material = material_of_rigidity("bending", kFigureD);
   int substeps = 1;
   while (graded.estimate(substeps) > 0.1) ++substeps;
   const double unwarned = graded.too_far(substeps, 20 * substeps);
@@ -134,7 +134,7 @@ TEST(Figures, DISABLED_SofteningOfGradedAndLongCells) {
 
   FigureStrip lengthy;
   lengthy.width = 0.08, lengthy.across = 4, lengthy.rows = 40;
-  lengthy.shape = GridShape{{0.08, 0.2}, {4, 40}}, lengthy.material = of_rigidity("bending", kFigureD);
+  lengthy.shape = GridShape{{0.08, 0.2}, {4, 40}}, lengthy.material = material_of_rigidity("bending", kFigureD);
   for (const int n : {40, 80}) {
     const double share = lengthy.too_far(n, 800);
     std::printf("cells of 20 x 5 mm, %d substeps: %.0f %% too far; the warning's estimate is %.0f %%\n", n, 100 * share,

@@ -13,7 +13,7 @@
 namespace malha {
 namespace {
 
-const char* name_of(Precision precision) { return precision == Precision::Float ? "float" : "double"; }
+const char* precision_name(Precision precision) { return precision == Precision::Float ? "float" : "double"; }
 
 /// The largest move of a particle in one of 1,000 steps, m: of those that touch the ground and of all.
 struct LargestMoves {
@@ -67,16 +67,16 @@ TEST(Figures, DISABLED_RestOnTheGround) {
         const BodySpec sheet = sheet_of_289(stiff("distance", {"edges", "shear"}));
         const LargestMoves moves(on_the_ground(sheet, method, precision, solid), 10);
         std::printf("sheet of 289 particles on a %s by %s in %s: %.0e m a step\n", solid ? "solid" : "plane", method,
-                    name_of(precision), moves.all);
+                    precision_name(precision), moves.all);
         EXPECT_LT(moves.all, kVisible);
       }
     const LargestMoves box(on_the_ground(box_of_98(), "pbd", precision, false), 10);
     std::printf("box of 98 particles in %s: %.0e m a step of what touches the ground, %.0e m of all\n",
-                name_of(precision), box.touching, box.all);
+                precision_name(precision), box.touching, box.all);
     EXPECT_LT(box.all, kVisible);
     const LargestMoves springs(
         on_the_ground(sheet_of_289(compliant("distance", 1e-3, {"edges", "shear"})), "pbd", precision, false), 60);
-    std::printf("sheet of springs after a minute in %s: %.0e m a step\n", name_of(precision), springs.all);
+    std::printf("sheet of springs after a minute in %s: %.0e m a step\n", precision_name(precision), springs.all);
     EXPECT_LT(springs.all, kVisible);
   }
 }
@@ -158,7 +158,7 @@ TEST(Figures, DISABLED_MomentaAfterAMinute) {
         const Simulation start(scene, {.threads = 1});
         const Simulation end = after(scene, 60);
         const double changed = length(velocity(end) - velocity(start)) / 0.3;
-        std::printf("%-6s %s edges, at %5.1f m: linear momentum changed by %.1e of itself\n", name_of(precision),
+        std::printf("%-6s %s edges, at %5.1f m: linear momentum changed by %.1e of itself\n", precision_name(precision),
                     stiff_edges ? "stiff" : "1e-6 m/N", far, changed);
         EXPECT_LT(changed, precision == Precision::Double ? 1e-6 : far < 1 ? 0.5 : 10);
       }
