@@ -26,9 +26,9 @@ set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME malha)
 set(CPACK_PACKAGE_CONTACT "the founders of malha")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
-set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "Cloth, balloons and soft solids by Position Based Dynamics (XPBD) and by
-Desbrun's implicit filter. The command and its window, the library with its headers, the module for Python, scenes,
-pages and examples.")
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "Cloth, balloons and soft solids by Position Based Dynamics (XPBD) and
+by Desbrun's implicit filter. The command and its window, the library with its
+headers, the module for Python, scenes, pages and examples.")
 set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
