@@ -34,7 +34,15 @@ KERNEL void for_each_constraint(F&& f) {
   for_each_constraint(static_cast<F&&>(f), ConstraintKinds{});
 }
 
-/// Calls f(Kind{}) for the kind of this name, if it is one of them.
+/// The place of a kind in a list: what kernels know it by. -1: it is not there.
+template <class Kind, ConstraintKind... Kinds>
+constexpr int number_of(KindList<Kinds...>) {
+  int number = -1, next = 0;
+  ((std::is_same_v<Kind, Kinds> ? void(number = next++) : void(++next)), ...);
+  return number;
+}
+
+/// Calls f(Kind{}) for the kind of this name, if it is one of them. The host knows kinds by their names.
 template <class Name, class F, class Kinds = ConstraintKinds>
 void with_kind(const Name& name, const F& f, Kinds kinds = {}) {
   for_each_constraint(

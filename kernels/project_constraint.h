@@ -69,7 +69,7 @@ KERNEL S per_reach_of(const S& size) {
 /// The numbers of a set. Lambda is by slot, and so are rest values within a batch; padding has none (NaN).
 template <class R>
 struct SetView {
-  int kind;       // its place in the registry
+  int kind;       // its number among the kinds of a sweep
   Update update;  // how its constraints are met
   int numbers;    // rest values of a constraint
   const LocalIndex* index[kMostParticles];

@@ -222,9 +222,9 @@ struct Visit {
   template <class Group, class Local>
   KERNEL void project_set(const Group& group, const Patch& patch, int begin, int end, const Local& local) const {
     const SetView<R>& set = sets[batches[patch.batch + begin].set];
-    int kind = 0;
     for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
-      if (kind++ != set.kind) return;
+      constexpr int number = number_of<Kind>(ConstraintKinds{});
+      if (set.kind != number) return;
       const auto by = [&]<class Updated>(Updated) KERNEL_LAMBDA {
         if (set.update == Updated::value)
           group.apart(begin, end, ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set});

@@ -2,7 +2,7 @@
 # usage: install.sh ROOT BUILD GENERATOR COMPILER flags=FLAGS python=PYTHON folder=FOLDER
 # Installs BUILD into a scratch prefix; configures, builds and runs tools/examples against it, with the compiler's
 # default instruction set (FLAGS are the sanitizers', which all parts of a program must share). PYTHON, if it is not
-# empty, imports the module from FOLDER below the prefix.
+# empty, imports the module from FOLDER below the prefix. The links of the installed pages lead somewhere.
 set -euo pipefail
 root=${1:?} build=${2:?} generator=${3:?} compiler=${4:?} flags=${5#flags=} python=${6#python=} folder=${7#folder=}
 scratch=$(mktemp -d)
@@ -16,6 +16,7 @@ cmake --build "$scratch/build"
 # A scene with particles, constraints and a mesh to collide with, so that every dependency is called.
 "$scratch/build/run" "$root/scenes/ramp.json"
 for name in own_loop own_constraint several; do "$scratch/build/$name" "$root/scenes/sheet_shear.json"; done
+"$root/tests/pages.sh" "$scratch/prefix/share/doc/malha" links
 "$scratch/prefix/bin/malha" --help >/dev/null
 if [[ -e "$build/malha_measures" ]]; then "$scratch/prefix/bin/malha" bench --help >/dev/null; fi
 if [[ -n "$python" ]]; then

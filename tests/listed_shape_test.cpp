@@ -73,5 +73,23 @@ TEST(ListedShape, IsRefusedWhereACornerIsNoPoint) {
             "listed: tetrahedra/0: found vertex -1; allowed: 0 to 2");
 }
 
+/// Sound meshes are not written as text to be checked; what is wrong is named all the same.
+TEST(ListedShape, MadeInCodeIsRefusedAsItsFileIs) {
+  const auto refused = [](const ListedShape& shape) {
+    return refusal([&] { build_model(scene_of({listed_body(shape)}, kEarth, 0.1)); });
+  };
+  ListedShape shape = kSquare;
+  shape.points[2][1] = 2e18;
+  EXPECT_TRUE(has(refused(shape), "/bodies/0/shape/listed/points/2/1: found 2e+18; allowed: a number"))
+      << refused(shape);
+  shape.points[2][1] = NAN;
+  EXPECT_TRUE(has(refused(shape), "/bodies/0/shape/listed/points/2/1: found null; allowed: a number"))
+      << refused(shape);
+  shape = kSquare, shape.faces[1][2] = -2;
+  EXPECT_TRUE(has(refused(shape), "/bodies/0/shape/listed/faces/1/2: found -2; allowed: ")) << refused(shape);
+  EXPECT_TRUE(has(refused({}), "/bodies/0/shape/listed/points: found a list of 0; allowed: ")) << refused({});
+  EXPECT_EQ(refused(kSquare), "");
+}
+
 }  // namespace
 }  // namespace malha

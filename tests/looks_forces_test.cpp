@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
 
 #include "host/looks/forces.h"
@@ -125,6 +126,7 @@ TEST(PinForces, OfAnIrregularSheetAtRestAddUpToItsWeight) {
     for (const double w : simulation.inverse_masses())
       if (w > 0) weight += kG / w;
     const Vec3 sum = sum_of(all);
+    std::printf("%s: pins are pulled with %.4f of the weight\n", method, -sum[1] / weight);
     // A constraint is met when it is projected, and its neighbours move it again: by some w dt^2 / compliance, 0.008.
     EXPECT_NEAR(sum[1], -weight, 0.01 * weight) << method << ": it hardly moves any more";
     EXPECT_NEAR(std::hypot(sum[0], sum[2]), 0, 0.01 * weight) << method;

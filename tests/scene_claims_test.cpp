@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "tests/small_scenes.h"
 
@@ -53,6 +54,7 @@ TEST(SceneShows, ThatLongRangeAttachmentsHoldTheCloth) {
       not_held = std::max(not_held, length(x[kCloth + i] - x[kCloth + i % kRow]));
     }
   }
+  std::printf("the cloth of 4 m: up to %.2f m long with long_range and %.2f m without\n", held, not_held);
   EXPECT_LT(held, 1.021 * 4);  // its limit is 2 %
   EXPECT_GT(not_held, 1.1 * 4);
 }

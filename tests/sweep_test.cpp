@@ -30,7 +30,7 @@ class ScalarSweep {
       alpha_.push_back(R(set.compliance.value_or(0) / (h * h)));
       lambda_.emplace_back(3 * set.count(), R(0));  // as many as any kind has
       rest_.emplace_back();
-      with_kind(set, [&]<class Kind>(Kind) {
+      with_kind(set.type, [&]<class Kind>(Kind) {
         for (int c = 0; c < set.count(); ++c) {
           double rest[Kind::numbers];
           rest_values<Kind>(model.x.data(), &set.particles[c * set.arity], set.parameter, rest);
@@ -44,7 +44,7 @@ class ScalarSweep {
     for (const Patch& patch : plan_.patches)
       for (int b = patch.batch; b < patch.batch + patch.batches; ++b) {
         const Batch& batch = plan_.batches[b];
-        with_kind(model_.sets[batch.set], [&]<class Kind>(Kind) {
+        with_kind(model_.sets[batch.set].type, [&]<class Kind>(Kind) {
           for (int n = 0; n < batch.count; ++n)
             if (const int c = plan_.sets[batch.set].constraint[batch.slot + n]; c >= 0) project<Kind>(p, batch.set, c);
         });
@@ -58,13 +58,6 @@ class ScalarSweep {
   const PatchPlan& plan() const { return plan_; }
 
  private:
-  template <class F>
-  static void with_kind(const ConstraintSet& set, const F& f) {
-    for_each_constraint([&]<class Kind>(Kind kind) {
-      if (set.type == Kind::name) f(kind);
-    });
-  }
-
   template <class Kind>
   void project(std::vector<Vector3<R>>& p, int s, int c) {
     constexpr int n = Kind::particles;

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <Eigen/Sparse>
 #include <cmath>
+#include <cstdio>
 #include <map>
 
 #include "host/mesh/generate.h"
@@ -106,13 +107,21 @@ double softened(int cells, double wave, int iterations) {
   return by_malha(cells, substeps, iterations, substeps * wave * cell / speed) / by_finite_elements(cells) - 1;
 }
 
-// Figures of the README, measured on nine beams: 1 to 4 cells across, Poisson's ratios 0 to 0.45, moved points too.
+// Figures of scenes/accuracy.md, which it prints. Measured on more beams: 1 to 4 cells across, Poisson's ratios 0 to
+// 0.45, moved points too.
 TEST(BeamOfTetrahedra, SoftensWithTheCellsThatAWaveGetsThroughInASubstep) {
   for (const int cells : {1, 2, 3}) {
-    EXPECT_NEAR(softened(cells, 0.1, 1), 0.01, 0.025) << cells;
-    EXPECT_NEAR(softened(cells, 0.2, 1), 0.015, 0.045) << cells;
-    EXPECT_NEAR(softened(cells, 0.4, 1), 0.5, 0.3) << cells;
-    EXPECT_GT(softened(cells, 0.8, 1), 1.0) << cells;
+    std::map<double, double> share;
+    for (const double wave : {0.1, 0.2, 0.3, 0.4, 0.8}) {
+      share[wave] = softened(cells, wave, 1);
+      std::printf("%d cells across, a wave through %.1f of them: sinks too far by %.0f %%\n", cells, wave,
+                  100 * share[wave]);
+    }
+    EXPECT_NEAR(share[0.1], 0.01, 0.025) << cells;
+    EXPECT_NEAR(share[0.2], 0.015, 0.045) << cells;
+    EXPECT_NEAR(share[0.3], 0.13, 0.1) << cells;
+    EXPECT_NEAR(share[0.4], 0.5, 0.3) << cells;
+    EXPECT_GT(share[0.8], 1.0) << cells;
     EXPECT_NEAR(softened(cells, 0.4, 4), 0.03, 0.07) << cells << ": as 0.2 with one iteration";
     EXPECT_NEAR(softened(cells, 0.8, 16), 0.03, 0.07) << cells << ": as 0.2 with one iteration";
   }

@@ -1,6 +1,6 @@
 // What measures malha: tune, bench and study. They take as long to compile as all the rest, so they are a program of
-// their own, malha_measures, which the command becomes when one of them is asked for. Both programs are made of the
-// same files but for these functions: tools/hand_over.cpp has the command's, tools/measures/ the other one's.
+// their own, malha_measures, which the command becomes when one of them is asked for. Both programs share all files
+// but those with these functions: tools/hand_over.cpp has the command's, tools/measures/ the other one's.
 #pragma once
 #include <atomic>
 #include <optional>

@@ -16,6 +16,7 @@
 #include "host/model/self_surface.h"
 #include "host/model/solver_of.h"
 #include "host/model/tear.h"
+#include "host/scene/check_scene.h"
 
 namespace malha {
 
@@ -30,7 +31,7 @@ class Builder {
 
   Model build() {
     const Scene& scene = model_.scene;
-    if (!torn_) parse_scene(to_json(scene), scene.file, "");  // a scene made in code is held to what a file is held to
+    if (!torn_) check_scene(scene);
     check_outputs(scene);
     if (scene.self_collision && tears(scene))
       refuse(scene.file, "/self_collision", "self_collision in a scene with a body that tears", "one of them");

@@ -7,9 +7,8 @@
 namespace malha {
 namespace {
 
-constexpr int most_cells = 100000;      // along one direction
-constexpr double most_particles = 2e7;  // of one generated shape
-constexpr int most_subdivisions = 10;   // 10,485,762 points
+constexpr int most_cells = 100000;     // along one direction
+constexpr int most_subdivisions = 10;  // 10,485,762 points
 
 void refuse_too_many(const JsonReader& at, double particles) {
   if (particles <= most_particles) return;

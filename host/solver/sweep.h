@@ -157,20 +157,17 @@ class Sweep {
     const SolverSpec& solver = model.scene.solver;
     const double h = solver.dt / solver.substeps;
     SetView<R> view{};
-    int kind = 0;
     std::size_t multipliers = 1;
-    for_each_constraint(
+    with_kind(
+        set.type,
         [&]<class Kind>(Kind) {
-          if (set.type == Kind::name) {
-            view.kind = kind;
-            multipliers = malha::multipliers<Kind>();
-            view.update = update_of<Kind>(set);
-            view.numbers = rest_numbers<Kind>(view.update);
-            RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.numbers, s, patches.batches);
-            own.rest = Array<Executor, R>(rest.each), own.common = Array<Executor, R>(rest.common);
-            own.held = Array<Executor, unsigned short>(rest.held);
-          }
-          ++kind;
+          view.kind = number_of<Kind>(Kinds{});
+          multipliers = malha::multipliers<Kind>();
+          view.update = update_of<Kind>(set);
+          view.numbers = rest_numbers<Kind>(view.update);
+          RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.numbers, s, patches.batches);
+          own.rest = Array<Executor, R>(rest.each), own.common = Array<Executor, R>(rest.common);
+          own.held = Array<Executor, unsigned short>(rest.held);
         },
         Kinds{});
     for (int j = 0; j < set.arity; ++j) {

@@ -1,5 +1,5 @@
 # malha tune, bench and study: the benchmarks and the studies as libraries, so that the tests reach them too, and the
-# program that does all three. It is of the command's files but for one: see tools/measures.h.
+# program that does all three: see tools/measures.h.
 
 # The benchmarks.
 file(GLOB_RECURSE bench_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/bench/*.cpp")
@@ -31,16 +31,12 @@ file(GLOB_RECURSE study_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/s
      "${PROJECT_SOURCE_DIR}/tools/tune/*.cpp")
 list(FILTER study_sources EXCLUDE REGEX "/tools/study/reference/")
 add_library(malha_study STATIC ${study_sources})
-# Several files a time, as the tests; a case that a paper prints may call its things as all the others do.
-set_target_properties(malha_study PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
-file(GLOB printed_cases CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/study/published/*.cpp")
-set_source_files_properties(${printed_cases} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+# Several files a time, as the tests: reading JSON's and our headers takes longer than the rest of a file.
+set_target_properties(malha_study PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
 target_link_libraries(malha_study PUBLIC malha malha_bench malha_reference nlohmann_json::nlohmann_json PRIVATE Eigen3::Eigen OpenMP::OpenMP_CXX)
 
-set(measures_sources ${tool_sources})
-list(REMOVE_ITEM measures_sources "${PROJECT_SOURCE_DIR}/tools/hand_over.cpp")
-file(GLOB only_measures CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/measures/*.cpp")
-add_executable(malha_measures ${measures_sources} ${only_measures})
-target_link_libraries(malha_measures PRIVATE malha malha_bench malha_study CLI11::CLI11 Eigen3::Eigen OpenMP::OpenMP_CXX)
+file(GLOB measures_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tools/measures/*.cpp")
+add_executable(malha_measures ${measures_sources})
+target_link_libraries(malha_measures PRIVATE malha_command_line malha_bench malha_study)
 set_target_properties(malha_measures PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
 install(TARGETS malha_measures RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} OPTIONAL)  # where it was built

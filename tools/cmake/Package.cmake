@@ -1,23 +1,40 @@
 # What a Debian package of malha holds beside the program and the library: see tools/package/.
 set(data_dir "${CMAKE_INSTALL_DATAROOTDIR}/malha")
-install(DIRECTORY scenes/ DESTINATION "${data_dir}/scenes" PATTERN "scans" EXCLUDE)
+install(DIRECTORY scenes/ DESTINATION "${data_dir}/scenes" PATTERN "scans" EXCLUDE PATTERN "*.md" EXCLUDE
+        PATTERN "*.png" EXCLUDE)
 install(FILES scenes/meshes/scans/bunny00.off DESTINATION "${data_dir}/scenes/meshes/scans" OPTIONAL)
 install(FILES tools/package/malha.bash DESTINATION "${CMAKE_INSTALL_DATAROOTDIR}/bash-completion/completions"
         RENAME malha)
-install(FILES README.md LICENSE DESTINATION "${CMAKE_INSTALL_DOCDIR}")
-# By tools/package/make, which has help2man write them.
+
+# The pages, the pictures that they show and the examples, as they lie here: so links lead to what they name.
+file(GLOB_RECURSE pages CONFIGURE_DEPENDS RELATIVE "${PROJECT_SOURCE_DIR}" host/*.md kernels/*.md scenes/*.md
+     scenes/*.png tests/*.md tools/*.md tools/*.svg tools/examples/*.cpp tools/examples/CMakeLists.txt
+     tools/python/examples/*.py)
+foreach(page README.md ${pages})
+  get_filename_component(folder "${page}" DIRECTORY)
+  install(FILES "${page}" DESTINATION "${CMAKE_INSTALL_DOCDIR}/${folder}")
+endforeach()
+# Where users of Debian look for them.
+file(CREATE_LINK tools/examples "${PROJECT_BINARY_DIR}/examples" SYMBOLIC)
+install(FILES "${PROJECT_BINARY_DIR}/examples" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+
+# By tools/package/make.
+install(FILES "${PROJECT_BINARY_DIR}/copyright" DESTINATION "${CMAKE_INSTALL_DOCDIR}" OPTIONAL)
 install(DIRECTORY "${PROJECT_BINARY_DIR}/man/" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1" OPTIONAL)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME malha)
 set(CPACK_PACKAGE_CONTACT "the founders of malha")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "Cloth, balloons and soft solids by Position Based Dynamics (XPBD) and
+by Desbrun's implicit filter. The command and its window, the library with its
+headers, the module for Python, scenes, pages and examples.")
 set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)  # what the programs need to run
-# What programs that use the library are linked with, and what draws charts.
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, libembree-dev, libmetis-dev, libtinygltf-dev, zlib1g-dev, gnuplot-nox")
+# What programs that use the library are built and linked with, and what draws charts.
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, make, libembree-dev, libmetis-dev, libtinygltf-dev, zlib1g-dev, gnuplot-nox")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy")  # of the module for Python
 include(CPack)

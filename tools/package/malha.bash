@@ -1,13 +1,17 @@
+# shellcheck shell=bash
 # Completes malha's commands and options in bash. Both are read from its help, so that they are never out of date.
 _malha() {
-  local now=${COMP_WORDS[COMP_CWORD]} program=${COMP_WORDS[0]} words
-  if ((COMP_CWORD == 1)); then
-    words=$("$program" --help 2>/dev/null | sed -n '/^Commands:/,/^$/s/^  \([a-z][a-z]*\) .*/\1/p')
-  elif [[ $now == -* ]]; then
-    words=$("$program" "${COMP_WORDS[1]}" --help 2>/dev/null | grep --only-matching -e '^  [^ ]*' | tr ',' '\n' | grep --only-matching -e '--[a-z-]*')
+  local now=${COMP_WORDS[COMP_CWORD]} first=$((COMP_CWORD < 2 ? 1 : 2)) help words
+  if [[ ${COMP_WORDS[1]} == bench ]] && ((COMP_CWORD > 2)); then first=3; fi  # each benchmark has a help of its own
+  help=$("${COMP_WORDS[@]:0:first}" --help 2>/dev/null)
+  if [[ $now == -* ]]; then
+    words=$(grep --only-matching -e '^  [^ ]*' <<<"$help" | tr ',' '\n' | grep --only-matching -e '--[a-z-]*')
   else
-    mapfile -t COMPREPLY < <(compgen -f -X '!*.@(json|obj|ply|off|stl|node|ele|msh|mesh)' -- "$now"; compgen -d -- "$now")
-    return
+    words=$(sed -n '/^\(Commands\|Benchmarks\|Studies\):/,/^$/s/^  \([a-z][a-z]*\) .*/\1/p' <<<"$help")
+    if [[ -z $words ]]; then
+      mapfile -t COMPREPLY < <(compgen -f -X '!*.@(json|obj|ply|off|stl|node|ele|msh|mesh)' -- "$now"; compgen -d -- "$now")
+      return
+    fi
   fi
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$now")
 }

@@ -32,7 +32,7 @@ Running::Running(const py::object& scene, int threads, const std::string& backen
   options.by_hand = by_hand;
   for (const py::handle one : given) {
     if (!py::isinstance<PythonConstraint>(one))
-      refuse("simulation", "constraints", quoted(type_of(one)), "a list of malha.Constraint");
+      refuse("simulation", "constraints", malha::quoted(type_of(one)), "a list of malha.Constraint");
     options.constraints.push_back(one.cast<const PythonConstraint&>().own);
     constraints.append(one);
   }

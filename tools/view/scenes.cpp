@@ -13,8 +13,10 @@ namespace fs = std::filesystem;
 std::vector<std::string> scenes_near(const std::string& scene) {
   std::vector<std::string> found;
   std::set<fs::path> seen;
-  for (const fs::path& folder : {fs::path(scene).parent_path(), fs::path("scenes")}) {
-    std::error_code error;
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);  // in bin/
+  const fs::path installed = program.parent_path().parent_path() / "share/malha/scenes";
+  for (const fs::path& folder : {fs::path(scene).parent_path(), fs::path("scenes"), installed}) {
     const fs::path here = folder.empty() ? fs::path(".") : folder;
     for (const auto& entry : fs::directory_iterator(here, error)) {
       const fs::path& path = entry.path();

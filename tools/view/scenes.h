@@ -7,7 +7,8 @@
 
 namespace malha::view {
 
-/// The scene files beside this one, and those of the folder scenes here; sorted, each once.
+/// The scene files beside this one, those of the folder scenes here, and those that were installed with this program;
+/// sorted, each once.
 std::vector<std::string> scenes_near(const std::string& scene);
 
 /// A mesh as a cloth, or as a soft solid where it is full of tetrahedra, above a floor. Throws InputError.

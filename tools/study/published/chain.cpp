@@ -16,27 +16,28 @@ namespace {
 
 using bench::formatted;
 
-constexpr int kParticles = 20, kFrames = 100;
+constexpr int kChainParticles = 20, kChainFrames = 100;
 constexpr double kStiffness = 1e8;  // N/m
 constexpr int kIterations[] = {50, 100, 1000};
 constexpr double kPrinted[] = {0.06, 0.02, 0.005};
 
-struct Setting {
+struct ChainSetting {
   double dt, spacing;  // s, m
 };
 
-std::vector<Setting> settings(bool quick) {
+std::vector<ChainSetting> chain_settings(bool quick) {
   if (quick) return {{1.0 / 60, 0.2}};
-  std::vector<Setting> all;
+  std::vector<ChainSetting> all;
   for (const double dt : {1.0 / 60, 0.008})
     for (const double spacing : {0.05, 0.1, 0.2, 0.5, 1.0}) all.push_back({dt, spacing});
   return all;
 }
 
 /// It starts level and swings down. malha's chain has half a kilogram at its free end, as a rope has.
-Scene scene_of(const Setting& of, int iterations) {
+Scene scene_of(const ChainSetting& of, int iterations) {
   BodySpec body;
-  body.name = "chain", body.shape = ChainShape{{0, 0, 0}, {(kParticles - 1) * of.spacing, 0, 0}, kParticles - 1};
+  body.name = "chain",
+  body.shape = ChainShape{{0, 0, 0}, {(kChainParticles - 1) * of.spacing, 0, 0}, kChainParticles - 1};
   body.density = 1 / of.spacing, body.pins = {ListPin{{0}}};
   ConstraintSpec links;
   links.type = "distance", links.on = {"edges"}, links.compliance = 1 / kStiffness;
@@ -49,7 +50,7 @@ template <class Step>
 std::vector<double> pulls(const System& system, double dt, const Step& step) {
   State state = system.start;
   std::vector<double> all;
-  for (int frame = 0; frame < kFrames; ++frame) {
+  for (int frame = 0; frame < kChainFrames; ++frame) {
     const State before = state;
     step(state);
     all.push_back(support_force(system, before, state, dt).norm());
@@ -66,7 +67,7 @@ std::vector<double> in_order(const SpringSystem& system, double dt, int iteratio
   return pulls(system, dt, [&](State& state) { sweep_in_order(system, dt, iterations, state); });
 }
 
-std::vector<double> by_malha(const System& system, const Setting& of, int iterations) {
+std::vector<double> by_malha(const System& system, const ChainSetting& of, int iterations) {
   Simulation simulation(scene_of(of, iterations), {.threads = 1});
   return pulls(system, of.dt, [&](State& state) {
     simulation.step();
@@ -78,7 +79,7 @@ std::vector<double> by_malha(const System& system, const Setting& of, int iterat
 Json errors(const std::vector<double>& pull, const std::vector<double>& truth) {
   const double most = *std::max_element(truth.begin(), truth.end());
   double of_most = 0, of_own = 0;
-  for (int k = 0; k < kFrames; ++k) {
+  for (int k = 0; k < kChainFrames; ++k) {
     of_most = std::max(of_most, std::abs(pull[k] - truth[k]) / most);
     of_own = std::max(of_own, std::abs(pull[k] - truth[k]) / truth[k]);
   }
@@ -88,10 +89,10 @@ Json errors(const std::vector<double>& pull, const std::vector<double>& truth) {
           {"pull_n", pull}};
 }
 
-Json run(const Setting& of) {
+Json run_chain(const ChainSetting& of) {
   const std::unique_ptr<SpringSystem> rope = spring_system(scene_of(of, 1));
   const SpringSystem chain =
-      chain_system(std::vector<double>(kParticles, 1.0), of.spacing, kStiffness, {1, 0, 0}, rope->gravity);
+      chain_system(std::vector<double>(kChainParticles, 1.0), of.spacing, kStiffness, {1, 0, 0}, rope->gravity);
   const std::vector<double> truth = by_newton(*rope, of.dt), chain_truth = by_newton(chain, of.dt);
   Json cell{{"newton_n", truth}};
   for (const int n : kIterations)
@@ -101,13 +102,13 @@ Json run(const Setting& of) {
   return cell;
 }
 
-Chart chart_of(const Setting& of, const Json& cell) {
+Chart chart_of(const ChainSetting& of, const Json& cell) {
   Chart chart{"chain", formatted("set xlabel 'frame'\nset ylabel 'pull at the support (N)'\nset title 'XPBD 2016, 6.2: "
                                  "a chain of 20 particles swings down (step %.4g s, spacing %g m)'\n",
                                  of.dt, of.spacing)};
   const auto add = [&chart](const Json& pull, const std::string& style, const std::string& title) {
     std::string points;
-    for (int k = 0; k < kFrames; ++k) points += formatted("%d %g\n", k + 1, pull[k].get<double>());
+    for (int k = 0; k < kChainFrames; ++k) points += formatted("%d %g\n", k + 1, pull[k].get<double>());
     chart.series.push_back({points, style, title});
   };
   add(cell["50"]["malha"]["pull_n"], "with lines lw 2 lc rgb '#d55e00'", "malha, 50 iterations");
@@ -117,7 +118,7 @@ Chart chart_of(const Setting& of, const Json& cell) {
   return chart;
 }
 
-void add(Cells& cells, Findings& findings) {
+void add_chain(Cells& cells, Findings& findings) {
   Section section{"XPBD 2016, section 6.2: the pull at the support of a falling chain"};
   section.table.columns = {"step, s",
                            "spacing, m",
@@ -129,11 +130,12 @@ void add(Cells& cells, Findings& findings) {
                            "malha, error of the largest pull",
                            "malha, of the frame's own"};
   double closest = 1e300, apart = 0;
-  Setting best{};
+  ChainSetting best{};
   Json best_cell;
-  const std::vector<Setting> all = settings(cells.quick());
-  for (const Setting& of : all) {
-    const Json cell = cells(formatted("chain: step %.9g s, spacing %g m", of.dt, of.spacing), [&] { return run(of); });
+  const std::vector<ChainSetting> all = chain_settings(cells.quick());
+  for (const ChainSetting& of : all) {
+    const Json cell =
+        cells(formatted("chain: step %.9g s, spacing %g m", of.dt, of.spacing), [&] { return run_chain(of); });
     double off = 0;
     for (std::size_t k = 0; k < std::size(kIterations); ++k) {
       const Json& of_n = cell[std::to_string(kIterations[k])];
@@ -178,10 +180,10 @@ void add(Cells& cells, Findings& findings) {
   findings.sections.push_back(section);
 }
 
-int count(bool quick) { return static_cast<int>(settings(quick).size()); }
+int count_chain(bool quick) { return static_cast<int>(chain_settings(quick).size()); }
 
 }  // namespace
 
-const PublishedPart kChainOf2016{count, add};
+const PublishedPart kChainOf2016{count_chain, add_chain};
 
 }  // namespace malha::study

@@ -17,7 +17,7 @@ using bench::formatted;
 constexpr double kCompliance = 0.001;
 constexpr double kPi = 3.14159265358979323846;
 
-struct Setting {
+struct SpringSetting {
   std::string title;
   std::optional<double> compliance;
   double stiffness;  // of PBD, a whole step's
@@ -27,8 +27,8 @@ struct Setting {
 /// PBD of 2006 leaves (1 - k) of an error a projection; malha's stiffness is that of all of a step's projections.
 double of_a_step(double k, int iterations) { return 1 - std::pow(1 - k, iterations); }
 
-std::vector<Setting> settings(bool quick) {
-  std::vector<Setting> all;
+std::vector<SpringSetting> spring_settings(bool quick) {
+  std::vector<SpringSetting> all;
   for (const int n : {1, 5, 10}) all.push_back({"XPBD, " + counted(n, "iteration"), kCompliance, 1, 1, n});
   for (const int n : quick ? std::vector{10} : std::vector{10, 100})
     all.push_back({formatted("XPBD, %d substeps", n), kCompliance, 1, n, 1});
@@ -52,7 +52,7 @@ Json measured(const std::vector<double>& a, double dt) {
   return {{"period_s", steps * dt}, {"left_after_a_period", std::pow(shrinks, steps)}, {"a_m", a}};
 }
 
-Json run(const Setting& of) {
+Json run_spring(const SpringSetting& of) {
   BodySpec body;
   body.name = "spring", body.shape = ChainShape{{0, 0, 0}, {1.5, 0, 0}, 1}, body.mass = 2;  // half of it at each end
   body.pins = {ListPin{{0}}};
@@ -74,7 +74,7 @@ std::string or_none(const Json& value, const char* format, double times = 1) {
   return value.is_null() ? "none" : formatted(format, value.get<double>() * times);
 }
 
-void add(Cells& cells, Findings& findings) {
+void add_spring(Cells& cells, Findings& findings) {
   const double exact = 2 * kPi / kOmega;
   Section section{"XPBD 2016, section 6.1: an oscillator"};
   section.table.columns = {"method", "period, s", "backward Euler's, s", "swing left after a period"};
@@ -90,10 +90,10 @@ void add(Cells& cells, Findings& findings) {
                                           "lc rgb '#e6550d' pt 5",  "lc rgb '#a63603' pt 9"};
   double xpbd_off = 0, xpbd_apart = 0, finest = 0;
   std::string pbd;
-  const std::vector<Setting> all = settings(cells.quick());
+  const std::vector<SpringSetting> all = spring_settings(cells.quick());
   for (std::size_t k = 0; k < all.size(); ++k) {
-    const Setting& of = all[k];
-    const Json cell = cells("spring: " + of.title, [&] { return run(of); });
+    const SpringSetting& of = all[k];
+    const Json cell = cells("spring: " + of.title, [&] { return run_spring(of); });
     const double dt = kFrame / of.substeps;
     findings.rows.push_back({{"case", "spring of 2016"},
                              {"what", of.title},
@@ -137,10 +137,10 @@ void add(Cells& cells, Findings& findings) {
   findings.sections.push_back(section);
 }
 
-int count(bool quick) { return static_cast<int>(settings(quick).size()); }
+int count_spring(bool quick) { return static_cast<int>(spring_settings(quick).size()); }
 
 }  // namespace
 
-const PublishedPart kSpringOf2016{count, add};
+const PublishedPart kSpringOf2016{count_spring, add_spring};
 
 }  // namespace malha::study
