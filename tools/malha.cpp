@@ -17,6 +17,7 @@
 #include "host/model/model.h"
 #include "host/output/page.h"
 #include "host/report/plan.h"
+#include "host/report/ranks.h"
 #include "host/report/warnings.h"
 #include "host/report/whole_steps.h"
 #include "host/run/redraw.h"
@@ -150,9 +151,11 @@ int plan(const Arguments& arguments) {
     simulation.emplace(load(arguments), simulation_options(arguments, progress));
     for (const std::string& line : malha::warnings(simulation->model())) progress.warn(arguments.scene_label(), line);
   }
+  if (arguments.ranks) malha::require_ranks(*simulation, arguments.ranks->ranks);
   std::cout << malha::printable_lines(malha::plan(*simulation));
   simulation->step();
   std::cout << malha::list_launches(*simulation);
+  if (arguments.ranks) std::cout << malha::list_ranks(malha::plan_ranks(*simulation, *arguments.ranks));
   return malha::kDone;
 }
 

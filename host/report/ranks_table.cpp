@@ -1,0 +1,257 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <sstream>
+
+#include "host/base/text.h"
+#include "host/error.h"
+#include "host/model/model.h"
+#include "host/report/plan_passes.h"
+#include "host/report/ranks.h"
+#include "host/report/report.h"
+#include "host/solver/solver.h"
+
+namespace malha {
+
+namespace {
+
+double middle_of(std::vector<double> of) {
+  if (of.empty()) return 0;
+  std::nth_element(of.begin(), of.begin() + of.size() / 2, of.end());
+  return of[of.size() / 2];
+}
+
+/// Medians of steps, s; of those on so many threads.
+struct StepTimes {
+  int steps = 0, threads = 1;
+  double sweeps = 0;     // projections, and what is done in the same visits; without levels
+  double particles = 0;  // prediction and state, where they are passes of their own
+  double step = 0;
+};
+
+struct Sample {
+  double sweeps, particles, step;
+  bool alone;
+};
+
+Sample take_step(Simulation& simulation) {
+  const auto passes = [&](std::initializer_list<Pass> which) {
+    double sum = 0;
+    for (const Pass pass : which) sum += simulation.solver().pass_seconds()[static_cast<int>(pass)];
+    return sum;
+  };
+  const auto now = [&] {
+    const std::vector<double> levels = simulation.solver().seconds_of_levels();
+    // Those of levels lie within those of the visits, where prediction and state are in them.
+    const double within = simulation.solver().facts().fused ? std::accumulate(levels.begin(), levels.end(), 0.0) : 0;
+    return std::array{passes({Pass::Visits, Pass::Projection}) - within, passes({Pass::Prediction, Pass::State})};
+  };
+  const auto before = now();
+  const int alone = simulation.times().steps_alone;
+  simulation.step();
+  const auto after = now();
+  return {after[0] - before[0], after[1] - before[1], simulation.times().step_seconds.back(),
+          simulation.times().steps_alone > alone};
+}
+
+/// For about a second: on all threads or on one, whichever is faster here.
+StepTimes time_steps(Simulation& simulation) {
+  constexpr double enough = 0.8;  // s
+  constexpr std::size_t least = 3, most = 1000;
+  std::vector<Sample> samples;
+  for (double spent = 0; samples.size() < least || (spent < enough && samples.size() < most);) {
+    samples.push_back(take_step(simulation));
+    spent += samples.back().step;
+  }
+  StepTimes best;
+  for (const bool alone : {false, true}) {
+    std::vector<double> sweeps, particles, step;
+    for (const Sample& sample : samples)
+      if (sample.alone == alone)
+        sweeps.push_back(sample.sweeps), particles.push_back(sample.particles), step.push_back(sample.step);
+    if (step.empty()) continue;
+    const StepTimes of{static_cast<int>(step.size()), alone ? 1 : simulation.threads(), middle_of(sweeps),
+                       middle_of(particles), middle_of(step)};
+    if (best.steps == 0 || of.step < best.step) best = of;
+  }
+  return best;
+}
+
+/// A sheet's borders grow as the root of its particles, a solid's as their surface; those of lines stay.
+double growth_of_borders(const Model& model) {
+  std::vector<bool> solid(model.count(), false);
+  for (const auto& body : model.tetrahedra)
+    for (const Tetrahedron& tetrahedron : body)
+      for (const int i : tetrahedron) solid[i] = true;
+  if (2 * std::count(solid.begin(), solid.end(), true) > model.count()) return 2.0 / 3;
+  return model.look.faces.empty() ? 0 : 0.5;
+}
+
+int reductions_of(const Model& model, const SolverFacts& facts) {
+  const int substeps = model.scene.solver.substeps, projections = substeps * model.scene.solver.iterations;
+  int sum = facts.fused ? 1 : substeps;  // whether a particle has no finite position any more
+  if (!model.damped.empty()) sum += 2 * substeps;
+  if (!model.free.empty()) sum += 2 * (!facts.fused ? projections : facts.whole_steps ? 1 : substeps);
+  sum += 2 * projections * static_cast<int>(model.pressures.size());
+  if (model.scene.sleep) ++sum;
+  if (facts.flies) ++sum;
+  return sum;
+}
+
+bool is_counted(const std::string& pass) {
+  for (const char* counted : {"visits of prediction, projection and state", "projection", "prediction", "state",
+                              "while nothing comes near the environment"})
+    if (pass == counted) return true;
+  return false;
+}
+
+std::string line_of(const char* format, auto... values) {
+  char line[200];
+  std::snprintf(line, sizeof line, format, values...);
+  return line;
+}
+
+std::string rounded(double number) {
+  if (number < 1) return "1";
+  const double digit = std::pow(10, std::floor(std::log10(number)) - 1);
+  return line_of("%.0f", std::round(number / digit) * digit);
+}
+
+void list_sizes(std::ostream& out, const RankTable& table) {
+  const double alone = table.rows.front().seconds.sum();
+  const auto size = [&](const RankRow& row, double faster) {
+    return particles_that_pay(table.particles, table.growth, alone, row.seconds, row.counts.ranks, faster);
+  };
+  const RankRow &two = table.rows[1], &all = table.rows.back();
+  const auto from = [](double particles) {
+    return std::isinf(particles) ? std::string("at no size") : "from " + rounded(particles) + " particles on";
+  };
+  const int ranks = all.counts.ranks;
+  out << "  more machines pay: 2 are faster than 1 " << from(size(two, 1));
+  if (ranks > 2)
+    out << "; " << ranks << " " << from(size(all, 1)) << ", and " << line_of("%g", ranks / 2.0) << " times as fast "
+        << from(size(all, ranks / 2.0));
+  out << "\n    if work is even, borders grow as "
+      << (table.growth == 0   ? "nothing does"
+          : table.growth < .6 ? "the root of the particles"
+                              : "the particles to the power 2/3")
+      << ", and latency, phases and ns stay\n";
+  const RankSeconds& now = all.seconds;
+  out << "    below, what ranks wait for takes longer than the work that they save: here "
+      << line_of("%.3g ms of latency and %.3g ms of bytes a step, ", now.latency * 1e3, now.bytes * 1e3)
+      << line_of("for %.3g ms less work\n", (alone - now.work) * 1e3);
+}
+
+}  // namespace
+
+StepShape shape_of(const Simulation& simulation) {
+  const Model& model = simulation.model();
+  const SolverSpec& solver = model.scene.solver;
+  const SolverFacts& facts = simulation.solver().facts();
+  return {.substeps = solver.substeps,
+          .iterations = solver.iterations,
+          .number_bytes = solver.precision == Precision::Double ? 8 : 4,
+          .predicts = facts.fused,
+          .reductions = reductions_of(model, facts)};
+}
+
+void require_ranks(const Simulation& simulation, int ranks) {
+  const Model& model = simulation.model();
+  const int patches = simulation.solver().facts().patches.patches;
+  if (model.scene.solver.type == "desbrun")
+    refuse("malha plan", "--ranks", "the solver \"desbrun\"",
+           "pbd; the filter of Desbrun's method is a triangular solve over whole bodies, which patches do not part");
+  if (ranks < 1 || ranks > patches)
+    refuse("malha plan", "--ranks", std::to_string(ranks),
+           "1 to " + std::to_string(patches) + ", the scene's patches: a rank has whole ones");
+}
+
+RankTable plan_ranks(Simulation& simulation, const RankOptions& options) {
+  require_ranks(simulation, options.ranks);
+  const Model& model = simulation.model();
+  const PatchPlan plan = plan_patches(model, simulation.threads());
+  RankTable table;
+  table.shape = shape_of(simulation);
+  table.particles = model.count(), table.growth = growth_of_borders(model);
+  table.narrowest = static_cast<int>(plan.patches.size());
+  for (int phase = 0; phase < plan.phases(); ++phase)
+    table.narrowest = std::min(table.narrowest, plan.phase_begin[phase + 1] - plan.phase_begin[phase]);
+  for (const PassOfAStep& pass : passes_of_a_step(model, simulation.solver().facts()))
+    if (!is_counted(pass.name)) table.not_counted.push_back(pass.name);
+  RankMachines& machines = table.machines;
+  machines.gbit = options.gbit, machines.latency_us = options.latency_us, machines.threads = simulation.threads();
+  if (!options.projection_ns || !options.particle_ns) {
+    const StepTimes times = time_steps(simulation);
+    table.steps = times.steps, machines.threads = times.threads, table.step_ms = times.step * 1e3;
+    table.not_counted_ms = std::max(0.0, times.step - times.sweeps - times.particles) * 1e3;
+    const RankCounts one = deal_ranks(model, plan, 1, machines.threads);
+    double busy = 0, movable = one.particles[0];
+    for (const RankPhase& phase : one.phases) busy += static_cast<double>(phase.busy[0]);
+    busy *= table.shape.substeps * table.shape.iterations, movable *= table.shape.substeps;
+    machines.projection_ns = busy > 0 ? times.sweeps / busy * 1e9 : 0;
+    machines.particle_ns = movable > 0 ? (times.particles + (busy > 0 ? 0 : times.sweeps)) / movable * 1e9 : 0;
+  }
+  machines.projection_ns = options.projection_ns.value_or(machines.projection_ns);
+  machines.particle_ns = options.particle_ns.value_or(machines.particle_ns);
+  for (int ranks = 1;; ranks = std::min(2 * ranks, options.ranks)) {
+    RankRow row{deal_ranks(model, plan, ranks, machines.threads), {}};
+    row.seconds = step_seconds(row.counts, machines, table.shape);
+    table.rows.push_back(std::move(row));
+    if (ranks == options.ranks) break;
+  }
+  return table;
+}
+
+std::string list_ranks(const RankTable& table) {
+  const RankMachines& machines = table.machines;
+  const StepShape& shape = table.shape;
+  std::ostringstream out;
+  out << "on several machines (estimated), of " << counted(machines.threads, "thread") << " each, with "
+      << shown(machines.gbit) << " Gbit/s and " << shown(machines.latency_us) << " us a message:\n"
+      << line_of("  %.3g ns a projection, %.3g ns a particle and substep outside the visits: ", machines.projection_ns,
+                 machines.particle_ns)
+      << (table.steps > 0 ? "measured, medians of " + counted(table.steps, "step") + " here" : std::string("as given"))
+      << "\n"
+      << "  ranks  border particles  messages/substep  KiB/substep  imbalance  ms/step: work  latency  bytes     all  "
+         "faster\n";
+  const double alone = table.rows.front().seconds.sum();
+  for (const RankRow& row : table.rows) {
+    std::int64_t messages = 0, bytes = 0;
+    for (const RankPhase& phase : row.counts.phases)
+      messages += phase_messages(phase, shape), bytes += phase_bytes(phase, shape);
+    out << line_of("  %5d  %16d  %16lld  %11.1f  %9.2f  %13.3f  %7.3f  %5.3f  %6.3f  %6.2f\n", row.counts.ranks,
+                   row.counts.border, static_cast<long long>(messages), static_cast<double>(bytes) / 1024,
+                   row.counts.imbalance(), row.seconds.work * 1e3, row.seconds.latency * 1e3, row.seconds.bytes * 1e3,
+                   row.seconds.sum() * 1e3, row.seconds.sum() > 0 ? alone / row.seconds.sum() : 1);
+  }
+  const RankCounts& last = table.rows.back().counts;
+  out << "  phases of " << counted(last.ranks, "rank") << ", in a substep:\n"
+      << "  phase  patches  projections  particles sent  messages  KiB  imbalance  us\n";
+  for (std::size_t p = 0; p < last.phases.size(); ++p) {
+    const RankPhase& phase = last.phases[p];
+    const auto sweeps = static_cast<std::int64_t>(shape.iterations);
+    out << line_of("  %5zu  %7d  %11lld  %14lld  %8lld  %5.1f  %9.2f  %5.1f\n", p + 1,
+                   std::accumulate(phase.patches.begin(), phase.patches.end(), 0),
+                   static_cast<long long>(
+                       sweeps * std::accumulate(phase.projections.begin(), phase.projections.end(), std::int64_t{0})),
+                   static_cast<long long>(sweeps * phase.travelling()),
+                   static_cast<long long>(phase_messages(phase, shape)),
+                   static_cast<double>(phase_bytes(phase, shape)) / 1024, phase.imbalance(),
+                   phase_seconds(phase, machines, shape) * 1e6);
+  }
+  if (table.rows.size() > 1) list_sizes(out, table);
+  out << "  a phase has " << counted(table.narrowest, "patch", "patches")
+      << " at the least: ranks times threads beyond that stand idle\n";
+  out << "  " << counted(shape.reductions, "all-reduce") << " a step, of latency times log2 of the ranks each\n";
+  if (!table.not_counted.empty()) {
+    out << "  not counted but for their all-reduces: ";
+    for (std::size_t n = 0; n < table.not_counted.size(); ++n) out << (n > 0 ? ", " : "") << table.not_counted[n];
+    if (table.steps > 0) out << line_of(" (%.3g of a step's %.3g ms here)", table.not_counted_ms, table.step_ms);
+    out << "\n";
+  }
+  return out.str();
+}
+
+}  // namespace malha
