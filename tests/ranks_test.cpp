@@ -236,14 +236,15 @@ TEST(Ranks, AreDealtTheSameWayEveryTime) {
   }
 }
 
-TEST(Ranks, HaveAPatchEachAndSendLessThanThoseDealtByChance) {
+TEST(Ranks, AreFasterAndSendLessThanThoseDealtByChance) {
   Random random(12);
   for (const Model& model : irregular_models()) {
     const PatchPlan plan = plan_patches(model);
     const int patches = static_cast<int>(plan.patches.size());
     for (int ranks = 2; ranks <= patches; ranks += 3) {
+      testing::internal::CaptureStdout();
       const RankCounts dealt = deal_ranks(model, plan, ranks, 1);
-      EXPECT_LE(*std::max_element(dealt.rank_of.begin(), dealt.rank_of.end()), ranks - 1);
+      EXPECT_EQ(testing::internal::GetCapturedStdout(), "") << "what METIS says where it gives up";
       const RankMachines machines{.projection_ns = 1};
       for (int trial = 0; trial < 5; ++trial) {
         std::vector<int> by_chance(patches);
@@ -285,17 +286,20 @@ TEST(Ranks, TakeTheTimeOfTheSlowestInEachPhase) {
 
 TEST(Ranks, PayFromTheSizeOnAtWhichTheyAreFaster) {
   const RankSeconds now{.work = 0.6e-3, .latency = 0.2e-3, .bytes = 0.1e-3};
-  const auto seconds = [&](double size, int ranks, double growth) {
-    return 1e-3 * size / 5000 / ranks + now.latency + now.bytes * std::pow(size / 5000, growth);
-  };
   for (const double growth : {0.0, 0.5, 2.0 / 3})
-    for (const auto& [ranks, faster] : {std::pair(2, 1.0), std::pair(16, 1.0), std::pair(16, 8.0)}) {
-      const double size = particles_that_pay(5000, growth, 1e-3, now, ranks, faster);
-      EXPECT_NEAR(faster * seconds(size, ranks, growth), 1e-3 * size / 5000, 1e-12 * size) << ranks << " " << faster;
-      EXPECT_GT(faster * seconds(0.9 * size, ranks, growth), 1e-3 * 0.9 * size / 5000);
-    }
-  EXPECT_TRUE(std::isinf(particles_that_pay(5000, 0.5, 1e-3, now, 4, 4)));
-  EXPECT_EQ(particles_that_pay(5000, 0.5, 1e-3, {}, 4, 2), 1) << "nothing to wait for";
+    for (const double patches : {0.0, 0.3e-3})
+      for (const auto& [ranks, faster] : {std::pair(2, 1.0), std::pair(16, 1.0), std::pair(16, 8.0)}) {
+        const RankScaling scaling{.particles = 5000, .growth = growth, .alone = 1e-3, .patches = patches};
+        const auto alone = [](double size) { return 1e-3 * size / 5000; };
+        const auto together = [&, of = ranks](double size) {
+          return std::max(alone(size) / of, patches) + now.latency + now.bytes * std::pow(size / 5000, growth);
+        };
+        const double size = particles_that_pay(scaling, now, ranks, faster);
+        EXPECT_NEAR(faster * together(size), alone(size), 1e-9 * alone(size)) << ranks << " " << faster;
+        EXPECT_GT(faster * together(0.9 * size), alone(0.9 * size));
+      }
+  EXPECT_TRUE(std::isinf(particles_that_pay({5000, 0.5, 1e-3, 0}, now, 4, 4)));
+  EXPECT_EQ(particles_that_pay({5000, 0.5, 1e-3, 0}, {}, 4, 2), 1) << "nothing to wait for";
 }
 
 Json sheet_for_ranks(int cells) {
@@ -311,7 +315,7 @@ TEST(Ranks, OfAStepAreMeasuredWhereNothingIsGiven) {
   EXPECT_GT(table.machines.projection_ns, 0);
   ASSERT_EQ(table.rows.size(), 3u) << "1, 2 and 3";
   EXPECT_EQ(table.rows[2].counts.ranks, 3);
-  EXPECT_EQ(table.not_counted, std::vector<std::string>{"damping"});
+  EXPECT_EQ(table.not_counted, (std::vector<std::string>{"damping", "levels"}));
   EXPECT_LE(table.rows[0].seconds.sum() * 1e3, table.step_ms * 1.1) << "what one machine was measured to need";
   EXPECT_EQ(table.shape.reductions, 1 + 3 * 2) << "one for lost particles, two a substep for damping";
 }
@@ -327,7 +331,7 @@ TEST(Ranks, WhoseSpeedIsGivenTakeNoStepAndSayTheSameEveryTime) {
     once = text;
   }
   EXPECT_TRUE(has(once, "of 1 thread each, with 100 Gbit/s and 2 us a message")) << once;
-  EXPECT_TRUE(has(once, "more machines pay")) << once;
+  EXPECT_TRUE(has(once, "2 ranks are faster than 1 from")) << once;
 }
 
 TEST(Ranks, AreNotForDesbrunsMethodNorForMoreThanThePatches) {

@@ -14,18 +14,17 @@ std::mutex& metis_turn() {
   return turn;
 }
 
-std::vector<int> cut_graph(const WeightedGraph& graph, int parts, CutBy by) {
+std::vector<int> cut_graph(const WeightedGraph& graph, int parts) {
   std::vector<int> part(graph.count(), 0);
   if (parts == 1) return part;
   WeightedGraph own = graph;  // METIS takes no const
   idx_t options[METIS_NOPTIONS];
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 1;
-  idx_t count = own.count(), kinds = own.kinds, of = parts, cut = 0;
+  idx_t count = own.count(), kinds = 1, of = parts, cut = 0;
   const std::lock_guard<std::mutex> lock(metis_turn());
-  const int status = (by == CutBy::KWay ? METIS_PartGraphKway : METIS_PartGraphRecursive)(
-      &count, &kinds, own.begin.data(), own.to.data(), own.load.data(), nullptr, own.weight.data(), &of, nullptr,
-      nullptr, options, &cut, part.data());
+  const int status = METIS_PartGraphKway(&count, &kinds, own.begin.data(), own.to.data(), own.load.data(), nullptr,
+                                         own.weight.data(), &of, nullptr, nullptr, options, &cut, part.data());
   if (status != METIS_OK)
     throw std::runtime_error("METIS could not cut a graph of " + std::to_string(count) + " vertices into " +
                              std::to_string(parts) + " parts");

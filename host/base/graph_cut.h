@@ -14,11 +14,9 @@ struct WeightedGraph {
   int count() const { return static_cast<int>(begin.size()) - 1; }
 };
 
-enum class CutBy { KWay, Bisection };
-
 /// The part, 0 .. parts - 1, of each vertex: edges of little weight are cut, loads are alike. A part may be empty where
 /// there are few vertices. The same every time. Throws std::runtime_error where METIS gives up.
-std::vector<int> cut_graph(const WeightedGraph& graph, int parts, CutBy by);
+std::vector<int> cut_graph(const WeightedGraph& graph, int parts);
 
 /// Held while METIS runs: its random numbers are those of the C library, for all threads together.
 std::mutex& metis_turn();

@@ -42,8 +42,8 @@ struct RankCounts {
 /// What the patches of this plan, dealt so, exchange when a sweep follows another. `threads`: of each rank.
 RankCounts count_ranks(const Model& model, const PatchPlan& plan, std::vector<int> rank_of, int ranks, int threads);
 
-/// Deals whole patches to ranks by METIS: little is exchanged, and each phase is balanced. Depends on model, ranks and
-/// threads alone. `ranks`: 1 to the number of patches.
+/// Deals whole patches to ranks by METIS, evened out phase by phase: little is exchanged, and few ranks wait. The same
+/// for every number of `threads`, and every time. `ranks`: 1 to the number of patches; some may get none.
 RankCounts deal_ranks(const Model& model, const PatchPlan& plan, int ranks, int threads);
 
 /// The machines and what connects them.
@@ -77,10 +77,17 @@ inline std::int64_t phase_messages(const RankPhase& phase, const StepShape& shap
   return static_cast<std::int64_t>(phase.flows.size()) * shape.iterations;
 }
 
-/// The least number of particles for which so many ranks are `faster` times as fast as one, if borders grow with the
-/// power `growth` of it, and latency and phases stay. Infinite where they never are.
-double particles_that_pay(double particles, double growth, double alone, const RankSeconds& now, int ranks,
-                          double faster);
+/// How a body of this shape would do at other sizes: borders grow with the power `growth` of its number of particles,
+/// while latency, the phases, and the particles of a patch stay.
+struct RankScaling {
+  double particles = 1, growth = 0.5;
+  double alone = 0;    // s, a step on one rank
+  double patches = 0;  // s, a step of one patch a phase and thread: no rank is faster, however few it has
+};
+
+/// The least number of particles for which so many ranks, of which a step of so many particles as there are takes
+/// `now`, are `faster` times as fast as one. Infinite where they never are.
+double particles_that_pay(const RankScaling& scaling, const RankSeconds& now, int ranks, double faster);
 
 struct RankOptions {
   int ranks = 1;
@@ -96,9 +103,10 @@ struct RankRow {
 struct RankTable {
   RankMachines machines;
   StepShape shape;
-  int steps = 0;                           // in which the speed was measured; 0: it was given
-  double particles = 0, growth = 0.5;      // of the model; of its borders, as a power of that number
-  int narrowest = 0;                       // patches of the smallest phase
+  int steps = 0;    // in which the speed was measured; 0: it was given
+  int threads = 1;  // that were asked for
+  int patches = 0, phases = 0;
+  RankScaling scaling;
   std::vector<std::string> not_counted;    // passes of a step
   double not_counted_ms = 0, step_ms = 0;  // measured, a step
   std::vector<RankRow> rows;               // 1, 2, 4 ... and the number of ranks

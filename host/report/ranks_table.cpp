@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numeric>
+#include <set>
 #include <sstream>
 
 #include "host/base/text.h"
@@ -119,29 +120,80 @@ std::string rounded(double number) {
   return line_of("%.0f", std::round(number / digit) * digit);
 }
 
+std::string from(double particles) {
+  return std::isinf(particles) ? "at no size" : "from " + rounded(particles) + " particles on";
+}
+
+/// From which size on more machines pay, and why not below.
 void list_sizes(std::ostream& out, const RankTable& table) {
-  const double alone = table.rows.front().seconds.sum();
-  const auto size = [&](const RankRow& row, double faster) {
-    return particles_that_pay(table.particles, table.growth, alone, row.seconds, row.counts.ranks, faster);
-  };
   const RankRow &two = table.rows[1], &all = table.rows.back();
-  const auto from = [](double particles) {
-    return std::isinf(particles) ? std::string("at no size") : "from " + rounded(particles) + " particles on";
-  };
   const int ranks = all.counts.ranks;
-  out << "  more machines pay: 2 are faster than 1 " << from(size(two, 1));
-  if (ranks > 2)
-    out << "; " << ranks << " " << from(size(all, 1)) << ", and " << line_of("%g", ranks / 2.0) << " times as fast "
-        << from(size(all, ranks / 2.0));
-  out << "\n    if work is even, borders grow as "
-      << (table.growth == 0   ? "nothing does"
-          : table.growth < .6 ? "the root of the particles"
-                              : "the particles to the power 2/3")
-      << ", and latency, phases and ns stay\n";
-  const RankSeconds& now = all.seconds;
-  out << "    below, what ranks wait for takes longer than the work that they save: here "
-      << line_of("%.3g ms of latency and %.3g ms of bytes a step, ", now.latency * 1e3, now.bytes * 1e3)
-      << line_of("for %.3g ms less work\n", (alone - now.work) * 1e3);
+  const auto size = [&](const RankRow& row, double faster) {
+    return from(particles_that_pay(table.scaling, row.seconds, row.counts.ranks, faster));
+  };
+  out << "  a body of this shape: 2 ranks are faster than 1 " << size(two, 1);
+  if (ranks > 2) out << ", " << ranks << " " << size(all, 1);
+  const double faster = ranks > 2 ? ranks / 2.0 : 1.5;
+  out << "; " << ranks << line_of(" are %g times as fast ", faster) << size(all, faster) << "\n"
+      << "    below, a step has less to save than its phases take at the least: "
+      << line_of("%.3g ms, of one patch each, and %.3g ms of latency\n", table.scaling.patches * 1e3,
+                 all.seconds.latency * 1e3)
+      << "    by these times, if work is even, "
+      << (table.scaling.growth == 0   ? "borders stay"
+          : table.scaling.growth < .6 ? "borders grow as the root of the particles"
+                                      : "borders grow as the particles to the power 2/3")
+      << ", and latency, phases and the particles of a patch stay\n";
+}
+
+void list_rows(std::ostream& out, const RankTable& table) {
+  out << "  ranks  border particles  messages/substep  KiB/substep  imbalance  ms/step: work  latency   bytes      all "
+         " "
+         "faster\n";
+  const double alone = table.rows.front().seconds.sum();
+  for (const auto& [counts, seconds] : table.rows) {
+    std::int64_t messages = 0, bytes = 0;
+    for (const RankPhase& phase : counts.phases)
+      messages += phase_messages(phase, table.shape), bytes += phase_bytes(phase, table.shape);
+    out << line_of("  %5d  %16d  %16lld  %11.1f  %9.2f", counts.ranks, counts.border, static_cast<long long>(messages),
+                   static_cast<double>(bytes) / 1024, counts.imbalance())
+        << line_of("  %13.3f  %7.3f  %6.3f  %7.3f  %6.2f\n", seconds.work * 1e3, seconds.latency * 1e3,
+                   seconds.bytes * 1e3, seconds.sum() * 1e3, seconds.sum() > 0 ? alone / seconds.sum() : 1);
+  }
+}
+
+void list_phases(std::ostream& out, const RankTable& table) {
+  const RankCounts& counts = table.rows.back().counts;
+  const std::set<int> busy(counts.rank_of.begin(), counts.rank_of.end());
+  const int idle = counts.ranks - static_cast<int>(busy.size());
+  out << "  phases of " << counted(counts.ranks, "rank")
+      << (idle > 0 ? ", " + std::to_string(idle) + " without a patch" : "") << ", in a substep:\n"
+      << "  phase  patches  projections  particles sent  messages    KiB  imbalance      us\n";
+  const std::int64_t sweeps = table.shape.iterations;
+  int number = 0;
+  for (const RankPhase& phase : counts.phases) {
+    const int patches = std::accumulate(phase.patches.begin(), phase.patches.end(), 0);
+    const auto projections = std::accumulate(phase.projections.begin(), phase.projections.end(), std::int64_t{0});
+    out << line_of("  %5d  %7d  %11lld  %14lld  %8lld", ++number, patches, static_cast<long long>(sweeps * projections),
+                   static_cast<long long>(sweeps * phase.travelling()),
+                   static_cast<long long>(phase_messages(phase, table.shape)))
+        << line_of("  %5.1f  %9.2f  %6.1f\n", static_cast<double>(phase_bytes(phase, table.shape)) / 1024,
+                   phase.imbalance(), phase_seconds(phase, table.machines, table.shape) * 1e6);
+  }
+}
+
+void list_not_counted(std::ostream& out, const RankTable& table) {
+  out << "  " << counted(table.shape.reductions, "all-reduce") << " a step, of latency times log2 of the ranks each\n";
+  if (table.not_counted.empty()) return;
+  out << "  not counted but for their all-reduces: ";
+  for (std::size_t n = 0; n < table.not_counted.size(); ++n) out << (n > 0 ? ", " : "") << table.not_counted[n];
+  if (table.steps > 0) {
+    out << line_of(", %.3g of a step's %.3g ms here", table.not_counted_ms, table.step_ms);
+    const double rest = table.not_counted_ms, alone = table.rows.front().seconds.sum() * 1e3;
+    if (table.rows.size() > 1)
+      out << line_of(": if that did not get faster, %d ranks would be %.2f times as fast as one",
+                     table.rows.back().counts.ranks, (rest + alone) / (rest + table.rows.back().seconds.sum() * 1e3));
+  }
+  out << "\n";
 }
 
 }  // namespace
@@ -174,14 +226,12 @@ RankTable plan_ranks(Simulation& simulation, const RankOptions& options) {
   const PatchPlan plan = plan_patches(model, simulation.threads());
   RankTable table;
   table.shape = shape_of(simulation);
-  table.particles = model.count(), table.growth = growth_of_borders(model);
-  table.narrowest = static_cast<int>(plan.patches.size());
-  for (int phase = 0; phase < plan.phases(); ++phase)
-    table.narrowest = std::min(table.narrowest, plan.phase_begin[phase + 1] - plan.phase_begin[phase]);
+  table.patches = static_cast<int>(plan.patches.size()), table.phases = plan.phases();
   for (const PassOfAStep& pass : passes_of_a_step(model, simulation.solver().facts()))
     if (!is_counted(pass.name)) table.not_counted.push_back(pass.name);
   RankMachines& machines = table.machines;
-  machines.gbit = options.gbit, machines.latency_us = options.latency_us, machines.threads = simulation.threads();
+  machines.gbit = options.gbit, machines.latency_us = options.latency_us,
+  machines.threads = table.threads = simulation.threads();
   if (!options.projection_ns || !options.particle_ns) {
     const StepTimes times = time_steps(simulation);
     table.steps = times.steps, machines.threads = times.threads, table.step_ms = times.step * 1e3;
@@ -201,56 +251,25 @@ RankTable plan_ranks(Simulation& simulation, const RankOptions& options) {
     table.rows.push_back(std::move(row));
     if (ranks == options.ranks) break;
   }
+  const double alone = table.rows.front().seconds.sum();
+  const double most = static_cast<double>(table.patches) / (table.phases * machines.threads);  // that have work
+  table.scaling = {static_cast<double>(model.count()), growth_of_borders(model), alone, alone / std::max(1.0, most)};
   return table;
 }
 
 std::string list_ranks(const RankTable& table) {
   const RankMachines& machines = table.machines;
-  const StepShape& shape = table.shape;
   std::ostringstream out;
-  out << "on several machines (estimated), of " << counted(machines.threads, "thread") << " each, with "
-      << shown(machines.gbit) << " Gbit/s and " << shown(machines.latency_us) << " us a message:\n"
+  out << "on several machines (an estimate), of " << counted(machines.threads, "thread") << " each"
+      << (machines.threads < table.threads ? ", which is faster here now than " + std::to_string(table.threads) : "")
+      << ", with " << shown(machines.gbit) << " Gbit/s and " << shown(machines.latency_us) << " us a message:\n"
       << line_of("  %.3g ns a projection, %.3g ns a particle and substep outside the visits: ", machines.projection_ns,
                  machines.particle_ns)
-      << (table.steps > 0 ? "measured, medians of " + counted(table.steps, "step") + " here" : std::string("as given"))
-      << "\n"
-      << "  ranks  border particles  messages/substep  KiB/substep  imbalance  ms/step: work  latency  bytes     all  "
-         "faster\n";
-  const double alone = table.rows.front().seconds.sum();
-  for (const RankRow& row : table.rows) {
-    std::int64_t messages = 0, bytes = 0;
-    for (const RankPhase& phase : row.counts.phases)
-      messages += phase_messages(phase, shape), bytes += phase_bytes(phase, shape);
-    out << line_of("  %5d  %16d  %16lld  %11.1f  %9.2f  %13.3f  %7.3f  %5.3f  %6.3f  %6.2f\n", row.counts.ranks,
-                   row.counts.border, static_cast<long long>(messages), static_cast<double>(bytes) / 1024,
-                   row.counts.imbalance(), row.seconds.work * 1e3, row.seconds.latency * 1e3, row.seconds.bytes * 1e3,
-                   row.seconds.sum() * 1e3, row.seconds.sum() > 0 ? alone / row.seconds.sum() : 1);
-  }
-  const RankCounts& last = table.rows.back().counts;
-  out << "  phases of " << counted(last.ranks, "rank") << ", in a substep:\n"
-      << "  phase  patches  projections  particles sent  messages  KiB  imbalance  us\n";
-  for (std::size_t p = 0; p < last.phases.size(); ++p) {
-    const RankPhase& phase = last.phases[p];
-    const auto sweeps = static_cast<std::int64_t>(shape.iterations);
-    out << line_of("  %5zu  %7d  %11lld  %14lld  %8lld  %5.1f  %9.2f  %5.1f\n", p + 1,
-                   std::accumulate(phase.patches.begin(), phase.patches.end(), 0),
-                   static_cast<long long>(
-                       sweeps * std::accumulate(phase.projections.begin(), phase.projections.end(), std::int64_t{0})),
-                   static_cast<long long>(sweeps * phase.travelling()),
-                   static_cast<long long>(phase_messages(phase, shape)),
-                   static_cast<double>(phase_bytes(phase, shape)) / 1024, phase.imbalance(),
-                   phase_seconds(phase, machines, shape) * 1e6);
-  }
+      << (table.steps > 0 ? "measured, medians of " + counted(table.steps, "step") : std::string("as given")) << "\n";
+  list_rows(out, table);
+  list_phases(out, table);
   if (table.rows.size() > 1) list_sizes(out, table);
-  out << "  a phase has " << counted(table.narrowest, "patch", "patches")
-      << " at the least: ranks times threads beyond that stand idle\n";
-  out << "  " << counted(shape.reductions, "all-reduce") << " a step, of latency times log2 of the ranks each\n";
-  if (!table.not_counted.empty()) {
-    out << "  not counted but for their all-reduces: ";
-    for (std::size_t n = 0; n < table.not_counted.size(); ++n) out << (n > 0 ? ", " : "") << table.not_counted[n];
-    if (table.steps > 0) out << line_of(" (%.3g of a step's %.3g ms here)", table.not_counted_ms, table.step_ms);
-    out << "\n";
-  }
+  list_not_counted(out, table);
   return out.str();
 }
 
