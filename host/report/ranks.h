@@ -108,7 +108,7 @@ struct RankTable {
   int patches = 0, phases = 0;
   RankScaling scaling;
   std::vector<std::string> not_counted;    // passes of a step
-  double not_counted_ms = 0, step_ms = 0;  // measured, a step
+  double not_counted_ms = 0, step_ms = 0;  // of that step
   std::vector<RankRow> rows;               // 1, 2, 4 ... and the number of ranks
 };
 

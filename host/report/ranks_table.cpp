@@ -18,26 +18,15 @@ namespace malha {
 
 namespace {
 
-double middle_of(std::vector<double> of) {
-  if (of.empty()) return 0;
-  std::nth_element(of.begin(), of.begin() + of.size() / 2, of.end());
-  return of[of.size() / 2];
-}
-
-/// Medians of steps, s; of those on so many threads.
+/// The fastest step, s: others may have shared the cores with other programs.
 struct StepTimes {
-  int steps = 0, threads = 1;
-  double sweeps = 0;     // projections, and what is done in the same visits; without levels
-  double particles = 0;  // prediction and state, where they are passes of their own
+  int steps = 0, threads = 1;  // steps that were taken
+  double sweeps = 0;           // projections, and what is done in the same visits; without levels
+  double particles = 0;        // prediction and state, where they are passes of their own
   double step = 0;
 };
 
-struct Sample {
-  double sweeps, particles, step;
-  bool alone;
-};
-
-Sample take_step(Simulation& simulation) {
+StepTimes take_step(Simulation& simulation) {
   const auto passes = [&](std::initializer_list<Pass> which) {
     double sum = 0;
     for (const Pass pass : which) sum += simulation.solver().pass_seconds()[static_cast<int>(pass)];
@@ -51,33 +40,29 @@ Sample take_step(Simulation& simulation) {
   };
   const auto before = now();
   const int alone = simulation.times().steps_alone;
+  simulation.wake();  // asleep, it would do nothing
   simulation.step();
   const auto after = now();
-  return {after[0] - before[0], after[1] - before[1], simulation.times().step_seconds.back(),
-          simulation.times().steps_alone > alone};
+  return {.steps = 1,
+          .threads = simulation.times().steps_alone > alone ? 1 : simulation.threads(),
+          .sweeps = after[0] - before[0],
+          .particles = after[1] - before[1],
+          .step = simulation.times().step_seconds.back()};
 }
 
-/// For about a second: on all threads or on one, whichever is faster here.
+/// For about a second: on all threads or on one, as steps are faster here.
 StepTimes time_steps(Simulation& simulation) {
-  constexpr double enough = 0.8;  // s
-  constexpr std::size_t least = 3, most = 1000;
-  std::vector<Sample> samples;
-  for (double spent = 0; samples.size() < least || (spent < enough && samples.size() < most);) {
-    samples.push_back(take_step(simulation));
-    spent += samples.back().step;
+  constexpr double enough = 1;  // s
+  constexpr int least = 5, most = 1000;
+  StepTimes fastest;
+  int steps = 0;
+  for (double spent = 0; steps < least || (spent < enough && steps < most); ++steps) {
+    const StepTimes now = take_step(simulation);
+    spent += now.step;
+    if (steps == 0 || now.sweeps + now.particles < fastest.sweeps + fastest.particles) fastest = now;
   }
-  StepTimes best;
-  for (const bool alone : {false, true}) {
-    std::vector<double> sweeps, particles, step;
-    for (const Sample& sample : samples)
-      if (sample.alone == alone)
-        sweeps.push_back(sample.sweeps), particles.push_back(sample.particles), step.push_back(sample.step);
-    if (step.empty()) continue;
-    const StepTimes of{static_cast<int>(step.size()), alone ? 1 : simulation.threads(), middle_of(sweeps),
-                       middle_of(particles), middle_of(step)};
-    if (best.steps == 0 || of.step < best.step) best = of;
-  }
-  return best;
+  fastest.steps = steps;
+  return fastest;
 }
 
 /// A sheet's borders grow as the root of its particles, a solid's as their surface; those of lines stay.
@@ -265,7 +250,8 @@ std::string list_ranks(const RankTable& table) {
       << ", with " << shown(machines.gbit) << " Gbit/s and " << shown(machines.latency_us) << " us a message:\n"
       << line_of("  %.3g ns a projection, %.3g ns a particle and substep outside the visits: ", machines.projection_ns,
                  machines.particle_ns)
-      << (table.steps > 0 ? "measured, medians of " + counted(table.steps, "step") : std::string("as given")) << "\n";
+      << (table.steps > 0 ? "measured, the fastest of " + counted(table.steps, "step") : std::string("as given"))
+      << "\n";
   list_rows(out, table);
   list_phases(out, table);
   if (table.rows.size() > 1) list_sizes(out, table);
