@@ -334,6 +334,31 @@ TEST(Ranks, WhoseSpeedIsGivenTakeNoStepAndSayTheSameEveryTime) {
   EXPECT_TRUE(has(once, "2 ranks are faster than 1 from")) << once;
 }
 
+TEST(Ranks, AreTheSameInJson) {
+  const TemporaryFolder folder;
+  folder.write("scene.json", sheet_for_ranks(60).dump());
+  const Ended ended = malha_command({"plan", "scene.json", "--json", "--ranks", "3", "--projection-ns", "2",
+                                     "--particle-ns", "1", "--threads", "1", "--latency", "0"},
+                                    folder / ".");
+  ASSERT_EQ(ended.status, 0) << ended.err;
+  const Json json = Json::parse(ended.out);
+  EXPECT_EQ(json["particles"], 61 * 61);
+  ASSERT_EQ(json["ranks"]["rows"].size(), 3u);
+  Simulation simulation(parsed(sheet_for_ranks(60)), {.threads = 1});
+  const RankTable table = plan_ranks(simulation, {.ranks = 3, .latency_us = 0, .projection_ns = 2, .particle_ns = 1});
+  for (std::size_t n = 0; n < 3; ++n) {
+    const Json& row = json["ranks"]["rows"][n];
+    EXPECT_EQ(row["border_particles"], table.rows[n].counts.border);
+    EXPECT_DOUBLE_EQ(row["step_ms"], table.rows[n].seconds.sum() * 1e3);
+    EXPECT_EQ(row["latency_ms"], 0);
+    std::int64_t bytes = 0;
+    for (const Json& phase : row["phases_of_a_substep"]) bytes += phase["bytes"].get<std::int64_t>();
+    EXPECT_EQ(bytes, bytes_of(table.rows[n].counts, table.shape));
+    EXPECT_EQ(bytes > 0, n > 0);
+  }
+  EXPECT_FALSE(Json::parse(plan_json(simulation)).contains("ranks"));
+}
+
 TEST(Ranks, AreNotForDesbrunsMethodNorForMoreThanThePatches) {
   Json scene = sheet_for_ranks(6);
   const Simulation small(parsed(scene), {.threads = 1});

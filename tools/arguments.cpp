@@ -160,10 +160,10 @@ void add_ranks(CLI::App& plan, Arguments& arguments) {
   option("--latency", &RankOptions::latency_us, at_least_zero("us"), "US", "us of a message; 2 if not given")
       ->needs(ranks);
   option("--projection-ns", &RankOptions::projection_ns, above_zero("ns"), "NS",
-         "A projection on one of them; measured if not given")
+         "A projection on one machine; measured if not given")
       ->needs(ranks);
   option("--particle-ns", &RankOptions::particle_ns, at_least_zero("ns"), "NS",
-         "A particle and substep outside the visits; measured if not given")
+         "Prediction and state of a particle where visits leave them; measured if not given")
       ->needs(ranks);
 }
 
@@ -173,6 +173,7 @@ void add_plan(CLI::App& app, Arguments& arguments) {
   add_scene(*plan, arguments);
   add_executor(*plan, arguments);
   add_ranks(*plan, arguments);
+  plan->add_flag("--json", arguments.json, "All of it as JSON")->disable_flag_override();
   plan->footer(
       "With --ranks it says what several machines would exchange and how long a step would take. A rank is a machine\n"
       "like this one, which has some of the patches. The speed is measured here for a second where it is not given.\n"

@@ -33,6 +33,7 @@ struct Arguments {
   std::vector<std::string> formats;
   bool resume = false, quiet = false;
   std::optional<RankOptions> ranks;  // of plan
+  bool json = false;                 // likewise
   std::string typed;                 // what the user typed, without --resume
 
   /// For messages, and for names of results.

@@ -152,10 +152,15 @@ int plan(const Arguments& arguments) {
     for (const std::string& line : malha::warnings(simulation->model())) progress.warn(arguments.scene_label(), line);
   }
   if (arguments.ranks) malha::require_ranks(*simulation, arguments.ranks->ranks);
-  std::cout << malha::printable_lines(malha::plan(*simulation));
+  if (!arguments.json) std::cout << malha::printable_lines(malha::plan(*simulation));
   simulation->step();
-  std::cout << malha::list_launches(*simulation);
-  if (arguments.ranks) std::cout << malha::list_ranks(malha::plan_ranks(*simulation, *arguments.ranks));
+  if (!arguments.json) std::cout << malha::list_launches(*simulation);
+  std::optional<malha::RankTable> ranks;
+  if (arguments.ranks) ranks = malha::plan_ranks(*simulation, *arguments.ranks);
+  if (arguments.json)
+    std::cout << malha::plan_json(*simulation, ranks ? &*ranks : nullptr);
+  else if (ranks)
+    std::cout << malha::list_ranks(*ranks);
   return malha::kDone;
 }
 

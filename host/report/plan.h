@@ -9,8 +9,11 @@ namespace malha {
 /// Particles, constraints, colours and batch sizes, passes of a step, bytes by owner, and whether Embree is used.
 std::string plan(const Simulation& simulation);
 
+struct RankTable;  // host/report/ranks.h
+
 /// The same as JSON, with snake_case names and the unit as suffix, and after the first step what that launched.
-std::string plan_json(const Simulation& simulation);
+/// `ranks`: what several machines would do, where it was asked for.
+std::string plan_json(const Simulation& simulation, const RankTable* ranks = nullptr);
 
 /// What its first step launched, kernel by kernel; nothing before that step.
 std::string list_launches(const Simulation& simulation);
