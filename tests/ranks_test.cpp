@@ -155,7 +155,7 @@ std::vector<Model> irregular_models() {
   return all;
 }
 
-std::int64_t bytes_of(const RankCounts& counts, const StepShape& shape) {
+std::int64_t bytes_sent_by(const RankCounts& counts, const StepShape& shape) {
   std::int64_t sum = 0;
   for (const RankPhase& phase : counts.phases) sum += phase_bytes(phase, shape);
   return sum;
@@ -202,7 +202,7 @@ TEST(Ranks, ExchangeNothingBetweenBodiesThatDoNotTouch) {
   const RankCounts counts = deal_ranks(model, plan, 2, 1);
   EXPECT_GT(plan.shared, 0) << "patches of one body do share";
   EXPECT_EQ(counts.border, 0);
-  EXPECT_EQ(bytes_of(counts, {}), 0);
+  EXPECT_EQ(bytes_sent_by(counts, {}), 0);
   EXPECT_LT(counts.imbalance(), 1.1) << "one body each";
 }
 
@@ -251,7 +251,7 @@ TEST(Ranks, AreFasterAndSendLessThanThoseDealtByChance) {
         for (int& rank : by_chance) rank = random.below(ranks);
         const RankCounts chance = count_ranks(model, plan, by_chance, ranks, 1);
         EXPECT_LE(step_seconds(dealt, machines, {}).sum(), step_seconds(chance, machines, {}).sum()) << ranks;
-        EXPECT_TRUE(ranks > 2 || bytes_of(dealt, {}) < bytes_of(chance, {}));
+        EXPECT_TRUE(ranks > 2 || bytes_sent_by(dealt, {}) < bytes_sent_by(chance, {}));
       }
     }
   }
@@ -353,7 +353,7 @@ TEST(Ranks, AreTheSameInJson) {
     EXPECT_EQ(row["latency_ms"], 0);
     std::int64_t bytes = 0;
     for (const Json& phase : row["phases_of_a_substep"]) bytes += phase["bytes"].get<std::int64_t>();
-    EXPECT_EQ(bytes, bytes_of(table.rows[n].counts, table.shape));
+    EXPECT_EQ(bytes, bytes_sent_by(table.rows[n].counts, table.shape));
     EXPECT_EQ(bytes > 0, n > 0);
   }
   EXPECT_FALSE(Json::parse(plan_json(simulation)).contains("ranks"));

@@ -103,7 +103,7 @@ struct RankRow {
 struct RankTable {
   RankMachines machines;
   StepShape shape;
-  int steps = 0;    // in which the speed was measured; 0: it was given
+  int steps = 0;    // of which the fastest gave the speed; 0: it was given
   int threads = 1;  // that were asked for
   int patches = 0, phases = 0;
   RankScaling scaling;
@@ -115,7 +115,7 @@ struct RankTable {
 /// Throws InputError for Desbrun's method, and for more ranks than there are patches.
 void require_ranks(const Simulation& simulation, int ranks);
 
-/// Takes steps to measure what is not given.
+/// Takes steps to measure what is not given. Throws as require_ranks() and Simulation::step() do.
 RankTable plan_ranks(Simulation& simulation, const RankOptions& options);
 
 /// For people.
