@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host/report/warnings.h"
+#include "tests/run_scenes.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 

@@ -18,6 +18,7 @@
 #include "host/output/page.h"
 #include "host/report/plan.h"
 #include "host/report/plan_for.h"
+#include "host/report/ranks.h"
 #include "host/report/warnings.h"
 #include "host/report/whole_steps.h"
 #include "host/run/redraw.h"
@@ -152,10 +153,20 @@ int plan(const Arguments& arguments) {
     simulation.emplace(load(arguments), simulation_options(arguments, progress));
     for (const std::string& line : malha::warnings(simulation->model())) progress.warn(arguments.scene_label(), line);
   }
-  std::cout << malha::printable_lines(malha::plan(*simulation));
-  if (!arguments.machine.empty()) std::cout << malha::plan_for(*simulation, malha::machine_named(arguments.machine));
+  if (arguments.ranks) malha::require_ranks(*simulation, arguments.ranks->ranks);
+  if (!arguments.json) std::cout << malha::printable_lines(malha::plan(*simulation));
   simulation->step();
-  std::cout << malha::list_launches(*simulation);
+  if (!arguments.json) std::cout << malha::list_launches(*simulation);
+  std::optional<malha::Demand> demand;
+  if (!arguments.machine.empty()) demand = malha::plan_for(*simulation, malha::machine_named(arguments.machine));
+  std::optional<malha::RankTable> ranks;
+  if (arguments.ranks) ranks = malha::plan_ranks(*simulation, *arguments.ranks);
+  if (arguments.json) {
+    std::cout << malha::plan_json(*simulation, ranks ? &*ranks : nullptr, demand ? &*demand : nullptr);
+    return malha::kDone;
+  }
+  if (demand) std::cout << malha::list_demand(*demand);
+  if (ranks) std::cout << malha::list_ranks(*ranks);
   return malha::kDone;
 }
 

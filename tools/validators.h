@@ -45,6 +45,17 @@ inline CLI::Validator above_zero(const std::string& unit) {
           ""};
 }
 
+/// A finite number >= 0.
+inline CLI::Validator at_least_zero(const std::string& unit) {
+  return {[unit](const std::string& text) {
+            double value = 0;
+            return reads(text, value) && std::isfinite(value) && value >= 0
+                       ? ""
+                       : found(text, "a number >= 0 (" + unit + ")");
+          },
+          ""};
+}
+
 /// Seconds.
 inline CLI::Validator duration() { return above_zero("s"); }
 

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "host/base/graph_cut.h"
+
 namespace malha {
 
 static_assert(sizeof(idx_t) == sizeof(int), "METIS as Debian builds it: 32-bit indices");
@@ -27,8 +29,7 @@ std::vector<int> elimination_order(const SpringSystem& system) {
     options[METIS_OPTION_SEED] = 1;  // the same order every time
     idx_t count = block.count;
     idx_t* perm = &order[block.first];
-    static std::mutex one_at_a_time;  // its random numbers are those of the C library, for all threads together
-    const std::lock_guard<std::mutex> lock(one_at_a_time);
+    const std::lock_guard<std::mutex> lock(metis_turn());
     if (METIS_NodeND(&count, begin.data(), column.data(), nullptr, options, perm, inverse.data()) != METIS_OK)
       throw std::runtime_error("METIS could not order a system of " + std::to_string(count) + " particles");
     for (int i = 0; i < block.count; ++i) perm[i] += block.first;

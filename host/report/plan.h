@@ -9,8 +9,12 @@ namespace malha {
 /// Particles, constraints, colours and batch sizes, passes of a step, bytes by owner, and whether Embree is used.
 std::string plan(const Simulation& simulation);
 
+struct RankTable;  // host/report/ranks.h
+struct Demand;     // host/report/plan_for.h
+
 /// The same as JSON, with snake_case names and the unit as suffix, and after the first step what that launched.
-std::string plan_json(const Simulation& simulation);
+/// `ranks`: what several machines would do; `demand`: what a step asks of one: where they were asked for.
+std::string plan_json(const Simulation& simulation, const RankTable* ranks = nullptr, const Demand* demand = nullptr);
 
 /// What its first step launched, kernel by kernel; nothing before that step.
 std::string list_launches(const Simulation& simulation);

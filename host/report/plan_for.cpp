@@ -5,6 +5,7 @@
 #include <sstream>
 #include <vector>
 
+#include "host/base/near_miss.h"
 #include "host/base/stopwatch.h"
 #include "host/base/text.h"
 #include "host/model/model.h"
@@ -17,6 +18,10 @@
 namespace malha {
 
 namespace {
+
+double bytes_of_number(const Model& model) {
+  return model.scene.solver.precision == Precision::Double ? sizeof(double) : sizeof(float);
+}
 
 /// What the visits to one patch move of its particles, in numbers, in one iteration of a substep.
 double numbers_moved(const PatchPlan& plan, const Patch& patch, bool predicts, bool updates, bool keeps) {
@@ -71,7 +76,7 @@ VisitTraffic visit_traffic(const Model& model, const Solver& solver) {
   if (facts.sets.empty()) return {};
   const SolverSpec& spec = model.scene.solver;
   const PatchPlan plan = plan_patches(model);
-  const double number = spec.precision == Precision::Double ? 8 : 4;
+  const double number = bytes_of_number(model);
   const bool keeps = facts.fused && spec.iterations > 1;
   VisitTraffic traffic;
   for (int iteration = 0; iteration < spec.iterations; ++iteration) {
@@ -84,54 +89,57 @@ VisitTraffic visit_traffic(const Model& model, const Solver& solver) {
   return traffic;
 }
 
-std::string plan_for(const Simulation& simulation, const Machine& machine) {
+Demand plan_for(const Simulation& simulation, const Machine& machine) {
   const Model& model = simulation.model();
   const SolverFacts& facts = simulation.solver().facts();
+  Demand demand{.machine = machine};
+  for (const PassOfAStep& pass : passes_of_a_step(model, facts)) {
+    demand.launches += pass.launches;
+    demand.launches_at_least = demand.launches_at_least || pass.at_least || !pass.remark.empty();
+    if (!pass.name.starts_with("visits") && pass.name != "projection") demand.not_counted.push_back(pass.name);
+  }
+  if (facts.sets.empty()) return demand;
+  const PatchPlan plan = plan_patches(model, simulation.threads());
+  demand.phases = plan.phases(), demand.groups_fewest = demand.groups_most = plan.width();
+  for (int phase = 0; phase < plan.phases(); ++phase)
+    demand.groups_fewest = std::min(demand.groups_fewest, plan.phase_begin[phase + 1] - plan.phase_begin[phase]);
+  demand.at_once = machine.groups > 0 ? machine.groups : simulation.threads();
+  const double slot = 4.0 * bytes_of_number(model);
+  demand.group_bytes = slot * plan.most_slots;
+  if (machine.fast_bytes > 0)
+    demand.too_large =
+        static_cast<int>(std::count_if(plan.patches.begin(), plan.patches.end(), [&](const Patch& patch) {
+          return slot * patch.slots > double(machine.fast_bytes);
+        }));
+  demand.moved = visit_traffic(model, simulation.solver());
+  demand.bytes_per_second =
+      machine.bytes_per_second > 0 ? machine.bytes_per_second : measured_bandwidth(simulation.threads());
+  return demand;
+}
+
+std::string list_demand(const Demand& demand) {
+  const Machine& machine = demand.machine;
   std::ostringstream out;
   out << "for " << machine.name << " (" << machine.what << "):\n";
-  if (facts.sets.empty()) {
+  out << "  launches: " << (demand.launches_at_least ? "at least " : "") << demand.launches << " a step\n";
+  if (demand.phases == 0) {
     out << "  no batched constraints, and so no patches\n";
     return out.str();
   }
-  const PatchPlan plan = plan_patches(model, simulation.threads());
-  int fewest = plan.width(), most = 0;
-  for (int phase = 0; phase < plan.phases(); ++phase) {
-    const int groups = plan.phase_begin[phase + 1] - plan.phase_begin[phase];
-    fewest = std::min(fewest, groups), most = std::max(most, groups);
-  }
-  const int at_once = machine.groups > 0 ? machine.groups : simulation.threads();
-  out << "  groups: " << fewest << (most > fewest ? " to " + std::to_string(most) : "") << " in each of "
-      << counted(plan.phases(), "phase") << "; it works on " << at_once << " at once\n";
-  const double number = model.scene.solver.precision == Precision::Double ? 8 : 4;
-  const double largest = 4 * number * plan.most_slots;
-  out << "  fast memory: at most " << bytes_text(largest) << " a group";
-  if (machine.fast_bytes > 0) {
-    const auto too_large = std::count_if(plan.patches.begin(), plan.patches.end(), [&](const Patch& patch) {
-      return 4 * number * patch.slots > double(machine.fast_bytes);
-    });
-    out << ", of " << bytes_text(double(machine.fast_bytes)) << " that a group can have";
-    if (too_large > 0) out << "; " << counted(too_large, "group") << " will use the device's memory instead";
-  }
-  out << "\n";
-  std::size_t launches = 0;
-  bool at_least = false;
-  std::string others;
-  for (const PassOfAStep& pass : passes_of_a_step(model, facts)) {
-    launches += pass.launches, at_least = at_least || pass.at_least || !pass.remark.empty();
-    if (!pass.name.starts_with("visits") && pass.name != "projection")
-      others += (others.empty() ? "" : ", ") + pass.name;
-  }
-  out << "  launches: " << (at_least ? "at least " : "") << launches << " a step\n";
-  const VisitTraffic traffic = visit_traffic(model, simulation.solver());
-  const double moved = traffic.particle_bytes + traffic.constraint_bytes;
-  const double bandwidth =
-      machine.bytes_per_second > 0 ? machine.bytes_per_second : measured_bandwidth(simulation.threads());
+  out << "  groups: " << demand.groups_fewest;
+  if (demand.groups_most > demand.groups_fewest) out << " to " << demand.groups_most;
+  out << " in each of " << counted(demand.phases, "phase") << "; it works on " << demand.at_once << " at once\n"
+      << "  fast memory: at most " << bytes_text(demand.group_bytes) << " a group";
+  if (machine.fast_bytes > 0) out << ", of " << bytes_text(double(machine.fast_bytes)) << " that a group can have";
+  if (demand.too_large > 0) out << "; " << counted(demand.too_large, "group") << " will use other memory instead";
+  const VisitTraffic& moved = demand.moved;
   char took[32];
-  std::snprintf(took, sizeof took, "%.3g", moved / bandwidth * 1000);
-  out << "  memory: visits move " << bytes_text(moved) << " a step (particles " << bytes_text(traffic.particle_bytes)
-      << ", constraints " << bytes_text(traffic.constraint_bytes) << "); at " << per_second(bandwidth)
+  std::snprintf(took, sizeof took, "%.3g", demand.ms());
+  out << "\n  memory: visits move " << bytes_text(moved.particle_bytes + moved.constraint_bytes)
+      << " a step (particles " << bytes_text(moved.particle_bytes) << ", constraints "
+      << bytes_text(moved.constraint_bytes) << ")\n  at " << per_second(demand.bytes_per_second)
       << (machine.bytes_per_second > 0 ? "" : ", measured now,") << " this alone takes " << took << " ms\n";
-  if (!others.empty()) out << "  not counted in that: " << others << "\n";
+  if (!demand.not_counted.empty()) out << "  not counted in that: " << join(demand.not_counted) << "\n";
   return out.str();
 }
 

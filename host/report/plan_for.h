@@ -1,6 +1,7 @@
 // What a step asks of the machine that a model is laid out for, before it runs there.
 #pragma once
 #include <string>
+#include <vector>
 
 #include "host/model/machine.h"
 #include "host/simulation.h"
@@ -15,8 +16,23 @@ struct VisitTraffic {
 /// Each visit reads what it needs once and writes what it changes once. Zero for a model without batched constraints.
 VisitTraffic visit_traffic(const Model& model, const Solver& solver);
 
-/// Groups a phase, fast memory, launches a step, bytes moved, and how long memory alone would take over them. For the
-/// CPU the bandwidth is measured.
-std::string plan_for(const Simulation& simulation, const Machine& machine);
+/// What a step asks of a machine.
+struct Demand {
+  Machine machine;
+  int phases = 0, groups_fewest = 0, groups_most = 0;  // a phase; no phases: no batched constraints, and all is 0
+  int at_once = 0;                                     // groups that the machine works on
+  double group_bytes = 0;                              // of fast memory, at most
+  int too_large = 0;                                   // groups that do not fit there
+  std::size_t launches = 0;
+  bool launches_at_least = false;
+  VisitTraffic moved{};
+  double bytes_per_second = 0;             // of the machine's memory; measured where its facts are not known
+  std::vector<std::string> not_counted{};  // passes beside the visits, whose bytes are not in `moved`
+  double ms() const { return (moved.particle_bytes + moved.constraint_bytes) / bytes_per_second * 1000; }
+};
+Demand plan_for(const Simulation& simulation, const Machine& machine);
+
+/// For people.
+std::string list_demand(const Demand& demand);
 
 }  // namespace malha

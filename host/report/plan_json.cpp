@@ -1,7 +1,11 @@
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "host/report/plan.h"
+#include "host/report/plan_for.h"
 #include "host/report/plan_passes.h"
+#include "host/report/ranks.h"
 #include "host/report/report.h"
 #include "host/report/whole_steps.h"
 #include "host/solver/solver.h"
@@ -45,9 +49,54 @@ Json constraints(const Model& model, const SolverFacts& facts) {
   return all;
 }
 
+Json of_phase(const RankPhase& phase, const RankTable& table) {
+  const auto sum = [](const auto& each) { return std::accumulate(each.begin(), each.end(), std::int64_t{0}); };
+  return {{"patches", sum(phase.patches)},
+          {"projections", table.shape.iterations * sum(phase.projections)},
+          {"particles_sent", table.shape.iterations * phase.travelling()},
+          {"messages", phase_messages(phase, table.shape)},
+          {"bytes", phase_bytes(phase, table.shape)},
+          {"imbalance", phase.imbalance()},
+          {"us", phase_seconds(phase, table.machines, table.shape) * 1e6}};
+}
+
+/// Phases: in all sweeps of a substep.
+Json of_demand(const Demand& demand) {
+  Json json{{"machine", demand.machine.name}, {"launches_a_step", demand.launches}};
+  if (demand.phases == 0) return json;
+  json["phases"] = demand.phases, json["groups_at_once"] = demand.at_once;
+  json["groups_fewest"] = demand.groups_fewest, json["groups_most"] = demand.groups_most;
+  json["group_bytes_most"] = demand.group_bytes, json["groups_beyond_fast_memory"] = demand.too_large;
+  json["particle_bytes_a_step"] = demand.moved.particle_bytes;
+  json["constraint_bytes_a_step"] = demand.moved.constraint_bytes;
+  json["bytes_per_second"] = demand.bytes_per_second, json["memory_ms"] = demand.ms();
+  json["not_counted"] = demand.not_counted;
+  return json;
+}
+
+Json of_ranks(const RankTable& table) {
+  Json json{{"threads", table.machines.threads},           {"bandwidth_gbit_s", table.machines.gbit},
+            {"latency_us", table.machines.latency_us},     {"projection_ns", table.machines.projection_ns},
+            {"particle_ns", table.machines.particle_ns},   {"measured_steps", table.steps},
+            {"allreduces_a_step", table.shape.reductions}, {"not_counted", table.not_counted}};
+  if (table.steps > 0) json["not_counted_ms"] = table.not_counted_ms, json["measured_step_ms"] = table.step_ms;
+  json["rows"] = Json::array();
+  for (const auto& [counts, seconds] : table.rows) {
+    Json row{
+        {"ranks", counts.ranks},          {"border_particles", counts.border},   {"imbalance", counts.imbalance()},
+        {"work_ms", seconds.work * 1e3},  {"latency_ms", seconds.latency * 1e3}, {"transfer_ms", seconds.bytes * 1e3},
+        {"step_ms", seconds.sum() * 1e3}, {"phases_of_a_substep", Json::array()}};
+    const double pays = particles_that_pay(table.scaling, seconds, counts.ranks, 1);
+    if (std::isfinite(pays)) row["pays_from_particles"] = pays;
+    for (const RankPhase& phase : counts.phases) row["phases_of_a_substep"].push_back(of_phase(phase, table));
+    json["rows"].push_back(std::move(row));
+  }
+  return json;
+}
+
 }  // namespace
 
-std::string plan_json(const Simulation& simulation) {
+std::string plan_json(const Simulation& simulation, const RankTable* ranks, const Demand* demand) {
   const Model& model = simulation.model();
   const SolverFacts& facts = simulation.solver().facts();
   const Scene& scene = model.scene;
@@ -80,6 +129,8 @@ std::string plan_json(const Simulation& simulation) {
   json["embree"] = !scene.environment.empty();
   for (const Launches& of : simulation.times().launches)
     json["launches_of_first_step"].push_back({{"kernel", of.kernel}, {"launches", of.launches}, {"items", of.items}});
+  if (demand) json["for"] = of_demand(*demand);
+  if (ranks) json["ranks"] = of_ranks(*ranks);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a name may have any bytes
 }
 
