@@ -14,6 +14,15 @@ std::vector<std::string> names() {
   return all;
 }
 
+CLI::Validator a_share() {
+  return {[](const std::string& text) {
+            return study::share_of(text)
+                       ? ""
+                       : found(text, "I/N, such as 2/3, with 1 <= I <= N <= " + std::to_string(study::kMostShares));
+          },
+          ""};
+}
+
 /// A line a study.
 std::string list() {
   std::string lines;
@@ -46,6 +55,18 @@ void add_study(CLI::App& app, study::Options& options) {
   add_checked(*study, "--out", options.out, some_path(), "FOLDER",
               "Folder of the results; out/study, or out/study_quick, if not given");
   study->add_flag("--keep", options.keep, "Take cells that another build of malha has finished, too");
+  study
+      ->add_option_function<std::string>(
+          "--share", [&options](const std::string& text) { options.share = study::share_of(text); },
+          "Measure the cells I, I + N, ... alone, for --merge")
+      ->check(a_share())
+      ->type_name("I/N");
+  add_checked(*study, "--merge", options.merge, some_path(), "DIR...",
+              "Put together what shares have left in these folders; measures nothing");
+  study->callback([&options] {
+    if (options.share && !options.merge.empty())
+      throw CLI::ValidationError("--merge", "found --share beside it; allowed: one of them");
+  });
   study->footer(
       "Studies:\n" + list() +
       "\nEach leaves NAME.csv, NAME.json, charts NAME_*.svg and .png (if gnuplot is installed), and index.html, which\n"
@@ -53,10 +74,16 @@ void add_study(CLI::App& app, study::Options& options) {
       "a study that was stopped (Ctrl-C, a crash) goes on there with the same command. Cells of another build\n"
       "or machine become NAME.cells.jsonl.old; those of quick versions are NAME.quick.cells.jsonl. A study is started\n"
       "anew by removing that file.\n\n"
+      "--share 2/3 leaves NAME.2of3.cells.jsonl alone, of every third cell; cells that depend on each other count as\n"
+      "one. It runs beside 1/3 and 3/3, here or on other machines; times that it measures want cores of their own.\n"
+      "--merge reads such journals, and writes what the study by one process would, whose rows name the machine where\n"
+      "there are several. Where cells are missing it names them and ends with status 1.\n\n"
       "Examples:\n"
       "  malha study all --quick                 everything in short; half a minute\n"
       "  malha study accuracy                    the charts of tools/study/README.md; many minutes\n"
-      "  malha study accuracy --out /tmp/study");
+      "  malha study accuracy --out /tmp/study\n"
+      "  malha study accuracy --share 2/3        one of three, on this machine\n"
+      "  malha study accuracy --merge a b c      folders that hold the three shares");
 }
 
 }  // namespace malha
