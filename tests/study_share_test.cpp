@@ -135,12 +135,12 @@ TEST_F(StudyShares, RefuseWhatIsTornWithItsLine) {
   measured({1, 2}, "a"), measured({2, 2}, "a");
   append({2, 2}, "a", "{\"key\":\"square 9\",\"val");
   EXPECT_EQ(refused({"a"}),
-            "a/squares.2of2.cells.jsonl: line 5: found a torn line; allowed: whole lines of JSON; the share goes on "
+            "a/squares.2of2.cells.jsonl: line 6: found a torn line; allowed: whole lines of JSON; the share goes on "
             "there with its command, or is started anew without this file");
-  EXPECT_EQ(measured({2, 2}, "a").size(), 3u) << "it went on";
+  EXPECT_EQ(measured({2, 2}, "a").size(), 4u) << "it went on";
   EXPECT_EQ(refused({"a"}), "");
   append({2, 2}, "a", "{\"key\":\"square 9\"}\n");
-  EXPECT_TRUE(has(refused({"a"}), "line 5: found no cell; allowed: ")) << refused({"a"});
+  EXPECT_TRUE(has(refused({"a"}), "line 6: found no cell; allowed: ")) << refused({"a"});
 }
 
 TEST_F(StudyShares, RefuseWhatContradicts) {
@@ -149,7 +149,7 @@ TEST_F(StudyShares, RefuseWhatContradicts) {
   EXPECT_EQ(refused({"a", "b"}), "") << "the same result is no contradiction";
   append({2, 2}, "b", "{\"key\":\"square 3\",\"value\":{\"y\":8}}\n");
   EXPECT_EQ(refused({"a", "b"}),
-            "b/squares.2of2.cells.jsonl: line 6: found \"square 3\", measured again with another result than in "
+            "b/squares.2of2.cells.jsonl: line 7: found \"square 3\", measured again with another result than in "
             "a/squares.1of2.cells.jsonl, line 3; allowed: one journal of each share");
 }
 
@@ -213,8 +213,9 @@ class StudyShareCommand : public testing::Test {
   }
   /// Without the rows that are times.
   Json rows(const std::string& of) const {
+    const Json json = Json::parse(bytes_of(folder_ / (of + "/published.json")));
     Json all = Json::array();
-    for (const Json& row : Json::parse(bytes_of(folder_ / (of + "/published.json")))["rows"])
+    for (const Json& row : json["rows"])
       if (!row.contains("frames_per_s")) all.push_back(row);
     return all;
   }
