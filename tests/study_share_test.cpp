@@ -126,7 +126,7 @@ TEST_F(StudyShares, OfSeveralMachinesNameTheMachineInTheRows) {
   EXPECT_EQ(rows[2]["machine"], "malha 1, c -O3, i; other, 8 cores; program p");
   const Json json = to_json({"squares", "w", squares}, {}, false, "malha study squares", both.builds);
   EXPECT_EQ(caption(json),
-            "malha 1; 2 builds or machines, which the rows name: one, 2 cores; other, 8 cores; malha study squares");
+            "malha 1; 2 builds or machines, which the rows name; one, 2 cores; other, 8 cores; malha study squares");
   EXPECT_EQ(json["machines"].size(), 2u);
   EXPECT_TRUE(has(refusal([&] { cells.cores(); }), "2of2.cells.jsonl: line 1: found 8 cores; allowed: 2, as in "));
 }

@@ -74,15 +74,16 @@ void add_study(CLI::App& app, study::Options& options) {
       "a study that was stopped (Ctrl-C, a crash) goes on there with the same command. Cells of another build\n"
       "or machine become NAME.cells.jsonl.old; those of quick versions are NAME.quick.cells.jsonl. A study is started\n"
       "anew by removing that file.\n\n"
-      "--share 2/3 leaves NAME.2of3.cells.jsonl alone, of every third cell; cells that depend on each other count as\n"
-      "one. It runs beside 1/3 and 3/3, here or on other machines; times that it measures want cores of their own.\n"
-      "--merge reads such journals, and writes what the study by one process would, whose rows name the machine where\n"
-      "there are several. Where cells are missing it names them and ends with status 1.\n\n"
+      "--share 2/3 measures the cells 2, 5, 8 and so on, and leaves NAME.2of3.cells.jsonl alone; cells that depend on\n"
+      "each other count as one. Shares run side by side, here or on other machines. Side by side on one machine they\n"
+      "disturb each other's times: scaling, size, parsimony, and the costs of accuracy and published want it alone.\n"
+      "--merge writes what the study by one process would; rows name the machine where there are several. Cells that\n"
+      "no share has measured it names, writes nothing, and ends with status 1.\n\n"
       "Examples:\n"
       "  malha study all --quick                 everything in short; half a minute\n"
       "  malha study accuracy                    the charts of tools/study/README.md; many minutes\n"
       "  malha study accuracy --out /tmp/study\n"
-      "  malha study accuracy --share 2/3        one of three, on this machine\n"
+      "  malha study accuracy --share 2/3        the second of three shares\n"
       "  malha study accuracy --merge a b c      folders that hold the three shares");
 }
 

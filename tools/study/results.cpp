@@ -67,14 +67,12 @@ std::string caption(const Json& json) {
   std::string made = maker(build);
   if (json.contains("machines")) {
     std::vector<std::string> machines;
-    for (const Json& one : json["machines"]) {
-      machines.push_back(machine(one));
-      if (std::count(machines.begin(), machines.end(), machines.back()) > 1) machines.pop_back();
-    }
+    for (const Json& one : json["machines"])
+      if (std::find(machines.begin(), machines.end(), machine(one)) == machines.end()) machines.push_back(machine(one));
+    if (machines.size() > 3) machines[3] = "and others", machines.resize(4);  // of a line
     made = "malha " + build.at("malha_version").get<std::string>() + "; " +
-           counted(json["machines"].size(), "build or machine", "builds or machines") + ", which the rows name: " +
-           listed(
-               machines, [](const std::string& words) { return words; }, "; ");
+           counted(json["machines"].size(), "build or machine", "builds or machines") + ", which the rows name";
+    for (const std::string& words : machines) made += "; " + words;
   }
   return made + "; " + json.at("command").get<std::string>();
 }
