@@ -136,7 +136,7 @@ TEST_F(StudyShares, RefuseWhatIsTornWithItsLine) {
   append({2, 2}, "a", "{\"key\":\"square 9\",\"val");
   EXPECT_EQ(refused({"a"}),
             "a/squares.2of2.cells.jsonl: line 6: found a torn line; allowed: whole lines of JSON; the share goes on "
-            "there with its command, or is started anew without this file");
+            "there with its command, or anew without this file");
   EXPECT_EQ(measured({2, 2}, "a").size(), 4u) << "it went on";
   EXPECT_EQ(refused({"a"}), "");
   append({2, 2}, "a", "{\"key\":\"square 9\"}\n");

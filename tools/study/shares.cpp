@@ -62,9 +62,7 @@ class Reader {
     Json json = end == std::string::npos ? Json(Json::value_t::discarded)
                                          : Json::parse(text_.substr(at_, end - at_), nullptr, false);
     if (json.is_discarded())
-      refuse("a torn line",
-             "whole lines of JSON; the share goes on there with its command, or is started anew "
-             "without this file");
+      refuse("a torn line", "whole lines of JSON; the share goes on there with its command, or anew without this file");
     at_ = end + 1;
     return json;
   }
@@ -88,7 +86,6 @@ class Reader {
     malha::refuse(file_, place(), found, allowed);
   }
   std::string place() const { return "line " + std::to_string(line_); }
-  const std::string& file() const { return file_; }
 
  private:
   void same(const char* key, const Json& found, const Json& allowed, const std::string& words) const {
