@@ -80,7 +80,8 @@ void measure(const Study& study, const Options& options, const std::filesystem::
               options.share);
   const Findings findings = study.run(cells);
   if (!options.share)
-    return report(study, findings, out, to_json(study, findings, options.quick, command_of(study, options), {build}),
+    return report(study, findings, out,
+                  to_json(study, findings, options.quick, command_of(study, options), std::vector<Json>(1, build)),
                   progress, stop);
   progress.clear();
   std::cout << "share       " << options.share->words() << " of " << study.name << ": "
