@@ -107,7 +107,8 @@ TEST_F(StudyCommand, HelpsWithEveryStudyOptionAndExample) {
     const Ended help = study(words);
     EXPECT_EQ(help.status, 0);
     for (const Study& each : studies()) EXPECT_TRUE(has(help.out, "  " + each.name + " ")) << each.name;
-    for (const char* word : {"--quick", "--out FOLDER", "--keep", "index.html", "Ctrl-C", "Examples:"})
+    for (const char* word :
+         {"--quick", "--out FOLDER", "--keep", "--share I/N", "--merge DIR...", "index.html", "Ctrl-C", "Examples:"})
       EXPECT_TRUE(has(help.out, word)) << word;
   }
 }

@@ -43,9 +43,9 @@ TEST_F(StudyReplays, AreWhatThePageLinksToAndNothingElse) {
     found.insert(entry.path().filename().string());
   EXPECT_EQ(found, expected);
 
-  const Json json = to_json(
-      study_, findings_, true, "malha study accuracy --quick",
-      {{"malha_version", ""}, {"compiler", ""}, {"flags", ""}, {"instructions", ""}, {"cpu", ""}, {"cores", 1}});
+  const Json build{{"malha_version", ""}, {"compiler", ""}, {"flags", ""},
+                   {"instructions", ""},  {"cpu", ""},      {"cores", 1}};
+  const Json json = to_json(study_, findings_, true, "malha study accuracy --quick", std::vector<Json>(1, build));
   folder_.write("accuracy.json", json.dump());
   const std::string index = page(folder_ / "");
   for (const Replay& one : all()) EXPECT_TRUE(has(index, "<a href=\"" + replay_file(study_, one) + "\">")) << one.name;

@@ -14,6 +14,15 @@ std::vector<std::string> names() {
   return all;
 }
 
+CLI::Validator a_share() {
+  return {[](const std::string& text) {
+            return study::share_of(text)
+                       ? ""
+                       : found(text, "I/N, such as 2/3, with 1 <= I <= N <= " + std::to_string(study::kMostShares));
+          },
+          ""};
+}
+
 /// A line a study.
 std::string list() {
   std::string lines;
@@ -46,6 +55,18 @@ void add_study(CLI::App& app, study::Options& options) {
   add_checked(*study, "--out", options.out, some_path(), "FOLDER",
               "Folder of the results; out/study, or out/study_quick, if not given");
   study->add_flag("--keep", options.keep, "Take cells that another build of malha has finished, too");
+  study
+      ->add_option_function<std::string>(
+          "--share", [&options](const std::string& text) { options.share = study::share_of(text); },
+          "Measure the cells I, I + N, ... alone, for --merge")
+      ->check(a_share())
+      ->type_name("I/N");
+  add_checked(*study, "--merge", options.merge, some_path(), "DIR...",
+              "Put together what shares have left in these folders; measures nothing");
+  study->callback([&options] {
+    if (options.share && !options.merge.empty())
+      throw CLI::ValidationError("--merge", "found --share beside it; allowed: one of them");
+  });
   study->footer(
       "Studies:\n" + list() +
       "\nEach leaves NAME.csv, NAME.json, charts NAME_*.svg and .png (if gnuplot is installed), and index.html, which\n"
@@ -53,10 +74,17 @@ void add_study(CLI::App& app, study::Options& options) {
       "a study that was stopped (Ctrl-C, a crash) goes on there with the same command. Cells of another build\n"
       "or machine become NAME.cells.jsonl.old; those of quick versions are NAME.quick.cells.jsonl. A study is started\n"
       "anew by removing that file.\n\n"
+      "--share 2/3 measures the cells 2, 5, 8 and so on, and leaves NAME.2of3.cells.jsonl alone; cells that depend on\n"
+      "each other count as one. Shares run side by side, here or on other machines. Side by side on one machine they\n"
+      "disturb each other's times: scaling, size, parsimony, and the costs of accuracy and published want it alone.\n"
+      "--merge writes what the study by one process would; rows name the machine where there are several. Cells that\n"
+      "no share has measured it names, writes nothing, and ends with status 1.\n\n"
       "Examples:\n"
       "  malha study all --quick                 everything in short; half a minute\n"
       "  malha study accuracy                    the charts of tools/study/README.md; many minutes\n"
-      "  malha study accuracy --out /tmp/study");
+      "  malha study accuracy --out /tmp/study\n"
+      "  malha study accuracy --share 2/3        the second of three shares\n"
+      "  malha study accuracy --merge a b c      folders that hold the three shares");
 }
 
 }  // namespace malha

@@ -72,8 +72,8 @@ int measure(const Arguments& arguments, const std::atomic<bool>& stop) {
   if (arguments.command == "tune") return tune(arguments, stop);
   if (arguments.command == "bench")
     arguments.bench.run();
-  else
-    study::run(arguments.study, stop);
+  else if (!study::run(arguments.study, stop))
+    return kUnmet;
   return kDone;
 }
 

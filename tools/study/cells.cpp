@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "host/base/file.h"
+#include "tools/bench/counts.h"
 
 namespace malha::study {
 
@@ -36,8 +37,8 @@ std::string good_lines(const std::string& bytes, const Json& head, std::map<std:
 }  // namespace
 
 Cells::Cells(const std::filesystem::path& file, const Json& head, bool quick, const std::atomic<bool>& stop,
-             Progress progress)
-    : path_(file), quick_(quick), stop_(stop), progress_(std::move(progress)) {
+             Progress progress, const std::optional<Share>& share)
+    : path_(file), quick_(quick), stop_(stop), progress_(std::move(progress)), share_(share) {
   file_.reset(std::fopen(path_.c_str(), "ab"));
   if (!file_) fail(path_);
   const int number = fileno(file_.get());
@@ -51,13 +52,42 @@ Cells::Cells(const std::filesystem::path& file, const Json& head, bool quick, co
     fail(path_);
 }
 
+Cells::Cells(const Merged& merged, bool quick, const std::atomic<bool>& stop)
+    : quick_(quick), stop_(stop), merged_(merged), known_(merged.cells) {}
+
+int Cells::cores() const { return merged_ ? merged_->cores() : bench::cores(); }
+
+/// The share whose turn it is.
+int Cells::next_share() {
+  const int shares = share_ ? share_->n : merged_ ? merged_->shares : 1;
+  return asked_++ % shares + 1;
+}
+
+void Cells::together(const std::function<void()>& ask) {
+  within_ = next_share();
+  try {
+    if (!share_ || within_ == share_->i) ask();
+  } catch (const Missing&) {
+  }
+  within_ = 0;
+}
+
 Json Cells::operator()(const std::string& key, const std::function<Json()>& make) {
+  const auto [turn, fresh] = shares_.insert({key, within_});
+  if (fresh && within_ == 0) turn->second = next_share();
+  const int share = turn->second;
+  if (share_ && share != share_->i) return nullptr;
   if (progress_) progress_(key, kept_ + made_, planned_);
   if (const auto found = known_.find(key); found != known_.end()) {
     ++kept_;
     return found->second;
   }
   go_on();
+  if (merged_) {
+    missing_[share].push_back(key);
+    if (within_ > 0) throw Missing{};
+    return nullptr;
+  }
   const Json value = make();
   const std::string line = Json{{"key", key}, {"value", value}}.dump() + "\n";
   // A line in one piece: whatever ends this process leaves whole lines and perhaps the start of one.

@@ -65,8 +65,8 @@ std::string links(const std::filesystem::path& folder, const Json& section) {
 void add_study(const std::filesystem::path& folder, const Json& json, std::ostringstream& html) {
   const std::string name = json["study"].get<std::string>();
   html << "<h2 id=\"" << name << "\">" << name << "</h2>\n<p>" << escaped(json["what"].get<std::string>())
-       << ".</p>\n<p class=\"made\">" << escaped(caption(json["build"], json["command"].get<std::string>()))
-       << ". Rows: " << name << ".csv, " << name << ".json.</p>\n";
+       << ".</p>\n<p class=\"made\">" << escaped(caption(json)) << ". Rows: " << name << ".csv, " << name
+       << ".json.</p>\n";
   for (const Json& section : json["sections"]) {
     html << "<section>\n<h3>" << escaped(section["title"].get<std::string>()) << "</h3>\n";
     if (!section["sentences"].empty()) {

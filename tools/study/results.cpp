@@ -42,8 +42,10 @@ std::string csv(const Json& rows) {
   return text.str();
 }
 
-Json to_json(const Study& study, const Findings& findings, bool quick, const std::string& command, const Json& build) {
-  Json json{{"study", study.name}, {"what", study.what}, {"quick", quick}, {"command", command}, {"build", build}};
+Json to_json(const Study& study, const Findings& findings, bool quick, const std::string& command,
+             const std::vector<Json>& builds) {
+  Json json{{"study", study.name}, {"what", study.what}, {"quick", quick}, {"command", command}, {"build", builds[0]}};
+  if (builds.size() > 1) json["machines"] = builds;
   json["sections"] = Json::array();
   for (const Section& section : findings.sections) {
     Json replays = Json::array();
@@ -60,23 +62,29 @@ Json to_json(const Study& study, const Findings& findings, bool quick, const std
   return json;
 }
 
-std::string caption(const Json& build, const std::string& command) {
-  const auto fact = [&build](const char* key) { return build.at(key).get<std::string>(); };
-  std::string flags, flag;  // those that a reader asks for; NAME.json has all
-  for (std::istringstream words(fact("flags")); words >> flag;)
-    if (flag.starts_with("-O") || flag.starts_with("-march") || flag.starts_with("-fsan")) flags += " " + flag;
-  return "malha " + fact("malha_version") + ", " + fact("compiler") + flags + ", " + fact("instructions") + "; " +
-         fact("cpu") + ", " + counted(build.at("cores").get<int>(), "core") + "; " + command;
+std::string caption(const Json& json) {
+  const Json& build = json.at("build");
+  std::string made = maker(build);
+  if (json.contains("machines")) {
+    std::vector<std::string> machines;
+    for (const Json& one : json["machines"])
+      if (std::find(machines.begin(), machines.end(), machine(one)) == machines.end()) machines.push_back(machine(one));
+    if (machines.size() > 3) machines[3] = "and others", machines.resize(4);  // of a line
+    made = "malha " + build.at("malha_version").get<std::string>() + "; " +
+           counted(json["machines"].size(), "build or machine", "builds or machines") + ", which the rows name";
+    for (const std::string& words : machines) made += "; " + words;
+  }
+  return made + "; " + json.at("command").get<std::string>();
 }
 
-std::string write_results(const std::filesystem::path& folder, const Study& study, const Findings& findings, Json json,
-                          const std::string& caption) {
+std::string write_results(const std::filesystem::path& folder, const Study& study, const Findings& findings,
+                          Json json) {
   std::string no_chart;
   for (std::size_t k = 0; k < findings.sections.size(); ++k) {
     const Section& section = findings.sections[k];
     if (!section.chart) continue;
     const std::string name = chart_name(study, section);
-    const std::string why = bench::draw(section.chart->settings, section.chart->series, folder, name, caption);
+    const std::string why = bench::draw(section.chart->settings, section.chart->series, folder, name, caption(json));
     if (why.empty()) continue;
     no_chart = why;
     json["sections"][k]["chart"] = "";

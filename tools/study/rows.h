@@ -9,6 +9,11 @@ namespace malha::study {
 /// 0 where the row has none.
 inline double number(const Json& row, const std::string& key) { return row.contains(key) ? row[key].get<double>() : 0; }
 
+/// Says in a row where its cell was measured, if cells come from several machines.
+inline void keep_machine(Json& row, const Json& cell) {
+  if (cell.contains("machine")) row["machine"] = cell["machine"];
+}
+
 inline std::string text(const Json& row, const std::string& key) { return row.at(key).get<std::string>(); }
 
 }  // namespace malha::study

@@ -30,15 +30,6 @@ Json program_of(const std::filesystem::path& file) {
   return head.is_object() && head.contains("program") ? head["program"] : Json();
 }
 
-/// What makes the cells of one run comparable with those of another.
-Json head_of(const std::filesystem::path& file, const Study& study, const Options& options, const Json& build) {
-  const Json kept = options.keep ? program_of(file) : Json();
-  return {{"study", study.name},
-          {"quick", options.quick},
-          {"build", build},
-          {"program", kept.is_null() ? Json(hash_of_this_program()) : kept}};
-}
-
 void print(const Study& study, const Findings& findings, const std::filesystem::path& out,
            const std::string& no_chart) {
   std::cout << study.name << ": " << study.what << "\n";
@@ -57,35 +48,109 @@ void print(const Study& study, const Findings& findings, const std::filesystem::
       std::cout << "replay      " << (out / replay_file(study, replay)).string() << "\n";
 }
 
+/// Writes what a study found, by the command and on the machines that are named, and says so.
+void report(const Study& study, const Findings& findings, const std::filesystem::path& out, const Json& json,
+            ProgressLine& progress, const std::atomic<bool>& stop) {
+  write_replays(
+      out, study, findings, [&](const std::string& what) { progress(study.name + " " + what, 1); }, stop);
+  progress.clear();
+  const std::string no_chart = write_results(out, study, findings, json);
+  write_whole(out / "index.html", page(out));
+  print(study, findings, out, no_chart);
+}
+
+/// "malha study accuracy --quick"
+std::string command_of(const Study& study, const Options& options) {
+  return "malha study " + study.name + (options.quick ? " --quick" : "");
+}
+
+/// Measures what is not kept, of a share only what is its own.
+void measure(const Study& study, const Options& options, const std::filesystem::path& out, const Json& build,
+             const std::atomic<bool>& stop) {
+  const auto file = out / journal_name(study.name, options.quick, options.share);
+  const Json kept = options.keep ? program_of(file) : Json();
+  const Json program = kept.is_null() ? Json(hash_of_this_program()) : kept;
+  const std::string name = study.name + (options.share ? " " + options.share->words() : "");
+  ProgressLine progress(10);
+  const auto show = [&](const std::string& cell, int done, int planned) {
+    progress(name + " " + std::to_string(done) + "/" + std::to_string(planned) + " " + cell,
+             planned > 0 ? static_cast<double>(done) / planned : 0);
+  };
+  Cells cells(file, journal_head(study.name, options.quick, build, program, options.share), options.quick, stop, show,
+              options.share);
+  const Findings findings = study.run(cells);
+  if (!options.share)
+    return report(study, findings, out,
+                  to_json(study, findings, options.quick, command_of(study, options), std::vector<Json>(1, build)),
+                  progress, stop);
+  progress.clear();
+  std::cout << "share       " << options.share->words() << " of " << study.name << ": "
+            << counted(cells.kept() + cells.made(), "cell") << " in " << file.string() << "\n";
+}
+
+/// Says which cells no share has measured.
+void print_missing(const Study& study, const Options& options, const Merged& merged, const Cells& cells) {
+  constexpr std::size_t shown = 20;
+  for (const auto& [number, keys] : cells.missing()) {
+    const std::string share = Share{number, merged.shares}.words();
+    std::cerr << "malha study: " << study.name << ": share " << share
+              << (merged.given.contains(number) ? " lacks " : ", of which no journal is there, lacks ")
+              << counted(keys.size(), "cell") << ": "
+              << printable(listed(std::vector(keys.begin(), keys.begin() + std::min(keys.size(), shown)),
+                                  [](const std::string& key) { return "\"" + key + "\""; }))
+              << (keys.size() > shown ? " and others" : "") << "; to measure: " << command_of(study, options)
+              << " --share " << share << "\n";
+  }
+}
+
+/// Of shares; measures nothing. What is refused is found before anything is written.
+bool merge(const std::vector<const Study*>& asked, const Options& options, const std::filesystem::path& out,
+           const Json& build, const std::atomic<bool>& stop) {
+  const std::string program = hash_of_this_program();
+  struct Whole {
+    Findings findings;
+    Json json;
+  };
+  std::vector<Whole> all;
+  bool lacking = false;
+  for (const Study* study : asked) {
+    const Merged merged =
+        merged_shares(options.merge, journal_head(study->name, options.quick, build, program, {}), options.keep);
+    Cells cells(merged, options.quick, stop);
+    const Findings findings = study->run(cells);
+    print_missing(*study, options, merged, cells);
+    lacking = lacking || !cells.missing().empty();
+    const std::string command = command_of(*study, options) + " --merge, " + counted(merged.shares, "share");
+    if (!lacking) all.push_back({findings, to_json(*study, findings, options.quick, command, merged.builds)});
+  }
+  if (lacking) return false;
+  make_folder(out);
+  check_writable(out / "index.html");
+  ProgressLine progress(10);
+  for (std::size_t k = 0; k < asked.size(); ++k) report(*asked[k], all[k].findings, out, all[k].json, progress, stop);
+  return true;
+}
+
 }  // namespace
 
-void run(const Options& options, const std::atomic<bool>& stop) {
+bool run(const Options& options, const std::atomic<bool>& stop) {
   const std::filesystem::path out = !options.out.empty() ? options.out
                                     : options.quick      ? "out/study_quick"
                                                          : "out/study";
-  make_folder(out);
-  check_writable(out / "index.html");
+  std::vector<const Study*> asked;
+  for (const Study& study : studies())
+    if (std::find(options.names.begin(), options.names.end(), study.name) != options.names.end())
+      asked.push_back(&study);
   const Json build = bench::build_facts();
-  for (const Study& study : studies()) {
-    if (std::find(options.names.begin(), options.names.end(), study.name) == options.names.end()) continue;
-    const auto file = out / (study.name + (options.quick ? ".quick" : "") + ".cells.jsonl");
-    ProgressLine progress(10);
-    const auto show = [&](const std::string& cell, int done, int planned) {
-      progress(study.name + " " + std::to_string(done) + "/" + std::to_string(planned) + " " + cell,
-               planned > 0 ? static_cast<double>(done) / planned : 0);
-    };
-    Cells cells(file, head_of(file, study, options, build), options.quick, stop, show);
-    const Findings findings = study.run(cells);
-    write_replays(
-        out, study, findings, [&](const std::string& what) { progress(study.name + " " + what, 1); }, stop);
-    progress.clear();
-    const std::string command = "malha study " + study.name + (options.quick ? " --quick" : "");
-    const std::string no_chart = write_results(
-        out, study, findings, to_json(study, findings, options.quick, command, build), caption(build, command));
-    write_whole(out / "index.html", page(out));
-    print(study, findings, out, no_chart);
+  if (!options.merge.empty()) {
+    if (!merge(asked, options, out, build, stop)) return false;
+  } else {
+    make_folder(out);
+    if (!options.share) check_writable(out / "index.html");
+    for (const Study* study : asked) measure(*study, options, out, build, stop);
   }
-  std::cout << "page        " << (out / "index.html").string() << "\n";
+  if (!options.share) std::cout << "page        " << (out / "index.html").string() << "\n";
+  return true;
 }
 
 }  // namespace malha::study

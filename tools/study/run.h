@@ -2,23 +2,29 @@
 #pragma once
 #include <atomic>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/study/interrupted.h"
+#include "tools/study/shares.h"
 
 namespace malha::study {
 
 struct Options {
   std::vector<std::string> names;  // of the registry
   bool quick = false;
-  bool keep = false;          // take cells of another build of malha too
-  std::filesystem::path out;  // empty: out/study, out/study_quick
+  bool keep = false;                         // take cells of another build of malha too
+  std::filesystem::path out;                 // empty: out/study, out/study_quick
+  std::optional<Share> share;                // that is measured, and nothing else is done
+  std::vector<std::filesystem::path> merge;  // folders with journals of shares; empty: what is not kept is measured
 };
 
 /// Leaves NAME.csv, NAME.json, NAME_*.svg and .png for each, replays of some, and index.html with all studies that the
-/// folder holds.
-/// Throws Interrupted where `stop` is set; std::runtime_error where something cannot be written.
-void run(const Options& options, const std::atomic<bool>& stop);
+/// folder holds; of a share the journals alone. False, with words on standard error and nothing written, where the
+/// shares that are merged lack cells.
+/// Throws Interrupted where `stop` is set; InputError of merged_shares(); std::runtime_error where something cannot be
+/// written.
+bool run(const Options& options, const std::atomic<bool>& stop);
 
 }  // namespace malha::study

@@ -50,7 +50,7 @@ Findings run_accuracy(Cells& cells) {
   for (const AccuracyCase& of : cases)
     planned += static_cast<int>(accuracy_methods(of, cells.quick()).size()) + (of.exact ? 0 : 3);
   cells.plan(planned);
-  for (const AccuracyCase& of : cases) {
+  const auto add = [&](const AccuracyCase& of) {
     const std::unique_ptr<System> system = system_of(of);
     const Truth truth = truth_of(of, *system, cells);
     for (const Method& method : accuracy_methods(of, cells.quick()))
@@ -60,7 +60,8 @@ Findings run_accuracy(Cells& cells) {
     std::vector<Section> sections = accuracy_sections(of, truth, findings.rows);
     sections[0].replays = accuracy_replays(of);
     findings.sections.insert(findings.sections.end(), sections.begin(), sections.end());
-  }
+  };
+  for (const AccuracyCase& of : cases) cells.together([&] { add(of); });  // its errors need its truth
   return findings;
 }
 

@@ -3,6 +3,7 @@
 #include "tools/study/parsimony/cell.h"
 #include "tools/study/parsimony/scenes.h"
 #include "tools/study/parsimony/sections.h"
+#include "tools/study/rows.h"
 
 namespace malha::study {
 
@@ -50,6 +51,7 @@ Json row(const char* kind, const Demand& of, const Json& without, const Json& wi
   for (const auto& [owner, count] : with["bytes"].items()) row[owner + "_bytes"] = count;
   for (const auto& [owner, count] : with["bytes"].items())
     row[owner + "_bytes_added"] = count.get<double>() - without["bytes"][owner].get<double>();
+  keep_machine(row, with);
   return row;
 }
 
@@ -59,15 +61,19 @@ Findings run_parsimony(Cells& cells) {
   const std::vector<Demand> single = single_demands(cells.quick()), ladder = ladder_of_demands(cells.quick());
   cells.plan(static_cast<int>(single.size()) + 1);
   Findings findings;
-  for (const Demand& of : single) {
-    const Json pair = cells(of.base + ", " + of.feature, [&] { return parsimony_cell({of.without, of.with}, cells); });
-    findings.rows.push_back(row("single", of, pair[0], pair[1]));
-  }
+  const std::vector<Json> pairs = cells.of(
+      single, [](const Demand& of) { return of.base + ", " + of.feature; },
+      [&](const Demand& of) {
+        return parsimony_cell({of.without, of.with}, cells);
+      });
   const Json rungs = cells("ladder", [&] {
     std::vector<Scene> scenes{ladder.front().without};
     for (const Demand& of : ladder) scenes.push_back(of.with);
     return parsimony_cell(scenes, cells);
   });
+  if (cells.partial()) return findings;
+  for (std::size_t k = 0; k < single.size(); ++k)
+    findings.rows.push_back(row("single", single[k], pairs[k][0], pairs[k][1]));
   for (std::size_t k = 0; k < ladder.size(); ++k)
     findings.rows.push_back(row("ladder", ladder[k], rungs[k], rungs[k + 1]));
   findings.sections = parsimony_sections(findings.rows);

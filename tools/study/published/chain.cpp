@@ -9,6 +9,7 @@
 #include "tools/study/published/parts.h"
 #include "tools/study/reference/steps.h"
 #include "tools/study/reference/xpbd.h"
+#include "tools/study/rows.h"
 
 namespace malha::study {
 
@@ -133,9 +134,13 @@ void add_chain(Cells& cells, Findings& findings) {
   ChainSetting best{};
   Json best_cell;
   const std::vector<ChainSetting> all = chain_settings(cells.quick());
-  for (const ChainSetting& of : all) {
-    const Json cell =
-        cells(formatted("chain: step %.9g s, spacing %g m", of.dt, of.spacing), [&] { return run_chain(of); });
+  const std::vector<Json> kept = cells.of(
+      all, [](const ChainSetting& of) { return formatted("chain: step %.9g s, spacing %g m", of.dt, of.spacing); },
+      run_chain);
+  if (cells.partial()) return;
+  for (std::size_t m = 0; m < all.size(); ++m) {
+    const ChainSetting& of = all[m];
+    const Json& cell = kept[m];
     double off = 0;
     for (std::size_t k = 0; k < std::size(kIterations); ++k) {
       const Json& of_n = cell[std::to_string(kIterations[k])];
@@ -153,6 +158,7 @@ void add_chain(Cells& cells, Findings& findings) {
                                {"ours_of_the_largest_pull", of_n["malha"]["of_peak"]},
                                {"plain_sweep", plain},
                                {"plain_sweep_last_1kg", of_n["in_order_1kg"]["of_most"]}});
+      keep_machine(findings.rows.back(), cell);
       section.table.rows.push_back({formatted("%.4g", of.dt), formatted("%g", of.spacing),
                                     std::to_string(kIterations[k]), percent(kPrinted[k]), percent(ours), percent(plain),
                                     percent(of_n["in_order_1kg"]["of_most"]), percent(of_n["malha"]["of_peak"]),

@@ -8,6 +8,7 @@
 #include "tools/study/published/parts.h"
 #include "tools/study/reference/steps.h"
 #include "tools/study/reference/xpbd.h"
+#include "tools/study/rows.h"
 
 namespace malha::study {
 
@@ -98,20 +99,24 @@ Runs runs(Cells& cells, const std::string& name, const Hanging& of) {
   const Json cell = cells(name + ": " + key(of), [&] {
     return Json{{"malha", by_malha(of)}, {"plain", in_order(of)}};
   });
-  return {cell["malha"], cell["plain"]};
+  Runs runs{cell["malha"], cell["plain"]};
+  keep_machine(runs.malha, cell), keep_machine(runs.plain, cell);
+  return runs;
 }
 
 Json row(const char* name, const Hanging& of, const char* method, const Json& run) {
-  return {{"case", name},
-          {"what", "how far the weight gets below its place"},
-          {"method", method},
-          {"dt_s", of.dt},
-          {"gravity_m_per_s2", of.gravity},
-          {"substeps", of.substeps},
-          {"iterations", of.iterations},
-          {"most_m", run["most_m"]},
-          {"still_m", run["still_m"]},
-          {"frame", run["frame"]}};
+  Json row{{"case", name},
+           {"what", "how far the weight gets below its place"},
+           {"method", method},
+           {"dt_s", of.dt},
+           {"gravity_m_per_s2", of.gravity},
+           {"substeps", of.substeps},
+           {"iterations", of.iterations},
+           {"most_m", run["most_m"]},
+           {"still_m", run["still_m"]},
+           {"frame", run["frame"]}};
+  keep_machine(row, run);
+  return row;
 }
 
 }  // namespace malha::study

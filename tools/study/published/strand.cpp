@@ -52,8 +52,12 @@ void add_strand(Cells& cells, Findings& findings) {
 
 int count_strand(bool quick) { return 1 + static_cast<int>(schedules(quick).size()); }
 
+void ask_strand(Cells& cells, Findings& findings) {
+  cells.together([&] { add_strand(cells, findings); });  // it takes no time
+}
+
 }  // namespace
 
-const PublishedPart kStrandOf2024{count_strand, add_strand};
+const PublishedPart kStrandOf2024{count_strand, ask_strand};
 
 }  // namespace malha::study

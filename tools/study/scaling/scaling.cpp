@@ -6,6 +6,7 @@
 
 #include "host/base/text.h"
 #include "tools/bench/medians.h"
+#include "tools/study/rows.h"
 #include "tools/study/scaling/cell.h"
 #include "tools/study/scaling/sections.h"
 
@@ -30,10 +31,25 @@ std::vector<int> weak_sides(const ClothMethod& method, bool quick) {
   return quick ? std::vector{50} : std::vector{100, 316};
 }
 
-std::vector<Crew> lines(int side, bool weak) {
+/// One body by one method on all numbers of threads.
+struct ScalingCase {
+  const char* kind;
+  const ClothMethod& method;
+  int side;
+};
+
+std::vector<ScalingCase> scaling_cases(bool quick) {
+  std::vector<ScalingCase> all;
+  for (const bool weak : {false, true})
+    for (const ClothMethod& method : cloth_methods())
+      for (const int side : weak ? weak_sides(method, quick) : strong_sides(method, quick))
+        all.push_back({weak ? "weak" : "strong", method, side});
+  return all;
+}
+
+std::vector<Crew> lines(int side, bool weak, const std::vector<int>& threads) {
   std::vector<Crew> all;
-  for (const int t : scaling_threads())
-    all.push_back({t, weak ? static_cast<int>(std::lround(side * std::sqrt(t))) : side});
+  for (const int t : threads) all.push_back({t, weak ? static_cast<int>(std::lround(side * std::sqrt(t))) : side});
   return all;
 }
 
@@ -82,6 +98,7 @@ Json scaling_rows(const std::string& kind, const ClothMethod& method, int side, 
     return Json::array({base});
   }
   base["load_average"] = cell["load_average"];
+  keep_machine(base, cell);
   Json rows = Json::array();
   std::vector<int> threads;
   std::vector<double> medians;
@@ -98,23 +115,29 @@ Json scaling_rows(const std::string& kind, const ClothMethod& method, int side, 
 Findings run_scaling(Cells& cells) {
   const bool quick = cells.quick();
   Findings findings;
-  int planned = static_cast<int>(scaling_threads().size());
-  for (const ClothMethod& method : cloth_methods())
-    planned += static_cast<int>(strong_sides(method, quick).size() + weak_sides(method, quick).size());
-  cells.plan(planned);
-  for (const int t : scaling_threads()) {
+  const std::vector<int> threads = scaling_threads(cells.cores());
+  const std::vector<ScalingCase> cases = scaling_cases(quick);
+  cells.plan(static_cast<int>(threads.size() + cases.size()));
+  const std::vector<Json> launches = cells.of(
+      threads, [](int t) { return "launches on " + counted(t, "thread"); },
+      [&](int t) { return launch_costs(t, quick); });
+  const std::vector<Json> bodies = cells.of(
+      cases,
+      [](const ScalingCase& of) {
+        return std::string(of.kind) + ": " + of.method.name + ", " + grouped(of.side * of.side) + " particles";
+      },
+      [&](const ScalingCase& of) {
+        return scaling_cell(of.method, lines(of.side, of.kind == std::string("weak"), threads), cells);
+      });
+  if (cells.partial()) return findings;
+  for (const Json& cell : launches) {
     Json row{{"kind", "launch"}};
-    row.update(cells("launches on " + counted(t, "thread"), [&] { return launch_costs(t, quick); }));
+    row.update(cell);
     findings.rows.push_back(row);
   }
-  for (const bool weak : {false, true})
-    for (const ClothMethod& method : cloth_methods())
-      for (const int side : weak ? weak_sides(method, quick) : strong_sides(method, quick)) {
-        const char* kind = weak ? "weak" : "strong";
-        const Json cell = cells(std::string(kind) + ": " + method.name + ", " + grouped(side * side) + " particles",
-                                [&] { return scaling_cell(method, lines(side, weak), cells); });
-        for (const Json& row : scaling_rows(kind, method, side, cell)) findings.rows.push_back(row);
-      }
+  for (std::size_t k = 0; k < cases.size(); ++k)
+    for (const Json& row : scaling_rows(cases[k].kind, cases[k].method, cases[k].side, bodies[k]))
+      findings.rows.push_back(row);
   findings.sections = scaling_sections(findings.rows, variable("OMP_PROC_BIND") + ", " + variable("OMP_PLACES"));
   return findings;
 }

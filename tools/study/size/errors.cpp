@@ -176,7 +176,7 @@ int size_error_cells(bool quick) {
   return count;
 }
 
-void add_size_errors(Cells& cells, Findings& findings) {
+Json size_errors(Cells& cells) {
   Json rows = Json::array();
   for_each_cell(cells.quick(), [&](bool work, const HungWay& way, const std::string& mesh, int side) {
     const std::string key = (work ? "work for 1 %, " : "error, ") + way.title() + ", " + mesh + " of " +
@@ -194,9 +194,13 @@ void add_size_errors(Cells& cells, Findings& findings) {
     for (const auto& [name, value] : cell.items()) row[name] = value;
     rows.push_back(row);
   });
+  return rows;
+}
+
+void add_size_errors(const Json& rows, Findings& findings) {
   std::vector<HangingWay> named(hung_ways().begin(), hung_ways().end());
   for (Section& section : size_error_sections(named, rows)) findings.sections.push_back(std::move(section));
-  for (Json& row : rows) findings.rows.push_back(std::move(row));
+  for (const Json& row : rows) findings.rows.push_back(row);
 }
 
 }  // namespace malha::study

@@ -5,8 +5,10 @@
 
 namespace malha::study {
 
-/// Cells of errors after 1 s and of the work for a strain of 1 %; adds their rows and sections.
-void add_size_errors(Cells& cells, Findings& findings);
+/// Rows of errors after 1 s and of the work for a strain of 1 %, a cell each.
+Json size_errors(Cells& cells);
+/// Adds them and their sections.
+void add_size_errors(const Json& rows, Findings& findings);
 /// How many cells those are.
 int size_error_cells(bool quick);
 

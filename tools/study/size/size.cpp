@@ -104,8 +104,10 @@ Findings run_size(Cells& cells) {
       findings.rows.push_back(row(method, side, cells(method.name + ", " + grouped(side * side) + " particles", [&] {
                                     return run(method, side, cells);
                                   })));
+  const Json errors = size_errors(cells);
+  if (cells.partial()) return findings;
   findings.sections = size_sections(findings.rows);
-  add_size_errors(cells, findings);
+  add_size_errors(errors, findings);
   return findings;
 }
 

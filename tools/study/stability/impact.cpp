@@ -9,6 +9,7 @@
 #include "tools/bench/cloth.h"
 #include "tools/bench/output.h"
 #include "tools/study/irregular_mesh.h"
+#include "tools/study/rows.h"
 #include "tools/study/stability/lines.h"
 #include "tools/study/stability/map.h"
 
@@ -75,16 +76,24 @@ Section impact_failure(Cells& cells, Json& rows) {
     one.type = "bending", one.compliance = a;
   }
   double speed = 0, strain = 0;
-  for (const ConstraintSpec& bending : bendings) {
-    const std::string title = bending.compliance ? formatted("compliance %g rad/(N m)", *bending.compliance)
-                                                 : formatted("stiffness %g", bending.stiffness);
-    const Json cell = cells(formatted("impact: %d, %s", meshes, title.c_str()), [&]() -> Json {
-      try {
-        return worst_impact(bending, meshes, cells);
-      } catch (const Diverged&) {
-        return {{"speed", nullptr}, {"strain", nullptr}};
-      }
-    });
+  const auto title_of = [](const ConstraintSpec& bending) {
+    return bending.compliance ? formatted("compliance %g rad/(N m)", *bending.compliance)
+                              : formatted("stiffness %g", bending.stiffness);
+  };
+  const std::vector<Json> kept = cells.of(
+      bendings,
+      [&](const ConstraintSpec& bending) { return formatted("impact: %d, %s", meshes, title_of(bending).c_str()); },
+      [&](const ConstraintSpec& bending) -> Json {
+        try {
+          return worst_impact(bending, meshes, cells);
+        } catch (const Diverged&) {
+          return {{"speed", nullptr}, {"strain", nullptr}};
+        }
+      });
+  if (cells.partial()) return section;
+  for (std::size_t k = 0; k < bendings.size(); ++k) {
+    const std::string title = title_of(bendings[k]);
+    const Json& cell = kept[k];
     const bool ended = cell["speed"].is_null();
     section.table.rows.push_back({title, ended ? "diverged" : formatted("%.2g", cell["speed"].get<double>()),
                                   ended ? "diverged" : formatted("%.2g", cell["strain"].get<double>())});
@@ -93,6 +102,7 @@ Section impact_failure(Cells& cells, Json& rows) {
                     {"speed", cell["speed"]},
                     {"strain", cell["strain"]},
                     {"verdict", ended ? "diverged" : "stable"}});
+    keep_machine(rows.back(), cell);
     speed = ended ? INFINITY : std::max(speed, cell["speed"].get<double>());
     strain = ended ? INFINITY : std::max(strain, cell["strain"].get<double>());
   }

@@ -7,6 +7,7 @@
 
 #include "host/error.h"
 #include "tools/bench/output.h"
+#include "tools/study/rows.h"
 #include "tools/study/stability/map.h"
 
 namespace malha::study {
@@ -17,23 +18,24 @@ double Line::at(double x) const {
   throw std::out_of_range(title + " has no " + short_number(x));
 }
 
-double number(Cells& cells, const std::string& key, const std::function<double()>& run) {
-  const Json value = cells(key, [&]() -> Json {
+void Line::add(double x, Cells& from, const std::string& key, const std::function<double()>& run) {
+  const Json cell = from(key, [&]() -> Json {
     try {
-      return run();
+      return {{"y", run()}};
     } catch (const Diverged&) {
-      return nullptr;
+      return {{"y", nullptr}};
     }
   });
-  return value.is_null() ? NAN : value.get<double>();
+  const Json y = cell.is_object() ? cell["y"] : Json();
+  points.push_back({x, y.is_null() ? NAN : y.get<double>()}), cells.push_back(cell);
 }
 
 Line line_over(Cells& cells, const Lines& of, const std::string& title, const std::vector<double>& settings,
                double scale, const std::function<double(double)>& run) {
   Line line{title, {}};
   for (const double setting : settings)
-    line.points.push_back({scale * setting, number(cells, of.name + ": " + title + bench::formatted(", %g", setting),
-                                                   [&] { return run(setting); })});
+    line.add(scale * setting, cells, of.name + ", " + title + bench::formatted(", %g", setting),
+             [&] { return run(setting); });
   return line;
 }
 
@@ -50,8 +52,10 @@ Section lines_section(const Lines& of, Json& rows) {
   for (const Line& line : of.lines) {
     bench::Series series{"", std::string("with linespoints lw 2 ") + styles[chart.series.size() % styles.size()],
                          line.title};
-    for (const auto& [x, y] : line.points) {
+    for (std::size_t k = 0; k < line.points.size(); ++k) {
+      const auto& [x, y] = line.points[k];
       rows.push_back({{"map", of.name}, {"panel", line.title}, {"x_name", of.x}, {"x", x}, {"y_name", of.y}, {"y", y}});
+      keep_machine(rows.back(), line.cells[k]);
       all.insert(x);
       if (y > 0) series.data += bench::formatted("%.6g %.6g\n", x, y);
     }

@@ -12,16 +12,16 @@ namespace malha::study {
 struct Line {
   std::string title;
   std::vector<std::pair<double, double>> points;  // a NaN is what was no longer finite
+  std::vector<Json> cells = {};                   // of which they are
   double at(double x) const;                      // y there; throws std::out_of_range
+  /// The point at x, a number that a run gives, from a cell; NaN, null in JSON, where it diverged.
+  void add(double x, Cells& from, const std::string& key, const std::function<double()>& run);
 };
 
 struct Lines {
   std::string name, title, x, y;  // axes, both logarithmic
   std::vector<Line> lines;
 };
-
-/// A number that a run gives, kept in a cell; NaN, null in JSON, where it diverged.
-double number(Cells& cells, const std::string& key, const std::function<double()>& run);
 
 /// run(setting) over the settings, each kept in a cell of the line's name, at x = scale setting.
 Line line_over(Cells& cells, const Lines& of, const std::string& title, const std::vector<double>& settings,

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tools/bench/output.h"
+#include "tools/study/rows.h"
 
 namespace malha::study {
 
@@ -209,6 +210,7 @@ void add_rows(const std::string& map, const std::vector<Panel>& panels, Json& ro
         row["rms_strain"] = column["rms"][j];
         row["energy_gain"] = column["gains"][j];
         row["warned"] = column["warned"][j];
+        keep_machine(row, column);
         rows.push_back(row);
       }
     }

@@ -79,6 +79,7 @@ Section stiffness_failure(Cells& cells, Json& rows) {
         return elongation(hung_chain(0.5, pbd ? 0 : compliance, substeps ? many : 1, substeps ? 1 : many), cells);
       }));
     }
+  if (cells.partial()) return {};
   Section section = lines_section(lines, rows);
   for (const Line& line : lines.lines) {
     const auto [low, high] = std::minmax_element(line.points.begin(), line.points.end(),
@@ -111,6 +112,7 @@ Section substeps_failure(Cells& cells, Json& rows) {
                         plain_sheet<double>(*system, order, int(n), cells));
   });
   lines.lines = {ours, plain};
+  if (cells.partial()) return {};
   Section section = lines_section(lines, rows);
   const double most = ours.points.back().first;
   section.sentences = {
@@ -134,6 +136,7 @@ Section distance_failure(Cells& cells, Json& rows) {
     lines.lines.push_back(
         line_over(cells, lines, precision == Precision::Float ? "float" : "double", distances, 1,
                   [&](double far) { return rms_distance(hung_sheet(far, precision, 10, cells), truth); }));
+  if (cells.partial()) return {};
   Section section = lines_section(lines, rows);
   const double most = lines.lines[0].points.back().first;
   section.sentences = {

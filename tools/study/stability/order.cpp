@@ -5,6 +5,7 @@
 #include "host/error.h"
 #include "tools/bench/output.h"
 #include "tools/study/reference/sweep.h"
+#include "tools/study/rows.h"
 #include "tools/study/stability/maps.h"
 
 namespace malha::study {
@@ -68,7 +69,7 @@ Json strains(const Trial& trial, const Cells& cells) {
     }
   } catch (const Diverged&) {
   }
-  return all;
+  return {{"rms", all}};
 }
 
 Section history(const std::vector<Sweep>& sweeps, Cells& cells, Json& rows) {
@@ -82,10 +83,14 @@ Section history(const std::vector<Sweep>& sweeps, Cells& cells, Json& rows) {
   section.table.columns = {"sweep", "RMS strain at the end", "frames until it was no longer finite"};
   const char* styles[] = {"lc rgb '#d55e00'", "lc rgb '#e69f00'",      "lc rgb '#000000'", "lc rgb '#661100'",
                           "lc rgb '#0072b2'", "lc rgb '#56b4e9' dt 2", "lc rgb '#cc79a7'", "lc rgb '#009e73'"};
+  const std::vector<Json> kept = cells.of(
+      sweeps,
+      [&](const Sweep& sweep) { return formatted("order over time: %s, %d, %d", sweep.title.c_str(), n, substeps); },
+      [&](const Sweep& sweep) { return strains(trial_of(sweep, *system, n, substeps, frames), cells); });
+  if (cells.partial()) return section;
   for (std::size_t k = 0; k < sweeps.size(); ++k) {
     const Sweep& sweep = sweeps[k];
-    const Json all = cells(formatted("order: %s, %d, %d, over time", sweep.title.c_str(), n, substeps),
-                           [&] { return strains(trial_of(sweep, *system, n, substeps, frames), cells); });
+    const Json& all = kept[k]["rms"];
     // The later over the earlier, and thinner: where they coincide, all are seen.
     const double width = 2.5 + 1.3 * double(sweeps.size() - k);
     bench::Series series{"", formatted("with lines lw %g ", width) + styles[k % 8], sweep.title};
@@ -101,6 +106,7 @@ Section history(const std::vector<Sweep>& sweeps, Cells& cells, Json& rows) {
                     {"y", substeps},
                     {"rms_strain", last},
                     {"frames", all.size()}});
+    keep_machine(rows.back(), kept[k]);
     section.sentences.push_back(
         sweep.title +
         (finite ? formatted(": RMS strain %.2g after %g s.", last, frames * kFrame)
@@ -135,6 +141,9 @@ std::vector<Section> order_map(Cells& cells, Json& rows) {
     panels.push_back(panel);
   }
   Section map{"Order of the sweep, by resolution and substeps"};
+  Json over_time = Json::array();
+  const Section after = history(sweeps, cells, over_time);
+  if (cells.partial()) return {};
   map.sentences = {
       "A sheet of 2 m and 1 kg, held at two corners, is let go horizontally for 1 s; hard constraints, or springs of "
       "10 kN/m, one sweep a substep. Plain: one constraint after the other, in order of distance from the pins, "
@@ -153,7 +162,8 @@ std::vector<Section> order_map(Cells& cells, Json& rows) {
                                 count[0], count[0] + count[1] + count[2], count[1], count[2], gain, strain));
   }
   finish(map, "order", "Order of the sweep: one iteration a substep", panels, 4, rows);
-  return {map, history(sweeps, cells, rows)};
+  rows.insert(rows.end(), over_time.begin(), over_time.end());
+  return {map, after};
 }
 
 }  // namespace malha::study
