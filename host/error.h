@@ -23,6 +23,11 @@ struct Diverged : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A device that no longer answers (exit status 4).
+struct DeviceLost : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// Throws InputError, or what is named, with the message "FILE: PLACE: found FOUND; allowed: ALLOWED".
 /// `place` is "line 3", "line 3, column 7", "byte 120" or a JSON pointer such as "/bodies/0/mass"; it may be empty.
 template <class Error = InputError>

@@ -9,6 +9,9 @@
 
 namespace malha {
 
+template <class Kind>
+inline constexpr int kNumber = number_of<Kind>(ConstraintKinds{});
+
 template <class R>
 struct Visit {
   using Shared = void;
@@ -223,8 +226,7 @@ struct Visit {
   KERNEL void project_set(const Group& group, const Patch& patch, int begin, int end, const Local& local) const {
     const SetView<R>& set = sets[batches[patch.batch + begin].set];
     for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
-      constexpr int number = number_of<Kind>(ConstraintKinds{});
-      if (set.kind != number) return;
+      if (set.kind != kNumber<Kind>) return;
       const auto by = [&]<class Updated>(Updated) KERNEL_LAMBDA {
         if (set.update == Updated::value)
           group.apart(begin, end, ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set});

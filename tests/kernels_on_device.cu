@@ -1,4 +1,5 @@
 // Instantiates the kernels on the device: what only a device compiler refuses is found without a GPU.
+#include "host/solver/cuda.cuh"
 #include "kernels/air.h"
 #include "kernels/attachment.h"
 #include "kernels/constraint_registry.h"
@@ -31,37 +32,22 @@
 
 namespace malha {
 
+template <class... Kernels>
+void instantiate() {
+  (launch_items<<<1, 1>>>(0, Kernels{}), ...);
+}
+
 template <class Kernel>
-__global__ void launch(int n, Kernel kernel) {
-  const int i = int(blockIdx.x * blockDim.x + threadIdx.x);
-  if (i < n) kernel(i);
+void launch_one(const Kernel& kernel) {
+  if constexpr (kShared<Kernel>)
+    launch_shared<<<1, 1>>>(0, nullptr, 0, kernel);
+  else
+    launch_alone<<<1, 1>>>(0, 0, nullptr, 0, kernel);
 }
 
 template <class... Kernels>
-void instantiate() {
-  (launch<<<1, 1>>>(0, Kernels{}), ...);
-}
-
-/// Of a thread block.
-struct DeviceThreads {
-#if defined(__CUDA_ARCH__)
-  KERNEL int rank() const { return int(threadIdx.x); }
-  KERNEL int count() const { return int(blockDim.x); }
-  KERNEL void wait(int) const { __syncthreads(); }
-#else
-  KERNEL int rank() const { return 0; }
-  KERNEL int count() const { return 1; }
-  KERNEL void wait(int) const {}
-#endif
-};
-
-template <class Kernel>
-__global__ void launch_groups(Kernel kernel) {
-  extern __shared__ double memory[];
-  if constexpr (kShared<Kernel>)
-    kernel(Block<DeviceThreads>{int(blockIdx.x), memory, {}});
-  else
-    kernel(Group<OneLane>{int(blockIdx.x * blockDim.x + threadIdx.x), -1, memory});
+void instantiate_groups() {
+  (launch_one(Kernels{}), ...);
 }
 
 template <class... Kinds>
@@ -71,11 +57,6 @@ void instantiate_residuals(KindList<Kinds...>) {
 template void instantiate_residuals(ConstraintKinds);
 template void
 instantiate<MeasureVolume<double[3]>, MeasureEnergy<NeoHookean, double[3]>, MeasureEnergy<Membrane, double[3]>>();
-
-template <class... Kernels>
-void instantiate_groups() {
-  (launch_groups<<<1, 1>>>(Kernels{}), ...);
-}
 
 template <class R>
 void instantiate_filters() {
@@ -95,7 +76,7 @@ template void instantiate_filters<double>();
 
 template <class R>
 void instantiate_all() {
-  launch_groups<<<1, 1>>>(Visit<R>{});
+  launch_one(Visit<R>{});
   instantiate_groups<MeasureMomenta<R, false, false>, MeasureMomenta<R, false, true>, MeasureMomenta<R, true, false>,
                      AddRigidMotion<R>>();
   instantiate<Predict<R>, Drag<R>, UpdateState<R>>();

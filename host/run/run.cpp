@@ -227,6 +227,9 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
     outputs.finish_frames();
     if (!stop) outputs.storyboard();
     throw;
+  } catch (const DeviceLost&) {
+    outputs.finish_frames();  // its state is gone with it
+    throw;
   }
   RunResult result;
   result.interrupted = simulation.steps() < last;

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
-#include <stdexcept>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -18,10 +17,10 @@
 
 namespace malha {
 
-/// Throws std::runtime_error with the driver's words where a call to it has failed.
+/// Throws DeviceLost with the driver's words where a call to it has failed.
 inline void require(cudaError_t status, const char* what) {
   if (status != cudaSuccess)
-    throw std::runtime_error(std::string("the CUDA device could not ") + what + ": " + cudaGetErrorString(status));
+    throw DeviceLost(std::string("the CUDA device could not ") + what + ": " + cudaGetErrorString(status));
 }
 
 /// What arrays take of the device. The kernels that ask Embree run on the host, and find the same arrays there: so the
@@ -95,7 +94,8 @@ __global__ void fill_with(T* to, std::size_t count, T value) {
   if (i < count) to[i] = value;
 }
 
-inline constexpr int kBlock = 128;  // threads, of items
+inline constexpr int kBlock = 128;                 // threads, of items
+inline constexpr int kSharedUnasked = 48 * 1024;   // bytes of a block's memory that every kernel may have
 inline unsigned blocks_of(std::size_t items, int block) { return unsigned((items + block - 1) / block); }
 
 template <>
@@ -156,8 +156,8 @@ __global__ void launch_items(int n, Kernel kernel) {
 /// Fast memory: `bytes` a group from `fast` on, or, where that is null, the memory that the block shares.
 template <class Kernel>
 __global__ void launch_shared(int begin, char* fast, std::size_t bytes, Kernel kernel) {
-  extern __shared__ double own[];
-  void* const memory = fast ? static_cast<void*>(fast + blockIdx.x * bytes) : own;
+  extern __shared__ __align__(64) char own[];  // rows of four numbers are loaded as one
+  void* const memory = fast ? fast + blockIdx.x * bytes : own;
   kernel(Block<DeviceThreads>{begin + int(blockIdx.x), memory, {}});
 }
 
@@ -191,8 +191,9 @@ void parallel_groups(const Cuda& executor, int begin, int end, const FastMemory&
   } else if constexpr (kShared<Kernel>) {
     const bool fits = memory.bytes <= executor.shared_bytes;
     const int shared = fits ? int(memory.bytes) : 0;
-    require(cudaFuncSetAttribute(launch_shared<Kernel>, cudaFuncAttributeMaxDynamicSharedMemorySize, shared),
-            "share so much memory");
+    if (shared > kSharedUnasked)
+      require(cudaFuncSetAttribute(launch_shared<Kernel>, cudaFuncAttributeMaxDynamicSharedMemorySize, shared),
+              "share so much memory");
     char* const fast = fits ? nullptr : executor.fast->of(memory.bytes * std::size_t(groups));
     launch_shared<<<unsigned(groups), executor.block, shared>>>(begin, fast, memory.bytes, kernel);
   } else {
