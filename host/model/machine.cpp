@@ -16,7 +16,7 @@ constexpr int kBlocks = 3;  // of 128 threads with the registers of Visit: so ma
 /// thinner strips, of which more are worked on at once.
 Machine device(const char* name, const char* what, int multiprocessors, std::size_t kibibytes,
                double bytes_per_second) {
-  return {name, what, {128, 128, 3072, 20, kMostSlots}, kibibytes * 1024, kBlocks * multiprocessors, bytes_per_second};
+  return {name, what, {128, 128, 3072, 20}, kibibytes * 1024, kBlocks * multiprocessors, bytes_per_second};
 }
 
 }  // namespace
@@ -24,7 +24,7 @@ Machine device(const char* name, const char* what, int multiprocessors, std::siz
 PatchBounds Machine::patch_bounds(Precision precision) const {
   PatchBounds own = bounds;
   const std::size_t slot = 4 * (precision == Precision::Double ? sizeof(double) : sizeof(float));
-  if (fast_bytes > 0) own.slots = std::min(own.slots, static_cast<int>(fast_bytes / kBlocks / slot));
+  own.slots = static_cast<int>(fast_bytes / kBlocks / slot);
   return own;
 }
 

@@ -227,11 +227,12 @@ Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<E
   Cut cut;
   cut.order.resize(particles);
   std::iota(cut.order.begin(), cut.order.end(), 0);
+  const int slots = bounds.slots > 0 ? std::min(bounds.slots, kMostSlots) : kMostSlots;
   // Where everything is connected with everything, smaller patches have fewer neighbours each.
   for (int size = patch_size(spans, particles, bounds);; size /= 2) {
     patches.begin = cuts(spans, particles, size);
     const PatchSorter sort(sets, island, patches, cut.order);
-    if (sort.most > bounds.slots - kPadding && size > bounds.few) continue;
+    if (sort.most > slots - kPadding && size > bounds.few) continue;
     parallel_tasks(OpenMP{threads}, patches.count(), sort);
     break;
   }
