@@ -36,16 +36,19 @@ TEST(CommandLine, SaysHowToBuildWhatMeasuresItWhereThatIsNotBuilt) {
   const std::string alone = folder / "malha";
   std::filesystem::copy_file(MALHA_COMMAND, alone);
   for (const std::string word : {"tune", "bench", "study"}) {
-    const Ended ended = MalhaProcess({word, "--help"}, folder / ".", RLIM_INFINITY, alone).wait();
+    const std::string said =
+        "malha " + word + ": tune, bench and study are not built yet; to build: tools/build, and install again\n";
+    const Ended asked = MalhaProcess({word, "--help"}, folder / ".", RLIM_INFINITY, alone).wait();
+    EXPECT_EQ(asked.status, 0);
+    EXPECT_EQ(asked.out, said);
+    const Ended ended = MalhaProcess({word}, folder / ".", RLIM_INFINITY, alone).wait();
     EXPECT_EQ(ended.status, 4);
-    EXPECT_EQ(ended.err, "malha " + word + ": tune, bench and study are not built yet; build them with: tools/build, " +
-                             "and install again\n");
+    EXPECT_EQ(ended.err, said);
     EXPECT_EQ(malha_command({word, "--help"}, folder / ".").status, 0);
   }
   folder.write("CMakeCache.txt", "");
-  EXPECT_TRUE(
-      has(MalhaProcess({"bench"}, folder / ".", RLIM_INFINITY, alone).wait().err,
-          "build them with: cmake --build '" + (folder / "").parent_path().string() + "' --target malha_measures\n"));
+  EXPECT_TRUE(has(MalhaProcess({"bench"}, folder / ".", RLIM_INFINITY, alone).wait().err,
+                  "to build: cmake --build '" + (folder / "").parent_path().string() + "' --target malha_measures\n"));
 }
 
 struct Slip {

@@ -1,6 +1,7 @@
 // report.json: every promised number is there, under its name, and is plausible or exact.
 
 #include "host/base/build_info.h"
+#include "host/report/warnings.h"
 #include "host/run/summary.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
@@ -252,10 +253,19 @@ TEST(Report, HashesTheStateIntoSixteenDigits) {
   EXPECT_NE(hash, report_of(everything(), 11)["state_hash"]);
 }
 
+TEST(Report, KeepsTheWarnings) {
+  Scene scene = load_shipped("sheet_shear");
+  EXPECT_EQ(report_of(scene, 1)["warnings"], Json::array());
+  scene.solver.substeps = 1, scene.solver.levels = 0;
+  const std::vector<std::string> said = warnings(Simulation(scene).model());
+  ASSERT_FALSE(said.empty());
+  EXPECT_EQ(report_of(scene, 1)["warnings"], Json(said));
+}
+
 TEST(Report, NamesEveryNumberWithItsUnitInSnakeCase) {
   Json report = report_of(everything(), 2);
-  report.erase("notes");  // an empty list
-  report.erase("input");  // the scene, in its own words
+  report.erase("notes"), report.erase("warnings");  // words, or empty lists
+  report.erase("input");                            // the scene, in its own words
   const Json flat = report.flatten();
   for (const auto& [pointer, value] : flat.items()) {
     EXPECT_EQ(pointer.find_first_not_of("abcdefghijklmnopqrstuvwxyz_0123456789/"), std::string::npos) << pointer;

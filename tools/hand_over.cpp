@@ -33,7 +33,7 @@ const std::array kOthers{
 
 }  // namespace
 
-std::optional<int> hand_over_or_refuse(int, char** argv) {
+std::optional<int> hand_over_or_refuse(int argc, char** argv) {
   const std::string first = argv[1];
   const auto does = [&](const Other& other) { return std::ranges::count(other.commands, first) > 0; };
   const auto other = std::find_if(kOthers.begin(), kOthers.end(), does);
@@ -41,11 +41,13 @@ std::optional<int> hand_over_or_refuse(int, char** argv) {
   const fs::path folder = fs::read_symlink("/proc/self/exe").parent_path(), program = folder / other->program;
   if (!fs::exists(program)) {
     const bool built_here = fs::exists(folder / "CMakeCache.txt");
-    std::cerr << "malha " << first << ": " << other->missing << "; build them with: "
-              << (built_here ? "cmake --build '" + folder.string() + "' --target " + other->program
-                             : "tools/build, and install again")
-              << "\n";
-    return kFailed;
+    const bool asks_for_help = argc > 2 && (std::string(argv[2]) == "--help" || std::string(argv[2]) == "-h");
+    (asks_for_help ? std::cout : std::cerr)
+        << "malha " << first << ": " << other->missing << "; to build: "
+        << (built_here ? "cmake --build '" + folder.string() + "' --target " + other->program
+                       : "tools/build, and install again")
+        << "\n";
+    return asks_for_help ? kDone : kFailed;
   }
   execv(program.c_str(), argv);
   std::cerr << "malha " << first << ": cannot start " << program.string() << ": " << std::strerror(errno) << "\n";

@@ -148,7 +148,8 @@ class Builder {
     add(bodies_[b].holds.moved, model_.moved), add(bodies_[b].holds.attached, model_.attached);
   }
 
-  /// Cuts the particles into patches and renumbers everything accordingly.
+  /// Cuts the particles into patches and renumbers everything accordingly. Cuts go through the constraints, and these
+  /// are listed in the first order: to renumber takes 2 to 4 % of the set-up of a million particles.
   void cut() {
     Cut cut = cut_into_patches(model_.sets, edges_, island_, threads_, bounds_);
     renumber(model_, cut.order);

@@ -15,6 +15,7 @@
 #include "host/model/rest_graph.h"
 #include "host/model/tear.h"
 #include "host/report/resolution.h"
+#include "host/report/warnings.h"
 
 namespace malha {
 
@@ -219,6 +220,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
   json["status"] = status;
   json["notes"] = notes;
   for (const std::string& note : model.notes) json["notes"].push_back(note);
+  json["warnings"] = warnings(model);
   json["malha_version"] = version();
   json["compiler"] = compiler();
   json["flags"] = flags();

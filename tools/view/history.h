@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "host/scene.h"
-#include "tools/view/frame.h"
+#include "tools/view/shown_state.h"
 
 namespace malha::view {
 

@@ -6,7 +6,7 @@
 #include "host/looks/contacts.h"
 #include "host/looks/forces.h"
 #include "host/looks/looks.h"
-#include "tools/view/frame.h"
+#include "tools/view/shown_state.h"
 
 namespace malha::view {
 

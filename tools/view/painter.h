@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "host/picture/image.h"
-#include "tools/view/frame.h"
 #include "tools/view/gl.h"
+#include "tools/view/shown_state.h"
 
 namespace malha::view {
 

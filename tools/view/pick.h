@@ -2,7 +2,7 @@
 #pragma once
 #include <optional>
 
-#include "tools/view/frame.h"
+#include "tools/view/shown_state.h"
 
 namespace malha::view {
 

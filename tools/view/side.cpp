@@ -45,14 +45,13 @@ Side::Side(const Scene& scene, const SimulationOptions& options) : options_(opti
 }
 
 void Side::change(const Scene& scene, bool from_start) {
-  const Scene checked = parse_scene(to_json(scene), scene.file, "");  // what was typed may be anything
   std::unique_ptr<Simulation> next;
   set_up_ms_ = 1e3 * seconds([&] {
-                 next = std::make_unique<Simulation>(checked, options_);
+                 next = std::make_unique<Simulation>(scene, options_);
                  if (!from_start && simulation_) next->go_on_from(*simulation_);
                });
   simulation_ = std::move(next);
-  scene_ = std::make_shared<const Scene>(checked);
+  scene_ = std::make_shared<const Scene>(scene);
   environment_ = std::make_shared<const std::vector<EnvironmentMesh>>(simulation_->model().environment);
   warnings_ = malha::warnings(simulation_->model());
   before_ = {}, pass_ms_ = {}, step_ms_ = 0;
