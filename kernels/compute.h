@@ -142,6 +142,7 @@ void parallel_for(const OpenMP& executor, int n, const Kernel& kernel, int grain
 struct FastMemory {
   char* data = nullptr;  // none where only blocks of threads need it, which have their own
   size_t bytes = 0;      // a thread
+  int threads = 1;       // that have some, of a device
   char* of(int thread) const { return data ? data + size_t(thread) * bytes : nullptr; }
 };
 
@@ -156,9 +157,13 @@ struct RunGroup {
 /// kernel(Group) for the groups begin .. end - 1 on this thread.
 template <class Kernel>
 void run_groups(Instructions instructions, int begin, int end, void* memory, const Kernel& kernel) {
+  bool ran = false;
   for_each_isa([&]<class Isa>(Isa isa) {
-    if (Isa::value == instructions) run(isa, RunGroup<Isa, Kernel>{kernel, end - 1, memory}, begin, end);
+    if (Isa::value != instructions) return;
+    run(isa, RunGroup<Isa, Kernel>{kernel, end - 1, memory}, begin, end);
+    ran = true;
   });
+  if (!ran) __builtin_trap();  // of instructions that this compiler does not know
 }
 
 /// Runs kernel(Group) for the groups begin .. end - 1, compiled for the executor's instructions: their writes must be

@@ -32,10 +32,10 @@ struct Blocks {
 };
 
 /// Memory as of a device: launches and copies alone may touch it. The host that does otherwise ends the program.
-class DeviceMemory {
+class EmulatedMemory {
  public:
-  static DeviceMemory& the() {
-    static DeviceMemory memory;
+  static EmulatedMemory& the() {
+    static EmulatedMemory memory;
     return memory;
   }
   void* allocate(std::size_t bytes) {
@@ -65,7 +65,7 @@ class DeviceMemory {
   };
 
  private:
-  DeviceMemory() {
+  EmulatedMemory() {
     void* const all = mmap(nullptr, kMost, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (all == MAP_FAILED) throw std::bad_alloc();
     base_ = static_cast<char*>(all);
@@ -82,29 +82,40 @@ class DeviceMemory {
 
 template <>
 struct Memory<Blocks> {
-  static void* allocate(std::size_t bytes) { return DeviceMemory::the().allocate(bytes); }
-  static void release(void*) { DeviceMemory::the().release(); }
+  static void* allocate(std::size_t bytes) { return EmulatedMemory::the().allocate(bytes); }
+  static void release(void*) { EmulatedMemory::the().release(); }
   template <class T>
   static void fill(T* to, std::size_t count, const T& value) {
-    const DeviceMemory::Open open;
+    const EmulatedMemory::Open open;
     Memory<Serial>::fill(to, count, value);
   }
   template <class T>
   static void copy_in(const T* from, std::size_t count, T* to) {
-    const DeviceMemory::Open open;
-    Memory<Serial>::copy_in(from, count, to);
+    require_host(from);
+    copy(from, count, to);
   }
   template <class T>
   static void copy_out(const T* from, std::size_t count, T* to) {
-    const DeviceMemory::Open open;
-    Memory<Serial>::copy_out(from, count, to);
+    require_host(to);
+    copy(from, count, to);
+  }
+  template <class T>
+  static void copy(const T* from, std::size_t count, T* to) {
+    const EmulatedMemory::Open open;
+    Memory<Serial>::copy_in(from, count, to);
   }
   template <class T>
   static bool has(const T* from, std::size_t count, const T& value) {
-    const DeviceMemory::Open open;
+    const EmulatedMemory::Open open;
     return Memory<Serial>::has(from, count, value);
   }
   static constexpr bool kOfTheHost = false;
+
+ private:
+  static void require_host(const void* address) {
+    if (EmulatedMemory::the().has(reinterpret_cast<std::uintptr_t>(address)))
+      throw std::logic_error("a copy between the host and a device has both ends on the device");
+  }
 };
 
 /// Kernels that were launched with an address of the host's memory in them: on a device they could not follow it.
@@ -129,7 +140,7 @@ class HostAddresses {
 
  private:
   static bool of_the_host(std::uintptr_t word) {
-    if (word < 4096 || DeviceMemory::the().has(word)) return false;
+    if (word < 4096 || EmulatedMemory::the().has(word)) return false;
     std::ifstream maps("/proc/self/maps");
     std::string line;
     while (std::getline(maps, line)) {
@@ -214,26 +225,28 @@ template <class Kernel>
 void parallel_for(const Blocks& executor, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
   note_launch(kernel, n);
   HostAddresses::look_at(kernel);
-  const DeviceMemory::Open open;
+  const EmulatedMemory::Open open;
   shuffled(n, executor.seed, kernel);
 }
 
-/// Fast memory is the group's own, and full of what is no number.
+/// Fast memory is the group's own, and full of what is no number, of zeros, or of what is neither. Only kernels that
+/// run on one thread a group find what their caller has left there.
 template <class Kernel>
 void parallel_groups(const Blocks& executor, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
   note_launch(kernel, end - begin);
   HostAddresses::look_at(kernel);
-  const DeviceMemory::Open open;
+  const EmulatedMemory::Open open;
   std::vector<double> fast(memory.bytes / sizeof(double) + 8);
+  constexpr int kFill[] = {0xff, 0x00, 0x7f};
   shuffled(end - begin, executor.seed, [&](int k) {
-    std::memset(fast.data(), 0xff, fast.size() * sizeof(double));
+    std::memset(fast.data(), kFill[executor.seed % 3], fast.size() * sizeof(double));
     void* aligned = reinterpret_cast<void*>((reinterpret_cast<std::uintptr_t>(fast.data()) + 63) / 64 * 64);
     if constexpr (kShared<Kernel>)
       Turns(executor.block, executor.seed + static_cast<unsigned>(begin + k)).run([&](const Turns::Thread& thread) {
         kernel(Block<Turns::Thread>{begin + k, aligned, thread});
       });
     else
-      kernel(Group<OneLane>{begin + k, -1, aligned});
+      kernel(Group<OneLane>{begin + k, -1, memory.data ? memory.data : aligned});
   });
 }
 

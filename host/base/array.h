@@ -46,6 +46,11 @@ struct Memory {
   static void copy_out(const T* from, std::size_t count, T* to) {
     std::copy_n(from, count, to);
   }
+  /// From array to array.
+  template <class T>
+  static void copy(const T* from, std::size_t count, T* to) {
+    std::copy_n(from, count, to);
+  }
   template <class T>
   static bool has(const T* from, std::size_t count, const T& value) {
     return std::find(from, from + count, value) != from + count;

@@ -42,7 +42,7 @@ class EdgeCollider {
   /// moved.
   bool hold_apart(const Particles<R>& particles, bool pushes) {
     if (pushes && w_.size() > 0) {
-      Memory<Executor>::copy_in(particles.w, w_.size(), w_.data());
+      Memory<Executor>::copy(particles.w, w_.size(), w_.data());
       Memory<Executor>::fill(by_.data(), by_.size(), kNobody);
     }
     bool any = false;

@@ -63,7 +63,7 @@ class EdgeGroup {
   void find(const Particles<R>& particles, const ScatteredPoints<R>& x0, double start, double end) {
     before_ = {pose_at(motion_, start), centre_};
     after_ = {pose_at(motion_, end), centre_};
-    Memory<Executor>::copy_in(particles.w, static_cast<std::size_t>(particles_), w_.data());
+    Memory<Executor>::copy(particles.w, static_cast<std::size_t>(particles_), w_.data());
     parallel_for(executor_, particles_, StartLocal<R>{x0, before_, x_.points()});
     lay(particles);
     contacts_.start_substep();

@@ -171,7 +171,7 @@ class PairSearch {
     for (;;) {
       const FindPairs<R> find{units_, reach(), thickness_, has_bare_, particles_, crosses_.data(), pairs()};
       parallel_region(executor_, threads, [&](const auto& team) {
-        parallel_dealt(team, units_.count, find, {memory_.data(), FindMemory::bytes(particles_)});
+        parallel_dealt(team, units_.count, find, {memory_.data(), FindMemory::bytes(particles_), threads});
       });
       if (make_room()) return;
     }

@@ -10,21 +10,27 @@ namespace malha {
 
 namespace {
 
-constexpr int kBlocks = 3;  // of 128 threads with the registers of Visit: so many fit on a multiprocessor
+// So many blocks of 128 threads have registers for Visit on a multiprocessor: 168 a thread in float, 255 in double.
+constexpr int blocks_at_once(Precision precision) { return precision == Precision::Double ? 2 : 3; }
+constexpr std::size_t kOfBlock = 1024;  // bytes that each takes besides
+constexpr std::size_t kPadding = 192;   // of a patch's memory, beside its slots
 
 /// Numbers of NVIDIA's data sheets. Patches go down to a lane a particle, and a fifth of the constraints may cross:
 /// thinner strips, of which more are worked on at once.
 Machine device(const char* name, const char* what, int multiprocessors, std::size_t kibibytes,
                double bytes_per_second) {
-  return {name, what, {128, 128, 3072, 20}, kibibytes * 1024, kBlocks * multiprocessors, bytes_per_second};
+  return {name, what, {128, 128, 3072, 20}, kibibytes * 1024, multiprocessors, bytes_per_second};
 }
 
 }  // namespace
 
+int Machine::groups(Precision precision) const { return multiprocessors * blocks_at_once(precision); }
+
 PatchBounds Machine::patch_bounds(Precision precision) const {
   PatchBounds own = bounds;
   const std::size_t slot = 4 * (precision == Precision::Double ? sizeof(double) : sizeof(float));
-  own.slots = static_cast<int>(fast_bytes / kBlocks / slot);
+  if (fast_bytes == 0) return own;
+  own.slots = static_cast<int>(((fast_bytes + kOfBlock) / blocks_at_once(precision) - kOfBlock - kPadding) / slot);
   return own;
 }
 

@@ -15,9 +15,11 @@ struct Machine {
   std::string what;             // for people
   PatchBounds bounds;           // but for what fast memory holds
   std::size_t fast_bytes = 0;   // that the lanes of a group share; 0: caches, which have no bound
-  int groups = 0;               // worked on at once; 0: as many as there are threads
+  int multiprocessors = 0;      // of a device
   double bytes_per_second = 0;  // of its memory; 0: not known
 
+  /// Worked on at once; 0: as many as there are threads.
+  int groups(Precision precision) const;
   /// Of patches in this precision.
   PatchBounds patch_bounds(Precision precision) const;
 };

@@ -103,14 +103,9 @@ Demand plan_for(const Simulation& simulation, const Machine& machine) {
   demand.phases = plan.phases(), demand.groups_fewest = demand.groups_most = plan.width();
   for (int phase = 0; phase < plan.phases(); ++phase)
     demand.groups_fewest = std::min(demand.groups_fewest, plan.phase_begin[phase + 1] - plan.phase_begin[phase]);
-  demand.at_once = machine.groups > 0 ? machine.groups : simulation.threads();
-  const double slot = 4.0 * bytes_of_number(model);
-  demand.group_bytes = slot * plan.most_slots;
-  if (machine.fast_bytes > 0)
-    demand.too_large =
-        static_cast<int>(std::count_if(plan.patches.begin(), plan.patches.end(), [&](const Patch& patch) {
-          return slot * patch.slots > double(machine.fast_bytes);
-        }));
+  const int at_once = machine.groups(model.scene.solver.precision);
+  demand.at_once = at_once > 0 ? at_once : simulation.threads();
+  demand.group_bytes = static_cast<double>(facts.patches.memory_bytes);
   demand.moved = visit_traffic(model, simulation.solver());
   demand.bytes_per_second =
       machine.bytes_per_second > 0 ? machine.bytes_per_second : measured_bandwidth(simulation.threads());
@@ -131,7 +126,7 @@ std::string list_demand(const Demand& demand) {
   out << " in each of " << counted(demand.phases, "phase") << "; it works on " << demand.at_once << " at once\n"
       << "  fast memory: at most " << bytes_text(demand.group_bytes) << " a group";
   if (machine.fast_bytes > 0) out << ", of " << bytes_text(double(machine.fast_bytes)) << " that a group can have";
-  if (demand.too_large > 0) out << "; " << counted(demand.too_large, "group") << " will use other memory instead";
+  if (demand.is_too_large()) out << "; so all groups will use the device's memory instead";
   const VisitTraffic& moved = demand.moved;
   char took[32];
   std::snprintf(took, sizeof took, "%.3g", demand.ms());

@@ -22,12 +22,13 @@ struct Demand {
   int phases = 0, groups_fewest = 0, groups_most = 0;  // a phase; no phases: no batched constraints, and all is 0
   int at_once = 0;                                     // groups that the machine works on
   double group_bytes = 0;                              // of fast memory, at most
-  int too_large = 0;                                   // groups that do not fit there
   std::size_t launches = 0;
   bool launches_at_least = false;
   VisitTraffic moved{};
   double bytes_per_second = 0;             // of the machine's memory; measured where its facts are not known
   std::vector<std::string> not_counted{};  // passes beside the visits, whose bytes are not in `moved`
+  /// For fast memory: then no group uses it.
+  bool is_too_large() const { return machine.fast_bytes > 0 && group_bytes > double(machine.fast_bytes); }
   double ms() const { return (moved.particle_bytes + moved.constraint_bytes) / bytes_per_second * 1000; }
 };
 Demand plan_for(const Simulation& simulation, const Machine& machine);

@@ -66,7 +66,7 @@ Json of_demand(const Demand& demand) {
   if (demand.phases == 0) return json;
   json["phases"] = demand.phases, json["groups_at_once"] = demand.at_once;
   json["groups_fewest"] = demand.groups_fewest, json["groups_most"] = demand.groups_most;
-  json["group_bytes_most"] = demand.group_bytes, json["groups_beyond_fast_memory"] = demand.too_large;
+  json["group_bytes_most"] = demand.group_bytes, json["fits_fast_memory"] = !demand.is_too_large();
   json["particle_bytes_a_step"] = demand.moved.particle_bytes;
   json["constraint_bytes_a_step"] = demand.moved.constraint_bytes;
   json["bytes_per_second"] = demand.bytes_per_second, json["memory_ms"] = demand.ms();

@@ -15,10 +15,14 @@ void visit_patches(const Cuda& executor, const AnyVisit& visit, int begin, int e
 
 void require_cuda() {
   int devices = 0;
-  const cudaError_t status = cudaGetDeviceCount(&devices);
-  if (status != cudaSuccess || devices == 0)
-    throw InputError("backend: found no CUDA device" +
-                     (status == cudaSuccess ? "" : " (" + std::string(cudaGetErrorString(status)) + ")") +
+  std::string why;
+  if (const cudaError_t status = cudaGetDeviceCount(&devices); status != cudaSuccess) why = cudaGetErrorString(status);
+  cudaFuncAttributes code;
+  if (devices > 0 && cudaFuncGetAttributes(&code, fill_with<int>) != cudaSuccess)
+    devices = 0, why = "this build has no code for the one that is there";
+  cudaGetLastError();  // which stays until it is asked for
+  if (devices == 0)
+    throw InputError("backend: found no CUDA device" + (why.empty() ? "" : " (" + why + ")") +
                      "; allowed: openmp, serial");
 }
 

@@ -34,11 +34,14 @@ class DeviceMemory {
   /// Throws OutOfMemory beyond what the device has: managed memory would be swapped to the host, byte by byte.
   void* allocate(std::size_t bytes) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    std::size_t free = 0, all = 0;
-    require(cudaMemGetInfo(&free, &all), "tell its memory");
-    if (used_ + bytes > all - all / 16)  // the driver's own part
+    if (used_ == 0) {
+      std::size_t free = 0, all = 0;
+      require(cudaMemGetInfo(&free, &all), "tell its memory");
+      most_ = free - free / 16;  // kernels' own stacks take some, too
+    }
+    if (used_ + bytes > most_)
       throw OutOfMemory("the CUDA device: found " + in_gib(double(used_ + bytes)) + " that the scene needs at least; " +
-                        "allowed: what fits into the " + in_gib(double(all)) + " that it has");
+                        "allowed: what fits into the " + in_gib(double(most_)) + " that are free there");
     void* data = nullptr;
     require(cudaMallocManaged(&data, bytes), "give memory");
     used_ += bytes, bytes_of_[data] = bytes;
@@ -48,13 +51,14 @@ class DeviceMemory {
     const std::lock_guard<std::mutex> lock(mutex_);
     const auto found = bytes_of_.find(data);
     used_ -= found->second, bytes_of_.erase(found);
+    cudaDeviceSynchronize();  // what was launched may still use it
     cudaFree(data);
   }
 
  private:
   std::mutex mutex_;
   std::unordered_map<void*, std::size_t> bytes_of_;
-  std::size_t used_ = 0;
+  std::size_t used_ = 0, most_ = 0;
 };
 
 /// Memory that a launch uses and the next one may use again.
@@ -68,7 +72,7 @@ class Scratch {
   }
   char* of(std::size_t bytes) {
     if (bytes > bytes_) {
-      if (data_) DeviceMemory::the().release(data_);  // waits for the launches that use it
+      if (data_) DeviceMemory::the().release(data_);
       data_ = nullptr, bytes_ = 0;
       data_ = DeviceMemory::the().allocate(bytes), bytes_ = bytes;
     }
@@ -83,6 +87,7 @@ class Scratch {
 struct Cuda {
   int block = 128;               // threads, of groups that share their work
   std::size_t shared_bytes = 0;  // memory of a block, at most
+  int threads = 256;             // for which kernels that ask for it have memory of their own
   OpenMP host{};                 // for what the host computes
   Instructions instructions = Instructions::OneLane;
   std::shared_ptr<Scratch> partial = std::make_shared<Scratch>(), fast = std::make_shared<Scratch>();
@@ -95,6 +100,7 @@ __global__ void fill_with(T* to, std::size_t count, T value) {
 }
 
 inline constexpr int kBlock = 128;                 // threads, of items
+inline constexpr int kAlone = 32;                 // threads that share nothing: few, so that they spread
 inline constexpr int kSharedUnasked = 48 * 1024;   // bytes of a block's memory that every kernel may have
 inline unsigned blocks_of(std::size_t items, int block) { return unsigned((items + block - 1) / block); }
 
@@ -114,6 +120,10 @@ struct Memory<Cuda> {
   template <class T>
   static void copy_out(const T* from, std::size_t count, T* to) {
     if (count > 0) require(cudaMemcpy(to, from, count * sizeof(T), cudaMemcpyDeviceToHost), "give data back");
+  }
+  template <class T>
+  static void copy(const T* from, std::size_t count, T* to) {
+    if (count > 0) require(cudaMemcpy(to, from, count * sizeof(T), cudaMemcpyDeviceToDevice), "copy data");
   }
   template <class T>
   static bool has(const T* from, std::size_t count, const T& value) {
@@ -149,8 +159,8 @@ struct DeviceThreads {
 
 template <class Kernel>
 __global__ void launch_items(int n, Kernel kernel) {
-  const int i = int(blockIdx.x * blockDim.x + threadIdx.x);
-  if (i < n) kernel(i);
+  const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i < unsigned(n)) kernel(int(i));
 }
 
 /// Fast memory: `bytes` a group from `fast` on, or, where that is null, the memory that the block shares.
@@ -159,6 +169,14 @@ __global__ void launch_shared(int begin, char* fast, std::size_t bytes, Kernel k
   extern __shared__ __align__(64) char own[];  // rows of four numbers are loaded as one
   void* const memory = fast ? fast + blockIdx.x * bytes : own;
   kernel(Block<DeviceThreads>{begin + int(blockIdx.x), memory, {}});
+}
+
+/// Groups in turns by `threads` threads, each with memory of its caller's.
+template <class Kernel>
+__global__ void launch_dealt(int groups, int threads, char* memory, std::size_t bytes, Kernel kernel) {
+  const int thread = int(blockIdx.x * blockDim.x + threadIdx.x);
+  if (thread >= threads) return;
+  for (int g = thread; g < groups; g += threads) kernel(Group<OneLane>{g, -1, memory + thread * bytes});
 }
 
 /// A thread a group.
@@ -198,14 +216,22 @@ void parallel_groups(const Cuda& executor, int begin, int end, const FastMemory&
     launch_shared<<<unsigned(groups), executor.block, shared>>>(begin, fast, memory.bytes, kernel);
   } else {
     char* const fast = memory.bytes > 0 ? executor.fast->of(memory.bytes * std::size_t(groups)) : nullptr;
-    constexpr int kAlone = 32;  // threads: few, so that the groups spread over the device
     launch_alone<<<blocks_of(groups, kAlone), kAlone>>>(begin, groups, fast, memory.bytes, kernel);
   }
   require(cudaGetLastError(), "launch a kernel");
 }
 
+/// Memory that the caller has prepared is used as it is, a piece a thread.
 template <class Kernel>
 void parallel_dealt(const Cuda& executor, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
+  if constexpr (!kShared<Kernel> && !kAsksTheHost<Kernel>)
+    if (memory.data) {
+      note_launch(kernel, groups);
+      if (groups > 0)
+        launch_dealt<<<blocks_of(memory.threads, kAlone), kAlone>>>(groups, memory.threads, memory.data, memory.bytes,
+                                                                    kernel);
+      return require(cudaGetLastError(), "launch a kernel");
+    }
   parallel_groups(executor, 0, groups, memory, kernel);
 }
 

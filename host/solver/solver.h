@@ -61,10 +61,11 @@ struct SetFacts {
 
 struct PatchFacts {
   int patches = 0;
-  int phases = 0;      // patches of a phase are visited at once
-  int columns = 0;     // patches laid out for runs
-  int shared = 0;      // particles that more than one patch visits
-  int most_slots = 0;  // of fast memory, in the largest patch: its particles and what pads them
+  int phases = 0;                // patches of a phase are visited at once
+  int columns = 0;               // patches laid out for runs
+  int shared = 0;                // particles that more than one patch visits
+  int most_slots = 0;            // of fast memory, in the largest patch: its particles and what pads them
+  std::size_t memory_bytes = 0;  // of fast memory that a visit asks for
   std::size_t bytes = 0;
   double plan_seconds = 0;  // of set-up
 };

@@ -82,8 +82,11 @@ class Sweep {
 
   template <class Team, class Visit>
   void operator()(const Team& team, const Visit& visit) const {
+    FastMemory memory{memory_.data(), memory_bytes_};
+    if constexpr (requires { visit.kept; })
+      if (visit.kept) memory = {};
     for (std::size_t phase = 0; phase + 1 < phase_begin_.size(); ++phase)
-      visit_patches(team, visit, phase_begin_[phase], phase_begin_[phase + 1], {memory_.data(), memory_bytes_});
+      visit_patches(team, visit, phase_begin_[phase], phase_begin_[phase + 1], memory);
   }
 
   /// Of the particles without a finite position x in the patches that were the first to lose one: that with the lowest
@@ -219,6 +222,7 @@ class Sweep {
   void note_facts(const Model& model, const PatchPlan& plan) {
     facts_.patches = static_cast<int>(plan.patches.size()), facts_.phases = plan.phases();
     facts_.columns = plan.columns, facts_.shared = plan.shared, facts_.most_slots = plan.most_slots;
+    facts_.memory_bytes = memory_bytes_;
     facts_.bytes = plan.bytes() + phase_begin_.size() * sizeof(int) + views_.bytes() + lost_.bytes() + kept_.bytes() +
                    memory_.bytes();
     for (std::size_t s = 0; s < sets_.size(); ++s) {

@@ -12,13 +12,18 @@ list(GET MALHA_CUDA_ARCHITECTURES -1 last)
 list(APPEND cuda_code -gencode "arch=compute_${last},code=compute_${last}")
 get_target_property(eigen_folders Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 list(TRANSFORM eigen_folders PREPEND "-isystem=")
+# The host's code of this file as all other: functions that both compilers make are the same, whichever is linked.
+set(cuda_host_flags ${malha_code_options})
+list(FILTER cuda_host_flags EXCLUDE REGEX ",")  # nvcc splits at commas; it is about speed alone
+list(JOIN cuda_host_flags "," cuda_host_flags)
 # No contraction, here too: the same bits as on the host. The suppressed warnings are of what only the host calls, in
-# templates that both compile; tests/cuda.sh compiles all that a device calls with every warning on.
+# templates that both compile; tests/cuda.sh compiles kernels with every warning on.
 add_custom_command(
   OUTPUT "${cuda_object}"
-  COMMAND "${CUDAToolkit_NVCC_EXECUTABLE}" -std=c++20 -O3 -DNDEBUG -fmad=false --expt-relaxed-constexpr
-          -diag-suppress=997,20011,20014 ${cuda_code} --threads 0 -DEIGEN_DONT_VECTORIZE -I "${PROJECT_SOURCE_DIR}"
-          ${eigen_folders} "-Xcompiler=-fPIC,-fopenmp,-fno-math-errno,-fno-trapping-math,-ffp-contract=off,-Wno-psabi"
+  COMMAND "${CUDAToolkit_NVCC_EXECUTABLE}" -std=c++20 -O3 -DNDEBUG -fmad=false -ftz=false -prec-div=true
+          -prec-sqrt=true --expt-relaxed-constexpr
+          -diag-suppress=997,20011,20014 ${cuda_code} --threads 0 -DEIGEN_DONT_VECTORIZE "-DMALHA_WITHOUT=\"${MALHA_WITHOUT_WORDS}\"" -I "${PROJECT_SOURCE_DIR}"
+          ${eigen_folders} "-Xcompiler=-fPIC,-fopenmp,-fvisibility=hidden,-fvisibility-inlines-hidden,-Wno-psabi,${cuda_host_flags}"
           -ccbin "${CMAKE_CXX_COMPILER}" -MD -MF "${cuda_object}.d" -c "${cuda_source}" -o "${cuda_object}"
   DEPENDS "${cuda_source}" DEPFILE "${cuda_object}.d" VERBATIM COMMENT "Building the CUDA backend (some minutes)")
 set_source_files_properties("${cuda_object}" PROPERTIES EXTERNAL_OBJECT TRUE GENERATED TRUE)
