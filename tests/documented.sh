@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # usage: documented.sh ROOT
 # scenes/README.md names every key and every word that scenes/schema.json allows: in backticks, or quoted in a JSON
-# example. No sentence of a page (README.md and what lies beside one) has more than 25 words. Code, tables and headings
-# are not sentences; what stands in backticks counts as one word.
+# example. No sentence of a page (README.md and what lies beside one) has more than 25 words, and no cell of a table
+# more between two semicolons. Code and headings are not sentences; what stands in backticks counts as one word.
 set -euo pipefail
 cd "${1:?usage: documented.sh ROOT}"
 most=25 page=scenes/README.md schema=scenes/schema.json
@@ -63,7 +63,7 @@ said() {
     END { spans(text) }' "$1" | sort -u
 }
 
-# sentences FILE: for each its line (that of its paragraph), its number of words, and itself.
+# sentences FILE: for each its line (that of its paragraph or row), its number of words, and itself.
 sentences() {
   awk '
     function flush(  rest, end, sentence, part, parts, words, i) {
@@ -94,7 +94,18 @@ sentences() {
     }
     /^ *```/ { flush(); fenced = !fenced; next }
     fenced { next }
-    /^ *$/ || /^ *\|/ || /^#/ { flush(); next }
+    /^ *$/ || /^#/ { flush(); next }
+    /^ *\|/ {
+      flush()
+      add($0)
+      gsub(/\\\|/, "", text)  # a sign, not the end of a cell
+      cells = split(text, cell, /[|;]/)
+      for (i = 1; i <= cells; ++i) {
+        text = cell[i]
+        flush()
+      }
+      next
+    }
     /^ *([-*+]|[0-9]+\.) / { flush(); sub(/^ *([-*+]|[0-9]+\.) +/, "") }
     { sub(/^ +/, ""); add($0) }
     END { flush() }' "$1"

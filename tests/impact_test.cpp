@@ -123,7 +123,7 @@ TEST(AnIrregularMesh, IsClosedAndHasSlivers) {
   }
 }
 
-/// Scans, in 38,000 to 44,000 particles: the README's own shell.
+/// Scans, in 38,000 to 44,000 particles: of tools/study/README.md, Stability.
 class AScan : public testing::TestWithParam<const char*> {};
 
 /// 1 m high.

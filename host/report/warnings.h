@@ -1,5 +1,5 @@
-// Settings that lie beyond a boundary where a method is known to fail, said before a scene runs. `malha study
-// stability` measured the boundaries; each line names the chart that shows them.
+// Settings that lie beyond a boundary where a method is known to fail, said before a scene runs. Each line names the
+// chart of `malha study stability`, or the page, that shows the boundary.
 #pragma once
 #include <string>
 #include <vector>

@@ -58,7 +58,7 @@ void add_study(CLI::App& app, study::Options& options) {
   study
       ->add_option_function<std::string>(
           "--share", [&options](const std::string& text) { options.share = study::share_of(text); },
-          "Measure the cells I, I + N, ... alone, for --merge")
+          "Measure only the cells I, I + N, ..., for --merge")
       ->check(a_share())
       ->type_name("I/N");
   add_checked(*study, "--merge", options.merge, some_path(), "DIR...",
@@ -74,9 +74,10 @@ void add_study(CLI::App& app, study::Options& options) {
       "a study that was stopped (Ctrl-C, a crash) goes on there with the same command. Cells of another build\n"
       "or machine become NAME.cells.jsonl.old; those of quick versions are NAME.quick.cells.jsonl. A study is started\n"
       "anew by removing that file.\n\n"
-      "--share 2/3 measures the cells 2, 5, 8 and so on, and leaves NAME.2of3.cells.jsonl alone; cells that depend on\n"
-      "each other count as one. Shares run side by side, here or on other machines. Side by side on one machine they\n"
-      "disturb each other's times: scaling, size, parsimony, and the costs of accuracy and published want it alone.\n"
+      "--share 2/3 measures only the cells 2, 5, 8 and so on, and writes only NAME.2of3.cells.jsonl; cells that\n"
+      "depend on each other count as one. Shares run side by side, here or on other machines. Side by side on one\n"
+      "machine they disturb each other's times: scaling, size, parsimony, and the costs of accuracy and published\n"
+      "want it alone.\n"
       "--merge writes what the study by one process would; rows name the machine where there are several. Cells that\n"
       "no share has measured it names, writes nothing, and ends with status 1.\n\n"
       "Examples:\n"
