@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tools/bench/bullet.h"
+#include "tools/bench/peers/bullet.h"
 
 namespace malha::bench {
 namespace {

@@ -10,7 +10,7 @@
 #include "tools/bench/filter/step.h"
 #include "tools/bench/filter/table.h"
 #include "tools/bench/machine.h"
-#include "tools/bench/openblas.h"
+#include "tools/bench/peers/openblas.h"
 #include "tools/bench/pinned.h"
 #include "tools/bench/stream.h"
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support.h"
-#include "tools/bench/self.h"
+#include "tools/bench/self/self.h"
 
 namespace malha {
 namespace {

@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "tests/support.h"
-#include "tools/bench/bullet.h"
+#include "tools/bench/peers/bullet.h"
 #include "tools/bench/projection/measure.h"
 
 namespace malha::bench {

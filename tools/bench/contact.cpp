@@ -12,7 +12,7 @@
 #include "host/solver/solver.h"
 #include "kernels/nearby.h"
 #if defined(MALHA_HAS_BULLET)
-#include "tools/bench/bullet_drape.h"
+#include "tools/bench/peers/bullet_drape.h"
 #endif
 #include "tools/bench/facts.h"
 #include "tools/bench/machine.h"

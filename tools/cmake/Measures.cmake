@@ -7,7 +7,7 @@ if(NOT BULLET_FOUND)
   list(FILTER bench_sources EXCLUDE REGEX "/bullet[a-z_]*.cpp$")
 endif()
 if(NOT OPENBLAS_FOUND)
-  list(REMOVE_ITEM bench_sources "${PROJECT_SOURCE_DIR}/tools/bench/openblas.cpp")
+  list(REMOVE_ITEM bench_sources "${PROJECT_SOURCE_DIR}/tools/bench/peers/openblas.cpp")
 endif()
 add_library(malha_bench STATIC ${bench_sources})
 set_target_properties(malha_bench PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
@@ -20,7 +20,7 @@ if(BULLET_FOUND)
 endif()
 if(OPENBLAS_FOUND)
   set_source_files_properties(tools/bench/filter/contest.cpp PROPERTIES COMPILE_DEFINITIONS MALHA_HAS_OPENBLAS)
-  set_source_files_properties(tools/bench/openblas.cpp PROPERTIES COMPILE_DEFINITIONS
+  set_source_files_properties(tools/bench/peers/openblas.cpp PROPERTIES COMPILE_DEFINITIONS
     "OPENBLAS_FILE=\"${OPENBLAS_LIBRARY}\"")  # opened by the benchmark alone
   target_include_directories(malha_bench SYSTEM PRIVATE ${OPENBLAS_INCLUDE_DIR})
   target_link_libraries(malha_bench PRIVATE ${CMAKE_DL_LIBS})

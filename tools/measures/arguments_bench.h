@@ -7,7 +7,7 @@
 #include "tools/bench/contact.h"
 #include "tools/bench/filter/filter.h"
 #include "tools/bench/projection/projection.h"
-#include "tools/bench/self.h"
+#include "tools/bench/self/self.h"
 
 namespace CLI {
 class App;

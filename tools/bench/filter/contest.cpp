@@ -11,7 +11,7 @@
 #include "host/filter/dense_plan.h"
 #include "host/filter/filter.h"
 #include "tools/bench/cloth.h"
-#include "tools/bench/openblas.h"
+#include "tools/bench/peers/openblas.h"
 
 namespace malha::bench {
 

@@ -11,8 +11,8 @@
 #include "tools/bench/filter/step.h"
 #include "tools/bench/filter/table.h"
 #include "tools/bench/machine.h"
-#include "tools/bench/openblas.h"
 #include "tools/bench/output.h"
+#include "tools/bench/peers/openblas.h"
 
 namespace malha::bench {
 

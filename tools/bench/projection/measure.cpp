@@ -7,8 +7,8 @@
 #include "host/base/text.h"
 #include "host/simulation.h"
 #include "host/solver/solver.h"
-#include "tools/bench/bullet.h"
 #include "tools/bench/medians.h"
+#include "tools/bench/peers/bullet.h"
 
 namespace malha::bench {
 

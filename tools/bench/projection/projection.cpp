@@ -5,10 +5,10 @@
 
 #include "host/base/memory_size.h"
 #include "host/error.h"
-#include "tools/bench/bullet.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/machine.h"
 #include "tools/bench/output.h"
+#include "tools/bench/peers/bullet.h"
 #include "tools/bench/projection/chart.h"
 #include "tools/bench/projection/measure.h"
 #include "tools/bench/projection/table.h"

@@ -7,7 +7,7 @@
 #include "host/simulation.h"
 #include "tools/bench/counts.h"
 #include "tools/bench/output.h"
-#include "tools/bench/self_cases.h"
+#include "tools/bench/self/cases.h"
 #include "tools/study/published/parts.h"
 #include "tools/study/rows.h"
 

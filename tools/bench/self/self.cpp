@@ -1,4 +1,4 @@
-#include "tools/bench/self.h"
+#include "tools/bench/self/self.h"
 
 #include <algorithm>
 #include <functional>
@@ -12,7 +12,7 @@
 #include "tools/bench/facts.h"
 #include "tools/bench/medians.h"
 #include "tools/bench/output.h"
-#include "tools/bench/self_cases.h"
+#include "tools/bench/self/cases.h"
 
 namespace malha::bench {
 

@@ -1,4 +1,4 @@
-#include "tools/bench/bullet_drape.h"
+#include "tools/bench/peers/bullet_drape.h"
 
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
@@ -10,7 +10,7 @@
 #include "host/mesh/topology.h"
 #include "host/model/model.h"
 #include "host/solver/solver.h"
-#include "tools/bench/bullet.h"
+#include "tools/bench/peers/bullet.h"
 
 namespace malha::bench {
 

@@ -1,4 +1,4 @@
-#include "tools/bench/openblas.h"
+#include "tools/bench/peers/openblas.h"
 
 #include <cblas.h>
 #include <dlfcn.h>

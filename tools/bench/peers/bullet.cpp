@@ -1,4 +1,4 @@
-#include "tools/bench/bullet.h"
+#include "tools/bench/peers/bullet.h"
 
 #include <BulletSoftBody/btSoftBody.h>
 

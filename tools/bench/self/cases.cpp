@@ -1,4 +1,4 @@
-#include "tools/bench/self_cases.h"
+#include "tools/bench/self/cases.h"
 
 #include <algorithm>
 #include <cmath>
