@@ -12,8 +12,8 @@ namespace {
 
 // So many blocks of 128 threads have registers for Visit on a multiprocessor: 168 a thread in float, 255 in double.
 constexpr int blocks_at_once(Precision precision) { return precision == Precision::Double ? 2 : 3; }
-constexpr std::size_t kOfBlock = 1024;  // bytes that each takes besides
-constexpr std::size_t kPadding = 192;   // of a patch's memory, beside its slots
+constexpr std::size_t kOfBlock = 1024;     // bytes that each takes besides
+constexpr std::size_t kBesideSlots = 192;  // of a patch's memory, beside its slots
 
 /// Numbers of NVIDIA's data sheets. Patches go down to a lane a particle, and a fifth of the constraints may cross:
 /// thinner strips, of which more are worked on at once.
@@ -30,7 +30,7 @@ PatchBounds Machine::patch_bounds(Precision precision) const {
   PatchBounds own = bounds;
   const std::size_t slot = 4 * (precision == Precision::Double ? sizeof(double) : sizeof(float));
   if (fast_bytes == 0) return own;
-  own.slots = static_cast<int>(((fast_bytes + kOfBlock) / blocks_at_once(precision) - kOfBlock - kPadding) / slot);
+  own.slots = static_cast<int>(((fast_bytes + kOfBlock) / blocks_at_once(precision) - kOfBlock - kBesideSlots) / slot);
   return own;
 }
 
