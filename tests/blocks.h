@@ -91,12 +91,12 @@ struct Memory<Blocks> {
   }
   template <class T>
   static void copy_in(const T* from, std::size_t count, T* to) {
-    require_host(from);
+    require_host(reinterpret_cast<std::uintptr_t>(from));
     copy(from, count, to);
   }
   template <class T>
   static void copy_out(const T* from, std::size_t count, T* to) {
-    require_host(to);
+    require_host(reinterpret_cast<std::uintptr_t>(to));
     copy(from, count, to);
   }
   template <class T>
@@ -112,8 +112,8 @@ struct Memory<Blocks> {
   static constexpr bool kOfTheHost = false;
 
  private:
-  static void require_host(const void* address) {
-    if (EmulatedMemory::the().has(reinterpret_cast<std::uintptr_t>(address)))
+  static void require_host(std::uintptr_t address) {
+    if (EmulatedMemory::the().has(address))
       throw std::logic_error("a copy between the host and a device has both ends on the device");
   }
 };
