@@ -23,13 +23,13 @@ Json sound_scene() {
   })");
 }
 
-struct Bad {
+struct BadCase {
   std::string name;
   std::string pointer, value;  // what is changed in the scene, to this JSON
   std::string mesh, bytes;     // a mesh file of this name beside the scene
   std::string found, allowed;  // how the line begins, and how what it allows begins
 };
-void PrintTo(const Bad& bad, std::ostream* out) { *out << bad.name; }
+void PrintTo(const BadCase& bad, std::ostream* out) { *out << bad.name; }
 
 /// A folder with a scene and the results of an earlier run, which a refusal must leave alone.
 class RefusalFolder {
@@ -62,10 +62,10 @@ class RefusalFolder {
   TemporaryFolder folder_;
 };
 
-class BadInput : public testing::TestWithParam<Bad> {};
+class BadInput : public testing::TestWithParam<BadCase> {};
 
 TEST_P(BadInput, IsRefusedInOneLineAndNothingIsWritten) {
-  const Bad& bad = GetParam();
+  const BadCase& bad = GetParam();
   Json scene = sound_scene();
   scene[Json::json_pointer(bad.pointer)] = Json::parse(bad.value);
   const RefusalFolder folder(scene.dump());
@@ -73,7 +73,7 @@ TEST_P(BadInput, IsRefusedInOneLineAndNothingIsWritten) {
   folder.expect_refusal(bad.found, bad.allowed);
 }
 
-std::string name_of(const testing::TestParamInfo<Bad>& one) { return one.param.name; }
+std::string name_of(const testing::TestParamInfo<BadCase>& one) { return one.param.name; }
 
 const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 const std::string open_cube =
@@ -86,32 +86,33 @@ const std::string cut_ply =
     std::string(35, '\0');  // of 36 bytes
 
 /// The body's or the ball's mesh is this file.
-Bad in_mesh(const std::string& name, const std::string& file, const std::string& bytes, const std::string& found,
-            const std::string& allowed) {
+BadCase in_mesh(const std::string& name, const std::string& file, const std::string& bytes, const std::string& found,
+                const std::string& allowed) {
   return {name, "/bodies/0/shape", R"({"mesh": ")" + file + "\"}", file, bytes, file + ": " + found, allowed};
 }
-Bad in_solid(const std::string& name, const std::string& bytes, const std::string& found, const std::string& allowed) {
+BadCase in_solid(const std::string& name, const std::string& bytes, const std::string& found,
+                 const std::string& allowed) {
   return {name, "/environment/0/shape", R"({"mesh": "a.obj"})", "a.obj", bytes, "a.obj: " + found, allowed};
 }
-Bad under_pressure(const std::string& name, const std::string& bytes, const std::string& found,
-                   const std::string& allowed) {
+BadCase under_pressure(const std::string& name, const std::string& bytes, const std::string& found,
+                       const std::string& allowed) {
   return {name,    "/bodies/0", R"({"name": "b", "mass": 1, "shape": {"mesh": "a.obj"},
           "constraints": [{"type": "pressure"}]})",
           "a.obj", bytes,       "a.obj: " + found,
           allowed};
 }
-Bad in_scene(const std::string& pointer_and_found, const std::string& name, const std::string& pointer,
-             const std::string& value, const std::string& allowed) {
+BadCase in_scene(const std::string& pointer_and_found, const std::string& name, const std::string& pointer,
+                 const std::string& value, const std::string& allowed) {
   return {name, pointer, value, "", "", "scene.json: " + pointer_and_found, allowed};
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Mesh, BadInput,
     testing::Values(
-        Bad{"Missing", "/bodies/0/shape", R"({"mesh": "none.obj"})", "", "",
-            "none.obj: cannot read: No such file or directory", "a readable mesh file"},
-        Bad{"Unreadable", "/bodies/0/shape", R"({"mesh": "folder.obj"})", "", "",
-            "folder.obj: cannot read: Is a directory", "a readable mesh file"},
+        BadCase{"Missing", "/bodies/0/shape", R"({"mesh": "none.obj"})", "", "",
+                "none.obj: cannot read: No such file or directory", "a readable mesh file"},
+        BadCase{"Unreadable", "/bodies/0/shape", R"({"mesh": "folder.obj"})", "", "",
+                "folder.obj: cannot read: Is a directory", "a readable mesh file"},
         in_mesh("TruncatedPly", "a.ply", cut_ply, "line 3, column 16: found 3 items of element \"vertex\"",
                 "at most 2, for which the rest of the file has room"),
         in_mesh("IndexOutOfRange", "a.obj", corners + "f 1 2 4\n", "line 4, column 7: found vertex 4", "1 to 3"),

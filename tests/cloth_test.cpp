@@ -6,7 +6,7 @@
 namespace malha {
 namespace {
 
-constexpr double kFrame = 1.0 / 60;
+constexpr double kClothFrame = 1.0 / 60;
 
 /// n x n particles over 2 m x 2 m, hung by a row from the horizontal, structural and shear springs.
 Scene hung_cloth(int n, int substeps, int iterations = 1, Precision precision = Precision::Float) {
@@ -16,7 +16,7 @@ Scene hung_cloth(int n, int substeps, int iterations = 1, Precision precision = 
   cloth.mass = 1;
   cloth.pins = {RowPin{}};
   cloth.constraints = {stiff("distance", {"edges", "shear"})};
-  Scene scene = scene_of({cloth}, kEarth, kFrame, substeps, precision);
+  Scene scene = scene_of({cloth}, kEarth, kClothFrame, substeps, precision);
   scene.solver.iterations = iterations;
   return scene;
 }
@@ -38,7 +38,7 @@ TEST(HungCloth, StretchesFarLessWithSubstepsThanWithAsManyIterations) {
 
 /// Still air that brakes: what hangs in it comes to rest.
 Scene at_rest_soon(BodySpec body, int substeps, double drag) {
-  Scene scene = scene_of({std::move(body)}, kEarth, kFrame, substeps);
+  Scene scene = scene_of({std::move(body)}, kEarth, kClothFrame, substeps);
   scene.wind = Wind{{0, 0, 0}, drag};
   return scene;
 }
@@ -118,7 +118,7 @@ TEST_P(Balloon, HoldsItsVolumeItsFormAndItsMomentum) {
   balloon.damping = 0.1;
   balloon.constraints = {compliant("distance", 0.3, {"edges"}), stiff("bending", {}, 0.3),
                          stiff("pressure", {}, 1, GetParam())};
-  const Scene scene = scene_of({balloon}, {}, kFrame, 10);
+  const Scene scene = scene_of({balloon}, {}, kClothFrame, 10);
   Simulation simulation(scene, {.threads = 1});
   const Measures before = simulation.measure();
   run_for(simulation, scene, 3);

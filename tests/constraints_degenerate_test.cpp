@@ -14,17 +14,17 @@
 namespace malha {
 namespace {
 
-struct Bad {
+struct BadPlace {
   std::string what;
   Vector3<double> at[4];
   bool has_direction;  // whether anything may move at all
 };
 
 template <class R>
-std::vector<Bad> bad_places() {
+std::vector<BadPlace> bad_places() {
   using Limits = std::numeric_limits<R>;
   const double denormal = double(Limits::denorm_min()), small = double(Limits::min());
-  std::vector<Bad> all;
+  std::vector<BadPlace> all;
   for (const double o : {0.0, 1.0, 1e15}) {
     const std::string where = " at " + std::to_string(o);
     all.push_back({"all in one place" + where, {{o, o, o}, {o, o, o}, {o, o, o}, {o, o, o}}, false});
@@ -53,14 +53,14 @@ std::vector<Bad> bad_places() {
 
 /// A kind with more particles has the same places again, in another order.
 template <class Kind>
-Corners<Kind> places_of(const Bad& bad) {
+Corners<Kind> places_of(const BadPlace& bad) {
   Corners<Kind> at;
   for (int j = 0; j < Kind::particles; ++j) at[j] = bad.at[j < 4 ? j : 7 - j];
   return at;
 }
 
 template <class Kind, class R, Update update>
-void expect_harmless(const Bad& bad, const Rest<Kind>& rest) {
+void expect_harmless(const BadPlace& bad, const Rest<Kind>& rest) {
   const Corners<Kind> at = places_of<Kind>(bad);
   std::array<double, Kind::particles> w;
   w.fill(1);
@@ -89,7 +89,7 @@ void expect_harmless(const Bad& bad, const Rest<Kind>& rest) {
 
 template <class Kind, class R>
 void expect_harmless_everywhere() {
-  for (const Bad& bad : bad_places<R>())
+  for (const BadPlace& bad : bad_places<R>())
     for (const double rest : {0.0, 1.0, 3.0}) {
       expect_harmless<Kind, R, Update::Stiff>(bad, rest);
       expect_harmless<Kind, R, Update::Compliant>(bad, rest);
@@ -124,7 +124,7 @@ TEST(EveryConstraint, GivesPaddingAZeroGradientWhateverItReads) {
 
 TEST(EveryConstraint, HasAFiniteRestValueOnDegenerateInput) {
   for_each_constraint([]<class Kind>(Kind) {
-    for (const Bad& bad : bad_places<double>()) {
+    for (const BadPlace& bad : bad_places<double>()) {
       const Corners<Kind> at = places_of<Kind>(bad);
       for (const double number : rest_of<Kind>(at, Kind::parameter.standard))
         EXPECT_TRUE(std::isfinite(number)) << Kind::name << ", " << bad.what;
@@ -133,7 +133,7 @@ TEST(EveryConstraint, HasAFiniteRestValueOnDegenerateInput) {
 }
 
 TEST(Bending, DoesNotMoveAHingeOfATriangleWithoutArea) {
-  for (const Bad& bad : bad_places<float>()) {
+  for (const BadPlace& bad : bad_places<float>()) {
     if (bad.what.find("without area") == std::string::npos) continue;
     OneConstraint<Bending, float> one({bad.at[0], bad.at[1], bad.at[2], bad.at[3]}, {1, 1, 1, 1}, 1);
     const OneConstraint<Bending, float> before = one;

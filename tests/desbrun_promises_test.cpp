@@ -13,16 +13,16 @@
 namespace malha {
 namespace {
 
-struct Kind {
+struct DesbrunKind {
   Precision precision;
   FilterKind filter;
   std::optional<Storage> storage;
   int refine;
   const char* name;
 };
-void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
+void PrintTo(const DesbrunKind& kind, std::ostream* out) { *out << kind.name; }
 
-class DesbrunBits : public testing::TestWithParam<Kind> {
+class DesbrunBits : public testing::TestWithParam<DesbrunKind> {
  protected:
   static void set(SolverSpec& solver) {
     solver.precision = GetParam().precision;
@@ -109,14 +109,14 @@ TEST_P(DesbrunBits, AreThoseOfTheUninterruptedRunAfterAStop) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(, DesbrunBits,
-                         testing::Values(Kind{Precision::Float, FilterKind::Dense, {}, 0, "FloatDense"},
-                                         Kind{Precision::Float, FilterKind::Sparse, {}, 0, "FloatSparse"},
-                                         Kind{Precision::Double, FilterKind::Dense, {}, 0, "DoubleDense"},
-                                         Kind{Precision::Double, FilterKind::Sparse, {}, 2, "DoubleSparseRefined"},
-                                         Kind{Precision::Float, FilterKind::Dense, Storage::Int16, 1,
-                                              "FloatInt16Refined"}),
-                         [](const auto& tested) { return std::string(tested.param.name); });
+INSTANTIATE_TEST_SUITE_P(
+    , DesbrunBits,
+    testing::Values(DesbrunKind{Precision::Float, FilterKind::Dense, {}, 0, "FloatDense"},
+                    DesbrunKind{Precision::Float, FilterKind::Sparse, {}, 0, "FloatSparse"},
+                    DesbrunKind{Precision::Double, FilterKind::Dense, {}, 0, "DoubleDense"},
+                    DesbrunKind{Precision::Double, FilterKind::Sparse, {}, 2, "DoubleSparseRefined"},
+                    DesbrunKind{Precision::Float, FilterKind::Dense, Storage::Int16, 1, "FloatInt16Refined"}),
+    [](const auto& tested) { return std::string(tested.param.name); });
 
 /// Of a large mesh: launches use their threads, and the sparse filter its top.
 TEST(DesbrunBitsOfALargeSheet, AreTheSameOnAnyNumberOfThreads) {

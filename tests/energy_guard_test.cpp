@@ -94,14 +94,14 @@ TEST(AnExplosion, LeavesAReportThatSaysSo) {
 }
 
 /// One particle that is watched, in the hands of the test.
-struct Watched {
+struct GuardedBody {
   Scene scene;
   Model model;
   PointArray<Serial, double> x, v, p;
   Array<Serial, double> w;
   EnergyGuard<Serial, double> guard;
 
-  explicit Watched(const Scene& of)
+  explicit GuardedBody(const Scene& of)
       : scene(of), model(build_model(of)), x(model.x), v(model.v), p(model.x), w(model.w), guard(Serial{}, model) {}
   /// Whether it is refused, all at this height (m) and with this speed (m/s) after a step at which it is looked at.
   bool refuses(double height, double speed) {
@@ -118,7 +118,7 @@ struct Watched {
 constexpr double kFaster = 10;
 
 TEST(TheEnergyGuard, KnowsWhatAFallGives) {
-  Watched fall(scene_of({particle({0, 100, 0})}, kEarth, 1e-3));
+  GuardedBody fall(scene_of({particle({0, 100, 0})}, kEarth, 1e-3));
   const double by_fall = std::sqrt(2 * 9.81 * 100);
   EXPECT_FALSE(fall.refuses(100, 0));
   EXPECT_FALSE(fall.refuses(0, 0.95 * kFaster * by_fall));
@@ -126,10 +126,10 @@ TEST(TheEnergyGuard, KnowsWhatAFallGives) {
 }
 
 TEST(TheEnergyGuard, KnowsWhatAThrowGaveAndALift) {
-  Watched thrown(scene_of({particle({0, 0, 0}, {0, 0, 7})}, {0, 0, 0}, 1e-3));
+  GuardedBody thrown(scene_of({particle({0, 0, 0}, {0, 0, 7})}, {0, 0, 0}, 1e-3));
   EXPECT_FALSE(thrown.refuses(0, 0.95 * kFaster * 7));
   EXPECT_TRUE(thrown.refuses(0, 1.05 * kFaster * 7));
-  Watched lifted(scene_of({particle({0, 0, 0}, {0, 0, 7})}, kEarth, 1e-3));
+  GuardedBody lifted(scene_of({particle({0, 0, 0}, {0, 0, 7})}, kEarth, 1e-3));
   EXPECT_FALSE(lifted.refuses(50, 0)) << "whoever lifts it";
   EXPECT_FALSE(lifted.refuses(0, 0.95 * kFaster * std::sqrt(2 * 9.81 * 50 + 49)));
 }
@@ -142,7 +142,7 @@ TEST(TheEnergyGuard, KnowsWhatSpringsHoldAtTheStart) {
   const double given = std::sqrt(0.125);
   // Steps so large that 1 % of its size a step is next to nothing.
   Scene scene = scene_of({chain}, {0, 0, 0}, 1, 100);
-  Watched spring(scene);
+  GuardedBody spring(scene);
   EXPECT_FALSE(spring.refuses(0, 0.95 * kFaster * given));
   EXPECT_TRUE(spring.refuses(0, 1.2 * kFaster * given));
 }

@@ -26,11 +26,11 @@ BodySpec wide_sheet() {
   return body;
 }
 
-struct Outcome {
+struct LevelsOutcome {
   std::vector<Vec3> positions;
   Measures measures;
 };
-Outcome after(Scene scene, double seconds, int substeps, int levels) {
+LevelsOutcome after(Scene scene, double seconds, int substeps, int levels) {
   scene.solver.precision = Precision::Float;
   scene.solver.substeps = substeps, scene.solver.levels = levels;
   Simulation simulation(scene, {.threads = 1});
@@ -48,8 +48,8 @@ TEST(LevelsElsewhere, ASheetHungByTwoCornersIsNearerToTheTruthThanBySweepsOfThat
   BodySpec body = wide_sheet();
   body.pins = {ListPin{{0, kSide - 1}}};
   const Scene scene = scene_of({body}, kEarth, 1.0 / 60);
-  const Outcome truth = after(scene, 1, kTruth, 0), plain = after(scene, 1, kAlike, 0),
-                levels = after(scene, 1, 10, kAutoLevels);
+  const LevelsOutcome truth = after(scene, 1, kTruth, 0), plain = after(scene, 1, kAlike, 0),
+                      levels = after(scene, 1, 10, kAutoLevels);
   EXPECT_LT(rms_distance(levels.positions, truth.positions), rms_distance(plain.positions, truth.positions));
   EXPECT_LT(levels.measures.strain_rms, plain.measures.strain_rms);
 }
@@ -77,7 +77,7 @@ TEST(LevelsElsewhere, HoldWeightsOfManyTimesTheMassOfAParticle) {
     body.shape = MeshFile{folder.write("hem.obj", with_a_heavy_hem(ratio))};
     body.constraints = {stiff("distance", {"edges"})};
     body.pins = {BoxPin{{-1, -1e-9, -1}, {3, 1, 1}}};
-    const Outcome end = after(scene_of({body}, kEarth, 1.0 / 60), 1, substeps, levels);
+    const LevelsOutcome end = after(scene_of({body}, kEarth, 1.0 / 60), 1, substeps, levels);
     double sum = 0;  // of the columns' edges above the hem
     for (int i = 0; i < kSide * (kSide - 1); ++i)
       sum += std::pow(length(end.positions[i + kSide] - end.positions[i]) * (kSide - 1) / 2 - 1, 2);
@@ -97,8 +97,8 @@ TEST(LevelsElsewhere, AFlagInTheWindIsWhereSweepsOfThatCostHaveIt) {
   Scene scene = scene_of({body}, kEarth, 1.0 / 60);
   scene.wind = Wind{};
   scene.wind->velocity = {0, 0, 6}, scene.wind->density = 1.2;
-  const Outcome truth = after(scene, 0.25, kTruth, 0), plain = after(scene, 0.25, 12, 0),
-                levels = after(scene, 0.25, 10, kAutoLevels);
+  const LevelsOutcome truth = after(scene, 0.25, kTruth, 0), plain = after(scene, 0.25, 12, 0),
+                      levels = after(scene, 0.25, 10, kAutoLevels);
   EXPECT_LT(rms_distance(levels.positions, truth.positions), 1.1 * rms_distance(plain.positions, truth.positions));
   EXPECT_LT(levels.measures.strain_rms, plain.measures.strain_rms);
 }
@@ -108,8 +108,8 @@ TEST(LevelsElsewhere, WhatFliesFreelyHasNoneByItselfAndKeepsItsLengthsWithThem) 
   body.velocity = {1, 0, 0}, body.spin = {2, 5, 3};
   Scene scene = scene_of({body}, {}, 1.0 / 60, 10);
   EXPECT_TRUE(Simulation(scene, {.threads = 1}).solver().facts().levels.empty());
-  const Outcome truth = after(scene, 0.5, kTruth, 0), plain = after(scene, 0.5, 10, 0),
-                levels = after(scene, 0.5, 10, kMostLevels);
+  const LevelsOutcome truth = after(scene, 0.5, kTruth, 0), plain = after(scene, 0.5, 10, 0),
+                      levels = after(scene, 0.5, 10, kMostLevels);
   EXPECT_LT(rms_distance(levels.positions, truth.positions), 0.5 * rms_distance(plain.positions, truth.positions));
   EXPECT_LT(levels.measures.strain_rms, 0.1 * plain.measures.strain_rms);
 }

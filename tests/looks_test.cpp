@@ -14,7 +14,7 @@
 namespace malha {
 namespace {
 
-constexpr double kFloat = 1e-7;  // looks come in float: half of its last digit is 6e-8
+constexpr double kInFloat = 1e-7;  // looks come in float: half of its last digit is 6e-8
 
 double largest_look(const std::vector<float>& values) { return *std::max_element(values.begin(), values.end()); }
 
@@ -30,7 +30,7 @@ TEST(Looks, StrainOfAChainIsThatOfItsSegments) {
       strains({{0, 0, 0}, {0.25, 0, 0}, {0.25, 0.25, 0}, {0.25, 0.25, 0.5}, {0.25, 0.3125, 0.5}});
   const std::vector<double> expected{1, 1, 3, 3, 0.5};
   ASSERT_EQ(all.size(), expected.size());
-  for (std::size_t i = 0; i < all.size(); ++i) EXPECT_NEAR(all[i], expected[i], kFloat * expected[i]) << i;
+  for (std::size_t i = 0; i < all.size(); ++i) EXPECT_NEAR(all[i], expected[i], kInFloat * expected[i]) << i;
 }
 
 TEST_F(LooksOfStrain, IsAnalyticOnAnIrregularMesh) {
@@ -50,7 +50,7 @@ TEST_F(LooksOfStrain, IsAnalyticOnAnIrregularMesh) {
       expected[i] = std::max(expected[i], strain), expected[j] = std::max(expected[j], strain);
     }
   const std::vector<float> all = Strains(simulation.model())(x);
-  for (std::size_t i = 0; i < all.size(); ++i) EXPECT_NEAR(all[i], expected[i], kFloat * expected[i] + 1e-12) << i;
+  for (std::size_t i = 0; i < all.size(); ++i) EXPECT_NEAR(all[i], expected[i], kInFloat * expected[i] + 1e-12) << i;
 }
 
 TEST_F(LooksOfStrain, IsAtMostThatOfTheMeasures) {
@@ -63,7 +63,7 @@ TEST_F(LooksOfStrain, IsAtMostThatOfTheMeasures) {
     ASSERT_GT(most, 1e-4) << method;
     const Strains strains(simulation.model());
     EXPECT_TRUE(strains.any());
-    EXPECT_NEAR(largest_look(strains(simulation.positions())), most, kFloat * most) << method;
+    EXPECT_NEAR(largest_look(strains(simulation.positions())), most, kInFloat * most) << method;
   }
 }
 
@@ -83,7 +83,7 @@ TEST(Looks, OfATornMeshAreMadeAnew) {
   EXPECT_THROW(before(simulation.positions()), std::invalid_argument);
   EXPECT_THROW(residuals(simulation.positions()), std::invalid_argument);
   const double most = simulation.measure().strain_max;
-  EXPECT_NEAR(largest_look(Strains(simulation.model())(simulation.positions())), most, kFloat * most);
+  EXPECT_NEAR(largest_look(Strains(simulation.model())(simulation.positions())), most, kInFloat * most);
   const Structure layout = structure(simulation.model());
   EXPECT_EQ(layout.patch.size(), simulation.positions().size());
   EXPECT_EQ(layout.patches, simulation.solver().facts().patches.patches);
@@ -172,7 +172,7 @@ TEST(Looks, ResidualIsTheWayToTheConstraint) {
       }
       // Of a material the differences are those of 2 U, which give U / |grad U|.
       const double way = by_differences<Kind>(now, C) * (multipliers<Kind>() > 1 ? 2 : 1);
-      EXPECT_NEAR(found, way, 1e-5 * way + kFloat) << Kind::name << ": differences of 1e-5 m, with curvature";
+      EXPECT_NEAR(found, way, 1e-5 * way + kInFloat) << Kind::name << ": differences of 1e-5 m, with curvature";
       ++compared;
     }
     EXPECT_GT(compared, 5) << Kind::name;
@@ -194,20 +194,20 @@ TEST(Looks, ResidualIsNothingAtRestAndWhereThatIsMoved) {
 
 TEST(Looks, ResidualIsAnalytic) {
   const Corners<Distance> rod{{{0, 0, 0}, {2, 0, 0}}};
-  EXPECT_NEAR(look_at_residual<Distance>(rod, {{{0, 0, 0}, {0, 0, 5}}}), 3 / std::sqrt(2.0), kFloat * 3);
-  EXPECT_NEAR(look_at_residual<Distance>(rod, {{{1, 1, 1}, {1, 1, 1}}}), 2 / std::sqrt(2.0), kFloat * 3);
-  EXPECT_NEAR(look_at_residual<DistanceLimit>(rod, {{{0, 0, 0}, {5, 0, 0}}}, 0.25), 2.5 / std::sqrt(2.0), kFloat * 3);
+  EXPECT_NEAR(look_at_residual<Distance>(rod, {{{0, 0, 0}, {0, 0, 5}}}), 3 / std::sqrt(2.0), kInFloat * 3);
+  EXPECT_NEAR(look_at_residual<Distance>(rod, {{{1, 1, 1}, {1, 1, 1}}}), 2 / std::sqrt(2.0), kInFloat * 3);
+  EXPECT_NEAR(look_at_residual<DistanceLimit>(rod, {{{0, 0, 0}, {5, 0, 0}}}, 0.25), 2.5 / std::sqrt(2.0), kInFloat * 3);
   EXPECT_EQ(look_at_residual<DistanceLimit>(rod, {{{0, 0, 0}, {2.4, 0, 0}}}, 0.25), 0);
   // Three edges at right angles, twice as long: 7/6 m^3 too much; |grad| = 4/6 sqrt(6) m^2.
   const Corners<Volume> corner{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   EXPECT_NEAR(look_at_residual<Volume>(corner, {{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}}}),
-              7 / (4 * std::sqrt(6.0)), kFloat * 2);
+              7 / (4 * std::sqrt(6.0)), kInFloat * 2);
   // Flat, wings of height 2 m over the middle of their edge; folded by 1 rad.
   const double a = 0.5;
   const Corners<Bending> flat{{{-1, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, -2, 0}}};
   const Corners<Bending> fold{
       {{-1, 0, 0}, {1, 0, 0}, {0, 2 * std::cos(a), 2 * std::sin(a)}, {0, -2 * std::cos(a), 2 * std::sin(a)}}};
-  EXPECT_NEAR(look_at_residual<Bending>(flat, fold), 2 / std::sqrt(2 + 2 * std::cos(a) * std::cos(a)), kFloat * 2);
+  EXPECT_NEAR(look_at_residual<Bending>(flat, fold), 2 / std::sqrt(2 + 2 * std::cos(a) * std::cos(a)), kInFloat * 2);
 }
 
 TEST(Looks, ResidualOfPressureIsThatOfItsVolume) {

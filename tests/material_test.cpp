@@ -18,7 +18,7 @@
 namespace malha {
 namespace {
 
-constexpr double kDensity = 0.2;  // kg/m^2
+constexpr double kSheetDensity = 0.2;  // kg/m^2
 #if defined(NDEBUG)
 constexpr int kSides[] = {17, 46, 100, 316};  // particles along a side
 constexpr int kSwinging[] = {17, 46};
@@ -38,7 +38,7 @@ BodySpec strip(int n, std::vector<ConstraintSpec> constraints) {
   BodySpec body;
   body.name = "strip";
   body.shape = GridShape{{2.0 / (n - 1), 1}, {2, n - 1}};
-  body.density = kDensity;
+  body.density = kSheetDensity;
   body.pins = {RowPin{}};
   body.constraints = std::move(constraints);
   return body;
@@ -46,7 +46,7 @@ BodySpec strip(int n, std::vector<ConstraintSpec> constraints) {
 
 /// Hung in air that brakes its slowest swing (rad/s) as fast as can be, until it rests. h: of a substep, s.
 double tip_at_rest(BodySpec body, double gravity, double swing, double h, int particles, double seconds) {
-  const double mass = 2.0 / (particles - 1) * kDensity;
+  const double mass = 2.0 / (particles - 1) * kSheetDensity;
   Scene scene = scene_of({std::move(body)}, {0, -gravity, 0}, 1.0 / 60, static_cast<int>(std::ceil(1 / (60 * h))));
   scene.wind = Wind{{0, 0, 0}, 2 * swing * mass / (3.0 * particles)};
   Simulation simulation(scene, {1});
@@ -121,8 +121,8 @@ TEST(Rigidity, OfBendingIsTheEnergyOfAPlateInAllDirectionsAtEveryResolution) {
 TEST(Rigidity, OfAHangingStripIsItsStretchAtEveryResolution) {
   // Springs along both sides (Y) and diagonals (G) are a material of Young's modulus Y (1 + nu), nu = G / (Y + G).
   const double Y = 20, G = 10, nu = G / (Y + G), modulus = Y * (1 + nu);
-  const double gravity = 1, expected = kDensity * gravity / (2 * modulus);  // a strain so small that all is linear
-  const double speed = std::sqrt(modulus / kDensity);
+  const double gravity = 1, expected = kSheetDensity * gravity / (2 * modulus);  // a strain so small that all is linear
+  const double speed = std::sqrt(modulus / kSheetDensity);
   for (const int n : kSides) {
     BodySpec body = strip(n, {rigid("distance", Y, {"edges"}), rigid("distance", G, {"shear"})});
     body.transform.axis = {1, 0, 0}, body.transform.degrees = 90;
@@ -138,14 +138,14 @@ TEST(Rigidity, OfAHangingStripIsItsStretchAtEveryResolution) {
 double sag_of_a_cantilever(const std::string& type, int n) {
   const double l = 1.0 / (n - 1);
   // The hinge at the second row bends over half a cell within the clamp.
-  const double L = 1 - l / 2, sag = 0.05 * L, D = kDensity * 9.81 * std::pow(L, 4) / (8 * sag);
-  const double swing = 3.516 / (L * L) * std::sqrt(D / kDensity);
+  const double L = 1 - l / 2, sag = 0.05 * L, D = kSheetDensity * 9.81 * std::pow(L, 4) / (8 * sag);
+  const double swing = 3.516 / (L * L) * std::sqrt(D / kSheetDensity);
   BodySpec body = strip(n, {stiff("distance", {"edges", "shear"}), rigid(type, D)});
   std::vector<int> held(6);
   std::iota(held.begin(), held.end(), 0);
   body.pins = {ListPin{held}};
   // One sweep a substep meets compliance but for (h / (l^2 sqrt(density / 4 D)))^2 of about a quarter.
-  const double h = l * l * std::sqrt(kDensity / (4 * D)) / 6;
+  const double h = l * l * std::sqrt(kSheetDensity / (4 * D)) / 6;
   return -tip_at_rest(body, 9.81, swing, h, n, 12 / swing) / sag;
 }
 

@@ -12,7 +12,7 @@
 namespace malha {
 namespace {
 
-constexpr double kThick = 0.02;
+constexpr double kPairThickness = 0.02;
 
 /// Triangles, some edges and loose particles among random points, which go some way: each particle and edge is owned
 /// by the first that has it. Two bodies; long thin triangles too.
@@ -59,7 +59,8 @@ struct Tangle {
   }
 
   PairSearch<Serial, R> search() const {
-    PairSearch<Serial, R> search(Serial{}, surface, x, kThick, {R(0.1 * kThick), R(0.25), R(kThick), R(0.5 * kThick)});
+    PairSearch<Serial, R> search(Serial{}, surface, x, kPairThickness,
+                                 {R(0.1 * kPairThickness), R(0.25), R(kPairThickness), R(0.5 * kPairThickness)});
     search.search({x0.data(), moved.data()}, {R(0), R(0), R(0)}, 8);
     return search;
   }
@@ -119,7 +120,7 @@ TYPED_TEST(PairSearchOf, ATangleFindsAllThatCanComeNear) {
       for (int j = 0; j < 4; ++j) rest[j] = {tangle.x[i[j]][0], tangle.x[i[j]][1], tangle.x[i[j]][2]};
       weigh<kind>(rest, w);
       const bool one_body = tangle.surface.body[i[0]] == tangle.surface.body[i[3]];
-      const double wanted = one_body ? std::min(kThick, 0.5 * norm(apart_by(rest, w))) : kThick;
+      const double wanted = one_body ? std::min(kPairThickness, 0.5 * norm(apart_by(rest, w))) : kPairThickness;
       for (int trial = 0; trial < 4; ++trial) {
         for (int j = 0; j < 4; ++j) {
           const double part = trial == 0 ? 0 : trial == 1 ? 1 : random(0, 1);

@@ -6,13 +6,13 @@
 namespace malha {
 namespace {
 
-constexpr double kStep = 0.01;  // s
+constexpr double kPendulumStep = 0.01;  // s
 const double kSmallPeriod = 2 * kPi * std::sqrt(1 / 9.81);
 
 /// A rod of 1 m with 1 kg at its end, `angle` (rad) off the vertical, at rest.
 Scene pendulum(double angle, int substeps, Precision precision = Precision::Double) {
-  Scene scene =
-      scene_of({hung_chain({0, 0, 0}, {std::sin(angle), -std::cos(angle), 0}, 1)}, kEarth, kStep, substeps, precision);
+  Scene scene = scene_of({hung_chain({0, 0, 0}, {std::sin(angle), -std::cos(angle), 0}, 1)}, kEarth, kPendulumStep,
+                         substeps, precision);
   scene.bodies[0].constraints = {stiff("distance", {"edges"})};
   return scene;
 }
@@ -24,7 +24,7 @@ double period(const Scene& scene) {
   for (double before = simulation.positions()[1][0]; passages.size() < 3;) {
     simulation.step();
     const double x = simulation.positions()[1][0];
-    if ((x < 0) != (before < 0)) passages.push_back(simulation.time() - kStep * x / (x - before));
+    if ((x < 0) != (before < 0)) passages.push_back(simulation.time() - kPendulumStep * x / (x - before));
     before = x;
   }
   return passages[2] - passages[0];
@@ -70,7 +70,7 @@ TEST(Pendulum, NeverGainsEnergyAndLosesLessWithMoreSubsteps) {
 }
 
 TEST(Pendulum, OfManySegmentsNeverGainsEnergy) {
-  Scene scene = scene_of({hung_chain({0, 0, 0}, {1, 0, 0}, 10, 0.1)}, kEarth, kStep, 20);
+  Scene scene = scene_of({hung_chain({0, 0, 0}, {1, 0, 0}, 10, 0.1)}, kEarth, kPendulumStep, 20);
   scene.bodies[0].constraints = {stiff("distance", {"edges"})};
   Simulation simulation(scene, {.threads = 1});
   const double start = simulation.measure().energy();

@@ -13,7 +13,7 @@ namespace {
 
 using P = std::array<float, 3>;
 constexpr double kPi = std::numbers::pi;
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 const P kRed{0.9f, 0.1f, 0.1f}, kBlue{0.1f, 0.1f, 0.9f};
 
 /// A sphere of quads between meridians and parallels, triangles at the poles.
@@ -189,8 +189,8 @@ TEST(Picture, NothingAndDegenerateDrawingsLeaveTheBackground) {
   Drawing bad;
   bad.loose = true;
   bad.wire = true;
-  bad.points = {{0, 0, 0}, {0, 0, 0},    {1, 0, 0},
-                {2, 0, 0}, {kNan, 0, 0}, {0, std::numeric_limits<float>::infinity(), 0}};
+  bad.points = {{0, 0, 0}, {0, 0, 0},         {1, 0, 0},
+                {2, 0, 0}, {kNoNumber, 0, 0}, {0, std::numeric_limits<float>::infinity(), 0}};
   bad.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 0, 0}, {0, 2, 4}, {2, 3, 5}};  // no area, or not finite
   bad.lines = {{4, 5}, {0, 4}};
   EXPECT_EQ(render(std::vector{bad, Drawing{}}, from_front(3), 64, 48, 2).pixels, empty.pixels);
@@ -202,7 +202,7 @@ TEST(Picture, NothingAndDegenerateDrawingsLeaveTheBackground) {
 TEST(Picture, ADegenerateTriangleDoesNotDisturbItsNeighbours) {
   auto sheet = square(1, 0, kRed);
   const auto before = render(std::vector{sheet}, from_front(3), 80, 60, 1);
-  sheet.points.push_back({kNan, 0, 0});
+  sheet.points.push_back({kNoNumber, 0, 0});
   sheet.triangles.insert(sheet.triangles.end(), {{0, 1, 1}, {0, 1, 4}});
   EXPECT_EQ(render(std::vector{sheet}, from_front(3), 80, 60, 1).pixels, before.pixels);
 }
@@ -263,7 +263,7 @@ TEST(FrameAll, HoldsEveryPointAndFillsThePicture) {
 }
 
 TEST(FrameAll, OnePointAndNonePointsGiveAUsableCamera) {
-  const Camera one = frame_all(std::vector<P>{{3, 4, 5}, {kNan, 0, 0}});
+  const Camera one = frame_all(std::vector<P>{{3, 4, 5}, {kNoNumber, 0, 0}});
   EXPECT_NEAR(one.target[0], 3, 1e-9);
   EXPECT_NEAR(one.target[1], 4, 1e-9);
   EXPECT_NEAR(one.target[2], 5, 1e-9);

@@ -29,14 +29,14 @@ std::string pins_refusal(const Shape& shape, const std::vector<Pin>& pins) {
 }
 
 using List = std::vector<int>;
-const GridShape kGrid{{2, 3}, {2, 3}};  // 3 x 4 particles a metre apart, x fastest
+const GridShape kPinnedGrid{{2, 3}, {2, 3}};  // 3 x 4 particles a metre apart, x fastest
 const ChainShape kChain{{0, 0, 0}, {4, 0, 0}, 4};
 
-TEST(Pins, HoldNothingWhereThereAreNone) { EXPECT_EQ(held(kGrid, {}), List{}); }
+TEST(Pins, HoldNothingWhereThereAreNone) { EXPECT_EQ(held(kPinnedGrid, {}), List{}); }
 
 TEST(Pins, OfARowHoldTheFirstOrLastRowOfAGrid) {
-  EXPECT_EQ(held(kGrid, {RowPin{false}}), (List{0, 1, 2}));
-  EXPECT_EQ(held(kGrid, {RowPin{true}}), (List{9, 10, 11}));
+  EXPECT_EQ(held(kPinnedGrid, {RowPin{false}}), (List{0, 1, 2}));
+  EXPECT_EQ(held(kPinnedGrid, {RowPin{true}}), (List{9, 10, 11}));
 }
 
 TEST(Pins, OfARowHoldTheFirstOrLastPointOfAChain) {
@@ -45,31 +45,31 @@ TEST(Pins, OfARowHoldTheFirstOrLastPointOfAChain) {
 }
 
 TEST(Pins, OfABoxHoldWhatLiesInItAndOnItsSides) {
-  EXPECT_EQ(held(kGrid, {BoxPin{{0.5, -1, 1}, {2, 1, 2}}}), (List{4, 5, 7, 8}));
+  EXPECT_EQ(held(kPinnedGrid, {BoxPin{{0.5, -1, 1}, {2, 1, 2}}}), (List{4, 5, 7, 8}));
 }
 
 TEST(Pins, OfASphereHoldWhatLiesInItAndOnItsSurface) {
-  EXPECT_EQ(held(kGrid, {SpherePin{{1, 0, 1}, 1}}), (List{1, 3, 4, 5, 7}));
+  EXPECT_EQ(held(kPinnedGrid, {SpherePin{{1, 0, 1}, 1}}), (List{1, 3, 4, 5, 7}));
 }
 
 TEST(Pins, NearestToAPointHoldOneParticleTheFirstOfEquallyNear) {
-  EXPECT_EQ(held(kGrid, {NearestPin{{1.2, 5, 2.9}}}), List{10});
-  EXPECT_EQ(held(kGrid, {NearestPin{{0.5, 0, 0}}}), List{0});
+  EXPECT_EQ(held(kPinnedGrid, {NearestPin{{1.2, 5, 2.9}}}), List{10});
+  EXPECT_EQ(held(kPinnedGrid, {NearestPin{{0.5, 0, 0}}}), List{0});
 }
 
-TEST(Pins, OfAListHoldItsParticles) { EXPECT_EQ(held(kGrid, {ListPin{{7, 2, 7}}}), (List{2, 7})); }
+TEST(Pins, OfAListHoldItsParticles) { EXPECT_EQ(held(kPinnedGrid, {ListPin{{7, 2, 7}}}), (List{2, 7})); }
 
 TEST(Pins, AddUp) {
-  EXPECT_EQ(held(kGrid, {NearestPin{{0, 0, 0}}, NearestPin{{2, 0, 0}}, ListPin{{11}}}), (List{0, 2, 11}));
+  EXPECT_EQ(held(kPinnedGrid, {NearestPin{{0, 0, 0}}, NearestPin{{2, 0, 0}}, ListPin{{11}}}), (List{0, 2, 11}));
 }
 
 TEST(Pins, ThatFindNoParticleAreRefused) {
-  EXPECT_EQ(pins_refusal(kGrid, {ListPin{{1}}, BoxPin{{5, 5, 5}, {6, 6, 6}}}),
+  EXPECT_EQ(pins_refusal(kPinnedGrid, {ListPin{{1}}, BoxPin{{5, 5, 5}, {6, 6, 6}}}),
             "test.json: /bodies/1/pins/1: found no particle there; allowed: a pin that holds a particle (rows are for "
             "grids and chains)");
-  EXPECT_NE(pins_refusal(kGrid, {SpherePin{{1, 1, 1}, 0.9}}), "");
-  EXPECT_NE(pins_refusal(kGrid, {BoxPin{{2, 1, 3}, {0, -1, 0}}}), "") << "a box inside out";
-  EXPECT_NE(pins_refusal(kGrid, {ListPin{}}), "");
+  EXPECT_NE(pins_refusal(kPinnedGrid, {SpherePin{{1, 1, 1}, 0.9}}), "");
+  EXPECT_NE(pins_refusal(kPinnedGrid, {BoxPin{{2, 1, 3}, {0, -1, 0}}}), "") << "a box inside out";
+  EXPECT_NE(pins_refusal(kPinnedGrid, {ListPin{}}), "");
 }
 
 TEST(Pins, OfARowAreRefusedOnShapesWithoutRows) {
@@ -81,13 +81,14 @@ TEST(Pins, OfARowAreRefusedOnShapesWithoutRows) {
 }
 
 TEST(Pins, OfParticlesThatAreNotThereAreRefused) {
-  EXPECT_EQ(pins_refusal(kGrid, {ListPin{{0, 12}}}),
+  EXPECT_EQ(pins_refusal(kPinnedGrid, {ListPin{{0, 12}}}),
             "test.json: /bodies/1/pins/0: found particle 12; allowed: 0 to 11");
-  EXPECT_EQ(pins_refusal(kGrid, {ListPin{{-1}}}), "test.json: /bodies/1/pins/0: found particle -1; allowed: 0 to 11");
+  EXPECT_EQ(pins_refusal(kPinnedGrid, {ListPin{{-1}}}),
+            "test.json: /bodies/1/pins/0: found particle -1; allowed: 0 to 11");
 }
 
 TEST(Pins, ThatLeaveNothingToMoveAreRefused) {
-  EXPECT_EQ(pins_refusal(kGrid, {BoxPin{{-9, -9, -9}, {9, 9, 9}}}),
+  EXPECT_EQ(pins_refusal(kPinnedGrid, {BoxPin{{-9, -9, -9}, {9, 9, 9}}}),
             "test.json: /bodies/1/pins: found every particle of body 'second' pinned; allowed: at least one that can "
             "move");
 }

@@ -18,10 +18,10 @@ namespace {
 constexpr double kRadius = 0.5;
 
 /// An icosphere about `centre` with unequal masses, and its one pressure constraint.
-struct Balloon {
+struct RoundBalloon {
   Model model;
   PressureSet set;
-  explicit Balloon(double volume_ratio = 1, const Vec3& centre = {0, 0, 0}, int subdivisions = 2) {
+  explicit RoundBalloon(double volume_ratio = 1, const Vec3& centre = {0, 0, 0}, int subdivisions = 2) {
     Mesh mesh = generate(SphereShape{kRadius, subdivisions});
     Random random(1);
     for (std::size_t i = 0; i < mesh.points.size(); ++i) {
@@ -58,14 +58,14 @@ double volume(const PointList<double>& p, const std::vector<Triangle>& triangles
 
 /// One projection by the constraint of `set`; p changes.
 template <class R>
-void project(const Balloon& balloon, PointList<R>& p, int times = 1) {
+void project(const RoundBalloon& balloon, PointList<R>& p, int times = 1) {
   Pressure<Serial, R> pressure({}, balloon.model, balloon.set);
   const std::vector<R> w = balloon.inverse_masses<R>();
   for (int k = 0; k < times; ++k) pressure.project(p.points(), w.data());
 }
 
 TEST(Pressure, TakesTheEnclosedVolumeInCubicMetres) {
-  const Balloon balloon(1, {3, -2, 7});
+  const RoundBalloon balloon(1, {3, -2, 7});
   auto p = balloon.particles<double>(0.05);
   std::vector<int> corners;
   for (const Triangle& t : balloon.set.triangles) corners.insert(corners.end(), t.begin(), t.end());
@@ -78,7 +78,7 @@ TEST(Pressure, TakesTheEnclosedVolumeInCubicMetres) {
 }
 
 TEST(Pressure, KnowsTheVolumeOfASphere) {
-  const Balloon balloon(1, {0, 0, 0}, 5);
+  const RoundBalloon balloon(1, {0, 0, 0}, 5);
   auto p = balloon.particles<double>(0);
   const double sphere = 4.0 / 3 * 3.14159265358979323846 * std::pow(kRadius, 3);
   // 10,242 points: facets lie inside the sphere by edge^2 / (8 r), some 0.0004 r, three times that in volume.
@@ -90,7 +90,7 @@ TEST(Pressure, KnowsTheVolumeOfASphere) {
 }
 
 TEST(Pressure, HasTheGradientOfItsFiniteDifferences) {
-  const Balloon balloon(1.3);
+  const RoundBalloon balloon(1.3);
   auto p = balloon.particles<double>(0.05);
   const auto& triangles = balloon.set.triangles;
   // The fans as the kernel wants them, in the simplest way.
@@ -126,7 +126,7 @@ TEST(Pressure, HasTheGradientOfItsFiniteDifferences) {
 
 TEST(Pressure, KeepsLinearAndAngularMomentum) {
   for (const bool is_compliant : {false, true}) {
-    Balloon balloon(1.5);
+    RoundBalloon balloon(1.5);
     if (is_compliant) balloon.set.compliance = 3e-6;
     const auto before = balloon.particles<double>(0.05);
     auto p = before;
@@ -145,7 +145,7 @@ TEST(Pressure, KeepsLinearAndAngularMomentum) {
 
 TEST(Pressure, ReachesItsVolume) {
   for (const double ratio : {0.5, 1.0, 2.0}) {
-    const Balloon balloon(ratio);
+    const RoundBalloon balloon(ratio);
     auto p = balloon.particles<double>(0.02);
     project(balloon, p, 20);
     const double rest = volume(balloon.particles<double>(0), balloon.set.triangles);
@@ -155,7 +155,7 @@ TEST(Pressure, ReachesItsVolume) {
 
 TEST(Pressure, ReachesItsVolumeInFloatFarFromTheOrigin) {
   // Taken about a particle of the mesh, a volume of 0.5 m^3 at 1000 m is as good as the positions: 6e-5 m on 1 m.
-  const Balloon balloon(1.5, {1000, -1000, 1000});
+  const RoundBalloon balloon(1.5, {1000, -1000, 1000});
   auto p = balloon.particles<float>(0.02f);
   project(balloon, p, 20);
   Pressure<Serial, float> measure({}, balloon.model, balloon.set);
@@ -163,7 +163,7 @@ TEST(Pressure, ReachesItsVolumeInFloatFarFromTheOrigin) {
 }
 
 TEST(Pressure, WithStiffnessKLeavesOneMinusKOfASmallError) {
-  Balloon balloon(1.0001);
+  RoundBalloon balloon(1.0001);
   balloon.set.stiffness = 0.7;
   balloon.model.scene.solver.iterations = 5;
   auto p = balloon.particles<double>(0);
@@ -177,7 +177,7 @@ TEST(Pressure, WithComplianceComesToTheBalanceOfItsForce) {
   // Where C is so small that it is linear, the balance C = -alpha~ lambda leaves C / C0 = alpha~ / (s + alpha~), with
   // s = sum w |grad C|^2 a number of the mesh alone: every alpha~ must give the same s.
   const double excess = 1e-5;
-  Balloon balloon(1 + excess);
+  RoundBalloon balloon(1 + excess);
   const double h = balloon.model.scene.solver.dt;
   std::vector<double> s;
   for (const double alpha : {0.03, 0.1, 0.4}) {
@@ -255,7 +255,7 @@ TEST(Pressure, WithCompliancePushesAMeshOfAnyFormByItsVolumeOverAlpha) {
 }
 
 TEST(Pressure, ForgetsLambdaWhenASubstepStarts) {
-  Balloon balloon(1.5);
+  RoundBalloon balloon(1.5);
   balloon.set.compliance = 3e-5;
   Pressure<Serial, double> pressure({}, balloon.model, balloon.set);
   const auto project_from_rest = [&] {
@@ -271,7 +271,7 @@ TEST(Pressure, ForgetsLambdaWhenASubstepStarts) {
 }
 
 TEST(Pressure, LeavesPinnedParticlesAndWhatHasCollapsedAlone) {
-  Balloon balloon(1.5);
+  RoundBalloon balloon(1.5);
   for (std::size_t i = 0; i < balloon.model.w.size(); i += 2) balloon.model.w[i] = 0;
   const auto before = balloon.particles<float>(0.02f);
   auto p = before;
@@ -292,7 +292,7 @@ TEST(Pressure, LeavesPinnedParticlesAndWhatHasCollapsedAlone) {
 }
 
 TEST(Pressure, GivesTheSameBitsOnEveryExecutor) {
-  const Balloon balloon(1.5, {0, 0, 0}, 4);  // 2,562 particles: ten groups a reduction
+  const RoundBalloon balloon(1.5, {0, 0, 0}, 4);  // 2,562 particles: ten groups a reduction
   const auto run = [&]<class Executor>(const Executor& executor) {
     auto p = balloon.particles<float>(0.02f);
     Pressure<Executor, float> pressure(executor, balloon.model, balloon.set);

@@ -8,13 +8,13 @@
 namespace malha {
 namespace {
 
-struct Kind {
+struct ResumedKind {
   std::string name, precision;
   bool environment;
 };
-void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
+void PrintTo(const ResumedKind& kind, std::ostream* out) { *out << kind.name; }
 
-class Resume : public testing::TestWithParam<Kind> {
+class Resume : public testing::TestWithParam<ResumedKind> {
  protected:
   Resume() : scene_(swinging_sheet(GetParam().environment, GetParam().precision)) {
     scene_["outputs"]["frames"] = {{"every", 3}, {"formats", {"vtp", "pc2", "ply", "obj"}}};
@@ -87,9 +87,9 @@ TEST_P(Resume, EqualsTheUninterruptedRunAfterAKill) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, Resume,
-                         testing::Values(Kind{"Float", "float", false}, Kind{"Double", "double", false},
-                                         Kind{"FloatWithEnvironment", "float", true},
-                                         Kind{"DoubleWithEnvironment", "double", true}),
+                         testing::Values(ResumedKind{"Float", "float", false}, ResumedKind{"Double", "double", false},
+                                         ResumedKind{"FloatWithEnvironment", "float", true},
+                                         ResumedKind{"DoubleWithEnvironment", "double", true}),
                          [](const auto& one) { return one.param.name; });
 
 TEST(ResumeWith, AnotherNumberOfStepsBetweenFramesKeepsThoseThatAreThere) {

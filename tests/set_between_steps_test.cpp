@@ -131,12 +131,12 @@ TEST(SetBetweenSteps, WindIsThatOfTheScene) {
 }
 
 /// Scenes in which substeps are visits, and in which they are passes that would carry a pin off by its velocity.
-struct Kind {
+struct SetKind {
   std::string name;
   Precision precision = Precision::Double;
-  friend void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
+  friend void PrintTo(const SetKind& kind, std::ostream* out) { *out << kind.name; }
 };
-class SetBetweenStepsOf : public testing::TestWithParam<Kind> {
+class SetBetweenStepsOf : public testing::TestWithParam<SetKind> {
  protected:
   Scene scene() const {
     Scene all = two_cloths(GetParam().precision);
@@ -203,9 +203,10 @@ TEST_P(SetBetweenStepsOf, PinsThatAreSetAreThoseOfTheScene) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, SetBetweenStepsOf,
-                         testing::Values(Kind{"plain"}, Kind{"levels"}, Kind{"desbrun"}, Kind{"self_collision"},
-                                         Kind{"environment"}, Kind{"own"}, Kind{"plain", Precision::Float},
-                                         Kind{"desbrun", Precision::Float}, Kind{"own", Precision::Float}),
+                         testing::Values(SetKind{"plain"}, SetKind{"levels"}, SetKind{"desbrun"},
+                                         SetKind{"self_collision"}, SetKind{"environment"}, SetKind{"own"},
+                                         SetKind{"plain", Precision::Float}, SetKind{"desbrun", Precision::Float},
+                                         SetKind{"own", Precision::Float}),
                          [](const auto& info) {
                            return info.param.name + (info.param.precision == Precision::Float ? "_float" : "");
                          });

@@ -8,7 +8,7 @@
 namespace malha {
 namespace {
 
-constexpr double kStep = 0.01;
+constexpr double kForceStep = 0.01;
 
 /// Springs of a scene's model with particles anywhere, at any speed.
 template <class R>
@@ -27,15 +27,16 @@ class SpringsAt {
 
   /// Of movable particles; others as zero.
   std::vector<Vec3> explicit_forces() const {
-    return sum(
-        [&](const auto& forces, const Particles<R>& all, const Points<R>& f) { forces.sum_explicit(all, kStep, f); });
+    return sum([&](const auto& forces, const Particles<R>& all, const Points<R>& f) {
+      forces.sum_explicit(all, kForceStep, f);
+    });
   }
   std::vector<Vec3> missing_forces(const std::vector<Vec3>& a) const {
     const PointArray<Serial, R> acceleration(a);
     std::vector<R> mass(model.w.size() + kSpringPack, R(0));
     for (std::size_t i = 0; i < model.w.size(); ++i) mass[i] = model.w[i] > 0 ? R(1 / model.w[i]) : R(0);
     return sum([&](const auto& forces, const Particles<R>& all, const Points<R>& f) {
-      forces.sum_missing(all, kStep, acceleration.points(), mass.data(), f);
+      forces.sum_missing(all, kForceStep, acceleration.points(), mass.data(), f);
     });
   }
 
@@ -97,11 +98,11 @@ TEST(SpringForces, AreTheGradientOfTheElasticEnergyWithViscosityAndWeight) {
           for (const int e : {0, 1})
             for (int k = 0; k < 3; ++k)
               expected[set.ends[s][e]][k] +=
-                  set.stiffness[s] * kStep * (springs.v[set.ends[s][1 - e]][k] - springs.v[set.ends[s][e]][k]);
+                  set.stiffness[s] * kForceStep * (springs.v[set.ends[s][1 - e]][k] - springs.v[set.ends[s][e]][k]);
       for (const FoldReference& fold : folds_of(springs.model)) {  // -dt c f(v) / alpha
         const Vec3 f = fold.fold(springs.v);
         for (int j = 0; j < 4; ++j)
-          for (int k = 0; k < 3; ++k) expected[fold.of[j]][k] -= fold.stiffness * kStep * fold.weight[j] * f[k];
+          for (int k = 0; k < 3; ++k) expected[fold.of[j]][k] -= fold.stiffness * kForceStep * fold.weight[j] * f[k];
       }
       for (int i = 0; i < springs.model.count(); ++i)
         for (int k = 0; k < 3; ++k) {
@@ -126,7 +127,7 @@ TEST(SpringForces, StillMissingAreThoseOfBackwardEuler) {
         a.push_back({moves * d.x, moves * d.y, moves * d.z});
         for (int k = 0; k < 3; ++k) {
           const double g = moves && !weighs ? scene.gravity[k] : 0;
-          p[i][k] += kStep * (springs.v[i][k] + kStep * (a[i][k] + g));
+          p[i][k] += kForceStep * (springs.v[i][k] + kForceStep * (a[i][k] + g));
         }
       }
       const std::vector<Vec3> found = springs.missing_forces(a);
@@ -184,7 +185,7 @@ TEST(SpringForces, OfCoincidentEndsAreZeroAndSpringsOfNoLengthPullTogether) {
   const std::vector<Vec3> pull = still.explicit_forces();
   for (int k = 0; k < 3; ++k) {
     EXPECT_NEAR(pull[0][k], -1e3 * d[k], 1e-9);
-    EXPECT_NEAR(missing[0][k], -1e3 * (d[k] + kStep * (linear.v[0][k] - linear.v[1][k])), 1e-9);
+    EXPECT_NEAR(missing[0][k], -1e3 * (d[k] + kForceStep * (linear.v[0][k] - linear.v[1][k])), 1e-9);
   }
 }
 

@@ -15,7 +15,7 @@ namespace malha {
 namespace {
 
 constexpr double kFrame = 1.0 / 60, kSide = 2;  // s, m
-constexpr double kMass = 1;                     // kg
+constexpr double kHungMass = 1;                 // kg
 
 GridShape grid(int n) { return {{kSide, kSide}, {n - 1, n - 1}}; }
 
@@ -61,7 +61,7 @@ class Cloth {
     body_.name = "cloth";
     body_.shape = grid(n);
     if (input == Input::Shuffled) body_.shape = MeshFile{folder_.write("cloth.ply", shuffled_grid(n))};
-    body_.mass = kMass;
+    body_.mass = kHungMass;
     if (pins == Pins::Row) body_.pins = {BoxPin{{-1, -1, -1e-6}, {3, 1, 1e-6}}};
     if (pins == Pins::Corners) body_.pins = {NearestPin{{0, 0, 0}}, NearestPin{{kSide, 0, 0}}};
     body_.constraints = {stiff("distance", {"edges", "shear"})};
@@ -113,7 +113,7 @@ TEST_P(HangingCloth, GainsNoEnergyAndStretchesLessTheMoreSubstepsItHas) {
     Simulation simulation(scene, {.threads = 1});
     const double start = simulation.measure().energy();
     // The velocity is a sum of up to 9,600 rounded parts g h: it may come out 1e-4 too high (see FloatFall).
-    const double rounding = kMass * kG * kSide * (precision == Precision::Float ? 2e-4 : 1e-12);
+    const double rounding = kHungMass * kG * kSide * (precision == Precision::Float ? 2e-4 : 1e-12);
     for (int step = 1; step <= steps(n); ++step) {
       ASSERT_NO_THROW(simulation.step()) << substeps << " substeps";
       if (n > 100 && step % 4 != 0) continue;
@@ -146,7 +146,8 @@ TEST_P(FreeCloth, FallsAsOnePiece) {
     const double drift = epsilon / h * std::sqrt(steps(n) * substeps);
     const double sum = 1e-11;  // of up to 100,000 rounded masses
     const Measures now = simulation.measure();
-    EXPECT_LT(length(Vec3{now.momentum} - Vec3{0, -kMass * kG * t, 0}), kMass * drift + sum) << substeps << " substeps";
+    EXPECT_LT(length(Vec3{now.momentum} - Vec3{0, -kHungMass * kG * t, 0}), kHungMass * drift + sum)
+        << substeps << " substeps";
     const Vec3 fall{0, -kG * t * (t + h) / 2, 0};  // symplectic Euler's
     const std::vector<Vec3> x = simulation.positions();
     double off = 0;
@@ -172,13 +173,14 @@ TEST_P(FreeCloth, TurnsWithoutGainingEnergyAndKeepsItsMomenta) {
     for (int step = 0; step < steps(n); ++step) {
       ASSERT_NO_THROW(simulation.step()) << substeps << " substeps";
       // What rounding shakes the particles with, up to 4 m from the origin.
-      ASSERT_LT(simulation.measure().energy(), start.energy() * (1 + 1e-12) + 2 * kMass * drift * drift) << substeps;
+      ASSERT_LT(simulation.measure().energy(), start.energy() * (1 + 1e-12) + 2 * kHungMass * drift * drift)
+          << substeps;
     }
     const Measures now = simulation.measure();
-    EXPECT_LT(length(Vec3{now.momentum} - Vec3{start.momentum}), kMass * drift + 1e-11) << substeps << " substeps";
+    EXPECT_LT(length(Vec3{now.momentum} - Vec3{start.momentum}), kHungMass * drift + 1e-11) << substeps << " substeps";
     // Directions are those of the predicted positions: of first order in h. Measured: up to 9 h a second.
     const Vec3 before = Vec3{start.angular_momentum}, lost = Vec3{now.angular_momentum} - before;
-    EXPECT_LT(length(lost), 15 * h * simulation.time() * length(before) + kSide * kMass * drift) << substeps;
+    EXPECT_LT(length(lost), 15 * h * simulation.time() * length(before) + kSide * kHungMass * drift) << substeps;
   }
 }
 

@@ -14,7 +14,7 @@
 namespace malha {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 Mesh moved(Mesh mesh, const Point& by) {
   for (Vec3& x : mesh.points) x = {x[0] + by.x, x[1] + by.y, x[2] + by.z};
@@ -320,12 +320,12 @@ TEST(Surface, AnswersNothingForWhatIsNotFinite) {
   const Device device;
   const Surface surface(device, generate(SphereShape{1, 2}));
   const Point good{0.1, 0.2, 0.3};
-  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), kInf, -kInf, 1e30, -1e300}) {
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), kInfinite, -kInfinite, 1e30, -1e300}) {
     for (int axis = 0; axis < 3; ++axis) {
       Point p = good;
       (axis == 0 ? p.x : axis == 1 ? p.y : p.z) = bad;
       EXPECT_FALSE(surface.closest(p, 1).found);
-      EXPECT_FALSE(surface.closest(p, kInf).found);
+      EXPECT_FALSE(surface.closest(p, kInfinite).found);
       EXPECT_FALSE(surface.crossing(p, good, 0, true).hit);
       EXPECT_FALSE(surface.crossing(p, p, 0, false).hit);
       EXPECT_FALSE(!std::isfinite(bad) && surface.crossing(good, p, 0, false).hit);

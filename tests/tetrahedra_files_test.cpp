@@ -77,12 +77,12 @@ TEST_F(ReadTetrahedra, TakesSurfacesWithoutTetrahedraAsTheyAre) {
   EXPECT_EQ(triangles.faces, (std::vector<Quad>{{0, 1, 2, -1}, {0, 2, 3, -1}}));
 }
 
-struct Bad {
+struct BadTetrahedra {
   std::string name, text, message;  // the message after "FILE: "
 };
-void PrintTo(const Bad& bad, std::ostream* out) { *out << bad.name << ": " << bad.message; }
+void PrintTo(const BadTetrahedra& bad, std::ostream* out) { *out << bad.name << ": " << bad.message; }
 
-class RefusesTetrahedra : public MeshFiles, public testing::WithParamInterface<Bad> {};
+class RefusesTetrahedra : public MeshFiles, public testing::WithParamInterface<BadTetrahedra> {};
 
 TEST_P(RefusesTetrahedra, NamingTheFileAndThePlace) {
   const auto& [name, text, message] = GetParam();
@@ -101,102 +101,119 @@ std::string until(const std::string& text, const std::string& end) { return text
 INSTANTIATE_TEST_SUITE_P(
     TetGen, RefusesTetrahedra,
     testing::Values(
-        Bad{"a.node", "", "line 0: found the end of the file; allowed: the number of points"},
-        Bad{"a.node", with(node_0, "5 3", "5 2"), "line 1, column 3: found 2 as the dimension; allowed: 3"},
-        Bad{"a.node", with(node_0, "5 3", "500 3"),
+        BadTetrahedra{"a.node", "", "line 0: found the end of the file; allowed: the number of points"},
+        BadTetrahedra{"a.node", with(node_0, "5 3", "5 2"), "line 1, column 3: found 2 as the dimension; allowed: 3"},
+        BadTetrahedra{
+            "a.node", with(node_0, "5 3", "500 3"),
             "line 1, column 1: found 500 as the number of points; allowed: 0 to 6, for which the rest of the file has "
             "room"},
-        Bad{"a.node", with(node_0, "\n0 0", "\n2 0"),
-            "line 2, column 1: found 2 as the number of the first point; allowed: 0 or 1"},
-        Bad{"a.node", with(node_0, "\n2 0", "\n3 0"),
-            "line 4, column 1: found 3 as the number of a point; allowed: 2: numbers in order, from 0"},
-        Bad{"a.node", with(node_0, "1.5", "nan"),
-            "line 6, column 5: found \"nan\"; allowed: y, a finite number that a double holds"},
-        Bad{"a.node", with(node_0, "1.5 1\n", "1.5\n"), "line 6, column 8: found the end of the line; allowed: z"},
-        Bad{"a.node", with(node_0, "1.5 1\n", "1.5 1 2\n"),
+        BadTetrahedra{"a.node", with(node_0, "\n0 0", "\n2 0"),
+                      "line 2, column 1: found 2 as the number of the first point; allowed: 0 or 1"},
+        BadTetrahedra{"a.node", with(node_0, "\n2 0", "\n3 0"),
+                      "line 4, column 1: found 3 as the number of a point; allowed: 2: numbers in order, from 0"},
+        BadTetrahedra{"a.node", with(node_0, "1.5", "nan"),
+                      "line 6, column 5: found \"nan\"; allowed: y, a finite number that a double holds"},
+        BadTetrahedra{"a.node", with(node_0, "1.5 1\n", "1.5\n"),
+                      "line 6, column 8: found the end of the line; allowed: z"},
+        BadTetrahedra{
+            "a.node", with(node_0, "1.5 1\n", "1.5 1 2\n"),
             "line 6, column 11: found \"2\"; allowed: a point's number, x, y, z, attributes and marker and then the "
             "end "
             "of the line"},
-        Bad{"a.node", until(node_0, "4 1 1.5"), "line 5: found the end of the file; allowed: point 4, as there are 5"},
-        Bad{"a.node", node_0 + "5 1 1 1\n",
-            "line 7, column 1: found \"5\"; allowed: as many points as the first line says"},
-        Bad{"a.ele", with(ele_0, "2 4", "2 10"),
+        BadTetrahedra{"a.node", until(node_0, "4 1 1.5"),
+                      "line 5: found the end of the file; allowed: point 4, as there are 5"},
+        BadTetrahedra{"a.node", node_0 + "5 1 1 1\n",
+                      "line 7, column 1: found \"5\"; allowed: as many points as the first line says"},
+        BadTetrahedra{
+            "a.ele", with(ele_0, "2 4", "2 10"),
             "line 1, column 3: found tetrahedra of 10 points; allowed: 4 (of first order: tetgen without -o2)"},
-        Bad{"a.ele", with(ele_0, "4 3\n", "5 3\n"), "line 3, column 7: found point 5; allowed: 0 to 4"},
-        Bad{"a.ele", with(ele_0, "0 0 1", "0 -1 1"), "line 2, column 3: found point -1; allowed: 0 to 4"},
-        Bad{"a.ele", with(ele_0, "\n1 1 2", "\n2 1 2"),
-            "line 3, column 1: found 2 as the number of a tetrahedron; allowed: 1: numbers in order, from 0"},
-        Bad{"a.ele", until(ele_0, "1 1 2"),
+        BadTetrahedra{"a.ele", with(ele_0, "4 3\n", "5 3\n"), "line 3, column 7: found point 5; allowed: 0 to 4"},
+        BadTetrahedra{"a.ele", with(ele_0, "0 0 1", "0 -1 1"), "line 2, column 3: found point -1; allowed: 0 to 4"},
+        BadTetrahedra{"a.ele", with(ele_0, "\n1 1 2", "\n2 1 2"),
+                      "line 3, column 1: found 2 as the number of a tetrahedron; allowed: 1: numbers in order, from 0"},
+        BadTetrahedra{
+            "a.ele", until(ele_0, "1 1 2"),
             "line 1, column 1: found 2 as the number of tetrahedra; allowed: 0 to 1, for which the rest of the file "
             "has room"},
-        Bad{"a.ele", ele_0 + "2 1 2 3 4\n",
-            "line 4, column 1: found \"2\"; allowed: as many tetrahedra as the first line says"},
-        Bad{"a.ele", "0 4 0\n", "line 1, column 5: found a mesh without tetrahedra; allowed: one or more"}));
+        BadTetrahedra{"a.ele", ele_0 + "2 1 2 3 4\n",
+                      "line 4, column 1: found \"2\"; allowed: as many tetrahedra as the first line says"},
+        BadTetrahedra{"a.ele", "0 4 0\n", "line 1, column 5: found a mesh without tetrahedra; allowed: one or more"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Medit, RefusesTetrahedra,
     testing::Values(
-        Bad{"a.mesh", "", "line 0: found the end of the file; allowed: a header: MeshVersionFormatted 1 or 2"},
-        Bad{"a.mesh", "MeshVersionUnformatted 2\n",
+        BadTetrahedra{"a.mesh", "",
+                      "line 0: found the end of the file; allowed: a header: MeshVersionFormatted 1 or 2"},
+        BadTetrahedra{
+            "a.mesh", "MeshVersionUnformatted 2\n",
             "line 1, column 1: found \"MeshVersionUnformatted\"; allowed: a header: MeshVersionFormatted 1 or 2"},
-        Bad{"a.mesh", with(medit, "\n3\n", "\n2\n"), "line 3, column 1: found 2 as the dimension; allowed: 3"},
-        Bad{"a.mesh", "MeshVersionFormatted 1\nVertices 0\n",
-            "line 2, column 1: found \"Vertices\"; allowed: Dimension 3 before it"},
-        Bad{"a.mesh", with(medit, "1.5", "-inf"),
-            "line 10, column 3: found \"-inf\"; allowed: y, a finite number that a double holds"},
-        Bad{"a.mesh", with(medit, "2 3 5 4 2\n", "2 3 6 4 2\n"), "line 21, column 5: found vertex 6; allowed: 1 to 5"},
-        Bad{"a.mesh", with(medit, "1 2 3 4 1\n", "0 2 3 4 1\n"), "line 20, column 1: found vertex 0; allowed: 1 to 5"},
-        Bad{"a.mesh", with(medit, "\n5\n", "\n5000\n"),
+        BadTetrahedra{"a.mesh", with(medit, "\n3\n", "\n2\n"),
+                      "line 3, column 1: found 2 as the dimension; allowed: 3"},
+        BadTetrahedra{"a.mesh", "MeshVersionFormatted 1\nVertices 0\n",
+                      "line 2, column 1: found \"Vertices\"; allowed: Dimension 3 before it"},
+        BadTetrahedra{"a.mesh", with(medit, "1.5", "-inf"),
+                      "line 10, column 3: found \"-inf\"; allowed: y, a finite number that a double holds"},
+        BadTetrahedra{"a.mesh", with(medit, "2 3 5 4 2\n", "2 3 6 4 2\n"),
+                      "line 21, column 5: found vertex 6; allowed: 1 to 5"},
+        BadTetrahedra{"a.mesh", with(medit, "1 2 3 4 1\n", "0 2 3 4 1\n"),
+                      "line 20, column 1: found vertex 0; allowed: 1 to 5"},
+        BadTetrahedra{
+            "a.mesh", with(medit, "\n5\n", "\n5000\n"),
             "line 5, column 1: found 5000 as the number of vertices; allowed: 0 to 21, for which the rest of the file "
             "has room"},
-        Bad{"a.mesh", until(medit, "\n3\nEnd") + "\n# cut off\n",
-            "line 24: found the end of the file; allowed: the rest of RequiredVertices"},
-        Bad{"a.mesh", with(medit, "RequiredVertices", "Voxels"),
+        BadTetrahedra{"a.mesh", until(medit, "\n3\nEnd") + "\n# cut off\n",
+                      "line 24: found the end of the file; allowed: the rest of RequiredVertices"},
+        BadTetrahedra{
+            "a.mesh", with(medit, "RequiredVertices", "Voxels"),
             "line 22, column 1: found \"Voxels\"; allowed: Vertices, Tetrahedra, Triangles, Quadrilaterals, End, or "
             "what says nothing about them (Edges, Corners, Ridges, Required..., Normals ...)"},
-        Bad{"a.mesh", with(medit, "RequiredVertices", "Hexahedra"),
-            "line 23, column 1: found Hexahedra; allowed: Tetrahedra only"},
-        Bad{"a.mesh", medit + "1\n", "line 26, column 1: found \"1\"; allowed: nothing after End"}));
+        BadTetrahedra{"a.mesh", with(medit, "RequiredVertices", "Hexahedra"),
+                      "line 23, column 1: found Hexahedra; allowed: Tetrahedra only"},
+        BadTetrahedra{"a.mesh", medit + "1\n", "line 26, column 1: found \"1\"; allowed: nothing after End"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Gmsh, RefusesTetrahedra,
     testing::Values(
-        Bad{"a.msh", "$Nodes\n", "line 1, column 1: found \"$Nodes\"; allowed: $MeshFormat"},
-        Bad{"a.msh", with(gmsh_2, "2.2 0", "2.2 2"),
-            "line 2, column 5: found 2 as the file type; allowed: 0 (ASCII) or 1 (binary)"},
-        Bad{"a.msh", with(gmsh_4, "4.1", "4"), "line 2, column 1: found \"4\"; allowed: version 2.2 or 4.1"},
-        Bad{"a.msh", until(gmsh_2, "$Nodes"), "line 7: found the end of the file; allowed: a section $Elements"},
-        Bad{"a.msh", with(gmsh_2, "1.5", "x"),
-            "line 14, column 5: found \"x\"; allowed: y, a finite number that a double holds"},
-        Bad{"a.msh", with(gmsh_2, "\n7 1 0", "\n10 1 0"),
-            "line 11, column 1: found node 10 again; allowed: every node once"},
-        Bad{"a.msh", with(gmsh_2, "4 4 0 7 3 1 99", "4 4 0 7 3 1 2"),
-            "line 21, column 13: found node 2; allowed: one of $Nodes"},
-        Bad{"a.msh", with(gmsh_2, "4 4 0 7 3 1 99", "4 11 0 7 3 1 99"),
-            "line 21, column 3: found an element of type 11; allowed: 1 (line), 2 (triangle), 3 (quad), 4 "
-            "(tetrahedron), 15 (point); all of first order"},
-        Bad{"a.msh", with(gmsh_2, "4 4 0 7 3 1 99", "4 4 0 7 3 1"),
-            "line 21, column 12: found the end of the line; allowed: a corner"},
-        Bad{"a.msh", until(gmsh_2, "$EndElements"), "line 21: found the end of the file; allowed: $EndElements"},
-        Bad{"a.msh", until(gmsh_2, "$EndPhysical"), "line 6: found the end of the file; allowed: $EndPhysicalNames"},
-        Bad{"a.msh", with(gmsh_4, "2 5 1 99", "2 6 1 99"),
-            "line 21, column 7: found 5 nodes in all blocks; allowed: 6, as announced"},
-        Bad{"a.msh", with(gmsh_4, "3 1 4 2\n", "3 1 4 9\n"),
-            "line 30, column 1: found \"$EndElements\"; allowed: the number of an element, a whole number"},
-        Bad{"a.msh", with(gmsh_4, "$Entities\n0 0 0 1\n1 0 0 0 1 1 1 0 0\n$EndEntities\n$Nodes", "$Elements"),
-            "line 4, column 1: found \"$Elements\"; allowed: $Nodes before it"}));
+        BadTetrahedra{"a.msh", "$Nodes\n", "line 1, column 1: found \"$Nodes\"; allowed: $MeshFormat"},
+        BadTetrahedra{"a.msh", with(gmsh_2, "2.2 0", "2.2 2"),
+                      "line 2, column 5: found 2 as the file type; allowed: 0 (ASCII) or 1 (binary)"},
+        BadTetrahedra{"a.msh", with(gmsh_4, "4.1", "4"), "line 2, column 1: found \"4\"; allowed: version 2.2 or 4.1"},
+        BadTetrahedra{"a.msh", until(gmsh_2, "$Nodes"),
+                      "line 7: found the end of the file; allowed: a section $Elements"},
+        BadTetrahedra{"a.msh", with(gmsh_2, "1.5", "x"),
+                      "line 14, column 5: found \"x\"; allowed: y, a finite number that a double holds"},
+        BadTetrahedra{"a.msh", with(gmsh_2, "\n7 1 0", "\n10 1 0"),
+                      "line 11, column 1: found node 10 again; allowed: every node once"},
+        BadTetrahedra{"a.msh", with(gmsh_2, "4 4 0 7 3 1 99", "4 4 0 7 3 1 2"),
+                      "line 21, column 13: found node 2; allowed: one of $Nodes"},
+        BadTetrahedra{"a.msh", with(gmsh_2, "4 4 0 7 3 1 99", "4 11 0 7 3 1 99"),
+                      "line 21, column 3: found an element of type 11; allowed: 1 (line), 2 (triangle), 3 (quad), 4 "
+                      "(tetrahedron), 15 (point); all of first order"},
+        BadTetrahedra{"a.msh", with(gmsh_2, "4 4 0 7 3 1 99", "4 4 0 7 3 1"),
+                      "line 21, column 12: found the end of the line; allowed: a corner"},
+        BadTetrahedra{"a.msh", until(gmsh_2, "$EndElements"),
+                      "line 21: found the end of the file; allowed: $EndElements"},
+        BadTetrahedra{"a.msh", until(gmsh_2, "$EndPhysical"),
+                      "line 6: found the end of the file; allowed: $EndPhysicalNames"},
+        BadTetrahedra{"a.msh", with(gmsh_4, "2 5 1 99", "2 6 1 99"),
+                      "line 21, column 7: found 5 nodes in all blocks; allowed: 6, as announced"},
+        BadTetrahedra{"a.msh", with(gmsh_4, "3 1 4 2\n", "3 1 4 9\n"),
+                      "line 30, column 1: found \"$EndElements\"; allowed: the number of an element, a whole number"},
+        BadTetrahedra{"a.msh", with(gmsh_4, "$Entities\n0 0 0 1\n1 0 0 0 1 1 1 0 0\n$EndEntities\n$Nodes", "$Elements"),
+                      "line 4, column 1: found \"$Elements\"; allowed: $Nodes before it"}));
 
 const std::string tets = "MeshVersionFormatted 2 Dimension 3 Vertices 5 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 0 1 1.5 1 0\n";
 
 INSTANTIATE_TEST_SUITE_P(
     Meshes, RefusesTetrahedra,
     testing::Values(
-        Bad{"a.mesh", tets + "Tetrahedra 1 1 2 2 3 0",
-            "tetrahedron 0 (0-based): found vertex 1 as two of its corners; allowed: four vertices"},
-        Bad{"a.mesh", with(tets, "1 1.5 1", "1 1 0") + "Tetrahedra 2 1 2 3 4 0 1 2 3 5 0",
-            "tetrahedron 1 (0-based): found a volume of 0 m^3 at a longest edge of 1.41421 m; allowed: more "
-            "than 1e-6 of that edge's cube: no flat tetrahedra"},
-        Bad{"a.mesh", tets + "Tetrahedra 2 1 2 3 4 0 3 2 1 4 0",
+        BadTetrahedra{"a.mesh", tets + "Tetrahedra 1 1 2 2 3 0",
+                      "tetrahedron 0 (0-based): found vertex 1 as two of its corners; allowed: four vertices"},
+        BadTetrahedra{"a.mesh", with(tets, "1 1.5 1", "1 1 0") + "Tetrahedra 2 1 2 3 4 0 1 2 3 5 0",
+                      "tetrahedron 1 (0-based): found a volume of 0 m^3 at a longest edge of 1.41421 m; allowed: more "
+                      "than 1e-6 of that edge's cube: no flat tetrahedra"},
+        BadTetrahedra{
+            "a.mesh", tets + "Tetrahedra 2 1 2 3 4 0 3 2 1 4 0",
             "tetrahedron 1 (0-based): found the triangle of vertices 1, 3, 0, on the same side as tetrahedron 0; "
             "allowed: tetrahedra that do not overlap, each once"}));
 

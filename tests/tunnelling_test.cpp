@@ -8,7 +8,7 @@
 namespace malha {
 namespace {
 
-constexpr double kThickness = 0.002;
+constexpr double kWallThickness = 0.002;
 
 /// Across x at the origin, 40 m wide and high, so that nothing goes round it; its front is at x = -depth.
 struct Wall {
@@ -22,7 +22,7 @@ constexpr Wall kSolid{"Solid", Sides::Solid, 0.005}, kTwoSided{"TwoSided", Sides
 EnvironmentSpec environment(const Wall& wall) {
   EnvironmentSpec made;
   made.name = "wall";
-  made.thickness = kThickness;
+  made.thickness = kWallThickness;
   made.sides = wall.sides;
   if (wall.sides == Sides::Solid) {
     made.shape = BoxShape{{2 * wall.depth, 40, 40}, {1, 80, 80}};
@@ -50,7 +50,7 @@ class FastParticles : public testing::TestWithParam<std::tuple<Wall, Precision>>
  protected:
   Wall wall_ = std::get<0>(GetParam());
   Precision precision_ = std::get<1>(GetParam());
-  double front_ = -wall_.depth - kThickness;
+  double front_ = -wall_.depth - kWallThickness;
   double rounding_ = precision_ == Precision::Float ? 2e-6 : 1e-12;  // of positions of up to 17 m
 
   /// 11 x 11 particles 1 m in front of the wall.
