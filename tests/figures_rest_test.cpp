@@ -6,44 +6,13 @@
 #include <cstdio>
 
 #include "tests/irregular_mesh.h"
-#include "tests/scene_builders.h"
-#include "tests/small_scenes.h"
+#include "tests/resting.h"
 #include "tests/support.h"
 
 namespace malha {
 namespace {
 
 const char* precision_name(Precision precision) { return precision == Precision::Float ? "float" : "double"; }
-
-/// The largest move of a particle in one of 1,000 steps, m: of those that touch the ground and of all.
-struct LargestMoves {
-  double touching = 0, all = 0;
-  LargestMoves(const Scene& scene, double settle) {
-    Simulation simulation = after(scene, settle);
-    std::vector<Vec3> before = simulation.positions();
-    for (int step = 0; step < 1000; ++step) {
-      simulation.step();
-      const std::vector<Vec3> now = simulation.positions();
-      for (std::size_t i = 0; i < now.size(); ++i) {
-        const double moved = length(now[i] - before[i]);
-        all = std::max(all, moved);
-        if (now[i][1] < 1.01 * scene.environment[0].thickness) touching = std::max(touching, moved);
-      }
-      before = now;
-    }
-  }
-};
-
-Scene on_the_ground(const BodySpec& body, const char* method, Precision precision, bool solid) {
-  EnvironmentSpec ground = solid ? obstacle("ground", BoxShape{{6, 1, 6}, {3, 1, 3}})
-                                 : obstacle("ground", GridShape{{6, 6}, {3, 3}}, Sides::OneSided);
-  ground.transform.translate = solid ? Vec3{0.03, -0.5, 0.02} : Vec3{-3.03, 0, -3.02};
-  ground.friction = 0.5;
-  Scene scene = scene_of({body}, kEarth, 1.0 / 60, 10, precision);
-  scene.environment = {ground};
-  scene.solver.type = method;
-  return scene;
-}
 
 BodySpec sheet_of_289(const ConstraintSpec& edges) {
   BodySpec sheet = body("sheet", GridShape{{1, 1}, {16, 16}}, {edges});
@@ -59,23 +28,24 @@ BodySpec box_of_98() {
 
 // A thousandth of the thickness of 5 mm a step would be motion that one sees.
 constexpr double kVisible = 5e-6;
+constexpr int kLooks = 1000;  // steps
 
 TEST(Figures, DISABLED_RestOnTheGround) {
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     for (const char* method : {"pbd", "desbrun"})
       for (const bool solid : {false, true}) {
         const BodySpec sheet = sheet_of_289(stiff("distance", {"edges", "shear"}));
-        const LargestMoves moves(on_the_ground(sheet, method, precision, solid), 10);
+        const Jitter moves = jitter(resting(sheet, method, precision, solid), 10, kLooks);
         std::printf("sheet of 289 particles on a %s by %s in %s: %.0e m a step\n", solid ? "solid" : "plane", method,
                     precision_name(precision), moves.all);
         EXPECT_LT(moves.all, kVisible);
       }
-    const LargestMoves box(on_the_ground(box_of_98(), "pbd", precision, false), 10);
+    const Jitter box = jitter(resting(box_of_98(), "pbd", precision, false), 10, kLooks);
     std::printf("box of 98 particles in %s: %.0e m a step of what touches the ground, %.0e m of all\n",
                 precision_name(precision), box.touching, box.all);
     EXPECT_LT(box.all, kVisible);
-    const LargestMoves springs(
-        on_the_ground(sheet_of_289(compliant("distance", 1e-3, {"edges", "shear"})), "pbd", precision, false), 60);
+    const BodySpec soft = sheet_of_289(compliant("distance", 1e-3, {"edges", "shear"}));
+    const Jitter springs = jitter(resting(soft, "pbd", precision, false), 60, kLooks);
     std::printf("sheet of springs after a minute in %s: %.0e m a step\n", precision_name(precision), springs.all);
     EXPECT_LT(springs.all, kVisible);
   }
@@ -84,7 +54,7 @@ TEST(Figures, DISABLED_RestOnTheGround) {
 // A torque that nothing exerts is small beside the weight, and the corrector takes it away.
 TEST(Figures, DISABLED_ABoxOnSmoothGround) {
   for (const bool corrects : {false, true}) {
-    Scene scene = on_the_ground(box_of_98(), "pbd", Precision::Double, false);
+    Scene scene = resting(box_of_98(), "pbd", Precision::Double, false);
     scene.environment[0].friction = 0, scene.solver.keeps_momenta = corrects;
     const double speed = after(scene, 100).measure().speed_max;
     std::printf("a box on smooth ground, %s corrector: %.1e m/s after 100 s\n", corrects ? "with its" : "without",

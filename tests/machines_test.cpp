@@ -91,7 +91,8 @@ TEST(VisitTraffic, OfOnePatchIsItsStateThereAndBack) {
   const Simulation simulation(scene, {.threads = 1});
   ASSERT_EQ(simulation.solver().facts().patches.patches, 1);
   const double particles = 13 * 13, numbers = 7 + 6;
-  EXPECT_EQ(visit_traffic(simulation.model(), simulation.solver()).particle_bytes,
+  const PatchPlan plan = plan_patches(simulation.model());
+  EXPECT_EQ(visit_traffic(simulation.model(), simulation.solver(), plan).particle_bytes,
             numbers * sizeof(float) * particles * scene.solver.substeps);
 }
 
@@ -111,7 +112,7 @@ TEST(VisitTraffic, OfSeveralPatchesAddsWhatTheyShare) {
     if (count == 1) numbers += 7 + 6;
     if (count > 1) numbers += (7 + 3) + (count - 2) * (4 + 3) + (4 + 6 + 6);
   }
-  EXPECT_EQ(visit_traffic(simulation.model(), simulation.solver()).particle_bytes,
+  EXPECT_EQ(visit_traffic(simulation.model(), simulation.solver(), plan).particle_bytes,
             numbers * sizeof(float) * scene.solver.substeps);
 }
 

@@ -178,9 +178,9 @@ void add_plan(CLI::App& app, Arguments& arguments) {
   add_ranks(*plan, arguments);
   plan->add_flag("--json", arguments.json, "All of it as JSON")->disable_flag_override();
   plan->footer(
-      "With --for it says what a step asks of that machine: groups a phase, fast memory, launches, bytes moved, and "
-      "how\n"
-      "long its memory alone would take over them. Runs --for the same machine have the same bits on every backend.\n"
+      "With --for it says what a step asks of that machine: groups a phase, fast memory, launches, bytes moved,\n"
+      "and how long its memory alone would take over them. Runs --for the same machine have the same bits on every "
+      "backend.\n"
       "With --ranks it says what several machines would exchange and how long a step would take. A rank is a machine\n"
       "like this one, which has some of the patches. The speed is measured here for a second where it is not given.\n"
       "That is an estimate: malha runs on one machine.\n\n"

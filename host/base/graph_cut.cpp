@@ -21,9 +21,9 @@ std::vector<int> cut_graph(const WeightedGraph& graph, int parts) {
   idx_t options[METIS_NOPTIONS];
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 1;
-  idx_t count = own.count(), kinds = 1, of = parts, cut = 0;
+  idx_t count = own.count(), loads = 1, of = parts, cut = 0;
   const std::lock_guard<std::mutex> lock(metis_turn());
-  const int status = METIS_PartGraphKway(&count, &kinds, own.begin.data(), own.to.data(), own.load.data(), nullptr,
+  const int status = METIS_PartGraphKway(&count, &loads, own.begin.data(), own.to.data(), own.load.data(), nullptr,
                                          own.weight.data(), &of, nullptr, nullptr, options, &cut, part.data());
   if (status != METIS_OK)
     throw std::runtime_error("METIS could not cut a graph of " + std::to_string(count) + " vertices into " +

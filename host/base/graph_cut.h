@@ -6,11 +6,10 @@
 namespace malha {
 
 /// Vertex i has the neighbours to[begin[i]] .. to[begin[i + 1] - 1]; each edge stands at both of its ends, with the
-/// same weight. Loads of several kinds are balanced each by itself.
+/// same weight.
 struct WeightedGraph {
   std::vector<int> begin{0}, to, weight;
-  int kinds = 1;
-  std::vector<int> load;  // kinds a vertex
+  std::vector<int> load;  // of each vertex
   int count() const { return static_cast<int>(begin.size()) - 1; }
 };
 

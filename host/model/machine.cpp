@@ -28,8 +28,8 @@ int Machine::groups(Precision precision) const { return multiprocessors * blocks
 
 PatchBounds Machine::patch_bounds(Precision precision) const {
   PatchBounds own = bounds;
-  const std::size_t slot = 4 * (precision == Precision::Double ? sizeof(double) : sizeof(float));
   if (fast_bytes == 0) return own;
+  const auto slot = static_cast<std::size_t>(4 * bytes_of_number(precision));
   own.slots = static_cast<int>(((fast_bytes + kOfBlock) / blocks_at_once(precision) - kOfBlock - kBesideSlots) / slot);
   return own;
 }

@@ -10,6 +10,11 @@
 
 namespace malha {
 
+/// Of a coordinate.
+constexpr int bytes_of_number(Precision precision) {
+  return precision == Precision::Double ? sizeof(double) : sizeof(float);
+}
+
 struct Machine {
   std::string name;
   std::string what;             // for people

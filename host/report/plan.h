@@ -6,11 +6,11 @@
 
 namespace malha {
 
-/// Particles, constraints, colours and batch sizes, passes of a step, bytes by owner, and whether Embree is used.
-std::string plan(const Simulation& simulation);
-
 struct RankTable;  // host/report/ranks.h
 struct Demand;     // host/report/plan_for.h
+
+/// Particles, constraints, colours and batch sizes, passes of a step, bytes by owner, and whether Embree is used.
+std::string plan(const Simulation& simulation);
 
 /// The same as JSON, with snake_case names and the unit as suffix, and after the first step what that launched.
 /// `ranks`: what several machines would do; `demand`: what a step asks of one: where they were asked for.

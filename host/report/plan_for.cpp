@@ -10,7 +10,6 @@
 #include "host/base/text.h"
 #include "host/model/model.h"
 #include "host/report/plan_passes.h"
-#include "host/solver/patch_plan.h"
 #include "host/solver/solver.h"
 #include "kernels/compute.h"
 #include "kernels/hold_apart.h"
@@ -18,10 +17,6 @@
 namespace malha {
 
 namespace {
-
-double bytes_of_number(const Model& model) {
-  return model.scene.solver.precision == Precision::Double ? sizeof(double) : sizeof(float);
-}
 
 /// What the visits to one patch move of its particles, in numbers, in one iteration of a substep.
 double numbers_moved(const PatchPlan& plan, const Patch& patch, bool predicts, bool updates, bool keeps) {
@@ -71,12 +66,10 @@ std::string per_second(double bytes) { return with_unit(bytes / 1e6, {"MB/s", "G
 
 }  // namespace
 
-VisitTraffic visit_traffic(const Model& model, const Solver& solver) {
+VisitTraffic visit_traffic(const Model& model, const Solver& solver, const PatchPlan& plan) {
   const SolverFacts& facts = solver.facts();
-  if (facts.sets.empty()) return {};
   const SolverSpec& spec = model.scene.solver;
-  const PatchPlan plan = plan_patches(model);
-  const double number = bytes_of_number(model);
+  const double number = bytes_of_number(spec.precision);
   const bool keeps = facts.fused && spec.iterations > 1;
   VisitTraffic traffic;
   for (int iteration = 0; iteration < spec.iterations; ++iteration) {
@@ -106,7 +99,7 @@ Demand plan_for(const Simulation& simulation, const Machine& machine) {
   const int at_once = machine.groups(model.scene.solver.precision);
   demand.at_once = at_once > 0 ? at_once : simulation.threads();
   demand.group_bytes = static_cast<double>(facts.patches.memory_bytes);
-  demand.moved = visit_traffic(model, simulation.solver());
+  demand.moved = visit_traffic(model, simulation.solver(), plan);
   demand.bytes_per_second =
       machine.bytes_per_second > 0 ? machine.bytes_per_second : measured_bandwidth(simulation.threads());
   return demand;

@@ -5,6 +5,7 @@
 
 #include "host/model/machine.h"
 #include "host/simulation.h"
+#include "host/solver/patch_plan.h"
 
 namespace malha {
 
@@ -13,8 +14,8 @@ struct VisitTraffic {
   double particle_bytes = 0, constraint_bytes = 0;
 };
 
-/// Each visit reads what it needs once and writes what it changes once. Zero for a model without batched constraints.
-VisitTraffic visit_traffic(const Model& model, const Solver& solver);
+/// Each visit reads what it needs once and writes what it changes once. `plan`: the model's patches.
+VisitTraffic visit_traffic(const Model& model, const Solver& solver, const PatchPlan& plan);
 
 /// What a step asks of a machine.
 struct Demand {

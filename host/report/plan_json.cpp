@@ -49,6 +49,7 @@ Json constraints(const Model& model, const SolverFacts& facts) {
   return all;
 }
 
+/// In all sweeps of a substep.
 Json of_phase(const RankPhase& phase, const RankTable& table) {
   const auto sum = [](const auto& each) { return std::accumulate(each.begin(), each.end(), std::int64_t{0}); };
   return {{"patches", sum(phase.patches)},
@@ -60,7 +61,6 @@ Json of_phase(const RankPhase& phase, const RankTable& table) {
           {"us", phase_seconds(phase, table.machines, table.shape) * 1e6}};
 }
 
-/// Phases: in all sweeps of a substep.
 Json of_demand(const Demand& demand) {
   Json json{{"machine", demand.machine.name}, {"launches_a_step", demand.launches}};
   if (demand.phases == 0) return json;

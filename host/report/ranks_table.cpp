@@ -6,8 +6,10 @@
 #include <set>
 #include <sstream>
 
+#include "host/base/near_miss.h"
 #include "host/base/text.h"
 #include "host/error.h"
+#include "host/model/machine.h"
 #include "host/model/model.h"
 #include "host/report/plan_passes.h"
 #include "host/report/ranks.h"
@@ -169,8 +171,7 @@ void list_phases(std::ostream& out, const RankTable& table) {
 void list_not_counted(std::ostream& out, const RankTable& table) {
   out << "  " << counted(table.shape.reductions, "all-reduce") << " a step, of latency times log2 of the ranks each\n";
   if (table.not_counted.empty()) return;
-  out << "  not counted but for their all-reduces: ";
-  for (std::size_t n = 0; n < table.not_counted.size(); ++n) out << (n > 0 ? ", " : "") << table.not_counted[n];
+  out << "  not counted but for their all-reduces: " << join(table.not_counted);
   if (table.steps > 0) {
     out << line_of(", %.3g of a step's %.3g ms here", table.not_counted_ms, table.step_ms);
     const double rest = table.not_counted_ms, alone = table.rows.front().seconds.sum() * 1e3;
@@ -189,7 +190,7 @@ StepShape shape_of(const Simulation& simulation) {
   const SolverFacts& facts = simulation.solver().facts();
   return {.substeps = solver.substeps,
           .iterations = solver.iterations,
-          .number_bytes = solver.precision == Precision::Double ? 8 : 4,
+          .number_bytes = bytes_of_number(solver.precision),
           .predicts = facts.fused,
           .reductions = reductions_of(model, facts)};
 }
