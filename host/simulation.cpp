@@ -72,8 +72,9 @@ struct Simulation::Parts {
 
   void make_solver_of_model() {
     model.by_hand = options.by_hand || !options.constraints.empty();  // either acts on what the visits do not know
-    solver = options.backend == Backend::Cuda ? make_solver_on_cuda(model, threads, options.progress)
-                                              : make_solver(model, threads, options.instructions, options.progress);
+    solver = options.backend == Backend::Cuda
+                 ? make_solver_on_cuda(model, threads, options.progress, options.timed_passes)
+                 : make_solver(model, threads, options.instructions, options.progress);
     if (!options.constraints.empty()) constrain();
     keep_what_runs_need(model);
   }

@@ -29,6 +29,7 @@ struct SimulationOptions {
   Backend backend = Backend::OpenMP;
   std::string instructions = {};  ///< "": the widest that the CPU has; or "baseline", "avx2", "avx512"
   std::string machine = "cpu";    ///< what patches are cut for: malha plan --help lists them all. Bits depend on it
+  bool timed_passes = false;      ///< Cuda: times of passes, for which every one of them is waited for; else always
   bool by_hand =
       false;  ///< particles may be taken by hand (pull, hold). Costs memory where levels or patches keep some
   std::vector<OwnConstraint> constraints = {};  ///< of the caller's own: slow, and for as long as the simulation lives

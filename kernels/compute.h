@@ -73,6 +73,12 @@ inline Serial narrow(const OpenMP& executor) { return {executor.instructions}; }
 inline Serial on_host(const Serial& executor) { return executor; }
 inline OpenMP on_host(const OpenMP& executor) { return executor; }
 
+/// Waits for what was launched, to time it; whether an executor is waited for.
+inline void finish(const Serial& /*executor*/) {}
+inline void finish(const OpenMP& /*executor*/) {}
+inline bool is_timed(const Serial& /*executor*/) { return true; }
+inline bool is_timed(const OpenMP& /*executor*/) { return true; }
+
 /// Whether this is the one thread of a region that may note what belongs to none of them.
 inline bool leads(const Serial& /*team*/) { return true; }
 inline bool leads(const Team& team) { return team.thread == 0; }
@@ -236,19 +242,36 @@ void parallel_pieces(const Team& team, int count, int size, const Kernel& kernel
   parallel_groups(team, 0, (count + size - 1) / size, {}, Pieces<Kernel>{kernel, count, size});
 }
 
-/// At most this many partial results, each of at least kReduceChunk items.
-inline constexpr int kReduceGroups = 64;
-inline constexpr int kReduceChunk = 256;
+/// Sums are those of runs of so many items, of at most kReduceGroups groups of runs, and of a tree of those: each as
+/// it stands, so that what adds them at once has the same bits.
+inline constexpr int kReduceRun = 256, kReduceGroups = 64;
+
+/// The sum of the groups, over the first of them.
+template <class Value>
+KERNEL Value sum_of_tree(Value* partial, int groups) {
+  for (int stride = 1; stride < groups; stride *= 2)
+    for (int g = 0; g + stride < groups; g += 2 * stride) partial[g] += partial[g + stride];
+  return partial[0];
+}
+
+/// The run `run` of kernel(0) .. kernel(n - 1).
+template <class Value, class Kernel>
+KERNEL Value sum_of_run(const Kernel& kernel, int n, int run) {
+  Value sum{};
+  const int end = n < (run + 1) * kReduceRun ? n : (run + 1) * kReduceRun;
+  for (int i = run * kReduceRun; i < end; ++i) sum += kernel(i);
+  return sum;
+}
 
 template <class Value, class Kernel>
 struct ReduceGroup {
   Value* partial;
   Kernel kernel;
-  int n, chunk;
+  int n, runs;  // runs: of a group
   KERNEL void operator()(int g) const {
     Value sum{};
-    const int end = n < (g + 1) * chunk ? n : (g + 1) * chunk;
-    for (int i = g * chunk; i < end; ++i) sum += kernel(i);
+    for (int run = g * runs; run < (g + 1) * runs && run * kReduceRun < n; ++run)
+      sum += sum_of_run<Value>(kernel, n, run);
     partial[g] = sum;
   }
 };
@@ -258,27 +281,61 @@ void note_launch(const ReduceGroup<Value, Kernel>& groups, int) {
   note_launch(groups.kernel, groups.n);
 }
 
-inline int reduce_chunk(int n) {
-  const int chunk = (n + kReduceGroups - 1) / kReduceGroups;
-  return chunk < kReduceChunk ? kReduceChunk : chunk;
+/// The same in two launches, for devices: first each run.
+template <class Value, class Kernel>
+struct ReduceRun {
+  Value* of_run;
+  Kernel kernel;
+  int n;
+  KERNEL void operator()(int run) const { of_run[run] = sum_of_run<Value>(kernel, n, run); }
+};
+template <class Value, class Kernel>
+void note_launch(const ReduceRun<Value, Kernel>& runs, int) {
+  note_launch(runs.kernel, runs.n);
 }
-
-/// The sum, over the first of them.
 template <class Value>
-Value sum_of_tree(Value* partial, int groups) {
-  for (int stride = 1; stride < groups; stride *= 2)
-    for (int g = 0; g + stride < groups; g += 2 * stride) partial[g] += partial[g + stride];
-  return partial[0];
-}
+struct JoinRuns {
+  const Value* of_run;
+  Value* partial;
+  int all, runs;  // of a group
+  KERNEL void operator()(int g) const {
+    Value sum{};
+    for (int run = g * runs; run < (g + 1) * runs && run < all; ++run) sum += of_run[run];
+    partial[g] = sum;
+  }
+};
 
-/// The sum of kernel(0) .. kernel(n - 1), added in fixed chunks and then as a fixed tree. Value{} is the zero of `+=`.
+template <class Value>
+struct JoinGroups {
+  Value *partial, *to;
+  int groups;
+  KERNEL void operator()(int) const { *to = sum_of_tree(partial, groups); }
+};
+
+/// How n items are summed.
+struct ReducePlan {
+  int all, runs, groups;  // runs in all, runs of a group
+  explicit ReducePlan(int n)
+      : all((n + kReduceRun - 1) / kReduceRun),
+        runs((all + kReduceGroups - 1) / kReduceGroups),
+        groups(runs > 0 ? (all + runs - 1) / runs : 0) {}
+};
+
+/// The sum of kernel(0) .. kernel(n - 1), added in that fixed order. Value{} is the zero of `+=`.
 /// The kernel may also write, disjointly.
 template <class Value, class Executor, class Kernel>
 Value parallel_reduce(const Executor& executor, int n, const Kernel& kernel, int grain = kParticleGrain) {
   Value partial[kReduceGroups] = {};
-  const int chunk = reduce_chunk(n), groups = (n + chunk - 1) / chunk;
-  parallel_for(executor, groups, ReduceGroup<Value, Kernel>{partial, kernel, n, chunk}, n <= grain ? groups : 0);
-  return sum_of_tree(partial, groups);
+  const ReducePlan plan(n);
+  parallel_for(executor, plan.groups, ReduceGroup<Value, Kernel>{partial, kernel, n, plan.runs},
+               n <= grain ? plan.groups : 0);
+  return sum_of_tree(partial, plan.groups);
+}
+
+/// The same, left where the executor's arrays are: nobody waits for it.
+template <class Value, class Executor, class Kernel>
+void parallel_reduce_into(const Executor& executor, int n, const Kernel& kernel, Value* to) {
+  *to = parallel_reduce<Value>(executor, n, kernel);
 }
 
 }  // namespace malha

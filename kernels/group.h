@@ -31,6 +31,17 @@ struct Group {
     run(Isa{}, work, begin, end);
   }
 
+  /// What work(0) .. work(items - 1) give, added to `zero` by add(to, one) in any order, which must not matter: numbers
+  /// of things, the least and the largest.
+  template <class Value, class Work, class Add>
+  KERNEL Value gather(int items, Value zero, const Work& work, const Add& add) const {
+    for (int i = 0; i < items; ++i) add(zero, work(i));
+    return zero;
+  }
+
+  /// The same memory, for the group `other`.
+  KERNEL Group at(int other) const { return {other, -1, memory}; }
+
   /// for_each of work in three parts, of items that share nothing they write: what the next item reads is read before
   /// this one is written, so that a core computes the one while it loads and stores the others.
   template <class Work>
@@ -49,7 +60,8 @@ struct Group {
 /// Worked on by many threads, as one of them sees it. Each runs the whole kernel; what for_each is given is dealt to
 /// them, and they wait for each other after it. So a kernel may not write outside of for_each, but for what is the
 /// same of all threads, and all of them must come to each for_each.
-/// Threads: rank() of this one, count() of them, wait(items) for all, after a for_each of so many.
+/// Threads: rank() of this one, count() of them, wait(items) for all, after a for_each of so many, and
+/// gathered(own, zero, add), what all have.
 template <class Threads>
 struct Block {
   using Isa = OneLane;
@@ -77,6 +89,15 @@ struct Block {
     for (int i = begin; i < end; ++i) work(i);
   }
 
+  template <class Value, class Work, class Add>
+  KERNEL Value gather(int items, const Value& zero, const Work& work, const Add& add) const {
+    Value own = zero;
+    for (int i = threads.rank(); i < items; i += threads.count()) add(own, work(i));
+    return threads.gathered(own, zero, add);
+  }
+
+  KERNEL Block at(int other) const { return {other, memory, threads}; }
+
   template <class Work>
   KERNEL void for_each_ahead(int items, const Work& work) const {
     for_each(items, [&](int i) KERNEL_LAMBDA {
@@ -93,6 +114,13 @@ template <class Kernel>
 inline constexpr bool kShared = requires {
   typename Kernel::Shared;
 };
+
+/// How many threads of a block it can make use of.
+template <class Kernel>
+inline constexpr int kThreads = 1024;
+template <class Kernel>
+requires requires { Kernel::kMostThreads; }
+inline constexpr int kThreads<Kernel> = Kernel::kMostThreads;
 
 /// Whether a kernel asks what only the host can answer (Embree): a device's executor leaves it to the host.
 template <class Kernel>

@@ -276,8 +276,10 @@ struct CountTested {
 };
 
 /// Free slots are taken out, here or on the way to other memory. One item: each has the place that those before leave.
+/// One thread of a device would take longer than the way to the host.
 template <class R>
 struct TakeOutFree {
+  using AsksTheHost = void;
   Nearby<R> nearby;
   Near* near_to;
   Contact<R>* contacts_to;
@@ -310,6 +312,7 @@ struct TellSeen {
 /// What was seen of all, from a checkpoint. One item: slots are given in the order of particles.
 template <class R>
 struct SeeAll {
+  using AsksTheHost = void;
   Nearby<R> nearby;
   const LastSeen* seen;
   int count;

@@ -42,6 +42,8 @@ struct PairPatch {
   int room = 0;
 
   KERNEL int all() const { return blocks[0] + blocks[1] + blocks[2]; }
+  /// Of the block `begin + k`.
+  KERNEL int section_of(int k) const { return k < blocks[0] ? 0 : k < blocks[0] + blocks[1] ? 1 : 2; }
   /// Calls f(block, section) for every block.
   template <class F>
   KERNEL void for_each_block(const F& f) const {

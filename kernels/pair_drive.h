@@ -38,7 +38,7 @@ struct DriveCrossing {
   Held* held;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    for_each_crossing(pairs, left, group.index, [&](const PairBlock<R>& block, int k, int section) KERNEL_LAMBDA {
+    for_each_crossing(group, pairs, left, [&](const PairBlock<R>& block, int k, int section) KERNEL_LAMBDA {
       drive(block, k, first_side_of(section));
     });
   }
@@ -86,7 +86,7 @@ struct CarryCrossing {
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     int carried = 0;
-    for_each_crossing(pairs, left, group.index, [&](const PairBlock<R>& block, int k, int) KERNEL_LAMBDA {
+    for_each_crossing(group, pairs, left, [&](const PairBlock<R>& block, int k, int) KERNEL_LAMBDA {
       int i[4], by = -1;
       for (int j = 0; j < 4; ++j) {
         i[j] = block.i[j][k] / kIndexScale<R>;

@@ -26,6 +26,8 @@ struct PairsLeft {
 /// Marks the pairs of a patch that are about to cross, and counts them. A pair that was not near becomes so, if `adds`.
 template <class R>
 struct FindCrossings {
+  using Shared = void;
+  static constexpr int kMostThreads = 32;
   Motions<R> motions;
   Pairs<R> pairs;
   NearRules<R> rules;
@@ -37,36 +39,48 @@ struct FindCrossings {
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     using Isa = typename Group::Isa;
-    left[group.index] = {};
-    const R most = can_close(pairs.patches[group.index]);
-    if (room[group.index] > most) return;
-    PairsLeft count;
-    pairs.patches[group.index].for_each_block([&](int b, int section) KERNEL_LAMBDA {
-      PairBlock<R>& block = pairs.blocks[b];
-      const unsigned found =
-          section == 0 ? look<Isa, PairKind::Face>(block, most) : look<Isa, PairKind::Edges>(block, most);
-      pairs.bits[b].crossing = static_cast<unsigned short>(found);
-      for (unsigned bits = found; bits != 0; bits &= bits - 1) {
-        const int k = lowest_bit(bits);
-        const PairsLeft one = left_of(block, k);
-        count += one;
-        if (one.free > 0 && adds && !(pairs.bits[b].near >> k & 1)) add(block, k, section, pairs.bits[b]);
-      }
-    });
-    left[group.index] = count;
+    const PairPatch patch = pairs.patches[group.index];
+    const R most = can_close(group, patch);
+    if (room[group.index] > most) {
+      left[group.index] = {};
+      return;
+    }
+    left[group.index] = group.gather(
+        patch.all(), PairsLeft{},
+        [&](int k) KERNEL_LAMBDA { return look<Isa>(patch.begin + k, patch.section_of(k), most); },
+        [](PairsLeft& count, const PairsLeft& of_block) KERNEL_LAMBDA { count += of_block; });
   }
 
  private:
   /// At most, any gap of the patch, m: its particles have moved no more than this against each other.
-  KERNEL R can_close(const PairPatch& patch) const {
+  template <class Group>
+  KERNEL R can_close(const Group& group, const PairPatch& patch) const {
     const int* const of = pairs.touched + patch.touched;
     const Vector3<R> first = motions.moved[of[0]].xyz();
-    R most2 = R(0);
-    for (int k = 1; k < patch.touches; ++k) {
-      const Vector3<R> beside = motions.moved[of[k]].xyz() - first;
-      most2 = larger(dot(beside, beside), most2);
-    }
+    const R most2 = group.gather(
+        patch.touches, R(0),
+        [&](int k) KERNEL_LAMBDA {
+          const Vector3<R> beside = motions.moved[of[k]].xyz() - first;
+          return dot(beside, beside);
+        },
+        [](R& most, R one) KERNEL_LAMBDA { most = larger(one, most); });
     return R(2.001) * root(most2);
+  }
+
+  template <class Isa>
+  KERNEL PairsLeft look(int b, int section, R most) const {
+    PairBlock<R>& block = pairs.blocks[b];
+    const unsigned found =
+        section == 0 ? look<Isa, PairKind::Face>(block, most) : look<Isa, PairKind::Edges>(block, most);
+    pairs.bits[b].crossing = static_cast<unsigned short>(found);
+    PairsLeft count;
+    for (unsigned bits = found; bits != 0; bits &= bits - 1) {
+      const int k = lowest_bit(bits);
+      const PairsLeft one = left_of(block, k);
+      count += one;
+      if (one.free > 0 && adds && !(pairs.bits[b].near >> k & 1)) add(block, k, section, pairs.bits[b]);
+    }
+    return count;
   }
 
   template <class Isa, PairKind kind>
@@ -128,11 +142,14 @@ struct FindCrossings {
   }
 };
 
-/// Calls f(block, k, section) for every pair of a patch that is about to cross, if any of them can be helped.
-template <class R, class F>
-KERNEL void for_each_crossing(const Pairs<R>& pairs, const PairsLeft* left, int patch, const F& f) {
-  if (left[patch].free == 0) return;
-  pairs.patches[patch].for_each_block([&](int b, int section) KERNEL_LAMBDA {
+/// Calls f(block, k, section) for every pair of a patch that is about to cross, if any of them can be helped. Of a
+/// block of threads each has some of them.
+template <class R, class Group, class F>
+KERNEL void for_each_crossing(const Group& group, const Pairs<R>& pairs, const PairsLeft* left, const F& f) {
+  if (left[group.index].free == 0) return;
+  const PairPatch patch = pairs.patches[group.index];
+  group.for_each(patch.all(), [&](int of) KERNEL_LAMBDA {
+    const int b = patch.begin + of, section = patch.section_of(of);
     for (unsigned bits = pairs.bits[b].crossing; bits != 0; bits &= bits - 1)
       f(pairs.blocks[b], lowest_bit(bits), section);
   });
@@ -146,9 +163,11 @@ struct SumLeft {
   KERNEL PairsLeft operator()(int u) const { return pairs.patches[u].all() > 0 ? left[u] : PairsLeft{}; }
 };
 
-/// The particles of crossing pairs are to be held. Groups: patches of one phase.
+/// The particles of crossing pairs are to be held: whoever writes it, it is the same. Groups: patches of one phase.
 template <class R>
 struct LimitCrossing {
+  using Shared = void;
+  static constexpr int kMostThreads = 32;
   Motions<R> motions;
   Pairs<R> pairs;
   const PairsLeft* left;
@@ -156,7 +175,7 @@ struct LimitCrossing {
   R* part;  // of its motion, that a particle may keep
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    for_each_crossing(pairs, left, group.index, [&](const PairBlock<R>& block, int k, int) KERNEL_LAMBDA {
+    for_each_crossing(group, pairs, left, [&](const PairBlock<R>& block, int k, int) KERNEL_LAMBDA {
       for (int j = 0; j < 4; ++j) {
         const int i = block.i[j][k] / kIndexScale<R>;
         if (held[i] < Held::Limited && motions.moved[i].w > R(0)) held[i] = Held::Limited, part[i] = R(1);
@@ -168,6 +187,8 @@ struct LimitCrossing {
 /// They go only as far as none of their pairs can be broken by it. Groups: patches of one phase.
 template <class R>
 struct LimitParts {
+  using Shared = void;
+  static constexpr int kMostThreads = 32;  // half of them have a pair of a block
   Motions<R> motions;
   Pairs<R> pairs;
   NearRules<R> rules;
@@ -176,7 +197,7 @@ struct LimitParts {
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     pairs.patches[group.index].for_each_block([&](int b, int section) KERNEL_LAMBDA {
-      for (int k = 0; k < kPairBlock; ++k) limit(pairs.blocks[b], k, first_side_of(section));
+      group.for_each(kPairBlock, [&](int k) KERNEL_LAMBDA { limit(pairs.blocks[b], k, first_side_of(section)); });
     });
   }
 

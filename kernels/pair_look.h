@@ -73,6 +73,8 @@ struct ExactPair {
 
 template <class R>
 struct LookAtPairs {
+  using Shared = void;
+  static constexpr int kMostThreads = 32;
   Motions<R> motions;
   Pairs<R> pairs;
   NearRules<R> rules;
@@ -81,15 +83,15 @@ struct LookAtPairs {
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     using Isa = typename Group::Isa;
-    R least = R(INFINITY);
-    pairs.patches[group.index].for_each_block([&](int b, int section) KERNEL_LAMBDA {
-      PairBits& bits = pairs.bits[b];
-      if (section == 0)
-        look<Isa, PairKind::Face>(pairs.blocks[b], bits, false, least);
-      else
-        look<Isa, PairKind::Edges>(pairs.blocks[b], bits, section == 2, least);
-    });
-    room[group.index] = least;
+    const PairPatch patch = pairs.patches[group.index];
+    room[group.index] = group.gather(
+        patch.all(), R(INFINITY),
+        [&](int k) KERNEL_LAMBDA {
+          const int b = patch.begin + k, section = patch.section_of(k);
+          return section == 0 ? look<Isa, PairKind::Face>(pairs.blocks[b], pairs.bits[b], false)
+                              : look<Isa, PairKind::Edges>(pairs.blocks[b], pairs.bits[b], section == 2);
+        },
+        [](R& least, R of_block) KERNEL_LAMBDA { least = smaller(least, of_block); });
   }
 
  private:
@@ -99,8 +101,9 @@ struct LookAtPairs {
     S w[4], distance, gap;
   };
 
+  /// Gives by which the gaps of the block may close at least.
   template <class Isa, PairKind kind>
-  KERNEL void look(PairBlock<R>& block, PairBits& of, bool bare, R& least) const {
+  KERNEL R look(PairBlock<R>& block, PairBits& of, bool bare) const {
     using S = Lane<R, Isa>;
     constexpr int lanes = kLanes<R, Isa>;
     const S zero = S(R(0)), none = S(R(INFINITY));
@@ -157,8 +160,10 @@ struct LookAtPairs {
       store(select(near, select(lacks > zero, lacks * S(rules.recovery), lacks), -none), block.short_of + k);
       store(zero, block.lambda + k);
     }
-    for (int l = 0; l < lanes; ++l) least = smaller(least, lane(closest, l));
     of.near = static_cast<unsigned short>(found), of.rim = static_cast<unsigned short>(rim);
+    R least = R(INFINITY);
+    for (int l = 0; l < lanes; ++l) least = smaller(least, lane(closest, l));
+    return least;
   }
 
   template <PairKind kind, class S>

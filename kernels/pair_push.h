@@ -9,6 +9,8 @@ namespace malha {
 /// Groups: patches of one phase, whose particles are theirs alone.
 template <class R, bool rubs>
 struct PushPairs {
+  using Shared = void;
+  static constexpr int kMostThreads = 32;  // half of them have a pair of a block
   Pairs<R> pairs;
   Vec4<R>* moved;  // p - x0; w: 1/kg
   R friction;      // Coulomb's mu
@@ -22,9 +24,13 @@ struct PushPairs {
       pairs.patches[group.index].for_each_block([&](int b, int) KERNEL_LAMBDA {
         const PairBits bits = pairs.bits[b];
         const unsigned own = rim ? bits.rim : bits.near & ~bits.rim;
-        constexpr unsigned all = (1ull << kLanes<R, Isa>)-1;
-        for (int k = 0; k < kPairBlock; k += kLanes<R, Isa>)
+        constexpr int lanes = kLanes<R, Isa>;
+        constexpr unsigned all = (1ull << lanes) - 1;
+        if (own == 0) return;
+        group.for_each(kPairBlock / lanes, [&](int pack) KERNEL_LAMBDA {
+          const int k = pack * lanes;
           if (own >> k & all) push<Lane<R, Isa>>(pairs.blocks[b], k, own >> k & all);
+        });
       });
   }
 

@@ -149,8 +149,10 @@ struct BoxReach {
 };
 
 /// Patches that share a particle are never worked on at once: each gets the first phase that none of those before it
-/// with a particle of its own has. One item.
+/// with a particle of its own has. One item, of which one thread of a device would take longer than the way to the
+/// host.
 struct PhasePatches {
+  using AsksTheHost = void;
   const PairPatch* patches;
   const int* touched;
   int count;

@@ -42,6 +42,29 @@ struct PressureGradient {
   }
 };
 
+/// What the launches of a projection leave for each other.
+struct PressureState {
+  Sum volume, grad2;  // m^3; of w |grad|^2
+  double lambda = 0, dlambda = 0;
+  bool moves = false;
+};
+
+/// The push (XPBD, Macklin et al. 2016, equation 18). One item.
+template <class R>
+struct PushPressure {
+  PressureState* state;
+  double target;  // m^3
+  bool compliant;
+  double alpha, stiffness;
+  KERNEL void operator()(int) const {
+    const double C = state->volume.value - target, sum = state->grad2.value;
+    state->moves = sum > double(tiny<R>());  // collapsed to a point, or wholly pinned: no direction
+    if (!state->moves) return;
+    state->dlambda = compliant ? (-C - alpha * state->lambda) / (sum + alpha) : -stiffness * C / sum;
+    state->lambda += state->dlambda;
+  }
+};
+
 /// p += w grad dlambda.
 template <class R>
 struct ApplyPressure {
@@ -49,10 +72,10 @@ struct ApplyPressure {
   const R* w;
   const int* particle;
   Points<R> grad;
-  R dlambda;
+  const PressureState* state;
   KERNEL void operator()(int item) const {
     const int i = particle[item];
-    if (w[i] > R(0)) p.set(i, p[i] + grad[item] * (w[i] * dlambda));
+    if (w[i] > R(0) && state->moves) p.set(i, p[i] + grad[item] * (w[i] * R(state->dlambda)));
   }
 };
 

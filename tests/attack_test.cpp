@@ -282,10 +282,15 @@ Outcome attack(int kind, unsigned first, unsigned scenes, int steps) {
 class AttackBy : public testing::TestWithParam<int> {};
 
 // What goes through does where moving edges press cloth against pins.
-TEST_P(AttackBy, FortyScenesMakesNothingCross) {
-  const Outcome outcome = attack(GetParam(), 0, 40, 20);
-  EXPECT_GT(outcome.met, 20);
-  EXPECT_LE(outcome.driven_through, 5);
+TEST_P(AttackBy, ManyScenesMakesNothingCross) {
+#if defined(NDEBUG)
+  constexpr int scenes = 40;
+#else
+  constexpr int scenes = 12;  // minutes for the others
+#endif
+  const Outcome outcome = attack(GetParam(), 0, scenes, 20);
+  EXPECT_GT(outcome.met, scenes / 2);
+  EXPECT_LE(outcome.driven_through, scenes / 8);
 }
 
 TEST_P(AttackBy, DISABLED_FourHundredScenesMakesNothingCross) {

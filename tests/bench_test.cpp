@@ -1,9 +1,12 @@
 // malha bench projection as a user meets it. Speed is never asserted.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "host/error.h"
+#include "host/solver/solver.h"
 #include "tests/support.h"
 #include "tools/bench/peers/bullet.h"
 #include "tools/bench/projection/measure.h"
@@ -61,6 +64,58 @@ void expect_whole(const Json& rows) {
     for (const char* part : {"load", "order", "connect", "patches", "colour", "layout", "total"})
       EXPECT_GT(row["setup_s"][part], 0) << part << " in " << row;
   }
+}
+
+TEST(BenchProjection, IsOfTheMachineThatItIsFor) {
+  const TemporaryFolder folder;
+  const auto hash = [&](const std::string& machine) {
+    const Ended ended = bench({"--n", "100", "--threads", "1", "--for", machine, "--json", "rows.json"}, folder);
+    EXPECT_EQ(ended.status, 0) << ended.err;
+    const Json row = Json::parse(bytes_of(folder / "rows.json")).at(0);
+    EXPECT_EQ(row["backend"], "openmp");
+    return row["state_hash"].get<std::string>();
+  };
+  EXPECT_NE(hash("h200"), hash("cpu")) << "other patches, other bits";
+}
+
+TEST(Measuring, IsRefusedBeforeItStartsWhereThereIsNoDevice) {
+  try {
+    require_cuda();
+    GTEST_SKIP() << "there is a device";
+  } catch (const InputError&) {
+  }
+  const TemporaryFolder folder;
+  for (std::vector<std::string> words : {std::vector<std::string>{"bench", "projection"},
+                                         {"bench", "filter", "--kernel", "step"},
+                                         {"bench", "self"},
+                                         {"bench", "contact"},
+                                         {"bench", "constraints"},
+                                         {"study", "accuracy"},
+                                         {"study", "scaling", "--quick"}}) {
+    words.insert(words.end(), {"--backend", "cuda", "--out", "results"});
+    const Ended ended = malha_command(words, folder / ".");
+    EXPECT_EQ(ended.status, 2) << words[1];
+    EXPECT_TRUE(ended.err.starts_with("backend: found ") && std::ranges::count(ended.err, '\n') == 1) << ended.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "results"));
+  }
+}
+
+TEST(Measuring, OfTheHostAloneSaysSo) {
+  const TemporaryFolder folder;
+  const Ended size = malha_command({"study", "size", "--for", "h200", "--out", "results"}, folder / ".");
+  EXPECT_EQ(size.status, 2);
+  EXPECT_EQ(size.err,
+            "malha study size: found \"--for h200\"; allowed: accuracy and scaling, which run there; the others are of "
+            "the host\n");
+  EXPECT_FALSE(std::filesystem::exists(folder / "results"));
+}
+
+TEST(Floor, OfADeviceIsItsMemorysAlone) {
+  Row row;
+  row.case_name = "grid", row.particles = 100, row.constraints = 200, row.schedule = {10, 1}, row.backend = "cuda";
+  set_floor(row, 1000, 5, 8);
+  EXPECT_EQ(row.floor_operations_ns, 0);
+  EXPECT_DOUBLE_EQ(row.floor_ns(), 52.0 / 2 / 1000) << "52 bytes a particle, of 1,000 GB/s";
 }
 
 TEST(BenchProjection, WritesARowForAllThatTookPart) {

@@ -11,6 +11,8 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <functional>
+#include <map>
 #include <numeric>
 #include <random>
 #include <set>
@@ -20,6 +22,7 @@
 #include <vector>
 
 #include "host/base/array.h"
+#include "host/base/recording.h"
 #include "kernels/compute.h"
 
 namespace malha {
@@ -96,6 +99,7 @@ struct Memory<Blocks> {
   }
   template <class T>
   static void copy_out(const T* from, std::size_t count, T* to) {
+    ++reads();
     require_host(reinterpret_cast<std::uintptr_t>(to));
     copy(from, count, to);
   }
@@ -106,10 +110,16 @@ struct Memory<Blocks> {
   }
   template <class T>
   static bool has(const T* from, std::size_t count, const T& value) {
+    ++reads();
     const EmulatedMemory::Open open;
     return Memory<Serial>::has(from, count, value);
   }
   static constexpr bool kOfTheHost = false;
+  /// How often the host has waited for something.
+  static int& reads() {
+    static int all = 0;
+    return all;
+  }
 
  private:
   static void require_host(std::uintptr_t address) {
@@ -160,6 +170,19 @@ class Turns {
     int rank() const { return number; }
     int count() const { return static_cast<int>(all->lanes_.size()); }
     void wait(int items) const { all->wait(number, items); }
+    template <class Value, class Add>
+    Value gathered(const Value& own, Value sum, const Add& add) const {
+      all->gathered_.resize(count() * sizeof(Value));
+      std::memcpy(all->gathered_.data() + number * sizeof(Value), &own, sizeof(Value));
+      all->wait(number, -2);
+      for (int k = 0; k < count(); ++k) {
+        Value one = own;
+        std::memcpy(static_cast<void*>(&one), all->gathered_.data() + k * sizeof(Value), sizeof(Value));
+        add(sum, one);
+      }
+      all->wait(number, -3);
+      return sum;
+    }
   };
 
   Turns(int threads, unsigned seed) : lanes_(threads), order_(threads), random_(seed) {
@@ -201,6 +224,7 @@ class Turns {
 
   std::vector<Lane> lanes_;
   std::vector<int> order_;
+  std::vector<char> gathered_;  // of each thread
   std::mt19937 random_;
 };
 
@@ -212,6 +236,8 @@ void shuffled(int n, unsigned seed, const Work& work) {
   for (int k = 0; k < n; ++k) work(static_cast<int>((k * step + seed) % n));
 }
 
+inline void finish(const Blocks&) {}
+inline bool is_timed(const Blocks&) { return true; }
 inline bool leads(const Blocks&) { return true; }
 inline Blocks narrow(const Blocks& executor) { return executor; }
 inline OpenMP on_host(const Blocks& executor) { return {1, executor.instructions}; }
@@ -221,8 +247,12 @@ void parallel_region(const Blocks& executor, int /*width*/, const Work& work) {
   work(executor);
 }
 
+/// Launches are kept instead of run, as long as there is such a list.
+inline std::vector<std::function<void()>>* kept_launches = nullptr;
+
 template <class Kernel>
-void parallel_for(const Blocks& executor, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
+void parallel_for(const Blocks& executor, int n, const Kernel& kernel, int grain = kParticleGrain) {
+  if (kept_launches) return kept_launches->push_back([=] { parallel_for(executor, n, kernel, grain); });
   note_launch(kernel, n);
   HostAddresses::look_at(kernel);
   const EmulatedMemory::Open open;
@@ -233,6 +263,7 @@ void parallel_for(const Blocks& executor, int n, const Kernel& kernel, int /*gra
 /// run on one thread a group find what their caller has left there.
 template <class Kernel>
 void parallel_groups(const Blocks& executor, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
+  if (kept_launches) return kept_launches->push_back([=] { parallel_groups(executor, begin, end, memory, kernel); });
   note_launch(kernel, end - begin);
   HostAddresses::look_at(kernel);
   const EmulatedMemory::Open open;
@@ -250,14 +281,43 @@ void parallel_groups(const Blocks& executor, int begin, int end, const FastMemor
   });
 }
 
-/// As that of the host's executors, with the partial sums in the device's memory.
+/// Recorded once for a key, and replayed from then on: what it lacks shows in the results.
+template <>
+struct Recording<Blocks> {
+  std::map<std::string, std::vector<std::function<void()>>> replays;
+};
+template <class Key, class Work>
+void repeated_region(const Blocks& executor, int /*width*/, Recording<Blocks>& recording, const Key& key,
+                     const Work& work) {
+  const auto [found, fresh] = recording.replays.try_emplace(key());
+  if (fresh) {
+    kept_launches = &found->second;
+    work(executor);
+    kept_launches = nullptr;
+  }
+  for (const auto& launch : found->second) launch();
+}
+
+/// The sums of groups, in the device's memory.
+template <class Value, class Kernel>
+Array<Blocks, Value> partial_sums(const Blocks& executor, int n, const ReducePlan& plan, const Kernel& kernel) {
+  const Array<Blocks, Value> of_run(plan.all, Value{});
+  Array<Blocks, Value> partial(kReduceGroups, Value{});
+  parallel_for(executor, plan.all, ReduceRun<Value, Kernel>{of_run.data(), kernel, n});
+  parallel_for(executor, plan.groups, JoinRuns<Value>{of_run.data(), partial.data(), plan.all, plan.runs});
+  return partial;
+}
 template <class Value, class Kernel>
 Value parallel_reduce(const Blocks& executor, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
-  const int chunk = reduce_chunk(n), groups = (n + chunk - 1) / chunk;
-  const Array<Blocks, Value> partial(kReduceGroups, Value{});
-  parallel_for(executor, groups, ReduceGroup<Value, Kernel>{partial.data(), kernel, n, chunk});
-  std::vector<Value> sums = partial.download();
-  return sum_of_tree(sums.data(), groups);
+  const ReducePlan plan(n);
+  std::vector<Value> sums = partial_sums<Value>(executor, n, plan, kernel).download();
+  return sum_of_tree(sums.data(), plan.groups);
+}
+template <class Value, class Kernel>
+void parallel_reduce_into(const Blocks& executor, int n, const Kernel& kernel, Value* to) {
+  const ReducePlan plan(n);
+  const auto partial = partial_sums<Value>(executor, n, plan, kernel);
+  parallel_for(executor, 1, JoinGroups<Value>{partial.data(), to, plan.groups});
 }
 
 template <class Kernel>

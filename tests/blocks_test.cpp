@@ -97,6 +97,101 @@ TEST(Blocks, EndTheProgramWhereTheHostTouchesDeviceMemory) {
   EXPECT_DEATH(static_cast<void>(*static_cast<volatile int*>(array.data())), "");
 }
 
+struct AddOne {
+  int* number;
+  KERNEL void operator()(int i) const { ++number[i]; }
+};
+TEST(RecordedLaunches, AreRecordedOnceAKey) {
+  const Array<Blocks, int> numbers(10, 0);
+  Recording<Blocks> recording;
+  int recorded = 0;
+  const auto ask = [&](int key) {
+    repeated_region(
+        Blocks{}, 1, recording, [&] { return key_from(key); },
+        [&](const Blocks& executor) {
+          ++recorded;
+          parallel_for(executor, key, AddOne{numbers.data()});
+        });
+  };
+  for (const int key : {10, 3, 10}) ask(key);
+  EXPECT_EQ(recorded, 2);
+  EXPECT_EQ(numbers.download(), (std::vector<int>{3, 3, 3, 2, 2, 2, 2, 2, 2, 2}));
+}
+
+TEST(RecordedLaunches, AreThoseOfWhatChangedMeanwhile) {
+  for (const int levels : {0, 2}) {
+    BodySpec sheet;
+    sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {40, 40}}, sheet.density = 0.2;
+    sheet.pins = {ListPin{{0, 40}}};
+    sheet.constraints = {stiff("distance", {"edges"})};
+    Scene scene = scene_of({sheet}, kEarth, 1.0 / 60, 4, Precision::Float);
+    scene.solver.levels = levels, scene.solver.levels_every = 2;
+    Model model = build_model(scene);
+    const auto host = make_solver(model, 1), blocks = make_on_blocks(model, {});
+    for (const double g : {-9.81, 3.0, -9.81}) {
+      model.scene.gravity = {0.1, g, 0};
+      host->change_gravity(), blocks->change_gravity();
+      for (int step = 0; step < 2; ++step) host->step(), blocks->step();
+      EXPECT_EQ(blocks->state_hash(), host->state_hash()) << levels << " levels, " << g;
+    }
+  }
+}
+
+/// How often the host waits for a device in a step: reads of its memory, the first steps' apart.
+int reads_a_step(const Scene& scene) {
+  const Model model = build_model(scene);
+  const auto blocks = make_on_blocks(model, {});
+  blocks->step();
+  const int before = Memory<Blocks>::reads();
+  for (int step = 0; step < 3; ++step) blocks->step();
+  return (Memory<Blocks>::reads() - before) / 3;
+}
+
+TEST(AStepOnADevice, ReadsBackOneFlag) {
+  BodySpec sheet;
+  sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {12, 12}}, sheet.density = 0.2;
+  sheet.pins = {ListPin{{0, 12}}};
+  sheet.constraints = {stiff("distance", {"edges"})};
+  const auto scene = [&](const BodySpec& body) { return scene_of({body}, kEarth, 1.0 / 60, 4, Precision::Float); };
+  EXPECT_EQ(reads_a_step(scene(sheet)), 1) << "visits";
+  BodySpec limited = sheet;
+  limited.constraints.push_back(stiff("long_range", {}, 1, 0.02));
+  EXPECT_EQ(reads_a_step(scene(limited)), 1) << "long range";
+  BodySpec balloon;
+  balloon.name = "balloon", balloon.shape = SphereShape{0.5, 2}, balloon.mass = 1, balloon.pins = {ListPin{{0}}};
+  balloon.constraints = {stiff("distance", {"edges"}), stiff("pressure")};
+  EXPECT_EQ(reads_a_step(scene(balloon)), 1) << "pressure";
+  Scene blown = scene(sheet);
+  blown.wind = Wind{{1, 0, 2}, 0.1, 1.2};
+  EXPECT_EQ(reads_a_step(blown), 1) << "air";
+  EXPECT_EQ(reads_a_step(load_shipped("desbrun_sheet")), 1) << "Desbrun's filter";
+}
+
+TEST(PairsOnBlocks, AreHeldApartWithTheHostsBits) {
+  const auto sheet = [](const std::string& name, double y, double speed) {
+    BodySpec body;
+    body.name = name, body.shape = GridShape{{0.4, 0.4}, {10, 10}}, body.density = 0.2;
+    body.transform.translate = {0.1 * y, y, 0.2 * y}, body.velocity = {0, speed, 0};
+    body.constraints = {stiff("distance", {"edges", "shear"})};
+    return body;
+  };
+  Scene scene = scene_of({sheet("one", 0, 30), sheet("other", 0.1, -30)}, {}, 1.0 / 60, 2, Precision::Float);
+  scene.self_collision.emplace().thickness = 0.01;
+  const Model model = build_model(scene);
+  const auto host = make_solver(model, 1);
+  std::vector<std::unique_ptr<Solver>> all;
+  for (const int threads : {1, 32, 128}) all.push_back(make_on_blocks(model, {threads, unsigned(threads)}));
+  for (int step = 0; step < 4; ++step) {
+    host->step();
+    for (const auto& blocks : all) {
+      blocks->step();
+      EXPECT_EQ(blocks->save(), host->save()) << step;
+    }
+  }
+  EXPECT_GT(host->facts().self->held, 0) << "nothing had to be held: the test looks at nothing";
+  EXPECT_EQ(all.back()->facts().self->held, host->facts().self->held);
+}
+
 /// But in the kernels that ask Embree: a device will leave these questions to the host.
 void expect_no_address_of_the_host(const std::set<std::string>& before) {
   for (const std::string& name : HostAddresses::held_by()) {

@@ -226,7 +226,7 @@ TEST(ParallelReduce, IsTheSumToRounding) {
     for (const float value : values) exact += value, sizes += std::fabs(value);
     const float sum = parallel_reduce<FloatSum>(Serial{}, n, Item{values.data()}).value;
     // Each number passes through at most a chunk of additions and six levels of the tree, each with half an ulp.
-    const int additions = std::max(kReduceChunk, (n + kReduceGroups - 1) / kReduceGroups) + 6;
+    const int additions = kReduceRun + ReducePlan(n).runs + 6;
     EXPECT_LE(std::fabs(sum - exact), additions * 0.5L * std::numeric_limits<float>::epsilon() * sizes) << n;
   }
 }

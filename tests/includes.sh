@@ -62,5 +62,49 @@ while read -r line; do
 done < <(grep -rnE '^[[:space:]]*#[[:space:]]*(pragma omp|include <omp\.h>)|omp_[a-z_]+\(' kernels host tools |
   grep -v '^kernels/compute\.h:' || true)
 
+# Each header includes what it takes from the standard library, or a header of ours that does. Those of kernels/ and
+# host/ are also compiled alone (tests/CMakeLists.txt).
+names='
+  algorithm:sort,stable_sort,clamp,max_element,min_element,any_of,all_of,none_of,find_if,fill,lower_bound array:array
+  atomic:atomic bit:bit_cast chrono:chrono condition_variable:condition_variable deque:deque exception:exception_ptr
+  filesystem:filesystem fstream:ifstream,ofstream functional:function limits:numeric_limits map:map,multimap
+  memory:unique_ptr,shared_ptr,make_unique,make_shared mutex:mutex,lock_guard,unique_lock optional:optional,nullopt
+  random:mt19937 set:set span:span sstream:ostringstream,istringstream,stringstream
+  stdexcept:runtime_error,logic_error,invalid_argument,out_of_range string:string,to_string string_view:string_view
+  thread:thread tuple:tuple unordered_map:unordered_map variant:variant vector:vector'
+while read -r line; do
+  printf '%s\n' "$line"
+  breaches=$((breaches + 1))
+done < <(find kernels host tools -name '*.h' -exec awk -v names="$names" '
+  BEGIN {
+    for (i = split(names, entries, " "); i > 0; --i) {
+      split(entries[i], entry, ":")
+      for (j = split(entry[2], words, ","); j > 0; --j) home[words[j]] = entry[1]
+    }
+  }
+  /^#include "/ { split($0, part, "\""); ours[FILENAME] = ours[FILENAME] " " part[2] }
+  /^#include </ { split($0, part, "[<>]"); has[FILENAME, part[2]] = 1 }
+  { sub("//.*", "") }
+  /std::/ {
+    for (rest = $0; match(rest, /std::[a-z_0-9]+/); rest = substr(rest, RSTART + RLENGTH)) {
+      word = substr(rest, RSTART + 5, RLENGTH - 5)
+      if (word in home && !((FILENAME, word) in place)) place[FILENAME, word] = FNR
+    }
+  }
+  function provides(file, header, i, n, all) {
+    if ((file, header) in has) return 1
+    if (seen[file]++) return 0
+    for (i = n = split(ours[file], all, " "); i > 0; --i) if (provides(all[i], header)) return 1
+    return 0
+  }
+  END {
+    for (key in place) {
+      split(key, part, SUBSEP)
+      split("", seen)
+      if (!provides(part[1], home[part[2]]))
+        print part[1] ":" place[key] ":<" home[part[2]] ">  refused: it has std::" part[2] ", and nothing includes that"
+    }
+  }' {} + | sort)
+
 printf '%d forbidden includes\n' "$breaches"
 ((breaches == 0))

@@ -56,4 +56,6 @@ refuses host/scene.h '#include "kernels/vec.h"'
 refuses host/simulation.h '#include <nlohmann/json.hpp>'
 refuses tools/malha.cpp '#include "tests/mesh_test.cpp"'
 refuses tests/mesh_test.cpp '#include "../host/mesh.h"'
+refuses host/scene.h 'std::map<int, int> numbers;'
+refuses tools/page.h 'inline std::string name;  // std::vector'
 printf '%d breaches refused\n' "$cases"

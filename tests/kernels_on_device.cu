@@ -2,6 +2,7 @@
 #include "host/solver/cuda.cuh"
 #include "kernels/air.h"
 #include "kernels/attachment.h"
+#include "kernels/coarse_visit.h"
 #include "kernels/constraint_registry.h"
 #include "kernels/contact.h"
 #include "kernels/corrector.h"
@@ -10,10 +11,12 @@
 #include "kernels/front.h"
 #include "kernels/hold_apart.h"
 #include "kernels/integrate.h"
+#include "kernels/keep_off.h"
 #include "kernels/limits.h"
 #include "kernels/long_range.h"
 #include "kernels/measure.h"
 #include "kernels/momenta.h"
+#include "kernels/motion_energy.h"
 #include "kernels/near_cells.h"
 #include "kernels/near_pairs.h"
 #include "kernels/nearby.h"
@@ -76,7 +79,11 @@ template void instantiate_filters<double>();
 
 template <class R>
 void instantiate_all() {
-  launch_one(Visit<R>{});
+  instantiate_groups<Visit<R>, CoarseVisit<R>, Restrict<R>, AddMeans<R>, Pieces<AddParts<R>>, MayTouch<R>,
+                     MeasureRoom<R>>();
+  instantiate<TellSeen<R>, StepBack<R>, KeepHeld<R>, MeasureRuns<R>, AskAgain<R>, StartLocal<R>, MoveLocal<R>>();
+  instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, LayEdgeContacts<R>, EnterParticles<R>>();
+  instantiate<ReduceRun<RigidSums, SumRigid<R>>, JoinRuns<RigidSums>>();
   instantiate_groups<MeasureMomenta<R, false, false>, MeasureMomenta<R, false, true>, MeasureMomenta<R, true, false>,
                      AddRigidMotion<R>>();
   instantiate<Predict<R>, Drag<R>, UpdateState<R>>();
@@ -97,7 +104,7 @@ void instantiate_all() {
 }
 
 template void
-instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore, PhasePatches>();
+instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore, ForgetCells>();
 
 template void instantiate_all<float>();
 template void instantiate_all<double>();

@@ -125,6 +125,16 @@ TEST(ScalingRows, SayWhatEightThreadsAreWorth) {
     EXPECT_NEAR(row["serial_share"].get<double>(), 0.25, 1e-12) << "0.2 s of 0.8 s are not shared";
 }
 
+TEST(ScalingRows, OfADeviceSayWhatItsMemoryGives) {
+  Json cell = cell_of_eight({0.5});
+  cell["device"] = "a device", cell["lines"][0]["triad_gb_per_s"] = 1e6 / (0.5 / 4) / 1e9 * 4;
+  const Section section = scaling_on_device(scaling_rows("strong", kPbdCloth, 100, cell));
+  ASSERT_EQ(section.table.rows.size(), 1u);
+  EXPECT_EQ(section.table.rows[0].size(), section.table.columns.size());
+  EXPECT_EQ(section.table.rows[0][7], "25 %") << "bytes that must move, of a copy's";
+  EXPECT_TRUE(section.sentences[0].starts_with("On a device.")) << section.sentences[0];
+}
+
 TEST(ScalingRows, OfABodyThatGrowsCompareEqualTimes) {
   const Json rows = scaling_rows("weak", kPbdCloth, 100, cell_of_eight({0.5, 0.5, 0.625, 1}));
   EXPECT_EQ(rows[1]["efficiency"], 1);

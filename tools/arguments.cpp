@@ -30,10 +30,7 @@ struct Formatter : CLI::Formatter {
 void add_executor(CLI::App& command, Arguments& arguments) {
   add_threads(command, arguments.threads,
               "At most so many threads, the cores if not given; steps run on one while that is faster");
-  add_checked(command, "--backend", arguments.backend, one_of(kBackends), "NAME",
-              "openmp (default), serial, or cuda: a device, in builds that have it");
-  add_checked(command, "--for", arguments.machine, one_of(machine_names()), "MACHINE",
-              "The machine that patches are cut for: cpu (default), a100, h100 or h200");
+  add_backend(command, arguments.backend, arguments.machine);
 }
 
 void add_results(CLI::App& command, Arguments& arguments) {

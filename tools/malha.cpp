@@ -68,6 +68,7 @@ malha::SimulationOptions simulation_options(const Arguments& arguments, malha::P
   options.threads = arguments.threads, options.at_most = true;
   options.backend = malha::backend_named(arguments.backend);
   if (!arguments.machine.empty()) options.machine = arguments.machine;
+  options.timed_passes = arguments.ranks.has_value();  // of which it makes those of many machines
   options.progress = [&progress](const char* what, double part) { progress.setup(what, part); };
   return options;
 }

@@ -10,6 +10,8 @@
 
 #include "host/base/near_miss.h"
 #include "host/base/text.h"
+#include "host/model/machine.h"
+#include "host/simulation.h"
 
 namespace malha {
 
@@ -94,6 +96,14 @@ template <class T>
 void add_list(CLI::App& command, const std::string& name, std::vector<T>& values, const CLI::Validator& check,
               const std::string& help) {
   add_checked(command, name, values, check, "LIST", help)->delimiter(',')->allow_extra_args(false);
+}
+
+/// Where malha runs, and for what.
+inline void add_backend(CLI::App& command, std::string& backend, std::string& machine) {
+  add_checked(command, "--backend", backend, one_of(kBackends), "NAME",
+              "openmp (default), serial, or cuda: a device, in builds that have it");
+  add_checked(command, "--for", machine, one_of(machine_names()), "MACHINE",
+              "The machine that patches are cut for: cpu (default), a100, h100 or h200");
 }
 
 inline void add_threads(CLI::App& command, int& threads,

@@ -20,9 +20,13 @@ struct OfList {
   const int* list;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    kernel(Group{list[group.index], -1, group.memory});
+    kernel(group.at(list[group.index]));
   }
 };
+template <class Kernel>
+inline constexpr bool kShared<OfList<Kernel>> = kShared<Kernel>;
+template <class Kernel>
+inline constexpr int kThreads<OfList<Kernel>> = kThreads<Kernel>;
 template <class Kernel>
 void note_launch(const OfList<Kernel>& list, int groups) {
   note_launch(list.kernel, groups);

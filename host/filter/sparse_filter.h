@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "host/base/array.h"
+#include "host/base/recording.h"
 #include "host/filter/factor.h"
 #include "host/filter/sparse_plan.h"
 
@@ -60,9 +61,11 @@ class SparseFilter {
   }
 
   /// Filters forces: S takes them from `ends` and gives accelerations back.
-  template <class Ends>
-  void apply(const Ends& ends) const {
-    parallel_region(executor_, width_, [&](const auto& team) { apply(team, own_, ends); });
+  template <class R>
+  void apply(const FilterEnds<R>& ends) const {
+    const Points<R>&force = ends.force, &a = ends.acceleration;
+    const auto key = [&] { return key_from(force.x, force.y, force.z, a.x, a.y, a.z, ends.adds); };
+    repeated_region(executor_, width_, recorded_, key, [&](const auto& team) { apply(team, own_, ends); });
   }
 
   int launches() const {
@@ -146,6 +149,7 @@ class SparseFilter {
   Array<Executor, int> rows_, particle_, above_, sum_, from_;
   FilledArray<Executor, T> values_;
   Workspace own_;
+  mutable Recording<Executor> recorded_;  // products
   std::size_t memory_bytes_ = 0;
   int width_ = 1;
 };

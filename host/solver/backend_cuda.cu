@@ -1,6 +1,9 @@
 // The solvers instantiated for a CUDA device.
+#include <algorithm>
+#include <cmath>
 #include <string>
 
+#include "host/base/stopwatch.h"
 #include "host/filter/make_filter.h"
 #include "host/solver/backend_cuda.h"
 #include "host/solver/cuda.cuh"
@@ -26,12 +29,34 @@ void require_cuda() {
                      "; allowed: openmp, serial");
 }
 
-std::unique_ptr<Solver> instantiate_on_cuda(const Model& model, const OpenMP& host, const ShowProgress& progress) {
+DeviceFacts cuda_device() {
+  require_cuda();
+  constexpr std::size_t bytes = std::size_t(256) << 20;  // more than any of its caches
+  constexpr int rounds = 10;
+  int device = 0;
+  cudaDeviceProp properties;
+  require(cudaGetDevice(&device), "be chosen");
+  require(cudaGetDeviceProperties(&properties, device), "tell what it is");
+  Scratch from, to;
+  const char* const source = from.of(bytes);
+  char* const goal = to.of(bytes);
+  Memory<Cuda>::fill(from.of(bytes), bytes, char(1));
+  double least = INFINITY;
+  for (int round = 0; round < rounds; ++round)
+    least = std::min(least, seconds([&] {
+                       Memory<Cuda>::copy(source, bytes, goal);
+                       require(cudaDeviceSynchronize(), "finish");
+                     }));
+  return {properties.name, 2 * double(bytes) / least};
+}
+
+std::unique_ptr<Solver> instantiate_on_cuda(const Model& model, const OpenMP& host, const ShowProgress& progress,
+                                            bool timed) {
   int device = 0, shared = 0;
   require(cudaGetDevice(&device), "be chosen");
   require(cudaDeviceGetAttribute(&shared, cudaDevAttrMaxSharedMemoryPerBlockOptin, device), "tell its memory");
   Cuda executor;
-  executor.shared_bytes = std::size_t(shared), executor.host = host;
+  executor.shared_bytes = std::size_t(shared), executor.host = host, executor.waits = timed;
   return instantiate(model, executor, host.threads, progress);
 }
 

@@ -26,16 +26,29 @@ std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::
 }
 
 #if defined(MALHA_HAS_CUDA)
-std::unique_ptr<Solver> make_solver_on_cuda(const Model& model, int threads, const ShowProgress& progress) {
-  return instantiate_on_cuda(model, OpenMP{threads > 0 ? threads : 1, widest_instructions()}, progress);
+template <class Kernel>
+void groups_on_host(const OpenMP& host, int begin, int end, const Kernel& kernel) {
+  parallel_region(host, end - begin, [&](const auto& team) { parallel_groups(team, begin, end, {}, kernel); });
+}
+template void groups_on_host(const OpenMP&, int, int, const FindContact<float>&);
+template void groups_on_host(const OpenMP&, int, int, const FindContact<double>&);
+template void groups_on_host(const OpenMP&, int, int, const PutBeforeMeshes<float>&);
+template void groups_on_host(const OpenMP&, int, int, const PutBeforeMeshes<double>&);
+
+std::unique_ptr<Solver> make_solver_on_cuda(const Model& model, int threads, const ShowProgress& progress, bool timed) {
+  return instantiate_on_cuda(model, OpenMP{threads > 0 ? threads : 1, widest_instructions()}, progress, timed);
 }
 #else
 void require_cuda() {
   throw InputError("backend: found \"cuda\", which this build of malha is made without; allowed: openmp, serial");
 }
-std::unique_ptr<Solver> make_solver_on_cuda(const Model&, int, const ShowProgress&) {
+std::unique_ptr<Solver> make_solver_on_cuda(const Model&, int, const ShowProgress&, bool) {
   require_cuda();
   return nullptr;
+}
+DeviceFacts cuda_device() {
+  require_cuda();
+  return {};
 }
 #endif
 

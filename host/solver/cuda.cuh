@@ -3,6 +3,7 @@
 #include <cuda_runtime.h>
 
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -11,8 +12,9 @@
 
 #include "host/base/array.h"
 #include "host/base/memory_size.h"
-#include "host/base/parallel_tasks.h"
+#include "host/base/recording.h"
 #include "host/error.h"
+#include "host/solver/backend_cuda.h"
 #include "kernels/compute.h"
 
 namespace malha {
@@ -22,6 +24,17 @@ inline void require(cudaError_t status, const char* what) {
   if (status != cudaSuccess)
     throw DeviceLost(std::string("the CUDA device could not ") + what + ": " + cudaGetErrorString(status));
 }
+
+/// In which everything runs, one after the other, whichever thread of the host asks for it.
+inline cudaStream_t stream() {
+  static const cudaStream_t own = [] {
+    cudaStream_t made = nullptr;
+    require(cudaStreamCreateWithFlags(&made, cudaStreamNonBlocking), "make a stream");
+    return made;
+  }();
+  return own;
+}
+inline void wait() { require(cudaStreamSynchronize(stream()), "finish"); }
 
 /// What arrays take of the device. The kernels that ask Embree run on the host, and find the same arrays there: so the
 /// memory is managed, whose pages go to whoever touches them. In a scene without an environment none does.
@@ -70,6 +83,7 @@ class Scratch {
   ~Scratch() {
     if (data_) DeviceMemory::the().release(data_);
   }
+  const void* at() const { return data_; }
   char* of(std::size_t bytes) {
     if (bytes > bytes_) {
       if (data_) DeviceMemory::the().release(data_);
@@ -85,9 +99,9 @@ class Scratch {
 };
 
 struct Cuda {
-  int block = 128;               // threads, of groups that share their work
   std::size_t shared_bytes = 0;  // memory of a block, at most
   int threads = 256;             // for which kernels that ask for it have memory of their own
+  bool waits = false;            // for every pass, to time it
   OpenMP host{};                 // for what the host computes
   Instructions instructions = Instructions::OneLane;
   std::shared_ptr<Scratch> partial = std::make_shared<Scratch>(), fast = std::make_shared<Scratch>();
@@ -99,7 +113,7 @@ __global__ void fill_with(T* to, std::size_t count, T value) {
   if (i < count) to[i] = value;
 }
 
-inline constexpr int kBlock = 128;                 // threads, of items
+inline constexpr int kBlock = 128;                 // threads, of items and of groups that share their work, at most
 inline constexpr int kAlone = 32;                 // threads that share nothing: few, so that they spread
 inline constexpr int kSharedUnasked = 48 * 1024;   // bytes of a block's memory that every kernel may have
 inline unsigned blocks_of(std::size_t items, int block) { return unsigned((items + block - 1) / block); }
@@ -110,20 +124,20 @@ struct Memory<Cuda> {
   static void release(void* data) { DeviceMemory::the().release(data); }
   template <class T>
   static void fill(T* to, std::size_t count, const T& value) {
-    if (count > 0) fill_with<<<blocks_of(count, kBlock), kBlock>>>(to, count, value);
+    if (count > 0) fill_with<<<blocks_of(count, kBlock), kBlock, 0, stream()>>>(to, count, value);
     require(cudaGetLastError(), "fill memory");
   }
   template <class T>
   static void copy_in(const T* from, std::size_t count, T* to) {
-    if (count > 0) require(cudaMemcpy(to, from, count * sizeof(T), cudaMemcpyHostToDevice), "take data");
+    copy(from, count, to, cudaMemcpyHostToDevice, "take data"), wait();
   }
   template <class T>
   static void copy_out(const T* from, std::size_t count, T* to) {
-    if (count > 0) require(cudaMemcpy(to, from, count * sizeof(T), cudaMemcpyDeviceToHost), "give data back");
+    copy(from, count, to, cudaMemcpyDeviceToHost, "give data back"), wait();
   }
   template <class T>
   static void copy(const T* from, std::size_t count, T* to) {
-    if (count > 0) require(cudaMemcpy(to, from, count * sizeof(T), cudaMemcpyDeviceToDevice), "copy data");
+    copy(from, count, to, cudaMemcpyDeviceToDevice, "copy data");
   }
   template <class T>
   static bool has(const T* from, std::size_t count, const T& value) {
@@ -132,8 +146,16 @@ struct Memory<Cuda> {
     return Memory<Serial>::has(values.data(), count, value);
   }
   static constexpr bool kOfTheHost = false;
+
+ private:
+  template <class T>
+  static void copy(const T* from, std::size_t count, T* to, cudaMemcpyKind way, const char* what) {
+    if (count > 0) require(cudaMemcpyAsync(to, from, count * sizeof(T), way, stream()), what);
+  }
 };
 
+inline void finish(const Cuda&) { wait(); }
+inline bool is_timed(const Cuda& executor) { return executor.waits; }
 inline bool leads(const Cuda&) { return true; }
 inline Cuda narrow(const Cuda& executor) { return executor; }
 inline OpenMP on_host(const Cuda& executor) { return executor.host; }
@@ -144,16 +166,66 @@ void parallel_region(const Cuda& executor, int /*width*/, const Work& work) {
   work(executor);
 }
 
+/// Graphs of launches, by their keys.
+template <>
+struct Recording<Cuda> {
+  std::map<std::string, cudaGraphExec_t> replays;
+
+  Recording() = default;
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+  ~Recording() { forget(); }
+  void forget() {
+    for (const auto& [key, replay] : replays) cudaGraphExecDestroy(replay);
+    replays.clear();
+  }
+};
+
+template <class Key, class Work>
+void repeated_region(const Cuda& executor, int /*width*/, Recording<Cuda>& recording, const Key& key,
+                     const Work& work) {
+  constexpr std::size_t most = 32;  // of a scene that changes ever and again
+  const auto own_key = [&] { return key() + key_from(executor.fast->at()); };
+  auto found = recording.replays.find(own_key());
+  while (found == recording.replays.end()) {
+    if (recording.replays.size() == most) recording.forget();
+    const std::string before = own_key();
+    cudaGraph_t graph = nullptr;
+    require(cudaStreamBeginCapture(stream(), cudaStreamCaptureModeRelaxed), "record launches");
+    work(executor);
+    require(cudaStreamEndCapture(stream(), &graph), "record launches");
+    if (own_key() == before)  // else fast memory has moved on the way, and some launches have where it was
+      require(cudaGraphInstantiateWithFlags(&recording.replays[before], graph, 0), "keep launches");
+    cudaGraphDestroy(graph);
+    found = recording.replays.find(own_key());
+  }
+  require(cudaGraphLaunch(found->second, stream()), "replay launches");
+}
+
 /// One of a block's threads.
 struct DeviceThreads {
 #if defined(__CUDA_ARCH__)
   KERNEL int rank() const { return int(threadIdx.x); }
   KERNEL int count() const { return int(blockDim.x); }
   KERNEL void wait(int) const { __syncthreads(); }
+  template <class Value, class Add>
+  KERNEL Value gathered(const Value& own, Value all, const Add& add) const {
+    __shared__ __align__(16) unsigned char memory[kBlock * sizeof(Value)];
+    Value* const of_thread = reinterpret_cast<Value*>(memory);
+    of_thread[threadIdx.x] = own;
+    __syncthreads();
+    for (unsigned t = 0; t < blockDim.x; ++t) add(all, of_thread[t]);
+    __syncthreads();  // before it is written again
+    return all;
+  }
 #else
   KERNEL int rank() const { return 0; }
   KERNEL int count() const { return 1; }
   KERNEL void wait(int) const {}
+  template <class Value, class Add>
+  KERNEL Value gathered(const Value& own, const Value&, const Add&) const {
+    return own;
+  }
 #endif
 };
 
@@ -189,11 +261,11 @@ __global__ void launch_alone(int begin, int groups, char* fast, std::size_t byte
 template <class Kernel>
 void parallel_for(const Cuda& executor, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
   if constexpr (kAsksTheHost<Kernel>) {
-    require(cudaDeviceSynchronize(), "finish");
+    finish(executor);
     parallel_for(on_host(executor), n, kernel, 0);
   } else {
     note_launch(kernel, n);
-    if (n > 0) launch_items<<<blocks_of(n, kBlock), kBlock>>>(n, kernel);
+    if (n > 0) launch_items<<<blocks_of(n, kBlock), kBlock, 0, stream()>>>(n, kernel);
     require(cudaGetLastError(), "launch a kernel");
   }
 }
@@ -204,8 +276,8 @@ void parallel_groups(const Cuda& executor, int begin, int end, const FastMemory&
   const int groups = end - begin;
   if (groups <= 0) return;
   if constexpr (kAsksTheHost<Kernel>) {
-    require(cudaDeviceSynchronize(), "finish");
-    parallel_tasks(on_host(executor), groups, [&](int g) { kernel(Group<OneLane>{begin + g, -1, nullptr}); });
+    finish(executor);
+    groups_on_host(on_host(executor), begin, end, kernel);
   } else if constexpr (kShared<Kernel>) {
     const bool fits = memory.bytes <= executor.shared_bytes;
     const int shared = fits ? int(memory.bytes) : 0;
@@ -213,10 +285,11 @@ void parallel_groups(const Cuda& executor, int begin, int end, const FastMemory&
       require(cudaFuncSetAttribute(launch_shared<Kernel>, cudaFuncAttributeMaxDynamicSharedMemorySize, shared),
               "share so much memory");
     char* const fast = fits ? nullptr : executor.fast->of(memory.bytes * std::size_t(groups));
-    launch_shared<<<unsigned(groups), executor.block, shared>>>(begin, fast, memory.bytes, kernel);
+    constexpr int threads = kThreads<Kernel> < kBlock ? kThreads<Kernel> : kBlock;
+    launch_shared<<<unsigned(groups), threads, shared, stream()>>>(begin, fast, memory.bytes, kernel);
   } else {
     char* const fast = memory.bytes > 0 ? executor.fast->of(memory.bytes * std::size_t(groups)) : nullptr;
-    launch_alone<<<blocks_of(groups, kAlone), kAlone>>>(begin, groups, fast, memory.bytes, kernel);
+    launch_alone<<<blocks_of(groups, kAlone), kAlone, 0, stream()>>>(begin, groups, fast, memory.bytes, kernel);
   }
   require(cudaGetLastError(), "launch a kernel");
 }
@@ -228,27 +301,41 @@ void parallel_dealt(const Cuda& executor, int groups, const Kernel& kernel, cons
     if (memory.data) {
       note_launch(kernel, groups);
       if (groups > 0)
-        launch_dealt<<<blocks_of(memory.threads, kAlone), kAlone>>>(groups, memory.threads, memory.data, memory.bytes,
-                                                                    kernel);
+        launch_dealt<<<blocks_of(memory.threads, kAlone), kAlone, 0, stream()>>>(groups, memory.threads, memory.data,
+                                                                                 memory.bytes, kernel);
       return require(cudaGetLastError(), "launch a kernel");
     }
   parallel_groups(executor, 0, groups, memory, kernel);
 }
 
-/// As that of the host's executors, with the partial sums in the device's memory.
+/// The sums of groups, in the device's memory.
+template <class Value, class Kernel>
+Value* partial_sums(const Cuda& executor, int n, const ReducePlan& plan, const Kernel& kernel) {
+  auto* const partial =
+      reinterpret_cast<Value*>(executor.partial->of((plan.all + std::size_t(kReduceGroups)) * sizeof(Value)));
+  auto* const of_run = plan.runs > 1 ? partial + kReduceGroups : partial;
+  parallel_for(executor, plan.all, ReduceRun<Value, Kernel>{of_run, kernel, n});
+  if (plan.runs > 1) parallel_for(executor, plan.groups, JoinRuns<Value>{of_run, partial, plan.all, plan.runs});
+  return partial;
+}
+
 template <class Value, class Kernel>
 Value parallel_reduce(const Cuda& executor, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
-  const int chunk = reduce_chunk(n), groups = (n + chunk - 1) / chunk;
+  const ReducePlan plan(n);
   std::vector<Value> sums(kReduceGroups, Value{});
   if constexpr (kAsksTheHost<Kernel>) {
-    require(cudaDeviceSynchronize(), "finish");
-    parallel_for(on_host(executor), groups, ReduceGroup<Value, Kernel>{sums.data(), kernel, n, chunk}, 0);
+    finish(executor);
+    parallel_for(on_host(executor), plan.groups, ReduceGroup<Value, Kernel>{sums.data(), kernel, n, plan.runs}, 0);
   } else {
-    auto* const partial = reinterpret_cast<Value*>(executor.partial->of(kReduceGroups * sizeof(Value)));
-    parallel_for(executor, groups, ReduceGroup<Value, Kernel>{partial, kernel, n, chunk});
-    Memory<Cuda>::copy_out(partial, std::size_t(groups), sums.data());
+    Memory<Cuda>::copy_out(partial_sums<Value>(executor, n, plan, kernel), std::size_t(plan.groups), sums.data());
   }
-  return sum_of_tree(sums.data(), groups);
+  return sum_of_tree(sums.data(), plan.groups);
+}
+
+template <class Value, class Kernel>
+void parallel_reduce_into(const Cuda& executor, int n, const Kernel& kernel, Value* to) {
+  const ReducePlan plan(n);
+  parallel_for(executor, 1, JoinGroups<Value>{partial_sums<Value>(executor, n, plan, kernel), to, plan.groups});
 }
 
 }  // namespace malha

@@ -3,6 +3,7 @@
 #pragma once
 #include <algorithm>
 #include <deque>
+#include <string>
 
 #include "host/solver/levels.h"
 #include "host/solver/stepper.h"
@@ -46,6 +47,7 @@ class Pbd final : public Stepper<Executor, R> {
     if (!this->facts_.whole_steps) return this->advance_from(this->facts_.flies ? fly(h) : 0);
     this->substep_ = 0;
     visit_patches(h, solver.substeps);
+    require_visited();
     this->give_back_momenta();
     ++this->steps_;
   }
@@ -63,11 +65,18 @@ class Pbd final : public Stepper<Executor, R> {
     if (!(speed > 0)) return 0;
     sweep_->start_watch();
     const int done = visit_patches(h, substeps, speed);
+    require_visited();
     if (sweep_->noted(done))
       this->timed(Pass::Collision,
                   [&] { collider.put_before_meshes_late(this->particles(), this->time() + (done - 1) * h, h); });
     return done;
   }
+
+  /// What visits have lost since the start.
+  void require_visited() {
+    if (sweep_->lost()) this->refuse_lost(sweep_->first_lost(this->x_.download(), model_.user_of));
+  }
+  void require_places() override { this->nothing_between() ? require_visited() : Base::require_places(); }
 
   /// Those of each set of pins that is let go are laid out beforehand: the model does not stay.
   void lay_out_levels() {
@@ -145,7 +154,7 @@ class Pbd final : public Stepper<Executor, R> {
     const Particles<R>& all = plain.particles;
     const Foreseen<R> foreseen{all.x, all.v, all.w, plain.dt, plain.gravity};
     this->timed(Pass::Visits, [&] {
-      sweep_->region([&](const auto& team) {
+      const auto visits = [&](const auto& team) {
         for (int s = 0; s < substeps; ++s) {
           const auto* levels = levels_at(this->substep_ + s);
           const auto* next = s + 1 < substeps ? levels_at(this->substep_ + s + 1) : nullptr;
@@ -166,14 +175,21 @@ class Pbd final : public Stepper<Executor, R> {
           if (leads(team)) done = s + 1;
           return;
         }
-      });
+      };
+      const auto key = [&] {
+        std::string text = key_from(all.x.x, all.v.x, all.p.x, all.w, plain.dt, plain.gravity.x, plain.gravity.y,
+                                    plain.gravity.z, substeps);
+        for (int s = 0; s < substeps; ++s) text += key_from(levels_at(this->substep_ + s));
+        return text;
+      };
+      watched ? sweep_->region(visits) : sweep_->region(recorded_, key, visits);
     });
-    if (sweep_->lost()) this->refuse_lost(sweep_->first_lost(this->x_.download(), model_.user_of));
     if (this->momenta_) note_momenta(h * substeps);
     return done;
   }
 
   int threads_;
+  Recording<Executor> recorded_;  // visits
   std::deque<OptionalPart<Levels<Executor, R>, built("levels")>>
       levels_;  // after so many sets of pins were let go; empty: none
 };

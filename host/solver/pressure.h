@@ -28,19 +28,18 @@ class Pressure {
     corners_on_host_ = {};
   }
 
-  void start_substep() { lambda_ = 0; }
+  void start_substep() { Memory<Executor>::fill(state_.data(), 1, PressureState{}); }
 
   void project(const Points<R>& p, const R* w) {
-    const double C = volume(p) - target_;
     const auto items = static_cast<int>(particle_.size());
-    const double sum = parallel_reduce<Sum>(executor_, items,
-                                            PressureGradient<R>{p, w, particle_.data(), begin_.data(), around_.data(),
-                                                                origin_, grad_.points()})
-                           .value;
-    if (!(sum > tiny<R>())) return;  // collapsed to a point, or wholly pinned: no direction
-    const double dlambda = compliant_ ? (-C - alpha_ * lambda_) / (sum + alpha_) : -stiffness_ * C / sum;
-    lambda_ += dlambda;
-    parallel_for(executor_, items, ApplyPressure<R>{p, w, particle_.data(), grad_.points(), R(dlambda)});
+    PressureState* const state = state_.data();
+    parallel_reduce_into(executor_, triangles_, EnclosedVolume<R>{p, corners_.data(), origin_}, &state->volume);
+    parallel_reduce_into(
+        executor_, items,
+        PressureGradient<R>{p, w, particle_.data(), begin_.data(), around_.data(), origin_, grad_.points()},
+        &state->grad2);
+    parallel_for(executor_, 1, PushPressure<R>{state, target_, compliant_, alpha_, stiffness_});
+    parallel_for(executor_, items, ApplyPressure<R>{p, w, particle_.data(), grad_.points(), state});
   }
 
   /// Enclosed volume over the rest volume.
@@ -81,15 +80,17 @@ class Pressure {
     around_ = Array<Executor, int>(around);
     corners_ = Array<Executor, int>(corners_on_host_);
     grad_ = PointArray<Executor, R>(std::vector<Vec3>(set.particles.size()));
+    state_ = Array<Executor, PressureState>(1, PressureState{});
   }
 
   Executor executor_;
   Array<Executor, int> particle_, begin_, around_, corners_;
   PointArray<Executor, R> grad_;
+  Array<Executor, PressureState> state_;
   std::vector<int> corners_on_host_;
   int origin_ = 0, triangles_ = 0;
   bool compliant_ = false;
-  double compliance_ = 0, alpha_ = 0, stiffness_ = 1, target_ = 0, rest_ = 0, lambda_ = 0;
+  double compliance_ = 0, alpha_ = 0, stiffness_ = 1, target_ = 0, rest_ = 0;
 };
 
 }  // namespace malha

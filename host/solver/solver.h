@@ -186,7 +186,16 @@ std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::
 
 /// Throws InputError where this build or this machine has no CUDA device.
 void require_cuda();
-/// The same method on it; `threads` are the host's, for what it computes.
-std::unique_ptr<Solver> make_solver_on_cuda(const Model& model, int threads, const ShowProgress& progress = {});
+/// The same method on it; `threads` are the host's, for what it computes. `timed`: passes are, which waits after each.
+std::unique_ptr<Solver> make_solver_on_cuda(const Model& model, int threads, const ShowProgress& progress = {},
+                                            bool timed = false);
+
+/// Of the device that it would run on.
+struct DeviceFacts {
+  std::string name;
+  double bytes_per_second = 0;  // read and written by a copy within its memory
+};
+/// Measured now. Throws InputError where there is none.
+DeviceFacts cuda_device();
 
 }  // namespace malha

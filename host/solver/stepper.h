@@ -23,8 +23,10 @@
 #include "host/solver/damping.h"
 #include "host/solver/energy_guard.h"
 #include "host/solver/hand.h"
+#include "host/solver/hold_apart.h"
 #include "host/solver/limits.h"
 #include "host/solver/long_range.h"
+#include "host/solver/lost_places.h"
 #include "host/solver/measure.h"
 #include "host/solver/momenta.h"
 #include "host/solver/moved_pins.h"
@@ -184,7 +186,11 @@ class Stepper : public Solver {
  protected:
   /// `threads`: of the executor. `keeps`: see Sweep; a method that needs no sweep lays out none.
   Stepper(const Model& model, const Executor& executor, int threads, bool sweeps, bool keeps)
-      : executor_(executor), model_(model), gravity_(norm(model.scene.gravity)), guard_(executor, model) {
+      : executor_(executor),
+        model_(model),
+        gravity_(norm(model.scene.gravity)),
+        lost_(model.scene.solver.substeps),
+        guard_(executor, model) {
     facts_.layout_seconds = seconds([&] { lay_out_particles(); });
     facts_.constraint_seconds = seconds([&] {
       if (sweeps) sweep_.emplace(executor, model, threads, keeps);
@@ -224,6 +230,7 @@ class Stepper : public Solver {
       if (moved_) timed(Pass::Pins, [&] { moved_->arrive(particles(), at(s), at(s + 1)); });
       if (watched()) (*watcher_)(s + 1, at(s + 1));
     }
+    if (!looks_at_places()) require_places();
     give_back_momenta();
     ++steps_;
   }
@@ -245,6 +252,8 @@ class Stepper : public Solver {
   virtual void predict(double h) = 0;
   /// What happens between prediction and the first projection, contacts known.
   virtual void correct(const Particles<R>& /*all*/) {}
+  /// Throws Diverged where a substep of the step that ends has left a particle without a finite place.
+  virtual void require_places() { timed(Pass::State, [&] { refuse(lost_.in_step()); }); }
   /// Whether what follows the prediction is done in it, up to the new state.
   virtual bool predicts_the_state() const { return false; }
   /// At the end of a substep of h seconds, unless the prediction does what follows.
@@ -259,7 +268,6 @@ class Stepper : public Solver {
   void substep(double start, double h) {
     const Scene& scene = model_.scene;
     const Particles<R> all = particles();
-    const int n = model_.count();
     // Gravity is uniform: whether the rigid part of the motion is taken before or after it is the same.
     if (!model_.damped.empty())
       timed(Pass::Damping, [&] {
@@ -282,8 +290,8 @@ class Stepper : public Solver {
     if (collider_) timed(Pass::Collision, [&] { collider_->put_before_meshes(all); });
     hold_apart(all);
     timed(Pass::State, [&] {
-      const int lost = parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)}).index;
-      if (lost != FirstIndex{}.index) refuse_lost(model_.user_of[lost]);
+      lost_.update(executor_, all, h, substep_);
+      if (looks_at_places()) refuse(lost_.in(substep_));
     });
     if (collider_) timed(Pass::Contact, [&] { collider_->restitute(all, 2 * h * gravity_, h); });
     if ((self_ || edges_) && collider_ && collider_->bounces()) hold_bounces(all);
@@ -292,19 +300,8 @@ class Stepper : public Solver {
     arrived(h);
   }
 
-  /// No surface crosses another: what stops one may press it into another.
   void hold_apart(const Particles<R>& all) {
-    const auto touches = [&] { return collider_ && (collider_->contacts() > 0 || (edges_ && edges_->contacts() > 0)); };
-    for (int round = 0;; ++round) {
-      if (self_)
-        timed(Pass::SelfCollision, [&] {
-          round == 0 ? self_->hold_apart(all, touches)
-                     : self_->hold_apart(edges_->held(all), touches, edges_->carriers());
-        });
-      bool moved = false;
-      if (edges_ && round < kRounds) timed(Pass::Edges, [&] { moved = edges_->hold_apart(all, round == 0); });
-      if (!moved || !self_) break;
-    }
+    malha::hold_apart(self_, edges_, collider_, all, [&](Pass pass, const auto& work) { timed(pass, work); });
   }
   /// Nor where what bounces goes the rest of its way.
   void hold_bounces(const Particles<R>& all) {
@@ -342,6 +339,11 @@ class Stepper : public Solver {
     });
   }
 
+  /// Whether something of a substep could not stand a place that is no number: else the step's end is early enough.
+  bool looks_at_places() const { return collider_ || self_ || edges_ || own_ || watched(); }
+  void refuse(const std::optional<int>& lost) const {
+    if (lost) refuse_lost(model_.user_of[*lost]);
+  }
   /// `lost`: a particle that is no longer finite, by the user's number.
   [[noreturn]] void refuse_lost(int lost) const {
     throw Diverged("step " + std::to_string(steps_ + 1) + " (t = " + std::to_string(time()) +
@@ -358,7 +360,8 @@ class Stepper : public Solver {
 
   template <class F>
   void timed(Pass pass, F&& work) {
-    seconds_[static_cast<int>(pass)] += seconds(work);
+    if (!is_timed(executor_)) return void(work());
+    seconds_[static_cast<int>(pass)] += seconds([&] { work(), finish(executor_); });
   }
 
   Executor executor_;
@@ -476,9 +479,8 @@ class Stepper : public Solver {
 
   const AfterSubstep* watcher_ = nullptr;  // of this step; null: none
 
-  static constexpr int kRounds = 16;  // of what holds bodies apart from each other and from edges, in turns
-
   Array<Executor, R> w_;
+  LostPlaces<Executor> lost_;
   std::vector<Pressure<Executor, R>> pressures_;
   EnergyGuard<Executor, R> guard_;
   OptionalPart<LongRange<Executor, R>, built("long_range")> long_range_;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/base/array.h"
+#include "host/base/recording.h"
 #include "host/base/stopwatch.h"
 #include "host/solver/patch_plan.h"
 #include "host/solver/rest_values.h"
@@ -53,6 +54,12 @@ class Sweep {
   template <class Work>
   void region(const Work& work) const {
     parallel_region(executor_, width_, work);
+  }
+
+  /// The same, with launches that hang on key() alone.
+  template <class Key, class Work>
+  void region(Recording<Executor>& recording, const Key& key, const Work& work) const {
+    repeated_region(executor_, width_, recording, key, work);
   }
 
   /// What visits of any kind need to know of the patches.

@@ -132,7 +132,7 @@ struct KindRow {
 /// minutes of that float has no digits left for their shape.
 class Runner {
  public:
-  Runner(const Line& line, int threads) : line_(line), threads_(threads) { start(); }
+  Runner(const Line& line, const RunsOn& on, int threads) : line_(line), on_(on), threads_(threads) { start(); }
 
   void step() {
     if (simulation_->steps() >= kMostSteps) start();
@@ -152,12 +152,13 @@ class Runner {
   static constexpr std::int64_t kMostSteps = 600;  // 10 s
 
   void start() {
-    simulation_.emplace(line_.scene, SimulationOptions{threads_});
+    simulation_.emplace(line_.scene, on_.options(threads_, true));
     for (int k = 0; k < 3; ++k) simulation_->step();
   }
   double pass_seconds() const { return simulation_->solver().pass_seconds()[static_cast<int>(line_.pass)]; }
 
   const Line& line_;
+  const RunsOn& on_;
   int threads_;
   std::optional<Simulation> simulation_;
   double seconds_ = 0;
@@ -169,7 +170,7 @@ std::vector<KindRow> measure(const Line& line, const ConstraintOptions& options,
   std::vector<Runner> runners;
   std::vector<KindRow> rows;
   for (const int t : threads) {
-    const Simulation& simulation = runners.emplace_back(line, t).simulation();
+    const Simulation& simulation = runners.emplace_back(line, options.on, t).simulation();
     const SolverFacts& facts = simulation.solver().facts();
     const auto bytes = static_cast<std::int64_t>(facts.constraint_bytes + facts.long_range_bytes + facts.air_bytes);
     rows.push_back({line.what, line.element, line.elements(simulation), bytes, t, {}});
@@ -208,10 +209,10 @@ std::string table_line(const std::vector<KindRow>& rows) {
 }  // namespace
 
 void run_constraints(const ConstraintOptions& options) {
-  const std::vector<int> threads = thread_counts(options.threads);
+  const std::vector<int> threads = thread_counts(options);
   Output out("constraints", options);
   out.doing("measuring the machine", 0);
-  out.facts = machine_facts(threads);
+  out.facts = machine_facts(threads, options.on);
   out.print(formatted("Every kind alone on a body of about %d particles, in float, 10 substeps of 1 iteration: ns an "
                       "element and substep\nof the pass that does it; medians of %d x %g s, threads taking turns. "
                       "Batched kinds: of the whole step.\n",

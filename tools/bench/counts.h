@@ -5,11 +5,14 @@
 #include <thread>
 #include <vector>
 
+#include "tools/bench/runs_on.h"
+
 namespace malha::bench {
 
 /// What all benchmarks take.
 struct MeasuringOptions {
-  std::vector<int> threads;  // empty: 1 and all cores
+  RunsOn on;
+  std::vector<int> threads;  // empty: 1 and all cores; of a device all cores, for what the host does
   int repeats = 5;
   double seconds = 1;  // of each repeat
   std::string json;    // a further file for the rows; empty: none
@@ -25,9 +28,9 @@ inline std::vector<int> sorted(std::vector<int> numbers) {
 
 inline int cores() { return static_cast<int>(std::max(1u, std::thread::hardware_concurrency())); }
 
-/// Those given, or 1 and all cores.
-inline std::vector<int> thread_counts(const std::vector<int>& given) {
-  return sorted(given.empty() ? std::vector{1, cores()} : given);
+inline std::vector<int> thread_counts(const MeasuringOptions& options) {
+  if (!options.threads.empty()) return sorted(options.threads);
+  return options.on.device() ? std::vector{cores()} : sorted({1, cores()});
 }
 
 /// Of its cases.

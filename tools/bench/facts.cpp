@@ -21,11 +21,19 @@ Json build_facts() {
   return facts;
 }
 
-Json machine_facts(const std::vector<int>& threads) {
+Json machine_facts(const std::vector<int>& threads, const RunsOn& on) {
   Json facts = build_facts();
+  if (on.device()) {
+    const DeviceFacts device = cuda_device();
+    facts["device"] = device.name, facts["device_gb_per_s"] = device.bytes_per_second * 1e-9;
+  }
   facts["triad_bytes"] = kMemoryBytes;
   facts["triad_gb_per_s"] = bandwidths(threads, triad_gb_per_s);
   return facts;
+}
+
+double memory_gb_per_s(const Json& facts, const std::string& backend, std::size_t bytes, int threads) {
+  return backend == "cuda" ? facts.at("device_gb_per_s").get<double>() : triad_gb_per_s(bytes, threads);
 }
 
 Json bandwidths(const std::vector<int>& threads, double (*gb_per_s)(std::size_t, int)) {
@@ -47,7 +55,11 @@ std::string machine_lines(const Json& facts, const std::string& peer) {
   const auto fact = [&facts](const char* key) { return facts.at(key).get<std::string>(); };
   return "malha " + fact("malha_version") + ", " + fact("compiler") + ", " + fact("instructions") + "; " +
          (peer.empty() ? "" : peer + "; ") + fact("cpu") + "\n" +
-         bandwidth_line(facts, "triad_gb_per_s", "triad from memory");
+         bandwidth_line(facts, "triad_gb_per_s", "triad from memory") +
+         (facts.contains("device")
+              ? "on " + fact("device") +
+                    formatted(", which copies at %.0f GB/s\n", facts.at("device_gb_per_s").get<double>())
+              : "");
 }
 
 }  // namespace malha::bench

@@ -31,8 +31,9 @@ void add_measuring(CLI::App& command, BenchArguments& arguments, Options& option
                    void (*check)(const Options&) = nullptr) {
   command.callback([=, &arguments, &options] {
     if (check) check(options);
-    arguments.run = [=, &options] { run(options); };
+    arguments.run = [=, &options] { options.on.require(), run(options); };
   });
+  add_backend(command, options.on.backend, options.on.machine);
   add_list(command, "--threads", options.threads, whole_number(1, 1024),
            "Numbers of threads; 1 and all cores if not given");
   add_checked(command, "--repeats", options.repeats, whole_number(1, 1000), "N",

@@ -54,6 +54,7 @@ void add_study(CLI::App& app, study::Options& options) {
   study->add_flag("--quick", options.quick, "Smaller cases and fewer points: the facts, in seconds");
   add_checked(*study, "--out", options.out, some_path(), "FOLDER",
               "Folder of the results; out/study, or out/study_quick, if not given");
+  add_backend(*study, options.on.backend, options.on.machine);
   study->add_flag("--keep", options.keep, "Take cells that another build of malha has finished, too");
   study
       ->add_option_function<std::string>(
@@ -80,6 +81,8 @@ void add_study(CLI::App& app, study::Options& options) {
       "want it alone.\n"
       "--merge writes what the study by one process would; rows name the machine where there are several. Cells that\n"
       "no share has measured it names, writes nothing, and ends with status 1.\n\n"
+      "accuracy and scaling run on any --backend. On a device scaling is one of size alone, and the costs of accuracy\n"
+      "are times by the clock.\n\n"
       "Examples:\n"
       "  malha study all --quick                 everything in short; half a minute\n"
       "  malha study accuracy                    the charts of tools/study/README.md; many minutes\n"

@@ -37,8 +37,8 @@ std::string good_lines(const std::string& bytes, const Json& head, std::map<std:
 }  // namespace
 
 Cells::Cells(const std::filesystem::path& file, const Json& head, bool quick, const std::atomic<bool>& stop,
-             Progress progress, const std::optional<Share>& share)
-    : path_(file), quick_(quick), stop_(stop), progress_(std::move(progress)), share_(share) {
+             Progress progress, const std::optional<Share>& share, bench::RunsOn on)
+    : path_(file), quick_(quick), on_(std::move(on)), stop_(stop), progress_(std::move(progress)), share_(share) {
   file_.reset(std::fopen(path_.c_str(), "ab"));
   if (!file_) fail(path_);
   const int number = fileno(file_.get());
@@ -52,8 +52,8 @@ Cells::Cells(const std::filesystem::path& file, const Json& head, bool quick, co
     fail(path_);
 }
 
-Cells::Cells(const Merged& merged, bool quick, const std::atomic<bool>& stop)
-    : quick_(quick), stop_(stop), merged_(merged), known_(merged.cells) {}
+Cells::Cells(const Merged& merged, bool quick, const std::atomic<bool>& stop, bench::RunsOn on)
+    : quick_(quick), on_(std::move(on)), stop_(stop), merged_(merged), known_(merged.cells) {}
 
 int Cells::cores() const { return merged_ ? merged_->cores() : bench::cores(); }
 

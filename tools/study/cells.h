@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/bench/runs_on.h"
 #include "tools/study/interrupted.h"
 #include "tools/study/shares.h"
 
@@ -23,13 +24,15 @@ class Cells {
   /// and is started anew. What a crash left of its last line is cut off. Throws std::runtime_error (disk, or another
   /// process is at work on it).
   Cells(const std::filesystem::path& file, const Json& head, bool quick, const std::atomic<bool>& stop,
-        Progress progress = {}, const std::optional<Share>& share = {});
+        Progress progress = {}, const std::optional<Share>& share = {}, bench::RunsOn on = {});
 
   /// The cells that shares have measured, and no others.
-  Cells(const Merged& merged, bool quick, const std::atomic<bool>& stop);
+  Cells(const Merged& merged, bool quick, const std::atomic<bool>& stop, bench::RunsOn on = {});
 
   /// Whether this is the short version, which tests run.
   bool quick() const { return quick_; }
+  /// Where malha is measured.
+  const bench::RunsOn& on() const { return on_; }
 
   /// How many cells there will be, for the progress line; may be called again.
   void plan(int cells) { planned_ = share_ ? (cells + share_->n - 1) / share_->n : cells; }
@@ -78,6 +81,7 @@ class Cells {
 
   std::filesystem::path path_;
   bool quick_;
+  bench::RunsOn on_;
   const std::atomic<bool>& stop_;
   Progress progress_;
   std::optional<Share> share_;    // that is measured here

@@ -10,11 +10,11 @@ namespace malha::study {
 
 const std::vector<Study>& studies() {
   static const std::vector<Study> all{
-      {"accuracy", "Error against cost of every method, beside explicit and implicit integrators", run_accuracy},
+      {"accuracy", "Error against cost of every method, beside explicit and implicit integrators", run_accuracy, true},
       {"published", "Cases that papers print, repeated with their own parameters, ours beside theirs", run_published},
       {"stability", "Where each method fails, how, and what guards the user", run_stability},
-      {"scaling", "How much faster more threads are, pass by pass, on the same body and on one that grows",
-       run_scaling},
+      {"scaling", "How much faster more threads are, pass by pass, on the same body and on one that grows", run_scaling,
+       true},
       {"parsimony", "What each feature adds to a scene: time, memory, kernels launched", run_parsimony},
       {"size",
        "What a particle costs in time, memory and set-up, and how far off it is, from 289 particles to 4 million",

@@ -6,6 +6,7 @@
 #include "host/base/file.h"
 #include "host/base/hash.h"
 #include "host/base/text.h"
+#include "host/error.h"
 #include "tools/bench/facts.h"
 #include "tools/study/page.h"
 #include "tools/study/progress.h"
@@ -61,7 +62,7 @@ void report(const Study& study, const Findings& findings, const std::filesystem:
 
 /// "malha study accuracy --quick"
 std::string command_of(const Study& study, const Options& options) {
-  return "malha study " + study.name + (options.quick ? " --quick" : "");
+  return "malha study " + study.name + (options.quick ? " --quick" : "") + options.on.words();
 }
 
 /// Measures what is not kept, of a share only what is its own.
@@ -76,8 +77,8 @@ void measure(const Study& study, const Options& options, const std::filesystem::
     progress(name + " " + std::to_string(done) + "/" + std::to_string(planned) + " " + cell,
              planned > 0 ? static_cast<double>(done) / planned : 0);
   };
-  Cells cells(file, journal_head(study.name, options.quick, build, program, options.share), options.quick, stop, show,
-              options.share);
+  Cells cells(file, journal_head(study.name, options.quick, build, program, options.share, options.on), options.quick,
+              stop, show, options.share, options.on);
   const Findings findings = study.run(cells);
   if (!options.share)
     return report(study, findings, out,
@@ -114,9 +115,9 @@ bool merge(const std::vector<const Study*>& asked, const Options& options, const
   std::vector<Whole> all;
   bool lacking = false;
   for (const Study* study : asked) {
-    const Merged merged =
-        merged_shares(options.merge, journal_head(study->name, options.quick, build, program, {}), options.keep);
-    Cells cells(merged, options.quick, stop);
+    const Merged merged = merged_shares(
+        options.merge, journal_head(study->name, options.quick, build, program, {}, options.on), options.keep);
+    Cells cells(merged, options.quick, stop, options.on);
     const Findings findings = study->run(cells);
     print_missing(*study, options, merged, cells);
     lacking = lacking || !cells.missing().empty();
@@ -141,6 +142,11 @@ bool run(const Options& options, const std::atomic<bool>& stop) {
   for (const Study& study : studies())
     if (std::find(options.names.begin(), options.names.end(), study.name) != options.names.end())
       asked.push_back(&study);
+  for (const Study* study : asked)
+    if (!study->anywhere && !options.on.words().empty())
+      malha::refuse("malha study " + study->name, "", "\"" + options.on.words().substr(1) + "\"",
+                    "accuracy and scaling, which run there; the others are of the host");
+  if (options.merge.empty()) options.on.require();
   const Json build = bench::build_facts();
   if (!options.merge.empty()) {
     if (!merge(asked, options, out, build, stop)) return false;

@@ -76,6 +76,7 @@ class Reader {
     for (const auto& fact : own_.at("build").items())
       if (!head["build"].contains(fact.key())) refuse("no " + malha::quoted(fact.key()), kHead);
     for (const char* key : {"study", "quick"}) same(key, head.at(key), own_.at(key), "");
+    same("on", head.value("on", ""), own_.value("on", ""), "");
     same("malha", head.at("build").at("malha_version"), own_.at("build").at("malha_version"), ", as this program");
     if (!keep)
       same("program", head.at("program"), own_.at("program"), ", this one; or --keep, which takes other builds");
@@ -124,8 +125,9 @@ std::string journal_name(const std::string& study, bool quick, const std::option
 }
 
 Json journal_head(const std::string& study, bool quick, const Json& build, const Json& program,
-                  const std::optional<Share>& share) {
+                  const std::optional<Share>& share, const bench::RunsOn& on) {
   Json head{{"study", study}, {"quick", quick}, {"build", build}, {"program", program}};
+  if (const std::string words = on.words(); !words.empty()) head["on"] = words;
   if (share) head["share"] = share->words();
   return head;
 }

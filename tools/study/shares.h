@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/bench/runs_on.h"
+
 namespace malha::study {
 
 using Json = nlohmann::ordered_json;
@@ -29,7 +31,7 @@ std::string journal_name(const std::string& study, bool quick, const std::option
 
 /// The first line of that file: what makes its cells comparable with those of another.
 Json journal_head(const std::string& study, bool quick, const Json& build, const Json& program,
-                  const std::optional<Share>& share);
+                  const std::optional<Share>& share, const bench::RunsOn& on = {});
 
 /// The cells of all shares.
 struct Merged {

@@ -62,6 +62,7 @@ struct Study {
   std::string name;
   std::string what;  // one sentence: what it shows
   Findings (*run)(Cells& cells);
+  bool anywhere = false;  // on any backend: others are of the host's alone
 };
 
 /// All, in the order in which they run and are shown.

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/text.h"
+#include "host/error.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/filter/chart.h"
 #include "tools/bench/filter/contest.h"
@@ -25,8 +26,8 @@ bool asks(const FilterOptions& options, const std::string& kernel) {
   return std::find(options.kernels.begin(), options.kernels.end(), kernel) != options.kernels.end();
 }
 
-Json facts_of(const std::vector<int>& threads) {
-  Json facts = machine_facts(threads);
+Json facts_of(const std::vector<int>& threads, const RunsOn& on) {
+  Json facts = machine_facts(threads, on);
   if (!openblas_version().empty()) facts["openblas_version"] = openblas_version();
   facts["cache_bytes"] = cache_bytes();
   facts["read_bytes"] = kMemoryBytes;
@@ -53,9 +54,9 @@ int step_cap(const FilterOptions& options, bool dense) {
 class Bench {
  public:
   explicit Bench(const FilterOptions& options)
-      : options_(options), out_("filter", options), threads_(thread_counts(options.threads)) {
+      : options_(options), out_("filter", options), threads_(thread_counts(options)) {
     out_.doing("measuring the machine", 0);
-    out_.facts = facts_of(threads_);
+    out_.facts = facts_of(threads_, options.on);
     out_.print(introduction(options, out_.facts));
   }
 
@@ -84,7 +85,7 @@ class Bench {
     double searched = 0;
     for (const FilterKind filter : {FilterKind::Dense, FilterKind::Sparse})
       for (const int threads : threads_) {
-        const StepSearch search{filter, threads, step_cap(options_, filter == FilterKind::Dense),
+        const StepSearch search{options_.on, filter, threads, step_cap(options_, filter == FilterKind::Dense),
                                 options_.repeats * options_.seconds};
         const auto row = real_time(search, [&](const std::string& what) {
           out_.doing(what + " on " + counted(threads, "thread"),
@@ -120,6 +121,8 @@ class Bench {
 }  // namespace
 
 void run_filter(const FilterOptions& options) {
+  if (options.on.device() && (asks(options, "dense") || asks(options, "sparse")))
+    refuse("malha bench filter", "--backend", "\"cuda\" with single products", "--kernel step, which runs there");
   Bench bench(options);
   bench.products();
   bench.steps();

@@ -22,9 +22,7 @@ constexpr double kExact = 1.02;
 FilterRow step_row(const StepSearch& search, int side) {
   Scene scene = sprung(side);
   scene.solver.desbrun.filter = search.filter;
-  SimulationOptions options;
-  options.threads = search.threads;
-  Simulation simulation(scene, options);
+  Simulation simulation(scene, search.on.options(search.threads, false));
   const Pinned pinned(search.threads);
   FilterRow row;
   double all = 0;

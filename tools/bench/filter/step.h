@@ -6,12 +6,14 @@
 
 #include "host/scene.h"
 #include "tools/bench/filter/row.h"
+#include "tools/bench/runs_on.h"
 
 namespace malha::bench {
 
 inline constexpr double kFrameMs = 16.6;  // of a step at 60 Hz
 
 struct StepSearch {
+  RunsOn on;
   FilterKind filter = FilterKind::Sparse;
   int threads = 1;
   int cap = 1000;      // the largest side to try

@@ -21,10 +21,7 @@ std::string colour(const Row& row) {
 }
 
 std::string name(const Row& row) {
-  return (row.library == "bullet" ? "Bullet, "
-          : row.schedule.levels   ? "with levels, "
-                                  : "malha, ") +
-         counted(row.threads, "thread");
+  return (row.library == "bullet" ? "Bullet, " : row.schedule.levels ? "with levels, " : "malha, ") + where_of(row);
 }
 
 /// Lines of the grids, and open marks of the irregular mesh, for each library and number of threads.

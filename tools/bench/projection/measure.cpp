@@ -23,11 +23,10 @@ struct Runner {
   std::function<void(Row&)> look;
 };
 
-Runner malha_runner(const Case& which, const Schedule& schedule, int threads) {
-  SimulationOptions options;
-  options.threads = threads;
-  const auto simulation = std::make_shared<Simulation>(hanging(which, schedule), options);
+Runner malha_runner(const Case& which, const Schedule& schedule, const RunsOn& on, int threads) {
+  const auto simulation = std::make_shared<Simulation>(hanging(which, schedule), on.options(threads, false));
   Runner runner;
+  runner.row.backend = on.backend;
   runner.row.library = "malha", runner.row.version = version();
   runner.row.schedule = schedule, runner.row.threads = threads;
   runner.row.particles = simulation->model().count();
@@ -70,9 +69,7 @@ Runner bullet_runner(const Case& which) {
 Runner bullet_runner(const Case&) { return {}; }
 #endif
 
-std::string words(const Row& row) {
-  return row.library + " " + row.schedule.name() + " on " + counted(row.threads, "thread");
-}
+std::string words(const Row& row) { return row.library + " " + row.schedule.name() + " on " + where_of(row); }
 
 }  // namespace
 
@@ -93,7 +90,7 @@ std::vector<Row> measure(Case which, const MeasuringOptions& timing,
   std::vector<Runner> runners;
   for (const Schedule& schedule : kSchedules) {
     for (const int threads : timing.threads) {
-      Runner runner = malha_runner(which, schedule, threads);
+      Runner runner = malha_runner(which, schedule, timing.on, threads);
       if (schedule.levels && runner.row.levels == 0) break;  // "auto" has none here: the rows would repeat others
       runners.push_back(std::move(runner));
     }
@@ -143,7 +140,7 @@ void set_floor(Row& row, double triad_gb_per_s, double root_ns, int cores) {
   const int iterations = row.schedule.iterations;
   const double particle = (kRead + kWritten + (iterations - 1) * (kReadAgain + kWrittenAgain)) / iterations;
   row.floor_memory_ns = (particle / per_particle + constraint_bytes(row)) / triad_gb_per_s;
-  row.floor_operations_ns = root_ns / std::min(row.threads, cores);
+  row.floor_operations_ns = row.backend == "cuda" ? 0 : root_ns / std::min(row.threads, cores);
 }
 
 }  // namespace malha::bench

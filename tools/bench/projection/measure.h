@@ -29,7 +29,7 @@ std::vector<Row> measure(Case which, const MeasuringOptions& timing,
 /// Fills the row's working set, triad and floors. Every substep must read and write its particles once (position and
 /// inverse mass, velocity), every further iteration their positions, and where no pattern gives them, each projection
 /// reads its rest length and two 16-bit indices; it takes one square root and one division.
-/// `root_ns`: of those two on one thread. More threads than `cores` are no faster.
+/// `root_ns`: of those two on one thread of the host. More threads than `cores` are no faster.
 void set_floor(Row& row, double triad_gb_per_s, double root_ns, int cores);
 double working_set_bytes(const Row& row);
 

@@ -36,8 +36,8 @@ std::vector<Planned> plan(const ProjectionOptions& options) {
 }
 
 /// What was measured on, and how fast that is.
-Json facts_of(const std::vector<int>& threads, double root_ns) {
-  Json facts = machine_facts(threads);
+Json facts_of(const MeasuringOptions& timing, double root_ns) {
+  Json facts = machine_facts(timing.threads, timing.on);
   if (!bullet_version().empty()) facts["bullet_version"] = bullet_version();
   facts["root_and_quotient_ns"] = root_ns;
   return facts;
@@ -72,13 +72,13 @@ void check_memory(const std::vector<Planned>& cases, const std::vector<int>& thr
 
 void run_projection(const ProjectionOptions& options) {
   MeasuringOptions timing = options;
-  timing.threads = thread_counts(options.threads);
+  timing.threads = thread_counts(options);
   const std::vector<Planned> cases = plan(options);
   check_memory(cases, timing.threads);
   Output out("projection", options);
   out.doing("measuring the machine", 0);
   const double root_ns = root_and_quotient_ns();
-  out.facts = facts_of(timing.threads, root_ns);
+  out.facts = facts_of(timing, root_ns);
   out.print(introduction(options, out.facts));
 
   std::vector<Row> all;
@@ -93,7 +93,8 @@ void run_projection(const ProjectionOptions& options) {
     std::map<int, double> triad;  // by threads
     for (Row& row : rows) {
       if (!triad.contains(row.threads))
-        triad[row.threads] = triad_gb_per_s(static_cast<std::size_t>(working_set_bytes(row)), row.threads);
+        triad[row.threads] =
+            memory_gb_per_s(out.facts, row.backend, static_cast<std::size_t>(working_set_bytes(row)), row.threads);
       set_floor(row, triad[row.threads], root_ns, cores());
     }
     out.print(table(rows, left_out));

@@ -28,6 +28,8 @@ double Row::ns_min() const { return ns(*std::min_element(step_seconds.begin(), s
 double Row::ns_max() const { return ns(*std::max_element(step_seconds.begin(), step_seconds.end())); }
 double Row::floor_ns() const { return std::max(floor_memory_ns, floor_operations_ns); }
 
+std::string where_of(const Row& row) { return row.backend == "cuda" ? "the device" : counted(row.threads, "thread"); }
+
 double times_as_fast(const Row& row, const Row& other) {
   std::vector<double> ratios;
   for (std::size_t r = 0; r < row.step_seconds.size(); ++r)
@@ -78,6 +80,7 @@ nlohmann::ordered_json to_json(const std::vector<Row>& rows) {
               {"floor_operations_ns", row.floor_operations_ns},
               {"floor_ns", row.floor_ns()},
               {"times_floor", row.ns_per_projection() / row.floor_ns()}};
+    if (row.library == "malha") json["backend"] = row.backend;
     for (const auto& [part, seconds] : row.setup_seconds) json["setup_s"][part] = seconds;
     for (const auto& [owner, bytes] : row.memory) json["memory_bytes"][owner] = static_cast<std::int64_t>(bytes);
     if (const Row* one = on_one_thread(rows, row)) json["times_as_fast_as_one_thread"] = times_as_fast(row, *one);

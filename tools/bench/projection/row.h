@@ -16,6 +16,7 @@ struct Row {
   double side = 0;  // particles a side
   std::int64_t particles = 0, constraints = 0;
   std::string library, version;
+  std::string backend = "openmp";  // of malha
   Schedule schedule;
   int levels = 0;  // that the case has
   int threads = 1;
@@ -34,6 +35,9 @@ struct Row {
   double floor_ns() const;
   double ns(double step_seconds) const;  // a projection of a step that takes so long
 };
+
+/// "2 threads", "the device".
+std::string where_of(const Row& row);
 
 /// How many times as fast `row` is as `other`, a projection: the median over the repeats, which took turns.
 double times_as_fast(const Row& row, const Row& other);

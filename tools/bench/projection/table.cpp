@@ -16,7 +16,7 @@ std::string heading(const std::vector<Row>& rows) {
   const char* separator = " ";
   for (const Row& r : rows) {
     if (r.library != "malha" || !(r.schedule == rows.front().schedule)) continue;
-    text += separator + formatted("%.0f GB/s on ", r.triad_gb_per_s) + counted(r.threads, "thread");
+    text += separator + formatted("%.0f GB/s on ", r.triad_gb_per_s) + where_of(r);
     separator = ", ";
   }
   return text + "\n";
@@ -24,8 +24,9 @@ std::string heading(const std::vector<Row>& rows) {
 
 std::string line(const Row& row) {
   const std::string spread = formatted("(%.3g .. %.3g)", row.ns_min(), row.ns_max());
-  return formatted("  %-8s %-11s %7d %9.3f %-18s %10.4g %9.1f %12.5f %12.5f  %s\n", row.library.c_str(),
-                   row.schedule.name().c_str(), row.threads, row.ns_per_projection(), spread.c_str(), row.step_ms(),
+  return formatted("  %-8s %-11s %7d %9.3f %-18s %10.4g %9.1f %12.5f %12.5f  %s\n",
+                   (row.backend == "cuda" ? row.backend : row.library).c_str(), row.schedule.name().c_str(),
+                   row.threads, row.ns_per_projection(), spread.c_str(), row.step_ms(),
                    row.ns_per_projection() / row.floor_ns(), row.strain.rms, row.strain.max,
                    hex(row.state_hash).c_str());
 }
@@ -37,9 +38,8 @@ double number_of(const Parts& parts, const std::string& name) {
 }
 
 std::string set_up_of_levels(const Row& row, const Row& plain) {
-  return formatted("  levels on %s: set-up %.3g s instead of %.3g, %.3g B a particle\n",
-                   counted(row.threads, "thread").c_str(), number_of(row.setup_seconds, "total"),
-                   number_of(plain.setup_seconds, "total"),
+  return formatted("  levels on %s: set-up %.3g s instead of %.3g, %.3g B a particle\n", where_of(row).c_str(),
+                   number_of(row.setup_seconds, "total"), number_of(plain.setup_seconds, "total"),
                    number_of(row.memory, "levels") / static_cast<double>(row.particles));
 }
 
@@ -49,7 +49,7 @@ std::string setup_lines(const std::vector<Row>& rows) {
   for (const Row& row : rows)
     if (row.library == "malha" && row.schedule == rows.front().schedule) shown = &row;
   if (shown == nullptr) return "";
-  std::string text = "  set-up on " + counted(shown->threads, "thread") + ":";
+  std::string text = "  set-up on " + where_of(*shown) + ":";
   for (const auto& [part, seconds] : shown->setup_seconds)
     if (seconds > 0) text += formatted(" %s %.3g s,", part.c_str(), seconds);
   text.back() = '\n';
@@ -74,22 +74,22 @@ std::string table(const std::vector<Row>& rows, const std::string& bullet_left_o
   for (const Row& row : rows) {
     const Row* one = on_one_thread(rows, row);
     if (one != nullptr && one != &row)
-      text += formatted("  %s on %s: %.2f x as fast as on 1\n", row.schedule.name().c_str(),
-                        counted(row.threads, "thread").c_str(), times_as_fast(row, *one));
+      text += formatted("  %s on %s: %.2f x as fast as on 1\n", row.schedule.name().c_str(), where_of(row).c_str(),
+                        times_as_fast(row, *one));
   }
   for (const Row& row : rows)
     if (const Row* plain = without_levels(rows, row))
       text +=
           formatted(
               "  levels on %s: %.2f x the step without, strain %.2g rms and %.2g at most instead of %.2g and %.2g\n",
-              counted(row.threads, "thread").c_str(), times_as_long(row, *plain), row.strain.rms, row.strain.max,
-              plain->strain.rms, plain->strain.max) +
+              where_of(row).c_str(), times_as_long(row, *plain), row.strain.rms, row.strain.max, plain->strain.rms,
+              plain->strain.max) +
           set_up_of_levels(row, *plain);
   for (const Row& row : rows) {
     const Row* peer = bullet_of(rows, row);
     if (peer != nullptr && row.library == "malha" && row.schedule == Schedule{10, 1})
       text += formatted("  10x1 on %s: %.1f x as fast as Bullet (1x10, 1 thread), a projection\n",
-                        counted(row.threads, "thread").c_str(), times_as_fast(row, *peer));
+                        where_of(row).c_str(), times_as_fast(row, *peer));
   }
   text += setup_lines(rows);
   if (!bullet_left_out.empty()) text += "  Bullet is left out: " + bullet_left_out + "\n";

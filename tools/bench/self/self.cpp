@@ -31,7 +31,7 @@ struct Line {
   std::string hash = {};                           // after the same steps on all numbers of threads
   std::vector<double> collision = {}, whole = {};  // ns a particle and substep, a number a turn
 
-  Line(const Scene& scene, int count) : simulation(scene, {.threads = count}), threads(count) {}
+  Line(const Scene& scene, const RunsOn& on, int count) : simulation(scene, on.options(count, true)), threads(count) {}
 
   /// Takes note of steps that took `whole` s each, `collision` of them in contacts.
   void note(double whole_s, double collision_s) {
@@ -130,7 +130,7 @@ class Runs {
   std::vector<Line> lasting(const std::vector<int>& threads) const {
     std::vector<Line> lines;
     for (const int count : threads) {
-      Line& line = lines.emplace_back(scene_, count);
+      Line& line = lines.emplace_back(scene_, options_.on, count);
       for (int step = 0; step < kWarmUp; ++step) line.simulation.step();
       line.hash = hex(line.simulation.state_hash());
     }
@@ -146,7 +146,7 @@ class Runs {
     for (int turn = 0; turn < options_.repeats; ++turn) {
       double took = 0;
       for (std::size_t k = 0; k < threads.size(); ++k) {
-        Line line(scene_, threads[k]);
+        Line line(scene_, options_.on, threads[k]);
         took += run_motion(line, of_.steps, [&](double part) {
           out_.doing(title(), (turn + (double(k) + part) / double(threads.size())) / options_.repeats);
         });
@@ -178,9 +178,9 @@ const std::vector<std::string>& self_case_names() {
 }
 
 void run_self(const SelfOptions& options) {
-  const std::vector<int> threads = thread_counts(options.threads);
+  const std::vector<int> threads = thread_counts(options);
   Output out("self", options);
-  out.facts = machine_facts(threads);
+  out.facts = machine_facts(threads, options.on);
   std::string legend;
   for (const SelfCase* of : chosen(options)) legend += formatted("%-8s ", of->name) + of->what + "\n";
   out.print(

@@ -30,8 +30,8 @@ class Runner {
 
 class ByMalha : public Runner {
  public:
-  ByMalha(const AccuracyCase& of, const Method& method)
-      : simulation_(with_solver(of, method.solver, method.compliant), {.threads = 1}), solver_(method.solver) {}
+  ByMalha(const AccuracyCase& of, const Method& method, const bench::RunsOn& on)
+      : simulation_(with_solver(of, method.solver, method.compliant), on.options(1, false)), solver_(method.solver) {}
   void frame() override { simulation_.step(); }
   State state() const override { return {flat(simulation_.positions()), flat(simulation_.velocities())}; }
   void add_counts(Json& cell, int) const override {
@@ -163,15 +163,18 @@ Json accuracy_cell(const AccuracyCase& of, const System& system, const Method& m
   Json at = Json::array();
   std::vector<double> seconds_of;
   std::unique_ptr<Runner> runner;
+  const bool on_device = cells.on().device() && method.integrator == Integrator::Malha;
+  if (on_device) cell["backend"] = cells.on().backend;
   if (method.integrator == Integrator::Malha)
-    runner = std::make_unique<ByMalha>(of, method);
+    runner = std::make_unique<ByMalha>(of, method, cells.on());
   else
     runner = std::make_unique<ByReference>(system, method);
   int frame = 0;
   try {
     for (std::size_t k = 0; k < of.times.size() && of.times[k] <= method.until; ++k) {
       for (; frame < frames(of.times[k]); ++frame) {
-        seconds_of.push_back(thread_seconds([&] { runner->frame(); }));
+        const auto step = [&] { runner->frame(); };
+        seconds_of.push_back(on_device ? seconds(step) : thread_seconds(step));
         cells.go_on();
       }
       at.push_back(errors(system, runner->state(), truth.at[k], truth.energy, of.times[k]));

@@ -22,8 +22,8 @@ struct Truth {
 Truth truth_of(const AccuracyCase& of, const System& system, Cells& cells);
 
 /// {status, ms_per_s, sweeps_per_s, ..., at: [{time_s, rms_error_m, ...}]}. Costs are those of a simulated second on
-/// one thread: the median frame's processor time, and counts that do not depend on the machine. A run that is no longer
-/// finite has the status "diverged", and no errors from there on.
+/// one thread: the median frame's processor time, of a device its time by the clock, and counts that do not depend on
+/// the machine. A run that is no longer finite has the status "diverged", and no errors from there on.
 Json accuracy_cell(const AccuracyCase& of, const System& system, const Method& method, const Truth& truth,
                    const Cells& cells);
 

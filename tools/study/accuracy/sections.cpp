@@ -71,14 +71,20 @@ Chart chart(const AccuracyCase& of, const Truth& truth, std::size_t time, const 
   return chart;
 }
 
-constexpr const char* kMs = "ms of processor time per simulated second, one thread";
+std::string milliseconds(const Json& rows) {
+  const bool on_device =
+      std::any_of(rows.begin(), rows.end(), [](const Json& row) { return row.value("backend", "") == "cuda"; });
+  return on_device ? "ms per simulated second: malha on the device, by the clock; others on one thread"
+                   : "ms of processor time per simulated second, one thread";
+}
 
-Section cost_section(const AccuracyCase& of, const Truth& truth, const Points& points, const Points& last) {
+Section cost_section(const AccuracyCase& of, const Truth& truth, const Points& points, const Points& last,
+                     const std::string& axis) {
   Section cost{of.title + ": what accuracy costs",
                {of.what, truth_sentence(of, truth)},
                {},
                cheapest_table(points, truth.known[0])};
-  cost.chart = chart(of, truth, 0, points, &Point::ms, "cost", kMs);
+  cost.chart = chart(of, truth, 0, points, &Point::ms, "cost", axis);
   cost.sentences.push_back(formatted("Cheapest here after %g s, of all (ms a simulated second): ", of.times[0]) +
                            cheapest_list(points, truth.known[0], &Point::ms, "ms", false) + ".");
   cost.sentences.push_back("Of malha's methods: " + cheapest_list(points, truth.known[0], &Point::ms, "ms", true) +
@@ -92,14 +98,14 @@ Section cost_section(const AccuracyCase& of, const Truth& truth, const Points& p
   return cost;
 }
 
-Section late_section(const AccuracyCase& of, const Truth& truth, const Points& last) {
+Section late_section(const AccuracyCase& of, const Truth& truth, const Points& last, const std::string& axis) {
   const double known = truth.known.back();
   Section late{of.title + formatted(": what accuracy costs after %g s", of.times.back()),
                {"Cheapest of all (ms a simulated second): " + cheapest_list(last, known, &Point::ms, "ms", false) + ".",
                 "Of malha's methods: " + cheapest_list(last, known, &Point::ms, "ms", true) + ".", best_sentence(last)},
                {},
                cheapest_table(last, known)};
-  late.chart = chart(of, truth, of.times.size() - 1, last, &Point::ms, "late", kMs);
+  late.chart = chart(of, truth, of.times.size() - 1, last, &Point::ms, "late", axis);
   return late;
 }
 
@@ -131,9 +137,11 @@ std::vector<Section> accuracy_sections(const AccuracyCase& of, const Truth& trut
     return points;
   };
   const Points points = at(of.times[0], false), last = at(of.times.back(), false);
-  std::vector<Section> sections{cost_section(of, truth, points, last), work_section(of, truth, points, rows)};
+  std::vector<Section> sections{cost_section(of, truth, points, last, milliseconds(rows)),
+                                work_section(of, truth, points, rows)};
   if (is_free) sections[0].sentences.push_back(momenta_sentence(last, of.times.back()));
-  if (of.times.size() > 1 && truth.known.back() <= kChaotic) sections.push_back(late_section(of, truth, last));
+  if (of.times.size() > 1 && truth.known.back() <= kChaotic)
+    sections.push_back(late_section(of, truth, last, milliseconds(rows)));
   if (const Points variants = at(of.times[0], true); variants.size() > 0 && variants.back().variant) {
     Section filters{of.title + ": variants of Desbrun's filter",
                     {"All but what they name are sparse, in double, and with the corrector by inertia on free bodies.",
@@ -142,7 +150,7 @@ std::vector<Section> accuracy_sections(const AccuracyCase& of, const Truth& trut
                     cheapest_table(variants, truth.known[0])};
     filters.sentences.push_back("Cheapest: " + cheapest_list(variants, truth.known[0], &Point::ms, "ms", true) + ".");
     if (is_free) filters.sentences.push_back(momenta_sentence(at(of.times.back(), true), of.times.back()));
-    filters.chart = chart(of, truth, 0, variants, &Point::ms, "filters", kMs);
+    filters.chart = chart(of, truth, 0, variants, &Point::ms, "filters", milliseconds(rows));
     sections.push_back(filters);
   }
   return sections;

@@ -38,9 +38,10 @@ struct ScalingCase {
   int side;
 };
 
-std::vector<ScalingCase> scaling_cases(bool quick) {
+/// A device has no threads of its own to grow with.
+std::vector<ScalingCase> scaling_cases(bool quick, bool on_device) {
   std::vector<ScalingCase> all;
-  for (const bool weak : {false, true})
+  for (const bool weak : on_device ? std::vector{false} : std::vector{false, true})
     for (const ClothMethod& method : cloth_methods())
       for (const int side : weak ? weak_sides(method, quick) : strong_sides(method, quick))
         all.push_back({weak ? "weak" : "strong", method, side});
@@ -98,6 +99,7 @@ Json scaling_rows(const std::string& kind, const ClothMethod& method, int side, 
     return Json::array({base});
   }
   base["load_average"] = cell["load_average"];
+  if (cell.contains("device")) base["device"] = cell["device"];
   keep_machine(base, cell);
   Json rows = Json::array();
   std::vector<int> threads;
@@ -113,14 +115,16 @@ Json scaling_rows(const std::string& kind, const ClothMethod& method, int side, 
 }
 
 Findings run_scaling(Cells& cells) {
-  const bool quick = cells.quick();
+  const bool quick = cells.quick(), on_device = cells.on().device();
   Findings findings;
-  const std::vector<int> threads = scaling_threads(cells.cores());
-  const std::vector<ScalingCase> cases = scaling_cases(quick);
-  cells.plan(static_cast<int>(threads.size() + cases.size()));
-  const std::vector<Json> launches = cells.of(
-      threads, [](int t) { return "launches on " + counted(t, "thread"); },
-      [&](int t) { return launch_costs(t, quick); });
+  const std::vector<int> threads = on_device ? std::vector{1} : scaling_threads(cells.cores());
+  const std::vector<ScalingCase> cases = scaling_cases(quick, on_device);
+  cells.plan(static_cast<int>((on_device ? 0 : threads.size()) + cases.size()));
+  std::vector<Json> launches;
+  if (!on_device)
+    launches = cells.of(
+        threads, [](int t) { return "launches on " + counted(t, "thread"); },
+        [&](int t) { return launch_costs(t, quick); });
   const std::vector<Json> bodies = cells.of(
       cases,
       [](const ScalingCase& of) {
@@ -138,7 +142,10 @@ Findings run_scaling(Cells& cells) {
   for (std::size_t k = 0; k < cases.size(); ++k)
     for (const Json& row : scaling_rows(cases[k].kind, cases[k].method, cases[k].side, bodies[k]))
       findings.rows.push_back(row);
-  findings.sections = scaling_sections(findings.rows, variable("OMP_PROC_BIND") + ", " + variable("OMP_PLACES"));
+  if (on_device)
+    findings.sections = {scaling_on_device(findings.rows)};
+  else
+    findings.sections = scaling_sections(findings.rows, variable("OMP_PROC_BIND") + ", " + variable("OMP_PLACES"));
   return findings;
 }
 
