@@ -98,6 +98,7 @@ struct FindEdgePairs {
       if (!overlap(box, their_box) || parted(slab, theirs) || parted(theirs, mine)) return;
       for (int k = 0; k < 3; ++k)
         if (mine.owns_corner(k) && overlap(boxes[mine.corner[k]], their_box)) add({{mine.corner[k], c[0], c[1], c[2]}});
+      KERNEL_ROLLED
       for (int l = 0; l < 3; ++l) {
         if (mine.is_face() && theirs.owns_corner(l) && overlap(boxes[c[l]], box))
           add({{c[l], mine.corner[0], mine.corner[1], mine.corner[2]}});

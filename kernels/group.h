@@ -86,6 +86,7 @@ struct Block {
 
   template <class Work>
   KERNEL void apart(int begin, int end, const Work& work) const {
+    KERNEL_ROLLED
     for (int i = begin; i < end; ++i) work(i);
   }
 

@@ -9,6 +9,12 @@
 #define KERNEL [[gnu::always_inline]] inline
 #define KERNEL_LAMBDA __attribute__((always_inline))
 #endif
+/// Before a loop of which a device's compiler is to keep one round, as there are no registers for all of them.
+#if defined(__CUDACC__)
+#define KERNEL_ROLLED _Pragma("unroll 1")
+#else
+#define KERNEL_ROLLED
+#endif
 /// Of kernels that no device runs: those that ask Embree.
 #define HOST_KERNEL [[gnu::always_inline]] inline
 

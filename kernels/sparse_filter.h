@@ -105,7 +105,9 @@ struct TransposedProduct {
 
   KERNEL void run(int begin, int end) const {
     int j = begin;
-    for (; j + 8 <= end; j += 8) some<2>(j, 4);
+    constexpr int lanes = kLanes<T, Isa>;
+    if constexpr (lanes > 1)  // one has no registers for so many sums
+      for (; j + 8 <= end; j += 8) some<2>(j, 4);
     for (; j < end; j += 4) some<1>(j, end - j);
   }
 

@@ -75,21 +75,21 @@ void expect_same(const ClosestPoint& found, const ClosestPoint& all, int i) {
 
 /// The feature that is nearest to a place is so to any other place up to where it holds: the answer has the same bits.
 bool expect_feature_as_all_triangles(const Surface& surface, const Point& p, int cell, Random& random, int i) {
-  const NearMesh& mesh = surface.near_mesh();
+  const NearMesh& mesh = surface.view().cells;
   const NearCell& of = mesh.cells[cell];
-  const Point local = surface.in_near_mesh(p);
+  const Point local = surface.view().in_near_mesh(p);
   NearPairs<Own> pairs(mesh);
   pairs.add(local, mesh.lists + of.first, of.count);
   pairs.measure();
   const NearTriangle near = pairs.nearest(0);
-  NearFeature feature = surface.feature(near);
+  NearFeature feature = surface.view().feature(near);
   const auto error = static_cast<double>(of.error);
   feature.at = local, feature.radius = pairs.holds_within(0, near, from_walls(mesh, of, local), error);
   if (feature.kind == NearFeature::Point || !(feature.radius > 0)) return false;
   const Point way = random.in_cube(1), at = p + way * (0.999 * feature.radius / std::sqrt(dot(way, way)));
-  if (!feature.holds(surface.in_near_mesh(at))) return false;  // smaller than a rounding
+  if (!feature.holds(surface.view().in_near_mesh(at))) return false;  // smaller than a rounding
   const ClosestPoint all = surface.closest(at, 4 * surface.diagonal());
-  ClosestPoint found = surface.of_feature(feature, at);
+  ClosestPoint found = surface.view().of_feature(feature, at);
   found.triangle = all.triangle;  // any that the feature is part of
   expect_same(found, all, i);
   return true;
@@ -123,17 +123,17 @@ Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
     if (cell == 0) continue;
     ++compared.listed;
     for_each_isa([&]<class Isa>(Isa) {
-      expect_same(surface.within(radius, surface.nearest<Isa>(p, cell), p), all, i);
+      expect_same(surface.view().within(radius, surface.view().nearest<Isa>(p, cell), p), all, i);
       // Beside others, whose pairs share its packs.
-      const NearMesh& mesh_of = surface.near_mesh();
+      const NearMesh& mesh_of = surface.view().cells;
       NearPairs<Isa> pairs(mesh_of);
       const int* const list = mesh_of.lists + mesh_of.cells[cell].first;
       const int count = mesh_of.cells[cell].count;
-      pairs.add(surface.in_near_mesh(p) * 1.01, list, count < 5 ? count : 5);
+      pairs.add(surface.view().in_near_mesh(p) * 1.01, list, count < 5 ? count : 5);
       pairs.add({}, list, 0);
-      pairs.add(surface.in_near_mesh(p), list, count);
+      pairs.add(surface.view().in_near_mesh(p), list, count);
       pairs.measure();
-      expect_same(surface.within(radius, pairs.nearest(2), p), all, i);
+      expect_same(surface.view().within(radius, pairs.nearest(2), p), all, i);
       EXPECT_EQ(pairs.nearest(1).triangle, -1);
     });
     compared.held += expect_feature_as_all_triangles(surface, p, cell, random, i);
@@ -221,10 +221,10 @@ TEST(NearCells, AFeatureHoldsForALargePartOfTheWayToTheNext) {
   const double way = 0.01 / std::sqrt(2);
   const int cell = grid.make_cell(p);
   ASSERT_GT(cell, 0);
-  const NearMesh& mesh = grid.near_mesh();
+  const NearMesh& mesh = grid.view().cells;
   const NearCell& of = mesh.cells[cell];
   NearPairs<Own> pairs(mesh);
-  pairs.add(grid.in_near_mesh(p), mesh.lists + of.first, of.count);
+  pairs.add(grid.view().in_near_mesh(p), mesh.lists + of.first, of.count);
   pairs.measure();
   const double holds = pairs.holds_within(0, pairs.nearest(0), INFINITY, static_cast<double>(of.error));
   EXPECT_GT(holds, 0.4 * way);
@@ -252,7 +252,7 @@ TEST(NearCells, StartAnewWhenTheirMemoryIsUsedUp) {
   const Point p{0.7, 0.6, 0.5};
   const int cell = ball.make_cell(p);
   ASSERT_GT(cell, 0);
-  EXPECT_EQ(ball.within(1, ball.nearest<Own>(p, cell), p).triangle, ball.closest(p, 1).triangle);
+  EXPECT_EQ(ball.view().within(1, ball.view().nearest<Own>(p, cell), p).triangle, ball.closest(p, 1).triangle);
 }
 
 }  // namespace

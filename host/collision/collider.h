@@ -8,6 +8,7 @@
 
 #include "host/base/array.h"
 #include "host/base/point_array.h"
+#include "host/collision/answer_by_lists.h"
 #include "host/collision/contact_facts.h"
 #include "host/collision/find_contact.h"
 #include "host/collision/near_memory.h"
@@ -38,6 +39,10 @@ class Collider {
       NearMemory<Executor, R>& memory = obstacles_[k].memory;
       const int looks = test(particles, k, static_cast<float>(2 * meshes_[k].thickness), false);
       nearby_[k] = memory.view();
+      if constexpr (!Memory<Executor>::kOfTheHost)
+        if (looks > 0)
+          parallel_for(executor_, particles.count,
+                       AnswerByLists<R>(look_at(surroundings(particles), k), count() == 1, bits_.data()));
       deal_words(looks, FindContact<R>{surroundings(particles), k, bits_.data()});
       facts_.looks += looks;
     }

@@ -66,9 +66,9 @@ struct NearCells::Candidate {
   bool gone = false;
 };
 
-NearCells::NearCells(const TriangleScene& scene, std::vector<Vec4<double>>& corners,
-                     const std::vector<std::array<int, 3>>& triangles, const Vector3<double>& half, double skin)
-    : scene_(scene), skin_(skin) {
+NearCells::NearCells(const TriangleScene& scene, ReadableVector<Vec4<double>>& corners,
+                     const ReadableVector<std::array<int, 3>>& triangles, const Vector3<double>& half, double skin)
+    : scene_(scene), skin_(skin), cells_(nullptr, nullptr), lists_(nullptr, nullptr) {
   const double size = norm(half);
   rounding_ = 1e-11 * size;
   mesh_.corners = corners.data(), mesh_.triangles = reinterpret_cast<const int(*)[3]>(triangles.data());
@@ -91,16 +91,14 @@ NearCells::NearCells(const TriangleScene& scene, std::vector<Vec4<double>>& corn
   mesh_.side = 2 * mesh_.half / (1 << mesh_.start);
   most_cells_ = static_cast<int>(std::min(4096 + count, 1L << 28));
   most_listed_ = static_cast<int>(std::min(65536 + 32 * count, 1L << 30));
-  cells_.reset(new NearCell[most_cells_]);
-  lists_.reset(new int[most_listed_]);
+  cells_ = readable_array<NearCell>(most_cells_, false);
+  lists_ = readable_array<int>(most_listed_, false);
   mesh_.cells = cells_.get(), mesh_.lists = lists_.get();
   clear();
 }
 
 void NearCells::clear() {
-  // Pages of zeros, which the system gives where they are first touched.
-  grid_.reset(static_cast<GridCell*>(std::calloc(std::size_t{1} << 3 * mesh_.start, sizeof(GridCell))));
-  if (!grid_) throw std::bad_alloc();
+  grid_ = readable_array<GridCell>(std::size_t{1} << 3 * mesh_.start, true);
   mesh_.grid = grid_.get();
   cells_used_ = 1, listed_ = 0, full_ = false;
 }
@@ -112,7 +110,7 @@ bool NearCells::tidy() {
 }
 
 bool NearCells::measure(const CellPath& path) {
-  GridCell& cell = grid_.get()[place_in_grid(mesh_, path)];
+  GridCell& cell = grid_[place_in_grid(mesh_, path)];
   float known;
   __atomic_load(&cell.distance, &known, __ATOMIC_RELAXED);
   if (known > 0) return false;
@@ -131,7 +129,7 @@ bool NearCells::measure(const CellPath& path) {
 bool NearCells::make(const CellPath& path) try {
   if (full_) return false;
   Cube cube{centre_in_grid(mesh_, path), mesh_.side / 2};
-  int* link = &grid_.get()[place_in_grid(mesh_, path)].cell;
+  int* link = &grid_[place_in_grid(mesh_, path)].cell;
   for (int parent = 0;;) {
     int at = published(*link);
     if (at == 0) {

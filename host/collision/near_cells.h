@@ -3,10 +3,10 @@
 #include <array>
 #include <atomic>
 #include <cstddef>
-#include <cstdlib>
 #include <memory>
 #include <vector>
 
+#include "host/base/readable.h"
 #include "host/collision/embree.h"
 #include "kernels/near_cells.h"
 
@@ -16,8 +16,8 @@ class NearCells {
  public:
   /// All outlive this. `half`: of the box around the mesh, whose centre is the origin (m); `skin`: by how much Embree's
   /// distances may be off (m).
-  NearCells(const TriangleScene& scene, std::vector<Vec4<double>>& corners,
-            const std::vector<std::array<int, 3>>& triangles, const Vector3<double>& half, double skin);
+  NearCells(const TriangleScene& scene, ReadableVector<Vec4<double>>& corners,
+            const ReadableVector<std::array<int, 3>>& triangles, const Vector3<double>& half, double skin);
 
   const NearMesh& mesh() const { return mesh_; }
 
@@ -47,9 +47,9 @@ class NearCells {
   std::vector<double> error_;       // m, of a computed distance: far from 0 for slivers alone
   double rounding_ = 0, skin_ = 0;  // m
   int most_cells_ = 0, most_listed_ = 0;
-  std::unique_ptr<GridCell, decltype(&std::free)> grid_{nullptr, &std::free};
-  std::unique_ptr<NearCell[]> cells_;
-  std::unique_ptr<int[]> lists_;
+  ReadableArray<GridCell> grid_{nullptr, nullptr};
+  ReadableArray<NearCell> cells_;
+  ReadableArray<int> lists_;
   std::atomic<int> cells_used_{0};
   std::atomic<long> listed_{0};
   std::atomic<bool> full_{false};

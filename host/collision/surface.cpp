@@ -22,7 +22,8 @@ std::array<float, 3> to_float(const Point& a) { return {float(a.x), float(a.y), 
 
 }  // namespace
 
-Surface::Surface(const Device& device, const Mesh& mesh) : triangles_(malha::triangles(mesh)) {
+Surface::Surface(const Device& device, const Mesh& mesh) {
+  for (const Triangle& t : malha::triangles(mesh)) triangles_.push_back(t);
   const auto [low, high] = bounds_of(mesh.points);
   centre_ = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
   half_ = Point{high[0], high[1], high[2]} - centre_;
@@ -69,6 +70,17 @@ Surface::Surface(const Device& device, const Mesh& mesh) : triangles_(malha::tri
     edge_normals_.push_back(normals);
     rim_edges_.push_back(rim);
   }
+  view_ = {cells_->mesh(),
+           points_.data(),
+           cells_->mesh().triangles,
+           face_normals_.data(),
+           corner_normals_.data(),
+           reinterpret_cast<const Point(*)[3]>(edge_normals_.data()),
+           reinterpret_cast<const bool(*)[3]>(rim_edges_.data()),
+           rim_corners_.data(),
+           needles_.data(),
+           centre_,
+           half_};
 }
 
 ClosestPoint Surface::closest(const Point& a, double radius, int known_near) const {
@@ -89,7 +101,8 @@ ClosestPoint Surface::closest(const Point& a, double radius, int known_near) con
   queries_->fetch_add(1, std::memory_order_relaxed);
   if (nearest < 0) return {};
   const Triangle& c = triangles_[nearest];
-  return of_feature(feature({nearest, least, nearest_on_triangle(p, point(c[0]), point(c[1]), point(c[2]))}), a);
+  return view_.of_feature(
+      view_.feature({nearest, least, nearest_on_triangle(p, point(c[0]), point(c[1]), point(c[2]))}), a);
 }
 
 Crossing Surface::crossing(const Point& a, const Point& b, double beyond, bool front_only) const {
@@ -128,15 +141,6 @@ Crossing Surface::along(const Point& start, const Point& direction, double far, 
     from = std::nextafter(hit.t, INFINITY);
   }
 }
-
-double Surface::box_distance(const Point& a) const {
-  const Point d = a - centre_;
-  const Point out{std::max(std::abs(d.x) - half_.x, 0.0), std::max(std::abs(d.y) - half_.y, 0.0),
-                  std::max(std::abs(d.z) - half_.z, 0.0)};
-  return norm(out);
-}
-
-double Surface::diagonal() const { return 2 * norm(half_); }
 
 std::size_t Surface::bytes() const {
   return points_.size() * (sizeof(points_[0]) + sizeof(Point) + sizeof(std::array<float, 3>)) +

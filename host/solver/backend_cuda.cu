@@ -1,8 +1,10 @@
 // The solvers instantiated for a CUDA device.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string>
 
+#include "host/base/readable.h"
 #include "host/base/stopwatch.h"
 #include "host/filter/make_filter.h"
 #include "host/solver/backend_cuda.h"
@@ -55,6 +57,13 @@ std::unique_ptr<Solver> instantiate_on_cuda(const Model& model, const OpenMP& ho
   int device = 0, shared = 0;
   require(cudaGetDevice(&device), "be chosen");
   require(cudaDeviceGetAttribute(&shared, cudaDevAttrMaxSharedMemoryPerBlockOptin, device), "tell its memory");
+  // Of environment meshes, which the host makes lists of while kernels use those that there are.
+  readable_memory = {[](std::size_t bytes, bool zeros) {
+                       void* const data = DeviceMemory::the().allocate(bytes);
+                       if (zeros) std::memset(data, 0, bytes);
+                       return data;
+                     },
+                     [](void* data) { DeviceMemory::the().release(data); }};
   Cuda executor;
   executor.shared_bytes = std::size_t(shared), executor.host = host, executor.waits = timed;
   return instantiate(model, executor, host.threads, progress);

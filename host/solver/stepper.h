@@ -253,7 +253,9 @@ class Stepper : public Solver {
   /// What happens between prediction and the first projection, contacts known.
   virtual void correct(const Particles<R>& /*all*/) {}
   /// Throws Diverged where a substep of the step that ends has left a particle without a finite place.
-  virtual void require_places() { timed(Pass::State, [&] { refuse(lost_.in_step()); }); }
+  virtual void require_places() {
+    timed(Pass::State, [&] { refuse(lost_.in_step()); });
+  }
   /// Whether what follows the prediction is done in it, up to the new state.
   virtual bool predicts_the_state() const { return false; }
   /// At the end of a substep of h seconds, unless the prediction does what follows.

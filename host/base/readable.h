@@ -1,0 +1,52 @@
+// Memory that the host writes and the kernels of a device read: the host's own, until a device says how it is to be
+// had.
+#pragma once
+#include <cstddef>
+#include <cstdlib>
+#include <memory>
+#include <new>
+#include <vector>
+
+namespace malha {
+
+/// Where such memory comes from, and goes back to: whole lines of a cache, or zeros. Null: there is none.
+struct ReadableMemory {
+  void* (*allocate)(std::size_t bytes, bool zeros) = [](std::size_t bytes, bool zeros) {
+    constexpr std::size_t line = 64;  // zeros: pages that the system gives where they are touched
+    return zeros ? std::calloc(bytes, 1) : std::aligned_alloc(line, (bytes + line - 1) / line * line);
+  };
+  void (*release)(void* data) = std::free;
+};
+/// What is made from now on comes from there; set before any thread makes something.
+inline ReadableMemory readable_memory;
+
+/// As an allocator. Each array goes back to where it came from.
+template <class T>
+struct Readable {
+  using value_type = T;
+  ReadableMemory memory = readable_memory;
+
+  Readable() = default;
+  template <class U>
+  explicit Readable(const Readable<U>& other) : memory(other.memory) {}
+  T* allocate(std::size_t count) {
+    if (void* const data = memory.allocate(count * sizeof(T), false)) return static_cast<T*>(data);
+    throw std::bad_alloc();
+  }
+  void deallocate(T* data, std::size_t) { memory.release(data); }
+  bool operator==(const Readable& other) const { return memory.release == other.memory.release; }
+};
+template <class T>
+using ReadableVector = std::vector<T, Readable<T>>;
+
+/// Numbers that nobody sets, or zeros.
+template <class T>
+using ReadableArray = std::unique_ptr<T[], void (*)(void*)>;
+template <class T>
+ReadableArray<T> readable_array(std::size_t count, bool zeros) {
+  void* const data = readable_memory.allocate(count * sizeof(T), zeros);
+  if (!data) throw std::bad_alloc();
+  return {static_cast<T*>(data), readable_memory.release};
+}
+
+}  // namespace malha
