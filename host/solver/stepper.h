@@ -186,11 +186,7 @@ class Stepper : public Solver {
  protected:
   /// `threads`: of the executor. `keeps`: see Sweep; a method that needs no sweep lays out none.
   Stepper(const Model& model, const Executor& executor, int threads, bool sweeps, bool keeps)
-      : executor_(executor),
-        model_(model),
-        gravity_(norm(model.scene.gravity)),
-        lost_(model.scene.solver.substeps),
-        guard_(executor, model) {
+      : executor_(executor), model_(model), gravity_(norm(model.scene.gravity)), guard_(executor, model) {
     facts_.layout_seconds = seconds([&] { lay_out_particles(); });
     facts_.constraint_seconds = seconds([&] {
       if (sweeps) sweep_.emplace(executor, model, threads, keeps);
@@ -482,7 +478,7 @@ class Stepper : public Solver {
   const AfterSubstep* watcher_ = nullptr;  // of this step; null: none
 
   Array<Executor, R> w_;
-  LostPlaces<Executor> lost_;
+  LostPlaces<Executor> lost_{model_.scene.solver.substeps};
   std::vector<Pressure<Executor, R>> pressures_;
   EnergyGuard<Executor, R> guard_;
   OptionalPart<LongRange<Executor, R>, built("long_range")> long_range_;
