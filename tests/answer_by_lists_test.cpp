@@ -16,13 +16,13 @@
 namespace malha {
 namespace {
 
-constexpr double kThickness = 0.01;
+constexpr double kSphereThickness = 0.01;
 
 /// Particles near a surface, from which they move on ways of their own, and what is remembered of them.
 class NearASurface {
  public:
   NearASurface(const Surface& surface, int count, Sides sides)
-      : mesh_{&surface, sides, kThickness, {}, {}},
+      : mesh_{&surface, sides, kSphereThickness, {}, {}},
         count_(count),
         w_(static_cast<std::size_t>(count), 1.0f),
         memory_(static_cast<std::size_t>(count)) {
@@ -30,7 +30,7 @@ class NearASurface {
     Random random(5);
     while (static_cast<int>(places.size()) < count) {
       const Vec3 way{random(-1, 1), random(-1, 1), random(-1, 1)};
-      const double far = 0.5 + kThickness * random(0.3, 4);
+      const double far = 0.5 + kSphereThickness * random(0.3, 4);
       if (length(way) > 0.1)
         places.push_back({way[0] * far / length(way), way[1] * far / length(way), way[2] * far / length(way)});
     }
@@ -103,7 +103,7 @@ TEST_P(ListsOf, ASphereAnswerMostAndLeaveWhatTheHostWould) {
   Random one(3), same_one(3);
   int left = 0, looks = 0;
   for (int substep = 0; substep < 30; ++substep) {
-    const double way = substep % 10 == 9 ? 3 * kThickness : 0.02 * kThickness;  // a jump now and then
+    const double way = substep % 10 == 9 ? 3 * kSphereThickness : 0.02 * kSphereThickness;  // a jump now and then
     lists.move(way, one), host.move(way, same_one);
     const int now = lists.find(true);
     EXPECT_EQ(host.find(false), count);

@@ -13,7 +13,7 @@ namespace {
 
 enum class Ends { Pinned, Hung, Free };
 
-constexpr double kMass = 0.25, kStep = 0.01;
+constexpr double kMass = 0.25, kChainStep = 0.01;
 
 /// `n` unknowns and what pins them. By length an end has half the mass of the others: a mesh of ends alone, all of the
 /// same mass, is a cloud of springs in pairs; here every particle is given its mass by hand.
@@ -26,11 +26,11 @@ class Chain {
     if (before) body.pins.push_back(ListPin{{0}});
     if (after) body.pins.push_back(ListPin{{n + 1}});
     body.constraints = {stiff("distance", {"edges"})};
-    Scene scene = desbrun_scene({body}, a * kMass / (kStep * kStep));
-    scene.solver.dt = kStep;
+    Scene scene = desbrun_scene({body}, a * kMass / (kChainStep * kChainStep));
+    scene.solver.dt = kChainStep;
     model_ = build_model(scene);
     for (double& w : model_.w) w = w > 0 ? 1 / kMass : 0;
-    system_ = spring_system(model_, kStep);
+    system_ = spring_system(model_, kChainStep);
     first_ = before;
   }
 
