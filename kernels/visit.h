@@ -223,7 +223,7 @@ struct Visit {
 
   /// With the updates that a kind can have, and no others: each is code of its own.
   template <class Group, class Local>
-  KERNEL void project_set(const Group& group, const Patch& patch, int begin, int end, const Local& local) const {
+  KERNEL_APART void project_set(const Group& group, const Patch& patch, int begin, int end, const Local& local) const {
     const SetView<R>& set = sets[batches[patch.batch + begin].set];
     for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
       if (set.kind != kNumber<Kind>) return;

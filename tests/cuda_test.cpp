@@ -6,21 +6,13 @@
 
 #include "host/model/machine.h"
 #include "host/solver/solver.h"
+#include "tests/has_cuda.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
 namespace malha {
 namespace {
-
-bool has_cuda() {
-  try {
-    require_cuda();
-    return true;
-  } catch (const InputError&) {
-    return false;
-  }
-}
 
 TEST(Cuda, IsRefusedBeforeAnythingIsReadWhereThereIsNone) {
   if (has_cuda()) GTEST_SKIP() << "there is a device";

@@ -40,9 +40,7 @@ class ShownWindow {
     wait_for([this] { return has(bytes_of(folder_ / "display"), "\n"); }, "Xvfb");
     display_ = ":" + bytes_of(folder_ / "display");
     display_.pop_back();
-    // Graphics drivers leak: it is not what a sanitizer is to say of us.
-    std::vector<std::string> words{"ASAN_OPTIONS=detect_leaks=0", "DISPLAY=" + display_, MALHA_COMMAND, "view", "--out",
-                                   (folder_ / "out").string()};
+    std::vector<std::string> words{"DISPLAY=" + display_, MALHA_COMMAND, "view", "--out", (folder_ / "out").string()};
     words.insert(words.end(), scenes.begin(), scenes.end());
     view_.emplace(words, folder_ / "", RLIM_INFINITY, "/usr/bin/env");
     wait_for([this] { return has(title(), "step 0"); }, "the window");

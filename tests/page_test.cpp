@@ -294,7 +294,8 @@ TEST_F(PageOfARun, AnswersToKeysMouseAndTouch) {
   EXPECT_EQ(after_key("ArrowRight", "malha.views[0].stage.shown"), 1);
   const char* const looks[] = {"shaded", "wire", "particles", "strain", "speed"};
   for (int k = 0; k < 5; ++k) EXPECT_EQ(after_key(std::to_string(k + 1).c_str(), "malha.look"), looks[k]);
-  EXPECT_EQ(after_key("-", "malha.speed"), 0.5);
+  for (const double slower : {0.5, 0.25, 0.1, 0.05}) EXPECT_EQ(after_key("-", "malha.speed"), slower);
+  // So slow that a busy machine does not come to the run's end between two keys.
   EXPECT_EQ(after_key(" ", "malha.playing"), true);
   EXPECT_EQ(after_key(" ", "malha.playing"), false);
   EXPECT_EQ(after_key("Home", "malha.time"), 0.0);

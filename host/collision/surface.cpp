@@ -25,18 +25,18 @@ std::array<float, 3> to_float(const Point& a) { return {float(a.x), float(a.y), 
 Surface::Surface(const Device& device, const Mesh& mesh) {
   for (const Triangle& t : malha::triangles(mesh)) triangles_.push_back(t);
   const auto [low, high] = bounds_of(mesh.points);
-  centre_ = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
-  half_ = Point{high[0], high[1], high[2]} - centre_;
-  skin_ = 1e-5 * norm(half_);  // some 100 roundings of float at the rim of the mesh
+  view_.centre = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
+  view_.half = Point{high[0], high[1], high[2]} - view_.centre;
+  skin_ = 1e-5 * norm(view_.half);  // some 100 roundings of float at the rim of the mesh
 
   std::vector<std::array<float, 3>> for_embree;
   for (const Vec3& x : mesh.points) {
-    const Point at = Point{x[0], x[1], x[2]} - centre_;
+    const Point at = Point{x[0], x[1], x[2]} - view_.centre;
     points_.push_back({at.x + 0, at.y + 0, at.z + 0, 0});  // without -0, of which packs make 0
     for_embree.push_back(to_float(at));
   }
   scene_ = std::make_unique<TriangleScene>(device, for_embree, triangles_);
-  cells_ = std::make_unique<NearCells>(*scene_, points_, triangles_, half_, skin_);
+  cells_ = std::make_unique<NearCells>(*scene_, points_, triangles_, view_.half, skin_);
 
   corner_normals_.assign(points_.size(), Point{});
   std::map<std::pair<int, int>, std::pair<Point, int>> edges;  // sum of normals, number of faces
@@ -70,21 +70,15 @@ Surface::Surface(const Device& device, const Mesh& mesh) {
     edge_normals_.push_back(normals);
     rim_edges_.push_back(rim);
   }
-  view_ = {cells_->mesh(),
-           points_.data(),
-           cells_->mesh().triangles,
-           face_normals_.data(),
-           corner_normals_.data(),
-           reinterpret_cast<const Point(*)[3]>(edge_normals_.data()),
-           reinterpret_cast<const bool(*)[3]>(rim_edges_.data()),
-           rim_corners_.data(),
-           needles_.data(),
-           centre_,
-           half_};
+  view_.cells = cells_->mesh();
+  view_.face_normals = face_normals_.data(), view_.corner_normals = corner_normals_.data();
+  view_.edge_normals = reinterpret_cast<const Point(*)[3]>(edge_normals_.data());
+  view_.rim_edges = reinterpret_cast<const bool(*)[3]>(rim_edges_.data());
+  view_.rim_corners = rim_corners_.data(), view_.needles = needles_.data();
 }
 
 ClosestPoint Surface::closest(const Point& a, double radius, int known_near) const {
-  const Point p = a - centre_;
+  const Point p = a - view_.centre;
   int nearest = -1;
   double least = radius;
   // Embree rounds the query to float: the radius that it sees is larger by that, and the test here decides.
@@ -110,7 +104,7 @@ Crossing Surface::crossing(const Point& a, const Point& b, double beyond, bool f
   const double l = norm(path);
   if (!(l > 0)) return {};
   const Point direction = path * (1 / l);
-  const Point start = a - centre_;
+  const Point start = a - view_.centre;
   const Crossing straight = along(start, direction, l + beyond, front_only);
   if (straight.hit) return straight;
   // Embree's rays leak at vertices, one in a hundred to a thousand: a second one, a skin beside the first, does not.
@@ -120,7 +114,7 @@ Crossing Surface::crossing(const Point& a, const Point& b, double beyond, bool f
 
 Crossing Surface::along(const Point& start, const Point& direction, double far, bool front_only) const {
   // Only what lies within the mesh's bounding sphere, so that float is fine however long the way is.
-  const double middle = -dot(start, direction), radius = norm(half_) + skin_;
+  const double middle = -dot(start, direction), radius = norm(view_.half) + skin_;
   const double beside = norm(start + direction * middle);
   if (!(beside <= radius)) return {};
   const double half_chord = std::sqrt(radius * radius - beside * beside);
@@ -137,7 +131,7 @@ Crossing Surface::along(const Point& start, const Point& direction, double far, 
     const double t =
         std::abs(towards) > 1e-9 ? dot(normal, point(triangles_[hit.triangle][0]) - origin) / towards : hit.t;
     // Seen from both sides, what lies behind the start was not crossed: only the skin reaches there.
-    if (front_only ? towards < 0 : first + t >= 0) return {true, origin + centre_ + direction * t, normal};
+    if (front_only ? towards < 0 : first + t >= 0) return {true, origin + view_.centre + direction * t, normal};
     from = std::nextafter(hit.t, INFINITY);
   }
 }

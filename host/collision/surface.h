@@ -35,17 +35,15 @@ class Surface {
 
   /// Makes the cell of a where that is worth it, from any thread; 0: none is made.
   int make_cell(const Point& a) const {
-    const CellPath path = path_to(cells_->mesh(), a - centre_);
-    return path.inside && cells_->make(path) ? last_cell_at(cells_->mesh(), path) : 0;
+    const CellPath path = path_to(view_.cells, view_.in_near_mesh(a));
+    return path.inside && cells_->make(path) ? last_cell_at(view_.cells, path) : 0;
   }
   /// A lower bound of the distance of a: of a grid over the mesh's box, below 0 where that says nothing.
   double least_distance(const Point& a) const {
-    const Point p = a - centre_;
-    const CellPath path = path_to(cells_->mesh(), p);
-    if (!path.inside) return -1;
-    const double known = malha::least_distance(cells_->mesh(), path, p);
-    if (known >= 0 || !cells_->measure(path)) return known;
-    return malha::least_distance(cells_->mesh(), path, p);
+    const double known = view_.known_least(a);
+    if (known >= 0) return known;
+    const CellPath path = path_to(view_.cells, view_.in_near_mesh(a));
+    return path.inside && cells_->measure(path) ? view_.known_least(a) : known;
   }
   bool tidy() {
     if (!cells_->tidy()) return false;
@@ -66,18 +64,17 @@ class Surface {
   long long queries() const { return queries_->load(); }
 
  private:
-  /// The first crossing from `start` (relative to centre_) over `far` metres. The ray starts a skin earlier, since rays
-  /// that start on a surface miss it half the time.
+  /// The first crossing from `start` (relative to the centre) over `far` metres. The ray starts a skin earlier, since
+  /// rays that start on a surface miss it half the time.
   Crossing along(const Point& start, const Point& direction, double far, bool front_only) const;
 
   Point point(int i) const { return points_[i].xyz(); }
-  ReadableVector<Vec4<double>> points_;  // relative to centre_, so that float is fine wherever the mesh lies
+  ReadableVector<Vec4<double>> points_;  // relative to the centre, so that float is fine wherever the mesh lies
   ReadableVector<Triangle> triangles_;
   ReadableVector<Point> face_normals_, corner_normals_;
   ReadableVector<std::array<Point, 3>> edge_normals_;
   ReadableVector<std::array<bool, 3>> rim_edges_;
   ReadableVector<unsigned char> rim_corners_, needles_;
-  Point centre_{}, half_{};
   double skin_ = 0;
   SurfaceView view_{};
   std::unique_ptr<TriangleScene> scene_;

@@ -17,16 +17,14 @@ struct ClosestPoint {
 };
 
 struct SurfaceView {
-  NearMesh cells;
-  const Vec4<double>* points;  // relative to the centre
-  const int (*triangles)[3];
+  NearMesh cells;                              // and its corners and triangles
   const Point *face_normals, *corner_normals;  // unit
   const Point (*edge_normals)[3];              // unit; edge k joins corners k and k + 1
   const bool (*rim_edges)[3];
   const unsigned char *rim_corners, *needles;
   Point centre, half;  // of the box
 
-  KERNEL Point point(int i) const { return points[i].xyz(); }
+  KERNEL Point point(int i) const { return cells.corners[i].xyz(); }
   KERNEL Point in_near_mesh(const Point& a) const { return a - centre; }
   KERNEL double diagonal() const { return 2 * norm(half); }
 
@@ -57,7 +55,7 @@ struct SurfaceView {
 
   /// What is nearest on it. On faces of needles, whose normals are rounded too much, it is the point that was found.
   KERNEL NearFeature feature(const NearTriangle& near) const {
-    const int* c = triangles[near.triangle];
+    const int* c = cells.triangles[near.triangle];
     const int corner = near.where.corner, edge = near.where.edge;
     NearFeature f;
     f.triangle = near.triangle, f.o = near.where.q;

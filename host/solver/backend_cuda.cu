@@ -47,7 +47,7 @@ DeviceFacts cuda_device() {
   for (int round = 0; round < rounds; ++round)
     least = std::min(least, seconds([&] {
                        Memory<Cuda>::copy(source, bytes, goal);
-                       require(cudaDeviceSynchronize(), "finish");
+                       wait();
                      }));
   return {properties.name, 2 * double(bytes) / least};
 }

@@ -214,8 +214,8 @@ void run_contact(const ContactOptions& options) {
       for (ContactLine& line : lines) take_contact_turn(line, options.seconds);
     }
     for (const ContactLine& line : lines) {
-      rows.push_back(
-          contact_row(which, line, memory_gb_per_s(out.facts, options.on.backend, kMemoryBytes, line.threads), bullet));
+      rows.push_back(contact_row(which, line,
+                                 memory_gb_per_s(out.facts, options.on.device(), kMemoryBytes, line.threads), bullet));
       out.print(printed_contact(rows.back()));
     }
     out.write(rows);

@@ -32,8 +32,8 @@ Json machine_facts(const std::vector<int>& threads, const RunsOn& on) {
   return facts;
 }
 
-double memory_gb_per_s(const Json& facts, const std::string& backend, std::size_t bytes, int threads) {
-  return backend == "cuda" ? facts.at("device_gb_per_s").get<double>() : triad_gb_per_s(bytes, threads);
+double memory_gb_per_s(const Json& facts, bool on_device, std::size_t bytes, int threads) {
+  return on_device ? facts.at("device_gb_per_s").get<double>() : triad_gb_per_s(bytes, threads);
 }
 
 Json bandwidths(const std::vector<int>& threads, double (*gb_per_s)(std::size_t, int)) {

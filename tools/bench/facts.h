@@ -15,7 +15,7 @@ nlohmann::ordered_json build_facts();
 nlohmann::ordered_json machine_facts(const std::vector<int>& threads, const RunsOn& on = {});
 
 /// What a row's memory can do: of a device as the facts have it, of the host by the triad, now.
-double memory_gb_per_s(const nlohmann::ordered_json& facts, const std::string& backend, std::size_t bytes, int threads);
+double memory_gb_per_s(const nlohmann::ordered_json& facts, bool on_device, std::size_t bytes, int threads);
 
 /// Build and CPU, and then a line of those bandwidths. `peer`: "Bullet 3.24", or nothing.
 std::string machine_lines(const nlohmann::ordered_json& facts, const std::string& peer);

@@ -140,7 +140,7 @@ void set_floor(Row& row, double triad_gb_per_s, double root_ns, int cores) {
   const int iterations = row.schedule.iterations;
   const double particle = (kRead + kWritten + (iterations - 1) * (kReadAgain + kWrittenAgain)) / iterations;
   row.floor_memory_ns = (particle / per_particle + constraint_bytes(row)) / triad_gb_per_s;
-  row.floor_operations_ns = row.backend == "cuda" ? 0 : root_ns / std::min(row.threads, cores);
+  row.floor_operations_ns = row.on_device() ? 0 : root_ns / std::min(row.threads, cores);
 }
 
 }  // namespace malha::bench

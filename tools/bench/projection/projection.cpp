@@ -94,7 +94,7 @@ void run_projection(const ProjectionOptions& options) {
     for (Row& row : rows) {
       if (!triad.contains(row.threads))
         triad[row.threads] =
-            memory_gb_per_s(out.facts, row.backend, static_cast<std::size_t>(working_set_bytes(row)), row.threads);
+            memory_gb_per_s(out.facts, row.on_device(), static_cast<std::size_t>(working_set_bytes(row)), row.threads);
       set_floor(row, triad[row.threads], root_ns, cores());
     }
     out.print(table(rows, left_out));

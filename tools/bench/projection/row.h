@@ -17,6 +17,7 @@ struct Row {
   std::int64_t particles = 0, constraints = 0;
   std::string library, version;
   std::string backend = "openmp";  // of malha
+  bool on_device() const { return backend == "cuda"; }
   Schedule schedule;
   int levels = 0;  // that the case has
   int threads = 1;

@@ -25,10 +25,9 @@ std::string heading(const std::vector<Row>& rows) {
 std::string line(const Row& row) {
   const std::string spread = formatted("(%.3g .. %.3g)", row.ns_min(), row.ns_max());
   return formatted("  %-8s %-11s %7d %9.3f %-18s %10.4g %9.1f %12.5f %12.5f  %s\n",
-                   (row.backend == "cuda" ? row.backend : row.library).c_str(), row.schedule.name().c_str(),
-                   row.threads, row.ns_per_projection(), spread.c_str(), row.step_ms(),
-                   row.ns_per_projection() / row.floor_ns(), row.strain.rms, row.strain.max,
-                   hex(row.state_hash).c_str());
+                   (row.on_device() ? row.backend : row.library).c_str(), row.schedule.name().c_str(), row.threads,
+                   row.ns_per_projection(), spread.c_str(), row.step_ms(), row.ns_per_projection() / row.floor_ns(),
+                   row.strain.rms, row.strain.max, hex(row.state_hash).c_str());
 }
 
 double number_of(const Parts& parts, const std::string& name) {

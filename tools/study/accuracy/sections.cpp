@@ -137,11 +137,10 @@ std::vector<Section> accuracy_sections(const AccuracyCase& of, const Truth& trut
     return points;
   };
   const Points points = at(of.times[0], false), last = at(of.times.back(), false);
-  std::vector<Section> sections{cost_section(of, truth, points, last, milliseconds(rows)),
-                                work_section(of, truth, points, rows)};
+  const std::string axis = milliseconds(rows);
+  std::vector<Section> sections{cost_section(of, truth, points, last, axis), work_section(of, truth, points, rows)};
   if (is_free) sections[0].sentences.push_back(momenta_sentence(last, of.times.back()));
-  if (of.times.size() > 1 && truth.known.back() <= kChaotic)
-    sections.push_back(late_section(of, truth, last, milliseconds(rows)));
+  if (of.times.size() > 1 && truth.known.back() <= kChaotic) sections.push_back(late_section(of, truth, last, axis));
   if (const Points variants = at(of.times[0], true); variants.size() > 0 && variants.back().variant) {
     Section filters{of.title + ": variants of Desbrun's filter",
                     {"All but what they name are sparse, in double, and with the corrector by inertia on free bodies.",
@@ -150,7 +149,7 @@ std::vector<Section> accuracy_sections(const AccuracyCase& of, const Truth& trut
                     cheapest_table(variants, truth.known[0])};
     filters.sentences.push_back("Cheapest: " + cheapest_list(variants, truth.known[0], &Point::ms, "ms", true) + ".");
     if (is_free) filters.sentences.push_back(momenta_sentence(at(of.times.back(), true), of.times.back()));
-    filters.chart = chart(of, truth, 0, variants, &Point::ms, "filters", milliseconds(rows));
+    filters.chart = chart(of, truth, 0, variants, &Point::ms, "filters", axis);
     sections.push_back(filters);
   }
   return sections;

@@ -52,7 +52,7 @@ double must_move(const ClothMethod& method, const Simulation& simulation) {
   return static_cast<double>(filter->numbers) * sizeof(float) * (filter->kind == "sparse" ? 2 : 1);
 }
 
-Json result(const ClothMethod& method, const Runner& runner, double enough, const bench::RunsOn& on) {
+Json result(const ClothMethod& method, const Runner& runner, double enough, const std::optional<DeviceFacts>& device) {
   const PatchFacts& patches = runner.simulation->solver().facts().patches;
   Json passes = Json::object();
   for (std::size_t k = 0; k < kPassNames.size(); ++k)
@@ -61,8 +61,7 @@ Json result(const ClothMethod& method, const Runner& runner, double enough, cons
   // The triad over what one substep or one product walks through; past the caches it is memory's.
   const auto set = static_cast<std::size_t>(method.desbrun ? bytes : bytes / method.substeps);
   const std::size_t triad = std::clamp(set, kLeastTriad, enough > 0.05 ? bench::kMemoryBytes : kLeastTriad);
-  const double memory =
-      on.device() ? cuda_device().bytes_per_second * 1e-9 : bench::triad_gb_per_s(triad, runner.line.threads);
+  const double memory = device ? device->bytes_per_second * 1e-9 : bench::triad_gb_per_s(triad, runner.line.threads);
   return {{"threads", runner.line.threads},
           {"particles", runner.simulation->model().count()},
           {"setup_s", runner.setup},
@@ -120,8 +119,9 @@ Json scaling_cell(const ClothMethod& method, const std::vector<Crew>& lines, con
   for (int turn = 0; turn < (cells.quick() ? 3 : 7); ++turn)
     for (Runner& runner : runners) runner.turn(enough), cells.go_on();
   Json cell{{"load_average", load}, {"lines", Json::array()}};
-  if (cells.on().device()) cell["device"] = cuda_device().name;
-  for (const Runner& runner : runners) cell["lines"].push_back(result(method, runner, enough, cells.on()));
+  std::optional<DeviceFacts> device;
+  if (cells.on().device()) device = cuda_device(), cell["device"] = device->name;
+  for (const Runner& runner : runners) cell["lines"].push_back(result(method, runner, enough, device));
   return cell;
 }
 

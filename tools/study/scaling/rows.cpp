@@ -23,6 +23,20 @@ std::vector<std::vector<Json>> scaling_groups(const Json& rows, const std::strin
 
 std::string count_of(const Json& row) { return grouped(row["particles"].get<long long>()); }
 
+std::string scaling_left_out(const Json& rows, const std::string& kind) {
+  std::string line;
+  for (const Json& row : rows)
+    if (row["kind"] == kind && !row["left_out"].is_null())
+      line += " " + method_of(row) + ", N = " + row["side"].dump() +
+              ", is left out: " + row["left_out"].get<std::string>() + ".";
+  return line;
+}
+
+std::vector<std::string> bandwidth_cells(const Json& row) {
+  const double moved = number(row, "gb_per_s"), memory = number(row, "triad_gb_per_s");
+  return {formatted("%.1f", moved), formatted("%.1f", memory), formatted("%.0f %%", 100 * moved / memory)};
+}
+
 Section scaling_bandwidth(const Json& rows) {
   Section section{"Bandwidth: what must move, beside the triad"};
   std::vector<std::vector<Json>> large;  // what no cache holds
@@ -32,11 +46,11 @@ Section scaling_bandwidth(const Json& rows) {
                            "share"};
   std::string said;
   for (const auto& group : scaling_groups(rows, "strong"))
-    for (const Json& row : group)
-      section.table.rows.push_back(
-          {method_of(row), count_of(row), row["threads"].dump(), formatted("%.1f", number(row, "gb_per_s")),
-           formatted("%.1f", number(row, "triad_gb_per_s")),
-           formatted("%.0f %%", 100 * number(row, "gb_per_s") / number(row, "triad_gb_per_s"))});
+    for (const Json& row : group) {
+      std::vector<std::string> line = bandwidth_cells(row);
+      line.insert(line.begin(), {method_of(row), count_of(row), row["threads"].dump()});
+      section.table.rows.push_back(line);
+    }
   for (const auto& group : large)
     for (const Json* row : {&group.front(), &group.back()})
       add_to(said,
@@ -44,12 +58,10 @@ Section scaling_bandwidth(const Json& rows) {
                  method_of(*row) + ", " + count_of(*row) + ", " + counted(row->at("threads").get<int>(), "thread") +
                  ")",
              "; ");
-  section.sentences = {
-      "PBD must read x, w and v and write x and v of every particle in every substep, 52 bytes; Desbrun's pass through "
-      "the filter reads a sparse factor twice, a dense one once. Constraints, forces and what is read again come on "
-      "top. The triad is over as many bytes as one substep or product walks through, so that small ones are those of "
-      "caches.",
-      "Reached, of the triad, by the largest: " + said + "."};
+  section.sentences = {std::string(kMustMove) +
+                           " Constraints, forces and what is read again come on top. The triad is over as many "
+                           "bytes as one substep or product walks through, so that small ones are those of caches.",
+                       "Reached, of the triad, by the largest: " + said + "."};
   return section;
 }
 

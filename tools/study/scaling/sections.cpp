@@ -23,15 +23,6 @@ const char* colour(const Json& row, std::size_t nth) {
   return "#000000";
 }
 
-std::string left_out(const Json& rows, const std::string& kind) {
-  std::string line;
-  for (const Json& row : rows)
-    if (row["kind"] == kind && !row["left_out"].is_null())
-      line += " " + method_of(row) + ", N = " + row["side"].dump() +
-              ", is left out: " + row["left_out"].get<std::string>() + ".";
-  return line;
-}
-
 Chart chart(const std::vector<std::vector<Json>>& all, const std::string& name, const std::string& title,
             const std::string& axis, const std::string& of, bool ideal) {
   Chart chart{name, ""};
@@ -116,7 +107,7 @@ Section strong(const Json& rows, const std::string& pinning) {
           formatted("; the load average was %.1f at most before a case, this study's own threads among it.", load) +
           (load > 1.2 * most ? " Other programs had the cores too: medians are of their work as much as of this." : ""),
       formatted("Times as fast on %d threads as on one, the medians of turns: ", most) +
-          on_most_threads(all, "times_as_fast", "%.2f") + "." + left_out(rows, "strong"),
+          on_most_threads(all, "times_as_fast", "%.2f") + "." + scaling_left_out(rows, "strong"),
       "Times as fast by the least step of each, the one least disturbed: " +
           on_most_threads(all, "undisturbed_times_as_fast", "%.2f") + ".",
       formatted("The share that more threads do not speed up, fitted to all of them (of two numbers of threads: what "
@@ -143,7 +134,7 @@ Section weak(const Json& rows) {
                                     formatted("%.0f %%", 100 * number(row, "efficiency"))});
   section.sentences = {
       "Efficiency is the time of one thread over that of all, each with as many particles a thread: " +
-      on_most_threads(all, "efficiency", "%.0f %%", 100) + "." + left_out(rows, "weak") +
+      on_most_threads(all, "efficiency", "%.0f %%", 100) + "." + scaling_left_out(rows, "weak") +
       " A sparse factor's work grows a little faster than its particles, which counts against it here."};
   section.chart =
       chart(all, "weak",
