@@ -254,22 +254,40 @@ struct MayTouch {
   }
 };
 
-/// How many they are, and how many of them have no slot.
+/// Bits of words, array after array.
+struct Questions {
+  const unsigned long long* bits;
+  int count, words;
+  /// In any of them.
+  KERNEL unsigned long long asked(int word) const {
+    unsigned long long any = 0;
+    for (int q = 0; q < count; ++q) any |= bits[size_t(q) * words + word];
+    return any;
+  }
+};
+
+/// How many the last of the questions names; of all of them how many words have one, and how many particles no slot;
+/// and how many slots there are, the free ones among them.
 struct Tested {
-  int all = 0, without_slot = 0;
+  int all = 0, words = 0, without_slot = 0, used = 0, freed = 0;
   KERNEL Tested& operator+=(const Tested& o) {
-    all += o.all, without_slot += o.without_slot;
+    all += o.all, words += o.words, without_slot += o.without_slot, used += o.used, freed += o.freed;
     return *this;
   }
 };
 struct CountTested {
-  const unsigned long long* bits;
-  const int* slot;
+  Questions questions;
+  const int *slot, *used, *freed;
   KERNEL Tested operator()(int word) const {
     Tested sum;
-    for (unsigned long long rest = bits[word]; rest != 0; rest &= rest - 1) {
-      ++sum.all;
-      sum.without_slot += slot[word * kWord + lowest_bit(rest)] < 0;
+    if (word == 0) sum.used = *used, sum.freed = *freed;
+    const unsigned long long last = questions.bits[size_t(questions.count - 1) * questions.words + word];
+    unsigned long long rest = questions.asked(word);
+    sum.words = rest != 0;
+    for (; rest != 0; rest &= rest - 1) {
+      const int bit = lowest_bit(rest);
+      sum.all += int(last >> bit & 1);
+      sum.without_slot += slot[word * kWord + bit] < 0;
     }
     return sum;
   }

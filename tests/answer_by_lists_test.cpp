@@ -28,11 +28,9 @@ class NearASurface {
         memory_(static_cast<std::size_t>(count)) {
     std::vector<Vec3> places;
     Random random(5);
-    while (static_cast<int>(places.size()) < count) {
-      const Vec3 way{random(-1, 1), random(-1, 1), random(-1, 1)};
-      const double far = 0.5 + kSphereThickness * random(0.3, 4);
-      if (length(way) > 0.1)
-        places.push_back({way[0] * far / length(way), way[1] * far / length(way), way[2] * far / length(way)});
+    for (int i = 0; i < count; ++i) {
+      const Vector3<double> at = random.direction() * (0.5 + kSphereThickness * random(0.3, 4));
+      places.push_back({at.x, at.y, at.z});
     }
     x_ = PointArray<Serial, float>(places), v_ = PointArray<Serial, float>(places),
     p_ = PointArray<Serial, float>(places);
@@ -43,8 +41,7 @@ class NearASurface {
     for (int i = 0; i < count_; ++i) {
       const Vector3<float> at = p_.points()[i];
       x_.points().set(i, at);
-      p_.points().set(
-          i, at + Vector3<float>{float(random(-way, way)), float(random(-way, way)), float(random(-way, way))});
+      p_.points().set(i, at + rounded<float>(random.in_cube(way)));
     }
     for (int s = 0; s < memory_.slots(); ++s) let_go(memory_.view().contacts[s]);
   }
@@ -56,7 +53,13 @@ class NearASurface {
     const Surroundings<float> all{&mesh_, 1, particles(), &nearby};
     std::vector<unsigned long long> bits(static_cast<std::size_t>((count_ + kWord - 1) / kWord), 0);
     for (int i = 0; i < count_; ++i) bits[i / kWord] |= 1ull << i % kWord;
-    if (by_lists) parallel_for(Serial{}, count_, AnswerByLists<float>(look_at(all, 0), true, bits.data()));
+    if (by_lists) {
+      std::vector<unsigned long long> once(bits.size()), lifted(bits.size());
+      const Questions asked{bits.data(), 1, static_cast<int>(bits.size())};
+      parallel_for(Serial{}, asked.words, FindAskedOnce{asked, once.data(), lifted.data()});
+      const ListBits own{bits.data(), nullptr, once.data(), lifted.data()};
+      parallel_for(Serial{}, count_, AnswerByLists<float>(look_at(all, 0), own, INFINITY));
+    }
     int left = 0;
     for (const unsigned long long word : bits) left += std::popcount(word);
     parallel_dealt(Serial{}, static_cast<int>(bits.size()), FindContact<float>(all, 0, bits.data()));

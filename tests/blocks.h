@@ -320,9 +320,13 @@ void parallel_reduce_into(const Blocks& executor, int n, const Kernel& kernel, V
   parallel_for(executor, 1, JoinGroups<Value>{partial.data(), to, plan.groups});
 }
 
+/// Kernels that ask the host find all in its own memory.
 template <class Kernel>
 void parallel_dealt(const Blocks& executor, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
-  parallel_groups(executor, 0, groups, memory, kernel);
+  if constexpr (kAsksTheHost<Kernel>)
+    parallel_dealt(Serial{executor.instructions}, groups, kernel);
+  else
+    parallel_groups(executor, 0, groups, memory, kernel);
 }
 
 }  // namespace malha

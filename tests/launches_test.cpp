@@ -205,7 +205,9 @@ TEST(Launches, OfTheCorrectorAreAsManyAsThePlanSaysWhateverLiesBetween) {
   contact["environment"] = Json::parse(
       R"([{"name": "ball", "shape": {"sphere": {"radius": 0.3, "subdivisions": 2}}, "transform": {"translate": [0.5, -0.3, 0.5]}}])");
   contact["solver"]["iterations"] = 2;
-  for (const Json& scene : {free_cloth("inertia"), drag, damped, contact}) expect_planned_launches(scene);
+  Json bounces = contact;
+  bounces["environment"][0]["restitution"] = 0.5;
+  for (const Json& scene : {free_cloth("inertia"), drag, damped, contact, bounces}) expect_planned_launches(scene);
 }
 
 TEST(Launches, OfTheTraceAreAsManyAsThePlanSays) {

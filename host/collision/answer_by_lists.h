@@ -5,70 +5,108 @@
 
 namespace malha {
 
-/// The bit `bit` of a word is no longer set.
-KERNEL void clear_bit(unsigned long long* word, int bit) {
+/// A word that other threads change, too, has the bit.
+KERNEL void set_bit(unsigned long long* word, unsigned long long bit) {
 #if defined(__CUDA_ARCH__)
-  atomicAnd(word, ~(1ull << bit));
+  atomicOr(word, bit);
 #else
-  __atomic_fetch_and(word, ~(1ull << bit), __ATOMIC_RELAXED);
+  __atomic_fetch_or(word, bit, __ATOMIC_RELAXED);
 #endif
 }
+KERNEL void clear_bit(unsigned long long* word, unsigned long long bit) {
+#if defined(__CUDA_ARCH__)
+  atomicAnd(word, ~bit);
+#else
+  __atomic_fetch_and(word, ~bit, __ATOMIC_RELAXED);
+#endif
+}
+
+/// A bit for each particle, a word for each kWord of them.
+struct ListBits {
+  unsigned long long* asked;       // about at this mesh; answered: no longer
+  const unsigned long long* left;  // not answered at the mesh before: the host may still move them, and goes on with
+                                   // them here; null: this is the first
+  const unsigned long long* once;  // asked about at one mesh alone
+  unsigned long long* lifted;      // on the way, so that later meshes are asked, too
+};
+
+/// Of a word: which of its particles one mesh alone asks about. No other is lifted yet.
+struct FindAskedOnce {
+  Questions questions;
+  unsigned long long *once, *lifted;
+  KERNEL void operator()(int word) const {
+    unsigned long long any = 0, more = 0;
+    for (int q = 0; q < questions.count; ++q) {
+      const unsigned long long of = questions.bits[size_t(q) * questions.words + word];
+      more |= any & of, any |= of;
+    }
+    once[word] = any & ~more, lifted[word] = 0;
+  }
+};
 
 template <class R>
 struct AnswerByLists : ContactLook<R> {
   using Look = typename ContactLook<R>::Look;
-  bool alone;                // there is no other mesh, through which it could be lifted
-  unsigned long long* bits;  // of the particles, a word for each kWord of them
+  ListBits bits;
+  double most_lift;  // m: no farther is a particle lifted here, near to no other mesh
 
-  AnswerByLists(const ContactLook<R>& look, bool is_alone, unsigned long long* those)
-      : ContactLook<R>(look), alone(is_alone), bits(those) {}
+  AnswerByLists(const ContactLook<R>& look, const ListBits& of, double most)
+      : ContactLook<R>(look), bits(of), most_lift(most) {}
 
   KERNEL void operator()(int i) const {
-    unsigned long long* const word = bits + i / kWord;
-    if (!(*word >> i % kWord & 1)) return;
-    if (!(this->particles.w[i] > R(0)) || answers(i)) clear_bit(word, i % kWord);
+    const int word = i / kWord;
+    const unsigned long long bit = 1ull << i % kWord;
+    const bool asked = bits.asked[word] & bit;
+    if (bits.left && bits.left[word] & bit) return asked ? void() : set_bit(bits.asked + word, bit);
+    const bool comes_lifted = bits.lifted[word] & bit;
+    if (!asked && !comes_lifted) return;
+    const bool answered = !(this->particles.w[i] > R(0)) || answers(i, bits.once[word] & bit && !comes_lifted);
+    if (answered && asked) clear_bit(bits.asked + word, bit);
+    if (!answered && !asked) set_bit(bits.asked + word, bit);
   }
 
  private:
-  KERNEL bool answers(int i) const {
+  /// `alone`: no other mesh is near.
+  KERNEL bool answers(int i, bool alone) const {
     const SurfaceView& surface = this->surface;
     Look look;
     if (!this->begin(i, look)) return true;
-    if (const NearFeature* const feature = this->feature_of(look)) {
-      const ClosestPoint near = surface.of_feature(*feature, look.a);
-      return leaves(look, near.distance) || answers(look, near, near.distance);
+    const NearFeature* const kept = this->feature_of(look);
+    ClosestPoint near;
+    double distance;  // as it was compared
+    if (kept) {
+      near = surface.of_feature(*kept, look.a), distance = near.distance;
+    } else {
+      look.cell = surface.cell_of(look.a, look.cell);
+      if (look.cell == 0) return false;
+      look.near = surface.template nearest<OneLane>(look.a, look.cell);
+      if (look.near.triangle < 0) return false;
+      near = surface.of_feature(surface.feature(look.near), look.a), distance = look.near.distance;
     }
-    look.cell = surface.cell_of(look.a, look.cell);
-    if (look.cell == 0) return false;
-    look.near = surface.template nearest<OneLane>(look.a, look.cell);
-    if (look.near.triangle < 0) return false;
-    if (leaves(look, look.near.distance)) return true;
-    if (!answers(look, surface.of_feature(surface.feature(look.near), look.a), look.near.distance)) return false;
-    this->keep_feature(look, [&](double wall, double error) KERNEL_LAMBDA { return holds_within(look, wall, error); });
-    return true;
-  }
-
-  /// Whether a coarse bound tells that it cannot touch, although nothing of the lists is in reach.
-  KERNEL bool leaves(const Look& look, double distance) const {
-    if (distance <= look.reach || look.depth > 0) return false;
-    const double least = this->surface.known_least(look.a);
-    if (!(least > look.reach)) return false;
-    this->see_beyond(look, least);
-    return true;
-  }
-
-  /// `distance`: of the nearest, as it was compared.
-  KERNEL bool answers(const Look& look, const ClosestPoint& near, double distance) const {
-    if (!(distance <= look.reach) && !(look.depth > 0) && this->surface.known_least(look.a) < 0)
-      return false;  // the host finds out
-    if (!(distance < look.radius)) {
+    if (!(distance <= look.reach) && !(look.depth > 0)) {
+      const double least = surface.known_least(look.a);
+      if (least < 0) return false;  // the host finds out
+      if (least > look.reach) {     // a coarse bound tells that it cannot touch
+        this->see_beyond(look, least);
+        return true;
+      }
+    }
+    if (!(distance < look.radius))
       this->see_beyond(look, look.radius);
-      return true;
-    }
+    else if (!finishes(look, near, alone))
+      return false;
+    if (!kept)
+      this->keep_feature(look,
+                         [&](double wall, double error) KERNEL_LAMBDA { return holds_within(look, wall, error); });
+    return true;
+  }
+
+  KERNEL bool finishes(const Look& look, const ClosestPoint& near, bool alone) const {
     if (asks_the_side(look)) return false;
     const Point outward = this->towards(near, look.a);
-    if (asks_more(look, near, this->signed_distance(near, look.a, outward))) return false;
+    if (asks_more(look, near, this->signed_distance(near, look.a, outward), alone)) return false;
     const auto lift = [this](const Look& of, const Point&, const Point& n, LastSeen& last) KERNEL_LAMBDA {
+      set_bit(bits.lifted + of.i / kWord, 1ull << of.i % kWord);
       this->shift(of, this->shift_to_rim(n, last.distance), n, last);
       return true;
     };
@@ -97,9 +135,10 @@ struct AnswerByLists : ContactLook<R> {
            look.moved >= look.last.distance;
   }
   /// Whether the rim, or a way that goes far, is to be looked at: what finish() would do where it is not.
-  KERNEL bool asks_more(const Look& look, const ClosestPoint& near, double distance) const {
+  KERNEL bool asks_more(const Look& look, const ClosestPoint& near, double distance, bool alone) const {
     if (distance > look.reach || (distance < 0 && near.boundary)) return false;
-    return (distance < this->thickness && (!alone || !this->is_free(distance))) || this->goes_far(look, distance);
+    const double lift = this->thickness - distance;
+    return (lift > 0 && (!alone || lift > most_lift || !this->is_free(distance))) || this->goes_far(look, distance);
   }
 };
 

@@ -11,6 +11,7 @@
 #include "host/collision/answer_by_lists.h"
 #include "host/collision/contact_facts.h"
 #include "host/collision/find_contact.h"
+#include "host/collision/host_words.h"
 #include "host/collision/near_memory.h"
 #include "host/collision/pose.h"
 #include "host/collision/put_before_meshes.h"
@@ -23,29 +24,29 @@ template <class Executor, class R>
 class Collider {
  public:
   Collider(const Executor& executor, const Model& model)
-      : executor_(executor), words_((model.count() + kWord - 1) / kWord) {
+      : executor_(executor), host_words_(executor), words_((model.count() + kWord - 1) / kWord) {
     for (const EnvironmentMesh& mesh : model.environment) {
       obstacles_.emplace_back(Surface(device_, mesh.mesh), mesh.spec, model.x.size());
       bounces_ = bounces_ || mesh.spec.restitution > 0;
     }
-    bits_ = Array<Executor, unsigned long long>(static_cast<std::size_t>(words_), 0ull);
+    const std::size_t questions = kOnHost ? 1 : obstacles_.size() + 2;
+    if (!kOnHost) tested_ = Array<Executor, Tested>(obstacles_.size(), Tested{});
+    bits_ = Array<Executor, unsigned long long>(questions * static_cast<std::size_t>(words_), 0ull);
   }
 
-  /// Lays the contact constraints for x -> p; the meshes move from their poses at `start` to those at `end` (s).
-  void find(const Particles<R>& particles, double start, double end) {
+  /// Lays the contact constraints for x -> p; the meshes move from their poses at `start` to those at `end` (s). While
+  /// the host is asked, go_on(questions) may launch on a device what leaves as they are the particles asked about.
+  template <class GoOn>
+  void find(const Particles<R>& particles, double start, double end, [[maybe_unused]] const GoOn& go_on) {
     place_meshes(start, end);
     for (Obstacle& o : obstacles_) let_go(o, particles, o.spec.motion.empty() ? o.spec.thickness / 2 : -1);
-    for (int k = 0; k < count(); ++k) {
-      NearMemory<Executor, R>& memory = obstacles_[k].memory;
-      const int looks = test(particles, k, static_cast<float>(2 * meshes_[k].thickness), false);
-      nearby_[k] = memory.view();
-      if constexpr (!Memory<Executor>::kOfTheHost)
-        if (looks > 0)
-          parallel_for(executor_, particles.count,
-                       AnswerByLists<R>(look_at(surroundings(particles), k), count() == 1, bits_.data()));
-      deal_words(looks, FindContact<R>{surroundings(particles), k, bits_.data()});
-      facts_.looks += looks;
-    }
+    if constexpr (kOnHost)
+      find_on_host(particles);
+    else
+      find_on_device(particles, go_on);
+  }
+  void find(const Particles<R>& particles, double start, double end) {
+    find(particles, start, end, [](const Questions&) {});
   }
 
   void resolve(const Particles<R>& particles) {
@@ -56,9 +57,8 @@ class Collider {
 
   /// After the last iteration: nothing that was dragged crosses a surface.
   void put_before_meshes(const Particles<R>& particles) {
-    int looks = 0;
-    for (int k = 0; k < count(); ++k) looks = test(particles, k, -1, k > 0), nearby_[k] = obstacles_[k].memory.view();
-    deal_words(looks, PutBeforeMeshes<R>{surroundings(particles), bits_.data()});
+    for (int k = 0; k < count(); ++k) test(particles, k, -1, bits(0), k > 0);
+    on_words<PutBeforeMeshes<R>>(make_room(0, count(), 1), particles);
   }
 
   bool moves() const {
@@ -105,7 +105,9 @@ class Collider {
       parallel_for(executor_, o.memory.slots(),
                    Restitute<R>{particles.x, particles.v, o.memory.view().contacts, R(o.spec.restitution),
                                 R(o.spec.friction), R(resting), R(1 / h)});
-    if (bounces_) parallel_for(executor_, particles.count, HoldBounce<R>{surroundings(particles)}, kGrain);
+    if (!bounces_) return;
+    parallel_for(executor_, words_, FindBounced<R>{particles, bits(0)});
+    on_words<HoldBounce<R>>(parallel_reduce<Asked>(executor_, words_, CountAsked{{bits(0), 1, words_}}), particles);
   }
 
   /// Whether restitute moves anything.
@@ -130,14 +132,14 @@ class Collider {
   }
 
   std::size_t bytes() const {
-    std::size_t sum = bits_.bytes() + rooms_.bytes();
+    std::size_t sum = bits_.bytes() + rooms_.bytes() + host_words_.bytes();
     for (const Obstacle& o : obstacles_) sum += o.memory.bytes() + o.surface.bytes();
     return sum;
   }
 
   ContactFacts facts() const {
     ContactFacts facts = facts_;
-    facts.far_bytes = bits_.bytes() + rooms_.bytes();
+    facts.far_bytes = bits_.bytes() + rooms_.bytes() + host_words_.bytes();
     for (const Obstacle& o : obstacles_) {
       facts.near += o.memory.near();
       facts.far_bytes += o.memory.bytes() - o.memory.near_bytes(), facts.near_bytes += o.memory.near_bytes();
@@ -168,6 +170,7 @@ class Collider {
   }
 
  private:
+  static constexpr bool kOnHost = Memory<Executor>::kOfTheHost;
   static constexpr int kGrain = 64;    // a query of a whole mesh costs about as much as a hundred plain updates
   static constexpr int kLooks = 1024;  // fewer take less time than a second thread, where cores are shared
   struct Obstacle {
@@ -198,17 +201,74 @@ class Collider {
     return {meshes_.data(), count(), particles, nearby_.data()};
   }
 
-  /// The first test of mesh k (see MayTouch): how many particles it leaves, for all of which there is room.
-  int test(const Particles<R>& particles, int k, float reach, bool add) {
+  void find_on_host(const Particles<R>& particles) {
+    for (int k = 0; k < count(); ++k) {
+      test(particles, k, reach(k), bits(0), false);
+      const int looks = make_room(k, k + 1, 1).particles;
+      facts_.looks += looks;
+      deal_words(looks, FindContact<R>{surroundings(particles), k, bits(0)});
+    }
+  }
+  /// All meshes at once. Lists lift what is near to no other mesh, by less than what keeps it off the others.
+  template <class GoOn>
+  void find_on_device(const Particles<R>& particles, const GoOn& go_on) {
+    for (int k = 0; k < count(); ++k) test(particles, k, reach(k), bits(k), false);
+    const int looks = make_room(0, count(), count()).particles;
+    facts_.looks += looks;
+    if (looks == 0) return;
+    const Surroundings<R> there = surroundings(particles);
+    const Questions asked{bits(0), count(), words_};
+    unsigned long long *const once = bits(count()), *const lifted = bits(count() + 1);
+    parallel_for(executor_, words_, FindAskedOnce{asked, once, lifted});
+    for (int k = 0; k < count(); ++k) {
+      double most_lift = INFINITY;
+      for (int other = 0; other < count(); ++other)
+        if (other != k) most_lift = std::min(most_lift, double(reach(other)));
+      const ListBits own{bits(k), k > 0 ? bits(k - 1) : nullptr, once, lifted};
+      parallel_for(executor_, particles.count, AnswerByLists<R>(look_at(there, k), own, most_lift));
+    }
+    const Asked left = parallel_reduce<Asked>(executor_, words_, CountAsked{asked});
+    if (left.particles == 0) return;
+    const auto look = [&](const auto& all, const auto& cargo) {
+      for (int k = 0; k < count(); ++k) parallel_dealt(executor_, cargo.words, FindContact<R>{all, k, cargo.bits(k)});
+    };
+    host_words_.ask(there, asked, left, look, go_on);
+  }
+
+  float reach(int k) const { return static_cast<float>(2 * meshes_[k].thickness); }
+  unsigned long long* bits(int question) const { return bits_.data() + question * words_; }
+
+  /// The first test of mesh k (see MayTouch).
+  void test(const Particles<R>& particles, int k, float reach, unsigned long long* bits, bool add) {
     const MovingSurface& mesh = meshes_[k];
-    NearMemory<Executor, R>& memory = obstacles_[k].memory;
+    const NearMemory<Executor, R>& memory = obstacles_[k].memory;
     const Nearby<R> nearby = memory.view();
     words(particles.count > kParticleGrain || memory.slots() > kLooks,
           MayTouch<R>{particles.x, particles.p, particles.count, nearby.at, nearby.distance, nearby.balls,
-                      FloatPose(mesh.before), FloatPose(mesh.after), reach, add, bits_.data()});
-    const Tested tested = parallel_reduce<Tested>(executor_, words_, CountTested{bits_.data(), nearby.slot});
-    memory.make_room(executor_, tested.without_slot);
-    return tested.all;
+                      FloatPose(mesh.before), FloatPose(mesh.after), reach, add, bits});
+  }
+  /// At the meshes first .. last - 1 there is room for all particles that the tests have left: of the first of so many
+  /// questions, or of those up to the mesh's own. How many looks that are, in how many words.
+  Asked make_room(int first, int last, int questions) {
+    const auto counting = [&](int k) {
+      const Nearby<R> nearby = obstacles_[k].memory.view();
+      return CountTested{{bits(0), std::min(k + 1, questions), words_}, nearby.slot, nearby.used, nearby.freed};
+    };
+    std::vector<Tested> tested;
+    if constexpr (kOnHost) {
+      for (int k = first; k < last; ++k) tested.push_back(parallel_reduce<Tested>(executor_, words_, counting(k)));
+    } else {
+      for (int k = first; k < last; ++k) parallel_reduce_into(executor_, words_, counting(k), tested_.data() + k);
+      tested = tested_.download();
+    }
+    Asked asked;
+    for (int k = first; k < last; ++k) {
+      const Tested& at = tested[k - first];
+      obstacles_[k].memory.make_room(executor_, at.without_slot, at.used, at.freed);
+      nearby_[k] = obstacles_[k].memory.view();
+      asked = {at.words, questions > 1 ? asked.particles + at.all : at.all};
+    }
+    return asked;
   }
 
   /// A kernel over the words of bits.
@@ -224,12 +284,29 @@ class Collider {
     parallel_region(executor_, words_, [&](const auto& team) { parallel_dealt(team, words_, kernel); });
   }
 
+  /// A kernel that asks Embree about the particles that bits name: so much.
+  template <class Kernel>
+  void on_words(const Asked& asked, const Particles<R>& particles) {
+    const Surroundings<R> here = surroundings(particles);
+    if constexpr (kOnHost)
+      deal_words(asked.particles, Kernel{here, bits(0)});
+    else if (asked.particles > 0)
+      host_words_.ask(
+          here, {bits(0), 1, words_}, asked,
+          [&](const auto& all, const auto& cargo) {
+            parallel_dealt(executor_, cargo.words, Kernel{all, cargo.bits(0)});
+          },
+          [](const Questions&) {});
+  }
+
   Executor executor_;
+  HostWords<Executor, R> host_words_;
+  Array<Executor, Tested> tested_;  // of each mesh, on a device
   Device device_;
   std::deque<Obstacle> obstacles_;
-  std::vector<MovingSurface> meshes_;  // of the present substep
-  std::vector<Nearby<R>> nearby_;      // to each of them
-  Array<Executor, unsigned long long> bits_;
+  std::vector<MovingSurface> meshes_;         // of the present substep
+  std::vector<Nearby<R>> nearby_;             // to each of them
+  Array<Executor, unsigned long long> bits_;  // of the particles; on a device of each mesh, and what lists ask beside
   Array<Executor, Room> rooms_;
   ContactFacts facts_;
   int words_;

@@ -26,11 +26,14 @@ class NearMemory {
             contacts_.data(),         near_.data(),  counts_.data(),   counts_.data() + 1};
   }
 
-  int slots() const { return counts_.get(0); }
+  /// How many may be filled: on a device at most so many, as nobody waits for the number.
+  int slots() const { return Memory<Executor>::kOfTheHost ? used() : most_; }
 
   /// Room for so many more slots, and for not many more than are used: free ones are taken out.
-  void make_room(const Executor& executor, int more) {
-    const int used = counts_.get(0), freed = counts_.get(1);
+  void make_room(const Executor& executor, int more) { make_room(executor, more, used(), counts_.get(1)); }
+  /// Where it is known how many there are, and how many of them are free.
+  void make_room(const Executor& executor, int more, int used, int freed) {
+    most_ = used + more;
     const std::size_t needed = static_cast<std::size_t>(used - freed) + static_cast<std::size_t>(more);
     const bool wide = near_.size() > 4 * needed + 1024;
     if (freed <= used / 4 + kSpare && static_cast<std::size_t>(used) + static_cast<std::size_t>(more) <= near_.size() &&
@@ -49,6 +52,13 @@ class NearMemory {
           TakeOutFree<R>{view(), moves ? near_to.data() : near_.data(), moves ? contacts_to.data() : contacts_.data()});
     written_ = used > written_ ? used : written_;
     if (moves) near_ = std::move(near_to), contacts_ = std::move(contacts_to), written_ = used - freed;
+    most_ = used - freed + more;
+    if constexpr (!Memory<Executor>::kOfTheHost) {  // of slots that may be filled all are looked at
+      const std::size_t kept = static_cast<std::size_t>(used - freed);
+      Contact<R> none{};
+      let_go(none);
+      Memory<Executor>::fill(contacts_.data() + kept, contacts_.size() - kept, none);
+    }
   }
 
   /// Cells are no longer what they were.
@@ -72,12 +82,14 @@ class NearMemory {
   }
 
   static constexpr std::size_t kSlotBytes = sizeof(Near) + sizeof(Contact<R>);
-  int near() const { return counts_.get(0) - counts_.get(1); }
+  int near() const { return used() - counts_.get(1); }
   /// Of slots that were ever filled: there is room for more, in pages that nothing was written to.
-  std::size_t near_bytes() const { return static_cast<std::size_t>(std::max(written_, slots())) * kSlotBytes; }
+  std::size_t near_bytes() const { return static_cast<std::size_t>(std::max(written_, used())) * kSlotBytes; }
   std::size_t bytes() const { return at_.bytes() + distance_.bytes() + balls_.bytes() + slot_.bytes() + near_bytes(); }
 
  private:
+  int used() const { return counts_.get(0); }
+
   static constexpr int kSpare = 32;  // slots: fewer are not worth a copy
   Array<Executor, float> at_, distance_;
   Array<Executor, WordBall> balls_;
@@ -86,6 +98,7 @@ class NearMemory {
   Array<Executor, Contact<R>> contacts_;  // of each slot
   Array<Executor, Near> near_;            // the same
   int written_ = 0;                       // slots, since there is this room
+  int most_ = 0;                          // slots that may be filled
 };
 
 }  // namespace malha

@@ -70,13 +70,35 @@ struct PutBeforeMeshes : Surroundings<R> {
   }
 };
 
-/// What a bounce carries back on its way (from p, where the substep ended, to x) ends where it would cross a mesh.
+/// Which particles of a word a bounce has carried back (from p, where the substep ended, to x), a bit each.
+template <class R>
+struct FindBounced {
+  Particles<R> particles;
+  unsigned long long* bits;
+  KERNEL void operator()(int word) const {
+    unsigned long long moved = 0;
+    for (int bit = 0; bit < kWord && word * kWord + bit < particles.count; ++bit) {
+      const int i = word * kWord + bit;
+      if (particles.w[i] > R(0) && !same(particles.p[i], particles.x[i])) moved |= 1ull << bit;
+    }
+    bits[word] = moved;
+  }
+};
+
+/// What a bounce carries back on its way ends where it would cross a mesh.
 template <class R>
 struct HoldBounce : Surroundings<R> {
   using AsksTheHost = void;
-  HOST_KERNEL void operator()(int i) const {
+  const unsigned long long* bits;
+  template <class Group>
+  HOST_KERNEL void operator()(const Group& group) const {
+    for (unsigned long long rest = bits[group.index]; rest != 0; rest &= rest - 1)
+      hold(group.index * kWord + lowest_bit(rest));
+  }
+
+ private:
+  void hold(int i) const {
     const Vector3<R> from = this->particles.p[i], to = this->particles.x[i];
-    if (!(this->particles.w[i] > R(0)) || same(from, to)) return;
     for (int k = 0; k < this->count; ++k) {
       MovingSurface mesh = this->meshes[k];
       mesh.before = mesh.after;

@@ -69,7 +69,10 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   line("pressure", 3 * projections * model.pressures.size());
   line("long_range", facts.long_range > 0 ? projections : 0);
   line("attachments", projections * model.attached.size());
-  line("contact", (projections + substeps) * obstacles);  // resolved, and restitution, which without any still stops
+  // Resolved, and restitution, which without any still stops; what it carries back is counted and held.
+  const bool bounces =
+      std::ranges::any_of(model.environment, [](const EnvironmentMesh& mesh) { return mesh.spec.restitution > 0; });
+  line("contact", (projections + substeps) * obstacles + (bounces ? 3 * substeps : 0));
   std::size_t batches = 0;
   for (const OwnFacts& own : facts.own) batches += own.batches;
   line("own", 2 * projections * batches);

@@ -11,8 +11,8 @@ namespace malha {
 std::unique_ptr<Solver> instantiate_on_cuda(const Model& model, const OpenMP& host, const ShowProgress& progress,
                                             bool timed);
 
-/// kernel(Group) for the groups begin .. end - 1, of kernels that ask the host: in packs, by its own compiler.
+/// parallel_dealt of kernels that ask the host, on its own memory: in packs, by its own compiler.
 template <class Kernel>
-void groups_on_host(const OpenMP& host, int begin, int end, const Kernel& kernel);
+void deal_on_host(const OpenMP& host, int groups, const Kernel& kernel);
 
 }  // namespace malha

@@ -27,13 +27,15 @@ std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::
 
 #if defined(MALHA_HAS_CUDA)
 template <class Kernel>
-void groups_on_host(const OpenMP& host, int begin, int end, const Kernel& kernel) {
-  parallel_region(host, end - begin, [&](const auto& team) { parallel_groups(team, begin, end, {}, kernel); });
+void deal_on_host(const OpenMP& host, int groups, const Kernel& kernel) {
+  parallel_region(host, groups, [&](const auto& team) { parallel_dealt(team, groups, kernel); });
 }
-template void groups_on_host(const OpenMP&, int, int, const FindContact<float>&);
-template void groups_on_host(const OpenMP&, int, int, const FindContact<double>&);
-template void groups_on_host(const OpenMP&, int, int, const PutBeforeMeshes<float>&);
-template void groups_on_host(const OpenMP&, int, int, const PutBeforeMeshes<double>&);
+template void deal_on_host(const OpenMP&, int, const FindContact<float>&);
+template void deal_on_host(const OpenMP&, int, const FindContact<double>&);
+template void deal_on_host(const OpenMP&, int, const PutBeforeMeshes<float>&);
+template void deal_on_host(const OpenMP&, int, const PutBeforeMeshes<double>&);
+template void deal_on_host(const OpenMP&, int, const HoldBounce<float>&);
+template void deal_on_host(const OpenMP&, int, const HoldBounce<double>&);
 
 std::unique_ptr<Solver> make_solver_on_cuda(const Model& model, int threads, const ShowProgress& progress, bool timed) {
   return instantiate_on_cuda(model, OpenMP{threads > 0 ? threads : 1, widest_instructions()}, progress, timed);

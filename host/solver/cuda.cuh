@@ -275,10 +275,7 @@ void parallel_groups(const Cuda& executor, int begin, int end, const FastMemory&
   note_launch(kernel, end - begin);
   const int groups = end - begin;
   if (groups <= 0) return;
-  if constexpr (kAsksTheHost<Kernel>) {
-    finish(executor);
-    groups_on_host(on_host(executor), begin, end, kernel);
-  } else if constexpr (kShared<Kernel>) {
+  if constexpr (kShared<Kernel>) {
     const bool fits = memory.bytes <= executor.shared_bytes;
     const int shared = fits ? int(memory.bytes) : 0;
     if (shared > kSharedUnasked)
@@ -297,15 +294,19 @@ void parallel_groups(const Cuda& executor, int begin, int end, const FastMemory&
 /// Memory that the caller has prepared is used as it is, a piece a thread.
 template <class Kernel>
 void parallel_dealt(const Cuda& executor, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
-  if constexpr (!kShared<Kernel> && !kAsksTheHost<Kernel>)
-    if (memory.data) {
-      note_launch(kernel, groups);
-      if (groups > 0)
-        launch_dealt<<<blocks_of(memory.threads, kAlone), kAlone, 0, stream()>>>(groups, memory.threads, memory.data,
-                                                                                 memory.bytes, kernel);
-      return require(cudaGetLastError(), "launch a kernel");
-    }
-  parallel_groups(executor, 0, groups, memory, kernel);
+  if constexpr (kAsksTheHost<Kernel>) {
+    deal_on_host(on_host(executor), groups, kernel);
+  } else {
+    if constexpr (!kShared<Kernel>)
+      if (memory.data) {
+        note_launch(kernel, groups);
+        if (groups > 0)
+          launch_dealt<<<blocks_of(memory.threads, kAlone), kAlone, 0, stream()>>>(groups, memory.threads, memory.data,
+                                                                                   memory.bytes, kernel);
+        return require(cudaGetLastError(), "launch a kernel");
+      }
+    parallel_groups(executor, 0, groups, memory, kernel);
+  }
 }
 
 /// The sums of groups, in the device's memory.

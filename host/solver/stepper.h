@@ -21,6 +21,7 @@
 #include "host/solver/attachments.h"
 #include "host/solver/between.h"
 #include "host/solver/damping.h"
+#include "host/solver/early_visits.h"
 #include "host/solver/energy_guard.h"
 #include "host/solver/hand.h"
 #include "host/solver/hold_apart.h"
@@ -275,7 +276,11 @@ class Stepper : public Solver {
       });
     predict(h);
     if (predicts_the_state()) return;
-    if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h); });
+    const auto go_on = [&](const Questions& asked) {
+      if (!edges_ && !momenta_ && visits_follow(model_, facts_))
+        early_.begin(executor_, *sweep_, sweep_->visit_between(all, h, to_R(scene.gravity), true), asked);
+    };
+    if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h, go_on); });
     if (self_) self_->start_substep();
     if (edges_) timed(Pass::Edges, [&] { edges_->find(all, start, start + h); });
     correct(all);
@@ -429,11 +434,8 @@ class Stepper : public Solver {
   void project(const Particles<R>& all, double start, double h, bool fresh) {
     if (momenta_ && !alone()) timed(Pass::Correction, [&] { momenta_->before_projection(all, h); });
     if (!model_.sets.empty())
-      timed(Pass::Projection, [&] {
-        Visit<R> visit = sweep_->visit(all, h, to_R(model_.scene.gravity));
-        visit.fresh = fresh, visit.kept = nullptr;
-        sweep_->region([&](const auto& team) { (*sweep_)(team, visit); });
-      });
+      timed(Pass::Projection,
+            [&] { early_.go_on(*sweep_, sweep_->visit_between(all, h, to_R(model_.scene.gravity), fresh)); });
     if (!pressures_.empty())
       timed(Pass::Pressure, [&] {
         for (auto& pressure : pressures_) pressure.project(all.p, all.w);
@@ -480,6 +482,7 @@ class Stepper : public Solver {
   Array<Executor, R> w_;
   LostPlaces<Executor> lost_{model_.scene.solver.substeps};
   std::vector<Pressure<Executor, R>> pressures_;
+  EarlyVisits<Executor, R> early_;
   EnergyGuard<Executor, R> guard_;
   OptionalPart<LongRange<Executor, R>, built("long_range")> long_range_;
   OptionalPart<MovedPinSets<Executor, R>, built("motion")> moved_;

@@ -87,13 +87,25 @@ class Sweep {
     return visit;
   }
 
+  /// Where other passes come between, patches keep nothing.
+  Visit<R> visit_between(const Particles<R>& particles, double h, const Vector3<R>& gravity, bool fresh) const {
+    Visit<R> between = visit(particles, h, gravity);
+    between.fresh = fresh, between.kept = nullptr;
+    return between;
+  }
+
   template <class Team, class Visit>
   void operator()(const Team& team, const Visit& visit) const {
-    FastMemory memory{memory_.data(), memory_bytes_};
-    if constexpr (requires { visit.kept; })
-      if (visit.kept) memory = {};
-    for (std::size_t phase = 0; phase + 1 < phase_begin_.size(); ++phase)
-      visit_patches(team, visit, phase_begin_[phase], phase_begin_[phase + 1], memory);
+    visit_first(team, visit), visit_others(team, visit);
+  }
+  /// In its first phase, and in the others.
+  template <class Team, class Visit>
+  void visit_first(const Team& team, const Visit& visit) const {
+    visit_phases(team, visit, 0, 1);
+  }
+  template <class Team, class Visit>
+  void visit_others(const Team& team, const Visit& visit) const {
+    visit_phases(team, visit, 1, phase_begin_.size());
   }
 
   /// Of the particles without a finite position x in the patches that were the first to lose one: that with the lowest
@@ -146,6 +158,15 @@ class Sweep {
   const std::vector<SetFacts>& set_facts() const { return set_facts_; }
 
  private:
+  template <class Team, class Visit>
+  void visit_phases(const Team& team, const Visit& visit, std::size_t begin, std::size_t end) const {
+    FastMemory memory{memory_.data(), memory_bytes_};
+    if constexpr (requires { visit.kept; })
+      if (visit.kept) memory = {};
+    for (std::size_t phase = begin; phase < end && phase + 1 < phase_begin_.size(); ++phase)
+      visit_patches(team, visit, phase_begin_[phase], phase_begin_[phase + 1], memory);
+  }
+
   /// Substeps take turns: what one has noted is read while the next one goes on.
   int* noted_in(int substep) const { return fast_.data() + (substep % 2) * patches_.size(); }
 

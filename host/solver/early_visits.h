@@ -1,0 +1,44 @@
+// While the host asks Embree about some particles, a device goes on with the patches that have none of them: with the
+// first phase of the visits that come next. On the host there is nothing of this.
+#pragma once
+#include "host/solver/sweep.h"
+#include "kernels/visit_some.h"
+
+namespace malha {
+
+/// Whether nothing of the method moves particles between contacts with meshes and the first visits.
+inline bool visits_follow(const Model& model, const SolverFacts& facts) {
+  return !model.sets.empty() && facts.levels.empty() && !facts.filter;
+}
+
+template <class Executor, class R>
+class EarlyVisits {
+ public:
+  /// The visits of a sweep to what does not wait for the answers.
+  void begin(const Executor& executor, const Sweep<Executor, R>& sweep, const Visit<R>& visit,
+             const Questions& questions) {
+    if (waits_.size() == 0) waits_ = Array<Executor, bool>(static_cast<std::size_t>(sweep.facts().patches));
+    parallel_for(executor, sweep.facts().patches, FindWaiting{visit.patches, visit.segments, questions, waits_.data()});
+    sweep.region([&](const auto& team) { sweep.visit_first(team, VisitSome<R>{visit, waits_.data(), false}); });
+    begun_ = true;
+  }
+
+  /// All visits of a sweep, but for those that were begun.
+  void go_on(const Sweep<Executor, R>& sweep, const Visit<R>& visit) {
+    sweep.region([&](const auto& team) {
+      if constexpr (!Memory<Executor>::kOfTheHost)
+        if (begun_) {
+          sweep.visit_first(team, VisitSome<R>{visit, waits_.data(), true});
+          return sweep.visit_others(team, visit);
+        }
+      sweep(team, visit);
+    });
+    begun_ = false;
+  }
+
+ private:
+  Array<Executor, bool> waits_;  // of each patch
+  bool begun_ = false;
+};
+
+}  // namespace malha
