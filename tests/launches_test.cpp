@@ -207,7 +207,11 @@ TEST(Launches, OfTheCorrectorAreAsManyAsThePlanSaysWhateverLiesBetween) {
   contact["solver"]["iterations"] = 2;
   Json bounces = contact;
   bounces["environment"][0]["restitution"] = 0.5;
-  for (const Json& scene : {free_cloth("inertia"), drag, damped, contact, bounces}) expect_planned_launches(scene);
+  Json balloon = free_cloth("inertia");
+  balloon["bodies"][0]["shape"] = {{"sphere", {{"radius", 0.5}, {"subdivisions", 1}}}};
+  balloon["bodies"][0]["constraints"].push_back({{"type", "pressure"}});
+  for (const Json& scene : {free_cloth("inertia"), drag, damped, contact, bounces, balloon})
+    expect_planned_launches(scene);
 }
 
 TEST(Launches, OfTheTraceAreAsManyAsThePlanSays) {

@@ -43,10 +43,10 @@ using ReadableVector = std::vector<T, Readable<T>>;
 template <class T>
 using ReadableArray = std::unique_ptr<T[], void (*)(void*)>;
 template <class T>
-ReadableArray<T> readable_array(std::size_t count, bool zeros) {
-  void* const data = readable_memory.allocate(count * sizeof(T), zeros);
+ReadableArray<T> readable_array(std::size_t count, bool zeros, const ReadableMemory& memory = readable_memory) {
+  void* const data = memory.allocate(count * sizeof(T), zeros);
   if (!data) throw std::bad_alloc();
-  return {static_cast<T*>(data), readable_memory.release};
+  return {static_cast<T*>(data), memory.release};
 }
 
 }  // namespace malha

@@ -98,7 +98,7 @@ NearCells::NearCells(const TriangleScene& scene, ReadableVector<Vec4<double>>& c
 }
 
 void NearCells::clear() {
-  grid_ = readable_array<GridCell>(std::size_t{1} << 3 * mesh_.start, true);
+  grid_ = readable_array<GridCell>(std::size_t{1} << 3 * mesh_.start, true, memory_);
   mesh_.grid = grid_.get();
   cells_used_ = 1, listed_ = 0, full_ = false;
 }

@@ -48,6 +48,7 @@ class NearCells {
   double rounding_ = 0, skin_ = 0;  // m
   int most_cells_ = 0, most_listed_ = 0;
   ReadableArray<GridCell> grid_{nullptr, nullptr};
+  ReadableMemory memory_ = readable_memory;  // of all that kernels read
   ReadableArray<NearCell> cells_;
   ReadableArray<int> lists_;
   std::atomic<int> cells_used_{0};

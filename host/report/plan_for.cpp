@@ -91,6 +91,8 @@ Demand plan_for(const Simulation& simulation, const Machine& machine) {
     demand.launches_at_least = demand.launches_at_least || pass.at_least || !pass.remark.empty();
     if (!pass.name.starts_with("visits") && pass.name != "projection") demand.not_counted.push_back(pass.name);
   }
+  // A device's sums are launches of their own, and so is what it does before it asks the host about contacts.
+  demand.launches_at_least = demand.launches_at_least || (machine.fast_bytes > 0 && !facts.fused);
   if (facts.sets.empty()) return demand;
   const PatchPlan plan = plan_patches(model, simulation.threads());
   demand.phases = plan.phases(), demand.groups_fewest = demand.groups_most = plan.width();

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <string>
 
+#include "host/base/for_now.h"
 #include "host/base/readable.h"
 #include "host/base/stopwatch.h"
 #include "host/filter/make_filter.h"
@@ -54,16 +55,21 @@ DeviceFacts cuda_device() {
 
 std::unique_ptr<Solver> instantiate_on_cuda(const Model& model, const OpenMP& host, const ShowProgress& progress,
                                             bool timed) {
-  int device = 0, shared = 0;
+  int device = 0, shared = 0, at_once = 0;
   require(cudaGetDevice(&device), "be chosen");
   require(cudaDeviceGetAttribute(&shared, cudaDevAttrMaxSharedMemoryPerBlockOptin, device), "tell its memory");
+  require(cudaDeviceGetAttribute(&at_once, cudaDevAttrConcurrentManagedAccess, device), "tell its memory");
+  if (!at_once && !model.environment.empty())
+    throw InputError(
+        "backend: found a CUDA device whose memory the host cannot read while kernels run; allowed for a "
+        "scene with an environment: one with concurrent managed access, or openmp, serial");
   // Of environment meshes, which the host makes lists of while kernels use those that there are.
-  readable_memory = {[](std::size_t bytes, bool zeros) {
-                       void* const data = DeviceMemory::the().allocate(bytes);
-                       if (zeros) std::memset(data, 0, bytes);
-                       return data;
-                     },
-                     [](void* data) { DeviceMemory::the().release(data); }};
+  const ForNow<ReadableMemory> managed(readable_memory, {[](std::size_t bytes, bool zeros) {
+                                                           void* const data = DeviceMemory::the().allocate(bytes);
+                                                           if (zeros) std::memset(data, 0, bytes);
+                                                           return data;
+                                                         },
+                                                         [](void* data) { DeviceMemory::the().release(data); }});
   Cuda executor;
   executor.shared_bytes = std::size_t(shared), executor.host = host, executor.waits = timed;
   return instantiate(model, executor, host.threads, progress);

@@ -81,19 +81,20 @@ class Scratch {
   Scratch(const Scratch&) = delete;
   Scratch& operator=(const Scratch&) = delete;
   ~Scratch() {
-    if (data_) DeviceMemory::the().release(data_);
+    for (void* const data : all_) DeviceMemory::the().release(data);
   }
   const void* at() const { return data_; }
   char* of(std::size_t bytes) {
-    if (bytes > bytes_) {
-      if (data_) DeviceMemory::the().release(data_);
-      data_ = nullptr, bytes_ = 0;
+    if (bytes > bytes_) {  // what is outgrown stays: recorded launches use it, and none may be waited for meanwhile
+      bytes = bytes > 2 * bytes_ ? bytes : 2 * bytes_;
       data_ = DeviceMemory::the().allocate(bytes), bytes_ = bytes;
+      all_.push_back(data_);
     }
     return static_cast<char*>(data_);
   }
 
  private:
+  std::vector<void*> all_;
   void* data_ = nullptr;
   std::size_t bytes_ = 0;
 };
