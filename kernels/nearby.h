@@ -258,10 +258,11 @@ struct MayTouch {
 struct Questions {
   const unsigned long long* bits;
   int count, words;
+  KERNEL unsigned long long of(int question, int word) const { return bits[size_t(question) * words + word]; }
   /// In any of them.
   KERNEL unsigned long long asked(int word) const {
     unsigned long long any = 0;
-    for (int q = 0; q < count; ++q) any |= bits[size_t(q) * words + word];
+    for (int q = 0; q < count; ++q) any |= of(q, word);
     return any;
   }
 };
@@ -281,7 +282,7 @@ struct CountTested {
   KERNEL Tested operator()(int word) const {
     Tested sum;
     if (word == 0) sum.used = *used, sum.freed = *freed;
-    const unsigned long long last = questions.bits[size_t(questions.count - 1) * questions.words + word];
+    const unsigned long long last = questions.of(questions.count - 1, word);
     unsigned long long rest = questions.asked(word);
     sum.words = rest != 0;
     for (; rest != 0; rest &= rest - 1) {

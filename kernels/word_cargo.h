@@ -103,8 +103,7 @@ struct LoadWords {
   WordCargo<R> to;
   KERNEL void operator()(int j) const {
     const int w = j / kWord, word = to.which()[w], bit = j % kWord, i = to.particle(j);
-    for (int q = 0; bit == 0 && q < questions.count; ++q)
-      to.bits(q)[w] = questions.bits[size_t(q) * questions.words + word];
+    for (int q = 0; bit == 0 && q < questions.count; ++q) to.bits(q)[w] = questions.of(q, word);
     if (!(questions.asked(word) >> bit & 1)) return;
     const Particles<R> own = to.particles();
     own.x.set(j, particles.x[i]), own.p.set(j, particles.p[i]);

@@ -37,7 +37,7 @@ struct FindAskedOnce {
   KERNEL void operator()(int word) const {
     unsigned long long any = 0, more = 0;
     for (int q = 0; q < questions.count; ++q) {
-      const unsigned long long of = questions.bits[size_t(q) * questions.words + word];
+      const unsigned long long of = questions.of(q, word);
       more |= any & of, any |= of;
     }
     once[word] = any & ~more, lifted[word] = 0;

@@ -5,6 +5,12 @@
 
 namespace malha {
 
+/// work(i) for the particles that a word of bits names.
+template <class Work>
+HOST_KERNEL void for_each_of_word(const unsigned long long* bits, int word, const Work& work) {
+  for (unsigned long long rest = bits[word]; rest != 0; rest &= rest - 1) work(word * kWord + lowest_bit(rest));
+}
+
 /// The particles that a word of bits names: others keep within a ball without surface.
 template <class R>
 struct PutBeforeMeshes : Surroundings<R> {
@@ -12,8 +18,7 @@ struct PutBeforeMeshes : Surroundings<R> {
   const unsigned long long* bits;
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {
-    for (unsigned long long rest = bits[group.index]; rest != 0; rest &= rest - 1)
-      hold(group.index * kWord + lowest_bit(rest));
+    for_each_of_word(bits, group.index, [this](int i) KERNEL_LAMBDA { hold(i); });
   }
 
  private:
@@ -92,8 +97,7 @@ struct HoldBounce : Surroundings<R> {
   const unsigned long long* bits;
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {
-    for (unsigned long long rest = bits[group.index]; rest != 0; rest &= rest - 1)
-      hold(group.index * kWord + lowest_bit(rest));
+    for_each_of_word(bits, group.index, [this](int i) KERNEL_LAMBDA { hold(i); });
   }
 
  private:
