@@ -334,8 +334,9 @@ Value parallel_reduce(const Executor& executor, int n, const Kernel& kernel, int
 
 /// The same, left where the executor's arrays are: nobody waits for it.
 template <class Value, class Executor, class Kernel>
-void parallel_reduce_into(const Executor& executor, int n, const Kernel& kernel, Value* to) {
-  *to = parallel_reduce<Value>(executor, n, kernel);
+void parallel_reduce_into(const Executor& executor, int n, const Kernel& kernel, Value* to,
+                          int grain = kParticleGrain) {
+  *to = parallel_reduce<Value>(executor, n, kernel, grain);
 }
 
 }  // namespace malha

@@ -1,85 +1,42 @@
-// The rigid part of a body's motion, and damping that leaves it alone (Müller et al. 2006, section 3.5).
+// Damping that leaves the motion of a body as a whole alone (Müller et al. 2006, section 3.5).
 #pragma once
-#include "kernels/particles.h"
+#include "kernels/momenta.h"
 
 namespace malha {
 
-/// Which particles are meant: item after item from `first` on, or those of a list.
-struct Consecutive {
-  int first;
-  KERNEL int operator[](int item) const { return first + item; }
-};
-struct Listed {
-  const int* list;
-  KERNEL int operator[](int item) const { return list[item]; }
-};
-
-/// Mass, and the mass-weighted sums of position and velocity. Pinned particles do not count.
-struct MassSum {
-  double m = 0, x[3] = {}, v[3] = {};
-  KERNEL MassSum& operator+=(const MassSum& o) {
-    m += o.m;
-    for (int k = 0; k < 3; ++k) x[k] += o.x[k], v[k] += o.v[k];
-    return *this;
+/// The motion of each body as a whole.
+template <class R>
+struct FindRigidMotion {
+  const MeasuredBody* bodies;
+  RigidMotion<R>* motions;
+  KERNEL void operator()(int b) const {
+    const Momenta& now = bodies[b].now;
+    motions[b] = RigidMotion<R>(now, now.linear, now.spin.L);
   }
 };
 
-template <class R, class Members>
-struct SumMass {
-  Particles<R> particles;
-  Members members;
-  KERNEL MassSum operator()(int item) const {
-    const int i = members[item];
-    const R w = particles.w[i];
-    if (!(w > R(0))) return {};
-    const double m = 1.0 / w;
-    const Vector3<R> x = particles.x[i], v = particles.v[i];
-    return {m, {m * x.x, m * x.y, m * x.z}, {m * v.x, m * v.y, m * v.z}};
-  }
-};
-
-/// Angular momentum L (kg m^2/s) and inertia I (kg m^2: xx, yy, zz, xy, xz, yz) about a point.
-struct SpinSum {
-  double L[3] = {}, I[6] = {};
-  KERNEL SpinSum& operator+=(const SpinSum& o) {
-    for (int k = 0; k < 3; ++k) L[k] += o.L[k];
-    for (int k = 0; k < 6; ++k) I[k] += o.I[k];
-    return *this;
-  }
-};
-
-template <class R, class Members>
-struct SumSpin {
-  Particles<R> particles;
-  Members members;
-  Vector3<double> centre;  // m
-  KERNEL SpinSum operator()(int item) const {
-    const int i = members[item];
-    const R w = particles.w[i];
-    if (!(w > R(0))) return {};
-    const double m = 1.0 / w;
-    const Vector3<R> x = particles.x[i], v = particles.v[i];
-    const Vector3<double> r{x.x - centre.x, x.y - centre.y, x.z - centre.z};
-    const Vector3<double> L = cross(r, Vector3<double>{v.x * m, v.y * m, v.z * m});
-    return {{L.x, L.y, L.z},
-            {m * (r.y * r.y + r.z * r.z), m * (r.x * r.x + r.z * r.z), m * (r.x * r.x + r.y * r.y), -m * r.x * r.y,
-             -m * r.x * r.z, -m * r.y * r.z}};
-  }
-};
-
-/// v += k (v_cm + omega x r - v).
+/// v += k (v_cm + omega x r - v). Pinned particles keep theirs.
 template <class R>
 struct DampTowardsRigid {
+  using Shared = void;
   Particles<R> particles;
-  Consecutive members;
-  R k;
-  Vector3<R> centre, velocity, omega;
-  KERNEL void operator()(int item) const {
-    const int i = members[item];
-    if (!(particles.w[i] > R(0))) return;
-    const Vector3<R> v = particles.v[i];
-    const Vector3<R> rigid = velocity + cross(omega, particles.x[i] - centre);
-    particles.v.set(i, v + (rigid - v) * k);
+  const Stretch* stretches;
+  const RigidMotion<R>* motions;  // of each body
+  const R* damping;               // of each body: k
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const Stretch stretch = stretches[group.index];
+    const RigidMotion<R> motion = motions[stretch.body];
+    const R k = damping[stretch.body];
+    cover_once<R>(group, stretch.count, [&]<class S>(int n, S) KERNEL_LAMBDA {
+      const int i = stretch.first + n;
+      S w;
+      load(particles.w + i, w);
+      const Vector3<S> v = load_points<S>(particles.v, i);
+      const Vector3<S> change = (motion.at(load_points<S>(particles.x, i)) - v) * S(k);
+      store_points(particles.v, i, v + or_zero(w > S(R(0)), change));
+    });
   }
 };
 

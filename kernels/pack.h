@@ -17,6 +17,7 @@ template <class R>
 KERNEL void load(const R* from, R& to) {
   to = *from;
 }
+KERNEL void load(const float* from, double& to) { to = *from; }
 template <class R>
 KERNEL void store(const R& from, R* to) {
   *to = from;
@@ -269,6 +270,11 @@ KERNEL void put(Vec4<R>* rows, const Index* index, V r0, V r1, V r2, V r3) {
 template <class R, int bytes>
 KERNEL void load(const R* from, Pack<R, bytes>& to) {
   to.v = *reinterpret_cast<const typename VectorOf<R, bytes>::Anywhere*>(from);
+}
+template <int bytes>
+KERNEL void load(const float* from, Pack<double, bytes>& to) {
+  using Floats = typename VectorOf<float, bytes / 2>::Anywhere;
+  to.v = __builtin_convertvector(*reinterpret_cast<const Floats*>(from), typename Pack<double, bytes>::Vector);
 }
 template <class R, int bytes>
 KERNEL void store(const Pack<R, bytes>& from, R* to) {

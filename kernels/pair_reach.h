@@ -70,14 +70,15 @@ struct StayInReach {
   Motions<R> motions;
   Reach<R> reach;
   CommonFrame<R> frame;
+  const Vector3<R>* moves;  // of the frame, where a launch has left it; null: as it says
   R share;  // of what lies beyond the way
   const unsigned char* takes_part;
   KERNEL Stay operator()(int i) const {
-    const Vector3<R> own = motions.moved[i].xyz() - frame.moves;
+    const Vector3<R> common = moves != nullptr ? *moves : frame.moves, own = motions.moved[i].xyz() - common;
     if (!takes_part[i] || !((own.x + own.y + own.z) * R(0) == R(0))) return {};
     const Vector3<R> start = motions.x0[i].xyz() - reach.from[i].xyz() - frame.since;
     const BoxAround<R> box(reach, i, share), whole(reach, i, within_rounding<R>());
-    return {box.holds(start) && box.holds(start + own) ? 0.0 : 1.0, whole.holds(start - frame.moves) ? 0.0 : 1.0};
+    return {box.holds(start) && box.holds(start + own) ? 0.0 : 1.0, whole.holds(start - common) ? 0.0 : 1.0};
   }
 };
 

@@ -49,6 +49,11 @@ struct MeanMotion {
     weight += o.weight;
     return *this;
   }
+  /// 0 of nothing.
+  KERNEL Vector3<double> value() const {
+    const double per = weight > 0 ? 1 / weight : 0;
+    return {sum[0] * per, sum[1] * per, sum[2] * per};
+  }
 };
 
 /// Sum and number of the motions that are finite.

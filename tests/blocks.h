@@ -314,7 +314,8 @@ Value parallel_reduce(const Blocks& executor, int n, const Kernel& kernel, int /
   return sum_of_tree(sums.data(), plan.groups);
 }
 template <class Value, class Kernel>
-void parallel_reduce_into(const Blocks& executor, int n, const Kernel& kernel, Value* to) {
+void parallel_reduce_into(const Blocks& executor, int n, const Kernel& kernel, Value* to,
+                          int /*grain*/ = kParticleGrain) {
   const ReducePlan plan(n);
   const auto partial = partial_sums<Value>(executor, n, plan, kernel);
   parallel_for(executor, 1, JoinGroups<Value>{partial.data(), to, plan.groups});

@@ -167,6 +167,16 @@ TEST(AStepOnADevice, ReadsBackOneFlag) {
   blown.wind = Wind{{1, 0, 2}, 0.1, 1.2};
   EXPECT_EQ(reads_a_step(blown), 1) << "air";
   EXPECT_EQ(reads_a_step(load_shipped("desbrun_sheet")), 1) << "Desbrun's filter";
+  for (const char* solver : {"pbd", "desbrun"}) {
+    BodySpec free = sheet;
+    free.pins.clear(), free.damping = 0.1;
+    Scene falling = scene(free);
+    falling.solver.type = solver, falling.solver.keeps_momenta = true;
+    EXPECT_EQ(reads_a_step(falling), 1) << "damping and the corrector, by " << solver;
+    falling.bodies[0].constraints.push_back(stiff("long_range", {}, 1, 0.02));
+    falling.bodies[0].pins = {ListPin{{0}}}, falling.bodies.push_back(free), falling.bodies[1].name = "other";
+    EXPECT_EQ(reads_a_step(falling), 1) << "of which one is held by long range, by " << solver;
+  }
 }
 
 /// For what may touch a mesh, for how much lists have left and for what it is, for what may cross a mesh and what that
@@ -178,6 +188,16 @@ TEST(AStepOnADevice, ReadsSixTimesASubstepForContactsHoweverManyMeshes) {
     for (EnvironmentSpec& mesh : scene.environment) mesh.restitution = 0.5;
     EXPECT_LE(reads_a_step(scene, 20), 8 * scene.solver.substeps + 2) << name << " that bounces";
   }
+}
+
+/// For whether the last search serves, for what is about to cross, and for lost places; once a step for the energy.
+TEST(AStepOnADevice, ReadsThreeTimesASubstepForSelfCollisionWhereNothingIsSearched) {
+  BodySpec sheet;
+  sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {12, 12}}, sheet.density = 0.2;
+  sheet.pins = {ListPin{{0, 12}}}, sheet.constraints = {stiff("distance", {"edges"})};
+  Scene scene = scene_of({sheet}, {}, 1.0 / 60, 4, Precision::Float);
+  scene.self_collision.emplace().thickness = 0.01;
+  EXPECT_LE(reads_a_step(scene, 20), 3 * 4 + 1);
 }
 
 /// Of visits that some patches alone have.

@@ -33,7 +33,11 @@ struct Bodies {
   }
   int count() const { return x.size(); }
   Particles<R> all() { return {count(), x.points(), v.points(), {}, w.data()}; }
-  void damp_all(double k) { damp(Serial{}, all(), 0, count(), k); }
+  void damp_all(double k) { damp_part(Serial{}, 0, count(), k); }
+  template <class Executor>
+  void damp_part(const Executor& executor, int first, int n, double k) {
+    Damping<Executor, R>(executor, {{first, n, k}}, 1).damp(all());
+  }
 
   V centre() const {
     V sum{0, 0, 0};
@@ -168,7 +172,7 @@ TYPED_TEST(DampOf, TouchesItsOwnIslandOnly) {
   Bodies<R> bodies;
   bodies.add_random(30, 6), bodies.add_random(40, 7), bodies.add_random(30, 8);
   const Bodies<R> before = bodies;
-  damp(Serial{}, bodies.all(), 30, 40, 1.0);
+  bodies.damp_part(Serial{}, 30, 40, 1.0);
   for (int i = 0; i < 100; ++i) EXPECT_EQ(same_bits(bodies.v[i], before.v[i]), i < 30 || i >= 70) << i;
 }
 
@@ -229,7 +233,7 @@ TEST(Damp, GivesTheSameBitsOnEveryExecutor) {
   serial.damp_all(0.3);
   for (const int threads : {1, 2, 3, 8}) {
     Bodies<float> parallel = start;
-    damp(OpenMP{threads}, parallel.all(), 0, 20000, 0.3);
+    parallel.damp_part(OpenMP{threads}, 0, 20000, 0.3);
     for (int i = 0; i < 20000; ++i) ASSERT_TRUE(same_bits(parallel.v[i], serial.v[i])) << threads << " threads";
   }
 }

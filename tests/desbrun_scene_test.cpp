@@ -61,7 +61,7 @@ TEST(DistanceLimits, StopAtTheSameIterationOnAnyNumberOfThreads) {
   EXPECT_EQ(after(scene, 0.5, {.backend = Backend::Serial}).state_hash(), one);
 }
 
-EnvironmentSpec ground(double friction = 0.5) {
+EnvironmentSpec rough_ground(double friction = 0.5) {
   EnvironmentSpec ground;
   ground.name = "ground";
   ground.shape = GridShape{{6, 6}, {1, 1}};
@@ -89,7 +89,7 @@ TEST(AFilteredBody, FallsOntoTheGroundAndStaysThere) {
     // Contact pushes single particles, and the filter spreads that over the body in the next step: in few long steps a
     // ball is flattened before it stops.
     scene.solver.substeps = 16;
-    scene.environment = {ground()};
+    scene.environment = {rough_ground()};
     const Simulation simulation = after(scene, 4);
     double lowest = 1e9, highest = -1e9;
     for (const Vec3& x : simulation.positions()) lowest = std::min(lowest, x[1]), highest = std::max(highest, x[1]);
@@ -104,7 +104,7 @@ TEST(AFilteredBody, FallsOntoTheGroundAndStaysThere) {
 TEST(AFilteredBody, IsHeldAtItsVolumeByPressure) {
   for (const double pressure : {0.8, 1.0, 1.5}) {
     Scene scene = desbrun_scene({ball({stiff("pressure", {}, 1, pressure)})}, 100, Precision::Float);
-    scene.environment = {ground()};
+    scene.environment = {rough_ground()};
     const Simulation simulation = after(scene, 2);
     ASSERT_EQ(simulation.measure().volume_ratios.size(), 1u);
     EXPECT_NEAR(simulation.measure().volume_ratios[0], pressure, 0.02) << "by 10 iterations a step, against its weight";
@@ -114,7 +114,7 @@ TEST(AFilteredBody, IsHeldAtItsVolumeByPressure) {
 // A tolerance is one of distance limits: what has none is given all its iterations.
 TEST(AFilteredBody, WithoutDistanceLimitsIsGivenAllIterationsWhateverTheTolerance) {
   Scene scene = desbrun_scene({ball({stiff("pressure", {}, 0.5, 1.3)})}, 100, Precision::Float);
-  scene.environment = {ground()};
+  scene.environment = {rough_ground()};
   const std::uint64_t all = hash(scene);
   scene.solver.desbrun.tolerance = 0.01;
   EXPECT_EQ(hash(scene), all);
@@ -128,7 +128,7 @@ TEST(AFilteredBody, SlidesOnSmoothGroundAndRestsOnRough) {
     sheet.transform.translate = {0, 0.0101, 0};
     sheet.velocity = {1, 0, 0};
     Scene scene = desbrun_scene({sheet}, 1000);
-    scene.environment = {ground(friction)};
+    scene.environment = {rough_ground(friction)};
     Simulation simulation(scene, {.threads = 1});
     const double before = simulation.positions()[0][0];
     run_for(simulation, scene, 0.5);

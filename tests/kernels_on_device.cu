@@ -6,6 +6,7 @@
 #include "kernels/constraint_registry.h"
 #include "kernels/contact.h"
 #include "kernels/corrector.h"
+#include "kernels/damping.h"
 #include "kernels/dense_filter.h"
 #include "kernels/edge_contact.h"
 #include "kernels/front.h"
@@ -27,6 +28,7 @@
 #include "kernels/pressure.h"
 #include "kernels/rest.h"
 #include "kernels/rigid_sums.h"
+#include "kernels/self_checks.h"
 #include "kernels/sleep.h"
 #include "kernels/sparse_filter.h"
 #include "kernels/spring_energy.h"
@@ -84,10 +86,12 @@ void instantiate_all() {
   instantiate<TellSeen<R>, StepBack<R>, KeepHeld<R>, MeasureRuns<R>, AskAgain<R>, StartLocal<R>, MoveLocal<R>>();
   instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, LayEdgeContacts<R>, EnterParticles<R>>();
   instantiate<ReduceRun<RigidSums, SumRigid<R>>, JoinRuns<RigidSums>>();
-  instantiate_groups<MeasureMomenta<R, false, false>, MeasureMomenta<R, false, true>, MeasureMomenta<R, true, false>,
-                     AddRigidMotion<R>>();
+  instantiate_groups<MeasureMomenta<R, R, false, false>, MeasureMomenta<R, R, false, true>,
+                     MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, NoteMomenta,
+                     AddRigidMotion<R>, DampTowardsRigid<R>>();
+  instantiate<FindReturn<R>, FindRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
   instantiate<Predict<R>, Drag<R>, UpdateState<R>>();
-  instantiate<SumMass<R, Consecutive>, SumSpin<R, Consecutive>, DampTowardsRigid<R>, MeasureMotion<R>>();
+  instantiate<SumMass<R>, MeasureMotion<R>>();
   instantiate<EnclosedVolume<R>, PressureGradient<R>, ApplyPressure<R>>();
   instantiate<LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>, MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
   instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>, GatherOwn<R>, ScatterOwn<R>>();
@@ -97,7 +101,7 @@ void instantiate_all() {
               CountPushing<R>>();
   instantiate<FindCrossing<R>, HoldParticles<R, PlaceLocal<R>>, SumRigid<R>, MoveRigidly<R>, CopyPoints<R>,
               CountFixed<R>, MarkDriven<R>>();
-  instantiate<StoreMoved<R>, TakeMoved<R>, StayInReach<R>, KeepInReach<R>, StartReach<R>, BoxReach<R>>();
+  instantiate<StoreMoved<R>, TakeMoved<R>, StayInReach<R>, FindCommon<R>, KeepInReach<R>, StartReach<R>, BoxReach<R>>();
   instantiate<BoxUnits<R>, BoxLevel<R>, CountPushes<R>, SumLeft<R>, HoldLimited<R>>();
   instantiate_groups<FindPairs<R>, LookAtPairs<R>, PushPairs<R, false>, PushPairs<R, true>, FindCrossings<R>,
                      LimitCrossing<R>, LimitParts<R>, DriveCrossing<R>, CarryCrossing<R>>();

@@ -80,7 +80,11 @@ const std::vector<Block>& blocks() {
        R"({"velocity": [1, 0, 0], "density": 1.2})",
        R"({"velocity": [1, 0, 0], "density": 0})",
        {"FacesInAir", "BlowOnParticles"}},
-      {"damping", "/bodies/0/damping", "0.1", "0", {"SumMass", "SumSpin", "DampTowardsRigid"}},
+      {"damping",
+       "/bodies/0/damping",
+       "0.1",
+       "0",
+       {"MeasureMomenta", "NoteMomenta", "FindRigidMotion", "DampTowardsRigid"}},
       {"long_range", "/bodies/0/constraints/1", R"({"type": "long_range"})", nullptr, {"LimitReach"}},
       {"moved pins",
        "/bodies/0/pins/0/motion",
@@ -159,15 +163,17 @@ Json free_cloth(const char* corrector) {
   return scene;
 }
 
-TEST(Launches, OfTheCorrectorAreThreeAStepWhereABodyIsFree) {
+TEST(Launches, OfTheCorrectorAreSixAStepWhereABodyIsFree) {
   const Traced never = traced(free_cloth(nullptr)), off = traced(free_cloth("off"));
   EXPECT_EQ(off.launches, never.launches);
   EXPECT_EQ(off.bytes, never.bytes);
   const Traced kept = traced(free_cloth("inertia"));
-  ASSERT_EQ(kept.launches.size(), 4u);
+  ASSERT_EQ(kept.launches.size(), 6u);
   EXPECT_EQ(kept.of("Visit<float>"), 4);
-  EXPECT_EQ(kept.of("MeasureMomenta<float, false, false>"), 1);
-  EXPECT_EQ(kept.of("MeasureMomenta<float, false, true>"), 1);
+  EXPECT_EQ(kept.of("MeasureMomenta<float, float, false, false>"), 1);
+  EXPECT_EQ(kept.of("MeasureMomenta<float, float, false, true>"), 1);
+  EXPECT_EQ(kept.of("NoteMomenta"), 2);
+  EXPECT_EQ(kept.of("FindReturn<float>"), 1);
   EXPECT_EQ(kept.of("AddRigidMotion<float>"), 1);
   Json held = traced_cloth();
   held["solver"]["corrector"] = "inertia";

@@ -220,10 +220,15 @@ TEST(NeoHookean, HangsAsLongAsLinearElasticityTells) {
     rope.pins = {BoxPin{{-1, 0.49, -1}, {1, 1, 1}}};
     Scene scene = scene_of({rope});
     scene.gravity = {0, -1, 0}, scene.solver.substeps = substeps, scene.solver.iterations = iterations;
+    scene.solver.precision = Precision::Double;  // float's rounding makes it swing sideways
     Simulation simulation(scene, {.threads = 1});
-    for (int step = 0; step < 240; ++step) simulation.step();
-    double lowest = 0;
-    for (const Vec3& x : simulation.positions()) lowest = std::min(lowest, x[1]);
+    double lowest = 0;  // the mean of five periods of 4 L sqrt(rho / E): it swings about where it would hang
+    for (int step = 0; step < 240; ++step) {
+      simulation.step();
+      double of_step = 0;
+      for (const Vec3& x : simulation.positions()) of_step = std::min(of_step, x[1]);
+      if (step >= 120) lowest += of_step / 120;
+    }
     // 1 % of large strain, 3 % of four cells whose ends carry half, 2 % of iterations.
     EXPECT_NEAR(-0.5 - lowest, 0.005, 0.06 * 0.005) << substeps << " x " << iterations;
   }

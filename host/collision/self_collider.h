@@ -10,6 +10,7 @@
 #include <array>
 #include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "host/collision/pair_search.h"
@@ -19,6 +20,7 @@
 #include "kernels/hold_apart.h"
 #include "kernels/pair_drive.h"
 #include "kernels/pair_push.h"
+#include "kernels/self_checks.h"
 
 namespace malha {
 
@@ -83,16 +85,41 @@ class SelfCollider {
     parallel_for(executor_, count_, StoreMoved<R>{particles.p, particles.w, motions()}, kGrain);
   }
 
-  /// How far all move alike, m.
-  Vec3 common() const {
-    const MeanMotion mean =
-        parallel_reduce<MeanMotion>(executor_, count_, SumMotion<R>{moved_.points(), takes_part_.data()}, kGrain);
-    const double per = mean.weight > 0 ? 1 / mean.weight : 0;
-    return {mean.sum[0] * per, mean.sum[1] * per, mean.sum[2] * per};
+  SumMotion<R> sum_motion() const { return {moved_.points(), takes_part_.data()}; }
+  /// `moves`: see StayInReach.
+  StayInReach<R> stay_in_reach(double share, const Vector3<R>* moves = nullptr) const {
+    return {motions(), search_.reach(), frame(), moves, R(share), takes_part_.data()};
   }
+  /// How far all move alike, m.
+  static Vec3 common(const MeanMotion& mean) {
+    const Vector3<double> a = mean.value();
+    return {a.x, a.y, a.z};
+  }
+  Vec3 common() const { return common(parallel_reduce<MeanMotion>(executor_, count_, sum_motion(), kGrain)); }
   Stay look_where_all_are(double share) const {
-    return parallel_reduce<Stay>(
-        executor_, count_, StayInReach<R>{motions(), search_.reach(), frame(), R(share), takes_part_.data()}, kGrain);
+    return parallel_reduce<Stay>(executor_, count_, stay_in_reach(share), kGrain);
+  }
+  /// How far all move alike, and where they are if the frame moves so.
+  SelfChecks<R> look_at_the_start() const {
+    SelfChecks<R>* const checks = checks_.data();
+    parallel_reduce_into(executor_, count_, sum_motion(), &checks->mean, kGrain);
+    parallel_for(executor_, 1, FindCommon<R>{checks});
+    parallel_reduce_into(executor_, count_, stay_in_reach(kFit, &checks->common), &checks->stay, kGrain);
+    return checks_.get(0);
+  }
+  /// Where all are and, if they stay in their boxes, how many pairs are about to cross (PairsLeft). A device finds both
+  /// before it is asked: pairs of what leaves its box are searched anew.
+  std::pair<Stay, int> look_at_the_end() {
+    if constexpr (Memory<Executor>::kOfTheHost) {
+      const Stay stay = look_where_all_are(within_rounding<R>());
+      return {stay, stay.outside == 0 ? crossing(true, nullptr) : 0};
+    }
+    SelfChecks<R>* const checks = checks_.data();
+    parallel_reduce_into(executor_, count_, stay_in_reach(within_rounding<R>()), &checks->stay);
+    find_crossing(true, nullptr);
+    parallel_reduce_into(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()}, &checks->left);
+    const SelfChecks<R> found = checks_.get(0);
+    return {found.stay, found.stay.outside == 0 ? can_be_held(found.left) : 0};
   }
   /// From here and now on, in a frame that moves so in this substep, so many substeps ahead.
   void search(const Vec3& moves, int ahead) {
@@ -104,8 +131,9 @@ class SelfCollider {
   /// What may meet in this substep, and its contacts.
   void lay() {
     for (int k = 0; k < 3; ++k) last_.since[k] += last_.moves[k];
-    last_.moves = common();
-    if (!last_.serves || look_where_all_are(kFit).outside > 0) {
+    const SelfChecks<R> checks = look_at_the_start();
+    last_.moves = common(checks.mean);
+    if (!last_.serves || checks.stay.outside > 0) {
       // As far ahead as the last one served; farther, where it served as long as it was to.
       last_.ahead = last_.served < last_.ahead ? last_.served : std::min(2 * last_.ahead, SearchMemory::kMostAhead);
       search(last_.moves, last_.ahead);
@@ -179,9 +207,13 @@ class SelfCollider {
 
   /// How many pairs are about to cross that holding back can still help.
   int crossing(bool adds, const Held* held) {
-    const FindCrossings<R> find{motions(), search_.pairs(), rules_, room_.data(), adds, held, left_.data()};
-    search_.at_once(find);
-    const PairsLeft left = sum_left();
+    find_crossing(adds, held);
+    return can_be_held(sum_left());
+  }
+  void find_crossing(bool adds, const Held* held) {
+    search_.at_once(FindCrossings<R>{motions(), search_.pairs(), rules_, room_.data(), adds, held, left_.data()});
+  }
+  int can_be_held(const PairsLeft& left) {
     through_ = through_ || left.fixed > 0;
     return left.free;
   }
@@ -280,6 +312,7 @@ class SelfCollider {
   Points4 x0_, moved_;
   Array<Executor, R> room_;
   Array<Executor, PairsLeft> left_;
+  Array<Executor, SelfChecks<R>> checks_{1, SelfChecks<R>{}};
   Growing<Executor, Held> held_;
   Growing<Executor, R> part_;
 };
@@ -317,14 +350,14 @@ template <class Executor, class R>
 void SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const std::function<bool()>& touches,
                                            const Carriers& carriers) {
   store_motion(particles);
-  Stay stay = look_where_all_are(within_rounding<R>());
+  auto [stay, left] = look_at_the_end();
   if (stay.outside > 0) {  // further than was foreseen: what may be met on that way is looked for, once
     note_pushed();
     search(common(), last_.ahead);
     look();
     stay = look_where_all_are(within_rounding<R>());
+    if (stay.outside == 0) left = crossing(true, nullptr);
   }
-  const int left = stay.outside == 0 ? crossing(true, nullptr) : 0;
   if (stay.outside == 0 && left == 0) return;
   const CountFixed<R> fixed{particles.w, takes_part_.data()};
   const bool free = parallel_reduce<Sum>(executor_, count_, fixed, kGrain).value == 0;

@@ -8,7 +8,7 @@
 #include "host/mesh/vectors.h"
 #include "host/model/model.h"
 #include "host/model/tear.h"
-#include "host/solver/damping.h"
+#include "kernels/angular_velocity.h"
 
 namespace malha {
 

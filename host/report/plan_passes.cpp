@@ -27,7 +27,7 @@ void list_filter_passes(const Model& model, const SolverFacts& facts,
   const std::size_t substeps = model.scene.solver.substeps, refine = model.scene.solver.desbrun.refine;
   line("forces", facts.force_launches * substeps * (1 + refine));
   line("filter", substeps * (1 + refine) * facts.filter->launches);
-  line("correction", substeps * facts.free_bodies * (2 * refine + (facts.corrects ? 3 : 2)));
+  line("correction", substeps * facts.free_bodies * (3 * refine + (facts.corrects ? 5 : 3)));
 }
 
 }  // namespace
@@ -51,12 +51,12 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   std::size_t moving = 0;
   for (const MovedPins& pins : model.moved) moving += pins.target.moves() ? 2 : 0;  // placed, and given their velocity
   line("pins", substeps * moving);
-  line("damping", 3 * substeps * model.damped.size());
+  line("damping", model.damped.empty() ? 0 : 4 * substeps);
   line("air", facts.air_particles > 0 ? 2 * substeps : 0);
   list_filter_passes(model, facts, line);
   // Measured before and after what the visits do, or each iteration's projections; then given back.
   const std::size_t measured = facts.fused ? (facts.whole_steps ? 1 : substeps) : projections;
-  line("correction", model.free.empty() ? 0 : 2 * measured + (facts.fused ? 1 : 2));
+  line("correction", model.free.empty() ? 0 : 4 * measured + (facts.fused ? 2 : 4));
   const bool drags = model.scene.wind && model.scene.wind->drag > 0;
   const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
   line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
@@ -78,7 +78,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   line("own", 2 * projections * batches);
   if (facts.self)
     all.push_back(
-        {"self-collision", 18 * substeps + 4 * projections, ", and 19 in a substep that looks for pairs anew"});
+        {"self-collision", 19 * substeps + 4 * projections, ", and 19 in a substep that looks for pairs anew"});
   if (facts.edges) all.push_back({"edges", 10 * substeps, ", and more where pairs are near", true});
   line("state", facts.fused ? 0 : substeps);
   line("tearing", tears(model.scene) ? 1 : 0);

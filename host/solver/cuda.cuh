@@ -335,7 +335,8 @@ Value parallel_reduce(const Cuda& executor, int n, const Kernel& kernel, int /*g
 }
 
 template <class Value, class Kernel>
-void parallel_reduce_into(const Cuda& executor, int n, const Kernel& kernel, Value* to) {
+void parallel_reduce_into(const Cuda& executor, int n, const Kernel& kernel, Value* to,
+                          int /*grain*/ = kParticleGrain) {
   const ReducePlan plan(n);
   parallel_for(executor, 1, JoinGroups<Value>{partial_sums<Value>(executor, n, plan, kernel), to, plan.groups});
 }

@@ -1,26 +1,37 @@
-// Rigid-motion-preserving damping of one connected body: two reductions, a 3 x 3 solve, one pass.
+// Rigid-motion-preserving damping of connected bodies: one measurement, a 3 x 3 solve a body, one pass.
 #pragma once
-#include "host/solver/angular_velocity.h"
+#include <vector>
+
+#include "host/model/model.h"
+#include "host/solver/measured_bodies.h"
+#include "host/solver/stiffness.h"
 #include "kernels/damping.h"
 
 namespace malha {
 
-/// `k` in [0, 1], for this call. Particles first .. first + count - 1; pinned ones neither count nor move.
 template <class Executor, class R>
-void damp(const Executor& executor, const Particles<R>& particles, int first, int count, double k) {
-  const MassSum mass = parallel_reduce<MassSum>(executor, count, SumMass<R, Consecutive>{particles, {first}});
-  if (!(mass.m > 0)) return;
-  const double per = 1 / mass.m;
-  const Vector3<double> centre{mass.x[0] * per, mass.x[1] * per, mass.x[2] * per};
-  const SpinSum spin = parallel_reduce<SpinSum>(executor, count, SumSpin<R, Consecutive>{particles, {first}, centre});
-  const Vector3<double> omega = angular_velocity(spin);
-  parallel_for(executor, count,
-               DampTowardsRigid<R>{particles,
-                                   {first},
-                                   R(k),
-                                   rounded<R>(centre),
-                                   {R(mass.v[0] * per), R(mass.v[1] * per), R(mass.v[2] * per)},
-                                   rounded<R>(omega)});
-}
+class Damping {
+ public:
+  /// Each body's damping is in [0, 1], for a step of so many substeps; pinned particles neither count nor move.
+  Damping(const Executor& executor, const std::vector<DampedIsland>& islands, int substeps)
+      : bodies_(executor, islands) {
+    std::vector<R> k;
+    for (const DampedIsland& island : islands) k.push_back(R(stiffness_per_projection(island.damping, substeps)));
+    k_ = Array<Executor, R>(k);
+  }
+
+  /// In a substep. Sums are in double: in float they would take momentum.
+  void damp(const Particles<R>& particles) {
+    bodies_.template measure<double, false, true>(particles, Measured::Now);
+    bodies_.move(FindRigidMotion<R>{bodies_.bodies(), bodies_.motions()},
+                 DampTowardsRigid<R>{particles, bodies_.stretches(), bodies_.motions(), k_.data()});
+  }
+
+  std::size_t bytes() const { return bodies_.bytes() + k_.bytes(); }
+
+ private:
+  MeasuredBodies<Executor, R> bodies_;
+  Array<Executor, R> k_;
+};
 
 }  // namespace malha

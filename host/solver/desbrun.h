@@ -42,10 +42,10 @@ class Desbrun final : public Stepper<Executor, R> {
       mass_ = Array<Executor, R>(mass);
     }
     for (const SystemBlock& body : system.blocks)
-      if (body.free) free_.push_back(body);
-    if (!free_.empty()) members_ = Array<Executor, int>(system.particle);
+      if (body.free) free_blocks_.push_back(body);
+    if (!free_blocks_.empty()) members_ = Array<Executor, int>(system.particle), net_.emplace(executor);
     facts_.filter = filter_->facts();
-    facts_.free_bodies = static_cast<int>(free_.size());
+    facts_.free_bodies = static_cast<int>(free_blocks_.size());
     facts_.corrects = corrector_ != Corrector::Off;
     facts_.spring_bytes = forces_->bytes(), facts_.force_launches = forces_->launches();
     facts_.particle_bytes += force_.bytes() + acceleration_.bytes() + mass_.bytes() + members_.bytes();
@@ -101,11 +101,11 @@ class Desbrun final : public Stepper<Executor, R> {
   }
 
   void correct(Corrector corrector) {
-    if (free_.empty()) return;
+    if (free_blocks_.empty()) return;
+    const Particles<R> all = this->particles();
     this->timed(Pass::Correction, [&] {
-      for (const SystemBlock& body : free_)
-        malha::correct(executor_, this->particles(), acceleration_.points(), members_.data() + body.first, body.count,
-                       corrector);
+      for (const SystemBlock& body : free_blocks_)
+        net_->correct({all.x, acceleration_.points(), all.w, members_.data() + body.first}, body.count, corrector);
     });
   }
 
@@ -128,8 +128,9 @@ class Desbrun final : public Stepper<Executor, R> {
   std::optional<SpringForces<Executor, R>> forces_;
   PointArray<Executor, R> force_, acceleration_;
   Array<Executor, R> mass_;
-  std::vector<SystemBlock> free_;
+  std::vector<SystemBlock> free_blocks_;
   Array<Executor, int> members_;
+  std::optional<FilterCorrector<Executor, R>> net_;
   std::optional<Limits<Executor, R>> limits_;
   std::chrono::steady_clock::time_point started_;
 };

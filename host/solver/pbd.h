@@ -120,8 +120,8 @@ class Pbd final : public Stepper<Executor, R> {
   void predict(double h) override {
     this->blow(h);
     if (this->nothing_between()) return void(visit_patches(h, 1));
-    if (this->momenta_ && this->alone() && this->substep_ % substeps_of_visits() == 0)
-      this->timed(Pass::Correction, [&] { this->momenta_->before(this->particles()); });
+    if (this->free_ && this->alone() && this->substep_ % substeps_of_visits() == 0)
+      this->timed(Pass::Correction, [&] { this->free_->before(this->particles()); });
     this->timed(Pass::Prediction, [&] {
       parallel_for(executor_, model_.count(), Predict<R>{this->particles(), R(h), this->to_R(model_.scene.gravity)});
     });
@@ -129,14 +129,14 @@ class Pbd final : public Stepper<Executor, R> {
   /// Where a hand alone keeps the visits from doing all, momenta are compared over the same substeps: bodies that no
   /// hand takes keep their bits.
   void arrived(double h) override {
-    if (this->momenta_ && this->alone() && (this->substep_ + 1) % substeps_of_visits() == 0)
+    if (this->free_ && this->alone() && (this->substep_ + 1) % substeps_of_visits() == 0)
       note_momenta(h * substeps_of_visits());
   }
   int substeps_of_visits() const { return this->facts_.whole_steps ? model_.scene.solver.substeps : 1; }
   /// After t seconds of falling.
   void note_momenta(double t) {
     const Vec3& g = model_.scene.gravity;
-    this->timed(Pass::Correction, [&] { this->momenta_->after(this->particles(), {g[0] * t, g[1] * t, g[2] * t}); });
+    this->timed(Pass::Correction, [&] { this->free_->after(this->particles(), {g[0] * t, g[1] * t, g[2] * t}); });
   }
   bool predicts_the_state() const override { return this->nothing_between(); }
   const char* laid_out_for_pins() const override {
@@ -149,7 +149,7 @@ class Pbd final : public Stepper<Executor, R> {
     int done = substeps;
     const bool watched = speed < INFINITY;
     const int iterations = model_.scene.solver.iterations;
-    if (this->momenta_) this->timed(Pass::Correction, [&] { this->momenta_->before(this->particles()); });
+    if (this->free_) this->timed(Pass::Correction, [&] { this->free_->before(this->particles()); });
     const Visit<R> plain = sweep_->visit(this->particles(), h, this->to_R(model_.scene.gravity));
     const Particles<R>& all = plain.particles;
     const Foreseen<R> foreseen{all.x, all.v, all.w, plain.dt, plain.gravity};
@@ -184,7 +184,7 @@ class Pbd final : public Stepper<Executor, R> {
       };
       watched ? sweep_->region(visits) : sweep_->region(recorded_, key, visits);
     });
-    if (this->momenta_) note_momenta(h * substeps);
+    if (this->free_) note_momenta(h * substeps);
     return done;
   }
 

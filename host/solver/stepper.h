@@ -23,13 +23,13 @@
 #include "host/solver/damping.h"
 #include "host/solver/early_visits.h"
 #include "host/solver/energy_guard.h"
+#include "host/solver/free_bodies.h"
 #include "host/solver/hand.h"
 #include "host/solver/hold_apart.h"
 #include "host/solver/limits.h"
 #include "host/solver/long_range.h"
 #include "host/solver/lost_places.h"
 #include "host/solver/measure.h"
-#include "host/solver/momenta.h"
 #include "host/solver/moved_pins.h"
 #include "host/solver/optional_part.h"
 #include "host/solver/own_constraints.h"
@@ -196,7 +196,8 @@ class Stepper : public Solver {
     if (sweep_) facts_.colour_seconds = sweep_->facts().plan_seconds;
     facts_.layout_seconds += facts_.constraint_seconds - facts_.colour_seconds;
     if (model.long_range.items() > 0) long_range_.emplace(executor, model.long_range);
-    if (!model.free.empty()) momenta_.emplace(executor, model);
+    if (!model.free.empty()) free_.emplace(executor, model);
+    if (!model.damped.empty()) damping_.emplace(executor, model.damped, model.scene.solver.substeps);
     if (!model.air.particle.empty()) air_.emplace(executor, model.air, *model.scene.wind);
     if (model.scene.sleep) sleeper_.emplace(executor, model);
     if (!model.moved.empty()) moved_.emplace(executor, model), moved_->hold(0, w_.data());
@@ -233,7 +234,7 @@ class Stepper : public Solver {
   }
 
   void give_back_momenta() {
-    if (momenta_) timed(Pass::Correction, [&] { momenta_->give_back(particles(), alone()); });
+    if (free_) timed(Pass::Correction, [&] { free_->give_back(particles(), alone()); });
   }
 
   /// What the wind does to v: on faces, if air has a density, and on particles, if it drags them.
@@ -268,16 +269,11 @@ class Stepper : public Solver {
     const Scene& scene = model_.scene;
     const Particles<R> all = particles();
     // Gravity is uniform: whether the rigid part of the motion is taken before or after it is the same.
-    if (!model_.damped.empty())
-      timed(Pass::Damping, [&] {
-        for (const DampedIsland& island : model_.damped)
-          damp(executor_, all, island.first, island.count,
-               stiffness_per_projection(island.damping, scene.solver.substeps));
-      });
+    if (damping_) timed(Pass::Damping, [&] { damping_->damp(all); });
     predict(h);
     if (predicts_the_state()) return;
     const auto go_on = [&](const Questions& asked) {
-      if (!edges_ && !momenta_ && visits_follow(model_, facts_))
+      if (!edges_ && !free_ && visits_follow(model_, facts_))
         early_.begin(executor_, *sweep_, sweep_->visit_between(all, h, to_R(scene.gravity), true), asked);
     };
     if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h, go_on); });
@@ -372,7 +368,7 @@ class Stepper : public Solver {
   double gravity_;  // m/s^2
   PointArray<Executor, R> x_, v_, p_;
   std::optional<Sweep<Executor, R>> sweep_;
-  OptionalPart<Momenta<Executor, R>, built("corrector")> momenta_;
+  OptionalPart<FreeBodies<Executor, R>, built("corrector")> free_;
   OptionalPart<Collider<Executor, R>, built("environment")> collider_;
   OptionalPart<EdgeCollider<Executor, R>, built("environment")> edges_;
   std::int64_t steps_ = 0;
@@ -383,7 +379,7 @@ class Stepper : public Solver {
   void leave_out_what_is_taken() {
     std::vector<int> all = hand_ ? hand_->particles() : std::vector<int>{};
     if (own_) std::ranges::copy(own_->particles(), std::back_inserter(all));
-    if (momenta_) momenta_->leave_out(all);
+    if (free_) free_->leave_out(all);
   }
 
   /// Of the present state, which several ask for: counted once.
@@ -432,7 +428,7 @@ class Stepper : public Solver {
 
   /// Contacts last: what leaves the iteration is outside the environment.
   void project(const Particles<R>& all, double start, double h, bool fresh) {
-    if (momenta_ && !alone()) timed(Pass::Correction, [&] { momenta_->before_projection(all, h); });
+    if (free_ && !alone()) timed(Pass::Correction, [&] { free_->before_projection(all, h); });
     if (!model_.sets.empty())
       timed(Pass::Projection,
             [&] { early_.go_on(*sweep_, sweep_->visit_between(all, h, to_R(model_.scene.gravity), fresh)); });
@@ -440,7 +436,7 @@ class Stepper : public Solver {
       timed(Pass::Pressure, [&] {
         for (auto& pressure : pressures_) pressure.project(all.p, all.w);
       });
-    if (momenta_ && !alone()) timed(Pass::Correction, [&] { momenta_->after_projection(all, h); });
+    if (free_ && !alone()) timed(Pass::Correction, [&] { free_->after_projection(all, h); });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
     if (attachments_) timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, fresh); });
     if (own_) timed(Pass::ByCaller, [&] { own_->project(all.p, all.w, fresh); });
@@ -463,7 +459,8 @@ class Stepper : public Solver {
     }
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
     if (moved_) facts_.particle_bytes += moved_->bytes();
-    if (momenta_) facts_.particle_bytes += momenta_->bytes();
+    if (free_) facts_.particle_bytes += free_->bytes();
+    if (damping_) facts_.particle_bytes += damping_->bytes();
     if (breakable_) facts_.constraint_bytes += breakable_->bytes();
     if (attachments_) facts_.constraint_bytes += attachments_->bytes();
     if (long_range_) {
@@ -480,6 +477,7 @@ class Stepper : public Solver {
   const AfterSubstep* watcher_ = nullptr;  // of this step; null: none
 
   Array<Executor, R> w_;
+  std::optional<Damping<Executor, R>> damping_;
   LostPlaces<Executor> lost_{model_.scene.solver.substeps};
   std::vector<Pressure<Executor, R>> pressures_;
   EarlyVisits<Executor, R> early_;
