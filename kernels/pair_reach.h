@@ -71,7 +71,7 @@ struct StayInReach {
   Reach<R> reach;
   CommonFrame<R> frame;
   const Vector3<R>* moves;  // of the frame, where a launch has left it; null: as it says
-  R share;  // of what lies beyond the way
+  R share;                  // of what lies beyond the way
   const unsigned char* takes_part;
   KERNEL Stay operator()(int i) const {
     const Vector3<R> common = moves != nullptr ? *moves : frame.moves, own = motions.moved[i].xyz() - common;
