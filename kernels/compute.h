@@ -32,6 +32,15 @@ inline int available_threads() {
 #endif
 }
 
+/// Of the host that an executor has.
+template <class Executor>
+int threads_of(const Executor& executor) {
+  if constexpr (requires { executor.threads; })
+    return executor.threads;
+  else
+    return 1;
+}
+
 inline constexpr int kAllThreads = 1 << 30;
 /// What this thread launches runs on no more threads than this, whatever its executor has.
 inline thread_local int most_threads = kAllThreads;

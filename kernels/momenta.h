@@ -28,10 +28,13 @@ struct MomentaSum {
 
 /// Of particles with their state; `projected`: as if the substep ended with the p that they have now. `inertia`: with
 /// it. N: of the sums. Lanes are added up apart, sixteen of them whatever a pack holds, so that every instruction set
-/// gives the same bits.
+/// gives the same bits. Of a device each has a thread.
 template <class R, class N, bool projected, bool inertia>
 struct MeasureMomenta {
+  using Shared = void;
+  static constexpr int kMostThreads = 32;
   static constexpr int n = inertia ? MomentaSum::kAll : MomentaSum::kMomenta;
+  static constexpr size_t kBytes = n * kSlotPack * sizeof(N);  // of fast memory
   Particles<R> particles;
   const Stretch* stretches;
   MomentaSum* sums;
@@ -43,33 +46,37 @@ struct MeasureMomenta {
     constexpr int lanes = kLanes<N, typename Group::Isa>;
     const Stretch stretch = stretches[group.index];
     const int whole = stretch.count / kSlotPack * kSlotPack;
-    N of_lane[n][kSlotPack];
-    for (int first = 0; first < kSlotPack; first += lanes) {
+    const Vector3<R> x0 = particles.x[stretch.reference], v0 = particles.v[stretch.reference];
+    N* const of_lane = static_cast<N*>(group.memory);  // kSlotPack a number
+    group.for_each(kSlotPack / lanes, [&](int pack) KERNEL_LAMBDA {
+      const int first = pack * lanes;
       S sum[n];
       for (int k = 0; k < n; ++k) sum[k] = S(N(0));
-      for (int i = first; i < whole; i += kSlotPack) add(stretch.reference, stretch.first + i, sum);
-      for (int k = 0; k < n; ++k) store(sum[k], &of_lane[k][first]);
-    }
-    for (int i = whole; i < stretch.count; ++i) {
+      KERNEL_ROLLED
+      for (int i = first; i < whole; i += kSlotPack) add(x0, v0, stretch.first + i, sum);
+      for (int k = 0; k < n; ++k) store(sum[k], of_lane + k * kSlotPack + first);
+    });
+    group.for_each(stretch.count - whole, [&](int left) KERNEL_LAMBDA {
       N sum[n];
-      for (int k = 0; k < n; ++k) sum[k] = of_lane[k][i - whole];
-      add(stretch.reference, stretch.first + i, sum);
-      for (int k = 0; k < n; ++k) of_lane[k][i - whole] = sum[k];
-    }
+      for (int k = 0; k < n; ++k) sum[k] = of_lane[k * kSlotPack + left];
+      add(x0, v0, stretch.first + whole + left, sum);
+      for (int k = 0; k < n; ++k) of_lane[k * kSlotPack + left] = sum[k];
+    });
     MomentaSum& to = sums[group.index];
-    const Vector3<R> x = particles.x[stretch.reference], v = particles.v[stretch.reference];
-    to.place[0] = x.x, to.place[1] = x.y, to.place[2] = x.z;
-    to.velocity[0] = v.x, to.velocity[1] = v.y, to.velocity[2] = v.z;
-    for (int k = 0; k < n; ++k) {
+    group.for_each(n, [&](int k) KERNEL_LAMBDA {
       double all = 0;
-      for (int i = 0; i < kSlotPack; ++i) all += of_lane[k][i];
+      for (int l = 0; l < kSlotPack; ++l) all += of_lane[k * kSlotPack + l];
       to.number[k] = all;
-    }
+    });
+    group.for_each(1, [&](int) KERNEL_LAMBDA {
+      to.place[0] = x0.x, to.place[1] = x0.y, to.place[2] = x0.z;
+      to.velocity[0] = v0.x, to.velocity[1] = v0.y, to.velocity[2] = v0.z;
+    });
   }
 
  private:
   template <class S>
-  KERNEL void add(int reference, int i, S (&sum)[n]) const {
+  KERNEL void add(const Vector3<R>& x0, const Vector3<R>& v0, int i, S (&sum)[n]) const {
     const S zero(N(0));
     S w;
     load(particles.w + i, w);
@@ -80,7 +87,7 @@ struct MeasureMomenta {
       v = changed(x, v, p, S(dt), S(per_dt));
       x = p;
     }
-    const Vector3<S> r = x - all<S>(particles.x[reference]), u = (v - all<S>(particles.v[reference])) * m;
+    const Vector3<S> r = x - all<S>(x0), u = (v - all<S>(v0)) * m;
     const Vector3<S> L = cross(r, u), mr = r * m;
     const S of[MomentaSum::kAll] = {m,
                                     mr.x,
@@ -145,6 +152,7 @@ enum class Measured { Start, Loss, Now };
 /// Joins the sums of each body's stretches, in runs that hang on their number alone, and notes its momenta.
 struct NoteMomenta {
   using Shared = void;
+  static constexpr int kMostThreads = 128;
   MomentaSum* sums;
   MeasuredBody* bodies;
   int numbers;  // of a sum

@@ -26,7 +26,9 @@ MomentaSum sum_of_particles(const std::vector<Vec3> (&at)[3]) {
   const Particles<R> all{static_cast<int>(w.size()), x.points(), v.points(), p.points(), w.data()};
   const Stretch stretch{5, 100, 0, 5};
   MomentaSum sum{};
-  MeasureMomenta<R, R, projected, true>{all, &stretch, &sum, R(0.001), R(1000)}(Group<Isa>{0, -1, nullptr});
+  using Measure = MeasureMomenta<R, R, projected, true>;
+  alignas(64) char memory[Measure::kBytes];
+  Measure{all, &stretch, &sum, R(0.001), R(1000)}(Group<Isa>{0, -1, memory});
   return sum;
 }
 

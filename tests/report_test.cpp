@@ -141,7 +141,8 @@ TEST(Report, HasNoPassesNoProjectionsAndNoStrainWhereTheSceneHasNone) {
 TEST(Report, CountsBytes) {
   const Json memory = report_of(everything(), 1)["memory"];
   EXPECT_GE(memory["particles_bytes"], 187 * 10 * 8) << "x, v, p and w in doubles";
-  EXPECT_LE(memory["particles_bytes"], (187 + 47) * 10 * 8) << "whole packs, one to spare, and one against conflicts";
+  // Whole packs, one to spare, and one against conflicts; and the sums of a thread, of what is damped.
+  EXPECT_LE(memory["particles_bytes"], (187 + 47) * 10 * 8 + 3000);
   // At least one number of each constraint; the ground's 8 points and 12 triangles.
   EXPECT_GE(memory["constraints_bytes"], (516 + 32 + 480) * 8);
   EXPECT_GT(memory["patches_bytes"], 0);

@@ -89,7 +89,7 @@ class PairSearch {
   /// The same of all patches at once.
   template <class Kernel>
   void at_once(const Kernel& kernel) const {
-    parallel_region(executor_, found_ < kPairGrain ? 1 : executor_threads(), [&](const auto& team) {
+    parallel_region(executor_, found_ < kPairGrain ? 1 : threads_of(executor_), [&](const auto& team) {
       parallel_dealt(team, phase_begin_.back(), OfList<Kernel>{kernel, order_.data()});
     });
   }
@@ -170,7 +170,7 @@ class PairSearch {
 
   /// Into the room that the last search needed and a quarter more; where that is too little, again.
   void find() {
-    const int threads = std::clamp(units_.count / kUnitsOfThread, 1, executor_threads());
+    const int threads = std::clamp(units_.count / kUnitsOfThread, 1, threads_of(executor_));
     make_memory(threads);
     for (;;) {
       const FindPairs<R> find{units_, reach(), thickness_, has_bare_, particles_, crosses_.data(), pairs()};
@@ -192,12 +192,6 @@ class PairSearch {
   /// What is touched of it.
   std::size_t memory_bytes() const {
     return memory_.size() / FindMemory::bytes(particles_) * 2 * sizeof(int) * particles_;
-  }
-  int executor_threads() const {
-    if constexpr (requires { executor_.threads; })
-      return executor_.threads;
-    else
-      return 1;
   }
 
   /// Returns whether there was room for all.

@@ -30,6 +30,7 @@ class MeasuredBodies {
     sums_ = Array<Executor, MomentaSum>(stretches.size(), MomentaSum{});
     bodies_ = Array<Executor, MeasuredBody>(start_);
     motions_ = Array<Executor, RigidMotion<R>>(islands.size(), RigidMotion<R>{});
+    memory_ = Array<Executor, char>(kBytes * threads_of(executor), 0);
   }
 
   /// `gained`: velocity by gravity since the start, m/s. `h`: of the substep that is projected, s.
@@ -39,7 +40,7 @@ class MeasuredBodies {
     const Measure sum{particles, stretches_.data(), sums_.data(), N(h), N(1 / h)};
     const NoteMomenta note{sums_.data(), bodies_.data(), Measure::n, what, {gained[0], gained[1], gained[2]}};
     region([&](const auto& team, int stretches) {
-      parallel_groups(team, 0, stretches, {}, sum);
+      parallel_groups(team, 0, stretches, {memory_.data(), kBytes}, sum);
       parallel_groups(team, 0, count_, {}, note);
     });
   }
@@ -58,10 +59,13 @@ class MeasuredBodies {
   const Stretch* stretches() const { return stretches_.data(); }
   MeasuredBody* bodies() const { return bodies_.data(); }
   RigidMotion<R>* motions() const { return motions_.data(); }
-  std::size_t bytes() const { return stretches_.bytes() + sums_.bytes() + bodies_.bytes() + motions_.bytes(); }
+  std::size_t bytes() const {
+    return stretches_.bytes() + sums_.bytes() + bodies_.bytes() + motions_.bytes() + memory_.bytes();
+  }
 
  private:
   static constexpr int kStretch = 1024;  // particles: stretches for many threads, and few sums
+  static constexpr std::size_t kBytes = MeasureMomenta<R, double, false, true>::kBytes;  // the most
 
   template <class Work>
   void region(const Work& work) const {
@@ -76,6 +80,7 @@ class MeasuredBodies {
   Array<Executor, MomentaSum> sums_;
   Array<Executor, MeasuredBody> bodies_;
   Array<Executor, RigidMotion<R>> motions_;
+  Array<Executor, char> memory_;  // of each thread
 };
 
 }  // namespace malha
