@@ -157,7 +157,6 @@ void parallel_for(const OpenMP& executor, int n, const Kernel& kernel, int grain
 struct FastMemory {
   char* data = nullptr;  // none where only blocks of threads need it, which have their own
   size_t bytes = 0;      // a thread
-  int threads = 1;       // that have some, of a device
   char* of(int thread) const { return data ? data + size_t(thread) * bytes : nullptr; }
 };
 

@@ -6,19 +6,68 @@
 
 namespace malha {
 
-/// What a thread needs while it finds the pairs of a unit: of each particle its place in a list of those that have a
+/// What a core needs while it finds the pairs of a unit: of each particle its place in a list of those that have a
 /// pair, below 0 before and after, that list, and in which open blocks each of them is.
-struct FindMemory {
-  int *place, *list;
-  OpenBlocks* taken;
-  KERNEL FindMemory(void* memory, int particles)
-      : place(static_cast<int*>(memory)),
-        list(place + whole(particles)),
-        taken(reinterpret_cast<OpenBlocks*>(list + whole(particles))) {}
-  KERNEL static size_t bytes(int particles) { return whole(particles) * (2 * sizeof(int) + sizeof(OpenBlocks)); }
+struct DirectPlaces {
+  int particles;
+
+  struct Places {
+    int *place, *list;
+    OpenBlocks* taken;
+    KERNEL void start() const {}
+    /// Below 0: there is no room.
+    KERNEL int of(int particle, int& listed) const {
+      if (place[particle] < 0) place[particle] = listed, list[listed] = particle, taken[listed++] = {};
+      return place[particle];
+    }
+    KERNEL void finish(int listed, const PairPatch& patch, int* touched) const {
+      for (int k = 0; k < listed; ++k) {
+        place[list[k]] = -1;
+        if (listed <= patch.room) touched[patch.touched + k] = list[k];
+      }
+    }
+  };
+  /// `memory`: of a core.
+  KERNEL Places of(const PairPatch&, int* /*touched*/, void* memory) const {
+    int *const place = static_cast<int*>(memory), *const list = place + whole(particles);
+    return {place, list, reinterpret_cast<OpenBlocks*>(list + whole(particles))};
+  }
+  static size_t bytes(int particles) { return whole(particles) * (2 * sizeof(int) + sizeof(OpenBlocks)); }
 
  private:
   KERNEL static size_t whole(int particles) { return (size_t(particles) + 1 + 15) / 16 * 16; }
+};
+
+/// The same for a device, where all units are searched at once: each has a table of what it lists, which is hashed, as
+/// far as its list has room.
+struct HashedPlaces {
+  int* table;         // four entries a particle that there is room for: 0, or a place and 1
+  OpenBlocks* taken;  // of each of them
+
+  struct Places {
+    int *table, *list;
+    OpenBlocks* taken;
+    int mask, room;
+    KERNEL void start() const {
+      for (int k = 0; k <= mask; ++k) table[k] = 0;
+    }
+    KERNEL int of(int particle, int& listed) const {
+      for (unsigned at = unsigned(particle) * 2654435761u >> 7;; ++at) {
+        int& entry = table[at & unsigned(mask)];
+        if (entry > 0 && list[entry - 1] == particle) return entry - 1;
+        if (entry > 0) continue;
+        if (listed == room) return -1;
+        list[listed] = particle, taken[listed] = {};
+        return (entry = ++listed) - 1;
+      }
+    }
+    KERNEL void finish(int, const PairPatch&, int*) const {}
+  };
+  KERNEL Places of(const PairPatch& patch, int* touched, void*) const {
+    int size = 4;
+    while (2 * size <= 4 * patch.room) size *= 2;
+    return {table + size_t(4) * patch.touched, touched + patch.touched, taken + patch.touched, size - 1, patch.room};
+  }
 };
 
 /// Where particles may go in the frame of their common motion: from where they were at the search.
@@ -66,15 +115,15 @@ struct Waiting {
 };
 
 /// Finds the pairs of each unit with itself and with those that it owns pairs with: of two units every other one.
-template <class R>
+template <class R, class MakePlaces>
 struct FindPairs {
   Units<R> units;
   Reach<R> reach;
   R thickness;
-  bool has_bare;  // whether any edge has no triangle
-  int particles;
+  bool has_bare;                  // whether any edge has no triangle
   const CrossingBodies* crosses;  // at each particle; none: nothing crosses
   Pairs<R> pairs;
+  MakePlaces places;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -93,15 +142,21 @@ struct FindPairs {
 
     const FindPairs& of;
     const int u;
-    const FindMemory memory;
     PairPatch patch;
+    const typename MakePlaces::Places places;
     PairPacker packer;
     int listed = 0;              // particles
+    bool full = false;           // whether there was no room for one
     Waiting candidates, near;    // near: of the candidates, what comes as near as the thickness
     R least_of[2 * kPairBlock];  // and how near
 
     KERNEL Finder(const FindPairs& find, int unit, void* bytes)
-        : of(find), u(unit), memory(bytes, find.particles), patch(find.pairs.patches[unit]), packer{memory.taken} {
+        : of(find),
+          u(unit),
+          patch(find.pairs.patches[unit]),
+          places(find.places.of(patch, find.pairs.touched, bytes)),
+          packer{places.taken} {
+      places.start();
       patch.pairs = patch.candidates = 0;
       for (int& blocks : patch.blocks) blocks = 0;
     }
@@ -186,7 +241,11 @@ struct FindPairs {
       int i[4], local[4];
       for (int j = 0; j < 4; ++j) i[j] = near.of[j][k] / kIndexScale<R>;
       if (of.crosses != nullptr && crosses<kind>(i)) return;
-      for (int j = 0; j < 4; ++j) local[j] = place_of(i[j]);
+      for (int j = 0; j < 4; ++j) {
+        local[j] = places.of(i[j], listed);
+        full = full || local[j] < 0;
+      }
+      if (full) return;
       int slot = packer.place(local);
       if (slot < 0) close(), slot = packer.place(local);
       ++patch.pairs;
@@ -203,15 +262,6 @@ struct FindPairs {
       CrossingBodies one = 0, other = 0;
       for (int j = 0; j < 4; ++j) (j < first_side(kind) ? one : other) |= of.crosses[i[j]];
       return (one & other & both) != 0;
-    }
-
-    KERNEL int place_of(int particle) {
-      int& place = memory.place[particle];
-      if (place < 0) {
-        place = listed, memory.list[listed] = particle, memory.taken[listed] = {};
-        ++listed;
-      }
-      return place;
     }
 
     /// Pads the open blocks.
@@ -268,12 +318,10 @@ struct FindPairs {
       return select(body[0] == body[3], smaller(wanted, root(dot(there, there)) * S(R(0.5))), wanted);
     }
 
+    /// Of a list without room for all, that it needs more.
     KERNEL void finish() {
-      for (int k = 0; k < listed; ++k) {
-        memory.place[memory.list[k]] = -1;
-        if (listed <= patch.room) of.pairs.touched[patch.touched + k] = memory.list[k];
-      }
-      patch.touches = listed;
+      places.finish(listed, patch, of.pairs.touched);
+      patch.touches = full ? 2 * listed : listed;
       of.pairs.patches[u] = patch;
     }
   };

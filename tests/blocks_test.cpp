@@ -140,13 +140,13 @@ TEST(RecordedLaunches, AreThoseOfWhatChangedMeanwhile) {
 }
 
 /// How often the host waits for a device in a step: reads of its memory, those of so many steps before apart.
-int reads_a_step(const Scene& scene, int before_them = 1) {
+double reads_a_step(const Scene& scene, int before_them = 1) {
   const Model model = build_model(scene);
   const auto blocks = make_on_blocks(model, {});
   for (int step = 0; step < before_them; ++step) blocks->step();
   const int before = Memory<Blocks>::reads();
   for (int step = 0; step < 3; ++step) blocks->step();
-  return (Memory<Blocks>::reads() - before) / 3;
+  return (Memory<Blocks>::reads() - before) / 3.0;
 }
 
 TEST(AStepOnADevice, ReadsBackOneFlag) {
@@ -305,7 +305,7 @@ class SceneOnBlocks : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(SceneOnBlocks, HasTheHostsBits) {
-  expect_the_hosts_bits(load_shipped(GetParam()), {Blocks{32, 1}, Blocks{128, 2}});
+  expect_the_hosts_bits(load_shipped(GetParam()), {Blocks{1, 4}, Blocks{32, 1}, Blocks{128, 2}});
 }
 
 TEST_P(SceneOnBlocks, HasTheHostsBitsInTheOtherPrecision) {

@@ -8,6 +8,7 @@
 #include "host/base/growing.h"
 #include "host/base/point_array.h"
 #include "host/collision/pair_units.h"
+#include "host/collision/search_places.h"
 #include "host/error.h"
 #include "kernels/pair_reach.h"
 
@@ -106,7 +107,7 @@ class PairSearch {
 
   std::size_t bytes() const {
     return from_.bytes() + way_.bytes() + rest_.bytes() + boxes_.bytes() + patches_.bytes() + phase_.bytes() +
-           order_.bytes() + bounds_.bytes() + items_.bytes() + bare_.bytes() + taken_.bytes() + memory_bytes() +
+           order_.bytes() + bounds_.bytes() + items_.bytes() + bare_.bytes() + taken_.bytes() + places_.bytes() +
            touched_.bytes() + blocks_.bytes() + bits_.bytes() + crosses_.bytes();
   }
 
@@ -159,6 +160,11 @@ class PairSearch {
     units_.node = rows(counts[2 * kItemKinds]);
 
     patches_ = Array<Executor, PairPatch>(plan.units, PairPatch{});
+    if (!Memory<Executor>::kOfTheHost) {  // which lists particles where there is room for them alone
+      std::vector<PairPatch> patches(plan.units);
+      for (PairPatch& patch : patches) patch.touches = kListed;
+      make_room(patches);
+    }
     phase_ = Array<Executor, int>(plan.units, 0), order_ = Array<Executor, int>(plan.units, 0);
   }
 
@@ -171,31 +177,17 @@ class PairSearch {
   /// Into the room that the last search needed and a quarter more; where that is too little, again.
   void find() {
     const int threads = std::clamp(units_.count / kUnitsOfThread, 1, threads_of(executor_));
-    make_memory(threads);
-    for (;;) {
-      const FindPairs<R> find{units_, reach(), thickness_, has_bare_, particles_, crosses_.data(), pairs()};
-      parallel_region(executor_, threads, [&](const auto& team) {
-        parallel_dealt(team, units_.count, find, {memory_.data(), FindMemory::bytes(particles_), threads});
-      });
-      if (make_room()) return;
-    }
-  }
-  /// Of the masks of open blocks only those of the few particles that a unit meets are ever touched.
-  void make_memory(int threads) {
-    const std::size_t bytes = FindMemory::bytes(particles_);
-    if (memory_.size() >= bytes * threads) return;
-    memory_ = {};
-    memory_ = Array<Executor, char>(bytes * threads);
-    for (int t = 0; t < threads; ++t)
-      Memory<Executor>::fill(FindMemory(memory_.data() + bytes * t, particles_).place, particles_ + 1, -1);
-  }
-  /// What is touched of it.
-  std::size_t memory_bytes() const {
-    return memory_.size() / FindMemory::bytes(particles_) * 2 * sizeof(int) * particles_;
+    do {
+      places_.make_room(particles_, threads, touched_.size());
+      const FindPairs<R, typename SearchPlaces<Executor>::Places> find{
+          units_, reach(), thickness_, has_bare_, crosses_.data(), pairs(), places_.places()};
+      parallel_region(executor_, threads,
+                      [&](const auto& team) { parallel_dealt(team, units_.count, find, places_.memory()); });
+    } while (!fits());
   }
 
-  /// Returns whether there was room for all.
-  bool make_room() {
+  /// Whether there was room for all; else there is more now.
+  bool fits() {
     std::vector<PairPatch> patches = patches_.download();
     bool fits = true;
     found_ = candidates_ = 0;
@@ -203,7 +195,11 @@ class PairSearch {
       fits = fits && patch.all() <= patch.capacity && patch.touches <= patch.room;
       found_ += patch.pairs, candidates_ += patch.candidates;
     }
-    if (fits) return true;
+    if (!fits) make_room(patches);
+    return fits;
+  }
+  /// For a quarter more than patches have.
+  void make_room(std::vector<PairPatch>& patches) {
     std::size_t blocks = 0, listed = 0;
     for (PairPatch& patch : patches) {
       patch.begin = static_cast<int>(blocks), patch.touched = static_cast<int>(listed);
@@ -217,7 +213,6 @@ class PairSearch {
     blocks_ = {}, bits_ = {}, touched_ = {};
     blocks_ = Array<Executor, PairBlock<R>>(blocks), bits_ = Array<Executor, PairBits>(blocks);
     touched_ = Array<Executor, int>(listed);
-    return false;
   }
 
   void order() {
@@ -240,6 +235,7 @@ class PairSearch {
 
   static constexpr int kUnitGrain = 16, kUnitsOfThread = 2;  // to box, and to find the pairs of
   static constexpr std::int64_t kPairGrain = 8'000;          // a hundred microseconds of work
+  static constexpr int kListed = 256;                        // particles of a unit, before more were found
   static constexpr std::size_t kMostBlocks = 2147483647 / kPairBlock;
 
   Executor executor_;
@@ -254,7 +250,7 @@ class PairSearch {
   Rows rest_, from_, way_;
   Array<Executor, Box<R>> boxes_;
   Array<Executor, unsigned long long> taken_;
-  Array<Executor, char> memory_;  // of each thread
+  SearchPlaces<Executor> places_;
   Array<Executor, PairPatch> patches_;
   Array<Executor, int> phase_, order_, touched_;
   Array<Executor, PairBlock<R>> blocks_;

@@ -389,7 +389,7 @@ SelfFacts SelfCollider<Executor, R>::facts() const {
 template <class Executor, class R>
 std::size_t SelfCollider<Executor, R>::bytes() const {
   return takes_part_.bytes() + x0_.bytes() + moved_.bytes() + search_.bytes() + room_.bytes() + left_.bytes() +
-         held_.bytes() + part_.bytes();
+         held_.bytes() + part_.bytes() + checks_.bytes();
 }
 
 template <class Executor, class R>

@@ -55,8 +55,9 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   line("air", facts.air_particles > 0 ? 2 * substeps : 0);
   list_filter_passes(model, facts, line);
   // Measured before and after what the visits do, or each iteration's projections; then given back.
-  const std::size_t measured = facts.fused ? (facts.whole_steps ? 1 : substeps) : projections;
-  line("correction", model.free.empty() ? 0 : 4 * measured + (facts.fused ? 2 : 4));
+  const bool alone = of_scene.fused;  // but for constraints of the caller's own
+  const std::size_t measured = alone ? (of_scene.whole_steps ? 1 : substeps) : projections;
+  line("correction", model.free.empty() ? 0 : 4 * measured + (alone ? 2 : 4));
   const bool drags = model.scene.wind && model.scene.wind->drag > 0;
   const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
   line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
@@ -77,8 +78,8 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   for (const OwnFacts& own : facts.own) batches += own.batches;
   line("own", 2 * projections * batches);
   if (facts.self)
-    all.push_back(
-        {"self-collision", 19 * substeps + 4 * projections, ", and 19 in a substep that looks for pairs anew"});
+    all.push_back({"self-collision", 9 * substeps + 2 * projections,
+                   ", and more where pairs are near or are searched for", true});
   if (facts.edges) all.push_back({"edges", 10 * substeps, ", and more where pairs are near", true});
   line("state", facts.fused ? 0 : substeps);
   line("tearing", tears(model.scene) ? 1 : 0);

@@ -101,7 +101,6 @@ class Scratch {
 
 struct Cuda {
   std::size_t shared_bytes = 0;  // memory of a block, at most
-  int threads = 256;             // for which kernels that ask for it have memory of their own
   bool waits = false;            // for every pass, to time it
   OpenMP host{};                 // for what the host computes
   Instructions instructions = Instructions::OneLane;
@@ -114,9 +113,9 @@ __global__ void fill_with(T* to, std::size_t count, T value) {
   if (i < count) to[i] = value;
 }
 
-inline constexpr int kBlock = 128;                 // threads, of items and of groups that share their work, at most
+inline constexpr int kBlock = 128;                // threads, of items and of groups that share their work, at most
 inline constexpr int kAlone = 32;                 // threads that share nothing: few, so that they spread
-inline constexpr int kSharedUnasked = 48 * 1024;   // bytes of a block's memory that every kernel may have
+inline constexpr int kSharedUnasked = 48 * 1024;  // bytes of a block's memory that every kernel may have
 inline unsigned blocks_of(std::size_t items, int block) { return unsigned((items + block - 1) / block); }
 
 template <>
@@ -244,14 +243,6 @@ __global__ void launch_shared(int begin, char* fast, std::size_t bytes, Kernel k
   kernel(Block<DeviceThreads>{begin + int(blockIdx.x), memory, {}});
 }
 
-/// Groups in turns by `threads` threads, each with memory of its caller's.
-template <class Kernel>
-__global__ void launch_dealt(int groups, int threads, char* memory, std::size_t bytes, Kernel kernel) {
-  const int thread = int(blockIdx.x * blockDim.x + threadIdx.x);
-  if (thread >= threads) return;
-  for (int g = thread; g < groups; g += threads) kernel(Group<OneLane>{g, -1, memory + thread * bytes});
-}
-
 /// A thread a group.
 template <class Kernel>
 __global__ void launch_alone(int begin, int groups, char* fast, std::size_t bytes, Kernel kernel) {
@@ -292,22 +283,12 @@ void parallel_groups(const Cuda& executor, int begin, int end, const FastMemory&
   require(cudaGetLastError(), "launch a kernel");
 }
 
-/// Memory that the caller has prepared is used as it is, a piece a thread.
 template <class Kernel>
 void parallel_dealt(const Cuda& executor, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
-  if constexpr (kAsksTheHost<Kernel>) {
+  if constexpr (kAsksTheHost<Kernel>)
     deal_on_host(on_host(executor), groups, kernel);
-  } else {
-    if constexpr (!kShared<Kernel>)
-      if (memory.data) {
-        note_launch(kernel, groups);
-        if (groups > 0)
-          launch_dealt<<<blocks_of(memory.threads, kAlone), kAlone, 0, stream()>>>(groups, memory.threads, memory.data,
-                                                                                   memory.bytes, kernel);
-        return require(cudaGetLastError(), "launch a kernel");
-      }
+  else
     parallel_groups(executor, 0, groups, memory, kernel);
-  }
 }
 
 /// The sums of groups, in the device's memory.

@@ -116,9 +116,11 @@ class Desbrun final : public Stepper<Executor, R> {
   const char* laid_out_for_pins() const override { return "Desbrun's filter, which is made for pins that stay"; }
 
   bool enough() override {
-    if (spec_.time_budget &&
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count() > *spec_.time_budget)
-      return true;
+    if (spec_.time_budget) {
+      finish(executor_);
+      if (std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count() > *spec_.time_budget)
+        return true;
+    }
     return limits_ && limits_->excess(this->particles().p) <= *spec_.tolerance;
   }
 

@@ -74,7 +74,8 @@ class Stepper : public Solver {
     steps_ = saved.steps, crossings_step_ = -1;
     x_.upload(saved.x), p_.upload(saved.x);  // pins are read from p, and may have been moved by hand
     v_.upload(saved.v);
-    if (hand_) hand_->let_go_of_all(w_.data()), leave_out_what_is_taken();
+    if (hand_) hand_->let_go_of_all(w_.data());
+    leave_out_what_is_taken();
     if (moved_) moved_->hold(time(), w_.data());
     if (sweep_) sweep_->forget_lost();
     if (collider_) collider_->remember(saved.seen);
