@@ -41,8 +41,9 @@ struct DirectPlaces {
 /// The same for a device, where all units are searched at once: each has a table of what it lists, which is hashed, as
 /// far as its list has room.
 struct HashedPlaces {
-  int* table;         // four entries a particle that there is room for: 0, or a place and 1
-  OpenBlocks* taken;  // of each of them
+  static constexpr int kEntries = 4;  // a particle that there is room for: at most half of the table is full
+  int* table;                         // 0, or a place and 1
+  OpenBlocks* taken;                  // of each of them
 
   struct Places {
     int *table, *list;
@@ -65,8 +66,9 @@ struct HashedPlaces {
   };
   KERNEL Places of(const PairPatch& patch, int* touched, void*) const {
     int size = 4;
-    while (2 * size <= 4 * patch.room) size *= 2;
-    return {table + size_t(4) * patch.touched, touched + patch.touched, taken + patch.touched, size - 1, patch.room};
+    while (2 * size <= kEntries * patch.room) size *= 2;
+    return {table + size_t(kEntries) * patch.touched, touched + patch.touched, taken + patch.touched, size - 1,
+            patch.room};
   }
 };
 

@@ -2,7 +2,6 @@
 // unit.
 #pragma once
 #include <type_traits>
-#include <vector>
 
 #include "host/base/array.h"
 #include "kernels/pair_find.h"
@@ -21,7 +20,7 @@ class SearchPlaces {
     if constexpr (!kOnHost) {
       if (taken_.size() == listed) return;
       table_ = {}, taken_ = {};
-      table_ = Array<Executor, int>(4 * listed), taken_ = Array<Executor, OpenBlocks>(listed);
+      table_ = Array<Executor, int>(HashedPlaces::kEntries * listed), taken_ = Array<Executor, OpenBlocks>(listed);
     } else {
       particles_ = particles, bytes_ = DirectPlaces::bytes(particles);
       if (memory_.size() >= bytes_ * threads) return;

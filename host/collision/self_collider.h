@@ -113,13 +113,14 @@ class SelfCollider {
     if constexpr (Memory<Executor>::kOfTheHost) {
       const Stay stay = look_where_all_are(within_rounding<R>());
       return {stay, stay.outside == 0 ? crossing(true, nullptr) : 0};
+    } else {
+      SelfChecks<R>* const checks = checks_.data();
+      parallel_reduce_into(executor_, count_, stay_in_reach(within_rounding<R>()), &checks->stay);
+      find_crossing(true, nullptr);
+      parallel_reduce_into(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()}, &checks->left);
+      const SelfChecks<R> found = checks_.get(0);
+      return {found.stay, found.stay.outside == 0 ? can_be_held(found.left) : 0};
     }
-    SelfChecks<R>* const checks = checks_.data();
-    parallel_reduce_into(executor_, count_, stay_in_reach(within_rounding<R>()), &checks->stay);
-    find_crossing(true, nullptr);
-    parallel_reduce_into(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()}, &checks->left);
-    const SelfChecks<R> found = checks_.get(0);
-    return {found.stay, found.stay.outside == 0 ? can_be_held(found.left) : 0};
   }
   /// From here and now on, in a frame that moves so in this substep, so many substeps ahead.
   void search(const Vec3& moves, int ahead) {
