@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "host/base/array.h"
+#include "host/base/for_now.h"
 #include "host/base/recording.h"
 #include "kernels/compute.h"
 
@@ -83,34 +84,46 @@ class EmulatedMemory {
   int arrays_ = 0, opened_ = 0;
 };
 
+/// Launches are kept instead of run, as long as there is such a list.
+inline std::vector<std::function<void()>>* kept_launches = nullptr;
+/// Whether what is launched now was recorded.
+inline bool replaying = false;
+
+/// The host waits for what was launched: not while that is recorded.
+inline void finish(const Blocks& /*executor*/) {
+  if (kept_launches) throw std::logic_error("the host waits for launches that are being recorded");
+}
+
 template <>
 struct Memory<Blocks> {
   static void* allocate(std::size_t bytes) { return EmulatedMemory::the().allocate(bytes); }
   static void release(void*) { EmulatedMemory::the().release(); }
   template <class T>
   static void fill(T* to, std::size_t count, const T& value) {
+    if (kept_launches) return kept_launches->push_back([=] { fill(to, count, value); });
     const EmulatedMemory::Open open;
     Memory<Serial>::fill(to, count, value);
   }
   template <class T>
   static void copy_in(const T* from, std::size_t count, T* to) {
-    require_host(reinterpret_cast<std::uintptr_t>(from));
+    finish(Blocks{}), require_host(reinterpret_cast<std::uintptr_t>(from));
     copy(from, count, to);
   }
   template <class T>
   static void copy_out(const T* from, std::size_t count, T* to) {
-    ++reads();
+    finish(Blocks{}), ++reads();
     require_host(reinterpret_cast<std::uintptr_t>(to));
     copy(from, count, to);
   }
   template <class T>
   static void copy(const T* from, std::size_t count, T* to) {
+    if (kept_launches) return kept_launches->push_back([=] { copy(from, count, to); });
     const EmulatedMemory::Open open;
     Memory<Serial>::copy_in(from, count, to);
   }
   template <class T>
   static bool has(const T* from, std::size_t count, const T& value) {
-    ++reads();
+    finish(Blocks{}), ++reads();
     const EmulatedMemory::Open open;
     return Memory<Serial>::has(from, count, value);
   }
@@ -236,8 +249,7 @@ void shuffled(int n, unsigned seed, const Work& work) {
   for (int k = 0; k < n; ++k) work(static_cast<int>((k * step + seed) % n));
 }
 
-inline void finish(const Blocks&) {}
-inline bool is_timed(const Blocks&) { return true; }
+inline bool is_timed(const Blocks&) { return false; }
 inline bool leads(const Blocks&) { return true; }
 inline Blocks narrow(const Blocks& executor) { return executor; }
 inline OpenMP on_host(const Blocks& executor) { return {1, executor.instructions}; }
@@ -246,9 +258,6 @@ template <class Work>
 void parallel_region(const Blocks& executor, int /*width*/, const Work& work) {
   work(executor);
 }
-
-/// Launches are kept instead of run, as long as there is such a list.
-inline std::vector<std::function<void()>>* kept_launches = nullptr;
 
 template <class Kernel>
 void parallel_for(const Blocks& executor, int n, const Kernel& kernel, int grain = kParticleGrain) {
@@ -287,15 +296,22 @@ struct Recording<Blocks> {
   std::map<std::string, std::vector<std::function<void()>>> replays;
 };
 template <class Key, class Work>
+void repeated(const Blocks& /*executor*/, Recording<Blocks>& recording, const Key& key, const Work& work) {
+  if (kept_launches) return work();
+  std::vector<std::function<void()>> launches;
+  const std::string own = key();
+  if (!recording.replays.contains(own)) {
+    const ForNow<std::vector<std::function<void()>>*> keep(kept_launches, &launches);
+    work();
+    recording.replays[own] = launches;
+  }
+  const ForNow<bool> replay(replaying, true);
+  for (const auto& launch : recording.replays[own]) launch();
+}
+template <class Key, class Work>
 void repeated_region(const Blocks& executor, int /*width*/, Recording<Blocks>& recording, const Key& key,
                      const Work& work) {
-  const auto [found, fresh] = recording.replays.try_emplace(key());
-  if (fresh) {
-    kept_launches = &found->second;
-    work(executor);
-    kept_launches = nullptr;
-  }
-  for (const auto& launch : found->second) launch();
+  repeated(executor, recording, key, [&] { work(executor); });
 }
 
 /// The sums of groups, in the device's memory.

@@ -1,6 +1,9 @@
 #include "tests/blocks_solvers.h"
 
+#include <cstdlib>
+
 #include "host/filter/make_filter.h"
+#include "host/solver/elsewhere.h"
 #include "host/solver/instantiate.h"
 
 namespace malha {
@@ -21,4 +24,20 @@ std::uint64_t hash_on_blocks(const Scene& scene, int steps, const Blocks& execut
   return solver->state_hash();
 }
 
+namespace {
+
+/// MALHA_TESTS_ON=blocks or cuda: all tests of this program run their scenes there.
+const bool elsewhere = [] {
+  const char* const on = std::getenv("MALHA_TESTS_ON");
+  const std::string where = on != nullptr ? on : "host";
+  if (where == "blocks")
+    make_elsewhere = [](const Model& model, int) { return make_on_blocks(model, {}); };
+  else if (where == "cuda")
+    make_elsewhere = [](const Model& model, int threads) { return make_solver_on_cuda(model, threads); };
+  else if (where != "host")
+    throw InputError("MALHA_TESTS_ON: found \"" + where + "\"; allowed: host, blocks, cuda");
+  return true;
+}();
+
+}  // namespace
 }  // namespace malha

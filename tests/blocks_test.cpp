@@ -99,46 +99,6 @@ TEST(Blocks, EndTheProgramWhereTheHostTouchesDeviceMemory) {
   EXPECT_DEATH(static_cast<void>(*static_cast<volatile int*>(array.data())), "");
 }
 
-struct AddOne {
-  int* number;
-  KERNEL void operator()(int i) const { ++number[i]; }
-};
-TEST(RecordedLaunches, AreRecordedOnceAKey) {
-  const Array<Blocks, int> numbers(10, 0);
-  Recording<Blocks> recording;
-  int recorded = 0;
-  const auto ask = [&](int key) {
-    repeated_region(
-        Blocks{}, 1, recording, [&] { return key_from(key); },
-        [&](const Blocks& executor) {
-          ++recorded;
-          parallel_for(executor, key, AddOne{numbers.data()});
-        });
-  };
-  for (const int key : {10, 3, 10}) ask(key);
-  EXPECT_EQ(recorded, 2);
-  EXPECT_EQ(numbers.download(), (std::vector<int>{3, 3, 3, 2, 2, 2, 2, 2, 2, 2}));
-}
-
-TEST(RecordedLaunches, AreThoseOfWhatChangedMeanwhile) {
-  for (const int levels : {0, 2}) {
-    BodySpec sheet;
-    sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {40, 40}}, sheet.density = 0.2;
-    sheet.pins = {ListPin{{0, 40}}};
-    sheet.constraints = {stiff("distance", {"edges"})};
-    Scene scene = scene_of({sheet}, kEarth, 1.0 / 60, 4, Precision::Float);
-    scene.solver.levels = levels, scene.solver.levels_every = 2;
-    Model model = build_model(scene);
-    const auto host = make_solver(model, 1), blocks = make_on_blocks(model, {});
-    for (const double g : {-9.81, 3.0, -9.81}) {
-      model.scene.gravity = {0.1, g, 0};
-      host->change_gravity(), blocks->change_gravity();
-      for (int step = 0; step < 2; ++step) host->step(), blocks->step();
-      EXPECT_EQ(blocks->state_hash(), host->state_hash()) << levels << " levels, " << g;
-    }
-  }
-}
-
 /// How often the host waits for a device in a step: reads of its memory, those of so many steps before apart.
 double reads_a_step(const Scene& scene, int before_them = 1) {
   const Model model = build_model(scene);

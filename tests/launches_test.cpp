@@ -66,14 +66,14 @@ TEST(Launches, AreNoneAsleep) {
 }
 
 /// A block that a scene may name: where, what, and what it is when it asks for nothing (null: there is no such thing).
-struct Block {
+struct NamedBlock {
   const char *name, *pointer, *json, *neutral;
   std::vector<std::string> kernels;  // that it alone launches
   const char* solver = "pbd";
 };
 
-const std::vector<Block>& blocks() {
-  static const std::vector<Block> all{
+const std::vector<NamedBlock>& blocks() {
+  static const std::vector<NamedBlock> all{
       {"drag", "/wind", R"({"velocity": [1, 0, 0], "drag": 0.001})", R"({"velocity": [1, 0, 0], "drag": 0})", {"Drag"}},
       {"air",
        "/wind",
@@ -110,7 +110,7 @@ const std::vector<Block>& blocks() {
 
 class Feature : public testing::TestWithParam<int> {
  protected:
-  const Block& block() const { return blocks()[static_cast<std::size_t>(GetParam())]; }
+  const NamedBlock& block() const { return blocks()[static_cast<std::size_t>(GetParam())]; }
   static Json with(Json scene, const char* pointer, const char* json) {
     scene[Json::json_pointer(pointer)] = Json::parse(json);
     return scene;
@@ -138,7 +138,7 @@ TEST_P(Feature, CostsNothingWhereTheSceneDoesNotNameIt) {
   const Traced never = traced(traced_cloth());
   // Everything else named: without this one, the launches and the bytes are those of a scene that never had it.
   Json all = traced_cloth(), others = all;
-  for (const Block& other : blocks()) {
+  for (const NamedBlock& other : blocks()) {
     if (std::string(other.name) == "tear" || std::string(other.name) == "drag") continue;  // not beside all others
     all = with(all, other.pointer, other.json);
     if (other.name != block().name) others = with(others, other.pointer, other.json);
@@ -222,7 +222,7 @@ TEST(Launches, OfTheCorrectorAreAsManyAsThePlanSaysWhateverLiesBetween) {
 
 TEST(Launches, OfTheTraceAreAsManyAsThePlanSays) {
   Json scene = traced_cloth();
-  for (const Block& other : blocks())
+  for (const NamedBlock& other : blocks())
     if (const std::string name = other.name; name != "tear" && name != "self-collision")
       scene[Json::json_pointer(other.pointer)] = Json::parse(other.json);
   for (const char* type : {"pbd", "desbrun"}) {

@@ -18,7 +18,14 @@ std::string key_from(const Values&... values) {
   return bytes;
 }
 
-/// parallel_region with the same launches wherever key() gives the same text: it holds all that they depend on.
+/// Calls work(), which launches the same and reads nothing, wherever key() gives the same text: it holds all that the
+/// launches depend on. What work() itself repeats becomes part of it.
+template <class Executor, class Key, class Work>
+void repeated(const Executor& /*executor*/, Recording<Executor>& /*recording*/, const Key& /*key*/, const Work& work) {
+  work();
+}
+
+/// parallel_region, likewise.
 template <class Executor, class Key, class Work>
 void repeated_region(const Executor& executor, int width, Recording<Executor>& /*recording*/, const Key& /*key*/,
                      const Work& work) {

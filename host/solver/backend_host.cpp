@@ -1,4 +1,5 @@
 // The solvers instantiated for the executors of the host.
+#include "host/solver/elsewhere.h"
 #include "host/solver/instantiate.h"
 #if defined(MALHA_HAS_CUDA)
 #include "host/solver/backend_cuda.h"
@@ -14,6 +15,7 @@ std::vector<std::string> instruction_sets() {
 
 std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::string& instructions,
                                     const ShowProgress& progress) {
+  if (make_elsewhere != nullptr && instructions.empty()) return make_elsewhere(model, threads);
   const std::string wanted = instructions.empty() ? instruction_sets().back() : instructions;
   std::unique_ptr<Solver> made;
   for_each_isa([&]<class Isa>(Isa) {

@@ -182,24 +182,38 @@ struct Recording<Cuda> {
 };
 
 template <class Key, class Work>
-void repeated_region(const Cuda& executor, int /*width*/, Recording<Cuda>& recording, const Key& key,
-                     const Work& work) {
+void repeated(const Cuda& executor, Recording<Cuda>& recording, const Key& key, const Work& work) {
   constexpr std::size_t most = 32;  // of a scene that changes ever and again
-  const auto own_key = [&] { return key() + key_from(executor.fast->at()); };
+  cudaStreamCaptureStatus outer = cudaStreamCaptureStatusNone;
+  require(cudaStreamIsCapturing(stream(), &outer), "tell whether it records");
+  if (outer != cudaStreamCaptureStatusNone) return work();
+  const auto own_key = [&] { return key() + key_from(executor.fast->at(), executor.partial->at()); };
   auto found = recording.replays.find(own_key());
   while (found == recording.replays.end()) {
     if (recording.replays.size() == most) recording.forget();
     const std::string before = own_key();
     cudaGraph_t graph = nullptr;
     require(cudaStreamBeginCapture(stream(), cudaStreamCaptureModeRelaxed), "record launches");
-    work(executor);
+    try {
+      work();
+    } catch (...) {  // what comes after must find a stream that runs
+      cudaStreamEndCapture(stream(), &graph);
+      cudaGraphDestroy(graph);
+      throw;
+    }
     require(cudaStreamEndCapture(stream(), &graph), "record launches");
-    if (own_key() == before)  // else fast memory has moved on the way, and some launches have where it was
+    if (own_key() == before)  // else scratch memory has moved on the way, and some launches have where it was
       require(cudaGraphInstantiateWithFlags(&recording.replays[before], graph, 0), "keep launches");
     cudaGraphDestroy(graph);
     found = recording.replays.find(own_key());
   }
   require(cudaGraphLaunch(found->second, stream()), "replay launches");
+}
+
+template <class Key, class Work>
+void repeated_region(const Cuda& executor, int /*width*/, Recording<Cuda>& recording, const Key& key,
+                     const Work& work) {
+  repeated(executor, recording, key, [&] { work(executor); });
 }
 
 /// One of a block's threads.

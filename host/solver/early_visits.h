@@ -25,7 +25,12 @@ class EarlyVisits {
 
   /// All visits of a sweep, but for those that were begun.
   void go_on(const Sweep<Executor, R>& sweep, const Visit<R>& visit) {
-    sweep.region([&](const auto& team) {
+    const auto key = [&] {
+      const Particles<R>& all = visit.particles;
+      const Vector3<R>& g = visit.gravity;
+      return key_from(all.x.x, all.v.x, all.p.x, all.w, visit.dt, g.x, g.y, g.z, visit.fresh, begun_);
+    };
+    sweep.region(recorded_, key, [&](const auto& team) {
       if constexpr (!Memory<Executor>::kOfTheHost)
         if (begun_) {
           sweep.visit_first(team, VisitSome<R>{visit, waits_.data(), true});
@@ -37,7 +42,8 @@ class EarlyVisits {
   }
 
  private:
-  Array<Executor, bool> waits_;  // of each patch
+  Array<Executor, bool> waits_;   // of each patch
+  Recording<Executor> recorded_;  // visits that go on
   bool begun_ = false;
 };
 

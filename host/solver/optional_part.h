@@ -1,5 +1,6 @@
 // A part of a solver: there if the scene asks for it, and never in a build without it.
 #pragma once
+#include <cstddef>
 #include <cstdlib>
 #include <optional>
 #include <type_traits>
@@ -26,6 +27,12 @@ struct Unbuilt {
     refuse_unbuilt();
   }
 };
+
+/// Of a part that may be there.
+template <class Part>
+std::size_t bytes_of(const Part& part) {
+  return part ? part->bytes() : 0;
+}
 
 /// OptionalPart<LongRange<Executor, R>, built("long_range")>
 template <class T, bool is_built>

@@ -46,7 +46,7 @@ class Pbd final : public Stepper<Executor, R> {
     if (this->touched() || this->watched()) return this->advance_from(0);
     if (!this->facts_.whole_steps) return this->advance_from(this->facts_.flies ? fly(h) : 0);
     this->substep_ = 0;
-    visit_patches(h, solver.substeps);
+    this->repeat_step("visits", [&] { visit_patches(h, solver.substeps); });
     require_visited();
     this->give_back_momenta();
     ++this->steps_;

@@ -37,6 +37,7 @@
 #include "host/solver/sleeper.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"
+#include "host/solver/steady.h"
 #include "host/solver/sweep.h"
 #include "kernels/integrate.h"
 
@@ -220,22 +221,33 @@ class Stepper : public Solver {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
     const auto at = [&](int s) { return (steps_ + double(s) / solver.substeps) * solver.dt; };  // steps end alike
-    for (int s = first; s < solver.substeps; ++s) {
-      if (moved_) timed(Pass::Pins, [&] { moved_->place(particles(), w_.data(), at(s), at(s + 1)); });
-      if (hand_) hand_->place(particles(), s);
-      substep_ = s;
-      substep(time() + s * h, h);
-      if (hand_) hand_->arrive(particles(), s);
-      if (moved_) timed(Pass::Pins, [&] { moved_->arrive(particles(), at(s), at(s + 1)); });
-      if (watched()) (*watcher_)(s + 1, at(s + 1));
-    }
+    repeat_step("substeps", [&] {
+      for (int s = first; s < solver.substeps; ++s) {
+        if (moved_) timed(Pass::Pins, [&] { moved_->place(particles(), w_.data(), at(s), at(s + 1)); });
+        if (hand_) hand_->place(particles(), s);
+        substep_ = s;
+        substep(time() + s * h, h);
+        if (hand_) hand_->arrive(particles(), s);
+        if (moved_) timed(Pass::Pins, [&] { moved_->arrive(particles(), at(s), at(s + 1)); });
+        if (watched()) (*watcher_)(s + 1, at(s + 1));
+      }
+    });
     if (!looks_at_places()) require_places();
     give_back_momenta();
     ++steps_;
   }
 
   void give_back_momenta() {
-    if (free_) timed(Pass::Correction, [&] { free_->give_back(particles(), alone()); });
+    const auto work = [&] { free_->give_back(particles(), alone()); };
+    if (free_) repeat_step("momenta", [&] { timed(Pass::Correction, work); });
+  }
+
+  /// Part of a step, recorded where all steps launch the same. What times its passes records none.
+  template <class Work>
+  void repeat_step(const std::string& part, const Work& work) {
+    if (is_timed(executor_) || !is_steady(model_) || touched() || watched()) return work();
+    repeated(
+        executor_, recorded_, [&] { return part + key_from(alone()) + steady_key(model_.scene); }, work);
   }
 
   /// What the wind does to v: on faces, if air has a density, and on particles, if it drags them.
@@ -267,7 +279,6 @@ class Stepper : public Solver {
   virtual const char* laid_out_for_pins() const { return nullptr; }
 
   void substep(double start, double h) {
-    const Scene& scene = model_.scene;
     const Particles<R> all = particles();
     // Gravity is uniform: whether the rigid part of the motion is taken before or after it is the same.
     if (damping_) timed(Pass::Damping, [&] { damping_->damp(all); });
@@ -275,7 +286,7 @@ class Stepper : public Solver {
     if (predicts_the_state()) return;
     const auto go_on = [&](const Questions& asked) {
       if (!edges_ && !free_ && visits_follow(model_, facts_))
-        early_.begin(executor_, *sweep_, sweep_->visit_between(all, h, to_R(scene.gravity), true), asked);
+        early_.begin(executor_, *sweep_, sweep_->visit_between(all, h, to_R(model_.scene.gravity), true), asked);
     };
     if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h, go_on); });
     if (self_) self_->start_substep();
@@ -283,7 +294,7 @@ class Stepper : public Solver {
     correct(all);
     for (auto& pressure : pressures_) pressure.start_substep();
     if (!model_.sets.empty() || !nothing_between())
-      for (int iteration = 0; iteration < scene.solver.iterations; ++iteration) {
+      for (int iteration = 0; iteration < model_.scene.solver.iterations; ++iteration) {
         project(all, start, h, iteration == 0);
         if (enough()) break;
       }
@@ -351,8 +362,7 @@ class Stepper : public Solver {
   }
 
   void note_collision() {
-    facts_.collision_bytes =
-        (collider_ ? collider_->bytes() : 0) + (self_ ? self_->bytes() : 0) + (edges_ ? edges_->bytes() : 0);
+    facts_.collision_bytes = bytes_of(collider_) + bytes_of(self_) + bytes_of(edges_);
     if (self_) facts_.self = self_->facts();
     if (edges_) facts_.edges = edges_->facts();
     if (collider_) facts_.contact = collider_->facts();
@@ -448,41 +458,32 @@ class Stepper : public Solver {
   }
 
   void note_facts() {
-    facts_.particle_bytes = x_.bytes() + v_.bytes() + p_.bytes() + w_.bytes();
+    facts_.particle_bytes =
+        x_.bytes() + v_.bytes() + p_.bytes() + w_.bytes() + bytes_of(moved_) + bytes_of(free_) + bytes_of(damping_);
+    facts_.constraint_bytes += bytes_of(breakable_) + bytes_of(attachments_);
+    facts_.air_bytes = bytes_of(air_), facts_.long_range_bytes = bytes_of(long_range_);
     for_each_isa([&]<class Isa>(Isa) {
       if (executor_.instructions == Isa::value) facts_.instructions = Isa::name;
     });
     if (sweep_) facts_.patches = sweep_->facts(), facts_.sets = sweep_->set_facts();
-    std::int64_t projections = static_cast<std::int64_t>(pressures_.size());
-    for (const SetFacts& set : facts_.sets) {
-      facts_.constraint_bytes += set.bytes;
-      projections += set.constraints;
-    }
+    facts_.long_range = model_.long_range.items();
+    facts_.attachments = static_cast<int>(model_.long_range.anchor.size());
+    facts_.air_particles = static_cast<int>(model_.air.particle.size());
+    std::int64_t projections = static_cast<std::int64_t>(pressures_.size()) + facts_.attachments;
+    for (const SetFacts& set : facts_.sets) facts_.constraint_bytes += set.bytes, projections += set.constraints;
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
-    if (moved_) facts_.particle_bytes += moved_->bytes();
-    if (free_) facts_.particle_bytes += free_->bytes();
-    if (damping_) facts_.particle_bytes += damping_->bytes();
-    if (breakable_) facts_.constraint_bytes += breakable_->bytes();
-    if (attachments_) facts_.constraint_bytes += attachments_->bytes();
-    if (long_range_) {
-      facts_.long_range_bytes = long_range_->bytes();
-      facts_.long_range = model_.long_range.items();
-      facts_.attachments = static_cast<int>(model_.long_range.anchor.size());
-      projections += facts_.attachments;
-    }
-    if (air_) facts_.air_bytes = air_->bytes(), facts_.air_particles = static_cast<int>(model_.air.particle.size());
     note_collision();
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }
 
   const AfterSubstep* watcher_ = nullptr;  // of this step; null: none
-
   Array<Executor, R> w_;
   std::optional<Damping<Executor, R>> damping_;
   LostPlaces<Executor> lost_{model_.scene.solver.substeps};
   std::vector<Pressure<Executor, R>> pressures_;
   EarlyVisits<Executor, R> early_;
   EnergyGuard<Executor, R> guard_;
+  Recording<Executor> recorded_;  // parts of steps
   OptionalPart<LongRange<Executor, R>, built("long_range")> long_range_;
   OptionalPart<MovedPinSets<Executor, R>, built("motion")> moved_;
   OptionalPart<Attachments<Executor, R>, built("attachments")> attachments_;
