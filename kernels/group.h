@@ -32,7 +32,7 @@ struct Group {
   }
 
   /// What work(0) .. work(items - 1) give, added to `zero` by add(to, one) in any order, which must not matter: numbers
-  /// of things, the least and the largest.
+  /// of things, the least and the largest. As in for_each, work may write.
   template <class Value, class Work, class Add>
   KERNEL Value gather(int items, Value zero, const Work& work, const Add& add) const {
     for (int i = 0; i < items; ++i) add(zero, work(i));

@@ -1,6 +1,7 @@
 // How far particles go: their motion beside the common one, and whether they stay in the boxes of the last search.
 #pragma once
-#include "kernels/pair_find.h"
+#include "kernels/pair_block.h"
+#include "kernels/pair_near.h"
 
 namespace malha {
 

@@ -9,6 +9,7 @@
 #include <boost/context/pooled_fixedsize_stack.hpp>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <functional>
@@ -28,12 +29,16 @@
 
 namespace malha {
 
-/// `block`: threads of each. Kernels that do not share their work (kShared) run on one thread a group.
+/// `block`: threads of each, or as many as a kernel can use. Kernels that do not share their work (kShared) run on one
+/// thread a group.
 struct Blocks {
   int block = 32;                                     // threads
   unsigned seed = 1;                                  // of the orders
   Instructions instructions = widest_instructions();  // of what the host computes
 };
+
+/// Launches are kept instead of run, as long as there is such a list.
+inline std::vector<std::function<void()>>* kept_launches = nullptr;
 
 /// Memory as of a device: launches and copies alone may touch it. The host that does otherwise ends the program.
 class EmulatedMemory {
@@ -43,27 +48,30 @@ class EmulatedMemory {
     return memory;
   }
   void* allocate(std::size_t bytes) {
-    const std::size_t begin = used_, size = (bytes + 63) / 64 * 64;
-    if (size > kMost - begin) throw std::bad_alloc();
-    used_ += size, ++arrays_;
-    if (opened_ > 0) protect(PROT_READ | PROT_WRITE);
-    return base_ + begin;
+    ++arrays_;
+    return add(bytes);
   }
   /// All is given back at once, with the last array.
   void release() {
+    if (kept_launches) {
+      std::fputs("an array is released that launches may use which are being recorded\n", stderr);
+      std::abort();
+    }
     if (--arrays_ > 0) return;
+    protect(PROT_NONE), is_open_ = false, closings_ = 0;
     madvise(base_, kMost, MADV_DONTNEED);
-    used_ = 0;
+    used_ = 0, scratch_ = nullptr, scratch_bytes_ = 0;
+  }
+  /// That the next launches may use again.
+  void* scratch(std::size_t bytes) {
+    if (bytes > scratch_bytes_) scratch_ = add(bytes), scratch_bytes_ = bytes;
+    return scratch_;
   }
   bool has(std::uintptr_t address) const { return address - reinterpret_cast<std::uintptr_t>(base_) <= kMost; }
   /// While there is one of these.
   struct Open {
-    Open() {
-      if (the().opened_++ == 0) the().protect(PROT_READ | PROT_WRITE);
-    }
-    ~Open() {
-      if (--the().opened_ == 0) the().protect(PROT_NONE);
-    }
+    Open() { the().open(); }
+    ~Open() { the().close(); }
     Open(const Open&) = delete;
     Open& operator=(const Open&) = delete;
   };
@@ -74,6 +82,23 @@ class EmulatedMemory {
     if (all == MAP_FAILED) throw std::bad_alloc();
     base_ = static_cast<char*>(all);
   }
+  void* add(std::size_t bytes) {
+    const std::size_t begin = used_, size = (bytes + 63) / 64 * 64;
+    if (size > kMost - begin) throw std::bad_alloc();
+    used_ += size;
+    if (is_open_) protect(PROT_READ | PROT_WRITE);
+    return base_ + begin;
+  }
+  void open() {
+    if (opened_++ > 0 || is_open_) return;
+    protect(PROT_READ | PROT_WRITE), is_open_ = true;
+  }
+  /// In long runs now and then: it takes longer than most launches, and what is wrong in one substep is so in others.
+  void close() {
+    constexpr unsigned kAlways = 4096, kSpread = 2654435761u;
+    if (--opened_ > 0 || (++closings_ > kAlways && closings_ * kSpread >> 28 != 0)) return;
+    protect(PROT_NONE), is_open_ = false;
+  }
   void protect(int how) const {
     if (used_ > 0) mprotect(base_, (used_ + 4095) / 4096 * 4096, how);
   }
@@ -81,11 +106,13 @@ class EmulatedMemory {
   static constexpr std::size_t kMost = std::size_t{16} << 30;  // bytes: addresses, not memory
   char* base_;
   std::size_t used_ = 0;
+  void* scratch_ = nullptr;
+  std::size_t scratch_bytes_ = 0;
   int arrays_ = 0, opened_ = 0;
+  unsigned closings_ = 0;
+  bool is_open_ = false;
 };
 
-/// Launches are kept instead of run, as long as there is such a list.
-inline std::vector<std::function<void()>>* kept_launches = nullptr;
 /// Whether what is launched now was recorded.
 inline bool replaying = false;
 
@@ -282,9 +309,10 @@ void parallel_groups(const Blocks& executor, int begin, int end, const FastMemor
     std::memset(fast.data(), kFill[executor.seed % 3], fast.size() * sizeof(double));
     void* aligned = reinterpret_cast<void*>((reinterpret_cast<std::uintptr_t>(fast.data()) + 63) / 64 * 64);
     if constexpr (kShared<Kernel>)
-      Turns(executor.block, executor.seed + static_cast<unsigned>(begin + k)).run([&](const Turns::Thread& thread) {
-        kernel(Block<Turns::Thread>{begin + k, aligned, thread});
-      });
+      Turns(std::min(executor.block, kThreads<Kernel>), executor.seed + static_cast<unsigned>(begin + k))
+          .run([&](const Turns::Thread& thread) {
+            kernel(Block<Turns::Thread>{begin + k, aligned, thread});
+          });
     else
       kernel(Group<OneLane>{begin + k, -1, memory.data ? memory.data : aligned});
   });
@@ -316,25 +344,26 @@ void repeated_region(const Blocks& executor, int /*width*/, Recording<Blocks>& r
 
 /// The sums of groups, in the device's memory.
 template <class Value, class Kernel>
-Array<Blocks, Value> partial_sums(const Blocks& executor, int n, const ReducePlan& plan, const Kernel& kernel) {
-  const Array<Blocks, Value> of_run(plan.all, Value{});
-  Array<Blocks, Value> partial(kReduceGroups, Value{});
-  parallel_for(executor, plan.all, ReduceRun<Value, Kernel>{of_run.data(), kernel, n});
-  parallel_for(executor, plan.groups, JoinRuns<Value>{of_run.data(), partial.data(), plan.all, plan.runs});
+Value* partial_sums(const Blocks& executor, int n, const ReducePlan& plan, const Kernel& kernel) {
+  const std::size_t sums = plan.all + std::size_t(kReduceGroups);
+  auto* const partial = static_cast<Value*>(EmulatedMemory::the().scratch(sums * sizeof(Value)));
+  Value* const of_run = partial + kReduceGroups;
+  parallel_for(executor, plan.all, ReduceRun<Value, Kernel>{of_run, kernel, n});
+  parallel_for(executor, plan.groups, JoinRuns<Value>{of_run, partial, plan.all, plan.runs});
   return partial;
 }
 template <class Value, class Kernel>
 Value parallel_reduce(const Blocks& executor, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
   const ReducePlan plan(n);
-  std::vector<Value> sums = partial_sums<Value>(executor, n, plan, kernel).download();
+  std::vector<Value> sums(kReduceGroups, Value{});
+  Memory<Blocks>::copy_out(partial_sums<Value>(executor, n, plan, kernel), plan.groups, sums.data());
   return sum_of_tree(sums.data(), plan.groups);
 }
 template <class Value, class Kernel>
 void parallel_reduce_into(const Blocks& executor, int n, const Kernel& kernel, Value* to,
                           int /*grain*/ = kParticleGrain) {
   const ReducePlan plan(n);
-  const auto partial = partial_sums<Value>(executor, n, plan, kernel);
-  parallel_for(executor, 1, JoinGroups<Value>{partial.data(), to, plan.groups});
+  parallel_for(executor, 1, JoinGroups<Value>{partial_sums<Value>(executor, n, plan, kernel), to, plan.groups});
 }
 
 /// Kernels that ask the host find all in its own memory.

@@ -23,6 +23,7 @@
 #include "kernels/nearby.h"
 #include "kernels/own.h"
 #include "kernels/pair_drive.h"
+#include "kernels/pair_find_together.h"
 #include "kernels/pair_push.h"
 #include "kernels/pair_reach.h"
 #include "kernels/pressure.h"
@@ -103,8 +104,8 @@ void instantiate_all() {
               CountFixed<R>, MarkDriven<R>>();
   instantiate<StoreMoved<R>, TakeMoved<R>, StayInReach<R>, FindCommon<R>, KeepInReach<R>, StartReach<R>, BoxReach<R>>();
   instantiate<BoxUnits<R>, BoxLevel<R>, CountPushes<R>, SumLeft<R>, HoldLimited<R>>();
-  instantiate_groups<FindPairs<R, HashedPlaces>, LookAtPairs<R>, PushPairs<R, false>, PushPairs<R, true>,
-                     FindCrossings<R>, LimitCrossing<R>, LimitParts<R>, DriveCrossing<R>, CarryCrossing<R>>();
+  instantiate_groups<FindPairsTogether<R>, LookAtPairs<R>, PushPairs<R, false>, PushPairs<R, true>, FindCrossings<R>,
+                     LimitCrossing<R>, LimitParts<R>, DriveCrossing<R>, CarryCrossing<R>>();
 }
 
 template void

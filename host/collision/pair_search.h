@@ -179,10 +179,11 @@ class PairSearch {
     const int threads = std::clamp(units_.count / kUnitsOfThread, 1, threads_of(executor_));
     do {
       places_.make_room(particles_, threads, touched_.size());
-      const FindPairs<R, typename SearchPlaces<Executor>::Places> find{
-          units_, reach(), thickness_, has_bare_, crosses_.data(), pairs(), places_.places()};
-      parallel_region(executor_, threads,
-                      [&](const auto& team) { parallel_dealt(team, units_.count, find, places_.memory()); });
+      const typename SearchPlaces<Executor>::template Find<R> find{
+          {units_, reach(), thickness_, has_bare_, crosses_.data(), pairs()}, places_.places()};
+      parallel_region(executor_, threads, [&](const auto& team) {
+        parallel_dealt(team, units_.count, find, places_.template memory<R>());
+      });
     } while (!fits());
   }
 

@@ -4,7 +4,7 @@
 #include <type_traits>
 
 #include "host/base/array.h"
-#include "kernels/pair_find.h"
+#include "kernels/pair_find_together.h"
 
 namespace malha {
 
@@ -14,6 +14,8 @@ class SearchPlaces {
 
  public:
   using Places = std::conditional_t<kOnHost, DirectPlaces, HashedPlaces>;
+  template <class R>
+  using Find = std::conditional_t<kOnHost, FindPairs<R>, FindPairsTogether<R>>;
 
   /// For so many particles in all, and for `listed` in the lists of all units together.
   void make_room(int particles, int threads, std::size_t listed) {
@@ -27,7 +29,7 @@ class SearchPlaces {
       memory_ = {};
       memory_ = Array<Executor, char>(bytes_ * threads);
       for (int t = 0; t < threads; ++t) {
-        int* const place = DirectPlaces{particles}.of({}, nullptr, memory_.data() + bytes_ * t).place;
+        int* const place = DirectPlaces{particles}.of(memory_.data() + bytes_ * t).place;
         Memory<Executor>::fill(place, std::size_t(particles) + 1, -1);
       }
     }
@@ -39,7 +41,13 @@ class SearchPlaces {
     else
       return {table_.data(), taken_.data()};
   }
-  FastMemory memory() const { return {memory_.data(), bytes_}; }
+  template <class R>
+  FastMemory memory() const {
+    if constexpr (kOnHost)
+      return {memory_.data(), bytes_};
+    else
+      return {nullptr, FindPairsTogether<R>::kBytes};
+  }
 
   /// What is touched: of the masks of open blocks only those of the few particles that a unit meets.
   std::size_t bytes() const {
