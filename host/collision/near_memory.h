@@ -53,12 +53,7 @@ class NearMemory {
     written_ = used > written_ ? used : written_;
     if (moves) near_ = std::move(near_to), contacts_ = std::move(contacts_to), written_ = used - freed;
     most_ = used - freed + more;
-    if constexpr (!Memory<Executor>::kOfTheHost) {  // of slots that may be filled all are looked at
-      const std::size_t kept = static_cast<std::size_t>(used - freed);
-      Contact<R> none{};
-      let_go(none);
-      Memory<Executor>::fill(contacts_.data() + kept, contacts_.size() - kept, none);
-    }
+    empty_from(static_cast<std::size_t>(used - freed));
   }
 
   /// Cells are no longer what they were.
@@ -74,6 +69,7 @@ class NearMemory {
   void remember(const Executor& executor, const LastSeen* all) {
     const std::size_t n = slot_.size();
     slot_.upload(std::vector<int>(n, -1)), counts_.upload({0, 0});
+    empty_from(0);
     int near = 0;
     for (std::size_t i = 0; i < n; ++i) near += Nearby<R>::needs_slot(all[i]);
     make_room(executor, near);
@@ -89,6 +85,15 @@ class NearMemory {
 
  private:
   int used() const { return counts_.get(0); }
+
+  /// A device looks at all slots that may be filled.
+  void empty_from([[maybe_unused]] std::size_t slot) {
+    if constexpr (!Memory<Executor>::kOfTheHost) {
+      Contact<R> none{};
+      let_go(none);
+      Memory<Executor>::fill(contacts_.data() + slot, contacts_.size() - slot, none);
+    }
+  }
 
   static constexpr int kSpare = 32;  // slots: fewer are not worth a copy
   Array<Executor, float> at_, distance_;
