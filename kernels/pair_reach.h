@@ -2,6 +2,7 @@
 #pragma once
 #include "kernels/pair_block.h"
 #include "kernels/pair_near.h"
+#include "kernels/simplex.h"
 
 namespace malha {
 

@@ -11,6 +11,7 @@
 #include "host/mesh/topology.h"
 #include "host/solver/solver.h"
 #include "tests/numbers.h"
+#include "tests/on_host.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"
 
@@ -168,6 +169,7 @@ TEST(Air, GivesTheSameBitsOnAnyThreads) {
 }
 
 TEST(Air, IsAPassOfItsOwnOnlyWhereItHasADensity) {
+  if (!scenes_run_on_host()) GTEST_SKIP() << "passes are timed on the host alone";
   Scene scene = flag("pbd", Precision::Float);
   for (const double density : {0.0, kDensity}) {
     scene.wind->density = density;

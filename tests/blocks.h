@@ -59,7 +59,7 @@ class EmulatedMemory {
     }
     if (--arrays_ > 0) return;
     protect(PROT_NONE), is_open_ = false, closings_ = 0;
-    madvise(base_, kMost, MADV_DONTNEED);
+    madvise(base_, used_, MADV_DONTNEED);
     used_ = 0, scratch_ = nullptr, scratch_bytes_ = 0;
   }
   /// That the next launches may use again.
@@ -95,8 +95,8 @@ class EmulatedMemory {
   }
   /// In long runs now and then: it takes longer than most launches, and what is wrong in one substep is so in others.
   void close() {
-    constexpr unsigned kAlways = 4096, kSpread = 2654435761u;
-    if (--opened_ > 0 || (++closings_ > kAlways && closings_ * kSpread >> 28 != 0)) return;
+    constexpr unsigned kAlways = 1024, kSpread = 2654435761u;
+    if (--opened_ > 0 || (++closings_ > kAlways && closings_ * kSpread >> 27 != 0)) return;
     protect(PROT_NONE), is_open_ = false;
   }
   void protect(int how) const {

@@ -6,6 +6,7 @@
 #include "host/report/plan.h"
 #include "host/report/report.h"
 #include "host/solver/solver.h"
+#include "tests/on_host.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
 
@@ -50,6 +51,7 @@ TEST(Launches, AreTheSameOnAnyNumberOfThreads) {
 }
 
 TEST(Launches, OfAReductionNameItsKernelAndItsItems) {
+  if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
   Json scene = traced_cloth();
   scene["sleep"] = Json::object();
   EXPECT_EQ(traced(scene).launches.back(), (Launches{"MeasureSpeed<float>", 1, 81}));
@@ -135,6 +137,7 @@ TEST_P(Feature, LaunchesWhatNoOtherFeatureLaunches) {
 }
 
 TEST_P(Feature, CostsNothingWhereTheSceneDoesNotNameIt) {
+  if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
   const Traced never = traced(traced_cloth());
   // Everything else named: without this one, the launches and the bytes are those of a scene that never had it.
   Json all = traced_cloth(), others = all;
@@ -195,6 +198,7 @@ void expect_planned_launches(const Json& scene) {
 }
 
 TEST(Launches, OfAMembraneByDesbrunAreThoseOfThePlanThatNamesIt) {
+  if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
   Json scene = traced_cloth();
   scene["solver"] = {{"type", "desbrun"}, {"dt", 0.01}, {"substeps", 2}, {"refine", 1}};
   scene["bodies"][0]["constraints"] = Json::parse(R"([{"type": "membrane", "young_modulus": 100}])");
@@ -205,6 +209,7 @@ TEST(Launches, OfAMembraneByDesbrunAreThoseOfThePlanThatNamesIt) {
 }
 
 TEST(Launches, OfTheCorrectorAreAsManyAsThePlanSaysWhateverLiesBetween) {
+  if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
   Json drag = free_cloth("inertia"), contact = drag, damped = drag;
   drag["wind"] = {{"velocity", {1, 0, 0}}, {"drag", 0.001}};
   damped["bodies"][0]["damping"] = 0.1;
@@ -221,6 +226,7 @@ TEST(Launches, OfTheCorrectorAreAsManyAsThePlanSaysWhateverLiesBetween) {
 }
 
 TEST(Launches, OfTheTraceAreAsManyAsThePlanSays) {
+  if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
   Json scene = traced_cloth();
   for (const NamedBlock& other : blocks())
     if (const std::string name = other.name; name != "tear" && name != "self-collision")

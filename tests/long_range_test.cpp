@@ -10,6 +10,7 @@
 #include "host/solver/solver.h"
 #include "kernels/long_range.h"
 #include "tests/mixed_sheet.h"
+#include "tests/on_host.h"
 #include "tests/point_list.h"
 #include "tests/refusal.h"
 #include "tests/small_scenes.h"
@@ -236,6 +237,7 @@ TEST(LongRange, IsRefusedWithoutPins) {
 }
 
 TEST(LongRange, IsAPassOfItsOwn) {
+  if (!scenes_run_on_host()) GTEST_SKIP() << "passes are timed on the host alone";
   Simulation simulation(chain(true), {.threads = 1});
   simulation.step();
   EXPECT_GT(simulation.solver().pass_seconds()[int(Pass::LongRange)], 0);

@@ -3,6 +3,7 @@
 
 #include "host/report/report.h"
 #include "host/solver/solver.h"
+#include "tests/on_host.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
 
@@ -219,6 +220,7 @@ class PlanPasses : public testing::TestWithParam<std::vector<std::string>> {
 };
 
 TEST_P(PlanPasses, AreThoseThatAStepSpendsTimeIn) {
+  if (!scenes_run_on_host()) GTEST_SKIP() << "passes are timed on the host alone";
   Simulation simulation(parsed(scene_), {.threads = 1});
   const std::string text = plan(simulation);
   simulation.step();

@@ -15,6 +15,7 @@
 #include "tests/irregular_mesh.h"
 #include "tests/irregular_sheet.h"
 #include "tests/mixed_sheet.h"
+#include "tests/on_host.h"
 #include "tests/refusal.h"
 #include "tests/run_scenes.h"
 #include "tests/scene_builders.h"
@@ -309,6 +310,7 @@ Json sheet_for_ranks(int cells) {
 }
 
 TEST(Ranks, OfAStepAreMeasuredWhereNothingIsGiven) {
+  if (!scenes_run_on_host()) GTEST_SKIP() << "passes are timed on the host alone";
   Simulation simulation(parsed(sheet_for_ranks(60)), {.threads = 1});
   const RankTable table = plan_ranks(simulation, {.ranks = 3});
   EXPECT_GT(table.steps, 2);

@@ -5,6 +5,7 @@
 
 #include "host/report/plan.h"
 #include "host/solver/solver.h"
+#include "tests/on_host.h"
 #include "tests/scene_builders.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
@@ -74,7 +75,9 @@ TEST_P(ARestingSheet, IsStillForTenThousandSteps) {
   EXPECT_EQ(simulation.solver().pass_seconds(), passes);
   simulation.wake();
   simulation.step();
-  EXPECT_NE(simulation.solver().pass_seconds(), passes) << "it was woken";
+  if (scenes_run_on_host()) {
+    EXPECT_NE(simulation.solver().pass_seconds(), passes) << "it was woken";
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Under, ARestingSheet, testing::Values("pbd", "desbrun"));
