@@ -23,12 +23,14 @@ else
   while IFS= read -r -d '' file; do files+=("$file"); done < <(find kernels host scenes tests tools -type f -print0)
 fi
 
+read_by_people=()
 for file in "${files[@]}"; do
   case "$file" in scenes/meshes/* | tools/study/charts/* | *.png) continue ;; esac
-  [[ -f "$file" ]] || continue  # removed, but not yet from the list
-  lines=$(wc -l <"$file")
-  ((lines <= 500)) || fault "$file: found $lines lines; allowed: 500"
+  if [[ -f "$file" ]]; then read_by_people+=("$file"); fi  # else removed, but not yet from the list
 done
+while read -r lines file; do
+  [[ "$file" == total ]] || ((lines <= 500)) || fault "$file: found $lines lines; allowed: 500"
+done < <(printf '%s\0' "${read_by_people[@]}" | wc -l --files0-from=-)
 
 printf '%d files, %d faults\n' "${#files[@]}" "$faults"
 ((faults == 0))
