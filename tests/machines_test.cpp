@@ -67,6 +67,18 @@ TEST(Machines, AreWhatTheBitsDependOnAndNotTheThreads) {
   }
 }
 
+TEST(Machines, OfDevicesReplayStepsThatAreAllAlike) {
+  const auto replays = [](const Scene& scene, const char* machine) {
+    const Simulation simulation(scene, {.machine = machine});
+    return has(list_demand(plan_for(simulation, machine_named(machine))), "recorded once and replayed");
+  };
+  EXPECT_TRUE(replays(load_shipped("flag"), "h200"));
+  EXPECT_TRUE(replays(load_shipped("desbrun_sheet"), "h200"));
+  EXPECT_FALSE(replays(load_shipped("flag"), "cpu")) << "which records nothing";
+  for (const char* name : {"drape_bunny", "carried_sheet", "crumpled_ball"})
+    EXPECT_FALSE(replays(load_shipped(name), "h200")) << name;
+}
+
 TEST(Machines, StayThoseOfACheckpoint) {
   const Scene scene = scenes_to_cut().front();
   const TemporaryFolder folder;

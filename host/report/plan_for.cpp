@@ -11,6 +11,7 @@
 #include "host/model/model.h"
 #include "host/report/plan_passes.h"
 #include "host/solver/solver.h"
+#include "host/solver/steady.h"
 #include "kernels/compute.h"
 #include "kernels/hold_apart.h"
 
@@ -93,6 +94,7 @@ Demand plan_for(const Simulation& simulation, const Machine& machine) {
   }
   // A device's sums are launches of their own, and so is what it does before it asks the host about contacts.
   demand.launches_at_least = demand.launches_at_least || (machine.fast_bytes > 0 && !facts.fused);
+  demand.replays = machine.fast_bytes > 0 && is_steady(model);
   if (facts.sets.empty()) return demand;
   const PatchPlan plan = plan_patches(model, simulation.threads());
   demand.phases = plan.phases(), demand.groups_fewest = demand.groups_most = plan.width();
@@ -111,7 +113,8 @@ std::string list_demand(const Demand& demand) {
   const Machine& machine = demand.machine;
   std::ostringstream out;
   out << "for " << machine.name << " (" << machine.what << "):\n";
-  out << "  launches: " << (demand.launches_at_least ? "at least " : "") << demand.launches << " a step\n";
+  out << "  launches: " << (demand.launches_at_least ? "at least " : "") << demand.launches << " a step"
+      << (demand.replays ? ", recorded once and replayed\n" : "\n");
   if (demand.phases == 0) {
     out << "  no batched constraints, and so no patches\n";
     return out.str();

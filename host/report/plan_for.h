@@ -25,6 +25,7 @@ struct Demand {
   double group_bytes = 0;                              // of fast memory, at most
   std::size_t launches = 0;
   bool launches_at_least = false;
+  bool replays = false;  // a device records them once
   VisitTraffic moved{};
   double bytes_per_second = 0;             // of the machine's memory; measured where its facts are not known
   std::vector<std::string> not_counted{};  // passes beside the visits, whose bytes are not in `moved`

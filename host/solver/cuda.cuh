@@ -198,7 +198,8 @@ void repeated(const Cuda& executor, Recording<Cuda>& recording, const Key& key, 
       work();
     } catch (...) {  // what comes after must find a stream that runs
       cudaStreamEndCapture(stream(), &graph);
-      cudaGraphDestroy(graph);
+      if (graph != nullptr) cudaGraphDestroy(graph);
+      cudaGetLastError();  // which stays until it is asked for
       throw;
     }
     require(cudaStreamEndCapture(stream(), &graph), "record launches");
