@@ -26,6 +26,7 @@ struct LastSeen {
   double distance = -INFINITY;  // never seen: it may be as deep as the mesh is large
   long long triangle = -1;
   Vector3<double> passed{};  // m, how far and whither, where something pressed it through that left no other way
+  double overlap = 0;        // m, by which it may be nearer than the thickness, because it was when it was first seen
 
   /// Whether no surface lies on the way from a to b: none lies within the distance.
   KERNEL bool keeps(const Vector3<double>& a, const Vector3<double>& b) const {

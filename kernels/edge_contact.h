@@ -218,6 +218,47 @@ struct EnterParticles {
   }
 };
 
+/// As in kernels/contact_distance.h, of x's w: grows to the distance of the nearest contact that lacks some of what its
+/// object wants, and to `most` where there is none. Returns how many have less than that still.
+template <class R>
+struct GrowEdgeDistances {
+  ScatteredPoints<R> x;
+  const SelfContact<R>* contacts;
+  const Keyed* ends;
+  const int* begin;  // null: there are no contacts
+  const EdgeRules<R>* rules;
+  const int* object;
+  R most;
+  KERNEL Sum operator()(int i) const {
+    R nearest = most;
+    for (int e = begin ? begin[i] : 0; e < (begin ? begin[i + 1] : 0); ++e) {
+      const SelfContact<R>& c = contacts[ends[e].value / 4];
+      const R distance = distance_of(c);
+      if (distance < rules[object_of(c, object)].wanted) nearest = smaller(nearest, distance);
+    }
+    R& own = x.of[i].w;
+    own = larger(own, nearest);
+    return {own < most ? 1.0 : 0.0};
+  }
+
+ private:
+  KERNEL R distance_of(const SelfContact<R>& c) const {
+    Vector3<double> at[4];
+    double weight[4];
+    for (int j = 0; j < 4; ++j) at[j] = in_double(x[c.i[j]]);
+    LookAtCandidate<R>::weigh(c.first, at, weight);
+    const Vector3<double> apart = LookAtCandidate<R>::between(at, weight);
+    return R(root(dot(apart, apart)));
+  }
+};
+
+/// Everything stays as near as it is now.
+template <class R>
+struct ResetEdgeDistances {
+  ScatteredPoints<R> x;
+  KERNEL void operator()(int i) const { x.of[i].w = R(0); }
+};
+
 /// Coulomb's mu of a contact's object.
 template <class R>
 struct ObjectFriction {

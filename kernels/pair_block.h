@@ -66,7 +66,8 @@ struct Pairs {
   int padding;   // the last row, scaled
 };
 
-/// Where the motions of particles are found: x0, and how far they have moved since; its w is the inverse mass.
+/// Where the motions of particles are found: x0, whose w is the contact distance (kernels/contact_distance.h), and how
+/// far they have moved since; its w is the inverse mass.
 template <class R>
 struct Motions {
   Vec4<R>*x0, *moved;

@@ -133,7 +133,7 @@ struct FindCrossings {
     const ExactPair<R> exact(motions.x0, block, k, first_side_of(section));
     block.n[0][k] = exact.n.x, block.n[1][k] = exact.n.y, block.n[2][k] = exact.n.z;
     for (int j = 0; j < 3; ++j) block.w[j][k] = exact.w[1 + j];
-    const R lacks = block.wanted[k] - exact.distance;
+    const R lacks = least_distance(motions, block, k) - exact.distance;
     block.short_of[k] = lacks > R(0) ? rules.recovery * lacks : lacks;
   }
   KERNEL static void clear(PairBlock<R>& block, int k) {

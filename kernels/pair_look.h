@@ -6,6 +6,14 @@
 
 namespace malha {
 
+/// How near a pair may be: as its search wants it, or nearer where its particles' contact distances are smaller.
+template <class R>
+KERNEL R least_distance(const Motions<R>& motions, const PairBlock<R>& block, int k) {
+  R least = block.wanted[k];
+  for (int j = 0; j < 4; ++j) least = smaller(least, motions.x0[block.i[j][k] / kIndexScale<R>].w);
+  return least;
+}
+
 /// What decides what is near.
 template <class R>
 struct NearRules {
@@ -111,8 +119,8 @@ struct LookAtPairs {
     unsigned found = 0, rim = 0;
     for (int k = 0; k < kPairBlock; k += lanes) {
       Vector3<S> x[4], m[4];
-      S unused, wanted;
-      for (int j = 0; j < 4; ++j) gather_rows(motions.x0, block.i[j] + k, x[j], unused);
+      S contact_distance[4], unused, wanted;
+      for (int j = 0; j < 4; ++j) gather_rows(motions.x0, block.i[j] + k, x[j], contact_distance[j]);
       Seen<S> seen;
       const auto inside = weigh<kind>(x, seen.w);
       const Vector3<S> e1 = x[1] - x[0], e2 = x[2] - x[0], e3 = x[3] - x[0];
@@ -123,6 +131,7 @@ struct LookAtPairs {
       const S side[4] = {zero, dot(seen.n, e1), dot(seen.n, e2), dot(seen.n, e3)};
       seen.gap = between_sides<kind>(side);
       load(block.wanted + k, wanted);
+      for (const S& least : contact_distance) wanted = smaller(wanted, least);
       const auto there = wanted > -none;
       // In double where a normal from differences in float would lean so much that planes along it let the pair creep
       // through itself.

@@ -161,7 +161,8 @@ struct LookAtCandidate {
     if (distance - nearing - receding > larger(rules.thickness, R(2) * aside)) return false;
 
     contact.gap = gap_along(contact, x);
-    const R wanted = rules.thickness;
+    R wanted = rules.thickness;
+    for (int j = 0; j < 4; ++j) wanted = smaller(wanted, reaches.x.of[contact.i[j]].w);
     const R along = slides_past(contact, distance, wanted)
                         ? turn(contact, x, distance, R(0.5) * smaller(distance, wanted))
                         : distance;

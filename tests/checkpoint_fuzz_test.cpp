@@ -93,7 +93,7 @@ constexpr std::int64_t kBeyond[] = {-2, 80, 1'000'000'000'000, std::numeric_limi
 TEST(MadeUpCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
   MadeUp made(crowded(), 5);
   const std::size_t n = 25, seen = 8 + 6 * n * sizeof(float);
-  const std::size_t self = 10 * n * sizeof(float) + sizeof(SearchMemory), edges = 6 * n * sizeof(float) + 8;
+  const std::size_t self = 11 * n * sizeof(float) + sizeof(SearchMemory), edges = 7 * n * sizeof(float) + 8;
   ASSERT_EQ(made.state.size(), seen + 2 * n * sizeof(LastSeen) + 16 + self + edges);
   for (const std::size_t particle : {std::size_t{0}, n - 1, n, 2 * n - 1})
     for (const std::int64_t triangle : kBeyond)
@@ -123,9 +123,11 @@ TEST(MadeUpCheckpoint, WithoutFiniteNumbersIsRefused) {
     EXPECT_TRUE(has(made.refusal(made.with(8, bad)), "positions: found " + shown(bad) + " at particle 0"));
     EXPECT_TRUE(has(made.refusal(made.with(seen - 4, bad)), "velocities: found " + shown(bad) + " at particle 24"));
     EXPECT_TRUE(has(made.refusal(made.with(rest + 16, bad)), "parted positions: found " + shown(bad)));
-    const std::size_t ways = made.state.size() - 8 - 3 * n * sizeof(float), from = ways - 3 * n * sizeof(float);
+    const std::size_t ways = made.state.size() - 8 - 4 * n * sizeof(float), from = ways - 3 * n * sizeof(float);
     EXPECT_TRUE(has(made.refusal(made.with(from, bad)), "positions of a search of edges: found " + shown(bad)));
     EXPECT_TRUE(has(made.refusal(made.with(ways, bad)), "ways of a search of edges: found " + shown(bad)));
+    const std::size_t distances = made.state.size() - 8 - n * sizeof(float);
+    EXPECT_TRUE(has(made.refusal(made.with(distances, bad)), "contact distance: found " + shown(bad)));
     EXPECT_EQ(has(made.refusal(made.with(seen, double(bad))), "contacts: found places that are no numbers"),
               !std::isfinite(bad));
   }

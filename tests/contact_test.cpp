@@ -84,7 +84,7 @@ TEST(Contact, WhatStartsInsideIsLiftedOutWithoutGainingSpeed) {
     ContactBench<OpenMP, float> bench(OpenMP{3}, ball, x, v);
     bench.substep(kStep);
     for (int i = 0; i < bench.count(); ++i) {
-      EXPECT_GT(norm(bench.x(i)), 0.997 + ball.thickness) << "facets lie up to 0.002 inside the sphere";
+      EXPECT_GT(norm(bench.x(i)), 0.997) << "facets lie up to 0.002 inside the sphere";
       // Position and prediction move together; each is rounded, and the plane pushes what that leaves.
       EXPECT_LT(norm(bench.v(i)), 4 * kFloat / kStep) << "particle " << i;
     }
@@ -94,7 +94,8 @@ TEST(Contact, WhatStartsInsideIsLiftedOutWithoutGainingSpeed) {
   }
 }
 
-TEST(Contact, WhatStartsOnTheSurfaceIsLiftedWithoutGainingSpeed) {
+// It stays as near as it is, but for a fiftieth of the thickness.
+TEST(Contact, WhatStartsOnTheSurfaceStaysThereWithoutGainingSpeed) {
   EnvironmentSpec ground = obstacle("ground", GridShape{{1, 1}, {4, 4}}, Sides::OneSided);
   ground.friction = 1;  // what is lifted is not pushed: no friction
   for (const Sides sides : {Sides::OneSided, Sides::TwoSided}) {
@@ -106,7 +107,8 @@ TEST(Contact, WhatStartsOnTheSurfaceIsLiftedWithoutGainingSpeed) {
       ContactBench<Serial, double> bench({}, ground, x, v);
       bench.substep(kStep);
       for (int i = 0; i < bench.count(); ++i) {
-        EXPECT_NEAR(bench.x(i).y, ground.thickness, 1e-12) << "from " << x[i].y << " at " << speed << " m/s";
+        const double least = std::max(x[i].y, 0.02 * ground.thickness);
+        EXPECT_NEAR(bench.x(i).y, least, 1e-12) << "from " << x[i].y << " at " << speed << " m/s";
         EXPECT_NEAR(bench.v(i).y, 0, 1e-9) << "from " << x[i].y << " at " << speed << " m/s";
         EXPECT_NEAR(bench.v(i).x, speed, 1e-9);
       }
@@ -156,7 +158,7 @@ TEST(Contact, ATwoSidedSheetHoldsOnEitherSideWhatRestsThere) {
                                       {{0, 0, 0}, {0, 0, 0}});
     for (int s = 0; s < 200; ++s) bench.substep(kStep, {0, -9.81 * side, 0});
     for (int i = 0; i < 2; ++i) {
-      EXPECT_NEAR(bench.x(i).y * side, sheet.thickness, 4 * kFloat);
+      EXPECT_NEAR(bench.x(i).y * side, i == 0 ? sheet.thickness : 0.001, 4 * kFloat);
       EXPECT_NEAR(bench.v(i).y, 0, 1e-4);
     }
   }
@@ -202,7 +204,7 @@ TEST(Contact, FrictionTakesWhatCoulombsConeAllows) {
 }
 
 /// Planes and state of a run, substep by substep. Without memory every substep has a collider of its own, which knows
-/// no particle and has no list of near triangles: it asks all of them.
+/// of no particle where it was, but how near it may be, and has no list of near triangles: it asks all of them.
 template <class R>
 struct Watched {
   std::vector<Vec4<R>> planes;
@@ -226,7 +228,14 @@ struct Watched {
     std::optional<Collider<Serial, R>> collider;
     for (int s = 0; s < substeps; ++s) {
       const double h = kStep, start = s * h;
-      if (!collider || !remembers) collider.emplace(Serial{}, model);
+      if (!collider) {
+        collider.emplace(Serial{}, model);
+      } else if (!remembers) {
+        std::vector<LastSeen> seen = collider->memory();
+        for (LastSeen& last : seen) last = {{}, -1e30, -1, {}, last.overlap};
+        collider.emplace(Serial{}, model);
+        collider->remember(seen);
+      }
       parallel_for(Serial{}, n, Predict<R>{all, R(h), {R(0), R(-9.81), R(0)}});
       collider->find(all, start, start + h);
       for (int i = 0; i < n; ++i) {

@@ -25,7 +25,8 @@ TEST(SelfContact, HasPlanesThatPartWhatIsAThousandthOfItsSizeApart) {
     std::vector<Vec3> x;
     for (const Vector3<double>& at : {o - a * 0.4, o + a * 0.6, o + up - b * 0.3, o + up + b * 0.7})
       x.push_back({at.x, at.y, at.z});
-    const ScatteredArray<Serial, float> points(x), still(4);
+    ScatteredArray<Serial, float> points(x), still(4);
+    points.upload_fourth(std::vector<float>(4, INFINITY));
     std::vector<Box<float>> boxes(4);
     const Reaches<float> reaches{points.points(), still.points(), 1e-3f, boxes.data()};
     for (int i = 0; i < 4; ++i) BoxParticles<float>{reaches}(i);
@@ -50,7 +51,8 @@ TEST(SelfContact, HasPlanesThatPartWhatIsAThousandthOfItsSizeApart) {
 
 /// A contact of the pair, which are of two bodies, wherever they are.
 SelfContact<double> contact_of(const Candidate& pair, const std::vector<Vec3>& x) {
-  const ScatteredArray<Serial, double> points(x), still(4);
+  ScatteredArray<Serial, double> points(x), still(4);
+  points.upload_fourth(std::vector<double>(4, INFINITY));
   std::vector<Box<double>> boxes(4);
   const Reaches<double> reaches{points.points(), still.points(), 10, boxes.data()};
   SelfContact<double> contact;

@@ -89,6 +89,18 @@ class ScatteredArray {
     for (const Vec4<R>& a : values_.download()) points.push_back({a.x, a.y, a.z});
     return points;
   }
+  /// The fourth numbers, of the first of them.
+  void upload_fourth(const std::vector<R>& numbers) {
+    std::vector<Vec4<R>> values = values_.download();
+    for (std::size_t i = 0; i < numbers.size(); ++i) values[i].w = numbers[i];
+    values_.upload(values);
+  }
+  std::vector<R> download_fourth(std::size_t count) const {
+    std::vector<R> numbers;
+    for (const Vec4<R>& a : values_.download())
+      if (numbers.size() < count) numbers.push_back(a.w);
+    return numbers;
+  }
 
  private:
   Array<Executor, Vec4<R>> values_;

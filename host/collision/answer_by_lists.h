@@ -107,7 +107,7 @@ struct AnswerByLists : ContactLook<R> {
     if (asks_more(look, near, this->signed_distance(near, look.a, outward), alone)) return false;
     const auto lift = [this](const Look& of, const Point&, const Point& n, LastSeen& last) KERNEL_LAMBDA {
       set_bit(bits.lifted + of.i / kWord, 1ull << of.i % kWord);
-      this->shift(of, this->shift_to_rim(n, last.distance), n, last);
+      this->shift(of, this->shift_out(n, last), n, last);
       return true;
     };
     this->finish(look, near, outward, lift, [](int, const Point&) KERNEL_LAMBDA {});
@@ -137,8 +137,9 @@ struct AnswerByLists : ContactLook<R> {
   /// Whether the rim, or a way that goes far, is to be looked at: what finish() would do where it is not.
   KERNEL bool asks_more(const Look& look, const ClosestPoint& near, double distance, bool alone) const {
     if (distance > look.reach || (distance < 0 && near.boundary)) return false;
-    const double lift = this->thickness - distance;
-    return (lift > 0 && (!alone || lift > most_lift || !this->is_free(distance))) || this->goes_far(look, distance);
+    const LastSeen last{look.a, distance, near.triangle, {}, this->overlap_of(look, distance)};
+    const double lift = this->least_distance(last) - distance;
+    return (lift > 0 && (!alone || lift > most_lift || !this->is_free(last))) || this->goes_far(look, distance);
   }
 };
 

@@ -41,6 +41,14 @@ class ContactList {
     ends_.sort(executor_, all, bits, particles_);
   }
 
+  /// How many particles are kept nearer than `most` still (GrowEdgeDistances).
+  double grow_distances(const ScatteredPoints<R>& x, const EdgeRules<R>* rules, const int* object, R most) {
+    const bool any = found_ > 0;
+    const GrowEdgeDistances<R> grow{
+        x, contacts_.data(), any ? ends_.sorted() : nullptr, any ? ends_.begin() : nullptr, rules, object, most};
+    return parallel_reduce<Sum>(executor_, particles_, grow, kGrain).value;
+  }
+
   /// One projection of all. `moved`: how far particles have moved, with room for their parts of mass; `w`: 1/kg;
   /// `friction` of a contact; `turn`: of impulses, into the frame of p.
   void project(const Points<R>& p, const R* w, const ScatteredPoints<R>& moved, const ObjectFriction<R>& friction,

@@ -10,7 +10,8 @@ namespace malha {
 
 template <class R>
 struct ContactLook {
-  static constexpr double kSlow = 0.02;  // thicknesses from look to look: its nearest feature may stay the nearest
+  static constexpr double kSlow = 0.02;   // thicknesses from look to look: its nearest feature may stay the nearest
+  static constexpr double kLeast = 0.02;  // of the thickness: no particle is kept nearer
   SurfaceView surface;
   Sides sides;
   double thickness;    // m
@@ -103,8 +104,17 @@ struct ContactLook {
     return look.path > larger(clearance / 2, clearance - thickness);
   }
 
-  /// What a look at its nearest point leaves. `lift(look, q, n, last)` puts a particle that starts within the thickness
-  /// at its rim, if it can; `sweep(i, outward)` follows a way that goes far.
+  /// By how much it may be nearer than the thickness (m): what is so when it is first seen stays as near until it opens
+  /// by itself. The thickness at once would stretch a body of which it lifts a part, and give it speed by that.
+  KERNEL double overlap_of(const Look& look, double distance) const {
+    const double lacks = larger(0.0, smaller(thickness - distance, (1 - kLeast) * thickness));
+    return look.last.distance == -INFINITY ? lacks : smaller(lacks, look.last.overlap);
+  }
+  /// How near it may be.
+  KERNEL double least_distance(const LastSeen& last) const { return thickness - last.overlap; }
+
+  /// What a look at its nearest point leaves. `lift(look, q, n, last)` puts a particle that starts nearer than it may
+  /// be where it may, if it can; `sweep(i, outward)` follows a way that goes far.
   template <class Lift, class Sweep>
   KERNEL void finish(const Look& look, const ClosestPoint& near, const Point& outward, const Lift& lift,
                      const Sweep& sweep) const {
@@ -112,13 +122,13 @@ struct ContactLook {
     const Point& a = look.a;
     const double distance = signed_distance(near, a, outward);
     if (distance > look.reach) return see_beyond(look, distance);
-    LastSeen last{a, distance, near.triangle, look.last.passed};
+    LastSeen last{a, distance, near.triangle, look.last.passed, overlap_of(look, distance)};
     // beyond the rim of a sheet there is no inside
     if (distance < 0 && near.boundary) return remember(look, last);
 
     const Point n = direction(near, a, outward, distance);
     const Vector3<R> x = particles.x[i], p = particles.p[i];
-    if (distance < thickness && !lift(look, near.q, n, last) && distance < 0)
+    if (distance < least_distance(last) && !lift(look, near.q, n, last) && distance < 0)
       last.at = near.q + n * (1e-3 * thickness);  // behind a sheet, it still belongs before it
     remember(look, last);
     if (goes_far(look, distance)) return sweep(i, outward);
@@ -128,17 +138,19 @@ struct ContactLook {
       nearby.contact(i)->laid_for = x;
   }
 
-  /// Whether nothing of the same mesh lies between a particle, `distance` from it, and its rim: nothing lies in the
-  /// ball around it that touches the nearest point, but for rounding.
-  KERNEL bool is_free(double distance) const { return !(thickness - distance > 0.99 * distance); }
+  /// Whether nothing of the same mesh lies between a particle and where it may be: nothing lies in the ball around it
+  /// that touches the nearest point, but for rounding.
+  KERNEL bool is_free(const LastSeen& last) const {
+    return !(least_distance(last) - last.distance > 0.99 * last.distance);
+  }
 
-  /// Puts it at the rim, state and prediction alike, so that leaving it gives no velocity (the pre-stabilisation of
-  /// Macklin et al. 2014, section 4.4).
-  KERNEL Vector3<R> shift_to_rim(const Point& n, double distance) const {
-    return rounded<R>(rotate(before, n) * (thickness - distance));
+  /// Puts it there, state and prediction alike, so that leaving it gives no velocity (the pre-stabilisation of Macklin
+  /// et al. 2014, section 4.4).
+  KERNEL Vector3<R> shift_out(const Point& n, const LastSeen& last) const {
+    return rounded<R>(rotate(before, n) * (least_distance(last) - last.distance));
   }
   KERNEL void shift(const Look& look, const Vector3<R>& by, const Point& n, LastSeen& last) const {
-    const double way = thickness - last.distance;
+    const double way = least_distance(last) - last.distance;
     particles.x.set(look.i, particles.x[look.i] + by);
     particles.p.set(look.i, particles.p[look.i] + by);
     last.at = look.a + n * way;
@@ -148,12 +160,13 @@ struct ContactLook {
 
   KERNEL void set(int i, const Point& q, const Point& n) const {
     const Point x = in_double(particles.x[i]), end = to_world(after, q);
-    // What rests on q lies a thickness above it, and there a turning mesh is faster than at q.
-    const Point rest = q + n * thickness, surface_moved = to_world(after, rest) - to_world(before, rest);
+    const double above = least_distance(nearby.near[nearby.slot[i]].seen);
+    // What rests on q lies so much above it, and there a turning mesh is faster than at q.
+    const Point rest = q + n * above, surface_moved = to_world(after, rest) - to_world(before, rest);
     const Point normal = rotate(after, n);
     const Point relative = in_double(particles.p[i]) - x - surface_moved;
     Contact<R>& contact = *nearby.contact(i);
-    contact.plane = {R(normal.x), R(normal.y), R(normal.z), R(dot(normal, end - x) + thickness)};
+    contact.plane = {R(normal.x), R(normal.y), R(normal.z), R(dot(normal, end - x) + above)};
     const R approach = R(dot(in_double(contact.plane.xyz()), relative));  // as LetGo has it
     contact.surface = {R(surface_moved.x), R(surface_moved.y), R(surface_moved.z), approach};
   }

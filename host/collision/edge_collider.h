@@ -69,6 +69,11 @@ class EdgeCollider {
     return {by_.data(), motion_.data()};
   }
 
+  /// What is nearer than is wanted now stays as near until it opens by itself.
+  void keep_overlaps() {
+    for (auto& group : groups_) group.keep_overlaps();
+  }
+
   /// Where all is now is where the next substep begins.
   void settle(const Particles<R>& particles) {
     parallel_for(executor_, particles.count, CopyPoints<R>{particles.p, x0_.points()});

@@ -24,6 +24,7 @@ class EdgeGroup {
         particles_(model.count()),
         bodies_(bodies),
         motion_(objects[0]->spec.motion),
+        recovery_(R(std::min(kRecovery, substep_of(model) / kRecovers))),
         contacts_(executor, model) {
     EdgeSurface surface = edge_surface(objects);
     centre_ = {surface.centre[0], surface.centre[1], surface.centre[2]};
@@ -52,7 +53,10 @@ class EdgeGroup {
       const Vec4<R> at{R(places[i][0]), R(places[i][1]), R(places[i][2]), 0};
       boxes[i] = {at, at};
     }
-    x_ = Points4(places), d_ = Points4(all), moved_ = Points4(all), x_then_ = Points4(n), d_then_ = Points4(n);
+    std::vector<R> contact_distance(all, R(INFINITY));
+    std::fill_n(contact_distance.begin(), n, R(0));
+    x_ = Points4(places), x_.upload_fourth(contact_distance), d_ = Points4(all), moved_ = Points4(all),
+    x_then_ = Points4(n), d_then_ = Points4(n);
     object_ = Array<Executor, int>(object), boxes_ = Array<Executor, Box<R>>(boxes);
     w_ = Array<Executor, R>(all, R(0));
     near_ = Array<Executor, unsigned char>(n, 0);
@@ -110,6 +114,12 @@ class EdgeGroup {
     return true;
   }
 
+  /// What is nearer than is wanted now stays as near until it opens by itself.
+  void keep_overlaps() {
+    parallel_for(executor_, particles_, ResetEdgeDistances<R>{x_.points()}, kGrain);
+    overlaps_ = true;
+  }
+
   /// Contacts that pushed in the last substep.
   int contacts() const { return contacts_.pushed(); }
 
@@ -122,16 +132,20 @@ class EdgeGroup {
                way = d_then_.template download<std::array<R, 3>>();
     memory.from.insert(memory.from.end(), from.begin(), from.end());
     memory.way.insert(memory.way.end(), way.begin(), way.end());
+    const auto distance = x_.download_fourth(static_cast<std::size_t>(particles_));
+    memory.contact_distance.insert(memory.contact_distance.end(), distance.begin(), distance.end());
     memory.serves.push_back(searched_ ? 1 : 0);
   }
   /// Goes on from what the group-th of them saved; a search is made again, and finds the same.
   void remember(const EdgeMemory<R>& memory, std::size_t group) {
     searched_ = memory.serves.at(group) != 0;
-    if (!searched_) return;
-    const auto own = [&](const std::vector<std::array<R, 3>>& all) {
+    const auto own = [&]<class T>(const std::vector<T>& all) {
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(group) * particles_;
-      return std::vector<std::array<R, 3>>(begin, begin + particles_);
+      return std::vector<T>(begin, begin + particles_);
     };
+    x_.upload_fourth(own(memory.contact_distance));
+    overlaps_ = true;
+    if (!searched_) return;
     x_then_.upload(own(memory.from)), d_then_.upload(own(memory.way));
     parallel_for(executor_, particles_, CopyPoints<R, ScatteredPoints<R>>{x_then_.points(), x_.points()});
     search_again();
@@ -158,10 +172,12 @@ class EdgeGroup {
   static constexpr double kSlack = 0.12;   // of the thickness: candidates are found that much further
   static constexpr double kAhead = 8;      // and along the motion of so many substeps
   static constexpr R kDiagonal = R(1.7320508075688772);  // of a cube of side 1
-  static constexpr double kRecovery = 0.1;               // a substep
+  static constexpr double kRecovery = 0.1;               // a substep, and no more than in kRecovers
+  static constexpr double kRecovers = 0.016;             // s
   static constexpr double kLeastGap = 0.01;              // of the thickness
   static constexpr R kRounding = R(0.99);                // of a slack: what rounding leaves of it
 
+  static double substep_of(const Model& model) { return model.scene.solver.dt / model.scene.solver.substeps; }
   void store_motion(const Particles<R>& particles) {
     parallel_for(executor_, particles_, MoveLocal<R>{particles.p, after_, x_.points(), moved_.points()}, kGrain);
   }
@@ -218,18 +234,24 @@ class EdgeGroup {
     if (candidates_found_ > 0) box_particles(x_.points(), d_.points(), larger(wanted_, margin_));
     // Of the two sides, one has a margin.
     const LookAtCandidate<R> look{
-        candidates_.data(), {x_.points(), d_.points(), R(0.5) * margin_, boxes_.data()}, {wanted_, R(kRecovery)}};
-    contacts_.lay(look, candidates_found_, rules_.data(), object_.data(), sums_);
+        candidates_.data(), {x_.points(), d_.points(), R(0.5) * margin_, boxes_.data()}, {wanted_, recovery_}};
+    const auto lay = [&] { contacts_.lay(look, candidates_found_, rules_.data(), object_.data(), sums_); };
+    lay();
+    if (!overlaps_) return;
+    overlaps_ = contacts_.grow_distances(x_.points(), rules_.data(), object_.data(), wanted_) > 0;
+    lay();
   }
 
   Executor executor_;
   int particles_;
   Array<Executor, Simplex> bodies_;
   std::vector<Keyframe> motion_;
+  R recovery_;
   Vector3<double> centre_{};
   ObjectFrame before_{}, after_{};  // at the substep's start and end
   R wanted_ = 0, margin_ = 0, slack_ = 0, least_ = 0;
   bool searched_ = false;
+  bool overlaps_ = true;  // whether particles may be kept nearer than is wanted
   int candidates_found_ = 0;
   EdgeFacts facts_;
   Array<Executor, BoxNode> path_;

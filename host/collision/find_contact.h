@@ -176,12 +176,12 @@ struct FindContact : ContactLook<R> {
 
   /// Not through another mesh, nor through another part of this one, whose nearest point is q.
   bool lift(const Look& look, const Point& q, const Point& n, LastSeen& last) const {
-    if (!this->is_free(last.distance)) {
-      const Point above = q + n * (1e-3 * thickness), rim = q + n * thickness;
+    if (!this->is_free(last)) {
+      const Point above = q + n * (1e-3 * thickness), rim = q + n * this->least_distance(last);
       if (whole->crossing(above, rim, 0, sides != Sides::TwoSided).hit) return false;
     }
     const int i = look.i;
-    const Vector3<R> shift = this->shift_to_rim(n, last.distance), x = particles.x[i], to = x + shift;
+    const Vector3<R> shift = this->shift_out(n, last), x = particles.x[i], to = x + shift;
     for (int k = 0; k < all.count; ++k) {
       const MovingSurface& mesh = all.meshes[k];
       const Point start = to_local(mesh.before, in_double(x)), end = to_local(mesh.before, in_double(to));

@@ -98,6 +98,8 @@ class PairSearch {
   /// From now on no search finds pairs both sides of which have a particle where their bodies cross; empty: nowhere.
   void leave_out(const std::vector<CrossingBodies>& crosses) { crosses_ = Array<Executor, CrossingBodies>(crosses); }
 
+  const CrossingBodies* crosses() const { return crosses_.data(); }
+
   /// From where the last search started, for checkpoints.
   const Array<Executor, Vec4<R>>& from() const { return from_; }
   const Array<Executor, Vec4<R>>& way() const { return way_; }

@@ -69,7 +69,8 @@ struct PutBeforeMeshes : Surroundings<R> {
     if (!at.hit) return false;
     const MovingSurface& mesh = this->meshes[k];
     const Point n = normal(i, mesh, at);
-    const Point shift = rotate(mesh.after, n) * (mesh.thickness - dot(n, to_local(mesh.after, p(i)) - at.q));
+    const double above = mesh.thickness - this->nearby[k].seen(i).overlap;
+    const Point shift = rotate(mesh.after, n) * (above - dot(n, to_local(mesh.after, p(i)) - at.q));
     this->particles.p.set(i, this->particles.p[i] + rounded<R>(shift));
     return true;
   }

@@ -17,6 +17,7 @@
 #include "host/collision/rigid_return.h"
 #include "host/collision/self_facts.h"
 #include "host/collision/self_memory.h"
+#include "kernels/contact_distance.h"
 #include "kernels/hold_apart.h"
 #include "kernels/pair_drive.h"
 #include "kernels/pair_push.h"
@@ -45,6 +46,12 @@ class SelfCollider {
   /// Where all is now is where the next substep begins.
   void settle(const Particles<R>& particles);
 
+  /// What is nearer than the thickness now stays as near until it opens by itself (kernels/contact_distance.h).
+  void keep_overlaps() {
+    parallel_for(executor_, count_, ResetContactDistances<R>{x0_.points().of, R(thickness_)}, kGrain);
+    overlaps_ = true;
+  }
+
   /// Contacts that pushed in the last substep.
   int contacts() const;
 
@@ -63,11 +70,12 @@ class SelfCollider {
   static constexpr int kMoreProjections = 8, kMostDrives = 32;
   static constexpr double kLong = 0.01;  // s: in longer substeps a layer falls so far that one sweep is far from even
   static constexpr int kLongSweeps = 3;
-  static constexpr double kNear = 0.1;       // of the thickness: what comes as near in a substep may be pushed
-  static constexpr double kFit = 0.5;        // of what lies beyond a way: constraints may take the rest
-  static constexpr double kRecovery = 0.1;   // a substep
-  static constexpr double kLeastGap = 0.02;  // of the thickness
-  static constexpr double kRounding = 0.05;  // of the least gap
+  static constexpr double kNear = 0.1;        // of the thickness: what comes as near in a substep may be pushed
+  static constexpr double kFit = 0.5;         // of what lies beyond a way: constraints may take the rest
+  static constexpr double kRecovery = 0.1;    // a substep, and no more than in kRecovers: else short ones shoot apart
+  static constexpr double kRecovers = 0.016;  // s
+  static constexpr double kLeastGap = 0.02;   // of the thickness
+  static constexpr double kRounding = 0.05;   // of the least gap
 
   static SearchRules<R> search_rules(double thickness) {
     return {R(0.1 * thickness), R(0.25), R(thickness), R(0.5 * thickness)};
@@ -154,10 +162,23 @@ class SelfCollider {
       for (const int i : triangle) crosses[i] |= both;
     }
     search_.leave_out(crosses);
+    parallel_for(executor_, count_, MarkCrossingBodies<R>{x0_.points().of, R(thickness_), search_.crosses()}, kGrain);
     last_.serves = 0, last_.crosses = found.empty() ? 0 : 1;
+    overlaps_ = true;
+  }
+
+  void grow_contact_distances() {
+    R* const nearest = nearest_.at_least(count_ + 1);
+    Memory<Executor>::fill(nearest, count_ + 1, R(INFINITY));
+    const FindNearestPairs<R> find{motions(), search_.pairs(), nearest};
+    search_.region([&](const auto& team) { search_.in_phases(team, find); });
+    const GrowContactDistances<R> grow{x0_.points().of, R(thickness_), nearest};
+    overlaps_ = parallel_reduce<Sum>(executor_, count_, grow, kGrain).value > 0;
+    if (!overlaps_) nearest_ = {};
   }
 
   void look() {
+    if (overlaps_) grow_contact_distances();
     const LookAtPairs<R> look{motions(), search_.pairs(), rules_, room_.data()};
     search_.at_once(look);
   }
@@ -299,6 +320,7 @@ class SelfCollider {
   Executor executor_;
   SelfSurface surface_;
   int count_;
+  double thickness_;
   R friction_;
   int substeps_, substep_ = 0;  // of a step, and since a step began
   NearRules<R> rules_{};
@@ -306,6 +328,7 @@ class SelfCollider {
   SearchMemory last_;
   int sweeps_ = 1;  // over all contacts, a projection
   bool laid_ = false;
+  bool overlaps_ = true;  // whether particles may have less than the thickness for their contact distance
   bool through_ = false;  // whether something fixed went through a body in this substep
   int pushed_ = -1;       // contacts that did, where others were laid since
   SelfFacts facts_;
@@ -315,7 +338,7 @@ class SelfCollider {
   Array<Executor, PairsLeft> left_;
   Array<Executor, SelfChecks<R>> checks_{1, SelfChecks<R>{}};
   Growing<Executor, Held> held_;
-  Growing<Executor, R> part_;
+  Growing<Executor, R> part_, nearest_;
 };
 
 template <class Executor, class R>
@@ -323,16 +346,16 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
     : executor_(executor),
       surface_(self_surface(model)),
       count_(model.count()),
+      thickness_(model.scene.self_collision->thickness),
       friction_(R(model.scene.self_collision->friction)),
       substeps_(model.scene.solver.substeps),
-      search_(executor, surface_, model.x, model.scene.self_collision->thickness,
-              search_rules(model.scene.self_collision->thickness)) {
-  const double thickness = model.scene.self_collision->thickness;
+      search_(executor, surface_, model.x, thickness_, search_rules(thickness_)) {
   if (model.scene.self_collision->ignores_crossings) facts_.crossings = std::ssize(crossings_at_start(model, surface_));
   last_.crosses = facts_.crossings > 0 ? 1 : 0;
   facts_.particles = surface_.particles, facts_.edges = surface_.edges, facts_.triangles = surface_.triangles;
-  if (model.scene.solver.dt / model.scene.solver.substeps > kLong) sweeps_ = kLongSweeps;
-  rules_ = {R(kRecovery), R(kNear * thickness), R(kLeastGap * thickness)};
+  const double h = model.scene.solver.dt / model.scene.solver.substeps;
+  if (h > kLong) sweeps_ = kLongSweeps;
+  rules_ = {R(std::min(kRecovery, h / kRecovers)), R(kNear * thickness_), R(kLeastGap * thickness_)};
   takes_part_ = Array<Executor, unsigned char>(surface_.takes_part);
   std::vector<Vec3> x0 = model.x;
   x0.push_back({0, 0, 0});  // of padding
@@ -390,7 +413,7 @@ SelfFacts SelfCollider<Executor, R>::facts() const {
 template <class Executor, class R>
 std::size_t SelfCollider<Executor, R>::bytes() const {
   return takes_part_.bytes() + x0_.bytes() + moved_.bytes() + search_.bytes() + room_.bytes() + left_.bytes() +
-         held_.bytes() + part_.bytes() + checks_.bytes();
+         held_.bytes() + part_.bytes() + nearest_.bytes() + checks_.bytes();
 }
 
 template <class Executor, class R>
@@ -399,6 +422,7 @@ SelfMemory<R> SelfCollider<Executor, R>::memory() const {
   memory.x0 = without_padding(x0_.template download<std::array<R, 3>>());
   for (const Vec4<R>& a : without_padding(search_.from().download())) memory.from.push_back({a.x, a.y, a.z, a.w});
   for (const Vec4<R>& a : without_padding(search_.way().download())) memory.way.push_back({a.x, a.y, a.z});
+  memory.contact_distance = x0_.download_fourth(count_);
   memory.search = {last_};
   return memory;
 }
@@ -407,7 +431,8 @@ template <class Executor, class R>
 void SelfCollider<Executor, R>::remember(const SelfMemory<R>& memory) {
   std::vector<std::array<R, 3>> x0 = memory.x0;
   x0.push_back({});
-  x0_.upload(x0);
+  x0_.upload(x0), x0_.upload_fourth(memory.contact_distance);
+  overlaps_ = true;
   last_ = memory.search.at(0), substep_ = 0;
   if (last_.serves == 0) return;
   std::vector<Vec4<R>> from, way;

@@ -22,16 +22,18 @@ struct SelfMemory {
   std::vector<std::array<R, 3>> x0;    // positions without crossings, m
   std::vector<std::array<R, 4>> from;  // of the last search: where it started, and how far beyond the ways it looked, m
   std::vector<std::array<R, 3>> way;
+  std::vector<R> contact_distance;   // m; 0: as near as it is where the next substep begins
   std::vector<SearchMemory> search;  // one
 };
 
-/// With these positions, and no search that holds; else as it was.
+/// With these positions, everything as near as it is there, and no search that holds; else as it was.
 template <class R>
 SelfMemory<R> unsearched(std::vector<std::array<R, 3>> x0, const SearchMemory& before = {}) {
   const std::size_t n = x0.size();
   SearchMemory search;
   search.crosses = before.crosses, search.driven_through = before.driven_through;
-  return {std::move(x0), std::vector<std::array<R, 4>>(n), std::vector<std::array<R, 3>>(n), {search}};
+  return {
+      std::move(x0), std::vector<std::array<R, 4>>(n), std::vector<std::array<R, 3>>(n), std::vector<R>(n), {search}};
 }
 
 }  // namespace malha

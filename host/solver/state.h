@@ -64,9 +64,11 @@ std::string save_state(const State<R>& state) {
   detail::append(bytes, state.self.x0);
   detail::append(bytes, state.self.from);
   detail::append(bytes, state.self.way);
+  detail::append(bytes, state.self.contact_distance);
   detail::append(bytes, state.self.search);
   detail::append(bytes, state.edges.from);
   detail::append(bytes, state.edges.way);
+  detail::append(bytes, state.edges.contact_distance);
   detail::append(bytes, state.edges.serves);
   return bytes;
 }
@@ -116,6 +118,10 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, const
   check_numbers(state.self.from, "positions of a search"), check_numbers(state.self.way, "ways of a search");
   for (const auto& a : state.self.from)
     if (a[3] < 0) refuse(file, "reach of a search", shown(double(a[3])), "at least 0");
+  for (const auto* list : {&state.self.contact_distance, &state.edges.contact_distance})
+    for (const R distance : *list)
+      if (!(distance >= 0 && double(distance) <= largest))
+        refuse(file, "contact distance", shown(double(distance)), "at least 0");
   for (const SearchMemory& search : state.self.search) check_search(search, file);
   check_numbers(state.edges.from, "positions of a search of edges");
   check_numbers(state.edges.way, "ways of a search of edges");
@@ -132,7 +138,8 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, const
     const int count = triangles.empty() ? std::numeric_limits<int>::max() : triangles.at(i / state.x.size());
     if (seen.triangle < -1 || seen.triangle >= count)
       refuse(file, "contacts", "triangle " + std::to_string(seen.triangle), "-1 to " + std::to_string(count - 1));
-    if (!finite(seen.at) || !finite(seen.passed) || std::isnan(seen.distance))
+    if (!finite(seen.at) || !finite(seen.passed) || std::isnan(seen.distance) ||
+        !(seen.overlap >= 0 && std::isfinite(seen.overlap)))
       refuse(file, "contacts", "places that are no numbers", "finite numbers");
   }
 }
@@ -147,9 +154,9 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   State<R> state;
   const std::size_t searches = sizes.searched > 0 ? 1 : 0;
   const std::size_t expected =
-      sizeof state.steps + (6 * sizes.particles + 3 * sizes.apart + 7 * sizes.searched) * sizeof(R) +
+      sizeof state.steps + (6 * sizes.particles + 3 * sizes.apart + 8 * sizes.searched) * sizeof(R) +
       sizes.seen * sizeof(LastSeen) + sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory) +
-      sizes.edge_groups * (6 * sizes.particles * sizeof(R) + sizeof(std::int64_t));
+      sizes.edge_groups * (7 * sizes.particles * sizeof(R) + sizeof(std::int64_t));
   if (bytes.size() != expected)
     refuse(file, "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
@@ -162,9 +169,11 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, sizes.apart, state.self.x0);
   from = detail::take(from, sizes.searched, state.self.from);
   from = detail::take(from, sizes.searched, state.self.way);
+  from = detail::take(from, sizes.searched, state.self.contact_distance);
   from = detail::take(from, searches, state.self.search);
   from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.from);
   from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.way);
+  from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.contact_distance);
   detail::take(from, sizes.edge_groups, state.edges.serves);
   detail::check_state(state, triangles, file);
   return state;
@@ -185,7 +194,8 @@ State<R> carried(const State<R>& before, const std::vector<int>& from) {
   return state;
 }
 
-/// The same particles elsewhere, after so many steps, awake: nothing has been seen or searched there.
+/// The same particles elsewhere, after so many steps, awake: nothing has been seen or searched there. What stays where
+/// it is keeps its contact distance.
 template <class R>
 State<R> displaced(const State<R>& before, std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
   State<R> state{steps, {}, {}, {}, {}, {}, {}};
@@ -196,6 +206,12 @@ State<R> displaced(const State<R>& before, std::int64_t steps, const std::vector
   if (!before.self.x0.empty()) state.self.x0 = state.x;
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);
   state.edges = unsearched_edges<R>(before.edges.serves.size(), x.size());
+  const auto keep = [&](const std::vector<R>& from, std::vector<R>& to) {
+    for (std::size_t i = 0; i < to.size(); ++i)
+      if (state.x[i % x.size()] == before.x[i % x.size()]) to[i] = from[i];
+  };
+  keep(before.self.contact_distance, state.self.contact_distance);
+  keep(before.edges.contact_distance, state.edges.contact_distance);
   return state;
 }
 

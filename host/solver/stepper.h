@@ -150,7 +150,7 @@ class Stepper : public Solver {
     const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
     if (!hand_ || found == model_.user_of.end()) return;
     hand_->let_go(static_cast<int>(found - model_.user_of.begin()), w_.data());
-    leave_out_what_is_taken(), wake();
+    leave_out_what_is_taken(), keep_overlaps(), wake();
   }
   std::vector<Taken> taken() const final { return hand_ ? hand_->taken() : std::vector<Taken>{}; }
   void wake() final {
@@ -223,7 +223,7 @@ class Stepper : public Solver {
     const auto at = [&](int s) { return (steps_ + double(s) / solver.substeps) * solver.dt; };  // steps end alike
     repeat_step("substeps", [&] {
       for (int s = first; s < solver.substeps; ++s) {
-        if (moved_) timed(Pass::Pins, [&] { moved_->place(particles(), w_.data(), at(s), at(s + 1)); });
+        if (moved_) timed(Pass::Pins, [&] { place_pins(at(s), at(s + 1)); });
         if (hand_) hand_->place(particles(), s);
         substep_ = s;
         substep(time() + s * h, h);
@@ -322,6 +322,16 @@ class Stepper : public Solver {
     timed(Pass::State, [&] { parallel_for(executor_, all.count, Copy{all.p, all.x}); });
   }
 
+  /// Those whose time is over let go: of what they pressed together, nothing is shot apart.
+  void place_pins(double start, double end) {
+    const int before = pins_let_go();
+    moved_->place(particles(), w_.data(), start, end);
+    if (pins_let_go() > before) keep_overlaps();
+  }
+  void keep_overlaps() {
+    if (self_) self_->keep_overlaps();
+    if (edges_) edges_->keep_overlaps();
+  }
   int pins_let_go() const { return moved_ ? moved_->released() : 0; }
   /// Now, 1/kg, in the solver's order: 0 where particles are held.
   std::vector<double> weights_in_order() const {

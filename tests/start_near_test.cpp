@@ -1,0 +1,245 @@
+// What starts nearer than the thickness stays as near until it opens by itself: it gets no speed by that, at any number
+// of substeps.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "tests/irregular_sheet.h"
+#include "tests/scene_builders.h"
+#include "tests/small_scenes.h"
+#include "tests/support.h"
+
+namespace malha {
+namespace {
+
+constexpr double kThickness = 0.01, kNearer = 0.001;  // m
+
+enum class Cells { Squares, Irregular };
+
+/// Half a metre square, 0.1 kg, 5 cm cells, in the plane y = height.
+BodySpec near_sheet(const std::string& name, double height, Cells cells, const TemporaryFolder& folder) {
+  BodySpec body;
+  body.name = name;
+  Random random(name == "a" ? 3 : 4);
+  if (cells == Cells::Squares)
+    body.shape = GridShape{{0.5, 0.5}, {10, 10}};
+  else
+    body.shape = MeshFile{folder.write(name + ".obj", irregular_sheet(0.5, 0.5, 10, 9, random))};
+  body.transform.translate = {0, height, 0};
+  body.mass = 0.1;
+  body.constraints = {stiff("distance", {"edges"})};
+  return body;
+}
+
+/// A body needs one that can move: it hangs on the others.
+Pin all_but_first(int particles) {
+  ListPin all;
+  for (int i = 1; i < particles; ++i) all.particles.push_back(i);
+  return all;
+}
+
+Scene near_scene(std::vector<BodySpec> bodies, int substeps, const std::string& method, Precision precision,
+                 const Vec3& gravity = {}) {
+  Scene scene = scene_of(std::move(bodies), gravity, 1.0 / 60, substeps, precision);
+  scene.self_collision = SelfCollision{kThickness, 0.3, {}};
+  scene.solver.type = method;
+  return scene;
+}
+
+/// After any of so many steps, of the particles from `first` on.
+double fastest_of(Simulation& simulation, int steps, std::size_t first = 0) {
+  double fastest = 0;
+  for (int step = 0; step < steps; ++step) {
+    simulation.step();
+    const std::vector<Vec3> v = simulation.velocities();
+    for (std::size_t i = first; i < v.size(); ++i) fastest = std::max(fastest, length(v[i]));
+  }
+  return fastest;
+}
+
+/// What rounding gives (m/s): four times what it does where nothing meets, and ten ulps of half a metre in a substep.
+double rounding(Scene scene, int steps) {
+  const double ulp = scene.solver.precision == Precision::Float ? 6e-8 : 1.1e-16;
+  const double of_places = 10 * 0.5 * ulp * scene.solver.substeps / scene.solver.dt;
+  scene.self_collision.reset(), scene.environment.clear();
+  Simulation alone(scene, {.threads = 1});
+  return of_places + 4 * fastest_of(alone, steps);
+}
+
+/// With every method, precision and these numbers of substeps.
+template <class Check>
+void in_every_way(const std::vector<int>& substeps, const Check& check) {
+  for (const std::string method : {"pbd", "desbrun"})
+    for (const Precision precision : {Precision::Float, Precision::Double})
+      for (const int many : substeps) {
+        SCOPED_TRACE(method + (precision == Precision::Float ? ", float, " : ", double, ") + std::to_string(many) +
+                     " substeps");
+        check(method, precision, many);
+      }
+}
+
+TEST(StartsNear, TwoSheetsStayAtRest) {
+  const TemporaryFolder folder;
+  for (const Cells cells : {Cells::Squares, Cells::Irregular})
+    in_every_way({1, 10, 40, 160}, [&](const std::string& method, Precision precision, int substeps) {
+      const Scene scene = near_scene({near_sheet("a", 0, cells, folder), near_sheet("b", kNearer, cells, folder)},
+                                     substeps, method, precision);
+      Simulation simulation(scene, {.threads = 1});
+      EXPECT_LT(fastest_of(simulation, 3), rounding(scene, 3));
+    });
+}
+
+// Where they are bent, some of each lies nearer than the rest: to push that alone would stretch both.
+TEST(StartsNear, SheetsOfWhichSomeIsNearStayAtRest) {
+  const TemporaryFolder folder;
+  in_every_way({1, 10, 160}, [&](const std::string& method, Precision precision, int substeps) {
+    BodySpec upper = near_sheet("b", kNearer, Cells::Irregular, folder);
+    upper.transform.axis = {0, 0, 1}, upper.transform.degrees = 5;
+    upper.transform.translate = {0.1, kNearer, 0.05};
+    const Scene scene = near_scene({near_sheet("a", 0, Cells::Irregular, folder), upper}, substeps, method, precision);
+    Simulation simulation(scene, {.threads = 1});
+    EXPECT_LT(fastest_of(simulation, 3), rounding(scene, 3));
+  });
+}
+
+TEST(StartsNear, SheetsThatArePutThereStayAtRest) {
+  const TemporaryFolder folder;
+  for (const int substeps : {10, 160}) {
+    const Scene scene =
+        near_scene({near_sheet("a", 0, Cells::Irregular, folder), near_sheet("b", 0.1, Cells::Irregular, folder)},
+                   substeps, "pbd", Precision::Double);
+    Simulation simulation(scene, {.threads = 1});
+    simulation.step();
+    std::vector<Vec3> x = simulation.positions();
+    for (Vec3& at : x) at[1] = at[1] > 0.05 ? kNearer : 0;
+    simulation.set_positions(x);
+    EXPECT_LT(fastest_of(simulation, 3), rounding(scene, 3)) << substeps;
+    // Velocities alone are no new start: what was near stays so.
+    simulation.set_velocities(std::vector<Vec3>(x.size()));
+    EXPECT_LT(fastest_of(simulation, 3), rounding(scene, 3)) << substeps;
+  }
+}
+
+// Pins press one sheet to a millimetre from the other, pinned too, and let both go there.
+TEST(StartsNear, WhatPinsPressedTogetherStaysAtRestWhereTheyLetGo) {
+  const TemporaryFolder folder;
+  for (const int substeps : {10, 160}) {
+    BodySpec lower = near_sheet("a", 0, Cells::Squares, folder), upper = near_sheet("b", 0.03, Cells::Squares, folder);
+    Pin held{BoxPin{{-1, -1, -1}, {1, 1, 1}}};
+    held.until = 0.1;
+    Pin driven = held;
+    Keyframe start, end;
+    end.time = 0.05, end.translate = {0, kNearer - 0.03, 0};
+    driven.motion = {start, end};
+    lower.pins = {held}, upper.pins = {driven};
+    const Scene scene = near_scene({lower, upper}, substeps, "pbd", Precision::Double);
+    Simulation simulation(scene, {.threads = 1});
+    run_for(simulation, scene, 0.1);
+    EXPECT_LT(fastest_of(simulation, 5), 1e-9) << substeps;
+    EXPECT_NEAR(simulation.positions().back()[1], kNearer, 1e-9);
+  }
+}
+
+// A body that crosses another at the start, drawn out of it, at 0.1 m/s: once they have parted they are near.
+TEST(StartsNear, WhatCrossedIsNotShotApartOnceItHasParted) {
+  const TemporaryFolder folder;
+  for (const int substeps : {10, 160}) {
+    BodySpec upright = near_sheet("b", 0, Cells::Irregular, folder);
+    upright.transform.axis = {1, 0, 0}, upright.transform.degrees = 90;
+    upright.transform.translate = {0.013, 0.015, 0.2};
+    Pin held = all_but_first(11 * 10);
+    Keyframe start, end;
+    end.time = 1, end.translate = {0, -0.1, 0};
+    held.motion = {start, end};
+    upright.pins = {held};
+    Scene scene =
+        near_scene({near_sheet("a", 0, Cells::Irregular, folder), upright}, substeps, "pbd", Precision::Double);
+    scene.self_collision->ignores_crossings = true;
+    Simulation simulation(scene, {.threads = 1});
+    ASSERT_GT(simulation.measure().crossings, 5);
+    EXPECT_LT(fastest_of(simulation, 20), 0.12) << substeps;
+    EXPECT_EQ(simulation.measure().crossings, 0) << substeps;
+  }
+}
+
+// What rests on it neither presses it nearer nor, once it has opened, is it kept nearer than the thickness.
+TEST(StartsNear, KeepsItsDistanceUnderAWeightAndTheThicknessOnceItHasOpened) {
+  const TemporaryFolder folder;
+  for (const Precision precision : {Precision::Float, Precision::Double}) {
+    BodySpec lower = near_sheet("a", 0, Cells::Squares, folder);
+    lower.shape = GridShape{{0.7, 0.7}, {14, 14}}, lower.transform.translate = {-0.1, 0, -0.1};
+    lower.pins = {all_but_first(15 * 15)};
+    const BodySpec upper = near_sheet("b", kNearer, Cells::Irregular, folder);
+    Simulation simulation(near_scene({lower, upper}, 20, "pbd", precision, kEarth), {.threads = 1});
+    const std::size_t first = 15 * 15;  // of the upper one
+    const auto lowest = [&] {
+      const std::vector<Vec3> x = simulation.positions();
+      double low = INFINITY;
+      for (std::size_t i = first; i < x.size(); ++i) low = std::min(low, x[i][1]);
+      return low;
+    };
+    EXPECT_LT(fastest_of(simulation, 60, first), 0.01);
+    EXPECT_NEAR(lowest(), kNearer, 0.05 * kThickness);
+    std::vector<Vec3> v(simulation.positions().size());
+    for (std::size_t i = first; i < v.size(); ++i) v[i] = {0, 0.8, 0};
+    simulation.set_velocities(v);  // it is thrown up by 3 cm, and falls again
+    fastest_of(simulation, 60);
+    EXPECT_NEAR(lowest(), kThickness, 0.05 * kThickness);
+  }
+}
+
+TEST(StartsNear, GoesOnFromACheckpointWithTheSameBits) {
+  const TemporaryFolder folder;
+  BodySpec upper = near_sheet("b", kNearer, Cells::Irregular, folder);
+  upper.transform.axis = {0, 0, 1}, upper.transform.degrees = 5;
+  upper.spin = {0.5, 0.2, 1};
+  Scene scene = near_scene({near_sheet("a", 0, Cells::Irregular, folder), upper}, 10, "pbd", Precision::Float, kEarth);
+  EnvironmentSpec box = obstacle("box", BoxShape{{0.2, 0.2, 0.2}, {1, 1, 1}});
+  box.transform.translate = {0.25, -0.1 - kNearer, 0.25};
+  box.edges = true;
+  scene.environment = {box};
+  Simulation through(scene, {.threads = 1}), first(scene, {.threads = 1}), second(scene, {.threads = 2});
+  for (int step = 0; step < 5; ++step) first.step(), through.step();
+  const std::string path = folder / "state.bin";
+  first.save_checkpoint(path), second.load_checkpoint(path);
+  for (int step = 0; step < 5; ++step) second.step(), through.step();
+  EXPECT_EQ(second.state_hash(), through.state_hash());
+}
+
+// A sheet above a solid that is smaller: what lies over it is near, what lies beside it is not.
+TEST(StartsNear, ASheetOverASolidStaysAtRest) {
+  const TemporaryFolder folder;
+  EnvironmentSpec box = obstacle("box", BoxShape{{0.23, 0.2, 0.17}, {1, 1, 1}});
+  box.transform.translate = {0.25, -0.1 - kNearer, 0.25};
+  EnvironmentSpec ball = obstacle("ball", SphereShape{0.3, 3});
+  ball.transform.translate = {0.25, -0.3 - kNearer, 0.25};
+  for (EnvironmentSpec solid : {box, ball})
+    for (const bool edges : {false, true})
+      in_every_way({1, 10, 160}, [&](const std::string& method, Precision precision, int substeps) {
+        Scene scene = near_scene({near_sheet("a", 0, Cells::Irregular, folder)}, substeps, method, precision);
+        solid.thickness = kThickness, solid.edges = edges;
+        scene.self_collision.reset();
+        scene.environment = {solid};
+        Simulation simulation(scene, {.threads = 1});
+        EXPECT_LT(fastest_of(simulation, 3), rounding(scene, 3)) << solid.name << (edges ? ", edges" : "");
+      });
+}
+
+// A block on the ground: its lowest layer alone is near.
+TEST(StartsNear, ABlockThatTouchesTheGroundIsNotThrownUp) {
+  for (const int substeps : {10, 160}) {
+    BodySpec block = body("block", TetBoxShape{{0.3, 0.1, 0.1}, {6, 2, 2}}, {neo_hookean(1e6, 0.3)});
+    EnvironmentSpec ground = obstacle("ground", GridShape{{2, 2}, {2, 2}}, Sides::OneSided);
+    ground.transform.translate = {-1, -0.05, -1};
+    ground.thickness = kThickness;
+    Scene scene = scene_of({block}, kEarth, 1.0 / 60, substeps);
+    scene.environment = {ground};
+    Simulation simulation(scene, {.threads = 1});
+    // It is lifted by a fiftieth of the thickness, and by all of it before: at that 1.5 m/s with 10 substeps.
+    EXPECT_LT(fastest_of(simulation, 10), 0.2) << substeps;
+  }
+}
+
+}  // namespace
+}  // namespace malha
