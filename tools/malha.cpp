@@ -179,7 +179,7 @@ int check(const Arguments& arguments) {
   if (model.zero_area_faces > 0)
     std::cout << "; left out: " << malha::counted(model.zero_area_faces, "face") << " without area";
   std::cout << "\n";
-  for (const std::string& note : model.notes)
+  for (const std::string& note : malha::warnings(model))
     std::cout << malha::printable(arguments.scene_label() + ": " + note) << "\n";
   return malha::kDone;
 }
