@@ -248,7 +248,7 @@ std::optional<int> parse_arguments(int argc, char** argv, Arguments& arguments) 
     return kBadInput;
   }
   if (const std::optional<int> status = hand_over_or_refuse(argc, argv)) return status;
-  CLI::App app{"Deformable bodies in real time: cloth, balloons and soft solids in data-parallel batches.", "malha"};
+  CLI::App app{"Deformable bodies: cloth, balloons and soft solids in data-parallel batches.", "malha"};
   add_everything(app, arguments);
   try {
     app.parse(argc, argv);
