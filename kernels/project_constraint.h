@@ -39,9 +39,9 @@ KERNEL constexpr int multipliers() {
 /// the place among its rest values of 1 / reach, 1/m: no particle goes farther than its reach in one projection. What
 /// is left over stays in C, and XPBD's multiplier holds what was applied, so that a later projection takes it and a
 /// balance is where it was. All particles go by the same share of their ways: momenta are kept. Within reach nothing
-/// changes, to the bit. Without it stiff angles on meshes of unequal heights gain energy without bound. (Volumes and
-/// pressure need none: from flattened, inverted and random starts they give back what meeting them gave once.
-/// neo_hookean's own step() does not overshoot.)
+/// changes, to the bit. Without it stiff angles on meshes of unequal heights gain energy without bound. (Volumes need
+/// none: from flattened, inverted and random starts they give back what meeting them gave once. neo_hookean's own
+/// step() does not overshoot. What pressure does at a particle has a bound of its own: kernels/pressure.h.)
 template <class Kind>
 KERNEL constexpr bool has_reach() {
   return requires { Kind::per_reach; };

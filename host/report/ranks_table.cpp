@@ -84,7 +84,7 @@ int reductions_of(const Model& model, const SolverFacts& facts) {
   if (!model.damped.empty()) sum += substeps;
   if (!model.free.empty())  // before and after; and, where nothing else does, at the end
     sum += !facts.fused ? 2 * projections + 1 : 2 * (facts.whole_steps ? 1 : substeps);
-  sum += 2 * projections * static_cast<int>(model.pressures.size());
+  sum += 3 * projections * static_cast<int>(model.pressures.size());
   if (model.scene.sleep) ++sum;
   if (facts.flies) ++sum;
   return sum;

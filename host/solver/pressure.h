@@ -1,9 +1,12 @@
 // The pressure constraint of one closed body (kernels/pressure.h), with its lambda.
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "host/base/array.h"
 #include "host/base/point_array.h"
+#include "host/mesh/vectors.h"
 #include "host/model/model.h"
 #include "host/solver/stiffness.h"
 #include "kernels/pressure.h"
@@ -25,6 +28,7 @@ class Pressure {
                                  EnclosedVolume<double>{rest.points(), corners_on_host_.data(), origin_})
                 .value;
     target_ = set.volume_ratio * rest_;
+    lay_out_most(model, set);
     corners_on_host_ = {};
   }
 
@@ -34,11 +38,12 @@ class Pressure {
     const auto items = static_cast<int>(particle_.size());
     PressureState* const state = state_.data();
     parallel_reduce_into(executor_, triangles_, EnclosedVolume<R>{p, corners_.data(), origin_}, &state->volume);
-    parallel_reduce_into(
-        executor_, items,
-        PressureGradient<R>{p, w, particle_.data(), begin_.data(), around_.data(), origin_, grad_.points()},
-        &state->grad2);
-    parallel_for(executor_, 1, PushPressure<R>{state, target_, compliant_, alpha_, stiffness_});
+    parallel_reduce_into(executor_, items,
+                         PressureGradient<R>{p, w, particle_.data(), begin_.data(), around_.data(), most_.data(),
+                                             origin_, grad_.points()},
+                         &state->sums);
+    parallel_reduce_into(executor_, items, MeasureInertia<R>{state, p, w, particle_.data(), origin_}, &state->inertia);
+    parallel_for(executor_, 1, PushPressure<R>{state, p, origin_, target_, compliant_, alpha_, stiffness_});
     parallel_for(executor_, items, ApplyPressure<R>{p, w, particle_.data(), grad_.points(), state});
   }
 
@@ -51,7 +56,7 @@ class Pressure {
     return C * C / (2 * compliance_);
   }
   std::size_t bytes() const {
-    return particle_.bytes() + begin_.bytes() + around_.bytes() + corners_.bytes() + grad_.bytes();
+    return particle_.bytes() + begin_.bytes() + around_.bytes() + corners_.bytes() + most_.bytes() + grad_.bytes();
   }
 
  private:
@@ -83,8 +88,21 @@ class Pressure {
     state_ = Array<Executor, PressureState>(1, PressureState{});
   }
 
+  /// The largest gradients: that of the faces at rest, where they are as large as the body needs for its volume, times
+  /// kMostStretched.
+  void lay_out_most(const Model& model, const PressureSet& set) {
+    std::vector<double> around(model.count(), 0);  // m^2 of all faces around a particle
+    for (const Triangle& t : set.triangles)
+      for (const int corner : t) around[corner] += area(model.x[t[0]], model.x[t[1]], model.x[t[2]]);
+    const double grown = std::cbrt(std::max(1.0, set.volume_ratio));
+    std::vector<R> most;
+    for (const int i : set.particles) most.push_back(static_cast<R>(kMostStretched * grown * grown * around[i] / 3));
+    most_ = Array<Executor, R>(most);
+  }
+
   Executor executor_;
   Array<Executor, int> particle_, begin_, around_, corners_;
+  Array<Executor, R> most_;
   PointArray<Executor, R> grad_;
   Array<Executor, PressureState> state_;
   std::vector<int> corners_on_host_;
