@@ -16,6 +16,7 @@
 #include "host/filter/dense_filter.h"
 #include "host/filter/filter.h"
 #include "host/filter/filter_errors.h"
+#include "host/filter/singular.h"
 #include "host/filter/sparse_filter.h"
 
 namespace malha {
@@ -34,12 +35,6 @@ inline std::string microseconds(double ns) {
   char text[40];
   std::snprintf(text, sizeof text, "%.3g us", ns / 1000);
   return text;
-}
-
-[[noreturn]] inline void refuse_singular(const Model& model, int particle) {
-  refuse(model.scene.file, "/solver/dt",
-         "a system that is singular to working precision at " + particle_name(model, model.user_of[particle]),
-         "a stiffness times dt^2 that is less than 1e14 times the particles' masses");
 }
 
 /// Numbers of the updates that wait for their parents, at most, while one thread factors.

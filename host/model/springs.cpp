@@ -52,7 +52,8 @@ SpringSet linear_part(const Model& model) {
       for (int i = 0; i < stencil.n; ++i)
         for (int j = 0; j < i; ++j) {
           const int a = stencil.particles[i], b = stencil.particles[j];
-          if (c[i] * c[j] != 0) all.push_back({{std::min(a, b), std::max(a, b)}, -c[i] * c[j] / stencil.alpha});
+          if (a != b && c[i] * c[j] != 0)
+            all.push_back({{std::min(a, b), std::max(a, b)}, -c[i] * c[j] / stencil.alpha});
         }
   });
   std::stable_sort(all.begin(), all.end(), [](const Pair& a, const Pair& b) { return a.ends < b.ends; });

@@ -1,0 +1,74 @@
+#include "host/filter/singular.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "host/error.h"
+#include "host/model/stencils.h"
+
+namespace malha {
+
+namespace {
+
+/// A constraint that stands out: its largest stiffness at a corner (N/m), and how many times the median that is.
+struct Stiffest {
+  double stiffness = 0, times = 0;
+  std::string type;
+  std::vector<int> particles;
+};
+
+Stiffest stiffest_of(const Model& model) {
+  Stiffest found;
+  std::vector<double> all;
+  const auto take = [&](double stiffness, const std::string& type, const int* particles, int n) {
+    all.push_back(stiffness);
+    if (stiffness > found.stiffness) found = {stiffness, 0, type, {particles, particles + n}};
+  };
+  for (const SpringSet& set : model.springs)
+    for (std::size_t s = 0; s < set.ends.size(); ++s) take(set.stiffness[s], set.type, set.ends[s].data(), 2);
+  for (const ConstraintSet& set : model.stencils)
+    with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
+      for (int c = 0; c < set.count(); ++c) {
+        const StencilOf<Kind> one = stencil_of<Kind>(set, c, model.x);
+        double most = 0;
+        for (const auto& weights : one.weights)
+          for (const double weight : weights) most = std::max(most, weight * weight / one.alpha);
+        take(most, set.type, one.particles, Kind::particles);
+      }
+    });
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  found.times = all.empty() ? 0 : found.stiffness / *middle;
+  return found;
+}
+
+std::string brief(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", value);
+  return text;
+}
+
+constexpr double kStandsOut = 1e6;  // of double's 1e16, what leaves the others fewer than ten digits
+
+}  // namespace
+
+void refuse_singular(const Model& model, int particle) {
+  const Stiffest one = stiffest_of(model);
+  std::string found =
+                  "a system that is singular to working precision at " + particle_name(model, model.user_of[particle]),
+              allowed = "a stiffness times dt^2 that is less than 1e14 times the particles' masses";
+  if (one.times > kStandsOut) {
+    const std::string body = model.scene.bodies[body_of(model, model.user_of[one.particles[0]])].name;
+    std::string vertices;
+    for (const int i : one.particles)
+      vertices += (vertices.empty() ? "" : "-") + std::to_string(number_in_body(model, model.user_of[i]));
+    found += ", where '" + one.type + "' at vertices " + vertices + " of body '" + body + "' is " + brief(one.times) +
+             " times as stiff as most constraints";
+    allowed += ", and triangles there that are less flat, or a \"stiffness\" or \"rigidity\" in place of a compliance";
+  }
+  refuse(model.scene.file, "/solver/dt", found, allowed);
+}
+
+}  // namespace malha
