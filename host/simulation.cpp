@@ -249,6 +249,9 @@ void Simulation::step(const AfterSubstep& after) {
   parts_->times.step_seconds.push_back(seconds([&] {
     parts_->choice ? parts_->choice->take(step) : step();
     if (parts_->solver->overstretched()) parts_->tear();
+    LargestStrains& strains = parts_->times.strains;
+    strains.every = parts_->solver->steps_to_sample();
+    if (strains.every > 0 && steps() % strains.every == 0) strains.take(parts_->solver->strains(), steps());
   }));
   if (trace) parts_->times.launches = trace->list();
 }

@@ -4,6 +4,7 @@
 // the other would leave the farther pin's reach exceeded by what the nearest then takes back: a particle outside both
 // goes to the circle in which the two spheres meet.
 #pragma once
+#include "kernels/limits.h"
 #include "kernels/particles.h"
 
 namespace malha {
@@ -57,6 +58,22 @@ struct LimitReach {
     const R away2 = dot(away, away);
     if (!(rho2 > R(0)) || !(away2 > tiny<R>())) return at;  // one inside the other, or no direction
     return a + axis * along + away * root(rho2 / away2);
+  }
+};
+
+/// How far the particle of an item is beyond the reach of a pin, over that reach; 0 where it is within all.
+template <class R>
+struct MeasureBeyondReach {
+  LimitReach<R> limits;
+  KERNEL Largest operator()(int item) const {
+    Largest most;
+    if (!(limits.w[limits.particle[item]] > R(0))) return most;
+    for (int k = limits.begin[item]; k < limits.begin[item + 1]; ++k) {
+      if (limits.w[limits.anchor[k]] > R(0) || !(limits.reach[k] > R(0))) continue;
+      const Vector3<R> d = limits.p[limits.anchor[k]] - limits.p[limits.particle[item]];
+      most += {double(root(dot(d, d)) / limits.reach[k]) - 1};
+    }
+    return most;
   }
 };
 

@@ -32,6 +32,37 @@ struct MeasureMotion {
   }
 };
 
+/// Sums over lengths: of squared strains, and which is the largest.
+struct LengthSum {
+  double strain2 = 0, most = 0;
+  int at = -1;
+  KERNEL LengthSum& operator+=(const LengthSum& o) {
+    strain2 += o.strain2;
+    if (o.most > most) most = o.most, at = o.at;
+    return *this;
+  }
+};
+
+/// |l - l0| / l0 of a length between two points. Point: a type with elements 0, 1, 2 (m).
+template <class Point>
+struct MeasureLength {
+  const Point *X, *x;  // at rest, and now
+  const int* ends;     // two a length
+  double scale;        // of l0, over the length in X
+  const double* rest;  // l0 of each, m; null: by X
+  KERNEL LengthSum operator()(int c) const {
+    const int a = ends[2 * c], b = ends[2 * c + 1];
+    const double l02 = rest ? rest[c] * rest[c] : scale * scale * squared(X[a], X[b]);
+    if (!(l02 > 0)) return {};
+    const double strain = root(squared(x[a], x[b]) / l02) - 1, size = strain < 0 ? -strain : strain;
+    return {size * size, size, c};
+  }
+  KERNEL static double squared(const Point& a, const Point& b) {
+    const Vector3<double> d{a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+    return dot(d, d);
+  }
+};
+
 struct Volumes {
   double now = 0, at_rest = 0;  // m^3, summed
   double inverted = 0;          // tetrahedra of negative volume

@@ -93,8 +93,9 @@ void instantiate_all() {
   instantiate<FindReturn<R>, FindRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
   instantiate<Predict<R>, Drag<R>, UpdateState<R>>();
   instantiate<SumMass<R>, MeasureMotion<R>>();
-  instantiate<EnclosedVolume<R>, PressureGradient<R>, ApplyPressure<R>>();
-  instantiate<LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>, MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
+  instantiate<EnclosedVolume<R>, PressureGradient<R>, MeasureInertia<R>, ApplyPressure<R>>();
+  instantiate<ReduceRun<Largest, MeasureBeyondReach<R>>, LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>,
+              MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
   instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>, GatherOwn<R>, ScatterOwn<R>>();
   instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>, LetGo<R>>();
   instantiate<BoxParticles<R>, SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>>();

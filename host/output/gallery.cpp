@@ -7,6 +7,7 @@
 #include "host/base/file.h"
 #include "host/collision/pose.h"
 #include "host/model/tear.h"
+#include "host/output/choose_camera.h"
 #include "host/picture/png.h"
 
 namespace malha {
@@ -19,16 +20,6 @@ std::vector<std::array<float, 3>> to_float(const std::vector<Vec3>& points, int 
   std::vector<std::array<float, 3>> result;
   for (int i = begin; i < end; ++i) result.push_back({float(points[i][0]), float(points[i][1]), float(points[i][2])});
   return result;
-}
-
-double extent(const std::vector<std::array<float, 3>>& points) {
-  double side = 0;
-  for (int k = 0; k < 3; ++k) {
-    const auto [low, high] =
-        std::minmax_element(points.begin(), points.end(), [k](const auto& a, const auto& b) { return a[k] < b[k]; });
-    side = std::max(side, double((*high)[k]) - (*low)[k]);
-  }
-  return side;
 }
 
 Drawing draw_body(const Model& model, const std::vector<Vec3>& positions, int body) {
@@ -44,6 +35,8 @@ Drawing draw_body(const Model& model, const std::vector<Vec3>& positions, int bo
   return drawing;
 }
 
+}  // namespace
+
 Drawing draw_environment(const EnvironmentMesh& mesh, double time) {
   const Pose pose = pose_at(mesh.spec.motion, time);
   Drawing drawing;
@@ -57,31 +50,6 @@ Drawing draw_environment(const EnvironmentMesh& mesh, double time) {
   drawing.name = mesh.spec.name;
   return drawing;
 }
-
-/// The bodies at the start, where they will hang if something is pinned, and of the environment what is not much larger
-/// (no ground planes).
-Camera choose_camera(const Model& model, const PictureSpec& spec) {
-  if (spec.camera) return *spec.camera;
-  auto points = to_float(model.look.points, 0, static_cast<int>(model.look.points.size()));
-  const double bodies = extent(points);
-  if (std::find(model.w.begin(), model.w.end(), 0.0) != model.w.end()) {
-    const auto& g = model.scene.gravity;
-    const double strength = std::hypot(g[0], g[1], g[2]);
-    const std::size_t count = strength > 0 ? points.size() : 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      auto hanging = points[i];
-      for (int k = 0; k < 3; ++k) hanging[k] += static_cast<float>(bodies * g[k] / strength);
-      points.push_back(hanging);
-    }
-  }
-  for (const EnvironmentMesh& mesh : model.environment) {
-    const auto more = draw_environment(mesh, 0).points;
-    if (extent(more) < 2 * bodies) points.insert(points.end(), more.begin(), more.end());
-  }
-  return frame_all(points, double(spec.size[0]) / spec.size[1]);
-}
-
-}  // namespace
 
 std::vector<Drawing> draw(const Model& model, const std::vector<Vec3>& positions, double time) {
   std::vector<Drawing> drawings;

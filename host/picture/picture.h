@@ -32,9 +32,13 @@ void add_faces(Drawing& drawing, std::span<const Quad> faces);
 std::array<float, 3> body_colour(int body);
 std::array<float, 3> stone_colour();
 
-/// A camera from the front, the right and above (y is up) whose picture of width / height = `aspect` just holds all
-/// the points. Points that are not finite are left out; without any, the default camera.
-Camera frame_all(std::span<const std::array<float, 3>> points, double aspect = 16.0 / 9.0);
+/// From the front, the right and above (y is up).
+inline constexpr Vec3 kViewDirection{-0.55, -0.42, -0.85};
+
+/// A camera that looks along `direction` and whose picture of width / height = `aspect` just holds all the points.
+/// Points that are not finite are left out; without any, the default camera.
+Camera frame_all(std::span<const std::array<float, 3>> points, double aspect = 16.0 / 9.0,
+                 const Vec3& direction = kViewDirection);
 
 /// The picture that the camera sees; after `stop`, where it is given, one without pixels. Throws std::invalid_argument
 /// for a size below 1 x 1, std::runtime_error where Embree fails.

@@ -43,11 +43,11 @@ Lens::Lens(const Camera& camera, int image_width, int image_height)
 
 /// The eye goes as near as the four planes of the frustum allow: a point with coordinates (r, u, f) along the basis is
 /// inside where |r - r_eye| <= a (f - f_eye) and |u - u_eye| <= b (f - f_eye).
-Camera frame_all(std::span<const std::array<float, 3>> points, double aspect) {
+Camera frame_all(std::span<const std::array<float, 3>> points, double aspect, const Vec3& direction) {
   constexpr double kMargin = 0.9;  // share of the picture that the points may fill
   Camera camera;
   camera.fov_degrees = 30;
-  const Basis basis = look({-0.55, -0.42, -0.85});
+  const Basis basis = look(Eigen::Vector3d(direction.data()));
   const double b = kMargin * half_height(camera), a = b * aspect;
   const double lowest = std::numeric_limits<double>::lowest();
   double left = lowest, right = lowest, bottom = lowest, top = lowest, near = -lowest, far = lowest;

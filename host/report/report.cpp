@@ -137,9 +137,17 @@ Json precision_of_positions(const Model& model, const std::vector<Vec3>& x) {
   return json;
 }
 
-Json measured(const Measures& m, bool self_collision, bool edges, const RunTimes& times) {
+Json measured(const Measures& m, const Scene& scene, const SolverFacts& facts, const RunTimes& times) {
+  const bool self_collision = scene.self_collision.has_value(), edges = facts.edges.has_value();
   Json json;
-  if (m.has_strain) json["strain_rms"] = m.strain_rms, json["strain_max"] = m.strain_max;
+  const LargestStrains& run = times.strains;
+  if (m.has_strain) {
+    json["strain_rms"] = m.strain_rms, json["strain_max"] = m.strain_max;
+    json["strain_max_of_run"] = std::max(m.strain_max, run.largest);
+    if (run.largest > m.strain_max) json["strain_max_of_run_at_s"] = static_cast<double>(run.step) * scene.solver.dt;
+    json["strain_sampled_every_steps"] = run.every;
+  }
+  if (facts.long_range > 0) json["long_range_beyond_max"] = run.beyond;
   json["momentum_kg_m_per_s"] = m.momentum;
   json["angular_momentum_kg_m2_per_s"] = m.angular_momentum;
   json["kinetic_energy_j"] = m.kinetic;
@@ -205,8 +213,7 @@ Parts memory_parts(const Model& model, const SolverFacts& facts) {
 }
 
 std::string measures_json(const Model& model, const Solver& solver, const RunTimes& times) {
-  return measured(solver.measure(), model.scene.self_collision.has_value(), solver.facts().edges.has_value(), times)
-      .dump();
+  return measured(solver.measure(), model.scene, solver.facts(), times).dump();
 }
 
 std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
@@ -290,7 +297,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
     const std::vector<Vec3> x = solver.positions();
     if (const std::string coarse = coarse_resolution(model, x); !coarse.empty()) json["notes"].push_back(coarse);
     json["resolution"] = precision_of_positions(model, x);
-    json["state"] = measured(solver.measure(), scene.self_collision.has_value(), facts.edges.has_value(), times);
+    json["state"] = measured(solver.measure(), scene, facts, times);
     if (const auto sleep = solver.sleep()) {
       json["sleep"] = {{"particles", sleep->particles}};
       if (sleep->particles > 0) json["sleep"]["since_s"] = sleep->since;

@@ -18,6 +18,7 @@ struct RunTimes {
   double layout_seconds = 0;                     // spent on that
   std::int64_t most_crossings = 0;               // at any of the times that they were counted
   std::int64_t crossings_counted = 0;            // how often
+  LargestStrains strains;                        // of the steps since this part of the run began
   std::vector<Launches> launches;                // of the first step, in the order in which kernels came
 };
 

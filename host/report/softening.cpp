@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <type_traits>
 #include <vector>
 
 #include "kernels/constraint_registry.h"
@@ -28,13 +29,22 @@ double rate2(const Model& model, const ConstraintSet& set, int c) {
 /// The share of s by which a sheet gives way.
 template <class Kind>
 constexpr double part_of() {
-  return Kind::element == Element::WingedTriangles ? 0.7 : 0.5;
+  return Kind::element == Element::WingedTriangles ? 0.7 : Kind::element == Element::Edges ? 0.6 : 0.5;
 }
 
 template <class Kind>
 constexpr bool softens() {
   return Kind::element == Element::Hinges || Kind::element == Element::WingedTriangles ||
-         Kind::element == Element::Triangles;
+         Kind::element == Element::Triangles || std::is_same_v<Kind, Distance>;
+}
+
+/// The bodies that a pressure of finite compliance blows up: it and their skin come to a balance of two materials.
+std::vector<bool> blown_up(const Model& model) {
+  std::vector<bool> of(model.scene.bodies.size(), false);
+  for (const PressureSet& set : model.pressures)
+    if (set.compliance.value_or(0) > 0 && set.volume_ratio > 1)
+      of[body_of(model, model.user_of[set.particles[0]])] = true;
+  return of;
 }
 
 double median(std::vector<double>& values) {
@@ -56,6 +66,7 @@ Softening worst_softening(const Model& model) {
     int most = 0;
   };
   std::map<std::pair<int, bool>, Sheet> sheets;  // of each body what stretches, and what bends
+  const std::vector<bool> is_blown_up = blown_up(model);
   for (const ConstraintSet& set : model.sets)
     with_kind(set.type, [&]<class Kind>(Kind) {
       if constexpr (softens<Kind>()) {
@@ -65,7 +76,9 @@ Softening worst_softening(const Model& model) {
           const double rate = rate2<Kind>(model, set, c);
           if (!(rate > 0)) continue;
           const int body = body_of(model, model.user_of[set.particles[std::size_t(c) * Kind::particles]]);
-          Sheet& sheet = sheets[{body, Kind::element == Element::Triangles}];
+          constexpr bool is_length = Kind::element == Element::Edges;
+          if (is_length && !is_blown_up[body]) continue;  // as stiff as the steps allow, more often than not
+          Sheet& sheet = sheets[{body, is_length || Kind::element == Element::Triangles}];
           sheet.shares.push_back(h * h * rate * part_of<Kind>() / (n * n));
           if (++count[body] > sheet.most) sheet.most = count[body], sheet.type = set.type;
         }

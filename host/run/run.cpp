@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 
 #include "host/base/file.h"
 #include "host/base/stopwatch.h"
@@ -12,6 +13,7 @@
 #include "host/output/page.h"
 #include "host/output/results.h"
 #include "host/report/kept_momenta.h"
+#include "host/report/overstretched.h"
 #include "host/report/report.h"
 #include "host/report/warnings.h"
 #include "host/report/whole_steps.h"
@@ -240,6 +242,7 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   std::vector<std::string> notes = result.unmet;
   if (!rounding.empty()) notes.push_back(rounding);
   std::vector<std::string> known = momenta.broken(simulation);
+  std::ranges::copy(overstretched(simulation), std::back_inserter(known));
   for (const std::string& line : {driven_through(simulation), crossed(simulation)})
     if (!line.empty()) known.push_back(line);
   for (const std::string& line : known) {

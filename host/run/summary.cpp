@@ -44,7 +44,19 @@ std::string summary(const Simulation& simulation) {
   if (const auto& filter = simulation.solver().facts().filter)
     text +=
         "filter      " + filter->kind + ", " + filter->storage + ", " + counted(filter->unknowns, "particle") + "\n";
-  if (m.has_strain) text += "strain      " + brief(m.strain_rms) + " rms, " + brief(m.strain_max) + " max\n";
+  const LargestStrains& strains = simulation.times().strains;
+  if (m.has_strain) {
+    text += "strain      " + brief(m.strain_rms) + " rms, " + brief(m.strain_max) + " max";
+    if (strains.largest > 1.01 * m.strain_max)
+      text += "; in the run up to " + brief(strains.largest) + ", at " +
+              brief(static_cast<double>(strains.step) * model.scene.solver.dt) + " s (sampled every " +
+              counted(strains.every, "step") + ")";
+    text += "\n";
+  }
+  if (strains.beyond > 0.01)
+    text += "long range  exceeded by up to " + brief(100 * strains.beyond) + " % of its reach, at " +
+            brief(static_cast<double>(strains.step_beyond) * model.scene.solver.dt) +
+            " s: contacts have the last word\n";
   if (!m.volume_ratios.empty()) {
     text += "volume      ";
     for (const double ratio : m.volume_ratios) text += brief(ratio) + " ";

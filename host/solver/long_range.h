@@ -17,12 +17,20 @@ class LongRange {
   }
 
   void project(const Points<R>& p, const R* w) const {
-    parallel_for(executor_, static_cast<int>(particle_.size()),
-                 LimitReach<R>{p, w, particle_.data(), begin_.data(), anchor_.data(), reach_.data()});
+    parallel_for(executor_, static_cast<int>(particle_.size()), limits(p, w));
+  }
+  /// The farthest that a particle is beyond a reach, over that reach: what contacts took back.
+  double beyond(const Points<R>& p, const R* w) const {
+    return parallel_reduce<Largest>(executor_, static_cast<int>(particle_.size()), MeasureBeyondReach<R>{limits(p, w)})
+        .value;
   }
   std::size_t bytes() const { return particle_.bytes() + begin_.bytes() + anchor_.bytes() + reach_.bytes(); }
 
  private:
+  LimitReach<R> limits(const Points<R>& p, const R* w) const {
+    return {p, w, particle_.data(), begin_.data(), anchor_.data(), reach_.data()};
+  }
+
   Executor executor_;
   Array<Executor, int> particle_, begin_, anchor_;
   Array<Executor, R> reach_;

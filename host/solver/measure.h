@@ -6,6 +6,7 @@
 
 #include "host/measures.h"
 #include "host/model/model.h"
+#include "host/solver/strain.h"
 #include "kernels/constraint_registry.h"
 #include "kernels/measure.h"
 #include "kernels/rest.h"
@@ -47,6 +48,44 @@ void measure_set(const Executor& executor, const Model& model, const ConstraintS
       m.elastic += r.softened / (2 * *set.compliance);
     if (Kind::has_strain) lengths += r;
   });
+}
+
+/// The `distance` constraints of each body, by their sets: in a set a body's come one after the other.
+inline std::vector<LengthRun> length_runs(const Model& model) {
+  std::vector<LengthRun> runs;
+  const std::vector<int> body = bodies_of(model);
+  const auto add = [&](int set, bool springs, int count, const int* ends) {
+    for (int c = 0; c < count; ++c) {
+      if (c == 0 || runs.back().body != body[ends[2 * c]]) runs.push_back({set, springs, c, 0, body[ends[2 * c]]});
+      ++runs.back().count;
+    }
+  };
+  for (std::size_t s = 0; s < model.sets.size(); ++s)
+    if (const ConstraintSet& set = model.sets[s]; set.type == Distance::name)
+      add(static_cast<int>(s), false, set.count(), set.particles.data());
+  for (std::size_t s = 0; s < model.springs.size(); ++s)
+    if (const SpringSet& set = model.springs[s]; set.type == Distance::name && !set.ends.empty())
+      add(static_cast<int>(s), true, static_cast<int>(set.ends.size()), set.ends[0].data());
+  return runs;
+}
+
+/// The strains of those.
+template <class Executor>
+StrainSample sample_strains(const Executor& executor, const Model& model, const std::vector<LengthRun>& runs,
+                            const std::vector<Vec3>& x) {
+  StrainSample sample;
+  for (const LengthRun& run : runs) {
+    const auto set = static_cast<std::size_t>(run.set);
+    const int* ends = run.springs ? model.springs[set].ends[0].data() : model.sets[set].particles.data();
+    const double* rest = run.springs ? model.springs[set].rest.data() + run.first : nullptr;
+    ends += std::size_t(2) * run.first;
+    const double scale = run.springs ? 1 : model.sets[set].parameter;
+    const auto sum = parallel_reduce<LengthSum>(executor, run.count,
+                                                MeasureLength<Vec3>{model.x.data(), x.data(), ends, scale, rest});
+    sample.rms.push_back(std::sqrt(sum.strain2 / run.count));
+    if (sum.most > sample.largest) sample.largest = sum.most, sample.particle = model.user_of[ends[2 * sum.at]];
+  }
+  return sample;
 }
 
 /// Strain, elastic energy and degenerate constraints and springs at x (the solver's order).

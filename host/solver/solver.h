@@ -15,6 +15,7 @@
 #include "host/measures.h"
 #include "host/model/model.h"
 #include "host/own_constraint.h"
+#include "host/solver/strain.h"
 #include "host/taken.h"
 
 namespace malha {
@@ -130,6 +131,12 @@ class Solver {
   virtual std::vector<Vec3> positions() const = 0;   // m, in the user's order
   virtual std::vector<Vec3> velocities() const = 0;  // m/s
   virtual Measures measure() const = 0;
+  /// The strains alone: a fraction of what measure() takes. Host memory is read, and the places of a device.
+  virtual StrainSample strains() const = 0;
+  virtual const std::vector<LengthRun>& lengths() const = 0;
+  /// How many steps from sample to sample cost some hundredths of the steps at most; 0: there is nothing to sample. The
+  /// same whatever the machine.
+  virtual int steps_to_sample() const = 0;
   /// Of edges with triangles, of bodies that collide; counted by itself.
   virtual std::int64_t crossings() const = 0;
   virtual const SolverFacts& facts() const = 0;

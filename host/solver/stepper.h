@@ -184,6 +184,23 @@ class Stepper : public Solver {
     m.crossings = crossings_at(x);
     return m;
   }
+  StrainSample strains() const final {
+    StrainSample sample = sample_strains(on_host(executor_), model_, lengths_, x_.download());
+    if (long_range_) sample.beyond = long_range_->beyond(x_.points(), w_.data());
+    return sample;
+  }
+  const std::vector<LengthRun>& lengths() const final { return lengths_; }
+  int steps_to_sample() const final {
+    const SolverSpec& solver = model_.scene.solver;
+    double lengths = facts_.attachments;
+    for (const LengthRun& run : lengths_) lengths += run.count;
+    if (!(lengths > 0)) return 0;
+    // In times of a projection: six a length sampled, and for a particle that may touch something twenty a substep.
+    // Launches alone take some thousands.
+    const double contacts = collider_ || self_ || edges_ ? 20.0 * solver.substeps * model_.count() : 0;
+    const double step = static_cast<double>(facts_.projections_per_step) + lengths + contacts + 4000;
+    return std::clamp(static_cast<int>(std::ceil(6 * lengths / (0.015 * step))), 1, 128);
+  }
   std::int64_t crossings() const final { return crossings_at(x_.download()); }
 
  protected:
@@ -489,6 +506,7 @@ class Stepper : public Solver {
   const AfterSubstep* watcher_ = nullptr;  // of this step; null: none
   Array<Executor, R> w_;
   std::optional<Damping<Executor, R>> damping_;
+  std::vector<LengthRun> lengths_ = length_runs(model_);
   LostPlaces<Executor> lost_{model_.scene.solver.substeps};
   std::vector<Pressure<Executor, R>> pressures_;
   EarlyVisits<Executor, R> early_;

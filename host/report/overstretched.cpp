@@ -1,0 +1,91 @@
+#include "host/report/overstretched.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "host/base/text.h"
+#include "host/model/model.h"
+#include "host/report/report.h"
+#include "host/solver/solver.h"
+
+namespace malha {
+
+namespace {
+
+constexpr double kTooFar = 0.1;  // RMS strain
+constexpr double kRight = 0.05;  // that the substeps of the advice leave
+// A substep meets a spring of compliance alpha as if it were softer by this part of s = h^2 sum w / alpha
+// (host/report/softening.h).
+constexpr double kSofter = 0.6;
+// Strain falls with a power of the substeps between 1 and 2: hammocks under a falling weight and flags in winds of 30
+// to 300 m/s had 0.028 to 0.055 with the substeps of this advice.
+constexpr double kPower = 0.75;
+
+std::string in_brief(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", value);
+  return text;
+}
+
+/// The part of the strain of a body's constraints that their compliance does not explain; 1 of what is stiff.
+double unexplained(const Model& model, const LengthRun& run) {
+  const ConstraintSet& set = model.sets[static_cast<std::size_t>(run.set)];
+  if (!(set.compliance.value_or(0) > 0)) return 1;
+  const SolverSpec& solver = model.scene.solver;
+  const double h = solver.dt / solver.substeps, n = solver.iterations;
+  std::vector<double> s;
+  for (int c = run.first; c < run.first + run.count; ++c) {
+    const double w = model.w[set.particles[2 * c]] + model.w[set.particles[2 * c + 1]];
+    if (set.alpha(c) > 0) s.push_back(h * h * w / set.alpha(c));
+  }
+  if (s.empty()) return 1;
+  const auto middle = s.begin() + static_cast<std::ptrdiff_t>(s.size() / 2);
+  std::nth_element(s.begin(), middle, s.end());
+  const double share = kSofter * *middle / (n * n);
+  return share / (1 + share);
+}
+
+}  // namespace
+
+std::vector<std::string> overstretched(const Simulation& simulation) {
+  const Model& model = simulation.model();
+  const Scene& scene = model.scene;
+  const LargestStrains& strains = simulation.times().strains;
+  const std::vector<LengthRun>& lengths = simulation.solver().lengths();
+  if (scene.solver.type != "pbd") return {};
+  std::vector<bool> may_stretch;
+  for (const BodySpec& body : scene.bodies) may_stretch.push_back(body.tear.has_value());
+  for (const PressureSet& set : model.pressures)
+    if (set.volume_ratio > 1) may_stretch[body_of(model, model.user_of[set.particles[0]])] = true;
+  struct Worst {
+    double strain = 0, part = 0;
+    std::int64_t step = 0;
+  };
+  std::map<int, Worst> worst;  // by body
+  for (std::size_t r = 0; r < std::min(lengths.size(), strains.runs.size()); ++r) {
+    const LengthRun& run = lengths[r];
+    if (run.springs || may_stretch[run.body] || model.sets[static_cast<std::size_t>(run.set)].stiffness < 1) continue;
+    const double rms = strains.runs[r].rms, part = rms > kTooFar ? unexplained(model, run) : 0;
+    Worst& of = worst[run.body];
+    if (rms * part > of.strain * of.part) of = {rms, part, strains.runs[r].step};
+  }
+  std::vector<std::string> lines;
+  for (const auto& [body, of] : worst) {
+    const double left = of.strain * of.part;
+    if (!(left > kTooFar)) continue;
+    const double substeps = std::ceil(scene.solver.substeps * std::pow(left / kRight, kPower));
+    lines.push_back(
+        "body '" + scene.bodies[body].name + "': what acted on it at " +
+        in_brief(static_cast<double>(of.step) * scene.solver.dt) + " s stretched its \"distance\" by " +
+        in_brief(100 * of.strain) + " % (RMS)" +
+        (of.part < 1 ? ", of which its compliance explains " + in_brief(100 * (of.strain - left)) + " %" : "") +
+        ", because " + counted(scene.solver.substeps, "substep") + " of " +
+        counted(scene.solver.iterations, "iteration") + " are too few for such a load; take some " +
+        in_brief(substeps) + " substeps, or a lighter load (scenes/accuracy.md, Loads)");
+  }
+  return lines;
+}
+
+}  // namespace malha
