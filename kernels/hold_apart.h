@@ -13,6 +13,15 @@ struct CopyPoints {
 };
 
 template <class R>
+struct SwapPoints {
+  Points<R> a, b;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> was = a[i];
+    a.set(i, b[i]), b.set(i, was);
+  }
+};
+
+template <class R>
 struct PairPlanes {
   ScatteredPoints<R> x0, moved;
   R least;  // m: no gap closes further

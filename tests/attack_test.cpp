@@ -211,13 +211,14 @@ class Attacks {
     Keyframe start, end;
     end.time = std::max(0.9 / speed, 5 * scene.solver.dt);
     end.translate = {random(-0.3, 0.3), -0.9, random(-0.3, 0.3)};
-    if (random() < 0) end.axis = {0.6, 0, 0.8}, end.degrees = random(-180, 180);
+    const bool turns = random() < 0;
+    if (turns) end.axis = {0.6, 0, 0.8}, end.degrees = random(-180, 180);
     slab.motion = {start, end};
     scene.environment.push_back(slab);
-    if (random() < 0) return;
+    if (random() < 0 || turns) return;  // what turns would come through the ground: that leaves no room
     EnvironmentSpec ground;
     ground.name = "ground", ground.shape = BoxShape{{3, 0.5, 3}, {1, 1, 1}};
-    ground.transform.translate = {0, -0.6, 0}, ground.thickness = 0.004, ground.friction = 0.3;
+    ground.transform.translate = {0, -0.85, 0}, ground.thickness = 0.004, ground.friction = 0.3;
     scene.environment.push_back(ground);
   }
   /// Layers fall on what throws them back, the rest of their way in the same substep.

@@ -57,8 +57,30 @@ class Collider {
 
   /// After the last iteration: nothing that was dragged crosses a surface.
   void put_before_meshes(const Particles<R>& particles) {
-    for (int k = 0; k < count(); ++k) test(particles, k, -1, bits(0), k > 0);
-    on_words<PutBeforeMeshes<R>>(make_room(0, count(), 1), particles);
+    on_words<PutBeforeMeshes<R>>(find_crossing(particles), particles);
+  }
+
+  /// After what holds bodies apart: what it has moved across a surface goes with that mesh instead, from where it came,
+  /// or, unless `carries`, is put before it. `held` notes it, by numbers of meshes. Returns whether anything moved.
+  bool carry_before_meshes(const Particles<R>& particles, const HeldByEdges<R>& held, bool carries) {
+    const Asked asked = find_crossing(particles);
+    if (asked.particles == 0) return false;
+    if (before_.size() == 0) before_ = PointArray<Executor, R>(static_cast<std::size_t>(particles.count));
+    parallel_for(executor_, particles.count, CopyPoints<R, Points<R>, Points<R>>{particles.p, before_.points()});
+    carries ? on_words<CarryBeforeMeshes<R>>(asked, particles) : on_words<PutBeforeMeshes<R>>(asked, particles);
+    std::vector<Pose> motion;
+    append_motion(motion);
+    const Array<Executor, Pose> there(motion);
+    const NoteCarried<R> note{particles, before_.points(), held, there.data(), count()};
+    return parallel_reduce<Sum>(executor_, particles.count, note).value > 0;
+  }
+  /// Adds how each mesh moves in this substep.
+  void append_motion(std::vector<Pose>& motion) const {
+    for (const MovingSurface& mesh : meshes_) motion.push_back(mesh.motion());
+  }
+  /// From here on meshes are where they are at the end of this substep.
+  void end_motion() {
+    for (MovingSurface& mesh : meshes_) mesh.before = mesh.after;
   }
 
   bool moves() const {
@@ -132,14 +154,14 @@ class Collider {
   }
 
   std::size_t bytes() const {
-    std::size_t sum = bits_.bytes() + rooms_.bytes() + host_words_.bytes();
+    std::size_t sum = bits_.bytes() + rooms_.bytes() + host_words_.bytes() + before_.bytes();
     for (const Obstacle& o : obstacles_) sum += o.memory.bytes() + o.surface.bytes();
     return sum;
   }
 
   ContactFacts facts() const {
     ContactFacts facts = facts_;
-    facts.far_bytes = bits_.bytes() + rooms_.bytes() + host_words_.bytes();
+    facts.far_bytes = bits_.bytes() + rooms_.bytes() + host_words_.bytes() + before_.bytes();
     for (const Obstacle& o : obstacles_) {
       facts.near += o.memory.near();
       facts.far_bytes += o.memory.bytes() - o.memory.near_bytes(), facts.near_bytes += o.memory.near_bytes();
@@ -235,6 +257,12 @@ class Collider {
     host_words_.ask(there, asked, left, look, go_on);
   }
 
+  /// Those whose way may lead through a surface, and room for them.
+  Asked find_crossing(const Particles<R>& particles) {
+    for (int k = 0; k < count(); ++k) test(particles, k, -1, bits(0), k > 0);
+    return make_room(0, count(), 1);
+  }
+
   float reach(int k) const { return static_cast<float>(2 * meshes_[k].thickness); }
   unsigned long long* bits(int question) const { return bits_.data() + question * words_; }
 
@@ -308,6 +336,7 @@ class Collider {
   std::vector<Nearby<R>> nearby_;             // to each of them
   Array<Executor, unsigned long long> bits_;  // of the particles; on a device of each mesh, and what lists ask beside
   Array<Executor, Room> rooms_;
+  PointArray<Executor, R> before_;  // where particles are to go, before meshes carry them
   ContactFacts facts_;
   int words_;
   bool bounces_ = false;

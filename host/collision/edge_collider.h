@@ -14,8 +14,6 @@ template <class Executor, class R>
 class EdgeCollider {
  public:
   EdgeCollider(const Executor& executor, const Model& model) : executor_(executor), x0_(model.x) {
-    if (model.scene.self_collision)
-      w_ = Array<Executor, R>(model.x.size(), R(0)), by_ = Array<Executor, Carrier>(model.x.size(), kNobody);
     const SelfSurface bodies = bodies_surface(model);
     std::vector<std::vector<const EnvironmentMesh*>> groups;
     for (const EnvironmentMesh& mesh : model.environment) {
@@ -38,35 +36,23 @@ class EdgeCollider {
     for (auto& group : groups_) group.resolve(particles);
   }
 
-  /// The end of a substep: nothing crosses. `pushes`: whether what would may first be pushed. Returns whether anything
-  /// moved.
-  bool hold_apart(const Particles<R>& particles, bool pushes) {
-    if (pushes && w_.size() > 0) {
-      Memory<Executor>::copy(particles.w, w_.size(), w_.data());
-      Memory<Executor>::fill(by_.data(), by_.size(), kNobody);
-    }
+  /// The end of a substep: nothing crosses. `pushes`: whether what would may first be pushed. Notes what is held in
+  /// `held`, by numbers of groups. Returns whether anything moved.
+  bool hold_apart(const Particles<R>& particles, bool pushes, HeldByEdges<R> held) {
     bool any = false;
     for (int round = 0; round < kRounds; ++round) {
       bool moved = false;
-      for (int g = 0; g < static_cast<int>(groups_.size()); ++g)
-        moved = groups_[g].hold_apart(particles, pushes && round == 0, {w_.data(), by_.data(), g}) || moved;
+      for (held.number = 0; held.number < groups(); ++held.number)
+        moved = groups_[held.number].hold_apart(particles, pushes && round == 0, held) || moved;
       any = any || moved;
       if (!moved || (groups_.size() == 1 && round == 0)) break;
     }
     return any;
   }
 
-  /// With no inverse mass where edges hold them in this substep: what collides with itself must get out of their way.
-  Particles<R> held(Particles<R> particles) const {
-    particles.w = w_.data();
-    return particles;
-  }
-  /// Which of the groups hold them, and how those move.
-  Carriers carriers() {
-    std::vector<Pose> motion;
+  /// Adds how each group moves in this substep.
+  void append_motion(std::vector<Pose>& motion) const {
     for (const auto& group : groups_) motion.push_back(group.moves());
-    motion_ = Array<Executor, Pose>(motion);
-    return {by_.data(), motion_.data()};
   }
 
   /// What is nearer than is wanted now stays as near until it opens by itself.
@@ -91,7 +77,7 @@ class EdgeCollider {
     return sum;
   }
   std::size_t bytes() const {
-    std::size_t sum = x0_.bytes() + w_.bytes() + by_.bytes() + motion_.bytes();
+    std::size_t sum = x0_.bytes();
     for (const auto& group : groups_) sum += group.bytes();
     return sum;
   }
@@ -114,9 +100,6 @@ class EdgeCollider {
 
   Executor executor_;
   ScatteredArray<Executor, R> x0_;
-  Array<Executor, R> w_;         // 1/kg, of what is held none; this and the next only with self-collision
-  Array<Executor, Carrier> by_;  // whom it is held by
-  Array<Executor, Pose> motion_;
   std::deque<EdgeGroup<Executor, R>> groups_;
 };
 

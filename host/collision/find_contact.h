@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/collision/contact_look.h"
+#include "host/collision/pose.h"
 #include "host/collision/surface.h"
 #include "kernels/near_pairs.h"
 
@@ -15,6 +16,9 @@ struct MovingSurface {
   Sides sides;
   double thickness;    // m
   Pose before, after;  // at the substep's start and end
+
+  /// In the substep, from the world to the world.
+  Pose motion() const { return before.moves ? from_to(before, after) : Pose{}; }
 };
 
 /// Where the way of a particle from x to p over the substep, straight in the mesh's frame, leads through it.

@@ -2,8 +2,15 @@
 // dragged through one, past every contact that its own path announced, is put back before it.
 #pragma once
 #include "host/collision/find_contact.h"
+#include "kernels/edge_contact.h"
 
 namespace malha {
+
+/// Where a motion of the substep takes a place of the world.
+template <class R>
+KERNEL Vector3<R> carried(const Pose& motion, const Vector3<R>& x) {
+  return rounded<R>(to_world(motion, in_double(x)));
+}
 
 /// work(i) for the particles that a word of bits names.
 template <class Work>
@@ -21,7 +28,7 @@ struct PutBeforeMeshes : Surroundings<R> {
     for_each_of_word(bits, group.index, [this](int i) KERNEL_LAMBDA { hold(i); });
   }
 
- private:
+ protected:
   static constexpr int kRounds = 8;  // corners of two walls need two, acute ones more
 
   void hold(int i) const {
@@ -73,6 +80,44 @@ struct PutBeforeMeshes : Surroundings<R> {
     const Point shift = rotate(mesh.after, n) * (above - dot(n, to_local(mesh.after, p(i)) - at.q));
     this->particles.p.set(i, this->particles.p[i] + rounded<R>(shift));
     return true;
+  }
+};
+
+/// The same after what holds bodies apart has moved them: what crosses a mesh now rests on it, as seen from the mesh.
+template <class R>
+struct CarryBeforeMeshes : PutBeforeMeshes<R> {
+  template <class Group>
+  HOST_KERNEL void operator()(const Group& group) const {
+    for_each_of_word(this->bits, group.index, [this](int i) KERNEL_LAMBDA { carry(i); });
+  }
+
+ private:
+  void carry(int i) const {
+    if (!(this->particles.w[i] > R(0))) return;
+    for (int k = 0; k < this->count; ++k)
+      if (this->crossing_of(i, k).hit) {
+        this->particles.p.set(i, carried(this->meshes[k].motion(), this->particles.x[i]));
+        return this->hold(i);
+      }
+  }
+};
+
+/// Which particles that has moved, and by which mesh: nobody carries what another mesh was in the way of.
+template <class R>
+struct NoteCarried {
+  Particles<R> particles;
+  Points<R> before;
+  HeldByEdges<R> held;
+  const Pose* motion;
+  int meshes;
+  KERNEL Sum operator()(int i) const {
+    const Vector3<R> p = particles.p[i];
+    if (same(p, before[i])) return {};
+    if (!held.any()) return {1.0};
+    Carrier by = 0;
+    while (by < meshes && !same(p, carried(motion[by], particles.x[i]))) ++by;
+    held.w[i] = R(0), held.by[i] = by < meshes ? held.number + by : kNobody;
+    return {1.0};
   }
 };
 

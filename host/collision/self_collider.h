@@ -40,8 +40,19 @@ class SelfCollider {
   void resolve(const Particles<R>& particles);
 
   /// The end of a substep: nothing crosses. What jams is held back; where touches() says that nothing holds the bodies,
-  /// they keep their momentum all the same. `carriers`: of what others move by now; it has no inverse mass.
-  void hold_apart(const Particles<R>& particles, const std::function<bool()>& touches, const Carriers& carriers = {});
+  /// they keep their momentum all the same. `carriers`: of what others move by now; it has no inverse mass. Returns
+  /// whether anything had to move.
+  bool hold_apart(const Particles<R>& particles, const std::function<bool()>& touches, const Carriers& carriers = {});
+
+  /// After others have had the last word: whether they sent bodies through each other.
+  void note_crossing(const Particles<R>& particles) {
+    store_motion(particles);
+    if (look_where_all_are(within_rounding<R>()).outside > 0) note_pushed(), search(common(), 1), look();
+    through_ = crossing(false, nullptr) > 0 || through_;
+  }
+
+  /// Whether what is fixed may have gone through a body, as far as is known.
+  bool went_through() const { return through_; }
 
   /// Where all is now is where the next substep begins.
   void settle(const Particles<R>& particles);
@@ -371,8 +382,9 @@ void SelfCollider<Executor, R>::resolve(const Particles<R>& particles) {
 }
 
 template <class Executor, class R>
-void SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const std::function<bool()>& touches,
+bool SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const std::function<bool()>& touches,
                                            const Carriers& carriers) {
+  through_ = false;  // of the last word
   store_motion(particles);
   auto [stay, left] = look_at_the_end();
   if (stay.outside > 0) {  // further than was foreseen: what may be met on that way is looked for, once
@@ -382,12 +394,13 @@ void SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const 
     stay = look_where_all_are(within_rounding<R>());
     if (stay.outside == 0) left = crossing(true, nullptr);
   }
-  if (stay.outside == 0 && left == 0) return;
+  if (stay.outside == 0 && left == 0) return false;
   const CountFixed<R> fixed{particles.w, takes_part_.data()};
   const bool free = parallel_reduce<Sum>(executor_, count_, fixed, kGrain).value == 0;
   const RigidSums before = free ? rigid_sums(particles) : RigidSums{};
   hold_crossing(particles, stay, left, free ? nullptr : &carriers);
   if (before.mass > 0) give_back(particles, before, touches);
+  return true;
 }
 
 template <class Executor, class R>

@@ -1,25 +1,52 @@
 // The last word of a substep: no surface crosses another. What stops one may press it into another.
 #pragma once
+#include <vector>
+
+#include "host/collision/kinematic_particles.h"
 #include "host/solver/solver.h"
 #include "kernels/particles.h"
 
 namespace malha {
 
-/// Bodies from each other (`self`) and from edges of the environment, in turns; each may be absent, as the collider.
-/// `timed(pass, work)` runs work().
-template <class Self, class Edges, class Collider, class R, class Timed>
-void hold_apart(Self& self, Edges& edges, const Collider& collider, const Particles<R>& all, const Timed& timed) {
+/// Bodies from each other (`self`), from edges of the environment and, after what these move, from its meshes, in
+/// turns; each may be absent. What meshes and edges hold others must get out of the way of. `timed(pass, work)` runs
+/// work().
+template <class Self, class Edges, class Collider, class Kinematic, class R, class Timed>
+void hold_apart(Self& self, Edges& edges, Collider& collider, Kinematic& kinematic, const Particles<R>& all,
+                const Timed& timed) {
   constexpr int most_rounds = 16;
+  if (!self && !edges) return;
   const auto touches = [&] { return collider && (collider->contacts() > 0 || (edges && edges->contacts() > 0)); };
-  for (int round = 0;; ++round) {
-    if (self)
-      timed(Pass::SelfCollision, [&] {
-        round == 0 ? self->hold_apart(all, touches) : self->hold_apart(edges->held(all), touches, edges->carriers());
-      });
-    bool moved = false;
-    if (edges && round < most_rounds) timed(Pass::Edges, [&] { moved = edges->hold_apart(all, round == 0); });
-    if (!moved || !self) break;
-  }
+  const auto carriers = [&] {
+    std::vector<Pose> motion;
+    if (edges) edges->append_motion(motion);
+    if (collider) collider->append_motion(motion);
+    return kinematic->carriers(motion);
+  };
+  const auto by = [&](Carrier first) { return kinematic ? kinematic->of(first) : HeldByEdges<R>{}; };
+  const Carrier first_mesh = edges ? edges->groups() : 0;
+  bool moved = false, carried = false;
+  if (self) timed(Pass::SelfCollision, [&] { moved = self->hold_apart(all, touches); });
+  if (kinematic && (moved || edges)) kinematic->start(all);
+
+  const auto in_turns = [&](bool carries) {
+    for (int round = 0; round < most_rounds; ++round) {
+      bool held = false, crossed = false;
+      if (self && round > 0)
+        timed(Pass::SelfCollision, [&] { moved = self->hold_apart(kinematic->in(all), touches, carriers()) || moved; });
+      if (edges) timed(Pass::Edges, [&] { held = edges->hold_apart(all, round == 0, by(0)); });
+      if (collider && (moved || held))
+        timed(Pass::Collision, [&] { crossed = collider->carry_before_meshes(all, by(first_mesh), carries); });
+      carried = carried || crossed;
+      if (!crossed && !(held && self)) return;
+    }
+    if (self) timed(Pass::SelfCollision, [&] { self->note_crossing(kinematic->in(all)); });
+  };
+  in_turns(true);
+  if (!self || !carried || !self->went_through()) return;
+  // What a mesh carries has come as far as the mesh: what is only put before it may leave room for all.
+  kinematic->start_again(all);
+  in_turns(false);
 }
 
 }  // namespace malha

@@ -225,6 +225,7 @@ class Stepper : public Solver {
     if (!model.environment.empty()) facts_.collision_seconds = seconds([&] { collider_.emplace(executor, model); });
     if (names_edges(model.scene)) facts_.collision_seconds += seconds([&] { edges_.emplace(executor, model); });
     if (model.scene.self_collision) facts_.collision_seconds += seconds([&] { self_.emplace(executor, model); });
+    if (self_ && collider_) kinematic_.emplace(executor, model.x.size());
     if (model.by_hand) hand_.emplace(executor, model);
     if (hand_ && sweep_) sweep_->make_memory(threads);
     note_facts();
@@ -329,14 +330,15 @@ class Stepper : public Solver {
   }
 
   void hold_apart(const Particles<R>& all) {
-    malha::hold_apart(self_, edges_, collider_, all, [&](Pass pass, const auto& work) { timed(pass, work); });
+    malha::hold_apart(self_, edges_, collider_, kinematic_, all,
+                      [&](Pass pass, const auto& work) { timed(pass, work); });
   }
-  /// Nor where what bounces goes the rest of its way.
+  /// Nor where what bounces goes the rest of its way, from p, where the substep ended, to x.
   void hold_bounces(const Particles<R>& all) {
-    using Copy = CopyPoints<R, Points<R>, Points<R>>;
-    timed(Pass::State, [&] { parallel_for(executor_, all.count, Copy{all.x, all.p}); });
+    timed(Pass::State, [&] { parallel_for(executor_, all.count, SwapPoints<R>{all.x, all.p}); });
+    collider_->end_motion();
     hold_apart(all);
-    timed(Pass::State, [&] { parallel_for(executor_, all.count, Copy{all.p, all.x}); });
+    timed(Pass::State, [&] { parallel_for(executor_, all.count, CopyPoints<R, Points<R>, Points<R>>{all.p, all.x}); });
   }
 
   /// Those whose time is over let go: of what they pressed together, nothing is shot apart.
@@ -389,7 +391,7 @@ class Stepper : public Solver {
   }
 
   void note_collision() {
-    facts_.collision_bytes = bytes_of(collider_) + bytes_of(self_) + bytes_of(edges_);
+    facts_.collision_bytes = bytes_of(collider_) + bytes_of(self_) + bytes_of(edges_) + bytes_of(kinematic_);
     if (self_) facts_.self = self_->facts();
     if (edges_) facts_.edges = edges_->facts();
     if (collider_) facts_.contact = collider_->facts();
@@ -521,6 +523,7 @@ class Stepper : public Solver {
   OptionalPart<Air<Executor, R>, built("air")> air_;
   OptionalPart<Sleeper<Executor, R>, built("sleep")> sleeper_;
   OptionalPart<SelfCollider<Executor, R>, built("self_collision")> self_;
+  OptionalPart<KinematicParticles<Executor, R>, built("self_collision")> kinematic_;  // with self_ and collider_
   std::array<double, kPassNames.size()> seconds_{};
   mutable std::int64_t crossings_step_ = -1, crossings_ = 0;  // the step of which they were counted, and how many
 };
