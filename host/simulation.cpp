@@ -10,6 +10,7 @@
 #include "host/base/text.h"
 #include "host/base/thread_choice.h"
 #include "host/collision/edge_crossings.h"
+#include "host/collision/solid_crossings.h"
 #include "host/collision/start_before.h"
 #include "host/collision/start_outside.h"
 #include "host/mesh/vectors.h"
@@ -226,6 +227,7 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   parts_->times.model_seconds = seconds([&] {
     parts_->model =
         build_model(scene, parts_->threads, machine_named(options.machine).patch_bounds(scene.solver.precision));
+    note_solid_crossings(parts_->model);
     start_outside(parts_->model), note_starts_behind(parts_->model);
     refuse_edge_crossings(parts_->model);
   });

@@ -24,6 +24,8 @@ namespace malha {
 
 namespace {
 
+constexpr int kCountEvery = 16;  // steps: crossings are counted whatever is written, at some hundredth of their time
+
 /// What one run writes while it goes.
 class Outputs {
  public:
@@ -55,9 +57,6 @@ class Outputs {
     if (page_) page_->look(step_ms);
     if (saves_) checkpoint();
   }
-
-  /// Whether a frame or a picture shows the state after this step.
-  bool shows() const { return frame_is_due() || (gallery_ && gallery_->wants(simulation_.steps())); }
 
   /// Whether there is a checkpoint after this step; asked once a step, before after_step().
   bool saves() { return saves_ = checkpoint_is_due(); }
@@ -155,15 +154,6 @@ class Outputs {
   std::optional<Page> page_;
 };
 
-/// Refuses more frames than a file may hold; `before`: those of the run that this one resumes.
-void check_frames(const Simulation& simulation, std::int64_t last, std::optional<std::int64_t> before) {
-  const Scene& scene = simulation.model().scene;
-  const std::int64_t every = scene.outputs.every;
-  if (every == 0 || std::ranges::count(scene.outputs.formats, "glb") == 0) return;
-  const std::int64_t more = last / every - simulation.steps() / every;
-  check_glb(scene, FrameVertices(simulation.model().look).count(), before.value_or(1) + more);
-}
-
 /// Says what crossed where nothing may; else nothing.
 std::string crossed(const Simulation& simulation) {
   const Scene& scene = simulation.model().scene;
@@ -185,6 +175,14 @@ std::string driven_through(const Simulation& simulation) {
 }
 
 }  // namespace
+
+void check_frames(const Simulation& simulation, std::int64_t last, std::optional<std::int64_t> before) {
+  const Scene& scene = simulation.model().scene;
+  const std::int64_t every = scene.outputs.every;
+  if (every == 0 || std::ranges::count(scene.outputs.formats, "glb") == 0) return;
+  const std::int64_t more = last / every - simulation.steps() / every;
+  check_glb(scene, FrameVertices(simulation.model().look).count(), before.value_or(1) + more);
+}
 
 RunResult run(const Scene& scene, const SimulationOptions& simulation_options, const RunOptions& options,
               const std::function<void(const Progress&)>& progress, const std::atomic<bool>& stop) {
@@ -219,11 +217,12 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
     while (simulation.steps() < last && !stop) {
       const double took = seconds([&] { simulation.step(); });
       if (outputs.saves() || simulation.steps() == last) simulation.check();
-      if (scene.expect.max_crossings || outputs.shows()) simulation.count_crossings();
+      if (scene.expect.max_crossings || simulation.steps() % kCountEvery == 0 || simulation.steps() == last)
+        simulation.count_crossings();
       outputs.after_step(took * 1000);
       progress({simulation.steps(), last, simulation.time(), took * 1000});
     }
-    if (simulation.steps() < last) simulation.check();
+    if (simulation.steps() < last) simulation.check(), simulation.count_crossings();
   } catch (const Diverged& error) {
     outputs.report("diverged", {error.what()}, true);
     outputs.finish_frames();

@@ -39,6 +39,9 @@ struct RunResult {
   std::string summary;             // the lines that a person wants
 };
 
+/// Refuses more frames until step `last` than a file may hold; `before`: those of the run that this one resumes.
+void check_frames(const Simulation& simulation, std::int64_t last, std::optional<std::int64_t> before = std::nullopt);
+
 /// Steps until the end or until `stop`, and writes to options.out: report.json, checkpoint.malha (of the end, and
 /// before it every outputs.checkpoint_every steps or checkpoint_seconds), frames/ (outputs.every), picture.png,
 /// storyboard.png and pictures/ (outputs.picture; a resumed run's storyboard shows what that run saw; after `stop` none
