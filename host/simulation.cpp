@@ -243,12 +243,12 @@ void Simulation::step() { step(AfterSubstep{}); }
 
 void Simulation::step(const AfterSubstep& after) {
   std::optional<LaunchTrace> trace;
-  if (parts_->times.step_seconds.empty()) trace.emplace();
+  if (parts_->times.steps.count() == 0) trace.emplace();
   if (parts_->threads > 1 && parts_->choice && parts_->choice->threads() == 1) ++parts_->times.steps_alone;
   const auto step = [&] {
     parts_->options.constraints.empty() ? parts_->solver->step(after) : parts_->step_whole(after);
   };
-  parts_->times.step_seconds.push_back(seconds([&] {
+  parts_->times.steps.add(seconds([&] {
     parts_->choice ? parts_->choice->take(step) : step();
     if (parts_->solver->overstretched()) parts_->tear();
     LargestStrains& strains = parts_->times.strains;

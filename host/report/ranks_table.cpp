@@ -49,7 +49,7 @@ StepTimes take_step(Simulation& simulation) {
           .threads = simulation.times().steps_alone > alone ? 1 : simulation.threads(),
           .sweeps = after[0] - before[0],
           .particles = after[1] - before[1],
-          .step = simulation.times().step_seconds.back()};
+          .step = simulation.times().steps.last()};
 }
 
 /// For about a second: on all threads or on one, as steps are faster here.

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "host/base/build_info.h"
 #include "host/base/text.h"
@@ -102,24 +101,22 @@ Json filter(const Solver& solver, const Model& model) {
 }
 
 Json timings(const Solver& solver, const RunTimes& times) {
-  const std::vector<double>& step = times.step_seconds;
-  if (step.empty()) return {{"steps", 0}};
-  const double total = std::accumulate(step.begin(), step.end(), 0.0);
-  const auto steps = static_cast<double>(step.size());
-  const auto [shortest, longest] = std::minmax_element(step.begin(), step.end());
+  const StepStatistics& step = times.steps;
+  if (step.count() == 0) return {{"steps", 0}};
+  const auto steps = static_cast<double>(step.count());
   Json passes = Json::object();
   for (std::size_t k = 0; k < kPassNames.size(); ++k)
     if (solver.pass_seconds()[k] > 0)
       passes[std::string(kPassNames[k]) + "_ms"] = solver.pass_seconds()[k] * 1000 / steps;
-  Json json{{"steps", step.size()},
+  Json json{{"steps", step.count()},
             {"step_ms_median", median_step_ms(times)},
-            {"step_ms_min", *shortest * 1000},
-            {"step_ms_max", *longest * 1000},
+            {"step_ms_min", step.least() * 1000},
+            {"step_ms_max", step.most() * 1000},
             {"step_ms_by_pass", passes}};
   for (const double level : solver.seconds_of_levels()) json["step_ms_by_level"].push_back(level * 1000 / steps);
   if (times.steps_alone > 0) json["steps_on_one_thread"] = times.steps_alone;
   if (const auto projections = solver.facts().projections_per_step; projections > 0 && !solver.facts().filter)
-    json["ns_per_projection"] = total * 1e9 / (steps * static_cast<double>(projections));
+    json["ns_per_projection"] = step.sum() * 1e9 / (steps * static_cast<double>(projections));
   return json;
 }
 
@@ -172,13 +169,7 @@ Json measured(const Measures& m, const Scene& scene, const SolverFacts& facts, c
 
 }  // namespace
 
-double median_step_ms(const RunTimes& times) {
-  std::vector<double> sorted(times.step_seconds);
-  if (sorted.empty()) return 0;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle * 1000;
-}
+double median_step_ms(const RunTimes& times) { return times.steps.median() * 1000; }
 
 Parts setup_parts(const Model& model, const SolverFacts& facts) {
   const ModelSeconds& of = model.seconds;

@@ -6,13 +6,14 @@
 
 #include "host/model/model.h"
 #include "host/report/launches.h"
+#include "host/report/step_statistics.h"
 #include "host/solver/solver.h"
 
 namespace malha {
 
 struct RunTimes {
   double model_seconds = 0, solver_seconds = 0;  // set-up
-  std::vector<double> step_seconds;              // one a step
+  StepStatistics steps;                          // how long each took
   int steps_alone = 0;                           // steps on one thread of several (see ThreadChoice)
   int splits = 0, layouts = 0;                   // vertices that tore, and how often all was laid out anew for them
   double layout_seconds = 0;                     // spent on that
