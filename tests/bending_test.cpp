@@ -8,6 +8,7 @@
 
 #include "tests/cantilever.h"
 #include "tests/irregular_mesh.h"
+#include "tests/sheet_statics.h"
 #include "tests/support.h"
 
 namespace malha {
@@ -61,6 +62,55 @@ TEST(BendingOfOneRigidity, SagsAlikeByBothMethods) {
   bends.rigidity = kStripRigidity;
   const double by_pbd = sag_of(strip, bends, kStripRigidity, "pbd");
   EXPECT_NEAR(sag_of(strip, bends, kStripRigidity, "desbrun") / by_pbd, 1, 0.02);
+}
+
+/// A strip of 0.4 m x 0.1 m that curls upwards by a radius of 0.25 m from its two clamped rows on.
+ListedShape curled_strip(bool grid) {
+  constexpr double L = 0.4, W = 0.1, R = 0.25;
+  ListedShape strip = grid ? quads_between(graded(W, 3), graded(L, 12))
+                           : listed_of_obj(irregular_obj(W, L, 3, 12, 0.25, 5, 2, Diagonals::Delaunay));
+  const double clamp = L / 12;
+  for (Vec3& at : strip.points)
+    if (const double turned = (at[2] - clamp) / R; turned > 0)
+      at = {at[0], R * (1 - std::cos(turned)), clamp + R * std::sin(turned)};
+  return strip;
+}
+
+/// The middle of its last row at rest under its weight, times `load`.
+Vec3 end_of_curled_strip(const ListedShape& strip, const std::string& type, double load) {
+  constexpr double density = 0.2, L = 0.4, D = density * kG * L * L * L / 20;
+  BodySpec body;
+  body.name = "strip", body.shape = strip, body.density = density;
+  body.pins = {ListPin{{0, 1, 2, 3, 4, 5, 6, 7}}};
+  ConstraintSpec bends = stiff(type, {}, 1, type == "plate" ? 0 : 1);
+  bends.rigidity = D;
+  const bool quads = strip.faces[0][3] >= 0;
+  body.constraints = {
+      stiff("distance", quads ? std::vector<std::string>{"edges", "shear"} : std::vector<std::string>{"edges"}), bends};
+  Scene scene = scene_of({body}, {0, -kG * load, 0}, 1.0 / 60, 60);
+  const double swing = 3.516 / (L * L) * std::sqrt(D / density);
+  scene.wind = Wind{{0, 0, 0}, 2 * swing * density * L * 0.1 / static_cast<double>(strip.points.size())};
+  Simulation simulation(scene, {.threads = 1});
+  run_for(simulation, scene, 12 / swing);
+  const std::vector<Vec3> x = simulation.positions();
+  return x[x.size() - 3];
+}
+
+TEST(CurvedStrip, PulledThroughItsFlatShapeEndsAlikeByBothHinges) {
+  for (const bool grid : {true, false}) {
+    const ListedShape strip = curled_strip(grid);
+    const Vec3 rest = strip.points[strip.points.size() - 3];
+    const Vec3 hung = end_of_curled_strip(strip, "bending", 1);
+    EXPECT_LT(hung[1], 0) << "its weight bends it the other way";
+    for (const std::string type : {"bending", "isometric_bending"}) {
+      // Folds of a few degrees, whose angle and sine differ by 1e-3; what is left is inextensible triangles.
+      const double off = length(end_of_curled_strip(strip, type, 1) - hung) / 0.4;
+      std::printf("curled strip, %s, %s: its end is %.4f of its length off\n", grid ? "grid" : "irregular",
+                  type.c_str(), off);
+      EXPECT_LT(off, grid ? 0.005 : 0.02) << type << ", " << grid;
+      EXPECT_LT(length(end_of_curled_strip(strip, type, 0) - rest) / 0.4, 1e-6) << type << ", " << grid;
+    }
+  }
 }
 
 /// A shell that is curved at rest keeps its shape by Desbrun's method, and takes it up again.

@@ -1,6 +1,7 @@
 // Words and numbers as messages show them.
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <sstream>
 #include <string>
@@ -64,6 +65,12 @@ inline std::string shown(double value) {
   std::ostringstream text;
   text << value;
   return text.str();
+}
+
+/// A number > 0 to two digits.
+inline double two_digits(double value) {
+  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
+  return std::round(value / unit) * unit;
 }
 
 /// "1 body", "2 bodies"; `several` is `one` with an s where it is not given.

@@ -75,31 +75,6 @@ std::vector<std::array<int, 4>> hinges(const Mesh& mesh, int* crowded) {
   return found;
 }
 
-std::vector<std::array<int, 4>> plate_hinges(const Mesh& mesh, std::vector<double>& shares, int* crowded) {
-  std::vector<std::array<int, 2>> wings;  // of each side, the corners after it and before it
-  for (const Quad& face : mesh.faces) {
-    const int corners = is_triangle(face) ? 3 : 4;
-    for (int k = 0; k < corners; ++k) wings.push_back({face[(k + 2) % corners], face[(k + corners - 1) % corners]});
-  }
-  std::vector<std::array<int, 4>> found;
-  shares.clear();
-  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { visit_face_sides(mesh.faces, add); });
-  for_each_edge(sides, [&](auto first, auto last) {
-    if (last - first > 2 && crowded != nullptr) ++*crowded;
-    if (last - first != 2) return;
-    const int from = first->forward ? first->low : first->high, to = first->forward ? first->high : first->low;
-    const auto &c = wings[first[0].number], &d = wings[first[1].number];
-    const bool one = c[0] == c[1] && d[0] == d[1];
-    // Where the side's direction turns round from face to face, wings of the same place in their faces lie crosswise.
-    const int turned = first[0].forward == first[1].forward ? 1 : 0;
-    for (int k = 0; k < (one ? 1 : 2); ++k) {
-      found.push_back({from, to, c[k], d[k ^ turned]});
-      shares.push_back(one ? 1 : 0.5);
-    }
-  });
-  return found;
-}
-
 std::vector<int> components(int particles, const std::vector<Edge>& edges, int& count) {
   // Union-find in which every root is the lowest particle of its part.
   std::vector<int> parent(particles);

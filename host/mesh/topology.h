@@ -28,11 +28,6 @@ std::vector<int> opposite_sides(std::size_t points, const std::vector<Triangle>&
 /// taken as (b, a, d). Edges with one triangle or with more than two are left out; `crowded` as above.
 std::vector<std::array<int, 4>> hinges(const Mesh& mesh, int* crowded = nullptr);
 
-/// {a, b, c, d} as hinges() for every side that two faces share, with a quad's corners taken in turn as wings, so that
-/// no diagonal is preferred: `shares` gets the part of its edge's bending that each hinge stands for, 1 between
-/// triangles, 1/2 beside a quad. Quads' own diagonals do not bend.
-std::vector<std::array<int, 4>> plate_hinges(const Mesh& mesh, std::vector<double>& shares, int* crowded = nullptr);
-
 /// Which connected part each particle belongs to. Parts are numbered from 0 in the order of their lowest particles;
 /// `count` becomes their number.
 std::vector<int> components(int particles, const std::vector<Edge>& edges, int& count);

@@ -6,6 +6,8 @@
 #include "host/error.h"
 #include "host/mesh/topology.h"
 #include "host/model/elements.h"
+#include "host/model/isotropy.h"
+#include "host/model/material.h"
 #include "kernels/constraint_registry.h"
 
 namespace malha {
@@ -19,6 +21,8 @@ class Connector {
 
   /// Kind by kind in the registry's order, whatever the order in the scene, so that a sweep is the same.
   void run() {
+    if (!torn_)
+      for (std::size_t b = 0; b < bodies_.size(); ++b) note_other_materials(b);
     for_each_constraint([this]<class Kind>(Kind) {
       each_spec(Kind::name, [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
         add_set<Kind>(b, spec, place);
@@ -50,7 +54,7 @@ class Connector {
 
   template <class Kind>
   void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
-    auto [all, remainder, crowded] = list_elements(Kind::element, bodies_[b].mesh, bodies_[b].edges, spec);
+    auto [all, remainder, crowded] = list_elements(Kind::element, bodies_[b], spec, shear_of(b));
     if (crowded > 0) note_crowded(b, Kind::name, crowded);
     if (all.particles.empty() && remainder.particles.empty()) {
       if (torn_) return;  // to pieces
@@ -63,6 +67,49 @@ class Connector {
       other.type = Kind::Remainder::name, other.parameter = Kind::Remainder::parameter.standard;
       add_elements<typename Kind::Remainder>(b, other, std::move(remainder));
     }
+  }
+
+  /// The rigidity of the body's diagonals over that of its edges.
+  double shear_of(std::size_t b) const {
+    double edges = 0, diagonals = 0;
+    for (const ConstraintSpec& spec : model_.scene.bodies[b].constraints)
+      if (spec.type == "distance" && spec.rigidity)
+        for (const std::string& on : spec.on) (on == "shear" ? diagonals : edges) += *spec.rigidity;
+    return edges > 0 ? diagonals / edges : 0;
+  }
+
+  /// Where the mesh makes another sheet of a rigidity: by half as stiff, or as soft, again in some direction.
+  void note_other_materials(std::size_t b) {
+    constexpr double most = 1.5;
+    const Body& body = bodies_[b];
+    if (!body.mesh.tetrahedra.empty()) return;
+    const auto note = [&](const std::string& type, const Isotropy& found, const std::string& cells,
+                          const char* instead) {
+      if (found.least * most >= 1 && found.most <= most) return;
+      model_.notes.push_back("body '" + model_.scene.bodies[b].name + "': its \"" + type + "\" is " +
+                             shown(two_digits(found.least)) + " to " + shown(two_digits(found.most)) +
+                             " times as stiff as its \"rigidity\" says, by direction, on " + cells + "; take \"" +
+                             instead + "\" (scenes/README.md, Materials)");
+    };
+    std::vector<Edge> springs;
+    std::vector<double> stiffness;
+    double Y = 0, G = 0;
+    for (const ConstraintSpec& spec : model_.scene.bodies[b].constraints) {
+      if (!spec.rigidity) continue;
+      if (spec.type == "distance") {
+        const Elements all = list_elements(Element::Edges, body, spec, shear_of(b)).all;
+        for (std::size_t e = 0; e < all.softness.size(); ++e)
+          springs.push_back({all.particles[2 * e], all.particles[2 * e + 1]}),
+              stiffness.push_back(*spec.rigidity / all.softness[e]);
+        for (const std::string& on : spec.on) (on == "shear" ? G : Y) += *spec.rigidity;
+      } else if (spec.type == "bending" || spec.type == "isometric_bending") {
+        const PlateHinges hinges = plate_hinges(body.mesh, std::vector<bool>(body.mesh.points.size()));
+        note(spec.type, isotropy_of_hinges(body.mesh, hinges.list, hinges.softness), "cells like these", "plate");
+      }
+    }
+    if (Y > 0)
+      note("distance", isotropy_of_springs(body.mesh, springs, stiffness, Y, G),
+           G > 0 ? "cells that are so much longer than wide, or askew" : "triangles like these", "membrane");
   }
 
   void note_crowded(std::size_t b, const std::string& kind, int edges) {

@@ -17,8 +17,8 @@ void add_to(Elements& elements, const List& list, const std::vector<double>& sof
 
 }  // namespace
 
-ListedElements list_elements(Element element, const Mesh& mesh, const std::vector<Edge>& edges,
-                             const ConstraintSpec& spec) {
+ListedElements list_elements(Element element, const Body& body, const ConstraintSpec& spec, double shear) {
+  const Mesh& mesh = body.mesh;
   ListedElements listed;
   const auto add = [&listed](const auto& list, const std::vector<double>& softness = {}) {
     add_to(listed.all, list, softness);
@@ -28,15 +28,15 @@ ListedElements list_elements(Element element, const Mesh& mesh, const std::vecto
     case Element::Edges:
       for (const std::string& on : spec.on)
         if (on == "shear")
-          add(shear(mesh), material ? shear_softness(mesh) : std::vector<double>{});
+          add(malha::shear(mesh), material ? shear_softness(mesh) : std::vector<double>{});
         else
-          add(edges, material ? edge_softness(mesh, edges) : std::vector<double>{});
+          add(body.edges, material ? edge_softness(mesh, body.edges, shear) : std::vector<double>{});
       break;
     case Element::Hinges:
       if (material) {
-        std::vector<double> shares;
-        const auto list = plate_hinges(mesh, shares, &listed.crowded);
-        add(list, hinge_softness(mesh, list, shares));
+        const PlateHinges of_plate = plate_hinges(mesh, body.holds.pinned);
+        listed.crowded = of_plate.crowded;
+        add(of_plate.list, of_plate.softness);
       } else {
         add(hinges(mesh, &listed.crowded));
       }
@@ -48,7 +48,7 @@ ListedElements list_elements(Element element, const Mesh& mesh, const std::vecto
       add(mesh.tetrahedra);
       break;
     case Element::WingedTriangles: {
-      const WingedTriangles winged = winged_triangles(mesh);
+      const WingedTriangles winged = winged_triangles(mesh, body.holds.pinned);
       listed.crowded = winged.crowded;
       add(winged.list, winged.softness);
       add_to(listed.remainder, winged.hinges, winged.hinge_softness);

@@ -2,8 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "host/mesh.h"
-#include "host/scene.h"
+#include "host/model/body.h"
 #include "kernels/element.h"
 
 namespace malha {
@@ -22,8 +21,8 @@ struct ListedElements {
   int crowded = 0;  // edges of more than two triangles, where what bends has no hinge
 };
 
-/// `edges`: of the mesh. `spec.on`: which of the edges; a rigidity is that of the material.
-ListedElements list_elements(Element element, const Mesh& mesh, const std::vector<Edge>& edges,
-                             const ConstraintSpec& spec);
+/// Of the body's mesh. `spec.on`: which of the edges; a rigidity is that of the material. `shear`: of a body's
+/// diagonals, over that of its edges (edge_softness).
+ListedElements list_elements(Element element, const Body& body, const ConstraintSpec& spec, double shear);
 
 }  // namespace malha

@@ -1,5 +1,6 @@
 #include "host/model/material.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "host/mesh/edge_sides.h"
@@ -9,6 +10,9 @@
 namespace malha {
 
 namespace {
+
+/// Sides keep so much of their own stiffness where diagonals alone would be stiffer along them than the material.
+constexpr double kLeastOfASide = 0.05;
 
 /// Nothing that has no length can bend or stretch.
 double over(double a, double length2) { return length2 > 0 ? a / length2 : 0; }
@@ -21,13 +25,43 @@ double face_area(const Mesh& mesh, const Quad& face) {
   return is_triangle(face) ? of(0, 1, 2) : 0.5 * (of(0, 1, 2) + of(0, 2, 3) + of(1, 2, 3) + of(1, 3, 0));
 }
 
+/// Of a quad: its sides 0 and 2 over its sides 1 and 3, squared.
+double squared_aspect(const Mesh& mesh, const Quad& face) {
+  const auto side2 = [&](int k) { return squared_distance(mesh.points[face[k]], mesh.points[face[(k + 1) % 4]]); };
+  return over(side2(0) + side2(2), side2(1) + side2(3));
+}
+
+/// What is 1 but for rounding is 1.
+double rounded_to_one(double a) { return std::abs(a - 1) < 1e-9 ? 1 : a; }
+
+/// Of the rectangles a b of a grid, hinges about sides a whose wings lie crosswise resist a twist a^2 / b^2 as much as
+/// a plate does, and those about sides b by the inverse: what the hinges about this side (length^2) should, of the cell
+/// that is so wide across it, so that both together are the plate's two.
+double twist_about(double length2, double across2) {
+  const double ratio = over(length2, across2);
+  return ratio <= 1 ? ratio : 2 - 1 / ratio;
+}
+
+/// Whether a triangle can neither move nor bend.
+bool still(const std::vector<bool>& held, int a, int b, int c) { return held[a] && held[b] && held[c]; }
+
 }  // namespace
 
-std::vector<double> edge_softness(const Mesh& mesh, const std::vector<Edge>& edges) {
-  std::vector<int> face_of;  // of each side, in the order of visit_face_sides
+std::vector<double> edge_softness(const Mesh& mesh, const std::vector<Edge>& edges, double shear) {
+  std::vector<int> face_of, number_in_face;  // of each side, in the order of visit_face_sides
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
-    face_of.insert(face_of.end(), is_triangle(mesh.faces[f]) ? 3 : 4, static_cast<int>(f));
+    for (int k = 0; k < (is_triangle(mesh.faces[f]) ? 3 : 4); ++k)
+      face_of.push_back(static_cast<int>(f)), number_in_face.push_back(k);
   const int sides = static_cast<int>(face_of.size());
+  // Of a side what is there beside the diagonals: they pull along it too, (side / other side)^2 as stiffly as they
+  // shear.
+  const auto part_of = [&](int side) {
+    const Quad& face = mesh.faces[face_of[side]];
+    if (is_triangle(face)) return 1.0;
+    const double aspect2 = squared_aspect(mesh, face);
+    const double own2 = rounded_to_one(number_in_face[side] % 2 == 0 ? aspect2 : over(1, aspect2));
+    return 0.5 * std::max(1 + shear * (1 - own2), kLeastOfASide);
+  };
   // The edges come after the sides, so that every group of equals holds the faces of an edge and its number.
   const auto all = sorted_sides(mesh.points.size(), [&](auto add) {
     visit_face_sides(mesh.faces, add);
@@ -38,10 +72,7 @@ std::vector<double> edge_softness(const Mesh& mesh, const std::vector<Edge>& edg
     const double length2 = squared_distance(mesh.points[first->low], mesh.points[first->high]);
     double share = 0;
     for (auto side = first; side != last; ++side)
-      if (side->number < sides) {
-        const Quad& face = mesh.faces[face_of[side->number]];
-        share += face_area(mesh, face) * (is_triangle(face) ? 1 : 0.5);
-      }
+      if (side->number < sides) share += face_area(mesh, mesh.faces[face_of[side->number]]) * part_of(side->number);
     for (auto side = first; side != last; ++side)
       if (side->number >= sides) softness[side->number - sides] = share > 0 ? length2 / share : std::sqrt(length2);
   });
@@ -59,17 +90,71 @@ std::vector<double> shear_softness(const Mesh& mesh) {
   return softness;
 }
 
-std::vector<double> hinge_softness(const Mesh& mesh, const std::vector<std::array<int, 4>>& hinges,
-                                   const std::vector<double>& shares) {
-  std::vector<double> softness;
-  softness.reserve(hinges.size());
-  for (std::size_t h = 0; h < hinges.size(); ++h) {
-    const auto& [a, b, c, d] = hinges[h];
-    const auto& X = mesh.points;
-    const double both = (area(X[a], X[b], X[c]) + area(X[a], X[b], X[d])) / shares[h];
-    softness.push_back(over(both, squared_distance(X[a], X[b])));
+PlateHinges plate_hinges(const Mesh& mesh, const std::vector<bool>& held) {
+  struct Wing {
+    int face;
+    std::array<int, 2> corner;  // the corners after the side and before it
+  };
+  std::vector<Wing> wings;  // of each side
+  std::vector<double> areas;
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    const Quad& face = mesh.faces[f];
+    const int corners = is_triangle(face) ? 3 : 4;
+    for (int k = 0; k < corners; ++k)
+      wings.push_back({static_cast<int>(f), {face[(k + 2) % corners], face[(k + corners - 1) % corners]}});
+    areas.push_back(face_area(mesh, face));
   }
-  return softness;
+  PlateHinges found;
+  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { visit_face_sides(mesh.faces, add); });
+  for_each_edge(sides, [&](auto first, auto last) {
+    if (last - first > 2) ++found.crowded;
+    if (last - first != 2) return;
+    const int from = first->forward ? first->low : first->high, to = first->forward ? first->high : first->low;
+    const auto& X = mesh.points;
+    const double length2 = squared_distance(X[from], X[to]);
+    const Wing &c = wings[first[0].number], &d = wings[first[1].number];
+    // Where the side's direction turns round from face to face, wings of the same place in their faces lie crosswise.
+    const int turned = first[0].forward == first[1].forward ? 1 : 0;
+    const auto add = [&](int in_c, int in_d, double share) {
+      const int wing_c = c.corner[in_c], wing_d = d.corner[in_d];
+      const double both = (still(held, from, to, wing_c) ? 0 : area(X[from], X[to], X[wing_c])) +
+                          (still(held, from, to, wing_d) ? 0 : area(X[from], X[to], X[wing_d]));
+      found.list.push_back({from, to, wing_c, wing_d});
+      found.softness.push_back(over(both / share, length2));
+    };
+    const bool quads = c.corner[0] != c.corner[1] && d.corner[0] != d.corner[1];
+    if (c.corner[0] == c.corner[1] && d.corner[0] == d.corner[1]) return add(0, turned, 1);
+    double crosswise = 1;
+    if (quads) {
+      double twist = 0, across = 0;
+      for (const int f : {c.face, d.face}) {
+        const double one = over(areas[f], std::sqrt(length2));
+        twist += one * twist_about(length2, one * one) / 2, across += one / 2;
+      }
+      crosswise = std::min(1.0, rounded_to_one(over(across * twist, length2)));
+    }
+    for (int k = 0; k < 2; ++k) add(k, k ^ turned, 0.5 * crosswise);
+    if (crosswise < 1)
+      for (int k = 0; k < 2; ++k) add(k, k ^ turned ^ 1, 0.5 * (1 - crosswise));
+  });
+  return found;
+}
+
+FoldByCurvature fold_by_curvature(const Mesh& mesh, const std::array<int, 4>& hinge) {
+  const auto& [from, to, c, d] = hinge;
+  const auto& X = mesh.points;
+  const Vec3 edge = minus(X[to], X[from]);
+  const double length2 = dot(edge, edge), length = std::sqrt(length2);
+  FoldByCurvature fold{0, 0, 0};  // what lifts each wing over the edge, over its height
+  double side = 1;
+  for (const int wing : {c, d}) {
+    const double height = over(2 * area(X[from], X[to], X[wing]), length);
+    const double foot = over(dot(minus(X[wing], X[from]), edge), length);  // m along the edge
+    if (!(height > 0)) return {0, 0, 0};
+    fold.xx += foot * (foot - length) / (2 * height), fold.yy += height / 2, fold.xy += side * foot;
+    side = -1;
+  }
+  return fold;
 }
 
 }  // namespace malha

@@ -30,11 +30,6 @@ constexpr int kLayers = 8;     // substeps, with which layers slide by Coulomb's
 
 double percent(double part) { return std::round(100 * part); }
 
-double two_digits(double value) {
-  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
-  return std::round(value / unit) * unit;
-}
-
 /// "malha study stability" and its chart.
 std::string shown_by(const char* chart) { return std::string(" (malha study stability, chart ") + chart + ")"; }
 

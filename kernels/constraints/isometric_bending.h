@@ -1,7 +1,8 @@
-// isometric_bending: C = |sum K_j p_j| - |sum K_j X_j| over the four particles of a hinge, K its cotangent weights at
-// rest over the edge: the fold's vector, 2 sin(theta / 2) long. Where the fold is small that is the angle, so that a
-// compliance or rigidity means what it means for bending. Quadratic in the positions, and no triangle of the moment can
-// degenerate it. Meant for sheets that hardly stretch (Bergou et al. 2006, section 4).
+// isometric_bending: C = +-|sum K_j p_j| -+ |sum K_j X_j| over the four particles of a hinge, K its cotangent weights
+// at rest over the edge: the fold's vector, 2 sin(theta / 2) long, with the sign of the side to which it folds, so that
+// what is curved at rest does not rest when it is snapped through. Where the fold is small that is the angle, so that a
+// compliance or rigidity means what it means for bending. Quadratic in the positions where flat at rest, and no
+// triangle of the moment can degenerate it. Meant for sheets that hardly stretch (Bergou et al. 2006, section 4).
 #pragma once
 #include "kernels/project_constraint.h"
 
@@ -19,8 +20,8 @@ struct IsometricBending {
   static constexpr int numbers = 4;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
 
-  /// The vector's length at rest times rest_scale (0: flat), and K_0 to K_2, 1/m; K_3 makes their sum 0. A hinge of
-  /// which a triangle has no area has none.
+  /// The vector's length at rest with its side's sign, times rest_scale (0: flat), and K_0 to K_2, 1/m; K_3 makes their
+  /// sum 0. A hinge of which a triangle has no area has none.
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[4], S rest_scale, S (&rest)[4]) {
     using R = typename RealOf<S>::type;
@@ -36,17 +37,18 @@ struct IsometricBending {
     rest[1] = select(whole, at1, zero), rest[2] = select(whole, at0, zero), rest[3] = select(whole, -e2 * u1, zero);
     const Vector3<S> fold = fold_of(X, rest);
     const S folded = root(dot(fold, fold));  // of a flat hinge, the rounding of its weights
-    rest[0] = select(folded > S(R(1e-9)), folded * rest_scale, zero);
+    rest[0] = select(folded > S(R(1e-9)), folded * side_of(X, rest, fold) * rest_scale, zero);
   }
 
   /// C and its gradients times |sum K_j p_j|, as Distance does.
   template <class S, class Mask>
   KERNEL static S evaluate(const Vector3<S> (&p)[4], const S* rest, const Mask& held, Vector3<S> (&grad)[4], S& scale) {
     const Vector3<S> fold = or_zero(held, fold_of(p, rest));
-    for (int j = 0; j < 3; ++j) grad[j] = or_zero(held, fold * rest[1 + j]);
+    const S side = side_of(p, rest, fold);
+    for (int j = 0; j < 3; ++j) grad[j] = or_zero(held, fold * (rest[1 + j] * side));
     grad[3] = -(grad[0] + grad[1] + grad[2]);
     scale = root(dot(fold, fold));
-    return scale * (scale - rest[0]);
+    return scale * (scale * side - rest[0]);
   }
 
   /// The filter sees the fold's vector, drawn to its length at rest. Both bendings are this to it: near rest they store
@@ -57,7 +59,7 @@ struct IsometricBending {
     KERNEL static void weights(const Vector3<S> (&X)[4], S rest_scale, S (&c)[1][4], S (&own)[1]) {
       S of[4];
       rest(X, rest_scale, of);
-      own[0] = of[0];
+      own[0] = magnitude(of[0]);
       for (int j = 0; j < 3; ++j) c[0][j] = of[1 + j];
       c[0][3] = -(of[1] + of[2] + of[3]);
     }
@@ -87,6 +89,18 @@ struct IsometricBending {
   template <class S>
   KERNEL static Vector3<S> fold_of(const Vector3<S> (&p)[4], const S* rest) {
     return (p[0] - p[3]) * rest[1] + (p[1] - p[3]) * rest[2] + (p[2] - p[3]) * rest[3];
+  }
+
+  /// 1 or -1: whether the fold lies along the sum of both triangles' normals, e x (r_2 / h_2 - r_3 / h_3) with the
+  /// wings r over the edge and their heights at rest, h_j = -1 / K_j, or against it. What is stretched in its plane has
+  /// a fold there too, which has no side: within 120 degrees of that at rest counts as on its side.
+  template <class S>
+  KERNEL static S side_of(const Vector3<S> (&p)[4], const S* rest, const Vector3<S>& fold) {
+    using R = typename RealOf<S>::type;
+    const S one(R(1)), K3 = -(rest[1] + rest[2] + rest[3]), at_rest = select(rest[0] < S(R(0)), -one, one);
+    const Vector3<S> normal = cross(p[1] - p[0], (p[3] - p[0]) * K3 - (p[2] - p[0]) * rest[3]);
+    const S along = dot(fold, normal) * at_rest;
+    return select(along + along < -root(dot(fold, fold) * dot(normal, normal)), -at_rest, at_rest);
   }
 };
 

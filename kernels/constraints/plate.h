@@ -28,19 +28,17 @@ struct Plate {
 
   KERNEL static double compliance(double D, double) { return 1 / D; }
 
-  /// theta = a (Hxx, Hyy, Hxy) over the mesh unfolded about the triangle, in m; `area`: of the triangle, m^2.
+  /// The six points unfolded about the triangle: its corner 0 at (0, 0), its corner 1 at (length, 0).
   template <class S>
-  KERNEL static void folds_by_curvature(const Vector3<S> (&X)[6], S (&a)[3][3], S& area) {
+  KERNEL static void unfold(const Vector3<S> (&X)[6], S (&u)[6], S (&v)[6]) {
     using R = typename RealOf<S>::type;
-    const S zero(R(0)), one(R(1)), half(R(0.5));
+    const S zero(R(0)), one(R(1));
     const Vector3<S> e = X[1] - X[0], f = X[2] - X[0], n = cross(e, f);
     const S length = root(dot(e, e)), twice = root(dot(n, n));
-    area = twice * half;
     const S per = one / select(length > zero, length, one);
-    S u[6] = {zero, length, dot(e, f) * per}, v[6] = {zero, zero, twice * per};
+    u[0] = zero, u[1] = length, u[2] = dot(e, f) * per;
+    v[0] = zero, v[1] = zero, v[2] = twice * per;
     for (int i = 0; i < 3; ++i) {
-      S c[6];
-      fold_weights(X, i, c);
       // Beyond the side, as far from it as the wing is.
       const int from = (i + 1) % 3, to = (i + 2) % 3, wing = 3 + i;
       const S du = u[to] - u[from], dv = v[to] - v[from], side = root(du * du + dv * dv);
@@ -48,6 +46,22 @@ struct Plate {
       S foot, height;
       over_edge(X[from], X[to], X[wing], foot, height);
       u[wing] = u[from] + du * foot + dv * per_side * height, v[wing] = v[from] + dv * foot - du * per_side * height;
+    }
+  }
+
+  /// theta = a (Hxx, Hyy, Hxy) over the mesh unfolded about the triangle, in m; `area`: of the triangle, m^2.
+  template <class S>
+  KERNEL static void folds_by_curvature(const Vector3<S> (&X)[6], S (&a)[3][3], S& area) {
+    using R = typename RealOf<S>::type;
+    const S zero(R(0)), half(R(0.5));
+    S u[6], v[6];
+    unfold(X, u, v);
+    const Vector3<S> n = cross(X[1] - X[0], X[2] - X[0]);
+    area = root(dot(n, n)) * half;
+    for (int i = 0; i < 3; ++i) {
+      S c[6];
+      fold_weights(X, i, c);
+      const int from = (i + 1) % 3, to = (i + 2) % 3, wing = 3 + i;
       a[i][0] = a[i][1] = a[i][2] = zero;
       const int corners[4] = {from, to, i, wing};
       for (const int j : corners) {
