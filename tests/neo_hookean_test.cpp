@@ -212,6 +212,20 @@ INSTANTIATE_TEST_SUITE_P(, NeoHookeanComesBack,
                                                }}),
                          [](const auto& tested) { return tested.param.name; });
 
+// A limit that scenes/README.md states: there its forces are along the line, and none in the point.
+TEST(NeoHookean, StaysOnALineOrInAPointFromWhichNothingSaysTheWayOut) {
+  for (const double along : {1.0, 0.0}) {
+    Scene scene = block(1e6, 0.3);
+    scene.bodies[0].damping = 0.1;
+    const Model model = build_model(scene);
+    const auto solver = started<float>(model, [along](const Vec3& X) { return Vec3{along * X[0], 0, 0}; });
+    for (int step = 0; step < 180; ++step) solver->step();
+    const Measures m = solver->measure();
+    EXPECT_NEAR(m.volume_ratios.at(0), 0, 1e-6) << along;
+    EXPECT_LT(m.speed_max, 1) << along;
+  }
+}
+
 TEST(NeoHookean, HangsAsLongAsLinearElasticityTells) {
   // Without contraction across (nu = 0) the elongation under its own weight is rho g L^2 / (2 E) = 5 mm.
   for (const auto& [substeps, iterations] : {std::array{20, 1}, {60, 1}, {5, 40}}) {

@@ -11,6 +11,7 @@
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
 #include "host/simulation.h"
+#include "tests/cells_of_six.h"
 #include "tests/scene_builders.h"
 
 namespace malha {
@@ -33,8 +34,11 @@ double tip(const std::vector<Vec3>& X, const std::vector<Vec3>& x) {
   return sum / count;
 }
 
-double by_malha(int cells, int substeps, int iterations, double dt = 0.02) {
-  BodySpec body = malha::body("beam", beam(cells), {neo_hookean(E, nu)});
+double by_malha(int cells, int substeps, int iterations, double dt = 0.02, double poisson_ratio = nu,
+                bool of_six = false) {
+  const Shape shape =
+      of_six ? Shape(cells_of_six({span, width, width}, {5 * cells, cells, cells})) : Shape(beam(cells));
+  BodySpec body = malha::body("beam", shape, {neo_hookean(E, poisson_ratio)});
   body.mass.reset(), body.density = rho;
   body.pins = {BoxPin{{-span, -1, -1}, {-span / 2 + 1e-6, 1, 1}}};
   Scene scene = scene_of({body});
@@ -125,6 +129,26 @@ TEST(BeamOfTetrahedra, SoftensWithTheCellsThatAWaveGetsThroughInASubstep) {
     EXPECT_NEAR(softened(cells, 0.4, 4), 0.03, 0.07) << cells << ": as 0.2 with one iteration";
     EXPECT_NEAR(softened(cells, 0.8, 16), 0.03, 0.07) << cells << ": as 0.2 with one iteration";
   }
+}
+
+// Figures of scenes/accuracy.md, which it prints.
+TEST(BeamOfTetrahedra, OfSixACellSoftensWithPoissonsRatioToo) {
+  for (const int cells : {1, 2})
+    for (const double ratio : {0.0, 0.3, 0.4, 0.45, 0.48}) {
+      constexpr int substeps = 10;
+      const double unit = substeps * width / cells / std::sqrt(E / (3 * rho));  // s, a step of one cell a substep
+      const double right = by_malha(cells, 2 * substeps, 1, 0.12 * unit, ratio, true);
+      std::printf("six a cell, %d across, Poisson's ratio %.2f: sinks too far by", cells, ratio);
+      for (const double wave : {0.1, 0.18, 0.25, 0.4}) {
+        const double share = by_malha(cells, substeps, 1, wave * unit, ratio, true) / right - 1;
+        std::printf(" %.0f %%", 100 * share);
+        const double s = wave * wave * 2 * ratio / (1 - 2 * ratio), expected = s / (1 + s / 4);
+        if (wave < 0.3) {
+          EXPECT_NEAR(share, 1.1 * expected, 0.05 + 0.6 * expected) << cells << ", " << ratio << ", " << wave;
+        }
+      }
+      std::printf("\n");
+    }
 }
 
 TEST(BeamOfTetrahedra, LocksWhereCoarseAndComesToTheTheoryUnderRefinement) {

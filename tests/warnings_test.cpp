@@ -8,7 +8,9 @@
 
 #include "host/mesh/vectors.h"
 #include "host/report/failure_boundaries.h"
+#include "tests/cells_of_six.h"
 #include "tests/irregular_mesh.h"
+#include "tests/sheet_statics.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -242,6 +244,101 @@ TEST(WarningOfWaves, ComesWhereTooFewSubstepsMakeAMaterialSoft) {
   scene.solver.iterations = 4;  // as far as 0.2 with one
   EXPECT_TRUE(warnings_of(scene).empty());
   EXPECT_LT(swung_depth(scene), 1.2 * right);
+}
+
+/// A beam of cells of six tetrahedra, held at one end, under a weight that bends it little.
+Scene beam_of_six(double poisson_ratio, int substeps) {
+  const ListedShape shape = cells_of_six({1, 0.2, 0.2}, {10, 2, 2});
+  ConstraintSpec material;
+  material.type = "neo_hookean", material.young_modulus = 1e6, material.parameter = poisson_ratio;
+  BodySpec beam;
+  beam.name = "beam", beam.shape = shape, beam.density = 1000, beam.constraints = {material};
+  beam.pins = {BoxPin{{-1, -1, -1}, {1e-6 - 0.5, 1, 1}}};
+  Scene scene = scene_of({beam}, {0, -0.25, 0}, 1.0 / 60, substeps);
+  scene.wind = Wind{{0, 0, 0}, 12 * 1000 * 0.04 / static_cast<double>(shape.points.size())};
+  return scene;
+}
+
+double sag_of_six(const Scene& scene) {
+  const Simulation rested = after(scene, 2);
+  double low = 0;
+  for (const Vec3& x : rested.positions()) low = std::min(low, x[1]);
+  return -low - 0.1;
+}
+
+TEST(WarningOfGive, ComesWherePoissonsRatioMakesTetrahedraSoftThatAShearWaveWouldNot) {
+  // 0.18 of a cell a substep: a hundredth too soft without Poisson's ratio, a quarter with 0.45.
+  for (const auto& [nu, substeps, comes] :
+       {std::tuple{0.3, 17, false}, {0.45, 17, true}, {0.45, 40, false}, {0.0, 17, false}}) {
+    const Scene scene = beam_of_six(nu, substeps);
+    const std::vector<std::string> lines = warnings_of(scene);
+    EXPECT_EQ(lines.size(), comes ? 1u : 0u) << nu << ", " << substeps;
+    if (comes) {
+      EXPECT_TRUE(has(lines.at(0), "poisson_ratio")) << lines[0];
+    }
+    const double softer = sag_of_six(scene) / sag_of_six(beam_of_six(nu, 160)) - 1;
+    std::printf("nu %.2f, %d substeps: %.0f %% too soft\n", nu, substeps, 100 * softer);
+    EXPECT_EQ(softer > 0.2, comes) << nu << ", " << substeps << ": " << softer;
+  }
+}
+
+/// A strip of 1 m x 0.2 m, held level by its first two rows, of this rigidity over the weight of a square metre.
+Scene held_level(const Shape& shape, int columns, const std::string& type, double rigidity) {
+  ConstraintSpec bends = stiff(type, {}, 1, type == "plate" ? 0 : 1);
+  bends.rigidity = rigidity * 0.2 * kG;
+  BodySpec strip;
+  strip.name = "strip", strip.shape = shape, strip.density = 0.2;
+  std::vector<int> held;
+  for (int i = 0; i < 2 * columns; ++i) held.push_back(i);
+  strip.pins = {ListPin{held}};
+  strip.constraints = {stiff("distance", {"edges", "shear"}), bends};
+  if (std::holds_alternative<ListedShape>(shape)) strip.constraints[0].on = {"edges"};
+  Scene scene = scene_of({strip}, kEarth, 1.0 / 60, 20);
+  scene.wind = Wind{{0, 0, 0}, 0.002};
+  return scene;
+}
+
+bool warns_of_a_fold(const Scene& scene) {
+  const std::vector<std::string> lines = warnings_of(scene);
+  return std::any_of(lines.begin(), lines.end(),
+                     [](const std::string& line) { return has(line, "its weight folds it"); });
+}
+
+TEST(WarningOfFolds, ComesWhereAClampedStripHangsOtherwiseThanAHeavyElasticaAndNotWhereItDoesNot) {
+  // Drop over reach of a heavy elastica by Gamma, density g L^3 / D: theta'' + Gamma (1 - s) cos theta = 0.
+  const double free = 1 - 1.0 / 24;
+  for (const auto& [gamma, ratio, comes] : {std::tuple{10.0, 1.067, false}, {1000.0, 21.34, true}}) {
+    Scene scene = held_level(GridShape{{0.2, 1}, {5, 24}}, 6, "bending", std::pow(free, 3) / gamma);
+    scene.solver.substeps = gamma < 100 ? 100 : 20;  // what they leave is under 1 %
+    EXPECT_EQ(warns_of_a_fold(scene), comes) << gamma;
+    const std::vector<Vec3> x = after(scene, gamma < 100 ? 4 : 10).positions();
+    const Vec3 tip = x[x.size() - 3];
+    const double found = -tip[1] / (tip[2] - 1.0 / 24);
+    std::printf("heavy elastica of %g: drop over reach %.3f of %.3f\n", gamma, found, ratio);
+    EXPECT_EQ(std::abs(found / ratio - 1) > 0.1, comes) << gamma;
+  }
+}
+
+TEST(WarningOfFolds, IsThatOfTwoEdgesOnAnyMeshAndOnlyWhereASheetTurns) {
+  const ListedShape triangles = listed_of_obj(irregular_obj(0.2, 1, 5, 24, 0.2, 3, 2, Diagonals::Delaunay));
+  for (const Shape& shape : std::vector<Shape>{GridShape{{0.2, 1}, {5, 24}}, triangles})
+    for (const std::string type : {"bending", "isometric_bending", "plate"}) {
+      // sqrt(D / T) of 2.5 and of 1.5 edges; T is the weight of what hangs, 23 / 24 of a metre of strip.
+      EXPECT_FALSE(warns_of_a_fold(held_level(shape, 6, type, std::pow(2.5 / 24, 2)))) << type;
+      Scene fine = held_level(shape, 6, type, std::pow(1.5 / 24, 2));
+      EXPECT_TRUE(warns_of_a_fold(fine)) << type;
+      fine.bodies[0].transform.axis = {1, 0, 0}, fine.bodies[0].transform.degrees = 90;
+      EXPECT_FALSE(warns_of_a_fold(fine)) << type << ": it hangs straight down";
+      fine.bodies[0].transform.degrees = -90;
+      EXPECT_TRUE(warns_of_a_fold(fine)) << type << ": it stands on its clamp";
+      fine.bodies[0].transform.degrees = 0;
+      if (std::holds_alternative<ListedShape>(shape)) continue;
+      fine.bodies[0].pins = {RowPin{}};
+      EXPECT_FALSE(warns_of_a_fold(fine)) << type << ": a row is a joint";
+      Scene over = held_level(shape, 6, type, std::pow(1.0 / 24, 2));  // 1.4 edges under half of the weight
+      over.bodies[0].pins = {BoxPin{{-1, -1, 0.49}, {1, 1, 0.51}}};
+      EXPECT_TRUE(warns_of_a_fold(over)) << type << ": both halves hang over it";
+    }
 }
 
 TEST(WarningOfDistance, ComesFarFromTheOriginInFloatAlone) {

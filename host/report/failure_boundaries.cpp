@@ -75,6 +75,23 @@ double left_by_levels(int levels, bool long_way) {
   return std::pow(0.25, levels);
 }
 
+/// f(body, constraint, cells that its shear wave gets through in a substep, over the root of the iterations).
+template <class F>
+void for_each_wave(const Model& model, F&& f) {
+  for (std::size_t b = 0; b < model.tetrahedra.size(); ++b) {
+    const BodySpec& body = model.scene.bodies[b];
+    for (const ConstraintSpec& spec : body.constraints) {
+      if (spec.type != "neo_hookean" || model.tetrahedra[b].empty()) continue;
+      double space = 0;
+      for (const Tetrahedron& t : model.tetrahedra[b]) space += volume(model.x, t);
+      const double density = body.density ? *body.density : body.mass.value_or(0) / space;
+      const double speed = std::sqrt(spec.young_modulus.value() / density / 3 / model.scene.solver.iterations);
+      const double cell = std::cbrt(6 * space / static_cast<double>(model.tetrahedra[b].size()));
+      f(b, spec, speed * substep(model) / cell);
+    }
+  }
+}
+
 }  // namespace
 
 Sag worst_sag(const Model& model) {
@@ -183,20 +200,20 @@ Drift worst_drift(const Model& model) {
 
 Wave fastest_wave(const Model& model) {
   Wave fastest;
-  for (std::size_t b = 0; b < model.tetrahedra.size(); ++b) {
-    const BodySpec& body = model.scene.bodies[b];
-    for (const ConstraintSpec& spec : body.constraints) {
-      if (spec.type != "neo_hookean" || model.tetrahedra[b].empty()) continue;
-      double space = 0;
-      for (const Tetrahedron& t : model.tetrahedra[b]) space += volume(model.x, t);
-      const double density = body.density ? *body.density : body.mass.value_or(0) / space;
-      const double speed = std::sqrt(spec.young_modulus.value() / density / 3 / model.scene.solver.iterations);
-      const double cell = std::cbrt(6 * space / static_cast<double>(model.tetrahedra[b].size()));
-      if (const double cells = speed * substep(model) / cell; cells > fastest.cells)
-        fastest = {cells, static_cast<int>(b)};
-    }
-  }
+  for_each_wave(model, [&](std::size_t body, const ConstraintSpec&, double cells) {
+    if (cells > fastest.cells) fastest = {cells, static_cast<int>(body)};
+  });
   return fastest;
+}
+
+Give most_given(const Model& model) {
+  Give most;
+  for_each_wave(model, [&](std::size_t body, const ConstraintSpec& spec, double cells) {
+    if (std::holds_alternative<TetBoxShape>(model.scene.bodies[body].shape)) return;
+    const double nu = spec.parameter, s = cells * cells * 2 * nu / (1 - 2 * nu);
+    if (const double share = s / (1 + s / 4); share > most.share) most = {share, nu, static_cast<int>(body)};
+  });
+  return most;
 }
 
 double free_stiffness(const Model& model) {

@@ -4,6 +4,7 @@
 
 #include "host/base/text.h"
 #include "host/report/failure_boundaries.h"
+#include "host/report/folds.h"
 #include "host/report/heavy_on_light.h"
 #include "host/report/resolution.h"
 #include "host/report/softening.h"
@@ -23,10 +24,13 @@ constexpr double kDrift = 0.01;        // of a free body's speed, in the run
 // with one iteration and up to 22 % with more; 31 to 77 % at 0.4.
 constexpr double kWave = 0.25;
 constexpr double kSlowWave = 0.2;  // -2 to 5 %, up to 9 %
-constexpr double kSoft = 0.1;      // of what a sheet gives way
+constexpr double kGive = 0.2;      // of what a material of tetrahedra gives way, because of its Poisson's ratio
+constexpr double kLessGive = 0.1;
+constexpr double kSoft = 0.1;  // of what a sheet gives way
 constexpr double kLessSoft = 0.08;
-constexpr double kHeavy = 10;  // of masses: let down from 24 mm on a block of 0.2 m, a block walks off by 0.08 m
-constexpr int kLayers = 8;     // substeps, with which layers slide by Coulomb's law within 7 % (0.35 on 20 degrees)
+constexpr double kEdgesOfAFold = 2;  // a clamped strip's drop over reach is then right within some per cent
+constexpr double kHeavy = 10;        // of masses: let down from 24 mm on a block of 0.2 m, a block walks off by 0.08 m
+constexpr int kLayers = 8;  // substeps, with which layers slide by Coulomb's law within 7 % (0.35 on 20 degrees)
 
 double percent(double part) { return std::round(100 * part); }
 
@@ -85,6 +89,13 @@ std::vector<std::string> warnings(const Model& model) {
                     shown(two_digits(kWave * std::sqrt(solver.iterations))) + "; take " +
                     shown(std::ceil(solver.substeps * wave.cells / kSlowWave)) +
                     " substeps (scenes/README.md, Tetrahedra)");
+  else if (const Give give = most_given(model); give.share > kGive)
+    lines.push_back("body '" + scene.bodies[give.body].name + "': with " + counted(solver.substeps, "substep") +
+                    " of " + counted(solver.iterations, "iteration") + " its material of \"poisson_ratio\" " +
+                    shown(give.poisson_ratio) + " gives way by some " + shown(two_digits(100 * give.share)) +
+                    " % more than asked for; take " +
+                    shown(std::ceil(solver.substeps * std::sqrt(give.share / (1 - give.share / 4) / kLessGive))) +
+                    " substeps, or a smaller \"poisson_ratio\" (scenes/accuracy.md, Tetrahedra)");
   if (const Softening soft = worst_softening(model); soft.share > kSoft)
     lines.push_back("body '" + scene.bodies[soft.body].name + "': with " + counted(solver.substeps, "substep") +
                     " of " + counted(solver.iterations, "iteration") + " its \"" + soft.type + "\" gives way " +
@@ -92,6 +103,12 @@ std::vector<std::string> warnings(const Model& model) {
                                     : "some " + shown(two_digits(1 + soft.share)) + " times as far as asked for") +
                     "; take " + shown(std::ceil(solver.substeps * std::sqrt(soft.share / kLessSoft))) +
                     " substeps, or a softer material (scenes/README.md, materials)");
+  if (const HangingFold fold = sharpest_fold(model); fold.spacing > 0 && fold.edges() < kEdgesOfAFold)
+    lines.push_back("body '" + scene.bodies[fold.body].name + "': where it is held its weight folds it over " +
+                    shown(two_digits(fold.length)) + " m, which is " + shown(two_digits(fold.edges())) +
+                    " of its edges there, and it will hang otherwise than its material does; take edges of " +
+                    shown(two_digits(fold.length / kEdgesOfAFold)) +
+                    " m there, or stiffer bending (scenes/accuracy.md, Materials)");
   if (scene.self_collision && solver.substeps < kLayers)
     lines.push_back(
         "with " + counted(solver.substeps, "substep") +

@@ -1,0 +1,128 @@
+#include "host/report/folds.h"
+
+#include <cmath>
+#include <map>
+
+#include "host/mesh/edge_sides.h"
+#include "host/mesh/topology.h"
+#include "host/mesh/vectors.h"
+
+namespace malha {
+
+namespace {
+
+constexpr double kTurn = 0.5;  // sine of the least angle that counts as a fold
+
+/// What a body's constraints make of bending: the rigidity, N m, and of what has a compliance instead, 1 / compliance.
+struct Bends {
+  double rigidity = 0, per_hinge = 0;
+};
+
+Bends bends_of(const BodySpec& body) {
+  Bends sum;
+  for (const ConstraintSpec& spec : body.constraints) {
+    if (spec.type != "bending" && spec.type != "isometric_bending" && spec.type != "plate") continue;
+    if (spec.rigidity)
+      sum.rigidity += *spec.rigidity;
+    else if (spec.compliance.value_or(0) > 0)
+      sum.per_hinge += 1 / *spec.compliance;
+    else
+      return {};  // as stiff as the steps allow
+  }
+  return sum;
+}
+
+/// The held side of a face that is not held, with another face beyond it.
+struct Line {
+  int from, to;
+  int free;                                  // a corner of the face that can move
+  double length, height, area, area_beyond;  // height: of the face over its side
+  Vec3 away;                                 // unit vector from the side into the face
+};
+
+double area_of(const Mesh& mesh, const Quad& face) {
+  const auto& X = mesh.points;
+  return area(X[face[0]], X[face[1]], X[face[2]]) + (is_triangle(face) ? 0 : area(X[face[0]], X[face[2]], X[face[3]]));
+}
+
+std::vector<Line> held_lines(const Mesh& mesh, const std::vector<bool>& held) {
+  std::vector<int> face_of;
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    face_of.insert(face_of.end(), is_triangle(mesh.faces[f]) ? 3 : 4, static_cast<int>(f));
+  std::vector<Line> lines;
+  const auto sides = sorted_sides(mesh.points.size(), [&](auto add) { visit_face_sides(mesh.faces, add); });
+  for_each_edge(sides, [&](auto first, auto last) {
+    if (last - first != 2 || !held[first->low] || !held[first->high]) return;
+    for (int k = 0; k < 2; ++k) {
+      const Quad &face = mesh.faces[face_of[first[k].number]], &beyond = mesh.faces[face_of[first[1 - k].number]];
+      Line line{first->low, first->high, -1, 0, 0, area_of(mesh, face), area_of(mesh, beyond), {}};
+      const Vec3 from = mesh.points[line.from], edge = minus(mesh.points[line.to], from);
+      line.length = norm(edge);
+      for (int c = 0; c < (is_triangle(face) ? 3 : 4); ++c) {
+        if (held[face[c]]) continue;
+        const Vec3 r = minus(mesh.points[face[c]], from);
+        const double along = dot(r, edge) / dot(edge, edge);
+        const Vec3 across{r[0] - along * edge[0], r[1] - along * edge[1], r[2] - along * edge[2]};
+        if (const double height = norm(across); height > line.height)
+          line.height = height, line.free = face[c],
+          line.away = {across[0] / height, across[1] / height, across[2] / height};
+      }
+      if (line.free >= 0 && line.length > 0) lines.push_back(line);
+    }
+  });
+  return lines;
+}
+
+}  // namespace
+
+HangingFold sharpest_fold(const Model& model) {
+  HangingFold sharpest;
+  const Vec3& gravity = model.scene.gravity;
+  const double g = norm(gravity);
+  if (!(g > 0)) return sharpest;
+  std::vector<int> solver_of;
+  std::vector<bool> held_there;
+  for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
+    const Bends bends = bends_of(model.scene.bodies[b]);
+    if (!(bends.rigidity + bends.per_hinge > 0)) continue;
+    if (solver_of.empty()) {
+      solver_of.resize(model.user_of.size());
+      for (std::size_t i = 0; i < model.user_of.size(); ++i) solver_of[model.user_of[i]] = static_cast<int>(i);
+      held_there = held_at_start(model, true);
+    }
+    const Appearance& look = model.look;
+    const int first = look.body_begin[b], count = look.body_begin[b + 1] - first;
+    Mesh mesh;
+    mesh.points.assign(look.points.begin() + first, look.points.begin() + first + count);
+    mesh.faces.assign(look.faces.begin() + look.face_begin[b], look.faces.begin() + look.face_begin[b + 1]);
+    for (Quad& face : mesh.faces)
+      for (int& corner : face) corner -= corner < 0 ? 0 : first;
+    std::vector<bool> held(count);
+    for (int i = 0; i < count; ++i) held[i] = held_there[solver_of[first + i]];
+    const std::vector<Line> lines = held_lines(mesh, held);
+    if (lines.empty()) continue;
+
+    // What moves together, its weight, and the length along which it is held.
+    std::vector<Edge> links;
+    visit_face_sides(mesh.faces, [&](int from, int to) {
+      if (!held[from] && !held[to]) links.push_back({from, to});
+    });
+    int parts = 0;
+    const std::vector<int> part = components(count, links, parts);
+    std::vector<double> weight(parts), width(parts);
+    for (int i = 0; i < count; ++i)
+      if (const double w = model.w[solver_of[first + i]]; !held[i] && w > 0) weight[part[i]] += g / w;
+    for (const Line& line : lines) width[part[line.free]] += line.length;
+    for (const Line& line : lines) {
+      const double down = dot(line.away, gravity) / g;
+      if (down > 0 && 1 - down * down < kTurn * kTurn) continue;
+      const double D = bends.rigidity + bends.per_hinge * (line.area + line.area_beyond) / (line.length * line.length);
+      const double tension = weight[part[line.free]] / width[part[line.free]];
+      const HangingFold fold{std::sqrt(D / tension), line.height, static_cast<int>(b)};
+      if (fold.spacing > 0 && (!(sharpest.spacing > 0) || fold.edges() < sharpest.edges())) sharpest = fold;
+    }
+  }
+  return sharpest;
+}
+
+}  // namespace malha
