@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <tuple>
 
 #include "host/mesh/vectors.h"
 #include "host/report/failure_boundaries.h"

@@ -1,7 +1,7 @@
 #include "host/report/folds.h"
 
 #include <cmath>
-#include <map>
+#include <vector>
 
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
