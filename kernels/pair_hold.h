@@ -184,7 +184,8 @@ struct LimitCrossing {
   }
 };
 
-/// They go only as far as none of their pairs can be broken by it. Groups: patches of one phase.
+/// They go only as far, beside the motion of what is held, as none of their pairs can be broken by it. Groups: patches
+/// of one phase.
 template <class R>
 struct LimitParts {
   using Shared = void;
@@ -194,6 +195,7 @@ struct LimitParts {
   NearRules<R> rules;
   const Held* held;
   R* part;
+  Vector3<R> rest;  // motion of what is held, m
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     pairs.patches[group.index].for_each_block([&](int b, int section) KERNEL_LAMBDA {
@@ -219,7 +221,7 @@ struct LimitParts {
     const R half = R(0.499) * (gap - kept_of(gap, rules.least));
     for (int j = 0; j < 4; ++j) {
       if (held[i[j]] != Held::Limited) continue;
-      const R along = dot(n, motions.moved[i[j]].xyz());
+      const R along = dot(n, motions.moved[i[j]].xyz() - rest);
       const R space = j < first ? at[j] - sides.low + half : sides.high - at[j] + half;
       const R nearing = j < first ? -along : along;
       if (nearing > space) part[i[j]] = smaller(part[i[j]], space > R(0) ? space / nearing : R(0));
@@ -234,9 +236,10 @@ struct HoldLimited {
   Points<R> p;
   const R* part;
   Held* held;
+  Vector3<R> rest;
   KERNEL void operator()(int i) const {
     if (held[i] != Held::Limited) return;
-    const Vector3<R> x0 = motions.x0[i].xyz(), to = x0 + motions.moved[i].xyz() * part[i];
+    const Vector3<R> x0 = motions.x0[i].xyz(), to = x0 + (rest + (motions.moved[i].xyz() - rest) * part[i]);
     p.set(i, to);
     motions.moved[i].set(to - x0);
     held[i] = Held::Held;

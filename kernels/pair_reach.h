@@ -66,7 +66,7 @@ KERNEL constexpr R within_rounding() {
   return R(0.99);
 }
 
-/// Start, end and, at rest in the world, the start again, where it may be held.
+/// Start, end and the place where it may be held: the start, moved as what is held.
 template <class R>
 struct StayInReach {
   Motions<R> motions;
@@ -75,12 +75,13 @@ struct StayInReach {
   const Vector3<R>* moves;  // of the frame, where a launch has left it; null: as it says
   R share;                  // of what lies beyond the way
   const unsigned char* takes_part;
+  Vector3<R> rest{R(0), R(0), R(0)};  // motion of what is held, m
   KERNEL Stay operator()(int i) const {
     const Vector3<R> common = moves != nullptr ? *moves : frame.moves, own = motions.moved[i].xyz() - common;
     if (!takes_part[i] || !((own.x + own.y + own.z) * R(0) == R(0))) return {};
     const Vector3<R> start = motions.x0[i].xyz() - reach.from[i].xyz() - frame.since;
     const BoxAround<R> box(reach, i, share), whole(reach, i, within_rounding<R>());
-    return {box.holds(start) && box.holds(start + own) ? 0.0 : 1.0, whole.holds(start - common) ? 0.0 : 1.0};
+    return {box.holds(start) && box.holds(start + own) ? 0.0 : 1.0, whole.holds(start - (common - rest)) ? 0.0 : 1.0};
   }
 };
 

@@ -1,56 +1,118 @@
-// What all particles that collide have of momenta, and a motion of all of them as one body.
+// What particles have of momenta and energy before and after they are held back, and a rigid motion that is added to
+// their velocities.
 #pragma once
-#include "kernels/contact.h"
-#include "kernels/vec.h"
+#include "kernels/angular_velocity.h"
+#include "kernels/motion_energy.h"
+#include "kernels/pair_hold.h"
 
 namespace malha {
 
-/// Of free particles that go from x to p, about the first one's x: masses, and times them x, p, and x_i p_j (kg, kg m,
-/// kg m^2).
-struct RigidSums {
-  double mass = 0, x[3] = {}, p[3] = {}, xp[9] = {};
-  double farthest = 0;  // of their coordinates in the world, m
-  KERNEL RigidSums& operator+=(const RigidSums& o) {
-    mass += o.mass, farthest = larger(farthest, o.farthest);
-    for (int k = 0; k < 3; ++k) x[k] += o.x[k], p[k] += o.p[k];
-    for (int k = 0; k < 9; ++k) xp[k] += o.xp[k];
+/// Masses, and times them places, velocities, angular momenta and squared speeds, about one place (kg, kg m, kg m/s, kg
+/// m^2/s, twice J).
+struct MotionSums {
+  double mass = 0, x[3] = {}, v[3] = {}, L[3] = {}, square = 0;
+  KERNEL void add(double m, const Vector3<double>& r, const Vector3<double>& u) {
+    const Vector3<double> spin = cross(r, u);
+    mass += m, square += m * dot(u, u);
+    x[0] += m * r.x, x[1] += m * r.y, x[2] += m * r.z;
+    v[0] += m * u.x, v[1] += m * u.y, v[2] += m * u.z;
+    L[0] += m * spin.x, L[1] += m * spin.y, L[2] += m * spin.z;
+  }
+  KERNEL MotionSums& operator+=(const MotionSums& o) {
+    mass += o.mass, square += o.square;
+    for (int k = 0; k < 3; ++k) x[k] += o.x[k], v[k] += o.v[k], L[k] += o.L[k];
     return *this;
   }
 };
 
-template <class R>
-struct SumRigid {
-  Points<R> p;
-  ScatteredPoints<R> x0;
-  const R* w;
-  const unsigned char* takes_part;
-  KERNEL RigidSums operator()(int i) const {
-    const Vector3<R> a = x0[i] - x0[0], b = p[i] - x0[0];
-    RigidSums sums;
-    if (!takes_part[i] || !(w[i] > R(0)) || !((b.x + b.y + b.z) * R(0) == R(0))) return sums;
-    const double m = 1 / double(w[i]), from[3] = {double(a.x), double(a.y), double(a.z)};
-    const double to[3] = {double(b.x), double(b.y), double(b.z)};
-    sums.mass = m;
-    sums.farthest = larger(double(magnitude(p[i].x)), larger(double(magnitude(p[i].y)), double(magnitude(p[i].z))));
-    for (int k = 0; k < 3; ++k) {
-      sums.x[k] = m * from[k], sums.p[k] = m * to[k];
-      for (int j = 0; j < 3; ++j) sums.xp[3 * k + j] = m * from[k] * to[j];
-    }
-    return sums;
+/// Of the same particles, and their inertia after it about that place (kg m^2: xx, yy, zz, xy, xz, yz).
+struct HeldSums {
+  MotionSums before, after;
+  double I[6] = {};
+  int changed = 0;  // whether any of them was
+  KERNEL HeldSums& operator+=(const HeldSums& o) {
+    before += o.before, after += o.after, changed |= o.changed;
+    for (int k = 0; k < 6; ++k) I[k] += o.I[k];
+    return *this;
   }
 };
 
-/// p = to + turn (p - from), about the same place, of all that take part.
+/// Of each run of particles, from their state at the end of the substep.
 template <class R>
-struct MoveRigidly {
-  Points<R> p;
+struct SumHeld {
+  Particles<R> particles;
   ScatteredPoints<R> x0;
-  const unsigned char* takes_part;
-  Vector3<R> from, to, turn[3];  // turn: rows
-  KERNEL void operator()(int i) const {
-    if (!takes_part[i]) return;
-    const Vector3<R> r = p[i] - x0[0] - from;
-    p.set(i, x0[0] + to + Vector3<R>{dot(turn[0], r), dot(turn[1], r), dot(turn[2], r)});
+  const Vec4<R>* before;  // p - x0 before any was held, m
+  double per_dt;          // 1/s
+  const ParticleRun* runs;
+  HeldSums* sums;
+  KERNEL void operator()(int r) const {
+    HeldSums sum;
+    for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) add(i, sum);
+    sums[r] = sum;
+  }
+
+ private:
+  KERNEL void add(int i, HeldSums& sum) const {
+    const R w = particles.w[i];
+    const Vector3<R> x = particles.x[i], start = x0[i], now = x - start, then = before[i].xyz();
+    const Vector3<double> v = in_double(particles.v[i]);
+    if (!(w > R(0)) || !(dot(v, v) < double(INFINITY))) return;
+    sum.changed |= same(now, then) ? 0 : 1;
+    const double m = 1 / double(w);
+    const Vector3<double> r = in_double(x - x0[0]);
+    sum.before.add(m, in_double(start - x0[0]), v - (in_double(now) - in_double(then)) * per_dt);
+    sum.after.add(m, r, v);
+    sum.I[0] += m * (r.y * r.y + r.z * r.z), sum.I[1] += m * (r.x * r.x + r.z * r.z);
+    sum.I[2] += m * (r.x * r.x + r.y * r.y);
+    sum.I[3] -= m * r.x * r.y, sum.I[4] -= m * r.x * r.z, sum.I[5] -= m * r.y * r.z;
+  }
+};
+
+/// v = kept v + velocity + omega x (x - centre), the centre about the same place, of the runs that are `chosen`.
+template <class R>
+struct AddRigidGain {
+  Particles<R> particles;
+  ScatteredPoints<R> x0;
+  const ParticleRun* runs;
+  const int* chosen;
+  double kept;
+  Vector3<double> centre, velocity, omega;
+  KERNEL void operator()(int r) const {
+    if (!chosen[r]) return;
+    for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) {
+      if (!(particles.w[i] > R(0))) continue;
+      const Vector3<double> arm = in_double(particles.x[i] - x0[0]) - centre;
+      particles.v.set(i, rounded<R>(in_double(particles.v[i]) * kept + velocity + cross(omega, arm)));
+    }
+  }
+};
+
+/// Of the bodies that are about to be held: their motion, and how far from the origin they are.
+struct HeldMotion {
+  MeanMotion mean;      // weighted by masses
+  double farthest = 0;  // m
+};
+
+/// Of each run; nothing of those without a particle that is to be held.
+template <class R>
+struct SumHeldMotion {
+  Motions<R> motions;
+  const Held* held;
+  const ParticleRun* runs;
+  HeldMotion* sums;
+  KERNEL void operator()(int r) const {
+    HeldMotion sum;
+    bool any = false;
+    for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) {
+      const Vector3<double> d = in_double(motions.moved[i].xyz()), x = in_double(motions.x0[i].xyz());
+      if (!(motions.moved[i].w > R(0)) || !(dot(d, d) < double(INFINITY))) continue;
+      const double m = 1 / double(motions.moved[i].w);
+      sum.mean += {{m * d.x, m * d.y, m * d.z}, m};
+      sum.farthest = larger(sum.farthest, larger(magnitude(x.x), larger(magnitude(x.y), magnitude(x.z))));
+      any = any || held[i] == Held::Limited;
+    }
+    sums[r] = any ? sum : HeldMotion{};
   }
 };
 

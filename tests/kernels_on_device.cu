@@ -86,7 +86,6 @@ void instantiate_all() {
                      MeasureRoom<R>>();
   instantiate<TellSeen<R>, StepBack<R>, KeepHeld<R>, MeasureRuns<R>, AskAgain<R>, StartLocal<R>, MoveLocal<R>>();
   instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, LayEdgeContacts<R>, EnterParticles<R>>();
-  instantiate<ReduceRun<RigidSums, SumRigid<R>>, JoinRuns<RigidSums>>();
   instantiate_groups<MeasureMomenta<R, R, false, false>, MeasureMomenta<R, R, false, true>,
                      MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, NoteMomenta,
                      AddRigidMotion<R>, DampTowardsRigid<R>>();
@@ -101,8 +100,8 @@ void instantiate_all() {
   instantiate<BoxParticles<R>, SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>>();
   instantiate<AskContacts<R>, SplitMasses<R>, PushContacts<R, ObjectFriction<R>>, GatherPushes<R, TurnToWorld>,
               CountPushing<R>>();
-  instantiate<FindCrossing<R>, HoldParticles<R, PlaceLocal<R>>, SumRigid<R>, MoveRigidly<R>, CopyPoints<R>,
-              CountFixed<R>, MarkDriven<R>>();
+  instantiate<FindCrossing<R>, HoldParticles<R, PlaceLocal<R>>, SumHeld<R>, SumHeldMotion<R>, AddRigidGain<R>,
+              CopyPoints<R>, CountFixed<R>, MarkDriven<R>>();
   instantiate<StoreMoved<R>, TakeMoved<R>, StayInReach<R>, FindCommon<R>, KeepInReach<R>, StartReach<R>, BoxReach<R>>();
   instantiate<BoxUnits<R>, BoxLevel<R>, CountPushes<R>, SumLeft<R>, HoldLimited<R>>();
   instantiate_groups<FindPairsTogether<R>, LookAtPairs<R>, PushPairs<R, false>, PushPairs<R, true>, FindCrossings<R>,

@@ -1,21 +1,18 @@
-// How a body that lost momentum gets it back by moving as a whole.
+// How bodies that were held back get their momenta back, without energy that they did not have.
 #pragma once
-#include <array>
-
 #include "host/mesh.h"
 #include "kernels/rigid_sums.h"
 
 namespace malha {
 
-/// p = to + turn (p - from), about the origin of the sums.
-struct RigidMove {
-  Vec3 from{}, to{};
-  std::array<Vec3, 3> turn{Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};  // rows
-  bool moves = false;
+/// v = kept v + velocity + omega x (x - centre), the centre about the origin of the sums.
+struct RigidGain {
+  double kept = 1;
+  Vector3<double> centre{0, 0, 0}, velocity{0, 0, 0}, omega{0, 0, 0};  // m, m/s, 1/s
 };
 
-/// What gives `after` the linear and angular momentum of `before`: of the same particles from the same x, with p before
-/// and after something. Over half a radian it does not turn: what lost so much in a substep has no axis to trust.
-RigidMove rigid_return(const RigidSums& before, const RigidSums& after);
+/// What gives the momenta back that were lost. Where bodies would have more energy than before it, what moves beside
+/// the motion as a whole is slowed down; and where the turn alone would have more, as places have changed, that.
+RigidGain rigid_return(const HeldSums& sums);
 
 }  // namespace malha

@@ -32,7 +32,7 @@ class SelfCollider {
 
   /// Contacts are laid with the first projection of a substep, when it is known where all would go.
   void start_substep() {
-    laid_ = false, pushed_ = -1;
+    laid_ = false, pushed_ = -1, gives_back_ = Returns::Nothing;
     if (last_.crosses == 1 && substep_++ % substeps_ == 0) leave_out_crossings();
   }
 
@@ -54,8 +54,8 @@ class SelfCollider {
   /// Whether what is fixed may have gone through a body, as far as is known.
   bool went_through() const { return through_; }
 
-  /// Where all is now is where the next substep begins.
-  void settle(const Particles<R>& particles);
+  /// Where all is now is where the next substep begins, after one of h seconds. What jammed gets its momenta back.
+  void settle(const Particles<R>& particles, double h);
 
   /// What is nearer than the thickness now stays as near until it opens by itself (kernels/contact_distance.h).
   void keep_overlaps() {
@@ -76,7 +76,9 @@ class SelfCollider {
 
  private:
   using Points4 = ScatteredArray<Executor, R>;
+  enum class Returns { Nothing, Momenta, Never };
 
+  static constexpr int kRun = 1024;  // particles: few sums, and those of many bodies in one launch
   static constexpr int kGrain = PairSearch<Executor, R>::kGrain;
   static constexpr int kMoreProjections = 8, kMostDrives = 32;
   static constexpr double kLong = 0.01;  // s: in longer substeps a layer falls so far that one sweep is far from even
@@ -105,9 +107,9 @@ class SelfCollider {
   }
 
   SumMotion<R> sum_motion() const { return {moved_.points(), takes_part_.data()}; }
-  /// `moves`: see StayInReach.
-  StayInReach<R> stay_in_reach(double share, const Vector3<R>* moves = nullptr) const {
-    return {motions(), search_.reach(), frame(), moves, R(share), takes_part_.data()};
+  /// `moves`, `rest`: see StayInReach.
+  StayInReach<R> stay_in_reach(double share, const Vector3<R>* moves = nullptr, const Vec3& rest = {}) const {
+    return {motions(), search_.reach(), frame(), moves, R(share), takes_part_.data(), to_R(rest)};
   }
   /// How far all move alike, m.
   static Vec3 common(const MeanMotion& mean) {
@@ -115,8 +117,8 @@ class SelfCollider {
     return {a.x, a.y, a.z};
   }
   Vec3 common() const { return common(parallel_reduce<MeanMotion>(executor_, count_, sum_motion(), kGrain)); }
-  Stay look_where_all_are(double share) const {
-    return parallel_reduce<Stay>(executor_, count_, stay_in_reach(share), kGrain);
+  Stay look_where_all_are(double share, const Vec3& rest = {}) const {
+    return parallel_reduce<Stay>(executor_, count_, stay_in_reach(share, nullptr, rest), kGrain);
   }
   /// How far all move alike, and where they are if the frame moves so.
   SelfChecks<R> look_at_the_start() const {
@@ -212,25 +214,61 @@ class SelfCollider {
     if (pushed_ < 0) pushed_ = count_pushes();
   }
 
-  RigidSums rigid_sums(const Particles<R>& particles) const {
-    return parallel_reduce<RigidSums>(executor_, count_,
-                                      SumRigid<R>{particles.p, x0_.points(), particles.w, takes_part_.data()});
+  /// Where all would go before any is held, once a substep.
+  void note_motion() {
+    if (gives_back_ != Returns::Nothing) return;
+    Memory<Executor>::copy(moved_.points().of, count_, before_.at_least(count_));
+    if (runs_.size() == 0) lay_out_runs();
+    gives_back_ = Returns::Momenta;
   }
-  /// What the particles have lost of their momenta, by moving all as one body, unless something else holds them.
-  void give_back(const Particles<R>& particles, const RigidSums& before, const std::function<bool()>& touches) {
-    const RigidSums after = rigid_sums(particles);
-    const RigidMove move = rigid_return(before, after);
-    // What moves all must not round them through each other.
-    const bool fine = after.farthest * std::numeric_limits<R>::epsilon() < kRounding * double(rules_.least);
-    if (!fine || !move.moves || touches()) return;
-    const auto& [a, b, c] = move.turn;
-    parallel_for(executor_, count_,
-                 MoveRigidly<R>{particles.p,
-                                x0_.points(),
-                                takes_part_.data(),
-                                to_R(move.from),
-                                to_R(move.to),
-                                {to_R(a), to_R(b), to_R(c)}});
+  /// Particles that take part, body by body.
+  void lay_out_runs() {
+    std::vector<ParticleRun> runs;
+    for (int i = 0; i < count_; ++i) {
+      if (!surface_.takes_part[i]) continue;
+      const int body = surface_.body[i];
+      if (runs.empty() || runs.back().group != body || runs.back().count == kRun ||
+          runs.back().first + runs.back().count != i)
+        runs.push_back({i, 0, body});
+      ++runs.back().count;
+    }
+    runs_ = Array<Executor, ParticleRun>(runs);
+    held_sums_ = Array<Executor, HeldSums>(runs.size(), HeldSums{});
+    held_motions_ = Array<Executor, HeldMotion>(runs.size(), HeldMotion{});
+    chosen_ = Array<Executor, int>(runs.size(), 0);
+  }
+  int runs() const { return static_cast<int>(runs_.size()); }
+
+  /// Gives bodies of which something was held the momenta that this took.
+  void give_back(const Particles<R>& particles, double h) {
+    parallel_for(executor_, runs(),
+                 SumHeld<R>{particles, x0_.points(), before_.data(), 1 / h, runs_.data(), held_sums_.data()}, 1);
+    const std::vector<ParticleRun> runs = runs_.download();
+    const std::vector<HeldSums> sums = held_sums_.download();
+    std::vector<int> changed(surface_.body.empty() ? 0 : *std::ranges::max_element(surface_.body) + 1), chosen;
+    for (std::size_t r = 0; r < runs.size(); ++r) changed[runs[r].group] |= sums[r].changed;
+    HeldSums all;
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      chosen.push_back(changed[runs[r].group]);
+      if (chosen.back()) all += sums[r];
+    }
+    const RigidGain gain = rigid_return(all);
+    chosen_.upload(chosen);
+    parallel_for(executor_, this->runs(),
+                 AddRigidGain<R>{particles, x0_.points(), runs_.data(), chosen_.data(), gain.kept, gain.centre,
+                                 gain.velocity, gain.omega},
+                 1);
+  }
+
+  /// How bodies of which something is about to be held move on the whole, m. Where that would round them through each
+  /// other: none.
+  Vec3 motion_of_held() {
+    parallel_for(executor_, runs(), SumHeldMotion<R>{motions(), held_.data(), runs_.data(), held_motions_.data()}, 1);
+    HeldMotion all;
+    for (const HeldMotion& one : held_motions_.download())
+      all.mean += one.mean, all.farthest = std::max(all.farthest, one.farthest);
+    const bool fine = all.farthest * std::numeric_limits<R>::epsilon() < kRounding * double(rules_.least);
+    return fine ? common(all.mean) : Vec3{};
   }
 
   void keep_in_reach(const Particles<R>& particles) {
@@ -254,8 +292,9 @@ class SelfCollider {
     return parallel_reduce<PairsLeft>(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()});
   }
 
-  /// `left`: pairs that are about to cross, if all are in their boxes. `carriers`: none where nothing is fixed.
-  void hold_crossing(const Particles<R>& particles, const Stay& stay, int left, const Carriers* carriers) {
+  /// `left`: pairs that are about to cross, if all are in their boxes. `carriers`: none where nothing is fixed. `free`:
+  /// whether nothing else holds the bodies either.
+  void hold_crossing(const Particles<R>& particles, const Stay& stay, int left, const Carriers* carriers, bool free) {
     if (stay.outside > 0) keep_in_reach(particles), left = crossing(true, nullptr);
     for (int more = 0; left > 0 && more < kMoreProjections; ++more) {
       push(particles);
@@ -267,11 +306,11 @@ class SelfCollider {
     bool any = false;
     if (carriers != nullptr && drive(particles)) {
       do {
-        any = hold(particles, look_where_all_are(within_rounding<R>())) || any;
+        any = hold(particles, false) || any;
       } while ((left = crossing(false, nullptr)) > 0 && carry(particles, *carriers));
       through_ = through_ || left > 0;
     } else {
-      any = hold(particles, stay);
+      any = hold(particles, free);
     }
     if (any) ++facts_.held;
     Memory<Executor>::fill(held_.at_least(count_ + 1), count_ + 1, Held::Free);
@@ -306,24 +345,32 @@ class SelfCollider {
     look();
   }
 
-  /// Returns whether anything had to be.
-  bool hold(const Particles<R>& particles, const Stay& stay) {
-    // What is held is at rest in the world, which may lie outside of boxes that move with the common motion. What it
-    // may meet there: all that lies on the ways of this substep.
-    if (stay.unheld > 0) {
+  /// Returns whether anything had to be. `free`: what is held moves as its bodies do on the whole; else it is at rest
+  /// in the world.
+  bool hold(const Particles<R>& particles, bool free) {
+    Held* const held = held_.at_least(count_ + 1);
+    R* const part = part_.at_least(count_ + 1);
+    Vec3 rest{};
+    if (free && crossing(false, held) > 0) {
+      const LimitCrossing<R> mark{motions(), search_.pairs(), left_.data(), held, part};
+      search_.region([&](const auto& team) { search_.in_phases(team, mark); });
+      rest = motion_of_held();
+      Memory<Executor>::fill(held, count_ + 1, Held::Free);
+    }
+    // That may lie outside of boxes that move with the common motion. What may be met there: all that lies on the ways
+    // of this substep.
+    if (look_where_all_are(within_rounding<R>(), rest).unheld > 0) {
       note_pushed();
-      search({}, 1);
+      search(rest, 1);
       look();
       last_.serves = 0;
     }
-    Held* const held = held_.at_least(count_ + 1);
-    R* const part = part_.at_least(count_ + 1);
     const int found = crossing(false, held);
     for (int left = found; left > 0; left = crossing(false, held)) {
       const LimitCrossing<R> limit{motions(), search_.pairs(), left_.data(), held, part};
-      const LimitParts<R> parts{motions(), search_.pairs(), rules_, held, part};
+      const LimitParts<R> parts{motions(), search_.pairs(), rules_, held, part, to_R(rest)};
       search_.region([&](const auto& team) { search_.in_phases(team, limit), search_.in_phases(team, parts); });
-      parallel_for(executor_, count_, HoldLimited<R>{motions(), particles.p, part, held}, kGrain);
+      parallel_for(executor_, count_, HoldLimited<R>{motions(), particles.p, part, held, to_R(rest)}, kGrain);
     }
     return found > 0;
   }
@@ -350,6 +397,12 @@ class SelfCollider {
   Array<Executor, SelfChecks<R>> checks_{1, SelfChecks<R>{}};
   Growing<Executor, Held> held_;
   Growing<Executor, R> part_, nearest_;
+  Returns gives_back_ = Returns::Nothing;  // at the end of this substep
+  Growing<Executor, Vec4<R>> before_;      // p - x0 before any was held, m
+  Array<Executor, ParticleRun> runs_;      // this and the following: made once something jams
+  Array<Executor, HeldSums> held_sums_;
+  Array<Executor, HeldMotion> held_motions_;
+  Array<Executor, int> chosen_;
 };
 
 template <class Executor, class R>
@@ -397,14 +450,15 @@ bool SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const 
   if (stay.outside == 0 && left == 0) return false;
   const CountFixed<R> fixed{particles.w, takes_part_.data()};
   const bool free = parallel_reduce<Sum>(executor_, count_, fixed, kGrain).value == 0;
-  const RigidSums before = free ? rigid_sums(particles) : RigidSums{};
-  hold_crossing(particles, stay, left, free ? nullptr : &carriers);
-  if (before.mass > 0) give_back(particles, before, touches);
+  note_motion();
+  if (!free || touches()) gives_back_ = Returns::Never;
+  hold_crossing(particles, stay, left, free ? nullptr : &carriers, gives_back_ == Returns::Momenta);
   return true;
 }
 
 template <class Executor, class R>
-void SelfCollider<Executor, R>::settle(const Particles<R>& particles) {
+void SelfCollider<Executor, R>::settle(const Particles<R>& particles, double h) {
+  if (gives_back_ == Returns::Momenta) give_back(particles, h);
   parallel_for(executor_, count_, CopyPoints<R>{particles.p, x0_.points()});
   if (through_) ++last_.driven_through;
   through_ = false;
@@ -426,7 +480,8 @@ SelfFacts SelfCollider<Executor, R>::facts() const {
 template <class Executor, class R>
 std::size_t SelfCollider<Executor, R>::bytes() const {
   return takes_part_.bytes() + x0_.bytes() + moved_.bytes() + search_.bytes() + room_.bytes() + left_.bytes() +
-         held_.bytes() + part_.bytes() + nearest_.bytes() + checks_.bytes();
+         held_.bytes() + part_.bytes() + nearest_.bytes() + checks_.bytes() + before_.bytes() + runs_.bytes() +
+         held_sums_.bytes() + held_motions_.bytes() + chosen_.bytes();
 }
 
 template <class Executor, class R>

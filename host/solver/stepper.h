@@ -324,7 +324,7 @@ class Stepper : public Solver {
     });
     if (collider_) timed(Pass::Contact, [&] { collider_->restitute(all, 2 * h * gravity_, h); });
     if ((self_ || edges_) && collider_ && collider_->bounces()) hold_bounces(all);
-    if (self_) timed(Pass::SelfCollision, [&] { self_->settle(all); });
+    if (self_) timed(Pass::SelfCollision, [&] { self_->settle(all, h); });
     if (edges_) timed(Pass::Edges, [&] { edges_->settle(all); });
     arrived(h);
   }
