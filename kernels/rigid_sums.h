@@ -30,10 +30,23 @@ struct HeldSums {
   MotionSums before, after;
   double I[6] = {};
   int changed = 0;  // whether any of them was
+  double pins = 0;  // the farthest that any of those that are pinned went, m
   KERNEL HeldSums& operator+=(const HeldSums& o) {
-    before += o.before, after += o.after, changed |= o.changed;
+    before += o.before, after += o.after, changed |= o.changed, pins = larger(pins, o.pins);
     for (int k = 0; k < 6; ++k) I[k] += o.I[k];
     return *this;
+  }
+};
+
+/// p - x0 before any is held, m, and how fast it was predicted, m/s.
+template <class R>
+struct NoteMotion {
+  Points<R> v;
+  Motions<R> motions;
+  Vec4<R>* before;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> d = motions.moved[i].xyz(), u = v[i];
+    before[i] = {d.x, d.y, d.z, root(dot(u, u))};
   }
 };
 
@@ -42,7 +55,7 @@ template <class R>
 struct SumHeld {
   Particles<R> particles;
   ScatteredPoints<R> x0;
-  const Vec4<R>* before;  // p - x0 before any was held, m
+  const Vec4<R>* before;  // see NoteMotion
   double per_dt;          // 1/s
   const ParticleRun* runs;
   HeldSums* sums;
@@ -57,6 +70,7 @@ struct SumHeld {
     const R w = particles.w[i];
     const Vector3<R> x = particles.x[i], start = x0[i], now = x - start, then = before[i].xyz();
     const Vector3<double> v = in_double(particles.v[i]);
+    if (!(w > R(0))) sum.pins = larger(sum.pins, norm(in_double(now)));
     if (!(w > R(0)) || !(dot(v, v) < double(INFINITY))) return;
     sum.changed |= same(now, then) ? 0 : 1;
     const double m = 1 / double(w);
@@ -84,6 +98,24 @@ struct AddRigidGain {
       if (!(particles.w[i] > R(0))) continue;
       const Vector3<double> arm = in_double(particles.x[i] - x0[0]) - centre;
       particles.v.set(i, rounded<R>(in_double(particles.v[i]) * kept + velocity + cross(omega, arm)));
+    }
+  }
+};
+
+/// None of the runs that are `chosen` is faster than `most`, unless it was before.
+template <class R>
+struct LimitSpeed {
+  Particles<R> particles;
+  const Vec4<R>* before;  // see NoteMotion
+  const ParticleRun* runs;
+  const int* chosen;
+  double most;  // m/s
+  KERNEL void operator()(int r) const {
+    if (!chosen[r]) return;
+    for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) {
+      const Vector3<double> v = in_double(particles.v[i]);
+      const double speed = norm(v), allowed = larger(most, double(before[i].w));
+      if (particles.w[i] > R(0) && speed > allowed) particles.v.set(i, rounded<R>(v * (allowed / speed)));
     }
   }
 };

@@ -100,5 +100,67 @@ TEST(Jammed, BodiesThatHoldTogetherLeaveWithNoMoreEnergyThanTheyBrought) {
   EXPECT_GT(found.held, 300);
 }
 
+/// One to three bodies, of which pins drive the first one into the others, into itself, and, in some, into the edges of
+/// a ground or a box; and an upper bound of the speed of these pins, m/s.
+std::pair<Scene, double> driven_jam(Random& random, const TemporaryFolder& folder) {
+  const auto between = [&](double least, double most) { return least * std::pow(most / least, random(0, 1)); };
+  constexpr double masses[] = {0.1, 0.5, 2};
+  const Vec3 at{random(-3, 3), random(0, 2), random(-3, 3)};
+  std::vector<BodySpec> bodies(1 + random.below(3));
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    BodySpec& body = bodies[b];
+    body.name = "body" + std::to_string(b);
+    const int kind = random.below(3);
+    if (kind == 0)
+      body.shape = MeshFile{folder.write(body.name + ".obj", irregular_sheet(0.5, 0.5, 6, 6, random))};
+    else if (kind == 1)
+      body.shape = SphereShape{0.2, 1};
+    else
+      body.shape = TetBoxShape{{0.3, 0.3, 0.3}, {2, 2, 2}};
+    body.mass = masses[random.below(3)];
+    body.transform.translate = {at[0], at[1] + 0.5 * static_cast<double>(b), at[2]};
+    body.constraints = {random.below(2) == 0 ? stiff("distance", {"edges"})
+                                             : compliant("distance", between(1e-5, 3e-2), {"edges"})};
+  }
+  ListPin list;
+  for (int i = 0, first = random.below(8), count = 1 + random.below(5); i < count; ++i)
+    list.particles.push_back(first + i);
+  Pin pin(list);
+  Keyframe start, end;
+  const Vector3<double> axis = random.direction();
+  end.time = random(0.03, 0.3), end.degrees = random(30, 180), start.axis = end.axis = {axis.x, axis.y, axis.z};
+  end.translate = {random(), random(), random()};
+  pin.motion = {start, end}, bodies[0].pins = {pin};
+  const double farthest = length(at) + 0.7;  // of a body's particles from the origin, at most
+  const double fastest = (length(end.translate) + end.degrees * kPi / 180 * farthest) / end.time;
+  const Precision precision = random.below(2) == 0 ? Precision::Float : Precision::Double;
+  Scene scene = scene_of(bodies, kEarth, 1.0 / 60, 4 + random.below(9), precision);
+  scene.self_collision = SelfCollision{between(0.001, 0.01), random.below(2) == 0 ? 0 : 0.3, {}};
+  if (random.below(2) == 0) {
+    EnvironmentSpec ground;
+    ground.name = "ground", ground.shape = BoxShape{{20, 1, 20}, {4, 1, 4}}, ground.transform.translate = {0, -1.3, 0};
+    ground.friction = 0.3, ground.edges = random.below(2) == 0;
+    scene.environment = {ground};
+  }
+  return {scene, fastest};
+}
+
+// Nothing is driven faster than twice as fast as what drives it, whatever jams between the two.
+TEST(Jammed, WhatPinsDriveIsNotMuchFasterThanThey) {
+  const TemporaryFolder folder;
+  Random random(31);
+  std::int64_t held = 0;
+  for (int k = 0; k < 40; ++k) {
+    const auto [scene, fastest] = driven_jam(random, folder);
+    Simulation simulation(scene, {.threads = 1});
+    for (int step = 0; step < 18; ++step) {
+      simulation.step();
+      EXPECT_LE(simulation.measure().speed_max, 2 * fastest) << "scene " << k << ", step " << step;
+    }
+    held += simulation.solver().facts().self->held;
+  }
+  EXPECT_GT(held, 500);
+}
+
 }  // namespace
 }  // namespace malha

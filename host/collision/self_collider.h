@@ -33,6 +33,7 @@ class SelfCollider {
   /// Contacts are laid with the first projection of a substep, when it is known where all would go.
   void start_substep() {
     laid_ = false, pushed_ = -1, gives_back_ = Returns::Nothing;
+    pushes_left_ = kMostPushes, drives_left_ = kMostDrives, carries_left_ = kMostCarries;
     if (last_.crosses == 1 && substep_++ % substeps_ == 0) leave_out_crossings();
   }
 
@@ -54,8 +55,9 @@ class SelfCollider {
   /// Whether what is fixed may have gone through a body, as far as is known.
   bool went_through() const { return through_; }
 
-  /// Where all is now is where the next substep begins, after one of h seconds. What jammed gets its momenta back.
-  void settle(const Particles<R>& particles, double h);
+  /// Where all is now is where the next substep begins, after one of h seconds. What jammed gets its momenta back, or,
+  /// where pins or objects (at most as fast as `objects`, m/s) drive it, is not much faster than those.
+  void settle(const Particles<R>& particles, double h, double objects);
 
   /// What is nearer than the thickness now stays as near until it opens by itself (kernels/contact_distance.h).
   void keep_overlaps() {
@@ -76,12 +78,14 @@ class SelfCollider {
 
  private:
   using Points4 = ScatteredArray<Executor, R>;
-  enum class Returns { Nothing, Momenta, Never };
+  enum class Returns { Nothing, Momenta, Speed };  // of what jammed, at the end of a substep
 
   static constexpr int kRun = 1024;  // particles: few sums, and those of many bodies in one launch
   static constexpr int kGrain = PairSearch<Executor, R>::kGrain;
-  static constexpr int kMoreProjections = 8, kMostDrives = 32;
-  static constexpr double kLong = 0.01;  // s: in longer substeps a layer falls so far that one sweep is far from even
+  static constexpr int kMoreProjections = 8;
+  static constexpr int kMostPushes = 32, kMostDrives = 32, kMostCarries = 16;  // in a substep, whatever jams
+  static constexpr double kMostSpeed = 2;  // of what drives a jam, if nothing in it was faster
+  static constexpr double kLong = 0.01;    // s: in longer substeps a layer falls so far that one sweep is far from even
   static constexpr int kLongSweeps = 3;
   static constexpr double kNear = 0.1;        // of the thickness: what comes as near in a substep may be pushed
   static constexpr double kFit = 0.5;         // of what lies beyond a way: constraints may take the rest
@@ -215,9 +219,9 @@ class SelfCollider {
   }
 
   /// Where all would go before any is held, once a substep.
-  void note_motion() {
+  void note_motion(const Particles<R>& particles) {
     if (gives_back_ != Returns::Nothing) return;
-    Memory<Executor>::copy(moved_.points().of, count_, before_.at_least(count_));
+    parallel_for(executor_, count_, NoteMotion<R>{particles.v, motions(), before_.at_least(count_)}, kGrain);
     if (runs_.size() == 0) lay_out_runs();
     gives_back_ = Returns::Momenta;
   }
@@ -239,8 +243,9 @@ class SelfCollider {
   }
   int runs() const { return static_cast<int>(runs_.size()); }
 
-  /// Gives bodies of which something was held the momenta that this took.
-  void give_back(const Particles<R>& particles, double h) {
+  /// Gives bodies of which something was held the momenta that this took, or keeps them from what their drivers' push
+  /// and the springs that this draws would make of their speed.
+  void give_back(const Particles<R>& particles, double h, double objects) {
     parallel_for(executor_, runs(),
                  SumHeld<R>{particles, x0_.points(), before_.data(), 1 / h, runs_.data(), held_sums_.data()}, 1);
     const std::vector<ParticleRun> runs = runs_.download();
@@ -248,12 +253,20 @@ class SelfCollider {
     std::vector<int> changed(surface_.body.empty() ? 0 : *std::ranges::max_element(surface_.body) + 1), chosen;
     for (std::size_t r = 0; r < runs.size(); ++r) changed[runs[r].group] |= sums[r].changed;
     HeldSums all;
+    double pins = 0;
     for (std::size_t r = 0; r < runs.size(); ++r) {
       chosen.push_back(changed[runs[r].group]);
       if (chosen.back()) all += sums[r];
+      pins = std::max(pins, sums[r].pins);
+    }
+    chosen_.upload(chosen);
+    if (gives_back_ == Returns::Speed) {
+      const LimitSpeed<R> limit{particles, before_.data(), runs_.data(), chosen_.data(),
+                                kMostSpeed * std::max(pins / h, objects)};
+      if (limit.most > 0) parallel_for(executor_, this->runs(), limit, 1);
+      return;
     }
     const RigidGain gain = rigid_return(all);
-    chosen_.upload(chosen);
     parallel_for(executor_, this->runs(),
                  AddRigidGain<R>{particles, x0_.points(), runs_.data(), chosen_.data(), gain.kept, gain.centre,
                                  gain.velocity, gain.omega},
@@ -296,7 +309,7 @@ class SelfCollider {
   /// whether nothing else holds the bodies either.
   void hold_crossing(const Particles<R>& particles, const Stay& stay, int left, const Carriers* carriers, bool free) {
     if (stay.outside > 0) keep_in_reach(particles), left = crossing(true, nullptr);
-    for (int more = 0; left > 0 && more < kMoreProjections; ++more) {
+    for (int more = 0; left > 0 && more < kMoreProjections && pushes_left_ > 0; ++more, --pushes_left_) {
       push(particles);
       store_motion(particles);
       keep_in_reach(particles);
@@ -307,7 +320,7 @@ class SelfCollider {
     if (carriers != nullptr && drive(particles)) {
       do {
         any = hold(particles, false) || any;
-      } while ((left = crossing(false, nullptr)) > 0 && carry(particles, *carriers));
+      } while ((left = crossing(false, nullptr)) > 0 && carries_left_-- > 0 && carry(particles, *carriers));
       through_ = through_ || left > 0;
     } else {
       any = hold(particles, free);
@@ -320,7 +333,7 @@ class SelfCollider {
   bool drive(const Particles<R>& particles) {
     const MarkDriven<R> mark{motions(), held_.at_least(count_ + 1)};
     if (parallel_reduce<Sum>(executor_, count_, mark, kGrain).value == 0) return false;
-    for (int round = 0; round < kMostDrives && crossing(false, nullptr) > 0; ++round) {
+    for (; drives_left_ > 0 && crossing(false, nullptr) > 0; --drives_left_) {
       const DriveCrossing<R> drive{motions(), search_.pairs(), rules_, left_.data(), held_.at_least(count_ + 1)};
       search_.region([&](const auto& team) { search_.in_phases(team, drive); });
       take_motion(particles);
@@ -397,9 +410,10 @@ class SelfCollider {
   Array<Executor, SelfChecks<R>> checks_{1, SelfChecks<R>{}};
   Growing<Executor, Held> held_;
   Growing<Executor, R> part_, nearest_;
-  Returns gives_back_ = Returns::Nothing;  // at the end of this substep
-  Growing<Executor, Vec4<R>> before_;      // p - x0 before any was held, m
-  Array<Executor, ParticleRun> runs_;      // this and the following: made once something jams
+  int pushes_left_ = 0, drives_left_ = 0, carries_left_ = 0;  // in this substep
+  Returns gives_back_ = Returns::Nothing;
+  Growing<Executor, Vec4<R>> before_;  // see NoteMotion
+  Array<Executor, ParticleRun> runs_;  // this and the following: made once something jams
   Array<Executor, HeldSums> held_sums_;
   Array<Executor, HeldMotion> held_motions_;
   Array<Executor, int> chosen_;
@@ -450,15 +464,15 @@ bool SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const 
   if (stay.outside == 0 && left == 0) return false;
   const CountFixed<R> fixed{particles.w, takes_part_.data()};
   const bool free = parallel_reduce<Sum>(executor_, count_, fixed, kGrain).value == 0;
-  note_motion();
-  if (!free || touches()) gives_back_ = Returns::Never;
+  note_motion(particles);
+  if (!free || touches()) gives_back_ = Returns::Speed;
   hold_crossing(particles, stay, left, free ? nullptr : &carriers, gives_back_ == Returns::Momenta);
   return true;
 }
 
 template <class Executor, class R>
-void SelfCollider<Executor, R>::settle(const Particles<R>& particles, double h) {
-  if (gives_back_ == Returns::Momenta) give_back(particles, h);
+void SelfCollider<Executor, R>::settle(const Particles<R>& particles, double h, double objects) {
+  if (gives_back_ != Returns::Nothing) give_back(particles, h, objects);
   parallel_for(executor_, count_, CopyPoints<R>{particles.p, x0_.points()});
   if (through_) ++last_.driven_through;
   through_ = false;

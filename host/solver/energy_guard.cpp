@@ -195,6 +195,11 @@ double fastest_driven(const Model& model, double h) {
     if (pins.target.point) most = std::max(most, 2 * radius / h);  // put there at once
   }
   for (const AttachmentSet& set : model.attached) most = std::max(most, fastest_of(set.target.motion, radius, h));
+  return std::max(most, fastest_object(model, h));
+}
+
+double fastest_object(const Model& model, double h) {
+  double most = 0;
   for (const EnvironmentMesh& object : model.environment)
     if (!object.spec.motion.empty())
       most = std::max(most, fastest_of(object.spec.motion, farthest(object.mesh.points), h));

@@ -40,6 +40,8 @@ double sum_of(const std::vector<HeldEnergy>& held, int group);
 /// The fastest that anything which moves by keyframes, or the air, ever moves (m/s). A jump counts as made in h
 /// seconds.
 double fastest_driven(const Model& model, double h);
+/// Of the environment alone.
+double fastest_object(const Model& model, double h);
 
 /// The last steps before pins and attachments let go; and those before keyframes of their paths, at least `apart`
 /// steps from each other.

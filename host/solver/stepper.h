@@ -226,6 +226,7 @@ class Stepper : public Solver {
     if (names_edges(model.scene)) facts_.collision_seconds += seconds([&] { edges_.emplace(executor, model); });
     if (model.scene.self_collision) facts_.collision_seconds += seconds([&] { self_.emplace(executor, model); });
     if (self_ && collider_) kinematic_.emplace(executor, model.x.size());
+    if (self_) objects_ = fastest_object(model, model.scene.solver.dt / model.scene.solver.substeps);
     if (model.by_hand) hand_.emplace(executor, model);
     if (hand_ && sweep_) sweep_->make_memory(threads);
     note_facts();
@@ -324,7 +325,7 @@ class Stepper : public Solver {
     });
     if (collider_) timed(Pass::Contact, [&] { collider_->restitute(all, 2 * h * gravity_, h); });
     if ((self_ || edges_) && collider_ && collider_->bounces()) hold_bounces(all);
-    if (self_) timed(Pass::SelfCollision, [&] { self_->settle(all, h); });
+    if (self_) timed(Pass::SelfCollision, [&] { self_->settle(all, h, objects_); });
     if (edges_) timed(Pass::Edges, [&] { edges_->settle(all); });
     arrived(h);
   }
@@ -405,7 +406,7 @@ class Stepper : public Solver {
 
   Executor executor_;
   const Model& model_;
-  double gravity_;  // m/s^2
+  double gravity_, objects_ = 0;  // m/s^2; m/s: the fastest that objects move
   PointArray<Executor, R> x_, v_, p_;
   std::optional<Sweep<Executor, R>> sweep_;
   OptionalPart<FreeBodies<Executor, R>, built("corrector")> free_;
