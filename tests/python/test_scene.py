@@ -161,3 +161,49 @@ def test_arrays_give_the_scene_that_their_lists_give():
 def test_a_corner_that_is_no_point_is_refused():
     with pytest.raises(malha.InputError, match="listed: faces/0: found vertex 3; allowed: 0 to 2"):
         malha.Simulation(scene_of(malha.body(np.eye(3), [[0, 1, 3]], mass=1)))
+
+
+@pytest.mark.parametrize("use", [
+    lambda: malha.Scene('{"name": "\ud800"}'),
+    lambda: malha.Scene(scene_of(cloth("\udfff"))),
+    lambda: malha.Scene(scene_of(cloth()) | {"\ud800": 1}),
+    lambda: malha.Scene(scene_of(cloth()) | {"gravity": [0, float("nan"), 0], "\ud800": float("nan")}),
+    lambda: malha.Scene("\ud800.json"),
+    lambda: malha.Scene(scene_of(cloth()), folder="\ud800"),
+    lambda: malha.Simulation(scene_of(cloth()), backend="\ud800"),
+    lambda: malha.Simulation(scene_of(cloth()), **{"\ud800": 1}),
+    lambda: malha.Simulation(scene_of(cloth())).report("\ud800"),
+    lambda: malha.Simulation(scene_of(cloth())).save_checkpoint("\ud800"),
+    lambda: malha.Constraint([[0, 1]], len, name="\ud800"),
+    lambda: malha.body(np.eye(3), mass=1, name="\ud800"),
+    lambda: malha.run(scene_of(cloth()), "\ud800"),
+])
+def test_a_text_without_utf8_is_a_value_that_is_refused(use):
+    with pytest.raises(ValueError):
+        use()
+
+
+def test_a_path_may_have_bytes_that_are_no_text(tmp_path):
+    path = tmp_path / "sheet\udcff.json"  # the byte 255
+    path.write_text(json.dumps(scene_of(cloth())))
+    assert malha.Scene(path).name == malha.Scene(str(path)).name == "small"
+
+
+@pytest.mark.parametrize("use, named", [
+    (lambda s: malha.Simulation(s, thread=1), "thread=int"),
+    (lambda s: malha.Simulation(s, threads="two"), "threads=str"),
+    (lambda s: malha.Scene(s, folders=s), "folders=dict"),
+    (lambda s: malha.run(s, s), "dict, dict"),
+    (lambda s: malha.shape([[0, 0, 0]] * 1000, points=s), "list, points=dict"),
+    (lambda s: malha.Simulation(s).step("far", s), "Simulation, str, dict"),
+    (lambda s: malha.Simulation(s).report(stat=s), "Simulation, stat=dict"),
+    (lambda s: malha.Simulation.positions.fget(s), "(dict)"),
+    (lambda s: malha.Body.particles.fget(s), "(dict)"),
+    (lambda s: malha.Constraint([[0, 1]], len, weight=s), "weight=dict"),
+])
+def test_arguments_that_do_not_fit_are_named_by_their_types(use, named):
+    scene = scene_of(cloth(name="a name that nobody wants to read a thousand times"))
+    with pytest.raises(TypeError) as caught:
+        use(scene)
+    assert named in str(caught.value) and "nobody wants" not in str(caught.value)
+    assert "allowed: " in str(caught.value) and len(str(caught.value)) < 500

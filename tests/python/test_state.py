@@ -238,3 +238,47 @@ def test_shipped_scenes_have_reprs():
     assert repr(scene).startswith("<malha.Scene 'pendulum'")
     run = malha.Simulation(scene)
     assert "2 particles" in repr(run) and "'rod of 1 m" in repr(run.bodies[0])
+
+
+CLASSES = [one for one in vars(malha).values() if isinstance(one, type) and not issubclass(one, Exception)]
+
+
+@pytest.mark.parametrize("kind", CLASSES, ids=lambda kind: kind.__name__)
+def test_an_object_that_was_not_initialised_is_refused_by_all_that_takes_one(kind):
+    """Derived classes may touch themselves too early; X.__new__(X) is the shortest way there."""
+    bare, tried = kind.__new__(kind), 0
+    for name, member in vars(kind).items():
+        if isinstance(member, property):
+            with pytest.raises(TypeError, match="not initialised"):
+                getattr(bare, name)
+            if member.fset:
+                with pytest.raises(TypeError, match="not initialised"):
+                    setattr(bare, name, [0, 0, 0])
+            tried += 1
+        elif callable(member) and name not in ("__init__", "__new__"):
+            for count in range(4):
+                with pytest.raises(TypeError):
+                    getattr(bare, name)(*[0] * count)
+            tried += 1
+    assert tried >= 3
+    for use in (lambda: malha.Simulation(bare), lambda: malha.Scene(bare), lambda: malha.run(bare, "nowhere"),
+                lambda: malha.Simulation(scene_of(cloth()), constraints=[bare])):
+        with pytest.raises((TypeError, malha.InputError)):
+            use()
+
+
+def test_a_derived_class_that_touches_itself_too_early_is_told():
+    class Early(malha.Simulation):
+        def __init__(self, scene):
+            self.before = self.time
+            super().__init__(scene)
+
+    with pytest.raises(TypeError, match="super"):
+        Early(scene_of(cloth()))
+
+    class Late(malha.Simulation):
+        def __init__(self, scene):
+            super().__init__(scene)
+            self.before = self.time
+
+    assert Late(scene_of(cloth())).before == 0

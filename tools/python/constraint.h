@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "host/own_constraint.h"
+#include "tools/python/initialised.h"
 
 namespace malha::python {
 
@@ -40,3 +41,9 @@ void collect_cycles(PyHeapTypeObject* heap) {
 void add_constraint(pybind11::module_& module);
 
 }  // namespace malha::python
+
+namespace pybind11::detail {
+template <>
+class type_caster<malha::python::PythonConstraint>
+    : public malha::python::InitialisedCaster<malha::python::PythonConstraint> {};
+}  // namespace pybind11::detail

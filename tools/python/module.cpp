@@ -2,6 +2,7 @@
 #include <pybind11/pybind11.h>
 
 #include "host/base/build_info.h"
+#include "tools/python/arguments.h"
 #include "tools/python/constraint.h"
 #include "tools/python/errors.h"
 #include "tools/python/leaving.h"
@@ -18,5 +19,6 @@ PYBIND11_MODULE(malha, module) {
   malha::python::add_constraint(module);
   malha::python::add_simulation(module);
   malha::python::add_run(module);
+  malha::python::refuse_arguments_briefly(module);
   pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(&malha::python::Leaving::wait));
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/simulation.h"
+#include "tools/python/initialised.h"
 #include "tools/python/leaving.h"
 
 namespace malha::python {
@@ -71,3 +72,8 @@ bool ends(const pybind11::object& said);
 SimulationOptions options_of(int threads, const std::string& backend);
 
 }  // namespace malha::python
+
+namespace pybind11::detail {
+template <>
+class type_caster<malha::python::Running> : public malha::python::InitialisedCaster<malha::python::Running> {};
+}  // namespace pybind11::detail

@@ -7,6 +7,7 @@
 
 #include "host/base/text.h"
 #include "host/error.h"
+#include "tools/python/arguments.h"
 #include "tools/python/arrays.h"
 
 namespace malha::python {
@@ -29,7 +30,7 @@ py::object plain(const py::object& value) {
 void refuse_not_finite(const py::handle& value, const std::string& at) {
   if (py::isinstance<py::dict>(value)) {
     for (const auto& [key, one] : py::reinterpret_borrow<py::dict>(value))
-      refuse_not_finite(one, at + "/" + py::str(key).cast<std::string>());
+      refuse_not_finite(one, at + "/" + text_of(py::str(key)));
   } else if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) {
     for (std::size_t i = 0; i < py::len(value); ++i)
       refuse_not_finite(value[py::int_(i)], at + "/" + std::to_string(i));
@@ -55,7 +56,7 @@ std::string json_text(const py::dict& scene) {
 }
 
 std::string path_of(const py::object& path) {
-  return py::module_::import("os").attr("fspath")(path).cast<std::string>();
+  return py::module_::import("os").attr("fsencode")(path).cast<std::string>();
 }
 
 /// A row of corners in a list, without the -1 that ends a triangle.
@@ -199,11 +200,9 @@ Scene scene_of(const py::object& source, const py::object& folder) {
       (one.environment ? scene.environment[one.index].shape : scene.bodies[one.index].shape) = std::move(one.shape);
     return scene;
   }
-  if (py::isinstance<py::str>(source)) {
-    const auto text = source.cast<std::string>();
-    const std::size_t first = text.find_first_not_of(" \t\r\n");
-    if (first != std::string::npos && text[first] == '{') return parse_scene(text, "scene", from);
-  }
+  if (py::isinstance<py::str>(source) &&
+      source.attr("lstrip")(" \t\r\n").attr("startswith")("{").cast<bool>())  // paths may have bytes that are no text
+    return parse_scene(text_of(source), "scene", from);
   if (!folder.is_none()) refuse("scene", "folder", "a folder beside a file", "one beside a dict or a JSON text");
   return load_scene(path_of(source));
 }

@@ -3,6 +3,12 @@
 #include <pybind11/pybind11.h>
 
 #include "host/scene.h"
+#include "tools/python/initialised.h"
+
+namespace pybind11::detail {
+template <>
+class type_caster<malha::Scene> : public malha::python::InitialisedCaster<malha::Scene> {};
+}  // namespace pybind11::detail
 
 namespace malha::python {
 

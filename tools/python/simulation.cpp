@@ -18,14 +18,23 @@ namespace malha::python {
 namespace py = pybind11;
 using namespace py::literals;
 
-namespace {
-
 /// A body of a simulation: which particles and faces are its.
 struct BodyOf {
   std::string name;
   int first = 0, end = 0, first_face = 0, end_face = 0;
   std::vector<int> vertices;
 };
+
+}  // namespace malha::python
+
+namespace pybind11::detail {
+template <>
+class type_caster<malha::python::BodyOf> : public malha::python::InitialisedCaster<malha::python::BodyOf> {};
+}  // namespace pybind11::detail
+
+namespace malha::python {
+
+namespace {
 
 py::slice slice(int first, int end) { return {first, end, 1}; }
 

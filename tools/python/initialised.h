@@ -1,0 +1,26 @@
+// Objects that Python has made and nobody has initialised: X.__new__(X), or a subclass before super().__init__().
+#pragma once
+#include <pybind11/pybind11.h>
+
+#include <string>
+
+namespace malha::python {
+
+/// Refuses them as arguments. pybind11's own caster hands out memory that nobody has written.
+template <class T>
+class InitialisedCaster : public pybind11::detail::type_caster_base<T> {
+ public:
+  bool load(pybind11::handle source, bool convert) {
+    if (pybind11::isinstance<T>(source)) {
+      auto* const instance = reinterpret_cast<pybind11::detail::instance*>(source.ptr());
+      if (!instance->get_value_and_holder(pybind11::detail::get_type_info(typeid(T))).holder_constructed()) {
+        const std::string kind = pybind11::str(pybind11::type::handle_of(source).attr("__name__"));
+        throw pybind11::type_error(kind + ": found an object that __init__() has not initialised; allowed: " + kind +
+                                   "(...), and super().__init__(...) first in classes that are derived from it");
+      }
+    }
+    return pybind11::detail::type_caster_base<T>::load(source, convert);
+  }
+};
+
+}  // namespace malha::python
