@@ -423,7 +423,7 @@ void Simulation::go_on_from(const Simulation& before) {
 }
 
 std::string Simulation::report(const std::string& status, const std::vector<std::string>& notes) const {
-  return report_json(status, notes, parts_->model, *parts_->solver, parts_->threads, parts_->times);
+  return report_json(status, notes, parts_->model, *parts_->solver, parts_->threads, parts_->times, ".");
 }
 
 const Model& Simulation::model() const { return parts_->model; }

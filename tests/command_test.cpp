@@ -42,6 +42,45 @@ TEST_F(Command, RunsASceneAndSaysAtTheEndWhatAPersonWants) {
   EXPECT_TRUE(exists("out/scene/frames/frame_000040.vtp"));
 }
 
+TEST_F(Command, KeepsTheResultsOfAnyNameInTheirFolder) {
+  for (const std::string name : {"...json", "..json", ".json", "a.b.json", "no_end"}) {
+    folder_.write(name, swinging_sheet(false).dump());
+    EXPECT_EQ(malha({"run", name, "--steps", "1", "--quiet"}).status, 0) << name;
+  }
+  std::set<std::string> here, results;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "."))
+    here.insert(entry.path().filename().string());
+  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "out"))
+    if (std::filesystem::exists(entry.path() / "report.json")) results.insert(entry.path().filename().string());
+  EXPECT_EQ(here, (std::set<std::string>{"...json", "..json", ".json", "a.b.json", "no_end", "out", "scene.json"}));
+  EXPECT_EQ(results, (std::set<std::string>{"...json", "..json", ".json", "a.b", "no_end"}));
+}
+
+// Whoever gets them is not told where they were made, and a tree that moves keeps what it needs.
+TEST_F(Command, LeavesNoPathsOfThisMachineInItsResults) {
+  namespace fs = std::filesystem;
+  Json scene = swinging_sheet(false);
+  scene["bodies"][0]["shape"] = {{"mesh", "meshes/a.obj"}};
+  scene["bodies"][0]["constraints"][0]["on"] = {"edges"};
+  fs::create_directories(folder_ / "tree/scenes/meshes"), fs::create_directory(folder_ / "elsewhere");
+  folder_.write("tree/scenes/meshes/real", "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 2 3\nf 1 3 4\n");
+  fs::create_symlink("real", folder_ / "tree/scenes/meshes/a.obj");  // the link's name says the format
+  folder_.write("tree/scenes/scene.json", scene.dump());
+  const std::string whole = fs::canonical(folder_ / ".").string();
+  const auto run = [&](const std::string& file) {
+    EXPECT_EQ(malha({"run", file, "--steps", "1", "--page", "--quiet", "--out", "tree/out"}).status, 0);
+    EXPECT_EQ(report("tree/out")["input"]["scene"]["bodies"][0]["shape"]["mesh"], "../scenes/meshes/a.obj");
+    for (const auto& [name, bytes] : files_in(folder_ / "tree/out"))
+      EXPECT_FALSE(has(bytes, whole)) << name << " of " << file;
+  };
+  run("tree/scenes/scene.json");
+  run(whole + "/tree/scenes/scene.json");
+  fs::rename(folder_ / "tree", folder_ / "elsewhere/moved");
+  fs::create_directory_symlink("elsewhere/moved/out", folder_ / "link");
+  EXPECT_EQ(malha({"picture", "link"}).status, 0) << malha({"picture", "link"}).err;
+  EXPECT_TRUE(exists("elsewhere/moved/out/picture.png"));
+}
+
 TEST_F(Command, MakesPicturesForASceneThatNamesNone) {
   EXPECT_EQ(malha({"run", "scene.json", "--steps", "1", "--picture"}).status, 0);
   EXPECT_TRUE(exists("out/scene/picture.png"));

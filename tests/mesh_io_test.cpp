@@ -118,6 +118,29 @@ TEST_F(ReadMesh, WeldsExactlyEqualCornersOfStl) {
   expect_welded_tetrahedron(read_mesh(file("minus.stl", minus_zero)));
 }
 
+// As programs write it.
+TEST_F(ReadMesh, ReadsAsciiStlInCapitalsInTwoWordsWithoutANameAndWithAnyLineEnds) {
+  const auto changed_all = [](std::string text, const std::string& from, const std::string& to) {
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+      text.replace(at, from.size(), to);
+    return text;
+  };
+  std::string capitals = ascii_stl(), two_words = ascii_stl(), some = ascii_stl();
+  for (char& letter : capitals) letter = static_cast<char>(std::toupper(letter));
+  for (const char* word : {"loop", "facet", "solid"})
+    two_words = changed_all(two_words, std::string("end") + word, std::string("end ") + word);
+  for (const char* word : {"solid", "facet", "vertex"})
+    some = changed_all(some, word, static_cast<char>(std::toupper(word[0])) + std::string(word + 1));
+  const std::string no_name = changed_all(ascii_stl(), "solid tetra hedron", "solid");
+  const std::string all = changed_all(changed_all(capitals, "END", "END "), " TETRA HEDRON", "");
+  for (const std::string& text : {ascii_stl(), capitals, two_words, some, no_name, all}) {
+    expect_welded_tetrahedron(read_mesh(file("lf.stl", text)));
+    expect_welded_tetrahedron(read_mesh(file("crlf.stl", changed_all(text, "\n", "\r\n"))));
+    expect_welded_tetrahedron(read_mesh(file("cr.stl", changed_all(text, "\n", "\r"))));
+    expect_welded_tetrahedron(read_mesh(file("mark.stl", "\xEF\xBB\xBF\n  " + text)));
+  }
+}
+
 TEST_F(ReadMesh, KnowsABinaryStlThatStartsLikeAnAsciiOne) {
   expect_welded_tetrahedron(read_mesh(file("sly.stl", binary_stl("solid block"))));
 }

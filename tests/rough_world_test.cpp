@@ -49,7 +49,28 @@ TEST(AReaderThatLeaves, DoesNotEndTheRun) {
 TEST(AFullDisk, IsStillAnErrorOfStandardOutput) {
   const TemporaryFolder folder;
   folder.write("scene.json", swinging_sheet(false).dump());
-  EXPECT_EQ(in_shell("$malha check scene.json >/dev/full 2>/dev/null", folder), 4);
+  for (const char* words : {"check scene.json", "plan scene.json", "run scene.json --steps 1", "--version", "--help",
+                            "run --help", "view --help", "bench --help"})
+    EXPECT_EQ(in_shell("$malha " + std::string(words) + " >/dev/full 2>said", folder), 4) << words;
+  EXPECT_EQ(bytes_of(folder / "said"), "malha: cannot write to standard output\n");
+}
+
+TEST(APathWithoutEnd, IsRefusedBeforeMemoryEnds) {
+  const TemporaryFolder folder;
+  Json scene = swinging_sheet(false);
+  scene["bodies"][0]["shape"] = {{"mesh", "a.obj"}};
+  scene["bodies"][0]["constraints"][0]["on"] = {"edges"};
+  folder.write("scene.json", scene.dump());
+  std::filesystem::create_symlink("/dev/zero", folder / "a.obj");
+  for (const char* line :
+       {"$malha check scene.json 2>said", "$malha check /dev/zero 2>said", "yes | $malha check - 2>said"}) {
+    EXPECT_EQ(in_shell(line, folder), 2) << line;
+    EXPECT_TRUE(has(bytes_of(folder / "said"), "; allowed: a file, or at most so much from a pipe")) << line;
+  }
+  std::filesystem::remove(folder / "a.obj");
+  folder.write("real.obj", "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 2 3\nf 1 3 4\n");
+  EXPECT_EQ(in_shell("mkfifo a.obj && { cat real.obj >a.obj & $malha check scene.json >said; }", folder), 0);
+  EXPECT_EQ(bytes_of(folder / "said"), "scene.json: ok: 4 particles in 1 body\n") << "a pipe that ends is read";
 }
 
 bool is_clean(const std::string& text) {

@@ -39,8 +39,11 @@ struct Arguments {
 
   /// For messages, and for names of results.
   std::string scene_label() const { return scene == "-" ? "standard input" : scene; }
+  /// Of the folder of its results in out/: the file's without ".json", where that is no folder above.
   std::string scene_name() const {
-    return scene == "-" ? "standard_input" : std::filesystem::path(scene).stem().string();
+    if (scene == "-") return "standard_input";
+    const std::filesystem::path file = std::filesystem::path(scene).filename(), name = file.stem();
+    return (name == "." || name == ".." ? file : name).string();
   }
 
   BenchArguments bench;

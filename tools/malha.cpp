@@ -1,8 +1,4 @@
 // The malha command: run, plan and check scenes, benchmarks and studies.
-#include <fcntl.h>
-#include <poll.h>
-#include <unistd.h>
-
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -25,6 +21,7 @@
 #include "tools/arguments.h"
 #include "tools/measures.h"
 #include "tools/progress.h"
+#include "tools/streams.h"
 #include "tools/study/interrupted.h"
 
 namespace {
@@ -47,18 +44,6 @@ void catch_signal(int signal) {
 
 void catch_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) catch_signal(signal);
-}
-
-/// Whoever reads our words may leave (malha run SCENE | head -1): the run goes on, and nobody hears it. A stream that
-/// was closed before the start gets a place to write to: its number would be given to the next file that is opened.
-void outlive_readers() {
-  std::signal(SIGPIPE, SIG_IGN), std::signal(SIGXFSZ, SIG_IGN);  // too large a file fails as on a full disk
-  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-    if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDWR) != stream) std::_Exit(malha::kFailed);
-}
-bool has_no_reader(int stream) {
-  pollfd state{stream, POLLOUT, 0};
-  return poll(&state, 1, 0) == 1 && (state.revents & POLLERR) != 0;
 }
 
 malha::SimulationOptions simulation_options(const Arguments& arguments, malha::ProgressReporter& progress) {
@@ -207,17 +192,16 @@ int dispatch(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  outlive_readers();
+  malha::outlive_readers();
   Arguments arguments;
   std::string scene = "malha";
   const auto say = [](const std::string& line) { std::cerr << malha::printable(line) << "\n"; };
   try {
-    if (const std::optional<int> status = malha::parse_arguments(argc, argv, arguments)) return *status;
+    std::optional<int> status = malha::parse_arguments(argc, argv, arguments);
     if (!arguments.scene.empty()) scene = arguments.scene_label();
-    const int status = dispatch(arguments);
-    std::cout.flush();
-    if (!std::cout && !has_no_reader(STDOUT_FILENO)) throw std::runtime_error("cannot write to standard output");
-    return status;
+    if (!status) status = dispatch(arguments);
+    malha::require_written();
+    return *status;
   } catch (const malha::OutOfMemory& error) {
     say(error.what());
     return malha::kOutOfMemory;

@@ -4,6 +4,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -24,6 +25,8 @@ struct Close {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 using File = std::unique_ptr<std::FILE, Close>;
+
+constexpr std::size_t kMostWithoutSize = std::size_t{256} << 20;  // bytes that are read from what tells no size
 
 [[noreturn]] void fail(const fs::path& path, const char* what, int code) {
   throw std::runtime_error(printable(path.string()) + ": cannot " + what + ": " + std::strerror(code));
@@ -87,15 +90,21 @@ std::string read_whole(const fs::path& path) {
   errno = 0;
   const File file(std::fopen(path.c_str(), "rb"));
   if (!file) fail(path, "read", errno);
-  std::error_code unknown;  // pipes have no size
+  std::error_code unknown;  // pipes and devices have no size, and perhaps no end
   const auto size = fs::file_size(path, unknown);
   const std::size_t free = available_memory();
   if (!unknown && size > free)
     refuse<OutOfMemory>(path.string(), "", "a file of " + in_gib(double(size)),
                         "what fits into the memory, of which " + in_gib(double(free)) + " are free");
+  const std::size_t most = std::max<std::size_t>(unknown ? 0 : size, kMostWithoutSize);  // it may grow meanwhile
   std::string bytes;
   char block[1 << 16];
-  while (const std::size_t count = std::fread(block, 1, sizeof block, file.get())) bytes.append(block, count);
+  while (const std::size_t count = std::fread(block, 1, sizeof block, file.get())) {
+    if (bytes.size() + count > most)
+      refuse(path.string(), "", "more than " + std::to_string(most >> 20) + " MiB and no end",
+             "a file, or at most so much from a pipe");
+    bytes.append(block, count);
+  }
   if (std::ferror(file.get())) fail(path, "read", errno);
   return bytes;
 }

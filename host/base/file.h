@@ -20,7 +20,8 @@ void write_durably(const std::filesystem::path& path, const std::vector<std::str
 /// Throws what write_whole would throw for this path as far as that can be known before; leaves nothing behind.
 void check_writable(const std::filesystem::path& path);
 
-/// The bytes of a file. Throws std::runtime_error "PATH: cannot read: REASON"; OutOfMemory for more than there is free.
+/// The bytes of a file. Throws std::runtime_error "PATH: cannot read: REASON"; OutOfMemory for more than there is free;
+/// InputError for a pipe or a device that gives more than 256 MiB, since it may have no end.
 std::string read_whole(const std::filesystem::path& path);
 
 /// The same of a file that a user named: InputError that ends in "; allowed: ALLOWED" where it cannot be read.

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "host/base/near_miss.h"
 #include "host/error.h"
 #include "host/mesh/first_equal.h"
 #include "host/mesh/mesh_formats.h"
@@ -14,10 +15,17 @@ namespace {
 
 constexpr std::size_t header_bytes = 84, triangle_bytes = 50;  // the header ends in the number of triangles
 
+/// A keyword in small letters. Some programs write it in capitals, or "end loop" in two words.
+std::string read_keyword(TextScanner& scan, const char* wanted) {
+  std::string keyword = lower(std::string(scan.word(wanted)));
+  if (keyword == "end" && scan.has_word()) keyword += lower(std::string(scan.word(wanted)));
+  return keyword;
+}
+
 void expect_line(TextScanner& scan, std::initializer_list<const char*> words) {
   if (!scan.next_line()) scan.refuse_end(*words.begin());
   for (const char* expected : words) {
-    const std::string_view found = scan.word(expected);
+    const std::string found = read_keyword(scan, expected);
     if (found != expected) scan.refuse_word(found, expected);
   }
 }
@@ -27,7 +35,7 @@ std::vector<Vec3> ascii_corners(const std::string& file, std::string_view data) 
   std::vector<Vec3> corners;
   bool inside = false;
   while (scan.next_line()) {
-    const std::string_view keyword = scan.word("");
+    const std::string keyword = read_keyword(scan, "");
     if (keyword == (inside ? "endsolid" : "solid")) {
       inside = !inside;
     } else if (inside && keyword == "facet") {  // its normal follows: the order of the corners says the same
@@ -78,7 +86,9 @@ std::vector<Vec3> binary_corners(const std::string& file, std::string_view data)
 
 // Binary files may start with "solid" too; then their size, or a zero byte, gives them away.
 bool is_ascii(std::string_view data) {
-  if (!data.starts_with("solid") || data.find('\0') != std::string_view::npos) return false;
+  TextScanner start("", data.substr(0, header_bytes));
+  if (!start.next_line() || lower(std::string(start.word(""))) != "solid") return false;
+  if (data.find('\0') != std::string_view::npos) return false;
   if (data.size() < header_bytes) return true;
   ByteScanner scan("", data, header_bytes - 4, std::endian::little);
   return data.size() != header_bytes + scan.get<std::uint32_t>() * triangle_bytes;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -15,6 +14,7 @@
 #include "host/model/tear.h"
 #include "host/report/resolution.h"
 #include "host/report/warnings.h"
+#include "host/scene/scene_write.h"
 
 namespace malha {
 
@@ -208,13 +208,12 @@ std::string measures_json(const Model& model, const Solver& solver, const RunTim
 }
 
 std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
-                        const Solver& solver, int threads, const RunTimes& times) {
+                        const Solver& solver, int threads, const RunTimes& times, const std::string& folder) {
   const Scene& scene = model.scene;
   const SolverFacts& facts = solver.facts();
   Json json;
   json["scene"] = scene.name;
-  std::error_code gone;  // the folder may have been removed meanwhile
-  json["input"] = {{"folder", std::filesystem::current_path(gone).string()}, {"scene", Json::parse(to_json(scene))}};
+  json["input"] = {{"scene", Json::parse(to_json(scene, folder))}};
   json["status"] = status;
   json["notes"] = notes;
   for (const std::string& note : model.notes) json["notes"].push_back(note);

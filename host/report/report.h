@@ -41,9 +41,9 @@ Parts memory_parts(const Model& model, const SolverFacts& facts);
 std::string measures_json(const Model& model, const Solver& solver, const RunTimes& times);
 
 /// JSON with snake_case names and the unit as suffix. `status`: "finished", "interrupted" or "diverged"; a diverged
-/// state is not measured. `input` holds the scene, every value spelled out, and the folder from which paths in it
-/// start. `notes`: where it diverged, or which expectations are not met.
+/// state is not measured. `input` holds the scene, every value spelled out, with paths that start from `folder`, where
+/// the report will lie. `notes`: where it diverged, or which expectations are not met.
 std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
-                        const Solver& solver, int threads, const RunTimes& times);
+                        const Solver& solver, int threads, const RunTimes& times, const std::string& folder);
 
 }  // namespace malha

@@ -27,10 +27,10 @@ std::string left_there(const fs::path& path) { return read_input(path, "a folder
 Scene scene_of_report(const fs::path& path) {
   const auto report = nlohmann::json::parse(left_there(path), nullptr, false);
   const auto input = report.is_object() ? report.find("input") : report.end();
-  if (input == report.end() || !input->is_object() || !input->contains("scene") || !input->contains("folder") ||
-      !(*input)["folder"].is_string())
+  if (input == report.end() || !input->is_object() || !input->contains("scene"))
     refuse(path.string(), "/input", "no scene", "a report of this version of malha");
-  return parse_scene((*input)["scene"].dump(), path.string() + ": /input/scene", (*input)["folder"]);
+  return parse_scene((*input)["scene"].dump(), path.string() + ": /input/scene",
+                     fs::canonical(path.parent_path()).string());
 }
 
 struct FrameFile {

@@ -70,7 +70,8 @@ class Outputs {
   /// And the page, whose last frame is the present state, where that is one.
   void report(const std::string& status, const std::vector<std::string>& notes, bool diverged = false) {
     say("writing the report");
-    const std::string text = simulation_.report(status, notes);
+    const std::string text = report_json(status, notes, simulation_.model(), simulation_.solver(),
+                                         simulation_.threads(), simulation_.times(), results_.folder.string());
     write_whole(results_.report, text);
     if (!page_) return;
     say("writing the page");

@@ -1,7 +1,7 @@
-#include <filesystem>
+#include "host/scene/scene_write.h"
+
 #include <nlohmann/json.hpp>
 
-#include "host/scene.h"
 #include "host/scene/kinds_in_scenes.h"
 
 namespace malha {
@@ -11,10 +11,23 @@ using Json = nlohmann::ordered_json;  // keys in the order of the format, not of
 
 Json rotation(const Vec3& axis, double degrees) { return {{"axis", axis}, {"degrees", degrees}}; }
 
+namespace fs = std::filesystem;
+
+/// Absolute, so that it means the same in whatever folder the text is read back; or from this folder on. The file's own
+/// name stays, whatever it links to: it says the format.
+std::string path_from(const std::string& folder, const fs::path& path) {
+  const fs::path whole = fs::absolute(path);
+  if (folder.empty()) return whole.string();
+  std::error_code gone;  // the folder may have been removed meanwhile
+  const fs::path way = fs::relative(whole.parent_path(), folder, gone);
+  return gone || way.empty() ? whole.string() : (way / whole.filename()).lexically_normal().string();
+}
+
 struct ShapeWriter {
-  // Absolute, so that it means the same in whatever folder the text is read back.
+  const std::string& folder;
+
   Json operator()(const MeshFile& s) const {
-    Json json{{"mesh", std::filesystem::absolute(s.path).string()}};
+    Json json{{"mesh", path_from(folder, s.path)}};
     if (s.weld) json["weld"] = *s.weld;
     return json;
   }
@@ -104,8 +117,8 @@ Json write(const ConstraintSpec& c) {
   return json;
 }
 
-Json write(const BodySpec& b) {
-  Json json{{"name", b.name}, {"shape", std::visit(ShapeWriter{}, b.shape)}, {"transform", write(b.transform)}};
+Json write(const BodySpec& b, const std::string& folder) {
+  Json json{{"name", b.name}, {"shape", std::visit(ShapeWriter{folder}, b.shape)}, {"transform", write(b.transform)}};
   json["velocity"] = b.velocity;
   json["spin"] = b.spin;
   if (b.mass) json["mass"] = *b.mass;
@@ -121,8 +134,8 @@ Json write(const BodySpec& b) {
   return json;
 }
 
-Json write(const EnvironmentSpec& e) {
-  Json json{{"name", e.name}, {"shape", std::visit(ShapeWriter{}, e.shape)}, {"transform", write(e.transform)}};
+Json write(const EnvironmentSpec& e, const std::string& folder) {
+  Json json{{"name", e.name}, {"shape", std::visit(ShapeWriter{folder}, e.shape)}, {"transform", write(e.transform)}};
   json["sides"] = e.sides == Sides::Solid ? "solid" : e.sides == Sides::OneSided ? "one_sided" : "two_sided";
   if (e.push_out) json["start_inside"] = "push_out";
   json["thickness"] = e.thickness;
@@ -219,15 +232,17 @@ Json write(const Expect& e) {
 
 }  // namespace
 
-std::string to_json(const Scene& scene) {
+std::string to_json(const Scene& scene) { return to_json(scene, ""); }
+
+std::string to_json(const Scene& scene, const std::string& folder) {
   Json json{{"name", scene.name}};
   json["solver"] = write(scene.solver);
   json["gravity"] = scene.gravity;
   if (scene.wind) json["wind"] = write(*scene.wind);
   if (scene.sleep) json["sleep"] = {{"speed", scene.sleep->speed}, {"after", scene.sleep->after}};
-  for (const BodySpec& body : scene.bodies) json["bodies"].push_back(write(body));
+  for (const BodySpec& body : scene.bodies) json["bodies"].push_back(write(body, folder));
   json["environment"] = Json::array();
-  for (const EnvironmentSpec& object : scene.environment) json["environment"].push_back(write(object));
+  for (const EnvironmentSpec& object : scene.environment) json["environment"].push_back(write(object, folder));
   if (const auto& self = scene.self_collision) {
     json["self_collision"] = {{"thickness", self->thickness}, {"friction", self->friction}};
     if (!self->bodies.empty()) json["self_collision"]["bodies"] = self->bodies;

@@ -6,10 +6,13 @@
 #include "host/base/text.h"
 #include "host/error.h"
 #include "tools/exit_status.h"
+#include "tools/streams.h"
 #include "tools/validators.h"
 #include "tools/view/window.h"
 
-int main(int argc, char** argv) {
+namespace {
+
+int show(int argc, char** argv) {
   CLI::App app{"Open a scene in a window: run it, pull at it, change its settings, compare two.", "malha view"};
   malha::view::WindowOptions options;
   std::string out = "out/view";
@@ -35,9 +38,17 @@ int main(int argc, char** argv) {
     return malha::kBadInput;
   }
   options.out = out, options.simulation.at_most = true;
+  malha::view::show_window(options);
+  return malha::kDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
   try {
-    malha::view::show_window(options);
-    return malha::kDone;
+    const int status = show(argc, argv);
+    malha::require_written();
+    return status;
   } catch (const malha::InputError& error) {
     std::cerr << error.what() << "\n";
     return malha::kBadInput;
