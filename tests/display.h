@@ -56,9 +56,6 @@ class ShownWindow {
 
   std::string title() const { return xdotool("search --name malha getwindowname"); }
   void key(const std::string& name) const { xdotool("key " + name); }
-  /// Long enough for a text field, which looks at keys once a picture.
-  void hold_key(const std::string& name) const { xdotool("keydown " + name + " sleep 0.4 keyup " + name); }
-  void type(const std::string& text) const { xdotool("type --delay 60 " + text); }
   void move(double x, double y) const {
     xdotool("mousemove " + std::to_string(std::lround(x)) + " " + std::to_string(std::lround(y)));
     pause();

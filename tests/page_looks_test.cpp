@@ -192,7 +192,7 @@ TEST_F(PageLooks, TellsRunsApartByTheirFolders) {
   page(scene, "soft/it"), page(scene, "firm/it"), page(scene, "a<b");
   const auto names = [&](const char* one, const char* other) {
     write_comparison(folder_ / one, folder_ / other, folder_ / "both.html");
-    browser().open(folder_ / "both.html");
+    open_still(folder_ / "both.html");
     return evaluated("[...document.querySelectorAll('.view .name')].map((one) => one.textContent.split(',')[0])");
   };
   EXPECT_EQ(names("soft/it", "firm/it/page.html"), Json({"soft/it", "firm/it"}));
@@ -211,7 +211,7 @@ TEST_F(PageLooks, OfTwoRunsAreComparedBetweenFramesToo) {
     return page(scene, name).parent_path();
   };
   write_comparison(flies(0.02, "slow"), flies(0.03, "fast"), folder_ / "both.html");
-  browser().open(folder_ / "both.html");
+  open_still(folder_ / "both.html");
   for (const double time : {0.06, 0.02, 0.03, 0.25, 0.5}) {
     browser().evaluate("malha.seek(" + std::to_string(time) + ")");
     const std::string said = browser().evaluate("document.getElementById('apart').textContent");

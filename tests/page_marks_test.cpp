@@ -225,7 +225,7 @@ TEST_F(PageMarks, OfWhatARunLacksAreNotOffered) {
   EXPECT_EQ(browser().evaluate("malha.look"), "shaded");
   const auto both = folder_ / "both.html";
   write_comparison(touching, free, both);
-  browser().open(both);
+  open_still(both);
   browser().press("9");
   browser().screenshot();
   EXPECT_EQ(browser().evaluate("malha.look"), "contact");

@@ -38,6 +38,11 @@ class PageOfARun : public testing::Test {
     static Browser one(1000, 600);
     return one;
   }
+  /// Of two runs, which play from the start: at their start, and still.
+  void open_still(const std::filesystem::path& path) {
+    browser().open(path);
+    browser().evaluate("malha.pause(), malha.seek(malha.start)");
+  }
   Json evaluated(const std::string& expression) {
     return Json::parse(browser().evaluate("JSON.stringify(" + expression + ")").get<std::string>());
   }

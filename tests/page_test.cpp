@@ -9,6 +9,7 @@
 
 #include "host/base/file.h"
 #include "host/output/page_pack.h"
+#include "host/picture/picture.h"
 #include "tests/numbers.h"
 #include "tests/page_of_a_run.h"
 #include "tests/refusal.h"
@@ -324,7 +325,7 @@ TEST_F(PageOfARun, OfTwoSaysHowFarTheyAreApart) {
   page(few, "few"), page(many, "many");
   write_comparison(folder_ / "few", folder_ / "many", folder_ / "both.html");
   ASSERT_EQ(runs_in(folder_ / "both.html").size(), 2u);
-  browser().open(folder_ / "both.html");
+  open_still(folder_ / "both.html");
   Simulation one(parsed(few), {.threads = 1}), other(parsed(many), {.threads = 1});
   while (one.steps() < 25) one.step(), other.step();
   double most = 0;
@@ -337,6 +338,40 @@ TEST_F(PageOfARun, OfTwoSaysHowFarTheyAreApart) {
   EXPECT_NEAR(std::stod(said), most, 0.006 * most + 5e-5) << said;
   EXPECT_EQ(browser().evaluate("malha.views.length"), 2);
   EXPECT_TRUE(browser().complaints().empty()) << browser().complaints()[0];
+}
+
+TEST_F(PageOfARun, OfTwoPlaysAndShowsAllThatThePictureShows) {
+  NEEDS_BROWSER;
+  Json scene = swinging_sheet(false);
+  const Simulation simulation(parsed(scene), {.threads = 1});
+  std::vector<std::array<float, 3>> points;
+  for (const Vec3& x : simulation.positions()) points.push_back({float(x[0]), float(x[1]), float(x[2])});
+  const Camera camera = frame_all(points, 3);  // very wide, and filled by the sheet
+  scene["outputs"]["pictures"] = {
+      {"size", {96, 32}},
+      {"camera", {{"eye", camera.eye}, {"target", camera.target}, {"fov_degrees", camera.fov_degrees}}}};
+  page(scene, "a"), page(scene, "b");
+  write_comparison(folder_ / "a", folder_ / "b", folder_ / "both.html");
+  browser().open(folder_ / "both.html");
+  EXPECT_EQ(browser().evaluate("malha.playing"), true);
+  browser().evaluate(  // at most 20 s, on a machine that has much to do
+      "new Promise((done) => { let waits = 0; const timer = setInterval(() => {"
+      "  if (malha.time > 0.05 || ++waits > 1000) clearInterval(timer), done(); }, 20); })");
+  EXPECT_GT(browser().evaluate("malha.time").get<double>(), 0.05);
+  browser().evaluate("malha.pause(), malha.seek(malha.start)");
+  browser().screenshot();
+  for (const char* view : {"0", "1"}) {
+    const Json port = evaluated(std::string("malha.views[") + view + "].canvas.getBoundingClientRect()");
+    EXPECT_LT(port["width"].get<double>(), 2 * port["height"].get<double>()) << "narrower than the picture";
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Json at = evaluated(std::string("malha.pixelOf(") + view + ", " + std::to_string(i) + ")");
+      const double right = at[0].get<double>() - port["left"].get<double>(),
+                   down = at[1].get<double>() - port["top"].get<double>();
+      EXPECT_TRUE(right > 0 && right < port["width"].get<double>() && down > 0 && down < port["height"].get<double>())
+          << "particle " << i << " of view " << view << " is at " << right << ", " << down;
+    }
+  }
+  expect_no_complaints();
 }
 
 TEST_F(PageOfARun, ShowsBodiesThatTearAndBodiesOfLinesAndPoints) {

@@ -62,6 +62,57 @@ TEST(ViewCamera, FramesAllPointsFromAnySide) {
   }
 }
 
+TEST(ViewCamera, SeesTheWholeWidthOfThePictureInANarrowPort) {
+  const Camera camera{{2, 1.5, -3}, {0.2, 0.4, 0.1}, 35};
+  const Lens lens(camera, 1600, 900);
+  for (const int width : {300, 800, 1600}) {
+    const Viewport port{50, 0, width, 700};
+    const OrbitCamera orbit(camera, 16.0 / 9.0, port.aspect());
+    double leftmost = 1e9, rightmost = -1e9;
+    for (const float x : {0.0f, 1600.0f})
+      for (const float y : {0.0f, 900.0f}) {
+        const Eigen::Vector3d at = orbit.on_screen(port, (lens.eye + 3 * lens.direction(x, y)).cast<double>());
+        leftmost = std::min(leftmost, at.x()), rightmost = std::max(rightmost, at.x());
+        EXPECT_TRUE(at.y() > -0.01 && at.y() < port.height + 0.01) << width << ": " << at.y();
+      }
+    EXPECT_GT(leftmost, port.left - 0.01);
+    EXPECT_LT(rightmost, port.left + port.width + 0.01);
+    EXPECT_NEAR((leftmost + rightmost) / 2, port.left + port.width / 2.0, 0.01);
+  }
+}
+
+/// A square beside a ball of half its size, both over a wide ground.
+Scene beside_a_ball(double x) {
+  Scene scene;
+  scene.name = "beside", scene.duration = 1;
+  BodySpec body;
+  body.name = "square", body.shape = GridShape{}, body.mass = 1, body.transform.translate = {x, 1, 0};
+  scene.bodies = {body};
+  EnvironmentSpec ball, ground;
+  ball.name = "ball", ball.shape = SphereShape{0.25, 2}, ball.transform.translate = {x + 2.5, 0.5, 0};
+  ball.motion.resize(1), ball.motion[0].translate = {0, 0.5, 0};  // where the run begins
+  ground.name = "ground", ground.shape = BoxShape{{100, 1, 100}, {1, 1, 1}}, ground.transform.translate = {0, -1.5, 0};
+  scene.environment = {ball, ground};
+  return scene;
+}
+
+TEST(ViewCamera, ShowsTheBodiesOfBothSidesAndWhatTheyMayTouch) {
+  view::Side one(beside_a_ball(0), {.threads = 1}), other(beside_a_ball(-3), {.threads = 1});
+  const std::vector<std::shared_ptr<const view::Frame>> both{one.frame(false), other.frame(false)};
+  OrbitCamera camera;
+  camera.frame(view::places_of_all(both), kPort.aspect());
+  const auto shows = [&](double x, double y, double z) {
+    const Eigen::Vector3d at = camera.on_screen(kPort, {x, y, z});
+    return at.z() > 0 && kPort.holds(at.x(), at.y());
+  };
+  for (const auto& frame : both)
+    for (const Place& x : frame->x) EXPECT_TRUE(shows(x[0], x[1], x[2]));
+  for (const double ball : {2.5, -0.5})
+    for (const double side : {-0.25, 0.25}) EXPECT_TRUE(shows(ball + side, 1, 0) && shows(ball, 1 + side, 0));
+  EXPECT_TRUE(shows(0.5, -1, 0.5)) << "the ground below the square";
+  EXPECT_LT(camera.distance(), 30) << "m, and not all of the ground";
+}
+
 TEST(ViewCamera, PanKeepsTheGraspedPointUnderTheCursor) {
   OrbitCamera camera({{0, 0, 5}, {0, 0, 0}, 40});
   const Eigen::Vector3d point = camera.at(kPort, 300, 200, camera.distance());

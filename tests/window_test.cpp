@@ -30,7 +30,8 @@ Viewport port() { return view::port_of(0, 1, true, ShownWindow::kWidth, ShownWin
 /// As the window opens.
 OrbitCamera camera_of(const Simulation& simulation) {
   const auto& picture = simulation.model().scene.outputs.picture;
-  if (picture && picture->camera) return OrbitCamera(*picture->camera);
+  if (picture && picture->camera)
+    return OrbitCamera(*picture->camera, double(picture->size[0]) / picture->size[1], port().aspect());
   OrbitCamera camera;
   std::vector<view::Place> points;
   for (const Vec3& x : simulation.positions()) points.push_back({float(x[0]), float(x[1]), float(x[2])});
@@ -133,18 +134,43 @@ TEST_F(Window, WhatIsSavedRunsTheSame) {
   ShownWindow window(kScene);
   window.move(50, 205);  // the field of the substeps
   window.xdotool("click --repeat 2 --delay 50 1"), ShownWindow::pause();
-  window.hold_key("ctrl+a"), window.type("4"), window.hold_key("Return");
+  window.key("ctrl+a"), window.xdotool("type --delay 0 24"), window.key("Return");  // faster than the pictures
   window.move(600, 300), ShownWindow::pause(), ShownWindow::pause();
   window.step(15);
   const std::filesystem::path saved = window.save();
   EXPECT_EQ(window.close().status, 0);
   const Scene scene = load_scene(saved.string());
-  EXPECT_EQ(scene.solver.substeps, 4);
+  EXPECT_EQ(scene.solver.substeps, 24);
   Simulation again(scene), there(scene);
   for (int k = 0; k < 15; ++k) again.step();
   there.load_checkpoint(ShownWindow::checkpoint_of(saved).string());
   EXPECT_EQ(there.steps(), 15);
   EXPECT_EQ(there.state_hash(), again.state_hash());
+}
+
+// "no force is known: constraints at pins have no compliance, ...", in two sides of 350 pixels.
+TEST_F(Window, WordsOfASideStayWithinIt) {
+  const TemporaryFolder folder;
+  nlohmann::json scene = nlohmann::json::parse(bytes_of(kScene));
+  scene["bodies"][0]["constraints"] = {{{"type", "distance"}, {"stiffness", 1}}};
+  const std::string file = folder.write("stiff.json", scene.dump());
+  ShownWindow window({file, file});
+  const Viewport right = view::port_of(1, 2, true, ShownWindow::kWidth, ShownWindow::kHeight);
+  const auto ink = [&](int from, int to) {
+    const Image image = window.picture();
+    int count = 0;
+    for (int y = 0; y < 140; ++y)
+      for (int x = from; x < to; ++x) {
+        const unsigned char* const pixel = &image.pixels[3 * (std::size_t(y) * image.width + x)];
+        count += std::max({pixel[0], pixel[1], pixel[2]}) < 90;
+      }
+    return count;
+  };
+  window.key("9");
+  EXPECT_GT(ink(right.left - right.width, right.left - 8), 300) << "the words of the left side";
+  EXPECT_GT(ink(right.left + 12, right.left + right.width), 300) << "of the right side";
+  EXPECT_EQ(ink(right.left - 7, right.left + 11), 0) << "between them";
+  EXPECT_EQ(window.close().status, 0);
 }
 
 TEST_F(Window, SurvivesRandomInputs) {

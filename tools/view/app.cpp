@@ -59,22 +59,27 @@ void App::lay_out(int width, int height) {
   while (painters_.size() < ports_.size()) painters_.emplace_back();
 }
 
+void App::show_all() {
+  std::vector<std::shared_ptr<const Frame>> frames;
+  for (const SideShown& side : now_.sides) frames.push_back(side.frame);
+  camera_.frame(places_of_all(frames), ports_[0].aspect());
+}
+
 void App::frame(int width, int height) {
   const std::int64_t before = now_.version;
   now_ = session_.look();
   still_ = before == now_.version ? still_ + 1 : 0;
   const std::size_t sides = ports_.size();
   lay_out(width, height);
-  if (!now_.sides.empty() && sides > 0 && ports_.size() != sides)  // each is narrower, or wider
-    camera_.frame(now_.sides[0].frame->x, ports_[0].aspect());
+  if (!now_.sides.empty() && sides > 0 && ports_.size() != sides) show_all();  // each is narrower, or wider
   if (!now_.sides.empty() && framed_ != now_.sides[0].scene) {
     const bool other = !framed_ || framed_->name != now_.sides[0].scene->name;
     framed_ = now_.sides[0].scene;
     const auto& picture = framed_->outputs.picture;
     if (other && picture && picture->camera && sides < 2 && ports_.size() < 2)
-      camera_ = OrbitCamera(*picture->camera);
+      camera_ = OrbitCamera(*picture->camera, double(picture->size[0]) / picture->size[1], ports_[0].aspect());
     else if (other)
-      camera_ = OrbitCamera(), camera_.frame(now_.sides[0].frame->x, ports_[0].aspect());
+      camera_ = OrbitCamera(), show_all();
   }
   panels(width, height);
   mouse();
@@ -208,7 +213,8 @@ std::vector<std::size_t> App::alike(std::size_t side) const {
 }
 
 void App::key(int key, int held) {
-  if (ImGui::GetIO().WantTextInput) return;
+  // A field that was left in the last picture still wants text in this one.
+  if (ImGui::GetIO().WantTextInput && ImGui::IsAnyItemActive()) return;
   if (held & GLFW_MOD_CONTROL) return command_key(key);
   const auto toggle = [&](Surface surface) {
     choices_.surface = choices_.surface == surface ? Surface::Shaded : surface;
@@ -227,7 +233,7 @@ void App::key(int key, int held) {
   if (key == GLFW_KEY_LEFT_BRACKET) session_.set_pace(now_.pace > 0 ? now_.pace / 2 : 1);
   if (key == GLFW_KEY_RIGHT_BRACKET) session_.set_pace(now_.pace > 0 ? 2 * now_.pace : 1);
   if (key == GLFW_KEY_BACKSLASH) session_.set_pace(0);
-  if (key == GLFW_KEY_F && !now_.sides.empty()) camera_.frame(now_.sides[0].frame->x, ports_[0].aspect());
+  if (key == GLFW_KEY_F && !now_.sides.empty()) show_all();
   if (key == GLFW_KEY_B) throw_ball_at(cursor.x, cursor.y);
   if (key == GLFW_KEY_W) toggle(Surface::Wireframe);
   if (key == GLFW_KEY_Q) toggle(Surface::Particles);
@@ -349,9 +355,13 @@ void App::overlay(std::size_t s) {
     draw->AddText({right - wide, bottom - 32 * unit}, ink, text.c_str());
   }
   const auto& coloured = coloured_[s];
-  const float line = ImGui::GetTextLineHeight() + 4, x = float(port.left) + 12;
+  const float x = float(port.left) + 12;
+  const float room = std::max(float(port.left + port.width) - x - 8, 60 * unit);
   float y = float(port.top) + 10;
-  const auto say = [&](const std::string& text) { draw->AddText({x, y}, ink, text.c_str()), y += line; };
+  const auto say = [&](const std::string& text) {  // in lines that stay within the side
+    draw->AddText(nullptr, 0, {x, y}, ink, text.c_str(), nullptr, room);
+    y += ImGui::CalcTextSize(text.c_str(), nullptr, false, room).y + 4;
+  };
   if (now_.sides.size() == 2) {
     const SolverSpec& solver = now_.sides[s].scene->solver;
     char times[64];
@@ -369,7 +379,8 @@ void App::overlay(std::size_t s) {
     draw->AddRectFilled({x + unit * float(k), y}, {x + unit * float(k + 1), y + 10}, IM_COL32(c[0], c[1], c[2], 255));
   }
   draw->AddText({x, y + 12}, ink, "0");
-  draw->AddText({x + 90 * unit, y + 12}, ink, (shown(*coloured.most) + " " + coloured.legend).c_str());
+  draw->AddText(nullptr, 0, {x + 90 * unit, y + 12}, ink, (shown(*coloured.most) + " " + coloured.legend).c_str(),
+                nullptr, room - 90 * unit);
 }
 
 }  // namespace malha::view

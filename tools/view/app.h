@@ -43,6 +43,7 @@ class App {
   };
 
   void lay_out(int width, int height);
+  void show_all();
   void draw_side(std::size_t side, int height);
   void command_key(int key);
   void save();

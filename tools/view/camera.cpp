@@ -23,6 +23,10 @@ OrbitCamera::OrbitCamera(const Camera& camera) : target_(vector(camera.target)),
   yaw_ = std::atan2(away.x(), away.z());
 }
 
+OrbitCamera::OrbitCamera(const Camera& camera, double of_picture, double of_port) : OrbitCamera(camera) {
+  fov_ = 2 * std::atan(std::tan(fov_ / 2) * std::max(1.0, of_picture / of_port));
+}
+
 void OrbitCamera::orbit(double right, double up) {
   yaw_ = std::remainder(yaw_ - right, 2 * kPi);
   pitch_ = std::clamp(pitch_ + up, -kSteepest, kSteepest);

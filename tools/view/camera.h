@@ -28,6 +28,8 @@ class OrbitCamera {
  public:
   OrbitCamera() : OrbitCamera(Camera{}) {}
   explicit OrbitCamera(const Camera& camera);
+  /// Sees all of a picture of this camera, width over height `of_picture`, in a port that may be narrower.
+  OrbitCamera(const Camera& camera, double of_picture, double of_port);
 
   /// Radians.
   void orbit(double right, double up);

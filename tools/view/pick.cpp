@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "host/collision/pose.h"
+
 namespace malha::view {
 
 namespace {
@@ -69,6 +71,33 @@ std::vector<Edge> crossed(const Frame& frame, const OrbitCamera& camera, const V
     edges.push_back(of_a < 0 ? Edge{int(a), int(b)} : Edge{int(b), int(a)});
   }
   return edges;
+}
+
+std::vector<Place> places_of_all(const std::vector<std::shared_ptr<const Frame>>& sides) {
+  constexpr double kMuchLarger = 2;
+  std::vector<Place> all;
+  for (const auto& frame : sides) {
+    Eigen::AlignedBox3d bodies;
+    for (const Place& x : frame->x)
+      if (vector(x).allFinite()) bodies.extend(vector(x)), all.push_back(x);
+    if (bodies.isEmpty()) continue;
+    for (const EnvironmentMesh& object : *frame->environment) {
+      const Pose pose = pose_at(object.spec.motion, frame->time);
+      std::vector<Place> places;
+      Eigen::AlignedBox3d box;
+      for (const Vec3& local : object.mesh.points) {
+        const Vector3<double> x = to_world(pose, {local[0], local[1], local[2]});
+        places.push_back({float(x.x), float(x.y), float(x.z)});
+        box.extend(Eigen::Vector3d(x.x, x.y, x.z));
+      }
+      if (box.sizes().maxCoeff() > kMuchLarger * bodies.sizes().maxCoeff()) {
+        const Eigen::Vector3d nearest = bodies.center().cwiseMax(box.min()).cwiseMin(box.max());
+        places = {{float(nearest.x()), float(nearest.y()), float(nearest.z())}};
+      }
+      all.insert(all.end(), places.begin(), places.end());
+    }
+  }
+  return all;
 }
 
 }  // namespace malha::view

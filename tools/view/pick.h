@@ -1,4 +1,4 @@
-// Which particle lies under the cursor.
+// Which particle lies under the cursor, and what a camera that shows all is to hold.
 #pragma once
 #include <optional>
 
@@ -15,5 +15,9 @@ std::optional<int> pick(const Frame& frame, const OrbitCamera& camera, const Vie
 /// first the end on its left.
 std::vector<Edge> crossed(const Frame& frame, const OrbitCamera& camera, const Viewport& port,
                           const std::array<double, 2>& from, const std::array<double, 2>& to);
+
+/// The particles of all sides, and of the environment what is not much larger than they are; of larger objects, such as
+/// a ground, the place of their box that is nearest to the particles.
+std::vector<Place> places_of_all(const std::vector<std::shared_ptr<const Frame>>& sides);
 
 }  // namespace malha::view

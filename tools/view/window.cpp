@@ -13,6 +13,7 @@
 #include "host/base/file.h"
 #include "host/base/text.h"
 #include "tools/view/app.h"
+#include "tools/view/keys.h"
 
 namespace malha::view {
 
@@ -74,6 +75,44 @@ class Gui {
   Gui& operator=(const Gui&) = delete;
 };
 
+/// What GLFW's callbacks reach.
+struct Listener {
+  App& app;
+  Keys keys;
+};
+Listener& listener_of(GLFWwindow* window) { return *static_cast<Listener*>(glfwGetWindowUserPointer(window)); }
+
+bool is_modifier(int key) { return key >= GLFW_KEY_LEFT_SHIFT && key <= GLFW_KEY_RIGHT_SUPER; }
+
+/// In place of Dear ImGui's own callbacks, which then get from listen() what these have kept.
+void keep_keys(GLFWwindow* window) {
+  glfwSetKeyCallback(window, [](GLFWwindow* of, int key, int scan, int action, int held) {
+    const Input::Kind kind = is_modifier(key) ? Input::Kind::Modifier : Input::Kind::Key;
+    listener_of(of).keys.add({kind, key, action, held, scan, action == GLFW_PRESS, action == GLFW_REPEAT});
+  });
+  glfwSetCharCallback(window, [](GLFWwindow* of, unsigned letter) {
+    listener_of(of).keys.add({Input::Kind::Letter, int(letter)});
+  });
+  glfwSetMouseButtonCallback(window, [](GLFWwindow* of, int button, int action, int held) {
+    listener_of(of).keys.add({Input::Kind::Button, button, action, held, 0, action == GLFW_PRESS});
+  });
+}
+
+/// What the keys and buttons of this picture are, once Dear ImGui has them.
+std::vector<Input> listen(GLFWwindow* window) {
+  const std::vector<Input> inputs = listener_of(window).keys.of_a_picture();
+  for (const Input& input : inputs) {
+    if (input.kind == Input::Kind::Letter) {
+      ImGui_ImplGlfw_CharCallback(window, unsigned(input.code));
+    } else if (input.kind == Input::Kind::Button) {
+      ImGui_ImplGlfw_MouseButtonCallback(window, input.code, input.action, input.held);
+    } else {
+      ImGui_ImplGlfw_KeyCallback(window, input.code, input.scan, input.action, input.held);
+    }
+  }
+  return inputs;
+}
+
 /// A driver that draws on the CPU keeps one core: threads that wait for each other stand still without it.
 WindowOptions for_solver(WindowOptions options, bool in_software) {
   if (in_software && options.simulation.threads == 0) options.simulation.threads = std::max(1, available_threads() - 1);
@@ -92,22 +131,25 @@ void show_window(const WindowOptions& options) {
   float scale = 1;
   glfwGetWindowContentScale(window, &scale, nullptr);
   App app(for_solver(options, in_software), in_software, scale);
-  glfwSetWindowUserPointer(window, &app);
+  Listener listener{app, {}};
+  glfwSetWindowUserPointer(window, &listener);
   glfwSetDropCallback(window, [](GLFWwindow* of, int count, const char** paths) {
-    if (count > 0) static_cast<App*>(glfwGetWindowUserPointer(of))->drop(paths[0]);
-  });
-  // Dear ImGui 1.86 loses a key that goes down and up within one frame; it passes on to those who were here before.
-  glfwSetKeyCallback(window, [](GLFWwindow* of, int key, int, int action, int held) {
-    if (action != GLFW_RELEASE) static_cast<App*>(glfwGetWindowUserPointer(of))->key(key, held);
+    if (count > 0) listener_of(of).app.drop(paths[0]);
   });
   const Gui gui(window, scale);
+  keep_keys(window);
   double took = 0;
   while (!glfwWindowShouldClose(window) && !app.quits()) {
-    glfwWaitEventsTimeout(app.rests() ? 0.25 : std::max(1.0 / 60 - took, in_software && app.runs() ? took : 1e-3));
+    const double rest = app.rests() ? 0.25 : std::max(1.0 / 60 - took, in_software && app.runs() ? took : 1e-3);
+    glfwWaitEventsTimeout(listener.keys.waits() ? 1e-3 : rest);
     const double start = glfwGetTime();
+    const std::vector<Input> inputs = listen(window);
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
+    for (const Input& input : inputs)  // now it is known whether a field takes them
+      if ((input.kind == Input::Kind::Key || input.kind == Input::Kind::Modifier) && input.action != GLFW_RELEASE)
+        app.key(input.code, input.held);
     int width = 0, height = 0;
     glfwGetFramebufferSize(window, &width, &height);
     app.frame(std::max(width, 1), std::max(height, 1));

@@ -53,6 +53,7 @@ async function begin() {
   listen();
   await seek(malha.start);
   malha.ready = true;
+  if (malha.views.length > 1) play();
 }
 
 // Both cameras are one.
@@ -60,14 +61,32 @@ function follow(view) {
   for (const other of malha.views) if (other !== view) other.controls.target.copy(view.controls.target);
 }
 
+// The camera of the scene's pictures, and their width over their height; of two runs with different ones none.
+function cameraOfPictures() {
+  const of = (run) => JSON.stringify(run.camera || null), [one, ...others] = malha.views.map((view) => view.run);
+  if (!one.camera || others.some((run) => of(run) !== of(one))) return null;
+  const [width, height] = one.report.input.scene.outputs.pictures.size;
+  return {...one.camera, aspect: width / height};
+}
+
+// In a view that is narrower than the picture all of its width is seen.
+function aim(view) {
+  const camera = malha.camera;
+  camera.aspect = view.canvas.clientWidth / Math.max(view.canvas.clientHeight, 1);
+  const wider = malha.lens.aspect ? Math.max(1, malha.lens.aspect / camera.aspect) : 1;
+  camera.fov = 360 / Math.PI * Math.atan(Math.tan(malha.lens.fov * Math.PI / 360) * wider);
+  camera.updateProjectionMatrix();
+}
+
 function showAll(first) {
   const box = new THREE.Box3();
   for (const view of malha.views) box.union(view.stage.box());
-  const sphere = box.getBoundingSphere(new THREE.Sphere()), camera = malha.camera, given = malha.views[0].run.camera;
+  const sphere = box.getBoundingSphere(new THREE.Sphere()), camera = malha.camera, given = first && cameraOfPictures();
   const r = sphere.radius || 1;
   camera.near = r / 500, camera.far = 200 * r;
-  if (first && given) {
-    camera.fov = given.fov_degrees;
+  malha.lens = {fov: given ? given.fov_degrees : malha.lens ? malha.lens.fov : camera.fov, aspect: given ? given.aspect : 0};
+  for (const view of malha.views) aim(view);
+  if (given) {
     const from = (at) => at.map((value, k) => value - origin[k]);
     camera.position.set(...from(given.eye)), malha.views[0].controls.target.set(...from(given.target));
   } else {
@@ -100,8 +119,7 @@ function redraw() {
   requestAnimationFrame(() => {
     drawing = false;
     for (const view of malha.views) {
-      malha.camera.aspect = view.canvas.clientWidth / Math.max(view.canvas.clientHeight, 1);
-      malha.camera.updateProjectionMatrix();
+      aim(view);
       if (view.stage.shown >= 0) view.stage.render(malha.camera);
       drawScale(view);
     }
@@ -185,10 +203,10 @@ function listen() {
 }
 
 // Where a particle is on the screen, in pixels of the page.
-malha.seek = seek, malha.setLook = setLook;
+malha.seek = seek, malha.setLook = setLook, malha.pause = pause;
 malha.pixelOf = (v, i) => {
   const view = malha.views[v], x = view.stage.x.array, at = view.canvas.getBoundingClientRect();
-  malha.camera.aspect = at.width / at.height, malha.camera.updateProjectionMatrix();
+  aim(view);
   const p = new THREE.Vector3(x[3 * i], x[3 * i + 1], x[3 * i + 2]).project(malha.camera);
   return [at.left + (p.x + 1) / 2 * at.width, at.top + (1 - p.y) / 2 * at.height];
 };
