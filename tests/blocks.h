@@ -176,16 +176,23 @@ class HostAddresses {
     static std::set<std::string> names;
     return names;
   }
+#if __has_builtin(__builtin_clear_padding)
+  static constexpr bool kLooks = true;
+#else
+  static constexpr bool kLooks = false;  // clang: what lies between the members of a kernel may hold anything
+#endif
   /// Of each kind of kernel the first launch is looked at.
   template <class Kernel>
-  static void look_at(Kernel kernel) {
+  static void look_at([[maybe_unused]] Kernel kernel) {
+#if __has_builtin(__builtin_clear_padding)
     static bool looked = false;
     if (looked || sizeof(Kernel) < sizeof(std::uintptr_t)) return;
     looked = true;
-    __builtin_clear_padding(&kernel);  // which may hold anything
+    __builtin_clear_padding(&kernel);
     std::vector<std::uintptr_t> words(sizeof(Kernel) / sizeof(std::uintptr_t));
     std::memcpy(words.data(), static_cast<const void*>(&kernel), words.size() * sizeof(std::uintptr_t));
     if (std::ranges::any_of(words, of_the_host)) held_by().insert(kernel_name<Kernel>());
+#endif
   }
 
  private:

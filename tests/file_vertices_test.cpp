@@ -104,8 +104,8 @@ TEST(FileVertices, OfAnyFormatThatNothingUsesAreCountedByPinsAndFramesAndStayWhe
         EXPECT_EQ(found.places[i], start[i]);
         EXPECT_EQ(velocities[i], Vec3{});
       }
-      const auto same = [&](const auto& theirs, auto ours) {
-        for (auto& corners : ours) corners = numbers_in(*all, corners);
+      const auto same = [&, body = all](const auto& theirs, auto ours) {
+        for (auto& corners : ours) corners = numbers_in(*body, corners);
         EXPECT_EQ(theirs, ours);
       };
       same(found.faces, expected.faces), same(found.dots, expected.dots);

@@ -121,7 +121,7 @@ bool NearCells::measure(const CellPath& path) {
     nearest = std::min(nearest, distance(p, t) - error_[t]);
     return static_cast<float>(std::max(kLoose * nearest, 0.0) + slack);
   });
-  const float below = std::max(static_cast<float>(kLoose * nearest * (1 - 1e-6) - rounding_), 1e-30f);
+  float below = std::max(static_cast<float>(kLoose * nearest * (1 - 1e-6) - rounding_), 1e-30f);
   __atomic_store(&cell.distance, &below, __ATOMIC_RELAXED);
   return true;
 }

@@ -1,7 +1,6 @@
 // Boxes along x, y and z around points.
 #pragma once
 #include <algorithm>
-#include <ranges>
 #include <vector>
 
 #include "host/mesh.h"
@@ -21,10 +20,16 @@ BoundingBox bounds_of(const std::vector<Vec3>& x, const Which& which) {
       box.low[k] = std::min(box.low[k], x[i][k]), box.high[k] = std::max(box.high[k], x[i][k]);
   return box;
 }
-/// Of all, one or more.
-inline BoundingBox bounds_of(const std::vector<Vec3>& x) {
-  return bounds_of(x, std::views::iota(0, static_cast<int>(x.size())));
+/// Of those from `begin` to `end`, one or more.
+inline BoundingBox bounds_of_part(const std::vector<Vec3>& x, int begin, int end) {
+  BoundingBox box{x[begin], x[begin]};
+  for (int i = begin; i < end; ++i)
+    for (int k = 0; k < 3; ++k)
+      box.low[k] = std::min(box.low[k], x[i][k]), box.high[k] = std::max(box.high[k], x[i][k]);
+  return box;
 }
+/// Of all, one or more.
+inline BoundingBox bounds_of(const std::vector<Vec3>& x) { return bounds_of_part(x, 0, static_cast<int>(x.size())); }
 
 /// The direction in which it is longest, the first of several.
 inline int longest_side(const BoundingBox& box) {

@@ -118,7 +118,9 @@ Parts parts_of(const SelfSurface& surface) {
 // A tree of the triangles' boxes, asked for what each edge touches: shares nothing with the solver's search.
 std::vector<CrossingPair> find_crossings(const SelfSurface& surface, const std::vector<Vec3>& x, bool touching,
                                          std::int64_t* tried) {
-  const auto [edges, faces] = parts_of(surface);
+  const Parts parts = parts_of(surface);
+  const std::vector<Triangle>& faces = parts.faces;
+  const std::vector<Edge>& edges = parts.edges;
   if (edges.empty() || faces.empty()) return {};
   if (!std::all_of(x.begin(), x.end(), [](const Vec3& at) { return std::isfinite(at[0] + at[1] + at[2]); })) return {};
   const std::vector<Vec3> turned = seen_along(main_directions(edges, x), x);

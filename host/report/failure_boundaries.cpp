@@ -29,7 +29,7 @@ bool names(const BodySpec& body, const char* type) {
 }
 
 BoundingBox bounds_of_body(const Appearance& look, std::size_t b) {
-  return bounds_of(look.points, std::views::iota(look.body_begin[b], look.body_begin[b + 1]));
+  return bounds_of_part(look.points, look.body_begin[b], look.body_begin[b + 1]);
 }
 
 /// Of each particle the length of a way of fewest springs to a pinned one, m; infinite where there is none.

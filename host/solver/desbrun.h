@@ -84,11 +84,11 @@ class Desbrun final : public Stepper<Executor, R> {
     this->timed(Pass::Forces, [&] { forces_->sum_explicit(all, h, force); });
     this->timed(Pass::Filter, [&] { filter_->apply({force, a, false}); });
     for (int r = 0; r < spec_.refine; ++r) {
-      correct(Corrector::Off);
+      correct_bodies(Corrector::Off);
       this->timed(Pass::Forces, [&] { forces_->sum_missing(all, h, a, mass_.data(), force); });
       this->timed(Pass::Filter, [&] { filter_->apply({force, a, true}); });
     }
-    correct(corrector_);
+    correct_bodies(corrector_);
     this->timed(Pass::Prediction, [&] {
       parallel_for(executor_, all.count, FilteredMotion<R>{all, a, forces_->load(), R(h), g});
     });
@@ -100,7 +100,7 @@ class Desbrun final : public Stepper<Executor, R> {
     }
   }
 
-  void correct(Corrector corrector) {
+  void correct_bodies(Corrector corrector) {
     if (free_blocks_.empty()) return;
     const Particles<R> all = this->particles();
     this->timed(Pass::Correction, [&] {

@@ -91,7 +91,7 @@ struct Plate {
       S scale, none[1] = {zero};
       hinge(X, i, q);
       rest[i] = select(fits, Bending::evaluate(q, none, fits, grad, scale), zero);
-      for (const int corner : {i, 3 + i}) {
+      for (int corner = i; corner < 6; corner += 3) {
         S foot, height;
         over_edge(X[(i + 1) % 3], X[(i + 2) % 3], X[corner], foot, height);
         smallest = i == 0 && corner == 0 ? height : select(height < smallest, height, smallest);

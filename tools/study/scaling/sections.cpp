@@ -19,7 +19,7 @@ const char* colour(const Json& row, std::size_t nth) {
                                               {"#a1d99b", "#74c476", "#31a354", "#006d2c", "#00441b"},
                                               {"#fdae6b", "#fd8d3c", "#d94801", "#a63603", "#7f2704"}};
   for (std::size_t k = 0; k < std::min(cloth_methods().size(), std::size(shades)); ++k)
-    if (cloth_methods()[k].name == row["method"]) return shades[k][std::min<std::size_t>(nth, 4)];
+    if (row["method"] == cloth_methods()[k].name) return shades[k][std::min<std::size_t>(nth, 4)];
   return "#000000";
 }
 
