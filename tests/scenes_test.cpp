@@ -1,4 +1,4 @@
-// Every shipped scene, whole, against its own "expect". In builds with assertions (debug, sanitizers), which are some
+// Every shipped scene, whole, against its own "expect". In builds with assertions (sanitizers), which are some
 // ten times slower, only its first steps: they must stay finite.
 #include <gtest/gtest.h>
 
