@@ -8,6 +8,7 @@
 #include "host/error.h"
 #include "host/mesh/bounding_box.h"
 #include "host/mesh/first_equal.h"
+#include "host/mesh/polygons.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/vertices.h"
 
@@ -51,7 +52,8 @@ void check_duplicated_points(const Mesh& mesh, const std::string& file) {
          "Distance)");
 }
 
-// What is left of a face when halves without area go; nothing, if all of it goes.
+// What is left of a face when halves without area go; nothing, if all of it goes. Quads begin where their halves,
+// (0, 1, 2) and (0, 2, 3), lie inside.
 class AreaFilter {
  public:
   explicit AreaFilter(const std::vector<Vec3>& points) : points_(points) {
@@ -65,18 +67,38 @@ class AreaFilter {
     if (is_triangle(face)) return has_area(a, b, c) ? std::optional(face) : std::nullopt;
     if (a == c || b == d) return std::nullopt;
     const bool first = has_area(a, b, c), second = has_area(a, c, d);
-    if (first && second) return face;
+    if (first && second) return leaves_by_first_diagonal(face) ? Quad{b, c, d, a} : face;
     if (!first && !second) return std::nullopt;
     if (has_area(b, c, d) && has_area(b, d, a)) return Quad{b, c, d, a};
     return first ? Quad{a, b, c, -1} : Quad{a, c, d, -1};
   }
 
+  /// Whether the halves (0, 1, 2) and (0, 2, 3) face away from each other.
+  bool folds(const Quad& face) const {
+    const auto [a, b, c, d] = face;
+    return dot(normal_of(a, b, c), normal_of(a, c, d)) < 0;
+  }
+
  private:
+  /// Whether a quad is concave and its first diagonal lies outside of it.
+  bool leaves_by_first_diagonal(const Quad& face) const {
+    const auto [a, b, c, d] = face;
+    return folds(face) && !folds({b, c, d, a});
+  }
+
+  Vec3 normal_of(int a, int b, int c) const {
+    return cross(minus(points_[b], points_[a]), minus(points_[c], points_[a]));
+  }
   bool has_area(int a, int b, int c) const { return area(points_[a], points_[b], points_[c]) > limit_; }
 
   const std::vector<Vec3>& points_;
   double limit_;
 };
+
+/// The side of a quad from its k-th corner to the next.
+std::string side_text(const Mesh& mesh, const Quad& face, int k) {
+  return std::to_string(vertex(mesh, face[k])) + "-" + std::to_string(vertex(mesh, face[(k + 1) % 4]));
+}
 
 /// What is left of a face by the vertices of the file.
 Quad same_corners(const Quad& left, const Quad& face, const Quad& in_file) {
@@ -150,6 +172,15 @@ MeshIssues check_mesh(Mesh& mesh, const std::string& file, bool loose_points_all
     const std::optional<Quad> left = filter(mesh.faces[i]);
     if (!left || is_triangle(*left) != is_triangle(mesh.faces[i])) ++issues.zero_area_faces;
     if (!left) continue;
+    if (!is_triangle(*left) && filter.folds(*left)) {
+      const auto [a, b, c, d] = *left;
+      const auto [first, second] = crossing_sides(mesh.points, {a, b, c, d});
+      if (first >= 0)
+        refuse(file, number_of("face", i),
+               "a face of 4 corners whose sides " + side_text(mesh, *left, first) + " and " +
+                   side_text(mesh, *left, second) + " (vertices, 0-based) cross",
+               "faces whose sides meet at their corners only");
+    }
     kept.push_back(*left);
     if (!mesh.vertices.faces.empty())
       kept_in_file.push_back(same_corners(*left, mesh.faces[i], mesh.vertices.faces[i]));

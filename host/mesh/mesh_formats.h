@@ -2,7 +2,6 @@
 #pragma once
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "host/mesh.h"
 
@@ -16,8 +15,5 @@ Mesh read_medit(const std::string& file, std::string_view data);
 Mesh read_gmsh(const std::string& file, std::string_view data);
 Mesh read_tetgen(const std::string& node_file, std::string_view node_data, const std::string& ele_file,
                  std::string_view ele_data);
-
-/// Appends a face of three or more corners: a triangle, a quad, or a fan from its first corner.
-void add_polygon(Mesh& mesh, const std::vector<int>& corners);
 
 }  // namespace malha

@@ -39,14 +39,6 @@ Mesh read_pair(const std::string& path) {
 
 }  // namespace
 
-void add_polygon(Mesh& mesh, const std::vector<int>& corners) {
-  if (corners.size() == 4) {
-    mesh.faces.push_back({corners[0], corners[1], corners[2], corners[3]});
-    return;
-  }
-  for (std::size_t i = 2; i < corners.size(); ++i) mesh.faces.push_back({corners[0], corners[i - 1], corners[i], -1});
-}
-
 Mesh read_mesh(const std::string& path) {
   const std::string extension = lower(std::filesystem::path(path).extension().string());
   using Reader = Mesh (*)(const std::string&, std::string_view);

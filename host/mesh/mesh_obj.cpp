@@ -6,6 +6,7 @@
 
 #include "host/mesh/mesh_formats.h"
 #include "host/mesh/mesh_scan.h"
+#include "host/mesh/polygons.h"
 
 namespace malha {
 namespace {
@@ -17,7 +18,7 @@ constexpr std::array ignored{"vt",        "vn",     "vp",     "p",      "g",    
 
 class ObjReader {
  public:
-  ObjReader(const std::string& file, std::string_view data) : scan_(file, data, '#', true) {}
+  ObjReader(const std::string& file, std::string_view data) : file_(file), scan_(file, data, '#', true) {}
 
   Mesh read() {
     while (scan_.next_line()) {
@@ -25,8 +26,9 @@ class ObjReader {
       if (keyword == "v") {
         mesh_.points.push_back({scan_.real("x"), scan_.real("y"), scan_.real("z")});
       } else if (keyword == "f") {
+        const std::size_t line = scan_.line();
         read_corners("a face of three or more corners", 3);
-        add_polygon(mesh_, corners_);
+        faces_.add(corners_, line);
       } else if (keyword == "l") {
         read_corners("a line of two or more corners", 2);
         for (std::size_t i = 1; i < corners_.size(); ++i) mesh_.lines.push_back({corners_[i - 1], corners_[i]});
@@ -36,6 +38,7 @@ class ObjReader {
     }
     // A positive index may point ahead, so it can be judged only now.
     if (largest_ > count()) furthest_.refuse_here("vertex " + std::to_string(largest_), allowed_indices());
+    faces_.append_to(mesh_, file_);
     return std::move(mesh_);
   }
 
@@ -68,9 +71,11 @@ class ObjReader {
     return static_cast<int>(index - 1);
   }
 
+  std::string file_;
   TextScanner scan_;
   TextScanner furthest_{"", ""};  // where the largest index so far stands, if it points ahead
   Mesh mesh_;
+  PolygonList faces_;
   std::vector<int> corners_;
   long long largest_ = 0;
 };

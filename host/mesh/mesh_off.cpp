@@ -4,6 +4,7 @@
 
 #include "host/mesh/mesh_formats.h"
 #include "host/mesh/mesh_scan.h"
+#include "host/mesh/polygons.h"
 
 namespace malha {
 namespace {
@@ -44,7 +45,8 @@ Mesh read_off(const std::string& file, std::string_view data) {
 
   Mesh mesh;
   mesh.points.reserve(static_cast<std::size_t>(vertices));
-  mesh.faces.reserve(static_cast<std::size_t>(faces));
+  PolygonList polygons;
+  polygons.reserve(static_cast<std::size_t>(faces));
   for (long long i = 0; i < vertices; ++i) {
     if (!scan.next_line()) scan.refuse_end("vertex " + std::to_string(i) + " (0-based) of " + std::to_string(vertices));
     mesh.points.push_back({scan.real("x"), scan.real("y"), scan.real("z")});
@@ -63,12 +65,13 @@ Mesh read_off(const std::string& file, std::string_view data) {
       }
       corners.push_back(static_cast<int>(index));
     }
-    add_polygon(mesh, corners);
+    polygons.add(corners, scan.line());
   }
   if (scan.next_line()) {
     scan.word("");
     scan.refuse_here("a line after the last face", "as many lines as the counts say");
   }
+  polygons.append_to(mesh, file);
   return mesh;
 }
 

@@ -9,6 +9,7 @@
 #include "host/error.h"
 #include "host/mesh/mesh_formats.h"
 #include "host/mesh/mesh_ply_header.h"
+#include "host/mesh/polygons.h"
 
 namespace malha {
 namespace ply {
@@ -29,6 +30,7 @@ class AsciiValues {
  public:
   explicit AsciiValues(const TextScanner& scan) : scan_(scan) {}
 
+  std::size_t line() const { return scan_.line(); }
   std::size_t bytes_left() const { return scan_.bytes_left() + 1; }  // the last line may lack its end
   static std::size_t bytes_of(Type) { return 2; }                    // a digit and a blank
   void begin(const Item& item) {
@@ -53,6 +55,7 @@ class BinaryValues {
   BinaryValues(const std::string& file, std::string_view data, std::size_t start, std::endian order)
       : file_(file), scan_(file, data, start, order), value_at_(start) {}
 
+  static std::size_t line() { return 0; }
   std::size_t bytes_left() const { return scan_.bytes_left(); }
   static std::size_t bytes_of(Type type) { return size_of(type); }
   void begin(const Item& item) { item_ = item; }
@@ -146,18 +149,19 @@ void require_room(const std::string& file, const Element& element, const Values&
 template <class Values>
 Mesh read_body(const std::string& file, const Header& header, Values values) {
   Mesh mesh;
+  PolygonList polygons;
   std::vector<int> face;
   for (const Element& element : header.elements) {
     require_room(file, element, values);
     if (element.has(0)) mesh.points.reserve(static_cast<std::size_t>(element.count));
-    if (element.has(corners)) mesh.faces.reserve(static_cast<std::size_t>(element.count));
+    if (element.has(corners)) polygons.reserve(static_cast<std::size_t>(element.count));
     for (long long i = 0; i < element.count; ++i) {
       values.begin({&element, i});
       Vec3 point{};
       for (const Property& property : element.properties) {
         if (property.role == corners) {
           read_corners(values, property, header.vertices, face);
-          add_polygon(mesh, face);
+          polygons.add(face, values.line());
         } else if (property.role != skipped) {
           point[static_cast<std::size_t>(property.role)] = values.real(property.type);
         } else {
@@ -170,6 +174,7 @@ Mesh read_body(const std::string& file, const Header& header, Values values) {
     }
   }
   if (!values.at_end()) values.refuse_value("more after the last item", "as many items as the header says");
+  polygons.append_to(mesh, file);
   return mesh;
 }
 

@@ -26,6 +26,7 @@ class TextScanner {
   /// A number of items; refused where the text ahead has no room for them, so that it is safe to allocate.
   long long count(const char* wanted, long long bytes_each);
 
+  std::size_t line() const { return line_; }    ///< the number of this line, from 1
   std::size_t offset() const { return next_; }  ///< byte at which the next line starts
   /// Takes the next line from there, behind what is no text. No lines are counted from then on: places are bytes.
   void go_on_at(std::size_t byte);
