@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <unordered_map>
 
 #include "host/error.h"
@@ -14,35 +15,56 @@ namespace malha {
 
 namespace {
 
-/// Of each point the one that it becomes: cubes as wide as the distance, of which a point's 27 hold all within it.
-std::vector<int> lowest_within(const std::vector<Vec3>& points, double distance) {
-  struct Cube {
-    std::array<double, 3> at;  // whole numbers
-    bool operator==(const Cube&) const = default;
-  };
+/// Of each point the lowest one that it hangs together with: through points of which each is within the distance of the
+/// next. Points lie in cubes as wide as the distance, so that the 27 about one hold all within it. Those in the same
+/// eighth of a cube are within it of each other, so that crowded cubes take no more time.
+std::vector<int> lowest_connected(const std::vector<Vec3>& points, double distance) {
+  using Cube = std::array<double, 3>;  // whole numbers
   const auto hash = [](const Cube& cube) {
     std::uint64_t bits = 0;
-    for (const double k : cube.at) bits = mix(bits, std::bit_cast<std::uint64_t>(k + 0.0));
+    for (const double k : cube) bits = mix(bits, std::bit_cast<std::uint64_t>(k + 0.0));
     return static_cast<std::size_t>(bits);
   };
-  std::unordered_map<Cube, std::vector<int>, decltype(hash)> kept(points.size(), hash);
-  std::vector<int> becomes(points.size());
+  std::vector<int> parent = points_of_vertices({}, static_cast<int>(points.size()));
+  const auto root = [&parent](int i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  const auto join_if_near = [&](int a, int b) {
+    const bool near = squared_distance(points[a], points[b]) <= distance * distance;
+    if (const int i = root(a), j = root(b); near && i != j) parent[std::max(i, j)] = std::min(i, j);
+    return near;
+  };
+  using Eighths = std::map<int, std::vector<int>>;
+  std::unordered_map<Cube, Eighths, decltype(hash)> cubes(points.size(), hash);
   for (int i = 0; i < static_cast<int>(points.size()); ++i) {
-    Cube own;
-    for (int k = 0; k < 3; ++k) own.at[k] = std::floor(points[i][k] / distance);
-    int lowest = i;
-    for (int neighbour = 0; neighbour < 27; ++neighbour) {
-      const Cube cube{
-          {own.at[0] + neighbour % 3 - 1, own.at[1] + neighbour / 3 % 3 - 1, own.at[2] + neighbour / 9 - 1}};
-      const auto there = kept.find(cube);
-      if (there == kept.end()) continue;
-      for (const int j : there->second)
-        if (j < lowest && squared_distance(points[i], points[j]) <= distance * distance) lowest = j;
+    Cube cube;
+    int eighth = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double half = std::floor(points[i][k] / (distance / 2));
+      cube[k] = std::floor(half / 2), eighth = 2 * eighth + (half != 2 * cube[k] ? 1 : 0);
     }
-    becomes[i] = lowest;
-    if (lowest == i) kept[own].push_back(i);
+    std::vector<int>& same = cubes[cube][eighth];
+    if (!same.empty()) join_if_near(same.front(), i);
+    same.push_back(i);
   }
-  return becomes;
+  const auto join_any = [&](const std::vector<int>& some, const std::vector<int>& others) {
+    if (root(some.front()) == root(others.front())) return;
+    for (const int a : some)
+      for (const int b : others)
+        if (join_if_near(a, b)) return;
+  };
+  for (const auto& [cube, eighths] : cubes)
+    for (int neighbour = 13; neighbour < 27; ++neighbour) {  // itself, and half of those about it
+      const auto there =
+          cubes.find({cube[0] + neighbour % 3 - 1, cube[1] + neighbour / 3 % 3 - 1, cube[2] + neighbour / 9 - 1});
+      if (there == cubes.end()) continue;
+      for (const auto& [one, some] : eighths)
+        for (const auto& [other, others] : there->second)
+          if (neighbour > 13 || one < other) join_any(some, others);
+    }
+  for (int i = 0; i < static_cast<int>(points.size()); ++i) parent[i] = root(i);
+  return parent;
 }
 
 /// Every point becomes the one that `becomes` says, itself or one before it, or goes at -1; everything by new numbers.
@@ -96,7 +118,7 @@ int close_up(std::vector<Quad>& faces, std::vector<Quad>& in_file) {
 
 Welded weld(Mesh& mesh, double distance, const std::string& file) {
   const std::vector<int> becomes =
-      distance > 0 ? lowest_within(mesh.points, distance) : first_at_same_place(mesh.points);
+      distance > 0 ? lowest_connected(mesh.points, distance) : first_at_same_place(mesh.points);
   Welded done;
   for (std::size_t i = 0; i < becomes.size(); ++i) done.merged += becomes[i] != static_cast<int>(i);
   if (done.merged == 0) return done;

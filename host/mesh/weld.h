@@ -11,10 +11,10 @@ struct Welded {
   int gone = 0;    // faces and lines that had less than three, or two, corners left
 };
 
-/// Every vertex becomes the lowest one that is kept within `distance` (m, >= 0; 0: in exactly its place), so that
-/// kept vertices lie farther apart than that. Corners that fall together go, and with them faces and lines that are
-/// none any more. Near-linear time. Refuses tetrahedra that would lose a corner, by `file`. mesh.vertices keeps the
-/// file's own numbers.
+/// Vertices that hang together, each within `distance` (m, >= 0; 0: in exactly its place) of the next, become the
+/// lowest of them, so that kept vertices lie farther apart than that. Which do does not depend on their order. Corners
+/// that fall together go, and with them faces and lines that are none any more. Near-linear time. Refuses tetrahedra
+/// that would lose a corner, by `file`. mesh.vertices keeps the file's own numbers.
 Welded weld(Mesh& mesh, double distance, const std::string& file);
 
 /// Leaves out vertices of no face, line or tetrahedron, unless that are all. The others keep their order, mesh.vertices

@@ -28,9 +28,10 @@ Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std:
   if (const auto* file = std::get_if<MeshFile>(&spec.shape)) {
     if (file->weld) {
       const auto [merged, gone] = weld(mesh, *file->weld, file->path);
-      notes.push_back(body + "welded " + counted(merged, "vertex", "vertices") + " to others" +
-                      (gone > 0 ? ", by which " + counted(gone, "face or line", "faces or lines") + " went" : "") +
-                      (merged > 0 ? numbers : ""));
+      if (merged > 0)
+        notes.push_back(body + "welded " + counted(merged, "vertex", "vertices") + " to others" +
+                        (gone > 0 ? ", by which " + counted(gone, "face or line", "faces or lines") + " went" : "") +
+                        numbers);
     }
   }
   const bool loose = is_loose(spec.shape);
