@@ -10,7 +10,7 @@ struct Measures {
   bool has_strain = false;                   ///< whether there are distance constraints
   double strain_rms = 0, strain_max = 0;     ///< of |l - l0| / l0 over them
   std::array<double, 3> momentum{};          ///< kg m/s, movable particles
-  std::array<double, 3> angular_momentum{};  ///< kg m^2/s about the origin
+  std::array<double, 3> angular_momentum{};  ///< kg m^2/s about the centre of mass
   double kinetic = 0, potential = 0;         ///< J; gravity's potential is 0 at the origin
   double elastic = 0;                        ///< J, in constraints and springs with a compliance
   double speed_max = 0;                      ///< m/s

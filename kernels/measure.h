@@ -6,10 +6,12 @@ namespace malha {
 
 struct Motion {
   double momentum[3] = {}, angular[3] = {};  // kg m/s, kg m^2/s about the origin
+  double mass = 0, moment[3] = {};           // kg, kg m: the sum of m x
   double kinetic = 0, potential = 0;         // J
   double speed2_max = 0;                     // m^2/s^2
   KERNEL Motion& operator+=(const Motion& o) {
-    for (int k = 0; k < 3; ++k) momentum[k] += o.momentum[k], angular[k] += o.angular[k];
+    for (int k = 0; k < 3; ++k) momentum[k] += o.momentum[k], angular[k] += o.angular[k], moment[k] += o.moment[k];
+    mass += o.mass;
     kinetic += o.kinetic, potential += o.potential;
     speed2_max = larger(speed2_max, o.speed2_max);
     return *this;
@@ -28,7 +30,13 @@ struct MeasureMotion {
     const Vector3<double> x = in_double(particles.x[i]), v = in_double(particles.v[i]);
     const Vector3<double> L = cross(x, v * m);
     const double v2 = dot(v, v);
-    return {{m * v.x, m * v.y, m * v.z}, {L.x, L.y, L.z}, m * v2 / 2, -m * dot(gravity, x), v2};
+    return {{m * v.x, m * v.y, m * v.z},
+            {L.x, L.y, L.z},
+            m,
+            {m * x.x, m * x.y, m * x.z},
+            m * v2 / 2,
+            -m * dot(gravity, x),
+            v2};
   }
 };
 

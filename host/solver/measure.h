@@ -21,7 +21,12 @@ Measures measure_motion(const Executor& executor, const Particles<R>& particles,
       parallel_reduce<Motion>(executor, particles.count, MeasureMotion<R>{particles, {g[0], g[1], g[2]}});
   Measures m;
   std::copy_n(motion.momentum, 3, m.momentum.begin());
-  std::copy_n(motion.angular, 3, m.angular_momentum.begin());
+  const auto& [cx, cy, cz] = motion.moment;  // times the mass: the centre of mass
+  const auto& [px, py, pz] = motion.momentum;
+  if (motion.mass > 0)
+    m.angular_momentum = {motion.angular[0] - (cy * pz - cz * py) / motion.mass,
+                          motion.angular[1] - (cz * px - cx * pz) / motion.mass,
+                          motion.angular[2] - (cx * py - cy * px) / motion.mass};
   m.kinetic = motion.kinetic, m.potential = motion.potential;
   m.speed_max = std::sqrt(motion.speed2_max);
   return m;
