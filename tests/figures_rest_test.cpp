@@ -110,7 +110,7 @@ TEST(Figures, DISABLED_RotationFromRest) {
   EXPECT_LT(softest, 0.05) << "what is met in a substep gives forces at right angles to no arm";
 }
 
-// Rounding is a random walk and small beside the motion near the origin; angular momentum falls as by backward Euler.
+// Rounding is a random walk, so that the direction of flight alone changes what comes of it by a factor of ten; angular momentum falls as by backward Euler.
 TEST(Figures, DISABLED_MomentaAfterAMinute) {
   for (const Precision precision : {Precision::Float, Precision::Double})
     for (const bool stiff_edges : {false, true})
@@ -118,19 +118,19 @@ TEST(Figures, DISABLED_MomentaAfterAMinute) {
         BodySpec body = tumbling_ellipsoid(1, {compliant("distance", 1e-6, {"edges"}), compliant("bending", 0.1)});
         if (stiff_edges) body.constraints = {stiff("distance", {"edges"}), compliant("bending", 10)};
         body.transform.translate = {far, 0.3, -0.2};
-        body.velocity = {0.3, 0, 0}, body.spin = {0, 1.6, 5.4};
-        const Scene scene = scene_of({body}, {}, 1.0 / 60, 20, precision);
-        const auto velocity = [&](const Simulation& of) {
-          Vec3 p = of.measure().momentum;
-          for (double& a : p) a /= *body.mass;
-          return p;
-        };
-        const Simulation start(scene, {.threads = 1});
-        const Simulation end = after(scene, 60);
-        const double changed = length(velocity(end) - velocity(start)) / 0.3;
-        std::printf("%-6s %s edges, at %5.1f m: linear momentum changed by %.1e of itself\n", precision_name(precision),
-                    stiff_edges ? "stiff" : "1e-6 m/N", far, changed);
-        EXPECT_LT(changed, precision == Precision::Double ? 1e-6 : far < 1 ? 0.5 : 10);
+        body.spin = {0, 1.6, 5.4};
+        double least = 1e9, most = 0;
+        for (const Vec3& way : {Vec3{0.3, 0, 0}, {0, 0.3, 0}, {0, 0, 0.3}, {-0.3, 0, 0}, {0, -0.3, 0}, {0, 0, -0.3}}) {
+          body.velocity = way;
+          const Scene scene = scene_of({body}, {}, 1.0 / 60, 20, precision);
+          const Vec3 start = Simulation(scene, {.threads = 1}).measure().momentum,
+                     end = after(scene, 60).measure().momentum;
+          const double changed = length(end - start) / length(start);
+          least = std::min(least, changed), most = std::max(most, changed);
+        }
+        std::printf("%-6s %s edges, at %5.1f m: linear momentum changed by %.1e to %.1e of itself\n",
+                    precision_name(precision), stiff_edges ? "stiff" : "1e-6 m/N", far, least, most);
+        EXPECT_LT(most, precision == Precision::Double ? 1e-6 : far < 100 ? 4 : 30);
       }
   BodySpec body = tumbling_ellipsoid(1, {compliant("distance", 1e-6, {"edges"}), compliant("bending", 0.1)});
   body.transform.translate = body.velocity = {}, body.spin = {0, 0, 5.4};

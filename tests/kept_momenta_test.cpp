@@ -181,29 +181,38 @@ Scene random_flight(Random& random) {
   return scene;
 }
 
-/// The share of random flights of which rounding changes the velocity by less than the warning says.
-double share_below_the_warning(int flights, unsigned seed) {
+/// The shares of random flights of which rounding changes the velocity by less than the warning says, and by what it
+/// says that comes often within a factor of three.
+struct WarnedFlights {
+  double below = 0, near = 0;
+};
+WarnedFlights warned_flights(int flights, unsigned seed) {
   Random random(seed);
-  int below = 0;
+  WarnedFlights share;
   for (int n = 0; n < flights; ++n) {
     const Scene scene = random_flight(random);
     Simulation simulation(scene, {.threads = 1});
-    const double most = worst_drift(simulation.model()).speed;
+    const Drift drift = worst_drift(simulation.model());
     const Vec3 before = simulation.measure().momentum;
     run_for(simulation, scene, scene.duration);
-    below += length(simulation.measure().momentum - before) / *scene.bodies[0].mass < most ? 1 : 0;
+    const double changed = length(simulation.measure().momentum - before) / *scene.bodies[0].mass;
+    share.below += (changed < drift.speed ? 1.0 : 0.0) / flights;
+    share.near += (changed < 3 * drift.often && changed > drift.often / 3 ? 1.0 : 0.0) / flights;
   }
-  return below / double(flights);
+  return share;
 }
 
 TEST(WarningOfDrift, NamesWhatNinetyFiveOfAHundredFlightsDoNotExceed) {
-  EXPECT_GE(share_below_the_warning(100, 5), 0.95);
+  const WarnedFlights flights = warned_flights(200, 5);
+  EXPECT_GE(flights.below, 0.94);  // 95 +- 1.5 of 100 by the size of the sample
+  EXPECT_GT(flights.near, 0.75) << "or it says far more or less than comes";
 }
 
 TEST(WarningOfDrift, DISABLED_HoldsOfAThousandFlights) {
-  const double share = share_below_the_warning(1000, 6);
-  std::printf("%g of 1,000 flights are below\n", share);
-  EXPECT_GE(share, 0.95);
+  const auto [below, near] = warned_flights(1000, 6);
+  std::printf("%g of 1,000 flights are below what the warning says, %g within a factor of three of what comes often\n",
+              below, near);
+  EXPECT_GE(below, 0.94);
 }
 
 }  // namespace

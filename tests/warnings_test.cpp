@@ -410,10 +410,10 @@ TEST(WarningOfDrift, NamesTheUpperEndOfWhatRoundingDoes) {
       for (const double place : {0.3, 20.0, 300.0}) {
         const Scene scene = flight(place, substeps, constraints);
         const double most = worst_drift(Simulation(scene, {.threads = 1}).model()).speed, found = drift_in(scene);
-        EXPECT_LT(found, 2 * most) << substeps << " substeps, " << place << " m";  // of a random walk
-        ++cases, near += found > most / 10 ? 1 : 0;
+        EXPECT_LT(found, 4 * most) << substeps << " substeps, " << place << " m";  // the worst of 500: 3 times as much
+        ++cases, near += found > most / 15 ? 1 : 0;
       }
-  EXPECT_GT(near, cases / 2);
+  EXPECT_GT(near, 3 * cases / 4);
 }
 
 TEST(WarningOfTorque, ComesOfOtherCorrectorsOfStiffFreeBodies) {
@@ -483,6 +483,7 @@ TEST(WarningOfWeight, ComesWhereInternalForcesAloneAreFilteredAtLargeSteps) {
 TEST(WarningOfLayers, ComesBelowEightSubsteps) {
   BodySpec sheet;
   sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {4, 4}}, sheet.mass = 1;
+  sheet.constraints = {stiff("distance", {"edges"})};
   Scene scene = scene_of({sheet}, {0, 0, 0}, 1.0 / 60, 7);
   EXPECT_TRUE(warnings_of(scene).empty());
   scene.self_collision = SelfCollision{0.01, 0.3, {}};

@@ -69,6 +69,24 @@ std::vector<bool> long_ways(const Model& model, const std::vector<int>& body) {
   return result;
 }
 
+/// The square of the spacing of the numbers at a body's places, all three coordinates, m^2: the mean over its flight.
+double squared_spacing_in_flight(const Model& model, std::size_t b) {
+  constexpr int moments = 8, most_particles = 1000;
+  const BodySpec& spec = model.scene.bodies[b];
+  const int first = model.look.body_begin[b], last = model.look.body_begin[b + 1];
+  const int step = 1 + (last - first) / most_particles;
+  double sum = 0;
+  int places = 0;
+  for (int i = first; i < last; i += step)
+    for (int moment = 0; moment < moments; ++moment, ++places)
+      for (int k = 0; k < 3; ++k) {
+        const double way = spec.velocity[k] * model.scene.duration * (moment + 0.5) / moments;
+        const double s = spacing_at(model, model.look.points[i][k] + way);
+        sum += s * s;
+      }
+  return sum / places;
+}
+
 /// What levels leave of a body's sag.
 double left_by_levels(int levels, bool long_way) {
   if (levels == kAutoLevels) return long_way ? 0 : 1;
@@ -156,6 +174,7 @@ double unrounded_step(const Model& model) {
 }
 
 Drift worst_drift(const Model& model) {
+  constexpr double kSeldomMore = 4, kOften = 0.65;
   Drift worst;
   const Scene& scene = model.scene;
   const SolverSpec& solver = scene.solver;
@@ -183,17 +202,13 @@ Drift worst_drift(const Model& model) {
     if (free[b].held || free[b].rounded == 0) continue;
     const BodySpec& spec = scene.bodies[b];
     const auto [low, high] = bounds_of_body(model.look, b);
-    double farthest = 0;
-    for (int k = 0; k < 3; ++k) {
-      const double way = spec.velocity[k] * scene.duration;
-      farthest = std::max({farthest, std::abs(low[k] + way), std::abs(high[k] + way)});
-    }
     const double own = std::hypot(spec.velocity[0], spec.velocity[1], spec.velocity[2]);
     const double turning = std::hypot(spec.spin[0], spec.spin[1], spec.spin[2]) * distance(low, high) / 2;
-    const double speed = 4 * spacing(model, {{farthest, 0, 0}}) / (h * std::sqrt(12.0)) *
-                         std::sqrt(free[b].rounded * iterations) / free[b].mass;
-    const double of = own > 0 ? own : turning;
-    if (of > 0 && speed / of > worst.share) worst = {speed, speed / of, static_cast<int>(b)};
+    const double deviation =
+        std::sqrt(squared_spacing_in_flight(model, b) / 12 * free[b].rounded * iterations) / (h * free[b].mass);
+    const double speed = kSeldomMore * deviation, of = own > 0 ? own : turning;
+    if (of > 0 && speed / of > worst.share)
+      worst = {speed, kOften * deviation, speed / of, kOften * deviation / of, static_cast<int>(b)};
   }
   return worst;
 }

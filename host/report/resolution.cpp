@@ -28,10 +28,6 @@ double spacing_at(double a) {
   return double(std::nextafter(R(a), std::numeric_limits<R>::max()) - R(a));
 }
 
-double spacing_at(const Model& model, double a) {
-  return model.scene.solver.precision == Precision::Double ? spacing_at<double>(a) : spacing_at<float>(a);
-}
-
 double farthest_of(const std::vector<Vec3>& x) {
   double farthest = 0;
   for (const Vec3& p : x)
@@ -52,6 +48,11 @@ std::string metres(double a) {
 }
 
 }  // namespace
+
+double spacing_at(const Model& model, double a) {
+  const double size = std::abs(a);
+  return model.scene.solver.precision == Precision::Double ? spacing_at<double>(size) : spacing_at<float>(size);
+}
 
 double spacing(const Model& model, const std::vector<Vec3>& x) { return spacing_at(model, farthest_of(x)); }
 

@@ -15,6 +15,9 @@ struct Resolution {
   double strain() const { return spacing / edge; }
 };
 
+/// Of the numbers of the scene's precision at a coordinate, m.
+double spacing_at(const Model& model, double coordinate);
+
 /// Of the numbers where the farthest coordinate is, m, without a look at the edges. `x`: positions in any order (m).
 double spacing(const Model& model, const std::vector<Vec3>& x);
 
