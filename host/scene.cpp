@@ -7,6 +7,7 @@
 #include "host/base/file.h"
 #include "host/base/near_miss.h"
 #include "host/error.h"
+#include "host/mesh/mesh_io.h"
 #include "host/scene/scene_read.h"
 
 namespace malha {
@@ -62,10 +63,9 @@ std::vector<std::string> names_of(const std::vector<BodySpec>& bodies) {
 }
 
 /// Every name is that of a body, and there once.
-void check_self_collision(const JsonReader& at, const Scene& scene) {
-  if (scene.self_collision->bodies.empty()) return;
+void check_self_collision(const JsonReader& at, const SelfCollision& self, const std::vector<std::string>& known) {
+  if (self.bodies.empty() || known.empty()) return;
   std::set<std::string> named;
-  const std::vector<std::string> known = names_of(scene.bodies);
   for (const JsonReader& item : at.at("bodies").list()) {
     const std::string name = item.text();
     if (std::find(known.begin(), known.end(), name) == known.end())
@@ -90,45 +90,51 @@ std::string read_name(const JsonReader& at) {
 
 Scene parse_scene(const std::string& text, const std::string& file, const std::string& folder) {
   const JsonValue tree = parse_json(text, file);
-  const JsonReader root(tree, file);
+  Faults faults;
+  const JsonReader root(tree, file, "", &faults);
   Scene scene;
   scene.file = file;
   std::set<std::string> names;
-  root.object({
-      {"$schema", [](const JsonReader& v) { v.text(); }},
-      {"name", [&](const JsonReader& v) { scene.name = read_name(v); }, true},
-      {"solver", [&](const JsonReader& v) { scene.solver = read_solver(v); }, true},
-      {"gravity", [&](const JsonReader& v) { scene.gravity = v.vec3(any("m/s^2")); }},
-      {"wind", [&](const JsonReader& v) { scene.wind = read_wind(v); }},
-      {"sleep", [&](const JsonReader& v) { scene.sleep = read_sleep(v); }},
-      {"bodies",
-       [&](const JsonReader& v) {
-         for (const JsonReader& item : v.list()) {
-           scene.bodies.push_back(read_body(item, folder));
-           refuse_a_second_use(item, scene.bodies.back().name, names);
-         }
-         if (scene.bodies.empty()) v.refuse("no body", "at least one");
-       },
-       true},
-      {"environment",
-       [&](const JsonReader& v) {
-         for (const JsonReader& item : v.list()) {
-           scene.environment.push_back(read_environment(item, folder));
-           refuse_a_second_use(item, scene.environment.back().name, names);
-         }
-       }},
-      {"self_collision",
-       [&](const JsonReader& v) {
-         scene.self_collision = read_self_collision(v);
-         check_self_collision(v, scene);
-       }},
-      {"duration", [&](const JsonReader& v) { scene.duration = v.number(above(0, "s")); }, true},
-      {"outputs", [&](const JsonReader& v) { scene.outputs = read_outputs(v); }},
-      {"expect", [&](const JsonReader& v) { scene.expect = read_expect(v, names_of(scene.bodies)); }},
+  std::vector<std::string> known;  // the bodies' names; none where bodies have faults
+  faults.collect([&] {
+    root.object({
+        {"$schema", [](const JsonReader& v) { v.text(); }},
+        {"name", [&](const JsonReader& v) { scene.name = read_name(v); }, true},
+        {"solver", [&](const JsonReader& v) { scene.solver = read_solver(v); }, true},
+        {"gravity", [&](const JsonReader& v) { scene.gravity = v.vec3(any("m/s^2")); }},
+        {"wind", [&](const JsonReader& v) { scene.wind = read_wind(v); }},
+        {"sleep", [&](const JsonReader& v) { scene.sleep = read_sleep(v); }},
+        {"bodies",
+         [&](const JsonReader& v) {
+           v.each([&](const JsonReader& item) {
+             scene.bodies.push_back(read_body(item, folder));
+             refuse_a_second_use(item, scene.bodies.back().name, names);
+           });
+           if (scene.bodies.empty()) v.refuse("no body", "at least one");
+           known = names_of(scene.bodies);
+         },
+         true},
+        {"environment",
+         [&](const JsonReader& v) {
+           v.each([&](const JsonReader& item) {
+             scene.environment.push_back(read_environment(item, folder));
+             refuse_a_second_use(item, scene.environment.back().name, names);
+           });
+         }},
+        {"self_collision",
+         [&](const JsonReader& v) {
+           scene.self_collision = read_self_collision(v);
+           check_self_collision(v, *scene.self_collision, known);
+         }},
+        {"duration", [&](const JsonReader& v) { scene.duration = v.number(above(0, "s")); }, true},
+        {"outputs", [&](const JsonReader& v) { scene.outputs = read_outputs(v); }},
+        {"expect", [&](const JsonReader& v) { scene.expect = read_expect(v, known); }},
+    });
+    if (scene.duration / scene.solver.dt > most_steps) {
+      root.at("duration").refuse_value("at most " + std::to_string(most_steps) + " steps of /solver/dt");
+    }
   });
-  if (scene.duration / scene.solver.dt > most_steps) {
-    root.at("duration").refuse_value("at most " + std::to_string(most_steps) + " steps of /solver/dt");
-  }
+  faults.throw_all();
   return scene;
 }
 
@@ -137,6 +143,13 @@ Scene load_scene(const std::string& path) {
   namespace fs = std::filesystem;
   if (path == "-") return parse_scene(text, "standard input", "");
   const fs::path folder = fs::path(path).parent_path();
+  if (is_mesh_file(path))
+    refuse(path, "", "a mesh",
+           "a scene that names it, such as {\"name\": \"a body\", \"solver\": {\"type\": \"pbd\"}, \"gravity\": [0, "
+           "-9.81, 0], \"duration\": 2, \"bodies\": [{\"name\": \"body\", \"mass\": 1, \"shape\": {\"mesh\": \"" +
+               fs::path(path).filename().string() +
+               "\"}, \"constraints\": [{\"type\": \"distance\"}]}]} (scenes/README.md, Meshes from files); malha view "
+               "shows it");
   Scene scene = parse_scene(text, path, folder.string());
   std::error_code none;
   if (!fs::is_symlink(path, none)) return scene;

@@ -166,7 +166,7 @@ struct EnvironmentSpec {
   Transform transform;
   Sides sides = Sides::Solid;
   bool push_out = false;         ///< solids: bodies that start inside are moved out; otherwise they are refused
-  double thickness = 0.005;      ///< m, > 0: particles are kept this far from the surface
+  double thickness = 0.005;      ///< m: particles are kept this far from the surface; 0: host/model/unlikely.h
   double friction = 0;           ///< Coulomb's mu, >= 0
   double restitution = 0;        ///< [0, 1]
   bool edges = false;            ///< whether its edges and corners touch bodies too, beside its faces their particles

@@ -95,6 +95,12 @@ TEST(CommandLine, AnswersEverySlipInOneLine) {
             "malha run: --backend: found \"metal\"; allowed: openmp, serial, cuda" + in_run},
            {{"run", "scene.json", "--steps", "1", "--steps", "2"},
             "malha run: --steps: found 2 times; allowed: once" + in_run},
+           {{"plan", "scene.json", "--fps"},
+            "malha plan: found \"--fps\"; allowed: one scene and the options of malha plan; see malha plan --help\n"},
+           {{"run", "scene.json", "--fps", "30"},
+            "malha run: found \"--fps\" (did you mean '--every'? A frame every N steps); allowed: one scene and the "
+            "options of malha run" +
+                in_run},
            {{"picture"}, "malha picture: OUT is required; see malha picture --help\n"},
            {{"picture", "nowhere"},
             "nowhere/report.json: cannot read: No such file or directory; allowed: a folder of results of malha run\n"},
@@ -105,6 +111,28 @@ TEST(CommandLine, AnswersEverySlipInOneLine) {
     EXPECT_EQ(ended.out, "");
   }
   EXPECT_EQ(files_in(folder / ".").size(), 1u);
+}
+
+TEST(CommandLine, SaysHowASceneIsMadeOfAMesh) {
+  const TemporaryFolder folder;
+  folder.write("body.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const Ended refused = malha_command({"run", "body.obj"}, folder / ".");
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_TRUE(refused.err.starts_with("body.obj: found a mesh; allowed: a scene")) << refused.err;
+  // What it says is a scene.
+  const std::size_t from = refused.err.find('{'), to = refused.err.rfind('}');
+  folder.write("made.json", refused.err.substr(from, to + 1 - from));
+  EXPECT_EQ(malha_command({"check", "made.json"}, folder / ".").status, 0);
+}
+
+TEST(CommandLine, PrintsEveryFaultOfASceneOnALine) {
+  const TemporaryFolder folder;
+  Json scene = swinging_sheet(false);
+  scene["bodies"][0]["mass"] = 0, scene["solver"]["dt"] = 0;
+  folder.write("scene.json", scene.dump());
+  const Ended refused = malha_command({"run", "scene.json"}, folder / ".");
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 2) << refused.err;
 }
 
 // An empty path is a variable that was never set; where it would mean the default folder, that would be replaced.

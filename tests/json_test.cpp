@@ -36,7 +36,8 @@ TEST(ParseJson, ReadsEveryKindOfValue) {
 
 TEST(ParseJson, NamesLineAndColumnOfASyntaxError) {
   EXPECT_EQ(refusal_of_text("{\n  \"a\": 1,\n}"),
-            "a.json: line 3, column 1: found unexpected '}'; allowed: string literal");
+            "a.json: line 3, column 1: found unexpected '}'; allowed: string literal; strict JSON has no comma after "
+            "the last item");
   EXPECT_EQ(refusal_of_text("[1 2]"), "a.json: line 1, column 4: found unexpected number literal; allowed: ']'");
 }
 

@@ -257,10 +257,17 @@ TEST(ModelRefuses, SolidsThatAreOpenAndEnvironmentsWithoutFaces) {
 
 TEST(ModelRefuses, WhatPinsRefuse) {
   BodySpec sheet = body("sheet", kGrid);
-  sheet.pins = {BoxPin{{-9, -9, -9}, {9, 9, 9}}};
-  EXPECT_EQ(
-      model_refusal(scene_of({sheet})),
-      "test.json: /bodies/0/pins: found every particle of body 'sheet' pinned; allowed: at least one that can move");
+  sheet.pins = {BoxPin{{8, 8, 8}, {9, 9, 9}}};
+  EXPECT_NE(model_refusal(scene_of({sheet})).find("test.json: /bodies/0/pins/0: found no particle there"),
+            std::string::npos);
+}
+
+TEST(ModelRefuses, TheMeshesOfAllBodiesAtOnce) {
+  const std::string refused = model_refusal(
+      scene_of({body("scan", MeshFile{"/nowhere/scan.obj"}), body("a", kGrid), body("b", MeshFile{"/nowhere/b.ply"})}));
+  EXPECT_EQ(std::count(refused.begin(), refused.end(), '\n'), 1) << refused;
+  EXPECT_NE(refused.find("/nowhere/scan.obj: "), std::string::npos);
+  EXPECT_NE(refused.find("\n/nowhere/b.ply: "), std::string::npos);
 }
 
 TEST(ModelRefuses, AMeshFileByItsOwnName) {

@@ -9,6 +9,8 @@
 #include "host/mesh/generate.h"
 #include "tests/refusal.h"
 #include "tests/scene_builders.h"
+#include "tests/small_scenes.h"
+#include "tests/support.h"
 
 namespace malha {
 namespace {
@@ -87,10 +89,27 @@ TEST(Pins, OfParticlesThatAreNotThereAreRefused) {
             "test.json: /bodies/1/pins/0: found particle -1; allowed: 0 to 11");
 }
 
-TEST(Pins, ThatLeaveNothingToMoveAreRefused) {
-  EXPECT_EQ(pins_refusal(kPinnedGrid, {BoxPin{{-9, -9, -9}, {9, 9, 9}}}),
-            "test.json: /bodies/1/pins: found every particle of body 'second' pinned; allowed: at least one that can "
-            "move");
+/// A body that is a place for others, or is carried about: it stands where its pins have it, whatever pulls.
+TEST(Pins, MayHoldAWholeBody) {
+  for (const char* method : {"pbd", "desbrun"})
+    for (const bool alone : {true, false}) {
+      BodySpec wall =
+          body("wall", GridShape{{1, 1}, {4, 4}}, {stiff("distance", {"edges", "shear"}), stiff("bending")});
+      wall.pins = {BoxPin{{-9, -9, -9}, {9, 9, 9}}};
+      std::vector<BodySpec> all{wall};
+      if (!alone) all.push_back(body("falls", GridShape{{1, 1}, {4, 4}}, {stiff("distance", {"edges"})}));
+      Scene scene = scene_of(all, kEarth, 0.01, 4);
+      scene.solver.type = method;
+      Simulation simulation(scene, {.threads = 1});
+      const std::vector<Vec3> before = simulation.positions();
+      for (int step = 0; step < 10; ++step) simulation.step();
+      const std::vector<Vec3> after = simulation.positions();
+      for (int i = 0; i < 25; ++i) EXPECT_EQ(after[i], before[i]) << method;
+      if (!alone) {
+        EXPECT_LT(after[30][1], before[30][1] - 0.04) << method;
+      }
+      simulation.measure();
+    }
 }
 
 }  // namespace

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
 #include "host/scene/kinds_in_scenes.h"
 #include "tests/full_scene.h"
 
@@ -36,8 +39,10 @@ INSTANTIATE_TEST_SUITE_P(
                 "gravity, wind, sleep, bodies, environment, self_collision, duration, outputs, expect"},
         Refusal{"ZeroBodies", "/bodies", "[]", "/bodies: found no body; allowed: at least one"},
         Refusal{"NoBodies", "/bodies", "remove", "found no key 'bodies'; allowed: an object with the key 'bodies'"},
-        Refusal{"UnknownSolver", "/solver/type", "\"xpbd\"",
-                "/solver/type: found unknown solver \"xpbd\" (did you mean 'pbd'?); allowed: pbd, desbrun"},
+        Refusal{
+            "UnknownSolver", "/solver/type", "\"xpbd\"",
+            "/solver/type: found unknown solver \"xpbd\" (did you mean 'pbd'? A constraint's \"compliance\" makes it "
+            "XPBD); allowed: pbd, desbrun"},
         Refusal{"ZeroDt", "/solver/dt", "0", "/solver/dt: found 0; allowed: a number > 0 (s)"},
         Refusal{"NegativeDt", "/solver/dt", "-1", "/solver/dt: found -1; allowed: a number > 0 (s)"},
         Refusal{"ZeroSubsteps", "/solver/substeps", "0",
@@ -362,6 +367,78 @@ TEST(ParseScene, NamesTheLineOfASyntaxErrorAndOfADuplicateKey) {
   EXPECT_EQ(scene_refusal("{\n\"name\": }").find("s.json: line 2, column 9: found"), 0u);
   EXPECT_EQ(
       scene_refusal("{\"name\": \"a\",\n \"name\": \"b\"}").find("s.json: line 2, column 2: found the key 'name'"), 0u);
+}
+
+/// The places of a refusal's lines.
+std::vector<std::string> places_of(const std::string& refused) {
+  std::vector<std::string> places;
+  for (std::size_t at = 0, end = 0; at < refused.size(); at = end + 1) {
+    end = std::min(refused.find('\n', at), refused.size());
+    const std::string line = refused.substr(at, end - at);
+    const std::size_t from = line.find(": ") + 2;
+    places.push_back(line.substr(from, line.find(": ", from) - from));
+  }
+  return places;
+}
+
+TEST(ParseScene, RefusesAllFaultsAtOnceEachOnALineOfItsOwn) {
+  nlohmann::ordered_json scene = nlohmann::ordered_json::parse(full_scene());
+  scene["solver"]["dt"] = -1, scene["solver"]["subteps"] = 3;
+  scene["bodies"][0]["mass"] = 0, scene["bodies"][0]["constraints"][0]["type"] = "distanse";
+  scene["bodies"][1]["shape"] = {{"shpere", 1}};
+  scene["environment"][0]["friction"] = -1;
+  scene.erase("duration");
+  const std::string refused = scene_refusal(scene.dump());
+  EXPECT_EQ(places_of(refused),
+            (std::vector<std::string>{"/solver/subteps", "/solver/dt", "/bodies/0/mass", "/bodies/0/constraints/0/type",
+                                      "/bodies/1/shape/shpere", "/environment/0/friction",
+                                      "found no key 'duration'; allowed"}))
+      << refused;
+}
+
+TEST(ParseScene, DoesNotRefuseWhatAFaultEntails) {
+  // The names that expectations and self-collision use, rows of a shape that is none, a mass that is misspelt.
+  for (const auto& [pointer, value] :
+       {std::pair{"/bodies/1/shape", R"({"gird": {}})"}, {"/bodies/0/name", "1"}, {"/bodies/2/mas", "1"}})
+    EXPECT_EQ(places_of(scene_refusal(changed_scene(pointer, value))).size(), 1u) << pointer;
+}
+
+TEST(ParseScene, EndsALongListOfFaults) {
+  nlohmann::ordered_json scene = nlohmann::ordered_json::parse(full_scene());
+  for (int i = 0; i < 50; ++i) scene["expect"]["key_" + std::to_string(i)] = 1;
+  const std::string refused = scene_refusal(scene.dump());
+  EXPECT_EQ(std::ranges::count(refused, '\n'), 20);
+  EXPECT_NE(refused.find("\n... and 30 more"), std::string::npos);
+}
+
+TEST(ParseScene, SuggestsByMeaning) {
+  for (const auto& [word, here] : {std::pair{"spring", "distance"},
+                                   {"Stretch", "distance"},
+                                   {"cloth", "membrane"},
+                                   {"shell", "membrane"},
+                                   {"fem", "neo_hookean"},
+                                   {"solid", "neo_hookean"},
+                                   {"tether", "long_range"},
+                                   {"inflate", "pressure"},
+                                   {"balloon", "pressure"},
+                                   {"hinge", "bending"},
+                                   {"strain-limit", "distance_limit"}}) {
+    const std::string refused =
+        scene_refusal(changed_scene("/bodies/0/constraints/0/type", std::string("\"") + word + "\""));
+    EXPECT_NE(refused.find(std::string("(did you mean '") + here + "'?"), std::string::npos) << refused;
+  }
+}
+
+TEST(ParseScene, SaysWhatStrictJsonLacks) {
+  const auto says = [](const std::string& text, const std::string& place, const std::string& words) {
+    const std::string refused = scene_refusal(text);
+    return refused.starts_with("s.json: " + place + ": ") && refused.find(words) != std::string::npos;
+  };
+  EXPECT_TRUE(says("{\n// a scene\n\"name\": 1}", "line 2, column 1", "no comments"));
+  EXPECT_TRUE(says("{\"name\": 1, # a scene\n}", "line 1, column 13", "no comments"));
+  EXPECT_TRUE(says("{\"name\": [1, 2, ]}", "line 1, column 17", "no comma after the last"));
+  EXPECT_TRUE(says("{\"name\": 1,\n}", "line 2, column 1", "no comma after the last"));
+  EXPECT_FALSE(says("{\"name\": ]}", "line 1, column 10", "strict"));
 }
 
 }  // namespace

@@ -206,7 +206,7 @@ int main(int argc, char** argv) {
     say(error.what());
     return malha::kOutOfMemory;
   } catch (const malha::InputError& error) {
-    say(error.what());
+    std::cerr << malha::printable_lines(error.what()) << "\n";  // a line for each fault
     return malha::kBadInput;
   } catch (const malha::Diverged& error) {
     say(scene + ": diverged at " + error.what());

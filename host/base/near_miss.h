@@ -9,7 +9,8 @@ namespace malha {
 /// reach from `word`, where that is close enough to be a slip of the keys; else "".
 std::string near_miss(const std::string& word, const std::vector<std::string>& allowed);
 
-/// " (did you mean 'X'?)" where there is a near miss, else "".
+/// " (did you mean 'X'?)" where a word of `allowed` is what the field calls by this other word, or where there is a
+/// near miss, else "".
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& allowed);
 
 /// Without capital letters (ASCII).

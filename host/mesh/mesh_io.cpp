@@ -37,20 +37,32 @@ Mesh read_pair(const std::string& path) {
   return read_tetgen(node.string(), points, ele.string(), tetrahedra);
 }
 
+std::string extension_of(const std::string& path) { return lower(std::filesystem::path(path).extension().string()); }
+
+using Reader = Mesh (*)(const std::string&, std::string_view);
+Reader reader_of(const std::string& extension) {
+  return extension == ".obj"    ? read_obj
+         : extension == ".ply"  ? read_ply
+         : extension == ".off"  ? read_off
+         : extension == ".stl"  ? read_stl
+         : extension == ".mesh" ? read_medit
+         : extension == ".msh"  ? read_gmsh
+                                : nullptr;
+}
+bool is_of_pair(const std::string& extension) { return extension == ".node" || extension == ".ele"; }
+
 }  // namespace
 
+bool is_mesh_file(const std::string& path) {
+  const std::string extension = extension_of(path);
+  return reader_of(extension) != nullptr || is_of_pair(extension);
+}
+
 Mesh read_mesh(const std::string& path) {
-  const std::string extension = lower(std::filesystem::path(path).extension().string());
-  using Reader = Mesh (*)(const std::string&, std::string_view);
-  const Reader reader = extension == ".obj"    ? read_obj
-                        : extension == ".ply"  ? read_ply
-                        : extension == ".off"  ? read_off
-                        : extension == ".stl"  ? read_stl
-                        : extension == ".mesh" ? read_medit
-                        : extension == ".msh"  ? read_gmsh
-                                               : nullptr;
+  const std::string extension = extension_of(path);
+  const Reader reader = reader_of(extension);
   const bool pair =
-      extension == ".node" || extension == ".ele" ||
+      is_of_pair(extension) ||
       (reader == nullptr && (std::filesystem::exists(path + ".node") || std::filesystem::exists(path + ".ele")));
   if (reader == nullptr && !pair)
     refuse(path, "", "the extension \"" + extension + "\"",

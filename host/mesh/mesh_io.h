@@ -16,4 +16,7 @@ namespace malha {
 /// naming the file, the line and column (or byte), what was found and what is allowed.
 Mesh read_mesh(const std::string& path);
 
+/// Whether the path has the extension of a format that read_mesh reads.
+bool is_mesh_file(const std::string& path);
+
 }  // namespace malha

@@ -78,7 +78,8 @@ EnvironmentMesh load_environment(const Scene& scene, std::size_t e, int& zero_ar
     refuse(scene.file, pointer("environment", e, "shape"), "a shape without faces", "a shape with faces");
   apply(spec.transform, mesh.mesh);
   if (spec.sides == Sides::Solid)
-    require_closed(mesh.mesh, file, "a solid needs a closed mesh (object '" + spec.name + "')");
+    require_closed(mesh.mesh, file,
+                   "a solid needs a closed mesh (object '" + spec.name + "'; for a sheet: \"sides\": \"two_sided\")");
   mesh.mesh.vertices = {};  // named no more
   return mesh;
 }

@@ -16,7 +16,9 @@
 #include "host/model/self_surface.h"
 #include "host/model/solver_of.h"
 #include "host/model/tear.h"
+#include "host/model/unlikely.h"
 #include "host/scene/check_scene.h"
+#include "host/scene/faults.h"
 
 namespace malha {
 
@@ -38,7 +40,10 @@ class Builder {
     model_.look.body_begin = model_.look.face_begin = model_.look.line_begin = {0};
     ModelSeconds& took = model_.seconds;
     took.load = seconds([&] {
-      for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(make_body(scene, b, mesh_of(b), torn_));
+      Faults faults;
+      for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+        faults.collect([&] { add_body(make_body(scene, b, mesh_of(b), torn_)); });
+      faults.throw_all();
     });
     check_expectations(scene, std::any_of(bodies_.begin(), bodies_.end(),
                                           [](const Body& body) { return !body.mesh.tetrahedra.empty(); }));
@@ -48,8 +53,7 @@ class Builder {
     took.load += seconds([&] {
       if (torn_) model_.environment = *torn_->environment, model_.zero_area_faces = torn_->zero_area_faces;
       if (torn_) model_.notes = *torn_->notes;
-      for (std::size_t e = 0; e < scene.environment.size() && !torn_; ++e)
-        model_.environment.push_back(load_environment(scene, e, model_.zero_area_faces));
+      if (!torn_) load_objects();
     });
     if (scene.self_collision) {
       const SelfSurface surface = self_surface(model_);
@@ -59,6 +63,18 @@ class Builder {
   }
 
  private:
+  void load_objects() {
+    Scene& scene = model_.scene;
+    const double thickness = scene.environment.empty() ? 0 : default_thickness(finest_edge(bodies_));
+    for (EnvironmentSpec& object : scene.environment)
+      if (object.thickness == 0) object.thickness = thickness;
+    Faults faults;
+    for (std::size_t e = 0; e < scene.environment.size(); ++e)
+      faults.collect([&] { model_.environment.push_back(load_environment(scene, e, model_.zero_area_faces)); });
+    faults.throw_all();
+    for (std::string& line : unlikely_settings(model_, bodies_)) model_.notes.push_back(std::move(line));
+  }
+
   Mesh mesh_of(std::size_t b) {
     return torn_ ? body_mesh(*torn_->whole, b) : load_body(model_.scene, b, model_.zero_area_faces, model_.notes);
   }

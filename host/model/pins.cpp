@@ -75,9 +75,6 @@ class HoldFinder {
     }
     for (std::size_t k = 0; k < spec_.attachments.size(); ++k)
       attach(spec_.attachments[k], body_ + "/attachments/" + std::to_string(k));
-    if (std::find(holds_.pinned.begin(), holds_.pinned.end(), false) == holds_.pinned.end())
-      refuse(scene_.file, body_ + "/pins", "every particle of body '" + spec_.name + "' pinned",
-             "at least one that can move");
     return std::move(holds_);
   }
 

@@ -101,10 +101,20 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     }
     constexpr std::size_t most = 120;  // the library repeats the whole text that it was in
     if (found.size() > most) found = found.substr(0, most) + "...";
-    refuse(file_, line_and_column(text_, position == 0 ? 0 : position - 1), found, allowed);
+    const std::size_t at = position == 0 ? 0 : position - 1;
+    refuse(file_, line_and_column(text_, at), found, allowed + what_json_lacks(at));
   }
 
  private:
+  /// What people write who know other dialects.
+  std::string what_json_lacks(std::size_t at) const {
+    if (at >= text_.size()) return "";
+    if (text_[at] == '/' || text_[at] == '#') return "; strict JSON has no comments";
+    if (text_[at] != '}' && text_[at] != ']') return "";
+    const std::size_t before = at == 0 ? std::string::npos : text_.find_last_not_of(" \t\r\n", at - 1);
+    const bool trails = before != std::string::npos && text_[before] == ',';
+    return trails ? "; strict JSON has no comma after the last item" : "";
+  }
   bool add(JsonValue value) {
     if (open_.empty()) {
       root_ = std::move(value);

@@ -45,8 +45,8 @@ Range between(double min, double max, const std::string& unit) {
   return range;
 }
 
-JsonReader::JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer)
-    : value_(&value), file_(file), pointer_(pointer) {}
+JsonReader::JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer, Faults* faults)
+    : value_(&value), file_(file), pointer_(pointer), faults_(faults) {}
 
 void JsonReader::refuse(const std::string& found, const std::string& allowed) const {
   malha::refuse(file_, pointer_, found, allowed);
@@ -61,7 +61,7 @@ bool JsonReader::has(const std::string& key) const {
 JsonReader JsonReader::below(std::size_t item) const {
   const bool is_object = value_->type == JsonValue::Type::Object;
   const std::string key = is_object ? value_->keys[item] : std::to_string(item);
-  return JsonReader(value_->items[item], file_, json_pointer(pointer_, key));
+  return JsonReader(value_->items[item], file_, json_pointer(pointer_, key), faults_);
 }
 
 JsonReader JsonReader::at(const std::string& key) const {
@@ -71,28 +71,45 @@ JsonReader JsonReader::at(const std::string& key) const {
   return below(static_cast<std::size_t>(found - value_->keys.begin()));
 }
 
-void JsonReader::refuse_unknown_keys(const std::vector<Field>& fields) const {
+void JsonReader::collect(const std::function<void()>& read) const {
+  if (faults_ == nullptr)
+    read();
+  else
+    faults_->collect(read);
+}
+
+bool JsonReader::has_only(const std::vector<Field>& fields) const {
   const std::vector<std::string> allowed = keys_of(fields);
   if (value_->type != JsonValue::Type::Object) refuse_value("an object with the keys " + join(allowed));
+  bool all = true;
   for (std::size_t i = 0; i < value_->keys.size(); ++i) {
     const std::string& key = value_->keys[i];
-    if (std::find(allowed.begin(), allowed.end(), key) == allowed.end()) {
-      below(i).refuse("unknown key '" + key + "'" + did_you_mean(key, allowed), join(allowed));
-    }
+    if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
+    all = false;
+    collect([&] { below(i).refuse("unknown key '" + key + "'" + did_you_mean(key, allowed), join(allowed)); });
   }
+  return all;
 }
 
 void JsonReader::object(const std::vector<Field>& fields) const {
-  refuse_unknown_keys(fields);
-  for (const Field& field : fields) {
-    if (field.required || has(field.key)) field.read(at(field.key));
-  }
+  const std::size_t before = faults_ == nullptr ? 0 : faults_->count();
+  const bool known = has_only(fields);
+  for (const Field& field : fields)
+    if (has(field.key) || (field.required && known))  // what is missing may be what is misspelt
+      collect([&] { field.read(at(field.key)); });
+  if (faults_ != nullptr && faults_->count() > before) Faults::end_part();
+}
+
+void JsonReader::each(const std::function<void(const JsonReader&)>& read) const {
+  const std::size_t before = faults_ == nullptr ? 0 : faults_->count();
+  for (const JsonReader& item : list()) collect([&] { read(item); });
+  if (faults_ != nullptr && faults_->count() > before) Faults::end_part();
 }
 
 void JsonReader::one_of(const std::vector<Field>& fields, const std::vector<Field>& also) const {
   std::vector<Field> all = fields;
   all.insert(all.end(), also.begin(), also.end());
-  refuse_unknown_keys(all);
+  if (!has_only(all)) Faults::end_part();
   std::vector<std::string> found;
   for (const std::string& key : value_->keys)
     if (std::any_of(fields.begin(), fields.end(), [&](const Field& field) { return field.key == key; }))

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/mesh.h"
+#include "host/scene/faults.h"
 #include "host/scene/json.h"
 
 namespace malha {
@@ -30,7 +31,9 @@ constexpr double largest_number = 1e18;
 /// A view of a value in a tree that must outlive it. Every function throws InputError where the value does not fit.
 class JsonReader {
  public:
-  JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer = "");
+  /// `faults`, which must outlive it too, collects what object(), one_of() and each() refuse, for all faults at once.
+  JsonReader(const JsonValue& value, const std::string& file, const std::string& pointer = "",
+             Faults* faults = nullptr);
 
   /// A key that an object may have, and what to do with its value where it has it.
   struct Field {
@@ -39,7 +42,8 @@ class JsonReader {
     bool required = false;
   };
   /// Reads an object with these keys and no others. Unknown keys are refused before missing ones, so that a misspelt
-  /// key is named; then the fields are read in the order given.
+  /// key is named; then the fields are read in the order given. Where faults are collected it goes on behind one, and
+  /// ends the part that it reads at the last.
   void object(const std::vector<Field>& fields) const;
   /// Reads an object that has exactly one of these keys, and perhaps some of `also`.
   void one_of(const std::vector<Field>& fields, const std::vector<Field>& also = {}) const;
@@ -57,6 +61,8 @@ class JsonReader {
 
   /// The items of a list of any length.
   std::vector<JsonReader> list() const;
+  /// Reads the items of a list of any length; where faults are collected, those behind a fault too.
+  void each(const std::function<void(const JsonReader&)>& read) const;
   /// A list of exactly N numbers.
   template <std::size_t N>
   std::array<double, N> numbers(const Range& range) const {
@@ -82,7 +88,10 @@ class JsonReader {
   const JsonValue& value() const { return *value_; }
 
  private:
-  void refuse_unknown_keys(const std::vector<Field>& fields) const;
+  /// Whether there are none; without a collection of faults it refuses the first.
+  bool has_only(const std::vector<Field>& fields) const;
+  /// Refuses what `read` refuses, or collects it.
+  void collect(const std::function<void()>& read) const;
   JsonReader below(std::size_t item) const;
   std::vector<JsonReader> list_of(std::size_t length, const std::string& what) const;
   static std::string describe_range(const Range& range);
@@ -91,6 +100,7 @@ class JsonReader {
   const JsonValue* value_;
   std::string file_;
   std::string pointer_;
+  Faults* faults_;
 };
 
 }  // namespace malha

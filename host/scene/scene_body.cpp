@@ -36,7 +36,7 @@ ConstraintSpec read_constraint(const JsonReader& at) {
     fields.push_back({kind->modulus,
                       [&](const JsonReader& v) {
                         modulus_of(spec, kind->modulus) = v.number(above(0, kind->unit));
-                        if (at.has("stiffness") || at.has("compliance"))
+                        if (kind->free && (at.has("stiffness") || at.has("compliance")))
                           v.refuse("'" + kind->modulus + "' beside 'stiffness' or 'compliance'", "one of them");
                       },
                       !kind->free});
@@ -50,9 +50,10 @@ ConstraintSpec read_constraint(const JsonReader& at) {
 
 BodySpec read_body(const JsonReader& at, const std::string& folder) {
   BodySpec body;
+  bool shaped = false;  // where the shape has a fault, nothing can be said of pins by rows
   at.object({
       {"name", [&](const JsonReader& v) { body.name = read_name(v); }, true},
-      {"shape", [&](const JsonReader& v) { body.shape = read_shape(v, ShapeUse::Body, folder); }, true},
+      {"shape", [&](const JsonReader& v) { body.shape = read_shape(v, ShapeUse::Body, folder), shaped = true; }, true},
       {"transform", [&](const JsonReader& v) { body.transform = read_transform(v); }},
       {"velocity", [&](const JsonReader& v) { body.velocity = v.vec3(any("m/s")); }},
       {"spin", [&](const JsonReader& v) { body.spin = v.vec3(any("rad/s")); }},
@@ -64,16 +65,17 @@ BodySpec read_body(const JsonReader& at, const std::string& folder) {
       {"damping", [&](const JsonReader& v) { body.damping = v.number(between(0, 1, "")); }},
       {"pins",
        [&](const JsonReader& v) {
-         for (const JsonReader& item : v.list()) body.pins.push_back(read_pin(item, body.shape));
+         if (shaped) v.each([&](const JsonReader& item) { body.pins.push_back(read_pin(item, body.shape)); });
        }},
       {"attachments",
        [&](const JsonReader& v) {
-         for (const JsonReader& item : v.list()) body.attachments.push_back(read_attachment(item, body.shape));
+         if (shaped)
+           v.each([&](const JsonReader& item) { body.attachments.push_back(read_attachment(item, body.shape)); });
        }},
       {"tear", [&](const JsonReader& v) { body.tear = read_tear(v); }},
       {"constraints",
        [&](const JsonReader& v) {
-         for (const JsonReader& item : v.list()) body.constraints.push_back(read_constraint(item));
+         v.each([&](const JsonReader& item) { body.constraints.push_back(read_constraint(item)); });
        }},
   });
   if (body.density && is_loose(body.shape)) {

@@ -35,6 +35,7 @@ std::vector<Keyframe> read_motion(const JsonReader& at) {
 
 EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder) {
   EnvironmentSpec object;
+  object.thickness = 0;  // unless it is named
   at.object({
       {"name", [&](const JsonReader& v) { object.name = read_name(v); }, true},
       {"shape", [&](const JsonReader& v) { object.shape = read_shape(v, ShapeUse::Environment, folder); }, true},

@@ -67,7 +67,7 @@ Allowed read_allowed(const JsonReader& at, const std::string& what, One&& one) {
 ExpectOfBody read_body_expect(const JsonReader& at, const std::vector<std::string>& bodies) {
   ExpectOfBody expect;
   at.object({
-      {"name", [&](const JsonReader& v) { expect.name = v.word("body", bodies); }, true},
+      {"name", [&](const JsonReader& v) { expect.name = bodies.empty() ? v.text() : v.word("body", bodies); }, true},
       {"inside", [&](const JsonReader& v) { read_box(v, expect.inside_min, expect.inside_max); }, true},
   });
   return expect;

@@ -29,7 +29,7 @@ Tear read_tear(const JsonReader& at);
 ConstraintSpec read_constraint(const JsonReader& at);
 EnvironmentSpec read_environment(const JsonReader& at, const std::string& folder);
 OutputSpec read_outputs(const JsonReader& at);
-/// `bodies`: the names of those that the scene has.
+/// `bodies`: the names of those that the scene has; none: not known.
 Expect read_expect(const JsonReader& at, const std::vector<std::string>& bodies);
 
 constexpr double most_particles = 2e7;  // of one shape that the scene makes or lists

@@ -138,7 +138,7 @@ Json write(const EnvironmentSpec& e, const std::string& folder) {
   Json json{{"name", e.name}, {"shape", std::visit(ShapeWriter{folder}, e.shape)}, {"transform", write(e.transform)}};
   json["sides"] = e.sides == Sides::Solid ? "solid" : e.sides == Sides::OneSided ? "one_sided" : "two_sided";
   if (e.push_out) json["start_inside"] = "push_out";
-  json["thickness"] = e.thickness;
+  if (e.thickness != 0) json["thickness"] = e.thickness;
   json["friction"] = e.friction;
   json["restitution"] = e.restitution;
   if (e.edges) json["edges"] = true;

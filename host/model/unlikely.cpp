@@ -1,0 +1,177 @@
+#include "host/model/unlikely.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <ranges>
+
+#include "host/base/text.h"
+#include "host/mesh/bounding_box.h"
+#include "host/mesh/vectors.h"
+
+namespace malha {
+
+namespace {
+
+constexpr double kThickness = 0.005;  // m
+constexpr double kThicknessOfEdge = 0.2;
+
+// Beyond these a setting is probably not meant.
+constexpr double kOtherUnits = 100;  // sizes
+constexpr double kThickSelf = 2;     // of an edge: 650 pairs a particle
+constexpr double kThick = 1;         // of an edge
+constexpr double kThin = 1e-4;       // of an edge
+constexpr double kMostFriction = 3;  // a slope of 72 degrees; rubber on rubber has some 1.2
+
+/// m; 0 without edges.
+double median_edge(const Body& body) {
+  std::vector<double> lengths;
+  lengths.reserve(body.edges.size());
+  for (const auto& [a, b] : body.edges) lengths.push_back(distance(body.mesh.points[a], body.mesh.points[b]));
+  if (lengths.empty()) return 0;
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::ranges::nth_element(lengths, middle);
+  return *middle;
+}
+
+double size_of(const std::vector<Vec3>& points) {
+  const auto [low, high] = bounds_of(points);
+  return distance(low, high);
+}
+
+double two_digits(double value) {
+  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
+  return std::round(value / unit) * unit;
+}
+
+std::string length(double metres) { return shown(two_digits(metres)) + " m"; }
+std::string times(double ratio) { return shown(two_digits(ratio)) + " times"; }
+
+class UnlikelyFinder {
+ public:
+  UnlikelyFinder(const Model& model, const std::vector<Body>& bodies)
+      : model_(model), scene_(model.scene), bodies_(bodies) {
+    for (const Body& body : bodies) edges_.push_back(median_edge(body));
+  }
+
+  std::vector<std::string> find() {
+    look_at_sizes();
+    for (std::size_t b = 0; b < bodies_.size(); ++b) look_at_constraints(b);
+    look_at_contacts();
+    look_at_self_collision();
+    return std::move(lines_);
+  }
+
+ private:
+  std::string name(std::size_t b) const { return "body '" + scene_.bodies[b].name + "'"; }
+
+  /// The units of files: a body in centimetres beside what is in metres.
+  void look_at_sizes() {
+    double largest = 0, least = std::numeric_limits<double>::infinity();
+    std::size_t large = 0, small = 0;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (edges_[b] == 0) continue;
+      const double size = size_of(bodies_[b].mesh.points);
+      if (size > largest) largest = size, large = b;
+      if (size < least) least = size, small = b;
+    }
+    if (largest == 0) return;
+    double object = 0;
+    std::string of_object;
+    for (const EnvironmentMesh& mesh : model_.environment)
+      if (const double size = size_of(mesh.mesh.points); size > object) object = size, of_object = mesh.spec.name;
+    const auto say = [&](double size, double other, const std::string& than) {
+      lines_.push_back(name(large) + " measures " + length(size) + ", " + times(size / other) + " as much as " + than +
+                       ", which measures " + length(other) +
+                       ": are its numbers centimetres or millimetres? Then take \"scale\": 0.01 or 0.001 in its "
+                       "\"transform\"");
+    };
+    if (object > 0 && largest > kOtherUnits * object)
+      say(largest, object, "the largest object, '" + of_object + "'");
+    else if (largest > kOtherUnits * least)
+      say(largest, least, name(small));
+  }
+
+  void look_at_constraints(std::size_t b) {
+    const BodySpec& spec = scene_.bodies[b];
+    const std::vector<bool>& pinned = bodies_[b].holds.pinned;
+    if (const auto free = std::ranges::count(pinned, false); spec.constraints.empty() && edges_[b] > 0 && free > 0)
+      lines_.push_back(name(b) + " names no \"constraints\": each of its " + counted(free, "particle") +
+                       " moves by itself; take {\"type\": \"distance\"} to keep its edges' lengths");
+    for (std::size_t c = 0; c < spec.constraints.size(); ++c)
+      for (std::size_t d = 0; d < c; ++d)
+        if (are_same(spec.constraints[c], spec.constraints[d])) {
+          lines_.push_back(name(b) + " names \"" + spec.constraints[c].type + "\" 2 times for the same elements, as " +
+                           "constraints " + std::to_string(d) + " and " + std::to_string(c) +
+                           " (0-based): both act, and together they are stiffer; leave one out");
+          return;
+        }
+  }
+
+  static bool are_same(const ConstraintSpec& a, const ConstraintSpec& b) {
+    const auto shared = [&b](const std::string& element) { return std::ranges::find(b.on, element) != b.on.end(); };
+    return a.type == b.type && (a.on.empty() || std::ranges::any_of(a.on, shared));
+  }
+
+  void look_at_contacts() {
+    const double edge = finest_edge(bodies_);
+    for (const EnvironmentSpec& object : scene_.environment) {
+      const std::string of = "object '" + object.name + "': ";
+      if (std::isfinite(edge) && object.thickness > kThick * edge)
+        lines_.push_back(of + "a thickness of " + length(object.thickness) + " is " + times(object.thickness / edge) +
+                         " the edges of a body, " + length(edge) + ", which will float; take " +
+                         length(default_thickness(edge)) + ", or leave it out");
+      say_friction(of, object.friction);
+    }
+  }
+
+  void look_at_self_collision() {
+    if (!scene_.self_collision) return;
+    const SelfCollision& self = *scene_.self_collision;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      const bool named =
+          self.bodies.empty() || std::ranges::find(self.bodies, scene_.bodies[b].name) != self.bodies.end();
+      if (!named || edges_[b] == 0) continue;
+      const double ratio = self.thickness / edges_[b];
+      if (ratio > kThickSelf)
+        lines_.push_back(name(b) + ": a self-collision thickness of " + length(self.thickness) + " is " + times(ratio) +
+                         " its edges, " + length(edges_[b]) +
+                         ": most of it lies nearer to itself than that; take a "
+                         "thickness below its edges");
+      else if (ratio < kThin)
+        lines_.push_back(name(b) + ": a self-collision thickness of " + length(self.thickness) + " is " + times(ratio) +
+                         " its edges, " + length(edges_[b]) + ", less than contacts can keep; take " +
+                         length(10 * kThin * edges_[b]) + " or more");
+    }
+    say_friction("self_collision: ", self.friction);
+  }
+
+  void say_friction(const std::string& of, double friction) {
+    if (friction > kMostFriction)
+      lines_.push_back(of + "a friction of " + shown(friction) + " is " + times(friction) +
+                       " the pressing force, where dry materials have .1 to 1.2: is it a percentage?");
+  }
+
+  const Model& model_;
+  const Scene& scene_;
+  const std::vector<Body>& bodies_;
+  std::vector<double> edges_;
+  std::vector<std::string> lines_;
+};
+
+}  // namespace
+
+double finest_edge(const std::vector<Body>& bodies) {
+  double finest = std::numeric_limits<double>::infinity();
+  for (const Body& body : bodies)
+    if (const double edge = median_edge(body); edge > 0) finest = std::min(finest, edge);
+  return finest;
+}
+
+double default_thickness(double finest_edge) { return std::min(kThickness, kThicknessOfEdge * finest_edge); }
+
+std::vector<std::string> unlikely_settings(const Model& model, const std::vector<Body>& bodies) {
+  return UnlikelyFinder(model, bodies).find();
+}
+
+}  // namespace malha
