@@ -370,7 +370,7 @@ TEST(ParseScene, NamesTheLineOfASyntaxErrorAndOfADuplicateKey) {
 }
 
 /// The places of a refusal's lines.
-std::vector<std::string> places_of(const std::string& refused) {
+std::vector<std::string> places_of_faults(const std::string& refused) {
   std::vector<std::string> places;
   for (std::size_t at = 0, end = 0; at < refused.size(); at = end + 1) {
     end = std::min(refused.find('\n', at), refused.size());
@@ -389,7 +389,7 @@ TEST(ParseScene, RefusesAllFaultsAtOnceEachOnALineOfItsOwn) {
   scene["environment"][0]["friction"] = -1;
   scene.erase("duration");
   const std::string refused = scene_refusal(scene.dump());
-  EXPECT_EQ(places_of(refused),
+  EXPECT_EQ(places_of_faults(refused),
             (std::vector<std::string>{"/solver/subteps", "/solver/dt", "/bodies/0/mass", "/bodies/0/constraints/0/type",
                                       "/bodies/1/shape/shpere", "/environment/0/friction",
                                       "found no key 'duration'; allowed"}))
@@ -400,7 +400,7 @@ TEST(ParseScene, DoesNotRefuseWhatAFaultEntails) {
   // The names that expectations and self-collision use, rows of a shape that is none, a mass that is misspelt.
   for (const auto& [pointer, value] :
        {std::pair{"/bodies/1/shape", R"({"gird": {}})"}, {"/bodies/0/name", "1"}, {"/bodies/2/mas", "1"}})
-    EXPECT_EQ(places_of(scene_refusal(changed_scene(pointer, value))).size(), 1u) << pointer;
+    EXPECT_EQ(places_of_faults(scene_refusal(changed_scene(pointer, value))).size(), 1u) << pointer;
 }
 
 TEST(ParseScene, EndsALongListOfFaults) {
