@@ -101,11 +101,11 @@ TEST(DefaultThickness, IsAFifthOfFineEdgesAndFiveMillimetresOfOthers) {
   for (const auto& [size, thickness] : {std::pair{1.0, 0.005}, {0.2, 0.005}, {0.02, 0.0005}, {0.002, 0.00005}}) {
     Json scene = likely_scene();
     scene.erase("self_collision");
-    scene["bodies"][0]["transform"] = Json{{"scale", size}, {"translate", {0, 0.01 * size, 0}}};
+    const double edge = size / 8, expected = std::min(thickness, edge / 5);
+    scene["bodies"][0]["transform"] = Json{{"scale", size}, {"translate", {0, 2 * expected, 0}}};
     scene["environment"] = Json::parse(
         R"([{"name": "ground", "shape": {"grid": {"size": [2, 2], "cells": [2, 2]}}, "sides": "one_sided",
              "transform": {"translate": [-0.5, 0, -0.5]}}])");
-    const double edge = size / 8, expected = std::min(thickness, edge / 5);
     scene["gravity"] = {0, -9.81 * size, 0};
     Simulation simulation(parsed(scene), {.threads = 1});
     EXPECT_NEAR(simulation.model().scene.environment[0].thickness, expected, 1e-6 * expected);
