@@ -52,7 +52,8 @@ double unexplained(const Model& model, const LengthRun& run) {
 std::vector<std::string> overstretched(const Simulation& simulation) {
   const Model& model = simulation.model();
   const Scene& scene = model.scene;
-  const LargestStrains& strains = simulation.times().strains;
+  LargestStrains strains = simulation.times().strains;
+  strains.take(simulation.solver().strains(), simulation.steps());  // the end, which no sample may have met
   const std::vector<LengthRun>& lengths = simulation.solver().lengths();
   if (scene.solver.type != "pbd") return {};
   std::vector<bool> may_stretch;
@@ -83,7 +84,7 @@ std::vector<std::string> overstretched(const Simulation& simulation) {
         (of.part < 1 ? ", of which its compliance explains " + in_brief(100 * (of.strain - left)) + " %" : "") +
         ", because " + counted(scene.solver.substeps, "substep") + " of " +
         counted(scene.solver.iterations, "iteration") + " are too few for such a load; take some " +
-        in_brief(substeps) + " substeps, or a lighter load (scenes/accuracy.md, Loads)");
+        std::to_string(static_cast<long long>(substeps)) + " substeps, or a lighter load (scenes/accuracy.md, Loads)");
   }
   return lines;
 }

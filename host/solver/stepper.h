@@ -199,7 +199,7 @@ class Stepper : public Solver {
     // Launches alone take some thousands.
     const double contacts = collider_ || self_ || edges_ ? 20.0 * solver.substeps * model_.count() : 0;
     const double step = static_cast<double>(facts_.projections_per_step) + lengths + contacts + 4000;
-    return std::clamp(static_cast<int>(std::ceil(6 * lengths / (0.015 * step))), 1, 128);
+    return std::clamp(static_cast<int>(std::ceil(6 * lengths / (0.01 * step))), 1, 128);
   }
   std::int64_t crossings() const final { return crossings_at(x_.download()); }
 
