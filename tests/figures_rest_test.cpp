@@ -110,7 +110,8 @@ TEST(Figures, DISABLED_RotationFromRest) {
   EXPECT_LT(softest, 0.05) << "what is met in a substep gives forces at right angles to no arm";
 }
 
-// Rounding is a random walk, so that the direction of flight alone changes what comes of it by a factor of ten; angular momentum falls as by backward Euler.
+// Rounding is a random walk, so that the direction of flight alone changes what comes of it by a factor of ten; angular
+// momentum falls as by backward Euler.
 TEST(Figures, DISABLED_MomentaAfterAMinute) {
   for (const Precision precision : {Precision::Float, Precision::Double})
     for (const bool stiff_edges : {false, true})
