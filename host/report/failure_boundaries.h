@@ -35,8 +35,8 @@ double unrounded_step(const Model& model);
 /// deviation of s / (h sqrt 12) along each axis. Of all of them it is a random walk, or where the same correction of
 /// less than a spacing is rounded alike from substep to substep, more than that; where nothing turns or vibrates there
 /// may be nothing to round. Half of 500 random flights that turned made more than 0.65 of the walk's deviation, 95 of
-/// 100 less than 3.3 of it, the worst 10 times as much: 4 is said. PBD without its corrector; s along each axis, over the body's
-/// way. 0 with gravity, which outweighs it.
+/// 100 less than 3.3 of it, the worst 10 times as much: 4 is said. PBD without its corrector; s along each axis, over
+/// the body's way. 0 with gravity, which outweighs it.
 struct Drift {
   double speed = 0;        // m/s, of the centre of mass: what 95 of 100 flights stay below
   double often = 0;        // m/s: what half of them exceed
