@@ -5,6 +5,7 @@
 // together later does not change it, and is pushed back.
 #pragma once
 #include "kernels/pair_look.h"
+#include "kernels/pair_near.h"
 
 namespace malha {
 
