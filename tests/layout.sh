@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # usage: layout.sh ROOT
-# The root holds the folders of the house and nothing else. What git does not track is the user's own: a note, a log, a
-# scene. Without git nobody knows what is tracked, so that nothing is checked.
+# The root holds the folders of the house and nothing else, and no file has a conflict that a merge left in it. What git
+# does not track is the user's own: a note, a log, a scene. Without git nobody knows what is tracked, so that nothing is
+# checked.
 set -euo pipefail
 cd "${1:?usage: layout.sh ROOT}"
 faults=0
@@ -17,6 +18,8 @@ if [[ -e .git ]] && listed=$(git ls-files 2>/dev/null); then
     names=$((names + 1))
     [[ "$allowed" == *" $name "* ]] || fault "$name: found at the root; allowed:$allowed"
   done < <(cut --delimiter / --fields 1 <<<"$listed" | sort -u)
+  while IFS= read -r line; do fault "${line:0:80}: found a conflict of a merge"; done \
+    < <(git grep -I --line-number --extended-regexp '^(<<<<<<<|>>>>>>>) ' || true)
 else
   printf 'no list of tracked files: what lies at the root is not looked at\n'
 fi

@@ -27,4 +27,7 @@ git add README.md kernels
 expect 0 " 0 faults" "the user's own note, which is not tracked"
 git add notes.txt
 expect 1 "notes.txt: found at the root; allowed:" "a note that is tracked"
+git rm --quiet --cached notes.txt
+printf 'a page\n%s ours\n=======\n%s theirs\n' '<<<<<<<' '>>>>>>>' >README.md
+expect 1 "README.md:2:<<<<<<< ours: found a conflict of a merge" "a conflict that was committed"
 ((faults == 0))
