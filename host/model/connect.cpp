@@ -196,6 +196,7 @@ class Connector {
     attach_long_range(body.mesh, body.edges, body.holds.pinned, spec.parameter, names(b), model_.long_range);
     if (model_.long_range.items() > before) return;
     const auto& pinned = body.holds.pinned;
+    if (std::find(pinned.begin(), pinned.end(), false) == pinned.end()) return;
     const bool stays = std::find(pinned.begin(), pinned.end(), true) != pinned.end();
     const bool goes =
         std::any_of(body.holds.moved.begin(), body.holds.moved.end(), [](const auto& m) { return m.until; });
