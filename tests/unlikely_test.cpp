@@ -43,6 +43,13 @@ TEST(UnlikelySettings, AreOtherUnits) {
   scene.erase("self_collision");
   scene["bodies"][0]["transform"]["scale"] = 200;  // 283 m beside a ball of 1.04 m across its box
   EXPECT_TRUE(says_once(scene, {"body 'sheet'", "270 times", "'ball'", "\"scale\": 0.01"}));
+  scene["bodies"][0]["transform"]["scale"] = 100;  // 140 m; over a ground as large as scenes have them, 11 m
+  scene["environment"][0]["shape"] = Json::parse(R"({"grid": {"size": [8, 8], "cells": [1, 1]}})");
+  scene["environment"][0]["sides"] = "two_sided";
+  EXPECT_TRUE(says_once(scene, {"body 'sheet'", "13 times", "'ball'"}));
+  scene["bodies"][0]["transform"]["scale"] = 20;  // 28 m, over what may be a table
+  scene["environment"][0]["shape"]["grid"]["size"] = {1, 1};
+  EXPECT_TRUE(said_of(scene).empty());
   scene = likely_scene();
   scene.erase("environment"), scene.erase("self_collision");
   Json large = scene["bodies"][0];

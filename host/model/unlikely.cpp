@@ -18,6 +18,8 @@ constexpr double kThicknessOfEdge = 0.2;
 
 // Beyond these a setting is probably not meant.
 constexpr double kOtherUnits = 100;  // sizes
+constexpr double kFewUnits = 10;     // sizes, of a body that is larger than
+constexpr double kLarge = 50;        // m
 constexpr double kThickSelf = 2;     // of an edge: 650 pairs a particle
 constexpr double kThick = 1;         // of an edge
 constexpr double kThin = 1e-4;       // of an edge
@@ -86,9 +88,10 @@ class UnlikelyFinder {
                        ": are its numbers centimetres or millimetres? Then take \"scale\": 0.01 or 0.001 in its "
                        "\"transform\"");
     };
-    if (object > 0 && largest > kOtherUnits * object)
+    const double most = largest > kLarge ? kFewUnits : kOtherUnits;
+    if (object > 0 && largest > most * object)
       say(largest, object, "the largest object, '" + of_object + "'");
-    else if (largest > kOtherUnits * least)
+    else if (largest > most * least)
       say(largest, least, name(small));
   }
 
