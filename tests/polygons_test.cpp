@@ -236,5 +236,32 @@ TEST(Polygons, QuadsThatCrossThemselvesAreRefusedWhateverTheyComeFrom) {
   EXPECT_TRUE(refusal([&] { check_mesh(mesh, "listed", false); }).starts_with("listed: face 0 (0-based): "));
 }
 
+// A quad of a public model (the control mesh of Crane's cow): a strip of 5 mm that is turned by more than a right
+// angle.
+TEST(Polygons, TwistedQuadsWhoseSidesPassEachOtherInSpaceAreTaken) {
+  const std::vector<Vec3> points{{0.210205, 0.758202, -0.246046},
+                                 {0.169506, 0.796441, -0.370178},
+                                 {0.17047, 0.793819, -0.366116},
+                                 {0.211178, 0.765424, -0.239481}};
+  for (int first = 0; first < 4; ++first) {
+    const std::vector<int> corners = corners_from(first, 4);
+    EXPECT_EQ(crossing_sides(points, corners)[0], -1) << first;
+    // By either diagonal, two triangles each: half of both areas.
+    double areas = 0;
+    for (int k = 0; k < 4; ++k)
+      areas += norm(cross(minus(points[(k + 1) % 4], points[k]), minus(points[(k + 2) % 4], points[k]))) / 4;
+    EXPECT_NEAR(weight_of(generate(ListedShape{points, {{corners[0], corners[1], corners[2], corners[3]}}, {}, {}})),
+                areas, 1e-12)
+        << first;
+  }
+  // Pressed flat it crosses itself, wherever it lies and however its file was rounded.
+  std::vector<Vec3> flat = points;
+  const Vec3 n = cross(minus(points[1], points[0]), minus(points[3], points[2]));
+  const double gap = dot(minus(points[2], points[0]), n) / dot(n, n);
+  for (int i = 2; i < 4; ++i)
+    for (int k = 0; k < 3; ++k) flat[i][k] = std::round((flat[i][k] - gap * n[k]) * 1e6) / 1e6;
+  for (int first = 0; first < 4; ++first) EXPECT_GE(crossing_sides(flat, corners_from(first, 4))[0], 0) << first;
+}
+
 }  // namespace
 }  // namespace malha

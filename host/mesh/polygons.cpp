@@ -1,6 +1,7 @@
 #include "host/mesh/polygons.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "host/error.h"
@@ -13,6 +14,7 @@ namespace {
 using Point = std::array<double, 2>;
 
 constexpr double kZeroArea = 1e-12;  // of the square of the diagonal of the face's bounding box
+constexpr double kApart = 0.01;      // of a quad's shortest side
 
 /// Twice the signed area of a triangle.
 double orientation(const Point& a, const Point& b, const Point& c) {
@@ -175,6 +177,16 @@ class EarClipper {
   Strictness strictness_ = Strictness::Apart;
 };
 
+/// Whether a quad's side and the one across from it, which cross in its best plane, are apart in space: by more than a
+/// hundredth of its shortest side, while a flat quad's are apart by its rounding.
+bool pass_each_other(const std::vector<Vec3>& points, const std::vector<int>& corners, int side) {
+  const auto corner = [&](int k) -> const Vec3& { return points[corners[(side + k) % 4]]; };
+  double shortest = squared_distance(corner(3), corner(0));
+  for (int k = 0; k < 3; ++k) shortest = std::min(shortest, squared_distance(corner(k), corner(k + 1)));
+  const Vec3 across = cross(minus(corner(1), corner(0)), minus(corner(3), corner(2)));
+  return std::abs(dot(across, minus(corner(2), corner(0)))) > kApart * std::sqrt(shortest) * norm(across);
+}
+
 std::vector<Triangle> fan(int corners) {
   std::vector<Triangle> found;
   for (int i = 2; i < corners; ++i) found.push_back({0, i - 1, i});
@@ -184,7 +196,9 @@ std::vector<Triangle> fan(int corners) {
 }  // namespace
 
 std::array<int, 2> crossing_sides(const std::vector<Vec3>& points, const std::vector<int>& corners) {
-  return crossing_sides(flatten(points, corners));
+  const auto [i, j] = crossing_sides(flatten(points, corners));
+  if (i >= 0 && corners.size() == 4 && pass_each_other(points, corners, i)) return {-1, -1};
+  return {i, j};
 }
 
 std::vector<Triangle> triangulate(const std::vector<Vec3>& points, const std::vector<int>& corners) {

@@ -9,7 +9,8 @@
 namespace malha {
 
 /// Whether two sides of a face cross each other, seen along the normal of its best plane (Newell's): those from these
-/// corners to the next, counted from 0; {-1, -1}: none do. Sides that only touch do not cross.
+/// corners to the next, counted from 0; {-1, -1}: none do. Sides that only touch do not cross. Nor do those of a
+/// twisted quad that pass each other in space: either of its diagonals cuts it into triangles that meet there alone.
 std::array<int, 2> crossing_sides(const std::vector<Vec3>& points, const std::vector<int>& corners);
 
 /// Triangulates a face of three or more corners in its best plane: a fan from its first corner where that is valid,
