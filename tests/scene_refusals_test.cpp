@@ -422,11 +422,28 @@ TEST(ParseScene, SuggestsByMeaning) {
                                    {"inflate", "pressure"},
                                    {"balloon", "pressure"},
                                    {"hinge", "bending"},
+                                   {"edge", "distance"},
+                                   {"area", "membrane"},
+                                   {"strain", "membrane"},
+                                   {"ARAP", "neo_hookean"},
+                                   {"shape matching", "neo_hookean"},
+                                   {"volume preservation", "volume"},
                                    {"strain-limit", "distance_limit"}}) {
     const std::string refused =
         scene_refusal(changed_scene("/bodies/0/constraints/0/type", std::string("\"") + word + "\""));
     EXPECT_NE(refused.find(std::string("(did you mean '") + here + "'?"), std::string::npos) << refused;
   }
+}
+
+TEST(ParseScene, SuggestsSolversAndKeysOfTheCameraByMeaning) {
+  for (const auto& [word, here] :
+       {std::pair{"xpbd", "pbd"}, {"vbd", "pbd"}, {"FEM", "pbd"}, {"projective-dynamics", "desbrun"}}) {
+    const std::string refused = scene_refusal(changed_scene("/solver/type", std::string("\"") + word + "\""));
+    EXPECT_NE(refused.find(std::string("(did you mean '") + here + "'?"), std::string::npos) << refused;
+  }
+  const std::string refused = scene_refusal(changed_scene(
+      "/outputs", R"({"pictures": {"camera": {"from": [0, 0, 1], "target": [0, 0, 0], "eye": [0, 0, 1]}}})"));
+  EXPECT_NE(refused.find("/camera/from: found unknown key 'from' (did you mean 'eye'?"), std::string::npos) << refused;
 }
 
 TEST(ParseScene, SaysWhatStrictJsonLacks) {
