@@ -97,7 +97,7 @@ std::array<int, 2> crossing_sides(const FlatFace& face) {
 }
 
 /// Ear clipping of a face whose sides do not cross. An ear is a convex corner whose triangle with its neighbours has no
-/// other corner inside or on it. The corner that blocks an ear is remembered: the ear is looked at again when that is
+/// other corner inside or on it. The corner that blocks an ear is remembered: the ear is classified again when that is
 /// clipped.
 class EarClipper {
  public:
@@ -109,7 +109,7 @@ class EarClipper {
   /// Numbers of corners; empty where it fails.
   std::vector<Triangle> clip() {
     std::vector<Triangle> found;
-    look_at_all();
+    classify_all();
     while (left_ + 2 < count_) {
       int best = -1;
       for (int i = 0; i < count_; ++i)
@@ -117,7 +117,7 @@ class EarClipper {
       if (best < 0) {
         if (strictness_ == Strictness::ZeroAreas) return {};
         strictness_ = strictness_ == Strictness::Apart ? Strictness::Touching : Strictness::ZeroAreas;
-        look_at_all();
+        classify_all();
         continue;
       }
       found.push_back({previous_[best], best, next_[best]});
@@ -137,12 +137,12 @@ class EarClipper {
     double shape = 0;  // twice the area over the square of the longest side
   };
 
-  void look_at_all() {
+  void classify_all() {
     for (int i = 0; i < count_; ++i)
-      if (ears_[i].state != State::Clipped) look_at(i);
+      if (ears_[i].state != State::Clipped) classify(i);
   }
 
-  void look_at(int tip) {
+  void classify(int tip) {
     const int before = previous_[tip], after = next_[tip];
     const Point &a = face_.points[before], &b = face_.points[tip], &c = face_.points[after];
     const double area = orientation(a, b, c);
@@ -165,9 +165,9 @@ class EarClipper {
     const int before = previous_[tip], after = next_[tip];
     next_[before] = after, previous_[after] = before;
     ears_[tip].state = State::Clipped, ++left_;
-    look_at(before), look_at(after);
+    classify(before), classify(after);
     for (int i = 0; i < count_; ++i)
-      if (ears_[i].state == State::Blocked && ears_[i].blocker == tip) look_at(i);
+      if (ears_[i].state == State::Blocked && ears_[i].blocker == tip) classify(i);
   }
 
   const FlatFace& face_;

@@ -1,4 +1,4 @@
-// Whether what a rigidity makes of a mesh's springs and hinges is the sheet that it says.
+// The directional stiffness that a rigidity gives a mesh of springs or hinges, compared with the sheet that it names.
 #pragma once
 #include <array>
 #include <vector>

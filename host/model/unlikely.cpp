@@ -57,10 +57,10 @@ class UnlikelyFinder {
   }
 
   std::vector<std::string> find() {
-    look_at_sizes();
-    for (std::size_t b = 0; b < bodies_.size(); ++b) look_at_constraints(b);
-    look_at_contacts();
-    look_at_self_collision();
+    check_sizes();
+    for (std::size_t b = 0; b < bodies_.size(); ++b) check_constraints(b);
+    check_contacts();
+    check_self_collision();
     return std::move(lines_);
   }
 
@@ -68,7 +68,7 @@ class UnlikelyFinder {
   std::string name(std::size_t b) const { return "body '" + scene_.bodies[b].name + "'"; }
 
   /// The units of files: a body in centimetres beside what is in metres.
-  void look_at_sizes() {
+  void check_sizes() {
     double largest = 0, least = std::numeric_limits<double>::infinity();
     std::size_t large = 0, small = 0;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -95,7 +95,7 @@ class UnlikelyFinder {
       say(largest, least, name(small));
   }
 
-  void look_at_constraints(std::size_t b) {
+  void check_constraints(std::size_t b) {
     const BodySpec& spec = scene_.bodies[b];
     const std::vector<bool>& pinned = bodies_[b].holds.pinned;
     if (const auto free = std::ranges::count(pinned, false); spec.constraints.empty() && edges_[b] > 0 && free > 0)
@@ -116,7 +116,7 @@ class UnlikelyFinder {
     return a.type == b.type && (a.on.empty() || std::ranges::any_of(a.on, shared));
   }
 
-  void look_at_contacts() {
+  void check_contacts() {
     const double edge = finest_edge(bodies_);
     for (const EnvironmentSpec& object : scene_.environment) {
       const std::string of = "object '" + object.name + "': ";
@@ -128,7 +128,7 @@ class UnlikelyFinder {
     }
   }
 
-  void look_at_self_collision() {
+  void check_self_collision() {
     if (!scene_.self_collision) return;
     const SelfCollision& self = *scene_.self_collision;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {

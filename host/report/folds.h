@@ -1,4 +1,4 @@
-// Whether a mesh is fine enough for the folds in which its sheets hang.
+// The folds in which sheets hang, compared with the edges of their meshes.
 #pragma once
 #include "host/model/model.h"
 

@@ -1,4 +1,4 @@
-// Whether a run stretched bodies by more than their own elasticity explains.
+// The warning of bodies that a run stretched by more than their own elasticity explains.
 #pragma once
 #include <string>
 #include <vector>

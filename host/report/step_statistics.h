@@ -1,4 +1,4 @@
-// How long the steps of a run took, in memory that does not grow with them.
+// The times of the steps of a run, in memory that does not grow with them.
 #pragma once
 #include <algorithm>
 #include <cstddef>

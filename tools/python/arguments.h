@@ -1,4 +1,4 @@
-// What is said of arguments that a function does not take.
+// The refusal of arguments that a function does not take.
 #pragma once
 #include <pybind11/pybind11.h>
 
