@@ -67,6 +67,27 @@ INSTANTIATE_TEST_SUITE_P(, FilteredBody,
                                           testing::Values(FilterKind::Dense, FilterKind::Sparse)),
                          name_of);
 
+// What is projected after the filter moves particles at once, and takes their velocities to other places: without the
+// corrector's share a balloon at 20 rad/s had seven times its angular momentum, and 50 times its energy, after 2 s.
+TEST(ProjectionsAfterTheFilter, LeaveASpinningBodyItsAngularMomentum) {
+  std::vector<BodySpec> bodies;
+  for (const double compliance : {0.0, 1e-6})
+    bodies.push_back(tumbling_ellipsoid(2, {stiff("distance", {"edges"}), compliant("pressure", compliance)}));
+  for (BodySpec& body : bodies)
+    for (const int substeps : {10, 40}) {
+      body.spin = {1, 20, 0}, body.velocity = {0, 0, 0};
+      Scene scene = desbrun_scene({body}, 1e4, Precision::Double);
+      scene.gravity = {0, 0, 0}, scene.solver.substeps = substeps;
+      Simulation simulation(scene, {.threads = 1});
+      const Measures before = simulation.measure();
+      for (int step = 0; step < 40; ++step) simulation.step();
+      const Measures now = simulation.measure();
+      EXPECT_LT(length(now.angular_momentum - before.angular_momentum), 1e-10 * length(before.angular_momentum))
+          << body.constraints.back().type << ", " << substeps << " substeps";
+      EXPECT_LT(now.kinetic, 1.1 * before.kinetic) << "it changes its shape, and with that its moment of inertia";
+    }
+}
+
 /// The largest that the angular momentum changes by in a step, over itself.
 double change_in_a_step(Corrector corrector, double stiffness) {
   Scene scene = desbrun_scene({ellipsoid()}, stiffness);

@@ -49,6 +49,7 @@ class Builder {
                                           [](const Body& body) { return !body.mesh.tetrahedra.empty(); }));
     took.order = seconds([this] { arrange(); });
     took.connect = seconds([this] { connect(model_, bodies_, solver_of_, torn_ != nullptr); });
+    if (gives_momenta_back()) find_free_islands();
     took.patches = seconds([this] { cut(); });
     took.load += seconds([&] {
       if (torn_) model_.environment = *torn_->environment, model_.zero_area_faces = torn_->zero_area_faces;
@@ -118,7 +119,15 @@ class Builder {
       const double damping = model_.scene.bodies[body_of(model_, model_.user_of[i])].damping;
       if (damping > 0 && end - i > 1) model_.damped.push_back({i, end - i, damping});
     }
-    if (model_.scene.solver.type == "pbd" && model_.scene.solver.keeps_momenta) find_free_islands();
+  }
+
+  /// Whether free bodies get back what projections take of their momenta. By Desbrun's method too, whose filter keeps
+  /// them, but not what is projected after it.
+  bool gives_momenta_back() const {
+    const SolverSpec& solver = model_.scene.solver;
+    if (solver.type == "pbd") return solver.keeps_momenta;
+    const bool projects = !model_.sets.empty() || !model_.pressures.empty();
+    return projects && solver.desbrun.corrects() == Corrector::Inertia;
   }
 
   void find_free_islands() {

@@ -364,7 +364,9 @@ class Stepper : public Solver {
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
   bool nothing_between() const { return alone() && !touched() && !watched(); }
-  bool alone() const { return !long_range_ && asks_nothing_between(model_); }  // the model may have let them go
+  /// Whether constraints of batches alone change momenta between the prediction and the new state: Desbrun's filter is
+  /// part of the prediction. Of long range the model may have let go.
+  bool alone() const { return model_.scene.solver.type == "pbd" && !long_range_ && asks_nothing_between(model_); }
   bool in_hand() const { return hand_ && !hand_->empty(); }
   /// By hand or by constraints of the caller's own, of which what was laid out knows nothing.
   bool touched() const { return in_hand() || own_; }
