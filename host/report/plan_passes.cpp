@@ -44,8 +44,13 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   if (!facts.own.empty()) facts.fused = facts.whole_steps = facts.flies = false;  // they act between the passes
   const SolverSpec& solver = model.scene.solver;
   const std::size_t substeps = solver.substeps, projections = substeps * solver.iterations;
-  const auto line = [&all](const char* pass, std::size_t launches) {
-    if (launches > 0) all.push_back({pass, launches});
+  const auto line = [&all](const std::string& pass, std::size_t launches) {
+    if (launches == 0) return;
+    const auto same = std::find_if(all.begin(), all.end(), [&](const PassOfAStep& had) { return had.name == pass; });
+    if (same != all.end())  // Desbrun's method corrects twice
+      same->launches += launches;
+    else
+      all.push_back({pass, launches});
   };
   const std::size_t sweeps = projections * facts.patches.phases, obstacles = model.environment.size();
   std::size_t moving = 0;
