@@ -188,7 +188,8 @@ TEST(TooLittleMemory, IsSaidWithFiguresOfFilesThatDoNotFit) {
   EXPECT_EQ(malha_command({"check", "big.json"}, folder / ".").status, 5);
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// By clang the libraries alone take these addresses, and LLVM's OpenMP aborts where it gets none for a thread.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(__clang__)
 TEST(TooLittleMemory, IsSaidWhereItRunsOutOnTheWay) {
   const TemporaryFolder folder;
   std::string points = "OFF\n1000000 0 0\n";
