@@ -75,7 +75,7 @@ TEST_P(BadInput, IsRefusedInOneLineAndNothingIsWritten) {
 
 std::string name_of(const testing::TestParamInfo<BadCase>& one) { return one.param.name; }
 
-const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+const std::string obj_corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 const std::string open_cube =
     "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
     "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\n";  // the face 4 1 5 8 is missing
@@ -115,15 +115,15 @@ INSTANTIATE_TEST_SUITE_P(
                 "folder.obj: cannot read: Is a directory", "a readable mesh file"},
         in_mesh("TruncatedPly", "a.ply", cut_ply, "line 3, column 16: found 3 items of element \"vertex\"",
                 "at most 2, for which the rest of the file has room"),
-        in_mesh("IndexOutOfRange", "a.obj", corners + "f 1 2 4\n", "line 4, column 7: found vertex 4", "1 to 3"),
+        in_mesh("IndexOutOfRange", "a.obj", obj_corners + "f 1 2 4\n", "line 4, column 7: found vertex 4", "1 to 3"),
         in_mesh("NotANumber", "a.off", "OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n",
                 "line 4, column 3: found \"nan\"", "y, a finite number"),
         in_mesh("Infinite", "a.obj", "v 0 0 inf\n", "line 1, column 7: found \"inf\"", "z, a finite number"),
-        in_mesh("RepeatedTriangle", "a.obj", corners + "f 1 2 3\nf 2 3 1\n",
+        in_mesh("RepeatedTriangle", "a.obj", obj_corners + "f 1 2 3\nf 2 3 1\n",
                 "face 1 (0-based): found the vertices 1, 2, 0 of face 0 again", "every face once"),
-        in_mesh("OnlyVertices", "a.obj", corners, "vertex 0 (0-based): found a vertex of no face, line or tetrahedron",
-                "vertices of faces"),
-        in_mesh("DuplicatedVertex", "a.obj", corners + "v 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 5\n",
+        in_mesh("OnlyVertices", "a.obj", obj_corners,
+                "vertex 0 (0-based): found a vertex of no face, line or tetrahedron", "vertices of faces"),
+        in_mesh("DuplicatedVertex", "a.obj", obj_corners + "v 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 5\n",
                 "vertex 3 (0-based): found the place of vertex 2 again", "one vertex in one place"),
         under_pressure("OpenUnderPressure", open_cube, "edge 0-3 (vertices, 0-based): found an open edge",
                        "pressure needs a closed mesh (body 'b')"),
@@ -197,7 +197,7 @@ TEST(BadSceneFile, IsRefusedWhereItIsMissingOrUnreadable) {
 
 TEST(TriangleWithoutArea, IsLeftOutAndCounted) {
   const TemporaryFolder folder;
-  folder.write("a.obj", corners + "v 2 0 0\nf 1 2 3\nf 1 2 4\nf 2 4 3\n");  // 1, 2 and 4 lie on a line
+  folder.write("a.obj", obj_corners + "v 2 0 0\nf 1 2 3\nf 1 2 4\nf 2 4 3\n");  // 1, 2 and 4 lie on a line
   Json scene = sound_scene();
   scene["bodies"][0]["shape"] = {{"mesh", "a.obj"}};
   folder.write("scene.json", scene.dump());
