@@ -67,7 +67,7 @@ TEST(QuadsWithTwoCommonEdges, PutNothingIntoTheFilterThatIsOfOneParticleAlone) {
     BodySpec body = flattened_sphere(0.5, {stiff("distance", {"edges"}), stiff(type)});
     auto& shape = std::get<ListedShape>(body.shape);
     const int n = static_cast<int>(shape.points.size());
-    for (const Vec3& at : {Vec3{0.1, 1, 0}, {0, 1, 0}, {0, 1, 0.1}, {0.1, 1, 0.1}, {-0.1, 1, 0.1}})
+    for (const Vec3& at : {Vec3{0.1, 1, 0}, {0, 1, 0}, {0, 1, 0.1}, {0.1, 1, 0.1}, {0.12, 1, 0.12}})
       shape.points.push_back(at);
     shape.faces.push_back({n, n + 1, n + 2, n + 3}), shape.faces.push_back({n + 2, n + 1, n, n + 4});
     const Scene scene = desbrun_scene({body}, 1e4);
