@@ -5,6 +5,15 @@
 
 namespace malha {
 
+/// A free particle stays where the substep began.
+template <class R>
+struct StandStill {
+  Particles<R> particles;
+  KERNEL void operator()(int i) const {
+    if (particles.w[i] > R(0)) particles.p.set(i, particles.x[i]);
+  }
+};
+
 template <class R, class From = Points<R>, class To = ScatteredPoints<R>>
 struct CopyPoints {
   From from;

@@ -28,6 +28,12 @@ class KinematicParticles {
     parallel_for(executor_, particles.count, Copy{start_.points(), particles.p});
   }
 
+  /// What is free stays where the substep began.
+  void stand_still(const Particles<R>& particles) {
+    clear(particles);
+    parallel_for(executor_, particles.count, StandStill<R>{particles});
+  }
+
   /// For passes that carry particles; numbers of objects count from `first`.
   HeldByEdges<R> of(Carrier first) { return {w_.data(), by_.data(), first}; }
 

@@ -47,6 +47,11 @@ void hold_apart(Self& self, Edges& edges, Collider& collider, Kinematic& kinemat
   // What a mesh carries has come as far as the mesh: what is only put before it may leave room for all.
   kinematic->start_again(all);
   in_turns(false);
+  // Before objects that rest nothing is ever forced through: at worst all free particles stay where the substep began,
+  // where nothing crosses.
+  if (!self->went_through() || collider->moves()) return;
+  kinematic->stand_still(all);
+  timed(Pass::SelfCollision, [&] { self->hold_apart(all, touches); });
 }
 
 }  // namespace malha
