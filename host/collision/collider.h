@@ -257,7 +257,7 @@ class Collider {
     host_words_.ask(there, asked, left, look, go_on);
   }
 
-  /// Those whose way may lead through a surface, and room for them.
+  /// Marks the particles whose way may lead through a surface, and reserves contact slots for them.
   Asked find_crossing(const Particles<R>& particles) {
     for (int k = 0; k < count(); ++k) test(particles, k, -1, bits(0), k > 0);
     return make_room(0, count(), 1);

@@ -41,7 +41,7 @@ class ContactList {
     ends_.sort(executor_, all, bits, particles_);
   }
 
-  /// How many particles are kept nearer than `most` still (GrowEdgeDistances).
+  /// Grows contact distances and returns how many particles still have less than `most` (GrowEdgeDistances).
   double grow_distances(const ScatteredPoints<R>& x, const EdgeRules<R>* rules, const int* object, R most) {
     const bool any = found_ > 0;
     const GrowEdgeDistances<R> grow{

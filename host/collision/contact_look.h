@@ -104,17 +104,18 @@ struct ContactLook {
     return look.path > larger(clearance / 2, clearance - thickness);
   }
 
-  /// By how much it may be nearer than the thickness (m): what is so when it is first seen stays as near until it opens
-  /// by itself. The thickness at once would stretch a body of which it lifts a part, and give it speed by that.
+  /// The overlap that a particle may keep, in m: what is nearer than the thickness when it is first seen stays as near
+  /// until it opens by itself. The whole thickness at once would stretch a body of which it lifts a part, and so give
+  /// it speed.
   KERNEL double overlap_of(const Look& look, double distance) const {
     const double lacks = larger(0.0, smaller(thickness - distance, (1 - kLeast) * thickness));
     return look.last.distance == -INFINITY ? lacks : smaller(lacks, look.last.overlap);
   }
-  /// How near it may be.
+  /// The distance that a particle must keep, m.
   KERNEL double least_distance(const LastSeen& last) const { return thickness - last.overlap; }
 
-  /// What a look at its nearest point leaves. `lift(look, q, n, last)` puts a particle that starts nearer than it may
-  /// be where it may, if it can; `sweep(i, outward)` follows a way that goes far.
+  /// Stores what the query found at the nearest point. `lift(look, q, n, last)` moves a particle that starts too near
+  /// out to its least distance, if it can; `sweep(i, outward)` follows a path that goes far.
   template <class Lift, class Sweep>
   KERNEL void finish(const Look& look, const ClosestPoint& near, const Point& outward, const Lift& lift,
                      const Sweep& sweep) const {
@@ -138,8 +139,8 @@ struct ContactLook {
       nearby.contact(i)->laid_for = x;
   }
 
-  /// Whether nothing of the same mesh lies between a particle and where it may be: nothing lies in the ball around it
-  /// that touches the nearest point, but for rounding.
+  /// Returns true if nothing of the same mesh lies between a particle and its least distance: the ball around it that
+  /// touches the nearest point holds nothing else, but for rounding.
   KERNEL bool is_free(const LastSeen& last) const {
     return !(least_distance(last) - last.distance > 0.99 * last.distance);
   }
