@@ -13,29 +13,36 @@
 namespace malha {
 namespace {
 
+/// A sheet of `cells` by `cells`, a shell or a block, of one of three masses.
+BodySpec sheet_shell_or_block(Random& random, const TemporaryFolder& folder, std::size_t number, int cells) {
+  constexpr double masses[] = {0.1, 0.5, 2};
+  BodySpec body;
+  body.name = "body" + std::to_string(number);
+  const int kind = random.below(3);
+  if (kind == 0)
+    body.shape = MeshFile{folder.write(body.name + ".obj", irregular_sheet(0.5, 0.5, cells, cells, random))};
+  else if (kind == 1)
+    body.shape = SphereShape{0.2, 1};
+  else
+    body.shape = TetBoxShape{{0.3, 0.3, 0.3}, {2, 2, 2}};
+  body.mass = masses[random.below(3)];
+  return body;
+}
+
 /// Two to four sheets, shells and blocks of unlike masses that fly at each other at 1 to 150 m/s, in steps of one
 /// substep of 1 to 20 in a sixtieth of a second. Nothing else acts on them.
 Scene jamming(Random& random, const TemporaryFolder& folder, const std::vector<ConstraintSpec>& constraints) {
-  constexpr double masses[] = {0.1, 0.5, 2};
   const auto between = [&](double least, double most) { return least * std::pow(most / least, random(0, 1)); };
   const double thickness = between(0.0005, 0.01), speed = between(1, 150);
   const int substeps = 1 + random.below(20), last = 1 + random.below(3);
   std::vector<BodySpec> bodies;
   for (int b = 0; b <= last; ++b) {
-    BodySpec body;
-    body.name = "body" + std::to_string(b);
-    const int kind = random.below(3);
-    if (kind == 0)
-      body.shape = MeshFile{folder.write(body.name + ".obj", irregular_sheet(0.5, 0.5, 5, 5, random))};
-    else if (kind == 1)
-      body.shape = SphereShape{0.2, 1};
-    else
-      body.shape = TetBoxShape{{0.3, 0.3, 0.3}, {2, 2, 2}};
-    body.mass = masses[random.below(3)];
+    BodySpec body = sheet_shell_or_block(random, folder, static_cast<std::size_t>(b), 5);
+    const bool sheet = std::holds_alternative<MeshFile>(body.shape);
     const Vector3<double> axis = random.direction();
     body.transform.axis = {axis.x, axis.y, axis.z};
-    body.transform.degrees = random(0, kind == 0 ? 25 : 180);
-    const double corner = kind == 0 ? 0.25 : 0;  // a sheet's origin is one
+    body.transform.degrees = random(0, sheet ? 25 : 180);
+    const double corner = sheet ? 0.25 : 0;  // a sheet's origin is one
     body.transform.translate = {random(-0.1, 0.1) - corner, 0.5 * b, random(-0.1, 0.1) - corner};
     body.velocity = {0.2 * speed * random(), speed * (b == 0 ? 1 : b == last ? -1 : random()), 0.2 * speed * random()};
     if (random.below(3) == 0) body.spin = {random(-3, 3), random(-3, 3), random(-3, 3)};
@@ -106,20 +113,10 @@ TEST(Jammed, BodiesThatHoldTogetherLeaveWithNoMoreEnergyThanTheyBrought) {
 /// a ground or a box; and an upper bound of the speed of these pins, m/s.
 std::pair<Scene, double> driven_jam(Random& random, const TemporaryFolder& folder) {
   const auto between = [&](double least, double most) { return least * std::pow(most / least, random(0, 1)); };
-  constexpr double masses[] = {0.1, 0.5, 2};
   const Vec3 at{random(-3, 3), random(0, 2), random(-3, 3)};
   std::vector<BodySpec> bodies(1 + random.below(3));
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    BodySpec& body = bodies[b];
-    body.name = "body" + std::to_string(b);
-    const int kind = random.below(3);
-    if (kind == 0)
-      body.shape = MeshFile{folder.write(body.name + ".obj", irregular_sheet(0.5, 0.5, 6, 6, random))};
-    else if (kind == 1)
-      body.shape = SphereShape{0.2, 1};
-    else
-      body.shape = TetBoxShape{{0.3, 0.3, 0.3}, {2, 2, 2}};
-    body.mass = masses[random.below(3)];
+    BodySpec& body = bodies[b] = sheet_shell_or_block(random, folder, b, 6);
     body.transform.translate = {at[0], at[1] + 0.5 * static_cast<double>(b), at[2]};
     body.constraints = {random.below(2) == 0 ? stiff("distance", {"edges"})
                                              : compliant("distance", between(1e-5, 3e-2), {"edges"})};
