@@ -66,6 +66,15 @@ struct Pairs {
   int padding;   // the last row, scaled
 };
 
+/// Calls f(block, k, first) for every place of a pair in the blocks of a patch; `first`: particles of the one side. Of
+/// a block of threads each has some of the places.
+template <class R, class Group, class F>
+KERNEL void for_each_pair(const Group& group, const Pairs<R>& pairs, const F& f) {
+  pairs.patches[group.index].for_each_block([&](int b, int section) KERNEL_LAMBDA {
+    group.for_each(kPairBlock, [&](int k) KERNEL_LAMBDA { f(pairs.blocks[b], k, first_side_of(section)); });
+  });
+}
+
 /// Where the motions of particles are found: x0, whose w is the contact distance (kernels/contact_distance.h), and how
 /// far they have moved since; its w is the inverse mass.
 template <class R>

@@ -198,9 +198,8 @@ struct LimitParts {
   Vector3<R> rest;  // motion of what is held, m
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    pairs.patches[group.index].for_each_block([&](int b, int section) KERNEL_LAMBDA {
-      group.for_each(kPairBlock, [&](int k) KERNEL_LAMBDA { limit(pairs.blocks[b], k, first_side_of(section)); });
-    });
+    for_each_pair(group, pairs,
+                  [&](const PairBlock<R>& block, int k, int first) KERNEL_LAMBDA { limit(block, k, first); });
   }
 
  private:
