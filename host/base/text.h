@@ -60,9 +60,10 @@ inline std::string hex(std::uint64_t value) {
   return text;
 }
 
-/// A number to six digits.
-inline std::string shown(double value) {
+/// A number to so many digits.
+inline std::string shown(double value, int digits = 6) {
   std::ostringstream text;
+  text.precision(digits);
   text << value;
   return text.str();
 }

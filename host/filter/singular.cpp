@@ -1,10 +1,11 @@
 #include "host/filter/singular.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <string>
 #include <vector>
 
+#include "host/base/median.h"
+#include "host/base/text.h"
 #include "host/error.h"
 #include "host/model/stencils.h"
 
@@ -38,16 +39,8 @@ Stiffest stiffest_of(const Model& model) {
         take(most, set.type, one.particles, Kind::particles);
       }
     });
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  found.times = all.empty() ? 0 : found.stiffness / *middle;
+  found.times = all.empty() ? 0 : found.stiffness / median(std::move(all));
   return found;
-}
-
-std::string brief(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g", value);
-  return text;
 }
 
 constexpr double kStandsOut = 1e6;  // of double's 1e16, what leaves the others fewer than ten digits
@@ -64,8 +57,8 @@ void refuse_singular(const Model& model, int particle) {
     std::string vertices;
     for (const int i : one.particles)
       vertices += (vertices.empty() ? "" : "-") + std::to_string(number_in_body(model, model.user_of[i]));
-    found += ", where '" + one.type + "' at vertices " + vertices + " of body '" + body + "' is " + brief(one.times) +
-             " times as stiff as most constraints";
+    found += ", where '" + one.type + "' at vertices " + vertices + " of body '" + body + "' is " +
+             shown(one.times, 2) + " times as stiff as most constraints";
     allowed += ", and triangles there that are less flat, or a \"stiffness\" or \"rigidity\" in place of a compliance";
   }
   refuse(model.scene.file, "/solver/dt", found, allowed);

@@ -38,15 +38,13 @@ struct FlatFace {
 FlatFace flatten(const std::vector<Vec3>& points, const std::vector<int>& corners) {
   FlatFace flat;
   const Vec3& origin = points[corners[0]];
-  Vec3 newell{}, largest{}, low = origin, high = origin;
-  for (std::size_t i = 1; i < corners.size(); ++i) {
-    const Vec3& p = points[corners[i]];
-    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], p[k]), high[k] = std::max(high[k], p[k]);
-    if (i + 1 == corners.size()) break;
-    const Vec3 n = normal(origin, p, points[corners[i + 1]]);
+  Vec3 newell{}, largest{};
+  for (std::size_t i = 2; i < corners.size(); ++i) {
+    const Vec3 n = normal(origin, points[corners[i - 1]], points[corners[i]]);
     for (int k = 0; k < 3; ++k) newell[k] += n[k];
     if (norm(n) > norm(largest)) largest = n;
   }
+  const auto [low, high] = bounds_of(points, corners);
   flat.zero = kZeroArea * squared_distance(low, high);
   flat.has_area = norm(newell) > flat.zero;
   flat.has_triangles = norm(largest) > flat.zero;
@@ -233,14 +231,16 @@ void PolygonList::append_to(Mesh& mesh, const std::string& file) const {
       mesh.faces.push_back({corners[0], corners[1], corners[2], -1});
       continue;
     }
+    if (corners.size() > 4) {
+      const std::vector<Triangle> triangles = triangulate(mesh.points, corners);
+      for (const auto& [a, b, c] : triangles) mesh.faces.push_back({a, b, c, -1});
+      if (!triangles.empty()) continue;
+    }
     const auto [i, j] = crossing_sides(mesh.points, corners);
-    std::vector<Triangle> triangles;
-    if (i < 0 && corners.size() == 4)
+    if (i < 0 && corners.size() == 4) {
       mesh.faces.push_back({corners[0], corners[1], corners[2], corners[3]});
-    else if (i < 0)
-      triangles = triangulate(mesh.points, corners);
-    for (const auto& [a, b, c] : triangles) mesh.faces.push_back({a, b, c, -1});
-    if (i < 0 && (corners.size() == 4 || !triangles.empty())) continue;
+      continue;
+    }
     if (++faults > 1) continue;
     const auto side = [&](int k) {
       return std::to_string(corners[k]) + "-" + std::to_string(corners[(k + 1) % corners.size()]);

@@ -1,7 +1,6 @@
 #include "host/mesh/topology.h"
 
-#include <numeric>
-
+#include "host/base/disjoint_sets.h"
 #include "host/base/text.h"
 #include "host/error.h"
 #include "host/mesh/edge_sides.h"
@@ -76,21 +75,12 @@ std::vector<std::array<int, 4>> hinges(const Mesh& mesh, int* crowded) {
 }
 
 std::vector<int> components(int particles, const std::vector<Edge>& edges, int& count) {
-  // Union-find in which every root is the lowest particle of its part.
-  std::vector<int> parent(particles);
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  for (const auto& [a, b] : edges) {
-    const int i = root(a), j = root(b);
-    parent[std::max(i, j)] = std::min(i, j);
-  }
+  DisjointSets parts(particles);
+  for (const auto& [a, b] : edges) parts.join(a, b);
   count = 0;
   std::vector<int> label(particles);
   for (int i = 0; i < particles; ++i) {
-    const int lowest = root(i);
+    const int lowest = parts.root(i);
     label[i] = lowest == i ? count++ : label[lowest];
   }
   return label;

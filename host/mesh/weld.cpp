@@ -5,6 +5,7 @@
 #include <map>
 #include <unordered_map>
 
+#include "host/base/disjoint_sets.h"
 #include "host/error.h"
 #include "host/mesh/first_equal.h"
 #include "host/mesh/tetrahedra.h"
@@ -25,19 +26,16 @@ std::vector<int> lowest_connected(const std::vector<Vec3>& points, double distan
     for (const double k : cube) bits = mix(bits, std::bit_cast<std::uint64_t>(k + 0.0));
     return static_cast<std::size_t>(bits);
   };
-  std::vector<int> parent = points_of_vertices({}, static_cast<int>(points.size()));
-  const auto root = [&parent](int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  const int count = static_cast<int>(points.size());
+  DisjointSets sets(count);
   const auto join_if_near = [&](int a, int b) {
     const bool near = squared_distance(points[a], points[b]) <= distance * distance;
-    if (const int i = root(a), j = root(b); near && i != j) parent[std::max(i, j)] = std::min(i, j);
+    if (near) sets.join(a, b);
     return near;
   };
   using Eighths = std::map<int, std::vector<int>>;
   std::unordered_map<Cube, Eighths, decltype(hash)> cubes(points.size(), hash);
-  for (int i = 0; i < static_cast<int>(points.size()); ++i) {
+  for (int i = 0; i < count; ++i) {
     Cube cube;
     int eighth = 0;
     for (int k = 0; k < 3; ++k) {
@@ -49,7 +47,7 @@ std::vector<int> lowest_connected(const std::vector<Vec3>& points, double distan
     same.push_back(i);
   }
   const auto join_any = [&](const std::vector<int>& some, const std::vector<int>& others) {
-    if (root(some.front()) == root(others.front())) return;
+    if (sets.root(some.front()) == sets.root(others.front())) return;
     for (const int a : some)
       for (const int b : others)
         if (join_if_near(a, b)) return;
@@ -63,8 +61,9 @@ std::vector<int> lowest_connected(const std::vector<Vec3>& points, double distan
         for (const auto& [other, others] : there->second)
           if (neighbour > 13 || one < other) join_any(some, others);
     }
-  for (int i = 0; i < static_cast<int>(points.size()); ++i) parent[i] = root(i);
-  return parent;
+  std::vector<int> lowest(points.size());
+  for (int i = 0; i < count; ++i) lowest[i] = sets.root(i);
+  return lowest;
 }
 
 /// Every point becomes the one that `becomes` says, itself or one before it, or goes at -1; everything by new numbers.

@@ -5,6 +5,7 @@
 #include <limits>
 #include <ranges>
 
+#include "host/base/median.h"
 #include "host/base/text.h"
 #include "host/mesh/bounding_box.h"
 #include "host/mesh/vectors.h"
@@ -30,20 +31,12 @@ double median_edge(const Body& body) {
   std::vector<double> lengths;
   lengths.reserve(body.edges.size());
   for (const auto& [a, b] : body.edges) lengths.push_back(distance(body.mesh.points[a], body.mesh.points[b]));
-  if (lengths.empty()) return 0;
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::ranges::nth_element(lengths, middle);
-  return *middle;
+  return median(std::move(lengths));
 }
 
 double size_of(const std::vector<Vec3>& points) {
   const auto [low, high] = bounds_of(points);
   return distance(low, high);
-}
-
-double two_digits(double value) {
-  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
-  return std::round(value / unit) * unit;
 }
 
 std::string length(double metres) { return shown(two_digits(metres)) + " m"; }

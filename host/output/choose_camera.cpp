@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 #include "host/picture/stage.h"
 
@@ -45,14 +46,11 @@ Places some_of(const Places& points) {
 void add_blown_up(const Model& model, Places& points) {
   for (const PressureSet& set : model.pressures) {
     if (!(set.volume_ratio > 1)) continue;
-    double volume = 0;
     Vec3 centre{};
     for (const int i : set.particles)
       for (int k = 0; k < 3; ++k) centre[k] += model.x[i][k] / double(set.particles.size());
-    for (const Triangle& t : set.triangles)
-      volume +=
-          dot(minus(model.x[t[0]], centre), cross(minus(model.x[t[1]], centre), minus(model.x[t[2]], centre))) / 6;
-    const double radius = std::cbrt(3 * set.volume_ratio * std::abs(volume) / (4 * std::numbers::pi));
+    const double volume = set.volume_ratio * std::abs(signed_volume(model.x, set.triangles));
+    const double radius = std::cbrt(3 * volume / (4 * std::numbers::pi));
     for (int corner = 0; corner < 8; ++corner) {
       Vec3 at = centre;
       for (int k = 0; k < 3; ++k) at[k] += corner >> k & 1 ? radius : -radius;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "host/base/text.h"
 #include "host/mesh/vectors.h"
@@ -73,12 +72,6 @@ std::vector<std::optional<RigidState>> free_bodies(const Simulation& simulation)
   return all;
 }
 
-std::string brief(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g", value);
-  return text;
-}
-
 std::string advice(const Scene& scene, bool rounding) {
   return std::string("; take \"corrector\": \"inertia\"") +
          (rounding && scene.solver.precision == Precision::Float ? " or \"precision\": \"double\"" : "") +
@@ -103,15 +96,15 @@ std::vector<std::string> KeptMomenta::broken(const Simulation& simulation) const
     const double by = edge_speed(after, minus(after.spin, before.spin)), had = edge_speed(after, before.spin);
     if (by > share * had + turned * after.radius / time)
       lines.push_back(body + (scene.solver.type == "pbd" ? "projections" : "the filter") +
-                      " changed its angular momentum from " + brief(length(before.spin)) + " to " +
-                      brief(length(after.spin)) + " kg m^2/s, though nothing turned it: at its edge by " + brief(by) +
-                      " m/s" + advice(scene, false));
+                      " changed its angular momentum from " + shown(length(before.spin), 2) + " to " +
+                      shown(length(after.spin), 2) + " kg m^2/s, though nothing turned it: at its edge by " +
+                      shown(by, 2) + " m/s" + advice(scene, false));
     if (length(scene.gravity) > 0) continue;
     const double own = length(before.momentum) / before.mass, of = own > drift * before.speed ? own : before.speed;
     const double drifted = length(minus(after.momentum, before.momentum)) / after.mass;
     if (of > 0 && drifted > drift * of)
-      lines.push_back(body + "rounding of its places changed its velocity by " + brief(drifted) + " m/s, " +
-                      brief(100 * drifted / of) + " % of what it had" + advice(scene, true));
+      lines.push_back(body + "rounding of its places changed its velocity by " + shown(drifted, 2) + " m/s, " +
+                      shown(100 * drifted / of, 2) + " % of what it had" + advice(scene, true));
   }
   return lines;
 }

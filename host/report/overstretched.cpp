@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
+#include "host/base/median.h"
 #include "host/base/text.h"
 #include "host/model/model.h"
 #include "host/report/report.h"
@@ -23,12 +23,6 @@ constexpr double kSofter = 0.6;
 // to 300 m/s had 0.028 to 0.055 with the substeps of this advice.
 constexpr double kPower = 0.75;
 
-std::string in_brief(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g", value);
-  return text;
-}
-
 /// The part of the strain of a body's constraints that their compliance does not explain; 1 of what is stiff.
 double unexplained(const Model& model, const LengthRun& run) {
   const ConstraintSet& set = model.sets[static_cast<std::size_t>(run.set)];
@@ -41,9 +35,7 @@ double unexplained(const Model& model, const LengthRun& run) {
     if (set.alpha(c) > 0) s.push_back(h * h * w / set.alpha(c));
   }
   if (s.empty()) return 1;
-  const auto middle = s.begin() + static_cast<std::ptrdiff_t>(s.size() / 2);
-  std::nth_element(s.begin(), middle, s.end());
-  const double share = kSofter * *middle / (n * n);
+  const double share = kSofter * median(std::move(s)) / (n * n);
   return share / (1 + share);
 }
 
@@ -52,10 +44,10 @@ double unexplained(const Model& model, const LengthRun& run) {
 std::vector<std::string> overstretched(const Simulation& simulation) {
   const Model& model = simulation.model();
   const Scene& scene = model.scene;
+  if (scene.solver.type != "pbd") return {};
   LargestStrains strains = simulation.times().strains;
   strains.take(simulation.solver().strains(), simulation.steps());  // the end, which no sample may have met
   const std::vector<LengthRun>& lengths = simulation.solver().lengths();
-  if (scene.solver.type != "pbd") return {};
   std::vector<bool> may_stretch;
   for (const BodySpec& body : scene.bodies) may_stretch.push_back(body.tear.has_value());
   for (const PressureSet& set : model.pressures)
@@ -79,9 +71,9 @@ std::vector<std::string> overstretched(const Simulation& simulation) {
     const double substeps = std::ceil(scene.solver.substeps * std::pow(left / kRight, kPower));
     lines.push_back(
         "body '" + scene.bodies[body].name + "': what acted on it at " +
-        in_brief(static_cast<double>(of.step) * scene.solver.dt) + " s stretched its \"distance\" by " +
-        in_brief(100 * of.strain) + " % (RMS)" +
-        (of.part < 1 ? ", of which its compliance explains " + in_brief(100 * (of.strain - left)) + " %" : "") +
+        shown(static_cast<double>(of.step) * scene.solver.dt, 2) + " s stretched its \"distance\" by " +
+        shown(100 * of.strain, 2) + " % (RMS)" +
+        (of.part < 1 ? ", of which its compliance explains " + shown(100 * (of.strain - left), 2) + " %" : "") +
         ", because " + counted(scene.solver.substeps, "substep") + " of " +
         counted(scene.solver.iterations, "iteration") + " are too few for such a load; take some " +
         std::to_string(static_cast<long long>(substeps)) + " substeps, or a lighter load (scenes/accuracy.md, Loads)");

@@ -65,11 +65,9 @@ std::string coarse_resolution(const Model& model, const std::vector<Vec3>& x) {
   const Resolution found = resolution(model, x);
   if (!(found.strain() > 1e-3)) return "";
   const bool twice = model.scene.solver.precision == Precision::Double;
-  char strain[32];
-  std::snprintf(strain, sizeof strain, "%.2g", found.strain());
   return std::string(twice ? "double" : "float") + " resolves " + metres(found.spacing) + " at " +
          metres(found.farthest) + " from the origin, where the shortest edge is " + metres(found.edge) +
-         " long: every rounding may strain it by " + strain +
+         " long: every rounding may strain it by " + shown(found.strain(), 2) +
          (twice ? "; move the scene to the origin"
                 : "; take \"precision\": \"double\" or move the scene to the origin");
 }

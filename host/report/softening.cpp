@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "host/base/median.h"
 #include "kernels/constraint_registry.h"
 #include "kernels/rest.h"
 
@@ -45,12 +46,6 @@ std::vector<bool> blown_up(const Model& model) {
     if (set.compliance.value_or(0) > 0 && set.volume_ratio > 1)
       of[body_of(model, model.user_of[set.particles[0]])] = true;
   return of;
-}
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "host/base/median.h"
+
 namespace malha {
 
 class StepStatistics {
@@ -23,13 +25,7 @@ class StepStatistics {
   double most() const { return most_; }
   double last() const { return last_; }
   /// Of all steps, or of every second, fourth ... where they are many.
-  double median() const {
-    std::vector<double> sorted = sample_;
-    if (sorted.empty()) return 0;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    return *middle;
-  }
+  double median() const { return malha::median(sample_); }
   std::size_t bytes() const { return sample_.capacity() * sizeof(double); }
 
  private:

@@ -16,11 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// To three digits.
-std::string brief(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
+std::string brief(double value) { return shown(value, 3); }
 
 std::string speed(double median_ms, double dt) {
   if (median_ms <= 0) return "no step";

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 #include "host/collision/pose.h"
@@ -106,12 +105,6 @@ double farthest(const std::vector<Vec3>& points) {
   double most2 = 0;
   for (const Vec3& p : points) most2 = std::max(most2, dot(p, p));
   return std::sqrt(most2);
-}
-
-std::string shown_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
 }
 
 }  // namespace
@@ -235,10 +228,10 @@ std::string explosion(const Model& model, const Explosion& seen, const std::vect
   const auto most =
       std::max_element(gain.begin(), gain.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   const Vec3& at = x[fastest];
-  std::string text = "motion has " + shown_number(seen.kinetic) + " J, " + shown_number(seen.kinetic / seen.given) +
+  std::string text = "motion has " + shown(seen.kinetic, 3) + " J, " + shown(seen.kinetic / seen.given, 3) +
                      " times what anything gave it; fastest is " + particle_name(model, model.user_of[fastest]) +
-                     " at (" + shown_number(at[0]) + ", " + shown_number(at[1]) + ", " + shown_number(at[2]) +
-                     "), with " + shown_number(norm(v[fastest])) + " m/s";
+                     " at (" + shown(at[0], 3) + ", " + shown(at[1], 3) + ", " + shown(at[2], 3) + "), with " +
+                     shown(norm(v[fastest]), 3) + " m/s";
   if (most != gain.end()) text += "; of the constraints \"" + most->first + "\" gained most";
   return text;
 }
