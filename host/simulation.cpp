@@ -76,6 +76,7 @@ struct Simulation::Parts {
     solver = options.backend == Backend::Cuda
                  ? make_solver_on_cuda(model, threads, options.progress, options.timed_passes)
                  : make_solver(model, threads, options.instructions, options.progress);
+    times.strains.every = solver->steps_to_sample();
     if (!options.constraints.empty()) constrain();
     keep_what_runs_need(model);
   }
@@ -252,7 +253,6 @@ void Simulation::step(const AfterSubstep& after) {
     parts_->choice ? parts_->choice->take(step) : step();
     if (parts_->solver->overstretched()) parts_->tear();
     LargestStrains& strains = parts_->times.strains;
-    strains.every = parts_->solver->steps_to_sample();
     if (strains.every > 0 && steps() % strains.every == 0) strains.take(parts_->solver->strains(), steps());
   }));
   if (trace) parts_->times.launches = trace->list();

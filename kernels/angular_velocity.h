@@ -14,6 +14,14 @@ struct SpinSum {
   }
 };
 
+/// Adds a mass (kg) at r (m) to an inertia.
+KERNEL void add_inertia(double (&I)[6], double m, const Vector3<double>& r) {
+  I[0] += m * (r.y * r.y + r.z * r.z), I[1] += m * (r.x * r.x + r.z * r.z), I[2] += m * (r.x * r.x + r.y * r.y);
+  I[3] -= m * r.x * r.y, I[4] -= m * r.x * r.z, I[5] -= m * r.y * r.z;
+}
+/// Takes an inertia to the centre of its mass, which is at c (m; the parallel axis theorem).
+KERNEL void centre_inertia(double (&I)[6], double mass, const Vector3<double>& c) { add_inertia(I, -mass, c); }
+
 /// Makes A_pq zero by turning both axes, and V with them (Jacobi; Golub and Van Loan, Matrix Computations, 8.5).
 KERNEL void rotate_axes(double (&A)[3][3], double (&V)[3][3], int p, int q) {
   if (A[p][q] == 0) return;

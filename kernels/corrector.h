@@ -63,9 +63,9 @@ struct SumTorque {
     const Vector3<R> x = body.x[i], a = body.a[i];
     const Vector3<double> r{x.x - net->centre.x, x.y - net->centre.y, x.z - net->centre.z};
     const Vector3<double> L = cross(r, Vector3<double>{a.x * m, a.y * m, a.z * m});
-    return {{L.x, L.y, L.z},
-            {m * (r.y * r.y + r.z * r.z), m * (r.x * r.x + r.z * r.z), m * (r.x * r.x + r.y * r.y), -m * r.x * r.y,
-             -m * r.x * r.z, -m * r.y * r.z}};
+    SpinSum sum{{L.x, L.y, L.z}};
+    add_inertia(sum.I, m, r);
+    return sum;
   }
 };
 

@@ -252,13 +252,6 @@ struct GrowEdgeDistances {
   }
 };
 
-/// Everything stays as near as it is now.
-template <class R>
-struct ResetEdgeDistances {
-  ScatteredPoints<R> x;
-  KERNEL void operator()(int i) const { x.of[i].w = R(0); }
-};
-
 /// Coulomb's mu of a contact's object.
 template <class R>
 struct ObjectFriction {

@@ -115,10 +115,9 @@ struct MeasureInertia {
     const int i = particle[item];
     const double m = 1 / double(w[i]);
     const Vector3<double> r = in_double(p[i] - p[origin]), mr = r * m;
-    return {m,
-            {mr.x, mr.y, mr.z},
-            {mr.y * r.y + mr.z * r.z, mr.x * r.x + mr.z * r.z, mr.x * r.x + mr.y * r.y, -mr.x * r.y, -mr.x * r.z,
-             -mr.y * r.z}};
+    InertiaSum sum{m, {mr.x, mr.y, mr.z}};
+    add_inertia(sum.I, m, r);
+    return sum;
   }
 };
 
@@ -148,13 +147,11 @@ struct PushPressure {
     const Vector3<double> force{lacks.force[0], lacks.force[1], lacks.force[2]};
     const Vector3<double> c = Vector3<double>{all.r[0], all.r[1], all.r[2]} * (1 / all.mass);
     const Vector3<double> m = Vector3<double>{lacks.moment[0], lacks.moment[1], lacks.moment[2]} - cross(c, force);
-    const double M = all.mass;
-    const SpinSum spin{{m.x, m.y, m.z},
-                       {all.I[0] - M * (c.y * c.y + c.z * c.z), all.I[1] - M * (c.x * c.x + c.z * c.z),
-                        all.I[2] - M * (c.x * c.x + c.y * c.y), all.I[3] + M * c.x * c.y, all.I[4] + M * c.x * c.z,
-                        all.I[5] + M * c.y * c.z}};
+    SpinSum spin{{m.x, m.y, m.z}};
+    for (int k = 0; k < 6; ++k) spin.I[k] = all.I[k];
+    centre_inertia(spin.I, all.mass, c);
     state->place = in_double(p[origin]) + c;
-    state->shift = force * (1 / M);
+    state->shift = force * (1 / all.mass);
     state->turn = angular_velocity(spin);
   }
 };

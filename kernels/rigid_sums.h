@@ -77,9 +77,7 @@ struct SumHeld {
     const Vector3<double> r = in_double(x - x0[0]);
     sum.before.add(m, in_double(start - x0[0]), v - (in_double(now) - in_double(then)) * per_dt);
     sum.after.add(m, r, v);
-    sum.I[0] += m * (r.y * r.y + r.z * r.z), sum.I[1] += m * (r.x * r.x + r.z * r.z);
-    sum.I[2] += m * (r.x * r.x + r.y * r.y);
-    sum.I[3] -= m * r.x * r.y, sum.I[4] -= m * r.x * r.z, sum.I[5] -= m * r.y * r.z;
+    add_inertia(sum.I, m, r);
   }
 };
 

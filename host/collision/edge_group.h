@@ -11,6 +11,7 @@
 #include "host/collision/edge_memory.h"
 #include "host/collision/edge_surface.h"
 #include "host/collision/pose.h"
+#include "kernels/contact_distance.h"
 
 namespace malha {
 
@@ -24,7 +25,7 @@ class EdgeGroup {
         particles_(model.count()),
         bodies_(bodies),
         motion_(objects[0]->spec.motion),
-        recovery_(R(std::min(kRecovery, substep_of(model) / kRecovers))),
+        recovery_(R(recovery_share(model.scene.solver.dt / model.scene.solver.substeps))),
         contacts_(executor, model) {
     EdgeSurface surface = edge_surface(objects);
     centre_ = {surface.centre[0], surface.centre[1], surface.centre[2]};
@@ -116,7 +117,7 @@ class EdgeGroup {
 
   /// What is nearer than is wanted now stays as near until it opens by itself.
   void keep_overlaps() {
-    parallel_for(executor_, particles_, ResetEdgeDistances<R>{x_.points()}, kGrain);
+    parallel_for(executor_, particles_, ResetContactDistances<R>{x_.points().of, wanted_}, kGrain);
     overlaps_ = true;
   }
 
@@ -172,12 +173,9 @@ class EdgeGroup {
   static constexpr double kSlack = 0.12;   // of the thickness: candidates are found that much further
   static constexpr double kAhead = 8;      // and along the motion of so many substeps
   static constexpr R kDiagonal = R(1.7320508075688772);  // of a cube of side 1
-  static constexpr double kRecovery = 0.1;               // a substep, and no more than in kRecovers
-  static constexpr double kRecovers = 0.016;             // s
   static constexpr double kLeastGap = 0.01;              // of the thickness
   static constexpr R kRounding = R(0.99);                // of a slack: what rounding leaves of it
 
-  static double substep_of(const Model& model) { return model.scene.solver.dt / model.scene.solver.substeps; }
   void store_motion(const Particles<R>& particles) {
     parallel_for(executor_, particles_, MoveLocal<R>{particles.p, after_, x_.points(), moved_.points()}, kGrain);
   }

@@ -30,7 +30,6 @@ class KinematicParticles {
 
   /// What is free stays where the substep began.
   void stand_still(const Particles<R>& particles) {
-    clear(particles);
     parallel_for(executor_, particles.count, StandStill<R>{particles});
   }
 

@@ -29,11 +29,10 @@ RigidGain rigid_return(const HeldSums& sums) {
   RigidGain gain;
   if (!(m > 0)) return gain;
   const Vector c = gain.centre = mean(sums.after.x, m);
-  const double cc = dot(c, c), *I = sums.I;
   const auto omega_of = [&](const Vector& L) {
-    return angular_velocity({{L.x, L.y, L.z},
-                             {I[0] - m * (cc - c.x * c.x), I[1] - m * (cc - c.y * c.y), I[2] - m * (cc - c.z * c.z),
-                              I[3] + m * c.x * c.y, I[4] + m * c.x * c.z, I[5] + m * c.y * c.z}});
+    SpinSum spin{{L.x, L.y, L.z}};
+    std::copy_n(sums.I, 6, spin.I), centre_inertia(spin.I, m, c);
+    return angular_velocity(spin);
   };
   const Vector wanted = spin_of(sums.before), found = spin_of(sums.after);
   const Vector turn = omega_of(wanted), turned = omega_of(found);

@@ -17,6 +17,7 @@
 #include "host/collision/rigid_return.h"
 #include "host/collision/self_facts.h"
 #include "host/collision/self_memory.h"
+#include "host/model/particle_runs.h"
 #include "kernels/contact_distance.h"
 #include "kernels/hold_apart.h"
 #include "kernels/pair_drive.h"
@@ -80,19 +81,16 @@ class SelfCollider {
   using Points4 = ScatteredArray<Executor, R>;
   enum class Returns { Nothing, Momenta, Speed };  // of what jammed, at the end of a substep
 
-  static constexpr int kRun = 1024;  // particles: few sums, and those of many bodies in one launch
   static constexpr int kGrain = PairSearch<Executor, R>::kGrain;
   static constexpr int kMoreProjections = 8;
   static constexpr int kMostPushes = 32, kMostDrives = 32, kMostCarries = 16;  // in a substep, whatever jams
   static constexpr double kMostSpeed = 2;  // of what drives a jam, if nothing in it was faster
   static constexpr double kLong = 0.01;    // s: in longer substeps a layer falls so far that one sweep is far from even
   static constexpr int kLongSweeps = 3;
-  static constexpr double kNear = 0.1;        // of the thickness: what comes as near in a substep may be pushed
-  static constexpr double kFit = 0.5;         // of what lies beyond a way: constraints may take the rest
-  static constexpr double kRecovery = 0.1;    // a substep, and no more than in kRecovers: else short ones shoot apart
-  static constexpr double kRecovers = 0.016;  // s
-  static constexpr double kLeastGap = 0.02;   // of the thickness
-  static constexpr double kRounding = 0.05;   // of the least gap
+  static constexpr double kNear = 0.1;       // of the thickness: what comes as near in a substep may be pushed
+  static constexpr double kFit = 0.5;        // of what lies beyond a way: constraints may take the rest
+  static constexpr double kLeastGap = 0.02;  // of the thickness
+  static constexpr double kRounding = 0.05;  // of the least gap
 
   static SearchRules<R> search_rules(double thickness) {
     return {R(0.1 * thickness), R(0.25), R(thickness), R(0.5 * thickness)};
@@ -227,15 +225,9 @@ class SelfCollider {
   }
   /// Particles that take part, body by body.
   void lay_out_runs() {
-    std::vector<ParticleRun> runs;
-    for (int i = 0; i < count_; ++i) {
-      if (!surface_.takes_part[i]) continue;
-      const int body = surface_.body[i];
-      if (runs.empty() || runs.back().group != body || runs.back().count == kRun ||
-          runs.back().first + runs.back().count != i)
-        runs.push_back({i, 0, body});
-      ++runs.back().count;
-    }
+    std::vector<int> body(count_);
+    for (int i = 0; i < count_; ++i) body[i] = surface_.takes_part[i] ? surface_.body[i] : -1;
+    const std::vector<ParticleRun> runs = particle_runs(body);
     runs_ = Array<Executor, ParticleRun>(runs);
     held_sums_ = Array<Executor, HeldSums>(runs.size(), HeldSums{});
     held_motions_ = Array<Executor, HeldMotion>(runs.size(), HeldMotion{});
@@ -433,7 +425,7 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
   facts_.particles = surface_.particles, facts_.edges = surface_.edges, facts_.triangles = surface_.triangles;
   const double h = model.scene.solver.dt / model.scene.solver.substeps;
   if (h > kLong) sweeps_ = kLongSweeps;
-  rules_ = {R(std::min(kRecovery, h / kRecovers)), R(kNear * thickness_), R(kLeastGap * thickness_)};
+  rules_ = {R(recovery_share(h)), R(kNear * thickness_), R(kLeastGap * thickness_)};
   takes_part_ = Array<Executor, unsigned char>(surface_.takes_part);
   std::vector<Vec3> x0 = model.x;
   x0.push_back({0, 0, 0});  // of padding

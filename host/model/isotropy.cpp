@@ -115,12 +115,9 @@ Isotropy isotropy_of_springs(const Mesh& mesh, const std::vector<Edge>& edges, c
   }
   for (const Quad& face : mesh.faces) {
     const int corners = is_triangle(face) ? 3 : 4;
-    const auto& X = mesh.points;
-    double area_of_face = 0;
-    for (int k = 2; k < corners; ++k) area_of_face += area(X[face[0]], X[face[k - 1]], X[face[k]]);
+    const double share = face_area(mesh, face) / corners;
     for (int k = 0; k < corners; ++k) {
       const int i = face[k];
-      const double share = area_of_face / corners;
       if (corners == 3) {
         vertices.should_have(i, [&](double) { return share * Y * 9 / 8; });
         continue;

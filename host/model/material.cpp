@@ -17,14 +17,6 @@ constexpr double kLeastOfASide = 0.05;
 /// Nothing that has no length can bend or stretch.
 double over(double a, double length2) { return length2 > 0 ? a / length2 : 0; }
 
-/// A quad's: the mean of its two splits.
-double face_area(const Mesh& mesh, const Quad& face) {
-  const auto of = [&](int i, int j, int k) {
-    return area(mesh.points[face[i]], mesh.points[face[j]], mesh.points[face[k]]);
-  };
-  return is_triangle(face) ? of(0, 1, 2) : 0.5 * (of(0, 1, 2) + of(0, 2, 3) + of(1, 2, 3) + of(1, 3, 0));
-}
-
 /// Of a quad: its sides 0 and 2 over its sides 1 and 3, squared.
 double squared_aspect(const Mesh& mesh, const Quad& face) {
   const auto side2 = [&](int k) { return squared_distance(mesh.points[face[k]], mesh.points[face[(k + 1) % 4]]); };
@@ -46,6 +38,13 @@ double twist_about(double length2, double across2) {
 bool still(const std::vector<bool>& held, int a, int b, int c) { return held[a] && held[b] && held[c]; }
 
 }  // namespace
+
+double face_area(const Mesh& mesh, const Quad& face) {
+  const auto of = [&](int i, int j, int k) {
+    return area(mesh.points[face[i]], mesh.points[face[j]], mesh.points[face[k]]);
+  };
+  return is_triangle(face) ? of(0, 1, 2) : 0.5 * (of(0, 1, 2) + of(0, 2, 3) + of(1, 2, 3) + of(1, 3, 0));
+}
 
 std::vector<double> edge_softness(const Mesh& mesh, const std::vector<Edge>& edges, double shear) {
   std::vector<int> face_of, number_in_face;  // of each side, in the order of visit_face_sides

@@ -8,6 +8,9 @@
 
 namespace malha {
 
+/// The area of a face, m^2; of a quad the mean of its two splits.
+double face_area(const Mesh& mesh, const Quad& face);
+
 /// Of edges (both ends): length^2 / area, with the whole area of neighbouring triangles (Van Gelder 1998) and half that
 /// of neighbouring quads, whose other half is their other sides'; rigidity is then Young's modulus times thickness,
 /// N/m. Of edges without a face: length; rigidity is then Young's modulus times cross-section, N.

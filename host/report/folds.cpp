@@ -6,6 +6,9 @@
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
+#include "host/model/material.h"
+#include "host/model/solver_of.h"
+#include "host/model/tear.h"
 
 namespace malha {
 
@@ -40,11 +43,6 @@ struct Line {
   Vec3 away;                                 // unit vector from the side into the face
 };
 
-double area_of(const Mesh& mesh, const Quad& face) {
-  const auto& X = mesh.points;
-  return area(X[face[0]], X[face[1]], X[face[2]]) + (is_triangle(face) ? 0 : area(X[face[0]], X[face[2]], X[face[3]]));
-}
-
 std::vector<Line> held_lines(const Mesh& mesh, const std::vector<bool>& held) {
   std::vector<int> face_of;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
@@ -55,7 +53,7 @@ std::vector<Line> held_lines(const Mesh& mesh, const std::vector<bool>& held) {
     if (last - first != 2 || !held[first->low] || !held[first->high]) return;
     for (int k = 0; k < 2; ++k) {
       const Quad &face = mesh.faces[face_of[first[k].number]], &beyond = mesh.faces[face_of[first[1 - k].number]];
-      Line line{first->low, first->high, -1, 0, 0, area_of(mesh, face), area_of(mesh, beyond), {}};
+      Line line{first->low, first->high, -1, 0, 0, face_area(mesh, face), face_area(mesh, beyond), {}};
       const Vec3 from = mesh.points[line.from], edge = minus(mesh.points[line.to], from);
       line.length = norm(edge);
       for (int c = 0; c < (is_triangle(face) ? 3 : 4); ++c) {
@@ -80,25 +78,16 @@ HangingFold sharpest_fold(const Model& model) {
   const Vec3& gravity = model.scene.gravity;
   const double g = norm(gravity);
   if (!(g > 0)) return sharpest;
-  std::vector<int> solver_of;
+  std::vector<int> number;  // the solver's, of each particle
   std::vector<bool> held_there;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
     const Bends bends = bends_of(model.scene.bodies[b]);
     if (!(bends.rigidity + bends.per_hinge > 0)) continue;
-    if (solver_of.empty()) {
-      solver_of.resize(model.user_of.size());
-      for (std::size_t i = 0; i < model.user_of.size(); ++i) solver_of[model.user_of[i]] = static_cast<int>(i);
-      held_there = held_at_start(model, true);
-    }
-    const Appearance& look = model.look;
-    const int first = look.body_begin[b], count = look.body_begin[b + 1] - first;
-    Mesh mesh;
-    mesh.points.assign(look.points.begin() + first, look.points.begin() + first + count);
-    mesh.faces.assign(look.faces.begin() + look.face_begin[b], look.faces.begin() + look.face_begin[b + 1]);
-    for (Quad& face : mesh.faces)
-      for (int& corner : face) corner -= corner < 0 ? 0 : first;
+    if (number.empty()) number = solver_of(model.user_of), held_there = held_at_start(model, true);
+    const Mesh mesh = body_mesh(model.look, b);
+    const int first = model.look.body_begin[b], count = static_cast<int>(mesh.points.size());
     std::vector<bool> held(count);
-    for (int i = 0; i < count; ++i) held[i] = held_there[solver_of[first + i]];
+    for (int i = 0; i < count; ++i) held[i] = held_there[number[first + i]];
     const std::vector<Line> lines = held_lines(mesh, held);
     if (lines.empty()) continue;
 
@@ -111,7 +100,7 @@ HangingFold sharpest_fold(const Model& model) {
     const std::vector<int> part = components(count, links, parts);
     std::vector<double> weight(parts), width(parts);
     for (int i = 0; i < count; ++i)
-      if (const double w = model.w[solver_of[first + i]]; !held[i] && w > 0) weight[part[i]] += g / w;
+      if (const double w = model.w[number[first + i]]; !held[i] && w > 0) weight[part[i]] += g / w;
     for (const Line& line : lines) width[part[line.free]] += line.length;
     for (const Line& line : lines) {
       const double down = dot(line.away, gravity) / g;

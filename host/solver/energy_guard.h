@@ -11,6 +11,7 @@
 
 #include "host/base/array.h"
 #include "host/model/model.h"
+#include "host/model/particle_runs.h"
 #include "kernels/compute.h"
 #include "kernels/motion_energy.h"
 
@@ -86,11 +87,7 @@ class EnergyGuard {
     if (drives_) turns_ = turns_of(model, every_);
     const std::vector<int> of = groups_of(model);
     for (const Allowance& one : allowances(model, of)) groups_.push_back({one, one.height});
-    for (std::size_t i = 0; i < of.size(); ++i) {
-      if (runs_.empty() || runs_.back().group != of[i] || runs_.back().count == kRun)
-        runs_.push_back({int(i), 0, of[i]});
-      ++runs_.back().count;
-    }
+    runs_ = particle_runs(of);
     device_runs_ = Array<Executor, ParticleRun>(runs_);
     sums_ = Array<Executor, MotionEnergy>(runs_.size(), MotionEnergy{});
   }
@@ -161,7 +158,6 @@ class EnergyGuard {
     double highest;  // J of height, the most seen
     double given = 0, held_most = 0;
   };
-  static constexpr int kRun = 1024;
 
   std::vector<MotionEnergy> measure(const Particles<R>& particles) const {
     const Vec3& g = model_.scene.gravity;
