@@ -261,7 +261,8 @@ class Turns {
     int items = -1;  // what it waits after
   };
   static boost::context::pooled_fixedsize_stack& stacks() {
-    static boost::context::pooled_fixedsize_stack pool(256 * 1024);
+    // Most of it is never touched; but a patch's frame takes 800 KB where clang does not optimise.
+    static boost::context::pooled_fixedsize_stack pool(2 * 1024 * 1024);
     return pool;
   }
   void wait(int rank, int items) {

@@ -262,12 +262,14 @@ TEST(ModelRefuses, WhatPinsRefuse) {
             std::string::npos);
 }
 
-TEST(ModelRefuses, TheMeshesOfAllBodiesAtOnce) {
+TEST(ModelRefuses, TheMeshesOfAllBodiesAndObjectsAtOnce) {
   const std::string refused = model_refusal(
-      scene_of({body("scan", MeshFile{"/nowhere/scan.obj"}), body("a", kGrid), body("b", MeshFile{"/nowhere/b.ply"})}));
-  EXPECT_EQ(std::count(refused.begin(), refused.end(), '\n'), 1) << refused;
+      scene_of({body("scan", MeshFile{"/nowhere/scan.obj"}), body("a", kGrid), body("b", MeshFile{"/nowhere/b.ply"})},
+               {obstacle("ball", SphereShape{}), obstacle("floor", MeshFile{"/nowhere/floor.stl"})}));
+  EXPECT_EQ(std::count(refused.begin(), refused.end(), '\n'), 2) << refused;
   EXPECT_NE(refused.find("/nowhere/scan.obj: "), std::string::npos);
   EXPECT_NE(refused.find("\n/nowhere/b.ply: "), std::string::npos);
+  EXPECT_NE(refused.find("\n/nowhere/floor.stl: "), std::string::npos);
 }
 
 TEST(ModelRefuses, AMeshFileByItsOwnName) {

@@ -43,19 +43,22 @@ class Builder {
       Faults faults;
       for (std::size_t b = 0; b < scene.bodies.size(); ++b)
         faults.collect([&] { add_body(make_body(scene, b, mesh_of(b), torn_)); });
+      if (torn_) model_.environment = *torn_->environment, model_.zero_area_faces = torn_->zero_area_faces;
+      if (!torn_)
+        for (std::size_t e = 0; e < scene.environment.size(); ++e)
+          faults.collect([&] { model_.environment.push_back(load_environment(scene, e, model_.zero_area_faces)); });
       faults.throw_all();
     });
+    if (!torn_) set_default_thickness();
     check_expectations(scene, std::any_of(bodies_.begin(), bodies_.end(),
                                           [](const Body& body) { return !body.mesh.tetrahedra.empty(); }));
     took.order = seconds([this] { arrange(); });
     took.connect = seconds([this] { connect(model_, bodies_, solver_of_, torn_ != nullptr); });
     if (gives_momenta_back()) find_free_islands();
     took.patches = seconds([this] { cut(); });
-    took.load += seconds([&] {
-      if (torn_) model_.environment = *torn_->environment, model_.zero_area_faces = torn_->zero_area_faces;
-      if (torn_) model_.notes = *torn_->notes;
-      if (!torn_) load_objects();
-    });
+    if (torn_) model_.notes = *torn_->notes;
+    if (!torn_)
+      for (std::string& line : unlikely_settings(model_, bodies_)) model_.notes.push_back(std::move(line));
     if (scene.self_collision) {
       const SelfSurface surface = self_surface(model_);
       check_pairs(model_, surface), check_crossings(model_, surface);
@@ -64,16 +67,12 @@ class Builder {
   }
 
  private:
-  void load_objects() {
-    Scene& scene = model_.scene;
-    const double thickness = scene.environment.empty() ? 0 : default_thickness(finest_edge(bodies_));
-    for (EnvironmentSpec& object : scene.environment)
-      if (object.thickness == 0) object.thickness = thickness;
-    Faults faults;
-    for (std::size_t e = 0; e < scene.environment.size(); ++e)
-      faults.collect([&] { model_.environment.push_back(load_environment(scene, e, model_.zero_area_faces)); });
-    faults.throw_all();
-    for (std::string& line : unlikely_settings(model_, bodies_)) model_.notes.push_back(std::move(line));
+  void set_default_thickness() {
+    const double thickness = model_.environment.empty() ? 0 : default_thickness(finest_edge(bodies_));
+    for (std::size_t e = 0; e < model_.environment.size(); ++e) {
+      EnvironmentSpec& object = model_.scene.environment[e];
+      if (object.thickness == 0) object.thickness = model_.environment[e].spec.thickness = thickness;
+    }
   }
 
   Mesh mesh_of(std::size_t b) {
