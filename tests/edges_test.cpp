@@ -300,7 +300,7 @@ Scene at_random(const TemporaryFolder& folder, Random& random, int k) {
 TEST(EnvironmentEdges, GiveTheSameBitsFromACheckpointOfAnyStep) {
   const TemporaryFolder folder;
   Random random(8);
-  for (int k = 0; k < 80; ++k) {
+  for (int k = 0; k < 40; ++k) {
     Scene scene = at_random(folder, random, k);
     if (k % 5 > 1) continue;  // in many substeps hardly anything is held
     scene.environment[0].edges = true;
