@@ -243,6 +243,7 @@ class Stepper : public Solver {
     repeat_step("substeps", [&] {
       for (int s = first; s < solver.substeps; ++s) {
         if (moved_) timed(Pass::Pins, [&] { place_pins(at(s), at(s + 1)); });
+        if (attachments_ && attachments_->let_go(at(s))) keep_overlaps();
         if (hand_) hand_->place(particles(), s);
         substep_ = s;
         substep(time() + s * h, h);
@@ -346,7 +347,7 @@ class Stepper : public Solver {
     timed(Pass::State, [&] { parallel_for(executor_, all.count, CopyPoints<R, Points<R>, Points<R>>{all.p, all.x}); });
   }
 
-  /// Those whose time is over let go: of what they pressed together, nothing is shot apart.
+  /// Those whose time is over let go: of what they pressed together, nothing is shot apart. So with attachments.
   void place_pins(double start, double end) {
     const int before = pins_let_go();
     moved_->place(particles(), w_.data(), start, end);
@@ -355,6 +356,7 @@ class Stepper : public Solver {
   void keep_overlaps() {
     if (self_) self_->keep_overlaps();
     if (edges_) edges_->keep_overlaps();
+    if (collider_) collider_->keep_overlaps();
   }
   int pins_let_go() const { return moved_ ? moved_->released() : 0; }
   /// Now, 1/kg, in the solver's order: 0 where particles are held.
