@@ -42,6 +42,13 @@ struct Near {
   NearFeature feature;
 };
 
+/// As if it were seen for the first time, within the thickness on either side of the surface.
+struct KeepOverlap {
+  Near* near;
+  double most;  // m
+  KERNEL void operator()(int slot) const { near[slot].seen.overlap = most; }
+};
+
 /// It is to be laid anew, wherever its particle comes from.
 template <class R>
 KERNEL void forget_place(Contact<R>& contact) {

@@ -21,6 +21,16 @@ struct FilterEnds {
   }
 };
 
+/// No forces, and no accelerations of what the filter leaves as it is.
+template <class R>
+struct ClearFilterEnds {
+  FilterEnds<R> ends;
+  KERNEL void operator()(int particle) const {
+    const Vector3<R> none{R(0), R(0), R(0)};
+    ends.force.set(particle, none), ends.acceleration.set(particle, none);
+  }
+};
+
 /// Four columns of S at once, by unknown: forces of 1 on the unknowns first .. first + 3, one a right-hand side. Of a
 /// free body without the mean force, which S would answer with a mean that drowns the rest.
 struct ColumnEnds {

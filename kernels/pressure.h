@@ -35,11 +35,11 @@ struct EnclosedVolume {
 /// Sums over the particles of a mesh. The push that clamped particles lack, per unit of lambda, is a force in m^2 with
 /// a moment about the origin particle in m^3.
 struct GradientSum {
-  double grad2 = 0;  // w grad C . g, g the gradient that is applied
+  double grad2 = 0, least = 0;  // w grad C . g, g the gradient that is applied; and what is taken for it at least
   double force[3] = {}, moment[3] = {};
   double clamped = 0, pinned = 0;  // particles
   KERNEL GradientSum& operator+=(const GradientSum& o) {
-    grad2 += o.grad2, clamped += o.clamped, pinned += o.pinned;
+    grad2 += o.grad2, least += o.least, clamped += o.clamped, pinned += o.pinned;
     for (int k = 0; k < 3; ++k) force[k] += o.force[k], moment[k] += o.moment[k];
     return *this;
   }
@@ -53,7 +53,7 @@ struct PressureGradient {
   const int* particle;  // of each item
   const int* begin;     // into `around`, per item, one more at the end
   const int* around;    // pairs (j, k)
-  const R* most;        // of each item: the largest gradient, m^2
+  const R* most;        // of each item: the largest gradient, m^2; null: none
   int origin;
   Points<R> grad;  // per item
   KERNEL GradientSum operator()(int item) const {
@@ -63,7 +63,7 @@ struct PressureGradient {
       sum = sum + cross(p[around[2 * t]] - o, p[around[2 * t + 1]] - o);
     const Vector3<R> g = sum * R(1.0 / 6);
     const R weight = w[particle[item]];
-    const double g2 = double(dot(g, g)), allowed = double(most[item]);
+    const double g2 = double(dot(g, g)), allowed = most ? double(most[item]) : INFINITY;
     GradientSum sums;
     sums.pinned = weight > R(0) ? 0 : 1;
     sums.grad2 = double(weight) * g2;
@@ -74,7 +74,7 @@ struct PressureGradient {
     const double kept = allowed / root(g2);
     grad.set(item, g * R(kept));
     const Vector3<double> lacks = in_double(g) * (1 - kept), m = cross(in_double(p[particle[item]] - o), lacks);
-    return {sums.grad2 * kept, {lacks.x, lacks.y, lacks.z}, {m.x, m.y, m.z}, 1, 0};
+    return {sums.grad2 * kept, 0, {lacks.x, lacks.y, lacks.z}, {m.x, m.y, m.z}, 1, 0};
   }
 };
 
@@ -131,7 +131,7 @@ struct PushPressure {
   bool compliant;
   double alpha, stiffness;
   KERNEL void operator()(int) const {
-    const double C = state->volume.value - target, sum = state->sums.grad2;
+    const double C = state->volume.value - target, sum = larger(state->sums.grad2, state->sums.least);
     state->moves = sum > double(tiny<R>());  // collapsed to a point, or wholly pinned: no direction
     if (!state->moves) return;
     state->dlambda = compliant ? (-C - alpha * state->lambda) / (sum + alpha) : -stiffness * C / sum;
@@ -153,6 +153,40 @@ struct PushPressure {
     state->place = in_double(p[origin]) + c;
     state->shift = force * (1 / all.mass);
     state->turn = angular_velocity(spin);
+  }
+};
+
+/// The gradient as a force on each particle of the mesh. One item.
+template <class R>
+struct PutPressure {
+  const int* particle;
+  Points<R> grad, force;
+  KERNEL void operator()(int item) const { force.set(particle[item], grad[item]); }
+};
+
+/// How fast the volume grows along the way on which the filter takes the gradient at the substep's start. Half of what
+/// it was there counts at least: a body that has turned far is pushed the less.
+template <class R>
+struct SumAlongPressure {
+  const int* particle;
+  Points<R> grad, start, way;  // the gradient now; that at the start, and its way, of each particle
+  KERNEL GradientSum operator()(int item) const {
+    const int i = particle[item];
+    GradientSum sums;
+    sums.grad2 = double(dot(grad[item], way[i])), sums.least = 0.5 * double(dot(start[i], way[i]));
+    return sums;
+  }
+};
+
+/// p += way dlambda. One particle of the body.
+template <class R>
+struct ApplyFilteredPressure {
+  Points<R> p, way;
+  const int* members;
+  const PressureState* state;
+  KERNEL void operator()(int member) const {
+    const int i = members[member];
+    if (state->moves) p.set(i, p[i] + way[i] * R(state->dlambda));
   }
 };
 

@@ -264,6 +264,115 @@ TEST(StartsNear, ASheetOverASolidStaysAtRest) {
       });
 }
 
+/// A box of which a body at height y lies y above; its thickness is 5 mm, and it is narrower than what lies on it.
+EnvironmentSpec sunk_in(Sides sides) {
+  EnvironmentSpec solid = obstacle("box", BoxShape{{0.33, 0.2, 0.37}, {1, 1, 1}});
+  solid.transform.translate = {0.25, -0.1, 0.25};
+  if (sides != Sides::Solid)
+    solid = obstacle("floor", GridShape{{0.33, 0.37}, {1, 1}}, sides), solid.transform.translate = {0.085, 0, 0.065};
+  solid.thickness = 0.005;
+  return solid;
+}
+
+// As much as it lies inside it stays inside: lifted out, the part that is inside would stretch the rest, and a block of
+// tetrahedra had 14 m/s by that with 160 substeps, a ball 10 m/s though it only touched.
+TEST(StartsNear, WhatLiesInASolidByLessThanItsThicknessStaysAtRest) {
+  const TemporaryFolder folder;
+  for (const Sides sides : {Sides::Solid, Sides::OneSided, Sides::TwoSided})
+    for (const double depth : {0.0, 0.0049}) {
+      BodySpec sheet = near_sheet("a", -depth, Cells::Irregular, folder);
+      sheet.transform.axis = {1, 0, 0}, sheet.transform.degrees = 0.3;  // by 2.6 mm from one rim to the other
+      BodySpec block = body("block", TetBoxShape{{0.4, 0.1, 0.4}, {4, 2, 4}}, {stiff("distance", {"edges"})});
+      block.transform.translate = {0.25, 0.05 - depth, 0.25};
+      BodySpec ball = body("ball", SphereShape{0.1, 2}, {stiff("distance", {"edges"}), stiff("bending")});
+      ball.transform.translate = {0.25, 0.1 - depth, 0.25};
+      if (depth == 0.0049) sheet.transform.translate[1] += 0.0026;
+      for (const BodySpec& one : {sheet, block, ball})
+        for (const bool collides : {false, true})
+          in_every_way({1, 10, 160}, [&](const std::string& method, Precision precision, int substeps) {
+            Scene scene = near_scene({one}, substeps, method, precision);
+            if (!collides) scene.self_collision.reset();
+            scene.environment = {sunk_in(sides)};
+            Simulation simulation(scene, {.threads = 1});
+            EXPECT_LT(fastest_of(simulation, 2), rounding(scene, 2))
+                << one.name << ", depth " << depth << (collides ? ", self-collision" : "");
+          });
+    }
+}
+
+// Pressed by its weight it does not go deeper, and once it has come out it is kept out.
+TEST(StartsNear, WhatLiesInASolidGoesNoDeeperAndStaysOutOnceItWasOut) {
+  const TemporaryFolder folder;
+  for (const Precision precision : {Precision::Float, Precision::Double}) {
+    const double depth = 0.003, thickness = 0.005;
+    const BodySpec sheet = near_sheet("a", -depth, Cells::Irregular, folder);
+    Scene scene = near_scene({sheet}, 20, "pbd", precision, kEarth);
+    scene.environment = {obstacle("box", BoxShape{{2, 0.2, 2}, {1, 1, 1}})};
+    scene.environment[0].transform.translate = {0, -0.1, 0}, scene.environment[0].thickness = thickness;
+    Simulation simulation(scene, {.threads = 1});
+    EXPECT_LT(fastest_of(simulation, 60), 0.01);
+    EXPECT_NEAR(simulation.measure().penetration_max, depth, 0.02 * thickness);
+    simulation.set_velocities(std::vector<Vec3>(simulation.positions().size(), {0, 0.8, 0}));
+    fastest_of(simulation, 60);
+    EXPECT_EQ(simulation.measure().penetration_max, 0);
+    for (const Vec3& x : simulation.positions()) EXPECT_GT(x[1], 0.95 * thickness);
+  }
+}
+
+// A pin carries a particle into a solid, by less than the thickness, and lets go there.
+TEST(StartsNear, WhatPinsOrAHandLetGoOfInASolidStaysAtRest) {
+  const TemporaryFolder folder;
+  for (const int substeps : {10, 160})
+    for (const bool by_hand : {false, true}) {
+      BodySpec sheet = near_sheet("a", 0.02, Cells::Irregular, folder);
+      Pin held{BoxPin{{-1, -1, -1}, {1, 1, 1}}};
+      held.until = 0.1;
+      Keyframe start, end;
+      end.time = 0.05, end.translate = {0, -0.023, 0};
+      held.motion = {start, end};
+      if (!by_hand) sheet.pins = {held};
+      Scene scene = near_scene({sheet}, substeps, "pbd", Precision::Double);
+      scene.environment = {sunk_in(Sides::Solid)};
+      Simulation simulation(scene, {.threads = 1, .by_hand = true});
+      if (by_hand) {
+        const std::vector<Vec3> x = simulation.positions();
+        for (int i = 0; i < static_cast<int>(x.size()); ++i) simulation.hold(i, {x[i][0], -0.003, x[i][2]});
+        for (int step = 0; step < 3; ++step) simulation.step();
+        for (int i = 0; i < static_cast<int>(x.size()); ++i) simulation.let_go(i);
+        simulation.set_velocities(std::vector<Vec3>(x.size()));
+      } else {
+        run_for(simulation, scene, 0.1);
+      }
+      EXPECT_LT(fastest_of(simulation, 5), 1e-9) << substeps << (by_hand ? ", by hand" : "");
+      EXPECT_NEAR(simulation.positions().back()[1], -0.003, 1e-9);
+    }
+}
+
+// Attachments press a loose sheet between two others, nearer than the thickness in places, and end there: what they had
+// pressed is not what shoots it apart. It jams, and so is never at rest.
+TEST(StartsNear, WhatAttachmentsPressedTogetherGetsNoFasterWhereTheyEnd) {
+  const TemporaryFolder folder;
+  for (const int substeps : {10, 40}) {
+    std::vector<BodySpec> sheets;
+    for (int k = 0; k < 3; ++k) {
+      Random random(k + 5);
+      BodySpec sheet = near_sheet(std::string(1, static_cast<char>('a' + k)), 0.03 * k, Cells::Irregular, folder);
+      sheet.shape = MeshFile{folder.write(sheet.name + ".obj", irregular_sheet(0.5, 0.5, 10, 9, random))};
+      Attachment tied;
+      tied.at = BoxPin{{-1, -1, -1}, {1, 1, 1}}, tied.compliance = 0.01, tied.until = 0.4;
+      Keyframe start, end;
+      end.time = 0.05, end.translate = {0, -0.0285 * k, 0};
+      tied.motion = {start, end};
+      if (k != 1) sheet.attachments = {tied};
+      sheets.push_back(sheet);
+    }
+    Simulation simulation(near_scene(sheets, substeps, "pbd", Precision::Double), {.threads = 1});
+    for (int step = 0; step < 24; ++step) simulation.step();
+    const double before = simulation.measure().speed_max;
+    EXPECT_LT(fastest_of(simulation, 6), before) << substeps;
+  }
+}
+
 // A block on the ground: its lowest layer alone is near.
 TEST(StartsNear, ABlockThatTouchesTheGroundIsNotThrownUp) {
   for (const int substeps : {10, 160}) {

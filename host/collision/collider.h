@@ -89,6 +89,12 @@ class Collider {
 
   /// Memory for questions of speed.
   void make_rooms() { rooms_ = Array<Executor, Room>(static_cast<std::size_t>(words_), Room{}); }
+  /// What is nearer than the thickness now stays as near until it opens by itself.
+  void keep_overlaps() {
+    for (Obstacle& o : obstacles_)
+      parallel_for(executor_, o.memory.slots(), KeepOverlap{o.memory.view().near, 2 * o.spec.thickness});
+  }
+
   /// How fast (m/s) particles may be during the next `substeps` of h seconds, so that they need no look at meshes that
   /// do not move: none comes so near that a contact were laid, or anything held back. 0: they do need it. `g`: of
   /// gravity, m/s^2.

@@ -11,7 +11,8 @@ namespace malha {
 template <class R>
 struct ContactLook {
   static constexpr double kSlow = 0.02;   // thicknesses from look to look: its nearest feature may stay the nearest
-  static constexpr double kLeast = 0.02;  // of the thickness: no particle is kept nearer
+  static constexpr double kOn = 1e-3;     // of the thickness: nearer it is on the surface
+  static constexpr double kLeast = 0.02;  // of the thickness: to there it is put that is seen deeper inside than it
   SurfaceView surface;
   Sides sides;
   double thickness;    // m
@@ -94,7 +95,7 @@ struct ContactLook {
   }
   /// The gradient of the distance, or on the surface itself, where that has no direction, its normal.
   KERNEL Point direction(const ClosestPoint& near, const Point& a, const Point& outward, double distance) const {
-    if (near.distance < 1e-3 * thickness) return outward;
+    if (near.distance < kOn * thickness) return outward;
     return (a - near.q) * (1 / distance);
   }
   /// The plane at the nearest point stands for the surface only on a short way: on a long one it would stop what passes
@@ -104,14 +105,15 @@ struct ContactLook {
     return look.path > larger(clearance / 2, clearance - thickness);
   }
 
-  /// The overlap that a particle may keep, in m: what is nearer than the thickness when it is first seen stays as near
-  /// until it opens by itself. The whole thickness at once would stretch a body of which it lifts a part, and so give
-  /// it speed.
+  /// The overlap that a particle may keep, in m: what is nearer than the thickness when it is first seen, on either
+  /// side of the surface, stays as near until it opens by itself. To lift it would stretch a body of which it is a
+  /// part, and so give it speed.
   KERNEL double overlap_of(const Look& look, double distance) const {
-    const double lacks = larger(0.0, smaller(thickness - distance, (1 - kLeast) * thickness));
-    return look.last.distance == -INFINITY ? lacks : smaller(lacks, look.last.overlap);
+    const double lacks = larger(0.0, thickness - distance);
+    if (look.last.distance > -INFINITY) return smaller(lacks, look.last.overlap);
+    return lacks > 2 * thickness ? (1 - kLeast) * thickness : lacks;
   }
-  /// The distance that a particle must keep, m.
+  /// The distance that a particle must keep, m; negative inside.
   KERNEL double least_distance(const LastSeen& last) const { return thickness - last.overlap; }
 
   /// Stores what the query found at the nearest point. `lift(look, q, n, last)` moves a particle that starts too near
@@ -129,8 +131,10 @@ struct ContactLook {
 
     const Point n = direction(near, a, outward, distance);
     const Vector3<R> x = particles.x[i], p = particles.p[i];
-    if (distance < least_distance(last) && !lift(look, near.q, n, last) && distance < 0)
-      last.at = near.q + n * (1e-3 * thickness);  // behind a sheet, it still belongs before it
+    const bool lies_deep = distance < least_distance(last) && !lift(look, near.q, n, last) && distance < 0;
+    // Behind a sheet it still belongs before it, and on one that has two sides, on that on which it was seen first.
+    if (lies_deep || (sides == Sides::TwoSided && near.distance < kOn * thickness))
+      last.at = near.q + n * (kOn * thickness);
     remember(look, last);
     if (goes_far(look, distance)) return sweep(i, outward);
     set(i, near.q, n);

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "host/base/text.h"
 #include "host/collision/pose.h"
+#include "host/collision/start_outside.h"
 #include "host/collision/surface.h"
 #include "host/mesh/edge_sides.h"
 #include "host/model/pins.h"
@@ -51,8 +53,18 @@ class Sheet {
     std::map<int, std::vector<std::pair<double, int>>> bodies;
     for (int i = 0; i < model.count(); ++i)
       if (behind_[i] > 0) bodies[body_of(model, model.user_of[i])].push_back({behind_[i], i});
-    for (const auto& [b, particles] : bodies) {
-      const auto& [depth, i] = *std::max_element(particles.begin(), particles.end());
+    for (const auto& [b, all] : bodies) {
+      const auto& [depth, i] = *std::max_element(all.begin(), all.end());
+      if (depth <= spec_.thickness) {
+        model.notes.push_back("body '" + model.scene.bodies[b].name + "' starts up to " + shown(depth) +
+                              " m behind the one-sided sheet '" + spec_.name + "' (" + counted(all.size(), "particle") +
+                              "), less than its thickness, and stays as deep until it comes out by itself; take a " +
+                              "start before it");
+        continue;
+      }
+      std::vector<std::pair<double, int>> particles;
+      std::copy_if(all.begin(), all.end(), std::back_inserter(particles),
+                   [this](const auto& one) { return one.first > spec_.thickness; });
       model.notes.push_back("body '" + model.scene.bodies[b].name + "': " + counted(particles.size(), "particle") +
                             (particles.size() == 1 ? " starts" : " start") + " behind the one-sided sheet '" +
                             spec_.name + "' (" + std::to_string(number_in_body(model, model.user_of[i])) + " by " +
@@ -63,9 +75,8 @@ class Sheet {
 
  private:
   Point local(const Vec3& x) const { return to_local(pose_, Point{x[0], x[1], x[2]}); }
-  /// Within the thickness contact lays it on the surface, by no more than its distance from it may be off anyway.
   void add(int i, double depth) {
-    if (depth > spec_.thickness) behind_[i] = std::max(behind_[i], depth);
+    if (depth > kSunk * spec_.thickness) behind_[i] = std::max(behind_[i], depth);
   }
 
   const EnvironmentSpec& spec_;

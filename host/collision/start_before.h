@@ -5,8 +5,9 @@
 namespace malha {
 
 /// Says in model.notes which bodies start behind a one-sided sheet so that it matters: with particles that contact
-/// would put before it in the first step, or with edges through it, whose ends contact would keep apart. What is behind
-/// it as a whole and away from it, and what is beside its rim, may be there.
+/// would put before it in the first step, or that lie behind it by less than its thickness and stay so, or with edges
+/// through it, whose ends contact would keep apart. What is behind it as a whole and away from it, and what is beside
+/// its rim, may be there.
 void note_starts_behind(Model& model);
 
 }  // namespace malha

@@ -31,12 +31,10 @@ class Solid {
 
   const EnvironmentSpec& spec() const { return mesh_.spec; }
 
-  /// Of these particles, those deeper than the thickness: within it, contact lays them on the surface in the first
-  /// substep, by no more than their distance from it may be off anyway. That bends and stretches what lies on a round
-  /// solid: bodies that may be moved are moved as they are, however little is inside.
-  Inside find(const std::vector<Vec3>& x, const std::vector<int>& particles, bool movable) {
+  /// Of these particles, those inside.
+  Inside find(const std::vector<Vec3>& x, const std::vector<int>& particles) {
     Inside found;
-    const double most = mesh_.spec.thickness * (movable && mesh_.spec.push_out ? 1e-6 : 1);
+    const double least = 1e-6 * mesh_.spec.thickness;
     for (const int i : particles) {
       const Point a = to_local(pose_, Point{x[i][0], x[i][1], x[i][2]});
       const auto& [low, high] = box_;
@@ -45,7 +43,7 @@ class Solid {
       const ClosestPoint near = surface_->closest(a, surface_->diagonal(), near_);
       if (!near.found) continue;
       near_ = near.triangle;
-      if (!(dot(near.normal, a - near.q) < 0) || !(near.distance > most)) continue;
+      if (!(dot(near.normal, a - near.q) < 0) || !(near.distance > least)) continue;
       ++found.particles;
       if (near.distance <= found.depth) continue;
       found.deepest = i, found.depth = near.distance;
@@ -84,16 +82,22 @@ class Starts {
     std::vector<int> loose;
     for (const int i : all)
       if (!held_[i]) loose.push_back(i);
+    const bool movable = loose.size() == all.size();
     Vec3 moved{};
     std::string from;
+    std::vector<std::string> kept;
     for (int moves = 0;; ++moves) {
       bool inside = false;
+      kept.clear();
       for (std::size_t s = 0; s < solids_.size(); ++s) {
-        const Inside found = solids_[s].find(model_.x, loose, loose.size() == all.size());
+        const Inside found = solids_[s].find(model_.x, loose);
         if (found.deepest < 0) continue;
+        if (found.depth <= solids_[s].spec().thickness && !(movable && solids_[s].spec().push_out)) {
+          if (found.depth > kSunk * solids_[s].spec().thickness) kept.push_back(stays(b, s, found, movable));
+          continue;
+        }
         if (!solids_[s].spec().push_out) refuse_inside(s, found, "");
-        if (loose.size() < all.size())
-          refuse_inside(s, found, ", and has pins or attachments, so that it cannot be moved");
+        if (!movable) refuse_inside(s, found, ", and has pins or attachments, so that it cannot be moved");
         if (moves == kMostMoves)
           refuse_inside(s, found, ", after " + std::to_string(moves) + " moves towards the nearest surface");
         inside = true;
@@ -107,6 +111,7 @@ class Starts {
       }
       if (!inside) break;
     }
+    model_.notes.insert(model_.notes.end(), kept.begin(), kept.end());
     if (from.empty()) return;
     for (const int i : all) model_.look.points[model_.user_of[i]] = model_.x[i];
     for (Vec3& unused : model_.look.vertices[b].place)
@@ -114,6 +119,15 @@ class Starts {
     model_.notes.push_back("body '" + model_.scene.bodies[b].name + "' started inside '" + from +
                            "' and was moved out of it as it is, by (" + shown(moved[0]) + ", " + shown(moved[1]) +
                            ", " + shown(moved[2]) + ") m");
+  }
+
+  /// What is inside by no more than the thickness stays so (contact_look.h): to lay it outside particle by particle
+  /// would stretch it.
+  std::string stays(std::size_t b, std::size_t s, const Inside& found, bool movable) const {
+    return "body '" + model_.scene.bodies[b].name + "' starts up to " + metres(found.depth) + " inside '" +
+           solids_[s].spec().name + "' (" + counted(found.particles, "particle") +
+           "), less than its thickness, and stays as deep until it comes out by itself; take a start outside of it" +
+           (movable ? ", or \"start_inside\": \"push_out\"" : "");
   }
 
   [[noreturn]] void refuse_inside(std::size_t s, const Inside& found, const std::string& more) const {

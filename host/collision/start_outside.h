@@ -4,10 +4,12 @@
 
 namespace malha {
 
+inline constexpr double kSunk = 0.01;  // of the thickness: less deep inside or behind a surface, nobody sees it
+
 /// Refuses a body of which a particle that may move starts deeper in a solid than the solid's thickness. Where the
 /// solid says push_out, the whole body is moved out instead, as it is and without velocity, and model.notes says by how
 /// much; a body that is held is refused there too, and one for which no way out is found, or that self-collision finds
-/// crossing another where it came to.
+/// crossing another where it came to. What is inside by less stays so, and model.notes says it.
 void start_outside(Model& model);
 
 }  // namespace malha

@@ -72,7 +72,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   line("collision", (obstacles > 0 ? substeps * (6 * obstacles + 1) : 0) + (facts.flies ? obstacles + 1 : 0));
   line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);
-  line("pressure", 5 * projections * model.pressures.size());
+  line("pressure", projections * facts.pressure_launches);
   line("long_range", facts.long_range > 0 ? projections : 0);
   line("attachments", projections * model.attached.size());
   // Resolved, and restitution, which without any still stops; what it carries back is counted and held.

@@ -1,5 +1,6 @@
 // Particles tied to points at rest, on a path, or of an environment mesh. Made only for scenes that have some.
 #pragma once
+#include <algorithm>
 #include <deque>
 #include <vector>
 
@@ -28,6 +29,13 @@ class Attachments {
         set.lambda = Array<Executor, Vector3<R>>(spec.particles.size(), Vector3<R>{R(0), R(0), R(0)});
       set.share = spec.compliance ? 1 : stiffness_per_projection(spec.stiffness, solver);
     }
+  }
+
+  /// Whether one of them ends where a substep starts (s).
+  bool let_go(double start) const {
+    return std::any_of(sets_.begin(), sets_.end(), [&](const Set& set) {
+      return over(set.until, start, substep_) && !over(set.until, start - substep_, substep_);
+    });
   }
 
   /// In a substep from `start` to `end` (s).

@@ -18,7 +18,7 @@ namespace malha {
 template <class Executor, class R>
 class Desbrun final : public Stepper<Executor, R> {
   using Base = Stepper<Executor, R>;
-  using Base::executor_, Base::model_, Base::facts_;
+  using Base::executor_, Base::model_, Base::facts_, Base::pressures_;
 
  public:
   /// `threads`: of the executor.
@@ -47,6 +47,7 @@ class Desbrun final : public Stepper<Executor, R> {
     facts_.filter = filter_->facts();
     facts_.free_bodies = static_cast<int>(free_blocks_.size());
     facts_.corrects = corrector_ != Corrector::Off;
+    if (!pressures_.empty()) deal_pressures(system), note_pressures();
     facts_.spring_bytes = forces_->bytes(), facts_.force_launches = forces_->launches();
     facts_.particle_bytes += force_.bytes() + acceleration_.bytes() + mass_.bytes() + members_.bytes();
   }
@@ -102,11 +103,66 @@ class Desbrun final : public Stepper<Executor, R> {
 
   void correct_bodies(Corrector corrector) {
     if (free_blocks_.empty()) return;
+    this->timed(Pass::Correction, [&] { take_net_motion(corrector); });
+  }
+  void take_net_motion(Corrector corrector) {
     const Particles<R> all = this->particles();
-    this->timed(Pass::Correction, [&] {
-      for (const SystemBlock& body : free_blocks_)
-        net_->correct({all.x, acceleration_.points(), all.w, members_.data() + body.first}, body.count, corrector);
-    });
+    for (const SystemBlock& body : free_blocks_)
+      net_->correct({all.x, acceleration_.points(), all.w, members_.data() + body.first}, body.count, corrector);
+  }
+
+  /// Pressure pushes as XPBD does, but in the filter's metric, along S grad C instead of M^-1 grad C: this solves the
+  /// filter's system with pressure's stiffness along its gradient added (Sherman, Morrison 1950). In the masses' metric
+  /// the push would go round the filter, which gives of what bends single edges only a part of m / (k dt^2) back:
+  /// springs would be drawn by as many times more than pressure asks of them. The gradient is that at the substep's
+  /// start, as springs have their directions from there: what rests is in balance.
+  void press(const Particles<R>& all) override {
+    if (!filter_) return Base::press(all);
+    const Points<R> force = force_.points(), way = acceleration_.points();
+    for (const std::vector<int>& product : filtered_pressures_) {
+      parallel_for(executor_, all.count, ClearFilterEnds<R>{{force, way, false}});
+      for (const int k : product) pressures_[k].put(all.x, all.w, force);
+      filter_->apply({force, way, false});
+      take_net_motion(Corrector::Inertia);
+      for (const int k : product) pressures_[k].push(all.p, all.w, force, way);
+    }
+    for (const int k : plain_pressures_) pressures_[k].project(all.p, all.w);
+  }
+  /// Pressures of different bodies share a product.
+  void deal_pressures(const SpringSystem& system) {
+    std::vector<const SystemBlock*> block(model_.x.size(), nullptr);
+    for (const SystemBlock& one : system.blocks)
+      for (int i = one.first; i < one.first + one.count; ++i) block[system.particle[i]] = &one;
+    std::vector<std::size_t> products(model_.scene.bodies.size(), 0);
+    for (int k = 0; k < static_cast<int>(pressures_.size()); ++k) {
+      if (!pushes_blocks(model_.pressures[k], block)) {
+        plain_pressures_.push_back(k);
+        continue;
+      }
+      const std::size_t product = products[pressures_[k].move_all(model_)]++;
+      if (product == filtered_pressures_.size()) filtered_pressures_.emplace_back();
+      filtered_pressures_[product].push_back(k);
+    }
+  }
+  /// Whether springs hold the mesh together, so that a pressure on it has no net force on any free block: of one the
+  /// filter does not know the mean.
+  bool pushes_blocks(const PressureSet& set, const std::vector<const SystemBlock*>& block) const {
+    for (const Triangle& t : set.triangles)
+      for (const int i : t) {
+        const SystemBlock* const own = block[i];
+        if (!own && model_.w[i] > 0) return false;
+        for (const int j : t)
+          if (own && block[j] != own && (own->free || model_.w[j] > 0)) return false;
+      }
+    return true;
+  }
+  void note_pressures() {
+    std::size_t bytes = 0, launches = 5 * plain_pressures_.size();
+    for (const std::vector<int>& product : filtered_pressures_) {
+      launches += 1 + filter_->facts().launches + 5 * free_blocks_.size() + 7 * product.size();
+      for (const int k : product) bytes += pressures_[k].member_bytes();
+    }
+    facts_.pressure_launches = launches, facts_.constraint_bytes += bytes;
   }
 
   void weigh() override {
@@ -131,6 +187,8 @@ class Desbrun final : public Stepper<Executor, R> {
   PointArray<Executor, R> force_, acceleration_;
   Array<Executor, R> mass_;
   std::vector<SystemBlock> free_blocks_;
+  std::vector<std::vector<int>> filtered_pressures_;  // those of each product
+  std::vector<int> plain_pressures_;
   Array<Executor, int> members_;
   std::optional<FilterCorrector<Executor, R>> net_;
   std::optional<Limits<Executor, R>> limits_;

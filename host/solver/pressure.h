@@ -32,6 +32,16 @@ class Pressure {
     corners_on_host_ = {};
   }
 
+  /// Where a filter answers: all particles of its body move by it. Returns the body's number.
+  int move_all(const Model& model) {
+    const int body = body_of(model, model.user_of[origin_]);
+    std::vector<int> members;
+    for (int i = 0; i < model.count(); ++i)
+      if (body_of(model, model.user_of[i]) == body) members.push_back(i);
+    members_ = Array<Executor, int>(members);
+    return body;
+  }
+
   void start_substep() { Memory<Executor>::fill(state_.data(), 1, PressureState{}); }
 
   void project(const Points<R>& p, const R* w) {
@@ -47,6 +57,24 @@ class Pressure {
     parallel_for(executor_, items, ApplyPressure<R>{p, w, particle_.data(), grad_.points(), state});
   }
 
+  /// The same in two parts. Between them a filter answers the `force` that the gradient at x is by how far it moves
+  /// particles, `way` (host/solver/desbrun.h). A gradient is not clamped: a filter lets no spike grow.
+  void put(const Points<R>& x, const R* w, const Points<R>& force) {
+    find_gradient(x, w);
+    parallel_for(executor_, static_cast<int>(particle_.size()),
+                 PutPressure<R>{particle_.data(), grad_.points(), force});
+  }
+  void push(const Points<R>& p, const R* w, const Points<R>& force, const Points<R>& way) {
+    PressureState* const state = state_.data();
+    parallel_reduce_into(executor_, triangles_, EnclosedVolume<R>{p, corners_.data(), origin_}, &state->volume);
+    find_gradient(p, w);
+    parallel_reduce_into(executor_, static_cast<int>(particle_.size()),
+                         SumAlongPressure<R>{particle_.data(), grad_.points(), force, way}, &state->sums);
+    parallel_for(executor_, 1, PushPressure<R>{state, p, origin_, target_, compliant_, alpha_, stiffness_});
+    parallel_for(executor_, static_cast<int>(members_.size()),
+                 ApplyFilteredPressure<R>{p, way, members_.data(), state});
+  }
+
   /// Enclosed volume over the rest volume.
   double volume_ratio(const Points<R>& x) const { return volume(x) / rest_; }
   /// C^2 / (2 alpha), J; 0 without a compliance.
@@ -55,11 +83,17 @@ class Pressure {
     const double C = volume(x) - target_;
     return C * C / (2 * compliance_);
   }
+  std::size_t member_bytes() const { return members_.bytes(); }
   std::size_t bytes() const {
     return particle_.bytes() + begin_.bytes() + around_.bytes() + corners_.bytes() + most_.bytes() + grad_.bytes();
   }
 
  private:
+  void find_gradient(const Points<R>& at, const R* w) {
+    const PressureGradient<R> find{at,      w,       particle_.data(), begin_.data(), around_.data(),
+                                   nullptr, origin_, grad_.points()};
+    parallel_reduce_into(executor_, static_cast<int>(particle_.size()), find, &state_.data()->sums);
+  }
   double volume(const Points<R>& p) const {
     return parallel_reduce<Sum>(executor_, triangles_, EnclosedVolume<R>{p, corners_.data(), origin_}).value;
   }
@@ -101,7 +135,7 @@ class Pressure {
   }
 
   Executor executor_;
-  Array<Executor, int> particle_, begin_, around_, corners_;
+  Array<Executor, int> particle_, begin_, around_, corners_, members_;
   Array<Executor, R> most_;
   PointArray<Executor, R> grad_;
   Array<Executor, PressureState> state_;

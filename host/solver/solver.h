@@ -102,6 +102,7 @@ struct SolverFacts {
   bool corrects = false;                                 // their angular momentum too
   std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths
   std::size_t force_launches = 0;                        // of a sum of Desbrun's forces
+  std::size_t pressure_launches = 0;                     // of one projection of all pressures
   double colour_seconds = 0;                             // of set-up: phases of patches, runs, colours
   double layout_seconds = 0;                             // particles and constraints laid out
   double constraint_seconds = 0, collision_seconds = 0;  // colours and layout of constraints; environment meshes

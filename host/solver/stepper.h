@@ -243,6 +243,7 @@ class Stepper : public Solver {
     repeat_step("substeps", [&] {
       for (int s = first; s < solver.substeps; ++s) {
         if (moved_) timed(Pass::Pins, [&] { place_pins(at(s), at(s + 1)); });
+        if (attachments_ && attachments_->let_go(at(s))) keep_overlaps();
         if (hand_) hand_->place(particles(), s);
         substep_ = s;
         substep(time() + s * h, h);
@@ -282,6 +283,10 @@ class Stepper : public Solver {
   virtual void predict(double h) = 0;
   /// What happens between prediction and the first projection, contacts known.
   virtual void correct(const Particles<R>& /*all*/) {}
+  /// One projection of all pressures.
+  virtual void press(const Particles<R>& all) {
+    for (auto& pressure : pressures_) pressure.project(all.p, all.w);
+  }
   /// Throws Diverged where a substep of the step that ends has left a particle without a finite place.
   virtual void require_places() {
     timed(Pass::State, [&] { refuse(lost_.in_step()); });
@@ -342,7 +347,7 @@ class Stepper : public Solver {
     timed(Pass::State, [&] { parallel_for(executor_, all.count, CopyPoints<R, Points<R>, Points<R>>{all.p, all.x}); });
   }
 
-  /// Those whose time is over let go: of what they pressed together, nothing is shot apart.
+  /// Those whose time is over let go: of what they pressed together, nothing is shot apart. So with attachments.
   void place_pins(double start, double end) {
     const int before = pins_let_go();
     moved_->place(particles(), w_.data(), start, end);
@@ -351,6 +356,7 @@ class Stepper : public Solver {
   void keep_overlaps() {
     if (self_) self_->keep_overlaps();
     if (edges_) edges_->keep_overlaps();
+    if (collider_) collider_->keep_overlaps();
   }
   int pins_let_go() const { return moved_ ? moved_->released() : 0; }
   /// Now, 1/kg, in the solver's order: 0 where particles are held.
@@ -411,6 +417,7 @@ class Stepper : public Solver {
   double gravity_, objects_ = 0;  // m/s^2; m/s: the fastest that objects move
   PointArray<Executor, R> x_, v_, p_;
   std::optional<Sweep<Executor, R>> sweep_;
+  std::vector<Pressure<Executor, R>> pressures_;
   OptionalPart<FreeBodies<Executor, R>, built("corrector")> free_;
   OptionalPart<Collider<Executor, R>, built("environment")> collider_;
   OptionalPart<EdgeCollider<Executor, R>, built("environment")> edges_;
@@ -475,10 +482,7 @@ class Stepper : public Solver {
     if (!model_.sets.empty())
       timed(Pass::Projection,
             [&] { early_.go_on(*sweep_, sweep_->visit_between(all, h, to_R(model_.scene.gravity), fresh)); });
-    if (!pressures_.empty())
-      timed(Pass::Pressure, [&] {
-        for (auto& pressure : pressures_) pressure.project(all.p, all.w);
-      });
+    if (!pressures_.empty()) timed(Pass::Pressure, [&] { press(all); });
     if (free_ && !alone()) timed(Pass::Correction, [&] { free_->after_projection(all, h); });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
     if (attachments_) timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, fresh); });
@@ -504,6 +508,7 @@ class Stepper : public Solver {
     std::int64_t projections = static_cast<std::int64_t>(pressures_.size()) + facts_.attachments;
     for (const SetFacts& set : facts_.sets) facts_.constraint_bytes += set.bytes, projections += set.constraints;
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
+    facts_.pressure_launches = 5 * pressures_.size();
     note_collision();
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }
@@ -513,7 +518,6 @@ class Stepper : public Solver {
   std::optional<Damping<Executor, R>> damping_;
   std::vector<LengthRun> lengths_ = length_runs(model_);
   LostPlaces<Executor> lost_{model_.scene.solver.substeps};
-  std::vector<Pressure<Executor, R>> pressures_;
   EarlyVisits<Executor, R> early_;
   EnergyGuard<Executor, R> guard_;
   Recording<Executor> recorded_;  // parts of steps
