@@ -7,6 +7,8 @@ namespace malha {
 
 /// The most lanes of a pack, whatever the lanes: all instruction sets give the same bits.
 inline constexpr int kPairBlock = 16;
+/// Kernels over many blocks ask for the memory of one so many before they read it.
+inline constexpr int kBlocksAhead = 4;
 
 /// Pairs and their contacts. C(p) = n . sum of w_j moved_j - short_of >= 0, an inequality over four particles, with n
 /// and w from x0, where nothing crosses. Padding has particles of the last row, and wants minus infinity.
@@ -21,6 +23,12 @@ struct alignas(64) PairBlock {
   R lambda[kPairBlock];    // accumulated push, kg m
   R slip[3][kPairBlock];   // accumulated friction against the sliding, kg m, at most mu lambda
 };
+
+/// Of a block that kernels over planes will read: its particles, gaps and normals.
+template <class R>
+KERNEL void prefetch_planes(const PairBlock<R>* block) {
+  prefetch(block->i, int(sizeof(block->i))), prefetch(block->gap, int(sizeof(block->gap) + sizeof(block->n)));
+}
 
 /// Of a block, a bit a pair.
 struct PairBits {

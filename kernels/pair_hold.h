@@ -45,9 +45,13 @@ struct FindCrossings {
       left[group.index] = {};
       return;
     }
+    const bool reads_most = most > R(10) * rules.ahead;  // blocks: they move by about the thickness
     left[group.index] = group.gather(
         patch.all(), PairsLeft{},
-        [&](int k) KERNEL_LAMBDA { return look<Isa>(patch.begin + k, patch.section_of(k), most); },
+        [&](int k) KERNEL_LAMBDA {
+          if (reads_most) prefetch_planes(pairs.blocks + patch.begin + k + kBlocksAhead);
+          return look<Isa>(patch.begin + k, patch.section_of(k), most);
+        },
         [](PairsLeft& count, const PairsLeft& of_block) KERNEL_LAMBDA { count += of_block; });
   }
 
@@ -198,32 +202,56 @@ struct LimitParts {
   Vector3<R> rest;  // motion of what is held, m
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    for_each_pair(group, pairs,
-                  [&](const PairBlock<R>& block, int k, int first) KERNEL_LAMBDA { limit(block, k, first); });
+    using Isa = typename Group::Isa;
+    constexpr int lanes = kLanes<R, Isa>;
+    pairs.patches[group.index].for_each_block([&](int b, int section) KERNEL_LAMBDA {
+      prefetch_planes(pairs.blocks + b + kBlocksAhead);
+      group.for_each(kPairBlock / lanes, [&](int pack) KERNEL_LAMBDA {
+        section == 0 ? limit<Isa, PairKind::Face>(pairs.blocks[b], pack * lanes)
+                     : limit<Isa, PairKind::Edges>(pairs.blocks[b], pack * lanes);
+      });
+    });
   }
 
  private:
-  KERNEL void limit(const PairBlock<R>& block, int k, int first) const {
-    int i[4];
-    bool any = false;
-    for (int j = 0; j < 4; ++j) i[j] = block.i[j][k] / kIndexScale<R>, any |= held[i[j]] == Held::Limited;
-    const R gap = block.gap[k];
-    if (!any || !(gap < R(INFINITY))) return;
-    const Vector3<R> n{block.n[0][k], block.n[1][k], block.n[2][k]};
-    ContactSides<R> sides;
-    R at[4];
+  template <class Isa, PairKind kind>
+  KERNEL void limit(const PairBlock<R>& block, int k) const {
+    using S = Lane<R, Isa>;
+    constexpr int lanes = kLanes<R, Isa>, first = first_side(kind);
+    unsigned limited[4], any = 0;  // a bit a lane
     for (int j = 0; j < 4; ++j) {
-      at[j] = dot(n, motions.x0[i[j]].xyz() - motions.x0[i[0]].xyz());
+      limited[j] = 0;
+      for (int l = 0; l < lanes; ++l)
+        limited[j] |= unsigned(held[block.i[j][k + l] / kIndexScale<R>] == Held::Limited) << l;
+      any |= limited[j];
+    }
+    if (any == 0) return;
+    S gap, unused;
+    load(block.gap + k, gap);
+    any &= bits_of(gap < S(R(INFINITY)));
+    if (any == 0) return;
+    Vector3<S> n, x[4];
+    load(block.n[0] + k, n.x), load(block.n[1] + k, n.y), load(block.n[2] + k, n.z);
+    ContactSides<S> sides;
+    S at[4];
+    for (int j = 0; j < 4; ++j) {
+      gather_rows(motions.x0, block.i[j] + k, x[j], unused);
+      at[j] = dot(n, x[j] - x[0]);
       sides.add(j, first, at[j]);
     }
     // Half of what the gap may lose is each side's, and what lies behind its plane may come up to it.
-    const R half = R(0.499) * (gap - kept_of(gap, rules.least));
+    const S zero(R(0)), half = S(R(0.499)) * (gap - kept_of(gap, rules.least));
     for (int j = 0; j < 4; ++j) {
-      if (held[i[j]] != Held::Limited) continue;
-      const R along = dot(n, motions.moved[i[j]].xyz() - rest);
-      const R space = j < first ? at[j] - sides.low + half : sides.high - at[j] + half;
-      const R nearing = j < first ? -along : along;
-      if (nearing > space) part[i[j]] = smaller(part[i[j]], space > R(0) ? space / nearing : R(0));
+      if ((limited[j] & any) == 0) continue;
+      Vector3<S> m;
+      gather_rows(motions.moved, block.i[j] + k, m, unused);
+      const S along = dot(n, m - Vector3<S>{S(rest.x), S(rest.y), S(rest.z)});
+      const S space = j < first ? at[j] - sides.low + half : sides.high - at[j] + half;
+      const S nearing = j < first ? -along : along, most = select(space > zero, space / nearing, zero);
+      for (unsigned bits = bits_of(nearing > space) & limited[j] & any; bits != 0; bits &= bits - 1) {
+        const int l = lowest_bit(bits), i = block.i[j][k + l] / kIndexScale<R>;
+        part[i] = smaller(part[i], lane(most, l));
+      }
     }
   }
 };

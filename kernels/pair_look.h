@@ -96,6 +96,8 @@ struct LookAtPairs {
         patch.all(), R(INFINITY),
         [&](int k) KERNEL_LAMBDA {
           const int b = patch.begin + k, section = patch.section_of(k);
+          const PairBlock<R>* const ahead = pairs.blocks + b + kBlocksAhead;
+          prefetch(ahead->i, int(sizeof(ahead->i) + sizeof(ahead->wanted)));
           return section == 0 ? look<Isa, PairKind::Face>(pairs.blocks[b], pairs.bits[b], false)
                               : look<Isa, PairKind::Edges>(pairs.blocks[b], pairs.bits[b], section == 2);
         },

@@ -213,9 +213,12 @@ class PairSearch {
                           " pairs that may come near; allowed: fewer; take a smaller thickness, or smaller steps");
     }
     patches_.upload(patches);
-    blocks_ = {}, bits_ = {}, touched_ = {};
-    blocks_ = Array<Executor, PairBlock<R>>(blocks), bits_ = Array<Executor, PairBits>(blocks);
-    touched_ = Array<Executor, int>(listed);
+    if (blocks > bits_.size()) {
+      if (bits_.size() > 0) blocks += blocks / 4;  // it has grown before, and may again in a jam
+      blocks_ = {}, bits_ = {};
+      blocks_ = Array<Executor, PairBlock<R>>(blocks), bits_ = Array<Executor, PairBits>(blocks);
+    }
+    if (listed > touched_.size()) touched_ = {}, touched_ = Array<Executor, int>(listed);
   }
 
   void order() {

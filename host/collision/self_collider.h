@@ -34,7 +34,7 @@ class SelfCollider {
   /// Contacts are laid with the first projection of a substep, when it is known where all would go.
   void start_substep() {
     laid_ = false, pushed_ = -1, gives_back_ = Returns::Nothing;
-    pushes_left_ = kMostPushes, drives_left_ = kMostDrives, carries_left_ = kMostCarries;
+    pushes_ = true, drives_left_ = kMostDrives, carries_left_ = kMostCarries;
     if (last_.crosses == 1 && substep_++ % substeps_ == 0) leave_out_crossings();
   }
 
@@ -83,9 +83,9 @@ class SelfCollider {
 
   static constexpr int kGrain = PairSearch<Executor, R>::kGrain;
   static constexpr int kMoreProjections = 8;
-  static constexpr int kMostPushes = 32, kMostDrives = 32, kMostCarries = 16;  // in a substep, whatever jams
-  static constexpr double kMostSpeed = 2;  // of what drives a jam, if nothing in it was faster
-  static constexpr double kLong = 0.01;    // s: in longer substeps a layer falls so far that one sweep is far from even
+  static constexpr int kMostDrives = 8, kMostCarries = 16;  // in a substep, whatever jams
+  static constexpr double kMostSpeed = 2;                   // of what drives a jam, if nothing in it was faster
+  static constexpr double kLong = 0.01;  // s: in longer substeps a layer falls so far that one sweep is far from even
   static constexpr int kLongSweeps = 3;
   static constexpr double kNear = 0.1;       // of the thickness: what comes as near in a substep may be pushed
   static constexpr double kFit = 0.5;        // of what lies beyond a way: constraints may take the rest
@@ -135,11 +135,11 @@ class SelfCollider {
   std::pair<Stay, int> look_at_the_end() {
     if constexpr (Memory<Executor>::kOfTheHost) {
       const Stay stay = look_where_all_are(within_rounding<R>());
-      return {stay, stay.outside == 0 ? crossing(true, nullptr) : 0};
+      return {stay, stay.outside == 0 ? crossing(pushes_, nullptr) : 0};
     } else {
       SelfChecks<R>* const checks = checks_.data();
       parallel_reduce_into(executor_, count_, stay_in_reach(within_rounding<R>()), &checks->stay);
-      find_crossing(true, nullptr);
+      find_crossing(pushes_, nullptr);
       parallel_reduce_into(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()}, &checks->left);
       const SelfChecks<R> found = checks_.get(0);
       return {found.stay, found.stay.outside == 0 ? can_be_held(found.left) : 0};
@@ -300,13 +300,15 @@ class SelfCollider {
   /// `left`: pairs that are about to cross, if all are in their boxes. `carriers`: none where nothing is fixed. `free`:
   /// whether nothing else holds the bodies either.
   void hold_crossing(const Particles<R>& particles, const Stay& stay, int left, const Carriers* carriers, bool free) {
-    if (stay.outside > 0) keep_in_reach(particles), left = crossing(true, nullptr);
-    for (int more = 0; left > 0 && more < kMoreProjections && pushes_left_ > 0; ++more, --pushes_left_) {
+    if (stay.outside > 0) keep_in_reach(particles), left = crossing(pushes_, nullptr);
+    // Once a substep: where something was driven or carried since, they hardly ever help.
+    for (int more = 0; left > 0 && pushes_ && more < kMoreProjections; ++more) {
       push(particles);
       store_motion(particles);
       keep_in_reach(particles);
-      left = crossing(true, nullptr);
+      left = crossing(pushes_, nullptr);
     }
+    pushes_ = false;
     if (left == 0) return;
     bool any = false;
     if (carriers != nullptr && drive(particles)) {
@@ -340,13 +342,14 @@ class SelfCollider {
     take_motion(particles);
     return true;
   }
-  /// Where particles moved to, and, where they left their boxes for it, what they may meet there.
+  /// Where particles moved to, and, where they left their boxes for it, what they may meet there. What is held is then
+  /// at rest in the world: boxes that stand there serve for that too.
   void take_motion(const Particles<R>& particles) {
     parallel_for(executor_, count_, TakeMoved<R>{motions(), particles.p}, kGrain);
     store_motion(particles);
     if (look_where_all_are(within_rounding<R>()).outside == 0) return;
     note_pushed();
-    search(common(), 1);
+    search({}, 1);
     look();
   }
 
@@ -402,7 +405,8 @@ class SelfCollider {
   Array<Executor, SelfChecks<R>> checks_{1, SelfChecks<R>{}};
   Growing<Executor, Held> held_;
   Growing<Executor, R> part_, nearest_;
-  int pushes_left_ = 0, drives_left_ = 0, carries_left_ = 0;  // in this substep
+  bool pushes_ = true;                      // whether what is about to cross may still be projected in this substep
+  int drives_left_ = 0, carries_left_ = 0;  // in this substep
   Returns gives_back_ = Returns::Nothing;
   Growing<Executor, Vec4<R>> before_;  // see NoteMotion
   Array<Executor, ParticleRun> runs_;  // this and the following: made once something jams
@@ -451,7 +455,7 @@ bool SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const 
     search(common(), last_.ahead);
     look();
     stay = look_where_all_are(within_rounding<R>());
-    if (stay.outside == 0) left = crossing(true, nullptr);
+    if (stay.outside == 0) left = crossing(pushes_, nullptr);
   }
   if (stay.outside == 0 && left == 0) return false;
   const CountFixed<R> fixed{particles.w, takes_part_.data()};

@@ -14,7 +14,7 @@ namespace malha {
 template <class Self, class Edges, class Collider, class Kinematic, class R, class Timed>
 void hold_apart(Self& self, Edges& edges, Collider& collider, Kinematic& kinematic, const Particles<R>& all,
                 const Timed& timed) {
-  constexpr int most_rounds = 16;
+  constexpr int most_rounds = 4;  // of all jams that resolve, 99.99 of 100 did in 3
   if (!self && !edges) return;
   const auto touches = [&] { return collider && (collider->contacts() > 0 || (edges && edges->contacts() > 0)); };
   const auto carriers = [&] {
