@@ -22,6 +22,16 @@ inline constexpr int kWord = 64;  // particles: a bit each
 struct WordBall {
   float x, y, z, radius;
   float distance;  // from all these places nothing is nearer; 0: not known; below 0: the ball is too near to be of use
+
+  /// Whether it stands for where all particles were seen.
+  KERNEL bool keeps_all() const { return distance > 0; }
+  /// From its middle nothing is nearer.
+  KERNEL float from_middle() const { return 0.99999f * (distance - radius); }
+};
+
+/// Where a particle was last seen (m, mesh's frame), and how near nothing is: of a word without a ball.
+struct PlaceSeen {
+  float x, y, z, distance;
 };
 
 /// Of one mesh.
@@ -132,13 +142,13 @@ KERNEL S sum_of_sizes(const Vector3<S>& a) {
 /// Which particles may have come near enough to be looked at, a bit each: a stream in float, rounded so that none is
 /// missed. `reach` < 0: those whose way from x to p may leave the ball around where they were last seen, in which there
 /// is no surface; otherwise those whose way may reach the surface, or pass it by `reach` (m). Words that are far off as
-/// a whole are told by their balls, without a look at where each of their particles was.
+/// a whole are told by their balls, which from then on stand for where each of their particles was.
 template <class R>
 struct MayTouch {
   Points<R> x, p;
   int count;
   Points<float> at;
-  const float* distance;
+  float* distance;
   WordBall* balls;
   FloatPose before, after;
   float reach;
@@ -152,7 +162,7 @@ struct MayTouch {
     const int first = group.index * kWord, n = count - first < kWord ? count - first : kWord;
     unsigned long long word = add ? bits[group.index] : 0;
     WordBall& ball = balls[group.index];
-    if (ball.distance > 0) {
+    if (ball.keeps_all()) {
       if (keeps_off<S>(ball, first, n)) {
         bits[group.index] = word;
         return;
@@ -165,7 +175,10 @@ struct MayTouch {
     for (; k < n; ++k) over[k] = excess<float>(first + k);
     for (; k < kWord; ++k) over[k] = -1;
     const unsigned long long touch = not_below_zero(over);
-    if (touch == 0 && ball.distance == 0 && reach >= 0) ball = ball_of(first, n);
+    if (touch == 0 && ball.distance == 0 && reach >= 0) {
+      ball = ball_of(first, n);
+      if (ball.keeps_all()) stand_for_all(ball, first, n);
+    }
     bits[group.index] = word | touch;
   }
 
@@ -197,6 +210,14 @@ struct MayTouch {
     }
     const float radius = 1.00001f * root(most);
     return {c.x, c.y, c.z, radius, nearest > 4 * radius ? nearest : -1};
+  }
+
+  /// All particles as if seen in its middle: a state holds the ball alone.
+  KERNEL void stand_for_all(const WordBall& ball, int first, int n) const {
+    for (int i = first; i < first + n; ++i) {
+      at.set(i, {ball.x, ball.y, ball.z});
+      distance[i] = ball.from_middle();
+    }
   }
 
   /// Whether no particle of the word can have come near: all are in a ball around where all were seen.
@@ -320,23 +341,16 @@ struct ForgetCells {
   KERNEL void operator()(int s) const { near[s].cell = 0; }
 };
 
-/// What was seen of a particle, for checkpoints.
-template <class R>
-struct TellSeen {
-  Nearby<R> nearby;
-  LastSeen* to;
-  KERNEL void operator()(int i) const { to[i] = nearby.seen(i); }
-};
-
-/// What was seen of all, from a checkpoint. One item: slots are given in the order of particles.
+/// What was seen of those that are near, from a checkpoint. One item: slots are given in the order of particles.
 template <class R>
 struct SeeAll {
   using AsksTheHost = void;
   Nearby<R> nearby;
-  const LastSeen* seen;
+  const SeenOfPair* seen;
   int count;
+  long long first;  // pair of the mesh
   KERNEL void operator()(int) const {
-    for (int i = 0; i < count; ++i) nearby.see(i, seen[i]);
+    for (int k = 0; k < count; ++k) nearby.see(int(seen[k].pair - first), seen[k].seen);
   }
 };
 

@@ -24,7 +24,10 @@ template <class Executor, class R>
 class Collider {
  public:
   Collider(const Executor& executor, const Model& model)
-      : executor_(executor), host_words_(executor), words_((model.count() + kWord - 1) / kWord) {
+      : executor_(executor),
+        host_words_(executor),
+        particles_(model.x.size()),
+        words_((model.count() + kWord - 1) / kWord) {
     for (const EnvironmentMesh& mesh : model.environment) {
       obstacles_.emplace_back(Surface(device_, mesh.mesh), mesh.spec, model.x.size());
       bounces_ = bounces_ || mesh.spec.restitution > 0;
@@ -180,15 +183,28 @@ class Collider {
     return counts;
   }
 
-  /// What a later substep depends on, for checkpoints: of each particle, mesh after mesh.
-  std::vector<LastSeen> memory() const {
-    std::vector<LastSeen> all;
-    for (const Obstacle& o : obstacles_) o.memory.append_to(executor_, all);
+  /// What a later substep depends on, for checkpoints.
+  ContactMemory memory() const {
+    ContactMemory all;
+    for (std::size_t k = 0; k < obstacles_.size(); ++k) obstacles_[k].memory.append_to(all, first_pair(k));
     return all;
   }
-  void remember(const std::vector<LastSeen>& all) {
-    const LastSeen* from = all.data();
-    for (Obstacle& o : obstacles_) o.memory.remember(executor_, from), from += all.size() / obstacles_.size();
+  void remember(const ContactMemory& all) {
+    const std::size_t words = words_of(particles_);
+    const PlaceSeen* place = all.places.data();
+    auto from = all.near.begin();
+    for (std::size_t k = 0; k < obstacles_.size(); ++k) {
+      const auto end = std::find_if(from, all.near.end(), [&](const auto& a) { return a.pair >= first_pair(k + 1); });
+      NearMemory<Executor, R>& memory = obstacles_[k].memory;
+      if (all.balls.empty()) {
+        memory.forget(executor_);
+      } else {
+        const WordBall* const first = all.balls.data() + k * words;
+        memory.remember(executor_, {first, first + words}, place, {from, end}, first_pair(k));
+        place += places_of(first, particles_);
+      }
+      from = end;
+    }
   }
 
  private:
@@ -204,6 +220,7 @@ class Collider {
   };
 
   int count() const { return static_cast<int>(obstacles_.size()); }
+  long long first_pair(std::size_t mesh) const { return static_cast<long long>(mesh * particles_); }
 
   /// `way`: see LetGo. On ways of up to half the thickness contacts are planes, whatever the distance.
   void let_go(Obstacle& o, const Particles<R>& particles, double way) {
@@ -338,6 +355,7 @@ class Collider {
   Array<Executor, Room> rooms_;
   PointArray<Executor, R> before_;  // where particles are to go, before meshes carry them
   ContactFacts facts_;
+  std::size_t particles_;
   int words_;
   bool bounces_ = false;
 };

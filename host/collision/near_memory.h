@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "host/base/array.h"
+#include "host/collision/contact_memory.h"
 #include "kernels/compute.h"
 #include "kernels/nearby.h"
 
@@ -59,22 +60,50 @@ class NearMemory {
   /// Cells are no longer what they were.
   void forget_cells(const Executor& executor) { parallel_for(executor, slots(), ForgetCells{near_.data()}); }
 
-  /// What a later substep depends on, for checkpoints.
-  void append_to(const Executor& executor, std::vector<LastSeen>& all) const {
-    const Array<Executor, LastSeen> seen(slot_.size());
-    parallel_for(executor, static_cast<int>(slot_.size()), TellSeen<R>{view(), seen.data()});
-    const std::vector<LastSeen> own = seen.download();
-    all.insert(all.end(), own.begin(), own.end());
+  /// What a later substep depends on. `first`: pair of the mesh.
+  void append_to(ContactMemory& all, long long first) const {
+    const std::vector<WordBall> balls = balls_.download();
+    const std::vector<float> at = at_.download(), distance = distance_.download();
+    const std::size_t n = distance.size();
+    all.balls.insert(all.balls.end(), balls.begin(), balls.end());
+    for (std::size_t i = 0; i < n; ++i)
+      if (!balls[i / kWord].keeps_all()) all.places.push_back({at[i], at[n + i], at[2 * n + i], distance[i]});
+    const auto slots = static_cast<std::size_t>(used());
+    std::vector<Contact<R>> contacts(slots);
+    std::vector<Near> near(slots);
+    Memory<Executor>::copy_out(contacts_.data(), slots, contacts.data());
+    Memory<Executor>::copy_out(near_.data(), slots, near.data());
+    const auto begin = static_cast<std::ptrdiff_t>(all.near.size());
+    for (std::size_t s = 0; s < slots; ++s)
+      if (contacts[s].particle >= 0) all.near.push_back({first + contacts[s].particle, near[s].seen});
+    std::sort(all.near.begin() + begin, all.near.end(), [](const auto& a, const auto& b) { return a.pair < b.pair; });
   }
-  void remember(const Executor& executor, const LastSeen* all) {
+  /// Of this mesh: its balls, its places and what is near.
+  void remember(const Executor& executor, const std::vector<WordBall>& balls, const PlaceSeen* place,
+                const std::vector<SeenOfPair>& near, long long first) {
     const std::size_t n = slot_.size();
+    std::vector<float> at(3 * n), distance(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const WordBall& ball = balls[i / kWord];
+      const PlaceSeen seen = ball.keeps_all() ? PlaceSeen{ball.x, ball.y, ball.z, ball.from_middle()} : *place++;
+      at[i] = seen.x, at[n + i] = seen.y, at[2 * n + i] = seen.z, distance[i] = seen.distance;
+    }
+    at_.upload(at), distance_.upload(distance);
     slot_.upload(std::vector<int>(n, -1)), counts_.upload({0, 0});
     empty_from(0);
-    int near = 0;
-    for (std::size_t i = 0; i < n; ++i) near += Nearby<R>::needs_slot(all[i]);
-    make_room(executor, near);
-    const Array<Executor, LastSeen> seen(std::vector<LastSeen>(all, all + n));
-    parallel_for(executor, 1, SeeAll<R>{view(), seen.data(), static_cast<int>(n)});
+    const int count = static_cast<int>(near.size());
+    make_room(executor, count);
+    if (count > 0) {
+      const Array<Executor, SeenOfPair> seen(near);
+      parallel_for(executor, 1, SeeAll<R>{view(), seen.data(), count, first});
+    }
+    balls_.upload(balls);
+  }
+
+  void forget(const Executor& executor) {
+    const std::size_t n = slot_.size();
+    const std::vector<PlaceSeen> places(n, {0, 0, 0, -INFINITY});
+    remember(executor, std::vector<WordBall>(balls_.size(), WordBall{}), places.data(), {}, 0);
   }
 
   static constexpr std::size_t kSlotBytes = sizeof(Near) + sizeof(Contact<R>);

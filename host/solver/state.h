@@ -10,6 +10,7 @@
 
 #include "host/base/hash.h"
 #include "host/base/text.h"
+#include "host/collision/contact_memory.h"
 #include "host/collision/edge_memory.h"
 #include "host/collision/find_contact.h"
 #include "host/collision/self_memory.h"
@@ -24,7 +25,7 @@ template <class R>
 struct State {
   std::int64_t steps = 0;
   std::vector<std::array<R, 3>> x, v;
-  std::vector<LastSeen> seen{};      // empty without environment
+  ContactMemory seen{};              // empty without environment
   std::vector<std::int64_t> rest{};  // of sleep, empty without
   SelfMemory<R> self{};              // empty where no edges meet edges
   EdgeMemory<R> edges{};             // empty without edges of the environment
@@ -59,7 +60,11 @@ std::string save_state(const State<R>& state) {
   std::string bytes(reinterpret_cast<const char*>(&state.steps), sizeof state.steps);
   detail::append(bytes, state.x);
   detail::append(bytes, state.v);
-  detail::append(bytes, state.seen);
+  const std::int64_t balls = std::ssize(state.seen.balls), near = std::ssize(state.seen.near);
+  detail::append(bytes, std::vector<std::int64_t>{balls, near});
+  detail::append(bytes, state.seen.balls);
+  detail::append(bytes, state.seen.places);
+  detail::append(bytes, state.seen.near);
   detail::append(bytes, state.rest);
   detail::append(bytes, state.self.x0);
   detail::append(bytes, state.self.from);
@@ -73,14 +78,12 @@ std::string save_state(const State<R>& state) {
   return bytes;
 }
 
-/// How many entries a state has of each.
+/// How many entries a state has of each; `meshes`: of the environment.
 struct StateSizes {
-  std::size_t particles = 0, seen = 0, rest = 0, apart = 0, searched = 0, edge_groups = 0;
+  std::size_t particles = 0, meshes = 0, rest = 0, apart = 0, searched = 0, edge_groups = 0;
 };
 
 namespace detail {
-
-inline bool finite(const Point& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
 inline void check_search(const SearchMemory& search, const std::string& file) {
   for (const auto& frame : {search.since, search.moves})
@@ -98,9 +101,39 @@ inline void check_search(const SearchMemory& search, const std::string& file) {
     refuse(file, "substeps driven through", std::to_string(search.driven_through), "at least 0");
 }
 
+/// `pairs`: of particles and meshes. `triangles`: of each mesh; without it those are taken as they are.
+inline void check_contacts(const ContactMemory& seen, std::int64_t pairs, std::int64_t particles,
+                           const std::vector<int>& triangles, const std::string& file) {
+  constexpr double most = std::numeric_limits<float>::max();  // places are kept in float too
+  const auto require_numbers = [&](bool numbers) {
+    if (!numbers) refuse(file, "contacts", "places that are no numbers", "finite numbers");
+  };
+  const auto is_place = [](const auto& a) {
+    return std::abs(double(a.x)) <= most && std::abs(double(a.y)) <= most && std::abs(double(a.z)) <= most;
+  };
+  const auto is_distance = [](double a) { return std::isinf(a) || std::abs(a) <= most; };
+  for (const WordBall& ball : seen.balls)
+    require_numbers(!ball.keeps_all() || (is_place(ball) && ball.radius >= 0 && ball.radius <= most));
+  for (const PlaceSeen& a : seen.places) require_numbers(is_place(a) && is_distance(a.distance));
+  std::int64_t least = 0;
+  for (const auto& [pair, last] : seen.near) {
+    if (pair < least || pair >= pairs)
+      refuse(file, "contacts", "pair " + std::to_string(pair),
+             std::to_string(least) + " to " + std::to_string(pairs - 1));
+    least = pair + 1;
+    const int count =
+        triangles.empty() ? std::numeric_limits<int>::max() : triangles.at(static_cast<std::size_t>(pair / particles));
+    if (last.triangle < -1 || last.triangle >= count)
+      refuse(file, "contacts", "triangle " + std::to_string(last.triangle), "-1 to " + std::to_string(count - 1));
+    require_numbers(is_place(last.at) && is_distance(last.distance) && is_place(last.passed) && last.overlap >= 0 &&
+                    std::isfinite(last.overlap));
+  }
+}
+
 /// Refuses what no run can have left: a solver would read beyond its arrays with it, or never end.
 template <class R>
-void check_state(const State<R>& state, const std::vector<int>& triangles, const std::string& file) {
+void check_state(const State<R>& state, const std::vector<int>& triangles, std::int64_t meshes,
+                 const std::string& file) {
   constexpr std::int64_t most = std::int64_t{1} << 53;  // of which a double still tells the next
   if (state.steps < 0 || state.steps > most)
     refuse(file, "steps", std::to_string(state.steps), "0 to " + std::to_string(most));
@@ -133,15 +166,8 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, const
       refuse(file, "sleep", std::to_string(calm) + " calm steps and sleep since step " + std::to_string(since),
              "at most the " + std::to_string(state.steps) + " steps that were done");
   }
-  for (std::size_t i = 0; i < state.seen.size(); ++i) {
-    const LastSeen& seen = state.seen[i];
-    const int count = triangles.empty() ? std::numeric_limits<int>::max() : triangles.at(i / state.x.size());
-    if (seen.triangle < -1 || seen.triangle >= count)
-      refuse(file, "contacts", "triangle " + std::to_string(seen.triangle), "-1 to " + std::to_string(count - 1));
-    if (!finite(seen.at) || !finite(seen.passed) || std::isnan(seen.distance) ||
-        !(seen.overlap >= 0 && std::isfinite(seen.overlap)))
-      refuse(file, "contacts", "places that are no numbers", "finite numbers");
-  }
+  const std::int64_t particles = std::ssize(state.x);
+  check_contacts(state.seen, meshes * particles, particles, triangles, file);
 }
 
 }  // namespace detail
@@ -153,10 +179,28 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
                     const std::string& file = "checkpoint") {
   State<R> state;
   const std::size_t searches = sizes.searched > 0 ? 1 : 0;
-  const std::size_t expected =
-      sizeof state.steps + (6 * sizes.particles + 3 * sizes.apart + 8 * sizes.searched) * sizeof(R) +
-      sizes.seen * sizeof(LastSeen) + sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory) +
-      sizes.edge_groups * (7 * sizes.particles * sizeof(R) + sizeof(std::int64_t));
+  constexpr std::size_t two = 2 * sizeof(std::int64_t);
+  // Where it says how many balls there are, and how many pairs are near.
+  const std::size_t counts_at = sizeof state.steps + 6 * sizes.particles * sizeof(R), words = words_of(sizes.particles);
+  std::int64_t counts[2] = {0, 0};
+  if (bytes.size() >= counts_at + two) std::memcpy(counts, bytes.data() + counts_at, two);
+  const auto balls = static_cast<std::int64_t>(sizes.meshes * words);
+  const auto pairs = static_cast<std::int64_t>(sizes.meshes * sizes.particles);
+  if (counts[0] != 0 && counts[0] != balls)
+    refuse(file, "contacts", counted(counts[0], "ball"), "0 or " + std::to_string(balls));
+  if (counts[1] < 0 || counts[1] > (counts[0] == 0 ? 0 : pairs))
+    refuse(file, "contacts", counted(counts[1], "pair"), "at most the " + std::to_string(pairs) + " there are");
+  const auto ball_count = static_cast<std::size_t>(counts[0]), near = static_cast<std::size_t>(counts[1]);
+  std::size_t places = 0;
+  if (const std::size_t at = counts_at + two; ball_count > 0 && bytes.size() >= at + ball_count * sizeof(WordBall)) {
+    detail::take(bytes.data() + at, ball_count, state.seen.balls);
+    for (std::size_t mesh = 0; mesh < sizes.meshes; ++mesh)
+      places += places_of(state.seen.balls.data() + mesh * words, sizes.particles);
+  }
+  const std::size_t expected = counts_at + two + (3 * sizes.apart + 8 * sizes.searched) * sizeof(R) +
+                               ball_count * sizeof(WordBall) + places * sizeof(PlaceSeen) + near * sizeof(SeenOfPair) +
+                               sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory) +
+                               sizes.edge_groups * (7 * sizes.particles * sizeof(R) + sizeof(std::int64_t));
   if (bytes.size() != expected)
     refuse(file, "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
@@ -164,7 +208,9 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   const char* from = bytes.data() + sizeof state.steps;
   from = detail::take(from, sizes.particles, state.x);
   from = detail::take(from, sizes.particles, state.v);
-  from = detail::take(from, sizes.seen, state.seen);
+  from = detail::take(from + two, ball_count, state.seen.balls);
+  from = detail::take(from, places, state.seen.places);
+  from = detail::take(from, near, state.seen.near);
   from = detail::take(from, sizes.rest, state.rest);
   from = detail::take(from, sizes.apart, state.self.x0);
   from = detail::take(from, sizes.searched, state.self.from);
@@ -175,8 +221,34 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.way);
   from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.contact_distance);
   detail::take(from, sizes.edge_groups, state.edges.serves);
-  detail::check_state(state, triangles, file);
+  detail::check_state(state, triangles, static_cast<std::int64_t>(sizes.meshes), file);
   return state;
+}
+
+/// What was seen of other particles: the i-th is as the from[i]-th was, each in a place of its own.
+inline ContactMemory carried(const ContactMemory& before, std::size_t particles, const std::vector<int>& from) {
+  ContactMemory all;
+  const std::size_t words = words_of(particles);
+  const WordBall* ball = before.balls.data();
+  const PlaceSeen* place = before.places.data();
+  auto near = before.near.begin();
+  for (std::size_t mesh = 0; mesh * words < before.balls.size(); ++mesh, ball += words) {
+    std::vector<PlaceSeen> places(particles);
+    for (std::size_t i = 0; i < particles; ++i) {
+      const WordBall& of = ball[i / kWord];
+      places[i] = of.keeps_all() ? PlaceSeen{of.x, of.y, of.z, of.from_middle()} : *place++;
+    }
+    std::vector<const LastSeen*> last(particles, nullptr);
+    for (; near != before.near.end() && near->pair < static_cast<long long>((mesh + 1) * particles); ++near)
+      last[near->pair % particles] = &near->seen;
+    all.balls.resize(all.balls.size() + words_of(from.size()), WordBall{});
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      all.places.push_back(places[from[i]]);
+      if (const LastSeen* const seen = last[from[i]])
+        all.near.push_back({static_cast<long long>(mesh * from.size() + i), *seen});
+    }
+  }
+  return all;
 }
 
 /// The state of other particles: the i-th is as the from[i]-th was.
@@ -189,8 +261,7 @@ State<R> carried(const State<R>& before, const std::vector<int>& from) {
   }
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);
   state.edges = unsearched_edges<R>(before.edges.serves.size(), from.size());
-  for (std::size_t mesh = 0; mesh < before.seen.size(); mesh += before.x.size())
-    for (const int i : from) state.seen.push_back(before.seen[mesh + i]);
+  state.seen = carried(before.seen, before.x.size(), from);
   return state;
 }
 
@@ -201,7 +272,6 @@ State<R> displaced(const State<R>& before, std::int64_t steps, const std::vector
   State<R> state{steps, {}, {}, {}, {}, {}, {}};
   const auto to_R = [](const Vec3& a) { return std::array<R, 3>{R(a[0]), R(a[1]), R(a[2])}; };
   for (std::size_t i = 0; i < x.size(); ++i) state.x.push_back(to_R(x[i])), state.v.push_back(to_R(v[i]));
-  state.seen.resize(before.seen.size());
   if (!before.rest.empty()) state.rest = {0, -1};
   if (!before.self.x0.empty()) state.self.x0 = state.x;
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);

@@ -461,7 +461,7 @@ class Stepper : public Solver {
 
   State<R> load(const std::string& bytes, std::size_t particles, const std::string& file) const {
     const StateSizes sizes{.particles = particles,
-                           .seen = model_.environment.size() * particles,
+                           .meshes = model_.environment.size(),
                            .rest = sleeper_ ? std::size_t(2) : 0,
                            .apart = self_ || edges_ ? particles : 0,
                            .searched = self_ ? particles : 0,
