@@ -1,6 +1,7 @@
 // The memory behind kernels/nearby.h: of the particles near one environment mesh.
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "host/base/array.h"
@@ -87,6 +88,7 @@ class NearMemory {
       const WordBall& ball = balls[i / kWord];
       const PlaceSeen seen = ball.keeps_all() ? PlaceSeen{ball.x, ball.y, ball.z, ball.from_middle()} : *place++;
       at[i] = seen.x, at[n + i] = seen.y, at[2 * n + i] = seen.z, distance[i] = seen.distance;
+      if (std::isnan(distance[i])) distance[i] = -INFINITY;  // beyond float: what is near says it itself
     }
     at_.upload(at), distance_.upload(distance);
     slot_.upload(std::vector<int>(n, -1)), counts_.upload({0, 0});
