@@ -96,14 +96,14 @@ struct MadeUp {
 
 /// Where a state of `crowded` holds what: 25 particles, and a word of them at each of two meshes.
 struct Places {
-  static constexpr std::size_t n = 25, counts = 8 + 6 * n * sizeof(float), balls = counts + 16,
-                               places = balls + 2 * sizeof(WordBall);
+  static constexpr std::size_t n = 25, counts = 8 + 6 * n * sizeof(float), boxes = counts + 16,
+                               places = boxes + 2 * sizeof(WordBox);
   std::size_t pairs, near, rest;
   explicit Places(const MadeUp& made) : pairs(made.at<std::int64_t>(counts + 8)) {
     EXPECT_EQ(made.at<std::int64_t>(counts), 2);
     std::size_t without = 0;
     for (const std::size_t mesh : {0, 1})
-      without += made.at<WordBall>(balls + mesh * sizeof(WordBall)).keeps_all() ? 0 : n;
+      without += made.at<WordBox>(boxes + mesh * sizeof(WordBox)).is_of_each() ? n : 0;
     EXPECT_GT(without, 0u);
     near = places + without * sizeof(PlaceSeen), rest = near + pairs * sizeof(SeenOfPair);
   }

@@ -44,7 +44,7 @@ class ContactBench {
   /// What is remembered of a particle that is near.
   Near& near(int i) {
     const Nearby<R> nearby = collider_.nearby(0);
-    return nearby.near[nearby.slot[i]];
+    return nearby.near[nearby.slot(i)];
   }
   void forget() { collider_.remember({}); }
 

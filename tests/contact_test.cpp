@@ -231,8 +231,9 @@ struct Watched {
       if (!collider) {
         collider.emplace(Serial{}, model);
       } else if (!remembers) {
-        ContactMemory seen = collider->memory();
-        seen.balls.assign(words_of(n), WordBall{}), seen.places.assign(n, {0, 0, 0, -1e30f});
+        ContactMemory seen;
+        collider->tell([&](const auto& part) { seen.add(part); });
+        seen.boxes.assign(words_of(n), {{}, {1, 0, 0}, WordBox::kOfEach}), seen.places.assign(n, {0, 0, 0, -1e30f});
         for (SeenOfPair& near : seen.near) near.seen = {{}, -1e30, -1, {}, near.seen.overlap};
         collider.emplace(Serial{}, model);
         collider->remember(seen);

@@ -3,6 +3,7 @@
 
 #include "host/collision/contact_memory.h"
 #include "host/simulation.h"
+#include "host/solver/solver.h"
 #include "tests/small_scenes.h"
 
 namespace malha {
@@ -31,24 +32,38 @@ TEST(ManyObjects, AStateHoldsOnlyWhatIsNear) {
     EXPECT_GT(simulation.measure().contacts, 0);
     return simulation.state().size();
   };
-  // Of the 58 that are far: a ball for each word of 64 of the 41 x 41 particles, where each pair took 64 bytes.
-  EXPECT_EQ(bytes(60) - bytes(2), 58 * words_of(41 * 41) * sizeof(WordBall));
+  // Of the 58 that are far: a box for each word of 64 of the 41 x 41 particles, where each pair took 64 bytes.
+  EXPECT_EQ(bytes(60) - bytes(2), 58 * words_of(41 * 41) * sizeof(WordBox));
+}
+
+/// A box for each word of 64 particles, and where it lies: 32 bytes an object and word, where each pair took 20 bytes.
+TEST(ManyObjects, TakeMemoryForWhatIsNearAlone) {
+  const auto bytes = [](int objects) {
+    Simulation simulation(over_boxes(objects), {.threads = 1});
+    for (int step = 0; step < 20; ++step) simulation.step();
+    return simulation.solver().facts().contact->far_bytes;
+  };
+  const std::size_t two = bytes(2), all = bytes(60), handed = 16;  // bytes of an object's own numbers
+  EXPECT_LE(all - two, 58 * (words_of(41 * 41) * (sizeof(WordBox) + sizeof(int)) + handed));
+  EXPECT_LT(all - two, 58 * 41 * 41) << "not a byte a pair";
 }
 
 /// Also while nothing comes near, when steps are taken without a look at the environment.
 TEST(ManyObjects, GoOnFromAStateWithTheSameBits) {
-  for (const double height : {0.0, 0.3}) {
-    Simulation simulation(over_boxes(20, height), {.threads = 1}), other(over_boxes(20, height), {.threads = 1});
-    for (int step = 0; step < 8; ++step) simulation.step();
-    const std::string state = simulation.state();
-    for (int step = 0; step < 12; ++step) simulation.step();
-    const std::string end = simulation.state();
-    EXPECT_GT(simulation.measure().contacts, 0);
-    other.go_back(state);
-    EXPECT_EQ(other.state(), state);
-    for (int step = 0; step < 12; ++step) other.step();
-    EXPECT_EQ(other.state(), end) << "to the last bit of what is known of contacts";
-  }
+  for (const double height : {0.0, 0.3})
+    for (const int threads : {1, 2}) {
+      Simulation simulation(over_boxes(20, height), {.threads = 1});
+      Simulation other(over_boxes(20, height), {.threads = threads});
+      for (int step = 0; step < 8; ++step) simulation.step();
+      const std::string state = simulation.state();
+      for (int step = 0; step < 12; ++step) simulation.step();
+      const std::string end = simulation.state();
+      EXPECT_GT(simulation.measure().contacts, 0);
+      other.go_back(state);
+      EXPECT_EQ(other.state(), state);
+      for (int step = 0; step < 12; ++step) other.step();
+      EXPECT_EQ(other.state(), end) << "to the last bit of what is known of contacts, on " << threads << " threads";
+    }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // The state of a run as bytes: what a checkpoint holds, and its hash.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -55,27 +56,31 @@ const char* take(const char* from, std::size_t count, std::vector<T>& values) {
 
 }  // namespace detail
 
+/// `contacts`: in the place of state.seen, what has the same to tell.
+template <class R, class Contacts>
+std::string save_state(const State<R>& state, const Contacts& contacts) {
+  std::string bytes;
+  const auto of_all = [&](const auto& take) {
+    take(state.rest), take(state.self.x0), take(state.self.from), take(state.self.way);
+    take(state.self.contact_distance), take(state.self.search);
+    take(state.edges.from), take(state.edges.way), take(state.edges.contact_distance), take(state.edges.serves);
+  };
+  std::size_t most = 3 * sizeof state.steps + 2 * state.x.size() * sizeof state.x[0];
+  most += contacts.box_count() * sizeof(WordBox) + contacts.most_places() * sizeof(PlaceSeen) +
+          contacts.near_count() * sizeof(SeenOfPair);
+  of_all([&](const auto& values) { most += values.size() * sizeof values[0]; });
+  bytes.reserve(most);
+  const auto append = [&](const auto& values) { detail::append(bytes, values); };
+  append(std::vector<std::int64_t>{state.steps}), append(state.x), append(state.v);
+  append(std::vector<std::int64_t>{static_cast<std::int64_t>(contacts.box_count()),
+                                   static_cast<std::int64_t>(contacts.near_count())});
+  contacts.tell(append);
+  of_all(append);
+  return bytes;
+}
 template <class R>
 std::string save_state(const State<R>& state) {
-  std::string bytes(reinterpret_cast<const char*>(&state.steps), sizeof state.steps);
-  detail::append(bytes, state.x);
-  detail::append(bytes, state.v);
-  const std::int64_t balls = std::ssize(state.seen.balls), near = std::ssize(state.seen.near);
-  detail::append(bytes, std::vector<std::int64_t>{balls, near});
-  detail::append(bytes, state.seen.balls);
-  detail::append(bytes, state.seen.places);
-  detail::append(bytes, state.seen.near);
-  detail::append(bytes, state.rest);
-  detail::append(bytes, state.self.x0);
-  detail::append(bytes, state.self.from);
-  detail::append(bytes, state.self.way);
-  detail::append(bytes, state.self.contact_distance);
-  detail::append(bytes, state.self.search);
-  detail::append(bytes, state.edges.from);
-  detail::append(bytes, state.edges.way);
-  detail::append(bytes, state.edges.contact_distance);
-  detail::append(bytes, state.edges.serves);
-  return bytes;
+  return save_state(state, state.seen);
 }
 
 /// How many entries a state has of each; `meshes`: of the environment.
@@ -111,8 +116,11 @@ inline void check_contacts(const ContactMemory& seen, std::int64_t pairs, std::i
   const auto is_place = [](const auto& a) {
     return std::abs(double(a.x)) <= most && std::abs(double(a.y)) <= most && std::abs(double(a.z)) <= most;
   };
-  for (const WordBall& ball : seen.balls)
-    require_numbers(!ball.keeps_all() || (is_place(ball) && ball.radius >= 0 && ball.radius <= most));
+  for (const WordBox& box : seen.boxes) {
+    const Vector3<float>& half = box.half;
+    require_numbers(box.is_of_each() || (is_place(box.centre) && is_place(half) && half.x >= 0 && half.y >= 0 &&
+                                         half.z >= 0 && !std::isnan(box.distance)));
+  }
   for (const PlaceSeen& a : seen.places) require_numbers(is_place(a));
   std::int64_t least = 0;
   for (const auto& [pair, last] : seen.near) {
@@ -124,7 +132,8 @@ inline void check_contacts(const ContactMemory& seen, std::int64_t pairs, std::i
         triangles.empty() ? std::numeric_limits<int>::max() : triangles.at(static_cast<std::size_t>(pair / particles));
     if (last.triangle < -1 || last.triangle >= count)
       refuse(file, "contacts", "triangle " + std::to_string(last.triangle), "-1 to " + std::to_string(count - 1));
-    require_numbers(is_place(last.at) && !std::isnan(last.distance) && is_place(last.passed) && last.overlap >= 0 &&
+    const auto is_finite = [](const Vector3<double>& a) { return std::isfinite(a.x + a.y + a.z); };
+    require_numbers(is_finite(last.at) && !std::isnan(last.distance) && is_finite(last.passed) && last.overlap >= 0 &&
                     std::isfinite(last.overlap));
   }
 }
@@ -179,25 +188,25 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   State<R> state;
   const std::size_t searches = sizes.searched > 0 ? 1 : 0;
   constexpr std::size_t two = 2 * sizeof(std::int64_t);
-  // Where it says how many balls there are, and how many pairs are near.
+  // Where it says how many boxes there are, and how many pairs are near.
   const std::size_t counts_at = sizeof state.steps + 6 * sizes.particles * sizeof(R), words = words_of(sizes.particles);
   std::int64_t counts[2] = {0, 0};
   if (bytes.size() >= counts_at + two) std::memcpy(counts, bytes.data() + counts_at, two);
-  const auto balls = static_cast<std::int64_t>(sizes.meshes * words);
+  const auto boxes = static_cast<std::int64_t>(sizes.meshes * words);
   const auto pairs = static_cast<std::int64_t>(sizes.meshes * sizes.particles);
-  if (counts[0] != 0 && counts[0] != balls)
-    refuse(file, "contacts", counted(counts[0], "ball"), "0 or " + std::to_string(balls));
+  if (counts[0] != 0 && counts[0] != boxes)
+    refuse(file, "contacts", counted(counts[0], "box", "boxes"), "0 or " + std::to_string(boxes));
   if (counts[1] < 0 || counts[1] > (counts[0] == 0 ? 0 : pairs))
     refuse(file, "contacts", counted(counts[1], "pair"), "at most the " + std::to_string(pairs) + " there are");
-  const auto ball_count = static_cast<std::size_t>(counts[0]), near = static_cast<std::size_t>(counts[1]);
+  const auto box_count = static_cast<std::size_t>(counts[0]), near = static_cast<std::size_t>(counts[1]);
   std::size_t places = 0;
-  if (const std::size_t at = counts_at + two; ball_count > 0 && bytes.size() >= at + ball_count * sizeof(WordBall)) {
-    detail::take(bytes.data() + at, ball_count, state.seen.balls);
+  if (const std::size_t at = counts_at + two; box_count > 0 && bytes.size() >= at + box_count * sizeof(WordBox)) {
+    detail::take(bytes.data() + at, box_count, state.seen.boxes);
     for (std::size_t mesh = 0; mesh < sizes.meshes; ++mesh)
-      places += places_of(state.seen.balls.data() + mesh * words, sizes.particles);
+      places += places_of(state.seen.boxes.data() + mesh * words, sizes.particles);
   }
   const std::size_t expected = counts_at + two + (3 * sizes.apart + 8 * sizes.searched) * sizeof(R) +
-                               ball_count * sizeof(WordBall) + places * sizeof(PlaceSeen) + near * sizeof(SeenOfPair) +
+                               box_count * sizeof(WordBox) + places * sizeof(PlaceSeen) + near * sizeof(SeenOfPair) +
                                sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory) +
                                sizes.edge_groups * (7 * sizes.particles * sizeof(R) + sizeof(std::int64_t));
   if (bytes.size() != expected)
@@ -207,7 +216,7 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   const char* from = bytes.data() + sizeof state.steps;
   from = detail::take(from, sizes.particles, state.x);
   from = detail::take(from, sizes.particles, state.v);
-  from = detail::take(from + two, ball_count, state.seen.balls);
+  from = detail::take(from + two, box_count, state.seen.boxes);
   from = detail::take(from, places, state.seen.places);
   from = detail::take(from, near, state.seen.near);
   from = detail::take(from, sizes.rest, state.rest);
@@ -224,28 +233,36 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   return state;
 }
 
-/// What was seen of other particles: the i-th is as the from[i]-th was, each in a place of its own.
+/// What was seen of other particles: the i-th is as the from[i]-th was. Where their words had boxes and are now mixed,
+/// nothing has been seen of them.
 inline ContactMemory carried(const ContactMemory& before, std::size_t particles, const std::vector<int>& from) {
   ContactMemory all;
   const std::size_t words = words_of(particles);
-  const WordBall* ball = before.balls.data();
   const PlaceSeen* place = before.places.data();
   auto near = before.near.begin();
-  for (std::size_t mesh = 0; mesh * words < before.balls.size(); ++mesh, ball += words) {
-    std::vector<PlaceSeen> places(particles);
-    for (std::size_t i = 0; i < particles; ++i) {
-      const WordBall& of = ball[i / kWord];
-      places[i] = of.keeps_all() ? PlaceSeen{of.x, of.y, of.z, of.from_middle()} : *place++;
+  for (std::size_t mesh = 0; mesh * words < before.boxes.size(); ++mesh) {
+    const WordBox* const boxes = before.boxes.data() + mesh * words;
+    std::vector<PlaceSeen> places(particles, {0, 0, 0, -INFINITY});
+    for (std::size_t i = 0; i < particles; ++i)
+      if (boxes[i / kWord].is_of_each()) places[i] = *place++;
+    for (std::size_t word = 0; word < words_of(from.size()); ++word) {
+      const int *const own = from.data() + word * kWord, *const end = own + particles_in(word, from.size());
+      const int first = own[0] / kWord;
+      const auto is_of_each = [&](int i) { return boxes[i / kWord].is_of_each(); };
+      if (std::any_of(own, end, is_of_each)) {
+        all.boxes.push_back({{}, {1, 0, 0}, WordBox::kOfEach});
+        for (const int* i = own; i < end; ++i) all.places.push_back(places[*i]);
+      } else {
+        const bool together = std::all_of(own, end, [&](int i) { return i / kWord == first; });
+        all.boxes.push_back(together ? boxes[first] : WordBox{});
+      }
     }
     std::vector<const LastSeen*> last(particles, nullptr);
     for (; near != before.near.end() && near->pair < static_cast<long long>((mesh + 1) * particles); ++near)
       last[near->pair % particles] = &near->seen;
-    all.balls.resize(all.balls.size() + words_of(from.size()), WordBall{});
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      all.places.push_back(places[from[i]]);
+    for (std::size_t i = 0; i < from.size(); ++i)
       if (const LastSeen* const seen = last[from[i]])
         all.near.push_back({static_cast<long long>(mesh * from.size() + i), *seen});
-    }
   }
   return all;
 }
