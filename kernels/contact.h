@@ -35,6 +35,12 @@ struct LastSeen {
   }
 };
 
+/// The same of a pair of a mesh and a particle, for checkpoints: mesh after mesh, of each all particles.
+struct SeenOfPair {
+  long long pair = 0;
+  LastSeen seen;
+};
+
 /// What is remembered of a particle that is near, beside its contact.
 struct Near {
   LastSeen seen;

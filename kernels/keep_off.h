@@ -32,8 +32,7 @@ struct MeasureRoom {
   Points<R> x, v;
   const R* w;
   int count;
-  Points<float> at;  // as in Nearby
-  const float* distance;
+  Nearby<R> nearby;
   float reach;     // of contacts, m
   float rounding;  // of sizes: what places may be off by
   bool first;      // of the meshes
@@ -45,21 +44,28 @@ struct MeasureRoom {
     constexpr int lanes = kLanes<float, Isa>;
     Room& room = rooms[group.index];
     LargestCovered<float, Isa> missing(first ? -INFINITY : -room.distance), speed2(first ? 0 : room.speed2);
-    int i = group.index * kWord;
-    const int end = i + kWord < count ? i + kWord : count;
-    for (; i + lanes <= end; i += lanes) add<Lane<float, Isa>>(i, missing, speed2);
-    for (; i < end; ++i) add<float>(i, missing, speed2);
+    const auto add_all = [&](const auto& places) KERNEL_LAMBDA {
+      const int begin = group.index * kWord, n = count - begin < kWord ? count - begin : kWord;
+      int k = 0;
+      for (; k + lanes <= n; k += lanes) add<Lane<float, Isa>>(places, begin, k, missing, speed2);
+      for (; k < n; ++k) add<float>(places, begin, k, missing, speed2);
+    };
+    const WordPlaces* const places = nearby.places_of(group.index);
+    places ? add_all(EachPlace{places}) : add_all(BoxPlace(nearby.boxes[group.index]));
     room = {-missing.value(), speed2.value()};
   }
 
  private:
-  template <class S, class Most>
-  KERNEL void add(int i, Most& missing, Most& speed2) const {
-    const Vector3<S> place = load_floats<S>(x, i), moved = place - load_floats<S>(at, i), speed = load_floats<S>(v, i);
-    S known, mass;
-    load(distance + i, known), load_float(w + i, mass);
-    const S slack = (sum_of_sizes(place) + magnitude(known)) * S(rounding);
-    const S room = known - root(dot(moved, moved)) - S(reach) - slack;
+  template <class S, class Places, class Most>
+  KERNEL void add(const Places& places, int begin, int k, Most& missing, Most& speed2) const {
+    const int i = begin + k;
+    const Vector3<S> place = load_floats<S>(x, i), speed = load_floats<S>(v, i);
+    const SeenLanes<S> seen = places.from(k, place);
+    const Vector3<S> moved = place - seen.at;
+    S mass;
+    load_float(w + i, mass);
+    const S slack = (sum_of_sizes(place) + magnitude(seen.distance)) * S(rounding);
+    const S room = seen.distance - root(dot(moved, moved)) - S(reach) - slack;
     const auto moves = mass > S(0.0f);
     const S less = select(room < S(INFINITY), S(0.0f) - room, S(INFINITY));  // not a number: no room
     missing.add(select(moves, less, S(-INFINITY)));

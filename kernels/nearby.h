@@ -1,5 +1,6 @@
-// What is remembered of particles near an environment mesh from substep to substep: 20 bytes of each, and a slot with
-// the rest and its contact for those that are near.
+// What is remembered of particles near an environment mesh from substep to substep: a box for every 64 particles,
+// where each was seen for those of which no box tells it, and a slot with the rest and its contact for those that are
+// near.
 #pragma once
 #include "kernels/contact.h"
 #include "kernels/pack.h"
@@ -18,47 +19,165 @@ KERNEL int count_up(int* number) {
 
 inline constexpr int kWord = 64;  // particles: a bit each
 
-/// Around where all particles of a word were last seen (m, mesh's frame), for a first test of them all.
-struct WordBall {
-  float x, y, z, radius;
-  float distance;  // from all these places nothing is nearer; 0: not known; below 0: the ball is too near to be of use
+/// Where a particle was last seen (m, mesh's frame), and how near nothing is.
+struct PlaceSeen {
+  float x, y, z, distance;
 };
 
-/// Of one mesh.
+/// A box in which all particles of a word were when they were last seen (m, mesh's frame), for a first test of them
+/// all. Unless each particle has a place of its own, it counts as seen at the place of the box that is nearest to it.
+struct WordBox {
+  Vector3<float> centre, half;
+  /// To no place of the box anything is nearer. Below 0: the same of its size, but particles have left it by more than
+  /// that tells. 0: no particle was ever seen. kOfEach: each particle has a place of its own.
+  float distance;
+
+  static constexpr float kOfEach = -INFINITY;
+  /// Whether a test of the whole word may tell that nothing is near.
+  KERNEL bool keeps_all() const { return distance > 0; }
+  KERNEL bool is_of_each() const { return distance == kOfEach; }
+  KERNEL float clearance() const { return distance == 0 ? -INFINITY : fabsf(distance); }
+  KERNEL PlaceSeen place(const Vector3<float>& a) const {
+    if (distance == 0 || is_of_each()) return {0, 0, 0, -INFINITY};
+    const Vector3<float> low = centre - half, high = centre + half;
+    return {larger(low.x, smaller(a.x, high.x)), larger(low.y, smaller(a.y, high.y)),
+            larger(low.z, smaller(a.z, high.z)), clearance()};
+  }
+  /// The way from the box to a.
+  template <class S>
+  KERNEL Vector3<S> way_to(const Vector3<S>& a) const {
+    const Vector3<S> d = a - Vector3<S>{S(centre.x), S(centre.y), S(centre.z)};
+    return {larger(magnitude(d.x) - S(half.x), S(0.0f)), larger(magnitude(d.y) - S(half.y), S(0.0f)),
+            larger(magnitude(d.z) - S(half.z), S(0.0f))};
+  }
+  KERNEL void leave() { distance = distance < 1e38f ? -distance : -1e38f; }
+  /// Each particle gets a place of its own; then the size tells whether any was seen since a box was last tried.
+  KERNEL void leave_to_each() { distance = kOfEach, half.x = 1; }
+  KERNEL bool is_to_try() const { return is_of_each() && half.x != 0; }
+  KERNEL void note_try() { half.x = 0; }
+};
+
+/// Where each particle of a word was last seen, and its slot: of words that no box tells of.
+struct WordPlaces {
+  float x[kWord], y[kWord], z[kWord], distance[kWord];  // as in PlaceSeen
+  int slot[kWord];                                      // none: -1
+  int word;                                             // whose places these are; none: -1, and they are free
+
+  KERNEL PlaceSeen of(int k) const { return {x[k], y[k], z[k], distance[k]}; }
+  KERNEL void set(int k, const PlaceSeen& to) { x[k] = to.x, y[k] = to.y, z[k] = to.z, distance[k] = to.distance; }
+  KERNEL bool has_slots(int n) const {
+    bool any = false;
+    for (int k = 0; k < n; ++k) any = any || slot[k] >= 0;
+    return any;
+  }
+};
+
+/// The middle of n places, for a word that is farther off than it is large: without it the distance is 0.
+KERNEL WordBox middle_of(const WordPlaces& places, int n) {
+  const auto middle = [&](const float* a) KERNEL_LAMBDA {
+    float least = a[0], most = least;
+    for (int k = 1; k < n; ++k) least = a[k] < least ? a[k] : least, most = a[k] > most ? a[k] : most;
+    return (least + most) / 2;
+  };
+  const Vector3<float> c{middle(places.x), middle(places.y), middle(places.z)};
+  float most = 0, nearest = places.distance[0];
+  for (int k = 0; k < n; ++k) {
+    const Vector3<float> d{places.x[k] - c.x, places.y[k] - c.y, places.z[k] - c.z};
+    most = larger(most, dot(d, d)), nearest = places.distance[k] < nearest ? places.distance[k] : nearest;
+  }
+  const float radius = 1.00001f * root(most);
+  return {c, {0, 0, 0}, nearest > 4 * radius ? 0.99999f * (nearest - radius) : 0};
+}
+
+/// Where a particle is in a mesh's frame, as places are kept.
+template <class R>
+KERNEL Vector3<float> place_in(const Pose& mesh, const Vector3<R>& x) {
+  return rounded<float>(to_local(mesh, in_double(x)));
+}
+
+/// How many pieces of memory were handed out from the first on, and how many of them are free again.
+struct Handed {
+  int used = 0, freed = 0;
+  KERNEL Handed& operator+=(const Handed& o) {
+    used += o.used, freed += o.freed;
+    return *this;
+  }
+};
+
+/// Of one mesh. There is memory for the places and the slot of every particle that is looked at.
 template <class R>
 struct Nearby {
-  Points<float> at;  // as in LastSeen
-  WordBall* balls;
-  float* distance;       // nothing is nearer to `at`
-  int* slot;             // none: -1
-  Contact<R>* contacts;  // of each slot
-  Near* near;            // the same
-  int *used, *freed;  // slots in all, and how many of them are free; there is room for every particle that is looked at
+  WordBox* boxes;
+  int* which;             // of each word, the place of its entry in `places`; none: -1
+  WordPlaces* places;     // of the words whose boxes are of each
+  Contact<R>* contacts;   // of each slot
+  Near* near;             // the same
+  Handed *slots, *words;  // of contacts and near, and of places
 
-  KERNEL LastSeen seen(int i) const {
-    if (slot[i] >= 0) return near[slot[i]].seen;
-    const Vector3<float> a = at[i];
-    return {{double(a.x), double(a.y), double(a.z)}, double(distance[i]), -1, {0, 0, 0}};
+  KERNEL const WordPlaces* places_of(int word) const { return which[word] < 0 ? nullptr : places + which[word]; }
+  KERNEL int slot(int i) const {
+    const WordPlaces* const of = places_of(i / kWord);
+    return of ? of->slot[i % kWord] : -1;
+  }
+  /// Of a particle that is at a, in the mesh's frame.
+  KERNEL PlaceSeen place(int i, const Vector3<float>& a) const {
+    const WordPlaces* const of = places_of(i / kWord);
+    return of ? of->of(i % kWord) : boxes[i / kWord].place(a);
+  }
+  KERNEL LastSeen seen(int i, const Vector3<double>& a) const {
+    if (const int s = slot(i); s >= 0) return near[s].seen;
+    const PlaceSeen last = place(i, rounded<float>(a));
+    return {{double(last.x), double(last.y), double(last.z)}, double(last.distance), -1, {0, 0, 0}};
+  }
+  /// As in LastSeen.
+  KERNEL double overlap(int i) const {
+    const int s = slot(i);
+    return s < 0 ? 0 : near[s].seen.overlap;
+  }
+
+  /// Gives each particle of a word a place of its own, as see() needs it. No other thread does the same.
+  KERNEL void give_places(int word, const Particles<R>& particles, const Pose& mesh) const {
+    if (which[word] >= 0) return;
+    const int to = count_up(&words->used), first = word * kWord;
+    WordPlaces& own = places[to];
+    for (int k = 0; k < kWord; ++k) {
+      own.slot[k] = -1;
+      own.set(k, first + k < particles.count ? boxes[word].place(place_in(mesh, particles.x[first + k]))
+                                             : PlaceSeen{0, 0, 0, -INFINITY});
+    }
+    own.word = word, which[word] = to;
+    boxes[word].leave_to_each();
+  }
+  /// A box tells of a word's particles from here on. None of them has a slot.
+  KERNEL void take_places(int word) const {
+    places[which[word]].word = -1, which[word] = -1;
+    count_up(&words->freed);
   }
 
   KERNEL void see(int i, const LastSeen& last) const {
     const Vector3<float> rounded = in_float(last.at);
-    at.set(i, rounded);
-    distance[i] = certain_distance(last);
-    balls[i / kWord].distance = 0;
-    int s = slot[i];
+    WordPlaces& own = places[which[i / kWord]];
+    const int k = i % kWord;
+    own.set(k, {rounded.x, rounded.y, rounded.z, certain_distance(last)});
+    boxes[i / kWord].leave_to_each();
+    int s = own.slot[k];
     if (!needs_slot(last)) {
       if (s < 0) return;
-      contacts[s].particle = -1, slot[i] = -1;
-      count_up(freed);
+      contacts[s].particle = -1, own.slot[k] = -1;
+      count_up(&slots->freed);
       return;
     }
     if (s < 0) {
-      s = slot[i] = count_up(used);
-      let_go(contacts[s]);
-      contacts[s].particle = i, near[s].cell = 0, near[s].feature.radius = -1;
+      s = own.slot[k] = count_up(&slots->used);
+      contacts[s].particle = i;
+      clear_slot(contacts[s], near[s]);
     }
     near[s].seen = last;
+  }
+  /// A slot without a contact, of which nothing else is known.
+  KERNEL static void clear_slot(Contact<R>& contact, Near& near) {
+    let_go(contact);
+    near.cell = 0, near.feature.radius = -1;
   }
 
   /// Whether there is more to remember than a place and a distance in float tell.
@@ -68,7 +187,10 @@ struct Nearby {
            !(certain_distance(last) > 0 || last.distance == -INFINITY);
   }
 
-  KERNEL Contact<R>* contact(int i) const { return slot[i] < 0 ? nullptr : &contacts[slot[i]]; }
+  KERNEL Contact<R>* contact(int i) const {
+    const int s = slot(i);
+    return s < 0 ? nullptr : contacts + s;
+  }
 
  private:
   KERNEL static Vector3<float> in_float(const Vector3<double>& a) { return {float(a.x), float(a.y), float(a.z)}; }
@@ -129,18 +251,52 @@ KERNEL S sum_of_sizes(const Vector3<S>& a) {
   return magnitude(a.x) + magnitude(a.y) + magnitude(a.z);
 }
 
+/// The box around a mesh in its own frame, m, in float.
+struct FloatBox {
+  Vector3<float> centre, half;
+};
+
+/// A place, or one for each lane of a pack, and how near nothing is.
+template <class S>
+struct SeenLanes {
+  Vector3<S> at;
+  S distance;
+};
+/// Where the particles of a word that are at a were seen: each, or by their box.
+struct EachPlace {
+  const WordPlaces* places;
+  template <class S>
+  KERNEL SeenLanes<S> from(int k, const Vector3<S>&) const {
+    SeenLanes<S> lanes;
+    load(places->x + k, lanes.at.x), load(places->y + k, lanes.at.y), load(places->z + k, lanes.at.z);
+    load(places->distance + k, lanes.distance);
+    return lanes;
+  }
+};
+struct BoxPlace {
+  Vector3<float> low, high;
+  float distance;
+  KERNEL explicit BoxPlace(const WordBox& box)
+      : low(box.centre - box.half), high(box.centre + box.half), distance(box.clearance()) {}
+  template <class S>
+  KERNEL SeenLanes<S> from(int, const Vector3<S>& a) const {
+    return {{larger(S(low.x), smaller(a.x, S(high.x))), larger(S(low.y), smaller(a.y, S(high.y))),
+             larger(S(low.z), smaller(a.z, S(high.z)))},
+            S(distance)};
+  }
+};
+
 /// Which particles may have come near enough to be looked at, a bit each: a stream in float, rounded so that none is
 /// missed. `reach` < 0: those whose way from x to p may leave the ball around where they were last seen, in which there
 /// is no surface; otherwise those whose way may reach the surface, or pass it by `reach` (m). Words that are far off as
-/// a whole are told by their balls, without a look at where each of their particles was.
+/// a whole are told by their boxes, which from then on stand for where their particles were. What leaves its box or was
+/// never seen, far from the mesh and without a pinned particle, gets a box around where it is now.
 template <class R>
 struct MayTouch {
-  Points<R> x, p;
-  int count;
-  Points<float> at;
-  const float* distance;
-  WordBall* balls;
+  Particles<R> particles;
+  Nearby<R> nearby;
   FloatPose before, after;
+  FloatBox mesh;
   float reach;
   bool add;  // to the bits that there are
   unsigned long long* bits;
@@ -148,24 +304,25 @@ struct MayTouch {
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     using S = Lane<float, typename Group::Isa>;
-    constexpr int lanes = kLanes<float, typename Group::Isa>;
-    const int first = group.index * kWord, n = count - first < kWord ? count - first : kWord;
-    unsigned long long word = add ? bits[group.index] : 0;
-    WordBall& ball = balls[group.index];
-    if (ball.distance > 0) {
-      if (keeps_off<S>(ball, first, n)) {
-        bits[group.index] = word;
-        return;
-      }
-      ball.distance = -1;
+    const int first = group.index * kWord, left = particles.count - first, n = left < kWord ? left : kWord;
+    const unsigned long long word = add ? bits[group.index] : 0;
+    bits[group.index] = word;
+    WordBox& seen = nearby.boxes[group.index];
+    const WordPlaces* const places = nearby.places_of(group.index);
+    if (seen.keeps_all()) {
+      if (keeps_off<S>(seen, first, n)) return;
+      seen.leave();
+      if (follows<S>(seen, first, n)) return;
+    } else if (seen.distance == 0 && follows<S>(seen, first, n)) {
+      return;
     }
-    float over[kWord];
-    int k = 0;
-    for (; k + lanes <= n; k += lanes) store(excess<S>(first + k), over + k);
-    for (; k < n; ++k) over[k] = excess<float>(first + k);
-    for (; k < kWord; ++k) over[k] = -1;
-    const unsigned long long touch = not_below_zero(over);
-    if (touch == 0 && ball.distance == 0 && reach >= 0) ball = ball_of(first, n);
+    const unsigned long long touch =
+        places ? touching<S>(EachPlace{places}, first, n) : touching<S>(BoxPlace(seen), first, n);
+    if (touch == 0 && seen.is_to_try() && reach >= 0) {
+      seen.note_try();
+      if (!places->has_slots(n) && (follows<S>(seen, first, n) || stays(seen, *places, n)))
+        nearby.take_places(group.index);
+    }
     bits[group.index] = word | touch;
   }
 
@@ -182,55 +339,79 @@ struct MayTouch {
     }
     return bits;
   }
-  /// Around its box; of use where it is farther off than it is large.
-  KERNEL WordBall ball_of(int first, int n) const {
-    const auto middle = [&](const float* a) KERNEL_LAMBDA {
-      float least = a[first], most = least;
-      for (int i = first + 1; i < first + n; ++i) least = a[i] < least ? a[i] : least, most = a[i] > most ? a[i] : most;
-      return (least + most) / 2;
-    };
-    const Vector3<float> c{middle(at.x), middle(at.y), middle(at.z)};
-    float most = 0, nearest = distance[first];
-    for (int i = first; i < first + n; ++i) {
-      const Vector3<float> d = at[i] - c;
-      most = larger(most, dot(d, d)), nearest = distance[i] < nearest ? distance[i] : nearest;
-    }
-    const float radius = 1.00001f * root(most);
-    return {c.x, c.y, c.z, radius, nearest > 4 * radius ? nearest : -1};
+  template <class S, class Places>
+  KERNEL unsigned long long touching(const Places& places, int first, int n) const {
+    constexpr int lanes = int(sizeof(S) / sizeof(float));
+    float over[kWord];
+    int k = 0;
+    for (; k + lanes <= n; k += lanes) store(excess<S>(places, first, k), over + k);
+    for (; k < n; ++k) over[k] = excess<float>(places, first, k);
+    for (; k < kWord; ++k) over[k] = -1;
+    return not_below_zero(over);
   }
 
-  /// Whether no particle of the word can have come near: all are in a ball around where all were seen.
+  /// The box goes to where the word's particles are, if that is far enough from the mesh's.
   template <class S>
-  KERNEL bool keeps_off(const WordBall& ball, int first, int n) const {
-    const Vector3<float> c{ball.x, ball.y, ball.z};
-    const float start = farthest<S>(x, before.to_world(c), first, n), end = farthest<S>(p, after.to_world(c), first, n);
-    const float m = start + ball.radius, l = reach < 0 ? end + ball.radius : start + end;
-    const float slack = 1e-5f * (sum_of_sizes(c) + start + end + shift());
-    return (reach < 0 ? larger(m, l) : m + l + reach) + slack < ball.distance;  // not a number: false
+  KERNEL bool follows(WordBox& seen, int first, int n) const {
+    for (int i = first; i < first + n; ++i)
+      if (!(particles.w[i] > R(0))) return false;
+    const auto place = [&](int i) KERNEL_LAMBDA { return before.to_local(load_floats<float>(particles.x, i)); };
+    Vector3<float> low = place(first), high = low;
+    for (int i = first + 1; i < first + n; ++i) {
+      const Vector3<float> a = place(i);
+      low = {smaller(low.x, a.x), smaller(low.y, a.y), smaller(low.z, a.z)};
+      high = {larger(high.x, a.x), larger(high.y, a.y), larger(high.z, a.z)};
+    }
+    const Vector3<float> c = (low + high) * 0.5f, half = high - c, to_mesh = c - mesh.centre;
+    const Vector3<float> gap{larger(0.0f, fabsf(to_mesh.x) - half.x - mesh.half.x),
+                             larger(0.0f, fabsf(to_mesh.y) - half.y - mesh.half.y),
+                             larger(0.0f, fabsf(to_mesh.z) - half.z - mesh.half.z)};
+    const float sizes = sum_of_sizes(c) + sum_of_sizes(half) + sum_of_sizes(mesh.centre) + sum_of_sizes(mesh.half);
+    const WordBox now{c, half, 0.99999f * root(dot(gap, gap)) - 1e-5f * (sizes + shift())};
+    if (!now.keeps_all() || !keeps_off<S>(now, first, n)) return false;
+    seen = now;
+    return true;
   }
-  /// Of the particles from c; not a number where one of them is not.
+  /// The same of the middle of where they were seen.
+  KERNEL bool stays(WordBox& seen, const WordPlaces& places, int n) const {
+    const WordBox middle = middle_of(places, n);
+    if (!middle.keeps_all()) return false;
+    seen = middle;
+    return true;
+  }
+
+  /// Whether no particle of the word can have come near: all are near a box to which nothing is near.
   template <class S>
-  KERNEL float farthest(const Points<R>& points, const Vector3<float>& c, int first, int n) const {
+  KERNEL bool keeps_off(const WordBox& seen, int first, int n) const {
     constexpr int lanes = int(sizeof(S) / sizeof(float));
-    S most(0.0f), sum(0.0f);
-    const Vector3<S> centre{S(c.x), S(c.y), S(c.z)};
-    float all = 0, sums = 0;
+    Ways<S> of_lanes;
+    Ways<float> all;
     int k = 0;
-    for (; k + lanes <= n; k += lanes) {
-      const Vector3<S> d = load_floats<S>(points, first + k) - centre;
-      const S d2 = dot(d, d);
-      most = larger(most, d2), sum = sum + d2;
-    }
-    for (; k < n; ++k) {
-      const Vector3<float> d = load_floats<float>(points, first + k) - c;
-      all = larger(all, dot(d, d)), sums += dot(d, d);
-    }
-    float each[lanes], added[lanes];
-    store(most, each), store(sum, added);
-    for (int half = lanes / 2; half > 0; half /= 2)
-      for (int l = 0; l < half; ++l) each[l] = larger(each[l], each[l + half]), added[l] += added[l + half];
-    all = larger(all, each[0]), sums += added[0];
-    return sums < INFINITY ? root(all) : NAN;
+    for (; k + lanes <= n; k += lanes) add_way(of_lanes, seen, first + k);
+    for (; k < n; ++k) add_way(all, seen, first + k);
+    float off[lanes], way[lanes], sum[lanes];
+    store(of_lanes.off, off), store(of_lanes.way, way), store(of_lanes.sum, sum);
+    for (int l = 0; l < lanes; ++l)
+      all.off = larger(all.off, off[l]), all.way = larger(all.way, way[l]), all.sum += sum[l];
+    if (!(all.sum < INFINITY)) return false;
+    const float beyond = root(all.off), path = root(all.way);
+    const float slack = 1e-5f * (sum_of_sizes(seen.centre) + sum_of_sizes(seen.half) + beyond + path + shift());
+    return (reach < 0 ? beyond : beyond + path + reach) + slack < seen.distance;
+  }
+  /// How far particles are off a box and how long their ways are at most, squared; the sum is not a number, or is not
+  /// finite, where one of them is so.
+  template <class S>
+  struct Ways {
+    S off = S(0.0f), way = S(0.0f), sum = S(0.0f);
+  };
+  template <class S>
+  KERNEL void add_way(Ways<S>& ways, const WordBox& seen, int i) const {
+    const Vector3<S> a = before.to_local(load_floats<S>(particles.x, i));
+    const Vector3<S> b = after.to_local(load_floats<S>(particles.p, i)), way = b - a;
+    const Vector3<S> start = seen.way_to(a), end = reach < 0 ? seen.way_to(b) : start;
+    const S way2 = dot(way, way);
+    ways.off = larger(ways.off, larger(dot(start, start), dot(end, end)));
+    ways.way = larger(ways.way, way2), ways.sum = ways.sum + way2;
   }
 
   /// How far off the mesh's frame is, before and after.
@@ -240,17 +421,16 @@ struct MayTouch {
   }
 
   /// By how much it may come too near; below 0: it cannot.
-  template <class S>
-  KERNEL S excess(int i) const {
-    const Vector3<S> start = load_floats<S>(x, i), end = load_floats<S>(p, i), seen = load_floats<S>(at, i);
+  template <class S, class Places>
+  KERNEL S excess(const Places& places, int first, int k) const {
+    const Vector3<S> start = load_floats<S>(particles.x, first + k), end = load_floats<S>(particles.p, first + k);
     const Vector3<S> a = before.to_local(start), b = after.to_local(end);
-    const Vector3<S> moved = a - seen, way = reach < 0 ? b - seen : b - a;
-    S known;
-    load(distance + i, known);
+    const SeenLanes<S> seen = places.from(k, a);
+    const Vector3<S> moved = a - seen.at, way = reach < 0 ? b - seen.at : b - a;
     const S m = root(dot(moved, moved)), l = root(dot(way, way));
     // Some ten roundings of each coordinate on its way.
     const S slack = (sum_of_sizes(start) + sum_of_sizes(end) + S(shift())) * S(4e-6f);
-    return (reach < 0 ? larger(m, l) : m + l + S(reach)) + slack - known;
+    return (reach < 0 ? larger(m, l) : m + l + S(reach)) + slack - seen.distance;
   }
 };
 
@@ -267,28 +447,33 @@ struct Questions {
   }
 };
 
-/// How many the last of the questions names; of all of them how many words have one, and how many particles no slot;
-/// and how many slots there are, the free ones among them.
+/// How many the last of the questions names; of all of them how many words have one, how many particles no slot, and
+/// how many words no places; and what of slots and places there is.
 struct Tested {
-  int all = 0, words = 0, without_slot = 0, used = 0, freed = 0;
+  int all = 0, words = 0, without_slot = 0, without_places = 0;
+  Handed slots, places;
   KERNEL Tested& operator+=(const Tested& o) {
-    all += o.all, words += o.words, without_slot += o.without_slot, used += o.used, freed += o.freed;
+    all += o.all, words += o.words, without_slot += o.without_slot, without_places += o.without_places;
+    slots += o.slots, places += o.places;
     return *this;
   }
 };
+template <class R>
 struct CountTested {
   Questions questions;
-  const int *slot, *used, *freed;
+  Nearby<R> nearby;
   KERNEL Tested operator()(int word) const {
     Tested sum;
-    if (word == 0) sum.used = *used, sum.freed = *freed;
+    if (word == 0) sum.slots = *nearby.slots, sum.places = *nearby.words;
     const unsigned long long last = questions.of(questions.count - 1, word);
     unsigned long long rest = questions.asked(word);
-    sum.words = rest != 0;
+    if (rest == 0) return sum;
+    const WordPlaces* const places = nearby.places_of(word);
+    sum.words = 1, sum.without_places = places == nullptr;
     for (; rest != 0; rest &= rest - 1) {
       const int bit = lowest_bit(rest);
       sum.all += int(last >> bit & 1);
-      sum.without_slot += slot[word * kWord + bit] < 0;
+      sum.without_slot += !places || places->slot[bit] < 0;
     }
     return sum;
   }
@@ -304,13 +489,31 @@ struct TakeOutFree {
   Contact<R>* contacts_to;
   KERNEL void operator()(int) const {
     int kept = 0;
-    for (int s = 0; s < *nearby.used; ++s) {
-      if (nearby.contacts[s].particle < 0) continue;
+    for (int s = 0; s < nearby.slots->used; ++s) {
+      const int i = nearby.contacts[s].particle;
+      if (i < 0) continue;
       near_to[kept] = nearby.near[s], contacts_to[kept] = nearby.contacts[s];
-      nearby.slot[contacts_to[kept].particle] = kept;
+      nearby.places[nearby.which[i / kWord]].slot[i % kWord] = kept;
       ++kept;
     }
-    *nearby.used = kept, *nearby.freed = 0;
+    *nearby.slots = {kept, 0};
+  }
+};
+/// The same of places.
+template <class R>
+struct TakeOutFreePlaces {
+  using AsksTheHost = void;
+  Nearby<R> nearby;
+  WordPlaces* to;
+  KERNEL void operator()(int) const {
+    int kept = 0;
+    for (int k = 0; k < nearby.words->used; ++k) {
+      if (nearby.places[k].word < 0) continue;
+      to[kept] = nearby.places[k];
+      nearby.which[to[kept].word] = kept;
+      ++kept;
+    }
+    *nearby.words = {kept, 0};
   }
 };
 
@@ -318,26 +521,6 @@ struct TakeOutFree {
 struct ForgetCells {
   Near* near;
   KERNEL void operator()(int s) const { near[s].cell = 0; }
-};
-
-/// What was seen of a particle, for checkpoints.
-template <class R>
-struct TellSeen {
-  Nearby<R> nearby;
-  LastSeen* to;
-  KERNEL void operator()(int i) const { to[i] = nearby.seen(i); }
-};
-
-/// What was seen of all, from a checkpoint. One item: slots are given in the order of particles.
-template <class R>
-struct SeeAll {
-  using AsksTheHost = void;
-  Nearby<R> nearby;
-  const LastSeen* seen;
-  int count;
-  KERNEL void operator()(int) const {
-    for (int i = 0; i < count; ++i) nearby.see(i, seen[i]);
-  }
 };
 
 /// Before contacts are laid: what there was is gone. But what comes again to where its contact was laid for, not

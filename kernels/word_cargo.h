@@ -30,19 +30,18 @@ struct WordCargo {
   KERNEL R* w() const { return at<R>(kParticles) + size_t(6) * count(); }
   KERNEL Nearby<R> nearby(int mesh) const {
     char* const own = base + begin(kMeshes) + size_t(mesh) * mesh_bytes();
-    const size_t n = size_t(count()), slots = size_t(room) * (sizeof(Contact<R>) + sizeof(Near));
-    float* const seen = reinterpret_cast<float*>(own + slots);
-    int* const slot = reinterpret_cast<int*>(seen + 4 * n);
-    WordBall* const balls = reinterpret_cast<WordBall*>(slot + n);
-    int* const counts = reinterpret_cast<int*>(balls + words);
-    return {{seen, seen + n, seen + 2 * n},
-            balls,
-            seen + 3 * n,
-            slot,
+    const size_t n = size_t(words), slots = size_t(room) * (sizeof(Contact<R>) + sizeof(Near));
+    WordPlaces* const places = reinterpret_cast<WordPlaces*>(own + slots);
+    WordBox* const boxes = reinterpret_cast<WordBox*>(places + n);
+    int* const which = reinterpret_cast<int*>(boxes + n);
+    Handed* const handed = reinterpret_cast<Handed*>(which + n);
+    return {boxes,
+            which,
+            places,
             reinterpret_cast<Contact<R>*>(own),
             reinterpret_cast<Near*>(own + size_t(room) * sizeof(Contact<R>)),
-            counts,
-            counts + 1};
+            handed,
+            handed + 1};
   }
   KERNEL size_t bytes() const { return begin(kMeshes) + size_t(meshes) * mesh_bytes(); }
 
@@ -63,8 +62,8 @@ struct WordCargo {
   }
   KERNEL size_t mesh_bytes() const {
     const size_t n = size_t(words);
-    return aligned(size_t(room) * (sizeof(Contact<R>) + sizeof(Near)) + n * kWord * (4 * sizeof(float) + sizeof(int)) +
-                   n * sizeof(WordBall) + 2 * sizeof(int));
+    return aligned(size_t(room) * (sizeof(Contact<R>) + sizeof(Near)) +
+                   n * (sizeof(WordPlaces) + sizeof(WordBox) + sizeof(int)) + 2 * sizeof(Handed));
   }
 };
 
@@ -111,22 +110,26 @@ struct LoadWords {
   }
 };
 
-/// And what is known of them at a mesh. Its numbers of slots are 0 before.
+/// And what is known of them at a mesh. Its numbers of slots are 0 before. There every word has places.
 template <class R>
 struct LoadNearby {
   Questions questions;
+  Particles<R> particles;
+  Pose pose;  // of the mesh, before the substep
   Nearby<R> from;
   WordCargo<R> cargo;
   int mesh;
   KERNEL void operator()(int j) const {
     const int w = j / kWord, word = cargo.which()[w], bit = j % kWord, i = cargo.particle(j);
     const Nearby<R> to = cargo.nearby(mesh);
-    if (bit == 0) to.balls[w] = from.balls[word];
+    if (bit == 0) to.boxes[w] = from.boxes[word], to.which[w] = w;
     if (!(questions.asked(word) >> bit & 1)) return;
-    to.at.set(j, from.at[i]), to.distance[j] = from.distance[i], to.slot[j] = -1;
-    if (from.slot[i] < 0) return;
-    const int s = to.slot[j] = count_up(to.used);
-    to.contacts[s] = from.contacts[from.slot[i]], to.near[s] = from.near[from.slot[i]];
+    WordPlaces& places = to.places[w];
+    const int own = from.slot(i);
+    places.set(bit, from.place(i, place_in(pose, particles.x[i]))), places.slot[bit] = -1;
+    if (own < 0) return;
+    const int s = places.slot[bit] = count_up(&to.slots->used);
+    to.contacts[s] = from.contacts[own], to.near[s] = from.near[own];
     to.contacts[s].particle = j;
   }
 };
@@ -143,6 +146,19 @@ struct UnloadWords {
   }
 };
 
+/// Words of which something was seen get places.
+template <class R>
+struct UnloadPlaces {
+  Particles<R> particles;
+  Pose pose;  // of the mesh, before the substep
+  Nearby<R> to;
+  WordCargo<R> cargo;
+  int mesh;
+  KERNEL void operator()(int w) const {
+    if (cargo.nearby(mesh).boxes[w].is_of_each()) to.give_places(cargo.which()[w], particles, pose);
+  }
+};
+
 /// Slots are freed or filled as a look on the device would.
 template <class R>
 struct UnloadNearby {
@@ -151,16 +167,18 @@ struct UnloadNearby {
   int mesh;
   KERNEL void operator()(int j) const {
     const Nearby<R> from = cargo.nearby(mesh);
-    if (j % kWord == 0) to.balls[cargo.which()[j / kWord]] = from.balls[j / kWord];
-    if (!cargo.asked(j)) return;
-    const int i = cargo.particle(j), own = from.slot[j];
-    to.at.set(i, from.at[j]), to.distance[i] = from.distance[j];
-    int& s = to.slot[i];
+    const int w = j / kWord, word = cargo.which()[w], bit = j % kWord;
+    if (bit == 0) to.boxes[word] = from.boxes[w];
+    if (!cargo.asked(j) || to.which[word] < 0) return;
+    const int i = cargo.particle(j), own = from.places[w].slot[bit];
+    WordPlaces& places = to.places[to.which[word]];
+    places.set(bit, from.places[w].of(bit));
+    int& s = places.slot[bit];
     if (own < 0) {
-      if (s >= 0) to.contacts[s].particle = -1, s = -1, count_up(to.freed);
+      if (s >= 0) to.contacts[s].particle = -1, s = -1, count_up(&to.slots->freed);
       return;
     }
-    if (s < 0) s = count_up(to.used);
+    if (s < 0) s = count_up(&to.slots->used);
     to.contacts[s] = from.contacts[own], to.near[s] = from.near[own];
     to.contacts[s].particle = i;
   }

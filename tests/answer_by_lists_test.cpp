@@ -48,7 +48,7 @@ class NearASurface {
 
   /// How many of all are left to the host.
   int find(bool by_lists) {
-    memory_.make_room(Serial{}, count_);
+    memory_.make_room(Serial{}, count_, static_cast<int>(words_of(static_cast<std::size_t>(count_))));
     const Nearby<float> nearby = memory_.view();
     const Surroundings<float> all{&mesh_, 1, particles(), &nearby};
     std::vector<unsigned long long> bits(static_cast<std::size_t>((count_ + kWord - 1) / kWord), 0);
@@ -58,6 +58,7 @@ class NearASurface {
       const Questions asked{bits.data(), 1, static_cast<int>(bits.size())};
       parallel_for(Serial{}, asked.words, FindAskedOnce{asked, once.data(), lifted.data()});
       const ListBits own{bits.data(), nullptr, once.data(), lifted.data()};
+      parallel_for(Serial{}, asked.words, GivePlaces<float>(look_at(all, 0), own));
       parallel_for(Serial{}, count_, AnswerByLists<float>(look_at(all, 0), own, INFINITY));
     }
     int left = 0;
@@ -70,7 +71,8 @@ class NearASurface {
     const Nearby<float> a = memory_.view(), b = other.memory_.view();
     for (int i = 0; i < count_; ++i) {
       ASSERT_TRUE(same(x_.points()[i], other.x_.points()[i]) && same(p_.points()[i], other.p_.points()[i])) << i;
-      const LastSeen seen = a.seen(i), also = b.seen(i);
+      const Vector3<double> at = in_double(x_.points()[i]);
+      const LastSeen seen = a.seen(i, at), also = b.seen(i, at);
       ASSERT_TRUE(same_bits(seen.at, also.at) && same_bits(seen.distance, also.distance)) << i;
       ASSERT_EQ(seen.triangle, also.triangle) << i;
       const Contact<float>*one = a.contact(i), *two = b.contact(i);
@@ -79,7 +81,7 @@ class NearASurface {
       ASSERT_TRUE(same_bits(one->plane.w, two->plane.w)) << i;
       const bool laid = one->plane.w > -INFINITY;
       ASSERT_TRUE(!laid || (same(one->plane.xyz(), two->plane.xyz()) && same_bits(one->surface, two->surface))) << i;
-      const NearFeature &held = a.near[a.slot[i]].feature, &also_held = b.near[b.slot[i]].feature;
+      const NearFeature &held = a.near[a.slot(i)].feature, &also_held = b.near[b.slot(i)].feature;
       ASSERT_TRUE(same_bits(held.radius, also_held.radius)) << i;
       ASSERT_TRUE(!(held.radius > 0) || held.kind == also_held.kind) << i;
     }

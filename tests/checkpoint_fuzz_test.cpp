@@ -81,6 +81,12 @@ struct MadeUp {
     return "";
   }
   template <class T>
+  T at(std::size_t byte) const {
+    T value{};
+    std::memcpy(&value, &state.at(byte + sizeof value - 1) - (sizeof value - 1), sizeof value);
+    return value;
+  }
+  template <class T>
   std::string with(std::size_t at, T value) const {
     std::string changed = state;
     std::memcpy(&changed.at(at + sizeof value - 1) - (sizeof value - 1), &value, sizeof value);
@@ -88,23 +94,54 @@ struct MadeUp {
   }
 };
 
+/// Where a state of `crowded` holds what: 25 particles, and a word of them at each of two meshes.
+struct Places {
+  static constexpr std::size_t n = 25, counts = 8 + 6 * n * sizeof(float), boxes = counts + 16,
+                               places = boxes + 2 * sizeof(WordBox);
+  std::size_t pairs, near, rest;
+  explicit Places(const MadeUp& made) : pairs(made.at<std::int64_t>(counts + 8)) {
+    EXPECT_EQ(made.at<std::int64_t>(counts), 2);
+    std::size_t without = 0;
+    for (const std::size_t mesh : {0, 1})
+      without += made.at<WordBox>(boxes + mesh * sizeof(WordBox)).is_of_each() ? n : 0;
+    EXPECT_GT(without, 0u);
+    near = places + without * sizeof(PlaceSeen), rest = near + pairs * sizeof(SeenOfPair);
+  }
+};
+
 constexpr std::int64_t kBeyond[] = {-2, 80, 1'000'000'000'000, std::numeric_limits<std::int64_t>::min()};
 
 TEST(MadeUpCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
   MadeUp made(crowded(), 5);
-  const std::size_t n = 25, seen = 8 + 6 * n * sizeof(float);
+  const Places of(made);
+  const std::size_t n = of.n, seen = of.near, pairs = of.pairs;
   const std::size_t self = 11 * n * sizeof(float) + sizeof(SearchMemory), edges = 7 * n * sizeof(float) + 8;
-  ASSERT_EQ(made.state.size(), seen + 2 * n * sizeof(LastSeen) + 16 + self + edges);
-  for (const std::size_t particle : {std::size_t{0}, n - 1, n, 2 * n - 1})
+  ASSERT_EQ(made.state.size(), of.rest + 16 + self + edges);
+  ASSERT_GT(pairs, 0u);
+  for (std::size_t k = 0; k < pairs; ++k)
     for (const std::int64_t triangle : kBeyond)
       EXPECT_TRUE(
-          has(made.refusal(made.with(seen + particle * sizeof(LastSeen) + offsetof(LastSeen, triangle), triangle)),
+          has(made.refusal(made.with(
+                  seen + k * sizeof(SeenOfPair) + offsetof(SeenOfPair, seen) + offsetof(LastSeen, triangle), triangle)),
               "contacts: found triangle " + std::to_string(triangle) + "; allowed: -1 to 79"));
+}
+
+TEST(MadeUpCheckpoint, OfPairsThatAreNotThereIsRefused) {
+  MadeUp made(crowded(), 5);
+  const Places of(made);
+  for (const std::int64_t many : {std::int64_t{-1}, std::int64_t{1}, std::numeric_limits<std::int64_t>::max()})
+    EXPECT_TRUE(has(made.refusal(made.with(of.counts, many)), "contacts: found " + std::to_string(many)));
+  for (const std::int64_t many : {std::int64_t{-1}, std::int64_t{51}, std::numeric_limits<std::int64_t>::max()})
+    EXPECT_TRUE(has(made.refusal(made.with(of.counts + 8, many)), "contacts: found " + std::to_string(many)));
+  EXPECT_TRUE(has(made.refusal(made.with(of.counts + 8, std::int64_t(of.pairs) - 1)), "state: found "));
+  for (const std::int64_t pair : {std::int64_t{-1}, std::int64_t{50}, std::numeric_limits<std::int64_t>::min()})
+    EXPECT_TRUE(has(made.refusal(made.with(of.near + (of.pairs - 1) * sizeof(SeenOfPair), pair)),
+                    "contacts: found pair " + std::to_string(pair)));
 }
 
 TEST(MadeUpCheckpoint, OfStepsThatWereNeverDoneIsRefused) {
   MadeUp made(crowded(), 5);
-  const std::size_t n = 25, rest = 8 + 6 * n * sizeof(float) + 2 * n * sizeof(LastSeen);
+  const std::size_t rest = Places(made).rest;
   for (const std::int64_t steps : {std::int64_t{-1}, std::numeric_limits<std::int64_t>::max()})
     EXPECT_TRUE(has(made.refusal(made.with(0, steps)), "steps: found " + std::to_string(steps)));
   for (const std::int64_t calm : {std::int64_t{-1}, std::int64_t{6}, std::numeric_limits<std::int64_t>::max()})
@@ -118,17 +155,22 @@ TEST(MadeUpCheckpoint, OfStepsThatWereNeverDoneIsRefused) {
 
 TEST(MadeUpCheckpoint, WithoutFiniteNumbersIsRefused) {
   MadeUp made(crowded(), 5);
-  const std::size_t n = 25, seen = 8 + 6 * n * sizeof(float), rest = seen + 2 * n * sizeof(LastSeen);
+  const Places of(made);
+  const std::size_t n = of.n, seen = of.near, rest = of.rest;
   for (const float bad : {NAN, INFINITY, -INFINITY, 1e30f}) {
     EXPECT_TRUE(has(made.refusal(made.with(8, bad)), "positions: found " + shown(bad) + " at particle 0"));
-    EXPECT_TRUE(has(made.refusal(made.with(seen - 4, bad)), "velocities: found " + shown(bad) + " at particle 24"));
+    EXPECT_TRUE(
+        has(made.refusal(made.with(of.counts - 4, bad)), "velocities: found " + shown(bad) + " at particle 24"));
     EXPECT_TRUE(has(made.refusal(made.with(rest + 16, bad)), "parted positions: found " + shown(bad)));
     const std::size_t ways = made.state.size() - 8 - 4 * n * sizeof(float), from = ways - 3 * n * sizeof(float);
     EXPECT_TRUE(has(made.refusal(made.with(from, bad)), "positions of a search of edges: found " + shown(bad)));
     EXPECT_TRUE(has(made.refusal(made.with(ways, bad)), "ways of a search of edges: found " + shown(bad)));
     const std::size_t distances = made.state.size() - 8 - n * sizeof(float);
     EXPECT_TRUE(has(made.refusal(made.with(distances, bad)), "contact distance: found " + shown(bad)));
-    EXPECT_EQ(has(made.refusal(made.with(seen, double(bad))), "contacts: found places that are no numbers"),
+    EXPECT_EQ(has(made.refusal(made.with(of.places, bad)), "contacts: found places that are no numbers"),
+              !std::isfinite(bad));
+    EXPECT_EQ(has(made.refusal(made.with(seen + offsetof(SeenOfPair, seen), double(bad))),
+                  "contacts: found places that are no numbers"),
               !std::isfinite(bad));
   }
 }

@@ -44,9 +44,9 @@ class ContactBench {
   /// What is remembered of a particle that is near.
   Near& near(int i) {
     const Nearby<R> nearby = collider_.nearby(0);
-    return nearby.near[nearby.slot[i]];
+    return nearby.near[nearby.slot(i)];
   }
-  void forget() { collider_.remember(std::vector<LastSeen>(w_.size())); }
+  void forget() { collider_.remember({}); }
 
  private:
   static Model model_of(const EnvironmentSpec& spec, const std::vector<Point>& x) {

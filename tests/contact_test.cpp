@@ -230,8 +230,10 @@ struct Watched {
       if (!collider) {
         collider.emplace(Serial{}, model);
       } else if (!remembers) {
-        std::vector<LastSeen> seen = collider->memory();
-        for (LastSeen& last : seen) last = {{}, -1e30, -1, {}, last.overlap};
+        ContactMemory seen;
+        collider->tell([&](const auto& part) { seen.add(part); });
+        seen.boxes.assign(words_of(n), {{}, {1, 0, 0}, WordBox::kOfEach}), seen.places.assign(n, {0, 0, 0, -1e30f});
+        for (SeenOfPair& near : seen.near) near.seen = {{}, -1e30, -1, {}, near.seen.overlap};
         collider.emplace(Serial{}, model);
         collider->remember(seen);
       }

@@ -84,7 +84,7 @@ template <class R>
 void instantiate_all() {
   instantiate_groups<Visit<R>, CoarseVisit<R>, Restrict<R>, AddMeans<R>, Pieces<AddParts<R>>, MayTouch<R>,
                      MeasureRoom<R>>();
-  instantiate<TellSeen<R>, StepBack<R>, KeepHeld<R>, MeasureRuns<R>, AskAgain<R>, StartLocal<R>, MoveLocal<R>>();
+  instantiate<StepBack<R>, KeepHeld<R>, MeasureRuns<R>, AskAgain<R>, StartLocal<R>, MoveLocal<R>>();
   instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, LayEdgeContacts<R>, EnterParticles<R>>();
   instantiate_groups<MeasureMomenta<R, R, false, false>, MeasureMomenta<R, R, false, true>,
                      MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, NoteMomenta,

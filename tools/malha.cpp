@@ -140,7 +140,7 @@ int plan(const Arguments& arguments) {
   if (arguments.ranks) malha::require_ranks(*simulation, arguments.ranks->ranks);
   if (!arguments.json) std::cout << malha::printable_lines(malha::plan(*simulation));
   simulation->step();
-  if (!arguments.json) std::cout << malha::list_launches(*simulation);
+  if (!arguments.json) std::cout << malha::list_process_memory(*simulation) << malha::list_launches(*simulation);
   std::optional<malha::Demand> demand;
   if (!arguments.machine.empty()) demand = malha::plan_for(*simulation, malha::machine_named(arguments.machine));
   std::optional<malha::RankTable> ranks;

@@ -44,6 +44,25 @@ struct FindAskedOnce {
   }
 };
 
+/// The words of particles that are going to be answered get places of their own, where any of them comes near.
+template <class R>
+struct GivePlaces : ContactLook<R> {
+  ListBits bits;
+  GivePlaces(const ContactLook<R>& look, const ListBits& of) : ContactLook<R>(look), bits(of) {}
+
+  KERNEL void operator()(int word) const {
+    if (this->nearby.which[word] >= 0) return;
+    unsigned long long rest = (bits.asked[word] | bits.lifted[word]) & ~(bits.left ? bits.left[word] : 0);
+    bool near = false;
+    typename ContactLook<R>::Look look;
+    for (; rest != 0 && !near; rest &= rest - 1) {
+      const int i = word * kWord + lowest_bit(rest);
+      near = this->particles.w[i] > R(0) && this->comes_near(i, look);
+    }
+    if (near) this->nearby.give_places(word, this->particles, this->before);
+  }
+};
+
 template <class R>
 struct AnswerByLists : ContactLook<R> {
   using Look = typename ContactLook<R>::Look;

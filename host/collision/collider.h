@@ -24,12 +24,15 @@ template <class Executor, class R>
 class Collider {
  public:
   Collider(const Executor& executor, const Model& model)
-      : executor_(executor), host_words_(executor), words_((model.count() + kWord - 1) / kWord) {
+      : executor_(executor),
+        host_words_(executor),
+        particles_(model.x.size()),
+        words_((model.count() + kWord - 1) / kWord) {
     for (const EnvironmentMesh& mesh : model.environment) {
       obstacles_.emplace_back(Surface(device_, mesh.mesh), mesh.spec, model.x.size());
       bounces_ = bounces_ || mesh.spec.restitution > 0;
     }
-    const std::size_t questions = kOnHost ? 1 : obstacles_.size() + 2;
+    const std::size_t questions = kOnHost ? 2 : obstacles_.size() + 2;
     if (!kOnHost) tested_ = Array<Executor, Tested>(obstacles_.size(), Tested{});
     bits_ = Array<Executor, unsigned long long>(questions * static_cast<std::size_t>(words_), 0ull);
   }
@@ -57,7 +60,7 @@ class Collider {
 
   /// After the last iteration: nothing that was dragged crosses a surface.
   void put_before_meshes(const Particles<R>& particles) {
-    on_words<PutBeforeMeshes<R>>(find_crossing(particles), particles);
+    hold_crossing<PutBeforeMeshes<R>>(find_crossing(particles), particles);
   }
 
   /// After what holds bodies apart: what it has moved across a surface goes with that mesh instead, from where it came,
@@ -67,7 +70,8 @@ class Collider {
     if (asked.particles == 0) return false;
     if (before_.size() == 0) before_ = PointArray<Executor, R>(static_cast<std::size_t>(particles.count));
     parallel_for(executor_, particles.count, CopyPoints<R, Points<R>, Points<R>>{particles.p, before_.points()});
-    carries ? on_words<CarryBeforeMeshes<R>>(asked, particles) : on_words<PutBeforeMeshes<R>>(asked, particles);
+    carries ? hold_crossing<CarryBeforeMeshes<R>>(asked, particles)
+            : hold_crossing<PutBeforeMeshes<R>>(asked, particles);
     std::vector<Pose> motion;
     append_motion(motion);
     const Array<Executor, Pose> there(motion);
@@ -103,7 +107,7 @@ class Collider {
     for (int k = 0; k < count(); ++k) {
       const Nearby<R> nearby = obstacles_[k].memory.view();
       words(particles.count > kParticleGrain,
-            MeasureRoom<R>{particles.x, particles.v, particles.w, particles.count, nearby.at, nearby.distance,
+            MeasureRoom<R>{particles.x, particles.v, particles.w, particles.count, nearby,
                            static_cast<float>(2 * obstacles_[k].spec.thickness), rounding, k == 0, rooms_.data()});
     }
     const LeastRoom all = parallel_reduce<LeastRoom>(executor_, words_, SumRooms{rooms_.data()});
@@ -135,7 +139,7 @@ class Collider {
                                 R(o.spec.friction), R(resting), R(1 / h)});
     if (!bounces_) return;
     parallel_for(executor_, words_, FindBounced<R>{particles, bits(0)});
-    on_words<HoldBounce<R>>(parallel_reduce<Asked>(executor_, words_, CountAsked{{bits(0), 1, words_}}), particles);
+    on_words<HoldBounce<R>>(count_asked(0), particles);
   }
 
   /// Whether restitute moves anything.
@@ -186,15 +190,43 @@ class Collider {
     return counts;
   }
 
-  /// What a later substep depends on, for checkpoints: of each particle, mesh after mesh.
-  std::vector<LastSeen> memory() const {
-    std::vector<LastSeen> all;
-    for (const Obstacle& o : obstacles_) o.memory.append_to(executor_, all);
-    return all;
+  /// What a later substep depends on, for checkpoints: as of ContactMemory, but mesh by mesh, as of 1,000 of them it
+  /// may be as much as everything else.
+  template <class Take>
+  void tell(const Take& take) const {
+    for (const Obstacle& o : obstacles_) take(o.memory.boxes());
+    for (const Obstacle& o : obstacles_) take(o.memory.places());
+    for (std::size_t k = 0; k < obstacles_.size(); ++k) take(obstacles_[k].memory.near_pairs(first_pair(k)));
   }
-  void remember(const std::vector<LastSeen>& all) {
-    const LastSeen* from = all.data();
-    for (Obstacle& o : obstacles_) o.memory.remember(executor_, from), from += all.size() / obstacles_.size();
+  std::size_t box_count() const { return obstacles_.size() * words_of(particles_); }
+  std::size_t near_count() const {
+    std::size_t sum = 0;
+    for (const Obstacle& o : obstacles_) sum += static_cast<std::size_t>(o.memory.near());
+    return sum;
+  }
+  std::size_t most_places() const {
+    std::size_t sum = 0;
+    for (const Obstacle& o : obstacles_) sum += o.memory.most_places();
+    return sum;
+  }
+  void remember(const ContactMemory& all) {
+    const std::size_t words = words_of(particles_);
+    const PlaceSeen* place = all.places.data();
+    const SeenOfPair *from = all.near.data(), *const last = from + all.near.size();
+    for (std::size_t k = 0; k < obstacles_.size(); ++k) {
+      const SeenOfPair* const end =
+          std::find_if(from, last, [&](const auto& a) { return a.pair >= first_pair(k + 1); });
+      NearMemory<Executor, R>& memory = obstacles_[k].memory;
+      if (all.boxes.empty()) {
+        memory.forget(executor_);
+      } else {
+        const WordBox* const first = all.boxes.data() + k * words;
+        memory.remember(executor_, {first, first + words}, place, from, static_cast<std::size_t>(end - from),
+                        first_pair(k));
+        place += places_of(first, particles_);
+      }
+      from = end;
+    }
   }
 
  private:
@@ -210,6 +242,7 @@ class Collider {
   };
 
   int count() const { return static_cast<int>(obstacles_.size()); }
+  long long first_pair(std::size_t mesh) const { return static_cast<long long>(mesh * particles_); }
 
   /// `way`: see LetGo. On ways of up to half the thickness contacts are planes, whatever the distance.
   void let_go(Obstacle& o, const Particles<R>& particles, double way) {
@@ -232,7 +265,7 @@ class Collider {
   void find_on_host(const Particles<R>& particles) {
     for (int k = 0; k < count(); ++k) {
       test(particles, k, reach(k), bits(0), false);
-      const int looks = make_room(k, k + 1, 1).particles;
+      const int looks = make_room(k, k + 1, {bits(0), 1, words_}).particles;
       facts_.looks += looks;
       deal_words(looks, FindContact<R>{surroundings(particles), k, bits(0)});
     }
@@ -241,7 +274,7 @@ class Collider {
   template <class GoOn>
   void find_on_device(const Particles<R>& particles, const GoOn& go_on) {
     for (int k = 0; k < count(); ++k) test(particles, k, reach(k), bits(k), false);
-    const int looks = make_room(0, count(), count()).particles;
+    const int looks = make_room(0, count(), {bits(0), count(), words_}).particles;
     facts_.looks += looks;
     if (looks == 0) return;
     const Surroundings<R> there = surroundings(particles);
@@ -253,6 +286,7 @@ class Collider {
       for (int other = 0; other < count(); ++other)
         if (other != k) most_lift = std::min(most_lift, double(reach(other)));
       const ListBits own{bits(k), k > 0 ? bits(k - 1) : nullptr, once, lifted};
+      parallel_for(executor_, words_, GivePlaces<R>(look_at(there, k), own));
       parallel_for(executor_, particles.count, AnswerByLists<R>(look_at(there, k), own, most_lift));
     }
     const Asked left = parallel_reduce<Asked>(executor_, words_, CountAsked{asked});
@@ -263,10 +297,16 @@ class Collider {
     host_words_.ask(there, asked, left, look, go_on);
   }
 
-  /// Marks the particles whose way may lead through a surface, and reserves contact slots for them.
+  /// Marks the particles whose way may lead through a surface. On a device they get slots at all meshes.
   Asked find_crossing(const Particles<R>& particles) {
     for (int k = 0; k < count(); ++k) test(particles, k, -1, bits(0), k > 0);
-    return make_room(0, count(), 1);
+    if constexpr (kOnHost)
+      return count_asked(0);
+    else
+      return make_room(0, count(), {bits(0), 1, words_});
+  }
+  Asked count_asked(int question) {
+    return parallel_reduce<Asked>(executor_, words_, CountAsked{{bits(question), 1, words_}});
   }
 
   float reach(int k) const { return static_cast<float>(2 * meshes_[k].thickness); }
@@ -276,17 +316,16 @@ class Collider {
   void test(const Particles<R>& particles, int k, float reach, unsigned long long* bits, bool add) {
     const MovingSurface& mesh = meshes_[k];
     const NearMemory<Executor, R>& memory = obstacles_[k].memory;
-    const Nearby<R> nearby = memory.view();
+    const SurfaceView& surface = mesh.surface->view();
+    const FloatBox box{rounded<float>(surface.centre), rounded<float>(surface.half)};
     words(particles.count > kParticleGrain || memory.slots() > kLooks,
-          MayTouch<R>{particles.x, particles.p, particles.count, nearby.at, nearby.distance, nearby.balls,
-                      FloatPose(mesh.before), FloatPose(mesh.after), reach, add, bits});
+          MayTouch<R>{particles, memory.view(), FloatPose(mesh.before), FloatPose(mesh.after), box, reach, add, bits});
   }
-  /// At the meshes first .. last - 1 there is room for all particles that the tests have left: of the first of so many
-  /// questions, or of those up to the mesh's own. How many looks that are, in how many words.
-  Asked make_room(int first, int last, int questions) {
+  /// Reserves slots and places at the meshes first .. last - 1 for all particles that the tests have left: of the one
+  /// question, or of those up to the mesh's own. Returns how many looks that are, in how many words.
+  Asked make_room(int first, int last, const Questions& questions) {
     const auto counting = [&](int k) {
-      const Nearby<R> nearby = obstacles_[k].memory.view();
-      return CountTested{{bits(0), std::min(k + 1, questions), words_}, nearby.slot, nearby.used, nearby.freed};
+      return CountTested<R>{{questions.bits, std::min(k + 1, questions.count), words_}, obstacles_[k].memory.view()};
     };
     std::vector<Tested> tested;
     if constexpr (kOnHost) {
@@ -298,9 +337,9 @@ class Collider {
     Asked asked;
     for (int k = first; k < last; ++k) {
       const Tested& at = tested[k - first];
-      obstacles_[k].memory.make_room(executor_, at.without_slot, at.used, at.freed);
+      obstacles_[k].memory.make_room(executor_, at.without_slot, at.slots, at.without_places, at.places);
       nearby_[k] = obstacles_[k].memory.view();
-      asked = {at.words, questions > 1 ? asked.particles + at.all : at.all};
+      asked = {at.words, questions.count > 1 ? asked.particles + at.all : at.all};
     }
     return asked;
   }
@@ -318,6 +357,29 @@ class Collider {
     parallel_region(executor_, words_, [&](const auto& team) { parallel_dealt(team, words_, kernel); });
   }
 
+  /// What crosses meshes, so many particles of the first question, is put before them by a kernel. Those that nothing
+  /// holds back are few: on the host they alone get slots, at all meshes.
+  template <class Kernel>
+  void hold_crossing(const Asked& asked, const Particles<R>& particles) {
+    if constexpr (kOnHost) {
+      deal_words(asked.particles, Kernel{surroundings(particles), bits(0), bits(1)});
+      const Asked pressed = asked.particles > 0 ? count_asked(1) : Asked{};
+      if (pressed.particles == 0) return;
+      make_room(0, count(), {bits(1), 1, words_});
+      deal_words(pressed.particles, NotePressed<R>{surroundings(particles), bits(1), nullptr});
+    } else if (asked.particles > 0) {
+      Memory<Executor>::fill(bits(1), static_cast<std::size_t>(words_), 0ull);
+      const auto look = [&](const auto& all, const auto& cargo) {
+        parallel_dealt(executor_, cargo.words, Kernel{all, cargo.bits(0), cargo.bits(1)});
+        const unsigned long long* const pressed = cargo.bits(1);
+        if (std::any_of(pressed, pressed + cargo.words, [](auto word) { return word != 0; }))
+          parallel_dealt(executor_, cargo.words, NotePressed<R>{all, pressed, nullptr});
+      };
+      host_words_.ask(surroundings(particles), {bits(0), 2, words_}, asked, look, [](const Questions&) {});
+    }
+  }
+
+  /// A kernel that asks Embree about the particles that bits name: so much.
   /// A kernel that asks Embree about the particles that bits name: so much.
   template <class Kernel>
   void on_words(const Asked& asked, const Particles<R>& particles) {
@@ -344,6 +406,7 @@ class Collider {
   Array<Executor, Room> rooms_;
   PointArray<Executor, R> before_;  // where particles are to go, before meshes carry them
   ContactFacts facts_;
+  std::size_t particles_;
   int words_;
   bool bounces_ = false;
 };

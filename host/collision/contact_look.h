@@ -30,21 +30,31 @@ struct ContactLook {
     NearTriangle near;
   };
 
-  /// False where it cannot have come near, or comes as it came.
-  KERNEL bool begin(int i, Look& look) const {
-    const int slot = nearby.slot[i];
-    if (Contact<R>* const contact = nearby.contact(i); contact && contact->plane.w != -R(INFINITY)) {
-      if (same(particles.x[i], contact->laid_for)) return false;
-      let_go(*contact);  // another mesh has lifted it since
-    }
-    look.i = i, look.cell = slot < 0 ? 0 : nearby.near[slot].cell, look.last = nearby.seen(i);
-    if (look.cell > 0) surface.prefetch_cell(look.cell);
+  /// Where it is and where it was seen; false where it cannot have come near since.
+  KERNEL bool comes_near(int i, Look& look) const {
+    look.i = i;
     look.a = to_local(before, in_double(particles.x[i])), look.b = to_local(after, in_double(particles.p[i]));
+    look.last = nearby.seen(i, look.a);
     look.path = norm(look.b - look.a);
     // A contact plane is laid a thickness early: neighbours may pull the particle further than its own velocity.
     look.reach = look.path + 2 * thickness;
     look.moved = norm(look.a - look.last.at);
-    if (look.last.distance - look.moved > look.reach) return false;
+    return !(look.last.distance - look.moved > look.reach);
+  }
+
+  /// False where it cannot have come near, or comes as it came. Otherwise its word has places, which on a device it was
+  /// given before (see GivePlaces).
+  KERNEL bool begin(int i, Look& look) const {
+    const int slot = nearby.slot(i);
+    if (slot >= 0 && nearby.contacts[slot].plane.w != -R(INFINITY)) {
+      Contact<R>& contact = nearby.contacts[slot];
+      if (same(particles.x[i], contact.laid_for)) return false;
+      let_go(contact);  // another mesh has lifted it since
+    }
+    if (!comes_near(i, look)) return false;
+    nearby.give_places(i / kWord, particles, before);
+    look.cell = slot < 0 ? 0 : nearby.near[slot].cell;
+    if (look.cell > 0) surface.prefetch_cell(look.cell);
     const double box = surface.box_distance(look.a);
     if (box > look.reach) {
       see_beyond(look, box);
@@ -59,7 +69,7 @@ struct ContactLook {
 
   /// The feature that was the nearest, if it is known to be it still.
   KERNEL const NearFeature* feature_of(const Look& look) const {
-    const int slot = nearby.slot[look.i];
+    const int slot = nearby.slot(look.i);
     if (slot < 0 || !nearby.near[slot].feature.holds(surface.in_near_mesh(look.a))) return nullptr;
     return &nearby.near[slot].feature;
   }
@@ -67,7 +77,7 @@ struct ContactLook {
   /// Keeps the nearest feature for looks to come; `holds(wall, error)`: see NearPairs::holds_within.
   template <class Holds>
   KERNEL void keep_feature(const Look& look, const Holds& holds) const {
-    const int slot = nearby.slot[look.i];
+    const int slot = nearby.slot(look.i);
     if (slot < 0 || look.near.triangle < 0 || look.moved > kSlow * thickness) return;
     NearFeature feature = surface.feature(look.near);
     if (feature.kind == NearFeature::Point) return;
@@ -83,7 +93,7 @@ struct ContactLook {
   }
   KERNEL void remember(const Look& look, const LastSeen& last) const {
     nearby.see(look.i, last);
-    const int slot = nearby.slot[look.i];
+    const int slot = nearby.slot(look.i);
     if (slot >= 0) nearby.near[slot].cell = look.cell;
   }
 
@@ -165,7 +175,7 @@ struct ContactLook {
 
   KERNEL void set(int i, const Point& q, const Point& n) const {
     const Point x = in_double(particles.x[i]), end = to_world(after, q);
-    const double above = least_distance(nearby.near[nearby.slot[i]].seen);
+    const double above = least_distance(nearby.near[nearby.slot(i)].seen);
     // What rests on q lies so much above it, and there a turning mesh is faster than at q.
     const Point rest = q + n * above, surface_moved = to_world(after, rest) - to_world(before, rest);
     const Point normal = rotate(after, n);

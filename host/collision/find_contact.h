@@ -63,7 +63,7 @@ struct FindContact : ContactLook<R> {
     unsigned long long rest = bits[group.index];
     if (rest == 0) return;
     for (unsigned long long ahead = rest; ahead != 0; ahead &= ahead - 1) {
-      const int slot = nearby.slot[group.index * kWord + lowest_bit(ahead)];
+      const int slot = nearby.slot(group.index * kWord + lowest_bit(ahead));
       if (slot >= 0) prefetch(nearby.near + slot, int(sizeof(Near)));
     }
     Looks storage;
@@ -189,7 +189,7 @@ struct FindContact : ContactLook<R> {
     for (int k = 0; k < all.count; ++k) {
       const MovingSurface& mesh = all.meshes[k];
       const Point start = to_local(mesh.before, in_double(x)), end = to_local(mesh.before, in_double(to));
-      if (k == own || all.nearby[k].seen(i).keeps(start, end)) continue;
+      if (k == own || all.nearby[k].seen(i, start).keeps(start, end)) continue;
       if (mesh.surface->crossing(start, end, 0, mesh.sides != Sides::TwoSided).hit) return false;
     }
     this->shift(look, shift, n, last);
@@ -223,9 +223,9 @@ struct MeasureDepth {
   Nearby<R> nearby;
   HOST_KERNEL Deepest operator()(int i) const {
     if (!(particles.w[i] > R(0))) return {};
-    const LastSeen last = nearby.seen(i);
-    const double passed = norm(last.passed);
-    return {std::max(passed, depth(to_local(pose, in_double(particles.x[i])), last))};
+    const Point a = to_local(pose, in_double(particles.x[i]));
+    const LastSeen last = nearby.seen(i, a);
+    return {std::max(norm(last.passed), depth(a, last))};
   }
 
  private:

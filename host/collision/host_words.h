@@ -56,13 +56,17 @@ class HostWords {
     parallel_for(executor_, questions.words, ChooseWords{questions, to.chosen(), to.which()});
     parallel_for(executor_, to.count(), LoadWords<R>{questions, all.particles, to});
     for (int k = 0; k < all.count; ++k) {
-      Memory<Executor>::fill(to.nearby(k).used, 2, 0);  // nor is one free
-      parallel_for(executor_, to.count(), LoadNearby<R>{questions, all.nearby[k], to, k});
+      Memory<Executor>::fill(to.nearby(k).slots, 2, Handed{});
+      parallel_for(executor_, to.count(),
+                   LoadNearby<R>{questions, all.particles, all.meshes[k].before, all.nearby[k], to, k});
     }
   }
   void unload(const Surroundings<R>& all, const WordCargo<R>& from) {
     parallel_for(executor_, from.count(), UnloadWords<R>{all.particles, from});
-    for (int k = 0; k < all.count; ++k) parallel_for(executor_, from.count(), UnloadNearby<R>{all.nearby[k], from, k});
+    for (int k = 0; k < all.count; ++k) {
+      parallel_for(executor_, from.words, UnloadPlaces<R>{all.particles, all.meshes[k].before, all.nearby[k], from, k});
+      parallel_for(executor_, from.count(), UnloadNearby<R>{all.nearby[k], from, k});
+    }
   }
   static char* aligned(char* data) {
     constexpr std::uintptr_t line = WordCargo<R>::kAligned;

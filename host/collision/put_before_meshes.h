@@ -18,13 +18,16 @@ HOST_KERNEL void for_each_of_word(const unsigned long long* bits, int word, cons
   for (unsigned long long rest = bits[word]; rest != 0; rest &= rest - 1) work(word * kWord + lowest_bit(rest));
 }
 
-/// The particles that a word of bits names: others keep within a ball without surface.
+/// The particles that a word of bits names: others keep within a ball without surface. Those that nothing holds back
+/// are named by `pressed`.
 template <class R>
 struct PutBeforeMeshes : Surroundings<R> {
   using AsksTheHost = void;
   const unsigned long long* bits;
+  unsigned long long* pressed;
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {
+    pressed[group.index] = 0;
     for_each_of_word(bits, group.index, [this](int i) KERNEL_LAMBDA { hold(i); });
   }
 
@@ -35,16 +38,7 @@ struct PutBeforeMeshes : Surroundings<R> {
     if (!(this->particles.w[i] > R(0)) || settle(i)) return;
     // What puts it before one mesh puts it behind another: it stays where it was, as far as what moves lets it.
     this->particles.p.set(i, this->particles.x[i]);
-    if (settle(i)) return;
-    for (int k = 0; k < this->count; ++k)
-      if (const Crossing at = crossing_of(i, k); at.hit) {
-        const MovingSurface& mesh = this->meshes[k];
-        const Point n = normal(i, mesh, at);
-        LastSeen last = this->nearby[k].seen(i);
-        last.passed = n * dot(n, to_local(mesh.after, p(i)) - at.q);
-        this->nearby[k].see(i, last);
-        forget_place(*this->nearby[k].contact(i));
-      }
+    if (!settle(i)) pressed[i / kWord] |= 1ull << i % kWord;
   }
 
   Point x(int i) const { return in_double(this->particles.x[i]); }
@@ -62,7 +56,8 @@ struct PutBeforeMeshes : Surroundings<R> {
 
   Crossing crossing_of(int i, int k) const {
     const MovingSurface& mesh = this->meshes[k];
-    if (this->nearby[k].seen(i).keeps(to_local(mesh.before, x(i)), to_local(mesh.after, p(i)))) return {};
+    const Point a = to_local(mesh.before, x(i));
+    if (this->nearby[k].seen(i, a).keeps(a, to_local(mesh.after, p(i)))) return {};
     return crossing(mesh, x(i), p(i));
   }
 
@@ -76,7 +71,7 @@ struct PutBeforeMeshes : Surroundings<R> {
     if (!at.hit) return false;
     const MovingSurface& mesh = this->meshes[k];
     const Point n = normal(i, mesh, at);
-    const double above = mesh.thickness - this->nearby[k].seen(i).overlap;
+    const double above = mesh.thickness - this->nearby[k].overlap(i);
     const Point shift = rotate(mesh.after, n) * (above - dot(n, to_local(mesh.after, p(i)) - at.q));
     this->particles.p.set(i, this->particles.p[i] + rounded<R>(shift));
     return true;
@@ -88,6 +83,7 @@ template <class R>
 struct CarryBeforeMeshes : PutBeforeMeshes<R> {
   template <class Group>
   HOST_KERNEL void operator()(const Group& group) const {
+    this->pressed[group.index] = 0;
     for_each_of_word(this->bits, group.index, [this](int i) KERNEL_LAMBDA { carry(i); });
   }
 
@@ -98,6 +94,30 @@ struct CarryBeforeMeshes : PutBeforeMeshes<R> {
       if (this->crossing_of(i, k).hit) {
         this->particles.p.set(i, carried(this->meshes[k].motion(), this->particles.x[i]));
         return this->hold(i);
+      }
+  }
+};
+
+/// How far and whither the particles that bits name were pressed through meshes is remembered.
+template <class R>
+struct NotePressed : PutBeforeMeshes<R> {
+  template <class Group>
+  HOST_KERNEL void operator()(const Group& group) const {
+    for_each_of_word(this->bits, group.index, [this](int i) KERNEL_LAMBDA { note(i); });
+  }
+
+ private:
+  void note(int i) const {
+    for (int k = 0; k < this->count; ++k)
+      if (const Crossing at = this->crossing_of(i, k); at.hit) {
+        const MovingSurface& mesh = this->meshes[k];
+        const Nearby<R>& known = this->nearby[k];
+        const Point n = this->normal(i, mesh, at);
+        LastSeen last = known.seen(i, to_local(mesh.before, this->x(i)));
+        last.passed = n * dot(n, to_local(mesh.after, this->p(i)) - at.q);
+        known.give_places(i / kWord, this->particles, mesh.before);
+        known.see(i, last);
+        forget_place(*known.contact(i));
       }
   }
 };

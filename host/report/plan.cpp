@@ -196,6 +196,11 @@ std::string plan(const Simulation& simulation) {
   return out.str();
 }
 
+std::string list_process_memory(const Simulation& simulation) {
+  const std::string peak = bytes(peak_memory_mib() * 1024 * 1024), state = bytes(double(simulation.state().size()));
+  return "memory of the process: " + peak + " so far, and " + state + " more while a checkpoint is written\n";
+}
+
 std::string list_launches(const Simulation& simulation) {
   std::ostringstream out;
   for (const Launches& of : simulation.times().launches)

@@ -16,6 +16,9 @@ std::string plan(const Simulation& simulation);
 /// `ranks`: what several machines would do; `demand`: what a step asks of one: where they were asked for.
 std::string plan_json(const Simulation& simulation, const RankTable* ranks = nullptr, const Demand* demand = nullptr);
 
+/// The most memory that this process has held, with all that libraries hold, and what a checkpoint adds to it.
+std::string list_process_memory(const Simulation& simulation);
+
 /// What its first step launched, kernel by kernel; nothing before that step.
 std::string list_launches(const Simulation& simulation);
 

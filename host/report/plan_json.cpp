@@ -126,6 +126,8 @@ std::string plan_json(const Simulation& simulation, const RankTable* ranks, cons
   for (const PassOfAStep& pass : passes_of_a_step(model, facts)) json["launches_a_step"][pass.name] = pass.launches;
   for (const auto& [owner, bytes] : memory_parts(model, facts))
     json["memory"][owner + "_bytes"] = static_cast<std::size_t>(bytes);
+  json["memory"]["peak_mib"] = peak_memory_mib();
+  json["memory"]["checkpoint_bytes"] = simulation.state().size();
   json["embree"] = !scene.environment.empty();
   for (const Launches& of : simulation.times().launches)
     json["launches_of_first_step"].push_back({{"kernel", of.kernel}, {"launches", of.launches}, {"items", of.items}});

@@ -30,12 +30,6 @@ std::string cpu_name() {
   return "unknown";
 }
 
-double peak_memory_mib() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return usage.ru_maxrss / 1024.0;
-}
-
 Json by_name(const Parts& parts) {
   Json json;
   for (const auto& [name, value] : parts) json[name] = value;
@@ -187,6 +181,12 @@ Parts setup_parts(const Model& model, const SolverFacts& facts) {
     parts.emplace_back("filter_columns", facts.filter->column_seconds);
   }
   return parts;
+}
+
+double peak_memory_mib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss / 1024.0;
 }
 
 Parts memory_parts(const Model& model, const SolverFacts& facts) {

@@ -37,6 +37,9 @@ Parts setup_parts(const Model& model, const SolverFacts& facts);
 /// without Embree's own, the model, and levels where there are any.
 Parts memory_parts(const Model& model, const SolverFacts& facts);
 
+/// The most memory that this process has held, MiB.
+double peak_memory_mib();
+
 /// What the report says of the present state, as JSON.
 std::string measures_json(const Model& model, const Solver& solver, const RunTimes& times);
 

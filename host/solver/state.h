@@ -1,5 +1,6 @@
 // The state of a run as bytes: what a checkpoint holds, and its hash.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -10,6 +11,7 @@
 
 #include "host/base/hash.h"
 #include "host/base/text.h"
+#include "host/collision/contact_memory.h"
 #include "host/collision/edge_memory.h"
 #include "host/collision/find_contact.h"
 #include "host/collision/self_memory.h"
@@ -24,7 +26,7 @@ template <class R>
 struct State {
   std::int64_t steps = 0;
   std::vector<std::array<R, 3>> x, v;
-  std::vector<LastSeen> seen{};      // empty without environment
+  ContactMemory seen{};              // empty without environment
   std::vector<std::int64_t> rest{};  // of sleep, empty without
   SelfMemory<R> self{};              // empty where no edges meet edges
   EdgeMemory<R> edges{};             // empty without edges of the environment
@@ -54,33 +56,39 @@ const char* take(const char* from, std::size_t count, std::vector<T>& values) {
 
 }  // namespace detail
 
-template <class R>
-std::string save_state(const State<R>& state) {
-  std::string bytes(reinterpret_cast<const char*>(&state.steps), sizeof state.steps);
-  detail::append(bytes, state.x);
-  detail::append(bytes, state.v);
-  detail::append(bytes, state.seen);
-  detail::append(bytes, state.rest);
-  detail::append(bytes, state.self.x0);
-  detail::append(bytes, state.self.from);
-  detail::append(bytes, state.self.way);
-  detail::append(bytes, state.self.contact_distance);
-  detail::append(bytes, state.self.search);
-  detail::append(bytes, state.edges.from);
-  detail::append(bytes, state.edges.way);
-  detail::append(bytes, state.edges.contact_distance);
-  detail::append(bytes, state.edges.serves);
+/// `contacts`: in the place of state.seen, what has the same to tell.
+template <class R, class Contacts>
+std::string save_state(const State<R>& state, const Contacts& contacts) {
+  std::string bytes;
+  const auto of_all = [&](const auto& take) {
+    take(state.rest), take(state.self.x0), take(state.self.from), take(state.self.way);
+    take(state.self.contact_distance), take(state.self.search);
+    take(state.edges.from), take(state.edges.way), take(state.edges.contact_distance), take(state.edges.serves);
+  };
+  std::size_t most = 3 * sizeof state.steps + 2 * state.x.size() * sizeof state.x[0];
+  most += contacts.box_count() * sizeof(WordBox) + contacts.most_places() * sizeof(PlaceSeen) +
+          contacts.near_count() * sizeof(SeenOfPair);
+  of_all([&](const auto& values) { most += values.size() * sizeof values[0]; });
+  bytes.reserve(most);
+  const auto append = [&](const auto& values) { detail::append(bytes, values); };
+  append(std::vector<std::int64_t>{state.steps}), append(state.x), append(state.v);
+  append(std::vector<std::int64_t>{static_cast<std::int64_t>(contacts.box_count()),
+                                   static_cast<std::int64_t>(contacts.near_count())});
+  contacts.tell(append);
+  of_all(append);
   return bytes;
 }
+template <class R>
+std::string save_state(const State<R>& state) {
+  return save_state(state, state.seen);
+}
 
-/// How many entries a state has of each.
+/// How many entries a state has of each; `meshes`: of the environment.
 struct StateSizes {
-  std::size_t particles = 0, seen = 0, rest = 0, apart = 0, searched = 0, edge_groups = 0;
+  std::size_t particles = 0, meshes = 0, rest = 0, apart = 0, searched = 0, edge_groups = 0;
 };
 
 namespace detail {
-
-inline bool finite(const Point& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
 inline void check_search(const SearchMemory& search, const std::string& file) {
   for (const auto& frame : {search.since, search.moves})
@@ -98,9 +106,42 @@ inline void check_search(const SearchMemory& search, const std::string& file) {
     refuse(file, "substeps driven through", std::to_string(search.driven_through), "at least 0");
 }
 
+/// `pairs`: of particles and meshes. `triangles`: of each mesh; without it those are taken as they are.
+inline void check_contacts(const ContactMemory& seen, std::int64_t pairs, std::int64_t particles,
+                           const std::vector<int>& triangles, const std::string& file) {
+  constexpr double most = std::numeric_limits<float>::max();  // places are kept in float too
+  const auto require_numbers = [&](bool numbers) {
+    if (!numbers) refuse(file, "contacts", "places that are no numbers", "finite numbers");
+  };
+  const auto is_place = [](const auto& a) {
+    return std::abs(double(a.x)) <= most && std::abs(double(a.y)) <= most && std::abs(double(a.z)) <= most;
+  };
+  for (const WordBox& box : seen.boxes) {
+    const Vector3<float>& half = box.half;
+    require_numbers(box.is_of_each() || (is_place(box.centre) && is_place(half) && half.x >= 0 && half.y >= 0 &&
+                                         half.z >= 0 && !std::isnan(box.distance)));
+  }
+  for (const PlaceSeen& a : seen.places) require_numbers(is_place(a));
+  std::int64_t least = 0;
+  for (const auto& [pair, last] : seen.near) {
+    if (pair < least || pair >= pairs)
+      refuse(file, "contacts", "pair " + std::to_string(pair),
+             std::to_string(least) + " to " + std::to_string(pairs - 1));
+    least = pair + 1;
+    const int count =
+        triangles.empty() ? std::numeric_limits<int>::max() : triangles.at(static_cast<std::size_t>(pair / particles));
+    if (last.triangle < -1 || last.triangle >= count)
+      refuse(file, "contacts", "triangle " + std::to_string(last.triangle), "-1 to " + std::to_string(count - 1));
+    const auto is_finite = [](const Vector3<double>& a) { return std::isfinite(a.x + a.y + a.z); };
+    require_numbers(is_finite(last.at) && !std::isnan(last.distance) && is_finite(last.passed) && last.overlap >= 0 &&
+                    std::isfinite(last.overlap));
+  }
+}
+
 /// Refuses what no run can have left: a solver would read beyond its arrays with it, or never end.
 template <class R>
-void check_state(const State<R>& state, const std::vector<int>& triangles, const std::string& file) {
+void check_state(const State<R>& state, const std::vector<int>& triangles, std::int64_t meshes,
+                 const std::string& file) {
   constexpr std::int64_t most = std::int64_t{1} << 53;  // of which a double still tells the next
   if (state.steps < 0 || state.steps > most)
     refuse(file, "steps", std::to_string(state.steps), "0 to " + std::to_string(most));
@@ -133,15 +174,8 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, const
       refuse(file, "sleep", std::to_string(calm) + " calm steps and sleep since step " + std::to_string(since),
              "at most the " + std::to_string(state.steps) + " steps that were done");
   }
-  for (std::size_t i = 0; i < state.seen.size(); ++i) {
-    const LastSeen& seen = state.seen[i];
-    const int count = triangles.empty() ? std::numeric_limits<int>::max() : triangles.at(i / state.x.size());
-    if (seen.triangle < -1 || seen.triangle >= count)
-      refuse(file, "contacts", "triangle " + std::to_string(seen.triangle), "-1 to " + std::to_string(count - 1));
-    if (!finite(seen.at) || !finite(seen.passed) || std::isnan(seen.distance) ||
-        !(seen.overlap >= 0 && std::isfinite(seen.overlap)))
-      refuse(file, "contacts", "places that are no numbers", "finite numbers");
-  }
+  const std::int64_t particles = std::ssize(state.x);
+  check_contacts(state.seen, meshes * particles, particles, triangles, file);
 }
 
 }  // namespace detail
@@ -153,10 +187,28 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
                     const std::string& file = "checkpoint") {
   State<R> state;
   const std::size_t searches = sizes.searched > 0 ? 1 : 0;
-  const std::size_t expected =
-      sizeof state.steps + (6 * sizes.particles + 3 * sizes.apart + 8 * sizes.searched) * sizeof(R) +
-      sizes.seen * sizeof(LastSeen) + sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory) +
-      sizes.edge_groups * (7 * sizes.particles * sizeof(R) + sizeof(std::int64_t));
+  constexpr std::size_t two = 2 * sizeof(std::int64_t);
+  // Where it says how many boxes there are, and how many pairs are near.
+  const std::size_t counts_at = sizeof state.steps + 6 * sizes.particles * sizeof(R), words = words_of(sizes.particles);
+  std::int64_t counts[2] = {0, 0};
+  if (bytes.size() >= counts_at + two) std::memcpy(counts, bytes.data() + counts_at, two);
+  const auto boxes = static_cast<std::int64_t>(sizes.meshes * words);
+  const auto pairs = static_cast<std::int64_t>(sizes.meshes * sizes.particles);
+  if (counts[0] != 0 && counts[0] != boxes)
+    refuse(file, "contacts", counted(counts[0], "box", "boxes"), "0 or " + std::to_string(boxes));
+  if (counts[1] < 0 || counts[1] > (counts[0] == 0 ? 0 : pairs))
+    refuse(file, "contacts", counted(counts[1], "pair"), "at most the " + std::to_string(pairs) + " there are");
+  const auto box_count = static_cast<std::size_t>(counts[0]), near = static_cast<std::size_t>(counts[1]);
+  std::size_t places = 0;
+  if (const std::size_t at = counts_at + two; box_count > 0 && bytes.size() >= at + box_count * sizeof(WordBox)) {
+    detail::take(bytes.data() + at, box_count, state.seen.boxes);
+    for (std::size_t mesh = 0; mesh < sizes.meshes; ++mesh)
+      places += places_of(state.seen.boxes.data() + mesh * words, sizes.particles);
+  }
+  const std::size_t expected = counts_at + two + (3 * sizes.apart + 8 * sizes.searched) * sizeof(R) +
+                               box_count * sizeof(WordBox) + places * sizeof(PlaceSeen) + near * sizeof(SeenOfPair) +
+                               sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory) +
+                               sizes.edge_groups * (7 * sizes.particles * sizeof(R) + sizeof(std::int64_t));
   if (bytes.size() != expected)
     refuse(file, "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
@@ -164,7 +216,9 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   const char* from = bytes.data() + sizeof state.steps;
   from = detail::take(from, sizes.particles, state.x);
   from = detail::take(from, sizes.particles, state.v);
-  from = detail::take(from, sizes.seen, state.seen);
+  from = detail::take(from + two, box_count, state.seen.boxes);
+  from = detail::take(from, places, state.seen.places);
+  from = detail::take(from, near, state.seen.near);
   from = detail::take(from, sizes.rest, state.rest);
   from = detail::take(from, sizes.apart, state.self.x0);
   from = detail::take(from, sizes.searched, state.self.from);
@@ -175,8 +229,42 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.way);
   from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.contact_distance);
   detail::take(from, sizes.edge_groups, state.edges.serves);
-  detail::check_state(state, triangles, file);
+  detail::check_state(state, triangles, static_cast<std::int64_t>(sizes.meshes), file);
   return state;
+}
+
+/// What was seen of other particles: the i-th is as the from[i]-th was. Where their words had boxes and are now mixed,
+/// nothing has been seen of them.
+inline ContactMemory carried(const ContactMemory& before, std::size_t particles, const std::vector<int>& from) {
+  ContactMemory all;
+  const std::size_t words = words_of(particles);
+  const PlaceSeen* place = before.places.data();
+  auto near = before.near.begin();
+  for (std::size_t mesh = 0; mesh * words < before.boxes.size(); ++mesh) {
+    const WordBox* const boxes = before.boxes.data() + mesh * words;
+    std::vector<PlaceSeen> places(particles, {0, 0, 0, -INFINITY});
+    for (std::size_t i = 0; i < particles; ++i)
+      if (boxes[i / kWord].is_of_each()) places[i] = *place++;
+    for (std::size_t word = 0; word < words_of(from.size()); ++word) {
+      const int *const own = from.data() + word * kWord, *const end = own + particles_in(word, from.size());
+      const int first = own[0] / kWord;
+      const auto is_of_each = [&](int i) { return boxes[i / kWord].is_of_each(); };
+      if (std::any_of(own, end, is_of_each)) {
+        all.boxes.push_back({{}, {1, 0, 0}, WordBox::kOfEach});
+        for (const int* i = own; i < end; ++i) all.places.push_back(places[*i]);
+      } else {
+        const bool together = std::all_of(own, end, [&](int i) { return i / kWord == first; });
+        all.boxes.push_back(together ? boxes[first] : WordBox{});
+      }
+    }
+    std::vector<const LastSeen*> last(particles, nullptr);
+    for (; near != before.near.end() && near->pair < static_cast<long long>((mesh + 1) * particles); ++near)
+      last[near->pair % particles] = &near->seen;
+    for (std::size_t i = 0; i < from.size(); ++i)
+      if (const LastSeen* const seen = last[from[i]])
+        all.near.push_back({static_cast<long long>(mesh * from.size() + i), *seen});
+  }
+  return all;
 }
 
 /// The state of other particles: the i-th is as the from[i]-th was.
@@ -189,8 +277,7 @@ State<R> carried(const State<R>& before, const std::vector<int>& from) {
   }
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);
   state.edges = unsearched_edges<R>(before.edges.serves.size(), from.size());
-  for (std::size_t mesh = 0; mesh < before.seen.size(); mesh += before.x.size())
-    for (const int i : from) state.seen.push_back(before.seen[mesh + i]);
+  state.seen = carried(before.seen, before.x.size(), from);
   return state;
 }
 
@@ -201,7 +288,6 @@ State<R> displaced(const State<R>& before, std::int64_t steps, const std::vector
   State<R> state{steps, {}, {}, {}, {}, {}, {}};
   const auto to_R = [](const Vec3& a) { return std::array<R, 3>{R(a[0]), R(a[1]), R(a[2])}; };
   for (std::size_t i = 0; i < x.size(); ++i) state.x.push_back(to_R(x[i])), state.v.push_back(to_R(v[i]));
-  state.seen.resize(before.seen.size());
   if (!before.rest.empty()) state.rest = {0, -1};
   if (!before.self.x0.empty()) state.self.x0 = state.x;
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);

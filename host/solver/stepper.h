@@ -69,7 +69,7 @@ class Stepper : public Solver {
   std::vector<Vec3> velocities() const final { return in_user_order(v_.download(), model_.user_of); }
   const SolverFacts& facts() const final { return facts_; }
   const std::array<double, kPassNames.size()>& pass_seconds() const final { return seconds_; }
-  std::string save() const final { return save_state(remembered()); }
+  std::string save() const final { return collider_ ? save_state(remembered(), *collider_) : save_state(remembered()); }
   void restore(const std::string& bytes, const std::string& file) final {
     const State<R> saved = load(bytes, x_.size(), file);
     steps_ = saved.steps, crossings_step_ = -1;
@@ -453,10 +453,9 @@ class Stepper : public Solver {
     return {steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>(), {}, {}};
   }
 
-  /// With what the next step needs beside it.
+  /// With what the next step needs beside it, but for contacts.
   State<R> remembered() const {
     State<R> all = state();
-    if (collider_) all.seen = collider_->memory();
     if (sleeper_) all.rest = sleeper_->memory();
     if (self_)
       all.self = self_->memory();
@@ -468,7 +467,7 @@ class Stepper : public Solver {
 
   State<R> load(const std::string& bytes, std::size_t particles, const std::string& file) const {
     const StateSizes sizes{.particles = particles,
-                           .seen = model_.environment.size() * particles,
+                           .meshes = model_.environment.size(),
                            .rest = sleeper_ ? std::size_t(2) : 0,
                            .apart = self_ || edges_ ? particles : 0,
                            .searched = self_ ? particles : 0,
