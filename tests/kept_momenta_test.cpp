@@ -208,6 +208,30 @@ TEST(WarningOfDrift, NamesWhatNinetyFiveOfAHundredFlightsDoNotExceed) {
   EXPECT_GT(flights.near, 0.75) << "or it says far more or less than comes";
 }
 
+// From half a metre to five kilometres from the origin; soft ones have less often anything to round than stiff ones.
+TEST(WarningOfDrift, HoldsOfWhatFliesStraight) {
+  Random random(9);
+  constexpr int kFlights = 200;
+  int below = 0, more = 0;
+  for (int n = 0; n < kFlights; ++n) {
+    Scene scene = random_flight(random);
+    BodySpec& body = scene.bodies[0];
+    body.spin = {}, scene.duration = random(1, 4), scene.solver.substeps = random.below(2) ? 5 : 20;
+    const Vector3<double> way = random.direction();
+    const double place = 0.5 * std::pow(10, random.below(5));
+    body.transform.translate = {way.x * place, way.y * place, way.z * place};
+    Simulation simulation(scene, {.threads = 1});
+    const Drift drift = worst_drift(simulation.model());
+    const Vec3 before = simulation.measure().momentum;
+    run_for(simulation, scene, scene.duration);
+    const double changed = length(simulation.measure().momentum - before) / *body.mass;
+    below += changed<drift.speed, more += changed> drift.often;
+  }
+  EXPECT_GE(below, 0.94 * kFlights);
+  EXPECT_GE(more, 0.25 * kFlights) << "or the warning says too much";
+  EXPECT_LE(more, 0.6 * kFlights) << "or the warning says too little";
+}
+
 TEST(WarningOfDrift, DISABLED_HoldsOfAThousandFlights) {
   const auto [below, near] = warned_flights(1000, 6);
   std::printf("%g of 1,000 flights are below what the warning says, %g within a factor of three of what comes often\n",

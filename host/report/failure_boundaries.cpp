@@ -174,7 +174,10 @@ double unrounded_step(const Model& model) {
 }
 
 Drift worst_drift(const Model& model) {
-  constexpr double kSeldomMore = 4, kOften = 0.65;
+  struct Deviations {  // of the walk
+    double often, seldom_more;
+  };
+  constexpr Deviations kTurning{0.65, 4}, kStraight{0.2, 2.5};
   Drift worst;
   const Scene& scene = model.scene;
   const SolverSpec& solver = scene.solver;
@@ -206,9 +209,9 @@ Drift worst_drift(const Model& model) {
     const double turning = std::hypot(spec.spin[0], spec.spin[1], spec.spin[2]) * distance(low, high) / 2;
     const double deviation =
         std::sqrt(squared_spacing_in_flight(model, b) / 12 * free[b].rounded * iterations) / (h * free[b].mass);
-    const double speed = kSeldomMore * deviation, of = own > 0 ? own : turning;
-    if (of > 0 && speed / of > worst.share)
-      worst = {speed, kOften * deviation, speed / of, kOften * deviation / of, static_cast<int>(b)};
+    const Deviations& may = turning > 0 ? kTurning : kStraight;
+    const double speed = may.seldom_more * deviation, often = may.often * deviation, of = own > 0 ? own : turning;
+    if (of > 0 && speed / of > worst.share) worst = {speed, often, speed / of, often / of, static_cast<int>(b)};
   }
   return worst;
 }
