@@ -134,7 +134,7 @@ TEST(Plan, CountsBytesByOwnerAsTheReportDoes) {
 /// Its 4 substeps of 3 iterations, with one obstacle: four launches find its contacts and three hold back.
 TEST(Plan, CountsLaunches) {
   const std::string text = plan_of(balloon_in_the_wind());
-  for (const char* line : {"  damping: 16 launches", "  prediction: 8 launches", "  collision: 28 launches",
+  for (const char* line : {"  damping: 16 launches", "  prediction: 8 launches", "  collision: 32 launches",
                            "  projection: 12 launches", "  pressure: 60 launches", "  long_range: 12 launches",
                            "  air: 8 launches", "  contact: 28 launches", "  state: 4 launches", "  sleep: 1 launch"})
     EXPECT_TRUE(says(text, line)) << line << " is not in\n" << text;

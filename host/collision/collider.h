@@ -380,7 +380,6 @@ class Collider {
   }
 
   /// A kernel that asks Embree about the particles that bits name: so much.
-  /// A kernel that asks Embree about the particles that bits name: so much.
   template <class Kernel>
   void on_words(const Asked& asked, const Particles<R>& particles) {
     const Surroundings<R> here = surroundings(particles);

@@ -67,9 +67,9 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
   line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
   line("levels", launches_of_levels(model, facts));
-  // Found before the iterations, held back after them; twice a first test. None without an environment. In flight how
-  // much room there is to each object, and to all.
-  line("collision", (obstacles > 0 ? substeps * (6 * obstacles + 1) : 0) + (facts.flies ? obstacles + 1 : 0));
+  // Found before the iterations, held back after them, where what nothing else holds is counted; twice a first test.
+  // None without an environment. In flight how much room there is to each object, and to all.
+  line("collision", (obstacles > 0 ? substeps * (6 * obstacles + 2) : 0) + (facts.flies ? obstacles + 1 : 0));
   line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);
   line("pressure", projections * facts.pressure_launches);
