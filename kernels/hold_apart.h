@@ -14,6 +14,21 @@ struct StandStill {
   }
 };
 
+/// A particle that a mesh lifted from x0 to x before the substep, and that was then held where it goes to: as much of
+/// the lift as was undone is no motion.
+template <class R>
+struct ForgetLift {
+  Particles<R> particles;
+  ScatteredPoints<R> x0;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> from = x0[i], lift = particles.x[i] - from;
+    const R squared = dot(lift, lift);
+    if (!(particles.w[i] > R(0)) || !(squared > R(0)) || !(squared < R(INFINITY))) return;
+    const R kept = smaller(larger(dot(lift, particles.p[i] - from) / squared, R(0)), R(1));
+    if (kept < R(1)) particles.x.set(i, from + lift * kept);
+  }
+};
+
 template <class R, class From = Points<R>, class To = ScatteredPoints<R>>
 struct CopyPoints {
   From from;

@@ -199,5 +199,46 @@ TEST(Jammed, ARoundOfDrivingIsNotRepeatedWithoutEndAndTheRunSaysWhatCouldNotGetO
   }
 }
 
+/// An irregular sheet of weak springs.
+BodySpec weak_sheet(Random& random, const TemporaryFolder& folder, const std::string& name, double y, double mass) {
+  BodySpec body;
+  body.name = name, body.mass = mass, body.transform.translate = {-0.2, y, -0.2};
+  body.shape = MeshFile{folder.write(name + ".obj", irregular_sheet(0.4, 0.4, 4, 4, random))};
+  body.constraints = {compliant("distance", 0.01, {"edges"})};
+  return body;
+}
+
+// Pins draw a sheet through a free one into a still box. The box lifts particles out of it, and self-collision holds
+// them where they were: what a velocity says is no more than what the particle moved by.
+TEST(Jammed, WhatABoxLiftsAndABodyHoldsBackHasNoSpeed) {
+  const TemporaryFolder folder;
+  for (const Precision precision : {Precision::Float, Precision::Double})
+    for (const unsigned seed : {1u, 2u, 3u}) {
+      Random random(seed);
+      BodySpec drawn = weak_sheet(random, folder, "drawn", 0.08, 6);
+      Pin pins = ListPin{{7, 8, 2, 5, 22}};
+      pins.motion = {{.time = 0}, {.time = 0.2, .translate = {-0.11, -0.35, 0.47}}};
+      drawn.pins = {pins};
+      EnvironmentSpec box;
+      box.name = "box", box.shape = BoxShape{{3, 0.5, 3}, {1, 1, 1}}, box.transform.translate = {0, -0.3, 0};
+      Scene scene = scene_of({weak_sheet(random, folder, "free", 0, 1.6), drawn}, kEarth, 1.0 / 600, 1, precision);
+      scene.environment = {box}, scene.self_collision = SelfCollision{0.005, 0.5, {}};
+      Simulation simulation(scene, {.threads = 1});
+      double fastest = 0, phantom = 0;  // m/s; and of that what nothing moved by
+      std::vector<Vec3> before = simulation.positions();
+      for (int step = 0; step < 180; ++step) {
+        simulation.step();
+        const std::vector<Vec3> after = simulation.positions(), v = simulation.velocities();
+        for (std::size_t i = 0; i < v.size(); ++i) {
+          fastest = std::max(fastest, length(v[i]));
+          phantom = std::max(phantom, length(v[i]) - 600 * length(after[i] - before[i]));
+        }
+        before = after;
+      }
+      EXPECT_LT(phantom, precision == Precision::Float ? 1e-3 : 1e-9) << seed;  // m/s: rounding of places, 600 times
+      EXPECT_GT(fastest, 1) << "nothing was drawn: the test looks at nothing";
+    }
+}
+
 }  // namespace
 }  // namespace malha

@@ -56,6 +56,12 @@ class SelfCollider {
   /// Whether what is fixed may have gone through a body, as far as is known.
   bool went_through() const { return through_; }
 
+  /// Before velocities are taken from x to p: where a mesh lifted what was then held back, the way back is no speed.
+  void forget_lifts(const Particles<R>& particles) {
+    if (gives_back_ == Returns::Nothing) return;  // nothing was held
+    parallel_for(executor_, count_, ForgetLift<R>{particles, x0_.points()}, kGrain);
+  }
+
   /// Where all is now is where the next substep begins, after one of h seconds. What jammed gets its momenta back, or,
   /// where pins or objects (at most as fast as `objects`, m/s) drive it, is not much faster than those.
   void settle(const Particles<R>& particles, double h, double objects);

@@ -324,6 +324,7 @@ class Stepper : public Solver {
       }
     if (collider_) timed(Pass::Collision, [&] { collider_->put_before_meshes(all); });
     hold_apart(all);
+    if (self_ && collider_) timed(Pass::SelfCollision, [&] { self_->forget_lifts(all); });
     timed(Pass::State, [&] {
       lost_.update(executor_, all, h, substep_);
       if (looks_at_places()) refuse(lost_.in(substep_));
