@@ -151,6 +151,16 @@ TEST(WarningOfHeavyOnLight, ComesFromTenTimesTheMassOnWhereItFalls) {
   Scene thrown = heavy_on_light(100, 0);
   thrown.bodies[1].velocity = {0, 1, 0};  // and so falls from 5 cm
   EXPECT_TRUE(warns_of_weight(thrown));
+  Scene both = heavy_on_light(100, 0);  // laid on, but the lower one falls from 5 cm
+  for (BodySpec& body : both.bodies) body.transform.translate[1] += 0.05;
+  EXPECT_TRUE(warns_of_weight(both));
+  Scene let_go = heavy_on_light(100, 0.024);
+  Pin pin = BoxPin{{-1, 1.2 * kBlock, -1}, {1, 9, 1}};
+  pin.until = 0.1;
+  let_go.bodies[1].pins = {pin};
+  EXPECT_TRUE(warns_of_weight(let_go));
+  let_go.bodies[1].pins[0].until.reset();
+  EXPECT_FALSE(warns_of_weight(let_go));
   Scene sideways = heavy_on_light(100, 0.024);  // the same, with gravity along z
   for (BodySpec& body : sideways.bodies)
     body.transform.translate = {0, body.transform.translate[0], body.transform.translate[1]};

@@ -21,11 +21,13 @@ constexpr double kDampsAll = 400;  // 1/s: by a hundredth of it or less, and res
 /// What a body is here. Upwards is against gravity.
 struct Placed {
   double mass = 0;                   // kg
+  int weighed = 0;                   // particles that are not pinned
   bool free = true, touches = true;  // touches: takes part in self-collision
   double damped = 0;                 // 1/s, by drag
   double lowest = 0, highest = 0;    // m, upwards
   std::array<double, 2> low, high;   // m, across
   double rises = 0;                  // m, as far as its velocity at the start lets it rise
+  double falls = 0;                  // m, onto the object below it; 0: none is known
 
   double height() const { return highest - lowest; }
   /// Nothing holds it, and it is no sheet that lies.
@@ -45,10 +47,10 @@ std::vector<Placed> placed(const Model& model, double gravity) {
   const std::vector<bool> held = held_at_start(model, true);
   std::vector<Placed> all(scene.bodies.size());
   for (std::size_t i = 0; i < body.size(); ++i) {
-    if (held[i])
-      all[body[i]].free = false;
-    else
-      all[body[i]].mass += 1 / model.w[i];
+    const std::vector<Pin>& pins = scene.bodies[body[i]].pins;
+    const bool let_go = std::ranges::all_of(pins, [](const Pin& pin) { return pin.until.has_value(); });
+    if (held[i] && (pins.empty() || !let_go)) all[body[i]].free = false;
+    if (model.w[i] > 0) all[body[i]].mass += 1 / model.w[i], ++all[body[i]].weighed;
   }
   for (std::size_t b = 0; b < all.size(); ++b) {
     constexpr double none = std::numeric_limits<double>::infinity();
@@ -67,7 +69,23 @@ std::vector<Placed> placed(const Model& model, double gravity) {
     const int count = model.look.body_begin[b + 1] - model.look.body_begin[b];
     const double speed = dot(scene.bodies[b].velocity, up);
     of.rises = speed * speed / (2 * gravity);
+    // What pins hold for a while weighs as much as the rest.
+    of.mass = scene.bodies[b].mass.value_or(of.weighed > 0 ? of.mass * count / of.weighed : 0);
     of.damped = scene.wind ? scene.wind->drag * count / of.mass : 0;
+  }
+  for (const EnvironmentMesh& object : model.environment) {
+    Placed ground;
+    double top = -std::numeric_limits<double>::infinity();
+    ground.low[0] = ground.low[1] = -top, ground.high[0] = ground.high[1] = top;
+    for (const Vec3& x : object.mesh.points) {
+      const double sides[2] = {dot(x, across), dot(x, along)};
+      top = std::max(top, dot(x, up));
+      for (int k = 0; k < 2; ++k)
+        ground.low[k] = std::min(ground.low[k], sides[k]), ground.high[k] = std::max(ground.high[k], sides[k]);
+    }
+    for (Placed& of : all)
+      if (const double gap = of.lowest - top - object.spec.thickness; gap > 0 && of.overlaps(ground))
+        of.falls = of.falls > 0 ? std::min(of.falls, gap) : gap;
   }
   return all;
 }
@@ -92,7 +110,7 @@ HeavyOnLight worst_heavy_on_light(const Model& model) {
         next = static_cast<int>(b);
     if (next < 0 || !above.touches) continue;
     const Placed& below = all[next];
-    const double fall = above.lowest - below.highest - thickness + above.rises;
+    const double fall = above.lowest - below.highest - thickness + above.rises + below.falls;
     if (!above.bounces(thickness) || !below.bounces(thickness) || fall < kFall * below.height()) continue;
     if (below.damped >= kDamped || scene.bodies[next].damping == 1) continue;
     const int count = model.look.body_begin[next + 1] - model.look.body_begin[next];
