@@ -24,6 +24,13 @@ struct PlaceSeen {
   float x, y, z, distance;
 };
 
+/// The place of the box from low to high that is nearest to a.
+template <class S>
+KERNEL Vector3<S> nearest_in(const Vector3<float>& low, const Vector3<float>& high, const Vector3<S>& a) {
+  return {larger(S(low.x), smaller(a.x, S(high.x))), larger(S(low.y), smaller(a.y, S(high.y))),
+          larger(S(low.z), smaller(a.z, S(high.z)))};
+}
+
 /// A box in which all particles of a word were when they were last seen (m, mesh's frame), for a first test of them
 /// all. Unless each particle has a place of its own, it counts as seen at the place of the box that is nearest to it.
 struct WordBox {
@@ -39,9 +46,8 @@ struct WordBox {
   KERNEL float clearance() const { return distance == 0 ? -INFINITY : fabsf(distance); }
   KERNEL PlaceSeen place(const Vector3<float>& a) const {
     if (distance == 0 || is_of_each()) return {0, 0, 0, -INFINITY};
-    const Vector3<float> low = centre - half, high = centre + half;
-    return {larger(low.x, smaller(a.x, high.x)), larger(low.y, smaller(a.y, high.y)),
-            larger(low.z, smaller(a.z, high.z)), clearance()};
+    const Vector3<float> nearest = nearest_in(centre - half, centre + half, a);
+    return {nearest.x, nearest.y, nearest.z, clearance()};
   }
   /// The way from the box to a.
   template <class S>
@@ -280,9 +286,7 @@ struct BoxPlace {
       : low(box.centre - box.half), high(box.centre + box.half), distance(box.clearance()) {}
   template <class S>
   KERNEL SeenLanes<S> from(int, const Vector3<S>& a) const {
-    return {{larger(S(low.x), smaller(a.x, S(high.x))), larger(S(low.y), smaller(a.y, S(high.y))),
-             larger(S(low.z), smaller(a.z, S(high.z)))},
-            S(distance)};
+    return {nearest_in(low, high, a), S(distance)};
   }
 };
 

@@ -27,7 +27,7 @@ class Collider {
       : executor_(executor),
         host_words_(executor),
         particles_(model.x.size()),
-        words_((model.count() + kWord - 1) / kWord) {
+        words_(static_cast<int>(words_of(particles_))) {
     for (const EnvironmentMesh& mesh : model.environment) {
       obstacles_.emplace_back(Surface(device_, mesh.mesh), mesh.spec, model.x.size());
       bounces_ = bounces_ || mesh.spec.restitution > 0;
@@ -93,7 +93,7 @@ class Collider {
 
   /// Memory for questions of speed.
   void make_rooms() { rooms_ = Array<Executor, Room>(static_cast<std::size_t>(words_), Room{}); }
-  /// What is nearer than the thickness now stays as near until it opens by itself.
+  /// Lets particles that are nearer than the thickness now stay as near until they leave by themselves.
   void keep_overlaps() {
     for (Obstacle& o : obstacles_)
       parallel_for(executor_, o.memory.slots(), KeepOverlap{o.memory.view().near, 2 * o.spec.thickness});
@@ -190,8 +190,8 @@ class Collider {
     return counts;
   }
 
-  /// What a later substep depends on, for checkpoints: as of ContactMemory, but mesh by mesh, as of 1,000 of them it
-  /// may be as much as everything else.
+  /// Passes on what a later substep depends on, for checkpoints, as ContactMemory does, but mesh by mesh: a copy of
+  /// what 1,000 meshes know may be as large as everything else.
   template <class Take>
   void tell(const Take& take) const {
     for (const Obstacle& o : obstacles_) take(o.memory.boxes());
@@ -357,8 +357,8 @@ class Collider {
     parallel_region(executor_, words_, [&](const auto& team) { parallel_dealt(team, words_, kernel); });
   }
 
-  /// What crosses meshes, so many particles of the first question, is put before them by a kernel. Those that nothing
-  /// holds back are few: on the host they alone get slots, at all meshes.
+  /// Puts particles that cross meshes, so many of the first question, before them by a kernel. Those that nothing holds
+  /// back are few: on the host they alone get slots, at all meshes.
   template <class Kernel>
   void hold_crossing(const Asked& asked, const Particles<R>& particles) {
     if constexpr (kOnHost) {

@@ -30,7 +30,7 @@ struct ContactLook {
     NearTriangle near;
   };
 
-  /// Where it is and where it was seen; false where it cannot have come near since.
+  /// Finds where a particle is and where it was seen; returns false where it cannot have come near since.
   KERNEL bool comes_near(int i, Look& look) const {
     look.i = i;
     look.a = to_local(before, in_double(particles.x[i])), look.b = to_local(after, in_double(particles.p[i]));

@@ -1,4 +1,4 @@
-// What a later substep knows of the pairs of particles and environment meshes: part of the state of a run.
+// The memory of contacts: of pairs of particles and environment meshes, what a state of a run holds for later substeps.
 #pragma once
 #include <vector>
 
@@ -25,15 +25,15 @@ struct ContactMemory {
   void add(const std::vector<SeenOfPair>& part) { near.insert(near.end(), part.begin(), part.end()); }
 };
 
-/// How many words hold so many particles.
+/// The number of words that hold so many particles.
 inline std::size_t words_of(std::size_t particles) { return (particles + kWord - 1) / kWord; }
-/// How many of them are in one of its words.
+/// The number of them in one of the words.
 inline int particles_in(std::size_t word, std::size_t particles) {
   const std::size_t left = particles - word * kWord;
   return static_cast<int>(left < kWord ? left : kWord);
 }
 
-/// How many places there are of one mesh, whose first box this is.
+/// The number of places of one mesh, whose first box this is.
 inline std::size_t places_of(const WordBox* boxes, std::size_t particles) {
   std::size_t sum = 0;
   for (std::size_t word = 0; word < words_of(particles); ++word)

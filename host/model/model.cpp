@@ -43,8 +43,9 @@ class Builder {
       Faults faults;
       for (std::size_t b = 0; b < scene.bodies.size(); ++b)
         faults.collect([&] { add_body(make_body(scene, b, mesh_of(b), torn_)); });
-      if (torn_) model_.environment = *torn_->environment, model_.zero_area_faces = torn_->zero_area_faces;
-      if (!torn_)
+      if (torn_)
+        model_.environment = *torn_->environment, model_.zero_area_faces = torn_->zero_area_faces;
+      else
         for (std::size_t e = 0; e < scene.environment.size(); ++e)
           faults.collect([&] { model_.environment.push_back(load_environment(scene, e, model_.zero_area_faces)); });
       faults.throw_all();
@@ -56,8 +57,9 @@ class Builder {
     took.connect = seconds([this] { connect(model_, bodies_, solver_of_, torn_ != nullptr); });
     if (gives_momenta_back()) find_free_islands();
     took.patches = seconds([this] { cut(); });
-    if (torn_) model_.notes = *torn_->notes;
-    if (!torn_)
+    if (torn_)
+      model_.notes = *torn_->notes;
+    else
       for (std::string& line : unlikely_settings(model_, bodies_)) model_.notes.push_back(std::move(line));
     if (scene.self_collision) {
       const SelfSurface surface = self_surface(model_);

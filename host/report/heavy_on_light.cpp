@@ -18,73 +18,84 @@ constexpr double kFall = 0.01;     // of the lighter one's height: from twice th
 constexpr double kDamped = 100;    // 1/s, of the lighter one's velocity: they walk by 0.06 of their width at most
 constexpr double kDampsAll = 400;  // 1/s: by a hundredth of it or less, and rest after 3 s
 
-/// What a body is here. Upwards is against gravity.
-struct Placed {
-  double mass = 0;                   // kg
-  int weighed = 0;                   // particles that are not pinned
-  bool free = true, touches = true;  // touches: takes part in self-collision
-  double damped = 0;                 // 1/s, by drag
-  double lowest = 0, highest = 0;    // m, upwards
-  std::array<double, 2> low, high;   // m, across
-  double rises = 0;                  // m, as far as its velocity at the start lets it rise
-  double falls = 0;                  // m, onto the object below it; 0: none is known
+/// The unit vectors of a scene: upwards is against gravity.
+struct Axes {
+  Vec3 up, across, along;
+};
+Axes axes_of(const Vec3& gravity) {
+  const double g = norm(gravity);
+  const Vec3 up = {-gravity[0] / g, -gravity[1] / g, -gravity[2] / g};
+  const Vec3 beside = std::abs(up[0]) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 0, 1};  // far from upwards
+  const Vec3 across = cross(up, beside);
+  return {up, across, cross(across, up)};
+}
 
+/// The box around points along these axes.
+struct Extent {
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  double lowest = kNone, highest = -kNone;                        // m, upwards
+  std::array<double, 2> low{kNone, kNone}, high{-kNone, -kNone};  // m, across
+
+  void add(const Axes& axes, const Vec3& x) {
+    const double height = dot(x, axes.up), sides[2] = {dot(x, axes.across), dot(x, axes.along)};
+    lowest = std::min(lowest, height), highest = std::max(highest, height);
+    for (int k = 0; k < 2; ++k) low[k] = std::min(low[k], sides[k]), high[k] = std::max(high[k], sides[k]);
+  }
   double height() const { return highest - lowest; }
-  /// Nothing holds it, and it is no sheet that lies.
-  bool bounces(double thickness) const { return free && height() > thickness; }
-  bool overlaps(const Placed& o) const {
+  bool overlaps(const Extent& o) const {
     return low[0] < o.high[0] && o.low[0] < high[0] && low[1] < o.high[1] && o.low[1] < high[1];
   }
 };
 
+/// What a body is here.
+struct Placed : Extent {
+  double mass = 0;                   // kg
+  int weighed = 0;                   // particles that are not pinned
+  bool free = true, touches = true;  // touches: takes part in self-collision
+  double damped = 0;                 // 1/s, by drag
+  double rises = 0;                  // m, as far as its velocity at the start lets it rise
+  double falls = 0;                  // m, onto the object below it; 0: none is known
+
+  /// Nothing holds it, and it is no sheet that lies.
+  bool bounces(double thickness) const { return free && height() > thickness; }
+};
+
+/// Whether pins hold a body, but none of them for ever.
+bool is_let_go(const BodySpec& body) {
+  return !body.pins.empty() && std::ranges::all_of(body.pins, [](const Pin& pin) { return pin.until.has_value(); });
+}
+
 /// All bodies of a scene with self-collision.
 std::vector<Placed> placed(const Model& model, double gravity) {
   const Scene& scene = model.scene;
-  const Vec3 up = {-scene.gravity[0] / gravity, -scene.gravity[1] / gravity, -scene.gravity[2] / gravity};
-  const Vec3 beside = std::abs(up[0]) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 0, 1};  // far from upwards
-  const Vec3 across = cross(up, beside), along = cross(across, up);
+  const Axes axes = axes_of(scene.gravity);
   const std::vector<int> body = bodies_of(model);
   const std::vector<bool> held = held_at_start(model, true);
   std::vector<Placed> all(scene.bodies.size());
   for (std::size_t i = 0; i < body.size(); ++i) {
-    const std::vector<Pin>& pins = scene.bodies[body[i]].pins;
-    const bool let_go = std::ranges::all_of(pins, [](const Pin& pin) { return pin.until.has_value(); });
-    if (held[i] && (pins.empty() || !let_go)) all[body[i]].free = false;
-    if (model.w[i] > 0) all[body[i]].mass += 1 / model.w[i], ++all[body[i]].weighed;
+    Placed& of = all[body[i]];
+    if (held[i]) of.free = false;
+    if (model.w[i] > 0) of.mass += 1 / model.w[i], ++of.weighed;
   }
   for (std::size_t b = 0; b < all.size(); ++b) {
-    constexpr double none = std::numeric_limits<double>::infinity();
     Placed& of = all[b];
-    of.lowest = of.low[0] = of.low[1] = none, of.highest = of.high[0] = of.high[1] = -none;
-    for (int i = model.look.body_begin[b]; i < model.look.body_begin[b + 1]; ++i) {
-      const Vec3& x = model.look.points[i];
-      const double height = dot(x, up), sides[2] = {dot(x, across), dot(x, along)};
-      of.lowest = std::min(of.lowest, height), of.highest = std::max(of.highest, height);
-      for (int k = 0; k < 2; ++k)
-        of.low[k] = std::min(of.low[k], sides[k]), of.high[k] = std::max(of.high[k], sides[k]);
-    }
+    of.free = of.free || is_let_go(scene.bodies[b]);
+    for (int i = model.look.body_begin[b]; i < model.look.body_begin[b + 1]; ++i) of.add(axes, model.look.points[i]);
     const std::vector<std::string>& touching = scene.self_collision->bodies;  // empty: all
     const bool named = std::find(touching.begin(), touching.end(), scene.bodies[b].name) != touching.end();
     of.touches = touching.empty() || named;
     const int count = model.look.body_begin[b + 1] - model.look.body_begin[b];
-    const double speed = dot(scene.bodies[b].velocity, up);
+    const double speed = dot(scene.bodies[b].velocity, axes.up);
     of.rises = speed * speed / (2 * gravity);
     // What pins hold for a while weighs as much as the rest.
     of.mass = scene.bodies[b].mass.value_or(of.weighed > 0 ? of.mass * count / of.weighed : 0);
     of.damped = scene.wind ? scene.wind->drag * count / of.mass : 0;
   }
   for (const EnvironmentMesh& object : model.environment) {
-    Placed ground;
-    double top = -std::numeric_limits<double>::infinity();
-    ground.low[0] = ground.low[1] = -top, ground.high[0] = ground.high[1] = top;
-    for (const Vec3& x : object.mesh.points) {
-      const double sides[2] = {dot(x, across), dot(x, along)};
-      top = std::max(top, dot(x, up));
-      for (int k = 0; k < 2; ++k)
-        ground.low[k] = std::min(ground.low[k], sides[k]), ground.high[k] = std::max(ground.high[k], sides[k]);
-    }
+    Extent ground;
+    for (const Vec3& x : object.mesh.points) ground.add(axes, x);
     for (Placed& of : all)
-      if (const double gap = of.lowest - top - object.spec.thickness; gap > 0 && of.overlaps(ground))
+      if (const double gap = of.lowest - ground.highest - object.spec.thickness; gap > 0 && of.overlaps(ground))
         of.falls = of.falls > 0 ? std::min(of.falls, gap) : gap;
   }
   return all;

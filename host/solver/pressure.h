@@ -48,10 +48,7 @@ class Pressure {
     const auto items = static_cast<int>(particle_.size());
     PressureState* const state = state_.data();
     parallel_reduce_into(executor_, triangles_, EnclosedVolume<R>{p, corners_.data(), origin_}, &state->volume);
-    parallel_reduce_into(executor_, items,
-                         PressureGradient<R>{p, w, particle_.data(), begin_.data(), around_.data(), most_.data(),
-                                             origin_, grad_.points()},
-                         &state->sums);
+    find_gradient(p, w, most_.data());
     parallel_reduce_into(executor_, items, MeasureInertia<R>{state, p, w, particle_.data(), origin_}, &state->inertia);
     parallel_for(executor_, 1, PushPressure<R>{state, p, origin_, target_, compliant_, alpha_, stiffness_});
     parallel_for(executor_, items, ApplyPressure<R>{p, w, particle_.data(), grad_.points(), state});
@@ -60,14 +57,14 @@ class Pressure {
   /// The same in two parts. Between them a filter answers the `force` that the gradient at x is by how far it moves
   /// particles, `way` (host/solver/desbrun.h). A gradient is not clamped: a filter lets no spike grow.
   void put(const Points<R>& x, const R* w, const Points<R>& force) {
-    find_gradient(x, w);
+    find_gradient(x, w, nullptr);
     parallel_for(executor_, static_cast<int>(particle_.size()),
                  PutPressure<R>{particle_.data(), grad_.points(), force});
   }
   void push(const Points<R>& p, const R* w, const Points<R>& force, const Points<R>& way) {
     PressureState* const state = state_.data();
     parallel_reduce_into(executor_, triangles_, EnclosedVolume<R>{p, corners_.data(), origin_}, &state->volume);
-    find_gradient(p, w);
+    find_gradient(p, w, nullptr);
     parallel_reduce_into(executor_, static_cast<int>(particle_.size()),
                          SumAlongPressure<R>{particle_.data(), grad_.points(), force, way}, &state->sums);
     parallel_for(executor_, 1, PushPressure<R>{state, p, origin_, target_, compliant_, alpha_, stiffness_});
@@ -89,9 +86,10 @@ class Pressure {
   }
 
  private:
-  void find_gradient(const Points<R>& at, const R* w) {
-    const PressureGradient<R> find{at,      w,       particle_.data(), begin_.data(), around_.data(),
-                                   nullptr, origin_, grad_.points()};
+  /// `most`: see PressureGradient.
+  void find_gradient(const Points<R>& at, const R* w, const R* most) {
+    const PressureGradient<R> find{at,   w,       particle_.data(), begin_.data(), around_.data(),
+                                   most, origin_, grad_.points()};
     parallel_reduce_into(executor_, static_cast<int>(particle_.size()), find, &state_.data()->sums);
   }
   double volume(const Points<R>& p) const {

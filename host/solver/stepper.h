@@ -348,7 +348,7 @@ class Stepper : public Solver {
     timed(Pass::State, [&] { parallel_for(executor_, all.count, CopyPoints<R, Points<R>, Points<R>>{all.p, all.x}); });
   }
 
-  /// Those whose time is over let go: of what they pressed together, nothing is shot apart. So with attachments.
+  /// Pins whose time is over let go, and nothing that they pressed together is shot apart.
   void place_pins(double start, double end) {
     const int before = pins_let_go();
     moved_->place(particles(), w_.data(), start, end);
