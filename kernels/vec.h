@@ -95,6 +95,12 @@ KERNEL Vector3<S> or_zero(const Mask& mask, const Vector3<S>& a) {
   return {select(mask, a.x, zero), select(mask, a.y, zero), select(mask, a.z, zero)};
 }
 
+/// a where the mask holds, otherwise b.
+template <class Mask, class S>
+KERNEL Vector3<S> either(const Mask& mask, const Vector3<S>& a, const Vector3<S>& b) {
+  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
+}
+
 /// Below this a sum of squared gradients counts as zero: the division by it would leave the range of the type.
 template <class R>
 KERNEL constexpr R tiny() {

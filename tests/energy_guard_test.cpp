@@ -97,19 +97,25 @@ TEST(AnExplosion, LeavesAReportThatSaysSo) {
 struct GuardedBody {
   Scene scene;
   Model model;
-  PointArray<Serial, double> x, v, p;
+  PointArray<Serial, double> x, v, d;
   Array<Serial, double> w;
   EnergyGuard<Serial, double> guard;
 
   explicit GuardedBody(const Scene& of)
-      : scene(of), model(build_model(of)), x(model.x), v(model.v), p(model.x), w(model.w), guard(Serial{}, model) {}
+      : scene(of),
+        model(build_model(of)),
+        x(model.x),
+        v(model.v),
+        d(model.x.size()),
+        w(model.w),
+        guard(Serial{}, model) {}
   /// Whether it is refused, all at this height (m) and with this speed (m/s) after a step at which it is looked at.
   bool refuses(double height, double speed) {
     for (std::size_t i = 0; i < model.x.size(); ++i) x.set(i, {0, height, 0}), v.set(i, {speed, 0, 0});
     return guard
         .watch(
-            Particles<double>{model.count(), x.points(), v.points(), p.points(), w.data()}, guard.every(),
-            [this] { return x.download(); }, [this] { return v.download(); })
+            Particles<double>{model.count(), x.points(), v.points(), {x.points(), d.points(), {}}, w.data()},
+            guard.every(), [this] { return x.download(); }, [this] { return v.download(); })
         .has_value();
   }
 };

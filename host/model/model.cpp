@@ -117,6 +117,7 @@ class Builder {
 
     for (int i = 0, end; i < n; i = end) {
       for (end = i; end < n && island_[end] == island_[i];) ++end;
+      model_.islands.push_back(i);
       const double damping = model_.scene.bodies[body_of(model_, model_.user_of[i])].damping;
       if (damping > 0 && end - i > 1) model_.damped.push_back({i, end - i, damping});
     }

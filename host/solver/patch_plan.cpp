@@ -86,6 +86,10 @@ class Planner {
       }
     }
     touches_.phase = phase_;
+    // Those before the last phase are visited back, from their last one to the first.
+    const int end = phase_.empty() ? 0 : *std::max_element(phase_.begin(), phase_.end());
+    for (int i = 0; i < particles; ++i)
+      if (touches_.last[i] != end && touches_.last[i] >= 0) touches_.last[i] = touches_.first[i];
     plan_.shared = static_cast<int>(std::count(shared.begin(), shared.end(), true));
   }
 
