@@ -14,8 +14,8 @@ struct Place {
   const Vector3<double>* start;  // m, in the frame of the pose
   Pose end;
   KERNEL void operator()(int k) const {
-    const Vector3<R> x = rounded<R>(to_world(end, start[k]));
-    particles.p.set(list[k], x);
+    const int i = list[k];
+    particles.p.d.set(i, rounded<R>(to_world(end, start[k]) - particles.p.start(i)));
     particles.v.set(list[k], {R(0), R(0), R(0)});
   }
 };
@@ -29,8 +29,7 @@ struct Arrive {
   Pose before, end;
   double per_dt;  // 1/s
   KERNEL void operator()(int k) const {
-    particles.p.set(list[k], rounded<R>(to_world(end, start[k])));
-    particles.p.arrive(list[k]), particles.p.stay(list[k]);
+    particles.p.put(list[k], to_world(end, start[k]));
     particles.v.set(list[k], rounded<R>((to_world(end, start[k]) - to_world(before, start[k])) * per_dt));
   }
 };

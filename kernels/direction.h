@@ -11,6 +11,8 @@ namespace malha {
 /// much, while what rests, hangs and falls does not come near it. (A bound on the angle between the two instead lets
 /// such flags go, or turns the edges of pressed balls against their pressure, which rolls them away.)
 inline constexpr double kSmall = 0.25;
+/// The cosine in the metric of the masses, of 25 degrees.
+inline constexpr double kTurned = 0.9;
 
 /// The size of an element, squared: how far its particles are from the first.
 template <class S, int n>
@@ -52,12 +54,14 @@ KERNEL auto is_small(const S& C, const S& cross, const S (&w)[n], const Vector3<
 }
 
 /// What several constraints at once make of their particles: `move` along their gradients now becomes `along`, the same
-/// of those where the substep began, if that is small beside the element at x.
+/// of those where the substep began, if that is small beside the element at x and has hardly turned: all of what they
+/// were solved for hangs on it.
 template <class S, int n>
 KERNEL void go_along(const S (&w)[n], const Vector3<S> (&along)[n], const Vector3<S> (&x)[n], Vector3<S> (&move)[n]) {
   using R = typename RealOf<S>::type;
-  const auto small =
-      (S(R(0)) <= product(w, move, along)) & (most_way2(w, along) <= S(R(kSmall * kSmall)) * size2_of(x));
+  const S cross = product(w, move, along), turned = S(R(kTurned * kTurned)) * product(w, move, move);
+  const auto near = (S(R(0)) <= cross) & (turned * product(w, along, along) <= cross * cross);
+  const auto small = near & (most_way2(w, along) <= S(R(kSmall * kSmall)) * size2_of(x));
   for (int j = 0; j < n; ++j) move[j] = either(small, along[j], move[j]);
 }
 

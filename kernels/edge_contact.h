@@ -38,7 +38,9 @@ struct MoveLocal {
   Displaced<R> p;
   ObjectFrame after;
   ScatteredPoints<R> x, moved;
-  KERNEL void operator()(int i) const { moved.set(i, rounded<R>(after.local_of(p.exact(i)) - in_double(x[i]))); }
+  KERNEL void operator()(int i) const {
+    moved.set(i, rounded<R>(after.local_of(in_double(p.x[i]) + in_double(p.d[i])) - in_double(x[i])));
+  }
 };
 
 /// Of what edges hold in this substep, where bodies collide with themselves: nothing else may move it.

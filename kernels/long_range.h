@@ -61,7 +61,8 @@ struct LimitReach {
     const Vector3<R> d = after(i, k, way), start = at_start(i, k);
     const R r = of.reach[k], d2 = dot(d, d), cross = dot(d, start), start2 = dot(start, start);
     const R per = start2 > R(0) ? R(1) / root(start2) : R(0), along = cross * per;
-    const R room = along * along - (d2 - r * r);  // of a right triangle
+    const Vector3<R> aside = d - start * (per * along);
+    const R room = r * r - dot(aside, aside);  // of a right triangle
     if (cross > R(0) && room > R(0) && along - root(room) <= R(kSmall) * r)
       way = way - start * (per * (along - root(room)));
     else

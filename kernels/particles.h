@@ -50,15 +50,27 @@ struct Displaced {
       return apart;
   }
   KERNEL Vector3<R> between(int i, int j) const { return between_at_start(i, j) + d.between(i, j); }
-  /// But for what x lacks.
-  KERNEL Vector3<double> exact(int i) const { return in_double(x[i]) + in_double(d[i]); }
+  /// Where the substep began, and where it goes, as exactly as they are known.
+  KERNEL Vector3<double> start(int i) const {
+    if constexpr (kCarries<R>)
+      return in_double(x[i]) + in_double(low[i]);
+    else
+      return in_double(x[i]);
+  }
+  KERNEL Vector3<double> exact(int i) const { return start(i) + in_double(d[i]); }
   KERNEL void add(int i, const Vector3<R>& way) const { d.set(i, d[i] + way); }
+  /// The particle is there.
+  KERNEL void put(int i, const Vector3<double>& place) const {
+    const Vector3<R> near = rounded<R>(place);
+    x.set(i, near), stay(i);
+    if constexpr (kCarries<R>) low.set(i, rounded<R>(place - in_double(near)));
+  }
   KERNEL void stay(int i) const { d.set(i, {R(0), R(0), R(0)}); }
   /// The particle is at p, and x with it.
   KERNEL void arrive(int i) const {
     const Vector3<R> before = x[i], way = whole(i, d[i]), p = before + way;
     x.set(i, p);
-    if constexpr (kCarries<R>) low.set(i, way - (p - before));
+    if constexpr (kCarries<R>) low.set(i, lost_of(before, way, p));
   }
 
  private:

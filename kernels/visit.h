@@ -207,7 +207,7 @@ struct Visit {
     State<T> state;
     if constexpr (kCarries<R>) {
       const Vector3<T> whole = d + load_points<T>(particles.p.low, at);
-      state.x = x + whole, state.low = whole - (state.x - x);
+      state.x = x + whole, state.low = lost_of(x, whole, state.x);
     } else {
       state.x = x + d;
     }

@@ -120,14 +120,18 @@ class ScalarSweep {
     const R C = Kind::evaluate(p, rest, true, grad, scale);
     Kind::evaluate(x, rest, true, along, scale_along);
     const auto product = [&](const Vector3<R>(&a)[n], const Vector3<R>(&b)[n]) {
+      if (n == 2) return (w[0] + w[1]) * dot(a[0], b[0]);  // they are opposite
       R sum = w[0] * dot(a[0], b[0]);
       for (int j = 1; j < n; ++j) sum = sum + w[j] * dot(a[j], b[j]);
       return sum;
     };
-    R sum = product(grad, along);
-    const R squares = product(grad, grad);
-    if (!(sum > R(0)) || !(sum * sum > R(kTurnedFar * kTurnedFar) * squares * product(along, along))) {
-      sum = squares, scale_along = scale;
+    R sum = product(grad, along), size = 0, way = 0;
+    for (int j = 0; j < n; ++j) {
+      size = std::max(size, std::sqrt(dot(x[j], x[j])));
+      way = std::max(way, w[j] * std::sqrt(dot(along[j], along[j])));
+    }
+    if (!(sum > R(0)) || !(std::abs(C) * way <= R(kSmall) * size * sum)) {
+      sum = product(grad, grad), scale_along = scale;
       std::copy(grad, grad + n, along);
     }
     if (!(sum > tiny<R>())) return;

@@ -33,7 +33,7 @@ struct ContactLook {
   /// Finds where a particle is and where it was seen; returns false where it cannot have come near since.
   KERNEL bool comes_near(int i, Look& look) const {
     look.i = i;
-    look.a = to_local(before, in_double(particles.x[i])), look.b = to_local(after, particles.p.exact(i));
+    look.a = to_local(before, particles.p.start(i)), look.b = to_local(after, particles.p.exact(i));
     look.last = nearby.seen(i, look.a);
     look.path = norm(look.b - look.a);
     // A contact plane is laid a thickness early: neighbours may pull the particle further than its own velocity.
@@ -173,7 +173,7 @@ struct ContactLook {
   }
 
   KERNEL void set(int i, const Point& q, const Point& n) const {
-    const Point x = in_double(particles.x[i]), end = to_world(after, q);
+    const Point x = particles.p.start(i), end = to_world(after, q);
     const double above = least_distance(nearby.near[nearby.slot(i)].seen);
     // What rests on q lies so much above it, and there a turning mesh is faster than at q.
     const Point rest = q + n * above, surface_moved = to_world(after, rest) - to_world(before, rest);

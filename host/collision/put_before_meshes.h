@@ -41,7 +41,7 @@ struct PutBeforeMeshes : Surroundings<R> {
     if (!settle(i)) pressed[i / kWord] |= 1ull << i % kWord;
   }
 
-  Point x(int i) const { return in_double(this->particles.x[i]); }
+  Point x(int i) const { return this->particles.p.start(i); }
   Point p(int i) const { return this->particles.p.exact(i); }
 
   /// Puts it before every mesh in turn until it crosses none.
@@ -171,8 +171,7 @@ struct HoldBounce : Surroundings<R> {
     for (int k = 0; k < this->count; ++k) {
       MovingSurface mesh = this->meshes[k];
       mesh.before = mesh.after;
-      if (crossing(mesh, in_double(this->particles.x[i]), this->particles.p.exact(i)).hit)
-        return this->particles.p.stay(i);
+      if (crossing(mesh, this->particles.p.start(i), this->particles.p.exact(i)).hit) return this->particles.p.stay(i);
     }
   }
 };

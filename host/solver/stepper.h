@@ -108,7 +108,7 @@ class Stepper : public Solver {
     double farthest = 0;
     for (std::size_t k = 0; k < particles.size(); ++k) {
       const auto i = static_cast<std::size_t>(list[k]);
-      farthest = std::max(farthest, norm(minus(to[k], x_.get(i))));
+      farthest = std::max(farthest, norm(minus(to[k], place_of(i))));
       put(i, to[k]);
     }
     guard_.moved(farthest);
@@ -140,7 +140,7 @@ class Stepper : public Solver {
   void take(const Taken& what) final {
     if (!hand_) throw InputError("pull, hold: found a simulation without by_hand; allowed: one that is made with it");
     const int i = hand_->number_of(what, model_, w_.data(), laid_out_for_pins());
-    const Vec3 x = x_.get(i), way = minus(what.to, x);
+    const Vec3 x = place_of(i), way = minus(what.to, x);
     what.is_held() ? guard_.moved(norm(way)) : guard_.gave(i, hand_->work(i, what, x));
     if (what.is_held() && !hand_->has(i)) v_.set(i, {0, 0, 0});
     hand_->take(i, what, x, w_.data());
@@ -390,6 +390,11 @@ class Stepper : public Solver {
     Visit<R> between = visit(h);
     between.fresh = fresh;
     return between;
+  }
+  Vec3 place_of(std::size_t i) const {
+    Vec3 place = x_.get(i);
+    if constexpr (kCarries<R>) for (int k = 0; k < 3; ++k) place[k] += low_.get(i)[k];
+    return place;
   }
   void put(std::size_t i, const Vec3& place) {
     x_.set(i, place), d_.set(i, {0, 0, 0});
