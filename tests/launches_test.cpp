@@ -225,6 +225,21 @@ TEST(Launches, OfTheCorrectorAreAsManyAsThePlanSaysWhateverLiesBetween) {
     expect_planned_launches(scene);
 }
 
+TEST(Launches, OfPressureAreAsManyAsThePlanSaysByBothMethods) {
+  if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
+  Json scene = traced_cloth();
+  scene["bodies"][0]["shape"] = {{"sphere", {{"radius", 0.5}, {"subdivisions", 1}}}};
+  scene["bodies"][0]["constraints"].push_back({{"type", "pressure"}});
+  for (const bool pinned : {true, false}) {
+    pinned ? void(scene["bodies"][0]["pins"] = Json::parse(R"([{"particles": [0]}])"))
+           : void(scene["bodies"][0].erase("pins"));
+    for (const char* type : {"pbd", "desbrun"}) {
+      scene["solver"] = {{"type", type}, {"dt", 0.01}, {"substeps", 3}, {"iterations", 2}};
+      expect_planned_launches(scene);
+    }
+  }
+}
+
 TEST(Launches, OfTheTraceAreAsManyAsThePlanSays) {
   if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
   Json scene = traced_cloth();
