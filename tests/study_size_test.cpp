@@ -26,7 +26,8 @@ TEST(StudySize, PbdTakesAsMuchMemoryAParticleFrom10000On) {
   const auto rows = rows_by_size("PBD, 10 substeps");
   EXPECT_NEAR(bytes_a_particle(rows.at(20164)) / bytes_a_particle(rows.at(10000)), 1, 0.03)
       << "patches differ a little";
-  EXPECT_NEAR(bytes_a_particle(rows.at(10000), "bytes_by_owner_particles"), 40, 0.5) << "README";
+  EXPECT_NEAR(bytes_a_particle(rows.at(10000), "bytes_by_owner_particles"), 52, 0.5)
+      << "README: x, what it lacks of the position, v, how far it went, and w";
 }
 
 TEST(StudySize, DenseFilterTakesHalfTheSquareOfItsUnknowns) {
