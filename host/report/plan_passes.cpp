@@ -46,7 +46,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   SolverFacts facts = of_scene;
   if (!facts.own.empty()) facts.fused = facts.whole_steps = facts.flies = false;  // they act between the passes
   const SolverSpec& solver = model.scene.solver;
-  const std::size_t substeps = solver.substeps, projections = substeps * solver.iterations;
+  const std::size_t substeps = solver.substeps, iterations = substeps * solver.iterations;
   const auto line = [&all](const std::string& pass, std::size_t launches) {
     if (launches == 0) return;
     const auto same = std::find_if(all.begin(), all.end(), [&](const PassOfAStep& had) { return had.name == pass; });
@@ -55,7 +55,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
     else
       all.push_back({pass, launches});
   };
-  const std::size_t visits = projections * visits_of(facts.patches.phases).size();
+  const std::size_t visits = iterations * visits_of(facts.patches.phases).size();
   const std::size_t obstacles = model.environment.size();
   std::size_t moving = 0;
   for (const MovedPins& pins : model.moved) moving += pins.target.moves() ? 2 : 0;  // placed, and given their velocity
@@ -65,7 +65,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   list_filter_passes(model, facts, line);
   // Measured before and after what the visits do, or each iteration's projections; then given back.
   const bool alone = of_scene.fused;  // but for constraints of the caller's own
-  const std::size_t measured = alone ? (of_scene.whole_steps ? 1 : substeps) : projections;
+  const std::size_t measured = alone ? (of_scene.whole_steps ? 1 : substeps) : iterations;
   line("correction", model.free.empty() ? 0 : 4 * measured + (alone ? 2 : 4));
   const bool drags = model.scene.wind && model.scene.wind->drag > 0;
   const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
@@ -76,19 +76,19 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   line("collision", (obstacles > 0 ? substeps * (6 * obstacles + 2) : 0) + (facts.flies ? obstacles + 1 : 0));
   line("visits of prediction, projection and state", facts.fused ? visits : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : visits);
-  line("pressure", substeps * facts.pressure_starts + projections * facts.pressure_launches);
-  line("long_range", facts.long_range > 0 ? projections : 0);
-  line("attachments", projections * model.attached.size());
+  line("pressure", substeps * facts.pressure_starts + iterations * facts.pressure_launches);
+  line("long_range", facts.long_range > 0 ? iterations : 0);
+  line("attachments", iterations * model.attached.size());
   // Resolved, and restitution, which without any still stops; what it carries back is counted and held.
   const bool bounces =
       std::ranges::any_of(model.environment, [](const EnvironmentMesh& mesh) { return mesh.spec.restitution > 0; });
-  line("contact", (projections + substeps) * obstacles + (bounces ? 3 * substeps : 0));
+  line("contact", (iterations + substeps) * obstacles + (bounces ? 3 * substeps : 0));
   std::size_t batches = 0;
   for (const OwnFacts& own : facts.own) batches += own.batches;
-  line("own", 2 * projections * batches);
+  line("own", 3 * iterations * batches);  // gathered where it began and where it is, and scattered
   if (facts.self)
-    all.push_back({"self-collision", 9 * substeps + 2 * projections,
-                   ", and more where pairs are near or are searched for", true});
+    all.push_back(
+        {"self-collision", 9 * substeps + 2 * iterations, ", and more where pairs are near or are searched for", true});
   if (facts.edges) all.push_back({"edges", 10 * substeps, ", and more where pairs are near", true});
   line("state", (facts.fused ? 0 : substeps) + (bounces ? substeps : 0));  // what bounced arrives
   line("tearing", tears(model.scene) ? 1 : 0);

@@ -78,13 +78,13 @@ double growth_of_borders(const Model& model) {
 }
 
 int reductions_of(const Model& model, const SolverFacts& facts) {
-  const int substeps = model.scene.solver.substeps, projections = substeps * model.scene.solver.iterations;
+  const int substeps = model.scene.solver.substeps, iterations = substeps * model.scene.solver.iterations;
   const bool looks = facts.edges || model.scene.self_collision || !model.environment.empty();
   int sum = looks ? substeps : 1;  // whether a particle has no finite position any more
   if (!model.damped.empty()) sum += substeps;
   if (!model.free.empty())  // before and after; and, where nothing else does, at the end
-    sum += !facts.fused ? 2 * projections + 1 : 2 * (facts.whole_steps ? 1 : substeps);
-  sum += 3 * projections * static_cast<int>(model.pressures.size());
+    sum += !facts.fused ? 2 * iterations + 1 : 2 * (facts.whole_steps ? 1 : substeps);
+  sum += 2 * (substeps + iterations) * static_cast<int>(model.pressures.size());
   if (model.scene.sleep) ++sum;
   if (facts.flies) ++sum;
   return sum;
