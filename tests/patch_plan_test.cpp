@@ -390,6 +390,7 @@ TEST(PlanPatches, VisitsParticlesWithoutConstraintsOnce) {
   EXPECT_GT(cloud.patches.size(), 1u);
   EXPECT_EQ(cloud.phases(), 1);
   EXPECT_EQ(cloud.shared, 0);
+  EXPECT_EQ(cloud.segments.size(), cloud.patches.size()) << "which read and write whole packs of them";
   EXPECT_EQ(expect_sound_plan(build_model(scene_of({body("one", CloudShape{{0, 0, 0}, {0, 0, 0}, {1, 1, 1}})})))
                 .patches.size(),
             1u);

@@ -117,7 +117,7 @@ class Desbrun final : public Stepper<Executor, R> {
   /// springs would be drawn by as many times more than pressure asks of them. The gradient is that at the substep's
   /// start, as springs have their directions from there: what rests is in balance.
   void start_pressures(const Particles<R>& all) override {
-    if (!filter_) return Base::start_pressures(all);
+    if (pressures_.empty() || !filter_) return Base::start_pressures(all);
     this->timed(Pass::Pressure, [&] {
       for (const std::vector<int>& product : filtered_pressures_)
         for (const int k : product) pressures_[k].start_substep(all.p, all.w, true);
@@ -165,12 +165,13 @@ class Desbrun final : public Stepper<Executor, R> {
     return true;
   }
   void note_pressures() {
-    std::size_t bytes = 0, launches = 5 * plain_pressures_.size();
+    std::size_t bytes = 0, launches = 4 * plain_pressures_.size(), starts = 3 * plain_pressures_.size();
     for (const std::vector<int>& product : filtered_pressures_) {
-      launches += 1 + filter_->facts().launches + 5 * free_blocks_.size() + 7 * product.size();
+      launches += 1 + filter_->facts().launches + 5 * free_blocks_.size() + 5 * product.size();
+      starts += 2 * product.size();
       for (const int k : product) bytes += pressures_[k].member_bytes();
     }
-    facts_.pressure_launches = launches, facts_.constraint_bytes += bytes;
+    facts_.pressure_launches = launches, facts_.pressure_starts = starts, facts_.constraint_bytes += bytes;
   }
 
   void weigh() override {

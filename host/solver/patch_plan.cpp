@@ -148,6 +148,15 @@ class Planner {
 
 }  // namespace
 
+std::vector<PhaseVisit> visits_of(int phases) {
+  std::vector<PhaseVisit> all;
+  const int turn = phases - 2;
+  for (int phase = 0; phase <= turn; ++phase) all.push_back({phase, true, phase == turn});
+  for (int phase = turn - 1; phase >= 0; --phase) all.push_back({phase, false, true});
+  if (phases > 0) all.push_back({phases - 1, true, true});
+  return all;
+}
+
 int PatchPlan::width() const {
   int width = 0;
   for (int phase = 0; phase < phases(); ++phase) width = std::max(width, phase_begin[phase + 1] - phase_begin[phase]);

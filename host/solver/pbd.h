@@ -102,8 +102,9 @@ class Pbd final : public Stepper<Executor, R> {
     this->facts_.level_seconds += seconds([&] {
       const std::vector<Level> levels = make_levels(model_, w, threads_);
       auto& own = levels_.emplace_back();
-      if (!levels.empty())
-        own.emplace(executor_, levels, *sweep_, threads_, this->alone(), model_.islands, model_.by_hand);
+      if (levels.empty()) return;
+      ++this->facts_.level_layouts;
+      own.emplace(executor_, levels, *sweep_, threads_, this->alone(), model_.islands, model_.by_hand);
     });
   }
 

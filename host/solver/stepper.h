@@ -544,9 +544,10 @@ class Stepper : public Solver {
     facts_.attachments = static_cast<int>(model_.long_range.anchor.size());
     facts_.air_particles = static_cast<int>(model_.air.particle.size());
     std::int64_t projections = static_cast<std::int64_t>(pressures_.size()) + facts_.attachments;
-    for (const SetFacts& set : facts_.sets) facts_.constraint_bytes += set.bytes, projections += set.constraints;
+    for (const SetFacts& set : facts_.sets)
+      facts_.constraint_bytes += set.bytes, projections += kThereAndBack * std::int64_t{set.constraints};
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
-    facts_.pressure_launches = 5 * pressures_.size();
+    facts_.pressure_launches = 4 * pressures_.size(), facts_.pressure_starts = 3 * pressures_.size();
     note_collision();
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }

@@ -1,4 +1,4 @@
-// The constraints of a model in the executor's memory, and sweeps over them: every patch once, phase by phase.
+// The constraints of a model in the executor's memory, and sweeps over them there and back, phase by phase.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -27,10 +27,7 @@ class Sweep {
     patches_ = Array<Executor, Patch>(plan.patches);
     segments_ = Array<Executor, Segment>(plan.segments);
     phase_begin_ = plan.phase_begin;
-    const int phases = plan.phases(), turn = phases - 2;
-    for (int phase = 0; phase <= turn; ++phase) order_.push_back({phase, true, phase == turn});
-    for (int phase = turn - 1; phase >= 0; --phase) order_.push_back({phase, false, true});
-    if (phases > 0) order_.push_back({phases - 1, true, true});
+    order_ = visits_of(plan.phases());
     width_ = plan.width();
     std::vector<SetView<R>> views;
     sets_.resize(model.sets.size());
@@ -251,12 +248,8 @@ class Sweep {
   Array<Executor, int> lost_, fast_;
   Array<Executor, char> memory_;
   std::size_t memory_bytes_ = 0;
-  struct InOrder {
-    int phase;
-    bool there, back;
-  };
   std::vector<int> phase_begin_;
-  std::vector<InOrder> order_;  // see kernels/visit.h
+  std::vector<PhaseVisit> order_;
   int width_ = 1;
   bool prefetches_ = false;
   PatchFacts facts_;
