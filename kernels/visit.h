@@ -232,11 +232,11 @@ struct Visit {
     const SetView<R>* set;
     int last;  // of the batches where they are taken back; there: below 0
     KERNEL void operator()(int b) const {
-      const bool there = last < 0;
-      if (visit->prefetches && group.next >= 0 && (there || !visit->there))
+      const bool forth = last < 0;
+      if (visit->prefetches && group.next >= 0 && (forth || !visit->there))
         visit->ask_for(visit->patches[group.next], b, patch->batches);
-      const Batch& batch = visit->batches[patch->batch + (there ? b : last - b)];
-      project<Kind, update>(group, local, *set, batch, visit->fresh && there);
+      const Batch& batch = visit->batches[patch->batch + (forth ? b : last - b)];
+      project<Kind, update>(group, local, *set, batch, visit->fresh && forth);
     }
   };
 
