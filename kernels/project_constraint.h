@@ -84,6 +84,7 @@ struct SetView {
   R* lambda;                   // with compliance: accumulated over the projections of a substep
   R stiffness;                 // Stiff: k'
   R compliance;                // otherwise: alpha~ = alpha / dt^2
+  bool from_start;             // whether directions are those where the substep began
 };
 
 /// The rest values of a pack. Where a lane holds no constraint (padding) every kind answers with a zero gradient: in a
@@ -98,10 +99,13 @@ struct RestOf {
 template <class S, int n>
 struct Places {
   Vector3<S> x[n], p[n];
-  KERNEL explicit Places(const Moving<S> (&q)[n]) {
+  /// Not `from_start`: as if the substep began where they are.
+  KERNEL Places(const Moving<S> (&q)[n], bool from_start) {
     const S zero(typename RealOf<S>::type(0));
     x[0] = p[0] = {zero, zero, zero};
     for (int j = 1; j < n; ++j) x[j] = q[j].x - q[0].x, p[j] = x[j] + (q[j].d - q[0].d);
+    if (!from_start)
+      for (int j = 1; j < n; ++j) x[j] = p[j];
   }
 };
 
@@ -113,16 +117,18 @@ struct Correct {
   R* lambda;   // from the batch's first slot on
   R number;    // k' or alpha~
   bool fresh;  // first projection of a substep: lambda is 0
+  bool from_start;
 
   KERNEL Correct(const SetView<R>& set, int slot, bool first)
       : lambda(set.lambda + slot * multipliers<Kind>()),
         number(update == Update::Stiff ? set.stiffness : set.compliance),
-        fresh(first) {}
+        fresh(first),
+        from_start(set.from_start) {}
 
   /// C and its gradient come scaled by s > 0, which PBD's update does not notice: XPBD's multiplier is s dlambda.
   template <class S>
   KERNEL void operator()(Moving<S> (&q)[n], const RestOf<S, numbers>& rest, int at) const {
-    const Places<S, n> places(q);
+    const Places<S, n> places(q, from_start);
     if constexpr (multipliers<Kind>() > 1)
       step(q, places, rest, at);
     else
