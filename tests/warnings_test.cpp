@@ -168,7 +168,8 @@ TEST(WarningOfSag, ComesWhereANumberOfLevelsIsTooSmall) {
       solver.levels = levels;
       const Scene scene = irregular ? irregular_sheet_of(65, solver, folder) : sheet_of(65, true, solver);
       EXPECT_EQ(warns_of(scene, "resolution"), levels < 4) << irregular << levels;
-      EXPECT_EQ(swung_strain(scene) > 0.5, levels < 4) << irregular << levels;
+      const double strain = swung_strain(scene);
+      EXPECT_TRUE(levels < 4 ? strain > 0.5 : strain < 1) << irregular << levels << ": " << strain;
     }
 }
 
@@ -250,7 +251,7 @@ TEST(WarningOfGive, ComesWherePoissonsRatioMakesTetrahedraSoftThatAShearWaveWoul
     }
     const double softer = sag_of_six(scene) / sag_of_six(beam_of_six(nu, 160)) - 1;
     std::printf("nu %.2f, %d substeps: %.0f %% too soft\n", nu, substeps, 100 * softer);
-    EXPECT_EQ(softer > 0.2, comes) << nu << ", " << substeps << ": " << softer;
+    EXPECT_EQ(softer > 0.16, comes) << nu << ", " << substeps << ": " << softer;
   }
 }
 
