@@ -50,6 +50,8 @@ struct Displaced {
       return apart;
   }
   KERNEL Vector3<R> between(int i, int j) const { return between_at_start(i, j) + d.between(i, j); }
+  /// But for what x lacks, which what is remembered of places does not know.
+  KERNEL Vector3<double> went(int i) const { return in_double(x[i]) + in_double(d[i]); }
   /// Where the substep began, and where it goes, as exactly as they are known.
   KERNEL Vector3<double> start(int i) const {
     if constexpr (kCarries<R>)

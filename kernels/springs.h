@@ -20,16 +20,6 @@ struct SpringView {
 
 inline constexpr int kSpringPack = 16;
 
-/// x from the first particle's: forces hang on differences, which rounding is to leave alone far from the origin.
-template <class R>
-KERNEL Vector3<R> from_first(const Particles<R>& particles, int i) {
-  const Vector3<R> x = particles.x.between(i, 0);
-  if constexpr (kCarries<R>)
-    return x + particles.p.low[i];
-  else
-    return x;
-}
-
 /// x + dt v, and the positions, as rows.
 template <class R>
 struct SpringRows {
@@ -37,7 +27,7 @@ struct SpringRows {
   R dt;
   Vec4<R>*now, *ahead;
   KERNEL void operator()(int i) const {
-    const Vector3<R> x = from_first(particles, i), z = predicted(x, particles.v[i], dt);
+    const Vector3<R> x = particles.x[i], z = predicted(x, particles.v[i], dt);
     now[i] = {x.x, x.y, x.z, R(0)}, ahead[i] = {z.x, z.y, z.z, R(0)};
   }
 };
@@ -68,7 +58,7 @@ struct FilteredRows {
   FilteredMotion<R> motion;
   Vec4<R>* rows;
   KERNEL void operator()(int i) const {
-    const Vector3<R> p = predicted(from_first(motion.particles, i), motion.velocity(i), motion.dt);
+    const Vector3<R> p = predicted(motion.particles.x[i], motion.velocity(i), motion.dt);
     rows[i] = {p.x, p.y, p.z, R(0)};
   }
 };

@@ -41,8 +41,8 @@ struct PutBeforeMeshes : Surroundings<R> {
     if (!settle(i)) pressed[i / kWord] |= 1ull << i % kWord;
   }
 
-  Point x(int i) const { return this->particles.p.start(i); }
-  Point p(int i) const { return this->particles.p.exact(i); }
+  Point x(int i) const { return in_double(this->particles.x[i]); }
+  Point p(int i) const { return this->particles.p.went(i); }
 
   /// Puts it before every mesh in turn until it crosses none.
   bool settle(int i) const {
@@ -171,7 +171,8 @@ struct HoldBounce : Surroundings<R> {
     for (int k = 0; k < this->count; ++k) {
       MovingSurface mesh = this->meshes[k];
       mesh.before = mesh.after;
-      if (crossing(mesh, this->particles.p.start(i), this->particles.p.exact(i)).hit) return this->particles.p.stay(i);
+      if (crossing(mesh, in_double(this->particles.x[i]), this->particles.p.went(i)).hit)
+        return this->particles.p.stay(i);
     }
   }
 };
