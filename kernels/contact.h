@@ -89,7 +89,8 @@ struct ResolveContact {
     if (i < 0 || contact.plane.w == -R(INFINITY)) return;
     const Vector3<R> n = contact.plane.xyz();
     Vector3<R> moved = p.d[i];
-    const R C = dot(n, moved) - contact.plane.w;
+    // With what x lacks, of which a plane that stays knows nothing.
+    const R C = dot(n, p.way_from_x(i)) - contact.plane.w;
     const R push = larger(-C, -contact.lambda);
     contact.lambda += push;
     moved = moved + n * push;

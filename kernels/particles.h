@@ -38,6 +38,8 @@ struct Displaced {
     else
       d.set(i, p - x[i]);
   }
+  /// To where it goes from what is stored as its x.
+  KERNEL Vector3<R> way_from_x(int i) const { return whole(i, d[i]); }
   /// How far from a place near x, and to so far from there: nothing is rounded to the spacing of positions.
   KERNEL Vector3<R> from(int i, const Vector3<R>& place) const { return (x[i] - place) + d[i]; }
   KERNEL void set_from(int i, const Vector3<R>& place, const Vector3<R>& way) const { d.set(i, way - (x[i] - place)); }

@@ -173,7 +173,7 @@ struct ContactLook {
   }
 
   KERNEL void set(int i, const Point& q, const Point& n) const {
-    const Point x = particles.p.start(i), end = to_world(after, q);
+    const Point x = in_double(particles.x[i]), end = to_world(after, q);
     const double above = least_distance(nearby.near[nearby.slot(i)].seen);
     // What rests on q lies so much above it, and there a turning mesh is faster than at q.
     const Point rest = q + n * above, surface_moved = to_world(after, rest) - to_world(before, rest);
