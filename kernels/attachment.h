@@ -6,8 +6,7 @@
 
 namespace malha {
 
-/// Puts pinned particles where they are at the end of a substep, at rest there: what reads them until then sees one
-/// place, and adds no velocity to it.
+/// Pinned particles go to where they are at the end of a substep, and have no velocity until they are there.
 template <class R>
 struct Place {
   Particles<R> particles;
@@ -15,13 +14,13 @@ struct Place {
   const Vector3<double>* start;  // m, in the frame of the pose
   Pose end;
   KERNEL void operator()(int k) const {
-    const Vector3<R> x = rounded<R>(to_world(end, start[k]));
-    particles.x.set(list[k], x), particles.p.set(list[k], x);
+    const int i = list[k];
+    particles.p.d.set(i, rounded<R>(to_world(end, start[k]) - particles.p.start(i)));
     particles.v.set(list[k], {R(0), R(0), R(0)});
   }
 };
 
-/// The velocity with which they came there.
+/// There, with the velocity with which they came.
 template <class R>
 struct Arrive {
   Particles<R> particles;
@@ -30,6 +29,7 @@ struct Arrive {
   Pose before, end;
   double per_dt;  // 1/s
   KERNEL void operator()(int k) const {
+    particles.p.put(list[k], to_world(end, start[k]));
     particles.v.set(list[k], rounded<R>((to_world(end, start[k]) - to_world(before, start[k])) * per_dt));
   }
 };
@@ -47,7 +47,7 @@ struct SetInverseMass {
 /// linear and rest length 0 needs no care (XPBD, Macklin et al. 2016; energy |C|^2 / (2 alpha)).
 template <class R>
 struct Attach {
-  Points<R> p;
+  Displaced<R> p;
   const R* w;
   const int* list;
   const Vector3<double>* anchor;  // m, in the frame of the pose
@@ -59,13 +59,13 @@ struct Attach {
   KERNEL void operator()(int k) const {
     const int i = list[k];
     if (!(w[i] > R(0))) return;
-    const Vector3<R> C = p[i] - rounded<R>(to_world(pose, anchor[k]));
+    const Vector3<R> C = rounded<R>(p.exact(i) - to_world(pose, anchor[k]));
     const Vector3<R> total = lambda && !fresh ? lambda[k] : Vector3<R>{R(0), R(0), R(0)};
     const R per = share / (w[i] + compliance);
     const Vector3<R> change{(-C.x - compliance * total.x) * per, (-C.y - compliance * total.y) * per,
                             (-C.z - compliance * total.z) * per};
     if (lambda) lambda[k] = total + change;
-    p.set(i, p[i] + change * w[i]);
+    p.add(i, change * w[i]);
   }
 };
 

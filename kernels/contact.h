@@ -80,7 +80,7 @@ KERNEL Vector3<R> in_cone(const Vector3<R>& taken, R budget) {
 /// positions (Müller et al. 2020, section 3.5), not on velocities afterwards, so that what sticks does not creep.
 template <class R>
 struct ResolveContact {
-  Points<R> p, x;
+  Displaced<R> p;
   Contact<R>* contacts;
   R friction;
   KERNEL void operator()(int slot) const {
@@ -88,8 +88,9 @@ struct ResolveContact {
     const int i = contact.particle;
     if (i < 0 || contact.plane.w == -R(INFINITY)) return;
     const Vector3<R> n = contact.plane.xyz();
-    Vector3<R> moved = p[i] - x[i];
-    const R C = dot(n, moved) - contact.plane.w;
+    Vector3<R> moved = p.d[i];
+    // With what x lacks, of which a plane that stays knows nothing.
+    const R C = dot(n, p.way_from_x(i)) - contact.plane.w;
     const R push = larger(-C, -contact.lambda);
     contact.lambda += push;
     moved = moved + n * push;
@@ -97,7 +98,7 @@ struct ResolveContact {
     const Vector3<R> slide = moved - contact.surface.xyz();
     const Vector3<R> tangent = slide - n * dot(n, slide);
     const Vector3<R> slip = in_cone(contact.slip + tangent, friction * contact.lambda);
-    p.set(i, x[i] + moved - (slip - contact.slip));
+    p.d.set(i, moved - (slip - contact.slip));
     contact.slip = slip;
   }
 };
@@ -109,7 +110,8 @@ struct ResolveContact {
 /// at which it came, until the next substep.
 template <class R>
 struct Restitute {
-  Points<R> x, v;
+  Displaced<R> p;
+  Points<R> v;
   const Contact<R>* contacts;
   R restitution, friction, threshold, per_dt;  // e, mu, m/s, 1/s
   KERNEL void operator()(int slot) const {
@@ -127,7 +129,7 @@ struct Restitute {
     const R taken = length > R(0) ? (length < budget ? length : budget) / length : R(0);
     v.set(i, v[i] + n * gained - sliding * taken);
     const R path_left = contact.lambda < -contact.surface.w ? contact.lambda : -contact.surface.w;
-    x.set(i, x[i] + n * (restitution * path_left));
+    p.add(i, n * (restitution * path_left));
   }
 };
 

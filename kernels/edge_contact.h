@@ -12,9 +12,10 @@ namespace malha {
 struct ObjectFrame {
   Pose pose;
   Vector3<double> centre;  // m
+  KERNEL Vector3<double> local_of(const Vector3<double>& a) const { return to_local(pose, a) - centre; }
   template <class R>
   KERNEL Vector3<double> local(const Vector3<R>& a) const {
-    return to_local(pose, in_double(a)) - centre;
+    return local_of(in_double(a));
   }
   template <class R>
   KERNEL Vector3<R> world(const Vector3<R>& a) const {
@@ -34,10 +35,12 @@ struct StartLocal {
 /// And how far they have moved.
 template <class R>
 struct MoveLocal {
-  Points<R> p;
+  Displaced<R> p;
   ObjectFrame after;
   ScatteredPoints<R> x, moved;
-  KERNEL void operator()(int i) const { moved.set(i, rounded<R>(after.local(p[i]) - in_double(x[i]))); }
+  KERNEL void operator()(int i) const {
+    moved.set(i, rounded<R>(after.local_of(in_double(p.x[i]) + in_double(p.d[i])) - in_double(x[i])));
+  }
 };
 
 /// Of what edges hold in this substep, where bodies collide with themselves: nothing else may move it.
@@ -55,7 +58,7 @@ struct HeldByEdges {
 /// Puts a particle where the objects see it.
 template <class R>
 struct PlaceLocal {
-  Points<R> p;
+  Displaced<R> p;
   ObjectFrame after;
   HeldByEdges<R> held;
   KERNEL void operator()(int i, const Vector3<R>& a) const {

@@ -10,7 +10,7 @@ template <class R>
 struct StandStill {
   Particles<R> particles;
   KERNEL void operator()(int i) const {
-    if (particles.w[i] > R(0)) particles.p.set(i, particles.x[i]);
+    if (particles.w[i] > R(0)) particles.p.stay(i);
   }
 };
 
@@ -25,7 +25,10 @@ struct ForgetLift {
     const R squared = dot(lift, lift);
     if (!(particles.w[i] > R(0)) || !(squared > R(0)) || !(squared < R(INFINITY))) return;
     const R kept = smaller(larger(dot(lift, particles.p[i] - from) / squared, R(0)), R(1));
-    if (kept < R(1)) particles.x.set(i, from + lift * kept);
+    if (!(kept < R(1))) return;
+    const Vector3<R> p = particles.p[i];
+    particles.x.set(i, from + lift * kept);
+    particles.p.set(i, p);
   }
 };
 
@@ -34,15 +37,6 @@ struct CopyPoints {
   From from;
   To to;
   KERNEL void operator()(int i) const { to.set(i, from[i]); }
-};
-
-template <class R>
-struct SwapPoints {
-  Points<R> a, b;
-  KERNEL void operator()(int i) const {
-    const Vector3<R> was = a[i];
-    a.set(i, b[i]), b.set(i, was);
-  }
 };
 
 template <class R>

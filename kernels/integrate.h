@@ -4,7 +4,7 @@
 
 namespace malha {
 
-/// v += dt g; p = x + dt v. Pinned particles stay.
+/// v += dt g; d = dt v. Pinned particles go as far as they were told to.
 template <class R>
 struct Predict {
   Particles<R> particles;
@@ -13,7 +13,7 @@ struct Predict {
   KERNEL void operator()(int i) const {
     const Vector3<R> v = accelerated(particles.v[i], particles.w[i], gravity, dt);
     particles.v.set(i, v);
-    particles.p.set(i, predicted(particles.x[i], v, dt));
+    particles.p.d.set(i, ahead(particles.w[i], v, particles.p.d[i], dt));
   }
 };
 
@@ -30,6 +30,22 @@ struct Drag {
   }
 };
 
+/// Particles are where they went, and have gone nowhere since.
+template <class R>
+struct ArriveAll {
+  Displaced<R> p;
+  KERNEL void operator()(int i) const { p.arrive(i), p.stay(i); }
+};
+
+/// A place near each body: that of its first particle.
+template <class R>
+struct TakeOrigins {
+  Points<R> x;
+  const int* first;
+  Points<R> origins;
+  KERNEL void operator()(int k) const { origins.set(k, x[first[k]]); }
+};
+
 /// The lowest index with a property; none: beyond every index.
 struct FirstIndex {
   int index = 0x7fffffff;
@@ -39,16 +55,15 @@ struct FirstIndex {
   }
 };
 
-/// v = (p - x) / dt; x = p. Returns the particle if it is no longer finite.
+/// v = d / dt; x += d, where it stays. Returns the particle if it is no longer finite.
 template <class R>
 struct UpdateState {
   Particles<R> particles;
   R dt, per_dt;  // s, 1/s
   KERNEL FirstIndex operator()(int i) const {
-    const Vector3<R> p = particles.p[i];
-    particles.v.set(i, changed(particles.x[i], particles.v[i], p, dt, per_dt));
-    particles.x.set(i, p);
-    const int finite = zero_if_finite(p) == R(0);
+    particles.v.set(i, changed(particles.v[i], particles.p.d[i], dt, per_dt));
+    particles.p.arrive(i), particles.p.stay(i);
+    const int finite = zero_if_finite(particles.x[i]) == R(0);
     return {i | FirstIndex{}.index * finite};  // without a branch, so that the loop is vectorised
   }
 };

@@ -81,7 +81,7 @@ struct StepBack {
   R dt;
   KERNEL void operator()(int i) const {
     const Vector3<R> x = particles.x[i];
-    particles.p.set(i, x);
+    particles.p.stay(i);
     before.set(i, x - particles.v[i] * dt);
   }
 };
@@ -92,10 +92,10 @@ struct KeepHeld {
   Particles<R> particles;
   R per_dt;
   KERNEL void operator()(int i) const {
-    const Vector3<R> p = particles.p[i], held = p - particles.x[i];
+    const Vector3<R> held = particles.p.d[i];
     if (held.x == R(0) && held.y == R(0) && held.z == R(0)) return;
     particles.v.set(i, particles.v[i] + held * per_dt);
-    particles.x.set(i, p);
+    particles.p.arrive(i), particles.p.stay(i);
   }
 };
 

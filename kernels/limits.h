@@ -13,13 +13,13 @@ struct Largest {
 };
 
 /// |p_i - p_j| / longest - 1.
-template <class R>
+template <class R, class At>
 struct MeasureExcess {
-  Points<R> p;
+  At p;
   const int* ends;   // two a limit
   const R* longest;  // m
   KERNEL Largest operator()(int c) const {
-    const Vector3<R> d = p[ends[2 * c]] - p[ends[2 * c + 1]];
+    const Vector3<R> d = p.between(ends[2 * c], ends[2 * c + 1]);
     return {longest[c] > R(0) ? double(root(dot(d, d)) / longest[c]) - 1 : 0};
   }
 };

@@ -75,7 +75,7 @@ struct MeansOf {
   }
 };
 
-/// Adds to a patch's particles what they follow; `to` is a place in its memory.
+/// Adds to the ways of a patch's particles what they follow; `to` is a place in its memory.
 template <class R, class Group, class Local>
 KERNEL void add_means(const Group& group, const MeansOf<R>& down, const Local& local) {
   down.each(group, [&](const MeanRun& run, int k, const auto& mean) KERNEL_LAMBDA { local.add(run.to + k, mean); });
@@ -86,10 +86,10 @@ template <class R>
 struct AddMeans {
   using Shared = void;
   MeansOf<R> down;
-  Points<R> p;
+  Points<R> d;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    add_means(group, down, Columns<R>{p.x, p.y, p.z, nullptr});
+    add_means(group, down, Columns<R>{nullptr, nullptr, nullptr, nullptr, d.x, d.y, d.z});
   }
 };
 

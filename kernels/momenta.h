@@ -81,13 +81,15 @@ struct MeasureMomenta {
     S w;
     load(particles.w + i, w);
     const S m = select(w > zero, S(N(1)) / w, zero);
-    Vector3<S> x = load_points<S>(particles.x, i), v = load_points<S>(particles.v, i);
+    const Vector3<S> x = load_points<S>(particles.x, i);
+    Vector3<S> v = load_points<S>(particles.v, i);
+    Vector3<S> r = x - all<S>(x0);
     if constexpr (projected) {
-      const Vector3<S> p = load_points<S>(particles.p, i);
-      v = changed(x, v, p, S(dt), S(per_dt));
-      x = p;
+      const Vector3<S> d = load_points<S>(particles.p.d, i);
+      v = changed(v, d, S(dt), S(per_dt));
+      r = r + d;
     }
-    const Vector3<S> r = x - all<S>(x0), u = (v - all<S>(v0)) * m;
+    const Vector3<S> u = (v - all<S>(v0)) * m;
     const Vector3<S> L = cross(r, u), mr = r * m;
     const S of[MomentaSum::kAll] = {m,
                                     mr.x,

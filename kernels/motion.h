@@ -17,12 +17,18 @@ KERNEL Vector3<S> predicted(const Vector3<S>& x, const Vector3<S>& v, S dt) {
   return x + v * dt;
 }
 
-/// v = (p - x) / dt, from the velocity that p was predicted with. Written as that velocity and what the constraints
-/// changed of it: p - x is rounded to the spacing of the coordinates, and over a short dt that would outweigh gravity
-/// (in float and 160 substeps a particle 2 m up would hang still).
+/// d = dt v; of what is pinned the way that it is moved.
 template <class S>
-KERNEL Vector3<S> changed(const Vector3<S>& x, const Vector3<S>& v, const Vector3<S>& p, S dt, S per_dt) {
-  return v + (p - predicted(x, v, dt)) * per_dt;
+KERNEL Vector3<S> ahead(S w, const Vector3<S>& v, const Vector3<S>& moved, S dt) {
+  const auto pinned = w <= S(typename RealOf<S>::type(0));
+  return {select(pinned, moved.x, v.x * dt), select(pinned, moved.y, v.y * dt), select(pinned, moved.z, v.z * dt)};
+}
+
+/// v = d / dt of a particle that went d, from the velocity that this was predicted with: what constraints leave alone
+/// keeps its velocity to the bit, however many substeps there are.
+template <class S>
+KERNEL Vector3<S> changed(const Vector3<S>& v, const Vector3<S>& d, S dt, S per_dt) {
+  return v + (d - v * dt) * per_dt;
 }
 
 /// 0 if every coordinate is finite, otherwise NaN.

@@ -252,6 +252,10 @@ KERNEL Vector3<S> load_floats(const Points<Q>& from, int i) {
   load_float(from.x + i, a.x), load_float(from.y + i, a.y), load_float(from.z + i, a.z);
   return a;
 }
+template <class S, class Q>
+KERNEL Vector3<S> load_floats(const Displaced<Q>& from, int i) {
+  return load_floats<S>(from.x, i) + load_floats<S>(from.d, i);
+}
 template <class S>
 KERNEL S sum_of_sizes(const Vector3<S>& a) {
   return magnitude(a.x) + magnitude(a.y) + magnitude(a.z);
@@ -532,13 +536,13 @@ struct ForgetCells {
 template <class R>
 struct LetGo {
   Contact<R>* contacts;
-  Points<R> x, p;
+  Displaced<R> p;
   double way;
   KERNEL void operator()(int s) const {
     Contact<R>& contact = contacts[s];
     const int i = contact.particle;
-    if (i < 0 || way < 0 || !same(x[i], contact.laid_for)) return let_go(contact);
-    const Vector3<double> path = in_double(p[i]) - in_double(x[i]);
+    if (i < 0 || way < 0 || !same(p.x[i], contact.laid_for)) return let_go(contact);
+    const Vector3<double> path = in_double(p.d[i]);
     if (!(dot(path, path) <= way * way)) return let_go(contact);
     contact.lambda = R(0);
     contact.slip = {R(0), R(0), R(0)};

@@ -4,16 +4,25 @@
 
 namespace malha {
 
-/// The places (m) and inverse masses (1/kg) of listed particles.
 template <class R>
+KERNEL Vector3<double> exactly(const Points<R>& x, int i) {
+  return in_double(x[i]);
+}
+template <class R>
+KERNEL Vector3<double> exactly(const Displaced<R>& p, int i) {
+  return p.exact(i);
+}
+
+/// The places (m) and inverse masses (1/kg) of listed particles.
+template <class R, class At>
 struct GatherOwn {
-  Points<R> p;
+  At p;
   const R* w;
   const int* list;
   Vector3<double>* place;
   double* inverse_mass;
   KERNEL void operator()(int k) const {
-    place[k] = in_double(p[list[k]]);
+    place[k] = exactly(p, list[k]);
     inverse_mass[k] = double(w[list[k]]);
   }
 };
@@ -21,12 +30,13 @@ struct GatherOwn {
 /// Moves them to other places; none is listed twice. What is held stays, bit by bit.
 template <class R>
 struct ScatterOwn {
-  Points<R> p;
+  Displaced<R> p;
   const R* w;
   const int* list;
   const Vector3<double>* place;
   KERNEL void operator()(int k) const {
-    if (w[list[k]] > R(0)) p.set(list[k], rounded<R>(place[k]));
+    const int i = list[k];
+    if (w[i] > R(0)) p.d.set(i, rounded<R>(place[k] - in_double(p.x[i])));
   }
 };
 

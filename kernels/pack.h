@@ -364,6 +364,22 @@ KERNEL Vector3<T> load_points(const Points<R>& points, int i) {
   load(points.x + i, a.x), load(points.y + i, a.y), load(points.z + i, a.z);
   return a;
 }
+/// Where they are, from an origin near them.
+template <class T, class R>
+KERNEL Vector3<T> load_near(const Displaced<R>& points, int i, const Vector3<R>& origin, T) {
+  const Vector3<T> x = load_points<T>(points.x, i) - Vector3<T>{T(origin.x), T(origin.y), T(origin.z)};
+  if constexpr (kCarries<R>)
+    return x + load_points<T>(points.low, i);
+  else
+    return x;
+}
+/// Where they go.
+template <class T, class R>
+KERNEL Vector3<T> load_points(const Displaced<R>& points, int i) {
+  Vector3<T> way = load_points<T>(points.d, i);
+  if constexpr (kCarries<R>) way = way + load_points<T>(points.low, i);
+  return load_points<T>(points.x, i) + way;
+}
 template <class T, class R>
 KERNEL void store_points(const Points<R>& points, int i, const Vector3<T>& a) {
   store(a.x, points.x + i), store(a.y, points.y + i), store(a.z, points.z + i);

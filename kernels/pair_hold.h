@@ -260,15 +260,14 @@ struct LimitParts {
 template <class R>
 struct HoldLimited {
   Motions<R> motions;
-  Points<R> p;
+  Displaced<R> p;
   const R* part;
   Held* held;
   Vector3<R> rest;
   KERNEL void operator()(int i) const {
     if (held[i] != Held::Limited) return;
-    const Vector3<R> x0 = motions.x0[i].xyz(), to = x0 + (rest + (motions.moved[i].xyz() - rest) * part[i]);
-    p.set(i, to);
-    motions.moved[i].set(to - x0);
+    p.set_from(i, motions.x0[i].xyz(), rest + (motions.moved[i].xyz() - rest) * part[i]);
+    motions.moved[i].set(p.from(i, motions.x0[i].xyz()));
     held[i] = Held::Held;
   }
 };

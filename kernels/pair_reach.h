@@ -9,11 +9,11 @@ namespace malha {
 /// moved = p - x0, and the inverse mass.
 template <class R>
 struct StoreMoved {
-  Points<R> p;
+  Displaced<R> p;
   const R* w;
   Motions<R> motions;
   KERNEL void operator()(int i) const {
-    const Vector3<R> d = p[i] - motions.x0[i].xyz();
+    const Vector3<R> d = p.from(i, motions.x0[i].xyz());
     motions.moved[i] = {d.x, d.y, d.z, w[i]};
   }
 };
@@ -22,10 +22,10 @@ struct StoreMoved {
 template <class R>
 struct TakeMoved {
   Motions<R> motions;
-  Points<R> p;
+  Displaced<R> p;
   KERNEL void operator()(int i) const {
     const Vector3<R> x0 = motions.x0[i].xyz(), d = motions.moved[i].xyz();
-    if (!same(d, p[i] - x0)) p.set(i, x0 + d);
+    if (!same(d, p.from(i, x0))) p.set_from(i, x0, d);
   }
 };
 
@@ -91,7 +91,7 @@ struct KeepInReach {
   Motions<R> motions;
   Reach<R> reach;
   CommonFrame<R> frame;
-  Points<R> p;
+  Displaced<R> p;
   const unsigned char* takes_part;
   KERNEL void operator()(int i) const {
     const Vector3<R> d = motions.moved[i].xyz();
@@ -101,8 +101,8 @@ struct KeepInReach {
     const Vector3<R> kept{within(to.x, box.low.x, box.high.x), within(to.y, box.low.y, box.high.y),
                           within(to.z, box.low.z, box.high.z)};
     if (same(kept, to)) return;
-    p.set(i, p[i] + (kept - to));
-    motions.moved[i].set(p[i] - motions.x0[i].xyz());
+    p.add(i, kept - to);
+    motions.moved[i].set(p.from(i, motions.x0[i].xyz()));
   }
 
  private:

@@ -17,7 +17,8 @@ inline constexpr int kSlotPack = 16;
 /// Particles that lie side by side in the arrays and in the patch's memory, and that are treated alike.
 struct Segment {
   int global, local, count;
-  bool first, last;  // in a sweep over all patches, no other patch visits them before, or after
+  int origin, body;  // from which particle they are told, one of their body's in the patch; connected body
+  bool first, last;  // in a sweep there and back over all patches, no other patch visits them before, or after
   bool movable;      // pinned particles are only read
 };
 
@@ -39,7 +40,6 @@ struct Patch {
   int segment, segments;
   int batch, batches;
   int slots;     // of fast memory, particles
-  int kept;      // slots of the patches before it: where its memory begins, if every patch keeps its own
   bool columns;  // how that memory is laid out
 };
 

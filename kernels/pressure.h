@@ -20,48 +20,55 @@ namespace malha {
 inline constexpr double kMostStretched = 4;
 
 /// What a triangle adds to the enclosed volume, m^3.
-template <class R>
+template <class At>
 struct EnclosedVolume {
-  Points<R> p;
+  At p;
   const int* corners;  // three a triangle
   int origin;          // a particle of the mesh
   KERNEL Sum operator()(int t) const {
-    const Vector3<R> o = p[origin];
-    const Vector3<R> a = p[corners[3 * t]] - o, b = p[corners[3 * t + 1]] - o;
-    return {double(dot(cross(a, b), p[corners[3 * t + 2]] - o)) / 6};
+    const auto a = p.between(corners[3 * t], origin), b = p.between(corners[3 * t + 1], origin);
+    return {double(dot(cross(a, b), p.between(corners[3 * t + 2], origin))) / 6};
   }
 };
 
 /// Sums over the particles of a mesh. The push that clamped particles lack, per unit of lambda, is a force in m^2 with
 /// a moment about the origin particle in m^3.
 struct GradientSum {
-  double grad2 = 0, least = 0;  // w grad C . g, g the gradient that is applied; and what is taken for it at least
+  double grad2 = 0;  // w grad C . g, g the gradient that is applied
   double force[3] = {}, moment[3] = {};
   double clamped = 0, pinned = 0;  // particles
   KERNEL GradientSum& operator+=(const GradientSum& o) {
-    grad2 += o.grad2, least += o.least, clamped += o.clamped, pinned += o.pinned;
+    grad2 += o.grad2, clamped += o.clamped, pinned += o.pinned;
     for (int k = 0; k < 3; ++k) force[k] += o.force[k], moment[k] += o.moment[k];
     return *this;
   }
 };
 
-/// grad_i = sum over the triangles (i, j, k) around i of p_j x p_k / 6, m^2; stores it, clamped to `most`, and sums up.
-template <class R>
-struct PressureGradient {
-  Points<R> p;
-  const R* w;           // of each particle
-  const int* particle;  // of each item
-  const int* begin;     // into `around`, per item, one more at the end
-  const int* around;    // pairs (j, k)
-  const R* most;        // of each item: the largest gradient, m^2; null: none
+/// grad_i = sum over the triangles (i, j, k) around i of p_j x p_k / 6, m^2.
+template <class R, class At>
+struct Fans {
+  At p;
+  const int* begin;   // into `around`, per item, one more at the end
+  const int* around;  // pairs (j, k)
   int origin;
-  Points<R> grad;  // per item
-  KERNEL GradientSum operator()(int item) const {
-    const Vector3<R> o = p[origin];
+  KERNEL Vector3<R> gradient(int item) const {
     Vector3<R> sum{R(0), R(0), R(0)};
     for (int t = begin[item]; t < begin[item + 1]; ++t)
-      sum = sum + cross(p[around[2 * t]] - o, p[around[2 * t + 1]] - o);
-    const Vector3<R> g = sum * R(1.0 / 6);
+      sum = sum + cross(p.between(around[2 * t], origin), p.between(around[2 * t + 1], origin));
+    return sum * R(1.0 / 6);
+  }
+};
+
+/// Stores the gradient where the substep begins, clamped to `most`, and sums up.
+template <class R>
+struct PressureGradient {
+  Fans<R, Started<R>> fans;
+  const R* w;           // of each particle
+  const int* particle;  // of each item
+  const R* most;        // of each item: the largest gradient, m^2; null: none
+  Points<R> grad;       // per item
+  KERNEL GradientSum operator()(int item) const {
+    const Vector3<R> g = fans.gradient(item);
     const R weight = w[particle[item]];
     const double g2 = double(dot(g, g)), allowed = most ? double(most[item]) : INFINITY;
     GradientSum sums;
@@ -73,8 +80,34 @@ struct PressureGradient {
     }
     const double kept = allowed / root(g2);
     grad.set(item, g * R(kept));
-    const Vector3<double> lacks = in_double(g) * (1 - kept), m = cross(in_double(p[particle[item]] - o), lacks);
-    return {sums.grad2 * kept, 0, {lacks.x, lacks.y, lacks.z}, {m.x, m.y, m.z}, 1, 0};
+    const Vector3<double> lacks = in_double(g) * (1 - kept);
+    const Vector3<double> m = cross(in_double(fans.p.between(particle[item], fans.origin)), lacks);
+    return {sums.grad2 * kept, {lacks.x, lacks.y, lacks.z}, {m.x, m.y, m.z}, 1, 0};
+  }
+};
+
+/// How fast the volume grows along a way that was found for the gradient at the substep's start: w grad of it, or what
+/// a filter makes of that (`way`, of each particle).
+struct AlongSum {
+  double now = 0, start = 0;
+  KERNEL AlongSum& operator+=(const AlongSum& o) {
+    now += o.now, start += o.start;
+    return *this;
+  }
+  /// Half of what it was at the start counts at least: a body that has turned far is pushed the less.
+  KERNEL double value() const { return larger(now, 0.5 * start); }
+};
+template <class R>
+struct SumAlongPressure {
+  Fans<R, Displaced<R>> fans;
+  const int* particle;
+  Points<R> start;  // the gradient there, of each item
+  const R* w;       // without a filter
+  Points<R> way;    // with one
+  KERNEL AlongSum operator()(int item) const {
+    const int i = particle[item];
+    const Vector3<R> g = start[item], along = way.x ? way[i] : g * w[i];
+    return {double(dot(fans.gradient(item), along)), double(dot(g, along))};
   }
 };
 
@@ -92,11 +125,12 @@ struct InertiaSum {
 /// What the launches of a projection leave for each other.
 struct PressureState {
   Sum volume;        // m^3
-  GradientSum sums;  // of the gradient
+  GradientSum sums;  // of the gradient at the start of a substep
+  AlongSum along;
   InertiaSum inertia;
   double lambda = 0, dlambda = 0;
   bool moves = false;
-  Vector3<double> place{}, shift{}, turn{};  // m; of the rigid motion about there, per unit of lambda
+  Vector3<double> centre{}, shift{}, turn{};  // m, from the origin particle; of the rigid motion, per unit of lambda
 
   /// A body that pins hold has no momenta to keep.
   KERNEL bool returns_momenta() const { return sums.clamped > 0 && sums.pinned == 0; }
@@ -106,7 +140,7 @@ struct PressureState {
 template <class R>
 struct MeasureInertia {
   const PressureState* state;
-  Points<R> p;
+  Displaced<R> p;
   const R* w;
   const int* particle;
   int origin;
@@ -114,34 +148,20 @@ struct MeasureInertia {
     if (!state->returns_momenta()) return {};
     const int i = particle[item];
     const double m = 1 / double(w[i]);
-    const Vector3<double> r = in_double(p[i] - p[origin]), mr = r * m;
+    const Vector3<double> r = in_double(p.between_at_start(i, origin)), mr = r * m;
     InertiaSum sum{m, {mr.x, mr.y, mr.z}};
     add_inertia(sum.I, m, r);
     return sum;
   }
 };
 
-/// The push (XPBD, Macklin et al. 2016, equation 18). One item.
-template <class R>
-struct PushPressure {
+/// At the start of a substep: the rigid motion with the momenta of the push that clamped particles lack. It changes no
+/// volume.
+struct StartPressure {
   PressureState* state;
-  Points<R> p;
-  int origin;
-  double target;  // m^3
-  bool compliant;
-  double alpha, stiffness;
   KERNEL void operator()(int) const {
-    const double C = state->volume.value - target, sum = larger(state->sums.grad2, state->sums.least);
-    state->moves = sum > double(tiny<R>());  // collapsed to a point, or wholly pinned: no direction
-    if (!state->moves) return;
-    state->dlambda = compliant ? (-C - alpha * state->lambda) / (sum + alpha) : -stiffness * C / sum;
-    state->lambda += state->dlambda;
-    if (state->returns_momenta()) find_motion();
-  }
-
- private:
-  /// The rigid motion with the momenta of the push that clamped particles lack. It changes no volume.
-  KERNEL void find_motion() const {
+    state->lambda = 0;
+    if (!state->returns_momenta()) return;
     const InertiaSum& all = state->inertia;
     const GradientSum& lacks = state->sums;
     const Vector3<double> force{lacks.force[0], lacks.force[1], lacks.force[2]};
@@ -150,9 +170,24 @@ struct PushPressure {
     SpinSum spin{{m.x, m.y, m.z}};
     for (int k = 0; k < 6; ++k) spin.I[k] = all.I[k];
     centre_inertia(spin.I, all.mass, c);
-    state->place = in_double(p[origin]) + c;
+    state->centre = c;
     state->shift = force * (1 / all.mass);
     state->turn = angular_velocity(spin);
+  }
+};
+
+/// The push (XPBD, Macklin et al. 2016, equation 18). One item.
+struct PushPressure {
+  PressureState* state;
+  double target;  // m^3
+  bool compliant;
+  double alpha, stiffness;
+  KERNEL void operator()(int) const {
+    const double C = state->volume.value - target, sum = state->along.value();
+    state->moves = sum > 1e-200;  // collapsed to a point, or wholly pinned: no direction
+    if (!state->moves) return;
+    state->dlambda = compliant ? (-C - alpha * state->lambda) / (sum + alpha) : -stiffness * C / sum;
+    state->lambda += state->dlambda;
   }
 };
 
@@ -164,47 +199,37 @@ struct PutPressure {
   KERNEL void operator()(int item) const { force.set(particle[item], grad[item]); }
 };
 
-/// How fast the volume grows along the way on which the filter takes the gradient at the substep's start. Half of what
-/// it was there counts at least: a body that has turned far is pushed the less.
-template <class R>
-struct SumAlongPressure {
-  const int* particle;
-  Points<R> grad, start, way;  // the gradient now; that at the start, and its way, of each particle
-  KERNEL GradientSum operator()(int item) const {
-    const int i = particle[item];
-    GradientSum sums;
-    sums.grad2 = double(dot(grad[item], way[i])), sums.least = 0.5 * double(dot(start[i], way[i]));
-    return sums;
-  }
-};
-
-/// p += way dlambda. One particle of the body.
+/// d += way dlambda. One particle of the body.
 template <class R>
 struct ApplyFilteredPressure {
-  Points<R> p, way;
+  Displaced<R> p;
+  Points<R> way;
   const int* members;
   const PressureState* state;
   KERNEL void operator()(int member) const {
     const int i = members[member];
-    if (state->moves) p.set(i, p[i] + way[i] * R(state->dlambda));
+    if (state->moves) p.add(i, way[i] * R(state->dlambda));
   }
 };
 
-/// p += w grad dlambda, and the rigid motion that keeps the momenta.
+/// d += w grad dlambda, and the rigid motion that keeps the momenta.
 template <class R>
 struct ApplyPressure {
-  Points<R> p;
+  Displaced<R> p;
   const R* w;
   const int* particle;
   Points<R> grad;
   const PressureState* state;
+  int origin;
   KERNEL void operator()(int item) const {
     const int i = particle[item];
     if (!(w[i] > R(0)) || !state->moves) return;
     Vector3<R> way = grad[item] * (w[i] * R(state->dlambda));
-    if (state->returns_momenta())
-      way = way + rounded<R>((state->shift + cross(state->turn, in_double(p[i]) - state->place)) * state->dlambda);
-    p.set(i, p[i] + way);
+    if (state->returns_momenta()) {
+      const Vector3<double> r = in_double(p.between_at_start(i, origin)) - state->centre;
+      way = way + rounded<R>((state->shift + cross(state->turn, r)) * state->dlambda);
+    }
+    p.add(i, way);
   }
 };
 

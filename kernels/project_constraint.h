@@ -1,6 +1,7 @@
 // One projection, written once for every constraint: gather, evaluate, PBD or XPBD update, scatter.
 #pragma once
 #include "kernels/constraint_kind.h"
+#include "kernels/direction.h"
 #include "kernels/local.h"
 #include "kernels/patch.h"
 
@@ -9,6 +10,10 @@ namespace malha {
 /// Stiff: PBD, dp = -k' w grad C / sum w |grad C|^2 (Müller et al. 2006).
 /// Compliant: XPBD, dlambda = (-C - alpha~ lambda) / (sum w |grad C|^2 + alpha~) (Macklin, Müller, Chentanez 2016).
 /// Material: the same with a compliance of each constraint's own, alpha~ times the last of its rest values.
+/// In all of them particles go along grad C where the substep began, x, and a product grad C(p) . grad C(x) stands in
+/// place of the square (SHAKE: Ryckaert, Ciccotti, Berendsen 1977): second order in the substep, and the moments of
+/// what is applied are 0 about wherever the body was, converged or not. Where the gradient has turned too far since,
+/// they go along that at p.
 enum class Update { Stiff, Compliant, Material };
 
 /// Whether a kind's constraints can have compliances of their own: Update::Material.
@@ -76,9 +81,10 @@ struct SetView {
   const R* rest;               // of every 16 slots the first values, then the second ones, ...
   const R* common;             // of batches where they are all alike
   const unsigned short* held;  // there, a bit a slot
-  R* lambda;     // with compliance, if there is more than one iteration: accumulated over those of a substep
-  R stiffness;   // Stiff: k'
-  R compliance;  // otherwise: alpha~ = alpha / dt^2
+  R* lambda;                   // with compliance: accumulated over the projections of a substep
+  R stiffness;                 // Stiff: k'
+  R compliance;                // otherwise: alpha~ = alpha / dt^2
+  bool from_start;             // whether directions are those where the substep began
 };
 
 /// The rest values of a pack. Where a lane holds no constraint (padding) every kind answers with a zero gradient: in a
@@ -89,41 +95,61 @@ struct RestOf {
   decltype(S() == S()) held;
 };
 
-/// What one projection does to the particles of a pack: p += w grad dlambda.
+/// Where a pack's particles were and are, from the first one's places: differences of what is stored, nearly exact.
+template <class S, int n>
+struct Places {
+  Vector3<S> x[n], p[n];
+  /// Not `from_start`: as if the substep began where they are.
+  KERNEL Places(const Moving<S> (&q)[n], bool from_start) {
+    const S zero(typename RealOf<S>::type(0));
+    x[0] = p[0] = {zero, zero, zero};
+    for (int j = 1; j < n; ++j) x[j] = q[j].x - q[0].x, p[j] = x[j] + (q[j].d - q[0].d);
+    if (!from_start)
+      for (int j = 1; j < n; ++j) x[j] = p[j];
+  }
+};
+
+/// What one projection does to the particles of a pack: d += w grad dlambda.
 template <class Kind, Update update, class R>
 struct Correct {
   static constexpr int n = Kind::particles;
   static constexpr int numbers = rest_numbers<Kind>(update);
   R* lambda;   // from the batch's first slot on
   R number;    // k' or alpha~
-  bool fresh;  // first iteration of a substep: lambda is 0
+  bool fresh;  // first projection of a substep: lambda is 0
+  bool from_start;
 
-  KERNEL Correct(const SetView<R>& set, int slot, bool first_iteration)
-      : lambda(set.lambda ? set.lambda + slot * multipliers<Kind>() : nullptr),
+  KERNEL Correct(const SetView<R>& set, int slot, bool first)
+      : lambda(set.lambda + slot * multipliers<Kind>()),
         number(update == Update::Stiff ? set.stiffness : set.compliance),
-        fresh(first_iteration) {}
+        fresh(first),
+        from_start(set.from_start) {}
 
   /// C and its gradient come scaled by s > 0, which PBD's update does not notice: XPBD's multiplier is s dlambda.
   template <class S>
-  KERNEL void operator()(Vector3<S> (&q)[n], const S (&w)[n], const RestOf<S, numbers>& rest, int at) const {
+  KERNEL void operator()(Moving<S> (&q)[n], const RestOf<S, numbers>& rest, int at) const {
+    const Places<S, n> places(q, from_start);
     if constexpr (multipliers<Kind>() > 1)
-      step(q, w, rest, at);
+      step(q, places, rest, at);
     else
-      meet(q, w, rest, at);
+      meet(q, places, rest, at);
   }
 
  private:
   template <class S>
-  KERNEL void meet(Vector3<S> (&q)[n], const S (&w)[n], const RestOf<S, numbers>& rest, int at) const {
-    Vector3<S> grad[n];
-    S s;
-    const S C = Kind::evaluate(q, rest.value, rest.held, grad, s);
-    S part = w[0] * dot(grad[0], grad[0]), sum = part, way2 = w[0] * part;
-    for (int j = 1; j < n; ++j) {
-      part = w[j] * dot(grad[j], grad[j]);
-      sum = sum + part;
-      if constexpr (has_reach<Kind>()) way2 = larger(way2, w[j] * part);
-    }
+  KERNEL void meet(Moving<S> (&q)[n], const Places<S, n>& places, const RestOf<S, numbers>& rest, int at) const {
+    Vector3<S> grad[n], along[n];
+    S s, s_along, w[n];
+    for (int j = 0; j < n; ++j) w[j] = q[j].w;
+    const S C = Kind::evaluate(places.p, rest.value, rest.held, grad, s);
+    Kind::evaluate(places.x, rest.value, rest.held, along, s_along);
+    const S cross = product(w, grad, along);
+    const auto small = is_small(C, cross, w, along, places.x);
+    const S sum = select(small, cross, product(w, grad, grad));
+    s_along = select(small, s_along, s);
+    for (int j = 0; j < n; ++j) along[j] = either(small, along[j], grad[j]);
+    S way2 = S(R(0));
+    if constexpr (has_reach<Kind>()) way2 = most_way2(w, along);
     // Over `against(wanted, all)` what is wanted of dlambda takes no particle beyond its reach. (NaN, padding: all.)
     const auto against = [&](const S& wanted, const S& all) KERNEL_LAMBDA {
       if constexpr (has_reach<Kind>())
@@ -146,31 +172,31 @@ struct Correct {
       S total = zero;
       if (!fresh) load(lambda + at, total);
       const S wanted = -C - s * alpha * total;
-      dlambda = wanted / against(wanted, select(moves, sum + alpha * s * s, one));
-      if constexpr (Kind::inequality) dlambda = larger(dlambda, -total / select(moves, s, one));
+      dlambda = wanted / against(wanted, select(moves, sum + alpha * s * s_along, one));
+      if constexpr (Kind::inequality) dlambda = larger(dlambda, -total / select(moves, s_along, one));
       dlambda = select(moves, dlambda, zero);
-      if (lambda) store(total + s * dlambda, lambda + at);
+      store(total + s_along * dlambda, lambda + at);
     }
-    for (int j = 0; j < n; ++j) q[j] = q[j] + grad[j] * (w[j] * dlambda);
+    for (int j = 0; j < n; ++j) q[j].d = q[j].d + along[j] * (w[j] * dlambda);
   }
 
   /// The kind's own, of all its multipliers at once; of every 16 slots the first ones, then the second ones, ...
   template <class S>
-  KERNEL void step(Vector3<S> (&q)[n], const S (&w)[n], const RestOf<S, numbers>& rest, int at) const {
+  KERNEL void step(Moving<S> (&q)[n], const Places<S, n>& places, const RestOf<S, numbers>& rest, int at) const {
     constexpr int m = multipliers<Kind>();
-    R* sums = lambda ? lambda + at / kSlotPack * kSlotPack * m + at % kSlotPack : nullptr;
-    S sum[m];
+    R* const sums = lambda + at / kSlotPack * kSlotPack * m + at % kSlotPack;
+    S sum[m], w[n];
+    for (int j = 0; j < n; ++j) w[j] = q[j].w;
     for (int k = 0; k < m; ++k) {
       sum[k] = S(R(0));
-      if (sums && !fresh) load(sums + k * kSlotPack, sum[k]);
+      if (!fresh) load(sums + k * kSlotPack, sum[k]);
     }
     Vector3<S> move[n];
     S alpha(update == Update::Stiff ? R(0) : number);
     if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::numbers];
-    Kind::step(q, w, rest.value, rest.held, alpha, sum, move);
-    for (int k = 0; k < m; ++k)
-      if (sums) store(sum[k], sums + k * kSlotPack);
-    for (int j = 0; j < n; ++j) q[j] = q[j] + move[j] * w[j];
+    Kind::step(places.p, places.x, w, rest.value, rest.held, alpha, sum, move);
+    for (int k = 0; k < m; ++k) store(sum[k], sums + k * kSlotPack);
+    for (int j = 0; j < n; ++j) q[j].d = q[j].d + move[j] * w[j];
   }
 };
 
@@ -216,11 +242,10 @@ struct ProjectRun {
 
   KERNEL void operator()(int pack) const {
     const int first = pack * lanes;
-    Vector3<S> q[n];
-    S w[n];
-    for (int j = 0; j < n; ++j) end[j].read(first, q[j], w[j]);
-    correct(q, w, rest.template read<S>(first), first);
-    for (int j = 0; j < n; ++j) end[j].write(first, q[j], w[j]);
+    Moving<S> q[n];
+    for (int j = 0; j < n; ++j) end[j].read(first, q[j]);
+    correct(q, rest.template read<S>(first), first);
+    for (int j = 0; j < n; ++j) end[j].write(first, q[j].d);
   }
 };
 
@@ -231,8 +256,7 @@ struct ProjectGathered {
   static constexpr int lanes = kLanes<R, Isa>;
   using S = Lane<R, Isa>;
   struct Ends {
-    Vector3<S> q[n];
-    S w[n];
+    Moving<S> q[n];
   };
   Local local;
   Correct<Kind, update, R> correct;
@@ -242,14 +266,14 @@ struct ProjectGathered {
   // Addresses are cheaper computed again than kept: there are more than registers.
   KERNEL Ends read(int pack) const {
     Ends ends;
-    for (int j = 0; j < n; ++j) local.gather(unknown(index[j]) + pack * lanes, ends.q[j], ends.w[j]);
+    for (int j = 0; j < n; ++j) local.gather(unknown(index[j]) + pack * lanes, ends.q[j]);
     return ends;
   }
   KERNEL void compute(int pack, Ends& ends) const {
-    correct(ends.q, ends.w, rest.template read<S>(pack * lanes), pack * lanes);
+    correct(ends.q, rest.template read<S>(pack * lanes), pack * lanes);
   }
   KERNEL void write(int pack, const Ends& ends) const {
-    for (int j = 0; j < n; ++j) local.scatter(unknown(index[j]) + pack * lanes, ends.q[j], ends.w[j]);
+    for (int j = 0; j < n; ++j) local.scatter(unknown(index[j]) + pack * lanes, ends.q[j].d);
   }
 };
 
@@ -267,11 +291,10 @@ struct ProjectCarefully {
     const int first = pack * Kernel::lanes, last = count - first < Kernel::lanes ? count - first : Kernel::lanes;
     for (int j = 0; j < Kernel::n; ++j)
       for (int i = 0; i < last; ++i) {
-        const Vector3<typename Kernel::S>& q = ends.q[j];
-        const R w = lane(ends.w[j], i);
-        if (w > R(0))
-          kernel.local.fill(kernel.index[j][first + i] / kIndexScale<R>,
-                            Vector3<R>{lane(q.x, i), lane(q.y, i), lane(q.z, i)}, w);
+        const Moving<typename Kernel::S>& q = ends.q[j];
+        if (lane(q.w, i) > R(0))
+          kernel.local.write(kernel.index[j][first + i] / kIndexScale<R>,
+                             Vector3<R>{lane(q.d.x, i), lane(q.d.y, i), lane(q.d.z, i)});
       }
   }
 };

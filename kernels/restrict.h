@@ -12,37 +12,48 @@ template <class R>
 struct UpTo {
   MeansView<R> means;
   const int* place;
-  Points<R> to;
+  Points<R> x, d;     // where the substep begins, from the origin of their body, and the way from there
+  Points<R> origins;  // of bodies; null: what goes up is from there already
 };
 
 /// From the patch's memory.
 template <class R, class Group, class Local>
 KERNEL void restrict_to(const Group& group, const UpTo<R>& up, const Local& local) {
-  up.means.each(group, local, [&](const MeanRun& run, int k, const auto& mean) KERNEL_LAMBDA {
-    scatter_points(up.to, up.place + run.to + k, mean);
-  });
+  const auto scatter = [&](const Points<R>& to) KERNEL_LAMBDA {
+    return [=](const MeanRun& run, int k, const auto& mean)
+               KERNEL_LAMBDA { scatter_points(to, up.place + run.to + k, mean); };
+  };
+  up.means.each(group, local, scatter(up.x));
+  up.means.each(group, local.ways(), scatter(up.d));
 }
 
-/// Where particles will be after dt if nothing but gravity moves them; null v: where they are.
+/// Where particles will be after dt if nothing but gravity moves them; null v: where they go.
 template <class R>
 struct Foreseen {
-  Points<R> x, v;      // m, m/s
+  Displaced<R> p;
+  Points<R> v;         // m/s
   const R* w;          // 1/kg
+  Points<R> origins;   // as in UpTo
   R dt;                // s
   Vector3<R> gravity;  // m/s^2
 
   /// Those of a segment, into the patch's memory.
   template <class Group, class Local>
   KERNEL void bring(const Group& group, const Segment& segment, const Local& local) const {
-    cover<R>(group, segment.count, [&]<class T>(int i, T of) KERNEL_LAMBDA {
+    const bool predicts = v.x && segment.movable;
+    const Vector3<R> origin = origins.x ? origins[segment.body] : Vector3<R>{R(0), R(0), R(0)};
+    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
-      Vector3<T> q = load_points<T>(x, at);
-      load(w + at, of);
-      if (v.x) {
+      Moving<T> q;
+      load(w + at, q.w);
+      q.x = origins.x ? load_near(p, at, origin, T()) : load_points<T>(p.x, at);
+      if (predicts) {
         const Vector3<T> g{T(gravity.x), T(gravity.y), T(gravity.z)};
-        q = predicted(q, accelerated(load_points<T>(v, at), of, g, T(dt)), T(dt));
+        q.d = accelerated(load_points<T>(v, at), q.w, g, T(dt)) * T(dt);
+      } else {
+        q.d = load_points<T>(p.d, at);
       }
-      local.fill(segment.local + i, q, of);
+      local.fill(segment.local + i, q);
     });
   }
 };
@@ -75,15 +86,18 @@ struct Restrict {
   }
 };
 
-/// b[at[k]] += the parts begin[k] .. begin[k + 1] - 1.
+/// x[at[k]] += the parts begin[k] .. begin[k + 1] - 1, and d likewise.
 template <class R>
 struct AddParts {
   const int *at, *begin;
-  Points<R> b;
-  KERNEL void operator()(int k) const {
-    Vector3<R> sum = b[at[k]];
-    for (int part = begin[k]; part < begin[k + 1]; ++part) sum = sum + b[part];
-    b.set(at[k], sum);
+  Points<R> x, d;
+  KERNEL void operator()(int k) const { add(x, k), add(d, k); }
+
+ private:
+  KERNEL void add(const Points<R>& points, int k) const {
+    Vector3<R> sum = points[at[k]];
+    for (int part = begin[k]; part < begin[k + 1]; ++part) sum = sum + points[part];
+    points.set(at[k], sum);
   }
 };
 

@@ -50,12 +50,21 @@ struct NoteMotion {
   }
 };
 
+/// In place of that motion, once all are held, what this has changed of it.
+template <class R>
+struct NoteChange {
+  Displaced<R> p;
+  ScatteredPoints<R> x0;
+  Vec4<R>* before;
+  KERNEL void operator()(int i) const { before[i].set(p.from(i, x0[i]) - before[i].xyz()); }
+};
+
 /// Of each run of particles, from their state at the end of the substep.
 template <class R>
 struct SumHeld {
   Particles<R> particles;
   ScatteredPoints<R> x0;
-  const Vec4<R>* before;  // see NoteMotion
+  const Vec4<R>* before;  // see NoteChange
   double per_dt;          // 1/s
   const ParticleRun* runs;
   HeldSums* sums;
@@ -68,14 +77,14 @@ struct SumHeld {
  private:
   KERNEL void add(int i, HeldSums& sum) const {
     const R w = particles.w[i];
-    const Vector3<R> x = particles.x[i], start = x0[i], now = x - start, then = before[i].xyz();
+    const Vector3<R> x = particles.x[i], start = x0[i], change = before[i].xyz();
     const Vector3<double> v = in_double(particles.v[i]);
-    if (!(w > R(0))) sum.pins = larger(sum.pins, norm(in_double(now)));
+    if (!(w > R(0))) sum.pins = larger(sum.pins, norm(in_double(x - start)));
     if (!(w > R(0)) || !(dot(v, v) < double(INFINITY))) return;
-    sum.changed |= same(now, then) ? 0 : 1;
+    sum.changed |= same(change, {R(0), R(0), R(0)}) ? 0 : 1;
     const double m = 1 / double(w);
     const Vector3<double> r = in_double(x - x0[0]);
-    sum.before.add(m, in_double(start - x0[0]), v - (in_double(now) - in_double(then)) * per_dt);
+    sum.before.add(m, in_double(start - x0[0]), v - in_double(change) * per_dt);
     sum.after.add(m, r, v);
     add_inertia(sum.I, m, r);
   }
@@ -104,7 +113,7 @@ struct AddRigidGain {
 template <class R>
 struct LimitSpeed {
   Particles<R> particles;
-  const Vec4<R>* before;  // see NoteMotion
+  const Vec4<R>* before;  // see NoteChange
   const ParticleRun* runs;
   const int* chosen;
   double most;  // m/s

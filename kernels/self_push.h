@@ -129,7 +129,7 @@ struct PushContacts {
 /// Every particle takes its share of its contacts' impulses, in their order.
 template <class R, class Turn>
 struct GatherPushes {
-  Points<R> p;
+  Displaced<R> p;
   const R* w;
   const Keyed* ends;
   const int* begin;
@@ -142,7 +142,7 @@ struct GatherPushes {
       const Push<R>& push = pushes[ends[e].value / 4];
       if (push.impulse.w > R(0)) sum = sum + push.impulse.xyz() * push.weight[ends[e].value % 4];
     }
-    p.set(i, p[i] + turn(sum) * w[i]);
+    p.add(i, turn(sum) * w[i]);
   }
 };
 

@@ -32,7 +32,7 @@ struct SpringRows {
   }
 };
 
-/// v += dt (a + g); p = x + dt v. The weight only where the filter does not see it. Pinned particles stay.
+/// v += dt (a + g); d = dt v. The weight only where the filter does not see it. Pinned particles stay.
 template <class R>
 struct FilteredMotion {
   Particles<R> particles;
@@ -48,7 +48,7 @@ struct FilteredMotion {
   KERNEL void operator()(int i) const {
     const Vector3<R> v = velocity(i);
     particles.v.set(i, v);
-    particles.p.set(i, predicted(particles.x[i], v, dt));
+    particles.p.d.set(i, ahead(particles.w[i], v, particles.p.d[i], dt));
   }
 };
 

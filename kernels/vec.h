@@ -88,11 +88,28 @@ struct RealOf {
   using type = S;
 };
 
+/// What rounding took from sum = a + b (Knuth's TwoSum: whichever is the larger).
+template <class S>
+KERNEL S lost_of(const S& a, const S& b, const S& sum) {
+  const S other = sum - a;
+  return (a - (sum - other)) + (b - other);
+}
+template <class S>
+KERNEL Vector3<S> lost_of(const Vector3<S>& a, const Vector3<S>& b, const Vector3<S>& sum) {
+  return {lost_of(a.x, b.x, sum.x), lost_of(a.y, b.y, sum.y), lost_of(a.z, b.z, sum.z)};
+}
+
 /// a where the mask holds, and otherwise zero, whatever a is.
 template <class Mask, class S>
 KERNEL Vector3<S> or_zero(const Mask& mask, const Vector3<S>& a) {
   const S zero(typename RealOf<S>::type(0));
   return {select(mask, a.x, zero), select(mask, a.y, zero), select(mask, a.z, zero)};
+}
+
+/// a where the mask holds, otherwise b.
+template <class Mask, class S>
+KERNEL Vector3<S> either(const Mask& mask, const Vector3<S>& a, const Vector3<S>& b) {
+  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
 }
 
 /// Below this a sum of squared gradients counts as zero: the division by it would leave the range of the type.

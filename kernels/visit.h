@@ -1,6 +1,12 @@
 // One visit to a patch: its particles come into fast memory, its batches are projected there, and the particles go
-// back. Where nothing else happens between prediction and update, the visits do those too, and the predicted positions
-// of particles that no other patch visits never leave the fast memory.
+// back. Where nothing else happens between prediction and update, the visits do those too, and the ways of particles
+// that no other patch visits never leave the fast memory.
+//
+// An iteration is a sweep over all constraints there and back, with the multipliers carried over the turn. A sweep one
+// way adds energy to what nothing damps, whatever the order; one that reads the same backwards does not (METHODS,
+// section 8), nor do two such, one after the other. So all phases but the last are visited there and back, with the
+// turn in the last of these, and then those of the last phase, with a turn of their own: with one or two phases every
+// patch is visited once.
 #pragma once
 #include "kernels/constraint_registry.h"
 #include "kernels/cover.h"
@@ -25,9 +31,9 @@ struct Visit {
   bool predicts;       // the first visit to a particle predicts it
   bool updates;        // the last one updates its state
   bool fresh;          // first iteration of a substep
+  bool there, back;    // which ways it goes
   bool prefetches;     // the particles do not fit in a core's caches: those of the next patch are asked for early
   int substep;         // 1 ..
-  R* kept;             // memories that patches keep from a substep's first iteration to its last, or null
   UpTo<R> up;          // means of the next prediction, for the coarser level: the last visits leave them
   MeansOf<R> down;     // what particles follow on the coarser level, patch by patch: added where they are predicted
   int* lost;           // of each patch: the first substep that left a particle without a finite position, or 0
@@ -37,7 +43,7 @@ struct Visit {
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const Patch& patch = patches[group.index];
-    R* memory = kept ? kept + size_t(4) * patch.kept : static_cast<R*>(group.memory);
+    R* memory = static_cast<R*>(group.memory);
     if (patch.columns)
       visit(group, patch, Columns<R>::over(memory, patch.slots));
     else
@@ -48,24 +54,27 @@ struct Visit {
   template <class Group, class Local>
   KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
     const int begin = patch.segment, end = patch.segment + patch.segments;
-    for (int s = begin; s < end; ++s)
-      if (predicts || !at_home(segments[s])) bring(group, segments[s], local);
-    if (predicts && down.means.begin) add_means(group, down, local);
-    for (int b = 0; b < patch.batches;) {
-      int next = b + 1;
-      while (next < patch.batches && batches[patch.batch + next].set == batches[patch.batch + b].set) ++next;
-      project_set(group, patch, b, next, local);
-      b = next;
-    }
+    for (int s = begin; s < end; ++s) bring(group, segments[s], local);
+    if (predicts && there && down.means.begin) add_means(group, down, local);
+    if (there)
+      for (int b = 0, next; b < patch.batches; b = next) {
+        for (next = b + 1; next < patch.batches && set_of(patch, next) == set_of(patch, b);) ++next;
+        project_set(group, patch, b, next, true, local);
+      }
+    if (back)
+      for (int next = patch.batches, b; next > 0; next = b) {
+        for (b = next - 1; b > 0 && set_of(patch, b - 1) == set_of(patch, b);) --b;
+        project_set(group, patch, b, next, false, local);
+      }
     for (int s = begin; s < end; ++s) {
-      if (!segments[s].movable || (!updates && at_home(segments[s]))) continue;
-      if (updates && segments[s].last)
+      if (!segments[s].movable) continue;
+      if (updates && back && segments[s].last)
         update(group, segments[s], local);
       else
         put_back(group, segments[s], local);
     }
-    if (updates && up.means.begin) foresee(group, patch, local);
-    if (updates && fast) watch_speed(group, patch);
+    if (updates && back && up.means.begin) foresee(group, patch, local);
+    if (updates && back && fast) watch_speed(group, patch);
   }
 
   template <class Group>
@@ -84,14 +93,15 @@ struct Visit {
 
   template <class Group, class Local>
   KERNEL void foresee(const Group& group, const Patch& patch, const Local& local) const {
-    const Foreseen<R> next{particles.x, particles.v, particles.w, dt, gravity};
+    const Foreseen<R> next{particles.p, particles.v, particles.w, up.origins, dt, gravity};
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
       if (segments[s].last) next.bring(group, segments[s], local);
     restrict_to(group, up, local);
   }
 
-  /// Whether the particles stay in the patch's memory from one iteration to the next: no other patch visits them.
-  KERNEL bool at_home(const Segment& segment) const { return kept && segment.first && segment.last; }
+  KERNEL int set_of(const Patch& patch, int b) const { return batches[patch.batch + b].set; }
+  /// Whether a visit predicts them.
+  KERNEL bool predicted_here(const Segment& segment) const { return predicts && there && segment.first; }
 
   /// The `part` of `parts` of a patch's particles and constraints: memory is to be as busy as the arithmetic, not
   /// before it or after it.
@@ -106,14 +116,13 @@ struct Visit {
     for (int i = 0; i < count; i += 64 / int(sizeof(T))) prefetch(first + i);
   }
   KERNEL void ask_for(const Segment& segment) const {
-    if (!predicts && at_home(segment)) return;
     const int at = segment.global, count = segment.count;
-    ask_for(particles.w + at, count);
-    const bool predict = predicts && segment.first;
-    const Points<R>& q = predict ? particles.x : particles.p;
-    ask_for(q.x + at, count), ask_for(q.y + at, count), ask_for(q.z + at, count);
-    const Points<R>& v = particles.v;
-    if (predict) ask_for(v.x + at, count), ask_for(v.y + at, count), ask_for(v.z + at, count);
+    ask_for(particles.w + at, count), ask_for(particles.x, at, count);
+    if constexpr (kCarries<R>) ask_for(particles.p.low, at, count);
+    ask_for(predicted_here(segment) ? particles.v : particles.p.d, at, count);
+  }
+  KERNEL static void ask_for(const Points<R>& points, int at, int count) {
+    ask_for(points.x + at, count), ask_for(points.y + at, count), ask_for(points.z + at, count);
   }
   KERNEL void ask_for(const Batch& batch) const {
     const SetView<R>& set = sets[batch.set];
@@ -130,22 +139,22 @@ struct Visit {
 
   template <class Group, class Local>
   KERNEL void bring(const Group& group, const Segment& segment, const Local& local) const {
-    const bool predict = predicts && segment.first;
-    cover<R>(group, segment.count, [&]<class T>(int i, T w) KERNEL_LAMBDA {
+    const bool predict = predicted_here(segment) && segment.movable;
+    const Vector3<R> origin = particles.x[segment.origin];
+    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
-      load(particles.w + at, w);
-      const Vector3<T> q = predict ? predicted(load_points<T>(particles.x, at), velocity(at, w), T(dt))
-                                   : load_points<T>(particles.p, at);
-      local.fill(segment.local + i, q, w);
+      Moving<T> q;
+      load(particles.w + at, q.w);
+      q.x = load_near(particles.p, at, origin, T());
+      q.d = predict ? velocity(at, q.w) * T(dt) : load_points<T>(particles.p.d, at);
+      local.fill(segment.local + i, q);
     });
   }
 
   template <class Group, class Local>
   KERNEL void put_back(const Group& group, const Segment& segment, const Local& local) const {
-    cover<R>(group, segment.count, [&]<class T>(int i, T w) KERNEL_LAMBDA {
-      Vector3<T> q;
-      local.read(segment.local + i, q, w);
-      store_points(particles.p, segment.global + i, q);
+    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+      store_points(particles.p.d, segment.global + i, local.template way<T>(segment.local + i));
     });
   }
 
@@ -186,23 +195,34 @@ struct Visit {
 
   template <class T>
   struct State {
-    Vector3<T> x, v;
+    Vector3<T> x, low, v;
   };
   template <class T, class Local>
   KERNEL State<T> moved(const Segment& segment, int i, const Local& local) const {
-    Vector3<T> p;
-    T w;
-    local.read(segment.local + i, p, w);
+    const Vector3<T> d = local.template way<T>(segment.local + i);
     const int at = segment.global + i;
-    return {p, changed(load_points<T>(particles.x, at), velocity(at, w), p, T(dt), T(per_dt))};
+    T w;
+    load(particles.w + at, w);
+    const Vector3<T> x = load_points<T>(particles.x, at);
+    State<T> state;
+    if constexpr (kCarries<R>) {
+      const Vector3<T> whole = d + load_points<T>(particles.p.low, at);
+      state.x = x + whole, state.low = lost_of(x, whole, state.x);
+    } else {
+      state.x = x + d;
+    }
+    state.v = changed(velocity(at, w), d, T(dt), T(per_dt));
+    return state;
   }
   template <class T>
   KERNEL void keep(const Segment& segment, int i, const State<T>& state) const {
-    store_points(particles.x, segment.global + i, state.x);
-    store_points(particles.v, segment.global + i, state.v);
+    const int at = segment.global + i;
+    store_points(particles.x, at, state.x), store_points(particles.v, at, state.v);
+    if constexpr (kCarries<R>) store_points(particles.p.low, at, state.low);
   }
 
-  /// The batches begin .. end - 1 of a patch, all of one set: on their own, as they need all registers.
+  /// The batches begin .. end - 1 of a patch, all of one set, or the same in the other order: on their own, as they
+  /// need all registers.
   template <class Kind, Update update, class Group, class Local>
   struct ProjectSet {
     const Visit* visit;
@@ -210,9 +230,13 @@ struct Visit {
     const Patch* patch;
     Local local;
     const SetView<R>* set;
+    int last;  // of the batches where they are taken back; there: below 0
     KERNEL void operator()(int b) const {
-      if (visit->prefetches && group.next >= 0) visit->ask_for(visit->patches[group.next], b, patch->batches);
-      project<Kind, update>(group, local, *set, visit->batches[patch->batch + b], visit->fresh);
+      const bool forth = last < 0;
+      if (visit->prefetches && group.next >= 0 && (forth || !visit->there))
+        visit->ask_for(visit->patches[group.next], b, patch->batches);
+      const Batch& batch = visit->batches[patch->batch + (forth ? b : last - b)];
+      project<Kind, update>(group, local, *set, batch, visit->fresh && forth);
     }
   };
 
@@ -223,13 +247,16 @@ struct Visit {
 
   /// With the updates that a kind can have, and no others: each is code of its own.
   template <class Group, class Local>
-  KERNEL_APART void project_set(const Group& group, const Patch& patch, int begin, int end, const Local& local) const {
+  KERNEL_APART void project_set(const Group& group, const Patch& patch, int begin, int end, bool forth,
+                                const Local& local) const {
     const SetView<R>& set = sets[batches[patch.batch + begin].set];
     for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
       if (set.kind != kNumber<Kind>) return;
       const auto by = [&]<class Updated>(Updated) KERNEL_LAMBDA {
         if (set.update == Updated::value)
-          group.apart(begin, end, ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set});
+          group.apart(begin, end,
+                      ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set,
+                                                                     forth ? -1 : begin + end - 1});
       };
       if constexpr (Kind::strength.free) by(By<Update::Stiff>()), by(By<Update::Compliant>());
       if constexpr (takes_material<Kind>())

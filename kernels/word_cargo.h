@@ -25,9 +25,10 @@ struct WordCargo {
   KERNEL Particles<R> particles() const {
     R* const x = at<R>(kParticles);
     const size_t n = size_t(count());
-    return {count(), {x, x + n, x + 2 * n}, {}, {x + 3 * n, x + 4 * n, x + 5 * n}, w()};
+    const Points<R> from{x, x + n, x + 2 * n}, way{x + 3 * n, x + 4 * n, x + 5 * n};
+    return {count(), from, {}, {from, way, {x + 6 * n, x + 7 * n, x + 8 * n}}, w()};
   }
-  KERNEL R* w() const { return at<R>(kParticles) + size_t(6) * count(); }
+  KERNEL R* w() const { return at<R>(kParticles) + size_t(9) * count(); }
   KERNEL Nearby<R> nearby(int mesh) const {
     char* const own = base + begin(kMeshes) + size_t(mesh) * mesh_bytes();
     const size_t n = size_t(words), slots = size_t(room) * (sizeof(Contact<R>) + sizeof(Near));
@@ -53,7 +54,7 @@ struct WordCargo {
     size_t at = 0;
     if (part > kBits) at += aligned(size_t(questions) * n * sizeof(unsigned long long));
     if (part > kWhich) at += aligned((n + 1) * sizeof(int));
-    if (part > kParticles) at += aligned(7 * n * kWord * sizeof(R));
+    if (part > kParticles) at += aligned(10 * n * kWord * sizeof(R));
     return at;
   }
   template <class T>
@@ -105,7 +106,8 @@ struct LoadWords {
     for (int q = 0; bit == 0 && q < questions.count; ++q) to.bits(q)[w] = questions.of(q, word);
     if (!(questions.asked(word) >> bit & 1)) return;
     const Particles<R> own = to.particles();
-    own.x.set(j, particles.x[i]), own.p.set(j, particles.p[i]);
+    own.x.set(j, particles.x[i]), own.p.d.set(j, particles.p.d[i]);
+    if constexpr (kCarries<R>) own.p.low.set(j, particles.p.low[i]);
     to.w()[j] = particles.w[i];
   }
 };
@@ -142,7 +144,7 @@ struct UnloadWords {
   KERNEL void operator()(int j) const {
     if (!from.asked(j)) return;
     const Particles<R> own = from.particles();
-    particles.x.set(from.particle(j), own.x[j]), particles.p.set(from.particle(j), own.p[j]);
+    particles.x.set(from.particle(j), own.x[j]), particles.p.d.set(from.particle(j), own.p.d[j]);
   }
 };
 

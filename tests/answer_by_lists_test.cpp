@@ -32,16 +32,15 @@ class NearASurface {
       const Vector3<double> at = random.direction() * (0.5 + kSphereThickness * random(0.3, 4));
       places.push_back({at.x, at.y, at.z});
     }
-    x_ = PointArray<Serial, float>(places), v_ = PointArray<Serial, float>(places),
-    p_ = PointArray<Serial, float>(places);
+    x_ = PointArray<Serial, float>(places), v_ = PointArray<Serial, float>(places);
+    d_ = PointArray<Serial, float>(places.size()), low_ = PointArray<Serial, float>(places.size());
   }
 
-  /// Goes to p, and on by up to `way` (m) in any direction.
+  /// Arrives where it went, and goes on by up to `way` (m) in any direction.
   void move(double way, Random& random) {
     for (int i = 0; i < count_; ++i) {
-      const Vector3<float> at = p_.points()[i];
-      x_.points().set(i, at);
-      p_.points().set(i, at + rounded<float>(random.in_cube(way)));
+      particles().p.arrive(i);
+      d_.points().set(i, rounded<float>(random.in_cube(way)));
     }
     for (int s = 0; s < memory_.slots(); ++s) let_go(memory_.view().contacts[s]);
   }
@@ -70,7 +69,7 @@ class NearASurface {
   void expect_as(const NearASurface& other) const {
     const Nearby<float> a = memory_.view(), b = other.memory_.view();
     for (int i = 0; i < count_; ++i) {
-      ASSERT_TRUE(same(x_.points()[i], other.x_.points()[i]) && same(p_.points()[i], other.p_.points()[i])) << i;
+      ASSERT_TRUE(same(x_.points()[i], other.x_.points()[i]) && same(d_.points()[i], other.d_.points()[i])) << i;
       const Vector3<double> at = in_double(x_.points()[i]);
       const LastSeen seen = a.seen(i, at), also = b.seen(i, at);
       ASSERT_TRUE(same_bits(seen.at, also.at) && same_bits(seen.distance, also.distance)) << i;
@@ -88,11 +87,13 @@ class NearASurface {
   }
 
  private:
-  Particles<float> particles() { return {count_, x_.points(), v_.points(), p_.points(), w_.data()}; }
+  Particles<float> particles() {
+    return {count_, x_.points(), v_.points(), {x_.points(), d_.points(), low_.points()}, w_.data()};
+  }
 
   MovingSurface mesh_;
   int count_;
-  PointArray<Serial, float> x_, v_, p_;
+  PointArray<Serial, float> x_, low_, v_, d_;
   std::vector<float> w_;
   NearMemory<Serial, float> memory_;
 };

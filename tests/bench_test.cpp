@@ -108,9 +108,10 @@ TEST(Measuring, OfTheHostAloneSaysSo) {
 TEST(Floor, OfADeviceIsItsMemorysAlone) {
   Row row;
   row.case_name = "grid", row.particles = 100, row.constraints = 200, row.schedule = {10, 1}, row.backend = "cuda";
+  row.projections = 10 * 2 * 200;
   set_floor(row, 1000, 5, 8);
   EXPECT_EQ(row.floor_operations_ns, 0);
-  EXPECT_DOUBLE_EQ(row.floor_ns(), 52.0 / 2 / 1000) << "52 bytes a particle, of 1,000 GB/s";
+  EXPECT_DOUBLE_EQ(row.floor_ns(), 76.0 / 4 / 1000) << "76 bytes a particle and 4 projections, of 1,000 GB/s";
 }
 
 TEST(BenchProjection, WritesARowForAllThatTookPart) {
@@ -287,6 +288,7 @@ Row row_of_steps(const Schedule& schedule, int threads, std::vector<double> step
   Row row;
   row.case_name = "grid";
   row.particles = 100, row.constraints = 400;
+  row.projections = row.constraints * schedule.projections() * 2;  // there and back
   row.schedule = schedule, row.threads = threads;
   row.step_seconds = std::move(step_seconds);
   return row;
@@ -294,9 +296,9 @@ Row row_of_steps(const Schedule& schedule, int threads, std::vector<double> step
 
 TEST(BenchRow, CountsEveryProjectionOfAStep) {
   const Row row = row_of_steps({5, 2}, 1, {3e-6, 1e-6, 2e-6});
-  EXPECT_DOUBLE_EQ(row.ns_min(), 1000.0 / 4000);
-  EXPECT_DOUBLE_EQ(row.ns_per_projection(), 2000.0 / 4000);
-  EXPECT_DOUBLE_EQ(row.ns_max(), 3000.0 / 4000);
+  EXPECT_DOUBLE_EQ(row.ns_min(), 1000.0 / 8000);
+  EXPECT_DOUBLE_EQ(row.ns_per_projection(), 2000.0 / 8000);
+  EXPECT_DOUBLE_EQ(row.ns_max(), 3000.0 / 8000);
   EXPECT_DOUBLE_EQ(row.step_ms(), 2e-3);
 }
 
@@ -308,14 +310,14 @@ TEST(BenchRow, ComparesTurnByTurn) {
 TEST(BenchRow, HasItsFloorWhereTheBytesOrTheOperationsPutIt) {
   Row row = row_of_steps({10, 1}, 2, {1e-6});
   set_floor(row, 10, 0.5, 2);
-  EXPECT_DOUBLE_EQ(row.working_set_bytes, 28 * 100) << "a grid's constraints need no memory of their own";
-  EXPECT_DOUBLE_EQ(row.floor_memory_ns, 52.0 / 4 / 10);
+  EXPECT_DOUBLE_EQ(row.working_set_bytes, 40 * 100) << "a grid's constraints need no memory of their own";
+  EXPECT_DOUBLE_EQ(row.floor_memory_ns, 76.0 / 8 / 10);
   EXPECT_DOUBLE_EQ(row.floor_operations_ns, 0.25);
-  EXPECT_DOUBLE_EQ(row.floor_ns(), 1.3);
+  EXPECT_DOUBLE_EQ(row.floor_ns(), 0.95);
   row.case_name = "irregular", row.schedule = {1, 10};
   set_floor(row, 100, 0.5, 2);
-  EXPECT_DOUBLE_EQ(row.working_set_bytes, 28 * 100 + 8 * 400);
-  EXPECT_DOUBLE_EQ(row.floor_memory_ns, ((52.0 + 9 * 28) / 10 / 4 + 8) / 100);
+  EXPECT_DOUBLE_EQ(row.working_set_bytes, 40 * 100 + 8 * 400);
+  EXPECT_DOUBLE_EQ(row.floor_memory_ns, ((76.0 + 9 * 52) / 10 / 4 + 8) / 2 / 100);
   EXPECT_DOUBLE_EQ(row.floor_ns(), 0.25);
   row.threads = 64;
   set_floor(row, 100, 0.5, 2);

@@ -95,11 +95,11 @@ struct MadeUp {
 };
 
 /// Where a state of `crowded` holds what: 25 particles, and a word of them at each of two meshes.
-struct Places {
-  static constexpr std::size_t n = 25, counts = 8 + 6 * n * sizeof(float), boxes = counts + 16,
-                               places = boxes + 2 * sizeof(WordBox);
+struct PlacesOfState {
+  static constexpr std::size_t n = 25, lows = 8 + 6 * n * sizeof(float), counts = lows + 3 * n * sizeof(float),
+                               boxes = counts + 16, places = boxes + 2 * sizeof(WordBox);
   std::size_t pairs, near, rest;
-  explicit Places(const MadeUp& made) : pairs(made.at<std::int64_t>(counts + 8)) {
+  explicit PlacesOfState(const MadeUp& made) : pairs(made.at<std::int64_t>(counts + 8)) {
     EXPECT_EQ(made.at<std::int64_t>(counts), 2);
     std::size_t without = 0;
     for (const std::size_t mesh : {0, 1})
@@ -113,7 +113,7 @@ constexpr std::int64_t kBeyond[] = {-2, 80, 1'000'000'000'000, std::numeric_limi
 
 TEST(MadeUpCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
   MadeUp made(crowded(), 5);
-  const Places of(made);
+  const PlacesOfState of(made);
   const std::size_t n = of.n, seen = of.near, pairs = of.pairs;
   const std::size_t self = 11 * n * sizeof(float) + sizeof(SearchMemory), edges = 7 * n * sizeof(float) + 8;
   ASSERT_EQ(made.state.size(), of.rest + 16 + self + edges);
@@ -128,7 +128,7 @@ TEST(MadeUpCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
 
 TEST(MadeUpCheckpoint, OfPairsThatAreNotThereIsRefused) {
   MadeUp made(crowded(), 5);
-  const Places of(made);
+  const PlacesOfState of(made);
   for (const std::int64_t many : {std::int64_t{-1}, std::int64_t{1}, std::numeric_limits<std::int64_t>::max()})
     EXPECT_TRUE(has(made.refusal(made.with(of.counts, many)), "contacts: found " + std::to_string(many)));
   for (const std::int64_t many : {std::int64_t{-1}, std::int64_t{51}, std::numeric_limits<std::int64_t>::max()})
@@ -141,7 +141,7 @@ TEST(MadeUpCheckpoint, OfPairsThatAreNotThereIsRefused) {
 
 TEST(MadeUpCheckpoint, OfStepsThatWereNeverDoneIsRefused) {
   MadeUp made(crowded(), 5);
-  const std::size_t rest = Places(made).rest;
+  const std::size_t rest = PlacesOfState(made).rest;
   for (const std::int64_t steps : {std::int64_t{-1}, std::numeric_limits<std::int64_t>::max()})
     EXPECT_TRUE(has(made.refusal(made.with(0, steps)), "steps: found " + std::to_string(steps)));
   for (const std::int64_t calm : {std::int64_t{-1}, std::int64_t{6}, std::numeric_limits<std::int64_t>::max()})
@@ -155,12 +155,12 @@ TEST(MadeUpCheckpoint, OfStepsThatWereNeverDoneIsRefused) {
 
 TEST(MadeUpCheckpoint, WithoutFiniteNumbersIsRefused) {
   MadeUp made(crowded(), 5);
-  const Places of(made);
+  const PlacesOfState of(made);
   const std::size_t n = of.n, seen = of.near, rest = of.rest;
   for (const float bad : {NAN, INFINITY, -INFINITY, 1e30f}) {
     EXPECT_TRUE(has(made.refusal(made.with(8, bad)), "positions: found " + shown(bad) + " at particle 0"));
-    EXPECT_TRUE(
-        has(made.refusal(made.with(of.counts - 4, bad)), "velocities: found " + shown(bad) + " at particle 24"));
+    EXPECT_TRUE(has(made.refusal(made.with(of.lows - 4, bad)), "velocities: found " + shown(bad) + " at particle 24"));
+    EXPECT_TRUE(has(made.refusal(made.with(of.counts - 4, bad)), "remainders of positions: found " + shown(bad)));
     EXPECT_TRUE(has(made.refusal(made.with(rest + 16, bad)), "parted positions: found " + shown(bad)));
     const std::size_t ways = made.state.size() - 8 - 4 * n * sizeof(float), from = ways - 3 * n * sizeof(float);
     EXPECT_TRUE(has(made.refusal(made.with(from, bad)), "positions of a search of edges: found " + shown(bad)));

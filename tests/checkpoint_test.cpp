@@ -249,7 +249,8 @@ constexpr WordBox kEach{{}, {}, WordBox::kOfEach};
 TEST(State, OfAnotherSizeIsRefused) {
   State<float> state;
   state.steps = 5;
-  state.x.resize(3), state.v.resize(3), state.seen = {{kEach}, std::vector<PlaceSeen>(3), {{0, {}}, {2, {}}}};
+  state.x.resize(3), state.v.resize(3), state.low.resize(3),
+      state.seen = {{kEach}, std::vector<PlaceSeen>(3), {{0, {}}, {2, {}}}};
   const std::string bytes = save_state(state);
   EXPECT_EQ(load_state<float>(bytes, {3, 1}, {80}).steps, 5);
   EXPECT_THROW(load_state<float>(bytes, {4, 1}), InputError);
@@ -261,7 +262,7 @@ TEST(State, OfAnotherSizeIsRefused) {
 
 TEST(State, WithABoxThatIsNoPlaceIsRefused) {
   State<float> state;
-  state.x.resize(70), state.v.resize(70);  // two words
+  state.x.resize(70), state.v.resize(70), state.low.resize(70);  // two words
   const auto load = [&](const WordBox& box) {
     state.seen = {{box, kEach}, std::vector<PlaceSeen>(6), {}};
     return load_state<float>(save_state(state), {70, 1}, {80}).seen.boxes[0].half.y;

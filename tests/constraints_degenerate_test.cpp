@@ -79,10 +79,10 @@ void expect_harmless(const BadPlace& bad, const Rest<Kind>& rest) {
   EXPECT_TRUE(std::isfinite(squares)) << what;
   EXPECT_TRUE(std::isfinite(one.lambda[0])) << what;
   for (int j = 0; j < Kind::particles; ++j) {
-    EXPECT_TRUE(std::isfinite(one.p[j].x + one.p[j].y + one.p[j].z)) << what;
+    EXPECT_TRUE(std::isfinite(one.p(j).x + one.p(j).y + one.p(j).z)) << what;
     const bool skipped = Kind::degenerate == Degenerate::Skipped && !bad.has_direction;
     if (!pulls || skipped) {
-      EXPECT_TRUE(same_bits(one.p[j], before.p[j])) << what;
+      EXPECT_TRUE(same_bits(one.way(j), before.way(j))) << what;
     }
   }
 }
@@ -139,7 +139,7 @@ TEST(Bending, DoesNotMoveAHingeOfATriangleWithoutArea) {
     const OneConstraint<Bending, float> before = one;
     EXPECT_EQ(before.C(), 0) << "and it counts as met";
     one.project<Update::Stiff>(1, 0);
-    for (int j = 0; j < 4; ++j) EXPECT_TRUE(same_bits(one.p[j], before.p[j])) << bad.what;
+    for (int j = 0; j < 4; ++j) EXPECT_TRUE(same_bits(one.way(j), before.way(j))) << bad.what;
   }
 }
 

@@ -65,40 +65,48 @@ TEST(EveryConstraint, IsBlindToRigidMotion) {
   });
 }
 
-/// Linear and angular momentum of the displacements by one projection, relative to the sum of their sizes.
+/// Linear and angular momentum of the displacements by one projection, relative to the sum of their sizes; of particles
+/// that are at the start of a substep, or have moved since: then the moments are about where they started, but for the
+/// few whose gradient has turned too far.
 template <class Kind, class R, Update update>
-void expect_momentum_kept(double tolerance) {
+void expect_momentum_kept(double tolerance, double moved_before) {
   Random random(2);
   double moved = 0;
+  int about_the_start = 0, all = 0;
   for (const Corners<Kind>& at : configurations<Kind>(200, 13)) {
     const auto w = unequal_masses<Kind>(random);
     OneConstraint<Kind, R> one(at, w, another_rest<Kind>(at, random));
-    Vec4<R> before[Kind::particles];
-    std::copy_n(one.p, Kind::particles, before);
+    for (int j = 0; j < Kind::particles; ++j) one.move(j, random.in_cube(moved_before));
+    const OneConstraint<Kind, R> before = one;
     one.template project<update>(0.7, 0.3);
-    Vector3<double> linear{0, 0, 0}, angular{0, 0, 0};
+    Vector3<double> linear{0, 0, 0}, angular{0, 0, 0}, angular_now{0, 0, 0};
     double size = 0;
     for (int j = 0; j < Kind::particles; ++j) {
-      const Vector3<double> r = to_double(before[j].xyz());
-      const Vector3<double> push = (to_double(one.p[j].xyz()) - r) * (1 / w[j]);
-      linear = linear + push, angular = angular + cross(r, push);
+      const Vector3<double> push = (to_double(one.way(j)) - to_double(before.way(j))) * (1 / w[j]);
+      linear = linear + push, angular = angular + cross(to_double(one.start(j)), push);
+      angular_now = angular_now + cross(to_double(before.start(j)) + to_double(before.way(j)), push);
       size += norm(push);
     }
     moved += size;
     // Positions of the size of 1 are rounded by eps; masses up to 5 kg carry that over.
     EXPECT_LT(norm(linear), tolerance * (1 + size)) << Kind::name;
-    EXPECT_LT(norm(angular), tolerance * (1 + size)) << Kind::name;
+    const bool by_start = norm(angular) < tolerance * (1 + size);
+    EXPECT_TRUE(by_start || (moved_before > 0 && norm(angular_now) < tolerance * (1 + size))) << Kind::name;
+    about_the_start += by_start, ++all;
   }
   EXPECT_GT(moved, 1) << Kind::name;
+  EXPECT_GT(about_the_start, 0.9 * all) << Kind::name;
 }
 
 TEST(EveryConstraint, KeepsLinearAndAngularMomentumOfFreeParticles) {
   for_each_constraint([]<class Kind>(Kind) {
     constexpr double float_eps = std::numeric_limits<float>::epsilon(), eps = std::numeric_limits<double>::epsilon();
-    expect_momentum_kept<Kind, float, Update::Stiff>(30 * float_eps);
-    expect_momentum_kept<Kind, float, Update::Compliant>(30 * float_eps);
-    expect_momentum_kept<Kind, double, Update::Stiff>(30 * eps);
-    expect_momentum_kept<Kind, double, Update::Compliant>(30 * eps);
+    for (const double moved : {0.0, 0.01}) {  // m, of elements of 0.3 and more
+      expect_momentum_kept<Kind, float, Update::Stiff>(30 * float_eps, moved);
+      expect_momentum_kept<Kind, float, Update::Compliant>(30 * float_eps, moved);
+      expect_momentum_kept<Kind, double, Update::Stiff>(30 * eps, moved);
+      expect_momentum_kept<Kind, double, Update::Compliant>(30 * eps, moved);
+    }
   });
 }
 
@@ -114,8 +122,9 @@ TEST(EveryConstraint, LeavesPinnedParticlesWhereTheyAre) {
         const OneConstraint<Kind, float> before = one;
         one.template project<Update::Stiff>(1, 0);
         for (int j = 0; j < Kind::particles; ++j)
-          EXPECT_TRUE(w[j] > 0 || same_bits(one.p[j], before.p[j])) << Kind::name;
-        for (const auto& p : one.p) EXPECT_TRUE(std::isfinite(p.x + p.y + p.z)) << Kind::name;
+          EXPECT_TRUE(w[j] > 0 || same_bits(one.way(j), before.way(j))) << Kind::name;
+        for (int j = 0; j < Kind::particles; ++j)
+          EXPECT_TRUE(std::isfinite(one.p(j).x + one.p(j).y + one.p(j).z)) << Kind::name;
       }
   });
 }
@@ -134,8 +143,8 @@ TEST(EveryConstraint, ActsOnAViolatedAndLeavesASatisfiedOne) {
       const bool holds = Kind::inequality && before.C() >= 0;
       ++(holds ? satisfied : violated);
       for (int j = 0; j < Kind::particles; ++j) {
-        EXPECT_EQ(same_bits(stiff.p[j], before.p[j]), holds) << Kind::name;
-        EXPECT_EQ(same_bits(compliant.p[j], before.p[j]), holds) << Kind::name;
+        EXPECT_EQ(same_bits(stiff.p(j), before.p(j)), holds) << Kind::name;
+        EXPECT_EQ(same_bits(compliant.p(j), before.p(j)), holds) << Kind::name;
       }
     }
     EXPECT_GT(violated, 20) << Kind::name;
@@ -190,7 +199,7 @@ TEST(EveryConstraint, WithoutComplianceIsTheStiffOneOfStiffnessOne) {
       stiff.template project<Update::Stiff>(1, 0);
       compliant.template project<Update::Compliant>(0, 0);
       for (int j = 0; j < Kind::particles; ++j)  // displacements of up to some 10 m, rounded
-        EXPECT_LT(norm(stiff.p[j].xyz() - compliant.p[j].xyz()), 1e-14) << Kind::name;
+        EXPECT_LT(norm(stiff.p(j) - compliant.p(j)), 1e-14) << Kind::name;
     }
   });
 }
@@ -203,14 +212,12 @@ TEST(EveryInequality, TakesBackWhatItPushedTooFarButNeverPulls) {
       for (const Corners<Kind>& at : configurations<Kind>(200, 19)) {
         const Rest<Kind> rest = another_rest<Kind>(at, random);
         OneConstraint<Kind, double> one(at, unequal_masses<Kind>(random), rest);
-        const OneConstraint<Kind, double> before = one;
         if (one.C() >= 0) continue;
         one.template project<Update::Compliant>(0, 0);
         const double pushed = one.lambda[0];
         EXPECT_GT(pushed, 0) << Kind::name;
         // Others have moved its particles on, far into what is allowed: the push goes, and no pull takes its place.
-        for (int j = 0; j < Kind::particles; ++j)
-          one.p[j].set(before.p[j].xyz() + (one.p[j].xyz() - before.p[j].xyz()) * 1.5);
+        for (int j = 0; j < Kind::particles; ++j) one.move(j, one.way(j) * 0.5);
         if (one.C() <= 0) continue;
         one.template project<Update::Compliant>(0, 0);
         EXPECT_GE(one.lambda[0], 0) << Kind::name;
@@ -230,7 +237,7 @@ TEST(EveryConstraint, LeavesOneMinusKOfASmallErrorAfterNProjections) {
       const auto w = unequal_masses<Kind>(random);
       const Rest<Kind> rest = another_rest<Kind>(at, random);
       OneConstraint<Kind, double> met(at, w, rest);
-      for (int i = 0; i < 50; ++i) met.template project<Update::Stiff>(1, 0);
+      for (int i = 0; i < 50; ++i) met.template project<Update::Stiff>(1, 0), met.arrive();
       if (std::abs(met.C()) > 1e-12) continue;  // an inequality that held, or Newton's method led nowhere
       for (const double k : {0.1, 0.5, 0.9})
         for (const int n : {1, 4, 25}) {
@@ -238,7 +245,7 @@ TEST(EveryConstraint, LeavesOneMinusKOfASmallErrorAfterNProjections) {
           // So small an error that every kind is linear in it: what bends is a millionth of it.
           while (std::abs(one.C()) < 1e-8 || (Kind::inequality && one.C() > 0)) {
             one = met;
-            for (auto& p : one.p) p.set(p.xyz() + random.in_cube(1e-7));
+            for (int j = 0; j < Kind::particles; ++j) one.move(j, random.in_cube(1e-7));
           }
           const double error = one.C();
           for (int i = 0; i < n; ++i) one.template project<Update::Stiff>(1 - std::pow(1 - k, 1.0 / n), 0);
@@ -270,8 +277,8 @@ TEST(Distance, LeavesOneMinusKOfAnyErrorAfterNProjections) {
 TEST(Distance, MovesTheLighterParticleFurther) {
   OneConstraint<Distance, double> one({{{0, 0, 0}, {3, 0, 0}}}, {1, 2}, 1);
   one.project<Update::Stiff>(1, 0);
-  EXPECT_NEAR(one.p[0].x, 2.0 / 3, 1e-15);
-  EXPECT_NEAR(one.p[1].x, 3 - 4.0 / 3, 1e-15);
+  EXPECT_NEAR(one.p(0).x, 2.0 / 3, 1e-15);
+  EXPECT_NEAR(one.p(1).x, 3 - 4.0 / 3, 1e-15);
 }
 
 TEST(DistanceLimit, HoldsBetweenNothingAndItsLimit) {
@@ -283,11 +290,11 @@ TEST(DistanceLimit, HoldsBetweenNothingAndItsLimit) {
   for (const double length : {0.5, 2.0, 2.19}) {
     OneConstraint<DistanceLimit, double> one({{{0, 0, 0}, {length, 0, 0}}}, {1, 1}, longest);
     one.project<Update::Stiff>(1, 0);
-    EXPECT_EQ(one.p[1].x, length);
+    EXPECT_EQ(one.p(1).x, length);
   }
   OneConstraint<DistanceLimit, double> one({{{0, 0, 0}, {3, 0, 0}}}, {1, 1}, longest);
   one.project<Update::Stiff>(1, 0);
-  EXPECT_NEAR(one.p[1].x - one.p[0].x, 2.2, 1e-15);
+  EXPECT_NEAR(one.p(1).x - one.p(0).x, 2.2, 1e-15);
 }
 
 TEST(Bending, MeasuresTheSignedAngleOfTheFold) {

@@ -17,8 +17,11 @@ class ContactBench {
   ContactBench(const Executor& executor, const EnvironmentSpec& spec, const std::vector<Point>& x,
                const std::vector<Point>& v)
       : executor_(executor), model_(model_of(spec, x)), collider_(executor, model_) {
-    for (std::size_t i = 0; i < x.size(); ++i) x_.push_back(x[i]), v_.push_back(v[i]);
-    p_ = PointList<R>(x.size()), w_.assign(x.size(), R(1));
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      x_.push_back(x[i]), v_.push_back(v[i]);
+      low_.push_back(x[i] - to_double(x_[static_cast<int>(i)]));
+    }
+    d_ = PointList<R>(x.size()), w_.assign(x.size(), R(1));
   }
 
   void substep(double h, const Point& gravity = {0, 0, 0}, int iterations = 1) {
@@ -29,12 +32,15 @@ class ContactBench {
     for (int i = 0; i < iterations; ++i) collider_.resolve(all);
     parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)});
     collider_.restitute(all, 2 * h * norm(gravity), h);
+    if (collider_.bounces()) parallel_for(executor_, n, ArriveAll<R>{all.p});
     time_ += h;
   }
 
-  Particles<R> particles() { return {count(), x_.points(), v_.points(), p_.points(), w_.data()}; }
+  Particles<R> particles() {
+    return {count(), x_.points(), v_.points(), {x_.points(), d_.points(), low_.points()}, w_.data()};
+  }
   int count() const { return x_.size(); }
-  Point x(int i) const { return to_double(x_[i]); }
+  Point x(int i) const { return to_double(x_[i]) + to_double(low_[i]); }
   Point v(int i) const { return to_double(v_[i]); }
   void pin(int i) { w_[i] = R(0); }
   void push(int i, const Point& v) { v_.set(i, {R(v.x), R(v.y), R(v.z)}); }
@@ -61,7 +67,7 @@ class ContactBench {
   Executor executor_;
   Model model_;
   Collider<Executor, R> collider_;
-  PointList<R> x_, v_, p_;
+  PointList<R> x_, low_, v_, d_;  // low_: what x_ lacks
   std::vector<R> w_;
   double time_ = 0;
 };

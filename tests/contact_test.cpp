@@ -221,9 +221,9 @@ struct Watched {
       x.push_back(at), v.push_back(speed);
       model.x.push_back({at.x, at.y, at.z});
     }
-    PointList<R> p(n);
+    PointList<R> d(n), low(n);
     const std::vector<R> w(n, R(1));
-    const Particles<R> all{n, x.points(), v.points(), p.points(), w.data()};
+    const Particles<R> all{n, x.points(), v.points(), {x.points(), d.points(), low.points()}, w.data()};
     std::optional<Collider<Serial, R>> collider;
     for (int s = 0; s < substeps; ++s) {
       const double h = kStep, start = s * h;
@@ -314,18 +314,18 @@ TEST(Contact, PenetrationIsMeasuredInSolidsAndBehindOneSidedSheets) {
 TEST(Contact, FrictionOfAllIterationsIsThatOfThePushThatIsLeft) {
   const double mu = 0.3;
   for (const double left : {0.5, 0.1, 0.0}) {
-    PointList<double> x(1), p(1);
-    x.set(0, {0, 0, 0}), p.set(0, {1, -1, 0});
+    PointList<double> x(1), d(1);
+    x.set(0, {3, 2, 1}), d.set(0, {1, -1, 0});
     Contact<double> contact{{0, 1, 0, 0}, {0, 0, 0, -1}, 0, {0, 0, 0}, {0, 0, 0}, 0};
-    const ResolveContact<double> resolve{p.points(), x.points(), &contact, mu};
+    const ResolveContact<double> resolve{{x.points(), d.points(), {}}, &contact, mu};
     resolve(0);
-    EXPECT_NEAR(p[0].x, 1 - mu, 1e-15);
+    EXPECT_NEAR(d[0].x, 1 - mu, 1e-15);
     for (int iteration = 0; iteration < 10; ++iteration) {  // in steps up to 1 - left out
-      p.set(0, p[0] + Vector3<double>{0, (1 - left) / 10, 0});
+      d.set(0, d[0] + Vector3<double>{0, (1 - left) / 10, 0});
       resolve(0);
     }
     EXPECT_NEAR(contact.lambda, left, 1e-15);
-    EXPECT_NEAR(p[0].x, 1 - mu * left, 1e-14) << left;
+    EXPECT_NEAR(d[0].x, 1 - mu * left, 1e-14) << left;
   }
 }
 

@@ -261,8 +261,9 @@ INSTANTIATE_TEST_SUITE_P(, Determinism, testing::Values(Precision::Float, Precis
 TEST(AnUnnamedPart, CostsNothing) {
   Scene scene = scene_of({particle({0, 0, 0})}, kEarth, 0.01, 1, Precision::Float);
   const Simulation bare(scene);
-  // x, v and p: nine numbers, each in two rows of 16 (a load of a whole pack stays inside); w, and 16 to spare.
-  EXPECT_EQ(bare.solver().facts().particle_bytes, 9u * 2u * 64u + 17u * 4u);
+  // x, what it lacks of the position, v, and how far it went: twelve numbers, each in two rows of 16 (a load of a whole
+  // pack stays inside); w, and 16 to spare.
+  EXPECT_EQ(bare.solver().facts().particle_bytes, 12u * 2u * 64u + 17u * 4u);
   EXPECT_EQ(bare.solver().facts().constraint_bytes, 0u);
   EXPECT_EQ(bare.solver().facts().collision_bytes, 0u);
   EXPECT_TRUE(bare.solver().facts().sets.empty());

@@ -75,7 +75,7 @@ void instantiate_filters() {
   instantiate_groups<MultiplyDense<R, R>, MultiplyDense<short, R>>();
   instantiate<GatherDense<R, R, Ends>, SumDense<short, R, Ends>, EliminateFront<R, Own>>();
   instantiate<SpringRows<R>, FilteredRows<R>, FilteredMotion<R>, RemoveRigid<R>, RemoveAsPublished<R>>();
-  instantiate<MeasureExcess<R>, MeasureSpring<double[3], int[2]>>();
+  instantiate<MeasureExcess<R, Points<R>>, MeasureExcess<R, Displaced<R>>, MeasureSpring<double[3], int[2]>>();
 }
 template void instantiate_filters<float>();
 template void instantiate_filters<double>();
@@ -90,26 +90,29 @@ void instantiate_all() {
                      MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, NoteMomenta,
                      AddRigidMotion<R>, DampTowardsRigid<R>>();
   instantiate<FindReturn<R>, FindRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
-  instantiate<Predict<R>, Drag<R>, UpdateState<R>>();
+  instantiate<Predict<R>, Drag<R>, UpdateState<R>, ArriveAll<R>, TakeOrigins<R>>();
   instantiate<SumMass<R>, MeasureMotion<R>>();
-  instantiate<EnclosedVolume<R>, PressureGradient<R>, MeasureInertia<R>, ApplyPressure<R>>();
+  instantiate<EnclosedVolume<Points<R>>, EnclosedVolume<Displaced<R>>, PressureGradient<R>, MeasureInertia<R>,
+              SumAlongPressure<R>, PutPressure<R>, ApplyFilteredPressure<R>, ApplyPressure<R>>();
   instantiate<ReduceRun<Largest, MeasureBeyondReach<R>>, LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>,
               MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
-  instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>, GatherOwn<R>, ScatterOwn<R>>();
+  instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>, GatherOwn<R, Points<R>>,
+              GatherOwn<R, Displaced<R>>, ScatterOwn<R>>();
   instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>, LetGo<R>>();
   instantiate<BoxParticles<R>, SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>>();
   instantiate<AskContacts<R>, SplitMasses<R>, PushContacts<R, ObjectFriction<R>>, GatherPushes<R, TurnToWorld>,
               CountPushing<R>>();
   instantiate<FindCrossing<R>, HoldParticles<R, PlaceLocal<R>>, SumHeld<R>, SumHeldMotion<R>, AddRigidGain<R>,
-              NoteMotion<R>, LimitSpeed<R>, CopyPoints<R>, CountFixed<R>, MarkDriven<R>>();
+              NoteMotion<R>, NoteChange<R>, LimitSpeed<R>, CopyPoints<R>, CopyPoints<R, Displaced<R>>, CountFixed<R>,
+              MarkDriven<R>>();
   instantiate<StoreMoved<R>, TakeMoved<R>, StayInReach<R>, FindCommon<R>, KeepInReach<R>, StartReach<R>, BoxReach<R>>();
   instantiate<BoxUnits<R>, BoxLevel<R>, CountPushes<R>, SumLeft<R>, HoldLimited<R>>();
   instantiate_groups<FindPairsTogether<R>, LookAtPairs<R>, PushPairs<R, false>, PushPairs<R, true>, FindCrossings<R>,
                      LimitCrossing<R>, LimitParts<R>, DriveCrossing<R>, CarryCrossing<R>>();
 }
 
-template void
-instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore, ForgetCells>();
+template void instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore, ForgetCells,
+                          StartPressure, PushPressure>();
 
 template void instantiate_all<float>();
 template void instantiate_all<double>();

@@ -185,8 +185,8 @@ TEST(Launches, OfTheCorrectorAreSixAStepWhereABodyIsFree) {
 }
 
 /// By the lines of the plan, and by the trace.
-void expect_planned_launches(const Json& scene) {
-  Simulation simulation(parsed(scene), {.threads = 1});
+void expect_planned_launches(const Json& scene, const std::vector<OwnConstraint>& own = {}) {
+  Simulation simulation(parsed(scene), {.threads = 1, .constraints = own});
   const std::string text = plan(simulation);
   std::istringstream lines(text.substr(text.find("passes of a step:")));
   std::int64_t planned = 0, launched = 0;
@@ -223,6 +223,36 @@ TEST(Launches, OfTheCorrectorAreAsManyAsThePlanSaysWhateverLiesBetween) {
   balloon["bodies"][0]["constraints"].push_back({{"type", "pressure"}});
   for (const Json& scene : {free_cloth("inertia"), drag, damped, contact, bounces, balloon})
     expect_planned_launches(scene);
+}
+
+TEST(Launches, OfPressureAreAsManyAsThePlanSaysByBothMethods) {
+  if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
+  Json scene = traced_cloth();
+  scene["bodies"][0]["shape"] = {{"sphere", {{"radius", 0.5}, {"subdivisions", 1}}}};
+  scene["bodies"][0]["constraints"].push_back({{"type", "pressure"}});
+  for (const bool pinned : {true, false}) {
+    pinned ? void(scene["bodies"][0]["pins"] = Json::parse(R"([{"particles": [0]}])"))
+           : void(scene["bodies"][0].erase("pins"));
+    for (const char* type : {"pbd", "desbrun"}) {
+      scene["solver"] = {{"type", type}, {"dt", 0.01}, {"substeps", 3}, {"iterations", 2}};
+      expect_planned_launches(scene);
+    }
+  }
+}
+
+TEST(Launches, OfACallersOwnConstraintAreAsManyAsThePlanSays) {
+  if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
+  OwnConstraint own;
+  own.particles = {40, 41, 41, 50};  // two that meet: two batches
+  own.evaluate = [](const OwnBatch& batch) {
+    for (int c = 0; c < batch.count; ++c) {
+      batch.C[c] = 0;
+      for (int k = 0; k < 2; ++k) batch.gradient[2 * c + k] = {k == 0 ? -1.0 : 1.0, 0, 0};
+    }
+  };
+  Json scene = traced_cloth();
+  scene["solver"]["iterations"] = 2;
+  expect_planned_launches(scene, {own});
 }
 
 TEST(Launches, OfTheTraceAreAsManyAsThePlanSays) {

@@ -84,53 +84,72 @@ TEST(LongRange, HoldsWhatTheFilterLeavesStretched) {
 
 TEST(LongRange, HoldsALongClothWithTwoProjectionsAStep) {
   for (const bool corners : {false, true}) {
-    const Simulation loose = after(cloth(false, corners), 3), held = after(cloth(true, corners), 3);
-    const Scene scene = cloth(true, corners);
+    Scene free = cloth(false, corners), scene = cloth(true, corners);
+    free.solver.levels = scene.solver.levels = 0;  // which would do without
+    const Simulation loose = after(free, 3), held = after(scene, 3);
     std::printf(
         "a cloth of 4 m by %s: farther from its pins than its reach by %.1f %% without and %.1f %% with; edges up "
         "to %.1f %% too long\n",
         corners ? "two corners" : "a side", 100 * excess(scene, loose), 100 * (excess(scene, held) + 0.02),
         100 * held.measure().strain_max);
-    EXPECT_GT(excess(scene, loose), 0.5);
+    EXPECT_GT(excess(scene, loose), 0.15);
     EXPECT_LT(excess(scene, held), 1e-12) << "rounding, to both corners";
-    EXPECT_GT(loose.measure().strain_rms, 0.15);
-    EXPECT_LT(held.measure().strain_rms, 0.02);
-    EXPECT_LT(held.measure().strain_max, 0.1) << "of single edges, whose ends are both within their reach";
+    EXPECT_GT(loose.measure().strain_rms, 0.08);
+    EXPECT_LT(held.measure().strain_rms, 0.03);
+    EXPECT_LT(held.measure().strain_max, 0.15) << "of single edges, whose ends are both within their reach";
   }
 }
 
-/// Where one alone is exceeded, straight towards its pin; where both are, to a place that is within both.
+/// Where one alone is exceeded, straight towards its pin: on the line between them where the substep began, unless that
+/// is far. Where both are, to a place that is within both. `way`: how far the particle has gone, m.
 template <class R>
-void expect_within_both(R rounding) {
+void expect_within_both(R rounding, double way) {
   Random random(7);
-  int both = 0;
+  int both = 0, along_the_start = 0;
   for (int trial = 0; trial < 2000; ++trial) {
-    PointList<R> p;
+    PointList<R> p, d(3), low(3);
     const Vector3<double> far = random.in_cube(), near = random.in_cube(), start = random.in_cube(2);
-    for (const Vector3<double>& x : {far, near, start}) p.push_back(x);
+    const Vector3<double> gone = random.in_cube(1) * way;
+    for (const Vector3<double>& x : {far, near, start - gone}) p.push_back(x);
+    d.set(2, rounded<R>(start - to_double(p[2])));
     const double apart = norm(far - near), r = apart * random(0.1, 1);
     const R reach[] = {R(apart * random(1.02, 1.5) - r), R(r)};
     const int particle[] = {2}, begin[] = {0, 2}, anchor[] = {0, 1};
     const R w[] = {0, 0, 1};
     const auto beyond = [&](const Vector3<double>& x, int k) { return norm(x - to_double(p[k])) - double(reach[k]); };
     const double from_far = beyond(start, 0), from_near = beyond(start, 1);
-    const LimitReach<R> limit{p.points(), w, particle, begin, anchor, reach};
+    const Displaced<R> all{p.points(), d.points(), low.points()};
+    const LimitReach<R> limit{{w, particle, begin, anchor, reach}, all};
     limit(0);
-    const Vector3<double> x = to_double(p[2]);
+    const Vector3<double> x = to_double(p[2]) + to_double(d[2]);
     EXPECT_LT(beyond(x, 0), rounding) << trial;
     EXPECT_LT(beyond(x, 1), rounding) << trial;
-    const Vector3<double> alone = start + (far - start) * (from_far / norm(far - start));
-    if (from_far > 0 && beyond(alone, 1) < -rounding) {
-      EXPECT_LT(norm(x - alone), rounding) << trial;
+    if (from_far > 0) {
+      // To where the line that way enters the sphere about the pin, if it does.
+      const Vector3<double> at_first = far - (start - gone), now = far - start;
+      const double cosine = dot(at_first, now) / (norm(at_first) * norm(now));
+      const Vector3<double> along = at_first * (1 / norm(at_first)), closest = now - along * dot(along, now);
+      const double room = double(reach[0]) * double(reach[0]) - dot(closest, closest);
+      const double further = dot(along, now) - std::sqrt(std::max(room, 0.0)), most = kSmall * double(reach[0]);
+      const bool by_start = cosine > 0 && room > 0 && further <= most;
+      if (std::abs(further - most) < 1e-5 || std::abs(room) < 1e-4) continue;  // either way, by rounding
+      const Vector3<double> alone = by_start ? start + along * further : start + now * (from_far / norm(now));
+      if (beyond(alone, 1) < -rounding) {
+        EXPECT_LT(norm(x - alone), rounding) << trial;
+        along_the_start += by_start;
+      }
     }
     both += from_far > 0 && from_near > 0;
   }
   EXPECT_GT(both, 500);
+  EXPECT_GT(along_the_start, 5);
 }
 
 TEST(LongRange, TakesAParticleToAPlaceWithinReachOfBothPins) {
-  expect_within_both<double>(1e-13);
-  expect_within_both<float>(3e-6f);  // circles of spheres that nearly touch: some roundings of 2 m
+  for (const double way : {0.0, 0.1, 0.5}) {
+    expect_within_both<double>(1e-13, way);
+    expect_within_both<float>(3e-6f, way);  // circles of spheres that nearly touch: some roundings of 2 m
+  }
 }
 
 /// Cloth of mixed triangles on two pins: `limit` 0, thrown about, and nowhere farther than its way from either.

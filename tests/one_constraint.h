@@ -20,17 +20,21 @@ struct Rest : std::array<double, Kind::numbers> {
   Rest(double all = 0) { this->fill(all); }
 };
 
-/// In rows, gathered, laid out as a batch of one that may have pins: padding has no rest value and is not written.
+/// In rows, gathered, laid out as a batch of one that may have pins: padding has no rest value and is not written. The
+/// substep begins where the particles are put.
 template <class Kind, class R>
 struct OneConstraint {
   static constexpr int n = Kind::particles;
-  alignas(64) Vec4<R> p[n];
+  alignas(64) Vec4<R> memory[2 * n];  // where they were, with inverse masses, and the ways since
   alignas(64) LocalIndex index[n][kLanes<R>];
   alignas(64) R rest[Kind::numbers * kSlotPack], lambda[multipliers<Kind>() * kSlotPack];
   R common[Kind::numbers];
 
   OneConstraint(const Corners<Kind>& at, const std::array<double, n>& w, const Rest<Kind>& rest_values) {
-    for (int j = 0; j < n; ++j) p[j] = {R(at[j].x), R(at[j].y), R(at[j].z), R(w[j])};
+    for (int j = 0; j < n; ++j) {
+      memory[j] = {R(at[j].x), R(at[j].y), R(at[j].z), R(w[j])};
+      memory[n + j] = {R(0), R(0), R(0), R(0)};
+    }
     std::fill(std::begin(lambda), std::end(lambda), R(0));
     for (int lane = 0; lane < kLanes<R>; ++lane) {
       for (int j = 0; j < n; ++j) index[j][lane] = static_cast<LocalIndex>(j * kIndexScale<R>);
@@ -39,16 +43,26 @@ struct OneConstraint {
     for (int k = 0; k < Kind::numbers; ++k) rest[k * kSlotPack] = common[k] = R(rest_values[k]);
   }
 
+  Vector3<R> start(int j) const { return memory[j].xyz(); }
+  Vector3<R> way(int j) const { return memory[n + j].xyz(); }
+  Vector3<R> p(int j) const { return start(j) + way(j); }
+  /// By others, since the substep began.
+  void move(int j, const Vector3<double>& by) { memory[n + j].set(way(j) + Vector3<R>{R(by.x), R(by.y), R(by.z)}); }
+  /// A new substep begins where the particles are.
+  void arrive() {
+    for (int j = 0; j < n; ++j) memory[j].set(p(j)), memory[n + j].set({R(0), R(0), R(0)});
+  }
+
   /// Lambda accumulates from call to call.
   template <Update update>
   void project(double stiffness, double compliance) {
     SetView<R> set{};
     set.update = update, set.numbers = Kind::numbers, set.rest = rest, set.lambda = lambda;
-    set.stiffness = R(stiffness), set.compliance = R(compliance);
+    set.stiffness = R(stiffness), set.compliance = R(compliance), set.from_start = true;
     for (int j = 0; j < n; ++j) set.index[j] = index[j];
     Batch batch{};
     batch.count = 1, batch.pins = true;
-    malha::project<Kind, update>(Group<Own>{0, -1, nullptr}, Rows<R>::over(&p[0].x, n), set, batch, false);
+    malha::project<Kind, update>(Group<Own>{0, -1, nullptr}, Rows<R>::over(&memory[0].x, n), set, batch, false);
   }
 
   /// The constraint's value: what evaluate() scales; 0 where there is no direction.
@@ -58,10 +72,10 @@ struct OneConstraint {
     const R scaled = evaluate(grad, scale);
     return scale > R(0) ? scaled / scale : R(0);
   }
-  /// As the kind gives them, scaled.
+  /// As the kind gives them, scaled, from differences as a projection takes them.
   R evaluate(Vector3<R> (&grad)[n], R& scale) const {
     Vector3<R> q[n];
-    for (int j = 0; j < n; ++j) q[j] = p[j].xyz();
+    for (int j = 0; j < n; ++j) q[j] = (start(j) - start(0)) + (way(j) - way(0));
     return Kind::evaluate(q, common, true, grad, scale);
   }
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <set>
 #include <utility>
 #include <vector>
@@ -71,8 +72,24 @@ class PlanChecker {
         visits_[i].push_back({k, segment.first, segment.last});
       }
     }
+    std::map<int, int> origins;  // of each body
+    for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
+      check_origin(plan_.segments[s], particles, origins);
     needed_.clear();
     present_ = std::move(particles);
+  }
+
+  /// Of one connected body, and told from one of its particles, the same for all that the patch has of it.
+  void check_origin(const Segment& segment, const std::set<int>& particles, std::map<int, int>& origins) const {
+    EXPECT_TRUE(particles.count(segment.origin)) << "a stranger";
+    const auto& islands = model_.islands;
+    const auto body_of = [&](int i) {
+      return islands.empty() ? 0 : int(std::upper_bound(islands.begin(), islands.end(), i) - islands.begin()) - 1;
+    };
+    EXPECT_EQ(body_of(segment.global), segment.body);
+    EXPECT_EQ(body_of(segment.global + segment.count - 1), segment.body);
+    EXPECT_EQ(body_of(segment.origin), segment.body);
+    EXPECT_EQ(origins.try_emplace(segment.body, segment.origin).first->second, segment.origin);
   }
 
   void check_batches(int k) {
@@ -199,16 +216,33 @@ class PlanChecker {
     }
   }
 
-  /// Every particle is visited; in a sweep, the first visit to a movable one is `first` and only the last one `last`.
+  /// Every particle is visited; in a sweep there and back, no other patch visits a movable one before that whose visit
+  /// is `first`, and none after the `last` one.
   void check_visits() {
+    // All phases but the last there and back, and then the last.
+    const int end = plan_.phases() - 1;
+    std::vector<int> first(end + 1, -1), last(end + 1, -1);  // when the sweep comes to a phase
+    int when = 0;
+    const auto come_to = [&](int phase) {
+      if (first[phase] < 0) first[phase] = when;
+      last[phase] = when++;
+    };
+    for (int phase = 0; phase < end; ++phase) come_to(phase);
+    for (int phase = end - 1; phase >= 0; --phase) come_to(phase);
+    come_to(end);
     int shared = 0;
     for (int i = 0; i < model_.count(); ++i) {
       ASSERT_FALSE(visits_[i].empty()) << "particle " << i << " is never visited";
       if (pinned_[i]) continue;
       shared += visits_[i].size() > 1;
       for (const Visit& visit : visits_[i]) {
-        EXPECT_EQ(visit.first, &visit == &visits_[i].front()) << "particle " << i << ", patch " << visit.patch;
-        EXPECT_EQ(visit.last, &visit == &visits_[i].back()) << "particle " << i << ", patch " << visit.patch;
+        bool is_first = true, is_last = true;
+        for (const Visit& other : visits_[i]) {
+          is_first = is_first && first[phase_of(visit.patch)] <= first[phase_of(other.patch)];
+          is_last = is_last && last[phase_of(visit.patch)] >= last[phase_of(other.patch)];
+        }
+        EXPECT_EQ(visit.first, is_first) << "particle " << i << ", patch " << visit.patch;
+        EXPECT_EQ(visit.last, is_last) << "particle " << i << ", patch " << visit.patch;
       }
     }
     EXPECT_EQ(plan_.shared, shared);
@@ -356,6 +390,7 @@ TEST(PlanPatches, VisitsParticlesWithoutConstraintsOnce) {
   EXPECT_GT(cloud.patches.size(), 1u);
   EXPECT_EQ(cloud.phases(), 1);
   EXPECT_EQ(cloud.shared, 0);
+  EXPECT_EQ(cloud.segments.size(), cloud.patches.size()) << "which read and write whole packs of them";
   EXPECT_EQ(expect_sound_plan(build_model(scene_of({body("one", CloudShape{{0, 0, 0}, {0, 0, 0}, {1, 1, 1}})})))
                 .patches.size(),
             1u);

@@ -47,36 +47,40 @@ TEST_P(LargeSwing, PeriodConvergesToTheEllipticIntegral) {
   const double exact = 4 * std::sqrt(1 / 9.81) * std::comp_ellint_1(std::sin(GetParam() / 2));
   const auto error = [&](int substeps) { return period(pendulum(GetParam(), substeps)) / exact - 1; };
   const double coarse = error(16), fine = error(64);
-  // First order: projection takes energy from a curved path, so that the second swing is smaller than the first.
-  EXPECT_NEAR(coarse / fine, 4, 0.5);
+  // Second order but for the start, of first order: the first substep falls by all of g h^2.
+  EXPECT_LT(std::abs(fine), std::abs(coarse) / 4);
   EXPECT_LT(std::abs(fine), GetParam() > 2 ? 0.03 : 1e-3);  // near the top the period hangs on every bit of energy
 }
 
 INSTANTIATE_TEST_SUITE_P(Radians, LargeSwing, testing::Values(1.0, 2.5));
 
-TEST(Pendulum, NeverGainsEnergyAndLosesLessWithMoreSubsteps) {
-  double lost_before = INFINITY;
+/// Of a projection along the direction where the substep began the energy swings by a part of the second order, and
+/// does not drift: 9.5 J of which a swing from almost the top with one substep shows 0.02 too much.
+TEST(Pendulum, KeepsItsEnergyTheBetterTheMoreSubsteps) {
+  double off_before = INFINITY;
   for (const int substeps : {1, 4, 16}) {
     Simulation simulation(pendulum(2.9, substeps), {.threads = 1});
     const double start = simulation.measure().energy();
+    double off = 0, most = 0;
     for (int step = 0; step < 500; ++step) {
       simulation.step();
-      ASSERT_LE(simulation.measure().energy(), start) << substeps << " substeps, step " << step;
+      off = std::max(off, std::abs(simulation.measure().energy() - start));
+      most = std::max(most, simulation.measure().energy() - start);
     }
-    const double lost = start - simulation.measure().energy();
-    EXPECT_LT(lost, 0.95 * lost_before) << substeps;
-    lost_before = lost;
+    EXPECT_LT(most, 0.005 * start) << substeps;
+    EXPECT_LT(off, 0.7 * off_before) << substeps;
+    off_before = off;
   }
 }
 
-TEST(Pendulum, OfManySegmentsNeverGainsEnergy) {
+TEST(Pendulum, OfManySegmentsGainsNoEnergy) {
   Scene scene = scene_of({hung_chain({0, 0, 0}, {1, 0, 0}, 10, 0.1)}, kEarth, kPendulumStep, 20);
   scene.bodies[0].constraints = {stiff("distance", {"edges"})};
   Simulation simulation(scene, {.threads = 1});
   const double start = simulation.measure().energy();
   for (int step = 0; step < 300; ++step) {
     simulation.step();
-    ASSERT_LE(simulation.measure().energy(), start) << step;
+    ASSERT_LE(simulation.measure().energy(), start + 1e-3) << step << ", of 0.5 J that it falls by";
   }
 }
 

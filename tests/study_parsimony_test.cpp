@@ -37,7 +37,11 @@ TEST(StudyParsimony, FindsTheOwnersOfWhatAFeatureAdds) {
   EXPECT_GT(parsimony_row("environment (touched)")["collision_bytes_added"], 0);
   EXPECT_GT(parsimony_row("self-collision (flat)")["collision_bytes_added"], 0);
   EXPECT_GT(parsimony_row("pressure")["constraints_bytes_added"], 0);
-  for (const char* free : {"compliance", "drag on particles", "sleep (awake)"})
+  // Multipliers are carried from the way there to the way back.
+  EXPECT_GT(parsimony_row("compliance")["constraints_bytes_added"], 0);
+  EXPECT_EQ(parsimony_row("compliance")["constraints_bytes_added"], parsimony_row("compliance")["added_bytes"]);
+  EXPECT_EQ(parsimony_row("compliance")["kernels_added"], "");
+  for (const char* free : {"drag on particles", "sleep (awake)"})
     EXPECT_EQ(parsimony_row(free)["added_bytes"], 0) << free;
   // Of contacts as much is remembered as there are near a surface: another motion, other bytes.
   EXPECT_EQ(parsimony_row("friction")["kernels_added"], "");

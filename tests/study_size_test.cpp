@@ -26,7 +26,8 @@ TEST(StudySize, PbdTakesAsMuchMemoryAParticleFrom10000On) {
   const auto rows = rows_by_size("PBD, 10 substeps");
   EXPECT_NEAR(bytes_a_particle(rows.at(20164)) / bytes_a_particle(rows.at(10000)), 1, 0.03)
       << "patches differ a little";
-  EXPECT_NEAR(bytes_a_particle(rows.at(10000), "bytes_by_owner_particles"), 40, 0.5) << "README";
+  EXPECT_NEAR(bytes_a_particle(rows.at(10000), "bytes_by_owner_particles"), 52, 0.5)
+      << "README: x, what it lacks of the position, v, how far it went, and w";
 }
 
 TEST(StudySize, DenseFilterTakesHalfTheSquareOfItsUnknowns) {
@@ -68,9 +69,14 @@ std::map<int, Json> hung_rows(const char* measures, const std::string& method, c
 TEST(StudySize, ShowsThatSweepsStretchWithTheSideAndLevelsDoNot) {
   for (const char* mesh : {"grid", "irregular"}) {
     const auto pbd = hung_rows("error", "PBD", mesh), levels = hung_rows("error", "levels", mesh);
-    EXPECT_EQ(levels.at(46)["levels"], 0) << "a short way";
+    const auto grows = [](const std::map<int, Json>& rows) {
+      return rows.at(80)["strain_rms"].get<double>() / rows.at(17)["strain_rms"].get<double>();
+    };
+    EXPECT_GT(levels.at(17)["levels"], 1);
     EXPECT_GT(levels.at(80)["levels"], 2);
-    EXPECT_GT(pbd.at(80)["strain_rms"].get<double>(), 5 * pbd.at(17)["strain_rms"].get<double>()) << mesh;
+    // The side itself is five times as long.
+    EXPECT_GT(grows(pbd), 4) << mesh;
+    EXPECT_LT(grows(levels), 2.5) << mesh;
     EXPECT_LT(levels.at(80)["strain_rms"].get<double>(), pbd.at(80)["strain_rms"].get<double>()) << mesh;
     EXPECT_LT(levels.at(80)["error_m"].get<double>(), pbd.at(80)["error_m"].get<double>()) << mesh;
   }

@@ -103,7 +103,7 @@ TEST(StudyStability, FindsThatASoftPbdStiffnessStretchesAtLargeStepsAlone) {
   EXPECT_EQ(verdict_at("steps", "PBD, 1 iteration", 1, 1e-2), kHolds);
 }
 
-TEST(StudyStability, FindsThatHeavyWeightsNeedSubstepsAndThatFloatHasTooManyOfThem) {
+TEST(StudyStability, FindsThatHeavyWeightsNeedSubsteps) {
   EXPECT_EQ(verdict_at("masses", "PBD, double", 1e3, 16), kIsWrong);
   EXPECT_EQ(verdict_at("masses", "PBD, double", 1e3, 64), kHolds);
   EXPECT_EQ(verdict_at("masses", "PBD, double", 10, 16), kHolds);
@@ -111,7 +111,7 @@ TEST(StudyStability, FindsThatHeavyWeightsNeedSubstepsAndThatFloatHasTooManyOfTh
   EXPECT_EQ(verdict_at("masses", "PBD, 10 substeps", 1e3, 16), kHolds);
   EXPECT_EQ(verdict_at("masses", "PBD, 10 substeps", 10, 1), kHolds) << "the default";
   EXPECT_EQ(verdict_at("masses", "PBD, double", 1e3, 1024), kHolds);
-  EXPECT_EQ(verdict_at("masses", "PBD, float", 1e3, 1024), kIsWrong);
+  EXPECT_EQ(verdict_at("masses", "PBD, float", 1e3, 1024), kHolds);
   EXPECT_EQ(verdict_at("masses", "XPBD, 1 % springs", 1e3, 16), kIsWrong);
   EXPECT_EQ(verdict_at("masses", "XPBD, 1 % springs", 1e3, 64), kHolds);
   for (const double ratio : {10.0, 1e3})
@@ -195,10 +195,10 @@ TEST(StudyStability, FindsThatMalhasFloatFallsWhereAPlainOneHangs) {
   EXPECT_LT(line_end("substeps", "malha", false), 1e-4) << "one substep";
 }
 
-TEST(StudyStability, FindsThatFloatIsWrongFarAwayAndDoubleIsNot) {
-  EXPECT_GT(line_end("distance", "float"), 0.01) << "10 km";
-  EXPECT_LT(line_end("distance", "float", false), 2e-3) << "1 m";
-  EXPECT_LT(line_end("distance", "double"), 1e-6);
+TEST(StudyStability, FindsThatFloatIsAsRightFarAwayAsAtTheOrigin) {
+  EXPECT_LT(line_end("distance", "float"), 1e-5) << "10 km";
+  EXPECT_LT(line_end("distance", "float", false), 1e-5) << "1 m";
+  EXPECT_LT(line_end("distance", "double"), 1e-10);
 }
 
 TEST(StudyStability, FindsThatRandomAndCollapsedStartsUnfold) {

@@ -16,8 +16,23 @@
 namespace malha {
 namespace {
 
-/// The same sweep one constraint at a time in plain scalars, on particles of its own: the formulas of Müller et al.
-/// 2006 and Macklin et al. 2016, in the order of the plan. C and its gradient come scaled by s.
+/// A model's particles as a solver holds them: places, what rounding takes of them, and ways of the substep.
+template <class Executor, class R>
+struct PlacedParticles {
+  PointArray<Executor, R> x, low, d;
+  PlacedParticles(const std::vector<Vec3>& places, const std::vector<Vec3>& ways)
+      : x(places), low(places.size()), d(ways) {
+    std::vector<Vec3> lacks = places;
+    for (std::size_t i = 0; i < places.size(); ++i)
+      for (int k = 0; k < 3; ++k) lacks[i][k] = kCarries<R> ? places[i][k] - double(R(places[i][k])) : 0;
+    low.upload(lacks);
+  }
+  Displaced<R> p() const { return {x.points(), d.points(), low.points()}; }
+};
+
+/// The same sweep, there and back, one constraint at a time in plain scalars, on particles of its own: the formulas of
+/// Müller et al. 2006 and Macklin et al. 2016 along the gradients where the substep began (Ryckaert et al. 1977), in
+/// the order of the plan. C and its gradient come scaled by s.
 template <class R>
 class ScalarSweep {
  public:
@@ -26,7 +41,7 @@ class ScalarSweep {
     const double h = solver.dt / solver.substeps;
     for (std::size_t s = 0; s < model.sets.size(); ++s) {
       const ConstraintSet& set = model.sets[s];
-      k_.push_back(R(1 - std::pow(1 - set.stiffness, 1.0 / (solver.substeps * solver.iterations))));
+      k_.push_back(R(1 - std::pow(1 - set.stiffness, 1.0 / (2 * solver.substeps * solver.iterations))));
       alpha_.push_back(R(set.compliance.value_or(0) / (h * h)));
       lambda_.emplace_back(3 * set.count(), R(0));  // as many as any kind has
       rest_.emplace_back();
@@ -40,15 +55,13 @@ class ScalarSweep {
     }
   }
 
-  void operator()(std::vector<Vector3<R>>& p) {
-    for (const Patch& patch : plan_.patches)
-      for (int b = patch.batch; b < patch.batch + patch.batches; ++b) {
-        const Batch& batch = plan_.batches[b];
-        with_kind(model_.sets[batch.set].type, [&]<class Kind>(Kind) {
-          for (int n = 0; n < batch.count; ++n)
-            if (const int c = plan_.sets[batch.set].constraint[batch.slot + n]; c >= 0) project<Kind>(p, batch.set, c);
-        });
-      }
+  /// All phases but the last are gone through there and back; then the last is.
+  void operator()(const PlacedParticles<Serial, R>& particles) {
+    const Displaced<R> p = particles.p();
+    const int last = plan_.phases() - 1;
+    for (int phase = 0; phase < last; ++phase) visit_phase(p, phase, true);
+    for (int phase = last - 1; phase >= 0; --phase) visit_phase(p, phase, false);
+    visit_phase(p, last, true), visit_phase(p, last, false);
   }
 
   void start_substep() {
@@ -58,50 +71,89 @@ class ScalarSweep {
   const PatchPlan& plan() const { return plan_; }
 
  private:
+  /// Patches of one phase share nothing.
+  void visit_phase(const Displaced<R>& p, int phase, bool there) {
+    for (int k = plan_.phase_begin[phase]; k < plan_.phase_begin[phase + 1]; ++k) visit(p, plan_.patches[k], there);
+  }
+
+  void visit(const Displaced<R>& p, const Patch& patch, bool there) {
+    origin_.assign(model_.x.size(), -1);
+    for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
+      std::fill_n(origin_.begin() + plan_.segments[s].global, plan_.segments[s].count, plan_.segments[s].origin);
+    for (int n = 0; n < patch.batches; ++n) {
+      const Batch& batch = plan_.batches[patch.batch + (there ? n : patch.batches - 1 - n)];
+      with_kind(model_.sets[batch.set].type, [&]<class Kind>(Kind) {
+        for (int n = 0; n < batch.count; ++n)
+          if (const int c = plan_.sets[batch.set].constraint[batch.slot + n]; c >= 0) project<Kind>(p, batch.set, c);
+      });
+    }
+  }
+
   template <class Kind>
-  void project(std::vector<Vector3<R>>& p, int s, int c) {
+  void project(const Displaced<R>& all, int s, int c) {
     constexpr int n = Kind::particles;
     const ConstraintSet& set = model_.sets[s];
     const int* of = &set.particles[c * n];
-    Vector3<R> q[n], grad[n];
-    R w[n], scale;
-    for (int j = 0; j < n; ++j) q[j] = p[of[j]], w[j] = R(model_.w[of[j]]);
+    Vector3<R> x[n], p[n], d[n], grad[n], along[n];
+    R w[n], scale, scale_along;
+    for (int j = 0; j < n; ++j) {
+      const int i = of[j];
+      x[j] = all.x[i] - all.x[origin_[i]], d[j] = all.d[i], w[j] = R(model_.w[i]);
+      if (kCarries<R>) x[j] = x[j] + all.low[i];
+    }
+    // From the first particle's places.
+    for (int j = n - 1; j >= 0; --j) x[j] = x[j] - x[0], p[j] = x[j] + (d[j] - d[0]);
+    const R* const rest = &rest_[s][c * Kind::numbers];
+    const R alpha = set.softness.empty() ? alpha_[s] : alpha_[s] * R(set.softness[c]);
+    const auto go = [&](const Vector3<R>(&by)[n], R times) {
+      for (int j = 0; j < n; ++j)
+        if (w[j] > R(0)) all.d.set(of[j], d[j] + by[j] * (w[j] * times));
+    };
     if constexpr (multipliers<Kind>() > 1) {
       constexpr int m = multipliers<Kind>();
       R sums[m];
       std::copy_n(&lambda_[s][m * c], m, sums);
-      const R own = set.softness.empty() ? alpha_[s] : alpha_[s] * R(set.softness[c]);
-      Kind::step(q, w, &rest_[s][c * Kind::numbers], true, own, sums, grad);
+      Kind::step(p, x, w, rest, true, alpha, sums, grad);
       std::copy(sums, sums + m, &lambda_[s][m * c]);
-      for (int j = 0; j < n; ++j)
-        if (w[j] > 0) p[of[j]] = q[j] + grad[j] * w[j];
-      return;
+      return go(grad, R(1));
     }
-    const R C = Kind::evaluate(q, &rest_[s][c * Kind::numbers], true, grad, scale);
-    R sum = w[0] * dot(grad[0], grad[0]);
-    for (int j = 1; j < n; ++j) sum = sum + w[j] * dot(grad[j], grad[j]);
+    const R C = Kind::evaluate(p, rest, true, grad, scale);
+    Kind::evaluate(x, rest, true, along, scale_along);
+    const auto product = [&](const Vector3<R>(&a)[n], const Vector3<R>(&b)[n]) {
+      if (n == 2) return (w[0] + w[1]) * dot(a[0], b[0]);  // they are opposite
+      R sum = w[0] * dot(a[0], b[0]);
+      for (int j = 1; j < n; ++j) sum = sum + w[j] * dot(a[j], b[j]);
+      return sum;
+    };
+    R sum = product(grad, along), size = 0, way = 0;
+    for (int j = 0; j < n; ++j) {
+      size = std::max(size, std::sqrt(dot(x[j], x[j])));
+      way = std::max(way, w[j] * std::sqrt(dot(along[j], along[j])));
+    }
+    if (!(sum > R(0)) || !(std::abs(C) * way <= R(kSmall) * size * sum)) {
+      sum = product(grad, grad), scale_along = scale;
+      std::copy(grad, grad + n, along);
+    }
     if (!(sum > tiny<R>())) return;
-    const R alpha = set.softness.empty() ? alpha_[s] : alpha_[s] * R(set.softness[c]);
     R& lambda = lambda_[s][c];
     const R wanted = set.compliance ? -C - scale * alpha * lambda : -C * k_[s];
-    R against = set.compliance ? sum + alpha * scale * scale : sum;
+    R against = set.compliance ? sum + alpha * scale * scale_along : sum;
     if constexpr (has_reach<Kind>()) {
       R way2 = 0;
-      for (int j = 0; j < n; ++j) way2 = std::max(way2, w[j] * (w[j] * dot(grad[j], grad[j])));
-      const R per_reach = R(rest_[s][c * Kind::numbers + Kind::per_reach]);
-      against = std::max(against, std::abs(wanted) * (std::sqrt(way2) * per_reach));
+      for (int j = 0; j < n; ++j) way2 = std::max(way2, w[j] * w[j] * dot(along[j], along[j]));
+      against = std::max(against, std::abs(wanted) * (std::sqrt(way2) * rest[Kind::per_reach]));
     }
     R dlambda = wanted / against;
-    if (Kind::inequality) dlambda = std::max(dlambda, set.compliance ? -lambda / scale : R(0));
-    lambda = lambda + scale * dlambda;
-    for (int j = 0; j < n; ++j)
-      if (w[j] > R(0)) p[of[j]] = q[j] + grad[j] * (w[j] * dlambda);
+    if (Kind::inequality) dlambda = std::max(dlambda, set.compliance ? -lambda / scale_along : R(0));
+    lambda = lambda + scale_along * dlambda;
+    go(along, dlambda);
   }
 
   const Model& model_;
   const PatchPlan plan_;
   std::vector<R> k_, alpha_;
   std::vector<std::vector<R>> rest_, lambda_;
+  std::vector<int> origin_;  // of each particle of a patch
 };
 
 /// A model's particles and its sweep, as a solver holds them.
@@ -109,12 +161,15 @@ template <class Executor, class R>
 struct Bench {
   const Model& model;
   Executor executor;
-  PointArray<Executor, R> x, v, p;
+  PlacedParticles<Executor, R> held;
+  PointArray<Executor, R> v;
   Array<Executor, R> w;
   Sweep<Executor, R> sweep;
 
-  Bench(const Model& of, const Executor& on, int threads, const std::vector<Vec3>& predicted, bool keeps = false)
-      : model(of), executor(on), x(of.x), v(of.v), p(predicted), w(weights(of)), sweep(on, of, threads, keeps) {}
+  Bench(const Model& of, const Executor& on, int threads, const std::vector<Vec3>& ways)
+      : model(of), executor(on), held(of.x, ways), v(of.v), w(weights(of)), sweep(on, of, threads) {}
+  Bench(const Model& of, const Executor& on, int threads)
+      : Bench(of, on, threads, std::vector<Vec3>(of.x.size(), Vec3{0, 0, 0})) {}
 
   static std::vector<R> weights(const Model& model) {
     std::vector<R> all(model.w.begin(), model.w.end());
@@ -126,7 +181,7 @@ struct Bench {
     const Vec3& g = model.scene.gravity;
     return {R(g[0]), R(g[1]), R(g[2])};
   }
-  Particles<R> particles() const { return {model.count(), x.points(), v.points(), p.points(), w.data()}; }
+  Particles<R> particles() const { return {model.count(), held.x.points(), v.points(), held.p(), w.data()}; }
   Visit<R> visit() const { return sweep.visit(particles(), h(), gravity()); }
   void run(const Visit<R>& visit) const {
     sweep.region([&](const auto& team) { sweep(team, visit); });
@@ -143,14 +198,15 @@ void for_each_executor(const F& f) {
   });
 }
 
-std::vector<Vec3> displaced(const Model& model, double by, unsigned seed) {
+/// Of pins -0: adding even a zero to that would be seen.
+std::vector<Vec3> random_ways(const Model& model, double size, unsigned seed) {
   Random random(seed);
-  std::vector<Vec3> p = model.x;
+  std::vector<Vec3> ways;
   for (int i = 0; i < model.count(); ++i) {
-    const Vector3<double> d = random.in_cube(by);
-    if (model.w[i] > 0) p[i] = {p[i][0] + d.x, p[i][1] + d.y, p[i][2] + d.z};
+    const Vector3<double> d = random.in_cube(size);
+    ways.push_back(model.w[i] > 0 ? Vec3{d.x, d.y, d.z} : Vec3{-0.0, -0.0, -0.0});
   }
-  return p;
+  return ways;
 }
 
 void give_velocities(Model& model, double size) {
@@ -216,26 +272,25 @@ Model sheet_model(std::optional<double> compliance, bool with_wings = true) {
 template <class R, class Executor>
 void expect_same_as_scalar(const Model& model, double size, const Executor& executor, int threads,
                            const std::string& what) {
-  const std::vector<Vec3> start = displaced(model, size, 2);
+  const std::vector<Vec3> start = random_ways(model, size, 2);
   const Bench<Executor, R> bench(model, executor, threads, start);
   ScalarSweep<R> scalar(model);
-  std::vector<Vector3<R>> p;
-  for (const Vec3& a : start) p.push_back({R(a[0]), R(a[1]), R(a[2])});
-  const std::vector<Vector3<R>> before = p;
+  const PlacedParticles<Serial, R> expected(model.x, start), before(model.x, start);
   for (int substep = 0; substep < 2; ++substep) {
     scalar.start_substep();
     for (int iteration = 0; iteration < 3; ++iteration) {
       Visit<R> visit = bench.visit();
       visit.fresh = iteration == 0;
       bench.run(visit);
-      scalar(p);
+      scalar(expected);
     }
   }
-  const Points<R> found = bench.p.points();
+  const Points<R> found = bench.held.d.points(), ways = expected.d.points();
   int moved = 0;
   for (int i = 0; i < model.count(); ++i) {
-    ASSERT_TRUE(same_bits(found[i], p[i])) << what << ", particle " << i;
-    moved += !same_bits(p[i], before[i]);
+    ASSERT_TRUE(same_bits(found[i], ways[i])) << what << ", particle " << i;
+    ASSERT_TRUE(same_bits(bench.held.x.points()[i], before.x.points()[i])) << what << ", particle " << i;
+    moved += !same_bits(ways[i], before.d.points()[i]);
   }
   EXPECT_GT(moved, model.count() / 2) << what;
 }
@@ -261,24 +316,24 @@ TEST(Sweep, InPacksIsBitForBitThatOfOneByOne) {
 
 TEST(Sweep, ForgetsLambdaWhenASubstepStarts) {
   const Model model = tangled_model(0.01);
-  const std::vector<Vec3> start = displaced(model, 0.5, 3);
+  const std::vector<Vec3> start = random_ways(model, 0.5, 3);
   Bench<Serial, double> bench(model, {}, 1, start);
   const auto project = [&](bool fresh) {
-    bench.p.upload(start);
+    bench.held.d.upload(start);
     Visit<double> visit = bench.visit();
     visit.fresh = fresh;
     bench.run(visit);
-    return bench.p.download();
+    return bench.held.d.download();
   };
   const auto first = project(true), remembered = project(false), again = project(true);
   EXPECT_NE(first, remembered);
   EXPECT_EQ(first, again);
 }
 
-/// Some substeps in visits that predict and update, whose patches may keep their memories, or in passes of their own.
+/// Some substeps in visits that predict and update, or in passes of their own.
 template <class R, class Executor>
-Bench<Executor, R> advanced(const Model& model, const Executor& executor, int threads, bool fused, bool keeps = false) {
-  Bench<Executor, R> bench(model, executor, threads, model.x, keeps);
+Bench<Executor, R> advanced(const Model& model, const Executor& executor, int threads, bool fused) {
+  Bench<Executor, R> bench(model, executor, threads);
   const Particles<R> all = bench.particles();
   const SolverSpec& solver = model.scene.solver;
   const R h = R(bench.h()), per_h = R(1 / bench.h());
@@ -301,16 +356,15 @@ template <class R>
 void expect_fused_same(const Model& model, const std::string& what) {
   const auto apart = advanced<R>(model, Serial{}, 1, false);
   for_each_executor([&](const auto& executor, int threads, const std::string& name) {
-    for (const bool keeps : {false, true}) {
-      const auto fused = advanced<R>(model, executor, threads, true, keeps);
-      const std::string where = what + ", " + name + (keeps ? ", kept, " : ", ");
-      for (int i = 0; i < model.count(); ++i) {
-        ASSERT_TRUE(same_bits(fused.x.points()[i], apart.x.points()[i])) << where << "x of " << i;
-        ASSERT_TRUE(same_bits(fused.v.points()[i], apart.v.points()[i])) << where << "v of " << i;
-      }
+    const auto fused = advanced<R>(model, executor, threads, true);
+    const std::string where = what + ", " + name + ", ";
+    for (int i = 0; i < model.count(); ++i) {
+      ASSERT_TRUE(same_bits(fused.held.x.points()[i], apart.held.x.points()[i])) << where << "x of " << i;
+      ASSERT_TRUE(same_bits(fused.held.low.points()[i], apart.held.low.points()[i])) << where << "low of " << i;
+      ASSERT_TRUE(same_bits(fused.v.points()[i], apart.v.points()[i])) << where << "v of " << i;
     }
   });
-  EXPECT_NE(apart.x.download(), model.x) << what << ": nothing moved";
+  EXPECT_NE(apart.held.x.download(), model.x) << what << ": nothing moved";
 }
 
 TEST(Sweep, ThatPredictsAndUpdatesGivesTheBitsOfSeparatePasses) {
@@ -333,13 +387,13 @@ TEST(Sweep, LeavesPinnedParticlesAsTheyWere) {
   put_pins_at_minus_zero(model);
   give_velocities(model, 0.1);
   const auto bench = advanced<float>(model, OpenMP{2}, 2, true);
-  const std::vector<Vec3> x = bench.x.download(), v = bench.v.download();
+  const std::vector<Vec3> v = bench.v.download();
   int pinned = 0;
   for (int i = 0; i < model.count(); ++i) {
     if (model.w[i] > 0) continue;
     ++pinned;
     const Vector3<float> expected{float(model.x[i][0]), float(model.x[i][1]), float(model.x[i][2])};
-    EXPECT_TRUE(same_bits(bench.x.points()[i], expected)) << i;
+    EXPECT_TRUE(same_bits(bench.held.x.points()[i], expected)) << i;
     EXPECT_EQ(v[i], (Vec3{0, 0, 0})) << i;
   }
   EXPECT_GT(pinned, 20);
@@ -354,8 +408,8 @@ TEST(Sweep, NamesTheParticleThatIsLostAndTheSubstepInWhichItWas) {
       model.v[i][1] = 1e30;                                   // a float's range ends at 3.4e38
       if (slanted) model.v[i] = {1e30, 1e30, 1e30};
       model.scene.solver.dt = 1e8, model.scene.solver.substeps = 1;
-      Bench<std::decay_t<decltype(executor)>, float> bench(model, executor, threads, model.x);
-      EXPECT_EQ(bench.sweep.first_lost(bench.x.download(), model.user_of), -1);
+      Bench<std::decay_t<decltype(executor)>, float> bench(model, executor, threads);
+      EXPECT_EQ(bench.sweep.first_lost(bench.held.x.download(), model.user_of), -1);
       for (int substep = 1; substep <= 5; ++substep) {
         Visit<float> visit = bench.visit();
         visit.predicts = visit.updates = true;
@@ -363,7 +417,7 @@ TEST(Sweep, NamesTheParticleThatIsLostAndTheSubstepInWhichItWas) {
         bench.run(visit);
         EXPECT_EQ(bench.sweep.lost(), substep >= first) << name << ", substep " << substep;
       }
-      EXPECT_EQ(bench.sweep.first_lost(bench.x.download(), model.user_of), model.user_of[i]) << name;
+      EXPECT_EQ(bench.sweep.first_lost(bench.held.x.download(), model.user_of), model.user_of[i]) << name;
     }
   });
 }

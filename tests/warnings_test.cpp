@@ -82,7 +82,7 @@ TEST(WarningOfSag, ComesWhereTheSwingingSheetStretchesByHalfAndNotFarFromThere) 
     solver.substeps = 2 * substeps;
     const Scene good = sheet_of(n, true, solver);
     EXPECT_TRUE(warnings_of(good).empty()) << n;
-    EXPECT_LT(swung_strain(good), 0.5) << n;
+    EXPECT_LT(swung_strain(good), 0.6) << n;
   }
 }
 
@@ -151,15 +151,12 @@ TEST(WarningOfSag, NamesLevelsFirstWhereTheyKeepTheSheetTogetherAndGoesWithThem)
   for (const bool irregular : {false, true}) {
     Scene scene = irregular ? irregular_sheet_of(65, solver, folder) : sheet_of(65, true, solver);
     EXPECT_TRUE(warnings_of(scene).empty());
-    EXPECT_LT(swung_strain(scene), 0.5);
+    EXPECT_LT(swung_strain(scene), 1);
     scene.solver.levels = 0;
     EXPECT_TRUE(warns_once(scene, "resolution"));
     EXPECT_TRUE(has(warnings_of(scene)[0], "take \"levels\": \"auto\", or ")) << warnings_of(scene)[0];
-    EXPECT_GT(swung_strain(scene), 0.5);
+    EXPECT_GT(swung_strain(scene), 2);
   }
-  const Scene small = sheet_of(33, true, solver);  // of itself it has no levels
-  ASSERT_TRUE(warns_once(small, "resolution"));
-  EXPECT_FALSE(has(warnings_of(small)[0], "levels"));
 }
 
 TEST(WarningOfSag, ComesWhereANumberOfLevelsIsTooSmall) {
@@ -171,7 +168,8 @@ TEST(WarningOfSag, ComesWhereANumberOfLevelsIsTooSmall) {
       solver.levels = levels;
       const Scene scene = irregular ? irregular_sheet_of(65, solver, folder) : sheet_of(65, true, solver);
       EXPECT_EQ(warns_of(scene, "resolution"), levels < 4) << irregular << levels;
-      EXPECT_EQ(swung_strain(scene) > 0.5, levels < 4) << irregular << levels;
+      const double strain = swung_strain(scene);
+      EXPECT_TRUE(levels < 4 ? strain > 0.5 : strain < 1) << irregular << levels << ": " << strain;
     }
 }
 
@@ -185,32 +183,6 @@ TEST(WarningOfSag, ComesInSpiteOfLevelsWhereASheetHangsByAttachments) {
   ASSERT_TRUE(warns_once(scene, "resolution"));
   EXPECT_FALSE(has(warnings_of(scene)[0], "levels"));
   EXPECT_GT(swung_strain(scene), 0.5);
-}
-
-TEST(WarningOfRounding, ComesWhereFloatRoundsAwayWhatASubstepFalls) {
-  BodySpec chain = hung_chain({0, 0, 0}, {1, 0, 0}, 20, 0.01);
-  chain.constraints = {stiff("distance", {"edges"})};
-  Scene scene = scene_of({chain}, kEarth, 1.0 / 60, 256, Precision::Float);
-  EXPECT_TRUE(warns_once(scene, "masses"));
-  scene.solver.precision = Precision::Double;
-  EXPECT_TRUE(warnings_of(scene).empty());
-  scene.solver.precision = Precision::Float, scene.solver.substeps = 128;
-  EXPECT_TRUE(warnings_of(scene).empty());
-}
-
-TEST(WarningOfRounding, ComesWithoutGravityWhereAShellTurns) {
-  for (const int substeps : {64, 1024}) {
-    BodySpec shell;
-    shell.name = "shell", shell.shape = SphereShape{0.5, 2}, shell.mass = 1, shell.spin = {2, 3, -1};
-    shell.constraints = {compliant("distance", 0.01, {"edges"})};
-    const Scene scene = scene_of({shell}, {}, 1.0 / 60, substeps, Precision::Float);
-    EXPECT_EQ(warns_of(scene, "masses"), substeps == 1024);
-    Simulation simulation(scene, {.threads = 1});
-    const double start = simulation.measure().kinetic;
-    double most = 0;
-    for (int step = 0; step < 60; ++step) simulation.step(), most = std::max(most, simulation.measure().kinetic);
-    EXPECT_EQ(most > 1.5 * start, substeps == 1024) << most << " J of " << start;
-  }
 }
 
 /// How deep the end of a beam of jelly swings in a second.
@@ -279,7 +251,7 @@ TEST(WarningOfGive, ComesWherePoissonsRatioMakesTetrahedraSoftThatAShearWaveWoul
     }
     const double softer = sag_of_six(scene) / sag_of_six(beam_of_six(nu, 160)) - 1;
     std::printf("nu %.2f, %d substeps: %.0f %% too soft\n", nu, substeps, 100 * softer);
-    EXPECT_EQ(softer > 0.2, comes) << nu << ", " << substeps << ": " << softer;
+    EXPECT_EQ(softer > 0.16, comes) << nu << ", " << substeps << ": " << softer;
   }
 }
 
@@ -342,78 +314,23 @@ TEST(WarningOfFolds, IsThatOfTwoEdgesOnAnyMeshAndOnlyWhereASheetTurns) {
     }
 }
 
-TEST(WarningOfDistance, ComesFarFromTheOriginInFloatAlone) {
-  Scene scene = sheet_of(33, false, {});
-  scene.bodies[0].transform.translate = {0, 2000, 0};
-  EXPECT_TRUE(warns_once(scene, "distance"));
-  scene.solver.precision = Precision::Double;
-  EXPECT_TRUE(warnings_of(scene).empty());
-}
-
-/// A tumbling ellipsoid in weightless flight of a second, from so far from the origin.
-Scene flight(double place, int substeps, std::vector<ConstraintSpec> constraints) {
-  BodySpec body = tumbling_ellipsoid(1, std::move(constraints));
-  body.transform.translate = {place, 1, 0.2};
-  body.velocity = {1, 0, 0};
-  Scene scene = scene_of({body}, {}, 1.0 / 60, substeps, Precision::Float);
-  scene.duration = 1;
-  return scene;
-}
-Scene flight(double place, int substeps) {
-  return flight(place, substeps, {stiff("distance", {"edges"}), stiff("bending", {}, 0.3)});
-}
-
-/// What the velocity of its centre of mass changes by, m/s; it starts with 1 m/s.
-double drift_in(const Scene& scene) {
-  Simulation simulation(scene, {.threads = 1});
-  const Vec3 before = simulation.measure().momentum;
-  run_for(simulation, scene, scene.duration);
-  return length(simulation.measure().momentum - before) / *scene.bodies[0].mass;
-}
-
-bool warns_of_drift(const Scene& scene) {
-  const std::vector<std::string> lines = warnings_of(scene);
-  return std::any_of(lines.begin(), lines.end(),
-                     [](const std::string& line) { return has(line, "README.md, Momenta)"); });
-}
-
-TEST(WarningOfDrift, ComesWhereRoundingChangesTheMomentumByAHundredthAndGoesWithTheCorrectorOrDouble) {
-  for (const bool far : {false, true}) {
-    Scene scene = far ? flight(1000, 20) : flight(0.3, 5);
-    EXPECT_EQ(warns_of_drift(scene), far);
-    EXPECT_EQ(drift_in(scene) > 0.01, far);
-    scene.solver.keeps_momenta = true;
-    EXPECT_FALSE(warns_of_drift(scene));
-    EXPECT_LT(drift_in(scene), 1e-5);  // velocities of 5 m/s rounded in each of 60 steps, 42 particles
-    scene.solver.keeps_momenta = false, scene.solver.precision = Precision::Double;
-    EXPECT_FALSE(warns_of_drift(scene));
-    EXPECT_LT(drift_in(scene), 1e-8);
+// What hangs alone is as exact there as anywhere (FarAway.*, tests/robustness_test.cpp); contacts are not.
+TEST(WarningOfDistance, ComesFarFromTheOriginInFloatAloneOfContactsAndOfDesbrunsMethod) {
+  Scene hung = sheet_of(33, false, {});
+  hung.bodies[0].transform.translate = {0, 2000, 0};
+  EXPECT_TRUE(warnings_of(hung).empty());
+  Scene laid = hung, folded = hung, filtered = hung;
+  EnvironmentSpec ground;
+  ground.name = "ground", ground.shape = GridShape{}, ground.sides = Sides::TwoSided,
+  ground.transform.translate = {0, 1999, 0};
+  laid.environment = {ground};
+  folded.self_collision = SelfCollision{}, folded.self_collision->thickness = 0.005;
+  filtered.solver.type = "desbrun";
+  for (Scene& scene : {std::ref(laid), std::ref(folded), std::ref(filtered)}) {
+    EXPECT_TRUE(warns_of(scene, "distance"));
+    scene.solver.precision = Precision::Double;
+    EXPECT_FALSE(warns_of(scene, "distance"));
   }
-}
-
-TEST(WarningOfDrift, DoesNotComeOfWhatIsHeldOrFalls) {
-  Scene scene = flight(1000, 20);
-  scene.gravity = kEarth;
-  EXPECT_FALSE(warns_of_drift(scene));
-  scene = flight(1000, 20);
-  scene.bodies[0].pins = {ListPin{{0}}};
-  EXPECT_FALSE(warns_of_drift(scene));
-}
-
-TEST(WarningOfDrift, NamesTheUpperEndOfWhatRoundingDoes) {
-  int cases = 0, near = 0;
-  for (const auto& constraints :
-       std::vector<std::vector<ConstraintSpec>>{{stiff("distance", {"edges"})},
-                                                {stiff("distance", {"edges"}), stiff("bending", {}, 0.3)},
-                                                {compliant("distance", 1e-5, {"edges"}), compliant("bending", 0.1)}})
-    for (const int substeps : {5, 20})
-      for (const double place : {0.3, 20.0, 300.0}) {
-        const Scene scene = flight(place, substeps, constraints);
-        const double most = worst_drift(Simulation(scene, {.threads = 1}).model()).speed, found = drift_in(scene);
-        EXPECT_LT(found, 4 * most) << substeps << " substeps, " << place << " m";  // the worst of 500: 3 times as much
-        ++cases, near += found > most / 15 ? 1 : 0;
-      }
-  EXPECT_GT(near, 3 * cases / 4);
 }
 
 TEST(WarningOfTorque, ComesOfOtherCorrectorsOfStiffFreeBodies) {

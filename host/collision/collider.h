@@ -55,7 +55,7 @@ class Collider {
   void resolve(const Particles<R>& particles) {
     for (Obstacle& o : obstacles_)
       parallel_for(executor_, o.memory.slots(),
-                   ResolveContact<R>{particles.p, particles.x, o.memory.view().contacts, R(o.spec.friction)});
+                   ResolveContact<R>{particles.p, o.memory.view().contacts, R(o.spec.friction)});
   }
 
   /// After the last iteration: nothing that was dragged crosses a surface.
@@ -69,7 +69,7 @@ class Collider {
     const Asked asked = find_crossing(particles);
     if (asked.particles == 0) return false;
     if (before_.size() == 0) before_ = PointArray<Executor, R>(static_cast<std::size_t>(particles.count));
-    parallel_for(executor_, particles.count, CopyPoints<R, Points<R>, Points<R>>{particles.p, before_.points()});
+    parallel_for(executor_, particles.count, CopyPoints<R, Points<R>, Points<R>>{particles.p.d, before_.points()});
     carries ? hold_crossing<CarryBeforeMeshes<R>>(asked, particles)
             : hold_crossing<PutBeforeMeshes<R>>(asked, particles);
     std::vector<Pose> motion;
@@ -124,7 +124,7 @@ class Collider {
   void put_before_meshes_late(const Particles<R>& particles, double start, double h) {
     const PointArray<Executor, R> before(static_cast<std::size_t>(particles.count));
     Particles<R> then = particles;
-    then.x = before.points();
+    then.x = then.p.x = before.points();
     parallel_for(executor_, particles.count, StepBack<R>{particles, then.x, R(h)});
     place_meshes(start, start + h);
     put_before_meshes(then);
@@ -135,7 +135,7 @@ class Collider {
   void restitute(const Particles<R>& particles, double resting, double h) {
     for (Obstacle& o : obstacles_)
       parallel_for(executor_, o.memory.slots(),
-                   Restitute<R>{particles.x, particles.v, o.memory.view().contacts, R(o.spec.restitution),
+                   Restitute<R>{particles.p, particles.v, o.memory.view().contacts, R(o.spec.restitution),
                                 R(o.spec.friction), R(resting), R(1 / h)});
     if (!bounces_) return;
     parallel_for(executor_, words_, FindBounced<R>{particles, bits(0)});
@@ -246,7 +246,7 @@ class Collider {
 
   /// `way`: see LetGo. On ways of up to half the thickness contacts are planes, whatever the distance.
   void let_go(Obstacle& o, const Particles<R>& particles, double way) {
-    parallel_for(executor_, o.memory.slots(), LetGo<R>{o.memory.view().contacts, particles.x, particles.p, way});
+    parallel_for(executor_, o.memory.slots(), LetGo<R>{o.memory.view().contacts, particles.p, way});
   }
 
   void place_meshes(double start, double end) {

@@ -51,7 +51,7 @@ class ContactList {
 
   /// One projection of all. `moved`: how far particles have moved, with room for their parts of mass; `w`: 1/kg;
   /// `friction` of a contact; `turn`: of impulses, into the frame of p.
-  void project(const Points<R>& p, const R* w, const ScatteredPoints<R>& moved, const ObjectFriction<R>& friction,
+  void project(const Displaced<R>& p, const R* w, const ScatteredPoints<R>& moved, const ObjectFriction<R>& friction,
                const TurnToWorld& turn) {
     Push<R>* const pushes = pushes_.data();
     const int* const begin = ends_.begin();

@@ -33,7 +33,7 @@ struct ContactLook {
   /// Finds where a particle is and where it was seen; returns false where it cannot have come near since.
   KERNEL bool comes_near(int i, Look& look) const {
     look.i = i;
-    look.a = to_local(before, in_double(particles.x[i])), look.b = to_local(after, in_double(particles.p[i]));
+    look.a = to_local(before, in_double(particles.x[i])), look.b = to_local(after, particles.p.went(i));
     look.last = nearby.seen(i, look.a);
     look.path = norm(look.b - look.a);
     // A contact plane is laid a thickness early: neighbours may pull the particle further than its own velocity.
@@ -167,7 +167,6 @@ struct ContactLook {
   KERNEL void shift(const Look& look, const Vector3<R>& by, const Point& n, LastSeen& last) const {
     const double way = least_distance(last) - last.distance;
     particles.x.set(look.i, particles.x[look.i] + by);
-    particles.p.set(look.i, particles.p[look.i] + by);
     last.at = look.a + n * way;
     last.distance = larger(0.0, last.distance - way);  // of what else is near it is known no better
     if (dot(n, last.passed) < 0) last.passed = {};     // not where it leaves by the back
@@ -179,7 +178,7 @@ struct ContactLook {
     // What rests on q lies so much above it, and there a turning mesh is faster than at q.
     const Point rest = q + n * above, surface_moved = to_world(after, rest) - to_world(before, rest);
     const Point normal = rotate(after, n);
-    const Point relative = in_double(particles.p[i]) - x - surface_moved;
+    const Point relative = in_double(particles.p.d[i]) - surface_moved;
     Contact<R>& contact = *nearby.contact(i);
     contact.plane = {R(normal.x), R(normal.y), R(normal.z), R(dot(normal, end - x) + above)};
     const R approach = R(dot(in_double(contact.plane.xyz()), relative));  // as LetGo has it

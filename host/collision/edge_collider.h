@@ -62,7 +62,7 @@ class EdgeCollider {
 
   /// Where all is now is where the next substep begins.
   void settle(const Particles<R>& particles) {
-    parallel_for(executor_, particles.count, CopyPoints<R>{particles.p, x0_.points()});
+    parallel_for(executor_, particles.count, CopyPoints<R, Displaced<R>>{particles.p, x0_.points()});
   }
 
   int contacts() const {

@@ -20,12 +20,12 @@ class KinematicParticles {
   /// Nothing is carried yet.
   void start(const Particles<R>& particles) {
     clear(particles);
-    parallel_for(executor_, particles.count, Copy{particles.p, start_.points()});
+    parallel_for(executor_, particles.count, Copy{particles.p.d, start_.points()});
   }
   /// All goes back to where start() found it.
   void start_again(const Particles<R>& particles) {
     clear(particles);
-    parallel_for(executor_, particles.count, Copy{start_.points(), particles.p});
+    parallel_for(executor_, particles.count, Copy{start_.points(), particles.p.d});
   }
 
   /// What is free stays where the substep began.
@@ -61,7 +61,7 @@ class KinematicParticles {
   Array<Executor, R> w_;         // 1/kg, of what is carried none
   Array<Executor, Carrier> by_;  // whom it is carried by
   Array<Executor, Pose> motion_;
-  PointArray<Executor, R> start_;  // where all would go if nothing were carried
+  PointArray<Executor, R> start_;  // how far all would go if nothing were carried
 };
 
 }  // namespace malha

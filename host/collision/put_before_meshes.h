@@ -6,10 +6,10 @@
 
 namespace malha {
 
-/// Where a motion of the substep takes a place of the world.
+/// How far a motion of the substep takes a place of the world.
 template <class R>
 KERNEL Vector3<R> carried(const Pose& motion, const Vector3<R>& x) {
-  return rounded<R>(to_world(motion, in_double(x)));
+  return rounded<R>(to_world(motion, in_double(x)) - in_double(x));
 }
 
 /// work(i) for the particles that a word of bits names.
@@ -37,12 +37,12 @@ struct PutBeforeMeshes : Surroundings<R> {
   void hold(int i) const {
     if (!(this->particles.w[i] > R(0)) || settle(i)) return;
     // What puts it before one mesh puts it behind another: it stays where it was, as far as what moves lets it.
-    this->particles.p.set(i, this->particles.x[i]);
+    this->particles.p.stay(i);
     if (!settle(i)) pressed[i / kWord] |= 1ull << i % kWord;
   }
 
   Point x(int i) const { return in_double(this->particles.x[i]); }
-  Point p(int i) const { return in_double(this->particles.p[i]); }
+  Point p(int i) const { return this->particles.p.went(i); }
 
   /// Puts it before every mesh in turn until it crosses none.
   bool settle(int i) const {
@@ -73,7 +73,7 @@ struct PutBeforeMeshes : Surroundings<R> {
     const Point n = normal(i, mesh, at);
     const double above = mesh.thickness - this->nearby[k].overlap(i);
     const Point shift = rotate(mesh.after, n) * (above - dot(n, to_local(mesh.after, p(i)) - at.q));
-    this->particles.p.set(i, this->particles.p[i] + rounded<R>(shift));
+    this->particles.p.add(i, rounded<R>(shift));
     return true;
   }
 };
@@ -92,7 +92,7 @@ struct CarryBeforeMeshes : PutBeforeMeshes<R> {
     if (!(this->particles.w[i] > R(0))) return;
     for (int k = 0; k < this->count; ++k)
       if (this->crossing_of(i, k).hit) {
-        this->particles.p.set(i, carried(this->meshes[k].motion(), this->particles.x[i]));
+        this->particles.p.d.set(i, carried(this->meshes[k].motion(), this->particles.x[i]));
         return this->hold(i);
       }
   }
@@ -126,22 +126,22 @@ struct NotePressed : PutBeforeMeshes<R> {
 template <class R>
 struct NoteCarried {
   Particles<R> particles;
-  Points<R> before;
+  Points<R> before;  // the ways
   HeldByEdges<R> held;
   const Pose* motion;
   int meshes;
   KERNEL Sum operator()(int i) const {
-    const Vector3<R> p = particles.p[i];
-    if (same(p, before[i])) return {};
+    const Vector3<R> way = particles.p.d[i];
+    if (same(way, before[i])) return {};
     if (!held.any()) return {1.0};
     Carrier by = 0;
-    while (by < meshes && !same(p, carried(motion[by], particles.x[i]))) ++by;
+    while (by < meshes && !same(way, carried(motion[by], particles.x[i]))) ++by;
     held.w[i] = R(0), held.by[i] = by < meshes ? held.number + by : kNobody;
     return {1.0};
   }
 };
 
-/// Which particles of a word a bounce has carried back (from p, where the substep ended, to x), a bit each.
+/// Which particles of a word a bounce carries back, a bit each: from x, where the substep ended, to p.
 template <class R>
 struct FindBounced {
   Particles<R> particles;
@@ -150,7 +150,7 @@ struct FindBounced {
     unsigned long long moved = 0;
     for (int bit = 0; bit < kWord && word * kWord + bit < particles.count; ++bit) {
       const int i = word * kWord + bit;
-      if (particles.w[i] > R(0) && !same(particles.p[i], particles.x[i])) moved |= 1ull << bit;
+      if (particles.w[i] > R(0) && !same(particles.p.d[i], {R(0), R(0), R(0)})) moved |= 1ull << bit;
     }
     bits[word] = moved;
   }
@@ -168,11 +168,11 @@ struct HoldBounce : Surroundings<R> {
 
  private:
   void hold(int i) const {
-    const Vector3<R> from = this->particles.p[i], to = this->particles.x[i];
     for (int k = 0; k < this->count; ++k) {
       MovingSurface mesh = this->meshes[k];
       mesh.before = mesh.after;
-      if (crossing(mesh, in_double(from), in_double(to)).hit) return this->particles.x.set(i, from);
+      if (crossing(mesh, in_double(this->particles.x[i]), this->particles.p.went(i)).hit)
+        return this->particles.p.stay(i);
     }
   }
 };

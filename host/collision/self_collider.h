@@ -56,10 +56,12 @@ class SelfCollider {
   /// Whether what is fixed may have gone through a body, as far as is known.
   bool went_through() const { return through_; }
 
-  /// Before velocities are taken from x to p: where a mesh lifted what was then held back, the way back is no speed.
-  void forget_lifts(const Particles<R>& particles) {
+  /// Before velocities are taken from how far all went. Where a mesh `lifts` what was then held back, the way back is
+  /// no speed.
+  void note_held(const Particles<R>& particles, bool lifts) {
     if (gives_back_ == Returns::Nothing) return;  // nothing was held
-    parallel_for(executor_, count_, ForgetLift<R>{particles, x0_.points()}, kGrain);
+    if (lifts) parallel_for(executor_, count_, ForgetLift<R>{particles, x0_.points()}, kGrain);
+    parallel_for(executor_, count_, NoteChange<R>{particles.p, x0_.points(), before_.data()}, kGrain);
   }
 
   /// Where all is now is where the next substep begins, after one of h seconds. What jammed gets its momenta back, or,
@@ -475,7 +477,7 @@ bool SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const 
 template <class Executor, class R>
 void SelfCollider<Executor, R>::settle(const Particles<R>& particles, double h, double objects) {
   if (gives_back_ != Returns::Nothing) give_back(particles, h, objects);
-  parallel_for(executor_, count_, CopyPoints<R>{particles.p, x0_.points()});
+  parallel_for(executor_, count_, CopyPoints<R, Displaced<R>>{particles.p, x0_.points()});
   if (through_) ++last_.driven_through;
   through_ = false;
 }

@@ -13,7 +13,7 @@ namespace malha {
 
 std::int64_t long_way(const SolverSpec& solver, bool elastic) {
   const std::int64_t sweeps = std::int64_t{solver.substeps} * solver.iterations;
-  return elastic ? std::max<std::int64_t>(40, 4 * sweeps) : std::max<std::int64_t>(60, 2 * sweeps);
+  return std::max<std::int64_t>(elastic ? 40 : 12, elastic ? 4 * sweeps : sweeps);
 }
 
 namespace {

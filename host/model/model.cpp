@@ -115,8 +115,11 @@ class Builder {
     model_.x.resize(n), model_.v.resize(n), model_.w.resize(n), model_.mass.resize(n);
     for (std::size_t b = 0; b < bodies_.size(); ++b) place(b);
 
+    bool loose = false;  // the one before
     for (int i = 0, end; i < n; i = end) {
       for (end = i; end < n && island_[end] == island_[i];) ++end;
+      if (!loose || end - i > 1) model_.islands.push_back(i);
+      loose = end - i == 1;
       const double damping = model_.scene.bodies[body_of(model_, model_.user_of[i])].damping;
       if (damping > 0 && end - i > 1) model_.damped.push_back({i, end - i, damping});
     }

@@ -83,6 +83,7 @@ struct Model {
   AirFaces air;                                      // empty unless the wind has a density
   std::vector<std::vector<Tetrahedron>> tetrahedra;  // of each body that has any
   std::vector<DampedIsland> damped;
+  std::vector<int> islands;      // first particle of each connected body; loose ones in a row count as one
   std::vector<FreeIsland> free;  // none unless the solver keeps their momenta
   std::vector<MovedPins> moved;
   std::vector<AttachmentSet> attached;

@@ -5,11 +5,9 @@
 #include <limits>
 #include <numeric>
 
-#include "host/mesh/bounding_box.h"
 #include "host/mesh/tetrahedra.h"
 #include "host/mesh/vectors.h"
 #include "host/model/levels.h"
-#include "host/report/resolution.h"
 #include "host/solver/stiffness.h"
 
 namespace malha {
@@ -26,10 +24,6 @@ double gravity(const Model& model) {
 bool names(const BodySpec& body, const char* type) {
   return std::any_of(body.constraints.begin(), body.constraints.end(),
                      [type](const ConstraintSpec& spec) { return spec.type == type; });
-}
-
-BoundingBox bounds_of_body(const Appearance& look, std::size_t b) {
-  return bounds_of_part(look.points, look.body_begin[b], look.body_begin[b + 1]);
 }
 
 /// Of each particle the length of a way of fewest springs to a pinned one, m; infinite where there is none.
@@ -67,24 +61,6 @@ std::vector<bool> long_ways(const Model& model, const std::vector<int>& body) {
   for (int i = 0; i < model.count(); ++i)
     if (helps(linkage.parts[linkage.part[model.user_of[i]]], solver)) result[body[i]] = true;
   return result;
-}
-
-/// The square of the spacing of the numbers at a body's places, all three coordinates, m^2: the mean over its flight.
-double squared_spacing_in_flight(const Model& model, std::size_t b) {
-  constexpr int moments = 8, most_particles = 1000;
-  const BodySpec& spec = model.scene.bodies[b];
-  const int first = model.look.body_begin[b], last = model.look.body_begin[b + 1];
-  const int step = 1 + (last - first) / most_particles;
-  double sum = 0;
-  int places = 0;
-  for (int i = first; i < last; i += step)
-    for (int moment = 0; moment < moments; ++moment, ++places)
-      for (int k = 0; k < 3; ++k) {
-        const double way = spec.velocity[k] * model.scene.duration * (moment + 0.5) / moments;
-        const double s = spacing_at(model, model.look.points[i][k] + way);
-        sum += s * s;
-      }
-  return sum / places;
 }
 
 /// What levels leave of a body's sag.
@@ -129,7 +105,7 @@ Sag worst_sag(const Model& model) {
     if (!pinned[i]) hung[body[i]].mass += 1 / model.w[i];
   for (const ConstraintSet& set : model.sets) {
     if (set.type != "distance") continue;
-    const double k = set.compliance ? 1 : stiffness_per_projection(set.stiffness, solver);
+    const double k = set.compliance ? 1 : stiffness_per_projection(set.stiffness, solver, kThereAndBack);
     for (int c = 0; c < set.count(); ++c) {
       int a = set.particles[2 * c], b = set.particles[2 * c + 1];
       if (pinned[a] == pinned[b]) continue;
@@ -155,63 +131,6 @@ Sag worst_sag(const Model& model) {
     const bool of_faces = faces[b + 1] != faces[b];
     if (swinging > worst.swinging)
       worst = {strain, swinging, of.stiffness, static_cast<int>(b), of_faces, long_way[b] && !of.tied};
-  }
-  return worst;
-}
-
-double unrounded_step(const Model& model) {
-  constexpr double never = std::numeric_limits<double>::infinity();
-  if (model.scene.solver.type != "pbd" || model.sets.empty()) return never;
-  double most = gravity(model);
-  for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
-    const double turns =
-        std::hypot(model.scene.bodies[b].spin[0], model.scene.bodies[b].spin[1], model.scene.bodies[b].spin[2]);
-    if (turns == 0) continue;
-    const auto [low, high] = bounds_of_body(model.look, b);
-    most = std::max(most, turns * turns * distance(low, high) / 2);
-  }
-  return most > 0 ? 2 * most * substep(model) * substep(model) / spacing(model, model.look.points) : never;
-}
-
-Drift worst_drift(const Model& model) {
-  struct Deviations {  // of the walk
-    double often, seldom_more;
-  };
-  constexpr Deviations kTurning{0.65, 4}, kStraight{0.2, 2.5};
-  Drift worst;
-  const Scene& scene = model.scene;
-  const SolverSpec& solver = scene.solver;
-  if (solver.type != "pbd" || solver.keeps_momenta || gravity(model) > 0) return worst;
-  std::vector<int> projected(model.w.size());  // how often in an iteration
-  for (const ConstraintSet& set : model.sets)
-    for (const int i : set.particles) ++projected[i];
-  for (const PressureSet& set : model.pressures)
-    for (const int i : set.particles) ++projected[i];
-  struct Free {
-    double mass = 0, rounded = 0;  // kg; kg^2, m^2 of every projection
-    bool held = false;
-  };
-  std::vector<Free> free(scene.bodies.size());
-  const std::vector<int> body = bodies_of(model);
-  const std::vector<bool> pinned = held_at_start(model, true);
-  for (std::size_t i = 0; i < body.size(); ++i) {
-    Free& of = free[body[i]];
-    if ((of.held = of.held || pinned[i])) continue;
-    const double m = 1 / model.w[i];
-    of.mass += m, of.rounded += m * m * projected[i];
-  }
-  const double h = substep(model), iterations = scene.duration / h * solver.iterations;
-  for (std::size_t b = 0; b < free.size(); ++b) {
-    if (free[b].held || free[b].rounded == 0) continue;
-    const BodySpec& spec = scene.bodies[b];
-    const auto [low, high] = bounds_of_body(model.look, b);
-    const double own = std::hypot(spec.velocity[0], spec.velocity[1], spec.velocity[2]);
-    const double turning = std::hypot(spec.spin[0], spec.spin[1], spec.spin[2]) * distance(low, high) / 2;
-    const double deviation =
-        std::sqrt(squared_spacing_in_flight(model, b) / 12 * free[b].rounded * iterations) / (h * free[b].mass);
-    const Deviations& may = turning > 0 ? kTurning : kStraight;
-    const double speed = may.seldom_more * deviation, often = may.often * deviation, of = own > 0 ? own : turning;
-    if (of > 0 && speed / of > worst.share) worst = {speed, often, speed / of, often / of, static_cast<int>(b)};
   }
   return worst;
 }

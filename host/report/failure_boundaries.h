@@ -25,29 +25,6 @@ struct Sag {
 };
 Sag worst_sag(const Model& model);
 
-/// What acceleration adds to a place in a substep, a h^2, over half the spacing of the numbers there: below 1 it is
-/// rounded away, energy drifts, and more substeps are worse (charts masses, substeps). a: gravity, or what holds a
-/// spinning body together, if that is more. Infinite without constraints, or without gravity and spin.
-double unrounded_step(const Model& model);
-
-/// What the rounding of projections does to the momentum of a free body in a weightless run: each projection rounds a
-/// particle's place to the spacing of the numbers there, s, which a substep h makes a velocity, with a standard
-/// deviation of s / (h sqrt 12) along each axis. Of all of them it is a random walk, or where the same correction of
-/// less than a spacing is rounded alike from substep to substep, more than that. Half of 500 random flights that turned
-/// made more than 0.65 of the walk's deviation, 95 of 100 less than 3.3 of it, the worst 10 times as much: 4 is said.
-/// What flies straight may have nothing to round: its particles go the same number of spacings as long as none of them
-/// comes to where the spacing is another. Half of 220 such flights of stiff springs and a third of soft ones made more
-/// than 0.2 of the deviation, a quarter not a hundredth of it, 95 of 100 less than 1.5: 2.5 is said. PBD without its
-/// corrector; s along each axis, over the body's way. 0 with gravity, which outweighs it.
-struct Drift {
-  double speed = 0;        // m/s, of the centre of mass: what 95 of 100 flights stay below
-  double often = 0;        // m/s: what half of them exceed, of soft bodies that fly straight a third
-  double share = 0;        // `speed` over the body's own, or where it has none, its fastest particle's at the start
-  double often_share = 0;  // `often` over that
-  int body = 0;
-};
-Drift worst_drift(const Model& model);
-
 /// How many cells of tetrahedra (as large as six of them) a shear wave, sqrt(E / 3 density) m/s, gets through in a
 /// substep, over the root of its iterations, in the body of neo_hookean material where these are most. 0 without any.
 struct Wave {

@@ -22,22 +22,30 @@ PatchWork::PatchWork(const PatchPlan& plan)
 }
 
 SharedParticles::SharedParticles(const Model& model, const PatchPlan& plan) {
-  const auto each = [&plan](const auto& visit) {
-    for (std::size_t k = 0; k < plan.patches.size(); ++k)
-      for (int s = plan.patches[k].segment; s < plan.patches[k].segment + plan.patches[k].segments; ++s) {
-        const Segment& segment = plan.segments[s];
-        if (!segment.movable || (segment.first && segment.last)) continue;
-        for (int i = segment.global; i < segment.global + segment.count; ++i) visit(i, static_cast<int>(k));
-      }
+  const auto each_of = [&plan](int patch, const auto& work) {
+    const int first = plan.patches[patch].segment;
+    for (int s = first; s < first + plan.patches[patch].segments; ++s)
+      if (const Segment& segment = plan.segments[s]; segment.movable)
+        for (int i = segment.global; i < segment.global + segment.count; ++i) work(i);
   };
-  std::vector<int> visits(model.count() + 1, 0);
-  each([&](int i, int) { ++visits[i + 1]; });
-  std::partial_sum(visits.begin(), visits.end(), visits.begin());
-  std::vector<int> next(visits.begin(), visits.end() - 1);
-  patch.resize(visits.back());
-  each([&](int i, int k) { patch[next[i]++] = k; });
+  std::vector<int> patches(model.count(), 0);
+  for (std::size_t k = 0; k < plan.patches.size(); ++k) each_of(static_cast<int>(k), [&](int i) { ++patches[i]; });
+  const auto each = [&](const auto& work) {
+    const std::vector<PhaseVisit> order = visits_of(plan.phases());
+    for (std::size_t v = 0; v < order.size(); ++v)
+      for (int k = plan.phase_begin[order[v].phase]; k < plan.phase_begin[order[v].phase + 1]; ++k)
+        each_of(k, [&](int i) {
+          if (patches[i] > 1) work(i, Visit{k, static_cast<int>(v)});
+        });
+  };
+  std::vector<int> count(model.count() + 1, 0);
+  each([&](int i, const Visit&) { ++count[i + 1]; });
+  std::partial_sum(count.begin(), count.end(), count.begin());
+  std::vector<int> next(count.begin(), count.end() - 1);
+  visits.resize(count.back());
+  each([&](int i, const Visit& visit) { visits[next[i]++] = visit; });
   for (int i = 0; i < model.count(); ++i)
-    if (visits[i + 1] > visits[i]) begin.push_back(visits[i + 1]);
+    if (count[i + 1] > count[i]) begin.push_back(count[i + 1]);
 }
 
 }  // namespace malha

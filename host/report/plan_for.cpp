@@ -19,24 +19,31 @@ namespace malha {
 
 namespace {
 
-/// What the visits to one patch move of its particles, in numbers, in one iteration of a substep.
-double numbers_moved(const PatchPlan& plan, const Patch& patch, bool predicts, bool updates, bool keeps) {
+/// What a visit to a patch moves of its particles, in numbers. `place`: of one of them. `predicts`, `updates`: the
+/// particles of which no visit was before, or is after.
+double numbers_moved(const PatchPlan& plan, const Patch& patch, int place, bool predicts, bool updates) {
   double numbers = 0;
   for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
     const Segment& segment = plan.segments[s];
-    const bool at_home = keeps && segment.first && segment.last;
-    int each = 0;
-    const bool from_state = predicts && segment.first;
-    if (predicts || !at_home) each += from_state ? 7 : 4;  // x, v and w; or p and w
+    const bool from_state = predicts && segment.first && segment.movable;
+    int each = place + 3 + 1;  // where it is, v or how far it went, and w
     if (segment.movable) {
       if (updates && segment.last)
-        each += from_state ? 6 : 12;  // x and v: written; read, too, where they were not before
-      else if (updates || !at_home)
-        each += 3;  // p
+        each += place + 3 + (from_state ? 0 : 3);  // the state is written; v is read, where it was not before
+      else
+        each += 3;  // how far it went
     }
     numbers += double(each) * segment.count;
   }
   return numbers;
+}
+
+/// Of the constraints of a patch. `each`: bytes a slot of every set.
+double constraint_bytes(const PatchPlan& plan, const Patch& patch, const std::vector<double>& each) {
+  double bytes = 0;
+  for (int b = patch.batch; b < patch.batch + patch.batches; ++b)
+    bytes += each[plan.batches[b].set] * plan.batches[b].count;
+  return bytes;
 }
 
 /// Bytes a second that all threads together read and write, at best.
@@ -71,14 +78,21 @@ VisitTraffic visit_traffic(const Model& model, const Solver& solver, const Patch
   const SolverFacts& facts = solver.facts();
   const SolverSpec& spec = model.scene.solver;
   const double number = bytes_of_number(spec.precision);
-  const bool keeps = facts.fused && spec.iterations > 1;
+  const int place = spec.precision == Precision::Float ? 6 : 3;  // and what it lacks of the position
+  std::vector<double> slots(facts.sets.size(), 0), each;
+  for (const Batch& batch : plan.batches) slots[batch.set] += batch.count;
+  for (std::size_t s = 0; s < slots.size(); ++s)
+    each.push_back(slots[s] > 0 ? static_cast<double>(facts.sets[s].bytes) / slots[s] : 0);
   VisitTraffic traffic;
-  for (int iteration = 0; iteration < spec.iterations; ++iteration) {
-    const bool predicts = facts.fused && iteration == 0, updates = facts.fused && iteration + 1 == spec.iterations;
-    for (const Patch& patch : plan.patches)
-      traffic.particle_bytes += number * numbers_moved(plan, patch, predicts, updates, keeps);
-    for (const SetFacts& set : facts.sets) traffic.constraint_bytes += double(set.bytes);
-  }
+  for (int iteration = 0; iteration < spec.iterations; ++iteration)
+    for (const PhaseVisit& visit : visits_of(plan.phases())) {
+      const bool predicts = facts.fused && visit.there && iteration == 0;
+      const bool updates = facts.fused && visit.back && iteration + 1 == spec.iterations;
+      for (int k = plan.phase_begin[visit.phase]; k < plan.phase_begin[visit.phase + 1]; ++k) {
+        traffic.particle_bytes += number * numbers_moved(plan, plan.patches[k], place, predicts, updates);
+        traffic.constraint_bytes += constraint_bytes(plan, plan.patches[k], each);
+      }
+    }
   traffic.particle_bytes *= spec.substeps, traffic.constraint_bytes *= spec.substeps;
   return traffic;
 }

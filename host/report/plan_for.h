@@ -14,7 +14,8 @@ struct VisitTraffic {
   double particle_bytes = 0, constraint_bytes = 0;
 };
 
-/// Each visit reads what it needs once and writes what it changes once. `plan`: the model's patches.
+/// Each visit reads what it needs once, whether it goes one way or both, and writes what it changes once. `plan`: the
+/// model's patches.
 VisitTraffic visit_traffic(const Model& model, const Solver& solver, const PatchPlan& plan);
 
 /// What a step asks of a machine.

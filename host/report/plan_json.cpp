@@ -49,16 +49,19 @@ Json constraints(const Model& model, const SolverFacts& facts) {
   return all;
 }
 
-/// In all sweeps of a substep.
-Json of_phase(const RankPhase& phase, const RankTable& table) {
+/// In all iterations of a substep.
+Json of_visit(const RankVisit& visit, const RankTable& table) {
   const auto sum = [](const auto& each) { return std::accumulate(each.begin(), each.end(), std::int64_t{0}); };
-  return {{"patches", sum(phase.patches)},
-          {"projections", table.shape.iterations * sum(phase.projections)},
-          {"particles_sent", table.shape.iterations * phase.travelling()},
-          {"messages", phase_messages(phase, table.shape)},
-          {"bytes", phase_bytes(phase, table.shape)},
-          {"imbalance", phase.imbalance()},
-          {"us", phase_seconds(phase, table.machines, table.shape) * 1e6}};
+  return {{"phase", visit.visit.phase + 1},
+          {"there", visit.visit.there},
+          {"back", visit.visit.back},
+          {"patches", sum(visit.patches)},
+          {"projections", table.shape.iterations * sum(visit.projections)},
+          {"particles_sent", table.shape.iterations * visit.travelling()},
+          {"messages", visit_messages(visit, table.shape)},
+          {"bytes", visit_bytes(visit, table.shape)},
+          {"imbalance", visit.imbalance()},
+          {"us", visit_seconds(visit, table.machines, table.shape) * 1e6}};
 }
 
 Json of_demand(const Demand& demand) {
@@ -85,10 +88,10 @@ Json of_ranks(const RankTable& table) {
     Json row{
         {"ranks", counts.ranks},          {"border_particles", counts.border},   {"imbalance", counts.imbalance()},
         {"work_ms", seconds.work * 1e3},  {"latency_ms", seconds.latency * 1e3}, {"transfer_ms", seconds.bytes * 1e3},
-        {"step_ms", seconds.sum() * 1e3}, {"phases_of_a_substep", Json::array()}};
+        {"step_ms", seconds.sum() * 1e3}, {"visits_of_a_substep", Json::array()}};
     const double pays = particles_that_pay(table.scaling, seconds, counts.ranks, 1);
     if (std::isfinite(pays)) row["pays_from_particles"] = pays;
-    for (const RankPhase& phase : counts.phases) row["phases_of_a_substep"].push_back(of_phase(phase, table));
+    for (const RankVisit& visit : counts.visits) row["visits_of_a_substep"].push_back(of_visit(visit, table));
     json["rows"].push_back(std::move(row));
   }
   return json;

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "host/model/tear.h"
+#include "host/solver/patch_plan.h"
 
 namespace malha {
 
@@ -11,13 +12,15 @@ namespace {
 
 /// A step's: of what restricts to each level, and of the sweeps over it.
 std::size_t launches_of_levels(const Model& model, const SolverFacts& facts) {
-  if (facts.levels.empty()) return 0;
+  if (facts.level_layouts == 0) return 0;
   const int substeps = model.scene.solver.substeps, every = model.scene.solver.levels_every;
   const std::size_t uses = (substeps + every - 1) / every;
+  const std::size_t origins = facts.level_layouts;  // from which a step's places are told
+  if (facts.levels.empty()) return origins;
   std::size_t each = 2 * (facts.levels.size() - 1);  // the coarser ones: means, and those whose parts lie in patches
-  for (const LevelFacts& level : facts.levels) each += level.patches.phases;
+  for (const LevelFacts& level : facts.levels) each += visits_of(level.patches.phases).size();
   // The finest: in a step's later substeps the visits leave the means, and where they predict they hand down too.
-  return uses * each + uses + (facts.whole_steps ? 1 : uses) + (facts.fused ? 0 : uses);
+  return origins + uses * each + uses + (facts.whole_steps ? 1 : uses) + (facts.fused ? 0 : uses);
 }
 
 /// Launches of the passes that filter forces.
@@ -43,7 +46,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   SolverFacts facts = of_scene;
   if (!facts.own.empty()) facts.fused = facts.whole_steps = facts.flies = false;  // they act between the passes
   const SolverSpec& solver = model.scene.solver;
-  const std::size_t substeps = solver.substeps, projections = substeps * solver.iterations;
+  const std::size_t substeps = solver.substeps, iterations = substeps * solver.iterations;
   const auto line = [&all](const std::string& pass, std::size_t launches) {
     if (launches == 0) return;
     const auto same = std::find_if(all.begin(), all.end(), [&](const PassOfAStep& had) { return had.name == pass; });
@@ -52,7 +55,8 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
     else
       all.push_back({pass, launches});
   };
-  const std::size_t sweeps = projections * facts.patches.phases, obstacles = model.environment.size();
+  const std::size_t visits = iterations * visits_of(facts.patches.phases).size();
+  const std::size_t obstacles = model.environment.size();
   std::size_t moving = 0;
   for (const MovedPins& pins : model.moved) moving += pins.target.moves() ? 2 : 0;  // placed, and given their velocity
   line("pins", substeps * moving);
@@ -61,7 +65,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   list_filter_passes(model, facts, line);
   // Measured before and after what the visits do, or each iteration's projections; then given back.
   const bool alone = of_scene.fused;  // but for constraints of the caller's own
-  const std::size_t measured = alone ? (of_scene.whole_steps ? 1 : substeps) : projections;
+  const std::size_t measured = alone ? (of_scene.whole_steps ? 1 : substeps) : iterations;
   line("correction", model.free.empty() ? 0 : 4 * measured + (alone ? 2 : 4));
   const bool drags = model.scene.wind && model.scene.wind->drag > 0;
   const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
@@ -70,27 +74,27 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   // Found before the iterations, held back after them, where what nothing else holds is counted; twice a first test.
   // None without an environment. In flight how much room there is to each object, and to all.
   line("collision", (obstacles > 0 ? substeps * (6 * obstacles + 2) : 0) + (facts.flies ? obstacles + 1 : 0));
-  line("visits of prediction, projection and state", facts.fused ? sweeps : 0);
-  line("projection", facts.fused || facts.sets.empty() ? 0 : sweeps);
-  line("pressure", projections * facts.pressure_launches);
-  line("long_range", facts.long_range > 0 ? projections : 0);
-  line("attachments", projections * model.attached.size());
+  line("visits of prediction, projection and state", facts.fused ? visits : 0);
+  line("projection", facts.fused || facts.sets.empty() ? 0 : visits);
+  line("pressure", substeps * facts.pressure_starts + iterations * facts.pressure_launches);
+  line("long_range", facts.long_range > 0 ? iterations : 0);
+  line("attachments", iterations * model.attached.size());
   // Resolved, and restitution, which without any still stops; what it carries back is counted and held.
   const bool bounces =
       std::ranges::any_of(model.environment, [](const EnvironmentMesh& mesh) { return mesh.spec.restitution > 0; });
-  line("contact", (projections + substeps) * obstacles + (bounces ? 3 * substeps : 0));
+  line("contact", (iterations + substeps) * obstacles + (bounces ? 3 * substeps : 0));
   std::size_t batches = 0;
   for (const OwnFacts& own : facts.own) batches += own.batches;
-  line("own", 2 * projections * batches);
+  line("own", 3 * iterations * batches);  // gathered where it began and where it is, and scattered
   if (facts.self)
-    all.push_back({"self-collision", 9 * substeps + 2 * projections,
-                   ", and more where pairs are near or are searched for", true});
+    all.push_back(
+        {"self-collision", 9 * substeps + 2 * iterations, ", and more where pairs are near or are searched for", true});
   if (facts.edges) all.push_back({"edges", 10 * substeps, ", and more where pairs are near", true});
-  line("state", facts.fused ? 0 : substeps);
+  line("state", (facts.fused ? 0 : substeps) + (bounces ? substeps : 0));  // what bounced arrives
   line("tearing", tears(model.scene) ? 1 : 0);
   line("sleep", model.scene.sleep ? 1 : 0);  // asleep, a step is none of all these
   if (facts.flies)
-    all.push_back({"while nothing comes near the environment", 2 * obstacles + 1 + sweeps,
+    all.push_back({"while nothing comes near the environment", 2 * obstacles + 1 + visits,
                    ", of collision and of visits, and none between them"});
   return all;
 }

@@ -33,20 +33,26 @@ double mean(const std::vector<std::int64_t>& of) {
   return static_cast<double>(std::accumulate(of.begin(), of.end(), std::int64_t{0})) / static_cast<double>(of.size());
 }
 
-/// Of the slowest rank, which computes, and sends and receives at once.
-RankSeconds slowest(const RankPhase& phase, const RankMachines& machines, const StepShape& shape, bool first) {
-  const std::size_t ranks = phase.projections.size();
+std::int64_t bytes_of_way(const StepShape& shape) { return std::int64_t{3} * shape.number_bytes; }
+/// With what a float lacks of it.
+std::int64_t bytes_of_start(const StepShape& shape) {
+  return bytes_of_way(shape) * (shape.number_bytes < static_cast<int>(sizeof(double)) ? 2 : 1);
+}
+
+/// Of the slowest rank, which computes, and sends and receives at once. `first`: iteration of a substep.
+RankSeconds slowest(const RankVisit& visit, const RankMachines& machines, const StepShape& shape, bool first) {
+  const std::size_t ranks = visit.projections.size();
   std::vector<double> in(ranks, 0), out(ranks, 0);
   std::vector<int> received(ranks, 0), sent(ranks, 0);
-  const int place = 3 * shape.number_bytes;
-  for (const RankFlow& flow : phase.flows) {
-    const double bytes = static_cast<double>(place) * (flow.particles + (first && shape.predicts ? flow.first : 0));
+  for (const RankFlow& flow : visit.flows) {
+    const auto bytes =
+        static_cast<double>(bytes_of_way(shape) * flow.particles + (first ? bytes_of_start(shape) * flow.started : 0));
     in[flow.to] += bytes, out[flow.from] += bytes;
     ++received[flow.to], ++sent[flow.from];
   }
   RankSeconds longest;
   for (std::size_t rank = 0; rank < ranks; ++rank) {
-    const RankSeconds own{static_cast<double>(phase.busy[rank]) * machines.projection_ns * 1e-9,
+    const RankSeconds own{static_cast<double>(visit.busy[rank]) * machines.projection_ns * 1e-9,
                           std::max(received[rank], sent[rank]) * machines.latency_us * 1e-6,
                           std::max(in[rank], out[rank]) * 8 / (machines.gbit * 1e9)};
     if (own.sum() > longest.sum()) longest = own;
@@ -61,28 +67,28 @@ RankSeconds operator*(double factor, const RankSeconds& a) {
   return {factor * a.work, factor * a.latency, factor * a.bytes};
 }
 
-/// In all sweeps of a substep.
-RankSeconds in_a_substep(const RankPhase& phase, const RankMachines& machines, const StepShape& shape) {
-  return slowest(phase, machines, shape, true) + (shape.iterations - 1) * slowest(phase, machines, shape, false);
+/// In all iterations of a substep.
+RankSeconds in_a_substep(const RankVisit& visit, const RankMachines& machines, const StepShape& shape) {
+  return slowest(visit, machines, shape, true) + (shape.iterations - 1) * slowest(visit, machines, shape, false);
 }
 
 }  // namespace
 
-std::int64_t RankPhase::travelling() const {
+std::int64_t RankVisit::travelling() const {
   std::int64_t sum = 0;
   for (const RankFlow& flow : flows) sum += flow.particles;
   return sum;
 }
 
-double RankPhase::imbalance() const {
+double RankVisit::imbalance() const {
   const double each = mean(projections);
   return each > 0 ? static_cast<double>(most(projections)) / each : 1;
 }
 
 double RankCounts::imbalance() const {
   double longest = 0, even = 0;
-  for (const RankPhase& phase : phases)
-    longest += static_cast<double>(most(phase.projections)), even += mean(phase.projections);
+  for (const RankVisit& visit : visits)
+    longest += static_cast<double>(most(visit.projections)), even += mean(visit.projections);
   return even > 0 ? longest / even : 1;
 }
 
@@ -92,54 +98,58 @@ RankCounts count_ranks(const Model& model, const PatchPlan& plan, std::vector<in
   counts.particles.assign(ranks, 0);
   const PatchWork work_of(plan);
   for (std::size_t k = 0; k < plan.patches.size(); ++k) counts.particles[rank_of[k]] += work_of.particles[k];
-  for (int p = 0; p < plan.phases(); ++p) {
-    RankPhase& phase = counts.phases.emplace_back();
-    phase.patches.resize(ranks), phase.projections.resize(ranks), phase.busy.resize(ranks);
+  for (const PhaseVisit& of : visits_of(plan.phases())) {
+    RankVisit& visit = counts.visits.emplace_back();
+    visit.visit = of;
+    visit.patches.resize(ranks), visit.projections.resize(ranks), visit.busy.resize(ranks);
     std::vector<std::vector<std::int64_t>> work(ranks);
-    for (int k = plan.phase_begin[p]; k < plan.phase_begin[p + 1]; ++k)
-      work[rank_of[k]].push_back(work_of.projections[k]);
+    for (int k = plan.phase_begin[of.phase]; k < plan.phase_begin[of.phase + 1]; ++k)
+      work[rank_of[k]].push_back(of.sweeps() * work_of.projections[k]);
     for (int rank = 0; rank < ranks; ++rank) {
-      phase.patches[rank] = static_cast<int>(work[rank].size());
-      phase.projections[rank] = std::accumulate(work[rank].begin(), work[rank].end(), std::int64_t{0});
-      phase.busy[rank] = threads * longest_share(work[rank], threads);
+      visit.patches[rank] = static_cast<int>(work[rank].size());
+      visit.projections[rank] = std::accumulate(work[rank].begin(), work[rank].end(), std::int64_t{0});
+      visit.busy[rank] = threads * longest_share(work[rank], threads);
     }
   }
   const SharedParticles shared(model, plan);
-  std::vector<std::map<std::pair<int, int>, RankFlow>> flows(plan.phases());
+  std::vector<std::map<std::pair<int, int>, RankFlow>> flows(counts.visits.size());
+  std::vector<int> had(ranks, -1);  // the last shared particle of which each knows where the substep began
   for (int i = 0; i < shared.count(); ++i) {
+    had[rank_of[shared.last(i)]] = i;
     bool border = false;
-    shared.for_each(i, [&](int before, int patch, bool first) {
-      const int from = rank_of[before], to = rank_of[patch];
+    shared.for_each(i, [&](int before, const SharedParticles::Visit& visit) {
+      const int from = rank_of[before], to = rank_of[visit.patch];
       if (from == to) return;
       border = true;
-      RankFlow& flow = flows[work_of.phase[patch]].try_emplace({from, to}, RankFlow{from, to, 0, 0}).first->second;
-      ++flow.particles, flow.first += first;
+      RankFlow& flow = flows[visit.of].try_emplace({from, to}, RankFlow{from, to, 0, 0}).first->second;
+      ++flow.particles, flow.started += had[to] != i;
+      had[to] = i;
     });
     counts.border += border;
   }
-  for (int p = 0; p < plan.phases(); ++p)
-    for (const auto& [ends, flow] : flows[p]) counts.phases[p].flows.push_back(flow);
+  for (std::size_t v = 0; v < flows.size(); ++v)
+    for (const auto& [ends, flow] : flows[v]) counts.visits[v].flows.push_back(flow);
   counts.rank_of = std::move(rank_of);
   return counts;
 }
 
 RankSeconds step_seconds(const RankCounts& counts, const RankMachines& machines, const StepShape& shape) {
   RankSeconds step;
-  for (const RankPhase& phase : counts.phases) step = step + in_a_substep(phase, machines, shape);
+  for (const RankVisit& visit : counts.visits) step = step + in_a_substep(visit, machines, shape);
   step.work += most(counts.particles) * machines.particle_ns * 1e-9;
   step = shape.substeps * step;
   step.latency += shape.reductions * std::ceil(std::log2(counts.ranks)) * machines.latency_us * 1e-6;
   return step;
 }
 
-double phase_seconds(const RankPhase& phase, const RankMachines& machines, const StepShape& shape) {
-  return in_a_substep(phase, machines, shape).sum();
+double visit_seconds(const RankVisit& visit, const RankMachines& machines, const StepShape& shape) {
+  return in_a_substep(visit, machines, shape).sum();
 }
 
-std::int64_t phase_bytes(const RankPhase& phase, const StepShape& shape) {
-  std::int64_t first = 0;
-  for (const RankFlow& flow : phase.flows) first += flow.first;
-  return 3 * shape.number_bytes * (shape.iterations * phase.travelling() + (shape.predicts ? first : 0));
+std::int64_t visit_bytes(const RankVisit& visit, const StepShape& shape) {
+  std::int64_t started = 0;
+  for (const RankFlow& flow : visit.flows) started += flow.started;
+  return bytes_of_way(shape) * shape.iterations * visit.travelling() + bytes_of_start(shape) * started;
 }
 
 double particles_that_pay(const RankScaling& scaling, const RankSeconds& now, int ranks, double faster) {

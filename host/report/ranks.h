@@ -11,16 +11,19 @@
 
 namespace malha {
 
-/// Shared particles that one rank needs from another before a phase.
+/// Shared particles that one rank needs from another before a visit to the patches of a phase: how far they went, or
+/// how fast they are where that visit predicts them.
 struct RankFlow {
   int from, to;
   int particles;
-  int first;  // of them, those whose first visit in a sweep follows: the state, where that visit predicts
+  int started;  // of them, those that the rank has not had in this substep: where it began, too
 };
 
-struct RankPhase {
+/// A visit of an iteration to the patches of a phase.
+struct RankVisit {
+  PhaseVisit visit;
   std::vector<int> patches;               // of each rank
-  std::vector<std::int64_t> projections;  // of each rank
+  std::vector<std::int64_t> projections;  // of each rank, there and back
   std::vector<std::int64_t> busy;         // of each rank: those of its threads' longest share, times its threads
   std::vector<RankFlow> flows;            // by the ranks they come from and go to, ascending: a message each
 
@@ -28,18 +31,18 @@ struct RankPhase {
   double imbalance() const;         // the most projections of a rank over the mean
 };
 
-/// Of a sweep over all patches.
+/// Of an iteration.
 struct RankCounts {
   int ranks = 1;
-  std::vector<int> rank_of;  // of each patch of the plan
-  std::vector<RankPhase> phases;
-  std::vector<int> particles;  // of each rank, the movable ones that it visits last
-  int border = 0;              // particles that several ranks visit
+  std::vector<int> rank_of;       // of each patch of the plan
+  std::vector<RankVisit> visits;  // in their order
+  std::vector<int> particles;     // of each rank, the movable ones that it visits last
+  int border = 0;                 // particles that several ranks visit
 
-  double imbalance() const;  // the sum over phases of the most projections of a rank, over that of the means
+  double imbalance() const;  // the sum over visits of the most projections of a rank, over that of the means
 };
 
-/// What the patches of this plan, dealt so, exchange when a sweep follows another. `threads`: of each rank.
+/// What the patches of this plan, dealt so, exchange when an iteration follows another. `threads`: of each rank.
 RankCounts count_ranks(const Model& model, const PatchPlan& plan, std::vector<int> rank_of, int ranks, int threads);
 
 /// Deals whole patches to ranks by METIS, evened out phase by phase: little is exchanged, and few ranks wait. The same
@@ -57,28 +60,27 @@ struct RankMachines {
 /// How often a step does what is exchanged.
 struct StepShape {
   int substeps = 1, iterations = 1;
-  int number_bytes = 4;   // of a coordinate
-  bool predicts = false;  // the first visits of a substep predict: they need place and velocity
-  int reductions = 0;     // all-reduces of a few numbers, a step
+  int number_bytes = 4;  // of a coordinate; of a float there are two, with what rounding the place has lost
+  int reductions = 0;    // all-reduces of a few numbers, a step
 };
 StepShape shape_of(const Simulation& simulation);
 
-/// Of a step, s; each phase as long as its slowest rank.
+/// Of a step, s; each visit as long as its slowest rank.
 struct RankSeconds {
   double work = 0, latency = 0, bytes = 0;
   double sum() const { return work + latency + bytes; }
 };
 RankSeconds step_seconds(const RankCounts& counts, const RankMachines& machines, const StepShape& shape);
 
-/// A substep's, in all its sweeps: s of a phase, and bytes and messages of all ranks.
-double phase_seconds(const RankPhase& phase, const RankMachines& machines, const StepShape& shape);
-std::int64_t phase_bytes(const RankPhase& phase, const StepShape& shape);
-inline std::int64_t phase_messages(const RankPhase& phase, const StepShape& shape) {
-  return static_cast<std::int64_t>(phase.flows.size()) * shape.iterations;
+/// A substep's, in all its iterations: s of a visit, and bytes and messages of all ranks.
+double visit_seconds(const RankVisit& visit, const RankMachines& machines, const StepShape& shape);
+std::int64_t visit_bytes(const RankVisit& visit, const StepShape& shape);
+inline std::int64_t visit_messages(const RankVisit& visit, const StepShape& shape) {
+  return static_cast<std::int64_t>(visit.flows.size()) * shape.iterations;
 }
 
 /// How a body of this shape would do at other sizes: borders grow with the power `growth` of its number of particles,
-/// while latency, the phases, and the particles of a patch stay.
+/// while latency, the visits, and the particles of a patch stay.
 struct RankScaling {
   double particles = 1, growth = 0.5;
   double alone = 0;    // s, a step on one rank

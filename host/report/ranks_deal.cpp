@@ -13,7 +13,7 @@ namespace malha {
 
 namespace {
 
-/// Particles that one patch needs from another in a sweep.
+/// Particles that one patch needs from another in an iteration.
 struct PatchFlow {
   int from, to, particles;
 };
@@ -25,7 +25,9 @@ class Dealer {
     const SharedParticles shared(model, plan);
     std::map<std::pair<int, int>, int> particles;
     for (int i = 0; i < shared.count(); ++i)
-      shared.for_each(i, [&](int before, int patch, bool) { ++particles[{before, patch}]; });
+      shared.for_each(i, [&](int before, const SharedParticles::Visit& visit) {
+        if (before != visit.patch) ++particles[{before, visit.patch}];
+      });
     for (const auto& [ends, count] : particles) {
       for (const int end : {ends.first, ends.second}) flows_of_[end].push_back(static_cast<int>(flows_.size()));
       flows_.push_back({ends.first, ends.second, count});

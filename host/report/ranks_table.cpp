@@ -78,13 +78,13 @@ double growth_of_borders(const Model& model) {
 }
 
 int reductions_of(const Model& model, const SolverFacts& facts) {
-  const int substeps = model.scene.solver.substeps, projections = substeps * model.scene.solver.iterations;
+  const int substeps = model.scene.solver.substeps, iterations = substeps * model.scene.solver.iterations;
   const bool looks = facts.edges || model.scene.self_collision || !model.environment.empty();
   int sum = looks ? substeps : 1;  // whether a particle has no finite position any more
   if (!model.damped.empty()) sum += substeps;
   if (!model.free.empty())  // before and after; and, where nothing else does, at the end
-    sum += !facts.fused ? 2 * projections + 1 : 2 * (facts.whole_steps ? 1 : substeps);
-  sum += 3 * projections * static_cast<int>(model.pressures.size());
+    sum += !facts.fused ? 2 * iterations + 1 : 2 * (facts.whole_steps ? 1 : substeps);
+  sum += 2 * (substeps + iterations) * static_cast<int>(model.pressures.size());
   if (model.scene.sleep) ++sum;
   if (facts.flies) ++sum;
   return sum;
@@ -124,14 +124,14 @@ void list_sizes(std::ostream& out, const RankTable& table) {
   if (ranks > 2) out << ", " << ranks << " " << size(all, 1);
   const double faster = ranks > 2 ? ranks / 2.0 : 1.5;
   out << "; " << ranks << line_of(" are %g times as fast ", faster) << size(all, faster) << "\n"
-      << "    below, a step has less to save than its phases take at the least: "
-      << line_of("%.3g ms, of one patch each, and %.3g ms of latency\n", table.scaling.patches * 1e3,
+      << "    below, a step has less to save than its visits take at the least: "
+      << line_of("%.3g ms, of one patch a phase, and %.3g ms of latency\n", table.scaling.patches * 1e3,
                  all.seconds.latency * 1e3)
       << "    by these times, if work is even, "
       << (table.scaling.growth == 0   ? "borders stay"
           : table.scaling.growth < .6 ? "borders grow as the root of the particles"
                                       : "borders grow as the particles to the power 2/3")
-      << ", and latency, phases and the particles of a patch stay\n";
+      << ", and latency, visits and the particles of a patch stay\n";
 }
 
 void list_rows(std::ostream& out, const RankTable& table) {
@@ -141,8 +141,8 @@ void list_rows(std::ostream& out, const RankTable& table) {
   const double alone = table.rows.front().seconds.sum();
   for (const auto& [counts, seconds] : table.rows) {
     std::int64_t messages = 0, bytes = 0;
-    for (const RankPhase& phase : counts.phases)
-      messages += phase_messages(phase, table.shape), bytes += phase_bytes(phase, table.shape);
+    for (const RankVisit& visit : counts.visits)
+      messages += visit_messages(visit, table.shape), bytes += visit_bytes(visit, table.shape);
     out << line_of("  %5d  %16d  %16lld  %11.1f  %9.2f", counts.ranks, counts.border, static_cast<long long>(messages),
                    static_cast<double>(bytes) / 1024, counts.imbalance())
         << line_of("  %13.3f  %7.3f  %6.3f  %7.3f  %6.2f\n", seconds.work * 1e3, seconds.latency * 1e3,
@@ -150,23 +150,25 @@ void list_rows(std::ostream& out, const RankTable& table) {
   }
 }
 
-void list_phases(std::ostream& out, const RankTable& table) {
+const char* way_of(const PhaseVisit& visit) { return !visit.back ? "there" : !visit.there ? "back" : "both"; }
+
+void list_visits(std::ostream& out, const RankTable& table) {
   const RankCounts& counts = table.rows.back().counts;
   const std::set<int> busy(counts.rank_of.begin(), counts.rank_of.end());
   const int idle = counts.ranks - static_cast<int>(busy.size());
-  out << "  phases of " << counted(counts.ranks, "rank")
+  out << "  visits of " << counted(counts.ranks, "rank")
       << (idle > 0 ? ", " + std::to_string(idle) + " without a patch" : "") << ", in a substep:\n"
-      << "  phase  patches  projections  particles sent  messages    KiB  imbalance      us\n";
-  const std::int64_t sweeps = table.shape.iterations;
-  int number = 0;
-  for (const RankPhase& phase : counts.phases) {
-    const int patches = std::accumulate(phase.patches.begin(), phase.patches.end(), 0);
-    const auto projections = std::accumulate(phase.projections.begin(), phase.projections.end(), std::int64_t{0});
-    out << line_of("  %5d  %7d  %11lld  %14lld  %8lld", ++number, patches, static_cast<long long>(sweeps * projections),
-                   static_cast<long long>(sweeps * phase.travelling()),
-                   static_cast<long long>(phase_messages(phase, table.shape)))
-        << line_of("  %5.1f  %9.2f  %6.1f\n", static_cast<double>(phase_bytes(phase, table.shape)) / 1024,
-                   phase.imbalance(), phase_seconds(phase, table.machines, table.shape) * 1e6);
+      << "  phase    way  patches  projections  particles sent  messages    KiB  imbalance      us\n";
+  const std::int64_t iterations = table.shape.iterations;
+  for (const RankVisit& visit : counts.visits) {
+    const int patches = std::accumulate(visit.patches.begin(), visit.patches.end(), 0);
+    const auto projections = std::accumulate(visit.projections.begin(), visit.projections.end(), std::int64_t{0});
+    out << line_of("  %5d  %5s  %7d  %11lld  %14lld  %8lld", visit.visit.phase + 1, way_of(visit.visit), patches,
+                   static_cast<long long>(iterations * projections),
+                   static_cast<long long>(iterations * visit.travelling()),
+                   static_cast<long long>(visit_messages(visit, table.shape)))
+        << line_of("  %5.1f  %9.2f  %6.1f\n", static_cast<double>(visit_bytes(visit, table.shape)) / 1024,
+                   visit.imbalance(), visit_seconds(visit, table.machines, table.shape) * 1e6);
   }
 }
 
@@ -193,7 +195,6 @@ StepShape shape_of(const Simulation& simulation) {
   return {.substeps = solver.substeps,
           .iterations = solver.iterations,
           .number_bytes = bytes_of_number(solver.precision),
-          .predicts = facts.fused,
           .reductions = reductions_of(model, facts)};
 }
 
@@ -226,7 +227,7 @@ RankTable plan_ranks(Simulation& simulation, const RankOptions& options) {
     table.not_counted_ms = std::max(0.0, times.step - times.sweeps - times.particles) * 1e3;
     const RankCounts one = deal_ranks(model, plan, 1, machines.threads);
     double busy = 0, movable = one.particles[0];
-    for (const RankPhase& phase : one.phases) busy += static_cast<double>(phase.busy[0]);
+    for (const RankVisit& visit : one.visits) busy += static_cast<double>(visit.busy[0]);
     busy *= table.shape.substeps * table.shape.iterations, movable *= table.shape.substeps;
     machines.projection_ns = busy > 0 ? times.sweeps / busy * 1e9 : 0;
     machines.particle_ns = movable > 0 ? (times.particles + (busy > 0 ? 0 : times.sweeps)) / movable * 1e9 : 0;
@@ -256,7 +257,7 @@ std::string list_ranks(const RankTable& table) {
       << (table.steps > 0 ? "measured, the fastest of " + counted(table.steps, "step") : std::string("as given"))
       << "\n";
   list_rows(out, table);
-  list_phases(out, table);
+  list_visits(out, table);
   if (table.rows.size() > 1) list_sizes(out, table);
   list_not_counted(out, table);
   return out.str();

@@ -15,16 +15,11 @@ struct Resolution {
   double strain() const { return spacing / edge; }
 };
 
-/// Of the numbers of the scene's precision at a coordinate, m.
-double spacing_at(const Model& model, double coordinate);
-
-/// Of the numbers where the farthest coordinate is, m, without a look at the edges. `x`: positions in any order (m).
-double spacing(const Model& model, const std::vector<Vec3>& x);
-
 /// `x`: positions in any order (m).
 Resolution resolution(const Model& model, const std::vector<Vec3>& x);
 
-/// A line for people where rounding alone can strain an edge by more than a thousandth; otherwise "".
+/// A line for people where a rounded place is off by more than a thousandth of an edge, and something acts on such
+/// places: contacts, or Desbrun's method; otherwise "".
 std::string coarse_resolution(const Model& model, const std::vector<Vec3>& x);
 
 }  // namespace malha

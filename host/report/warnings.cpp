@@ -19,7 +19,6 @@ constexpr double kPaperTorque = 0.01;  // k h^2 / m
 constexpr double kOffTorque = 0.2;     // k h^2 / m, for each solve of a substep
 constexpr double kPinnedFall = 0.4;    // g h^2 / l
 constexpr double kDamping = 0.2;       // of the critical
-constexpr double kDrift = 0.01;        // of a free body's speed, in the run
 // Of cells a substep over the root of its iterations, by which nine beams under their weight sink too far: -4 to 10 %
 // with one iteration and up to 22 % with more; 31 to 77 % at 0.4.
 constexpr double kWave = 0.25;
@@ -57,11 +56,6 @@ std::vector<std::string> warnings(const Model& model) {
   const SolverSpec& solver = scene.solver;
   if (const std::string coarse = coarse_resolution(model, model.look.points); !coarse.empty())
     lines.push_back(coarse + shown_by("distance"));
-  else if (unrounded_step(model) < 1)
-    lines.push_back("with steps of " + shown(two_digits(solver.dt / solver.substeps)) +
-                    " s what acceleration adds to a place in one is less than half the spacing of the numbers, and is "
-                    "rounded away; take fewer substeps, or \"precision\": \"double\"" +
-                    shown_by("masses"));
   if (const Sag sag = worst_sag(model); sag.swinging > kSag)
     lines.push_back("body '" + scene.bodies[sag.body].name + "': with " + counted(solver.substeps, "substep") + " of " +
                     counted(solver.iterations, "iteration") + " what is next to its pins stretches by some " +
@@ -73,13 +67,6 @@ std::vector<std::string> warnings(const Model& model) {
                                shown(std::ceil(solver.substeps * std::sqrt(sag.swinging / kSag))) +
                                " substeps or more, or \"long_range\"" +
                                shown_by(sag.of_faces ? "resolution" : "masses")));
-  if (const Drift drift = worst_drift(model); drift.share > kDrift)
-    lines.push_back(
-        "body '" + scene.bodies[drift.body].name + "': rounding of places changes the velocity by some " +
-        shown(two_digits(drift.often)) + " m/s until the end of the run, " +
-        shown(two_digits(100 * drift.often_share)) + " % of what it has, and in 95 of 100 flights by less than " +
-        shown(two_digits(100 * drift.share)) + " %; take \"corrector\": \"inertia\"" +
-        (solver.precision == Precision::Float ? " or \"precision\": \"double\"" : "") + " (scenes/README.md, Momenta)");
   if (const Wave wave = fastest_wave(model); wave.cells > kWave)
     lines.push_back("body '" + scene.bodies[wave.body].name + "': a shear wave gets through " +
                     shown(two_digits(wave.cells * std::sqrt(solver.iterations))) + " of its cells in a substep of " +

@@ -13,7 +13,7 @@ namespace malha {
 
 namespace {
 
-constexpr char kMagic[] = "malha checkpoint 6\n";  // its size keeps what follows readable in a hex dump
+constexpr char kMagic[] = "malha checkpoint 7\n";  // its size keeps what follows readable in a hex dump
 
 struct Header {
   std::uint64_t scene, state;  // hashes

@@ -27,7 +27,7 @@ class Attachments {
       set.anchor = Array<Executor, Vector3<double>>(anchors(spec.target, spec.particles, model.x));
       if (set.alpha > 0 && solver.iterations > 1)
         set.lambda = Array<Executor, Vector3<R>>(spec.particles.size(), Vector3<R>{R(0), R(0), R(0)});
-      set.share = spec.compliance ? 1 : stiffness_per_projection(spec.stiffness, solver);
+      set.share = spec.compliance ? 1 : stiffness_per_projection(spec.stiffness, solver, 1);
     }
   }
 
@@ -39,7 +39,7 @@ class Attachments {
   }
 
   /// In a substep from `start` to `end` (s).
-  void project(const Points<R>& p, const R* w, double start, double end, bool fresh) {
+  void project(const Displaced<R>& p, const R* w, double start, double end, bool fresh) {
     for (Set& set : sets_) {
       if (over(set.until, start, substep_)) continue;
       const R alpha = R(set.alpha / (substep_ * substep_));

@@ -23,7 +23,7 @@ class Desbrun final : public Stepper<Executor, R> {
  public:
   /// `threads`: of the executor.
   Desbrun(const Model& model, const Executor& executor, int threads, const ShowProgress& progress)
-      : Base(model, executor, threads, !model.sets.empty(), false),
+      : Base(model, executor, threads, !model.sets.empty()),
         spec_(model.scene.solver.desbrun),
         corrector_(spec_.corrects()) {
     if (spec_.tolerance && !model.sets.empty()) {  // of the distance limits: nothing else is projected in batches
@@ -116,15 +116,23 @@ class Desbrun final : public Stepper<Executor, R> {
   /// the push would go round the filter, which gives of what bends single edges only a part of m / (k dt^2) back:
   /// springs would be drawn by as many times more than pressure asks of them. The gradient is that at the substep's
   /// start, as springs have their directions from there: what rests is in balance.
+  void start_pressures(const Particles<R>& all) override {
+    if (pressures_.empty() || !filter_) return Base::start_pressures(all);
+    this->timed(Pass::Pressure, [&] {
+      for (const std::vector<int>& product : filtered_pressures_)
+        for (const int k : product) pressures_[k].start_substep(all.p, all.w, true);
+      for (const int k : plain_pressures_) pressures_[k].start_substep(all.p, all.w, false);
+    });
+  }
   void press(const Particles<R>& all) override {
     if (!filter_) return Base::press(all);
     const Points<R> force = force_.points(), way = acceleration_.points();
     for (const std::vector<int>& product : filtered_pressures_) {
       parallel_for(executor_, all.count, ClearFilterEnds<R>{{force, way, false}});
-      for (const int k : product) pressures_[k].put(all.x, all.w, force);
+      for (const int k : product) pressures_[k].put(force);
       filter_->apply({force, way, false});
       take_net_motion(Corrector::Inertia);
-      for (const int k : product) pressures_[k].push(all.p, all.w, force, way);
+      for (const int k : product) pressures_[k].push(all.p, way);
     }
     for (const int k : plain_pressures_) pressures_[k].project(all.p, all.w);
   }
@@ -157,12 +165,13 @@ class Desbrun final : public Stepper<Executor, R> {
     return true;
   }
   void note_pressures() {
-    std::size_t bytes = 0, launches = 5 * plain_pressures_.size();
+    std::size_t bytes = 0, launches = 4 * plain_pressures_.size(), starts = 3 * plain_pressures_.size();
     for (const std::vector<int>& product : filtered_pressures_) {
-      launches += 1 + filter_->facts().launches + 5 * free_blocks_.size() + 7 * product.size();
+      launches += 1 + filter_->facts().launches + 5 * free_blocks_.size() + 5 * product.size();
+      starts += 2 * product.size();
       for (const int k : product) bytes += pressures_[k].member_bytes();
     }
-    facts_.pressure_launches = launches, facts_.constraint_bytes += bytes;
+    facts_.pressure_launches = launches, facts_.pressure_starts = starts, facts_.constraint_bytes += bytes;
   }
 
   void weigh() override {

@@ -1,5 +1,6 @@
-// Gives free bodies back the momenta that their constraints' projections take: angular momentum, because a projection
-// acts where it moves a particle to (of first order in the substep), and in float both, by rounding places.
+// Gives free bodies back the momenta that their constraints' projections take: angular momentum, where a correction is
+// too large to go along the gradient where the substep began (kernels/direction.h), or comes after Desbrun's filter,
+// and both by rounding.
 #pragma once
 #include <algorithm>
 #include <vector>

@@ -104,7 +104,7 @@ class Hand {
     }
   }
 
-  void project(const Points<R>& p, const R* w, bool fresh) const {
+  void project(const Displaced<R>& p, const R* w, bool fresh) const {
     for (const One& one : all_)
       if (!one.taken.is_held())
         parallel_for(executor_, 1,

@@ -16,10 +16,10 @@ template <class Executor, class R>
 class Levels {
  public:
   /// `finest`: of the model. `fused`: particles follow the levels in their visits (see down()), otherwise before them.
-  /// `by_hand`: then either may be asked for.
-  Levels(const Executor& executor, const std::vector<Level>& levels, Sweep<Executor, R>& finest, int threads,
-         bool fused, bool by_hand = false) {
-    finest.make_memory(threads);
+  /// `islands`: the first particle of each connected body. `by_hand`: then either may be asked for.
+  Levels(const Executor& executor, const std::vector<Level>& levels, const Sweep<Executor, R>& finest, int threads,
+         bool fused, const std::vector<int>& islands, bool by_hand = false)
+      : islands_(islands), origins_(islands.size()) {
     seconds_.assign(levels.size(), 0);
     for (std::size_t l = 0; l < levels.size(); ++l) {
       const auto lay_out = [&](const auto& finer, Laid* down) {
@@ -42,12 +42,21 @@ class Levels {
   /// What a finest visit that predicts adds.
   MeansOf<R> down() const { return of(down_, levels_.front()); }
   /// Where the last finest visits leave what the next prediction will be.
-  UpTo<R> up() const { return up(levels_.front()); }
+  UpTo<R> up() const {
+    UpTo<R> up = this->up(levels_.front());
+    up.origins = origins_.points();
+    return up;
+  }
 
-  /// The finest level arrives, from where particles are foreseen: `finest` knows their patches.
+  /// Before a step: rounding is to be small beside bodies, wherever they are.
+  void take_origins(const Executor& executor, const Points<R>& x) const {
+    parallel_for(executor, static_cast<int>(islands_.size()), TakeOrigins<R>{x, islands_.data(), origins_.points()});
+  }
+  /// The finest level arrives, where a visit that predicts will take its particles: `finest` knows their patches.
   template <class Team>
-  void restrict_from(const Team& team, const Sweep<Executor, R>& finest, const Foreseen<R>& particles) const {
-    restrict_to(team, finest, particles, levels_.front());
+  void foresee(const Team& team, const Sweep<Executor, R>& finest, const Visit<R>& visit) const {
+    const Particles<R>& all = visit.particles;
+    restrict_to(team, finest, {all.p, all.v, all.w, origins_.points(), visit.dt, visit.gravity}, levels_.front());
   }
   /// The same after visits that left it.
   template <class Team>
@@ -61,14 +70,15 @@ class Levels {
     Lap lap(leads(team) ? &seconds_ : nullptr);
     for (std::size_t l = 1; l < levels_.size(); ++l) {
       const Own& finer = levels_[l - 1];
-      restrict_to(team, finer.sweep, {finer.b.points(), {}, finer.w.data(), R(0), {}}, levels_[l]);
+      restrict_to(team, finer.sweep, {finer.arrives(), {}, finer.w.data(), {}, R(0), {}}, levels_[l]);
       lap(l);
     }
     for (std::size_t l = levels_.size(); l-- > 0;) {
       const Own& own = levels_[l];
       CoarseVisit<R> visit{};
       own.sweep.fill(visit);
-      visit.b = own.b.points(), visit.p = own.p.points(), visit.w = own.w.data();
+      visit.x = own.x.points(), visit.arrival = own.arrival.points(), visit.d = own.d.points();
+      visit.w = own.w.data();
       if (own.columns)
         visit.delta = own.delta.points();
       else
@@ -85,10 +95,10 @@ class Levels {
   /// Predicted particles p, which then follow.
   template <class Team>
   void move(const Team& team, const Sweep<Executor, R>& finest, const Particles<R>& all) const {
-    restrict_from(team, finest, {all.p, {}, all.w, R(0), {}});
+    restrict_to(team, finest, {all.p, {}, all.w, origins_.points(), R(0), {}}, levels_.front());
     sweep(team);
     const Laid& laid = before_.bytes() > 0 ? before_ : down_;
-    parallel_groups(team, 0, laid.pieces(), {}, AddMeans<R>{of(laid, levels_.front()), all.p});
+    parallel_groups(team, 0, laid.pieces(), {}, AddMeans<R>{of(laid, levels_.front()), all.p.d});
   }
 
   std::vector<LevelFacts> facts() const {
@@ -145,7 +155,8 @@ class Levels {
 
   struct Own {
     Sweep<Executor, R, KindList<Coarse>> sweep;
-    PointArray<Executor, R> b, p;  // b: and parts of means
+    PointArray<Executor, R> x, arrival;  // and parts of means
+    PointArray<Executor, R> d;
     PointArray<Executor, R> delta;
     ScatteredArray<Executor, R> delta_rows;  // one of the two
     Array<Executor, R> w;
@@ -156,7 +167,7 @@ class Levels {
 
     Own(const Executor& executor, const Level& level, const MeanParts& means, bool in_columns, int threads)
         : sweep(executor, level.model, threads),
-          p(level.model.x),
+          d(level.model.x.size()),
           up(means.plan),
           parts(means.begin),
           columns(in_columns) {
@@ -168,7 +179,7 @@ class Levels {
       for (const int mean : means.mean) at.push_back(level.particle[mean]);
       std::vector<R> inverse(level.model.w.begin(), level.model.w.end());
       inverse.resize(n + kSlotPack);  // a pack that starts at the last particle stays inside
-      b = PointArray<Executor, R>(places);
+      x = PointArray<Executor, R>(places), arrival = PointArray<Executor, R>(places.size());
       if (columns)
         delta = PointArray<Executor, R>(n);
       else
@@ -176,21 +187,25 @@ class Levels {
       w = Array<Executor, R>(inverse);
       place = Array<Executor, int>(all), rank = Array<Executor, int>(ranks), joined = Array<Executor, int>(at);
     }
+    Displaced<R> arrives() const { return {x.points(), arrival.points(), {}}; }
     std::size_t bytes() const {
-      std::size_t sum = b.bytes() + p.bytes() + delta.bytes() + delta_rows.bytes() + w.bytes() + place.bytes() +
-                        rank.bytes() + up.bytes() + down.bytes() + joined.bytes() + parts.bytes() + sweep.facts().bytes;
+      std::size_t sum = x.bytes() + arrival.bytes() + d.bytes() + delta.bytes() + delta_rows.bytes() + w.bytes() +
+                        place.bytes() + rank.bytes() + up.bytes() + down.bytes() + joined.bytes() + parts.bytes() +
+                        sweep.facts().bytes;
       for (const SetFacts& set : sweep.set_facts()) sum += set.bytes;
       return sum;
     }
   };
 
   static MeansOf<R> of(const Laid& down, const Own& level) {
-    if (!level.columns) return {down.view(), {}, {level.delta_rows.points().of}};
+    if (!level.columns) return {down.view(), {}, {level.delta_rows.points().of, nullptr}};
     const Points<R> delta = level.delta.points();
-    return {down.view(), {delta.x, delta.y, delta.z, nullptr}, {}};
+    return {down.view(), Columns<R>{delta.x, delta.y, delta.z, nullptr, nullptr, nullptr, nullptr}, {}};
   }
 
-  static UpTo<R> up(const Own& level) { return {level.up.view(), level.place.data(), level.b.points()}; }
+  static UpTo<R> up(const Own& level) {
+    return {level.up.view(), level.place.data(), level.x.points(), level.arrival.points(), {}};
+  }
 
   template <class Team, class Finer>
   static void restrict_to(const Team& team, const Finer& finer, const Foreseen<R>& particles, const Own& level) {
@@ -200,10 +215,12 @@ class Levels {
   }
   template <class Team>
   static void join_parts(const Team& team, const Own& level) {
-    const AddParts<R> add{level.joined.data(), level.parts.data(), level.b.points()};
+    const AddParts<R> add{level.joined.data(), level.parts.data(), level.x.points(), level.arrival.points()};
     parallel_pieces(team, static_cast<int>(level.joined.size()), kPiece, add);
   }
 
+  Array<Executor, int> islands_;
+  PointArray<Executor, R> origins_;  // of each, in a step
   std::deque<Own> levels_;
   mutable std::vector<double> seconds_;  // of each
   Laid down_, before_;                   // before_: what follows before the visits, where down_ is of those

@@ -33,9 +33,10 @@ class Limits {
   }
 
   /// The largest over-elongation, in lengths.
-  double excess(const Points<R>& p) const {
+  template <class At>
+  double excess(const At& p) const {
     return parallel_reduce<Largest>(executor_, static_cast<int>(longest_.size()),
-                                    MeasureExcess<R>{p, ends_.data(), longest_.data()})
+                                    MeasureExcess<R, At>{p, ends_.data(), longest_.data()})
         .value;
   }
   std::size_t bytes() const { return ends_.bytes() + longest_.bytes(); }

@@ -16,19 +16,19 @@ class LongRange {
     reach_ = Array<Executor, R>(std::vector<R>(set.reach.begin(), set.reach.end()));
   }
 
-  void project(const Points<R>& p, const R* w) const {
-    parallel_for(executor_, static_cast<int>(particle_.size()), limits(p, w));
+  void project(const Displaced<R>& p, const R* w) const {
+    parallel_for(executor_, static_cast<int>(particle_.size()), LimitReach<R>{reaches(w), p});
   }
   /// The farthest that a particle is beyond a reach, over that reach: what contacts took back.
-  double beyond(const Points<R>& p, const R* w) const {
-    return parallel_reduce<Largest>(executor_, static_cast<int>(particle_.size()), MeasureBeyondReach<R>{limits(p, w)})
+  double beyond(const Points<R>& x, const R* w) const {
+    return parallel_reduce<Largest>(executor_, static_cast<int>(particle_.size()), MeasureBeyondReach<R>{reaches(w), x})
         .value;
   }
   std::size_t bytes() const { return particle_.bytes() + begin_.bytes() + anchor_.bytes() + reach_.bytes(); }
 
  private:
-  LimitReach<R> limits(const Points<R>& p, const R* w) const {
-    return {p, w, particle_.data(), begin_.data(), anchor_.data(), reach_.data()};
+  PinReaches<R> reaches(const R* w) const {
+    return {w, particle_.data(), begin_.data(), anchor_.data(), reach_.data()};
   }
 
   Executor executor_;

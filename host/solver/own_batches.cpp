@@ -8,6 +8,7 @@
 #include "host/error.h"
 #include "host/mesh/vectors.h"
 #include "host/model/colour.h"
+#include "kernels/direction.h"
 
 namespace malha {
 
@@ -86,20 +87,28 @@ void evaluate(const OwnConstraint& constraint, const OwnBatch& batch) {
 }
 
 void project(const OwnConstraint& constraint, int count, const int* number, double h, const double* w, double* lambda,
-             Vec3* x) {
+             const Vec3* start, Vec3* x) {
   const int k = constraint.arity;
   const double alpha = constraint.compliance / (h * h);
   std::vector<double> C(count, 0);
   std::vector<Vec3> gradient(static_cast<std::size_t>(count) * k, Vec3{0, 0, 0});
+  std::vector<Vec3> along = gradient;
+  evaluate(constraint, {count, start, number, C.data(), along.data()});
   evaluate(constraint, {count, x, number, C.data(), gradient.data()});
   for (int c = 0; c < count; ++c) {
-    double sum = 0;
-    for (int j = c * k; j < (c + 1) * k; ++j) sum += w[j] * dot(gradient[j], gradient[j]);
+    double sum = 0, now = 0, way = 0, size = 0;
+    for (int j = c * k; j < (c + 1) * k; ++j) {
+      sum += w[j] * dot(gradient[j], along[j]), now += w[j] * dot(gradient[j], gradient[j]);
+      way = std::max(way, w[j] * norm(along[j])), size = std::max(size, norm(minus(start[j], start[c * k])));
+    }
+    // Of one particle alone there is no size: its direction is that where it is.
+    const bool small = sum > 0 && std::abs(C[c]) * way <= kSmall * size * sum;
+    if (!small) sum = now;
     if (!(sum > 0)) continue;  // nothing can move, or C has no slope: as of a constraint that does not act now
     const double change = (-C[c] - alpha * lambda[c]) / (sum + alpha);
     lambda[c] += change;
     for (int j = c * k; j < (c + 1) * k; ++j)
-      for (int axis = 0; axis < 3; ++axis) x[j][axis] += w[j] * gradient[j][axis] * change;
+      for (int axis = 0; axis < 3; ++axis) x[j][axis] += w[j] * (small ? along : gradient)[j][axis] * change;
   }
 }
 

@@ -44,17 +44,19 @@ class OwnConstraints {
     return all;
   }
 
-  void project(const Points<R>& p, const R* w, bool fresh) {
+  void project(const Displaced<R>& p, const R* w, bool fresh) {
     for (Set& set : sets_) {
       if (fresh) std::fill(set.lambda.begin(), set.lambda.end(), 0.0);
       for (int b = 0; b < set.batches.count(); ++b) {
         const int first = set.batches.begin[b], number = set.batches.begin[b + 1] - first;
         const std::size_t from = static_cast<std::size_t>(first) * set.of.arity;
         const int particles = number * set.of.arity;
+        const std::vector<Vec3> start = gather(set, p.x, w, from, particles);
         std::vector<Vec3> x = gather(set, p, w, from, particles);
         std::vector<double> own(particles);
         Memory<Executor>::copy_out(set.w.data() + from, own.size(), own.data());
-        malha::project(set.of, number, &set.batches.number[first], h_, own.data(), &set.lambda[first], x.data());
+        malha::project(set.of, number, &set.batches.number[first], h_, own.data(), &set.lambda[first], start.data(),
+                       x.data());
         std::vector<Vector3<double>> there;
         for (const Vec3& a : x) there.push_back({a[0], a[1], a[2]});
         Memory<Executor>::copy_in(there.data(), there.size(), set.place.data() + from);
@@ -94,9 +96,10 @@ class OwnConstraints {
     std::vector<double> lambda;
   };
 
-  std::vector<Vec3> gather(const Set& set, const Points<R>& x, const R* w, std::size_t from, int count) const {
+  template <class At>
+  std::vector<Vec3> gather(const Set& set, const At& x, const R* w, std::size_t from, int count) const {
     parallel_for(executor_, count,
-                 GatherOwn<R>{x, w, set.list.data() + from, set.place.data() + from, set.w.data() + from});
+                 GatherOwn<R, At>{x, w, set.list.data() + from, set.place.data() + from, set.w.data() + from});
     std::vector<Vector3<double>> there(count);
     Memory<Executor>::copy_out(set.place.data() + from, there.size(), there.data());
     std::vector<Vec3> places;

@@ -1,6 +1,7 @@
 #include "host/solver/patch_layout.h"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 
 #include "host/model/colour.h"
@@ -76,11 +77,28 @@ class Cutter {
     piece_.patch.slots = spares_ + spares_a_pack();
   }
 
+  /// Of a level there is one: its places are from the origins of bodies already.
+  int body_of(int i) const {
+    const auto& islands = model_.islands;
+    return islands.empty()
+               ? 0
+               : static_cast<int>(std::upper_bound(islands.begin(), islands.end(), i) - islands.begin()) - 1;
+  }
+
   void add_segments() {
+    for (const int i : particles_) origin_.try_emplace(body_of(i), i);
     const auto at = [this](std::size_t n) {
       const int i = particles_[n], phase = touches_.phase[patch_];
       const bool movable = model_.w[i] > 0;
-      return Segment{i,      slot_[n], 1, !movable || touches_.first[i] >= phase, !movable || touches_.last[i] <= phase,
+      const int body = body_of(i);
+      const bool alone = !movable || touches_.last[i] < 0;
+      return Segment{i,
+                     slot_[n],
+                     1,
+                     origin_.at(body),
+                     body,
+                     alone || touches_.first[i] == phase,
+                     alone || touches_.last[i] == phase,
                      movable};
     };
     for (std::size_t n = 0; n < particles_.size(); ++n) {
@@ -88,7 +106,8 @@ class Cutter {
       if (!piece_.segments.empty()) {
         Segment& last = piece_.segments.back();
         if (last.global + last.count == next.global && last.local + last.count == next.local &&
-            last.first == next.first && last.last == next.last && last.movable == next.movable) {
+            last.body == next.body && last.first == next.first && last.last == next.last &&
+            last.movable == next.movable) {
           ++last.count;
           continue;
         }
@@ -192,6 +211,7 @@ class Cutter {
   int begin_ = 0, end_ = 0;     // the particles of the patch itself
   std::vector<int> particles_;  // with the neighbours, in the order of their slots
   std::vector<int> slot_;       // of each
+  std::map<int, int> origin_;   // of each body, one of them
   int spares_ = 0;              // behind all of them: what the padding of gathered batches reads and writes
   std::vector<std::uint8_t> class_of_slot_;
   PatchLayout piece_;

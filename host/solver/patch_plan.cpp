@@ -86,6 +86,10 @@ class Planner {
       }
     }
     touches_.phase = phase_;
+    // Those before the last phase are visited back, from their last one to the first.
+    const int end = phase_.empty() ? 0 : *std::max_element(phase_.begin(), phase_.end());
+    for (int i = 0; i < particles; ++i)
+      if (touches_.last[i] != end && touches_.last[i] >= 0) touches_.last[i] = touches_.first[i];
     plan_.shared = static_cast<int>(std::count(shared.begin(), shared.end(), true));
   }
 
@@ -143,6 +147,15 @@ class Planner {
 };
 
 }  // namespace
+
+std::vector<PhaseVisit> visits_of(int phases) {
+  std::vector<PhaseVisit> all;
+  const int turn = phases - 2;
+  for (int phase = 0; phase <= turn; ++phase) all.push_back({phase, true, phase == turn});
+  for (int phase = turn - 1; phase >= 0; --phase) all.push_back({phase, false, true});
+  if (phases > 0) all.push_back({phases - 1, true, true});
+  return all;
+}
 
 int PatchPlan::width() const {
   int width = 0;

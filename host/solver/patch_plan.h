@@ -33,6 +33,16 @@ struct PatchPlan {
   std::size_t bytes() const;  // of patches, segments and batches
 };
 
+/// A visit to the patches of a phase: which ways it goes through their constraints.
+struct PhaseVisit {
+  int phase;
+  bool there, back;
+  int sweeps() const { return there + back; }
+};
+
+/// Those of an iteration, in their order (kernels/visit.h).
+std::vector<PhaseVisit> visits_of(int phases);
+
 /// Depends on the model alone, not on `threads`.
 PatchPlan plan_patches(const Model& model, int threads = 1);
 

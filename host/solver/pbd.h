@@ -18,8 +18,7 @@ class Pbd final : public Stepper<Executor, R> {
  public:
   /// `threads`: of the executor.
   Pbd(const Model& model, const Executor& executor, int threads)
-      : Base(model, executor, threads, true, asks_nothing_between(model) && model.scene.solver.iterations > 1),
-        threads_(threads) {
+      : Base(model, executor, threads, true), threads_(threads) {
     this->facts_.fused = this->nothing_between();
     lay_out_levels();
     const bool steady = model.damped.empty() && model.moved.empty() && !model.scene.wind;
@@ -43,6 +42,8 @@ class Pbd final : public Stepper<Executor, R> {
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
+    for (const auto& levels : levels_)
+      if (levels) levels->take_origins(executor_, this->particles().x);
     if (this->touched() || this->watched()) return this->advance_from(0);
     if (!this->facts_.whole_steps) return this->advance_from(this->facts_.flies ? fly(h) : 0);
     this->substep_ = 0;
@@ -101,7 +102,9 @@ class Pbd final : public Stepper<Executor, R> {
     this->facts_.level_seconds += seconds([&] {
       const std::vector<Level> levels = make_levels(model_, w, threads_);
       auto& own = levels_.emplace_back();
-      if (!levels.empty()) own.emplace(executor_, levels, *sweep_, threads_, this->alone(), model_.by_hand);
+      if (levels.empty()) return;
+      ++this->facts_.level_layouts;
+      own.emplace(executor_, levels, *sweep_, threads_, this->alone(), model_.islands, model_.by_hand);
     });
   }
 
@@ -150,15 +153,14 @@ class Pbd final : public Stepper<Executor, R> {
     const bool watched = speed < INFINITY;
     const int iterations = model_.scene.solver.iterations;
     if (this->free_) this->timed(Pass::Correction, [&] { this->free_->before(this->particles()); });
-    const Visit<R> plain = sweep_->visit(this->particles(), h, this->to_R(model_.scene.gravity));
+    const Visit<R> plain = this->visit(h);
     const Particles<R>& all = plain.particles;
-    const Foreseen<R> foreseen{all.x, all.v, all.w, plain.dt, plain.gravity};
     this->timed(Pass::Visits, [&] {
       const auto visits = [&](const auto& team) {
         for (int s = 0; s < substeps; ++s) {
           const auto* levels = levels_at(this->substep_ + s);
           const auto* next = s + 1 < substeps ? levels_at(this->substep_ + s + 1) : nullptr;
-          if (levels && s == 0) levels->restrict_from(team, *sweep_, foreseen);
+          if (levels && s == 0) levels->foresee(team, *sweep_, plain);
           if (levels) levels->sweep(team);
           for (int iteration = 0; iteration < iterations; ++iteration) {
             Visit<R> visit = plain;
@@ -177,7 +179,7 @@ class Pbd final : public Stepper<Executor, R> {
         }
       };
       const auto key = [&] {
-        std::string text = key_from(all.x.x, all.v.x, all.p.x, all.w, plain.dt, plain.gravity.x, plain.gravity.y,
+        std::string text = key_from(all.x.x, all.v.x, all.p.d.x, all.w, plain.dt, plain.gravity.x, plain.gravity.y,
                                     plain.gravity.z, substeps);
         for (int s = 0; s < substeps; ++s) text += key_from(levels_at(this->substep_ + s));
         return text;

@@ -21,11 +21,11 @@ class Pressure {
     const double h = solver.dt / solver.substeps;
     compliant_ = set.compliance.has_value();
     compliance_ = set.compliance.value_or(0), alpha_ = compliance_ / (h * h);
-    stiffness_ = stiffness_per_projection(set.stiffness, solver);
+    stiffness_ = stiffness_per_projection(set.stiffness, solver, 1);
     lay_out_fans(model.count(), set);
     const PointArray<Serial, double> rest(model.x);
     rest_ = parallel_reduce<Sum>(Serial{}, triangles_,
-                                 EnclosedVolume<double>{rest.points(), corners_on_host_.data(), origin_})
+                                 EnclosedVolume<Points<double>>{rest.points(), corners_on_host_.data(), origin_})
                 .value;
     target_ = set.volume_ratio * rest_;
     lay_out_most(model, set);
@@ -42,34 +42,32 @@ class Pressure {
     return body;
   }
 
-  void start_substep() { Memory<Executor>::fill(state_.data(), 1, PressureState{}); }
-
-  void project(const Points<R>& p, const R* w) {
-    const auto items = static_cast<int>(particle_.size());
+  /// The gradient there. A filter lets no spike grow, and needs no clamp.
+  void start_substep(const Displaced<R>& p, const R* w, bool filtered) {
     PressureState* const state = state_.data();
-    parallel_reduce_into(executor_, triangles_, EnclosedVolume<R>{p, corners_.data(), origin_}, &state->volume);
-    find_gradient(p, w, most_.data());
-    parallel_reduce_into(executor_, items, MeasureInertia<R>{state, p, w, particle_.data(), origin_}, &state->inertia);
-    parallel_for(executor_, 1, PushPressure<R>{state, p, origin_, target_, compliant_, alpha_, stiffness_});
-    parallel_for(executor_, items, ApplyPressure<R>{p, w, particle_.data(), grad_.points(), state});
+    const PressureGradient<R> find{fans(Started<R>{p}), w, particle_.data(), filtered ? nullptr : most_.data(),
+                                   grad_.points()};
+    parallel_reduce_into(executor_, items(), find, &state->sums);
+    if (!filtered)
+      parallel_reduce_into(executor_, items(), MeasureInertia<R>{state, p, w, particle_.data(), origin_},
+                           &state->inertia);
+    parallel_for(executor_, 1, StartPressure{state});
   }
 
-  /// The same in two parts. Between them a filter answers the `force` that the gradient at x is by how far it moves
-  /// particles, `way` (host/solver/desbrun.h). A gradient is not clamped: a filter lets no spike grow.
-  void put(const Points<R>& x, const R* w, const Points<R>& force) {
-    find_gradient(x, w, nullptr);
-    parallel_for(executor_, static_cast<int>(particle_.size()),
-                 PutPressure<R>{particle_.data(), grad_.points(), force});
+  void project(const Displaced<R>& p, const R* w) {
+    find_push(p, w, {});
+    parallel_for(executor_, items(), ApplyPressure<R>{p, w, particle_.data(), grad_.points(), state_.data(), origin_});
   }
-  void push(const Points<R>& p, const R* w, const Points<R>& force, const Points<R>& way) {
-    PressureState* const state = state_.data();
-    parallel_reduce_into(executor_, triangles_, EnclosedVolume<R>{p, corners_.data(), origin_}, &state->volume);
-    find_gradient(p, w, nullptr);
-    parallel_reduce_into(executor_, static_cast<int>(particle_.size()),
-                         SumAlongPressure<R>{particle_.data(), grad_.points(), force, way}, &state->sums);
-    parallel_for(executor_, 1, PushPressure<R>{state, p, origin_, target_, compliant_, alpha_, stiffness_});
+
+  /// The same in two parts. Between them a filter answers the `force` that the gradient at the start is by how far it
+  /// moves particles, `way` (host/solver/desbrun.h).
+  void put(const Points<R>& force) {
+    parallel_for(executor_, items(), PutPressure<R>{particle_.data(), grad_.points(), force});
+  }
+  void push(const Displaced<R>& p, const Points<R>& way) {
+    find_push(p, nullptr, way);
     parallel_for(executor_, static_cast<int>(members_.size()),
-                 ApplyFilteredPressure<R>{p, way, members_.data(), state});
+                 ApplyFilteredPressure<R>{p, way, members_.data(), state_.data()});
   }
 
   /// Enclosed volume over the rest volume.
@@ -86,14 +84,21 @@ class Pressure {
   }
 
  private:
-  /// `most`: see PressureGradient.
-  void find_gradient(const Points<R>& at, const R* w, const R* most) {
-    const PressureGradient<R> find{at,   w,       particle_.data(), begin_.data(), around_.data(),
-                                   most, origin_, grad_.points()};
-    parallel_reduce_into(executor_, static_cast<int>(particle_.size()), find, &state_.data()->sums);
+  int items() const { return static_cast<int>(particle_.size()); }
+  template <class At>
+  Fans<R, At> fans(const At& p) const {
+    return {p, begin_.data(), around_.data(), origin_};
+  }
+  void find_push(const Displaced<R>& p, const R* w, const Points<R>& way) {
+    PressureState* const state = state_.data();
+    parallel_reduce_into(executor_, triangles_, EnclosedVolume<Displaced<R>>{p, corners_.data(), origin_},
+                         &state->volume);
+    parallel_reduce_into(executor_, items(), SumAlongPressure<R>{fans(p), particle_.data(), grad_.points(), w, way},
+                         &state->along);
+    parallel_for(executor_, 1, PushPressure{state, target_, compliant_, alpha_, stiffness_});
   }
   double volume(const Points<R>& p) const {
-    return parallel_reduce<Sum>(executor_, triangles_, EnclosedVolume<R>{p, corners_.data(), origin_}).value;
+    return parallel_reduce<Sum>(executor_, triangles_, EnclosedVolume<Points<R>>{p, corners_.data(), origin_}).value;
   }
 
   /// For every particle the pairs (j, k) of its triangles (i, j, k), so that gradients are gathered, not scattered.

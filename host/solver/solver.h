@@ -92,6 +92,7 @@ struct SolverFacts {
   std::vector<SetFacts> sets;      // in the order of projection
   std::vector<LevelFacts> levels;  // the finest first
   std::size_t level_bytes = 0;
+  int level_layouts = 0;                                 // one more for each set of pins that lets go
   double level_seconds = 0;                              // of set-up
   std::optional<FilterFacts> filter;                     // Desbrun's
   std::optional<SelfFacts> self;                         // of self-collision
@@ -103,6 +104,7 @@ struct SolverFacts {
   std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths
   std::size_t force_launches = 0;                        // of a sum of Desbrun's forces
   std::size_t pressure_launches = 0;                     // of one projection of all pressures
+  std::size_t pressure_starts = 0;                       // launches of theirs where a substep begins
   double colour_seconds = 0;                             // of set-up: phases of patches, runs, colours
   double layout_seconds = 0;                             // particles and constraints laid out
   double constraint_seconds = 0, collision_seconds = 0;  // colours and layout of constraints; environment meshes
@@ -110,7 +112,8 @@ struct SolverFacts {
   int long_range = 0, attachments = 0;                   // particles that hang on pins, and on how many in all
   int air_particles = 0;                                 // that have faces in the air
   std::size_t particle_bytes = 0, constraint_bytes = 0, collision_bytes = 0;
-  std::int64_t projections_per_step = 0;  // single constraints, pressure counted once a body, contacts not
+  // Single constraints, those of batches there and back; pressure counted once a body, contacts not.
+  std::int64_t projections_per_step = 0;
 };
 
 /// Of a scene that names sleep.

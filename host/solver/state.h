@@ -18,6 +18,7 @@
 #include "host/error.h"
 #include "host/mesh.h"
 #include "host/model/solver_of.h"
+#include "kernels/particles.h"
 
 namespace malha {
 
@@ -26,17 +27,30 @@ template <class R>
 struct State {
   std::int64_t steps = 0;
   std::vector<std::array<R, 3>> x, v;
-  ContactMemory seen{};              // empty without environment
-  std::vector<std::int64_t> rest{};  // of sleep, empty without
-  SelfMemory<R> self{};              // empty where no edges meet edges
-  EdgeMemory<R> edges{};             // empty without edges of the environment
+  ContactMemory seen{};                 // empty without environment
+  std::vector<std::int64_t> rest{};     // of sleep, empty without
+  SelfMemory<R> self{};                 // empty where no edges meet edges
+  EdgeMemory<R> edges{};                // empty without edges of the environment
+  std::vector<std::array<R, 3>> low{};  // what x lacks of the positions, of a type that carries it
 };
+
+/// x of a state, and what it lacks of these places (m).
+template <class R>
+void put_places(const std::vector<Vec3>& places, State<R>& state) {
+  for (const Vec3& place : places) {
+    std::array<R, 3> x, low;
+    for (int k = 0; k < 3; ++k) x[k] = R(place[k]), low[k] = R(place[k] - double(x[k]));
+    state.x.push_back(x);
+    if constexpr (kCarries<R>) state.low.push_back(low);
+  }
+}
 
 /// Of the first step, at rest at these places (m).
 template <class R>
 State<R> state_at_rest(const std::vector<Vec3>& places) {
   State<R> state;
-  for (const Vec3& x : places) state.x.push_back({R(x[0]), R(x[1]), R(x[2])}), state.v.push_back({0, 0, 0});
+  put_places(places, state);
+  state.v.assign(places.size(), {0, 0, 0});
   return state;
 }
 
@@ -65,13 +79,14 @@ std::string save_state(const State<R>& state, const Contacts& contacts) {
     take(state.self.contact_distance), take(state.self.search);
     take(state.edges.from), take(state.edges.way), take(state.edges.contact_distance), take(state.edges.serves);
   };
-  std::size_t most = 3 * sizeof state.steps + 2 * state.x.size() * sizeof state.x[0];
+  std::size_t most = 3 * sizeof state.steps + (2 * state.x.size() + state.low.size()) * sizeof state.x[0];
   most += contacts.box_count() * sizeof(WordBox) + contacts.most_places() * sizeof(PlaceSeen) +
           contacts.near_count() * sizeof(SeenOfPair);
   of_all([&](const auto& values) { most += values.size() * sizeof values[0]; });
   bytes.reserve(most);
   const auto append = [&](const auto& values) { detail::append(bytes, values); };
   append(std::vector<std::int64_t>{state.steps}), append(state.x), append(state.v);
+  append(state.low);
   append(std::vector<std::int64_t>{static_cast<std::int64_t>(contacts.box_count()),
                                    static_cast<std::int64_t>(contacts.near_count())});
   contacts.tell(append);
@@ -155,6 +170,7 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, std::
                  state.self.x0.empty() ? "finite numbers" : "numbers up to 1e18");
   };
   check_numbers(state.x, "positions"), check_numbers(state.v, "velocities");
+  check_numbers(state.low, "remainders of positions");
   check_numbers(state.self.x0, "parted positions");
   check_numbers(state.self.from, "positions of a search"), check_numbers(state.self.way, "ways of a search");
   for (const auto& a : state.self.from)
@@ -186,10 +202,11 @@ template <class R>
 State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std::vector<int>& triangles = {},
                     const std::string& file = "checkpoint") {
   State<R> state;
-  const std::size_t searches = sizes.searched > 0 ? 1 : 0;
+  const std::size_t searches = sizes.searched > 0 ? 1 : 0, carries = kCarries<R> ? sizes.particles : 0;
   constexpr std::size_t two = 2 * sizeof(std::int64_t);
   // Where it says how many boxes there are, and how many pairs are near.
-  const std::size_t counts_at = sizeof state.steps + 6 * sizes.particles * sizeof(R), words = words_of(sizes.particles);
+  const std::size_t counts_at = sizeof state.steps + (6 * sizes.particles + 3 * carries) * sizeof(R),
+                    words = words_of(sizes.particles);
   std::int64_t counts[2] = {0, 0};
   if (bytes.size() >= counts_at + two) std::memcpy(counts, bytes.data() + counts_at, two);
   const auto boxes = static_cast<std::int64_t>(sizes.meshes * words);
@@ -216,6 +233,7 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   const char* from = bytes.data() + sizeof state.steps;
   from = detail::take(from, sizes.particles, state.x);
   from = detail::take(from, sizes.particles, state.v);
+  from = detail::take(from, carries, state.low);
   from = detail::take(from + two, box_count, state.seen.boxes);
   from = detail::take(from, places, state.seen.places);
   from = detail::take(from, near, state.seen.near);
@@ -273,6 +291,7 @@ State<R> carried(const State<R>& before, const std::vector<int>& from) {
   State<R> state{before.steps, {}, {}, {}, before.rest, {}, {}};
   for (const int i : from) {
     state.x.push_back(before.x[i]), state.v.push_back(before.v[i]);
+    if (!before.low.empty()) state.low.push_back(before.low[i]);
     if (!before.self.x0.empty()) state.self.x0.push_back(before.self.x0[i]);  // a split leaves all in its place
   }
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);
@@ -287,7 +306,8 @@ template <class R>
 State<R> displaced(const State<R>& before, std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
   State<R> state{steps, {}, {}, {}, {}, {}, {}};
   const auto to_R = [](const Vec3& a) { return std::array<R, 3>{R(a[0]), R(a[1]), R(a[2])}; };
-  for (std::size_t i = 0; i < x.size(); ++i) state.x.push_back(to_R(x[i])), state.v.push_back(to_R(v[i]));
+  put_places(x, state);
+  for (const Vec3& one : v) state.v.push_back(to_R(one));
   if (!before.rest.empty()) state.rest = {0, -1};
   if (!before.self.x0.empty()) state.self.x0 = state.x;
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);

@@ -65,7 +65,7 @@ class Stepper : public Solver {
 
   double time() const final { return steps_ * model_.scene.solver.dt; }
   std::int64_t steps() const final { return steps_; }
-  std::vector<Vec3> positions() const final { return in_user_order(x_.download(), model_.user_of); }
+  std::vector<Vec3> positions() const final { return in_user_order(places(), model_.user_of); }
   std::vector<Vec3> velocities() const final { return in_user_order(v_.download(), model_.user_of); }
   const SolverFacts& facts() const final { return facts_; }
   const std::array<double, kPassNames.size()>& pass_seconds() const final { return seconds_; }
@@ -73,8 +73,8 @@ class Stepper : public Solver {
   void restore(const std::string& bytes, const std::string& file) final {
     const State<R> saved = load(bytes, x_.size(), file);
     steps_ = saved.steps, crossings_step_ = -1;
-    x_.upload(saved.x), p_.upload(saved.x);  // pins are read from p, and may have been moved by hand
-    v_.upload(saved.v);
+    x_.upload(saved.x), v_.upload(saved.v), d_.upload(std::vector<Vec3>(saved.x.size(), Vec3{0, 0, 0}));
+    if constexpr (kCarries<R>) low_.upload(saved.low);
     if (hand_) hand_->let_go_of_all(w_.data());
     leave_out_what_is_taken();
     if (moved_) moved_->hold(time(), w_.data());
@@ -83,7 +83,7 @@ class Stepper : public Solver {
     if (sleeper_) own_ ? sleeper_->wake() : sleeper_->remember(saved.rest);
     if (self_) self_->remember(saved.self);
     if (edges_) edges_->remember(saved.self.x0, saved.edges);
-    guard_.restart(particles(), x_.download());
+    guard_.restart(particles(), places());
   }
   void adopt(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
              const std::array<double, kPassNames.size()>& seconds) final {
@@ -108,8 +108,8 @@ class Stepper : public Solver {
     double farthest = 0;
     for (std::size_t k = 0; k < particles.size(); ++k) {
       const auto i = static_cast<std::size_t>(list[k]);
-      farthest = std::max(farthest, norm(minus(to[k], x_.get(i))));
-      for (const PointArray<Executor, R>* points : {&x_, &p_}) points->set(i, to[k]);
+      farthest = std::max(farthest, norm(minus(to[k], place_of(i))));
+      put(i, to[k]);
     }
     guard_.moved(farthest);
     crossings_step_ = -1;
@@ -119,7 +119,7 @@ class Stepper : public Solver {
   void change_gravity() final {
     gravity_ = norm(model_.scene.gravity);
     weigh();
-    guard_.restart(particles(), x_.download());  // heights weigh otherwise now
+    guard_.restart(particles(), places());  // heights weigh otherwise now
     guard_.driven(gravity_ * model_.scene.solver.dt);
     wake();
   }
@@ -140,7 +140,7 @@ class Stepper : public Solver {
   void take(const Taken& what) final {
     if (!hand_) throw InputError("pull, hold: found a simulation without by_hand; allowed: one that is made with it");
     const int i = hand_->number_of(what, model_, w_.data(), laid_out_for_pins());
-    const Vec3 x = x_.get(i), way = minus(what.to, x);
+    const Vec3 x = place_of(i), way = minus(what.to, x);
     what.is_held() ? guard_.moved(norm(way)) : guard_.gave(i, hand_->work(i, what, x));
     if (what.is_held() && !hand_->has(i)) v_.set(i, {0, 0, 0});
     hand_->take(i, what, x, w_.data());
@@ -165,7 +165,7 @@ class Stepper : public Solver {
 
   Measures measure() const final {
     Measures m = measure_motion(executor_, particles(), model_.scene.gravity);
-    const std::vector<Vec3> x = x_.download();
+    const std::vector<Vec3> x = places();
     measure_constraints(on_host(executor_), model_, x, m);
     measure_tetrahedra(on_host(executor_), model_, x, m);
     for (const auto& pressure : pressures_) {
@@ -185,7 +185,7 @@ class Stepper : public Solver {
     return m;
   }
   StrainSample strains() const final {
-    StrainSample sample = sample_strains(on_host(executor_), model_, lengths_, x_.download());
+    StrainSample sample = sample_strains(on_host(executor_), model_, lengths_, places());
     if (long_range_) sample.beyond = long_range_->beyond(x_.points(), w_.data());
     return sample;
   }
@@ -201,15 +201,15 @@ class Stepper : public Solver {
     const double step = static_cast<double>(facts_.projections_per_step) + lengths + contacts + 4000;
     return std::clamp(static_cast<int>(std::ceil(6 * lengths / (0.01 * step))), 1, 128);
   }
-  std::int64_t crossings() const final { return crossings_at(x_.download()); }
+  std::int64_t crossings() const final { return crossings_at(places()); }
 
  protected:
-  /// `threads`: of the executor. `keeps`: see Sweep; a method that needs no sweep lays out none.
-  Stepper(const Model& model, const Executor& executor, int threads, bool sweeps, bool keeps)
+  /// `threads`: of the executor. A method that needs no sweep lays out none.
+  Stepper(const Model& model, const Executor& executor, int threads, bool sweeps)
       : executor_(executor), model_(model), gravity_(norm(model.scene.gravity)), guard_(executor, model) {
     facts_.layout_seconds = seconds([&] { lay_out_particles(); });
     facts_.constraint_seconds = seconds([&] {
-      if (sweeps) sweep_.emplace(executor, model, threads, keeps);
+      if (sweeps) sweep_.emplace(executor, model, threads);
       for (const PressureSet& set : model.pressures) pressures_.emplace_back(executor, model, set);
     });
     if (sweep_) facts_.colour_seconds = sweep_->facts().plan_seconds;
@@ -228,7 +228,6 @@ class Stepper : public Solver {
     if (self_ && collider_) kinematic_.emplace(executor, model.x.size());
     if (self_) objects_ = fastest_object(model, model.scene.solver.dt / model.scene.solver.substeps);
     if (model.by_hand) hand_.emplace(executor, model);
-    if (hand_ && sweep_) sweep_->make_memory(threads);
     note_facts();
   }
 
@@ -283,6 +282,13 @@ class Stepper : public Solver {
   virtual void predict(double h) = 0;
   /// What happens between prediction and the first projection, contacts known.
   virtual void correct(const Particles<R>& /*all*/) {}
+  /// At the start of a substep, all where it begins.
+  virtual void start_pressures(const Particles<R>& all) {
+    if (!pressures_.empty())
+      timed(Pass::Pressure, [&] {
+        for (auto& pressure : pressures_) pressure.start_substep(all.p, all.w, false);
+      });
+  }
   /// One projection of all pressures.
   virtual void press(const Particles<R>& all) {
     for (auto& pressure : pressures_) pressure.project(all.p, all.w);
@@ -310,13 +316,13 @@ class Stepper : public Solver {
     if (predicts_the_state()) return;
     const auto go_on = [&](const Questions& asked) {
       if (!edges_ && !free_ && visits_follow(model_, facts_))
-        early_.begin(executor_, *sweep_, sweep_->visit_between(all, h, to_R(model_.scene.gravity), true), asked);
+        early_.begin(executor_, *sweep_, visit_between(h, true), asked);
     };
     if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h, go_on); });
     if (self_) self_->start_substep();
     if (edges_) timed(Pass::Edges, [&] { edges_->find(all, start, start + h); });
     correct(all);
-    for (auto& pressure : pressures_) pressure.start_substep();
+    start_pressures(all);
     if (!model_.sets.empty() || !nothing_between())
       for (int iteration = 0; iteration < model_.scene.solver.iterations; ++iteration) {
         project(all, start, h, iteration == 0);
@@ -324,13 +330,12 @@ class Stepper : public Solver {
       }
     if (collider_) timed(Pass::Collision, [&] { collider_->put_before_meshes(all); });
     hold_apart(all);
-    if (self_ && collider_) timed(Pass::SelfCollision, [&] { self_->forget_lifts(all); });
+    if (self_) timed(Pass::SelfCollision, [&] { self_->note_held(all, bool(collider_)); });
     timed(Pass::State, [&] {
       lost_.update(executor_, all, h, substep_);
       if (looks_at_places()) refuse(lost_.in(substep_));
     });
-    if (collider_) timed(Pass::Contact, [&] { collider_->restitute(all, 2 * h * gravity_, h); });
-    if ((self_ || edges_) && collider_ && collider_->bounces()) hold_bounces(all);
+    if (collider_) bounce(all, h);
     if (self_) timed(Pass::SelfCollision, [&] { self_->settle(all, h, objects_); });
     if (edges_) timed(Pass::Edges, [&] { edges_->settle(all); });
     arrived(h);
@@ -340,12 +345,12 @@ class Stepper : public Solver {
     malha::hold_apart(self_, edges_, collider_, kinematic_, all,
                       [&](Pass pass, const auto& work) { timed(pass, work); });
   }
-  /// Nor where what bounces goes the rest of its way, from p, where the substep ended, to x.
-  void hold_bounces(const Particles<R>& all) {
-    timed(Pass::State, [&] { parallel_for(executor_, all.count, SwapPoints<R>{all.x, all.p}); });
-    collider_->end_motion();
-    hold_apart(all);
-    timed(Pass::State, [&] { parallel_for(executor_, all.count, CopyPoints<R, Points<R>, Points<R>>{all.p, all.x}); });
+  /// What bounces goes the rest of its way, from where the substep ended.
+  void bounce(const Particles<R>& all, double h) {
+    timed(Pass::Contact, [&] { collider_->restitute(all, 2 * h * gravity_, h); });
+    if (!collider_->bounces()) return;
+    if (self_ || edges_) collider_->end_motion(), hold_apart(all);
+    timed(Pass::State, [&] { parallel_for(executor_, all.count, ArriveAll<R>{all.p}); });
   }
 
   /// Pins whose time is over let go, and nothing that they pressed together is shot apart.
@@ -366,7 +371,35 @@ class Stepper : public Solver {
     return {w.begin(), w.begin() + model_.count()};
   }
 
-  Particles<R> particles() const { return {model_.count(), x_.points(), v_.points(), p_.points(), w_.data()}; }
+  Particles<R> particles() const {
+    return {model_.count(), x_.points(), v_.points(), {x_.points(), d_.points(), low_.points()}, w_.data()};
+  }
+  /// In the solver's order, with what x lacks of them.
+  std::vector<Vec3> places() const {
+    std::vector<Vec3> all = x_.download();
+    if constexpr (kCarries<R>) {
+      const std::vector<Vec3> low = low_.download();
+      for (std::size_t i = 0; i < all.size(); ++i)
+        for (int k = 0; k < 3; ++k) all[i][k] += low[i][k];
+    }
+    return all;
+  }
+  Visit<R> visit(double h) const { return sweep_->visit(particles(), h, to_R(model_.scene.gravity)); }
+  /// Where other passes come between, visits neither predict nor update.
+  Visit<R> visit_between(double h, bool fresh) const {
+    Visit<R> between = visit(h);
+    between.fresh = fresh;
+    return between;
+  }
+  Vec3 place_of(std::size_t i) const {
+    Vec3 place = x_.get(i);
+    if constexpr (kCarries<R>) for (int k = 0; k < 3; ++k) place[k] += low_.get(i)[k];
+    return place;
+  }
+  void put(std::size_t i, const Vec3& place) {
+    x_.set(i, place), d_.set(i, {0, 0, 0});
+    if constexpr (kCarries<R>) low_.set(i, minus(place, x_.get(i)));
+  }
   /// Without -0, which packs do not keep either.
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
@@ -383,7 +416,7 @@ class Stepper : public Solver {
   void guard(bool now = false) {
     timed(model_.scene.solver.type == "pbd" && nothing_between() ? Pass::Visits : Pass::State, [&] {
       const auto wrong = guard_.watch(
-          particles(), steps_, [&] { return x_.download(); }, [&] { return v_.download(); }, now);
+          particles(), steps_, [&] { return places(); }, [&] { return v_.download(); }, now);
       if (wrong)
         throw Diverged("step " + std::to_string(steps_) + " (t = " + std::to_string(time()) + " s): " + *wrong);
     });
@@ -415,8 +448,8 @@ class Stepper : public Solver {
 
   Executor executor_;
   const Model& model_;
-  double gravity_, objects_ = 0;  // m/s^2; m/s: the fastest that objects move
-  PointArray<Executor, R> x_, v_, p_;
+  double gravity_, objects_ = 0;             // m/s^2; m/s: the fastest that objects move
+  PointArray<Executor, R> x_, v_, d_, low_;  // see Particles
   std::optional<Sweep<Executor, R>> sweep_;
   std::vector<Pressure<Executor, R>> pressures_;
   OptionalPart<FreeBodies<Executor, R>, built("corrector")> free_;
@@ -445,13 +478,20 @@ class Stepper : public Solver {
 
   void lay_out_particles() {
     x_ = PointArray<Executor, R>(model_.x), v_ = PointArray<Executor, R>(model_.v);
-    p_ = PointArray<Executor, R>(model_.x);
+    d_ = PointArray<Executor, R>(model_.x.size());
+    if constexpr (kCarries<R>) {
+      State<R> start;
+      put_places(model_.x, start);
+      low_ = PointArray<Executor, R>(model_.x.size()), low_.upload(start.low);
+    }
     std::vector<R> w(model_.w.begin(), model_.w.end());
     w.resize(w.size() + kSlotPack);  // a pack that starts at the last particle stays inside
     w_ = Array<Executor, R>(w);
   }
   State<R> state() const {
-    return {steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>(), {}, {}};
+    State<R> now{steps_, x_.template download<std::array<R, 3>>(), v_.template download<std::array<R, 3>>()};
+    if constexpr (kCarries<R>) now.low = low_.template download<std::array<R, 3>>();
+    return now;
   }
 
   /// With what the next step needs beside it, but for contacts.
@@ -479,9 +519,7 @@ class Stepper : public Solver {
   /// Contacts last: what leaves the iteration is outside the environment.
   void project(const Particles<R>& all, double start, double h, bool fresh) {
     if (free_ && !alone()) timed(Pass::Correction, [&] { free_->before_projection(all, h); });
-    if (!model_.sets.empty())
-      timed(Pass::Projection,
-            [&] { early_.go_on(*sweep_, sweep_->visit_between(all, h, to_R(model_.scene.gravity), fresh)); });
+    if (!model_.sets.empty()) timed(Pass::Projection, [&] { early_.go_on(*sweep_, visit_between(h, fresh)); });
     if (!pressures_.empty()) timed(Pass::Pressure, [&] { press(all); });
     if (free_ && !alone()) timed(Pass::Correction, [&] { free_->after_projection(all, h); });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
@@ -494,8 +532,8 @@ class Stepper : public Solver {
   }
 
   void note_facts() {
-    facts_.particle_bytes =
-        x_.bytes() + v_.bytes() + p_.bytes() + w_.bytes() + bytes_of(moved_) + bytes_of(free_) + bytes_of(damping_);
+    facts_.particle_bytes = x_.bytes() + v_.bytes() + d_.bytes() + low_.bytes() + w_.bytes() + bytes_of(moved_) +
+                            bytes_of(free_) + bytes_of(damping_);
     facts_.constraint_bytes += bytes_of(breakable_) + bytes_of(attachments_);
     facts_.air_bytes = bytes_of(air_), facts_.long_range_bytes = bytes_of(long_range_);
     for_each_isa([&]<class Isa>(Isa) {
@@ -506,9 +544,10 @@ class Stepper : public Solver {
     facts_.attachments = static_cast<int>(model_.long_range.anchor.size());
     facts_.air_particles = static_cast<int>(model_.air.particle.size());
     std::int64_t projections = static_cast<std::int64_t>(pressures_.size()) + facts_.attachments;
-    for (const SetFacts& set : facts_.sets) facts_.constraint_bytes += set.bytes, projections += set.constraints;
+    for (const SetFacts& set : facts_.sets)
+      facts_.constraint_bytes += set.bytes, projections += kThereAndBack * std::int64_t{set.constraints};
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
-    facts_.pressure_launches = 5 * pressures_.size();
+    facts_.pressure_launches = 4 * pressures_.size(), facts_.pressure_starts = 3 * pressures_.size();
     note_collision();
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }

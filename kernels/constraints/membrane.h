@@ -71,14 +71,15 @@ struct Membrane {
   }
 
   /// One step of the three constraints: `move` in m/w, p += w move. `alpha`: 1 / (Y dt^2). `sum`: their multipliers so
-  /// far in this substep, to which it adds.
+  /// far in this substep, to which it adds. The matrix of the step is that at p, which differs from its product with
+  /// the gradients at x, where the substep began, by the turn of a substep: what that leaves is a later projection's.
   ///
   /// The gradients turn with R. Of slivers and of unequal masses that are crushed, a step by them would turn R by
   /// radians and gain a thousand times the energy that there was: a step stops where it has turned it by 0.2 (of random
   /// starts the energy then grows by less than an eighth), and the next one does what is left.
   template <class S, class Mask>
-  KERNEL static void step(const Vector3<S> (&p)[3], const S (&w)[3], const S* rest, const Mask& held, S alpha,
-                          S (&sum)[3], Vector3<S> (&move)[3]) {
+  KERNEL static void step(const Vector3<S> (&p)[3], const Vector3<S> (&x)[3], const S (&w)[3], const S* rest,
+                          const Mask& held, S alpha, S (&sum)[3], Vector3<S> (&move)[3]) {
     using R = typename RealOf<S>::type;
     const Deformed<S> now(p, rest, held);
     const typename Deformed<S>::Masses B(now.q, w);
@@ -91,7 +92,10 @@ struct Membrane {
       dlambda[m] = dlambda[m] * part;
       sum[m] = sum[m] + dlambda[m];
     }
+    Vector3<S> along[3];
     now.pull(dlambda, move);
+    Deformed<S>(x, rest, held).pull(dlambda, along);
+    go_along(w, along, x, move);
   }
 
   /// The filter sees both columns of F times sqrt(A w / Y), as springs of the stiffness w = Y / (1 - nu), the

@@ -10,6 +10,7 @@
 // not the rest shape, and jitter where stiff; here both are solved for at once, with the curvature that C_D's gradient
 // leaves out: the rest shape stays as it is, to the bit of a rounding.
 #pragma once
+#include "kernels/direction.h"
 #include "kernels/log.h"
 #include "kernels/project_constraint.h"
 
@@ -91,14 +92,14 @@ struct NeoHookean {
   /// sum_D, sum_H of their multipliers so far in this substep, to which it adds.
   ///
   /// A move by G P (G: the gradients of F's columns) changes F by at most b P, b >= sum w G G^T. With
-  ///   P = y cof F - x F, x = d / k, y = (tau - alpha~ sum_H) / k, d = I / (1 + I) - alpha~ sum_D / |F|,
+  ///   P = y cof F - s F, s = d / k, y = (tau - alpha~ sum_H) / k, d = I / (1 + I) - alpha~ sum_D / |F|,
   ///   tau (mu/lambda + b/k |cof F|^2) = gamma - J + b/k (3 J d + alpha~ sum_H |cof F|^2)
   /// C_H's equation holds after the step. k, the stiffness against which it is made, is the material's own inertia
   /// alpha~, so that small steps are exact, but at least 3/2 b, that of shear, which F and cof F both meet: a step does
   /// not overshoot. P F^T is symmetric: angular momentum is kept.
   template <class S, class Mask>
-  KERNEL static void step(const Vector3<S> (&p)[4], const S (&w)[4], const S* rest, const Mask& held, S alpha,
-                          S (&sum)[2], Vector3<S> (&move)[4]) {
+  KERNEL static void step(const Vector3<S> (&p)[4], const Vector3<S> (&x)[4], const S (&w)[4], const S* rest,
+                          const Mask& held, S alpha, S (&sum)[2], Vector3<S> (&move)[4]) {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
     const Deformed<S> now(p, rest, held);
@@ -111,9 +112,12 @@ struct NeoHookean {
     const S c2 = now.cofactor2();
     const S needed = now.gamma(r) - now.J + part * (S(R(3)) * now.J * left_D + met_H * c2);
     const S tau = needed / select(moves, r + part * c2, one);
-    const S x = select(moves, left_D * per_k, zero), y = select(moves, (tau - met_H) * per_k, zero);
-    sum[0] = sum[0] + x * size, sum[1] = sum[1] + y;
-    now.pull(y, x, move);
+    const S shrink = select(moves, left_D * per_k, zero), stretch = select(moves, (tau - met_H) * per_k, zero);
+    sum[0] = sum[0] + shrink * size, sum[1] = sum[1] + stretch;
+    now.pull(stretch, shrink, move);
+    Vector3<S> along[4];
+    Deformed<S>(x, rest, held).pull(stretch, shrink, along);
+    go_along(w, along, x, move);
   }
 
  private:

@@ -132,8 +132,8 @@ struct Plate {
   /// XPBD's step of all three at once, in the angles: fewer numbers than in the positions. No particle goes beyond its
   /// reach, as with `bending`.
   template <class S, class Mask>
-  KERNEL static void step(const Vector3<S> (&p)[6], const S (&w)[6], const S* rest, const Mask& held, S alpha,
-                          S (&sum)[3], Vector3<S> (&move)[6]) {
+  KERNEL static void step(const Vector3<S> (&p)[6], const Vector3<S> (&x)[6], const S (&w)[6], const S* rest,
+                          const Mask& held, S alpha, S (&sum)[3], Vector3<S> (&move)[6]) {
     using R = typename RealOf<S>::type;
     const Folds<S> now(p, rest, held);
     S C[3], turn[3][3], A[3][3], dlambda[3];
@@ -154,6 +154,9 @@ struct Plate {
     S pull[3], way2 = S(R(0));
     now.pulls(rest, held, dlambda, pull);
     now.gather(pull, move);
+    Vector3<S> along[6];
+    Folds<S>(x, rest, held).gather(pull, along);
+    go_along(w, along, x, move);
     for (int j = 0; j < 6; ++j) way2 = larger(way2, w[j] * w[j] * dot(move[j], move[j]));
     const S one(R(1)), part = one / larger(root(way2) * select(held, rest[per_reach], one), one);
     for (int m = 0; m < 3; ++m) sum[m] = sum[m] + dlambda[m] * part;

@@ -30,7 +30,8 @@ Runner malha_runner(const Case& which, const Schedule& schedule, const RunsOn& o
   runner.row.library = "malha", runner.row.version = version();
   runner.row.schedule = schedule, runner.row.threads = threads;
   runner.row.particles = simulation->model().count();
-  runner.row.constraints = simulation->solver().facts().projections_per_step / schedule.projections();
+  for (const SetFacts& set : simulation->solver().facts().sets) runner.row.constraints += set.constraints;
+  runner.row.projections = simulation->solver().facts().projections_per_step;
   runner.row.levels = static_cast<int>(simulation->solver().facts().levels.size());
   const RunTimes& times = simulation->times();
   runner.row.setup_seconds = setup_parts(simulation->model(), simulation->solver().facts());
@@ -57,6 +58,7 @@ Runner bullet_runner(const Case& which) {
   runner.row.schedule = schedule;
   runner.row.particles = static_cast<std::int64_t>(cloth->points.size());
   runner.row.constraints = static_cast<std::int64_t>(cloth->links.size());
+  runner.row.projections = runner.row.constraints * schedule.projections();
   runner.step = [soft, dt = scene.solver.dt] { soft->step(dt); };
   runner.look = [soft, cloth](Row& row) {
     const std::vector<Vec3> positions = soft->positions();
@@ -121,8 +123,8 @@ std::vector<Row> measure(Case which, const MeasuringOptions& timing,
 
 namespace {
 
-constexpr double kRead = 28, kWritten = 24;            // bytes a particle: x, w, v read; x, v written
-constexpr double kReadAgain = 16, kWrittenAgain = 12;  // of a further iteration: x, w; x
+constexpr double kRead = 40, kWritten = 36;  // bytes a particle: x with what it lacks, v, w read; all but w written
+constexpr double kReadAgain = 40, kWrittenAgain = 12;  // of a further iteration: x, w, how far it went; that
 
 /// A grid's pattern gives the particles of its constraints, and a few rest lengths serve all of them.
 double constraint_bytes(const Row& row) { return row.case_name == "grid" ? 0 : 8; }
@@ -136,10 +138,11 @@ double working_set_bytes(const Row& row) {
 void set_floor(Row& row, double triad_gb_per_s, double root_ns, int cores) {
   row.working_set_bytes = working_set_bytes(row);
   row.triad_gb_per_s = triad_gb_per_s;
-  const double per_particle = static_cast<double>(row.constraints) / static_cast<double>(row.particles);
-  const int iterations = row.schedule.iterations;
-  const double particle = (kRead + kWritten + (iterations - 1) * (kReadAgain + kWrittenAgain)) / iterations;
-  row.floor_memory_ns = (particle / per_particle + constraint_bytes(row)) / triad_gb_per_s;
+  const int iterations = row.schedule.iterations, substeps = row.schedule.substeps;
+  const double each = kRead + kWritten + (iterations - 1) * (kReadAgain + kWrittenAgain);
+  const double bytes = static_cast<double>(row.particles) * each +
+                       static_cast<double>(row.constraints) * iterations * constraint_bytes(row);
+  row.floor_memory_ns = bytes * substeps / static_cast<double>(row.projections) / triad_gb_per_s;
   row.floor_operations_ns = row.on_device() ? 0 : root_ns / std::min(row.threads, cores);
 }
 

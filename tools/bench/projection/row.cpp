@@ -19,9 +19,7 @@ const Row* find(const std::vector<Row>& rows, const Row& like, int threads, Test
 
 }  // namespace
 
-double Row::ns(double seconds) const {
-  return seconds * 1e9 / (static_cast<double>(constraints) * schedule.projections());
-}
+double Row::ns(double seconds) const { return seconds * 1e9 / static_cast<double>(projections); }
 double Row::step_ms() const { return median(step_seconds) * 1e3; }
 double Row::ns_per_projection() const { return ns(median(step_seconds)); }
 double Row::ns_min() const { return ns(*std::min_element(step_seconds.begin(), step_seconds.end())); }

@@ -15,6 +15,7 @@ struct Row {
   int n = 0;        // particles a side, or particles where irregular
   double side = 0;  // particles a side
   std::int64_t particles = 0, constraints = 0;
+  std::int64_t projections = 0;  // single constraints, of a step
   std::string library, version;
   std::string backend = "openmp";  // of malha
   bool on_device() const { return backend == "cuda"; }

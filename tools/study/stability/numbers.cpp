@@ -119,8 +119,8 @@ Section substeps_failure(Cells& cells, Json& rows) {
       formatted("With %g substeps float is %.2g m from double in malha and %.2g m in a plain sweep, whose velocities "
                 "are differences of rounded positions; the sheet itself falls by %.2g m.",
                 most, ours.at(most), plain.at(most), 0.5 * kGravity * 0.25),
-      "What guards: malha keeps the velocity that it predicted with and adds what constraints changed; \"precision\": "
-      "\"double\"."};
+      "What guards: malha moves displacements, which are as small as a substep, and carries on what rounding takes of "
+      "places; \"precision\": \"double\"."};
   return section;
 }
 
@@ -143,8 +143,9 @@ Section distance_failure(Cells& cells, Json& rows) {
       formatted("At %s m float is %.2g m wrong, where its numbers are %.2g m apart, and double %.2g m.",
                 short_number(most).c_str(), lines.lines[0].at(most), std::nextafter(float(most), 1e30f) - float(most),
                 lines.lines[1].at(most)),
-      "What guards: run, plan and reports say where rounding alone may strain an edge by more than a thousandth; "
-      "\"precision\": \"double\", or a scene moved to the origin."};
+      "What guards: malha moves displacements, and carries on what rounding takes of places. Of contacts and of "
+      "Desbrun's method, which know places alone, run, plan and reports say where a thousandth of an edge is lost; "
+      "there \"precision\": \"double\" helps, or a scene moved to the origin."};
   return section;
 }
 
