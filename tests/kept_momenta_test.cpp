@@ -186,7 +186,8 @@ Scene random_flight(Random& random) {
 struct WarnedFlights {
   double below = 0, near = 0;
 };
-/// What the warning says of a flight, and by how much rounding changes the velocity in it, m/s.
+/// Flies a scene through; returns the drift that the warning foretells, and by how much rounding changed the velocity,
+/// m/s.
 std::pair<Drift, double> warned_and_drifted(const Scene& scene) {
   Simulation simulation(scene, {.threads = 1});
   const Drift drift = worst_drift(simulation.model());
