@@ -50,7 +50,7 @@ class NearASurface {
     memory_.make_room(Serial{}, count_, static_cast<int>(words_of(static_cast<std::size_t>(count_))));
     const Nearby<float> nearby = memory_.view();
     const Surroundings<float> all{&mesh_, 1, particles(), &nearby};
-    std::vector<unsigned long long> bits(static_cast<std::size_t>((count_ + kWord - 1) / kWord), 0);
+    std::vector<unsigned long long> bits(words_of(static_cast<std::size_t>(count_)), 0);
     for (int i = 0; i < count_; ++i) bits[i / kWord] |= 1ull << i % kWord;
     if (by_lists) {
       std::vector<unsigned long long> once(bits.size()), lifted(bits.size());

@@ -47,7 +47,7 @@ struct Extent {
   }
 };
 
-/// What a body is here.
+/// A body at the start, as a heavy one or a light one: its extent, its mass, and what moves or damps it.
 struct Placed : Extent {
   double mass = 0;                   // kg
   int weighed = 0;                   // particles that are not pinned
@@ -60,7 +60,7 @@ struct Placed : Extent {
   bool bounces(double thickness) const { return free && height() > thickness; }
 };
 
-/// Whether pins hold a body, but none of them for ever.
+/// Returns whether pins hold a body, and all of them let it go some time.
 bool is_let_go(const BodySpec& body) {
   return !body.pins.empty() && std::ranges::all_of(body.pins, [](const Pin& pin) { return pin.until.has_value(); });
 }
