@@ -5,6 +5,7 @@
 #include <numeric>
 #include <string>
 
+#include "host/base/disjoint_sets.h"
 #include "host/base/parallel_tasks.h"
 #include "host/error.h"
 #include "host/model/colour.h"
@@ -67,30 +68,52 @@ class Planner {
       for (const int i : list) shared[i] = model_.w[i] > 0;
     UsedColours used(particles);
     phase_.resize(count);
-    touches_.first.assign(particles, std::numeric_limits<int>::max());
-    touches_.last.assign(particles, -1);
-    std::vector<int> places;
     for (int k = 0; k < count; ++k) {
-      const auto& begin = model_.patches.begin;
-      places.clear();
-      for (int i = begin[k]; i < begin[k + 1]; ++i)
-        if (shared[i]) places.push_back(i);
-      for (const int i : neighbours_[k])
-        if (shared[i]) places.push_back(i);
+      const std::vector<int> places = shared_places(k, shared);
       const int n = static_cast<int>(places.size());
       phase_[k] = used.lowest_free(places.data(), n);
       used.use(phase_[k], places.data(), n);
-      for (const int i : places) {
+    }
+    visit_last_together();
+    touches_.first.assign(particles, std::numeric_limits<int>::max());
+    touches_.last.assign(particles, -1);
+    for (int k = 0; k < count; ++k)
+      for (const int i : shared_places(k, shared)) {
         touches_.first[i] = std::min(touches_.first[i], phase_[k]);
         touches_.last[i] = std::max(touches_.last[i], phase_[k]);
       }
-    }
     touches_.phase = phase_;
     // Those before the last phase are visited back, from their last one to the first.
     const int end = phase_.empty() ? 0 : *std::max_element(phase_.begin(), phase_.end());
     for (int i = 0; i < particles; ++i)
       if (touches_.last[i] != end && touches_.last[i] >= 0) touches_.last[i] = touches_.first[i];
     plan_.shared = static_cast<int>(std::count(shared.begin(), shared.end(), true));
+  }
+
+  /// The particles of a patch that others visit too.
+  std::vector<int> shared_places(int k, const std::vector<bool>& shared) const {
+    std::vector<int> places;
+    const auto& begin = model_.patches.begin;
+    for (int i = begin[k]; i < begin[k + 1]; ++i)
+      if (shared[i]) places.push_back(i);
+    std::copy_if(neighbours_[k].begin(), neighbours_[k].end(), std::back_inserter(places),
+                 [&](int i) { return shared[i]; });
+    return places;
+  }
+
+  /// Of patches that share particles, directly or by others, the last phase is visited after its turn. It becomes that
+  /// of all: otherwise the order within one body would hang on how many phases another has.
+  void visit_last_together() {
+    const int count = model_.patches.count();
+    DisjointSets together(count);
+    for (int k = 0; k < count; ++k)
+      for (const int i : neighbours_[k])
+        if (model_.w[i] > 0) together.join(k, patch_of_[i]);
+    std::vector<int> last(count, 0);
+    for (int k = 0; k < count; ++k) last[together.root(k)] = std::max(last[together.root(k)], phase_[k]);
+    const int end = count > 0 ? *std::max_element(last.begin(), last.end()) : 0;
+    for (int k = 0; k < count; ++k)
+      if (phase_[k] == last[together.root(k)]) phase_[k] = end;
   }
 
   /// The pieces one after the other, phase by phase.
