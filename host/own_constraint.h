@@ -23,7 +23,8 @@ struct OwnConstraint {
   int arity = 2;               ///< k: particles of each
   std::vector<int> particles;  ///< k a constraint, different ones; numbered as in Simulation::positions() at the start
   double compliance = 0;       ///< >= 0, XPBD's alpha: C^2 / (2 alpha) is an energy in J
-  // Called by the thread that steps, never by two at once. It must depend on its arguments alone, or runs differ.
+  // Called by the thread that steps, never by two at once: for each batch where a substep begins, and once or twice in
+  // each of its iterations. It must depend on its arguments alone, or runs differ.
   std::function<void(const OwnBatch&)> evaluate;
 };
 

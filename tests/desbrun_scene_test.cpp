@@ -51,7 +51,10 @@ TEST(DistanceLimits, WithoutToleranceAreTheSameBitsAsWithOneOfZero) {
   EXPECT_NE(hash(limited(6, 0.0)), hash(limited(7))) << "they are not met by then";
 }
 
-TEST(DistanceLimits, ThatAreMetAtOnceCostOneIteration) { EXPECT_EQ(hash(limited(50, 1e9)), hash(limited(1))); }
+TEST(DistanceLimits, ThatAreMetAtOnceCostOneIteration) {
+  EXPECT_EQ(hash(limited(50, 1e9)), hash(limited(2, 1e9)));
+  EXPECT_NE(hash(limited(50, 1e9)), hash(limited(2)));
+}
 
 TEST(DistanceLimits, StopAtTheSameIterationOnAnyNumberOfThreads) {
   Scene scene = limited(200, 0.02);

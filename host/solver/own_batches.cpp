@@ -87,13 +87,11 @@ void evaluate(const OwnConstraint& constraint, const OwnBatch& batch) {
 }
 
 void project(const OwnConstraint& constraint, int count, const int* number, double h, const double* w, double* lambda,
-             const Vec3* start, Vec3* x) {
+             const Vec3* start, const Vec3* along, Vec3* x) {
   const int k = constraint.arity;
   const double alpha = constraint.compliance / (h * h);
   std::vector<double> C(count, 0);
   std::vector<Vec3> gradient(static_cast<std::size_t>(count) * k, Vec3{0, 0, 0});
-  std::vector<Vec3> along = gradient;
-  evaluate(constraint, {count, start, number, C.data(), along.data()});
   evaluate(constraint, {count, x, number, C.data(), gradient.data()});
   for (int c = 0; c < count; ++c) {
     double sum = 0, now = 0, way = 0, size = 0;
@@ -108,7 +106,7 @@ void project(const OwnConstraint& constraint, int count, const int* number, doub
     const double change = (-C[c] - alpha * lambda[c]) / (sum + alpha);
     lambda[c] += change;
     for (int j = c * k; j < (c + 1) * k; ++j)
-      for (int axis = 0; axis < 3; ++axis) x[j][axis] += w[j] * (small ? along : gradient)[j][axis] * change;
+      for (int axis = 0; axis < 3; ++axis) x[j][axis] += w[j] * (small ? along[j] : gradient[j])[axis] * change;
   }
 }
 

@@ -44,24 +44,15 @@ class OwnConstraints {
     return all;
   }
 
+  /// An iteration: there and back over all batches but the last, then that one. A batch is met exactly at once, so
+  /// that at each turn one projection is enough.
   void project(const Displaced<R>& p, const R* w, bool fresh) {
     for (Set& set : sets_) {
-      if (fresh) std::fill(set.lambda.begin(), set.lambda.end(), 0.0);
-      for (int b = 0; b < set.batches.count(); ++b) {
-        const int first = set.batches.begin[b], number = set.batches.begin[b + 1] - first;
-        const std::size_t from = static_cast<std::size_t>(first) * set.of.arity;
-        const int particles = number * set.of.arity;
-        const std::vector<Vec3> start = gather(set, p.x, w, from, particles);
-        std::vector<Vec3> x = gather(set, p, w, from, particles);
-        std::vector<double> own(particles);
-        Memory<Executor>::copy_out(set.w.data() + from, own.size(), own.data());
-        malha::project(set.of, number, &set.batches.number[first], h_, own.data(), &set.lambda[first], start.data(),
-                       x.data());
-        std::vector<Vector3<double>> there;
-        for (const Vec3& a : x) there.push_back({a[0], a[1], a[2]});
-        Memory<Executor>::copy_in(there.data(), there.size(), set.place.data() + from);
-        parallel_for(executor_, particles, ScatterOwn<R>{p, w, set.list.data() + from, set.place.data() + from});
-      }
+      const int last = set.batches.count() - 1;
+      if (fresh) start(set, p.x, w);
+      for (int b = 0; b < last; ++b) project(set, b, p, w);
+      for (int b = last - 2; b >= 0; --b) project(set, b, p, w);
+      project(set, last, p, w);
     }
   }
 
@@ -94,7 +85,45 @@ class OwnConstraints {
     Array<Executor, Vector3<double>> place;
     Array<Executor, double> w;
     std::vector<double> lambda;
+    std::vector<Vec3> start, along;  // particles where the substep began (m), and gradients there
   };
+
+  /// The constraints of batch b.
+  struct Piece {
+    int first, count;  // of its constraints
+    std::size_t from;  // its first particle in the lists
+    int particles;
+    Piece(const Set& set, int b)
+        : first(set.batches.begin[b]),
+          count(set.batches.begin[b + 1] - first),
+          from(static_cast<std::size_t>(first) * set.of.arity),
+          particles(count * set.of.arity) {}
+  };
+
+  void start(Set& set, const Points<R>& x, const R* w) const {
+    std::fill(set.lambda.begin(), set.lambda.end(), 0.0);
+    set.start = gather(set, x, w, 0, static_cast<int>(set.batches.list.size()));
+    set.along.assign(set.start.size(), Vec3{0, 0, 0});
+    std::vector<double> C(set.lambda.size(), 0);
+    for (int b = 0; b < set.batches.count(); ++b) {
+      const Piece of(set, b);
+      evaluate(set.of,
+               {of.count, &set.start[of.from], &set.batches.number[of.first], &C[of.first], &set.along[of.from]});
+    }
+  }
+
+  void project(Set& set, int b, const Displaced<R>& p, const R* w) const {
+    const Piece of(set, b);
+    std::vector<Vec3> x = gather(set, p, w, of.from, of.particles);
+    std::vector<double> own(of.particles);
+    Memory<Executor>::copy_out(set.w.data() + of.from, own.size(), own.data());
+    malha::project(set.of, of.count, &set.batches.number[of.first], h_, own.data(), &set.lambda[of.first],
+                   &set.start[of.from], &set.along[of.from], x.data());
+    std::vector<Vector3<double>> there;
+    for (const Vec3& a : x) there.push_back({a[0], a[1], a[2]});
+    Memory<Executor>::copy_in(there.data(), there.size(), set.place.data() + of.from);
+    parallel_for(executor_, of.particles, ScatterOwn<R>{p, w, set.list.data() + of.from, set.place.data() + of.from});
+  }
 
   template <class At>
   std::vector<Vec3> gather(const Set& set, const At& x, const R* w, std::size_t from, int count) const {

@@ -42,12 +42,20 @@ class Pbd final : public Stepper<Executor, R> {
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    for (const auto& levels : levels_)
-      if (levels) levels->take_origins(executor_, this->particles().x);
-    if (this->touched() || this->watched()) return this->advance_from(0);
-    if (!this->facts_.whole_steps) return this->advance_from(this->facts_.flies ? fly(h) : 0);
+    const auto take_origins = [&] {
+      for (const auto& levels : levels_)
+        if (levels) levels->take_origins(executor_, this->particles().x);
+    };
+    if (this->touched() || this->watched() || !this->facts_.whole_steps) {
+      take_origins();
+      const bool flies = this->facts_.flies && !this->touched() && !this->watched();
+      return this->advance_from(flies ? fly(h) : 0);
+    }
     this->substep_ = 0;
-    this->repeat_step("visits", [&] { visit_patches(h, solver.substeps); });
+    this->repeat_step("visits", [&] {
+      take_origins();
+      visit_patches(h, solver.substeps);
+    });
     require_visited();
     this->give_back_momenta();
     ++this->steps_;
