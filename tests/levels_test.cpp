@@ -394,11 +394,18 @@ TEST(Levels, HoldASheetThatHangsOverABall) {
   EXPECT_LE(levels.penetration_max, 1e-6);
 }
 
-/// Small bodies, bodies that nothing holds, and other constraints than distance.
+/// Bodies of fewer than 12 edges from their pins, those with more sweeps than edges, and those that nothing holds.
 TEST(Levels, AreNotThereWhereTheyHelpNobody) {
-  Scene small = hung_sheet(sheet_of(40), kAutoLevels), loose = hung_sheet(sheet_of(70), kAutoLevels);
+  const auto hung = [](int edges, int substeps, int iterations) {
+    Scene scene = hung_sheet(sheet_of(edges + 1), kAutoLevels);
+    scene.solver.substeps = substeps, scene.solver.iterations = iterations;
+    return scene;
+  };
+  for (const Scene& scene : {hung(12, 10, 1), hung(12, 6, 2), hung(40, 40, 1), hung(40, 20, 2)})
+    EXPECT_FALSE(Simulation(scene, {.threads = 1}).solver().facts().levels.empty());
+  Scene small = hung(11, 10, 1), often = hung(40, 41, 1), again = hung(40, 7, 6), loose = hung(69, 10, 1);
   loose.bodies[0].pins.clear();
-  for (Scene* scene : {&small, &loose}) {
+  for (Scene* scene : {&small, &often, &again, &loose}) {
     Simulation automatic(*scene, {.threads = 1});
     scene->solver.levels = 0;
     Simulation off(*scene, {.threads = 1});

@@ -100,15 +100,15 @@ TEST(WarningOfSag, ComesWhereverASheetHangsFrom) {
   SolverSpec solver;
   Attachment corners;
   corners.at = ListPin{{0, 32}}, corners.compliance = 1e-9;
-  for (const int substeps : {3, 64}) {
+  for (const int substeps : {2, 64}) {
     solver.substeps = substeps;
     Scene by_springs = sheet_of(33, false, solver), by_its_middle = sheet_of(17, false, solver);
     by_springs.bodies[0].attachments = {corners};
     by_its_middle.bodies[0].pins = {ListPin{{17 * 8 + 8}}};
     for (const Scene& scene : {by_springs, by_its_middle}) {
-      EXPECT_EQ(warns_of(scene, "resolution"), substeps == 3);
+      EXPECT_EQ(warns_of(scene, "resolution"), substeps == 2);
       const double strain = swung_strain(scene);
-      EXPECT_EQ(strain > 0.5, substeps == 3) << strain << " " << scene.bodies[0].attachments.size();
+      EXPECT_EQ(strain > 0.5, substeps == 2) << strain << " " << scene.bodies[0].attachments.size();
     }
   }
 }
@@ -411,12 +411,14 @@ TEST(WarningOfLayers, ComesBelowEightSubsteps) {
   EXPECT_TRUE(warnings_of(scene).empty());
 }
 
-TEST(Warning, ComesOfThreeShippedScenes) {
-  for (const char* name : {"sheet_shear", "flag", "turning_flag", "carried_sheet", "torn_sheet", "pendulum",
-                           "oscillator", "cantilever", "balloon", "desbrun_closed"})
+TEST(Warning, ComesOfTwoShippedScenes) {
+  for (const char* name : {"sheet_shear", "sheet_no_shear", "flag", "turning_flag", "carried_sheet", "torn_sheet",
+                           "pendulum", "oscillator", "cantilever", "balloon", "desbrun_closed"})
     EXPECT_TRUE(warnings_of(load_shipped(name)).empty()) << name;
   EXPECT_TRUE(warns_once(load_shipped("desbrun_sheet"), "turning"));
-  EXPECT_TRUE(warns_once(load_shipped("sheet_no_shear"), "resolution"));
+  Scene sheet = load_shipped("sheet_no_shear");
+  sheet.solver.levels = 0;
+  EXPECT_TRUE(warns_once(sheet, "resolution")) << "its levels hold it: stretched by 0.04 at most, 0.46 without";
   const std::vector<std::string> lines = warnings_of(load_shipped("long_cloth"));
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_EQ(lines[0].find("body 'not held': with 2 substeps of 1 iteration what is next to its pins stretches by some "
