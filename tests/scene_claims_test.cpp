@@ -107,11 +107,14 @@ double sharpest_corner(const std::vector<Vec3>& x, int side) {
   return sharpest;
 }
 
+/// Between corners that are as far apart as the sheet is wide cells shear by as little as its rows stretch or hang in
+/// folds: by 12 degrees at the end, 28 on the way.
 TEST(SceneShows, ThatCellsShearOnlyWithoutShearSprings) {
-  const double with = sharpest_corner(at_the_end(load_shipped("sheet_shear")).positions(), 17);
-  const double without = sharpest_corner(at_the_end(load_shipped("sheet_no_shear")).positions(), 17);
-  EXPECT_GT(with, 60);
-  EXPECT_LT(without, 45);
+  const Simulation with = at_the_end(load_shipped("sheet_shear"));
+  const Simulation without = at_the_end(load_shipped("sheet_no_shear"));
+  EXPECT_GT(sharpest_corner(with.positions(), 17), 88);
+  EXPECT_LT(sharpest_corner(without.positions(), 17), 82);
+  EXPECT_LT(without.measure().strain_rms, 0.005) << "they shear, and do not stretch";
 }
 
 }  // namespace
