@@ -120,9 +120,10 @@ TEST(BenchProjection, WritesARowForAllThatTookPart) {
   ASSERT_EQ(ended.status, 0) << ended.err;
   const Json rows = Json::parse(bytes_of(folder / "rows/rows.json"));
   expect_whole(rows);
-  std::vector<std::string> who{"malha 10x1 1", "malha 10x1 2", "malha 1x10 1", "malha 1x10 2"};
+  std::vector<std::string> who{"malha 10x1 1", "malha 10x1 2",        "malha 1x10 1",
+                               "malha 1x10 2", "malha 10x1 levels 1", "malha 10x1 levels 2"};
   if (kPeers == 1) who.push_back("bullet 1x10 1");
-  ASSERT_EQ(rows.size(), who.size()) << "malha's two schedules on two numbers of threads, and Bullet where it is";
+  ASSERT_EQ(rows.size(), who.size()) << "malha's three schedules on two numbers of threads, and Bullet where it is";
   for (std::size_t k = 0; k < who.size(); ++k) {
     const Json& row = rows[k];
     EXPECT_EQ(
@@ -134,7 +135,9 @@ TEST(BenchProjection, WritesARowForAllThatTookPart) {
   }
   EXPECT_EQ(rows[0]["state_hash"], rows[1]["state_hash"]);
   EXPECT_EQ(rows[2]["state_hash"], rows[3]["state_hash"]);
+  EXPECT_EQ(rows[4]["state_hash"], rows[5]["state_hash"]);
   EXPECT_NE(rows[0]["state_hash"], rows[2]["state_hash"]);
+  EXPECT_NE(rows[0]["state_hash"], rows[4]["state_hash"]);
 
   const auto files = files_in(folder / "out/bench_projection");
   EXPECT_EQ(files.at("projection.json"), bytes_of(folder / "rows/rows.json"));
@@ -149,6 +152,17 @@ TEST(BenchProjection, WritesARowForAllThatTookPart) {
   if (has(ended.err, "gnuplot")) GTEST_SKIP() << ended.err;
   EXPECT_EQ(files.at("projection.png").substr(1, 3), "PNG");
   EXPECT_TRUE(has(files.at("projection.svg"), "</svg>"));
+}
+
+/// 11 edges from the pins to the other end are few enough for sweeps alone, 12 are not.
+TEST(BenchProjection, SetsLevelsOnlyWhereACaseHasThem) {
+  const TemporaryFolder folder;
+  const Ended ended = bench({"--n", "12,13", "--threads", "1"}, folder);
+  ASSERT_EQ(ended.status, 0) << ended.err;
+  std::vector<std::string> who;
+  for (const Json& row : Json::parse(bytes_of(folder / "out/bench_projection/projection.json")))
+    if (row["library"] == "malha") who.push_back(row["n"].dump() + " " + row["schedule"].get<std::string>());
+  EXPECT_EQ(who, (std::vector<std::string>{"12 10x1", "12 1x10", "13 10x1", "13 1x10", "13 10x1 levels"}));
 }
 
 /// The large strain of a cloth whose way to the pins is long, and what levels make of it.
@@ -192,7 +206,7 @@ TEST(BenchProjection, RestrictsItselfToTheIrregularMeshAndLeavesNoMeshFileBehind
   ASSERT_EQ(ended.status, 0) << ended.err;
   const Json rows = Json::parse(bytes_of(folder / "out/bench_projection/projection.json"));
   expect_whole(rows);
-  EXPECT_EQ(rows.size(), 2 + kPeers);
+  EXPECT_EQ(rows.size(), 3 + kPeers) << "19 edges from the pins there are levels";
   for (const Json& row : rows) {
     EXPECT_EQ(row["case"], "irregular");
     EXPECT_EQ(row["n"], 400) << "20 x 20 is nearest to 390";
