@@ -1,6 +1,11 @@
 // A mass on a rod (a chain of one stiff segment) against the formulas of the pendulum.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
 #include "tests/small_scenes.h"
 
 namespace malha {
