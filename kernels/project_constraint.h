@@ -145,9 +145,12 @@ struct Correct {
     Kind::evaluate(places.x, rest.value, rest.held, along, s_along);
     const S cross = product(w, grad, along);
     const auto small = is_small(C, cross, w, along, places.x);
-    const S sum = select(small, cross, product(w, grad, grad));
-    s_along = select(small, s_along, s);
-    for (int j = 0; j < n; ++j) along[j] = either(small, along[j], grad[j]);
+    S sum = cross;
+    if ((bits_of(rest.held) & ~bits_of(small)) != 0) {  // seldom: a branch costs less than what it leaves out
+      sum = select(small, cross, product(w, grad, grad));
+      s_along = select(small, s_along, s);
+      for (int j = 0; j < n; ++j) along[j] = either(small, along[j], grad[j]);
+    }
     S way2 = S(R(0));
     if constexpr (has_reach<Kind>()) way2 = most_way2(w, along);
     // Over `against(wanted, all)` what is wanted of dlambda takes no particle beyond its reach. (NaN, padding: all.)
