@@ -42,23 +42,21 @@ class Pbd final : public Stepper<Executor, R> {
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    const auto take_origins = [&] {
-      for (const auto& levels : levels_)
-        if (levels) levels->take_origins(executor_, this->particles().x);
-    };
-    if (this->touched() || this->watched() || !this->facts_.whole_steps) {
-      take_origins();
-      const bool flies = this->facts_.flies && !this->touched() && !this->watched();
-      return this->advance_from(flies ? fly(h) : 0);
-    }
+    if (this->touched() || this->watched()) return this->advance_from(0);
+    if (!this->facts_.whole_steps) return this->advance_from(this->facts_.flies ? fly(h) : 0);
     this->substep_ = 0;
     this->repeat_step("visits", [&] {
-      take_origins();
+      start_step();
       visit_patches(h, solver.substeps);
     });
     require_visited();
     this->give_back_momenta();
     ++this->steps_;
+  }
+
+  void start_step() override {
+    for (const auto& levels : levels_)
+      if (levels) levels->take_origins(executor_, this->particles().x);
   }
 
   /// How many substeps of a step, from the first on, were visits alone: nothing came near the environment. What was

@@ -240,6 +240,7 @@ class Stepper : public Solver {
     const double h = solver.dt / solver.substeps;
     const auto at = [&](int s) { return (steps_ + double(s) / solver.substeps) * solver.dt; };  // steps end alike
     repeat_step("substeps", [&] {
+      if (first == 0) start_step();
       for (int s = first; s < solver.substeps; ++s) {
         if (moved_) timed(Pass::Pins, [&] { place_pins(at(s), at(s + 1)); });
         if (attachments_ && attachments_->let_go(at(s))) keep_overlaps();
@@ -278,6 +279,8 @@ class Stepper : public Solver {
       });
   }
 
+  /// What is looked up once a step.
+  virtual void start_step() {}
   /// v and p of a substep of h seconds, from what acts on the particles, the wind included.
   virtual void predict(double h) = 0;
   /// What happens between prediction and the first projection, contacts known.
@@ -393,7 +396,8 @@ class Stepper : public Solver {
   }
   Vec3 place_of(std::size_t i) const {
     Vec3 place = x_.get(i);
-    if constexpr (kCarries<R>) for (int k = 0; k < 3; ++k) place[k] += low_.get(i)[k];
+    if constexpr (kCarries<R>)
+      for (int k = 0; k < 3; ++k) place[k] += low_.get(i)[k];
     return place;
   }
   void put(std::size_t i, const Vec3& place) {
