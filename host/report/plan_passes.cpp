@@ -83,9 +83,10 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
   const bool bounces =
       std::ranges::any_of(model.environment, [](const EnvironmentMesh& mesh) { return mesh.spec.restitution > 0; });
   line("contact", (iterations + substeps) * obstacles + (bounces ? 3 * substeps : 0));
-  std::size_t batches = 0;
-  for (const OwnFacts& own : facts.own) batches += own.batches;
-  line("own", 3 * iterations * batches);  // gathered where it began and where it is, and scattered
+  std::size_t own_launches = 0;  // gathered where the substep began, then there and back, and scattered
+  for (const OwnFacts& own : facts.own)
+    own_launches += substeps + 2 * iterations * static_cast<std::size_t>(std::max(2 * own.batches - 2, 1));
+  line("own", own_launches);
   if (facts.self)
     all.push_back(
         {"self-collision", 9 * substeps + 2 * iterations, ", and more where pairs are near or are searched for", true});
