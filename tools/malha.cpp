@@ -153,7 +153,7 @@ int plan(const Arguments& arguments) {
   std::optional<malha::RankTable> ranks;
   if (arguments.ranks) ranks = malha::plan_ranks(*simulation, *arguments.ranks);
   if (arguments.json) {
-    std::cout << malha::plan_json(*simulation, ranks ? &*ranks : nullptr, demand ? &*demand : nullptr, amplifications);
+    std::cout << malha::plan_json(*simulation, ranks ? &*ranks : nullptr, demand ? &*demand : nullptr, &amplifications);
     return malha::kDone;
   }
   if (demand) std::cout << malha::list_demand(*demand);

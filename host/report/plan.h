@@ -19,7 +19,7 @@ std::string plan(const Simulation& simulation);
 /// `ranks`: what several machines would do; `demand`: what a step asks of one: where they were asked for.
 /// `amplifications`: of each body, where they were measured.
 std::string plan_json(const Simulation& simulation, const RankTable* ranks = nullptr, const Demand* demand = nullptr,
-                      const std::vector<std::optional<Amplification>>& amplifications = {});
+                      const std::vector<std::optional<Amplification>>* amplifications = nullptr);
 
 /// The most memory that this process has held, with all that libraries hold, and what a checkpoint adds to it.
 std::string list_process_memory(const Simulation& simulation);

@@ -101,7 +101,7 @@ Json of_ranks(const RankTable& table) {
 }  // namespace
 
 std::string plan_json(const Simulation& simulation, const RankTable* ranks, const Demand* demand,
-                      const std::vector<std::optional<Amplification>>& amplifications) {
+                      const std::vector<std::optional<Amplification>>* amplifications) {
   const Model& model = simulation.model();
   const SolverFacts& facts = simulation.solver().facts();
   const Scene& scene = model.scene;
@@ -136,8 +136,8 @@ std::string plan_json(const Simulation& simulation, const RankTable* ranks, cons
   json["embree"] = !scene.environment.empty();
   for (const Launches& of : simulation.times().launches)
     json["launches_of_first_step"].push_back({{"kernel", of.kernel}, {"launches", of.launches}, {"items", of.items}});
-  for (std::size_t body = 0; body < amplifications.size(); ++body)
-    if (const auto& of = amplifications[body])
+  for (std::size_t body = 0; amplifications && body < amplifications->size(); ++body)
+    if (const auto& of = (*amplifications)[body])
       json["amplification"].push_back({{"body", scene.bodies[body].name},
                                        {"of_a_substep", of->of_a_substep(solver)},
                                        {"growth_per_s", of->growth},
