@@ -37,11 +37,11 @@ std::vector<OrderLine> order_lines(bool quick) {
             {"malha, 1 iteration", How::Malha, 16, {10, 20, 40}, "lc rgb '#0072b2' pt 7"},
             {"as many iterations as substeps", How::Converged, 16, {10, 20, 40}, "lc rgb '#009e73' pt 9"},
             {"the same, half a substep later", How::ConvergedLater, 16, {10, 20, 40}, "lc rgb '#000000' pt 13"}};
-  return {{"one way, gradients at the end", How::OneWay, 16, {10, 20, 40, 80, 160, 320}, "lc rgb '#d55e00' pt 5"},
-          {"malha, 1 iteration", How::Malha, 16, {10, 20, 40, 80, 160, 320}, "lc rgb '#0072b2' pt 7"},
-          {"malha, 1 iteration, 46 edges", How::Malha, 46, {10, 20, 40, 80, 160}, "lc rgb '#56b4e9' pt 6 dt 2"},
+  return {{"one way, gradients at the end", How::OneWay, 16, {5, 10, 20, 40, 80, 160, 320}, "lc rgb '#d55e00' pt 5"},
+          {"malha, 1 iteration", How::Malha, 16, {5, 10, 20, 40, 80, 160, 320}, "lc rgb '#0072b2' pt 7"},
+          {"malha, 1 iteration, 46 edges", How::Malha, 46, {5, 10, 20, 40, 80, 160}, "lc rgb '#56b4e9' pt 6 dt 2"},
           {"as many iterations as substeps", How::Converged, 16, {10, 20, 40, 80}, "lc rgb '#009e73' pt 9"},
-          {"the same, half a substep later", How::ConvergedLater, 16, {10, 20, 40, 80}, "lc rgb '#000000' pt 13"}};
+          {"the same, half a substep later", How::ConvergedLater, 16, {5, 10, 20, 40}, "lc rgb '#000000' pt 13"}};
 }
 
 /// Of the chain's joints at a time.
@@ -130,7 +130,7 @@ Section order_of_convergence(Cells& cells, Json& rows) {
       "A hung sheet: the order of convergence", {}, {}, {{"method", "edges", "substeps", "RMS error, m"}, {}}};
   Chart chart{"order",
               "set logscale xy\nset format x '%g'\nset format y '10^{%T}'\nset xlabel 'substeps a frame of 1/60 s'\n"
-              "set ylabel 'RMS distance to the exact motion after 0.5 s (m)'\nset key bottom left\n"
+              "set ylabel 'RMS distance to the exact motion after 0.5 s (m)'\n"
               "set title 'A sheet of 1 m that hangs by a row, let go from the horizontal'\n",
               {}};
   section.sentences = {formatted(
@@ -177,7 +177,8 @@ Section order_of_convergence(Cells& cells, Json& rows) {
   section.sentences.push_back(
       "From rest the first substep takes its whole kick at once, so that a run is where the exact motion is half a "
       "substep later. That alone is of first order: against the motion half a substep later converged substeps are of "
-      "second order.");
+      "second order, down to some 5e-5 m, to which a chain that may go anywhere makes strains of 1e-6.");
+  chart.settings += bench::names_at_ends(chart.series) + "set xrange [4:1000]\n";
   section.chart = chart;
   return section;
 }
