@@ -164,6 +164,32 @@ TEST(StudyStability, FindsThatSweepsFromThePinsGainEnergyAndColoursDoNot) {
   }
 }
 
+TEST(StudyStability, FindsThatSweepsOneWayMakeMotionGrowAndMalhasDoNot) {
+  EXPECT_GT(line_end("amplification", "one way, in order", false), 5) << "a second, with 10 substeps";
+  EXPECT_NEAR(line_end("amplification", "one way, in order") / line_end("amplification", "one way, in order", false),
+              16, 1e-6)
+      << "as many times a substep, whatever the substeps";
+  for (const char* line : {"there and back, in order", "malha"})
+    EXPECT_LE(line_end("amplification", line), 0.1) << line << ": drawn for none";
+  int seen = 0;
+  for (const Json& row : quick_part("amplification").findings.rows) {
+    if (row["map"] != "growth") continue;
+    ++seen;
+    EXPECT_LT(row["y"].get<double>(), 0.5) << row;  // 1/s: what is measured over 3 s tells that much
+  }
+  EXPECT_EQ(seen, 7);
+  EXPECT_EQ(quick_part("amplification").cells, quick_part("amplification").planned);
+}
+
+TEST(StudyStability, FindsThatAFreeBodyKeepsEnergyAndMomenta) {
+  for (const char* what : {"momentum", "angular momentum"}) {
+    EXPECT_LT(line_end("minute", std::string("malha, double: ") + what), 1e-11) << what;
+    EXPECT_LT(line_end("minute", std::string("malha, float: ") + what), 1e-4) << what;
+  }
+  EXPECT_GT(line_end("minute", "one way: angular momentum"), 1e-2);
+  EXPECT_EQ(quick_part("minute").cells, quick_part("minute").planned);
+}
+
 /// 100 x 100 particles held at two corners, 40 substeps a frame, 35 frames: the RMS strain; NaN: no longer finite.
 double strain_swept(bool from_pins) {
   const Scene scene = cornered_sheet(100, 2, 1, 1);

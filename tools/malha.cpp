@@ -10,6 +10,7 @@
 #include "host/base/text.h"
 #include "host/model/model.h"
 #include "host/output/page.h"
+#include "host/report/amplification.h"
 #include "host/report/plan.h"
 #include "host/report/plan_for.h"
 #include "host/report/ranks.h"
@@ -141,12 +142,18 @@ int plan(const Arguments& arguments) {
   if (!arguments.json) std::cout << malha::printable_lines(malha::plan(*simulation));
   simulation->step();
   if (!arguments.json) std::cout << malha::list_process_memory(*simulation) << malha::list_launches(*simulation);
+  const malha::Model& model = simulation->model();
+  const auto amplifications =
+      malha::measure_amplifications(model, malha::amplification_steps_of_plan(model), simulation->threads());
+  if (!arguments.json) std::cout << malha::printable_lines(malha::list_amplifications(model, amplifications));
+  for (const std::string& line : malha::growth_warnings(model, amplifications))
+    malha::ProgressReporter(arguments.quiet).warn(arguments.scene_label(), line);
   std::optional<malha::Demand> demand;
   if (!arguments.machine.empty()) demand = malha::plan_for(*simulation, malha::machine_named(arguments.machine));
   std::optional<malha::RankTable> ranks;
   if (arguments.ranks) ranks = malha::plan_ranks(*simulation, *arguments.ranks);
   if (arguments.json) {
-    std::cout << malha::plan_json(*simulation, ranks ? &*ranks : nullptr, demand ? &*demand : nullptr);
+    std::cout << malha::plan_json(*simulation, ranks ? &*ranks : nullptr, demand ? &*demand : nullptr, &amplifications);
     return malha::kDone;
   }
   if (demand) std::cout << malha::list_demand(*demand);

@@ -1,20 +1,25 @@
 // What would run, before it runs.
 #pragma once
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "host/simulation.h"
 
 namespace malha {
 
-struct RankTable;  // host/report/ranks.h
-struct Demand;     // host/report/plan_for.h
+struct Amplification;  // host/report/amplification.h
+struct RankTable;      // host/report/ranks.h
+struct Demand;         // host/report/plan_for.h
 
 /// Particles, constraints, colours and batch sizes, passes of a step, bytes by owner, and whether Embree is used.
 std::string plan(const Simulation& simulation);
 
 /// The same as JSON, with snake_case names and the unit as suffix, and after the first step what that launched.
 /// `ranks`: what several machines would do; `demand`: what a step asks of one: where they were asked for.
-std::string plan_json(const Simulation& simulation, const RankTable* ranks = nullptr, const Demand* demand = nullptr);
+/// `amplifications`: of each body, where they were measured.
+std::string plan_json(const Simulation& simulation, const RankTable* ranks = nullptr, const Demand* demand = nullptr,
+                      const std::vector<std::optional<Amplification>>* amplifications = nullptr);
 
 /// The most memory that this process has held, with all that libraries hold, and what a checkpoint adds to it.
 std::string list_process_memory(const Simulation& simulation);

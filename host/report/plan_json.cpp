@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "host/report/amplification.h"
 #include "host/report/plan.h"
 #include "host/report/plan_for.h"
 #include "host/report/plan_passes.h"
@@ -99,7 +100,8 @@ Json of_ranks(const RankTable& table) {
 
 }  // namespace
 
-std::string plan_json(const Simulation& simulation, const RankTable* ranks, const Demand* demand) {
+std::string plan_json(const Simulation& simulation, const RankTable* ranks, const Demand* demand,
+                      const std::vector<std::optional<Amplification>>* amplifications) {
   const Model& model = simulation.model();
   const SolverFacts& facts = simulation.solver().facts();
   const Scene& scene = model.scene;
@@ -134,6 +136,13 @@ std::string plan_json(const Simulation& simulation, const RankTable* ranks, cons
   json["embree"] = !scene.environment.empty();
   for (const Launches& of : simulation.times().launches)
     json["launches_of_first_step"].push_back({{"kernel", of.kernel}, {"launches", of.launches}, {"items", of.items}});
+  for (std::size_t body = 0; amplifications && body < amplifications->size(); ++body)
+    if (const auto& of = (*amplifications)[body])
+      json["amplification"].push_back({{"body", scene.bodies[body].name},
+                                       {"of_a_substep", of->of_a_substep(solver)},
+                                       {"growth_per_s", of->growth},
+                                       {"damping_per_s", of->damping},
+                                       {"measured_s", of->seconds}});
   if (demand) json["for"] = of_demand(*demand);
   if (ranks) json["ranks"] = of_ranks(*ranks);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a name may have any bytes

@@ -12,6 +12,7 @@
 #include "host/output/gallery.h"
 #include "host/output/page.h"
 #include "host/output/results.h"
+#include "host/report/amplification.h"
 #include "host/report/kept_momenta.h"
 #include "host/report/overstretched.h"
 #include "host/report/report.h"
@@ -207,6 +208,11 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
       options.steps ? options.rounding : rounding_of("the duration", scene.duration, scene.solver.dt);
   if (options.warn) {
     for (const std::string& line : warnings(simulation.model())) options.warn(line);
+    const Model& model = simulation.model();
+    const double affordable = amplification_steps_of_run(last - simulation.steps());
+    for (const std::string& line :
+         growth_warnings(model, measure_amplifications(model, affordable, simulation.threads())))
+      options.warn(line);
     if (!rounding.empty()) options.warn(rounding);
   }
   const KeptMomenta momenta(simulation);

@@ -1,5 +1,6 @@
 #include "tools/study/accuracy/accuracy.h"
 
+#include "tools/study/accuracy/order.h"
 #include "tools/study/accuracy/replays.h"
 #include "tools/study/accuracy/sections.h"
 
@@ -46,7 +47,7 @@ void add_rows(const AccuracyCase& of, const Method& method, const Truth& truth, 
 Findings run_accuracy(Cells& cells) {
   Findings findings;
   const std::vector<AccuracyCase> cases = accuracy_cases(cells.quick());
-  int planned = 0;
+  int planned = order_cells(cells.quick());
   for (const AccuracyCase& of : cases)
     planned += static_cast<int>(accuracy_methods(of, cells.quick()).size()) + (of.exact ? 0 : 3);
   cells.plan(planned);
@@ -62,6 +63,7 @@ Findings run_accuracy(Cells& cells) {
     findings.sections.insert(findings.sections.end(), sections.begin(), sections.end());
   };
   for (const AccuracyCase& of : cases) cells.together([&] { add(of); });  // its errors need its truth
+  findings.sections.push_back(order_of_convergence(cells, findings.rows));
   return findings;
 }
 

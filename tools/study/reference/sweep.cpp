@@ -1,6 +1,7 @@
 #include "tools/study/reference/sweep.h"
 
 #include <algorithm>
+#include <complex>
 #include <numeric>
 
 namespace malha::study {
@@ -45,6 +46,30 @@ std::vector<int> order_by_colour(const SpringSystem& system) {
     colour.push_back(lowest);
   }
   return ascending(colour);
+}
+
+Eigen::MatrixXd linear_sweep(const SpringSystem& system, const std::vector<int>& order) {
+  const int n = 3 * system.count();
+  Eigen::MatrixXd T = Eigen::MatrixXd::Identity(n, n);
+  for (const int s : order) {
+    const auto& [a, b, stiffness, rest] = system.springs[s];
+    const double wa = system.pinned[a] ? 0 : 1 / system.mass[a], wb = system.pinned[b] ? 0 : 1 / system.mass[b];
+    if (wa + wb == 0) continue;
+    const Eigen::Vector3d d = (system.start.x.segment<3>(3 * a) - system.start.x.segment<3>(3 * b)).normalized();
+    const Eigen::RowVectorXd stretch = d.transpose() * (T.middleRows<3>(3 * a) - T.middleRows<3>(3 * b)) / (wa + wb);
+    T.middleRows<3>(3 * a) -= wa * d * stretch, T.middleRows<3>(3 * b) += wb * d * stretch;
+  }
+  return T;
+}
+
+double amplification_by(const Eigen::MatrixXd& T) {
+  const Eigen::VectorXcd mu = T.eigenvalues();
+  double most = 0;
+  for (Eigen::Index k = 0; k < mu.size(); ++k) {
+    const std::complex<double> root = std::sqrt(mu[k] * mu[k] - mu[k]);
+    most = std::max({most, std::abs(mu[k] + root), std::abs(mu[k] - root)});
+  }
+  return most;
 }
 
 template <class R>

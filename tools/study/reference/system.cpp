@@ -51,13 +51,15 @@ Vector edge_strains(const std::vector<Spring>& edges, const Vector& x) {
 
 void start_of(const Scene& scene, const Mesh& mesh, System& system) {
   const BodySpec& body = scene.bodies.front();
-  system.mass = body.mass ? masses_by_total(mesh, *body.mass) : masses_by_density(mesh, body.density.value());
   system.pinned = find_holds(scene, 0, mesh).pinned;
   system.gravity = Eigen::Vector3d::Map(scene.gravity.data());
   Scene exact = scene;
   exact.solver.precision = Precision::Double;
   const Simulation simulation(exact, {.threads = 1});
   system.start = {flat(simulation.positions()), flat(simulation.velocities())};
+  Mesh placed = mesh;
+  placed.points = simulation.positions();
+  system.mass = body.mass ? masses_by_total(placed, *body.mass) : masses_by_density(placed, body.density.value());
   for (int i = 0; i < system.count(); ++i)
     if (system.pinned[i]) system.start.v.segment<3>(3 * i).setZero();
 }

@@ -16,4 +16,10 @@ Section resolution_map(Cells& cells, Json& rows);
 /// In which order constraints are swept.
 std::vector<Section> order_map(Cells& cells, Json& rows);
 
+/// By how much a substep multiplies small motions about rest: by the order of the sweep, and of all kinds.
+std::vector<Section> growth_of_motion(Cells& cells, Json& rows);
+
+/// Energy and both momenta of a free body over a minute.
+Section minute_in_vacuum(Cells& cells, Json& rows);
+
 }  // namespace malha::study

@@ -19,6 +19,8 @@ const std::vector<StabilityPart>& stability_parts() {
                                                 {"masses", 36, 12, alone<masses_map>},
                                                 {"resolution", 30, 12, alone<resolution_map>},
                                                 {"order", 48, 24, order_map},
+                                                {"amplification", 72, 11, growth_of_motion},
+                                                {"minute", 3, 3, alone<minute_in_vacuum>},
                                                 {"stiffness", 32, 12, alone<stiffness_failure>},
                                                 {"substeps", 14, 6, alone<substeps_failure>},
                                                 {"distance", 12, 6, alone<distance_failure>},

@@ -1,0 +1,275 @@
+#include "host/report/amplification.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "host/error.h"
+#include "host/solver/solver.h"
+
+namespace malha {
+
+namespace {
+
+constexpr int kRoundsOfPower = 3;
+constexpr int kFewestSteps = 12, kMostSteps = 180;
+constexpr int kMostMeasured = 20'000;   // of a body: it is there twice while it is measured
+constexpr double kSettled = 1e-3;       // of what the first step moved
+constexpr double kPush = 1e4;           // of small motions
+constexpr double kSmallMotion = 1e-6;   // of the spacing of particles, moved in a step
+constexpr double kCertainGrowth = 0.5;  // 1/s
+constexpr double kMostDamping = 0.5;    // of a step's motion, that anybody would want taken
+constexpr double kStepsOfAStep = 4;     // of the scene: double takes twice as long, and what settles takes as many
+// Steps of the scene that set-up takes; measured: 1 to 15, and with filters 4 to 90.
+constexpr double kStepsOfSetUp = 16, kStepsOfSetUpWithFilter = 100;
+constexpr double kProjectionsOfPlan = 5e8;
+constexpr double kProjectionsOfASpring = 10;  // by Desbrun's method, its part of the product with the filter among them
+
+using Motion = Eigen::VectorXd;
+
+/// The body in a scene of its own, in which nothing but its constraints and its pins acts.
+Scene alone(const Scene& of, std::size_t body) {
+  Scene scene = of;
+  scene.gravity = {0, 0, 0}, scene.environment.clear(), scene.expect = {}, scene.outputs = {};
+  scene.wind.reset(), scene.sleep.reset(), scene.self_collision.reset();
+  scene.solver.precision = Precision::Double;
+  DesbrunSpec& desbrun = scene.solver.desbrun;
+  desbrun.filter = FilterKind::Sparse, desbrun.storage.reset();  // the same accelerations, sooner set up
+  desbrun.time_budget.reset();                                   // nothing here depends on the clock
+  scene.bodies = {of.bodies[body]};
+  BodySpec& spec = scene.bodies[0];
+  spec.velocity = spec.spin = {0, 0, 0}, spec.damping = 0, spec.tear.reset();
+  for (Pin& pin : spec.pins) pin.motion.clear(), pin.until.reset();
+  std::erase_if(spec.attachments, [](const Attachment& one) { return !one.environment.empty(); });
+  for (Attachment& one : spec.attachments) one.motion.clear(), one.until.reset();
+  return scene;
+}
+
+/// Three numbers a particle.
+Motion flat(const std::vector<Vec3>& points) {
+  Motion all(3 * static_cast<Eigen::Index>(points.size()));
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (int a = 0; a < 3; ++a) all[3 * i + a] = points[i][a];
+  return all;
+}
+
+/// The linearisation of a step about a state at rest, by differences.
+class StepAtRest {
+ public:
+  StepAtRest(const Scene& scene, int settling, int threads, const PatchBounds& bounds)
+      : model_(build_model(scene, threads, bounds)), solver_(make_solver(model_, threads)) {
+    rest_ = solver_->positions(), w_ = solver_->inverse_masses();
+    double extent = 0;
+    for (int a = 0; a < 3; ++a) {
+      const auto [low, high] =
+          std::minmax_element(rest_.begin(), rest_.end(), [a](const Vec3& p, const Vec3& q) { return p[a] < q[a]; });
+      extent = std::max(extent, (*high)[a] - (*low)[a]);
+    }
+    small_ = kSmallMotion * extent / std::sqrt(model_.count());
+    const std::vector<Vec3> still(rest_.size(), {0, 0, 0});
+    const auto step_from_rest = [&] { take_step(rest_, still), x_ = flat(solver_->positions()); };
+    const auto moved = [&] { return (x_ - flat(rest_)).lpNorm<Eigen::Infinity>(); };
+    step_from_rest();
+    if (const double first = moved(); first > small_) {
+      // Steps without velocity take what pressure blows up, for one, to where it rests. A balance that the slightest
+      // push ends, as of a sheet that is compressed in its plane, is no rest.
+      for (double& a : rest_[rest_.size() / 2]) a += kPush * small_;
+      step_from_rest();
+      for (int step = 0; step < settling && moved() > kSettled * first; ++step)
+        rest_ = solver_->positions(), step_from_rest();
+      rests_ = moved() <= kSettled * first;
+    }
+    v_ = flat(solver_->velocities());
+  }
+  bool rests() const { return rests_; }
+  Eigen::Index coordinates() const { return x_.size(); }
+  bool moves(Eigen::Index coordinate) const { return w_[coordinate / 3] > 0; }
+  double least_inverse_mass() const {  // of what moves
+    double least = 0;
+    for (const double w : w_)
+      if (w > 0) least = least > 0 ? std::min(least, w) : w;
+    return least;
+  }
+  double small() const { return small_; }  // m
+
+  /// x: m from the places at rest, v: m/s.
+  void apply(Motion& x, Motion& v) {
+    std::vector<Vec3> from = rest_, at(rest_.size());
+    for (Eigen::Index i = 0; i < x.size(); ++i)
+      if (moves(i)) from[i / 3][i % 3] += x[i], at[i / 3][i % 3] = v[i];
+    take_step(from, at);
+    x = flat(solver_->positions()) - x_, v = flat(solver_->velocities()) - v_;
+  }
+
+ private:
+  void take_step(const std::vector<Vec3>& x, const std::vector<Vec3>& v) { solver_->place(0, x, v), solver_->step(); }
+
+  Model model_;  // the solver refers to it
+  std::unique_ptr<Solver> solver_;
+  std::vector<Vec3> rest_;
+  std::vector<double> w_;  // 1/kg
+  Motion x_, v_;           // after a step from rest
+  double small_ = 0;
+  bool rests_ = true;
+};
+
+/// How the velocities of a motion grow from step to step, with positions and velocities scaled alike.
+class PowerIteration {
+ public:
+  PowerIteration(StepAtRest& step, double dt) : step_(step), dt_(dt) {
+    Motion v(step.coordinates());
+    std::uint32_t random = 1;  // the same numbers everywhere (Numerical Recipes' linear congruence)
+    for (Eigen::Index i = 0; i < v.size(); ++i)
+      random = random * 1664525u + 1013904223u, v[i] = step.moves(i) ? random / 2147483648.0 - 1 : 0;
+    start(v);
+    make_small();
+    const Motion before = v_;
+    advance();
+    start(v_ - before);  // zero modes keep their velocities, and so drop out
+  }
+
+  /// Starts where the body is at rest, with these velocities.
+  void start(const Motion& v) { x_ = Motion::Zero(v.size()), v_ = v, log_ = 0; }
+
+  /// Takes one step; the logarithm of the velocities' norm over that at the start. NaN: there is no motion.
+  double advance() {
+    make_small();
+    const double before = v_.norm();
+    step_.apply(x_, v_);
+    return log_ += std::log(v_.norm() / before);
+  }
+  const Motion& velocities() const { return v_; }
+
+ private:
+  void make_small() {
+    const double most = std::max(x_.lpNorm<Eigen::Infinity>(), dt_ * v_.lpNorm<Eigen::Infinity>());
+    if (most > 0) x_ *= step_.small() / most, v_ *= step_.small() / most;
+  }
+
+  StepAtRest& step_;
+  double dt_, log_ = 0;
+  Motion x_, v_;
+};
+
+struct Peak {
+  int step = 0;
+  double log = 0;
+  double growth_from(const Peak& before) const { return (log - before.log) / (step - before.step); }  // a step
+};
+
+double rate_of(double share, double dt) { return share < 1 ? -std::log1p(-share) / dt : INFINITY; }
+
+/// What a step of the scene takes, in projections.
+double projections_of_a_step(const Model& model) {
+  const SolverSpec& solver = model.scene.solver;
+  double projections = 0, springs = 0;
+  for (const ConstraintSet& set : model.sets) projections += set.count();
+  for (const SpringSet& set : model.springs) springs += static_cast<double>(set.ends.size());
+  return solver.substeps *
+         (2 * solver.iterations * projections + kProjectionsOfASpring * (1 + solver.desbrun.refine) * springs);
+}
+
+double steps_of_set_up(const Model& model) {
+  return model.scene.solver.type == "desbrun" ? kStepsOfSetUpWithFilter : kStepsOfSetUp;
+}
+
+/// "-1.8", "0.9973".
+std::string with_digits(int digits, double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+}  // namespace
+
+double Amplification::of_a_substep(const SolverSpec& solver) const {
+  return std::exp(growth * solver.dt / solver.substeps);
+}
+
+bool Amplification::grows() const { return growth > damping + kCertainGrowth + 1 / seconds; }
+
+std::optional<Amplification> measure_amplification(const Scene& of, std::size_t body, int steps, int threads,
+                                                   const PatchBounds& bounds) try {
+  const Scene scene = alone(of, body);
+  const double dt = scene.solver.dt;
+  StepAtRest step(scene, steps, threads, bounds);
+  if (!step.rests() || step.least_inverse_mass() == 0) return std::nullopt;
+  Amplification found;
+  found.damping = rate_of(of.bodies[body].damping, dt);
+  if (of.wind) found.damping += of.wind->drag * step.least_inverse_mass();
+  PowerIteration iteration(step, dt);
+  for (int round = 0; round < kRoundsOfPower; ++round) {
+    // A mode's velocities swing. From rest they are never larger than at the start unless the mode grows, and those of
+    // one that grows reach peaks that do. What fades is told by the peaks of the last two quarters.
+    const int length = std::max(4, steps / kRoundsOfPower);
+    Peak early, third{0, -INFINITY}, last{0, -INFINITY};
+    Motion at_peak = iteration.velocities();
+    for (int k = 1; k <= length; ++k) {
+      const double log = iteration.advance();
+      if (!std::isfinite(log)) return found;  // nothing moves any more
+      Peak& peak = 2 * k <= length ? early : 4 * k <= 3 * length ? third : last;
+      if (log <= peak.log) continue;
+      peak = {k, log};
+      if (&peak == &last) at_peak = iteration.velocities();
+    }
+    const Peak& late = third.log > last.log ? third : last;
+    found.growth = late.log > early.log ? late.growth_from(early) / dt : std::min(0.0, last.growth_from(third) / dt);
+    found.seconds += dt * length;
+    iteration.start(at_peak);
+  }
+  return found;
+} catch (const InputError&) {  // such as tethers to what only the environment holds
+  return std::nullopt;
+} catch (const Diverged&) {
+  return std::nullopt;
+}
+
+std::vector<std::optional<Amplification>> measure_amplifications(const Model& model, double steps, int threads) {
+  const std::vector<int>& begin = model.look.body_begin;
+  std::vector<std::optional<Amplification>> all(model.scene.bodies.size());
+  for (std::size_t body = 0; body < all.size(); ++body) {
+    const int particles = begin[body + 1] - begin[body];
+    // Each body takes its share of a step's time, so that their number does not matter.
+    const double affordable = (steps - steps_of_set_up(model)) / kStepsOfAStep;
+    if (affordable < kFewestSteps || particles > kMostMeasured) continue;
+    all[body] = measure_amplification(model.scene, body, static_cast<int>(std::min<double>(kMostSteps, affordable)),
+                                      threads, model.patches.bounds);
+  }
+  return all;
+}
+
+double amplification_steps_of_plan(const Model& model) {
+  return std::min(steps_of_set_up(model) + kMostSteps * kStepsOfAStep,
+                  kProjectionsOfPlan / std::max(1.0, projections_of_a_step(model)));
+}
+
+std::string list_amplifications(const Model& model, const std::vector<std::optional<Amplification>>& all) {
+  std::string text;
+  for (std::size_t body = 0; body < all.size(); ++body) {
+    if (!all[body]) continue;
+    const Amplification& of = *all[body];
+    text += "  '" + model.scene.bodies[body].name + "': " + with_digits(4, of.of_a_substep(model.scene.solver)) +
+            ", growth of " + with_digits(2, of.growth) + " a second; the scene damps " + with_digits(2, of.damping) +
+            " a second\n";
+  }
+  return text.empty() ? "" : "amplification of small motions about rest by a substep:\n" + text;
+}
+
+std::vector<std::string> growth_warnings(const Model& model, const std::vector<std::optional<Amplification>>& all) {
+  std::vector<std::string> lines;
+  for (std::size_t body = 0; body < all.size(); ++body) {
+    if (!all[body] || !all[body]->grows()) continue;
+    const double growth = all[body]->growth, damping = -std::expm1(-growth * model.scene.solver.dt);
+    lines.push_back("body '" + model.scene.bodies[body].name + "': small motions about its rest grow by " +
+                    with_digits(2, growth) + " a second by its constraints alone, and the scene damps " +
+                    with_digits(2, all[body]->damping) + " a second; take " +
+                    (damping < kMostDamping ? "a \"damping\" of " + with_digits(2, damping) + " or more, or " : "") +
+                    (model.scene.solver.type == "desbrun" ? "\"corrector\": \"inertia\""
+                                                          : "\"rigidity\" or \"compliance\" instead of \"stiffness\"") +
+                    " (scenes/accuracy.md, Growth at rest)");
+  }
+  return lines;
+}
+
+}  // namespace malha
