@@ -53,14 +53,32 @@ KERNEL auto is_small(const S& C, const S& cross, const S (&w)[n], const Vector3<
     return (cross > S(R(0))) & (C * C * most_way2(w, along) <= S(R(kSmall * kSmall)) * size2_of(x) * cross * cross);
 }
 
+/// Whether the gradient has turned by less than the angle of this cosine; cross: w grad . along.
+template <class S, int n>
+KERNEL auto has_hardly_turned(double cosine, const S (&w)[n], const Vector3<S> (&grad)[n], const Vector3<S> (&along)[n],
+                              const S& cross) {
+  using R = typename RealOf<S>::type;
+  return S(R(cosine * cosine)) * product(w, grad, grad) * product(w, along, along) <= cross * cross;
+}
+
+/// Whether a sum of w grad^2 is more than what rounding makes of the largest gradient.
+template <class S, int n>
+KERNEL auto is_told(const S& sum, const S (&w)[n], const Vector3<S> (&grad)[n]) {
+  using R = typename RealOf<S>::type;
+  constexpr double rounding = sizeof(R) == 4 ? 0x1p-19 : 0x1p-48;  // 16 times half a unit in the last place
+  S most_w = w[0], most2 = dot(grad[0], grad[0]);
+  for (int j = 1; j < n; ++j) most_w = larger(most_w, w[j]), most2 = larger(most2, dot(grad[j], grad[j]));
+  return sum > S(R(rounding * rounding)) * most_w * most2;
+}
+
 /// What several constraints at once make of their particles: `move` along their gradients now becomes `along`, the same
 /// of those where the substep began, if that is small beside the element at x and has hardly turned: all of what they
 /// were solved for hangs on it.
 template <class S, int n>
 KERNEL void go_along(const S (&w)[n], const Vector3<S> (&along)[n], const Vector3<S> (&x)[n], Vector3<S> (&move)[n]) {
   using R = typename RealOf<S>::type;
-  const S cross = product(w, move, along), turned = S(R(kTurned * kTurned)) * product(w, move, move);
-  const auto near = (S(R(0)) <= cross) & (turned * product(w, along, along) <= cross * cross);
+  const S cross = product(w, move, along);
+  const auto near = (S(R(0)) <= cross) & has_hardly_turned(kTurned, w, move, along, cross);
   const auto small = near & (most_way2(w, along) <= S(R(kSmall * kSmall)) * size2_of(x));
   for (int j = 0; j < n; ++j) move[j] = either(small, along[j], move[j]);
 }

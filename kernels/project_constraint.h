@@ -109,6 +109,14 @@ struct Places {
   }
 };
 
+/// Where the gradient is drawn along a vector that may be of any length, such as that of a fold, it turns on ways
+/// however short: a kind says so,
+///   static constexpr bool turns = true;
+template <class Kind>
+KERNEL constexpr bool gradient_turns() {
+  return requires { Kind::turns; };
+}
+
 /// What one projection does to the particles of a pack: d += w grad dlambda.
 template <class Kind, Update update, class R>
 struct Correct {
@@ -144,7 +152,8 @@ struct Correct {
     const S C = Kind::evaluate(places.p, rest.value, rest.held, grad, s);
     Kind::evaluate(places.x, rest.value, rest.held, along, s_along);
     const S cross = product(w, grad, along);
-    const auto small = is_small(C, cross, w, along, places.x);
+    auto small = is_small(C, cross, w, along, places.x);
+    if constexpr (gradient_turns<Kind>()) small = small & has_hardly_turned(Kind::turns, w, grad, along, cross);
     S sum = cross;
     if ((bits_of(rest.held) & ~bits_of(small)) != 0) {  // seldom: a branch costs less than what it leaves out
       sum = select(small, cross, product(w, grad, grad));
@@ -162,8 +171,10 @@ struct Correct {
     };
 
     const S zero(R(0)), one(R(1));
-    // No gradient, no movable particle, or padding: skip, never NaN.
-    const auto moves = sum > S(tiny<R>());
+    // No gradient, no movable particle, or padding: skip, never NaN. So are those whose movable particles have a
+    // gradient of rounding alone, such as the free corner of a hinge with pins in a line.
+    auto moves = sum > S(tiny<R>());
+    if constexpr (n > 2) moves = moves & is_told(sum, w, along);
     S dlambda;
     if constexpr (update == Update::Stiff) {
       const S wanted = -C * S(number);
