@@ -20,15 +20,17 @@ template <class R>
 struct ForgetLift {
   Particles<R> particles;
   ScatteredPoints<R> x0;
+  Vector3<R> origin;  // m, of x0
   KERNEL void operator()(int i) const {
-    const Vector3<R> from = x0[i], lift = particles.x[i] - from;
+    const Displaced<R>& p = particles.p;
+    const Vector3<R> from = x0[i], lift = p.start_from(i, from, origin);
     const R squared = dot(lift, lift);
     if (!(particles.w[i] > R(0)) || !(squared > R(0)) || !(squared < R(INFINITY))) return;
-    const R kept = smaller(larger(dot(lift, particles.p[i] - from) / squared, R(0)), R(1));
+    const Vector3<R> way = p.from(i, from, origin);
+    const R kept = smaller(larger(dot(lift, way) / squared, R(0)), R(1));
     if (!(kept < R(1))) return;
-    const Vector3<R> p = particles.p[i];
-    particles.x.set(i, from + lift * kept);
-    particles.p.set(i, p);
+    p.put(i, in_double(origin) + in_double(from) + in_double(lift * kept));
+    p.set_from(i, from, origin, way);
   }
 };
 

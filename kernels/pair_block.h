@@ -83,11 +83,12 @@ KERNEL void for_each_pair(const Group& group, const Pairs<R>& pairs, const F& f)
   });
 }
 
-/// Where the motions of particles are found: x0, whose w is the contact distance (kernels/contact_distance.h), and how
-/// far they have moved since; its w is the inverse mass.
+/// Where the motions of particles are found: x0, from an origin near them, whose w is the contact distance
+/// (kernels/contact_distance.h), and how far they have moved since; its w is the inverse mass.
 template <class R>
 struct Motions {
   Vec4<R>*x0, *moved;
+  Vector3<R> origin{R(0), R(0), R(0)};  // m
 };
 
 /// In which of the open blocks a particle is: a bit a block.

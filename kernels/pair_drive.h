@@ -109,7 +109,7 @@ struct CarryCrossing {
   KERNEL Vector3<R> carried_by(int by, int i) const {
     if (carriers.of == nullptr || carriers.of[by] == kNobody) return motions.moved[by].xyz();
     carriers.of[i] = carriers.of[by];
-    const Vector3<double> from = in_double(motions.x0[i].xyz());
+    const Vector3<double> from = in_double(motions.origin) + in_double(motions.x0[i].xyz());
     return rounded<R>(to_world(carriers.motion[carriers.of[by]], from) - from);
   }
   KERNEL R way2(int i) const { return dot(motions.moved[i].xyz(), motions.moved[i].xyz()); }

@@ -266,8 +266,9 @@ struct HoldLimited {
   Vector3<R> rest;
   KERNEL void operator()(int i) const {
     if (held[i] != Held::Limited) return;
-    p.set_from(i, motions.x0[i].xyz(), rest + (motions.moved[i].xyz() - rest) * part[i]);
-    motions.moved[i].set(p.from(i, motions.x0[i].xyz()));
+    const Vector3<R> x0 = motions.x0[i].xyz();
+    p.set_from(i, x0, motions.origin, rest + (motions.moved[i].xyz() - rest) * part[i]);
+    motions.moved[i].set(p.from(i, x0, motions.origin));
     held[i] = Held::Held;
   }
 };

@@ -10,7 +10,7 @@ template <class R>
 struct Reach {
   Vec4<R>* from;  // w: how far beyond the way, in every direction
   Vec4<R>* way;
-  Vec4<R>* rest;  // positions at the start of the scene; w: the body
+  Vec4<R>* rest;  // positions at the start of the scene, from an origin; w: the body
 };
 
 /// Which pairs of bodies cross, a bit each: with up to eight bodies a bit of their own.

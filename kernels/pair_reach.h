@@ -13,7 +13,7 @@ struct StoreMoved {
   const R* w;
   Motions<R> motions;
   KERNEL void operator()(int i) const {
-    const Vector3<R> d = p.from(i, motions.x0[i].xyz());
+    const Vector3<R> d = p.from(i, motions.x0[i].xyz(), motions.origin);
     motions.moved[i] = {d.x, d.y, d.z, w[i]};
   }
 };
@@ -25,7 +25,7 @@ struct TakeMoved {
   Displaced<R> p;
   KERNEL void operator()(int i) const {
     const Vector3<R> x0 = motions.x0[i].xyz(), d = motions.moved[i].xyz();
-    if (!same(d, p.from(i, x0))) p.set_from(i, x0, d);
+    if (!same(d, p.from(i, x0, motions.origin))) p.set_from(i, x0, motions.origin, d);
   }
 };
 
@@ -102,7 +102,7 @@ struct KeepInReach {
                           within(to.z, box.low.z, box.high.z)};
     if (same(kept, to)) return;
     p.add(i, kept - to);
-    motions.moved[i].set(p.from(i, motions.x0[i].xyz()));
+    motions.moved[i].set(p.from(i, motions.x0[i].xyz(), motions.origin));
   }
 
  private:

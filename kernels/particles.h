@@ -40,9 +40,28 @@ struct Displaced {
   }
   /// To where it goes from what is stored as its x.
   KERNEL Vector3<R> way_from_x(int i) const { return whole(i, d[i]); }
-  /// How far from a place near x, and to so far from there: nothing is rounded to the spacing of positions.
-  KERNEL Vector3<R> from(int i, const Vector3<R>& place) const { return (x[i] - place) + d[i]; }
-  KERNEL void set_from(int i, const Vector3<R>& place, const Vector3<R>& way) const { d.set(i, way - (x[i] - place)); }
+  /// Where it goes, told from an origin near x: rounded to the spacing of numbers as large as that is far.
+  KERNEL Vector3<R> near(int i, const Vector3<R>& origin) const {
+    if constexpr (kCarries<R>)
+      return (x[i] - origin) + whole(i, d[i]);
+    else
+      return (*this)[i];
+  }
+  /// Where the substep began, from a place near it that is told from an origin: exactly nothing, if near() has told it
+  /// there. A type that carries nothing has no origin but 0.
+  KERNEL Vector3<R> start_from(int i, const Vector3<R>& place, const Vector3<R>& origin) const {
+    if constexpr (kCarries<R>)
+      return ((x[i] - origin) + low[i]) - place;
+    else
+      return x[i] - place;
+  }
+  /// How far from there, and to so far from there: no way is rounded to the spacing of positions.
+  KERNEL Vector3<R> from(int i, const Vector3<R>& place, const Vector3<R>& origin) const {
+    return start_from(i, place, origin) + d[i];
+  }
+  KERNEL void set_from(int i, const Vector3<R>& place, const Vector3<R>& origin, const Vector3<R>& way) const {
+    d.set(i, way - start_from(i, place, origin));
+  }
   /// From j to i where the substep began; and now. Nothing is rounded to the spacing of positions.
   KERNEL Vector3<R> between_at_start(int i, int j) const {
     const Vector3<R> apart = x.between(i, j);
@@ -84,6 +103,14 @@ struct Displaced {
     else
       return way;
   }
+};
+
+/// Where particles go, from an origin.
+template <class R>
+struct FromOrigin {
+  Displaced<R> p;
+  Vector3<R> origin;  // m
+  KERNEL Vector3<R> operator[](int i) const { return p.near(i, origin); }
 };
 
 /// Where the substep began, as something that `between` tells apart.

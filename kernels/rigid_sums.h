@@ -55,8 +55,9 @@ template <class R>
 struct NoteChange {
   Displaced<R> p;
   ScatteredPoints<R> x0;
+  Vector3<R> origin;  // m, of x0
   Vec4<R>* before;
-  KERNEL void operator()(int i) const { before[i].set(p.from(i, x0[i]) - before[i].xyz()); }
+  KERNEL void operator()(int i) const { before[i].set(p.from(i, x0[i], origin) - before[i].xyz()); }
 };
 
 /// Of each run of particles, from their state at the end of the substep.
@@ -64,6 +65,7 @@ template <class R>
 struct SumHeld {
   Particles<R> particles;
   ScatteredPoints<R> x0;
+  Vector3<R> origin;      // m, of x0
   const Vec4<R>* before;  // see NoteChange
   double per_dt;          // 1/s
   const ParticleRun* runs;
@@ -77,14 +79,15 @@ struct SumHeld {
  private:
   KERNEL void add(int i, HeldSums& sum) const {
     const R w = particles.w[i];
-    const Vector3<R> x = particles.x[i], start = x0[i], change = before[i].xyz();
-    const Vector3<double> v = in_double(particles.v[i]);
-    if (!(w > R(0))) sum.pins = larger(sum.pins, norm(in_double(x - start)));
+    const Vector3<R> change = before[i].xyz();
+    const Vector3<double> v = in_double(particles.v[i]), first = in_double(x0[0]), start = in_double(x0[i]),
+                          x = particles.p.start(i) - in_double(origin);
+    if (!(w > R(0))) sum.pins = larger(sum.pins, norm(x - start));
     if (!(w > R(0)) || !(dot(v, v) < double(INFINITY))) return;
     sum.changed |= same(change, {R(0), R(0), R(0)}) ? 0 : 1;
     const double m = 1 / double(w);
-    const Vector3<double> r = in_double(x - x0[0]);
-    sum.before.add(m, in_double(start - x0[0]), v - in_double(change) * per_dt);
+    const Vector3<double> r = x - first;
+    sum.before.add(m, start - first, v - in_double(change) * per_dt);
     sum.after.add(m, r, v);
     add_inertia(sum.I, m, r);
   }
@@ -95,15 +98,17 @@ template <class R>
 struct AddRigidGain {
   Particles<R> particles;
   ScatteredPoints<R> x0;
+  Vector3<R> origin;  // m, of x0
   const ParticleRun* runs;
   const int* chosen;
   double kept;
   Vector3<double> centre, velocity, omega;
   KERNEL void operator()(int r) const {
     if (!chosen[r]) return;
+    const Vector3<double> from = in_double(origin) + in_double(x0[0]) + centre;
     for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) {
       if (!(particles.w[i] > R(0))) continue;
-      const Vector3<double> arm = in_double(particles.x[i] - x0[0]) - centre;
+      const Vector3<double> arm = particles.p.start(i) - from;
       particles.v.set(i, rounded<R>(in_double(particles.v[i]) * kept + velocity + cross(omega, arm)));
     }
   }
@@ -127,7 +132,7 @@ struct LimitSpeed {
   }
 };
 
-/// Of the bodies that are about to be held: their motion, and how far from the origin they are.
+/// Of the bodies that are about to be held: their motion, and how far from the origin of x0 they are.
 struct HeldMotion {
   MeanMotion mean;      // weighted by masses
   double farthest = 0;  // m

@@ -103,8 +103,8 @@ void instantiate_all() {
   instantiate<AskContacts<R>, SplitMasses<R>, PushContacts<R, ObjectFriction<R>>, GatherPushes<R, TurnToWorld>,
               CountPushing<R>>();
   instantiate<FindCrossing<R>, HoldParticles<R, PlaceLocal<R>>, SumHeld<R>, SumHeldMotion<R>, AddRigidGain<R>,
-              NoteMotion<R>, NoteChange<R>, LimitSpeed<R>, CopyPoints<R>, CopyPoints<R, Displaced<R>>, CountFixed<R>,
-              MarkDriven<R>>();
+              NoteMotion<R>, NoteChange<R>, LimitSpeed<R>, CopyPoints<R>, CopyPoints<R, Displaced<R>>,
+              CopyPoints<R, FromOrigin<R>>, CountFixed<R>, MarkDriven<R>>();
   instantiate<StoreMoved<R>, TakeMoved<R>, StayInReach<R>, FindCommon<R>, KeepInReach<R>, StartReach<R>, BoxReach<R>>();
   instantiate<BoxUnits<R>, BoxLevel<R>, CountPushes<R>, SumLeft<R>, HoldLimited<R>>();
   instantiate_groups<FindPairsTogether<R>, LookAtPairs<R>, PushPairs<R, false>, PushPairs<R, true>, FindCrossings<R>,

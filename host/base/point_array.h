@@ -89,6 +89,10 @@ class ScatteredArray {
     for (const Vec4<R>& a : values_.download()) points.push_back({a.x, a.y, a.z});
     return points;
   }
+  Vec3 get(std::size_t i) const {
+    const Vec4<R> a = values_.get(i);
+    return {a.x, a.y, a.z};
+  }
   /// The fourth numbers, of the first of them.
   void upload_fourth(const std::vector<R>& numbers) {
     std::vector<Vec4<R>> values = values_.download();

@@ -82,15 +82,15 @@ class EdgeCollider {
     return sum;
   }
 
-  /// What a later substep depends on, for checkpoints: positions in which nothing crosses, and the searches.
-  std::vector<std::array<R, 3>> parted() const { return x0_.template download<std::array<R, 3>>(); }
+  /// What a later substep depends on, for checkpoints.
   EdgeMemory<R> memory() const {
     EdgeMemory<R> memory;
+    memory.x0 = x0_.template download<std::array<R, 3>>();
     for (const auto& group : groups_) group.save(memory);
     return memory;
   }
-  void remember(const std::vector<std::array<R, 3>>& x0, const EdgeMemory<R>& memory) {
-    x0_.upload(x0);
+  void remember(const EdgeMemory<R>& memory) {
+    x0_.upload(memory.x0);
     for (std::size_t g = 0; g < groups_.size(); ++g) groups_[g].remember(memory, g);
   }
   int groups() const { return static_cast<int>(groups_.size()); }

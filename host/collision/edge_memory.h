@@ -1,4 +1,4 @@
-// What of edges of the environment a later substep depends on, besides positions in which nothing crosses.
+// What of edges of the environment a later substep depends on.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -6,19 +6,22 @@
 
 namespace malha {
 
-/// Of the last search of every group of objects, one group after the other, in the frame of its objects.
+/// Positions in which nothing crosses; and of the last search of every group of objects, one group after the other, in
+/// the frame of its objects.
 template <class R>
 struct EdgeMemory {
+  std::vector<std::array<R, 3>> x0;         // m
   std::vector<std::array<R, 3>> from, way;  // m, of every particle: where it started, and how far it was expected to go
   std::vector<R> contact_distance;          // m, of every particle
   std::vector<std::int64_t> serves;         // of every group: 1 where there is a search
 };
 
-/// Of so many groups, without a search that serves.
+/// Of so many groups, from these positions, without a search that serves.
 template <class R>
-EdgeMemory<R> unsearched_edges(std::size_t groups, std::size_t particles) {
-  const std::vector<std::array<R, 3>> none(groups * particles);
-  return {none, none, std::vector<R>(groups * particles), std::vector<std::int64_t>(groups)};
+EdgeMemory<R> unsearched_edges(std::size_t groups, const std::vector<std::array<R, 3>>& x0) {
+  const std::size_t count = groups * x0.size();
+  const std::vector<std::array<R, 3>> none(count);
+  return {x0, none, none, std::vector<R>(count), std::vector<std::int64_t>(groups)};
 }
 
 }  // namespace malha

@@ -10,6 +10,7 @@
 #include "host/collision/pair_units.h"
 #include "host/collision/search_places.h"
 #include "host/error.h"
+#include "host/mesh/vectors.h"
 #include "kernels/pair_reach.h"
 
 namespace malha {
@@ -36,12 +37,16 @@ void note_launch(const OfList<Kernel>& list, int groups) {
 template <class Executor, class R>
 class PairSearch {
  public:
+  /// `origin`: a place near x, m.
   PairSearch(const Executor& executor, const SelfSurface& surface, const std::vector<Vec3>& x, double thickness,
-             const SearchRules<R>& rules)
+             const SearchRules<R>& rules, const Vec3& origin = {})
       : executor_(executor), rules_(rules), thickness_(R(thickness)), particles_(static_cast<int>(x.size())) {
     lay_out(plan_units(surface, x));
     std::vector<Vec4<R>> rest;
-    for (std::size_t i = 0; i < x.size(); ++i) rest.push_back({R(x[i][0]), R(x[i][1]), R(x[i][2]), R(surface.body[i])});
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const Vec3 a = minus(x[i], origin);
+      rest.push_back({R(a[0]), R(a[1]), R(a[2]), R(surface.body[i])});
+    }
     rest.push_back({});
     rest_ = Array<Executor, Vec4<R>>(rest);
     from_ = Rows(x.size() + 1, Vec4<R>{}), way_ = Rows(x.size() + 1, Vec4<R>{});

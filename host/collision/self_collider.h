@@ -35,7 +35,7 @@ class SelfCollider {
   void start_substep() {
     laid_ = false, pushed_ = -1, gives_back_ = Returns::Nothing;
     pushes_ = true, drives_left_ = kMostDrives, carries_left_ = kMostCarries;
-    if (last_.crosses == 1 && substep_++ % substeps_ == 0) leave_out_crossings();
+    if (last_.crosses == 1 && substep_ == 0) leave_out_crossings();
   }
 
   /// One projection of all contacts.
@@ -60,13 +60,16 @@ class SelfCollider {
   /// no speed.
   void note_held(const Particles<R>& particles, bool lifts) {
     if (gives_back_ == Returns::Nothing) return;  // nothing was held
-    if (lifts) parallel_for(executor_, count_, ForgetLift<R>{particles, x0_.points()}, kGrain);
-    parallel_for(executor_, count_, NoteChange<R>{particles.p, x0_.points(), before_.data()}, kGrain);
+    if (lifts) parallel_for(executor_, count_, ForgetLift<R>{particles, x0_.points(), origin()}, kGrain);
+    parallel_for(executor_, count_, NoteChange<R>{particles.p, x0_.points(), origin(), before_.data()}, kGrain);
   }
 
   /// Where all is now is where the next substep begins, after one of h seconds. What jammed gets its momenta back, or,
   /// where pins or objects (at most as fast as `objects`, m/s) drive it, is not much faster than those.
   void settle(const Particles<R>& particles, double h, double objects);
+
+  /// Others have put all where it is now, and nothing crosses there.
+  void start_from(const Particles<R>& particles) { note_places(particles), stay_near(particles); }
 
   /// What is nearer than the thickness now stays as near until it opens by itself (kernels/contact_distance.h).
   void keep_overlaps() {
@@ -95,13 +98,21 @@ class SelfCollider {
   static constexpr double kMostSpeed = 2;                   // of what drives a jam, if nothing in it was faster
   static constexpr double kLong = 0.01;  // s: in longer substeps a layer falls so far that one sweep is far from even
   static constexpr int kLongSweeps = 3;
-  static constexpr double kNear = 0.1;       // of the thickness: what comes as near in a substep may be pushed
-  static constexpr double kFit = 0.5;        // of what lies beyond a way: constraints may take the rest
-  static constexpr double kLeastGap = 0.02;  // of the thickness
-  static constexpr double kRounding = 0.05;  // of the least gap
+  static constexpr double kNear = 0.1;         // of the thickness: what comes as near in a substep may be pushed
+  static constexpr double kFit = 0.5;          // of what lies beyond a way: constraints may take the rest
+  static constexpr double kLeastGap = 0.02;    // of the thickness
+  static constexpr double kRounding = 0.05;    // of the least gap
+  static constexpr double kNearOrigin = 0.25;  // of how far from the origin rounding takes as much
 
   static SearchRules<R> search_rules(double thickness) {
     return {R(0.1 * thickness), R(0.25), R(thickness), R(0.5 * thickness)};
+  }
+  static NearRules<R> near_rules(double h, double thickness) {
+    return {R(recovery_share(h)), R(kNear * thickness), R(kLeastGap * thickness)};
+  }
+  static std::size_t first_of(const SelfSurface& surface) {
+    const auto at = std::ranges::find(surface.takes_part, 1);
+    return at == surface.takes_part.end() ? 0 : static_cast<std::size_t>(at - surface.takes_part.begin());
   }
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0]), R(a[1]), R(a[2])}; }
   template <class T>
@@ -110,7 +121,33 @@ class SelfCollider {
     return list;
   }
 
-  Motions<R> motions() const { return {x0_.points().of, moved_.points().of}; }
+  Vector3<R> origin() const { return to_R(last_.origin); }
+  /// How far from the origin `first_` may be, m.
+  double reach_of_origin() const {
+    return kNearOrigin * kRounding * double(rules_.least) / std::numeric_limits<R>::epsilon();
+  }
+  /// The one of before, or `first`, if that is too far from it. Types that carry nothing of places have none but 0.
+  Vec3 origin_near(const Vec3& first, const Vec3& before) const {
+    const Vec3 way = minus(first, before);
+    const double apart = std::max({std::abs(way[0]), std::abs(way[1]), std::abs(way[2])});
+    if (!kCarries<R> || !(apart > reach_of_origin()) || !(apart < double(std::numeric_limits<R>::max()))) return before;
+    return {double(R(first[0])), double(R(first[1])), double(R(first[2]))};
+  }
+  void note_places(const Particles<R>& particles) {
+    parallel_for(executor_, count_, CopyPoints<R, FromOrigin<R>>{{particles.p, origin()}, x0_.points()});
+  }
+  /// The origin follows those that take part. What was searched was told from the one of before.
+  void stay_near(const Particles<R>& particles) {
+    if constexpr (!kCarries<R>) return;
+    Vec3 first = x0_.get(first_);
+    for (int k = 0; k < 3; ++k) first[k] += last_.origin[k];
+    const Vec3 origin = origin_near(first, last_.origin);
+    if (origin == last_.origin) return;
+    last_.origin = origin, last_.serves = 0;
+    note_places(particles);
+  }
+
+  Motions<R> motions() const { return {x0_.points().of, moved_.points().of, origin()}; }
   CommonFrame<R> frame() const { return {to_R(last_.since), to_R(last_.moves)}; }
   void store_motion(const Particles<R>& particles) {
     parallel_for(executor_, count_, StoreMoved<R>{particles.p, particles.w, motions()}, kGrain);
@@ -216,6 +253,25 @@ class SelfCollider {
     parallel_for(executor_, count_, TakeMoved<R>{motions(), particles.p}, kGrain);
   }
 
+  SearchMemory start_near(const Model& model) const {
+    SearchMemory start;
+    if (!model.x.empty()) start.origin = origin_near(model.x[first_], {});
+    return start;
+  }
+  /// These from the origin, as Displaced::near() has them, and a place of padding.
+  std::vector<Vec3> places(const std::vector<Vec3>& x) const {
+    std::vector<Vec3> all;
+    for (const Vec3& a : x) {
+      Vec3& place = all.emplace_back();
+      for (int k = 0; k < 3; ++k) {
+        const R stored = R(a[k]);
+        place[k] = kCarries<R> ? (stored - R(last_.origin[k])) + R(a[k] - double(stored)) : stored;
+      }
+    }
+    all.push_back({0, 0, 0});
+    return all;
+  }
+
   int count_pushes() const {
     return static_cast<int>(parallel_reduce<Sum>(executor_, search_.units(), CountPushes<R>{search_.pairs()}).value);
   }
@@ -247,7 +303,8 @@ class SelfCollider {
   /// and the springs that this draws would make of their speed.
   void give_back(const Particles<R>& particles, double h, double objects) {
     parallel_for(executor_, runs(),
-                 SumHeld<R>{particles, x0_.points(), before_.data(), 1 / h, runs_.data(), held_sums_.data()}, 1);
+                 SumHeld<R>{particles, x0_.points(), origin(), before_.data(), 1 / h, runs_.data(), held_sums_.data()},
+                 1);
     const std::vector<ParticleRun> runs = runs_.download();
     const std::vector<HeldSums> sums = held_sums_.download();
     std::vector<int> changed(surface_.body.empty() ? 0 : *std::ranges::max_element(surface_.body) + 1), chosen;
@@ -268,13 +325,13 @@ class SelfCollider {
     }
     const RigidGain gain = rigid_return(all);
     parallel_for(executor_, this->runs(),
-                 AddRigidGain<R>{particles, x0_.points(), runs_.data(), chosen_.data(), gain.kept, gain.centre,
-                                 gain.velocity, gain.omega},
+                 AddRigidGain<R>{particles, x0_.points(), origin(), runs_.data(), chosen_.data(), gain.kept,
+                                 gain.centre, gain.velocity, gain.omega},
                  1);
   }
 
-  /// How bodies of which something is about to be held move on the whole, m. Where that would round them through each
-  /// other: none.
+  /// How bodies of which something is about to be held move on the whole, m. None where that would round them through
+  /// each other, far from what the origin follows.
   Vec3 motion_of_held() {
     parallel_for(executor_, runs(), SumHeldMotion<R>{motions(), held_.data(), runs_.data(), held_motions_.data()}, 1);
     HeldMotion all;
@@ -396,10 +453,11 @@ class SelfCollider {
   int count_;
   double thickness_;
   R friction_;
-  int substeps_, substep_ = 0;  // of a step, and since a step began
+  int substeps_, substep_ = 0;  // of a step, and since it began
   NearRules<R> rules_{};
-  PairSearch<Executor, R> search_;
+  std::size_t first_ = 0;  // of those that take part: the origin follows it
   SearchMemory last_;
+  PairSearch<Executor, R> search_;
   int sweeps_ = 1;  // over all contacts, a projection
   bool laid_ = false;
   bool overlaps_ = true;  // whether particles may have less than the thickness for their contact distance
@@ -431,17 +489,17 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
       thickness_(model.scene.self_collision->thickness),
       friction_(R(model.scene.self_collision->friction)),
       substeps_(model.scene.solver.substeps),
-      search_(executor, surface_, model.x, thickness_, search_rules(thickness_)) {
+      rules_(near_rules(model.scene.solver.dt / substeps_, thickness_)),
+      first_(first_of(surface_)),
+      last_(start_near(model)),
+      search_(executor, surface_, model.x, thickness_, search_rules(thickness_), last_.origin) {
   if (model.scene.self_collision->ignores_crossings) facts_.crossings = std::ssize(crossings_at_start(model, surface_));
   last_.crosses = facts_.crossings > 0 ? 1 : 0;
   facts_.particles = surface_.particles, facts_.edges = surface_.edges, facts_.triangles = surface_.triangles;
   const double h = model.scene.solver.dt / model.scene.solver.substeps;
   if (h > kLong) sweeps_ = kLongSweeps;
-  rules_ = {R(recovery_share(h)), R(kNear * thickness_), R(kLeastGap * thickness_)};
   takes_part_ = Array<Executor, unsigned char>(surface_.takes_part);
-  std::vector<Vec3> x0 = model.x;
-  x0.push_back({0, 0, 0});  // of padding
-  x0_ = Points4(x0), moved_ = Points4(x0.size());
+  x0_ = Points4(places(model.x)), moved_ = Points4(model.x.size() + 1);
   room_ = Array<Executor, R>(search_.units(), R(0)), left_ = Array<Executor, PairsLeft>(search_.units(), PairsLeft{});
 }
 
@@ -477,7 +535,9 @@ bool SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const 
 template <class Executor, class R>
 void SelfCollider<Executor, R>::settle(const Particles<R>& particles, double h, double objects) {
   if (gives_back_ != Returns::Nothing) give_back(particles, h, objects);
-  parallel_for(executor_, count_, CopyPoints<R, Displaced<R>>{particles.p, x0_.points()});
+  note_places(particles);
+  substep_ = substep_ + 1 < substeps_ ? substep_ + 1 : 0;
+  if (substep_ == 0) stay_near(particles);
   if (through_) ++last_.driven_through;
   through_ = false;
 }

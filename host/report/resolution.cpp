@@ -47,11 +47,10 @@ std::string metres(double a) {
   return text;
 }
 
-/// Whether what acts knows places only as the precision rounds them: contacts, and Desbrun's method. PBD moves
-/// displacements and carries on what a place loses, so that a hung cloth at 10 km is 3e-6 m from where double has it.
-bool acts_on_rounded_places(const Scene& scene) {
-  return scene.solver.type != "pbd" || !scene.environment.empty() || scene.self_collision;
-}
+/// Whether what acts knows places only as the precision rounds them: contacts with the environment, and Desbrun's
+/// method. PBD moves displacements and carries on what a place loses, so that a hung cloth at 10 km is 3e-6 m from
+/// where double has it; self-collision tells places from an origin of its own, near the bodies.
+bool acts_on_rounded_places(const Scene& scene) { return scene.solver.type != "pbd" || !scene.environment.empty(); }
 
 }  // namespace
 
@@ -68,7 +67,7 @@ std::string coarse_resolution(const Model& model, const std::vector<Vec3>& x) {
   const bool twice = scene.solver.precision == Precision::Double;
   return std::string(twice ? "double" : "float") + " resolves " + metres(found.spacing) + " at " +
          metres(found.farthest) + " from the origin, where the shortest edge is " + metres(found.edge) + " long: " +
-         (scene.solver.type == "pbd" ? "contacts are no finer"
+         (scene.solver.type == "pbd" ? "contacts with the environment are no finer"
                                      : "every rounding may strain it by " + shown(found.strain(), 2)) +
          (twice ? "; move the scene to the origin"
                 : "; take \"precision\": \"double\" or move the scene to the origin");

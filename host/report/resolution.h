@@ -19,7 +19,7 @@ struct Resolution {
 Resolution resolution(const Model& model, const std::vector<Vec3>& x);
 
 /// A line for people where a rounded place is off by more than a thousandth of an edge, and something acts on such
-/// places: contacts, or Desbrun's method; otherwise "".
+/// places: contacts with the environment, or Desbrun's method; otherwise "".
 std::string coarse_resolution(const Model& model, const std::vector<Vec3>& x);
 
 }  // namespace malha

@@ -29,7 +29,7 @@ struct State {
   std::vector<std::array<R, 3>> x, v;
   ContactMemory seen{};                 // empty without environment
   std::vector<std::int64_t> rest{};     // of sleep, empty without
-  SelfMemory<R> self{};                 // empty where no edges meet edges
+  SelfMemory<R> self{};                 // empty without self-collision
   EdgeMemory<R> edges{};                // empty without edges of the environment
   std::vector<std::array<R, 3>> low{};  // what x lacks of the positions, of a type that carries it
 };
@@ -77,7 +77,8 @@ std::string save_state(const State<R>& state, const Contacts& contacts) {
   const auto of_all = [&](const auto& take) {
     take(state.rest), take(state.self.x0), take(state.self.from), take(state.self.way);
     take(state.self.contact_distance), take(state.self.search);
-    take(state.edges.from), take(state.edges.way), take(state.edges.contact_distance), take(state.edges.serves);
+    take(state.edges.x0), take(state.edges.from), take(state.edges.way), take(state.edges.contact_distance),
+        take(state.edges.serves);
   };
   std::size_t most = 3 * sizeof state.steps + (2 * state.x.size() + state.low.size()) * sizeof state.x[0];
   most += contacts.box_count() * sizeof(WordBox) + contacts.most_places() * sizeof(PlaceSeen) +
@@ -100,15 +101,17 @@ std::string save_state(const State<R>& state) {
 
 /// How many entries a state has of each; `meshes`: of the environment.
 struct StateSizes {
-  std::size_t particles = 0, meshes = 0, rest = 0, apart = 0, searched = 0, edge_groups = 0;
+  std::size_t particles = 0, meshes = 0, rest = 0, searched = 0, edge_groups = 0;
 };
 
 namespace detail {
 
 inline void check_search(const SearchMemory& search, const std::string& file) {
-  for (const auto& frame : {search.since, search.moves})
-    for (const double number : frame)
-      if (!(std::abs(number) <= 1e18)) refuse(file, "frame of a search", shown(number), "numbers up to 1e18");
+  for (const auto& [what, place] :
+       {std::pair("frame of a search", search.since), std::pair("frame of a search", search.moves),
+        std::pair("origin of parted positions", search.origin)})
+    for (const double number : place)
+      if (!(std::abs(number) <= 1e18)) refuse(file, what, shown(number), "numbers up to 1e18");
   const auto check = [&](const char* what, std::int32_t count, int least, int most) {
     if (count < least || count > most)
       refuse(file, what, std::to_string(count), std::to_string(least) + " to " + std::to_string(most));
@@ -161,13 +164,14 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, std::
   if (state.steps < 0 || state.steps > most)
     refuse(file, "steps", std::to_string(state.steps), "0 to " + std::to_string(most));
   // Self-collision lays a grid over everything: squares of what it is to hold must stay finite in single precision.
-  const double largest = state.self.x0.empty() ? std::numeric_limits<double>::max() : 1e18;
+  const bool any_number = state.self.x0.empty() && state.edges.x0.empty();
+  const double largest = any_number ? std::numeric_limits<double>::max() : 1e18;
   const auto check_numbers = [&](const auto& list, const char* place) {
     for (std::size_t i = 0; i < list.size(); ++i)
       for (const R number : list[i])
         if (!(std::abs(double(number)) <= largest))
           refuse(file, place, shown(double(number)) + " at particle " + std::to_string(i),
-                 state.self.x0.empty() ? "finite numbers" : "numbers up to 1e18");
+                 any_number ? "finite numbers" : "numbers up to 1e18");
   };
   check_numbers(state.x, "positions"), check_numbers(state.v, "velocities");
   check_numbers(state.low, "remainders of positions");
@@ -180,6 +184,7 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, std::
       if (!(distance >= 0 && double(distance) <= largest))
         refuse(file, "contact distance", shown(double(distance)), "at least 0");
   for (const SearchMemory& search : state.self.search) check_search(search, file);
+  check_numbers(state.edges.x0, "positions before edges");
   check_numbers(state.edges.from, "positions of a search of edges");
   check_numbers(state.edges.way, "ways of a search of edges");
   for (const std::int64_t serves : state.edges.serves)
@@ -202,7 +207,8 @@ template <class R>
 State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std::vector<int>& triangles = {},
                     const std::string& file = "checkpoint") {
   State<R> state;
-  const std::size_t searches = sizes.searched > 0 ? 1 : 0, carries = kCarries<R> ? sizes.particles : 0;
+  const std::size_t searches = sizes.searched > 0 ? 1 : 0, carries = kCarries<R> ? sizes.particles : 0,
+                    parted = sizes.edge_groups > 0 ? sizes.particles : 0;
   constexpr std::size_t two = 2 * sizeof(std::int64_t);
   // Where it says how many boxes there are, and how many pairs are near.
   const std::size_t counts_at = sizeof state.steps + (6 * sizes.particles + 3 * carries) * sizeof(R),
@@ -222,10 +228,10 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
     for (std::size_t mesh = 0; mesh < sizes.meshes; ++mesh)
       places += places_of(state.seen.boxes.data() + mesh * words, sizes.particles);
   }
-  const std::size_t expected = counts_at + two + (3 * sizes.apart + 8 * sizes.searched) * sizeof(R) +
-                               box_count * sizeof(WordBox) + places * sizeof(PlaceSeen) + near * sizeof(SeenOfPair) +
-                               sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory) +
-                               sizes.edge_groups * (7 * sizes.particles * sizeof(R) + sizeof(std::int64_t));
+  const std::size_t expected =
+      counts_at + two + 11 * sizes.searched * sizeof(R) + box_count * sizeof(WordBox) + places * sizeof(PlaceSeen) +
+      near * sizeof(SeenOfPair) + sizes.rest * sizeof(std::int64_t) + searches * sizeof(SearchMemory) +
+      3 * parted * sizeof(R) + sizes.edge_groups * (7 * sizes.particles * sizeof(R) + sizeof(std::int64_t));
   if (bytes.size() != expected)
     refuse(file, "state", std::to_string(bytes.size()) + " bytes",
            std::to_string(expected) + " bytes for this scene's particles and precision");
@@ -238,11 +244,12 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, places, state.seen.places);
   from = detail::take(from, near, state.seen.near);
   from = detail::take(from, sizes.rest, state.rest);
-  from = detail::take(from, sizes.apart, state.self.x0);
+  from = detail::take(from, sizes.searched, state.self.x0);
   from = detail::take(from, sizes.searched, state.self.from);
   from = detail::take(from, sizes.searched, state.self.way);
   from = detail::take(from, sizes.searched, state.self.contact_distance);
   from = detail::take(from, searches, state.self.search);
+  from = detail::take(from, parted, state.edges.x0);
   from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.from);
   from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.way);
   from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.contact_distance);
@@ -292,10 +299,12 @@ State<R> carried(const State<R>& before, const std::vector<int>& from) {
   for (const int i : from) {
     state.x.push_back(before.x[i]), state.v.push_back(before.v[i]);
     if (!before.low.empty()) state.low.push_back(before.low[i]);
-    if (!before.self.x0.empty()) state.self.x0.push_back(before.self.x0[i]);  // a split leaves all in its place
+    // A split leaves all in its place.
+    if (!before.self.x0.empty()) state.self.x0.push_back(before.self.x0[i]);
+    if (!before.edges.x0.empty()) state.edges.x0.push_back(before.edges.x0[i]);
   }
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);
-  state.edges = unsearched_edges<R>(before.edges.serves.size(), from.size());
+  state.edges = unsearched_edges<R>(before.edges.serves.size(), state.edges.x0);
   state.seen = carried(before.seen, before.x.size(), from);
   return state;
 }
@@ -309,9 +318,11 @@ State<R> displaced(const State<R>& before, std::int64_t steps, const std::vector
   put_places(x, state);
   for (const Vec3& one : v) state.v.push_back(to_R(one));
   if (!before.rest.empty()) state.rest = {0, -1};
-  if (!before.self.x0.empty()) state.self.x0 = state.x;
-  if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);
-  state.edges = unsearched_edges<R>(before.edges.serves.size(), x.size());
+  if (!before.self.search.empty()) {
+    state.self = unsearched(state.x, before.self.search[0]);
+    state.self.search[0].origin = {};
+  }
+  if (!before.edges.x0.empty()) state.edges = unsearched_edges<R>(before.edges.serves.size(), state.x);
   const auto keep = [&](const std::vector<R>& from, std::vector<R>& to) {
     for (std::size_t i = 0; i < to.size(); ++i)
       if (state.x[i % x.size()] == before.x[i % x.size()]) to[i] = from[i];

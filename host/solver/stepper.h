@@ -82,7 +82,7 @@ class Stepper : public Solver {
     if (collider_) collider_->remember(saved.seen);
     if (sleeper_) own_ ? sleeper_->wake() : sleeper_->remember(saved.rest);
     if (self_) self_->remember(saved.self);
-    if (edges_) edges_->remember(saved.self.x0, saved.edges);
+    if (edges_) edges_->remember(saved.edges);
     guard_.restart(particles(), places());
   }
   void adopt(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
@@ -94,6 +94,7 @@ class Stepper : public Solver {
     restore(save_state(
                 displaced(remembered(), steps, in_solver_order(x, model_.user_of), in_solver_order(v, model_.user_of))),
             "state");
+    if (self_) self_->start_from(particles());
   }
   bool overstretched() final {
     bool found = false;
@@ -502,10 +503,7 @@ class Stepper : public Solver {
   State<R> remembered() const {
     State<R> all = state();
     if (sleeper_) all.rest = sleeper_->memory();
-    if (self_)
-      all.self = self_->memory();
-    else if (edges_)  // which would be the same places
-      all.self.x0 = edges_->parted();
+    if (self_) all.self = self_->memory();
     if (edges_) all.edges = edges_->memory();
     return all;
   }
@@ -514,7 +512,6 @@ class Stepper : public Solver {
     const StateSizes sizes{.particles = particles,
                            .meshes = model_.environment.size(),
                            .rest = sleeper_ ? std::size_t(2) : 0,
-                           .apart = self_ || edges_ ? particles : 0,
                            .searched = self_ ? particles : 0,
                            .edge_groups = edges_ ? static_cast<std::size_t>(edges_->groups()) : 0};
     return load_state<R>(bytes, sizes, collider_ ? collider_->triangles() : std::vector<int>{}, file);
