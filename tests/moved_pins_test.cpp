@@ -31,7 +31,6 @@ Scene carried_sheet(Precision precision = Precision::Float, std::optional<double
   return scene_of({sheet}, kEarth, 0.01, 4, precision);
 }
 
-
 struct Way {
   std::string name;
   Precision precision;
