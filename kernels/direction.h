@@ -65,7 +65,7 @@ KERNEL auto has_hardly_turned(double cosine, const S (&w)[n], const Vector3<S> (
 template <class S, int n>
 KERNEL auto is_told(const S& sum, const S (&w)[n], const Vector3<S> (&grad)[n]) {
   using R = typename RealOf<S>::type;
-  constexpr double rounding = sizeof(R) == 4 ? 0x1p-19 : 0x1p-48;  // 16 times half a unit in the last place
+  constexpr double rounding = sizeof(R) == 4 ? 0x1p-19 : 0x1p-48;  // 16 spacings at 1
   S most_w = w[0], most2 = dot(grad[0], grad[0]);
   for (int j = 1; j < n; ++j) most_w = larger(most_w, w[j]), most2 = larger(most2, dot(grad[j], grad[j]));
   return sum > S(R(rounding * rounding)) * most_w * most2;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -130,11 +131,18 @@ class ScalarSweep {
       size = std::max(size, std::sqrt(dot(x[j], x[j])));
       way = std::max(way, w[j] * std::sqrt(dot(along[j], along[j])));
     }
-    if (!(sum > R(0)) || !(std::abs(C) * way <= R(kSmall) * size * sum)) {
+    bool turned = false;
+    if constexpr (gradient_turns<Kind>())
+      turned = !(R(Kind::turns * Kind::turns) * product(grad, grad) * product(along, along) <= sum * sum);
+    if (turned || !(sum > R(0)) || !(std::abs(C) * way <= R(kSmall) * size * sum)) {
       sum = product(grad, grad), scale_along = scale;
       std::copy(grad, grad + n, along);
     }
     if (!(sum > tiny<R>())) return;
+    R most_w = 0, most2 = 0;
+    for (int j = 0; j < n; ++j) most_w = std::max(most_w, w[j]), most2 = std::max(most2, dot(along[j], along[j]));
+    const R rounding = 16 * std::numeric_limits<R>::epsilon();
+    if (n > 2 && !(sum > rounding * rounding * most_w * most2)) return;
     R& lambda = lambda_[s][c];
     const R wanted = set.compliance ? -C - scale * alpha * lambda : -C * k_[s];
     R against = set.compliance ? sum + alpha * scale * scale_along : sum;
