@@ -314,19 +314,22 @@ TEST(WarningOfFolds, IsThatOfTwoEdgesOnAnyMeshAndOnlyWhereASheetTurns) {
     }
 }
 
-// What hangs alone is as exact there as anywhere (FarAway.*, tests/robustness_test.cpp); contacts are not.
+// What hangs alone is as exact there as anywhere (FarAway.*, tests/robustness_test.cpp); contacts with the environment
+// are not.
 TEST(WarningOfDistance, ComesFarFromTheOriginInFloatAloneOfContactsAndOfDesbrunsMethod) {
   Scene hung = sheet_of(33, false, {});
   hung.bodies[0].transform.translate = {0, 2000, 0};
   EXPECT_TRUE(warnings_of(hung).empty());
-  Scene laid = hung, folded = hung, filtered = hung;
+  Scene folded = hung;  // self-collision has places of its own (tests/self_far_test.cpp)
+  folded.self_collision = SelfCollision{}, folded.self_collision->thickness = 0.005;
+  EXPECT_FALSE(warns_of(folded, "distance"));
+  Scene laid = hung, filtered = hung;
   EnvironmentSpec ground;
   ground.name = "ground", ground.shape = GridShape{}, ground.sides = Sides::TwoSided,
   ground.transform.translate = {0, 1999, 0};
   laid.environment = {ground};
-  folded.self_collision = SelfCollision{}, folded.self_collision->thickness = 0.005;
   filtered.solver.type = "desbrun";
-  for (Scene& scene : {std::ref(laid), std::ref(folded), std::ref(filtered)}) {
+  for (Scene& scene : {std::ref(laid), std::ref(filtered)}) {
     EXPECT_TRUE(warns_of(scene, "distance"));
     scene.solver.precision = Precision::Double;
     EXPECT_FALSE(warns_of(scene, "distance"));
