@@ -109,9 +109,9 @@ struct Places {
   }
 };
 
-/// Where the gradient is drawn along a vector that may be of any length, such as that of a fold, it turns on ways
-/// however short: a kind says so,
-///   static constexpr bool turns = true;
+/// Where the gradient is drawn along a vector of any length, such as a fold's, it turns on ways however short, and what
+/// is across it would stay unmet. The kind says by which cosine it may turn:
+///   static constexpr double turns = 0.999;
 template <class Kind>
 KERNEL constexpr bool gradient_turns() {
   return requires { Kind::turns; };

@@ -82,7 +82,7 @@ class EdgeCollider {
     return sum;
   }
 
-  /// What a later substep depends on, for checkpoints.
+  /// It copies what a later substep depends on, for checkpoints.
   EdgeMemory<R> memory() const {
     EdgeMemory<R> memory;
     memory.x0 = x0_.template download<std::array<R, 3>>();

@@ -1,4 +1,4 @@
-// What of edges of the environment a later substep depends on.
+// The memory of edges of the environment: what a later substep depends on.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -16,7 +16,7 @@ struct EdgeMemory {
   std::vector<std::int64_t> serves;         // of every group: 1 where there is a search
 };
 
-/// Of so many groups, from these positions, without a search that serves.
+/// It is that of so many groups, from these positions, without a search that serves.
 template <class R>
 EdgeMemory<R> unsearched_edges(std::size_t groups, const std::vector<std::array<R, 3>>& x0) {
   const std::size_t count = groups * x0.size();

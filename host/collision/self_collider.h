@@ -122,7 +122,7 @@ class SelfCollider {
   }
 
   Vector3<R> origin() const { return to_R(last_.origin); }
-  /// How far from the origin `first_` may be, m.
+  /// `first_` may be so far from the origin, m.
   double reach_of_origin() const {
     return kNearOrigin * kRounding * double(rules_.least) / std::numeric_limits<R>::epsilon();
   }
@@ -330,8 +330,8 @@ class SelfCollider {
                  1);
   }
 
-  /// How bodies of which something is about to be held move on the whole, m. None where that would round them through
-  /// each other, far from what the origin follows.
+  /// Bodies of which something is about to be held move so on the whole, m. They do not where that would round them
+  /// through each other, far from what the origin follows.
   Vec3 motion_of_held() {
     parallel_for(executor_, runs(), SumHeldMotion<R>{motions(), held_.data(), runs_.data(), held_motions_.data()}, 1);
     HeldMotion all;

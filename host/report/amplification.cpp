@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "host/base/text.h"
 #include "host/error.h"
 #include "host/solver/solver.h"
 
@@ -114,7 +114,7 @@ class StepAtRest {
   bool rests_ = true;
 };
 
-/// How the velocities of a motion grow from step to step, with positions and velocities scaled alike.
+/// It follows how the velocities of a motion grow from step to step, with positions and velocities scaled alike.
 class PowerIteration {
  public:
   PowerIteration(StepAtRest& step, double dt) : step_(step), dt_(dt) {
@@ -174,13 +174,6 @@ double steps_of_set_up(const Model& model) {
   return model.scene.solver.type == "desbrun" ? kStepsOfSetUpWithFilter : kStepsOfSetUp;
 }
 
-/// "-1.8", "0.9973".
-std::string with_digits(int digits, double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
-}
-
 }  // namespace
 
 double Amplification::of_a_substep(const SolverSpec& solver) const {
@@ -228,14 +221,13 @@ std::optional<Amplification> measure_amplification(const Scene& of, std::size_t 
 std::vector<std::optional<Amplification>> measure_amplifications(const Model& model, double steps, int threads) {
   const std::vector<int>& begin = model.look.body_begin;
   std::vector<std::optional<Amplification>> all(model.scene.bodies.size());
-  for (std::size_t body = 0; body < all.size(); ++body) {
-    const int particles = begin[body + 1] - begin[body];
-    // Each body takes its share of a step's time, so that their number does not matter.
-    const double affordable = (steps - steps_of_set_up(model)) / kStepsOfAStep;
-    if (affordable < kFewestSteps || particles > kMostMeasured) continue;
-    all[body] = measure_amplification(model.scene, body, static_cast<int>(std::min<double>(kMostSteps, affordable)),
-                                      threads, model.patches.bounds);
-  }
+  // Each body takes its share of a step's time, so that their number does not matter.
+  const double affordable = (steps - steps_of_set_up(model)) / kStepsOfAStep;
+  if (affordable < kFewestSteps) return all;
+  const int taken = static_cast<int>(std::min<double>(kMostSteps, affordable));
+  for (std::size_t body = 0; body < all.size(); ++body)
+    if (begin[body + 1] - begin[body] <= kMostMeasured)
+      all[body] = measure_amplification(model.scene, body, taken, threads, model.patches.bounds);
   return all;
 }
 
@@ -249,9 +241,8 @@ std::string list_amplifications(const Model& model, const std::vector<std::optio
   for (std::size_t body = 0; body < all.size(); ++body) {
     if (!all[body]) continue;
     const Amplification& of = *all[body];
-    text += "  '" + model.scene.bodies[body].name + "': " + with_digits(4, of.of_a_substep(model.scene.solver)) +
-            ", growth of " + with_digits(2, of.growth) + " a second; the scene damps " + with_digits(2, of.damping) +
-            " a second\n";
+    text += "  '" + model.scene.bodies[body].name + "': " + shown(of.of_a_substep(model.scene.solver), 4) +
+            ", growth of " + shown(of.growth, 2) + " a second; the scene damps " + shown(of.damping, 2) + " a second\n";
   }
   return text.empty() ? "" : "amplification of small motions about rest by a substep:\n" + text;
 }
@@ -262,9 +253,9 @@ std::vector<std::string> growth_warnings(const Model& model, const std::vector<s
     if (!all[body] || !all[body]->grows()) continue;
     const double growth = all[body]->growth, damping = -std::expm1(-growth * model.scene.solver.dt);
     lines.push_back("body '" + model.scene.bodies[body].name + "': small motions about its rest grow by " +
-                    with_digits(2, growth) + " a second by its constraints alone, and the scene damps " +
-                    with_digits(2, all[body]->damping) + " a second; take " +
-                    (damping < kMostDamping ? "a \"damping\" of " + with_digits(2, damping) + " or more, or " : "") +
+                    shown(growth, 2) + " a second by its constraints alone, and the scene damps " +
+                    shown(all[body]->damping, 2) + " a second; take " +
+                    (damping < kMostDamping ? "a \"damping\" of " + shown(damping, 2) + " or more, or " : "") +
                     (model.scene.solver.type == "desbrun" ? "\"corrector\": \"inertia\""
                                                           : "\"rigidity\" or \"compliance\" instead of \"stiffness\"") +
                     " (scenes/accuracy.md, Growth at rest)");

@@ -74,7 +74,7 @@ class Planner {
       phase_[k] = used.lowest_free(places.data(), n);
       used.use(phase_[k], places.data(), n);
     }
-    visit_last_together();
+    const int end = visit_last_together();
     touches_.first.assign(particles, std::numeric_limits<int>::max());
     touches_.last.assign(particles, -1);
     for (int k = 0; k < count; ++k)
@@ -84,7 +84,6 @@ class Planner {
       }
     touches_.phase = phase_;
     // Those before the last phase are visited back, from their last one to the first.
-    const int end = phase_.empty() ? 0 : *std::max_element(phase_.begin(), phase_.end());
     for (int i = 0; i < particles; ++i)
       if (touches_.last[i] != end && touches_.last[i] >= 0) touches_.last[i] = touches_.first[i];
     plan_.shared = static_cast<int>(std::count(shared.begin(), shared.end(), true));
@@ -102,8 +101,8 @@ class Planner {
   }
 
   /// Of patches that share particles, directly or by others, the last phase is visited after its turn. It becomes that
-  /// of all: otherwise the order within one body would hang on how many phases another has.
-  void visit_last_together() {
+  /// of all, which is returned: otherwise the order within one body would hang on how many phases another has.
+  int visit_last_together() {
     const int count = model_.patches.count();
     DisjointSets together(count);
     for (int k = 0; k < count; ++k)
@@ -114,6 +113,7 @@ class Planner {
     const int end = count > 0 ? *std::max_element(last.begin(), last.end()) : 0;
     for (int k = 0; k < count; ++k)
       if (phase_[k] == last[together.root(k)]) phase_[k] = end;
+    return end;
   }
 
   /// The pieces one after the other, phase by phase.

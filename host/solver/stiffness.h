@@ -9,12 +9,12 @@ namespace malha {
 /// k' = 1 - (1 - k)^(1/n): n projections leave (1 - k) of the error (Müller et al. 2006, section 3.3).
 inline double stiffness_per_projection(double k, double projections) { return 1 - std::pow(1 - k, 1.0 / projections); }
 
-/// What a projection takes of a PBD constraint of stiffness k: shared by all projections of a step, or, where k is that
-/// of a step, by the iterations of a substep, which take k / (k + n^2 (1 - k)). A step of one substep that takes k is
-/// backward Euler of a spring, k = s / (s + alpha / dt^2) with s = sum w |grad C|^2; that is the same spring's for n.
 /// Projections of a batched constraint in an iteration, which goes there and back.
 inline constexpr int kThereAndBack = 2;
 
+/// What a projection takes of a PBD constraint of stiffness k: shared by all projections of a step, or, where k is that
+/// of a step, by the iterations of a substep, which take k / (k + n^2 (1 - k)). A step of one substep that takes k is
+/// backward Euler of a spring, k = s / (s + alpha / dt^2) with s = sum w |grad C|^2; that is the same spring's for n.
 /// `projections`: of an iteration.
 inline double stiffness_per_projection(double k, const SolverSpec& solver, int projections) {
   const double n = solver.substeps;
