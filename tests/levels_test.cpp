@@ -452,13 +452,26 @@ TEST(Levels, OfAScenesSolverAreReadAndRefused) {
         .solver;
   };
   EXPECT_EQ(with("").levels, kAutoLevels);
-  EXPECT_EQ(with("").levels_every, 2);
+  EXPECT_EQ(with("").levels_every, 0) << "by what drives bodies";
   EXPECT_EQ(with(R"(, "levels": "off")").levels, 0);
   EXPECT_EQ(with(R"(, "levels": 3, "levels_every": 1)").levels, 3);
   EXPECT_NE(refusal([&] { with(R"(, "levels": "many")"); }).find("/solver/levels: found"), std::string::npos);
   EXPECT_NE(refusal([&] { with(R"(, "levels": 0)"); }).find("/solver/levels: found"), std::string::npos);
   for (const char* every : {R"(, "levels_every": 0)", R"(, "levels_every": 4)"})
     EXPECT_NE(refusal([&] { with(every); }).find("/solver/levels_every: found"), std::string::npos);
+}
+
+TEST(Levels, ActInEachSubstepOfWhatIsDriven) {
+  const auto every = [](const std::function<void(Scene&)>& change) {
+    Scene scene = hung_sheet(sheet_of(20), kAutoLevels, 0);
+    change(scene);
+    return build_model(scene).scene.solver.levels_every;
+  };
+  EXPECT_EQ(every([](Scene&) {}), 2);
+  EXPECT_EQ(every([](Scene& scene) { scene.wind = Wind{{1, 0, 0}, 1.2}; }), 1);
+  EXPECT_EQ(every([](Scene& scene) { scene.bodies[0].pins[0].until = 0.5; }), 2);
+  EXPECT_EQ(every([](Scene& scene) { scene.bodies[0].pins[0].motion = {{0.1}, {0.2, {1, 0, 0}}}; }), 1);
+  EXPECT_EQ(every([](Scene& scene) { scene.wind = Wind{{1, 0, 0}, 1.2}, scene.solver.levels_every = 3; }), 3);
 }
 
 }  // namespace

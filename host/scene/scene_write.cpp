@@ -168,7 +168,7 @@ Json write(const SolverSpec& s) {
   if (s.type == "pbd") {
     json["corrector"] = s.keeps_momenta ? "inertia" : "off";
     json["levels"] = s.levels > 0 ? Json(s.levels) : Json(s.levels == 0 ? "off" : "auto");
-    json["levels_every"] = s.levels_every;
+    if (s.levels_every > 0) json["levels_every"] = s.levels_every;
     json["stiffness_of"] = s.stiffness_of_step ? "step" : "projections";
   }
   if (s.type != "desbrun") return json;
