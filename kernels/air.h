@@ -16,13 +16,14 @@ namespace malha {
 /// them. A quad's S is that of its diagonals.
 template <class R>
 struct FacesInAir {
-  Points<R> x;
+  Displaced<R> p;
   const int* corners;  // four a face; the last of a triangle is below 0
   Points<R> faces;
   KERNEL void operator()(int f) const {
     const int *at = corners + 4 * f, last = at[3];
-    const Vector3<R> a = x[at[0]], b = x[at[1]], c = x[at[2]];
-    const Vector3<R> S = last < 0 ? cross(b - a, c - a) * (R(1) / R(6)) : cross(c - a, x[last] - b) * (R(1) / R(8));
+    const Vector3<R> ac = p.between_at_start(at[2], at[0]);
+    const Vector3<R> S = last < 0 ? cross(p.between_at_start(at[1], at[0]), ac) * (R(1) / R(6))
+                                  : cross(ac, p.between_at_start(last, at[1])) * (R(1) / R(8));
     const R area2 = dot(S, S);
     faces.set(f, area2 > tiny<R>() ? S * (R(1) / root(root(area2))) : Vector3<R>{R(0), R(0), R(0)});
   }

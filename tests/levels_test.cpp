@@ -452,7 +452,7 @@ TEST(Levels, OfAScenesSolverAreReadAndRefused) {
         .solver;
   };
   EXPECT_EQ(with("").levels, kAutoLevels);
-  EXPECT_EQ(with("").levels_every, 0) << "by what drives bodies";
+  EXPECT_EQ(with("").levels_every, 0);
   EXPECT_EQ(with(R"(, "levels": "off")").levels, 0);
   EXPECT_EQ(with(R"(, "levels": 3, "levels_every": 1)").levels, 3);
   EXPECT_NE(refusal([&] { with(R"(, "levels": "many")"); }).find("/solver/levels: found"), std::string::npos);
@@ -465,13 +465,23 @@ TEST(Levels, ActInEachSubstepOfWhatIsDriven) {
   const auto every = [](const std::function<void(Scene&)>& change) {
     Scene scene = hung_sheet(sheet_of(20), kAutoLevels, 0);
     change(scene);
-    return build_model(scene).scene.solver.levels_every;
+    return levels_every(build_model(scene));
   };
   EXPECT_EQ(every([](Scene&) {}), 2);
   EXPECT_EQ(every([](Scene& scene) { scene.wind = Wind{{1, 0, 0}, 1.2}; }), 1);
   EXPECT_EQ(every([](Scene& scene) { scene.bodies[0].pins[0].until = 0.5; }), 2);
   EXPECT_EQ(every([](Scene& scene) { scene.bodies[0].pins[0].motion = {{0.1}, {0.2, {1, 0, 0}}}; }), 1);
   EXPECT_EQ(every([](Scene& scene) { scene.wind = Wind{{1, 0, 0}, 1.2}, scene.solver.levels_every = 3; }), 3);
+  EXPECT_EQ(every([](Scene& scene) {
+              scene.environment.emplace_back();
+              scene.environment[0].name = "pole", scene.environment[0].shape = GridShape{{3, 3}, {1, 1}};
+              scene.environment[0].transform.translate = {0, -9, 0};
+              scene.environment[0].motion = {{0.1}, {0.2, {1, 0, 0}}};
+              Attachment to;
+              to.at = BoxPin{{-1, -1, -1e-9}, {3, 1, 1e-9}}, to.environment = "pole";
+              scene.bodies[0].pins.clear(), scene.bodies[0].attachments = {to};
+            }),
+            1);
 }
 
 }  // namespace

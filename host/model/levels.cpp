@@ -16,6 +16,14 @@ std::int64_t long_way(const SolverSpec& solver, bool elastic) {
   return std::max<std::int64_t>(elastic ? 40 : 12, elastic ? 4 * sweeps : sweeps);
 }
 
+int levels_every(const Model& model) {
+  if (model.scene.solver.levels_every > 0) return model.scene.solver.levels_every;
+  const auto moves = [](const auto& held) { return !held.target.motion.empty(); };
+  const bool driven = model.scene.wind || std::any_of(model.moved.begin(), model.moved.end(), moves) ||
+                      std::any_of(model.attached.begin(), model.attached.end(), moves);
+  return driven ? 1 : 2;
+}
+
 namespace {
 
 constexpr int kFewest = 16;              // particles of a level: fewer are too coarse a picture

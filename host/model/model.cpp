@@ -51,7 +51,6 @@ class Builder {
       faults.throw_all();
     });
     if (!torn_) set_default_thickness();
-    if (scene.solver.levels_every == 0) model_.scene.solver.levels_every = is_driven(scene) ? 1 : 2;
     check_expectations(scene, std::any_of(bodies_.begin(), bodies_.end(),
                                           [](const Body& body) { return !body.mesh.tetrahedra.empty(); }));
     took.order = seconds([this] { arrange(); });
@@ -70,16 +69,6 @@ class Builder {
   }
 
  private:
-  /// Where what acts on bodies is more than their weight, levels that act in every second substep only make up for two
-  /// at once: flags in a storm are blown faster than the wind.
-  static bool is_driven(const Scene& scene) {
-    const auto moves = [](const auto& held) { return !held.motion.empty(); };
-    return scene.wind || std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const BodySpec& body) {
-             return std::any_of(body.pins.begin(), body.pins.end(), moves) ||
-                    std::any_of(body.attachments.begin(), body.attachments.end(), moves);
-           });
-  }
-
   void set_default_thickness() {
     const double thickness = model_.environment.empty() ? 0 : default_thickness(finest_edge(bodies_));
     for (std::size_t e = 0; e < model_.environment.size(); ++e) {

@@ -113,7 +113,7 @@ void list_self_collision(std::ostream& out, const Scene& scene, const SolverFact
 
 void list_levels(std::ostream& out, const Model& model, const SolverFacts& facts) {
   if (facts.levels.empty()) return;
-  out << "levels: " << facts.levels.size() << ", every " << counted(model.scene.solver.levels_every, "substep") << "\n";
+  out << "levels: " << facts.levels.size() << ", every " << counted(facts.levels_every, "substep") << "\n";
   for (const LevelFacts& level : facts.levels)
     out << "  " << counted(level.particles, "particle") << ", " << counted(level.constraints, "constraint") << " in "
         << counted(level.patches.patches, "patch", "patches") << "\n";

@@ -13,7 +13,7 @@ namespace {
 /// A step's: of what restricts to each level, and of the sweeps over it.
 std::size_t launches_of_levels(const Model& model, const SolverFacts& facts) {
   if (facts.level_layouts == 0) return 0;
-  const int substeps = model.scene.solver.substeps, every = model.scene.solver.levels_every;
+  const int substeps = model.scene.solver.substeps, every = facts.levels_every;
   const std::size_t uses = (substeps + every - 1) / every;
   const std::size_t origins = facts.level_layouts;  // from which a step's places are told
   if (facts.levels.empty()) return origins;

@@ -66,12 +66,12 @@ Json patches(const PatchFacts& facts) {
           {"slots_most", facts.most_slots}};
 }
 
-Json levels(const SolverFacts& facts, int every) {
+Json levels(const SolverFacts& facts) {
   Json all = Json::array();
   for (const LevelFacts& level : facts.levels)
     all.push_back(
         {{"particles", level.particles}, {"constraints", level.constraints}, {"patches", level.patches.patches}});
-  return {{"every_substeps", every},
+  return {{"every_substeps", facts.levels_every},
           {"from_the_finest", all},
           {"bytes", facts.level_bytes},
           {"setup_s", facts.level_seconds}};
@@ -238,7 +238,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
   }
   json["constraints"] = constraints(facts, model);
   json["patches"] = patches(facts.patches);
-  if (!facts.levels.empty()) json["levels"] = levels(facts, model.scene.solver.levels_every);
+  if (!facts.levels.empty()) json["levels"] = levels(facts);
   if (facts.filter) {
     const auto count = [&json](const std::string& type, std::size_t springs) {
       Json& all = json["springs"][type];

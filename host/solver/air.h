@@ -25,7 +25,7 @@ class Air {
     const auto half = [this](double coefficient) { return R(0.5 * wind_.density * coefficient); };
     const Vector3<R> u{R(wind_.velocity[0]), R(wind_.velocity[1]), R(wind_.velocity[2])};
     const Points<R> faces = faces_.points();
-    parallel_for(executor_, static_cast<int>(corners_.size()), FacesInAir<R>{all.x, corners_.data()->data(), faces});
+    parallel_for(executor_, static_cast<int>(corners_.size()), FacesInAir<R>{all.p, corners_.data()->data(), faces});
     parallel_for(executor_, static_cast<int>(particle_.size()),
                  BlowOnParticles<R>{all.v, all.w, particle_.data(), begin_.data(), around_.data(), faces, u, R(h),
                                     half(wind_.drag_coefficient), half(wind_.lift_coefficient)});

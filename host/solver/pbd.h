@@ -20,6 +20,7 @@ class Pbd final : public Stepper<Executor, R> {
   Pbd(const Model& model, const Executor& executor, int threads)
       : Base(model, executor, threads, true), threads_(threads) {
     this->facts_.fused = this->nothing_between();
+    this->facts_.levels_every = levels_every(model);
     lay_out_levels();
     const bool steady = model.damped.empty() && model.moved.empty() && !model.scene.wind;
     this->facts_.whole_steps = this->nothing_between() && steady;
@@ -116,7 +117,7 @@ class Pbd final : public Stepper<Executor, R> {
 
   /// For what is held now, to be used in this substep of a step, counted from 0; null: none.
   const Levels<Executor, R>* levels_at(int substep) const {
-    if (levels_.empty() || substep % model_.scene.solver.levels_every != 0) return nullptr;
+    if (levels_.empty() || substep % this->facts_.levels_every != 0) return nullptr;
     const auto& levels = levels_[this->pins_let_go()];
     return levels ? &*levels : nullptr;
   }

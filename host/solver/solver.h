@@ -91,6 +91,7 @@ struct SolverFacts {
   bool flies = false;              // both, in steps in which nothing can come near the environment
   std::vector<SetFacts> sets;      // in the order of projection
   std::vector<LevelFacts> levels;  // the finest first
+  int levels_every = 1;            // substeps
   std::size_t level_bytes = 0;
   int level_layouts = 0;                                 // one more for each set of pins that lets go
   double level_seconds = 0;                              // of set-up

@@ -18,7 +18,7 @@ struct Bending {
   using Stencil = IsometricBending::Stencil;
   static constexpr Degenerate degenerate = Degenerate::Skipped;
   static constexpr int numbers = 2;
-  static constexpr double turns = kTurned;
+  static constexpr double turns = 0.97;
   static constexpr int per_reach = 1;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
 
