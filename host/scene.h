@@ -282,7 +282,7 @@ struct SolverSpec {
   int iterations = 1;        ///< >= 1, per substep
   Precision precision = Precision::Float;
   int levels = kAutoLevels;        ///< of pbd: the most; 0: none; kAutoLevels: where they help
-  int levels_every = 0;  ///< substeps; 0: by what drives bodies (host/model/levels.h)
+  int levels_every = 0;            ///< substeps; 0: by what drives bodies (host/model/levels.h)
   bool keeps_momenta = false;      ///< "corrector" of pbd: free bodies get back what projections take of their momenta
   bool stiffness_of_step = false;  ///< PBD's k makes the spring of a step of one substep, whatever the substeps
   DesbrunSpec desbrun;

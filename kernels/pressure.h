@@ -59,10 +59,10 @@ struct Fans {
   }
 };
 
-/// Stores the gradient, clamped to `most`, and sums up.
-template <class R, class At>
+/// Stores the gradient where the substep begins, clamped to `most`, and sums up.
+template <class R>
 struct PressureGradient {
-  Fans<R, At> fans;
+  Fans<R, Started<R>> fans;
   const R* w;           // of each particle
   const int* particle;  // of each item
   const R* most;        // of each item: the largest gradient, m^2; null: none

@@ -13,7 +13,7 @@ namespace malha {
 /// In all of them particles go along grad C where the substep began, x, and a product grad C(p) . grad C(x) stands in
 /// place of the square (SHAKE: Ryckaert, Ciccotti, Berendsen 1977): second order in the substep, and the moments of
 /// what is applied are 0 about wherever the body was, converged or not. Where the gradient has turned too far since,
-/// they go along that at p.
+/// they go along that at p, and partly where a constraint carries much (kernels/direction.h).
 enum class Update { Stiff, Compliant, Material };
 
 /// Whether a kind's constraints can have compliances of their own: Update::Material.
@@ -151,42 +151,52 @@ struct Correct {
     for (int j = 0; j < n; ++j) w[j] = q[j].w;
     const S C = Kind::evaluate(places.p, rest.value, rest.held, grad, s);
     Kind::evaluate(places.x, rest.value, rest.held, along, s_along);
-    const S cross = product(w, grad, along);
+    const S zero(R(0)), one(R(1)), cross = product(w, grad, along);
     auto small = is_small(C, cross, w, along, places.x);
     if constexpr (gradient_turns<Kind>()) small = small & has_hardly_turned(Kind::turns, w, grad, along, cross);
+    S share = select(small, one, zero);  // of the direction at the start
+    S alpha = zero, total = zero, wanted = -C;
+    if constexpr (update == Update::Stiff) {
+      wanted = wanted * S(number);
+    } else {
+      alpha = S(number);
+      if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::numbers];
+      if (!fresh) load(lambda + at, total);
+      wanted = wanted - s * alpha * total;
+      // |total| / s_along and |wanted| / all are multiples of `along`.
+      const S all = cross + alpha * s * s_along, most = S(R(kTaut)) * all * s_along;
+      const S applied = way_over_size(magnitude(wanted) * s_along + magnitude(total) * all, w, along, places.x);
+      const auto taut = small & (applied > most);
+      share = select(taut, most / select(taut, applied, one), share);
+      small = small & (applied <= most);
+    }
     S sum = cross;
     if ((bits_of(rest.held) & ~bits_of(small)) != 0) {  // seldom: a branch costs less than what it leaves out
-      sum = select(small, cross, product(w, grad, grad));
-      s_along = select(small, s_along, s);
-      for (int j = 0; j < n; ++j) along[j] = either(small, along[j], grad[j]);
+      const S other = one - share;
+      sum = select(share > zero, cross * share, zero) + product(w, grad, grad) * other;
+      s_along = s_along * share + s * other;
+      for (int j = 0; j < n; ++j) along[j] = along[j] * share + grad[j] * other;
     }
     S way2 = S(R(0));
     if constexpr (has_reach<Kind>()) way2 = most_way2(w, along);
     // Over `against(wanted, all)` what is wanted of dlambda takes no particle beyond its reach. (NaN, padding: all.)
-    const auto against = [&](const S& wanted, const S& all) KERNEL_LAMBDA {
+    const auto against = [&](const S& all) KERNEL_LAMBDA {
       if constexpr (has_reach<Kind>())
         return larger(larger(wanted, -wanted) * (root(way2) * rest.value[Kind::per_reach]), all);
       else
         return all;
     };
 
-    const S zero(R(0)), one(R(1));
     // No gradient, no movable particle, or padding: skip, never NaN. So are those whose movable particles have a
     // gradient of rounding alone, such as the free corner of a hinge with pins in a line.
     auto moves = sum > S(tiny<R>());
     if constexpr (n > 2) moves = moves & is_told(sum, w, along);
     S dlambda;
     if constexpr (update == Update::Stiff) {
-      const S wanted = -C * S(number);
-      dlambda = select(moves, wanted / against(wanted, sum), zero);
+      dlambda = select(moves, wanted / against(sum), zero);
       if constexpr (Kind::inequality) dlambda = larger(dlambda, zero);
     } else {
-      S alpha(number);
-      if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::numbers];
-      S total = zero;
-      if (!fresh) load(lambda + at, total);
-      const S wanted = -C - s * alpha * total;
-      dlambda = wanted / against(wanted, select(moves, sum + alpha * s * s_along, one));
+      dlambda = wanted / against(select(moves, sum + alpha * s * s_along, one));
       if constexpr (Kind::inequality) dlambda = larger(dlambda, -total / select(moves, s_along, one));
       dlambda = select(moves, dlambda, zero);
       store(total + s_along * dlambda, lambda + at);

@@ -92,7 +92,7 @@ void instantiate_all() {
   instantiate<FindReturn<R>, FindRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
   instantiate<Predict<R>, Drag<R>, UpdateState<R>, ArriveAll<R>, TakeOrigins<R>>();
   instantiate<SumMass<R>, MeasureMotion<R>>();
-  instantiate<EnclosedVolume<Points<R>>, EnclosedVolume<Displaced<R>>, PressureGradient<R, Started<R>>, PressureGradient<R, Displaced<R>>, MeasureInertia<R>,
+  instantiate<EnclosedVolume<Points<R>>, EnclosedVolume<Displaced<R>>, PressureGradient<R>, MeasureInertia<R>,
               SumAlongPressure<R>, PutPressure<R>, ApplyFilteredPressure<R>, ApplyPressure<R>>();
   instantiate<ReduceRun<Largest, MeasureBeyondReach<R>>, LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>,
               MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();

@@ -111,7 +111,7 @@ void list_self_collision(std::ostream& out, const Scene& scene, const SolverFact
       << scene.self_collision->friction << "\n";
 }
 
-void list_levels(std::ostream& out, const Model& model, const SolverFacts& facts) {
+void list_levels(std::ostream& out, const SolverFacts& facts) {
   if (facts.levels.empty()) return;
   out << "levels: " << facts.levels.size() << ", every " << counted(facts.levels_every, "substep") << "\n";
   for (const LevelFacts& level : facts.levels)
@@ -182,7 +182,7 @@ std::string plan(const Simulation& simulation) {
   list_attachments(out, model);
   list_own(out, facts);
   list_tears(out, scene);
-  list_levels(out, model, facts);
+  list_levels(out, facts);
   list_springs(out, model, facts);
   list_self_collision(out, scene, facts);
   list_edges(out, facts);

@@ -96,9 +96,7 @@ void project(const OwnConstraint& constraint, int count, const int* number, doub
   for (int c = 0; c < count; ++c) {
     double sum = 0, now = 0, way = 0, size = 0;
     for (int j = c * k; j < (c + 1) * k; ++j) {
-      now += w[j] * dot(gradient[j], gradient[j]);
-      if (along == nullptr) continue;
-      sum += w[j] * dot(gradient[j], along[j]);
+      sum += w[j] * dot(gradient[j], along[j]), now += w[j] * dot(gradient[j], gradient[j]);
       way = std::max(way, w[j] * norm(along[j])), size = std::max(size, norm(minus(start[j], start[c * k])));
     }
     // Of one particle alone there is no size: its direction is that where it is.

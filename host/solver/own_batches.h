@@ -25,7 +25,7 @@ void evaluate(const OwnConstraint& constraint, const OwnBatch& batch);
 
 /// One projection of a batch in a substep of h seconds (XPBD, along the gradients at `start`: kernels/direction.h).
 /// `x`: its places (m), moved here; `start`: those where the substep began, `along`: gradients there. `w`: inverse
-/// masses (1/kg), likewise k a constraint. Null `along`: gradients are those at `x`. `lambda`: of each constraint, 0 in a substep's first iteration.
+/// masses (1/kg), likewise k a constraint. `lambda`: of each constraint, 0 in a substep's first iteration.
 void project(const OwnConstraint& constraint, int count, const int* number, double h, const double* w, double* lambda,
              const Vec3* start, const Vec3* along, Vec3* x);
 

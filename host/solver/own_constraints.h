@@ -7,7 +7,6 @@
 #include "host/model/model.h"
 #include "host/model/solver_of.h"
 #include "host/solver/own_batches.h"
-#include "host/solver/stiffness.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"
 #include "kernels/compute.h"
@@ -19,9 +18,7 @@ template <class Executor, class R>
 class OwnConstraints {
  public:
   OwnConstraints(const Executor& executor, const Model& model, const std::vector<OwnConstraint>& all)
-      : executor_(executor),
-        h_(model.scene.solver.dt / model.scene.solver.substeps),
-        from_start_(goes_from_start(model.scene.solver)) {
+      : executor_(executor), h_(model.scene.solver.dt / model.scene.solver.substeps) {
     const std::vector<int> numbers = solver_of(model.user_of);
     for (const OwnConstraint& one : all) {
       require_sound(one, model.count());
@@ -121,7 +118,7 @@ class OwnConstraints {
     std::vector<double> own(of.particles);
     Memory<Executor>::copy_out(set.w.data() + of.from, own.size(), own.data());
     malha::project(set.of, of.count, &set.batches.number[of.first], h_, own.data(), &set.lambda[of.first],
-                   &set.start[of.from], from_start_ ? &set.along[of.from] : nullptr, x.data());
+                   &set.start[of.from], &set.along[of.from], x.data());
     std::vector<Vector3<double>> there;
     for (const Vec3& a : x) there.push_back({a[0], a[1], a[2]});
     Memory<Executor>::copy_in(there.data(), there.size(), set.place.data() + of.from);
@@ -141,7 +138,6 @@ class OwnConstraints {
 
   Executor executor_;
   double h_;  // s
-  bool from_start_;
   std::deque<Set> sets_;
 };
 

@@ -22,7 +22,6 @@ class Pressure {
     compliant_ = set.compliance.has_value();
     compliance_ = set.compliance.value_or(0), alpha_ = compliance_ / (h * h);
     stiffness_ = stiffness_per_projection(set.stiffness, solver, 1);
-    from_start_ = goes_from_start(solver);
     lay_out_fans(model.count(), set);
     const PointArray<Serial, double> rest(model.x);
     rest_ = parallel_reduce<Sum>(Serial{}, triangles_,
@@ -46,7 +45,9 @@ class Pressure {
   /// The gradient there. A filter lets no spike grow, and needs no clamp.
   void start_substep(const Displaced<R>& p, const R* w, bool filtered) {
     PressureState* const state = state_.data();
-    find_gradient(Started<R>{p}, w, filtered);
+    const PressureGradient<R> find{fans(Started<R>{p}), w, particle_.data(), filtered ? nullptr : most_.data(),
+                                   grad_.points()};
+    parallel_reduce_into(executor_, items(), find, &state->sums);
     if (!filtered)
       parallel_reduce_into(executor_, items(), MeasureInertia<R>{state, p, w, particle_.data(), origin_},
                            &state->inertia);
@@ -54,7 +55,6 @@ class Pressure {
   }
 
   void project(const Displaced<R>& p, const R* w) {
-    if (!from_start_) find_gradient(p, w, false);
     find_push(p, w, {});
     parallel_for(executor_, items(), ApplyPressure<R>{p, w, particle_.data(), grad_.points(), state_.data(), origin_});
   }
@@ -78,7 +78,6 @@ class Pressure {
     const double C = volume(x) - target_;
     return C * C / (2 * compliance_);
   }
-  int launches_of_projection() const { return from_start_ ? 4 : 5; }
   std::size_t member_bytes() const { return members_.bytes(); }
   std::size_t bytes() const {
     return particle_.bytes() + begin_.bytes() + around_.bytes() + corners_.bytes() + most_.bytes() + grad_.bytes();
@@ -89,12 +88,6 @@ class Pressure {
   template <class At>
   Fans<R, At> fans(const At& p) const {
     return {p, begin_.data(), around_.data(), origin_};
-  }
-  template <class At>
-  void find_gradient(const At& at, const R* w, bool filtered) {
-    const PressureGradient<R, At> find{fans(at), w, particle_.data(), filtered ? nullptr : most_.data(),
-                                       grad_.points()};
-    parallel_reduce_into(executor_, items(), find, &state_.data()->sums);
   }
   void find_push(const Displaced<R>& p, const R* w, const Points<R>& way) {
     PressureState* const state = state_.data();
@@ -151,7 +144,7 @@ class Pressure {
   Array<Executor, PressureState> state_;
   std::vector<int> corners_on_host_;
   int origin_ = 0, triangles_ = 0;
-  bool compliant_ = false, from_start_ = true;
+  bool compliant_ = false;
   double compliance_ = 0, alpha_ = 0, stiffness_ = 1, target_ = 0, rest_ = 0;
 };
 

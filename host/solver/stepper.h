@@ -547,11 +547,8 @@ class Stepper : public Solver {
     std::int64_t projections = static_cast<std::int64_t>(pressures_.size()) + facts_.attachments;
     for (const SetFacts& set : facts_.sets)
       facts_.constraint_bytes += set.bytes, projections += kThereAndBack * std::int64_t{set.constraints};
-    facts_.pressure_launches = 0, facts_.pressure_starts = 3 * pressures_.size();
-    for (const auto& pressure : pressures_) {
-      facts_.constraint_bytes += pressure.bytes();
-      facts_.pressure_launches += pressure.launches_of_projection();
-    }
+    for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
+    facts_.pressure_launches = 4 * pressures_.size(), facts_.pressure_starts = 3 * pressures_.size();
     note_collision();
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }

@@ -1,4 +1,4 @@
-// How iterations share the work of a constraint.
+// Stiffness that does not depend on how often a constraint is projected.
 #pragma once
 #include <cmath>
 
@@ -21,10 +21,5 @@ inline double stiffness_per_projection(double k, const SolverSpec& solver, int p
   if (!solver.stiffness_of_step) return stiffness_per_projection(k, n * solver.iterations * projections);
   return stiffness_per_projection(k / (k + n * n * (1 - k)), double(solver.iterations) * projections);
 }
-
-/// Whether projections go along the gradients where the substep began (kernels/direction.h). A direction that stays
-/// does not answer to the tension across it, which one iteration hardly reaches and several do: what is taut would then
-/// be shaken by what holds it, pinned sheets by 30 m/s and hung cloths to more energy than they had.
-inline bool goes_from_start(const SolverSpec& solver) { return solver.iterations == 1; }
 
 }  // namespace malha

@@ -176,7 +176,9 @@ class Sweep {
         [&]<class Kind>(Kind) {
           view.kind = number_of<Kind>(Kinds{});
           multipliers = malha::multipliers<Kind>();
-          view.update = update_of<Kind>(set);
+          view.update = update_of<Kind>(set, solver.iterations);
+          // With several iterations each must know what the others have applied (kTaut, kernels/direction.h).
+          view.from_start = solver.iterations == 1 || kOnce<Kind> || (view.update != Update::Stiff && multipliers == 1);
           view.numbers = rest_numbers<Kind>(view.update);
           RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.numbers, s, patches.batches);
           own.rest = Array<Executor, R>(rest.each), own.common = Array<Executor, R>(rest.common);
@@ -192,7 +194,6 @@ class Sweep {
     view.lambda = own.lambda.data();
     view.stiffness = R(stiffness_per_projection(set.stiffness, solver, kThereAndBack));
     view.compliance = R(set.compliance.value_or(0) / (h * h));
-    view.from_start = goes_from_start(solver);
     return view;
   }
 
@@ -203,15 +204,22 @@ class Sweep {
 
   /// One of those that a Visit knows of the kind.
   template <class Kind>
-  static Update update_of(const ConstraintSet& set) {
+  static Update update_of(const ConstraintSet& set, int iterations) {
     if (!Kind::strength.free) return takes_material<Kind>() ? Update::Material : Update::Compliant;
-    return !set.softness.empty() ? Update::Material : set.compliance ? Update::Compliant : Update::Stiff;
+    if (!set.softness.empty()) return Update::Material;
+    const bool hard = iterations > 1 && !kOnce<Kind> && set.stiffness == 1;  // then a compliance of 0 is the same
+    return set.compliance || hard ? Update::Compliant : Update::Stiff;
   }
+  /// Whether a substep has one sweep of it, whatever the iterations.
+  template <class Kind>
+  static constexpr bool kOnce = requires {
+    Kind::remembers;
+  };
 
   /// In double whatever R is: rounded once.
   template <class Kind>
   std::vector<R> rest_by_slot(const Model& model, const ConstraintSet& set, const SetPlan& plan) const {
-    const std::size_t numbers = rest_numbers<Kind>(update_of<Kind>(set));
+    const std::size_t numbers = rest_numbers<Kind>(update_of<Kind>(set, model.scene.solver.iterations));
     std::vector<R> rest(plan.constraint.size() * numbers, std::numeric_limits<R>::quiet_NaN());
     const auto measure = [&](int slot) {
       const int c = plan.constraint[slot];

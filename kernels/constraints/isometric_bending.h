@@ -19,7 +19,7 @@ struct IsometricBending {
   static constexpr Degenerate degenerate = Degenerate::Projected;
   static constexpr int numbers = 4;
   static constexpr Parameter parameter{"rest_scale", 1, 0, true};
-  static constexpr double turns = 0.995;
+  static constexpr double turns = 0.97;
 
   /// The vector's length at rest with its side's sign, times rest_scale (0: flat), and K_0 to K_2, 1/m; K_3 makes their
   /// sum 0. A hinge of which a triangle has no area has none.
