@@ -138,7 +138,8 @@ TEST_P(AScan, GainsNoSpeedWhereItFallsAsAStiffShell) {
 #if !defined(NDEBUG)
   GTEST_SKIP() << "half a minute without optimisation";
 #endif
-  expect_bounded(impact(scanned_shell(GetParam(), compliant("bending", 0.01)), 0.6), GetParam());
+  // The most of 115,000 edges: 2.1 to 3.7, by the least difference at the start.
+  expect_bounded(impact(scanned_shell(GetParam(), compliant("bending", 0.01)), 0.6), GetParam(), 6);
 }
 
 /// Spun, so many particles stretch beyond 3 in ten substeps with edges alone, too; bending adds less than a quarter.

@@ -475,6 +475,7 @@ TEST(Levels, ActInEachSubstepOfWhatIsDriven) {
   EXPECT_EQ(every([](Scene& scene) {
               scene.environment.emplace_back();
               scene.environment[0].name = "pole", scene.environment[0].shape = GridShape{{3, 3}, {1, 1}};
+              scene.environment[0].sides = Sides::TwoSided;
               scene.environment[0].transform.translate = {0, -9, 0};
               scene.environment[0].motion = {{0.1}, {0.2, {1, 0, 0}}};
               Attachment to;

@@ -177,8 +177,11 @@ class Sweep {
           view.kind = number_of<Kind>(Kinds{});
           multipliers = malha::multipliers<Kind>();
           view.update = update_of<Kind>(set, solver.iterations);
-          // With several iterations each must know what the others have applied (kTaut, kernels/direction.h).
-          view.from_start = solver.iterations == 1 || kOnce<Kind> || (view.update != Update::Stiff && multipliers == 1);
+          // With several iterations each must know what the others have applied (kTaut, kernels/direction.h). Of more
+          // than substeps, what is heavily loaded within a long one is met sooner along gradients where particles are.
+          view.from_start =
+              solver.iterations == 1 || (solver.iterations <= solver.substeps &&
+                                         (kOnce<Kind> || (view.update != Update::Stiff && multipliers == 1)));
           view.numbers = rest_numbers<Kind>(view.update);
           RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.numbers, s, patches.batches);
           own.rest = Array<Executor, R>(rest.each), own.common = Array<Executor, R>(rest.common);
