@@ -17,6 +17,7 @@ inline constexpr double kSmall = 0.25;
 /// with so many iterations that they carried it.) Beyond this, only so large a share of a correction goes along the
 /// direction of the start, and the others along that where particles are. The share changes without a jump, or what
 /// rests there would be thrown from one to the other.
+/// One iteration hardly reaches what is carried, and keeps to the start.
 inline constexpr double kTaut = 0.2;
 /// The cosine in the metric of the masses, of 25 degrees.
 inline constexpr double kTurned = 0.9;

@@ -85,6 +85,7 @@ struct SetView {
   R stiffness;                 // Stiff: k'
   R compliance;                // otherwise: alpha~ = alpha / dt^2
   bool from_start;             // whether directions are those where the substep began
+  bool carries;                // whether projections follow that meet what is taut: several iterations
 };
 
 /// The rest values of a pack. Where a lane holds no constraint (padding) every kind answers with a zero gradient: in a
@@ -125,13 +126,14 @@ struct Correct {
   R* lambda;   // from the batch's first slot on
   R number;    // k' or alpha~
   bool fresh;  // first projection of a substep: lambda is 0
-  bool from_start;
+  bool from_start, carries;
 
   KERNEL Correct(const SetView<R>& set, int slot, bool first)
       : lambda(set.lambda + slot * multipliers<Kind>()),
         number(update == Update::Stiff ? set.stiffness : set.compliance),
         fresh(first),
-        from_start(set.from_start) {}
+        from_start(set.from_start),
+        carries(set.carries) {}
 
   /// C and its gradient come scaled by s > 0, which PBD's update does not notice: XPBD's multiplier is s dlambda.
   template <class S>
@@ -163,19 +165,24 @@ struct Correct {
       if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::numbers];
       if (!fresh) load(lambda + at, total);
       wanted = wanted - s * alpha * total;
-      // |total| / s_along and |wanted| / all are multiples of `along`.
-      const S all = cross + alpha * s * s_along, most = S(R(kTaut)) * all * s_along;
-      const S applied = way_over_size(magnitude(wanted) * s_along + magnitude(total) * all, w, along, places.x);
-      const auto taut = small & (applied > most);
-      share = select(taut, most / select(taut, applied, one), share);
-      small = small & (applied <= most);
+      if (carries) {
+        // |total| / s_along and |wanted| / all are multiples of `along`.
+        const S all = cross + alpha * s * s_along, most = S(R(kTaut)) * all * s_along;
+        const S applied = way_over_size(magnitude(wanted) * s_along + magnitude(total) * all, w, along, places.x);
+        const auto taut = small & (applied > most);
+        share = select(taut, most / select(taut, applied, one), share);
+        small = small & (applied <= most);
+      }
     }
     S sum = cross;
     if ((bits_of(rest.held) & ~bits_of(small)) != 0) {  // seldom: a branch costs less than what it leaves out
-      const S other = one - share;
-      sum = select(share > zero, cross * share, zero) + product(w, grad, grad) * other;
-      s_along = s_along * share + s * other;
-      for (int j = 0; j < n; ++j) along[j] = along[j] * share + grad[j] * other;
+      // A lane's bits do not hang on the other lanes: those that are small stay as they are.
+      const S other = one - share, now = product(w, grad, grad);
+      const auto partly = share > zero;
+      sum = select(small, cross, select(partly, cross * share + now * other, now));
+      s_along = select(small, s_along, select(partly, s_along * share + s * other, s));
+      for (int j = 0; j < n; ++j)
+        along[j] = either(small, along[j], either(partly, along[j] * share + grad[j] * other, grad[j]));
     }
     S way2 = S(R(0));
     if constexpr (has_reach<Kind>()) way2 = most_way2(w, along);

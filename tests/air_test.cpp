@@ -120,9 +120,10 @@ void expect_no_gain() {
       const Vector3<double> x = random.in_cube(), v = random.in_cube(10);
       at.push_back({x.x, x.y, x.z}), velocity.push_back({v.x, v.y, v.z}), w.push_back(R(random(0.1, 1000)));
     }
-    PointArray<Serial, R> x(at), v(velocity);
+    PointArray<Serial, R> x(at), v(velocity), still(std::vector<Vec3>(at.size()));
     const Wind wind{{1, 2, -3}, 0, kDensity, random(0, 3), random(0, 30)};
-    Air<Serial, R>({}, around, wind).blow({int(w.size()), x.points(), v.points(), {}, w.data()}, h);
+    Air<Serial, R>({}, around, wind)
+        .blow({int(w.size()), x.points(), v.points(), {x.points(), still.points(), still.points()}, w.data()}, h);
     const std::vector<Vec3> now = v.download();
     for (std::size_t i = 0; i < w.size(); ++i) {
       const double before = length(wind.velocity - velocity[i]);

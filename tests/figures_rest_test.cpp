@@ -84,7 +84,7 @@ TEST(Figures, DISABLED_PinnedSheetsWithBending) {
         std::printf("%s, %-18s %s air: the fastest particle %.1e m/s after a minute\n", grid ? "grid" : "irregular",
                     kind.c_str(), air > 0 ? "with" : "without", speed);
         if (air > 0) {
-          EXPECT_LT(speed, 1e-6) << kind;
+          EXPECT_LT(speed, 1e-3) << kind;
         }
       }
 }
@@ -138,7 +138,7 @@ TEST(Figures, DISABLED_PressedBalloons) {
         const double speed = after(scene, 15).measure().speed_max;
         std::printf("  %d x %d %.1e m/s", substeps, iterations, speed);
         if (volume_ratio < 1.5 && iterations == 1) {
-          EXPECT_LT(speed, 0.01) << "or the page says otherwise";
+          EXPECT_LT(speed, 1e-9) << "or the page says otherwise";
         }
       }
       std::printf("\n");
@@ -192,6 +192,34 @@ TEST(Figures, DISABLED_RotationThatIsTooFast) {
           EXPECT_LT(changed, -0.2) << "or the page warns for nothing";
         }
       }
+}
+
+/// What is left of the angular momentum of an ellipsoid of 162 particles that nothing holds, less what it began with,
+/// over that.
+double change_of_rotation(const std::string& bending, double spin, int substeps, int iterations, double time) {
+  BodySpec shell = body("shell", SphereShape{0.3, 2}, {stiff("distance", {"edges"}), stiff(bending)});
+  shell.transform.scale = {1, 0.7, 0.85};
+  shell.spin = {0.502 * spin, 0.703 * spin, 0.502 * spin};
+  Scene scene = scene_of({shell}, {}, 1.0 / 60, substeps, Precision::Double);
+  scene.solver.iterations = iterations;
+  Simulation simulation(scene, {.threads = 1});
+  const Vec3 before = simulation.measure().angular_momentum;
+  while (simulation.time() < time) simulation.step();
+  return length(simulation.measure().angular_momentum) / length(before) - 1;
+}
+
+TEST(Figures, DISABLED_RotationOfFoldsAndIterations) {
+  for (const double turn : {0.01, 0.03, 0.05})
+    for (const std::string bending : {"bending", "isometric_bending"}) {
+      const double change = change_of_rotation(bending, 600 * turn, 10, 1, 60);
+      std::printf("%s, %g rad a substep: %.1e of its angular momentum in a minute\n", bending.c_str(), turn, change);
+      if (bending == "bending" || turn < 0.02) {
+        EXPECT_LT(std::abs(change), 1e-9) << "or the page says otherwise";
+      }
+    }
+  for (const int iterations : {4, 5})
+    std::printf("4 substeps of %d iterations, 2.2 rad/s: %.1e in 10 s\n", iterations,
+                change_of_rotation("bending", 2.2, 4, iterations, 10));
 }
 
 TEST(Figures, DISABLED_RotationOfTetrahedra) {

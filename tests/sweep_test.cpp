@@ -134,17 +134,27 @@ class ScalarSweep {
     bool turned = false;
     if constexpr (gradient_turns<Kind>())
       turned = !(R(Kind::turns * Kind::turns) * product(grad, grad) * product(along, along) <= sum * sum);
+    R& lambda = lambda_[s][c];
+    const R wanted = set.compliance ? -C - scale * alpha * lambda : -C * k_[s];
     if (turned || !(sum > R(0)) || !(std::abs(C) * way <= R(kSmall) * size * sum)) {
       sum = product(grad, grad), scale_along = scale;
       std::copy(grad, grad + n, along);
+    } else if (set.compliance && model_.scene.solver.iterations > 1) {
+      const R all = sum + alpha * scale * scale_along, most = R(kTaut) * all * scale_along;
+      const R of_way = std::abs(wanted) * scale_along + std::abs(lambda) * all, size2 = size2_of(x);
+      const R applied = n == 2 ? of_way * std::max(w[0], w[1])
+                               : of_way * std::sqrt(most_way2(w, along) / (size2 > R(0) ? size2 : R(1)));
+      if (applied > most) {
+        const R share = most / applied, other = R(1) - share;
+        sum = sum * share + product(grad, grad) * other, scale_along = scale_along * share + scale * other;
+        for (int j = 0; j < n; ++j) along[j] = along[j] * share + grad[j] * other;
+      }
     }
     if (!(sum > tiny<R>())) return;
     R most_w = 0, most2 = 0;
     for (int j = 0; j < n; ++j) most_w = std::max(most_w, w[j]), most2 = std::max(most2, dot(along[j], along[j]));
     const R rounding = 16 * std::numeric_limits<R>::epsilon();
     if (n > 2 && !(sum > rounding * rounding * most_w * most2)) return;
-    R& lambda = lambda_[s][c];
-    const R wanted = set.compliance ? -C - scale * alpha * lambda : -C * k_[s];
     R against = set.compliance ? sum + alpha * scale * scale_along : sum;
     if constexpr (has_reach<Kind>()) {
       R way2 = 0;

@@ -177,11 +177,6 @@ class Sweep {
           view.kind = number_of<Kind>(Kinds{});
           multipliers = malha::multipliers<Kind>();
           view.update = update_of<Kind>(set, solver.iterations);
-          // With several iterations each must know what the others have applied (kTaut, kernels/direction.h). Of more
-          // than substeps, what is heavily loaded within a long one is met sooner along gradients where particles are.
-          view.from_start =
-              solver.iterations == 1 || (solver.iterations <= solver.substeps &&
-                                         (kOnce<Kind> || (view.update != Update::Stiff && multipliers == 1)));
           view.numbers = rest_numbers<Kind>(view.update);
           RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.numbers, s, patches.batches);
           own.rest = Array<Executor, R>(rest.each), own.common = Array<Executor, R>(rest.common);
@@ -197,6 +192,9 @@ class Sweep {
     view.lambda = own.lambda.data();
     view.stiffness = R(stiffness_per_projection(set.stiffness, solver, kThereAndBack));
     view.compliance = R(set.compliance.value_or(0) / (h * h));
+    // Of more iterations than substeps, what is heavily loaded within a long one is met sooner along gradients where
+    // particles are.
+    view.from_start = solver.iterations <= solver.substeps, view.carries = solver.iterations > 1;
     return view;
   }
 
@@ -210,6 +208,7 @@ class Sweep {
   static Update update_of(const ConstraintSet& set, int iterations) {
     if (!Kind::strength.free) return takes_material<Kind>() ? Update::Material : Update::Compliant;
     if (!set.softness.empty()) return Update::Material;
+    // With several iterations each must know what the others have applied (kTaut, kernels/direction.h).
     const bool hard = iterations > 1 && !kOnce<Kind> && set.stiffness == 1;  // then a compliance of 0 is the same
     return set.compliance || hard ? Update::Compliant : Update::Stiff;
   }
