@@ -61,8 +61,8 @@ KERNEL auto is_small(const S& C, const S& cross, const S (&w)[n], const Vector3<
     return (cross > S(R(0))) & (C * C * most_way2(w, along) <= S(R(kSmall * kSmall)) * size2_of(x) * cross * cross);
 }
 
-/// By how much of the element's size at x what is applied, a multiple of `along`, moves a particle. Of two particles
-/// `along` is as long as the element.
+/// The way of the farthest particle over the element's size at x, if `applied` times `along` is applied. Of two
+/// particles `along` is as long as the element.
 template <class S, int n>
 KERNEL S way_over_size(const S& applied, const S (&w)[n], const Vector3<S> (&along)[n], const Vector3<S> (&x)[n]) {
   if constexpr (n == 2) {

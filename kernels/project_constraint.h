@@ -110,9 +110,9 @@ struct Places {
   }
 };
 
-/// Where the gradient is drawn along a vector of any length, such as a fold's, it turns on ways however short, and what
-/// is across it would stay unmet. The kind says by which cosine it may turn:
-///   static constexpr double turns = 0.999;
+/// A gradient along a vector of any length, such as a fold's, turns on ways however short, and so does that of an angle
+/// whose triangles are crushed. What is across it would stay unmet. The kind says by which cosine it may turn:
+///   static constexpr double turns = 0.97;
 template <class Kind>
 KERNEL constexpr bool gradient_turns() {
   return requires { Kind::turns; };

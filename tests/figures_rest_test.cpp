@@ -194,8 +194,7 @@ TEST(Figures, DISABLED_RotationThatIsTooFast) {
       }
 }
 
-/// What is left of the angular momentum of an ellipsoid of 162 particles that nothing holds, less what it began with,
-/// over that.
+/// The relative change of the angular momentum of an ellipsoid of 162 particles that nothing holds.
 double change_of_rotation(const std::string& bending, double spin, int substeps, int iterations, double time) {
   BodySpec shell = body("shell", SphereShape{0.3, 2}, {stiff("distance", {"edges"}), stiff(bending)});
   shell.transform.scale = {1, 0.7, 0.85};

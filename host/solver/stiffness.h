@@ -12,10 +12,10 @@ inline double stiffness_per_projection(double k, double projections) { return 1 
 /// Projections of a batched constraint in an iteration, which goes there and back.
 inline constexpr int kThereAndBack = 2;
 
-/// What a projection takes of a PBD constraint of stiffness k: shared by all projections of a step, or, where k is that
-/// of a step, by the iterations of a substep, which take k / (k + n^2 (1 - k)). A step of one substep that takes k is
-/// backward Euler of a spring, k = s / (s + alpha / dt^2) with s = sum w |grad C|^2; that is the same spring's for n.
-/// `projections`: of an iteration.
+/// The part of a PBD constraint of stiffness k that a projection takes. All projections of a step share k, or, where it
+/// is that of a step, the iterations of a substep, which take k / (k + n^2 (1 - k)). A step of one substep that takes k
+/// is backward Euler of a spring, k = s / (s + alpha / dt^2) with s = sum w |grad C|^2; that is the same spring's for
+/// n. `projections`: of an iteration.
 inline double stiffness_per_projection(double k, const SolverSpec& solver, int projections) {
   const double n = solver.substeps;
   if (!solver.stiffness_of_step) return stiffness_per_projection(k, n * solver.iterations * projections);

@@ -192,8 +192,8 @@ class Sweep {
     view.lambda = own.lambda.data();
     view.stiffness = R(stiffness_per_projection(set.stiffness, solver, kThereAndBack));
     view.compliance = R(set.compliance.value_or(0) / (h * h));
-    // Of more iterations than substeps, what is heavily loaded within a long one is met sooner along gradients where
-    // particles are.
+    // With more iterations than substeps, a long substep's heavy loads are met sooner along gradients where particles
+    // are.
     view.from_start = solver.iterations <= solver.substeps, view.carries = solver.iterations > 1;
     return view;
   }
@@ -208,15 +208,11 @@ class Sweep {
   static Update update_of(const ConstraintSet& set, int iterations) {
     if (!Kind::strength.free) return takes_material<Kind>() ? Update::Material : Update::Compliant;
     if (!set.softness.empty()) return Update::Material;
-    // With several iterations each must know what the others have applied (kTaut, kernels/direction.h).
-    const bool hard = iterations > 1 && !kOnce<Kind> && set.stiffness == 1;  // then a compliance of 0 is the same
+    // With several iterations each must know what the others have applied (kTaut, kernels/direction.h): a compliance of
+    // 0 is the same as a stiffness of 1. Coarse constraints are swept once in a substep, whatever the iterations.
+    const bool hard = iterations > 1 && !remembers(KindList<Kind>{}) && set.stiffness == 1;
     return set.compliance || hard ? Update::Compliant : Update::Stiff;
   }
-  /// Whether a substep has one sweep of it, whatever the iterations.
-  template <class Kind>
-  static constexpr bool kOnce = requires {
-    Kind::remembers;
-  };
 
   /// In double whatever R is: rounded once.
   template <class Kind>
