@@ -2,7 +2,6 @@
 #pragma once
 #include <type_traits>
 
-#include "kernels/built.h"
 #include "kernels/constraints/bending.h"
 #include "kernels/constraints/distance.h"
 #include "kernels/constraints/distance_limit.h"
@@ -16,13 +15,9 @@ namespace malha {
 
 template <ConstraintKind... Kinds>
 struct KindList {};
-template <ConstraintKind... A, ConstraintKind... B>
-KindList<A..., B...> operator+(KindList<A...>, KindList<B...>);
 
-template <ConstraintKind... Kinds>
-using Built = decltype((KindList<>() + ... + std::conditional_t<built(Kinds::name), KindList<Kinds>, KindList<>>()));
-
-using ConstraintKinds = Built<Distance, DistanceLimit, Membrane, Bending, IsometricBending, Plate, Volume, NeoHookean>;
+using ConstraintKinds =
+    KindList<Distance, DistanceLimit, Membrane, Bending, IsometricBending, Plate, Volume, NeoHookean>;
 
 /// Calls f(Kind{}) for every kind, in the order in which they are projected.
 template <class F, ConstraintKind... Kinds>

@@ -138,53 +138,19 @@ void add_page(CLI::App& app, Arguments& arguments) {
       "  malha page out/a out/b --out compare.html");
 }
 
-void add_ranks(CLI::App& plan, Arguments& arguments) {
-  constexpr int most = 1 << 20;
-  const auto option = [&](const char* name, auto RankOptions::*member, const CLI::Validator& check, const char* type,
-                          const char* help) {
-    return plan
-        .add_option_function<double>(
-            name,
-            [&arguments, member](double value) {
-              if (!arguments.ranks) arguments.ranks.emplace();
-              (*arguments.ranks).*member = value;
-            },
-            help)
-        ->check(check)
-        ->type_name(type);
-  };
-  CLI::Option* ranks = option("--ranks", &RankOptions::ranks, whole_number(1, most), "N",
-                              "Also estimate a step on 1, 2, 4 ... and N machines, at most the patches");
-  option("--bandwidth", &RankOptions::gbit, above_zero("Gbit/s"), "GBIT", "Gbit/s of each; 100 if not given")
-      ->needs(ranks);
-  option("--latency", &RankOptions::latency_us, at_least_zero("us"), "US", "us of a message; 2 if not given")
-      ->needs(ranks);
-  option("--projection-ns", &RankOptions::projection_ns, above_zero("ns"), "NS",
-         "A projection on one machine; measured if not given")
-      ->needs(ranks);
-  option("--particle-ns", &RankOptions::particle_ns, at_least_zero("ns"), "NS",
-         "Prediction and state of a particle where visits leave them; measured if not given")
-      ->needs(ranks);
-}
-
 void add_plan(CLI::App& app, Arguments& arguments) {
   CLI::App* plan = app.add_subcommand(
       "plan", "Say what would run: sizes, colours, passes of a step, memory, and what one step launches");
   add_scene(*plan, arguments);
   add_executor(*plan, arguments);
-  add_ranks(*plan, arguments);
   plan->add_flag("--json", arguments.json, "All of it as JSON")->disable_flag_override();
   plan->footer(
       "With --for it says what a step asks of that machine: groups a phase, fast memory, launches, bytes moved,\n"
       "and how long its memory alone would take over them. Runs --for the same machine have the same bits on every "
-      "backend.\n"
-      "With --ranks it says what several machines would exchange and how long a step would take. A rank is a machine\n"
-      "like this one, which has some of the patches. The speed is measured here for a second where it is not given.\n"
-      "That is an estimate: malha runs on one machine.\n\n"
+      "backend.\n\n"
       "Examples:\n"
       "  malha plan scenes/balloon.json --threads 4\n"
-      "  malha plan scenes/drape_bunny.json --for h200\n"
-      "  malha plan scenes/drape_bunny.json --ranks 4 --bandwidth 10 --latency 20");
+      "  malha plan scenes/drape_bunny.json --for h200");
 }
 
 void add_check(CLI::App& app, Arguments& arguments) {

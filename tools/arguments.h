@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "host/report/ranks.h"
 #include "tools/exit_status.h"
 #include "tools/measures/arguments_bench.h"
 #include "tools/measures/arguments_study.h"
@@ -33,7 +32,6 @@ struct Arguments {
   bool picture = false, no_picture = false, page = false, no_page = false;
   std::vector<std::string> formats;
   bool resume = false, quiet = false;
-  std::optional<RankOptions> ranks;  // of plan
   bool json = false;                 // likewise
   std::string typed;                 // what the user typed, without --resume
 

@@ -13,7 +13,6 @@
 #include "host/report/amplification.h"
 #include "host/report/plan.h"
 #include "host/report/plan_for.h"
-#include "host/report/ranks.h"
 #include "host/report/warnings.h"
 #include "host/report/whole_steps.h"
 #include "host/run/redraw.h"
@@ -52,7 +51,6 @@ malha::SimulationOptions simulation_options(const Arguments& arguments, malha::P
   options.threads = arguments.threads, options.at_most = true;
   options.backend = malha::backend_named(arguments.backend);
   if (!arguments.machine.empty()) options.machine = arguments.machine;
-  options.timed_passes = arguments.ranks.has_value();  // of which it makes those of many machines
   options.progress = [&progress](const char* what, double part) { progress.setup(what, part); };
   return options;
 }
@@ -138,7 +136,6 @@ int plan(const Arguments& arguments) {
     simulation.emplace(load(arguments), simulation_options(arguments, progress));
     for (const std::string& line : malha::warnings(simulation->model())) progress.warn(arguments.scene_label(), line);
   }
-  if (arguments.ranks) malha::require_ranks(*simulation, arguments.ranks->ranks);
   if (!arguments.json) std::cout << malha::printable_lines(malha::plan(*simulation));
   simulation->step();
   if (!arguments.json) std::cout << malha::list_process_memory(*simulation) << malha::list_launches(*simulation);
@@ -150,14 +147,11 @@ int plan(const Arguments& arguments) {
     malha::ProgressReporter(arguments.quiet).warn(arguments.scene_label(), line);
   std::optional<malha::Demand> demand;
   if (!arguments.machine.empty()) demand = malha::plan_for(*simulation, malha::machine_named(arguments.machine));
-  std::optional<malha::RankTable> ranks;
-  if (arguments.ranks) ranks = malha::plan_ranks(*simulation, *arguments.ranks);
   if (arguments.json) {
-    std::cout << malha::plan_json(*simulation, ranks ? &*ranks : nullptr, demand ? &*demand : nullptr, &amplifications);
+    std::cout << malha::plan_json(*simulation, demand ? &*demand : nullptr, &amplifications);
     return malha::kDone;
   }
   if (demand) std::cout << malha::list_demand(*demand);
-  if (ranks) std::cout << malha::list_ranks(*ranks);
   return malha::kDone;
 }
 

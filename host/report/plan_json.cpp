@@ -6,7 +6,6 @@
 #include "host/report/plan.h"
 #include "host/report/plan_for.h"
 #include "host/report/plan_passes.h"
-#include "host/report/ranks.h"
 #include "host/report/report.h"
 #include "host/report/whole_steps.h"
 #include "host/solver/solver.h"
@@ -50,21 +49,6 @@ Json constraints(const Model& model, const SolverFacts& facts) {
   return all;
 }
 
-/// In all iterations of a substep.
-Json of_visit(const RankVisit& visit, const RankTable& table) {
-  const auto sum = [](const auto& each) { return std::accumulate(each.begin(), each.end(), std::int64_t{0}); };
-  return {{"phase", visit.visit.phase + 1},
-          {"there", visit.visit.there},
-          {"back", visit.visit.back},
-          {"patches", sum(visit.patches)},
-          {"projections", table.shape.iterations * sum(visit.projections)},
-          {"particles_sent", table.shape.iterations * visit.travelling()},
-          {"messages", visit_messages(visit, table.shape)},
-          {"bytes", visit_bytes(visit, table.shape)},
-          {"imbalance", visit.imbalance()},
-          {"us", visit_seconds(visit, table.machines, table.shape) * 1e6}};
-}
-
 Json of_demand(const Demand& demand) {
   Json json{{"machine", demand.machine.name}, {"launches_a_step", demand.launches}};
   if (demand.phases == 0) return json;
@@ -78,29 +62,9 @@ Json of_demand(const Demand& demand) {
   return json;
 }
 
-Json of_ranks(const RankTable& table) {
-  Json json{{"threads", table.machines.threads},           {"bandwidth_gbit_s", table.machines.gbit},
-            {"latency_us", table.machines.latency_us},     {"projection_ns", table.machines.projection_ns},
-            {"particle_ns", table.machines.particle_ns},   {"measured_steps", table.steps},
-            {"allreduces_a_step", table.shape.reductions}, {"not_counted", table.not_counted}};
-  if (table.steps > 0) json["not_counted_ms"] = table.not_counted_ms, json["measured_step_ms"] = table.step_ms;
-  json["rows"] = Json::array();
-  for (const auto& [counts, seconds] : table.rows) {
-    Json row{
-        {"ranks", counts.ranks},          {"border_particles", counts.border},   {"imbalance", counts.imbalance()},
-        {"work_ms", seconds.work * 1e3},  {"latency_ms", seconds.latency * 1e3}, {"transfer_ms", seconds.bytes * 1e3},
-        {"step_ms", seconds.sum() * 1e3}, {"visits_of_a_substep", Json::array()}};
-    const double pays = particles_that_pay(table.scaling, seconds, counts.ranks, 1);
-    if (std::isfinite(pays)) row["pays_from_particles"] = pays;
-    for (const RankVisit& visit : counts.visits) row["visits_of_a_substep"].push_back(of_visit(visit, table));
-    json["rows"].push_back(std::move(row));
-  }
-  return json;
-}
-
 }  // namespace
 
-std::string plan_json(const Simulation& simulation, const RankTable* ranks, const Demand* demand,
+std::string plan_json(const Simulation& simulation, const Demand* demand,
                       const std::vector<std::optional<Amplification>>* amplifications) {
   const Model& model = simulation.model();
   const SolverFacts& facts = simulation.solver().facts();
@@ -144,7 +108,6 @@ std::string plan_json(const Simulation& simulation, const RankTable* ranks, cons
                                        {"damping_per_s", of->damping},
                                        {"measured_s", of->seconds}});
   if (demand) json["for"] = of_demand(*demand);
-  if (ranks) json["ranks"] = of_ranks(*ranks);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a name may have any bytes
 }
 

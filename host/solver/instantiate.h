@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "host/solver/desbrun.h"
-#include "host/solver/optional_part.h"
 #include "host/solver/pbd.h"
 
 namespace malha {
@@ -11,12 +10,8 @@ namespace malha {
 template <class R, class Executor>
 std::unique_ptr<Solver> instantiate(const Model& model, const Executor& executor, int threads,
                                     const ShowProgress& progress) {
-  if (model.scene.solver.type == "desbrun") {
-    if constexpr (!built("desbrun"))
-      refuse_unbuilt();
-    else
-      return std::make_unique<Desbrun<Executor, R>>(model, executor, threads, progress);
-  }
+  if (model.scene.solver.type == "desbrun")
+    return std::make_unique<Desbrun<Executor, R>>(model, executor, threads, progress);
   return std::make_unique<Pbd<Executor, R>>(model, executor, threads);
 }
 
@@ -24,12 +19,7 @@ std::unique_ptr<Solver> instantiate(const Model& model, const Executor& executor
 template <class Executor>
 std::unique_ptr<Solver> instantiate(const Model& model, const Executor& executor, int threads,
                                     const ShowProgress& progress) {
-  if (model.scene.solver.precision == Precision::Double) {
-    if constexpr (!built("double"))
-      refuse_unbuilt();
-    else
-      return instantiate<double>(model, executor, threads, progress);
-  }
+  if (model.scene.solver.precision == Precision::Double) return instantiate<double>(model, executor, threads, progress);
   return instantiate<float>(model, executor, threads, progress);
 }
 

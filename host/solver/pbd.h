@@ -199,7 +199,7 @@ class Pbd final : public Stepper<Executor, R> {
 
   int threads_;
   Recording<Executor> recorded_;  // visits
-  std::deque<OptionalPart<Levels<Executor, R>, built("levels")>>
+  std::deque<std::optional<Levels<Executor, R>>>
       levels_;  // after so many sets of pins were let go; empty: none
 };
 

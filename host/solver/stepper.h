@@ -31,7 +31,6 @@
 #include "host/solver/lost_places.h"
 #include "host/solver/measure.h"
 #include "host/solver/moved_pins.h"
-#include "host/solver/optional_part.h"
 #include "host/solver/own_constraints.h"
 #include "host/solver/pressure.h"
 #include "host/solver/sleeper.h"
@@ -42,6 +41,12 @@
 #include "kernels/integrate.h"
 
 namespace malha {
+
+/// The bytes of an optional part of the solver.
+template <class Part>
+std::size_t bytes_of(const std::optional<Part>& part) {
+  return part ? part->bytes() : 0;
+}
 
 template <class Executor, class R>
 class Stepper : public Solver {
@@ -457,9 +462,9 @@ class Stepper : public Solver {
   PointArray<Executor, R> x_, v_, d_, low_;  // see Particles
   std::optional<Sweep<Executor, R>> sweep_;
   std::vector<Pressure<Executor, R>> pressures_;
-  OptionalPart<FreeBodies<Executor, R>, built("corrector")> free_;
-  OptionalPart<Collider<Executor, R>, built("environment")> collider_;
-  OptionalPart<EdgeCollider<Executor, R>, built("environment")> edges_;
+  std::optional<FreeBodies<Executor, R>> free_;
+  std::optional<Collider<Executor, R>> collider_;
+  std::optional<EdgeCollider<Executor, R>> edges_;
   std::int64_t steps_ = 0;
   int substep_ = 0;  // of the step
   SolverFacts facts_;
@@ -561,16 +566,16 @@ class Stepper : public Solver {
   EarlyVisits<Executor, R> early_;
   EnergyGuard<Executor, R> guard_;
   Recording<Executor> recorded_;  // parts of steps
-  OptionalPart<LongRange<Executor, R>, built("long_range")> long_range_;
-  OptionalPart<MovedPinSets<Executor, R>, built("motion")> moved_;
-  OptionalPart<Attachments<Executor, R>, built("attachments")> attachments_;
-  OptionalPart<Hand<Executor, R>, built("attachments")> hand_;
+  std::optional<LongRange<Executor, R>> long_range_;
+  std::optional<MovedPinSets<Executor, R>> moved_;
+  std::optional<Attachments<Executor, R>> attachments_;
+  std::optional<Hand<Executor, R>> hand_;
   std::optional<OwnConstraints<Executor, R>> own_;
-  OptionalPart<Limits<Executor, R>, built("tear")> breakable_;  // edges that tear
-  OptionalPart<Air<Executor, R>, built("air")> air_;
-  OptionalPart<Sleeper<Executor, R>, built("sleep")> sleeper_;
-  OptionalPart<SelfCollider<Executor, R>, built("self_collision")> self_;
-  OptionalPart<KinematicParticles<Executor, R>, built("self_collision")> kinematic_;  // with self_ and collider_
+  std::optional<Limits<Executor, R>> breakable_;  // edges that tear
+  std::optional<Air<Executor, R>> air_;
+  std::optional<Sleeper<Executor, R>> sleeper_;
+  std::optional<SelfCollider<Executor, R>> self_;
+  std::optional<KinematicParticles<Executor, R>> kinematic_;  // with self_ and collider_
   std::array<double, kPassNames.size()> seconds_{};
   mutable std::int64_t crossings_step_ = -1, crossings_ = 0;  // the step of which they were counted, and how many
 };

@@ -68,23 +68,7 @@ add_compile_options(${malha_code_options} ${malha_warnings})
 # Eigen's own vector code adds in another order, and fuses, as the instructions allow: other bits on other machines.
 add_compile_definitions(EIGEN_DONT_VECTORIZE)
 
-# What can be left out: names of constraints in scenes, and those that host/solver/ gives to built().
-set(can_go distance_limit membrane bending isometric_bending plate volume neo_hookean long_range attachments motion tear
-    environment self_collision air sleep corrector desbrun double)
-foreach(name IN LISTS MALHA_WITHOUT)
-  if(NOT name IN_LIST can_go)
-    message(FATAL_ERROR "MALHA_WITHOUT: found \"${name}\"; allowed: ${can_go}")
-  endif()
-endforeach()
-set(without "")
-if(MALHA_WITHOUT)
-  list(JOIN MALHA_WITHOUT " " without)
-  set(MALHA_WITHOUT_WORDS "${without}")
-  add_compile_definitions("MALHA_WITHOUT=\"${without}\"")
-  set(without "(without ${without})")
-endif()
-
 # What the reports say about the build.
 string(TOUPPER "${CMAKE_BUILD_TYPE}" build_type_upper)
 set(malha_compiler "${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION}")
-string(JOIN " " malha_flags ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${build_type_upper}} ${malha_code_options} ${without})
+string(JOIN " " malha_flags ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${build_type_upper}} ${malha_code_options})
