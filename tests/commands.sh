@@ -109,7 +109,7 @@ while IFS= read -r page; do
         fault "$page: $key: found $option, which its help does not name"
     done
   done < <(commands_of "$page")
-done < <(find README.md kernels host scenes tests tools -name '*.md')
+done < <(find ./*.md kernels host scenes tests tools -name '*.md')
 
 printf '%d commands, %d faults\n' "$commands" "$faults"
 ((commands > 50 && faults == 0))

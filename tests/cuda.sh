@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # usage: cuda.sh ROOT NVCC
-# Compiles all headers of kernels/ as CUDA, and tests/*.cu, which instantiate kernels on the device. That each header
+# Compiles all headers of kernels/ as CUDA, and the .cu files of tests/, which instantiate kernels on the device. That each header
 # includes what it needs is shown by malha_headers.
 # Exits 77 (skipped) where there is no nvcc.
 set -euo pipefail
@@ -18,9 +18,7 @@ all=$scratch/all_headers.cu
 find kernels -name '*.h' | sort | sed 's/.*/#include "&"/' >"$all"
 [[ -s "$all" ]] || { echo "no headers in $root/kernels"; exit 1; }
 sources=("$all")
-for source in tests/*.cu; do
-  if [[ -f "$source" ]]; then sources+=("$source"); fi
-done
+while IFS= read -r source; do sources+=("$source"); done < <(find tests -name '*.cu')
 
 compile() {  # nothing is run: so up to the device's assembler, which takes most of the time and refuses nothing of ours
   "$nvcc" -std=c++20 -x cu -ptx -Xcicc -O0 -Werror all-warnings \

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "host/scene.h"
+#include "malha/scene.h"
 #include "tests/refusal.h"
 
 namespace malha {

@@ -23,32 +23,42 @@ must() {
   fi
 }
 
+# in_order TOP FOLDERS ALSO: a folder of TOP includes itself, the folders before it in FOLDERS, and what matches ALSO.
+in_order() {
+  local folder earlier='' known=" $2 "
+  for folder in $2; do
+    earlier+="${earlier:+|}$folder"
+    if [[ -d $1/$folder ]]; then
+      must "$1/$folder" "\"$1/($earlier)/.*\"|$3" \
+        "a folder of $1/ includes itself and the folders before it: ${earlier//|/, }"
+    fi
+  done
+  for folder in "$1"/*/; do
+    folder=$(basename "$folder")
+    if [[ "$known" != *" $folder "* ]]; then
+      printf '%s/%s: found no place for it in the order of includes\n' "$1" "$folder"
+      breaches=$((breaches + 1))
+    fi
+  done
+}
+
 must kernels '"kernels/.*"|<(math|stddef|stdint|float|omp|sched)\.h>|<(type_traits|limits)>' \
   'a kernel includes kernels/, <math.h> and its like: nothing that allocates, throws, or is unknown to a GPU'
-must host '"(kernels|host)/.*"|<.*>' 'host/ includes kernels/ and host/ by their path from the root, and no tools/ or tests/'
-rooms=''
-for room in base mesh scene model collision filter solver looks picture report output run; do
-  rooms+="${rooms:+|}$room"
-  if [[ -d host/$room ]]; then
-    must "host/$room" "\"kernels/.*\"|\"host/($rooms)/.*\"|\"host/[a-z_]+\.h\"|<.*>" \
-      "a room of host/ includes itself and the rooms before it: ${rooms//|/, }"
-  fi
-done
-must tools '"(kernels|host|tools)/.*"|<.*>' 'tools/ includes kernels/, host/ and tools/ by their path from the root, and no tests/'
-must tests '"(kernels|host|tools|tests)/.*"|<.*>' 'tests/ includes by the path from the root'
+in_order kernels 'parallel simd geometry measure projection constraints attachments forces filter multilevel self_collision environment patch' '<.*>'
+must host '"(kernels|host|malha)/.*"|<.*>' \
+  'host/ includes kernels/ and host/ by their path from the root, malha/, and no tools/ or tests/'
+in_order host 'malha base mesh scene model measure filter projection attachments patch multilevel forces environment self_collision solver fields render report output run' \
+  '"kernels/.*"|"malha/.*"|<.*>'
+must tools '"(kernels|host|malha|tools)/.*"|<.*>' \
+  'tools/ includes kernels/, host/ and tools/ by their path from the root, malha/, and no tests/'
+must tests '"(kernels|host|malha|tools|tests)/.*"|<.*>' 'tests/ includes by the path from the root, or malha/'
 
-# What a caller includes, and all that these include, is installed.
-public=(host/scene.h host/simulation.h)
-for ((i = 0; i < ${#public[@]}; ++i)); do
-  while IFS= read -r path; do
-    if [[ -f "$path" && " ${public[*]} " != *" $path "* ]]; then public+=("$path"); fi
-  done < <(includes_of "${public[i]}" | sed -nE 's/.*"(.*)"$/\1/p')
-done
-must "${public[*]}" '"host/.*"|<[a-z_]+>' \
-  'an installed header includes host/ and the standard library only'
+# What a caller includes and is installed.
+must host/malha '"malha/.*"|<[a-z_]+>' 'a public header includes malha/ and the standard library only'
 
 while IFS=: read -r file line included; do
   path=${included//\"/}
+  if [[ "$path" == malha/* ]]; then path=host/$path; fi
   if [[ "$included" == \"* && ! -f "$path" ]]; then
     printf '%s:%s:%s  refused: there is no such file\n' "$file" "$line" "$included"
     breaches=$((breaches + 1))
@@ -57,10 +67,10 @@ done < <(includes_of kernels host tools tests)
 
 # One file knows a backend.
 while read -r line; do
-  printf '%s  refused: OpenMP is known to kernels/compute.h alone\n' "$line"
+  printf '%s  refused: OpenMP is known to kernels/parallel/compute.h alone\n' "$line"
   breaches=$((breaches + 1))
 done < <(grep -rnE '^[[:space:]]*#[[:space:]]*(pragma omp|include <omp\.h>)|omp_[a-z_]+\(' kernels host tools |
-  grep -v '^kernels/compute\.h:' || true)
+  grep -v '^kernels/parallel/compute\.h:' || true)
 
 # Each header includes what it takes from the standard library, or a header of ours that does. Those of kernels/ and
 # host/ are also compiled alone (tests/CMakeLists.txt).
@@ -82,7 +92,7 @@ done < <(find kernels host tools -name '*.h' -exec awk -v names="$names" '
       for (j = split(entry[2], words, ","); j > 0; --j) home[words[j]] = entry[1]
     }
   }
-  /^#include "/ { split($0, part, "\""); ours[FILENAME] = ours[FILENAME] " " part[2] }
+  /^#include "/ { split($0, part, "\""); sub("^malha/", "host/malha/", part[2]); ours[FILENAME] = ours[FILENAME] " " part[2] }
   /^#include </ { split($0, part, "[<>]"); has[FILENAME, part[2]] = 1 }
   { sub("//.*", "") }
   /std::/ {

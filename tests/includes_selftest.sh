@@ -8,16 +8,16 @@ trap 'rm -rf "$root"' EXIT
 # fresh: a tree that obeys.
 fresh() {
   rm -rf "${root:?}"/*
-  mkdir -p "$root"/{kernels/constraints,host/mesh,host/solver,tools,tests/consumer}
-  printf '#pragma once\n#include <math.h>\n' >"$root/kernels/vec.h"
-  printf '#include "kernels/vec.h"\n' >"$root/kernels/constraints/distance.h"
-  printf '#include <vector>\n' >"$root/host/mesh.h"
-  printf '#include "host/mesh.h"\n' >"$root/host/scene.h"
-  printf '#include <memory>\n#include "host/scene.h"\n' >"$root/host/simulation.h"
-  printf '#include <Eigen/Core>\n#include "host/mesh.h"\n' >"$root/host/mesh/topology.h"
-  printf '#include "host/mesh/topology.h"\n#include "kernels/vec.h"\n' >"$root/host/solver/solver.h"
-  printf '#include "host/mesh.h"\n#include "kernels/vec.h"\n#include <Eigen/Dense>\n' >"$root/host/mesh.cpp"
-  printf '#include "host/mesh.h"\n' >"$root/tools/malha.cpp"
+  mkdir -p "$root"/{kernels/simd,kernels/constraints,host/malha,host/mesh,host/solver,tools,tests/consumer}
+  printf '#pragma once\n#include <math.h>\n' >"$root/kernels/simd/vec.h"
+  printf '#include "kernels/simd/vec.h"\n' >"$root/kernels/constraints/distance.h"
+  printf '#include <vector>\n' >"$root/host/malha/mesh.h"
+  printf '#include "malha/mesh.h"\n' >"$root/host/malha/scene.h"
+  printf '#include <memory>\n#include "malha/scene.h"\n' >"$root/host/malha/simulation.h"
+  printf '#include <Eigen/Core>\n#include "malha/mesh.h"\n' >"$root/host/mesh/topology.h"
+  printf '#include "host/mesh/topology.h"\n#include "kernels/simd/vec.h"\n' >"$root/host/solver/solver.h"
+  printf '#include "malha/mesh.h"\n#include "kernels/simd/vec.h"\n#include <Eigen/Dense>\n' >"$root/host/mesh/mesh.cpp"
+  printf '#include "malha/mesh.h"\n' >"$root/tools/malha.cpp"
   printf '#include "tools/malha.cpp"\n#include <gtest/gtest.h>\n' >"$root/tests/mesh_test.cpp"
 }
 
@@ -38,24 +38,25 @@ refuses() {
   cases=$((cases + 1))
 }
 
-refuses kernels/vec.h '#include "host/mesh.h"'
-refuses kernels/vec.h '#include "tools/malha.cpp"'
-refuses kernels/vec.h '#include "tests/mesh_test.cpp"'
-refuses kernels/vec.h '#include "constraints/distance.h"'
+refuses kernels/simd/vec.h '#include "malha/mesh.h"'
+refuses kernels/simd/vec.h '#include "tools/malha.cpp"'
+refuses kernels/simd/vec.h '#include "tests/mesh_test.cpp"'
+refuses kernels/simd/vec.h '#include "constraints/distance.h"'
+refuses kernels/simd/vec.h '#include "kernels/constraints/distance.h"'
 refuses kernels/constraints/distance.h '  #  include   <vector>'
 for header in array memory functional iostream algorithm string unordered_map Eigen/Dense Eigen/Sparse; do
   refuses kernels/constraints/distance.h "#include <$header>"
 done
-refuses host/mesh.cpp '#include "tools/malha.cpp"'
-refuses host/mesh.cpp '#include "tests/mesh_test.cpp"'
-refuses host/mesh.cpp '#include "mesh.h"'
-refuses host/mesh.cpp '#include "host/missing.h"'
+refuses host/mesh/mesh.cpp '#include "tools/malha.cpp"'
+refuses host/mesh/mesh.cpp '#include "tests/mesh_test.cpp"'
+refuses host/mesh/mesh.cpp '#include "mesh.h"'
+refuses host/mesh/mesh.cpp '#include "host/missing.h"'
 refuses host/mesh/topology.h '#include "host/solver/solver.h"'
-refuses host/mesh.h '#include <Eigen/Core>'
-refuses host/scene.h '#include "kernels/vec.h"'
-refuses host/simulation.h '#include <nlohmann/json.hpp>'
+refuses host/malha/mesh.h '#include <Eigen/Core>'
+refuses host/malha/scene.h '#include "kernels/simd/vec.h"'
+refuses host/malha/simulation.h '#include <nlohmann/json.hpp>'
 refuses tools/malha.cpp '#include "tests/mesh_test.cpp"'
 refuses tests/mesh_test.cpp '#include "../host/mesh.h"'
-refuses host/scene.h 'std::map<int, int> numbers;'
+refuses host/malha/scene.h 'std::map<int, int> numbers;'
 refuses tools/page.h 'inline std::string name;  // std::vector'
 printf '%d breaches refused\n' "$cases"

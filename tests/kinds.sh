@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # usage: kinds.sh ROOT COMPILER
-# A constraint kind that lacks a part of the contract (kernels/constraint_kind.h) does not compile, and the compiler
+# A constraint kind that lacks a part of the contract (kernels/projection/constraint_kind.h) does not compile, and the compiler
 # names the part.
 set -euo pipefail
 root=${1:?usage: kinds.sh ROOT COMPILER}
@@ -9,7 +9,7 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
 cat >"$scratch/kind.cpp" <<'CPP'
-#include "kernels/constraint_kind.h"
+#include "kernels/projection/constraint_kind.h"
 using namespace malha;
 struct Spring {
   NAME ELEMENT PARTICLES INEQUALITY STRAIN PARAMETER STRENGTH MODULUS FILTERED DEGENERATE NUMBERS REST EVALUATE

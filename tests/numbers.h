@@ -5,7 +5,7 @@
 #include <cstring>
 #include <random>
 
-#include "kernels/vec.h"
+#include "kernels/simd/vec.h"
 
 namespace malha {
 

@@ -1,6 +1,6 @@
 // Whether the scenes of the tests run on the host, or where MALHA_TESTS_ON says (blocks_solvers.cpp).
 #pragma once
-#include "host/solver/elsewhere.h"
+#include "host/solver/test_executor_hook.h"
 
 namespace malha {
 

@@ -37,7 +37,7 @@ while IFS= read -r page; do
   while IFS= read -r name; do
     grep --quiet "^\($name\|${room#./}/\(.*/\)\?$name\)\$" <<<"$files" || fault "$page: found no file $name"
   done < <(sources "$page" | tr -d '`' | grep --invert-match NAME)
-done < <(find README.md kernels host scenes tests tools -name '*.md')
+done < <(find ./*.md kernels host scenes tests tools -name '*.md')
 
 lines=$(wc -l <README.md)
 ((lines <= 140)) || fault "README.md: found $lines lines; allowed: 140"

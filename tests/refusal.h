@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "host/error.h"
+#include "malha/error.h"
 
 namespace malha {
 

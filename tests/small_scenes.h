@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "host/simulation.h"
+#include "malha/simulation.h"
 
 namespace malha {
 

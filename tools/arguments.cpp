@@ -5,11 +5,11 @@
 #include <iostream>
 
 #include "host/base/build_info.h"
-#include "host/base/near_miss.h"
-#include "host/base/text.h"
+#include "host/base/spelling_suggestion.h"
 #include "host/model/machine.h"
 #include "host/run/run.h"
-#include "host/scene.h"
+#include "malha/scene.h"
+#include "malha/text.h"
 #include "tools/measures.h"
 #include "tools/validators.h"
 

@@ -32,8 +32,8 @@ struct Arguments {
   bool picture = false, no_picture = false, page = false, no_page = false;
   std::vector<std::string> formats;
   bool resume = false, quiet = false;
-  bool json = false;                 // likewise
-  std::string typed;                 // what the user typed, without --resume
+  bool json = false;  // likewise
+  std::string typed;  // what the user typed, without --resume
 
   /// For messages, and for names of results.
   std::string scene_label() const { return scene == "-" ? "standard input" : scene; }

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/arguments.h"
 #include "tools/measures.h"
 

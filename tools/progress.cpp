@@ -8,7 +8,7 @@
 #include <cstring>
 #include <string>
 
-#include "host/base/text.h"
+#include "malha/text.h"
 
 namespace malha {
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "host/base/near_miss.h"
-#include "host/base/text.h"
+#include "host/base/spelling_suggestion.h"
 #include "host/model/machine.h"
-#include "host/simulation.h"
+#include "malha/simulation.h"
+#include "malha/text.h"
 
 namespace malha {
 

@@ -12,8 +12,8 @@
 #include <stdexcept>
 
 #include "host/base/memory_size.h"
-#include "host/base/text.h"
-#include "host/error.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha {
 

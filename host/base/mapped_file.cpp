@@ -9,7 +9,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "host/base/text.h"
+#include "malha/text.h"
 
 namespace malha {
 

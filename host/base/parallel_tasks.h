@@ -3,7 +3,7 @@
 #include <exception>
 #include <mutex>
 
-#include "kernels/compute.h"
+#include "kernels/parallel/compute.h"
 
 namespace malha {
 

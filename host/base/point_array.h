@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "host/base/array.h"
-#include "host/mesh.h"
-#include "kernels/particles.h"
-#include "kernels/patch.h"
+#include "kernels/projection/patch.h"
+#include "kernels/simd/particles.h"
+#include "malha/mesh.h"
 
 namespace malha {
 

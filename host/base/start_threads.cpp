@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-#include "host/error.h"
+#include "malha/error.h"
 
 namespace malha {
 

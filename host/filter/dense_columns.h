@@ -3,7 +3,7 @@
 #include <functional>
 
 #include "host/filter/exact_factor.h"
-#include "kernels/vec.h"
+#include "kernels/simd/vec.h"
 
 namespace malha {
 

@@ -1,4 +1,4 @@
-// The filter as a dense symmetric S in the executor's memory (kernels/dense_filter.h).
+// The filter as a dense symmetric S in the executor's memory (kernels/filter/dense_filter.h).
 #pragma once
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "host/filter/system.h"
-#include "kernels/dense_filter.h"
+#include "kernels/filter/dense_filter.h"
 
 namespace malha {
 

@@ -5,7 +5,7 @@
 #include <mutex>
 
 #include "host/base/parallel_tasks.h"
-#include "kernels/front.h"
+#include "kernels/filter/front.h"
 
 namespace malha {
 

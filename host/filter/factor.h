@@ -2,10 +2,11 @@
 #pragma once
 #include <functional>
 
-#include "host/filter/filter_facts.h"
+#include "host/base/progress.h"
 #include "host/filter/subtrees.h"
 #include "host/filter/supernodes.h"
-#include "kernels/compute.h"
+#include "host/measure/solver_stats.h"
+#include "kernels/parallel/compute.h"
 
 namespace malha {
 

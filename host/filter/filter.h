@@ -2,9 +2,10 @@
 #pragma once
 #include <memory>
 
-#include "host/filter/filter_facts.h"
+#include "host/base/progress.h"
 #include "host/filter/system.h"
-#include "kernels/filter_ends.h"
+#include "host/measure/solver_stats.h"
+#include "kernels/filter/filter_io.h"
 
 namespace malha {
 

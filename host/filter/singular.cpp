@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "host/base/median.h"
-#include "host/base/text.h"
-#include "host/error.h"
 #include "host/model/stencils.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha {
 

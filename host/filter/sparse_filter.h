@@ -1,10 +1,10 @@
-// The filter as a sparse factor in the executor's memory (kernels/sparse_filter.h).
+// The filter as a sparse factor in the executor's memory (kernels/filter/sparse_filter.h).
 #pragma once
 #include <algorithm>
 #include <vector>
 
 #include "host/base/array.h"
-#include "host/base/recording.h"
+#include "host/base/launch_graph.h"
 #include "host/filter/factor.h"
 #include "host/filter/sparse_plan.h"
 

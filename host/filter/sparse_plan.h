@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "host/filter/subtrees.h"
-#include "kernels/sparse_filter.h"
+#include "kernels/filter/sparse_filter.h"
 
 namespace malha {
 

@@ -1,6 +1,6 @@
 // The linear system behind Desbrun's filter: A = M - dt^2 H over the movable particles that springs hold, where
 // H_ij = k_ij and H_ii = -sum_j k_ij (Desbrun, Schröder, Barr 1999, section 3.2). S = A^-1, and W = m S. Of stencils
-// (kernels/stencil.h) H has the linear part.
+// (kernels/projection/stencil.h) H has the linear part.
 #pragma once
 #include <vector>
 

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <optional>
 
-#include "host/base/text.h"
-#include "host/error.h"
 #include "host/mesh/bounding_box.h"
 #include "host/mesh/first_equal.h"
 #include "host/mesh/polygons.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/vertices.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha {
 namespace {

@@ -8,10 +8,10 @@
 #include <string>
 #include <unordered_map>
 
-#include "host/base/text.h"
-#include "host/error.h"
-#include "host/mesh/mesh_io.h"
+#include "host/mesh/io/mesh_io.h"
 #include "host/mesh/tetrahedra.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha {
 namespace {

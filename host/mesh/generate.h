@@ -1,11 +1,11 @@
 // Meshes of the generated shapes, and what a scene does to a shape before it becomes a body.
 #pragma once
-#include "host/mesh.h"
-#include "host/scene.h"
+#include "malha/mesh.h"
+#include "malha/scene.h"
 
 namespace malha {
 
-/// The mesh of a generated shape (anything but a MeshFile), numbered as host/scene.h says. All faces are
+/// The mesh of a generated shape (anything but a MeshFile), numbered as host/malha/scene.h says. All faces are
 /// counter-clockwise seen from outside; a grid's normals point to +y. Points of boxes and bars: those of the lattice
 /// that lie on the surface, x fastest, then y, then z. A bar has as many cells along x as come closest to squares, at
 /// least one, and is centred on the x axis. A tet_box has all points of its lattice, numbered likewise, and five

@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "host/mesh.h"
+#include "malha/mesh.h"
 
 namespace malha {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "host/error.h"
 #include "host/mesh/bounding_box.h"
 #include "host/mesh/vectors.h"
+#include "malha/error.h"
 
 namespace malha {
 namespace {

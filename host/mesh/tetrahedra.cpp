@@ -4,11 +4,11 @@
 #include <cmath>
 #include <utility>
 
-#include "host/base/text.h"
-#include "host/error.h"
 #include "host/mesh/first_equal.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/vertices.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha {
 namespace {

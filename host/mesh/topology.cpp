@@ -1,10 +1,10 @@
 #include "host/mesh/topology.h"
 
 #include "host/base/disjoint_sets.h"
-#include "host/base/text.h"
-#include "host/error.h"
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/vertices.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha {
 

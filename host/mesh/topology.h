@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "host/mesh.h"
+#include "malha/mesh.h"
 
 namespace malha {
 

@@ -1,8 +1,8 @@
-// Plain arithmetic on points of a mesh, for set-up: kernels have types of their own (kernels/vec.h).
+// Plain arithmetic on points of a mesh, for set-up: kernels have types of their own (kernels/simd/vec.h).
 #pragma once
 #include <cmath>
 
-#include "host/mesh.h"
+#include "malha/mesh.h"
 
 namespace malha {
 

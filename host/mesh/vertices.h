@@ -1,6 +1,6 @@
 // The numbers that vertices have in their file, for what speaks to a person.
 #pragma once
-#include "host/mesh.h"
+#include "malha/mesh.h"
 
 namespace malha {
 

@@ -6,11 +6,11 @@
 #include <unordered_map>
 
 #include "host/base/disjoint_sets.h"
-#include "host/error.h"
 #include "host/mesh/first_equal.h"
 #include "host/mesh/tetrahedra.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/vertices.h"
+#include "malha/error.h"
 
 namespace malha {
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "host/mesh.h"
+#include "malha/mesh.h"
 
 namespace malha {
 

@@ -1,12 +1,12 @@
 #include "host/model/body.h"
 
-#include "host/base/text.h"
-#include "host/error.h"
 #include "host/mesh/check_mesh.h"
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vertices.h"
 #include "host/mesh/weld.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha {
 

@@ -6,7 +6,7 @@
 
 #include "host/base/parallel_tasks.h"
 #include "host/model/parents.h"
-#include "kernels/compute.h"
+#include "kernels/parallel/compute.h"
 
 namespace malha {
 

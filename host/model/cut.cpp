@@ -4,7 +4,7 @@
 #include <map>
 #include <set>
 
-#include "host/error.h"
+#include "malha/error.h"
 
 namespace malha {
 

@@ -1,9 +1,9 @@
-// The lists behind the table of elements (kernels/element.h): what of a body's mesh a constraint stands on.
+// The lists behind the table of elements (kernels/projection/element.h): what of a body's mesh a constraint stands on.
 #pragma once
 #include <vector>
 
 #include "host/model/body.h"
-#include "kernels/element.h"
+#include "kernels/projection/element.h"
 
 namespace malha {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "host/mesh.h"
+#include "malha/mesh.h"
 
 namespace malha {
 

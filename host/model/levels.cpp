@@ -5,9 +5,9 @@
 
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
-#include "host/model/linkage.h"
-#include "host/model/order.h"
-#include "kernels/coarse.h"
+#include "host/model/coarsening_graph.h"
+#include "host/model/ordering/order.h"
+#include "kernels/multilevel/coarse_constraint.h"
 
 namespace malha {
 

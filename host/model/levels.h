@@ -3,7 +3,7 @@
 #pragma once
 #include <vector>
 
-#include "host/model/linkage.h"
+#include "host/model/coarsening_graph.h"
 #include "host/model/model.h"
 #include "host/model/rest_graph.h"
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "host/base/near_miss.h"
-#include "host/base/text.h"
-#include "host/error.h"
+#include "host/base/spelling_suggestion.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "host/model/patches.h"
-#include "host/scene.h"
+#include "host/model/ordering/patches.h"
+#include "malha/scene.h"
 
 namespace malha {
 

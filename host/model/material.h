@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "host/mesh.h"
+#include "malha/mesh.h"
 
 namespace malha {
 

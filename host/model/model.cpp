@@ -3,22 +3,22 @@
 #include <algorithm>
 
 #include "host/base/stopwatch.h"
-#include "host/error.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/vertices.h"
-#include "host/model/asked.h"
 #include "host/model/body.h"
-#include "host/model/connect.h"
-#include "host/model/footprint.h"
-#include "host/model/order.h"
-#include "host/model/renumber.h"
+#include "host/model/build_constraints.h"
+#include "host/model/memory_estimate.h"
+#include "host/model/ordering/index_map.h"
+#include "host/model/ordering/order.h"
+#include "host/model/ordering/renumber.h"
 #include "host/model/self_surface.h"
-#include "host/model/solver_of.h"
 #include "host/model/tear.h"
 #include "host/model/unlikely.h"
+#include "host/model/validate_outputs.h"
 #include "host/scene/check_scene.h"
 #include "host/scene/faults.h"
+#include "malha/error.h"
 
 namespace malha {
 

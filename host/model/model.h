@@ -5,10 +5,10 @@
 
 #include "host/model/air_faces.h"
 #include "host/model/long_range.h"
-#include "host/model/patches.h"
+#include "host/model/ordering/patches.h"
 #include "host/model/pins.h"
 #include "host/model/springs.h"
-#include "host/scene.h"
+#include "malha/scene.h"
 
 namespace malha {
 
@@ -90,7 +90,7 @@ struct Model {
   Patches patches;
   std::vector<EnvironmentMesh> environment;
   ModelSeconds seconds;
-  bool by_hand = false;            // particles may be taken by hand (host/solver/hand.h)
+  bool by_hand = false;            // particles may be taken by hand (host/attachments/particle_handles.h)
   int zero_area_faces = 0;         // dropped from meshes, see check_mesh
   std::vector<std::string> notes;  // what a person should know of how the meshes were taken
   int count() const { return static_cast<int>(x.size()); }

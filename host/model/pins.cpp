@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "host/base/near_miss.h"
-#include "host/error.h"
+#include "host/base/spelling_suggestion.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/vertices.h"
 #include "host/model/model.h"
+#include "malha/error.h"
 
 namespace malha {
 

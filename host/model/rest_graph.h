@@ -2,8 +2,8 @@
 #pragma once
 #include <vector>
 
-#include "host/mesh.h"
 #include "host/model/tangent.h"
+#include "malha/mesh.h"
 
 namespace malha {
 

@@ -5,16 +5,16 @@
 #include <cmath>
 
 #include "host/base/memory_size.h"
-#include "host/base/text.h"
-#include "host/error.h"
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 #include "host/model/box_tree.h"
-#include "host/model/crossing.h"
-#include "host/model/solver_of.h"
+#include "host/model/edge_triangle_intersection.h"
+#include "host/model/ordering/index_map.h"
 #include "host/model/tear.h"
-#include "kernels/pair_block.h"
+#include "kernels/self_collision/contact_block.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "host/model/model.h"
-#include "kernels/simplex.h"
+#include "kernels/geometry/simplex.h"
 
 namespace malha {
 

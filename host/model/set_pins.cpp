@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "host/error.h"
+#include "malha/error.h"
 
 namespace malha {
 

@@ -1,9 +1,9 @@
-// What Desbrun's method makes of a scene's constraints: springs, and stencils (kernels/stencil.h).
+// What Desbrun's method makes of a scene's constraints: springs, and stencils (kernels/projection/stencil.h).
 #pragma once
 #include <string>
 #include <vector>
 
-#include "host/scene.h"
+#include "malha/scene.h"
 
 namespace malha {
 

@@ -1,11 +1,11 @@
-// The stencils of a model, one after the other, with their weights (kernels/stencil.h).
+// The stencils of a model, one after the other, with their weights (kernels/projection/stencil.h).
 #pragma once
 #include <algorithm>
 #include <array>
 
 #include "host/model/model.h"
-#include "kernels/constraint_registry.h"
-#include "kernels/rest.h"
+#include "kernels/constraints/constraint_registry.h"
+#include "kernels/projection/rest.h"
 
 namespace malha {
 

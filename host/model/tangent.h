@@ -1,7 +1,7 @@
 // Ways along a curved surface, as if it were unrolled near a particle: flat ones are exact, and so are cylinders'.
 #pragma once
-#include "host/mesh.h"
-#include "kernels/vec.h"
+#include "kernels/simd/vec.h"
+#include "malha/mesh.h"
 
 namespace malha {
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "host/error.h"
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
-#include "host/model/solver_of.h"
+#include "host/model/ordering/index_map.h"
+#include "malha/error.h"
 
 namespace malha {
 

@@ -6,9 +6,9 @@
 #include <ranges>
 
 #include "host/base/median.h"
-#include "host/base/text.h"
 #include "host/mesh/bounding_box.h"
 #include "host/mesh/vectors.h"
+#include "malha/text.h"
 
 namespace malha {
 

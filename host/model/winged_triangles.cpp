@@ -8,7 +8,7 @@
 #include "host/mesh/vectors.h"
 #include "host/model/material.h"
 #include "kernels/constraints/plate.h"
-#include "kernels/rest.h"
+#include "kernels/projection/rest.h"
 
 namespace malha {
 

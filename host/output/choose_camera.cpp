@@ -9,7 +9,7 @@
 
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
-#include "host/picture/stage.h"
+#include "host/render/stage.h"
 
 namespace malha {
 

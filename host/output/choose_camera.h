@@ -1,7 +1,7 @@
 // The camera of pictures whose scene names none.
 #pragma once
 #include "host/model/model.h"
-#include "host/picture/picture.h"
+#include "host/render/picture.h"
 
 namespace malha {
 

@@ -5,15 +5,15 @@
 #include <limits>
 #include <stdexcept>
 
+#include "host/attachments/pose.h"
 #include "host/base/file.h"
 #include "host/base/mapped_file.h"
 #include "host/base/memory_size.h"
-#include "host/base/text.h"
-#include "host/collision/pose.h"
-#include "host/error.h"
 #include "host/output/frame_formats.h"
 #include "host/output/glb_json.h"
 #include "host/output/glb_part.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha {
 

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstdio>
 
+#include "host/attachments/pose.h"
 #include "host/base/file.h"
-#include "host/collision/pose.h"
 #include "host/model/tear.h"
 #include "host/output/choose_camera.h"
-#include "host/picture/png.h"
+#include "host/render/png.h"
 
 namespace malha {
 

@@ -4,8 +4,8 @@
 
 #include "host/model/model.h"
 #include "host/output/results.h"
-#include "host/picture/image.h"
-#include "host/picture/picture.h"
+#include "host/render/image.h"
+#include "host/render/picture.h"
 
 namespace malha {
 

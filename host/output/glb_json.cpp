@@ -7,10 +7,10 @@
 #include <stdexcept>
 
 #include "host/base/build_info.h"
-#include "host/base/text.h"
 #include "host/output/frame_formats.h"
 #include "host/output/glb_part.h"
-#include "host/picture/picture.h"
+#include "host/render/picture.h"
+#include "malha/text.h"
 
 #ifdef MALHA_HAS_GLTF
 #include <tiny_gltf.h>

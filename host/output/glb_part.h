@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-#include "host/mesh.h"
+#include "malha/mesh.h"
 
 namespace malha {
 

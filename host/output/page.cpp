@@ -5,14 +5,14 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "host/attachments/pose.h"
 #include "host/base/build_info.h"
 #include "host/base/file.h"
-#include "host/base/text.h"
-#include "host/collision/pose.h"
-#include "host/error.h"
 #include "host/model/model.h"
 #include "host/output/page_parts.h"
-#include "host/picture/picture.h"
+#include "host/render/picture.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha {
 

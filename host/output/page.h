@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "host/looks/looks.h"
+#include "host/fields/fields.h"
 #include "host/output/page_pack.h"
-#include "host/simulation.h"
+#include "malha/simulation.h"
 
 namespace malha {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "host/looks/contacts.h"
-#include "host/looks/forces.h"
-#include "host/mesh.h"
+#include "host/fields/contacts.h"
+#include "host/fields/forces.h"
+#include "malha/mesh.h"
 
 namespace malha {
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/base/text.h"
-#include "host/error.h"
 #include "host/solver/solver.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha {
 

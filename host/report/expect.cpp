@@ -3,9 +3,9 @@
 #include <limits>
 #include <sstream>
 
-#include "host/base/text.h"
 #include "host/mesh/vectors.h"
 #include "host/mesh/vertices.h"
+#include "malha/text.h"
 
 namespace malha {
 

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "host/measures.h"
-#include "host/mesh.h"
-#include "host/scene.h"
+#include "malha/measures.h"
+#include "malha/mesh.h"
+#include "malha/scene.h"
 
 namespace malha {
 

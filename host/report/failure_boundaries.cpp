@@ -8,7 +8,7 @@
 #include "host/mesh/tetrahedra.h"
 #include "host/mesh/vectors.h"
 #include "host/model/levels.h"
-#include "host/solver/stiffness.h"
+#include "host/projection/stiffness.h"
 
 namespace malha {
 

@@ -7,7 +7,7 @@
 #include "host/mesh/topology.h"
 #include "host/mesh/vectors.h"
 #include "host/model/material.h"
-#include "host/model/solver_of.h"
+#include "host/model/ordering/index_map.h"
 #include "host/model/tear.h"
 
 namespace malha {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "kernels/compute.h"
+#include "kernels/parallel/compute.h"
 
 namespace malha {
 

@@ -5,10 +5,10 @@
 #include <map>
 
 #include "host/base/median.h"
-#include "host/base/text.h"
 #include "host/model/model.h"
 #include "host/report/report.h"
 #include "host/solver/solver.h"
+#include "malha/text.h"
 
 namespace malha {
 

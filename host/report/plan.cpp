@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <sstream>
 
-#include "host/base/text.h"
 #include "host/model/model.h"
 #include "host/model/tear.h"
 #include "host/report/plan_passes.h"
@@ -12,6 +11,7 @@
 #include "host/report/resolution.h"
 #include "host/report/whole_steps.h"
 #include "host/solver/solver.h"
+#include "malha/text.h"
 
 namespace malha {
 

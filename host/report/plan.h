@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "host/simulation.h"
+#include "malha/simulation.h"
 
 namespace malha {
 
 struct Amplification;  // host/report/amplification.h
-struct Demand;         // host/report/plan_for.h
+struct Demand;         // host/report/device_estimate.h
 
 /// Particles, constraints, colours and batch sizes, passes of a step, bytes by owner, and whether Embree is used.
 std::string plan(const Simulation& simulation);

@@ -3,8 +3,8 @@
 #include <numeric>
 
 #include "host/report/amplification.h"
+#include "host/report/device_estimate.h"
 #include "host/report/plan.h"
-#include "host/report/plan_for.h"
 #include "host/report/plan_passes.h"
 #include "host/report/report.h"
 #include "host/report/whole_steps.h"

@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "host/model/tear.h"
-#include "host/solver/patch_plan.h"
+#include "host/patch/patch_plan.h"
 
 namespace malha {
 

@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/build_info.h"
-#include "host/base/text.h"
-#include "host/model/footprint.h"
+#include "host/model/memory_estimate.h"
 #include "host/model/rest_graph.h"
 #include "host/model/tear.h"
 #include "host/report/resolution.h"
 #include "host/report/warnings.h"
 #include "host/scene/scene_write.h"
+#include "malha/text.h"
 
 namespace malha {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "host/base/median.h"
-#include "kernels/constraint_registry.h"
-#include "kernels/rest.h"
+#include "kernels/constraints/constraint_registry.h"
+#include "kernels/projection/rest.h"
 
 namespace malha {
 

@@ -2,12 +2,12 @@
 
 #include <cmath>
 
-#include "host/base/text.h"
 #include "host/report/failure_boundaries.h"
 #include "host/report/folds.h"
 #include "host/report/heavy_on_light.h"
 #include "host/report/resolution.h"
 #include "host/report/softening.h"
+#include "malha/text.h"
 
 namespace malha {
 

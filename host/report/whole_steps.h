@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "host/base/text.h"
+#include "malha/text.h"
 
 namespace malha {
 

@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "host/base/file.h"
-#include "host/base/text.h"
-#include "host/error.h"
 #include "host/output/frame_formats.h"
 #include "host/output/frame_vertices.h"
 #include "host/output/gallery.h"
 #include "host/output/results.h"
-#include "host/simulation.h"
+#include "malha/error.h"
+#include "malha/simulation.h"
+#include "malha/text.h"
 
 namespace malha {
 

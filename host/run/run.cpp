@@ -6,20 +6,20 @@
 
 #include "host/base/file.h"
 #include "host/base/stopwatch.h"
-#include "host/base/text.h"
 #include "host/output/frame_vertices.h"
 #include "host/output/frames.h"
 #include "host/output/gallery.h"
 #include "host/output/page.h"
 #include "host/output/results.h"
 #include "host/report/amplification.h"
-#include "host/report/kept_momenta.h"
+#include "host/report/momentum_drift.h"
 #include "host/report/overstretched.h"
 #include "host/report/report.h"
 #include "host/report/warnings.h"
 #include "host/report/whole_steps.h"
 #include "host/run/summary.h"
 #include "host/solver/solver.h"
+#include "malha/text.h"
 
 namespace malha {
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "host/base/text.h"
 #include "host/model/model.h"
 #include "host/report/report.h"
 #include "host/report/resolution.h"
 #include "host/solver/solver.h"
+#include "malha/text.h"
 
 namespace malha {
 

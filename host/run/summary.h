@@ -3,7 +3,7 @@
 #include <string>
 
 #include "host/output/results.h"
-#include "host/simulation.h"
+#include "malha/simulation.h"
 
 namespace malha {
 

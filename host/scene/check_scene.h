@@ -1,6 +1,6 @@
 // Scenes made in code, or changed after they were read, are held to what a file is held to.
 #pragma once
-#include "host/scene.h"
+#include "malha/scene.h"
 
 namespace malha {
 

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "host/error.h"
+#include "malha/error.h"
 
 namespace malha {
 namespace {

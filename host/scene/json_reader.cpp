@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/base/near_miss.h"
-#include "host/error.h"
+#include "host/base/spelling_suggestion.h"
+#include "malha/error.h"
 
 namespace malha {
 namespace {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "host/mesh.h"
 #include "host/scene/faults.h"
 #include "host/scene/json.h"
+#include "malha/mesh.h"
 
 namespace malha {
 

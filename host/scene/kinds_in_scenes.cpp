@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "kernels/constraint_registry.h"
+#include "kernels/constraints/constraint_registry.h"
 
 namespace malha {
 

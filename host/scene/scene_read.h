@@ -2,8 +2,8 @@
 #pragma once
 #include <string>
 
-#include "host/scene.h"
 #include "host/scene/json_reader.h"
+#include "malha/scene.h"
 
 namespace malha {
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "host/scene.h"
+#include "malha/scene.h"
 
 namespace malha {
 

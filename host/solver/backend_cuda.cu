@@ -4,8 +4,8 @@
 #include <cstring>
 #include <string>
 
-#include "host/base/for_now.h"
-#include "host/base/readable.h"
+#include "host/base/pinned_memory.h"
+#include "host/base/scoped_value.h"
 #include "host/base/stopwatch.h"
 #include "host/filter/make_filter.h"
 #include "host/solver/backend_cuda.h"

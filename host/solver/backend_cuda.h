@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "host/solver/solver.h"
-#include "kernels/compute.h"
+#include "kernels/parallel/compute.h"
 
 namespace malha {
 

@@ -1,6 +1,6 @@
 // The solvers instantiated for the executors of the host.
-#include "host/solver/elsewhere.h"
 #include "host/solver/instantiate.h"
+#include "host/solver/test_executor_hook.h"
 #if defined(MALHA_HAS_CUDA)
 #include "host/solver/backend_cuda.h"
 #endif

@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "host/base/array.h"
+#include "host/base/launch_graph.h"
 #include "host/base/memory_size.h"
-#include "host/base/recording.h"
-#include "host/error.h"
 #include "host/solver/backend_cuda.h"
-#include "kernels/compute.h"
+#include "kernels/parallel/compute.h"
+#include "malha/error.h"
 
 namespace malha {
 

@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
+#include "host/filter/corrector.h"
 #include "host/filter/filter.h"
-#include "host/solver/corrector.h"
-#include "host/solver/limits.h"
-#include "host/solver/spring_forces.h"
+#include "host/filter/spring_forces.h"
+#include "host/measure/over_elongation.h"
 #include "host/solver/stepper.h"
 
 namespace malha {

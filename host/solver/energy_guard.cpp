@@ -4,11 +4,11 @@
 #include <cmath>
 #include <map>
 
-#include "host/collision/pose.h"
+#include "host/attachments/attachments.h"
+#include "host/attachments/pose.h"
 #include "host/mesh/vectors.h"
-#include "host/solver/attachments.h"
-#include "kernels/constraint_registry.h"
-#include "kernels/rest.h"
+#include "kernels/constraints/constraint_registry.h"
+#include "kernels/projection/rest.h"
 
 namespace malha {
 

@@ -11,9 +11,9 @@
 
 #include "host/base/array.h"
 #include "host/model/model.h"
-#include "host/model/particle_runs.h"
-#include "kernels/compute.h"
-#include "kernels/motion_energy.h"
+#include "host/model/ordering/particle_runs.h"
+#include "kernels/measure/motion_energy.h"
+#include "kernels/parallel/compute.h"
 
 namespace malha {
 

@@ -5,7 +5,7 @@
 #include <deque>
 #include <string>
 
-#include "host/solver/levels.h"
+#include "host/multilevel/levels.h"
 #include "host/solver/stepper.h"
 
 namespace malha {
@@ -198,9 +198,8 @@ class Pbd final : public Stepper<Executor, R> {
   }
 
   int threads_;
-  Recording<Executor> recorded_;  // visits
-  std::deque<std::optional<Levels<Executor, R>>>
-      levels_;  // after so many sets of pins were let go; empty: none
+  Recording<Executor> recorded_;                           // visits
+  std::deque<std::optional<Levels<Executor, R>>> levels_;  // after so many sets of pins were let go; empty: none
 };
 
 }  // namespace malha

@@ -7,115 +7,16 @@
 #include <string>
 #include <vector>
 
-#include "host/after_substep.h"
-#include "host/collision/contact_facts.h"
-#include "host/collision/edge_facts.h"
-#include "host/collision/self_facts.h"
-#include "host/filter/filter_facts.h"
-#include "host/measures.h"
+#include "host/base/progress.h"
+#include "host/measure/solver_stats.h"
+#include "host/measure/strain.h"
 #include "host/model/model.h"
-#include "host/own_constraint.h"
-#include "host/solver/strain.h"
-#include "host/taken.h"
+#include "malha/measures.h"
+#include "malha/particle_handle.h"
+#include "malha/substep_callback.h"
+#include "malha/user_constraint.h"
 
 namespace malha {
-
-/// The passes of a step, for timings. Visits: prediction, projection and state in one, where nothing lies between.
-/// Forces, filter and correction (of free bodies' momenta) are Desbrun's.
-/// Pins are those that move. ByCaller: constraints of the caller's own.
-enum class Pass {
-  Pins,
-  Damping,
-  Air,
-  Forces,
-  Filter,
-  Correction,
-  Prediction,
-  Levels,
-  Collision,
-  Projection,
-  Pressure,
-  LongRange,
-  Attachments,
-  Contact,
-  SelfCollision,
-  State,
-  Visits,
-  Tearing,
-  Sleep,
-  Edges,
-  ByCaller
-};
-inline constexpr std::array<const char*, 21> kPassNames{
-    "pins",           "damping",   "air",        "forces",   "filter",     "correction",  "prediction",
-    "levels",         "collision", "projection", "pressure", "long_range", "attachments", "contact",
-    "self_collision", "state",     "visits",     "tearing",  "sleep",      "edges",       "own"};
-
-/// What a person may want to know of a constraint set.
-struct SetFacts {
-  std::string type;
-  int constraints = 0;
-  int in_runs = 0;       // read and written as whole vectors
-  int most_batches = 0;  // of a patch: its colours and runs
-  std::size_t bytes = 0;
-};
-
-struct PatchFacts {
-  int patches = 0;
-  int phases = 0;                // patches of a phase are visited at once
-  int columns = 0;               // patches laid out for runs
-  int shared = 0;                // particles that more than one patch visits
-  int most_slots = 0;            // of fast memory, in the largest patch: its particles and what pads them
-  std::size_t memory_bytes = 0;  // of fast memory that a visit asks for
-  std::size_t bytes = 0;
-  double plan_seconds = 0;  // of set-up
-};
-
-/// Of a level (host/model/levels.h).
-struct LevelFacts {
-  int particles = 0, constraints = 0;
-  PatchFacts patches;
-};
-
-/// Of constraints of the caller's own.
-struct OwnFacts {
-  std::string name;
-  int constraints = 0, particles = 0, batches = 0;  // particles: of each constraint
-};
-
-struct SolverFacts {
-  std::string instructions;  // of the kernels over packs
-  PatchFacts patches;
-  bool fused = false;              // prediction and state happen in the visits to the patches
-  bool whole_steps = false;        // all substeps of a step in one parallel region
-  bool flies = false;              // both, in steps in which nothing can come near the environment
-  std::vector<SetFacts> sets;      // in the order of projection
-  std::vector<LevelFacts> levels;  // the finest first
-  int levels_every = 1;            // substeps
-  std::size_t level_bytes = 0;
-  int level_layouts = 0;                                 // one more for each set of pins that lets go
-  double level_seconds = 0;                              // of set-up
-  std::optional<FilterFacts> filter;                     // Desbrun's
-  std::optional<SelfFacts> self;                         // of self-collision
-  std::optional<ContactFacts> contact;                   // with the environment
-  std::optional<EdgeFacts> edges;                        // with its edges and corners
-  std::vector<OwnFacts> own;                             // constraints of the caller's own
-  int free_bodies = 0;                                   // of Desbrun's, whose momentum is corrected
-  bool corrects = false;                                 // their angular momentum too
-  std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths
-  std::size_t force_launches = 0;                        // of a sum of Desbrun's forces
-  std::size_t pressure_launches = 0;                     // of one projection of all pressures
-  std::size_t pressure_starts = 0;                       // launches of theirs where a substep begins
-  double colour_seconds = 0;                             // of set-up: phases of patches, runs, colours
-  double layout_seconds = 0;                             // particles and constraints laid out
-  double constraint_seconds = 0, collision_seconds = 0;  // colours and layout of constraints; environment meshes
-  std::size_t long_range_bytes = 0, air_bytes = 0;       // of attachments; of the faces in the air
-  int long_range = 0, attachments = 0;                   // particles that hang on pins, and on how many in all
-  int air_particles = 0;                                 // that have faces in the air
-  std::size_t particle_bytes = 0, constraint_bytes = 0, collision_bytes = 0;
-  // Single constraints, those of batches there and back; pressure counted once a body, contacts not.
-  std::int64_t projections_per_step = 0;
-};
 
 /// Of a scene that names sleep.
 struct SleepFacts {

@@ -10,15 +10,15 @@
 #include <vector>
 
 #include "host/base/hash.h"
-#include "host/base/text.h"
-#include "host/collision/contact_memory.h"
-#include "host/collision/edge_memory.h"
-#include "host/collision/find_contact.h"
-#include "host/collision/self_memory.h"
-#include "host/error.h"
-#include "host/mesh.h"
-#include "host/model/solver_of.h"
-#include "kernels/particles.h"
+#include "host/environment/contact_memory.h"
+#include "host/environment/edge_memory.h"
+#include "host/environment/find_contact.h"
+#include "host/model/ordering/index_map.h"
+#include "host/self_collision/self_memory.h"
+#include "kernels/simd/particles.h"
+#include "malha/error.h"
+#include "malha/mesh.h"
+#include "malha/text.h"
 
 namespace malha {
 

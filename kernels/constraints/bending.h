@@ -2,8 +2,8 @@
 // The 2006 paper's acos(n1.n2) is blind to the side of the fold and singular at 0 and pi; this is the signed angle,
 // with the gradients of Bridson, Marino, Fedkiw 2003 (also Tamstorf, Grinspun 2013).
 #pragma once
-#include "kernels/atan2.h"
 #include "kernels/constraints/isometric_bending.h"
+#include "kernels/simd/atan2.h"
 
 namespace malha {
 

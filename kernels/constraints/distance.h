@@ -1,6 +1,6 @@
 // distance: C = |p0 - p1| - l.  Müller et al. 2006, section 4.1.
 #pragma once
-#include "kernels/project_constraint.h"
+#include "kernels/projection/project_constraint.h"
 
 namespace malha {
 

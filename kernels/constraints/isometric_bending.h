@@ -4,7 +4,7 @@
 // compliance or rigidity means what it means for bending. Quadratic in the positions where flat at rest, and no
 // triangle of the moment can degenerate it. Meant for sheets that hardly stretch (Bergou et al. 2006, section 4).
 #pragma once
-#include "kernels/project_constraint.h"
+#include "kernels/projection/project_constraint.h"
 
 namespace malha {
 

@@ -7,8 +7,8 @@
 // Their gradients depend on F/|F| alone and are bounded, however a triangle is crushed or stretched. In space a
 // triangle has no inside: turned over it is only turned.
 #pragma once
-#include "kernels/block.h"
-#include "kernels/project_constraint.h"
+#include "kernels/projection/block_solve.h"
+#include "kernels/projection/project_constraint.h"
 
 namespace malha {
 

@@ -10,9 +10,9 @@
 // not the rest shape, and jitter where stiff; here both are solved for at once, with the curvature that C_D's gradient
 // leaves out: the rest shape stays as it is, to the bit of a rounding.
 #pragma once
-#include "kernels/direction.h"
-#include "kernels/log.h"
-#include "kernels/project_constraint.h"
+#include "kernels/projection/direction.h"
+#include "kernels/projection/project_constraint.h"
+#include "kernels/simd/log.h"
 
 namespace malha {
 

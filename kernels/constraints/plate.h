@@ -6,8 +6,8 @@
 //   C = sqrt(A (1 + nu) / 2) (Hxx + Hyy), sqrt(A (1 - nu) / 2) (Hxx - Hyy), sqrt(A (1 - nu) / 2) 2 Hxy,
 // three constraints of compliance 1 / D in the angles, met at once. Angles are signed and measured from rest.
 #pragma once
-#include "kernels/block.h"
 #include "kernels/constraints/bending.h"
+#include "kernels/projection/block_solve.h"
 
 namespace malha {
 

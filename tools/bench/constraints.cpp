@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "host/simulation.h"
 #include "host/solver/solver.h"
-#include "kernels/constraint_registry.h"
+#include "kernels/constraints/constraint_registry.h"
+#include "malha/simulation.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/medians.h"
 #include "tools/bench/output.h"

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/stopwatch.h"
-#include "host/base/text.h"
-#include "host/simulation.h"
 #include "host/solver/solver.h"
-#include "kernels/nearby.h"
+#include "kernels/environment/contact_cache.h"
+#include "malha/simulation.h"
+#include "malha/text.h"
 #if defined(MALHA_HAS_BULLET)
 #include "tools/bench/peers/bullet_drape.h"
 #endif

@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "host/base/text.h"
-#include "host/simulation.h"
+#include "malha/simulation.h"
+#include "malha/text.h"
 #include "tools/bench/cloth.h"
 #include "tools/bench/counts.h"
 #include "tools/bench/machine.h"

@@ -1,6 +1,6 @@
 // An irregular triangle mesh: what scanned and modelled clothes look like to a solver, made from numbers alone.
 #pragma once
-#include "host/mesh.h"
+#include "malha/mesh.h"
 
 namespace malha::bench {
 

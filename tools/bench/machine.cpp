@@ -5,7 +5,7 @@
 #include <string>
 
 #include "host/base/stopwatch.h"
-#include "kernels/pack.h"
+#include "kernels/simd/pack.h"
 #include "tools/bench/pinned.h"
 #include "tools/bench/stream.h"
 

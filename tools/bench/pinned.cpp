@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/compute.h"
+#include "kernels/parallel/compute.h"
 
 namespace malha::bench {
 

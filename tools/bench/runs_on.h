@@ -2,8 +2,8 @@
 #pragma once
 #include <string>
 
-#include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "malha/simulation.h"
 
 namespace malha::bench {
 

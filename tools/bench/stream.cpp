@@ -4,8 +4,8 @@
 
 #include "host/base/array.h"
 #include "host/base/stopwatch.h"
-#include "kernels/compute.h"
-#include "kernels/pack.h"
+#include "kernels/parallel/compute.h"
+#include "kernels/simd/pack.h"
 
 namespace malha::bench {
 

@@ -22,7 +22,7 @@ add_custom_command(
   OUTPUT "${cuda_object}"
   COMMAND "${CUDAToolkit_NVCC_EXECUTABLE}" -std=c++20 -O3 -DNDEBUG -fmad=false -ftz=false -prec-div=true
           -prec-sqrt=true --expt-relaxed-constexpr
-          -diag-suppress=997,20011,20014 ${cuda_code} --threads 0 -DEIGEN_DONT_VECTORIZE -I "${PROJECT_SOURCE_DIR}"
+          -diag-suppress=997,20011,20014 ${cuda_code} --threads 0 -DEIGEN_DONT_VECTORIZE -I "${PROJECT_SOURCE_DIR}" -I "${PROJECT_SOURCE_DIR}/host"
           ${eigen_folders} "-Xcompiler=-fPIC,-fopenmp,-fvisibility=hidden,-fvisibility-inlines-hidden,-Wno-psabi,${cuda_host_flags}"
           -ccbin "${CMAKE_CXX_COMPILER}" -MD -MF "${cuda_object}.d" -c "${cuda_source}" -o "${cuda_object}"
   DEPENDS "${cuda_source}" DEPFILE "${cuda_object}.d" VERBATIM COMMENT "Building the CUDA backend (some minutes)")

@@ -88,4 +88,4 @@ find_file(THREE_JS three.min.js PATHS /usr/share/javascript/three REQUIRED)
 get_filename_component(three_folder "${THREE_JS}" DIRECTORY)
 find_file(THREE_CONTROLS_JS OrbitControls.js PATHS "${three_folder}/examples/js/controls" REQUIRED NO_DEFAULT_PATH)
 
-find_path(STB_INCLUDE_DIR stb_image_write.h PATH_SUFFIXES stb REQUIRED)  # a header alone: host/picture/png.cpp has it
+find_path(STB_INCLUDE_DIR stb_image_write.h PATH_SUFFIXES stb REQUIRED)  # a header alone: host/render/png.cpp has it

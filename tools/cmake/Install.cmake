@@ -6,10 +6,8 @@ install(TARGETS malha EXPORT malhaTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LI
 install(EXPORT malhaTargets NAMESPACE malha:: DESTINATION ${package_dir})
 
 # The public headers: no Eigen and no kernels in them, so that a caller may use other flags than ours.
-set(public_headers host/after_substep.h host/error.h host/measures.h host/mesh.h host/own_constraint.h host/scene.h
-                   host/simulation.h host/taken.h)
-install(FILES ${public_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha/host)
-install(FILES host/base/text.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha/host/base)
+file(GLOB public_headers CONFIGURE_DEPENDS RELATIVE "${PROJECT_SOURCE_DIR}" host/malha/*.h)
+install(FILES ${public_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/malha)
 
 configure_package_config_file(tools/cmake/malhaConfig.cmake.in malhaConfig.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(malhaConfigVersion.cmake COMPATIBILITY SameMinorVersion)

@@ -9,6 +9,6 @@ if(DOXYGEN_FOUND)
   set(DOXYGEN_QUIET YES)
   set(DOXYGEN_SOURCE_BROWSER YES)  # the example programs too
   file(GLOB_RECURSE pages RELATIVE "${PROJECT_SOURCE_DIR}" CONFIGURE_DEPENDS kernels/*.md host/*.md scenes/*.md tests/*.md
-    tools/*.md tools/examples/*.cpp)
-  doxygen_add_docs(reference ${pages} ${public_headers} host/base/text.h COMMENT "reference pages")
+    *.md tools/examples/*.cpp)
+  doxygen_add_docs(reference ${pages} ${public_headers} COMMENT "reference pages")
 endif()

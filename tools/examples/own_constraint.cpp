@@ -1,8 +1,8 @@
 // A program with a constraint of its own: the last particle of a scene moves on a sphere about where it starts. To try
 // an idea; what proves good becomes a kernel (kernels/README.md), which is a hundred times faster.
-#include <host/own_constraint.h>
-#include <host/scene.h>
-#include <host/simulation.h>
+#include <malha/scene.h>
+#include <malha/simulation.h>
+#include <malha/user_constraint.h>
 
 #include <cmath>
 #include <cstdio>

@@ -1,7 +1,7 @@
 // A program with a loop of its own, as a game has: its clock goes unevenly, the scene's steps are equal, and what is
 // drawn lies between two of them. A hand of the program pulls at a particle, and lets go of it.
-#include <host/scene.h>
-#include <host/simulation.h>
+#include <malha/scene.h>
+#include <malha/simulation.h>
 
 #include <cmath>
 #include <cstdio>

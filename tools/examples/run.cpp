@@ -1,6 +1,6 @@
 // Runs a scene and says where its bodies are, how far its edges are stretched, and what would be worth a warning.
-#include <host/scene.h>
-#include <host/simulation.h>
+#include <malha/scene.h>
+#include <malha/simulation.h>
 
 #include <cstdio>
 

@@ -1,6 +1,6 @@
 // The same scene with several settings at once, a thread each: how far they are apart after a second.
-#include <host/scene.h>
-#include <host/simulation.h>
+#include <malha/scene.h>
+#include <malha/simulation.h>
 
 #include <algorithm>
 #include <cmath>

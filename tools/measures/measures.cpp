@@ -6,10 +6,10 @@
 #include <iostream>
 
 #include "host/base/file.h"
-#include "host/base/text.h"
-#include "host/error.h"
-#include "host/scene.h"
-#include "kernels/compute.h"
+#include "kernels/parallel/compute.h"
+#include "malha/error.h"
+#include "malha/scene.h"
+#include "malha/text.h"
 #include "tools/arguments.h"
 #include "tools/bench/output.h"
 #include "tools/study/progress.h"

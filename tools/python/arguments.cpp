@@ -1,7 +1,7 @@
 #include "tools/python/arguments.h"
 
-#include "host/base/text.h"
-#include "host/error.h"
+#include "malha/error.h"
+#include "malha/text.h"
 #include "tools/python/arrays.h"
 
 namespace malha::python {

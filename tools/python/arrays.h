@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "host/base/text.h"
-#include "host/error.h"
-#include "host/mesh.h"
+#include "malha/error.h"
+#include "malha/mesh.h"
+#include "malha/text.h"
 
 namespace malha::python {
 

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "host/own_constraint.h"
+#include "malha/user_constraint.h"
 #include "tools/python/initialised.h"
 
 namespace malha::python {

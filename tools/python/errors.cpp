@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "host/error.h"
+#include "malha/error.h"
 
 namespace malha::python {
 

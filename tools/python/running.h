@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "host/simulation.h"
+#include "malha/simulation.h"
 #include "tools/python/initialised.h"
 #include "tools/python/leaving.h"
 

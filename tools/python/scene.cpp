@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "host/base/text.h"
-#include "host/error.h"
+#include "malha/error.h"
+#include "malha/text.h"
 #include "tools/python/arguments.h"
 #include "tools/python/arrays.h"
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <pybind11/pybind11.h>
 
-#include "host/scene.h"
+#include "malha/scene.h"
 #include "tools/python/initialised.h"
 
 namespace pybind11::detail {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "host/mesh/generate.h"
-#include "host/scene.h"
+#include "malha/scene.h"
 
 namespace malha::study {
 

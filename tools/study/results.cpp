@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "host/base/file.h"
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/study/replays.h"
 
 namespace malha::study {

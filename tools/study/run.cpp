@@ -5,8 +5,8 @@
 
 #include "host/base/file.h"
 #include "host/base/hash.h"
-#include "host/base/text.h"
-#include "host/error.h"
+#include "malha/error.h"
+#include "malha/text.h"
 #include "tools/bench/facts.h"
 #include "tools/study/page.h"
 #include "tools/study/progress.h"

@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "host/base/file.h"
-#include "host/base/text.h"
-#include "host/error.h"
+#include "malha/error.h"
+#include "malha/text.h"
 
 namespace malha::study {
 

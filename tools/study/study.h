@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene.h"
+#include "malha/scene.h"
 #include "tools/bench/gnuplot.h"
 #include "tools/study/cells.h"
 

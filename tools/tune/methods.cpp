@@ -1,8 +1,8 @@
 #include "tools/tune/methods.h"
 
-#include "host/base/text.h"
-#include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "malha/simulation.h"
+#include "malha/text.h"
 
 namespace malha::study {
 

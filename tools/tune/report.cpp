@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/bench/output.h"
 
 namespace malha::study {

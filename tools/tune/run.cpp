@@ -6,9 +6,9 @@
 #include <numeric>
 
 #include "host/base/stopwatch.h"
-#include "host/base/text.h"
-#include "host/error.h"
 #include "host/run/run.h"
+#include "malha/error.h"
+#include "malha/text.h"
 #include "tools/study/interrupted.h"
 
 namespace malha::study {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "host/scene.h"
+#include "malha/scene.h"
 
 namespace malha::study {
 

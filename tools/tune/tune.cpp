@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "host/base/text.h"
-#include "host/error.h"
 #include "host/model/model.h"
+#include "malha/error.h"
+#include "malha/text.h"
 #include "tools/bench/medians.h"
 
 namespace malha::study {

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "host/base/file.h"
-#include "host/base/text.h"
-#include "host/picture/png.h"
+#include "host/render/png.h"
+#include "malha/text.h"
 #include "tools/view/layout.h"
 #include "tools/view/pick.h"
 #include "tools/view/scenes.h"

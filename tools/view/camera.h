@@ -5,7 +5,7 @@
 #include <array>
 #include <span>
 
-#include "host/scene.h"
+#include "malha/scene.h"
 
 namespace malha::view {
 

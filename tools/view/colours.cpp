@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/base/text.h"
 #include "host/mesh/vectors.h"
-#include "host/picture/picture.h"
+#include "host/render/picture.h"
+#include "malha/text.h"
 
 namespace malha::view {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene.h"
+#include "malha/scene.h"
 #include "tools/view/shown_state.h"
 
 namespace malha::view {

@@ -3,9 +3,9 @@
 #include <array>
 #include <memory>
 
-#include "host/looks/contacts.h"
-#include "host/looks/forces.h"
-#include "host/looks/looks.h"
+#include "host/fields/contacts.h"
+#include "host/fields/fields.h"
+#include "host/fields/forces.h"
 #include "tools/view/shown_state.h"
 
 namespace malha::view {

@@ -3,8 +3,8 @@
 #include <iostream>
 
 #include "host/base/build_info.h"
-#include "host/base/text.h"
-#include "host/error.h"
+#include "malha/error.h"
+#include "malha/text.h"
 #include "tools/exit_status.h"
 #include "tools/streams.h"
 #include "tools/validators.h"

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/collision/pose.h"
+#include "host/attachments/pose.h"
 #include "host/mesh/topology.h"
-#include "host/picture/picture.h"
-#include "host/picture/stage.h"
+#include "host/render/picture.h"
+#include "host/render/stage.h"
 #include "tools/view/shaders.h"
 
 namespace malha::view {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "host/picture/image.h"
+#include "host/render/image.h"
 #include "tools/view/gl.h"
 #include "tools/view/shown_state.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "host/collision/pose.h"
+#include "host/attachments/pose.h"
 
 namespace malha::view {
 

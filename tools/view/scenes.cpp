@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <set>
 
-#include "host/mesh/mesh_io.h"
+#include "host/mesh/io/mesh_io.h"
 
 namespace malha::view {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "host/base/stopwatch.h"
-#include "host/base/text.h"
+#include "malha/text.h"
 
 namespace malha::view {
 

@@ -1,6 +1,6 @@
 #include <imgui.h>
 
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/view/panels.h"
 
 namespace malha::view {

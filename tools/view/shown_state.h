@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "host/measures.h"
 #include "host/model/model.h"
 #include "host/solver/solver.h"
+#include "malha/measures.h"
 #include "tools/view/camera.h"
 #include "tools/view/coarse.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "host/simulation.h"
+#include "malha/simulation.h"
 #include "tools/view/looks.h"
 
 namespace malha::view {

@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 #include "host/base/file.h"
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/view/app.h"
 #include "tools/view/keys.h"
 

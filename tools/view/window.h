@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "host/simulation.h"
+#include "malha/simulation.h"
 
 namespace malha::view {
 

@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/bench/gnuplot.h"
 #include "tools/bench/output.h"
 

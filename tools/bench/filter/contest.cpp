@@ -5,11 +5,11 @@
 #include "host/base/memory_size.h"
 #include "host/base/point_array.h"
 #include "host/base/stopwatch.h"
-#include "host/base/text.h"
-#include "host/error.h"
 #include "host/filter/dense_columns.h"
 #include "host/filter/dense_plan.h"
 #include "host/filter/filter.h"
+#include "malha/error.h"
+#include "malha/text.h"
 #include "tools/bench/cloth.h"
 #include "tools/bench/peers/openblas.h"
 

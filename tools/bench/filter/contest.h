@@ -7,7 +7,7 @@
 #include "host/base/array.h"
 #include "host/filter/filter_errors.h"
 #include "host/model/model.h"
-#include "kernels/compute.h"
+#include "kernels/parallel/compute.h"
 #include "tools/bench/filter/row.h"
 
 namespace malha::bench {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "host/base/text.h"
-#include "host/error.h"
+#include "malha/error.h"
+#include "malha/text.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/filter/chart.h"
 #include "tools/bench/filter/contest.h"

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <thread>
 
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/bench/filter/contest.h"
 #include "tools/bench/machine.h"
 #include "tools/bench/medians.h"

@@ -18,7 +18,7 @@ struct FilterRow {
   std::vector<double> seconds;  // a product in each turn; or of each step
   double bytes = 0;             // of the filter, that a product reads: a sparse one reads each number twice
   double memory_bytes = 0;
-  double noise_error = 0, elastic_error = 0;  // relative, see host/filter/filter_facts.h
+  double noise_error = 0, elastic_error = 0;  // relative, see host/measure/solver_stats.h
   double setup_seconds = 0;
   std::vector<double> read_seconds, triad_seconds;  // of moving as many bytes, in the same turns; empty: OpenBLAS
   bool at_cap = false;                              // of a step: no larger size was tried

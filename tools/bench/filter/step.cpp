@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "host/base/stopwatch.h"
-#include "host/error.h"
 #include "host/report/report.h"
-#include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "malha/error.h"
+#include "malha/simulation.h"
 #include "tools/bench/filter/contest.h"
 #include "tools/bench/pinned.h"
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "host/scene.h"
+#include "malha/scene.h"
 #include "tools/bench/filter/row.h"
 #include "tools/bench/runs_on.h"
 

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "host/base/memory_size.h"
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/bench/filter/step.h"
 #include "tools/bench/output.h"
 

@@ -6,7 +6,7 @@
 
 #include <deque>
 
-#include "host/collision/pose.h"
+#include "host/attachments/pose.h"
 #include "host/mesh/topology.h"
 #include "host/model/model.h"
 #include "host/solver/solver.h"

@@ -2,7 +2,7 @@
 #pragma once
 #include <memory>
 
-#include "host/simulation.h"
+#include "malha/simulation.h"
 
 namespace malha::bench {
 

@@ -5,7 +5,7 @@
 #include <set>
 #include <sstream>
 
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/bench/gnuplot.h"
 
 namespace malha::bench {

@@ -4,9 +4,9 @@
 
 #include "host/base/build_info.h"
 #include "host/base/hash.h"
-#include "host/base/text.h"
-#include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "malha/simulation.h"
+#include "malha/text.h"
 #include "tools/bench/medians.h"
 #include "tools/bench/peers/bullet.h"
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/memory_size.h"
-#include "host/error.h"
+#include "malha/error.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/machine.h"
 #include "tools/bench/output.h"

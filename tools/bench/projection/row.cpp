@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/bench/medians.h"
 
 namespace malha::bench {

@@ -1,6 +1,6 @@
 #include "tools/bench/projection/table.h"
 
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/bench/output.h"
 
 namespace malha::bench {

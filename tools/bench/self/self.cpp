@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/stopwatch.h"
-#include "host/base/text.h"
 #include "host/report/report.h"
-#include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "malha/simulation.h"
+#include "malha/text.h"
 #include "tools/bench/facts.h"
 #include "tools/bench/medians.h"
 #include "tools/bench/output.h"

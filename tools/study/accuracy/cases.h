@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene.h"
+#include "malha/scene.h"
 #include "tools/study/reference/system.h"
 #include "tools/study/step_length.h"
 

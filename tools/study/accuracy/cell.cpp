@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "host/base/stopwatch.h"
-#include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "malha/simulation.h"
 #include "tools/bench/medians.h"
 #include "tools/bench/output.h"
 #include "tools/study/reference/steps.h"

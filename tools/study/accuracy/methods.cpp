@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "malha/simulation.h"
 
 namespace malha::study {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "host/simulation.h"
+#include "malha/simulation.h"
 #include "tools/bench/output.h"
 #include "tools/study/reference/chain.h"
 #include "tools/study/reference/sweep.h"

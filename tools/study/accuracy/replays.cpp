@@ -1,6 +1,6 @@
 #include "tools/study/accuracy/replays.h"
 
-#include "host/base/text.h"
+#include "malha/text.h"
 
 namespace malha::study {
 

@@ -7,8 +7,8 @@
 #include "host/base/stopwatch.h"
 #include "host/report/launches.h"
 #include "host/report/report.h"
-#include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "malha/simulation.h"
 #include "tools/bench/medians.h"
 
 namespace malha::study {

@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "host/scene.h"
+#include "malha/scene.h"
 #include "tools/study/cells.h"
 
 namespace malha::study {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene.h"
+#include "malha/scene.h"
 
 namespace malha::study {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/simulation.h"
+#include "malha/simulation.h"
 #include "tools/bench/output.h"
 #include "tools/study/published/parts.h"
 #include "tools/study/reference/steps.h"

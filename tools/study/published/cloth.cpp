@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "host/base/stopwatch.h"
-#include "host/base/text.h"
-#include "host/simulation.h"
+#include "malha/simulation.h"
+#include "malha/text.h"
 #include "tools/bench/counts.h"
 #include "tools/bench/output.h"
 #include "tools/bench/self/cases.h"

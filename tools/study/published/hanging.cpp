@@ -2,7 +2,7 @@
 
 #include <fstream>
 
-#include "host/simulation.h"
+#include "malha/simulation.h"
 #include "tools/bench/cloth.h"
 #include "tools/bench/output.h"
 #include "tools/study/published/parts.h"

@@ -1,6 +1,6 @@
 // The cases of the study "published", a file each. Each has rows of its own and a section with theirs beside ours.
 #pragma once
-#include "host/scene.h"
+#include "malha/scene.h"
 #include "tools/study/study.h"
 
 namespace malha::study {

@@ -1,8 +1,8 @@
 // Frame rates of a thesis of 2008, which has Desbrun's method and PBD side by side: on a Core 2 Duo at 2.2 GHz, with
 // rendering.
 #include "host/base/stopwatch.h"
-#include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "malha/simulation.h"
 #include "tools/bench/medians.h"
 #include "tools/bench/output.h"
 #include "tools/study/published/parts.h"

@@ -2,8 +2,8 @@
 // paper's figure 2 compares curves and prints no number, and no step: ours is 1/60 s.
 #include <cmath>
 
-#include "host/base/text.h"
-#include "host/simulation.h"
+#include "malha/simulation.h"
+#include "malha/text.h"
 #include "tools/bench/output.h"
 #include "tools/study/published/parts.h"
 #include "tools/study/rows.h"

@@ -5,7 +5,7 @@
 #include "host/mesh/generate.h"
 #include "host/mesh/topology.h"
 #include "host/model/pins.h"
-#include "host/simulation.h"
+#include "malha/simulation.h"
 
 namespace malha::study {
 

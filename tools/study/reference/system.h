@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "host/scene.h"
+#include "malha/scene.h"
 
 namespace malha::study {
 

@@ -8,10 +8,10 @@
 
 #include "host/base/memory_size.h"
 #include "host/base/stopwatch.h"
-#include "host/base/text.h"
-#include "host/simulation.h"
 #include "host/solver/solver.h"
-#include "kernels/compute.h"
+#include "kernels/parallel/compute.h"
+#include "malha/simulation.h"
+#include "malha/text.h"
 #include "tools/bench/machine.h"
 #include "tools/bench/medians.h"
 

@@ -1,4 +1,4 @@
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/bench/output.h"
 #include "tools/study/cloth_methods.h"
 #include "tools/study/scaling/rows.h"

@@ -1,6 +1,6 @@
 #include "tools/study/scaling/rows.h"
 
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/bench/output.h"
 #include "tools/study/cloth_methods.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "host/base/text.h"
+#include "malha/text.h"
 #include "tools/bench/medians.h"
 #include "tools/study/rows.h"
 #include "tools/study/scaling/cell.h"

@@ -4,9 +4,9 @@
 #include <map>
 
 #include "host/base/stopwatch.h"
-#include "host/error.h"
-#include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "malha/error.h"
+#include "malha/simulation.h"
 #include "tools/bench/cloth.h"
 #include "tools/bench/medians.h"
 #include "tools/study/cloth_methods.h"

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <map>
 
-#include "host/simulation.h"
+#include "malha/simulation.h"
 #include "tools/bench/output.h"
 #include "tools/study/reference/steps.h"
 #include "tools/study/stability/lines.h"

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "host/report/amplification.h"
-#include "host/simulation.h"
+#include "malha/simulation.h"
 #include "tools/bench/irregular.h"
 #include "tools/bench/output.h"
 #include "tools/study/reference/sweep.h"

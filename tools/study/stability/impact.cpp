@@ -3,9 +3,9 @@
 #include <cmath>
 #include <fstream>
 
-#include "host/error.h"
-#include "host/simulation.h"
-#include "kernels/project_constraint.h"
+#include "kernels/projection/project_constraint.h"
+#include "malha/error.h"
+#include "malha/simulation.h"
 #include "tools/bench/cloth.h"
 #include "tools/bench/output.h"
 #include "tools/study/irregular_mesh.h"

@@ -5,7 +5,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "host/error.h"
+#include "malha/error.h"
 #include "tools/bench/output.h"
 #include "tools/study/rows.h"
 #include "tools/study/stability/map.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/simulation.h"
+#include "malha/simulation.h"
 #include "tools/bench/output.h"
 #include "tools/study/reference/sweep.h"
 #include "tools/study/stability/lines.h"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/error.h"
+#include "malha/error.h"
 #include "tools/bench/output.h"
 #include "tools/study/reference/sweep.h"
 #include "tools/study/rows.h"

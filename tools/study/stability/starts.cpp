@@ -3,11 +3,11 @@
 #include <cmath>
 #include <random>
 
-#include "host/base/text.h"
 #include "host/mesh/generate.h"
-#include "host/simulation.h"
 #include "host/solver/solver.h"
 #include "host/solver/state.h"
+#include "malha/simulation.h"
+#include "malha/text.h"
 #include "tools/bench/output.h"
 #include "tools/study/reference/steps.h"
 #include "tools/study/rows.h"

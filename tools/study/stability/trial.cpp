@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "host/report/warnings.h"
-#include "host/simulation.h"
 #include "host/solver/solver.h"
+#include "malha/simulation.h"
 
 namespace malha::study {
 

@@ -1,0 +1,86 @@
+// Particles tied to points at rest, on a path, or of an environment mesh. Made only for scenes that have some.
+#pragma once
+#include <algorithm>
+#include <deque>
+#include <vector>
+
+#include "host/attachments/moved_pins.h"
+#include "host/attachments/pose.h"
+#include "host/base/array.h"
+#include "host/model/model.h"
+#include "host/projection/stiffness.h"
+#include "kernels/attachments/attachment.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class Attachments {
+ public:
+  Attachments(const Executor& executor, const Model& model) : executor_(executor) {
+    const SolverSpec& solver = model.scene.solver;
+    substep_ = solver.dt / solver.substeps;
+    for (const AttachmentSet& spec : model.attached) {
+      Set& set = sets_.emplace_back();
+      set.motion = spec.target.motion;
+      set.until = spec.until, set.alpha = spec.compliance.value_or(0);
+      set.list = Array<Executor, int>(spec.particles);
+      set.anchor = Array<Executor, Vector3<double>>(anchors(spec.target, spec.particles, model.x));
+      if (set.alpha > 0 && solver.iterations > 1)
+        set.lambda = Array<Executor, Vector3<R>>(spec.particles.size(), Vector3<R>{R(0), R(0), R(0)});
+      set.share = spec.compliance ? 1 : stiffness_per_projection(spec.stiffness, solver, 1);
+    }
+  }
+
+  /// Whether one of them ends where a substep starts (s).
+  bool let_go(double start) const {
+    return std::any_of(sets_.begin(), sets_.end(), [&](const Set& set) {
+      return over(set.until, start, substep_) && !over(set.until, start - substep_, substep_);
+    });
+  }
+
+  /// In a substep from `start` to `end` (s).
+  void project(const Displaced<R>& p, const R* w, double start, double end, bool fresh) {
+    for (Set& set : sets_) {
+      if (over(set.until, start, substep_)) continue;
+      const R alpha = R(set.alpha / (substep_ * substep_));
+      parallel_for(executor_, static_cast<int>(set.list.size()),
+                   Attach<R>{p, w, set.list.data(), set.anchor.data(), pose_at(set.motion, end), set.lambda.data(),
+                             R(set.share), alpha, fresh});
+    }
+  }
+
+  /// J in the springs at `time`.
+  double energy(const Points<R>& x, double time) const {
+    double sum = 0;
+    for (const Set& set : sets_)
+      if (set.alpha > 0 && !over(set.until, time, substep_))
+        sum +=
+            parallel_reduce<Sum>(executor_, static_cast<int>(set.list.size()),
+                                 MeasureAttachment<R>{x, set.list.data(), set.anchor.data(), pose_at(set.motion, time)})
+                .value /
+            (2 * set.alpha);
+    return sum;
+  }
+
+  std::size_t bytes() const {
+    std::size_t sum = 0;
+    for (const Set& set : sets_) sum += set.list.bytes() + set.anchor.bytes() + set.lambda.bytes();
+    return sum;
+  }
+
+ private:
+  struct Set {
+    std::vector<Keyframe> motion;
+    std::optional<double> until;
+    double alpha = 0, share = 1;  // m/N; of the error that a projection takes away
+    Array<Executor, int> list;
+    Array<Executor, Vector3<double>> anchor;
+    Array<Executor, Vector3<R>> lambda;
+  };
+
+  Executor executor_;
+  double substep_;  // s
+  std::deque<Set> sets_;
+};
+
+}  // namespace malha

@@ -1,0 +1,134 @@
+// Pins that follow keyframes or are released. Made only for scenes that have some.
+#pragma once
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "host/attachments/pose.h"
+#include "host/base/array.h"
+#include "host/model/model.h"
+#include "host/model/ordering/index_map.h"
+#include "kernels/attachments/attachment.h"
+#include "malha/error.h"
+
+namespace malha {
+
+/// Whether what lasts until a time is over at the start of a substep at `time` (s), rounding aside.
+inline bool over(const std::optional<double>& until, double time, double h) {
+  return until && time >= *until - 1e-6 * h;
+}
+
+/// The places of particles that start at x, in the frame that moves.
+inline std::vector<Vector3<double>> anchors(const Target& target, const std::vector<int>& particles,
+                                            const std::vector<Vec3>& x) {
+  const Pose start = target.environment.empty() ? Pose{} : pose_at(target.motion, 0);
+  std::vector<Vector3<double>> places;
+  for (const int i : particles) {
+    const Vec3& at = target.point ? *target.point : x[i];
+    places.push_back(to_local(start, {at[0], at[1], at[2]}));
+  }
+  return places;
+}
+
+/// The solver's numbers of the user's particles, of which `good` must hold. Throws InputError.
+template <class Good>
+std::vector<int> pins_of(const Model& model, const std::vector<int>& particles, const Good& good) {
+  const std::vector<int> of = solver_of(model.user_of);
+  std::vector<int> list;
+  for (const int user : particles) {
+    if (user < 0 || user >= model.count() || !good(of[user]))
+      throw InputError("move_pin: found particle " + std::to_string(user) +
+                       ", which is not pinned; allowed: one that is, and that no keyframes move");
+    list.push_back(of[user]);
+  }
+  return list;
+}
+
+/// What is to be released is laid out as movable, and kept by w = 0 until then: nothing is laid out anew.
+template <class Executor, class R>
+class MovedPinSets {
+ public:
+  MovedPinSets(const Executor& executor, const Model& model) : executor_(executor), substep_(substep_of(model)) {
+    for (const MovedPins& pins : model.moved) {
+      Set& set = sets_.emplace_back();
+      set.target = pins.target, set.until = pins.until;
+      set.list = Array<Executor, int>(pins.particles);
+      if (pins.target.moves())
+        set.start = Array<Executor, Vector3<double>>(anchors(pins.target, pins.particles, model.x));
+      std::vector<R> w;
+      for (const int i : pins.particles) w.push_back(R(model.w[i]));
+      if (pins.until) set.free = Array<Executor, R>(w);
+    }
+  }
+
+  /// Holds what is to be held in a substep that starts at `time`, and lets go of the others: at the start, and where a
+  /// run goes on.
+  void hold(double time, R* w) {
+    for (Set& set : sets_) {
+      if (!set.until) continue;
+      set.released = over(set.until, time, substep_);
+      set_inverse_mass(set, w);
+    }
+  }
+
+  /// At the start of a substep.
+  void place(const Particles<R>& all, R* w, double start, double end) {
+    for (Set& set : sets_) {
+      if (!set.released && over(set.until, start, substep_)) set.released = true, set_inverse_mass(set, w);
+      if (set.released || !set.target.moves()) continue;
+      parallel_for(executor_, count(set),
+                   Place<R>{all, set.list.data(), set.start.data(), pose_at(set.target.motion, end)});
+    }
+  }
+  /// At its end.
+  void arrive(const Particles<R>& all, double start, double end) {
+    for (Set& set : sets_)
+      if (!set.released && set.target.moves())
+        parallel_for(executor_, count(set),
+                     Arrive<R>{all, set.list.data(), set.start.data(), pose_at(set.target.motion, start),
+                               pose_at(set.target.motion, end), 1 / (end - start)});
+  }
+
+  /// Whether keyframes, or nothing any more, move the particle.
+  bool refuses(int particle) const {
+    for (const Set& set : sets_) {
+      const std::vector<int> list = set.list.download();
+      if (set.released || set.target.moves())
+        if (std::find(list.begin(), list.end(), particle) != list.end()) return true;
+    }
+    return false;
+  }
+
+  /// How many sets have been let go.
+  int released() const {
+    return static_cast<int>(std::count_if(sets_.begin(), sets_.end(), [](const Set& set) { return set.released; }));
+  }
+
+  std::size_t bytes() const {
+    std::size_t sum = 0;
+    for (const Set& set : sets_) sum += set.list.bytes() + set.start.bytes() + set.free.bytes();
+    return sum;
+  }
+
+ private:
+  struct Set {
+    Target target;
+    std::optional<double> until;
+    Array<Executor, int> list;
+    Array<Executor, Vector3<double>> start;
+    Array<Executor, R> free;
+    bool released = false;
+  };
+  static double substep_of(const Model& model) { return model.scene.solver.dt / model.scene.solver.substeps; }
+  static int count(const Set& set) { return static_cast<int>(set.list.size()); }
+  void set_inverse_mass(const Set& set, R* w) {
+    parallel_for(executor_, count(set),
+                 SetInverseMass<R>{w, set.list.data(), set.released ? set.free.data() : nullptr});
+  }
+
+  Executor executor_;
+  double substep_;  // s
+  std::deque<Set> sets_;
+};
+
+}  // namespace malha

@@ -1,0 +1,49 @@
+#include "host/base/adaptive_thread_count.h"
+
+#include <algorithm>
+
+namespace malha {
+
+void ThreadChoice::took(double wall, double running) {
+  if (all_ == 1) return;
+  ++steps_, wall_ += wall, running_ += running;
+  if (wall_ < kWindow) return;
+  const double spent = wall_, step = wall_ / steps_;
+  const bool crowded = running_ < kCrowded * wall_;
+  since_ += spent, steps_ = 0, wall_ = running_ = 0;
+  if (together_)
+    look_together(step, spent, crowded);
+  else
+    look_alone(step, spent, crowded);
+}
+
+void ThreadChoice::decide(bool together, double wait) {
+  together_ = together, trial_ = false, since_ = 0, wait_ = wait;
+}
+
+void ThreadChoice::look_together(double step, double spent, bool crowded) {
+  if (trial_) {
+    usual_ = step, known_ = true, lost_crowded_ = crowded_, lost_at_ = alone_;
+    return decide(step < alone_, step < alone_ ? 0 : kRarely * spent);
+  }
+  const bool slower = crowded || step > kSlower * usual_ || step > alone_;
+  const bool tries = slower && since_ >= wait_;
+  usual_ = tries ? step : std::min(step, usual_ * 1.02);  // scenes change
+  if (tries) try_the_other();
+}
+
+void ThreadChoice::look_alone(double step, double spent, bool crowded) {
+  alone_ = step, crowded_ = crowded;
+  if (trial_) {
+    lost_crowded_ = crowded, lost_at_ = step;
+    // A trial that was of no use is made again half as often.
+    return step < usual_ ? decide(false, kRarely * std::max(kWindow, usual_))
+                         : decide(true, std::max(std::min(2 * wait_, kLongest), kRarely * spent));
+  }
+  if (!known_ && crowded) wait_ = kRarely * std::max(kWindow, kWorst * step);
+  const bool others_ended = lost_crowded_ && !crowded,
+             has_more_to_do = known_ && !crowded && step > kHeavier * lost_at_;
+  if (since_ >= wait_ || others_ended || has_more_to_do) try_the_other();
+}
+
+}  // namespace malha

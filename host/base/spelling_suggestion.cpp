@@ -1,0 +1,176 @@
+#include "host/base/spelling_suggestion.h"
+
+#include <algorithm>
+#include <cctype>
+
+namespace malha {
+
+std::string lower(std::string word) {
+  std::ranges::transform(word, word.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return word;
+}
+
+namespace {
+
+// Damerau-Levenshtein distance, optimal string alignment.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        d[i][j] = i + j;
+        continue;
+      }
+      const std::size_t replaced = d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, replaced});
+      const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+      if (swapped) d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+    }
+  }
+  return d[a.size()][b.size()];
+}
+
+/// Words that the field or other programs use, what they are called here, and what to say of it.
+struct Meaning {
+  const char *word, *here, *remark = "";
+};
+constexpr const char* kSheets = " Or 'distance', and 'bending' for folds";
+constexpr Meaning kMeanings[] = {
+    // constraints
+    {"spring", "distance"},
+    {"springs", "distance"},
+    {"stretch", "distance"},
+    {"stretching", "distance"},
+    {"structural", "distance"},
+    {"length", "distance"},
+    {"stick", "distance"},
+    {"edge", "distance"},
+    {"edges", "distance"},
+    {"rod", "distance"},
+    {"rope", "distance"},
+    {"shear", "distance", " with \"on\": [\"shear\"]"},
+    {"cloth", "membrane", kSheets},
+    {"shell", "membrane", kSheets},
+    {"fabric", "membrane", kSheets},
+    {"triangle", "membrane"},
+    {"strain_limit", "distance_limit"},
+    {"strain", "membrane"},
+    {"area", "membrane"},
+    {"fold", "bending"},
+    {"bend", "bending"},
+    {"hinge", "bending"},
+    {"dihedral", "bending"},
+    {"quadratic_bending", "isometric_bending"},
+    {"fem", "neo_hookean"},
+    {"solid", "neo_hookean"},
+    {"elastic", "neo_hookean"},
+    {"hyperelastic", "neo_hookean"},
+    {"corotated", "neo_hookean"},
+    {"corotational", "neo_hookean"},
+    {"stvk", "neo_hookean"},
+    {"softbody", "neo_hookean"},
+    {"soft_body", "neo_hookean"},
+    {"tetrahedra", "neo_hookean"},
+    {"tether", "long_range"},
+    {"tethers", "long_range"},
+    {"lra", "long_range"},
+    {"inextensible", "long_range"},
+    {"inflate", "pressure"},
+    {"inflation", "pressure"},
+    {"balloon", "pressure"},
+    {"gas", "pressure"},
+    {"incompressible", "volume"},
+    {"volume_preservation", "volume"},
+    {"volume_conservation", "volume"},
+    {"arap", "neo_hookean"},
+    {"shape_matching", "neo_hookean"},
+    // solvers
+    {"xpbd", "pbd", " A constraint's \"compliance\" makes it XPBD"},
+    {"implicit", "desbrun"},
+    {"backward_euler", "desbrun"},
+    {"mass_spring", "desbrun"},
+    {"fem", "pbd", " \"neo_hookean\" and \"membrane\" are elements of it"},
+    {"vbd", "pbd"},
+    {"position_based_dynamics", "pbd"},
+    {"projective_dynamics", "desbrun", " With \"refine\""},
+    // keys
+    {"time_step", "dt"},
+    {"timestep", "dt"},
+    {"step", "dt"},
+    {"colliders", "environment"},
+    {"collision", "environment"},
+    {"obstacles", "environment"},
+    {"objects", "environment"},
+    {"fixed", "pins"},
+    {"anchors", "pins"},
+    {"position", "transform"},
+    {"translation", "translate"},
+    {"offset", "translate"},
+    {"angular_velocity", "spin"},
+    {"weight", "mass"},
+    {"end", "duration"},
+    {"end_time", "duration"},
+    {"from", "eye"},
+    {"position", "eye"},
+    {"look_at", "target"},
+    {"to", "target"},
+    {"mu", "friction"},
+    {"bounciness", "restitution"},
+    {"youngs_modulus", "young_modulus"},
+    {"vertices", "points"},
+    {"triangles", "faces"},
+    {"margin", "thickness"},
+    {"file", "mesh"},
+    {"plane", "grid"},
+    {"icosphere", "sphere"},
+    {"ball", "sphere"},
+    {"cube", "box"},
+    // options
+    {"--fps", "--every", " A frame every N steps"},
+    {"--frames", "--every", " A frame every N steps"},
+    {"--output", "--out"},
+    {"--duration", "--seconds"},
+    {"--time", "--seconds"},
+};
+
+const Meaning* meaning_of(const std::string& word, const std::vector<std::string>& allowed) {
+  std::string plain = lower(word);
+  for (std::size_t i = 2; i < plain.size(); ++i)  // an option keeps its dashes
+    if (plain[i] == '-' || plain[i] == ' ') plain[i] = '_';
+  for (const Meaning& meaning : kMeanings)
+    if (plain == meaning.word && std::ranges::find(allowed, meaning.here) != allowed.end()) return &meaning;
+  return nullptr;
+}
+
+}  // namespace
+
+std::string near_miss(const std::string& word, const std::vector<std::string>& allowed) {
+  constexpr std::size_t longest = 64;  // no key is as long: do not measure what cannot be near
+  const auto letters = [](const std::string& of) { return of.substr(std::min(of.find_first_not_of('-'), of.size())); };
+  const std::size_t size = letters(word).size();  // the dashes of options say nothing
+  if (size == 0 || size > longest) return "";
+  std::string best;
+  std::size_t best_distance = size <= 4 ? 2 : size <= 8 ? 3 : 4;  // first distance that is too far
+  for (const std::string& candidate : allowed) {
+    const std::size_t distance = edit_distance(lower(word), lower(candidate));
+    if (distance >= best_distance || distance >= letters(candidate).size()) continue;
+    best_distance = distance;
+    best = candidate;
+  }
+  return best;
+}
+
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& allowed) {
+  if (const Meaning* meaning = meaning_of(word, allowed))
+    return std::string(" (did you mean '") + meaning->here + "'?" + meaning->remark + ")";
+  const std::string near = near_miss(word, allowed);
+  return near.empty() ? "" : " (did you mean '" + near + "'?)";
+}
+
+std::string join(const std::vector<std::string>& words) {
+  std::string all;
+  for (const std::string& word : words) all += (all.empty() ? "" : ", ") + word;
+  return all;
+}
+
+}  // namespace malha

@@ -1,7 +1,0 @@
-#include "host/collision/self_collider.h"
-
-namespace malha {
-
-template class SelfCollider<OpenMP, float>;
-
-}  // namespace malha

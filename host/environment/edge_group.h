@@ -1,0 +1,268 @@
+// Deformable bodies against edges and corners of environment objects that move together: pairs, their projection, and
+// the guarantee that nothing crosses, all in the objects' frame, where only particles move.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "host/attachments/pose.h"
+#include "host/base/point_array.h"
+#include "host/environment/contact_list.h"
+#include "host/environment/edge_memory.h"
+#include "host/environment/edge_surface.h"
+#include "host/measure/solver_stats.h"
+#include "kernels/self_collision/contact_distance.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class EdgeGroup {
+ public:
+  /// `bodies`: simplices of the deformable bodies.
+  EdgeGroup(const Executor& executor, const Model& model, const std::vector<Simplex>& bodies,
+            const std::vector<const EnvironmentMesh*>& objects)
+      : executor_(executor),
+        particles_(model.count()),
+        bodies_(bodies),
+        motion_(objects[0]->spec.motion),
+        recovery_(R(recovery_share(model.scene.solver.dt / model.scene.solver.substeps))),
+        contacts_(executor, model) {
+    EdgeSurface surface = edge_surface(objects);
+    centre_ = {surface.centre[0], surface.centre[1], surface.centre[2]};
+    facts_.edges = surface.edges, facts_.corners = surface.corners;
+    std::vector<EdgeRules<R>> rules;
+    double widest = 0;
+    for (const EnvironmentMesh* object : objects) {
+      rules.push_back({R(kWanted * object->spec.thickness), R(object->spec.friction)});
+      widest = std::max(widest, object->spec.thickness);
+    }
+    rules_ = Array<Executor, EdgeRules<R>>(rules);
+    wanted_ = R(kWanted * widest), margin_ = R(kMargin * widest), slack_ = R(kSlack * widest);
+    least_ = R(kLeastGap * widest);
+    path_ = Array<Executor, BoxNode>(surface.path);
+    for (Simplex& t : surface.triangles)
+      for (int& corner : t.corner) corner += particles_;
+    triangles_ = Array<Executor, Simplex>(surface.triangles);
+
+    const std::size_t n = static_cast<std::size_t>(particles_), all = n + surface.points.size();
+    std::vector<Vec3> places(n, Vec3{});
+    places.insert(places.end(), surface.points.begin(), surface.points.end());
+    std::vector<int> object(n, 0);
+    for (const int o : surface.object) object.push_back(1 + o);
+    std::vector<Box<R>> boxes(all, Box<R>{});
+    for (std::size_t i = n; i < all; ++i) {
+      const Vec4<R> at{R(places[i][0]), R(places[i][1]), R(places[i][2]), 0};
+      boxes[i] = {at, at};
+    }
+    std::vector<R> contact_distance(all, R(INFINITY));
+    std::fill_n(contact_distance.begin(), n, R(0));
+    x_ = Points4(places), x_.upload_fourth(contact_distance), d_ = Points4(all), moved_ = Points4(all),
+    x_then_ = Points4(n), d_then_ = Points4(n);
+    object_ = Array<Executor, int>(object), boxes_ = Array<Executor, Box<R>>(boxes);
+    w_ = Array<Executor, R>(all, R(0));
+    near_ = Array<Executor, unsigned char>(n, 0);
+    place_ = Array<Executor, int>(bodies.size(), 0);
+  }
+
+  /// Lays the contacts for x0 -> p, x0 the last positions in which nothing crossed; from `start` to `end` (s).
+  void find(const Particles<R>& particles, const ScatteredPoints<R>& x0, double start, double end) {
+    before_ = {pose_at(motion_, start), centre_};
+    after_ = {pose_at(motion_, end), centre_};
+    Memory<Executor>::copy(particles.w, static_cast<std::size_t>(particles_), w_.data());
+    parallel_for(executor_, particles_, StartLocal<R>{x0, before_, x_.points()});
+    lay(particles);
+    contacts_.start_substep();
+  }
+
+  /// One projection of all contacts.
+  void resolve(const Particles<R>& particles) {
+    if (contacts_.found() == 0) return;
+    store_motion(particles);
+    contacts_.project(particles.p, w_.data(), moved_.points(), ObjectFriction<R>{rules_.data(), object_.data()},
+                      TurnToWorld{after_.pose});
+  }
+
+  /// Puts apart what would cross at the end of the substep: pushed if that is enough (and `pushes`), held otherwise:
+  /// then what is `held` rests, where others ask for it. Returns whether anything moved.
+  bool hold_apart(const Particles<R>& particles, bool pushes, const HeldByEdges<R>& held) {
+    store_motion(particles);
+    const auto out_of_reach = [&] {
+      const CountOutOfReach<R> count{x_.points(),      moved_.points(), d_.points(), x_then_.points(),
+                                     d_then_.points(), margin_,         slack_,      near_.data()};
+      return parallel_reduce<Sum>(executor_, particles_, count).value > 0;
+    };
+    if (out_of_reach()) {
+      contacts_.keep_pushed();
+      lay(particles);
+      ++facts_.laid_again;
+    }
+    if (contacts_.found() == 0) return false;
+    const PairPlanes<R> planes{x_.points(), moved_.points(), least_};
+    double left = contacts_.crossing(planes, w_.data());
+    if (!(left > 0)) return false;
+    for (int more = 0; pushes && left > 0 && more < kMoreProjections; ++more) {
+      resolve(particles);
+      store_motion(particles);
+      if (out_of_reach()) {
+        contacts_.keep_pushed();
+        lay(particles);
+      }
+      left = contacts_.crossing(planes, w_.data());
+    }
+    if (!(left > 0)) return true;
+    ++facts_.held;
+    contacts_.hold(left, planes, PlaceLocal<R>{particles.p, after_, held}, held.any(), w_.data());
+    return true;
+  }
+
+  /// What is nearer than is wanted now stays as near until it opens by itself.
+  void keep_overlaps() {
+    parallel_for(executor_, particles_, ResetContactDistances<R>{x_.points().of, wanted_}, kGrain);
+    overlaps_ = true;
+  }
+
+  /// Contacts that pushed in the last substep.
+  int contacts() const { return contacts_.pushed(); }
+
+  /// The objects, in this substep: from the world to the world.
+  Pose moves() const { return from_to(before_.pose, after_.pose); }
+
+  /// Adds what a later substep depends on.
+  void save(EdgeMemory<R>& memory) const {
+    const auto from = x_then_.template download<std::array<R, 3>>(),
+               way = d_then_.template download<std::array<R, 3>>();
+    memory.from.insert(memory.from.end(), from.begin(), from.end());
+    memory.way.insert(memory.way.end(), way.begin(), way.end());
+    const auto distance = x_.download_fourth(static_cast<std::size_t>(particles_));
+    memory.contact_distance.insert(memory.contact_distance.end(), distance.begin(), distance.end());
+    memory.serves.push_back(searched_ ? 1 : 0);
+  }
+  /// Goes on from what the group-th of them saved; a search is made again, and finds the same.
+  void remember(const EdgeMemory<R>& memory, std::size_t group) {
+    searched_ = memory.serves.at(group) != 0;
+    const auto own = [&]<class T>(const std::vector<T>& all) {
+      const auto begin = all.begin() + static_cast<std::ptrdiff_t>(group) * particles_;
+      return std::vector<T>(begin, begin + particles_);
+    };
+    x_.upload_fourth(own(memory.contact_distance));
+    overlaps_ = true;
+    if (!searched_) return;
+    x_then_.upload(own(memory.from)), d_then_.upload(own(memory.way));
+    parallel_for(executor_, particles_, CopyPoints<R, ScatteredPoints<R>>{x_then_.points(), x_.points()});
+    search_again();
+  }
+
+  EdgeFacts facts() const {
+    EdgeFacts facts = facts_;
+    facts.candidates = candidates_found_, facts.pairs = contacts_.found();
+    return facts;
+  }
+  std::size_t bytes() const {
+    return path_.bytes() + triangles_.bytes() + rules_.bytes() + x_.bytes() + d_.bytes() + moved_.bytes() +
+           x_then_.bytes() + d_then_.bytes() + object_.bytes() + boxes_.bytes() + w_.bytes() + near_.bytes() +
+           place_.bytes() + bodies_.bytes() + sums_.bytes() + candidates_.bytes() + contacts_.bytes();
+  }
+
+ private:
+  using Points4 = ScatteredArray<Executor, R>;
+
+  static constexpr int kGrain = ContactList<Executor, R>::kGrain;
+  static constexpr int kMoreProjections = 8;
+  static constexpr double kWanted = 0.5;  // of the thickness: what is smooth is left to the faces, which keep all of it
+  static constexpr double kMargin = 0.25;  // of the thickness: constraints may pull as far past the prediction
+  static constexpr double kSlack = 0.12;   // of the thickness: candidates are found that much further
+  static constexpr double kAhead = 8;      // and along the motion of so many substeps
+  static constexpr R kDiagonal = R(1.7320508075688772);  // of a cube of side 1
+  static constexpr double kLeastGap = 0.01;              // of the thickness
+  static constexpr R kRounding = R(0.99);                // of a slack: what rounding leaves of it
+
+  void store_motion(const Particles<R>& particles) {
+    parallel_for(executor_, particles_, MoveLocal<R>{particles.p, after_, x_.points(), moved_.points()}, kGrain);
+  }
+
+  void lay(const Particles<R>& particles) {
+    store_motion(particles);
+    const OwnMotion<R> own{moved_.points(),  x_.points(),      d_.points(),
+                           x_then_.points(), d_then_.points(), kRounding * slack_};
+    const double left = parallel_reduce<Sum>(executor_, particles_, own).value;
+    if (!searched_ || left > 0) search();
+    lay_contacts();
+  }
+
+  /// Finds candidates that last for some substeps of the present motion.
+  void search() {
+    parallel_for(executor_, particles_,
+                 StartSearch<R>{x_.points(), d_.points(), x_then_.points(), d_then_.points(), R(kAhead)});
+    search_again();
+    ++facts_.searches;
+  }
+  /// From where the last one started, with the particles there.
+  void search_again() {
+    box_particles(x_then_.points(), d_then_.points(), larger(wanted_, margin_) + slack_);
+    Memory<Executor>::fill(near_.data(), near_.size(), static_cast<unsigned char>(0));
+    const int n = static_cast<int>(bodies_.size());
+    const auto launch = [&]<bool kLays>() {
+      parallel_for(executor_, n,
+                   FindEdgePairs<R, kLays>{{path_.data(), static_cast<int>(path_.size())},
+                                           bodies_.data(),
+                                           triangles_.data(),
+                                           boxes_.data(),
+                                           x_.points(),
+                                           d_then_.points(),
+                                           larger(wanted_, kDiagonal * margin_) + kDiagonal * slack_,
+                                           place_.data(),
+                                           n,
+                                           candidates_found_,
+                                           candidates_.data(),
+                                           near_.data()},
+                   kGrain / 8);
+    };
+    launch.template operator()<false>();
+    candidates_found_ = running_sum(executor_, place_.data(), n, sums_);
+    candidates_.at_least(static_cast<std::size_t>(candidates_found_));
+    if (candidates_found_ > 0) launch.template operator()<true>();
+    searched_ = true;
+  }
+
+  void box_particles(const ScatteredPoints<R>& x, const ScatteredPoints<R>& d, R margin) {
+    parallel_for(executor_, particles_, BoxParticles<R>{{x, d, margin, boxes_.data()}});
+  }
+
+  void lay_contacts() {
+    if (candidates_found_ > 0) box_particles(x_.points(), d_.points(), larger(wanted_, margin_));
+    // Of the two sides, one has a margin.
+    const LookAtCandidate<R> look{
+        candidates_.data(), {x_.points(), d_.points(), R(0.5) * margin_, boxes_.data()}, {wanted_, recovery_}};
+    const auto lay = [&] { contacts_.lay(look, candidates_found_, rules_.data(), object_.data(), sums_); };
+    lay();
+    if (!overlaps_) return;
+    overlaps_ = contacts_.grow_distances(x_.points(), rules_.data(), object_.data(), wanted_) > 0;
+    lay();
+  }
+
+  Executor executor_;
+  int particles_;
+  Array<Executor, Simplex> bodies_;
+  std::vector<Keyframe> motion_;
+  R recovery_;
+  Vector3<double> centre_{};
+  ObjectFrame before_{}, after_{};  // at the substep's start and end
+  R wanted_ = 0, margin_ = 0, slack_ = 0, least_ = 0;
+  bool searched_ = false;
+  bool overlaps_ = true;  // whether particles may be kept nearer than is wanted
+  int candidates_found_ = 0;
+  EdgeFacts facts_;
+  Array<Executor, BoxNode> path_;
+  Array<Executor, Simplex> triangles_;
+  Array<Executor, EdgeRules<R>> rules_;
+  Points4 x_, d_, moved_, x_then_, d_then_;  // of particles; the first three of points too
+  Array<Executor, int> object_, place_;
+  Array<Executor, Box<R>> boxes_;
+  Array<Executor, R> w_;
+  Array<Executor, unsigned char> near_;
+  Growing<Executor, int> sums_;
+  Growing<Executor, Candidate> candidates_;
+  ContactList<Executor, R> contacts_;
+};
+
+}  // namespace malha

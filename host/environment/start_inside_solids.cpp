@@ -1,0 +1,161 @@
+#include "host/environment/start_inside_solids.h"
+
+#include <optional>
+
+#include "host/attachments/pose.h"
+#include "host/environment/surface.h"
+#include "host/mesh/bounding_box.h"
+#include "host/model/pins.h"
+#include "host/model/self_surface.h"
+#include "malha/error.h"
+#include "malha/text.h"
+
+namespace malha {
+
+namespace {
+
+constexpr int kMostMoves = 100;
+
+struct Inside {
+  int deepest = -1;  // particle, solver's number
+  int particles = 0;
+  double depth = 0;  // m
+  Point out{};       // unit, in the world
+};
+
+/// A solid at time 0. Its tree is built when something lies in its box.
+class Solid {
+ public:
+  Solid(const Device& device, const EnvironmentMesh& mesh)
+      : device_(device), mesh_(mesh), pose_(pose_at(mesh.spec.motion, 0)), box_(bounds_of(mesh.mesh.points)) {}
+
+  const EnvironmentSpec& spec() const { return mesh_.spec; }
+
+  /// Of these particles, those inside.
+  Inside find(const std::vector<Vec3>& x, const std::vector<int>& particles) {
+    Inside found;
+    const double least = 1e-6 * mesh_.spec.thickness;
+    for (const int i : particles) {
+      const Point a = to_local(pose_, Point{x[i][0], x[i][1], x[i][2]});
+      const auto& [low, high] = box_;
+      if (!(a.x > low[0] && a.x < high[0] && a.y > low[1] && a.y < high[1] && a.z > low[2] && a.z < high[2])) continue;
+      if (!surface_) surface_.emplace(device_, mesh_.mesh);
+      const ClosestPoint near = surface_->closest(a, surface_->diagonal(), near_);
+      if (!near.found) continue;
+      near_ = near.triangle;
+      if (!(dot(near.normal, a - near.q) < 0) || !(near.distance > least)) continue;
+      ++found.particles;
+      if (near.distance <= found.depth) continue;
+      found.deepest = i, found.depth = near.distance;
+      found.out = rotate(pose_, (near.q - a) * (1 / near.distance));
+    }
+    return found;
+  }
+
+ private:
+  const Device& device_;
+  const EnvironmentMesh& mesh_;
+  Pose pose_;
+  BoundingBox box_;
+  std::optional<Surface> surface_;
+  int near_ = -1;
+};
+
+std::string metres(double value) { return shown(value) + " m"; }
+
+class Starts {
+ public:
+  explicit Starts(Model& model) : model_(model), held_(held_at_start(model, true)) {
+    for (std::size_t e = 0; e < model.environment.size(); ++e)
+      if (model.environment[e].spec.sides == Sides::Solid)
+        solids_.emplace_back(device_, model.environment[e]), number_.push_back(e);
+  }
+
+  void look() {
+    std::vector<std::vector<int>> bodies(model_.scene.bodies.size());
+    for (int i = 0; i < model_.count(); ++i) bodies[body_of(model_, model_.user_of[i])].push_back(i);
+    for (std::size_t b = 0; b < bodies.size(); ++b) look(b, bodies[b]);
+  }
+
+ private:
+  void look(std::size_t b, const std::vector<int>& all) {
+    std::vector<int> loose;
+    for (const int i : all)
+      if (!held_[i]) loose.push_back(i);
+    const bool movable = loose.size() == all.size();
+    Vec3 moved{};
+    std::string from;
+    std::vector<std::string> kept;
+    for (int moves = 0;; ++moves) {
+      bool inside = false;
+      kept.clear();
+      for (std::size_t s = 0; s < solids_.size(); ++s) {
+        const Inside found = solids_[s].find(model_.x, loose);
+        if (found.deepest < 0) continue;
+        if (found.depth <= solids_[s].spec().thickness && !(movable && solids_[s].spec().push_out)) {
+          if (found.depth > kSunk * solids_[s].spec().thickness) kept.push_back(stays(b, s, found, movable));
+          continue;
+        }
+        if (!solids_[s].spec().push_out) refuse_inside(s, found, "");
+        if (!movable) refuse_inside(s, found, ", and has pins or attachments, so that it cannot be moved");
+        if (moves == kMostMoves)
+          refuse_inside(s, found, ", after " + std::to_string(moves) + " moves towards the nearest surface");
+        inside = true;
+        if (from.empty()) from = solids_[s].spec().name;
+        const double by = found.depth + solids_[s].spec().thickness;
+        const double step[3] = {by * found.out.x, by * found.out.y, by * found.out.z};
+        for (int k = 0; k < 3; ++k) {
+          moved[k] += step[k];
+          for (const int i : all) model_.x[i][k] += step[k];
+        }
+      }
+      if (!inside) break;
+    }
+    model_.notes.insert(model_.notes.end(), kept.begin(), kept.end());
+    if (from.empty()) return;
+    for (const int i : all) model_.look.points[model_.user_of[i]] = model_.x[i];
+    for (Vec3& unused : model_.look.vertices[b].place)
+      for (int k = 0; k < 3; ++k) unused[k] += moved[k];
+    model_.notes.push_back("body '" + model_.scene.bodies[b].name + "' started inside '" + from +
+                           "' and was moved out of it as it is, by (" + shown(moved[0]) + ", " + shown(moved[1]) +
+                           ", " + shown(moved[2]) + ") m");
+  }
+
+  /// What is inside by no more than the thickness stays so (contact_look.h): to lay it outside particle by particle
+  /// would stretch it.
+  std::string stays(std::size_t b, std::size_t s, const Inside& found, bool movable) const {
+    return "body '" + model_.scene.bodies[b].name + "' starts up to " + metres(found.depth) + " inside '" +
+           solids_[s].spec().name + "' (" + counted(found.particles, "particle") +
+           "), less than its thickness, and stays as deep until it comes out by itself; take a start outside of it" +
+           (movable ? ", or \"start_inside\": \"push_out\"" : "");
+  }
+
+  [[noreturn]] void refuse_inside(std::size_t s, const Inside& found, const std::string& more) const {
+    const EnvironmentSpec& spec = solids_[s].spec();
+    refuse(
+        model_.scene.file, "/environment/" + std::to_string(number_[s]),
+        particle_name(model_, model_.user_of[found.deepest]) + ", which starts " + metres(found.depth) + " inside '" +
+            spec.name + "' (" + counted(found.particles, "particle") + " of that body inside it)" + more,
+        "bodies that start outside of solids, or in them by no more than their thickness (here " +
+            metres(spec.thickness) + "); with \"start_inside\": \"push_out\" bodies that nothing holds are moved out");
+  }
+
+  Device device_;
+  Model& model_;
+  std::vector<Solid> solids_;
+  std::vector<std::size_t> number_;  // in the scene
+  std::vector<bool> held_;
+};
+
+}  // namespace
+
+void start_outside(Model& model) {
+  bool any = false;
+  for (const EnvironmentMesh& mesh : model.environment) any = any || mesh.spec.sides == Sides::Solid;
+  if (!any) return;
+  const std::size_t notes = model.notes.size();
+  Starts(model).look();
+  if (model.notes.size() > notes && model.scene.self_collision) check_crossings(model, self_surface(model));
+}
+
+}  // namespace malha

@@ -1,0 +1,85 @@
+// A triangle mesh to collide with, in its own frame: closest point with its sign, and segment crossings. Embree finds
+// the candidates in float; the arithmetic on what it finds is in double.
+#pragma once
+#include <array>
+#include <atomic>
+#include <memory>
+#include <vector>
+
+#include "host/base/pinned_memory.h"
+#include "host/environment/embree.h"
+#include "host/environment/surface_view.h"
+#include "host/environment/triangle_octree.h"
+#include "malha/mesh.h"
+
+namespace malha {
+
+struct Crossing {
+  bool hit = false;
+  Point q{};
+  Point normal{};  // unit, of the face
+};
+
+class Surface {
+ public:
+  /// `mesh` has faces. Normals: Baerentzen, Aanaes 2005 ("Signed distance computation using the angle weighted
+  /// pseudonormal"): by the closest feature they tell inside from outside without error, face normals do not.
+  Surface(const Device& device, const Mesh& mesh);
+
+  /// The nearest surface point within `radius` of a (both in the mesh's frame, m). A triangle that is known to be near
+  /// makes the search short and changes nothing else.
+  ClosestPoint closest(const Point& a, double radius, int known_near = -1) const;
+
+  /// What kernels look at without asking Embree.
+  const SurfaceView& view() const { return view_; }
+
+  /// Makes the cell of a where that is worth it, from any thread; 0: none is made.
+  int make_cell(const Point& a) const {
+    const CellPath path = path_to(view_.cells, view_.in_near_mesh(a));
+    return path.inside && cells_->make(path) ? last_cell_at(view_.cells, path) : 0;
+  }
+  /// A lower bound of the distance of a: of a grid over the mesh's box, below 0 where that says nothing.
+  double least_distance(const Point& a) const {
+    const double known = view_.known_least(a);
+    if (known >= 0) return known;
+    const CellPath path = path_to(view_.cells, view_.in_near_mesh(a));
+    return path.inside && cells_->measure(path) ? view_.known_least(a) : known;
+  }
+  bool tidy() {
+    if (!cells_->tidy()) return false;
+    view_.cells = cells_->mesh();
+    return true;
+  }
+
+  /// The first crossing on the way from a to b and `beyond` metres further. With front_only, crossings from behind a
+  /// face do not count and do not hide what lies behind them. What passes a rim by less than a skin may count.
+  Crossing crossing(const Point& a, const Point& b, double beyond, bool front_only) const;
+
+  double box_distance(const Point& a) const { return view_.box_distance(a); }
+  double diagonal() const { return view_.diagonal(); }
+  int triangles() const { return static_cast<int>(triangles_.size()); }
+  std::size_t bytes() const;
+  std::size_t cell_bytes() const { return cells_->bytes(); }
+  /// How often the whole mesh was asked since the start.
+  long long queries() const { return queries_->load(); }
+
+ private:
+  /// The first crossing from `start` (relative to the centre) over `far` metres. The ray starts a skin earlier, since
+  /// rays that start on a surface miss it half the time.
+  Crossing along(const Point& start, const Point& direction, double far, bool front_only) const;
+
+  Point point(int i) const { return points_[i].xyz(); }
+  ReadableVector<Vec4<double>> points_;  // relative to the centre, so that float is fine wherever the mesh lies
+  ReadableVector<Triangle> triangles_;
+  ReadableVector<Point> face_normals_, corner_normals_;
+  ReadableVector<std::array<Point, 3>> edge_normals_;
+  ReadableVector<std::array<bool, 3>> rim_edges_;
+  ReadableVector<unsigned char> rim_corners_, needles_;
+  double skin_ = 0;
+  SurfaceView view_{};
+  std::unique_ptr<TriangleScene> scene_;
+  std::unique_ptr<NearCells> cells_;
+  std::unique_ptr<std::atomic<long long>> queries_ = std::make_unique<std::atomic<long long>>(0);
+};
+
+}  // namespace malha

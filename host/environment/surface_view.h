@@ -1,0 +1,96 @@
+// What is known of an environment mesh without asking Embree, for kernels on the host and on a device: its cells
+// (kernels/environment/triangle_octree.h), and what is nearest to a point by them. In the mesh's own frame, m.
+#pragma once
+#include "kernels/environment/feature_cache.h"
+
+namespace malha {
+
+using Point = Vector3<double>;
+
+struct ClosestPoint {
+  bool found = false;
+  int triangle = -1;
+  double distance = 0;    // m, >= 0
+  Point q{};              // on the surface
+  Point normal{};         // unit angle-weighted pseudonormal of the closest face, edge or corner
+  bool boundary = false;  // on an edge or corner at the rim of an open mesh
+};
+
+struct SurfaceView {
+  NearMesh cells;                              // and its corners and triangles
+  const Point *face_normals, *corner_normals;  // unit
+  const Point (*edge_normals)[3];              // unit; edge k joins corners k and k + 1
+  const bool (*rim_edges)[3];
+  const unsigned char *rim_corners, *needles;
+  Point centre, half;  // of the box
+
+  KERNEL Point point(int i) const { return cells.corners[i].xyz(); }
+  KERNEL Point in_near_mesh(const Point& a) const { return a - centre; }
+  KERNEL double diagonal() const { return 2 * norm(half); }
+
+  /// The cell that answers for a, kept in `cell` from one look to the next; 0: none does.
+  KERNEL int cell_of(const Point& a, int cell) const {
+    const CellPath path = path_to(cells, a - centre);
+    if (!path.inside) return 0;
+    if (cell > 0 && holds(cells.cells[cell], path)) return cell;
+    const int found = last_cell_at(cells, path);
+    return found > 0 && cells.cells[found].count <= kMostListed ? found : 0;
+  }
+  /// Ask for what comes next ahead of its use.
+  KERNEL void prefetch_cell(int cell) const { prefetch(cells.cells + cell); }
+  KERNEL void prefetch_normal(const NearTriangle& near) const {
+    if (near.triangle >= 0 && near.where.corner < 0)
+      prefetch(near.where.edge < 0 ? &face_normals[near.triangle] : &edge_normals[near.triangle][near.where.edge]);
+  }
+  /// The nearest triangle to a by a cell of it, compiled for an instruction set.
+  template <class Isa>
+  KERNEL NearTriangle nearest(const Point& a, int cell) const {
+    return nearest_listed<Isa>(cells, cells.cells[cell], a - centre);
+  }
+  /// What the whole mesh would answer of a, by its nearest triangle.
+  KERNEL ClosestPoint within(double radius, const NearTriangle& near, const Point& a) const {
+    if (!(near.distance < radius) || near.triangle < 0) return {};
+    return of_feature(feature(near), a);
+  }
+
+  /// What is nearest on it. On faces of needles, whose normals are rounded too much, it is the point that was found.
+  KERNEL NearFeature feature(const NearTriangle& near) const {
+    const int* c = cells.triangles[near.triangle];
+    const int corner = near.where.corner, edge = near.where.edge;
+    NearFeature f;
+    f.triangle = near.triangle, f.o = near.where.q;
+    if (corner >= 0) {
+      f.kind = NearFeature::Corner, f.normal = corner_normals[c[corner]], f.boundary = rim_corners[c[corner]] != 0;
+    } else if (edge >= 0) {  // either of its triangles tells the same
+      const int a = c[edge], b = c[(edge + 1) % 3], first = a < b ? a : b;
+      const Point way = point(a < b ? b : a) - point(first);
+      const double l = root(dot(way, way));
+      if (l > 1e-150) f.kind = NearFeature::Edge, f.o = point(first), f.d = way * (1 / l);  // shorter: squares are 0
+      f.normal = edge_normals[near.triangle][edge], f.boundary = rim_edges[near.triangle][edge];
+    } else {
+      f.normal = face_normals[near.triangle];
+      if (!needles[near.triangle]) f.kind = NearFeature::Face, f.o = point(c[0]), f.d = f.normal;
+    }
+    return f;
+  }
+  /// The same of every point whose nearest feature it is.
+  KERNEL ClosestPoint of_feature(const NearFeature& f, const Point& a) const {
+    const Point p = a - centre, q = f.nearest(p), d = p - q;
+    return {true, f.triangle, root(dot(d, d)), q + centre, f.normal, f.boundary};
+  }
+
+  /// A lower bound of the distance of a: that of the bounding box; 0 inside it.
+  KERNEL double box_distance(const Point& a) const {
+    const Point d = a - centre;
+    return norm(Point{larger(0.0, magnitude(d.x) - half.x), larger(0.0, magnitude(d.y) - half.y),
+                      larger(0.0, magnitude(d.z) - half.z)});
+  }
+  /// Another one, of the grid over that box, as far as it is known; below 0 where that says nothing.
+  KERNEL double known_least(const Point& a) const {
+    const Point p = a - centre;
+    const CellPath path = path_to(cells, p);
+    return path.inside ? malha::least_distance(cells, path, p) : -1;
+  }
+};
+
+}  // namespace malha

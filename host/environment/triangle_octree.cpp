@@ -1,0 +1,274 @@
+#include "host/environment/triangle_octree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+
+namespace malha {
+
+namespace {
+
+constexpr std::size_t kCompared = 6;  // of the candidates with all others
+constexpr int kFinestGrid = 7;        // depth: 16 MiB, of which the system gives what is used
+constexpr double kSideInEdges = 2.5;  // mean edges: the side of the grid's cells
+constexpr double kLoose = 0.9;        // of the distance of the grid's centres: Embree then tells a few triangles of it
+
+using S = Lane<double>;
+constexpr int kWide = kLanes<double>;
+using Corners = std::array<double, 8>;  // a number for each corner of a cell
+
+bool behind(const Corners& least, const Corners& most) {
+  bool all_behind = true;
+  for (int j = 0; j < 8; ++j) all_behind &= least[j] > most[j];
+  return all_behind;
+}
+
+}  // namespace
+
+struct NearCells::Cube {
+  Vector3<double> centre;
+  double half;  // of a side, m
+
+  Cube part(int which) const {
+    const double h = half / 2;
+    return {centre + Vector3<double>{which & 1 ? h : -h, which & 2 ? h : -h, which & 4 ? h : -h}, h};
+  }
+  double reach() const { return std::sqrt(3.0) * half; }
+
+  /// The distances of a triangle from the corners.
+  Corners distances(const NearMesh& mesh, int triangle) const {
+    const int* t = mesh.triangles[triangle];
+    const auto all = [](const Vec4<double>& a) { return Vector3<S>{S(a.x), S(a.y), S(a.z)}; };
+    const Vector3<S> a = all(mesh.corners[t[0]]), b = all(mesh.corners[t[1]]), c = all(mesh.corners[t[2]]);
+    Corners x, y, z, out;
+    for (int j = 0; j < 8; ++j) {
+      x[j] = centre.x + (j & 1 ? half : -half);
+      y[j] = centre.y + (j & 2 ? half : -half);
+      z[j] = centre.z + (j & 4 ? half : -half);
+    }
+    for (int k = 0; k < 8; k += kWide) {
+      Vector3<S> p;
+      load(x.data() + k, p.x), load(y.data() + k, p.y), load(z.data() + k, p.z);
+      const Vector3<S> d = p - nearest_point(p, a, b, c).q;
+      store(root(dot(d, d)), out.data() + k);
+    }
+    return out;
+  }
+};
+
+/// A triangle, and below which numbers its distances from the corners of the cell, and with them (a distance is convex)
+/// those from all points of it, cannot fall.
+struct NearCells::Candidate {
+  int triangle;
+  double distance;  // m, from the centre
+  Corners least;
+  bool gone = false;
+};
+
+NearCells::NearCells(const TriangleScene& scene, ReadableVector<Vec4<double>>& corners,
+                     const ReadableVector<std::array<int, 3>>& triangles, const Vector3<double>& half, double skin)
+    : scene_(scene), skin_(skin), cells_(nullptr, nullptr), lists_(nullptr, nullptr) {
+  const double size = norm(half);
+  rounding_ = 1e-11 * size;
+  mesh_.corners = corners.data(), mesh_.triangles = reinterpret_cast<const int(*)[3]>(triangles.data());
+  mesh_.half = 1.2 * std::max({half.x, half.y, half.z});
+  mesh_.per_cell = (1 << kDeepest) / (2 * mesh_.half);
+  double edges = 0;
+  for (const auto& t : triangles) {
+    const Vector3<double> a = corners[t[0]].xyz(), ab = corners[t[1]].xyz() - a, ac = corners[t[2]].xyz() - a;
+    const double longest = std::max({norm(ab), norm(ac), norm(ab - ac)}), twice_area = norm(cross(ab, ac));
+    edges += longest;
+    // Where a point is projected onto a face, rounding is enlarged by the distance over the face's height.
+    const double enlarged = size * longest / twice_area;
+    error_.push_back(16 * longest * std::numeric_limits<double>::epsilon() * enlarged * enlarged);
+    if (!(error_.back() >= 0)) error_.back() = INFINITY;
+  }
+  const auto count = static_cast<long>(triangles.size());
+  mesh_.leaf = count <= kSmallMesh ? kShortList : kLeafList;
+  const double side = kSideInEdges * edges / static_cast<double>(count);
+  while (count > kMostListed && mesh_.start < kFinestGrid && 2 * mesh_.half > side * (1 << mesh_.start)) ++mesh_.start;
+  mesh_.side = 2 * mesh_.half / (1 << mesh_.start);
+  most_cells_ = static_cast<int>(std::min(4096 + count, 1L << 28));
+  most_listed_ = static_cast<int>(std::min(65536 + 32 * count, 1L << 30));
+  cells_ = readable_array<NearCell>(most_cells_, false);
+  lists_ = readable_array<int>(most_listed_, false);
+  mesh_.cells = cells_.get(), mesh_.lists = lists_.get();
+  clear();
+}
+
+void NearCells::clear() {
+  grid_ = readable_array<GridCell>(std::size_t{1} << 3 * mesh_.start, true, memory_);
+  mesh_.grid = grid_.get();
+  cells_used_ = 1, listed_ = 0, full_ = false;
+}
+
+bool NearCells::tidy() {
+  if (!full_) return false;
+  clear();
+  return true;
+}
+
+bool NearCells::measure(const CellPath& path) {
+  GridCell& cell = grid_[place_in_grid(mesh_, path)];
+  float known;
+  __atomic_load(&cell.distance, &known, __ATOMIC_RELAXED);
+  if (known > 0) return false;
+  const Vector3<double> p = centre_in_grid(mesh_, path);
+  double nearest = 8 * mesh_.half;
+  const double slack = skin_ + 1e-6 * norm(p);
+  point_query(scene_, {float(p.x), float(p.y), float(p.z)}, float(nearest + slack), [&](int t) {
+    nearest = std::min(nearest, distance(p, t) - error_[t]);
+    return static_cast<float>(std::max(kLoose * nearest, 0.0) + slack);
+  });
+  float below = std::max(static_cast<float>(kLoose * nearest * (1 - 1e-6) - rounding_), 1e-30f);
+  __atomic_store(&cell.distance, &below, __ATOMIC_RELAXED);
+  return true;
+}
+
+bool NearCells::make(const CellPath& path) try {
+  if (full_) return false;
+  Cube cube{centre_in_grid(mesh_, path), mesh_.side / 2};
+  int* link = &grid_[place_in_grid(mesh_, path)].cell;
+  for (int parent = 0;;) {
+    int at = published(*link);
+    if (at == 0) {
+      const int made = make(parent, cube, path);
+      if (made == 0) return false;
+      // Another thread may have made the same cell meanwhile: both hold the same list, and one is kept.
+      if (__atomic_compare_exchange_n(link, &at, made, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) at = made;
+    }
+    NearCell& cell = cells_[at];
+    if (is_last(mesh_, cell)) return cell.count <= kMostListed;
+    const int part = path.part(cell.depth);
+    cube = cube.part(part), link = &cell.child[part], parent = at;
+  }
+} catch (const std::bad_alloc&) {
+  return false;  // no list: the whole mesh is asked, and no exception may leave a thread
+}
+
+double NearCells::distance(const Vector3<double>& p, int triangle) const {
+  const int* c = mesh_.triangles[triangle];
+  const auto at = [&](int k) { return mesh_.corners[c[k]].xyz(); };
+  return norm(p - nearest_on_triangle(p, at(0), at(1), at(2)).q);
+}
+
+/// All triangles that may be the nearest one of a point of the cube: no farther from its centre than the nearest and
+/// the way to a corner and back.
+std::vector<int> NearCells::near(const Cube& cube) const {
+  const Vector3<double>& p = cube.centre;
+  std::vector<std::pair<double, int>> seen;
+  double nearest = 8 * mesh_.half;
+  const double more = 2 * cube.reach() + rounding_, slack = skin_ + 1e-6 * norm(p);
+  point_query(scene_, {float(p.x), float(p.y), float(p.z)}, float(nearest + more + slack), [&](int t) {
+    const double least = distance(p, t) - error_[t];
+    nearest = std::min(nearest, least + 2 * error_[t]);
+    if (!(least > nearest + more)) seen.push_back({least, t});
+    return static_cast<float>(nearest + more + slack);
+  });
+  std::vector<int> triangles;
+  for (const auto& [least, t] : seen)
+    if (!(least > nearest + more)) triangles.push_back(t);
+  std::sort(triangles.begin(), triangles.end());
+  return triangles;
+}
+
+/// Leaves out every triangle to which some other one is nearer at all points of the cell. At a point inside, the
+/// distance of the one is at most the largest of those at the corners, as it is convex, and that of the other at least
+/// what its slope at the centre foretells: so the corners decide.
+int NearCells::make(int parent, const Cube& cube, const CellPath& path) {
+  const int depth = parent == 0 ? mesh_.start : cells_[parent].depth + 1;
+  std::vector<int> own;
+  const bool cut = depth > mesh_.start;
+  if (!cut) own = near(cube);
+  const int* const list = cut ? lists_.get() + cells_[parent].first : own.data();
+  const int count = cut ? cells_[parent].count : static_cast<int>(own.size());
+  if (count == 0) return 0;
+
+  struct Found {
+    double distance;
+    Vector3<double> d;
+  };
+  std::vector<Found> found(count + kWide);
+  const Vector3<S> p{S(cube.centre.x), S(cube.centre.y), S(cube.centre.z)};
+  for (int k = 0; k < count; k += kWide) {
+    const Vector3<S> d = p - nearest_of_listed(mesh_, p, list + k, count - k).q;
+    const S distance = root(dot(d, d));
+    for (int l = 0; l < kWide; ++l) found[k + l] = {lane(distance, l), {lane(d.x, l), lane(d.y, l), lane(d.z, l)}};
+  }
+  const auto margin = [&](int triangle) { return rounding_ + 16 * error_[triangle]; };
+  int nearest = 0;
+  for (int k = 0; k < count; ++k)
+    if (found[k].distance + margin(list[k]) < found[nearest].distance + margin(list[nearest])) nearest = k;
+  const auto most_of = [&](int triangle) {
+    Corners most = cube.distances(mesh_, triangle);
+    for (double& at : most) at += margin(triangle);
+    return most;
+  };
+  const Corners of_nearest = most_of(list[nearest]);
+  const double farthest = *std::max_element(of_nearest.begin(), of_nearest.end());
+  std::vector<Candidate> all;
+  for (int k = 0; k < count; ++k) {
+    const double least = found[k].distance - margin(list[k]);
+    if (least - cube.reach() > farthest) continue;
+    Candidate candidate{list[k], found[k].distance, {}};
+    if (found[k].distance > cube.half / 8) {  // nearer it has no certain slope
+      const Vector3<double> slope = found[k].d * (cube.half / found[k].distance);
+      for (int j = 0; j < 8; ++j)
+        candidate.least[j] =
+            least + (j & 1 ? slope.x : -slope.x) + (j & 2 ? slope.y : -slope.y) + (j & 4 ? slope.z : -slope.z);
+      if (k != nearest && behind(candidate.least, of_nearest)) continue;
+    }
+    all.push_back(candidate);
+  }
+  // Those nearest to the centre leave out most of what can be left out.
+  const auto few = std::min(all.size(), kCompared);
+  std::partial_sort(all.begin(), all.begin() + few, all.end(),
+                    [](const Candidate& t, const Candidate& u) { return t.distance < u.distance; });
+  for (std::size_t u = 0; u < few; ++u) {
+    if (all[u].gone || all[u].triangle == list[nearest]) continue;
+    const Corners most = most_of(all[u].triangle);
+    for (std::size_t t = 0; t < all.size(); ++t) all[t].gone |= t != u && behind(all[t].least, most);
+  }
+  all.resize(std::remove_if(all.begin(), all.end(), [](const Candidate& t) { return t.gone; }) - all.begin());
+  std::sort(all.begin(), all.end(), [](const Candidate& t, const Candidate& u) { return t.triangle < u.triangle; });
+  const bool hardly = cut && 4 * all.size() > 3 * static_cast<std::size_t>(count);
+  const long listed = static_cast<long>(all.size()), first = listed_.fetch_add(listed);
+  if (first + listed > most_listed_) {
+    full_ = true;
+    return 0;
+  }
+  double error = 0;
+  for (int k = 0; k < listed; ++k) {
+    lists_[first + k] = all[k].triangle;
+    error = std::max(error, margin(all[k].triangle));
+  }
+  const int bits = kDeepest - depth;
+  return add({{},
+              int(first),
+              int(listed),
+              depth,
+              hardly ? cells_[parent].stuck + 1 : 0,
+              path.x >> bits,
+              path.y >> bits,
+              path.z >> bits,
+              1.001f * static_cast<float>(error)});
+}
+
+int NearCells::add(const NearCell& cell) {
+  const int number = cells_used_.fetch_add(1);
+  if (number >= most_cells_) {
+    full_ = true;
+    return 0;
+  }
+  cells_[number] = cell;
+  return number;
+}
+
+std::size_t NearCells::bytes() const {
+  return std::min<std::size_t>(cells_used_, most_cells_) * sizeof(NearCell) +
+         std::min<std::size_t>(listed_, most_listed_) * sizeof(int) + (sizeof(GridCell) << 3 * mesh_.start) +
+         error_.size() * sizeof(double);
+}
+
+}  // namespace malha

@@ -1,0 +1,67 @@
+#include "host/fields/contacts.h"
+
+#include "host/attachments/pose.h"
+#include "host/base/parallel_tasks.h"
+
+namespace malha {
+
+namespace {
+
+constexpr int kChunk = 256;  // particles: a query costs a microsecond or so
+
+/// Of a particle at `a` (the object's frame); none: it does not touch.
+std::optional<Touch> touch(const Surface& surface, Sides sides, const Point& a, double thickness, double reach) {
+  if (surface.box_distance(a) > reach) return std::nullopt;
+  const ClosestPoint near = surface.closest(a, reach);
+  if (!near.found) return std::nullopt;
+  const Point away = a - near.q;
+  // Of two sides it is on the one where it is; no other side is known here.
+  const bool behind = dot(near.normal, away) < 0;
+  if (behind && sides == Sides::OneSided && near.boundary) return std::nullopt;  // beyond the rim, not below it
+  Point normal = near.normal;
+  // Beside an edge the way out is not its normal. On the surface there is no way, only a normal.
+  if (near.distance > 1e-3 * thickness)
+    normal = away * ((behind && sides != Sides::TwoSided ? -1 : 1) / near.distance);
+  else if (behind && sides == Sides::TwoSided)
+    normal = -normal;
+  const double distance = behind && sides != Sides::TwoSided ? -near.distance : near.distance;
+  return Touch{-1, -1, {near.q.x, near.q.y, near.q.z}, {normal.x, normal.y, normal.z}, distance};
+}
+
+}  // namespace
+
+Contacts::Contacts(const Model& model, int threads) : threads_(threads) {
+  if (model.environment.empty()) return;
+  device_.emplace();
+  for (const EnvironmentMesh& mesh : model.environment) objects_.emplace_back(*device_, mesh);
+}
+
+std::vector<Touch> Contacts::operator()(const std::vector<Vec3>& x, double time, double slack) const {
+  std::vector<Touch> all;
+  const int chunks = static_cast<int>((x.size() + kChunk - 1) / kChunk);
+  std::vector<std::vector<Touch>> found(chunks);
+  for (std::size_t o = 0; o < objects_.size(); ++o) {
+    const Object& object = objects_[o];
+    const Pose pose = pose_at(object.spec.motion, time);
+    const double thickness = object.spec.thickness, reach = (1 + slack) * thickness;
+    const auto look = [&](int chunk) {
+      const std::size_t begin = std::size_t(chunk) * kChunk, end = std::min(x.size(), begin + kChunk);
+      found[chunk].clear();
+      for (std::size_t i = begin; i < end; ++i) {
+        const Point a = to_local(pose, Point{x[i][0], x[i][1], x[i][2]});
+        std::optional<Touch> one = touch(object.surface, object.spec.sides, a, thickness, reach);
+        if (!one) continue;
+        const Point at = to_world(pose, Point{one->at[0], one->at[1], one->at[2]});
+        const Point normal = rotate(pose, Point{one->normal[0], one->normal[1], one->normal[2]});
+        one->particle = static_cast<int>(i), one->object = static_cast<int>(o);
+        one->at = {at.x, at.y, at.z}, one->normal = {normal.x, normal.y, normal.z};
+        found[chunk].push_back(*one);
+      }
+    };
+    parallel_tasks(OpenMP{threads_}, chunks, look);
+    for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
+  }
+  return all;
+}
+
+}  // namespace malha

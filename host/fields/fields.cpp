@@ -1,0 +1,130 @@
+#include "host/fields/fields.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/constraints/constraint_registry.h"
+#include "kernels/parallel/compute.h"
+#include "kernels/projection/rest.h"
+
+namespace malha {
+
+namespace {
+
+void raise(float& to, double value) { to = std::max(to, static_cast<float>(value)); }
+
+/// Of materials: part of C^2 at rest, below which U is no more than rounding. Strains of 3e-7.
+constexpr double kRounding = 1e-13;
+
+/// |C| / |grad C| of one constraint, m.
+template <class Kind>
+double residual(const Vec3* x, const int* particles, const double* rest, double ground) {
+  Vector3<double> q[Kind::particles], grad[Kind::particles];
+  corners<Kind>(x, particles, q);
+  double scale, sum = 0;
+  const double C = Kind::evaluate(q, rest, true, grad, scale);  // both times scale
+  for (const auto& g : grad) sum += dot(g, g);
+  if (Kind::inequality && C >= 0) return 0;
+  if (!(sum > tiny<double>())) {  // where two particles coincide every direction is one
+    constexpr bool length = Kind::particles == 2 && !Kind::inequality;
+    return length && !(scale > 0) ? rest[0] / std::sqrt(2.0) : 0;
+  }
+  const double way = std::abs(C) / std::sqrt(sum);
+  if constexpr (multipliers<Kind>() > 1)  // U ~ C^2 - ground
+    return C * C - ground > kRounding * ground ? way * (1 - ground / (C * C)) : 0;
+  return way;
+}
+
+}  // namespace
+
+Strains::Strains(const Model& model) : particles_(model.x.size()) {
+  const auto add = [&](int i, int j, double rest) {
+    const int a = model.user_of[i], b = model.user_of[j];
+    lengths_.push_back({std::min(a, b), std::max(a, b), rest, rest > 0 ? 1 / rest : 0});
+  };
+  for (const ConstraintSet& set : model.sets)
+    if (set.type == Distance::name)
+      for (int c = 0; c < set.count(); ++c) {
+        const int* const ends = &set.particles[std::size_t(c) * 2];
+        add(ends[0], ends[1], rest_value<Distance>(model.x.data(), ends, set.parameter));
+      }
+  for (const SpringSet& set : model.springs)
+    if (set.type == Distance::name)
+      for (std::size_t s = 0; s < set.ends.size(); ++s) add(set.ends[s][0], set.ends[s][1], set.rest[s]);
+  // What lies together is read together.
+  std::sort(lengths_.begin(), lengths_.end(),
+            [](const Length& one, const Length& two) { return one.a != two.a ? one.a < two.a : one.b < two.b; });
+  lengths_.shrink_to_fit();
+}
+
+std::vector<float> Strains::operator()(const std::vector<Vec3>& x) const {
+  require_particles(x.size(), particles_);
+  std::vector<float> most(particles_, 0.0f);
+  for (const Length& of : lengths_) {
+    const double strain = std::abs(norm(vector(x[of.a]) - vector(x[of.b])) - of.rest) * of.per_rest;
+    raise(most[of.a], strain), raise(most[of.b], strain);
+  }
+  return most;
+}
+
+Residuals::Residuals(const Model& model, int threads) : particles_(model.x.size()), threads_(threads) {
+  for (const auto* sets : {&model.sets, &model.stencils})
+    for (const ConstraintSet& set : *sets) add(model, set);
+  for (const SpringSet& set : model.springs) {
+    Set& own = sets_.emplace_back(Set{set.type, 2, {}, set.rest, {}});
+    for (const Edge& ends : set.ends)
+      for (const int i : ends) own.particles.push_back(model.user_of[i]);
+  }
+  for (const PressureSet& set : model.pressures) shells_.emplace_back(model, set);
+}
+
+void Residuals::add(const Model& model, const ConstraintSet& set) {
+  Set& own = sets_.emplace_back(
+      Set{set.type, set.arity, in_user_numbers(model, set.particles.data(), set.particles.size()), {}, {}});
+  with_kind(set.type, [&]<class Kind>(Kind) {
+    own.rest.reserve(std::size_t(set.count()) * Kind::numbers);
+    for (int c = 0; c < set.count(); ++c) {
+      const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
+      double rest[Kind::numbers];
+      rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
+      own.rest.insert(own.rest.end(), rest, rest + Kind::numbers);
+      if constexpr (multipliers<Kind>() > 1) {
+        Vector3<double> q[Kind::particles], grad[Kind::particles];
+        corners<Kind>(model.x.data(), particles, q);
+        double scale;
+        const double C = Kind::evaluate(q, rest, true, grad, scale);
+        own.ground.push_back(C * C);
+      }
+    }
+  });
+}
+
+std::vector<float> Residuals::operator()(const std::vector<Vec3>& x) const {
+  require_particles(x.size(), particles_);
+  std::vector<float> most(particles_, 0.0f);
+  std::vector<double> ways;
+  for (const Set& set : sets_) {
+    ways.assign(set.particles.size() / set.arity, 0);
+    with_kind(set.type, [&]<class Kind>(Kind) {
+      const double* const ground = set.ground.empty() ? nullptr : set.ground.data();
+      const auto measure = [&](int c) {
+        ways[c] = residual<Kind>(x.data(), &set.particles[std::size_t(c) * Kind::particles],
+                                 &set.rest[std::size_t(c) * Kind::numbers], ground ? ground[c] : 0);
+      };
+      parallel_for(OpenMP{threads_}, static_cast<int>(ways.size()), measure);
+    });
+    for (std::size_t k = 0; k < set.particles.size(); ++k)
+      raise(most[set.particles[k]], ways[k / static_cast<std::size_t>(set.arity)]);
+  }
+  std::vector<Vector3<double>> grad;
+  for (const Shell& shell : shells_) {
+    const double C = shell.evaluate(x, grad);
+    double sum = 0;
+    for (const auto& g : grad) sum += dot(g, g);
+    const double way = sum > tiny<double>() ? std::abs(C) / std::sqrt(sum) : 0;
+    for (const int i : shell.particles) raise(most[i], way);
+  }
+  return most;
+}
+
+}  // namespace malha

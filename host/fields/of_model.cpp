@@ -1,0 +1,47 @@
+#include "host/fields/of_model.h"
+
+#include <stdexcept>
+#include <string>
+
+namespace malha {
+
+std::vector<int> in_user_numbers(const Model& model, const int* particles, std::size_t count) {
+  std::vector<int> user;
+  user.reserve(count);
+  for (std::size_t j = 0; j < count; ++j) user.push_back(model.user_of[particles[j]]);
+  return user;
+}
+
+void require_particles(std::size_t found, std::size_t allowed) {
+  if (found != allowed)
+    throw std::invalid_argument("a look: found " + std::to_string(found) + " particles; allowed: the " +
+                                std::to_string(allowed) + " that it was made for");
+}
+
+Shell::Shell(const Model& model, const PressureSet& set)
+    : particles(in_user_numbers(model, set.particles.data(), set.particles.size())) {
+  std::vector<int> place(model.x.size(), -1);
+  for (std::size_t i = 0; i < set.particles.size(); ++i) place[set.particles[i]] = static_cast<int>(i);
+  const Vector3<double> o = vector(model.x[set.particles[0]]);
+  for (const Triangle& t : set.triangles) {
+    triangles.push_back({place[t[0]], place[t[1]], place[t[2]]});
+    target += dot(vector(model.x[t[0]]) - o, cross(vector(model.x[t[1]]) - o, vector(model.x[t[2]]) - o)) / 6;
+  }
+  target *= set.volume_ratio;
+}
+
+double Shell::evaluate(const std::vector<Vec3>& x, std::vector<Vector3<double>>& gradient) const {
+  gradient.assign(particles.size(), {0, 0, 0});
+  std::vector<Vector3<double>> p;
+  for (const int i : particles) p.push_back(vector(x[i]) - vector(x[particles[0]]));
+  double volume = 0;
+  for (const auto& [a, b, c] : triangles) {
+    volume += dot(p[a], cross(p[b], p[c])) / 6;
+    gradient[a] = gradient[a] + cross(p[b], p[c]), gradient[b] = gradient[b] + cross(p[c], p[a]);
+    gradient[c] = gradient[c] + cross(p[a], p[b]);
+  }
+  for (auto& g : gradient) g = g * (1.0 / 6);
+  return volume - target;
+}
+
+}  // namespace malha

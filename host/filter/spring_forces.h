@@ -1,0 +1,195 @@
+// The springs and stencils of a model in the executor's memory, and the sums of their forces
+// (kernels/filter/springs.h).
+#pragma once
+#include <algorithm>
+#include <vector>
+
+#include "host/base/array.h"
+#include "host/model/stencils.h"
+#include "kernels/filter/springs.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class SpringForces {
+ public:
+  /// `load`: of each particle, what of its mass weighs in the forces, kg.
+  SpringForces(const Executor& executor, int threads, const Model& model, const std::vector<double>& load)
+      : executor_(executor), packs_((model.count() + kSpringPack - 1) / kSpringPack) {
+    const std::size_t slots = kSpringPack * std::size_t(packs_);
+    width_ = std::max(1, std::min(threads, model.count() / kGrain));
+    std::vector<R> padded(load.begin(), load.end());
+    padded.resize(slots);
+    load_ = Array<Executor, R>(padded);
+    const Vec4<R> zero{R(0), R(0), R(0), R(0)};
+    now_ = Array<Executor, Vec4<R>>(slots, zero), ahead_ = Array<Executor, Vec4<R>>(slots, zero);
+    lay_out(model);
+    lay_out_targets(model);
+    weigh(model.scene.gravity);
+  }
+
+  void weigh(const Vec3& gravity) { gravity_ = {R(gravity[0]), R(gravity[1]), R(gravity[2])}; }
+
+  const R* load() const { return load_.data(); }
+
+  /// Springs at x with their artificial viscosity, and the weight.
+  void sum_explicit(const Particles<R>& particles, double h, const Points<R>& force) const {
+    parallel_for(executor_, particles.count, SpringRows<R>{particles, R(h), now_.data(), ahead_.data()});
+    find_targets(now_.data());
+    sum(ExplicitForces<R>{view(), now_.data(), ahead_.data(), force});
+  }
+  /// What backward Euler still misses where the filtered accelerations lead to.
+  void sum_missing(const Particles<R>& particles, double h, const Points<R>& acceleration, const R* mass,
+                   const Points<R>& force) const {
+    parallel_for(executor_, particles.count,
+                 FilteredRows<R>{{particles, acceleration, load_.data(), R(h), gravity_}, now_.data()});
+    find_targets(now_.data());
+    sum(MissingForces<R>{view(), now_.data(), acceleration, mass, force});
+  }
+
+  std::size_t bytes() const {
+    std::size_t sum = begin_.bytes() + other_.bytes() + stiffness_.bytes() + rest_.bytes() + load_.bytes() +
+                      now_.bytes() + ahead_.bytes() + rows_.bytes() + pull_begin_.bytes() + pull_row_.bytes() +
+                      pull_weight_.bytes();
+    for (const Targets& set : targets_)
+      sum += set.particle.bytes() + set.weight.bytes() + set.own.bytes() + set.stiffness.bytes();
+    return sum;
+  }
+  /// Launches of one sum of forces.
+  std::size_t launches() const { return 2 + targets_.size(); }
+
+ private:
+  static constexpr int kGrain = 4096;  // particles that are worth a thread: some ten microseconds
+  static constexpr int kGroup = 16;    // packs
+
+  /// Of one set of stencils, those that have any.
+  struct Targets {
+    const ConstraintSet* set;
+    int count, first_row;
+    Array<Executor, int> particle;
+    Array<Executor, R> weight, own, stiffness;
+  };
+
+  SpringView<R> view() const {
+    return {begin_.data(), other_.data(), stiffness_.data(), rest_.data(), load_.data(), gravity_};
+  }
+
+  template <class Forces>
+  void sum(const Forces& forces) const {
+    if (targets_.empty()) return sum<false>(forces);
+    sum<true>(forces);
+  }
+  template <bool has_targets, class Forces>
+  void sum(const Forces& forces) const {
+    const PullView<R> pulls{pull_begin_.data(), pull_row_.data(), pull_weight_.data(), rows_.data()};
+    parallel_region(executor_, width_, [&](const auto& team) {
+      parallel_groups(team, 0, (packs_ + kGroup - 1) / kGroup, {},
+                      SumForces<R, Forces, has_targets>{forces, pulls, packs_, kGroup});
+    });
+  }
+
+  void find_targets(Vec4<R>* at) const {
+    for (const Targets& own : targets_)
+      with_stencil(*own.set, [&]<class Kind, class Stencil>(Kind, Stencil) {
+        const TargetView<R> view{own.particle.data(), own.weight.data(), own.own.data(), own.stiffness.data(),
+                                 rows_.data() + own.first_row};
+        parallel_for(executor_, own.count, FindTargets<R, Stencil, Kind::particles>{view, at});
+      });
+  }
+
+  /// Where the slots of each pack begin: as many as its particle with the most.
+  std::vector<int> begin_of_packs(const std::vector<int>& slots) const {
+    std::vector<int> begin{0};
+    for (int pack = 0; pack < packs_; ++pack)
+      begin.push_back(begin.back() +
+                      *std::max_element(&slots[kSpringPack * pack], &slots[kSpringPack * pack] + kSpringPack));
+    return begin;
+  }
+
+  void lay_out_targets(const Model& model) {
+    struct Pull {
+      int particle, row;
+      double weight;
+    };
+    std::vector<Pull> pulls;
+    int rows = 0;
+    for (const ConstraintSet& set : model.stencils)
+      with_stencil(set, [&]<class Kind, class Stencil>(Kind, Stencil) {
+        std::vector<int> particle;
+        std::vector<R> weight, own, stiffness;
+        const int first = rows;
+        for (int c = 0; c < set.count(); ++c) {
+          const StencilOf<Kind> one = stencil_of<Kind>(set, c, model.x);
+          if (std::all_of(one.own.begin(), one.own.end(), [](double a) { return a == 0; })) continue;
+          for (int j = 0; j < one.n; ++j) particle.push_back(one.particles[j] * kIndexScale<R>);
+          for (int k = 0; k < Stencil::vectors; ++k)
+            for (int j = 0; j < one.n; ++j) {
+              weight.push_back(R(one.weights[k][j]));
+              if (model.w[one.particles[j]] > 0) pulls.push_back({one.particles[j], rows + k, one.weights[k][j]});
+            }
+          own.insert(own.end(), one.own.begin(), one.own.end());
+          stiffness.push_back(R(1 / one.alpha));
+          rows += Stencil::vectors;
+        }
+        if (!stiffness.empty())
+          targets_.push_back({&set, static_cast<int>(stiffness.size()), first, Array<Executor, int>(particle),
+                              Array<Executor, R>(weight), Array<Executor, R>(own), Array<Executor, R>(stiffness)});
+      });
+    if (targets_.empty()) return;
+    std::vector<int> slots(kSpringPack * std::size_t(packs_), 0);
+    for (const Pull& pull : pulls) ++slots[pull.particle];
+    const std::vector<int> begin = begin_of_packs(slots);
+    std::vector<int> row(kSpringPack * std::size_t(begin.back()), 0);
+    std::vector<R> weight(row.size(), R(0));
+    std::fill(slots.begin(), slots.end(), 0);
+    for (const Pull& pull : pulls) {
+      const int pack = pull.particle / kSpringPack;
+      const int at = kSpringPack * (begin[pack] + slots[pull.particle]++) + pull.particle % kSpringPack;
+      row[at] = pull.row * kIndexScale<R>, weight[at] = R(pull.weight);
+    }
+    rows_ = Array<Executor, Vec4<R>>(rows, Vec4<R>{R(0), R(0), R(0), R(0)});
+    pull_begin_ = Array<Executor, int>(begin), pull_row_ = Array<Executor, int>(row);
+    pull_weight_ = Array<Executor, R>(weight);
+  }
+
+  void lay_out(const Model& model) {
+    std::vector<int> springs(kSpringPack * std::size_t(packs_), 0);
+    const SpringSet linear = linear_part(model);
+    const auto each_end = [&](const auto& visit) {
+      const auto visit_set = [&](const SpringSet& set) {
+        for (std::size_t s = 0; s < set.ends.size(); ++s)
+          for (const int e : {0, 1})
+            if (model.w[set.ends[s][e]] > 0) visit(set, s, set.ends[s][e], set.ends[s][1 - e]);
+      };
+      std::for_each(model.springs.begin(), model.springs.end(), visit_set);
+      visit_set(linear);
+    };
+    each_end([&](const SpringSet&, std::size_t, int i, int) { ++springs[i]; });
+    const std::vector<int> begin = begin_of_packs(springs);
+    const std::size_t slots = kSpringPack * std::size_t(begin.back());
+    std::vector<int> other(slots);
+    std::vector<R> stiffness(slots, R(0)), rest(slots, R(0));
+    for (int pack = 0; pack < packs_; ++pack)
+      for (int slot = begin[pack]; slot < begin[pack + 1]; ++slot)
+        for (int i = 0; i < kSpringPack; ++i) other[kSpringPack * slot + i] = (kSpringPack * pack + i) * kIndexScale<R>;
+    std::fill(springs.begin(), springs.end(), 0);
+    each_end([&](const SpringSet& set, std::size_t s, int i, int j) {
+      const int at = kSpringPack * (begin[i / kSpringPack] + springs[i]++) + i % kSpringPack;
+      other[at] = j * kIndexScale<R>, stiffness[at] = R(set.stiffness[s]), rest[at] = R(set.rest[s]);
+    });
+    begin_ = Array<Executor, int>(begin), other_ = Array<Executor, int>(other);
+    stiffness_ = Array<Executor, R>(stiffness), rest_ = Array<Executor, R>(rest);
+  }
+
+  Executor executor_;
+  int packs_, width_ = 1;
+  Vector3<R> gravity_{};
+  Array<Executor, int> begin_, other_;
+  Array<Executor, R> stiffness_, rest_, load_;
+  Array<Executor, Vec4<R>> now_, ahead_, rows_;
+  std::vector<Targets> targets_;
+  Array<Executor, int> pull_begin_, pull_row_;
+  Array<Executor, R> pull_weight_;
+};
+
+}  // namespace malha

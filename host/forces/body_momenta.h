@@ -1,0 +1,86 @@
+// Bodies cut into stretches of particles, and where launches leave what they find of them. Nobody waits for it.
+#pragma once
+#include <algorithm>
+#include <vector>
+
+#include "host/base/array.h"
+#include "kernels/forces/momenta.h"
+#include "malha/mesh.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class MeasuredBodies {
+ public:
+  /// `islands`: of consecutive particles, first .. first + count - 1.
+  template <class Island>
+  MeasuredBodies(const Executor& executor, const std::vector<Island>& islands)
+      : executor_(executor), count_(static_cast<int>(islands.size())) {
+    std::vector<Stretch> stretches;
+    for (int b = 0; b < count_; ++b) {
+      const Island& island = islands[static_cast<std::size_t>(b)];
+      MeasuredBody body{};
+      body.begin = static_cast<int>(stretches.size());
+      for (int i = 0; i < island.count; i += kStretch)
+        stretches.push_back({island.first + i, std::min(kStretch, island.count - i), b, island.first});
+      body.end = static_cast<int>(stretches.size());
+      start_.push_back(body);
+    }
+    stretches_ = Array<Executor, Stretch>(stretches);
+    sums_ = Array<Executor, MomentaSum>(stretches.size(), MomentaSum{});
+    bodies_ = Array<Executor, MeasuredBody>(start_);
+    motions_ = Array<Executor, RigidMotion<R>>(islands.size(), RigidMotion<R>{});
+    memory_ = Array<Executor, char>(kBytes * threads_of(executor), 0);
+  }
+
+  /// `gained`: velocity by gravity since the start, m/s. `h`: of the substep that is projected, s.
+  template <class N, bool projected, bool inertia>
+  void measure(const Particles<R>& particles, Measured what, double h = 1, const Vec3& gained = {}) {
+    using Measure = MeasureMomenta<R, N, projected, inertia>;
+    const Measure sum{particles, stretches_.data(), sums_.data(), N(h), N(1 / h)};
+    const NoteMomenta note{sums_.data(), bodies_.data(), Measure::n, what, {gained[0], gained[1], gained[2]}};
+    region([&](const auto& team, int stretches) {
+      parallel_groups(team, 0, stretches, {memory_.data(), kBytes}, sum);
+      parallel_groups(team, 0, count_, {}, note);
+    });
+  }
+  /// Finds the motion of each body by `find`, and has `use` work on all stretches.
+  template <class Find, class Use>
+  void move(const Find& find, const Use& use) {
+    parallel_for(executor_, count_, find);
+    region([&](const auto& team, int stretches) { parallel_groups(team, 0, stretches, {}, use); });
+  }
+  /// Forgets what was measured.
+  void leave_out(const std::vector<bool>& bodies) {
+    for (int b = 0; b < count_; ++b) start_[b].left_out = bodies[b] ? 1 : 0;
+    bodies_.upload(start_);
+  }
+
+  const Stretch* stretches() const { return stretches_.data(); }
+  MeasuredBody* bodies() const { return bodies_.data(); }
+  RigidMotion<R>* motions() const { return motions_.data(); }
+  std::size_t bytes() const {
+    return stretches_.bytes() + sums_.bytes() + bodies_.bytes() + motions_.bytes() + memory_.bytes();
+  }
+
+ private:
+  static constexpr int kStretch = 1024;  // particles: stretches for many threads, and few sums
+  static constexpr std::size_t kBytes = MeasureMomenta<R, double, false, true>::kBytes;  // the most
+
+  template <class Work>
+  void region(const Work& work) const {
+    const int stretches = static_cast<int>(stretches_.size());
+    parallel_region(executor_, stretches, [&](const auto& team) { work(team, stretches); });
+  }
+
+  Executor executor_;
+  int count_;
+  std::vector<MeasuredBody> start_;
+  Array<Executor, Stretch> stretches_;
+  Array<Executor, MomentaSum> sums_;
+  Array<Executor, MeasuredBody> bodies_;
+  Array<Executor, RigidMotion<R>> motions_;
+  Array<Executor, char> memory_;  // of each thread
+};
+
+}  // namespace malha

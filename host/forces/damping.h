@@ -1,0 +1,37 @@
+// Rigid-motion-preserving damping of connected bodies: one measurement, a 3 x 3 solve a body, one pass.
+#pragma once
+#include <vector>
+
+#include "host/forces/body_momenta.h"
+#include "host/model/model.h"
+#include "host/projection/stiffness.h"
+#include "kernels/forces/damping.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class Damping {
+ public:
+  /// Each body's damping is in [0, 1], for a step of so many substeps; pinned particles neither count nor move.
+  Damping(const Executor& executor, const std::vector<DampedIsland>& islands, int substeps)
+      : bodies_(executor, islands) {
+    std::vector<R> k;
+    for (const DampedIsland& island : islands) k.push_back(R(stiffness_per_projection(island.damping, substeps)));
+    k_ = Array<Executor, R>(k);
+  }
+
+  /// In a substep. Sums are in double: in float they would take momentum.
+  void damp(const Particles<R>& particles) {
+    bodies_.template measure<double, false, true>(particles, Measured::Now);
+    bodies_.move(FindRigidMotion<R>{bodies_.bodies(), bodies_.motions()},
+                 DampTowardsRigid<R>{particles, bodies_.stretches(), bodies_.motions(), k_.data()});
+  }
+
+  std::size_t bytes() const { return bodies_.bytes() + k_.bytes(); }
+
+ private:
+  MeasuredBodies<Executor, R> bodies_;
+  Array<Executor, R> k_;
+};
+
+}  // namespace malha

@@ -1,0 +1,151 @@
+// The pressure constraint of one closed body (kernels/forces/pressure.h), with its lambda.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "host/base/array.h"
+#include "host/base/point_array.h"
+#include "host/mesh/vectors.h"
+#include "host/model/model.h"
+#include "host/projection/stiffness.h"
+#include "kernels/forces/pressure.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class Pressure {
+ public:
+  Pressure(const Executor& executor, const Model& model, const PressureSet& set) : executor_(executor) {
+    const SolverSpec& solver = model.scene.solver;
+    const double h = solver.dt / solver.substeps;
+    compliant_ = set.compliance.has_value();
+    compliance_ = set.compliance.value_or(0), alpha_ = compliance_ / (h * h);
+    stiffness_ = stiffness_per_projection(set.stiffness, solver, 1);
+    lay_out_fans(model.count(), set);
+    const PointArray<Serial, double> rest(model.x);
+    rest_ = parallel_reduce<Sum>(Serial{}, triangles_,
+                                 EnclosedVolume<Points<double>>{rest.points(), corners_on_host_.data(), origin_})
+                .value;
+    target_ = set.volume_ratio * rest_;
+    lay_out_most(model, set);
+    corners_on_host_ = {};
+  }
+
+  /// Where a filter answers: all particles of its body move by it. Returns the body's number.
+  int move_all(const Model& model) {
+    const int body = body_of(model, model.user_of[origin_]);
+    std::vector<int> members;
+    for (int i = 0; i < model.count(); ++i)
+      if (body_of(model, model.user_of[i]) == body) members.push_back(i);
+    members_ = Array<Executor, int>(members);
+    return body;
+  }
+
+  /// The gradient there. A filter lets no spike grow, and needs no clamp.
+  void start_substep(const Displaced<R>& p, const R* w, bool filtered) {
+    PressureState* const state = state_.data();
+    const PressureGradient<R> find{fans(Started<R>{p}), w, particle_.data(), filtered ? nullptr : most_.data(),
+                                   grad_.points()};
+    parallel_reduce_into(executor_, items(), find, &state->sums);
+    if (!filtered)
+      parallel_reduce_into(executor_, items(), MeasureInertia<R>{state, p, w, particle_.data(), origin_},
+                           &state->inertia);
+    parallel_for(executor_, 1, StartPressure{state});
+  }
+
+  void project(const Displaced<R>& p, const R* w) {
+    find_push(p, w, {});
+    parallel_for(executor_, items(), ApplyPressure<R>{p, w, particle_.data(), grad_.points(), state_.data(), origin_});
+  }
+
+  /// The same in two parts. Between them a filter answers the `force` that the gradient at the start is by how far it
+  /// moves particles, `way` (host/solver/desbrun.h).
+  void put(const Points<R>& force) {
+    parallel_for(executor_, items(), PutPressure<R>{particle_.data(), grad_.points(), force});
+  }
+  void push(const Displaced<R>& p, const Points<R>& way) {
+    find_push(p, nullptr, way);
+    parallel_for(executor_, static_cast<int>(members_.size()),
+                 ApplyFilteredPressure<R>{p, way, members_.data(), state_.data()});
+  }
+
+  /// Enclosed volume over the rest volume.
+  double volume_ratio(const Points<R>& x) const { return volume(x) / rest_; }
+  /// C^2 / (2 alpha), J; 0 without a compliance.
+  double energy(const Points<R>& x) const {
+    if (!(compliance_ > 0)) return 0;
+    const double C = volume(x) - target_;
+    return C * C / (2 * compliance_);
+  }
+  std::size_t member_bytes() const { return members_.bytes(); }
+  std::size_t bytes() const {
+    return particle_.bytes() + begin_.bytes() + around_.bytes() + corners_.bytes() + most_.bytes() + grad_.bytes();
+  }
+
+ private:
+  int items() const { return static_cast<int>(particle_.size()); }
+  template <class At>
+  Fans<R, At> fans(const At& p) const {
+    return {p, begin_.data(), around_.data(), origin_};
+  }
+  void find_push(const Displaced<R>& p, const R* w, const Points<R>& way) {
+    PressureState* const state = state_.data();
+    parallel_reduce_into(executor_, triangles_, EnclosedVolume<Displaced<R>>{p, corners_.data(), origin_},
+                         &state->volume);
+    parallel_reduce_into(executor_, items(), SumAlongPressure<R>{fans(p), particle_.data(), grad_.points(), w, way},
+                         &state->along);
+    parallel_for(executor_, 1, PushPressure{state, target_, compliant_, alpha_, stiffness_});
+  }
+  double volume(const Points<R>& p) const {
+    return parallel_reduce<Sum>(executor_, triangles_, EnclosedVolume<Points<R>>{p, corners_.data(), origin_}).value;
+  }
+
+  /// For every particle the pairs (j, k) of its triangles (i, j, k), so that gradients are gathered, not scattered.
+  void lay_out_fans(int particles, const PressureSet& set) {
+    std::vector<int> item(particles, -1), begin(set.particles.size() + 1, 0);
+    for (std::size_t i = 0; i < set.particles.size(); ++i) item[set.particles[i]] = static_cast<int>(i);
+    for (const Triangle& t : set.triangles)
+      for (int corner : t) ++begin[item[corner] + 1];
+    for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
+    std::vector<int> around(2 * begin.back()), next(begin.begin(), begin.end() - 1);
+    for (const Triangle& t : set.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const int at = next[item[t[k]]]++;
+        around[2 * at] = t[(k + 1) % 3], around[2 * at + 1] = t[(k + 2) % 3];
+        corners_on_host_.push_back(t[k]);
+      }
+    origin_ = set.particles[0];
+    triangles_ = static_cast<int>(set.triangles.size());
+    particle_ = Array<Executor, int>(set.particles);
+    begin_ = Array<Executor, int>(begin);
+    around_ = Array<Executor, int>(around);
+    corners_ = Array<Executor, int>(corners_on_host_);
+    grad_ = PointArray<Executor, R>(std::vector<Vec3>(set.particles.size()));
+    state_ = Array<Executor, PressureState>(1, PressureState{});
+  }
+
+  /// The largest gradients: that of the faces at rest, where they are as large as the body needs for its volume, times
+  /// kMostStretched.
+  void lay_out_most(const Model& model, const PressureSet& set) {
+    std::vector<double> around(model.count(), 0);  // m^2 of all faces around a particle
+    for (const Triangle& t : set.triangles)
+      for (const int corner : t) around[corner] += area(model.x[t[0]], model.x[t[1]], model.x[t[2]]);
+    const double grown = std::cbrt(std::max(1.0, set.volume_ratio));
+    std::vector<R> most;
+    for (const int i : set.particles) most.push_back(static_cast<R>(kMostStretched * grown * grown * around[i] / 3));
+    most_ = Array<Executor, R>(most);
+  }
+
+  Executor executor_;
+  Array<Executor, int> particle_, begin_, around_, corners_, members_;
+  Array<Executor, R> most_;
+  PointArray<Executor, R> grad_;
+  Array<Executor, PressureState> state_;
+  std::vector<int> corners_on_host_;
+  int origin_ = 0, triangles_ = 0;
+  bool compliant_ = false;
+  double compliance_ = 0, alpha_ = 0, stiffness_ = 1, target_ = 0, rest_ = 0;
+};
+
+}  // namespace malha

@@ -1,0 +1,50 @@
+// Lengths that may not be exceeded, measured: those of distance limits after an iteration of theirs, and those at which
+// edges tear after a step.
+#pragma once
+#include <vector>
+
+#include "host/base/array.h"
+#include "host/model/tear.h"
+#include "kernels/constraints/constraint_registry.h"
+#include "kernels/measure/over_elongation.h"
+#include "kernels/projection/rest.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class Limits {
+ public:
+  Limits(const Executor& executor, const Model& model) : executor_(executor) {
+    std::vector<int> ends;
+    std::vector<R> longest;
+    for (const ConstraintSet& set : model.sets) {
+      if (set.type != DistanceLimit::name) continue;
+      ends.insert(ends.end(), set.particles.begin(), set.particles.end());
+      for (int c = 0; c < set.count(); ++c)
+        longest.push_back(R(rest_value<DistanceLimit>(model.x.data(), &set.particles[2 * c], set.parameter)));
+    }
+    ends_ = Array<Executor, int>(ends), longest_ = Array<Executor, R>(longest);
+  }
+  Limits(const Executor& executor, const Breakable& edges) : executor_(executor) {
+    std::vector<int> ends;
+    for (const Edge& e : edges.ends) ends.insert(ends.end(), e.begin(), e.end());
+    ends_ = Array<Executor, int>(ends);
+    longest_ = Array<Executor, R>(std::vector<R>(edges.longest.begin(), edges.longest.end()));
+  }
+
+  /// The largest over-elongation, in lengths.
+  template <class At>
+  double excess(const At& p) const {
+    return parallel_reduce<Largest>(executor_, static_cast<int>(longest_.size()),
+                                    MeasureExcess<R, At>{p, ends_.data(), longest_.data()})
+        .value;
+  }
+  std::size_t bytes() const { return ends_.bytes() + longest_.bytes(); }
+
+ private:
+  Executor executor_;
+  Array<Executor, int> ends_;
+  Array<Executor, R> longest_;
+};
+
+}  // namespace malha

@@ -1,0 +1,78 @@
+// OFF (Geomview): [ST][C][N]OFF, counts, a vertex a line, a face a line. Normals, colours and texture places are
+// skipped.
+#include <string>
+
+#include "host/mesh/io/mesh_formats.h"
+#include "host/mesh/io/mesh_scan.h"
+#include "host/mesh/polygons.h"
+
+namespace malha {
+namespace {
+
+// Whether the header says that more than x y z stands on a vertex line; refuses what is no OFF header.
+bool read_header(TextScanner& scan) {
+  if (!scan.next_line()) scan.refuse_end("a header: OFF, COFF or NOFF");
+  const std::string_view header = scan.word("");
+  std::string_view rest = header;
+  for (const std::string_view prefix : {"ST", "C", "N"}) {
+    if (rest.starts_with(prefix)) rest.remove_prefix(prefix.size());
+  }
+  if (rest != "OFF") scan.refuse_word(header, "a header: OFF, COFF or NOFF");
+  return header != "OFF";
+}
+
+long long read_count(TextScanner& scan, const char* wanted, long long bytes_each) {
+  const long long count = scan.integer(wanted);
+  // Checked before any allocation: the text that is left must have room for what is announced.
+  const long long most = (static_cast<long long>(scan.bytes_left()) + 1) / bytes_each;
+  if (count < 0 || count > most) {
+    scan.refuse_here(std::to_string(count) + " as " + wanted,
+                     "0 to " + std::to_string(most) + ", for which the rest of the file has room");
+  }
+  return count;
+}
+
+}  // namespace
+
+Mesh read_off(const std::string& file, std::string_view data) {
+  TextScanner scan(file, data, '#');
+  const bool extra = read_header(scan);
+  if (!scan.has_word() && !scan.next_line()) scan.refuse_end("the numbers of vertices, faces and edges");
+  const long long vertices = read_count(scan, "the number of vertices", 6);  // "0 0 0\n"
+  const long long faces = read_count(scan, "the number of faces", 8);        // "3 0 1 2\n"
+  if (scan.has_word()) scan.integer("the number of edges");
+  scan.require_end_of_line("the numbers of vertices, faces and edges");
+
+  Mesh mesh;
+  mesh.points.reserve(static_cast<std::size_t>(vertices));
+  PolygonList polygons;
+  polygons.reserve(static_cast<std::size_t>(faces));
+  for (long long i = 0; i < vertices; ++i) {
+    if (!scan.next_line()) scan.refuse_end("vertex " + std::to_string(i) + " (0-based) of " + std::to_string(vertices));
+    mesh.points.push_back({scan.real("x"), scan.real("y"), scan.real("z")});
+    if (!extra) scan.require_end_of_line("x, y, z");
+  }
+  std::vector<int> corners;
+  for (long long i = 0; i < faces; ++i) {
+    if (!scan.next_line()) scan.refuse_end("face " + std::to_string(i) + " (0-based) of " + std::to_string(faces));
+    const long long size = scan.integer("the number of corners");
+    if (size < 3) scan.refuse_here("a face of " + std::to_string(size) + " corners", "3 or more");
+    corners.clear();
+    for (long long k = 0; k < size; ++k) {
+      const long long index = scan.integer("a corner");
+      if (index < 0 || index >= vertices) {
+        scan.refuse_here("vertex " + std::to_string(index), "0 to " + std::to_string(vertices - 1));
+      }
+      corners.push_back(static_cast<int>(index));
+    }
+    polygons.add(corners, scan.line());
+  }
+  if (scan.next_line()) {
+    scan.word("");
+    scan.refuse_here("a line after the last face", "as many lines as the counts say");
+  }
+  polygons.append_to(mesh, file);
+  return mesh;
+}
+
+}  // namespace malha

@@ -1,0 +1,228 @@
+#include "host/model/build_constraints.h"
+
+#include <algorithm>
+
+#include "host/mesh/topology.h"
+#include "host/model/elements.h"
+#include "host/model/isotropy.h"
+#include "host/model/material.h"
+#include "kernels/constraints/constraint_registry.h"
+#include "malha/error.h"
+#include "malha/text.h"
+
+namespace malha {
+
+namespace {
+
+class Connector {
+ public:
+  Connector(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn)
+      : model_(model), bodies_(bodies), solver_of_(solver_of), torn_(torn) {}
+
+  /// Kind by kind in the registry's order, whatever the order in the scene, so that a sweep is the same.
+  void run() {
+    if (!torn_)
+      for (std::size_t b = 0; b < bodies_.size(); ++b) note_other_materials(b);
+    for_each_constraint([this]<class Kind>(Kind) {
+      each_spec(Kind::name, [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+        add_set<Kind>(b, spec, place);
+      });
+    });
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (bodies_[b].mesh.tetrahedra.empty()) continue;
+      model_.tetrahedra.push_back(std::move(bodies_[b].mesh.tetrahedra));
+      for (Tetrahedron& t : model_.tetrahedra.back())
+        for (int& corner : t) corner = solver_of_[model_.look.body_begin[b] + corner];
+    }
+    each_spec("pressure",
+              [this](std::size_t b, const ConstraintSpec& spec, const std::string&) { add_pressure(b, spec); });
+    each_spec("long_range", [this](std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+      add_long_range(b, spec, place);
+    });
+    if (model_.scene.wind && model_.scene.wind->density > 0) add_air();
+  }
+
+ private:
+  template <class F>
+  void each_spec(const std::string& type, F&& f) {
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      const auto& specs = model_.scene.bodies[b].constraints;
+      for (std::size_t c = 0; c < specs.size(); ++c)
+        if (specs[c].type == type) f(b, specs[c], pointer("bodies", b, "constraints/") + std::to_string(c));
+    }
+  }
+
+  template <class Kind>
+  void add_set(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+    auto [all, remainder, crowded] = list_elements(Kind::element, bodies_[b], spec, shear_of(b));
+    if (crowded > 0) note_crowded(b, Kind::name, crowded);
+    if (all.particles.empty() && remainder.particles.empty()) {
+      if (torn_) return;  // to pieces
+      refuse(model_.scene.file, place, "a mesh that offers " + std::string(Kind::name) + " nothing to act on",
+             facts_of(Kind::element).needed);
+    }
+    add_elements<Kind>(b, spec, std::move(all));
+    if constexpr (requires { typename Kind::Remainder; }) {
+      ConstraintSpec other = spec;
+      other.type = Kind::Remainder::name, other.parameter = Kind::Remainder::parameter.standard;
+      add_elements<typename Kind::Remainder>(b, other, std::move(remainder));
+    }
+  }
+
+  /// The rigidity of the body's diagonals over that of its edges.
+  double shear_of(std::size_t b) const {
+    double edges = 0, diagonals = 0;
+    for (const ConstraintSpec& spec : model_.scene.bodies[b].constraints)
+      if (spec.type == "distance" && spec.rigidity)
+        for (const std::string& on : spec.on) (on == "shear" ? diagonals : edges) += *spec.rigidity;
+    return edges > 0 ? diagonals / edges : 0;
+  }
+
+  /// Where the mesh makes another sheet of a rigidity: by half as stiff, or as soft, again in some direction.
+  void note_other_materials(std::size_t b) {
+    constexpr double most = 1.5;
+    const Body& body = bodies_[b];
+    if (!body.mesh.tetrahedra.empty()) return;
+    const auto note = [&](const std::string& type, const Isotropy& found, const std::string& cells,
+                          const char* instead) {
+      if (found.least * most >= 1 && found.most <= most) return;
+      model_.notes.push_back("body '" + model_.scene.bodies[b].name + "': its \"" + type + "\" is " +
+                             shown(two_digits(found.least)) + " to " + shown(two_digits(found.most)) +
+                             " times as stiff as its \"rigidity\" says, by direction, on " + cells + "; take \"" +
+                             instead + "\" (scenes/README.md, Materials)");
+    };
+    std::vector<Edge> springs;
+    std::vector<double> stiffness;
+    double Y = 0, G = 0;
+    for (const ConstraintSpec& spec : model_.scene.bodies[b].constraints) {
+      if (!spec.rigidity) continue;
+      if (spec.type == "distance") {
+        const Elements all = list_elements(Element::Edges, body, spec, shear_of(b)).all;
+        for (std::size_t e = 0; e < all.softness.size(); ++e)
+          springs.push_back({all.particles[2 * e], all.particles[2 * e + 1]}),
+              stiffness.push_back(*spec.rigidity / all.softness[e]);
+        for (const std::string& on : spec.on) (on == "shear" ? G : Y) += *spec.rigidity;
+      } else if (spec.type == "bending" || spec.type == "isometric_bending") {
+        const PlateHinges hinges = plate_hinges(body.mesh, std::vector<bool>(body.mesh.points.size()));
+        note(spec.type, isotropy_of_hinges(body.mesh, hinges.list, hinges.softness), "cells like these", "plate");
+      }
+    }
+    if (Y > 0)
+      note("distance", isotropy_of_springs(body.mesh, springs, stiffness, Y, G),
+           G > 0 ? "cells that are so much longer than wide, or askew" : "triangles like these", "membrane");
+  }
+
+  void note_crowded(std::size_t b, const std::string& kind, int edges) {
+    model_.notes.push_back("body '" + model_.scene.bodies[b].name + "': \"" + kind + "\" does not act at " +
+                           counted(edges, "edge") + " with more than two faces, about which the sheet turns freely");
+  }
+
+  template <class Kind>
+  void add_elements(std::size_t b, const ConstraintSpec& spec, Elements all) {
+    if (all.particles.empty()) return;
+    drop_what_is_pinned(all, Kind::particles, bodies_[b].holds.pinned);
+    for (int& i : all.particles) i = solver_of_[model_.look.body_begin[b] + i];
+    const SolverSpec& solver = model_.scene.solver;
+    const std::optional<double> compliance = compliance_of<Kind>(spec);
+    if (solver.type == "desbrun" && Kind::filtered == Filtered::Spring) {
+      SpringSet springs = springs_of(spec, solver.desbrun.spring_constant, all.particles, all.softness, model_.x);
+      if (!springs.ends.empty()) model_.springs.push_back(std::move(springs));
+      return;
+    }
+    if (solver.type == "desbrun" && Kind::filtered == Filtered::Stencil) {
+      ConstraintSet set{spec.type,      Kind::particles,          spec.stiffness,         compliance,
+                        spec.parameter, std::move(all.particles), std::move(all.softness)};
+      if (!(compliance.value_or(0) > 0)) soften_by_levers(set, solver.desbrun.spring_constant, model_.x);
+      if (set.count() > 0) model_.stencils.push_back(std::move(set));
+      return;
+    }
+    ConstraintSet& set = find_set(spec, Kind::particles, compliance, !all.softness.empty());
+    set.particles.insert(set.particles.end(), all.particles.begin(), all.particles.end());
+    set.softness.insert(set.softness.end(), all.softness.begin(), all.softness.end());
+  }
+
+  /// Constraints that could move nothing.
+  static void drop_what_is_pinned(Elements& all, int arity, const std::vector<bool>& pinned) {
+    std::size_t kept = 0;
+    for (std::size_t c = 0; c < all.particles.size() / arity; ++c) {
+      const int* of = &all.particles[c * arity];
+      if (std::all_of(of, of + arity, [&](int i) { return pinned[i]; })) continue;
+      std::copy_n(of, arity, &all.particles[kept * arity]);
+      if (!all.softness.empty()) all.softness[kept] = all.softness[c];
+      ++kept;
+    }
+    all.particles.resize(kept * arity);
+    if (!all.softness.empty()) all.softness.resize(kept);
+  }
+
+  /// By itself or from a material's modulus.
+  template <class Kind>
+  static std::optional<double> compliance_of(const ConstraintSpec& spec) {
+    if constexpr (!Kind::strength.free)
+      return Kind::compliance(spec.rigidity ? *spec.rigidity : spec.young_modulus.value(), spec.parameter);
+    return spec.rigidity ? std::optional<double>(1 / *spec.rigidity) : spec.compliance;
+  }
+
+  ConstraintSet& find_set(const ConstraintSpec& spec, int arity, std::optional<double> compliance, bool softened) {
+    for (ConstraintSet& set : model_.sets)
+      if (set.type == spec.type && set.stiffness == spec.stiffness && set.compliance == compliance &&
+          set.parameter == spec.parameter && set.softness.empty() != softened)
+        return set;
+    return model_.sets.emplace_back(
+        ConstraintSet{spec.type, arity, spec.stiffness, compliance, spec.parameter, {}, {}});
+  }
+
+  void add_pressure(std::size_t b, const ConstraintSpec& spec) {
+    const Mesh& mesh = bodies_[b].mesh;
+    require_closed(mesh, origin(model_.scene, model_.scene.bodies[b].shape),
+                   "pressure needs a closed mesh (body '" + model_.scene.bodies[b].name + "')");
+    PressureSet set{spec.parameter, spec.stiffness, spec.compliance, {}, triangles(mesh)};
+    for (Triangle& t : set.triangles)
+      for (int& corner : t) corner = solver_of_[model_.look.body_begin[b] + corner];
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+      set.particles.push_back(solver_of_[model_.look.body_begin[b] + i]);
+    model_.pressures.push_back(std::move(set));
+  }
+
+  /// The solver's particles of a body.
+  std::vector<int> names(std::size_t b) const {
+    const auto first = solver_of_.begin() + model_.look.body_begin[b];
+    return {first, first + static_cast<std::ptrdiff_t>(bodies_[b].mesh.points.size())};
+  }
+
+  void add_long_range(std::size_t b, const ConstraintSpec& spec, const std::string& place) {
+    const Body& body = bodies_[b];
+    const int before = model_.long_range.items();
+    attach_long_range(body.mesh, body.edges, body.holds.pinned, spec.parameter, names(b), model_.long_range);
+    if (model_.long_range.items() > before) return;
+    const auto& pinned = body.holds.pinned;
+    if (std::find(pinned.begin(), pinned.end(), false) == pinned.end()) return;
+    const bool stays = std::find(pinned.begin(), pinned.end(), true) != pinned.end();
+    const bool goes =
+        std::any_of(body.holds.moved.begin(), body.holds.moved.end(), [](const auto& m) { return m.until; });
+    refuse(model_.scene.file, place,
+           std::string(stays ? "no particle that is connected with a pin" : "no pin") +
+               (goes ? " but those that are let go, at their \"until\"" : ""),
+           "long-range attachments on a body with pins that are never let go");
+  }
+
+  void add_air() {
+    for (std::size_t b = 0; b < bodies_.size(); ++b) add_air_faces(bodies_[b].mesh, names(b), model_.air);
+    if (model_.air.particle.empty())
+      refuse(model_.scene.file, "/wind/density", "air on the faces of bodies without faces",
+             "a body with faces, or 'drag' alone");
+  }
+
+  Model& model_;
+  std::vector<Body>& bodies_;
+  const std::vector<int>& solver_of_;
+  bool torn_;
+};
+
+}  // namespace
+
+void connect(Model& model, std::vector<Body>& bodies, const std::vector<int>& solver_of, bool torn) {
+  Connector(model, bodies, solver_of, torn).run();
+}
+
+}  // namespace malha

@@ -1,0 +1,88 @@
+#include "host/model/memory_estimate.h"
+
+#include <cmath>
+
+#include "host/base/memory_size.h"
+#include "malha/error.h"
+
+namespace malha {
+
+namespace {
+
+/// Calls visit(array) for every array of the model.
+template <class M, class Visit>
+void for_each_array(M& model, const Visit& visit) {
+  auto& look = model.look;
+  visit(look.points), visit(look.faces), visit(look.lines);
+  visit(look.body_begin), visit(look.face_begin), visit(look.line_begin);
+  for (auto& file : look.vertices) visit(file.point), visit(file.place), visit(file.faces);
+  visit(model.user_of), visit(model.x), visit(model.v), visit(model.w), visit(model.mass);
+  for (auto* sets : {&model.sets, &model.stencils})
+    for (auto& set : *sets) visit(set.particles), visit(set.softness);
+  for (auto& set : model.springs) visit(set.ends), visit(set.stiffness), visit(set.rest);
+  for (auto& set : model.pressures) visit(set.particles), visit(set.triangles);
+  for (auto& body : model.tetrahedra) visit(body);
+  visit(model.damped), visit(model.free);
+  visit(model.long_range.particle), visit(model.long_range.begin);
+  visit(model.long_range.anchor), visit(model.long_range.reach);
+  visit(model.air.particle), visit(model.air.begin), visit(model.air.around);
+  visit(model.air.faces);
+  for (auto& pins : model.moved) visit(pins.particles);
+  for (auto& set : model.attached) visit(set.particles);
+  visit(model.patches.begin), visit(model.patches.class_of);
+  for (auto& environment : model.environment)
+    visit(environment.mesh.points), visit(environment.mesh.faces), visit(environment.mesh.lines);
+}
+
+constexpr double kSphere = 10;  // vertices of an icosahedron's subdivisions, less 2: 10 4^s
+
+double particles_of(const GridShape& s) { return (s.cells[0] + 1.0) * (s.cells[1] + 1.0); }
+double particles_of(const SphereShape& s) { return kSphere * std::pow(4, s.subdivisions) + 2; }
+double particles_of(const BoxShape& s) {
+  const double x = s.cells[0], y = s.cells[1], z = s.cells[2];
+  return 2 * (x * y + y * z + z * x) + 2;
+}
+double particles_of(const TetBoxShape& s) { return (s.cells[0] + 1.0) * (s.cells[1] + 1.0) * (s.cells[2] + 1.0); }
+double particles_of(const BarShape& s) { return 4.0 * s.cells * std::floor(s.length / s.width * s.cells); }
+double particles_of(const ChainShape& s) { return s.segments + 1.0; }
+double particles_of(const CloudShape& s) { return 1.0 * s.count[0] * s.count[1] * s.count[2]; }
+double particles_of(const ListedShape& s) { return static_cast<double>(s.points.size()); }
+double particles_of(const MeshFile&) { return 0; }
+
+}  // namespace
+
+double least_bytes(const Scene& scene) {
+  constexpr double particle = 170, element = 80, constraint = 60;  // cloud: 183; grid: 293, with edges and shear 492
+  double sum = 0;
+  for (const BodySpec& body : scene.bodies) {
+    double each = particle + (is_loose(body.shape) ? 0 : element);
+    for (const ConstraintSpec& spec : body.constraints) each += constraint * static_cast<double>(spec.on.size());
+    sum += each * std::visit([](const auto& shape) { return particles_of(shape); }, body.shape);
+  }
+  for (const EnvironmentSpec& object : scene.environment)
+    sum += element * std::visit([](const auto& shape) { return particles_of(shape); }, object.shape);
+  return sum;
+}
+
+void require_memory(const Scene& scene) {
+  constexpr double small = 1 << 26;  // not worth the question
+  const double needs = least_bytes(scene);
+  if (needs < small) return;
+  if (const auto free = static_cast<double>(available_memory()); needs > free)
+    refuse<OutOfMemory>(scene.file.empty() ? scene.name : scene.file, "/bodies",
+                        "a scene that needs " + in_gib(needs) + " at the least",
+                        "what fits into the memory, of which " + in_gib(free) + " are free");
+}
+
+std::size_t bytes(const Model& model) {
+  std::size_t sum = 0;
+  for_each_array(model, [&sum](const auto& array) { sum += array.capacity() * sizeof(array[0]); });
+  return sum;
+}
+
+void keep_what_runs_need(Model& model) {
+  model.v = {}, model.mass = {}, model.long_range = {}, model.air = {};
+  for_each_array(model, [](auto& array) { array.shrink_to_fit(); });
+}
+
+}  // namespace malha

@@ -1,0 +1,37 @@
+#include "host/model/ordering/renumber.h"
+
+#include <algorithm>
+
+namespace malha {
+
+void renumber(Model& model, const std::vector<int>& order) {
+  std::vector<int> now(order.size());
+  for (std::size_t i = 0; i < now.size(); ++i) now[order[i]] = static_cast<int>(i);
+  const auto reorder = [&](auto& values) {
+    auto sorted = values;
+    for (std::size_t i = 0; i < now.size(); ++i) sorted[i] = values[order[i]];
+    values = std::move(sorted);
+  };
+  reorder(model.user_of), reorder(model.x), reorder(model.v), reorder(model.w), reorder(model.mass);
+  const auto rename = [&](int& i) { i = now[i]; };
+  for (ConstraintSet& set : model.sets) std::for_each(set.particles.begin(), set.particles.end(), rename);
+  for (ConstraintSet& set : model.stencils) std::for_each(set.particles.begin(), set.particles.end(), rename);
+  for (SpringSet& set : model.springs)
+    for (Edge& e : set.ends) std::for_each(e.begin(), e.end(), rename);
+  for (auto& body : model.tetrahedra)
+    for (Tetrahedron& t : body) std::for_each(t.begin(), t.end(), rename);
+  for (PressureSet& set : model.pressures) {
+    for (Triangle& t : set.triangles) std::for_each(t.begin(), t.end(), rename);
+    std::for_each(set.particles.begin(), set.particles.end(), rename);
+    std::sort(set.particles.begin(), set.particles.end());
+  }
+  for (std::vector<int>* list : {&model.long_range.particle, &model.long_range.anchor, &model.air.particle})
+    std::for_each(list->begin(), list->end(), rename);
+  for (Quad& face : model.air.faces)
+    for (int& corner : face)
+      if (corner >= 0) rename(corner);
+  for (MovedPins& pins : model.moved) std::for_each(pins.particles.begin(), pins.particles.end(), rename);
+  for (AttachmentSet& set : model.attached) std::for_each(set.particles.begin(), set.particles.end(), rename);
+}
+
+}  // namespace malha

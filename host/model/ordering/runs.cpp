@@ -1,0 +1,72 @@
+#include "host/model/ordering/runs.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numeric>
+
+#include "kernels/projection/patch.h"
+
+namespace malha {
+
+namespace {
+
+constexpr int kShortest = 4;    // shorter ones are cheaper to gather
+constexpr int kLongestGap = 8;  // a longer one costs more than the start of another run
+constexpr int kFamilies = 16;  // a grid has as many; with more, and fewer than kShortest constraints each, this is none
+
+/// The classes of a constraint's particles and their distances from the first one.
+using Family = std::array<int, 2 * kMostParticles>;
+
+Family family_of(const int* particles, int arity, const std::vector<std::uint8_t>& class_of) {
+  Family family{};
+  for (int j = 0; j < arity; ++j)
+    family[2 * j] = class_of[particles[j]], family[2 * j + 1] = particles[j] - particles[0];
+  return family;
+}
+
+}  // namespace
+
+int Runs::held() const {
+  return std::accumulate(runs.begin(), runs.end(), 0, [](int sum, const Run& run) {
+    return sum + static_cast<int>(std::count_if(run.slots.begin(), run.slots.end(), [](int c) { return c >= 0; }));
+  });
+}
+
+Runs find_runs(const std::vector<int>& particles, int arity, const std::vector<std::uint8_t>& class_of) {
+  const int count = static_cast<int>(particles.size()) / arity;
+  Runs result;
+  std::map<Family, int> number;
+  std::vector<std::vector<int>> families;  // by first appearance: the order of the sweep
+  for (int c = 0; c < count; ++c) {
+    const auto [found, fresh] =
+        number.try_emplace(family_of(&particles[c * arity], arity, class_of), static_cast<int>(families.size()));
+    if (fresh) families.emplace_back();
+    families[found->second].push_back(c);
+    if (static_cast<int>(families.size()) > kFamilies + count / kShortest) {
+      result.loose.resize(count);
+      std::iota(result.loose.begin(), result.loose.end(), 0);
+      return result;
+    }
+  }
+  for (auto& family : families) {
+    const auto at = [&](int c) { return particles[c * arity]; };
+    std::stable_sort(family.begin(), family.end(), [&](int a, int b) { return at(a) < at(b); });
+    for (auto begin = family.begin(), end = begin; begin != family.end(); begin = end) {
+      // Twice the same constraint would be twice the same slot: the second one starts a run of its own.
+      for (end = begin + 1; end != family.end() && at(*end) > at(end[-1]) && at(*end) - at(end[-1]) <= kLongestGap;)
+        ++end;
+      if (end - begin < kShortest) {
+        result.loose.insert(result.loose.end(), begin, end);
+        continue;
+      }
+      Run& run = result.runs.emplace_back();
+      run.slots.assign(at(end[-1]) - at(*begin) + 1, -1);
+      for (auto c = begin; c != end; ++c) run.slots[at(*c) - at(*begin)] = *c;
+    }
+  }
+  std::sort(result.loose.begin(), result.loose.end());
+  return result;
+}
+
+}  // namespace malha

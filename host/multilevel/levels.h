@@ -1,0 +1,229 @@
+// The levels of a model in the executor's memory, and their part of a substep: between prediction and the finest sweep.
+#pragma once
+#include <chrono>
+#include <deque>
+#include <vector>
+
+#include "host/base/point_array.h"
+#include "host/model/levels.h"
+#include "host/multilevel/mean_plan.h"
+#include "host/patch/sweep.h"
+#include "kernels/multilevel/restrict.h"
+
+namespace malha {
+
+template <class Executor, class R>
+class Levels {
+ public:
+  /// `finest`: of the model. `fused`: particles follow the levels in their visits (see down()), otherwise before them.
+  /// `islands`: the first particle of each connected body. `by_hand`: then either may be asked for.
+  Levels(const Executor& executor, const std::vector<Level>& levels, const Sweep<Executor, R>& finest, int threads,
+         bool fused, const std::vector<int>& islands, bool by_hand = false)
+      : islands_(islands), origins_(islands.size()) {
+    seconds_.assign(levels.size(), 0);
+    for (std::size_t l = 0; l < levels.size(); ++l) {
+      const auto lay_out = [&](const auto& finer, Laid* down) {
+        const std::vector<Patch> patches = finer.patches();
+        const std::vector<Segment> segments = finer.segments();
+        const auto goals = fused || l > 0 ? goals_of_visits(patches, segments) : goals_in_order(levels[l].down, kPiece);
+        const MeanPlan plan = plan_means(levels[l].down, goals);
+        *down = Laid(plan);
+        levels_.emplace_back(executor, levels[l], plan_parts(levels[l].up, patches, segments), plan.in_columns(),
+                             threads);
+      };
+      if (l == 0)
+        lay_out(finest, &down_);
+      else
+        lay_out(levels_[l - 1].sweep, &levels_[l - 1].down);
+    }
+    if (fused && by_hand) before_ = Laid(plan_means(levels.front().down, goals_in_order(levels.front().down, kPiece)));
+  }
+
+  /// What a finest visit that predicts adds.
+  MeansOf<R> down() const { return of(down_, levels_.front()); }
+  /// Where the last finest visits leave what the next prediction will be.
+  UpTo<R> up() const {
+    UpTo<R> up = this->up(levels_.front());
+    up.origins = origins_.points();
+    return up;
+  }
+
+  /// Before a step: rounding is to be small beside bodies, wherever they are.
+  void take_origins(const Executor& executor, const Points<R>& x) const {
+    parallel_for(executor, static_cast<int>(islands_.size()), TakeOrigins<R>{x, islands_.data(), origins_.points()});
+  }
+  /// The finest level arrives, where a visit that predicts will take its particles: `finest` knows their patches.
+  template <class Team>
+  void foresee(const Team& team, const Sweep<Executor, R>& finest, const Visit<R>& visit) const {
+    const Particles<R>& all = visit.particles;
+    restrict_to(team, finest, {all.p, all.v, all.w, origins_.points(), visit.dt, visit.gravity}, levels_.front());
+  }
+  /// The same after visits that left it.
+  template <class Team>
+  void join_parts(const Team& team) const {
+    join_parts(team, levels_.front());
+  }
+
+  /// After the finest level has arrived: the coarser ones, and all sweeps, from the coarsest on.
+  template <class Team>
+  void sweep(const Team& team) const {
+    Lap lap(leads(team) ? &seconds_ : nullptr);
+    for (std::size_t l = 1; l < levels_.size(); ++l) {
+      const Own& finer = levels_[l - 1];
+      restrict_to(team, finer.sweep, {finer.arrives(), {}, finer.w.data(), {}, R(0), {}}, levels_[l]);
+      lap(l);
+    }
+    for (std::size_t l = levels_.size(); l-- > 0;) {
+      const Own& own = levels_[l];
+      CoarseVisit<R> visit{};
+      own.sweep.fill(visit);
+      visit.x = own.x.points(), visit.arrival = own.arrival.points(), visit.d = own.d.points();
+      visit.w = own.w.data();
+      if (own.columns)
+        visit.delta = own.delta.points();
+      else
+        visit.delta_rows = own.delta_rows.points();
+      visit.rank = own.rank.data();
+      if (l + 1 < levels_.size()) visit.down = of(own.down, levels_[l + 1]);
+      own.sweep(team, visit);
+      lap(l);
+    }
+  }
+  /// That sweep() took for each level.
+  const std::vector<double>& seconds_of_each() const { return seconds_; }
+
+  /// Predicted particles p, which then follow.
+  template <class Team>
+  void move(const Team& team, const Sweep<Executor, R>& finest, const Particles<R>& all) const {
+    restrict_to(team, finest, {all.p, {}, all.w, origins_.points(), R(0), {}}, levels_.front());
+    sweep(team);
+    const Laid& laid = before_.bytes() > 0 ? before_ : down_;
+    parallel_groups(team, 0, laid.pieces(), {}, AddMeans<R>{of(laid, levels_.front()), all.p.d});
+  }
+
+  std::vector<LevelFacts> facts() const {
+    std::vector<LevelFacts> all;
+    for (const Own& own : levels_) {
+      LevelFacts& level = all.emplace_back();
+      level.particles = static_cast<int>(own.rank.size()), level.patches = own.sweep.facts();
+      for (const SetFacts& set : own.sweep.set_facts()) level.constraints += set.constraints;
+    }
+    return all;
+  }
+
+  std::size_t bytes() const {
+    std::size_t sum = down_.bytes() + before_.bytes();
+    for (const Own& own : levels_) sum += own.bytes();
+    return sum;
+  }
+
+ private:
+  static constexpr int kPiece = 512;  // means
+
+  /// Adds up what each level takes, on the thread that leads.
+  class Lap {
+   public:
+    explicit Lap(std::vector<double>* seconds) : seconds_(seconds) {
+      if (seconds_) start_ = std::chrono::steady_clock::now();
+    }
+    void operator()(std::size_t level) {
+      if (!seconds_) return;
+      const auto now = std::chrono::steady_clock::now();
+      (*seconds_)[level] += std::chrono::duration<double>(now - start_).count(), start_ = now;
+    }
+
+   private:
+    std::vector<double>* seconds_;
+    std::chrono::steady_clock::time_point start_;
+  };
+
+  /// Means laid out.
+  struct Laid {
+    Array<Executor, int> begin;
+    Array<Executor, MeanRun> runs;
+    Array<Executor, MeanTerm<R>> terms;
+    Laid() = default;
+    explicit Laid(const MeanPlan& plan) : begin(plan.begin), runs(plan.runs) {
+      std::vector<MeanTerm<R>> rounded;
+      for (const MeanTerm<double>& term : plan.terms) rounded.push_back({term.from, R(term.weight)});
+      terms = Array<Executor, MeanTerm<R>>(rounded);
+    }
+    int pieces() const { return static_cast<int>(begin.size()) - 1; }
+    MeansView<R> view() const { return {begin.data(), runs.data(), terms.data()}; }
+    std::size_t bytes() const { return begin.bytes() + runs.bytes() + terms.bytes(); }
+  };
+
+  struct Own {
+    Sweep<Executor, R, KindList<Coarse>> sweep;
+    PointArray<Executor, R> x, arrival;  // and parts of means
+    PointArray<Executor, R> d;
+    PointArray<Executor, R> delta;
+    ScatteredArray<Executor, R> delta_rows;  // one of the two
+    Array<Executor, R> w;
+    Array<Executor, int> place, rank;  // of each mean; of each particle
+    Laid up, down;                     // down: from the next coarser level
+    Array<Executor, int> joined, parts;
+    bool columns;
+
+    Own(const Executor& executor, const Level& level, const MeanParts& means, bool in_columns, int threads)
+        : sweep(executor, level.model, threads),
+          d(level.model.x.size()),
+          up(means.plan),
+          parts(means.begin),
+          columns(in_columns) {
+      const std::size_t n = level.particle.size();
+      std::vector<Vec3> places = level.model.x;
+      std::vector<int> all = level.particle, ranks(n), at;
+      for (int part = means.begin.front(); part < means.begin.back(); ++part) all.push_back(part), places.push_back({});
+      for (std::size_t i = 0; i < n; ++i) ranks[level.particle[i]] = static_cast<int>(i);
+      for (const int mean : means.mean) at.push_back(level.particle[mean]);
+      std::vector<R> inverse(level.model.w.begin(), level.model.w.end());
+      inverse.resize(n + kSlotPack);  // a pack that starts at the last particle stays inside
+      x = PointArray<Executor, R>(places), arrival = PointArray<Executor, R>(places.size());
+      if (columns)
+        delta = PointArray<Executor, R>(n);
+      else
+        delta_rows = ScatteredArray<Executor, R>(n);
+      w = Array<Executor, R>(inverse);
+      place = Array<Executor, int>(all), rank = Array<Executor, int>(ranks), joined = Array<Executor, int>(at);
+    }
+    Displaced<R> arrives() const { return {x.points(), arrival.points(), {}}; }
+    std::size_t bytes() const {
+      std::size_t sum = x.bytes() + arrival.bytes() + d.bytes() + delta.bytes() + delta_rows.bytes() + w.bytes() +
+                        place.bytes() + rank.bytes() + up.bytes() + down.bytes() + joined.bytes() + parts.bytes() +
+                        sweep.facts().bytes;
+      for (const SetFacts& set : sweep.set_facts()) sum += set.bytes;
+      return sum;
+    }
+  };
+
+  static MeansOf<R> of(const Laid& down, const Own& level) {
+    if (!level.columns) return {down.view(), {}, {level.delta_rows.points().of, nullptr}};
+    const Points<R> delta = level.delta.points();
+    return {down.view(), Columns<R>{delta.x, delta.y, delta.z, nullptr, nullptr, nullptr, nullptr}, {}};
+  }
+
+  static UpTo<R> up(const Own& level) {
+    return {level.up.view(), level.place.data(), level.x.points(), level.arrival.points(), {}};
+  }
+
+  template <class Team, class Finer>
+  static void restrict_to(const Team& team, const Finer& finer, const Foreseen<R>& particles, const Own& level) {
+    Restrict<R> visit{nullptr, nullptr, particles, up(level)};
+    finer.visit_once(team, visit);
+    join_parts(team, level);
+  }
+  template <class Team>
+  static void join_parts(const Team& team, const Own& level) {
+    const AddParts<R> add{level.joined.data(), level.parts.data(), level.x.points(), level.arrival.points()};
+    parallel_pieces(team, static_cast<int>(level.joined.size()), kPiece, add);
+  }
+
+  Array<Executor, int> islands_;
+  PointArray<Executor, R> origins_;  // of each, in a step
+  std::deque<Own> levels_;
+  mutable std::vector<double> seconds_;  // of each
+  Laid down_, before_;                   // before_: what follows before the visits, where down_ is of those
+};
+
+}  // namespace malha

@@ -1,0 +1,12 @@
+// The launches of Visit: they hold every constraint's kernels, so that they are compiled in one place a precision.
+#pragma once
+#include "kernels/multilevel/solve_coarse_patch.h"
+#include "kernels/patch/solve_patch.h"
+
+namespace malha {
+
+/// Visits the patches begin .. end - 1: by Serial or a Team, a Visit or a CoarseVisit of either precision.
+template <class Executor, class AnyVisit>
+void visit_patches(const Executor& executor, const AnyVisit& visit, int begin, int end, const FastMemory& memory);
+
+}  // namespace malha

@@ -1,0 +1,267 @@
+// The constraints of a model in the executor's memory, and sweeps over them there and back, phase by phase.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "host/base/array.h"
+#include "host/base/launch_graph.h"
+#include "host/base/stopwatch.h"
+#include "host/measure/solver_stats.h"
+#include "host/patch/patch_plan.h"
+#include "host/patch/solve_patches.h"
+#include "host/projection/rest_values.h"
+#include "host/projection/stiffness.h"
+#include "kernels/projection/rest.h"
+
+namespace malha {
+
+template <class Executor, class R, class Kinds = ConstraintKinds>
+class Sweep {
+ public:
+  Sweep(const Executor& executor, const Model& model, int threads) : executor_(executor) {
+    PatchPlan plan;
+    facts_.plan_seconds = seconds([&] { plan = plan_patches(model, threads); });
+    patches_ = Array<Executor, Patch>(plan.patches);
+    segments_ = Array<Executor, Segment>(plan.segments);
+    phase_begin_ = plan.phase_begin;
+    order_ = visits_of(plan.phases());
+    width_ = plan.width();
+    std::vector<SetView<R>> views;
+    sets_.resize(model.sets.size());
+    for (std::size_t s = 0; s < sets_.size(); ++s) views.push_back(lay_out(model, static_cast<int>(s), plan, sets_[s]));
+    batches_ = Array<Executor, Batch>(plan.batches);
+    views_ = Array<Executor, SetView<R>>(views);
+    lost_ = Array<Executor, int>(plan.patches.size(), 0);
+    // Whole cache lines, and the memories of two threads never in the same set of a cache.
+    const std::size_t numbers =
+        kLocalNumbers * std::size_t(plan.most_slots) + (remembers(Kinds{}) ? plan.most_constraints : 0);
+    memory_bytes_ = (numbers * sizeof(R) / 128 + 1) * 128 + 64;
+    memory_ = Array<Executor, char>(memory_bytes_ * threads, 0);
+    prefetches_ = model.x.size() * 10 * sizeof(R) > kCache;
+    note_facts(model, plan);
+  }
+
+  /// Runs work(team) on the threads that the patches can keep busy, with many sweeps in it.
+  template <class Work>
+  void region(const Work& work) const {
+    parallel_region(executor_, width_, work);
+  }
+
+  /// The same, with launches that hang on key() alone.
+  template <class Key, class Work>
+  void region(Recording<Executor>& recording, const Key& key, const Work& work) const {
+    repeated_region(executor_, width_, recording, key, work);
+  }
+
+  /// What visits of any kind need to know of the patches.
+  template <class Visit>
+  void fill(Visit& visit) const {
+    visit.patches = patches_.data(), visit.segments = segments_.data(), visit.batches = batches_.data();
+    visit.sets = views_.data(), visit.prefetches = prefetches_;
+  }
+
+  /// Visits every patch once, in any order.
+  template <class Team, class Visit>
+  void visit_once(const Team& team, Visit& visit) const {
+    visit.patches = patches_.data(), visit.segments = segments_.data();
+    parallel_groups(team, 0, static_cast<int>(patches_.size()), {memory_.data(), memory_bytes_}, visit);
+  }
+
+  /// That neither predicts nor updates.
+  Visit<R> visit(const Particles<R>& particles, double h, const Vector3<R>& gravity) const {
+    Visit<R> visit{};
+    fill(visit);
+    visit.particles = particles;
+    visit.dt = R(h), visit.per_dt = R(1 / h), visit.gravity = gravity;
+    visit.lost = lost_.data();
+    return visit;
+  }
+
+  /// Every constraint there and back.
+  template <class Team, class Visit>
+  void operator()(const Team& team, const Visit& visit) const {
+    visit_first(team, visit), visit_others(team, visit);
+  }
+  /// The first visits, of which each is to patches of one phase, and the others.
+  template <class Team, class Visit>
+  void visit_first(const Team& team, const Visit& visit) const {
+    visit_in_order(team, visit, 0, 1);
+  }
+  template <class Team, class Visit>
+  void visit_others(const Team& team, const Visit& visit) const {
+    visit_in_order(team, visit, 1, order_.size());
+  }
+
+  /// Of the particles without a finite position x in the patches that were the first to lose one: that with the lowest
+  /// number of the user's; -1: none.
+  int first_lost(const std::vector<Vec3>& x, const std::vector<int>& user_of) const {
+    const std::vector<int> lost = lost_.download();
+    int substep = 0, found = -1;
+    for (const int when : lost)
+      if (when > 0 && (substep == 0 || when < substep)) substep = when;
+    if (substep == 0) return -1;
+    const std::vector<Patch> patches = patches_.download();
+    const std::vector<Segment> segments = segments_.download();
+    for (std::size_t k = 0; k < patches.size(); ++k) {
+      if (lost[k] != substep) continue;
+      for (int s = patches[k].segment; s < patches[k].segment + patches[k].segments; ++s)
+        for (int i = segments[s].global; i < segments[s].global + segments[s].count; ++i) {
+          const R sum = R(x[i][0]) + R(x[i][1]) + R(x[i][2]);  // as the visits see it: finite numbers may overflow
+          if (!std::isfinite(sum) && (found < 0 || user_of[i] < found)) found = user_of[i];
+        }
+    }
+    return found;
+  }
+  bool lost() const {
+    const std::vector<int> lost = lost_.download();
+    return std::any_of(lost.begin(), lost.end(), [](int substep) { return substep > 0; });
+  }
+
+  void forget_lost() { lost_.upload(std::vector<int>(lost_.size(), 0)); }
+
+  /// Memory for visits that watch speeds.
+  void make_watch() { fast_ = Array<Executor, int>(2 * patches_.size(), 0); }
+  void start_watch() { Memory<Executor>::fill(fast_.data(), fast_.size(), 0); }
+  /// The visit, of a substep counted from 1, notes who is faster than `speed` (m/s).
+  void watch(double speed, Visit<R>& visit) const {
+    visit.most_speed2 = R(speed) * R(speed);
+    visit.fast = noted_in(visit.substep);
+  }
+  bool noted(int substep) const { return Memory<Executor>::has(noted_in(substep), patches_.size(), substep); }
+
+  std::vector<Patch> patches() const { return patches_.download(); }
+  std::vector<Segment> segments() const { return segments_.download(); }
+  int width() const { return width_; }
+
+  const PatchFacts& facts() const { return facts_; }
+  const std::vector<SetFacts>& set_facts() const { return set_facts_; }
+
+ private:
+  template <class Team, class Visit>
+  void visit_in_order(const Team& team, Visit visit, std::size_t begin, std::size_t end) const {
+    for (std::size_t k = begin; k < end && k < order_.size(); ++k) {
+      visit.there = order_[k].there, visit.back = order_[k].back;
+      visit_patches(team, visit, phase_begin_[order_[k].phase], phase_begin_[order_[k].phase + 1],
+                    {memory_.data(), memory_bytes_});
+    }
+  }
+
+  /// Substeps take turns: what one has noted is read while the next one goes on.
+  int* noted_in(int substep) const { return fast_.data() + (substep % 2) * patches_.size(); }
+
+  static constexpr std::size_t kCache = 1 << 20;  // bytes; cores have caches of 0.25 to 2 MiB of their own
+  struct Set {
+    Array<Executor, LocalIndex> index[kMostParticles];
+    Array<Executor, R> rest, common, lambda;
+    Array<Executor, unsigned short> held;
+    std::size_t bytes() const {
+      std::size_t sum = rest.bytes() + common.bytes() + held.bytes() + lambda.bytes();
+      for (const auto& of : index) sum += of.bytes();
+      return sum;
+    }
+  };
+
+  SetView<R> lay_out(const Model& model, int s, PatchPlan& patches, Set& own) const {
+    const ConstraintSet& set = model.sets[s];
+    const SetPlan& plan = patches.sets[s];
+    const SolverSpec& solver = model.scene.solver;
+    const double h = solver.dt / solver.substeps;
+    SetView<R> view{};
+    std::size_t multipliers = 1;
+    with_kind(
+        set.type,
+        [&]<class Kind>(Kind) {
+          view.kind = number_of<Kind>(Kinds{});
+          multipliers = malha::multipliers<Kind>();
+          view.update = update_of<Kind>(set, solver.iterations);
+          view.numbers = rest_numbers<Kind>(view.update);
+          RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.numbers, s, patches.batches);
+          own.rest = Array<Executor, R>(rest.each), own.common = Array<Executor, R>(rest.common);
+          own.held = Array<Executor, unsigned short>(rest.held);
+        },
+        Kinds{});
+    for (int j = 0; j < set.arity; ++j) {
+      own.index[j] = Array<Executor, LocalIndex>(scaled(plan.index[j]));
+      view.index[j] = own.index[j].data();
+    }
+    if (view.update != Update::Stiff) own.lambda = Array<Executor, R>(plan.constraint.size() * multipliers, R(0));
+    view.rest = own.rest.data(), view.common = own.common.data(), view.held = own.held.data();
+    view.lambda = own.lambda.data();
+    view.stiffness = R(stiffness_per_projection(set.stiffness, solver, kThereAndBack));
+    view.compliance = R(set.compliance.value_or(0) / (h * h));
+    // With more iterations than substeps, a long substep's heavy loads are met sooner along gradients where particles
+    // are.
+    view.from_start = solver.iterations <= solver.substeps, view.carries = solver.iterations > 1;
+    return view;
+  }
+
+  static std::vector<LocalIndex> scaled(std::vector<LocalIndex> index) {
+    for (LocalIndex& i : index) i = static_cast<LocalIndex>(i * kIndexScale<R>);
+    return index;
+  }
+
+  /// One of those that a Visit knows of the kind.
+  template <class Kind>
+  static Update update_of(const ConstraintSet& set, int iterations) {
+    if (!Kind::strength.free) return takes_material<Kind>() ? Update::Material : Update::Compliant;
+    if (!set.softness.empty()) return Update::Material;
+    // With several iterations each must know what the others have applied (kTaut, kernels/projection/direction.h): a
+    // compliance of 0 is the same as a stiffness of 1. Coarse constraints are swept once in a substep, whatever the
+    // iterations.
+    const bool hard = iterations > 1 && !remembers(KindList<Kind>{}) && set.stiffness == 1;
+    return set.compliance || hard ? Update::Compliant : Update::Stiff;
+  }
+
+  /// In double whatever R is: rounded once.
+  template <class Kind>
+  std::vector<R> rest_by_slot(const Model& model, const ConstraintSet& set, const SetPlan& plan) const {
+    const std::size_t numbers = rest_numbers<Kind>(update_of<Kind>(set, model.scene.solver.iterations));
+    std::vector<R> rest(plan.constraint.size() * numbers, std::numeric_limits<R>::quiet_NaN());
+    const auto measure = [&](int slot) {
+      const int c = plan.constraint[slot];
+      if (c < 0) return;
+      double own[Kind::numbers];
+      if constexpr (remembers(KindList<Kind>()))
+        own[0] = set.rest[c];
+      else
+        rest_values<Kind>(model.x.data(), &set.particles[std::size_t(c) * set.arity], set.parameter, own);
+      R* to = &rest[slot * numbers];
+      std::copy(own, own + Kind::numbers, to);
+      if (int(numbers) > Kind::numbers) to[Kind::numbers] = R(set.softness.empty() ? 1 : set.softness[c]);
+    };
+    parallel_for(on_host(executor_), static_cast<int>(plan.constraint.size()), measure);
+    return rest;
+  }
+
+  void note_facts(const Model& model, const PatchPlan& plan) {
+    facts_.patches = static_cast<int>(plan.patches.size()), facts_.phases = plan.phases();
+    facts_.columns = plan.columns, facts_.shared = plan.shared, facts_.most_slots = plan.most_slots;
+    facts_.memory_bytes = memory_bytes_;
+    facts_.bytes = plan.bytes() + phase_begin_.size() * sizeof(int) + views_.bytes() + lost_.bytes() + memory_.bytes();
+    for (std::size_t s = 0; s < sets_.size(); ++s) {
+      const ConstraintSet& set = model.sets[s];
+      set_facts_.push_back({set.type, set.count(), plan.sets[s].in_runs, plan.sets[s].most_batches, sets_[s].bytes()});
+    }
+  }
+
+  Executor executor_;
+  Array<Executor, Patch> patches_;
+  Array<Executor, Segment> segments_;
+  Array<Executor, Batch> batches_;
+  Array<Executor, SetView<R>> views_;
+  std::vector<Set> sets_;
+  Array<Executor, int> lost_, fast_;
+  Array<Executor, char> memory_;
+  std::size_t memory_bytes_ = 0;
+  std::vector<int> phase_begin_;
+  std::vector<PhaseVisit> order_;
+  int width_ = 1;
+  bool prefetches_ = false;
+  PatchFacts facts_;
+  std::vector<SetFacts> set_facts_;
+};
+
+}  // namespace malha

@@ -1,0 +1,59 @@
+// The rest values of a set as its batches read them: once a batch where they are all alike.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "kernels/projection/patch.h"
+
+namespace malha {
+
+template <class R>
+struct RestValues {
+  std::vector<R> each, common;
+  std::vector<unsigned short> held;
+
+  /// `by_slot`: of set `set`, `numbers` a slot, NaN for padding. Notes in its batches where they find theirs.
+  RestValues(const std::vector<R>& by_slot, int numbers, int set, std::vector<Batch>& batches) : numbers_(numbers) {
+    for (Batch& batch : batches)
+      if (batch.set == set) add(by_slot.data() + std::size_t(batch.slot) * numbers, batch);
+  }
+
+ private:
+  void add(const R* rest, Batch& batch) {
+    const int words = (batch.count + kSlotPack - 1) / kSlotPack;
+    batch.alike = batch.run && all_alike(rest, batch.count);
+    batch.rests = static_cast<int>(batch.alike ? held.size() : each.size());
+    if (batch.alike) {
+      batch.common = static_cast<int>(common.size());
+      common.insert(common.end(), rest, rest + numbers_);
+    }
+    for (int word = 0; word < words; ++word) {
+      const R* of = rest + word * kSlotPack * numbers_;
+      if (batch.alike)
+        held.push_back(bits(of));
+      else
+        for (int k = 0; k < numbers_; ++k)
+          for (int i = 0; i < kSlotPack; ++i) each.push_back(of[i * numbers_ + k]);
+    }
+  }
+
+  unsigned short bits(const R* of) const {
+    unsigned set = 0;
+    for (int i = 0; i < kSlotPack; ++i) set |= unsigned(!std::isnan(of[i * numbers_])) << i;
+    return static_cast<unsigned short>(set);
+  }
+
+  /// A run does not begin with padding.
+  bool all_alike(const R* rest, int count) const {
+    for (int i = 1; i < count; ++i) {
+      const R* of = rest + i * numbers_;
+      if (!std::isnan(of[0]) && !std::equal(of, of + numbers_, rest)) return false;
+    }
+    return true;
+  }
+
+  int numbers_;
+};
+
+}  // namespace malha

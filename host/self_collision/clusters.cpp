@@ -1,0 +1,129 @@
+#include "host/self_collision/clusters.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <span>
+
+#include "host/mesh/bounding_box.h"
+
+namespace malha {
+
+namespace {
+
+constexpr int kUnitPoints = 128, kFew = 4;
+
+/// Cuts the list in two, along the longest side of what it spans, again and again: whole units, whole leaves, and
+/// fours, so that the edges and triangles of a leaf lie together too.
+void bisect(const std::vector<Vec3>& x, std::vector<int>::iterator begin, std::vector<int>::iterator end) {
+  const auto count = static_cast<int>(end - begin);
+  if (count <= kFew) return std::sort(begin, end);
+  const int axis = longest_side(bounds_of(x, std::span(begin, end)));
+  const int whole = count > kUnitPoints ? kUnitPoints : count > kBranch ? kBranch : kFew;
+  const auto middle = begin + (count / 2 + whole - 1) / whole * whole;
+  const auto before = [&](int a, int b) { return x[a][axis] != x[b][axis] ? x[a][axis] < x[b][axis] : a < b; };
+  std::nth_element(begin, middle, end, before);
+  bisect(x, begin, middle);
+  bisect(x, middle, end);
+}
+
+/// All particles with a simplex: those of large bodies body by body, because bodies part.
+std::vector<int> ordered_points(const SelfSurface& surface, const std::vector<Vec3>& x) {
+  std::map<int, std::vector<int>> of_body;
+  for (const Simplex& s : surface.simplices)
+    for (int k = 0; k < 3; ++k)
+      if (s.owns_corner(k)) of_body[surface.body[s.corner[k]]].push_back(s.corner[k]);
+  std::vector<int> all, small;
+  for (auto& [body, points] : of_body) {
+    if (static_cast<int>(points.size()) < kUnitPoints) {
+      small.insert(small.end(), points.begin(), points.end());
+      continue;
+    }
+    bisect(x, points.begin(), points.end());
+    all.insert(all.end(), points.begin(), points.end());
+  }
+  bisect(x, small.begin(), small.end());
+  all.insert(all.end(), small.begin(), small.end());
+  return all;
+}
+
+/// An item and the lowest ranks of its particles, by which it has its place.
+template <int n>
+struct Ranked {
+  std::array<int, n> rank, particle;
+  bool bare;
+  bool operator<(const Ranked& o) const { return rank < o.rank; }
+};
+template <int n>
+Ranked<n> ranked(const std::array<int, n>& particle, const std::vector<int>& rank, bool bare = false) {
+  Ranked<n> item{{}, particle, bare};
+  for (int k = 0; k < n; ++k) item.rank[k] = rank[particle[k]];
+  std::sort(item.rank.begin(), item.rank.end());
+  return item;
+}
+
+std::array<int, 2> ends_in_order(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
+
+/// Lays out the sorted items unit by unit.
+template <int n, class Add>
+std::vector<int> laid_out(const std::vector<Ranked<n>>& items, int units, const Add& add) {
+  std::vector<int> begin{0};
+  std::size_t next = 0;
+  for (int u = 0; u < units; ++u) {
+    int count = begin.back();
+    for (; next < items.size() && items[next].rank[0] / kUnitPoints == u; ++next, ++count) add(&items[next]);
+    for (; count % kBranch != 0; ++count) add(nullptr);
+    begin.push_back(count);
+  }
+  return begin;
+}
+
+}  // namespace
+
+UnitPlan plan_units(const SelfSurface& surface, const std::vector<Vec3>& x) {
+  const std::vector<int> points = ordered_points(surface, x);
+  std::vector<int> rank(x.size(), -1);
+  std::vector<Ranked<1>> of_points;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    rank[points[k]] = static_cast<int>(k);
+    of_points.push_back({{static_cast<int>(k)}, {points[k]}, false});
+  }
+  std::vector<Ranked<3>> triangles;
+  std::vector<Ranked<2>> edges;
+  std::vector<std::array<int, 2>> with_triangle;
+  for (const Simplex& s : surface.simplices)
+    if (s.is_face()) triangles.push_back(ranked<3>({s.corner[0], s.corner[1], s.corner[2]}, rank));
+  for (const Simplex& s : surface.simplices)
+    for (int k = 0; k < 3; ++k) {
+      if (s.from(k) == s.to(k)) continue;
+      if (s.owns_edge(k)) edges.push_back(ranked<2>({s.from(k), s.to(k)}, rank));
+      if (s.is_face()) with_triangle.push_back(ends_in_order(s.from(k), s.to(k)));
+    }
+  std::sort(with_triangle.begin(), with_triangle.end());
+  for (auto& edge : edges) {
+    const std::array<int, 2> ends = ends_in_order(edge.particle[0], edge.particle[1]);
+    edge.bare = !std::binary_search(with_triangle.begin(), with_triangle.end(), ends);
+  }
+  std::sort(triangles.begin(), triangles.end());
+  std::sort(edges.begin(), edges.end());
+
+  UnitPlan plan;
+  plan.units = (static_cast<int>(points.size()) + kUnitPoints - 1) / kUnitPoints;
+  plan.begin[kPoints] =
+      laid_out(of_points, plan.units, [&](const Ranked<1>* at) { plan.point.push_back(at ? at->particle[0] : -1); });
+  plan.begin[kTriangles] = laid_out(triangles, plan.units, [&](const Ranked<3>* at) {
+    for (int k = 0; k < 3; ++k) plan.corner[k].push_back(at ? at->particle[k] : -1);
+  });
+  plan.begin[kEdges] = laid_out(edges, plan.units, [&](const Ranked<2>* at) {
+    for (int k = 0; k < 2; ++k) plan.end[k].push_back(at ? at->particle[k] : -1);
+    plan.bare.push_back(at && at->bare);
+  });
+  plan.level = {0}, plan.nodes = {plan.units};
+  while (plan.nodes.back() > kBranch) {
+    plan.level.push_back(plan.level.back() + (plan.nodes.back() + kBranch - 1) / kBranch * kBranch);
+    plan.nodes.push_back((plan.nodes.back() + kBranch - 1) / kBranch);
+  }
+  return plan;
+}
+
+}  // namespace malha

@@ -1,0 +1,7 @@
+#include "host/self_collision/self_collider.h"
+
+namespace malha {
+
+template class SelfCollider<OpenMP, float>;
+
+}  // namespace malha

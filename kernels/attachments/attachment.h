@@ -1,0 +1,86 @@
+// Particles that follow a rigid motion, and springs from particles to points that do.
+#pragma once
+#include "kernels/attachments/pose.h"
+#include "kernels/parallel/reductions.h"
+#include "kernels/simd/particles.h"
+
+namespace malha {
+
+/// Pinned particles go to where they are at the end of a substep, and have no velocity until they are there.
+template <class R>
+struct Place {
+  Particles<R> particles;
+  const int* list;
+  const Vector3<double>* start;  // m, in the frame of the pose
+  Pose end;
+  KERNEL void operator()(int k) const {
+    const int i = list[k];
+    particles.p.d.set(i, rounded<R>(to_world(end, start[k]) - particles.p.start(i)));
+    particles.v.set(list[k], {R(0), R(0), R(0)});
+  }
+};
+
+/// There, with the velocity with which they came.
+template <class R>
+struct Arrive {
+  Particles<R> particles;
+  const int* list;
+  const Vector3<double>* start;
+  Pose before, end;
+  double per_dt;  // 1/s
+  KERNEL void operator()(int k) const {
+    particles.p.put(list[k], to_world(end, start[k]));
+    particles.v.set(list[k], rounded<R>((to_world(end, start[k]) - to_world(before, start[k])) * per_dt));
+  }
+};
+
+/// Holds (w = 0) or lets go.
+template <class R>
+struct SetInverseMass {
+  R* w;
+  const int* list;
+  const R* free;  // 1/kg, of each of the list; null: 0
+  KERNEL void operator()(int k) const { w[list[k]] = free ? free[k] : R(0); }
+};
+
+/// C = p - a, a vector: three constraints whose gradients never vanish and never turn, so that the spring is exactly
+/// linear and rest length 0 needs no care (XPBD, Macklin et al. 2016; energy |C|^2 / (2 alpha)).
+template <class R>
+struct Attach {
+  Displaced<R> p;
+  const R* w;
+  const int* list;
+  const Vector3<double>* anchor;  // m, in the frame of the pose
+  Pose pose;
+  Vector3<R>* lambda;  // null: nothing is to be remembered
+  R share;             // k' of PBD
+  R compliance;        // alpha~ = alpha / dt^2; 0 with PBD
+  bool fresh;          // first iteration of a substep: lambda is 0
+  KERNEL void operator()(int k) const {
+    const int i = list[k];
+    if (!(w[i] > R(0))) return;
+    const Vector3<R> C = rounded<R>(p.exact(i) - to_world(pose, anchor[k]));
+    const Vector3<R> total = lambda && !fresh ? lambda[k] : Vector3<R>{R(0), R(0), R(0)};
+    const R per = share / (w[i] + compliance);
+    const Vector3<R> change{(-C.x - compliance * total.x) * per, (-C.y - compliance * total.y) * per,
+                            (-C.z - compliance * total.z) * per};
+    if (lambda) lambda[k] = total + change;
+    p.add(i, change * w[i]);
+  }
+};
+
+/// |C|^2, m^2.
+template <class R>
+struct MeasureAttachment {
+  Points<R> x;
+  const int* list;
+  const Vector3<double>* anchor;
+  Pose pose;
+  KERNEL Sum operator()(int k) const {
+    const Vector3<R> q = x[list[k]];
+    const Vector3<double> C = in_double(q) - to_world(pose, anchor[k]);
+    return {dot(C, C)};
+  }
+};
+
+}  // namespace malha

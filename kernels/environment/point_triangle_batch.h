@@ -1,0 +1,84 @@
+// The nearest triangles of many points at once, each by a list of its own: pairs of a point and a triangle fill packs,
+// so that short lists leave no lane empty, and memory is asked for ahead.
+#pragma once
+#include "kernels/environment/feature_cache.h"
+#include "kernels/parallel/compute.h"
+
+namespace malha {
+
+template <class Isa>
+class NearPairs {
+ public:
+  static constexpr int kPoints = 64, kPairs = 256;  // at most: what they need stays in the first cache
+
+  KERNEL NearPairs(const NearMesh& mesh) : mesh_(mesh) {}
+
+  KERNEL bool has_room(int listed) const { return points_ < kPoints && pairs_ + listed <= kPairs; }
+
+  /// `list`: at most kMostListed triangles, ascending.
+  KERNEL void add(const Vector3<double>& p, const int* list, int count) {
+    place_[points_] = {p.x, p.y, p.z, 0};
+    first_[points_] = pairs_;
+    for (int k = 0; k < count; ++k, ++pairs_) {
+      triangle_[pairs_] = list[k], point_[pairs_] = kIndexScale<double> * points_;
+      prefetch(mesh_.triangles + list[k]);
+    }
+    first_[++points_] = pairs_;
+  }
+
+  /// All distances. The last pair again where a pack has more lanes.
+  KERNEL void measure() {
+    if (pairs_ == 0) return;
+    for (int k = pairs_; k < pairs_ + lanes - 1; ++k)
+      triangle_[k] = triangle_[pairs_ - 1], point_[k] = point_[pairs_ - 1];
+    for (int k = 0; k < pairs_; ++k) {
+      const int* corner = mesh_.triangles[triangle_[k]];
+      for (int c = 0; c < 3; ++c) prefetch(mesh_.corners + corner[c]);
+    }
+    for (int k = 0; k < pairs_; k += lanes) {
+      Vector3<S> p;
+      S w;
+      gather_rows(place_, point_ + k, p, w);
+      const NearestPoint<S> near = nearest_of_listed(mesh_, p, triangle_ + k, lanes);
+      const Vector3<S> d = p - near.q;
+      store(dot(d, d), d2_ + k), store(near.q.x, x_ + k), store(near.q.y, y_ + k), store(near.q.z, z_ + k);
+      store(near.feature, feature_ + k);
+    }
+  }
+
+  /// Of the point that was added as the `which`th: of several triangles that are equally near the lowest.
+  KERNEL NearTriangle nearest(int which) const {
+    return nearest_of(triangle_, d2_, x_, y_, z_, feature_, first_[which], first_[which + 1], least_of(which));
+  }
+
+  /// How far (m) a point may go from this one, and its nearest feature is still the same; below 0: not at all. `wall`:
+  /// how far the list holds; `error`: of a computed distance.
+  KERNEL double holds_within(int which, const NearTriangle& near, double wall, double error) const {
+    const HoldsWithin holds(mesh_, place_[which].xyz(), near, error);
+    double radius = wall - error;
+    for (int k = first_[which]; k < first_[which + 1] && radius > 0; ++k) {
+      const double margin = holds.of(triangle_[k], {x_[k], y_[k], z_[k]}, d2_[k], radius);
+      if (!(margin >= radius)) radius = margin > 0 ? margin : -1;
+    }
+    return radius;
+  }
+
+ private:
+  using S = Lane<double, Isa>;
+  static constexpr int lanes = kLanes<double, Isa>;
+
+  KERNEL double least_of(int which) const {
+    double least = INFINITY;
+    for (int k = first_[which]; k < first_[which + 1]; ++k) least = d2_[k] < least ? d2_[k] : least;
+    return least;
+  }
+
+  NearMesh mesh_;
+  int points_ = 0, pairs_ = 0;
+  int first_[kPoints + 1];
+  alignas(64) Vec4<double> place_[kPoints];
+  int triangle_[kPairs + lanes], point_[kPairs + lanes];
+  double d2_[kPairs + lanes], x_[kPairs + lanes], y_[kPairs + lanes], z_[kPairs + lanes], feature_[kPairs + lanes];
+};
+
+}  // namespace malha

@@ -1,0 +1,190 @@
+// The product S F with S dense and symmetric, for three right-hand sides at once. Each number of S is stored and read
+// once, and serves its row and its column.
+// Rows go by blocks of 16. Left of the diagonal a block is four panels of four rows, 16 columns after 16; the 16 x 16
+// on the diagonal is whole. Right-hand sides and sums are 16 x, 16 y, 16 z a block.
+#pragma once
+#include "kernels/filter/filter_io.h"
+#include "kernels/simd/tile.h"
+
+namespace malha {
+
+inline constexpr int kDenseRows = 16;
+/// S is asked for this far ahead, bytes. (Without, one thread reads from memory half as fast: 11 instead of 27 GB/s.)
+inline constexpr int kDenseAhead = 8192;
+/// Numbers of a block of right-hand sides.
+inline constexpr int kDenseSides = 3 * kDenseRows;
+
+/// Numbers of S before the block of rows `b`.
+KERNEL long long dense_numbers(long long b) { return kDenseRows * kDenseRows * (b * (b + 1) / 2); }
+
+/// Blocks of rows of one body, worked on together: their sums are their own.
+struct DenseChunk {
+  int begin, end;  // blocks of rows
+  long long at;    // of the body's numbers of S
+  int x;           // block of the body's first right-hand sides
+  int y;           // block of its first sum: one for every block of rows before `end`
+};
+
+/// A block of rows of the result: which chunks have sums of it.
+struct DenseRow {
+  int chunk, chunks;
+  int b;  // in the body
+};
+
+/// V: what S is stored as; T: what it is computed with.
+template <class V, class T>
+struct DenseView {
+  const DenseChunk* chunks;
+  const DenseRow* rows;
+  const V* values;
+  const int* particle;  // of each row; -1: padding
+  const T* scale;       // of each row, where V are integers: S_ij = scale_i scale_j value; else none
+  T *x, *y;
+};
+
+/// Numbers of fast memory that a block of threads needs for the sums of a panel.
+inline constexpr int kDenseSums = 4 * kDenseSides;
+
+/// y = S x over a chunk.
+template <class V, class T>
+struct MultiplyDense {
+  using Shared = void;
+  DenseView<V, T> view;
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const DenseChunk chunk = view.chunks[group.index];
+    const T* x = view.x + static_cast<long long>(kDenseSides) * chunk.x;
+    T* y = view.y + static_cast<long long>(kDenseSides) * chunk.y;
+    group.for_each(kDenseSides * chunk.end, [&](int k) KERNEL_LAMBDA { y[k] = T(0); });
+    const V* values = view.values + chunk.at + dense_numbers(chunk.begin);
+    for (int b = chunk.begin; b < chunk.end; ++b) {
+      for (int q = 0; q < 4; ++q, values += 4 * kDenseRows * b) panel(group, values, x, y, b, q);
+      diagonal(group, values, x + kDenseSides * b, y + kDenseSides * b);
+      values += kDenseRows * kDenseRows;
+    }
+  }
+
+ private:
+  template <class Isa>
+  KERNEL static void panel(const Group<Isa>&, const V* values, const T* x, T* y, int b, int q) {
+    using Sixteen = Tile<T, Isa>;
+    Sixteen sum[4][3], own[4][3];
+    const int first = kDenseSides * b + 4 * q;
+    for (int r = 0; r < 4; ++r)
+      for (int k = 0; k < 3; ++k) {
+        sum[r][k] = Sixteen::zero();
+        own[r][k] = Sixteen::all(x[first + kDenseRows * k + r]);
+      }
+    for (int c = 0; c < b; ++c, values += 4 * kDenseRows, x += kDenseSides, y += kDenseSides) {
+      prefetch(reinterpret_cast<const char*>(values) + kDenseAhead, 4 * kDenseRows * int(sizeof(V)));
+      Sixteen s[4];
+      for (int r = 0; r < 4; ++r) s[r] = Sixteen::at(values + kDenseRows * r);
+      for (int k = 0; k < 3; ++k) {
+        const Sixteen other = Sixteen::at(x + kDenseRows * k);
+        Sixteen column = Sixteen::at(y + kDenseRows * k);
+        for (int r = 0; r < 4; ++r) {
+          sum[r][k].add(s[r], other);
+          column.add(s[r], own[r][k]);
+        }
+        column.put(y + kDenseRows * k);
+      }
+    }
+    for (int k = 0; k < 3; ++k) {
+      const Vec4<T> rows = Sixteen::sums(sum[0][k], sum[1][k], sum[2][k], sum[3][k]);
+      T* own_y = y + 4 * q + kDenseRows * k;
+      own_y[0] += rows.x, own_y[1] += rows.y, own_y[2] += rows.z, own_y[3] += rows.w;
+    }
+  }
+
+  template <class Isa>
+  KERNEL static void diagonal(const Group<Isa>&, const V* values, const T* x, T* y) {
+    using Sixteen = Tile<T, Isa>;
+    for (int k = 0; k < 3; ++k) {
+      Sixteen sum = Sixteen::at(y + kDenseRows * k);
+      for (int r = 0; r < kDenseRows; ++r)
+        sum.add(Sixteen::at(values + kDenseRows * r), Sixteen::all(x[kDenseRows * k + r]));
+      sum.put(y + kDenseRows * k);
+    }
+  }
+
+  /// A thread has one of the sixteen columns, of x, y or z.
+  template <class Threads>
+  KERNEL static void panel(const Block<Threads>& block, const V* values, const T* x, T* y, int b, int q) {
+    T* sums = static_cast<T*>(block.memory);
+    const int first = kDenseSides * b + 4 * q;
+    block.for_each(kDenseSides, [&](int l) KERNEL_LAMBDA {
+      const int column = l % kDenseRows;
+      T sum[4] = {}, own[4];
+      for (int r = 0; r < 4; ++r) own[r] = x[first + (l - column) + r];
+      for (int c = 0; c < b; ++c) {
+        const V* s = values + 4 * kDenseRows * c + column;
+        const T other = x[kDenseSides * c + l];
+        T all = y[kDenseSides * c + l];
+        for (int r = 0; r < 4; ++r) {
+          const T number = T(s[kDenseRows * r]);
+          sum[r] = sum[r] + number * other;
+          all = all + number * own[r];
+        }
+        y[kDenseSides * c + l] = all;
+      }
+      for (int r = 0; r < 4; ++r) sums[kDenseSides * r + l] = sum[r];
+    });
+    block.for_each(12, [&](int i) KERNEL_LAMBDA {
+      const int r = i % 4, k = i / 4;
+      const T* t = sums + kDenseSides * r + kDenseRows * k;
+      const auto sum = [&](int j) KERNEL_LAMBDA { return (t[j] + t[4 + j]) + (t[8 + j] + t[12 + j]); };  // as Tile's
+      y[first + kDenseRows * k + r] += (sum(0) + sum(1)) + (sum(2) + sum(3));
+    });
+  }
+
+  template <class Threads>
+  KERNEL static void diagonal(const Block<Threads>& block, const V* values, const T* x, T* y) {
+    block.for_each(kDenseSides, [&](int l) KERNEL_LAMBDA {
+      const int column = l % kDenseRows;
+      T sum = y[l];
+      for (int r = 0; r < kDenseRows; ++r) sum = sum + T(values[kDenseRows * r + column]) * x[l - column + r];
+      y[l] = sum;
+    });
+  }
+};
+
+/// Right-hand sides of a block of rows.
+template <class V, class T, class Ends>
+struct GatherDense {
+  DenseView<V, T> view;
+  Ends ends;
+  KERNEL void operator()(int b) const {
+    T* x = view.x + static_cast<long long>(kDenseSides) * b;
+    for (int r = 0; r < kDenseRows; ++r) {
+      const int particle = view.particle[kDenseRows * b + r];
+      const T scale = view.scale ? view.scale[kDenseRows * b + r] : T(1);
+      const Vec4<T> f = particle < 0 ? Vec4<T>{T(0), T(0), T(0), T(0)} : ends.template take<T>(particle);
+      x[r] = f.x * scale, x[kDenseRows + r] = f.y * scale, x[2 * kDenseRows + r] = f.z * scale;
+    }
+  }
+};
+
+/// The chunks' sums of a block of rows, in their order, and out to the particles.
+template <class V, class T, class Ends>
+struct SumDense {
+  DenseView<V, T> view;
+  Ends ends;
+  KERNEL void operator()(int b) const {
+    const DenseRow row = view.rows[b];
+    T sum[kDenseSides] = {};
+    for (int c = row.chunk; c < row.chunk + row.chunks; ++c) {
+      const T* y = view.y + static_cast<long long>(kDenseSides) * (view.chunks[c].y + row.b);
+      for (int k = 0; k < kDenseSides; ++k) sum[k] += y[k];
+    }
+    for (int r = 0; r < kDenseRows; ++r) {
+      const int particle = view.particle[kDenseRows * b + r];
+      const T scale = view.scale ? view.scale[kDenseRows * b + r] : T(1);
+      if (particle >= 0)
+        ends.give(particle,
+                  Vec4<T>{sum[r] * scale, sum[kDenseRows + r] * scale, sum[2 * kDenseRows + r] * scale, T(0)});
+    }
+  }
+};
+
+}  // namespace malha

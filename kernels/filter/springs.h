@@ -1,0 +1,189 @@
+// The spring forces of Desbrun's method (Desbrun, Schröder, Barr 1999, section 3), gathered by each particle from its
+// own springs: no two lanes write to the same place, and no colours are needed. A spring is evaluated at both of its
+// ends, to exactly opposite forces.
+#pragma once
+#include "kernels/forces/motion.h"
+#include "kernels/projection/stencil.h"
+
+namespace malha {
+
+/// Particles in packs of 16. A pack has as many slots as its particle with the most springs; those that a particle does
+/// not need lead to itself with no stiffness.
+template <class R>
+struct SpringView {
+  const int* begin;           // of each pack's slots, and one more
+  const int* other;           // 16 a slot: the particle at the other end, times kIndexScale
+  const R *stiffness, *rest;  // 16 a slot: N/m, m
+  const R* load;              // of each particle: its mass where the filter sees its weight, otherwise 0
+  Vector3<R> gravity;         // m/s^2
+};
+
+inline constexpr int kSpringPack = 16;
+
+/// x + dt v, and the positions, as rows.
+template <class R>
+struct SpringRows {
+  Particles<R> particles;
+  R dt;
+  Vec4<R>*now, *ahead;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> x = particles.x[i], z = predicted(x, particles.v[i], dt);
+    now[i] = {x.x, x.y, x.z, R(0)}, ahead[i] = {z.x, z.y, z.z, R(0)};
+  }
+};
+
+/// v += dt (a + g); d = dt v. The weight only where the filter does not see it. Pinned particles stay.
+template <class R>
+struct FilteredMotion {
+  Particles<R> particles;
+  Points<R> acceleration;
+  const R* load;
+  R dt;
+  Vector3<R> gravity;
+  KERNEL Vector3<R> velocity(int i) const {
+    const bool direct = particles.w[i] > R(0) && !(load[i] > R(0));
+    const Vector3<R> a = acceleration[i] + gravity * (direct ? R(1) : R(0));
+    return particles.v[i] + a * dt;
+  }
+  KERNEL void operator()(int i) const {
+    const Vector3<R> v = velocity(i);
+    particles.v.set(i, v);
+    particles.p.d.set(i, ahead(particles.w[i], v, particles.p.d[i], dt));
+  }
+};
+
+/// Where that would lead, as rows.
+template <class R>
+struct FilteredRows {
+  FilteredMotion<R> motion;
+  Vec4<R>* rows;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> p = predicted(motion.particles.x[i], motion.velocity(i), motion.dt);
+    rows[i] = {p.x, p.y, p.z, R(0)};
+  }
+};
+
+/// l / |d|; where the ends coincide they have no direction, and it is 0.
+template <class S>
+KERNEL S rest_over_length(const Vector3<S>& d, S l) {
+  using R = typename RealOf<S>::type;
+  const S zero(R(0)), length = root(dot(d, d));
+  return select(length > zero, l / select(length > zero, length, S(R(1))), zero);
+}
+
+/// The part of their weight that the filter sees.
+template <class S, class R>
+KERNEL Vector3<S> weight(const SpringView<R>& springs, int first) {
+  S m;
+  load(springs.load + first, m);
+  return Vector3<S>{S(springs.gravity.x), S(springs.gravity.y), S(springs.gravity.z)} * m;
+}
+
+/// F_i = sum_j -k ((z_i - z_j) - l u), u = (x_i - x_j) / |x_i - x_j|, z = x + dt v: the springs' pull and their
+/// artificial viscosity k dt (v_j - v_i); and the weight.
+template <class R>
+struct ExplicitForces {
+  SpringView<R> springs;
+  Vec4<R>*now, *ahead;
+  Points<R> force;
+
+  template <class S>
+  struct Own {
+    Vector3<S> x, z;
+  };
+  template <class S>
+  KERNEL Own<S> read(const int* index) const {
+    Own<S> own;
+    S none;
+    gather_rows(now, index, own.x, none);
+    gather_rows(ahead, index, own.z, none);
+    return own;
+  }
+  template <class S>
+  KERNEL static Vector3<S> pull(const Own<S>& a, const Own<S>& b, S k, S l) {
+    const Vector3<S> d = a.x - b.x;
+    return (d * rest_over_length(d, l) - (a.z - b.z)) * k;
+  }
+  template <class S>
+  KERNEL void finish(int first, const Vector3<S>& f) const {
+    store_points(force, first, f + weight<S>(springs, first));
+  }
+};
+
+/// What is missing from backward Euler at p (`rows`): weight - m a + sum_j -k (|d| - l) d / |d|, d = p_i - p_j. Of
+/// pinned particles anything.
+template <class R>
+struct MissingForces {
+  SpringView<R> springs;
+  Vec4<R>* rows;
+  Points<R> acceleration;
+  const R* mass;
+  Points<R> force;
+
+  template <class S>
+  KERNEL Vector3<S> read(const int* index) const {
+    Vector3<S> p;
+    S none;
+    gather_rows(rows, index, p, none);
+    return p;
+  }
+  template <class S>
+  KERNEL static Vector3<S> pull(const Vector3<S>& a, const Vector3<S>& b, S k, S l) {
+    const Vector3<S> d = a - b;
+    return d * ((rest_over_length(d, l) - S(R(1))) * k);
+  }
+  template <class S>
+  KERNEL void finish(int first, const Vector3<S>& f) const {
+    S m;
+    load(mass + first, m);
+    const Vector3<S> a = load_points<S>(acceleration, first);
+    store_points(force, first, f + weight<S>(springs, first) - a * m);
+  }
+};
+
+/// Sums the forces of packs of particles; `has_targets`: those of stencils, too, from rows that FindTargets has filled.
+template <class R, class Forces, bool has_targets>
+struct SumForces {
+  using Shared = void;
+  Forces forces;
+  PullView<R> pulls;
+  int packs, size;  // in all, and of a group
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    using S = Lane<R, typename Group::Isa>;
+    constexpr int lanes = kLanes<R, typename Group::Isa>, parts = kSpringPack / lanes;
+    const int begin = group.index * size, end = begin + size < packs ? begin + size : packs;
+    group.for_each((end - begin) * parts,
+                   [&](int i) KERNEL_LAMBDA { sum<S, lanes>(begin + i / parts, i % parts * lanes); });
+  }
+
+ private:
+  template <class S, int lanes>
+  KERNEL void sum(int pack, int part) const {
+    const SpringView<R>& springs = forces.springs;
+    const int first = kSpringPack * pack + part;
+    int self[lanes];
+    for (int i = 0; i < lanes; ++i) self[i] = (first + i) * kIndexScale<R>;
+    const auto own = forces.template read<S>(self);
+    const S zero(R(0));
+    Vector3<S> f{zero, zero, zero};
+    for (int slot = springs.begin[pack]; slot < springs.begin[pack + 1]; ++slot) {
+      const int at = kSpringPack * slot + part;
+      S k, l;
+      load(springs.stiffness + at, k), load(springs.rest + at, l);
+      f = f + Forces::pull(own, forces.template read<S>(springs.other + at), k, l);
+    }
+    if constexpr (has_targets)
+      for (int slot = pulls.begin[pack]; slot < pulls.begin[pack + 1]; ++slot) {
+        const int at = kSpringPack * slot + part;
+        Vector3<S> d;
+        S weight, none;
+        load(pulls.weight + at, weight);
+        gather_rows(pulls.rows, pulls.row + at, d, none);
+        f = f + d * weight;
+      }
+    forces.finish(first, f);
+  }
+};
+
+}  // namespace malha

@@ -1,0 +1,71 @@
+// The particle passes of a PBD step: external forces, prediction, and the new state (Müller et al. 2006, section 3.1).
+#pragma once
+#include "kernels/forces/motion.h"
+
+namespace malha {
+
+/// v += dt g; d = dt v. Pinned particles go as far as they were told to.
+template <class R>
+struct Predict {
+  Particles<R> particles;
+  R dt;
+  Vector3<R> gravity;  // m/s^2
+  KERNEL void operator()(int i) const {
+    const Vector3<R> v = accelerated(particles.v[i], particles.w[i], gravity, dt);
+    particles.v.set(i, v);
+    particles.p.d.set(i, ahead(particles.w[i], v, particles.p.d[i], dt));
+  }
+};
+
+/// Viscous drag towards the wind, b (u - v), implicit in v so that it is stable for any b: v = (v + h u) / (1 + h),
+/// h = dt w b.
+template <class R>
+struct Drag {
+  Particles<R> particles;
+  R dt, drag;       // s, N s/m
+  Vector3<R> wind;  // u, m/s
+  KERNEL void operator()(int i) const {
+    const R h = dt * drag * particles.w[i];
+    particles.v.set(i, (particles.v[i] + wind * h) * (R(1) / (R(1) + h)));
+  }
+};
+
+/// Particles are where they went, and have gone nowhere since.
+template <class R>
+struct ArriveAll {
+  Displaced<R> p;
+  KERNEL void operator()(int i) const { p.arrive(i), p.stay(i); }
+};
+
+/// A place near each body: that of its first particle.
+template <class R>
+struct TakeOrigins {
+  Points<R> x;
+  const int* first;
+  Points<R> origins;
+  KERNEL void operator()(int k) const { origins.set(k, x[first[k]]); }
+};
+
+/// The lowest index with a property; none: beyond every index.
+struct FirstIndex {
+  int index = 0x7fffffff;
+  KERNEL FirstIndex& operator+=(const FirstIndex& other) {
+    if (other.index < index) index = other.index;
+    return *this;
+  }
+};
+
+/// v = d / dt; x += d, where it stays. Returns the particle if it is no longer finite.
+template <class R>
+struct UpdateState {
+  Particles<R> particles;
+  R dt, per_dt;  // s, 1/s
+  KERNEL FirstIndex operator()(int i) const {
+    particles.v.set(i, changed(particles.v[i], particles.p.d[i], dt, per_dt));
+    particles.p.arrive(i), particles.p.stay(i);
+    const int finite = zero_if_finite(particles.x[i]) == R(0);
+    return {i | FirstIndex{}.index * finite};  // without a branch, so that the loop is vectorised
+  }
+};
+
+}  // namespace malha

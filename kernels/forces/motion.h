@@ -1,0 +1,40 @@
+// The motion of a particle over a substep, for one particle or a pack of them (Müller et al. 2006, section 3.1).
+#pragma once
+#include "kernels/simd/particles.h"
+
+namespace malha {
+
+/// v + dt g. Pinned particles (w = 0) stay at rest.
+template <class S>
+KERNEL Vector3<S> accelerated(const Vector3<S>& v, S w, const Vector3<S>& g, S dt) {
+  const S zero(typename RealOf<S>::type(0));
+  return v + g * select(w > zero, dt, zero);
+}
+
+/// x + dt v.
+template <class S>
+KERNEL Vector3<S> predicted(const Vector3<S>& x, const Vector3<S>& v, S dt) {
+  return x + v * dt;
+}
+
+/// d = dt v; of what is pinned the way that it is moved.
+template <class S>
+KERNEL Vector3<S> ahead(S w, const Vector3<S>& v, const Vector3<S>& moved, S dt) {
+  const auto pinned = w <= S(typename RealOf<S>::type(0));
+  return {select(pinned, moved.x, v.x * dt), select(pinned, moved.y, v.y * dt), select(pinned, moved.z, v.z * dt)};
+}
+
+/// v = d / dt of a particle that went d, from the velocity that this was predicted with: what constraints leave alone
+/// keeps its velocity to the bit, however many substeps there are.
+template <class S>
+KERNEL Vector3<S> changed(const Vector3<S>& v, const Vector3<S>& d, S dt, S per_dt) {
+  return v + (d - v * dt) * per_dt;
+}
+
+/// 0 if every coordinate is finite, otherwise NaN.
+template <class S>
+KERNEL S zero_if_finite(const Vector3<S>& a) {
+  return (a.x + a.y + a.z) * S(typename RealOf<S>::type(0));
+}
+
+}  // namespace malha

@@ -1,0 +1,236 @@
+// pressure: C = V - r V0 in m^3, V = sum over triangles of (p1 x p2) . p3 / 6 the enclosed volume, V0 that at rest,
+// over all the particles of a closed mesh at once (Müller et al. 2006, section 4.4, who leave out the 1/6; a compliance
+// in m^5/N needs it). -C / alpha is the pressure inside above that outside, Pa. Three reductions and one update, no
+// colouring. Positions are taken relative to one particle: on a closed mesh this changes nothing but the rounding.
+//
+// The gradient of a particle is a third of its faces' area, and grows with them. Where stiff edges are not resolved, a
+// particle whose faces are stretched is pushed out the more for it, which stretches them further: scans grew spikes of
+// hundreds of m/s. A particle is therefore pushed on no more than kMostStretched times the area that its faces have at
+// rest, at the size at which the body has its volume. What a clamped particle leaves is taken by the others, so that
+// the volume is met to first order all the same, and the momenta of the push that it lacks are given back to the body
+// as a rigid motion. Where nothing is clamped the bits are those of the plain projection.
+#pragma once
+#include "kernels/forces/angular_velocity.h"
+#include "kernels/parallel/reductions.h"
+#include "kernels/simd/particles.h"
+
+namespace malha {
+
+/// The largest ratio of the area that pressure acts on to the area at rest: lengths that double.
+inline constexpr double kMostStretched = 4;
+
+/// What a triangle adds to the enclosed volume, m^3.
+template <class At>
+struct EnclosedVolume {
+  At p;
+  const int* corners;  // three a triangle
+  int origin;          // a particle of the mesh
+  KERNEL Sum operator()(int t) const {
+    const auto a = p.between(corners[3 * t], origin), b = p.between(corners[3 * t + 1], origin);
+    return {double(dot(cross(a, b), p.between(corners[3 * t + 2], origin))) / 6};
+  }
+};
+
+/// Sums over the particles of a mesh. The push that clamped particles lack, per unit of lambda, is a force in m^2 with
+/// a moment about the origin particle in m^3.
+struct GradientSum {
+  double grad2 = 0;  // w grad C . g, g the gradient that is applied
+  double force[3] = {}, moment[3] = {};
+  double clamped = 0, pinned = 0;  // particles
+  KERNEL GradientSum& operator+=(const GradientSum& o) {
+    grad2 += o.grad2, clamped += o.clamped, pinned += o.pinned;
+    for (int k = 0; k < 3; ++k) force[k] += o.force[k], moment[k] += o.moment[k];
+    return *this;
+  }
+};
+
+/// grad_i = sum over the triangles (i, j, k) around i of p_j x p_k / 6, m^2.
+template <class R, class At>
+struct Fans {
+  At p;
+  const int* begin;   // into `around`, per item, one more at the end
+  const int* around;  // pairs (j, k)
+  int origin;
+  KERNEL Vector3<R> gradient(int item) const {
+    Vector3<R> sum{R(0), R(0), R(0)};
+    for (int t = begin[item]; t < begin[item + 1]; ++t)
+      sum = sum + cross(p.between(around[2 * t], origin), p.between(around[2 * t + 1], origin));
+    return sum * R(1.0 / 6);
+  }
+};
+
+/// Stores the gradient where the substep begins, clamped to `most`, and sums up.
+template <class R>
+struct PressureGradient {
+  Fans<R, Started<R>> fans;
+  const R* w;           // of each particle
+  const int* particle;  // of each item
+  const R* most;        // of each item: the largest gradient, m^2; null: none
+  Points<R> grad;       // per item
+  KERNEL GradientSum operator()(int item) const {
+    const Vector3<R> g = fans.gradient(item);
+    const R weight = w[particle[item]];
+    const double g2 = double(dot(g, g)), allowed = most ? double(most[item]) : INFINITY;
+    GradientSum sums;
+    sums.pinned = weight > R(0) ? 0 : 1;
+    sums.grad2 = double(weight) * g2;
+    if (!(weight > R(0)) || !(g2 > allowed * allowed)) {
+      grad.set(item, g);
+      return sums;
+    }
+    const double kept = allowed / root(g2);
+    grad.set(item, g * R(kept));
+    const Vector3<double> lacks = in_double(g) * (1 - kept);
+    const Vector3<double> m = cross(in_double(fans.p.between(particle[item], fans.origin)), lacks);
+    return {sums.grad2 * kept, {lacks.x, lacks.y, lacks.z}, {m.x, m.y, m.z}, 1, 0};
+  }
+};
+
+/// How fast the volume grows along a way that was found for the gradient at the substep's start: w grad of it, or what
+/// a filter makes of that (`way`, of each particle).
+struct AlongSum {
+  double now = 0, start = 0;
+  KERNEL AlongSum& operator+=(const AlongSum& o) {
+    now += o.now, start += o.start;
+    return *this;
+  }
+  /// Half of what it was at the start counts at least: a body that has turned far is pushed the less.
+  KERNEL double value() const { return larger(now, 0.5 * start); }
+};
+template <class R>
+struct SumAlongPressure {
+  Fans<R, Displaced<R>> fans;
+  const int* particle;
+  Points<R> start;  // the gradient there, of each item
+  const R* w;       // without a filter
+  Points<R> way;    // with one
+  KERNEL AlongSum operator()(int item) const {
+    const int i = particle[item];
+    const Vector3<R> g = start[item], along = way.x ? way[i] : g * w[i];
+    return {double(dot(fans.gradient(item), along)), double(dot(g, along))};
+  }
+};
+
+/// The mass of a mesh's movable particles, and its moments about the origin particle.
+struct InertiaSum {
+  double mass = 0, r[3] = {}, I[6] = {};  // kg, kg m, kg m^2 (as in SpinSum)
+  KERNEL InertiaSum& operator+=(const InertiaSum& o) {
+    mass += o.mass;
+    for (int k = 0; k < 3; ++k) r[k] += o.r[k];
+    for (int k = 0; k < 6; ++k) I[k] += o.I[k];
+    return *this;
+  }
+};
+
+/// What the launches of a projection leave for each other.
+struct PressureState {
+  Sum volume;        // m^3
+  GradientSum sums;  // of the gradient at the start of a substep
+  AlongSum along;
+  InertiaSum inertia;
+  double lambda = 0, dlambda = 0;
+  bool moves = false;
+  Vector3<double> centre{}, shift{}, turn{};  // m, from the origin particle; of the rigid motion, per unit of lambda
+
+  /// A body that pins hold has no momenta to keep.
+  KERNEL bool returns_momenta() const { return sums.clamped > 0 && sums.pinned == 0; }
+};
+
+/// Of one item; nothing where no momenta are to be given back.
+template <class R>
+struct MeasureInertia {
+  const PressureState* state;
+  Displaced<R> p;
+  const R* w;
+  const int* particle;
+  int origin;
+  KERNEL InertiaSum operator()(int item) const {
+    if (!state->returns_momenta()) return {};
+    const int i = particle[item];
+    const double m = 1 / double(w[i]);
+    const Vector3<double> r = in_double(p.between_at_start(i, origin)), mr = r * m;
+    InertiaSum sum{m, {mr.x, mr.y, mr.z}};
+    add_inertia(sum.I, m, r);
+    return sum;
+  }
+};
+
+/// At the start of a substep: the rigid motion with the momenta of the push that clamped particles lack. It changes no
+/// volume.
+struct StartPressure {
+  PressureState* state;
+  KERNEL void operator()(int) const {
+    state->lambda = 0;
+    if (!state->returns_momenta()) return;
+    const InertiaSum& all = state->inertia;
+    const GradientSum& lacks = state->sums;
+    const Vector3<double> force{lacks.force[0], lacks.force[1], lacks.force[2]};
+    const Vector3<double> c = Vector3<double>{all.r[0], all.r[1], all.r[2]} * (1 / all.mass);
+    const Vector3<double> m = Vector3<double>{lacks.moment[0], lacks.moment[1], lacks.moment[2]} - cross(c, force);
+    SpinSum spin{{m.x, m.y, m.z}};
+    for (int k = 0; k < 6; ++k) spin.I[k] = all.I[k];
+    centre_inertia(spin.I, all.mass, c);
+    state->centre = c;
+    state->shift = force * (1 / all.mass);
+    state->turn = angular_velocity(spin);
+  }
+};
+
+/// The push (XPBD, Macklin et al. 2016, equation 18). One item.
+struct PushPressure {
+  PressureState* state;
+  double target;  // m^3
+  bool compliant;
+  double alpha, stiffness;
+  KERNEL void operator()(int) const {
+    const double C = state->volume.value - target, sum = state->along.value();
+    state->moves = sum > 1e-200;  // collapsed to a point, or wholly pinned: no direction
+    if (!state->moves) return;
+    state->dlambda = compliant ? (-C - alpha * state->lambda) / (sum + alpha) : -stiffness * C / sum;
+    state->lambda += state->dlambda;
+  }
+};
+
+/// The gradient as a force on each particle of the mesh. One item.
+template <class R>
+struct PutPressure {
+  const int* particle;
+  Points<R> grad, force;
+  KERNEL void operator()(int item) const { force.set(particle[item], grad[item]); }
+};
+
+/// d += way dlambda. One particle of the body.
+template <class R>
+struct ApplyFilteredPressure {
+  Displaced<R> p;
+  Points<R> way;
+  const int* members;
+  const PressureState* state;
+  KERNEL void operator()(int member) const {
+    const int i = members[member];
+    if (state->moves) p.add(i, way[i] * R(state->dlambda));
+  }
+};
+
+/// d += w grad dlambda, and the rigid motion that keeps the momenta.
+template <class R>
+struct ApplyPressure {
+  Displaced<R> p;
+  const R* w;
+  const int* particle;
+  Points<R> grad;
+  const PressureState* state;
+  int origin;
+  KERNEL void operator()(int item) const {
+    const int i = particle[item];
+    if (!(w[i] > R(0)) || !state->moves) return;
+    Vector3<R> way = grad[item] * (w[i] * R(state->dlambda));
+    if (state->returns_momenta()) {
+      const Vector3<double> r = in_double(p.between_at_start(i, origin)) - state->centre;
+      way = way + rounded<R>((state->shift + cross(state->turn, r)) * state->dlambda);
+    }
+    p.add(i, way);
+  }
+};
+
+}  // namespace malha

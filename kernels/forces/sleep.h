@@ -1,0 +1,45 @@
+// What a scene that may fall asleep is asked, and how it is stilled.
+#pragma once
+#include "kernels/measure/over_elongation.h"
+
+namespace malha {
+
+/// Squared speeds of movable particles, m^2/s^2.
+template <class R>
+struct MeasureSpeed {
+  Particles<R> particles;
+  KERNEL Largest operator()(int i) const {
+    const Vector3<R> v = particles.v[i];
+    return {particles.w[i] > R(0) ? double(dot(v, v)) : 0};
+  }
+};
+
+/// v = 0; x stays, bit by bit.
+template <class R>
+struct Still {
+  Points<R> v;
+  KERNEL void operator()(int i) const { v.set(i, {R(0), R(0), R(0)}); }
+};
+
+/// The axis-aligned box round all particles.
+struct Bounds {
+  double min[3] = {INFINITY, INFINITY, INFINITY}, max[3] = {-INFINITY, -INFINITY, -INFINITY};
+  KERNEL Bounds& operator+=(const Bounds& o) {
+    for (int k = 0; k < 3; ++k) {
+      min[k] = smaller(o.min[k], min[k]);
+      max[k] = larger(max[k], o.max[k]);
+    }
+    return *this;
+  }
+};
+
+template <class R>
+struct MeasureBounds {
+  Points<R> x;
+  KERNEL Bounds operator()(int i) const {
+    const Vector3<R> a = x[i];
+    return {{double(a.x), double(a.y), double(a.z)}, {double(a.x), double(a.y), double(a.z)}};
+  }
+};
+
+}  // namespace malha

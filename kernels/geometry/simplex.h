@@ -1,0 +1,62 @@
+// Simplices (triangles, edges of no triangle, loose particles), boxes, and which of them may meet.
+#pragma once
+#include "kernels/parallel/sort.h"
+#include "kernels/simd/particles.h"
+
+namespace malha {
+
+/// A triangle, or what there is without one: an edge (a, b, b), a loose particle (a, a, a). Every particle and every
+/// edge belongs to one simplex, so that pairs of them are found once (Curtis, Tamstorf, Manocha, "Fast Collision
+/// Detection for Deformable Models using Representative-Triangles", 2008).
+struct Simplex {
+  int corner[3];
+  int has;  // bits: 0 to 2 its corners, 3 to 5 its edges (corner k to the next), 6: it is a face
+  KERNEL bool owns_corner(int k) const { return (has >> k) & 1; }
+  KERNEL bool owns_edge(int k) const { return (has >> (3 + k)) & 1; }
+  KERNEL bool is_face() const { return (has >> 6) & 1; }
+  KERNEL int from(int k) const { return corner[k]; }
+  KERNEL int to(int k) const { return corner[k == 2 ? 0 : k + 1]; }
+};
+
+template <class R>
+struct Box {
+  Vec4<R> low, high;
+};
+template <class R>
+KERNEL bool overlap(const Box<R>& a, const Box<R>& b) {
+  return a.low.x <= b.high.x && b.low.x <= a.high.x && a.low.y <= b.high.y && b.low.y <= a.high.y &&
+         a.low.z <= b.high.z && b.low.z <= a.high.z;
+}
+template <class R>
+KERNEL Box<R> around(const Box<R>& a, const Box<R>& b) {
+  return {{smaller(a.low.x, b.low.x), smaller(a.low.y, b.low.y), smaller(a.low.z, b.low.z), R(0)},
+          {larger(a.high.x, b.high.x), larger(a.high.y, b.high.y), larger(a.high.z, b.high.z), R(0)}};
+}
+
+/// Where the particles may go in a substep: from x along d and `margin` further in every direction.
+template <class R>
+struct Reaches {
+  ScatteredPoints<R> x, d;
+  R margin;
+  Box<R>* boxes;  // of the particles
+};
+
+template <class R>
+struct BoxParticles {
+  Reaches<R> reaches;
+  KERNEL void operator()(int i) const {
+    const Vector3<R> a = reaches.x[i], b = a + reaches.d[i];
+    const R m = reaches.margin;
+    reaches.boxes[i] = {{smaller(a.x, b.x) - m, smaller(a.y, b.y) - m, smaller(a.z, b.z) - m, R(0)},
+                        {larger(a.x, b.x) + m, larger(a.y, b.y) + m, larger(a.z, b.z) + m, R(0)}};
+  }
+};
+
+/// A pair that may meet: a particle and a triangle (i, then three corners), or two edges (~i and its end, two ends).
+struct Candidate {
+  int i[4];
+  KERNEL bool are_edges() const { return i[0] < 0; }
+  KERNEL int particle(int j) const { return j == 0 && i[0] < 0 ? ~i[0] : i[j]; }
+};
+
+}  // namespace malha

@@ -1,0 +1,52 @@
+// What a coarse constraint does: its particles are no farther apart than the surface between them is long, and are not
+// brought closer than they arrived, so that folds stay as they are.
+#pragma once
+#include "kernels/constraints/constraint_registry.h"
+
+namespace malha {
+
+/// min(l, |p0 - p1| on arrival) <= |p0 - p1| <= l. No scene names it.
+struct Coarse : Distance {
+  static constexpr const char* name = "coarse";
+  static constexpr bool remembers = true;  // how far apart particles arrived, in the patch's memory
+};
+
+/// Whether constraints of these kinds need a number each there.
+template <class... Kinds>
+constexpr bool remembers(KindList<Kinds...>) {
+  return (requires { Kinds::remembers; } || ...);
+}
+
+/// Two sweeps: a fresh one notes how far apart the particles arrived, the next one projects.
+template <class R>
+struct Correct<Coarse, Update::Stiff, R> {
+  R* least;  // from the batch's first slot on
+  R number;  // k'
+  bool fresh, from_start;
+
+  KERNEL Correct(const SetView<R>& set, int slot, bool first)
+      : least(set.lambda + slot), number(set.stiffness), fresh(first), from_start(set.from_start) {}
+
+  template <class S>
+  KERNEL void operator()(Moving<S> (&q)[2], const RestOf<S, 1>& rest, int at) const {
+    Vector3<S> before = or_zero(rest.held, q[0].x - q[1].x);
+    const Vector3<S> now = before + or_zero(rest.held, q[0].d - q[1].d);
+    if (!from_start) before = now;
+    const S length = root(dot(now, now)), &most = rest.value[0];
+    if (fresh) return store(select(length < most, length, most), least + at);
+    S low;
+    load(least + at, low);
+    const S zero(R(0)), excess = length - larger(low, select(length < most, length, most));
+    // Along the way between them where the substep began, as all constraints (kernels/projection/project_constraint.h).
+    const S cross = dot(now, before);
+    const auto small = (cross > zero) & (magnitude(excess) * length <= S(R(kSmall)) * cross);
+    const Vector3<S> along = either(small, before, now);
+    const S sum = select(small, cross, length * length) * (q[0].w + q[1].w);
+    const auto moves = sum > S(tiny<R>());
+    const S part = select(moves, excess * length * S(number) / select(moves, sum, S(R(1))), zero);
+    q[0].d = q[0].d - along * (q[0].w * part);
+    q[1].d = q[1].d + along * (q[1].w * part);
+  }
+};
+
+}  // namespace malha

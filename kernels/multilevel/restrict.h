@@ -1,0 +1,104 @@
+// The particles of a level arrive: they are the mass centres of finer ones, patch by patch of these.
+#pragma once
+#include "kernels/forces/motion.h"
+#include "kernels/multilevel/transfer.h"
+#include "kernels/projection/patch.h"
+
+namespace malha {
+
+/// Where means of a patch's particles go: `means` are of places in the patch's memory. Of a mean of several patches
+/// each leaves its part; AddParts joins them.
+template <class R>
+struct UpTo {
+  MeansView<R> means;
+  const int* place;
+  Points<R> x, d;     // where the substep begins, from the origin of their body, and the way from there
+  Points<R> origins;  // of bodies; null: what goes up is from there already
+};
+
+/// From the patch's memory.
+template <class R, class Group, class Local>
+KERNEL void restrict_to(const Group& group, const UpTo<R>& up, const Local& local) {
+  const auto scatter = [&](const Points<R>& to) KERNEL_LAMBDA {
+    return [=](const MeanRun& run, int k, const auto& mean)
+               KERNEL_LAMBDA { scatter_points(to, up.place + run.to + k, mean); };
+  };
+  up.means.each(group, local, scatter(up.x));
+  up.means.each(group, local.ways(), scatter(up.d));
+}
+
+/// Where particles will be after dt if nothing but gravity moves them; null v: where they go.
+template <class R>
+struct Foreseen {
+  Displaced<R> p;
+  Points<R> v;         // m/s
+  const R* w;          // 1/kg
+  Points<R> origins;   // as in UpTo
+  R dt;                // s
+  Vector3<R> gravity;  // m/s^2
+
+  /// Those of a segment, into the patch's memory.
+  template <class Group, class Local>
+  KERNEL void bring(const Group& group, const Segment& segment, const Local& local) const {
+    const bool predicts = v.x && segment.movable;
+    const Vector3<R> origin = origins.x ? origins[segment.body] : Vector3<R>{R(0), R(0), R(0)};
+    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+      const int at = segment.global + i;
+      Moving<T> q;
+      load(w + at, q.w);
+      q.x = origins.x ? load_near(p, at, origin, T()) : load_points<T>(p.x, at);
+      if (predicts) {
+        const Vector3<T> g{T(gravity.x), T(gravity.y), T(gravity.z)};
+        q.d = accelerated(load_points<T>(v, at), q.w, g, T(dt)) * T(dt);
+      } else {
+        q.d = load_points<T>(p.d, at);
+      }
+      local.fill(segment.local + i, q);
+    });
+  }
+};
+
+/// One visit to a patch of the finer particles.
+template <class R>
+struct Restrict {
+  using Shared = void;
+  const Patch* patches;
+  const Segment* segments;
+  Foreseen<R> from;
+  UpTo<R> up;
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const Patch& patch = patches[group.index];
+    R* memory = static_cast<R*>(group.memory);
+    if (patch.columns)
+      visit(group, patch, Columns<R>::over(memory, patch.slots));
+    else
+      visit(group, patch, Rows<R>::over(memory, patch.slots));
+  }
+
+ private:
+  template <class Group, class Local>
+  KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
+    for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
+      if (segments[s].last) from.bring(group, segments[s], local);
+    restrict_to(group, up, local);
+  }
+};
+
+/// x[at[k]] += the parts begin[k] .. begin[k + 1] - 1, and d likewise.
+template <class R>
+struct AddParts {
+  const int *at, *begin;
+  Points<R> x, d;
+  KERNEL void operator()(int k) const { add(x, k), add(d, k); }
+
+ private:
+  KERNEL void add(const Points<R>& points, int k) const {
+    Vector3<R> sum = points[at[k]];
+    for (int part = begin[k]; part < begin[k + 1]; ++part) sum = sum + points[part];
+    points.set(at[k], sum);
+  }
+};
+
+}  // namespace malha

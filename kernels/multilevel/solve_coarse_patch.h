@@ -1,0 +1,125 @@
+// One visit to a patch of a level: its particles arrive, follow the next coarser level, are projected, and leave what
+// was changed of them for the next finer one.
+#pragma once
+#include "kernels/multilevel/coarse_constraint.h"
+#include "kernels/multilevel/transfer.h"
+
+namespace malha {
+
+template <class R>
+struct CoarseVisit {
+  using Shared = void;
+  const Patch* patches;
+  const Segment* segments;
+  const Batch* batches;
+  const SetView<R>* sets;
+  Points<R> x;        // where the substep begins, from the origin of their body, m
+  Points<R> arrival;  // the ways with which they arrive, m
+  Points<R> d;        // those of particles that are visited again, between the visits
+  const R* w;         // 1/kg, 0 where pinned
+  Points<R> delta;    // d - arrival, by rank: as columns, or, where there are any, as rows
+  ScatteredPoints<R> delta_rows;
+  const int* rank;   // of each particle
+  MeansOf<R> down;   // of the next coarser level, if there is one
+  bool prefetches;   // as in Visit,
+  bool there, back;  // and so are these: two sweeps halve the error of one for a tenth of a step's time
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const Patch& patch = patches[group.index];
+    R* memory = static_cast<R*>(group.memory);
+    if (patch.columns)
+      visit(group, patch, Columns<R>::over(memory, patch.slots));
+    else
+      visit(group, patch, Rows<R>::over(memory, patch.slots));
+  }
+
+ private:
+  template <class Group, class Local>
+  KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
+    const int begin = patch.segment, end = patch.segment + patch.segments;
+    for (int s = begin; s < end; ++s) bring(group, segments[s], local);
+    project(group, patch, local, Way::Arrival);
+    for (int s = begin; s < end; ++s)
+      if (!(there && segments[s].first)) go_on(group, segments[s], local);
+    if (there && down.means.begin) add_means(group, down, local);
+    if (there) project(group, patch, local, Way::There);
+    if (back) project(group, patch, local, Way::Back);
+    for (int s = begin; s < end; ++s)
+      if (segments[s].movable) leave(group, segments[s], local);
+  }
+  enum class Way { Arrival, There, Back };
+
+  KERNEL void ask_for(const Patch& patch, int part, int parts) const {
+    for (int s = patch.segments * part / parts; s < patch.segments * (part + 1) / parts; ++s) {
+      const Segment& segment = segments[patch.segment + s];
+      for (int i = segment.global; i < segment.global + segment.count; i += 64 / int(sizeof(R))) {
+        prefetch(x.x + i), prefetch(x.y + i), prefetch(x.z + i), prefetch(w + i), prefetch(rank + i);
+        prefetch(arrival.x + i), prefetch(arrival.y + i), prefetch(arrival.z + i);
+      }
+    }
+  }
+
+  template <class Group, class Local>
+  KERNEL void bring(const Group& group, const Segment& segment, const Local& local) const {
+    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+      const int at = segment.global + i;
+      Moving<T> q{load_points<T>(x, at), load_points<T>(arrival, at), T()};
+      load(w + at, q.w);
+      local.fill(segment.local + i, q);
+    });
+  }
+  template <class Group, class Local>
+  KERNEL void go_on(const Group& group, const Segment& segment, const Local& local) const {
+    if (!segment.movable) return;
+    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+      local.write(segment.local + i, load_points<T>(d, segment.global + i));
+    });
+  }
+
+  template <class Group, class Local>
+  KERNEL void leave(const Group& group, const Segment& segment, const Local& local) const {
+    const bool last = back && segment.last;
+    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+      const Vector3<T> way = local.template way<T>(segment.local + i);
+      const int at = segment.global + i;
+      if (last && delta_rows.of)
+        scatter_points(delta_rows, rank + at, way - load_points<T>(arrival, at));
+      else if (last)
+        scatter_points(delta, rank + at, way - load_points<T>(arrival, at));
+      else
+        store_points(d, at, way);
+    });
+  }
+
+  /// `least`: a place for every slot of the patch's constraints, in the order of its batches.
+  template <class Group, class Local>
+  struct ProjectBatches {
+    Group group;
+    Local local;
+    const CoarseVisit* visit;
+    R* least;
+    Way way;
+    const Patch* patch;
+    KERNEL void operator()(int b) const {
+      const bool fresh = way == Way::Arrival;
+      if (way == Way::Back) b = 2 * patch->batch + patch->batches - 1 - b;
+      if (fresh && visit->prefetches && group.next >= 0)
+        visit->ask_for(visit->patches[group.next], b - patch->batch, patch->batches);
+      Batch batch = visit->batches[b];
+      SetView<R> set = visit->sets[batch.set];
+      set.lambda = least;
+      batch.slot = batch.first;
+      malha::project<Coarse, Update::Stiff>(group, local, set, batch, fresh);
+    }
+  };
+
+  template <class Group, class Local>
+  KERNEL void project(const Group& group, const Patch& patch, const Local& local, Way way) const {
+    R* least = static_cast<R*>(group.memory) + size_t(kLocalNumbers) * patch.slots;
+    group.apart(patch.batch, patch.batch + patch.batches,
+                ProjectBatches<Group, Local>{group, local, this, least, way, &patch});
+  }
+};
+
+}  // namespace malha

@@ -1,0 +1,109 @@
+// Weighted means between a level and the next finer one. Where many side by side read what lies side by side, they are
+// computed as packs of columns, and otherwise one by one, of rows.
+#pragma once
+#include "kernels/projection/patch_memory.h"
+#include "kernels/simd/for_each_pack.h"
+
+namespace malha {
+
+/// Means to .. to + count - 1: mean k is the sum of weight * (number from + k) over the terms.
+struct MeanRun {
+  int to, count;
+  int term, terms;
+};
+template <class R>
+struct MeanTerm {
+  int from;
+  R weight;
+};
+
+/// Runs piece by piece: those of piece g are begin[g] .. begin[g + 1] - 1.
+template <class R>
+struct MeansView {
+  const int* begin;
+  const MeanRun* runs;
+  const MeanTerm<R>* terms;
+
+  /// Calls work(run, k, mean) for every mean or pack of them of a piece, each once. Of columns: a Vector3 of lanes.
+  template <class Group, class Work>
+  KERNEL void each(const Group& group, const Columns<R>& from, const Work& work) const {
+    for (int r = begin[group.index]; r < begin[group.index + 1]; ++r) {
+      const MeanRun& run = runs[r];
+      cover_once<R>(group, run.count, [&]<class T>(int k, T) KERNEL_LAMBDA {
+        const MeanTerm<R>* term = terms + run.term;
+        Vector3<T> sum = point<T>(from, term->from + k) * T(term->weight);
+        for (int t = 1; t < run.terms; ++t) sum = sum + point<T>(from, term[t].from + k) * T(term[t].weight);
+        work(run, k, sum);
+      });
+    }
+  }
+  /// Of rows: a Vec4. Its w is the rows'.
+  template <class Group, class Work>
+  KERNEL void each(const Group& group, const Rows<R>& from, const Work& work) const {
+    group.for_each(begin[group.index + 1] - begin[group.index], [&](int i) KERNEL_LAMBDA {
+      const MeanRun& run = runs[begin[group.index] + i];
+      for (int k = 0; k < run.count; ++k) {
+        const MeanTerm<R>* term = terms + run.term;
+        Vec4<R> sum{};
+        for (int t = 0; t < run.terms; ++t) add_row(sum, from.row[term[t].from + k], term[t].weight);
+        work(run, k, sum);
+      }
+    });
+  }
+
+ private:
+  template <class T>
+  KERNEL static Vector3<T> point(const Columns<R>& from, int at) {
+    Vector3<T> q;
+    load(from.x + at, q.x), load(from.y + at, q.y), load(from.z + at, q.z);
+    return q;
+  }
+};
+
+/// Means of what a level leaves: of columns, or, where there are any, of rows.
+template <class R>
+struct MeansOf {
+  MeansView<R> means;
+  Columns<R> columns;
+  Rows<R> rows;
+  template <class Group, class Work>
+  KERNEL void each(const Group& group, const Work& work) const {
+    if (rows.row)
+      means.each(group, rows, work);
+    else
+      means.each(group, columns, work);
+  }
+};
+
+/// Adds to the ways of a patch's particles what they follow; `to` is a place in its memory.
+template <class R, class Group, class Local>
+KERNEL void add_means(const Group& group, const MeansOf<R>& down, const Local& local) {
+  down.each(group, [&](const MeanRun& run, int k, const auto& mean) KERNEL_LAMBDA { local.add(run.to + k, mean); });
+}
+
+/// The same where particles are in their arrays.
+template <class R>
+struct AddMeans {
+  using Shared = void;
+  MeansOf<R> down;
+  Points<R> d;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    add_means(group, down, Columns<R>{nullptr, nullptr, nullptr, nullptr, d.x, d.y, d.z});
+  }
+};
+
+/// Points one by one to where `place` says.
+template <class T, class Store>
+KERNEL void scatter_points(const Store& points, const int* place, const Vector3<T>& a) {
+  if constexpr (sizeof(T) == sizeof(typename RealOf<T>::type))
+    points.set(*place, a);
+  else
+    for (int i = 0; i < T::lanes; ++i) points.set(place[i], {lane(a.x, i), lane(a.y, i), lane(a.z, i)});
+}
+template <class R, class Store>
+KERNEL void scatter_points(const Store& points, const int* place, const Vec4<R>& a) {
+  points.set(*place, a.xyz());
+}
+
+}  // namespace malha

@@ -1,0 +1,350 @@
+// The compute abstraction, and the only file that knows a backend: executors and launches.
+// A kernel is a named functor with `KERNEL void operator()(int item) const`. The partition of the work depends on the
+// item count alone, never on the number of threads, so that results are the same bits on any number of them.
+#pragma once
+#include <sched.h>
+#include <stddef.h>
+#if defined(_OPENMP)
+#include <omp.h>
+#endif
+
+#include "kernels/parallel/group.h"
+
+namespace malha {
+
+/// One thread, no parallel region.
+struct Serial {
+  Instructions instructions = widest_instructions();
+};
+
+/// A fixed number of OpenMP threads.
+struct OpenMP {
+  int threads = 1;
+  Instructions instructions = widest_instructions();
+};
+
+/// As many threads as the backend offers: OMP_NUM_THREADS, or the cores.
+inline int available_threads() {
+#if defined(_OPENMP)
+  return omp_get_max_threads();
+#else
+  return 1;
+#endif
+}
+
+/// Of the host that an executor has.
+template <class Executor>
+int threads_of(const Executor& executor) {
+  if constexpr (requires { executor.threads; })
+    return executor.threads;
+  else
+    return 1;
+}
+
+inline constexpr int kAllThreads = 1 << 30;
+/// What this thread launches runs on no more threads than this, whatever its executor has.
+inline thread_local int most_threads = kAllThreads;
+
+/// Where the threads of a team wait for each other: a fork and a join cost tens of times as much.
+class Barrier {
+ public:
+  void wait(int threads) {
+    const unsigned round = __atomic_load_n(&round_, __ATOMIC_RELAXED);
+    if (__atomic_add_fetch(&waiting_, 1, __ATOMIC_ACQ_REL) == threads) {
+      __atomic_store_n(&waiting_, 0, __ATOMIC_RELAXED);
+      __atomic_store_n(&round_, round + 1, __ATOMIC_RELEASE);
+      return;
+    }
+    // The others are usually a microsecond away. Where they have no core to run on, they are given this one.
+    for (int spins = 0; __atomic_load_n(&round_, __ATOMIC_ACQUIRE) == round; ++spins)
+      if (spins > kSpins) sched_yield();
+  }
+
+ private:
+  static constexpr int kSpins = 4000;
+  alignas(64) int waiting_ = 0;
+  alignas(64) unsigned round_ = 0;
+};
+
+/// One thread of a parallel region. Every thread runs the same code, takes its share of each launch, and waits for the
+/// others at its end.
+struct Team {
+  int thread, threads;
+  Barrier* barrier;
+  Instructions instructions;
+};
+
+/// For launches of which a fork and a join would be most.
+inline Serial narrow(const Serial& executor) { return executor; }
+inline Serial narrow(const OpenMP& executor) { return {executor.instructions}; }
+
+/// For what reads and writes the host's memory.
+inline Serial on_host(const Serial& executor) { return executor; }
+inline OpenMP on_host(const OpenMP& executor) { return executor; }
+
+/// Waits for what was launched, to time it; whether an executor is waited for.
+inline void finish(const Serial& /*executor*/) {}
+inline void finish(const OpenMP& /*executor*/) {}
+inline bool is_timed(const Serial& /*executor*/) { return true; }
+inline bool is_timed(const OpenMP& /*executor*/) { return true; }
+
+/// Whether this is the one thread of a region that may note what belongs to none of them.
+inline bool leads(const Serial& /*team*/) { return true; }
+inline bool leads(const Team& team) { return team.thread == 0; }
+
+/// Runs work(executor) with many launches in it: one fork and join for all of them. `width`: more threads than this
+/// would find nothing to do. `work` runs on every thread, so that apart from its launches it may only read, but
+/// for the one that leads.
+template <class Work>
+void parallel_region(const Serial& executor, int /*width*/, const Work& work) {
+  work(executor);
+}
+
+template <class Work>
+void parallel_region(const OpenMP& executor, int width, const Work& work) {
+  const int most = executor.threads < most_threads ? executor.threads : most_threads;
+  const int threads = width < most ? width : most;
+  if (threads <= 1) return work(Serial{executor.instructions});
+  Barrier barrier;
+#pragma omp parallel num_threads(threads)
+  work(Team{omp_get_thread_num(), omp_get_num_threads(), &barrier, executor.instructions});
+}
+
+/// Told of launches: which kernel (what kernel_name gives), over how many items.
+struct LaunchWatch {
+  virtual void launched(const char* kernel, int items) = 0;
+
+ protected:
+  ~LaunchWatch() = default;
+};
+
+/// Who watches what this thread launches, usually nobody; of a team, its caller's.
+inline thread_local LaunchWatch* launch_watch = nullptr;
+
+/// The signature of this function, which holds "Kernel = " and the type.
+template <class Kernel>
+const char* kernel_name() {
+  return __PRETTY_FUNCTION__;
+}
+
+template <class Kernel>
+void note_launch(const Kernel&, int items) {
+  if (launch_watch != nullptr) launch_watch->launched(kernel_name<Kernel>(), items);
+}
+
+/// Up to this many items a launch runs on one thread. By count, never by clock: about 30 microseconds of work, well
+/// above a fork-join, and where cores are shared with other programs each fork-join may cost a turn of the scheduler.
+inline constexpr int kParticleGrain = 32768;
+
+/// Runs kernel(0) .. kernel(n - 1) in any order: their writes must be disjoint.
+template <class Kernel>
+void parallel_for(const Serial&, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
+  note_launch(kernel, n);
+#pragma omp simd
+  for (int i = 0; i < n; ++i) kernel(i);
+}
+
+template <class Kernel>
+void parallel_for(const OpenMP& executor, int n, const Kernel& kernel, int grain = kParticleGrain) {
+  const int threads = executor.threads < most_threads ? executor.threads : most_threads;
+  if (n <= grain || threads == 1) return parallel_for(Serial{}, n, kernel);
+  note_launch(kernel, n);
+#pragma omp parallel for simd schedule(static) num_threads(threads)
+  for (int i = 0; i < n; ++i) kernel(i);
+}
+
+/// The fast memory of every thread of an executor.
+struct FastMemory {
+  char* data = nullptr;  // none where only blocks of threads need it, which have their own
+  size_t bytes = 0;      // a thread
+  char* of(int thread) const { return data ? data + size_t(thread) * bytes : nullptr; }
+};
+
+template <class Isa, class Kernel>
+struct RunGroup {
+  Kernel kernel;
+  int last;
+  void* memory;
+  KERNEL void operator()(int g) const { kernel(Group<Isa>{g, g < last ? g + 1 : -1, memory}); }
+};
+
+/// kernel(Group) for the groups begin .. end - 1 on this thread.
+template <class Kernel>
+void run_groups(Instructions instructions, int begin, int end, void* memory, const Kernel& kernel) {
+  bool ran = false;
+  for_each_isa([&]<class Isa>(Isa isa) {
+    if (Isa::value != instructions) return;
+    run(isa, RunGroup<Isa, Kernel>{kernel, end - 1, memory}, begin, end);
+    ran = true;
+  });
+  if (!ran) __builtin_trap();  // of instructions that this compiler does not know
+}
+
+/// Runs kernel(Group) for the groups begin .. end - 1, compiled for the executor's instructions: their writes must be
+/// disjoint. The same thread gets the same groups every time, so that its caches still hold them.
+template <class Kernel>
+void parallel_groups(const Serial& executor, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
+  note_launch(kernel, end - begin);
+  run_groups(executor.instructions, begin, end, memory.data, kernel);
+}
+
+template <class Kernel>
+void parallel_groups(const Team& team, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
+  note_launch(kernel, end - begin);
+  const auto share = [&](int thread) {
+    return begin + int(static_cast<long long>(end - begin) * thread / team.threads);
+  };
+  run_groups(team.instructions, share(team.thread), share(team.thread + 1), memory.of(team.thread), kernel);
+  team.barrier->wait(team.threads);
+}
+
+/// The groups first, first + step, ...
+template <class Kernel>
+struct Dealt {
+  Kernel kernel;
+  int first, step;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    kernel(Group{first + group.index * step, group.next < 0 ? -1 : first + group.next * step, group.memory});
+  }
+};
+
+/// As parallel_groups, for groups whose work is uneven: dealt to the threads in turns, because neighbours have alike
+/// much to do.
+template <class Kernel>
+void parallel_dealt(const Serial& executor, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
+  note_launch(kernel, groups);
+  run_groups(executor.instructions, 0, groups, memory.data, Dealt<Kernel>{kernel, 0, 1});
+}
+
+template <class Kernel>
+void parallel_dealt(const Team& team, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
+  note_launch(kernel, groups);
+  const int share = (groups - team.thread + team.threads - 1) / team.threads;
+  run_groups(team.instructions, 0, share, memory.of(team.thread), Dealt<Kernel>{kernel, team.thread, team.threads});
+  team.barrier->wait(team.threads);
+}
+
+/// `size` items of kernel(0) .. kernel(count - 1).
+template <class Kernel>
+struct Pieces {
+  using Shared = void;
+  Kernel kernel;
+  int count, size;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const int begin = group.index * size, end = begin + size < count ? begin + size : count;
+    group.for_each(end - begin, [&](int i) KERNEL_LAMBDA { kernel(begin + i); });
+  }
+};
+
+template <class Kernel>
+void note_launch(const Pieces<Kernel>& pieces, int) {
+  note_launch(pieces.kernel, pieces.count);
+}
+
+/// Runs kernel(0) .. kernel(count - 1) on a team in pieces of `size`, compiled for its instructions: their writes must
+/// be disjoint.
+template <class Team, class Kernel>
+void parallel_pieces(const Team& team, int count, int size, const Kernel& kernel) {
+  parallel_groups(team, 0, (count + size - 1) / size, {}, Pieces<Kernel>{kernel, count, size});
+}
+
+/// Sums are those of runs of so many items, of at most kReduceGroups groups of runs, and of a tree of those: each as
+/// it stands, so that what adds them at once has the same bits.
+inline constexpr int kReduceRun = 256, kReduceGroups = 64;
+
+/// The sum of the groups, over the first of them.
+template <class Value>
+KERNEL Value sum_of_tree(Value* partial, int groups) {
+  for (int stride = 1; stride < groups; stride *= 2)
+    for (int g = 0; g + stride < groups; g += 2 * stride) partial[g] += partial[g + stride];
+  return partial[0];
+}
+
+/// The run `run` of kernel(0) .. kernel(n - 1).
+template <class Value, class Kernel>
+KERNEL Value sum_of_run(const Kernel& kernel, int n, int run) {
+  Value sum{};
+  const int end = n < (run + 1) * kReduceRun ? n : (run + 1) * kReduceRun;
+  for (int i = run * kReduceRun; i < end; ++i) sum += kernel(i);
+  return sum;
+}
+
+template <class Value, class Kernel>
+struct ReduceGroup {
+  Value* partial;
+  Kernel kernel;
+  int n, runs;  // runs: of a group
+  KERNEL void operator()(int g) const {
+    Value sum{};
+    for (int run = g * runs; run < (g + 1) * runs && run * kReduceRun < n; ++run)
+      sum += sum_of_run<Value>(kernel, n, run);
+    partial[g] = sum;
+  }
+};
+
+template <class Value, class Kernel>
+void note_launch(const ReduceGroup<Value, Kernel>& groups, int) {
+  note_launch(groups.kernel, groups.n);
+}
+
+/// The same in two launches, for devices: first each run.
+template <class Value, class Kernel>
+struct ReduceRun {
+  Value* of_run;
+  Kernel kernel;
+  int n;
+  KERNEL void operator()(int run) const { of_run[run] = sum_of_run<Value>(kernel, n, run); }
+};
+template <class Value, class Kernel>
+void note_launch(const ReduceRun<Value, Kernel>& runs, int) {
+  note_launch(runs.kernel, runs.n);
+}
+template <class Value>
+struct JoinRuns {
+  const Value* of_run;
+  Value* partial;
+  int all, runs;  // of a group
+  KERNEL void operator()(int g) const {
+    Value sum{};
+    for (int run = g * runs; run < (g + 1) * runs && run < all; ++run) sum += of_run[run];
+    partial[g] = sum;
+  }
+};
+
+template <class Value>
+struct JoinGroups {
+  Value *partial, *to;
+  int groups;
+  KERNEL void operator()(int) const { *to = sum_of_tree(partial, groups); }
+};
+
+/// How n items are summed.
+struct ReducePlan {
+  int all, runs, groups;  // runs in all, runs of a group
+  explicit ReducePlan(int n)
+      : all((n + kReduceRun - 1) / kReduceRun),
+        runs((all + kReduceGroups - 1) / kReduceGroups),
+        groups(runs > 0 ? (all + runs - 1) / runs : 0) {}
+};
+
+/// The sum of kernel(0) .. kernel(n - 1), added in that fixed order. Value{} is the zero of `+=`.
+/// The kernel may also write, disjointly.
+template <class Value, class Executor, class Kernel>
+Value parallel_reduce(const Executor& executor, int n, const Kernel& kernel, int grain = kParticleGrain) {
+  Value partial[kReduceGroups] = {};
+  const ReducePlan plan(n);
+  parallel_for(executor, plan.groups, ReduceGroup<Value, Kernel>{partial, kernel, n, plan.runs},
+               n <= grain ? plan.groups : 0);
+  return sum_of_tree(partial, plan.groups);
+}
+
+/// The same, left where the executor's arrays are: nobody waits for it.
+template <class Value, class Executor, class Kernel>
+void parallel_reduce_into(const Executor& executor, int n, const Kernel& kernel, Value* to,
+                          int grain = kParticleGrain) {
+  *to = parallel_reduce<Value>(executor, n, kernel, grain);
+}
+
+}  // namespace malha

@@ -1,0 +1,40 @@
+// Visits to some of the patches of a phase: while the host looks at particles of the others.
+#pragma once
+#include "kernels/environment/contact_cache.h"
+#include "kernels/patch/solve_patch.h"
+
+namespace malha {
+
+/// Of a patch: whether it has a particle that is asked about.
+struct FindWaiting {
+  const Patch* patches;
+  const Segment* segments;
+  Questions questions;
+  bool* waits;
+  KERNEL void operator()(int k) const {
+    const Patch& patch = patches[k];
+    bool any = false;
+    for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
+      const int end = segments[s].global + segments[s].count;
+      for (int i = segments[s].global; i < end && !any; i = (i / kWord + 1) * kWord) {
+        const int last = end < (i / kWord + 1) * kWord ? end - 1 : i / kWord * kWord + kWord - 1;
+        const unsigned long long own = ~0ull >> (kWord - 1 - (last - i)) << i % kWord;
+        any = questions.asked(i / kWord) & own;
+      }
+    }
+    waits[k] = any;
+  }
+};
+
+/// Those that wait, or those that do not.
+template <class R>
+struct VisitSome : Visit<R> {
+  const bool* waits;
+  bool those;
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    if (waits[group.index] == those) Visit<R>::operator()(group);
+  }
+};
+
+}  // namespace malha

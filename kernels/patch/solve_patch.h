@@ -1,0 +1,270 @@
+// One visit to a patch: its particles come into fast memory, its batches are projected there, and the particles go
+// back. Where nothing else happens between prediction and update, the visits do those too, and the ways of particles
+// that no other patch visits never leave the fast memory.
+//
+// An iteration is a sweep over all constraints there and back, with the multipliers carried over the turn. A sweep one
+// way adds energy to what nothing damps, whatever the order; one that reads the same backwards does not (METHODS,
+// section 8), nor do two such, one after the other. So all phases but the last are visited there and back, with the
+// turn in the last of these, and then those of the last phase, with a turn of their own: with one or two phases every
+// patch is visited once.
+#pragma once
+#include "kernels/constraints/constraint_registry.h"
+#include "kernels/forces/motion.h"
+#include "kernels/multilevel/restrict.h"
+#include "kernels/simd/for_each_pack.h"
+
+namespace malha {
+
+template <class Kind>
+inline constexpr int kNumber = number_of<Kind>(ConstraintKinds{});
+
+template <class R>
+struct Visit {
+  using Shared = void;
+  const Patch* patches;
+  const Segment* segments;
+  const Batch* batches;
+  const SetView<R>* sets;
+  Particles<R> particles;
+  R dt, per_dt;        // s, 1/s
+  Vector3<R> gravity;  // m/s^2
+  bool predicts;       // the first visit to a particle predicts it
+  bool updates;        // the last one updates its state
+  bool fresh;          // first iteration of a substep
+  bool there, back;    // which ways it goes
+  bool prefetches;     // the particles do not fit in a core's caches: those of the next patch are asked for early
+  int substep;         // 1 ..
+  UpTo<R> up;          // means of the next prediction, for the coarser level: the last visits leave them
+  MeansOf<R> down;     // what particles follow on the coarser level, patch by patch: added where they are predicted
+  int* lost;           // of each patch: the first substep that left a particle without a finite position, or 0
+  R most_speed2;       // m^2/s^2, where speeds are watched
+  int* fast;           // of each patch: the last substep that left a particle that is faster; null: nobody asks
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    const Patch& patch = patches[group.index];
+    R* memory = static_cast<R*>(group.memory);
+    if (patch.columns)
+      visit(group, patch, Columns<R>::over(memory, patch.slots));
+    else
+      visit(group, patch, Rows<R>::over(memory, patch.slots));
+  }
+
+ private:
+  template <class Group, class Local>
+  KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
+    const int begin = patch.segment, end = patch.segment + patch.segments;
+    for (int s = begin; s < end; ++s) bring(group, segments[s], local);
+    if (predicts && there && down.means.begin) add_means(group, down, local);
+    if (there)
+      for (int b = 0, next; b < patch.batches; b = next) {
+        for (next = b + 1; next < patch.batches && set_of(patch, next) == set_of(patch, b);) ++next;
+        project_set(group, patch, b, next, true, local);
+      }
+    if (back)
+      for (int next = patch.batches, b; next > 0; next = b) {
+        for (b = next - 1; b > 0 && set_of(patch, b - 1) == set_of(patch, b);) --b;
+        project_set(group, patch, b, next, false, local);
+      }
+    for (int s = begin; s < end; ++s) {
+      if (!segments[s].movable) continue;
+      if (updates && back && segments[s].last)
+        update(group, segments[s], local);
+      else
+        put_back(group, segments[s], local);
+    }
+    if (updates && back && up.means.begin) foresee(group, patch, local);
+    if (updates && back && fast) watch_speed(group, patch);
+  }
+
+  template <class Group>
+  KERNEL void watch_speed(const Group& group, const Patch& patch) const {
+    LargestCovered<R, typename Group::Isa> speed2(R(0));
+    for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
+      const Segment& segment = segments[s];
+      if (!segment.last || !segment.movable) continue;
+      cover<R>(group, segment.count, [&]<class T>(int i, T /*of*/) KERNEL_LAMBDA {
+        const Vector3<T> v = load_points<T>(particles.v, segment.global + i);
+        speed2.add(dot(v, v));
+      });
+    }
+    if (speed2.value() > most_speed2) fast[group.index] = substep;
+  }
+
+  template <class Group, class Local>
+  KERNEL void foresee(const Group& group, const Patch& patch, const Local& local) const {
+    const Foreseen<R> next{particles.p, particles.v, particles.w, up.origins, dt, gravity};
+    for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
+      if (segments[s].last) next.bring(group, segments[s], local);
+    restrict_to(group, up, local);
+  }
+
+  KERNEL int set_of(const Patch& patch, int b) const { return batches[patch.batch + b].set; }
+  /// Whether a visit predicts them.
+  KERNEL bool predicted_here(const Segment& segment) const { return predicts && there && segment.first; }
+
+  /// The `part` of `parts` of a patch's particles and constraints: memory is to be as busy as the arithmetic, not
+  /// before it or after it.
+  KERNEL void ask_for(const Patch& patch, int part, int parts) const {
+    for (int s = patch.segments * part / parts; s < patch.segments * (part + 1) / parts; ++s)
+      ask_for(segments[patch.segment + s]);
+    for (int b = patch.batches * part / parts; b < patch.batches * (part + 1) / parts; ++b)
+      ask_for(batches[patch.batch + b]);
+  }
+  template <class T>
+  KERNEL static void ask_for(const T* first, int count) {
+    for (int i = 0; i < count; i += 64 / int(sizeof(T))) prefetch(first + i);
+  }
+  KERNEL void ask_for(const Segment& segment) const {
+    const int at = segment.global, count = segment.count;
+    ask_for(particles.w + at, count), ask_for(particles.x, at, count);
+    if constexpr (kCarries<R>) ask_for(particles.p.low, at, count);
+    ask_for(predicted_here(segment) ? particles.v : particles.p.d, at, count);
+  }
+  KERNEL static void ask_for(const Points<R>& points, int at, int count) {
+    ask_for(points.x + at, count), ask_for(points.y + at, count), ask_for(points.z + at, count);
+  }
+  KERNEL void ask_for(const Batch& batch) const {
+    const SetView<R>& set = sets[batch.set];
+    if (batch.alike)
+      ask_for(set.held + batch.rests, batch.count / kSlotPack + 1);
+    else
+      ask_for(set.rest + batch.rests, batch.count * set.numbers);
+  }
+
+  template <class T>
+  KERNEL Vector3<T> velocity(int i, const T& w) const {
+    return accelerated(load_points<T>(particles.v, i), w, Vector3<T>{T(gravity.x), T(gravity.y), T(gravity.z)}, T(dt));
+  }
+
+  template <class Group, class Local>
+  KERNEL void bring(const Group& group, const Segment& segment, const Local& local) const {
+    const bool predict = predicted_here(segment) && segment.movable;
+    const Vector3<R> origin = particles.x[segment.origin];
+    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+      const int at = segment.global + i;
+      Moving<T> q;
+      load(particles.w + at, q.w);
+      q.x = load_near(particles.p, at, origin, T());
+      q.d = predict ? velocity(at, q.w) * T(dt) : load_points<T>(particles.p.d, at);
+      local.fill(segment.local + i, q);
+    });
+  }
+
+  template <class Group, class Local>
+  KERNEL void put_back(const Group& group, const Segment& segment, const Local& local) const {
+    cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
+      store_points(particles.p.d, segment.global + i, local.template way<T>(segment.local + i));
+    });
+  }
+
+  template <class Group, class Local>
+  KERNEL void update(const Group& group, const Segment& segment, const Local& local) const {
+    using Isa = typename Group::Isa;
+    using S = Lane<R, Isa>;
+    constexpr int lanes = kLanes<R, Isa>;
+    if (lanes == 1 || segment.count < lanes) {
+      R zero = R(0);
+      group.for_each(segment.count, [&](int i) KERNEL_LAMBDA {
+        const State<R> state = moved<R>(segment, i, local);
+        zero = zero + zero_if_finite(state.x);
+        keep(segment, i, state);
+      });
+      if (!(zero == R(0))) lose(group);
+      return;
+    }
+    // A last part of a pack is covered by a whole one; what that one reads, it reads before it is overwritten.
+    const int packs = segment.count / lanes, rest = segment.count - lanes;
+    const State<S> last = moved<S>(segment, rest, local);
+    S zero = zero_if_finite(last.x);
+    group.for_each(packs, [&](int pack) KERNEL_LAMBDA {
+      const State<S> state = moved<S>(segment, pack * lanes, local);
+      zero = zero + zero_if_finite(state.x);
+      keep(segment, pack * lanes, state);
+    });
+    if (packs * lanes < segment.count) keep(segment, rest, last);
+    R sum = R(0);
+    for (int i = 0; i < lanes; ++i) sum += lane(zero, i);
+    if (!(sum == R(0))) lose(group);
+  }
+
+  template <class Group>
+  KERNEL void lose(const Group& group) const {
+    if (lost[group.index] == 0) lost[group.index] = substep;
+  }
+
+  template <class T>
+  struct State {
+    Vector3<T> x, low, v;
+  };
+  template <class T, class Local>
+  KERNEL State<T> moved(const Segment& segment, int i, const Local& local) const {
+    const Vector3<T> d = local.template way<T>(segment.local + i);
+    const int at = segment.global + i;
+    T w;
+    load(particles.w + at, w);
+    const Vector3<T> x = load_points<T>(particles.x, at);
+    State<T> state;
+    if constexpr (kCarries<R>) {
+      const Vector3<T> whole = d + load_points<T>(particles.p.low, at);
+      state.x = x + whole, state.low = lost_of(x, whole, state.x);
+    } else {
+      state.x = x + d;
+    }
+    state.v = changed(velocity(at, w), d, T(dt), T(per_dt));
+    return state;
+  }
+  template <class T>
+  KERNEL void keep(const Segment& segment, int i, const State<T>& state) const {
+    const int at = segment.global + i;
+    store_points(particles.x, at, state.x), store_points(particles.v, at, state.v);
+    if constexpr (kCarries<R>) store_points(particles.p.low, at, state.low);
+  }
+
+  /// The batches begin .. end - 1 of a patch, all of one set, or the same in the other order: on their own, as they
+  /// need all registers.
+  template <class Kind, Update update, class Group, class Local>
+  struct ProjectSet {
+    const Visit* visit;
+    Group group;
+    const Patch* patch;
+    Local local;
+    const SetView<R>* set;
+    int last;  // of the batches where they are taken back; there: below 0
+    KERNEL void operator()(int b) const {
+      const bool forth = last < 0;
+      if (visit->prefetches && group.next >= 0 && (forth || !visit->there))
+        visit->ask_for(visit->patches[group.next], b, patch->batches);
+      const Batch& batch = visit->batches[patch->batch + (forth ? b : last - b)];
+      project<Kind, update>(group, local, *set, batch, visit->fresh && forth);
+    }
+  };
+
+  template <Update update>
+  struct By {
+    static constexpr Update value = update;
+  };
+
+  /// With the updates that a kind can have, and no others: each is code of its own.
+  template <class Group, class Local>
+  KERNEL_APART void project_set(const Group& group, const Patch& patch, int begin, int end, bool forth,
+                                const Local& local) const {
+    const SetView<R>& set = sets[batches[patch.batch + begin].set];
+    for_each_constraint([&]<class Kind>(Kind) KERNEL_LAMBDA {
+      if (set.kind != kNumber<Kind>) return;
+      const auto by = [&]<class Updated>(Updated) KERNEL_LAMBDA {
+        if (set.update == Updated::value)
+          group.apart(begin, end,
+                      ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set,
+                                                                     forth ? -1 : begin + end - 1});
+      };
+      if constexpr (Kind::strength.free) by(By<Update::Stiff>()), by(By<Update::Compliant>());
+      if constexpr (takes_material<Kind>())
+        by(By<Update::Material>());
+      else if constexpr (!Kind::strength.free)
+        by(By<Update::Compliant>());
+    });
+  }
+};
+
+}  // namespace malha

@@ -1,0 +1,52 @@
+// Several constraints on the same particles, met at once: XPBD's step (Macklin, Müller, Chentanez 2016, eq. 18) with a
+// small matrix in place of its one denominator. One after the other they would undo each other's work.
+#pragma once
+#include "kernels/projection/direction.h"
+
+namespace malha {
+
+/// x = A^-1 b of a symmetric positive definite A (its lower triangle is read), by L D L^T without pivots.
+template <class S, int m>
+KERNEL void solve_block(S (&A)[m][m], const S (&b)[m], S (&x)[m]) {
+  const S one(typename RealOf<S>::type(1));
+  S per_d[m];
+  for (int i = 0; i < m; ++i) {
+    for (int k = 0; k < i; ++k) {  // A[i][k] becomes L_ik D_k
+      for (int l = 0; l < k; ++l) A[i][k] = A[i][k] - A[i][l] * A[k][l] * per_d[l];
+    }
+    for (int l = 0; l < i; ++l) A[i][i] = A[i][i] - A[i][l] * A[i][l] * per_d[l];
+    per_d[i] = one / A[i][i];
+  }
+  for (int i = 0; i < m; ++i) {
+    x[i] = b[i];
+    for (int k = 0; k < i; ++k) x[i] = x[i] - A[i][k] * per_d[k] * x[k];
+  }
+  for (int i = m - 1; i >= 0; --i) {
+    x[i] = x[i] * per_d[i];
+    for (int k = i + 1; k < m; ++k) x[i] = x[i] - A[k][i] * per_d[i] * x[k];
+  }
+}
+
+/// dlambda of (A + alpha) dlambda = -C - alpha sum, A = grad w grad^T by its lower triangle, which is overwritten.
+/// Where nothing can move (no gradient, all pinned, or a response beyond the type's range) and where not `held`, it is
+/// 0.
+template <class S, int m, class Mask>
+KERNEL void solve_at_once(S (&A)[m][m], const S (&C)[m], S alpha, const S (&sum)[m], const Mask& held,
+                          S (&dlambda)[m]) {
+  using R = typename RealOf<S>::type;
+  const S zero(R(0)), one(R(1));
+  S trace = A[0][0], b[m];
+  for (int i = 1; i < m; ++i) trace = trace + A[i][i];
+  const auto moves = held & (trace > S(tiny<R>())) & (trace < S(R(1) / tiny<R>()));
+  // Over the trace, so that products stay in range. Without compliance, gradients that depend on one another leave
+  // nothing of a diagonal: a millionth keeps it above rounding.
+  const S per = one / select(moves, trace, one), softness = larger(alpha * per, S(R(1e-6)));
+  for (int i = 0; i < m; ++i) {
+    for (int k = 0; k < i; ++k) A[i][k] = select(moves, A[i][k] * per, zero);
+    A[i][i] = select(moves, A[i][i] * per + softness, one);
+    b[i] = select(moves, (-C[i] - alpha * sum[i]) * per, zero);
+  }
+  solve_block(A, b, dlambda);
+}
+
+}  // namespace malha

@@ -1,0 +1,242 @@
+// Contact of a particle and a triangle, or of two edges, that come near: as pairs of deformable bodies look at it
+// (kernels/self_collision/narrow_phase.h), and as bodies have it with edges of the environment
+// (kernels/environment/edge_contact.h). Every contact is an inequality over four particles, C(p) = distance along n -
+// wanted >= 0, with n and weights from where they were (x0, where nothing crosses), or, for what slides far, from where
+// they go.
+#pragma once
+#include "kernels/geometry/closest.h"
+#include "kernels/geometry/simplex.h"
+#include "kernels/parallel/reductions.h"
+
+namespace malha {
+
+template <class R>
+struct SelfContact {
+  int i[4];         // one side, then the other
+  R weight[4];      // positive on the one side, negative on the other: at the closest points, their sum is 0
+  Vector3<R> n;     // from the other side to the one
+  R short_of;       // wanted distance less that at x0, m
+  R gap;            // between planes of normal n that hold the sides apart at x0, m
+  R lambda;         // accumulated push, kg m
+  Vector3<R> slip;  // accumulated friction against the sliding, kg m, at most mu lambda
+  int first;        // particles of the one side: 1 or 2
+};
+
+/// Where the sides of a contact lie along its normal: the lowest of the one, the highest of the other.
+template <class S>
+struct ContactSides {
+  S low = S(INFINITY), high = -S(INFINITY);
+  /// `at`: of particle j, of which the first `first` are the one side.
+  KERNEL void add(int j, int first, S at) {
+    if (j < first)
+      low = smaller(low, at);
+    else
+      high = larger(high, at);
+  }
+};
+
+/// Which a gap must keep.
+template <class S>
+KERNEL S kept_of(const S& gap, typename RealOf<S>::type least) {
+  using R = typename RealOf<S>::type;
+  return smaller(gap, larger(gap * S(R(0.1)), S(least)));
+}
+
+/// Motions, each with its weight.
+struct MeanMotion {
+  double sum[3] = {}, weight = 0;
+  KERNEL MeanMotion& operator+=(const MeanMotion& o) {
+    for (int k = 0; k < 3; ++k) sum[k] += o.sum[k];
+    weight += o.weight;
+    return *this;
+  }
+  /// 0 of nothing.
+  KERNEL Vector3<double> value() const {
+    const double per = weight > 0 ? 1 / weight : 0;
+    return {sum[0] * per, sum[1] * per, sum[2] * per};
+  }
+};
+
+/// Sum and number of the motions that are finite.
+template <class R>
+struct SumMotion {
+  ScatteredPoints<R> moved;
+  const unsigned char* takes_part;
+  KERNEL MeanMotion operator()(int i) const {
+    const Vector3<R> d = moved[i];
+    if (!takes_part[i] || !((d.x + d.y + d.z) * R(0) == R(0))) return {};
+    return {{double(d.x), double(d.y), double(d.z)}, 1.0};
+  }
+};
+
+/// d = motion; none where it is not finite (such a particle ends the run). Counts the particles whose reach may leave
+/// the box that the candidates were found with.
+template <class R>
+struct OwnMotion {
+  ScatteredPoints<R> moved, x0, d, x_then, d_then;  // the last two: of the search
+  R slack;                                          // by which those boxes were wider, m
+  KERNEL Sum operator()(int i) const {
+    Vector3<R> own = moved[i];
+    own = or_zero((own.x + own.y + own.z) * R(0) == R(0), own);
+    d.set(i, own);
+    const Vector3<R> from = x0[i] - x_then[i], then = d_then[i];
+    return {fits(from.x, own.x, then.x) && fits(from.y, own.y, then.y) && fits(from.z, own.z, then.z) ? 0.0 : 1.0};
+  }
+
+ private:
+  KERNEL bool fits(R from, R own, R then) const {
+    const R low = from + smaller(own, R(0)), high = from + larger(own, R(0));
+    return low >= smaller(then, R(0)) - slack && high <= larger(then, R(0)) + slack;
+  }
+};
+
+/// What a search for candidates that shall serve some substeps starts from.
+template <class R>
+struct StartSearch {
+  ScatteredPoints<R> x0, d, x_then, d_then;
+  R ahead;  // substeps
+  KERNEL void operator()(int i) const {
+    x_then.set(i, x0[i]);
+    d_then.set(i, d[i] * ahead);
+  }
+};
+
+/// What decides how contacts are made.
+template <class R>
+struct ContactRules {
+  R thickness;  // m
+  R recovery;   // of a distance below the wanted one, this share is made up for in a substep
+};
+
+/// Looks at a candidate: whether it is a contact, and which. In double: where a pair lies a thousandth of its size
+/// apart, a normal from float's differences leans enough that planes along it let the pair creep through itself.
+template <class R>
+struct LookAtCandidate {
+  const Candidate* candidates;
+  Reaches<R> reaches;
+  ContactRules<R> rules;
+
+  /// Weights at the closest points of the four x.
+  KERNEL static void weigh(int first, const Vector3<double>* x, double* weight) {
+    if (first == 1) {
+      const Vector3<double> w = closest_on_triangle(x[2] - x[1], x[3] - x[1], x[0] - x[1]);
+      weight[0] = 1, weight[1] = -w.x, weight[2] = -w.y, weight[3] = -w.z;
+    } else {
+      const SegmentPoints<double> at = closest_on_segments(x[1] - x[0], x[3] - x[2], x[2] - x[0]);
+      weight[0] = 1 - at.s, weight[1] = at.s, weight[2] = at.t - 1, weight[3] = -at.t;
+    }
+  }
+
+  /// From the other side's closest point to the one's. Weighted differences: nothing cancels far from the origin.
+  KERNEL static Vector3<double> between(const Vector3<double>* x, const double* weight) {
+    return (x[1] - x[0]) * weight[1] + (x[2] - x[0]) * weight[2] + (x[3] - x[0]) * weight[3];
+  }
+
+  KERNEL bool operator()(const Candidate& c, SelfContact<R>& contact) const {
+    contact.first = c.are_edges() ? 2 : 1;
+    for (int j = 0; j < 4; ++j) contact.i[j] = c.particle(j), contact.weight[j] = R(0);
+    contact.n = contact.slip = {R(0), R(0), R(0)}, contact.lambda = R(0);
+    Vector3<double> x[4];
+    double weight[4];
+    places(reaches.x, contact, x);
+    weigh(contact.first, x, weight);
+    const Vector3<double> apart = between(x, weight);
+    const double exact = root(dot(apart, apart));
+    const R distance = R(exact);
+    if (!(distance > R(0))) return false;  // they touch: neither side is known
+    for (int j = 0; j < 4; ++j) contact.weight[j] = R(weight[j]);
+    contact.n = {R(apart.x / exact), R(apart.y / exact), R(apart.z / exact)};
+
+    // None leaves its reach, so that the sides come no nearer than this.
+    R nearing = R(0), receding = R(0);
+    const Vector3<R> n = contact.n;
+    for (int j = 0; j < 4; ++j) {
+      const Vector3<R> d = reaches.d[contact.i[j]];
+      if (j < contact.first)
+        nearing = larger(nearing, positive(-n.x * d.x) + positive(-n.y * d.y) + positive(-n.z * d.z));
+      else
+        receding = larger(receding, positive(n.x * d.x) + positive(n.y * d.y) + positive(n.z * d.z));
+    }
+    const R aside = reaches.margin *
+                    (positive(n.x) + positive(-n.x) + positive(n.y) + positive(-n.y) + positive(n.z) + positive(-n.z));
+    if (distance - nearing - receding > larger(rules.thickness, R(2) * aside)) return false;
+
+    contact.gap = gap_along(contact, x);
+    R wanted = rules.thickness;
+    for (int j = 0; j < 4; ++j) wanted = smaller(wanted, reaches.x.of[contact.i[j]].w);
+    const R along = slides_past(contact, distance, wanted)
+                        ? turn(contact, x, distance, R(0.5) * smaller(distance, wanted))
+                        : distance;
+    contact.short_of = along < wanted ? rules.recovery * (wanted - along) : wanted - along;
+    return true;
+  }
+
+  /// Whether their particles can reach each other.
+  KERNEL bool may_meet(const Candidate& c) const {
+    const Box<R>* const of = reaches.boxes;
+    const Box<R> first = of[c.particle(0)], second = of[c.i[1]], others = around(of[c.i[2]], of[c.i[3]]);
+    return c.are_edges() ? overlap(around(first, second), others) : overlap(first, around(others, second));
+  }
+
+ private:
+  /// Between planes along n that hold the sides apart.
+  KERNEL static R gap_along(const SelfContact<R>& contact, const Vector3<double>* x) {
+    ContactSides<double> sides;
+    for (int j = 0; j < 4; ++j) sides.add(j, contact.first, dot(in_double(contact.n), x[j] - x[0]));
+    return R(sides.low - sides.high);
+  }
+
+  /// Whether its plane would stop what slides past a rim or a corner, from where n is oblique: over a slide t the
+  /// distance grows by t^2 / (2 distance) beyond that along n.
+  KERNEL bool slides_past(const SelfContact<R>& contact, R distance, R wanted) const {
+    const R* const weight = contact.weight;
+    if (weight[0] != R(0) && weight[1] != R(0) && weight[2] != R(0) && weight[3] != R(0)) return false;
+    Vector3<R> motion{R(0), R(0), R(0)};
+    for (int j = 0; j < 4; ++j) motion = motion + reaches.d[contact.i[j]] * weight[j];
+    const R along = dot(contact.n, motion), violation = wanted - distance - along;
+    const Vector3<R> slide = motion - contact.n * along;
+    // By a tenth of the violation, and of so long a way that what trembles at rest is not meant.
+    return violation > R(0) && dot(slide, slide) > R(0.1) * distance * larger(violation, R(0.1) * distance);
+  }
+
+  /// Turns n to the normal where the motion ends, or half the way there, if along it the sides are `enough` apart at
+  /// the start and at the end. Returns their distance along n at the start.
+  KERNEL R turn(SelfContact<R>& contact, const Vector3<double>* x, R distance, R enough) const {
+    Vector3<double> end[4];
+    double weight[4];
+    for (int j = 0; j < 4; ++j) end[j] = x[j] + in_double(reaches.d[contact.i[j]]);
+    weigh(contact.first, end, weight);
+    const Vector3<double> there = unit(between(end, weight));
+    SelfContact<R> turned = contact;
+    turn_to(turned, there, x);
+    if (turned.gap > enough) {
+      for (int j = 0; j < 4; ++j) turned.weight[j] = R(weight[j]);
+    } else {
+      turn_to(turned, unit(there + in_double(contact.n)), x);
+      if (!(smaller(turned.gap, gap_along(turned, end)) > enough)) return distance;
+      for (int j = 0; j < 4; ++j) weight[j] = double(contact.weight[j]);
+    }
+    contact = turned;
+    return R(dot(in_double(contact.n), between(x, weight)));
+  }
+  KERNEL static void turn_to(SelfContact<R>& contact, const Vector3<double>& n, const Vector3<double>* x) {
+    contact.n = {R(n.x), R(n.y), R(n.z)};
+    contact.gap = gap_along(contact, x);
+  }
+
+  KERNEL static Vector3<double> unit(const Vector3<double>& a) { return a * (1 / root(dot(a, a))); }
+  KERNEL static R positive(R a) { return larger(a, R(0)); }
+  KERNEL static void places(const ScatteredPoints<R>& of, const SelfContact<R>& c, Vector3<double>* x) {
+    for (int j = 0; j < 4; ++j) x[j] = in_double(of[c.i[j]]);
+  }
+};
+
+/// 1 where the candidate is worth a look.
+template <class R>
+struct CountMeetings {
+  LookAtCandidate<R> look;
+  int* meets;
+  KERNEL void operator()(int c) const { meets[c] = look.may_meet(look.candidates[c]) ? 1 : 0; }
+};
+
+}  // namespace malha

@@ -1,0 +1,88 @@
+// Near pairs push: Gauss-Seidel, a block of pairs that share no particle at once (Müller et al. 2006; the push that a
+// contact has accumulated is never below 0), with Coulomb's friction on positions (Macklin et al. 2014).
+#pragma once
+#include "kernels/parallel/reductions.h"
+#include "kernels/self_collision/contact_block.h"
+
+namespace malha {
+
+/// Groups: patches of one phase, whose particles are theirs alone.
+template <class R, bool rubs>
+struct PushPairs {
+  using Shared = void;
+  static constexpr int kMostThreads = 32;  // half of them have a pair of a block
+  Pairs<R> pairs;
+  Vec4<R>* moved;  // p - x0; w: 1/kg
+  R friction;      // Coulomb's mu
+
+  template <class Group>
+  KERNEL void operator()(const Group& group) const {
+    using Isa = typename Group::Isa;
+    // What is nearest at a rim pushes aslant, while its neighbours usually are as near and push straight: it would
+    // brake or drive what slides. So it pushes what they leave.
+    for (const bool rim : {false, true})
+      pairs.patches[group.index].for_each_block([&](int b, int) KERNEL_LAMBDA {
+        const PairBits bits = pairs.bits[b];
+        const unsigned own = rim ? bits.rim : bits.near & ~bits.rim;
+        constexpr int lanes = kLanes<R, Isa>;
+        constexpr unsigned all = (1ull << lanes) - 1;
+        if (own == 0) return;
+        group.for_each(kPairBlock / lanes, [&](int pack) KERNEL_LAMBDA {
+          const int k = pack * lanes;
+          if (own >> k & all) push<Lane<R, Isa>>(pairs.blocks[b], k, own >> k & all);
+        });
+      });
+  }
+
+ private:
+  template <class S>
+  KERNEL void push(PairBlock<R>& block, int k, unsigned own) const {
+    const S zero(R(0)), one(R(1));
+    Vector3<S> m[4], n;
+    S u[4], w[4], short_of, lambda;
+    for (int j = 0; j < 4; ++j) gather_rows(moved, block.i[j] + k, m[j], u[j]);
+    load(block.n[0] + k, n.x), load(block.n[1] + k, n.y), load(block.n[2] + k, n.z);
+    for (int j = 0; j < 3; ++j) load(block.w[j] + k, w[1 + j]);
+    w[0] = -(w[1] + w[2] + w[3]);
+    load(block.short_of + k, short_of), load(block.lambda + k, lambda);
+    const Vector3<S> motion = m[0] * w[0] + m[1] * w[1] + m[2] * w[2] + m[3] * w[3];
+    const S along = dot(n, motion);
+    const auto active = ((lambda > zero) | (along < short_of)) & lanes_of<S>(own);
+    if (bits_of(active) == 0) return;
+    const S W = w[0] * w[0] * u[0] + w[1] * w[1] * u[1] + w[2] * w[2] * u[2] + w[3] * w[3] * u[3];
+    const auto moves = active & (W > S(tiny<R>()));
+    const S per = select(moves, one / W, zero);
+    const S dlambda = select(moves, larger((short_of - along) * per, -lambda), zero);
+    lambda = lambda + dlambda;
+    store(lambda, block.lambda + k);
+    Vector3<S> impulse = n * dlambda;
+    if constexpr (rubs) {
+      Vector3<S> slip;
+      load(block.slip[0] + k, slip.x), load(block.slip[1] + k, slip.y), load(block.slip[2] + k, slip.z);
+      const Vector3<S> wanted = slip + (motion - n * along) * per;
+      const S length = root(dot(wanted, wanted)), most = S(friction) * lambda;
+      const Vector3<S> taken = wanted * select(length > most, most / length, one);
+      impulse = impulse - (taken - slip);
+      store(taken.x, block.slip[0] + k), store(taken.y, block.slip[1] + k), store(taken.z, block.slip[2] + k);
+    }
+    // Lanes that do not move keep what they have, to the bit: their weights may be no numbers.
+    for (int j = 0; j < 4; ++j)
+      scatter_rows(moved, block.i[j] + k, m[j] + or_zero(moves, impulse * (w[j] * u[j])), u[j]);
+  }
+};
+
+/// Those of a patch that pushed in the last projection.
+template <class R>
+struct CountPushes {
+  Pairs<R> pairs;
+  KERNEL Sum operator()(int u) const {
+    int count = 0;
+    pairs.patches[u].for_each_block([&](int b, int) KERNEL_LAMBDA {
+      for (unsigned near = pairs.bits[b].near; near != 0; near &= near - 1)
+        count += pairs.blocks[b].lambda[lowest_bit(near)] > R(0) ? 1 : 0;
+    });
+    return {double(count)};
+  }
+};
+
+}  // namespace malha

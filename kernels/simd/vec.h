@@ -1,0 +1,121 @@
+// Small vectors: Vector3 over a scalar or a pack of scalars, and Vec4, four numbers in one aligned load.
+#pragma once
+#include <math.h>
+
+#include "kernels/parallel/compute.h"
+
+namespace malha {
+
+template <class S>
+struct Vector3 {
+  S x, y, z;
+};
+
+template <class S>
+KERNEL Vector3<S> operator+(const Vector3<S>& a, const Vector3<S>& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class S>
+KERNEL Vector3<S> operator-(const Vector3<S>& a, const Vector3<S>& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class S>
+KERNEL Vector3<S> operator-(const Vector3<S>& a) {
+  return {-a.x, -a.y, -a.z};
+}
+template <class S>
+KERNEL Vector3<S> operator*(const Vector3<S>& a, S s) {
+  return {a.x * s, a.y * s, a.z * s};
+}
+template <class S>
+KERNEL S dot(const Vector3<S>& a, const Vector3<S>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class S>
+KERNEL Vector3<S> cross(const Vector3<S>& a, const Vector3<S>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+template <class R>
+KERNEL bool same(const Vector3<R>& a, const Vector3<R>& b) {
+  return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+template <class R>
+KERNEL Vector3<double> in_double(const Vector3<R>& a) {
+  return {double(a.x), double(a.y), double(a.z)};
+}
+template <class R>
+KERNEL Vector3<R> rounded(const Vector3<double>& a) {
+  return {R(a.x), R(a.y), R(a.z)};
+}
+
+/// One particle in one aligned load: 16 bytes in float. What w holds is its owner's affair.
+template <class R>
+struct alignas(4 * sizeof(R)) Vec4 {
+  R x, y, z, w;
+  KERNEL Vector3<R> xyz() const { return {x, y, z}; }
+  KERNEL void set(const Vector3<R>& a) { x = a.x, y = a.y, z = a.z; }
+};
+
+// The scalar side of what packs offer too (kernels/simd/pack.h), so that constraints are written once.
+KERNEL float root(float a) { return sqrtf(a); }
+KERNEL double root(double a) { return sqrt(a); }
+KERNEL double norm(const Vector3<double>& a) { return root(dot(a, a)); }
+template <class R>
+KERNEL R select(bool mask, R a, R b) {
+  return mask ? a : b;
+}
+template <class R>
+KERNEL R larger(R a, R b) {
+  return a > b ? a : b;
+}
+template <class R>
+KERNEL R smaller(R a, R b) {
+  return a < b ? a : b;
+}
+/// A bit where the mask holds (masks that are combined are numbers).
+KERNEL unsigned bits_of(int mask) { return mask != 0 ? 1 : 0; }
+
+/// Of a number or a pack of them.
+template <class S>
+KERNEL S magnitude(const S& a) {
+  return larger(a, -a);
+}
+
+/// The number type under a lane: R for R, and for a pack of R (kernels/simd/pack.h).
+template <class S>
+struct RealOf {
+  using type = S;
+};
+
+/// What rounding took from sum = a + b (Knuth's TwoSum: whichever is the larger).
+template <class S>
+KERNEL S lost_of(const S& a, const S& b, const S& sum) {
+  const S other = sum - a;
+  return (a - (sum - other)) + (b - other);
+}
+template <class S>
+KERNEL Vector3<S> lost_of(const Vector3<S>& a, const Vector3<S>& b, const Vector3<S>& sum) {
+  return {lost_of(a.x, b.x, sum.x), lost_of(a.y, b.y, sum.y), lost_of(a.z, b.z, sum.z)};
+}
+
+/// a where the mask holds, and otherwise zero, whatever a is.
+template <class Mask, class S>
+KERNEL Vector3<S> or_zero(const Mask& mask, const Vector3<S>& a) {
+  const S zero(typename RealOf<S>::type(0));
+  return {select(mask, a.x, zero), select(mask, a.y, zero), select(mask, a.z, zero)};
+}
+
+/// a where the mask holds, otherwise b.
+template <class Mask, class S>
+KERNEL Vector3<S> either(const Mask& mask, const Vector3<S>& a, const Vector3<S>& b) {
+  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
+}
+
+/// Below this a sum of squared gradients counts as zero: the division by it would leave the range of the type.
+template <class R>
+KERNEL constexpr R tiny() {
+  return sizeof(R) == 4 ? R(1e-30) : R(1e-200);
+}
+
+}  // namespace malha

@@ -1,0 +1,125 @@
+// What a device answers of contacts by the lists of a mesh, and what it leaves to the host: together the same.
+#include "host/environment/contact_query_device.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <vector>
+
+#include "host/base/point_array.h"
+#include "host/environment/contact_cache_storage.h"
+#include "host/environment/find_contact.h"
+#include "host/mesh/generate.h"
+#include "tests/numbers.h"
+#include "tests/small_scenes.h"
+
+namespace malha {
+namespace {
+
+constexpr double kSphereThickness = 0.01;
+
+/// Particles near a surface, from which they move on ways of their own, and what is remembered of them.
+class NearASurface {
+ public:
+  NearASurface(const Surface& surface, int count, Sides sides)
+      : mesh_{&surface, sides, kSphereThickness, {}, {}},
+        count_(count),
+        w_(static_cast<std::size_t>(count), 1.0f),
+        memory_(static_cast<std::size_t>(count)) {
+    std::vector<Vec3> places;
+    Random random(5);
+    for (int i = 0; i < count; ++i) {
+      const Vector3<double> at = random.direction() * (0.5 + kSphereThickness * random(0.3, 4));
+      places.push_back({at.x, at.y, at.z});
+    }
+    x_ = PointArray<Serial, float>(places), v_ = PointArray<Serial, float>(places);
+    d_ = PointArray<Serial, float>(places.size()), low_ = PointArray<Serial, float>(places.size());
+  }
+
+  /// Arrives where it went, and goes on by up to `way` (m) in any direction.
+  void move(double way, Random& random) {
+    for (int i = 0; i < count_; ++i) {
+      particles().p.arrive(i);
+      d_.points().set(i, rounded<float>(random.in_cube(way)));
+    }
+    for (int s = 0; s < memory_.slots(); ++s) let_go(memory_.view().contacts[s]);
+  }
+
+  /// How many of all are left to the host.
+  int find(bool by_lists) {
+    memory_.make_room(Serial{}, count_, static_cast<int>(words_of(static_cast<std::size_t>(count_))));
+    const Nearby<float> nearby = memory_.view();
+    const Surroundings<float> all{&mesh_, 1, particles(), &nearby};
+    std::vector<unsigned long long> bits(words_of(static_cast<std::size_t>(count_)), 0);
+    for (int i = 0; i < count_; ++i) bits[i / kWord] |= 1ull << i % kWord;
+    if (by_lists) {
+      std::vector<unsigned long long> once(bits.size()), lifted(bits.size());
+      const Questions asked{bits.data(), 1, static_cast<int>(bits.size())};
+      parallel_for(Serial{}, asked.words, FindAskedOnce{asked, once.data(), lifted.data()});
+      const ListBits own{bits.data(), nullptr, once.data(), lifted.data()};
+      parallel_for(Serial{}, asked.words, GivePlaces<float>(look_at(all, 0), own));
+      parallel_for(Serial{}, count_, AnswerByLists<float>(look_at(all, 0), own, INFINITY));
+    }
+    int left = 0;
+    for (const unsigned long long word : bits) left += std::popcount(word);
+    parallel_dealt(Serial{}, static_cast<int>(bits.size()), FindContact<float>(all, 0, bits.data()));
+    return left;
+  }
+
+  void expect_as(const NearASurface& other) const {
+    const Nearby<float> a = memory_.view(), b = other.memory_.view();
+    for (int i = 0; i < count_; ++i) {
+      ASSERT_TRUE(same(x_.points()[i], other.x_.points()[i]) && same(d_.points()[i], other.d_.points()[i])) << i;
+      const Vector3<double> at = in_double(x_.points()[i]);
+      const LastSeen seen = a.seen(i, at), also = b.seen(i, at);
+      ASSERT_TRUE(same_bits(seen.at, also.at) && same_bits(seen.distance, also.distance)) << i;
+      ASSERT_EQ(seen.triangle, also.triangle) << i;
+      const Contact<float>*one = a.contact(i), *two = b.contact(i);
+      ASSERT_EQ(one != nullptr, two != nullptr) << i;
+      if (!one) continue;
+      ASSERT_TRUE(same_bits(one->plane.w, two->plane.w)) << i;
+      const bool laid = one->plane.w > -INFINITY;
+      ASSERT_TRUE(!laid || (same(one->plane.xyz(), two->plane.xyz()) && same_bits(one->surface, two->surface))) << i;
+      const NearFeature &held = a.near[a.slot(i)].feature, &also_held = b.near[b.slot(i)].feature;
+      ASSERT_TRUE(same_bits(held.radius, also_held.radius)) << i;
+      ASSERT_TRUE(!(held.radius > 0) || held.kind == also_held.kind) << i;
+    }
+  }
+
+ private:
+  Particles<float> particles() {
+    return {count_, x_.points(), v_.points(), {x_.points(), d_.points(), low_.points()}, w_.data()};
+  }
+
+  MovingSurface mesh_;
+  int count_;
+  PointArray<Serial, float> x_, low_, v_, d_;
+  std::vector<float> w_;
+  NearMemory<Serial, float> memory_;
+};
+
+class ListsOf : public testing::TestWithParam<Sides> {};
+
+TEST_P(ListsOf, ASphereAnswerMostAndLeaveWhatTheHostWould) {
+  const Device device;
+  const Mesh mesh = generate(SphereShape{0.5, 3});
+  const Surface surface(device, mesh), other(device, mesh);
+  constexpr int count = 1000;
+  NearASurface lists(surface, count, GetParam()), host(other, count, GetParam());
+  Random one(3), same_one(3);
+  int left = 0, looks = 0;
+  for (int substep = 0; substep < 30; ++substep) {
+    const double way = substep % 10 == 9 ? 3 * kSphereThickness : 0.02 * kSphereThickness;  // a jump now and then
+    lists.move(way, one), host.move(way, same_one);
+    const int now = lists.find(true);
+    EXPECT_EQ(host.find(false), count);
+    if (substep % 10 > 1) left += now, looks += count;
+    ASSERT_NO_FATAL_FAILURE(lists.expect_as(host)) << substep;
+  }
+  EXPECT_LT(left, looks / 3) << "after the first looks, in which cells are made";
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, ListsOf, testing::Values(Sides::Solid, Sides::OneSided, Sides::TwoSided));
+
+}  // namespace
+}  // namespace malha

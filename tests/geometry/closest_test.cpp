@@ -1,0 +1,125 @@
+// What self-collision is made of: closest points, sums and sorting.
+#include "kernels/geometry/closest.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "host/base/radix_sort.h"
+#include "kernels/geometry/closest_pair.h"
+#include "tests/numbers.h"
+
+namespace malha {
+namespace {
+
+template <class R>
+Vector3<R> anywhere(Random& random, double size = 1) {
+  return {R(random(-size, size)), R(random(-size, size)), R(random(-size, size))};
+}
+
+template <class R>
+class ClosestPoints : public testing::Test {};
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(ClosestPoints, Precisions);
+
+// The closest point q of a convex set is the one for which no point of the set lies beyond the plane through q that p -
+// q is the normal of: a certificate that needs no other algorithm.
+TYPED_TEST(ClosestPoints, OfATriangleHaveItsCornersBehindTheirPlane) {
+  using R = TypeParam;
+  Random random(1);
+  const double rounding = sizeof(R) == 4 ? 2e-3 : 1e-7;  // needles keep half of the digits
+  for (int k = 0; k < 20000; ++k) {
+    const Vector3<R> b = anywhere<R>(random);
+    Vector3<R> c = anywhere<R>(random);
+    if (k % 5 == 1) c = b * R(random(-1, 2));  // no area
+    if (k % 5 == 2) c = b;
+    const Vector3<R> p = anywhere<R>(random), w = closest_on_triangle(b, c, p), q = b * w.y + c * w.z;
+    ASSERT_TRUE(w.x >= 0 && w.y >= 0 && w.z >= 0);
+    ASSERT_NEAR(w.x + w.y + w.z, 1, 1e-6);
+    for (const Vector3<R>& corner : {Vector3<R>{0, 0, 0}, b, c})
+      ASSERT_LE(double(dot(p - q, corner - q)), rounding) << k;
+  }
+}
+
+TYPED_TEST(ClosestPoints, OfTwoSegmentsHaveTheirEndsBehindTheirPlanes) {
+  using R = TypeParam;
+  Random random(2);
+  const double rounding = sizeof(R) == 4 ? 5e-4 : 1e-10;  // nearly parallel ones lose half of the digits
+  for (int k = 0; k < 20000; ++k) {
+    Vector3<R> d = anywhere<R>(random), e = anywhere<R>(random);
+    const Vector3<R> r = anywhere<R>(random);
+    if (k % 5 == 1) e = d * R(random(-2, 2));  // parallel
+    if (k % 5 == 2) d = {0, 0, 0};
+    if (k % 5 == 3) e = {0, 0, 0};
+    const SegmentPoints<R> at = closest_on_segments(d, e, r);
+    ASSERT_TRUE(at.s >= 0 && at.s <= 1 && at.t >= 0 && at.t <= 1);
+    const Vector3<R> one = d * at.s, other = r + e * at.t, apart = one - other;
+    for (const Vector3<R>& end : {Vector3<R>{0, 0, 0}, d}) ASSERT_GE(dot(apart, end - one), -rounding) << k;
+    for (const Vector3<R>& end : {r, r + e}) ASSERT_LE(dot(apart, end - other), rounding) << k;
+  }
+}
+
+// The same points as pairs find them, without a branch.
+TYPED_TEST(ClosestPoints, OfPairsAreThoseOfTrianglesAndSegments) {
+  using R = TypeParam;
+  Random random(5);
+  const double rounding = sizeof(R) == 4 ? 2e-4 : 1e-9;  // of distances; needles and parallels keep half of the digits
+  for (int k = 0; k < 20000; ++k) {
+    Vector3<R> x[4];
+    R w[4];
+    for (Vector3<R>& at : x) at = anywhere<R>(random);
+    if (k % 5 == 1) x[3] = x[2];  // no area, no length
+    weigh<PairKind::Face>(x, w);
+    const Vector3<R> t = closest_on_triangle(x[2] - x[1], x[3] - x[1], x[0] - x[1]);
+    const Vector3<R> on = x[1] * t.x + x[2] * t.y + x[3] * t.z;
+    ASSERT_NEAR(norm(to_double(apart_by(x, w))), norm(to_double(x[0] - on)), rounding) << k;
+    ASSERT_NEAR(w[0] + w[1] + w[2] + w[3], 0, 1e-5);
+    weigh<PairKind::Edges>(x, w);
+    const SegmentPoints<R> at = closest_on_segments(x[1] - x[0], x[3] - x[2], x[2] - x[0]);
+    const Vector3<R> one = x[0] + (x[1] - x[0]) * at.s, other = x[2] + (x[3] - x[2]) * at.t;
+    ASSERT_NEAR(norm(to_double(apart_by(x, w))), norm(to_double(one - other)), rounding) << k;
+    ASSERT_NEAR(w[0] + w[1] + w[2] + w[3], 0, 1e-5);
+  }
+}
+
+TEST(Sorter, SortsByKeyAndKeepsTheOrderOfEquals) {
+  Random random(3);
+  for (const int count : {0, 1, 2, 1000, 100000})
+    for (const int bits : {3, 14}) {
+      Sorter<OpenMP> sorter;
+      std::vector<std::pair<unsigned, int>> expected;
+      Keyed* const items = sorter.items(count);
+      for (int i = 0; i < count; ++i) {
+        items[i] = {unsigned(random.below(1 << bits)), i};
+        expected.emplace_back(items[i].key, i);
+      }
+      std::sort(expected.begin(), expected.end());
+      sorter.sort(OpenMP{3}, count, bits, 1 << bits);
+      for (int i = 0; i < count; ++i) {
+        ASSERT_EQ(sorter.sorted()[i].key, expected[i].first);
+        ASSERT_EQ(sorter.sorted()[i].value, expected[i].second);
+        ASSERT_LE(sorter.begin()[expected[i].first], i);
+        ASSERT_GT(sorter.begin()[expected[i].first + 1], i);
+      }
+      EXPECT_EQ(sorter.begin()[0], 0);
+      EXPECT_EQ(sorter.begin()[1 << bits], count);
+    }
+}
+
+TEST(Sorter, SumsWhatComesBefore) {
+  Random random(4);
+  for (const int count : {0, 1, 8191, 8192, 50000}) {
+    std::vector<int> values(count), expected(count);
+    for (int& value : values) value = random.below(9);
+    std::exclusive_scan(values.begin(), values.end(), expected.begin(), 0);
+    const int sum = std::accumulate(values.begin(), values.end(), 0);
+    Growing<OpenMP, int> memory;
+    EXPECT_EQ(running_sum(OpenMP{2}, values.data(), count, memory), sum);
+    EXPECT_EQ(values, expected);
+  }
+}
+
+}  // namespace
+}  // namespace malha

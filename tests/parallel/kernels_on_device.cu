@@ -1,0 +1,120 @@
+// Instantiates the kernels on the device: what only a device compiler refuses is found without a GPU.
+#include "host/solver/cuda.cuh"
+#include "kernels/attachments/attachment.h"
+#include "kernels/attachments/long_range.h"
+#include "kernels/constraints/constraint_registry.h"
+#include "kernels/environment/clearance.h"
+#include "kernels/environment/contact.h"
+#include "kernels/environment/contact_cache.h"
+#include "kernels/environment/edge_contact.h"
+#include "kernels/environment/edge_truncate.h"
+#include "kernels/environment/point_triangle_batch.h"
+#include "kernels/environment/triangle_octree.h"
+#include "kernels/filter/corrector.h"
+#include "kernels/filter/dense_filter.h"
+#include "kernels/filter/front.h"
+#include "kernels/filter/sparse_filter.h"
+#include "kernels/filter/spring_energy.h"
+#include "kernels/filter/springs.h"
+#include "kernels/forces/air.h"
+#include "kernels/forces/damping.h"
+#include "kernels/forces/integrate.h"
+#include "kernels/forces/momenta.h"
+#include "kernels/forces/pressure.h"
+#include "kernels/forces/sleep.h"
+#include "kernels/measure/energies.h"
+#include "kernels/measure/motion_energy.h"
+#include "kernels/measure/over_elongation.h"
+#include "kernels/multilevel/solve_coarse_patch.h"
+#include "kernels/patch/solve_patch.h"
+#include "kernels/projection/rest.h"
+#include "kernels/projection/user_constraint.h"
+#include "kernels/self_collision/broad_phase_cooperative.h"
+#include "kernels/self_collision/kinematic_push.h"
+#include "kernels/self_collision/rigid_sums.h"
+#include "kernels/self_collision/self_checks.h"
+#include "kernels/self_collision/solve_contacts.h"
+#include "kernels/self_collision/swept_bounds.h"
+
+namespace malha {
+
+template <class... Kernels>
+void instantiate() {
+  (launch_items<<<1, 1>>>(0, Kernels{}), ...);
+}
+
+template <class Kernel>
+void launch_one(const Kernel& kernel) {
+  if constexpr (kShared<Kernel>)
+    launch_shared<<<1, 1>>>(0, nullptr, 0, kernel);
+  else
+    launch_alone<<<1, 1>>>(0, 0, nullptr, 0, kernel);
+}
+
+template <class... Kernels>
+void instantiate_groups() {
+  (launch_one(Kernels{}), ...);
+}
+
+template <class... Kinds>
+void instantiate_residuals(KindList<Kinds...>) {
+  instantiate<MeasureResidual<Kinds, double[3]>...>();
+}
+template void instantiate_residuals(ConstraintKinds);
+template void
+instantiate<MeasureVolume<double[3]>, MeasureEnergy<NeoHookean, double[3]>, MeasureEnergy<Membrane, double[3]>>();
+
+template <class R>
+void instantiate_filters() {
+  using Ends = FilterEnds<R>;
+  instantiate_groups<SumForces<R, ExplicitForces<R>, false>, SumForces<R, MissingForces<R>, true>>();
+  instantiate<FindTargets<R, Plate::Stencil, Plate::particles>, FindTargets<R, IsometricBending::Stencil, 4>>();
+  instantiate_groups<ForwardTask<R, Ends>, ForwardTop<R>, BackwardTop<R>, NarrowTop<R, true>, NarrowTop<R, false>,
+                     BackwardTask<R, Ends>>();
+  instantiate_groups<Pieces<SumTop<R, Ends>>, Pieces<HandOutTop<R, Ends>>, Pieces<GatherTop<R>>, Pieces<KeepTop<R>>>();
+  instantiate_groups<MultiplyDense<R, R>, MultiplyDense<short, R>>();
+  instantiate<GatherDense<R, R, Ends>, SumDense<short, R, Ends>, EliminateFront<R, Own>>();
+  instantiate<SpringRows<R>, FilteredRows<R>, FilteredMotion<R>, RemoveRigid<R>, RemoveAsPublished<R>>();
+  instantiate<MeasureExcess<R, Points<R>>, MeasureExcess<R, Displaced<R>>, MeasureSpring<double[3], int[2]>>();
+}
+template void instantiate_filters<float>();
+template void instantiate_filters<double>();
+
+template <class R>
+void instantiate_all() {
+  instantiate_groups<Visit<R>, CoarseVisit<R>, Restrict<R>, AddMeans<R>, Pieces<AddParts<R>>, MayTouch<R>,
+                     MeasureRoom<R>>();
+  instantiate<StepBack<R>, KeepHeld<R>, MeasureRuns<R>, AskAgain<R>, StartLocal<R>, MoveLocal<R>>();
+  instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, LayEdgeContacts<R>, EnterParticles<R>>();
+  instantiate_groups<MeasureMomenta<R, R, false, false>, MeasureMomenta<R, R, false, true>,
+                     MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, NoteMomenta,
+                     AddRigidMotion<R>, DampTowardsRigid<R>>();
+  instantiate<FindReturn<R>, FindRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
+  instantiate<Predict<R>, Drag<R>, UpdateState<R>, ArriveAll<R>, TakeOrigins<R>>();
+  instantiate<SumMass<R>, MeasureMotion<R>>();
+  instantiate<EnclosedVolume<Points<R>>, EnclosedVolume<Displaced<R>>, PressureGradient<R>, MeasureInertia<R>,
+              SumAlongPressure<R>, PutPressure<R>, ApplyFilteredPressure<R>, ApplyPressure<R>>();
+  instantiate<ReduceRun<Largest, MeasureBeyondReach<R>>, LimitReach<R>, FacesInAir<R>, BlowOnParticles<R>,
+              MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
+  instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>, GatherOwn<R, Points<R>>,
+              GatherOwn<R, Displaced<R>>, ScatterOwn<R>>();
+  instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>, LetGo<R>>();
+  instantiate<BoxParticles<R>, SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>>();
+  instantiate<AskContacts<R>, SplitMasses<R>, PushContacts<R, ObjectFriction<R>>, GatherPushes<R, TurnToWorld>,
+              CountPushing<R>>();
+  instantiate<FindCrossing<R>, HoldParticles<R, PlaceLocal<R>>, SumHeld<R>, SumHeldMotion<R>, AddRigidGain<R>,
+              NoteMotion<R>, NoteChange<R>, LimitSpeed<R>, CopyPoints<R>, CopyPoints<R, Displaced<R>>,
+              CopyPoints<R, FromOrigin<R>>, CountFixed<R>, MarkDriven<R>>();
+  instantiate<StoreMoved<R>, TakeMoved<R>, StayInReach<R>, FindCommon<R>, KeepInReach<R>, StartReach<R>, BoxReach<R>>();
+  instantiate<BoxUnits<R>, BoxLevel<R>, CountPushes<R>, SumLeft<R>, HoldLimited<R>>();
+  instantiate_groups<FindPairsTogether<R>, LookAtPairs<R>, PushPairs<R, false>, PushPairs<R, true>, FindCrossings<R>,
+                     LimitCrossing<R>, LimitParts<R>, DriveCrossing<R>, CarryCrossing<R>>();
+}
+
+template void instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore, ForgetCells,
+                          StartPressure, PushPressure>();
+
+template void instantiate_all<float>();
+template void instantiate_all<double>();
+
+}  // namespace malha

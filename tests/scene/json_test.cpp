@@ -1,0 +1,171 @@
+#include "host/scene/json.h"
+
+#include <gtest/gtest.h>
+
+#include "host/base/spelling_suggestion.h"
+#include "host/scene/json_reader.h"
+#include "tests/refusal.h"
+
+namespace malha {
+namespace {
+
+std::string refusal_of_text(const std::string& text) {
+  return refusal([&] { parse_json(text, "a.json"); });
+}
+
+// The refusal when `read` reads `text` as a value.
+template <class Read>
+std::string refusal_of_value(const std::string& text, Read&& read) {
+  const JsonValue value = parse_json(text, "a.json");
+  return refusal([&] { read(JsonReader(value, "a.json", "/x")); });
+}
+
+TEST(ParseJson, ReadsEveryKindOfValue) {
+  const JsonValue v = parse_json(R"({"a": [1, -2.5, 1e3, true, null], "b\u00e9/~": {"c": "\"x\\"}})", "a.json");
+  ASSERT_EQ(v.keys, (std::vector<std::string>{"a", "b\u00e9/~"}));
+  ASSERT_EQ(v.items[0].items.size(), 5u);
+  EXPECT_EQ(v.items[0].items[0].number, 1);
+  EXPECT_EQ(v.items[0].items[1].number, -2.5);
+  EXPECT_EQ(v.items[0].items[2].number, 1000);
+  EXPECT_TRUE(v.items[0].items[3].boolean);
+  EXPECT_EQ(v.items[0].items[4].type, JsonValue::Type::Null);
+  ASSERT_NE(v.find("b\u00e9/~"), nullptr);
+  EXPECT_EQ(v.find("b\u00e9/~")->find("c")->text, "\"x\\");
+  EXPECT_EQ(v.find("c"), nullptr);
+}
+
+TEST(ParseJson, NamesLineAndColumnOfASyntaxError) {
+  EXPECT_EQ(refusal_of_text("{\n  \"a\": 1,\n}"),
+            "a.json: line 3, column 1: found unexpected '}'; allowed: string literal; strict JSON has no comma after "
+            "the last item");
+  EXPECT_EQ(refusal_of_text("[1 2]"), "a.json: line 1, column 4: found unexpected number literal; allowed: ']'");
+}
+
+TEST(ParseJson, NamesTheEndOfATruncatedText) {
+  EXPECT_EQ(refusal_of_text("[1,\n 2").find("a.json: line 2, column 3: found unexpected end of input"), 0u);
+  EXPECT_EQ(refusal_of_text("").find("a.json: line 1, column 1: found unexpected end of input"), 0u);
+}
+
+TEST(ParseJson, RefusesTextAfterTheEnd) {
+  EXPECT_EQ(refusal_of_text("{} x").find("a.json: line 1, column 4: found invalid literal"), 0u);
+}
+
+TEST(ParseJson, RefusesComments) {
+  EXPECT_EQ(refusal_of_text("// a\n{}").find("a.json: line 1, column 1: found invalid literal"), 0u);
+}
+
+TEST(ParseJson, RefusesNonFiniteNumbers) {
+  EXPECT_EQ(refusal_of_text("[1e999]"),
+            "a.json: line 1, column 6: found number overflow parsing '1e999'; allowed: JSON with finite numbers");
+  EXPECT_NE(refusal_of_text("[-1e999]").find("number overflow"), std::string::npos);
+  EXPECT_NE(refusal_of_text("[NaN]").find("invalid literal"), std::string::npos);
+  EXPECT_NE(refusal_of_text("[Infinity]").find("invalid literal"), std::string::npos);
+}
+
+TEST(ParseJson, RefusesDuplicateKeysAndNamesTheSecond) {
+  EXPECT_EQ(refusal_of_text("{\"a\": 1,\n \"b\": {\"a\": 2},\n  \"a\": 3}"),
+            "a.json: line 3, column 3: found the key 'a' a second time in one object; allowed: each key once");
+}
+
+TEST(ParseJson, FindsThePlaceOfADuplicateKeyWithEscapedQuotes) {
+  EXPECT_EQ(refusal_of_text(R"({"a\"\\": 1, "a\u0022\\": 2})").find("a.json: line 1, column 14: found the key"), 0u);
+}
+
+TEST(ParseJson, RefusesKeysThatWouldBreakTheLineOfAMessage) {
+  EXPECT_EQ(refusal_of_text("{\"a\\nb\": 1}"),
+            "a.json: line 1, column 2: found a key with a control character; allowed: keys of one line");
+}
+
+TEST(ParseJson, RefusesDeepNestingInsteadOfOverflowingTheStack) {
+  EXPECT_EQ(refusal_of_text(std::string(1000000, '[')),
+            "a.json: line 1, column 65: found more than 64 levels of brackets; allowed: 64 levels");
+  EXPECT_EQ(refusal_of_text(std::string(64, '[') + std::string(64, ']')), "");
+}
+
+TEST(ParseJson, RefusesIllFormedUtf8) {
+  EXPECT_NE(refusal_of_text("[\"\xff\"]").find("ill-formed UTF-8"), std::string::npos);
+}
+
+TEST(JsonPointer, EscapesSlashAndTilde) { EXPECT_EQ(json_pointer("/a", "b/c~d"), "/a/b~1c~0d"); }
+
+TEST(NearMiss, FindsASlipOfTheKeys) {
+  const std::vector<std::string> words{"distance", "distance_limit", "bending", "mass"};
+  EXPECT_EQ(near_miss("distanse", words), "distance");
+  EXPECT_EQ(near_miss("distance_limt", words), "distance_limit");
+  EXPECT_EQ(near_miss("Bneding", words), "bending");
+  EXPECT_EQ(near_miss("mas", words), "mass");
+}
+
+TEST(NearMiss, FindsNothingInAnotherWord) {
+  EXPECT_EQ(near_miss("volume", {"distance", "mass"}), "");
+  EXPECT_EQ(near_miss("", {"a"}), "");
+  EXPECT_EQ(near_miss("x", {"y"}), "");  // one edit, but nothing of the word is left
+}
+
+TEST(JsonReader, RefusesAnUnknownKeyBeforeAMissingOne) {
+  const auto read = [](const JsonReader& at) {
+    at.object({{"mass", [](const JsonReader&) {}, true}, {"name", [](const JsonReader&) {}}});
+  };
+  EXPECT_EQ(refusal_of_value(R"({"mas": 1})", read),
+            "a.json: /x/mas: found unknown key 'mas' (did you mean 'mass'?); allowed: mass, name");
+  EXPECT_EQ(refusal_of_value("{}", read), "a.json: /x: found no key 'mass'; allowed: an object with the key 'mass'");
+  EXPECT_EQ(refusal_of_value("3", read), "a.json: /x: found 3; allowed: an object with the keys mass, name");
+}
+
+TEST(JsonReader, RefusesMoreOrLessThanOneAlternative) {
+  const auto read = [](const JsonReader& at) {
+    at.one_of({{"a", [](const JsonReader&) {}}, {"b", [](const JsonReader&) {}}});
+  };
+  EXPECT_EQ(refusal_of_value("{}", read), "a.json: /x: found an empty object; allowed: exactly one of a, b");
+  EXPECT_EQ(refusal_of_value(R"({"a": 1, "b": 2})", read), "a.json: /x: found a, b; allowed: exactly one of a, b");
+  EXPECT_EQ(refusal_of_value(R"({"b": 2})", read), "");
+}
+
+TEST(JsonReader, RefusesNumbersOutOfRange) {
+  const auto positive = [](const JsonReader& at) { at.number(above(0, "kg")); };
+  EXPECT_EQ(refusal_of_value("0", positive), "a.json: /x: found 0; allowed: a number > 0 (kg)");
+  EXPECT_EQ(refusal_of_value("1e-300", positive),
+            "a.json: /x: found 1e-300; allowed: a number > 0 (kg), of a size between 1e-18 and 1e+18");
+  EXPECT_EQ(refusal_of_value("\"1\"", positive), "a.json: /x: found \"1\"; allowed: a number > 0 (kg)");
+  const auto ratio = [](const JsonReader& at) { at.number(between(0, 1, "")); };
+  EXPECT_EQ(refusal_of_value("1.5", ratio), "a.json: /x: found 1.5; allowed: a number in [0, 1]");
+  EXPECT_EQ(refusal_of_value("1", ratio), "");
+  const auto length = [](const JsonReader& at) { at.number(any("m")); };
+  EXPECT_EQ(refusal_of_value("-1e39", length),
+            "a.json: /x: found -1e+39; allowed: a number (m), of a size between 1e-18 and 1e+18");
+  EXPECT_EQ(refusal_of_value("0", length), "");
+}
+
+TEST(JsonReader, RefusesFractionsAsIntegers) {
+  const auto count = [](const JsonReader& at) { at.integer(1, 10); };
+  EXPECT_EQ(refusal_of_value("2.5", count), "a.json: /x: found 2.5; allowed: an integer in [1, 10]");
+  EXPECT_EQ(refusal_of_value("11", count), "a.json: /x: found 11; allowed: an integer in [1, 10]");
+  EXPECT_EQ(refusal_of_value("true", count), "a.json: /x: found true; allowed: an integer in [1, 10]");
+  EXPECT_EQ(refusal_of_value("10.0", count), "");
+}
+
+TEST(JsonReader, RefusesListsOfAnotherLength) {
+  const auto vector = [](const JsonReader& at) { at.vec3(any("m")); };
+  EXPECT_EQ(refusal_of_value("[1, 2]", vector),
+            "a.json: /x: found a list of 2; allowed: a list of 3, each a number (m)");
+  EXPECT_EQ(refusal_of_value("[1, 2, null]", vector), "a.json: /x/2: found null; allowed: a number (m)");
+}
+
+TEST(JsonReader, RefusesUnknownAndRepeatedWords) {
+  const auto words = [](const JsonReader& at) { at.words("colour", {"red", "green"}); };
+  EXPECT_EQ(refusal_of_value("[\"gren\"]", words),
+            "a.json: /x/0: found unknown colour \"gren\" (did you mean 'green'?); allowed: red, green");
+  EXPECT_EQ(refusal_of_value("[\"red\", \"red\"]", words),
+            "a.json: /x/1: found 'red' a second time; allowed: each once");
+  EXPECT_EQ(refusal_of_value("[]", words), "a.json: /x: found a list of 0; allowed: a list of red, green");
+  EXPECT_EQ(refusal_of_value("[1]", words), "a.json: /x/0: found 1; allowed: one of red, green");
+}
+
+TEST(JsonReader, KeepsEveryMessageOnOneLine) {
+  const auto text = [](const JsonReader& at) { at.text(); };
+  EXPECT_EQ(refusal_of_value("\"a\\nb\"", text), "a.json: /x: found \"a\\nb\"; allowed: a text of one line, not empty");
+  EXPECT_EQ(refusal_of_value("\"\"", text), "a.json: /x: found \"\"; allowed: a text of one line, not empty");
+}
+
+}  // namespace
+}  // namespace malha

@@ -1,0 +1,139 @@
+// The set-up of self-collision: crossings found among triangles of any shape in near-linear time, and what is too much.
+#include "host/model/box_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include "host/model/self_surface.h"
+#include "malha/error.h"
+#include "tests/numbers.h"
+#include "tests/small_scenes.h"
+#include "tests/support.h"
+
+namespace malha {
+namespace {
+
+std::vector<BoundingBox> random_boxes(int count, unsigned seed) {
+  Random random(seed);
+  std::vector<BoundingBox> boxes;
+  for (int i = 0; i < count; ++i) {
+    const double stretch = i % 10 == 0 ? 1 : 0.05;  // a few that are large
+    const Vec3 at{random(), random(), 0.2 * random()}, half{stretch * random(0, 1), 0.03 * random(0, 1), 0};
+    boxes.push_back({at - half, {at[0] + half[0], at[1] + half[1], at[2] + half[2]}});
+  }
+  return boxes;
+}
+
+TEST(BoxTree, CountsWhatASearchOfAllBoxesCounts) {
+  const std::vector<BoundingBox> boxes = random_boxes(2000, 1), asked = random_boxes(100, 2);
+  const BoxTree tree(boxes);
+  for (const BoundingBox& box : asked) {
+    const auto all = std::count_if(boxes.begin(), boxes.end(), [&](const BoundingBox& other) {
+      bool overlap = true;
+      for (int k = 0; k < 3; ++k) overlap = overlap && other.low[k] <= box.high[k] && box.low[k] <= other.high[k];
+      return overlap;
+    });
+    EXPECT_EQ(tree.count_overlaps(box), all);
+  }
+}
+
+TEST(BoxTree, FindsEveryBoxThatASegmentEnters) {
+  const std::vector<BoundingBox> boxes = random_boxes(2000, 1);
+  const BoxTree tree(boxes);
+  Random random(3);
+  int found_in_all = 0;
+  for (int n = 0; n < 100; ++n) {
+    const Vec3 a{random(), random(), random()}, b{random(), random(), n % 4 == 0 ? a[2] : random()};
+    std::set<int> named;
+    tree.for_each_on(a, b, [&](int i) { EXPECT_TRUE(named.insert(i).second); });
+    for (int step = 0; step <= 500; ++step) {
+      const double t = step / 500.0;
+      for (std::size_t i = 0; i < boxes.size(); i += 7) {
+        bool within = true;
+        for (int k = 0; k < 3; ++k) {
+          const double at = a[k] + t * (b[k] - a[k]);
+          within = within && boxes[i].low[k] <= at && at <= boxes[i].high[k];
+        }
+        EXPECT_TRUE(!within || named.contains(static_cast<int>(i)));
+      }
+    }
+    found_in_all += static_cast<int>(named.size());
+  }
+  EXPECT_GT(found_in_all, 20);
+}
+
+/// A sheet of `cells` cells of 1 m x 1 mm, askew in space.
+Model long_thin_cells(int cells) {
+  BodySpec sheet;
+  sheet.name = "sheet", sheet.shape = GridShape{{1, 0.001 * cells}, {1, cells}}, sheet.mass = 1;
+  sheet.transform.axis = {1, 2, 3}, sheet.transform.degrees = 40;
+  return build_model(scene_of({sheet}, {0, 0, 0}, 0.01));
+}
+
+TEST(Crossings, OfLongThinCellsTryFewTrianglesAnEdge) {
+  for (const int cells : {500, 8000}) {
+    Model model = long_thin_cells(cells);
+    model.scene.self_collision = SelfCollision{1e-4, 0, {}};
+    const SelfSurface surface = self_surface(model);
+    std::int64_t tried = 0;
+    EXPECT_EQ(count_crossings(surface, model.x, &tried), 0);
+    // An edge touches the boxes of its own cell, of both beside it and of a diagonal's: uniform cubes tried them all.
+    EXPECT_LT(static_cast<double>(tried) / surface.edges, 20) << cells;
+  }
+}
+
+Scene sheets_in_one_place(int sheets, double thickness) {
+  std::vector<BodySpec> bodies;
+  for (int s = 0; s < sheets; ++s) {
+    BodySpec sheet;
+    sheet.name = "sheet " + std::to_string(s), sheet.shape = GridShape{{1, 1}, {12, 12}}, sheet.mass = 1;
+    sheet.transform.translate = {0, 1e-4 * s, 0};
+    sheet.constraints = {stiff("distance", {"edges"})};
+    bodies.push_back(sheet);
+  }
+  Scene scene = scene_of(bodies, {0, 0, 0}, 0.01);
+  scene.self_collision = SelfCollision{thickness, 0, {}};
+  return scene;
+}
+
+TEST(PairsAtTheStart, AreWarnedOfWhereTheyAreVeryMany) {
+  EXPECT_TRUE(build_model(sheets_in_one_place(1, 0.05)).notes.empty());
+  EXPECT_TRUE(build_model(sheets_in_one_place(2, 0.05)).notes.empty());
+  for (const Scene& scene : {sheets_in_one_place(1, 10), sheets_in_one_place(20, 0.05)}) {
+    const Model model = build_model(scene);
+    ASSERT_FALSE(model.notes.empty());
+    const std::string& last = model.notes.back();  // before it, what is unlikely of a thickness of 10 m
+    EXPECT_TRUE(has(last, "\"self_collision\": some ")) << last;
+    EXPECT_TRUE(has(last, " pairs whose boxes come nearer than twice the thickness of ")) << last;
+  }
+}
+
+TEST(PairsAtTheStart, AreEstimatedFromASampleOfThem) {
+  // Everything is near everything: 288 triangles with 169 particles and 456 edges of their own.
+  const Model model = build_model(sheets_in_one_place(1, 10));
+  const PairEstimate pairs = estimate_pairs(self_surface(model), model.x, 10);
+  // 3.25 pairs of two triangles are those of a sheet without a rim, which has more particles and edges: here 12 % more.
+  EXPECT_NEAR(pairs.looked_at / (169.0 * 288 + 456.0 * 455 / 2), 1, 0.15);
+  EXPECT_EQ(pairs.looked_at, pairs.near);
+}
+
+TEST(PairsAtTheStart, ThatFitNoMemoryAreRefused) {
+  BodySpec sheet;
+  sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {160, 160}}, sheet.mass = 1;
+  Scene scene = scene_of({sheet}, {0, 0, 0}, 0.01);
+  scene.self_collision = SelfCollision{10, 0, {}};  // 4e9 pairs
+  try {
+    build_model(scene);
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_TRUE(has(error.what(), "/self_collision/thickness: found some ")) << error.what();
+    EXPECT_TRUE(has(error.what(), " GiB; allowed: pairs that take no more than the memory that is left"))
+        << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace malha

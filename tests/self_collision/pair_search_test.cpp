@@ -1,0 +1,186 @@
+// Which pairs a search finds, and how they lie in blocks, patches and phases.
+#include "host/self_collision/pair_search.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <set>
+
+#include "kernels/geometry/closest_pair.h"
+#include "tests/numbers.h"
+
+namespace malha {
+namespace {
+
+constexpr double kPairThickness = 0.02;
+
+/// Triangles, some edges and loose particles among random points, which go some way: each particle and edge is owned
+/// by the first that has it. Two bodies; long thin triangles too.
+template <class R>
+struct Tangle {
+  static constexpr int kCount = 420;
+  SelfSurface surface;
+  std::vector<Vec3> x;
+  Array<Serial, Vec4<R>> x0, moved;
+  Array<Serial, unsigned char> takes_part;
+
+  explicit Tangle(unsigned seed) {
+    Random random(seed);
+    std::vector<Vec4<R>> start, way;
+    for (int i = 0; i < kCount; ++i) {
+      const Vector3<double> a = random.in_cube(0.4), d = random.in_cube(i % 7 == 0 ? 0.05 : 0.01);
+      x.push_back({double(R(a.x)), double(R(a.y)), double(R(a.z))});
+      start.push_back({R(a.x), R(a.y), R(a.z), R(0)});
+      way.push_back({R(d.x), R(d.y), R(d.z), R(1)});
+    }
+    start.push_back({}), way.push_back({});
+    x0 = Array<Serial, Vec4<R>>(start), moved = Array<Serial, Vec4<R>>(way);
+    std::vector<Simplex>& simplices = surface.simplices;
+    std::set<std::array<int, 3>> once;
+    for (int t = 0; t < 330; ++t) {
+      const int a = random.below(400), b = (a + 1 + random.below(5)) % 400, c = (b + 1 + random.below(5)) % 400;
+      std::array<int, 3> corners{a, b, t % 9 == 0 ? b : c};
+      std::sort(corners.begin(), corners.end());
+      if (a != c && once.insert(corners).second)
+        simplices.push_back({{a, b, t % 9 == 0 ? b : c}, t % 9 == 0 ? 0 : 1 << 6});
+    }
+    for (int i = 400; i < kCount; ++i) simplices.push_back({{i, i, i}, 0});
+    std::set<int> taken;
+    std::set<std::pair<int, int>> sides;
+    for (Simplex& s : simplices)
+      for (int k = 0; k < 3; ++k) {
+        if (taken.insert(s.corner[k]).second) s.has |= 1 << k;
+        const std::pair<int, int> side = std::minmax(int(s.from(k)), int(s.to(k)));
+        if (side.first != side.second && sides.insert(side).second) s.has |= 8 << k;
+      }
+    surface.takes_part.assign(kCount, 1), surface.body.assign(kCount, 0);
+    for (int i = 200; i < kCount; ++i) surface.body[i] = 1;
+    takes_part = Array<Serial, unsigned char>(surface.takes_part);
+  }
+
+  PairSearch<Serial, R> search() const {
+    PairSearch<Serial, R> search(Serial{}, surface, x, kPairThickness,
+                                 {R(0.1 * kPairThickness), R(0.25), R(kPairThickness), R(0.5 * kPairThickness)});
+    search.search({x0.data(), moved.data()}, {R(0), R(0), R(0)}, 8);
+    return search;
+  }
+};
+
+/// Whichever of two edges is named first, and of its ends.
+std::array<int, 5> named(bool edges, const std::array<int, 4>& i) {
+  if (!edges) {
+    std::array<int, 5> all{0, i[0], i[1], i[2], i[3]};
+    std::sort(all.begin() + 2, all.end());
+    return all;
+  }
+  std::array<std::pair<int, int>, 2> both{std::minmax({i[0], i[1]}), std::minmax({i[2], i[3]})};
+  std::sort(both.begin(), both.end());
+  return {1, both[0].first, both[0].second, both[1].first, both[1].second};
+}
+
+template <class R>
+std::set<std::array<int, 5>> found_by(const PairSearch<Serial, R>& search, int units) {
+  std::set<std::array<int, 5>> found;
+  const Pairs<R> pairs = search.pairs();
+  for (int u = 0; u < units; ++u)
+    pairs.patches[u].for_each_block([&](int b, int section) {
+      const PairBlock<R>& block = pairs.blocks[b];
+      std::multiset<int> particles;
+      for (int k = 0; k < kPairBlock; ++k) {
+        if (block.i[0][k] == pairs.padding) continue;
+        std::array<int, 4> i{};
+        for (int j = 0; j < 4; ++j) particles.insert(i[j] = block.i[j][k] / kIndexScale<R>);
+        EXPECT_TRUE(found.insert(named(section > 0, i)).second) << "twice";
+      }
+      for (const int i : particles) EXPECT_EQ(particles.count(i), 1u) << "shared in a block";
+    });
+  return found;
+}
+
+template <class R>
+class PairSearchOf : public testing::Test {};
+using Numbers = testing::Types<float, double>;
+TYPED_TEST_SUITE(PairSearchOf, Numbers);
+
+// Wherever in the foreseen boxes particles are, what is nearer than is wanted was found.
+TYPED_TEST(PairSearchOf, ATangleFindsAllThatCanComeNear) {
+  using R = TypeParam;
+  for (const unsigned seed : {1u, 2u}) {
+    const Tangle<R> tangle(seed);
+    const PairSearch<Serial, R> search = tangle.search();
+    const std::set<std::array<int, 5>> found = found_by(search, search.units());
+    ASSERT_GT(found.size(), 300u);
+    EXPECT_EQ(static_cast<std::int64_t>(found.size()), search.found());
+    const std::vector<Vec4<R>> from = search.from().download(), way = search.way().download();
+    Random random(seed + 10);
+    int near = 0;
+    const auto check = [&]<PairKind kind>(const std::array<int, 4>& i) {
+      Vector3<double> rest[4], at[4];
+      double w[4];
+      for (int j = 0; j < 4; ++j) rest[j] = {tangle.x[i[j]][0], tangle.x[i[j]][1], tangle.x[i[j]][2]};
+      weigh<kind>(rest, w);
+      const bool one_body = tangle.surface.body[i[0]] == tangle.surface.body[i[3]];
+      const double wanted = one_body ? std::min(kPairThickness, 0.5 * norm(apart_by(rest, w))) : kPairThickness;
+      for (int trial = 0; trial < 4; ++trial) {
+        for (int j = 0; j < 4; ++j) {
+          const double part = trial == 0 ? 0 : trial == 1 ? 1 : random(0, 1);
+          const Vector3<double> beyond = random.in_cube(from[i[j]].w);
+          at[j] = to_double(from[i[j]].xyz()) + to_double(way[i[j]].xyz()) * part + beyond;
+        }
+        weigh<kind>(at, w);
+        if (norm(apart_by(at, w)) >= wanted) continue;
+        ++near;
+        ASSERT_TRUE(found.count(named(kind == PairKind::Edges, i)) == 1) << i[0] << " " << i[1] << " " << i[2];
+      }
+    };
+    std::vector<std::array<int, 2>> edges;
+    std::vector<std::array<int, 3>> faces;
+    std::set<int> points;
+    for (const Simplex& s : tangle.surface.simplices) {
+      for (int k = 0; k < 3; ++k) {
+        if (s.owns_edge(k)) edges.push_back({s.from(k), s.to(k)});
+        points.insert(s.corner[k]);
+      }
+      if (s.is_face()) faces.push_back({s.corner[0], s.corner[1], s.corner[2]});
+    }
+    for (const int p : points)
+      for (const auto& f : faces)
+        if (p != f[0] && p != f[1] && p != f[2]) check.template operator()<PairKind::Face>({p, f[0], f[1], f[2]});
+    for (std::size_t a = 0; a < edges.size(); ++a)
+      for (std::size_t b = a + 1; b < edges.size(); ++b) {
+        const auto &e = edges[a], &f = edges[b];
+        if (e[0] != f[0] && e[0] != f[1] && e[1] != f[0] && e[1] != f[1])
+          check.template operator()<PairKind::Edges>({e[0], e[1], f[0], f[1]});
+      }
+    EXPECT_GT(near, 100);
+  }
+}
+
+TYPED_TEST(PairSearchOf, ATangleFindsTheSameOnAnyNumberOfThreadsAndAgain) {
+  using R = TypeParam;
+  const Tangle<R> tangle(3);
+  PairSearch<Serial, R> search = tangle.search();
+  const auto first = found_by(search, search.units());
+  search.search_again();
+  EXPECT_EQ(found_by(search, search.units()), first);
+}
+
+// No particle is in two patches of a phase.
+TYPED_TEST(PairSearchOf, ATangleHasPhasesOfPatchesThatShareNothing) {
+  using R = TypeParam;
+  const Tangle<R> tangle(4);
+  const PairSearch<Serial, R> search = tangle.search();
+  EXPECT_GT(search.phases(), 1);
+  const Pairs<R> pairs = search.pairs();
+  for (int phase = 0; phase < search.phases(); ++phase) {
+    std::vector<int> patches;
+    search.in_phase(Serial{}, phase, [&](const auto& group) { patches.push_back(group.index); });
+    std::set<int> seen;
+    for (const int u : patches)
+      for (int k = 0; k < pairs.patches[u].touches; ++k)
+        EXPECT_TRUE(seen.insert(pairs.touched[pairs.patches[u].touched + k]).second) << "phase " << phase;
+  }
+}
+
+}  // namespace
+}  // namespace malha
