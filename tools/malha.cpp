@@ -145,7 +145,7 @@ int plan(const Arguments& arguments) {
   if (!arguments.json) std::cout << malha::printable_lines(malha::list_amplifications(model, amplifications));
   for (const std::string& line : malha::growth_warnings(model, amplifications))
     malha::ProgressReporter(arguments.quiet).warn(arguments.scene_label(), line);
-  std::optional<malha::Demand> demand;
+  std::optional<malha::DeviceEstimate> demand;
   if (!arguments.machine.empty()) demand = malha::plan_for(*simulation, malha::machine_named(arguments.machine));
   if (arguments.json) {
     std::cout << malha::plan_json(*simulation, demand ? &*demand : nullptr, &amplifications);

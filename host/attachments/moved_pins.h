@@ -46,9 +46,9 @@ std::vector<int> pins_of(const Model& model, const std::vector<int>& particles, 
 
 /// What is to be released is laid out as movable, and kept by w = 0 until then: nothing is laid out anew.
 template <class Executor, class R>
-class MovedPinSets {
+class KinematicPins {
  public:
-  MovedPinSets(const Executor& executor, const Model& model) : executor_(executor), substep_(substep_of(model)) {
+  KinematicPins(const Executor& executor, const Model& model) : executor_(executor), substep_(substep_of(model)) {
     for (const MovedPins& pins : model.moved) {
       Set& set = sets_.emplace_back();
       set.target = pins.target, set.until = pins.until;

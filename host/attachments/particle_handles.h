@@ -17,9 +17,9 @@
 namespace malha {
 
 template <class Executor, class R>
-class Hand {
+class ParticleHandles {
  public:
-  Hand(const Executor& executor, const Model& model)
+  ParticleHandles(const Executor& executor, const Model& model)
       : executor_(executor),
         substeps_(model.scene.solver.substeps),
         h_(model.scene.solver.dt / substeps_),
@@ -27,8 +27,8 @@ class Hand {
         origin_(1, Vector3<double>{0, 0, 0}) {}
 
   bool empty() const { return all_.empty(); }
-  std::vector<Taken> taken() const {
-    std::vector<Taken> list;
+  std::vector<ParticleHandle> taken() const {
+    std::vector<ParticleHandle> list;
     for (const One& one : all_) list.push_back(one.taken);
     return list;
   }
@@ -43,7 +43,7 @@ class Hand {
   /// The solver's number of what is to be taken. `laid_out`: what of the solver knows beforehand what is pinned; null:
   /// nothing. Throws InputError for a particle that is not there or that is pinned, a place that is no number, a
   /// compliance that no spring has, and for what cannot be held.
-  int number_of(const Taken& taken, const Model& model, const R* w, const char* laid_out) const {
+  int number_of(const ParticleHandle& taken, const Model& model, const R* w, const char* laid_out) const {
     const auto require = [&taken](bool good, const std::string& found, const std::string& allowed) {
       if (!good)
         throw InputError((taken.is_held() ? "hold: found " : "pull: found ") + found + "; allowed: " + allowed);
@@ -64,7 +64,7 @@ class Hand {
   }
 
   /// Particle i, which is at x (m), and has 1/w of mass as long as nothing holds it. Again: to another place.
-  void take(int i, const Taken& taken, const Vec3& x, R* w) {
+  void take(int i, const ParticleHandle& taken, const Vec3& x, R* w) {
     let_go(i, w);
     One& one = all_.emplace_back();
     one.taken = taken, one.particle = i, one.from = x;
@@ -113,7 +113,7 @@ class Hand {
   }
 
   /// J that a hand gives at the most where it takes particle i, which is at x (m), so from now on.
-  double work(int i, const Taken& taken, const Vec3& x) const {
+  double work(int i, const ParticleHandle& taken, const Vec3& x) const {
     const auto before = find(i);
     return std::max(0.0, energy(taken, x) - (before == all_.end() ? 0 : energy(before->taken, x)));
   }
@@ -126,7 +126,7 @@ class Hand {
 
  private:
   struct One {
-    Taken taken{};
+    ParticleHandle taken{};
     int particle = -1;  // the solver's number
     R w{};              // its own, 1/kg
     Vec3 from{};        // where it was before this step, m
@@ -141,7 +141,7 @@ class Hand {
     }
   };
 
-  static double energy(const Taken& taken, const Vec3& x) {
+  static double energy(const ParticleHandle& taken, const Vec3& x) {
     return taken.is_held() ? 0 : squared_distance(x, taken.to) / (2 * taken.compliance);
   }
   auto find(int i) const {

@@ -17,7 +17,7 @@ struct WorkParts {
 
 /// values[i] becomes the sum of those before it; returns the sum of all.
 template <class Executor>
-int running_sum(const Executor& executor, int* values, int count, Growing<Executor, int>& memory) {
+int running_sum(const Executor& executor, int* values, int count, ScratchBuffer<Executor, int>& memory) {
   const WorkParts parts(count);
   int* const of_part = memory.at_least(parts.count + 1);
   parallel_for(executor, parts.count, SumPart{values, count, parts.size, of_part}, 1);
@@ -58,8 +58,8 @@ class Sorter {
   std::size_t bytes() const { return sides_[0].bytes() + sides_[1].bytes() + of_part_.bytes() + begin_.bytes(); }
 
  private:
-  Growing<Executor, Keyed> sides_[2];
-  Growing<Executor, int> of_part_, begin_;
+  ScratchBuffer<Executor, Keyed> sides_[2];
+  ScratchBuffer<Executor, int> of_part_, begin_;
   int from_ = 0;
 };
 

@@ -4,12 +4,12 @@
 namespace malha {
 
 template <class T>
-class ForNow {
+class ScopedValue {
  public:
-  ForNow(T& place, T value) : place_(place), before_(place) { place = value; }
-  ~ForNow() { place_ = before_; }
-  ForNow(const ForNow&) = delete;
-  ForNow& operator=(const ForNow&) = delete;
+  ScopedValue(T& place, T value) : place_(place), before_(place) { place = value; }
+  ~ScopedValue() { place_ = before_; }
+  ScopedValue(const ScopedValue&) = delete;
+  ScopedValue& operator=(const ScopedValue&) = delete;
 
  private:
   T& place_;

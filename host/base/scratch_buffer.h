@@ -7,7 +7,7 @@ namespace malha {
 /// At least as many T as were last asked for; it grows by an eighth more and never shrinks. What it held is lost when
 /// it grows.
 template <class Executor, class T>
-class Growing {
+class ScratchBuffer {
  public:
   T* at_least(std::size_t count) {
     if (count > items_.size()) {

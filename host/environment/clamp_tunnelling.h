@@ -21,7 +21,7 @@ HOST_KERNEL void for_each_of_word(const unsigned long long* bits, int word, cons
 /// The particles that a word of bits names: others keep within a ball without surface. Those that nothing holds back
 /// are named by `pressed`.
 template <class R>
-struct PutBeforeMeshes : Surroundings<R> {
+struct PutBeforeMeshes : EnvironmentView<R> {
   using AsksTheHost = void;
   const unsigned long long* bits;
   unsigned long long* pressed;
@@ -111,9 +111,9 @@ struct NotePressed : PutBeforeMeshes<R> {
     for (int k = 0; k < this->count; ++k)
       if (const Crossing at = this->crossing_of(i, k); at.hit) {
         const MovingSurface& mesh = this->meshes[k];
-        const Nearby<R>& known = this->nearby[k];
+        const ContactCacheView<R>& known = this->nearby[k];
         const Point n = this->normal(i, mesh, at);
-        LastSeen last = known.seen(i, to_local(mesh.before, this->x(i)));
+        ClosestPointRecord last = known.seen(i, to_local(mesh.before, this->x(i)));
         last.passed = n * dot(n, to_local(mesh.after, this->p(i)) - at.q);
         known.give_places(i / kWord, this->particles, mesh.before);
         known.see(i, last);
@@ -158,7 +158,7 @@ struct FindBounced {
 
 /// What a bounce carries back on its way ends where it would cross a mesh.
 template <class R>
-struct HoldBounce : Surroundings<R> {
+struct HoldBounce : EnvironmentView<R> {
   using AsksTheHost = void;
   const unsigned long long* bits;
   template <class Group>

@@ -21,9 +21,9 @@
 namespace malha {
 
 template <class Executor, class R>
-class Collider {
+class EnvironmentCollider {
  public:
-  Collider(const Executor& executor, const Model& model)
+  EnvironmentCollider(const Executor& executor, const Model& model)
       : executor_(executor),
         host_words_(executor),
         particles_(model.x.size()),
@@ -33,7 +33,7 @@ class Collider {
       bounces_ = bounces_ || mesh.spec.restitution > 0;
     }
     const std::size_t questions = kOnHost ? 2 : obstacles_.size() + 2;
-    if (!kOnHost) tested_ = Array<Executor, Tested>(obstacles_.size(), Tested{});
+    if (!kOnHost) tested_ = Array<Executor, BroadPhaseCounts>(obstacles_.size(), BroadPhaseCounts{});
     bits_ = Array<Executor, unsigned long long>(questions * static_cast<std::size_t>(words_), 0ull);
   }
 
@@ -49,7 +49,7 @@ class Collider {
       find_on_device(particles, go_on);
   }
   void find(const Particles<R>& particles, double start, double end) {
-    find(particles, start, end, [](const Questions&) {});
+    find(particles, start, end, [](const ActiveMask&) {});
   }
 
   void resolve(const Particles<R>& particles) {
@@ -66,7 +66,7 @@ class Collider {
   /// After what holds bodies apart: what it has moved across a surface goes with that mesh instead, from where it came,
   /// or, unless `carries`, is put before it. `held` notes it, by numbers of meshes. Returns whether anything moved.
   bool carry_before_meshes(const Particles<R>& particles, const HeldByEdges<R>& held, bool carries) {
-    const Asked asked = find_crossing(particles);
+    const ActiveCount asked = find_crossing(particles);
     if (asked.particles == 0) return false;
     if (before_.size() == 0) before_ = PointArray<Executor, R>(static_cast<std::size_t>(particles.count));
     parallel_for(executor_, particles.count, CopyPoints<R, Points<R>, Points<R>>{particles.p.d, before_.points()});
@@ -92,7 +92,7 @@ class Collider {
   }
 
   /// Memory for questions of speed.
-  void make_rooms() { rooms_ = Array<Executor, Room>(static_cast<std::size_t>(words_), Room{}); }
+  void make_rooms() { rooms_ = Array<Executor, Clearance>(static_cast<std::size_t>(words_), Clearance{}); }
   /// Lets particles that are nearer than the thickness now stay as near until they leave by themselves.
   void keep_overlaps() {
     for (Obstacle& o : obstacles_)
@@ -105,12 +105,12 @@ class Collider {
   double speed_without_looks(const Particles<R>& particles, double h, int substeps, double g) {
     const auto rounding = static_cast<float>(4e-6 + 4e-7 * substeps);  // of a substep two, of a first test some ten
     for (int k = 0; k < count(); ++k) {
-      const Nearby<R> nearby = obstacles_[k].memory.view();
+      const ContactCacheView<R> nearby = obstacles_[k].memory.view();
       words(particles.count > kParticleGrain,
             MeasureRoom<R>{particles.x, particles.v, particles.w, particles.count, nearby,
                            static_cast<float>(2 * obstacles_[k].spec.thickness), rounding, k == 0, rooms_.data()});
     }
-    const LeastRoom all = parallel_reduce<LeastRoom>(executor_, words_, SumRooms{rooms_.data()});
+    const MinClearance all = parallel_reduce<MinClearance>(executor_, words_, SumRooms{rooms_.data()});
     const double speed = (all.distance - g * h * h) / ((substeps + 1) * h);
     return std::sqrt(all.speed2) + g * h * substeps < speed ? speed : 0;
   }
@@ -125,7 +125,7 @@ class Collider {
     const PointArray<Executor, R> before(static_cast<std::size_t>(particles.count));
     Particles<R> then = particles;
     then.x = then.p.x = before.points();
-    parallel_for(executor_, particles.count, StepBack<R>{particles, then.x, R(h)});
+    parallel_for(executor_, particles.count, ReconstructPrevious<R>{particles, then.x, R(h)});
     place_meshes(start, start + h);
     put_before_meshes(then);
     parallel_for(executor_, particles.count, KeepHeld<R>{particles, R(1 / h)});
@@ -135,8 +135,8 @@ class Collider {
   void restitute(const Particles<R>& particles, double resting, double h) {
     for (Obstacle& o : obstacles_)
       parallel_for(executor_, o.memory.slots(),
-                   Restitute<R>{particles.p, particles.v, o.memory.view().contacts, R(o.spec.restitution),
-                                R(o.spec.friction), R(resting), R(1 / h)});
+                   ApplyRestitution<R>{particles.p, particles.v, o.memory.view().contacts, R(o.spec.restitution),
+                                       R(o.spec.friction), R(resting), R(1 / h)});
     if (!bounces_) return;
     parallel_for(executor_, words_, FindBounced<R>{particles, bits(0)});
     on_words<HoldBounce<R>>(count_asked(0), particles);
@@ -169,8 +169,8 @@ class Collider {
     return sum;
   }
 
-  ContactFacts facts() const {
-    ContactFacts facts = facts_;
+  ContactStats facts() const {
+    ContactStats facts = facts_;
     facts.far_bytes = bits_.bytes() + rooms_.bytes() + host_words_.bytes() + before_.bytes();
     for (const Obstacle& o : obstacles_) {
       facts.near += o.memory.near();
@@ -181,7 +181,7 @@ class Collider {
   }
 
   /// What is known of the particles near a mesh, until the next find or put_before_meshes.
-  Nearby<R> nearby(int mesh) const { return obstacles_[static_cast<std::size_t>(mesh)].memory.view(); }
+  ContactCacheView<R> nearby(int mesh) const { return obstacles_[static_cast<std::size_t>(mesh)].memory.view(); }
 
   /// How many triangles each mesh has.
   std::vector<int> triangles() const {
@@ -244,9 +244,9 @@ class Collider {
   int count() const { return static_cast<int>(obstacles_.size()); }
   long long first_pair(std::size_t mesh) const { return static_cast<long long>(mesh * particles_); }
 
-  /// `way`: see LetGo. On ways of up to half the thickness contacts are planes, whatever the distance.
+  /// `way`: see InvalidateContacts. On ways of up to half the thickness contacts are planes, whatever the distance.
   void let_go(Obstacle& o, const Particles<R>& particles, double way) {
-    parallel_for(executor_, o.memory.slots(), LetGo<R>{o.memory.view().contacts, particles.p, way});
+    parallel_for(executor_, o.memory.slots(), InvalidateContacts<R>{o.memory.view().contacts, particles.p, way});
   }
 
   void place_meshes(double start, double end) {
@@ -258,7 +258,7 @@ class Collider {
       nearby_.push_back(o.memory.view());
     }
   }
-  Surroundings<R> surroundings(const Particles<R>& particles) {
+  EnvironmentView<R> surroundings(const Particles<R>& particles) {
     return {meshes_.data(), count(), particles, nearby_.data()};
   }
 
@@ -277,8 +277,8 @@ class Collider {
     const int looks = make_room(0, count(), {bits(0), count(), words_}).particles;
     facts_.looks += looks;
     if (looks == 0) return;
-    const Surroundings<R> there = surroundings(particles);
-    const Questions asked{bits(0), count(), words_};
+    const EnvironmentView<R> there = surroundings(particles);
+    const ActiveMask asked{bits(0), count(), words_};
     unsigned long long *const once = bits(count()), *const lifted = bits(count() + 1);
     parallel_for(executor_, words_, FindAskedOnce{asked, once, lifted});
     for (int k = 0; k < count(); ++k) {
@@ -289,7 +289,7 @@ class Collider {
       parallel_for(executor_, words_, GivePlaces<R>(look_at(there, k), own));
       parallel_for(executor_, particles.count, AnswerByLists<R>(look_at(there, k), own, most_lift));
     }
-    const Asked left = parallel_reduce<Asked>(executor_, words_, CountAsked{asked});
+    const ActiveCount left = parallel_reduce<ActiveCount>(executor_, words_, CountActive{asked});
     if (left.particles == 0) return;
     const auto look = [&](const auto& all, const auto& cargo) {
       for (int k = 0; k < count(); ++k) parallel_dealt(executor_, cargo.words, FindContact<R>{all, k, cargo.bits(k)});
@@ -298,45 +298,47 @@ class Collider {
   }
 
   /// Marks the particles whose way may lead through a surface. On a device they get slots at all meshes.
-  Asked find_crossing(const Particles<R>& particles) {
+  ActiveCount find_crossing(const Particles<R>& particles) {
     for (int k = 0; k < count(); ++k) test(particles, k, -1, bits(0), k > 0);
     if constexpr (kOnHost)
       return count_asked(0);
     else
       return make_room(0, count(), {bits(0), 1, words_});
   }
-  Asked count_asked(int question) {
-    return parallel_reduce<Asked>(executor_, words_, CountAsked{{bits(question), 1, words_}});
+  ActiveCount count_asked(int question) {
+    return parallel_reduce<ActiveCount>(executor_, words_, CountActive{{bits(question), 1, words_}});
   }
 
   float reach(int k) const { return static_cast<float>(2 * meshes_[k].thickness); }
   unsigned long long* bits(int question) const { return bits_.data() + question * words_; }
 
-  /// The first test of mesh k (see MayTouch).
+  /// The first test of mesh k (see BroadPhaseTest).
   void test(const Particles<R>& particles, int k, float reach, unsigned long long* bits, bool add) {
     const MovingSurface& mesh = meshes_[k];
     const NearMemory<Executor, R>& memory = obstacles_[k].memory;
     const SurfaceView& surface = mesh.surface->view();
     const FloatBox box{rounded<float>(surface.centre), rounded<float>(surface.half)};
     words(particles.count > kParticleGrain || memory.slots() > kLooks,
-          MayTouch<R>{particles, memory.view(), FloatPose(mesh.before), FloatPose(mesh.after), box, reach, add, bits});
+          BroadPhaseTest<R>{particles, memory.view(), FloatPose(mesh.before), FloatPose(mesh.after), box, reach, add,
+                            bits});
   }
   /// Reserves slots and places at the meshes first .. last - 1 for all particles that the tests have left: of the one
   /// question, or of those up to the mesh's own. Returns how many looks that are, in how many words.
-  Asked make_room(int first, int last, const Questions& questions) {
+  ActiveCount make_room(int first, int last, const ActiveMask& questions) {
     const auto counting = [&](int k) {
       return CountTested<R>{{questions.bits, std::min(k + 1, questions.count), words_}, obstacles_[k].memory.view()};
     };
-    std::vector<Tested> tested;
+    std::vector<BroadPhaseCounts> tested;
     if constexpr (kOnHost) {
-      for (int k = first; k < last; ++k) tested.push_back(parallel_reduce<Tested>(executor_, words_, counting(k)));
+      for (int k = first; k < last; ++k)
+        tested.push_back(parallel_reduce<BroadPhaseCounts>(executor_, words_, counting(k)));
     } else {
       for (int k = first; k < last; ++k) parallel_reduce_into(executor_, words_, counting(k), tested_.data() + k);
       tested = tested_.download();
     }
-    Asked asked;
+    ActiveCount asked;
     for (int k = first; k < last; ++k) {
-      const Tested& at = tested[k - first];
+      const BroadPhaseCounts& at = tested[k - first];
       obstacles_[k].memory.make_room(executor_, at.without_slot, at.slots, at.without_places, at.places);
       nearby_[k] = obstacles_[k].memory.view();
       asked = {at.words, questions.count > 1 ? asked.particles + at.all : at.all};
@@ -360,10 +362,10 @@ class Collider {
   /// Puts particles that cross meshes, so many of the first question, before them by a kernel. Those that nothing holds
   /// back are few: on the host they alone get slots, at all meshes.
   template <class Kernel>
-  void hold_crossing(const Asked& asked, const Particles<R>& particles) {
+  void hold_crossing(const ActiveCount& asked, const Particles<R>& particles) {
     if constexpr (kOnHost) {
       deal_words(asked.particles, Kernel{surroundings(particles), bits(0), bits(1)});
-      const Asked pressed = asked.particles > 0 ? count_asked(1) : Asked{};
+      const ActiveCount pressed = asked.particles > 0 ? count_asked(1) : ActiveCount{};
       if (pressed.particles == 0) return;
       make_room(0, count(), {bits(1), 1, words_});
       deal_words(pressed.particles, NotePressed<R>{surroundings(particles), bits(1), nullptr});
@@ -375,14 +377,14 @@ class Collider {
         if (std::any_of(pressed, pressed + cargo.words, [](auto word) { return word != 0; }))
           parallel_dealt(executor_, cargo.words, NotePressed<R>{all, pressed, nullptr});
       };
-      host_words_.ask(surroundings(particles), {bits(0), 2, words_}, asked, look, [](const Questions&) {});
+      host_words_.ask(surroundings(particles), {bits(0), 2, words_}, asked, look, [](const ActiveMask&) {});
     }
   }
 
   /// A kernel that asks Embree about the particles that bits name: so much.
   template <class Kernel>
-  void on_words(const Asked& asked, const Particles<R>& particles) {
-    const Surroundings<R> here = surroundings(particles);
+  void on_words(const ActiveCount& asked, const Particles<R>& particles) {
+    const EnvironmentView<R> here = surroundings(particles);
     if constexpr (kOnHost)
       deal_words(asked.particles, Kernel{here, bits(0)});
     else if (asked.particles > 0)
@@ -391,20 +393,20 @@ class Collider {
           [&](const auto& all, const auto& cargo) {
             parallel_dealt(executor_, cargo.words, Kernel{all, cargo.bits(0)});
           },
-          [](const Questions&) {});
+          [](const ActiveMask&) {});
   }
 
   Executor executor_;
   HostWords<Executor, R> host_words_;
-  Array<Executor, Tested> tested_;  // of each mesh, on a device
+  Array<Executor, BroadPhaseCounts> tested_;  // of each mesh, on a device
   Device device_;
   std::deque<Obstacle> obstacles_;
   std::vector<MovingSurface> meshes_;         // of the present substep
-  std::vector<Nearby<R>> nearby_;             // to each of them
+  std::vector<ContactCacheView<R>> nearby_;   // to each of them
   Array<Executor, unsigned long long> bits_;  // of the particles; on a device of each mesh, and what lists ask beside
-  Array<Executor, Room> rooms_;
+  Array<Executor, Clearance> rooms_;
   PointArray<Executor, R> before_;  // where particles are to go, before meshes carry them
-  ContactFacts facts_;
+  ContactStats facts_;
   std::size_t particles_;
   int words_;
   bool bounces_ = false;

@@ -35,7 +35,7 @@ class NearMemory {
         which_(words_of(particles), -1),
         handed_(2, Handed{}) {}
 
-  Nearby<R> view() const {
+  ContactCacheView<R> view() const {
     return {boxes_.data(), which_.data(),  places_.data(),    contacts_.data(),
             near_.data(),  handed_.data(), handed_.data() + 1};
   }
@@ -74,7 +74,7 @@ class NearMemory {
   std::vector<SeenOfPair> near_pairs(long long first) const {
     const auto slots = static_cast<std::size_t>(slots_handed().used);
     const std::vector<Contact<R>> contacts = first_of(contacts_, slots);
-    const std::vector<Near> near = first_of(near_, slots);
+    const std::vector<ProximityRecord> near = first_of(near_, slots);
     std::vector<SeenOfPair> all;
     for (std::size_t s = 0; s < slots; ++s)
       if (contacts[s].particle >= 0) all.push_back({first + contacts[s].particle, near[s].seen});
@@ -89,7 +89,7 @@ class NearMemory {
     std::vector<int> which(boxes.size(), -1);
     std::vector<WordPlaces> places;
     std::vector<Contact<R>> contacts(count);
-    std::vector<Near> of_slots(count);
+    std::vector<ProximityRecord> of_slots(count);
     const auto places_for = [&](std::size_t word) -> WordPlaces& {
       if (which[word] < 0) {
         which[word] = static_cast<int>(places.size());
@@ -104,7 +104,7 @@ class NearMemory {
         places_for(word).set(k, *place++);
     for (std::size_t s = 0; s < count; ++s) {
       contacts[s].particle = static_cast<int>(near[s].pair - first);
-      Nearby<R>::clear_slot(contacts[s], of_slots[s]);
+      ContactCacheView<R>::clear_slot(contacts[s], of_slots[s]);
       of_slots[s].seen = near[s].seen;
       const auto word = static_cast<std::size_t>(contacts[s].particle / kWord);
       places_for(word).slot[contacts[s].particle % kWord] = static_cast<int>(s);
@@ -122,7 +122,7 @@ class NearMemory {
     remember(executor, std::vector<WordBox>(boxes_.size(), WordBox{}), nullptr, nullptr, 0, 0);
   }
 
-  static constexpr std::size_t kSlotBytes = sizeof(Near) + sizeof(Contact<R>);
+  static constexpr std::size_t kSlotBytes = sizeof(ProximityRecord) + sizeof(Contact<R>);
   int near() const {
     const Handed handed = slots_handed();
     return handed.used - handed.freed;
@@ -146,12 +146,12 @@ class NearMemory {
     most_ = handed.used + more;
     const RoomForMore plan(handed, more, near_.size(), kSpareSlots);
     if (!plan.tidies) return;
-    Array<Executor, Near> near_to(plan.moves ? plan.room : 0);
+    Array<Executor, ProximityRecord> near_to(plan.moves ? plan.room : 0);
     Array<Executor, Contact<R>> contacts_to(plan.moves ? plan.room : 0);
     if (handed.used > 0)
       parallel_for(executor, 1,
-                   TakeOutFree<R>{view(), plan.moves ? near_to.data() : near_.data(),
-                                  plan.moves ? contacts_to.data() : contacts_.data()});
+                   CompactSlots<R>{view(), plan.moves ? near_to.data() : near_.data(),
+                                   plan.moves ? contacts_to.data() : contacts_.data()});
     const int kept = handed.used - handed.freed;
     written_ = std::max(written_, handed.used);
     if (plan.moves) near_ = std::move(near_to), contacts_ = std::move(contacts_to), written_ = kept;
@@ -191,13 +191,13 @@ class NearMemory {
   static constexpr int kSpareSlots = 32, kSparePlaces = Memory<Executor>::kOfTheHost ? 4 : 32;
   std::size_t particles_;
   Array<Executor, WordBox> boxes_;
-  Array<Executor, int> which_;            // of each word
-  Array<Executor, Handed> handed_;        // slots, and places of words
-  Array<Executor, WordPlaces> places_;    // of words
-  Array<Executor, Contact<R>> contacts_;  // of each slot
-  Array<Executor, Near> near_;            // the same
-  int written_ = 0, places_written_ = 0;  // slots, and places, since there is this room
-  int most_ = 0;                          // slots that may be filled
+  Array<Executor, int> which_;             // of each word
+  Array<Executor, Handed> handed_;         // slots, and places of words
+  Array<Executor, WordPlaces> places_;     // of words
+  Array<Executor, Contact<R>> contacts_;   // of each slot
+  Array<Executor, ProximityRecord> near_;  // the same
+  int written_ = 0, places_written_ = 0;   // slots, and places, since there is this room
+  int most_ = 0;                           // slots that may be filled
 };
 
 }  // namespace malha

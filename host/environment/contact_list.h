@@ -21,8 +21,8 @@ class ContactList {
 
   /// Lays those of so many candidates that meet; `object`: of each point, `rules`: of each object; `sums`: memory for
   /// sums.
-  void lay(const LookAtCandidate<R>& look, int candidates, const EdgeRules<R>* rules, const int* object,
-           Growing<Executor, int>& sums) {
+  void lay(const EvaluateCandidate<R>& look, int candidates, const EdgeRules<R>* rules, const int* object,
+           ScratchBuffer<Executor, int>& sums) {
     found_ = 0;
     if (candidates == 0) return;
     int* const place = meets_.at_least(static_cast<std::size_t>(candidates));
@@ -58,25 +58,25 @@ class ContactList {
     const auto split = [&] {
       parallel_for(executor_, particles_, SplitMasses<R>{w, ends_.sorted(), begin, pushes, moved}, kGrain);
     };
-    parallel_for(executor_, found_, AskContacts<R>{moved, contacts_.data(), w, pushes}, kGrain);
+    parallel_for(executor_, found_, EstimateMassShares<R>{moved, contacts_.data(), w, pushes}, kGrain);
     split();
     for (int more = 0; more < more_shares_; ++more) {
-      parallel_for(executor_, found_, AskAgain<R>{moved, contacts_.data(), pushes}, kGrain);
+      parallel_for(executor_, found_, RefineMassShares<R>{moved, contacts_.data(), pushes}, kGrain);
       split();
     }
-    parallel_for(executor_, found_, PushContacts<R, ObjectFriction<R>>{moved, contacts_.data(), friction, pushes},
-                 kGrain);
+    parallel_for(executor_, found_,
+                 SolveContactsJacobi<R, ObjectFriction<R>>{moved, contacts_.data(), friction, pushes}, kGrain);
     parallel_for(executor_, particles_, GatherPushes<R, TurnToWorld>{p, w, ends_.sorted(), begin, pushes, turn},
                  kGrain);
   }
 
   /// Marks the pairs that are about to cross: how many of them holding back can still help.
-  double crossing(const PairPlanes<R>& planes, const R* w) {
+  double crossing(const DivisionPlanes<R>& planes, const R* w) {
     const FindCrossing<R> find{planes, contacts_.data(), held_.data(), w, active_.data()};
     return parallel_reduce<Sum>(executor_, found_, find, kGrain).value;
   }
   /// Holds back what crosses, `left` by crossing(), until nothing does; where it was, if it `rests`.
-  void hold(double left, const PairPlanes<R>& planes, const PlaceLocal<R>& place, bool rests, const R* w) {
+  void hold(double left, const DivisionPlanes<R>& planes, const PlaceLocal<R>& place, bool rests, const R* w) {
     for (; left > 0; left = crossing(planes, w))
       parallel_for(executor_, particles_,
                    HoldParticles<R, PlaceLocal<R>>{planes, place, rests, contacts_.data(), ends_.sorted(),
@@ -108,10 +108,10 @@ class ContactList {
   int particles_, found_ = 0, more_shares_ = 0;
   int pushed_ = -1;  // contacts that did, where others were laid since
   Array<Executor, unsigned char> held_;
-  Growing<Executor, int> meets_, ends_of_;
-  Growing<Executor, SelfContact<R>> contacts_;
-  Growing<Executor, unsigned char> active_;
-  Growing<Executor, Push<R>> pushes_;
+  ScratchBuffer<Executor, int> meets_, ends_of_;
+  ScratchBuffer<Executor, SelfContact<R>> contacts_;
+  ScratchBuffer<Executor, unsigned char> active_;
+  ScratchBuffer<Executor, Push<R>> pushes_;
   Sorter<Executor> ends_;
 };
 

@@ -9,7 +9,7 @@
 namespace malha {
 
 template <class R>
-struct ContactLook {
+struct ContactQuery {
   static constexpr double kSlow = 0.02;   // thicknesses from look to look: its nearest feature may stay the nearest
   static constexpr double kOn = 1e-3;     // of the thickness: nearer it is on the surface
   static constexpr double kLeast = 0.02;  // of the thickness: to there it is put that is seen deeper inside than it
@@ -18,20 +18,20 @@ struct ContactLook {
   double thickness;    // m
   Pose before, after;  // at the substep's start and end
   Particles<R> particles;
-  Nearby<R> nearby;
+  ContactCacheView<R> nearby;
 
-  struct Look {
+  struct Query {
     int i, cell;
     const int* list;  // of triangles, of which one is the nearest
     int listed;       // none: not known
     Point a, b;
-    LastSeen last;
+    ClosestPointRecord last;
     double path, reach, moved, depth, radius;
     NearTriangle near;
   };
 
   /// Finds where a particle is and where it was seen; returns false where it cannot have come near since.
-  KERNEL bool comes_near(int i, Look& look) const {
+  KERNEL bool comes_near(int i, Query& look) const {
     look.i = i;
     look.a = to_local(before, in_double(particles.x[i])), look.b = to_local(after, particles.p.went(i));
     look.last = nearby.seen(i, look.a);
@@ -44,7 +44,7 @@ struct ContactLook {
 
   /// False where it cannot have come near, or comes as it came. Otherwise its word has places, which on a device it was
   /// given before (see GivePlaces).
-  KERNEL bool begin(int i, Look& look) const {
+  KERNEL bool begin(int i, Query& look) const {
     const int slot = nearby.slot(i);
     if (slot >= 0 && nearby.contacts[slot].plane.w != -R(INFINITY)) {
       Contact<R>& contact = nearby.contacts[slot];
@@ -68,30 +68,30 @@ struct ContactLook {
   }
 
   /// The feature that was the nearest, if it is known to be it still.
-  KERNEL const NearFeature* feature_of(const Look& look) const {
+  KERNEL const NearFeature* feature_of(const Query& look) const {
     const int slot = nearby.slot(look.i);
     if (slot < 0 || !nearby.near[slot].feature.holds(surface.in_near_mesh(look.a))) return nullptr;
     return &nearby.near[slot].feature;
   }
 
-  /// Keeps the nearest feature for looks to come; `holds(wall, error)`: see NearPairs::holds_within.
+  /// Keeps the nearest feature for looks to come; `holds(wall, error)`: see PointTriangleBatch::holds_within.
   template <class Holds>
-  KERNEL void keep_feature(const Look& look, const Holds& holds) const {
+  KERNEL void keep_feature(const Query& look, const Holds& holds) const {
     const int slot = nearby.slot(look.i);
     if (slot < 0 || look.near.triangle < 0 || look.moved > kSlow * thickness) return;
     NearFeature feature = surface.feature(look.near);
     if (feature.kind == NearFeature::Point) return;
-    const NearCell& cell = surface.cells.cells[look.cell];
+    const OctreeNode& cell = surface.cells.cells[look.cell];
     feature.at = surface.in_near_mesh(look.a);
     feature.radius = holds(from_walls(surface.cells, cell, feature.at), double(cell.error));
     nearby.near[slot].feature = feature;
   }
 
   /// Nothing is nearer than that.
-  KERNEL void see_beyond(const Look& look, double distance) const {
+  KERNEL void see_beyond(const Query& look, double distance) const {
     nearby.see(look.i, {look.a, distance, -1, look.last.passed});
   }
-  KERNEL void remember(const Look& look, const LastSeen& last) const {
+  KERNEL void remember(const Query& look, const ClosestPointRecord& last) const {
     nearby.see(look.i, last);
     const int slot = nearby.slot(look.i);
     if (slot >= 0) nearby.near[slot].cell = look.cell;
@@ -110,7 +110,7 @@ struct ContactLook {
   }
   /// The plane at the nearest point stands for the surface only on a short way: on a long one it would stop what passes
   /// a corner.
-  KERNEL bool goes_far(const Look& look, double distance) const {
+  KERNEL bool goes_far(const Query& look, double distance) const {
     const double clearance = larger(thickness, distance);
     return look.path > larger(clearance / 2, clearance - thickness);
   }
@@ -118,24 +118,24 @@ struct ContactLook {
   /// The overlap that a particle may keep, in m: what is nearer than the thickness when it is first seen, on either
   /// side of the surface, stays as near until it opens by itself. To lift it would stretch a body of which it is a
   /// part, and so give it speed.
-  KERNEL double overlap_of(const Look& look, double distance) const {
+  KERNEL double overlap_of(const Query& look, double distance) const {
     const double lacks = larger(0.0, thickness - distance);
     if (look.last.distance > -INFINITY) return smaller(lacks, look.last.overlap);
     return lacks > 2 * thickness ? (1 - kLeast) * thickness : lacks;
   }
   /// The distance that a particle must keep, m; negative inside.
-  KERNEL double least_distance(const LastSeen& last) const { return thickness - last.overlap; }
+  KERNEL double least_distance(const ClosestPointRecord& last) const { return thickness - last.overlap; }
 
   /// Stores what the query found at the nearest point. `lift(look, q, n, last)` moves a particle that starts too near
   /// out to its least distance, if it can; `sweep(i, outward)` follows a path that goes far.
   template <class Lift, class Sweep>
-  KERNEL void finish(const Look& look, const ClosestPoint& near, const Point& outward, const Lift& lift,
+  KERNEL void finish(const Query& look, const ClosestPoint& near, const Point& outward, const Lift& lift,
                      const Sweep& sweep) const {
     const int i = look.i;
     const Point& a = look.a;
     const double distance = signed_distance(near, a, outward);
     if (distance > look.reach) return see_beyond(look, distance);
-    LastSeen last{a, distance, near.triangle, look.last.passed, overlap_of(look, distance)};
+    ClosestPointRecord last{a, distance, near.triangle, look.last.passed, overlap_of(look, distance)};
     // beyond the rim of a sheet there is no inside
     if (distance < 0 && near.boundary) return remember(look, last);
 
@@ -155,16 +155,16 @@ struct ContactLook {
 
   /// Returns true if nothing of the same mesh lies between a particle and its least distance: the ball around it that
   /// touches the nearest point holds nothing else, but for rounding.
-  KERNEL bool is_free(const LastSeen& last) const {
+  KERNEL bool is_free(const ClosestPointRecord& last) const {
     return !(least_distance(last) - last.distance > 0.99 * last.distance);
   }
 
   /// Puts it there, state and prediction alike, so that leaving it gives no velocity (the pre-stabilisation of Macklin
   /// et al. 2014, section 4.4).
-  KERNEL Vector3<R> shift_out(const Point& n, const LastSeen& last) const {
+  KERNEL Vector3<R> shift_out(const Point& n, const ClosestPointRecord& last) const {
     return rounded<R>(rotate(before, n) * (least_distance(last) - last.distance));
   }
-  KERNEL void shift(const Look& look, const Vector3<R>& by, const Point& n, LastSeen& last) const {
+  KERNEL void shift(const Query& look, const Vector3<R>& by, const Point& n, ClosestPointRecord& last) const {
     const double way = least_distance(last) - last.distance;
     particles.x.set(look.i, particles.x[look.i] + by);
     last.at = look.a + n * way;
@@ -181,7 +181,7 @@ struct ContactLook {
     const Point relative = in_double(particles.p.d[i]) - surface_moved;
     Contact<R>& contact = *nearby.contact(i);
     contact.plane = {R(normal.x), R(normal.y), R(normal.z), R(dot(normal, end - x) + above)};
-    const R approach = R(dot(in_double(contact.plane.xyz()), relative));  // as LetGo has it
+    const R approach = R(dot(in_double(contact.plane.xyz()), relative));  // as InvalidateContacts has it
     contact.surface = {R(surface_moved.x), R(surface_moved.y), R(surface_moved.z), approach};
   }
 };

@@ -32,7 +32,7 @@ struct ListBits {
 
 /// Of a word: which of its particles one mesh alone asks about. No other is lifted yet.
 struct FindAskedOnce {
-  Questions questions;
+  ActiveMask questions;
   unsigned long long *once, *lifted;
   KERNEL void operator()(int word) const {
     unsigned long long any = 0, more = 0;
@@ -46,15 +46,15 @@ struct FindAskedOnce {
 
 /// The words of particles that are going to be answered get places of their own, where any of them comes near.
 template <class R>
-struct GivePlaces : ContactLook<R> {
+struct GivePlaces : ContactQuery<R> {
   ListBits bits;
-  GivePlaces(const ContactLook<R>& look, const ListBits& of) : ContactLook<R>(look), bits(of) {}
+  GivePlaces(const ContactQuery<R>& look, const ListBits& of) : ContactQuery<R>(look), bits(of) {}
 
   KERNEL void operator()(int word) const {
     if (this->nearby.which[word] >= 0) return;
     unsigned long long rest = (bits.asked[word] | bits.lifted[word]) & ~(bits.left ? bits.left[word] : 0);
     bool near = false;
-    typename ContactLook<R>::Look look;
+    typename ContactQuery<R>::Query look;
     for (; rest != 0 && !near; rest &= rest - 1) {
       const int i = word * kWord + lowest_bit(rest);
       near = this->particles.w[i] > R(0) && this->comes_near(i, look);
@@ -64,13 +64,13 @@ struct GivePlaces : ContactLook<R> {
 };
 
 template <class R>
-struct AnswerByLists : ContactLook<R> {
-  using Look = typename ContactLook<R>::Look;
+struct AnswerByLists : ContactQuery<R> {
+  using Query = typename ContactQuery<R>::Query;
   ListBits bits;
   double most_lift;  // m: no farther is a particle lifted here, near to no other mesh
 
-  AnswerByLists(const ContactLook<R>& look, const ListBits& of, double most)
-      : ContactLook<R>(look), bits(of), most_lift(most) {}
+  AnswerByLists(const ContactQuery<R>& look, const ListBits& of, double most)
+      : ContactQuery<R>(look), bits(of), most_lift(most) {}
 
   KERNEL void operator()(int i) const {
     const int word = i / kWord;
@@ -88,7 +88,7 @@ struct AnswerByLists : ContactLook<R> {
   /// `alone`: no other mesh is near.
   KERNEL bool answers(int i, bool alone) const {
     const SurfaceView& surface = this->surface;
-    Look look;
+    Query look;
     if (!this->begin(i, look)) return true;
     const NearFeature* const kept = this->feature_of(look);
     ClosestPoint near;
@@ -120,11 +120,11 @@ struct AnswerByLists : ContactLook<R> {
     return true;
   }
 
-  KERNEL bool finishes(const Look& look, const ClosestPoint& near, bool alone) const {
+  KERNEL bool finishes(const Query& look, const ClosestPoint& near, bool alone) const {
     if (asks_the_side(look)) return false;
     const Point outward = this->towards(near, look.a);
     if (asks_more(look, near, this->signed_distance(near, look.a, outward), alone)) return false;
-    const auto lift = [this](const Look& of, const Point&, const Point& n, LastSeen& last) KERNEL_LAMBDA {
+    const auto lift = [this](const Query& of, const Point&, const Point& n, ClosestPointRecord& last) KERNEL_LAMBDA {
       set_bit(bits.lifted + of.i / kWord, 1ull << of.i % kWord);
       this->shift(of, this->shift_out(n, last), n, last);
       return true;
@@ -133,12 +133,12 @@ struct AnswerByLists : ContactLook<R> {
     return true;
   }
 
-  /// As NearPairs::holds_within: one triangle of the list after the other.
-  KERNEL double holds_within(const Look& look, double wall, double error) const {
+  /// As PointTriangleBatch::holds_within: one triangle of the list after the other.
+  KERNEL double holds_within(const Query& look, double wall, double error) const {
     const NearMesh& mesh = this->surface.cells;
-    const NearCell& cell = mesh.cells[look.cell];
+    const OctreeNode& cell = mesh.cells[look.cell];
     const Point p = this->surface.in_near_mesh(look.a);
-    const HoldsWithin holds(mesh, p, look.near, error);
+    const FeatureValidityRadius holds(mesh, p, look.near, error);
     double radius = wall - error;
     for (int k = cell.first; k < cell.first + cell.count && radius > 0; ++k) {
       const Point q = nearest_of_listed(mesh, p, mesh.lists + k, 1).q, d = p - q;
@@ -149,14 +149,14 @@ struct AnswerByLists : ContactLook<R> {
   }
 
   /// Whether it may have been dragged through.
-  KERNEL bool asks_the_side(const Look& look) const {
+  KERNEL bool asks_the_side(const Query& look) const {
     return this->sides == Sides::TwoSided && look.last.distance > -INFINITY && look.last.distance < INFINITY &&
            look.moved >= look.last.distance;
   }
   /// Whether the rim, or a way that goes far, is to be looked at: what finish() would do where it is not.
-  KERNEL bool asks_more(const Look& look, const ClosestPoint& near, double distance, bool alone) const {
+  KERNEL bool asks_more(const Query& look, const ClosestPoint& near, double distance, bool alone) const {
     if (distance > look.reach || (distance < 0 && near.boundary)) return false;
-    const LastSeen last{look.a, distance, near.triangle, {}, this->overlap_of(look, distance)};
+    const ClosestPointRecord last{look.a, distance, near.triangle, {}, this->overlap_of(look, distance)};
     const double lift = this->least_distance(last) - distance;
     return (lift > 0 && (!alone || lift > most_lift || !this->is_free(last))) || this->goes_far(look, distance);
   }

@@ -70,8 +70,8 @@ class EdgeCollider {
     for (const auto& group : groups_) sum += group.contacts();
     return sum;
   }
-  EdgeFacts facts() const {
-    EdgeFacts sum;
+  EdgeStats facts() const {
+    EdgeStats sum;
     for (const auto& group : groups_) sum += group.facts();
     sum.bytes = bytes();
     return sum;

@@ -52,7 +52,7 @@ std::int64_t count_through(const Surfaces& one, const Surfaces& other, Edge& fir
 /// Calls found(object, body, count, an edge of the body or {-1, -1}) for those that cross.
 template <class Found>
 void for_each_crossing(const Model& model, const std::vector<Vec3>& user, double time, const Found& found) {
-  const Appearance& look = model.look;
+  const RenderMesh& look = model.look;
   for (std::size_t e = 0; e < model.environment.size(); ++e) {
     const EnvironmentMesh& object = model.environment[e];
     if (!object.spec.edges) continue;

@@ -97,7 +97,7 @@ class EdgeGroup {
       ++facts_.laid_again;
     }
     if (contacts_.found() == 0) return false;
-    const PairPlanes<R> planes{x_.points(), moved_.points(), least_};
+    const DivisionPlanes<R> planes{x_.points(), moved_.points(), least_};
     double left = contacts_.crossing(planes, w_.data());
     if (!(left > 0)) return false;
     for (int more = 0; pushes && left > 0 && more < kMoreProjections; ++more) {
@@ -152,8 +152,8 @@ class EdgeGroup {
     search_again();
   }
 
-  EdgeFacts facts() const {
-    EdgeFacts facts = facts_;
+  EdgeStats facts() const {
+    EdgeStats facts = facts_;
     facts.candidates = candidates_found_, facts.pairs = contacts_.found();
     return facts;
   }
@@ -231,7 +231,7 @@ class EdgeGroup {
   void lay_contacts() {
     if (candidates_found_ > 0) box_particles(x_.points(), d_.points(), larger(wanted_, margin_));
     // Of the two sides, one has a margin.
-    const LookAtCandidate<R> look{
+    const EvaluateCandidate<R> look{
         candidates_.data(), {x_.points(), d_.points(), R(0.5) * margin_, boxes_.data()}, {wanted_, recovery_}};
     const auto lay = [&] { contacts_.lay(look, candidates_found_, rules_.data(), object_.data(), sums_); };
     lay();
@@ -251,7 +251,7 @@ class EdgeGroup {
   bool searched_ = false;
   bool overlaps_ = true;  // whether particles may be kept nearer than is wanted
   int candidates_found_ = 0;
-  EdgeFacts facts_;
+  EdgeStats facts_;
   Array<Executor, BoxNode> path_;
   Array<Executor, Simplex> triangles_;
   Array<Executor, EdgeRules<R>> rules_;
@@ -260,8 +260,8 @@ class EdgeGroup {
   Array<Executor, Box<R>> boxes_;
   Array<Executor, R> w_;
   Array<Executor, unsigned char> near_;
-  Growing<Executor, int> sums_;
-  Growing<Executor, Candidate> candidates_;
+  ScratchBuffer<Executor, int> sums_;
+  ScratchBuffer<Executor, Candidate> candidates_;
   ContactList<Executor, R> contacts_;
 };
 

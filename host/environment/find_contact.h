@@ -28,16 +28,16 @@ inline Crossing crossing(const MovingSurface& mesh, const Point& x, const Point&
 
 /// All environment meshes of a substep, and what is known of the particles near each.
 template <class R>
-struct Surroundings {
+struct EnvironmentView {
   const MovingSurface* meshes;
   int count;
   Particles<R> particles;
-  const Nearby<R>* nearby;
+  const ContactCacheView<R>* nearby;
 };
 
 /// Of the mesh `own` among them.
 template <class R>
-ContactLook<R> look_at(const Surroundings<R>& in, int own) {
+ContactQuery<R> look_at(const EnvironmentView<R>& in, int own) {
   const MovingSurface& mesh = in.meshes[own];
   return {mesh.surface->view(), mesh.sides, mesh.thickness, mesh.before, mesh.after, in.particles, in.nearby[own]};
 }
@@ -45,17 +45,17 @@ ContactLook<R> look_at(const Surroundings<R>& in, int own) {
 /// Of the mesh `own` among them: the particles that a word of bits names, compiled for an instruction set. First all
 /// their places and cells, then all their contacts: so that memory is waited for once.
 template <class R>
-struct FindContact : ContactLook<R> {
+struct FindContact : ContactQuery<R> {
   using AsksTheHost = void;
-  using Base = ContactLook<R>;
-  using Look = typename Base::Look;
+  using Base = ContactQuery<R>;
+  using Query = typename Base::Query;
   using Base::surface, Base::sides, Base::thickness, Base::before, Base::after, Base::particles, Base::nearby;
-  Surroundings<R> all;
+  EnvironmentView<R> all;
   int own;
   const Surface* whole;
   const unsigned long long* bits;
 
-  FindContact(const Surroundings<R>& in, int mesh, const unsigned long long* those)
+  FindContact(const EnvironmentView<R>& in, int mesh, const unsigned long long* those)
       : Base(look_at(in, mesh)), all(in), own(mesh), whole(in.meshes[mesh].surface), bits(those) {}
 
   template <class Group>
@@ -64,10 +64,10 @@ struct FindContact : ContactLook<R> {
     if (rest == 0) return;
     for (unsigned long long ahead = rest; ahead != 0; ahead &= ahead - 1) {
       const int slot = nearby.slot(group.index * kWord + lowest_bit(ahead));
-      if (slot >= 0) prefetch(nearby.near + slot, int(sizeof(Near)));
+      if (slot >= 0) prefetch(nearby.near + slot, int(sizeof(ProximityRecord)));
     }
     Looks storage;
-    Look* const looks = storage.of;
+    Query* const looks = storage.of;
     int count = 0;
     for (; rest != 0; rest &= rest - 1) {
       const int i = group.index * kWord + lowest_bit(rest);
@@ -75,7 +75,7 @@ struct FindContact : ContactLook<R> {
     }
     for (int k = 0; k < count; ++k) list(looks[k]);
     for (int k = 0; k < count;) {
-      NearPairs<typename Group::Isa> pairs(surface.cells);
+      PointTriangleBatch<typename Group::Isa> pairs(surface.cells);
       const int first = k;
       for (; k < count && pairs.has_room(looks[k].listed); ++k)
         pairs.add(surface.in_near_mesh(looks[k].a), looks[k].list, looks[k].listed);
@@ -90,12 +90,12 @@ struct FindContact : ContactLook<R> {
 
  private:
   union Looks {  // not filled before they are used
-    Look of[kWord];
+    Query of[kWord];
     HOST_KERNEL Looks() {}
   };
 
   /// Whether the feature that was the nearest is known to be it still.
-  HOST_KERNEL bool by_feature(Look& look) const {
+  HOST_KERNEL bool by_feature(Query& look) const {
     const NearFeature* const feature = this->feature_of(look);
     if (!feature) return false;
     const ClosestPoint near = surface.of_feature(*feature, look.a);
@@ -104,17 +104,17 @@ struct FindContact : ContactLook<R> {
   }
 
   /// Which triangles are to be compared, by the cell that it is in.
-  HOST_KERNEL void list(Look& look) const {
+  HOST_KERNEL void list(Query& look) const {
     look.cell = surface.cell_of(look.a, look.cell);
     look.listed = 0;
     if (look.cell == 0) return;
-    const NearCell& cell = surface.cells.cells[look.cell];
+    const OctreeNode& cell = surface.cells.cells[look.cell];
     look.list = surface.cells.lists + cell.first, look.listed = cell.count;
     prefetch(look.list);
   }
 
   template <class Isa>
-  HOST_KERNEL void end(Look& look, const NearPairs<Isa>& pairs, int which) const {
+  HOST_KERNEL void end(Query& look, const PointTriangleBatch<Isa>& pairs, int which) const {
     const bool listed = look.listed > 0;
     if (!(listed && look.near.distance <= look.reach) && leave(look)) return;
     end(look, listed ? surface.within(look.radius, look.near, look.a) : ask<Isa>(look));
@@ -123,7 +123,7 @@ struct FindContact : ContactLook<R> {
   }
 
   /// Whether a coarse bound tells that it cannot touch: of what may be inside it does not tell the side.
-  bool leave(const Look& look) const {
+  bool leave(const Query& look) const {
     if (look.depth > 0) return false;
     const double least = whole->least_distance(look.a);
     if (!(least > look.reach)) return false;
@@ -133,7 +133,7 @@ struct FindContact : ContactLook<R> {
 
   /// Where no list answers. Lists are made for what is near and comes by slowly: others hardly come back.
   template <class Isa>
-  ClosestPoint ask(Look& look) const {
+  ClosestPoint ask(Query& look) const {
     const bool stays = look.path < 2 * thickness;
     if (stays && look.last.triangle >= 0) {
       look.cell = whole->make_cell(look.a);
@@ -145,17 +145,17 @@ struct FindContact : ContactLook<R> {
     return near;
   }
 
-  HOST_KERNEL void end(const Look& look, const ClosestPoint& near) const {
+  HOST_KERNEL void end(const Query& look, const ClosestPoint& near) const {
     if (!near.found) return this->see_beyond(look, look.radius);
-    const auto lift_it = [this](const Look& of, const Point& q, const Point& n, LastSeen& last)
+    const auto lift_it = [this](const Query& of, const Point& q, const Point& n, ClosestPointRecord& last)
                              KERNEL_LAMBDA { return lift(of, q, n, last); };
     const auto sweep_it = [this](int i, const Point& outward) KERNEL_LAMBDA { sweep(i, outward); };
     this->finish(look, near, side(look, near), lift_it, sweep_it);
   }
 
   /// The surface's normal on the side on which the particle belongs.
-  HOST_KERNEL Point side(const Look& look, const ClosestPoint& near) const {
-    const LastSeen& last = look.last;
+  HOST_KERNEL Point side(const Query& look, const ClosestPoint& near) const {
+    const ClosestPointRecord& last = look.last;
     // It may have been dragged through since it was last seen: then it belongs on the side where it was.
     const bool through = sides == Sides::TwoSided && std::isfinite(last.distance) && look.moved >= last.distance &&
                          whole->crossing(last.at, look.a, 0, false).hit;
@@ -179,7 +179,7 @@ struct FindContact : ContactLook<R> {
   }
 
   /// Not through another mesh, nor through another part of this one, whose nearest point is q.
-  bool lift(const Look& look, const Point& q, const Point& n, LastSeen& last) const {
+  bool lift(const Query& look, const Point& q, const Point& n, ClosestPointRecord& last) const {
     if (!this->is_free(last)) {
       const Point above = q + n * (1e-3 * thickness), rim = q + n * this->least_distance(last);
       if (whole->crossing(above, rim, 0, sides != Sides::TwoSided).hit) return false;
@@ -220,16 +220,16 @@ struct MeasureDepth {
   Sides sides;
   Pose pose;
   Particles<R> particles;
-  Nearby<R> nearby;
+  ContactCacheView<R> nearby;
   HOST_KERNEL Deepest operator()(int i) const {
     if (!(particles.w[i] > R(0))) return {};
     const Point a = to_local(pose, in_double(particles.x[i]));
-    const LastSeen last = nearby.seen(i, a);
+    const ClosestPointRecord last = nearby.seen(i, a);
     return {std::max(norm(last.passed), depth(a, last))};
   }
 
  private:
-  double depth(const Point& a, const LastSeen& last) const {
+  double depth(const Point& a, const ClosestPointRecord& last) const {
     if (sides == Sides::Solid && surface->box_distance(a) > 0) return 0;
     if (sides == Sides::TwoSided && !(std::isfinite(last.distance) && surface->crossing(last.at, a, 0, false).hit))
       return 0;

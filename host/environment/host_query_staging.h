@@ -20,18 +20,18 @@ class HostWords {
   /// Calls look(surroundings, cargo), both in the host's memory, of what is asked about: so much. There is room at
   /// every mesh for all of it. What go_on(questions) launches before that must leave those particles, and the meshes,
   /// as they are.
-  template <class Look, class GoOn>
-  void ask(const Surroundings<R>& all, const Questions& questions, const Asked& asked, const Look& look,
+  template <class Query, class GoOn>
+  void ask(const EnvironmentView<R>& all, const ActiveMask& questions, const ActiveCount& asked, const Query& look,
            const GoOn& go_on) {
-    const WordCargo<R> there = hold(all, questions, asked);
+    const StagingBuffer<R> there = hold(all, questions, asked);
     load(all, questions, there);
-    WordCargo<R> here = there;
+    StagingBuffer<R> here = there;
     here.base = aligned(here_.data());
     Memory<Executor>::copy_out(there.base, there.bytes(), here.base);
     go_on(questions);
-    std::vector<Nearby<R>> nearby;
+    std::vector<ContactCacheView<R>> nearby;
     for (int k = 0; k < all.count; ++k) nearby.push_back(here.nearby(k));
-    look(Surroundings<R>{all.meshes, all.count, here.particles(), nearby.data()}, here);
+    look(EnvironmentView<R>{all.meshes, all.count, here.particles(), nearby.data()}, here);
     Memory<Executor>::copy_in(here.base, here.bytes(), there.base);
     unload(all, there);
   }
@@ -40,9 +40,9 @@ class HostWords {
 
  private:
   /// In the device's memory, with as much of the host's.
-  WordCargo<R> hold(const Surroundings<R>& all, const Questions& questions, const Asked& asked) {
-    WordCargo<R> cargo{nullptr, asked.words, all.count, questions.count, 2 * asked.particles};
-    const std::size_t bytes = cargo.bytes() + WordCargo<R>::kAligned;
+  StagingBuffer<R> hold(const EnvironmentView<R>& all, const ActiveMask& questions, const ActiveCount& asked) {
+    StagingBuffer<R> cargo{nullptr, asked.words, all.count, questions.count, 2 * asked.particles};
+    const std::size_t bytes = cargo.bytes() + StagingBuffer<R>::kAligned;
     if (bytes > there_.size()) {
       there_ = {};
       there_ = Array<Executor, char>(bytes + bytes / 4);
@@ -51,25 +51,25 @@ class HostWords {
     cargo.base = aligned(there_.data());
     return cargo;
   }
-  void load(const Surroundings<R>& all, const Questions& questions, const WordCargo<R>& to) {
+  void load(const EnvironmentView<R>& all, const ActiveMask& questions, const StagingBuffer<R>& to) {
     Memory<Executor>::fill(to.chosen(), 1, 0);
     parallel_for(executor_, questions.words, ChooseWords{questions, to.chosen(), to.which()});
-    parallel_for(executor_, to.count(), LoadWords<R>{questions, all.particles, to});
+    parallel_for(executor_, to.count(), PackParticles<R>{questions, all.particles, to});
     for (int k = 0; k < all.count; ++k) {
       Memory<Executor>::fill(to.nearby(k).slots, 2, Handed{});
       parallel_for(executor_, to.count(),
                    LoadNearby<R>{questions, all.particles, all.meshes[k].before, all.nearby[k], to, k});
     }
   }
-  void unload(const Surroundings<R>& all, const WordCargo<R>& from) {
-    parallel_for(executor_, from.count(), UnloadWords<R>{all.particles, from});
+  void unload(const EnvironmentView<R>& all, const StagingBuffer<R>& from) {
+    parallel_for(executor_, from.count(), UnpackParticles<R>{all.particles, from});
     for (int k = 0; k < all.count; ++k) {
       parallel_for(executor_, from.words, UnloadPlaces<R>{all.particles, all.meshes[k].before, all.nearby[k], from, k});
       parallel_for(executor_, from.count(), UnloadNearby<R>{all.nearby[k], from, k});
     }
   }
   static char* aligned(char* data) {
-    constexpr std::uintptr_t line = WordCargo<R>::kAligned;
+    constexpr std::uintptr_t line = StagingBuffer<R>::kAligned;
     return data + (line - reinterpret_cast<std::uintptr_t>(data) % line) % line;
   }
 

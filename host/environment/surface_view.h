@@ -30,7 +30,7 @@ struct SurfaceView {
 
   /// The cell that answers for a, kept in `cell` from one look to the next; 0: none does.
   KERNEL int cell_of(const Point& a, int cell) const {
-    const CellPath path = path_to(cells, a - centre);
+    const OctreeKey path = path_to(cells, a - centre);
     if (!path.inside) return 0;
     if (cell > 0 && holds(cells.cells[cell], path)) return cell;
     const int found = last_cell_at(cells, path);
@@ -88,7 +88,7 @@ struct SurfaceView {
   /// Another one, of the grid over that box, as far as it is known; below 0 where that says nothing.
   KERNEL double known_least(const Point& a) const {
     const Point p = a - centre;
-    const CellPath path = path_to(cells, p);
+    const OctreeKey path = path_to(cells, p);
     return path.inside ? malha::least_distance(cells, path, p) : -1;
   }
 };

@@ -91,7 +91,7 @@ NearCells::NearCells(const TriangleScene& scene, ReadableVector<Vec4<double>>& c
   mesh_.side = 2 * mesh_.half / (1 << mesh_.start);
   most_cells_ = static_cast<int>(std::min(4096 + count, 1L << 28));
   most_listed_ = static_cast<int>(std::min(65536 + 32 * count, 1L << 30));
-  cells_ = readable_array<NearCell>(most_cells_, false);
+  cells_ = readable_array<OctreeNode>(most_cells_, false);
   lists_ = readable_array<int>(most_listed_, false);
   mesh_.cells = cells_.get(), mesh_.lists = lists_.get();
   clear();
@@ -109,7 +109,7 @@ bool NearCells::tidy() {
   return true;
 }
 
-bool NearCells::measure(const CellPath& path) {
+bool NearCells::measure(const OctreeKey& path) {
   GridCell& cell = grid_[place_in_grid(mesh_, path)];
   float known;
   __atomic_load(&cell.distance, &known, __ATOMIC_RELAXED);
@@ -126,7 +126,7 @@ bool NearCells::measure(const CellPath& path) {
   return true;
 }
 
-bool NearCells::make(const CellPath& path) try {
+bool NearCells::make(const OctreeKey& path) try {
   if (full_) return false;
   Cube cube{centre_in_grid(mesh_, path), mesh_.side / 2};
   int* link = &grid_[place_in_grid(mesh_, path)].cell;
@@ -138,7 +138,7 @@ bool NearCells::make(const CellPath& path) try {
       // Another thread may have made the same cell meanwhile: both hold the same list, and one is kept.
       if (__atomic_compare_exchange_n(link, &at, made, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) at = made;
     }
-    NearCell& cell = cells_[at];
+    OctreeNode& cell = cells_[at];
     if (is_last(mesh_, cell)) return cell.count <= kMostListed;
     const int part = path.part(cell.depth);
     cube = cube.part(part), link = &cell.child[part], parent = at;
@@ -176,7 +176,7 @@ std::vector<int> NearCells::near(const Cube& cube) const {
 /// Leaves out every triangle to which some other one is nearer at all points of the cell. At a point inside, the
 /// distance of the one is at most the largest of those at the corners, as it is convex, and that of the other at least
 /// what its slope at the centre foretells: so the corners decide.
-int NearCells::make(int parent, const Cube& cube, const CellPath& path) {
+int NearCells::make(int parent, const Cube& cube, const OctreeKey& path) {
   const int depth = parent == 0 ? mesh_.start : cells_[parent].depth + 1;
   std::vector<int> own;
   const bool cut = depth > mesh_.start;
@@ -255,7 +255,7 @@ int NearCells::make(int parent, const Cube& cube, const CellPath& path) {
               1.001f * static_cast<float>(error)});
 }
 
-int NearCells::add(const NearCell& cell) {
+int NearCells::add(const OctreeNode& cell) {
   const int number = cells_used_.fetch_add(1);
   if (number >= most_cells_) {
     full_ = true;
@@ -266,7 +266,7 @@ int NearCells::add(const NearCell& cell) {
 }
 
 std::size_t NearCells::bytes() const {
-  return std::min<std::size_t>(cells_used_, most_cells_) * sizeof(NearCell) +
+  return std::min<std::size_t>(cells_used_, most_cells_) * sizeof(OctreeNode) +
          std::min<std::size_t>(listed_, most_listed_) * sizeof(int) + (sizeof(GridCell) << 3 * mesh_.start) +
          error_.size() * sizeof(double);
 }

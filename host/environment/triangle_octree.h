@@ -24,10 +24,10 @@ class NearCells {
 
   /// Makes the cells down to the last one at a place; from any thread. False where there is no list: too many triangles
   /// are equally near, or memory for cells is used up.
-  bool make(const CellPath& path);
+  bool make(const OctreeKey& path);
 
   /// Makes the distance of a cell of the grid known, from any thread. False: it was.
-  bool measure(const CellPath& path);
+  bool measure(const OctreeKey& path);
 
   /// From one thread, between looks: starts anew when memory for cells is used up. True: no cell is what it was.
   bool tidy();
@@ -37,10 +37,10 @@ class NearCells {
  private:
   struct Candidate;
   struct Cube;
-  int make(int parent, const Cube& cube, const CellPath& path);
+  int make(int parent, const Cube& cube, const OctreeKey& path);
   double distance(const Vector3<double>& p, int triangle) const;
   std::vector<int> near(const Cube& cube) const;
-  int add(const NearCell& cell);
+  int add(const OctreeNode& cell);
   void clear();
 
   const TriangleScene& scene_;
@@ -50,7 +50,7 @@ class NearCells {
   int most_cells_ = 0, most_listed_ = 0;
   ReadableArray<GridCell> grid_{nullptr, nullptr};
   ReadableMemory memory_ = readable_memory;  // of all that kernels read
-  ReadableArray<NearCell> cells_;
+  ReadableArray<OctreeNode> cells_;
   ReadableArray<int> lists_;
   std::atomic<int> cells_used_{0};
   std::atomic<long> listed_{0};

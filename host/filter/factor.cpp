@@ -76,7 +76,7 @@ class Factorisation {
     scratch.copy.resize(std::size_t(pivots) * pivots);
     scratch.least.resize(pivots);
     updates_[s].assign(std::size_t(below) * below, 0);
-    const Columnwise<double> panel{scratch.panel.data(), height}, update{updates_[s].data(), below};
+    const ColumnMajorView<double> panel{scratch.panel.data(), height}, update{updates_[s].data(), below};
     for (int k = 0; k < pivots; ++k) {
       const int i = all_.order[first + k];
       panel(k, k) = system_.diagonal[i];
@@ -100,11 +100,11 @@ class Factorisation {
   }
 
   /// Extend-add. A child's rows are ascending in the front too.
-  void add_child(int c, int pivots, const Columnwise<double>& panel, const Columnwise<double>& update,
+  void add_child(int c, int pivots, const ColumnMajorView<double>& panel, const ColumnMajorView<double>& update,
                  const std::vector<int>& place) {
     const int size = all_.below(c);
     const int* rows = all_.rows.data() + all_.row_begin[c];
-    const Columnwise<double> from{updates_[c].data(), size};
+    const ColumnMajorView<double> from{updates_[c].data(), size};
     for (int j = 0; j < size; ++j) {
       const int to = place[rows[j]];
       const int shift = to < pivots ? 0 : pivots;

@@ -16,11 +16,11 @@ class Filter {
   /// Accelerations a = S F of the system's particles, from forces; others are left as they are. On free bodies the mean
   /// of a is undefined (S is kept without that mode, of which it would lose the digits of the others): take it from the
   /// sum of F.
-  virtual void apply(const FilterEnds<R>& ends) const = 0;
-  const FilterFacts& facts() const { return facts_; }
+  virtual void apply(const FilterIo<R>& ends) const = 0;
+  const FilterStats& facts() const { return facts_; }
 
  protected:
-  FilterFacts facts_;
+  FilterStats facts_;
 };
 
 /// Orders, factors, and keeps what the scene asks for; `auto` takes what is predicted to be faster on one thread, so

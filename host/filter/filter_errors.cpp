@@ -45,7 +45,7 @@ ApplyFilter exact_filter(const SpringSystem& system) {
   const auto exact = std::make_shared<const ExactFactor>(system, OpenMP{1});
   return [exact](const std::vector<double>& forces) {
     PointArray<Serial, double> force(forces.size() / 3), acceleration(forces.size() / 3);
-    const auto product = [&] { exact->filter.apply(FilterEnds<double>{force.points(), acceleration.points(), false}); };
+    const auto product = [&] { exact->filter.apply(FilterIo<double>{force.points(), acceleration.points(), false}); };
     return through_points(force, acceleration, exact->system.particle, product, forces);
   };
 }

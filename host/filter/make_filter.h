@@ -56,9 +56,9 @@ class FilterOf final : public Filter<R> {
  public:
   template <class... Arguments>
   explicit FilterOf(Arguments&&... arguments) : engine(std::forward<Arguments>(arguments)...) {}
-  void apply(const FilterEnds<R>& ends) const override { engine.apply(ends); }
+  void apply(const FilterIo<R>& ends) const override { engine.apply(ends); }
   Engine engine;
-  FilterFacts& facts() { return this->facts_; }
+  FilterStats& facts() { return this->facts_; }
 };
 
 template <class Executor, class R>
@@ -186,7 +186,7 @@ class Maker {
   Storage storage_;
   std::string why_;
   Supernodes all_;
-  FilterFacts facts_;
+  FilterStats facts_;
 };
 
 }  // namespace detail

@@ -62,7 +62,7 @@ class SparseFilter {
 
   /// Filters forces: S takes them from `ends` and gives accelerations back.
   template <class R>
-  void apply(const FilterEnds<R>& ends) const {
+  void apply(const FilterIo<R>& ends) const {
     const Points<R>&force = ends.force, &a = ends.acceleration;
     const auto key = [&] { return key_from(force.x, force.y, force.z, a.x, a.y, a.z, ends.adds); };
     repeated_region(executor_, width_, recorded_, key, [&](const auto& team) { apply(team, own_, ends); });
@@ -86,7 +86,7 @@ class SparseFilter {
     const SparseView<T> view{panels_.data(),          rows_.data(), values_.data(), tasks_.data(),    tasks,
                              above_.data(),           sum_.data(),  from_.data(),   particle_.data(), space.work.data(),
                              values_.bytes() > kCache};
-    const FastMemory memory{space.memory.data(), memory_bytes_};
+    const ScratchMemory memory{space.memory.data(), memory_bytes_};
     Vec4<T>*first = space.top.data(), *second = first + plan_.most_rows;
     parallel_groups(team, 0, tasks, memory, ForwardTask<T, Ends>{view, ends});
     if (top.panels > 0) {
@@ -94,7 +94,7 @@ class SparseFilter {
       for (const Stretch& stretch : stretches_) go_up(team, view, stretch, memory, first);
       for (auto stretch = stretches_.rbegin(); stretch != stretches_.rend(); ++stretch)
         come_down(team, view, *stretch, memory, first, second);
-      parallel_pieces(team, top.own, kTopPlaces, HandOutTop<T, Ends>{view, ends});
+      parallel_pieces(team, top.own, kTopPlaces, ScatterRoot<T, Ends>{view, ends});
     }
     parallel_groups(team, 0, tasks, memory, BackwardTask<T, Ends>{view, ends});
   }
@@ -120,22 +120,23 @@ class SparseFilter {
   }
 
   template <class Team>
-  void go_up(const Team& team, const SparseView<T>& view, const Stretch& stretch, const FastMemory& memory,
+  void go_up(const Team& team, const SparseView<T>& view, const Stretch& stretch, const ScratchMemory& memory,
              Vec4<T>* rows) const {
-    if (!stretch.wide) return parallel_groups(team, 0, 1, memory, NarrowTop<T, true>{view, stretch.begin, stretch.end});
+    if (!stretch.wide)
+      return parallel_groups(team, 0, 1, memory, SolveRootSmall<T, true>{view, stretch.begin, stretch.end});
     const Panel& panel = plan_.panels[stretch.begin];
     parallel_groups(team, 0, pieces(panel.blocks()), memory, ForwardTop<T>{view, panel, rows});
-    parallel_pieces(team, panel.columns, kTopPlaces, KeepTop<T>{view, panel, rows});
+    parallel_pieces(team, panel.columns, kTopPlaces, StoreRoot<T>{view, panel, rows});
   }
   template <class Team>
-  void come_down(const Team& team, const SparseView<T>& view, const Stretch& stretch, const FastMemory& memory,
+  void come_down(const Team& team, const SparseView<T>& view, const Stretch& stretch, const ScratchMemory& memory,
                  Vec4<T>* rows, Vec4<T>* own) const {
     if (!stretch.wide)
-      return parallel_groups(team, 0, 1, memory, NarrowTop<T, false>{view, stretch.begin, stretch.end});
+      return parallel_groups(team, 0, 1, memory, SolveRootSmall<T, false>{view, stretch.begin, stretch.end});
     const Panel& panel = plan_.panels[stretch.begin];
     parallel_pieces(team, 4 * panel.blocks(), kTopPlaces, GatherTop<T>{view, panel, rows});
     parallel_groups(team, 0, pieces(panel.columns), memory, BackwardTop<T>{view, panel, rows, own});
-    parallel_pieces(team, panel.columns, kTopPlaces, KeepTop<T>{view, panel, own});
+    parallel_pieces(team, panel.columns, kTopPlaces, StoreRoot<T>{view, panel, own});
   }
 
   static constexpr int kTopPlaces = 128;  // of the top that are copied together

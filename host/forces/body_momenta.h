@@ -16,7 +16,7 @@ class MeasuredBodies {
   template <class Island>
   MeasuredBodies(const Executor& executor, const std::vector<Island>& islands)
       : executor_(executor), count_(static_cast<int>(islands.size())) {
-    std::vector<Stretch> stretches;
+    std::vector<ParticleRange> stretches;
     for (int b = 0; b < count_; ++b) {
       const Island& island = islands[static_cast<std::size_t>(b)];
       MeasuredBody body{};
@@ -26,7 +26,7 @@ class MeasuredBodies {
       body.end = static_cast<int>(stretches.size());
       start_.push_back(body);
     }
-    stretches_ = Array<Executor, Stretch>(stretches);
+    stretches_ = Array<Executor, ParticleRange>(stretches);
     sums_ = Array<Executor, MomentaSum>(stretches.size(), MomentaSum{});
     bodies_ = Array<Executor, MeasuredBody>(start_);
     motions_ = Array<Executor, RigidMotion<R>>(islands.size(), RigidMotion<R>{});
@@ -56,7 +56,7 @@ class MeasuredBodies {
     bodies_.upload(start_);
   }
 
-  const Stretch* stretches() const { return stretches_.data(); }
+  const ParticleRange* stretches() const { return stretches_.data(); }
   MeasuredBody* bodies() const { return bodies_.data(); }
   RigidMotion<R>* motions() const { return motions_.data(); }
   std::size_t bytes() const {
@@ -76,7 +76,7 @@ class MeasuredBodies {
   Executor executor_;
   int count_;
   std::vector<MeasuredBody> start_;
-  Array<Executor, Stretch> stretches_;
+  Array<Executor, ParticleRange> stretches_;
   Array<Executor, MomentaSum> sums_;
   Array<Executor, MeasuredBody> bodies_;
   Array<Executor, RigidMotion<R>> motions_;

@@ -42,7 +42,7 @@ class FreeBodies {
   /// Gives back what was lost since the last time. `known`: the last that was called is after().
   void give_back(const Particles<R>& particles, bool known) {
     if (!known) bodies_.template measure<R, false, true>(particles, Measured::Now);
-    bodies_.move(FindReturn<R>{bodies_.bodies(), bodies_.motions()},
+    bodies_.move(ComputeMomentumCorrection<R>{bodies_.bodies(), bodies_.motions()},
                  AddRigidMotion<R>{particles, bodies_.stretches(), bodies_.motions()});
   }
 

@@ -4,7 +4,7 @@
 
 namespace malha {
 
-struct Taken {
+struct ParticleHandle {
   int particle;           ///< as in Simulation::positions()
   Vec3 to;                ///< the point that pulls it, or the place where it is held (m)
   double compliance = 0;  ///< of the spring to that point, m/N; 0: it is held

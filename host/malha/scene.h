@@ -224,12 +224,12 @@ struct OutputSpec {
 };
 
 /// What a number must be. A number alone is the most that it may be.
-struct Allowed {
+struct Range {
   std::optional<double> at_least, at_most;
-  Allowed() = default;
-  Allowed(double most) : at_most(most) {}
+  Range() = default;
+  Range(double most) : at_most(most) {}
   explicit operator bool() const { return at_least || at_most; }
-  friend bool operator==(const Allowed&, const Allowed&) = default;
+  friend bool operator==(const Range&, const Range&) = default;
 };
 
 /// The box that the particles of one body must lie in.
@@ -240,16 +240,16 @@ struct ExpectOfBody {
 
 /// What must hold at the end of the whole run. Absent: not looked at.
 struct Expect {
-  Allowed max_strain;                                        ///< largest |l - l0| / l0 over the distance constraints
-  Allowed rms_strain;                                        ///< same, root mean square
-  Allowed max_penetration;                                   ///< m below an environment surface
-  Allowed max_crossings;                                     ///< of edges with triangles, of bodies that collide
+  Range max_strain;                                          ///< largest |l - l0| / l0 over the distance constraints
+  Range rms_strain;                                          ///< same, root mean square
+  Range max_penetration;                                     ///< m below an environment surface
+  Range max_crossings;                                       ///< of edges with triangles, of bodies that collide
   std::optional<double> energy_not_above, energy_not_below;  ///< J
-  Allowed max_speed;                                         ///< m/s
+  Range max_speed;                                           ///< m/s
   std::optional<Vec3> inside_min, inside_max;                ///< every particle lies in this box
   std::vector<ExpectOfBody> bodies;                          ///< those of these bodies in theirs
   std::optional<std::array<double, 2>> volume_ratio;  ///< volume / rest volume of bodies with pressure or tetrahedra
-  Allowed inverted_tetrahedra;                        ///< their number: of negative volume
+  Range inverted_tetrahedra;                          ///< their number: of negative volume
 };
 
 enum class Precision { Float, Double };

@@ -32,7 +32,7 @@ struct SimulationOptions {
   bool timed_passes = false;      ///< Cuda: times of passes, for which every one of them is waited for; else always
   bool by_hand =
       false;  ///< particles may be taken by hand (pull, hold). Costs memory where levels or patches keep some
-  std::vector<OwnConstraint> constraints = {};  ///< of the caller's own: slow, and for as long as the simulation lives
+  std::vector<UserConstraint> constraints = {};  ///< of the caller's own: slow, and for as long as the simulation lives
   // Of a set-up that takes long; part in [0, 1], or -1 where what begins does not know how far it is.
   std::function<void(const char* what, double part)> progress = {};
 };
@@ -56,7 +56,7 @@ class Simulation {
 
   /// A step that can be looked at after each of its substeps: the same bits as step(), not the same speed. A scene that
   /// sleeps has no substeps. Throws InputError where `by_hand` is not set.
-  void step(const AfterSubstep& after);
+  void step(const SubstepCallback& after);
 
   /// Looks at once for energy that nothing gave, which step() does every 32 steps. Throws Diverged. For before what the
   /// last steps led to is used.
@@ -110,7 +110,7 @@ class Simulation {
 
   /// What is taken by hand now, in the order in which it was. Of a vertex that tears, the particle that keeps its place
   /// in positions() stays taken.
-  std::vector<Taken> held() const;
+  std::vector<ParticleHandle> held() const;
 
   /// Cuts bodies that name "tear" along a knife's way. `edges`: those that it crosses, as particles {left, right} of
   /// the knife. Vertices on one side split as where a mesh tears, so that the two ends of an edge share no face or line

@@ -6,6 +6,6 @@ namespace malha {
 
 /// Called after each substep of a step with its number, from 1, and the time that it has led to, s. positions() and
 /// velocities() are then those of the substep. Nothing may be changed.
-using AfterSubstep = std::function<void(int substep, double time)>;
+using SubstepCallback = std::function<void(int substep, double time)>;
 
 }  // namespace malha

@@ -9,9 +9,9 @@
 namespace malha {
 
 template <class Executor>
-class LostPlaces {
+class FiniteCheck {
  public:
-  explicit LostPlaces(int substeps) : first_(static_cast<std::size_t>(substeps), FirstIndex{}) {}
+  explicit FiniteCheck(int substeps) : first_(static_cast<std::size_t>(substeps), FirstIndex{}) {}
 
   /// The new state at the end of a substep of h seconds, counted from 0. Nobody waits for it.
   template <class R>

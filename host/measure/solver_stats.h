@@ -41,7 +41,7 @@ inline constexpr std::array<const char*, 21> kPassNames{
     "self_collision", "state",     "visits",     "tearing",  "sleep",      "edges",       "own"};
 
 /// What a person may want to know of a constraint set.
-struct SetFacts {
+struct SetStats {
   std::string type;
   int constraints = 0;
   int in_runs = 0;       // read and written as whole vectors
@@ -49,7 +49,7 @@ struct SetFacts {
   std::size_t bytes = 0;
 };
 
-struct PatchFacts {
+struct PatchStats {
   int patches = 0;
   int phases = 0;                // patches of a phase are visited at once
   int columns = 0;               // patches laid out for runs
@@ -61,18 +61,18 @@ struct PatchFacts {
 };
 
 /// Of a level (host/model/levels.h).
-struct LevelFacts {
+struct LevelStats {
   int particles = 0, constraints = 0;
-  PatchFacts patches;
+  PatchStats patches;
 };
 
 /// Of constraints of the caller's own.
-struct OwnFacts {
+struct UserConstraintStats {
   std::string name;
   int constraints = 0, particles = 0, batches = 0;  // particles: of each constraint
 };
 
-struct ContactFacts {
+struct ContactStats {
   long long looks = 0;                        // since the start, at particles that may have come near
   long long queries = 0;                      // of all triangles of a mesh among them, by Embree
   int near = 0;                               // particles near a surface now, once for each mesh
@@ -80,7 +80,7 @@ struct ContactFacts {
   std::size_t cell_bytes = 0;                 // of the meshes' lists of near triangles
 };
 
-struct EdgeFacts {
+struct EdgeStats {
   int edges = 0, corners = 0;   // of the environment, that can touch
   std::int64_t candidates = 0;  // pairs that may come near in the next substeps
   std::int64_t pairs = 0;       // that may in this one
@@ -89,7 +89,7 @@ struct EdgeFacts {
   std::int64_t held = 0;        // in which something would have crossed
   std::size_t bytes = 0;
 
-  EdgeFacts& operator+=(const EdgeFacts& o) {
+  EdgeStats& operator+=(const EdgeStats& o) {
     edges += o.edges, corners += o.corners, candidates += o.candidates, pairs += o.pairs;
     searches += o.searches, laid_again += o.laid_again, held += o.held, bytes += o.bytes;
     return *this;
@@ -97,7 +97,7 @@ struct EdgeFacts {
 };
 
 /// What a person may want to know.
-struct SelfFacts {
+struct SelfStats {
   int particles = 0, edges = 0, triangles = 0;
   std::int64_t crossings = 0;       // at the start
   std::int64_t searches = 0;        // for pairs, at times more than one in a substep
@@ -108,7 +108,7 @@ struct SelfFacts {
   int phases = 0;                   // patches of a phase share no particle
 };
 
-struct FilterFacts {
+struct FilterStats {
   std::string kind;     // "dense" or "sparse"
   std::string storage;  // "float", "double" or "int16"
   std::string why;      // the scene's word, or the costs that were compared
@@ -124,23 +124,23 @@ struct FilterFacts {
 struct FilterErrors {
   double noise = 0, elastic = 0;
 };
-struct SolverFacts {
+struct SolverStats {
   std::string instructions;  // of the kernels over packs
-  PatchFacts patches;
+  PatchStats patches;
   bool fused = false;              // prediction and state happen in the visits to the patches
   bool whole_steps = false;        // all substeps of a step in one parallel region
   bool flies = false;              // both, in steps in which nothing can come near the environment
-  std::vector<SetFacts> sets;      // in the order of projection
-  std::vector<LevelFacts> levels;  // the finest first
+  std::vector<SetStats> sets;      // in the order of projection
+  std::vector<LevelStats> levels;  // the finest first
   int levels_every = 1;            // substeps
   std::size_t level_bytes = 0;
   int level_layouts = 0;                                 // one more for each set of pins that lets go
   double level_seconds = 0;                              // of set-up
-  std::optional<FilterFacts> filter;                     // Desbrun's
-  std::optional<SelfFacts> self;                         // of self-collision
-  std::optional<ContactFacts> contact;                   // with the environment
-  std::optional<EdgeFacts> edges;                        // with its edges and corners
-  std::vector<OwnFacts> own;                             // constraints of the caller's own
+  std::optional<FilterStats> filter;                     // Desbrun's
+  std::optional<SelfStats> self;                         // of self-collision
+  std::optional<ContactStats> contact;                   // with the environment
+  std::optional<EdgeStats> edges;                        // with its edges and corners
+  std::vector<UserConstraintStats> own;                  // constraints of the caller's own
   int free_bodies = 0;                                   // of Desbrun's, whose momentum is corrected
   bool corrects = false;                                 // their angular momentum too
   std::size_t spring_bytes = 0;                          // of their ends, stiffness and rest lengths

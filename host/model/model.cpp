@@ -82,7 +82,7 @@ class Builder {
   }
 
   void add_body(Body body) {
-    Appearance& look = model_.look;
+    RenderMesh& look = model_.look;
     const int first = static_cast<int>(look.points.size());
     look.points.insert(look.points.end(), body.mesh.points.begin(), body.mesh.points.end());
     for (Quad face : body.mesh.faces) {
@@ -100,7 +100,7 @@ class Builder {
 
   /// Fixes the solver's order and fills the particles and the damped islands.
   void arrange() {
-    const Appearance& look = model_.look;
+    const RenderMesh& look = model_.look;
     const int n = static_cast<int>(look.points.size());
     std::vector<Edge> all;
     for (std::size_t b = 0; b < bodies_.size(); ++b)
@@ -216,7 +216,7 @@ std::string particle_name(const Model& model, int user_index) {
          model.scene.bodies[body_of(model, user_index)].name + "'";
 }
 
-std::vector<int> particles_of_vertices(const Appearance& look, std::size_t body) {
+std::vector<int> particles_of_vertices(const RenderMesh& look, std::size_t body) {
   const FileVertices& file = look.vertices.at(body);
   const int first = look.body_begin[body];
   std::vector<int> all = points_of_vertices(file, look.body_begin[body + 1] - first);

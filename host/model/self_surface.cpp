@@ -51,7 +51,7 @@ void add_simplices(const Mesh& mesh, SelfSurface& surface) {
 
 /// Of the bodies of these names, or, without any, of all.
 SelfSurface surface_of(const Model& model, const std::vector<std::string>& named) {
-  const Appearance& look = model.look;
+  const RenderMesh& look = model.look;
   SelfSurface surface;
   const std::vector<int> number = solver_of(model.user_of);
   surface.takes_part.resize(number.size(), 0), surface.body.resize(number.size(), 0);
@@ -220,7 +220,7 @@ void check_pairs(Model& model, const SelfSurface& surface) {
   const PairEstimate pairs = estimate_pairs(surface, model.x, thickness);
   const bool wide = model.scene.solver.precision == Precision::Double;
   constexpr double room = 1.4;  // for a quarter more, in blocks that are not all full
-  const double block = wide ? sizeof(PairBlock<double>) : sizeof(PairBlock<float>);
+  const double block = wide ? sizeof(ContactBlock<double>) : sizeof(ContactBlock<float>);
   const double need = room * pairs.near * (block + sizeof(PairBits)) / kPairBlock;
   const auto there = static_cast<double>(available_memory());
   const std::string found = "some " + shown(std::round(pairs.looked_at)) +

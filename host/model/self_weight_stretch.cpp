@@ -23,9 +23,9 @@ struct Section {
   }
 };
 
-class Hanger {
+class SelfWeightStretch {
  public:
-  explicit Hanger(const Hanging& body) : body_(body), give_(body.x.size(), Vector{0, 0, 0}) {
+  explicit SelfWeightStretch(const SuspendedBody& body) : body_(body), give_(body.x.size(), Vector{0, 0, 0}) {
     int parts = 0;
     for (const int p : body.part) parts = std::max(parts, p + 1);
     std::vector<int> cuts(parts, 1);  // one more than the most links: beyond the last is nothing
@@ -104,7 +104,7 @@ class Hanger {
     return hops == 0 ? outer : (strain_of(cut, hops) + outer) / 2;
   }
 
-  const Hanging& body_;
+  const SuspendedBody& body_;
   std::vector<Vector> give_;
   std::vector<int> begin_;  // of each part's cuts, by number of links
   std::vector<Section> cuts_;
@@ -112,9 +112,9 @@ class Hanger {
 
 }  // namespace
 
-std::vector<Vector> stretch_by_weight(const Hanging& body, const std::vector<Spring>& springs,
+std::vector<Vector> stretch_by_weight(const SuspendedBody& body, const std::vector<Spring>& springs,
                                       const std::vector<SheetPiece>& sheet) {
-  return Hanger(body).stretch(springs, sheet);
+  return SelfWeightStretch(body).stretch(springs, sheet);
 }
 
 }  // namespace malha

@@ -8,7 +8,7 @@
 namespace malha {
 
 /// Particles, and how they hang together.
-struct Hanging {
+struct SuspendedBody {
   const std::vector<Vector>& x;     // m, at rest
   const std::vector<double>& mass;  // kg, of what is not held
   const std::vector<int>& hops;     // links to what is held; 0: held, -1: nothing holds it
@@ -31,7 +31,7 @@ struct SheetPiece {
 /// what is held. e is the weight of all that is more links away from there, over the stiffness of the cut in between.
 /// Of strips and sheets that hang by a row this is their stretch to some percent; of what hangs by points it is that of
 /// rings around them. Its own loads (wind, a swing) stretch a body further.
-std::vector<Vector> stretch_by_weight(const Hanging& body, const std::vector<Spring>& springs,
+std::vector<Vector> stretch_by_weight(const SuspendedBody& body, const std::vector<Spring>& springs,
                                       const std::vector<SheetPiece>& sheet);
 
 }  // namespace malha

@@ -100,7 +100,7 @@ void apply(const Split& split, Mesh& mesh) {
   for (const int l : split.lines) std::replace(mesh.lines[l].begin(), mesh.lines[l].end(), split.vertex, duplicate);
 }
 
-Mesh body_mesh(const Appearance& look, std::size_t body) {
+Mesh body_mesh(const RenderMesh& look, std::size_t body) {
   const int first = look.body_begin[body];
   Mesh mesh{{look.points.begin() + first, look.points.begin() + look.body_begin[body + 1]},
             {look.faces.begin() + look.face_begin[body], look.faces.begin() + look.face_begin[body + 1]},
@@ -186,7 +186,7 @@ std::vector<int> numbers_of(const std::vector<Split>& splits) {
   return numbers;
 }
 
-std::vector<Split> splits_of(const std::vector<int>& numbers, const Scene& scene, const Appearance& whole,
+std::vector<Split> splits_of(const std::vector<int>& numbers, const Scene& scene, const RenderMesh& whole,
                              const std::string& file) {
   const auto require = [&file](bool good, const std::string& found, const std::string& allowed) {
     if (!good) refuse(file, "tears", found, allowed);

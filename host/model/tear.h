@@ -26,7 +26,7 @@ std::vector<bool> pinned_now(const Model& model, double time, const std::vector<
 
 /// What a torn model is made of.
 struct Torn {
-  const Appearance* whole;         // before any tear
+  const RenderMesh* whole;         // before any tear
   const std::vector<Split>* done;  // since then, in this order
   const std::vector<EnvironmentMesh>* environment;
   int zero_area_faces;
@@ -38,7 +38,7 @@ struct Torn {
 Model build_torn_model(const Scene& scene, const Torn& torn, int threads = 1, const PatchBounds& bounds = {});
 
 /// The mesh of a body as it was made, numbered by itself.
-Mesh body_mesh(const Appearance& look, std::size_t body);
+Mesh body_mesh(const RenderMesh& look, std::size_t body);
 
 /// The edges that tear where they become too long, in the solver's numbers, and how long that is (m).
 struct Breakable {
@@ -57,7 +57,7 @@ std::vector<int> ancestors(const Model& before, const Model& after, const std::v
 /// As integers, for checkpoints, and back. The way back throws InputError, which names `file`, unless the integers are
 /// splits that can be applied to the bodies of `whole` one after the other.
 std::vector<int> numbers_of(const std::vector<Split>& splits);
-std::vector<Split> splits_of(const std::vector<int>& numbers, const Scene& scene, const Appearance& whole,
+std::vector<Split> splits_of(const std::vector<int>& numbers, const Scene& scene, const RenderMesh& whole,
                              const std::string& file);
 
 }  // namespace malha

@@ -22,12 +22,12 @@ class Levels {
       : islands_(islands), origins_(islands.size()) {
     seconds_.assign(levels.size(), 0);
     for (std::size_t l = 0; l < levels.size(); ++l) {
-      const auto lay_out = [&](const auto& finer, Laid* down) {
+      const auto lay_out = [&](const auto& finer, TransferOperator* down) {
         const std::vector<Patch> patches = finer.patches();
         const std::vector<Segment> segments = finer.segments();
         const auto goals = fused || l > 0 ? goals_of_visits(patches, segments) : goals_in_order(levels[l].down, kPiece);
         const MeanPlan plan = plan_means(levels[l].down, goals);
-        *down = Laid(plan);
+        *down = TransferOperator(plan);
         levels_.emplace_back(executor, levels[l], plan_parts(levels[l].up, patches, segments), plan.in_columns(),
                              threads);
       };
@@ -36,14 +36,15 @@ class Levels {
       else
         lay_out(levels_[l - 1].sweep, &levels_[l - 1].down);
     }
-    if (fused && by_hand) before_ = Laid(plan_means(levels.front().down, goals_in_order(levels.front().down, kPiece)));
+    if (fused && by_hand)
+      before_ = TransferOperator(plan_means(levels.front().down, goals_in_order(levels.front().down, kPiece)));
   }
 
   /// What a finest visit that predicts adds.
-  MeansOf<R> down() const { return of(down_, levels_.front()); }
+  ProlongationView<R> down() const { return of(down_, levels_.front()); }
   /// Where the last finest visits leave what the next prediction will be.
-  UpTo<R> up() const {
-    UpTo<R> up = this->up(levels_.front());
+  RestrictionTarget<R> up() const {
+    RestrictionTarget<R> up = this->up(levels_.front());
     up.origins = origins_.points();
     return up;
   }
@@ -54,7 +55,7 @@ class Levels {
   }
   /// The finest level arrives, where a visit that predicts will take its particles: `finest` knows their patches.
   template <class Team>
-  void foresee(const Team& team, const Sweep<Executor, R>& finest, const Visit<R>& visit) const {
+  void foresee(const Team& team, const Sweep<Executor, R>& finest, const SolvePatch<R>& visit) const {
     const Particles<R>& all = visit.particles;
     restrict_to(team, finest, {all.p, all.v, all.w, origins_.points(), visit.dt, visit.gravity}, levels_.front());
   }
@@ -67,15 +68,15 @@ class Levels {
   /// After the finest level has arrived: the coarser ones, and all sweeps, from the coarsest on.
   template <class Team>
   void sweep(const Team& team) const {
-    Lap lap(leads(team) ? &seconds_ : nullptr);
+    LapTimer lap(leads(team) ? &seconds_ : nullptr);
     for (std::size_t l = 1; l < levels_.size(); ++l) {
-      const Own& finer = levels_[l - 1];
+      const LevelData& finer = levels_[l - 1];
       restrict_to(team, finer.sweep, {finer.arrives(), {}, finer.w.data(), {}, R(0), {}}, levels_[l]);
       lap(l);
     }
     for (std::size_t l = levels_.size(); l-- > 0;) {
-      const Own& own = levels_[l];
-      CoarseVisit<R> visit{};
+      const LevelData& own = levels_[l];
+      SolveCoarsePatch<R> visit{};
       own.sweep.fill(visit);
       visit.x = own.x.points(), visit.arrival = own.arrival.points(), visit.d = own.d.points();
       visit.w = own.w.data();
@@ -97,23 +98,23 @@ class Levels {
   void move(const Team& team, const Sweep<Executor, R>& finest, const Particles<R>& all) const {
     restrict_to(team, finest, {all.p, {}, all.w, origins_.points(), R(0), {}}, levels_.front());
     sweep(team);
-    const Laid& laid = before_.bytes() > 0 ? before_ : down_;
-    parallel_groups(team, 0, laid.pieces(), {}, AddMeans<R>{of(laid, levels_.front()), all.p.d});
+    const TransferOperator& laid = before_.bytes() > 0 ? before_ : down_;
+    parallel_groups(team, 0, laid.pieces(), {}, Prolongate<R>{of(laid, levels_.front()), all.p.d});
   }
 
-  std::vector<LevelFacts> facts() const {
-    std::vector<LevelFacts> all;
-    for (const Own& own : levels_) {
-      LevelFacts& level = all.emplace_back();
+  std::vector<LevelStats> facts() const {
+    std::vector<LevelStats> all;
+    for (const LevelData& own : levels_) {
+      LevelStats& level = all.emplace_back();
       level.particles = static_cast<int>(own.rank.size()), level.patches = own.sweep.facts();
-      for (const SetFacts& set : own.sweep.set_facts()) level.constraints += set.constraints;
+      for (const SetStats& set : own.sweep.set_facts()) level.constraints += set.constraints;
     }
     return all;
   }
 
   std::size_t bytes() const {
     std::size_t sum = down_.bytes() + before_.bytes();
-    for (const Own& own : levels_) sum += own.bytes();
+    for (const LevelData& own : levels_) sum += own.bytes();
     return sum;
   }
 
@@ -121,9 +122,9 @@ class Levels {
   static constexpr int kPiece = 512;  // means
 
   /// Adds up what each level takes, on the thread that leads.
-  class Lap {
+  class LapTimer {
    public:
-    explicit Lap(std::vector<double>* seconds) : seconds_(seconds) {
+    explicit LapTimer(std::vector<double>* seconds) : seconds_(seconds) {
       if (seconds_) start_ = std::chrono::steady_clock::now();
     }
     void operator()(std::size_t level) {
@@ -138,12 +139,12 @@ class Levels {
   };
 
   /// Means laid out.
-  struct Laid {
+  struct TransferOperator {
     Array<Executor, int> begin;
     Array<Executor, MeanRun> runs;
     Array<Executor, MeanTerm<R>> terms;
-    Laid() = default;
-    explicit Laid(const MeanPlan& plan) : begin(plan.begin), runs(plan.runs) {
+    TransferOperator() = default;
+    explicit TransferOperator(const MeanPlan& plan) : begin(plan.begin), runs(plan.runs) {
       std::vector<MeanTerm<R>> rounded;
       for (const MeanTerm<double>& term : plan.terms) rounded.push_back({term.from, R(term.weight)});
       terms = Array<Executor, MeanTerm<R>>(rounded);
@@ -153,7 +154,7 @@ class Levels {
     std::size_t bytes() const { return begin.bytes() + runs.bytes() + terms.bytes(); }
   };
 
-  struct Own {
+  struct LevelData {
     Sweep<Executor, R, KindList<Coarse>> sweep;
     PointArray<Executor, R> x, arrival;  // and parts of means
     PointArray<Executor, R> d;
@@ -161,11 +162,11 @@ class Levels {
     ScatteredArray<Executor, R> delta_rows;  // one of the two
     Array<Executor, R> w;
     Array<Executor, int> place, rank;  // of each mean; of each particle
-    Laid up, down;                     // down: from the next coarser level
+    TransferOperator up, down;         // down: from the next coarser level
     Array<Executor, int> joined, parts;
     bool columns;
 
-    Own(const Executor& executor, const Level& level, const MeanParts& means, bool in_columns, int threads)
+    LevelData(const Executor& executor, const Level& level, const MeanParts& means, bool in_columns, int threads)
         : sweep(executor, level.model, threads),
           d(level.model.x.size()),
           up(means.plan),
@@ -192,38 +193,40 @@ class Levels {
       std::size_t sum = x.bytes() + arrival.bytes() + d.bytes() + delta.bytes() + delta_rows.bytes() + w.bytes() +
                         place.bytes() + rank.bytes() + up.bytes() + down.bytes() + joined.bytes() + parts.bytes() +
                         sweep.facts().bytes;
-      for (const SetFacts& set : sweep.set_facts()) sum += set.bytes;
+      for (const SetStats& set : sweep.set_facts()) sum += set.bytes;
       return sum;
     }
   };
 
-  static MeansOf<R> of(const Laid& down, const Own& level) {
+  static ProlongationView<R> of(const TransferOperator& down, const LevelData& level) {
     if (!level.columns) return {down.view(), {}, {level.delta_rows.points().of, nullptr}};
     const Points<R> delta = level.delta.points();
-    return {down.view(), Columns<R>{delta.x, delta.y, delta.z, nullptr, nullptr, nullptr, nullptr}, {}};
+    return {down.view(), SoaView<R>{delta.x, delta.y, delta.z, nullptr, nullptr, nullptr, nullptr}, {}};
   }
 
-  static UpTo<R> up(const Own& level) {
+  static RestrictionTarget<R> up(const LevelData& level) {
     return {level.up.view(), level.place.data(), level.x.points(), level.arrival.points(), {}};
   }
 
   template <class Team, class Finer>
-  static void restrict_to(const Team& team, const Finer& finer, const Foreseen<R>& particles, const Own& level) {
+  static void restrict_to(const Team& team, const Finer& finer, const PredictedParticles<R>& particles,
+                          const LevelData& level) {
     Restrict<R> visit{nullptr, nullptr, particles, up(level)};
     finer.visit_once(team, visit);
     join_parts(team, level);
   }
   template <class Team>
-  static void join_parts(const Team& team, const Own& level) {
-    const AddParts<R> add{level.joined.data(), level.parts.data(), level.x.points(), level.arrival.points()};
+  static void join_parts(const Team& team, const LevelData& level) {
+    const SumPartialRestrictions<R> add{level.joined.data(), level.parts.data(), level.x.points(),
+                                        level.arrival.points()};
     parallel_pieces(team, static_cast<int>(level.joined.size()), kPiece, add);
   }
 
   Array<Executor, int> islands_;
   PointArray<Executor, R> origins_;  // of each, in a step
-  std::deque<Own> levels_;
+  std::deque<LevelData> levels_;
   mutable std::vector<double> seconds_;  // of each
-  Laid down_, before_;                   // before_: what follows before the visits, where down_ is of those
+  TransferOperator down_, before_;       // before_: what follows before the visits, where down_ is of those
 };
 
 }  // namespace malha

@@ -73,7 +73,7 @@ void add_where_gravity_takes_them(const Model& model, const Stage& environment, 
     way = std::numeric_limits<double>::infinity();
     for (const auto& point : some_of(points))
       if (environment.shadowed(vector_of(point), ray, far)) {
-        const Spot spot = environment.look(vector_of(point), ray, 0);
+        const SurfaceHit spot = environment.look(vector_of(point), ray, 0);
         if (spot.drawing >= 0) way = std::min(way, static_cast<double>(spot.reach));
       }
     if (!std::isfinite(way)) return;

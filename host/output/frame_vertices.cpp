@@ -5,7 +5,7 @@
 
 namespace malha {
 
-FrameVertices::FrameVertices(const Appearance& look) : particles_(look.points.size()) {
+FrameVertices::FrameVertices(const RenderMesh& look) : particles_(look.points.size()) {
   if (std::ranges::all_of(look.vertices, [](const FileVertices& file) { return file.point.empty(); })) return;
   lowest_.resize(particles_);
   for (std::size_t b = 0; b < look.vertices.size(); ++b) {
@@ -21,7 +21,7 @@ FrameVertices::FrameVertices(const Appearance& look) : particles_(look.points.si
 }
 
 FrameTopology FrameVertices::topology(const Model& model) const {
-  const Appearance& look = model.look;
+  const RenderMesh& look = model.look;
   FrameTopology all{look.faces, look.lines, {}, places(look.points)};
   all.in_double = model.scene.solver.precision == Precision::Double;
   all.environment = model.environment;

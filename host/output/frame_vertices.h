@@ -10,7 +10,7 @@ namespace malha {
 
 class FrameVertices {
  public:
-  explicit FrameVertices(const Appearance& look);
+  explicit FrameVertices(const RenderMesh& look);
 
   std::size_t count() const { return particle_.empty() ? particles_ : particle_.size(); }
   FrameTopology topology(const Model& model) const;

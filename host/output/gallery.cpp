@@ -23,7 +23,7 @@ std::vector<std::array<float, 3>> to_float(const std::vector<Vec3>& points, int 
 }
 
 Drawing draw_body(const Model& model, const std::vector<Vec3>& positions, int body) {
-  const Appearance& look = model.look;
+  const RenderMesh& look = model.look;
   const Mesh mesh = body_mesh(look, body);
   Drawing drawing;
   drawing.points = to_float(positions, look.body_begin[body], look.body_begin[body + 1]);

@@ -211,7 +211,7 @@ void Page::look(double step_ms) {
 }
 
 void Page::add_mesh() {
-  const Appearance& look = simulation_.model().look;
+  const RenderMesh& look = simulation_.model().look;
   std::vector<std::uint32_t> lines;
   for (const Edge& line : look.lines) lines.insert(lines.end(), {std::uint32_t(line[0]), std::uint32_t(line[1])});
   Json mesh{{"count", look.points.size()},  {"start", json_of(packed(look.points))},

@@ -5,8 +5,8 @@
 
 namespace malha {
 
-/// Visits the patches begin .. end - 1: by Serial or a Team, a Visit or a CoarseVisit of either precision.
+/// Visits the patches begin .. end - 1: by Serial or a Team, a Visit or a SolveCoarsePatch of either precision.
 template <class Executor, class AnyVisit>
-void visit_patches(const Executor& executor, const AnyVisit& visit, int begin, int end, const FastMemory& memory);
+void visit_patches(const Executor& executor, const AnyVisit& visit, int begin, int end, const ScratchMemory& memory);
 
 }  // namespace malha

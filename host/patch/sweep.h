@@ -57,22 +57,22 @@ class Sweep {
   }
 
   /// What visits of any kind need to know of the patches.
-  template <class Visit>
-  void fill(Visit& visit) const {
+  template <class Solve>
+  void fill(Solve& visit) const {
     visit.patches = patches_.data(), visit.segments = segments_.data(), visit.batches = batches_.data();
     visit.sets = views_.data(), visit.prefetches = prefetches_;
   }
 
   /// Visits every patch once, in any order.
-  template <class Team, class Visit>
-  void visit_once(const Team& team, Visit& visit) const {
+  template <class Team, class Solve>
+  void visit_once(const Team& team, Solve& visit) const {
     visit.patches = patches_.data(), visit.segments = segments_.data();
     parallel_groups(team, 0, static_cast<int>(patches_.size()), {memory_.data(), memory_bytes_}, visit);
   }
 
   /// That neither predicts nor updates.
-  Visit<R> visit(const Particles<R>& particles, double h, const Vector3<R>& gravity) const {
-    Visit<R> visit{};
+  SolvePatch<R> visit(const Particles<R>& particles, double h, const Vector3<R>& gravity) const {
+    SolvePatch<R> visit{};
     fill(visit);
     visit.particles = particles;
     visit.dt = R(h), visit.per_dt = R(1 / h), visit.gravity = gravity;
@@ -81,17 +81,17 @@ class Sweep {
   }
 
   /// Every constraint there and back.
-  template <class Team, class Visit>
-  void operator()(const Team& team, const Visit& visit) const {
+  template <class Team, class Solve>
+  void operator()(const Team& team, const Solve& visit) const {
     visit_first(team, visit), visit_others(team, visit);
   }
   /// The first visits, of which each is to patches of one phase, and the others.
-  template <class Team, class Visit>
-  void visit_first(const Team& team, const Visit& visit) const {
+  template <class Team, class Solve>
+  void visit_first(const Team& team, const Solve& visit) const {
     visit_in_order(team, visit, 0, 1);
   }
-  template <class Team, class Visit>
-  void visit_others(const Team& team, const Visit& visit) const {
+  template <class Team, class Solve>
+  void visit_others(const Team& team, const Solve& visit) const {
     visit_in_order(team, visit, 1, order_.size());
   }
 
@@ -126,7 +126,7 @@ class Sweep {
   void make_watch() { fast_ = Array<Executor, int>(2 * patches_.size(), 0); }
   void start_watch() { Memory<Executor>::fill(fast_.data(), fast_.size(), 0); }
   /// The visit, of a substep counted from 1, notes who is faster than `speed` (m/s).
-  void watch(double speed, Visit<R>& visit) const {
+  void watch(double speed, SolvePatch<R>& visit) const {
     visit.most_speed2 = R(speed) * R(speed);
     visit.fast = noted_in(visit.substep);
   }
@@ -136,12 +136,12 @@ class Sweep {
   std::vector<Segment> segments() const { return segments_.download(); }
   int width() const { return width_; }
 
-  const PatchFacts& facts() const { return facts_; }
-  const std::vector<SetFacts>& set_facts() const { return set_facts_; }
+  const PatchStats& facts() const { return facts_; }
+  const std::vector<SetStats>& set_facts() const { return set_facts_; }
 
  private:
-  template <class Team, class Visit>
-  void visit_in_order(const Team& team, Visit visit, std::size_t begin, std::size_t end) const {
+  template <class Team, class Solve>
+  void visit_in_order(const Team& team, Solve visit, std::size_t begin, std::size_t end) const {
     for (std::size_t k = begin; k < end && k < order_.size(); ++k) {
       visit.there = order_[k].there, visit.back = order_[k].back;
       visit_patches(team, visit, phase_begin_[order_[k].phase], phase_begin_[order_[k].phase + 1],
@@ -260,8 +260,8 @@ class Sweep {
   std::vector<PhaseVisit> order_;
   int width_ = 1;
   bool prefetches_ = false;
-  PatchFacts facts_;
-  std::vector<SetFacts> set_facts_;
+  PatchStats facts_;
+  std::vector<SetStats> set_facts_;
 };
 
 }  // namespace malha

@@ -14,15 +14,15 @@ namespace malha {
 
 namespace {
 
-std::string named(const OwnConstraint& constraint) { return "constraint '" + constraint.name + "'"; }
+std::string named(const UserConstraint& constraint) { return "constraint '" + constraint.name + "'"; }
 
 /// Of all of them at these places, in one call.
 struct AllOfThem {
-  const OwnConstraint& constraint;
+  const UserConstraint& constraint;
   std::vector<int> number;
   std::vector<Vec3> gradient;
 
-  explicit AllOfThem(const OwnConstraint& of)
+  explicit AllOfThem(const UserConstraint& of)
       : constraint(of), number(of.particles.size() / of.arity), gradient(of.particles.size()) {
     std::iota(number.begin(), number.end(), 0);
   }
@@ -35,7 +35,7 @@ struct AllOfThem {
 
 }  // namespace
 
-void require_sound(const OwnConstraint& constraint, int particles) {
+void require_sound(const UserConstraint& constraint, int particles) {
   const auto require = [&](bool good, const char* place, const std::string& found, const std::string& allowed) {
     if (!good) refuse(named(constraint), place, found, allowed);
   };
@@ -58,12 +58,12 @@ void require_sound(const OwnConstraint& constraint, int particles) {
   }
 }
 
-OwnBatches make_batches(const OwnConstraint& constraint, const std::vector<int>& solver_of) {
+UserBatches make_batches(const UserConstraint& constraint, const std::vector<int>& solver_of) {
   const int k = constraint.arity;
   std::vector<int> list;
   for (const int user : constraint.particles) list.push_back(solver_of[user]);
   const Colouring colours = colour(list, k, std::vector<bool>(solver_of.size(), false));
-  OwnBatches batches;
+  UserBatches batches;
   batches.number.resize(colours.colour.size());
   std::iota(batches.number.begin(), batches.number.end(), 0);
   std::stable_sort(batches.number.begin(), batches.number.end(),
@@ -75,7 +75,7 @@ OwnBatches make_batches(const OwnConstraint& constraint, const std::vector<int>&
   return batches;
 }
 
-void evaluate(const OwnConstraint& constraint, const OwnBatch& batch) {
+void evaluate(const UserConstraint& constraint, const UserBatch& batch) {
   constraint.evaluate(batch);
   for (int c = 0; c < batch.count; ++c) {
     const std::string at = " in constraint " + std::to_string(batch.number[c]);
@@ -86,7 +86,7 @@ void evaluate(const OwnConstraint& constraint, const OwnBatch& batch) {
   }
 }
 
-void project(const OwnConstraint& constraint, int count, const int* number, double h, const double* w, double* lambda,
+void project(const UserConstraint& constraint, int count, const int* number, double h, const double* w, double* lambda,
              const Vec3* start, const Vec3* along, Vec3* x) {
   const int k = constraint.arity;
   const double alpha = constraint.compliance / (h * h);
@@ -110,7 +110,7 @@ void project(const OwnConstraint& constraint, int count, const int* number, doub
   }
 }
 
-void check_gradients(const OwnConstraint& constraint, const std::vector<Vec3>& x, double tolerance) {
+void check_gradients(const UserConstraint& constraint, const std::vector<Vec3>& x, double tolerance) {
   require_sound(constraint, static_cast<int>(x.size()));
   const int k = constraint.arity;
   std::vector<Vec3> at;

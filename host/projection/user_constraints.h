@@ -14,12 +14,12 @@
 namespace malha {
 
 template <class Executor, class R>
-class OwnConstraints {
+class UserConstraints {
  public:
-  OwnConstraints(const Executor& executor, const Model& model, const std::vector<OwnConstraint>& all)
+  UserConstraints(const Executor& executor, const Model& model, const std::vector<UserConstraint>& all)
       : executor_(executor), h_(model.scene.solver.dt / model.scene.solver.substeps) {
     const std::vector<int> numbers = solver_of(model.user_of);
-    for (const OwnConstraint& one : all) {
+    for (const UserConstraint& one : all) {
       require_sound(one, model.count());
       Set& set = sets_.emplace_back();
       set.of = one, set.batches = make_batches(one, numbers);
@@ -30,8 +30,8 @@ class OwnConstraints {
     }
   }
 
-  std::vector<OwnFacts> facts() const {
-    std::vector<OwnFacts> all;
+  std::vector<UserConstraintStats> facts() const {
+    std::vector<UserConstraintStats> all;
     for (const Set& set : sets_)
       all.push_back({set.of.name, static_cast<int>(set.batches.number.size()), set.of.arity, set.batches.count()});
     return all;
@@ -78,8 +78,8 @@ class OwnConstraints {
 
  private:
   struct Set {
-    OwnConstraint of;
-    OwnBatches batches;
+    UserConstraint of;
+    UserBatches batches;
     Array<Executor, int> list;
     Array<Executor, Vector3<double>> place;
     Array<Executor, double> w;

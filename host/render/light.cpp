@@ -38,7 +38,7 @@ Light::Light(const Lens& view, float unit) : sky_reach_(0.7f * unit) {
   key_up_ = b;
 }
 
-Lit Light::reach(const Stage& stage, const Spot& surface, int pattern) const {
+Lit Light::reach(const Stage& stage, const SurfaceHit& surface, int pattern) const {
   Lit lit;
   if (surface.normal.dot(key_) > -kKeyWidth) {
     int clear = 0;
@@ -64,7 +64,7 @@ Lit Light::reach(const Stage& stage, const Spot& surface, int pattern) const {
   return lit;
 }
 
-Vec Light::shade(const Stage& stage, const Spot& surface, const Lit& lit, const Vec& towards_eye) const {
+Vec Light::shade(const Stage& stage, const SurfaceHit& surface, const Lit& lit, const Vec& towards_eye) const {
   constexpr float kIndirect = 0.18f;  // share of the sky's light that arrives by way of other surfaces
   const Vec albedo = stage.colour(surface.drawing) * (1 - 0.55f * surface.wire);
   const Vec key = lit.key * std::max(0.0f, surface.normal.dot(key_)) * kKeyColour;

@@ -15,10 +15,10 @@ class Light {
   Light(const Lens& view, float unit);
 
   /// What reaches the surface, by a few rays in the directions of a pattern: 0 to 15, together one even set.
-  Lit reach(const Stage& stage, const Spot& surface, int pattern) const;
+  Lit reach(const Stage& stage, const SurfaceHit& surface, int pattern) const;
 
   /// Linear RGB that leaves the surface towards the eye.
-  Vec shade(const Stage& stage, const Spot& surface, const Lit& lit, const Vec& towards_eye) const;
+  Vec shade(const Stage& stage, const SurfaceHit& surface, const Lit& lit, const Vec& towards_eye) const;
 
  private:
   Vec key_, key_right_, key_up_;  // unit: towards the key light, and across it

@@ -13,7 +13,7 @@ namespace {
 
 /// What a pixel's middle shows, and the light there.
 struct Middle {
-  Spot surface;
+  SurfaceHit surface;
   Lit lit;
 };
 
@@ -44,7 +44,7 @@ class Film {
  private:
   static constexpr int kFine = 4;  // a pixel on an edge is looked at kFine x kFine times
 
-  Spot look(float x, float y) const { return stage_.look(view_.eye, view_.direction(x, y), view_.pixel); }
+  SurfaceHit look(float x, float y) const { return stage_.look(view_.eye, view_.direction(x, y), view_.pixel); }
 
   const Middle& middle(int x, int y) const { return middles_[static_cast<std::size_t>(y) * width_ + x]; }
 
@@ -54,7 +54,7 @@ class Film {
   }
 
   /// Whether two places belong to one smooth piece of surface.
-  bool alike(const Spot& a, const Spot& b) const {
+  bool alike(const SurfaceHit& a, const SurfaceHit& b) const {
     if (a.drawing != b.drawing) return false;
     if (a.drawing < 0) return true;
     const float apart = std::fabs(a.normal.dot(b.point - a.point));
@@ -63,7 +63,7 @@ class Film {
 
   /// The light at a place in pixel (x, y): the mean over the 5 x 5 pixels around it that are alike. With the outer ones
   /// at half weight each of the 4 x 4 patterns counts the same.
-  Lit gather(int x, int y, const Spot& surface) const {
+  Lit gather(int x, int y, const SurfaceHit& surface) const {
     Lit sum;
     float total = 0;
     for (int j = std::max(0, y - 2); j <= std::min(height_ - 1, y + 2); ++j) {
@@ -80,7 +80,7 @@ class Film {
     return {sum.key / total, sum.sky / total};
   }
 
-  Vec colour(const Spot& surface, const Lit& lit, float y) const {
+  Vec colour(const SurfaceHit& surface, const Lit& lit, float y) const {
     if (surface.drawing < 0) return background(1 - y / static_cast<float>(height_));
     const Vec bright = light_.shade(stage_, surface, lit, (view_.eye - surface.point).stableNormalized());
     return bright.cwiseMin(1.0f);
@@ -90,7 +90,7 @@ class Film {
     const Middle& centre = middle(x, y);
     // Four more places, one in each quarter; a pixel inside a surface needs no more than these five.
     static constexpr float kPlaces[4][2] = {{0.375f, 0.125f}, {0.875f, 0.375f}, {0.625f, 0.875f}, {0.125f, 0.625f}};
-    std::array<Spot, 4> around;
+    std::array<SurfaceHit, 4> around;
     bool even = true;
     for (int k = 0; k < 4 && even; ++k) {
       around[k] = look(x + kPlaces[k][0], y + kPlaces[k][1]);
@@ -104,7 +104,7 @@ class Film {
     }
     for (int k = 0; k < kFine * kFine; ++k) {
       const float sub_x = x + (k % kFine + 0.5f) / kFine, sub_y = y + (k / kFine + 0.5f) / kFine;
-      const Spot surface = look(sub_x, sub_y);
+      const SurfaceHit surface = look(sub_x, sub_y);
       sum += colour(surface, surface.drawing < 0 ? Lit{} : gather(x, y, surface), sub_y);
     }
     return sum / (kFine * kFine);

@@ -61,9 +61,9 @@ void Stage::add_round(int number, const Drawing& drawing, float unit) {
   add(number, false, scene_.add_capsules(rods));
 }
 
-Spot Stage::look(const Vec& origin, const Vec& direction, float pixel) const {
+SurfaceHit Stage::look(const Vec& origin, const Vec& direction, float pixel) const {
   const Hit hit = intersect(scene_, plain(origin), plain(direction), 0, std::numeric_limits<float>::infinity());
-  Spot surface;
+  SurfaceHit surface;
   if (!hit.hit) return surface;
   const Source& source = sources_[hit.geometry];
   surface.drawing = source.drawing;
@@ -85,7 +85,7 @@ Spot Stage::look(const Vec& origin, const Vec& direction, float pixel) const {
 }
 
 /// Normal, start of the light rays, and wire at a place on a triangle.
-void Stage::on_triangle(const Part& part, const Hit& hit, float pixel, bool behind, Spot& surface) const {
+void Stage::on_triangle(const Part& part, const Hit& hit, float pixel, bool behind, SurfaceHit& surface) const {
   const Triangle& triangle = part.drawing->triangles[hit.triangle];
   const std::array<float, 3> weight{1 - hit.u - hit.v, hit.u, hit.v};
   const Vec* normals = &part.normals[3 * static_cast<std::size_t>(hit.triangle)];

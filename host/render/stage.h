@@ -10,7 +10,7 @@
 namespace malha {
 
 /// Where a ray meets the scene.
-struct Spot {
+struct SurfaceHit {
   int drawing = -1;  // -1: the background
   Vec point;         // m
   Vec start;         // m, where light rays leave: a little above the smooth surface that the triangles stand for
@@ -26,7 +26,7 @@ class Stage {
   Stage(std::span<const Drawing> drawings, float unit);
 
   /// `pixel` is the side of a pixel at distance 1; wires are about a pixel wide.
-  Spot look(const Vec& origin, const Vec& direction, float pixel) const;
+  SurfaceHit look(const Vec& origin, const Vec& direction, float pixel) const;
 
   /// Whether something lies between the origin and origin + reach direction.
   bool shadowed(const Vec& origin, const Vec& direction, float reach) const;
@@ -47,7 +47,7 @@ class Stage {
 
   void add(int drawing, bool triangles, int geometry);
   void add_round(int number, const Drawing& drawing, float unit);
-  void on_triangle(const Part& part, const Hit& hit, float pixel, bool behind, Spot& surface) const;
+  void on_triangle(const Part& part, const Hit& hit, float pixel, bool behind, SurfaceHit& surface) const;
 
   Device device_;
   RayScene scene_;

@@ -75,7 +75,7 @@ std::string per_second(double bytes) { return with_unit(bytes / 1e6, {"MB/s", "G
 }  // namespace
 
 VisitTraffic visit_traffic(const Model& model, const Solver& solver, const PatchPlan& plan) {
-  const SolverFacts& facts = solver.facts();
+  const SolverStats& facts = solver.facts();
   const SolverSpec& spec = model.scene.solver;
   const double number = bytes_of_number(spec.precision);
   const int place = spec.precision == Precision::Float ? 6 : 3;  // and what it lacks of the position
@@ -97,10 +97,10 @@ VisitTraffic visit_traffic(const Model& model, const Solver& solver, const Patch
   return traffic;
 }
 
-Demand plan_for(const Simulation& simulation, const Machine& machine) {
+DeviceEstimate plan_for(const Simulation& simulation, const Machine& machine) {
   const Model& model = simulation.model();
-  const SolverFacts& facts = simulation.solver().facts();
-  Demand demand{.machine = machine};
+  const SolverStats& facts = simulation.solver().facts();
+  DeviceEstimate demand{.machine = machine};
   for (const PassOfAStep& pass : passes_of_a_step(model, facts)) {
     demand.launches += pass.launches;
     demand.launches_at_least = demand.launches_at_least || pass.at_least || !pass.remark.empty();
@@ -123,7 +123,7 @@ Demand plan_for(const Simulation& simulation, const Machine& machine) {
   return demand;
 }
 
-std::string list_demand(const Demand& demand) {
+std::string list_demand(const DeviceEstimate& demand) {
   const Machine& machine = demand.machine;
   std::ostringstream out;
   out << "for " << machine.name << " (" << machine.what << "):\n";

@@ -19,7 +19,7 @@ struct VisitTraffic {
 VisitTraffic visit_traffic(const Model& model, const Solver& solver, const PatchPlan& plan);
 
 /// What a step asks of a machine.
-struct Demand {
+struct DeviceEstimate {
   Machine machine;
   int phases = 0, groups_fewest = 0, groups_most = 0;  // a phase; no phases: no batched constraints, and all is 0
   int at_once = 0;                                     // groups that the machine works on
@@ -34,9 +34,9 @@ struct Demand {
   bool is_too_large() const { return machine.fast_bytes > 0 && group_bytes > double(machine.fast_bytes); }
   double ms() const { return (moved.particle_bytes + moved.constraint_bytes) / bytes_per_second * 1000; }
 };
-Demand plan_for(const Simulation& simulation, const Machine& machine);
+DeviceEstimate plan_for(const Simulation& simulation, const Machine& machine);
 
 /// For people.
-std::string list_demand(const Demand& demand);
+std::string list_demand(const DeviceEstimate& demand);
 
 }  // namespace malha

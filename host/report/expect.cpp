@@ -22,7 +22,7 @@ class Judge {
   void at_least(const char* what, const std::optional<double>& allowed, double found) {
     if (allowed && !(found >= *allowed)) say(what, found, "at least", *allowed);
   }
-  void within(const char* what, const Allowed& allowed, double found) {
+  void within(const char* what, const Range& allowed, double found) {
     at_least(what, allowed.at_least, found), at_most(what, allowed.at_most, found);
   }
 

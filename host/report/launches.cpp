@@ -9,7 +9,7 @@ namespace malha {
 
 namespace {
 
-/// As the source has it: "Visit<float>" of "... [with Kernel = malha::Visit<float>]".
+/// As the source has it: "SolvePatch<float>" of "... [with Kernel = malha::SolvePatch<float>]".
 std::string name_of(const std::string& signature) {
   const std::string before = "Kernel = ";
   const std::size_t start = signature.find(before) + before.size();
@@ -21,7 +21,7 @@ std::string name_of(const std::string& signature) {
 
 }  // namespace
 
-struct LaunchTrace::Watch final : LaunchWatch {
+struct LaunchTrace::Watch final : LaunchObserver {
   struct Entry {
     const char* signature;
     std::int64_t launches, items;
@@ -36,7 +36,7 @@ struct LaunchTrace::Watch final : LaunchWatch {
       ++known->launches, known->items += items;
   }
 
-  LaunchWatch* before = launch_watch;
+  LaunchObserver* before = launch_watch;
   std::vector<Entry> entries;
 };
 

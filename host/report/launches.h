@@ -8,7 +8,7 @@
 namespace malha {
 
 struct Launches {
-  std::string kernel;  // "Visit<float>"
+  std::string kernel;  // "SolvePatch<float>"
   std::int64_t launches = 0, items = 0;
   bool operator==(const Launches&) const = default;
 };

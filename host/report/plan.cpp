@@ -28,9 +28,9 @@ std::string bytes(double size) {
   return text;
 }
 
-void list_constraints(std::ostream& out, const Model& model, const SolverFacts& facts) {
+void list_constraints(std::ostream& out, const Model& model, const SolverStats& facts) {
   for (std::size_t s = 0; s < facts.sets.size(); ++s) {
-    const SetFacts& set = facts.sets[s];
+    const SetStats& set = facts.sets[s];
     out << "  " << set.type << ": " << set.constraints << ", " << set.in_runs << " in runs, at most "
         << counted(set.most_batches, "batch", "batches") << " a patch, ";
     if (model.sets[s].compliance)
@@ -69,8 +69,8 @@ void list_attachments(std::ostream& out, const Model& model) {
   }
 }
 
-void list_own(std::ostream& out, const SolverFacts& facts) {
-  for (const OwnFacts& own : facts.own)
+void list_own(std::ostream& out, const SolverStats& facts) {
+  for (const UserConstraintStats& own : facts.own)
     out << "  own '" << own.name << "': " << own.constraints << " of " << counted(own.particles, "particle") << " in "
         << counted(own.batches, "batch", "batches")
         << ", evaluated by the caller; prediction, projection and state are passes of their own\n";
@@ -84,9 +84,9 @@ void list_tears(std::ostream& out, const Scene& scene) {
 }
 
 /// Springs and their filter.
-void list_springs(std::ostream& out, const Model& model, const SolverFacts& facts) {
+void list_springs(std::ostream& out, const Model& model, const SolverStats& facts) {
   if (!facts.filter) return;
-  const FilterFacts& filter = *facts.filter;
+  const FilterStats& filter = *facts.filter;
   out << "springs:\n";
   for (const SpringSet& set : model.springs) {
     const auto [softest, stiffest] = std::minmax_element(set.stiffness.begin(), set.stiffness.end());
@@ -104,22 +104,22 @@ void list_springs(std::ostream& out, const Model& model, const SolverFacts& fact
       << " numbers\n  because: " << filter.why << "\n";
 }
 
-void list_self_collision(std::ostream& out, const Scene& scene, const SolverFacts& facts) {
+void list_self_collision(std::ostream& out, const Scene& scene, const SolverStats& facts) {
   if (!facts.self) return;
   out << "self-collision: " << facts.self->particles << " particles, " << facts.self->edges << " edges and "
       << facts.self->triangles << " triangles, " << scene.self_collision->thickness << " m apart, friction "
       << scene.self_collision->friction << "\n";
 }
 
-void list_levels(std::ostream& out, const SolverFacts& facts) {
+void list_levels(std::ostream& out, const SolverStats& facts) {
   if (facts.levels.empty()) return;
   out << "levels: " << facts.levels.size() << ", every " << counted(facts.levels_every, "substep") << "\n";
-  for (const LevelFacts& level : facts.levels)
+  for (const LevelStats& level : facts.levels)
     out << "  " << counted(level.particles, "particle") << ", " << counted(level.constraints, "constraint") << " in "
         << counted(level.patches.patches, "patch", "patches") << "\n";
 }
 
-void list_edges(std::ostream& out, const SolverFacts& facts) {
+void list_edges(std::ostream& out, const SolverStats& facts) {
   if (const auto& edges = facts.edges)
     out << "edges: " << edges->edges << " edges and " << edges->corners
         << " corners of the environment can touch, beside its faces; " << bytes(static_cast<double>(edges->bytes))
@@ -127,14 +127,14 @@ void list_edges(std::ostream& out, const SolverFacts& facts) {
 }
 
 /// Every pass that exists in this scene, in its order, with its launches a step.
-void list_passes(std::ostream& out, const Model& model, const SolverFacts& facts) {
+void list_passes(std::ostream& out, const Model& model, const SolverStats& facts) {
   for (const PassOfAStep& pass : passes_of_a_step(model, facts)) {
     out << "  " << pass.name << ": " << (pass.at_least ? "at least " : "");
     out << counted(pass.launches, "launch", "launches") << pass.remark << "\n";
   }
 }
 
-void list_memory(std::ostream& out, const Model& model, const SolverFacts& facts) {
+void list_memory(std::ostream& out, const Model& model, const SolverStats& facts) {
   out << "memory:\n";
   for (const auto& [owner, count] : memory_parts(model, facts))
     if (count > 0)
@@ -149,7 +149,7 @@ void list_memory(std::ostream& out, const Model& model, const SolverFacts& facts
 
 std::string plan(const Simulation& simulation) {
   const Model& model = simulation.model();
-  const SolverFacts& facts = simulation.solver().facts();
+  const SolverStats& facts = simulation.solver().facts();
   const Scene& scene = model.scene;
   const SolverSpec& solver = scene.solver;
   std::ostringstream out;

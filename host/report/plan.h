@@ -8,8 +8,8 @@
 
 namespace malha {
 
-struct Amplification;  // host/report/amplification.h
-struct Demand;         // host/report/device_estimate.h
+struct Amplification;   // host/report/amplification.h
+struct DeviceEstimate;  // host/report/device_estimate.h
 
 /// Particles, constraints, colours and batch sizes, passes of a step, bytes by owner, and whether Embree is used.
 std::string plan(const Simulation& simulation);
@@ -17,7 +17,7 @@ std::string plan(const Simulation& simulation);
 /// The same as JSON, with snake_case names and the unit as suffix, and after the first step what that launched.
 /// `demand`: what a step asks of a machine, where that was asked for.
 /// `amplifications`: of each body, where they were measured.
-std::string plan_json(const Simulation& simulation, const Demand* demand = nullptr,
+std::string plan_json(const Simulation& simulation, const DeviceEstimate* demand = nullptr,
                       const std::vector<std::optional<Amplification>>* amplifications = nullptr);
 
 /// The most memory that this process has held, with all that libraries hold, and what a checkpoint adds to it.

@@ -16,10 +16,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json constraints(const Model& model, const SolverFacts& facts) {
+Json constraints(const Model& model, const SolverStats& facts) {
   Json all = Json::array();
   for (std::size_t s = 0; s < facts.sets.size(); ++s) {
-    const SetFacts& set = facts.sets[s];
+    const SetStats& set = facts.sets[s];
     Json one{{"type", set.type},
              {"count", set.constraints},
              {"in_runs", set.in_runs},
@@ -40,7 +40,7 @@ Json constraints(const Model& model, const SolverFacts& facts) {
     if (!set.ends.empty()) all.push_back({{"type", set.type}, {"count", set.ends.size()}, {"filtered", true}});
   for (const ConstraintSet& set : model.stencils)
     all.push_back({{"type", set.type}, {"count", set.count()}, {"filtered", true}});
-  for (const OwnFacts& own : facts.own)
+  for (const UserConstraintStats& own : facts.own)
     all.push_back({{"type", "own"},
                    {"name", own.name},
                    {"count", own.constraints},
@@ -49,7 +49,7 @@ Json constraints(const Model& model, const SolverFacts& facts) {
   return all;
 }
 
-Json of_demand(const Demand& demand) {
+Json of_demand(const DeviceEstimate& demand) {
   Json json{{"machine", demand.machine.name}, {"launches_a_step", demand.launches}};
   if (demand.phases == 0) return json;
   json["phases"] = demand.phases, json["groups_at_once"] = demand.at_once;
@@ -64,10 +64,10 @@ Json of_demand(const Demand& demand) {
 
 }  // namespace
 
-std::string plan_json(const Simulation& simulation, const Demand* demand,
+std::string plan_json(const Simulation& simulation, const DeviceEstimate* demand,
                       const std::vector<std::optional<Amplification>>* amplifications) {
   const Model& model = simulation.model();
-  const SolverFacts& facts = simulation.solver().facts();
+  const SolverStats& facts = simulation.solver().facts();
   const Scene& scene = model.scene;
   const SolverSpec& solver = scene.solver;
   Json json{{"scene", scene.name}};
@@ -87,7 +87,7 @@ std::string plan_json(const Simulation& simulation, const Demand* demand,
                      {"laid_out_for_runs", facts.patches.columns},
                      {"slots_most", facts.patches.most_slots}};
   json["levels"] = Json::array();
-  for (const LevelFacts& level : facts.levels)
+  for (const LevelStats& level : facts.levels)
     json["levels"].push_back({{"particles", level.particles}, {"constraints", level.constraints}});
   if (const auto& filter = facts.filter)
     json["filter"] = {{"kind", filter->kind}, {"why", filter->why}, {"storage", filter->storage}};

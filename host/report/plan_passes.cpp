@@ -11,20 +11,20 @@ namespace malha {
 namespace {
 
 /// A step's: of what restricts to each level, and of the sweeps over it.
-std::size_t launches_of_levels(const Model& model, const SolverFacts& facts) {
+std::size_t launches_of_levels(const Model& model, const SolverStats& facts) {
   if (facts.level_layouts == 0) return 0;
   const int substeps = model.scene.solver.substeps, every = facts.levels_every;
   const std::size_t uses = (substeps + every - 1) / every;
   const std::size_t origins = facts.level_layouts;  // from which a step's places are told
   if (facts.levels.empty()) return origins;
   std::size_t each = 2 * (facts.levels.size() - 1);  // the coarser ones: means, and those whose parts lie in patches
-  for (const LevelFacts& level : facts.levels) each += visits_of(level.patches.phases).size();
+  for (const LevelStats& level : facts.levels) each += visits_of(level.patches.phases).size();
   // The finest: in a step's later substeps the visits leave the means, and where they predict they hand down too.
   return origins + uses * each + uses + (facts.whole_steps ? 1 : uses) + (facts.fused ? 0 : uses);
 }
 
 /// Launches of the passes that filter forces.
-void list_filter_passes(const Model& model, const SolverFacts& facts,
+void list_filter_passes(const Model& model, const SolverStats& facts,
                         const std::function<void(const char*, std::size_t)>& line) {
   if (!facts.filter) return;
   const std::size_t substeps = model.scene.solver.substeps, refine = model.scene.solver.desbrun.refine;
@@ -41,9 +41,9 @@ std::size_t pinned_at_start(const Model& model) {
   return pinned;
 }
 
-std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts& of_scene) {
+std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats& of_scene) {
   std::vector<PassOfAStep> all;
-  SolverFacts facts = of_scene;
+  SolverStats facts = of_scene;
   if (!facts.own.empty()) facts.fused = facts.whole_steps = facts.flies = false;  // they act between the passes
   const SolverSpec& solver = model.scene.solver;
   const std::size_t substeps = solver.substeps, iterations = substeps * solver.iterations;
@@ -84,7 +84,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts&
       std::ranges::any_of(model.environment, [](const EnvironmentMesh& mesh) { return mesh.spec.restitution > 0; });
   line("contact", (iterations + substeps) * obstacles + (bounces ? 3 * substeps : 0));
   std::size_t own_launches = 0;  // gathered where the substep began, then there and back, and scattered
-  for (const OwnFacts& own : facts.own)
+  for (const UserConstraintStats& own : facts.own)
     own_launches += substeps + 2 * iterations * static_cast<std::size_t>(std::max(2 * own.batches - 2, 1));
   line("own", own_launches);
   if (facts.self)

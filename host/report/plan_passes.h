@@ -17,7 +17,7 @@ struct PassOfAStep {
 };
 
 /// Those that exist in this scene, in the order of a step.
-std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverFacts& facts);
+std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats& facts);
 
 /// Particles.
 std::size_t pinned_at_start(const Model& model);

@@ -36,9 +36,9 @@ Json by_name(const Parts& parts) {
   return json;
 }
 
-Json constraints(const SolverFacts& facts, const Model& model) {
+Json constraints(const SolverStats& facts, const Model& model) {
   Json kinds = Json::object();
-  for (const SetFacts& set : facts.sets) {
+  for (const SetStats& set : facts.sets) {
     Json& kind = kinds.emplace(set.type, Json{{"count", 0}, {"in_runs", 0}, {"batches_a_patch", 0}}).first.value();
     kind["count"] = kind["count"].get<int>() + set.constraints;
     kind["in_runs"] = kind["in_runs"].get<int>() + set.in_runs;
@@ -48,7 +48,7 @@ Json constraints(const SolverFacts& facts, const Model& model) {
     Json& kind = kinds.emplace("attachment", Json{{"count", 0}}).first.value();
     kind["count"] = kind["count"].get<std::size_t>() + set.particles.size();
   }
-  for (const OwnFacts& own : facts.own) {
+  for (const UserConstraintStats& own : facts.own) {
     Json& kind = kinds.emplace("own", Json{{"count", 0}, {"batches", 0}}).first.value();
     kind["count"] = kind["count"].get<int>() + own.constraints;
     kind["batches"] = kind["batches"].get<int>() + own.batches;
@@ -58,7 +58,7 @@ Json constraints(const SolverFacts& facts, const Model& model) {
   return kinds;
 }
 
-Json patches(const PatchFacts& facts) {
+Json patches(const PatchStats& facts) {
   return {{"count", facts.patches},
           {"phases", facts.phases},
           {"laid_out_for_runs", facts.columns},
@@ -66,9 +66,9 @@ Json patches(const PatchFacts& facts) {
           {"slots_most", facts.most_slots}};
 }
 
-Json levels(const SolverFacts& facts) {
+Json levels(const SolverStats& facts) {
   Json all = Json::array();
-  for (const LevelFacts& level : facts.levels)
+  for (const LevelStats& level : facts.levels)
     all.push_back(
         {{"particles", level.particles}, {"constraints", level.constraints}, {"patches", level.patches.patches}});
   return {{"every_substeps", facts.levels_every},
@@ -78,7 +78,7 @@ Json levels(const SolverFacts& facts) {
 }
 
 Json filter(const Solver& solver, const Model& model) {
-  const FilterFacts& facts = *solver.facts().filter;
+  const FilterStats& facts = *solver.facts().filter;
   const FilterErrors errors = *solver.filter_errors();
   const DesbrunSpec& spec = model.scene.solver.desbrun;
   return {{"kind", facts.kind},
@@ -128,7 +128,7 @@ Json precision_of_positions(const Model& model, const std::vector<Vec3>& x) {
   return json;
 }
 
-Json measured(const Measures& m, const Scene& scene, const SolverFacts& facts, const RunTimes& times) {
+Json measured(const Measures& m, const Scene& scene, const SolverStats& facts, const RunTimes& times) {
   const bool self_collision = scene.self_collision.has_value(), edges = facts.edges.has_value();
   Json json;
   const LargestStrains& run = times.strains;
@@ -165,7 +165,7 @@ Json measured(const Measures& m, const Scene& scene, const SolverFacts& facts, c
 
 double median_step_ms(const RunTimes& times) { return times.steps.median() * 1000; }
 
-Parts setup_parts(const Model& model, const SolverFacts& facts) {
+Parts setup_parts(const Model& model, const SolverStats& facts) {
   const ModelSeconds& of = model.seconds;
   Parts parts{{"load", of.load},
               {"order", of.order},
@@ -189,7 +189,7 @@ double peak_memory_mib() {
   return usage.ru_maxrss / 1024.0;
 }
 
-Parts memory_parts(const Model& model, const SolverFacts& facts) {
+Parts memory_parts(const Model& model, const SolverStats& facts) {
   const auto number = [](std::size_t bytes) { return static_cast<double>(bytes); };
   Parts parts{{"particles", number(facts.particle_bytes)},
               {"constraints", number(facts.constraint_bytes + facts.long_range_bytes)},
@@ -210,7 +210,7 @@ std::string measures_json(const Model& model, const Solver& solver, const RunTim
 std::string report_json(const std::string& status, const std::vector<std::string>& notes, const Model& model,
                         const Solver& solver, int threads, const RunTimes& times, const std::string& folder) {
   const Scene& scene = model.scene;
-  const SolverFacts& facts = solver.facts();
+  const SolverStats& facts = solver.facts();
   Json json;
   json["scene"] = scene.name;
   json["input"] = {{"scene", Json::parse(to_json(scene, folder))}};

@@ -31,11 +31,11 @@ using Parts = std::vector<std::pair<std::string, double>>;
 
 /// What set-up spent its time on, s. One after the other: load, order, connect, patches, colour, layout, collision, and
 /// levels where there are any.
-Parts setup_parts(const Model& model, const SolverFacts& facts);
+Parts setup_parts(const Model& model, const SolverStats& facts);
 
 /// What takes up how many bytes: particles, constraints, patches (with the memories that visits work in), collision
 /// without Embree's own, the model, and levels where there are any.
-Parts memory_parts(const Model& model, const SolverFacts& facts);
+Parts memory_parts(const Model& model, const SolverStats& facts);
 
 /// The most memory that this process has held, MiB.
 double peak_memory_mib();

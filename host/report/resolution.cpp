@@ -12,7 +12,7 @@ namespace malha {
 
 namespace {
 
-double shortest_edge(const Appearance& look) {
+double shortest_edge(const RenderMesh& look) {
   double shortest = std::numeric_limits<double>::infinity();
   const auto side = [&](int a, int b) {
     const double length = distance(look.points[a], look.points[b]);

@@ -57,7 +57,7 @@ struct Simulation::Parts {
   std::optional<std::uint64_t> scene;             // its hash: the same all the time, taken when it is first needed
   std::optional<std::vector<int>> pins_at_start;  // where others were set: layouts depend on them
   // Of scenes that tear:
-  Appearance whole;  // before the first tear
+  RenderMesh whole;  // before the first tear
   std::vector<Split> splits;
 
   /// Of the model before any tear.
@@ -83,8 +83,8 @@ struct Simulation::Parts {
   }
   /// By the present numbers: what tears shifts those of the bodies behind it.
   void constrain() {
-    std::vector<OwnConstraint> all = options.constraints;
-    for (OwnConstraint& one : all)
+    std::vector<UserConstraint> all = options.constraints;
+    for (UserConstraint& one : all)
       for (int& particle : one.particles)
         for (std::size_t body = 0; body + 1 < whole.body_begin.size(); ++body)
           if (particle >= whole.body_begin[body] && particle < whole.body_begin[body + 1]) {
@@ -95,24 +95,24 @@ struct Simulation::Parts {
   }
 
   /// A step of constraints whose functions may throw: then it was none.
-  void step_whole(const AfterSubstep& after) {
+  void step_whole(const SubstepCallback& after) {
     const std::string before = solver->save();
-    const std::vector<Taken> taken = solver->taken();
+    const std::vector<ParticleHandle> taken = solver->taken();
     try {
       solver->step(after);
     } catch (const Diverged&) {
       throw;
     } catch (...) {
       solver->restore(before);
-      for (const Taken& one : taken) solver->take(one);
+      for (const ParticleHandle& one : taken) solver->take(one);
       throw;
     }
   }
   /// What is taken by hand stays taken.
   void place(const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
-    const std::vector<Taken> taken = solver->taken();
+    const std::vector<ParticleHandle> taken = solver->taken();
     place(solver->steps(), x, v);
-    for (const Taken& one : taken) solver->take(one);
+    for (const ParticleHandle& one : taken) solver->take(one);
   }
   /// Pins have the velocity 0, or that of their keyframes, which any step gives anew: with another one, substeps that
   /// are passes would carry them off.
@@ -150,7 +150,7 @@ struct Simulation::Parts {
   void tear() { split(find_tears(model, solver->positions(), pinned())); }
   std::vector<bool> pinned() const {
     std::vector<int> held;
-    for (const Taken& one : solver->taken())
+    for (const ParticleHandle& one : solver->taken())
       if (one.is_held()) held.push_back(one.particle);
     return pinned_now(model, solver->time(), held);
   }
@@ -164,14 +164,14 @@ struct Simulation::Parts {
       const std::string state = solver->save();
       const auto passes = solver->pass_seconds();
       const std::size_t particles = model.x.size();
-      std::vector<Taken> taken = solver->taken();
-      for (Taken& one : taken) {  // duplicates are the last of their bodies
+      std::vector<ParticleHandle> taken = solver->taken();
+      for (ParticleHandle& one : taken) {  // duplicates are the last of their bodies
         const int body = body_of(model, one.particle);
         one.particle += next.look.body_begin[body] - model.look.body_begin[body];
       }
       lay_out(std::move(all), std::move(next));
       solver->adopt(state, particles, from, passes);
-      for (const Taken& one : taken) solver->take(one);
+      for (const ParticleHandle& one : taken) solver->take(one);
     });
   }
 
@@ -198,14 +198,14 @@ struct Simulation::Parts {
     if (numbers == numbers_of(splits)) return solver->restore(state, file);
     std::vector<Split> all = splits_of(numbers, model.scene, whole, file), before = splits;
     const std::string there = solver->save();
-    const std::vector<Taken> taken = solver->taken();
+    const std::vector<ParticleHandle> taken = solver->taken();
     lay_out_anew(std::move(all));
     try {
       solver->restore(state, file);
     } catch (const InputError&) {
       lay_out_anew(std::move(before));
       solver->restore(there);
-      for (const Taken& one : taken) solver->take(one);
+      for (const ParticleHandle& one : taken) solver->take(one);
       throw;
     }
   }
@@ -241,9 +241,9 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 Simulation::~Simulation() = default;
 
-void Simulation::step() { step(AfterSubstep{}); }
+void Simulation::step() { step(SubstepCallback{}); }
 
-void Simulation::step(const AfterSubstep& after) {
+void Simulation::step(const SubstepCallback& after) {
   std::optional<LaunchTrace> trace;
   if (parts_->times.steps.count() == 0) trace.emplace();
   if (parts_->threads > 1 && parts_->choice && parts_->choice->threads() == 1) ++parts_->times.steps_alone;
@@ -325,7 +325,7 @@ void Simulation::lay_out_anew(const Scene& scene, const std::optional<std::vecto
   if (pins && next.pins() != *pins)
     refuse("pins", "", "a particle left out that a rigid attachment holds", "all those that attachments hold");
   parts.place(steps(), positions(), velocities());
-  for (const Taken& one : held())
+  for (const ParticleHandle& one : held())
     if (!pins || !std::binary_search(pins->begin(), pins->end(), one.particle)) parts.solver->take(one);
   parts.scene = parts_->scene, parts.pins_at_start = parts_->pins_at_start;
   std::swap(parts.times, parts_->times);
@@ -344,7 +344,7 @@ void Simulation::hold(int particle) {
 }
 void Simulation::hold(int particle, const Vec3& to) { parts_->solver->take({particle, to}); }
 void Simulation::let_go(int particle) { parts_->solver->let_go(particle); }
-std::vector<Taken> Simulation::held() const { return parts_->solver->taken(); }
+std::vector<ParticleHandle> Simulation::held() const { return parts_->solver->taken(); }
 
 int Simulation::cut(const std::vector<Edge>& edges) {
   const std::vector<Split> found = find_cuts(parts_->model, edges, parts_->pinned());
@@ -408,7 +408,7 @@ std::int64_t Simulation::load_checkpoint(const std::string& path) {
 
 void Simulation::go_on_from(const Simulation& before) {
   if (malha::tears(model().scene) && !before.parts_->splits.empty()) parts_->lay_out_anew(before.parts_->splits);
-  const Appearance &now = model().look, &then = before.model().look;
+  const RenderMesh &now = model().look, &then = before.model().look;
   std::vector<Vec3> x = positions(), v = velocities();
   const std::vector<Vec3> x_then = before.positions(), v_then = before.velocities();
   for (std::size_t b = 0; b < model().scene.bodies.size(); ++b)

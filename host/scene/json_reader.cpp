@@ -24,23 +24,23 @@ std::vector<std::string> keys_of(const std::vector<JsonReader::Field>& fields) {
 
 }  // namespace
 
-Range any(const std::string& unit) {
-  Range range;
+Interval any(const std::string& unit) {
+  Interval range;
   range.unit = unit;
   return range;
 }
-Range above(double min, const std::string& unit) {
-  Range range = at_least(min, unit);
+Interval above(double min, const std::string& unit) {
+  Interval range = at_least(min, unit);
   range.min_included = false;
   return range;
 }
-Range at_least(double min, const std::string& unit) {
-  Range range = any(unit);
+Interval at_least(double min, const std::string& unit) {
+  Interval range = any(unit);
   range.min = min;
   return range;
 }
-Range between(double min, double max, const std::string& unit) {
-  Range range = at_least(min, unit);
+Interval between(double min, double max, const std::string& unit) {
+  Interval range = at_least(min, unit);
   range.max = max;
   return range;
 }
@@ -121,7 +121,7 @@ void JsonReader::one_of(const std::vector<Field>& fields, const std::vector<Fiel
   object(all);
 }
 
-std::string JsonReader::describe_range(const Range& range) {
+std::string JsonReader::describe_range(const Interval& range) {
   std::string text = "a number";
   if (std::isfinite(range.min) && std::isfinite(range.max)) {
     text += std::string(" in ") + (range.min_included ? "[" : "(") + digits(range.min) + ", " + digits(range.max) + "]";
@@ -131,7 +131,7 @@ std::string JsonReader::describe_range(const Range& range) {
   return text + (range.unit.empty() ? "" : " (" + range.unit + ")");
 }
 
-double JsonReader::number(const Range& range) const {
+double JsonReader::number(const Interval& range) const {
   if (value_->type != JsonValue::Type::Number) refuse_value(describe_range(range));
   const double x = value_->number;
   const bool fits = range.min_included ? x >= range.min : x > range.min;

@@ -13,16 +13,16 @@
 namespace malha {
 
 /// The numbers that are allowed at a place, and their unit for the message.
-struct Range {
+struct Interval {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
   bool min_included = true;
   std::string unit;  // "" for a ratio
 };
-Range any(const std::string& unit);
-Range above(double min, const std::string& unit);
-Range at_least(double min, const std::string& unit);
-Range between(double min, double max, const std::string& unit);
+Interval any(const std::string& unit);
+Interval above(double min, const std::string& unit);
+Interval at_least(double min, const std::string& unit);
+Interval between(double min, double max, const std::string& unit);
 
 /// No number in a scene may be larger than this, nor a number that must be > 0 smaller than its inverse: squares and
 /// reciprocals must stay finite in single precision.
@@ -53,7 +53,7 @@ class JsonReader {
   JsonReader at(const std::string& key) const;
 
   bool boolean() const;
-  double number(const Range& range) const;
+  double number(const Interval& range) const;
   int integer(int min, int max) const;
   std::string text() const;  // not empty, one line
   std::string word(const std::string& what, const std::vector<std::string>& allowed) const;
@@ -65,7 +65,7 @@ class JsonReader {
   void each(const std::function<void(const JsonReader&)>& read) const;
   /// A list of exactly N numbers.
   template <std::size_t N>
-  std::array<double, N> numbers(const Range& range) const {
+  std::array<double, N> numbers(const Interval& range) const {
     std::array<double, N> values{};
     const std::vector<JsonReader> items = list_of(N, describe_range(range));
     for (std::size_t i = 0; i < N; ++i) values[i] = items[i].number(range);
@@ -78,7 +78,7 @@ class JsonReader {
     for (std::size_t i = 0; i < N; ++i) values[i] = items[i].integer(min, max);
     return values;
   }
-  Vec3 vec3(const Range& range) const { return numbers<3>(range); }
+  Vec3 vec3(const Interval& range) const { return numbers<3>(range); }
 
   /// Throws InputError with this place.
   [[noreturn]] void refuse(const std::string& found, const std::string& allowed) const;
@@ -94,7 +94,7 @@ class JsonReader {
   void collect(const std::function<void()>& read) const;
   JsonReader below(std::size_t item) const;
   std::vector<JsonReader> list_of(std::size_t length, const std::string& what) const;
-  static std::string describe_range(const Range& range);
+  static std::string describe_range(const Interval& range);
   static std::string describe_integers(int min, int max);
 
   const JsonValue* value_;

@@ -14,9 +14,9 @@ ConstraintSpec read_constraint(const JsonReader& at) {
   const auto kind = std::find_if(constraint_kinds().begin(), constraint_kinds().end(),
                                  [&](const KindInScenes& k) { return k.name == spec.type; });
   spec.parameter = kind->parameter_default;
-  const Range range = std::isfinite(kind->parameter_max) ? between(kind->parameter_min, kind->parameter_max, "")
-                      : kind->min_included               ? at_least(kind->parameter_min, "")
-                                                         : above(kind->parameter_min, "");
+  const Interval range = std::isfinite(kind->parameter_max) ? between(kind->parameter_min, kind->parameter_max, "")
+                         : kind->min_included               ? at_least(kind->parameter_min, "")
+                                                            : above(kind->parameter_min, "");
 
   if (spec.type == "pressure" && at.has("pressure"))  // its name in older scenes
     at.at("pressure").refuse("'pressure', which is a ratio of volumes, not a pressure", "'volume_ratio'");

@@ -52,10 +52,10 @@ namespace {
 
 /// A number is the most that is allowed; an object says the least, the most or both. `one` reads such a number.
 template <class One>
-Allowed read_allowed(const JsonReader& at, const std::string& what, One&& one) {
-  if (at.value().type == JsonValue::Type::Number) return Allowed(one(at));
+Range read_allowed(const JsonReader& at, const std::string& what, One&& one) {
+  if (at.value().type == JsonValue::Type::Number) return Range(one(at));
   if (at.value().type != JsonValue::Type::Object) at.refuse_value(what + ", or an object with at_least, at_most");
-  Allowed bounds;
+  Range bounds;
   at.object({{"at_least", [&](const JsonReader& v) { bounds.at_least = one(v); }},
              {"at_most", [&](const JsonReader& v) { bounds.at_most = one(v); }}});
   if (!bounds) at.refuse("an empty object", "at least one of at_least, at_most");
@@ -77,12 +77,12 @@ ExpectOfBody read_body_expect(const JsonReader& at, const std::vector<std::strin
 
 Expect read_expect(const JsonReader& at, const std::vector<std::string>& bodies) {
   Expect expect;
-  const auto bounds = [](Allowed& to, const std::string& unit) {
+  const auto bounds = [](Range& to, const std::string& unit) {
     return [&to, unit](const JsonReader& v) {
       to = read_allowed(v, "a number >= 0", [&](const JsonReader& one) { return one.number(at_least(0, unit)); });
     };
   };
-  const auto counts = [](Allowed& to) {
+  const auto counts = [](Range& to) {
     return [&to](const JsonReader& v) {
       to = read_allowed(v, "an integer >= 0", [](const JsonReader& one) { return one.integer(0, most_steps); });
     };

@@ -199,7 +199,7 @@ Json write(const Wind& w) {
 }
 
 /// Of a count without a point.
-Json write(const Allowed& bounds, bool count) {
+Json write(const Range& bounds, bool count) {
   const auto number = [count](double x) { return count ? Json(static_cast<std::int64_t>(x)) : Json(x); };
   if (!bounds.at_least) return number(*bounds.at_most);
   Json json{{"at_least", number(*bounds.at_least)}};
@@ -209,7 +209,7 @@ Json write(const Allowed& bounds, bool count) {
 
 Json write(const Expect& e) {
   Json json = Json::object();
-  const auto bound = [&](const char* key, const Allowed& bounds, bool count = false) {
+  const auto bound = [&](const char* key, const Range& bounds, bool count = false) {
     if (bounds) json[key] = write(bounds, count);
   };
   const auto add = [&](const char* key, const auto& value) {

@@ -13,23 +13,23 @@ class SearchPlaces {
   static constexpr bool kOnHost = Memory<Executor>::kOfTheHost;
 
  public:
-  using Places = std::conditional_t<kOnHost, DirectPlaces, HashedPlaces>;
+  using Places = std::conditional_t<kOnHost, DirectIndexMap, HashIndexMap>;
   template <class R>
-  using Find = std::conditional_t<kOnHost, FindPairs<R>, FindPairsTogether<R>>;
+  using Find = std::conditional_t<kOnHost, FindCandidates<R>, FindPairsTogether<R>>;
 
   /// For so many particles in all, and for `listed` in the lists of all units together.
   void make_room(int particles, int threads, std::size_t listed) {
     if constexpr (!kOnHost) {
       if (taken_.size() == listed) return;
       table_ = {}, taken_ = {};
-      table_ = Array<Executor, int>(HashedPlaces::kEntries * listed), taken_ = Array<Executor, OpenBlocks>(listed);
+      table_ = Array<Executor, int>(HashIndexMap::kEntries * listed), taken_ = Array<Executor, OpenBlocks>(listed);
     } else {
-      particles_ = particles, bytes_ = DirectPlaces::bytes(particles);
+      particles_ = particles, bytes_ = DirectIndexMap::bytes(particles);
       if (memory_.size() >= bytes_ * threads) return;
       memory_ = {};
       memory_ = Array<Executor, char>(bytes_ * threads);
       for (int t = 0; t < threads; ++t) {
-        int* const place = DirectPlaces{particles}.of(memory_.data() + bytes_ * t).place;
+        int* const place = DirectIndexMap{particles}.of(memory_.data() + bytes_ * t).place;
         Memory<Executor>::fill(place, std::size_t(particles) + 1, -1);
       }
     }
@@ -42,7 +42,7 @@ class SearchPlaces {
       return {table_.data(), taken_.data()};
   }
   template <class R>
-  FastMemory memory() const {
+  ScratchMemory memory() const {
     if constexpr (kOnHost)
       return {memory_.data(), bytes_};
     else

@@ -39,7 +39,7 @@ class PairSearch {
  public:
   /// `origin`: a place near x, m.
   PairSearch(const Executor& executor, const SelfSurface& surface, const std::vector<Vec3>& x, double thickness,
-             const SearchRules<R>& rules, const Vec3& origin = {})
+             const BroadPhaseParams<R>& rules, const Vec3& origin = {})
       : executor_(executor), rules_(rules), thickness_(R(thickness)), particles_(static_cast<int>(x.size())) {
     lay_out(plan_units(surface, x));
     std::vector<Vec4<R>> rest;
@@ -56,18 +56,18 @@ class PairSearch {
 
   /// Searches for what the motions from x0 on may bring near, in a frame that moves by `common` in this substep, so
   /// many substeps ahead.
-  void search(const Motions<R>& motions, const Vector3<R>& common, int ahead) {
-    parallel_for(executor_, particles_, StartReach<R>{motions, common, R(ahead), rules_, reach()}, kGrain);
+  void search(const Trajectories<R>& motions, const Vector3<R>& common, int ahead) {
+    parallel_for(executor_, particles_, InitSweptBounds<R>{motions, common, R(ahead), rules_, reach()}, kGrain);
     search_again();
   }
   /// The same from where the last one started: finds the same.
   void search_again() {
-    parallel_for(executor_, particles_, BoxReach<R>{reach(), rules_.wanted, boxes_.data()}, kGrain);
+    parallel_for(executor_, particles_, ComputeSweptAabbs<R>{reach(), rules_.wanted, boxes_.data()}, kGrain);
     box_units();
     find();
     order();
   }
-  Reach<R> reach() const { return {from_.data(), way_.data(), rest_.data()}; }
+  SweptBounds<R> reach() const { return {from_.data(), way_.data(), rest_.data()}; }
   Pairs<R> pairs() const {
     return {patches_.data(), blocks_.data(), bits_.data(), touched_.data(), kIndexScale<R> * particles_};
   }
@@ -176,9 +176,9 @@ class PairSearch {
   }
 
   void box_units() {
-    parallel_for(executor_, units_.count, BoxUnits<R>{units_, boxes_.data()}, kUnitGrain);
+    parallel_for(executor_, units_.count, RefitLeaves<R>{units_, boxes_.data()}, kUnitGrain);
     for (int level = 1; level < units_.levels; ++level)
-      parallel_for(executor_, units_.nodes[level], BoxLevel<R>{units_, level});
+      parallel_for(executor_, units_.nodes[level], RefitLevel<R>{units_, level});
   }
 
   /// Into the room that the last search needed and a quarter more; where that is too little, again.
@@ -221,14 +221,14 @@ class PairSearch {
     if (blocks > bits_.size()) {
       if (bits_.size() > 0) blocks += blocks / 4;  // it has grown before, and may again in a jam
       blocks_ = {}, bits_ = {};
-      blocks_ = Array<Executor, PairBlock<R>>(blocks), bits_ = Array<Executor, PairBits>(blocks);
+      blocks_ = Array<Executor, ContactBlock<R>>(blocks), bits_ = Array<Executor, PairBits>(blocks);
     }
     if (listed > touched_.size()) touched_ = {}, touched_ = Array<Executor, int>(listed);
   }
 
   void order() {
     parallel_for(executor_, 1,
-                 PhasePatches{patches_.data(), touched_.data(), units_.count, taken_.data(), phase_.data()});
+                 ColorPatches{patches_.data(), touched_.data(), units_.count, taken_.data(), phase_.data()});
     const std::vector<int> phase = phase_.download();
     std::vector<int> order;
     for (int u = 0; u < units_.count; ++u)
@@ -250,10 +250,10 @@ class PairSearch {
   static constexpr std::size_t kMostBlocks = 2147483647 / kPairBlock;
 
   Executor executor_;
-  SearchRules<R> rules_;
+  BroadPhaseParams<R> rules_;
   R thickness_;
   int particles_;
-  Units<R> units_{};
+  ClusterBvh<R> units_{};
   bool has_bare_ = false;
   Array<Executor, int> items_;
   Array<Executor, unsigned char> bare_;
@@ -264,7 +264,7 @@ class PairSearch {
   SearchPlaces<Executor> places_;
   Array<Executor, PairPatch> patches_;
   Array<Executor, int> phase_, order_, touched_;
-  Array<Executor, PairBlock<R>> blocks_;
+  Array<Executor, ContactBlock<R>> blocks_;
   Array<Executor, PairBits> bits_;
   Array<Executor, CrossingBodies> crosses_;
   std::vector<int> phase_begin_{0};

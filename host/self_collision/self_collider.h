@@ -82,7 +82,7 @@ class SelfCollider {
   int contacts() const;
 
   const SelfSurface& surface() const { return surface_; }
-  SelfFacts facts() const;
+  SelfStats facts() const;
   std::size_t bytes() const;
 
   /// What a later substep depends on, for checkpoints.
@@ -105,10 +105,10 @@ class SelfCollider {
   static constexpr double kRounding = 0.05;    // of the least gap
   static constexpr double kNearOrigin = 0.25;  // of how far from the origin rounding takes as much
 
-  static SearchRules<R> search_rules(double thickness) {
+  static BroadPhaseParams<R> search_rules(double thickness) {
     return {R(0.1 * thickness), R(0.25), R(thickness), R(0.5 * thickness)};
   }
-  static NearRules<R> near_rules(double h, double thickness) {
+  static ContactParams<R> near_rules(double h, double thickness) {
     return {R(recovery_share(h)), R(kNear * thickness), R(kLeastGap * thickness)};
   }
   static std::size_t first_of(const SelfSurface& surface) {
@@ -148,15 +148,15 @@ class SelfCollider {
     note_places(particles);
   }
 
-  Motions<R> motions() const { return {x0_.points().of, moved_.points().of, origin()}; }
+  Trajectories<R> motions() const { return {x0_.points().of, moved_.points().of, origin()}; }
   CommonFrame<R> frame() const { return {to_R(last_.since), to_R(last_.moves)}; }
   void store_motion(const Particles<R>& particles) {
-    parallel_for(executor_, count_, StoreMoved<R>{particles.p, particles.w, motions()}, kGrain);
+    parallel_for(executor_, count_, ComputeDisplacements<R>{particles.p, particles.w, motions()}, kGrain);
   }
 
   SumMotion<R> sum_motion() const { return {moved_.points(), takes_part_.data()}; }
-  /// `moves`, `rest`: see StayInReach.
-  StayInReach<R> stay_in_reach(double share, const Vector3<R>* moves = nullptr, const Vec3& rest = {}) const {
+  /// `moves`, `rest`: see CheckSweptBounds.
+  CheckSweptBounds<R> stay_in_reach(double share, const Vector3<R>* moves = nullptr, const Vec3& rest = {}) const {
     return {motions(), search_.reach(), frame(), moves, R(share), takes_part_.data(), to_R(rest)};
   }
   /// How far all move alike, m.
@@ -165,8 +165,8 @@ class SelfCollider {
     return {a.x, a.y, a.z};
   }
   Vec3 common() const { return common(parallel_reduce<MeanMotion>(executor_, count_, sum_motion(), kGrain)); }
-  Stay look_where_all_are(double share, const Vec3& rest = {}) const {
-    return parallel_reduce<Stay>(executor_, count_, stay_in_reach(share, nullptr, rest), kGrain);
+  BoundsViolations look_where_all_are(double share, const Vec3& rest = {}) const {
+    return parallel_reduce<BoundsViolations>(executor_, count_, stay_in_reach(share, nullptr, rest), kGrain);
   }
   /// How far all move alike, and where they are if the frame moves so.
   SelfChecks<R> look_at_the_start() const {
@@ -176,11 +176,11 @@ class SelfCollider {
     parallel_reduce_into(executor_, count_, stay_in_reach(kFit, &checks->common), &checks->stay, kGrain);
     return checks_.get(0);
   }
-  /// Where all are and, if they stay in their boxes, how many pairs are about to cross (PairsLeft). A device finds both
-  /// before it is asked: pairs of what leaves its box are searched anew.
-  std::pair<Stay, int> look_at_the_end() {
+  /// Where all are and, if they stay in their boxes, how many pairs are about to cross (ViolationCount). A device finds
+  /// both before it is asked: pairs of what leaves its box are searched anew.
+  std::pair<BoundsViolations, int> look_at_the_end() {
     if constexpr (Memory<Executor>::kOfTheHost) {
-      const Stay stay = look_where_all_are(within_rounding<R>());
+      const BoundsViolations stay = look_where_all_are(within_rounding<R>());
       return {stay, stay.outside == 0 ? crossing(pushes_, nullptr) : 0};
     } else {
       SelfChecks<R>* const checks = checks_.data();
@@ -240,18 +240,18 @@ class SelfCollider {
 
   void look() {
     if (overlaps_) grow_contact_distances();
-    const LookAtPairs<R> look{motions(), search_.pairs(), rules_, room_.data()};
+    const NarrowPhase<R> look{motions(), search_.pairs(), rules_, room_.data()};
     search_.at_once(look);
   }
   void push(const Particles<R>& particles) {
     const auto with = [&]<bool rubs>() {
-      const PushPairs<R, rubs> push{search_.pairs(), moved_.points().of, friction_};
+      const SolveContacts<R, rubs> push{search_.pairs(), moved_.points().of, friction_};
       search_.region([&](const auto& team) {
         for (int sweep = 0; sweep < sweeps_; ++sweep) search_.in_phases(team, push);
       });
     };
     friction_ > R(0) ? with.template operator()<true>() : with.template operator()<false>();
-    parallel_for(executor_, count_, TakeMoved<R>{motions(), particles.p}, kGrain);
+    parallel_for(executor_, count_, ApplyDisplacements<R>{motions(), particles.p}, kGrain);
   }
 
   SearchMemory start_near(const Model& model) const {
@@ -344,28 +344,29 @@ class SelfCollider {
 
   void keep_in_reach(const Particles<R>& particles) {
     parallel_for(executor_, count_,
-                 KeepInReach<R>{motions(), search_.reach(), frame(), particles.p, takes_part_.data()}, kGrain);
+                 ClampToSweptBounds<R>{motions(), search_.reach(), frame(), particles.p, takes_part_.data()}, kGrain);
   }
 
   /// How many pairs are about to cross that holding back can still help.
-  int crossing(bool adds, const Held* held) {
+  int crossing(bool adds, const MotionState* held) {
     find_crossing(adds, held);
     return can_be_held(sum_left());
   }
-  void find_crossing(bool adds, const Held* held) {
-    search_.at_once(FindCrossings<R>{motions(), search_.pairs(), rules_, room_.data(), adds, held, left_.data()});
+  void find_crossing(bool adds, const MotionState* held) {
+    search_.at_once(FindViolations<R>{motions(), search_.pairs(), rules_, room_.data(), adds, held, left_.data()});
   }
-  int can_be_held(const PairsLeft& left) {
+  int can_be_held(const ViolationCount& left) {
     through_ = through_ || left.fixed > 0;
     return left.free;
   }
-  PairsLeft sum_left() const {
-    return parallel_reduce<PairsLeft>(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()});
+  ViolationCount sum_left() const {
+    return parallel_reduce<ViolationCount>(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()});
   }
 
   /// `left`: pairs that are about to cross, if all are in their boxes. `carriers`: none where nothing is fixed. `free`:
   /// whether nothing else holds the bodies either.
-  void hold_crossing(const Particles<R>& particles, const Stay& stay, int left, const Carriers* carriers, bool free) {
+  void hold_crossing(const Particles<R>& particles, const BoundsViolations& stay, int left, const Carriers* carriers,
+                     bool free) {
     if (stay.outside > 0) keep_in_reach(particles), left = crossing(pushes_, nullptr);
     // Once a substep: where something was driven or carried since, they hardly ever help.
     for (int more = 0; left > 0 && pushes_ && more < kMoreProjections; ++more) {
@@ -386,7 +387,7 @@ class SelfCollider {
       any = hold(particles, free);
     }
     if (any) ++facts_.held;
-    Memory<Executor>::fill(held_.at_least(count_ + 1), count_ + 1, Held::Free);
+    Memory<Executor>::fill(held_.at_least(count_ + 1), count_ + 1, MotionState::Free);
   }
 
   /// What pins would go through is driven before them. Returns whether any do.
@@ -394,7 +395,7 @@ class SelfCollider {
     const MarkDriven<R> mark{motions(), held_.at_least(count_ + 1)};
     if (parallel_reduce<Sum>(executor_, count_, mark, kGrain).value == 0) return false;
     for (; drives_left_ > 0 && crossing(false, nullptr) > 0; --drives_left_) {
-      const DriveCrossing<R> drive{motions(), search_.pairs(), rules_, left_.data(), held_.at_least(count_ + 1)};
+      const PushByKinematic<R> drive{motions(), search_.pairs(), rules_, left_.data(), held_.at_least(count_ + 1)};
       search_.region([&](const auto& team) { search_.in_phases(team, drive); });
       take_motion(particles);
     }
@@ -402,7 +403,7 @@ class SelfCollider {
   }
   /// What pins went through all the same is carried with them. Returns whether anything is.
   bool carry(const Particles<R>& particles, const Carriers& carriers) {
-    const CarryCrossing<R> carry{motions(), search_.pairs(), carriers, left_.data(), held_.data()};
+    const MoveWithKinematic<R> carry{motions(), search_.pairs(), carriers, left_.data(), held_.data()};
     search_.region([&](const auto& team) { search_.in_phases(team, carry); });
     if (sum_left().free == 0) return false;
     take_motion(particles);
@@ -411,7 +412,7 @@ class SelfCollider {
   /// Where particles moved to, and, where they left their boxes for it, what they may meet there. What is held is then
   /// at rest in the world: boxes that stand there serve for that too.
   void take_motion(const Particles<R>& particles) {
-    parallel_for(executor_, count_, TakeMoved<R>{motions(), particles.p}, kGrain);
+    parallel_for(executor_, count_, ApplyDisplacements<R>{motions(), particles.p}, kGrain);
     store_motion(particles);
     if (look_where_all_are(within_rounding<R>()).outside == 0) return;
     note_pushed();
@@ -422,14 +423,14 @@ class SelfCollider {
   /// Returns whether anything had to be. `free`: what is held moves as its bodies do on the whole; else it is at rest
   /// in the world.
   bool hold(const Particles<R>& particles, bool free) {
-    Held* const held = held_.at_least(count_ + 1);
+    MotionState* const held = held_.at_least(count_ + 1);
     R* const part = part_.at_least(count_ + 1);
     Vec3 rest{};
     if (free && crossing(false, held) > 0) {
-      const LimitCrossing<R> mark{motions(), search_.pairs(), left_.data(), held, part};
+      const MarkViolating<R> mark{motions(), search_.pairs(), left_.data(), held, part};
       search_.region([&](const auto& team) { search_.in_phases(team, mark); });
       rest = motion_of_held();
-      Memory<Executor>::fill(held, count_ + 1, Held::Free);
+      Memory<Executor>::fill(held, count_ + 1, MotionState::Free);
     }
     // That may lie outside of boxes that move with the common motion. What may be met there: all that lies on the ways
     // of this substep.
@@ -441,10 +442,10 @@ class SelfCollider {
     }
     const int found = crossing(false, held);
     for (int left = found; left > 0; left = crossing(false, held)) {
-      const LimitCrossing<R> limit{motions(), search_.pairs(), left_.data(), held, part};
-      const LimitParts<R> parts{motions(), search_.pairs(), rules_, held, part, to_R(rest)};
+      const MarkViolating<R> limit{motions(), search_.pairs(), left_.data(), held, part};
+      const ComputeTruncation<R> parts{motions(), search_.pairs(), rules_, held, part, to_R(rest)};
       search_.region([&](const auto& team) { search_.in_phases(team, limit), search_.in_phases(team, parts); });
-      parallel_for(executor_, count_, HoldLimited<R>{motions(), particles.p, part, held, to_R(rest)}, kGrain);
+      parallel_for(executor_, count_, TruncateDisplacements<R>{motions(), particles.p, part, held, to_R(rest)}, kGrain);
     }
     return found > 0;
   }
@@ -455,7 +456,7 @@ class SelfCollider {
   double thickness_;
   R friction_;
   int substeps_, substep_ = 0;  // of a step, and since it began
-  NearRules<R> rules_{};
+  ContactParams<R> rules_{};
   std::size_t first_ = 0;  // of those that take part: the origin follows it
   SearchMemory last_;
   PairSearch<Executor, R> search_;
@@ -464,19 +465,19 @@ class SelfCollider {
   bool overlaps_ = true;  // whether particles may have less than the thickness for their contact distance
   bool through_ = false;  // whether something fixed went through a body in this substep
   int pushed_ = -1;       // contacts that did, where others were laid since
-  SelfFacts facts_;
+  SelfStats facts_;
   Array<Executor, unsigned char> takes_part_;
   Points4 x0_, moved_;
   Array<Executor, R> room_;
-  Array<Executor, PairsLeft> left_;
+  Array<Executor, ViolationCount> left_;
   Array<Executor, SelfChecks<R>> checks_{1, SelfChecks<R>{}};
-  Growing<Executor, Held> held_;
-  Growing<Executor, R> part_, nearest_;
+  ScratchBuffer<Executor, MotionState> held_;
+  ScratchBuffer<Executor, R> part_, nearest_;
   bool pushes_ = true;                      // whether what is about to cross may still be projected in this substep
   int drives_left_ = 0, carries_left_ = 0;  // in this substep
   Returns gives_back_ = Returns::Nothing;
-  Growing<Executor, Vec4<R>> before_;  // see NoteMotion
-  Array<Executor, ParticleRun> runs_;  // this and the following: made once something jams
+  ScratchBuffer<Executor, Vec4<R>> before_;  // see NoteMotion
+  Array<Executor, ParticleRun> runs_;        // this and the following: made once something jams
   Array<Executor, HeldSums> held_sums_;
   Array<Executor, HeldMotion> held_motions_;
   Array<Executor, int> chosen_;
@@ -501,7 +502,8 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
   if (h > kLong) sweeps_ = kLongSweeps;
   takes_part_ = Array<Executor, unsigned char>(surface_.takes_part);
   x0_ = Points4(places(model.x)), moved_ = Points4(model.x.size() + 1);
-  room_ = Array<Executor, R>(search_.units(), R(0)), left_ = Array<Executor, PairsLeft>(search_.units(), PairsLeft{});
+  room_ = Array<Executor, R>(search_.units(), R(0)),
+  left_ = Array<Executor, ViolationCount>(search_.units(), ViolationCount{});
 }
 
 template <class Executor, class R>
@@ -549,8 +551,8 @@ int SelfCollider<Executor, R>::contacts() const {
 }
 
 template <class Executor, class R>
-SelfFacts SelfCollider<Executor, R>::facts() const {
-  SelfFacts facts = facts_;
+SelfStats SelfCollider<Executor, R>::facts() const {
+  SelfStats facts = facts_;
   facts.driven_through = last_.driven_through;
   facts.candidates = search_.candidates(), facts.pairs = search_.found(), facts.phases = search_.phases();
   return facts;

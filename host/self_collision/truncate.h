@@ -11,8 +11,8 @@ namespace malha {
 /// Bodies from each other (`self`), from edges of the environment and, after what these move, from its meshes, in
 /// turns; each may be absent. What meshes and edges hold others must get out of the way of. `timed(pass, work)` runs
 /// work().
-template <class Self, class Edges, class Collider, class Kinematic, class R, class Timed>
-void hold_apart(Self& self, Edges& edges, Collider& collider, Kinematic& kinematic, const Particles<R>& all,
+template <class Self, class Edges, class EnvironmentCollider, class Kinematic, class R, class Timed>
+void hold_apart(Self& self, Edges& edges, EnvironmentCollider& collider, Kinematic& kinematic, const Particles<R>& all,
                 const Timed& timed) {
   constexpr int most_rounds = 4;  // of all jams that resolve, 99.99 of 100 did in 3
   if (!self && !edges) return;

@@ -15,7 +15,7 @@
 namespace malha {
 
 template <class AnyVisit>
-void visit_patches(const Cuda& executor, const AnyVisit& visit, int begin, int end, const FastMemory& memory) {
+void visit_patches(const Cuda& executor, const AnyVisit& visit, int begin, int end, const ScratchMemory& memory) {
   parallel_groups(executor, begin, end, memory, visit);
 }
 
@@ -32,7 +32,7 @@ void require_cuda() {
                      "; allowed: openmp, serial");
 }
 
-DeviceFacts cuda_device() {
+DeviceStats cuda_device() {
   require_cuda();
   constexpr std::size_t bytes = std::size_t(256) << 20;  // more than any of its caches
   constexpr int rounds = 10;
@@ -64,12 +64,12 @@ std::unique_ptr<Solver> instantiate_on_cuda(const Model& model, const OpenMP& ho
         "backend: found a CUDA device whose memory the host cannot read while kernels run; allowed for a "
         "scene with an environment: one with concurrent managed access, or openmp, serial");
   // Of environment meshes, which the host makes lists of while kernels use those that there are.
-  const ForNow<ReadableMemory> managed(readable_memory, {[](std::size_t bytes, bool zeros) {
-                                                           void* const data = DeviceMemory::the().allocate(bytes);
-                                                           if (zeros) std::memset(data, 0, bytes);
-                                                           return data;
-                                                         },
-                                                         [](void* data) { DeviceMemory::the().release(data); }});
+  const ScopedValue<ReadableMemory> managed(readable_memory, {[](std::size_t bytes, bool zeros) {
+                                                                void* const data = DeviceMemory::the().allocate(bytes);
+                                                                if (zeros) std::memset(data, 0, bytes);
+                                                                return data;
+                                                              },
+                                                              [](void* data) { DeviceMemory::the().release(data); }});
   Cuda executor;
   executor.shared_bytes = std::size_t(shared), executor.host = host, executor.waits = timed;
   return instantiate(model, executor, host.threads, progress);

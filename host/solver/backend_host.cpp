@@ -54,7 +54,7 @@ std::unique_ptr<Solver> make_solver_on_cuda(const Model&, int, const ShowProgres
   require_cuda();
   return nullptr;
 }
-DeviceFacts cuda_device() {
+DeviceStats cuda_device() {
   require_cuda();
   return {};
 }

@@ -278,7 +278,7 @@ void parallel_for(const Cuda& executor, int n, const Kernel& kernel, int /*grain
 }
 
 template <class Kernel>
-void parallel_groups(const Cuda& executor, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
+void parallel_groups(const Cuda& executor, int begin, int end, const ScratchMemory& memory, const Kernel& kernel) {
   note_launch(kernel, end - begin);
   const int groups = end - begin;
   if (groups <= 0) return;
@@ -299,7 +299,7 @@ void parallel_groups(const Cuda& executor, int begin, int end, const FastMemory&
 }
 
 template <class Kernel>
-void parallel_dealt(const Cuda& executor, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
+void parallel_dealt(const Cuda& executor, int groups, const Kernel& kernel, const ScratchMemory& memory = {}) {
   if constexpr (kAsksTheHost<Kernel>)
     deal_on_host(on_host(executor), groups, kernel);
   else

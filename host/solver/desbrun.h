@@ -16,8 +16,8 @@
 namespace malha {
 
 template <class Executor, class R>
-class Desbrun final : public Stepper<Executor, R> {
-  using Base = Stepper<Executor, R>;
+class Desbrun final : public TimeStepper<Executor, R> {
+  using Base = TimeStepper<Executor, R>;
   using Base::executor_, Base::model_, Base::facts_, Base::pressures_;
 
  public:

@@ -7,7 +7,7 @@
 namespace malha {
 
 /// Whether nothing of the method moves particles between contacts with meshes and the first visits.
-inline bool visits_follow(const Model& model, const SolverFacts& facts) {
+inline bool visits_follow(const Model& model, const SolverStats& facts) {
   return !model.sets.empty() && facts.levels.empty() && !facts.filter;
 }
 
@@ -15,16 +15,17 @@ template <class Executor, class R>
 class EarlyVisits {
  public:
   /// The visits of a sweep to what does not wait for the answers.
-  void begin(const Executor& executor, const Sweep<Executor, R>& sweep, const Visit<R>& visit,
-             const Questions& questions) {
+  void begin(const Executor& executor, const Sweep<Executor, R>& sweep, const SolvePatch<R>& visit,
+             const ActiveMask& questions) {
     if (waits_.size() == 0) waits_ = Array<Executor, bool>(static_cast<std::size_t>(sweep.facts().patches));
-    parallel_for(executor, sweep.facts().patches, FindWaiting{visit.patches, visit.segments, questions, waits_.data()});
-    sweep.region([&](const auto& team) { sweep.visit_first(team, VisitSome<R>{visit, waits_.data(), false}); });
+    parallel_for(executor, sweep.facts().patches,
+                 MarkDeferredPatches{visit.patches, visit.segments, questions, waits_.data()});
+    sweep.region([&](const auto& team) { sweep.visit_first(team, MaskedSolvePatch<R>{visit, waits_.data(), false}); });
     begun_ = true;
   }
 
   /// All visits of a sweep, but for those that were begun.
-  void go_on(const Sweep<Executor, R>& sweep, const Visit<R>& visit) {
+  void go_on(const Sweep<Executor, R>& sweep, const SolvePatch<R>& visit) {
     const auto key = [&] {
       const Particles<R>& all = visit.particles;
       const Vector3<R>& g = visit.gravity;
@@ -33,7 +34,7 @@ class EarlyVisits {
     sweep.region(recorded_, key, [&](const auto& team) {
       if constexpr (!Memory<Executor>::kOfTheHost)
         if (begun_) {
-          sweep.visit_first(team, VisitSome<R>{visit, waits_.data(), true});
+          sweep.visit_first(team, MaskedSolvePatch<R>{visit, waits_.data(), true});
           return sweep.visit_others(team, visit);
         }
       sweep(team, visit);

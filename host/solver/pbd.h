@@ -11,8 +11,8 @@
 namespace malha {
 
 template <class Executor, class R>
-class Pbd final : public Stepper<Executor, R> {
-  using Base = Stepper<Executor, R>;
+class Pbd final : public TimeStepper<Executor, R> {
+  using Base = TimeStepper<Executor, R>;
   using Base::executor_, Base::model_, Base::sweep_;
 
  public:
@@ -100,7 +100,7 @@ class Pbd final : public Stepper<Executor, R> {
       for (const int i : leaving[gone]->particles) w[i] = model_.w[i];
     }
     const auto& first = levels_.front();
-    this->facts_.levels = first ? first->facts() : std::vector<LevelFacts>{};
+    this->facts_.levels = first ? first->facts() : std::vector<LevelStats>{};
     for (const auto& levels : levels_) this->facts_.level_bytes += levels ? levels->bytes() : 0;
     const auto none = [](const auto& levels) { return !levels; };
     if (std::all_of(levels_.begin(), levels_.end(), none)) levels_.clear();
@@ -160,7 +160,7 @@ class Pbd final : public Stepper<Executor, R> {
     const bool watched = speed < INFINITY;
     const int iterations = model_.scene.solver.iterations;
     if (this->free_) this->timed(Pass::Correction, [&] { this->free_->before(this->particles()); });
-    const Visit<R> plain = this->visit(h);
+    const SolvePatch<R> plain = this->visit(h);
     const Particles<R>& all = plain.particles;
     this->timed(Pass::Visits, [&] {
       const auto visits = [&](const auto& team) {
@@ -170,7 +170,7 @@ class Pbd final : public Stepper<Executor, R> {
           if (levels && s == 0) levels->foresee(team, *sweep_, plain);
           if (levels) levels->sweep(team);
           for (int iteration = 0; iteration < iterations; ++iteration) {
-            Visit<R> visit = plain;
+            SolvePatch<R> visit = plain;
             visit.predicts = visit.fresh = iteration == 0;
             visit.updates = iteration + 1 == iterations;
             visit.substep = s + 1;

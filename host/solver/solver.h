@@ -19,7 +19,7 @@
 namespace malha {
 
 /// Of a scene that names sleep.
-struct SleepFacts {
+struct SleepStats {
   int particles = 0;  // asleep now
   double since = 0;   // s, if there are any
 };
@@ -27,9 +27,9 @@ struct SleepFacts {
 class Solver {
  public:
   virtual ~Solver() = default;
-  /// Advances by the scene's dt. Throws Diverged naming step, particle and body. `after`: see AfterSubstep; may be
+  /// Advances by the scene's dt. Throws Diverged naming step, particle and body. `after`: see SubstepCallback; may be
   /// empty.
-  virtual void step(const AfterSubstep& after = {}) = 0;
+  virtual void step(const SubstepCallback& after = {}) = 0;
   /// Looks for what step() looks for every some steps. Throws Diverged.
   virtual void check() = 0;
   virtual double time() const = 0;  // s
@@ -45,7 +45,7 @@ class Solver {
   virtual int steps_to_sample() const = 0;
   /// Of edges with triangles, of bodies that collide; counted by itself.
   virtual std::int64_t crossings() const = 0;
-  virtual const SolverFacts& facts() const = 0;
+  virtual const SolverStats& facts() const = 0;
   /// Of Desbrun's filter, measured when asked; none: the method has no filter.
   virtual std::optional<FilterErrors> filter_errors() const { return std::nullopt; }
   virtual const std::array<double, kPassNames.size()>& pass_seconds() const = 0;  // per pass, since the start
@@ -61,16 +61,16 @@ class Solver {
   /// or the velocity of its wind, which it has.
   virtual void change_wind() = 0;
   /// Adds the caller's own constraints (the user's numbers), once, before the first step.
-  virtual void constrain(const std::vector<OwnConstraint>& all) = 0;
+  virtual void constrain(const std::vector<UserConstraint>& all) = 0;
   /// C of each constraint of one of them.
   virtual std::vector<double> values_of_own(std::size_t index) const = 0;
   /// Pulls or holds a particle (the user's number) from the next step on. Throws InputError for one that is pinned, and
   /// where nothing can be taken, or not be held.
-  virtual void take(const Taken& what) = 0;
+  virtual void take(const ParticleHandle& what) = 0;
   virtual void let_go(int particle) = 0;
-  virtual std::vector<Taken> taken() const = 0;
+  virtual std::vector<ParticleHandle> taken() const = 0;
   virtual void wake() = 0;
-  virtual std::optional<SleepFacts> sleep() const = 0;
+  virtual std::optional<SleepStats> sleep() const = 0;
   /// Everything that the next step depends on, and a hash of positions and velocities in the user's order.
   virtual std::string save() const = 0;
   /// Lets go of what is taken. Throws InputError, which names `file`, for a state that is of another model or that no
@@ -104,11 +104,11 @@ std::unique_ptr<Solver> make_solver_on_cuda(const Model& model, int threads, con
                                             bool timed = false);
 
 /// Of the device that it would run on.
-struct DeviceFacts {
+struct DeviceStats {
   std::string name;
   double bytes_per_second = 0;  // read and written by a copy within its memory
 };
 /// Measured now. Throws InputError where there is none.
-DeviceFacts cuda_device();
+DeviceStats cuda_device();
 
 }  // namespace malha

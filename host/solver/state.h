@@ -282,11 +282,11 @@ inline ContactMemory carried(const ContactMemory& before, std::size_t particles,
         all.boxes.push_back(together ? boxes[first] : WordBox{});
       }
     }
-    std::vector<const LastSeen*> last(particles, nullptr);
+    std::vector<const ClosestPointRecord*> last(particles, nullptr);
     for (; near != before.near.end() && near->pair < static_cast<long long>((mesh + 1) * particles); ++near)
       last[near->pair % particles] = &near->seen;
     for (std::size_t i = 0; i < from.size(); ++i)
-      if (const LastSeen* const seen = last[from[i]])
+      if (const ClosestPointRecord* const seen = last[from[i]])
         all.near.push_back({static_cast<long long>(mesh * from.size() + i), *seen});
   }
   return all;

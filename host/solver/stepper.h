@@ -49,12 +49,12 @@ std::size_t bytes_of(const std::optional<Part>& part) {
 }
 
 template <class Executor, class R>
-class Stepper : public Solver {
+class TimeStepper : public Solver {
  public:
-  void step(const AfterSubstep& after) final {
+  void step(const SubstepCallback& after) final {
     if (after && !hand_)
       throw InputError("step: found a simulation without by_hand; allowed: one that is made with it");
-    const ForNow<const AfterSubstep*> watch(watcher_, after ? &after : nullptr);
+    const ScopedValue<const SubstepCallback*> watch(watcher_, after ? &after : nullptr);
     const double start = time(), end = start + model_.scene.solver.dt;
     if (sleeper_ && sleeper_->sleeps_through(particles(), start, end)) {
       ++steps_;
@@ -72,7 +72,7 @@ class Stepper : public Solver {
   std::int64_t steps() const final { return steps_; }
   std::vector<Vec3> positions() const final { return in_user_order(places(), model_.user_of); }
   std::vector<Vec3> velocities() const final { return in_user_order(v_.download(), model_.user_of); }
-  const SolverFacts& facts() const final { return facts_; }
+  const SolverStats& facts() const final { return facts_; }
   const std::array<double, kPassNames.size()>& pass_seconds() const final { return seconds_; }
   std::string save() const final { return collider_ ? save_state(remembered(), *collider_) : save_state(remembered()); }
   void restore(const std::string& bytes, const std::string& file) final {
@@ -134,7 +134,7 @@ class Stepper : public Solver {
     guard_.driven(norm(model_.scene.wind->velocity));
     wake();
   }
-  void constrain(const std::vector<OwnConstraint>& all) final {
+  void constrain(const std::vector<UserConstraint>& all) final {
     own_.emplace(executor_, model_, all);
     facts_.own = own_->facts();
     guard_.trust(own_->particles());
@@ -143,7 +143,7 @@ class Stepper : public Solver {
   std::vector<double> values_of_own(std::size_t index) const final {
     return own_ ? own_->values(index, x_.points(), w_.data()) : throw std::out_of_range("values_of_own");
   }
-  void take(const Taken& what) final {
+  void take(const ParticleHandle& what) final {
     if (!hand_) throw InputError("pull, hold: found a simulation without by_hand; allowed: one that is made with it");
     const int i = hand_->number_of(what, model_, w_.data(), laid_out_for_pins());
     const Vec3 x = place_of(i), way = minus(what.to, x);
@@ -158,14 +158,14 @@ class Stepper : public Solver {
     hand_->let_go(static_cast<int>(found - model_.user_of.begin()), w_.data());
     leave_out_what_is_taken(), keep_overlaps(), wake();
   }
-  std::vector<Taken> taken() const final { return hand_ ? hand_->taken() : std::vector<Taken>{}; }
+  std::vector<ParticleHandle> taken() const final { return hand_ ? hand_->taken() : std::vector<ParticleHandle>{}; }
   void wake() final {
     if (sleeper_) sleeper_->wake();
   }
-  std::optional<SleepFacts> sleep() const final {
+  std::optional<SleepStats> sleep() const final {
     if (!sleeper_) return std::nullopt;
-    if (!sleeper_->asleep()) return SleepFacts{};
-    return SleepFacts{model_.count(), static_cast<double>(sleeper_->since()) * model_.scene.solver.dt};
+    if (!sleeper_->asleep()) return SleepStats{};
+    return SleepStats{model_.count(), static_cast<double>(sleeper_->since()) * model_.scene.solver.dt};
   }
   std::uint64_t state_hash() const final { return hash_state(state(), model_.user_of); }
 
@@ -211,7 +211,7 @@ class Stepper : public Solver {
 
  protected:
   /// `threads`: of the executor. A method that needs no sweep lays out none.
-  Stepper(const Model& model, const Executor& executor, int threads, bool sweeps)
+  TimeStepper(const Model& model, const Executor& executor, int threads, bool sweeps)
       : executor_(executor), model_(model), gravity_(norm(model.scene.gravity)), guard_(executor, model) {
     facts_.layout_seconds = seconds([&] { lay_out_particles(); });
     facts_.constraint_seconds = seconds([&] {
@@ -323,7 +323,7 @@ class Stepper : public Solver {
     if (damping_) timed(Pass::Damping, [&] { damping_->damp(all); });
     predict(h);
     if (predicts_the_state()) return;
-    const auto go_on = [&](const Questions& asked) {
+    const auto go_on = [&](const ActiveMask& asked) {
       if (!edges_ && !free_ && visits_follow(model_, facts_))
         early_.begin(executor_, *sweep_, visit_between(h, true), asked);
     };
@@ -393,10 +393,10 @@ class Stepper : public Solver {
     }
     return all;
   }
-  Visit<R> visit(double h) const { return sweep_->visit(particles(), h, to_R(model_.scene.gravity)); }
+  SolvePatch<R> visit(double h) const { return sweep_->visit(particles(), h, to_R(model_.scene.gravity)); }
   /// Where other passes come between, visits neither predict nor update.
-  Visit<R> visit_between(double h, bool fresh) const {
-    Visit<R> between = visit(h);
+  SolvePatch<R> visit_between(double h, bool fresh) const {
+    SolvePatch<R> between = visit(h);
     between.fresh = fresh;
     return between;
   }
@@ -463,11 +463,11 @@ class Stepper : public Solver {
   std::optional<Sweep<Executor, R>> sweep_;
   std::vector<Pressure<Executor, R>> pressures_;
   std::optional<FreeBodies<Executor, R>> free_;
-  std::optional<Collider<Executor, R>> collider_;
+  std::optional<EnvironmentCollider<Executor, R>> collider_;
   std::optional<EdgeCollider<Executor, R>> edges_;
   std::int64_t steps_ = 0;
   int substep_ = 0;  // of the step
-  SolverFacts facts_;
+  SolverStats facts_;
 
  private:
   void leave_out_what_is_taken() {
@@ -550,7 +550,7 @@ class Stepper : public Solver {
     facts_.attachments = static_cast<int>(model_.long_range.anchor.size());
     facts_.air_particles = static_cast<int>(model_.air.particle.size());
     std::int64_t projections = static_cast<std::int64_t>(pressures_.size()) + facts_.attachments;
-    for (const SetFacts& set : facts_.sets)
+    for (const SetStats& set : facts_.sets)
       facts_.constraint_bytes += set.bytes, projections += kThereAndBack * std::int64_t{set.constraints};
     for (const auto& pressure : pressures_) facts_.constraint_bytes += pressure.bytes();
     facts_.pressure_launches = 4 * pressures_.size(), facts_.pressure_starts = 3 * pressures_.size();
@@ -558,19 +558,19 @@ class Stepper : public Solver {
     facts_.projections_per_step = projections * model_.scene.solver.substeps * model_.scene.solver.iterations;
   }
 
-  const AfterSubstep* watcher_ = nullptr;  // of this step; null: none
+  const SubstepCallback* watcher_ = nullptr;  // of this step; null: none
   Array<Executor, R> w_;
   std::optional<Damping<Executor, R>> damping_;
   std::vector<LengthRun> lengths_ = length_runs(model_);
-  LostPlaces<Executor> lost_{model_.scene.solver.substeps};
+  FiniteCheck<Executor> lost_{model_.scene.solver.substeps};
   EarlyVisits<Executor, R> early_;
   EnergyGuard<Executor, R> guard_;
   Recording<Executor> recorded_;  // parts of steps
   std::optional<LongRange<Executor, R>> long_range_;
-  std::optional<MovedPinSets<Executor, R>> moved_;
+  std::optional<KinematicPins<Executor, R>> moved_;
   std::optional<Attachments<Executor, R>> attachments_;
-  std::optional<Hand<Executor, R>> hand_;
-  std::optional<OwnConstraints<Executor, R>> own_;
+  std::optional<ParticleHandles<Executor, R>> hand_;
+  std::optional<UserConstraints<Executor, R>> own_;
   std::optional<Limits<Executor, R>> breakable_;  // edges that tear
   std::optional<Air<Executor, R>> air_;
   std::optional<Sleeper<Executor, R>> sleeper_;

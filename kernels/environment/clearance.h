@@ -7,23 +7,23 @@
 namespace malha {
 
 /// Of a word of particles.
-struct Room {
+struct Clearance {
   float distance;  // m, that none of them is nearer to any mesh than its contacts reach
   float speed2;    // the highest, squared, m^2/s^2
 };
 
 /// Of all of them.
-struct LeastRoom {
+struct MinClearance {
   float distance = INFINITY, speed2 = 0;
-  KERNEL LeastRoom& operator+=(const LeastRoom& other) {
+  KERNEL MinClearance& operator+=(const MinClearance& other) {
     distance = other.distance < distance ? other.distance : distance;
     speed2 = speed2 < other.speed2 ? other.speed2 : speed2;
     return *this;
   }
 };
 struct SumRooms {
-  const Room* rooms;
-  KERNEL LeastRoom operator()(int word) const { return {rooms[word].distance, rooms[word].speed2}; }
+  const Clearance* rooms;
+  KERNEL MinClearance operator()(int word) const { return {rooms[word].distance, rooms[word].speed2}; }
 };
 
 /// Room to one mesh, which does not move; with what there is of others. Pinned particles need none.
@@ -32,17 +32,17 @@ struct MeasureRoom {
   Points<R> x, v;
   const R* w;
   int count;
-  Nearby<R> nearby;
+  ContactCacheView<R> nearby;
   float reach;     // of contacts, m
   float rounding;  // of sizes: what places may be off by
   bool first;      // of the meshes
-  Room* rooms;
+  Clearance* rooms;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     using Isa = typename Group::Isa;
     constexpr int lanes = kLanes<float, Isa>;
-    Room& room = rooms[group.index];
+    Clearance& room = rooms[group.index];
     LargestCovered<float, Isa> missing(first ? -INFINITY : -room.distance), speed2(first ? 0 : room.speed2);
     const auto add_all = [&](const auto& places) KERNEL_LAMBDA {
       const int begin = group.index * kWord, n = count - begin < kWord ? count - begin : kWord;
@@ -75,7 +75,7 @@ struct MeasureRoom {
 
 /// Where particles were a substep ago (to the rounding of x), and p where they are.
 template <class R>
-struct StepBack {
+struct ReconstructPrevious {
   Particles<R> particles;
   Points<R> before;
   R dt;

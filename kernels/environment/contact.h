@@ -21,7 +21,7 @@ struct alignas(16 * sizeof(R)) Contact {
 /// Where a particle was when it was last looked at (mesh's frame), how far from the surface (m; negative inside; a
 /// lower bound where no triangle is near), and its nearest triangle. While it cannot have come near, it is not looked
 /// at again, and when it is, the search may start at that triangle: neither changes a contact.
-struct LastSeen {
+struct ClosestPointRecord {
   Vector3<double> at{};
   double distance = -INFINITY;  // never seen: it may be as deep as the mesh is large
   long long triangle = -1;
@@ -38,19 +38,19 @@ struct LastSeen {
 /// The same of a pair of a mesh and a particle, for checkpoints: mesh after mesh, of each all particles.
 struct SeenOfPair {
   long long pair = 0;
-  LastSeen seen;
+  ClosestPointRecord seen;
 };
 
 /// What is remembered of a particle that is near, beside its contact.
-struct Near {
-  LastSeen seen;
+struct ProximityRecord {
+  ClosestPointRecord seen;
   int cell = 0;  // in which it was last (kernels/environment/triangle_octree.h)
   NearFeature feature;
 };
 
 /// As if it were seen for the first time, within the thickness on either side of the surface.
 struct KeepOverlap {
-  Near* near;
+  ProximityRecord* near;
   double most;  // m
   KERNEL void operator()(int slot) const { near[slot].seen.overlap = most; }
 };
@@ -109,7 +109,7 @@ struct ResolveContact {
 /// times as much back. Below the threshold it rests instead. With e = 0 it stops: without this it would keep the speed
 /// at which it came, until the next substep.
 template <class R>
-struct Restitute {
+struct ApplyRestitution {
   Displaced<R> p;
   Points<R> v;
   const Contact<R>* contacts;

@@ -112,12 +112,12 @@ struct Handed {
 
 /// Of one mesh. There is memory for the places and the slot of every particle that is looked at.
 template <class R>
-struct Nearby {
+struct ContactCacheView {
   WordBox* boxes;
   int* which;             // of each word, the place of its entry in `places`; none: -1
   WordPlaces* places;     // of the words whose boxes are of each
   Contact<R>* contacts;   // of each slot
-  Near* near;             // the same
+  ProximityRecord* near;  // the same
   Handed *slots, *words;  // of contacts and near, and of places
 
   KERNEL const WordPlaces* places_of(int word) const { return which[word] < 0 ? nullptr : places + which[word]; }
@@ -130,12 +130,12 @@ struct Nearby {
     const WordPlaces* const of = places_of(i / kWord);
     return of ? of->of(i % kWord) : boxes[i / kWord].place(a);
   }
-  KERNEL LastSeen seen(int i, const Vector3<double>& a) const {
+  KERNEL ClosestPointRecord seen(int i, const Vector3<double>& a) const {
     if (const int s = slot(i); s >= 0) return near[s].seen;
     const PlaceSeen last = place(i, rounded<float>(a));
     return {{double(last.x), double(last.y), double(last.z)}, double(last.distance), -1, {0, 0, 0}};
   }
-  /// As in LastSeen.
+  /// As in ClosestPointRecord.
   KERNEL double overlap(int i) const {
     const int s = slot(i);
     return s < 0 ? 0 : near[s].seen.overlap;
@@ -160,7 +160,7 @@ struct Nearby {
     count_up(&words->freed);
   }
 
-  KERNEL void see(int i, const LastSeen& last) const {
+  KERNEL void see(int i, const ClosestPointRecord& last) const {
     const Vector3<float> rounded = in_float(last.at);
     WordPlaces& own = places[which[i / kWord]];
     const int k = i % kWord;
@@ -181,13 +181,13 @@ struct Nearby {
     near[s].seen = last;
   }
   /// A slot without a contact, of which nothing else is known.
-  KERNEL static void clear_slot(Contact<R>& contact, Near& near) {
+  KERNEL static void clear_slot(Contact<R>& contact, ProximityRecord& near) {
     let_go(contact);
     near.cell = 0, near.feature.radius = -1;
   }
 
   /// Whether there is more to remember than a place and a distance in float tell.
-  KERNEL static bool needs_slot(const LastSeen& last) {
+  KERNEL static bool needs_slot(const ClosestPointRecord& last) {
     const Vector3<double>& passed = last.passed;
     return last.triangle >= 0 || passed.x != 0 || passed.y != 0 || passed.z != 0 ||
            !(certain_distance(last) > 0 || last.distance == -INFINITY);
@@ -201,7 +201,7 @@ struct Nearby {
  private:
   KERNEL static Vector3<float> in_float(const Vector3<double>& a) { return {float(a.x), float(a.y), float(a.z)}; }
   /// From the rounded place.
-  KERNEL static float certain_distance(const LastSeen& last) {
+  KERNEL static float certain_distance(const ClosestPointRecord& last) {
     const Vector3<float> rounded = in_float(last.at);
     const Vector3<double> off{last.at.x - rounded.x, last.at.y - rounded.y, last.at.z - rounded.z};
     const double certain = last.distance - root(dot(off, off));
@@ -300,9 +300,9 @@ struct BoxPlace {
 /// a whole are told by their boxes, which from then on stand for where their particles were. What leaves its box or was
 /// never seen, far from the mesh and without a pinned particle, gets a box around where it is now.
 template <class R>
-struct MayTouch {
+struct BroadPhaseTest {
   Particles<R> particles;
-  Nearby<R> nearby;
+  ContactCacheView<R> nearby;
   FloatPose before, after;
   FloatBox mesh;
   float reach;
@@ -443,7 +443,7 @@ struct MayTouch {
 };
 
 /// Bits of words, array after array.
-struct Questions {
+struct ActiveMask {
   const unsigned long long* bits;
   int count, words;
   KERNEL unsigned long long of(int question, int word) const { return bits[size_t(question) * words + word]; }
@@ -457,10 +457,10 @@ struct Questions {
 
 /// How many the last of the questions names; of all of them how many words have one, how many particles no slot, and
 /// how many words no places; and what of slots and places there is.
-struct Tested {
+struct BroadPhaseCounts {
   int all = 0, words = 0, without_slot = 0, without_places = 0;
   Handed slots, places;
-  KERNEL Tested& operator+=(const Tested& o) {
+  KERNEL BroadPhaseCounts& operator+=(const BroadPhaseCounts& o) {
     all += o.all, words += o.words, without_slot += o.without_slot, without_places += o.without_places;
     slots += o.slots, places += o.places;
     return *this;
@@ -468,10 +468,10 @@ struct Tested {
 };
 template <class R>
 struct CountTested {
-  Questions questions;
-  Nearby<R> nearby;
-  KERNEL Tested operator()(int word) const {
-    Tested sum;
+  ActiveMask questions;
+  ContactCacheView<R> nearby;
+  KERNEL BroadPhaseCounts operator()(int word) const {
+    BroadPhaseCounts sum;
     if (word == 0) sum.slots = *nearby.slots, sum.places = *nearby.words;
     const unsigned long long last = questions.of(questions.count - 1, word);
     unsigned long long rest = questions.asked(word);
@@ -490,10 +490,10 @@ struct CountTested {
 /// Free slots are taken out, here or on the way to other memory. One item: each has the place that those before leave.
 /// One thread of a device would take longer than the way to the host.
 template <class R>
-struct TakeOutFree {
+struct CompactSlots {
   using AsksTheHost = void;
-  Nearby<R> nearby;
-  Near* near_to;
+  ContactCacheView<R> nearby;
+  ProximityRecord* near_to;
   Contact<R>* contacts_to;
   KERNEL void operator()(int) const {
     int kept = 0;
@@ -511,7 +511,7 @@ struct TakeOutFree {
 template <class R>
 struct TakeOutFreePlaces {
   using AsksTheHost = void;
-  Nearby<R> nearby;
+  ContactCacheView<R> nearby;
   WordPlaces* to;
   KERNEL void operator()(int) const {
     int kept = 0;
@@ -527,14 +527,14 @@ struct TakeOutFreePlaces {
 
 /// Of a slot: what was known of its cell.
 struct ForgetCells {
-  Near* near;
+  ProximityRecord* near;
   KERNEL void operator()(int s) const { near[s].cell = 0; }
 };
 
 /// Before contacts are laid: what there was is gone. But what comes again to where its contact was laid for, not
 /// farther than `way` (m; below 0: to a mesh that moves), would find the same.
 template <class R>
-struct LetGo {
+struct InvalidateContacts {
   Contact<R>* contacts;
   Displaced<R> p;
   double way;

@@ -72,7 +72,7 @@ struct PlaceLocal {
 /// where their count said.
 template <class R, bool kLays>
 struct FindEdgePairs {
-  BoxPath path;
+  StacklessBvh path;
   const Simplex *bodies, *objects;  // of the objects, only what can touch is owned
   const Box<R>* boxes;              // of particles and points
   ScatteredPoints<R> x;             // of both, where the search starts
@@ -181,7 +181,7 @@ KERNEL int object_of(const SelfContact<R>& c, const int* object) {
 /// Lays the contacts of candidates, each by its object's rules, and counts which of their ends are particles.
 template <class R>
 struct LayEdgeContacts {
-  LookAtCandidate<R> look;
+  EvaluateCandidate<R> look;
   const EdgeRules<R>* rules;
   const int* object;
   const int* place;
@@ -192,7 +192,7 @@ struct LayEdgeContacts {
     const int at = place[c], next = c + 1 < count ? place[c + 1] : total;
     if (next == at) return;
     const Candidate& candidate = look.candidates[c];
-    LookAtCandidate<R> own = look;
+    EvaluateCandidate<R> own = look;
     own.rules.thickness = rules[larger(object[candidate.particle(0)], object[candidate.i[3]]) - 1].wanted;
     SelfContact<R>& contact = contacts[at];
     if (own(candidate, contact)) {
@@ -250,8 +250,8 @@ struct GrowEdgeDistances {
     Vector3<double> at[4];
     double weight[4];
     for (int j = 0; j < 4; ++j) at[j] = in_double(x[c.i[j]]);
-    LookAtCandidate<R>::weigh(c.first, at, weight);
-    const Vector3<double> apart = LookAtCandidate<R>::between(at, weight);
+    EvaluateCandidate<R>::weigh(c.first, at, weight);
+    const Vector3<double> apart = EvaluateCandidate<R>::between(at, weight);
     return R(root(dot(apart, apart)));
   }
 };

@@ -35,7 +35,7 @@ KERNEL bool at_rim(const SelfContact<R>& c) {
 
 /// Its claim: what it has pushed and would push alone.
 template <class R>
-struct AskContacts {
+struct EstimateMassShares {
   /// Of the claim of a contact at a rim. Layers slide within 5 % of Coulomb's way from 0.02 to 0.1; heaps rest better
   /// with more.
   static constexpr double kAtRim = 0.1;
@@ -85,7 +85,7 @@ struct SplitMasses {
 /// A claim that is nearer to what will be pushed: what these parts of the mass would push, or, as what has pushed may
 /// have to let go, a tenth of what it was. Nothing moves.
 template <class R>
-struct AskAgain {
+struct RefineMassShares {
   ScatteredPoints<R> moved;
   const SelfContact<R>* contacts;
   Push<R>* pushes;
@@ -102,7 +102,7 @@ struct AskAgain {
 /// The impulse of each active contact (times dt): a push, and friction on positions as in
 /// kernels/environment/contact.h.
 template <class R, class Friction>
-struct PushContacts {
+struct SolveContactsJacobi {
   ScatteredPoints<R> moved;
   SelfContact<R>* contacts;
   Friction friction;

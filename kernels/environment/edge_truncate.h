@@ -42,7 +42,7 @@ struct CopyPoints {
 };
 
 template <class R>
-struct PairPlanes {
+struct DivisionPlanes {
   ScatteredPoints<R> x0, moved;
   R least;  // m: no gap closes further
 
@@ -60,7 +60,7 @@ struct PairPlanes {
 /// Marks the pairs that are about to cross; counts those that holding back can still help.
 template <class R>
 struct FindCrossing {
-  PairPlanes<R> planes;
+  DivisionPlanes<R> planes;
   const SelfContact<R>* contacts;
   const unsigned char* held;
   const R* w;
@@ -80,7 +80,7 @@ struct FindCrossing {
 /// nowhere: of those that rest none can cross another.
 template <class R, class Place>
 struct HoldParticles {
-  PairPlanes<R> planes;
+  DivisionPlanes<R> planes;
   Place place;
   bool rests;
   const SelfContact<R>* contacts;

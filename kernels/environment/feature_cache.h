@@ -29,10 +29,10 @@ struct NearFeature {
 };
 
 /// How long the nearest feature of a point stays the nearest, asked of each triangle that may be nearest nearby.
-class HoldsWithin {
+class FeatureValidityRadius {
  public:
   /// `error`: m, at most, of a computed distance.
-  KERNEL HoldsWithin(const NearMesh& mesh, const Vector3<double>& p, const NearTriangle& near, double error)
+  KERNEL FeatureValidityRadius(const NearMesh& mesh, const Vector3<double>& p, const NearTriangle& near, double error)
       : mesh_(mesh), p_(p), near_(near), error_(error), corners_(mesh.triangles[near.triangle]) {}
 
   /// How far (m) the point may go while the feature is not farther than triangle t, and is where t is nearest if it is

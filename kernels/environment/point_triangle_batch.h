@@ -7,11 +7,11 @@
 namespace malha {
 
 template <class Isa>
-class NearPairs {
+class PointTriangleBatch {
  public:
   static constexpr int kPoints = 64, kPairs = 256;  // at most: what they need stays in the first cache
 
-  KERNEL NearPairs(const NearMesh& mesh) : mesh_(mesh) {}
+  KERNEL PointTriangleBatch(const NearMesh& mesh) : mesh_(mesh) {}
 
   KERNEL bool has_room(int listed) const { return points_ < kPoints && pairs_ + listed <= kPairs; }
 
@@ -54,7 +54,7 @@ class NearPairs {
   /// How far (m) a point may go from this one, and its nearest feature is still the same; below 0: not at all. `wall`:
   /// how far the list holds; `error`: of a computed distance.
   KERNEL double holds_within(int which, const NearTriangle& near, double wall, double error) const {
-    const HoldsWithin holds(mesh_, place_[which].xyz(), near, error);
+    const FeatureValidityRadius holds(mesh_, place_[which].xyz(), near, error);
     double radius = wall - error;
     for (int k = first_[which]; k < first_[which + 1] && radius > 0; ++k) {
       const double margin = holds.of(triangle_[k], {x_[k], y_[k], z_[k]}, d2_[k], radius);

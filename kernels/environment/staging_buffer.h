@@ -9,7 +9,7 @@ namespace malha {
 /// word, in the order in which the words were taken. Slots are those of the particles that are asked about, `room` for
 /// each mesh: twice as many, as what they have and what they get.
 template <class R>
-struct WordCargo {
+struct StagingBuffer {
   static constexpr size_t kAligned = 128;
   char* base;
   int words, meshes, questions, room;  // questions: arrays of bits
@@ -17,7 +17,7 @@ struct WordCargo {
   KERNEL int count() const { return words * kWord; }
   /// Its number outside, and whether it is asked about.
   KERNEL int particle(int j) const { return which()[j / kWord] * kWord + j % kWord; }
-  KERNEL bool asked(int j) const { return Questions{bits(0), questions, words}.asked(j / kWord) >> j % kWord & 1; }
+  KERNEL bool asked(int j) const { return ActiveMask{bits(0), questions, words}.asked(j / kWord) >> j % kWord & 1; }
   KERNEL unsigned long long* bits(int question) const { return at<unsigned long long>(kBits) + question * words; }
   KERNEL int* which() const { return at<int>(kWhich); }
   KERNEL int* chosen() const { return which() + words; }  // how many of them there are
@@ -29,9 +29,9 @@ struct WordCargo {
     return {count(), from, {}, {from, way, {x + 6 * n, x + 7 * n, x + 8 * n}}, w()};
   }
   KERNEL R* w() const { return at<R>(kParticles) + size_t(9) * count(); }
-  KERNEL Nearby<R> nearby(int mesh) const {
+  KERNEL ContactCacheView<R> nearby(int mesh) const {
     char* const own = base + begin(kMeshes) + size_t(mesh) * mesh_bytes();
-    const size_t n = size_t(words), slots = size_t(room) * (sizeof(Contact<R>) + sizeof(Near));
+    const size_t n = size_t(words), slots = size_t(room) * (sizeof(Contact<R>) + sizeof(ProximityRecord));
     WordPlaces* const places = reinterpret_cast<WordPlaces*>(own + slots);
     WordBox* const boxes = reinterpret_cast<WordBox*>(places + n);
     int* const which = reinterpret_cast<int*>(boxes + n);
@@ -40,7 +40,7 @@ struct WordCargo {
             which,
             places,
             reinterpret_cast<Contact<R>*>(own),
-            reinterpret_cast<Near*>(own + size_t(room) * sizeof(Contact<R>)),
+            reinterpret_cast<ProximityRecord*>(own + size_t(room) * sizeof(Contact<R>)),
             handed,
             handed + 1};
   }
@@ -63,23 +63,23 @@ struct WordCargo {
   }
   KERNEL size_t mesh_bytes() const {
     const size_t n = size_t(words);
-    return aligned(size_t(room) * (sizeof(Contact<R>) + sizeof(Near)) +
+    return aligned(size_t(room) * (sizeof(Contact<R>) + sizeof(ProximityRecord)) +
                    n * (sizeof(WordPlaces) + sizeof(WordBox) + sizeof(int)) + 2 * sizeof(Handed));
   }
 };
 
 /// How many words have one that is asked about, and how many those are.
-struct Asked {
+struct ActiveCount {
   int words = 0, particles = 0;
-  KERNEL Asked& operator+=(const Asked& o) {
+  KERNEL ActiveCount& operator+=(const ActiveCount& o) {
     words += o.words, particles += o.particles;
     return *this;
   }
 };
-struct CountAsked {
-  Questions questions;
-  KERNEL Asked operator()(int word) const {
-    Asked sum;
+struct CountActive {
+  ActiveMask questions;
+  KERNEL ActiveCount operator()(int word) const {
+    ActiveCount sum;
     for (unsigned long long rest = questions.asked(word); rest != 0; rest &= rest - 1) ++sum.particles;
     sum.words = sum.particles > 0;
     return sum;
@@ -88,7 +88,7 @@ struct CountAsked {
 
 /// Which words those are, in any order.
 struct ChooseWords {
-  Questions questions;
+  ActiveMask questions;
   int *chosen, *which;
   KERNEL void operator()(int word) const {
     if (questions.asked(word) != 0) which[count_up(chosen)] = word;
@@ -97,10 +97,10 @@ struct ChooseWords {
 
 /// Into it, particle by particle of its words: what is asked, and where they are.
 template <class R>
-struct LoadWords {
-  Questions questions;
+struct PackParticles {
+  ActiveMask questions;
   Particles<R> particles;
-  WordCargo<R> to;
+  StagingBuffer<R> to;
   KERNEL void operator()(int j) const {
     const int w = j / kWord, word = to.which()[w], bit = j % kWord, i = to.particle(j);
     for (int q = 0; bit == 0 && q < questions.count; ++q) to.bits(q)[w] = questions.of(q, word);
@@ -115,15 +115,15 @@ struct LoadWords {
 /// And what is known of them at a mesh. Its numbers of slots are 0 before. There every word has places.
 template <class R>
 struct LoadNearby {
-  Questions questions;
+  ActiveMask questions;
   Particles<R> particles;
   Pose pose;  // of the mesh, before the substep
-  Nearby<R> from;
-  WordCargo<R> cargo;
+  ContactCacheView<R> from;
+  StagingBuffer<R> cargo;
   int mesh;
   KERNEL void operator()(int j) const {
     const int w = j / kWord, word = cargo.which()[w], bit = j % kWord, i = cargo.particle(j);
-    const Nearby<R> to = cargo.nearby(mesh);
+    const ContactCacheView<R> to = cargo.nearby(mesh);
     if (bit == 0) to.boxes[w] = from.boxes[word], to.which[w] = w;
     if (!(questions.asked(word) >> bit & 1)) return;
     WordPlaces& places = to.places[w];
@@ -138,9 +138,9 @@ struct LoadNearby {
 
 /// And back.
 template <class R>
-struct UnloadWords {
+struct UnpackParticles {
   Particles<R> particles;
-  WordCargo<R> from;
+  StagingBuffer<R> from;
   KERNEL void operator()(int j) const {
     if (!from.asked(j)) return;
     const Particles<R> own = from.particles();
@@ -153,8 +153,8 @@ template <class R>
 struct UnloadPlaces {
   Particles<R> particles;
   Pose pose;  // of the mesh, before the substep
-  Nearby<R> to;
-  WordCargo<R> cargo;
+  ContactCacheView<R> to;
+  StagingBuffer<R> cargo;
   int mesh;
   KERNEL void operator()(int w) const {
     if (cargo.nearby(mesh).boxes[w].is_of_each()) to.give_places(cargo.which()[w], particles, pose);
@@ -164,11 +164,11 @@ struct UnloadPlaces {
 /// Slots are freed or filled as a look on the device would.
 template <class R>
 struct UnloadNearby {
-  Nearby<R> to;
-  WordCargo<R> cargo;
+  ContactCacheView<R> to;
+  StagingBuffer<R> cargo;
   int mesh;
   KERNEL void operator()(int j) const {
-    const Nearby<R> from = cargo.nearby(mesh);
+    const ContactCacheView<R> from = cargo.nearby(mesh);
     const int w = j / kWord, word = cargo.which()[w], bit = j % kWord;
     if (bit == 0) to.boxes[word] = from.boxes[w];
     if (!cargo.asked(j) || to.which[word] < 0) return;

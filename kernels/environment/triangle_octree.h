@@ -9,7 +9,7 @@ namespace malha {
 
 /// Its parts, by the signs of x, y, z as bits 0, 1, 2, and its list. Inner cells keep theirs: their parts are cut from
 /// it.
-struct alignas(64) NearCell {
+struct alignas(64) OctreeNode {
   int child[8];      // its number; not made yet: 0
   int first, count;  // of its list: triangles, ascending
   int depth;
@@ -36,14 +36,14 @@ struct NearMesh {
   const GridCell* grid;  // the cells of depth `start`, in rows of z, y, x
   int start;
   int leaf;  // triangles: a list that is no longer is not cut further
-  const NearCell* cells;
+  const OctreeNode* cells;
   const int* lists;
   double half;      // m, of the root's side
   double per_cell;  // deepest cells a metre
   double side;      // m, of the grid's cells
 };
 
-KERNEL bool is_last(const NearMesh& mesh, const NearCell& cell) {
+KERNEL bool is_last(const NearMesh& mesh, const OctreeNode& cell) {
   return cell.count <= mesh.leaf || cell.stuck >= kMostStuck || cell.depth >= kDeepest;
 }
 
@@ -57,7 +57,7 @@ KERNEL int published(const int& number) {
 }
 
 /// Whose bits say, level by level, in which part of its cell a point lies.
-struct CellPath {
+struct OctreeKey {
   int x, y, z;
   bool inside;  // the root
   KERNEL int part(int depth) const {
@@ -66,7 +66,7 @@ struct CellPath {
   }
 };
 
-KERNEL CellPath path_to(const NearMesh& mesh, const Vector3<double>& p) {
+KERNEL OctreeKey path_to(const NearMesh& mesh, const Vector3<double>& p) {
   const double h = mesh.half;
   if (!(p.x > -h && p.x < h && p.y > -h && p.y < h && p.z > -h && p.z < h)) return {0, 0, 0, false};
   const int last = (1 << kDeepest) - 1;
@@ -77,19 +77,19 @@ KERNEL CellPath path_to(const NearMesh& mesh, const Vector3<double>& p) {
   return {place(p.x), place(p.y), place(p.z), true};
 }
 
-KERNEL int place_in_grid(const NearMesh& mesh, const CellPath& path) {
+KERNEL int place_in_grid(const NearMesh& mesh, const OctreeKey& path) {
   const int bits = kDeepest - mesh.start;
   return ((path.z >> bits) << mesh.start | path.y >> bits) << mesh.start | path.x >> bits;
 }
 
-KERNEL Vector3<double> centre_in_grid(const NearMesh& mesh, const CellPath& path) {
+KERNEL Vector3<double> centre_in_grid(const NearMesh& mesh, const OctreeKey& path) {
   const int bits = kDeepest - mesh.start;
   const auto middle = [&](int i) KERNEL_LAMBDA { return ((i >> bits) + 0.5) * mesh.side - mesh.half; };
   return {middle(path.x), middle(path.y), middle(path.z)};
 }
 
 /// How far p is from the mesh at least (m), by the distance of its cell's centre: below 0 where that is not known.
-KERNEL double least_distance(const NearMesh& mesh, const CellPath& path, const Vector3<double>& p) {
+KERNEL double least_distance(const NearMesh& mesh, const OctreeKey& path, const Vector3<double>& p) {
   float known;
 #if defined(__CUDA_ARCH__)
   known = mesh.grid[place_in_grid(mesh, path)].distance;
@@ -101,20 +101,20 @@ KERNEL double least_distance(const NearMesh& mesh, const CellPath& path, const V
 }
 
 /// The last cell at a point; none, or not made yet: 0.
-KERNEL int last_cell_at(const NearMesh& mesh, const CellPath& path) {
+KERNEL int last_cell_at(const NearMesh& mesh, const OctreeKey& path) {
   int at = published(mesh.grid[place_in_grid(mesh, path)].cell);
   while (at > 0 && !is_last(mesh, mesh.cells[at]))
     at = published(mesh.cells[at].child[path.part(mesh.cells[at].depth)]);
   return at > 0 ? at : 0;
 }
 
-KERNEL bool holds(const NearCell& cell, const CellPath& path) {
+KERNEL bool holds(const OctreeNode& cell, const OctreeKey& path) {
   const int bits = kDeepest - cell.depth;
   return path.x >> bits == cell.x && path.y >> bits == cell.y && path.z >> bits == cell.z;
 }
 
 /// How far a point is from the walls of a cell that holds it (m).
-KERNEL double from_walls(const NearMesh& mesh, const NearCell& cell, const Vector3<double>& p) {
+KERNEL double from_walls(const NearMesh& mesh, const OctreeNode& cell, const Vector3<double>& p) {
   const double side = 2 * mesh.half / double(1 << cell.depth);
   const auto from = [&](double x, int place) KERNEL_LAMBDA {
     const double d = x + mesh.half - place * side, other = side - d;
@@ -159,7 +159,7 @@ KERNEL NearTriangle nearest_of(const int* triangle, const double* d2, const doub
 
 /// The nearest triangle to p by the list of a last cell that holds it; of several that are equally near the lowest.
 template <class Isa>
-KERNEL NearTriangle nearest_listed(const NearMesh& mesh, const NearCell& cell, const Vector3<double>& p) {
+KERNEL NearTriangle nearest_listed(const NearMesh& mesh, const OctreeNode& cell, const Vector3<double>& p) {
   using S = Lane<double, Isa>;
   constexpr int lanes = kLanes<double, Isa>;
   const int* const list = mesh.lists + cell.first;

@@ -5,7 +5,7 @@
 namespace malha {
 
 template <class R>
-struct FilterEnds {
+struct FilterIo {
   Points<R> force;         // N
   Points<R> acceleration;  // m/s^2
   bool adds;               // to what is there
@@ -24,7 +24,7 @@ struct FilterEnds {
 /// No forces, and no accelerations of what the filter leaves as it is.
 template <class R>
 struct ClearFilterEnds {
-  FilterEnds<R> ends;
+  FilterIo<R> ends;
   KERNEL void operator()(int particle) const {
     const Vector3<R> none{R(0), R(0), R(0)};
     ends.force.set(particle, none), ends.acceleration.set(particle, none);

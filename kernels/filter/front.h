@@ -7,18 +7,18 @@ namespace malha {
 
 /// A matrix by columns that somebody else owns.
 template <class R>
-struct Columnwise {
+struct ColumnMajorView {
   R* data;
   int stride;  // from a column to the next
   KERNEL R& operator()(int i, int j) const { return data[i + static_cast<long long>(j) * stride]; }
-  KERNEL Columnwise from(int i, int j) const { return {&(*this)(i, j), stride}; }
+  KERNEL ColumnMajorView from(int i, int j) const { return {&(*this)(i, j), stride}; }
 };
 
 /// C -= A B, or A B^T with `transposed`. C: rows x columns; A: rows x inner. `lower`: what lies above the diagonal of C
 /// may become anything. Every number of C is a sum in the order of `inner`.
 template <class R, class Isa>
 struct SubtractProduct {
-  Columnwise<R> C, A, B;
+  ColumnMajorView<R> C, A, B;
   bool transposed;
   bool lower;
   int rows, columns, inner;
@@ -76,10 +76,10 @@ struct SubtractProduct {
 template <class R, class Isa>
 struct EliminateFront {
   int height, pivots;
-  Columnwise<R> panel, update;
-  Columnwise<R> copy;  // scratch, pivots x pivots
-  const R* least;      // the smallest value that each pivot may have
-  int* failed;         // out: the first pivot below it, and nothing else is then defined
+  ColumnMajorView<R> panel, update;
+  ColumnMajorView<R> copy;  // scratch, pivots x pivots
+  const R* least;           // the smallest value that each pivot may have
+  int* failed;              // out: the first pivot below it, and nothing else is then defined
 
   KERNEL void operator()(int) const {
     for (int k = 0; k < pivots && *failed < 0; k += kBlock) {
@@ -91,7 +91,7 @@ struct EliminateFront {
     }
     if (*failed >= 0) return;
     if (height > pivots) {
-      const Columnwise<R> below = panel.from(pivots, 0);
+      const ColumnMajorView<R> below = panel.from(pivots, 0);
       subtract(update, below, below, true, true, height - pivots, height - pivots, pivots);
     }
     invert();
@@ -100,8 +100,8 @@ struct EliminateFront {
  private:
   static constexpr int kBlock = 32;
 
-  KERNEL static void subtract(Columnwise<R> C, Columnwise<R> A, Columnwise<R> B, bool transposed, bool lower, int rows,
-                              int columns, int inner) {
+  KERNEL static void subtract(ColumnMajorView<R> C, ColumnMajorView<R> A, ColumnMajorView<R> B, bool transposed,
+                              bool lower, int rows, int columns, int inner) {
     if (rows > 0 && columns > 0) SubtractProduct<R, Isa>{C, A, B, transposed, lower, rows, columns, inner}.run();
   }
 

@@ -214,7 +214,7 @@ struct BackwardTask {
 
 /// Narrow panels of the top, one after the other: `begin` .. `end` - 1, by one group.
 template <class T, bool up>
-struct NarrowTop {
+struct SolveRootSmall {
   using Shared = void;
   SparseView<T> view;
   int begin, end;
@@ -244,7 +244,7 @@ struct SumTop {
 
 /// The top's part of the result, out to the particles. By place.
 template <class T, class Ends>
-struct HandOutTop {
+struct ScatterRoot {
   SparseView<T> view;
   Ends ends;
   KERNEL void operator()(int k) const {
@@ -314,7 +314,7 @@ struct GatherTop {
 
 /// The own columns of a panel of the top, from `out`. By column.
 template <class T>
-struct KeepTop {
+struct StoreRoot {
   SparseView<T> view;
   Panel panel;
   const Vec4<T>* out;

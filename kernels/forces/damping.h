@@ -20,13 +20,13 @@ template <class R>
 struct DampTowardsRigid {
   using Shared = void;
   Particles<R> particles;
-  const Stretch* stretches;
+  const ParticleRange* stretches;
   const RigidMotion<R>* motions;  // of each body
   const R* damping;               // of each body: k
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    const Stretch stretch = stretches[group.index];
+    const ParticleRange stretch = stretches[group.index];
     const RigidMotion<R> motion = motions[stretch.body];
     const R k = damping[stretch.body];
     cover_once<R>(group, stretch.count, [&]<class S>(int n, S) KERNEL_LAMBDA {

@@ -9,7 +9,7 @@
 namespace malha {
 
 /// Particles first .. first + count - 1 of one connected body, which begins with the particle `reference`.
-struct Stretch {
+struct ParticleRange {
   int first, count, body, reference;
 };
 
@@ -36,7 +36,7 @@ struct MeasureMomenta {
   static constexpr int n = inertia ? MomentaSum::kAll : MomentaSum::kMomenta;
   static constexpr size_t kBytes = n * kSlotPack * sizeof(N);  // of fast memory
   Particles<R> particles;
-  const Stretch* stretches;
+  const ParticleRange* stretches;
   MomentaSum* sums;
   N dt, per_dt;  // s, 1/s, of the substep
 
@@ -44,7 +44,7 @@ struct MeasureMomenta {
   KERNEL void operator()(const Group& group) const {
     using S = Lane<N, typename Group::Isa>;
     constexpr int lanes = kLanes<N, typename Group::Isa>;
-    const Stretch stretch = stretches[group.index];
+    const ParticleRange stretch = stretches[group.index];
     const int whole = stretch.count / kSlotPack * kSlotPack;
     const Vector3<R> x0 = particles.x[stretch.reference], v0 = particles.v[stretch.reference];
     N* const of_lane = static_cast<N*>(group.memory);  // kSlotPack a number
@@ -227,7 +227,7 @@ struct RigidMotion {
 
 /// The motion that gives each body back what it lost.
 template <class R>
-struct FindReturn {
+struct ComputeMomentumCorrection {
   MeasuredBody* bodies;
   RigidMotion<R>* motions;
   KERNEL void operator()(int b) const {
@@ -242,12 +242,12 @@ template <class R>
 struct AddRigidMotion {
   using Shared = void;
   Particles<R> particles;
-  const Stretch* stretches;
+  const ParticleRange* stretches;
   const RigidMotion<R>* motions;  // of each body
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    const Stretch stretch = stretches[group.index];
+    const ParticleRange stretch = stretches[group.index];
     const RigidMotion<R> motion = motions[stretch.body];
     cover_once<R>(group, stretch.count, [&]<class S>(int n, S) KERNEL_LAMBDA {
       const int i = stretch.first + n;

@@ -18,7 +18,7 @@ struct Slab {
   R low, high;
 };
 
-struct BoxPath {
+struct StacklessBvh {
   const BoxNode* nodes;
   int count;
 

@@ -7,9 +7,9 @@
 namespace malha {
 
 /// Where means of a patch's particles go: `means` are of places in the patch's memory. Of a mean of several patches
-/// each leaves its part; AddParts joins them.
+/// each leaves its part; SumPartialRestrictions joins them.
 template <class R>
-struct UpTo {
+struct RestrictionTarget {
   MeansView<R> means;
   const int* place;
   Points<R> x, d;     // where the substep begins, from the origin of their body, and the way from there
@@ -18,7 +18,7 @@ struct UpTo {
 
 /// From the patch's memory.
 template <class R, class Group, class Local>
-KERNEL void restrict_to(const Group& group, const UpTo<R>& up, const Local& local) {
+KERNEL void restrict_to(const Group& group, const RestrictionTarget<R>& up, const Local& local) {
   const auto scatter = [&](const Points<R>& to) KERNEL_LAMBDA {
     return [=](const MeanRun& run, int k, const auto& mean)
                KERNEL_LAMBDA { scatter_points(to, up.place + run.to + k, mean); };
@@ -29,11 +29,11 @@ KERNEL void restrict_to(const Group& group, const UpTo<R>& up, const Local& loca
 
 /// Where particles will be after dt if nothing but gravity moves them; null v: where they go.
 template <class R>
-struct Foreseen {
+struct PredictedParticles {
   Displaced<R> p;
   Points<R> v;         // m/s
   const R* w;          // 1/kg
-  Points<R> origins;   // as in UpTo
+  Points<R> origins;   // as in RestrictionTarget
   R dt;                // s
   Vector3<R> gravity;  // m/s^2
 
@@ -64,17 +64,17 @@ struct Restrict {
   using Shared = void;
   const Patch* patches;
   const Segment* segments;
-  Foreseen<R> from;
-  UpTo<R> up;
+  PredictedParticles<R> from;
+  RestrictionTarget<R> up;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const Patch& patch = patches[group.index];
     R* memory = static_cast<R*>(group.memory);
     if (patch.columns)
-      visit(group, patch, Columns<R>::over(memory, patch.slots));
+      visit(group, patch, SoaView<R>::over(memory, patch.slots));
     else
-      visit(group, patch, Rows<R>::over(memory, patch.slots));
+      visit(group, patch, AosView<R>::over(memory, patch.slots));
   }
 
  private:
@@ -88,7 +88,7 @@ struct Restrict {
 
 /// x[at[k]] += the parts begin[k] .. begin[k + 1] - 1, and d likewise.
 template <class R>
-struct AddParts {
+struct SumPartialRestrictions {
   const int *at, *begin;
   Points<R> x, d;
   KERNEL void operator()(int k) const { add(x, k), add(d, k); }

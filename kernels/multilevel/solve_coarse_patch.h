@@ -7,7 +7,7 @@
 namespace malha {
 
 template <class R>
-struct CoarseVisit {
+struct SolveCoarsePatch {
   using Shared = void;
   const Patch* patches;
   const Segment* segments;
@@ -19,19 +19,19 @@ struct CoarseVisit {
   const R* w;         // 1/kg, 0 where pinned
   Points<R> delta;    // d - arrival, by rank: as columns, or, where there are any, as rows
   ScatteredPoints<R> delta_rows;
-  const int* rank;   // of each particle
-  MeansOf<R> down;   // of the next coarser level, if there is one
-  bool prefetches;   // as in Visit,
-  bool there, back;  // and so are these: two sweeps halve the error of one for a tenth of a step's time
+  const int* rank;           // of each particle
+  ProlongationView<R> down;  // of the next coarser level, if there is one
+  bool prefetches;           // as in Visit,
+  bool there, back;          // and so are these: two sweeps halve the error of one for a tenth of a step's time
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const Patch& patch = patches[group.index];
     R* memory = static_cast<R*>(group.memory);
     if (patch.columns)
-      visit(group, patch, Columns<R>::over(memory, patch.slots));
+      visit(group, patch, SoaView<R>::over(memory, patch.slots));
     else
-      visit(group, patch, Rows<R>::over(memory, patch.slots));
+      visit(group, patch, AosView<R>::over(memory, patch.slots));
   }
 
  private:
@@ -42,7 +42,7 @@ struct CoarseVisit {
     project(group, patch, local, Way::Arrival);
     for (int s = begin; s < end; ++s)
       if (!(there && segments[s].first)) go_on(group, segments[s], local);
-    if (there && down.means.begin) add_means(group, down, local);
+    if (there && down.means.begin) prolongate(group, down, local);
     if (there) project(group, patch, local, Way::There);
     if (back) project(group, patch, local, Way::Back);
     for (int s = begin; s < end; ++s)
@@ -97,7 +97,7 @@ struct CoarseVisit {
   struct ProjectBatches {
     Group group;
     Local local;
-    const CoarseVisit* visit;
+    const SolveCoarsePatch* visit;
     R* least;
     Way way;
     const Patch* patch;

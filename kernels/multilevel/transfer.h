@@ -26,7 +26,7 @@ struct MeansView {
 
   /// Calls work(run, k, mean) for every mean or pack of them of a piece, each once. Of columns: a Vector3 of lanes.
   template <class Group, class Work>
-  KERNEL void each(const Group& group, const Columns<R>& from, const Work& work) const {
+  KERNEL void each(const Group& group, const SoaView<R>& from, const Work& work) const {
     for (int r = begin[group.index]; r < begin[group.index + 1]; ++r) {
       const MeanRun& run = runs[r];
       cover_once<R>(group, run.count, [&]<class T>(int k, T) KERNEL_LAMBDA {
@@ -39,7 +39,7 @@ struct MeansView {
   }
   /// Of rows: a Vec4. Its w is the rows'.
   template <class Group, class Work>
-  KERNEL void each(const Group& group, const Rows<R>& from, const Work& work) const {
+  KERNEL void each(const Group& group, const AosView<R>& from, const Work& work) const {
     group.for_each(begin[group.index + 1] - begin[group.index], [&](int i) KERNEL_LAMBDA {
       const MeanRun& run = runs[begin[group.index] + i];
       for (int k = 0; k < run.count; ++k) {
@@ -53,7 +53,7 @@ struct MeansView {
 
  private:
   template <class T>
-  KERNEL static Vector3<T> point(const Columns<R>& from, int at) {
+  KERNEL static Vector3<T> point(const SoaView<R>& from, int at) {
     Vector3<T> q;
     load(from.x + at, q.x), load(from.y + at, q.y), load(from.z + at, q.z);
     return q;
@@ -62,10 +62,10 @@ struct MeansView {
 
 /// Means of what a level leaves: of columns, or, where there are any, of rows.
 template <class R>
-struct MeansOf {
+struct ProlongationView {
   MeansView<R> means;
-  Columns<R> columns;
-  Rows<R> rows;
+  SoaView<R> columns;
+  AosView<R> rows;
   template <class Group, class Work>
   KERNEL void each(const Group& group, const Work& work) const {
     if (rows.row)
@@ -77,19 +77,19 @@ struct MeansOf {
 
 /// Adds to the ways of a patch's particles what they follow; `to` is a place in its memory.
 template <class R, class Group, class Local>
-KERNEL void add_means(const Group& group, const MeansOf<R>& down, const Local& local) {
+KERNEL void prolongate(const Group& group, const ProlongationView<R>& down, const Local& local) {
   down.each(group, [&](const MeanRun& run, int k, const auto& mean) KERNEL_LAMBDA { local.add(run.to + k, mean); });
 }
 
 /// The same where particles are in their arrays.
 template <class R>
-struct AddMeans {
+struct Prolongate {
   using Shared = void;
-  MeansOf<R> down;
+  ProlongationView<R> down;
   Points<R> d;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    add_means(group, down, Columns<R>{nullptr, nullptr, nullptr, nullptr, d.x, d.y, d.z});
+    prolongate(group, down, SoaView<R>{nullptr, nullptr, nullptr, nullptr, d.x, d.y, d.z});
   }
 };
 

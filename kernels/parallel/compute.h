@@ -111,15 +111,15 @@ void parallel_region(const OpenMP& executor, int width, const Work& work) {
 }
 
 /// Told of launches: which kernel (what kernel_name gives), over how many items.
-struct LaunchWatch {
+struct LaunchObserver {
   virtual void launched(const char* kernel, int items) = 0;
 
  protected:
-  ~LaunchWatch() = default;
+  ~LaunchObserver() = default;
 };
 
 /// Who watches what this thread launches, usually nobody; of a team, its caller's.
-inline thread_local LaunchWatch* launch_watch = nullptr;
+inline thread_local LaunchObserver* launch_watch = nullptr;
 
 /// The signature of this function, which holds "Kernel = " and the type.
 template <class Kernel>
@@ -154,7 +154,7 @@ void parallel_for(const OpenMP& executor, int n, const Kernel& kernel, int grain
 }
 
 /// The fast memory of every thread of an executor.
-struct FastMemory {
+struct ScratchMemory {
   char* data = nullptr;  // none where only blocks of threads need it, which have their own
   size_t bytes = 0;      // a thread
   char* of(int thread) const { return data ? data + size_t(thread) * bytes : nullptr; }
@@ -183,13 +183,13 @@ void run_groups(Instructions instructions, int begin, int end, void* memory, con
 /// Runs kernel(Group) for the groups begin .. end - 1, compiled for the executor's instructions: their writes must be
 /// disjoint. The same thread gets the same groups every time, so that its caches still hold them.
 template <class Kernel>
-void parallel_groups(const Serial& executor, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
+void parallel_groups(const Serial& executor, int begin, int end, const ScratchMemory& memory, const Kernel& kernel) {
   note_launch(kernel, end - begin);
   run_groups(executor.instructions, begin, end, memory.data, kernel);
 }
 
 template <class Kernel>
-void parallel_groups(const Team& team, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
+void parallel_groups(const Team& team, int begin, int end, const ScratchMemory& memory, const Kernel& kernel) {
   note_launch(kernel, end - begin);
   const auto share = [&](int thread) {
     return begin + int(static_cast<long long>(end - begin) * thread / team.threads);
@@ -212,13 +212,13 @@ struct Dealt {
 /// As parallel_groups, for groups whose work is uneven: dealt to the threads in turns, because neighbours have alike
 /// much to do.
 template <class Kernel>
-void parallel_dealt(const Serial& executor, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
+void parallel_dealt(const Serial& executor, int groups, const Kernel& kernel, const ScratchMemory& memory = {}) {
   note_launch(kernel, groups);
   run_groups(executor.instructions, 0, groups, memory.data, Dealt<Kernel>{kernel, 0, 1});
 }
 
 template <class Kernel>
-void parallel_dealt(const Team& team, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
+void parallel_dealt(const Team& team, int groups, const Kernel& kernel, const ScratchMemory& memory = {}) {
   note_launch(kernel, groups);
   const int share = (groups - team.thread + team.threads - 1) / team.threads;
   run_groups(team.instructions, 0, share, memory.of(team.thread), Dealt<Kernel>{kernel, team.thread, team.threads});

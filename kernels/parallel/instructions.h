@@ -49,13 +49,13 @@ template <class... Isas>
 struct IsaList {};
 
 #if defined(__CUDACC__)
-using Own = OneLane;
+using NativeIsa = OneLane;
 #elif defined(__AVX512F__)
-using Own = Avx512;  // the compiler's
+using NativeIsa = Avx512;  // the compiler's
 #elif defined(__AVX2__)
-using Own = Avx2;
+using NativeIsa = Avx2;
 #else
-using Own = Baseline;
+using NativeIsa = Baseline;
 #endif
 
 #if defined(__x86_64__) && !defined(__AVX2__) && !defined(__CUDACC__)
@@ -69,8 +69,8 @@ inline bool has(Avx512) {
 }
 #else
 #define COMPILED_FOR(features) [[gnu::noinline]]
-using BuiltIsas = IsaList<Own>;
-inline bool has(Own) { return true; }
+using BuiltIsas = IsaList<NativeIsa>;
+inline bool has(NativeIsa) { return true; }
 #endif
 
 /// The same pointer, of which the compiler no longer knows what it computed from it before.

@@ -6,10 +6,10 @@
 namespace malha {
 
 /// Of a patch: whether it has a particle that is asked about.
-struct FindWaiting {
+struct MarkDeferredPatches {
   const Patch* patches;
   const Segment* segments;
-  Questions questions;
+  ActiveMask questions;
   bool* waits;
   KERNEL void operator()(int k) const {
     const Patch& patch = patches[k];
@@ -28,12 +28,12 @@ struct FindWaiting {
 
 /// Those that wait, or those that do not.
 template <class R>
-struct VisitSome : Visit<R> {
+struct MaskedSolvePatch : SolvePatch<R> {
   const bool* waits;
   bool those;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    if (waits[group.index] == those) Visit<R>::operator()(group);
+    if (waits[group.index] == those) SolvePatch<R>::operator()(group);
   }
 };
 

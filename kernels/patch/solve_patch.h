@@ -19,35 +19,36 @@ template <class Kind>
 inline constexpr int kNumber = number_of<Kind>(ConstraintKinds{});
 
 template <class R>
-struct Visit {
+struct SolvePatch {
   using Shared = void;
   const Patch* patches;
   const Segment* segments;
   const Batch* batches;
   const SetView<R>* sets;
   Particles<R> particles;
-  R dt, per_dt;        // s, 1/s
-  Vector3<R> gravity;  // m/s^2
-  bool predicts;       // the first visit to a particle predicts it
-  bool updates;        // the last one updates its state
-  bool fresh;          // first iteration of a substep
-  bool there, back;    // which ways it goes
-  bool prefetches;     // the particles do not fit in a core's caches: those of the next patch are asked for early
-  int substep;         // 1 ..
-  UpTo<R> up;          // means of the next prediction, for the coarser level: the last visits leave them
-  MeansOf<R> down;     // what particles follow on the coarser level, patch by patch: added where they are predicted
-  int* lost;           // of each patch: the first substep that left a particle without a finite position, or 0
-  R most_speed2;       // m^2/s^2, where speeds are watched
-  int* fast;           // of each patch: the last substep that left a particle that is faster; null: nobody asks
+  R dt, per_dt;             // s, 1/s
+  Vector3<R> gravity;       // m/s^2
+  bool predicts;            // the first visit to a particle predicts it
+  bool updates;             // the last one updates its state
+  bool fresh;               // first iteration of a substep
+  bool there, back;         // which ways it goes
+  bool prefetches;          // the particles do not fit in a core's caches: those of the next patch are asked for early
+  int substep;              // 1 ..
+  RestrictionTarget<R> up;  // means of the next prediction, for the coarser level: the last visits leave them
+  ProlongationView<R>
+      down;       // what particles follow on the coarser level, patch by patch: added where they are predicted
+  int* lost;      // of each patch: the first substep that left a particle without a finite position, or 0
+  R most_speed2;  // m^2/s^2, where speeds are watched
+  int* fast;      // of each patch: the last substep that left a particle that is faster; null: nobody asks
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     const Patch& patch = patches[group.index];
     R* memory = static_cast<R*>(group.memory);
     if (patch.columns)
-      visit(group, patch, Columns<R>::over(memory, patch.slots));
+      visit(group, patch, SoaView<R>::over(memory, patch.slots));
     else
-      visit(group, patch, Rows<R>::over(memory, patch.slots));
+      visit(group, patch, AosView<R>::over(memory, patch.slots));
   }
 
  private:
@@ -55,7 +56,7 @@ struct Visit {
   KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
     const int begin = patch.segment, end = patch.segment + patch.segments;
     for (int s = begin; s < end; ++s) bring(group, segments[s], local);
-    if (predicts && there && down.means.begin) add_means(group, down, local);
+    if (predicts && there && down.means.begin) prolongate(group, down, local);
     if (there)
       for (int b = 0, next; b < patch.batches; b = next) {
         for (next = b + 1; next < patch.batches && set_of(patch, next) == set_of(patch, b);) ++next;
@@ -93,7 +94,7 @@ struct Visit {
 
   template <class Group, class Local>
   KERNEL void foresee(const Group& group, const Patch& patch, const Local& local) const {
-    const Foreseen<R> next{particles.p, particles.v, particles.w, up.origins, dt, gravity};
+    const PredictedParticles<R> next{particles.p, particles.v, particles.w, up.origins, dt, gravity};
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
       if (segments[s].last) next.bring(group, segments[s], local);
     restrict_to(group, up, local);
@@ -225,7 +226,7 @@ struct Visit {
   /// need all registers.
   template <class Kind, Update update, class Group, class Local>
   struct ProjectSet {
-    const Visit* visit;
+    const SolvePatch* visit;
     Group group;
     const Patch* patch;
     Local local;

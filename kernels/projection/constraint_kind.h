@@ -97,8 +97,8 @@ concept SaysWhatDegenerateInputGives = requires {
 template <class K>
 concept HasRestValues = K::numbers >
 0 && requires(const Vector3<double> (&X)[K::particles], double (&rest)[K::numbers]) { K::rest(X, 1.0, rest); };
-template <class K, class S, class Held = decltype(S() == S())>
-concept IsEvaluatedIn = requires(const Vector3<S> (&p)[K::particles], const S* rest, const Held& held,
+template <class K, class S, class RestOrNothing = decltype(S() == S())>
+concept IsEvaluatedIn = requires(const Vector3<S> (&p)[K::particles], const S* rest, const RestOrNothing& held,
                                  Vector3<S> (&grad)[K::particles], S& scale) {
   requires std::is_same_v<decltype(K::evaluate(p, rest, held, grad, scale)), S>;
 };

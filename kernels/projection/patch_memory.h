@@ -22,11 +22,11 @@ inline constexpr int kLocalNumbers = 8;
 /// fill, read: all of a particle; write, add: its way. Packs of any particles are gathered from both; they are
 /// scattered to rows only: the few in columns are written one by one.
 template <class R>
-struct Columns {
+struct SoaView {
   static constexpr bool side_by_side = true;
   R *x, *y, *z, *w, *dx, *dy, *dz;
   /// The first `slots` numbers of `memory` are x, and so on.
-  KERNEL static Columns over(R* memory, int slots) {
+  KERNEL static SoaView over(R* memory, int slots) {
     return {memory,
             memory + slots,
             memory + 2 * slots,
@@ -36,8 +36,8 @@ struct Columns {
             memory + 6 * slots};
   }
   /// The ways in place of where they are.
-  KERNEL Columns ways() const { return {dx, dy, dz, nullptr, nullptr, nullptr, nullptr}; }
-  KERNEL Columns from(int at) const { return {x + at, y + at, z + at, w + at, dx + at, dy + at, dz + at}; }
+  KERNEL SoaView ways() const { return {dx, dy, dz, nullptr, nullptr, nullptr, nullptr}; }
+  KERNEL SoaView from(int at) const { return {x + at, y + at, z + at, w + at, dx + at, dy + at, dz + at}; }
 
   template <class T>
   KERNEL void fill(int at, const Moving<T>& q) const {
@@ -75,14 +75,14 @@ struct Columns {
 };
 
 template <class R>
-struct Rows {
+struct AosView {
   static constexpr bool side_by_side = false;
   Vec4<R>*row, *d;
-  KERNEL static Rows over(R* memory, int slots) {
+  KERNEL static AosView over(R* memory, int slots) {
     Vec4<R>* const rows = reinterpret_cast<Vec4<R>*>(memory);
     return {rows, rows + slots};
   }
-  KERNEL Rows ways() const { return {d, nullptr}; }
+  KERNEL AosView ways() const { return {d, nullptr}; }
 
   template <class T>
   KERNEL void fill(int at, const Moving<T>& q) const {

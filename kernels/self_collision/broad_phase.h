@@ -8,9 +8,9 @@ namespace malha {
 
 /// Of what, and how near.
 template <class R>
-struct PairQuestion {
-  Units<R> units;
-  Reach<R> reach;
+struct BroadPhaseQuery {
+  ClusterBvh<R> units;
+  SweptBounds<R> reach;
   R thickness;
   bool has_bare;                  // whether any edge has no triangle
   const CrossingBodies* crosses;  // at each particle; none: nothing crosses
@@ -43,13 +43,13 @@ template <PairKind kind>
 inline constexpr UnitItems kOtherSide = kind == PairKind::Face ? kTriangles : kEdges;
 
 /// Pairs that wait until there are as many as a block holds: the particles of each.
-struct Waiting {
+struct CandidateQueue {
   int of[4][2 * kPairBlock], count = 0;
   KERNEL void add(const int (&i)[4], bool counts) {
     for (int j = 0; j < 4; ++j) of[j][count] = i[j];
     count += counts;
   }
-  KERNEL void take(const Waiting& from, int k) {
+  KERNEL void take(const CandidateQueue& from, int k) {
     for (int j = 0; j < 4; ++j) of[j][count] = from.of[j][k];
     ++count;
   }
@@ -75,9 +75,9 @@ struct Waiting {
 /// Finds the pairs that each unit owns: a core a unit, in packs. kernels/self_collision/broad_phase_cooperative.h is
 /// for a device.
 template <class R>
-struct FindPairs {
-  PairQuestion<R> of;
-  DirectPlaces places;
+struct FindCandidates {
+  BroadPhaseQuery<R> of;
+  DirectIndexMap places;
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -94,13 +94,13 @@ struct FindPairs {
     using S = Lane<R, Isa>;
     static constexpr int lanes = kLanes<R, Isa>;
 
-    const PairQuestion<R>& of;
+    const BroadPhaseQuery<R>& of;
     const int u;
-    PlacedPairs<R, DirectPlaces::Places> placed;
-    Waiting candidates, near;    // near: of the candidates, what comes as near as the thickness
-    R least_of[2 * kPairBlock];  // and how near
+    ContactBlockBuilder<R, DirectIndexMap::Places> placed;
+    CandidateQueue candidates, near;  // near: of the candidates, what comes as near as the thickness
+    R least_of[2 * kPairBlock];       // and how near
 
-    KERNEL Finder(const PairQuestion<R>& question, int unit, const DirectPlaces::Places& places)
+    KERNEL Finder(const BroadPhaseQuery<R>& question, int unit, const DirectIndexMap::Places& places)
         : of(question), u(unit) {
       placed.start(of.pairs, unit, places);
     }

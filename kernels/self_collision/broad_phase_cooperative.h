@@ -18,21 +18,21 @@ template <class R>
 struct FindPairsTogether {
   using Shared = void;
   static constexpr int kMostThreads = 32;
-  PairQuestion<R> of;
-  HashedPlaces places;
+  BroadPhaseQuery<R> of;
+  HashIndexMap places;
 
  private:
   static constexpr int kWords = 32;   // of bits: pairs of leaves that are compared at once
   static constexpr int kLeaves = 32;  // pairs of leaves whose items are
   static constexpr int kBatch = 128;  // pairs of items
   static constexpr R kFar = R(-1), kNone = R(-2);
-  struct Bench {
+  struct SharedMemory {
     unsigned overlap[kWords];                          // a bit for each pair of leaves
     unsigned short overlaps[kLeaves][kBranch];         // of each item of a leaf, a bit for each of the other
     int one[kLeaves], other[kLeaves], count[kLeaves];  // the first items of these leaves; how many of those bits
     int i[4][kBatch];                                  // particles of pairs
     R wanted[kBatch];                                  // below 0: kFar, or no pair at all
-    PlacedPairs<R, HashedPlaces::Places> placed;
+    ContactBlockBuilder<R, HashIndexMap::Places> placed;
   };
   /// Of each unit u with v: which items of which unit, and the pairs of their leaves.
   struct Leaves {
@@ -42,12 +42,12 @@ struct FindPairsTogether {
   };
 
  public:
-  static constexpr size_t kBytes = sizeof(Bench);  // of fast memory
+  static constexpr size_t kBytes = sizeof(SharedMemory);  // of fast memory
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    Bench& bench = *static_cast<Bench*>(group.memory);
-    const HashedPlaces::Places own = places.of(of.pairs.patches[group.index], of.pairs.touched);
+    SharedMemory& bench = *static_cast<SharedMemory*>(group.memory);
+    const HashIndexMap::Places own = places.of(of.pairs.patches[group.index], of.pairs.touched);
     group.for_each(own.mask + 1, [&](int k) KERNEL_LAMBDA { own.table[k] = 0; });
     group.for_each(1, [&](int) KERNEL_LAMBDA { bench.placed.start(of.pairs, group.index, own); });
     find<PairKind::Face>(group, bench, 0, false);
@@ -58,7 +58,7 @@ struct FindPairsTogether {
 
  private:
   template <PairKind kind, class Group>
-  KERNEL void find(const Group& group, Bench& bench, int section, bool bare) const {
+  KERNEL void find(const Group& group, SharedMemory& bench, int section, bool bare) const {
     const int u = group.index;
     for_each_unit<OneLane>(of.units, u, [&](int v) KERNEL_LAMBDA {
       if (!of.owns(u, v)) return;
@@ -69,7 +69,7 @@ struct FindPairsTogether {
   }
 
   template <PairKind kind, class Group>
-  KERNEL_APART void meet(const Group& group, Bench& bench, int one, int other, bool bare) const {
+  KERNEL_APART void meet(const Group& group, SharedMemory& bench, int one, int other, bool bare) const {
     constexpr UnitItems kOne = kOneSide<kind>, kOther = kOtherSide<kind>;
     const auto leaf = [&](UnitItems items, int unit) KERNEL_LAMBDA { return of.units.begin[items][unit] / kBranch; };
     const Leaves leaves{leaf(kOne, one), leaf(kOther, other), leaf(kOne, one + 1) - leaf(kOne, one),
@@ -100,7 +100,7 @@ struct FindPairsTogether {
 
   /// `count` pairs of leaves from `first` on, which may be none.
   template <PairKind kind>
-  KERNEL int compare_leaves(Bench& bench, const Leaves& leaves, int first, int count, int word) const {
+  KERNEL int compare_leaves(SharedMemory& bench, const Leaves& leaves, int first, int count, int word) const {
     unsigned bits = 0;
     for (int k = 0; k < count; ++k) {
       const int a = (first + k) / leaves.of_other, b = (first + k) % leaves.of_other;
@@ -114,7 +114,7 @@ struct FindPairsTogether {
 
   /// The items of the pair of leaves that is the `which`th to overlap.
   template <PairKind kind>
-  KERNEL int compare_items(Bench& bench, const Leaves& leaves, int begin, int stretch, int which, int to) const {
+  KERNEL int compare_items(SharedMemory& bench, const Leaves& leaves, int begin, int stretch, int which, int to) const {
     int word = 0;
     for (int bits; which >= (bits = count_bits(bench.overlap[word])); ++word) which -= bits;
     const int pair = begin + word * stretch + bit_at(bench.overlap[word], which);
@@ -134,7 +134,7 @@ struct FindPairsTogether {
 
   /// The `which`th of the pairs of items that overlap: whether it is a pair, and near enough.
   template <PairKind kind>
-  KERNEL void look(Bench& bench, int which, int to, bool bare) const {
+  KERNEL void look(SharedMemory& bench, int which, int to, bool bare) const {
     int leaf = 0, item = 0;
     for (; which >= bench.count[leaf]; ++leaf) which -= bench.count[leaf];
     const unsigned short* const bits = bench.overlaps[leaf];
@@ -152,7 +152,7 @@ struct FindPairsTogether {
     bench.wanted[to] = found;
   }
 
-  KERNEL static void place(Bench& bench, int batch) {
+  KERNEL static void place(SharedMemory& bench, int batch) {
     for (int k = 0; k < batch; ++k) {
       const R wanted = bench.wanted[k];
       bench.placed.patch.candidates += wanted >= kFar;

@@ -52,7 +52,7 @@ enum UnitItems { kPoints, kTriangles, kEdges, kItemKinds };
 /// Items of each kind, unit by unit, each unit's from a multiple of kBranch on, padded with items that are nowhere
 /// (particle < 0). Particles are numbered times kIndexScale.
 template <class R>
-struct Units {
+struct ClusterBvh {
   static constexpr int kMostLevels = 9;
   int count;
   const int* begin[kItemKinds];  // of each unit's items, and one more
@@ -68,8 +68,8 @@ struct Units {
 
 /// Boxes of a unit's items, leaves, and its own.
 template <class R>
-struct BoxUnits {
-  Units<R> units;
+struct RefitLeaves {
+  ClusterBvh<R> units;
   const Box<R>* particles;
   KERNEL void operator()(int u) const {
     Box<R> whole = empty_box<R>();
@@ -99,8 +99,8 @@ struct BoxUnits {
 
 /// The boxes of a level, each around kBranch of the level below.
 template <class R>
-struct BoxLevel {
-  Units<R> units;
+struct RefitLevel {
+  ClusterBvh<R> units;
   int level;
   KERNEL void operator()(int k) const {
     const int first = k * kBranch, below = units.nodes[level - 1];
@@ -113,10 +113,10 @@ struct BoxLevel {
 
 /// Calls found(v) for every unit that may meet unit u.
 template <class Isa, class R, class Found>
-KERNEL void for_each_unit(const Units<R>& units, int u, const Found& found) {
+KERNEL void for_each_unit(const ClusterBvh<R>& units, int u, const Found& found) {
   const Box<R> b = units.node[u];
-  int first[Units<R>::kMostLevels];
-  unsigned bits[Units<R>::kMostLevels];
+  int first[ClusterBvh<R>::kMostLevels];
+  unsigned bits[ClusterBvh<R>::kMostLevels];
   const auto look = [&](int level, int at) KERNEL_LAMBDA {
     first[level] = at;
     bits[level] = overlaps<Isa>(units.node, units.level[level] + at,
@@ -141,7 +141,7 @@ KERNEL void for_each_unit(const Units<R>& units, int u, const Found& found) {
 /// Calls found(i, first, bits) for the items i of unit u and those of unit v, of these kinds, that may meet: items
 /// first + k for each bit k. Of a kind with itself in one unit, only later ones.
 template <class Isa, class R, class Found>
-KERNEL void for_each_meeting(const Units<R>& units, int u, int of_u, int v, int of_v, const Found& found) {
+KERNEL void for_each_meeting(const ClusterBvh<R>& units, int u, int of_u, int v, int of_v, const Found& found) {
   const BoxRows<R>&own = units.leaf[of_u], &other = units.leaf[of_v];
   const Box<R> whole = units.node[v];
   const int begin = units.begin[of_v][v] / kBranch, end = units.begin[of_v][v + 1] / kBranch;

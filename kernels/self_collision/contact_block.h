@@ -13,7 +13,7 @@ inline constexpr int kBlocksAhead = 4;
 /// Pairs and their contacts. C(p) = n . sum of w_j moved_j - short_of >= 0, an inequality over four particles, with n
 /// and w from x0, where nothing crosses. Padding has particles of the last row, and wants minus infinity.
 template <class R>
-struct alignas(64) PairBlock {
+struct alignas(64) ContactBlock {
   int i[4][kPairBlock];    // kIndexScale times the particles
   R wanted[kPairBlock];    // m
   R gap[kPairBlock];       // m, between planes of normal n that hold the sides apart at x0; without planes infinity
@@ -26,7 +26,7 @@ struct alignas(64) PairBlock {
 
 /// Of a block that kernels over planes will read: its particles, gaps and normals.
 template <class R>
-KERNEL void prefetch_planes(const PairBlock<R>* block) {
+KERNEL void prefetch_planes(const ContactBlock<R>* block) {
   prefetch(block->i, int(sizeof(block->i))), prefetch(block->gap, int(sizeof(block->gap) + sizeof(block->n)));
 }
 
@@ -68,7 +68,7 @@ KERNEL int first_side_of(int section) { return section == 0 ? 1 : 2; }
 template <class R>
 struct Pairs {
   PairPatch* patches;
-  PairBlock<R>* blocks;
+  ContactBlock<R>* blocks;
   PairBits* bits;
   int* touched;  // particles of patches
   int padding;   // the last row, scaled
@@ -86,7 +86,7 @@ KERNEL void for_each_pair(const Group& group, const Pairs<R>& pairs, const F& f)
 /// Where the motions of particles are found: x0, from an origin near them, whose w is the contact distance
 /// (kernels/self_collision/contact_distance.h), and how far they have moved since; its w is the inverse mass.
 template <class R>
-struct Motions {
+struct Trajectories {
   Vec4<R>*x0, *moved;
   Vector3<R> origin{R(0), R(0), R(0)};  // m
 };

@@ -44,19 +44,19 @@ template <class R>
 struct FindNearestPairs {
   using Shared = void;
   static constexpr int kMostThreads = 32;  // half of them have a pair of a block
-  Motions<R> motions;
+  Trajectories<R> motions;
   Pairs<R> pairs;
   R* nearest;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     for_each_pair(group, pairs,
-                  [&](const PairBlock<R>& block, int k, int first) KERNEL_LAMBDA { find(block, k, first); });
+                  [&](const ContactBlock<R>& block, int k, int first) KERNEL_LAMBDA { find(block, k, first); });
   }
 
  private:
-  KERNEL void find(const PairBlock<R>& block, int k, int first) const {
+  KERNEL void find(const ContactBlock<R>& block, int k, int first) const {
     if (!(block.wanted[k] > -R(INFINITY))) return;
-    const R distance = ExactPair<R>(motions.x0, block, k, first).distance;
+    const R distance = ContactFrameDouble<R>(motions.x0, block, k, first).distance;
     if (!(distance > R(0) && distance < block.wanted[k])) return;
     for (int j = 0; j < 4; ++j) {
       R& own = nearest[block.i[j][k] / kIndexScale<R>];

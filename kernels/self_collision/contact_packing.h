@@ -7,7 +7,7 @@ namespace malha {
 
 /// What a core needs while it finds the pairs of a unit: of each particle its place in a list of those that have a
 /// pair, below 0 before and after, that list, and in which open blocks each of them is.
-struct DirectPlaces {
+struct DirectIndexMap {
   int particles;
 
   struct Places {
@@ -38,7 +38,7 @@ struct DirectPlaces {
 
 /// The same for a device, where all units are searched at once: each has a table of what it lists, which is hashed, as
 /// far as its list has room.
-struct HashedPlaces {
+struct HashIndexMap {
   static constexpr int kEntries = 4;  // a particle that there is room for: at most half of the table is full
   int* table;                         // 0, or a place and 1
   OpenBlocks* taken;                  // of each of them
@@ -69,7 +69,7 @@ struct HashedPlaces {
 
 /// The pairs of a unit, one after the other.
 template <class R, class Places>
-struct PlacedPairs {
+struct ContactBlockBuilder {
   Pairs<R> pairs;
   PairPatch patch;
   Places places;
@@ -97,7 +97,7 @@ struct PlacedPairs {
     if (slot < 0) close(), slot = packer.place(local);
     ++patch.pairs;
     if (slot / kPairBlock >= patch.capacity) return;
-    PairBlock<R>& block = pairs.blocks[patch.begin + slot / kPairBlock];
+    ContactBlock<R>& block = pairs.blocks[patch.begin + slot / kPairBlock];
     for (int j = 0; j < 4; ++j) block.i[j][slot % kPairBlock] = scaled[j];
     block.wanted[slot % kPairBlock] = wanted;
   }
@@ -118,7 +118,7 @@ struct PlacedPairs {
   /// Pads the open blocks.
   KERNEL void close() {
     for (int b = 0; b < packer.open && packer.first + b < patch.capacity; ++b) {
-      PairBlock<R>& block = pairs.blocks[patch.begin + packer.first + b];
+      ContactBlock<R>& block = pairs.blocks[patch.begin + packer.first + b];
       for (int k = packer.filled[b]; k < kPairBlock; ++k) {
         for (int j = 0; j < 4; ++j) block.i[j][k] = pairs.padding;
         block.wanted[k] = -R(INFINITY);

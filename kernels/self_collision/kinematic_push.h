@@ -17,12 +17,12 @@ struct CountFixed {
 /// Of them, those that move. Returns how many.
 template <class R>
 struct MarkDriven {
-  Motions<R> motions;
-  Held* held;
+  Trajectories<R> motions;
+  MotionState* held;
   KERNEL Sum operator()(int i) const {
     const Vec4<R> m = motions.moved[i];
     const bool drives = m.w == R(0) && (m.x != R(0) || m.y != R(0) || m.z != R(0));
-    held[i] = drives ? Held::Driven : Held::Free;
+    held[i] = drives ? MotionState::Pushed : MotionState::Free;
     return {drives ? 1.0 : 0.0};
   }
 };
@@ -30,21 +30,21 @@ struct MarkDriven {
 /// Of crossing pairs the side without pins gives way; where neither has any, the one that is not driven yet; each half
 /// of the way where both are. Groups: patches of one phase.
 template <class R>
-struct DriveCrossing {
-  Motions<R> motions;
+struct PushByKinematic {
+  Trajectories<R> motions;
   Pairs<R> pairs;
-  NearRules<R> rules;
-  const PairsLeft* left;
-  Held* held;
+  ContactParams<R> rules;
+  const ViolationCount* left;
+  MotionState* held;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    for_each_crossing(group, pairs, left, [&](const PairBlock<R>& block, int k, int section) KERNEL_LAMBDA {
+    for_each_crossing(group, pairs, left, [&](const ContactBlock<R>& block, int k, int section) KERNEL_LAMBDA {
       drive(block, k, first_side_of(section));
     });
   }
 
  private:
-  KERNEL void drive(const PairBlock<R>& block, int k, int first) const {
+  KERNEL void drive(const ContactBlock<R>& block, int k, int first) const {
     const Vector3<R> n{block.n[0][k], block.n[1][k], block.n[2][k]};
     int i[4];
     R at[4];
@@ -54,7 +54,7 @@ struct DriveCrossing {
       i[j] = block.i[j][k] / kIndexScale<R>;
       at[j] = dot(n, motions.x0[i[j]].xyz() - motions.x0[i[0]].xyz()) + dot(n, motions.moved[i[j]].xyz());
       sides.add(j, first, at[j]);
-      const int drives = held[i[j]] != Held::Driven ? 0 : motions.moved[i[j]].w > R(0) ? 1 : 2;
+      const int drives = held[i[j]] != MotionState::Pushed ? 0 : motions.moved[i[j]].w > R(0) ? 1 : 2;
       int& side = j < first ? one : other;
       side = drives > side ? drives : side;
     }
@@ -69,7 +69,7 @@ struct DriveCrossing {
       Vec4<R>& m = motions.moved[i[j]];
       if (!(m.w > R(0)) || (j < first ? at[j] >= low : at[j] <= high)) continue;
       m.set(m.xyz() + n * ((j < first ? low : high) - at[j]));
-      held[i[j]] = Held::Driven;
+      held[i[j]] = MotionState::Pushed;
     }
   }
 };
@@ -77,16 +77,16 @@ struct DriveCrossing {
 /// What pins went through all the same goes where they go, and what that would go through: what moves alike cannot
 /// cross. Counts those in `left`. Groups: patches of one phase.
 template <class R>
-struct CarryCrossing {
-  Motions<R> motions;
+struct MoveWithKinematic {
+  Trajectories<R> motions;
   Pairs<R> pairs;
   Carriers carriers;
-  PairsLeft* left;
-  Held* held;
+  ViolationCount* left;
+  MotionState* held;
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     int carried = 0;
-    for_each_crossing(group, pairs, left, [&](const PairBlock<R>& block, int k, int) KERNEL_LAMBDA {
+    for_each_crossing(group, pairs, left, [&](const ContactBlock<R>& block, int k, int) KERNEL_LAMBDA {
       int i[4], by = -1;
       for (int j = 0; j < 4; ++j) {
         i[j] = block.i[j][k] / kIndexScale<R>;
@@ -94,9 +94,9 @@ struct CarryCrossing {
       }
       for (int j = 0; j < 4 && by >= 0; ++j) {
         Vec4<R>& m = motions.moved[i[j]];
-        if (!(m.w > R(0)) || held[i[j]] == Held::Carried) continue;
+        if (!(m.w > R(0)) || held[i[j]] == MotionState::Kinematic) continue;
         m.set(carried_by(by, i[j]));
-        held[i[j]] = Held::Carried, ++carried;
+        held[i[j]] = MotionState::Kinematic, ++carried;
       }
     });
     left[group.index] = {carried, 0};
@@ -104,7 +104,7 @@ struct CarryCrossing {
 
  private:
   KERNEL bool drives(int i) const {
-    return held[i] == Held::Carried || (held[i] == Held::Driven && !(motions.moved[i].w > R(0)));
+    return held[i] == MotionState::Kinematic || (held[i] == MotionState::Pushed && !(motions.moved[i].w > R(0)));
   }
   KERNEL Vector3<R> carried_by(int by, int i) const {
     if (carriers.of == nullptr || carriers.of[by] == kNobody) return motions.moved[by].xyz();

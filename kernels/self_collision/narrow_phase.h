@@ -8,7 +8,7 @@ namespace malha {
 
 /// How near a pair may be: as its search wants it, or nearer where its particles' contact distances are smaller.
 template <class R>
-KERNEL R least_distance(const Motions<R>& motions, const PairBlock<R>& block, int k) {
+KERNEL R least_distance(const Trajectories<R>& motions, const ContactBlock<R>& block, int k) {
   R least = block.wanted[k];
   for (int j = 0; j < 4; ++j) least = smaller(least, motions.x0[block.i[j][k] / kIndexScale<R>].w);
   return least;
@@ -16,7 +16,7 @@ KERNEL R least_distance(const Motions<R>& motions, const PairBlock<R>& block, in
 
 /// What decides what is near.
 template <class R>
-struct NearRules {
+struct ContactParams {
   R recovery;  // of a distance below the wanted one, this share is made up for in a substep
   R ahead;     // m: what comes as near as this may still be pushed
   R least;     // m: no gap closes further
@@ -24,16 +24,16 @@ struct NearRules {
 
 /// One pair in double.
 template <class R>
-struct ExactPair {
+struct ContactFrameDouble {
   Vector3<R> n{R(0), R(0), R(0)};
   R w[4] = {}, distance = R(0), gap = R(INFINITY);  // as they are where the sides touch: neither is known
 
   /// The k-th of a block; `first`: particles of the one side.
-  KERNEL ExactPair(const Vec4<R>* x0, const PairBlock<R>& block, int k, int first_of) : first(first_of) {
+  KERNEL ContactFrameDouble(const Vec4<R>* x0, const ContactBlock<R>& block, int k, int first_of) : first(first_of) {
     for (int j = 0; j < 4; ++j) x[j] = in_double(x0[block.i[j][k] / kIndexScale<R>].xyz());
     double weight[4];
-    LookAtCandidate<R>::weigh(first, x, weight);
-    const Vector3<double> apart = LookAtCandidate<R>::between(x, weight);
+    EvaluateCandidate<R>::weigh(first, x, weight);
+    const Vector3<double> apart = EvaluateCandidate<R>::between(x, weight);
     const double exact = root(dot(apart, apart));
     if (!(exact > 0)) return;
     stand(apart, weight);
@@ -42,14 +42,14 @@ struct ExactPair {
 
   /// Turns n to the normal where the motion ends, or half the way there, if along it the sides are apart by half of
   /// what they are now, or of what is wanted, at the start and at the end. The distance is then that along n.
-  KERNEL void turn(const Vec4<R>* moved, const PairBlock<R>& block, int k) {
+  KERNEL void turn(const Vec4<R>* moved, const ContactBlock<R>& block, int k) {
     const double enough = 0.5 * smaller(double(distance), double(block.wanted[k]));
-    const ExactPair before = *this;
+    const ContactFrameDouble before = *this;
     Vector3<double> end[4];
     double weight[4];
     for (int j = 0; j < 4; ++j) end[j] = x[j] + in_double(moved[block.i[j][k] / kIndexScale<R>].xyz());
-    LookAtCandidate<R>::weigh(first, end, weight);
-    const Vector3<double> there = unit(LookAtCandidate<R>::between(end, weight));
+    EvaluateCandidate<R>::weigh(first, end, weight);
+    const Vector3<double> there = unit(EvaluateCandidate<R>::between(end, weight));
     stand(there, weight);
     if (!(gap_of(x) > enough)) {
       for (int j = 0; j < 4; ++j) weight[j] = double(before.w[j]);
@@ -59,7 +59,7 @@ struct ExactPair {
         return;
       }
     }
-    gap = R(gap_of(x)), distance = R(dot(in_double(n), LookAtCandidate<R>::between(x, weight)));
+    gap = R(gap_of(x)), distance = R(dot(in_double(n), EvaluateCandidate<R>::between(x, weight)));
   }
 
  private:
@@ -80,12 +80,12 @@ struct ExactPair {
 };
 
 template <class R>
-struct LookAtPairs {
+struct NarrowPhase {
   using Shared = void;
   static constexpr int kMostThreads = 32;
-  Motions<R> motions;
+  Trajectories<R> motions;
   Pairs<R> pairs;
-  NearRules<R> rules;
+  ContactParams<R> rules;
   R* room;  // of each patch, by which its gaps may close at least (m)
 
   template <class Group>
@@ -96,7 +96,7 @@ struct LookAtPairs {
         patch.all(), R(INFINITY),
         [&](int k) KERNEL_LAMBDA {
           const int b = patch.begin + k, section = patch.section_of(k);
-          const PairBlock<R>* const ahead = pairs.blocks + b + kBlocksAhead;
+          const ContactBlock<R>* const ahead = pairs.blocks + b + kBlocksAhead;
           prefetch(ahead->i, int(sizeof(ahead->i) + sizeof(ahead->wanted)));
           return section == 0 ? look<Isa, PairKind::Face>(pairs.blocks[b], pairs.bits[b], false)
                               : look<Isa, PairKind::Edges>(pairs.blocks[b], pairs.bits[b], section == 2);
@@ -113,7 +113,7 @@ struct LookAtPairs {
 
   /// Gives by which the gaps of the block may close at least.
   template <class Isa, PairKind kind>
-  KERNEL R look(PairBlock<R>& block, PairBits& of, bool bare) const {
+  KERNEL R look(ContactBlock<R>& block, PairBits& of, bool bare) const {
     using S = Lane<R, Isa>;
     constexpr int lanes = kLanes<R, Isa>;
     const S zero = S(R(0)), none = S(R(INFINITY));
@@ -178,8 +178,8 @@ struct LookAtPairs {
   }
 
   template <PairKind kind, class S>
-  KERNEL void look_again(const PairBlock<R>& block, int k, int l, Seen<S>& seen, bool turns) const {
-    ExactPair<R> exact(motions.x0, block, k + l, first_side(kind));
+  KERNEL void look_again(const ContactBlock<R>& block, int k, int l, Seen<S>& seen, bool turns) const {
+    ContactFrameDouble<R> exact(motions.x0, block, k + l, first_side(kind));
     if (turns) exact.turn(motions.moved, block, k + l);
     set_lane(seen.n.x, l, exact.n.x), set_lane(seen.n.y, l, exact.n.y), set_lane(seen.n.z, l, exact.n.z);
     set_lane(seen.distance, l, exact.distance), set_lane(seen.gap, l, exact.gap);

@@ -42,7 +42,7 @@ struct HeldSums {
 template <class R>
 struct NoteMotion {
   Points<R> v;
-  Motions<R> motions;
+  Trajectories<R> motions;
   Vec4<R>* before;
   KERNEL void operator()(int i) const {
     const Vector3<R> d = motions.moved[i].xyz(), u = v[i];
@@ -141,8 +141,8 @@ struct HeldMotion {
 /// Of each run; nothing of those without a particle that is to be held.
 template <class R>
 struct SumHeldMotion {
-  Motions<R> motions;
-  const Held* held;
+  Trajectories<R> motions;
+  const MotionState* held;
   const ParticleRun* runs;
   HeldMotion* sums;
   KERNEL void operator()(int r) const {
@@ -154,7 +154,7 @@ struct SumHeldMotion {
       const double m = 1 / double(motions.moved[i].w);
       sum.mean += {{m * d.x, m * d.y, m * d.z}, m};
       sum.farthest = larger(sum.farthest, larger(magnitude(x.x), larger(magnitude(x.y), magnitude(x.z))));
-      any = any || held[i] == Held::Limited;
+      any = any || held[i] == MotionState::Truncating;
     }
     sums[r] = any ? sum : HeldMotion{};
   }

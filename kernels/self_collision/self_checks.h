@@ -9,8 +9,8 @@ template <class R>
 struct SelfChecks {
   MeanMotion mean;
   Vector3<R> common;  // as a motion in R, m
-  Stay stay;
-  PairsLeft left;
+  BoundsViolations stay;
+  ViolationCount left;
 };
 
 /// One item.

@@ -111,7 +111,7 @@ struct ContactRules {
 /// Looks at a candidate: whether it is a contact, and which. In double: where a pair lies a thousandth of its size
 /// apart, a normal from float's differences leans enough that planes along it let the pair creep through itself.
 template <class R>
-struct LookAtCandidate {
+struct EvaluateCandidate {
   const Candidate* candidates;
   Reaches<R> reaches;
   ContactRules<R> rules;
@@ -234,7 +234,7 @@ struct LookAtCandidate {
 /// 1 where the candidate is worth a look.
 template <class R>
 struct CountMeetings {
-  LookAtCandidate<R> look;
+  EvaluateCandidate<R> look;
   int* meets;
   KERNEL void operator()(int c) const { meets[c] = look.may_meet(look.candidates[c]) ? 1 : 0; }
 };

@@ -8,7 +8,7 @@ namespace malha {
 
 /// Groups: patches of one phase, whose particles are theirs alone.
 template <class R, bool rubs>
-struct PushPairs {
+struct SolveContacts {
   using Shared = void;
   static constexpr int kMostThreads = 32;  // half of them have a pair of a block
   Pairs<R> pairs;
@@ -36,7 +36,7 @@ struct PushPairs {
 
  private:
   template <class S>
-  KERNEL void push(PairBlock<R>& block, int k, unsigned own) const {
+  KERNEL void push(ContactBlock<R>& block, int k, unsigned own) const {
     const S zero(R(0)), one(R(1));
     Vector3<S> m[4], n;
     S u[4], w[4], short_of, lambda;

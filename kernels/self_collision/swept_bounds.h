@@ -8,10 +8,10 @@ namespace malha {
 
 /// moved = p - x0, and the inverse mass.
 template <class R>
-struct StoreMoved {
+struct ComputeDisplacements {
   Displaced<R> p;
   const R* w;
-  Motions<R> motions;
+  Trajectories<R> motions;
   KERNEL void operator()(int i) const {
     const Vector3<R> d = p.from(i, motions.x0[i].xyz(), motions.origin);
     motions.moved[i] = {d.x, d.y, d.z, w[i]};
@@ -20,8 +20,8 @@ struct StoreMoved {
 
 /// p = x0 + moved, of those that pushes moved.
 template <class R>
-struct TakeMoved {
-  Motions<R> motions;
+struct ApplyDisplacements {
+  Trajectories<R> motions;
   Displaced<R> p;
   KERNEL void operator()(int i) const {
     const Vector3<R> x0 = motions.x0[i].xyz(), d = motions.moved[i].xyz();
@@ -36,9 +36,9 @@ struct CommonFrame {
 };
 
 /// Of all particles: how many leave their boxes, or would if they were held.
-struct Stay {
+struct BoundsViolations {
   double outside = 0, unheld = 0;
-  KERNEL Stay& operator+=(const Stay& o) {
+  KERNEL BoundsViolations& operator+=(const BoundsViolations& o) {
     outside += o.outside, unheld += o.unheld;
     return *this;
   }
@@ -49,7 +49,7 @@ template <class R>
 struct BoxAround {
   Vector3<R> low, high;
   /// With this share of what lies beyond the way.
-  KERNEL BoxAround(const Reach<R>& reach, int i, R share) {
+  KERNEL BoxAround(const SweptBounds<R>& reach, int i, R share) {
     const R beyond = share * reach.from[i].w;
     const Vector3<R> way = reach.way[i].xyz();
     low = {smaller(way.x, R(0)) - beyond, smaller(way.y, R(0)) - beyond, smaller(way.z, R(0)) - beyond};
@@ -68,15 +68,15 @@ KERNEL constexpr R within_rounding() {
 
 /// Start, end and the place where it may be held: the start, moved as what is held.
 template <class R>
-struct StayInReach {
-  Motions<R> motions;
-  Reach<R> reach;
+struct CheckSweptBounds {
+  Trajectories<R> motions;
+  SweptBounds<R> reach;
   CommonFrame<R> frame;
   const Vector3<R>* moves;  // of the frame, where a launch has left it; null: as it says
   R share;                  // of what lies beyond the way
   const unsigned char* takes_part;
   Vector3<R> rest{R(0), R(0), R(0)};  // motion of what is held, m
-  KERNEL Stay operator()(int i) const {
+  KERNEL BoundsViolations operator()(int i) const {
     const Vector3<R> common = moves != nullptr ? *moves : frame.moves, own = motions.moved[i].xyz() - common;
     if (!takes_part[i] || !((own.x + own.y + own.z) * R(0) == R(0))) return {};
     const Vector3<R> start = motions.x0[i].xyz() - reach.from[i].xyz() - frame.since;
@@ -87,9 +87,9 @@ struct StayInReach {
 
 /// Puts a particle that left its box back into it.
 template <class R>
-struct KeepInReach {
-  Motions<R> motions;
-  Reach<R> reach;
+struct ClampToSweptBounds {
+  Trajectories<R> motions;
+  SweptBounds<R> reach;
   CommonFrame<R> frame;
   Displaced<R> p;
   const unsigned char* takes_part;
@@ -111,7 +111,7 @@ struct KeepInReach {
 
 /// What decides how far a search looks.
 template <class R>
-struct SearchRules {
+struct BroadPhaseParams {
   R slack;   // m, beyond every way
   R swerve;  // and as much of a substep's way
   R far;     // along a way as far as this, m, but at least a substep's
@@ -120,12 +120,12 @@ struct SearchRules {
 
 /// What a search that shall serve some substeps starts from.
 template <class R>
-struct StartReach {
-  Motions<R> motions;
+struct InitSweptBounds {
+  Trajectories<R> motions;
   Vector3<R> common;  // of the substep's motion, m
   R ahead;            // substeps, at most
-  SearchRules<R> rules;
-  Reach<R> reach;
+  BroadPhaseParams<R> rules;
+  SweptBounds<R> reach;
   KERNEL void operator()(int i) const {
     const Vector3<R> x0 = motions.x0[i].xyz();
     Vector3<R> own = motions.moved[i].xyz() - common;
@@ -140,8 +140,8 @@ struct StartReach {
 
 /// Their boxes, by `wanted` wider, from an origin near all.
 template <class R>
-struct BoxReach {
-  Reach<R> reach;
+struct ComputeSweptAabbs {
+  SweptBounds<R> reach;
   R wanted;
   Box<R>* boxes;
   KERNEL void operator()(int i) const {
@@ -155,7 +155,7 @@ struct BoxReach {
 /// Patches that share a particle are never worked on at once: each gets the first phase that none of those before it
 /// with a particle of its own has. One item, of which one thread of a device would take longer than the way to the
 /// host.
-struct PhasePatches {
+struct ColorPatches {
   using AsksTheHost = void;
   const PairPatch* patches;
   const int* touched;

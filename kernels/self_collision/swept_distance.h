@@ -7,7 +7,7 @@ namespace malha {
 
 /// Where particles may go in the frame of their common motion: from where they were at the search.
 template <class R>
-struct Reach {
+struct SweptBounds {
   Vec4<R>* from;  // w: how far beyond the way, in every direction
   Vec4<R>* way;
   Vec4<R>* rest;  // positions at the start of the scene, from an origin; w: the body
@@ -22,7 +22,7 @@ KERNEL CrossingBodies crossing_bit(int one, int other) {
 
 /// Whether the bodies of four particles cross at both sides: such pairs must be able to part.
 template <PairKind kind, class R>
-KERNEL bool cross_at_both_sides(const Reach<R>& reach, const CrossingBodies* crosses, const int (&scaled)[4]) {
+KERNEL bool cross_at_both_sides(const SweptBounds<R>& reach, const CrossingBodies* crosses, const int (&scaled)[4]) {
   const auto particle = [&](int j) KERNEL_LAMBDA { return scaled[j] / kIndexScale<R>; };
   const CrossingBodies both = crossing_bit(int(reach.rest[particle(0)].w), int(reach.rest[particle(3)].w));
   CrossingBodies one = 0, other = 0;
@@ -37,7 +37,7 @@ struct PairIndices {
 
 /// How near pairs can come, at least: as many as a pack has lanes.
 template <PairKind kind, class S, class R>
-KERNEL S nearest_in_reach(const Reach<R>& reach, const PairIndices& at) {
+KERNEL S nearest_in_reach(const SweptBounds<R>& reach, const PairIndices& at) {
   const S zero(R(0));
   Vector3<S> x[4];
   S beyond[4], unused, w[4];
@@ -67,7 +67,7 @@ KERNEL S nearest_in_reach(const Reach<R>& reach, const PairIndices& at) {
 
 /// How near they may: the thickness, or half as far as at rest where that is less.
 template <PairKind kind, class S, class R>
-KERNEL S wanted_in_reach(const Reach<R>& reach, R thickness, const PairIndices& at) {
+KERNEL S wanted_in_reach(const SweptBounds<R>& reach, R thickness, const PairIndices& at) {
   Vector3<S> x[4];
   S body[4], w[4];
   for (int j = 0; j < 4; ++j) gather_rows(reach.rest, at.of[j], x[j], body[j]);

@@ -11,13 +11,13 @@
 namespace malha {
 
 /// What becomes of a particle while others are held. Driven: by pins, out of their way; Carried: with them.
-enum class Held : unsigned char { Free, Driven, Limited, Held, Carried };
+enum class MotionState : unsigned char { Free, Pushed, Truncating, Truncated, Kinematic };
 
 /// Pairs of a patch, or of all, that are about to cross: those that holding back can still help, and those of particles
 /// that are fixed.
-struct PairsLeft {
+struct ViolationCount {
   int free = 0, fixed = 0;
-  KERNEL PairsLeft& operator+=(const PairsLeft& o) {
+  KERNEL ViolationCount& operator+=(const ViolationCount& o) {
     free += o.free, fixed += o.fixed;
     return *this;
   }
@@ -25,16 +25,16 @@ struct PairsLeft {
 
 /// Marks the pairs of a patch that are about to cross, and counts them. A pair that was not near becomes so, if `adds`.
 template <class R>
-struct FindCrossings {
+struct FindViolations {
   using Shared = void;
   static constexpr int kMostThreads = 32;
-  Motions<R> motions;
+  Trajectories<R> motions;
   Pairs<R> pairs;
-  NearRules<R> rules;
+  ContactParams<R> rules;
   const R* room;
   bool adds;
-  const Held* held;  // none: nothing is held yet
-  PairsLeft* left;   // of each patch
+  const MotionState* held;  // none: nothing is held yet
+  ViolationCount* left;     // of each patch
 
   template <class Group>
   KERNEL void operator()(const Group& group) const {
@@ -47,12 +47,12 @@ struct FindCrossings {
     }
     const bool reads_most = most > R(10) * rules.ahead;  // blocks: they move by about the thickness
     left[group.index] = group.gather(
-        patch.all(), PairsLeft{},
+        patch.all(), ViolationCount{},
         [&](int k) KERNEL_LAMBDA {
           if (reads_most) prefetch_planes(pairs.blocks + patch.begin + k + kBlocksAhead);
           return look<Isa>(patch.begin + k, patch.section_of(k), most);
         },
-        [](PairsLeft& count, const PairsLeft& of_block) KERNEL_LAMBDA { count += of_block; });
+        [](ViolationCount& count, const ViolationCount& of_block) KERNEL_LAMBDA { count += of_block; });
   }
 
  private:
@@ -72,15 +72,15 @@ struct FindCrossings {
   }
 
   template <class Isa>
-  KERNEL PairsLeft look(int b, int section, R most) const {
-    PairBlock<R>& block = pairs.blocks[b];
+  KERNEL ViolationCount look(int b, int section, R most) const {
+    ContactBlock<R>& block = pairs.blocks[b];
     const unsigned found =
         section == 0 ? look<Isa, PairKind::Face>(block, most) : look<Isa, PairKind::Edges>(block, most);
     pairs.bits[b].crossing = static_cast<unsigned short>(found);
-    PairsLeft count;
+    ViolationCount count;
     for (unsigned bits = found; bits != 0; bits &= bits - 1) {
       const int k = lowest_bit(bits);
-      const PairsLeft one = left_of(block, k);
+      const ViolationCount one = left_of(block, k);
       count += one;
       if (one.free > 0 && adds && !(pairs.bits[b].near >> k & 1)) add(block, k, section, pairs.bits[b]);
     }
@@ -88,7 +88,7 @@ struct FindCrossings {
   }
 
   template <class Isa, PairKind kind>
-  KERNEL unsigned look(const PairBlock<R>& block, R most) const {
+  KERNEL unsigned look(const ContactBlock<R>& block, R most) const {
     using S = Lane<R, Isa>;
     constexpr int lanes = kLanes<R, Isa>;
     unsigned found = 0;
@@ -118,29 +118,29 @@ struct FindCrossings {
   }
 
   /// What a crossing pair counts as; nothing where all that can move is held.
-  KERNEL PairsLeft left_of(const PairBlock<R>& block, int k) const {
+  KERNEL ViolationCount left_of(const ContactBlock<R>& block, int k) const {
     int fixed = 1;
     for (int j = 0; j < 4; ++j) {
       const int i = block.i[j][k] / kIndexScale<R>;
       if (!(motions.moved[i].w > R(0))) continue;
-      if (held == nullptr || held[i] < Held::Held) return {1, 0};
+      if (held == nullptr || held[i] < MotionState::Truncated) return {1, 0};
       fixed = 0;
     }
     return {0, fixed};
   }
 
-  KERNEL void add(PairBlock<R>& block, int k, int section, PairBits& bits) const {
+  KERNEL void add(ContactBlock<R>& block, int k, int section, PairBits& bits) const {
     // What an earlier look left of those that are not near is no contact.
     for (int l = 0; l < kPairBlock; ++l)
       if (!(bits.near >> l & 1)) clear(block, l);
     bits.near |= static_cast<unsigned short>(1u << k);
-    const ExactPair<R> exact(motions.x0, block, k, first_side_of(section));
+    const ContactFrameDouble<R> exact(motions.x0, block, k, first_side_of(section));
     block.n[0][k] = exact.n.x, block.n[1][k] = exact.n.y, block.n[2][k] = exact.n.z;
     for (int j = 0; j < 3; ++j) block.w[j][k] = exact.w[1 + j];
     const R lacks = least_distance(motions, block, k) - exact.distance;
     block.short_of[k] = lacks > R(0) ? rules.recovery * lacks : lacks;
   }
-  KERNEL static void clear(PairBlock<R>& block, int k) {
+  KERNEL static void clear(ContactBlock<R>& block, int k) {
     for (int j = 0; j < 3; ++j) block.w[j][k] = block.slip[j][k] = R(0);
     block.short_of[k] = -R(INFINITY), block.lambda[k] = R(0);
   }
@@ -149,7 +149,7 @@ struct FindCrossings {
 /// Calls f(block, k, section) for every pair of a patch that is about to cross, if any of them can be helped. Of a
 /// block of threads each has some of them.
 template <class R, class Group, class F>
-KERNEL void for_each_crossing(const Group& group, const Pairs<R>& pairs, const PairsLeft* left, const F& f) {
+KERNEL void for_each_crossing(const Group& group, const Pairs<R>& pairs, const ViolationCount* left, const F& f) {
   if (left[group.index].free == 0) return;
   const PairPatch patch = pairs.patches[group.index];
   group.for_each(patch.all(), [&](int of) KERNEL_LAMBDA {
@@ -163,26 +163,27 @@ KERNEL void for_each_crossing(const Group& group, const Pairs<R>& pairs, const P
 template <class R>
 struct SumLeft {
   Pairs<R> pairs;
-  const PairsLeft* left;
-  KERNEL PairsLeft operator()(int u) const { return pairs.patches[u].all() > 0 ? left[u] : PairsLeft{}; }
+  const ViolationCount* left;
+  KERNEL ViolationCount operator()(int u) const { return pairs.patches[u].all() > 0 ? left[u] : ViolationCount{}; }
 };
 
 /// The particles of crossing pairs are to be held: whoever writes it, it is the same. Groups: patches of one phase.
 template <class R>
-struct LimitCrossing {
+struct MarkViolating {
   using Shared = void;
   static constexpr int kMostThreads = 32;
-  Motions<R> motions;
+  Trajectories<R> motions;
   Pairs<R> pairs;
-  const PairsLeft* left;
-  Held* held;
+  const ViolationCount* left;
+  MotionState* held;
   R* part;  // of its motion, that a particle may keep
   template <class Group>
   KERNEL void operator()(const Group& group) const {
-    for_each_crossing(group, pairs, left, [&](const PairBlock<R>& block, int k, int) KERNEL_LAMBDA {
+    for_each_crossing(group, pairs, left, [&](const ContactBlock<R>& block, int k, int) KERNEL_LAMBDA {
       for (int j = 0; j < 4; ++j) {
         const int i = block.i[j][k] / kIndexScale<R>;
-        if (held[i] < Held::Limited && motions.moved[i].w > R(0)) held[i] = Held::Limited, part[i] = R(1);
+        if (held[i] < MotionState::Truncating && motions.moved[i].w > R(0))
+          held[i] = MotionState::Truncating, part[i] = R(1);
       }
     });
   }
@@ -191,13 +192,13 @@ struct LimitCrossing {
 /// They go only as far, beside the motion of what is held, as none of their pairs can be broken by it. Groups: patches
 /// of one phase.
 template <class R>
-struct LimitParts {
+struct ComputeTruncation {
   using Shared = void;
   static constexpr int kMostThreads = 32;  // half of them have a pair of a block
-  Motions<R> motions;
+  Trajectories<R> motions;
   Pairs<R> pairs;
-  NearRules<R> rules;
-  const Held* held;
+  ContactParams<R> rules;
+  const MotionState* held;
   R* part;
   Vector3<R> rest;  // motion of what is held, m
   template <class Group>
@@ -215,14 +216,14 @@ struct LimitParts {
 
  private:
   template <class Isa, PairKind kind>
-  KERNEL void limit(const PairBlock<R>& block, int k) const {
+  KERNEL void limit(const ContactBlock<R>& block, int k) const {
     using S = Lane<R, Isa>;
     constexpr int lanes = kLanes<R, Isa>, first = first_side(kind);
     unsigned limited[4], any = 0;  // a bit a lane
     for (int j = 0; j < 4; ++j) {
       limited[j] = 0;
       for (int l = 0; l < lanes; ++l)
-        limited[j] |= unsigned(held[block.i[j][k + l] / kIndexScale<R>] == Held::Limited) << l;
+        limited[j] |= unsigned(held[block.i[j][k + l] / kIndexScale<R>] == MotionState::Truncating) << l;
       any |= limited[j];
     }
     if (any == 0) return;
@@ -258,18 +259,18 @@ struct LimitParts {
 
 /// Puts them there.
 template <class R>
-struct HoldLimited {
-  Motions<R> motions;
+struct TruncateDisplacements {
+  Trajectories<R> motions;
   Displaced<R> p;
   const R* part;
-  Held* held;
+  MotionState* held;
   Vector3<R> rest;
   KERNEL void operator()(int i) const {
-    if (held[i] != Held::Limited) return;
+    if (held[i] != MotionState::Truncating) return;
     const Vector3<R> x0 = motions.x0[i].xyz();
     p.set_from(i, x0, motions.origin, rest + (motions.moved[i].xyz() - rest) * part[i]);
     motions.moved[i].set(p.from(i, x0, motions.origin));
-    held[i] = Held::Held;
+    held[i] = MotionState::Truncated;
   }
 };
 

@@ -40,7 +40,7 @@ KERNEL void scatter_rows(Vec4<R>* rows, const Index* index, const Vector3<R>& po
 }
 
 /// Lanes of a pack of R: what a register holds, but at least four, because particles come and go in blocks of four.
-template <class R, class Isa = Own>
+template <class R, class Isa = NativeIsa>
 inline constexpr int kLanes = Isa::register_bytes < 4 * int(sizeof(R)) ? 4 : Isa::register_bytes / int(sizeof(R));
 template <class R>
 inline constexpr int kLanes<R, OneLane> = 1;
@@ -51,7 +51,7 @@ template <class R>
 struct LaneOf<R, 1> {
   using type = R;
 };
-template <class R, class Isa = Own>
+template <class R, class Isa = NativeIsa>
 using Lane = typename LaneOf<R, kLanes<R, Isa>>::type;
 
 /// What packs offer (below), of a single number.

@@ -224,9 +224,9 @@ TEST(Hand, StaysWhereItIsWhileTheMeshTears) {
   }
   const int tears = simulation.tears();
   ASSERT_GT(tears, 0);
-  const std::vector<Taken> held = simulation.held();
+  const std::vector<ParticleHandle> held = simulation.held();
   ASSERT_EQ(held.size(), 6u);
-  for (const Taken& one : held) {
+  for (const ParticleHandle& one : held) {
     if (!one.is_held()) {
       EXPECT_EQ(one.particle, of_last + tears) << "all duplicates come before the last body";
       EXPECT_EQ(one.to, (Vec3{10, 1, 1}));

@@ -45,11 +45,11 @@ class ContactBench {
   void pin(int i) { w_[i] = R(0); }
   void push(int i, const Point& v) { v_.set(i, {R(v.x), R(v.y), R(v.z)}); }
   double time() const { return time_; }
-  Collider<Executor, R>& collider() { return collider_; }
-  const Collider<Executor, R>& collider() const { return collider_; }
+  EnvironmentCollider<Executor, R>& collider() { return collider_; }
+  const EnvironmentCollider<Executor, R>& collider() const { return collider_; }
   /// What is remembered of a particle that is near.
-  Near& near(int i) {
-    const Nearby<R> nearby = collider_.nearby(0);
+  ProximityRecord& near(int i) {
+    const ContactCacheView<R> nearby = collider_.nearby(0);
     return nearby.near[nearby.slot(i)];
   }
   void forget() { collider_.remember({}); }
@@ -66,7 +66,7 @@ class ContactBench {
 
   Executor executor_;
   Model model_;
-  Collider<Executor, R> collider_;
+  EnvironmentCollider<Executor, R> collider_;
   PointList<R> x_, low_, v_, d_;  // low_: what x_ lacks
   std::vector<R> w_;
   double time_ = 0;

@@ -48,13 +48,13 @@ class NearASurface {
   /// How many of all are left to the host.
   int find(bool by_lists) {
     memory_.make_room(Serial{}, count_, static_cast<int>(words_of(static_cast<std::size_t>(count_))));
-    const Nearby<float> nearby = memory_.view();
-    const Surroundings<float> all{&mesh_, 1, particles(), &nearby};
+    const ContactCacheView<float> nearby = memory_.view();
+    const EnvironmentView<float> all{&mesh_, 1, particles(), &nearby};
     std::vector<unsigned long long> bits(words_of(static_cast<std::size_t>(count_)), 0);
     for (int i = 0; i < count_; ++i) bits[i / kWord] |= 1ull << i % kWord;
     if (by_lists) {
       std::vector<unsigned long long> once(bits.size()), lifted(bits.size());
-      const Questions asked{bits.data(), 1, static_cast<int>(bits.size())};
+      const ActiveMask asked{bits.data(), 1, static_cast<int>(bits.size())};
       parallel_for(Serial{}, asked.words, FindAskedOnce{asked, once.data(), lifted.data()});
       const ListBits own{bits.data(), nullptr, once.data(), lifted.data()};
       parallel_for(Serial{}, asked.words, GivePlaces<float>(look_at(all, 0), own));
@@ -67,11 +67,11 @@ class NearASurface {
   }
 
   void expect_as(const NearASurface& other) const {
-    const Nearby<float> a = memory_.view(), b = other.memory_.view();
+    const ContactCacheView<float> a = memory_.view(), b = other.memory_.view();
     for (int i = 0; i < count_; ++i) {
       ASSERT_TRUE(same(x_.points()[i], other.x_.points()[i]) && same(d_.points()[i], other.d_.points()[i])) << i;
       const Vector3<double> at = in_double(x_.points()[i]);
-      const LastSeen seen = a.seen(i, at), also = b.seen(i, at);
+      const ClosestPointRecord seen = a.seen(i, at), also = b.seen(i, at);
       ASSERT_TRUE(same_bits(seen.at, also.at) && same_bits(seen.distance, also.distance)) << i;
       ASSERT_EQ(seen.triangle, also.triangle) << i;
       const Contact<float>*one = a.contact(i), *two = b.contact(i);

@@ -209,7 +209,7 @@ struct Watched {
   std::vector<Vec4<R>> planes;
   PointList<R> x, v;
   int contacts = 0;
-  ContactFacts facts;
+  ContactStats facts;
 
   Watched(const EnvironmentSpec& spec, bool remembers, int substeps) {
     Model model;
@@ -224,7 +224,7 @@ struct Watched {
     PointList<R> d(n), low(n);
     const std::vector<R> w(n, R(1));
     const Particles<R> all{n, x.points(), v.points(), {x.points(), d.points(), low.points()}, w.data()};
-    std::optional<Collider<Serial, R>> collider;
+    std::optional<EnvironmentCollider<Serial, R>> collider;
     for (int s = 0; s < substeps; ++s) {
       const double h = kStep, start = s * h;
       if (!collider) {
@@ -275,7 +275,7 @@ TEST(Contact, RemembersLittleOfWhatIsFarAndNotMuchOfWhatIsNear) {
   for (int i = 0; i < n; ++i) x.push_back(random.direction() * (i < near ? 1 + ball.thickness : random(3, 9)));
   ContactBench<Serial, float> bench({}, ball, x, std::vector<Point>(x.size(), Point{0, 0, 0}));
   for (int s = 0; s < 3; ++s) bench.substep(kStep);
-  const ContactFacts facts = bench.collider().facts();
+  const ContactStats facts = bench.collider().facts();
   EXPECT_EQ(facts.near, near);
   EXPECT_LE(facts.far_bytes, 24u * n);
   EXPECT_LE(facts.near_bytes, (400u - 24u) * near);

@@ -76,9 +76,9 @@ void expect_same(const ClosestPoint& found, const ClosestPoint& all, int i) {
 /// The feature that is nearest to a place is so to any other place up to where it holds: the answer has the same bits.
 bool expect_feature_as_all_triangles(const Surface& surface, const Point& p, int cell, Random& random, int i) {
   const NearMesh& mesh = surface.view().cells;
-  const NearCell& of = mesh.cells[cell];
+  const OctreeNode& of = mesh.cells[cell];
   const Point local = surface.view().in_near_mesh(p);
-  NearPairs<Own> pairs(mesh);
+  PointTriangleBatch<NativeIsa> pairs(mesh);
   pairs.add(local, mesh.lists + of.first, of.count);
   pairs.measure();
   const NearTriangle near = pairs.nearest(0);
@@ -126,7 +126,7 @@ Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
       expect_same(surface.view().within(radius, surface.view().nearest<Isa>(p, cell), p), all, i);
       // Beside others, whose pairs share its packs.
       const NearMesh& mesh_of = surface.view().cells;
-      NearPairs<Isa> pairs(mesh_of);
+      PointTriangleBatch<Isa> pairs(mesh_of);
       const int* const list = mesh_of.lists + mesh_of.cells[cell].first;
       const int count = mesh_of.cells[cell].count;
       pairs.add(surface.view().in_near_mesh(p) * 1.01, list, count < 5 ? count : 5);
@@ -222,8 +222,8 @@ TEST(NearCells, AFeatureHoldsForALargePartOfTheWayToTheNext) {
   const int cell = grid.make_cell(p);
   ASSERT_GT(cell, 0);
   const NearMesh& mesh = grid.view().cells;
-  const NearCell& of = mesh.cells[cell];
-  NearPairs<Own> pairs(mesh);
+  const OctreeNode& of = mesh.cells[cell];
+  PointTriangleBatch<NativeIsa> pairs(mesh);
   pairs.add(grid.view().in_near_mesh(p), mesh.lists + of.first, of.count);
   pairs.measure();
   const double holds = pairs.holds_within(0, pairs.nearest(0), INFINITY, static_cast<double>(of.error));
@@ -252,7 +252,7 @@ TEST(NearCells, StartAnewWhenTheirMemoryIsUsedUp) {
   const Point p{0.7, 0.6, 0.5};
   const int cell = ball.make_cell(p);
   ASSERT_GT(cell, 0);
-  EXPECT_EQ(ball.view().within(1, ball.view().nearest<Own>(p, cell), p).triangle, ball.closest(p, 1).triangle);
+  EXPECT_EQ(ball.view().within(1, ball.view().nearest<NativeIsa>(p, cell), p).triangle, ball.closest(p, 1).triangle);
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ TEST_F(LooksOfSheets, StructureIsTheLayoutOfTheSolver) {
     if (grid) scene.bodies[0].shape = GridShape{{1, 1}, {60, 60}};
     const Simulation simulation(scene, {.threads = 1});
     const Model& model = simulation.model();
-    const SolverFacts& facts = simulation.solver().facts();
+    const SolverStats& facts = simulation.solver().facts();
     const Structure layout = structure(model);
     ASSERT_GT(layout.patches, 1);
     EXPECT_EQ(layout.patches, facts.patches.patches);

@@ -173,7 +173,7 @@ Scene loose_particles() {
 TEST(DesbrunWithoutSprings, HasNoFilterAndFallsFreely) {
   Scene scene = loose_particles();
   const Simulation simulation = after(scene, 0.5);
-  const SolverFacts& facts = simulation.solver().facts();
+  const SolverStats& facts = simulation.solver().facts();
   EXPECT_FALSE(facts.filter);
   EXPECT_FALSE(simulation.solver().filter_errors());
   EXPECT_EQ(facts.spring_bytes, 0u);
@@ -192,7 +192,7 @@ TEST(Desbrun, SaysWhatItKeeps) {
   Scene scene = desbrun_scene({free, hung}, 1e4, Precision::Float);
   scene.solver.desbrun.filter = FilterKind::Sparse;
   const Simulation simulation(scene, {.threads = 1});
-  const SolverFacts& facts = simulation.solver().facts();
+  const SolverStats& facts = simulation.solver().facts();
   ASSERT_TRUE(facts.filter);
   EXPECT_EQ(facts.filter->kind, "sparse");
   EXPECT_EQ(facts.filter->storage, "float");

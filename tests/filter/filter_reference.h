@@ -168,7 +168,7 @@ class FilterUnderTest {
     return relative_difference((*this)(forces), solved_.filtered(forces));
   }
   FilterErrors stated_errors() const { return filter_errors<OpenMP>(*filter_, model_, solved_.system); }
-  const FilterFacts& facts() const { return filter_->facts(); }
+  const FilterStats& facts() const { return filter_->facts(); }
 
  private:
   const SolvedSystem& solved_;

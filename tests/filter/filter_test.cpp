@@ -219,10 +219,10 @@ TEST(Filter, IsChosenBySizeAndSaysWhy) {
     const SolvedSystem solved(desbrun_scene({sprung_sheet(cells, {RowPin{}})}, 1e4));
     return FilterUnderTest<float>(solved, FilterKind::Auto).facts();
   };
-  const FilterFacts small = facts(4), large = facts(40);
+  const FilterStats small = facts(4), large = facts(40);
   EXPECT_EQ(small.kind, "dense");
   EXPECT_EQ(large.kind, "sparse");
-  for (const FilterFacts& one : {small, large}) {
+  for (const FilterStats& one : {small, large}) {
     EXPECT_NE(one.why.find("dense"), std::string::npos);
     EXPECT_EQ(one.storage, "float");
     EXPECT_EQ(one.bodies, 1);

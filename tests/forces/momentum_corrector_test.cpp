@@ -24,7 +24,7 @@ MomentaSum sum_of_particles(const std::vector<Vec3> (&at)[3]) {
   std::vector<R> w;
   for (const Vec3& a : at[0]) w.push_back(R(1 + std::abs(a[0])));
   const Particles<R> all{static_cast<int>(w.size()), x.points(), v.points(), {x.points(), d.points(), {}}, w.data()};
-  const Stretch stretch{5, 100, 0, 5};
+  const ParticleRange stretch{5, 100, 0, 5};
   MomentaSum sum{};
   using Measure = MeasureMomenta<R, R, projected, true>;
   alignas(64) char memory[Measure::kBytes];

@@ -115,7 +115,7 @@ TEST(Sorter, SumsWhatComesBefore) {
     for (int& value : values) value = random.below(9);
     std::exclusive_scan(values.begin(), values.end(), expected.begin(), 0);
     const int sum = std::accumulate(values.begin(), values.end(), 0);
-    Growing<OpenMP, int> memory;
+    ScratchBuffer<OpenMP, int> memory;
     EXPECT_EQ(running_sum(OpenMP{2}, values.data(), count, memory), sum);
     EXPECT_EQ(values, expected);
   }

@@ -29,7 +29,7 @@ using Knife = std::function<double(const Vec3&)>;
 std::vector<Edge> crossed_by(
     const Simulation& simulation, const Knife& way,
     const std::function<bool(const Vec3&)>& reaches = [](const Vec3&) { return true; }) {
-  const Appearance& look = simulation.model().look;
+  const RenderMesh& look = simulation.model().look;
   const std::vector<Vec3> x = simulation.positions();
   std::vector<Edge> crossed;
   for (std::size_t b = 0; b + 1 < look.body_begin.size(); ++b)
@@ -44,7 +44,7 @@ std::vector<Edge> crossed_by(
 
 /// Of all faces and lines that share vertices: how many parts, and which each particle is in.
 int parts_of(const Simulation& simulation, std::vector<int>* of = nullptr) {
-  const Appearance& look = simulation.model().look;
+  const RenderMesh& look = simulation.model().look;
   std::vector<Edge> all;
   for (const Quad& f : look.faces)
     for (int k = 1; k < 4; ++k)
@@ -64,7 +64,7 @@ double mass_left(const Simulation& simulation) {
 
 /// Vertices of faces and lines that no edge crosses: what is crossed can be parted from them.
 std::vector<bool> beside(const Simulation& simulation, const std::vector<Edge>& crossed) {
-  const Appearance& look = simulation.model().look;
+  const RenderMesh& look = simulation.model().look;
   std::vector<bool> found(simulation.model().count(), false);
   const auto visit = [&](const auto& element) {
     const auto has_it = [&](int end) { return std::find(element.begin(), element.end(), end) != element.end(); };
@@ -79,7 +79,7 @@ std::vector<bool> beside(const Simulation& simulation, const std::vector<Edge>& 
 }
 
 void expect_parted(const Simulation& simulation, const std::vector<Edge>& edges) {
-  const Appearance& look = simulation.model().look;
+  const RenderMesh& look = simulation.model().look;
   const auto has_both = [](const auto& element, const Edge& e) {
     return std::find(element.begin(), element.end(), e[0]) != element.end() &&
            std::find(element.begin(), element.end(), e[1]) != element.end();

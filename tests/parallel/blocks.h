@@ -306,7 +306,7 @@ void parallel_for(const Blocks& executor, int n, const Kernel& kernel, int grain
 /// Fast memory is the group's own, and full of what is no number, of zeros, or of what is neither. Only kernels that
 /// run on one thread a group find what their caller has left there.
 template <class Kernel>
-void parallel_groups(const Blocks& executor, int begin, int end, const FastMemory& memory, const Kernel& kernel) {
+void parallel_groups(const Blocks& executor, int begin, int end, const ScratchMemory& memory, const Kernel& kernel) {
   if (kept_launches) return kept_launches->push_back([=] { parallel_groups(executor, begin, end, memory, kernel); });
   note_launch(kernel, end - begin);
   HostAddresses::look_at(kernel);
@@ -337,11 +337,11 @@ void repeated(const Blocks& /*executor*/, Recording<Blocks>& recording, const Ke
   std::vector<std::function<void()>> launches;
   const std::string own = key();
   if (!recording.replays.contains(own)) {
-    const ForNow<std::vector<std::function<void()>>*> keep(kept_launches, &launches);
+    const ScopedValue<std::vector<std::function<void()>>*> keep(kept_launches, &launches);
     work();
     recording.replays[own] = launches;
   }
-  const ForNow<bool> replay(replaying, true);
+  const ScopedValue<bool> replay(replaying, true);
   for (const auto& launch : recording.replays[own]) launch();
 }
 template <class Key, class Work>
@@ -376,7 +376,7 @@ void parallel_reduce_into(const Blocks& executor, int n, const Kernel& kernel, V
 
 /// Kernels that ask the host find all in its own memory.
 template <class Kernel>
-void parallel_dealt(const Blocks& executor, int groups, const Kernel& kernel, const FastMemory& memory = {}) {
+void parallel_dealt(const Blocks& executor, int groups, const Kernel& kernel, const ScratchMemory& memory = {}) {
   if constexpr (kAsksTheHost<Kernel>)
     parallel_dealt(Serial{executor.instructions}, groups, kernel);
   else

@@ -95,7 +95,7 @@ TEST(BlocksSort, SumWhatComesBefore) {
       for (int& value : values) value = random.below(9);
       std::exclusive_scan(values.begin(), values.end(), expected.begin(), 0);
       const Array<Blocks, int> there(values);
-      Growing<Blocks, int> memory;
+      ScratchBuffer<Blocks, int> memory;
       EXPECT_EQ(running_sum(executor, there.data(), count, memory), std::accumulate(values.begin(), values.end(), 0));
       EXPECT_EQ(there.download(), expected);
     }

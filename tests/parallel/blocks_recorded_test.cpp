@@ -126,7 +126,7 @@ TEST_P(SteadySteps, ReplayWhatIsStillSo) {
 }
 
 /// What the guard of the energy launches from time to time is left out.
-struct LaunchedAlone final : LaunchWatch {
+struct LaunchedAlone final : LaunchObserver {
   std::set<std::string> kernels;
   int replayed = 0;
   void launched(const char* kernel, int) override {
@@ -141,7 +141,7 @@ TEST_P(SteadySteps, LaunchNothingThatIsNotRecorded) {
   const Model model = build_model(parsed(Json::parse(GetParam())));
   const auto blocks = make_on_blocks(model, {});
   LaunchedAlone watch;
-  const ForNow<LaunchWatch*> watched(launch_watch, &watch);
+  const ScopedValue<LaunchObserver*> watched(launch_watch, &watch);
   for (int step = 0; step < 3; ++step) blocks->step();
   EXPECT_EQ(watch.kernels, std::set<std::string>());
   EXPECT_GT(watch.replayed, 20);

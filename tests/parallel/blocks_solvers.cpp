@@ -9,7 +9,7 @@
 namespace malha {
 
 template <class Visited>
-void visit_patches(const Blocks& executor, const Visited& visit, int begin, int end, const FastMemory& memory) {
+void visit_patches(const Blocks& executor, const Visited& visit, int begin, int end, const ScratchMemory& memory) {
   parallel_groups(executor, begin, end, memory, visit);
 }
 

@@ -162,9 +162,9 @@ TEST(AStepOnADevice, ReadsThreeTimesASubstepForSelfCollisionWhereNothingIsSearch
 }
 
 /// Of visits that some patches alone have.
-struct EarlyLaunches final : LaunchWatch {
+struct EarlyLaunches final : LaunchObserver {
   int count = 0;
-  void launched(const char* kernel, int) override { count += has(kernel, "VisitSome<"); }
+  void launched(const char* kernel, int) override { count += has(kernel, "MaskedSolvePatch<"); }
 };
 
 /// A sheet that falls between a wall, a floor that it bounces off and a ball that turns: near to several at once.
@@ -194,7 +194,7 @@ TEST(ContactsOnBlocks, AreTheHostsBetweenSeveralMeshes) {
     for (int step = 0; step < 40; ++step) {
       host->step();
       {
-        const ForNow<LaunchWatch*> watch(launch_watch, &early);
+        const ScopedValue<LaunchObserver*> watch(launch_watch, &early);
         blocks->step();
       }
       held += host->measure().contacts;

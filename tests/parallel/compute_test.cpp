@@ -103,7 +103,7 @@ TEST(ParallelGroups, AreDoneBeforeTheNextLaunch) {
 
 TEST(ParallelGroups, RunEveryItemOfAGroupOnce) {
   std::vector<int> visits(8, 0);
-  Group<Own>{0, -1, nullptr}.for_each(7, Visit{visits.data()});
+  Group<NativeIsa>{0, -1, nullptr}.for_each(7, Visit{visits.data()});
   EXPECT_EQ(visits, (std::vector<int>{1, 1, 1, 1, 1, 1, 1, 0}));
 }
 

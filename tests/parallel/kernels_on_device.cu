@@ -66,14 +66,15 @@ instantiate<MeasureVolume<double[3]>, MeasureEnergy<NeoHookean, double[3]>, Meas
 
 template <class R>
 void instantiate_filters() {
-  using Ends = FilterEnds<R>;
+  using Ends = FilterIo<R>;
   instantiate_groups<SumForces<R, ExplicitForces<R>, false>, SumForces<R, MissingForces<R>, true>>();
   instantiate<FindTargets<R, Plate::Stencil, Plate::particles>, FindTargets<R, IsometricBending::Stencil, 4>>();
-  instantiate_groups<ForwardTask<R, Ends>, ForwardTop<R>, BackwardTop<R>, NarrowTop<R, true>, NarrowTop<R, false>,
-                     BackwardTask<R, Ends>>();
-  instantiate_groups<Pieces<SumTop<R, Ends>>, Pieces<HandOutTop<R, Ends>>, Pieces<GatherTop<R>>, Pieces<KeepTop<R>>>();
+  instantiate_groups<ForwardTask<R, Ends>, ForwardTop<R>, BackwardTop<R>, SolveRootSmall<R, true>,
+                     SolveRootSmall<R, false>, BackwardTask<R, Ends>>();
+  instantiate_groups<Pieces<SumTop<R, Ends>>, Pieces<ScatterRoot<R, Ends>>, Pieces<GatherTop<R>>,
+                     Pieces<StoreRoot<R>>>();
   instantiate_groups<MultiplyDense<R, R>, MultiplyDense<short, R>>();
-  instantiate<GatherDense<R, R, Ends>, SumDense<short, R, Ends>, EliminateFront<R, Own>>();
+  instantiate<GatherDense<R, R, Ends>, SumDense<short, R, Ends>, EliminateFront<R, NativeIsa>>();
   instantiate<SpringRows<R>, FilteredRows<R>, FilteredMotion<R>, RemoveRigid<R>, RemoveAsPublished<R>>();
   instantiate<MeasureExcess<R, Points<R>>, MeasureExcess<R, Displaced<R>>, MeasureSpring<double[3], int[2]>>();
 }
@@ -82,14 +83,14 @@ template void instantiate_filters<double>();
 
 template <class R>
 void instantiate_all() {
-  instantiate_groups<Visit<R>, CoarseVisit<R>, Restrict<R>, AddMeans<R>, Pieces<AddParts<R>>, MayTouch<R>,
-                     MeasureRoom<R>>();
-  instantiate<StepBack<R>, KeepHeld<R>, MeasureRuns<R>, AskAgain<R>, StartLocal<R>, MoveLocal<R>>();
+  instantiate_groups<SolvePatch<R>, SolveCoarsePatch<R>, Restrict<R>, Prolongate<R>, Pieces<SumPartialRestrictions<R>>,
+                     BroadPhaseTest<R>, MeasureRoom<R>>();
+  instantiate<ReconstructPrevious<R>, KeepHeld<R>, MeasureRuns<R>, RefineMassShares<R>, StartLocal<R>, MoveLocal<R>>();
   instantiate<FindEdgePairs<R, false>, FindEdgePairs<R, true>, LayEdgeContacts<R>, EnterParticles<R>>();
   instantiate_groups<MeasureMomenta<R, R, false, false>, MeasureMomenta<R, R, false, true>,
                      MeasureMomenta<R, R, true, false>, MeasureMomenta<R, double, false, true>, NoteMomenta,
                      AddRigidMotion<R>, DampTowardsRigid<R>>();
-  instantiate<FindReturn<R>, FindRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
+  instantiate<ComputeMomentumCorrection<R>, FindRigidMotion<R>, FindMean, SumTorque<R>, FindTurn>();
   instantiate<Predict<R>, Drag<R>, UpdateState<R>, ArriveAll<R>, TakeOrigins<R>>();
   instantiate<SumMass<R>, MeasureMotion<R>>();
   instantiate<EnclosedVolume<Points<R>>, EnclosedVolume<Displaced<R>>, PressureGradient<R>, MeasureInertia<R>,
@@ -98,17 +99,19 @@ void instantiate_all() {
               MeasureSpeed<R>, MeasureBounds<R>, Still<R>>();
   instantiate<Place<R>, Arrive<R>, SetInverseMass<R>, Attach<R>, MeasureAttachment<R>, GatherOwn<R, Points<R>>,
               GatherOwn<R, Displaced<R>>, ScatterOwn<R>>();
-  instantiate<ResolveContact<R>, Restitute<R>, CountContact<R>, LetGo<R>>();
+  instantiate<ResolveContact<R>, ApplyRestitution<R>, CountContact<R>, InvalidateContacts<R>>();
   instantiate<BoxParticles<R>, SumMotion<R>, OwnMotion<R>, StartSearch<R>, CountMeetings<R>>();
-  instantiate<AskContacts<R>, SplitMasses<R>, PushContacts<R, ObjectFriction<R>>, GatherPushes<R, TurnToWorld>,
-              CountPushing<R>>();
+  instantiate<EstimateMassShares<R>, SplitMasses<R>, SolveContactsJacobi<R, ObjectFriction<R>>,
+              GatherPushes<R, TurnToWorld>, CountPushing<R>>();
   instantiate<FindCrossing<R>, HoldParticles<R, PlaceLocal<R>>, SumHeld<R>, SumHeldMotion<R>, AddRigidGain<R>,
               NoteMotion<R>, NoteChange<R>, LimitSpeed<R>, CopyPoints<R>, CopyPoints<R, Displaced<R>>,
               CopyPoints<R, FromOrigin<R>>, CountFixed<R>, MarkDriven<R>>();
-  instantiate<StoreMoved<R>, TakeMoved<R>, StayInReach<R>, FindCommon<R>, KeepInReach<R>, StartReach<R>, BoxReach<R>>();
-  instantiate<BoxUnits<R>, BoxLevel<R>, CountPushes<R>, SumLeft<R>, HoldLimited<R>>();
-  instantiate_groups<FindPairsTogether<R>, LookAtPairs<R>, PushPairs<R, false>, PushPairs<R, true>, FindCrossings<R>,
-                     LimitCrossing<R>, LimitParts<R>, DriveCrossing<R>, CarryCrossing<R>>();
+  instantiate<ComputeDisplacements<R>, ApplyDisplacements<R>, CheckSweptBounds<R>, FindCommon<R>, ClampToSweptBounds<R>,
+              InitSweptBounds<R>, ComputeSweptAabbs<R>>();
+  instantiate<RefitLeaves<R>, RefitLevel<R>, CountPushes<R>, SumLeft<R>, TruncateDisplacements<R>>();
+  instantiate_groups<FindPairsTogether<R>, NarrowPhase<R>, SolveContacts<R, false>, SolveContacts<R, true>,
+                     FindViolations<R>, MarkViolating<R>, ComputeTruncation<R>, PushByKinematic<R>,
+                     MoveWithKinematic<R>>();
 }
 
 template void instantiate<CountDigits, PlaceDigits, MoveByDigit, FindBegins, SumPart, SumParts, SumBefore, ForgetCells,

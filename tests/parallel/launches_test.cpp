@@ -39,7 +39,7 @@ Traced traced(const Json& scene, int threads = 1) {
 TEST(Launches, OfAClothWithDistancesAreTheVisitsToItsPatchesAlone) {
   const std::vector<Launches> all = traced(traced_cloth()).launches;
   ASSERT_EQ(all.size(), 1u);
-  EXPECT_EQ(all[0], (Launches{"Visit<float>", 4, 4})) << "one patch, once a substep";
+  EXPECT_EQ(all[0], (Launches{"SolvePatch<float>", 4, 4})) << "one patch, once a substep";
 }
 
 TEST(Launches, AreTheSameOnAnyNumberOfThreads) {
@@ -98,12 +98,14 @@ const std::vector<NamedBlock>& blocks() {
        "/environment",
        R"([{"name": "ball", "shape": {"sphere": {"radius": 0.3, "subdivisions": 2}}, "transform": {"translate": [0.5, -0.3, 0.5]}}])",
        "[]",
-       {"MayTouch", "FindContact", "LetGo", "ResolveContact", "PutBeforeMeshes", "Restitute"}},
+       {"BroadPhaseTest", "FindContact", "InvalidateContacts", "ResolveContact", "PutBeforeMeshes",
+        "ApplyRestitution"}},
       {"self-collision",
        "/self_collision",
        R"({"thickness": 0.02})",
        nullptr,
-       {"StoreMoved", "BoxReach", "FindPairs", "LookAtPairs", "FindCrossings", "KeepInReach"}},
+       {"ComputeDisplacements", "ComputeSweptAabbs", "FindCandidates", "NarrowPhase", "FindViolations",
+        "ClampToSweptBounds"}},
       {"tear", "/bodies/0/tear", R"({"strain": 100})", nullptr, {"MeasureExcess"}},
       {"sleep", "/sleep", "{}", nullptr, {"MeasureSpeed"}},
   };
@@ -172,11 +174,11 @@ TEST(Launches, OfTheCorrectorAreSixAStepWhereABodyIsFree) {
   EXPECT_EQ(off.bytes, never.bytes);
   const Traced kept = traced(free_cloth("inertia"));
   ASSERT_EQ(kept.launches.size(), 6u);
-  EXPECT_EQ(kept.of("Visit<float>"), 4);
+  EXPECT_EQ(kept.of("SolvePatch<float>"), 4);
   EXPECT_EQ(kept.of("MeasureMomenta<float, float, false, false>"), 1);
   EXPECT_EQ(kept.of("MeasureMomenta<float, float, false, true>"), 1);
   EXPECT_EQ(kept.of("NoteMomenta"), 2);
-  EXPECT_EQ(kept.of("FindReturn<float>"), 1);
+  EXPECT_EQ(kept.of("ComputeMomentumCorrection<float>"), 1);
   EXPECT_EQ(kept.of("AddRigidMotion<float>"), 1);
   Json held = traced_cloth();
   held["solver"]["corrector"] = "inertia";
@@ -185,7 +187,7 @@ TEST(Launches, OfTheCorrectorAreSixAStepWhereABodyIsFree) {
 }
 
 /// By the lines of the plan, and by the trace.
-void expect_planned_launches(const Json& scene, const std::vector<OwnConstraint>& own = {}) {
+void expect_planned_launches(const Json& scene, const std::vector<UserConstraint>& own = {}) {
   Simulation simulation(parsed(scene), {.threads = 1, .constraints = own});
   const std::string text = plan(simulation);
   std::istringstream lines(text.substr(text.find("passes of a step:")));
@@ -242,9 +244,9 @@ TEST(Launches, OfPressureAreAsManyAsThePlanSaysByBothMethods) {
 
 TEST(Launches, OfACallersOwnConstraintAreAsManyAsThePlanSays) {
   if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
-  OwnConstraint own;
+  UserConstraint own;
   own.particles = {40, 41, 41, 50};  // two that meet: two batches
-  own.evaluate = [](const OwnBatch& batch) {
+  own.evaluate = [](const UserBatch& batch) {
     for (int c = 0; c < batch.count; ++c) {
       batch.C[c] = 0;
       for (int k = 0; k < 2; ++k) batch.gradient[2 * c + k] = {k == 0 ? -1.0 : 1.0, 0, 0};
@@ -273,7 +275,7 @@ TEST(Launches, AreInTheReport) {
   simulation.step(), simulation.step();
   const Json report = Json::parse(simulation.report("finished"));
   EXPECT_EQ(report["launches_of_first_step"],
-            Json::array({{{"kernel", "Visit<float>"}, {"launches", 4}, {"items", 4}}}));
+            Json::array({{{"kernel", "SolvePatch<float>"}, {"launches", 4}, {"items", 4}}}));
 }
 
 }  // namespace

@@ -139,7 +139,7 @@ TEST(VisitTraffic, OfSeveralPatchesAddsWhatTheyShare) {
     const VisitTraffic traffic = visit_traffic(simulation.model(), simulation.solver(), plan);
     EXPECT_EQ(traffic.particle_bytes, numbers * sizeof(float) * scene.solver.substeps) << scene.name;
     std::size_t constraints = 0;
-    for (const SetFacts& set : simulation.solver().facts().sets) constraints += set.bytes;
+    for (const SetStats& set : simulation.solver().facts().sets) constraints += set.bytes;
     const double once = static_cast<double>(constraints) * scene.solver.substeps;
     EXPECT_GT(traffic.constraint_bytes, plan.phases() > 2 ? 1.2 * once : 0.999 * once) << scene.name;
     EXPECT_LT(traffic.constraint_bytes, plan.phases() > 2 ? 2 * once : 1.001 * once) << scene.name << ": sums rounded";

@@ -16,11 +16,11 @@ constexpr int kSlots = 64;
 template <class Local>
 struct LayoutOf;
 template <class R>
-struct LayoutOf<Columns<R>> {
+struct LayoutOf<SoaView<R>> {
   using Real = R;
 };
 template <class R>
-struct LayoutOf<Rows<R>> {
+struct LayoutOf<AosView<R>> {
   using Real = R;
 };
 
@@ -59,7 +59,7 @@ struct LocalMemory : testing::Test {
   static Vector3<Wide> by(Real size) { return {Wide(size), Wide(size), Wide(size)}; }
 };
 
-using Layouts = testing::Types<Columns<float>, Columns<double>, Rows<float>, Rows<double>>;
+using Layouts = testing::Types<SoaView<float>, SoaView<double>, AosView<float>, AosView<double>>;
 TYPED_TEST_SUITE(LocalMemory, Layouts);
 
 TYPED_TEST(LocalMemory, KeepsEachParticleInItsPlace) {

@@ -200,8 +200,8 @@ struct Bench {
     return {R(g[0]), R(g[1]), R(g[2])};
   }
   Particles<R> particles() const { return {model.count(), held.x.points(), v.points(), held.p(), w.data()}; }
-  Visit<R> visit() const { return sweep.visit(particles(), h(), gravity()); }
-  void run(const Visit<R>& visit) const {
+  SolvePatch<R> visit() const { return sweep.visit(particles(), h(), gravity()); }
+  void run(const SolvePatch<R>& visit) const {
     sweep.region([&](const auto& team) { sweep(team, visit); });
   }
 };
@@ -297,7 +297,7 @@ void expect_same_as_scalar(const Model& model, double size, const Executor& exec
   for (int substep = 0; substep < 2; ++substep) {
     scalar.start_substep();
     for (int iteration = 0; iteration < 3; ++iteration) {
-      Visit<R> visit = bench.visit();
+      SolvePatch<R> visit = bench.visit();
       visit.fresh = iteration == 0;
       bench.run(visit);
       scalar(expected);
@@ -338,7 +338,7 @@ TEST(Sweep, ForgetsLambdaWhenASubstepStarts) {
   Bench<Serial, double> bench(model, {}, 1, start);
   const auto project = [&](bool fresh) {
     bench.held.d.upload(start);
-    Visit<double> visit = bench.visit();
+    SolvePatch<double> visit = bench.visit();
     visit.fresh = fresh;
     bench.run(visit);
     return bench.held.d.download();
@@ -358,7 +358,7 @@ Bench<Executor, R> advanced(const Model& model, const Executor& executor, int th
   for (int s = 0; s < solver.substeps; ++s) {
     if (!fused) parallel_for(executor, model.count(), Predict<R>{all, h, bench.gravity()});
     for (int iteration = 0; iteration < solver.iterations; ++iteration) {
-      Visit<R> visit = bench.visit();
+      SolvePatch<R> visit = bench.visit();
       visit.fresh = iteration == 0;
       visit.predicts = fused && iteration == 0;
       visit.updates = fused && iteration + 1 == solver.iterations;
@@ -429,7 +429,7 @@ TEST(Sweep, NamesTheParticleThatIsLostAndTheSubstepInWhichItWas) {
       Bench<std::decay_t<decltype(executor)>, float> bench(model, executor, threads);
       EXPECT_EQ(bench.sweep.first_lost(bench.held.x.download(), model.user_of), -1);
       for (int substep = 1; substep <= 5; ++substep) {
-        Visit<float> visit = bench.visit();
+        SolvePatch<float> visit = bench.visit();
         visit.predicts = visit.updates = true;
         visit.substep = substep;
         bench.run(visit);
@@ -451,7 +451,7 @@ TEST(Sweep, StatesWhatItHolds) {
   EXPECT_EQ(sweep.facts().most_slots, plan.most_slots);
   ASSERT_EQ(sweep.set_facts().size(), model.sets.size());
   for (std::size_t s = 0; s < model.sets.size(); ++s) {
-    const SetFacts& facts = sweep.set_facts()[s];
+    const SetStats& facts = sweep.set_facts()[s];
     EXPECT_EQ(facts.type, model.sets[s].type);
     EXPECT_EQ(facts.constraints, model.sets[s].count());
     EXPECT_EQ(facts.in_runs, plan.sets[s].in_runs);

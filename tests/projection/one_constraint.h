@@ -62,7 +62,8 @@ struct OneConstraint {
     for (int j = 0; j < n; ++j) set.index[j] = index[j];
     Batch batch{};
     batch.count = 1, batch.pins = true;
-    malha::project<Kind, update>(Group<Own>{0, -1, nullptr}, Rows<R>::over(&memory[0].x, n), set, batch, false);
+    malha::project<Kind, update>(Group<NativeIsa>{0, -1, nullptr}, AosView<R>::over(&memory[0].x, n), set, batch,
+                                 false);
   }
 
   /// The constraint's value: what evaluate() scales; 0 where there is no direction.

@@ -12,10 +12,10 @@ namespace malha {
 namespace {
 
 /// |x1 - x0| - rest.
-OwnConstraint own_distance(std::vector<int> pairs, double rest, double compliance = 0) {
-  OwnConstraint own;
+UserConstraint own_distance(std::vector<int> pairs, double rest, double compliance = 0) {
+  UserConstraint own;
   own.name = "rod", own.particles = std::move(pairs), own.compliance = compliance;
-  own.evaluate = [rest](const OwnBatch& batch) {
+  own.evaluate = [rest](const UserBatch& batch) {
     for (int c = 0; c < batch.count; ++c) {
       const Vec3 d = batch.x[2 * c + 1] - batch.x[2 * c];
       const double l = length(d);
@@ -37,7 +37,7 @@ Scene swinging_chain(int links, bool bare, std::optional<double> compliance, int
 }
 
 /// One constraint leaves no choice of order: what differs is rounding alone.
-TEST(OwnConstraint, SwingsARodAsTheBuiltInDistanceDoes) {
+TEST(UserConstraint, SwingsARodAsTheBuiltInDistanceDoes) {
   for (const std::optional<double> compliance : {std::optional<double>{}, std::optional<double>{1e-4}})
     for (const int iterations : {1, 5}) {
       const Simulation built = after(swinging_chain(1, false, compliance, iterations), 1);
@@ -50,7 +50,7 @@ TEST(OwnConstraint, SwingsARodAsTheBuiltInDistanceDoes) {
 }
 
 /// Constraints that meet at a particle are coloured and swept alike.
-TEST(OwnConstraint, SwingsAChainAsTheBuiltInDistanceDoes) {
+TEST(UserConstraint, SwingsAChainAsTheBuiltInDistanceDoes) {
   const Simulation built = after(swinging_chain(6, false, {}, 20), 0.5);
   SimulationOptions options{.threads = 1};
   options.constraints = {own_distance({0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6}, 0.5)};
@@ -59,7 +59,7 @@ TEST(OwnConstraint, SwingsAChainAsTheBuiltInDistanceDoes) {
   EXPECT_EQ(own.solver().facts().own.at(0).batches, 2);
 }
 
-TEST(OwnConstraint, HangsAWeightByItsCompliance) {
+TEST(UserConstraint, HangsAWeightByItsCompliance) {
   BodySpec pair;
   pair.name = "pair", pair.shape = ListedShape{{{0, 0, 0}, {0, -1, 0}}, {}, {}, {}}, pair.mass = 4;
   pair.pins = {ListPin{{0}}};
@@ -102,7 +102,7 @@ TEST_P(OwnConstraintIn, LeavesOtherBodiesTheirBitsOnAnyThreads) {
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, OwnConstraintIn, testing::Range(0, 5));
 
-TEST(OwnConstraint, GoesOnFromACheckpointWithTheSameBits) {
+TEST(UserConstraint, GoesOnFromACheckpointWithTheSameBits) {
   const Scene scene = swinging_chain(3, true, {}, 2);
   SimulationOptions options{.threads = 1};
   options.constraints = {own_distance({0, 1, 1, 2, 2, 3}, 0.5, 1e-5)};
@@ -114,11 +114,11 @@ TEST(OwnConstraint, GoesOnFromACheckpointWithTheSameBits) {
   EXPECT_EQ(resumed.state_hash(), whole.state_hash());
 }
 
-TEST(OwnConstraint, ThatThrowsLeavesTheStateBeforeTheStep) {
+TEST(UserConstraint, ThatThrowsLeavesTheStateBeforeTheStep) {
   const Scene scene = swinging_chain(2, true, {}, 1);
   int left = 60;
-  OwnConstraint own = own_distance({0, 1, 1, 2}, 0.5);
-  own.evaluate = [&left, inner = own.evaluate](const OwnBatch& batch) {
+  UserConstraint own = own_distance({0, 1, 1, 2}, 0.5);
+  own.evaluate = [&left, inner = own.evaluate](const UserBatch& batch) {
     if (left-- == 0) throw std::logic_error("enough");
     inner(batch);
   };
@@ -132,7 +132,7 @@ TEST(OwnConstraint, ThatThrowsLeavesTheStateBeforeTheStep) {
   EXPECT_EQ(simulation.steps(), 1);
 }
 
-TEST(OwnConstraint, KeepsItsParticlesWhereBodiesBeforeItTear) {
+TEST(UserConstraint, KeepsItsParticlesWhereBodiesBeforeItTear) {
   BodySpec sheet;
   sheet.name = "sheet", sheet.mass = 0.2, sheet.shape = GridShape{{1, 2}, {4, 8}};
   sheet.constraints = {compliant("distance", 1e-3, {"edges", "shear"})};
@@ -153,22 +153,22 @@ TEST(OwnConstraint, KeepsItsParticlesWhereBodiesBeforeItTear) {
   EXPECT_NEAR(torn.constraint_values(0).at(0), 0, 1e-4);
 }
 
-TEST(OwnConstraint, MayGiveEnergyAsAMotorDoes) {
+TEST(UserConstraint, MayGiveEnergyAsAMotorDoes) {
   Scene scene = scene_of({particle({0, 0, 0}), particle({1, 0, 0})}, {0, 0, 0}, 0.01, 1);
   scene.bodies[1].name = "other";
   SimulationOptions options{.threads = 1};
   double rest = 1;
-  OwnConstraint own = own_distance({0, 1}, 1);
-  own.evaluate = [&rest](const OwnBatch& batch) { own_distance({0, 1}, rest).evaluate(batch); };
+  UserConstraint own = own_distance({0, 1}, 1);
+  own.evaluate = [&rest](const UserBatch& batch) { own_distance({0, 1}, rest).evaluate(batch); };
   options.constraints = {own};
   Simulation simulation(scene, options);
   for (int step = 0; step < 100; ++step) rest += 10, simulation.step(), simulation.check();
   EXPECT_NEAR(simulation.positions()[1][0] - simulation.positions()[0][0], rest, 1e-9);
 }
 
-TEST(OwnConstraint, IsRefusedWithItsNameAndPlace) {
+TEST(UserConstraint, IsRefusedWithItsNameAndPlace) {
   const Scene scene = swinging_chain(2, true, {}, 1);
-  const auto refused = [&](const OwnConstraint& own) {
+  const auto refused = [&](const UserConstraint& own) {
     SimulationOptions options{.threads = 1};
     options.constraints = {own};
     return refusal([&] { Simulation(scene, options).step(); });
@@ -183,16 +183,16 @@ TEST(OwnConstraint, IsRefusedWithItsNameAndPlace) {
             "constraint 'rod': compliance: found -1; allowed: a number in [0, 1e18]");
   EXPECT_EQ(refused(own_distance({0, 1}, NAN)),
             "constraint 'rod': C: found nan in constraint 0; allowed: finite numbers");
-  OwnConstraint empty = own_distance({0, 1}, 1);
+  UserConstraint empty = own_distance({0, 1}, 1);
   empty.evaluate = {};
   EXPECT_EQ(refused(empty), "constraint 'rod': function: found none; allowed: one that gives C and its gradient");
 }
 
-TEST(OwnConstraint, IsCheckedAgainstFiniteDifferences) {
+TEST(UserConstraint, IsCheckedAgainstFiniteDifferences) {
   const std::vector<Vec3> x{{0, 0, 0}, {1, 2, 2}, {3, 1, 0}};
-  OwnConstraint own = own_distance({0, 1, 1, 2}, 1);
+  UserConstraint own = own_distance({0, 1, 1, 2}, 1);
   check_gradients(own, x);
-  own.evaluate = [inner = own.evaluate](const OwnBatch& batch) {
+  own.evaluate = [inner = own.evaluate](const UserBatch& batch) {
     inner(batch);
     for (int c = 0; c < batch.count; ++c)
       if (batch.number[c] == 1) batch.gradient[2 * c + 1][2] *= 1.01;

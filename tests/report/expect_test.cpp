@@ -19,7 +19,7 @@ using Lines = std::vector<std::string>;
 /// An expectation of "at most `allowed`", by its name in a scene, and where the measure comes from.
 struct AtMost {
   std::string name;
-  Allowed Expect::*allowed;
+  Range Expect::*allowed;
   std::function<void(Measures&, double)> measure;
 };
 

@@ -90,7 +90,7 @@ TEST(Plan, NamesConstraintsWithRunsAndBatches) {
   EXPECT_TRUE(says(text, "constraints: " + std::to_string(12 * (2 * 3 * 480 + 161 + 1)) + " projections a step"))
       << text;
   EXPECT_EQ(simulation.solver().facts().sets.size(), 3u);
-  for (const SetFacts& set : simulation.solver().facts().sets) {
+  for (const SetStats& set : simulation.solver().facts().sets) {
     EXPECT_EQ(set.constraints, 480);
     std::string line = "  " + set.type + ": 480, " + std::to_string(set.in_runs) + " in runs, at most " +
                        std::to_string(set.most_batches) + " batches a patch, ";
@@ -107,7 +107,7 @@ TEST(Plan, NamesPatches) {
   Json scene = swinging_sheet(false);
   scene["bodies"][0]["shape"]["grid"]["cells"] = {45, 45};
   const Simulation simulation(parsed(scene), {.threads = 1});
-  const PatchFacts& patches = simulation.solver().facts().patches;
+  const PatchStats& patches = simulation.solver().facts().patches;
   EXPECT_GT(patches.patches, 1);
   EXPECT_EQ(patches.phases, 2) << "strips alternate";
   EXPECT_GE(patches.most_slots * patches.patches, 46 * 46);

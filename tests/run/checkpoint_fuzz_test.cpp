@@ -120,10 +120,10 @@ TEST(MadeUpCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
   ASSERT_GT(pairs, 0u);
   for (std::size_t k = 0; k < pairs; ++k)
     for (const std::int64_t triangle : kBeyond)
-      EXPECT_TRUE(
-          has(made.refusal(made.with(
-                  seen + k * sizeof(SeenOfPair) + offsetof(SeenOfPair, seen) + offsetof(LastSeen, triangle), triangle)),
-              "contacts: found triangle " + std::to_string(triangle) + "; allowed: -1 to 79"));
+      EXPECT_TRUE(has(made.refusal(made.with(seen + k * sizeof(SeenOfPair) + offsetof(SeenOfPair, seen) +
+                                                 offsetof(ClosestPointRecord, triangle),
+                                             triangle)),
+                      "contacts: found triangle " + std::to_string(triangle) + "; allowed: -1 to 79"));
 }
 
 TEST(MadeUpCheckpoint, OfPairsThatAreNotThereIsRefused) {

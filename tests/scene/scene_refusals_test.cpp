@@ -292,7 +292,7 @@ INSTANTIATE_TEST_SUITE_P(
     name_of);
 
 INSTANTIATE_TEST_SUITE_P(
-    Surroundings, ParseSceneRefuses,
+    EnvironmentView, ParseSceneRefuses,
     testing::Values(
         Refusal{"ShapeWithoutFaces", "/environment/1/shape",
                 R"({"chain": {"from": [0,0,0], "to": [1,0,0], "segments": 1}})",

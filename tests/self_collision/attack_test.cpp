@@ -19,7 +19,7 @@ namespace {
 /// Edges through triangles of which they have no particle, by signs of volumes in extended precision.
 class CrossingCount {
  public:
-  explicit CrossingCount(const Appearance& look) {
+  explicit CrossingCount(const RenderMesh& look) {
     for (const Quad& face : look.faces) {
       if (!is_triangle(face)) throw std::logic_error("the count takes triangles");
       faces_.push_back({face[0], face[1], face[2]});
@@ -67,7 +67,7 @@ class CrossingCount {
 };
 
 TEST(CrossingCount, SeesAnEdgeThroughATriangleAndNoneBesideIt) {
-  Appearance look;
+  RenderMesh look;
   look.faces = {{0, 1, 2, -1}, {3, 4, 5, -1}};
   const CrossingCount count(look);
   std::vector<Vec3> x{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2, 0.2, -1}, {0.2, 0.2, 1}, {5, 5, 0.5}};

@@ -162,8 +162,8 @@ TEST(Jammed, WhatPinsDriveIsNotMuchFasterThanThey) {
 }
 
 // Three sheets above the edges of a ground, of which a row of the middle one is torn through the others in one substep.
-// All that projects, drives and carries takes what has moved (TakeMoved): once for the projection, and at most 8, 8 and
-// 16 times for the others, however often bodies and edges are held apart in turns.
+// All that projects, drives and carries takes what has moved (ApplyDisplacements): once for the projection, and at most
+// 8, 8 and 16 times for the others, however often bodies and edges are held apart in turns.
 TEST(Jammed, ARoundOfDrivingIsNotRepeatedWithoutEndAndTheRunSaysWhatCouldNotGetOut) {
   const TemporaryFolder folder;
   for (const unsigned seed : {26u, 60u}) {
@@ -192,7 +192,7 @@ TEST(Jammed, ARoundOfDrivingIsNotRepeatedWithoutEndAndTheRunSaysWhatCouldNotGetO
     simulation.step();
     std::int64_t rounds = 0;
     for (const Launches& one : simulation.times().launches)
-      if (one.kernel.starts_with("TakeMoved")) rounds += one.launches;
+      if (one.kernel.starts_with("ApplyDisplacements")) rounds += one.launches;
     EXPECT_GT(rounds, 1 + 8) << "it jams";
     EXPECT_LE(rounds, 1 + 8 + 8 + 16) << "seed " << seed;
     EXPECT_GT(simulation.solver().facts().self->driven_through, 0);

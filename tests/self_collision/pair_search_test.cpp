@@ -84,7 +84,7 @@ std::set<std::array<int, 5>> found_by(const PairSearch<Serial, R>& search, int u
   const Pairs<R> pairs = search.pairs();
   for (int u = 0; u < units; ++u)
     pairs.patches[u].for_each_block([&](int b, int section) {
-      const PairBlock<R>& block = pairs.blocks[b];
+      const ContactBlock<R>& block = pairs.blocks[b];
       std::multiset<int> particles;
       for (int k = 0; k < kPairBlock; ++k) {
         if (block.i[0][k] == pairs.padding) continue;

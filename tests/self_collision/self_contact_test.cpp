@@ -32,7 +32,7 @@ TEST(SelfContact, HasPlanesThatPartWhatIsAThousandthOfItsSizeApart) {
     for (int i = 0; i < 4; ++i) BoxParticles<float>{reaches}(i);
     const Candidate pair{{~0, 1, 2, 3}};
     SelfContact<float> contact;
-    ASSERT_TRUE((LookAtCandidate<float>{&pair, reaches, {1e-3f, 0.1f}}(pair, contact)));
+    ASSERT_TRUE((EvaluateCandidate<float>{&pair, reaches, {1e-3f, 0.1f}}(pair, contact)));
     // Along the normal as it is stored: every end of the one side is above every end of the other by the gap.
     const std::vector<Vec3> stored = points.download();
     double low = INFINITY, high = -INFINITY;
@@ -56,7 +56,7 @@ SelfContact<double> contact_of(const Candidate& pair, const std::vector<Vec3>& x
   std::vector<Box<double>> boxes(4);
   const Reaches<double> reaches{points.points(), still.points(), 10, boxes.data()};
   SelfContact<double> contact;
-  EXPECT_TRUE((LookAtCandidate<double>{&pair, reaches, {10, 0.1}}(pair, contact)));
+  EXPECT_TRUE((EvaluateCandidate<double>{&pair, reaches, {10, 0.1}}(pair, contact)));
   return contact;
 }
 

@@ -157,9 +157,9 @@ class SetBetweenStepsOf : public testing::TestWithParam<SetKind> {
   static SimulationOptions options() {
     SimulationOptions all{.threads = 1};
     if (GetParam().name != "own") return all;
-    OwnConstraint nothing;
+    UserConstraint nothing;
     nothing.particles = {40, 41};
-    nothing.evaluate = [](const OwnBatch& batch) {
+    nothing.evaluate = [](const UserBatch& batch) {
       std::fill_n(batch.C, batch.count, 0.0), std::fill_n(batch.gradient, 2 * batch.count, Vec3{0, 0, 0});
     };
     all.constraints = {nothing};

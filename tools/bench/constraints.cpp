@@ -63,7 +63,7 @@ ConstraintSpec spec_of(const std::string& type, double parameter) {
 
 std::int64_t constraints_of(const Simulation& simulation) {
   std::int64_t sum = 0;
-  for (const SetFacts& set : simulation.solver().facts().sets) sum += set.constraints;
+  for (const SetStats& set : simulation.solver().facts().sets) sum += set.constraints;
   return sum;
 }
 std::int64_t particles_of(const Simulation& simulation) { return simulation.model().count(); }
@@ -171,7 +171,7 @@ std::vector<KindRow> measure(const Line& line, const ConstraintOptions& options,
   std::vector<KindRow> rows;
   for (const int t : threads) {
     const Simulation& simulation = runners.emplace_back(line, options.on, t).simulation();
-    const SolverFacts& facts = simulation.solver().facts();
+    const SolverStats& facts = simulation.solver().facts();
     const auto bytes = static_cast<std::int64_t>(facts.constraint_bytes + facts.long_range_bytes + facts.air_bytes);
     rows.push_back({line.what, line.element, line.elements(simulation), bytes, t, {}});
   }

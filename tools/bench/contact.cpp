@@ -109,7 +109,7 @@ struct ContactLine {
   Simulation simulation;
   int threads;
   std::string hash_after_warm_up = {};
-  ContactFacts at_start{};
+  ContactStats at_start{};
   std::int64_t first = 0;  // step
   // A number a turn: ns a particle and substep of the two passes by the clock, ms a step, and of the processor.
   std::vector<double> contact = {}, step = {}, processor = {};
@@ -131,18 +131,18 @@ void take_contact_turn(ContactLine& line, double enough) {
 
 /// Bytes of a particle and substep that must move whatever finds the contacts: both first tests read where each
 /// particle was, is and goes (18 numbers), and one slot of each that is near is read and written.
-double floor_bytes(const ContactLine& line, const ContactFacts& facts) {
+double floor_bytes(const ContactLine& line, const ContactStats& facts) {
   const Model& model = line.simulation.model();
   const bool in_double = model.scene.solver.precision == Precision::Double;
   const double number = in_double ? 8 : 4;
-  const double slot = sizeof(Near) + (in_double ? sizeof(Contact<double>) : sizeof(Contact<float>));
+  const double slot = sizeof(ProximityRecord) + (in_double ? sizeof(Contact<double>) : sizeof(Contact<float>));
   const double meshes = static_cast<double>(model.scene.environment.size());
   return meshes * 2 * (6 * number + 16) + 2 * slot * facts.near / model.count();
 }
 
 Json contact_row(const ContactCase& which, const ContactLine& line, double gb_per_s, double bullet) {
   const Model& model = line.simulation.model();
-  const ContactFacts facts = line.simulation.solver().facts().contact.value();
+  const ContactStats facts = line.simulation.solver().facts().contact.value();
   const auto steps = static_cast<double>(line.simulation.steps() - line.first);
   const double n = model.count(), each = facts.near > 0 ? static_cast<double>(facts.near_bytes) / facts.near : 0;
   const double meshes = static_cast<double>(model.scene.environment.size());

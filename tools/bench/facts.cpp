@@ -24,7 +24,7 @@ Json build_facts() {
 Json machine_facts(const std::vector<int>& threads, const RunsOn& on) {
   Json facts = build_facts();
   if (on.device()) {
-    const DeviceFacts device = cuda_device();
+    const DeviceStats device = cuda_device();
     facts["device"] = device.name, facts["device_gb_per_s"] = device.bytes_per_second * 1e-9;
   }
   facts["triad_bytes"] = kMemoryBytes;

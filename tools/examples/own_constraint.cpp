@@ -16,9 +16,9 @@ int main(int count, char** arguments) {
     constexpr double radius = 0.05;  // m
     const malha::Vec3 centre{start[last][0], start[last][1] + radius, start[last][2]};
 
-    malha::OwnConstraint sphere;
+    malha::UserConstraint sphere;
     sphere.name = "sphere", sphere.arity = 1, sphere.particles = {last};
-    sphere.evaluate = [&](const malha::OwnBatch& batch) {
+    sphere.evaluate = [&](const malha::UserBatch& batch) {
       for (int c = 0; c < batch.count; ++c) {
         const malha::Vec3& x = batch.x[c];
         const malha::Vec3 d{x[0] - centre[0], x[1] - centre[1], x[2] - centre[2]};

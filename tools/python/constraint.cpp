@@ -33,7 +33,7 @@ Doubles given(const py::handle& value, const std::string& name, const char* what
 }
 
 /// Arrays of its own for every call: whoever keeps them sees no later batch.
-void call(const py::object& function, const std::string& name, int arity, const OwnBatch& batch) {
+void call(const py::object& function, const std::string& name, int arity, const UserBatch& batch) {
   const py::gil_scoped_acquire hold;
   const py::ssize_t count = batch.count, k = arity;
   const py::array_t<double> x({count, k, py::ssize_t{3}}, batch.x->data());
@@ -62,11 +62,11 @@ PythonConstraint made(const py::object& particles, const py::object& function, d
   if (!array || array.ndim() != 2 || array.shape(1) < 1) wrong("particles", found_in(array), "an array (M, k)");
   PythonConstraint constraint;
   constraint.check = check;
-  OwnConstraint& own = constraint.own;
+  UserConstraint& own = constraint.own;
   own.name = name, own.arity = static_cast<int>(array.shape(1)), own.compliance = compliance;
   own.particles = integers_of(array, "particles");
   constraint.function = shared(function);
-  own.evaluate = [held = constraint.function, name, arity = own.arity](const OwnBatch& batch) {
+  own.evaluate = [held = constraint.function, name, arity = own.arity](const UserBatch& batch) {
     call(*held, name, arity, batch);
   };
   return constraint;

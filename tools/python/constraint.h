@@ -13,7 +13,7 @@ namespace malha::python {
 using Function = std::shared_ptr<pybind11::object>;
 
 struct PythonConstraint {
-  OwnConstraint own;
+  UserConstraint own;
   Function function;  // that of `own`
   bool check = false;
 };

@@ -41,7 +41,7 @@ py::slice slice(int first, int end) { return {first, end, 1}; }
 std::vector<BodyOf> bodies_of(Running& running) {
   const auto use = running.now();
   const Simulation& simulation = *use;
-  const Appearance& look = simulation.model().look;
+  const RenderMesh& look = simulation.model().look;
   std::vector<BodyOf> all;
   for (std::size_t b = 0; b + 1 < look.body_begin.size(); ++b)
     all.push_back({simulation.model().scene.bodies[b].name, look.body_begin[b], look.body_begin[b + 1],
@@ -61,7 +61,7 @@ std::vector<Edge> edges_of(const py::object& given) {
 
 py::list held(Running& running) {
   py::list all;
-  for (const Taken& one : running.now()->held()) {
+  for (const ParticleHandle& one : running.now()->held()) {
     py::dict taken("particle"_a = one.particle, "to"_a = py::make_tuple(one.to[0], one.to[1], one.to[2]));
     if (!one.is_held()) taken["compliance"] = one.compliance;
     all.append(taken);

@@ -18,7 +18,7 @@ inline constexpr std::size_t kManyTriangles = 400'000;  // more take long to dra
 
 /// What does not change from frame to frame; another one after each tear and each change of the scene.
 struct Body {
-  Appearance look;  // by the user's numbers
+  RenderMesh look;  // by the user's numbers
   std::vector<std::array<unsigned, 3>> triangles;
   std::vector<std::array<unsigned, 2>> edges;  // of faces, and lines
   std::vector<unsigned> loose;                 // that belong to neither

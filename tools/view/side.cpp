@@ -72,8 +72,8 @@ void Side::change_back(const std::shared_ptr<const Scene>& scene) {
 }
 
 void Side::note_body() {
-  const Appearance& look = simulation_->model().look;
-  const auto same = [&look](const Appearance& one) {
+  const RenderMesh& look = simulation_->model().look;
+  const auto same = [&look](const RenderMesh& one) {
     return one.points == look.points && one.faces == look.faces && one.lines == look.lines &&
            one.body_begin == look.body_begin;
   };
@@ -81,7 +81,7 @@ void Side::note_body() {
   tears_ = simulation_->tears();
   looks_.reset();
   grips_.clear();  // tears may have numbered them anew
-  for (const Taken& one : simulation_->held()) grips_[one.particle] = {one.to, one.is_held()};
+  for (const ParticleHandle& one : simulation_->held()) grips_[one.particle] = {one.to, one.is_held()};
 }
 
 std::shared_ptr<const Looks> Side::looks(Look look) {

@@ -66,7 +66,7 @@ Contestant FilterCase::filter(FilterKind kind, Storage storage, int threads) {
   Contestant made;
   made.row.setup_seconds =
       seconds([&] { filter = make_filter<OpenMP, R>(OpenMP{threads}, threads, model_, system_, {}); });
-  const FilterFacts& facts = filter->facts();
+  const FilterStats& facts = filter->facts();
   made.stored_bytes = double(facts.numbers) * bytes_of(storage);
   made.row.bytes = made.stored_bytes * (kind == FilterKind::Sparse ? 2 : 1);
   made.row.kernel = facts.kind, made.row.storage = facts.storage;

@@ -31,7 +31,7 @@ FilterRow step_row(const StepSearch& search, int side) {
     row.seconds.push_back(seconds([&] { simulation.step(); }));
     all += row.seconds.back();
   }
-  const FilterFacts& facts = *simulation.solver().facts().filter;
+  const FilterStats& facts = *simulation.solver().facts().filter;
   row.side = side, row.particles = simulation.model().count(), row.n = facts.unknowns, row.threads = search.threads;
   row.kernel = facts.kind + " step", row.storage = facts.storage;
   row.bytes = double(facts.numbers) * sizeof(float) * (facts.kind == "sparse" ? 2 : 1);

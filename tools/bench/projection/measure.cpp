@@ -30,7 +30,7 @@ Runner malha_runner(const Case& which, const Schedule& schedule, const RunsOn& o
   runner.row.library = "malha", runner.row.version = version();
   runner.row.schedule = schedule, runner.row.threads = threads;
   runner.row.particles = simulation->model().count();
-  for (const SetFacts& set : simulation->solver().facts().sets) runner.row.constraints += set.constraints;
+  for (const SetStats& set : simulation->solver().facts().sets) runner.row.constraints += set.constraints;
   runner.row.projections = simulation->solver().facts().projections_per_step;
   runner.row.levels = static_cast<int>(simulation->solver().facts().levels.size());
   const RunTimes& times = simulation->times();

@@ -66,7 +66,7 @@ double run_motion(Line& line, int steps, const std::function<void(double)>& prog
 
 Json row_of(const SelfCase& of, const Line& line) {
   const Measures m = line.simulation.measure();
-  const SolverFacts& facts = line.simulation.solver().facts();
+  const SolverStats& facts = line.simulation.solver().facts();
   const SolverSpec& solver = line.simulation.model().scene.solver;
   const double particles = line.simulation.model().count();
   const double substeps = static_cast<double>(line.simulation.steps()) * solver.substeps;

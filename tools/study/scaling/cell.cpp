@@ -52,8 +52,8 @@ double must_move(const ClothMethod& method, const Simulation& simulation) {
   return static_cast<double>(filter->numbers) * sizeof(float) * (filter->kind == "sparse" ? 2 : 1);
 }
 
-Json result(const ClothMethod& method, const Runner& runner, double enough, const std::optional<DeviceFacts>& device) {
-  const PatchFacts& patches = runner.simulation->solver().facts().patches;
+Json result(const ClothMethod& method, const Runner& runner, double enough, const std::optional<DeviceStats>& device) {
+  const PatchStats& patches = runner.simulation->solver().facts().patches;
   Json passes = Json::object();
   for (std::size_t k = 0; k < kPassNames.size(); ++k)
     if (const double seconds = bench::median(runner.passes[k]); seconds > 0) passes[kPassNames[k]] = seconds;
@@ -119,7 +119,7 @@ Json scaling_cell(const ClothMethod& method, const std::vector<Crew>& lines, con
   for (int turn = 0; turn < (cells.quick() ? 3 : 7); ++turn)
     for (Runner& runner : runners) runner.turn(enough), cells.go_on();
   Json cell{{"load_average", load}, {"lines", Json::array()}};
-  std::optional<DeviceFacts> device;
+  std::optional<DeviceStats> device;
   if (cells.on().device()) device = cuda_device(), cell["device"] = device->name;
   for (const Runner& runner : runners) cell["lines"].push_back(result(method, runner, enough, device));
   return cell;

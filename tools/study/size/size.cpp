@@ -63,7 +63,7 @@ Json run(const ClothMethod& method, int side, const Cells& cells) {
     steps.push_back(bench::seconds_each([&] { simulation->step(); }, cells.quick() ? 0.005 : 0.2));
     cells.go_on();
   }
-  const SolverFacts& facts = simulation->solver().facts();
+  const SolverStats& facts = simulation->solver().facts();
   const Parts memory = memory_parts(simulation->model(), facts);
   Json cell{{"particles", simulation->model().count()},
             {"projections_per_step", facts.projections_per_step},
