@@ -57,7 +57,7 @@ struct PutBeforeMeshes : EnvironmentView<R> {
   Crossing crossing_of(int i, int k) const {
     const MovingSurface& mesh = this->meshes[k];
     const Point a = to_local(mesh.before, x(i));
-    if (this->nearby[k].seen(i, a).keeps(a, to_local(mesh.after, p(i)))) return {};
+    if (this->nearby[k].seen(i, a).is_path_clear(a, to_local(mesh.after, p(i)))) return {};
     return crossing(mesh, x(i), p(i));
   }
 
@@ -117,7 +117,7 @@ struct NotePressed : PutBeforeMeshes<R> {
         last.passed = n * dot(n, to_local(mesh.after, this->p(i)) - at.q);
         known.give_places(i / kWord, this->particles, mesh.before);
         known.see(i, last);
-        forget_place(*known.contact(i));
+        invalidate_place(*known.contact(i));
       }
   }
 };

@@ -40,32 +40,32 @@ class EnvironmentCollider {
   /// Lays the contact constraints for x -> p; the meshes move from their poses at `start` to those at `end` (s). While
   /// the host is asked, go_on(questions) may launch on a device what leaves as they are the particles asked about.
   template <class GoOn>
-  void find(const Particles<R>& particles, double start, double end, [[maybe_unused]] const GoOn& go_on) {
+  void detect_contacts(const Particles<R>& particles, double start, double end, [[maybe_unused]] const GoOn& go_on) {
     place_meshes(start, end);
-    for (Obstacle& o : obstacles_) let_go(o, particles, o.spec.motion.empty() ? o.spec.thickness / 2 : -1);
+    for (Obstacle& o : obstacles_) invalidate(o, particles, o.spec.motion.empty() ? o.spec.thickness / 2 : -1);
     if constexpr (kOnHost)
       find_on_host(particles);
     else
       find_on_device(particles, go_on);
   }
-  void find(const Particles<R>& particles, double start, double end) {
-    find(particles, start, end, [](const ActiveMask&) {});
+  void detect_contacts(const Particles<R>& particles, double start, double end) {
+    detect_contacts(particles, start, end, [](const ActiveMask&) {});
   }
 
-  void resolve(const Particles<R>& particles) {
+  void solve_contacts(const Particles<R>& particles) {
     for (Obstacle& o : obstacles_)
       parallel_for(executor_, o.memory.slots(),
                    ResolveContact<R>{particles.p, o.memory.view().contacts, R(o.spec.friction)});
   }
 
   /// After the last iteration: nothing that was dragged crosses a surface.
-  void put_before_meshes(const Particles<R>& particles) {
+  void clamp_tunnelling(const Particles<R>& particles) {
     hold_crossing<PutBeforeMeshes<R>>(find_crossing(particles), particles);
   }
 
   /// After what holds bodies apart: what it has moved across a surface goes with that mesh instead, from where it came,
   /// or, unless `carries`, is put before it. `held` notes it, by numbers of meshes. Returns whether anything moved.
-  bool carry_before_meshes(const Particles<R>& particles, const HeldByEdges<R>& held, bool carries) {
+  bool move_with_meshes(const Particles<R>& particles, const HeldByEdges<R>& held, bool carries) {
     const ActiveCount asked = find_crossing(particles);
     if (asked.particles == 0) return false;
     if (before_.size() == 0) before_ = PointArray<Executor, R>(static_cast<std::size_t>(particles.count));
@@ -92,7 +92,7 @@ class EnvironmentCollider {
   }
 
   /// Memory for questions of speed.
-  void make_rooms() { rooms_ = Array<Executor, Clearance>(static_cast<std::size_t>(words_), Clearance{}); }
+  void allocate_clearance() { rooms_ = Array<Executor, Clearance>(static_cast<std::size_t>(words_), Clearance{}); }
   /// Lets particles that are nearer than the thickness now stay as near until they leave by themselves.
   void keep_overlaps() {
     for (Obstacle& o : obstacles_)
@@ -102,7 +102,7 @@ class EnvironmentCollider {
   /// How fast (m/s) particles may be during the next `substeps` of h seconds, so that they need no look at meshes that
   /// do not move: none comes so near that a contact were laid, or anything held back. 0: they do need it. `g`: of
   /// gravity, m/s^2.
-  double speed_without_looks(const Particles<R>& particles, double h, int substeps, double g) {
+  double max_contact_free_speed(const Particles<R>& particles, double h, int substeps, double g) {
     const auto rounding = static_cast<float>(4e-6 + 4e-7 * substeps);  // of a substep two, of a first test some ten
     for (int k = 0; k < count(); ++k) {
       const ContactCacheView<R> nearby = obstacles_[k].memory.view();
@@ -116,18 +116,18 @@ class EnvironmentCollider {
   }
 
   /// Before substeps without looks.
-  void let_go_of_all(const Particles<R>& particles) {
-    for (Obstacle& o : obstacles_) let_go(o, particles, -1);
+  void invalidate_contacts(const Particles<R>& particles) {
+    for (Obstacle& o : obstacles_) invalidate(o, particles, -1);
   }
 
   /// After a substep without looks, of h seconds and with its new state, in which particles were faster than they may.
-  void put_before_meshes_late(const Particles<R>& particles, double start, double h) {
+  void clamp_tunnelling_late(const Particles<R>& particles, double start, double h) {
     const PointArray<Executor, R> before(static_cast<std::size_t>(particles.count));
     Particles<R> then = particles;
     then.x = then.p.x = before.points();
     parallel_for(executor_, particles.count, ReconstructPrevious<R>{particles, then.x, R(h)});
     place_meshes(start, start + h);
-    put_before_meshes(then);
+    clamp_tunnelling(then);
     parallel_for(executor_, particles.count, KeepHeld<R>{particles, R(1 / h)});
   }
 
@@ -180,7 +180,7 @@ class EnvironmentCollider {
     return facts;
   }
 
-  /// What is known of the particles near a mesh, until the next find or put_before_meshes.
+  /// What is known of the particles near a mesh, until the next find or clamp_tunnelling.
   ContactCacheView<R> nearby(int mesh) const { return obstacles_[static_cast<std::size_t>(mesh)].memory.view(); }
 
   /// How many triangles each mesh has.
@@ -209,7 +209,7 @@ class EnvironmentCollider {
     for (const Obstacle& o : obstacles_) sum += o.memory.most_places();
     return sum;
   }
-  void remember(const ContactMemory& all) {
+  void restore_state(const ContactMemory& all) {
     const std::size_t words = words_of(particles_);
     const PlaceSeen* place = all.places.data();
     const SeenOfPair *from = all.near.data(), *const last = from + all.near.size();
@@ -221,8 +221,8 @@ class EnvironmentCollider {
         memory.forget(executor_);
       } else {
         const WordBox* const first = all.boxes.data() + k * words;
-        memory.remember(executor_, {first, first + words}, place, from, static_cast<std::size_t>(end - from),
-                        first_pair(k));
+        memory.restore_state(executor_, {first, first + words}, place, from, static_cast<std::size_t>(end - from),
+                             first_pair(k));
         place += places_of(first, particles_);
       }
       from = end;
@@ -245,7 +245,7 @@ class EnvironmentCollider {
   long long first_pair(std::size_t mesh) const { return static_cast<long long>(mesh * particles_); }
 
   /// `way`: see InvalidateContacts. On ways of up to half the thickness contacts are planes, whatever the distance.
-  void let_go(Obstacle& o, const Particles<R>& particles, double way) {
+  void invalidate(Obstacle& o, const Particles<R>& particles, double way) {
     parallel_for(executor_, o.memory.slots(), InvalidateContacts<R>{o.memory.view().contacts, particles.p, way});
   }
 
@@ -264,8 +264,8 @@ class EnvironmentCollider {
 
   void find_on_host(const Particles<R>& particles) {
     for (int k = 0; k < count(); ++k) {
-      test(particles, k, reach(k), bits(0), false);
-      const int looks = make_room(k, k + 1, {bits(0), 1, words_}).particles;
+      broad_phase(particles, k, reach(k), bits(0), false);
+      const int looks = reserve_slots(k, k + 1, {bits(0), 1, words_}).particles;
       facts_.looks += looks;
       deal_words(looks, FindContact<R>{surroundings(particles), k, bits(0)});
     }
@@ -273,8 +273,8 @@ class EnvironmentCollider {
   /// All meshes at once. Lists lift what is near to no other mesh, by less than what keeps it off the others.
   template <class GoOn>
   void find_on_device(const Particles<R>& particles, const GoOn& go_on) {
-    for (int k = 0; k < count(); ++k) test(particles, k, reach(k), bits(k), false);
-    const int looks = make_room(0, count(), {bits(0), count(), words_}).particles;
+    for (int k = 0; k < count(); ++k) broad_phase(particles, k, reach(k), bits(k), false);
+    const int looks = reserve_slots(0, count(), {bits(0), count(), words_}).particles;
     facts_.looks += looks;
     if (looks == 0) return;
     const EnvironmentView<R> there = surroundings(particles);
@@ -292,18 +292,19 @@ class EnvironmentCollider {
     const ActiveCount left = parallel_reduce<ActiveCount>(executor_, words_, CountActive{asked});
     if (left.particles == 0) return;
     const auto look = [&](const auto& all, const auto& cargo) {
-      for (int k = 0; k < count(); ++k) parallel_dealt(executor_, cargo.words, FindContact<R>{all, k, cargo.bits(k)});
+      for (int k = 0; k < count(); ++k)
+        parallel_for_interleaved(executor_, cargo.words, FindContact<R>{all, k, cargo.bits(k)});
     };
     host_words_.ask(there, asked, left, look, go_on);
   }
 
   /// Marks the particles whose way may lead through a surface. On a device they get slots at all meshes.
   ActiveCount find_crossing(const Particles<R>& particles) {
-    for (int k = 0; k < count(); ++k) test(particles, k, -1, bits(0), k > 0);
+    for (int k = 0; k < count(); ++k) broad_phase(particles, k, -1, bits(0), k > 0);
     if constexpr (kOnHost)
       return count_asked(0);
     else
-      return make_room(0, count(), {bits(0), 1, words_});
+      return reserve_slots(0, count(), {bits(0), 1, words_});
   }
   ActiveCount count_asked(int question) {
     return parallel_reduce<ActiveCount>(executor_, words_, CountActive{{bits(question), 1, words_}});
@@ -313,7 +314,7 @@ class EnvironmentCollider {
   unsigned long long* bits(int question) const { return bits_.data() + question * words_; }
 
   /// The first test of mesh k (see BroadPhaseTest).
-  void test(const Particles<R>& particles, int k, float reach, unsigned long long* bits, bool add) {
+  void broad_phase(const Particles<R>& particles, int k, float reach, unsigned long long* bits, bool add) {
     const MovingSurface& mesh = meshes_[k];
     const NearMemory<Executor, R>& memory = obstacles_[k].memory;
     const SurfaceView& surface = mesh.surface->view();
@@ -324,7 +325,7 @@ class EnvironmentCollider {
   }
   /// Reserves slots and places at the meshes first .. last - 1 for all particles that the tests have left: of the one
   /// question, or of those up to the mesh's own. Returns how many looks that are, in how many words.
-  ActiveCount make_room(int first, int last, const ActiveMask& questions) {
+  ActiveCount reserve_slots(int first, int last, const ActiveMask& questions) {
     const auto counting = [&](int k) {
       return CountTested<R>{{questions.bits, std::min(k + 1, questions.count), words_}, obstacles_[k].memory.view()};
     };
@@ -339,7 +340,7 @@ class EnvironmentCollider {
     ActiveCount asked;
     for (int k = first; k < last; ++k) {
       const BroadPhaseCounts& at = tested[k - first];
-      obstacles_[k].memory.make_room(executor_, at.without_slot, at.slots, at.without_places, at.places);
+      obstacles_[k].memory.reserve_slots(executor_, at.without_slot, at.slots, at.without_places, at.places);
       nearby_[k] = obstacles_[k].memory.view();
       asked = {at.words, questions.count > 1 ? asked.particles + at.all : at.all};
     }
@@ -349,14 +350,14 @@ class EnvironmentCollider {
   /// A kernel over the words of bits.
   template <class Kernel>
   void words(bool wide, const Kernel& kernel) {
-    if (!wide) return parallel_groups(narrow(executor_), 0, words_, {}, kernel);
+    if (!wide) return parallel_groups(single_threaded(executor_), 0, words_, {}, kernel);
     parallel_region(executor_, words_, [&](const auto& team) { parallel_groups(team, 0, words_, {}, kernel); });
   }
   /// The same, of words that may have many looks or none.
   template <class Kernel>
   void deal_words(int looks, const Kernel& kernel) {
-    if (looks <= kLooks) return parallel_dealt(narrow(executor_), words_, kernel);
-    parallel_region(executor_, words_, [&](const auto& team) { parallel_dealt(team, words_, kernel); });
+    if (looks <= kLooks) return parallel_for_interleaved(single_threaded(executor_), words_, kernel);
+    parallel_region(executor_, words_, [&](const auto& team) { parallel_for_interleaved(team, words_, kernel); });
   }
 
   /// Puts particles that cross meshes, so many of the first question, before them by a kernel. Those that nothing holds
@@ -367,15 +368,15 @@ class EnvironmentCollider {
       deal_words(asked.particles, Kernel{surroundings(particles), bits(0), bits(1)});
       const ActiveCount pressed = asked.particles > 0 ? count_asked(1) : ActiveCount{};
       if (pressed.particles == 0) return;
-      make_room(0, count(), {bits(1), 1, words_});
+      reserve_slots(0, count(), {bits(1), 1, words_});
       deal_words(pressed.particles, NotePressed<R>{surroundings(particles), bits(1), nullptr});
     } else if (asked.particles > 0) {
       Memory<Executor>::fill(bits(1), static_cast<std::size_t>(words_), 0ull);
       const auto look = [&](const auto& all, const auto& cargo) {
-        parallel_dealt(executor_, cargo.words, Kernel{all, cargo.bits(0), cargo.bits(1)});
+        parallel_for_interleaved(executor_, cargo.words, Kernel{all, cargo.bits(0), cargo.bits(1)});
         const unsigned long long* const pressed = cargo.bits(1);
         if (std::any_of(pressed, pressed + cargo.words, [](auto word) { return word != 0; }))
-          parallel_dealt(executor_, cargo.words, NotePressed<R>{all, pressed, nullptr});
+          parallel_for_interleaved(executor_, cargo.words, NotePressed<R>{all, pressed, nullptr});
       };
       host_words_.ask(surroundings(particles), {bits(0), 2, words_}, asked, look, [](const ActiveMask&) {});
     }
@@ -391,7 +392,7 @@ class EnvironmentCollider {
       host_words_.ask(
           here, {bits(0), 1, words_}, asked,
           [&](const auto& all, const auto& cargo) {
-            parallel_dealt(executor_, cargo.words, Kernel{all, cargo.bits(0)});
+            parallel_for_interleaved(executor_, cargo.words, Kernel{all, cargo.bits(0)});
           },
           [](const ActiveMask&) {});
   }

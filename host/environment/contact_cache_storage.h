@@ -44,11 +44,11 @@ class NearMemory {
   int slots() const { return Memory<Executor>::kOfTheHost ? slots_handed().used : most_; }
 
   /// Room for so many more slots and places of words, and for not many more than are used: free ones are taken out.
-  void make_room(const Executor& executor, int slots, int places) {
-    make_room(executor, slots, slots_handed(), places, places_handed());
+  void reserve_slots(const Executor& executor, int slots, int places) {
+    reserve_slots(executor, slots, slots_handed(), places, places_handed());
   }
   /// Where it is known how many there are, and how many of them are free.
-  void make_room(const Executor& executor, int slots, const Handed& of_slots, int places, const Handed& of_places) {
+  void reserve_slots(const Executor& executor, int slots, const Handed& of_slots, int places, const Handed& of_places) {
     make_room_for_slots(executor, slots, of_slots);
     make_room_for_places(executor, places, of_places);
   }
@@ -84,8 +84,8 @@ class NearMemory {
   /// Places of particles there are at most.
   std::size_t most_places() const { return static_cast<std::size_t>(places_handed().used) * kWord; }
   /// Of this mesh: its boxes, its places and what is near, of which there are so many.
-  void remember(const Executor& executor, std::vector<WordBox> boxes, const PlaceSeen* place, const SeenOfPair* near,
-                std::size_t count, long long first) {
+  void restore_state(const Executor& executor, std::vector<WordBox> boxes, const PlaceSeen* place,
+                     const SeenOfPair* near, std::size_t count, long long first) {
     std::vector<int> which(boxes.size(), -1);
     std::vector<WordPlaces> places;
     std::vector<Contact<R>> contacts(count);
@@ -112,14 +112,14 @@ class NearMemory {
     }
     handed_.upload({{}, {}});
     const int slots = static_cast<int>(count), words = static_cast<int>(places.size());
-    make_room(executor, slots, {}, words, {});
+    reserve_slots(executor, slots, {}, words, {});
     empty_from(0);
     fill_first(places_, places), fill_first(contacts_, contacts), fill_first(near_, of_slots);
     handed_.upload({{slots, 0}, {words, 0}}), which_.upload(which), boxes_.upload(boxes);
   }
 
   void forget(const Executor& executor) {
-    remember(executor, std::vector<WordBox>(boxes_.size(), WordBox{}), nullptr, nullptr, 0, 0);
+    restore_state(executor, std::vector<WordBox>(boxes_.size(), WordBox{}), nullptr, nullptr, 0, 0);
   }
 
   static constexpr std::size_t kSlotBytes = sizeof(ProximityRecord) + sizeof(Contact<R>);

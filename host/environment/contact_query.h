@@ -57,13 +57,13 @@ struct ContactQuery {
     if (look.cell > 0) surface.prefetch_cell(look.cell);
     const double box = surface.box_distance(look.a);
     if (box > look.reach) {
-      see_beyond(look, box);
+      record_lower_bound(look, box);
       return false;
     }
     // If it went through the surface since, or was inside, it is at most this deep now.
-    look.depth = larger(look.moved - look.last.distance, 0.0);
+    look.depth = max(look.moved - look.last.distance, 0.0);
     // Looking further than now needed keeps the particle out of the next substeps' queries.
-    look.radius = 4 * look.reach + smaller(surface.diagonal(), look.depth);
+    look.radius = 4 * look.reach + min(surface.diagonal(), look.depth);
     return true;
   }
 
@@ -83,12 +83,12 @@ struct ContactQuery {
     if (feature.kind == NearFeature::Point) return;
     const OctreeNode& cell = surface.cells.cells[look.cell];
     feature.at = surface.in_near_mesh(look.a);
-    feature.radius = holds(from_walls(surface.cells, cell, feature.at), double(cell.error));
+    feature.radius = holds(distance_to_cell_boundary(surface.cells, cell, feature.at), double(cell.error));
     nearby.near[slot].feature = feature;
   }
 
   /// Nothing is nearer than that.
-  KERNEL void see_beyond(const Query& look, double distance) const {
+  KERNEL void record_lower_bound(const Query& look, double distance) const {
     nearby.see(look.i, {look.a, distance, -1, look.last.passed});
   }
   KERNEL void remember(const Query& look, const ClosestPointRecord& last) const {
@@ -111,37 +111,37 @@ struct ContactQuery {
   /// The plane at the nearest point stands for the surface only on a short way: on a long one it would stop what passes
   /// a corner.
   KERNEL bool goes_far(const Query& look, double distance) const {
-    const double clearance = larger(thickness, distance);
-    return look.path > larger(clearance / 2, clearance - thickness);
+    const double clearance = max(thickness, distance);
+    return look.path > max(clearance / 2, clearance - thickness);
   }
 
   /// The overlap that a particle may keep, in m: what is nearer than the thickness when it is first seen, on either
   /// side of the surface, stays as near until it opens by itself. To lift it would stretch a body of which it is a
   /// part, and so give it speed.
   KERNEL double overlap_of(const Query& look, double distance) const {
-    const double lacks = larger(0.0, thickness - distance);
-    if (look.last.distance > -INFINITY) return smaller(lacks, look.last.overlap);
+    const double lacks = max(0.0, thickness - distance);
+    if (look.last.distance > -INFINITY) return min(lacks, look.last.overlap);
     return lacks > 2 * thickness ? (1 - kLeast) * thickness : lacks;
   }
   /// The distance that a particle must keep, m; negative inside.
   KERNEL double least_distance(const ClosestPointRecord& last) const { return thickness - last.overlap; }
 
-  /// Stores what the query found at the nearest point. `lift(look, q, n, last)` moves a particle that starts too near
-  /// out to its least distance, if it can; `sweep(i, outward)` follows a path that goes far.
-  template <class Lift, class Sweep>
-  KERNEL void finish(const Query& look, const ClosestPoint& near, const Point& outward, const Lift& lift,
+  /// Stores what the query found at the nearest point. `depenetrate(look, q, n, last)` moves a particle that starts too
+  /// near out to its least distance, if it can; `sweep(i, outward)` follows a path that goes far.
+  template <class Depenetrate, class Sweep>
+  KERNEL void finish(const Query& look, const ClosestPoint& near, const Point& outward, const Depenetrate& depenetrate,
                      const Sweep& sweep) const {
     const int i = look.i;
     const Point& a = look.a;
     const double distance = signed_distance(near, a, outward);
-    if (distance > look.reach) return see_beyond(look, distance);
+    if (distance > look.reach) return record_lower_bound(look, distance);
     ClosestPointRecord last{a, distance, near.triangle, look.last.passed, overlap_of(look, distance)};
     // beyond the rim of a sheet there is no inside
     if (distance < 0 && near.boundary) return remember(look, last);
 
     const Point n = direction(near, a, outward, distance);
     const Vector3<R> x = particles.x[i], p = particles.p[i];
-    const bool lies_deep = distance < least_distance(last) && !lift(look, near.q, n, last) && distance < 0;
+    const bool lies_deep = distance < least_distance(last) && !depenetrate(look, near.q, n, last) && distance < 0;
     // Behind a sheet it still belongs before it, and on one that has two sides, on that on which it was seen first.
     if (lies_deep || (sides == Sides::TwoSided && near.distance < kOn * thickness))
       last.at = near.q + n * (kOn * thickness);
@@ -168,8 +168,8 @@ struct ContactQuery {
     const double way = least_distance(last) - last.distance;
     particles.x.set(look.i, particles.x[look.i] + by);
     last.at = look.a + n * way;
-    last.distance = larger(0.0, last.distance - way);  // of what else is near it is known no better
-    if (dot(n, last.passed) < 0) last.passed = {};     // not where it leaves by the back
+    last.distance = max(0.0, last.distance - way);  // of what else is near it is known no better
+    if (dot(n, last.passed) < 0) last.passed = {};  // not where it leaves by the back
   }
 
   KERNEL void set(int i, const Point& q, const Point& n) const {

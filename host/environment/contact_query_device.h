@@ -106,12 +106,12 @@ struct AnswerByLists : ContactQuery<R> {
       const double least = surface.known_least(look.a);
       if (least < 0) return false;  // the host finds out
       if (least > look.reach) {     // a coarse bound tells that it cannot touch
-        this->see_beyond(look, least);
+        this->record_lower_bound(look, least);
         return true;
       }
     }
     if (!(distance < look.radius))
-      this->see_beyond(look, look.radius);
+      this->record_lower_bound(look, look.radius);
     else if (!finishes(look, near, alone))
       return false;
     if (!kept)

@@ -29,11 +29,11 @@ class EdgeCollider {
     for (const auto& objects : groups) groups_.emplace_back(executor, model, bodies.simplices, objects);
   }
 
-  void find(const Particles<R>& particles, double start, double end) {
-    for (auto& group : groups_) group.find(particles, x0_.points(), start, end);
+  void detect_contacts(const Particles<R>& particles, double start, double end) {
+    for (auto& group : groups_) group.detect_contacts(particles, x0_.points(), start, end);
   }
-  void resolve(const Particles<R>& particles) {
-    for (auto& group : groups_) group.resolve(particles);
+  void solve_contacts(const Particles<R>& particles) {
+    for (auto& group : groups_) group.solve_contacts(particles);
   }
 
   /// The end of a substep: nothing crosses. `pushes`: whether what would may first be pushed. Notes what is held in
@@ -61,7 +61,7 @@ class EdgeCollider {
   }
 
   /// Where all is now is where the next substep begins.
-  void settle(const Particles<R>& particles) {
+  void end_substep(const Particles<R>& particles) {
     parallel_for(executor_, particles.count, CopyPoints<R, Displaced<R>>{particles.p, x0_.points()});
   }
 
@@ -83,15 +83,15 @@ class EdgeCollider {
   }
 
   /// It copies what a later substep depends on, for checkpoints.
-  EdgeMemory<R> memory() const {
+  EdgeMemory<R> save_state() const {
     EdgeMemory<R> memory;
     memory.x0 = x0_.template download<std::array<R, 3>>();
     for (const auto& group : groups_) group.save(memory);
     return memory;
   }
-  void remember(const EdgeMemory<R>& memory) {
+  void restore_state(const EdgeMemory<R>& memory) {
     x0_.upload(memory.x0);
-    for (std::size_t g = 0; g < groups_.size(); ++g) groups_[g].remember(memory, g);
+    for (std::size_t g = 0; g < groups_.size(); ++g) groups_[g].restore_state(memory, g);
   }
   int groups() const { return static_cast<int>(groups_.size()); }
 

@@ -65,17 +65,17 @@ class EdgeGroup {
   }
 
   /// Lays the contacts for x0 -> p, x0 the last positions in which nothing crossed; from `start` to `end` (s).
-  void find(const Particles<R>& particles, const ScatteredPoints<R>& x0, double start, double end) {
+  void detect_contacts(const Particles<R>& particles, const ScatteredPoints<R>& x0, double start, double end) {
     before_ = {pose_at(motion_, start), centre_};
     after_ = {pose_at(motion_, end), centre_};
     Memory<Executor>::copy(particles.w, static_cast<std::size_t>(particles_), w_.data());
     parallel_for(executor_, particles_, StartLocal<R>{x0, before_, x_.points()});
-    lay(particles);
+    update_contacts(particles);
     contacts_.start_substep();
   }
 
   /// One projection of all contacts.
-  void resolve(const Particles<R>& particles) {
+  void solve_contacts(const Particles<R>& particles) {
     if (contacts_.found() == 0) return;
     store_motion(particles);
     contacts_.project(particles.p, w_.data(), moved_.points(), ObjectFriction<R>{rules_.data(), object_.data()},
@@ -93,7 +93,7 @@ class EdgeGroup {
     };
     if (out_of_reach()) {
       contacts_.keep_pushed();
-      lay(particles);
+      update_contacts(particles);
       ++facts_.laid_again;
     }
     if (contacts_.found() == 0) return false;
@@ -101,11 +101,11 @@ class EdgeGroup {
     double left = contacts_.crossing(planes, w_.data());
     if (!(left > 0)) return false;
     for (int more = 0; pushes && left > 0 && more < kMoreProjections; ++more) {
-      resolve(particles);
+      solve_contacts(particles);
       store_motion(particles);
       if (out_of_reach()) {
         contacts_.keep_pushed();
-        lay(particles);
+        update_contacts(particles);
       }
       left = contacts_.crossing(planes, w_.data());
     }
@@ -138,7 +138,7 @@ class EdgeGroup {
     memory.serves.push_back(searched_ ? 1 : 0);
   }
   /// Goes on from what the group-th of them saved; a search is made again, and finds the same.
-  void remember(const EdgeMemory<R>& memory, std::size_t group) {
+  void restore_state(const EdgeMemory<R>& memory, std::size_t group) {
     searched_ = memory.serves.at(group) != 0;
     const auto own = [&]<class T>(const std::vector<T>& all) {
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(group) * particles_;
@@ -180,13 +180,13 @@ class EdgeGroup {
     parallel_for(executor_, particles_, MoveLocal<R>{particles.p, after_, x_.points(), moved_.points()}, kGrain);
   }
 
-  void lay(const Particles<R>& particles) {
+  void update_contacts(const Particles<R>& particles) {
     store_motion(particles);
     const OwnMotion<R> own{moved_.points(),  x_.points(),      d_.points(),
                            x_then_.points(), d_then_.points(), kRounding * slack_};
     const double left = parallel_reduce<Sum>(executor_, particles_, own).value;
     if (!searched_ || left > 0) search();
-    lay_contacts();
+    update_contacts();
   }
 
   /// Finds candidates that last for some substeps of the present motion.
@@ -198,7 +198,7 @@ class EdgeGroup {
   }
   /// From where the last one started, with the particles there.
   void search_again() {
-    box_particles(x_then_.points(), d_then_.points(), larger(wanted_, margin_) + slack_);
+    box_particles(x_then_.points(), d_then_.points(), max(wanted_, margin_) + slack_);
     Memory<Executor>::fill(near_.data(), near_.size(), static_cast<unsigned char>(0));
     const int n = static_cast<int>(bodies_.size());
     const auto launch = [&]<bool kLays>() {
@@ -209,7 +209,7 @@ class EdgeGroup {
                                            boxes_.data(),
                                            x_.points(),
                                            d_then_.points(),
-                                           larger(wanted_, kDiagonal * margin_) + kDiagonal * slack_,
+                                           max(wanted_, kDiagonal * margin_) + kDiagonal * slack_,
                                            place_.data(),
                                            n,
                                            candidates_found_,
@@ -228,8 +228,8 @@ class EdgeGroup {
     parallel_for(executor_, particles_, BoxParticles<R>{{x, d, margin, boxes_.data()}});
   }
 
-  void lay_contacts() {
-    if (candidates_found_ > 0) box_particles(x_.points(), d_.points(), larger(wanted_, margin_));
+  void update_contacts() {
+    if (candidates_found_ > 0) box_particles(x_.points(), d_.points(), max(wanted_, margin_));
     // Of the two sides, one has a margin.
     const EvaluateCandidate<R> look{
         candidates_.data(), {x_.points(), d_.points(), R(0.5) * margin_, boxes_.data()}, {wanted_, recovery_}};

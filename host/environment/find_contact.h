@@ -127,7 +127,7 @@ struct FindContact : ContactQuery<R> {
     if (look.depth > 0) return false;
     const double least = whole->least_distance(look.a);
     if (!(least > look.reach)) return false;
-    this->see_beyond(look, least);
+    this->record_lower_bound(look, least);
     return true;
   }
 
@@ -146,9 +146,9 @@ struct FindContact : ContactQuery<R> {
   }
 
   HOST_KERNEL void end(const Query& look, const ClosestPoint& near) const {
-    if (!near.found) return this->see_beyond(look, look.radius);
+    if (!near.found) return this->record_lower_bound(look, look.radius);
     const auto lift_it = [this](const Query& of, const Point& q, const Point& n, ClosestPointRecord& last)
-                             KERNEL_LAMBDA { return lift(of, q, n, last); };
+                             KERNEL_LAMBDA { return depenetrate(of, q, n, last); };
     const auto sweep_it = [this](int i, const Point& outward) KERNEL_LAMBDA { sweep(i, outward); };
     this->finish(look, near, side(look, near), lift_it, sweep_it);
   }
@@ -179,7 +179,7 @@ struct FindContact : ContactQuery<R> {
   }
 
   /// Not through another mesh, nor through another part of this one, whose nearest point is q.
-  bool lift(const Query& look, const Point& q, const Point& n, ClosestPointRecord& last) const {
+  bool depenetrate(const Query& look, const Point& q, const Point& n, ClosestPointRecord& last) const {
     if (!this->is_free(last)) {
       const Point above = q + n * (1e-3 * thickness), rim = q + n * this->least_distance(last);
       if (whole->crossing(above, rim, 0, sides != Sides::TwoSided).hit) return false;
@@ -189,7 +189,7 @@ struct FindContact : ContactQuery<R> {
     for (int k = 0; k < all.count; ++k) {
       const MovingSurface& mesh = all.meshes[k];
       const Point start = to_local(mesh.before, in_double(x)), end = to_local(mesh.before, in_double(to));
-      if (k == own || all.nearby[k].seen(i, start).keeps(start, end)) continue;
+      if (k == own || all.nearby[k].seen(i, start).is_path_clear(start, end)) continue;
       if (mesh.surface->crossing(start, end, 0, mesh.sides != Sides::TwoSided).hit) return false;
     }
     this->shift(look, shift, n, last);
@@ -197,7 +197,7 @@ struct FindContact : ContactQuery<R> {
       Contact<R>* const other = all.nearby[k].contact(i);
       if (!other) continue;
       other->plane.w = other->plane.w - dot(other->plane.xyz(), shift);
-      forget_place(*other);
+      invalidate_place(*other);
     }
     return true;
   }

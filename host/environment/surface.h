@@ -36,7 +36,7 @@ class Surface {
   /// Makes the cell of a where that is worth it, from any thread; 0: none is made.
   int make_cell(const Point& a) const {
     const OctreeKey path = path_to(view_.cells, view_.in_near_mesh(a));
-    return path.inside && cells_->make(path) ? last_cell_at(view_.cells, path) : 0;
+    return path.inside && cells_->make(path) ? find_leaf(view_.cells, path) : 0;
   }
   /// A lower bound of the distance of a: of a grid over the mesh's box, below 0 where that says nothing.
   double least_distance(const Point& a) const {

@@ -33,7 +33,7 @@ struct SurfaceView {
     const OctreeKey path = path_to(cells, a - centre);
     if (!path.inside) return 0;
     if (cell > 0 && holds(cells.cells[cell], path)) return cell;
-    const int found = last_cell_at(cells, path);
+    const int found = find_leaf(cells, path);
     return found > 0 && cells.cells[found].count <= kMostListed ? found : 0;
   }
   /// Ask for what comes next ahead of its use.
@@ -64,7 +64,7 @@ struct SurfaceView {
     } else if (edge >= 0) {  // either of its triangles tells the same
       const int a = c[edge], b = c[(edge + 1) % 3], first = a < b ? a : b;
       const Point way = point(a < b ? b : a) - point(first);
-      const double l = root(dot(way, way));
+      const double l = sqrt(dot(way, way));
       if (l > 1e-150) f.kind = NearFeature::Edge, f.o = point(first), f.d = way * (1 / l);  // shorter: squares are 0
       f.normal = edge_normals[near.triangle][edge], f.boundary = rim_edges[near.triangle][edge];
     } else {
@@ -76,14 +76,13 @@ struct SurfaceView {
   /// The same of every point whose nearest feature it is.
   KERNEL ClosestPoint of_feature(const NearFeature& f, const Point& a) const {
     const Point p = a - centre, q = f.nearest(p), d = p - q;
-    return {true, f.triangle, root(dot(d, d)), q + centre, f.normal, f.boundary};
+    return {true, f.triangle, sqrt(dot(d, d)), q + centre, f.normal, f.boundary};
   }
 
   /// A lower bound of the distance of a: that of the bounding box; 0 inside it.
   KERNEL double box_distance(const Point& a) const {
     const Point d = a - centre;
-    return norm(Point{larger(0.0, magnitude(d.x) - half.x), larger(0.0, magnitude(d.y) - half.y),
-                      larger(0.0, magnitude(d.z) - half.z)});
+    return norm(Point{max(0.0, abs(d.x) - half.x), max(0.0, abs(d.y) - half.y), max(0.0, abs(d.z) - half.z)});
   }
   /// Another one, of the grid over that box, as far as it is known; below 0 where that says nothing.
   KERNEL double known_least(const Point& a) const {

@@ -51,7 +51,7 @@ struct NearCells::Cube {
       Vector3<S> p;
       load(x.data() + k, p.x), load(y.data() + k, p.y), load(z.data() + k, p.z);
       const Vector3<S> d = p - nearest_point(p, a, b, c).q;
-      store(root(dot(d, d)), out.data() + k);
+      store(sqrt(dot(d, d)), out.data() + k);
     }
     return out;
   }
@@ -139,7 +139,7 @@ bool NearCells::make(const OctreeKey& path) try {
       if (__atomic_compare_exchange_n(link, &at, made, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) at = made;
     }
     OctreeNode& cell = cells_[at];
-    if (is_last(mesh_, cell)) return cell.count <= kMostListed;
+    if (is_leaf(mesh_, cell)) return cell.count <= kMostListed;
     const int part = path.part(cell.depth);
     cube = cube.part(part), link = &cell.child[part], parent = at;
   }
@@ -193,7 +193,7 @@ int NearCells::make(int parent, const Cube& cube, const OctreeKey& path) {
   const Vector3<S> p{S(cube.centre.x), S(cube.centre.y), S(cube.centre.z)};
   for (int k = 0; k < count; k += kWide) {
     const Vector3<S> d = p - nearest_of_listed(mesh_, p, list + k, count - k).q;
-    const S distance = root(dot(d, d));
+    const S distance = sqrt(dot(d, d));
     for (int l = 0; l < kWide; ++l) found[k + l] = {lane(distance, l), {lane(d.x, l), lane(d.y, l), lane(d.z, l)}};
   }
   const auto margin = [&](int triangle) { return rounding_ + 16 * error_[triangle]; };

@@ -143,7 +143,7 @@ class Maker {
         each_column([&](int j, const auto& column) { engine.take(body, j, count, column); });
       }
     });
-    return finish(std::move(made), "dense");
+    return synchronize(std::move(made), "dense");
   }
 
   std::unique_ptr<Filter<R>> sparse() { return storage_ == Storage::Double ? sparse<double>() : sparse<float>(); }
@@ -161,11 +161,11 @@ class Maker {
           system_, all_, cut, host_, [&](int s, const double* panel) { engine.take(s, panel); }, progress_);
     });
     if (failed >= 0) refuse_singular(model_, system_.particle[all_.order[failed]]);
-    return finish(std::move(made), "sparse");
+    return synchronize(std::move(made), "sparse");
   }
 
   template <class Made>
-  std::unique_ptr<Filter<R>> finish(std::unique_ptr<Made> made, const std::string& kind) {
+  std::unique_ptr<Filter<R>> synchronize(std::unique_ptr<Made> made, const std::string& kind) {
     facts_.kind = kind;
     facts_.storage = storage_ == Storage::Double ? "double" : storage_ == Storage::Float ? "float" : "int16";
     facts_.why = why_;

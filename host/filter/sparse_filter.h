@@ -91,9 +91,9 @@ class SparseFilter {
     parallel_groups(team, 0, tasks, memory, ForwardTask<T, Ends>{view, ends});
     if (top.panels > 0) {
       parallel_pieces(team, top.own, kTopPlaces, SumTop<T, Ends>{view, ends});
-      for (const Stretch& stretch : stretches_) go_up(team, view, stretch, memory, first);
+      for (const Stretch& stretch : stretches_) forward_solve(team, view, stretch, memory, first);
       for (auto stretch = stretches_.rbegin(); stretch != stretches_.rend(); ++stretch)
-        come_down(team, view, *stretch, memory, first, second);
+        backward_solve(team, view, *stretch, memory, first, second);
       parallel_pieces(team, top.own, kTopPlaces, ScatterRoot<T, Ends>{view, ends});
     }
     parallel_groups(team, 0, tasks, memory, BackwardTask<T, Ends>{view, ends});
@@ -120,8 +120,8 @@ class SparseFilter {
   }
 
   template <class Team>
-  void go_up(const Team& team, const SparseView<T>& view, const Stretch& stretch, const ScratchMemory& memory,
-             Vec4<T>* rows) const {
+  void forward_solve(const Team& team, const SparseView<T>& view, const Stretch& stretch, const ScratchMemory& memory,
+                     Vec4<T>* rows) const {
     if (!stretch.wide)
       return parallel_groups(team, 0, 1, memory, SolveRootSmall<T, true>{view, stretch.begin, stretch.end});
     const Panel& panel = plan_.panels[stretch.begin];
@@ -129,8 +129,8 @@ class SparseFilter {
     parallel_pieces(team, panel.columns, kTopPlaces, StoreRoot<T>{view, panel, rows});
   }
   template <class Team>
-  void come_down(const Team& team, const SparseView<T>& view, const Stretch& stretch, const ScratchMemory& memory,
-                 Vec4<T>* rows, Vec4<T>* own) const {
+  void backward_solve(const Team& team, const SparseView<T>& view, const Stretch& stretch, const ScratchMemory& memory,
+                      Vec4<T>* rows, Vec4<T>* own) const {
     if (!stretch.wide)
       return parallel_groups(team, 0, 1, memory, SolveRootSmall<T, false>{view, stretch.begin, stretch.end});
     const Panel& panel = plan_.panels[stretch.begin];

@@ -21,7 +21,7 @@ class Air {
         wind_(wind) {}
 
   /// What a substep of h seconds does to v.
-  void blow(const Particles<R>& all, double h) const {
+  void apply_wind(const Particles<R>& all, double h) const {
     const auto half = [this](double coefficient) { return R(0.5 * wind_.density * coefficient); };
     const Vector3<R> u{R(wind_.velocity[0]), R(wind_.velocity[1]), R(wind_.velocity[2])};
     const Points<R> faces = faces_.points();

@@ -28,10 +28,10 @@ inline std::vector<Mover> movers_of(const Model& model) {
     if (object.spec.motion.empty()) continue;
     Bounds box;
     for (const Vec3& p : object.mesh.points) box += Bounds{{p[0], p[1], p[2]}, {p[0], p[1], p[2]}};
-    const Vector3<double> low{box.min[0], box.min[1], box.min[2]}, high{box.max[0], box.max[1], box.max[2]};
+    const Vector3<double> low{box.lower[0], box.lower[1], box.lower[2]}, high{box.upper[0], box.upper[1], box.upper[2]};
     const Vector3<double> across = high - low;
     movers.push_back(
-        {object.spec.motion, (low + high) * 0.5, root(dot(across, across)) / 2, 2 * object.spec.thickness});
+        {object.spec.motion, (low + high) * 0.5, sqrt(dot(across, across)) / 2, 2 * object.spec.thickness});
   }
   for (const MovedPins& pins : model.moved) movers.push_back(everywhere(pins.target.motion));
   for (const AttachmentSet& set : model.attached) movers.push_back(everywhere(set.target.motion));
@@ -60,11 +60,11 @@ inline bool moves_near(const Mover& mover, const Bounds& box, double start, doub
   const Vector3<double> a = to_world(before, mover.centre), b = to_world(after, mover.centre);
   const Vector3<double> way = b - a;
   // Everywhere on its way, straight or bent: the ball about the start, wider by twice the way.
-  const double far = mover.radius + mover.reach + 2 * root(dot(way, way));
+  const double far = mover.radius + mover.reach + 2 * sqrt(dot(way, way));
   double distance2 = 0;
   const double at[3] = {a.x, a.y, a.z};
   for (int k = 0; k < 3; ++k) {
-    const double out = std::max({box.min[k] - at[k], at[k] - box.max[k], 0.0});
+    const double out = std::max({box.lower[k] - at[k], at[k] - box.upper[k], 0.0});
     distance2 += out * out;
   }
   return distance2 <= far * far;
@@ -103,8 +103,8 @@ class Sleeper {
   }
 
   /// What a later step depends on, for checkpoints.
-  std::vector<std::int64_t> memory() const { return {calm_, since_}; }
-  void remember(const std::vector<std::int64_t>& saved) { calm_ = saved[0], since_ = saved[1]; }
+  std::vector<std::int64_t> save_state() const { return {calm_, since_}; }
+  void restore_state(const std::vector<std::int64_t>& saved) { calm_ = saved[0], since_ = saved[1]; }
 
  private:
   bool disturbed(const Particles<R>& particles, double start, double end) const {

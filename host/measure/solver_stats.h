@@ -127,12 +127,12 @@ struct FilterErrors {
 struct SolverStats {
   std::string instructions;  // of the kernels over packs
   PatchStats patches;
-  bool fused = false;              // prediction and state happen in the visits to the patches
-  bool whole_steps = false;        // all substeps of a step in one parallel region
-  bool flies = false;              // both, in steps in which nothing can come near the environment
-  std::vector<SetStats> sets;      // in the order of projection
-  std::vector<LevelStats> levels;  // the finest first
-  int levels_every = 1;            // substeps
+  bool fused = false;               // prediction and state happen in the visits to the patches
+  bool whole_steps = false;         // all substeps of a step in one parallel region
+  bool contact_free_steps = false;  // both, in steps in which nothing can come near the environment
+  std::vector<SetStats> sets;       // in the order of projection
+  std::vector<LevelStats> levels;   // the finest first
+  int levels_every = 1;             // substeps
   std::size_t level_bytes = 0;
   int level_layouts = 0;                                 // one more for each set of pins that lets go
   double level_seconds = 0;                              // of set-up

@@ -64,7 +64,7 @@ class Connector {
     add_elements<Kind>(b, spec, std::move(all));
     if constexpr (requires { typename Kind::Remainder; }) {
       ConstraintSpec other = spec;
-      other.type = Kind::Remainder::name, other.parameter = Kind::Remainder::parameter.standard;
+      other.type = Kind::Remainder::name, other.parameter = Kind::Remainder::parameter.default_value;
       add_elements<typename Kind::Remainder>(b, other, std::move(remainder));
     }
   }

@@ -11,7 +11,7 @@
 
 namespace malha {
 
-std::int64_t long_way(const SolverSpec& solver, bool elastic) {
+std::int64_t auto_level_threshold(const SolverSpec& solver, bool elastic) {
   const std::int64_t sweeps = std::int64_t{solver.substeps} * solver.iterations;
   return std::max<std::int64_t>(elastic ? 40 : 12, elastic ? 4 * sweeps : sweeps);
 }
@@ -159,11 +159,11 @@ Means renamed(const Means& means, const std::vector<int>& order, const std::vect
 
 }  // namespace
 
-bool helps(const LinkedPart& part, const SolverSpec& solver) {
+bool should_use_levels(const LinkedPart& part, const SolverSpec& solver) {
   if (part.solid || (part.elastic && !(part.stretch > 0))) return false;
   if (solver.levels != kAutoLevels) return part.particles > kFewest;
   const bool by_weight = part.stretch <= kLittleStretch && part.lost >= 1 && !part.loaded;
-  return part.longest >= long_way(solver, part.elastic) && !part.soft && (!part.elastic || by_weight);
+  return part.longest >= auto_level_threshold(solver, part.elastic) && !part.soft && (!part.elastic || by_weight);
 }
 
 std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, int threads) {
@@ -171,7 +171,8 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
   if (model.scene.solver.levels == 0) return levels;
   Linkage linkage = linkage_of(model, w);
   std::vector<bool> chosen(model.count());
-  for (int i = 0; i < model.count(); ++i) chosen[i] = helps(linkage.parts[linkage.part[i]], model.scene.solver);
+  for (int i = 0; i < model.count(); ++i)
+    chosen[i] = should_use_levels(linkage.parts[linkage.part[i]], model.scene.solver);
   if (std::find(chosen.begin(), chosen.end(), true) == chosen.end()) return levels;
   RestGraph whole = rest_graph(model, w);
   whole.links = std::move(linkage.links), whole.give = std::move(linkage.give);

@@ -28,10 +28,10 @@ int levels_every(const Model& model);
 
 /// Particles on the way from the farthest particle of a body to its pins, from which "auto" has levels: for fewer the
 /// sweeps of a step alone are about as near to the truth (malha study accuracy, size).
-std::int64_t long_way(const SolverSpec& solver, bool elastic);
+std::int64_t auto_level_threshold(const SolverSpec& solver, bool elastic);
 
 /// Whether levels help this part. "auto": one that is long, stiff within a substep, and hardly stretched by its weight.
 /// Solids have none: a coarse constraint that only pulls lets them sway, and one that pushes as well folds.
-bool helps(const LinkedPart& part, const SolverSpec& solver);
+bool should_use_levels(const LinkedPart& part, const SolverSpec& solver);
 
 }  // namespace malha

@@ -80,7 +80,7 @@ std::size_t bytes(const Model& model) {
   return sum;
 }
 
-void keep_what_runs_need(Model& model) {
+void release_setup_memory(Model& model) {
   model.v = {}, model.mass = {}, model.long_range = {}, model.air = {};
   for_each_array(model, [](auto& array) { array.shrink_to_fit(); });
 }

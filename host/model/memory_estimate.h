@@ -18,6 +18,6 @@ void require_memory(const Scene& scene);
 
 /// Gives back what only solvers read while they are made (masses, velocities), and what the arrays that stay have grown
 /// beyond their elements. Patches stay, a byte a particle: looks (host/fields/fields.h) tell the layout from them.
-void keep_what_runs_need(Model& model);
+void release_setup_memory(Model& model);
 
 }  // namespace malha

@@ -55,7 +55,7 @@ class Levels {
   }
   /// The finest level arrives, where a visit that predicts will take its particles: `finest` knows their patches.
   template <class Team>
-  void foresee(const Team& team, const Sweep<Executor, R>& finest, const SolvePatch<R>& visit) const {
+  void restrict_prediction(const Team& team, const Sweep<Executor, R>& finest, const SolvePatch<R>& visit) const {
     const Particles<R>& all = visit.particles;
     restrict_to(team, finest, {all.p, all.v, all.w, origins_.points(), visit.dt, visit.gravity}, levels_.front());
   }
@@ -68,7 +68,7 @@ class Levels {
   /// After the finest level has arrived: the coarser ones, and all sweeps, from the coarsest on.
   template <class Team>
   void sweep(const Team& team) const {
-    LapTimer lap(leads(team) ? &seconds_ : nullptr);
+    LapTimer lap(is_leader(team) ? &seconds_ : nullptr);
     for (std::size_t l = 1; l < levels_.size(); ++l) {
       const LevelData& finer = levels_[l - 1];
       restrict_to(team, finer.sweep, {finer.arrives(), {}, finer.w.data(), {}, R(0), {}}, levels_[l]);
@@ -95,7 +95,7 @@ class Levels {
 
   /// Predicted particles p, which then follow.
   template <class Team>
-  void move(const Team& team, const Sweep<Executor, R>& finest, const Particles<R>& all) const {
+  void apply_coarse_correction(const Team& team, const Sweep<Executor, R>& finest, const Particles<R>& all) const {
     restrict_to(team, finest, {all.p, {}, all.w, origins_.points(), R(0), {}}, levels_.front());
     sweep(team);
     const TransferOperator& laid = before_.bytes() > 0 ? before_ : down_;

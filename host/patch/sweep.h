@@ -123,14 +123,14 @@ class Sweep {
   void forget_lost() { lost_.upload(std::vector<int>(lost_.size(), 0)); }
 
   /// Memory for visits that watch speeds.
-  void make_watch() { fast_ = Array<Executor, int>(2 * patches_.size(), 0); }
-  void start_watch() { Memory<Executor>::fill(fast_.data(), fast_.size(), 0); }
+  void allocate_speed_limit() { fast_ = Array<Executor, int>(2 * patches_.size(), 0); }
+  void start_speed_limit() { Memory<Executor>::fill(fast_.data(), fast_.size(), 0); }
   /// The visit, of a substep counted from 1, notes who is faster than `speed` (m/s).
-  void watch(double speed, SolvePatch<R>& visit) const {
+  void set_speed_limit(double speed, SolvePatch<R>& visit) const {
     visit.most_speed2 = R(speed) * R(speed);
     visit.fast = noted_in(visit.substep);
   }
-  bool noted(int substep) const { return Memory<Executor>::has(noted_in(substep), patches_.size(), substep); }
+  bool speed_exceeded(int substep) const { return Memory<Executor>::has(noted_in(substep), patches_.size(), substep); }
 
   std::vector<Patch> patches() const { return patches_.download(); }
   std::vector<Segment> segments() const { return segments_.download(); }

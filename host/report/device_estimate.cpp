@@ -108,7 +108,7 @@ DeviceEstimate plan_for(const Simulation& simulation, const Machine& machine) {
   }
   // A device's sums are launches of their own, and so is what it does before it asks the host about contacts.
   demand.launches_at_least = demand.launches_at_least || (machine.fast_bytes > 0 && !facts.fused);
-  demand.replays = machine.fast_bytes > 0 && is_steady(model);
+  demand.replays = machine.fast_bytes > 0 && can_capture_step(model);
   if (facts.sets.empty()) return demand;
   const PatchPlan plan = plan_patches(model, simulation.threads());
   demand.phases = plan.phases(), demand.groups_fewest = demand.groups_most = plan.width();

@@ -59,13 +59,13 @@ std::vector<bool> long_ways(const Model& model, const std::vector<int>& body) {
   const Linkage linkage = linkage_of(model, w);
   std::vector<bool> result(model.scene.bodies.size(), false);
   for (int i = 0; i < model.count(); ++i)
-    if (helps(linkage.parts[linkage.part[model.user_of[i]]], solver)) result[body[i]] = true;
+    if (should_use_levels(linkage.parts[linkage.part[model.user_of[i]]], solver)) result[body[i]] = true;
   return result;
 }
 
 /// What levels leave of a body's sag.
-double left_by_levels(int levels, bool long_way) {
-  if (levels == kAutoLevels) return long_way ? 0 : 1;
+double left_by_levels(int levels, bool auto_level_threshold) {
+  if (levels == kAutoLevels) return auto_level_threshold ? 0 : 1;
   return std::pow(0.25, levels);
 }
 
@@ -120,17 +120,17 @@ Sag worst_sag(const Model& model) {
     for (const int i : set.particles) hung[body[i]].tied = hung[body[i]].tied || model.w[i] > 0;
   const double fall = gravity(model) * substep(model) * substep(model);
   const std::vector<int>& faces = model.look.face_begin;
-  std::vector<bool> long_way;
+  std::vector<bool> auto_level_threshold;
   for (std::size_t b = 0; b < hung.size(); ++b) {
     const Hung& of = hung[b];
     if (of.paths == 0 || of.stiffness == 0 || names(model.scene.bodies[b], "long_range")) continue;
-    if (long_way.empty()) long_way = long_ways(model, body);
-    const double left = of.tied ? 1 : left_by_levels(solver.levels, long_way[b]);
+    if (auto_level_threshold.empty()) auto_level_threshold = long_ways(model, body);
+    const double left = of.tied ? 1 : left_by_levels(solver.levels, auto_level_threshold[b]);
     const double strain = left * 2 * of.mass / of.end_mass * fall / (of.length * solver.iterations * of.stiffness);
     const double swinging = strain * std::max(5.0, std::sqrt(of.paths / 2.0)) * (of.tied ? 7 : 1);
     const bool of_faces = faces[b + 1] != faces[b];
     if (swinging > worst.swinging)
-      worst = {strain, swinging, of.stiffness, static_cast<int>(b), of_faces, long_way[b] && !of.tied};
+      worst = {strain, swinging, of.stiffness, static_cast<int>(b), of_faces, auto_level_threshold[b] && !of.tied};
   }
   return worst;
 }

@@ -20,8 +20,8 @@ struct Sag {
   double strain = 0, swinging = 0;  // at rest, and as it swings, at most
   double stiffness = 1;             // k
   int body = 0;
-  bool of_faces = false;  // a sheet's or a surface's
-  bool long_way = false;  // to its pins, so that levels would act by themselves
+  bool of_faces = false;              // a sheet's or a surface's
+  bool auto_level_threshold = false;  // to its pins, so that levels would act by themselves
 };
 Sag worst_sag(const Model& model);
 

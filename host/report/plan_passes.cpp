@@ -44,7 +44,8 @@ std::size_t pinned_at_start(const Model& model) {
 std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats& of_scene) {
   std::vector<PassOfAStep> all;
   SolverStats facts = of_scene;
-  if (!facts.own.empty()) facts.fused = facts.whole_steps = facts.flies = false;  // they act between the passes
+  if (!facts.own.empty())
+    facts.fused = facts.whole_steps = facts.contact_free_steps = false;  // they act between the passes
   const SolverSpec& solver = model.scene.solver;
   const std::size_t substeps = solver.substeps, iterations = substeps * solver.iterations;
   const auto line = [&all](const std::string& pass, std::size_t launches) {
@@ -73,7 +74,8 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats&
   line("levels", launches_of_levels(model, facts));
   // Found before the iterations, held back after them, where what nothing else holds is counted; twice a first test.
   // None without an environment. In flight how much room there is to each object, and to all.
-  line("collision", (obstacles > 0 ? substeps * (6 * obstacles + 2) : 0) + (facts.flies ? obstacles + 1 : 0));
+  line("collision",
+       (obstacles > 0 ? substeps * (6 * obstacles + 2) : 0) + (facts.contact_free_steps ? obstacles + 1 : 0));
   line("visits of prediction, projection and state", facts.fused ? visits : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : visits);
   line("pressure", substeps * facts.pressure_starts + iterations * facts.pressure_launches);
@@ -94,7 +96,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats&
   line("state", (facts.fused ? 0 : substeps) + (bounces ? substeps : 0));  // what bounced arrives
   line("tearing", tears(model.scene) ? 1 : 0);
   line("sleep", model.scene.sleep ? 1 : 0);  // asleep, a step is none of all these
-  if (facts.flies)
+  if (facts.contact_free_steps)
     all.push_back({"while nothing comes near the environment", 2 * obstacles + 1 + visits,
                    ", of collision and of visits, and none between them"});
   return all;

@@ -107,7 +107,7 @@ Json timings(const Solver& solver, const RunTimes& times) {
             {"step_ms_min", step.least() * 1000},
             {"step_ms_max", step.most() * 1000},
             {"step_ms_by_pass", passes}};
-  for (const double level : solver.seconds_of_levels()) json["step_ms_by_level"].push_back(level * 1000 / steps);
+  for (const double level : solver.level_seconds()) json["step_ms_by_level"].push_back(level * 1000 / steps);
   if (times.steps_alone > 0) json["steps_on_one_thread"] = times.steps_alone;
   if (const auto projections = solver.facts().projections_per_step; projections > 0 && !solver.facts().filter)
     json["ns_per_projection"] = step.sum() * 1e9 / (steps * static_cast<double>(projections));

@@ -63,7 +63,7 @@ std::vector<std::string> warnings(const Model& model) {
                     " % where it swings; take " +
                     (sag.swinging * sag.stiffness <= kSag
                          ? "a \"compliance\" instead of its \"stiffness\"" + shown_by("stiffness")
-                         : (sag.long_way ? "\"levels\": \"auto\", or " : "") +
+                         : (sag.auto_level_threshold ? "\"levels\": \"auto\", or " : "") +
                                shown(std::ceil(solver.substeps * std::sqrt(sag.swinging / kSag))) +
                                " substeps or more, or \"long_range\"" +
                                shown_by(sag.of_faces ? "resolution" : "masses")));

@@ -78,11 +78,11 @@ struct Simulation::Parts {
                  ? make_solver_on_cuda(model, threads, options.progress, options.timed_passes)
                  : make_solver(model, threads, options.instructions, options.progress);
     times.strains.every = solver->steps_to_sample();
-    if (!options.constraints.empty()) constrain();
-    keep_what_runs_need(model);
+    if (!options.constraints.empty()) add_user_constraints();
+    release_setup_memory(model);
   }
   /// By the present numbers: what tears shifts those of the bodies behind it.
-  void constrain() {
+  void add_user_constraints() {
     std::vector<UserConstraint> all = options.constraints;
     for (UserConstraint& one : all)
       for (int& particle : one.particles)
@@ -91,7 +91,7 @@ struct Simulation::Parts {
             particle += model.look.body_begin[body] - whole.body_begin[body];
             break;
           }
-    solver->constrain(all);
+    solver->add_user_constraints(all);
   }
 
   /// A step of constraints whose functions may throw: then it was none.
@@ -122,7 +122,7 @@ struct Simulation::Parts {
     const std::vector<Vec3> now = solver->velocities();
     for (std::size_t i = 0; i < v.size(); ++i)
       if (pinned[i]) v[i] = driven[i] ? now[i] : Vec3{0, 0, 0};
-    solver->place(steps, x, v);
+    solver->set_state(steps, x, v);
   }
 
   /// Refuses a state from which no step can start.
@@ -170,7 +170,7 @@ struct Simulation::Parts {
         one.particle += next.look.body_begin[body] - model.look.body_begin[body];
       }
       lay_out(std::move(all), std::move(next));
-      solver->adopt(state, particles, from, passes);
+      solver->restore_after_split(state, particles, from, passes);
       for (const ParticleHandle& one : taken) solver->take(one);
     });
   }
@@ -368,7 +368,7 @@ std::vector<Vec3> Simulation::positions() const { return parts_->solver->positio
 std::vector<Vec3> Simulation::velocities() const { return parts_->solver->velocities(); }
 std::vector<double> Simulation::inverse_masses() const { return parts_->solver->inverse_masses(); }
 std::vector<double> Simulation::constraint_values(std::size_t index) const {
-  return parts_->solver->values_of_own(index);
+  return parts_->solver->values_of_user_constraint(index);
 }
 std::vector<int> Simulation::particles_of_vertices(std::size_t body) const {
   return malha::particles_of_vertices(parts_->model.look, body);

@@ -13,7 +13,7 @@ const std::vector<KindInScenes>& constraint_kinds() {
     for_each_constraint([&all]<class Kind>(Kind) {
       const Parameter& p = Kind::parameter;
       const Strength& s = Kind::strength;
-      all.push_back({Kind::name, p.name, p.standard, p.minimum, p.minimum_allowed, p.maximum, s.free,
+      all.push_back({Kind::name, p.name, p.default_value, p.minimum, p.minimum_allowed, p.maximum, s.free,
                      s.modulus ? s.modulus : "", s.unit ? s.unit : "", Kind::element == Element::Edges});
     });
     // Not registered, because they have no batches: one is over a whole mesh, the other a particle at a time.

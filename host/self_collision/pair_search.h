@@ -89,14 +89,14 @@ class PairSearch {
   }
   template <class Team, class Kernel>
   void in_phase(const Team& team, int phase, const Kernel& kernel) const {
-    parallel_dealt(team, phase_begin_[phase + 1] - phase_begin_[phase],
-                   OfList<Kernel>{kernel, order_.data() + phase_begin_[phase]});
+    parallel_for_interleaved(team, phase_begin_[phase + 1] - phase_begin_[phase],
+                             OfList<Kernel>{kernel, order_.data() + phase_begin_[phase]});
   }
   /// The same of all patches at once.
   template <class Kernel>
   void at_once(const Kernel& kernel) const {
     parallel_region(executor_, found_ < kPairGrain ? 1 : threads_of(executor_), [&](const auto& team) {
-      parallel_dealt(team, phase_begin_.back(), OfList<Kernel>{kernel, order_.data()});
+      parallel_for_interleaved(team, phase_begin_.back(), OfList<Kernel>{kernel, order_.data()});
     });
   }
 
@@ -189,7 +189,7 @@ class PairSearch {
       const typename SearchPlaces<Executor>::template Find<R> find{
           {units_, reach(), thickness_, has_bare_, crosses_.data(), pairs()}, places_.places()};
       parallel_region(executor_, threads, [&](const auto& team) {
-        parallel_dealt(team, units_.count, find, places_.template memory<R>());
+        parallel_for_interleaved(team, units_.count, find, places_.template memory<R>());
       });
     } while (!fits());
   }

@@ -39,7 +39,7 @@ class SelfCollider {
   }
 
   /// One projection of all contacts.
-  void resolve(const Particles<R>& particles);
+  void solve_contacts(const Particles<R>& particles);
 
   /// The end of a substep: nothing crosses. What jams is held back; where touches() says that nothing holds the bodies,
   /// they keep their momentum all the same. `carriers`: of what others move by now; it has no inverse mass. Returns
@@ -50,7 +50,7 @@ class SelfCollider {
   void note_crossing(const Particles<R>& particles) {
     store_motion(particles);
     if (look_where_all_are(within_rounding<R>()).outside > 0) note_pushed(), search(common(), 1), look();
-    through_ = crossing(false, nullptr) > 0 || through_;
+    through_ = count_violations(false, nullptr) > 0 || through_;
   }
 
   /// Whether what is fixed may have gone through a body, as far as is known.
@@ -66,7 +66,7 @@ class SelfCollider {
 
   /// Where all is now is where the next substep begins, after one of h seconds. What jammed gets its momenta back, or,
   /// where pins or objects (at most as fast as `objects`, m/s) drive it, is not much faster than those.
-  void settle(const Particles<R>& particles, double h, double objects);
+  void end_substep(const Particles<R>& particles, double h, double objects);
 
   /// Others have put all where it is now, and nothing crosses there.
   void start_from(const Particles<R>& particles) { note_places(particles), stay_near(particles); }
@@ -86,8 +86,8 @@ class SelfCollider {
   std::size_t bytes() const;
 
   /// What a later substep depends on, for checkpoints.
-  SelfMemory<R> memory() const;
-  void remember(const SelfMemory<R>& memory);
+  SelfMemory<R> save_state() const;
+  void restore_state(const SelfMemory<R>& memory);
 
  private:
   using Points4 = ScatteredArray<Executor, R>;
@@ -181,11 +181,11 @@ class SelfCollider {
   std::pair<BoundsViolations, int> look_at_the_end() {
     if constexpr (Memory<Executor>::kOfTheHost) {
       const BoundsViolations stay = look_where_all_are(within_rounding<R>());
-      return {stay, stay.outside == 0 ? crossing(pushes_, nullptr) : 0};
+      return {stay, stay.outside == 0 ? count_violations(pushes_, nullptr) : 0};
     } else {
       SelfChecks<R>* const checks = checks_.data();
       parallel_reduce_into(executor_, count_, stay_in_reach(within_rounding<R>()), &checks->stay);
-      find_crossing(pushes_, nullptr);
+      find_violations(pushes_, nullptr);
       parallel_reduce_into(executor_, search_.units(), SumLeft<R>{search_.pairs(), left_.data()}, &checks->left);
       const SelfChecks<R> found = checks_.get(0);
       return {found.stay, found.stay.outside == 0 ? can_be_held(found.left) : 0};
@@ -199,7 +199,7 @@ class SelfCollider {
   }
 
   /// What may meet in this substep, and its contacts.
-  void lay() {
+  void update_contacts() {
     for (int k = 0; k < 3; ++k) last_.since[k] += last_.moves[k];
     const SelfChecks<R> checks = look_at_the_start();
     last_.moves = common(checks.mean);
@@ -243,7 +243,7 @@ class SelfCollider {
     const NarrowPhase<R> look{motions(), search_.pairs(), rules_, room_.data()};
     search_.at_once(look);
   }
-  void push(const Particles<R>& particles) {
+  void project_contacts(const Particles<R>& particles) {
     const auto with = [&]<bool rubs>() {
       const SolveContacts<R, rubs> push{search_.pairs(), moved_.points().of, friction_};
       search_.region([&](const auto& team) {
@@ -302,7 +302,7 @@ class SelfCollider {
 
   /// Gives bodies of which something was held the momenta that this took, or keeps them from what their drivers' push
   /// and the springs that this draws would make of their speed.
-  void give_back(const Particles<R>& particles, double h, double objects) {
+  void restore_momenta(const Particles<R>& particles, double h, double objects) {
     parallel_for(executor_, runs(),
                  SumHeld<R>{particles, x0_.points(), origin(), before_.data(), 1 / h, runs_.data(), held_sums_.data()},
                  1);
@@ -348,11 +348,11 @@ class SelfCollider {
   }
 
   /// How many pairs are about to cross that holding back can still help.
-  int crossing(bool adds, const MotionState* held) {
-    find_crossing(adds, held);
+  int count_violations(bool adds, const MotionState* held) {
+    find_violations(adds, held);
     return can_be_held(sum_left());
   }
-  void find_crossing(bool adds, const MotionState* held) {
+  void find_violations(bool adds, const MotionState* held) {
     search_.at_once(FindViolations<R>{motions(), search_.pairs(), rules_, room_.data(), adds, held, left_.data()});
   }
   int can_be_held(const ViolationCount& left) {
@@ -367,34 +367,35 @@ class SelfCollider {
   /// whether nothing else holds the bodies either.
   void hold_crossing(const Particles<R>& particles, const BoundsViolations& stay, int left, const Carriers* carriers,
                      bool free) {
-    if (stay.outside > 0) keep_in_reach(particles), left = crossing(pushes_, nullptr);
+    if (stay.outside > 0) keep_in_reach(particles), left = count_violations(pushes_, nullptr);
     // Once a substep: where something was driven or carried since, they hardly ever help.
     for (int more = 0; left > 0 && pushes_ && more < kMoreProjections; ++more) {
-      push(particles);
+      project_contacts(particles);
       store_motion(particles);
       keep_in_reach(particles);
-      left = crossing(pushes_, nullptr);
+      left = count_violations(pushes_, nullptr);
     }
     pushes_ = false;
     if (left == 0) return;
     bool any = false;
-    if (carriers != nullptr && drive(particles)) {
+    if (carriers != nullptr && push_by_kinematic(particles)) {
       do {
-        any = hold(particles, false) || any;
-      } while ((left = crossing(false, nullptr)) > 0 && carries_left_-- > 0 && carry(particles, *carriers));
+        any = truncate_displacements(particles, false) || any;
+      } while ((left = count_violations(false, nullptr)) > 0 && carries_left_-- > 0 &&
+               move_with_kinematic(particles, *carriers));
       through_ = through_ || left > 0;
     } else {
-      any = hold(particles, free);
+      any = truncate_displacements(particles, free);
     }
     if (any) ++facts_.held;
     Memory<Executor>::fill(held_.at_least(count_ + 1), count_ + 1, MotionState::Free);
   }
 
   /// What pins would go through is driven before them. Returns whether any do.
-  bool drive(const Particles<R>& particles) {
+  bool push_by_kinematic(const Particles<R>& particles) {
     const MarkDriven<R> mark{motions(), held_.at_least(count_ + 1)};
     if (parallel_reduce<Sum>(executor_, count_, mark, kGrain).value == 0) return false;
-    for (; drives_left_ > 0 && crossing(false, nullptr) > 0; --drives_left_) {
+    for (; drives_left_ > 0 && count_violations(false, nullptr) > 0; --drives_left_) {
       const PushByKinematic<R> drive{motions(), search_.pairs(), rules_, left_.data(), held_.at_least(count_ + 1)};
       search_.region([&](const auto& team) { search_.in_phases(team, drive); });
       take_motion(particles);
@@ -402,7 +403,7 @@ class SelfCollider {
     return true;
   }
   /// What pins went through all the same is carried with them. Returns whether anything is.
-  bool carry(const Particles<R>& particles, const Carriers& carriers) {
+  bool move_with_kinematic(const Particles<R>& particles, const Carriers& carriers) {
     const MoveWithKinematic<R> carry{motions(), search_.pairs(), carriers, left_.data(), held_.data()};
     search_.region([&](const auto& team) { search_.in_phases(team, carry); });
     if (sum_left().free == 0) return false;
@@ -422,11 +423,11 @@ class SelfCollider {
 
   /// Returns whether anything had to be. `free`: what is held moves as its bodies do on the whole; else it is at rest
   /// in the world.
-  bool hold(const Particles<R>& particles, bool free) {
+  bool truncate_displacements(const Particles<R>& particles, bool free) {
     MotionState* const held = held_.at_least(count_ + 1);
     R* const part = part_.at_least(count_ + 1);
     Vec3 rest{};
-    if (free && crossing(false, held) > 0) {
+    if (free && count_violations(false, held) > 0) {
       const MarkViolating<R> mark{motions(), search_.pairs(), left_.data(), held, part};
       search_.region([&](const auto& team) { search_.in_phases(team, mark); });
       rest = motion_of_held();
@@ -440,8 +441,8 @@ class SelfCollider {
       look();
       last_.serves = 0;
     }
-    const int found = crossing(false, held);
-    for (int left = found; left > 0; left = crossing(false, held)) {
+    const int found = count_violations(false, held);
+    for (int left = found; left > 0; left = count_violations(false, held)) {
       const MarkViolating<R> limit{motions(), search_.pairs(), left_.data(), held, part};
       const ComputeTruncation<R> parts{motions(), search_.pairs(), rules_, held, part, to_R(rest)};
       search_.region([&](const auto& team) { search_.in_phases(team, limit), search_.in_phases(team, parts); });
@@ -507,10 +508,10 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
 }
 
 template <class Executor, class R>
-void SelfCollider<Executor, R>::resolve(const Particles<R>& particles) {
+void SelfCollider<Executor, R>::solve_contacts(const Particles<R>& particles) {
   store_motion(particles);
-  if (!laid_) lay();
-  push(particles);
+  if (!laid_) update_contacts();
+  project_contacts(particles);
 }
 
 template <class Executor, class R>
@@ -524,7 +525,7 @@ bool SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const 
     search(common(), last_.ahead);
     look();
     stay = look_where_all_are(within_rounding<R>());
-    if (stay.outside == 0) left = crossing(pushes_, nullptr);
+    if (stay.outside == 0) left = count_violations(pushes_, nullptr);
   }
   if (stay.outside == 0 && left == 0) return false;
   const CountFixed<R> fixed{particles.w, takes_part_.data()};
@@ -536,8 +537,8 @@ bool SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const 
 }
 
 template <class Executor, class R>
-void SelfCollider<Executor, R>::settle(const Particles<R>& particles, double h, double objects) {
-  if (gives_back_ != Returns::Nothing) give_back(particles, h, objects);
+void SelfCollider<Executor, R>::end_substep(const Particles<R>& particles, double h, double objects) {
+  if (gives_back_ != Returns::Nothing) restore_momenta(particles, h, objects);
   note_places(particles);
   substep_ = substep_ + 1 < substeps_ ? substep_ + 1 : 0;
   if (substep_ == 0) stay_near(particles);
@@ -566,7 +567,7 @@ std::size_t SelfCollider<Executor, R>::bytes() const {
 }
 
 template <class Executor, class R>
-SelfMemory<R> SelfCollider<Executor, R>::memory() const {
+SelfMemory<R> SelfCollider<Executor, R>::save_state() const {
   SelfMemory<R> memory;
   memory.x0 = without_padding(x0_.template download<std::array<R, 3>>());
   for (const Vec4<R>& a : without_padding(search_.from().download())) memory.from.push_back({a.x, a.y, a.z, a.w});
@@ -577,7 +578,7 @@ SelfMemory<R> SelfCollider<Executor, R>::memory() const {
 }
 
 template <class Executor, class R>
-void SelfCollider<Executor, R>::remember(const SelfMemory<R>& memory) {
+void SelfCollider<Executor, R>::restore_state(const SelfMemory<R>& memory) {
   std::vector<std::array<R, 3>> x0 = memory.x0;
   x0.push_back({});
   x0_.upload(x0), x0_.upload_fourth(memory.contact_distance);

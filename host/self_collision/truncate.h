@@ -36,7 +36,7 @@ void hold_apart(Self& self, Edges& edges, EnvironmentCollider& collider, Kinemat
         timed(Pass::SelfCollision, [&] { moved = self->hold_apart(kinematic->in(all), touches, carriers()) || moved; });
       if (edges) timed(Pass::Edges, [&] { held = edges->hold_apart(all, round == 0, by(0)); });
       if (collider && (moved || held))
-        timed(Pass::Collision, [&] { crossed = collider->carry_before_meshes(all, by(first_mesh), carries); });
+        timed(Pass::Collision, [&] { crossed = collider->move_with_meshes(all, by(first_mesh), carries); });
       carried = carried || crossed;
       if (!crossed && !(held && self)) return;
     }

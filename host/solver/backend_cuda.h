@@ -11,7 +11,7 @@ namespace malha {
 std::unique_ptr<Solver> instantiate_on_cuda(const Model& model, const OpenMP& host, const ShowProgress& progress,
                                             bool timed);
 
-/// parallel_dealt of kernels that ask the host, on its own memory: in packs, by its own compiler.
+/// parallel_for_interleaved of kernels that ask the host, on its own memory: in packs, by its own compiler.
 template <class Kernel>
 void deal_on_host(const OpenMP& host, int groups, const Kernel& kernel);
 

@@ -30,7 +30,7 @@ std::unique_ptr<Solver> make_solver(const Model& model, int threads, const std::
 #if defined(MALHA_HAS_CUDA)
 template <class Kernel>
 void deal_on_host(const OpenMP& host, int groups, const Kernel& kernel) {
-  parallel_region(host, groups, [&](const auto& team) { parallel_dealt(team, groups, kernel); });
+  parallel_region(host, groups, [&](const auto& team) { parallel_for_interleaved(team, groups, kernel); });
 }
 template void deal_on_host(const OpenMP&, int, const FindContact<float>&);
 template void deal_on_host(const OpenMP&, int, const FindContact<double>&);

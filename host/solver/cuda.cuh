@@ -154,10 +154,10 @@ struct Memory<Cuda> {
   }
 };
 
-inline void finish(const Cuda&) { wait(); }
+inline void synchronize(const Cuda&) { wait(); }
 inline bool is_timed(const Cuda& executor) { return executor.waits; }
-inline bool leads(const Cuda&) { return true; }
-inline Cuda narrow(const Cuda& executor) { return executor; }
+inline bool is_leader(const Cuda&) { return true; }
+inline Cuda single_threaded(const Cuda& executor) { return executor; }
 inline OpenMP on_host(const Cuda& executor) { return executor.host; }
 
 /// Launches follow each other in one stream: no wait between them.
@@ -268,7 +268,7 @@ __global__ void launch_alone(int begin, int groups, char* fast, std::size_t byte
 template <class Kernel>
 void parallel_for(const Cuda& executor, int n, const Kernel& kernel, int /*grain*/ = kParticleGrain) {
   if constexpr (kAsksTheHost<Kernel>) {
-    finish(executor);
+    synchronize(executor);
     parallel_for(on_host(executor), n, kernel, 0);
   } else {
     note_launch(kernel, n);
@@ -299,7 +299,8 @@ void parallel_groups(const Cuda& executor, int begin, int end, const ScratchMemo
 }
 
 template <class Kernel>
-void parallel_dealt(const Cuda& executor, int groups, const Kernel& kernel, const ScratchMemory& memory = {}) {
+void parallel_for_interleaved(const Cuda& executor, int groups, const Kernel& kernel,
+                              const ScratchMemory& memory = {}) {
   if constexpr (kAsksTheHost<Kernel>)
     deal_on_host(on_host(executor), groups, kernel);
   else
@@ -322,7 +323,7 @@ Value parallel_reduce(const Cuda& executor, int n, const Kernel& kernel, int /*g
   const ReducePlan plan(n);
   std::vector<Value> sums(kReduceGroups, Value{});
   if constexpr (kAsksTheHost<Kernel>) {
-    finish(executor);
+    synchronize(executor);
     parallel_for(on_host(executor), plan.groups, ReduceGroup<Value, Kernel>{sums.data(), kernel, n, plan.runs}, 0);
   } else {
     Memory<Cuda>::copy_out(partial_sums<Value>(executor, n, plan, kernel), std::size_t(plan.groups), sums.data());

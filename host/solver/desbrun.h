@@ -78,7 +78,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
     started_ = std::chrono::steady_clock::now();
     const Particles<R> all = this->particles();
     const Vector3<R> g = this->to_R(model_.scene.gravity);
-    if (!filter_ || !spec_.internal_only) this->blow(h);
+    if (!filter_ || !spec_.internal_only) this->apply_wind(h);
     if (!filter_)
       return this->timed(Pass::Prediction, [&] { parallel_for(executor_, all.count, Predict<R>{all, R(h), g}); });
     const Points<R> force = force_.points(), a = acceleration_.points();
@@ -94,7 +94,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
       parallel_for(executor_, all.count, FilteredMotion<R>{all, a, forces_->load(), R(h), g});
     });
     if (spec_.internal_only && model_.scene.wind) {
-      this->blow(h);
+      this->apply_wind(h);
       this->timed(Pass::Prediction, [&] {
         parallel_for(executor_, all.count, Predict<R>{all, R(h), {R(0), R(0), R(0)}});
       });
@@ -174,15 +174,15 @@ class Desbrun final : public TimeStepper<Executor, R> {
     facts_.pressure_launches = launches, facts_.pressure_starts = starts, facts_.constraint_bytes += bytes;
   }
 
-  void weigh() override {
+  void on_gravity_changed() override {
     if (forces_) forces_->weigh(model_.scene.gravity);
   }
 
-  const char* laid_out_for_pins() const override { return "Desbrun's filter, which is made for pins that stay"; }
+  const char* requires_fixed_pins() const override { return "Desbrun's filter, which is made for pins that stay"; }
 
-  bool enough() override {
+  bool converged() override {
     if (spec_.time_budget) {
-      finish(executor_);
+      synchronize(executor_);
       if (std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count() > *spec_.time_budget)
         return true;
     }

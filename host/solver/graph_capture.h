@@ -10,7 +10,7 @@ namespace malha {
 
 /// Whether steps of a model launch the same while nobody touches it: nothing is searched for, nothing depends on time,
 /// and the host decides nothing on the way.
-inline bool is_steady(const Model& model) {
+inline bool can_capture_step(const Model& model) {
   const DesbrunSpec& desbrun = model.scene.solver.desbrun;
   const auto stays = [](const AttachmentSet& set) { return set.target.motion.empty() && !set.until; };
   return model.environment.empty() && !model.scene.self_collision && model.moved.empty() && !desbrun.tolerance &&

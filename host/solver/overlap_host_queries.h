@@ -7,7 +7,7 @@
 namespace malha {
 
 /// Whether nothing of the method moves particles between contacts with meshes and the first visits.
-inline bool visits_follow(const Model& model, const SolverStats& facts) {
+inline bool solve_is_next(const Model& model, const SolverStats& facts) {
   return !model.sets.empty() && facts.levels.empty() && !facts.filter;
 }
 

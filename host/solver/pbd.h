@@ -19,19 +19,19 @@ class Pbd final : public TimeStepper<Executor, R> {
   /// `threads`: of the executor.
   Pbd(const Model& model, const Executor& executor, int threads)
       : Base(model, executor, threads, true), threads_(threads) {
-    this->facts_.fused = this->nothing_between();
+    this->facts_.fused = this->runs_fused();
     this->facts_.levels_every = levels_every(model);
     lay_out_levels();
     const bool steady = model.damped.empty() && model.moved.empty() && !model.scene.wind;
-    this->facts_.whole_steps = this->nothing_between() && steady;
-    this->facts_.flies = this->collider_ && !this->collider_->moves() && !this->edges_ && levels_.empty() && steady &&
-                         asks_contacts_at_most(model) && model.free.empty();
-    if (!this->facts_.flies) return;
-    this->collider_->make_rooms(), sweep_->make_watch();
+    this->facts_.whole_steps = this->runs_fused() && steady;
+    this->facts_.contact_free_steps = this->collider_ && !this->collider_->moves() && !this->edges_ &&
+                                      levels_.empty() && steady && has_only_contacts(model) && model.free.empty();
+    if (!this->facts_.contact_free_steps) return;
+    this->collider_->allocate_clearance(), sweep_->allocate_speed_limit();
     this->note_collision();
   }
 
-  std::vector<double> seconds_of_levels() const override {
+  std::vector<double> level_seconds() const override {
     std::vector<double> sum(this->facts_.levels.size(), 0);
     for (const auto& levels : levels_)
       for (std::size_t l = 0; levels && l < std::min(sum.size(), levels->seconds_of_each().size()); ++l)
@@ -43,15 +43,16 @@ class Pbd final : public TimeStepper<Executor, R> {
   void advance() override {
     const SolverSpec& solver = model_.scene.solver;
     const double h = solver.dt / solver.substeps;
-    if (this->touched() || this->watched()) return this->advance_from(0);
-    if (!this->facts_.whole_steps) return this->advance_from(this->facts_.flies ? fly(h) : 0);
+    if (this->has_external_constraints() || this->watched()) return this->advance_from(0);
+    if (!this->facts_.whole_steps)
+      return this->advance_from(this->facts_.contact_free_steps ? step_without_contacts(h) : 0);
     this->substep_ = 0;
     this->repeat_step("visits", [&] {
       start_step();
       visit_patches(h, solver.substeps);
     });
-    require_visited();
-    this->give_back_momenta();
+    check_finite();
+    this->restore_momenta();
     ++this->steps_;
   }
 
@@ -62,29 +63,29 @@ class Pbd final : public TimeStepper<Executor, R> {
 
   /// How many substeps of a step, from the first on, were visits alone: nothing came near the environment. What was
   /// thrown farther than its speed had told is held back after its substep.
-  int fly(double h) {
+  int step_without_contacts(double h) {
     auto& collider = *this->collider_;
     const int substeps = model_.scene.solver.substeps;
     double speed = 0;
     this->timed(Pass::Collision, [&] {
-      speed = collider.speed_without_looks(this->particles(), h, substeps, this->gravity_);
-      if (speed > 0) collider.let_go_of_all(this->particles());
+      speed = collider.max_contact_free_speed(this->particles(), h, substeps, this->gravity_);
+      if (speed > 0) collider.invalidate_contacts(this->particles());
     });
     if (!(speed > 0)) return 0;
-    sweep_->start_watch();
+    sweep_->start_speed_limit();
     const int done = visit_patches(h, substeps, speed);
-    require_visited();
-    if (sweep_->noted(done))
+    check_finite();
+    if (sweep_->speed_exceeded(done))
       this->timed(Pass::Collision,
-                  [&] { collider.put_before_meshes_late(this->particles(), this->time() + (done - 1) * h, h); });
+                  [&] { collider.clamp_tunnelling_late(this->particles(), this->time() + (done - 1) * h, h); });
     return done;
   }
 
   /// What visits have lost since the start.
-  void require_visited() {
+  void check_finite() {
     if (sweep_->lost()) this->refuse_lost(sweep_->first_lost(this->x_.download(), model_.user_of));
   }
-  void require_places() override { this->nothing_between() ? require_visited() : Base::require_places(); }
+  void require_places() override { this->runs_fused() ? check_finite() : Base::require_places(); }
 
   /// Those of each set of pins that is let go are laid out beforehand: the model does not stay.
   void lay_out_levels() {
@@ -111,7 +112,7 @@ class Pbd final : public TimeStepper<Executor, R> {
       auto& own = levels_.emplace_back();
       if (levels.empty()) return;
       ++this->facts_.level_layouts;
-      own.emplace(executor_, levels, *sweep_, threads_, this->alone(), model_.islands, model_.by_hand);
+      own.emplace(executor_, levels, *sweep_, threads_, this->can_fuse_passes(), model_.islands, model_.by_hand);
     });
   }
 
@@ -124,13 +125,15 @@ class Pbd final : public TimeStepper<Executor, R> {
 
   void correct(const Particles<R>& all) override {
     if (const auto* levels = levels_at(this->substep_))
-      this->timed(Pass::Levels, [&] { sweep_->region([&](const auto& team) { levels->move(team, *sweep_, all); }); });
+      this->timed(Pass::Levels, [&] {
+        sweep_->region([&](const auto& team) { levels->apply_coarse_correction(team, *sweep_, all); });
+      });
   }
 
   void predict(double h) override {
-    this->blow(h);
-    if (this->nothing_between()) return void(visit_patches(h, 1));
-    if (this->free_ && this->alone() && this->substep_ % substeps_of_visits() == 0)
+    this->apply_wind(h);
+    if (this->runs_fused()) return void(visit_patches(h, 1));
+    if (this->free_ && this->can_fuse_passes() && this->substep_ % substeps_of_visits() == 0)
       this->timed(Pass::Correction, [&] { this->free_->before(this->particles()); });
     this->timed(Pass::Prediction, [&] {
       parallel_for(executor_, model_.count(), Predict<R>{this->particles(), R(h), this->to_R(model_.scene.gravity)});
@@ -138,8 +141,8 @@ class Pbd final : public TimeStepper<Executor, R> {
   }
   /// Where a hand alone keeps the visits from doing all, momenta are compared over the same substeps: bodies that no
   /// hand takes keep their bits.
-  void arrived(double h) override {
-    if (this->free_ && this->alone() && (this->substep_ + 1) % substeps_of_visits() == 0)
+  void end_substep(double h) override {
+    if (this->free_ && this->can_fuse_passes() && (this->substep_ + 1) % substeps_of_visits() == 0)
       note_momenta(h * substeps_of_visits());
   }
   int substeps_of_visits() const { return this->facts_.whole_steps ? model_.scene.solver.substeps : 1; }
@@ -148,8 +151,8 @@ class Pbd final : public TimeStepper<Executor, R> {
     const Vec3& g = model_.scene.gravity;
     this->timed(Pass::Correction, [&] { this->free_->after(this->particles(), {g[0] * t, g[1] * t, g[2] * t}); });
   }
-  bool predicts_the_state() const override { return this->nothing_between(); }
-  const char* laid_out_for_pins() const override {
+  bool predicts_the_state() const override { return this->runs_fused(); }
+  const char* requires_fixed_pins() const override {
     return levels_.empty() ? nullptr : "levels, which are laid out for what is pinned";
   }
 
@@ -167,7 +170,7 @@ class Pbd final : public TimeStepper<Executor, R> {
         for (int s = 0; s < substeps; ++s) {
           const auto* levels = levels_at(this->substep_ + s);
           const auto* next = s + 1 < substeps ? levels_at(this->substep_ + s + 1) : nullptr;
-          if (levels && s == 0) levels->foresee(team, *sweep_, plain);
+          if (levels && s == 0) levels->restrict_prediction(team, *sweep_, plain);
           if (levels) levels->sweep(team);
           for (int iteration = 0; iteration < iterations; ++iteration) {
             SolvePatch<R> visit = plain;
@@ -176,12 +179,12 @@ class Pbd final : public TimeStepper<Executor, R> {
             visit.substep = s + 1;
             if (levels && visit.predicts) visit.down = levels->down();
             if (next && visit.updates) visit.up = next->up();
-            if (watched && visit.updates) sweep_->watch(speed, visit);
+            if (watched && visit.updates) sweep_->set_speed_limit(speed, visit);
             (*sweep_)(team, visit);
           }
           if (next) next->join_parts(team);
-          if (!watched || !sweep_->noted(s + 1)) continue;
-          if (leads(team)) done = s + 1;
+          if (!watched || !sweep_->speed_exceeded(s + 1)) continue;
+          if (is_leader(team)) done = s + 1;
           return;
         }
       };

@@ -50,7 +50,7 @@ class Solver {
   virtual std::optional<FilterErrors> filter_errors() const { return std::nullopt; }
   virtual const std::array<double, kPassNames.size()>& pass_seconds() const = 0;  // per pass, since the start
   /// Of each level (facts().levels) since the start, within those of the passes.
-  virtual std::vector<double> seconds_of_levels() const { return {}; }
+  virtual std::vector<double> level_seconds() const { return {}; }
   /// Puts pinned particles (the user's numbers) elsewhere. Throws InputError for one that is not pinned: then none
   /// moves.
   virtual void move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to) = 0;
@@ -61,9 +61,9 @@ class Solver {
   /// or the velocity of its wind, which it has.
   virtual void change_wind() = 0;
   /// Adds the caller's own constraints (the user's numbers), once, before the first step.
-  virtual void constrain(const std::vector<UserConstraint>& all) = 0;
+  virtual void add_user_constraints(const std::vector<UserConstraint>& all) = 0;
   /// C of each constraint of one of them.
-  virtual std::vector<double> values_of_own(std::size_t index) const = 0;
+  virtual std::vector<double> values_of_user_constraint(std::size_t index) const = 0;
   /// Pulls or holds a particle (the user's number) from the next step on. Throws InputError for one that is pinned, and
   /// where nothing can be taken, or not be held.
   virtual void take(const ParticleHandle& what) = 0;
@@ -79,13 +79,13 @@ class Solver {
   virtual std::uint64_t state_hash() const = 0;
   /// Goes on after so many steps from these places (m) and velocities (m/s), in the user's order, without what contacts
   /// and sleep remember.
-  virtual void place(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) = 0;
+  virtual void set_state(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) = 0;
   /// Whether an edge is longer than it can bear.
   virtual bool overstretched() { return false; }
   /// Continues from the state of a solver of the same scene before it tore further: `from` says which of its
   /// `particles` each particle was, `seconds` what its passes took.
-  virtual void adopt(const std::string& state, std::size_t particles, const std::vector<int>& from,
-                     const std::array<double, kPassNames.size()>& seconds) = 0;
+  virtual void restore_after_split(const std::string& state, std::size_t particles, const std::vector<int>& from,
+                                   const std::array<double, kPassNames.size()>& seconds) = 0;
 };
 
 /// The instruction sets that both this build and the CPU have, the narrowest first: "baseline", "avx2", "avx512".

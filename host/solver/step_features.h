@@ -4,12 +4,10 @@
 
 namespace malha {
 
-inline bool asks_contacts_at_most(const Model& model) {
+inline bool has_only_contacts(const Model& model) {
   return model.pressures.empty() && model.attached.empty() && model.long_range.items() == 0 &&
          !model.scene.self_collision;
 }
-inline bool asks_nothing_between(const Model& model) {
-  return model.environment.empty() && asks_contacts_at_most(model);
-}
+inline bool has_no_mid_step_passes(const Model& model) { return model.environment.empty() && has_only_contacts(model); }
 
 }  // namespace malha

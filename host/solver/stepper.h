@@ -63,7 +63,8 @@ class TimeStepper : public Solver {
     advance();
     guard();
     if (self_ || collider_) note_collision();
-    if (sleeper_ && !touched()) timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
+    if (sleeper_ && !has_external_constraints())
+      timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
 
   void check() final { guard(true); }
@@ -81,21 +82,21 @@ class TimeStepper : public Solver {
     x_.upload(saved.x), v_.upload(saved.v), d_.upload(std::vector<Vec3>(saved.x.size(), Vec3{0, 0, 0}));
     if constexpr (kCarries<R>) low_.upload(saved.low);
     if (hand_) hand_->let_go_of_all(w_.data());
-    leave_out_what_is_taken();
+    exclude_from_momentum_correction();
     if (moved_) moved_->hold(time(), w_.data());
     if (sweep_) sweep_->forget_lost();
-    if (collider_) collider_->remember(saved.seen);
-    if (sleeper_) own_ ? sleeper_->wake() : sleeper_->remember(saved.rest);
-    if (self_) self_->remember(saved.self);
-    if (edges_) edges_->remember(saved.edges);
+    if (collider_) collider_->restore_state(saved.seen);
+    if (sleeper_) own_ ? sleeper_->wake() : sleeper_->restore_state(saved.rest);
+    if (self_) self_->restore_state(saved.self);
+    if (edges_) edges_->restore_state(saved.edges);
     guard_.restart(particles(), places());
   }
-  void adopt(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
-             const std::array<double, kPassNames.size()>& seconds) final {
+  void restore_after_split(const std::string& bytes, std::size_t particles, const std::vector<int>& from,
+                           const std::array<double, kPassNames.size()>& seconds) final {
     restore(save_state(carried(load(bytes, particles, "state"), from)), "state");
     seconds_ = seconds;
   }
-  void place(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) final {
+  void set_state(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) final {
     restore(save_state(
                 displaced(remembered(), steps, in_solver_order(x, model_.user_of), in_solver_order(v, model_.user_of))),
             "state");
@@ -124,7 +125,7 @@ class TimeStepper : public Solver {
   std::vector<double> inverse_masses() const final { return in_user_order(weights_in_order(), model_.user_of); }
   void change_gravity() final {
     gravity_ = norm(model_.scene.gravity);
-    weigh();
+    on_gravity_changed();
     guard_.restart(particles(), places());  // heights weigh otherwise now
     guard_.driven(gravity_ * model_.scene.solver.dt);
     wake();
@@ -134,29 +135,29 @@ class TimeStepper : public Solver {
     guard_.driven(norm(model_.scene.wind->velocity));
     wake();
   }
-  void constrain(const std::vector<UserConstraint>& all) final {
+  void add_user_constraints(const std::vector<UserConstraint>& all) final {
     own_.emplace(executor_, model_, all);
     facts_.own = own_->facts();
     guard_.trust(own_->particles());
-    leave_out_what_is_taken();
+    exclude_from_momentum_correction();
   }
-  std::vector<double> values_of_own(std::size_t index) const final {
+  std::vector<double> values_of_user_constraint(std::size_t index) const final {
     return own_ ? own_->values(index, x_.points(), w_.data()) : throw std::out_of_range("values_of_own");
   }
   void take(const ParticleHandle& what) final {
     if (!hand_) throw InputError("pull, hold: found a simulation without by_hand; allowed: one that is made with it");
-    const int i = hand_->number_of(what, model_, w_.data(), laid_out_for_pins());
+    const int i = hand_->number_of(what, model_, w_.data(), requires_fixed_pins());
     const Vec3 x = place_of(i), way = minus(what.to, x);
     what.is_held() ? guard_.moved(norm(way)) : guard_.gave(i, hand_->work(i, what, x));
     if (what.is_held() && !hand_->has(i)) v_.set(i, {0, 0, 0});
     hand_->take(i, what, x, w_.data());
-    leave_out_what_is_taken(), wake();
+    exclude_from_momentum_correction(), wake();
   }
   void let_go(int particle) final {
     const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
     if (!hand_ || found == model_.user_of.end()) return;
     hand_->let_go(static_cast<int>(found - model_.user_of.begin()), w_.data());
-    leave_out_what_is_taken(), keep_overlaps(), wake();
+    exclude_from_momentum_correction(), keep_overlaps(), wake();
   }
   std::vector<ParticleHandle> taken() const final { return hand_ ? hand_->taken() : std::vector<ParticleHandle>{}; }
   void wake() final {
@@ -258,27 +259,27 @@ class TimeStepper : public Solver {
         if (watched()) (*watcher_)(s + 1, at(s + 1));
       }
     });
-    if (!looks_at_places()) require_places();
-    give_back_momenta();
+    if (!checks_finite_each_substep()) require_places();
+    restore_momenta();
     ++steps_;
   }
 
-  void give_back_momenta() {
-    const auto work = [&] { free_->give_back(particles(), alone()); };
+  void restore_momenta() {
+    const auto work = [&] { free_->give_back(particles(), can_fuse_passes()); };
     if (free_) repeat_step("momenta", [&] { timed(Pass::Correction, work); });
   }
 
   /// Part of a step, recorded where all steps launch the same. What times its passes records none.
   template <class Work>
   void repeat_step(const std::string& part, const Work& work) {
-    if (is_timed(executor_) || !is_steady(model_) || touched() || watched()) return work();
+    if (is_timed(executor_) || !can_capture_step(model_) || has_external_constraints() || watched()) return work();
     repeated(
-        executor_, recorded_, [&] { return part + key_from(alone()) + steady_key(model_.scene); }, work);
+        executor_, recorded_, [&] { return part + key_from(can_fuse_passes()) + steady_key(model_.scene); }, work);
   }
 
   /// What the wind does to v: on faces, if air has a density, and on particles, if it drags them.
-  void blow(double h) {
-    if (air_) timed(Pass::Air, [&] { air_->blow(particles(), h); });
+  void apply_wind(double h) {
+    if (air_) timed(Pass::Air, [&] { air_->apply_wind(particles(), h); });
     if (const auto& wind = model_.scene.wind; wind && wind->drag > 0)
       timed(Pass::Prediction, [&] {
         parallel_for(executor_, model_.count(), Drag<R>{particles(), R(h), R(wind->drag), to_R(wind->velocity)});
@@ -309,13 +310,13 @@ class TimeStepper : public Solver {
   /// Whether what follows the prediction is done in it, up to the new state.
   virtual bool predicts_the_state() const { return false; }
   /// At the end of a substep of h seconds, unless the prediction does what follows.
-  virtual void arrived(double /*h*/) {}
+  virtual void end_substep(double /*h*/) {}
   /// Asked after every iteration: whether the projected constraints are met well enough to leave out the others.
-  virtual bool enough() { return false; }
+  virtual bool converged() { return false; }
   /// Gravity is another one: for what of the method has a copy of it.
-  virtual void weigh() {}
+  virtual void on_gravity_changed() {}
   /// What of the method knows beforehand what is pinned, for messages; null: nothing.
-  virtual const char* laid_out_for_pins() const { return nullptr; }
+  virtual const char* requires_fixed_pins() const { return nullptr; }
 
   void substep(double start, double h) {
     const Particles<R> all = particles();
@@ -324,30 +325,30 @@ class TimeStepper : public Solver {
     predict(h);
     if (predicts_the_state()) return;
     const auto go_on = [&](const ActiveMask& asked) {
-      if (!edges_ && !free_ && visits_follow(model_, facts_))
-        early_.begin(executor_, *sweep_, visit_between(h, true), asked);
+      if (!edges_ && !free_ && solve_is_next(model_, facts_))
+        early_.begin(executor_, *sweep_, make_solve_pass(h, true), asked);
     };
-    if (collider_) timed(Pass::Collision, [&] { collider_->find(all, start, start + h, go_on); });
+    if (collider_) timed(Pass::Collision, [&] { collider_->detect_contacts(all, start, start + h, go_on); });
     if (self_) self_->start_substep();
-    if (edges_) timed(Pass::Edges, [&] { edges_->find(all, start, start + h); });
+    if (edges_) timed(Pass::Edges, [&] { edges_->detect_contacts(all, start, start + h); });
     correct(all);
     start_pressures(all);
-    if (!model_.sets.empty() || !nothing_between())
+    if (!model_.sets.empty() || !runs_fused())
       for (int iteration = 0; iteration < model_.scene.solver.iterations; ++iteration) {
         project(all, start, h, iteration == 0);
-        if (enough()) break;
+        if (converged()) break;
       }
-    if (collider_) timed(Pass::Collision, [&] { collider_->put_before_meshes(all); });
+    if (collider_) timed(Pass::Collision, [&] { collider_->clamp_tunnelling(all); });
     hold_apart(all);
     if (self_) timed(Pass::SelfCollision, [&] { self_->note_held(all, bool(collider_)); });
     timed(Pass::State, [&] {
       lost_.update(executor_, all, h, substep_);
-      if (looks_at_places()) refuse(lost_.in(substep_));
+      if (checks_finite_each_substep()) refuse(lost_.in(substep_));
     });
     if (collider_) bounce(all, h);
-    if (self_) timed(Pass::SelfCollision, [&] { self_->settle(all, h, objects_); });
-    if (edges_) timed(Pass::Edges, [&] { edges_->settle(all); });
-    arrived(h);
+    if (self_) timed(Pass::SelfCollision, [&] { self_->end_substep(all, h, objects_); });
+    if (edges_) timed(Pass::Edges, [&] { edges_->end_substep(all); });
+    end_substep(h);
   }
 
   void hold_apart(const Particles<R>& all) {
@@ -395,7 +396,7 @@ class TimeStepper : public Solver {
   }
   SolvePatch<R> visit(double h) const { return sweep_->visit(particles(), h, to_R(model_.scene.gravity)); }
   /// Where other passes come between, visits neither predict nor update.
-  SolvePatch<R> visit_between(double h, bool fresh) const {
+  SolvePatch<R> make_solve_pass(double h, bool fresh) const {
     SolvePatch<R> between = visit(h);
     between.fresh = fresh;
     return between;
@@ -413,18 +414,20 @@ class TimeStepper : public Solver {
   /// Without -0, which packs do not keep either.
   static Vector3<R> to_R(const Vec3& a) { return {R(a[0] + 0), R(a[1] + 0), R(a[2] + 0)}; }
 
-  bool nothing_between() const { return alone() && !touched() && !watched(); }
+  bool runs_fused() const { return can_fuse_passes() && !has_external_constraints() && !watched(); }
   /// Whether constraints of batches alone change momenta between the prediction and the new state: Desbrun's filter is
   /// part of the prediction. Of long range the model may have let go.
-  bool alone() const { return model_.scene.solver.type == "pbd" && !long_range_ && asks_nothing_between(model_); }
+  bool can_fuse_passes() const {
+    return model_.scene.solver.type == "pbd" && !long_range_ && has_no_mid_step_passes(model_);
+  }
   bool in_hand() const { return hand_ && !hand_->empty(); }
   /// By hand or by constraints of the caller's own, of which what was laid out knows nothing.
-  bool touched() const { return in_hand() || own_; }
+  bool has_external_constraints() const { return in_hand() || own_; }
   bool watched() const { return watcher_ != nullptr; }
 
   /// Refuses an explosion that is finite still. `now`: at whatever step this is.
   void guard(bool now = false) {
-    timed(model_.scene.solver.type == "pbd" && nothing_between() ? Pass::Visits : Pass::State, [&] {
+    timed(model_.scene.solver.type == "pbd" && runs_fused() ? Pass::Visits : Pass::State, [&] {
       const auto wrong = guard_.watch(
           particles(), steps_, [&] { return places(); }, [&] { return v_.download(); }, now);
       if (wrong)
@@ -433,7 +436,7 @@ class TimeStepper : public Solver {
   }
 
   /// Whether something of a substep could not stand a place that is no number: else the step's end is early enough.
-  bool looks_at_places() const { return collider_ || self_ || edges_ || own_ || watched(); }
+  bool checks_finite_each_substep() const { return collider_ || self_ || edges_ || own_ || watched(); }
   void refuse(const std::optional<int>& lost) const {
     if (lost) refuse_lost(model_.user_of[*lost]);
   }
@@ -453,7 +456,7 @@ class TimeStepper : public Solver {
   template <class F>
   void timed(Pass pass, F&& work) {
     if (!is_timed(executor_)) return void(work());
-    seconds_[static_cast<int>(pass)] += seconds([&] { work(), finish(executor_); });
+    seconds_[static_cast<int>(pass)] += seconds([&] { work(), synchronize(executor_); });
   }
 
   Executor executor_;
@@ -470,7 +473,7 @@ class TimeStepper : public Solver {
   SolverStats facts_;
 
  private:
-  void leave_out_what_is_taken() {
+  void exclude_from_momentum_correction() {
     std::vector<int> all = hand_ ? hand_->particles() : std::vector<int>{};
     if (own_) std::ranges::copy(own_->particles(), std::back_inserter(all));
     if (free_) free_->leave_out(all);
@@ -507,9 +510,9 @@ class TimeStepper : public Solver {
   /// With what the next step needs beside it, but for contacts.
   State<R> remembered() const {
     State<R> all = state();
-    if (sleeper_) all.rest = sleeper_->memory();
-    if (self_) all.self = self_->memory();
-    if (edges_) all.edges = edges_->memory();
+    if (sleeper_) all.rest = sleeper_->save_state();
+    if (self_) all.self = self_->save_state();
+    if (edges_) all.edges = edges_->save_state();
     return all;
   }
 
@@ -524,17 +527,17 @@ class TimeStepper : public Solver {
 
   /// Contacts last: what leaves the iteration is outside the environment.
   void project(const Particles<R>& all, double start, double h, bool fresh) {
-    if (free_ && !alone()) timed(Pass::Correction, [&] { free_->before_projection(all, h); });
-    if (!model_.sets.empty()) timed(Pass::Projection, [&] { early_.go_on(*sweep_, visit_between(h, fresh)); });
+    if (free_ && !can_fuse_passes()) timed(Pass::Correction, [&] { free_->before_projection(all, h); });
+    if (!model_.sets.empty()) timed(Pass::Projection, [&] { early_.go_on(*sweep_, make_solve_pass(h, fresh)); });
     if (!pressures_.empty()) timed(Pass::Pressure, [&] { press(all); });
-    if (free_ && !alone()) timed(Pass::Correction, [&] { free_->after_projection(all, h); });
+    if (free_ && !can_fuse_passes()) timed(Pass::Correction, [&] { free_->after_projection(all, h); });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
     if (attachments_) timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, fresh); });
     if (own_) timed(Pass::ByCaller, [&] { own_->project(all.p, all.w, fresh); });
     if (in_hand()) timed(Pass::Attachments, [&] { hand_->project(all.p, all.w, fresh); });
-    if (self_) timed(Pass::SelfCollision, [&] { self_->resolve(all); });
-    if (edges_) timed(Pass::Edges, [&] { edges_->resolve(all); });
-    if (collider_) timed(Pass::Contact, [&] { collider_->resolve(all); });
+    if (self_) timed(Pass::SelfCollision, [&] { self_->solve_contacts(all); });
+    if (edges_) timed(Pass::Edges, [&] { edges_->solve_contacts(all); });
+    if (collider_) timed(Pass::Contact, [&] { collider_->solve_contacts(all); });
   }
 
   void note_facts() {

@@ -60,13 +60,13 @@ struct LimitReach {
     if (!is_beyond(i, k, way)) return false;
     const Vector3<R> d = after(i, k, way), start = at_start(i, k);
     const R r = of.reach[k], d2 = dot(d, d), cross = dot(d, start), start2 = dot(start, start);
-    const R per = start2 > R(0) ? R(1) / root(start2) : R(0), along = cross * per;
+    const R per = start2 > R(0) ? R(1) / sqrt(start2) : R(0), along = cross * per;
     const Vector3<R> aside = d - start * (per * along);
     const R room = r * r - dot(aside, aside);  // of a right triangle
-    if (cross > R(0) && room > R(0) && along - root(room) <= R(kSmall) * r)
-      way = way - start * (per * (along - root(room)));
+    if (cross > R(0) && room > R(0) && along - sqrt(room) <= R(kSmall) * r)
+      way = way - start * (per * (along - sqrt(room)));
     else
-      way = way + d * (r / root(d2) - R(1));
+      way = way + d * (r / sqrt(d2) - R(1));
     return true;
   }
 
@@ -74,7 +74,7 @@ struct LimitReach {
   /// that is nearest to the other.
   KERNEL Vector3<R> where_both_end(int i, const Vector3<R>& way, int nearer, int other) const {
     const Vector3<R> from = after(i, nearer, way), between = p.between(of.anchor[other], of.anchor[nearer]);
-    const R D2 = dot(between, between), D = root(D2), r = of.reach[nearer];
+    const R D2 = dot(between, between), D = sqrt(D2), r = of.reach[nearer];
     if (!(D > tiny<R>())) return way;
     const Vector3<R> axis = between * (R(1) / D);
     const R along = (D2 + r * r - of.reach[other] * of.reach[other]) / (R(2) * D), rho2 = r * r - along * along;
@@ -82,7 +82,7 @@ struct LimitReach {
     const Vector3<R> away = from - axis * dot(from, axis);
     const R away2 = dot(away, away);
     if (!(rho2 > R(0)) || !(away2 > tiny<R>())) return way;  // one inside the other, or no direction
-    return way + (axis * along + away * root(rho2 / away2) - from);
+    return way + (axis * along + away * sqrt(rho2 / away2) - from);
   }
 };
 
@@ -98,7 +98,7 @@ struct MeasureBeyondReach {
     for (int k = of.begin[item]; k < of.begin[item + 1]; ++k) {
       if (!of.holds(k) || !(of.reach[k] > R(0))) continue;
       const Vector3<R> d = x.between(of.anchor[k], i);
-      most += {double(root(dot(d, d)) / of.reach[k]) - 1};
+      most += {double(sqrt(dot(d, d)) / of.reach[k]) - 1};
     }
     return most;
   }

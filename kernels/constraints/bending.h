@@ -35,7 +35,7 @@ struct Bending {
     rest[0] = evaluate(X, rest, true, grad, scale) * rest_scale;
     const Vector3<S> e = X[1] - X[0], n1 = cross(e, X[2] - X[0]), n2 = cross(e, X[3] - X[0]);
     const S a1 = dot(n1, n1), a2 = dot(n2, n2), e2 = dot(e, e);
-    rest[1] = per_reach_of(root(select(a1 < a2, a1, a2) / select(e2 > zero, e2, one)));
+    rest[1] = per_reach_of(sqrt(select(a1 < a2, a1, a2) / select(e2 > zero, e2, one)));
   }
 
   template <class S, class Mask>
@@ -51,8 +51,8 @@ struct Bending {
     // A triangle without area has no normal: a zero gradient skips it. Areas are compared with the edge,
     // not in m^4.
     const S sliver = e2 * e2 * S(R(1e-12));
-    const auto whole = (select(a1 < a2, a1, a2) > larger(sliver, S(tiny<R>()))) & held;
-    const S length = root(select(whole, e2, one));
+    const auto whole = (select(a1 < a2, a1, a2) > max(sliver, S(tiny<R>()))) & held;
+    const S length = sqrt(select(whole, e2, one));
     const S u1 = one / select(whole, a1, one), u2 = one / select(whole, a2, one);
     const Vector3<S> m1 = n1 * u1, m2 = n2 * u2;
     const S per_edge = one / length;

@@ -20,7 +20,7 @@ struct Distance {
   template <class S>
   KERNEL static void rest(const Vector3<S> (&X)[2], S rest_scale, S (&rest)[1]) {
     const Vector3<S> d = X[0] - X[1];
-    rest[0] = root(dot(d, d)) * rest_scale;
+    rest[0] = sqrt(dot(d, d)) * rest_scale;
   }
 
   /// C and its gradients times |p0 - p1|: no division. Coincident points have no direction, and a zero gradient.
@@ -28,7 +28,7 @@ struct Distance {
   KERNEL static S evaluate(const Vector3<S> (&p)[2], const S* rest, const Mask& held, Vector3<S> (&grad)[2], S& scale) {
     grad[0] = or_zero(held, p[0] - p[1]);
     grad[1] = -grad[0];
-    scale = root(dot(grad[0], grad[0]));
+    scale = sqrt(dot(grad[0], grad[0]));
     return scale * (scale - rest[0]);
   }
 };

@@ -28,16 +28,16 @@ struct IsometricBending {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
     const Vector3<S> e = X[1] - X[0], a = X[2] - X[0], b = X[3] - X[0];
-    const S e2 = dot(e, e), n1 = root(dot(cross(e, a), cross(e, a))), n2 = root(dot(cross(e, b), cross(e, b)));
-    const auto whole = select(n1 < n2, n1, n2) > larger(e2 * S(R(1e-6)), S(tiny<R>()));
+    const S e2 = dot(e, e), n1 = sqrt(dot(cross(e, a), cross(e, a))), n2 = sqrt(dot(cross(e, b), cross(e, b)));
+    const auto whole = select(n1 < n2, n1, n2) > max(e2 * S(R(1e-6)), S(tiny<R>()));
     // Cotangents of the angles at both ends of the edge, in both triangles; all over the edge.
-    const S length = root(e2), per_edge = one / select(whole, length, one);
+    const S length = sqrt(e2), per_edge = one / select(whole, length, one);
     const S u1 = per_edge / select(whole, n1, one), u2 = per_edge / select(whole, n2, one);
     const S at0 = dot(e, a) * u1 + dot(e, b) * u2, at1 = (e2 - dot(e, a)) * u1 + (e2 - dot(e, b)) * u2;
     rest[0] = zero;
     rest[1] = select(whole, at1, zero), rest[2] = select(whole, at0, zero), rest[3] = select(whole, -e2 * u1, zero);
     const Vector3<S> fold = fold_of(X, rest);
-    const S folded = root(dot(fold, fold));  // of a flat hinge, the rounding of its weights
+    const S folded = sqrt(dot(fold, fold));  // of a flat hinge, the rounding of its weights
     rest[0] = select(folded > S(R(1e-9)), folded * side_of(X, rest, fold) * rest_scale, zero);
   }
 
@@ -50,7 +50,7 @@ struct IsometricBending {
     const S flat(R(0)), side = select(rest[0] == flat, S(R(1)), side_of(p, rest, fold));
     for (int j = 0; j < 3; ++j) grad[j] = or_zero(held, fold * (rest[1 + j] * side));
     grad[3] = -(grad[0] + grad[1] + grad[2]);
-    scale = root(dot(fold, fold));
+    scale = sqrt(dot(fold, fold));
     return scale * (scale * side - rest[0]);
   }
 
@@ -62,13 +62,13 @@ struct IsometricBending {
     KERNEL static void weights(const Vector3<S> (&X)[4], S rest_scale, S (&c)[1][4], S (&own)[1]) {
       S of[4];
       rest(X, rest_scale, of);
-      own[0] = magnitude(of[0]);
+      own[0] = abs(of[0]);
       for (int j = 0; j < 3; ++j) c[0][j] = of[1 + j];
       c[0][3] = -(of[1] + of[2] + of[3]);
     }
     template <class S>
     KERNEL static void target(const Vector3<S> (&f)[1], const S* own, Vector3<S> (&d)[1]) {
-      const S zero(typename RealOf<S>::type(0)), one(typename RealOf<S>::type(1)), length = root(dot(f[0], f[0]));
+      const S zero(typename RealOf<S>::type(0)), one(typename RealOf<S>::type(1)), length = sqrt(dot(f[0], f[0]));
       d[0] = f[0] * select(length > zero, own[0] / select(length > zero, length, one), zero);
     }
     /// The harmonic mean of the wings' heights over the edge: it turns the push of a spring between them to a turn of
@@ -77,13 +77,13 @@ struct IsometricBending {
     /// a grid.
     KERNEL static double lever(const Vector3<double> (&X)[4]) {
       const Vector3<double> e = X[1] - X[0], n1 = cross(e, X[2] - X[0]), n2 = cross(e, X[3] - X[0]);
-      const double length = root(dot(e, e)), a1 = root(dot(n1, n1)), a2 = root(dot(n2, n2)), sum = a1 + a2;
+      const double length = sqrt(dot(e, e)), a1 = sqrt(dot(n1, n1)), a2 = sqrt(dot(n2, n2)), sum = a1 + a2;
       if (!(length > 0) || !(sum > 0)) return 0;
       double of[4], most = 0;
       rest(X, 1.0, of);
-      for (int j = 1; j < 4; ++j) most = larger(most, magnitude(of[j]));
-      most = larger(most, magnitude(of[1] + of[2] + of[3]));
-      const double mean = (a1 < a2 ? a1 : a2) * (2 * larger(a1, a2) / sum) / length;
+      for (int j = 1; j < 4; ++j) most = max(most, abs(of[j]));
+      most = max(most, abs(of[1] + of[2] + of[3]));
+      const double mean = (a1 < a2 ? a1 : a2) * (2 * max(a1, a2) / sum) / length;
       return most * mean > 4 ? 4 / most : mean;
     }
   };
@@ -103,7 +103,7 @@ struct IsometricBending {
     const S one(R(1)), K3 = -(rest[1] + rest[2] + rest[3]), at_rest = select(rest[0] < S(R(0)), -one, one);
     const Vector3<S> normal = cross(p[1] - p[0], (p[3] - p[0]) * K3 - (p[2] - p[0]) * rest[3]);
     const S along = dot(fold, normal) * at_rest;
-    return select(along + along < -root(dot(fold, fold) * dot(normal, normal)), -at_rest, at_rest);
+    return select(along + along < -sqrt(dot(fold, fold) * dot(normal, normal)), -at_rest, at_rest);
   }
 };
 

@@ -36,16 +36,16 @@ struct Membrane {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
     const Vector3<S> e = X[1] - X[0], g = X[2] - X[0], n = cross(e, g);
-    const S e2 = dot(e, e), area2 = root(dot(n, n));  // twice the area
+    const S e2 = dot(e, e), area2 = sqrt(dot(n, n));  // twice the area
     const auto long_enough = e2 > S(tiny<R>());
-    const auto wide_enough = area2 > larger((e2 + dot(g, g)) * S(R(1e-6)), S(tiny<R>()));
+    const auto wide_enough = area2 > max((e2 + dot(g, g)) * S(R(1e-6)), S(tiny<R>()));
     const auto whole = wide_enough & long_enough;
-    const S per_e = one / root(select(whole, e2, one)), per_area2 = one / select(whole, area2, one);
+    const S per_e = one / sqrt(select(whole, e2, one)), per_area2 = one / select(whole, area2, one);
     const S part = select(whole, area2 / S(R(4)), zero);  // half the area
     rest[0] = select(whole, per_e, zero);
     rest[1] = select(whole, -dot(e, g) * per_e * per_area2, zero);
-    rest[2] = select(whole, root(e2) * per_area2, zero);
-    rest[3] = root(part / (one - nu)), rest[4] = root(part / (one + nu));
+    rest[2] = select(whole, sqrt(e2) * per_area2, zero);
+    rest[3] = sqrt(part / (one - nu)), rest[4] = sqrt(part / (one + nu));
   }
 
   /// C = sqrt(2 U / Y), of one number: the gradient says which way the material pulls, or without a pull that of a.
@@ -54,7 +54,7 @@ struct Membrane {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
     const Deformed<S> now(p, rest, held);
-    const S C = root(now.C[0] * now.C[0] + now.C[1] * now.C[1] + now.C[2] * now.C[2]);
+    const S C = sqrt(now.C[0] * now.C[0] + now.C[1] * now.C[1] + now.C[2] * now.C[2]);
     const auto strained = C > S(tiny<R>());
     const S per_C = one / select(strained, C, one);
     S part[3];
@@ -87,7 +87,7 @@ struct Membrane {
     now.response(B, A);
     solve_at_once(A, now.C, alpha, sum, held, dlambda);
     const S most(R(0.2)), omega = now.turning(B, dlambda);
-    const S part = most / larger(larger(omega, -omega), most);
+    const S part = most / max(max(omega, -omega), most);
     for (int m = 0; m < 3; ++m) {
       dlambda[m] = dlambda[m] * part;
       sum[m] = sum[m] + dlambda[m];
@@ -107,7 +107,7 @@ struct Membrane {
     KERNEL static void weights(const Vector3<S> (&X)[3], S nu, S (&c)[2][3], S (&own)[2]) {
       S of[5];
       rest(X, nu, of);
-      const S size = of[3] * root(S(2));
+      const S size = of[3] * sqrt(S(2));
       c[0][1] = of[0] * size, c[0][2] = S(0);
       c[1][1] = of[1] * size, c[1][2] = of[2] * size;
       for (S(&f)[3] : c) f[0] = -(f[1] + f[2]);
@@ -142,9 +142,9 @@ struct Membrane {
       // Crushed to a line, or stretched so far that squares leave float's range, it has no normal: n fades out, and
       // what is left of R pulls along the sides. With the same J in t no torque comes of it.
       const Vector3<S> u = or_zero(whole & (F2 < S(R(1e16))), cross(f[0], f[1]));
-      const S J = larger(root(dot(u, u)), select(whole, F2 * S(R(1e-6)), one));
+      const S J = max(sqrt(dot(u, u)), select(whole, F2 * S(R(1e-6)), one));
       const Vector3<S> n = u * (one / J);
-      per_t = select(whole, one / root(select(whole, F2 + J + J, one)), zero);
+      per_t = select(whole, one / sqrt(select(whole, F2 + J + J, one)), zero);
       r[0] = (f[0] + cross(f[1], n)) * per_t, r[1] = (f[1] + cross(n, f[0])) * per_t;
     }
   };

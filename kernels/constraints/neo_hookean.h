@@ -50,7 +50,7 @@ struct NeoHookean {
     const S one(R(1)), zero(R(0));
     const Vector3<S> a = X[1] - X[0], b = X[2] - X[0], c = X[3] - X[0], n = cross(a, b);
     // a = (r00, 0, 0), b = (r01, r11, 0), c = (r02, r12, r22). A flat one counts as of no size: a zero gradient.
-    const S r00 = root(dot(a, a)), area = root(dot(n, n)), V = dot(n, c);
+    const S r00 = sqrt(dot(a, a)), area = sqrt(dot(n, n)), V = dot(n, c);
     const auto full = (r00 > zero) & (area > zero) & (V * V > zero);
     const S p00 = one / select(full, r00, one), p = one / select(full, area, one);
     const S r11 = area * p00, r22 = V * p, r01 = dot(a, b) * p00, r02 = dot(a, c) * p00;
@@ -70,7 +70,7 @@ struct NeoHookean {
     const Deformed<S> now(p, rest, whole);
     const S r = select(whole, rest[6], one);
     const S excess = (now.J - now.gamma(r)) / r;  // lambda/mu (J - gamma)
-    const S C = root(now.F2 - logarithm(one + now.F2) + excess * excess * r);
+    const S C = sqrt(now.F2 - logarithm(one + now.F2) + excess * excess * r);
     const S per_C = one / select(C > S(tiny<R>()), C, one);
     now.pull(excess * per_C, -now.softening() * per_C, grad);
     scale = one;
@@ -106,8 +106,8 @@ struct NeoHookean {
     const S b = now.response(w);
     const auto moves = held & (b > S(tiny<R>())) & (now.F2 > S(tiny<R>()));
     const S own = alpha * S(R(6)) * now.q[0] * now.q[3] * now.q[5];
-    const S per_k = one / select(moves, larger(own, b * S(R(1.5))), one), part = b * per_k;
-    const S size = root(now.F2), r = rest_or_zero(held, rest[6]);
+    const S per_k = one / select(moves, max(own, b * S(R(1.5))), one), part = b * per_k;
+    const S size = sqrt(now.F2), r = rest_or_zero(held, rest[6]);
     const S left_D = now.softening() - own * sum[0] / select(moves, size, one), met_H = own * sum[1];
     const S c2 = now.cofactor2();
     const S needed = now.gamma(r) - now.J + part * (S(R(3)) * now.J * left_D + met_H * c2);
@@ -140,7 +140,7 @@ struct NeoHookean {
       f[0] = a * q[0], f[1] = a * q[1] + b * q[3], f[2] = a * q[2] + b * q[4] + d * q[5];
       F2 = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2]);
       // What is stretched beyond 10^4 counts as stretched so far: squares of det F stay in float's range.
-      const S far(R(1e4)), one(R(1)), fit = select(F2 > far * far, far / root(larger(F2, one)), one);
+      const S far(R(1e4)), one(R(1)), fit = select(F2 > far * far, far / sqrt(max(F2, one)), one);
       for (Vector3<S>& column : f) column = column * fit;
       F2 = select(F2 > far * far, far * far, F2);
       c[0] = cross(f[1], f[2]), c[1] = cross(f[2], f[0]), c[2] = cross(f[0], f[1]);
@@ -169,11 +169,11 @@ struct NeoHookean {
     KERNEL S response(const S (&w)[4]) const {
       const S g1 = q[1] + q[3], g2 = q[2] + q[4] + q[5];
       const S B00 = (w[0] + w[1]) * q[0] * q[0];
-      const S B01 = magnitude(q[0] * (w[0] * g1 + w[1] * q[1])), B02 = magnitude(q[0] * (w[0] * g2 + w[1] * q[2]));
+      const S B01 = abs(q[0] * (w[0] * g1 + w[1] * q[1])), B02 = abs(q[0] * (w[0] * g2 + w[1] * q[2]));
       const S B11 = w[0] * g1 * g1 + w[1] * q[1] * q[1] + w[2] * q[3] * q[3];
-      const S B12 = magnitude(w[0] * g1 * g2 + w[1] * q[1] * q[2] + w[2] * q[3] * q[4]);
+      const S B12 = abs(w[0] * g1 * g2 + w[1] * q[1] * q[2] + w[2] * q[3] * q[4]);
       const S B22 = w[0] * g2 * g2 + w[1] * q[2] * q[2] + w[2] * q[4] * q[4] + w[3] * q[5] * q[5];
-      return larger(larger(B00 + B01 + B02, B01 + B11 + B12), B02 + B12 + B22);
+      return max(max(B00 + B01 + B02, B01 + B11 + B12), B02 + B12 + B22);
     }
   };
 };

@@ -34,14 +34,14 @@ struct Plate {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
     const Vector3<S> e = X[1] - X[0], f = X[2] - X[0], n = cross(e, f);
-    const S length = root(dot(e, e)), twice = root(dot(n, n));
+    const S length = sqrt(dot(e, e)), twice = sqrt(dot(n, n));
     const S per = one / select(length > zero, length, one);
     u[0] = zero, u[1] = length, u[2] = dot(e, f) * per;
     v[0] = zero, v[1] = zero, v[2] = twice * per;
     for (int i = 0; i < 3; ++i) {
       // Beyond the side, as far from it as the wing is.
       const int from = (i + 1) % 3, to = (i + 2) % 3, wing = 3 + i;
-      const S du = u[to] - u[from], dv = v[to] - v[from], side = root(du * du + dv * dv);
+      const S du = u[to] - u[from], dv = v[to] - v[from], side = sqrt(du * du + dv * dv);
       const S per_side = one / select(side > zero, side, one);
       S foot, height;
       over_edge(X[from], X[to], X[wing], foot, height);
@@ -57,7 +57,7 @@ struct Plate {
     S u[6], v[6];
     unfold(X, u, v);
     const Vector3<S> n = cross(X[1] - X[0], X[2] - X[0]);
-    area = root(dot(n, n)) * half;
+    area = sqrt(dot(n, n)) * half;
     for (int i = 0; i < 3; ++i) {
       S c[6];
       fold_weights(X, i, c);
@@ -79,10 +79,10 @@ struct Plate {
     folds_by_curvature(X, a, area);
     const Vector3<S> row[3] = {{a[0][0], a[0][1], a[0][2]}, {a[1][0], a[1][1], a[1][2]}, {a[2][0], a[2][1], a[2][2]}};
     const Vector3<S> column[3] = {cross(row[1], row[2]), cross(row[2], row[0]), cross(row[0], row[1])};
-    const S det = dot(row[0], column[0]), size = area * root(area);
+    const S det = dot(row[0], column[0]), size = area * sqrt(area);
     const auto fits = (det * det > size * size * S(R(1e-12))) & (area > zero);
     const S per = one / select(fits, det, one);
-    const S sum = root(area * (one + nu) * half), difference = root(area * (one - nu) * half);
+    const S sum = sqrt(area * (one + nu) * half), difference = sqrt(area * (one - nu) * half);
     S smallest = zero;             // of the heights over the hinges
     for (int i = 0; i < 3; ++i) {  // H = a^-1 theta, whose columns are column[i] / det
       const Vector3<S> H = or_zero(fits, column[i] * per);
@@ -109,7 +109,7 @@ struct Plate {
     S C[3], squares = zero;
     now.constraints(rest, held, C);
     for (const S& c : C) squares = squares + c * c;
-    const S length = root(squares);
+    const S length = sqrt(squares);
     const auto off = length > S(tiny<R>());
     for (int m = 0; m < 3; ++m) C[m] = select(off, C[m] / select(off, length, one), m == 0 ? one : zero);
     S pull[3];
@@ -157,8 +157,8 @@ struct Plate {
     Vector3<S> along[6];
     Folds<S>(x, rest, held).gather(pull, along);
     go_along(w, along, x, move);
-    for (int j = 0; j < 6; ++j) way2 = larger(way2, w[j] * w[j] * dot(move[j], move[j]));
-    const S one(R(1)), part = one / larger(root(way2) * select(held, rest[per_reach], one), one);
+    for (int j = 0; j < 6; ++j) way2 = max(way2, w[j] * w[j] * dot(move[j], move[j]));
+    const S one(R(1)), part = one / max(sqrt(way2) * select(held, rest[per_reach], one), one);
     for (int m = 0; m < 3; ++m) sum[m] = sum[m] + dlambda[m] * part;
     for (auto& of : move) of = of * part;
   }
@@ -177,8 +177,8 @@ struct Plate {
         fold_weights(X, i, fold[i]);
         Vector3<S> f{zero, zero, zero};
         for (int j = 0; j < 6; ++j) f = f + X[j] * fold[i][j];
-        own[18 + i] = root(dot(f, f));
-        folded = larger(folded, own[18 + i]);
+        own[18 + i] = sqrt(dot(f, f));
+        folded = max(folded, own[18 + i]);
       }
       for (int m = 0; m < 3; ++m)
         for (int j = 0; j < 6; ++j)
@@ -213,7 +213,7 @@ struct Plate {
     const S one(R(1));
     const Vector3<S> e = to - from, r = wing - from, n = cross(e, r);
     const S e2 = dot(e, e), per = one / select(e2 > S(tiny<R>()), e2, one);
-    foot = dot(r, e) * per, height = root(dot(n, n) * per);
+    foot = dot(r, e) * per, height = sqrt(dot(n, n) * per);
   }
 
   /// Of the hinge across from corner i: its fold is sum c_j x_j (see IsometricBending), 0 of one without height.

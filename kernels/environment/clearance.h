@@ -64,8 +64,8 @@ struct MeasureRoom {
     const Vector3<S> moved = place - seen.at;
     S mass;
     load_float(w + i, mass);
-    const S slack = (sum_of_sizes(place) + magnitude(seen.distance)) * S(rounding);
-    const S room = seen.distance - root(dot(moved, moved)) - S(reach) - slack;
+    const S slack = (sum_of_sizes(place) + abs(seen.distance)) * S(rounding);
+    const S room = seen.distance - sqrt(dot(moved, moved)) - S(reach) - slack;
     const auto moves = mass > S(0.0f);
     const S less = select(room < S(INFINITY), S(0.0f) - room, S(INFINITY));  // not a number: no room
     missing.add(select(moves, less, S(-INFINITY)));

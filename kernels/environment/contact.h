@@ -29,7 +29,7 @@ struct ClosestPointRecord {
   double overlap = 0;        // m, by which it may be nearer than the thickness, because it was when it was first seen
 
   /// Whether no surface lies on the way from a to b: none lies within the distance.
-  KERNEL bool keeps(const Vector3<double>& a, const Vector3<double>& b) const {
+  KERNEL bool is_path_clear(const Vector3<double>& a, const Vector3<double>& b) const {
     const Vector3<double> to_a = a - at, to_b = b - at;
     return distance > 0 && dot(to_a, to_a) < distance * distance && dot(to_b, to_b) < distance * distance;
   }
@@ -57,7 +57,7 @@ struct KeepOverlap {
 
 /// It is to be laid anew, wherever its particle comes from.
 template <class R>
-KERNEL void forget_place(Contact<R>& contact) {
+KERNEL void invalidate_place(Contact<R>& contact) {
   contact.laid_for = {R(NAN), R(NAN), R(NAN)};
 }
 template <class R>
@@ -65,14 +65,14 @@ KERNEL void let_go(Contact<R>& contact) {
   contact.plane = {R(0), R(0), R(0), -R(INFINITY)};
   contact.lambda = R(0);
   contact.slip = {R(0), R(0), R(0)};
-  forget_place(contact);
+  invalidate_place(contact);
 }
 
 /// Friction that all iterations of a substep take together: `taken` and what slides on, within Coulomb's cone. A push
 /// that is taken back takes its friction back.
 template <class R>
-KERNEL Vector3<R> in_cone(const Vector3<R>& taken, R budget) {
-  const R length = root(dot(taken, taken));
+KERNEL Vector3<R> clamp_to_friction_cone(const Vector3<R>& taken, R budget) {
+  const R length = sqrt(dot(taken, taken));
   return length > budget ? taken * (budget / length) : taken;
 }
 
@@ -91,13 +91,13 @@ struct ResolveContact {
     Vector3<R> moved = p.d[i];
     // With what x lacks, of which a plane that stays knows nothing.
     const R C = dot(n, p.way_from_x(i)) - contact.plane.w;
-    const R push = larger(-C, -contact.lambda);
+    const R push = max(-C, -contact.lambda);
     contact.lambda += push;
     moved = moved + n * push;
 
     const Vector3<R> slide = moved - contact.surface.xyz();
     const Vector3<R> tangent = slide - n * dot(n, slide);
-    const Vector3<R> slip = in_cone(contact.slip + tangent, friction * contact.lambda);
+    const Vector3<R> slip = clamp_to_friction_cone(contact.slip + tangent, friction * contact.lambda);
     p.d.set(i, moved - (slip - contact.slip));
     contact.slip = slip;
   }
@@ -125,7 +125,7 @@ struct ApplyRestitution {
     const R gained = -restitution * approach - speed;
     if (!(gained > R(0))) return;  // something else carries it away faster
     const Vector3<R> sliding = relative - n * speed;
-    const R length = root(dot(sliding, sliding)), budget = friction * gained;
+    const R length = sqrt(dot(sliding, sliding)), budget = friction * gained;
     const R taken = length > R(0) ? (length < budget ? length : budget) / length : R(0);
     v.set(i, v[i] + n * gained - sliding * taken);
     const R path_left = contact.lambda < -contact.surface.w ? contact.lambda : -contact.surface.w;

@@ -9,7 +9,7 @@
 namespace malha {
 
 /// Returns what the number was.
-KERNEL int count_up(int* number) {
+KERNEL int atomic_increment(int* number) {
 #if defined(__CUDA_ARCH__)
   return atomicAdd(number, 1);
 #else
@@ -27,8 +27,7 @@ struct PlaceSeen {
 /// The place of the box from low to high that is nearest to a.
 template <class S>
 KERNEL Vector3<S> nearest_in(const Vector3<float>& low, const Vector3<float>& high, const Vector3<S>& a) {
-  return {larger(S(low.x), smaller(a.x, S(high.x))), larger(S(low.y), smaller(a.y, S(high.y))),
-          larger(S(low.z), smaller(a.z, S(high.z)))};
+  return {max(S(low.x), min(a.x, S(high.x))), max(S(low.y), min(a.y, S(high.y))), max(S(low.z), min(a.z, S(high.z)))};
 }
 
 /// A box in which all particles of a word were when they were last seen (m, mesh's frame), for a first test of them
@@ -53,8 +52,7 @@ struct WordBox {
   template <class S>
   KERNEL Vector3<S> way_to(const Vector3<S>& a) const {
     const Vector3<S> d = a - Vector3<S>{S(centre.x), S(centre.y), S(centre.z)};
-    return {larger(magnitude(d.x) - S(half.x), S(0.0f)), larger(magnitude(d.y) - S(half.y), S(0.0f)),
-            larger(magnitude(d.z) - S(half.z), S(0.0f))};
+    return {max(abs(d.x) - S(half.x), S(0.0f)), max(abs(d.y) - S(half.y), S(0.0f)), max(abs(d.z) - S(half.z), S(0.0f))};
   }
   KERNEL void leave() { distance = distance < 1e38f ? -distance : -1e38f; }
   /// Each particle gets a place of its own; then the size tells whether any was seen since a box was last tried.
@@ -89,9 +87,9 @@ KERNEL WordBox middle_of(const WordPlaces& places, int n) {
   float most = 0, nearest = places.distance[0];
   for (int k = 0; k < n; ++k) {
     const Vector3<float> d{places.x[k] - c.x, places.y[k] - c.y, places.z[k] - c.z};
-    most = larger(most, dot(d, d)), nearest = places.distance[k] < nearest ? places.distance[k] : nearest;
+    most = max(most, dot(d, d)), nearest = places.distance[k] < nearest ? places.distance[k] : nearest;
   }
-  const float radius = 1.00001f * root(most);
+  const float radius = 1.00001f * sqrt(most);
   return {c, {0, 0, 0}, nearest > 4 * radius ? 0.99999f * (nearest - radius) : 0};
 }
 
@@ -144,7 +142,7 @@ struct ContactCacheView {
   /// Gives each particle of a word a place of its own, as see() needs it. No other thread does the same.
   KERNEL void give_places(int word, const Particles<R>& particles, const Pose& mesh) const {
     if (which[word] >= 0) return;
-    const int to = count_up(&words->used), first = word * kWord;
+    const int to = atomic_increment(&words->used), first = word * kWord;
     WordPlaces& own = places[to];
     for (int k = 0; k < kWord; ++k) {
       own.slot[k] = -1;
@@ -157,7 +155,7 @@ struct ContactCacheView {
   /// A box tells of a word's particles from here on. None of them has a slot.
   KERNEL void take_places(int word) const {
     places[which[word]].word = -1, which[word] = -1;
-    count_up(&words->freed);
+    atomic_increment(&words->freed);
   }
 
   KERNEL void see(int i, const ClosestPointRecord& last) const {
@@ -170,11 +168,11 @@ struct ContactCacheView {
     if (!needs_slot(last)) {
       if (s < 0) return;
       contacts[s].particle = -1, own.slot[k] = -1;
-      count_up(&slots->freed);
+      atomic_increment(&slots->freed);
       return;
     }
     if (s < 0) {
-      s = own.slot[k] = count_up(&slots->used);
+      s = own.slot[k] = atomic_increment(&slots->used);
       contacts[s].particle = i;
       clear_slot(contacts[s], near[s]);
     }
@@ -204,7 +202,7 @@ struct ContactCacheView {
   KERNEL static float certain_distance(const ClosestPointRecord& last) {
     const Vector3<float> rounded = in_float(last.at);
     const Vector3<double> off{last.at.x - rounded.x, last.at.y - rounded.y, last.at.z - rounded.z};
-    const double certain = last.distance - root(dot(off, off));
+    const double certain = last.distance - sqrt(dot(off, off));
     const float nearest = float(certain);
     const float below = nearest - 1.2e-7f * fabsf(nearest);
     return double(nearest) > certain ? below : nearest;
@@ -258,7 +256,7 @@ KERNEL Vector3<S> load_floats(const Displaced<Q>& from, int i) {
 }
 template <class S>
 KERNEL S sum_of_sizes(const Vector3<S>& a) {
-  return magnitude(a.x) + magnitude(a.y) + magnitude(a.z);
+  return abs(a.x) + abs(a.y) + abs(a.z);
 }
 
 /// The box around a mesh in its own frame, m, in float.
@@ -318,7 +316,7 @@ struct BroadPhaseTest {
     WordBox& seen = nearby.boxes[group.index];
     const WordPlaces* const places = nearby.places_of(group.index);
     if (seen.keeps_all()) {
-      if (keeps_off<S>(seen, first, n)) return;
+      if (is_separated<S>(seen, first, n)) return;
       seen.leave();
       if (follows<S>(seen, first, n)) return;
     } else if (seen.distance == 0 && follows<S>(seen, first, n)) {
@@ -367,16 +365,16 @@ struct BroadPhaseTest {
     Vector3<float> low = place(first), high = low;
     for (int i = first + 1; i < first + n; ++i) {
       const Vector3<float> a = place(i);
-      low = {smaller(low.x, a.x), smaller(low.y, a.y), smaller(low.z, a.z)};
-      high = {larger(high.x, a.x), larger(high.y, a.y), larger(high.z, a.z)};
+      low = {min(low.x, a.x), min(low.y, a.y), min(low.z, a.z)};
+      high = {max(high.x, a.x), max(high.y, a.y), max(high.z, a.z)};
     }
     const Vector3<float> c = (low + high) * 0.5f, half = high - c, to_mesh = c - mesh.centre;
-    const Vector3<float> gap{larger(0.0f, fabsf(to_mesh.x) - half.x - mesh.half.x),
-                             larger(0.0f, fabsf(to_mesh.y) - half.y - mesh.half.y),
-                             larger(0.0f, fabsf(to_mesh.z) - half.z - mesh.half.z)};
+    const Vector3<float> gap{max(0.0f, fabsf(to_mesh.x) - half.x - mesh.half.x),
+                             max(0.0f, fabsf(to_mesh.y) - half.y - mesh.half.y),
+                             max(0.0f, fabsf(to_mesh.z) - half.z - mesh.half.z)};
     const float sizes = sum_of_sizes(c) + sum_of_sizes(half) + sum_of_sizes(mesh.centre) + sum_of_sizes(mesh.half);
-    const WordBox now{c, half, 0.99999f * root(dot(gap, gap)) - 1e-5f * (sizes + shift())};
-    if (!now.keeps_all() || !keeps_off<S>(now, first, n)) return false;
+    const WordBox now{c, half, 0.99999f * sqrt(dot(gap, gap)) - 1e-5f * (sizes + shift())};
+    if (!now.keeps_all() || !is_separated<S>(now, first, n)) return false;
     seen = now;
     return true;
   }
@@ -390,7 +388,7 @@ struct BroadPhaseTest {
 
   /// Whether no particle of the word can have come near: all are near a box to which nothing is near.
   template <class S>
-  KERNEL bool keeps_off(const WordBox& seen, int first, int n) const {
+  KERNEL bool is_separated(const WordBox& seen, int first, int n) const {
     constexpr int lanes = int(sizeof(S) / sizeof(float));
     Ways<S> of_lanes;
     Ways<float> all;
@@ -399,10 +397,9 @@ struct BroadPhaseTest {
     for (; k < n; ++k) add_way(all, seen, first + k);
     float off[lanes], way[lanes], sum[lanes];
     store(of_lanes.off, off), store(of_lanes.way, way), store(of_lanes.sum, sum);
-    for (int l = 0; l < lanes; ++l)
-      all.off = larger(all.off, off[l]), all.way = larger(all.way, way[l]), all.sum += sum[l];
+    for (int l = 0; l < lanes; ++l) all.off = max(all.off, off[l]), all.way = max(all.way, way[l]), all.sum += sum[l];
     if (!(all.sum < INFINITY)) return false;
-    const float beyond = root(all.off), path = root(all.way);
+    const float beyond = sqrt(all.off), path = sqrt(all.way);
     const float slack = 1e-5f * (sum_of_sizes(seen.centre) + sum_of_sizes(seen.half) + beyond + path + shift());
     return (reach < 0 ? beyond : beyond + path + reach) + slack < seen.distance;
   }
@@ -418,8 +415,8 @@ struct BroadPhaseTest {
     const Vector3<S> b = after.to_local(load_floats<S>(particles.p, i)), way = b - a;
     const Vector3<S> start = seen.way_to(a), end = reach < 0 ? seen.way_to(b) : start;
     const S way2 = dot(way, way);
-    ways.off = larger(ways.off, larger(dot(start, start), dot(end, end)));
-    ways.way = larger(ways.way, way2), ways.sum = ways.sum + way2;
+    ways.off = max(ways.off, max(dot(start, start), dot(end, end)));
+    ways.way = max(ways.way, way2), ways.sum = ways.sum + way2;
   }
 
   /// How far off the mesh's frame is, before and after.
@@ -435,10 +432,10 @@ struct BroadPhaseTest {
     const Vector3<S> a = before.to_local(start), b = after.to_local(end);
     const SeenLanes<S> seen = places.from(k, a);
     const Vector3<S> moved = a - seen.at, way = reach < 0 ? b - seen.at : b - a;
-    const S m = root(dot(moved, moved)), l = root(dot(way, way));
+    const S m = sqrt(dot(moved, moved)), l = sqrt(dot(way, way));
     // Some ten roundings of each coordinate on its way.
     const S slack = (sum_of_sizes(start) + sum_of_sizes(end) + S(shift())) * S(4e-6f);
-    return (reach < 0 ? larger(m, l) : m + l + S(reach)) + slack - seen.distance;
+    return (reach < 0 ? max(m, l) : m + l + S(reach)) + slack - seen.distance;
   }
 };
 

@@ -86,7 +86,7 @@ struct FindEdgePairs {
   KERNEL void operator()(int e) const {
     if (kLays && place[e] == (e + 1 < count ? place[e + 1] : total)) return;
     const Simplex mine = bodies[e];
-    const Box<R> edge[3] = {of_edge(mine, 0), of_edge(mine, 1), of_edge(mine, 2)}, box = around(edge[0], edge[1]);
+    const Box<R> edge[3] = {of_edge(mine, 0), of_edge(mine, 1), of_edge(mine, 2)}, box = merge(edge[0], edge[1]);
     int found = 0;
     Candidate* const to = kLays ? candidates + place[e] : nullptr;
     const auto add = [&](const Candidate& candidate) KERNEL_LAMBDA {
@@ -98,7 +98,7 @@ struct FindEdgePairs {
       const Simplex theirs = objects[t];
       const int* const c = theirs.corner;
       const Box<R> their_edge[3] = {of_edge(theirs, 0), of_edge(theirs, 1), of_edge(theirs, 2)},
-                   their_box = around(their_edge[0], their_edge[1]);
+                   their_box = merge(their_edge[0], their_edge[1]);
       if (!overlap(box, their_box) || parted(slab, theirs) || parted(theirs, mine)) return;
       for (int k = 0; k < 3; ++k)
         if (mine.owns_corner(k) && overlap(boxes[mine.corner[k]], their_box)) add({{mine.corner[k], c[0], c[1], c[2]}});
@@ -128,7 +128,7 @@ struct FindEdgePairs {
   }
   /// Along n, of what stays in the box of its way d: constraints may pull it off the straight one.
   KERNEL static R farthest(const Vector3<R>& n, const Vector3<R>& d) {
-    return larger(n.x * d.x, R(0)) + larger(n.y * d.y, R(0)) + larger(n.z * d.z, R(0));
+    return max(n.x * d.x, R(0)) + max(n.y * d.y, R(0)) + max(n.z * d.z, R(0));
   }
   /// In which the boxes of the ways of a triangle lie.
   KERNEL Slab<R> slab_of(const Simplex& s) const {
@@ -137,16 +137,16 @@ struct FindEdgePairs {
     R low = R(0), high = R(0);
     for (int k = 0; k < 3; ++k) {
       const Vector3<R> own = d[i[k]];
-      low = smaller(low, -farthest(n, -own)), high = larger(high, farthest(n, own));
+      low = min(low, -farthest(n, -own)), high = max(high, farthest(n, own));
     }
-    const R more = R(1.01) * reach * root(dot(n, n));
+    const R more = R(1.01) * reach * sqrt(dot(n, n));
     return {a, n, low - more, high + more};
   }
   KERNEL bool parted(const Slab<R>& slab, const Simplex& theirs) const {
     R low = R(INFINITY), high = -R(INFINITY);
     for (int k = 0; k < 3; ++k) {
       const R at = dot(slab.n, x[theirs.corner[k]] - slab.at);
-      low = smaller(low, at), high = larger(high, at);
+      low = min(low, at), high = max(high, at);
     }
     return low > slab.high || high < slab.low;
   }
@@ -158,12 +158,12 @@ struct FindEdgePairs {
     for (int k = 0; k < 3; ++k) {
       const R at = dot(n, x[i[k]] - a);
       const Vector3<R> own = d[i[k]];
-      low = smaller(low, at - farthest(n, -own)), high = larger(high, at + farthest(n, own));
+      low = min(low, at - farthest(n, -own)), high = max(high, at + farthest(n, own));
     }
-    const R most = R(1.01) * reach * root(dot(n, n));
+    const R most = R(1.01) * reach * sqrt(dot(n, n));
     return low > most || high < -most;
   }
-  KERNEL Box<R> of_edge(const Simplex& s, int k) const { return around(boxes[s.from(k)], boxes[s.to(k)]); }
+  KERNEL Box<R> of_edge(const Simplex& s, int k) const { return merge(boxes[s.from(k)], boxes[s.to(k)]); }
 };
 
 /// Of an object.
@@ -175,7 +175,7 @@ struct EdgeRules {
 /// The object of a contact, by its points' numbers; particles have number 0.
 template <class R>
 KERNEL int object_of(const SelfContact<R>& c, const int* object) {
-  return larger(object[c.i[0]], object[c.i[3]]) - 1;
+  return max(object[c.i[0]], object[c.i[3]]) - 1;
 }
 
 /// Lays the contacts of candidates, each by its object's rules, and counts which of their ends are particles.
@@ -193,7 +193,7 @@ struct LayEdgeContacts {
     if (next == at) return;
     const Candidate& candidate = look.candidates[c];
     EvaluateCandidate<R> own = look;
-    own.rules.thickness = rules[larger(object[candidate.particle(0)], object[candidate.i[3]]) - 1].wanted;
+    own.rules.thickness = rules[max(object[candidate.particle(0)], object[candidate.i[3]]) - 1].wanted;
     SelfContact<R>& contact = contacts[at];
     if (own(candidate, contact)) {
       // Faces push particles elsewhere (kernels/environment/contact.h): here they only hold them.
@@ -238,10 +238,10 @@ struct GrowEdgeDistances {
     for (int e = begin ? begin[i] : 0; e < (begin ? begin[i + 1] : 0); ++e) {
       const SelfContact<R>& c = contacts[ends[e].value / 4];
       const R distance = distance_of(c);
-      if (distance < rules[object_of(c, object)].wanted) nearest = smaller(nearest, distance);
+      if (distance < rules[object_of(c, object)].wanted) nearest = min(nearest, distance);
     }
     R& own = x.of[i].w;
-    own = larger(own, nearest);
+    own = max(own, nearest);
     return {own < most ? 1.0 : 0.0};
   }
 
@@ -252,7 +252,7 @@ struct GrowEdgeDistances {
     for (int j = 0; j < 4; ++j) at[j] = in_double(x[c.i[j]]);
     EvaluateCandidate<R>::weigh(c.first, at, weight);
     const Vector3<double> apart = EvaluateCandidate<R>::between(at, weight);
-    return R(root(dot(apart, apart)));
+    return R(sqrt(dot(apart, apart)));
   }
 };
 
@@ -292,9 +292,7 @@ struct CountOutOfReach {
   }
 
  private:
-  KERNEL static bool within(R at, R d, R margin) {
-    return at >= smaller(d, R(0)) - margin && at <= larger(d, R(0)) + margin;
-  }
+  KERNEL static bool within(R at, R d, R margin) { return at >= min(d, R(0)) - margin && at <= max(d, R(0)) + margin; }
 };
 
 }  // namespace malha

@@ -59,7 +59,7 @@ struct EstimateMassShares {
 template <class R>
 KERNEL R inverse_mass(const SelfContact<R>& c, R share, const ScatteredPoints<R>& moved) {
   R W = R(0);
-  for (int j = 0; j < 4; ++j) W += magnitude(c.weight[j]) * moved.of[c.i[j]].w;
+  for (int j = 0; j < 4; ++j) W += abs(c.weight[j]) * moved.of[c.i[j]].w;
   return W / share;
 }
 
@@ -76,7 +76,7 @@ struct SplitMasses {
     R sum = R(0);
     for (int e = begin[i]; e < begin[i + 1]; ++e) {
       const Push<R>& push = pushes[ends[e].value / 4];
-      sum += push.impulse.w * magnitude(push.weight[ends[e].value % 4]);
+      sum += push.impulse.w * abs(push.weight[ends[e].value % 4]);
     }
     moved.of[i].w = w[i] * sum;
   }
@@ -94,8 +94,7 @@ struct RefineMassShares {
     if (!(share > R(0))) return;
     const SelfContact<R>& c = contacts[k];
     const R W = inverse_mass(c, share, moved);
-    if (W > tiny<R>())
-      share = larger(R(0.1) * share, c.lambda + (c.short_of - dot(c.n, relative_motion(c, moved))) / W);
+    if (W > tiny<R>()) share = max(R(0.1) * share, c.lambda + (c.short_of - dot(c.n, relative_motion(c, moved))) / W);
   }
 };
 
@@ -117,10 +116,10 @@ struct SolveContactsJacobi {
     if (!(W > tiny<R>())) return;
     const Vector3<R> motion = relative_motion(c, moved);
     const R along = dot(c.n, motion);
-    const R dlambda = larger((c.short_of - along) / W, -c.lambda);
+    const R dlambda = max((c.short_of - along) / W, -c.lambda);
     c.lambda += dlambda;
     const Vector3<R> slide = motion - c.n * along;
-    const Vector3<R> slip = in_cone(c.slip + slide * (R(1) / W), friction(c) * c.lambda);
+    const Vector3<R> slip = clamp_to_friction_cone(c.slip + slide * (R(1) / W), friction(c) * c.lambda);
     const Vector3<R> impulse = c.n * dlambda - (slip - c.slip);
     c.slip = slip;
     push.impulse = {impulse.x, impulse.y, impulse.z, R(1)};

@@ -27,7 +27,7 @@ struct ForgetLift {
     const R squared = dot(lift, lift);
     if (!(particles.w[i] > R(0)) || !(squared > R(0)) || !(squared < R(INFINITY))) return;
     const Vector3<R> way = p.from(i, from, origin);
-    const R kept = smaller(larger(dot(lift, way) / squared, R(0)), R(1));
+    const R kept = min(max(dot(lift, way) / squared, R(0)), R(1));
     if (!(kept < R(1))) return;
     p.put(i, in_double(origin) + in_double(from) + in_double(lift * kept));
     p.set_from(i, from, origin, way);
@@ -105,7 +105,7 @@ struct HoldParticles {
       const R at = planes.at_start(c, own), half = R(0.499) * (c.gap - planes.kept(c));
       const R room = own < c.first ? at - sides.low + half : sides.high - at + half;
       const R nearing = own < c.first ? -dot(c.n, d) : dot(c.n, d);
-      if (nearing > room) part = smaller(part, room > R(0) ? room / nearing : R(0));
+      if (nearing > room) part = min(part, room > R(0) ? room / nearing : R(0));
     }
     const Vector3<R> to = planes.x0[i] + d * part;
     place(i, to);

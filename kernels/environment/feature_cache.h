@@ -54,7 +54,7 @@ class FeatureValidityRadius {
     } else if (t == near_.triangle) {
       return of_face() - error_;
     }
-    return of_other(q, root(d2));
+    return of_other(q, sqrt(d2));
   }
 
  private:
@@ -94,10 +94,10 @@ class FeatureValidityRadius {
     const double d = near_.distance, gap = distance - d - 4 * error_;
     if (!(gap > 0)) return -1;
     // A computed distance that is too long by an error e may belong to a point that is off by sqrt(2 d e).
-    const double off = 2 * (error_ + root(2 * distance * error_));
+    const double off = 2 * (error_ + sqrt(2 * distance * error_));
     const double turn = norm((p_ - q) * (1 / distance) - (p_ - near_.where.q) * (1 / d)) + off / d;
     const bool face = near_.where.corner < 0 && near_.where.edge < 0;
-    const double r = face ? least(gap / turn, d) : d * (root(turn * turn + 2 * gap / d) - turn);
+    const double r = face ? least(gap / turn, d) : d * (sqrt(turn * turn + 2 * gap / d) - turn);
     return r > gap / 2 ? r : gap / 2;
   }
 

@@ -91,7 +91,7 @@ struct ChooseWords {
   ActiveMask questions;
   int *chosen, *which;
   KERNEL void operator()(int word) const {
-    if (questions.asked(word) != 0) which[count_up(chosen)] = word;
+    if (questions.asked(word) != 0) which[atomic_increment(chosen)] = word;
   }
 };
 
@@ -130,7 +130,7 @@ struct LoadNearby {
     const int own = from.slot(i);
     places.set(bit, from.place(i, place_in(pose, particles.x[i]))), places.slot[bit] = -1;
     if (own < 0) return;
-    const int s = places.slot[bit] = count_up(&to.slots->used);
+    const int s = places.slot[bit] = atomic_increment(&to.slots->used);
     to.contacts[s] = from.contacts[own], to.near[s] = from.near[own];
     to.contacts[s].particle = j;
   }
@@ -177,10 +177,10 @@ struct UnloadNearby {
     places.set(bit, from.places[w].of(bit));
     int& s = places.slot[bit];
     if (own < 0) {
-      if (s >= 0) to.contacts[s].particle = -1, s = -1, count_up(&to.slots->freed);
+      if (s >= 0) to.contacts[s].particle = -1, s = -1, atomic_increment(&to.slots->freed);
       return;
     }
-    if (s < 0) s = count_up(&to.slots->used);
+    if (s < 0) s = atomic_increment(&to.slots->used);
     to.contacts[s] = from.contacts[own], to.near[s] = from.near[own];
     to.contacts[s].particle = i;
   }

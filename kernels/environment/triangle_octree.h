@@ -43,7 +43,7 @@ struct NearMesh {
   double side;      // m, of the grid's cells
 };
 
-KERNEL bool is_last(const NearMesh& mesh, const OctreeNode& cell) {
+KERNEL bool is_leaf(const NearMesh& mesh, const OctreeNode& cell) {
   return cell.count <= mesh.leaf || cell.stuck >= kMostStuck || cell.depth >= kDeepest;
 }
 
@@ -97,13 +97,13 @@ KERNEL double least_distance(const NearMesh& mesh, const OctreeKey& path, const 
   __atomic_load(&mesh.grid[place_in_grid(mesh, path)].distance, &known, __ATOMIC_RELAXED);
 #endif
   const Vector3<double> d = p - centre_in_grid(mesh, path);
-  return known > 0 ? double(known) - root(dot(d, d)) : -1;
+  return known > 0 ? double(known) - sqrt(dot(d, d)) : -1;
 }
 
 /// The last cell at a point; none, or not made yet: 0.
-KERNEL int last_cell_at(const NearMesh& mesh, const OctreeKey& path) {
+KERNEL int find_leaf(const NearMesh& mesh, const OctreeKey& path) {
   int at = published(mesh.grid[place_in_grid(mesh, path)].cell);
-  while (at > 0 && !is_last(mesh, mesh.cells[at]))
+  while (at > 0 && !is_leaf(mesh, mesh.cells[at]))
     at = published(mesh.cells[at].child[path.part(mesh.cells[at].depth)]);
   return at > 0 ? at : 0;
 }
@@ -114,7 +114,7 @@ KERNEL bool holds(const OctreeNode& cell, const OctreeKey& path) {
 }
 
 /// How far a point is from the walls of a cell that holds it (m).
-KERNEL double from_walls(const NearMesh& mesh, const OctreeNode& cell, const Vector3<double>& p) {
+KERNEL double distance_to_cell_boundary(const NearMesh& mesh, const OctreeNode& cell, const Vector3<double>& p) {
   const double side = 2 * mesh.half / double(1 << cell.depth);
   const auto from = [&](double x, int place) KERNEL_LAMBDA {
     const double d = x + mesh.half - place * side, other = side - d;
@@ -150,9 +150,9 @@ struct NearTriangle {
 /// are equally near the lowest. `least`: of the squared distances.
 KERNEL NearTriangle nearest_of(const int* triangle, const double* d2, const double* x, const double* y, const double* z,
                                const double* feature, int begin, int end, double least) {
-  const double distance = root(least);
+  const double distance = sqrt(least);
   for (int k = begin; k < end; ++k)  // squares may differ where their roots do not
-    if (d2[k] <= least * (1 + 1e-15) && root(d2[k]) == distance)
+    if (d2[k] <= least * (1 + 1e-15) && sqrt(d2[k]) == distance)
       return {triangle[k], distance, on_triangle({x[k], y[k], z[k]}, int(feature[k]))};
   return {};
 }

@@ -118,7 +118,7 @@ struct EliminateFront {
         *failed = k;
         return;
       }
-      const R d = root(column[k]), per = R(1) / d;
+      const R d = sqrt(column[k]), per = R(1) / d;
       column[k] = d;
       for (int i = k + 1; i < height; ++i) column[i] *= per;
     }

@@ -142,12 +142,14 @@ inline constexpr int kPanelBlocks = 4, kPanelColumns = 8;
 /// L y = b over the panels begin .. end - 1 of a segment, whose places begin at `work`. `out`: room for one panel's
 /// rows.
 template <class T, class Group>
-KERNEL void go_up(const Group& group, const SparseView<T>& view, int begin, int end, Vec4<T>* work, Vec4<T>* out) {
+KERNEL void forward_solve(const Group& group, const SparseView<T>& view, int begin, int end, Vec4<T>* work,
+                          Vec4<T>* out) {
   for (int p = begin; p < end; ++p) {
     const Panel panel = view.panels[p];
     Vec4<T>* own = work + panel.first;
     const PanelProduct<T, typename Group::Isa> product{view.values + panel.at, panel.columns, own, out, view.far};
-    group.in_parts(panel.blocks(), kPanelBlocks, [&](int first, int last) KERNEL_LAMBDA { product.run(first, last); });
+    group.for_each_chunk(panel.blocks(), kPanelBlocks,
+                         [&](int first, int last) KERNEL_LAMBDA { product.run(first, last); });
     group.for_each(panel.columns, [&](int k) KERNEL_LAMBDA { own[k] = out[k]; });
     const int* rows = view.rows + panel.row;
     group.for_each(panel.below, [&](int k) KERNEL_LAMBDA { accumulate(work[rows[k]], out[panel.columns + k]); });
@@ -156,7 +158,8 @@ KERNEL void go_up(const Group& group, const SparseView<T>& view, int begin, int 
 
 /// L^T x = y over them, from the last to the first. `all`: as `out`.
 template <class T, class Group>
-KERNEL void come_down(const Group& group, const SparseView<T>& view, int begin, int end, Vec4<T>* work, Vec4<T>* all) {
+KERNEL void backward_solve(const Group& group, const SparseView<T>& view, int begin, int end, Vec4<T>* work,
+                           Vec4<T>* all) {
   for (int p = end - 1; p >= begin; --p) {
     const Panel panel = view.panels[p];
     if (view.far && p > begin) {
@@ -172,7 +175,8 @@ KERNEL void come_down(const Group& group, const SparseView<T>& view, int begin, 
     group.for_each(padding, [&](int k) KERNEL_LAMBDA { all[panel.height() + k] = {T(0), T(0), T(0), T(0)}; });
     const TransposedProduct<T, typename Group::Isa> product{
         view.values + panel.at, panel.columns, panel.blocks(), all, own, view.far};
-    group.in_parts(panel.columns, kPanelColumns, [&](int first, int last) KERNEL_LAMBDA { product.run(first, last); });
+    group.for_each_chunk(panel.columns, kPanelColumns,
+                         [&](int first, int last) KERNEL_LAMBDA { product.run(first, last); });
   }
 }
 
@@ -190,7 +194,7 @@ struct ForwardTask {
     const int* particle = view.particle + task.base;
     group.for_each(task.own, [&](int k) KERNEL_LAMBDA { work[k] = ends.template take<T>(particle[k]); });
     group.for_each(task.above, [&](int k) KERNEL_LAMBDA { work[task.own + k] = {T(0), T(0), T(0), T(0)}; });
-    go_up(group, view, task.panel, task.panel + task.panels, work, static_cast<Vec4<T>*>(group.memory));
+    forward_solve(group, view, task.panel, task.panel + task.panels, work, static_cast<Vec4<T>*>(group.memory));
   }
 };
 
@@ -207,7 +211,7 @@ struct BackwardTask {
     Vec4<T>* work = view.work + task.base;
     const Vec4<T>* top = view.work + view.tasks[view.top].base;
     group.for_each(task.above, [&](int k) KERNEL_LAMBDA { work[task.own + k] = top[view.above[task.list + k]]; });
-    come_down(group, view, task.panel, task.panel + task.panels, work, static_cast<Vec4<T>*>(group.memory));
+    backward_solve(group, view, task.panel, task.panel + task.panels, work, static_cast<Vec4<T>*>(group.memory));
     group.for_each(task.own, [&](int k) KERNEL_LAMBDA { ends.give(view.particle[task.base + k], work[k]); });
   }
 };
@@ -223,9 +227,9 @@ struct SolveRootSmall {
     Vec4<T>* work = view.work + view.tasks[view.top].base;
     Vec4<T>* rows = static_cast<Vec4<T>*>(group.memory);
     if constexpr (up)
-      go_up(group, view, begin, end, work, rows);
+      forward_solve(group, view, begin, end, work, rows);
     else
-      come_down(group, view, begin, end, work, rows);
+      backward_solve(group, view, begin, end, work, rows);
   }
 };
 
@@ -270,8 +274,8 @@ struct ForwardTop {
     Vec4<T>* work = view.work + view.tasks[view.top].base;
     const PanelProduct<T, typename Group::Isa> product{view.values + panel.at, panel.columns, work + panel.first, out,
                                                        view.far};
-    group.in_parts(end - begin, kPanelBlocks,
-                   [&](int first, int last) KERNEL_LAMBDA { product.run(begin + first, begin + last); });
+    group.for_each_chunk(end - begin, kPanelBlocks,
+                         [&](int first, int last) KERNEL_LAMBDA { product.run(begin + first, begin + last); });
     const int* rows = view.rows + panel.row - panel.columns;
     const int first = 4 * begin > panel.columns ? 4 * begin : panel.columns;
     const int last = 4 * end < panel.height() ? 4 * end : panel.height();
@@ -293,8 +297,8 @@ struct BackwardTop {
     const int end = begin + kTopPiece < panel.columns ? begin + kTopPiece : panel.columns;
     const TransposedProduct<T, typename Group::Isa> product{
         view.values + panel.at, panel.columns, panel.blocks(), all, out, view.far};
-    group.in_parts(end - begin, kPanelColumns,
-                   [&](int first, int last) KERNEL_LAMBDA { product.run(begin + first, begin + last); });
+    group.for_each_chunk(end - begin, kPanelColumns,
+                         [&](int first, int last) KERNEL_LAMBDA { product.run(begin + first, begin + last); });
   }
 };
 

@@ -23,7 +23,7 @@ struct MeasureSpring {
   KERNEL SpringSum operator()(int s) const {
     const Point &a = x[ends[s][0]], &b = x[ends[s][1]];
     const Vector3<double> d{a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-    const double length = root(dot(d, d)), C = length - rest[s], strain = rest[s] > 0 ? C / rest[s] : 0;
+    const double length = sqrt(dot(d, d)), C = length - rest[s], strain = rest[s] > 0 ? C / rest[s] : 0;
     return {{1, C * C, C * C, strain * strain, strain < 0 ? -strain : strain, length > 0 ? 0.0 : 1.0},
             stiffness[s] * C * C / 2};
   }

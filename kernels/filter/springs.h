@@ -67,7 +67,7 @@ struct FilteredRows {
 template <class S>
 KERNEL S rest_over_length(const Vector3<S>& d, S l) {
   using R = typename RealOf<S>::type;
-  const S zero(R(0)), length = root(dot(d, d));
+  const S zero(R(0)), length = sqrt(dot(d, d));
   return select(length > zero, l / select(length > zero, length, S(R(1))), zero);
 }
 

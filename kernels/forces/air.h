@@ -25,7 +25,7 @@ struct FacesInAir {
     const Vector3<R> S = last < 0 ? cross(p.between_at_start(at[1], at[0]), ac) * (R(1) / R(6))
                                   : cross(ac, p.between_at_start(last, at[1])) * (R(1) / R(8));
     const R area2 = dot(S, S);
-    faces.set(f, area2 > tiny<R>() ? S * (R(1) / root(root(area2))) : Vector3<R>{R(0), R(0), R(0)});
+    faces.set(f, area2 > tiny<R>() ? S * (R(1) / sqrt(sqrt(area2))) : Vector3<R>{R(0), R(0), R(0)});
   }
 };
 
@@ -42,7 +42,7 @@ struct BlowOnParticles {
     const int i = particle[item];
     const R h = dt * w[i];
     const Vector3<R> u = wind - v[i];
-    const R speed2 = dot(u, u), speed = root(speed2);
+    const R speed2 = dot(u, u), speed = sqrt(speed2);
     if (!(h > R(0)) || !(speed2 > tiny<R>())) return;
     Vector3<R> side{R(0), R(0), R(0)};  // sum of A (u . n) n
     for (int k = begin[item]; k < begin[item + 1]; ++k) {
@@ -52,7 +52,7 @@ struct BlowOnParticles {
     const R q = dot(u, side) / speed2;  // sum of A (u . n)^2 / |u|^2
     const Vector3<R> turned = u - (side - u * q) * (h * lift * speed);
     const R slower = R(1) + h * drag * q * speed;
-    const R kept = root(speed2 / (dot(turned, turned) * slower * slower));
+    const R kept = sqrt(speed2 / (dot(turned, turned) * slower * slower));
     v.set(i, v[i] + (u - turned * kept));
   }
 };

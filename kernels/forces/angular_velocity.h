@@ -26,8 +26,8 @@ KERNEL void centre_inertia(double (&I)[6], double mass, const Vector3<double>& c
 KERNEL void rotate_axes(double (&A)[3][3], double (&V)[3][3], int p, int q) {
   if (A[p][q] == 0) return;
   const int r = 3 - p - q;
-  const double tau = (A[q][q] - A[p][p]) / (2 * A[p][q]), size = root(1 + tau * tau);
-  const double t = tau < 0 ? -1 / (size - tau) : 1 / (size + tau), c = 1 / root(1 + t * t), s = t * c;
+  const double tau = (A[q][q] - A[p][p]) / (2 * A[p][q]), size = sqrt(1 + tau * tau);
+  const double t = tau < 0 ? -1 / (size - tau) : 1 / (size + tau), c = 1 / sqrt(1 + t * t), s = t * c;
   A[p][p] -= t * A[p][q], A[q][q] += t * A[p][q];
   A[p][q] = A[q][p] = 0;
   const double rp = A[r][p], rq = A[r][q];
@@ -48,7 +48,7 @@ KERNEL_APART Vector3<double> angular_velocity(const SpinSum& spin) {
   KERNEL_ROLLED
   for (int sweep = 0; sweep < kSweeps; ++sweep)
     rotate_axes(A, V, 0, 1), rotate_axes(A, V, 0, 2), rotate_axes(A, V, 1, 2);
-  const double largest = larger(A[0][0], larger(A[1][1], A[2][2]));
+  const double largest = max(A[0][0], max(A[1][1], A[2][2]));
   const double smallest = 1e-7 * largest;  // float's rounding of the positions, with room
   Vector3<double> omega{0, 0, 0};
   for (int k = 0; k < 3; ++k) {

@@ -11,7 +11,7 @@ struct Predict {
   R dt;
   Vector3<R> gravity;  // m/s^2
   KERNEL void operator()(int i) const {
-    const Vector3<R> v = accelerated(particles.v[i], particles.w[i], gravity, dt);
+    const Vector3<R> v = apply_gravity(particles.v[i], particles.w[i], gravity, dt);
     particles.v.set(i, v);
     particles.p.d.set(i, ahead(particles.w[i], v, particles.p.d[i], dt));
   }
@@ -61,7 +61,7 @@ struct UpdateState {
   Particles<R> particles;
   R dt, per_dt;  // s, 1/s
   KERNEL FirstIndex operator()(int i) const {
-    particles.v.set(i, changed(particles.v[i], particles.p.d[i], dt, per_dt));
+    particles.v.set(i, velocity_from_positions(particles.v[i], particles.p.d[i], dt, per_dt));
     particles.p.arrive(i), particles.p.stay(i);
     const int finite = zero_if_finite(particles.x[i]) == R(0);
     return {i | FirstIndex{}.index * finite};  // without a branch, so that the loop is vectorised

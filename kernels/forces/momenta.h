@@ -86,7 +86,7 @@ struct MeasureMomenta {
     Vector3<S> r = x - all<S>(x0);
     if constexpr (projected) {
       const Vector3<S> d = load_points<S>(particles.p.d, i);
-      v = changed(v, d, S(dt), S(per_dt));
+      v = velocity_from_positions(v, d, S(dt), S(per_dt));
       r = r + d;
     }
     const Vector3<S> u = (v - all<S>(v0)) * m;

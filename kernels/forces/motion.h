@@ -6,7 +6,7 @@ namespace malha {
 
 /// v + dt g. Pinned particles (w = 0) stay at rest.
 template <class S>
-KERNEL Vector3<S> accelerated(const Vector3<S>& v, S w, const Vector3<S>& g, S dt) {
+KERNEL Vector3<S> apply_gravity(const Vector3<S>& v, S w, const Vector3<S>& g, S dt) {
   const S zero(typename RealOf<S>::type(0));
   return v + g * select(w > zero, dt, zero);
 }
@@ -27,7 +27,7 @@ KERNEL Vector3<S> ahead(S w, const Vector3<S>& v, const Vector3<S>& moved, S dt)
 /// v = d / dt of a particle that went d, from the velocity that this was predicted with: what constraints leave alone
 /// keeps its velocity to the bit, however many substeps there are.
 template <class S>
-KERNEL Vector3<S> changed(const Vector3<S>& v, const Vector3<S>& d, S dt, S per_dt) {
+KERNEL Vector3<S> velocity_from_positions(const Vector3<S>& v, const Vector3<S>& d, S dt, S per_dt) {
   return v + (d - v * dt) * per_dt;
 }
 

@@ -78,7 +78,7 @@ struct PressureGradient {
       grad.set(item, g);
       return sums;
     }
-    const double kept = allowed / root(g2);
+    const double kept = allowed / sqrt(g2);
     grad.set(item, g * R(kept));
     const Vector3<double> lacks = in_double(g) * (1 - kept);
     const Vector3<double> m = cross(in_double(fans.p.between(particle[item], fans.origin)), lacks);
@@ -95,7 +95,7 @@ struct AlongSum {
     return *this;
   }
   /// Half of what it was at the start counts at least: a body that has turned far is pushed the less.
-  KERNEL double value() const { return larger(now, 0.5 * start); }
+  KERNEL double value() const { return max(now, 0.5 * start); }
 };
 template <class R>
 struct SumAlongPressure {

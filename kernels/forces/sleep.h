@@ -23,11 +23,11 @@ struct Still {
 
 /// The axis-aligned box round all particles.
 struct Bounds {
-  double min[3] = {INFINITY, INFINITY, INFINITY}, max[3] = {-INFINITY, -INFINITY, -INFINITY};
+  double lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
   KERNEL Bounds& operator+=(const Bounds& o) {
     for (int k = 0; k < 3; ++k) {
-      min[k] = smaller(o.min[k], min[k]);
-      max[k] = larger(max[k], o.max[k]);
+      lower[k] = min(o.lower[k], lower[k]);
+      upper[k] = max(upper[k], o.upper[k]);
     }
     return *this;
   }

@@ -15,7 +15,7 @@ KERNEL constexpr int first_side(PairKind kind) { return kind == PairKind::Face ?
 template <class S>
 KERNEL S clamped_lanes(const S& t) {
   using R = typename RealOf<S>::type;
-  return smaller(larger(t, S(R(0))), S(R(1)));
+  return min(max(t, S(R(0))), S(R(1)));
 }
 
 template <class S>
@@ -67,11 +67,11 @@ KERNEL Vector3<S> apart_by(const Vector3<S> (&x)[4], const S (&w)[4]) {
 
 /// The lowest of four numbers on the one side, less the highest on the other.
 template <PairKind kind, class S>
-KERNEL S between_sides(const S (&at)[4]) {
+KERNEL S gap_along_normal(const S (&at)[4]) {
   if constexpr (kind == PairKind::Face)
-    return at[0] - larger(at[1], larger(at[2], at[3]));
+    return at[0] - max(at[1], max(at[2], at[3]));
   else
-    return smaller(at[0], at[1]) - larger(at[2], at[3]);
+    return min(at[0], at[1]) - max(at[2], at[3]);
 }
 
 }  // namespace malha

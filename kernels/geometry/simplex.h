@@ -28,9 +28,9 @@ KERNEL bool overlap(const Box<R>& a, const Box<R>& b) {
          a.low.z <= b.high.z && b.low.z <= a.high.z;
 }
 template <class R>
-KERNEL Box<R> around(const Box<R>& a, const Box<R>& b) {
-  return {{smaller(a.low.x, b.low.x), smaller(a.low.y, b.low.y), smaller(a.low.z, b.low.z), R(0)},
-          {larger(a.high.x, b.high.x), larger(a.high.y, b.high.y), larger(a.high.z, b.high.z), R(0)}};
+KERNEL Box<R> merge(const Box<R>& a, const Box<R>& b) {
+  return {{min(a.low.x, b.low.x), min(a.low.y, b.low.y), min(a.low.z, b.low.z), R(0)},
+          {max(a.high.x, b.high.x), max(a.high.y, b.high.y), max(a.high.z, b.high.z), R(0)}};
 }
 
 /// Where the particles may go in a substep: from x along d and `margin` further in every direction.
@@ -47,8 +47,8 @@ struct BoxParticles {
   KERNEL void operator()(int i) const {
     const Vector3<R> a = reaches.x[i], b = a + reaches.d[i];
     const R m = reaches.margin;
-    reaches.boxes[i] = {{smaller(a.x, b.x) - m, smaller(a.y, b.y) - m, smaller(a.z, b.z) - m, R(0)},
-                        {larger(a.x, b.x) + m, larger(a.y, b.y) + m, larger(a.z, b.z) + m, R(0)}};
+    reaches.boxes[i] = {{min(a.x, b.x) - m, min(a.y, b.y) - m, min(a.z, b.z) - m, R(0)},
+                        {max(a.x, b.x) + m, max(a.y, b.y) + m, max(a.z, b.z) + m, R(0)}};
   }
 };
 

@@ -13,7 +13,7 @@ struct Motion {
     for (int k = 0; k < 3; ++k) momentum[k] += o.momentum[k], angular[k] += o.angular[k], moment[k] += o.moment[k];
     mass += o.mass;
     kinetic += o.kinetic, potential += o.potential;
-    speed2_max = larger(speed2_max, o.speed2_max);
+    speed2_max = max(speed2_max, o.speed2_max);
     return *this;
   }
 };
@@ -62,7 +62,7 @@ struct MeasureLength {
     const int a = ends[2 * c], b = ends[2 * c + 1];
     const double l02 = rest ? rest[c] * rest[c] : scale * scale * squared(X[a], X[b]);
     if (!(l02 > 0)) return {};
-    const double strain = root(squared(x[a], x[b]) / l02) - 1, size = strain < 0 ? -strain : strain;
+    const double strain = sqrt(squared(x[a], x[b]) / l02) - 1, size = strain < 0 ? -strain : strain;
     return {size * size, size, c};
   }
   KERNEL static double squared(const Point& a, const Point& b) {

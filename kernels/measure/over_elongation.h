@@ -7,7 +7,7 @@ namespace malha {
 struct Largest {
   double value = 0;
   KERNEL Largest& operator+=(const Largest& o) {
-    value = larger(value, o.value);
+    value = max(value, o.value);
     return *this;
   }
 };
@@ -20,7 +20,7 @@ struct MeasureExcess {
   const R* longest;  // m
   KERNEL Largest operator()(int c) const {
     const Vector3<R> d = p.between(ends[2 * c], ends[2 * c + 1]);
-    return {longest[c] > R(0) ? double(root(dot(d, d)) / longest[c]) - 1 : 0};
+    return {longest[c] > R(0) ? double(sqrt(dot(d, d)) / longest[c]) - 1 : 0};
   }
 };
 

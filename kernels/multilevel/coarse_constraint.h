@@ -32,14 +32,14 @@ struct Correct<Coarse, Update::Stiff, R> {
     Vector3<S> before = or_zero(rest.held, q[0].x - q[1].x);
     const Vector3<S> now = before + or_zero(rest.held, q[0].d - q[1].d);
     if (!from_start) before = now;
-    const S length = root(dot(now, now)), &most = rest.value[0];
+    const S length = sqrt(dot(now, now)), &most = rest.value[0];
     if (fresh) return store(select(length < most, length, most), least + at);
     S low;
     load(least + at, low);
-    const S zero(R(0)), excess = length - larger(low, select(length < most, length, most));
+    const S zero(R(0)), excess = length - max(low, select(length < most, length, most));
     // Along the way between them where the substep began, as all constraints (kernels/projection/project_constraint.h).
     const S cross = dot(now, before);
-    const auto small = (cross > zero) & (magnitude(excess) * length <= S(R(kSmall)) * cross);
+    const auto small = (cross > zero) & (abs(excess) * length <= S(R(kSmall)) * cross);
     const Vector3<S> along = either(small, before, now);
     const S sum = select(small, cross, length * length) * (q[0].w + q[1].w);
     const auto moves = sum > S(tiny<R>());

@@ -39,7 +39,7 @@ struct PredictedParticles {
 
   /// Those of a segment, into the patch's memory.
   template <class Group, class Local>
-  KERNEL void bring(const Group& group, const Segment& segment, const Local& local) const {
+  KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
     const bool predicts = v.x && segment.movable;
     const Vector3<R> origin = origins.x ? origins[segment.body] : Vector3<R>{R(0), R(0), R(0)};
     cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
@@ -49,7 +49,7 @@ struct PredictedParticles {
       q.x = origins.x ? load_near(p, at, origin, T()) : load_points<T>(p.x, at);
       if (predicts) {
         const Vector3<T> g{T(gravity.x), T(gravity.y), T(gravity.z)};
-        q.d = accelerated(load_points<T>(v, at), q.w, g, T(dt)) * T(dt);
+        q.d = apply_gravity(load_points<T>(v, at), q.w, g, T(dt)) * T(dt);
       } else {
         q.d = load_points<T>(p.d, at);
       }
@@ -81,7 +81,7 @@ struct Restrict {
   template <class Group, class Local>
   KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
-      if (segments[s].last) from.bring(group, segments[s], local);
+      if (segments[s].last) from.load_segment(group, segments[s], local);
     restrict_to(group, up, local);
   }
 };

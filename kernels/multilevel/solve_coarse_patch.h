@@ -38,7 +38,7 @@ struct SolveCoarsePatch {
   template <class Group, class Local>
   KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
     const int begin = patch.segment, end = patch.segment + patch.segments;
-    for (int s = begin; s < end; ++s) bring(group, segments[s], local);
+    for (int s = begin; s < end; ++s) load_segment(group, segments[s], local);
     project(group, patch, local, Way::Arrival);
     for (int s = begin; s < end; ++s)
       if (!(there && segments[s].first)) go_on(group, segments[s], local);
@@ -46,11 +46,11 @@ struct SolveCoarsePatch {
     if (there) project(group, patch, local, Way::There);
     if (back) project(group, patch, local, Way::Back);
     for (int s = begin; s < end; ++s)
-      if (segments[s].movable) leave(group, segments[s], local);
+      if (segments[s].movable) store_correction(group, segments[s], local);
   }
   enum class Way { Arrival, There, Back };
 
-  KERNEL void ask_for(const Patch& patch, int part, int parts) const {
+  KERNEL void prefetch_patch(const Patch& patch, int part, int parts) const {
     for (int s = patch.segments * part / parts; s < patch.segments * (part + 1) / parts; ++s) {
       const Segment& segment = segments[patch.segment + s];
       for (int i = segment.global; i < segment.global + segment.count; i += 64 / int(sizeof(R))) {
@@ -61,7 +61,7 @@ struct SolveCoarsePatch {
   }
 
   template <class Group, class Local>
-  KERNEL void bring(const Group& group, const Segment& segment, const Local& local) const {
+  KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
     cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const int at = segment.global + i;
       Moving<T> q{load_points<T>(x, at), load_points<T>(arrival, at), T()};
@@ -78,7 +78,7 @@ struct SolveCoarsePatch {
   }
 
   template <class Group, class Local>
-  KERNEL void leave(const Group& group, const Segment& segment, const Local& local) const {
+  KERNEL void store_correction(const Group& group, const Segment& segment, const Local& local) const {
     const bool last = back && segment.last;
     cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const Vector3<T> way = local.template way<T>(segment.local + i);
@@ -105,7 +105,7 @@ struct SolveCoarsePatch {
       const bool fresh = way == Way::Arrival;
       if (way == Way::Back) b = 2 * patch->batch + patch->batches - 1 - b;
       if (fresh && visit->prefetches && group.next >= 0)
-        visit->ask_for(visit->patches[group.next], b - patch->batch, patch->batches);
+        visit->prefetch_patch(visit->patches[group.next], b - patch->batch, patch->batches);
       Batch batch = visit->batches[b];
       SetView<R> set = visit->sets[batch.set];
       set.lambda = least;
@@ -117,8 +117,8 @@ struct SolveCoarsePatch {
   template <class Group, class Local>
   KERNEL void project(const Group& group, const Patch& patch, const Local& local, Way way) const {
     R* least = static_cast<R*>(group.memory) + size_t(kLocalNumbers) * patch.slots;
-    group.apart(patch.batch, patch.batch + patch.batches,
-                ProjectBatches<Group, Local>{group, local, this, least, way, &patch});
+    group.call_outlined(patch.batch, patch.batch + patch.batches,
+                        ProjectBatches<Group, Local>{group, local, this, least, way, &patch});
   }
 };
 

@@ -75,22 +75,22 @@ struct Team {
 };
 
 /// For launches of which a fork and a join would be most.
-inline Serial narrow(const Serial& executor) { return executor; }
-inline Serial narrow(const OpenMP& executor) { return {executor.instructions}; }
+inline Serial single_threaded(const Serial& executor) { return executor; }
+inline Serial single_threaded(const OpenMP& executor) { return {executor.instructions}; }
 
 /// For what reads and writes the host's memory.
 inline Serial on_host(const Serial& executor) { return executor; }
 inline OpenMP on_host(const OpenMP& executor) { return executor; }
 
 /// Waits for what was launched, to time it; whether an executor is waited for.
-inline void finish(const Serial& /*executor*/) {}
-inline void finish(const OpenMP& /*executor*/) {}
+inline void synchronize(const Serial& /*executor*/) {}
+inline void synchronize(const OpenMP& /*executor*/) {}
 inline bool is_timed(const Serial& /*executor*/) { return true; }
 inline bool is_timed(const OpenMP& /*executor*/) { return true; }
 
 /// Whether this is the one thread of a region that may note what belongs to none of them.
-inline bool leads(const Serial& /*team*/) { return true; }
-inline bool leads(const Team& team) { return team.thread == 0; }
+inline bool is_leader(const Serial& /*team*/) { return true; }
+inline bool is_leader(const Team& team) { return team.thread == 0; }
 
 /// Runs work(executor) with many launches in it: one fork and join for all of them. `width`: more threads than this
 /// would find nothing to do. `work` runs on every thread, so that apart from its launches it may only read, but
@@ -212,13 +212,14 @@ struct Dealt {
 /// As parallel_groups, for groups whose work is uneven: dealt to the threads in turns, because neighbours have alike
 /// much to do.
 template <class Kernel>
-void parallel_dealt(const Serial& executor, int groups, const Kernel& kernel, const ScratchMemory& memory = {}) {
+void parallel_for_interleaved(const Serial& executor, int groups, const Kernel& kernel,
+                              const ScratchMemory& memory = {}) {
   note_launch(kernel, groups);
   run_groups(executor.instructions, 0, groups, memory.data, Dealt<Kernel>{kernel, 0, 1});
 }
 
 template <class Kernel>
-void parallel_dealt(const Team& team, int groups, const Kernel& kernel, const ScratchMemory& memory = {}) {
+void parallel_for_interleaved(const Team& team, int groups, const Kernel& kernel, const ScratchMemory& memory = {}) {
   note_launch(kernel, groups);
   const int share = (groups - team.thread + team.threads - 1) / team.threads;
   run_groups(team.instructions, 0, share, memory.of(team.thread), Dealt<Kernel>{kernel, team.thread, team.threads});

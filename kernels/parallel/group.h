@@ -21,20 +21,20 @@ struct Group {
 
   /// Runs work(begin, end) for parts that make up 0 .. items - 1, each of at most `size` where there are many threads.
   template <class Work>
-  KERNEL void in_parts(int items, int /*size*/, const Work& work) const {
+  KERNEL void for_each_chunk(int items, int /*size*/, const Work& work) const {
     work(0, items);
   }
 
   /// Runs work(begin) .. work(end - 1), one after the other, as a function that is compiled on its own.
   template <class Work>
-  KERNEL void apart(int begin, int end, const Work& work) const {
+  KERNEL void call_outlined(int begin, int end, const Work& work) const {
     run(Isa{}, work, begin, end);
   }
 
   /// What work(0) .. work(items - 1) give, added to `zero` by add(to, one) in any order, which must not matter: numbers
   /// of things, the least and the largest. As in for_each, work may write.
   template <class Value, class Work, class Add>
-  KERNEL Value gather(int items, Value zero, const Work& work, const Add& add) const {
+  KERNEL Value reduce(int items, Value zero, const Work& work, const Add& add) const {
     for (int i = 0; i < items; ++i) add(zero, work(i));
     return zero;
   }
@@ -77,7 +77,7 @@ struct Block {
   }
 
   template <class Work>
-  KERNEL void in_parts(int items, int size, const Work& work) const {
+  KERNEL void for_each_chunk(int items, int size, const Work& work) const {
     for_each((items + size - 1) / size, [&](int part) KERNEL_LAMBDA {
       const int begin = part * size;
       work(begin, begin + size < items ? begin + size : items);
@@ -85,13 +85,13 @@ struct Block {
   }
 
   template <class Work>
-  KERNEL void apart(int begin, int end, const Work& work) const {
+  KERNEL void call_outlined(int begin, int end, const Work& work) const {
     KERNEL_ROLLED
     for (int i = begin; i < end; ++i) work(i);
   }
 
   template <class Value, class Work, class Add>
-  KERNEL Value gather(int items, const Value& zero, const Work& work, const Add& add) const {
+  KERNEL Value reduce(int items, const Value& zero, const Work& work, const Add& add) const {
     Value own = zero;
     for (int i = threads.rank(); i < items; i += threads.count()) add(own, work(i));
     return threads.gathered(own, zero, add);

@@ -55,7 +55,7 @@ struct SolvePatch {
   template <class Group, class Local>
   KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
     const int begin = patch.segment, end = patch.segment + patch.segments;
-    for (int s = begin; s < end; ++s) bring(group, segments[s], local);
+    for (int s = begin; s < end; ++s) load_segment(group, segments[s], local);
     if (predicts && there && down.means.begin) prolongate(group, down, local);
     if (there)
       for (int b = 0, next; b < patch.batches; b = next) {
@@ -72,9 +72,9 @@ struct SolvePatch {
       if (updates && back && segments[s].last)
         update(group, segments[s], local);
       else
-        put_back(group, segments[s], local);
+        store_segment(group, segments[s], local);
     }
-    if (updates && back && up.means.begin) foresee(group, patch, local);
+    if (updates && back && up.means.begin) restrict_prediction(group, patch, local);
     if (updates && back && fast) watch_speed(group, patch);
   }
 
@@ -93,10 +93,10 @@ struct SolvePatch {
   }
 
   template <class Group, class Local>
-  KERNEL void foresee(const Group& group, const Patch& patch, const Local& local) const {
+  KERNEL void restrict_prediction(const Group& group, const Patch& patch, const Local& local) const {
     const PredictedParticles<R> next{particles.p, particles.v, particles.w, up.origins, dt, gravity};
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
-      if (segments[s].last) next.bring(group, segments[s], local);
+      if (segments[s].last) next.load_segment(group, segments[s], local);
     restrict_to(group, up, local);
   }
 
@@ -106,40 +106,41 @@ struct SolvePatch {
 
   /// The `part` of `parts` of a patch's particles and constraints: memory is to be as busy as the arithmetic, not
   /// before it or after it.
-  KERNEL void ask_for(const Patch& patch, int part, int parts) const {
+  KERNEL void prefetch_patch(const Patch& patch, int part, int parts) const {
     for (int s = patch.segments * part / parts; s < patch.segments * (part + 1) / parts; ++s)
-      ask_for(segments[patch.segment + s]);
+      prefetch_patch(segments[patch.segment + s]);
     for (int b = patch.batches * part / parts; b < patch.batches * (part + 1) / parts; ++b)
-      ask_for(batches[patch.batch + b]);
+      prefetch_patch(batches[patch.batch + b]);
   }
   template <class T>
-  KERNEL static void ask_for(const T* first, int count) {
+  KERNEL static void prefetch_patch(const T* first, int count) {
     for (int i = 0; i < count; i += 64 / int(sizeof(T))) prefetch(first + i);
   }
-  KERNEL void ask_for(const Segment& segment) const {
+  KERNEL void prefetch_patch(const Segment& segment) const {
     const int at = segment.global, count = segment.count;
-    ask_for(particles.w + at, count), ask_for(particles.x, at, count);
-    if constexpr (kCarries<R>) ask_for(particles.p.low, at, count);
-    ask_for(predicted_here(segment) ? particles.v : particles.p.d, at, count);
+    prefetch_patch(particles.w + at, count), prefetch_patch(particles.x, at, count);
+    if constexpr (kCarries<R>) prefetch_patch(particles.p.low, at, count);
+    prefetch_patch(predicted_here(segment) ? particles.v : particles.p.d, at, count);
   }
-  KERNEL static void ask_for(const Points<R>& points, int at, int count) {
-    ask_for(points.x + at, count), ask_for(points.y + at, count), ask_for(points.z + at, count);
+  KERNEL static void prefetch_patch(const Points<R>& points, int at, int count) {
+    prefetch_patch(points.x + at, count), prefetch_patch(points.y + at, count), prefetch_patch(points.z + at, count);
   }
-  KERNEL void ask_for(const Batch& batch) const {
+  KERNEL void prefetch_patch(const Batch& batch) const {
     const SetView<R>& set = sets[batch.set];
     if (batch.alike)
-      ask_for(set.held + batch.rests, batch.count / kSlotPack + 1);
+      prefetch_patch(set.held + batch.rests, batch.count / kSlotPack + 1);
     else
-      ask_for(set.rest + batch.rests, batch.count * set.numbers);
+      prefetch_patch(set.rest + batch.rests, batch.count * set.numbers);
   }
 
   template <class T>
   KERNEL Vector3<T> velocity(int i, const T& w) const {
-    return accelerated(load_points<T>(particles.v, i), w, Vector3<T>{T(gravity.x), T(gravity.y), T(gravity.z)}, T(dt));
+    return apply_gravity(load_points<T>(particles.v, i), w, Vector3<T>{T(gravity.x), T(gravity.y), T(gravity.z)},
+                         T(dt));
   }
 
   template <class Group, class Local>
-  KERNEL void bring(const Group& group, const Segment& segment, const Local& local) const {
+  KERNEL void load_segment(const Group& group, const Segment& segment, const Local& local) const {
     const bool predict = predicted_here(segment) && segment.movable;
     const Vector3<R> origin = particles.x[segment.origin];
     cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
@@ -153,7 +154,7 @@ struct SolvePatch {
   }
 
   template <class Group, class Local>
-  KERNEL void put_back(const Group& group, const Segment& segment, const Local& local) const {
+  KERNEL void store_segment(const Group& group, const Segment& segment, const Local& local) const {
     cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       store_points(particles.p.d, segment.global + i, local.template way<T>(segment.local + i));
     });
@@ -171,7 +172,7 @@ struct SolvePatch {
         zero = zero + zero_if_finite(state.x);
         keep(segment, i, state);
       });
-      if (!(zero == R(0))) lose(group);
+      if (!(zero == R(0))) mark_non_finite(group);
       return;
     }
     // A last part of a pack is covered by a whole one; what that one reads, it reads before it is overwritten.
@@ -186,11 +187,11 @@ struct SolvePatch {
     if (packs * lanes < segment.count) keep(segment, rest, last);
     R sum = R(0);
     for (int i = 0; i < lanes; ++i) sum += lane(zero, i);
-    if (!(sum == R(0))) lose(group);
+    if (!(sum == R(0))) mark_non_finite(group);
   }
 
   template <class Group>
-  KERNEL void lose(const Group& group) const {
+  KERNEL void mark_non_finite(const Group& group) const {
     if (lost[group.index] == 0) lost[group.index] = substep;
   }
 
@@ -212,7 +213,7 @@ struct SolvePatch {
     } else {
       state.x = x + d;
     }
-    state.v = changed(velocity(at, w), d, T(dt), T(per_dt));
+    state.v = velocity_from_positions(velocity(at, w), d, T(dt), T(per_dt));
     return state;
   }
   template <class T>
@@ -235,7 +236,7 @@ struct SolvePatch {
     KERNEL void operator()(int b) const {
       const bool forth = last < 0;
       if (visit->prefetches && group.next >= 0 && (forth || !visit->there))
-        visit->ask_for(visit->patches[group.next], b, patch->batches);
+        visit->prefetch_patch(visit->patches[group.next], b, patch->batches);
       const Batch& batch = visit->batches[patch->batch + (forth ? b : last - b)];
       project<Kind, update>(group, local, *set, batch, visit->fresh && forth);
     }
@@ -255,9 +256,9 @@ struct SolvePatch {
       if (set.kind != kNumber<Kind>) return;
       const auto by = [&]<class Updated>(Updated) KERNEL_LAMBDA {
         if (set.update == Updated::value)
-          group.apart(begin, end,
-                      ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set,
-                                                                     forth ? -1 : begin + end - 1});
+          group.call_outlined(begin, end,
+                              ProjectSet<Kind, Updated::value, Group, Local>{this, group, &patch, local, &set,
+                                                                             forth ? -1 : begin + end - 1});
       };
       if constexpr (Kind::strength.free) by(By<Update::Stiff>()), by(By<Update::Compliant>());
       if constexpr (takes_material<Kind>())

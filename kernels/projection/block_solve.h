@@ -40,7 +40,7 @@ KERNEL void solve_at_once(S (&A)[m][m], const S (&C)[m], S alpha, const S (&sum)
   const auto moves = held & (trace > S(tiny<R>())) & (trace < S(R(1) / tiny<R>()));
   // Over the trace, so that products stay in range. Without compliance, gradients that depend on one another leave
   // nothing of a diagonal: a millionth keeps it above rounding.
-  const S per = one / select(moves, trace, one), softness = larger(alpha * per, S(R(1e-6)));
+  const S per = one / select(moves, trace, one), softness = max(alpha * per, S(R(1e-6)));
   for (int i = 0; i < m; ++i) {
     for (int k = 0; k < i; ++k) A[i][k] = select(moves, A[i][k] * per, zero);
     A[i][i] = select(moves, A[i][i] * per + softness, one);

@@ -22,7 +22,7 @@ namespace malha {
 /// A constraint's own number in a scene: its key, its default and its range.
 struct Parameter {
   const char* name;
-  double standard;
+  double default_value;
   double minimum;
   bool minimum_allowed;
   double maximum = INFINITY;

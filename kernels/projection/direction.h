@@ -26,7 +26,7 @@ inline constexpr double kTurned = 0.9;
 template <class S, int n>
 KERNEL S size2_of(const Vector3<S> (&x)[n]) {
   S size2 = dot(x[1] - x[0], x[1] - x[0]);
-  for (int j = 2; j < n; ++j) size2 = larger(size2, dot(x[j] - x[0], x[j] - x[0]));
+  for (int j = 2; j < n; ++j) size2 = max(size2, dot(x[j] - x[0], x[j] - x[0]));
   return size2;
 }
 
@@ -34,7 +34,7 @@ KERNEL S size2_of(const Vector3<S> (&x)[n]) {
 template <class S, int n>
 KERNEL S most_way2(const S (&w)[n], const Vector3<S> (&along)[n]) {
   S way2 = w[0] * w[0] * dot(along[0], along[0]);
-  for (int j = 1; j < n; ++j) way2 = larger(way2, w[j] * w[j] * dot(along[j], along[j]));
+  for (int j = 1; j < n; ++j) way2 = max(way2, w[j] * w[j] * dot(along[j], along[j]));
   return way2;
 }
 
@@ -56,7 +56,7 @@ KERNEL auto is_small(const S& C, const S& cross, const S (&w)[n], const Vector3<
                      const Vector3<S> (&x)[n]) {
   using R = typename RealOf<S>::type;
   if constexpr (n == 2)
-    return (cross > S(R(0))) & (magnitude(C) * larger(w[0], w[1]) <= S(R(kSmall)) * cross);
+    return (cross > S(R(0))) & (abs(C) * max(w[0], w[1]) <= S(R(kSmall)) * cross);
   else
     return (cross > S(R(0))) & (C * C * most_way2(w, along) <= S(R(kSmall * kSmall)) * size2_of(x) * cross * cross);
 }
@@ -66,10 +66,10 @@ KERNEL auto is_small(const S& C, const S& cross, const S (&w)[n], const Vector3<
 template <class S, int n>
 KERNEL S way_over_size(const S& applied, const S (&w)[n], const Vector3<S> (&along)[n], const Vector3<S> (&x)[n]) {
   if constexpr (n == 2) {
-    return applied * larger(w[0], w[1]);
+    return applied * max(w[0], w[1]);
   } else {
     const S zero(typename RealOf<S>::type(0)), one(typename RealOf<S>::type(1)), size2 = size2_of(x);
-    return applied * root(most_way2(w, along) / select(size2 > zero, size2, one));
+    return applied * sqrt(most_way2(w, along) / select(size2 > zero, size2, one));
   }
 }
 
@@ -87,7 +87,7 @@ KERNEL auto is_told(const S& sum, const S (&w)[n], const Vector3<S> (&grad)[n]) 
   using R = typename RealOf<S>::type;
   constexpr double rounding = sizeof(R) == 4 ? 0x1p-19 : 0x1p-48;  // 16 spacings at 1
   S most_w = w[0], most2 = dot(grad[0], grad[0]);
-  for (int j = 1; j < n; ++j) most_w = larger(most_w, w[j]), most2 = larger(most2, dot(grad[j], grad[j]));
+  for (int j = 1; j < n; ++j) most_w = max(most_w, w[j]), most2 = max(most2, dot(grad[j], grad[j]));
   return sum > S(R(rounding * rounding)) * most_w * most2;
 }
 

@@ -57,7 +57,7 @@ inline constexpr double kReach = 3.14159265358979323846 / 64;
 
 /// a to 8 bits: the same for all of a grid, whose places are rounded, so that it is stored once.
 template <class S>
-KERNEL S coarse(const S& a) {
+KERNEL S round_to_8_bits(const S& a) {
   const S far = a * S(typename RealOf<S>::type(1.0 + (1LL << (sizeof(typename RealOf<S>::type) == 4 ? 16 : 45))));
   return far - (far - a);
 }
@@ -68,7 +68,7 @@ KERNEL S per_reach_of(const S& size) {
   using R = typename RealOf<S>::type;
   const S zero(R(0)), one(R(1));
   const auto some = size > S(tiny<R>());
-  return select(some, coarse(one / (S(R(kReach)) * select(some, size, one))), zero);
+  return select(some, round_to_8_bits(one / (S(R(kReach)) * select(some, size, one))), zero);
 }
 
 /// The numbers of a set. Lambda is by slot, and so are rest values within a batch; padding has none (NaN).
@@ -168,14 +168,14 @@ struct Correct {
       if (carries) {
         // |total| / s_along and |wanted| / all are multiples of `along`.
         const S all = cross + alpha * s * s_along, most = S(R(kTaut)) * all * s_along;
-        const S applied = way_over_size(magnitude(wanted) * s_along + magnitude(total) * all, w, along, places.x);
+        const S applied = way_over_size(abs(wanted) * s_along + abs(total) * all, w, along, places.x);
         const auto taut = small & (applied > most);
         share = select(taut, most / select(taut, applied, one), share);
         small = small & (applied <= most);
       }
     }
     S sum = cross;
-    if ((bits_of(rest.held) & ~bits_of(small)) != 0) {  // seldom: a branch costs less than what it leaves out
+    if ((movemask(rest.held) & ~movemask(small)) != 0) {  // seldom: a branch costs less than what it leaves out
       // A lane's bits do not hang on the other lanes: those that are small stay as they are.
       const S other = one - share, now = product(w, grad, grad);
       const auto partly = share > zero;
@@ -189,7 +189,7 @@ struct Correct {
     // Over `against(wanted, all)` what is wanted of dlambda takes no particle beyond its reach. (NaN, padding: all.)
     const auto against = [&](const S& all) KERNEL_LAMBDA {
       if constexpr (has_reach<Kind>())
-        return larger(larger(wanted, -wanted) * (root(way2) * rest.value[Kind::per_reach]), all);
+        return max(max(wanted, -wanted) * (sqrt(way2) * rest.value[Kind::per_reach]), all);
       else
         return all;
     };
@@ -201,10 +201,10 @@ struct Correct {
     S dlambda;
     if constexpr (update == Update::Stiff) {
       dlambda = select(moves, wanted / against(sum), zero);
-      if constexpr (Kind::inequality) dlambda = larger(dlambda, zero);
+      if constexpr (Kind::inequality) dlambda = max(dlambda, zero);
     } else {
       dlambda = wanted / against(select(moves, sum + alpha * s * s_along, one));
-      if constexpr (Kind::inequality) dlambda = larger(dlambda, -total / select(moves, s_along, one));
+      if constexpr (Kind::inequality) dlambda = max(dlambda, -total / select(moves, s_along, one));
       dlambda = select(moves, dlambda, zero);
       store(total + s_along * dlambda, lambda + at);
     }
@@ -256,7 +256,7 @@ struct RestOfAll {
   KERNEL RestOf<S, numbers> read(int at) const {
     RestOf<S, numbers> of;
     for (int k = 0; k < numbers; ++k) of.value[k] = S(rest[k]);
-    of.held = lanes_of<S>(held[at / kSlotPack] >> at % kSlotPack);
+    of.held = mask_from_bits<S>(held[at / kSlotPack] >> at % kSlotPack);
     return of;
   }
 };

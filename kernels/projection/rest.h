@@ -39,7 +39,7 @@ struct Residual {
   double degenerate = 0;  // movable, but without a gradient: skipped by the projection
   KERNEL Residual& operator+=(const Residual& o) {
     count += o.count, C2 += o.C2, softened += o.softened, strain2 += o.strain2, degenerate += o.degenerate;
-    strain_max = larger(strain_max, o.strain_max);
+    strain_max = max(strain_max, o.strain_max);
     return *this;
   }
 };

@@ -107,15 +107,16 @@ struct FindCandidates {
 
     template <PairKind kind>
     KERNEL void find(int section, bool bare) {
-      for_each_unit<Isa>(of.units, u, [&](int v) KERNEL_LAMBDA {
+      for_each_overlapping_cluster<Isa>(of.units, u, [&](int v) KERNEL_LAMBDA {
         if (!of.owns(u, v)) return;
         const int turns = kind == PairKind::Face && v != u ? 2 : 1;
         for (int turn = 0; turn < turns; ++turn)
-          for_each_meeting<Isa>(of.units, turn == 0 ? u : v, kOneSide<kind>, turn == 0 ? v : u, kOtherSide<kind>,
-                                [&](int i, int first, unsigned bits) KERNEL_LAMBDA {
-                                  for (; bits != 0; bits &= bits - 1) add<kind>(i, first + lowest_bit(bits), bare);
-                                  if (candidates.count >= kPairBlock) look<kind>();
-                                });
+          for_each_overlapping_pair<Isa>(of.units, turn == 0 ? u : v, kOneSide<kind>, turn == 0 ? v : u,
+                                         kOtherSide<kind>, [&](int i, int first, unsigned bits) KERNEL_LAMBDA {
+                                           for (; bits != 0; bits &= bits - 1)
+                                             add<kind>(i, first + lowest_bit(bits), bare);
+                                           if (candidates.count >= kPairBlock) look<kind>();
+                                         });
       });
       if (candidates.count > 0) look<kind>();
       if (near.count > 0) keep<kind>();
@@ -135,8 +136,8 @@ struct FindCandidates {
       candidates.pad(of.pairs.padding);
       placed.patch.candidates += candidates.count < kPairBlock ? candidates.count : kPairBlock;
       for (int k = 0; k < kPairBlock; k += lanes) {
-        const S least = nearest_in_reach<kind, S>(of.reach, candidates.from(k));
-        for (unsigned bits = bits_of(least <= S(of.thickness)) & candidates.there(k, lanes); bits != 0;
+        const S least = min_swept_distance<kind, S>(of.reach, candidates.from(k));
+        for (unsigned bits = movemask(least <= S(of.thickness)) & candidates.there(k, lanes); bits != 0;
              bits &= bits - 1) {
           const int l = lowest_bit(bits);
           least_of[near.count] = lane(least, l);
@@ -154,8 +155,8 @@ struct FindCandidates {
       for (int k = 0; k < kPairBlock; k += lanes) {
         S least;
         load(least_of + k, least);
-        const S wanted = wanted_in_reach<kind, S>(of.reach, of.thickness, near.from(k));
-        for (unsigned bits = bits_of(least <= wanted) & near.there(k, lanes); bits != 0; bits &= bits - 1) {
+        const S wanted = required_distance<kind, S>(of.reach, of.thickness, near.from(k));
+        for (unsigned bits = movemask(least <= wanted) & near.there(k, lanes); bits != 0; bits &= bits - 1) {
           const int l = lowest_bit(bits);
           place<kind>(k + l, lane(wanted, l));
         }

@@ -60,7 +60,7 @@ struct FindPairsTogether {
   template <PairKind kind, class Group>
   KERNEL void find(const Group& group, SharedMemory& bench, int section, bool bare) const {
     const int u = group.index;
-    for_each_unit<OneLane>(of.units, u, [&](int v) KERNEL_LAMBDA {
+    for_each_overlapping_cluster<OneLane>(of.units, u, [&](int v) KERNEL_LAMBDA {
       if (!of.owns(u, v)) return;
       const int turns = kind == PairKind::Face && v != u ? 2 : 1;
       for (int turn = 0; turn < turns; ++turn) meet<kind>(group, bench, turn == 0 ? u : v, turn == 0 ? v : u, bare);
@@ -76,21 +76,21 @@ struct FindPairsTogether {
                         leaf(kOther, other + 1) - leaf(kOther, other), one == other && kOne == kOther};
     const auto add = [](int& sum, int value) KERNEL_LAMBDA { sum += value; };
     for (int begin = 0; begin < leaves.all(); begin += 32 * kWords) {
-      const int some = smaller(leaves.all() - begin, 32 * kWords), stretch = (some + kWords - 1) / kWords;
-      const int overlapping = group.gather(
+      const int some = min(leaves.all() - begin, 32 * kWords), stretch = (some + kWords - 1) / kWords;
+      const int overlapping = group.reduce(
           kWords, 0,
           [&](int word) KERNEL_LAMBDA {
-            return compare_leaves<kind>(bench, leaves, begin + word * stretch, smaller(stretch, some - word * stretch),
+            return compare_leaves<kind>(bench, leaves, begin + word * stretch, min(stretch, some - word * stretch),
                                         word);
           },
           add);
       for (int first = 0; first < overlapping; first += kLeaves) {
-        const int few = smaller(kLeaves, overlapping - first);
-        const int candidates = group.gather(
+        const int few = min(kLeaves, overlapping - first);
+        const int candidates = group.reduce(
             few, 0,
             [&](int k) KERNEL_LAMBDA { return compare_items<kind>(bench, leaves, begin, stretch, first + k, k); }, add);
         for (int c = 0; c < candidates; c += kBatch) {
-          const int batch = smaller(kBatch, candidates - c);
+          const int batch = min(kBatch, candidates - c);
           group.for_each(batch, [&](int k) KERNEL_LAMBDA { look<kind>(bench, c + k, k, bare); });
           group.for_each(1, [&](int) KERNEL_LAMBDA { place(bench, batch); });
         }
@@ -143,8 +143,8 @@ struct FindPairsTogether {
     R found = kNone;
     if (of.template particles<kind>(bench.one[leaf] + item, bench.other[leaf] + bit_at(bits[item], which), bare, c)) {
       const PairIndices at{{c, c + 1, c + 2, c + 3}};
-      const R least = nearest_in_reach<kind, R>(of.reach, at);
-      const R wanted = wanted_in_reach<kind, R>(of.reach, of.thickness, at);
+      const R least = min_swept_distance<kind, R>(of.reach, at);
+      const R wanted = required_distance<kind, R>(of.reach, of.thickness, at);
       const bool parts = of.crosses != nullptr && cross_at_both_sides<kind>(of.reach, of.crosses, c);
       found = least <= of.thickness && least <= wanted && !parts ? wanted : kFar;
     }

@@ -41,7 +41,7 @@ KERNEL unsigned overlaps(const BoxRows<R>& rows, int at, int count, const Box<R>
       load(rows.bound[axis] + at + k, low), load(rows.bound[3 + axis] + at + k, high);
       return (low <= S(own[3 + axis])) & (S(own[axis]) <= high);
     };
-    bits |= bits_of(meets(0) & meets(1) & meets(2)) << k;
+    bits |= movemask(meets(0) & meets(1) & meets(2)) << k;
   }
   return count < kBranch ? bits & ((1u << count) - 1) : bits;
 }
@@ -79,10 +79,10 @@ struct RefitLeaves {
         for (int i = first; i < first + kBranch; ++i) {
           const Box<R> box = of_item(kind, i);
           units.item[kind].set(i, box);
-          leaf = around(leaf, box);
+          leaf = merge(leaf, box);
         }
         units.leaf[kind].set(first / kBranch, leaf);
-        whole = around(whole, leaf);
+        whole = merge(whole, leaf);
       }
     units.node.set(u, whole);
   }
@@ -91,9 +91,9 @@ struct RefitLeaves {
   KERNEL const Box<R>& of(int scaled) const { return particles[scaled / kIndexScale<R>]; }
   KERNEL Box<R> of_item(int kind, int i) const {
     if (kind == kPoints) return units.point[i] < 0 ? empty_box<R>() : of(units.point[i]);
-    if (kind == kEdges) return units.end[0][i] < 0 ? empty_box<R>() : around(of(units.end[0][i]), of(units.end[1][i]));
+    if (kind == kEdges) return units.end[0][i] < 0 ? empty_box<R>() : merge(of(units.end[0][i]), of(units.end[1][i]));
     if (units.corner[0][i] < 0) return empty_box<R>();
-    return around(around(of(units.corner[0][i]), of(units.corner[1][i])), of(units.corner[2][i]));
+    return merge(merge(of(units.corner[0][i]), of(units.corner[1][i])), of(units.corner[2][i]));
   }
 };
 
@@ -105,15 +105,14 @@ struct RefitLevel {
   KERNEL void operator()(int k) const {
     const int first = k * kBranch, below = units.nodes[level - 1];
     Box<R> box = empty_box<R>();
-    for (int i = first; i < first + kBranch && i < below; ++i)
-      box = around(box, units.node[units.level[level - 1] + i]);
+    for (int i = first; i < first + kBranch && i < below; ++i) box = merge(box, units.node[units.level[level - 1] + i]);
     units.node.set(units.level[level] + k, box);
   }
 };
 
 /// Calls found(v) for every unit that may meet unit u.
 template <class Isa, class R, class Found>
-KERNEL void for_each_unit(const ClusterBvh<R>& units, int u, const Found& found) {
+KERNEL void for_each_overlapping_cluster(const ClusterBvh<R>& units, int u, const Found& found) {
   const Box<R> b = units.node[u];
   int first[ClusterBvh<R>::kMostLevels];
   unsigned bits[ClusterBvh<R>::kMostLevels];
@@ -141,7 +140,8 @@ KERNEL void for_each_unit(const ClusterBvh<R>& units, int u, const Found& found)
 /// Calls found(i, first, bits) for the items i of unit u and those of unit v, of these kinds, that may meet: items
 /// first + k for each bit k. Of a kind with itself in one unit, only later ones.
 template <class Isa, class R, class Found>
-KERNEL void for_each_meeting(const ClusterBvh<R>& units, int u, int of_u, int v, int of_v, const Found& found) {
+KERNEL void for_each_overlapping_pair(const ClusterBvh<R>& units, int u, int of_u, int v, int of_v,
+                                      const Found& found) {
   const BoxRows<R>&own = units.leaf[of_u], &other = units.leaf[of_v];
   const Box<R> whole = units.node[v];
   const int begin = units.begin[of_v][v] / kBranch, end = units.begin[of_v][v + 1] / kBranch;

@@ -11,7 +11,7 @@ namespace malha {
 
 /// The share of what a contact lacks that it makes up for in a substep of h seconds: a tenth, but all of it in no less
 /// than 16 ms, since short substeps would shoot apart what is pressed together.
-KERNEL double recovery_share(double h) { return smaller(0.1, h / 0.016); }
+KERNEL double recovery_share(double h) { return min(0.1, h / 0.016); }
 
 /// Everything stays as near as it is now, but where bodies cross.
 template <class R>
@@ -60,7 +60,7 @@ struct FindNearestPairs {
     if (!(distance > R(0) && distance < block.wanted[k])) return;
     for (int j = 0; j < 4; ++j) {
       R& own = nearest[block.i[j][k] / kIndexScale<R>];
-      own = smaller(own, distance);
+      own = min(own, distance);
     }
   }
 };
@@ -72,7 +72,7 @@ struct GrowContactDistances {
   R thickness;
   const R* nearest;
   KERNEL Sum operator()(int i) const {
-    x0[i].w = larger(x0[i].w, smaller(nearest[i], thickness));
+    x0[i].w = max(x0[i].w, min(nearest[i], thickness));
     return {x0[i].w < thickness ? 1.0 : 0.0};
   }
 };

@@ -10,7 +10,7 @@ namespace malha {
 template <class R>
 KERNEL R least_distance(const Trajectories<R>& motions, const ContactBlock<R>& block, int k) {
   R least = block.wanted[k];
-  for (int j = 0; j < 4; ++j) least = smaller(least, motions.x0[block.i[j][k] / kIndexScale<R>].w);
+  for (int j = 0; j < 4; ++j) least = min(least, motions.x0[block.i[j][k] / kIndexScale<R>].w);
   return least;
 }
 
@@ -34,7 +34,7 @@ struct ContactFrameDouble {
     double weight[4];
     EvaluateCandidate<R>::weigh(first, x, weight);
     const Vector3<double> apart = EvaluateCandidate<R>::between(x, weight);
-    const double exact = root(dot(apart, apart));
+    const double exact = sqrt(dot(apart, apart));
     if (!(exact > 0)) return;
     stand(apart, weight);
     distance = R(exact), gap = R(gap_of(x));
@@ -43,7 +43,7 @@ struct ContactFrameDouble {
   /// Turns n to the normal where the motion ends, or half the way there, if along it the sides are apart by half of
   /// what they are now, or of what is wanted, at the start and at the end. The distance is then that along n.
   KERNEL void turn(const Vec4<R>* moved, const ContactBlock<R>& block, int k) {
-    const double enough = 0.5 * smaller(double(distance), double(block.wanted[k]));
+    const double enough = 0.5 * min(double(distance), double(block.wanted[k]));
     const ContactFrameDouble before = *this;
     Vector3<double> end[4];
     double weight[4];
@@ -54,7 +54,7 @@ struct ContactFrameDouble {
     if (!(gap_of(x) > enough)) {
       for (int j = 0; j < 4; ++j) weight[j] = double(before.w[j]);
       stand(unit(there + in_double(before.n)), weight);
-      if (!(smaller(gap_of(x), gap_of(end)) > enough)) {
+      if (!(min(gap_of(x), gap_of(end)) > enough)) {
         *this = before;
         return;
       }
@@ -73,7 +73,7 @@ struct ContactFrameDouble {
     for (int j = 0; j < 4; ++j) sides.add(j, first, dot(in_double(n), at[j] - at[0]));
     return sides.low - sides.high;
   }
-  KERNEL static Vector3<double> unit(const Vector3<double>& a) { return a * (1 / root(dot(a, a))); }
+  KERNEL static Vector3<double> unit(const Vector3<double>& a) { return a * (1 / sqrt(dot(a, a))); }
 
   int first;
   Vector3<double> x[4];
@@ -92,7 +92,7 @@ struct NarrowPhase {
   KERNEL void operator()(const Group& group) const {
     using Isa = typename Group::Isa;
     const PairPatch patch = pairs.patches[group.index];
-    room[group.index] = group.gather(
+    room[group.index] = group.reduce(
         patch.all(), R(INFINITY),
         [&](int k) KERNEL_LAMBDA {
           const int b = patch.begin + k, section = patch.section_of(k);
@@ -101,7 +101,7 @@ struct NarrowPhase {
           return section == 0 ? look<Isa, PairKind::Face>(pairs.blocks[b], pairs.bits[b], false)
                               : look<Isa, PairKind::Edges>(pairs.blocks[b], pairs.bits[b], section == 2);
         },
-        [](R& least, R of_block) KERNEL_LAMBDA { least = smaller(least, of_block); });
+        [](R& least, R of_block) KERNEL_LAMBDA { least = min(least, of_block); });
   }
 
  private:
@@ -128,20 +128,20 @@ struct NarrowPhase {
       const Vector3<S> e1 = x[1] - x[0], e2 = x[2] - x[0], e3 = x[3] - x[0];
       const Vector3<S> apart = apart_by(x, seen.w);
       const S d2 = dot(apart, apart);
-      seen.distance = root(d2);
+      seen.distance = sqrt(d2);
       seen.n = apart * (S(R(1)) / seen.distance);
       const S side[4] = {zero, dot(seen.n, e1), dot(seen.n, e2), dot(seen.n, e3)};
-      seen.gap = between_sides<kind>(side);
+      seen.gap = gap_along_normal<kind>(side);
       load(block.wanted + k, wanted);
-      for (const S& least : contact_distance) wanted = smaller(wanted, least);
+      for (const S& least : contact_distance) wanted = min(wanted, least);
       const auto there = wanted > -none;
       // In double where a normal from differences in float would lean so much that planes along it let the pair creep
       // through itself.
       constexpr R kFine = sizeof(R) == 4 ? R(1e-6) : R(0);
-      const S size2 = larger(dot(e1, e1), larger(dot(e2, e2), dot(e3, e3)));
-      const unsigned clear = bits_of((d2 > S(kFine) * size2) & (seen.gap > zero));
-      for (unsigned rough = bits_of(there) & ~clear; rough != 0; rough &= rough - 1)
-        look_again<kind>(block, k, lowest_bit(rough), seen, false);
+      const S size2 = max(dot(e1, e1), max(dot(e2, e2), dot(e3, e3)));
+      const unsigned clear = movemask((d2 > S(kFine) * size2) & (seen.gap > zero));
+      for (unsigned rough = movemask(there) & ~clear; rough != 0; rough &= rough - 1)
+        recompute_in_double<kind>(block, k, lowest_bit(rough), seen, false);
       seen.gap = select(there, seen.gap, none);
       const auto plane = seen.gap < none;
 
@@ -151,21 +151,21 @@ struct NarrowPhase {
       auto near = (violation + S(rules.ahead) > zero) & plane & there;
       // What is nearest at the end of an edge is a pair of its particle with a triangle, where there is one.
       if (kind == PairKind::Edges && !bare) near = near & inside;
-      const unsigned bits = bits_of(near);
+      const unsigned bits = movemask(near);
       // Where n is oblique, its plane would stop what slides past a rim or a corner: over a slide t the distance grows
       // by t^2 / (2 distance) beyond that along n. Not meant is what trembles at rest.
       const Vector3<S> slide = motion - seen.n * along;
       const S tenth = seen.distance * S(R(0.1));
       const auto at_rim = (seen.w[1] == zero) | (seen.w[2] == zero) | (seen.w[3] == zero) | (seen.w[0] == zero);
       for (unsigned past =
-               bits & bits_of(at_rim & (violation > zero) & (dot(slide, slide) > tenth * larger(violation, tenth)));
+               bits & movemask(at_rim & (violation > zero) & (dot(slide, slide) > tenth * max(violation, tenth)));
            past != 0; past &= past - 1)
-        look_again<kind>(block, k, lowest_bit(past), seen, true);
+        recompute_in_double<kind>(block, k, lowest_bit(past), seen, true);
       store(seen.gap, block.gap + k);
       store(seen.n.x, block.n[0] + k), store(seen.n.y, block.n[1] + k), store(seen.n.z, block.n[2] + k);
-      closest = smaller(closest, select(plane, seen.gap - kept_of(seen.gap, rules.least), none));
+      closest = min(closest, select(plane, seen.gap - kept_of(seen.gap, rules.least), none));
       if (bits == 0) continue;
-      found |= bits << k, rim |= (bits & bits_of(at_rim)) << k;
+      found |= bits << k, rim |= (bits & movemask(at_rim)) << k;
       const S lacks = wanted - seen.distance;
       for (int j = 0; j < 3; ++j) store(seen.w[1 + j], block.w[j] + k), store(zero, block.slip[j] + k);
       store(select(near, select(lacks > zero, lacks * S(rules.recovery), lacks), -none), block.short_of + k);
@@ -173,12 +173,12 @@ struct NarrowPhase {
     }
     of.near = static_cast<unsigned short>(found), of.rim = static_cast<unsigned short>(rim);
     R least = R(INFINITY);
-    for (int l = 0; l < lanes; ++l) least = smaller(least, lane(closest, l));
+    for (int l = 0; l < lanes; ++l) least = min(least, lane(closest, l));
     return least;
   }
 
   template <PairKind kind, class S>
-  KERNEL void look_again(const ContactBlock<R>& block, int k, int l, Seen<S>& seen, bool turns) const {
+  KERNEL void recompute_in_double(const ContactBlock<R>& block, int k, int l, Seen<S>& seen, bool turns) const {
     ContactFrameDouble<R> exact(motions.x0, block, k + l, first_side(kind));
     if (turns) exact.turn(motions.moved, block, k + l);
     set_lane(seen.n.x, l, exact.n.x), set_lane(seen.n.y, l, exact.n.y), set_lane(seen.n.z, l, exact.n.z);

@@ -32,7 +32,7 @@ struct HeldSums {
   int changed = 0;  // whether any of them was
   double pins = 0;  // the farthest that any of those that are pinned went, m
   KERNEL HeldSums& operator+=(const HeldSums& o) {
-    before += o.before, after += o.after, changed |= o.changed, pins = larger(pins, o.pins);
+    before += o.before, after += o.after, changed |= o.changed, pins = max(pins, o.pins);
     for (int k = 0; k < 6; ++k) I[k] += o.I[k];
     return *this;
   }
@@ -46,7 +46,7 @@ struct NoteMotion {
   Vec4<R>* before;
   KERNEL void operator()(int i) const {
     const Vector3<R> d = motions.moved[i].xyz(), u = v[i];
-    before[i] = {d.x, d.y, d.z, root(dot(u, u))};
+    before[i] = {d.x, d.y, d.z, sqrt(dot(u, u))};
   }
 };
 
@@ -82,7 +82,7 @@ struct SumHeld {
     const Vector3<R> change = before[i].xyz();
     const Vector3<double> v = in_double(particles.v[i]), first = in_double(x0[0]), start = in_double(x0[i]),
                           x = particles.p.start(i) - in_double(origin);
-    if (!(w > R(0))) sum.pins = larger(sum.pins, norm(x - start));
+    if (!(w > R(0))) sum.pins = max(sum.pins, norm(x - start));
     if (!(w > R(0)) || !(dot(v, v) < double(INFINITY))) return;
     sum.changed |= same(change, {R(0), R(0), R(0)}) ? 0 : 1;
     const double m = 1 / double(w);
@@ -126,7 +126,7 @@ struct LimitSpeed {
     if (!chosen[r]) return;
     for (int i = runs[r].first; i < runs[r].first + runs[r].count; ++i) {
       const Vector3<double> v = in_double(particles.v[i]);
-      const double speed = norm(v), allowed = larger(most, double(before[i].w));
+      const double speed = norm(v), allowed = max(most, double(before[i].w));
       if (particles.w[i] > R(0) && speed > allowed) particles.v.set(i, rounded<R>(v * (allowed / speed)));
     }
   }
@@ -153,7 +153,7 @@ struct SumHeldMotion {
       if (!(motions.moved[i].w > R(0)) || !(dot(d, d) < double(INFINITY))) continue;
       const double m = 1 / double(motions.moved[i].w);
       sum.mean += {{m * d.x, m * d.y, m * d.z}, m};
-      sum.farthest = larger(sum.farthest, larger(magnitude(x.x), larger(magnitude(x.y), magnitude(x.z))));
+      sum.farthest = max(sum.farthest, max(abs(x.x), max(abs(x.y), abs(x.z))));
       any = any || held[i] == MotionState::Truncating;
     }
     sums[r] = any ? sum : HeldMotion{};

@@ -29,9 +29,9 @@ struct ContactSides {
   /// `at`: of particle j, of which the first `first` are the one side.
   KERNEL void add(int j, int first, S at) {
     if (j < first)
-      low = smaller(low, at);
+      low = min(low, at);
     else
-      high = larger(high, at);
+      high = max(high, at);
   }
 };
 
@@ -39,7 +39,7 @@ struct ContactSides {
 template <class S>
 KERNEL S kept_of(const S& gap, typename RealOf<S>::type least) {
   using R = typename RealOf<S>::type;
-  return smaller(gap, larger(gap * S(R(0.1)), S(least)));
+  return min(gap, max(gap * S(R(0.1)), S(least)));
 }
 
 /// Motions, each with its weight.
@@ -85,8 +85,8 @@ struct OwnMotion {
 
  private:
   KERNEL bool fits(R from, R own, R then) const {
-    const R low = from + smaller(own, R(0)), high = from + larger(own, R(0));
-    return low >= smaller(then, R(0)) - slack && high <= larger(then, R(0)) + slack;
+    const R low = from + min(own, R(0)), high = from + max(own, R(0));
+    return low >= min(then, R(0)) - slack && high <= max(then, R(0)) + slack;
   }
 };
 
@@ -141,7 +141,7 @@ struct EvaluateCandidate {
     places(reaches.x, contact, x);
     weigh(contact.first, x, weight);
     const Vector3<double> apart = between(x, weight);
-    const double exact = root(dot(apart, apart));
+    const double exact = sqrt(dot(apart, apart));
     const R distance = R(exact);
     if (!(distance > R(0))) return false;  // they touch: neither side is known
     for (int j = 0; j < 4; ++j) contact.weight[j] = R(weight[j]);
@@ -153,20 +153,19 @@ struct EvaluateCandidate {
     for (int j = 0; j < 4; ++j) {
       const Vector3<R> d = reaches.d[contact.i[j]];
       if (j < contact.first)
-        nearing = larger(nearing, positive(-n.x * d.x) + positive(-n.y * d.y) + positive(-n.z * d.z));
+        nearing = max(nearing, positive(-n.x * d.x) + positive(-n.y * d.y) + positive(-n.z * d.z));
       else
-        receding = larger(receding, positive(n.x * d.x) + positive(n.y * d.y) + positive(n.z * d.z));
+        receding = max(receding, positive(n.x * d.x) + positive(n.y * d.y) + positive(n.z * d.z));
     }
     const R aside = reaches.margin *
                     (positive(n.x) + positive(-n.x) + positive(n.y) + positive(-n.y) + positive(n.z) + positive(-n.z));
-    if (distance - nearing - receding > larger(rules.thickness, R(2) * aside)) return false;
+    if (distance - nearing - receding > max(rules.thickness, R(2) * aside)) return false;
 
     contact.gap = gap_along(contact, x);
     R wanted = rules.thickness;
-    for (int j = 0; j < 4; ++j) wanted = smaller(wanted, reaches.x.of[contact.i[j]].w);
-    const R along = slides_past(contact, distance, wanted)
-                        ? turn(contact, x, distance, R(0.5) * smaller(distance, wanted))
-                        : distance;
+    for (int j = 0; j < 4; ++j) wanted = min(wanted, reaches.x.of[contact.i[j]].w);
+    const R along =
+        slides_past(contact, distance, wanted) ? turn(contact, x, distance, R(0.5) * min(distance, wanted)) : distance;
     contact.short_of = along < wanted ? rules.recovery * (wanted - along) : wanted - along;
     return true;
   }
@@ -174,8 +173,8 @@ struct EvaluateCandidate {
   /// Whether their particles can reach each other.
   KERNEL bool may_meet(const Candidate& c) const {
     const Box<R>* const of = reaches.boxes;
-    const Box<R> first = of[c.particle(0)], second = of[c.i[1]], others = around(of[c.i[2]], of[c.i[3]]);
-    return c.are_edges() ? overlap(around(first, second), others) : overlap(first, around(others, second));
+    const Box<R> first = of[c.particle(0)], second = of[c.i[1]], others = merge(of[c.i[2]], of[c.i[3]]);
+    return c.are_edges() ? overlap(merge(first, second), others) : overlap(first, merge(others, second));
   }
 
  private:
@@ -196,7 +195,7 @@ struct EvaluateCandidate {
     const R along = dot(contact.n, motion), violation = wanted - distance - along;
     const Vector3<R> slide = motion - contact.n * along;
     // By a tenth of the violation, and of so long a way that what trembles at rest is not meant.
-    return violation > R(0) && dot(slide, slide) > R(0.1) * distance * larger(violation, R(0.1) * distance);
+    return violation > R(0) && dot(slide, slide) > R(0.1) * distance * max(violation, R(0.1) * distance);
   }
 
   /// Turns n to the normal where the motion ends, or half the way there, if along it the sides are `enough` apart at
@@ -213,7 +212,7 @@ struct EvaluateCandidate {
       for (int j = 0; j < 4; ++j) turned.weight[j] = R(weight[j]);
     } else {
       turn_to(turned, unit(there + in_double(contact.n)), x);
-      if (!(smaller(turned.gap, gap_along(turned, end)) > enough)) return distance;
+      if (!(min(turned.gap, gap_along(turned, end)) > enough)) return distance;
       for (int j = 0; j < 4; ++j) weight[j] = double(contact.weight[j]);
     }
     contact = turned;
@@ -224,8 +223,8 @@ struct EvaluateCandidate {
     contact.gap = gap_along(contact, x);
   }
 
-  KERNEL static Vector3<double> unit(const Vector3<double>& a) { return a * (1 / root(dot(a, a))); }
-  KERNEL static R positive(R a) { return larger(a, R(0)); }
+  KERNEL static Vector3<double> unit(const Vector3<double>& a) { return a * (1 / sqrt(dot(a, a))); }
+  KERNEL static R positive(R a) { return max(a, R(0)); }
   KERNEL static void places(const ScatteredPoints<R>& of, const SelfContact<R>& c, Vector3<double>* x) {
     for (int j = 0; j < 4; ++j) x[j] = in_double(of[c.i[j]]);
   }

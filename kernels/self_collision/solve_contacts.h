@@ -47,12 +47,12 @@ struct SolveContacts {
     load(block.short_of + k, short_of), load(block.lambda + k, lambda);
     const Vector3<S> motion = m[0] * w[0] + m[1] * w[1] + m[2] * w[2] + m[3] * w[3];
     const S along = dot(n, motion);
-    const auto active = ((lambda > zero) | (along < short_of)) & lanes_of<S>(own);
-    if (bits_of(active) == 0) return;
+    const auto active = ((lambda > zero) | (along < short_of)) & mask_from_bits<S>(own);
+    if (movemask(active) == 0) return;
     const S W = w[0] * w[0] * u[0] + w[1] * w[1] * u[1] + w[2] * w[2] * u[2] + w[3] * w[3] * u[3];
     const auto moves = active & (W > S(tiny<R>()));
     const S per = select(moves, one / W, zero);
-    const S dlambda = select(moves, larger((short_of - along) * per, -lambda), zero);
+    const S dlambda = select(moves, max((short_of - along) * per, -lambda), zero);
     lambda = lambda + dlambda;
     store(lambda, block.lambda + k);
     Vector3<S> impulse = n * dlambda;
@@ -60,7 +60,7 @@ struct SolveContacts {
       Vector3<S> slip;
       load(block.slip[0] + k, slip.x), load(block.slip[1] + k, slip.y), load(block.slip[2] + k, slip.z);
       const Vector3<S> wanted = slip + (motion - n * along) * per;
-      const S length = root(dot(wanted, wanted)), most = S(friction) * lambda;
+      const S length = sqrt(dot(wanted, wanted)), most = S(friction) * lambda;
       const Vector3<S> taken = wanted * select(length > most, most / length, one);
       impulse = impulse - (taken - slip);
       store(taken.x, block.slip[0] + k), store(taken.y, block.slip[1] + k), store(taken.z, block.slip[2] + k);

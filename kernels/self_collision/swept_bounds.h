@@ -52,8 +52,8 @@ struct BoxAround {
   KERNEL BoxAround(const SweptBounds<R>& reach, int i, R share) {
     const R beyond = share * reach.from[i].w;
     const Vector3<R> way = reach.way[i].xyz();
-    low = {smaller(way.x, R(0)) - beyond, smaller(way.y, R(0)) - beyond, smaller(way.z, R(0)) - beyond};
-    high = {larger(way.x, R(0)) + beyond, larger(way.y, R(0)) + beyond, larger(way.z, R(0)) + beyond};
+    low = {min(way.x, R(0)) - beyond, min(way.y, R(0)) - beyond, min(way.z, R(0)) - beyond};
+    high = {max(way.x, R(0)) + beyond, max(way.y, R(0)) + beyond, max(way.z, R(0)) + beyond};
   }
   KERNEL bool holds(const Vector3<R>& a) const {
     return a.x >= low.x && a.x <= high.x && a.y >= low.y && a.y <= high.y && a.z >= low.z && a.z <= high.z;
@@ -130,8 +130,8 @@ struct InitSweptBounds {
     const Vector3<R> x0 = motions.x0[i].xyz();
     Vector3<R> own = motions.moved[i].xyz() - common;
     own = or_zero((own.x + own.y + own.z) * R(0) == R(0), own);
-    const R length = root(dot(own, own)), fits = rules.far / length;  // of no length: as far as may be
-    const R substeps = fits < ahead ? larger(fits, R(1)) : ahead;
+    const R length = sqrt(dot(own, own)), fits = rules.far / length;  // of no length: as far as may be
+    const R substeps = fits < ahead ? max(fits, R(1)) : ahead;
     const Vector3<R> way = own * substeps;
     reach.from[i] = {x0.x, x0.y, x0.z, rules.slack + rules.swerve * length};
     reach.way[i] = {way.x, way.y, way.z, R(0)};
@@ -147,8 +147,8 @@ struct ComputeSweptAabbs {
   KERNEL void operator()(int i) const {
     const Vector3<R> a = reach.from[i].xyz() - reach.from[0].xyz(), b = a + reach.way[i].xyz();
     const R m = reach.from[i].w + wanted;
-    boxes[i] = {{smaller(a.x, b.x) - m, smaller(a.y, b.y) - m, smaller(a.z, b.z) - m, R(0)},
-                {larger(a.x, b.x) + m, larger(a.y, b.y) + m, larger(a.z, b.z) + m, R(0)}};
+    boxes[i] = {{min(a.x, b.x) - m, min(a.y, b.y) - m, min(a.z, b.z) - m, R(0)},
+                {max(a.x, b.x) + m, max(a.y, b.y) + m, max(a.z, b.z) + m, R(0)}};
   }
 };
 

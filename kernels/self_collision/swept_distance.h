@@ -16,7 +16,7 @@ struct SweptBounds {
 /// Which pairs of bodies cross, a bit each: with up to eight bodies a bit of their own.
 using CrossingBodies = unsigned long long;
 KERNEL CrossingBodies crossing_bit(int one, int other) {
-  const int low = smaller(one, other), high = larger(one, other);
+  const int low = min(one, other), high = max(one, other);
   return 1ull << (8 * low + high) % 64;
 }
 
@@ -37,44 +37,42 @@ struct PairIndices {
 
 /// How near pairs can come, at least: as many as a pack has lanes.
 template <PairKind kind, class S, class R>
-KERNEL S nearest_in_reach(const SweptBounds<R>& reach, const PairIndices& at) {
+KERNEL S min_swept_distance(const SweptBounds<R>& reach, const PairIndices& at) {
   const S zero(R(0));
   Vector3<S> x[4];
   S beyond[4], unused, w[4];
   for (int j = 0; j < 4; ++j) gather_rows(reach.from, at.of[j], x[j], beyond[j]);
   weigh<kind>(x, w);
   const Vector3<S> apart = apart_by(x, w);
-  const Vector3<S> n = apart * (S(R(1)) / root(dot(apart, apart)));
-  const S diagonal = magnitude(n.x) + magnitude(n.y) + magnitude(n.z);
+  const Vector3<S> n = apart * (S(R(1)) / sqrt(dot(apart, apart)));
+  const S diagonal = abs(n.x) + abs(n.y) + abs(n.z);
   // Along whatever n, the sides come no nearer than this.
   S side[4], size2 = zero;
   for (int j = 0; j < 4; ++j) {
     Vector3<S> way;
     gather_rows(reach.way, at.of[j], way, unused);
     const Vector3<S> from = x[j] - x[0], along{n.x * way.x, n.y * way.y, n.z * way.z};
-    size2 = larger(size2, dot(from, from));
+    size2 = max(size2, dot(from, from));
     if (j < first_side(kind))
-      side[j] = dot(n, from) + smaller(along.x, zero) + smaller(along.y, zero) + smaller(along.z, zero) -
-                beyond[j] * diagonal;
+      side[j] = dot(n, from) + min(along.x, zero) + min(along.y, zero) + min(along.z, zero) - beyond[j] * diagonal;
     else
-      side[j] =
-          dot(n, from) + larger(along.x, zero) + larger(along.y, zero) + larger(along.z, zero) + beyond[j] * diagonal;
+      side[j] = dot(n, from) + max(along.x, zero) + max(along.y, zero) + max(along.z, zero) + beyond[j] * diagonal;
   }
   constexpr R kRounding = sizeof(R) == 4 ? R(2e-6) : R(1e-14);
-  const S least = between_sides<kind>(side) - S(kRounding) * root(size2);
+  const S least = gap_along_normal<kind>(side) - S(kRounding) * sqrt(size2);
   return select(least == least, least, -S(R(INFINITY)));  // no number: where the sides touch
 }
 
 /// How near they may: the thickness, or half as far as at rest where that is less.
 template <PairKind kind, class S, class R>
-KERNEL S wanted_in_reach(const SweptBounds<R>& reach, R thickness, const PairIndices& at) {
+KERNEL S required_distance(const SweptBounds<R>& reach, R thickness, const PairIndices& at) {
   Vector3<S> x[4];
   S body[4], w[4];
   for (int j = 0; j < 4; ++j) gather_rows(reach.rest, at.of[j], x[j], body[j]);
   weigh<kind>(x, w);
   const Vector3<S> there = apart_by(x, w);
   const S wanted(thickness);
-  return select(body[0] == body[3], smaller(wanted, root(dot(there, there)) * S(R(0.5))), wanted);
+  return select(body[0] == body[3], min(wanted, sqrt(dot(there, there)) * S(R(0.5))), wanted);
 }
 
 }  // namespace malha

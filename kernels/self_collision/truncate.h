@@ -46,7 +46,7 @@ struct FindViolations {
       return;
     }
     const bool reads_most = most > R(10) * rules.ahead;  // blocks: they move by about the thickness
-    left[group.index] = group.gather(
+    left[group.index] = group.reduce(
         patch.all(), ViolationCount{},
         [&](int k) KERNEL_LAMBDA {
           if (reads_most) prefetch_planes(pairs.blocks + patch.begin + k + kBlocksAhead);
@@ -61,14 +61,14 @@ struct FindViolations {
   KERNEL R can_close(const Group& group, const PairPatch& patch) const {
     const int* const of = pairs.touched + patch.touched;
     const Vector3<R> first = motions.moved[of[0]].xyz();
-    const R most2 = group.gather(
+    const R most2 = group.reduce(
         patch.touches, R(0),
         [&](int k) KERNEL_LAMBDA {
           const Vector3<R> beside = motions.moved[of[k]].xyz() - first;
           return dot(beside, beside);
         },
-        [](R& most, R one) KERNEL_LAMBDA { most = larger(one, most); });
-    return R(2.001) * root(most2);
+        [](R& most, R one) KERNEL_LAMBDA { most = max(one, most); });
+    return R(2.001) * sqrt(most2);
   }
 
   template <class Isa>
@@ -96,7 +96,7 @@ struct FindViolations {
       S gap;
       load(block.gap + k, gap);
       const S none = S(R(INFINITY)), keeps = kept_of(gap, rules.least);
-      if (bits_of((gap < none) & (gap - keeps <= S(most))) == 0) continue;
+      if (movemask((gap < none) & (gap - keeps <= S(most))) == 0) continue;
       Vector3<S> n;
       load(block.n[0] + k, n.x), load(block.n[1] + k, n.y), load(block.n[2] + k, n.z);
       S side[4], unused;
@@ -105,14 +105,14 @@ struct FindViolations {
         gather_rows(motions.moved, block.i[j] + k, m, unused);
         side[j] = dot(n, m);
       }
-      const unsigned bad = bits_of((gap + between_sides<kind>(side) < keeps) & (gap < none));
+      const unsigned bad = movemask((gap + gap_along_normal<kind>(side) < keeps) & (gap < none));
       if (bad == 0) continue;
       Vector3<S> x[4];
       for (int j = 0; j < 4; ++j) {
         gather_rows(motions.x0, block.i[j] + k, x[j], unused);
         side[j] = side[j] + dot(n, x[j] - x[0]);
       }
-      found |= (bad & bits_of(between_sides<kind>(side) < keeps)) << k;
+      found |= (bad & movemask(gap_along_normal<kind>(side) < keeps)) << k;
     }
     return found;
   }
@@ -229,7 +229,7 @@ struct ComputeTruncation {
     if (any == 0) return;
     S gap, unused;
     load(block.gap + k, gap);
-    any &= bits_of(gap < S(R(INFINITY)));
+    any &= movemask(gap < S(R(INFINITY)));
     if (any == 0) return;
     Vector3<S> n, x[4];
     load(block.n[0] + k, n.x), load(block.n[1] + k, n.y), load(block.n[2] + k, n.z);
@@ -249,9 +249,9 @@ struct ComputeTruncation {
       const S along = dot(n, m - Vector3<S>{S(rest.x), S(rest.y), S(rest.z)});
       const S space = j < first ? at[j] - sides.low + half : sides.high - at[j] + half;
       const S nearing = j < first ? -along : along, most = select(space > zero, space / nearing, zero);
-      for (unsigned bits = bits_of(nearing > space) & limited[j] & any; bits != 0; bits &= bits - 1) {
+      for (unsigned bits = movemask(nearing > space) & limited[j] & any; bits != 0; bits &= bits - 1) {
         const int l = lowest_bit(bits), i = block.i[j][k + l] / kIndexScale<R>;
-        part[i] = smaller(part[i], lane(most, l));
+        part[i] = min(part[i], lane(most, l));
       }
     }
   }

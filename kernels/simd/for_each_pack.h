@@ -39,13 +39,13 @@ struct LargestCovered {
   template <class T>
   KERNEL void add(const T& number) {
     if constexpr (sizeof(T) == sizeof(of_packs))
-      of_packs = larger(of_packs, number);
+      of_packs = max(of_packs, number);
     else
-      largest = larger(largest, number);
+      largest = max(largest, number);
   }
   KERNEL R value() const {
     R all = largest;
-    for (int l = 0; l < kLanes<R, Isa>; ++l) all = larger(all, lane(of_packs, l));
+    for (int l = 0; l < kLanes<R, Isa>; ++l) all = max(all, lane(of_packs, l));
     return all;
   }
 };

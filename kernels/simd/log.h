@@ -45,7 +45,7 @@ KERNEL S logarithm(S a) {
   using R = typename RealOf<S>::type;
   const S one(R(1)), half(R(0.5));
   S e;
-  S m = detail::split(larger(a, S(sizeof(R) == 4 ? R(1.17549435e-38) : R(2.2250738585072014e-308))), e);
+  S m = detail::split(max(a, S(sizeof(R) == 4 ? R(1.17549435e-38) : R(2.2250738585072014e-308))), e);
   const auto upper = m > S(R(1.41421356237309504880));
   m = select(upper, m * half, m), e = select(upper, e + one, e);
   const S x = m - one, z = x * x;

@@ -64,7 +64,7 @@ KERNEL void set_lane(R& a, int, R value) {
   a = value;
 }
 template <class S>
-requires(sizeof(S) == sizeof(typename RealOf<S>::type)) KERNEL bool lanes_of(unsigned bits) { return bits & 1; }
+requires(sizeof(S) == sizeof(typename RealOf<S>::type)) KERNEL bool mask_from_bits(unsigned bits) { return bits & 1; }
 
 #if !defined(__CUDACC__)
 
@@ -138,17 +138,17 @@ KERNEL Pack<R, bytes> select(typename Pack<R, bytes>::Mask mask, Pack<R, bytes> 
   return mask ? a.v : b.v;
 }
 template <class R, int bytes>
-KERNEL Pack<R, bytes> larger(Pack<R, bytes> a, Pack<R, bytes> b) {
+KERNEL Pack<R, bytes> max(Pack<R, bytes> a, Pack<R, bytes> b) {
   return a.v > b.v ? a.v : b.v;
 }
 template <class R, int bytes>
-KERNEL Pack<R, bytes> smaller(Pack<R, bytes> a, Pack<R, bytes> b) {
+KERNEL Pack<R, bytes> min(Pack<R, bytes> a, Pack<R, bytes> b) {
   return a.v < b.v ? a.v : b.v;
 }
 template <class R, int bytes>
-KERNEL Pack<R, bytes> root(Pack<R, bytes> a) {
+KERNEL Pack<R, bytes> sqrt(Pack<R, bytes> a) {
   typename Pack<R, bytes>::Vector b = a.v;
-  for (int lane = 0; lane < Pack<R, bytes>::lanes; ++lane) b[lane] = root(a.v[lane]);
+  for (int lane = 0; lane < Pack<R, bytes>::lanes; ++lane) b[lane] = sqrt(a.v[lane]);
   return b;
 }
 
@@ -283,7 +283,7 @@ KERNEL void store(const Pack<R, bytes>& from, R* to) {
 /// The mask of the lanes whose bits are set, the lowest for the first lane.
 template <class S>
 requires requires { typename S::Mask; }
-KERNEL typename S::Mask lanes_of(unsigned bits) {
+KERNEL typename S::Mask mask_from_bits(unsigned bits) {
   typename S::Mask bit;
   for (int i = 0; i < S::lanes; ++i) bit[i] = 1 << i;
   return (bit & static_cast<int>(bits)) != 0;
@@ -291,7 +291,7 @@ KERNEL typename S::Mask lanes_of(unsigned bits) {
 /// A bit a lane where the mask holds, the lowest for the first lane.
 template <class Mask>
 requires requires(Mask mask) { mask[0]; }
-KERNEL unsigned bits_of(const Mask& mask) {
+KERNEL unsigned movemask(const Mask& mask) {
   constexpr int lanes = sizeof(Mask) / sizeof(mask[0]);
 #if defined(__AVX512DQ__)  // in a build for this machine: an instruction
   typedef int Ints __attribute__((vector_size(64)));

@@ -58,28 +58,28 @@ struct alignas(4 * sizeof(R)) Vec4 {
 };
 
 // The scalar side of what packs offer too (kernels/simd/pack.h), so that constraints are written once.
-KERNEL float root(float a) { return sqrtf(a); }
-KERNEL double root(double a) { return sqrt(a); }
-KERNEL double norm(const Vector3<double>& a) { return root(dot(a, a)); }
+KERNEL float sqrt(float a) { return sqrtf(a); }
+KERNEL double sqrt(double a) { return ::sqrt(a); }
+KERNEL double norm(const Vector3<double>& a) { return sqrt(dot(a, a)); }
 template <class R>
 KERNEL R select(bool mask, R a, R b) {
   return mask ? a : b;
 }
 template <class R>
-KERNEL R larger(R a, R b) {
+KERNEL R max(R a, R b) {
   return a > b ? a : b;
 }
 template <class R>
-KERNEL R smaller(R a, R b) {
+KERNEL R min(R a, R b) {
   return a < b ? a : b;
 }
 /// A bit where the mask holds (masks that are combined are numbers).
-KERNEL unsigned bits_of(int mask) { return mask != 0 ? 1 : 0; }
+KERNEL unsigned movemask(int mask) { return mask != 0 ? 1 : 0; }
 
 /// Of a number or a pack of them.
 template <class S>
-KERNEL S magnitude(const S& a) {
-  return larger(a, -a);
+KERNEL S abs(const S& a) {
+  return max(a, -a);
 }
 
 /// The number type under a lane: R for R, and for a pack of R (kernels/simd/pack.h).

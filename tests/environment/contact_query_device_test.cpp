@@ -62,7 +62,7 @@ class NearASurface {
     }
     int left = 0;
     for (const unsigned long long word : bits) left += std::popcount(word);
-    parallel_dealt(Serial{}, static_cast<int>(bits.size()), FindContact<float>(all, 0, bits.data()));
+    parallel_for_interleaved(Serial{}, static_cast<int>(bits.size()), FindContact<float>(all, 0, bits.data()));
     return left;
   }
 

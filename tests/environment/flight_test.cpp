@@ -72,19 +72,19 @@ TEST_P(Flight, HasTheBitsOfStepsThatLook) {
   const Model model = build_model(scene);
   scene.environment.push_back(moving_far_off());
   const Model looked_at = build_model(scene);
-  const auto flies = make_solver(model, threads), looks = make_solver(looked_at, 1);
-  ASSERT_TRUE(flies->facts().flies);
-  ASSERT_FALSE(looks->facts().flies);
+  const auto contact_free_steps = make_solver(model, threads), looks = make_solver(looked_at, 1);
+  ASSERT_TRUE(contact_free_steps->facts().contact_free_steps);
+  ASSERT_FALSE(looks->facts().contact_free_steps);
   int touching = 0;
   for (int step = 0; step < 90; ++step) {
-    flies->step(), looks->step();
-    ASSERT_EQ(flies->state_hash(), looks->state_hash()) << "after step " << step;
-    touching = std::max(touching, flies->measure().contacts);
-    ASSERT_EQ(flies->measure().contacts, looks->measure().contacts) << "after step " << step;
+    contact_free_steps->step(), looks->step();
+    ASSERT_EQ(contact_free_steps->state_hash(), looks->state_hash()) << "after step " << step;
+    touching = std::max(touching, contact_free_steps->measure().contacts);
+    ASSERT_EQ(contact_free_steps->measure().contacts, looks->measure().contacts) << "after step " << step;
   }
   if (scenes_run_on_host()) {
-    EXPECT_GT(seconds_of(*flies, Pass::Visits), 0) << "some steps were flights";
-    EXPECT_GT(seconds_of(*flies, Pass::State), 0) << "some were not";
+    EXPECT_GT(seconds_of(*contact_free_steps, Pass::Visits), 0) << "some steps were flights";
+    EXPECT_GT(seconds_of(*contact_free_steps, Pass::State), 0) << "some were not";
   }
   EXPECT_EQ(seconds_of(*looks, Pass::Visits), 0);
   EXPECT_GT(touching, 20);
@@ -200,15 +200,17 @@ INSTANTIATE_TEST_SUITE_P(Precisions, Jerked, testing::Values(Precision::Float, P
 TEST(Flights, AreNotForScenesThatAskForMore) {
   const TemporaryFolder folder;
   const Scene scene = flying_bodies(folder, Precision::Float, 1);
-  const auto flies = [](Scene changed) { return make_solver(build_model(changed), 1)->facts().flies; };
-  ASSERT_TRUE(flies(scene));
+  const auto contact_free_steps = [](Scene changed) {
+    return make_solver(build_model(changed), 1)->facts().contact_free_steps;
+  };
+  ASSERT_TRUE(contact_free_steps(scene));
   Scene bare = scene, damped = scene, windy = scene, edges = scene, self = scene;
   bare.environment.clear();
   damped.bodies[0].damping = 0.1;
   windy.wind.emplace(), windy.wind->drag = 0.001;
   edges.environment[0].edges = true;
   self.self_collision.emplace(), self.self_collision->thickness = 1e-3;
-  for (const Scene& other : {bare, damped, windy, edges, self}) EXPECT_FALSE(flies(other));
+  for (const Scene& other : {bare, damped, windy, edges, self}) EXPECT_FALSE(contact_free_steps(other));
 }
 
 TEST(Flights, LaunchWhatThePlanSays) {

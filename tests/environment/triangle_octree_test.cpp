@@ -84,7 +84,7 @@ bool expect_feature_as_all_triangles(const Surface& surface, const Point& p, int
   const NearTriangle near = pairs.nearest(0);
   NearFeature feature = surface.view().feature(near);
   const auto error = static_cast<double>(of.error);
-  feature.at = local, feature.radius = pairs.holds_within(0, near, from_walls(mesh, of, local), error);
+  feature.at = local, feature.radius = pairs.holds_within(0, near, distance_to_cell_boundary(mesh, of, local), error);
   if (feature.kind == NearFeature::Point || !(feature.radius > 0)) return false;
   const Point way = random.in_cube(1), at = p + way * (0.999 * feature.radius / std::sqrt(dot(way, way)));
   if (!feature.holds(surface.view().in_near_mesh(at))) return false;  // smaller than a rounding

@@ -109,7 +109,8 @@ std::vector<Vec3> backwards(const Corners<Kind>& q) {
   return x;
 }
 template <class Kind>
-double look_at_residual(const Corners<Kind>& X, const Corners<Kind>& now, double parameter = Kind::parameter.standard) {
+double look_at_residual(const Corners<Kind>& X, const Corners<Kind>& now,
+                        double parameter = Kind::parameter.default_value) {
   const std::vector<float> all = Residuals(one_constraint_model<Kind>(X, parameter))(backwards<Kind>(now));
   EXPECT_EQ(all.size(), std::size_t(Kind::particles));
   for (const float one : all) EXPECT_EQ(one, all[0]) << Kind::name;
@@ -156,7 +157,7 @@ TEST(Looks, ResidualIsTheWayToTheConstraint) {
       Vector3<double> q[Kind::particles];
       double rest[Kind::numbers];
       as_array<Kind>(X, q);
-      Kind::rest(q, Kind::parameter.standard, rest);
+      Kind::rest(q, Kind::parameter.default_value, rest);
       const auto C = [&](const Corners<Kind>& at) {
         Vector3<double> p[Kind::particles], grad[Kind::particles];
         as_array<Kind>(at, p);

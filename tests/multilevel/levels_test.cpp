@@ -155,25 +155,25 @@ TEST(Levels, AreNotForSolidsNorForWhatHasNoWeightNorForWhatIsSoft) {
   SolverSpec automatic, asked;
   automatic.levels = kAutoLevels, asked.levels = kMostLevels;
   const LinkedPart stiff_part{.particles = 5000, .longest = 70};
-  EXPECT_TRUE(helps(stiff_part, automatic));
+  EXPECT_TRUE(should_use_levels(stiff_part, automatic));
   LinkedPart solid = stiff_part, elastic = stiff_part;
   solid.solid = true;
-  EXPECT_FALSE(helps(solid, asked));
+  EXPECT_FALSE(should_use_levels(solid, asked));
   elastic.elastic = true, elastic.stretch = 0.005, elastic.lost = 50;
-  EXPECT_TRUE(helps(elastic, automatic));
+  EXPECT_TRUE(should_use_levels(elastic, automatic));
   elastic.stretch = 0.02;
-  EXPECT_FALSE(helps(elastic, automatic));
-  EXPECT_TRUE(helps(elastic, asked));
+  EXPECT_FALSE(should_use_levels(elastic, automatic));
+  EXPECT_TRUE(should_use_levels(elastic, asked));
   elastic.stretch = 0.005, elastic.lost = 0.5;  // sweeps meet its compliance themselves
-  EXPECT_FALSE(helps(elastic, automatic));
+  EXPECT_FALSE(should_use_levels(elastic, automatic));
   elastic.lost = 50, elastic.loaded = true;  // what touches it may stretch it too
-  EXPECT_FALSE(helps(elastic, automatic));
-  EXPECT_TRUE(helps(elastic, asked));
+  EXPECT_FALSE(should_use_levels(elastic, automatic));
+  EXPECT_TRUE(should_use_levels(elastic, asked));
   elastic.stretch = 0;
-  EXPECT_FALSE(helps(elastic, asked));
+  EXPECT_FALSE(should_use_levels(elastic, asked));
   LinkedPart soft = stiff_part;
   soft.soft = true;  // by a stiffness below 1: levels would have none of it
-  EXPECT_FALSE(helps(soft, automatic));
+  EXPECT_FALSE(should_use_levels(soft, automatic));
 
   BodySpec bar;
   bar.name = "bar", bar.mass = 1;

@@ -203,14 +203,14 @@ TEST_F(PageLooks, TellsRunsApartByTheirFolders) {
 // Both fly straight on, so that what lies between their frames is known.
 TEST_F(PageLooks, OfTwoRunsAreComparedBetweenFramesToo) {
   NEEDS_BROWSER;
-  const auto flies = [&](double dt, const char* name) {
+  const auto contact_free_steps = [&](double dt, const char* name) {
     Json scene = swinging_sheet(false);
     scene.erase("wind"), scene["bodies"][0].erase("pins"), scene["gravity"] = {0, 0, 0};
     scene["bodies"][0]["velocity"] = {name == std::string("fast") ? 3 : 1, 0, 0};
     scene["solver"]["dt"] = dt, scene["duration"] = 0.6;
     return page(scene, name).parent_path();
   };
-  write_comparison(flies(0.02, "slow"), flies(0.03, "fast"), folder_ / "both.html");
+  write_comparison(contact_free_steps(0.02, "slow"), contact_free_steps(0.03, "fast"), folder_ / "both.html");
   open_still(folder_ / "both.html");
   for (const double time : {0.06, 0.02, 0.03, 0.25, 0.5}) {
     browser().evaluate("malha.seek(" + std::to_string(time) + ")");

@@ -117,7 +117,7 @@ class EmulatedMemory {
 inline bool replaying = false;
 
 /// The host waits for what was launched: not while that is recorded.
-inline void finish(const Blocks& /*executor*/) {
+inline void synchronize(const Blocks& /*executor*/) {
   if (kept_launches) throw std::logic_error("the host waits for launches that are being recorded");
 }
 
@@ -133,12 +133,12 @@ struct Memory<Blocks> {
   }
   template <class T>
   static void copy_in(const T* from, std::size_t count, T* to) {
-    finish(Blocks{}), require_host(reinterpret_cast<std::uintptr_t>(from));
+    synchronize(Blocks{}), require_host(reinterpret_cast<std::uintptr_t>(from));
     copy(from, count, to);
   }
   template <class T>
   static void copy_out(const T* from, std::size_t count, T* to) {
-    finish(Blocks{}), ++reads();
+    synchronize(Blocks{}), ++reads();
     require_host(reinterpret_cast<std::uintptr_t>(to));
     copy(from, count, to);
   }
@@ -150,7 +150,7 @@ struct Memory<Blocks> {
   }
   template <class T>
   static bool has(const T* from, std::size_t count, const T& value) {
-    finish(Blocks{}), ++reads();
+    synchronize(Blocks{}), ++reads();
     const EmulatedMemory::Open open;
     return Memory<Serial>::has(from, count, value);
   }
@@ -285,8 +285,8 @@ void shuffled(int n, unsigned seed, const Work& work) {
 }
 
 inline bool is_timed(const Blocks&) { return false; }
-inline bool leads(const Blocks&) { return true; }
-inline Blocks narrow(const Blocks& executor) { return executor; }
+inline bool is_leader(const Blocks&) { return true; }
+inline Blocks single_threaded(const Blocks& executor) { return executor; }
 inline OpenMP on_host(const Blocks& executor) { return {1, executor.instructions}; }
 
 template <class Work>
@@ -376,9 +376,10 @@ void parallel_reduce_into(const Blocks& executor, int n, const Kernel& kernel, V
 
 /// Kernels that ask the host find all in its own memory.
 template <class Kernel>
-void parallel_dealt(const Blocks& executor, int groups, const Kernel& kernel, const ScratchMemory& memory = {}) {
+void parallel_for_interleaved(const Blocks& executor, int groups, const Kernel& kernel,
+                              const ScratchMemory& memory = {}) {
   if constexpr (kAsksTheHost<Kernel>)
-    parallel_dealt(Serial{executor.instructions}, groups, kernel);
+    parallel_for_interleaved(Serial{executor.instructions}, groups, kernel);
   else
     parallel_groups(executor, 0, groups, memory, kernel);
 }

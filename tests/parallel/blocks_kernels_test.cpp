@@ -38,7 +38,7 @@ TEST(BlocksLaunch, EveryItemAndEveryGroupOnce) {
       EXPECT_EQ(pieces.download(), once);
       parallel_groups(executor, 0, n, {}, CountGroups{groups.data()});
       EXPECT_EQ(groups.download(), once);
-      parallel_dealt(executor, n, CountGroups{dealt.data()});
+      parallel_for_interleaved(executor, n, CountGroups{dealt.data()});
       EXPECT_EQ(dealt.download(), once);
     }
 }

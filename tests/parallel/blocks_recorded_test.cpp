@@ -60,7 +60,7 @@ TEST(RecordedLaunches, CannotBeWaitedForWhileTheyAreRecorded) {
         Blocks{}, recording, [] { return std::string(); }, work);
   };
   EXPECT_THROW(record([&] { static_cast<void>(numbers.download()); }), std::logic_error);
-  EXPECT_THROW(record([&] { finish(Blocks{}); }), std::logic_error);
+  EXPECT_THROW(record([&] { synchronize(Blocks{}); }), std::logic_error);
   record([&] { parallel_for(Blocks{}, 4, AddOne{numbers.data()}); });
   EXPECT_EQ(numbers.download(), std::vector<int>(4, 1)) << "what failed was kept";
 }

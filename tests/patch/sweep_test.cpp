@@ -249,7 +249,7 @@ Model tangled_model(std::optional<double> compliance) {
   for_each_constraint([&]<class Kind>(Kind) {
     ConstraintSet set = set_of(Kind::particles, tangle(particles, Kind::particles, particles, random, 100));
     set.type = Kind::name;
-    set.parameter = Kind::parameter.standard;
+    set.parameter = Kind::parameter.default_value;
     set.stiffness = 0.8;
     set.compliance = compliance;
     sets.push_back(set);
@@ -272,7 +272,7 @@ Model sheet_model(std::optional<double> compliance, bool with_wings = true) {
   std::vector<ConstraintSpec> constraints;
   for_each_constraint([&]<class Kind>(Kind) {
     if (facts_of(Kind::element).solid || (facts_of(Kind::element).weighed && !with_wings)) return;
-    ConstraintSpec spec = constraint(Kind::name, Kind::parameter.standard);
+    ConstraintSpec spec = constraint(Kind::name, Kind::parameter.default_value);
     if (Kind::element == Element::Edges) spec.on = {"edges", "shear"};
     if constexpr (Kind::strength.free)
       spec.stiffness = compliance ? 1 : 0.8, spec.compliance = compliance;

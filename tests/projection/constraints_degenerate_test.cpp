@@ -126,7 +126,7 @@ TEST(EveryConstraint, HasAFiniteRestValueOnDegenerateInput) {
   for_each_constraint([]<class Kind>(Kind) {
     for (const BadPlace& bad : bad_places<double>()) {
       const Corners<Kind> at = places_of<Kind>(bad);
-      for (const double number : rest_of<Kind>(at, Kind::parameter.standard))
+      for (const double number : rest_of<Kind>(at, Kind::parameter.default_value))
         EXPECT_TRUE(std::isfinite(number)) << Kind::name << ", " << bad.what;
     }
   });

@@ -39,7 +39,7 @@ TEST(EveryConstraint, IsScaledByItsPlacesAlone) {
     for (const Corners<Kind>& at : configurations<Kind>(100, 22)) {
       Vector3<double> q[Kind::particles], grad[Kind::particles];
       std::copy(at.begin(), at.end(), q);
-      Rest<Kind> rest = rest_of<Kind>(at, Kind::parameter.standard);
+      Rest<Kind> rest = rest_of<Kind>(at, Kind::parameter.default_value);
       double scale = 0, with_another_rest = 0;
       Kind::evaluate(q, rest.data(), true, grad, scale);
       rest[0] += 0.1;
@@ -97,7 +97,7 @@ void expect_momentum_kept(double moved_before) {
     const auto w = unequal_masses<Kind>(random);
     Corners<Kind> others = at;  // so near that what holds up to a tenth more is too long
     for (auto& a : others) a = (a + random.in_cube(0.01)) * (Kind::inequality ? 0.88 : 1);
-    OneConstraint<Kind, R> one(at, w, rest_of<Kind>(others, Kind::parameter.standard));
+    OneConstraint<Kind, R> one(at, w, rest_of<Kind>(others, Kind::parameter.default_value));
     for (int j = 0; j < Kind::particles; ++j) one.move(j, random.in_cube(moved_before));
     const GivenMomentum given = given_by_projection<update>(one, w);
     moved += given.size;
@@ -192,7 +192,7 @@ TEST(EveryConstraint, IsMetAfterAFewStiffProjections) {
       // From near the rest state, where Newton's method converges whatever the kind.
       Corners<Kind> near = at;
       for (auto& a : near) a = a + random.in_cube(0.02);
-      const Rest<Kind> rest = rest_of<Kind>(at, Kind::parameter.standard);
+      const Rest<Kind> rest = rest_of<Kind>(at, Kind::parameter.default_value);
       OneConstraint<Kind, double> one(near, unequal_masses<Kind>(random), rest);
       for (int k = 0; k < 20; ++k) one.template project<Update::Stiff>(1, 0);
       const double violation = Kind::inequality ? std::min(one.C(), 0.0) : one.C();
@@ -209,7 +209,7 @@ TEST(EveryConstraint, WithComplianceComesToTheBalanceOfItsForce) {
       for (const Corners<Kind>& at : configurations<Kind>(50, 17)) {
         Corners<Kind> near = at;
         for (auto& a : near) a = a + random.in_cube(0.02);
-        const Rest<Kind> rest = rest_of<Kind>(at, Kind::parameter.standard);
+        const Rest<Kind> rest = rest_of<Kind>(at, Kind::parameter.default_value);
         OneConstraint<Kind, double> one(near, unequal_masses<Kind>(random), rest);
         for (int k = 0; k < 50; ++k) one.template project<Update::Compliant>(0, alpha);
         if (Kind::inequality && one.C() > 0) {

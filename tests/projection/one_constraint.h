@@ -166,7 +166,7 @@ std::vector<Corners<Kind>> configurations(int count, unsigned seed) {
 template <class Kind>
 Rest<Kind> another_rest(const Corners<Kind>& at, Random& random) {
   for (;;) {
-    const Rest<Kind> rest = rest_of<Kind>(spread_out<Kind>(random), Kind::parameter.standard);
+    const Rest<Kind> rest = rest_of<Kind>(spread_out<Kind>(random), Kind::parameter.default_value);
     Vector3<double> grad[Kind::particles];
     const double C = evaluate<Kind>(at, rest, grad);
     if (std::abs(C) > 0.05 && std::abs(C) < 3) return rest;

@@ -74,7 +74,7 @@ inline std::vector<bool> pinned_of(const Model& model) {
 inline ConstraintSet set_of(int arity, std::vector<int> particles) {
   ConstraintSet set;
   for_each_constraint([&]<class Kind>(Kind) {
-    if (Kind::particles == arity) set.type = Kind::name, set.parameter = Kind::parameter.standard;
+    if (Kind::particles == arity) set.type = Kind::name, set.parameter = Kind::parameter.default_value;
   });
   set.arity = arity;
   set.particles = std::move(particles);

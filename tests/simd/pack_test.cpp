@@ -86,9 +86,9 @@ TYPED_TEST(PackOf, LanesAreTheScalarOperationsBitForBit) {
     const auto a = this->any(random), b = this->any(random);
     const P A = this->pack(a), B = this->pack(b);
     const auto sum = this->values(A + B), difference = this->values(A - B), product = this->values(A * B),
-               quotient = this->values(A / B), negative = this->values(-A), greater = this->values(larger(A, B)),
+               quotient = this->values(A / B), negative = this->values(-A), greater = this->values(max(A, B)),
                less = this->values(select(A < B, A, B)), more = this->values(select(A > B, A, B)),
-               square_root = this->values(root(larger(A, -A)));
+               square_root = this->values(sqrt(max(A, -A)));
     for (int lane = 0; lane < this->lanes; ++lane) {
       const R x = a[lane], y = b[lane];
       expect_same(sum[lane], R(x + y), "+");
@@ -96,10 +96,10 @@ TYPED_TEST(PackOf, LanesAreTheScalarOperationsBitForBit) {
       expect_same(product[lane], R(x * y), "*");
       expect_same(quotient[lane], R(x / y), "/");
       expect_same(negative[lane], R(-x), "negation");
-      expect_same(greater[lane], larger(x, y), "larger");
+      expect_same(greater[lane], max(x, y), "larger");
       expect_same(less[lane], select(x < y, x, y), "select <");
       expect_same(more[lane], select(x > y, x, y), "select >");
-      expect_same(square_root[lane], root(larger(x, -x)), "root");
+      expect_same(square_root[lane], sqrt(max(x, -x)), "root");
     }
   }
 }
@@ -116,8 +116,8 @@ TYPED_TEST(PackOf, LargerTakesTheSecondOfNaNAsTheScalarDoes) {
   using R = typename TypeParam::Real;
   using P = typename TestFixture::Wide;
   const R nan = std::numeric_limits<R>::quiet_NaN();
-  for (const R lane : this->values(larger(P(nan), P(R(1))))) EXPECT_EQ(lane, R(1));
-  EXPECT_EQ(larger(nan, R(1)), R(1));
+  for (const R lane : this->values(max(P(nan), P(R(1))))) EXPECT_EQ(lane, R(1));
+  EXPECT_EQ(max(nan, R(1)), R(1));
 }
 
 TYPED_TEST(PackOf, LoadsAndStoresAnywhere) {

@@ -34,7 +34,7 @@ struct Chains {
     S x[chains];
     for (int k = 0; k < chains; ++k) x[k] = S(1.5f + float(k + round));
     for (int turn = 0; turn < turns; ++turn)
-      for (int k = 0; k < chains; ++k) x[k] = S(2.0f) / root(x[k]);
+      for (int k = 0; k < chains; ++k) x[k] = S(2.0f) / sqrt(x[k]);
     for (int k = 0; k < chains; ++k) *wanted = *wanted + lane(x[k], 0);
   }
 };
