@@ -22,7 +22,7 @@ while IFS= read -r source; do sources+=("$source"); done < <(find tests -name '*
 
 compile() {  # nothing is run: so up to the device's assembler, which takes most of the time and refuses nothing of ours
   "$nvcc" -std=c++20 -x cu -ptx -Xcicc -O0 -Werror all-warnings \
-    -I "$root" "$1" -o "$scratch/$(basename "$1").ptx" || { echo "not CUDA: $(basename "$1")"; return 1; }
+    -I "$root" -I "$root/host" "$1" -o "$scratch/$(basename "$1").ptx" || { echo "not CUDA: $(basename "$1")"; return 1; }
 }
 export -f compile
 export nvcc root scratch

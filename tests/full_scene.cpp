@@ -12,7 +12,7 @@ std::string full_scene() {
   "$schema": "schema.json",
   "name": "everything",
   "solver": {"type": "desbrun", "dt": 0.01, "substeps": 4, "iterations": 3, "precision": "double", "spring_constant": 500,
-             "filter": "dense", "storage": "int16", "filtered": "internal_only", "corrector": "paper", "refine": 2,
+             "filter": "dense", "storage": "int16", "filter_external_forces": false, "corrector": "paper", "refinement_iterations": 2,
              "tolerance": 0.01, "time_budget": 0.5},
   "gravity": [0, -9.81, 0],
   "wind": {"velocity": [1, 0, 0.5], "drag": 0.01, "density": 1.2, "drag_coefficient": 1.1, "lift_coefficient": 0.9},
@@ -22,8 +22,8 @@ std::string full_scene() {
      "transform": {"translate": [1, 2, 3], "rotate": {"axis": [0, 0, 2], "degrees": 90}, "scale": [1, 2, 3]},
      "velocity": [1, 2, 3], "spin": [4, 5, 6], "damping": 0.5,
      "constraints": [
-       {"type": "distance", "on": ["edges", "shear"], "stiffness": 0.5, "rest_scale": 1.1},
-       {"type": "distance_limit", "on": ["shear"], "compliance": 1e-7, "limit": 0.2},
+       {"type": "distance", "elements": ["edges", "shear"], "stiffness": 0.5, "rest_scale": 1.1},
+       {"type": "distance_limit", "elements": ["shear"], "compliance": 1e-7, "limit": 0.2},
        {"type": "bending", "stiffness": 0.25, "rest_scale": 0},
        {"type": "pressure", "compliance": 0, "volume_ratio": 1.2}]},
     {"name": "sheet", "shape": {"grid": {"size": [1, 2], "cells": [16, 8]}}, "mass": 0.3,
@@ -33,10 +33,10 @@ std::string full_scene() {
        {"box": {"min": [0, 0, 0], "max": [1, 0, 2]}},
        {"sphere": {"center": [1, 1, 1], "radius": 0.1}},
        {"nearest": [0, 0, 7]},
-       {"particles": [0, 16], "until": 1.5,
+       {"particles": [0, 16], "release_time": 1.5,
         "motion": [{"time": 0.5}, {"time": 1, "translate": [0, 1, 0], "rotate": {"axis": [0, 1, 0], "degrees": 90}}]}],
      "attachments": [
-       {"at": {"row": "first"}, "to": {"environment": "planet"}, "compliance": 0.001, "until": 2},
+       {"at": {"row": "first"}, "to": {"environment": "planet"}, "compliance": 0.001, "release_time": 2},
        {"at": {"sphere": {"center": [1, 0, 1], "radius": 0.2}}, "to": {"point": [0, 2, 0]}, "stiffness": 0.5},
        {"at": {"nearest": [0, 0, 1]}, "motion": [{"time": 0}, {"time": 1, "translate": [0, 1, 0]}]}],
      "tear": {"strain": 0.4}},
@@ -50,12 +50,12 @@ std::string full_scene() {
     {"name": "beam", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 4}}, "mass": 1},
     {"name": "rope", "shape": {"chain": {"from": [0, 0, 0], "to": [0, -1, 0], "segments": 9}}, "density": 0.1,
      "pins": [{"row": "first"}], "constraints": [{"type": "long_range", "limit": 0.05}]},
-    {"name": "shot", "shape": {"cloud": {"min": [0, 0, 0], "max": [1, 1, 0], "count": [2, 3, 1]}}, "mass": 1},
+    {"name": "shot", "shape": {"lattice": {"min": [0, 0, 0], "max": [1, 1, 0], "count": [2, 3, 1]}}, "mass": 1},
     {"name": "jelly", "shape": {"tet_box": {"size": [1, 2, 3], "cells": [1, 2, 3]}}, "density": 1000,
      "constraints": [
        {"type": "volume", "compliance": 0.5, "rest_scale": 1.5},
        {"type": "neo_hookean", "young_modulus": 2e5, "poisson_ratio": 0.4}]},
-    {"name": "in place", "mass": 1, "shape": {"listed": {
+    {"name": "in place", "mass": 1, "shape": {"mesh_data": {
       "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [5, 0, 0]], "faces": [[0, 1, 2]], "lines": [[3, 4]],
       "tetrahedra": [[0, 1, 2, 3]]}}}
   ],
@@ -71,7 +71,7 @@ std::string full_scene() {
        {"time": 2, "translate": [0, 1, 0], "rotate": {"axis": [0, 1, 0], "degrees": 720}}]},
     {"name": "block", "shape": {"box": {"size": [1, 1, 1], "cells": [1, 1, 1]}}},
     {"name": "rail", "shape": {"bar": {"length": 2, "width": 0.2, "cells": 1}}},
-    {"name": "tile", "sides": "two_sided", "shape": {"listed": {
+    {"name": "tile", "sides": "two_sided", "shape": {"mesh_data": {
       "points": [[0, 0, 0], [0, 0, 1], [1, 0, 0]], "faces": [[0, 1, 2]]}}}
   ],
   "self_collision": {"thickness": 0.004, "friction": 0.5, "bodies": ["sheet", "ball"],
@@ -79,15 +79,15 @@ std::string full_scene() {
   "duration": 2.5,
   "outputs": {
     "frames": {"every": 2, "formats": ["vtp", "pc2", "ply", "obj", "glb"]},
-    "page": {"megabytes": 30}, "pictures": {"every": 5, "size": [640, 360],
+    "page": {"max_megabytes": 30}, "pictures": {"every": 5, "size": [640, 360],
                  "camera": {"eye": [1, 2, 3], "target": [0, 0.5, 0], "fov_degrees": 35}},
     "checkpoint_every": 10
   },
   "expect": {
     "max_strain": 0.1, "rms_strain": {"at_least": 0.001, "at_most": 0.01}, "max_penetration": 0.001, "max_crossings": 2,
     "energy_not_above": -5, "energy_not_below": -50, "max_speed": {"at_least": 3},
-    "inside": {"min": [-1, -2, -3], "max": [1, 2, 3]}, "volume_ratio": [0.9, 1.1],
-    "bodies": [{"name": "ball", "inside": {"min": [-0.5, -1, -1.5], "max": [0.5, 1, 1.5]}}],
+    "bounds": {"min": [-1, -2, -3], "max": [1, 2, 3]}, "volume_ratio": [0.9, 1.1],
+    "bodies": [{"name": "ball", "bounds": {"min": [-0.5, -1, -1.5], "max": [0.5, 1, 1.5]}}],
     "inverted_tetrahedra": {"at_least": 1, "at_most": 3}
   }
 })";

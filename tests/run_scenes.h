@@ -26,7 +26,7 @@ inline Json swinging_sheet(bool environment, const std::string& precision = "flo
       "damping": 0.05,
       "pins": [{"particles": [0]}],
       "constraints": [
-        {"type": "distance", "on": ["edges", "shear"], "compliance": 0.0001},
+        {"type": "distance", "elements": ["edges", "shear"], "compliance": 0.0001},
         {"type": "bending", "stiffness": 0.2}
       ]
     }],

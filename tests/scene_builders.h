@@ -12,7 +12,7 @@ inline ConstraintSpec constraint(const std::string& type, double parameter = 1) 
   ConstraintSpec spec;
   spec.type = type;
   spec.parameter = parameter;
-  if (type == "distance" || type == "distance_limit") spec.on = {"edges"};
+  if (type == "distance" || type == "distance_limit") spec.elements = {"edges"};
   return spec;
 }
 

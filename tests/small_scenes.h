@@ -22,7 +22,7 @@ inline Vec3 operator-(const Vec3& a, const Vec3& b) { return {a[0] - b[0], a[1] 
 inline BodySpec particle(const Vec3& at, const Vec3& velocity = {}, double mass = 1) {
   BodySpec body;
   body.name = "particle";
-  body.shape = CloudShape{at, at, {1, 1, 1}};
+  body.shape = LatticeShape{at, at, {1, 1, 1}};
   body.velocity = velocity;
   body.mass = mass;
   return body;

@@ -22,7 +22,7 @@ class Attachments {
     for (const AttachmentSet& spec : model.attached) {
       Set& set = sets_.emplace_back();
       set.motion = spec.target.motion;
-      set.until = spec.until, set.alpha = spec.compliance.value_or(0);
+      set.release_time = spec.release_time, set.alpha = spec.compliance.value_or(0);
       set.list = Array<Executor, int>(spec.particles);
       set.anchor = Array<Executor, Vector3<double>>(anchors(spec.target, spec.particles, model.x));
       if (set.alpha > 0 && solver.iterations > 1)
@@ -34,14 +34,14 @@ class Attachments {
   /// Whether one of them ends where a substep starts (s).
   bool let_go(double start) const {
     return std::any_of(sets_.begin(), sets_.end(), [&](const Set& set) {
-      return over(set.until, start, substep_) && !over(set.until, start - substep_, substep_);
+      return over(set.release_time, start, substep_) && !over(set.release_time, start - substep_, substep_);
     });
   }
 
   /// In a substep from `start` to `end` (s).
   void project(const Displaced<R>& p, const R* w, double start, double end, bool fresh) {
     for (Set& set : sets_) {
-      if (over(set.until, start, substep_)) continue;
+      if (over(set.release_time, start, substep_)) continue;
       const R alpha = R(set.alpha / (substep_ * substep_));
       parallel_for(executor_, static_cast<int>(set.list.size()),
                    Attach<R>{p, w, set.list.data(), set.anchor.data(), pose_at(set.motion, end), set.lambda.data(),
@@ -53,7 +53,7 @@ class Attachments {
   double energy(const Points<R>& x, double time) const {
     double sum = 0;
     for (const Set& set : sets_)
-      if (set.alpha > 0 && !over(set.until, time, substep_))
+      if (set.alpha > 0 && !over(set.release_time, time, substep_))
         sum +=
             parallel_reduce<Sum>(executor_, static_cast<int>(set.list.size()),
                                  MeasureAttachment<R>{x, set.list.data(), set.anchor.data(), pose_at(set.motion, time)})
@@ -71,7 +71,7 @@ class Attachments {
  private:
   struct Set {
     std::vector<Keyframe> motion;
-    std::optional<double> until;
+    std::optional<double> release_time;
     double alpha = 0, share = 1;  // m/N; of the error that a projection takes away
     Array<Executor, int> list;
     Array<Executor, Vector3<double>> anchor;

@@ -14,8 +14,8 @@
 namespace malha {
 
 /// Whether what lasts until a time is over at the start of a substep at `time` (s), rounding aside.
-inline bool over(const std::optional<double>& until, double time, double h) {
-  return until && time >= *until - 1e-6 * h;
+inline bool over(const std::optional<double>& release_time, double time, double h) {
+  return release_time && time >= *release_time - 1e-6 * h;
 }
 
 /// The places of particles that start at x, in the frame that moves.
@@ -51,13 +51,13 @@ class KinematicPins {
   KinematicPins(const Executor& executor, const Model& model) : executor_(executor), substep_(substep_of(model)) {
     for (const MovedPins& pins : model.moved) {
       Set& set = sets_.emplace_back();
-      set.target = pins.target, set.until = pins.until;
+      set.target = pins.target, set.release_time = pins.release_time;
       set.list = Array<Executor, int>(pins.particles);
       if (pins.target.moves())
         set.start = Array<Executor, Vector3<double>>(anchors(pins.target, pins.particles, model.x));
       std::vector<R> w;
       for (const int i : pins.particles) w.push_back(R(model.w[i]));
-      if (pins.until) set.free = Array<Executor, R>(w);
+      if (pins.release_time) set.free = Array<Executor, R>(w);
     }
   }
 
@@ -65,8 +65,8 @@ class KinematicPins {
   /// run goes on.
   void hold(double time, R* w) {
     for (Set& set : sets_) {
-      if (!set.until) continue;
-      set.released = over(set.until, time, substep_);
+      if (!set.release_time) continue;
+      set.released = over(set.release_time, time, substep_);
       set_inverse_mass(set, w);
     }
   }
@@ -74,7 +74,7 @@ class KinematicPins {
   /// At the start of a substep.
   void place(const Particles<R>& all, R* w, double start, double end) {
     for (Set& set : sets_) {
-      if (!set.released && over(set.until, start, substep_)) set.released = true, set_inverse_mass(set, w);
+      if (!set.released && over(set.release_time, start, substep_)) set.released = true, set_inverse_mass(set, w);
       if (set.released || !set.target.moves()) continue;
       parallel_for(executor_, count(set),
                    Place<R>{all, set.list.data(), set.start.data(), pose_at(set.target.motion, end)});
@@ -113,7 +113,7 @@ class KinematicPins {
  private:
   struct Set {
     Target target;
-    std::optional<double> until;
+    std::optional<double> release_time;
     Array<Executor, int> list;
     Array<Executor, Vector3<double>> start;
     Array<Executor, R> free;

@@ -48,7 +48,7 @@ constexpr Meaning kMeanings[] = {
     {"edges", "distance"},
     {"rod", "distance"},
     {"rope", "distance"},
-    {"shear", "distance", " with \"on\": [\"shear\"]"},
+    {"shear", "distance", " with \"elements\": [\"shear\"]"},
     {"cloth", "membrane", kSheets},
     {"shell", "membrane", kSheets},
     {"fabric", "membrane", kSheets},
@@ -92,7 +92,7 @@ constexpr Meaning kMeanings[] = {
     {"fem", "pbd", " \"neo_hookean\" and \"membrane\" are elements of it"},
     {"vbd", "pbd"},
     {"position_based_dynamics", "pbd"},
-    {"projective_dynamics", "desbrun", " With \"refine\""},
+    {"projective_dynamics", "desbrun", " With \"refinement_iterations\""},
     // keys
     {"time_step", "dt"},
     {"timestep", "dt"},
@@ -133,6 +133,21 @@ constexpr Meaning kMeanings[] = {
     {"--time", "--seconds"},
 };
 
+/// Keys of scenes that had another name before release 0.1.
+struct Renamed {
+  const char *before, *now;
+};
+constexpr Renamed kRenamed[] = {{"stiffness_of", "stiffness_basis"},
+                                {"levels_every", "levels_interval"},
+                                {"until", "release_time"},
+                                {"refine", "refinement_iterations"},
+                                {"filtered", "filter_external_forces"},
+                                {"listed", "mesh_data"},
+                                {"cloud", "lattice"},
+                                {"megabytes", "max_megabytes"},
+                                {"on", "elements"},
+                                {"inside", "bounds"}};
+
 const Meaning* meaning_of(const std::string& word, const std::vector<std::string>& allowed) {
   std::string plain = lower(word);
   for (std::size_t i = 2; i < plain.size(); ++i)  // an option keeps its dashes
@@ -161,6 +176,9 @@ std::string near_miss(const std::string& word, const std::vector<std::string>& a
 }
 
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& allowed) {
+  for (const Renamed& key : kRenamed)
+    if (word == key.before && std::ranges::find(allowed, key.now) != allowed.end())
+      return std::string(" (its name is '") + key.now + "' now)";
   if (const Meaning* meaning = meaning_of(word, allowed))
     return std::string(" (did you mean '") + meaning->here + "'?" + meaning->remark + ")";
   const std::string near = near_miss(word, allowed);

@@ -51,40 +51,40 @@ double stiffness_in_substeps(const Model& model, const int* particles, const dou
 
 /// Until when each particle is held, s; 0: it never is.
 std::vector<double> held_until(const Model& model) {
-  std::vector<double> until(model.x.size(), 0);
-  for (std::size_t i = 0; i < until.size(); ++i)
-    if (!(model.w[i] > 0)) until[model.user_of[i]] = kForEver;
+  std::vector<double> release_time(model.x.size(), 0);
+  for (std::size_t i = 0; i < release_time.size(); ++i)
+    if (!(model.w[i] > 0)) release_time[model.user_of[i]] = kForEver;
   for (const MovedPins& moved : model.moved)
-    for (const int i : moved.particles) until[model.user_of[i]] = moved.until.value_or(kForEver);
-  return until;
+    for (const int i : moved.particles) release_time[model.user_of[i]] = moved.release_time.value_or(kForEver);
+  return release_time;
 }
 
-bool at_a_pin(const std::vector<int>& user, const std::vector<double>& until) {
-  return std::any_of(user.begin(), user.end(), [&](int i) { return until[i] > 0; });
+bool at_a_pin(const std::vector<int>& user, const std::vector<double>& release_time) {
+  return std::any_of(user.begin(), user.end(), [&](int i) { return release_time[i] > 0; });
 }
 
 }  // namespace
 
 PinForces::PinForces(const Model& model) : particles_(model.x.size()) {
-  const std::vector<double> until = held_until(model);
+  const std::vector<double> release_time = held_until(model);
   for (const auto* sets : {&model.sets, &model.stencils})
-    for (const ConstraintSet& set : *sets) add(model, set, until);
-  for (const SpringSet& set : model.springs) add(model, set, until);
-  for (const PressureSet& set : model.pressures) add(model, set, until);
+    for (const ConstraintSet& set : *sets) add(model, set, release_time);
+  for (const SpringSet& set : model.springs) add(model, set, release_time);
+  for (const PressureSet& set : model.pressures) add(model, set, release_time);
   std::set<int> pulled;
   for (const Set& set : sets_) pulled.insert(set.particles.begin(), set.particles.end());
   for (const Pressed& one : pressed_) pulled.insert(one.shell.particles.begin(), one.shell.particles.end());
   for (const int i : pulled)
-    if (until[i] > 0) pins_.push_back({i, until[i]});
+    if (release_time[i] > 0) pins_.push_back({i, release_time[i]});
 }
 
-void PinForces::add(const Model& model, const ConstraintSet& set, const std::vector<double>& until) {
+void PinForces::add(const Model& model, const ConstraintSet& set, const std::vector<double>& release_time) {
   Set own{set.type, {}, {}, {}};
   with_kind(set.type, [&]<class Kind>(Kind) {
     for (int c = 0; c < set.count(); ++c) {
       const int* const particles = &set.particles[std::size_t(c) * Kind::particles];
       const auto user = in_user_numbers(model, particles, Kind::particles);
-      if (!at_a_pin(user, until)) continue;
+      if (!at_a_pin(user, release_time)) continue;
       double rest[Kind::numbers];
       rest_values<Kind>(model.x.data(), particles, set.parameter, rest);
       if (!(set.alpha(c) > 0) || stiffness_in_substeps<Kind>(model, particles, rest) > kResolved * set.alpha(c)) {
@@ -99,20 +99,20 @@ void PinForces::add(const Model& model, const ConstraintSet& set, const std::vec
   if (!own.stiffness.empty()) sets_.push_back(std::move(own));
 }
 
-void PinForces::add(const Model& model, const SpringSet& set, const std::vector<double>& until) {
+void PinForces::add(const Model& model, const SpringSet& set, const std::vector<double>& release_time) {
   Set own{Distance::name, {}, {}, {}};
   for (std::size_t s = 0; s < set.ends.size(); ++s) {
     const std::vector<int> user = in_user_numbers(model, set.ends[s].data(), 2);
-    if (!at_a_pin(user, until)) continue;
+    if (!at_a_pin(user, release_time)) continue;
     own.particles.insert(own.particles.end(), user.begin(), user.end());
     own.rest.push_back(set.rest[s]), own.stiffness.push_back(set.stiffness[s]);
   }
   if (!own.stiffness.empty()) sets_.push_back(std::move(own));
 }
 
-void PinForces::add(const Model& model, const PressureSet& set, const std::vector<double>& until) {
+void PinForces::add(const Model& model, const PressureSet& set, const std::vector<double>& release_time) {
   Shell shell(model, set);
-  if (!at_a_pin(shell.particles, until)) return;
+  if (!at_a_pin(shell.particles, release_time)) return;
   if (!(set.compliance.value_or(0) > 0)) return void(++left_out_);
   pressed_.push_back({std::move(shell), 1 / *set.compliance});
 }
@@ -132,7 +132,7 @@ std::vector<PinForce> PinForces::operator()(const std::vector<Vec3>& x, double t
   }
   std::vector<PinForce> all;
   for (const Pin& pin : pins_)
-    if (time < pin.until) all.push_back({pin.particle, forces[pin.particle]});
+    if (time < pin.release_time) all.push_back({pin.particle, forces[pin.particle]});
   return all;
 }
 

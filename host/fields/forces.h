@@ -33,7 +33,7 @@ class PinForces {
  private:
   struct Pin {
     int particle;
-    double until;  // s
+    double release_time;  // s
   };
   struct Set {
     std::string type;
@@ -45,9 +45,9 @@ class PinForces {
     Shell shell;
     double stiffness;  // N/m^5
   };
-  void add(const Model& model, const ConstraintSet& set, const std::vector<double>& until);
-  void add(const Model& model, const SpringSet& set, const std::vector<double>& until);
-  void add(const Model& model, const PressureSet& set, const std::vector<double>& until);
+  void add(const Model& model, const ConstraintSet& set, const std::vector<double>& release_time);
+  void add(const Model& model, const SpringSet& set, const std::vector<double>& release_time);
+  void add(const Model& model, const PressureSet& set, const std::vector<double>& release_time);
 
   std::size_t particles_, left_out_ = 0;
   std::vector<Pin> pins_;

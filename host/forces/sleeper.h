@@ -43,9 +43,9 @@ inline std::vector<Mover> movers_of(const Model& model) {
 inline std::vector<double> releases_of(const Model& model) {
   std::vector<double> releases;
   for (const MovedPins& pins : model.moved)
-    if (pins.until) releases.push_back(*pins.until);
+    if (pins.release_time) releases.push_back(*pins.release_time);
   for (const AttachmentSet& set : model.attached)
-    if (set.until) releases.push_back(*set.until);
+    if (set.release_time) releases.push_back(*set.release_time);
   return releases;
 }
 

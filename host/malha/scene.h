@@ -46,7 +46,7 @@ struct ChainShape {  ///< segments + 1 points on a line, edges without faces
   Vec3 from{0, 0, 0}, to{1, 0, 0};
   int segments = 10;
 };
-struct CloudShape {  ///< a lattice of loose particles that fills the box [min, max]; x runs fastest
+struct LatticeShape {  ///< a lattice of loose particles that fills the box [min, max]; x runs fastest
   Vec3 min{0, 0, 0}, max{1, 1, 1};
   std::array<int, 3> count{2, 2, 2};
 };
@@ -54,7 +54,7 @@ struct TetBoxShape {  ///< a box about the origin, filled with cells of five tet
   Vec3 size{1, 1, 1};
   std::array<int, 3> cells{2, 2, 2};
 };
-struct ListedShape {         ///< a mesh given in place; vertices count from 0, and those that nothing uses are left out
+struct MeshDataShape {       ///< a mesh given in place; vertices count from 0, and those that nothing uses are left out
   std::vector<Vec3> points;  ///< m
   std::vector<Quad> faces;   ///< a triangle has -1 in its last place
   std::vector<Edge> lines;
@@ -62,12 +62,12 @@ struct ListedShape {         ///< a mesh given in place; vertices count from 0, 
   /// Without any of these its particles are loose.
   bool loose() const { return faces.empty() && lines.empty() && tetrahedra.empty(); }
 };
-using Shape = std::variant<MeshFile, GridShape, SphereShape, BoxShape, BarShape, ChainShape, CloudShape, TetBoxShape,
-                           ListedShape>;
+using Shape = std::variant<MeshFile, GridShape, SphereShape, BoxShape, BarShape, ChainShape, LatticeShape, TetBoxShape,
+                           MeshDataShape>;
 
 inline bool is_loose(const Shape& shape) {
-  const auto* listed = std::get_if<ListedShape>(&shape);
-  return std::holds_alternative<CloudShape>(shape) || (listed && listed->loose());
+  const auto* listed = std::get_if<MeshDataShape>(&shape);
+  return std::holds_alternative<LatticeShape>(shape) || (listed && listed->loose());
 }
 
 /// A pose at a time; motion between keyframes is linear in translate and spherical-linear in rotation.
@@ -102,7 +102,7 @@ struct Pin {
   Selector at;
   std::vector<Keyframe>
       motion;  ///< of the places at the start, about the origin; at time 0 it moves nothing. Empty: rest
-  std::optional<double> until;  ///< s, > 0: released then, with the velocity that the pin has; none: never
+  std::optional<double> release_time;  ///< s, > 0: released then, with the velocity that the pin has; none: never
 
   Pin() = default;
   template <class S>
@@ -112,12 +112,12 @@ struct Pin {
 /// Particles tied to a point each by a spring of rest length 0, or rigidly.
 struct Attachment {
   Selector at;
-  std::optional<Vec3> point;         ///< all to this one (m); none: each to its own place at the start
-  std::vector<Keyframe> motion;      ///< of those points, as for pins
-  std::string environment;           ///< or each to its own place in the frame of this mesh; "": not to a mesh
-  double stiffness = 1;              ///< [0, 1]; PBD. Ignored where compliance is set
-  std::optional<double> compliance;  ///< m/N, >= 0; XPBD
-  std::optional<double> until;       ///< s, > 0: ends then
+  std::optional<Vec3> point;           ///< all to this one (m); none: each to its own place at the start
+  std::vector<Keyframe> motion;        ///< of those points, as for pins
+  std::string environment;             ///< or each to its own place in the frame of this mesh; "": not to a mesh
+  double stiffness = 1;                ///< [0, 1]; PBD. Ignored where compliance is set
+  std::optional<double> compliance;    ///< m/N, >= 0; XPBD
+  std::optional<double> release_time;  ///< s, > 0: ends then
 };
 
 /// Where an edge is longer than (1 + strain) times its length at rest, one of its ends is split in two (Müller et al.
@@ -130,7 +130,7 @@ struct Tear {
 /// "pressure" or "long_range".
 struct ConstraintSpec {
   std::string type;
-  std::vector<std::string> on;            ///< elements; for edge constraints a subset of "edges", "shear"
+  std::vector<std::string> elements;            ///< elements; for edge constraints a subset of "edges", "shear"
   double stiffness = 1;                   ///< [0, 1]; PBD. Ignored where compliance is set
   std::optional<double> compliance;       ///< >= 0; XPBD, m/N for lengths, rad/(N m) for angles, m^5/N for volumes
   double parameter = 1;                   ///< the kind's own number, by its own name (rest_scale, poisson_ratio ...)
@@ -208,7 +208,7 @@ struct PictureSpec {
 
 /// One HTML file that replays the run in a browser.
 struct PageSpec {
-  double megabytes = 20;  ///< at most; with one frame it may be more
+  double max_megabytes = 20;  ///< at most; with one frame it may be more
 };
 
 /// What frames may be written as.
@@ -235,7 +235,7 @@ struct Range {
 /// The box that the particles of one body must lie in.
 struct ExpectOfBody {
   std::string name;
-  Vec3 inside_min, inside_max;
+  Vec3 bounds_min, bounds_max;
 };
 
 /// What must hold at the end of the whole run. Absent: not looked at.
@@ -246,7 +246,7 @@ struct Expect {
   Range max_crossings;                                       ///< of edges with triangles, of bodies that collide
   std::optional<double> energy_not_above, energy_not_below;  ///< J
   Range max_speed;                                           ///< m/s
-  std::optional<Vec3> inside_min, inside_max;                ///< every particle lies in this box
+  std::optional<Vec3> bounds_min, bounds_max;                ///< every particle lies in this box
   std::vector<ExpectOfBody> bodies;                          ///< those of these bodies in theirs
   std::optional<std::array<double, 2>> volume_ratio;  ///< volume / rest volume of bodies with pressure or tetrahedra
   Range inverted_tetrahedra;                          ///< their number: of negative volume
@@ -263,13 +263,15 @@ struct DesbrunSpec {
   double spring_constant = 1e4;  ///< N/m, > 0, of springs whose constraint has no compliance: times its stiffness
   FilterKind filter = FilterKind::Auto;
   std::optional<Storage> storage;      ///< of the filter's numbers; none: the precision's. Int16: dense only
-  bool internal_only = false;          ///< gravity and wind go round the filter, as in the paper
-  std::optional<Corrector> corrector;  ///< of the torque on free bodies; none: inertia, or off where refine > 0
-  int refine = 0;                      ///< >= 0, further solves a substep: 0 is the paper's method, many backward Euler
+  bool filter_external_forces = true;  ///< false: gravity and wind go round the filter, as in the paper
+  std::optional<Corrector> corrector;  ///< of the torque on free bodies; none: inertia, or off where those are refined
+  int refinement_iterations = 0;       ///< >= 0, further solves a substep: 0 is the paper's method, many backward Euler
   std::optional<double> tolerance;  ///< of the distance limits, over-elongation / length; none: all iterations are run
   std::optional<double> time_budget;  ///< s a substep for them; results then depend on the clock
 
-  Corrector corrects() const { return corrector.value_or(refine > 0 ? Corrector::Off : Corrector::Inertia); }
+  Corrector corrects() const {
+    return corrector.value_or(refinement_iterations > 0 ? Corrector::Off : Corrector::Inertia);
+  }
 };
 
 inline constexpr int kAutoLevels = -1, kMostLevels = 30;
@@ -282,7 +284,7 @@ struct SolverSpec {
   int iterations = 1;        ///< >= 1, per substep
   Precision precision = Precision::Float;
   int levels = kAutoLevels;        ///< of pbd: the most; 0: none; kAutoLevels: where they help
-  int levels_every = 0;            ///< substeps; 0: by what drives bodies (host/model/levels.h)
+  int levels_interval = 0;         ///< substeps; 0: by what drives bodies (host/model/levels.h)
   bool keeps_momenta = false;      ///< "corrector" of pbd: free bodies get back what projections take of their momenta
   bool stiffness_of_step = false;  ///< PBD's k makes the spring of a step of one substep, whatever the substeps
   DesbrunSpec desbrun;

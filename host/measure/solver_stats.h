@@ -132,7 +132,7 @@ struct SolverStats {
   bool contact_free_steps = false;  // both, in steps in which nothing can come near the environment
   std::vector<SetStats> sets;       // in the order of projection
   std::vector<LevelStats> levels;   // the finest first
-  int levels_every = 1;             // substeps
+  int levels_interval = 1;          // substeps
   std::size_t level_bytes = 0;
   int level_layouts = 0;                                 // one more for each set of pins that lets go
   double level_seconds = 0;                              // of set-up

@@ -217,10 +217,10 @@ Mesh make(const ChainShape& chain) {
   return mesh;
 }
 
-Mesh make(const CloudShape& cloud) {
+Mesh make(const LatticeShape& cloud) {
   const auto [nx, ny, nz] = cloud.count;
-  require_at_least_one("cloud", "count", std::min({nx, ny, nz}));
-  require_countable("cloud", double(nx) * ny * nz);
+  require_at_least_one("lattice", "count", std::min({nx, ny, nz}));
+  require_countable("lattice", double(nx) * ny * nz);
   const auto along = [&](int axis, int i) {
     const double low = cloud.min[axis], high = cloud.max[axis];
     return cloud.count[axis] == 1 ? (low + high) / 2 : step(low, high, i, cloud.count[axis] - 1);
@@ -241,19 +241,19 @@ void require_points(const char* what, const std::vector<Item>& items, int points
     for (std::size_t k = 0; k < items[i].size(); ++k) {
       const int corner = items[i][k];
       if ((corner < 0 || corner >= points) && !(k == 3 && corner == missing))
-        refuse("listed", what + ("/" + std::to_string(i)), "vertex " + std::to_string(corner),
+        refuse("mesh_data", what + ("/" + std::to_string(i)), "vertex " + std::to_string(corner),
                "0 to " + std::to_string(points - 1));
     }
 }
 
-Mesh make(const ListedShape& listed) {
-  require_countable("listed", static_cast<double>(listed.points.size()));
+Mesh make(const MeshDataShape& listed) {
+  require_countable("mesh_data", static_cast<double>(listed.points.size()));
   constexpr int triangle = -1, none = 0;
   const int points = static_cast<int>(listed.points.size());
   require_points("faces", listed.faces, points, triangle), require_points("lines", listed.lines, points, none);
   require_points("tetrahedra", listed.tetrahedra, points, none);
   Mesh mesh{listed.points, listed.faces, listed.lines, listed.tetrahedra};
-  complete_tetrahedra(mesh, "listed");
+  complete_tetrahedra(mesh, "mesh_data");
   return mesh;
 }
 

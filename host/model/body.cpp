@@ -24,7 +24,7 @@ Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std:
   Mesh mesh = make_mesh(spec.shape);
   const std::string body = "body '" + spec.name + "': ";
   const std::string numbers = std::string("; pins, messages and frames keep the ") +
-                              (std::holds_alternative<ListedShape>(spec.shape) ? "list" : "file") + "'s numbers";
+                              (std::holds_alternative<MeshDataShape>(spec.shape) ? "list" : "file") + "'s numbers";
   if (const auto* file = std::get_if<MeshFile>(&spec.shape)) {
     if (file->weld) {
       const auto [merged, gone] = weld(mesh, *file->weld, file->path);
@@ -36,7 +36,7 @@ Mesh load_body(const Scene& scene, std::size_t index, int& zero_area_faces, std:
   }
   const bool loose = is_loose(spec.shape);
   if (const bool given =
-          std::holds_alternative<MeshFile>(spec.shape) || std::holds_alternative<ListedShape>(spec.shape);
+          std::holds_alternative<MeshFile>(spec.shape) || std::holds_alternative<MeshDataShape>(spec.shape);
       given && !loose)
     if (const int unused = drop_unused_points(mesh); unused > 0)
       notes.push_back(body + "left out " + counted(unused, "vertex", "vertices") + " of no face, line or tetrahedron" +

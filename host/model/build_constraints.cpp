@@ -74,7 +74,7 @@ class Connector {
     double edges = 0, diagonals = 0;
     for (const ConstraintSpec& spec : model_.scene.bodies[b].constraints)
       if (spec.type == "distance" && spec.rigidity)
-        for (const std::string& on : spec.on) (on == "shear" ? diagonals : edges) += *spec.rigidity;
+        for (const std::string& on : spec.elements) (on == "shear" ? diagonals : edges) += *spec.rigidity;
     return edges > 0 ? diagonals / edges : 0;
   }
 
@@ -101,7 +101,7 @@ class Connector {
         for (std::size_t e = 0; e < all.softness.size(); ++e)
           springs.push_back({all.particles[2 * e], all.particles[2 * e + 1]}),
               stiffness.push_back(*spec.rigidity / all.softness[e]);
-        for (const std::string& on : spec.on) (on == "shear" ? G : Y) += *spec.rigidity;
+        for (const std::string& on : spec.elements) (on == "shear" ? G : Y) += *spec.rigidity;
       } else if (spec.type == "bending" || spec.type == "isometric_bending") {
         const PlateHinges hinges = plate_hinges(body.mesh, std::vector<bool>(body.mesh.points.size()));
         note(spec.type, isotropy_of_hinges(body.mesh, hinges.list, hinges.softness), "cells like these", "plate");
@@ -199,10 +199,10 @@ class Connector {
     if (std::find(pinned.begin(), pinned.end(), false) == pinned.end()) return;
     const bool stays = std::find(pinned.begin(), pinned.end(), true) != pinned.end();
     const bool goes =
-        std::any_of(body.holds.moved.begin(), body.holds.moved.end(), [](const auto& m) { return m.until; });
+        std::any_of(body.holds.moved.begin(), body.holds.moved.end(), [](const auto& m) { return m.release_time; });
     refuse(model_.scene.file, place,
            std::string(stays ? "no particle that is connected with a pin" : "no pin") +
-               (goes ? " but those that are let go, at their \"until\"" : ""),
+               (goes ? " but those that are let go, at their \"release_time\"" : ""),
            "long-range attachments on a body with pins that are never let go");
   }
 

@@ -26,7 +26,7 @@ ListedElements list_elements(Element element, const Body& body, const Constraint
   const bool material = spec.rigidity.has_value();
   switch (element) {  // without a default: the compiler names the element that is missing
     case Element::Edges:
-      for (const std::string& on : spec.on)
+      for (const std::string& on : spec.elements)
         if (on == "shear")
           add(malha::shear(mesh), material ? shear_softness(mesh) : std::vector<double>{});
         else

@@ -21,7 +21,7 @@ struct ListedElements {
   int crowded = 0;  // edges of more than two triangles, where what bends has no hinge
 };
 
-/// Of the body's mesh. `spec.on`: which of the edges; a rigidity is that of the material. `shear`: of a body's
+/// Of the body's mesh. `spec.elements`: which of the edges; a rigidity is that of the material. `shear`: of a body's
 /// diagonals, over that of its edges (edge_softness).
 ListedElements list_elements(Element element, const Body& body, const ConstraintSpec& spec, double shear);
 

@@ -16,8 +16,8 @@ std::int64_t auto_level_threshold(const SolverSpec& solver, bool elastic) {
   return std::max<std::int64_t>(elastic ? 40 : 12, elastic ? 4 * sweeps : sweeps);
 }
 
-int levels_every(const Model& model) {
-  if (model.scene.solver.levels_every > 0) return model.scene.solver.levels_every;
+int levels_interval(const Model& model) {
+  if (model.scene.solver.levels_interval > 0) return model.scene.solver.levels_interval;
   const auto moves = [](const auto& held) { return !held.target.motion.empty(); };
   const bool driven = model.scene.wind || std::any_of(model.moved.begin(), model.moved.end(), moves) ||
                       std::any_of(model.attached.begin(), model.attached.end(), moves);

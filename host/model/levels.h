@@ -24,7 +24,7 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
 /// Substeps from one use of the levels to the next: what the scene says, otherwise 2, or 1 where wind blows or pins
 /// move. Levels in every second substep make up for two at once, which is right for a weight, but what is blown or
 /// dragged hard is then thrown to and fro: a flag was faster than the storm.
-int levels_every(const Model& model);
+int levels_interval(const Model& model);
 
 /// Particles on the way from the farthest particle of a body to its pins, from which "auto" has levels: for fewer the
 /// sweeps of a step alone are about as near to the truth (malha study accuracy, size).

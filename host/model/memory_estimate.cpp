@@ -45,8 +45,8 @@ double particles_of(const BoxShape& s) {
 double particles_of(const TetBoxShape& s) { return (s.cells[0] + 1.0) * (s.cells[1] + 1.0) * (s.cells[2] + 1.0); }
 double particles_of(const BarShape& s) { return 4.0 * s.cells * std::floor(s.length / s.width * s.cells); }
 double particles_of(const ChainShape& s) { return s.segments + 1.0; }
-double particles_of(const CloudShape& s) { return 1.0 * s.count[0] * s.count[1] * s.count[2]; }
-double particles_of(const ListedShape& s) { return static_cast<double>(s.points.size()); }
+double particles_of(const LatticeShape& s) { return 1.0 * s.count[0] * s.count[1] * s.count[2]; }
+double particles_of(const MeshDataShape& s) { return static_cast<double>(s.points.size()); }
 double particles_of(const MeshFile&) { return 0; }
 
 }  // namespace
@@ -56,7 +56,7 @@ double least_bytes(const Scene& scene) {
   double sum = 0;
   for (const BodySpec& body : scene.bodies) {
     double each = particle + (is_loose(body.shape) ? 0 : element);
-    for (const ConstraintSpec& spec : body.constraints) each += constraint * static_cast<double>(spec.on.size());
+    for (const ConstraintSpec& spec : body.constraints) each += constraint * static_cast<double>(spec.elements.size());
     sum += each * std::visit([](const auto& shape) { return particles_of(shape); }, body.shape);
   }
   for (const EnvironmentSpec& object : scene.environment)

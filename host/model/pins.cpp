@@ -71,7 +71,7 @@ class HoldFinder {
     for (std::size_t k = 0; k < spec_.pins.size(); ++k) {
       const Pin& pin = spec_.pins[k];
       const std::string here = body_ + "/pins/" + std::to_string(k);
-      hold(here, {{}, pin.motion, ""}, pin.until, choose(pin.at, here, "a pin that holds a particle"));
+      hold(here, {{}, pin.motion, ""}, pin.release_time, choose(pin.at, here, "a pin that holds a particle"));
     }
     for (std::size_t k = 0; k < spec_.attachments.size(); ++k)
       attach(spec_.attachments[k], body_ + "/attachments/" + std::to_string(k));
@@ -103,8 +103,8 @@ class HoldFinder {
     }
   }
 
-  void hold(const std::string& here, Target target, std::optional<double> until, std::vector<int> particles) {
-    const bool moves = target.moves() || until;
+  void hold(const std::string& here, Target target, std::optional<double> release_time, std::vector<int> particles) {
+    const bool moves = target.moves() || release_time;
     for (const int i : particles) {
       if (moved_[i] || (moves && holds_.pinned[i]))
         refuse(scene_.file, here,
@@ -112,12 +112,13 @@ class HoldFinder {
                    ", which another pin or rigid attachment holds too",
                "one for a particle that moves or is released");
       if (moves) moved_[i] = true;
-      if (!until) holds_.pinned[i] = true;
+      if (!release_time) holds_.pinned[i] = true;
     }
-    if (until && scene_.solver.type == "desbrun")
-      refuse(scene_.file, here + "/until", "a release under Desbrun's method, whose filter is made for pins that stay",
+    if (release_time && scene_.solver.type == "desbrun")
+      refuse(scene_.file, here + "/release_time",
+             "a release under Desbrun's method, whose filter is made for pins that stay",
              "one without it, or solver type pbd");
-    if (moves) holds_.moved.push_back({std::move(target), until, std::move(particles)});
+    if (moves) holds_.moved.push_back({std::move(target), release_time, std::move(particles)});
   }
 
   void attach(const Attachment& spec, const std::string& here) {
@@ -125,10 +126,11 @@ class HoldFinder {
     if (!spec.environment.empty()) target.motion = environment(spec.environment, here + "/to/environment").motion;
     std::vector<int> particles = choose(spec.at, here + "/at", "an attachment of a particle");
     const bool rigid = spec.compliance.value_or(spec.stiffness == 1 ? 0 : 1) == 0;
-    if (rigid) return hold(here, std::move(target), spec.until, std::move(particles));
+    if (rigid) return hold(here, std::move(target), spec.release_time, std::move(particles));
     std::erase_if(particles, [this](int i) { return holds_.pinned[i]; });
     if (particles.empty()) refuse(scene_.file, here + "/at", "pinned particles alone", "at least one that can move");
-    holds_.attached.push_back({std::move(target), spec.stiffness, spec.compliance, spec.until, std::move(particles)});
+    holds_.attached.push_back(
+        {std::move(target), spec.stiffness, spec.compliance, spec.release_time, std::move(particles)});
   }
 
   const EnvironmentSpec& environment(const std::string& name, const std::string& here) const {

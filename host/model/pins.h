@@ -19,7 +19,7 @@ struct Target {
 /// The particles of a pin that moves or is let go, or of a rigid attachment, which is the same.
 struct MovedPins {
   Target target;
-  std::optional<double> until;  // s; none: never let go
+  std::optional<double> release_time;  // s; none: never let go
   std::vector<int> particles;
 };
 
@@ -27,8 +27,8 @@ struct MovedPins {
 struct AttachmentSet {
   Target target;
   double stiffness = 1;
-  std::optional<double> compliance;  // m/N
-  std::optional<double> until;       // s
+  std::optional<double> compliance;    // m/N
+  std::optional<double> release_time;  // s
   std::vector<int> particles;
 };
 

@@ -48,7 +48,7 @@ Scene with_pins(const Model& model, const std::vector<int>& particles) {
     std::vector<int> list = of_body(particles);
     if (list == of_body(before)) continue;  // whose pins keep their words
     for (int& i : list) i = number_in_body(model, i);
-    std::erase_if(scene.bodies[b].pins, [](const Pin& pin) { return pin.motion.empty() && !pin.until; });
+    std::erase_if(scene.bodies[b].pins, [](const Pin& pin) { return pin.motion.empty() && !pin.release_time; });
     if (!list.empty()) scene.bodies[b].pins.push_back(ListPin{list});
   }
   return scene;

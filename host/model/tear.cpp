@@ -119,7 +119,7 @@ std::vector<bool> pinned_now(const Model& model, double time, const std::vector<
   std::vector<bool> pinned(model.x.size(), false);
   for (int i = 0; i < model.count(); ++i) pinned[model.user_of[i]] = !(model.w[i] > 0);
   for (const MovedPins& pins : model.moved)
-    for (const int i : pins.particles) pinned[model.user_of[i]] = !pins.until || time < *pins.until;
+    for (const int i : pins.particles) pinned[model.user_of[i]] = !pins.release_time || time < *pins.release_time;
   for (const int user : held) pinned[user] = true;
   return pinned;
 }

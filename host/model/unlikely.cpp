@@ -105,8 +105,10 @@ class UnlikelyFinder {
   }
 
   static bool are_same(const ConstraintSpec& a, const ConstraintSpec& b) {
-    const auto shared = [&b](const std::string& element) { return std::ranges::find(b.on, element) != b.on.end(); };
-    return a.type == b.type && (a.on.empty() || std::ranges::any_of(a.on, shared));
+    const auto shared = [&b](const std::string& element) {
+      return std::ranges::find(b.elements, element) != b.elements.end();
+    };
+    return a.type == b.type && (a.elements.empty() || std::ranges::any_of(a.elements, shared));
   }
 
   void check_contacts() {

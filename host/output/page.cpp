@@ -189,7 +189,7 @@ std::string named(const std::string& run, const std::string& folder) {
 
 Page::Page(const Simulation& simulation)
     : simulation_(simulation),
-      room_(static_cast<std::size_t>(1e6 * simulation.model().scene.outputs.page->megabytes)),
+      room_(static_cast<std::size_t>(1e6 * simulation.model().scene.outputs.page->max_megabytes)),
       first_(simulation.steps()),
       every_(std::max<std::int64_t>(1, std::llround(1 / kFramesPerSecond / simulation.model().scene.solver.dt))) {
   if (!simulation.model().environment.empty()) contacts_.emplace(simulation.model(), simulation.threads());

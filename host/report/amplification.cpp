@@ -40,9 +40,9 @@ Scene alone(const Scene& of, std::size_t body) {
   scene.bodies = {of.bodies[body]};
   BodySpec& spec = scene.bodies[0];
   spec.velocity = spec.spin = {0, 0, 0}, spec.damping = 0, spec.tear.reset();
-  for (Pin& pin : spec.pins) pin.motion.clear(), pin.until.reset();
+  for (Pin& pin : spec.pins) pin.motion.clear(), pin.release_time.reset();
   std::erase_if(spec.attachments, [](const Attachment& one) { return !one.environment.empty(); });
-  for (Attachment& one : spec.attachments) one.motion.clear(), one.until.reset();
+  for (Attachment& one : spec.attachments) one.motion.clear(), one.release_time.reset();
   return scene;
 }
 
@@ -166,8 +166,8 @@ double projections_of_a_step(const Model& model) {
   double projections = 0, springs = 0;
   for (const ConstraintSet& set : model.sets) projections += set.count();
   for (const SpringSet& set : model.springs) springs += static_cast<double>(set.ends.size());
-  return solver.substeps *
-         (2 * solver.iterations * projections + kProjectionsOfASpring * (1 + solver.desbrun.refine) * springs);
+  return solver.substeps * (2 * solver.iterations * projections +
+                            kProjectionsOfASpring * (1 + solver.desbrun.refinement_iterations) * springs);
 }
 
 double steps_of_set_up(const Model& model) {

@@ -36,7 +36,7 @@ class Judge {
       if (!in && outside++ == 0) one = i;
     }
     if (outside == 0) return;
-    lines.push_back((body.empty() ? "inside" : "inside of body '" + body + "'") + ": found " +
+    lines.push_back((body.empty() ? "bounds" : "inside of body '" + body + "'") + ": found " +
                     counted(outside, "particle") + " outside the box, such as " + number(one, body.empty()) + " at " +
                     place(x[one]) + "; expected all from " + place(min) + " to " + place(max));
   }
@@ -86,12 +86,12 @@ std::vector<std::string> unmet_expectations(const Expect& expect, const Measures
   for (const Vec3& x : positions) not_finite += !finite(x);
   if (not_finite > 0) judge.lines.push_back(counted(not_finite, "particle") + " not finite");
   constexpr double all = std::numeric_limits<double>::infinity();
-  if (expect.inside_min || expect.inside_max)
-    judge.inside("", positions, 0, positions.size(), expect.inside_min.value_or(Vec3{-all, -all, -all}),
-                 expect.inside_max.value_or(Vec3{all, all, all}));
+  if (expect.bounds_min || expect.bounds_max)
+    judge.inside("", positions, 0, positions.size(), expect.bounds_min.value_or(Vec3{-all, -all, -all}),
+                 expect.bounds_max.value_or(Vec3{all, all, all}));
   for (const ExpectOfBody& of : expect.bodies)
     for (const ParticlesOfBody& body : bodies)
-      if (body.name == of.name) judge.inside(of.name, positions, body.first, body.end, of.inside_min, of.inside_max);
+      if (body.name == of.name) judge.inside(of.name, positions, body.first, body.end, of.bounds_min, of.bounds_max);
   return judge.lines;
 }
 

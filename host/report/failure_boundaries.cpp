@@ -209,7 +209,7 @@ Swing most_damped_swing(const Model& model) {
     if (of.inertia == 0) continue;
     const double back = h * h * of.held / of.mass, decay = h * of.turned / of.inertia, kept = back / (1 + back);
     const double damping = decay / (2 * std::sqrt(gravity(model) * of.length / of.inertia)) *
-                           std::pow(kept, model.scene.solver.desbrun.refine);
+                           std::pow(kept, model.scene.solver.desbrun.refinement_iterations);
     if (damping > worst.damping) worst = {damping, static_cast<int>(b), kept};
   }
   return worst;

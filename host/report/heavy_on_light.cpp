@@ -62,7 +62,8 @@ struct Placed : Extent {
 
 /// Returns whether pins hold a body, and all of them let it go some time.
 bool is_let_go(const BodySpec& body) {
-  return !body.pins.empty() && std::ranges::all_of(body.pins, [](const Pin& pin) { return pin.until.has_value(); });
+  return !body.pins.empty() &&
+         std::ranges::all_of(body.pins, [](const Pin& pin) { return pin.release_time.has_value(); });
 }
 
 /// All bodies of a scene with self-collision.

@@ -54,7 +54,7 @@ void list_attachments(std::ostream& out, const Model& model) {
   for (const MovedPins& pins : model.moved) {
     out << "  " << counted(pins.particles.size(), "pin");
     target(pins.target);
-    if (pins.until) out << ", released at " << *pins.until << " s";
+    if (pins.release_time) out << ", released at " << *pins.release_time << " s";
     out << "\n";
   }
   for (const AttachmentSet& set : model.attached) {
@@ -64,7 +64,7 @@ void list_attachments(std::ostream& out, const Model& model) {
       out << ", compliance " << *set.compliance;
     else
       out << ", stiffness " << set.stiffness;
-    if (set.until) out << ", until " << *set.until << " s";
+    if (set.release_time) out << ", until " << *set.release_time << " s";
     out << "\n";
   }
 }
@@ -113,7 +113,7 @@ void list_self_collision(std::ostream& out, const Scene& scene, const SolverStat
 
 void list_levels(std::ostream& out, const SolverStats& facts) {
   if (facts.levels.empty()) return;
-  out << "levels: " << facts.levels.size() << ", every " << counted(facts.levels_every, "substep") << "\n";
+  out << "levels: " << facts.levels.size() << ", every " << counted(facts.levels_interval, "substep") << "\n";
   for (const LevelStats& level : facts.levels)
     out << "  " << counted(level.particles, "particle") << ", " << counted(level.constraints, "constraint") << " in "
         << counted(level.patches.patches, "patch", "patches") << "\n";

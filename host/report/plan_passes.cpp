@@ -13,7 +13,7 @@ namespace {
 /// A step's: of what restricts to each level, and of the sweeps over it.
 std::size_t launches_of_levels(const Model& model, const SolverStats& facts) {
   if (facts.level_layouts == 0) return 0;
-  const int substeps = model.scene.solver.substeps, every = facts.levels_every;
+  const int substeps = model.scene.solver.substeps, every = facts.levels_interval;
   const std::size_t uses = (substeps + every - 1) / every;
   const std::size_t origins = facts.level_layouts;  // from which a step's places are told
   if (facts.levels.empty()) return origins;
@@ -27,7 +27,7 @@ std::size_t launches_of_levels(const Model& model, const SolverStats& facts) {
 void list_filter_passes(const Model& model, const SolverStats& facts,
                         const std::function<void(const char*, std::size_t)>& line) {
   if (!facts.filter) return;
-  const std::size_t substeps = model.scene.solver.substeps, refine = model.scene.solver.desbrun.refine;
+  const std::size_t substeps = model.scene.solver.substeps, refine = model.scene.solver.desbrun.refinement_iterations;
   line("forces", facts.force_launches * substeps * (1 + refine));
   line("filter", substeps * (1 + refine) * facts.filter->launches);
   line("correction", substeps * facts.free_bodies * (3 * refine + (facts.corrects ? 5 : 3)));
@@ -37,7 +37,7 @@ void list_filter_passes(const Model& model, const SolverStats& facts,
 
 std::size_t pinned_at_start(const Model& model) {
   std::size_t pinned = std::count(model.w.begin(), model.w.end(), 0.0);
-  for (const MovedPins& pins : model.moved) pinned += pins.until ? pins.particles.size() : 0;
+  for (const MovedPins& pins : model.moved) pinned += pins.release_time ? pins.particles.size() : 0;
   return pinned;
 }
 
@@ -69,7 +69,8 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats&
   const std::size_t measured = alone ? (of_scene.whole_steps ? 1 : substeps) : iterations;
   line("correction", model.free.empty() ? 0 : 4 * measured + (alone ? 2 : 4));
   const bool drags = model.scene.wind && model.scene.wind->drag > 0;
-  const bool twice = model.scene.wind && facts.filter && solver.desbrun.internal_only;  // p once more, after the wind
+  const bool twice =
+      model.scene.wind && facts.filter && !solver.desbrun.filter_external_forces;  // p once more, after the wind
   line("prediction", substeps * ((drags ? 1 : 0) + (facts.fused ? 0 : 1) + (twice ? 1 : 0)));
   line("levels", launches_of_levels(model, facts));
   // Found before the iterations, held back after them, where what nothing else holds is counted; twice a first test.

@@ -71,7 +71,7 @@ Json levels(const SolverStats& facts) {
   for (const LevelStats& level : facts.levels)
     all.push_back(
         {{"particles", level.particles}, {"constraints", level.constraints}, {"patches", level.patches.patches}});
-  return {{"every_substeps", facts.levels_every},
+  return {{"every_substeps", facts.levels_interval},
           {"from_the_finest", all},
           {"bytes", facts.level_bytes},
           {"setup_s", facts.level_seconds}};
@@ -88,8 +88,8 @@ Json filter(const Solver& solver, const Model& model) {
           {"bodies", facts.bodies},
           {"bodies_free", solver.facts().free_bodies},
           {"numbers", facts.numbers},
-          {"filtered", spec.internal_only ? "internal_only" : "all"},
-          {"refine", spec.refine},
+          {"filter_external_forces", spec.filter_external_forces},
+          {"refinement_iterations", spec.refinement_iterations},
           {"relative_error_noise", errors.noise},
           {"relative_error_elastic", errors.elastic}};
 }

@@ -41,9 +41,9 @@ std::string less_damped(const Model& model, const Swing& swing) {
   constexpr double most_substeps = 1024, most_refine = 16;
   const double substeps = std::ceil(model.scene.solver.substeps * swing.damping / kDamping);
   const double more = std::ceil(std::log(kDamping / swing.damping) / std::log(swing.kept));
-  const double refine = model.scene.solver.desbrun.refine + more;
+  const double refine = model.scene.solver.desbrun.refinement_iterations + more;
   std::string ways;
-  if (refine <= most_refine) ways += "\"refine\": " + shown(refine) + ", ";
+  if (refine <= most_refine) ways += "\"refinement_iterations\": " + shown(refine) + ", ";
   if (substeps <= most_substeps) ways += shown(substeps) + " substeps, ";
   return ways + (ways.empty() ? "" : "or ") + "\"type\": \"pbd\"";
 }
@@ -111,14 +111,14 @@ std::vector<std::string> warnings(const Model& model) {
   if (solver.type != "desbrun") return lines;
   const DesbrunSpec& spec = solver.desbrun;
   const Corrector corrector = spec.corrects();
-  const double most = corrector == Corrector::Paper ? kPaperTorque : kOffTorque * (1 + spec.refine);
+  const double most = corrector == Corrector::Paper ? kPaperTorque : kOffTorque * (1 + spec.refinement_iterations);
   if (const double k = corrector != Corrector::Inertia ? free_stiffness(model) : 0; k > most)
     lines.push_back(
         "k h^2 / m is up to " + shown(k) + " on free bodies, and above " + shown(most) + " corrector \"" +
         (corrector == Corrector::Paper ? "paper\" adds angular momentum" : "off\" takes their rotation away") +
         "; take \"corrector\": \"inertia\" or more substeps" + shown_by("torque"));
-  if (const double fallen = spec.internal_only ? pinned_fall(model) : 0; fallen > kPinnedFall)
-    lines.push_back("\"filtered\": \"internal_only\" leaves springs next to pins some " + shown(percent(fallen)) +
+  if (const double fallen = spec.filter_external_forces ? 0 : pinned_fall(model); fallen > kPinnedFall)
+    lines.push_back("\"filter_external_forces\": false leaves springs next to pins some " + shown(percent(fallen)) +
                     " % too long; filter all, or take more substeps" + shown_by("weight"));
   if (const Swing swing = most_damped_swing(model); swing.damping > kDamping)
     lines.push_back("body '" + scene.bodies[swing.body].name + "': the filter damps its swinging about its pins, by " +

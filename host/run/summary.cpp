@@ -36,7 +36,7 @@ std::string summary(const Simulation& simulation) {
   text += "speed       " + speed(median_step_ms(simulation.times()), model.scene.solver.dt) + "\n";
   if (const auto& levels = simulation.solver().facts().levels; !levels.empty())
     text += "levels      " + std::to_string(levels.size()) + ", of " + counted(levels.front().particles, "particle") +
-            " and fewer, every " + counted(simulation.solver().facts().levels_every, "substep") + "\n";
+            " and fewer, every " + counted(simulation.solver().facts().levels_interval, "substep") + "\n";
   if (const auto& filter = simulation.solver().facts().filter)
     text +=
         "filter      " + filter->kind + ", " + filter->storage + ", " + counted(filter->unknowns, "particle") + "\n";

@@ -10,7 +10,7 @@ namespace malha {
 namespace {
 
 /// Whether the parser takes it: whether its corners are points is asked when the mesh is made.
-bool is_sound(const ListedShape& shape) {
+bool is_sound(const MeshDataShape& shape) {
   const auto is_number = [](double number) { return std::abs(number) <= largest_number; };
   const auto are_numbers = [&](const Vec3& point) { return std::all_of(point.begin(), point.end(), is_number); };
   const auto are_vertices = [](const auto& corners) {
@@ -26,7 +26,7 @@ bool is_sound(const ListedShape& shape) {
 
 /// A sound mesh as text and back takes longer than all the rest of a set-up: one of a point stands for it.
 void shorten(Shape& shape) {
-  auto* const listed = std::get_if<ListedShape>(&shape);
+  auto* const listed = std::get_if<MeshDataShape>(&shape);
   if (!listed || !is_sound(*listed)) return;
   const bool faces = !listed->faces.empty(), loose = listed->loose();
   *listed = {{{0, 0, 0}}, {}, {}, {}};

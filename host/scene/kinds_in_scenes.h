@@ -15,7 +15,7 @@ struct KindInScenes {
   bool free;             // takes "stiffness" or "compliance"
   std::string modulus;   // the key of a material's modulus; where the kind is not free it is required. "": none
   std::string unit;      // of the modulus
-  bool on_edges;         // takes "on": which edges of the mesh
+  bool on_edges;         // takes "elements": which edges of the mesh
 };
 
 /// Every kind that a body may name, in the order in which messages list them.

@@ -41,8 +41,10 @@ ConstraintSpec read_constraint(const JsonReader& at) {
                       },
                       !kind->free});
   if (kind->on_edges) {
-    spec.on = {"edges"};
-    fields.push_back({"on", [&](const JsonReader& v) { spec.on = v.words("element", {"edges", "shear"}); }});
+    spec.elements = {"edges"};
+    fields.push_back({"elements", [&](const JsonReader& v) {
+                        spec.elements = v.words("element", {"edges", "shear"});
+                      }});
   }
   at.object(fields);
   return spec;

@@ -36,8 +36,8 @@ OutputSpec read_outputs(const JsonReader& at) {
   };
   const auto read_page = [&](const JsonReader& page) {
     outputs.page.emplace();
-    page.object(
-        {{"megabytes", [&](const JsonReader& v) { outputs.page->megabytes = v.number(between(2, 400, "MB")); }}});
+    page.object({{"max_megabytes",
+                  [&](const JsonReader& v) { outputs.page->max_megabytes = v.number(between(2, 400, "MB")); }}});
   };
   at.object({
       {"frames", read_frames},
@@ -68,7 +68,7 @@ ExpectOfBody read_body_expect(const JsonReader& at, const std::vector<std::strin
   ExpectOfBody expect;
   at.object({
       {"name", [&](const JsonReader& v) { expect.name = bodies.empty() ? v.text() : v.word("body", bodies); }, true},
-      {"inside", [&](const JsonReader& v) { read_box(v, expect.inside_min, expect.inside_max); }, true},
+      {"bounds", [&](const JsonReader& v) { read_box(v, expect.bounds_min, expect.bounds_max); }, true},
   });
   return expect;
 }
@@ -99,8 +99,8 @@ Expect read_expect(const JsonReader& at, const std::vector<std::string>& bodies)
   const auto read_inside = [&](const JsonReader& v) {
     Vec3 min, max;
     read_box(v, min, max);
-    expect.inside_min = min;
-    expect.inside_max = max;
+    expect.bounds_min = min;
+    expect.bounds_max = max;
   };
   const auto read_volume_ratio = [&](const JsonReader& v) {
     expect.volume_ratio = v.numbers<2>(above(0, ""));
@@ -116,7 +116,7 @@ Expect read_expect(const JsonReader& at, const std::vector<std::string>& bodies)
       {"energy_not_above", [&](const JsonReader& v) { expect.energy_not_above = v.number(any("J")); }},
       {"energy_not_below", [&](const JsonReader& v) { expect.energy_not_below = v.number(any("J")); }},
       {"max_speed", bounds(expect.max_speed, "m/s")},
-      {"inside", read_inside},
+      {"bounds", read_inside},
       {"bodies", read_bodies},
       {"volume_ratio", read_volume_ratio},
       {"inverted_tetrahedra", counts(expect.inverted_tetrahedra)},

@@ -55,8 +55,8 @@ std::vector<Keyframe> read_motion_from_start(const JsonReader& at) {
   return motion;
 }
 
-JsonReader::Field until_field(std::optional<double>& until) {
-  return {"until", [&](const JsonReader& v) { until = v.number(above(0, "s")); }};
+JsonReader::Field until_field(std::optional<double>& release_time) {
+  return {"release_time", [&](const JsonReader& v) { release_time = v.number(above(0, "s")); }};
 }
 
 void read_target(const JsonReader& at, Attachment& attachment) {
@@ -70,8 +70,8 @@ void read_target(const JsonReader& at, Attachment& attachment) {
 
 Pin read_pin(const JsonReader& at, const Shape& shape) {
   Pin pin;
-  at.one_of(selectors(pin.at, shape),
-            {{"motion", [&](const JsonReader& v) { pin.motion = read_motion_from_start(v); }}, until_field(pin.until)});
+  at.one_of(selectors(pin.at, shape), {{"motion", [&](const JsonReader& v) { pin.motion = read_motion_from_start(v); }},
+                                       until_field(pin.release_time)});
   return pin;
 }
 
@@ -92,7 +92,7 @@ Attachment read_attachment(const JsonReader& at, const Shape& shape) {
          attachment.compliance = v.number(at_least(0, "m/N"));
          if (at.has("stiffness")) v.refuse("both 'stiffness' and 'compliance'", "one of them");
        }},
-      until_field(attachment.until),
+      until_field(attachment.release_time),
   });
   return attachment;
 }

@@ -95,7 +95,7 @@ Shape read_chain(const JsonReader& at) {
 }
 
 Shape read_cloud(const JsonReader& at) {
-  CloudShape cloud;
+  LatticeShape cloud;
   at.object({
       {"min", [&](const JsonReader& v) { cloud.min = v.vec3(any("m")); }, true},
       {"max", [&](const JsonReader& v) { cloud.max = v.vec3(any("m")); }, true},
@@ -111,7 +111,7 @@ Shape read_cloud(const JsonReader& at) {
 
 Shape read_listed(const JsonReader& at) {
   constexpr int most = 2147483647;  // whether the point is there is asked when the mesh is made
-  ListedShape listed;
+  MeshDataShape listed;
   const auto add_face = [&](const JsonReader& v) {
     if (v.list().size() == 4) {
       listed.faces.push_back(v.integers<4>(0, most));
@@ -163,11 +163,11 @@ Shape read_shape(const JsonReader& at, ShapeUse use, const std::string& folder) 
       {"sphere", [&](const JsonReader& v) { shape = read_sphere(v); }},
       {"box", [&](const JsonReader& v) { shape = read_box_shape(v); }},
       {"bar", [&](const JsonReader& v) { shape = read_bar(v); }},
-      {"listed", [&](const JsonReader& v) { shape = read_listed(v); }},
+      {"mesh_data", [&](const JsonReader& v) { shape = read_listed(v); }},
   };
   if (use == ShapeUse::Body) {
     fields.push_back({"chain", [&](const JsonReader& v) { shape = read_chain(v); }});
-    fields.push_back({"cloud", [&](const JsonReader& v) { shape = read_cloud(v); }});
+    fields.push_back({"lattice", [&](const JsonReader& v) { shape = read_cloud(v); }});
     fields.push_back({"tet_box", [&](const JsonReader& v) { shape = read_tet_box(v); }});
   }
   std::optional<double> weld;

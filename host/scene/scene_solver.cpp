@@ -19,16 +19,13 @@ std::vector<JsonReader::Field> desbrun_fields(SolverSpec& solver) {
          if (own.storage == Storage::Int16 && own.filter == FilterKind::Sparse)
            v.refuse("int16 with the filter \"sparse\"", "float or double there; int16 is for \"dense\"");
        }},
-      {"filtered",
-       [&](const JsonReader& v) {
-         own.internal_only = v.word("choice", {"all", "internal_only"}) == "internal_only";
-       }},
+      {"filter_external_forces", [&](const JsonReader& v) { own.filter_external_forces = v.boolean(); }},
       {"corrector",
        [&](const JsonReader& v) {
          const std::string word = v.word("corrector", {"inertia", "paper", "off"});
          own.corrector = word == "inertia" ? Corrector::Inertia : word == "paper" ? Corrector::Paper : Corrector::Off;
        }},
-      {"refine", [&](const JsonReader& v) { own.refine = v.integer(0, 1000); }},
+      {"refinement_iterations", [&](const JsonReader& v) { own.refinement_iterations = v.integer(0, 1000); }},
       {"tolerance",
        [&](const JsonReader& v) { own.tolerance = v.number(at_least(0, "of a distance limit's length")); }},
       {"time_budget", [&](const JsonReader& v) { own.time_budget = v.number(above(0, "s")); }},
@@ -61,8 +58,9 @@ SolverSpec read_solver(const JsonReader& at) {
                         solver.keeps_momenta = v.word("corrector", {"inertia", "off"}) == "inertia";
                       }});
     fields.push_back({"levels", [&](const JsonReader& v) { solver.levels = read_levels(v); }});
-    fields.push_back({"levels_every", [&](const JsonReader& v) { solver.levels_every = v.integer(1, kSeldomLevels); }});
-    fields.push_back({"stiffness_of", [&](const JsonReader& v) {
+    fields.push_back(
+        {"levels_interval", [&](const JsonReader& v) { solver.levels_interval = v.integer(1, kSeldomLevels); }});
+    fields.push_back({"stiffness_basis", [&](const JsonReader& v) {
                         solver.stiffness_of_step = v.word("choice", {"projections", "step"}) == "step";
                       }});
   }

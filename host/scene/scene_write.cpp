@@ -42,16 +42,16 @@ struct ShapeWriter {
   Json operator()(const ChainShape& s) const {
     return {{"chain", {{"from", s.from}, {"to", s.to}, {"segments", s.segments}}}};
   }
-  Json operator()(const CloudShape& s) const {
-    return {{"cloud", {{"min", s.min}, {"max", s.max}, {"count", s.count}}}};
+  Json operator()(const LatticeShape& s) const {
+    return {{"lattice", {{"min", s.min}, {"max", s.max}, {"count", s.count}}}};
   }
-  Json operator()(const ListedShape& s) const {
+  Json operator()(const MeshDataShape& s) const {
     Json json{{"points", s.points}};
     for (const Quad& face : s.faces)
       json["faces"].push_back(is_triangle(face) ? Json{face[0], face[1], face[2]} : Json(face));
     if (!s.lines.empty()) json["lines"] = s.lines;
     if (!s.tetrahedra.empty()) json["tetrahedra"] = s.tetrahedra;
-    return {{"listed", json}};
+    return {{"mesh_data", json}};
   }
   Json operator()(const TetBoxShape& s) const { return {{"tet_box", {{"size", s.size}, {"cells", s.cells}}}}; }
 };
@@ -74,7 +74,7 @@ Json write(const std::vector<Keyframe>& motion) {
 Json write(const Pin& pin) {
   Json json = std::visit(PinWriter{}, pin.at);
   if (!pin.motion.empty()) json["motion"] = write(pin.motion);
-  if (pin.until) json["until"] = *pin.until;
+  if (pin.release_time) json["release_time"] = *pin.release_time;
   return json;
 }
 
@@ -88,7 +88,7 @@ Json write(const Attachment& a) {
   } else {
     json["stiffness"] = a.stiffness;
   }
-  if (a.until) json["until"] = *a.until;
+  if (a.release_time) json["release_time"] = *a.release_time;
   return json;
 }
 
@@ -101,7 +101,7 @@ Json write(const ConstraintSpec& c) {
   bool free = false;
   for (const KindInScenes& kind : constraint_kinds()) {
     if (kind.name != c.type) continue;
-    if (kind.on_edges) json["on"] = c.on;
+    if (kind.on_edges) json["elements"] = c.elements;
     json[kind.parameter] = c.parameter;
     free = kind.free;
   }
@@ -157,7 +157,7 @@ Json write(const OutputSpec& o) {
           {"eye", camera->eye}, {"target", camera->target}, {"fov_degrees", camera->fov_degrees}};
     }
   }
-  if (o.page) json["page"] = {{"megabytes", o.page->megabytes}};
+  if (o.page) json["page"] = {{"max_megabytes", o.page->max_megabytes}};
   if (o.checkpoint_every) json["checkpoint_every"] = *o.checkpoint_every;
   return json;
 }
@@ -168,8 +168,8 @@ Json write(const SolverSpec& s) {
   if (s.type == "pbd") {
     json["corrector"] = s.keeps_momenta ? "inertia" : "off";
     json["levels"] = s.levels > 0 ? Json(s.levels) : Json(s.levels == 0 ? "off" : "auto");
-    if (s.levels_every > 0) json["levels_every"] = s.levels_every;
-    json["stiffness_of"] = s.stiffness_of_step ? "step" : "projections";
+    if (s.levels_interval > 0) json["levels_interval"] = s.levels_interval;
+    json["stiffness_basis"] = s.stiffness_of_step ? "step" : "projections";
   }
   if (s.type != "desbrun") return json;
   const DesbrunSpec& own = s.desbrun;
@@ -177,12 +177,12 @@ Json write(const SolverSpec& s) {
   json["filter"] = own.filter == FilterKind::Dense ? "dense" : own.filter == FilterKind::Sparse ? "sparse" : "auto";
   if (own.storage)
     json["storage"] = *own.storage == Storage::Double ? "double" : *own.storage == Storage::Int16 ? "int16" : "float";
-  json["filtered"] = own.internal_only ? "internal_only" : "all";
+  json["filter_external_forces"] = own.filter_external_forces;
   if (own.corrector)
     json["corrector"] = *own.corrector == Corrector::Inertia ? "inertia"
                         : *own.corrector == Corrector::Paper ? "paper"
                                                              : "off";
-  json["refine"] = own.refine;
+  json["refinement_iterations"] = own.refinement_iterations;
   if (own.tolerance) json["tolerance"] = *own.tolerance;
   if (own.time_budget) json["time_budget"] = *own.time_budget;
   return json;
@@ -222,9 +222,9 @@ Json write(const Expect& e) {
   add("energy_not_above", e.energy_not_above);
   add("energy_not_below", e.energy_not_below);
   bound("max_speed", e.max_speed);
-  if (e.inside_min && e.inside_max) json["inside"] = {{"min", *e.inside_min}, {"max", *e.inside_max}};
+  if (e.bounds_min && e.bounds_max) json["bounds"] = {{"min", *e.bounds_min}, {"max", *e.bounds_max}};
   for (const ExpectOfBody& body : e.bodies)
-    json["bodies"].push_back({{"name", body.name}, {"inside", {{"min", body.inside_min}, {"max", body.inside_max}}}});
+    json["bodies"].push_back({{"name", body.name}, {"bounds", {{"min", body.bounds_min}, {"max", body.bounds_max}}}});
   add("volume_ratio", e.volume_ratio);
   bound("inverted_tetrahedra", e.inverted_tetrahedra, true);
   return json;

@@ -35,7 +35,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
     filter_ = make_filter<Executor, R>(executor, threads, model, system, progress);
     forces_.emplace(executor, threads, model, loads(system));
     force_ = PointArray<Executor, R>(model.x.size()), acceleration_ = PointArray<Executor, R>(model.x.size());
-    if (spec_.refine > 0) {
+    if (spec_.refinement_iterations > 0) {
       std::vector<R> mass;  // of pinned particles, whatever it is: they have no acceleration
       for (const double w : model.w) mass.push_back(w > 0 ? R(1 / w) : R(0));
       mass.resize(mass.size() + kSpringPack);
@@ -67,7 +67,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
   /// exact.
   std::vector<double> loads(const SpringSystem& system) const {
     std::vector<double> load(model_.x.size(), 0);
-    if (spec_.internal_only) return load;
+    if (!spec_.filter_external_forces) return load;
     for (const SystemBlock& body : system.blocks)
       for (int i = body.first; i < body.first + body.count && !body.free; ++i)
         load[system.particle[i]] = system.mass[i];
@@ -78,13 +78,13 @@ class Desbrun final : public TimeStepper<Executor, R> {
     started_ = std::chrono::steady_clock::now();
     const Particles<R> all = this->particles();
     const Vector3<R> g = this->to_R(model_.scene.gravity);
-    if (!filter_ || !spec_.internal_only) this->apply_wind(h);
+    if (!filter_ || spec_.filter_external_forces) this->apply_wind(h);
     if (!filter_)
       return this->timed(Pass::Prediction, [&] { parallel_for(executor_, all.count, Predict<R>{all, R(h), g}); });
     const Points<R> force = force_.points(), a = acceleration_.points();
     this->timed(Pass::Forces, [&] { forces_->sum_explicit(all, h, force); });
     this->timed(Pass::Filter, [&] { filter_->apply({force, a, false}); });
-    for (int r = 0; r < spec_.refine; ++r) {
+    for (int r = 0; r < spec_.refinement_iterations; ++r) {
       correct_bodies(Corrector::Off);
       this->timed(Pass::Forces, [&] { forces_->sum_missing(all, h, a, mass_.data(), force); });
       this->timed(Pass::Filter, [&] { filter_->apply({force, a, true}); });
@@ -93,7 +93,7 @@ class Desbrun final : public TimeStepper<Executor, R> {
     this->timed(Pass::Prediction, [&] {
       parallel_for(executor_, all.count, FilteredMotion<R>{all, a, forces_->load(), R(h), g});
     });
-    if (spec_.internal_only && model_.scene.wind) {
+    if (!spec_.filter_external_forces && model_.scene.wind) {
       this->apply_wind(h);
       this->timed(Pass::Prediction, [&] {
         parallel_for(executor_, all.count, Predict<R>{all, R(h), {R(0), R(0), R(0)}});

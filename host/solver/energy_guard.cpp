@@ -204,7 +204,7 @@ std::vector<std::int64_t> turns_of(const Model& model, std::int64_t apart) {
   const auto step_before = [&](double time) { return std::llround(std::floor(time / model.scene.solver.dt + 1e-6)); };
   const auto note = [&](const auto& sets) {
     for (const auto& set : sets) {
-      if (set.until) turns.push_back(step_before(*set.until));
+      if (set.release_time) turns.push_back(step_before(*set.release_time));
       for (const Keyframe& frame : set.target.motion) keyframes.push_back(step_before(frame.time));
     }
   };

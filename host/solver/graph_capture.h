@@ -12,7 +12,7 @@ namespace malha {
 /// and the host decides nothing on the way.
 inline bool can_capture_step(const Model& model) {
   const DesbrunSpec& desbrun = model.scene.solver.desbrun;
-  const auto stays = [](const AttachmentSet& set) { return set.target.motion.empty() && !set.until; };
+  const auto stays = [](const AttachmentSet& set) { return set.target.motion.empty() && !set.release_time; };
   return model.environment.empty() && !model.scene.self_collision && model.moved.empty() && !desbrun.tolerance &&
          !desbrun.time_budget && std::ranges::all_of(model.attached, stays);
 }

@@ -20,7 +20,7 @@ class Pbd final : public TimeStepper<Executor, R> {
   Pbd(const Model& model, const Executor& executor, int threads)
       : Base(model, executor, threads, true), threads_(threads) {
     this->facts_.fused = this->runs_fused();
-    this->facts_.levels_every = levels_every(model);
+    this->facts_.levels_interval = levels_interval(model);
     lay_out_levels();
     const bool steady = model.damped.empty() && model.moved.empty() && !model.scene.wind;
     this->facts_.whole_steps = this->runs_fused() && steady;
@@ -92,8 +92,9 @@ class Pbd final : public TimeStepper<Executor, R> {
     if (model_.scene.solver.levels == 0) return;
     std::vector<const MovedPins*> leaving;
     for (const MovedPins& pins : model_.moved)
-      if (pins.until) leaving.push_back(&pins);
-    std::stable_sort(leaving.begin(), leaving.end(), [](auto a, auto b) { return *a->until < *b->until; });
+      if (pins.release_time) leaving.push_back(&pins);
+    std::stable_sort(leaving.begin(), leaving.end(),
+                     [](auto a, auto b) { return *a->release_time < *b->release_time; });
     std::vector<double> w = this->weights_in_order();
     for (std::size_t gone = 0;; ++gone) {
       add_levels(w);
@@ -118,7 +119,7 @@ class Pbd final : public TimeStepper<Executor, R> {
 
   /// For what is held now, to be used in this substep of a step, counted from 0; null: none.
   const Levels<Executor, R>* levels_at(int substep) const {
-    if (levels_.empty() || substep % this->facts_.levels_every != 0) return nullptr;
+    if (levels_.empty() || substep % this->facts_.levels_interval != 0) return nullptr;
     const auto& levels = levels_[this->pins_let_go()];
     return levels ? &*levels : nullptr;
   }

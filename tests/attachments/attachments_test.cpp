@@ -75,10 +75,10 @@ TEST(Attachments, RigidOnesAreAtTheirPointAndEndWhenTheyShould) {
   BodySpec body = particle({0, 0, 0});
   body.attachments = {tied(ListPin{{0}})};
   body.attachments[0].motion = {{0, {}, {0, 1, 0}, 0}, {1, {2, 0, 0}, {0, 1, 0}, 0}};
-  body.attachments[0].until = 0.5;
+  body.attachments[0].release_time = 0.5;
   const Scene scene = scene_of({body}, {0, 0, 0}, 0.01, 2, Precision::Float);
   EXPECT_NEAR(after(scene, 0.4).positions()[0][0], 0.8, 1e-6);
-  body.attachments[0].until.reset();
+  body.attachments[0].release_time.reset();
   EXPECT_NEAR(after(scene, 0.9).positions()[0][0], 1.8, 1e-4) << "goes on at 2 m/s";
 }
 
@@ -129,7 +129,7 @@ TEST(Attachments, ToATurningMeshKeepTheirPlaceInItsFrame) {
 TEST(Attachments, GiveTheSameBitsOnAnyThreadsAndAfterAResume) {
   Scene scene = tied_to_a_mesh();
   scene.bodies[0].attachments[0].compliance = 1e-4;
-  scene.bodies[0].attachments[0].until = 0.2;
+  scene.bodies[0].attachments[0].release_time = 0.2;
   scene.solver.iterations = 2;
   const std::uint64_t expected = after(scene, 0.3, {.backend = Backend::Serial}).state_hash();
   for (const int threads : {1, 2, 3}) EXPECT_EQ(after(scene, 0.3, {.threads = threads}).state_hash(), expected);

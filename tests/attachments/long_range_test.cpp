@@ -242,17 +242,17 @@ TEST(LongRange, IsRefusedWithoutPins) {
                                                         "are never let go");
   };
   ASSERT_EQ(refusal([&] { build_model(scene); }), "");
-  for (Pin& pin : scene.bodies[0].pins) pin.until = 1;
-  refused("no pin but those that are let go, at their \"until\"");
+  for (Pin& pin : scene.bodies[0].pins) pin.release_time = 1;
+  refused("no pin but those that are let go, at their \"release_time\"");
   scene.bodies[0].pins.clear();
   refused("no pin");
   // All that a pin could hold is pinned: of two loose particles one, and with it the other that is let go.
   BodySpec& body = scene.bodies[0];
-  body.shape = CloudShape{{0, 0, 0}, {1, 0, 0}, {2, 1, 1}}, body.constraints = {stiff("long_range", {}, 1, 0)};
+  body.shape = LatticeShape{{0, 0, 0}, {1, 0, 0}, {2, 1, 1}}, body.constraints = {stiff("long_range", {}, 1, 0)};
   body.pins = {ListPin{{0}}};
   refused("no particle that is connected with a pin", 0);
-  body.pins.emplace_back(ListPin{{1}}).until = 1;
-  refused("no particle that is connected with a pin but those that are let go, at their \"until\"", 0);
+  body.pins.emplace_back(ListPin{{1}}).release_time = 1;
+  refused("no particle that is connected with a pin but those that are let go, at their \"release_time\"", 0);
 }
 
 TEST(LongRange, IsAPassOfItsOwn) {

@@ -16,18 +16,18 @@ namespace {
 const std::vector<Keyframe> kSwing{
     {0.05, {0, 0, 0}, {0, 1, 0}, 0}, {0.2, {0.3, 0.2, 0}, {0, 0, 1}, 60}, {0.4, {-0.1, 0, 0.5}, {1, 0, 1}, 30}};
 
-Pin moving(const Selector& at, std::vector<Keyframe> motion, std::optional<double> until = std::nullopt) {
+Pin moving(const Selector& at, std::vector<Keyframe> motion, std::optional<double> release_time = std::nullopt) {
   Pin pin(at);
-  pin.motion = std::move(motion), pin.until = until;
+  pin.motion = std::move(motion), pin.release_time = release_time;
   return pin;
 }
 
-Scene carried_sheet(Precision precision = Precision::Float, std::optional<double> until = std::nullopt) {
+Scene carried_sheet(Precision precision = Precision::Float, std::optional<double> release_time = std::nullopt) {
   BodySpec sheet;
   sheet.name = "sheet", sheet.mass = 0.2;
   sheet.shape = GridShape{{1, 1}, {8, 8}};
   sheet.constraints = {stiff("distance", {"edges", "shear"}), stiff("bending", {}, 0.1)};
-  sheet.pins = {moving(RowPin{}, kSwing, until)};
+  sheet.pins = {moving(RowPin{}, kSwing, release_time)};
   return scene_of({sheet}, kEarth, 0.01, 4, precision);
 }
 
@@ -63,7 +63,7 @@ INSTANTIATE_TEST_SUITE_P(
     Every, MovedPinsOf,
     testing::Values(Way{"Fused", Precision::Float, [](Scene&) {}}, Way{"FusedDouble", Precision::Double, [](Scene&) {}},
                     Way{"Iterated", Precision::Float, [](Scene& s) { s.solver.iterations = 3; }},
-                    Way{"ToBeReleased", Precision::Float, [](Scene& s) { s.bodies[0].pins[0].until = 9; }},
+                    Way{"ToBeReleased", Precision::Float, [](Scene& s) { s.bodies[0].pins[0].release_time = 9; }},
                     Way{"WithObstacles", Precision::Float,
                         [](Scene& s) {
                           EnvironmentSpec ball;
@@ -163,10 +163,10 @@ TEST(MovedPins, AreRefusedWhereTheyContradictEachOtherOrTheMethod) {
       "a particle that moves or is released");
   scene = carried_sheet(Precision::Float, 1);
   scene.file = "s.json", scene.solver.type = "desbrun";
-  EXPECT_EQ(
-      run_refusal(scene),
-      "s.json: /bodies/0/pins/0/until: found a release under Desbrun's method, whose filter is made for pins that "
-      "stay; allowed: one without it, or solver type pbd");
+  EXPECT_EQ(run_refusal(scene),
+            "s.json: /bodies/0/pins/0/release_time: found a release under Desbrun's method, whose filter is made for "
+            "pins that "
+            "stay; allowed: one without it, or solver type pbd");
   scene = carried_sheet();
   scene.bodies[0].pins = {moving(BoxPin{{-9, -9, -9}, {9, 9, 9}}, kSwing)};
   EXPECT_EQ(run_refusal(scene), "") << "a body may be carried whole";

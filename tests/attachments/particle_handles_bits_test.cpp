@@ -83,8 +83,9 @@ INSTANTIATE_TEST_SUITE_P(
                               s.self_collision = SelfCollision{};
                               s.self_collision->thickness = 0.01;
                             }},
-                    OfScene{"WithLevels",
-                            [](Scene& s) { s.solver.levels = 2, s.solver.levels_every = 2, s.solver.iterations = 2; }},
+                    OfScene{
+                        "WithLevels",
+                        [](Scene& s) { s.solver.levels = 2, s.solver.levels_interval = 2, s.solver.iterations = 2; }},
                     OfScene{"FreeAndKeepingMomenta",
                             [](Scene& s) {
                               s.solver.keeps_momenta = true;

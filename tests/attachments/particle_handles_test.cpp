@@ -85,7 +85,7 @@ TEST(Hand, HoldsAsAPinDoes) {
 TEST(Hand, HoldsAndLetsGoAsAPinThatIsReleased) {
   Scene scene = two_cloths(), pinned = scene;
   Pin released(ListPin{{84}});
-  released.until = 0.2;
+  released.release_time = 0.2;
   pinned.bodies[0].pins.push_back(released);
   Simulation by_scene(pinned, {.threads = 1}), by_hand(scene, {.threads = 1, .by_hand = true});
   by_hand.hold(84);

@@ -79,7 +79,7 @@ TEST(Pins, OfARowAreRefusedOnShapesWithoutRows) {
             "test.json: /bodies/1/pins/0: found no particle there; allowed: a pin that holds a particle (rows are for "
             "grids and chains)");
   EXPECT_NE(pins_refusal(BoxShape{}, {RowPin{}}), "");
-  EXPECT_NE(pins_refusal(CloudShape{}, {RowPin{}}), "");
+  EXPECT_NE(pins_refusal(LatticeShape{}, {RowPin{}}), "");
 }
 
 TEST(Pins, OfParticlesThatAreNotThereAreRefused) {

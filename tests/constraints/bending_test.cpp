@@ -65,10 +65,10 @@ TEST(BendingOfOneRigidity, SagsAlikeByBothMethods) {
 }
 
 /// A strip of 0.4 m x 0.1 m that curls upwards by a radius of 0.25 m from its two clamped rows on.
-ListedShape curled_strip(bool grid) {
+MeshDataShape curled_strip(bool grid) {
   constexpr double L = 0.4, W = 0.1, R = 0.25;
-  ListedShape strip = grid ? quads_between(graded(W, 3), graded(L, 12))
-                           : listed_of_obj(irregular_obj(W, L, 3, 12, 0.25, 5, 2, Diagonals::Delaunay));
+  MeshDataShape strip = grid ? quads_between(graded(W, 3), graded(L, 12))
+                             : listed_of_obj(irregular_obj(W, L, 3, 12, 0.25, 5, 2, Diagonals::Delaunay));
   const double clamp = L / 12;
   for (Vec3& at : strip.points)
     if (const double turned = (at[2] - clamp) / R; turned > 0)
@@ -77,7 +77,7 @@ ListedShape curled_strip(bool grid) {
 }
 
 /// The middle of its last row at rest under its weight, times `load`.
-Vec3 end_of_curled_strip(const ListedShape& strip, const std::string& type, double load) {
+Vec3 end_of_curled_strip(const MeshDataShape& strip, const std::string& type, double load) {
   constexpr double density = 0.2, L = 0.4, D = density * kG * L * L * L / 20;
   BodySpec body;
   body.name = "strip", body.shape = strip, body.density = density;
@@ -98,7 +98,7 @@ Vec3 end_of_curled_strip(const ListedShape& strip, const std::string& type, doub
 
 TEST(CurvedStrip, PulledThroughItsFlatShapeEndsAlikeByBothHinges) {
   for (const bool grid : {true, false}) {
-    const ListedShape strip = curled_strip(grid);
+    const MeshDataShape strip = curled_strip(grid);
     const Vec3 rest = strip.points[strip.points.size() - 3];
     const Vec3 hung = end_of_curled_strip(strip, "bending", 1);
     EXPECT_LT(hung[1], 0) << "its weight bends it the other way";

@@ -25,13 +25,13 @@ inline double sag_of(const Cantilever& strip, const ConstraintSpec& bends, doubl
   body.pins = {ListPin{held}};
   // Soft enough for the filter, and stretched by its weight by no more than a thousandth.
   body.constraints = {compliant("distance", 5e-3, {"edges", "shear"}), bends};
-  if (std::holds_alternative<MeshFile>(strip.shape)) body.constraints[0].on = {"edges"};
+  if (std::holds_alternative<MeshFile>(strip.shape)) body.constraints[0].elements = {"edges"};
   // One sweep a substep meets a compliance but for (h / (l^2 sqrt(density / 4 D)))^2; l is not the shortest height.
   const double l = strip.length / strip.along, h = l * l * std::sqrt(strip.density / (4 * D)) / 10;
   Scene scene = scene_of({body}, kEarth, 1.0 / 60, method == "pbd" ? static_cast<int>(std::ceil(1 / (60 * h))) : 10);
   scene.solver.type = method;
   // The filter alone brakes what turns, and would take minutes to rest.
-  if (method == "desbrun") scene.solver.desbrun.refine = 40;
+  if (method == "desbrun") scene.solver.desbrun.refinement_iterations = 40;
   // Air that brakes its slowest swing as fast as can be.
   const double swing = 3.516 / (strip.length * strip.length) * std::sqrt(D / strip.density);
   const double mass = strip.density * strip.width * strip.length;

@@ -9,11 +9,11 @@
 namespace malha {
 
 /// About the origin, as tet_box.
-inline ListedShape cells_of_six(const Vec3& size, const std::array<int, 3>& cells) {
+inline MeshDataShape cells_of_six(const Vec3& size, const std::array<int, 3>& cells) {
   const auto number = [&](const std::array<int, 3>& at) {
     return (at[0] * (cells[1] + 1) + at[1]) * (cells[2] + 1) + at[2];
   };
-  ListedShape shape;
+  MeshDataShape shape;
   for (int i = 0; i <= cells[0]; ++i)
     for (int j = 0; j <= cells[1]; ++j)
       for (int k = 0; k <= cells[2]; ++k)

@@ -25,7 +25,7 @@ BodySpec flattened_sphere(double along, std::vector<ConstraintSpec> constraints)
     mesh.points[face[2]][k] = a[k] + along * e[k] + kFlatness * (h[k] - dot(h, e) / dot(e, e) * e[k]);
   BodySpec body;
   body.name = "ball", body.mass = 1;
-  body.shape = ListedShape{mesh.points, mesh.faces, {}, {}};
+  body.shape = MeshDataShape{mesh.points, mesh.faces, {}, {}};
   body.constraints = std::move(constraints);
   return body;
 }
@@ -65,7 +65,7 @@ TEST(AFlatTriangle, IsNamedWhereItsComplianceMakesItTooStiffForTheOthers) {
 TEST(QuadsWithTwoCommonEdges, PutNothingIntoTheFilterThatIsOfOneParticleAlone) {
   for (const char* type : {"bending", "isometric_bending"}) {
     BodySpec body = flattened_sphere(0.5, {stiff("distance", {"edges"}), stiff(type)});
-    auto& shape = std::get<ListedShape>(body.shape);
+    auto& shape = std::get<MeshDataShape>(body.shape);
     const int n = static_cast<int>(shape.points.size());
     for (const Vec3& at : {Vec3{0.1, 1, 0}, {0, 1, 0}, {0, 1, 0.1}, {0.1, 1, 0.1}, {0.12, 1, 0.12}})
       shape.points.push_back(at);

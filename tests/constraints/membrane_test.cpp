@@ -149,7 +149,7 @@ TEST(Membrane, ByRefinedDesbrunIsBackwardEulerOfItsEnergy) {
     };
     std::vector<double> left;
     for (const int refine : {0, 10, 100, 1000}) {
-      scene.solver.desbrun.refine = refine;
+      scene.solver.desbrun.refinement_iterations = refine;
       Simulation refined(scene, {.threads = 1});
       const std::vector<Vec3> x = refined.positions(), v = refined.velocities();
       refined.step();

@@ -14,8 +14,8 @@
 namespace malha {
 
 /// Quads between lines at these places along x and z (m), in the plane y = 0; rows along x come one after the other.
-inline ListedShape quads_between(const std::vector<double>& x, const std::vector<double>& z) {
-  ListedShape shape;
+inline MeshDataShape quads_between(const std::vector<double>& x, const std::vector<double>& z) {
+  MeshDataShape shape;
   const int across = static_cast<int>(x.size());
   for (const double b : z)
     for (const double a : x) shape.points.push_back({a, 0, b});
@@ -37,8 +37,8 @@ inline std::vector<double> graded(double length, int cells, double ratio = 1) {
 }
 
 /// The triangles of an OBJ file's text.
-inline ListedShape listed_of_obj(const std::string& text) {
-  ListedShape shape;
+inline MeshDataShape listed_of_obj(const std::string& text) {
+  MeshDataShape shape;
   std::istringstream lines(text);
   for (std::string key; lines >> key;) {
     if (key == "v") {

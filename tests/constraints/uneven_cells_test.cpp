@@ -151,7 +151,7 @@ TEST(RigidityOfPlate, IsItsOwnOnGradedTrianglesInAllDirections) {
                                                       {"1 : 30", thirty, same},
                                                       {"growing both ways", grows, grows}})
     for (const Diagonals diagonals : {Diagonals::Random, Diagonals::Delaunay, Diagonals::Alike}) {
-      ListedShape shape =
+      MeshDataShape shape =
           listed_of_obj(irregular_obj(1, 1, 20, 20, diagonals == Diagonals::Alike ? 0 : 0.2, 3, 0, diagonals));
       for (Vec3& at : shape.points) at = {along_x(at[0]), 0, along_z(at[2])};
       const Model model = sheet_of_bending(shape, uneven_rigid("plate", 1));
@@ -165,7 +165,7 @@ TEST(RigidityOfPlate, IsItsOwnOnGradedTrianglesInAllDirections) {
 }
 
 /// The sag of the last row of a strip of 1 m that its first two rows hold, over that of a beam from the second row on.
-double clamped_sag(const std::string& type, const ListedShape& shape, int columns) {
+double clamped_sag(const std::string& type, const MeshDataShape& shape, int columns) {
   std::vector<int> held(2 * columns);
   std::iota(held.begin(), held.end(), 0);
   const Model model = sheet_of_bending(shape, uneven_rigid(type, 1), held);
@@ -217,7 +217,7 @@ TEST(Clamp, IsOfRowsThatStayAndOfAMaterial) {
     body.name = "strip", body.shape = quads_between(graded(0.5, 4), graded(1, 8)), body.mass = 1;
     body.constraints = {uneven_rigid("bending", 1)};
     body.pins = {ListPin{held}};
-    if (let_go) body.pins[0].until = 1;
+    if (let_go) body.pins[0].release_time = 1;
     const Model model = build_model(scene_of({body}, kEarth, 1.0 / 60));
     ASSERT_EQ(model.sets.size(), 1u);
     // Of squares each side has two hinges of half its bending: twice the area of both triangles over the length^2.

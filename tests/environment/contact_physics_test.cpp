@@ -40,7 +40,7 @@ TEST(Contact, ThickerThanAGapLeavesWhatIsBetweenTwoWallsOfOneMeshThere) {
   walls.shape = MeshFile{folder.write("walls.obj",
                                       "v -1 0 -1\nv 1 0 -1.2\nv 1 0 1\nv -1.1 0 1\nv -1 0.05 -1\nv 1 0.06 -1\n"
                                       "v 1.2 0.05 1\nv -1 0.05 1\nf 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\n")};
-  BodySpec cloud = body("cloud", CloudShape{{-0.5, 0.01, -0.5}, {0.5, 0.04, 0.5}, {5, 4, 5}});
+  BodySpec cloud = body("lattice", LatticeShape{{-0.5, 0.01, -0.5}, {0.5, 0.04, 0.5}, {5, 4, 5}});
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     Scene scene = scene_of({cloud}, {0, 0, 0}, 1.0 / 60, 10, precision);
     scene.environment = {walls};

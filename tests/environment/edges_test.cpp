@@ -325,7 +325,7 @@ TEST(EnvironmentEdges, HoldWhatConstraintsPullOffItsWay) {
       R"({"name": "s", "solver": {"type": "pbd", "substeps": 1, "precision": "double"}, "gravity": [0, -9.81, 0],
       "bodies": [{"name": "b1", "shape": {"grid": {"size": [1, 1], "cells": [9, 9]}}, "transform": {"translate":
       [-0.4, 0.35, -0.5]}, "density": 0.2, "velocity": [-10.831769441912925, -187.84259604882527,
-      -10.184528557708576], "constraints": [{"type": "distance", "on": ["edges"], "compliance": 0}, {"type":
+      -10.184528557708576], "constraints": [{"type": "distance", "elements": ["edges"], "compliance": 0}, {"type":
       "bending", "stiffness": 0.05}]}], "duration": 0.4, "environment": [{"name": "e0", "shape": {"bar": {"length":
       0.6, "width": 0.05, "cells": 1}}, "transform": {"translate": [-0.4, -0.3, -0.018339139502065616]}, "sides":
       "solid", "thickness": 0.01, "friction": 0, "restitution": 0, "edges": true, "motion": [{"time": 0}, {"time":

@@ -45,7 +45,7 @@ Scene flying_bodies(const TemporaryFolder& folder, Precision precision, int iter
   soft.transform.translate = {2, 1.5, 0}, soft.velocity = {-3, 1, 0};
   BodySpec held = body("held", GridShape{{0.5, 0.5}, {9, 9}}, {with_compliance("distance", 1e-4)});
   held.transform.translate = {4, 2, 0}, held.pins = {RowPin{}};
-  BodySpec loose = body("loose", CloudShape{{-1, 2, -1}, {-0.5, 3, 1}, {3, 7, 11}});
+  BodySpec loose = body("loose", LatticeShape{{-1, 2, -1}, {-0.5, 3, 1}, {3, 7, 11}});
   scene.bodies = {sheet, soft, held, loose};
   EnvironmentSpec ball = obstacle("ball", SphereShape{0.4, 3});
   ball.friction = 0.4, ball.restitution = 0.5;
@@ -116,7 +116,7 @@ TEST_P(Staying, HasTheBitsOfStepsThatLook) {
   scene.bodies[0].transform.translate = {-2, 0.1, -0.2}, scene.bodies[0].velocity = scene.bodies[0].spin = {0, 0, 0};
   scene.bodies[1].transform.translate = {0.8, 0.2, 0.3}, scene.bodies[1].velocity = {0.5, 0, 0};
   scene.bodies[2].transform.translate = {0.2, 0.6, 0.1}, scene.bodies[2].pins.clear();
-  scene.bodies[3].shape = CloudShape{{-2, 0.3, -1}, {0.9, 0.5, 1}, {7, 2, 5}};
+  scene.bodies[3].shape = LatticeShape{{-2, 0.3, -1}, {0.9, 0.5, 1}, {7, 2, 5}};
   scene.environment[1] = obstacle("floor", GridShape{{9, 9}, {6, 5}}, Sides::TwoSided);
   scene.environment[1].transform.translate = {-4, -0.02, -4};
   for (EnvironmentSpec& object : scene.environment) object.friction = 0.6;

@@ -79,7 +79,7 @@ struct Thrown {
 Thrown thrown(Sides sides, Walls moves, Precision precision, int particles, int steps, unsigned seed) {
   BodySpec body;
   body.name = "shot";
-  body.shape = CloudShape{{0, 0, 0}, {0.1, 0, 0}, {particles, 1, 1}};
+  body.shape = LatticeShape{{0, 0, 0}, {0.1, 0, 0}, {particles, 1, 1}};
   body.mass = 1;
   Random random(seed);
   const double restitution = random(), friction = random();  // below 0: none

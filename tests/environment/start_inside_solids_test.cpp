@@ -103,7 +103,7 @@ TEST(StartInside, WhatIsHeldIsNotPushedOut) {
 
 TEST(StartInside, IsPartOfTheSceneAndOfSolidsAlone) {
   const std::string before = R"({"name": "a", "solver": {"type": "pbd"}, "bodies": [{"name": "p", "mass": 1, "shape":
-    {"cloud": {"min": [0, 9, 0], "max": [0, 9, 0], "count": [1, 1, 1]}}}], "duration": 1, "environment": [{"name": "e",
+    {"lattice": {"min": [0, 9, 0], "max": [0, 9, 0], "count": [1, 1, 1]}}}], "duration": 1, "environment": [{"name": "e",
     "shape": {"sphere": {"radius": 1, "subdivisions": 1}}, "start_inside": "push_out")";
   const Scene scene = parse_scene(before + "}]}", "a.json", "");
   EXPECT_TRUE(scene.environment[0].push_out);

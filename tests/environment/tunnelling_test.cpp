@@ -58,7 +58,7 @@ class FastParticles : public testing::TestWithParam<std::tuple<Wall, Precision>>
     BodySpec body;
     body.name = "bullets";
     const double half = 5 * spacing;
-    body.shape = CloudShape{{-1, off - half, off - half}, {-1, off + half, off + half}, {1, 11, 11}};
+    body.shape = LatticeShape{{-1, off - half, off - half}, {-1, off + half, off + half}, {1, 11, 11}};
     body.mass = 1;
     body.velocity = velocity;
     return body;

@@ -23,7 +23,7 @@ EnvironmentSpec table(Sides sides) {
 /// So many loose particles, and the objects.
 Simulation world(int particles, std::vector<EnvironmentSpec> environment) {
   BodySpec cloud;
-  cloud.name = "cloud", cloud.mass = 1, cloud.shape = CloudShape{{0, 5, 0}, {1, 5, 0}, {particles, 1, 1}};
+  cloud.name = "lattice", cloud.mass = 1, cloud.shape = LatticeShape{{0, 5, 0}, {1, 5, 0}, {particles, 1, 1}};
   Scene scene = scene_of({cloud}, {}, 0.01);
   scene.environment = std::move(environment);
   return Simulation(scene, {.threads = 1});

@@ -72,7 +72,7 @@ TEST_P(OneSolve, IsTheFirstOfManyThatLeadToBackwardEuler) {
   Eigen::VectorXd p = x;
   for (int r = 0; r <= 5; ++r) {
     p = reference.local_global(y, p);
-    tested.solver.desbrun.refine = r;
+    tested.solver.desbrun.refinement_iterations = r;
     Simulation simulation(tested, {.threads = 1});
     simulation.step();
     EXPECT_LT(largest(study::flat(simulation.positions()) - p), 1e-12) << r;
@@ -98,7 +98,7 @@ class Refined : public testing::TestWithParam<bool> {
   }
   Eigen::VectorXd after_one_step(int refine, Precision precision = Precision::Double) const {
     Scene scene = scene_;
-    scene.solver.desbrun.refine = refine;
+    scene.solver.desbrun.refinement_iterations = refine;
     scene.solver.precision = precision;
     Simulation simulation(scene, {.threads = 1});
     simulation.step();
@@ -139,7 +139,7 @@ TEST(RefinedFreeBody, LosesTheTorqueOfTheFilteredForces) {
   Scene scene = strained({});
   const ImplicitReference reference(scene);
   const auto torque = [&](int refine) {
-    scene.solver.desbrun.refine = refine;
+    scene.solver.desbrun.refinement_iterations = refine;
     Simulation simulation(scene, {.threads = 1});
     const std::vector<Vec3> before = simulation.velocities();
     simulation.step();
@@ -161,7 +161,7 @@ TEST(RefinedFreeBody, LosesTheTorqueOfTheFilteredForces) {
 /// In the paper gravity goes round the filter: x' = y + dt^2 S F, F without the weight.
 TEST(InternalOnly, FiltersTheSpringsAlone) {
   Scene scene = strained({ListPin{{0, 3}}});
-  scene.solver.desbrun.internal_only = true;
+  scene.solver.desbrun.filter_external_forces = false;
   const Simulation start(scene, {.threads = 1});
   Scene floating = scene;
   floating.gravity = {0, 0, 0};
@@ -173,7 +173,7 @@ TEST(InternalOnly, FiltersTheSpringsAlone) {
   simulation.step();
   EXPECT_LT(largest(study::flat(simulation.positions()) - expected), 1e-12);
   // On its way to backward Euler, which filters all, it has the weight in the residual from the first refinement on.
-  scene.solver.desbrun.refine = 1000;
+  scene.solver.desbrun.refinement_iterations = 1000;
   Simulation refined(scene, {.threads = 1});
   refined.step();
   EXPECT_GT(largest(study::flat(refined.positions()) - expected), 1e-4);

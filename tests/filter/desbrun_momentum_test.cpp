@@ -34,7 +34,7 @@ TEST_P(FilteredBody, KeepsItsLinearMomentumWhateverItsTorque) {
     for (const Corrector corrector : {Corrector::Inertia, Corrector::Off})
       for (const int refine : {0, 3}) {
         Scene tested = scene(stiffness);
-        tested.solver.desbrun.corrector = corrector, tested.solver.desbrun.refine = refine;
+        tested.solver.desbrun.corrector = corrector, tested.solver.desbrun.refinement_iterations = refine;
         Simulation simulation(tested, {.threads = 1});
         const Measures before = simulation.measure();
         run_for(simulation, tested, 0.5);
@@ -170,8 +170,8 @@ TEST(FreeFall, OfASpringBodyIsExact) {
       for (const int refine : {0, 4})
         for (const auto precision : {Precision::Float, Precision::Double}) {
           Scene scene = desbrun_scene({sheet}, 1e4, precision);
-          scene.solver.desbrun.filter = kind, scene.solver.desbrun.internal_only = internal_only;
-          scene.solver.desbrun.refine = refine;
+          scene.solver.desbrun.filter = kind, scene.solver.desbrun.filter_external_forces = !internal_only;
+          scene.solver.desbrun.refinement_iterations = refine;
           Simulation simulation(scene, {.threads = 1});
           const std::vector<Vec3> start = simulation.positions();
           const int n = 60;
@@ -192,11 +192,11 @@ TEST(FreeFall, OfASpringBodyIsExact) {
 TEST(FilteredFreeBody, GoesTheSameWayWhetherItsWeightIsFilteredOrNot) {
   Scene scene = desbrun_scene({ellipsoid()}, 1e4, Precision::Float);
   const std::uint64_t all = after(scene, 0.2).state_hash();
-  scene.solver.desbrun.internal_only = true;
+  scene.solver.desbrun.filter_external_forces = false;
   EXPECT_EQ(after(scene, 0.2).state_hash(), all);
   scene.bodies[0].pins = {ListPin{{0}}};
   const std::uint64_t pinned = after(scene, 0.2).state_hash();
-  scene.solver.desbrun.internal_only = false;
+  scene.solver.desbrun.filter_external_forces = true;
   EXPECT_NE(after(scene, 0.2).state_hash(), pinned);
 }
 

@@ -71,7 +71,7 @@ std::vector<double> settled_lengths(bool internal_only, int refine) {
   BodySpec chain = hung_chain({0, 0, 0}, {0, -1, 0}, 5, 0.2);
   chain.constraints = {stiff("distance", {"edges"})};
   Scene scene = desbrun_scene({chain}, 300);
-  scene.solver.desbrun.internal_only = internal_only, scene.solver.desbrun.refine = refine;
+  scene.solver.desbrun.filter_external_forces = !internal_only, scene.solver.desbrun.refinement_iterations = refine;
   const std::vector<Vec3> x = after(scene, 20).positions();
   std::vector<double> lengths;
   for (int i = 1; i <= 5; ++i) lengths.push_back(length(x[i] - x[i - 1]));
@@ -125,7 +125,7 @@ TEST(HangingChain, FeelsTheWindAsItFeelsItsWeight) {
   scene.wind = Wind{{0, 0, 1}, 0.6};
   scene.bodies[0].constraints = {stiff("distance", {"edges"})};
   const auto path = [&](bool internal_only) {
-    scene.solver.desbrun.internal_only = internal_only;
+    scene.solver.desbrun.filter_external_forces = !internal_only;
     return after(scene, scene.solver.dt).positions()[1][2];
   };
   const double dt = scene.solver.dt, h = dt * 0.6 / 1.5;  // drag over mass, times dt
@@ -172,7 +172,7 @@ TEST(Pins, OfAFilteredBodyDoNotMoveByABit) {
       sheet.velocity = {1, 2, 3}, sheet.damping = 0.1;
       Scene scene = desbrun_scene({sheet}, 1e4, precision);
       scene.wind = Wind{{3, 0, 1}, 0.01};
-      scene.solver.desbrun.internal_only = internal_only;
+      scene.solver.desbrun.filter_external_forces = !internal_only;
       Simulation simulation(scene, {.threads = 1});
       const std::vector<Vec3> start = simulation.positions();
       for (int step = 0; step < 50; ++step) simulation.step();

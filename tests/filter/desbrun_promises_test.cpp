@@ -27,7 +27,7 @@ class DesbrunBits : public testing::TestWithParam<DesbrunKind> {
   static void set(SolverSpec& solver) {
     solver.precision = GetParam().precision;
     solver.desbrun.filter = GetParam().filter, solver.desbrun.storage = GetParam().storage;
-    solver.desbrun.refine = GetParam().refine;
+    solver.desbrun.refinement_iterations = GetParam().refinement_iterations;
   }
   /// A hung sheet of some tasks and chunks and a ball that turns, on the ground, in the wind.
   static Scene everything() {
@@ -91,7 +91,7 @@ TEST_P(DesbrunBits, AreThoseOfTheUninterruptedRunAfterAStop) {
   if (GetParam().filter != FilterKind::Auto)
     scene["solver"]["filter"] = GetParam().filter == FilterKind::Dense ? "dense" : "sparse";
   if (GetParam().storage) scene["solver"]["storage"] = "int16";
-  scene["solver"]["refine"] = GetParam().refine;
+  scene["solver"]["refinement_iterations"] = GetParam().refinement_iterations;
   const auto final_hash = [&](const std::string& out) {
     return Json::parse(bytes_of(folder / (out + "/report.json")))["state_hash"];
   };
@@ -149,7 +149,8 @@ TEST(ShippedScenes, RunWithDesbrunWhereTheTypeIsAllThatChanges) {
         complete = complete && std::filesystem::exists(file->path);
     if (!complete) continue;  // the scans are not in the repository; scenes_test.cpp says so
     const auto lets_go = [](const BodySpec& body) {
-      return std::any_of(body.pins.begin(), body.pins.end(), [](const Pin& pin) { return pin.until.has_value(); });
+      return std::any_of(body.pins.begin(), body.pins.end(),
+                         [](const Pin& pin) { return pin.release_time.has_value(); });
     };
     if (std::any_of(scene.bodies.begin(), scene.bodies.end(), lets_go)) continue;  // refused, see moved_pins_test.cpp
     ++scenes;

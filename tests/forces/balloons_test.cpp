@@ -23,7 +23,7 @@ BodySpec skin(int subdivisions, double noise, Random& random, std::vector<Constr
   for (Vec3& p : mesh.points)
     for (double& k : p) k += random(-noise, noise);
   BodySpec body;
-  body.name = "balloon", body.shape = ListedShape{mesh.points, mesh.faces, {}, {}};
+  body.name = "balloon", body.shape = MeshDataShape{mesh.points, mesh.faces, {}, {}};
   body.constraints = std::move(constraints);
   return body;
 }
@@ -79,7 +79,7 @@ TEST(Balloons, ThrownOntoAnEdgeGainNoEnergy) {
 /// How far from balance the particles of a balloon that rests are: what is left of the forces over the push of its
 /// pressure. Its springs have one compliance.
 double imbalance(const Scene& scene, const Simulation& simulation) {
-  const auto& shape = std::get<ListedShape>(scene.bodies[0].shape);
+  const auto& shape = std::get<MeshDataShape>(scene.bodies[0].shape);
   const Mesh mesh{shape.points, shape.faces, {}, {}};
   const std::vector<Triangle> faces = triangles(mesh);
   const ConstraintSpec &spring = scene.bodies[0].constraints[0], &inside = scene.bodies[0].constraints[1];

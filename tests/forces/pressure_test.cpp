@@ -239,7 +239,7 @@ Scene falling_limbs(int subdivisions) {
   }
   BodySpec body;
   body.name = "limbs";
-  body.shape = ListedShape{mesh.points, mesh.faces, {}, {}};
+  body.shape = MeshDataShape{mesh.points, mesh.faces, {}, {}};
   body.mass = 1;
   body.transform.translate = {0, 0.5 - low, 0};
   body.constraints = {compliant("distance", 1e-4, {"edges"}), stiff("pressure")};

@@ -146,7 +146,7 @@ TEST(CheckMesh, RefusesIsolatedVerticesUnlessLoosePointsAreAllowed) {
             "vertices of "
             "faces with an area, or of lines");
   EXPECT_EQ(refused(mesh, true), "");
-  EXPECT_EQ(refused(generate(CloudShape{}), true), "");
+  EXPECT_EQ(refused(generate(LatticeShape{}), true), "");
   mesh.lines.push_back({4, 5});
   EXPECT_EQ(refused(mesh), "");
 }

@@ -276,7 +276,7 @@ TEST(FileVertices, AreNamedByTheirNumbersInMessages) {
   const auto said = [](const Json& of) { return refusal([&] { Simulation simulation(parsed(of), {.threads = 1}); }); };
 
   Json twice = scene;
-  twice["bodies"][0]["pins"].push_back({{"particles", {corner}}, {"until", 1}});
+  twice["bodies"][0]["pins"].push_back({{"particles", {corner}}, {"release_time", 1}});
   EXPECT_TRUE(has(said(twice), "found particle " + std::to_string(corner) + ", which another")) << said(twice);
 
   Json inside = scene;
@@ -297,7 +297,7 @@ TEST(FileVertices, AreNamedByTheirNumbersInMessages) {
   EXPECT_TRUE(has(note, "behind the one-sided sheet 'there' (" + std::to_string(last) + " by ")) << note;
 
   Json expecting = scene;
-  expecting["expect"]["inside"] = {{"min", {start[last][0] - 0.01, -9, -9}}, {"max", {start[last][0] + 9, 9, 9}}};
+  expecting["expect"]["bounds"] = {{"min", {start[last][0] - 0.01, -9, -9}}, {"max", {start[last][0] + 9, 9, 9}}};
   int lowest = -1;  // of those outside
   for (const int i : all.number)
     if (lowest < 0 && start[i][0] < start[last][0] - 0.01) lowest = i;

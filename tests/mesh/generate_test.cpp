@@ -145,7 +145,7 @@ TEST(GenerateChain, RunsInEqualStepsFromEndToEndExactly) {
 }
 
 TEST(GenerateCloud, FillsTheBoxXFastest) {
-  const Mesh cloud = generate(CloudShape{{0, 0, 0}, {1, 2, 3}, {3, 2, 2}});
+  const Mesh cloud = generate(LatticeShape{{0, 0, 0}, {1, 2, 3}, {3, 2, 2}});
   const std::vector<Vec3> expected{{0, 0, 0}, {0.5, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0.5, 2, 0}, {1, 2, 0},
                                    {0, 0, 3}, {0.5, 0, 3}, {1, 0, 3}, {0, 2, 3}, {0.5, 2, 3}, {1, 2, 3}};
   EXPECT_EQ(cloud.points, expected);
@@ -153,7 +153,7 @@ TEST(GenerateCloud, FillsTheBoxXFastest) {
 }
 
 TEST(GenerateCloud, PutsASingleParticleInTheMiddle) {
-  EXPECT_EQ(generate(CloudShape{{0, 2, 4}, {1, 3, 6}, {1, 1, 1}}).points, (std::vector<Vec3>{{0.5, 2.5, 5}}));
+  EXPECT_EQ(generate(LatticeShape{{0, 2, 4}, {1, 3, 6}, {1, 1, 1}}).points, (std::vector<Vec3>{{0.5, 2.5, 5}}));
 }
 
 TEST(Generate, RefusesCountsBelowOneAndBeyondNumbering) {
@@ -161,7 +161,7 @@ TEST(Generate, RefusesCountsBelowOneAndBeyondNumbering) {
   EXPECT_EQ(refusal([] { generate(BoxShape{{1, 1, 1}, {4, 4, -1}}); }), "box: cells: found -1; allowed: 1 or more");
   EXPECT_EQ(refusal([] { generate(BarShape{1, 1, 0}); }), "bar: cells: found 0; allowed: 1 or more");
   EXPECT_EQ(refusal([] { generate(ChainShape{{}, {}, 0}); }), "chain: segments: found 0; allowed: 1 or more");
-  EXPECT_EQ(refusal([] { generate(CloudShape{{}, {}, {1, 0, 1}}); }), "cloud: count: found 0; allowed: 1 or more");
+  EXPECT_EQ(refusal([] { generate(LatticeShape{{}, {}, {1, 0, 1}}); }), "cloud: count: found 0; allowed: 1 or more");
   EXPECT_EQ(refusal([] { generate(SphereShape{1, -1}); }), "sphere: subdivisions: found -1; allowed: 0 or more");
   const std::string most = "; allowed: at most 134217728";
   EXPECT_EQ(refusal([] { generate(GridShape{{1, 1}, {99999, 99999}}); }), "grid: found 1e+10 points" + most);
@@ -169,7 +169,7 @@ TEST(Generate, RefusesCountsBelowOneAndBeyondNumbering) {
   EXPECT_EQ(refusal([] { generate(BoxShape{{1, 1, 1}, {9999, 9999, 9999}}); }), "box: found 6e+08 points" + most);
   EXPECT_EQ(refusal([] { generate(BarShape{1e9, 1, 1}); }), "bar: found 1e+09 points" + most);
   EXPECT_EQ(refusal([] { generate(ChainShape{{}, {}, 2147483647}); }), "chain: found 2.14748e+09 points" + most);
-  EXPECT_EQ(refusal([] { generate(CloudShape{{}, {}, {2000, 2000, 2000}}); }), "cloud: found 8e+09 points" + most);
+  EXPECT_EQ(refusal([] { generate(LatticeShape{{}, {}, {2000, 2000, 2000}}); }), "cloud: found 8e+09 points" + most);
   EXPECT_EQ(refusal([] { generate(MeshFile{"a.obj"}); }), "a.obj: found a mesh file; allowed: a generated shape");
 }
 

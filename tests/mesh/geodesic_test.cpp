@@ -129,7 +129,7 @@ TEST(Geodesics, NameTheNearestSource) {
 }
 
 TEST(Geodesics, DoNotReachWhatIsNotConnected) {
-  const Mesh cloud = make_mesh(CloudShape{{0, 0, 0}, {1, 1, 1}, {2, 1, 1}});
+  const Mesh cloud = make_mesh(LatticeShape{{0, 0, 0}, {1, 1, 1}, {2, 1, 1}});
   const Geodesics found = geodesics(cloud, {0});
   EXPECT_EQ(found.source, (std::vector<int>{0, -1}));
   EXPECT_EQ(found.distance[1], INFINITY);

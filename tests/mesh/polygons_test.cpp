@@ -232,8 +232,8 @@ TEST_F(PolygonFiles, ThatCrossThemselvesAreRefusedByLineAndFace) {
 }
 
 TEST(Polygons, QuadsThatCrossThemselvesAreRefusedWhateverTheyComeFrom) {
-  Mesh mesh = generate(ListedShape{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2, 3}}, {}, {}});
-  EXPECT_TRUE(refusal([&] { check_mesh(mesh, "listed", false); }).starts_with("listed: face 0 (0-based): "));
+  Mesh mesh = generate(MeshDataShape{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2, 3}}, {}, {}});
+  EXPECT_TRUE(refusal([&] { check_mesh(mesh, "mesh_data", false); }).starts_with("listed: face 0 (0-based): "));
 }
 
 // A quad of a public model (the control mesh of Crane's cow): a strip of 5 mm that is turned by more than a right
@@ -250,7 +250,7 @@ TEST(Polygons, TwistedQuadsWhoseSidesPassEachOtherInSpaceAreTaken) {
     double areas = 0;
     for (int k = 0; k < 4; ++k)
       areas += norm(cross(minus(points[(k + 1) % 4], points[k]), minus(points[(k + 2) % 4], points[k]))) / 4;
-    EXPECT_NEAR(weight_of(generate(ListedShape{points, {{corners[0], corners[1], corners[2], corners[3]}}, {}, {}})),
+    EXPECT_NEAR(weight_of(generate(MeshDataShape{points, {{corners[0], corners[1], corners[2], corners[3]}}, {}, {}})),
                 areas, 1e-12)
         << first;
   }

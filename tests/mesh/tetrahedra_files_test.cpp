@@ -96,7 +96,7 @@ TEST_P(RefusesTetrahedra, NamingTheFileAndThePlace) {
 std::string with(std::string text, const std::string& from, const std::string& to) {
   return text.replace(text.find(from), from.size(), to);
 }
-std::string until(const std::string& text, const std::string& end) { return text.substr(0, text.find(end)); }
+std::string release_time(const std::string& text, const std::string& end) { return text.substr(0, text.find(end)); }
 
 INSTANTIATE_TEST_SUITE_P(
     TetGen, RefusesTetrahedra,
@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(
             "line 6, column 11: found \"2\"; allowed: a point's number, x, y, z, attributes and marker and then the "
             "end "
             "of the line"},
-        BadTetrahedra{"a.node", until(node_0, "4 1 1.5"),
+        BadTetrahedra{"a.node", release_time(node_0, "4 1 1.5"),
                       "line 5: found the end of the file; allowed: point 4, as there are 5"},
         BadTetrahedra{"a.node", node_0 + "5 1 1 1\n",
                       "line 7, column 1: found \"5\"; allowed: as many points as the first line says"},
@@ -132,7 +132,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadTetrahedra{"a.ele", with(ele_0, "\n1 1 2", "\n2 1 2"),
                       "line 3, column 1: found 2 as the number of a tetrahedron; allowed: 1: numbers in order, from 0"},
         BadTetrahedra{
-            "a.ele", until(ele_0, "1 1 2"),
+            "a.ele", release_time(ele_0, "1 1 2"),
             "line 1, column 1: found 2 as the number of tetrahedra; allowed: 0 to 1, for which the rest of the file "
             "has room"},
         BadTetrahedra{"a.ele", ele_0 + "2 1 2 3 4\n",
@@ -161,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(
             "a.mesh", with(medit, "\n5\n", "\n5000\n"),
             "line 5, column 1: found 5000 as the number of vertices; allowed: 0 to 21, for which the rest of the file "
             "has room"},
-        BadTetrahedra{"a.mesh", until(medit, "\n3\nEnd") + "\n# cut off\n",
+        BadTetrahedra{"a.mesh", release_time(medit, "\n3\nEnd") + "\n# cut off\n",
                       "line 24: found the end of the file; allowed: the rest of RequiredVertices"},
         BadTetrahedra{
             "a.mesh", with(medit, "RequiredVertices", "Voxels"),
@@ -178,7 +178,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadTetrahedra{"a.msh", with(gmsh_2, "2.2 0", "2.2 2"),
                       "line 2, column 5: found 2 as the file type; allowed: 0 (ASCII) or 1 (binary)"},
         BadTetrahedra{"a.msh", with(gmsh_4, "4.1", "4"), "line 2, column 1: found \"4\"; allowed: version 2.2 or 4.1"},
-        BadTetrahedra{"a.msh", until(gmsh_2, "$Nodes"),
+        BadTetrahedra{"a.msh", release_time(gmsh_2, "$Nodes"),
                       "line 7: found the end of the file; allowed: a section $Elements"},
         BadTetrahedra{"a.msh", with(gmsh_2, "1.5", "x"),
                       "line 14, column 5: found \"x\"; allowed: y, a finite number that a double holds"},
@@ -191,9 +191,9 @@ INSTANTIATE_TEST_SUITE_P(
                       "(tetrahedron), 15 (point); all of first order"},
         BadTetrahedra{"a.msh", with(gmsh_2, "4 4 0 7 3 1 99", "4 4 0 7 3 1"),
                       "line 21, column 12: found the end of the line; allowed: a corner"},
-        BadTetrahedra{"a.msh", until(gmsh_2, "$EndElements"),
+        BadTetrahedra{"a.msh", release_time(gmsh_2, "$EndElements"),
                       "line 21: found the end of the file; allowed: $EndElements"},
-        BadTetrahedra{"a.msh", until(gmsh_2, "$EndPhysical"),
+        BadTetrahedra{"a.msh", release_time(gmsh_2, "$EndPhysical"),
                       "line 6: found the end of the file; allowed: $EndPhysicalNames"},
         BadTetrahedra{"a.msh", with(gmsh_4, "2 5 1 99", "2 6 1 99"),
                       "line 21, column 7: found 5 nodes in all blocks; allowed: 6, as announced"},

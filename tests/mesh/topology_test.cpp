@@ -233,7 +233,7 @@ TEST(MassesByTotal, AddUpAndKeepTheProportions) {
 }
 
 TEST(MassesByTotal, GiveLoosePointsEqualShares) {
-  for (const double mass : masses_by_total(generate(CloudShape{}), 4)) EXPECT_DOUBLE_EQ(mass, 0.5);
+  for (const double mass : masses_by_total(generate(LatticeShape{}), 4)) EXPECT_DOUBLE_EQ(mass, 0.5);
   Mesh mixed = generate(ChainShape{{0, 0, 0}, {2, 0, 0}, 2});
   mixed.points.push_back({5, 5, 5});
   const std::vector<double> expected{0.75, 1.5, 0.75, 1};

@@ -79,7 +79,7 @@ TEST(Model, TakesADensityPerAreaAndPerLength) {
 }
 
 TEST(Model, SharesTheMassOfACloudEqually) {
-  const Model model = build_model(scene_of({body("dust", CloudShape{{0, 0, 0}, {1, 1, 1}, {2, 3, 4}})}));
+  const Model model = build_model(scene_of({body("dust", LatticeShape{{0, 0, 0}, {1, 1, 1}, {2, 3, 4}})}));
   for (const double m : model.mass) EXPECT_NEAR(m, 1.0 / 24, 1e-15);
 }
 
@@ -153,7 +153,7 @@ TEST(Model, MergesSetsOfBodiesWithEqualNumbersOnly) {
   EXPECT_EQ(model_of(with_compliance("distance", 1e-3), with_compliance("distance", 1e-4)).sets.size(), 2u);
   EXPECT_EQ(model_of(with_compliance("distance", 1e-3), with_compliance("distance", 1e-3)).sets.size(), 1u);
   other = plain;
-  other.on = {"shear"};
+  other.elements = {"shear"};
   model = model_of(plain, other);
   ASSERT_EQ(model.sets.size(), 1u) << "what they stand on does not matter";
   EXPECT_EQ(model.sets[0].count(), edges + 2 * 16);
@@ -186,7 +186,7 @@ TEST(Model, PressureTakesAllParticlesAndTrianglesOfItsBody) {
 }
 
 TEST(Model, DampsEveryConnectedPartByItself) {
-  BodySpec damped = body("damped", kGrid), free = body("free", kGrid), dust = body("dust", CloudShape{});
+  BodySpec damped = body("damped", kGrid), free = body("free", kGrid), dust = body("dust", LatticeShape{});
   damped.damping = 0.1, dust.damping = 0.2;
   const Model model = build_model(scene_of({damped, free, dust}));
   ASSERT_EQ(model.damped.size(), 1u) << "a single particle has nothing to damp";
@@ -212,7 +212,7 @@ TEST(Model, WithoutEnvironmentHasNoCollider) {
 }
 
 TEST(ModelRefuses, ParticlesWithoutMass) {
-  BodySpec dust = body("dust", CloudShape{});
+  BodySpec dust = body("dust", LatticeShape{});
   dust.mass.reset(), dust.density = 1;
   EXPECT_EQ(model_refusal(scene_of({body("a", kGrid), dust})),
             "test.json: /bodies/1/density: found a density of loose particles; allowed: 'mass' (kg)");
@@ -225,7 +225,7 @@ TEST(ModelRefuses, ParticlesWithoutMass) {
 
 TEST(ModelRefuses, ConstraintsThatFindNothingToActOn) {
   EXPECT_EQ(
-      model_refusal(scene_of({body("dust", CloudShape{}, {constraint("distance")})})),
+      model_refusal(scene_of({body("dust", LatticeShape{}, {constraint("distance")})})),
       "test.json: /bodies/0/constraints/0: found a mesh that offers distance nothing to act on; allowed: edges, or "
       "quads for shear");
   EXPECT_EQ(
@@ -234,7 +234,7 @@ TEST(ModelRefuses, ConstraintsThatFindNothingToActOn) {
       "test.json: /bodies/1/constraints/1: found a mesh that offers bending nothing to act on; allowed: a mesh with "
       "neighbouring faces");
   ConstraintSpec shear = constraint("distance_limit");
-  shear.on = {"shear"};
+  shear.elements = {"shear"};
   EXPECT_EQ(model_refusal(scene_of({body("ball", SphereShape{}, {shear})})),
             "test.json: /bodies/0/constraints/0: found a mesh that offers distance_limit nothing to act on; allowed: "
             "edges, or quads for shear");

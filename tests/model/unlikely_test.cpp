@@ -18,7 +18,7 @@ Json likely_scene() {
     "name": "likely", "solver": {"type": "pbd", "dt": 0.02}, "gravity": [0, -9.81, 0], "duration": 1,
     "bodies": [{"name": "sheet", "shape": {"grid": {"size": [1, 1], "cells": [8, 8]}}, "mass": 0.3,
                 "transform": {"translate": [-0.5, 0.6, -0.5]},
-                "constraints": [{"type": "distance"}, {"type": "distance", "on": ["shear"]}, {"type": "bending"}]}],
+                "constraints": [{"type": "distance"}, {"type": "distance", "elements": ["shear"]}, {"type": "bending"}]}],
     "environment": [{"name": "ball", "shape": {"sphere": {"radius": 0.3, "subdivisions": 2}}, "friction": 0.5}],
     "self_collision": {"thickness": 0.01, "friction": 0.3}})");
 }
@@ -84,7 +84,7 @@ TEST(UnlikelySettings, AreBodiesThatNothingHoldsTogether) {
   scene["bodies"][0]["pins"] = Json::parse(R"([{"box": {"min": [-9, -9, -9], "max": [9, 9, 9]}}])");
   EXPECT_TRUE(said_of(scene).empty()) << "held by its pins";
   scene["bodies"][0].erase("pins");
-  scene["bodies"][0]["shape"] = Json::parse(R"({"cloud": {"min": [0, 0, 0], "max": [1, 1, 1], "count": [3, 3, 3]}})");
+  scene["bodies"][0]["shape"] = Json::parse(R"({"lattice": {"min": [0, 0, 0], "max": [1, 1, 1], "count": [3, 3, 3]}})");
   scene.erase("self_collision");
   EXPECT_TRUE(said_of(scene).empty()) << "loose particles are meant to be";
 }
@@ -97,7 +97,7 @@ TEST(UnlikelySettings, AreFrictionsOfPercentAndTheSameConstraintTwice) {
   scene["self_collision"]["friction"] = 30;
   EXPECT_TRUE(says_once(scene, {"self_collision", "30 times"}));
   scene = likely_scene();
-  scene["bodies"][0]["constraints"][1]["on"] = {"edges", "shear"};
+  scene["bodies"][0]["constraints"][1]["elements"] = {"edges", "shear"};
   EXPECT_TRUE(says_once(scene, {"body 'sheet'", "\"distance\" 2 times"}));
   scene = likely_scene();
   scene["bodies"][0]["constraints"].push_back({{"type", "bending"}});

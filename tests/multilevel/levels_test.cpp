@@ -31,7 +31,7 @@ Scene hung_sheet(const Shape& shape, int levels, int every = 2, Precision precis
                                             : std::vector<std::string>{"edges"})};
   body.pins = {BoxPin{{-1, -1, -1e-9}, {3, 1, 1e-9}}};
   Scene scene = scene_of({body}, kEarth, 1.0 / 60, 10, precision);
-  scene.solver.levels = levels, scene.solver.levels_every = every;
+  scene.solver.levels = levels, scene.solver.levels_interval = every;
   return scene;
 }
 GridShape sheet_of(int side) { return {{2, 2}, {side - 1, side - 1}}; }
@@ -369,7 +369,7 @@ TEST(Levels, GoOnFromASavedStateBitByBit) {
 /// Once its pins have let go a sheet falls as a stone does: its levels no longer hang on anything.
 TEST(Levels, FallWhenTheirPinsLetGo) {
   Scene scene = hung_sheet(sheet_of(70), kAutoLevels, 2, Precision::Double);
-  scene.bodies[0].pins[0].until = 0.2;
+  scene.bodies[0].pins[0].release_time = 0.2;
   Simulation simulation(scene, {.threads = 1});
   ASSERT_FALSE(simulation.solver().facts().levels.empty());
   run_for(simulation, scene, 0.25);
@@ -452,26 +452,26 @@ TEST(Levels, OfAScenesSolverAreReadAndRefused) {
         .solver;
   };
   EXPECT_EQ(with("").levels, kAutoLevels);
-  EXPECT_EQ(with("").levels_every, 0);
+  EXPECT_EQ(with("").levels_interval, 0);
   EXPECT_EQ(with(R"(, "levels": "off")").levels, 0);
-  EXPECT_EQ(with(R"(, "levels": 3, "levels_every": 1)").levels, 3);
+  EXPECT_EQ(with(R"(, "levels": 3, "levels_interval": 1)").levels, 3);
   EXPECT_NE(refusal([&] { with(R"(, "levels": "many")"); }).find("/solver/levels: found"), std::string::npos);
   EXPECT_NE(refusal([&] { with(R"(, "levels": 0)"); }).find("/solver/levels: found"), std::string::npos);
-  for (const char* every : {R"(, "levels_every": 0)", R"(, "levels_every": 4)"})
-    EXPECT_NE(refusal([&] { with(every); }).find("/solver/levels_every: found"), std::string::npos);
+  for (const char* every : {R"(, "levels_interval": 0)", R"(, "levels_interval": 4)"})
+    EXPECT_NE(refusal([&] { with(every); }).find("/solver/levels_interval: found"), std::string::npos);
 }
 
 TEST(Levels, ActInEachSubstepOfWhatIsDriven) {
   const auto every = [](const std::function<void(Scene&)>& change) {
     Scene scene = hung_sheet(sheet_of(20), kAutoLevels, 0);
     change(scene);
-    return levels_every(build_model(scene));
+    return levels_interval(build_model(scene));
   };
   EXPECT_EQ(every([](Scene&) {}), 2);
   EXPECT_EQ(every([](Scene& scene) { scene.wind = Wind{{1, 0, 0}, 1.2}; }), 1);
-  EXPECT_EQ(every([](Scene& scene) { scene.bodies[0].pins[0].until = 0.5; }), 2);
+  EXPECT_EQ(every([](Scene& scene) { scene.bodies[0].pins[0].release_time = 0.5; }), 2);
   EXPECT_EQ(every([](Scene& scene) { scene.bodies[0].pins[0].motion = {{0.1}, {0.2, {1, 0, 0}}}; }), 1);
-  EXPECT_EQ(every([](Scene& scene) { scene.wind = Wind{{1, 0, 0}, 1.2}, scene.solver.levels_every = 3; }), 3);
+  EXPECT_EQ(every([](Scene& scene) { scene.wind = Wind{{1, 0, 0}, 1.2}, scene.solver.levels_interval = 3; }), 3);
   EXPECT_EQ(every([](Scene& scene) {
               scene.environment.emplace_back();
               scene.environment[0].name = "pole", scene.environment[0].shape = GridShape{{3, 3}, {1, 1}};

@@ -34,7 +34,7 @@ TEST(GlbOfARun, AppearsWhenTheRunEndsAndIsRemovedWithTheNextRun) {
 // 2^118 m a step: beyond the largest float of 2^128 at the 1024th.
 TEST(GlbOfARun, EndsBeforeItDiverges) {
   const TemporaryFolder folder;
-  const Json here{{"cloud", {{"min", {0, 1, 0}}, {"max", {0, 1, 0}}, {"count", {1, 1, 1}}}}};
+  const Json here{{"lattice", {{"min", {0, 1, 0}}, {"max", {0, 1, 0}}, {"count", {1, 1, 1}}}}};
   const Json scene{{"name", "rush"},
                    {"solver", {{"type", "pbd"}, {"dt", 0x1p59}, {"substeps", 1}}},
                    {"bodies", {{{"name", "rushing"}, {"shape", here}, {"mass", 1}, {"velocity", {0x1p59, 0, 0}}}}},

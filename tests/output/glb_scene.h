@@ -46,7 +46,7 @@ inline Json glb_scene(const TemporaryFolder& folder) {
        "transform": {"translate": [2, 1, 0]}, "pins": [{"row": "first"}]},
       {"name": "rope", "shape": {"chain": {"from": [0, 2, 2], "to": [1, 2, 2], "segments": 9}}, "mass": 0.1,
        "pins": [{"row": "first"}]},
-      {"name": "dust", "shape": {"cloud": {"min": [-2, 3, 0], "max": [-1, 4, 1], "count": [3, 2, 2]}}, "mass": 1,
+      {"name": "dust", "shape": {"lattice": {"min": [-2, 3, 0], "max": [-1, 4, 1], "count": [3, 2, 2]}}, "mass": 1,
        "velocity": [0.3, 0, 0.1]}
     ],
     "environment": [
@@ -59,7 +59,7 @@ inline Json glb_scene(const TemporaryFolder& folder) {
   scene["solver"]["dt"] = kGlbStep, scene["duration"] = kGlbStep * (kGlbFrames - 1);
   scene["bodies"][0]["shape"] = {{"mesh", mesh}};
   for (const int body : {0, 1, 2})
-    scene["bodies"][body]["constraints"] = {{{"type", "distance"}, {"on", {"edges"}}, {"compliance", 1e-5}}};
+    scene["bodies"][body]["constraints"] = {{{"type", "distance"}, {"elements", {"edges"}}, {"compliance", 1e-5}}};
   scene["environment"][0]["motion"] = {
       {{"time", 0}},
       {{"time", 1}, {"translate", kBallMoves}, {"rotate", {{"axis", {0, 0, 1}}, {"degrees", kBallTurns}}}}};

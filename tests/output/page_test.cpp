@@ -122,12 +122,12 @@ TEST_F(PageOfARun, NeedsNoNetwork) {
 }
 
 /// Whose places no coder makes small.
-Json rough_scene(int cells, double megabytes) {
+Json rough_scene(int cells, double max_megabytes) {
   Json scene = swinging_sheet(false);
   scene["bodies"][0]["shape"]["grid"]["cells"] = {cells, cells};
   scene["wind"]["velocity"] = {3, 5, 9};
   scene["duration"] = 0.62;  // 31 steps
-  scene["outputs"]["page"] = {{"megabytes", megabytes}};
+  scene["outputs"]["page"] = {{"max_megabytes", max_megabytes}};
   return scene;
 }
 
@@ -173,7 +173,7 @@ TEST_F(PageOfARun, OfAResumedRunHasWhatThatRunSaw) {
 
 // 2^118 m a step: beyond the largest float of 2^128 at the 1024th.
 TEST_F(PageOfARun, ThatDivergesEndsBeforeIt) {
-  const Json here{{"cloud", {{"min", {0, 1, 0}}, {"max", {0, 1, 0}}, {"count", {1, 1, 1}}}}};
+  const Json here{{"lattice", {{"min", {0, 1, 0}}, {"max", {0, 1, 0}}, {"count", {1, 1, 1}}}}};
   const Json scene{{"name", "rush"},
                    {"solver", {{"type", "pbd"}, {"dt", 0x1p59}, {"substeps", 1}}},
                    {"bodies", {{{"name", "rushing"}, {"shape", here}, {"mass", 1}, {"velocity", {0x1p59, 0, 0}}}}},

@@ -74,12 +74,12 @@ Json steady_scene(const char* solver, const char* precision) {
       {"name": "sheet", "shape": {"grid": {"size": [1, 1], "cells": [20, 20]}}, "mass": 0.2,
        "pins": [{"particles": [0, 20]}],
        "attachments": [{"at": {"nearest": [1, 0, 1]}, "to": {"point": [1, 0.2, 1]}, "compliance": 0.01}],
-       "constraints": [{"type": "distance", "on": ["edges"]}, {"type": "long_range", "limit": 0.02}]},
+       "constraints": [{"type": "distance", "elements": ["edges"]}, {"type": "long_range", "limit": 0.02}]},
       {"name": "balloon", "shape": {"sphere": {"radius": 0.3, "subdivisions": 2}}, "mass": 0.1, "damping": 0.2,
        "transform": {"translate": [3, 0, 0]}, "spin": [1, 2, 0],
-       "constraints": [{"type": "distance", "on": ["edges"]}, {"type": "pressure"}]}]})");
+       "constraints": [{"type": "distance", "elements": ["edges"]}, {"type": "pressure"}]}]})");
   json["solver"]["type"] = solver, json["solver"]["precision"] = precision;
-  if (json["solver"]["type"] == "desbrun") json["solver"]["refine"] = 1;
+  if (json["solver"]["type"] == "desbrun") json["solver"]["refinement_iterations"] = 1;
   return json;
 }
 
@@ -158,7 +158,7 @@ TEST(RecordedLaunches, AreThoseOfWhatChangedMeanwhile) {
     sheet.pins = {ListPin{{0, 40}}};
     sheet.constraints = {stiff("distance", {"edges"})};
     Scene scene = scene_of({sheet}, kEarth, 1.0 / 60, 4, Precision::Float);
-    scene.solver.levels = levels, scene.solver.levels_every = 2;
+    scene.solver.levels = levels, scene.solver.levels_interval = 2;
     Model model = build_model(scene);
     const auto host = make_solver(model, 1), blocks = make_on_blocks(model, {});
     for (const double g : {-9.81, 3.0, -9.81}) {

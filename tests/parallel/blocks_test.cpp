@@ -174,7 +174,7 @@ TEST(ContactsOnBlocks, AreTheHostsBetweenSeveralMeshes) {
       "solver": {"type": "pbd", "dt": 0.01, "substeps": 4, "iterations": 2},
       "bodies": [{"name": "sheet", "shape": {"grid": {"size": [0.5, 0.5], "cells": [12, 12]}}, "mass": 0.1,
                   "transform": {"translate": [0.02, 0.3, 0]}, "velocity": [-2, -4, 0.5],
-                  "constraints": [{"type": "distance", "on": ["edges", "shear"]}]}],
+                  "constraints": [{"type": "distance", "elements": ["edges", "shear"]}]}],
       "environment": [
         {"name": "floor", "shape": {"grid": {"size": [2, 2], "cells": [3, 3]}}, "transform": {"translate": [-1, 0, -1]},
          "sides": "one_sided", "thickness": 0.01, "restitution": 0.5, "friction": 0.2},

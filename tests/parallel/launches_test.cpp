@@ -202,7 +202,7 @@ void expect_planned_launches(const Json& scene, const std::vector<UserConstraint
 TEST(Launches, OfAMembraneByDesbrunAreThoseOfThePlanThatNamesIt) {
   if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
   Json scene = traced_cloth();
-  scene["solver"] = {{"type", "desbrun"}, {"dt", 0.01}, {"substeps", 2}, {"refine", 1}};
+  scene["solver"] = {{"type", "desbrun"}, {"dt", 0.01}, {"substeps", 2}, {"refinement_iterations", 1}};
   scene["bodies"][0]["constraints"] = Json::parse(R"([{"type": "membrane", "young_modulus": 100}])");
   expect_planned_launches(scene);
   const Simulation simulation(parsed(scene), {.threads = 1});

@@ -67,7 +67,7 @@ TEST(SolverOrder, IsAPermutation) {
   Graph graph;
   graph.add(generate(GridShape{{1, 1}, {17, 5}}));
   graph.add(generate(SphereShape{0.5, 2}), {3, 0, 0});
-  graph.add(generate(CloudShape{{0, 0, 0}, {1, 1, 1}, {3, 3, 3}}), {0, 3, 0});
+  graph.add(generate(LatticeShape{{0, 0, 0}, {1, 1, 1}, {3, 3, 3}}), {0, 3, 0});
   graph.shuffle(1);
   expect_permutation(graph.order(), graph.points.size());
 }

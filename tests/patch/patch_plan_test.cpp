@@ -296,7 +296,7 @@ int in_runs(const PatchPlan& plan) {
 /// A sheet with edges, shear and hinges.
 BodySpec sheet(const std::string& name, int nx, int nz, std::vector<Pin> pins = {}) {
   ConstraintSpec lengths = constraint("distance");
-  lengths.on = {"edges", "shear"};
+  lengths.elements = {"edges", "shear"};
   BodySpec spec = body(name, GridShape{{1, 1}, {nx, nz}}, {lengths, constraint("bending")});
   spec.pins = std::move(pins);
   return spec;
@@ -371,7 +371,7 @@ TEST(PlanPatches, OfManySmallBodiesIsSound) {
     const std::string name = "body" + std::to_string(b);
     if (b % 3 == 0) bodies.push_back(body(name, ChainShape{{0, 0, 0}, {1, 1, 0}, 1 + b % 7}, {constraint("distance")}));
     if (b % 3 == 1) bodies.push_back(sheet(name, 1 + b % 4, 2, {ListPin{{0}}}));
-    if (b % 3 == 2) bodies.push_back(body(name, CloudShape{{0, 0, 0}, {1, 1, 1}, {1 + b % 3, 2, 1}}));
+    if (b % 3 == 2) bodies.push_back(body(name, LatticeShape{{0, 0, 0}, {1, 1, 1}, {1 + b % 3, 2, 1}}));
   }
   const PatchPlan plan = expect_sound_plan(build_model(scene_of(bodies)));
   EXPECT_GT(plan.patches.size(), 1u);
@@ -386,12 +386,12 @@ TEST(PlanPatches, OfASphereIsSound) {
 
 TEST(PlanPatches, VisitsParticlesWithoutConstraintsOnce) {
   const PatchPlan cloud =
-      expect_sound_plan(build_model(scene_of({body("cloud", CloudShape{{0, 0, 0}, {1, 1, 1}, {9, 9, 20}})})));
+      expect_sound_plan(build_model(scene_of({body("lattice", LatticeShape{{0, 0, 0}, {1, 1, 1}, {9, 9, 20}})})));
   EXPECT_GT(cloud.patches.size(), 1u);
   EXPECT_EQ(cloud.phases(), 1);
   EXPECT_EQ(cloud.shared, 0);
   EXPECT_EQ(cloud.segments.size(), cloud.patches.size()) << "which read and write whole packs of them";
-  EXPECT_EQ(expect_sound_plan(build_model(scene_of({body("one", CloudShape{{0, 0, 0}, {0, 0, 0}, {1, 1, 1}})})))
+  EXPECT_EQ(expect_sound_plan(build_model(scene_of({body("one", LatticeShape{{0, 0, 0}, {0, 0, 0}, {1, 1, 1}})})))
                 .patches.size(),
             1u);
 }

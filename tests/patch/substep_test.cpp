@@ -54,7 +54,7 @@ std::vector<std::array<double, 2>> rows_of_a_chain(int n, double time, double dt
 /// RMS distance (m) of a sheet of 1 m, hung by its first row, from that chain half a second after it was let go.
 double error_of_hung_sheet(int n, int substeps, const std::vector<std::array<double, 2>>& rows) {
   BodySpec sheet = body("sheet", GridShape{{1, 1}, {n, n}}, {constraint("distance")});
-  sheet.constraints[0].on = {"edges", "shear"};
+  sheet.constraints[0].elements = {"edges", "shear"};
   sheet.pins = {RowPin{}};
   Scene scene = scene_of({sheet});
   scene.gravity = kEarth, scene.solver.substeps = substeps;
@@ -145,7 +145,7 @@ TEST(Substep, KeepsTheAngularMomentumOfAFreeBodyToRounding) {
 
 TEST(Substep, TurnsNoSheetThatHangsByACorner) {
   BodySpec sheet = body("sheet", GridShape{{1, 1}, {16, 16}}, {constraint("distance")});
-  sheet.constraints[0].on = {"edges", "shear"};
+  sheet.constraints[0].elements = {"edges", "shear"};
   sheet.pins = {ListPin{{0}}};
   Scene scene = scene_of({sheet});
   scene.gravity = kEarth;
@@ -200,10 +200,11 @@ TEST(Substep, IsAsGoodInFloatAsInDoubleTenKilometresAway) {
 TEST(AHingeWithPinsInALine, LeavesItsFreeCornerAlone) {
   for (const double slope : {0.0, 0.3, -2.1}) {
     const auto on_line = [&](double t) { return Vec3{t, slope * t, 0.7 * slope * t}; };
-    BodySpec hinge = body(
-        "hinge",
-        ListedShape{{on_line(0), on_line(0.47), on_line(1), {0.41, 0.1, 0.53}}, {{0, 1, 3, -1}, {1, 2, 3, -1}}, {}, {}},
-        {stiff("bending")});
+    BodySpec hinge =
+        body("hinge",
+             MeshDataShape{
+                 {on_line(0), on_line(0.47), on_line(1), {0.41, 0.1, 0.53}}, {{0, 1, 3, -1}, {1, 2, 3, -1}}, {}, {}},
+             {stiff("bending")});
     hinge.pins = {ListPin{{0, 1, 2}}};
     hinge.velocity = {1e-3, 7e-4, 3e-4};
     const Scene scene = scene_of({hinge}, {}, 1.0 / 60, 10, Precision::Double);
@@ -238,7 +239,7 @@ double fastest_ever(const Scene& scene, double time) {
 // With levels in every second substep it reached 5.3 km/s.
 TEST(AFlagInAStorm, IsNotThrownFasterThanTwiceTheWind) {
   BodySpec flag = body("flag", GridShape{{1.5, 1}, {45, 30}}, {constraint("distance"), constraint("bending", 1)});
-  flag.constraints[0].on = {"edges", "shear"}, flag.constraints[1].stiffness = 0.02;
+  flag.constraints[0].elements = {"edges", "shear"}, flag.constraints[1].stiffness = 0.02;
   flag.mass = 0.225;
   flag.transform.axis = {1, 0, 0}, flag.transform.degrees = 90;
   flag.pins = {BoxPin{{-1e-3, -2, -2}, {1e-3, 2, 2}}};
@@ -261,7 +262,7 @@ TEST(HardFolds, DoNotDriveASoftSheetThatIsTornAbout) {
   sheet.transform.axis = {1.562, -0.153, 0.355}, sheet.transform.degrees = 40;
   constexpr double kPull = 12.3;  // m/s, of the pins
   sheet.pins = {ListPin{{0, 1, 2, 3, 4, 5}}};
-  sheet.pins[0].motion = {{0.3}, {0.51, {-0.84, 1.75, 1.68}}}, sheet.pins[0].until = 1.5;
+  sheet.pins[0].motion = {{0.3}, {0.51, {-0.84, 1.75, 1.68}}}, sheet.pins[0].release_time = 1.5;
   Scene scene = scene_of({sheet}, kEarth, 1.0 / 60, 40, Precision::Double);
   EXPECT_LT(fastest_ever(scene, 2.5), 8 * kPull) << "a whip's end";
 }

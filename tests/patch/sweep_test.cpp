@@ -273,7 +273,7 @@ Model sheet_model(std::optional<double> compliance, bool with_wings = true) {
   for_each_constraint([&]<class Kind>(Kind) {
     if (facts_of(Kind::element).solid || (facts_of(Kind::element).weighed && !with_wings)) return;
     ConstraintSpec spec = constraint(Kind::name, Kind::parameter.default_value);
-    if (Kind::element == Element::Edges) spec.on = {"edges", "shear"};
+    if (Kind::element == Element::Edges) spec.elements = {"edges", "shear"};
     if constexpr (Kind::strength.free)
       spec.stiffness = compliance ? 1 : 0.8, spec.compliance = compliance;
     else
@@ -388,7 +388,7 @@ void expect_fused_same(const Model& model, const std::string& what) {
 TEST(Sweep, ThatPredictsAndUpdatesGivesTheBitsOfSeparatePasses) {
   for (const int iterations : {1, 3}) {
     Model tangled = tangled_model(std::nullopt), sheet = sheet_model(1e-3);
-    Model cloud = build_model(scene_of({body("cloud", CloudShape{{0, 0, 0}, {1, 1, 1}, {9, 9, 21}})}));
+    Model cloud = build_model(scene_of({body("lattice", LatticeShape{{0, 0, 0}, {1, 1, 1}, {9, 9, 21}})}));
     for (Model* model : {&tangled, &sheet, &cloud}) {
       model->scene.solver = some_solver(4, iterations);
       model->scene.gravity = {0.1, -9.81, 0.2};
@@ -421,7 +421,7 @@ TEST(Sweep, NamesTheParticleThatIsLostAndTheSubstepInWhichItWas) {
   for_each_executor([&](const auto& executor, int threads, const std::string& name) {
     for (const int lost : {0, 5, 801, -1700}) {
       const bool slanted = lost < 0;  // finite coordinates, but not their sum
-      Model model = build_model(scene_of({body("cloud", CloudShape{{0, 0, 0}, {1, 1, 1}, {9, 9, 21}})}));
+      Model model = build_model(scene_of({body("lattice", LatticeShape{{0, 0, 0}, {1, 1, 1}, {9, 9, 21}})}));
       const int i = std::abs(lost), first = slanted ? 2 : 4;  // at 1e38 m a substep
       model.v[i][1] = 1e30;                                   // a float's range ends at 3.4e38
       if (slanted) model.v[i] = {1e30, 1e30, 1e30};

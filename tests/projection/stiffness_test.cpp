@@ -86,21 +86,21 @@ TEST(StiffnessOfAStep, StretchesAChainAsItsSprings) {
 TEST(StiffnessOfAStep, IsReadAndWrittenAndForPbdAlone) {
   const auto text = [](const std::string& solver) {
     return R"({"name": "s", "solver": )" + solver +
-           R"(, "bodies": [{"name": "b", "mass": 1, "shape": {"cloud": {"min": [0, 0, 0], "max": [0, 0, 0],
+           R"(, "bodies": [{"name": "b", "mass": 1, "shape": {"lattice": {"min": [0, 0, 0], "max": [0, 0, 0],
                "count": [1, 1, 1]}}}], "duration": 1})";
   };
   const auto read = [&](const std::string& solver) { return parse_scene(text(solver), "s.json", "."); };
   EXPECT_FALSE(read(R"({"type": "pbd"})").solver.stiffness_of_step);
-  const Scene scene = read(R"({"type": "pbd", "stiffness_of": "step"})");
+  const Scene scene = read(R"({"type": "pbd", "stiffness_basis": "step"})");
   EXPECT_TRUE(scene.solver.stiffness_of_step);
   EXPECT_TRUE(parse_scene(to_json(scene), "s.json", ".").solver.stiffness_of_step);
   EXPECT_EQ(
-      refusal([&] { read(R"({"type": "pbd", "stiffness_of": "steps"})"); }),
-      "s.json: /solver/stiffness_of: found unknown choice \"steps\" (did you mean 'step'?); allowed: projections, "
+      refusal([&] { read(R"({"type": "pbd", "stiffness_basis": "steps"})"); }),
+      "s.json: /solver/stiffness_basis: found unknown choice \"steps\" (did you mean 'step'?); allowed: projections, "
       "step");
   EXPECT_EQ(refusal([&] {
-              read(R"({"type": "desbrun", "stiffness_of": "step"})");
-            }).find("s.json: /solver/stiffness_of: found unknown key 'stiffness_of'"),
+              read(R"({"type": "desbrun", "stiffness_basis": "step"})");
+            }).find("s.json: /solver/stiffness_basis: found unknown key 'stiffness_of'"),
             0u);
 }
 

@@ -61,7 +61,7 @@ TEST(UserConstraint, SwingsAChainAsTheBuiltInDistanceDoes) {
 
 TEST(UserConstraint, HangsAWeightByItsCompliance) {
   BodySpec pair;
-  pair.name = "pair", pair.shape = ListedShape{{{0, 0, 0}, {0, -1, 0}}, {}, {}, {}}, pair.mass = 4;
+  pair.name = "pair", pair.shape = MeshDataShape{{{0, 0, 0}, {0, -1, 0}}, {}, {}, {}}, pair.mass = 4;
   pair.pins = {ListPin{{0}}};
   const Scene scene = scene_of({pair}, kEarth, 0.05, 1);
   SimulationOptions options{.threads = 1};

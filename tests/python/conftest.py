@@ -22,7 +22,7 @@ def scene_of(*bodies, gravity=(0, -G, 0), dt=0.01, substeps=8, iterations=1, pre
 def cloth(name="cloth", cells=12, x=0.0, **more):
     return {"name": name, "shape": {"grid": {"size": [1, 1], "cells": [cells, cells]}}, "mass": 0.2,
             "transform": {"translate": [x, 0, 0]}, "pins": [{"particles": [0, cells]}],
-            "constraints": [{"type": "distance", "on": ["edges", "shear"]}]} | more
+            "constraints": [{"type": "distance", "elements": ["edges", "shear"]}]} | more
 
 
 def chain(links=1, length=0.5, constraints=()):
@@ -52,7 +52,7 @@ def said_by_command(*words, cwd=None):
 @pytest.fixture
 def rushing():
     """Beyond the largest float of 2^128 at the 1024th step."""
-    at = {"cloud": {"min": [0, 1, 0], "max": [0, 1, 0], "count": [1, 1, 1]}}
+    at = {"lattice": {"min": [0, 1, 0], "max": [0, 1, 0], "count": [1, 1, 1]}}
     return {"name": "rush", "solver": {"type": "pbd", "dt": 2.0**59, "substeps": 1},
             "bodies": [{"name": "rushing", "shape": at, "mass": 1, "velocity": [2.0**59, 0, 0]}], "duration": 2.0**59}
 

@@ -25,7 +25,7 @@ def test_a_rod_swings_as_by_the_built_in_distance(compliance, iterations):
 
 def test_a_cloth_hangs_as_by_the_built_in_distance():
     """Colours differ, so each sweep leaves another error; both come to rest at the same sheet."""
-    body = cloth(cells=5, constraints=[{"type": "distance", "on": ["edges"]}])
+    body = cloth(cells=5, constraints=[{"type": "distance", "elements": ["edges"]}])
     built = malha.Simulation(scene_of(body, substeps=20, solver={"levels": "off"}), threads=1)
     faces = built.faces
     edges = np.unique(np.sort(np.concatenate([faces[:, [k, (k + 1) % 4]] for k in range(4)]), axis=1), axis=0)

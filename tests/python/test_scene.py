@@ -150,10 +150,10 @@ def test_arrays_of_another_shape_are_refused(points, faces, said):
 
 def test_arrays_give_the_scene_that_their_lists_give():
     arrays = square()
-    assert isinstance(arrays["shape"]["listed"]["points"], np.ndarray)
-    lists = arrays | {"shape": {"listed": {k: v.tolist() for k, v in arrays["shape"]["listed"].items()}}}
+    assert isinstance(arrays["shape"]["mesh_data"]["points"], np.ndarray)
+    lists = arrays | {"shape": {"mesh_data": {k: v.tolist() for k, v in arrays["shape"]["mesh_data"].items()}}}
     assert malha.Scene(scene_of(arrays)).to_json() == malha.Scene(scene_of(lists)).to_json()
-    assert isinstance(arrays["shape"]["listed"]["points"], np.ndarray), "the dict is as it was"
+    assert isinstance(arrays["shape"]["mesh_data"]["points"], np.ndarray), "the dict is as it was"
     with pytest.raises(malha.InputError, match="density of loose particles"):
         malha.Scene(scene_of(malha.body(np.eye(3), density=1)))
 

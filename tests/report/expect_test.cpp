@@ -126,7 +126,7 @@ TEST(UnmetExpectations, LookAtTheVolumeOfEveryBody) {
 
 TEST(UnmetExpectations, CountParticlesOutsideTheBox) {
   Expect expect;
-  expect.inside_min = {0, 0, 0}, expect.inside_max = {1, 1, 1};
+  expect.bounds_min = {0, 0, 0}, expect.bounds_max = {1, 1, 1};
   EXPECT_EQ(unmet_expectations(expect, {}, {{0, 0, 0}, {1, 1, 1}, {0.5, 0.5, 0.5}}), Lines{});
   for (int axis = 0; axis < 3; ++axis)
     for (const double outside : {-0.001, 1.001}) {
@@ -140,7 +140,7 @@ TEST(UnmetExpectations, CountParticlesOutsideTheBox) {
 
 TEST(UnmetExpectations, TakeHalfABox) {
   Expect low, high;
-  low.inside_min = {0, 0, 0}, high.inside_max = {1, 1, 1};
+  low.bounds_min = {0, 0, 0}, high.bounds_max = {1, 1, 1};
   EXPECT_EQ(unmet_expectations(low, {}, {{9, 9, 9}}), Lines{});
   EXPECT_EQ(unmet_expectations(low, {}, {{9, -9, 9}}).size(), 1u);
   EXPECT_EQ(unmet_expectations(high, {}, {{-9, -9, -9}}), Lines{});
@@ -151,13 +151,13 @@ TEST(UnmetExpectations, AlwaysReportPositionsThatAreNotFinite) {
   for (const double bad : {kNaN, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()})
     EXPECT_EQ(unmet_expectations({}, {}, {{0, 0, 0}, {0, bad, 0}}), Lines{"1 particle not finite"});
   Expect expect;
-  expect.inside_min = {0, 0, 0};
+  expect.bounds_min = {0, 0, 0};
   EXPECT_EQ(unmet_expectations(expect, {}, {{kNaN, 1, 1}}).size(), 2u) << "nor is NaN inside a box";
 }
 
 TEST(UnmetExpectations, ReportSeveralAtOnce) {
   Expect expect;
-  expect.max_strain = 0.1, expect.max_speed = 1, expect.inside_max = {1, 1, 1};
+  expect.max_strain = 0.1, expect.max_speed = 1, expect.bounds_max = {1, 1, 1};
   Measures measures;
   measures.strain_max = 0.2, measures.speed_max = 2;
   EXPECT_EQ(unmet_expectations(expect, measures, {{2, 0, 0}}).size(), 3u);

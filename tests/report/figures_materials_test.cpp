@@ -28,7 +28,7 @@ struct FigureStrip {
     body.name = "strip", body.mass = mass, body.shape = shape, body.constraints = {material};
     if (!stretched()) {
       body.constraints.push_back(stiff("distance", {"edges"}));
-      if (std::holds_alternative<GridShape>(shape)) body.constraints.back().on.push_back("shear");
+      if (std::holds_alternative<GridShape>(shape)) body.constraints.back().elements.push_back("shear");
     }
     ListPin rim;
     for (int i = 0; i < (stretched() ? 1 : 2) * (across + 1); ++i) rim.particles.push_back(i);
@@ -117,7 +117,7 @@ TEST(Figures, DISABLED_SofteningOfStripsOfIrregularTriangles) {
 TEST(Figures, DISABLED_SofteningOfGradedAndLongCells) {
   FigureStrip graded;
   graded.across = 4, graded.width = 0.04;
-  ListedShape mesh;
+  MeshDataShape mesh;
   // Cells of 2 mm on the first tenth, where it bends most, and of 10 mm.
   for (double z = 0; z < 0.2001; z += z < 0.0199 ? 0.002 : 0.01)
     for (int i = 0; i <= 4; ++i) mesh.points.push_back({0.01 * i, 0, z});

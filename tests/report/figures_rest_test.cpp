@@ -74,7 +74,7 @@ TEST(Figures, DISABLED_PinnedSheetsWithBending) {
       for (const std::string kind : {"bending", "isometric_bending", "plate"}) {
         BodySpec sheet =
             body("sheet", GridShape{{1, 1}, {16, 16}}, {stiff("distance", {"edges", "shear"}), stiff(kind)});
-        if (!grid) sheet.shape = irregular, sheet.constraints[0].on = {"edges"};
+        if (!grid) sheet.shape = irregular, sheet.constraints[0].elements = {"edges"};
         sheet.constraints[1].rigidity = 0.01;
         if (kind == "plate") sheet.constraints[1].parameter = 0;
         sheet.pins = {ListPin{{0, 16}}};

@@ -20,7 +20,7 @@ bool says(const std::string& plan, const std::string& line) { return has("\n" + 
 Json dust() {
   return Json::parse(R"({
     "name": "dust", "solver": {"type": "pbd", "dt": 0.01, "substeps": 3}, "duration": 1,
-    "bodies": [{"name": "dust", "mass": 1, "shape": {"cloud": {"min": [0,0,0], "max": [1,1,1], "count": [3,3,3]}}}]})");
+    "bodies": [{"name": "dust", "mass": 1, "shape": {"lattice": {"min": [0,0,0], "max": [1,1,1], "count": [3,3,3]}}}]})");
 }
 
 /// Everything there is.
@@ -154,7 +154,7 @@ Json cloth_with_levels(int most) {
   Json scene = Json::parse(R"({
     "name": "cloth", "solver": {"type": "pbd", "dt": 0.01, "substeps": 5}, "gravity": [0, -9.81, 0], "duration": 1,
     "bodies": [{"name": "cloth", "mass": 1, "shape": {"grid": {"size": [1, 1], "cells": [40, 40]}},
-                "pins": [{"row": "first"}], "constraints": [{"type": "distance", "on": ["edges", "shear"]}]}]})");
+                "pins": [{"row": "first"}], "constraints": [{"type": "distance", "elements": ["edges", "shear"]}]}]})");
   scene["solver"]["levels"] = most;
   return scene;
 }
@@ -195,9 +195,9 @@ TEST(Plan, CountsWhatLevelsLaunch) {
     for (const int every : {1, 2, 3, 0}) {  // 0: with a compliance, and pins that let go, after which levels are others
       Json scene = cloth_with_levels(3);
       if (every == 0) scene["bodies"][0]["constraints"][0]["compliance"] = 1e-6;
-      if (every == 0) scene["bodies"][0]["pins"][0]["until"] = 0.5;
+      if (every == 0) scene["bodies"][0]["pins"][0]["release_time"] = 0.5;
       scene.update(Json::parse(block));
-      scene["solver"]["levels_every"] = every > 0 ? every : 2;
+      scene["solver"]["levels_interval"] = every > 0 ? every : 2;
       const auto launched = [&] {
         Simulation simulation(parsed(scene), {.threads = 1});
         simulation.step();

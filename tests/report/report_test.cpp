@@ -18,11 +18,11 @@ Json everything() {
     "bodies": [
       {"name": "balloon", "shape": {"sphere": {"radius": 0.5, "subdivisions": 2}}, "mass": 0.3, "damping": 0.1,
        "transform": {"translate": [0, 0.492, 0]},
-       "constraints": [{"type": "distance", "on": ["edges"], "compliance": 0.001}, {"type": "bending", "stiffness": 0.1},
+       "constraints": [{"type": "distance", "elements": ["edges"], "compliance": 0.001}, {"type": "bending", "stiffness": 0.1},
                        {"type": "pressure", "volume_ratio": 1.1}]},
       {"name": "sheet", "shape": {"grid": {"size": [1, 1], "cells": [4, 4]}}, "density": 0.2,
        "transform": {"translate": [2, 1, 0]}, "pins": [{"row": "first"}],
-       "constraints": [{"type": "distance", "on": ["edges"]}, {"type": "distance_limit", "on": ["shear"], "limit": 0.1}]}
+       "constraints": [{"type": "distance", "elements": ["edges"]}, {"type": "distance_limit", "elements": ["shear"], "limit": 0.1}]}
     ],
     "environment": [{"name": "ground", "shape": {"box": {"size": [6, 1, 6], "cells": [1, 1, 1]}}, "friction": 0.5,
                      "transform": {"translate": [0, -0.5, 0]}, "thickness": 0.01}],
@@ -126,7 +126,7 @@ TEST(Report, TimesSetUpStepsAndPassesWithinEachOther) {
 TEST(Report, HasNoPassesNoProjectionsAndNoStrainWhereTheSceneHasNone) {
   const Json scene = Json::parse(R"({
     "name": "dust", "solver": {"type": "pbd", "dt": 0.01}, "duration": 1,
-    "bodies": [{"name": "dust", "mass": 1, "shape": {"cloud": {"min": [0,0,0], "max": [1,1,1], "count": [3,3,3]}}}]})");
+    "bodies": [{"name": "dust", "mass": 1, "shape": {"lattice": {"min": [0,0,0], "max": [1,1,1], "count": [3,3,3]}}}]})");
   const Json report = report_of(scene, 2);
   EXPECT_EQ(report["constraints"], Json::object());
   EXPECT_EQ(report["timing"]["step_ms_by_pass"].size(), 1u) << report["timing"];
@@ -158,9 +158,9 @@ TEST(Report, CountsBytes) {
 
 TEST(Report, ListsLevelsWhereThereAreAny) {
   Json scene = Json::parse(R"({
-    "name": "cloth", "solver": {"type": "pbd", "dt": 0.01, "levels": 2, "levels_every": 3}, "gravity": [0, -9.81, 0],
+    "name": "cloth", "solver": {"type": "pbd", "dt": 0.01, "levels": 2, "levels_interval": 3}, "gravity": [0, -9.81, 0],
     "bodies": [{"name": "cloth", "mass": 1, "shape": {"grid": {"size": [1, 1], "cells": [40, 40]}},
-                "pins": [{"row": "first"}], "constraints": [{"type": "distance", "on": ["edges", "shear"]}]}],
+                "pins": [{"row": "first"}], "constraints": [{"type": "distance", "elements": ["edges", "shear"]}]}],
     "duration": 0.02})");
   const Json with = report_of(scene, 2), levels = with["levels"];
   EXPECT_EQ(levels["every_substeps"], 3);

@@ -40,7 +40,7 @@ Scene scene_of_strip(const SoftStrip& strip, const TemporaryFolder& folder) {
     body.shape = GridShape{{width, 0.2}, {columns, rows}};
   if (!stretched) {
     body.constraints.push_back(stiff("distance", {"edges"}));
-    if (!strip.irregular) body.constraints.back().on.push_back("shear");
+    if (!strip.irregular) body.constraints.back().elements.push_back("shear");
   }
   ListPin rim;
   for (int i = 0; i < (stretched ? 1 : 2) * (columns + 1); ++i) rim.particles.push_back(i);

@@ -221,7 +221,7 @@ TEST(WarningOfWaves, ComesWhereTooFewSubstepsMakeAMaterialSoft) {
 
 /// A beam of cells of six tetrahedra, held at one end, under a weight that bends it little.
 Scene beam_of_six(double poisson_ratio, int substeps) {
-  const ListedShape shape = cells_of_six({1, 0.2, 0.2}, {10, 2, 2});
+  const MeshDataShape shape = cells_of_six({1, 0.2, 0.2}, {10, 2, 2});
   ConstraintSpec material;
   material.type = "neo_hookean", material.young_modulus = 1e6, material.parameter = poisson_ratio;
   BodySpec beam;
@@ -265,7 +265,7 @@ Scene held_level(const Shape& shape, int columns, const std::string& type, doubl
   for (int i = 0; i < 2 * columns; ++i) held.push_back(i);
   strip.pins = {ListPin{held}};
   strip.constraints = {stiff("distance", {"edges", "shear"}), bends};
-  if (std::holds_alternative<ListedShape>(shape)) strip.constraints[0].on = {"edges"};
+  if (std::holds_alternative<MeshDataShape>(shape)) strip.constraints[0].elements = {"edges"};
   Scene scene = scene_of({strip}, kEarth, 1.0 / 60, 20);
   scene.wind = Wind{{0, 0, 0}, 0.002};
   return scene;
@@ -293,7 +293,7 @@ TEST(WarningOfFolds, ComesWhereAClampedStripHangsOtherwiseThanAHeavyElasticaAndN
 }
 
 TEST(WarningOfFolds, IsThatOfTwoEdgesOnAnyMeshAndOnlyWhereASheetTurns) {
-  const ListedShape triangles = listed_of_obj(irregular_obj(0.2, 1, 5, 24, 0.2, 3, 2, Diagonals::Delaunay));
+  const MeshDataShape triangles = listed_of_obj(irregular_obj(0.2, 1, 5, 24, 0.2, 3, 2, Diagonals::Delaunay));
   for (const Shape& shape : std::vector<Shape>{GridShape{{0.2, 1}, {5, 24}}, triangles})
     for (const std::string type : {"bending", "isometric_bending", "plate"}) {
       // sqrt(D / T) of 2.5 and of 1.5 edges; T is the weight of what hangs, 23 / 24 of a metre of strip.
@@ -305,7 +305,7 @@ TEST(WarningOfFolds, IsThatOfTwoEdgesOnAnyMeshAndOnlyWhereASheetTurns) {
       fine.bodies[0].transform.degrees = -90;
       EXPECT_TRUE(warns_of_a_fold(fine)) << type << ": it stands on its clamp";
       fine.bodies[0].transform.degrees = 0;
-      if (std::holds_alternative<ListedShape>(shape)) continue;
+      if (std::holds_alternative<MeshDataShape>(shape)) continue;
       fine.bodies[0].pins = {RowPin{}};
       EXPECT_FALSE(warns_of_a_fold(fine)) << type << ": a row is a joint";
       Scene over = held_level(shape, 6, type, std::pow(1.0 / 24, 2));  // 1.4 edges under half of the weight
@@ -347,7 +347,7 @@ TEST(WarningOfTorque, ComesOfOtherCorrectorsOfStiffFreeBodies) {
     scene.solver.desbrun.spring_constant = corrector == Corrector::Paper ? 0.1 : 1;
     EXPECT_TRUE(warnings_of(scene).empty());
   }
-  solver.desbrun.corrector.reset(), solver.desbrun.refine = 4;  // off, then
+  solver.desbrun.corrector.reset(), solver.desbrun.refinement_iterations = 4;  // off, then
   EXPECT_TRUE(warns_once(sheet_of(9, false, solver), "torque"));
 }
 
@@ -387,12 +387,12 @@ TEST(WarningOfSwing, ComesWhereTheFilterHoldsATurningChainBackAndNotWhereItHardl
 
 TEST(WarningOfWeight, ComesWhereInternalForcesAloneAreFilteredAtLargeSteps) {
   SolverSpec solver;
-  solver.type = "desbrun", solver.substeps = 1, solver.dt = 0.1, solver.desbrun.internal_only = true;
+  solver.type = "desbrun", solver.substeps = 1, solver.dt = 0.1, solver.desbrun.filter_external_forces = false;
   EXPECT_TRUE(warns_of(sheet_of(17, true, solver), "weight"));
   EXPECT_FALSE(warns_of(sheet_of(17, false, solver), "weight")) << "nothing is pinned";
   solver.dt = 1.0 / 60;
   EXPECT_FALSE(warns_of(sheet_of(17, true, solver), "weight"));
-  solver.dt = 0.1, solver.desbrun.internal_only = false;
+  solver.dt = 0.1, solver.desbrun.filter_external_forces = true;
   EXPECT_FALSE(warns_of(sheet_of(17, true, solver), "weight"));
 }
 

@@ -16,7 +16,7 @@ Json sound_scene() {
     "gravity": [0, -9.81, 0],
     "bodies": [{"name": "sheet", "shape": {"grid": {"size": [1, 1], "cells": [2, 2]}}, "mass": 1,
                 "transform": {"translate": [0, 1, 0]},
-                "constraints": [{"type": "distance", "on": ["edges"], "stiffness": 1}]}],
+                "constraints": [{"type": "distance", "elements": ["edges"], "stiffness": 1}]}],
     "environment": [{"name": "ball", "shape": {"sphere": {"radius": 0.3, "subdivisions": 1}}}],
     "duration": 0.02,
     "outputs": {"frames": {"every": 1, "formats": ["vtp"]}}

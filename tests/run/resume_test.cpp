@@ -162,7 +162,7 @@ TEST_F(ResumeRefuses, ACheckpointOfAnotherScene) {
 TEST_F(ResumeRefuses, ACheckpointOfAnotherMeshInAFileOfTheSameName) {
   const std::string mesh = folder_.write("mesh.obj", "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 2 3\nf 1 3 4\n");
   scene_["bodies"][0]["shape"] = {{"mesh", mesh}};
-  scene_["bodies"][0]["constraints"][0]["on"] = {"edges"};
+  scene_["bodies"][0]["constraints"][0]["elements"] = {"edges"};
   run_quietly(scene_, {.out = out_, .steps = 20});
   folder_.write("mesh.obj", "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 2 4\nf 2 3 4\n");  // the other diagonal
   EXPECT_NE(refusal(scene_, {.out = out_, .resume = true}).find("another scene"), std::string::npos);

@@ -59,7 +59,7 @@ TEST(APathWithoutEnd, IsRefusedBeforeMemoryEnds) {
   const TemporaryFolder folder;
   Json scene = swinging_sheet(false);
   scene["bodies"][0]["shape"] = {{"mesh", "a.obj"}};
-  scene["bodies"][0]["constraints"][0]["on"] = {"edges"};
+  scene["bodies"][0]["constraints"][0]["elements"] = {"edges"};
   folder.write("scene.json", scene.dump());
   std::filesystem::create_symlink("/dev/zero", folder / "a.obj");
   for (const char* line :
@@ -125,7 +125,7 @@ TEST(TextForTerminals, HasNoBytesOfFilesThatATerminalWouldObey) {
   scene["bodies"][0]["transform"]["translate"] = {0, 0.2, 0.3};
   scene["bodies"][0]["transform"]["rotate"] = {{"axis", {1, 0, 0}}, {"degrees", 90}};
   scene["environment"].erase(0), scene["expect"]["max_speed"] = 0;
-  scene["expect"]["bodies"] = {{{"name", "n\u009b31m"}, {"inside", {{"min", {0, 0, 0}}, {"max", {0, 0, 0}}}}}};
+  scene["expect"]["bodies"] = {{{"name", "n\u009b31m"}, {"bounds", {{"min", {0, 0, 0}}, {"max", {0, 0, 0}}}}}};
   folder.write("named\033.json", scene.dump());
   for (const std::string command : {"check", "plan", "run"}) {
     std::vector<std::string> words{command, "named\033.json"};
@@ -147,7 +147,7 @@ Scene too_large() {
   const double each = 2e7 * 170;
   for (double sum = 0; sum <= static_cast<double>(available_memory()); sum += each) {
     BodySpec cloud =
-        body("cloud" + std::to_string(scene.bodies.size()), CloudShape{{0, 0, 0}, {1, 1, 1}, {200, 1000, 100}});
+        body("lattice" + std::to_string(scene.bodies.size()), LatticeShape{{0, 0, 0}, {1, 1, 1}, {200, 1000, 100}});
     scene.bodies.push_back(cloud);
   }
   return scene;
@@ -271,7 +271,7 @@ TEST(ASceneThatIsALink, FindsItsMeshesBesideItsTargetToo) {
   folder.write("scenes/meshes/a.obj", "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 2 3\nf 1 3 4\n");
   Json scene = swinging_sheet(false);
   scene["bodies"][0]["shape"] = {{"mesh", "meshes/a.obj"}};
-  scene["bodies"][0]["constraints"][0]["on"] = {"edges"};
+  scene["bodies"][0]["constraints"][0]["elements"] = {"edges"};
   folder.write("scenes/scene.json", scene.dump());
   std::filesystem::create_symlink("scenes/scene.json", folder / "link.json");
   EXPECT_EQ(malha_command({"check", "link.json"}, folder / ".").out, "link.json: ok: 4 particles in 1 body\n");

@@ -147,7 +147,7 @@ TEST(Run, TellsItsProgressStepByStep) {
 /// A particle that no float can follow: dt = 2^59 s at 2^59 m/s are exactly 2^118 m a step, and step 1024 reaches
 /// 2^128, which float does not hold. Beside it one that stays calm.
 Json rushing_particle(bool environment) {
-  const Json here{{"cloud", {{"min", {0, 1, 0}}, {"max", {0, 1, 0}}, {"count", {1, 1, 1}}}}};
+  const Json here{{"lattice", {{"min", {0, 1, 0}}, {"max", {0, 1, 0}}, {"count", {1, 1, 1}}}}};
   Json scene{{"name", "rush"},
              {"solver", {{"type", "pbd"}, {"dt", 0x1p59}, {"substeps", 1}}},
              {"bodies",

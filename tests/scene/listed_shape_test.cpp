@@ -17,11 +17,11 @@ BodySpec listed_body(const Shape& shape) {
 }
 
 /// A square with a hole in its numbers: nothing uses vertex 1.
-const ListedShape kSquare{
+const MeshDataShape kSquare{
     {{0, 0, 0}, {9, 9, 9}, {1, 0, 0}, {0, 0, 1}, {1, 0, 1}}, {{0, 3, 2, -1}, {2, 3, 4, -1}}, {}, {}};
 constexpr const char* kSquareObj = "v 0 0 0\nv 9 9 9\nv 1 0 0\nv 0 0 1\nv 1 0 1\nf 1 4 3\nf 3 4 5\n";
 
-TEST(ListedShape, IsTheSameBodyAsItsFile) {
+TEST(MeshDataShape, IsTheSameBodyAsItsFile) {
   const TemporaryFolder folder;
   std::vector<std::uint64_t> hashes;
   for (const Shape& shape : {Shape(kSquare), Shape(MeshFile{folder.write("square.obj", kSquareObj)})}) {
@@ -34,60 +34,60 @@ TEST(ListedShape, IsTheSameBodyAsItsFile) {
   EXPECT_EQ(hashes[0], hashes[1]);
 }
 
-TEST(ListedShape, ComesBackFromItsJson) {
+TEST(MeshDataShape, ComesBackFromItsJson) {
   Scene scene = scene_of({listed_body(kSquare)}, kEarth, 0.01);
   const Scene back = parse_scene(to_json(scene), "s.json", "");
-  const auto& shape = std::get<ListedShape>(back.bodies[0].shape);
+  const auto& shape = std::get<MeshDataShape>(back.bodies[0].shape);
   EXPECT_EQ(shape.points, kSquare.points);
   EXPECT_EQ(shape.faces, kSquare.faces);
 }
 
-TEST(ListedShape, WithPointsAloneIsLoose) {
-  const Scene scene = scene_of({listed_body(ListedShape{{{0, 0, 0}, {1, 0, 0}}, {}, {}, {}})}, kEarth, 0.1);
+TEST(MeshDataShape, WithPointsAloneIsLoose) {
+  const Scene scene = scene_of({listed_body(MeshDataShape{{{0, 0, 0}, {1, 0, 0}}, {}, {}, {}})}, kEarth, 0.1);
   EXPECT_EQ(Simulation(scene).positions().size(), 2u);
 }
 
-TEST(ListedShape, HasTheSurfaceOfItsTetrahedraAsFaces) {
-  const Mesh mesh = generate(ListedShape{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {}, {}, {{0, 2, 1, 3}}});
+TEST(MeshDataShape, HasTheSurfaceOfItsTetrahedraAsFaces) {
+  const Mesh mesh = generate(MeshDataShape{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {}, {}, {{0, 2, 1, 3}}});
   EXPECT_EQ(mesh.faces.size(), 4u);
   EXPECT_EQ(mesh.tetrahedra, (std::vector<Tetrahedron>{{0, 2, 3, 1}})) << "of positive volume";
 }
 
-TEST(ListedShape, IsRefusedWhereACornerIsNoPoint) {
+TEST(MeshDataShape, IsRefusedWhereACornerIsNoPoint) {
   const std::vector<Vec3> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   EXPECT_EQ(refusal([&] {
-              generate(ListedShape{points, {{0, 1, 2, -1}, {0, 1, 3, -1}}, {}, {}});
+              generate(MeshDataShape{points, {{0, 1, 2, -1}, {0, 1, 3, -1}}, {}, {}});
             }),
             "listed: faces/1: found vertex 3; allowed: 0 to 2");
   EXPECT_EQ(refusal([&] {
-              generate(ListedShape{points, {{0, -1, 2, -1}}, {}, {}});
+              generate(MeshDataShape{points, {{0, -1, 2, -1}}, {}, {}});
             }),
             "listed: faces/0: found vertex -1; allowed: 0 to 2");
   EXPECT_EQ(refusal([&] {
-              generate(ListedShape{points, {}, {{0, 5}}, {}});
+              generate(MeshDataShape{points, {}, {{0, 5}}, {}});
             }),
             "listed: lines/0: found vertex 5; allowed: 0 to 2");
   EXPECT_EQ(refusal([&] {
-              generate(ListedShape{points, {}, {}, {{0, 1, 2, -1}}});
+              generate(MeshDataShape{points, {}, {}, {{0, 1, 2, -1}}});
             }),
             "listed: tetrahedra/0: found vertex -1; allowed: 0 to 2");
 }
 
 /// Sound meshes are not written as text to be checked; what is wrong is named all the same.
-TEST(ListedShape, MadeInCodeIsRefusedAsItsFileIs) {
-  const auto refused = [](const ListedShape& shape) {
+TEST(MeshDataShape, MadeInCodeIsRefusedAsItsFileIs) {
+  const auto refused = [](const MeshDataShape& shape) {
     return refusal([&] { build_model(scene_of({listed_body(shape)}, kEarth, 0.1)); });
   };
-  ListedShape shape = kSquare;
+  MeshDataShape shape = kSquare;
   shape.points[2][1] = 2e18;
-  EXPECT_TRUE(has(refused(shape), "/bodies/0/shape/listed/points/2/1: found 2e+18; allowed: a number"))
+  EXPECT_TRUE(has(refused(shape), "/bodies/0/shape/mesh_data/points/2/1: found 2e+18; allowed: a number"))
       << refused(shape);
   shape.points[2][1] = NAN;
-  EXPECT_TRUE(has(refused(shape), "/bodies/0/shape/listed/points/2/1: found null; allowed: a number"))
+  EXPECT_TRUE(has(refused(shape), "/bodies/0/shape/mesh_data/points/2/1: found null; allowed: a number"))
       << refused(shape);
   shape = kSquare, shape.faces[1][2] = -2;
-  EXPECT_TRUE(has(refused(shape), "/bodies/0/shape/listed/faces/1/2: found -2; allowed: ")) << refused(shape);
-  EXPECT_TRUE(has(refused({}), "/bodies/0/shape/listed/points: found a list of 0; allowed: ")) << refused({});
+  EXPECT_TRUE(has(refused(shape), "/bodies/0/shape/mesh_data/faces/1/2: found -2; allowed: ")) << refused(shape);
+  EXPECT_TRUE(has(refused({}), "/bodies/0/shape/mesh_data/points: found a list of 0; allowed: ")) << refused({});
   EXPECT_EQ(refused(kSquare), "");
 }
 

@@ -91,14 +91,14 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Attachments, ParseSceneRefuses,
     testing::Values(
-        Refusal{"PinUntilTheStart", "/bodies/1/pins/4/until", "0",
-                "/bodies/1/pins/4/until: found 0; allowed: a number > 0 (s)"},
+        Refusal{"PinUntilTheStart", "/bodies/1/pins/4/release_time", "0",
+                "/bodies/1/pins/4/release_time: found 0; allowed: a number > 0 (s)"},
         Refusal{"PinThatJumps", "/bodies/1/pins/4/motion/0/translate", "[0, 0, 1]",
                 "/bodies/1/pins/4/motion/0: found a first pose that is not that of the start; allowed: one without "
                 "translate and rotate"},
         Refusal{"PinKeyframesOutOfOrder", "/bodies/1/pins/4/motion/1/time", "0.5",
                 "/bodies/1/pins/4/motion/1/time: found 0.5; allowed: a time after that of the keyframe before it (s)"},
-        Refusal{"PinWithoutAPlace", "/bodies/1/pins/0", R"({"until": 1})",
+        Refusal{"PinWithoutAPlace", "/bodies/1/pins/0", R"({"release_time": 1})",
                 "/bodies/1/pins/0: found no key of them; allowed: exactly one of row, box, sphere, nearest, particles"},
         Refusal{"PinUtnil", "/bodies/1/pins/0/utnil", "1",
                 "/bodies/1/pins/0/utnil: found unknown key 'utnil' (did you mean 'until'?); allowed: row, box, sphere, "
@@ -126,8 +126,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "/bodies/1/attachments/1/stiffness: found 2" + ratio},
         Refusal{"AttachmentNegativeCompliance", "/bodies/1/attachments/0/compliance", "-1",
                 "/bodies/1/attachments/0/compliance: found -1; allowed: a number >= 0 (m/N)"},
-        Refusal{"AttachmentUntilBefore", "/bodies/1/attachments/0/until", "-1",
-                "/bodies/1/attachments/0/until: found -1; allowed: a number > 0 (s)"},
+        Refusal{"AttachmentUntilBefore", "/bodies/1/attachments/0/release_time", "-1",
+                "/bodies/1/attachments/0/release_time: found -1; allowed: a number > 0 (s)"},
         Refusal{"TearWithoutStrain", "/bodies/1/tear", "{}",
                 "/bodies/1/tear: found no key 'strain'; allowed: an object with the key 'strain'"},
         Refusal{"TearAtRest", "/bodies/1/tear/strain", "0", "/bodies/1/tear/strain: found 0; allowed: a number > 0"},
@@ -162,7 +162,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"NegativeDamping", "/bodies/0/damping", "-0.1", "/bodies/0/damping: found -0.1" + ratio},
         Refusal{
             "DensityOfACloud", "/bodies/6",
-            R"({"name": "c", "density": 1, "shape": {"cloud": {"min": [0,0,0], "max": [1,1,1], "count": [2,2,2]}}})",
+            R"({"name": "c", "density": 1, "shape": {"lattice": {"min": [0,0,0], "max": [1,1,1], "count": [2,2,2]}}})",
             "/bodies/6/density: found a density of loose particles; allowed: 'mass' (kg)"},
         Refusal{"TwoPinsInOne", "/bodies/1/pins/0/nearest", "[0, 0, 0]",
                 "/bodies/1/pins/0: found row, nearest; allowed: exactly one of row, box, sphere, nearest, particles"},
@@ -200,19 +200,21 @@ INSTANTIATE_TEST_SUITE_P(
             "them"},
         Refusal{"NoRigidity", "/bodies/0/constraints/2/rigidity", "0",
                 "/bodies/0/constraints/2/rigidity: found 0; allowed: a number > 0 (N m)"},
-        Refusal{"UnknownElement", "/bodies/0/constraints/0/on", "[\"edge\"]",
-                "/bodies/0/constraints/0/on/0: found unknown element \"edge\" (did you mean 'edges'?); allowed: edges, "
+        Refusal{"UnknownElement", "/bodies/0/constraints/0/elements", "[\"edge\"]",
+                "/bodies/0/constraints/0/elements/0: found unknown element \"edge\" (did you mean 'edges'?); allowed: "
+                "edges, "
                 "shear"},
-        Refusal{"NoElement", "/bodies/0/constraints/0/on", "[]",
-                "/bodies/0/constraints/0/on: found a list of 0; allowed: a list of edges, shear"},
+        Refusal{"NoElement", "/bodies/0/constraints/0/elements", "[]",
+                "/bodies/0/constraints/0/elements: found a list of 0; allowed: a list of edges, shear"},
         Refusal{"ZeroRestScaleOfDistance", "/bodies/0/constraints/0/rest_scale", "0",
                 "/bodies/0/constraints/0/rest_scale: found 0; allowed: a number > 0"},
         Refusal{"NegativeLimit", "/bodies/0/constraints/1/limit", "-0.1",
                 "/bodies/0/constraints/1/limit: found -0.1; allowed: a number >= 0"},
         Refusal{"NegativeRestScaleOfBending", "/bodies/0/constraints/2/rest_scale", "-1",
                 "/bodies/0/constraints/2/rest_scale: found -1; allowed: a number >= 0"},
-        Refusal{"ElementsOfBending", "/bodies/0/constraints/2/on", "[\"edges\"]",
-                "/bodies/0/constraints/2/on: found unknown key 'on'; allowed: type, stiffness, compliance, rest_scale, "
+        Refusal{"ElementsOfBending", "/bodies/0/constraints/2/elements", "[\"edges\"]",
+                "/bodies/0/constraints/2/elements: found unknown key 'elements'; allowed: type, stiffness, compliance, "
+                "rest_scale, "
                 "rigidity"},
         Refusal{"NegativeRestScaleOfVolume", "/bodies/7/constraints/0/rest_scale", "-1",
                 "/bodies/7/constraints/0/rest_scale: found -1; allowed: a number >= 0"},
@@ -262,8 +264,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"TooManyBarCells", "/bodies/4/shape/bar/cells", "100000",
                 "/bodies/4/shape/bar/cells: found 100000; allowed: cells of side width / cells, of which at most "
                 "100000 fit the length"},
-        Refusal{"TooManyLooseParticles", "/bodies/6/shape/cloud/count", "[100000, 1000, 1]",
-                "/bodies/6/shape/cloud/count: found [100000, 1000, 1], which makes 100000000 particles; allowed: "
+        Refusal{"TooManyLooseParticles", "/bodies/6/shape/lattice/count", "[100000, 1000, 1]",
+                "/bodies/6/shape/lattice/count: found [100000, 1000, 1], which makes 100000000 particles; allowed: "
                 "counts that make at most 20000000 particles"},
         Refusal{"TooManySubdivisions", "/bodies/2/shape/sphere/subdivisions", "11",
                 "/bodies/2/shape/sphere/subdivisions: found 11; allowed: an integer in [0, 10]"},
@@ -276,12 +278,12 @@ INSTANTIATE_TEST_SUITE_P(
                 "counts that make at most 20000000 particles"},
         Refusal{"FlatTetBox", "/bodies/7/shape/tet_box/size/1", "0",
                 "/bodies/7/shape/tet_box/size/1: found 0; allowed: a number > 0 (m)"},
-        Refusal{"ListedFaceOfTwo", "/bodies/8/shape/listed/faces/0", "[0, 1]",
-                "/bodies/8/shape/listed/faces/0: found a list of 2; allowed: a list of 3 or 4 vertices, from 0"},
-        Refusal{"NoListedPoint", "/bodies/8/shape/listed/points", "[]",
-                "/bodies/8/shape/listed/points: found a list of 0; allowed: a list of points (m)"},
-        Refusal{"CloudInsideOut", "/bodies/6/shape/cloud/max", "[1, 0, 0]",
-                "/bodies/6/shape/cloud/max/1: found 0; allowed: a number above that of 'min' (m)"},
+        Refusal{"ListedFaceOfTwo", "/bodies/8/shape/mesh_data/faces/0", "[0, 1]",
+                "/bodies/8/shape/mesh_data/faces/0: found a list of 2; allowed: a list of 3 or 4 vertices, from 0"},
+        Refusal{"NoListedPoint", "/bodies/8/shape/mesh_data/points", "[]",
+                "/bodies/8/shape/mesh_data/points: found a list of 0; allowed: a list of points (m)"},
+        Refusal{"CloudInsideOut", "/bodies/6/shape/lattice/max", "[1, 0, 0]",
+                "/bodies/6/shape/lattice/max/1: found 0; allowed: a number above that of 'min' (m)"},
         Refusal{"ZeroAxis", "/bodies/0/transform/rotate/axis", "[0, 0, 0]",
                 "/bodies/0/transform/rotate/axis: found a zero axis; allowed: a direction"},
         Refusal{"ZeroScale", "/bodies/1/transform/scale", "0",
@@ -319,8 +321,8 @@ INSTANTIATE_TEST_SUITE_P(
             "obj, glb"},
         Refusal{"NegativeEvery", "/outputs/frames/every", "-1",
                 "/outputs/frames/every: found -1; allowed: an integer in [0, 1000000000]"},
-        Refusal{"TooSmallAPage", "/outputs/page/megabytes", "1",
-                "/outputs/page/megabytes: found 1; allowed: a number in [2, 400] (MB)"},
+        Refusal{"TooSmallAPage", "/outputs/page/max_megabytes", "1",
+                "/outputs/page/max_megabytes: found 1; allowed: a number in [2, 400] (MB)"},
         Refusal{"EmptyPicture", "/outputs/pictures/size", "[0, 720]",
                 "/outputs/pictures/size/0: found 0; allowed: an integer in [1, 16384]"},
         Refusal{"CameraInItsTarget", "/outputs/pictures/camera/target", "[1, 2, 3]",
@@ -328,8 +330,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"FlatView", "/outputs/pictures/camera/fov_degrees", "180",
                 "/outputs/pictures/camera/fov_degrees: found 180; allowed: a number in [1, 170] (degrees)"},
         Refusal{"NegativeStrain", "/expect/max_strain", "-1", "/expect/max_strain: found -1; allowed: a number >= 0"},
-        Refusal{"RoomInsideOut", "/expect/inside/min", "[-1, 3, -3]",
-                "/expect/inside/max/1: found 2; allowed: a number not below that of 'min' (m)"},
+        Refusal{"RoomInsideOut", "/expect/bounds/min", "[-1, 3, -3]",
+                "/expect/bounds/max/1: found 2; allowed: a number not below that of 'min' (m)"},
         Refusal{"HalfInverted", "/expect/inverted_tetrahedra", "0.5",
                 "/expect/inverted_tetrahedra: found 0.5; allowed: an integer in [0, 1000000000]"},
         Refusal{"StrainInWords", "/expect/max_strain", "\"small\"",
@@ -347,7 +349,7 @@ INSTANTIATE_TEST_SUITE_P(
             "BoxOfAStranger", "/expect/bodies/0/name", "\"bal\"",
             "/expect/bodies/0/name: found unknown body \"bal\" (did you mean 'ball'?); allowed: from a file, sheet, "
             "ball, crate, beam, rope, shot, jelly, in place"},
-        Refusal{"BoxTwice", "/expect/bodies/1", R"({"name": "ball", "inside": {"min": [0, 0, 0], "max": [1, 1, 1]}})",
+        Refusal{"BoxTwice", "/expect/bodies/1", R"({"name": "ball", "bounds": {"min": [0, 0, 0], "max": [1, 1, 1]}})",
                 "/expect/bodies/1/name: found \"ball\"; allowed: every body once"},
         Refusal{"BoxOfNoBody", "/expect/bodies", "[]", "/expect/bodies: found no body; allowed: at least one"},
         Refusal{"VolumesInReverse", "/expect/volume_ratio", "[1, 0.5]",
@@ -444,6 +446,23 @@ TEST(ParseScene, SuggestsSolversAndKeysOfTheCameraByMeaning) {
   const std::string refused = scene_refusal(changed_scene(
       "/outputs", R"({"pictures": {"camera": {"from": [0, 0, 1], "target": [0, 0, 0], "eye": [0, 0, 1]}}})"));
   EXPECT_NE(refused.find("/camera/from: found unknown key 'from' (did you mean 'eye'?"), std::string::npos) << refused;
+}
+
+TEST(ParseScene, NamesTheNewNameOfAKeyThatWasRenamed) {
+  for (const auto& [pointer, value, now] :
+       {std::tuple{"/solver/levels_every", "1", "levels_interval"},
+        {"/solver/stiffness_of", "\"step\"", "stiffness_basis"},
+        {"/bodies/1/pins/0/until", "1", "release_time"},
+        {"/bodies/0/constraints/0/on", "[\"edges\"]", "elements"},
+        {"/bodies/0/shape", R"({"cloud": {}})", "lattice"},
+        {"/bodies/0/shape", R"({"listed": {}})", "mesh_data"},
+        {"/outputs/page", R"({"megabytes": 10})", "max_megabytes"},
+        {"/expect/inside", "{}", "bounds"},
+        {"/solver", R"({"type": "desbrun", "refine": 1})", "refinement_iterations"},
+        {"/solver", R"({"type": "desbrun", "filtered": "all"})", "filter_external_forces"}}) {
+    const std::string refused = scene_refusal(changed_scene(pointer, value));
+    EXPECT_NE(refused.find(std::string("'") + now + "' now"), std::string::npos) << refused;
+  }
 }
 
 TEST(ParseScene, SaysWhatStrictJsonLacks) {

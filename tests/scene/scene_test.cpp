@@ -29,7 +29,8 @@ TEST(ParseScene, GivesEveryKindItsOwnDefaults) {
     EXPECT_EQ(spec.parameter, kind.parameter_default) << kind.name;
     EXPECT_EQ(spec.stiffness, 1) << kind.name;
     EXPECT_FALSE(spec.compliance) << kind.name;
-    EXPECT_EQ(spec.on, kind.on_edges ? std::vector<std::string>{"edges"} : std::vector<std::string>{}) << kind.name;
+    EXPECT_EQ(spec.elements, kind.on_edges ? std::vector<std::string>{"edges"} : std::vector<std::string>{})
+        << kind.name;
   }
 }
 
@@ -78,7 +79,7 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(body.spin, (Vec3{4, 5, 6}));
   EXPECT_EQ(body.damping, 0.5);
   ASSERT_EQ(body.constraints.size(), 4u);
-  EXPECT_EQ(body.constraints[0].on, (std::vector<std::string>{"edges", "shear"}));
+  EXPECT_EQ(body.constraints[0].elements, (std::vector<std::string>{"edges", "shear"}));
   EXPECT_EQ(body.constraints[0].stiffness, 0.5);
   EXPECT_EQ(body.constraints[0].parameter, 1.1);
   EXPECT_EQ(body.constraints[1].compliance, 1e-7);
@@ -94,13 +95,13 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(std::get<SpherePin>(s.bodies[1].pins[2].at).radius, 0.1);
   EXPECT_EQ(std::get<NearestPin>(s.bodies[1].pins[3].at).point, (Vec3{0, 0, 7}));
   EXPECT_EQ(std::get<ListPin>(s.bodies[1].pins[4].at).particles, (std::vector<int>{0, 16}));
-  EXPECT_EQ(s.bodies[1].pins[4].until, 1.5);
+  EXPECT_EQ(s.bodies[1].pins[4].release_time, 1.5);
   ASSERT_EQ(s.bodies[1].pins[4].motion.size(), 2u);
   EXPECT_EQ(s.bodies[1].pins[4].motion[1].degrees, 90);
   ASSERT_EQ(s.bodies[1].attachments.size(), 3u);
   EXPECT_EQ(s.bodies[1].attachments[0].environment, "planet");
   EXPECT_EQ(s.bodies[1].attachments[0].compliance, 0.001);
-  EXPECT_EQ(s.bodies[1].attachments[0].until, 2);
+  EXPECT_EQ(s.bodies[1].attachments[0].release_time, 2);
   EXPECT_EQ(s.bodies[1].attachments[1].point, (Vec3{0, 2, 0}));
   EXPECT_EQ(s.bodies[1].attachments[1].stiffness, 0.5);
   EXPECT_EQ(s.bodies[1].attachments[2].motion[1].translate, (Vec3{0, 1, 0}));
@@ -110,7 +111,7 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(std::get<BoxShape>(s.bodies[3].shape).cells, (std::array<int, 3>{1, 2, 3}));
   EXPECT_EQ(std::get<BarShape>(s.bodies[4].shape).length, 2);
   EXPECT_EQ(std::get<ChainShape>(s.bodies[5].shape).segments, 9);
-  EXPECT_EQ(std::get<CloudShape>(s.bodies[6].shape).count, (std::array<int, 3>{2, 3, 1}));
+  EXPECT_EQ(std::get<LatticeShape>(s.bodies[6].shape).count, (std::array<int, 3>{2, 3, 1}));
   EXPECT_EQ(s.bodies[7].constraints.at(1).young_modulus, 2e5);
   EXPECT_EQ(s.bodies[7].constraints.at(1).parameter, 0.4);
   EXPECT_EQ(std::get<TetBoxShape>(s.bodies[7].shape).size, (Vec3{1, 2, 3}));
@@ -128,7 +129,7 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(s.duration, 2.5);
   EXPECT_EQ(s.outputs.every, 2);
   EXPECT_EQ(s.outputs.formats, (std::vector<std::string>{"vtp", "pc2", "ply", "obj", "glb"}));
-  EXPECT_EQ(s.outputs.page.value().megabytes, 30);
+  EXPECT_EQ(s.outputs.page.value().max_megabytes, 30);
   EXPECT_EQ(s.outputs.picture_every, 5);
   EXPECT_EQ(s.outputs.picture.value().size, (std::array<int, 2>{640, 360}));
   EXPECT_EQ(s.outputs.picture.value().camera.value().fov_degrees, 35);
@@ -142,10 +143,10 @@ TEST(ParseScene, ReadsEveryValueOfAFullScene) {
   EXPECT_EQ(s.expect.energy_not_below, -50);
   EXPECT_EQ(s.expect.max_speed.at_least, 3);
   EXPECT_FALSE(s.expect.max_speed.at_most);
-  EXPECT_EQ(s.expect.inside_max, (Vec3{1, 2, 3}));
+  EXPECT_EQ(s.expect.bounds_max, (Vec3{1, 2, 3}));
   EXPECT_EQ(s.expect.volume_ratio, (std::array<double, 2>{0.9, 1.1}));
   EXPECT_EQ(s.expect.bodies.at(0).name, "ball");
-  EXPECT_EQ(s.expect.bodies.at(0).inside_min, (Vec3{-0.5, -1, -1.5}));
+  EXPECT_EQ(s.expect.bodies.at(0).bounds_min, (Vec3{-0.5, -1, -1.5}));
   EXPECT_EQ(s.expect.inverted_tetrahedra.at_least, 1);
   EXPECT_EQ(s.expect.inverted_tetrahedra.at_most, 3);
 }

@@ -53,7 +53,7 @@ TEST_P(ShippedScene, MeetsItsExpectations) {
 
 TEST_P(ShippedScene, ExpectsSomethingOfItsEnd) {
   const Expect expect = load_shipped(GetParam()).expect;
-  EXPECT_TRUE(expect.inside_min && expect.inside_max) << "no box that holds the particles";
+  EXPECT_TRUE(expect.bounds_min && expect.bounds_max) << "no box that holds the particles";
   EXPECT_TRUE(expect.max_speed.at_most) << "no highest speed";
 }
 

@@ -59,7 +59,7 @@ TEST(Driven, PinsThatGoThroughPinsAreSaidAndStaySaidInAResumedRun) {
 TEST(Driven, PinsTakeAlongWhatIsFreeAndGoThroughNothing) {
   for (const bool let_go : {false, true}) {
     Scene scene = lifted_through(false);
-    if (let_go) scene.bodies[1].pins[0].until = 0.49;
+    if (let_go) scene.bodies[1].pins[0].release_time = 0.49;
     Simulation simulation(scene, {.threads = 1});
     for (int step = 0; step < 30; ++step) {
       simulation.step();
@@ -79,7 +79,7 @@ TEST(Driven, APinThatIsLetGoLaterDrivesAsAnyOther) {
     Pin pin = ListPin{{0}};
     Keyframe start, end;
     end.time = 0.1, end.translate = {0.2, 0.1 * speed, 0.2};
-    pin.motion = {start, end}, pin.until = 0.15;
+    pin.motion = {start, end}, pin.release_time = 0.15;
     scene.bodies[1].pins = {pin};
     Simulation simulation(scene, {.threads = 1});
     for (int step = 0; step < 15; ++step) {

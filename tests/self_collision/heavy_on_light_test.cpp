@@ -33,7 +33,7 @@ Shape block_shape(bool even) {
     for (int k = 0; k < 3; ++k)
       if (std::abs(x[k]) < 0.49 * kBlock) x[k] += moves[k];
   }
-  return ListedShape{mesh.points, {}, {}, mesh.tetrahedra};
+  return MeshDataShape{mesh.points, {}, {}, mesh.tetrahedra};
 }
 
 /// A block of 1 kg on rough ground, and `ratio` times as much that falls on it from `drop` metres above.
@@ -156,10 +156,10 @@ TEST(WarningOfHeavyOnLight, ComesFromTenTimesTheMassOnWhereItFalls) {
   EXPECT_TRUE(warns_of_weight(both));
   Scene let_go = heavy_on_light(100, 0.024);
   Pin pin = BoxPin{{-1, 1.2 * kBlock, -1}, {1, 9, 1}};
-  pin.until = 0.1;
+  pin.release_time = 0.1;
   let_go.bodies[1].pins = {pin};
   EXPECT_TRUE(warns_of_weight(let_go));
-  let_go.bodies[1].pins[0].until.reset();
+  let_go.bodies[1].pins[0].release_time.reset();
   EXPECT_FALSE(warns_of_weight(let_go));
   Scene sideways = heavy_on_light(100, 0.024);  // the same, with gravity along z
   for (BodySpec& body : sideways.bodies)

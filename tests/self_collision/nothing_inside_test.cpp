@@ -37,10 +37,10 @@ struct TrackedSolid {
   std::vector<Place> points;
   std::vector<Triangle> triangles;
   Place velocity{0, 0, 0}, axis{0, 1, 0};
-  double spin = 0, until = INFINITY;  // degrees/s; s: where it stops
+  double spin = 0, release_time = INFINITY;  // degrees/s; s: where it stops
 
   Place at_start(const Place& world, double time) const {
-    const double t = std::min(time, until);
+    const double t = std::min(time, release_time);
     return turned(world - velocity * t, axis, -spin * t);
   }
   /// How often the surface goes round a place (van Oosterom, Strackee 1983).
@@ -89,7 +89,7 @@ struct PlacedSolid {
 
 PlacedSolid placed(const std::string& name, const Mesh& mesh, const Place& axis, double degrees, const Place& at) {
   PlacedSolid solid;
-  ListedShape shape;
+  MeshDataShape shape;
   for (const Vec3& x : mesh.points) {
     const Place world = turned(place_of(x), axis, degrees) + at;
     solid.tracked.points.push_back(world);
@@ -102,11 +102,13 @@ PlacedSolid placed(const std::string& name, const Mesh& mesh, const Place& axis,
 }
 
 /// Moves so until a time (s), and rests then.
-void set_moving(PlacedSolid& solid, const Place& velocity, const Place& axis, double spin, double until) {
-  solid.tracked.velocity = velocity, solid.tracked.axis = axis, solid.tracked.spin = spin, solid.tracked.until = until;
+void set_moving(PlacedSolid& solid, const Place& velocity, const Place& axis, double spin, double release_time) {
+  solid.tracked.velocity = velocity, solid.tracked.axis = axis, solid.tracked.spin = spin,
+  solid.tracked.release_time = release_time;
   Keyframe end;
-  end.time = until, end.translate = {velocity.x * until, velocity.y * until, velocity.z * until};
-  end.axis = {axis.x, axis.y, axis.z}, end.degrees = spin * until;
+  end.time = release_time,
+  end.translate = {velocity.x * release_time, velocity.y * release_time, velocity.z * release_time};
+  end.axis = {axis.x, axis.y, axis.z}, end.degrees = spin * release_time;
   solid.spec.motion = {Keyframe{}, end};
 }
 

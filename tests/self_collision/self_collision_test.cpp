@@ -402,7 +402,7 @@ TEST(SelfCollision, StaysFiniteWithDegenerateMeshesAndThicknesses) {
     thin.transform.scale = {1, 1, 1e-12};  // triangles without area
     BodySpec dust;
     dust.name = "dust";
-    dust.shape = CloudShape{{0.5, 0.002, 0.5}, {0.5 + 1e-12, 0.002 + 1e-12, 0.5 + 1e-12}, {2, 2, 2}};  // in one place
+    dust.shape = LatticeShape{{0.5, 0.002, 0.5}, {0.5 + 1e-12, 0.002 + 1e-12, 0.5 + 1e-12}, {2, 2, 2}};  // in one place
     dust.mass = 1e-3;
     Simulation simulation(colliding({flat, thin, dust}, thickness, 0.5, kEarth), {.threads = 1});
     for (int step = 0; step < 5; ++step) simulation.step();

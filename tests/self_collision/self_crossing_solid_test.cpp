@@ -17,9 +17,9 @@ namespace malha {
 namespace {
 
 /// Two balls as one surface, their centres so far apart.
-ListedShape two_balls(double apart) {
+MeshDataShape two_balls(double apart) {
   const Mesh ball = generate(SphereShape{0.5, 1});
-  ListedShape both;
+  MeshDataShape both;
   for (const double at : {0.0, apart}) {
     const int first = static_cast<int>(both.points.size());
     for (const Vec3& x : ball.points) both.points.push_back({x[0] + at, x[1] + 0.1 * at, x[2] + 0.07 * at});
@@ -35,7 +35,7 @@ long double volume_sign(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3&
 }
 
 /// Every edge against every triangle, by signs of volumes.
-int edges_through_triangles(const ListedShape& mesh) {
+int edges_through_triangles(const MeshDataShape& mesh) {
   std::set<Edge> edges;
   for (const Quad& t : mesh.faces)
     for (int k = 0; k < 3; ++k) edges.insert({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])});
@@ -64,7 +64,7 @@ Scene above_balls(double apart) {
 
 TEST(SelfCrossingSolid, IsToldWithNumberAndPlaces) {
   const Scene scene = above_balls(0.6);
-  const int count = edges_through_triangles(std::get<ListedShape>(scene.environment[0].shape));
+  const int count = edges_through_triangles(std::get<MeshDataShape>(scene.environment[0].shape));
   ASSERT_GT(count, 10);
   const Simulation simulation(scene, {.threads = 1});
   std::string said;
@@ -83,7 +83,7 @@ TEST(SelfCrossingSolid, IsToldWithNumberAndPlaces) {
 TEST(SelfCrossingSolid, IsNotWhatLiesBesideItself) {
   for (const double apart : {1.2, 0.0001}) {
     const Scene scene = above_balls(apart);
-    ASSERT_EQ(edges_through_triangles(std::get<ListedShape>(scene.environment[0].shape)) > 0, apart < 1);
+    ASSERT_EQ(edges_through_triangles(std::get<MeshDataShape>(scene.environment[0].shape)) > 0, apart < 1);
     const Simulation simulation(scene, {.threads = 1});
     EXPECT_EQ(simulation.model().notes.empty(), apart > 1);
   }

@@ -127,7 +127,7 @@ TEST(StartsNear, WhatPinsPressedTogetherStaysAtRestWhereTheyLetGo) {
   for (const int substeps : {10, 160}) {
     BodySpec lower = near_sheet("a", 0, Cells::Squares, folder), upper = near_sheet("b", 0.03, Cells::Squares, folder);
     Pin held{BoxPin{{-1, -1, -1}, {1, 1, 1}}};
-    held.until = 0.1;
+    held.release_time = 0.1;
     Pin driven = held;
     Keyframe start, end;
     end.time = 0.05, end.translate = {0, kNearer - 0.03, 0};
@@ -170,7 +170,7 @@ TEST(StartsNear, LinesAndLooseParticlesStayAtRest) {
     BodySpec one = body("one", ChainShape{{0, 0, 0}, {0.5, 0, 0}, 10}, {stiff("distance", {"edges"})});
     BodySpec other =
         body("other", ChainShape{{0.22, kNearer, -0.2}, {0.23, kNearer, 0.3}, 9}, {stiff("distance", {"edges"})});
-    const BodySpec cloud = body("cloud", CloudShape{{0.1, kNearer, 0.1}, {0.4, 2 * kNearer, 0.4}, {4, 2, 4}});
+    const BodySpec cloud = body("lattice", LatticeShape{{0.1, kNearer, 0.1}, {0.4, 2 * kNearer, 0.4}, {4, 2, 4}});
     for (const auto& bodies : {std::vector{one, other}, {near_sheet("a", 0, Cells::Irregular, folder), cloud}}) {
       const Scene scene = near_scene(bodies, substeps, "pbd", Precision::Double);
       Simulation simulation(scene, {.threads = 1});
@@ -192,7 +192,7 @@ TEST(StartsNear, WhatIsPressedNearerComesBackAsFastAtAnyNumberOfSubsteps) {
     away.time = 0.12, away.translate = {0, 0.1, 0};
     driven.motion = {start, pressed, away};
     upper.pins = {driven};
-    const BodySpec cloud = body("cloud", CloudShape{{0.2, 0.015, 0.2}, {0.3, 0.015, 0.3}, {3, 1, 3}});
+    const BodySpec cloud = body("lattice", LatticeShape{{0.2, 0.015, 0.2}, {0.3, 0.015, 0.3}, {3, 1, 3}});
     const Scene scene = near_scene({lower, upper, cloud}, substeps, "pbd", Precision::Double);
     Simulation simulation(scene, {.threads = 1});
     run_for(simulation, scene, 0.1);
@@ -326,7 +326,7 @@ TEST(StartsNear, WhatPinsOrAHandLetGoOfInASolidStaysAtRest) {
     for (const bool by_hand : {false, true}) {
       BodySpec sheet = near_sheet("a", 0.02, Cells::Irregular, folder);
       Pin held{BoxPin{{-1, -1, -1}, {1, 1, 1}}};
-      held.until = 0.1;
+      held.release_time = 0.1;
       Keyframe start, end;
       end.time = 0.05, end.translate = {0, -0.023, 0};
       held.motion = {start, end};
@@ -359,7 +359,7 @@ TEST(StartsNear, WhatAttachmentsPressedTogetherGetsNoFasterWhereTheyEnd) {
       BodySpec sheet = near_sheet(std::string(1, static_cast<char>('a' + k)), 0.03 * k, Cells::Irregular, folder);
       sheet.shape = MeshFile{folder.write(sheet.name + ".obj", irregular_sheet(0.5, 0.5, 10, 9, random))};
       Attachment tied;
-      tied.at = BoxPin{{-1, -1, -1}, {1, 1, 1}}, tied.compliance = 0.01, tied.until = 0.4;
+      tied.at = BoxPin{{-1, -1, -1}, {1, 1, 1}}, tied.compliance = 0.01, tied.release_time = 0.4;
       Keyframe start, end;
       end.time = 0.05, end.translate = {0, -0.0285 * k, 0};
       tied.motion = {start, end};

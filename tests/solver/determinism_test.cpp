@@ -212,7 +212,7 @@ std::string divergence(std::vector<BodySpec> bodies, const SimulationOptions& op
 TEST(ADivergedVisit, NamesStepParticleAndBodyAlikeOnAnyNumberOfThreads) {
   BodySpec lost, calm = cloth(46);
   lost.name = "lost", lost.mass = 1;
-  lost.shape = CloudShape{{-0x1p39, 0, 0}, {0x1p39, 0, 0}, {2, 1, 1}};
+  lost.shape = LatticeShape{{-0x1p39, 0, 0}, {0x1p39, 0, 0}, {2, 1, 1}};
   lost.spin = {0, 0x1p59, 0};
   calm.name = "calm", calm.velocity = {}, calm.damping = 0;
   BodySpec calm_too = calm;

@@ -184,7 +184,7 @@ TEST(TheEnergyGuard, LetsWhatIsPulledByPinsGo) {
   scene.bodies[0].constraints = {compliant("distance", 1e-4, {"edges"})};
   Pin end{ListPin{{8}}};
   end.motion = {Keyframe{0, {0, 0, 0}, {0, 1, 0}, 0}, Keyframe{1, {2, 0, 0}, {0, 1, 0}, 0}};
-  end.until = 1.5;
+  end.release_time = 1.5;
   scene.bodies[0].pins.push_back(end);
   EXPECT_EQ(ended(scene, 4), "");
 }
@@ -197,7 +197,7 @@ TEST(TheEnergyGuard, LetsABowShootWheneverItWasDrawn) {
     bow.constraints = {compliant("distance", 2e-4, {"edges"})};
     Pin hand{ListPin{{10}}};
     hand.motion = {Keyframe{0, {0, 0, 0}}, Keyframe{drawn, {0, 0, 0}}, Keyframe{drawn + 1.8, {0, 0, 1}}};
-    hand.until = drawn + 2;
+    hand.release_time = drawn + 2;
     bow.pins = {ListPin{{0}}, ListPin{{20}}, hand};
     EXPECT_EQ(ended(scene_of({bow}, kEarth, 1.0 / 60, 10, Precision::Float), 6), "") << drawn;
   }

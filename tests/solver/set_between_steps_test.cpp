@@ -81,7 +81,7 @@ TEST(SetBetweenSteps, GravityIsThatOfTheScene) {
     Scene scene = two_cloths();
     const std::string name = kind;
     if (name == "desbrun") {
-      scene.solver.type = name, scene.solver.desbrun.refine = 1;
+      scene.solver.type = name, scene.solver.desbrun.refinement_iterations = 1;
       for (BodySpec& body : scene.bodies) body.constraints = {compliant("distance", 1e-3, {"edges", "shear"})};
     }
     if (name == "levels") {
@@ -144,7 +144,7 @@ class SetBetweenStepsOf : public testing::TestWithParam<SetKind> {
     const auto softly = [&] {
       for (BodySpec& body : all.bodies) body.constraints = {compliant("distance", 1e-3, {"edges", "shear"})};
     };
-    if (name == "desbrun") all.solver.type = name, all.solver.desbrun.refine = 1, softly();
+    if (name == "desbrun") all.solver.type = name, all.solver.desbrun.refinement_iterations = 1, softly();
     if (name == "levels") all.solver.levels = 2, softly();
     if (name == "self_collision") all.self_collision.emplace().thickness = 0.01;
     if (name == "environment") {

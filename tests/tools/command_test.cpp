@@ -61,7 +61,7 @@ TEST_F(Command, LeavesNoPathsOfThisMachineInItsResults) {
   namespace fs = std::filesystem;
   Json scene = swinging_sheet(false);
   scene["bodies"][0]["shape"] = {{"mesh", "meshes/a.obj"}};
-  scene["bodies"][0]["constraints"][0]["on"] = {"edges"};
+  scene["bodies"][0]["constraints"][0]["elements"] = {"edges"};
   fs::create_directories(folder_ / "tree/scenes/meshes"), fs::create_directory(folder_ / "elsewhere");
   folder_.write("tree/scenes/meshes/real", "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 2 3\nf 1 3 4\n");
   fs::create_symlink("real", folder_ / "tree/scenes/meshes/a.obj");  // the link's name says the format
@@ -274,7 +274,7 @@ TEST_F(Command, ExitsWithThreeWhereTheRunDiverges) {
   // 2^59 s at 2^59 m/s: step 1024 reaches 2^128 m, which float does not hold.
   Json scene = Json::parse(R"({
     "name": "rush", "solver": {"type": "pbd", "substeps": 1}, "duration": 1,
-    "bodies": [{"name": "comet", "mass": 1, "shape": {"cloud": {"min": [0,0,0], "max": [0,0,0], "count": [1,1,1]}}}]})");
+    "bodies": [{"name": "comet", "mass": 1, "shape": {"lattice": {"min": [0,0,0], "max": [0,0,0], "count": [1,1,1]}}}]})");
   scene["solver"]["dt"] = 0x1p59;
   scene["bodies"][0]["velocity"] = {0x1p59, 0, 0};
   write(scene);

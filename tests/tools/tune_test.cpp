@@ -17,7 +17,7 @@ Json springy_net() {
     "name": "net", "solver": {"type": "pbd", "dt": 0.02, "substeps": 2}, "gravity": [0, -9.81, 0], "duration": 0.2,
     "bodies": [{"name": "net", "mass": 0.2, "shape": {"grid": {"size": [1, 1], "cells": [6, 6]}},
                 "pins": [{"row": "first"}],
-                "constraints": [{"type": "distance", "on": ["edges", "shear"], "compliance": 0.001}]}]})");
+                "constraints": [{"type": "distance", "elements": ["edges", "shear"], "compliance": 0.001}]}]})");
 }
 
 /// The RMS distance to a reference of the test's own at the end: backward Euler's limit, many small substeps in double.
@@ -108,7 +108,7 @@ TEST(Tune, FindsThatLevelsReachTheErrorWithFewerSubstepsWhereTheWayToThePinsIsLo
   Json scene = springy_net();
   scene["duration"] = 0.4, scene["bodies"][0]["shape"]["grid"] = {{"size", {0.03, 1}}, {"cells", {2, 64}}};
   scene["bodies"][0]["transform"] = {{"rotate", {{"axis", {1, 0, 0}}, {"degrees", 90}}}};
-  scene["bodies"][0]["constraints"][0] = {{"type", "distance"}, {"on", {"edges", "shear"}}};
+  scene["bodies"][0]["constraints"][0] = {{"type", "distance"}, {"elements", {"edges", "shear"}}};
   const Tuned tuned = tuned_quietly(scene, 0.01);
   ASSERT_TRUE(tuned.reference.converged);
   const int without = fewest(tuned, "PBD, 1 iteration, float"), with = fewest(tuned, "PBD, 1 iteration, levels, float");

@@ -55,7 +55,7 @@ Case irregular_case(int particles) {
 Scene hanging(const Case& which, const Schedule& schedule) {
   ConstraintSpec distance;
   distance.type = "distance";
-  distance.on = which.on;
+  distance.elements = which.elements;
   BodySpec body;
   body.name = which.name + " " + std::to_string(which.n) + ", " + schedule.name();  // a refusal or divergence names it
   body.shape = which.shape;
@@ -78,7 +78,7 @@ Cloth cloth_of(const Scene& scene) {
   const BodySpec& body = scene.bodies.front();
   const Mesh mesh = make_mesh(body.shape);
   Cloth cloth{mesh.points, masses_by_total(mesh, *body.mass), find_holds(scene, 0, mesh).pinned, {}};
-  for (const std::string& on : body.constraints.front().on)
+  for (const std::string& on : body.constraints.front().elements)
     for (const Edge& link : on == "shear" ? shear(mesh) : edges(mesh))
       if (!cloth.pinned[link[0]] || !cloth.pinned[link[1]]) cloth.links.push_back(link);
   return cloth;

@@ -96,7 +96,7 @@ py::dict shape(const py::object& points, const py::object& faces, const py::obje
   py::dict listed("points"_a = array_of(rows));
   add_corners(listed, "faces", faces, 3, 4), add_corners(listed, "lines", lines, 2, 2);
   add_corners(listed, "tetrahedra", tetrahedra, 4, 4);
-  return py::dict("listed"_a = listed);
+  return py::dict("mesh_data"_a = listed);
 }
 
 /// Rows of corners from an array; -1 ends those that have fewer.
@@ -117,11 +117,11 @@ std::vector<Item> items_of(const py::dict& listed, const char* key) {
 }
 
 /// A listed shape whose values are all arrays, as shape() leaves them; none for others, which go through JSON.
-std::optional<ListedShape> arrays_of(const py::handle& shape) {
+std::optional<MeshDataShape> arrays_of(const py::handle& shape) {
   if (!py::isinstance<py::dict>(shape) || py::len(shape) != 1) return std::nullopt;
   const auto dict = shape.cast<py::dict>();
-  if (!dict.contains("listed") || !py::isinstance<py::dict>(dict["listed"])) return std::nullopt;
-  const py::dict listed = dict["listed"];
+  if (!dict.contains("mesh_data") || !py::isinstance<py::dict>(dict["mesh_data"])) return std::nullopt;
+  const py::dict listed = dict["mesh_data"];
   for (const auto& [key, value] : listed) {
     const std::string name = py::str(key);
     const std::size_t most = name == "points" ? 3 : name == "lines" ? 2 : 4, least = name == "faces" ? 3 : most;
@@ -133,15 +133,15 @@ std::optional<ListedShape> arrays_of(const py::handle& shape) {
       return std::nullopt;
   }
   if (!listed.contains("points")) return std::nullopt;
-  return ListedShape{rows_of(listed["points"], "body: points"), items_of<Quad>(listed, "faces"),
-                     items_of<Edge>(listed, "lines"), items_of<Tetrahedron>(listed, "tetrahedra")};
+  return MeshDataShape{rows_of(listed["points"], "body: points"), items_of<Quad>(listed, "faces"),
+                       items_of<Edge>(listed, "lines"), items_of<Tetrahedron>(listed, "tetrahedra")};
 }
 
 /// Arrays that wait to take the place of a small shape of the same kind: JSON would take ten times as long.
 struct Waiting {
   bool environment;
   std::size_t index;
-  ListedShape shape;
+  MeshDataShape shape;
 };
 
 /// A copy of the scene's dict with such small shapes.
@@ -153,11 +153,11 @@ py::dict without_arrays(const py::dict& scene, std::vector<Waiting>& waiting) {
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (!py::isinstance<py::dict>(all[i]) || !py::object(all[i]).contains("shape")) continue;
       py::dict one = py::object(all[i]).attr("copy")();
-      std::optional<ListedShape> shape = arrays_of(py::object(one["shape"]));
+      std::optional<MeshDataShape> shape = arrays_of(py::object(one["shape"]));
       if (!shape) continue;
       py::dict small("points"_a = py::make_tuple(py::make_tuple(0, 0, 0)));
       if (!shape->loose()) small["lines"] = py::make_tuple(py::make_tuple(0, 0));
-      one["shape"] = py::dict("listed"_a = small);
+      one["shape"] = py::dict("mesh_data"_a = small);
       all[i] = one;
       waiting.push_back({std::string(key) == "environment", i, std::move(*shape)});
     }

@@ -41,7 +41,7 @@ void add_desbrun(std::vector<Scene>& methods, Scene scene) {
   scene.solver.desbrun.storage.reset(), scene.solver.desbrun.filter = FilterKind::Auto;
   for (const int refine : {0, 1, 4, 16})
     for (const int most : projects(scene) ? std::vector<int>{1, 4, 10} : std::vector<int>{1}) {
-      scene.solver.iterations = most, scene.solver.desbrun.refine = refine;
+      scene.solver.iterations = most, scene.solver.desbrun.refinement_iterations = refine;
       methods.push_back(scene);
     }
 }
@@ -79,7 +79,9 @@ std::string words_of(const Scene& scene) {
     return (has_compliance(scene) ? "XPBD" : "PBD") + iterations + (can_use_levels(scene) ? ", levels" : "") +
            precision;
   const FilterKind filter = solver.desbrun.filter;
-  const std::string refine = solver.desbrun.refine > 0 ? ", refine " + std::to_string(solver.desbrun.refine) : "";
+  const std::string refine = solver.desbrun.refinement_iterations > 0
+                                 ? ", refine " + std::to_string(solver.desbrun.refinement_iterations)
+                                 : "";
   return std::string("Desbrun, ") +
          (filter == FilterKind::Dense    ? "dense"
           : filter == FilterKind::Sparse ? "sparse"

@@ -57,7 +57,8 @@ TuneRun tune_run(const Scene& scene, const std::vector<int>& moments, int thread
   const SolverSpec& solver = scene.solver;
   TuneRun run;
   std::vector<double> ms;  // of steps
-  run.sweeps = solver.substeps * (solver.type == "desbrun" ? 1 + solver.desbrun.refine : solver.iterations) / solver.dt;
+  run.sweeps = solver.substeps *
+               (solver.type == "desbrun" ? 1 + solver.desbrun.refinement_iterations : solver.iterations) / solver.dt;
   const bool keeps = keeps_energy(scene);
   const double start = keeps ? simulation.measure().energy() : 0;
   try {

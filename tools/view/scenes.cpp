@@ -41,7 +41,7 @@ Scene scene_of_mesh(const std::string& path) {
   BodySpec body;
   body.name = "mesh", body.shape = MeshFile{fs::absolute(path).string()}, body.mass = 1;
   ConstraintSpec edges;
-  edges.type = "distance", edges.on = {"edges"}, edges.compliance = 1e-6;
+  edges.type = "distance", edges.elements = {"edges"}, edges.compliance = 1e-6;
   body.constraints = {edges};
   scene.bodies = {body};
   EnvironmentSpec floor;

@@ -39,7 +39,7 @@ bool solver(SolverSpec& spec) {
     spec.levels = levels ? kAutoLevels : 0, changed = true;
   if (spec.type == "desbrun") {
     changed |= number("spring constant", spec.desbrun.spring_constant, "N/m");
-    changed |= whole("refine", spec.desbrun.refine);
+    changed |= whole("refinement_iterations", spec.desbrun.refinement_iterations);
   }
   return changed;
 }

@@ -223,7 +223,7 @@ TEST(StudyReference, ForcesAreWhatTheEnergiesFallBy) {
   ConstraintSpec material;
   material.type = "neo_hookean", material.young_modulus = 100, material.parameter = 0.3;
   ConstraintSpec springs;
-  springs.type = "distance", springs.on = {"edges"}, springs.compliance = 0.01;
+  springs.type = "distance", springs.elements = {"edges"}, springs.compliance = 0.01;
   for (const bool tetrahedra : {false, true}) {
     scene.bodies[0].constraints = {tetrahedra ? material : springs};
     std::unique_ptr<System> system;
@@ -257,7 +257,7 @@ TEST(StudyReference, FindsTheLargestFrequencyOfAChain) {
   body.name = "chain", body.mass = 10, body.shape = ChainShape{{0, 0, 0}, {1, 0, 0}, 10},
   body.pins = {ListPin{{0, 10}}};
   ConstraintSpec springs;
-  springs.type = "distance", springs.on = {"edges"}, springs.compliance = 0.01;
+  springs.type = "distance", springs.elements = {"edges"}, springs.compliance = 0.01;
   body.constraints = {springs};
   Scene scene;
   scene.name = "chain", scene.bodies = {body};

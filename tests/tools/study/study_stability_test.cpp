@@ -277,9 +277,9 @@ TEST(StudyStability, FindsThatRefiningAndSubstepsGiveTurningPartsBackTheirMotion
 }
 
 TEST(StudyStability, FindsThatWeightRoundTheFilterStretchesWhatIsNextToPins) {
-  EXPECT_GT(line_end("weight", "filtered: internal only"), 1) << "g h^2 / l of 1.6";
-  EXPECT_LT(line_end("weight", "filtered: internal only", false), 0.03) << "g h^2 / l of 0.01";
-  EXPECT_LT(line_end("weight", "filtered: all (default)"), 1e-2);
+  EXPECT_GT(line_end("weight", "filter_external_forces: false"), 1) << "g h^2 / l of 1.6";
+  EXPECT_LT(line_end("weight", "filter_external_forces: false", false), 0.03) << "g h^2 / l of 0.01";
+  EXPECT_LT(line_end("weight", "filter_external_forces: true (default)"), 1e-2);
 }
 
 TEST(StudyStability, SaysOfEachKnownFailureWhatGuards) {

@@ -38,7 +38,7 @@ Scene thrown(double gravity, double dt) {
   Scene scene;
   scene.name = "thrown", scene.gravity = {0, gravity, 0}, scene.solver.dt = dt, scene.solver.substeps = 1;
   BodySpec body;
-  body.name = "cloud", body.shape = CloudShape{}, body.mass = 1;
+  body.name = "lattice", body.shape = LatticeShape{}, body.mass = 1;
   scene.bodies = {body};
   return scene;
 }

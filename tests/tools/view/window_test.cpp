@@ -200,7 +200,7 @@ TEST_F(Window, SurvivesRandomInputs) {
 
 TEST_F(Window, SaysThatARunDivergedAndStaysOpen) {
   const TemporaryFolder folder;
-  const nlohmann::json here{{"cloud", {{"min", {0, 0, 0}}, {"max", {1, 1, 1}}, {"count", {2, 2, 2}}}}};
+  const nlohmann::json here{{"lattice", {{"min", {0, 0, 0}}, {"max", {1, 1, 1}}, {"count", {2, 2, 2}}}}};
   const nlohmann::json scene{// beyond the largest float, 3.4e38 m, in the third step: g dt^2 = 1e38 m
                              {"name", "rush"},
                              {"gravity", {0, -1e18, 0}},

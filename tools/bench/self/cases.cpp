@@ -11,7 +11,7 @@ constexpr int kLayers = 4;
 
 ConstraintSpec stiff(const char* type, std::vector<std::string> on = {}, double stiffness = 1) {
   ConstraintSpec spec;
-  spec.type = type, spec.on = std::move(on), spec.stiffness = stiffness;
+  spec.type = type, spec.elements = std::move(on), spec.stiffness = stiffness;
   return spec;
 }
 

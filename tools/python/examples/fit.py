@@ -20,7 +20,7 @@ def strip(compliance):
         "name": "strip", "gravity": [0, -9.81, 0], "duration": 3,
         "solver": {"type": "pbd", "dt": 1 / 60, "substeps": 20, "iterations": 1, "precision": "double"},
         "bodies": [{"name": "strip", "mass": 0.1, "damping": 0.1, "pins": ends,
-                    "constraints": [{"type": "distance", "on": ["edges"], "compliance": compliance}],
+                    "constraints": [{"type": "distance", "elements": ["edges"], "compliance": compliance}],
                     "shape": {"grid": {"size": [0.05, 1], "cells": [1, CELLS]}}}]}
 
 

@@ -26,7 +26,7 @@ def flag():
         "solver": {"type": "pbd", "dt": 1 / 60, "substeps": 10},
         "bodies": [{"name": "flag", "mass": 0.2, "pins": [{"particles": [21 * i for i in range(15)]}],
                     "transform": {"rotate": {"axis": [1, 0, 0], "degrees": 90}},
-                    "constraints": [{"type": "distance", "on": ["edges", "shear"]}, {"type": "bending", "rigidity": 1e-3}],
+                    "constraints": [{"type": "distance", "elements": ["edges", "shear"]}, {"type": "bending", "rigidity": 1e-3}],
                     "shape": {"grid": {"size": [1.5, 1], "cells": [20, 14]}}}],
         "outputs": {"frames": {"every": 1, "formats": ["pc2"]}}}
 

@@ -1,7 +1,7 @@
 """A gallery of both methods: one cloth, at the same times, by XPBD and by Desbrun's filter.
 
 The filter as published damps what its steps do not resolve: the cloth sinks instead of swinging. Further solves of the
-same filter ("refine") lead to backward Euler.
+same filter ("refinement_iterations") lead to backward Euler.
 """
 import argparse
 
@@ -15,7 +15,7 @@ TIMES = (0.0, 0.2, 0.4, 0.8, 1.6)  # s
 METHODS = {
     "XPBD, 10 substeps": {"type": "pbd", "substeps": 10},
     "Desbrun 1999, 1 substep": {"type": "desbrun", "substeps": 1},
-    "the same, refined 40 times": {"type": "desbrun", "substeps": 1, "refine": 40},
+    "the same, refined 40 times": {"type": "desbrun", "substeps": 1, "refinement_iterations": 40},
 }
 
 
@@ -24,7 +24,7 @@ def cloth(solver):
         "name": "cloth", "gravity": [0, -9.81, 0], "duration": 2,
         "solver": {"dt": 1 / 60, "iterations": 1} | solver,
         "bodies": [{"name": "cloth", "mass": 0.3, "pins": [{"particles": [0, 20]}],
-                    "constraints": [{"type": "distance", "on": ["edges", "shear"], "compliance": 1e-3}],
+                    "constraints": [{"type": "distance", "elements": ["edges", "shear"], "compliance": 1e-3}],
                     "shape": {"grid": {"size": [1, 1], "cells": [20, 20]}}}]}
 
 

@@ -14,12 +14,12 @@ std::string settings(const Method& method) {
   const std::string n = std::to_string(solver.substeps);
   if (method.integrator != Integrator::Malha) return n + " a frame";
   return solver.type == "pbd" ? n + "x" + std::to_string(solver.iterations)
-                              : n + ", r = " + std::to_string(solver.desbrun.refine);
+                              : n + ", r = " + std::to_string(solver.desbrun.refinement_iterations);
 }
 
 /// A row a time up to the method's last, where the run had got so far; otherwise one without errors.
 void add_rows(const AccuracyCase& of, const Method& method, const Truth& truth, const Json& cell, Json& rows) {
-  for (std::size_t k = 0; k < of.times.size() && of.times[k] <= method.until; ++k) {
+  for (std::size_t k = 0; k < of.times.size() && of.times[k] <= method.release_time; ++k) {
     Json row{{"case", of.name},
              {"series", method.series},
              {"settings", settings(method)},
@@ -28,7 +28,7 @@ void add_rows(const AccuracyCase& of, const Method& method, const Truth& truth, 
              {"precision", method.solver.precision == Precision::Float ? "float" : "double"},
              {"substeps", method.solver.substeps},
              {"iterations", method.solver.iterations},
-             {"refine", method.solver.desbrun.refine},
+             {"refinement_iterations", method.solver.desbrun.refinement_iterations},
              {"key", method.key()},
              {"status", cell["status"]},
              {"time_s", of.times[k]},

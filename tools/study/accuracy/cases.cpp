@@ -14,7 +14,7 @@ constexpr Vec3 kEarth{0, -9.81, 0};
 
 ConstraintSpec springs(double stiffness, std::vector<std::string> on, double rest_scale = 1) {
   ConstraintSpec spec;
-  spec.type = "distance", spec.on = std::move(on), spec.compliance = 1 / stiffness, spec.parameter = rest_scale;
+  spec.type = "distance", spec.elements = std::move(on), spec.compliance = 1 / stiffness, spec.parameter = rest_scale;
   return spec;
 }
 

@@ -36,7 +36,8 @@ class ByMalha : public Runner {
   State state() const override { return {flat(simulation_.positions()), flat(simulation_.velocities())}; }
   void add_counts(Json& cell, int) const override {
     const bool filtered = solver_.type == "desbrun";
-    const double passes = solver_.substeps * (filtered ? 1 + solver_.desbrun.refine : solver_.iterations) / kFrame;
+    const double passes =
+        solver_.substeps * (filtered ? 1 + solver_.desbrun.refinement_iterations : solver_.iterations) / kFrame;
     cell["sweeps_per_s"] = passes;
     if (filtered)
       cell["solves_per_s"] = passes;
@@ -171,7 +172,7 @@ Json accuracy_cell(const AccuracyCase& of, const System& system, const Method& m
     runner = std::make_unique<ByReference>(system, method);
   int frame = 0;
   try {
-    for (std::size_t k = 0; k < of.times.size() && of.times[k] <= method.until; ++k) {
+    for (std::size_t k = 0; k < of.times.size() && of.times[k] <= method.release_time; ++k) {
       for (; frame < frames(of.times[k]); ++frame) {
         const auto step = [&] { runner->frame(); };
         seconds_of.push_back(on_device ? seconds(step) : thread_seconds(step));

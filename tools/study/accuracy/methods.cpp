@@ -46,7 +46,7 @@ class List {
     by_refine(refined);
     if (of_.scene.gravity != Vec3{} && !of_.at_rest) {
       Method method = desbrun("Desbrun, gravity round the filter");
-      method.solver.desbrun.internal_only = true;
+      method.solver.desbrun.filter_external_forces = false;
       by_substeps(method, of_.solves);
     }
   }
@@ -82,7 +82,7 @@ class List {
     method.series = "RK4", method.integrator = Integrator::Rk4;
     by_substeps(method, of_.rk4);
     method.series = "backward Euler, Newton", method.integrator = Integrator::BackwardEuler;
-    method.until = of_.newton_until;
+    method.release_time = of_.newton_until;
     if (!of_.tetrahedra) by_substeps(method, of_.newton);
   }
 
@@ -111,7 +111,8 @@ class List {
     for (int n = 1; n <= most; n *= factor_) method.solver.iterations = n, all_.push_back(method);
   }
   void by_refine(Method method) {
-    for (int r = 0; r <= of_.refine; r = std::max(1, 2 * r)) method.solver.desbrun.refine = r, all_.push_back(method);
+    for (int r = 0; r <= of_.refine; r = std::max(1, 2 * r))
+      method.solver.desbrun.refinement_iterations = r, all_.push_back(method);
   }
 
   const AccuracyCase& of_;
@@ -126,12 +127,13 @@ std::string Method::key() const {
   std::string key = series + ", " + std::to_string(solver.substeps) + "x" + std::to_string(solver.iterations) + " " +
                     name_of(solver.precision);
   if (solver.type == "desbrun")
-    key += " r=" + std::to_string(d.refine) +
+    key += " r=" + std::to_string(d.refinement_iterations) +
            (d.filter == FilterKind::Dense    ? " dense"
             : d.filter == FilterKind::Sparse ? " sparse"
                                              : " auto") +
            (d.storage ? std::string(" ") + name_of(*d.storage) : "") +
-           (d.corrector ? std::string(" ") + name_of(*d.corrector) : "") + (d.internal_only ? " internal only" : "");
+           (d.corrector ? std::string(" ") + name_of(*d.corrector) : "") +
+           (!d.filter_external_forces ? " internal only" : "");
   return key;
 }
 

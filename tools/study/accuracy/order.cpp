@@ -69,7 +69,7 @@ Joints joints_at(int edges, double time) {
 
 Scene order_sheet(int edges, int substeps, int iterations) {
   ConstraintSpec lengths;
-  lengths.type = "distance", lengths.on = {"edges", "shear"};
+  lengths.type = "distance", lengths.elements = {"edges", "shear"};
   BodySpec body;
   body.name = "sheet", body.shape = GridShape{{1, 1}, {edges, edges}}, body.mass = 0.2, body.pins = {RowPin{}};
   body.constraints = {lengths};
@@ -158,7 +158,7 @@ Section order_of_convergence(Cells& cells, Json& rows) {
                       {"precision", "double"},
                       {"substeps", n},
                       {"iterations", line.how == How::Malha || line.how == How::OneWay ? 1 : n},
-                      {"refine", 0},
+                      {"refinement_iterations", 0},
                       {"key", key},
                       {"status", "finished"},
                       {"time_s", kHungTime},

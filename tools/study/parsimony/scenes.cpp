@@ -12,7 +12,7 @@ using Change = std::function<void(Scene&)>;
 ConstraintSpec kind(const std::string& type, double stiffness = 1) {
   ConstraintSpec spec;
   spec.type = type, spec.stiffness = stiffness;
-  if (type == "distance" || type == "distance_limit") spec.on = {"edges"};
+  if (type == "distance" || type == "distance_limit") spec.elements = {"edges"};
   return spec;
 }
 
@@ -103,7 +103,7 @@ Change stiffness_as_compliance(double compliance) {
 
 Change desbrun(int refine) {
   return [=](Scene& scene) {
-    scene.solver.type = "desbrun", scene.solver.substeps = 1, scene.solver.desbrun.refine = refine;
+    scene.solver.type = "desbrun", scene.solver.substeps = 1, scene.solver.desbrun.refinement_iterations = refine;
     scene.solver.desbrun.filter = FilterKind::Sparse;
   };
 }
@@ -138,7 +138,7 @@ std::vector<Demand> single_demands(bool quick) {
       with("distance on edges", add(kind("distance")), loose, "particles"),
       to_cloth("distance on diagonals",
                [](Scene& s) {
-                 s.bodies[0].constraints[0].on = {"edges", "shear"};
+                 s.bodies[0].constraints[0].elements = {"edges", "shear"};
                }),
       to_cloth("compliance", stiffness_as_compliance(1e-6)),
       to_cloth("distance_limit", add(limit())),

@@ -41,7 +41,7 @@ Scene scene_of(const ChainSetting& of, int iterations) {
   body.shape = ChainShape{{0, 0, 0}, {(kChainParticles - 1) * of.spacing, 0, 0}, kChainParticles - 1};
   body.density = 1 / of.spacing, body.pins = {ListPin{{0}}};
   ConstraintSpec links;
-  links.type = "distance", links.on = {"edges"}, links.compliance = 1 / kStiffness;
+  links.type = "distance", links.elements = {"edges"}, links.compliance = 1 / kStiffness;
   body.constraints = {links};
   return published_scene(body, of.dt, 1, iterations);
 }

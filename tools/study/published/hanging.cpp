@@ -32,7 +32,7 @@ Scene scene_of(const Hanging& of, const std::filesystem::path& folder) {
   BodySpec body;
   body.name = "chain", body.shape = MeshFile{file}, body.density = 1 / of.spacing, body.pins = {ListPin{{0}}};
   ConstraintSpec links;
-  links.type = "distance", links.on = {"edges"};
+  links.type = "distance", links.elements = {"edges"};
   if (of.stiffness < kInfinite) links.compliance = 1 / of.stiffness;
   body.constraints = {links};
   if (of.long_range) {

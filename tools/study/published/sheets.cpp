@@ -38,7 +38,7 @@ Scene scene_of(const Sheet& of) {
   body.name = "sheet", body.shape = GridShape{{1, 1}, of.cells}, body.mass = 0.2;
   body.pins = {ListPin{{0, of.cells[0]}}};
   ConstraintSpec springs;
-  springs.type = "distance", springs.on = {"edges", "shear"};
+  springs.type = "distance", springs.elements = {"edges", "shear"};
   body.constraints = {springs};
   Scene scene = published_scene(body, 1.0 / 50, 10, 1);
   scene.solver.precision = Precision::Float;

@@ -58,7 +58,7 @@ Json run_spring(const SpringSetting& of) {
   body.name = "spring", body.shape = ChainShape{{0, 0, 0}, {1.5, 0, 0}, 1}, body.mass = 2;  // half of it at each end
   body.pins = {ListPin{{0}}};
   ConstraintSpec spring;
-  spring.type = "distance", spring.on = {"edges"}, spring.parameter = 1 / 1.5;
+  spring.type = "distance", spring.elements = {"edges"}, spring.parameter = 1 / 1.5;
   spring.compliance = of.compliance, spring.stiffness = of.stiffness;
   body.constraints = {spring};
   const double dt = kFrame / of.substeps;  // a step each, so that every substep is seen

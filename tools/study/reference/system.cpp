@@ -71,7 +71,7 @@ std::unique_ptr<SpringSystem> spring_system(const Scene& scene) {
   start_of(scene, mesh, *system);
   const Vector& x = system->start.x;
   for (const ConstraintSpec& spec : body.constraints)
-    for (const std::string& on : spec.on)
+    for (const std::string& on : spec.elements)
       for (const auto& [i, j] : on == "shear" ? shear(mesh) : edges(mesh)) {
         if (system->pinned[i] && system->pinned[j]) continue;
         const double length = (x.segment<3>(3 * i) - x.segment<3>(3 * j)).norm();

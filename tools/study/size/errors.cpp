@@ -68,7 +68,7 @@ Scene hung_scene(const bench::Case& which, const HungWay& way, int count) {
   Scene scene = bench::hanging(which, {way.refines ? 1 : count, 1});
   scene.file = "malha study";
   way.change(scene);
-  if (way.refines) scene.solver.desbrun.refine = count;
+  if (way.refines) scene.solver.desbrun.refinement_iterations = count;
   return scene;
 }
 

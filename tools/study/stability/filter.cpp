@@ -19,7 +19,8 @@ double norm(const std::array<double, 3>& a) { return std::hypot(a[0], a[1], a[2]
 SolverSpec filtered(Corrector corrector, int refine) {
   SolverSpec solver;
   solver.type = "desbrun", solver.substeps = 1, solver.precision = Precision::Double, solver.dt = kFrame;
-  solver.desbrun.corrector = corrector, solver.desbrun.refine = refine, solver.desbrun.filter = FilterKind::Sparse;
+  solver.desbrun.corrector = corrector, solver.desbrun.refinement_iterations = refine,
+  solver.desbrun.filter = FilterKind::Sparse;
   return solver;
 }
 
@@ -68,7 +69,7 @@ double strain_at_rest(int n, bool internal_only, double h, const Cells& cells) {
   Scene scene = hanging_sheet(n, 1, 0.2, 1e-4);
   scene.bodies[0].transform.axis = {1, 0, 0}, scene.bodies[0].transform.degrees = 90;
   scene.solver = filtered(Corrector::Inertia, 0), scene.solver.dt = h;
-  scene.solver.desbrun.internal_only = internal_only;
+  scene.solver.desbrun.filter_external_forces = !internal_only;
   Simulation simulation(scene, {.threads = 1});
   for (int step = 0; step < int(3 / h); ++step) simulation.step(), cells.go_on();
   return simulation.measure().strain_max;
@@ -114,7 +115,8 @@ Section turning(Cells& cells, Json& rows) {
   }
   section.sentences.push_back(
       "A corrector of the whole body's momentum does not see parts that turn against each other, nor pinned bodies. "
-      "What guards: \"refine\" where k h^2 / m is small, substeps, or XPBD; run and plan warn where the filter damps "
+      "What guards: \"refinement_iterations\" where k h^2 / m is small, substeps, or XPBD; run and plan warn where the "
+      "filter damps "
       "what swings about its pins by more than a fifth of the critical.");
   return section;
 }
@@ -167,7 +169,7 @@ Section weight_failure(Cells& cells, Json& rows) {
               "largest strain after 3 s",
               {}};
   for (const bool internal_only : {true, false}) {
-    Line line{internal_only ? "filtered: internal only" : "filtered: all (default)", {}};
+    Line line{internal_only ? "filter_external_forces: false" : "filter_external_forces: true (default)", {}};
     for (const auto& sheet : cells.quick()
                                  ? std::vector<std::pair<int, double>>{{5, kFrame}, {17, 0.1}}
                                  : std::vector<std::pair<int, double>>{
@@ -185,7 +187,8 @@ Section weight_failure(Cells& cells, Json& rows) {
   section.sentences = {formatted("At g h^2 / l = %.2g the largest strain is %.2g with gravity round the filter and "
                                  "%.2g with all forces filtered.",
                                  x, lines.lines[0].at(x), lines.lines[1].at(x)),
-                       "What guards: all forces are filtered by default; run and plan warn where internal_only would "
+                       "What guards: all forces are filtered by default; run and plan warn where "
+                       "\"filter_external_forces\": false would "
                        "stretch springs by more than 40 %."};
   return section;
 }

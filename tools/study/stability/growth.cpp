@@ -26,7 +26,7 @@ constexpr double kNone = 0.1;  // 1/s: what grows less or fades is drawn here
 ConstraintSpec of_kind(const std::string& type, std::optional<double> rigidity = {}, double stiffness = 1) {
   ConstraintSpec spec;
   spec.type = type, spec.rigidity = rigidity, spec.stiffness = stiffness;
-  if (type == "distance") spec.on = {"edges"};
+  if (type == "distance") spec.elements = {"edges"};
   if (type == "membrane" || type == "neo_hookean") spec.young_modulus = 1000, spec.parameter = 0.3;
   if (type == "plate") spec.parameter = 0;  // of Poisson
   return spec;
@@ -67,7 +67,7 @@ Shape irregular(bool by_rows) {
     std::sort(mesh.faces.begin(), mesh.faces.end());
     mesh.points = points;
   }
-  return ListedShape{mesh.points, mesh.faces, {}, {}};
+  return MeshDataShape{mesh.points, mesh.faces, {}, {}};
 }
 
 struct Numbered {

@@ -27,7 +27,7 @@ Scene falling_shell(const std::string& file, double lowest, const ConstraintSpec
   shell.name = "shell", shell.shape = MeshFile{file}, shell.mass = 1;
   shell.transform.translate = {0, kDrop - lowest, 0};
   ConstraintSpec lengths;
-  lengths.type = "distance", lengths.on = {"edges"};
+  lengths.type = "distance", lengths.elements = {"edges"};
   shell.constraints = {lengths, bending};
   EnvironmentSpec ground;
   ground.name = "ground", ground.shape = GridShape{{20, 20}, {1, 1}}, ground.transform.translate = {-10, 0, -10};

@@ -78,7 +78,7 @@ constexpr double kThickness = 0.002;  // m
 /// 11 x 11 loose particles that fly at a wall, and how many are behind it in the end.
 int passed(double speed, const Cells& cells) {
   BodySpec bullets;
-  bullets.name = "bullets", bullets.shape = CloudShape{{-1, -0.5, -0.5}, {-1, 0.5, 0.5}, {1, 11, 11}};
+  bullets.name = "bullets", bullets.shape = LatticeShape{{-1, -0.5, -0.5}, {-1, 0.5, 0.5}, {1, 11, 11}};
   bullets.mass = 1, bullets.velocity = {speed, 0, 0};
   EnvironmentSpec wall;
   wall.name = "wall", wall.shape = GridShape{{10, 10}, {4, 4}}, wall.sides = Sides::TwoSided,

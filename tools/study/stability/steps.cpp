@@ -37,7 +37,7 @@ std::vector<Way> ways(bool quick) {
   all.push_back({"Desbrun, dense", solver});
   solver.desbrun.storage = Storage::Int16;
   all.push_back({"Desbrun, int16", solver});
-  solver.desbrun.storage.reset(), solver.desbrun.refine = 8, solver.desbrun.filter = FilterKind::Sparse;
+  solver.desbrun.storage.reset(), solver.desbrun.refinement_iterations = 8, solver.desbrun.filter = FilterKind::Sparse;
   all.push_back({"Desbrun, refine 8", solver});
   const auto euler = [](const SpringSystem& system, double h) -> Way::Step {
     return [&system, h](State& state) { symplectic_euler(system, h, state); };

@@ -17,7 +17,7 @@ Sample sample_of(const Measures& m) { return {m.strain_max, m.strain_rms, m.kine
 Scene sprung(const std::string& name, const Shape& shape, double mass, const Pin& pin, std::vector<std::string> on,
              double compliance) {
   ConstraintSpec lengths;
-  lengths.type = "distance", lengths.on = std::move(on);
+  lengths.type = "distance", lengths.elements = std::move(on);
   if (compliance > 0) lengths.compliance = compliance;
   BodySpec body;
   body.name = name, body.shape = shape, body.mass = mass, body.pins = {pin}, body.constraints = {lengths};
