@@ -48,7 +48,7 @@ void catch_signals() {
 
 malha::SimulationOptions simulation_options(const Arguments& arguments, malha::ProgressReporter& progress) {
   malha::SimulationOptions options;
-  options.threads = arguments.threads, options.at_most = true;
+  options.threads = arguments.threads, options.adaptive_threads = true;
   options.backend = malha::backend_named(arguments.backend);
   if (!arguments.machine.empty()) options.machine = arguments.machine;
   options.progress = [&progress](const char* what, double part) { progress.setup(what, part); };
@@ -107,13 +107,13 @@ int run(const Arguments& arguments) {
   }
   if (!arguments.quiet)
     std::cout << malha::printable_lines(result.summary) << malha::list_results(malha::Results(options.out));
-  for (const std::string& line : result.unmet)
+  for (const std::string& line : result.failed_expectations)
     std::cerr << malha::printable(arguments.scene_label()) << ": not as expected: " << malha::printable(line) << "\n";
   if (result.interrupted) std::cerr << "interrupted; go on with: " << arguments.typed << " --resume\n";
   if (result.pictures_missing)
     std::cerr << "pictures are left out; draw them with: malha picture " << malha::shell_word(options.out) << "\n";
   if (result.interrupted || result.pictures_missing) return 128 + stopped_by;
-  return result.unmet.empty() ? malha::kDone : malha::kUnmet;
+  return result.failed_expectations.empty() ? malha::kDone : malha::kUnmet;
 }
 
 int picture(const Arguments& arguments) {

@@ -32,7 +32,7 @@ class Attachments {
   }
 
   /// Whether one of them ends where a substep starts (s).
-  bool let_go(double start) const {
+  bool release(double start) const {
     return std::any_of(sets_.begin(), sets_.end(), [&](const Set& set) {
       return over(set.release_time, start, substep_) && !over(set.release_time, start - substep_, substep_);
     });

@@ -65,7 +65,7 @@ class ParticleHandles {
 
   /// Particle i, which is at x (m), and has 1/w of mass as long as nothing holds it. Again: to another place.
   void take(int i, const ParticleHandle& taken, const Vec3& x, R* w) {
-    let_go(i, w);
+    release(i, w);
     One& one = all_.emplace_back();
     one.taken = taken, one.particle = i, one.from = x;
     one.list = Array<Executor, int>(1, i);
@@ -75,13 +75,13 @@ class ParticleHandles {
     else if (remembers_)
       one.lambda = Array<Executor, Vector3<R>>(1, Vector3<R>{R(0), R(0), R(0)});
   }
-  void let_go(int i, R* w) {
+  void release(int i, R* w) {
     const auto found = find(i);
     if (found == all_.end()) return;
     set(w + i, found->w);
     all_.erase(found);
   }
-  void let_go_of_all(R* w) {
+  void release_all(R* w) {
     for (const One& one : all_) set(w + one.particle, one.w);
     all_.clear();
   }

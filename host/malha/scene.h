@@ -130,7 +130,7 @@ struct Tear {
 /// "pressure" or "long_range".
 struct ConstraintSpec {
   std::string type;
-  std::vector<std::string> elements;            ///< elements; for edge constraints a subset of "edges", "shear"
+  std::vector<std::string> elements;      ///< elements; for edge constraints a subset of "edges", "shear"
   double stiffness = 1;                   ///< [0, 1]; PBD. Ignored where compliance is set
   std::optional<double> compliance;       ///< >= 0; XPBD, m/N for lengths, rad/(N m) for angles, m^5/N for volumes
   double parameter = 1;                   ///< the kind's own number, by its own name (rest_scale, poisson_ratio ...)

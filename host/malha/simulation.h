@@ -24,13 +24,14 @@ inline const std::vector<std::string> kBackends{"openmp", "serial", "cuda"};  //
 Backend backend_named(const std::string& name);
 
 struct SimulationOptions {
-  int threads = 0;       ///< OpenMP: 0 means as many as OpenMP offers (OMP_NUM_THREADS, or the cores), at most
-  bool at_most = false;  ///< steps run on all threads, or on one while other programs make that faster. So always for 0
+  int threads = 0;  ///< OpenMP: 0 means as many as OpenMP offers (OMP_NUM_THREADS, or the cores), at most
+  bool adaptive_threads =
+      false;  ///< steps run on all threads, or on one while other programs make that faster. So always for 0
   Backend backend = Backend::OpenMP;
   std::string instructions = {};  ///< "": the widest that the CPU has; or "baseline", "avx2", "avx512"
   std::string machine = "cpu";    ///< what patches are cut for: malha plan --help lists them all. Bits depend on it
   bool timed_passes = false;      ///< Cuda: times of passes, for which every one of them is waited for; else always
-  bool by_hand =
+  bool interactive =
       false;  ///< particles may be taken by hand (pull, hold). Costs memory where levels or patches keep some
   std::vector<UserConstraint> constraints = {};  ///< of the caller's own: slow, and for as long as the simulation lives
   // Of a set-up that takes long; part in [0, 1], or -1 where what begins does not know how far it is.
@@ -55,12 +56,12 @@ class Simulation {
   void step();
 
   /// A step that can be looked at after each of its substeps: the same bits as step(), not the same speed. A scene that
-  /// sleeps has no substeps. Throws InputError where `by_hand` is not set.
+  /// sleeps has no substeps. Throws InputError where `interactive` is not set.
   void step(const SubstepCallback& after);
 
-  /// Looks at once for energy that nothing gave, which step() does every 32 steps. Throws Diverged. For before what the
-  /// last steps led to is used.
-  void check();
+  /// Runs the check for divergence now, which step() runs every 32 steps. Call it before results are used. Throws
+  /// Diverged.
+  void check_divergence();
 
   /// Puts a pinned particle elsewhere (m) between two steps; nothing is laid out or factored anew. `particle`: as in
   /// positions(). Throws InputError for one that is not pinned, or that keyframes move.
@@ -94,9 +95,9 @@ class Simulation {
   void set_pins(std::vector<int> particles);
 
   /// Takes a particle by hand: from the next step on a spring of this compliance (m/N, 1e-12 to 1e12) pulls it to a
-  /// point (m). Again: to another point. `particle`: as in positions(), whose numbers tearing may shift: see held().
+  /// point (m). Again: to another point. `particle`: as in positions(), whose numbers tearing may shift: see handles().
   /// Others move as if nothing were taken, bit by bit, but for what they touch, sleep, and Desbrun's "tolerance".
-  /// Throws InputError for a particle that is not there or that is pinned, and where `by_hand` is not set.
+  /// Throws InputError for a particle that is not there or that is pinned, and where `interactive` is not set.
   void pull(int particle, const Vec3& to, double compliance);
 
   /// Holds a particle by hand: as if it were pinned, where it is, or at a place (m) to which the next step moves it.
@@ -106,11 +107,11 @@ class Simulation {
   void hold(int particle, const Vec3& to);
 
   /// Lets go of what pull() or hold() took: it moves on as it did. Nothing happens to others.
-  void let_go(int particle);
+  void release(int particle);
 
   /// What is taken by hand now, in the order in which it was. Of a vertex that tears, the particle that keeps its place
   /// in positions() stays taken.
-  std::vector<ParticleHandle> held() const;
+  std::vector<ParticleHandle> handles() const;
 
   /// Cuts bodies that name "tear" along a knife's way. `edges`: those that it crosses, as particles {left, right} of
   /// the knife. Vertices on one side split as where a mesh tears, so that the two ends of an edge share no face or line
@@ -152,7 +153,7 @@ class Simulation {
 
   /// The expectations of the scene (its "expect") that the state does not meet, a line each; of crossings the most that
   /// were counted.
-  std::vector<std::string> unmet() const;
+  std::vector<std::string> failed_expectations() const;
 
   /// A hash of the bits of positions and velocities: equal runs have equal hashes.
   std::uint64_t state_hash() const;
@@ -170,14 +171,14 @@ class Simulation {
   /// Goes on where another simulation is: at its time, to the next whole step, with the places and velocities of its
   /// bodies that have the same name and as many particles; other bodies are as at the start of this scene. For settings
   /// that change while a scene runs. What contacts remember is not taken over: the bits are those of no single run.
-  void go_on_from(const Simulation& before);
+  void transfer_state_from(const Simulation& before);
 
   /// Everything that the next step depends on, as bytes, but for what is taken by hand, gravity, wind and pins.
-  std::string state() const;
+  std::string save_state() const;
 
-  /// Goes back to a state() of the same scene and precision, and lets go of all that is taken by hand: the very same
-  /// bits follow as did then. Throws InputError for other bytes, and leaves everything as it was.
-  void go_back(const std::string& state);
+  /// Goes back to a save_state() of the same scene and precision, and lets go of all that is taken by hand: the very
+  /// same bits follow as did then. Throws InputError for other bytes, and leaves everything as it was.
+  void restore_state(const std::string& state);
 
   /// report.json: build, machine, sizes, times and the measures. `status` is a word for how the run ended, `notes` are
   /// lines about it.

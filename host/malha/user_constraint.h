@@ -19,7 +19,7 @@ struct UserBatch {
 };
 
 struct UserConstraint {
-  std::string name = "own";    ///< for messages
+  std::string name = "user";   ///< for messages
   int arity = 2;               ///< k: particles of each
   std::vector<int> particles;  ///< k a constraint, different ones; numbered as in Simulation::positions() at the start
   double compliance = 0;       ///< >= 0, XPBD's alpha: C^2 / (2 alpha) is an energy in J

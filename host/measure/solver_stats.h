@@ -9,9 +9,9 @@
 
 namespace malha {
 
-/// The passes of a step, for timings. Visits: prediction, projection and state in one, where nothing lies between.
+/// The passes of a step, for timings. FusedSolve: prediction, projection and state in one, where nothing lies between.
 /// Forces, filter and correction (of free bodies' momenta) are Desbrun's.
-/// Pins are those that move. ByCaller: constraints of the caller's own.
+/// Pins are those that move. UserConstraints: constraints of the caller's own.
 enum class Pass {
   Pins,
   Damping,
@@ -29,16 +29,16 @@ enum class Pass {
   Contact,
   SelfCollision,
   State,
-  Visits,
+  FusedSolve,
   Tearing,
   Sleep,
   Edges,
-  ByCaller
+  UserConstraints
 };
 inline constexpr std::array<const char*, 21> kPassNames{
-    "pins",           "damping",   "air",        "forces",   "filter",     "correction",  "prediction",
-    "levels",         "collision", "projection", "pressure", "long_range", "attachments", "contact",
-    "self_collision", "state",     "visits",     "tearing",  "sleep",      "edges",       "own"};
+    "pins",           "damping",   "air",         "forces",   "filter",     "correction",  "prediction",
+    "levels",         "collision", "projection",  "pressure", "long_range", "attachments", "contact",
+    "self_collision", "state",     "fused_solve", "tearing",  "sleep",      "edges",       "user_constraints"};
 
 /// What a person may want to know of a constraint set.
 struct SetStats {

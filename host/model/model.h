@@ -90,7 +90,7 @@ struct Model {
   Patches patches;
   std::vector<EnvironmentMesh> environment;
   ModelSeconds seconds;
-  bool by_hand = false;            // particles may be taken by hand (host/attachments/particle_handles.h)
+  bool interactive = false;        // particles may be taken by hand (host/attachments/particle_handles.h)
   int zero_area_faces = 0;         // dropped from meshes, see check_mesh
   std::vector<std::string> notes;  // what a person should know of how the meshes were taken
   int count() const { return static_cast<int>(x.size()); }

@@ -16,9 +16,9 @@ template <class Executor, class R>
 class Levels {
  public:
   /// `finest`: of the model. `fused`: particles follow the levels in their visits (see down()), otherwise before them.
-  /// `islands`: the first particle of each connected body. `by_hand`: then either may be asked for.
+  /// `islands`: the first particle of each connected body. `interactive`: then either may be asked for.
   Levels(const Executor& executor, const std::vector<Level>& levels, const Sweep<Executor, R>& finest, int threads,
-         bool fused, const std::vector<int>& islands, bool by_hand = false)
+         bool fused, const std::vector<int>& islands, bool interactive = false)
       : islands_(islands), origins_(islands.size()) {
     seconds_.assign(levels.size(), 0);
     for (std::size_t l = 0; l < levels.size(); ++l) {
@@ -36,7 +36,7 @@ class Levels {
       else
         lay_out(levels_[l - 1].sweep, &levels_[l - 1].down);
     }
-    if (fused && by_hand)
+    if (fused && interactive)
       before_ = TransferOperator(plan_means(levels.front().down, goals_in_order(levels.front().down, kPiece)));
   }
 

@@ -147,7 +147,7 @@ class Cutter {
       if (with_runs) {
         const Runs runs = find_runs(local, set.arity, class_of_slot_);
         for (const Run& run : runs.runs) add_run(static_cast<int>(s), run, constraints, local);
-        piece_.sets[s].in_runs = runs.held();
+        piece_.sets[s].in_runs = runs.contiguous();
         std::vector<int> loose, loose_local;
         for (const int c : runs.loose) {
           loose.push_back(constraints[c]);

@@ -104,7 +104,7 @@ DeviceEstimate plan_for(const Simulation& simulation, const Machine& machine) {
   for (const PassOfAStep& pass : passes_of_a_step(model, facts)) {
     demand.launches += pass.launches;
     demand.launches_at_least = demand.launches_at_least || pass.at_least || !pass.remark.empty();
-    if (!pass.name.starts_with("visits") && pass.name != "projection") demand.not_counted.push_back(pass.name);
+    if (!pass.name.starts_with("fused_solve") && pass.name != "projection") demand.not_counted.push_back(pass.name);
   }
   // A device's sums are launches of their own, and so is what it does before it asks the host about contacts.
   demand.launches_at_least = demand.launches_at_least || (machine.fast_bytes > 0 && !facts.fused);

@@ -71,7 +71,7 @@ void list_attachments(std::ostream& out, const Model& model) {
 
 void list_own(std::ostream& out, const SolverStats& facts) {
   for (const UserConstraintStats& own : facts.own)
-    out << "  own '" << own.name << "': " << own.constraints << " of " << counted(own.particles, "particle") << " in "
+    out << "  user '" << own.name << "': " << own.constraints << " of " << counted(own.particles, "particle") << " in "
         << counted(own.batches, "batch", "batches")
         << ", evaluated by the caller; prediction, projection and state are passes of their own\n";
 }
@@ -197,7 +197,8 @@ std::string plan(const Simulation& simulation) {
 }
 
 std::string list_process_memory(const Simulation& simulation) {
-  const std::string peak = bytes(peak_memory_mib() * 1024 * 1024), state = bytes(double(simulation.state().size()));
+  const std::string peak = bytes(peak_memory_mib() * 1024 * 1024),
+                    state = bytes(double(simulation.save_state().size()));
   return "memory of the process: " + peak + " so far, and " + state + " more while a checkpoint is written\n";
 }
 

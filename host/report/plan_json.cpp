@@ -22,8 +22,8 @@ Json constraints(const Model& model, const SolverStats& facts) {
     const SetStats& set = facts.sets[s];
     Json one{{"type", set.type},
              {"count", set.constraints},
-             {"in_runs", set.in_runs},
-             {"batches_a_patch", set.most_batches}};
+             {"contiguous", set.in_runs},
+             {"max_colors_per_patch", set.most_batches}};
     if (model.sets[s].compliance)
       one["compliance"] = *model.sets[s].compliance;
     else
@@ -41,7 +41,7 @@ Json constraints(const Model& model, const SolverStats& facts) {
   for (const ConstraintSet& set : model.stencils)
     all.push_back({{"type", set.type}, {"count", set.count()}, {"filtered", true}});
   for (const UserConstraintStats& own : facts.own)
-    all.push_back({{"type", "own"},
+    all.push_back({{"type", "user"},
                    {"name", own.name},
                    {"count", own.constraints},
                    {"particles", own.particles},
@@ -52,7 +52,7 @@ Json constraints(const Model& model, const SolverStats& facts) {
 Json of_demand(const DeviceEstimate& demand) {
   Json json{{"machine", demand.machine.name}, {"launches_a_step", demand.launches}};
   if (demand.phases == 0) return json;
-  json["phases"] = demand.phases, json["groups_at_once"] = demand.at_once;
+  json["patch_colors"] = demand.phases, json["groups_at_once"] = demand.at_once;
   json["groups_fewest"] = demand.groups_fewest, json["groups_most"] = demand.groups_most;
   json["group_bytes_most"] = demand.group_bytes, json["fits_fast_memory"] = !demand.is_too_large();
   json["particle_bytes_a_step"] = demand.moved.particle_bytes;
@@ -83,9 +83,9 @@ std::string plan_json(const Simulation& simulation, const DeviceEstimate* demand
   json["constraints"] = constraints(model, facts);
   json["projections_a_step"] = facts.projections_per_step;
   json["patches"] = {{"count", facts.patches.patches},
-                     {"phases", facts.patches.phases},
-                     {"laid_out_for_runs", facts.patches.columns},
-                     {"slots_most", facts.patches.most_slots}};
+                     {"patch_colors", facts.patches.phases},
+                     {"soa_patches", facts.patches.columns},
+                     {"max_patch_slots", facts.patches.most_slots}};
   json["levels"] = Json::array();
   for (const LevelStats& level : facts.levels)
     json["levels"].push_back({{"particles", level.particles}, {"constraints", level.constraints}});
@@ -96,7 +96,7 @@ std::string plan_json(const Simulation& simulation, const DeviceEstimate* demand
   for (const auto& [owner, bytes] : memory_parts(model, facts))
     json["memory"][owner + "_bytes"] = static_cast<std::size_t>(bytes);
   json["memory"]["peak_mib"] = peak_memory_mib();
-  json["memory"]["checkpoint_bytes"] = simulation.state().size();
+  json["memory"]["checkpoint_bytes"] = simulation.save_state().size();
   json["embree"] = !scene.environment.empty();
   for (const Launches& of : simulation.times().launches)
     json["launches_of_first_step"].push_back({{"kernel", of.kernel}, {"launches", of.launches}, {"items", of.items}});

@@ -77,7 +77,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats&
   // None without an environment. In flight how much room there is to each object, and to all.
   line("collision",
        (obstacles > 0 ? substeps * (6 * obstacles + 2) : 0) + (facts.contact_free_steps ? obstacles + 1 : 0));
-  line("visits of prediction, projection and state", facts.fused ? visits : 0);
+  line("fused_solve", facts.fused ? visits : 0);
   line("projection", facts.fused || facts.sets.empty() ? 0 : visits);
   line("pressure", substeps * facts.pressure_starts + iterations * facts.pressure_launches);
   line("long_range", facts.long_range > 0 ? iterations : 0);
@@ -89,7 +89,7 @@ std::vector<PassOfAStep> passes_of_a_step(const Model& model, const SolverStats&
   std::size_t own_launches = 0;  // gathered where the substep began, then there and back, and scattered
   for (const UserConstraintStats& own : facts.own)
     own_launches += substeps + 2 * iterations * static_cast<std::size_t>(std::max(2 * own.batches - 2, 1));
-  line("own", own_launches);
+  line("user_constraints", own_launches);
   if (facts.self)
     all.push_back(
         {"self-collision", 9 * substeps + 2 * iterations, ", and more where pairs are near or are searched for", true});

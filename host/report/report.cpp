@@ -39,17 +39,18 @@ Json by_name(const Parts& parts) {
 Json constraints(const SolverStats& facts, const Model& model) {
   Json kinds = Json::object();
   for (const SetStats& set : facts.sets) {
-    Json& kind = kinds.emplace(set.type, Json{{"count", 0}, {"in_runs", 0}, {"batches_a_patch", 0}}).first.value();
+    Json& kind =
+        kinds.emplace(set.type, Json{{"count", 0}, {"contiguous", 0}, {"max_colors_per_patch", 0}}).first.value();
     kind["count"] = kind["count"].get<int>() + set.constraints;
-    kind["in_runs"] = kind["in_runs"].get<int>() + set.in_runs;
-    kind["batches_a_patch"] = std::max(kind["batches_a_patch"].get<int>(), set.most_batches);
+    kind["contiguous"] = kind["contiguous"].get<int>() + set.in_runs;
+    kind["max_colors_per_patch"] = std::max(kind["max_colors_per_patch"].get<int>(), set.most_batches);
   }
   for (const AttachmentSet& set : model.attached) {
     Json& kind = kinds.emplace("attachment", Json{{"count", 0}}).first.value();
     kind["count"] = kind["count"].get<std::size_t>() + set.particles.size();
   }
   for (const UserConstraintStats& own : facts.own) {
-    Json& kind = kinds.emplace("own", Json{{"count", 0}, {"batches", 0}}).first.value();
+    Json& kind = kinds.emplace("user", Json{{"count", 0}, {"batches", 0}}).first.value();
     kind["count"] = kind["count"].get<int>() + own.constraints;
     kind["batches"] = kind["batches"].get<int>() + own.batches;
   }
@@ -60,10 +61,10 @@ Json constraints(const SolverStats& facts, const Model& model) {
 
 Json patches(const PatchStats& facts) {
   return {{"count", facts.patches},
-          {"phases", facts.phases},
-          {"laid_out_for_runs", facts.columns},
+          {"patch_colors", facts.phases},
+          {"soa_patches", facts.columns},
           {"particles_shared", facts.shared},
-          {"slots_most", facts.most_slots}};
+          {"max_patch_slots", facts.most_slots}};
 }
 
 Json levels(const SolverStats& facts) {
@@ -72,7 +73,7 @@ Json levels(const SolverStats& facts) {
     all.push_back(
         {{"particles", level.particles}, {"constraints", level.constraints}, {"patches", level.patches.patches}});
   return {{"every_substeps", facts.levels_interval},
-          {"from_the_finest", all},
+          {"levels_fine_to_coarse", all},
           {"bytes", facts.level_bytes},
           {"setup_s", facts.level_seconds}};
 }
@@ -87,10 +88,10 @@ Json filter(const Solver& solver, const Model& model) {
           {"particles", facts.unknowns},
           {"bodies", facts.bodies},
           {"bodies_free", solver.facts().free_bodies},
-          {"numbers", facts.numbers},
+          {"nonzeros", facts.numbers},
           {"filter_external_forces", spec.filter_external_forces},
           {"refinement_iterations", spec.refinement_iterations},
-          {"relative_error_noise", errors.noise},
+          {"relative_error_random", errors.noise},
           {"relative_error_elastic", errors.elastic}};
 }
 
@@ -152,8 +153,8 @@ Json measured(const Measures& m, const Scene& scene, const SolverStats& facts, c
   if (edges) json["edge_contacts"] = m.edge_contacts;
   if (self_collision || edges) {
     json["crossings"] = m.crossings;
-    json["crossings_most"] = std::max(m.crossings, times.most_crossings);
-    json["crossings_counted"] = times.crossings_counted + 1;
+    json["max_intersections"] = std::max(m.crossings, times.most_crossings);
+    json["intersection_checks"] = times.crossings_counted + 1;
   }
   json["degenerate_constraints_skipped"] = m.degenerate;
   if (!m.volume_ratios.empty()) json["volume_ratios"] = m.volume_ratios;
@@ -169,7 +170,7 @@ Parts setup_parts(const Model& model, const SolverStats& facts) {
   const ModelSeconds& of = model.seconds;
   Parts parts{{"load", of.load},
               {"order", of.order},
-              {"connect", of.connect},
+              {"build_constraints", of.connect},
               {"patches", of.patches},
               {"colour", facts.colour_seconds},
               {"layout", facts.layout_seconds},
@@ -230,7 +231,7 @@ std::string report_json(const std::string& status, const std::vector<std::string
                     {"substeps", scene.solver.substeps},
                     {"iterations", scene.solver.iterations}};
   json["particles"] = model.count();
-  if (!model.free.empty()) json["bodies_corrected"] = model.free.size();
+  if (!model.free.empty()) json["momentum_corrected_bodies"] = model.free.size();
   if (!model.tetrahedra.empty()) {
     std::size_t all = 0;
     for (const auto& body : model.tetrahedra) all += body.size();
@@ -256,11 +257,11 @@ std::string report_json(const std::string& status, const std::vector<std::string
                               {"triangles", self->triangles},
                               {"crossings_at_start", self->crossings},
                               {"searches", self->searches},
-                              {"substeps_held_apart", self->held},
-                              {"substeps_driven_through", self->driven_through},
+                              {"substeps_truncated", self->held},
+                              {"substeps_kinematic_penetration", self->driven_through},
                               {"candidates", self->candidates},
                               {"pairs", self->pairs},
-                              {"phases", self->phases}};
+                              {"patch_colors", self->phases}};
   if (const auto& edges = facts.edges)
     json["environment_edges"] = {{"edges", edges->edges},
                                  {"corners", edges->corners},
@@ -268,8 +269,8 @@ std::string report_json(const std::string& status, const std::vector<std::string
                                  {"pairs", edges->pairs},
                                  {"bytes", edges->bytes},
                                  {"searches", edges->searches},
-                                 {"substeps_looked_at_twice", edges->laid_again},
-                                 {"substeps_held_apart", edges->held}};
+                                 {"substeps_recollided", edges->laid_again},
+                                 {"substeps_truncated", edges->held}};
   json["zero_area_faces_dropped"] = model.zero_area_faces;
   json["setup_s"] = by_name(setup_parts(model, facts));
   // Sums over some of them: everything before the solver, and the constraints' share of colour and layout.

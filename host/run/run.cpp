@@ -223,13 +223,13 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   try {
     while (simulation.steps() < last && !stop) {
       const double took = seconds([&] { simulation.step(); });
-      if (outputs.saves() || simulation.steps() == last) simulation.check();
+      if (outputs.saves() || simulation.steps() == last) simulation.check_divergence();
       if (scene.expect.max_crossings || simulation.steps() % kCountEvery == 0 || simulation.steps() == last)
         simulation.count_crossings();
       outputs.after_step(took * 1000);
       progress({simulation.steps(), last, simulation.time(), took * 1000});
     }
-    if (simulation.steps() < last) simulation.check(), simulation.count_crossings();
+    if (simulation.steps() < last) simulation.check_divergence(), simulation.count_crossings();
   } catch (const Diverged& error) {
     outputs.report("diverged", {error.what()}, true);
     outputs.finish_frames();
@@ -242,10 +242,10 @@ RunResult run(const Scene& scene, const SimulationOptions& simulation_options, c
   RunResult result;
   result.interrupted = simulation.steps() < last;
   result.complete = simulation.steps() == whole;
-  if (result.complete) result.unmet = simulation.unmet();
+  if (result.complete) result.failed_expectations = simulation.failed_expectations();
   outputs.checkpoint();
   outputs.finish_frames();
-  std::vector<std::string> notes = result.unmet;
+  std::vector<std::string> notes = result.failed_expectations;
   if (!rounding.empty()) notes.push_back(rounding);
   std::vector<std::string> known = momenta.broken(simulation);
   std::ranges::copy(overstretched(simulation), std::back_inserter(known));

@@ -33,10 +33,10 @@ struct Progress {
 
 struct RunResult {
   bool interrupted = false;
-  bool complete = false;           // it ended where the scene's duration ends
-  bool pictures_missing = false;   // it was stopped, and those of the end were not drawn
-  std::vector<std::string> unmet;  // expectations; only looked at where complete
-  std::string summary;             // the lines that a person wants
+  bool complete = false;                         // it ended where the scene's duration ends
+  bool pictures_missing = false;                 // it was stopped, and those of the end were not drawn
+  std::vector<std::string> failed_expectations;  // expectations; only looked at where complete
+  std::string summary;                           // the lines that a person wants
 };
 
 /// Refuses more frames until step `last` than a file may hold; `before`: those of the run that this one resumes.

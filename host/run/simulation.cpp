@@ -73,7 +73,8 @@ struct Simulation::Parts {
   }
 
   void make_solver_of_model() {
-    model.by_hand = options.by_hand || !options.constraints.empty();  // either acts on what the visits do not know
+    model.interactive =
+        options.interactive || !options.constraints.empty();  // either acts on what the visits do not know
     solver = options.backend == Backend::Cuda
                  ? make_solver_on_cuda(model, threads, options.progress, options.timed_passes)
                  : make_solver(model, threads, options.instructions, options.progress);
@@ -221,7 +222,7 @@ Simulation::Simulation(const Scene& scene, const SimulationOptions& options) : p
   parts_->options = options;
   parts_->threads = serial ? 1 : options.threads > 0 ? options.threads : available_threads();
   require_threads(parts_->threads);
-  if ((options.threads <= 0 || options.at_most) && !on_device) parts_->choice.emplace(parts_->threads);
+  if ((options.threads <= 0 || options.adaptive_threads) && !on_device) parts_->choice.emplace(parts_->threads);
   const auto doing = [&](const char* what) {
     if (options.progress) options.progress(what, -1);
   };
@@ -259,7 +260,7 @@ void Simulation::step(const SubstepCallback& after) {
   if (trace) parts_->times.launches = trace->list();
 }
 
-void Simulation::check() { parts_->solver->check(); }
+void Simulation::check_divergence() { parts_->solver->check_divergence(); }
 
 void Simulation::move_pin(int particle, const Vec3& to) { parts_->solver->move_pins({particle}, {to}); }
 void Simulation::move_pins(const std::vector<int>& particles, const std::vector<Vec3>& to) {
@@ -325,7 +326,7 @@ void Simulation::lay_out_anew(const Scene& scene, const std::optional<std::vecto
   if (pins && next.pins() != *pins)
     refuse("pins", "", "a particle left out that a rigid attachment holds", "all those that attachments hold");
   parts.place(steps(), positions(), velocities());
-  for (const ParticleHandle& one : held())
+  for (const ParticleHandle& one : handles())
     if (!pins || !std::binary_search(pins->begin(), pins->end(), one.particle)) parts.solver->take(one);
   parts.scene = parts_->scene, parts.pins_at_start = parts_->pins_at_start;
   std::swap(parts.times, parts_->times);
@@ -343,8 +344,8 @@ void Simulation::hold(int particle) {
   hold(particle, there ? x[particle] : Vec3{});
 }
 void Simulation::hold(int particle, const Vec3& to) { parts_->solver->take({particle, to}); }
-void Simulation::let_go(int particle) { parts_->solver->let_go(particle); }
-std::vector<ParticleHandle> Simulation::held() const { return parts_->solver->taken(); }
+void Simulation::release(int particle) { parts_->solver->release(particle); }
+std::vector<ParticleHandle> Simulation::handles() const { return parts_->solver->taken(); }
 
 int Simulation::cut(const std::vector<Edge>& edges) {
   const std::vector<Split> found = find_cuts(parts_->model, edges, parts_->pinned());
@@ -353,8 +354,8 @@ int Simulation::cut(const std::vector<Edge>& edges) {
   return static_cast<int>(found.size());
 }
 
-std::string Simulation::state() const { return stamped(parts_->save(), parts_->hash_of_scene_now()); }
-void Simulation::go_back(const std::string& state) {
+std::string Simulation::save_state() const { return stamped(parts_->save(), parts_->hash_of_scene_now()); }
+void Simulation::restore_state(const std::string& state) {
   parts_->restore(unstamped(state, parts_->hash_of_scene_now()), "state");
 }
 
@@ -382,7 +383,7 @@ void Simulation::count_crossings() {
 }
 std::uint64_t Simulation::state_hash() const { return parts_->solver->state_hash(); }
 
-std::vector<std::string> Simulation::unmet() const {
+std::vector<std::string> Simulation::failed_expectations() const {
   const Model& model = parts_->model;
   std::vector<ParticlesOfBody> bodies;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b)
@@ -406,7 +407,7 @@ std::int64_t Simulation::load_checkpoint(const std::string& path) {
   return checkpoint.frames;
 }
 
-void Simulation::go_on_from(const Simulation& before) {
+void Simulation::transfer_state_from(const Simulation& before) {
   if (malha::tears(model().scene) && !before.parts_->splits.empty()) parts_->lay_out_anew(before.parts_->splits);
   const RenderMesh &now = model().look, &then = before.model().look;
   std::vector<Vec3> x = positions(), v = velocities();

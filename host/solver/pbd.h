@@ -47,7 +47,7 @@ class Pbd final : public TimeStepper<Executor, R> {
     if (!this->facts_.whole_steps)
       return this->advance_from(this->facts_.contact_free_steps ? step_without_contacts(h) : 0);
     this->substep_ = 0;
-    this->repeat_step("visits", [&] {
+    this->repeat_step("fused solve", [&] {
       start_step();
       visit_patches(h, solver.substeps);
     });
@@ -113,7 +113,7 @@ class Pbd final : public TimeStepper<Executor, R> {
       auto& own = levels_.emplace_back();
       if (levels.empty()) return;
       ++this->facts_.level_layouts;
-      own.emplace(executor_, levels, *sweep_, threads_, this->can_fuse_passes(), model_.islands, model_.by_hand);
+      own.emplace(executor_, levels, *sweep_, threads_, this->can_fuse_passes(), model_.islands, model_.interactive);
     });
   }
 
@@ -166,7 +166,7 @@ class Pbd final : public TimeStepper<Executor, R> {
     if (this->free_) this->timed(Pass::Correction, [&] { this->free_->before(this->particles()); });
     const SolvePatch<R> plain = this->visit(h);
     const Particles<R>& all = plain.particles;
-    this->timed(Pass::Visits, [&] {
+    this->timed(Pass::FusedSolve, [&] {
       const auto visits = [&](const auto& team) {
         for (int s = 0; s < substeps; ++s) {
           const auto* levels = levels_at(this->substep_ + s);

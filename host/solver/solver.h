@@ -31,7 +31,7 @@ class Solver {
   /// empty.
   virtual void step(const SubstepCallback& after = {}) = 0;
   /// Looks for what step() looks for every some steps. Throws Diverged.
-  virtual void check() = 0;
+  virtual void check_divergence() = 0;
   virtual double time() const = 0;  // s
   virtual std::int64_t steps() const = 0;
   virtual std::vector<Vec3> positions() const = 0;   // m, in the user's order
@@ -67,7 +67,7 @@ class Solver {
   /// Pulls or holds a particle (the user's number) from the next step on. Throws InputError for one that is pinned, and
   /// where nothing can be taken, or not be held.
   virtual void take(const ParticleHandle& what) = 0;
-  virtual void let_go(int particle) = 0;
+  virtual void release(int particle) = 0;
   virtual std::vector<ParticleHandle> taken() const = 0;
   virtual void wake() = 0;
   virtual std::optional<SleepStats> sleep() const = 0;

@@ -53,7 +53,7 @@ class TimeStepper : public Solver {
  public:
   void step(const SubstepCallback& after) final {
     if (after && !hand_)
-      throw InputError("step: found a simulation without by_hand; allowed: one that is made with it");
+      throw InputError("step: found a simulation without interactive; allowed: one that is made with it");
     const ScopedValue<const SubstepCallback*> watch(watcher_, after ? &after : nullptr);
     const double start = time(), end = start + model_.scene.solver.dt;
     if (sleeper_ && sleeper_->sleeps_through(particles(), start, end)) {
@@ -67,7 +67,7 @@ class TimeStepper : public Solver {
       timed(Pass::Sleep, [&] { sleeper_->watch(particles(), start, end, steps_); });
   }
 
-  void check() final { guard(true); }
+  void check_divergence() final { guard(true); }
 
   double time() const final { return steps_ * model_.scene.solver.dt; }
   std::int64_t steps() const final { return steps_; }
@@ -81,7 +81,7 @@ class TimeStepper : public Solver {
     steps_ = saved.steps, crossings_step_ = -1;
     x_.upload(saved.x), v_.upload(saved.v), d_.upload(std::vector<Vec3>(saved.x.size(), Vec3{0, 0, 0}));
     if constexpr (kCarries<R>) low_.upload(saved.low);
-    if (hand_) hand_->let_go_of_all(w_.data());
+    if (hand_) hand_->release_all(w_.data());
     exclude_from_momentum_correction();
     if (moved_) moved_->hold(time(), w_.data());
     if (sweep_) sweep_->forget_lost();
@@ -145,7 +145,8 @@ class TimeStepper : public Solver {
     return own_ ? own_->values(index, x_.points(), w_.data()) : throw std::out_of_range("values_of_own");
   }
   void take(const ParticleHandle& what) final {
-    if (!hand_) throw InputError("pull, hold: found a simulation without by_hand; allowed: one that is made with it");
+    if (!hand_)
+      throw InputError("pull, hold: found a simulation without interactive; allowed: one that is made with it");
     const int i = hand_->number_of(what, model_, w_.data(), requires_fixed_pins());
     const Vec3 x = place_of(i), way = minus(what.to, x);
     what.is_held() ? guard_.moved(norm(way)) : guard_.gave(i, hand_->work(i, what, x));
@@ -153,10 +154,10 @@ class TimeStepper : public Solver {
     hand_->take(i, what, x, w_.data());
     exclude_from_momentum_correction(), wake();
   }
-  void let_go(int particle) final {
+  void release(int particle) final {
     const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
     if (!hand_ || found == model_.user_of.end()) return;
-    hand_->let_go(static_cast<int>(found - model_.user_of.begin()), w_.data());
+    hand_->release(static_cast<int>(found - model_.user_of.begin()), w_.data());
     exclude_from_momentum_correction(), keep_overlaps(), wake();
   }
   std::vector<ParticleHandle> taken() const final { return hand_ ? hand_->taken() : std::vector<ParticleHandle>{}; }
@@ -234,7 +235,7 @@ class TimeStepper : public Solver {
     if (model.scene.self_collision) facts_.collision_seconds += seconds([&] { self_.emplace(executor, model); });
     if (self_ && collider_) kinematic_.emplace(executor, model.x.size());
     if (self_) objects_ = fastest_object(model, model.scene.solver.dt / model.scene.solver.substeps);
-    if (model.by_hand) hand_.emplace(executor, model);
+    if (model.interactive) hand_.emplace(executor, model);
     note_facts();
   }
 
@@ -250,7 +251,7 @@ class TimeStepper : public Solver {
       if (first == 0) start_step();
       for (int s = first; s < solver.substeps; ++s) {
         if (moved_) timed(Pass::Pins, [&] { place_pins(at(s), at(s + 1)); });
-        if (attachments_ && attachments_->let_go(at(s))) keep_overlaps();
+        if (attachments_ && attachments_->release(at(s))) keep_overlaps();
         if (hand_) hand_->place(particles(), s);
         substep_ = s;
         substep(time() + s * h, h);
@@ -427,7 +428,7 @@ class TimeStepper : public Solver {
 
   /// Refuses an explosion that is finite still. `now`: at whatever step this is.
   void guard(bool now = false) {
-    timed(model_.scene.solver.type == "pbd" && runs_fused() ? Pass::Visits : Pass::State, [&] {
+    timed(model_.scene.solver.type == "pbd" && runs_fused() ? Pass::FusedSolve : Pass::State, [&] {
       const auto wrong = guard_.watch(
           particles(), steps_, [&] { return places(); }, [&] { return v_.download(); }, now);
       if (wrong)
@@ -533,7 +534,7 @@ class TimeStepper : public Solver {
     if (free_ && !can_fuse_passes()) timed(Pass::Correction, [&] { free_->after_projection(all, h); });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
     if (attachments_) timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, fresh); });
-    if (own_) timed(Pass::ByCaller, [&] { own_->project(all.p, all.w, fresh); });
+    if (own_) timed(Pass::UserConstraints, [&] { own_->project(all.p, all.w, fresh); });
     if (in_hand()) timed(Pass::Attachments, [&] { hand_->project(all.p, all.w, fresh); });
     if (self_) timed(Pass::SelfCollision, [&] { self_->solve_contacts(all); });
     if (edges_) timed(Pass::Edges, [&] { edges_->solve_contacts(all); });

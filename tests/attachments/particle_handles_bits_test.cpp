@@ -30,11 +30,11 @@ TEST_P(HandIn, LeavesOtherBodiesTheirBits) {
     GetParam().change(scene);
     const std::size_t first = 13 * 13, count = 13 * 13;
     for (const int threads : {1, 2}) {
-      Simulation alone(scene, {.threads = threads}), touched(scene, {.threads = threads, .by_hand = true});
+      Simulation alone(scene, {.threads = threads}), touched(scene, {.threads = threads, .interactive = true});
       for (int step = 0; step < 60; ++step) {
         if (step == 10) touched.pull(84, {0.5, 0.6, 0.5}, 1e-3);
         if (step == 25) touched.pull(84, {0.2, 0.5, 0.3}, 1e-3), touched.pull(90, {1, 1, 1}, 1e-2);
-        if (step == 40) touched.let_go(84), touched.let_go(90);
+        if (step == 40) touched.release(84), touched.release(90);
         alone.step(), touched.step();
         ASSERT_TRUE(same_bits(alone, touched, first, count)) << "step " << step << ", " << threads << " threads";
         EXPECT_EQ(same_bits(alone, touched, 0, first), step < 10) << "the pulled one moves otherwise from its step on";
@@ -46,15 +46,15 @@ TEST_P(HandIn, LeavesOtherBodiesTheirBits) {
 TEST_P(HandIn, GoesBackToTheVerySameBits) {
   Scene scene = two_cloths();
   GetParam().change(scene);
-  Simulation alone = after(scene, 0.1), touched(scene, {.threads = 1, .by_hand = true});
+  Simulation alone = after(scene, 0.1), touched(scene, {.threads = 1, .interactive = true});
   run_for(touched, scene, 0.1);
-  const std::string state = touched.state();
+  const std::string state = touched.save_state();
   touched.pull(84, {0.5, 0.6, 0.5}, 1e-3);
   run_for(touched, scene, 0.1);
-  EXPECT_NE(touched.state(), state);
-  touched.go_back(state);
-  EXPECT_TRUE(touched.held().empty());
-  EXPECT_EQ(touched.state(), state);
+  EXPECT_NE(touched.save_state(), state);
+  touched.restore_state(state);
+  EXPECT_TRUE(touched.handles().empty());
+  EXPECT_EQ(touched.save_state(), state);
   run_for(touched, scene, 0.3), run_for(alone, scene, 0.3);
   EXPECT_EQ(touched.state_hash(), alone.state_hash());
 }
@@ -113,7 +113,7 @@ TEST_P(HandIn, StepsInPartsWithTheSameBits) {
   for (const bool pulled : {false, true}) {
     Scene scene = two_cloths();
     GetParam().change(scene);
-    Simulation whole(scene, {.threads = 1, .by_hand = true}), parts(scene, {.threads = 1, .by_hand = true});
+    Simulation whole(scene, {.threads = 1, .interactive = true}), parts(scene, {.threads = 1, .interactive = true});
     for (int step = 0; step < 30; ++step) {
       if (pulled && step == 5) whole.pull(84, {0.5, 0.6, 0.5}, 1e-3), parts.pull(84, {0.5, 0.6, 0.5}, 1e-3);
       std::vector<double> times;
@@ -146,11 +146,11 @@ TEST(Hand, HeldLeavesOtherBodiesTheirBitsToo) {
     scene.solver.keeps_momenta = free;
     if (free)
       for (BodySpec& body : scene.bodies) body.pins.clear(), body.spin = {1, 2, 3};
-    Simulation alone(scene, {.threads = 1}), touched(scene, {.threads = 1, .by_hand = true});
+    Simulation alone(scene, {.threads = 1}), touched(scene, {.threads = 1, .interactive = true});
     for (int step = 0; step < 50; ++step) {
       if (step == 10) touched.hold(84);
       if (step > 20 && step < 30) touched.hold(84, {0.5, 0.01 * (step - 20), 0.5});
-      if (step == 40) touched.let_go(84);
+      if (step == 40) touched.release(84);
       alone.step(), touched.step();
       ASSERT_TRUE(same_bits(alone, touched, 169, 169)) << "step " << step;
     }
@@ -162,7 +162,7 @@ TEST(Hand, OfNothingHasTheBitsOfARunThatAllowsNone) {
   for (const int iterations : {1, 3}) {
     Scene scene = two_cloths();
     scene.solver.iterations = iterations, scene.solver.levels = 2;
-    Simulation touched = after(scene, 0.3, {.threads = 2, .by_hand = true});
+    Simulation touched = after(scene, 0.3, {.threads = 2, .interactive = true});
     EXPECT_TRUE(touched.solver().facts().fused);
     EXPECT_EQ(touched.state_hash(), after(scene, 0.3).state_hash());
   }

@@ -17,7 +17,7 @@ TEST(Hand, HangsAParticleByItsWeightTimesTheCompliance) {
     for (const int iterations : {1, 4}) {
       Scene scene = scene_of({particle({0, 0, 0}, {}, 2)}, kEarth, 1.0, 1);
       scene.solver.type = method, scene.solver.iterations = iterations;
-      Simulation simulation(scene, {.threads = 1, .by_hand = true});
+      Simulation simulation(scene, {.threads = 1, .interactive = true});
       simulation.pull(0, {3, 1, 0}, 1.0 / 800);
       run_for(simulation, scene, 30);
       const Vec3 x = simulation.positions()[0];
@@ -35,7 +35,7 @@ TEST(Hand, GivesABodyTheImpulseOfItsSpringAndNothingElse) {
     scene.solver.substeps = 1, scene.solver.keeps_momenta = keeps;
     scene.bodies.pop_back();
     scene.bodies[0].pins.clear(), scene.bodies[0].damping = 0.05;
-    Simulation simulation(scene, {.threads = 1, .by_hand = true});
+    Simulation simulation(scene, {.threads = 1, .interactive = true});
     const Vec3 to{0.7, 0.4, 0.6};
     const double alpha = 1e-2;
     simulation.pull(84, to, alpha);
@@ -55,7 +55,7 @@ TEST(Hand, LetsABodyHangInBalance) {
   Scene scene = two_cloths(Precision::Double);
   scene.bodies.pop_back();
   scene.bodies[0].pins.clear(), scene.wind = Wind{{0, 0, 0}, 0.01};
-  Simulation simulation(scene, {.threads = 1, .by_hand = true});
+  Simulation simulation(scene, {.threads = 1, .interactive = true});
   simulation.pull(0, {0, 0, 0}, 1e-2);
   run_for(simulation, scene, 20);
   ASSERT_LT(simulation.measure().kinetic, 1e-12) << "in still air that drags it is at rest";
@@ -67,7 +67,7 @@ TEST(Hand, HoldsAsAPinDoes) {
   for (const int iterations : {1, 2}) {
     Scene scene = two_cloths();
     scene.solver.iterations = iterations;
-    Simulation simulation(scene, {.threads = 2, .by_hand = true});
+    Simulation simulation(scene, {.threads = 2, .interactive = true});
     run_for(simulation, scene, 0.1);
     simulation.hold(84);
     const Vec3 at = simulation.positions()[84];
@@ -75,7 +75,7 @@ TEST(Hand, HoldsAsAPinDoes) {
     run_for(simulation, scene, 0.5);
     EXPECT_EQ(simulation.positions()[84], at);
     EXPECT_EQ(simulation.velocities()[84], (Vec3{0, 0, 0}));
-    simulation.let_go(84);
+    simulation.release(84);
     run_for(simulation, scene, 0.5);
     EXPECT_LT(simulation.positions()[84][1], at[1] - 0.05) << "it falls again";
   }
@@ -87,25 +87,25 @@ TEST(Hand, HoldsAndLetsGoAsAPinThatIsReleased) {
   Pin released(ListPin{{84}});
   released.release_time = 0.2;
   pinned.bodies[0].pins.push_back(released);
-  Simulation by_scene(pinned, {.threads = 1}), by_hand(scene, {.threads = 1, .by_hand = true});
-  by_hand.hold(84);
+  Simulation by_scene(pinned, {.threads = 1}), interactive(scene, {.threads = 1, .interactive = true});
+  interactive.hold(84);
   for (int step = 0; step < 50; ++step) {
-    if (step == 20) by_hand.let_go(84);
-    by_scene.step(), by_hand.step();
-    ASSERT_TRUE(same_bits(by_scene, by_hand, 0, 338)) << "step " << step;
+    if (step == 20) interactive.release(84);
+    by_scene.step(), interactive.step();
+    ASSERT_TRUE(same_bits(by_scene, interactive, 0, 338)) << "step " << step;
   }
 }
 
 TEST(Hand, CarriesWhatItHoldsAtASteadySpeedAndThrowsIt) {
   const Scene scene = scene_of({particle({0, 1, 0})}, {0, 0, 0}, 0.01, 4);
-  Simulation simulation(scene, {.threads = 1, .by_hand = true});
+  Simulation simulation(scene, {.threads = 1, .interactive = true});
   simulation.hold(0, {0.02, 1, 0.01});
   simulation.step();
   EXPECT_EQ(simulation.positions()[0], (Vec3{0.02, 1, 0.01}));
   EXPECT_NEAR(simulation.velocities()[0][0], 2, 1e-12);
   simulation.hold(0, {0.04, 1, 0.02});
   simulation.step();
-  simulation.let_go(0);
+  simulation.release(0);
   simulation.step();
   EXPECT_NEAR(simulation.positions()[0][0], 0.06, 1e-12) << "it flies on";
   simulation.hold(0);
@@ -116,30 +116,30 @@ TEST(Hand, CarriesWhatItHoldsAtASteadySpeedAndThrowsIt) {
 
 TEST(Hand, SaysWhatItHas) {
   const Scene scene = two_cloths();
-  Simulation simulation(scene, {.threads = 1, .by_hand = true});
-  EXPECT_TRUE(simulation.held().empty());
+  Simulation simulation(scene, {.threads = 1, .interactive = true});
+  EXPECT_TRUE(simulation.handles().empty());
   simulation.pull(84, {1, 2, 3}, 1e-3), simulation.hold(85, {0, 1, 0});
-  ASSERT_EQ(simulation.held().size(), 2u);
-  EXPECT_EQ(simulation.held()[0].particle, 84);
-  EXPECT_EQ(simulation.held()[0].to, (Vec3{1, 2, 3}));
-  EXPECT_EQ(simulation.held()[0].compliance, 1e-3);
-  EXPECT_EQ(simulation.held()[1].particle, 85);
-  EXPECT_TRUE(simulation.held()[1].is_held());
-  simulation.let_go(84), simulation.let_go(3), simulation.let_go(-1), simulation.let_go(1 << 30);
-  EXPECT_EQ(simulation.held().size(), 1u);
+  ASSERT_EQ(simulation.handles().size(), 2u);
+  EXPECT_EQ(simulation.handles()[0].particle, 84);
+  EXPECT_EQ(simulation.handles()[0].to, (Vec3{1, 2, 3}));
+  EXPECT_EQ(simulation.handles()[0].compliance, 1e-3);
+  EXPECT_EQ(simulation.handles()[1].particle, 85);
+  EXPECT_TRUE(simulation.handles()[1].is_held());
+  simulation.release(84), simulation.release(3), simulation.release(-1), simulation.release(1 << 30);
+  EXPECT_EQ(simulation.handles().size(), 1u);
 }
 
 TEST(Hand, WakesWhatSleepsAndKeepsItAwake) {
   Scene scene = scene_of({particle({0, 0, 0})}, {0, 0, 0}, 0.01);
   scene.sleep = Sleep{};
   scene.sleep->after = 0.05;
-  Simulation simulation(scene, {.threads = 1, .by_hand = true});
+  Simulation simulation(scene, {.threads = 1, .interactive = true});
   run_for(simulation, scene, 0.2);
   ASSERT_EQ(simulation.solver().sleep()->particles, 1);
   simulation.pull(0, {0, 0, 0}, 1e-3);
   run_for(simulation, scene, 0.2);
   EXPECT_EQ(simulation.solver().sleep()->particles, 0) << "nothing moves, but it is in a hand";
-  simulation.let_go(0);
+  simulation.release(0);
   run_for(simulation, scene, 0.2);
   EXPECT_EQ(simulation.solver().sleep()->particles, 1);
 }
@@ -148,12 +148,12 @@ TEST(Hand, WakesWhatSleepsAndKeepsItAwake) {
 TEST(Hand, RaisesNoAlarmHoweverItPulls) {
   for (const bool holds : {false, true}) {
     const Scene scene = two_cloths();
-    Simulation simulation(scene, {.threads = 1, .by_hand = true});
+    Simulation simulation(scene, {.threads = 1, .interactive = true});
     for (int step = 0; step < 200; ++step) {
       const Vec3 to{step % 20 < 10 ? -3.0 : 3.0, 0.2, 0.5};
       if (step % 10 == 0) holds ? simulation.hold(84, to) : simulation.pull(84, to, 1e-4);
       ASSERT_NO_THROW(simulation.step()) << "step " << step;
-      ASSERT_NO_THROW(simulation.check()) << "step " << step;
+      ASSERT_NO_THROW(simulation.check_divergence()) << "step " << step;
     }
   }
 }
@@ -164,9 +164,9 @@ TEST(Hand, RefusesWhatItCannotTake) {
   EXPECT_EQ(refusal([&] {
               none.pull(84, {0, 0, 0}, 1);
             }),
-            "pull, hold: found a simulation without by_hand; allowed: one that is made with it");
-  EXPECT_TRUE(none.held().empty());
-  Simulation some(scene, {.threads = 1, .by_hand = true});
+            "pull, hold: found a simulation without interactive; allowed: one that is made with it");
+  EXPECT_TRUE(none.handles().empty());
+  Simulation some(scene, {.threads = 1, .interactive = true});
   EXPECT_EQ(refusal([&] {
               some.pull(0, {0, 0, 0}, 1);
             }),
@@ -181,27 +181,27 @@ TEST(Hand, RefusesWhatItCannotTake) {
   some.hold(84);
   EXPECT_TRUE(has(refusal([&] { some.move_pin(84, {0, 0, 0}); }), "not pinned")) << "hold() moves it";
   some.pull(84, {0, 0, 0}, 1);  // the other way to have it
-  EXPECT_FALSE(some.held().at(0).is_held());
-  EXPECT_EQ(some.held().size(), 1u);
+  EXPECT_FALSE(some.handles().at(0).is_held());
+  EXPECT_EQ(some.handles().size(), 1u);
 
   scene.solver.levels = 2;
-  Simulation levels(scene, {.threads = 1, .by_hand = true});
+  Simulation levels(scene, {.threads = 1, .interactive = true});
   EXPECT_EQ(refusal([&] { levels.hold(84); }),
             "hold: found a solver with levels, which are laid out for what is pinned; allowed: to pull");
   scene.solver.type = "desbrun";
-  Simulation desbrun(scene, {.threads = 1, .by_hand = true});
+  Simulation desbrun(scene, {.threads = 1, .interactive = true});
   EXPECT_EQ(refusal([&] { desbrun.hold(84); }),
             "hold: found a solver with Desbrun's filter, which is made for pins that stay; allowed: to pull");
 }
 
 TEST(Hand, RefusesToGoBackToWhatIsNoState) {
   const Scene scene = two_cloths();
-  Simulation simulation(scene, {.threads = 1, .by_hand = true});
+  Simulation simulation(scene, {.threads = 1, .interactive = true});
   simulation.pull(84, {0, 1, 0}, 1e-3);
   const std::uint64_t before = simulation.state_hash();
-  EXPECT_TRUE(has(refusal([&] { simulation.go_back("no"); }), "state: found 2 bytes that are no state"));
+  EXPECT_TRUE(has(refusal([&] { simulation.restore_state("no"); }), "state: found 2 bytes that are no state"));
   EXPECT_EQ(simulation.state_hash(), before);
-  EXPECT_EQ(simulation.held().size(), 1u);
+  EXPECT_EQ(simulation.handles().size(), 1u);
 }
 
 /// A strip that tears in its middle while a corner is pulled and another is held: both stay what they were.
@@ -214,7 +214,7 @@ TEST(Hand, StaysWhereItIsWhileTheMeshTears) {
   strip.tear = Tear{0.5};
   BodySpec last = cloth_by_hand("last", 9, 2);
   const Scene scene = scene_of({loose, strip, last}, {0, 0, 0}, 0.01, 4);
-  Simulation simulation(scene, {.threads = 1, .by_hand = true});
+  Simulation simulation(scene, {.threads = 1, .interactive = true});
   const int first = 9, of_last = 9 + 45 + 4;
   simulation.pull(of_last, {10, 1, 1}, 1e-2);
   for (int i = 40; i < 45; ++i) simulation.hold(first + i);
@@ -224,7 +224,7 @@ TEST(Hand, StaysWhereItIsWhileTheMeshTears) {
   }
   const int tears = simulation.tears();
   ASSERT_GT(tears, 0);
-  const std::vector<ParticleHandle> held = simulation.held();
+  const std::vector<ParticleHandle> held = simulation.handles();
   ASSERT_EQ(held.size(), 6u);
   for (const ParticleHandle& one : held) {
     if (!one.is_held()) {
@@ -240,11 +240,11 @@ TEST(Hand, StaysWhereItIsWhileTheMeshTears) {
 TEST(Hand, HoldsAVertexTogether) {
   BodySpec rope = hung_chain({0, 0, 0}, {4, 0, 0}, 4);
   rope.constraints = {stiff("distance", {"edges"})}, rope.tear = Tear{0.2};
-  Simulation simulation(scene_of({rope}, {0, 0, 0}, 0.01, 10), {.threads = 1, .by_hand = true});
+  Simulation simulation(scene_of({rope}, {0, 0, 0}, 0.01, 10), {.threads = 1, .interactive = true});
   simulation.hold(2), simulation.hold(3, {3.5, 0, 0});  // the edge between them is strained by a half
   for (int step = 0; step < 5; ++step) simulation.step();
   EXPECT_EQ(simulation.tears(), 0);
-  simulation.let_go(2);
+  simulation.release(2);
   simulation.step();
   EXPECT_GT(simulation.tears(), 0) << "the hand alone kept it";
 }

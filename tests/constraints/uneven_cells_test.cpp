@@ -212,17 +212,17 @@ TEST(Clamp, LetsTrianglesThatAreLeftToRelaxSagTooFarAtAnyResolution) {
 TEST(Clamp, IsOfRowsThatStayAndOfAMaterial) {
   std::vector<int> held(10);
   std::iota(held.begin(), held.end(), 0);
-  for (const bool let_go : {true, false}) {
+  for (const bool release : {true, false}) {
     BodySpec body;
     body.name = "strip", body.shape = quads_between(graded(0.5, 4), graded(1, 8)), body.mass = 1;
     body.constraints = {uneven_rigid("bending", 1)};
     body.pins = {ListPin{held}};
-    if (let_go) body.pins[0].release_time = 1;
+    if (release) body.pins[0].release_time = 1;
     const Model model = build_model(scene_of({body}, kEarth, 1.0 / 60));
     ASSERT_EQ(model.sets.size(), 1u);
     // Of squares each side has two hinges of half its bending: twice the area of both triangles over the length^2.
     const auto [least, most] = std::minmax_element(model.sets[0].softness.begin(), model.sets[0].softness.end());
-    EXPECT_NEAR(*least, let_go ? 2 : 1, 1e-9);
+    EXPECT_NEAR(*least, release ? 2 : 1, 1e-9);
     EXPECT_NEAR(*most, 2, 1e-9);
   }
 }

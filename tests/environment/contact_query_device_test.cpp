@@ -42,7 +42,7 @@ class NearASurface {
       particles().p.arrive(i);
       d_.points().set(i, rounded<float>(random.in_cube(way)));
     }
-    for (int s = 0; s < memory_.slots(); ++s) let_go(memory_.view().contacts[s]);
+    for (int s = 0; s < memory_.slots(); ++s) release(memory_.view().contacts[s]);
   }
 
   /// How many of all are left to the host.

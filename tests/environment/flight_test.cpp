@@ -83,10 +83,10 @@ TEST_P(Flight, HasTheBitsOfStepsThatLook) {
     ASSERT_EQ(contact_free_steps->measure().contacts, looks->measure().contacts) << "after step " << step;
   }
   if (scenes_run_on_host()) {
-    EXPECT_GT(seconds_of(*contact_free_steps, Pass::Visits), 0) << "some steps were flights";
+    EXPECT_GT(seconds_of(*contact_free_steps, Pass::FusedSolve), 0) << "some steps were flights";
     EXPECT_GT(seconds_of(*contact_free_steps, Pass::State), 0) << "some were not";
   }
-  EXPECT_EQ(seconds_of(*looks, Pass::Visits), 0);
+  EXPECT_EQ(seconds_of(*looks, Pass::FusedSolve), 0);
   EXPECT_GT(touching, 20);
 }
 
@@ -185,7 +185,7 @@ TEST_P(Jerked, FartherThanItsSpeedToldAParticleStopsAtTheWall) {
   ASSERT_NEAR(before[0][0], 0, 1e-6);
   then->step();
   if (scenes_run_on_host()) {
-    EXPECT_GT(seconds_of(*then, Pass::Visits), 0) << "it began as a flight";
+    EXPECT_GT(seconds_of(*then, Pass::FusedSolve), 0) << "it began as a flight";
   }
   for (int step = 0; step < 5; ++step) {
     const Vec3 x = then->positions()[0];

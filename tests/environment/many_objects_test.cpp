@@ -30,7 +30,7 @@ TEST(ManyObjects, AStateHoldsOnlyWhatIsNear) {
     Simulation simulation(over_boxes(objects), {.threads = 1});
     for (int step = 0; step < 20; ++step) simulation.step();
     EXPECT_GT(simulation.measure().contacts, 0);
-    return simulation.state().size();
+    return simulation.save_state().size();
   };
   // Of the 58 that are far: a box for each word of 64 of the 41 x 41 particles, where each pair took 64 bytes.
   EXPECT_EQ(bytes(60) - bytes(2), 58 * words_of(41 * 41) * sizeof(WordBox));
@@ -55,14 +55,15 @@ TEST(ManyObjects, GoOnFromAStateWithTheSameBits) {
       Simulation simulation(over_boxes(20, height), {.threads = 1});
       Simulation other(over_boxes(20, height), {.threads = threads});
       for (int step = 0; step < 8; ++step) simulation.step();
-      const std::string state = simulation.state();
+      const std::string state = simulation.save_state();
       for (int step = 0; step < 12; ++step) simulation.step();
-      const std::string end = simulation.state();
+      const std::string end = simulation.save_state();
       EXPECT_GT(simulation.measure().contacts, 0);
-      other.go_back(state);
-      EXPECT_EQ(other.state(), state);
+      other.restore_state(state);
+      EXPECT_EQ(other.save_state(), state);
       for (int step = 0; step < 12; ++step) other.step();
-      EXPECT_EQ(other.state(), end) << "to the last bit of what is known of contacts, on " << threads << " threads";
+      EXPECT_EQ(other.save_state(), end) << "to the last bit of what is known of contacts, on " << threads
+                                         << " threads";
     }
 }
 

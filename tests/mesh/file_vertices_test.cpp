@@ -301,9 +301,11 @@ TEST(FileVertices, AreNamedByTheirNumbersInMessages) {
   int lowest = -1;  // of those outside
   for (const int i : all.number)
     if (lowest < 0 && start[i][0] < start[last][0] - 0.01) lowest = i;
-  const std::vector<std::string> unmet = Simulation(parsed(expecting), {.threads = 1}).unmet();
-  ASSERT_EQ(unmet.size(), 1u);
-  EXPECT_TRUE(has(unmet[0], "such as " + std::to_string(lowest) + " of body 'sheet' at")) << unmet[0];
+  const std::vector<std::string> failed_expectations =
+      Simulation(parsed(expecting), {.threads = 1}).failed_expectations();
+  ASSERT_EQ(failed_expectations.size(), 1u);
+  EXPECT_TRUE(has(failed_expectations[0], "such as " + std::to_string(lowest) + " of body 'sheet' at"))
+      << failed_expectations[0];
 
   Mesh again = all.mesh;  // a second vertex in one place
   again.faces.push_back(again.faces[0]);

@@ -97,7 +97,7 @@ class SteadySteps : public testing::TestWithParam<std::string> {};
 TEST_P(SteadySteps, ReplayWhatIsStillSo) {
   const Json scene = Json::parse(GetParam());
   Model model = build_model(parsed(scene));
-  model.by_hand = true;
+  model.interactive = true;
   const auto host = make_solver(model, 1), blocks = make_on_blocks(model, {});
   const auto both = [&](const auto& change) { change(*host), change(*blocks); };
   const auto step = [&](const char* after) {
@@ -115,7 +115,7 @@ TEST_P(SteadySteps, ReplayWhatIsStillSo) {
   const int last = model.count() - 1;
   both([&](Solver& solver) { solver.take({last, {3, 1, 0}, 0.01}); });
   step("something pulled");
-  both([&](Solver& solver) { solver.let_go(last); });
+  both([&](Solver& solver) { solver.release(last); });
   step("and let go");
   both([&](Solver& solver) { solver.restore(start); });
   step("the start once more");

@@ -48,7 +48,7 @@ void expect_sound(const Runs& found, const std::vector<int>& particles, int arit
   for (const int c : found.loose) ++seen[c];
   EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), count) << "each constraint once";
   EXPECT_TRUE(std::is_sorted(found.loose.begin(), found.loose.end()));
-  EXPECT_EQ(found.held(), held);
+  EXPECT_EQ(found.contiguous(), held);
 }
 
 /// Classes of `size` places each.
@@ -87,7 +87,7 @@ TEST(FindRuns, DoesNotDependOnTheOrderOfTheLadder) {
   const Runs found = find_runs(particles, 2, blocks(2, 100));
   expect_sound(found, particles, 2, blocks(2, 100));
   ASSERT_EQ(found.runs.size(), 1u);
-  EXPECT_EQ(found.held(), 50);
+  EXPECT_EQ(found.contiguous(), 50);
 }
 
 TEST(FindRuns, MakesTwoRunsOfAChainWhosePlacesAlternate) {
@@ -98,7 +98,7 @@ TEST(FindRuns, MakesTwoRunsOfAChainWhosePlacesAlternate) {
   const Runs found = find_runs(particles, 2, blocks(2, 100));
   expect_sound(found, particles, 2, blocks(2, 100));
   EXPECT_EQ(found.runs.size(), 2u);
-  EXPECT_EQ(found.held(), 80);
+  EXPECT_EQ(found.contiguous(), 80);
 }
 
 TEST(FindRuns, BridgesShortGapsAndNoLongOnes) {
@@ -108,7 +108,7 @@ TEST(FindRuns, BridgesShortGapsAndNoLongOnes) {
     const auto particles = rungs(list);
     const Runs found = find_runs(particles, 2, blocks(2, 100));
     expect_sound(found, particles, 2, blocks(2, 100));
-    EXPECT_EQ(found.held(), 30);
+    EXPECT_EQ(found.contiguous(), 30);
     if (missing < kLongestGap) {
       ASSERT_EQ(found.runs.size(), 1u) << missing;
       EXPECT_EQ(static_cast<int>(found.runs[0].slots.size()), 30 + missing);
@@ -124,7 +124,7 @@ TEST(FindRuns, LeavesWhatIsTooShortLoose) {
     const auto particles = rungs(numbers(0, length));
     const Runs found = find_runs(particles, 2, blocks(2, 100));
     expect_sound(found, particles, 2, blocks(2, 100));
-    EXPECT_EQ(found.held(), length < kShortest ? 0 : length);
+    EXPECT_EQ(found.contiguous(), length < kShortest ? 0 : length);
   }
 }
 
@@ -168,7 +168,7 @@ TEST(FindRuns, HoldsEachConstraintOnceInIndependentRunsOnTangles) {
         }
         const Runs found = find_runs(particles, arity, class_of);
         expect_sound(found, particles, arity, class_of);
-        held += found.held();
+        held += found.contiguous();
       }
   EXPECT_GT(held, 1000) << "there was something to find";
 }
@@ -177,7 +177,7 @@ TEST(FindRuns, OfNothingIsEmpty) {
   const Runs found = find_runs({}, 2, {});
   EXPECT_TRUE(found.runs.empty());
   EXPECT_TRUE(found.loose.empty());
-  EXPECT_EQ(found.held(), 0);
+  EXPECT_EQ(found.contiguous(), 0);
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ def test_a_whole_run_leaves_what_the_command_leaves(tmp_path):
     scene = scene_of(cloth(), outputs={"frames": {"every": 5, "formats": ["pc2"]}}, duration=0.2)
     seen = []
     result = malha.run(scene, tmp_path / "out", threads=1, progress=lambda step, steps, time: seen.append((step, steps)))
-    assert result["complete"] and result["unmet"] == []
+    assert result["complete"] and result["failed_expectations"] == []
     assert seen == [(step, 20) for step in range(1, 21)]
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     simulation = malha.Simulation(scene, threads=1)

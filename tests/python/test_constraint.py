@@ -90,7 +90,7 @@ def test_functions_get_batches_that_share_no_particle():
     run = malha.Simulation(scene_of(chain(4), substeps=1), constraints=[malha.Constraint(pairs_of(4), function)])
     run.step()
     assert seen == 2 * [[0, 2], [1, 3]], "where the substep began, then where it went"
-    assert run.plan()["constraints"] == [{"type": "own", "name": "own", "count": 4, "particles": 2, "batches": 2}]
+    assert run.plan()["constraints"] == [{"type": "user", "name": "user", "count": 4, "particles": 2, "batches": 2}]
 
 
 @pytest.mark.parametrize("precision", ["float", "double"])

@@ -117,16 +117,16 @@ def test_pins_are_moved_between_steps(simulation):
 
 
 def test_particles_are_taken_by_hand():
-    run = malha.Simulation(scene_of(cloth(), solver={"levels": "off"}), by_hand=True)
+    run = malha.Simulation(scene_of(cloth(), solver={"levels": "off"}), interactive=True)
     run.hold(160)
     run.pull(168, [1, 1, 1], compliance=1e-3)
-    assert run.held() == [{"particle": 160, "to": tuple(run.positions[160])},
+    assert run.handles() == [{"particle": 160, "to": tuple(run.positions[160])},
                           {"particle": 168, "to": (1, 1, 1), "compliance": 1e-3}]
     run.step(3)
     assert run.inverse_masses[160] == 0
-    run.let_go(160), run.let_go(168)
-    assert run.held() == []
-    with pytest.raises(malha.InputError, match="by_hand"):
+    run.release(160), run.release(168)
+    assert run.handles() == []
+    with pytest.raises(malha.InputError, match="interactive"):
         malha.Simulation(scene_of(cloth())).hold(3)
 
 
@@ -140,11 +140,11 @@ def test_a_body_that_names_tear_is_cut():
 
 def test_checkpoints_and_states_go_on_with_the_same_bits(tmp_path, simulation):
     simulation.step(10)
-    state = simulation.state()
+    state = simulation.save_state()
     simulation.save_checkpoint(tmp_path / "c.malha")
     simulation.step(10)
     end = simulation.state_hash
-    simulation.go_back(state)
+    simulation.restore_state(state)
     simulation.step(10)
     assert simulation.state_hash == end
     other = malha.Simulation(scene_of(cloth()))
@@ -155,7 +155,7 @@ def test_checkpoints_and_states_go_on_with_the_same_bits(tmp_path, simulation):
     with pytest.raises(malha.InputError, match="a checkpoint of another scene"):
         malha.Simulation(scene_of(cloth(cells=5))).load_checkpoint(tmp_path / "c.malha")
     with pytest.raises(malha.InputError):
-        simulation.go_back(b"nothing")
+        simulation.restore_state(b"nothing")
 
 
 def test_measures_reports_warnings_and_plans_are_dicts(simulation):
@@ -185,7 +185,7 @@ def test_a_setting_beyond_a_boundary_is_warned_of():
 def test_unmet_expectations_are_lines():
     run = malha.Simulation(scene_of(loose(), expect={"max_speed": 0.1}))
     run.step(10)
-    assert len(run.unmet()) == 1 and "speed" in run.unmet()[0]
+    assert len(run.failed_expectations()) == 1 and "speed" in run.failed_expectations()[0]
 
 
 def test_a_scene_that_diverges_says_where(rushing):
@@ -202,10 +202,10 @@ def test_a_scene_that_diverges_says_where(rushing):
 
 def test_a_diverged_simulation_can_go_back(rushing):
     run = malha.Simulation(rushing)
-    state = run.state()
+    state = run.save_state()
     with pytest.raises(malha.Diverged):
         run.step(2000)
-    run.go_back(state)
+    run.restore_state(state)
     assert run.step(5) == 5 and run.report()["status"] == "running"
 
 

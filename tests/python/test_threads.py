@@ -84,11 +84,11 @@ def test_what_is_false_ends_the_loop_and_none_goes_on(simulation, said, steps):
 USES = {
     "step": lambda s: s.step(), "gravity": lambda s: setattr(s, "gravity", (1, 2, 3)),
     "positions": lambda s: setattr(s, "positions", s.positions), "pins": lambda s: setattr(s, "pins", [0]),
-    "measure": lambda s: s.measure(), "values": lambda s: s.constraint_values(), "state": lambda s: s.state(),
+    "measure": lambda s: s.measure(), "values": lambda s: s.constraint_values(), "state": lambda s: s.save_state(),
 }
 
 
-@pytest.mark.parametrize("around", ["step", "measure", "report", "constraint_values", "unmet"])
+@pytest.mark.parametrize("around", ["step", "measure", "report", "constraint_values", "failed_expectations"])
 @pytest.mark.parametrize("use", USES)
 def test_a_constraint_cannot_use_its_simulation_whoever_asks(around, use):
     refused = []

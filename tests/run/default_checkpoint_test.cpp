@@ -114,7 +114,7 @@ TEST(FolderOfResults, ThatAnotherRunIsWritingIsRefusedAndLeftAlone) {
     EXPECT_TRUE(files_in(out) == before);
   };
   run(parsed(scene), {.threads = 1}, {.out = out}, watch, std::atomic<bool>{false});
-  EXPECT_EQ(run_quietly(scene, {.out = out}).unmet.size(), 0u) << "and the next may have it";
+  EXPECT_EQ(run_quietly(scene, {.out = out}).failed_expectations.size(), 0u) << "and the next may have it";
 }
 
 TEST(FolderOfResults, IsFreeAgainAfterAKill) {

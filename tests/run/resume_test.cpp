@@ -189,7 +189,7 @@ TEST_F(ResumeRefuses, NothingWhereOnlyDurationOutputsNameAndExpectationsDiffer) 
   scene_["expect"]["max_speed"] = 100;
   const RunResult result = run_quietly(scene_, {.out = out_, .resume = true});
   EXPECT_TRUE(result.complete);
-  EXPECT_TRUE(result.unmet.empty());
+  EXPECT_TRUE(result.failed_expectations.empty());
 }
 
 }  // namespace

@@ -97,13 +97,13 @@ TEST(Run, LooksAtExpectationsOnlyWhereTheScenesDurationEnds) {
   const std::string out = (folder / "out").string();
   Json scene = swinging_sheet(false);
   scene["expect"] = {{"max_speed", 0}};
-  EXPECT_TRUE(run_quietly(scene, {.out = out, .steps = 39}).unmet.empty());
-  EXPECT_TRUE(run_quietly(scene, {.out = out, .steps = 41}).unmet.empty());
+  EXPECT_TRUE(run_quietly(scene, {.out = out, .steps = 39}).failed_expectations.empty());
+  EXPECT_TRUE(run_quietly(scene, {.out = out, .steps = 41}).failed_expectations.empty());
   const RunResult whole = run_quietly(scene, {.out = out});
   EXPECT_TRUE(whole.complete);
-  ASSERT_EQ(whole.unmet.size(), 1u);
-  EXPECT_EQ(whole.unmet[0].find("max_speed: found"), 0u) << whole.unmet[0];
-  EXPECT_EQ(report_in(out)["notes"], Json(whole.unmet));
+  ASSERT_EQ(whole.failed_expectations.size(), 1u);
+  EXPECT_EQ(whole.failed_expectations[0].find("max_speed: found"), 0u) << whole.failed_expectations[0];
+  EXPECT_EQ(report_in(out)["notes"], Json(whole.failed_expectations));
   EXPECT_EQ(report_in(out)["status"], "finished");
 }
 

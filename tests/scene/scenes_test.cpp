@@ -44,7 +44,7 @@ TEST_P(ShippedScene, MeetsItsExpectations) {
       ASSERT_LE(simulation.measure().crossings, scene.expect.max_crossings.at_most.value_or(0)) << "step " << step;
     }
   }
-  for (const std::string& line : simulation.unmet()) ADD_FAILURE() << line;
+  for (const std::string& line : simulation.failed_expectations()) ADD_FAILURE() << line;
 #else
   for (int step = 0; step < 3; ++step) ASSERT_NO_THROW(simulation.step());
   for (const Vec3& x : simulation.positions()) ASSERT_TRUE(std::isfinite(length(x)));

@@ -57,13 +57,13 @@ TEST(Driven, PinsThatGoThroughPinsAreSaidAndStaySaidInAResumedRun) {
 }
 
 TEST(Driven, PinsTakeAlongWhatIsFreeAndGoThroughNothing) {
-  for (const bool let_go : {false, true}) {
+  for (const bool release : {false, true}) {
     Scene scene = lifted_through(false);
-    if (let_go) scene.bodies[1].pins[0].release_time = 0.49;
+    if (release) scene.bodies[1].pins[0].release_time = 0.49;
     Simulation simulation(scene, {.threads = 1});
     for (int step = 0; step < 30; ++step) {
       simulation.step();
-      ASSERT_EQ(simulation.measure().crossings, 0) << "step " << step << (let_go ? ", pins are let go" : "");
+      ASSERT_EQ(simulation.measure().crossings, 0) << "step " << step << (release ? ", pins are let go" : "");
     }
     EXPECT_EQ(simulation.solver().facts().self->driven_through, 0);
     double lowest = 1;

@@ -154,13 +154,13 @@ TEST(WarningOfHeavyOnLight, ComesFromTenTimesTheMassOnWhereItFalls) {
   Scene both = heavy_on_light(100, 0);  // laid on, but the lower one falls from 5 cm
   for (BodySpec& body : both.bodies) body.transform.translate[1] += 0.05;
   EXPECT_TRUE(warns_of_weight(both));
-  Scene let_go = heavy_on_light(100, 0.024);
+  Scene release = heavy_on_light(100, 0.024);
   Pin pin = BoxPin{{-1, 1.2 * kBlock, -1}, {1, 9, 1}};
   pin.release_time = 0.1;
-  let_go.bodies[1].pins = {pin};
-  EXPECT_TRUE(warns_of_weight(let_go));
-  let_go.bodies[1].pins[0].release_time.reset();
-  EXPECT_FALSE(warns_of_weight(let_go));
+  release.bodies[1].pins = {pin};
+  EXPECT_TRUE(warns_of_weight(release));
+  release.bodies[1].pins[0].release_time.reset();
+  EXPECT_FALSE(warns_of_weight(release));
   Scene sideways = heavy_on_light(100, 0.024);  // the same, with gravity along z
   for (BodySpec& body : sideways.bodies)
     body.transform.translate = {0, body.transform.translate[0], body.transform.translate[1]};

@@ -255,21 +255,21 @@ TEST(SelfCollision, RemembersTheMostCrossingsThatWereCounted) {
   const int corner = simulation.particles_of_vertices(1)[0];
   const Vec3 above = simulation.positions()[corner];
   simulation.count_crossings();
-  EXPECT_EQ(simulation.unmet().size(), 0u);
+  EXPECT_EQ(simulation.failed_expectations().size(), 0u);
   simulation.move_pin(corner, {above[0], -0.1, above[2]});
   const std::int64_t through = simulation.measure().crossings;
   ASSERT_GT(through, 0);
   simulation.count_crossings();
   simulation.move_pin(corner, above);
   EXPECT_EQ(simulation.measure().crossings, 0);
-  EXPECT_EQ(simulation.unmet().size(), 1u);
-  EXPECT_NE(simulation.report("finished").find("\"crossings_most\": " + std::to_string(through)), std::string::npos);
+  EXPECT_EQ(simulation.failed_expectations().size(), 1u);
+  EXPECT_NE(simulation.report("finished").find("\"max_intersections\": " + std::to_string(through)), std::string::npos);
   const TemporaryFolder folder;
   const std::string path = (folder / "checkpoint").string();
   simulation.save_checkpoint(path);
   Simulation resumed(scene, {.threads = 1});
   resumed.load_checkpoint(path);
-  EXPECT_EQ(resumed.unmet().size(), 1u);
+  EXPECT_EQ(resumed.failed_expectations().size(), 1u);
 }
 
 TEST(SelfCollision, CountsOneEdgeThroughOneTriangleOnce) {

@@ -323,27 +323,27 @@ TEST(StartsNear, WhatLiesInASolidGoesNoDeeperAndStaysOutOnceItWasOut) {
 TEST(StartsNear, WhatPinsOrAHandLetGoOfInASolidStaysAtRest) {
   const TemporaryFolder folder;
   for (const int substeps : {10, 160})
-    for (const bool by_hand : {false, true}) {
+    for (const bool interactive : {false, true}) {
       BodySpec sheet = near_sheet("a", 0.02, Cells::Irregular, folder);
       Pin held{BoxPin{{-1, -1, -1}, {1, 1, 1}}};
       held.release_time = 0.1;
       Keyframe start, end;
       end.time = 0.05, end.translate = {0, -0.023, 0};
       held.motion = {start, end};
-      if (!by_hand) sheet.pins = {held};
+      if (!interactive) sheet.pins = {held};
       Scene scene = near_scene({sheet}, substeps, "pbd", Precision::Double);
       scene.environment = {sunk_in(Sides::Solid)};
-      Simulation simulation(scene, {.threads = 1, .by_hand = true});
-      if (by_hand) {
+      Simulation simulation(scene, {.threads = 1, .interactive = true});
+      if (interactive) {
         const std::vector<Vec3> x = simulation.positions();
         for (int i = 0; i < static_cast<int>(x.size()); ++i) simulation.hold(i, {x[i][0], -0.003, x[i][2]});
         for (int step = 0; step < 3; ++step) simulation.step();
-        for (int i = 0; i < static_cast<int>(x.size()); ++i) simulation.let_go(i);
+        for (int i = 0; i < static_cast<int>(x.size()); ++i) simulation.release(i);
         simulation.set_velocities(std::vector<Vec3>(x.size()));
       } else {
         run_for(simulation, scene, 0.1);
       }
-      EXPECT_LT(fastest_of(simulation, 5), 1e-9) << substeps << (by_hand ? ", by hand" : "");
+      EXPECT_LT(fastest_of(simulation, 5), 1e-9) << substeps << (interactive ? ", by hand" : "");
       EXPECT_NEAR(simulation.positions().back()[1], -0.003, 1e-9);
     }
 }

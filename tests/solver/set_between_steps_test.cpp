@@ -27,14 +27,14 @@ TEST(SetBetweenSteps, PlacesAndVelocitiesAreThoseOfTheNextStep) {
 
 TEST(SetBetweenSteps, TheOwnPlacesAndVelocitiesChangeNothing) {
   const Scene scene = two_cloths();
-  Simulation set(scene, {.threads = 1, .by_hand = true}), alone(scene, {.threads = 1, .by_hand = true});
+  Simulation set(scene, {.threads = 1, .interactive = true}), alone(scene, {.threads = 1, .interactive = true});
   for (Simulation* one : {&set, &alone}) one->pull(84, {0.5, 0.6, 0.5}, 1e-3);
   for (int step = 0; step < 20; ++step) {
     set.set_positions(set.positions()), set.set_velocities(set.velocities());
     set.step(), alone.step();
   }
   EXPECT_EQ(set.state_hash(), alone.state_hash());
-  EXPECT_EQ(set.held().size(), 1u) << "what is taken stays taken";
+  EXPECT_EQ(set.handles().size(), 1u) << "what is taken stays taken";
 }
 
 TEST(SetBetweenSteps, PinsStayWhereTheyArePut) {
@@ -114,7 +114,7 @@ TEST(SetBetweenSteps, GravityAndWindThatChangeAreNoExplosion) {
     if (step == 50) simulation.set_gravity({0, -50, 0});
     if (step == 100) simulation.set_wind({80, 0, 0});
     if (step == 150) simulation.set_gravity({0, 50, 0});
-    simulation.step(), simulation.check();
+    simulation.step(), simulation.check_divergence();
   }
   EXPECT_GT(simulation.velocities()[0][0], 1);
 }
@@ -268,9 +268,9 @@ TEST(SetBetweenSteps, CheckpointsAreForTheGravityAndPinsOfTheStart) {
   set.step(), other.step();
   EXPECT_EQ(set.state_hash(), other.state_hash());
   set.set_pins({0}), set.step(), set.save_checkpoint(folder / "p");
-  const std::string state = set.state();
+  const std::string state = set.save_state();
   EXPECT_TRUE(has(refusal([&] { other.load_checkpoint(folder / "p"); }), "a checkpoint of another scene"));
-  EXPECT_TRUE(has(refusal([&] { other.go_back(state); }), "a state of another scene"));
+  EXPECT_TRUE(has(refusal([&] { other.restore_state(state); }), "a state of another scene"));
   other.set_pins({0}), other.load_checkpoint(folder / "p");
   set.step(), other.step();
   EXPECT_EQ(set.state_hash(), other.state_hash());
@@ -300,9 +300,9 @@ TEST(SetBetweenSteps, AFreeBodyThatDivergedGoesBackWithTheSameBits) {
   Scene scene = scene_of({sheet}, {0, 0, 0}, 1e18, 1, Precision::Float);
   scene.solver.keeps_momenta = true;
   Simulation diverged(scene, {.threads = 1}), fresh(scene, {.threads = 1});
-  const std::string start = diverged.state();
+  const std::string start = diverged.save_state();
   EXPECT_THROW(run_for(diverged, scene, 1e21), Diverged);
-  diverged.go_back(start);
+  diverged.restore_state(start);
   for (int step = 0; step < 3; ++step) {
     diverged.step(), fresh.step();
     EXPECT_EQ(diverged.state_hash(), fresh.state_hash()) << step;

@@ -91,7 +91,7 @@ void add_kind(std::vector<Line>& lines, int particles) {
     body.constraints = {std::move(spec)};
     Scene scene = scene_with(std::move(body));
     if (Kind::element == Element::Hinges) scene.gravity = {0, 0, 0};  // hold nothing together: a sheet at rest
-    lines.push_back({Kind::name + way, element.one, std::move(scene), Pass::Visits, constraints_of});
+    lines.push_back({Kind::name + way, element.one, std::move(scene), Pass::FusedSolve, constraints_of});
   };
   if (strength.free) add(false, "");
   if (strength.modulus) add(true, strength.free ? std::string(", ") + strength.modulus : "");

@@ -11,7 +11,7 @@ int main(int count, char** arguments) {
   if (count != 2) return std::fprintf(stderr, "usage: %s SCENE\n", arguments[0]), 2;
   try {
     malha::Scene scene = malha::load_scene(arguments[1]);
-    malha::Simulation simulation(scene, {.by_hand = true});
+    malha::Simulation simulation(scene, {.interactive = true});
     std::vector<malha::Vec3> before = simulation.positions(), now = before, drawn = before;
     const int taken = static_cast<int>(now.size()) / 2;
     const malha::Vec3 start = now[taken];
@@ -21,7 +21,7 @@ int main(int count, char** arguments) {
       if (frame < 40)
         simulation.pull(taken, {start[0] + 0.3 * std::sin(clock), start[1] + 0.2, start[2]}, 1e-3);  // m, m/N
       else
-        simulation.let_go(taken);
+        simulation.release(taken);
       for (; simulation.time() < clock; now = simulation.positions()) before = now, simulation.step();
       const double part = 1 - (simulation.time() - clock) / scene.solver.dt;
       for (std::size_t i = 0; i < now.size(); ++i)

@@ -85,7 +85,7 @@ void add_constraint(py::module_& module) {
       "A constraint C(x) = 0 of your own, to try an idea. It is slow: the function is called for every batch of\n"
       "constraints that share no particle, in every iteration of every substep. A kernel takes nanoseconds instead.")
       .def(
-          py::init(&made), "particles"_a, "function"_a, "compliance"_a = 0.0, "name"_a = "own", "check"_a = false,
+          py::init(&made), "particles"_a, "function"_a, "compliance"_a = 0.0, "name"_a = "user", "check"_a = false,
           "particles: whole numbers (M, k), the particles of each constraint, as in Simulation.positions.\n"
           "function(x, which): x is (B, k, 3) in m, a batch of B constraints; which is (B,), their rows in particles.\n"
           "It returns C (B,) and its gradient (B, k, 3). It must depend on its arguments alone, or runs differ.\n"

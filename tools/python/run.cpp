@@ -51,8 +51,8 @@ py::dict run_into(const py::object& source, const std::filesystem::path& out, st
     result = run(scene, simulation_options, options, after_step, stop);
   }
   if (raised) std::rethrow_exception(raised);
-  return py::dict("complete"_a = result.complete, "unmet"_a = result.unmet, "warnings"_a = warned,
-                  "summary"_a = result.summary);
+  return py::dict("complete"_a = result.complete, "failed_expectations"_a = result.failed_expectations,
+                  "warnings"_a = warned, "summary"_a = result.summary);
 }
 
 }  // namespace
@@ -64,7 +64,8 @@ void add_run(py::module_& module) {
       "A whole run, as by `malha run`: report.json, a checkpoint, and the frames, pictures and page that the\n"
       "scene's \"outputs\" ask for, in the folder out. steps: fewer than the scene's duration has. resume: goes on\n"
       "from the folder's checkpoint. progress(step, steps, time) is called after each step, and ends the run where\n"
-      "it returns False, as Ctrl-C does: after a step, with a checkpoint. Returns a dict: complete, unmet, warnings, "
+      "it returns False, as Ctrl-C does: after a step, with a checkpoint. Returns a dict: complete, "
+      "failed_expectations, warnings, "
       "summary.");
 }
 

@@ -13,7 +13,7 @@ SimulationOptions options_of(int threads, const std::string& backend) {
   if (threads < 0 || threads > 1024)
     refuse("simulation", "threads", std::to_string(threads), "0 for as many as there are, or 1 to 1024");
   SimulationOptions options;
-  options.threads = threads, options.at_most = true;
+  options.threads = threads, options.adaptive_threads = true;
   options.backend = backend_named(backend);
   return options;
 }
@@ -25,11 +25,11 @@ bool ends(const py::object& said) {
   return truth == 0;
 }
 
-Running::Running(const py::object& scene, int threads, const std::string& backend, bool by_hand,
+Running::Running(const py::object& scene, int threads, const std::string& backend, bool interactive,
                  const py::object& given) {
   const Scene of = scene_of(scene, py::none());
   SimulationOptions options = options_of(threads, backend);
-  options.by_hand = by_hand;
+  options.interactive = interactive;
   for (const py::handle one : given) {
     if (!py::isinstance<PythonConstraint>(one))
       refuse("simulation", "constraints", malha::quoted(type_of(one)), "a list of malha.Constraint");
@@ -48,7 +48,7 @@ Running::Running(const py::object& scene, int threads, const std::string& backen
 
 long long Running::step(const py::object& self, long long n, const py::object& callback) {
   if (n < 0) refuse("step", "n", std::to_string(n), "0 or more");
-  if (diverged_) throw Diverged(*diverged_ + "; go_back(), load_checkpoint() or new positions let it go on");
+  if (diverged_) throw Diverged(*diverged_ + "; restore_state(), load_checkpoint() or new positions let it go on");
   const Leaving::Inside inside;
   Interrupts interrupts;
   long long done = 0;
@@ -76,9 +76,9 @@ std::string Running::report(const std::optional<std::string>& status) {
   return compute([&](const Simulation& simulation) { return simulation.report(word, notes); });
 }
 
-void Running::go_back(const py::bytes& state) {
+void Running::restore_state(const py::bytes& state) {
   const auto bytes = static_cast<std::string>(state);
-  compute([&](Simulation& simulation) { simulation.go_back(bytes); });
+  compute([&](Simulation& simulation) { simulation.restore_state(bytes); });
   diverged_.reset();
 }
 void Running::load_checkpoint(const std::string& path) {

@@ -15,7 +15,7 @@ namespace malha::python {
 
 class Running {
  public:
-  Running(const pybind11::object& scene, int threads, const std::string& backend, bool by_hand,
+  Running(const pybind11::object& scene, int threads, const std::string& backend, bool interactive,
           const pybind11::object& constraints);
 
   /// The simulation for one use, between steps. Nobody else gets it meanwhile: neither another thread nor what the use
@@ -53,7 +53,7 @@ class Running {
   long long step(const pybind11::object& self, long long n, const pybind11::object& callback);
 
   std::string report(const std::optional<std::string>& status);
-  void go_back(const pybind11::bytes& state);
+  void restore_state(const pybind11::bytes& state);
   void load_checkpoint(const std::string& path);
   void set_positions(const std::vector<Vec3>& x);
 

@@ -61,7 +61,7 @@ std::vector<Edge> edges_of(const py::object& given) {
 
 py::list held(Running& running) {
   py::list all;
-  for (const ParticleHandle& one : running.now()->held()) {
+  for (const ParticleHandle& one : running.now()->handles()) {
     py::dict taken("particle"_a = one.particle, "to"_a = py::make_tuple(one.to[0], one.to[1], one.to[2]));
     if (!one.is_held()) taken["compliance"] = one.compliance;
     all.append(taken);
@@ -168,18 +168,18 @@ void add_hand(Class& simulation) {
             to.is_none() ? s.now()->hold(particle) : s.now()->hold(particle, vector_of(to, "hold: to"));
           },
           "particle"_a, "to"_a = py::none(),
-          "Holds a particle where it is, or at a place (m) to which the next step moves it. Takes by_hand=True.")
+          "Holds a particle where it is, or at a place (m) to which the next step moves it. Takes interactive=True.")
       .def(
           "pull",
           [](Running& s, int particle, const py::object& to, double compliance) {
             s.now()->pull(particle, vector_of(to, "pull: to"), compliance);
           },
           "particle"_a, "to"_a, "compliance"_a,
-          "Pulls a particle to a place (m) by a spring of this compliance (m/N). Takes by_hand=True.")
+          "Pulls a particle to a place (m) by a spring of this compliance (m/N). Takes interactive=True.")
       .def(
-          "let_go", [](Running& s, int particle) { s.now()->let_go(particle); }, "particle"_a,
+          "release", [](Running& s, int particle) { s.now()->release(particle); }, "particle"_a,
           "Lets go of what hold() or pull() took.")
-      .def("held", &held, "What hold() and pull() took: a list of dicts.")
+      .def("handles", &held, "What hold() and pull() took: a list of dicts.")
       .def(
           "cut", [](Running& s, const py::object& edges) { return s.now()->cut(edges_of(edges)); }, "edges"_a,
           "Cuts bodies that name \"tear\" along edges (E, 2), particles (left, right) of the knife. Returns how many\n"
@@ -216,7 +216,8 @@ void add_results(Class& simulation) {
           },
           "What `malha plan` prints.")
       .def(
-          "unmet", [](Running& s) { return s.compute([](const Simulation& of) { return of.unmet(); }); },
+          "failed_expectations",
+          [](Running& s) { return s.compute([](const Simulation& of) { return of.failed_expectations(); }); },
           "The expectations of the scene (\"expect\") that the present state does not meet, a line each.")
       .def(
           "constraint_values",
@@ -231,16 +232,17 @@ void add_results(Class& simulation) {
             s.compute([&](const Simulation& of) { of.save_checkpoint(path.string()); });
           },
           "path"_a,
-          "Writes everything that the next step depends on, but for what state() leaves out too, whole or not at all.")
+          "Writes everything that the next step depends on, but for what save_state() leaves out too, whole or not at all.")
       .def(
           "load_checkpoint", [](Running& s, const std::filesystem::path& path) { s.load_checkpoint(path.string()); },
           "path"_a,
           "Goes on from a checkpoint of the same scene with the very same bits. Raises InputError for another one.")
       .def(
-          "state", [](Running& s) { return py::bytes(s.compute([](const Simulation& of) { return of.state(); })); },
+          "save_state",
+          [](Running& s) { return py::bytes(s.compute([](const Simulation& of) { return of.save_state(); })); },
           "Everything that the next step depends on, as bytes, but for what is taken by hand, gravity, wind and pins.")
-      .def("go_back", &Running::go_back, "state"_a,
-           "Goes back to a state() of the same scene: the very same bits follow as did then.");
+      .def("restore_state", &Running::restore_state, "state"_a,
+           "Restores what save_state() returned for the same scene: the very same bits follow as did then.");
 }
 
 }  // namespace
@@ -265,9 +267,10 @@ void add_simulation(py::module_& module) {
   simulation
       .def(
           py::init<const py::object&, int, const std::string&, bool, const py::object&>(), "scene"_a, py::kw_only(),
-          "threads"_a = 0, "backend"_a = "openmp", "by_hand"_a = false, "constraints"_a = py::tuple(),
+          "threads"_a = 0, "backend"_a = "openmp", "interactive"_a = false, "constraints"_a = py::tuple(),
           "scene: a Scene, or what makes one. threads: 0 for as many as there are. backend: \"openmp\" or \"serial\",\n"
-          "with the same bits. by_hand: whether hold() and pull() are wanted. constraints: of your own, Constraint\n"
+          "with the same bits. interactive: whether hold() and pull() are wanted. constraints: of your own, "
+          "Constraint\n"
           "objects. Raises InputError for what cannot be simulated.")
       .def(
           "step",

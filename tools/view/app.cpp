@@ -135,7 +135,7 @@ void App::mouse() {
   const double x = io.MousePos.x, y = io.MousePos.y;
   const double tall = ports_[0].height;
   if (!ImGui::IsMouseDown(0) && taken_) {
-    if (!taken_->firm) session_.let_go(alike(taken_->side), taken_->particle);
+    if (!taken_->firm) session_.release(alike(taken_->side), taken_->particle);
     taken_.reset();
   }
   if (!ImGui::IsMouseDown(0)) knife_.reset();
@@ -195,7 +195,7 @@ void App::drag(double x, double y) {
 
 void App::pin_or_release(std::size_t side, int particle) {
   const auto& grips = now_.sides[side].grips;
-  if (grips.contains(particle)) return session_.let_go(alike(side), particle);
+  if (grips.contains(particle)) return session_.release(alike(side), particle);
   const Place& at = now_.sides[side].frame->x[particle];
   session_.grip(alike(side), particle, {at[0], at[1], at[2]}, true);
 }

@@ -37,7 +37,7 @@ int show(int argc, char** argv) {
     std::cerr << "malha view: " << malha::printable(error.what()) << "; see malha view --help\n";
     return malha::kBadInput;
   }
-  options.out = out, options.simulation.at_most = true;
+  options.out = out, options.simulation.adaptive_threads = true;
   malha::view::show_window(options);
   return malha::kDone;
 }

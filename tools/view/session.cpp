@@ -200,7 +200,8 @@ void Session::keep() {
     for (const auto& side : sides_) moment.frames.push_back(side->frame(measured));
   });
   if (measured) measure_seconds_ += took;
-  for (const auto& side : sides_) moment.states.push_back(side->state()), moment.scenes.push_back(side->shared_scene());
+  for (const auto& side : sides_)
+    moment.states.push_back(side->save_state()), moment.scenes.push_back(side->shared_scene());
   history_.add(std::move(moment), earliest());
   moment_ = history_.moments().size() - 1;
 }
@@ -213,7 +214,7 @@ void Session::go_on_from_shown() {
   const Moment& then = *moments[moment_];
   for (std::size_t s = 0; s < sides_.size(); ++s) {
     if (then.scenes[s] != sides_[s]->shared_scene()) sides_[s]->change_back(then.scenes[s]);
-    sides_[s]->go_back(then.states[s]), lost_[s] = -1;
+    sides_[s]->restore_state(then.states[s]), lost_[s] = -1;
   }
   history_.cut_after(moment_);
   share_from_ = earliest(), share_since_ = Clock::now();
@@ -339,7 +340,7 @@ void Session::reset() {
       if (history_.moments().front()->scenes[s] != sides_[s]->shared_scene())
         sides_[s]->change(sides_[s]->scene(), true);
       else
-        sides_[s]->go_back(history_.moments().front()->states[s]);
+        sides_[s]->restore_state(history_.moments().front()->states[s]);
     }
     start_anew();
   });
@@ -379,16 +380,16 @@ void Session::grip(const std::vector<std::size_t>& sides, int particle, const Ve
         if (!before) taken.push_back(s);
       }
     } catch (const InputError&) {
-      for (const std::size_t s : taken) sides_[s]->let_go(particle);
+      for (const std::size_t s : taken) sides_[s]->release(particle);
       throw;
     }
   });
 }
 
-void Session::let_go(const std::vector<std::size_t>& sides, int particle) {
+void Session::release(const std::vector<std::size_t>& sides, int particle) {
   ask([=, this] {
     for (const std::size_t s : sides)
-      if (s < sides_.size()) sides_[s]->let_go(particle);
+      if (s < sides_.size()) sides_[s]->release(particle);
   });
 }
 

@@ -63,7 +63,7 @@ class Session {
   void show_back();               // the moment before the one shown
   /// On all of these sides, or where one refuses on none.
   void grip(const std::vector<std::size_t>& sides, int particle, const Vec3& to, bool firm);
-  void let_go(const std::vector<std::size_t>& sides, int particle);
+  void release(const std::vector<std::size_t>& sides, int particle);
   void cut(std::size_t side, const std::vector<Edge>& edges);
   void save(std::size_t side, const std::string& scene_path, const std::string& checkpoint_path);
   void say(const std::string& message, bool trouble = false);

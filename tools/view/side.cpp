@@ -40,7 +40,7 @@ std::shared_ptr<const Body> body_of(const Model& model) {
 }  // namespace
 
 Side::Side(const Scene& scene, const SimulationOptions& options) : options_(options) {
-  options_.by_hand = true;
+  options_.interactive = true;
   change(scene, true);
 }
 
@@ -48,7 +48,7 @@ void Side::change(const Scene& scene, bool from_start) {
   std::unique_ptr<Simulation> next;
   set_up_ms_ = 1e3 * seconds([&] {
                  next = std::make_unique<Simulation>(scene, options_);
-                 if (!from_start && simulation_) next->go_on_from(*simulation_);
+                 if (!from_start && simulation_) next->transfer_state_from(*simulation_);
                });
   simulation_ = std::move(next);
   scene_ = std::make_shared<const Scene>(scene);
@@ -81,7 +81,7 @@ void Side::note_body() {
   tears_ = simulation_->tears();
   looks_.reset();
   grips_.clear();  // tears may have numbered them anew
-  for (const ParticleHandle& one : simulation_->held()) grips_[one.particle] = {one.to, one.is_held()};
+  for (const ParticleHandle& one : simulation_->handles()) grips_[one.particle] = {one.to, one.is_held()};
 }
 
 std::shared_ptr<const Looks> Side::looks(Look look) {
@@ -147,13 +147,13 @@ void Side::grip(int particle, const Vec3& to, bool firm) {
   grips_[particle] = {to, firm};
 }
 
-void Side::let_go(int particle) {
-  simulation_->let_go(particle);
+void Side::release(int particle) {
+  simulation_->release(particle);
   grips_.erase(particle);
 }
 
-void Side::let_go_of_all() {
-  while (!grips_.empty()) let_go(grips_.begin()->first);
+void Side::release_all() {
+  while (!grips_.empty()) release(grips_.begin()->first);
 }
 
 int Side::cut(const std::vector<Edge>& edges) {
@@ -170,14 +170,14 @@ void Side::save(const std::string& scene_path, const std::string& checkpoint_pat
 void save_state(const Scene& scene, const std::string& state, const SimulationOptions& options,
                 const std::string& scene_path, const std::string& checkpoint_path) {
   Simulation simulation(scene, options);
-  simulation.go_back(state);
+  simulation.restore_state(state);
   write_whole(scene_path, to_json(scene));
   simulation.save_checkpoint(checkpoint_path);
 }
 
-void Side::go_back(const std::string& state) {
-  let_go_of_all();
-  simulation_->go_back(state);
+void Side::restore_state(const std::string& state) {
+  release_all();
+  simulation_->restore_state(state);
   if (simulation_->tears() != tears_) note_body();
   before_ = simulation_->solver().pass_seconds(), pass_ms_ = {}, step_ms_ = 0;
 }

@@ -41,8 +41,8 @@ class Side {
 
   /// By hand; `firm`: where it is to stay. Throws InputError for a particle that cannot be taken.
   void grip(int particle, const Vec3& to, bool firm);
-  void let_go(int particle);
-  void let_go_of_all();
+  void release(int particle);
+  void release_all();
   const std::map<int, Grip>& grips() const { return grips_; }
 
   /// How many vertices were parted.
@@ -51,9 +51,9 @@ class Side {
   /// Saves the scene, and the present state for malha run --resume.
   void save(const std::string& scene_path, const std::string& checkpoint_path) const;
 
-  std::string state() const { return simulation_->state(); }
+  std::string save_state() const { return simulation_->save_state(); }
   /// To a state since the last change.
-  void go_back(const std::string& state);
+  void restore_state(const std::string& state);
 
   const Scene& scene() const { return *scene_; }
   std::shared_ptr<const Scene> shared_scene() const { return scene_; }

@@ -162,7 +162,7 @@ struct PatchSorter {
         if (std::any_of(of, of + sets[s].arity, [&](int i) { return patch_of[i] != patch; })) continue;
         for (int j = 0; j < sets[s].arity; ++j) particles.push_back(slot[of[j] - begin]);
       }
-      held += find_runs(particles, sets[s].arity, class_of_slot).held();
+      held += find_runs(particles, sets[s].arity, class_of_slot).contiguous();
       all += static_cast<int>(particles.size()) / sets[s].arity;
     }
     return worth_runs(held, all);

@@ -27,7 +27,7 @@ Family family_of(const int* particles, int arity, const std::vector<std::uint8_t
 
 }  // namespace
 
-int Runs::held() const {
+int Runs::contiguous() const {
   return std::accumulate(runs.begin(), runs.end(), 0, [](int sum, const Run& run) {
     return sum + static_cast<int>(std::count_if(run.slots.begin(), run.slots.end(), [](int c) { return c >= 0; }));
   });

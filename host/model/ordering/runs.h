@@ -14,7 +14,7 @@ struct Run {
 struct Runs {
   std::vector<Run> runs;
   std::vector<int> loose;  // the other constraints, in creation order
-  int held() const;        // constraints in runs
+  int contiguous() const;  // constraints in runs
 };
 
 /// `particles`: `arity` indices a constraint. `class_of` each index: the particles of a constraint have different ones.

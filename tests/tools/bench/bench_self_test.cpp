@@ -22,7 +22,7 @@ TEST(BenchSelf, MeasuresContactsWithoutCrossings) {
     EXPECT_GT(row["self_collision_ns_per_particle_and_substep"], 0);
     EXPECT_GT(row["step_ns_per_particle_and_substep"], row["self_collision_ns_per_particle_and_substep"]);
     EXPECT_GT(row["self_contacts_per_particle"], 0);
-    EXPECT_EQ(row["crossings_most"], 0);
+    EXPECT_EQ(row["max_intersections"], 0);
     EXPECT_EQ(row["state_hash"], rows[0]["state_hash"]);
   }
 }
@@ -38,7 +38,7 @@ TEST(BenchSelf, RunsEveryMotionWithoutCrossings) {
   ASSERT_EQ(rows.size(), 2 * options.cases.size());
   for (std::size_t k = 0; k < rows.size(); ++k) {
     EXPECT_EQ(rows[k]["case"], options.cases[k / 2]);
-    EXPECT_EQ(rows[k]["crossings_most"], 0) << rows[k]["case"];
+    EXPECT_EQ(rows[k]["max_intersections"], 0) << rows[k]["case"];
     EXPECT_EQ(rows[k]["state_hash"], rows[k / 2 * 2]["state_hash"]) << rows[k]["case"];
     EXPECT_GT(rows[k]["candidates_per_particle"], 0) << rows[k]["case"];
   }

@@ -60,7 +60,7 @@ void expect_whole(const Json& rows) {
     if (!row.contains("setup_s")) continue;
     for (const char* owner : {"particles", "constraints", "patches", "model"})
       EXPECT_GT(row["memory_bytes"][owner], 0) << owner << " in " << row;
-    for (const char* part : {"load", "order", "connect", "patches", "colour", "layout", "total"})
+    for (const char* part : {"load", "order", "build_constraints", "patches", "colour", "layout", "total"})
       EXPECT_GT(row["setup_s"][part], 0) << part << " in " << row;
   }
 }

@@ -51,7 +51,7 @@ TEST(StudyScaling, HasEveryPassOfAStep) {
     for (const auto& [key, value] : row.items())
       if (key.ends_with("_ms") && key != "step_ms") passes.insert(key);
     if (row["method"] == "PBD, 10 substeps")
-      EXPECT_EQ(passes, (std::set<std::string>{"visits_ms"}));
+      EXPECT_EQ(passes, (std::set<std::string>{"fused_solve_ms"}));
     else
       EXPECT_EQ(passes, (std::set<std::string>{"filter_ms", "forces_ms", "prediction_ms", "state_ms"}));
   }
@@ -97,7 +97,7 @@ Json cell_of_eight(const std::vector<double>& seconds) {
                              {"particles", 10000},
                              {"step_s", {seconds[k], seconds[k], seconds[k]}},
                              {"least_step_s", seconds[k] / 2},
-                             {"passes_s", {{"visits", seconds[k] / 4}}},
+                             {"passes_s", {{"fused_solve", seconds[k] / 4}}},
                              {"setup_s", 0.1},
                              {"hash", "a"},
                              {"patches", 12},

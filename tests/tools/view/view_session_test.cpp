@@ -104,7 +104,7 @@ TEST(ViewSession, AHeldParticleStaysAndIsReleased) {
   session.grip({0}, 3, {start[0], start[1], start[2]}, true);
   step(session, 20);
   EXPECT_EQ(settled(session).sides[0].frame->x[3], start);
-  session.let_go({0}, 3);
+  session.release({0}, 3);
   step(session, 10);
   // Ten steps of fall from rest: g dt^2 (1 + 2 + ... + 10).
   EXPECT_NEAR(settled(session).sides[0].frame->x[3][1], start[1] - 10 * 1e-4 * 55, 1e-5);

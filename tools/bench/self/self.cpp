@@ -83,9 +83,9 @@ Json row_of(const SelfCase& of, const Line& line) {
           {"bytes_per_particle", static_cast<double>(facts.collision_bytes) / particles},
           {"searches_per_substep", static_cast<double>(facts.self->searches) / substeps},
           {"substeps", substeps},
-          {"substeps_held_apart", facts.self->held},
+          {"substeps_truncated", facts.self->held},
           {"strain_rms", m.strain_rms},
-          {"crossings_most", std::max(line.simulation.times().most_crossings, m.crossings)},
+          {"max_intersections", std::max(line.simulation.times().most_crossings, m.crossings)},
           {"state_hash", line.hash}};
 }
 
@@ -95,8 +95,8 @@ std::string printed(const Json& row) {
                    row["case"].get<std::string>().c_str(), row["particles"].get<int>(), row["threads"].get<int>(),
                    number("step_ms"), number("self_collision_ns_per_particle_and_substep"),
                    number("step_ns_per_particle_and_substep"), number("self_contacts_per_particle"),
-                   number("bytes_per_particle"), number("searches_per_substep"), number("substeps_held_apart"),
-                   number("substeps"), number("crossings_most"));
+                   number("bytes_per_particle"), number("searches_per_substep"), number("substeps_truncated"),
+                   number("substeps"), number("max_intersections"));
 }
 
 constexpr const char* kHead =

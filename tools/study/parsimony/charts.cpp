@@ -28,7 +28,7 @@ struct Layer {
 
 const std::vector<Layer>& layers() {
   static const std::vector<Layer> all{
-      {"prediction, projection, state", {"visits", "prediction", "projection", "state"}, "#0072b2"},
+      {"prediction, projection, state", {"fused_solve", "prediction", "projection", "state"}, "#0072b2"},
       {"air", {"air"}, "#56b4e9"},
       {"damping", {"damping"}, "#e69f00"},
       {"reach, pins, attachments, sleep", {"long_range", "pins", "attachments", "sleep"}, "#009e73"},

@@ -87,7 +87,7 @@ Section scaling_passes(const Json& rows) {
     }
   }
   section.sentences = {
-      "PBD's prediction, projection and state are one pass here, \"visits\", a whole step in one parallel region. "
+      "PBD's prediction, projection and state are one pass here, \"fused_solve\", a whole step in one parallel region. "
       "Passes of up to 32,768 particles that are no visits run on one thread by design."};
   if (!least.empty())
     section.sentences.push_back(
@@ -114,7 +114,7 @@ Section scaling_launches(const Json& rows) {
   std::string share;
   for (const auto& group : scaling_groups(rows, "strong")) {
     const Json& last = group.back();
-    if (!last.contains("visits_ms") || number(last, "phases") == 0) continue;
+    if (!last.contains("fused_solve_ms") || number(last, "phases") == 0) continue;
     for (const Json& row : rows)
       if (row["kind"] == "launch" && row["threads"] == last["threads"]) {
         const double waits = number(row, "fork_join_us") + 10 * number(last, "phases") * number(row, "barrier_us");
