@@ -39,13 +39,13 @@ class Attachments {
   }
 
   /// In a substep from `start` to `end` (s).
-  void project(const Displaced<R>& p, const R* w, double start, double end, bool fresh) {
+  void project(const Displaced<R>& p, const R* w, double start, double end, bool first_iteration) {
     for (Set& set : sets_) {
       if (over(set.release_time, start, substep_)) continue;
       const R alpha = R(set.alpha / (substep_ * substep_));
       parallel_for(executor_, static_cast<int>(set.list.size()),
                    Attach<R>{p, w, set.list.data(), set.anchor.data(), pose_at(set.motion, end), set.lambda.data(),
-                             R(set.share), alpha, fresh});
+                             R(set.share), alpha, first_iteration});
     }
   }
 

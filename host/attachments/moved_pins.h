@@ -33,7 +33,7 @@ inline std::vector<Vector3<double>> anchors(const Target& target, const std::vec
 /// The solver's numbers of the user's particles, of which `good` must hold. Throws InputError.
 template <class Good>
 std::vector<int> pins_of(const Model& model, const std::vector<int>& particles, const Good& good) {
-  const std::vector<int> of = solver_of(model.user_of);
+  const std::vector<int> of = solver_of(model.user_index);
   std::vector<int> list;
   for (const int user : particles) {
     if (user < 0 || user >= model.count() || !good(of[user]))

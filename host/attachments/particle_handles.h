@@ -54,8 +54,8 @@ class ParticleHandles {
       require(std::abs(number) <= 1e18, "a place at " + shown(number), "numbers up to 1e18");
     const double alpha = taken.compliance;
     require(taken.is_held() || (alpha >= 1e-12 && alpha <= 1e12), "compliance " + shown(alpha), "1e-12 to 1e12 m/N");
-    const auto found = std::find(model.user_of.begin(), model.user_of.end(), taken.particle);
-    const int i = static_cast<int>(found - model.user_of.begin());
+    const auto found = std::find(model.user_index.begin(), model.user_index.end(), taken.particle);
+    const int i = static_cast<int>(found - model.user_index.begin());
     R own{};
     Memory<Executor>::copy_out(w + i, 1, &own);
     require(own > R(0) || has(i), particle_name(model, taken.particle) + ", which is pinned", "one that is free");
@@ -104,12 +104,12 @@ class ParticleHandles {
     }
   }
 
-  void project(const Displaced<R>& p, const R* w, bool fresh) const {
+  void project(const Displaced<R>& p, const R* w, bool first_iteration) const {
     for (const One& one : all_)
       if (!one.taken.is_held())
         parallel_for(executor_, 1,
                      Attach<R>{p, w, one.list.data(), origin_.data(), shifted(one.taken.to), one.lambda.data(), R(1),
-                               R(one.taken.compliance / (h_ * h_)), fresh});
+                               R(one.taken.compliance / (h_ * h_)), first_iteration});
   }
 
   /// J that a hand gives at the most where it takes particle i, which is at x (m), so from now on.

@@ -15,7 +15,7 @@ KERNEL Vector3<R> carried(const Pose& motion, const Vector3<R>& x) {
 /// work(i) for the particles that a word of bits names.
 template <class Work>
 HOST_KERNEL void for_each_of_word(const unsigned long long* bits, int word, const Work& work) {
-  for (unsigned long long rest = bits[word]; rest != 0; rest &= rest - 1) work(word * kWord + lowest_bit(rest));
+  for (unsigned long long rest = bits[word]; rest != 0; rest &= rest - 1) work(word * kGroupSize + lowest_bit(rest));
 }
 
 /// The particles that a word of bits names: others keep within a ball without surface. Those that nothing holds back
@@ -38,7 +38,7 @@ struct PutBeforeMeshes : EnvironmentView<R> {
     if (!(this->particles.w[i] > R(0)) || settle(i)) return;
     // What puts it before one mesh puts it behind another: it stays where it was, as far as what moves lets it.
     this->particles.p.stay(i);
-    if (!settle(i)) pressed[i / kWord] |= 1ull << i % kWord;
+    if (!settle(i)) pressed[i / kGroupSize] |= 1ull << i % kGroupSize;
   }
 
   Point x(int i) const { return in_double(this->particles.x[i]); }
@@ -114,8 +114,8 @@ struct NotePressed : PutBeforeMeshes<R> {
         const ContactCacheView<R>& known = this->nearby[k];
         const Point n = this->normal(i, mesh, at);
         ClosestPointRecord last = known.seen(i, to_local(mesh.before, this->x(i)));
-        last.passed = n * dot(n, to_local(mesh.after, this->p(i)) - at.q);
-        known.give_places(i / kWord, this->particles, mesh.before);
+        last.tunnel_offset = n * dot(n, to_local(mesh.after, this->p(i)) - at.q);
+        known.give_places(i / kGroupSize, this->particles, mesh.before);
         known.see(i, last);
         invalidate_place(*known.contact(i));
       }
@@ -148,8 +148,8 @@ struct FindBounced {
   unsigned long long* bits;
   KERNEL void operator()(int word) const {
     unsigned long long moved = 0;
-    for (int bit = 0; bit < kWord && word * kWord + bit < particles.count; ++bit) {
-      const int i = word * kWord + bit;
+    for (int bit = 0; bit < kGroupSize && word * kGroupSize + bit < particles.count; ++bit) {
+      const int i = word * kGroupSize + bit;
       if (particles.w[i] > R(0) && !same(particles.p.d[i], {R(0), R(0), R(0)})) moved |= 1ull << bit;
     }
     bits[word] = moved;

@@ -82,7 +82,7 @@ class NearMemory {
     return all;
   }
   /// Places of particles there are at most.
-  std::size_t most_places() const { return static_cast<std::size_t>(places_handed().used) * kWord; }
+  std::size_t most_places() const { return static_cast<std::size_t>(places_handed().used) * kGroupSize; }
   /// Of this mesh: its boxes, its places and what is near, of which there are so many.
   void restore_state(const Executor& executor, std::vector<WordBox> boxes, const PlaceSeen* place,
                      const SeenOfPair* near, std::size_t count, long long first) {
@@ -95,7 +95,7 @@ class NearMemory {
         which[word] = static_cast<int>(places.size());
         WordPlaces& own = places.emplace_back();
         own.word = static_cast<int>(word);
-        for (int k = 0; k < kWord; ++k) own.set(k, {0, 0, 0, -INFINITY}), own.slot[k] = -1;
+        for (int k = 0; k < kGroupSize; ++k) own.set(k, {0, 0, 0, -INFINITY}), own.slot[k] = -1;
       }
       return places[static_cast<std::size_t>(which[word])];
     };
@@ -106,8 +106,8 @@ class NearMemory {
       contacts[s].particle = static_cast<int>(near[s].pair - first);
       ContactCacheView<R>::clear_slot(contacts[s], of_slots[s]);
       of_slots[s].seen = near[s].seen;
-      const auto word = static_cast<std::size_t>(contacts[s].particle / kWord);
-      places_for(word).slot[contacts[s].particle % kWord] = static_cast<int>(s);
+      const auto word = static_cast<std::size_t>(contacts[s].particle / kGroupSize);
+      places_for(word).slot[contacts[s].particle % kGroupSize] = static_cast<int>(s);
       if (!boxes[word].is_of_each()) boxes[word].leave_to_each();
     }
     handed_.upload({{}, {}});
@@ -183,7 +183,7 @@ class NearMemory {
   void empty_from([[maybe_unused]] std::size_t slot) {
     if constexpr (!Memory<Executor>::kOfTheHost) {
       Contact<R> none{};
-      let_go(none);
+      invalidate(none);
       Memory<Executor>::fill(contacts_.data() + slot, contacts_.size() - slot, none);
     }
   }

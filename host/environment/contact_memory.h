@@ -26,11 +26,11 @@ struct ContactMemory {
 };
 
 /// The number of words that hold so many particles.
-inline std::size_t words_of(std::size_t particles) { return (particles + kWord - 1) / kWord; }
+inline std::size_t words_of(std::size_t particles) { return (particles + kGroupSize - 1) / kGroupSize; }
 /// The number of them in one of the words.
 inline int particles_in(std::size_t word, std::size_t particles) {
-  const std::size_t left = particles - word * kWord;
-  return static_cast<int>(left < kWord ? left : kWord);
+  const std::size_t left = particles - word * kGroupSize;
+  return static_cast<int>(left < kGroupSize ? left : kGroupSize);
 }
 
 /// The number of places of one mesh, whose first box this is.

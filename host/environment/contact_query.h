@@ -48,11 +48,11 @@ struct ContactQuery {
     const int slot = nearby.slot(i);
     if (slot >= 0 && nearby.contacts[slot].plane.w != -R(INFINITY)) {
       Contact<R>& contact = nearby.contacts[slot];
-      if (same(particles.x[i], contact.laid_for)) return false;
-      let_go(contact);  // another mesh has lifted it since
+      if (same(particles.x[i], contact.cached_position)) return false;
+      invalidate(contact);  // another mesh has lifted it since
     }
     if (!comes_near(i, look)) return false;
-    nearby.give_places(i / kWord, particles, before);
+    nearby.give_places(i / kGroupSize, particles, before);
     look.cell = slot < 0 ? 0 : nearby.near[slot].cell;
     if (look.cell > 0) surface.prefetch_cell(look.cell);
     const double box = surface.box_distance(look.a);
@@ -89,7 +89,7 @@ struct ContactQuery {
 
   /// Nothing is nearer than that.
   KERNEL void record_lower_bound(const Query& look, double distance) const {
-    nearby.see(look.i, {look.a, distance, -1, look.last.passed});
+    nearby.see(look.i, {look.a, distance, -1, look.last.tunnel_offset});
   }
   KERNEL void remember(const Query& look, const ClosestPointRecord& last) const {
     nearby.see(look.i, last);
@@ -135,7 +135,7 @@ struct ContactQuery {
     const Point& a = look.a;
     const double distance = signed_distance(near, a, outward);
     if (distance > look.reach) return record_lower_bound(look, distance);
-    ClosestPointRecord last{a, distance, near.triangle, look.last.passed, overlap_of(look, distance)};
+    ClosestPointRecord last{a, distance, near.triangle, look.last.tunnel_offset, overlap_of(look, distance)};
     // beyond the rim of a sheet there is no inside
     if (distance < 0 && near.boundary) return remember(look, last);
 
@@ -150,7 +150,7 @@ struct ContactQuery {
     set(i, near.q, n);
     // Of what a look would find again: within twice the thickness it looks however short the way is.
     if (distance >= 0 && distance <= 2 * thickness && same(x, particles.x[i]) && same(p, particles.p[i]))
-      nearby.contact(i)->laid_for = x;
+      nearby.contact(i)->cached_position = x;
   }
 
   /// Returns true if nothing of the same mesh lies between a particle and its least distance: the ball around it that
@@ -168,8 +168,8 @@ struct ContactQuery {
     const double way = least_distance(last) - last.distance;
     particles.x.set(look.i, particles.x[look.i] + by);
     last.at = look.a + n * way;
-    last.distance = max(0.0, last.distance - way);  // of what else is near it is known no better
-    if (dot(n, last.passed) < 0) last.passed = {};  // not where it leaves by the back
+    last.distance = max(0.0, last.distance - way);                // of what else is near it is known no better
+    if (dot(n, last.tunnel_offset) < 0) last.tunnel_offset = {};  // not where it leaves by the back
   }
 
   KERNEL void set(int i, const Point& q, const Point& n) const {

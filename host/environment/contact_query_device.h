@@ -21,7 +21,7 @@ KERNEL void clear_bit(unsigned long long* word, unsigned long long bit) {
 #endif
 }
 
-/// A bit for each particle, a word for each kWord of them.
+/// A bit for each particle, a word for each kGroupSize of them.
 struct ListBits {
   unsigned long long* asked;       // about at this mesh; answered: no longer
   const unsigned long long* left;  // not answered at the mesh before: the host may still move them, and goes on with
@@ -56,7 +56,7 @@ struct GivePlaces : ContactQuery<R> {
     bool near = false;
     typename ContactQuery<R>::Query look;
     for (; rest != 0 && !near; rest &= rest - 1) {
-      const int i = word * kWord + lowest_bit(rest);
+      const int i = word * kGroupSize + lowest_bit(rest);
       near = this->particles.w[i] > R(0) && this->comes_near(i, look);
     }
     if (near) this->nearby.give_places(word, this->particles, this->before);
@@ -73,8 +73,8 @@ struct AnswerByLists : ContactQuery<R> {
       : ContactQuery<R>(look), bits(of), most_lift(most) {}
 
   KERNEL void operator()(int i) const {
-    const int word = i / kWord;
-    const unsigned long long bit = 1ull << i % kWord;
+    const int word = i / kGroupSize;
+    const unsigned long long bit = 1ull << i % kGroupSize;
     const bool asked = bits.asked[word] & bit;
     if (bits.left && bits.left[word] & bit) return asked ? void() : set_bit(bits.asked + word, bit);
     const bool comes_lifted = bits.lifted[word] & bit;
@@ -125,7 +125,7 @@ struct AnswerByLists : ContactQuery<R> {
     const Point outward = this->towards(near, look.a);
     if (asks_more(look, near, this->signed_distance(near, look.a, outward), alone)) return false;
     const auto lift = [this](const Query& of, const Point&, const Point& n, ClosestPointRecord& last) KERNEL_LAMBDA {
-      set_bit(bits.lifted + of.i / kWord, 1ull << of.i % kWord);
+      set_bit(bits.lifted + of.i / kGroupSize, 1ull << of.i % kGroupSize);
       this->shift(of, this->shift_out(n, last), n, last);
       return true;
     };

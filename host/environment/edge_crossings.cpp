@@ -81,7 +81,7 @@ void for_each_crossing(const Model& model, const std::vector<Vec3>& user, double
 std::int64_t count_edge_crossings(const Model& model, const std::vector<Vec3>& x, double time) {
   if (!std::all_of(x.begin(), x.end(), [](const Vec3& at) { return std::isfinite(at[0] + at[1] + at[2]); })) return 0;
   std::int64_t sum = 0;
-  for_each_crossing(model, in_user_order(x, model.user_of), time,
+  for_each_crossing(model, in_user_order(x, model.user_index), time,
                     [&](std::size_t, std::size_t, std::int64_t count, const Edge&) { sum += count; });
   return sum;
 }
@@ -89,7 +89,7 @@ std::int64_t count_edge_crossings(const Model& model, const std::vector<Vec3>& x
 void refuse_edge_crossings(const Model& model) {
   if (!names_edges(model.scene)) return;
   for_each_crossing(
-      model, in_user_order(model.x, model.user_of), 0,
+      model, in_user_order(model.x, model.user_index), 0,
       [&](std::size_t e, std::size_t b, std::int64_t count, const Edge& edge) {
         const auto name = [&](int i) { return particle_name(model, model.look.body_begin[b] + i); };
         const std::string where = edge[0] < 0

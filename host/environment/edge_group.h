@@ -37,7 +37,7 @@ class EdgeGroup {
       widest = std::max(widest, object->spec.thickness);
     }
     rules_ = Array<Executor, EdgeRules<R>>(rules);
-    wanted_ = R(kWanted * widest), margin_ = R(kMargin * widest), slack_ = R(kSlack * widest);
+    min_distance_ = R(kWanted * widest), margin_ = R(kMargin * widest), slack_ = R(kSlack * widest);
     least_ = R(kLeastGap * widest);
     path_ = Array<Executor, BoxNode>(surface.path);
     for (Simplex& t : surface.triangles)
@@ -117,7 +117,7 @@ class EdgeGroup {
 
   /// What is nearer than is wanted now stays as near until it opens by itself.
   void keep_overlaps() {
-    parallel_for(executor_, particles_, ResetContactDistances<R>{x_.points().of, wanted_}, kGrain);
+    parallel_for(executor_, particles_, ResetContactDistances<R>{x_.points().of, min_distance_}, kGrain);
     overlaps_ = true;
   }
 
@@ -135,11 +135,11 @@ class EdgeGroup {
     memory.way.insert(memory.way.end(), way.begin(), way.end());
     const auto distance = x_.download_fourth(static_cast<std::size_t>(particles_));
     memory.contact_distance.insert(memory.contact_distance.end(), distance.begin(), distance.end());
-    memory.serves.push_back(searched_ ? 1 : 0);
+    memory.valid.push_back(searched_ ? 1 : 0);
   }
   /// Goes on from what the group-th of them saved; a search is made again, and finds the same.
   void restore_state(const EdgeMemory<R>& memory, std::size_t group) {
-    searched_ = memory.serves.at(group) != 0;
+    searched_ = memory.valid.at(group) != 0;
     const auto own = [&]<class T>(const std::vector<T>& all) {
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(group) * particles_;
       return std::vector<T>(begin, begin + particles_);
@@ -198,7 +198,7 @@ class EdgeGroup {
   }
   /// From where the last one started, with the particles there.
   void search_again() {
-    box_particles(x_then_.points(), d_then_.points(), max(wanted_, margin_) + slack_);
+    box_particles(x_then_.points(), d_then_.points(), max(min_distance_, margin_) + slack_);
     Memory<Executor>::fill(near_.data(), near_.size(), static_cast<unsigned char>(0));
     const int n = static_cast<int>(bodies_.size());
     const auto launch = [&]<bool kLays>() {
@@ -209,7 +209,7 @@ class EdgeGroup {
                                            boxes_.data(),
                                            x_.points(),
                                            d_then_.points(),
-                                           max(wanted_, kDiagonal * margin_) + kDiagonal * slack_,
+                                           max(min_distance_, kDiagonal * margin_) + kDiagonal * slack_,
                                            place_.data(),
                                            n,
                                            candidates_found_,
@@ -229,14 +229,14 @@ class EdgeGroup {
   }
 
   void update_contacts() {
-    if (candidates_found_ > 0) box_particles(x_.points(), d_.points(), max(wanted_, margin_));
+    if (candidates_found_ > 0) box_particles(x_.points(), d_.points(), max(min_distance_, margin_));
     // Of the two sides, one has a margin.
     const EvaluateCandidate<R> look{
-        candidates_.data(), {x_.points(), d_.points(), R(0.5) * margin_, boxes_.data()}, {wanted_, recovery_}};
+        candidates_.data(), {x_.points(), d_.points(), R(0.5) * margin_, boxes_.data()}, {min_distance_, recovery_}};
     const auto lay = [&] { contacts_.lay(look, candidates_found_, rules_.data(), object_.data(), sums_); };
     lay();
     if (!overlaps_) return;
-    overlaps_ = contacts_.grow_distances(x_.points(), rules_.data(), object_.data(), wanted_) > 0;
+    overlaps_ = contacts_.grow_distances(x_.points(), rules_.data(), object_.data(), min_distance_) > 0;
     lay();
   }
 
@@ -247,7 +247,7 @@ class EdgeGroup {
   R recovery_;
   Vector3<double> centre_{};
   ObjectFrame before_{}, after_{};  // at the substep's start and end
-  R wanted_ = 0, margin_ = 0, slack_ = 0, least_ = 0;
+  R min_distance_ = 0, margin_ = 0, slack_ = 0, least_ = 0;
   bool searched_ = false;
   bool overlaps_ = true;  // whether particles may be kept nearer than is wanted
   int candidates_found_ = 0;

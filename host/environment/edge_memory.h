@@ -13,7 +13,7 @@ struct EdgeMemory {
   std::vector<std::array<R, 3>> x0;         // m
   std::vector<std::array<R, 3>> from, way;  // m, of every particle: where it started, and how far it was expected to go
   std::vector<R> contact_distance;          // m, of every particle
-  std::vector<std::int64_t> serves;         // of every group: 1 where there is a search
+  std::vector<std::int64_t> valid;          // of every group: 1 where there is a search
 };
 
 /// It is that of so many groups, from these positions, without a search that serves.

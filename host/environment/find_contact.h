@@ -63,14 +63,14 @@ struct FindContact : ContactQuery<R> {
     unsigned long long rest = bits[group.index];
     if (rest == 0) return;
     for (unsigned long long ahead = rest; ahead != 0; ahead &= ahead - 1) {
-      const int slot = nearby.slot(group.index * kWord + lowest_bit(ahead));
+      const int slot = nearby.slot(group.index * kGroupSize + lowest_bit(ahead));
       if (slot >= 0) prefetch(nearby.near + slot, int(sizeof(ProximityRecord)));
     }
     Looks storage;
     Query* const looks = storage.of;
     int count = 0;
     for (; rest != 0; rest &= rest - 1) {
-      const int i = group.index * kWord + lowest_bit(rest);
+      const int i = group.index * kGroupSize + lowest_bit(rest);
       if (particles.w[i] > R(0) && this->begin(i, looks[count]) && !by_feature(looks[count])) ++count;
     }
     for (int k = 0; k < count; ++k) list(looks[k]);
@@ -90,7 +90,7 @@ struct FindContact : ContactQuery<R> {
 
  private:
   union Looks {  // not filled before they are used
-    Query of[kWord];
+    Query of[kGroupSize];
     HOST_KERNEL Looks() {}
   };
 
@@ -225,7 +225,7 @@ struct MeasureDepth {
     if (!(particles.w[i] > R(0))) return {};
     const Point a = to_local(pose, in_double(particles.x[i]));
     const ClosestPointRecord last = nearby.seen(i, a);
-    return {std::max(norm(last.passed), depth(a, last))};
+    return {std::max(norm(last.tunnel_offset), depth(a, last))};
   }
 
  private:

@@ -52,7 +52,7 @@ class Sheet {
   void tell(Model& model) const {
     std::map<int, std::vector<std::pair<double, int>>> bodies;
     for (int i = 0; i < model.count(); ++i)
-      if (behind_[i] > 0) bodies[body_of(model, model.user_of[i])].push_back({behind_[i], i});
+      if (behind_[i] > 0) bodies[body_of(model, model.user_index[i])].push_back({behind_[i], i});
     for (const auto& [b, all] : bodies) {
       const auto& [depth, i] = *std::max_element(all.begin(), all.end());
       if (depth <= spec_.thickness) {
@@ -67,7 +67,7 @@ class Sheet {
                    [this](const auto& one) { return one.first > spec_.thickness; });
       model.notes.push_back("body '" + model.scene.bodies[b].name + "': " + counted(particles.size(), "particle") +
                             (particles.size() == 1 ? " starts" : " start") + " behind the one-sided sheet '" +
-                            spec_.name + "' (" + std::to_string(number_in_body(model, model.user_of[i])) + " by " +
+                            spec_.name + "' (" + std::to_string(number_in_body(model, model.user_index[i])) + " by " +
                             shown(depth) + " m), and will be put before it or be kept from the rest; its normals " +
                             "say which side is the front");
     }
@@ -93,7 +93,7 @@ void note_starts_behind(Model& model) {
   const auto one_sided = [](const EnvironmentMesh& mesh) { return mesh.spec.sides == Sides::OneSided; };
   if (std::none_of(model.environment.begin(), model.environment.end(), one_sided)) return;
   const std::vector<bool> held = held_at_start(model, false);
-  const std::vector<int> number = solver_of(model.user_of);
+  const std::vector<int> number = solver_of(model.user_index);
   const Device device;
   for (const EnvironmentMesh& mesh : model.environment) {
     if (!one_sided(mesh)) continue;

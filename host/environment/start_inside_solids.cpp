@@ -73,7 +73,7 @@ class Starts {
 
   void look() {
     std::vector<std::vector<int>> bodies(model_.scene.bodies.size());
-    for (int i = 0; i < model_.count(); ++i) bodies[body_of(model_, model_.user_of[i])].push_back(i);
+    for (int i = 0; i < model_.count(); ++i) bodies[body_of(model_, model_.user_index[i])].push_back(i);
     for (std::size_t b = 0; b < bodies.size(); ++b) look(b, bodies[b]);
   }
 
@@ -113,7 +113,7 @@ class Starts {
     }
     model_.notes.insert(model_.notes.end(), kept.begin(), kept.end());
     if (from.empty()) return;
-    for (const int i : all) model_.look.points[model_.user_of[i]] = model_.x[i];
+    for (const int i : all) model_.look.points[model_.user_index[i]] = model_.x[i];
     for (Vec3& unused : model_.look.vertices[b].place)
       for (int k = 0; k < 3; ++k) unused[k] += moved[k];
     model_.notes.push_back("body '" + model_.scene.bodies[b].name + "' started inside '" + from +
@@ -134,8 +134,8 @@ class Starts {
     const EnvironmentSpec& spec = solids_[s].spec();
     refuse(
         model_.scene.file, "/environment/" + std::to_string(number_[s]),
-        particle_name(model_, model_.user_of[found.deepest]) + ", which starts " + metres(found.depth) + " inside '" +
-            spec.name + "' (" + counted(found.particles, "particle") + " of that body inside it)" + more,
+        particle_name(model_, model_.user_index[found.deepest]) + ", which starts " + metres(found.depth) +
+            " inside '" + spec.name + "' (" + counted(found.particles, "particle") + " of that body inside it)" + more,
         "bodies that start outside of solids, or in them by no more than their thickness (here " +
             metres(spec.thickness) + "); with \"start_inside\": \"push_out\" bodies that nothing holds are moved out");
   }

@@ -248,7 +248,7 @@ int NearCells::make(int parent, const Cube& cube, const OctreeKey& path) {
               int(first),
               int(listed),
               depth,
-              hardly ? cells_[parent].stuck + 1 : 0,
+              hardly ? cells_[parent].failed_splits + 1 : 0,
               path.x >> bits,
               path.y >> bits,
               path.z >> bits,

@@ -39,7 +39,7 @@ double residual(const Vec3* x, const int* particles, const double* rest, double 
 
 Strains::Strains(const Model& model) : particles_(model.x.size()) {
   const auto add = [&](int i, int j, double rest) {
-    const int a = model.user_of[i], b = model.user_of[j];
+    const int a = model.user_index[i], b = model.user_index[j];
     lengths_.push_back({std::min(a, b), std::max(a, b), rest, rest > 0 ? 1 / rest : 0});
   };
   for (const ConstraintSet& set : model.sets)
@@ -73,7 +73,7 @@ Residuals::Residuals(const Model& model, int threads) : particles_(model.x.size(
   for (const SpringSet& set : model.springs) {
     Set& own = sets_.emplace_back(Set{set.type, 2, {}, set.rest, {}});
     for (const Edge& ends : set.ends)
-      for (const int i : ends) own.particles.push_back(model.user_of[i]);
+      for (const int i : ends) own.particles.push_back(model.user_index[i]);
   }
   for (const PressureSet& set : model.pressures) shells_.emplace_back(model, set);
 }

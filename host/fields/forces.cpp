@@ -53,9 +53,9 @@ double stiffness_in_substeps(const Model& model, const int* particles, const dou
 std::vector<double> held_until(const Model& model) {
   std::vector<double> release_time(model.x.size(), 0);
   for (std::size_t i = 0; i < release_time.size(); ++i)
-    if (!(model.w[i] > 0)) release_time[model.user_of[i]] = kForEver;
+    if (!(model.w[i] > 0)) release_time[model.user_index[i]] = kForEver;
   for (const MovedPins& moved : model.moved)
-    for (const int i : moved.particles) release_time[model.user_of[i]] = moved.release_time.value_or(kForEver);
+    for (const int i : moved.particles) release_time[model.user_index[i]] = moved.release_time.value_or(kForEver);
   return release_time;
 }
 

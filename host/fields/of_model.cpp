@@ -8,7 +8,7 @@ namespace malha {
 std::vector<int> in_user_numbers(const Model& model, const int* particles, std::size_t count) {
   std::vector<int> user;
   user.reserve(count);
-  for (std::size_t j = 0; j < count; ++j) user.push_back(model.user_of[particles[j]]);
+  for (std::size_t j = 0; j < count; ++j) user.push_back(model.user_index[particles[j]]);
   return user;
 }
 

@@ -16,7 +16,7 @@ void add_lines(const Model& model, const PatchPlan& plan, int k, Structure& to) 
       const int c = plan.sets[batch.set].constraint[slot];
       if (c < 0) continue;
       const int* const ends = &set.particles[std::size_t(c) * 2];
-      to.lines.push_back({model.user_of[ends[0]], model.user_of[ends[1]]});
+      to.lines.push_back({model.user_index[ends[0]], model.user_index[ends[1]]});
       to.owner.push_back(k), to.batch.push_back(b);
     }
   }
@@ -33,7 +33,8 @@ Structure structure(const Model& model, int threads) {
   for (int phase = 0; phase < all.phases; ++phase)
     for (int k = plan.phase_begin[phase]; k < plan.phase_begin[phase + 1]; ++k) {
       const auto begin = model.patches.begin.begin() + plan.number[k];
-      for (int i = begin[0]; i < begin[1]; ++i) all.patch[model.user_of[i]] = k, all.phase[model.user_of[i]] = phase;
+      for (int i = begin[0]; i < begin[1]; ++i)
+        all.patch[model.user_index[i]] = k, all.phase[model.user_index[i]] = phase;
       all.batches = std::max(all.batches, plan.patches[k].batches);
       add_lines(model, plan, k, all);
     }

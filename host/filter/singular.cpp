@@ -49,14 +49,14 @@ constexpr double kStandsOut = 1e6;  // of double's 1e16, what leaves the others 
 
 void refuse_singular(const Model& model, int particle) {
   const Stiffest one = stiffest_of(model);
-  std::string found =
-                  "a system that is singular to working precision at " + particle_name(model, model.user_of[particle]),
+  std::string found = "a system that is singular to working precision at " +
+                      particle_name(model, model.user_index[particle]),
               allowed = "a stiffness times dt^2 that is less than 1e14 times the particles' masses";
   if (one.times > kStandsOut) {
-    const std::string body = model.scene.bodies[body_of(model, model.user_of[one.particles[0]])].name;
+    const std::string body = model.scene.bodies[body_of(model, model.user_index[one.particles[0]])].name;
     std::string vertices;
     for (const int i : one.particles)
-      vertices += (vertices.empty() ? "" : "-") + std::to_string(number_in_body(model, model.user_of[i]));
+      vertices += (vertices.empty() ? "" : "-") + std::to_string(number_in_body(model, model.user_index[i]));
     found += ", where '" + one.type + "' at vertices " + vertices + " of body '" + body + "' is " +
              shown(one.times, 2) + " times as stiff as most constraints";
     allowed += ", and triangles there that are less flat, or a \"stiffness\" or \"rigidity\" in place of a compliance";

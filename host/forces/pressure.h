@@ -34,10 +34,10 @@ class Pressure {
 
   /// Where a filter answers: all particles of its body move by it. Returns the body's number.
   int move_all(const Model& model) {
-    const int body = body_of(model, model.user_of[origin_]);
+    const int body = body_of(model, model.user_index[origin_]);
     std::vector<int> members;
     for (int i = 0; i < model.count(); ++i)
-      if (body_of(model, model.user_of[i]) == body) members.push_back(i);
+      if (body_of(model, model.user_index[i]) == body) members.push_back(i);
     members_ = Array<Executor, int>(members);
     return body;
   }

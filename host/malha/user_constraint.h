@@ -11,11 +11,11 @@ namespace malha {
 
 /// Constraints that share no particle, to be evaluated at once.
 struct UserBatch {
-  int count;          ///< of constraints
-  const Vec3* x;      ///< m; k a constraint, in the order of its particles
-  const int* number;  ///< of each: its place in UserConstraint::particles, divided by k
-  double* C;          ///< to be filled, one a constraint
-  Vec3* gradient;     ///< to be filled with dC/dx, k a constraint
+  int count;         ///< of constraints
+  const Vec3* x;     ///< m; k a constraint, in the order of its particles
+  const int* index;  ///< of each: its place in UserConstraint::particles, divided by k
+  double* C;         ///< to be filled, one a constraint
+  Vec3* gradient;    ///< to be filled with dC/dx, k a constraint
 };
 
 struct UserConstraint {

@@ -88,7 +88,7 @@ StrainSample sample_strains(const Executor& executor, const Model& model, const 
     const auto sum = parallel_reduce<LengthSum>(executor, run.count,
                                                 MeasureLength<Vec3>{model.x.data(), x.data(), ends, scale, rest});
     sample.rms.push_back(std::sqrt(sum.strain2 / run.count));
-    if (sum.most > sample.largest) sample.largest = sum.most, sample.particle = model.user_of[ends[2 * sum.at]];
+    if (sum.most > sample.largest) sample.largest = sum.most, sample.particle = model.user_index[ends[2 * sum.at]];
   }
   return sample;
 }

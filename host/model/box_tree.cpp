@@ -64,8 +64,8 @@ BoxTree::Segment BoxTree::segment_of(const Vec3& a, const Vec3& b) const {
   for (int k = 0; k < 3; ++k) largest = std::max({largest, std::abs(a[k]), std::abs(b[k])});
   segment.slack = 4e-12 * largest;  // a little too many rather than one too few
   for (int k = 0; k < 3; ++k) {
-    segment.merge.low[k] = std::min(a[k], b[k]) - segment.slack;
-    segment.merge.high[k] = std::max(a[k], b[k]) + segment.slack;
+    segment.around.low[k] = std::min(a[k], b[k]) - segment.slack;
+    segment.around.high[k] = std::max(a[k], b[k]) + segment.slack;
     const double along = b[k] - a[k];
     segment.per[k] = std::abs(along) > segment.slack ? 1 / along : 0;
   }
@@ -74,7 +74,7 @@ BoxTree::Segment BoxTree::segment_of(const Vec3& a, const Vec3& b) const {
 
 /// By the parts of the segment that lie between each pair of the box's planes, if their boxes overlap at all.
 bool BoxTree::touches(const BoundingBox& box, const Segment& segment) {
-  if (!overlap(box, segment.merge)) return false;
+  if (!overlap(box, segment.around)) return false;
   double from = 0, to = 1;
   for (int k = 0; k < 3; ++k) {
     if (segment.per[k] == 0) continue;

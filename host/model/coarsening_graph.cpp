@@ -25,13 +25,13 @@ std::vector<int> hops_to_pins(int count, const std::vector<Link>& links, const s
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
   std::vector<int> next(begin.begin(), begin.end() - 1);
   for (const Link& l : links) near[next[l.a]++] = l.b, near[next[l.b]++] = l.a;
-  std::vector<int> hops(count, -1), front;
+  std::vector<int> graph_distance(count, -1), front;
   for (int i = 0; i < count; ++i)
-    if (held[i]) hops[i] = 0, front.push_back(i);
+    if (held[i]) graph_distance[i] = 0, front.push_back(i);
   for (std::size_t k = 0; k < front.size(); ++k)
     for (int e = begin[front[k]]; e < begin[front[k] + 1]; ++e)
-      if (hops[near[e]] < 0) hops[near[e]] = hops[front[k]] + 1, front.push_back(near[e]);
-  return hops;
+      if (graph_distance[near[e]] < 0) graph_distance[near[e]] = graph_distance[front[k]] + 1, front.push_back(near[e]);
+  return graph_distance;
 }
 
 class Linker {
@@ -39,7 +39,7 @@ class Linker {
   Linker(const Model& model, const std::vector<double>& w) : model_(model), w_(model.count()), x_(model.count()) {
     pinned_.resize(model.count()), mass_.resize(model.count());
     for (int i = 0; i < model.count(); ++i) {
-      const int user = model.user_of[i];
+      const int user = model.user_index[i];
       x_[user] = vector(model.x[i]), w_[user] = w[i], pinned_[user] = w[i] == 0, mass_[user] = w[i] > 0 ? 1 / w[i] : 0;
     }
   }
@@ -60,10 +60,11 @@ class Linker {
     const bool touched = !model_.environment.empty() || model_.scene.self_collision;
     for (LinkedPart& part : linkage_.parts) part.loaded = touched;
     for (const MovedPins& pins : model_.moved)
-      for (const int i : pins.particles) linkage_.parts[linkage_.part[model_.user_of[i]]].loaded |= pins.target.moves();
+      for (const int i : pins.particles)
+        linkage_.parts[linkage_.part[model_.user_index[i]]].loaded |= pins.target.moves();
     for (const Link& l : linkage_.links) linkage_.parts[linkage_.part[l.a]].soft |= model_.sets[l.set].stiffness < 1;
     for (const auto& body : model_.tetrahedra)
-      for (const Tetrahedron& t : body) linkage_.parts[linkage_.part[model_.user_of[t[0]]]].solid = true;
+      for (const Tetrahedron& t : body) linkage_.parts[linkage_.part[model_.user_index[t[0]]]].solid = true;
     if (elastic()) hang();
     return std::move(linkage_);
   }
@@ -76,7 +77,7 @@ class Linker {
   void add_springs(int s) {
     const ConstraintSet& set = model_.sets[s];
     for (int c = 0; c < set.count(); ++c) {
-      const int a = model_.user_of[set.particles[2 * c]], b = model_.user_of[set.particles[2 * c + 1]];
+      const int a = model_.user_index[set.particles[2 * c]], b = model_.user_index[set.particles[2 * c + 1]];
       add(a, b, norm(x_[a] - x_[b]) * set.parameter, s, set.alpha(c));
     }
   }
@@ -88,7 +89,7 @@ class Linker {
     const std::size_t begin = sheets_.size();
     for (int c = 0; c < set.count(); ++c) {
       SheetPiece& piece = sheets_.emplace_back(SheetPiece{{}, Y});
-      for (int k = 0; k < 3; ++k) piece.corner[k] = model_.user_of[set.particles[3 * c + k]];
+      for (int k = 0; k < 3; ++k) piece.corner[k] = model_.user_index[set.particles[3 * c + k]];
       const auto& [i, j, k] = piece.corner;
       area.push_back(norm(cross(x_[j] - x_[i], x_[k] - x_[i])) / 2);
     }

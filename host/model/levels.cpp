@@ -7,6 +7,7 @@
 #include "host/mesh/topology.h"
 #include "host/model/coarsening_graph.h"
 #include "host/model/ordering/order.h"
+#include "host/model/tear.h"
 #include "kernels/multilevel/coarse_constraint.h"
 
 namespace malha {
@@ -137,7 +138,7 @@ Model lay_out(const Model& finest, const RestGraph& graph, std::vector<int>& ord
   for (ConstraintSet& set : level.sets)
     for (int& i : set.particles) i = now[i];
   level.patches = std::move(cut.patches);
-  level.user_of = order;
+  level.user_index = order;
   for (const int i : order) {
     level.x.push_back(places[i]), level.mass.push_back(graph.mass[i]);
     level.w.push_back(graph.pinned[i] ? 0 : 1 / graph.mass[i]);
@@ -183,7 +184,7 @@ std::vector<Level> make_levels(const Model& model, const std::vector<double>& w,
   // In the order of the finer model: which particle of the finer graph each place holds, -1 for none; and back.
   std::vector<int> inside(model.count(), -1), held(model.count()), place;
   for (std::size_t i = 0; i < user.size(); ++i) inside[user[i]] = static_cast<int>(i);
-  for (int i = 0; i < model.count(); ++i) held[i] = inside[model.user_of[i]];
+  for (int i = 0; i < model.count(); ++i) held[i] = inside[model.user_index[i]];
   const int most = model.scene.solver.levels == kAutoLevels ? kMostLevels : model.scene.solver.levels;
   while (static_cast<int>(levels.size()) < most && fine.count() > kFewest) {
     std::vector<int> kept, now(fine.count(), -1);

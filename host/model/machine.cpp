@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/base/spelling_suggestion.h"
+#include "kernels/projection/patch_memory.h"
 #include "malha/error.h"
 #include "malha/text.h"
 

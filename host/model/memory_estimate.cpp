@@ -16,7 +16,7 @@ void for_each_array(M& model, const Visit& visit) {
   visit(look.points), visit(look.faces), visit(look.lines);
   visit(look.body_begin), visit(look.face_begin), visit(look.line_begin);
   for (auto& file : look.vertices) visit(file.point), visit(file.place), visit(file.faces);
-  visit(model.user_of), visit(model.x), visit(model.v), visit(model.w), visit(model.mass);
+  visit(model.user_index), visit(model.x), visit(model.v), visit(model.w), visit(model.mass);
   for (auto* sets : {&model.sets, &model.stencils})
     for (auto& set : *sets) visit(set.particles), visit(set.softness);
   for (auto& set : model.springs) visit(set.ends), visit(set.stiffness), visit(set.rest);

@@ -107,9 +107,9 @@ class Builder {
       for (const Edge& e : bodies_[b].edges) all.push_back({e[0] + look.body_begin[b], e[1] + look.body_begin[b]});
     int islands = 0;
     const std::vector<int> island = components(n, all, islands);
-    model_.user_of = solver_order(look.points, island, islands, all);
-    for (const int user : model_.user_of) island_.push_back(island[user]);
-    solver_of_ = solver_of(model_.user_of);
+    model_.user_index = solver_order(look.points, island, islands, all);
+    for (const int user : model_.user_index) island_.push_back(island[user]);
+    solver_of_ = solver_of(model_.user_index);
     for (const Edge& e : all) edges_.push_back({solver_of_[e[0]], solver_of_[e[1]]});
 
     model_.x.resize(n), model_.v.resize(n), model_.w.resize(n), model_.mass.resize(n);
@@ -120,7 +120,7 @@ class Builder {
       for (end = i; end < n && island_[end] == island_[i];) ++end;
       if (!loose || end - i > 1) model_.islands.push_back(i);
       loose = end - i == 1;
-      const double damping = model_.scene.bodies[body_of(model_, model_.user_of[i])].damping;
+      const double damping = model_.scene.bodies[body_of(model_, model_.user_index[i])].damping;
       if (damping > 0 && end - i > 1) model_.damped.push_back({i, end - i, damping});
     }
   }
@@ -231,8 +231,8 @@ int body_of(const Model& model, int user_index) {
 }
 
 std::vector<int> bodies_of(const Model& model) {
-  std::vector<int> body(model.user_of.size());
-  for (std::size_t i = 0; i < body.size(); ++i) body[i] = body_of(model, model.user_of[i]);
+  std::vector<int> body(model.user_index.size());
+  for (std::size_t i = 0; i < body.size(); ++i) body[i] = body_of(model, model.user_index[i]);
   return body;
 }
 

@@ -71,7 +71,7 @@ struct ModelSeconds {
 struct Model {
   Scene scene;
   RenderMesh look;
-  std::vector<int> user_of;             // user's index of each particle of the solver
+  std::vector<int> user_index;          // user's index of each particle of the solver
   std::vector<Vec3> x, v;               // m, m/s
   std::vector<double> w;                // 1/kg, 0 where pinned for good
   std::vector<double> mass;             // kg, of pinned particles too

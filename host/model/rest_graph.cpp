@@ -89,8 +89,8 @@ RestGraph rest_graph(const Model& model, const std::vector<double>& w) {
   graph.x.resize(n), graph.normal.assign(n, Vector{0, 0, 0}), graph.folded.assign(n, false);
   graph.mass.resize(n), graph.pinned.resize(n);
   for (int i = 0; i < n; ++i) {
-    graph.x[model.user_of[i]] = vector(model.x[i]);
-    graph.mass[model.user_of[i]] = model.mass[i], graph.pinned[model.user_of[i]] = w[i] == 0;
+    graph.x[model.user_index[i]] = vector(model.x[i]);
+    graph.mass[model.user_index[i]] = model.mass[i], graph.pinned[model.user_index[i]] = w[i] == 0;
   }
   graph.mean = graph.x;
   for (std::size_t b = 0; b + 1 < model.look.body_begin.size(); ++b) {

@@ -53,7 +53,7 @@ void add_simplices(const Mesh& mesh, SelfSurface& surface) {
 SelfSurface surface_of(const Model& model, const std::vector<std::string>& named) {
   const RenderMesh& look = model.look;
   SelfSurface surface;
-  const std::vector<int> number = solver_of(model.user_of);
+  const std::vector<int> number = solver_of(model.user_index);
   surface.takes_part.resize(number.size(), 0), surface.body.resize(number.size(), 0);
   for (std::size_t b = 0; b + 1 < look.body_begin.size(); ++b) {
     const int first = look.body_begin[b], particles = look.body_begin[b + 1] - first;
@@ -170,7 +170,7 @@ std::vector<CrossingPair> crossings_at_start(const Model& model, const SelfSurfa
 void check_crossings(Model& model, const SelfSurface& surface) {
   const std::vector<CrossingPair> found = crossings_at_start(model, surface);
   if (found.empty()) return;
-  const auto name = [&](int i) { return particle_name(model, model.user_of[i]); };
+  const auto name = [&](int i) { return particle_name(model, model.user_index[i]); };
   const std::string said = "the edge from " + name(found[0].edge[0]) + " to " + name(found[0].edge[1]) +
                            " goes through or touches the triangle at " + name(found[0].triangle[0]) + " (" +
                            std::to_string(found.size()) + " such pairs in all)";

@@ -29,12 +29,12 @@ class SelfWeightStretch {
     int parts = 0;
     for (const int p : body.part) parts = std::max(parts, p + 1);
     std::vector<int> cuts(parts, 1);  // one more than the most links: beyond the last is nothing
-    for (int i = 0; i < count(); ++i) cuts[body.part[i]] = std::max(cuts[body.part[i]], body.hops[i] + 2);
+    for (int i = 0; i < count(); ++i) cuts[body.part[i]] = std::max(cuts[body.part[i]], body.graph_distance[i] + 2);
     begin_.assign(parts + 1, 0);
     for (int p = 0; p < parts; ++p) begin_[p + 1] = begin_[p] + cuts[p];
     cuts_.resize(begin_.back());
     for (int i = 0; i < count(); ++i)
-      if (body.hops[i] > 0) section_at(i).mass += body.mass[i], ++section_at(i).particles;
+      if (body.graph_distance[i] > 0) section_at(i).mass += body.mass[i], ++section_at(i).particles;
     for (int p = 0; p < parts; ++p)
       for (int c = begin_[p + 1] - 2; c >= begin_[p]; --c) cuts_[c].mass += cuts_[c + 1].mass;
   }
@@ -43,13 +43,13 @@ class SelfWeightStretch {
     find_directions(springs, sheet);
     for (const Spring& s : springs) add(s);
     for (const SheetPiece& t : sheet) add(t);
-    for (int i = 0; i < count(); ++i) give_[i] = give_[i] * (body_.hops[i] < 0 ? 0 : std::sqrt(strain_at(i)));
+    for (int i = 0; i < count(); ++i) give_[i] = give_[i] * (body_.graph_distance[i] < 0 ? 0 : std::sqrt(strain_at(i)));
     return std::move(give_);
   }
 
  private:
   int count() const { return static_cast<int>(body_.x.size()); }
-  Section& section_at(int i) { return cuts_[begin_[body_.part[i]] + body_.hops[i]]; }
+  Section& section_at(int i) { return cuts_[begin_[body_.part[i]] + body_.graph_distance[i]]; }
   /// The direction in which the number of links grows: its gradient, by least squares over neighbours.
   void find_directions(const std::vector<Spring>& springs, const std::vector<SheetPiece>& sheet) {
     struct Normal {
@@ -63,7 +63,8 @@ class SelfWeightStretch {
       const double size2 = d.squaredNorm();
       if (size2 > 0)
         for (const int k : {i, j})
-          at[k].A += d * d.transpose() / size2, at[k].b += d * ((body_.hops[j] - body_.hops[i]) / size2);
+          at[k].A += d * d.transpose() / size2,
+              at[k].b += d * ((body_.graph_distance[j] - body_.graph_distance[i]) / size2);
     };
     for (const Spring& s : springs) note(s.a, s.b);
     for (const SheetPiece& t : sheet)
@@ -75,7 +76,7 @@ class SelfWeightStretch {
     }
   }
   void add(const Spring& s) {
-    const int from = body_.hops[s.a], to = body_.hops[s.b];
+    const int from = body_.graph_distance[s.a], to = body_.graph_distance[s.b];
     if (from < 0 || from + to == 0) return;
     const Vector n = give_[s.a] + give_[s.b], d = body_.x[s.b] - body_.x[s.a];
     const double along = dot(n, d), size2 = dot(n, n) * dot(d, d);
@@ -87,7 +88,7 @@ class SelfWeightStretch {
   /// The mean width of the cut within a triangle is its area times the gradient of the number of links.
   void add(const SheetPiece& t) {
     const auto& [i, j, k] = t.corner;
-    const int a = body_.hops[i], b = body_.hops[j], c = body_.hops[k];
+    const int a = body_.graph_distance[i], b = body_.graph_distance[j], c = body_.graph_distance[k];
     if (a < 0 || (a == b && b == c)) return;
     const Vector turned = (body_.x[k] - body_.x[i]) * double(b - a) - (body_.x[j] - body_.x[i]) * double(c - a);
     section_at(a > b && a > c ? i : b > c ? j : k).sheet += t.Y * norm(turned) / 2;
@@ -99,9 +100,9 @@ class SelfWeightStretch {
   }
   /// The mean of the cuts on both sides; of what is held the first one's.
   double strain_at(int i) const {
-    const int hops = body_.hops[i], cut = begin_[body_.part[i]] + hops;
-    const double outer = strain_of(cut + 1, hops + 1);
-    return hops == 0 ? outer : (strain_of(cut, hops) + outer) / 2;
+    const int graph_distance = body_.graph_distance[i], cut = begin_[body_.part[i]] + graph_distance;
+    const double outer = strain_of(cut + 1, graph_distance + 1);
+    return graph_distance == 0 ? outer : (strain_of(cut, graph_distance) + outer) / 2;
   }
 
   const SuspendedBody& body_;

@@ -9,11 +9,11 @@ namespace malha {
 
 /// Particles, and how they hang together.
 struct SuspendedBody {
-  const std::vector<Vector>& x;     // m, at rest
-  const std::vector<double>& mass;  // kg, of what is not held
-  const std::vector<int>& hops;     // links to what is held; 0: held, -1: nothing holds it
-  const std::vector<int>& part;     // connected part of each particle
-  double gravity;                   // m/s^2
+  const std::vector<Vector>& x;            // m, at rest
+  const std::vector<double>& mass;         // kg, of what is not held
+  const std::vector<int>& graph_distance;  // links to what is held; 0: held, -1: nothing holds it
+  const std::vector<int>& part;            // connected part of each particle
+  double gravity;                          // m/s^2
 };
 
 struct Spring {

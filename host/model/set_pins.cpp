@@ -13,22 +13,22 @@ std::vector<int> still_pins(const Model& model) {
     for (const int i : pins.particles) still[i] = false;
   std::vector<int> list;
   for (std::size_t i = 0; i < still.size(); ++i)
-    if (still[i]) list.push_back(model.user_of[i]);
+    if (still[i]) list.push_back(model.user_index[i]);
   std::sort(list.begin(), list.end());
   return list;
 }
 
 std::vector<bool> on_keyframes(const Model& model) {
-  std::vector<bool> driven(model.user_of.size(), false);
+  std::vector<bool> driven(model.user_index.size(), false);
   for (const MovedPins& pins : model.moved)
-    for (const int i : pins.particles) driven[model.user_of[i]] = pins.target.moves();
+    for (const int i : pins.particles) driven[model.user_index[i]] = pins.target.moves();
   return driven;
 }
 
 Scene with_pins(const Model& model, const std::vector<int>& particles) {
-  std::vector<bool> taken(model.user_of.size(), false);
+  std::vector<bool> taken(model.user_index.size(), false);
   for (const MovedPins& pins : model.moved)
-    for (const int i : pins.particles) taken[model.user_of[i]] = true;
+    for (const int i : pins.particles) taken[model.user_index[i]] = true;
   for (const int i : particles) {
     if (i < 0 || i >= model.count())
       refuse("pins", "", "particle " + std::to_string(i), "0 to " + std::to_string(model.count() - 1));

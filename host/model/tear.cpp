@@ -117,9 +117,9 @@ Mesh body_mesh(const RenderMesh& look, std::size_t body) {
 
 std::vector<bool> pinned_now(const Model& model, double time, const std::vector<int>& held) {
   std::vector<bool> pinned(model.x.size(), false);
-  for (int i = 0; i < model.count(); ++i) pinned[model.user_of[i]] = !(model.w[i] > 0);
+  for (int i = 0; i < model.count(); ++i) pinned[model.user_index[i]] = !(model.w[i] > 0);
   for (const MovedPins& pins : model.moved)
-    for (const int i : pins.particles) pinned[model.user_of[i]] = !pins.release_time || time < *pins.release_time;
+    for (const int i : pins.particles) pinned[model.user_index[i]] = !pins.release_time || time < *pins.release_time;
   for (const int user : held) pinned[user] = true;
   return pinned;
 }
@@ -139,7 +139,7 @@ std::vector<Split> find_tears(const Model& model, const std::vector<Vec3>& x, co
 }
 
 Breakable breakable(const Model& model) {
-  const std::vector<int> number = solver_of(model.user_of);
+  const std::vector<int> number = solver_of(model.user_index);
   Breakable found;
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
     const auto& tear = model.scene.bodies[b].tear;
@@ -168,9 +168,9 @@ std::vector<int> ancestors(const Model& before, const Model& after, const std::v
     for (std::size_t s = first; s < done.size(); ++s)
       if (done[s].body == static_cast<int>(b)) user.push_back(user[now[b] + done[s].vertex]);
   }
-  const std::vector<int> number = solver_of(before.user_of);
+  const std::vector<int> number = solver_of(before.user_index);
   std::vector<int> from;
-  for (const int u : after.user_of) from.push_back(number[user[u]]);
+  for (const int u : after.user_index) from.push_back(number[user[u]]);
   return from;
 }
 

@@ -97,7 +97,7 @@ class Sweep {
 
   /// Of the particles without a finite position x in the patches that were the first to lose one: that with the lowest
   /// number of the user's; -1: none.
-  int first_lost(const std::vector<Vec3>& x, const std::vector<int>& user_of) const {
+  int first_lost(const std::vector<Vec3>& x, const std::vector<int>& user_index) const {
     const std::vector<int> lost = lost_.download();
     int substep = 0, found = -1;
     for (const int when : lost)
@@ -110,7 +110,7 @@ class Sweep {
       for (int s = patches[k].segment; s < patches[k].segment + patches[k].segments; ++s)
         for (int i = segments[s].global; i < segments[s].global + segments[s].count; ++i) {
           const R sum = R(x[i][0]) + R(x[i][1]) + R(x[i][2]);  // as the visits see it: finite numbers may overflow
-          if (!std::isfinite(sum) && (found < 0 || user_of[i] < found)) found = user_of[i];
+          if (!std::isfinite(sum) && (found < 0 || user_index[i] < found)) found = user_index[i];
         }
     }
     return found;
@@ -188,7 +188,7 @@ class Sweep {
       view.index[j] = own.index[j].data();
     }
     if (view.update != Update::Stiff) own.lambda = Array<Executor, R>(plan.constraint.size() * multipliers, R(0));
-    view.rest = own.rest.data(), view.common = own.common.data(), view.held = own.held.data();
+    view.rest = own.rest.data(), view.common = own.common.data(), view.valid = own.held.data();
     view.lambda = own.lambda.data();
     view.stiffness = R(stiffness_per_projection(set.stiffness, solver, kThereAndBack));
     view.compliance = R(set.compliance.value_or(0) / (h * h));

@@ -22,15 +22,15 @@ struct RestValues {
  private:
   void add(const R* rest, Batch& batch) {
     const int words = (batch.count + kSlotPack - 1) / kSlotPack;
-    batch.alike = batch.run && all_alike(rest, batch.count);
-    batch.rests = static_cast<int>(batch.alike ? held.size() : each.size());
-    if (batch.alike) {
+    batch.uniform_rest = batch.run && all_alike(rest, batch.count);
+    batch.rests = static_cast<int>(batch.uniform_rest ? held.size() : each.size());
+    if (batch.uniform_rest) {
       batch.common = static_cast<int>(common.size());
       common.insert(common.end(), rest, rest + numbers_);
     }
     for (int word = 0; word < words; ++word) {
       const R* of = rest + word * kSlotPack * numbers_;
-      if (batch.alike)
+      if (batch.uniform_rest)
         held.push_back(bits(of));
       else
         for (int k = 0; k < numbers_; ++k)

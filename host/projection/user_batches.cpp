@@ -64,21 +64,21 @@ UserBatches make_batches(const UserConstraint& constraint, const std::vector<int
   for (const int user : constraint.particles) list.push_back(solver_of[user]);
   const Colouring colours = colour(list, k, std::vector<bool>(solver_of.size(), false));
   UserBatches batches;
-  batches.number.resize(colours.colour.size());
-  std::iota(batches.number.begin(), batches.number.end(), 0);
-  std::stable_sort(batches.number.begin(), batches.number.end(),
+  batches.index.resize(colours.colour.size());
+  std::iota(batches.index.begin(), batches.index.end(), 0);
+  std::stable_sort(batches.index.begin(), batches.index.end(),
                    [&](int a, int b) { return colours.colour[a] < colours.colour[b]; });
   batches.begin.assign(colours.count + 1, 0);
   for (const int c : colours.colour) ++batches.begin[c + 1];
   std::partial_sum(batches.begin.begin(), batches.begin.end(), batches.begin.begin());
-  for (const int c : batches.number) batches.list.insert(batches.list.end(), &list[c * k], &list[c * k] + k);
+  for (const int c : batches.index) batches.list.insert(batches.list.end(), &list[c * k], &list[c * k] + k);
   return batches;
 }
 
 void evaluate(const UserConstraint& constraint, const UserBatch& batch) {
   constraint.evaluate(batch);
   for (int c = 0; c < batch.count; ++c) {
-    const std::string at = " in constraint " + std::to_string(batch.number[c]);
+    const std::string at = " in constraint " + std::to_string(batch.index[c]);
     if (!std::isfinite(batch.C[c])) refuse(named(constraint), "C", shown(batch.C[c]) + at, "finite numbers");
     for (int j = 0; j < constraint.arity; ++j)
       for (const double number : batch.gradient[c * constraint.arity + j])

@@ -8,9 +8,9 @@ namespace malha {
 
 /// In the order of their batches.
 struct UserBatches {
-  std::vector<int> begin;   // of each batch, and one more: the number of constraints
-  std::vector<int> number;  // of each constraint, as the caller counts them
-  std::vector<int> list;    // its particles, the solver's numbers, k a constraint
+  std::vector<int> begin;  // of each batch, and one more: the number of constraints
+  std::vector<int> index;  // of each constraint, as the caller counts them
+  std::vector<int> list;   // its particles, the solver's numbers, k a constraint
   int count() const { return static_cast<int>(begin.size()) - 1; }
 };
 

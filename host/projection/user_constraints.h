@@ -18,7 +18,7 @@ class UserConstraints {
  public:
   UserConstraints(const Executor& executor, const Model& model, const std::vector<UserConstraint>& all)
       : executor_(executor), h_(model.scene.solver.dt / model.scene.solver.substeps) {
-    const std::vector<int> numbers = solver_of(model.user_of);
+    const std::vector<int> numbers = solver_of(model.user_index);
     for (const UserConstraint& one : all) {
       require_sound(one, model.count());
       Set& set = sets_.emplace_back();
@@ -26,14 +26,14 @@ class UserConstraints {
       set.list = Array<Executor, int>(set.batches.list);
       set.place = Array<Executor, Vector3<double>>(set.batches.list.size(), Vector3<double>{0, 0, 0});
       set.w = Array<Executor, double>(set.batches.list.size(), 0.0);
-      set.lambda.assign(set.batches.number.size(), 0);
+      set.lambda.assign(set.batches.index.size(), 0);
     }
   }
 
   std::vector<UserConstraintStats> facts() const {
     std::vector<UserConstraintStats> all;
     for (const Set& set : sets_)
-      all.push_back({set.of.name, static_cast<int>(set.batches.number.size()), set.of.arity, set.batches.count()});
+      all.push_back({set.of.name, static_cast<int>(set.batches.index.size()), set.of.arity, set.batches.count()});
     return all;
   }
   /// The solver's numbers.
@@ -45,10 +45,10 @@ class UserConstraints {
 
   /// An iteration: there and back over all batches but the last, then that one. A batch is met exactly at once, so
   /// that at each turn one projection is enough.
-  void project(const Displaced<R>& p, const R* w, bool fresh) {
+  void project(const Displaced<R>& p, const R* w, bool first_iteration) {
     for (Set& set : sets_) {
       const int last = set.batches.count() - 1;
-      if (fresh) start(set, p.x, w);
+      if (first_iteration) start(set, p.x, w);
       for (int b = 0; b < last; ++b) project(set, b, p, w);
       for (int b = last - 2; b >= 0; --b) project(set, b, p, w);
       project(set, last, p, w);
@@ -58,12 +58,12 @@ class UserConstraints {
   /// C of each constraint of a set, as the caller counts them.
   std::vector<double> values(std::size_t index, const Points<R>& x, const R* w) const {
     const Set& set = sets_.at(index);
-    const int number = static_cast<int>(set.batches.number.size());
+    const int number = static_cast<int>(set.batches.index.size());
     const std::vector<Vec3> places = gather(set, x, w, 0, number * set.of.arity);
     std::vector<double> C(number, 0), sorted(number);
     std::vector<Vec3> gradient(places.size(), Vec3{0, 0, 0});
-    evaluate(set.of, {number, places.data(), set.batches.number.data(), C.data(), gradient.data()});
-    for (int c = 0; c < number; ++c) sorted[set.batches.number[c]] = C[c];
+    evaluate(set.of, {number, places.data(), set.batches.index.data(), C.data(), gradient.data()});
+    for (int c = 0; c < number; ++c) sorted[set.batches.index[c]] = C[c];
     return sorted;
   }
 
@@ -107,7 +107,7 @@ class UserConstraints {
     for (int b = 0; b < set.batches.count(); ++b) {
       const Piece of(set, b);
       evaluate(set.of,
-               {of.count, &set.start[of.from], &set.batches.number[of.first], &C[of.first], &set.along[of.from]});
+               {of.count, &set.start[of.from], &set.batches.index[of.first], &C[of.first], &set.along[of.from]});
     }
   }
 
@@ -116,7 +116,7 @@ class UserConstraints {
     std::vector<Vec3> x = gather(set, p, w, of.from, of.particles);
     std::vector<double> own(of.particles);
     Memory<Executor>::copy_out(set.w.data() + of.from, own.size(), own.data());
-    malha::project(set.of, of.count, &set.batches.number[of.first], h_, own.data(), &set.lambda[of.first],
+    malha::project(set.of, of.count, &set.batches.index[of.first], h_, own.data(), &set.lambda[of.first],
                    &set.start[of.from], &set.along[of.from], x.data());
     std::vector<Vector3<double>> there;
     for (const Vec3& a : x) there.push_back({a[0], a[1], a[2]});

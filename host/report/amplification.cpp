@@ -103,7 +103,9 @@ class StepAtRest {
   }
 
  private:
-  void take_step(const std::vector<Vec3>& x, const std::vector<Vec3>& v) { solver_->place(0, x, v), solver_->step(); }
+  void take_step(const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
+    solver_->set_state(0, x, v), solver_->step();
+  }
 
   Model model_;  // the solver refers to it
   std::unique_ptr<Solver> solver_;

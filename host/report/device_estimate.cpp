@@ -25,10 +25,10 @@ double numbers_moved(const PatchPlan& plan, const Patch& patch, int place, bool 
   double numbers = 0;
   for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
     const Segment& segment = plan.segments[s];
-    const bool from_state = predicts && segment.first && segment.movable;
+    const bool from_state = predicts && segment.first_visit && segment.movable;
     int each = place + 3 + 1;  // where it is, v or how far it went, and w
     if (segment.movable) {
-      if (updates && segment.last)
+      if (updates && segment.last_visit)
         each += place + 3 + (from_state ? 0 : 3);  // the state is written; v is read, where it was not before
       else
         each += 3;  // how far it went

@@ -59,7 +59,7 @@ std::vector<bool> long_ways(const Model& model, const std::vector<int>& body) {
   const Linkage linkage = linkage_of(model, w);
   std::vector<bool> result(model.scene.bodies.size(), false);
   for (int i = 0; i < model.count(); ++i)
-    if (should_use_levels(linkage.parts[linkage.part[model.user_of[i]]], solver)) result[body[i]] = true;
+    if (should_use_levels(linkage.parts[linkage.part[model.user_index[i]]], solver)) result[body[i]] = true;
   return result;
 }
 

@@ -83,7 +83,7 @@ HangingFold sharpest_fold(const Model& model) {
   for (std::size_t b = 0; b < model.scene.bodies.size(); ++b) {
     const Bends bends = bends_of(model.scene.bodies[b]);
     if (!(bends.rigidity + bends.per_hinge > 0)) continue;
-    if (number.empty()) number = solver_of(model.user_of), held_there = held_at_start(model, true);
+    if (number.empty()) number = solver_of(model.user_index), held_there = held_at_start(model, true);
     const Mesh mesh = body_mesh(model.look, b);
     const int first = model.look.body_begin[b], count = static_cast<int>(mesh.points.size());
     std::vector<bool> held(count);

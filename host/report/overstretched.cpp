@@ -51,7 +51,7 @@ std::vector<std::string> overstretched(const Simulation& simulation) {
   std::vector<bool> may_stretch;
   for (const BodySpec& body : scene.bodies) may_stretch.push_back(body.tear.has_value());
   for (const PressureSet& set : model.pressures)
-    if (set.volume_ratio > 1) may_stretch[body_of(model, model.user_of[set.particles[0]])] = true;
+    if (set.volume_ratio > 1) may_stretch[body_of(model, model.user_index[set.particles[0]])] = true;
   struct Worst {
     double strain = 0, part = 0;
     std::int64_t step = 0;

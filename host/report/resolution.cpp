@@ -7,6 +7,7 @@
 
 #include "host/mesh/edge_sides.h"
 #include "host/mesh/vectors.h"
+#include "malha/text.h"
 
 namespace malha {
 

@@ -44,7 +44,7 @@ std::vector<bool> blown_up(const Model& model) {
   std::vector<bool> of(model.scene.bodies.size(), false);
   for (const PressureSet& set : model.pressures)
     if (set.compliance.value_or(0) > 0 && set.volume_ratio > 1)
-      of[body_of(model, model.user_of[set.particles[0]])] = true;
+      of[body_of(model, model.user_index[set.particles[0]])] = true;
   return of;
 }
 
@@ -70,7 +70,7 @@ Softening worst_softening(const Model& model) {
         for (int c = 0; c < set.count(); ++c) {
           const double rate = rate2<Kind>(model, set, c);
           if (!(rate > 0)) continue;
-          const int body = body_of(model, model.user_of[set.particles[std::size_t(c) * Kind::particles]]);
+          const int body = body_of(model, model.user_index[set.particles[std::size_t(c) * Kind::particles]]);
           constexpr bool is_length = Kind::element == Element::Edges;
           if (is_length && !is_blown_up[body]) continue;  // as stiff as the steps allow, more often than not
           Sheet& sheet = sheets[{body, is_length || Kind::element == Element::Triangles}];

@@ -51,12 +51,12 @@ std::vector<int> ordered_points(const SelfSurface& surface, const std::vector<Ve
 template <int n>
 struct Ranked {
   std::array<int, n> rank, particle;
-  bool bare;
+  bool wire_edge;
   bool operator<(const Ranked& o) const { return rank < o.rank; }
 };
 template <int n>
-Ranked<n> ranked(const std::array<int, n>& particle, const std::vector<int>& rank, bool bare = false) {
-  Ranked<n> item{{}, particle, bare};
+Ranked<n> ranked(const std::array<int, n>& particle, const std::vector<int>& rank, bool wire_edge = false) {
+  Ranked<n> item{{}, particle, wire_edge};
   for (int k = 0; k < n; ++k) item.rank[k] = rank[particle[k]];
   std::sort(item.rank.begin(), item.rank.end());
   return item;
@@ -102,7 +102,7 @@ UnitPlan plan_units(const SelfSurface& surface, const std::vector<Vec3>& x) {
   std::sort(with_triangle.begin(), with_triangle.end());
   for (auto& edge : edges) {
     const std::array<int, 2> ends = ends_in_order(edge.particle[0], edge.particle[1]);
-    edge.bare = !std::binary_search(with_triangle.begin(), with_triangle.end(), ends);
+    edge.wire_edge = !std::binary_search(with_triangle.begin(), with_triangle.end(), ends);
   }
   std::sort(triangles.begin(), triangles.end());
   std::sort(edges.begin(), edges.end());
@@ -116,7 +116,7 @@ UnitPlan plan_units(const SelfSurface& surface, const std::vector<Vec3>& x) {
   });
   plan.begin[kEdges] = laid_out(edges, plan.units, [&](const Ranked<2>* at) {
     for (int k = 0; k < 2; ++k) plan.end[k].push_back(at ? at->particle[k] : -1);
-    plan.bare.push_back(at && at->bare);
+    plan.wire_edge.push_back(at && at->wire_edge);
   });
   plan.level = {0}, plan.nodes = {plan.units};
   while (plan.nodes.back() > kBranch) {

@@ -12,8 +12,8 @@ struct UnitPlan {
   int units = 0;
   std::vector<int> begin[kItemKinds];  // of each unit's items, and one more
   std::vector<int> point, corner[3], end[2];
-  std::vector<unsigned char> bare;  // of each edge: whether no triangle has it
-  std::vector<int> level, nodes;    // of the tree over the units: where each level begins, and how many it has
+  std::vector<unsigned char> wire_edge;  // of each edge: whether no triangle has it
+  std::vector<int> level, nodes;         // of the tree over the units: where each level begins, and how many it has
 };
 
 /// `x`: positions at the start, m.

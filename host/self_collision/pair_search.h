@@ -62,7 +62,7 @@ class PairSearch {
   }
   /// The same from where the last one started: finds the same.
   void search_again() {
-    parallel_for(executor_, particles_, ComputeSweptAabbs<R>{reach(), rules_.wanted, boxes_.data()}, kGrain);
+    parallel_for(executor_, particles_, ComputeSweptAabbs<R>{reach(), rules_.min_distance, boxes_.data()}, kGrain);
     box_units();
     find();
     order();
@@ -136,17 +136,17 @@ class PairSearch {
     for (int k = 0; k < 3; ++k) corner[k] = place(plan.corner[k], true);
     for (int k = 0; k < 2; ++k) end[k] = place(plan.end[k], true);
     items_ = Array<Executor, int>(all);
-    bare_ = Array<Executor, unsigned char>(plan.bare);
+    bare_ = Array<Executor, unsigned char>(plan.wire_edge);
     units_.count = plan.units;
     for (int kind = 0; kind < kItemKinds; ++kind) units_.begin[kind] = items_.data() + begin[kind];
     units_.point = items_.data() + point;
     for (int k = 0; k < 3; ++k) units_.corner[k] = items_.data() + corner[k];
     for (int k = 0; k < 2; ++k) units_.end[k] = items_.data() + end[k];
-    units_.bare = bare_.data();
+    units_.wire_edge = bare_.data();
     units_.levels = static_cast<int>(plan.nodes.size());
     std::copy(plan.level.begin(), plan.level.end(), units_.level);
     std::copy(plan.nodes.begin(), plan.nodes.end(), units_.nodes);
-    has_bare_ = std::find(plan.bare.begin(), plan.bare.end(), 1) != plan.bare.end();
+    has_bare_ = std::find(plan.wire_edge.begin(), plan.wire_edge.end(), 1) != plan.wire_edge.end();
 
     std::size_t counts[2 * kItemKinds + 1], sum = 0;
     for (int kind = 0; kind < kItemKinds; ++kind) {

@@ -34,9 +34,9 @@ RigidGain rigid_return(const HeldSums& sums) {
     std::copy_n(sums.I, 6, spin.I), centre_inertia(spin.I, m, c);
     return angular_velocity(spin);
   };
-  const Vector wanted = spin_of(sums.before), found = spin_of(sums.after);
-  const Vector turn = omega_of(wanted), turned = omega_of(found);
-  const double allowed = std::max(energy_of(sums.before), 0.0), of_turn = dot(wanted, turn) / 2;
+  const Vector min_distance = spin_of(sums.before), found = spin_of(sums.after);
+  const Vector turn = omega_of(min_distance), turned = omega_of(found);
+  const double allowed = std::max(energy_of(sums.before), 0.0), of_turn = dot(min_distance, turn) / 2;
   const double rest = std::max(energy_of(sums.after) - dot(found, turned) / 2, 0.0);
   double turns = 1;
   if (of_turn > allowed)

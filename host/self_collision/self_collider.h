@@ -33,7 +33,7 @@ class SelfCollider {
 
   /// Contacts are laid with the first projection of a substep, when it is known where all would go.
   void start_substep() {
-    laid_ = false, pushed_ = -1, gives_back_ = Returns::Nothing;
+    contacts_valid_ = false, cached_contact_count_ = -1, gives_back_ = Returns::Nothing;
     pushes_ = true, drives_left_ = kMostDrives, carries_left_ = kMostCarries;
     if (last_.crosses == 1 && substep_ == 0) leave_out_crossings();
   }
@@ -50,11 +50,11 @@ class SelfCollider {
   void note_crossing(const Particles<R>& particles) {
     store_motion(particles);
     if (look_where_all_are(within_rounding<R>()).outside > 0) note_pushed(), search(common(), 1), look();
-    through_ = count_violations(false, nullptr) > 0 || through_;
+    kinematic_penetration_ = count_violations(false, nullptr) > 0 || kinematic_penetration_;
   }
 
   /// Whether what is fixed may have gone through a body, as far as is known.
-  bool went_through() const { return through_; }
+  bool went_through() const { return kinematic_penetration_; }
 
   /// Before velocities are taken from how far all went. Where a mesh `lifts` what was then held back, the way back is
   /// no speed.
@@ -144,12 +144,12 @@ class SelfCollider {
     for (int k = 0; k < 3; ++k) first[k] += last_.origin[k];
     const Vec3 origin = origin_near(first, last_.origin);
     if (origin == last_.origin) return;
-    last_.origin = origin, last_.serves = 0;
+    last_.origin = origin, last_.valid = 0;
     note_places(particles);
   }
 
   Trajectories<R> motions() const { return {x0_.points().of, moved_.points().of, origin()}; }
-  CommonFrame<R> frame() const { return {to_R(last_.since), to_R(last_.moves)}; }
+  CommonFrame<R> frame() const { return {to_R(last_.frame_offset), to_R(last_.frame_velocity)}; }
   void store_motion(const Particles<R>& particles) {
     parallel_for(executor_, count_, ComputeDisplacements<R>{particles.p, particles.w, motions()}, kGrain);
   }
@@ -193,25 +193,25 @@ class SelfCollider {
   }
   /// From here and now on, in a frame that moves so in this substep, so many substeps ahead.
   void search(const Vec3& moves, int ahead) {
-    last_.since = {}, last_.moves = moves, last_.serves = last_.served = 1;
+    last_.frame_offset = {}, last_.frame_velocity = moves, last_.valid = last_.age = 1;
     search_.search(motions(), to_R(moves), ahead);
     ++facts_.searches;
   }
 
   /// What may meet in this substep, and its contacts.
   void update_contacts() {
-    for (int k = 0; k < 3; ++k) last_.since[k] += last_.moves[k];
+    for (int k = 0; k < 3; ++k) last_.frame_offset[k] += last_.frame_velocity[k];
     const SelfChecks<R> checks = look_at_the_start();
-    last_.moves = common(checks.mean);
-    if (!last_.serves || checks.stay.outside > 0) {
+    last_.frame_velocity = common(checks.mean);
+    if (!last_.valid || checks.stay.outside > 0) {
       // As far ahead as the last one served; farther, where it served as long as it was to.
-      last_.ahead = last_.served < last_.ahead ? last_.served : std::min(2 * last_.ahead, SearchMemory::kMostAhead);
-      search(last_.moves, last_.ahead);
+      last_.horizon = last_.age < last_.horizon ? last_.age : std::min(2 * last_.horizon, SearchMemory::kMostAhead);
+      search(last_.frame_velocity, last_.horizon);
     } else {
-      ++last_.served;
+      ++last_.age;
     }
     look();
-    laid_ = true;
+    contacts_valid_ = true;
   }
   /// Around what crossed at the start and still does, pairs take no part.
   void leave_out_crossings() {
@@ -224,7 +224,7 @@ class SelfCollider {
     }
     search_.leave_out(crosses);
     parallel_for(executor_, count_, MarkCrossingBodies<R>{x0_.points().of, R(thickness_), search_.crosses()}, kGrain);
-    last_.serves = 0, last_.crosses = found.empty() ? 0 : 1;
+    last_.valid = 0, last_.crosses = found.empty() ? 0 : 1;
     overlaps_ = true;
   }
 
@@ -278,7 +278,7 @@ class SelfCollider {
   }
   /// Before others are laid in the same substep.
   void note_pushed() {
-    if (pushed_ < 0) pushed_ = count_pushes();
+    if (cached_contact_count_ < 0) cached_contact_count_ = count_pushes();
   }
 
   /// Where all would go before any is held, once a substep.
@@ -356,7 +356,7 @@ class SelfCollider {
     search_.at_once(FindViolations<R>{motions(), search_.pairs(), rules_, room_.data(), adds, held, left_.data()});
   }
   int can_be_held(const ViolationCount& left) {
-    through_ = through_ || left.fixed > 0;
+    kinematic_penetration_ = kinematic_penetration_ || left.fixed > 0;
     return left.free;
   }
   ViolationCount sum_left() const {
@@ -383,7 +383,7 @@ class SelfCollider {
         any = truncate_displacements(particles, false) || any;
       } while ((left = count_violations(false, nullptr)) > 0 && carries_left_-- > 0 &&
                move_with_kinematic(particles, *carriers));
-      through_ = through_ || left > 0;
+      kinematic_penetration_ = kinematic_penetration_ || left > 0;
     } else {
       any = truncate_displacements(particles, free);
     }
@@ -439,7 +439,7 @@ class SelfCollider {
       note_pushed();
       search(rest, 1);
       look();
-      last_.serves = 0;
+      last_.valid = 0;
     }
     const int found = count_violations(false, held);
     for (int left = found; left > 0; left = count_violations(false, held)) {
@@ -462,10 +462,10 @@ class SelfCollider {
   SearchMemory last_;
   PairSearch<Executor, R> search_;
   int sweeps_ = 1;  // over all contacts, a projection
-  bool laid_ = false;
-  bool overlaps_ = true;  // whether particles may have less than the thickness for their contact distance
-  bool through_ = false;  // whether something fixed went through a body in this substep
-  int pushed_ = -1;       // contacts that did, where others were laid since
+  bool contacts_valid_ = false;
+  bool overlaps_ = true;                // whether particles may have less than the thickness for their contact distance
+  bool kinematic_penetration_ = false;  // whether something fixed went through a body in this substep
+  int cached_contact_count_ = -1;       // contacts that did, where others were laid since
   SelfStats facts_;
   Array<Executor, unsigned char> takes_part_;
   Points4 x0_, moved_;
@@ -510,19 +510,19 @@ SelfCollider<Executor, R>::SelfCollider(const Executor& executor, const Model& m
 template <class Executor, class R>
 void SelfCollider<Executor, R>::solve_contacts(const Particles<R>& particles) {
   store_motion(particles);
-  if (!laid_) update_contacts();
+  if (!contacts_valid_) update_contacts();
   project_contacts(particles);
 }
 
 template <class Executor, class R>
 bool SelfCollider<Executor, R>::hold_apart(const Particles<R>& particles, const std::function<bool()>& touches,
                                            const Carriers& carriers) {
-  through_ = false;  // of the last word
+  kinematic_penetration_ = false;  // of the last word
   store_motion(particles);
   auto [stay, left] = look_at_the_end();
   if (stay.outside > 0) {  // further than was foreseen: what may be met on that way is looked for, once
     note_pushed();
-    search(common(), last_.ahead);
+    search(common(), last_.horizon);
     look();
     stay = look_where_all_are(within_rounding<R>());
     if (stay.outside == 0) left = count_violations(pushes_, nullptr);
@@ -542,13 +542,13 @@ void SelfCollider<Executor, R>::end_substep(const Particles<R>& particles, doubl
   note_places(particles);
   substep_ = substep_ + 1 < substeps_ ? substep_ + 1 : 0;
   if (substep_ == 0) stay_near(particles);
-  if (through_) ++last_.driven_through;
-  through_ = false;
+  if (kinematic_penetration_) ++last_.driven_through;
+  kinematic_penetration_ = false;
 }
 
 template <class Executor, class R>
 int SelfCollider<Executor, R>::contacts() const {
-  return pushed_ >= 0 ? pushed_ : count_pushes();
+  return cached_contact_count_ >= 0 ? cached_contact_count_ : count_pushes();
 }
 
 template <class Executor, class R>
@@ -584,7 +584,7 @@ void SelfCollider<Executor, R>::restore_state(const SelfMemory<R>& memory) {
   x0_.upload(x0), x0_.upload_fourth(memory.contact_distance);
   overlaps_ = true;
   last_ = memory.search.at(0), substep_ = 0;
-  if (last_.serves == 0) return;
+  if (last_.valid == 0) return;
   std::vector<Vec4<R>> from, way;
   for (const auto& a : memory.from) from.push_back({a[0], a[1], a[2], a[3]});
   for (const auto& a : memory.way) way.push_back({a[0], a[1], a[2], R(0)});

@@ -10,12 +10,12 @@ namespace malha {
 /// Of the last search, of the frame in which its boxes stand, and what a run has counted.
 struct SearchMemory {
   static constexpr std::int32_t kMostAhead = 8;
-  std::array<double, 3> origin{};          // m, of places and of where searches started
-  std::array<double, 3> since{}, moves{};  // m: from the search to the start of the substep, and in it
-  std::int32_t serves = 0;                 // whether there is one that still does
-  std::int32_t served = 1, ahead = 1;      // substeps that it did, and for which searches look ahead
-  std::int32_t crosses = 0;                // whether any of what crossed at the start still does
-  std::int64_t driven_through = 0;         // substeps in which pins or objects may have gone through bodies
+  std::array<double, 3> origin{};                          // m, of places and of where searches started
+  std::array<double, 3> frame_offset{}, frame_velocity{};  // m: from the search to the start of the substep, and in it
+  std::int32_t valid = 0;                                  // whether there is one that still does
+  std::int32_t age = 1, horizon = 1;                       // substeps that it did, and for which searches look ahead
+  std::int32_t crosses = 0;                                // whether any of what crossed at the start still does
+  std::int64_t driven_through = 0;  // substeps in which pins or objects may have gone through bodies
 };
 
 template <class R>

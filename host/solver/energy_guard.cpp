@@ -123,7 +123,7 @@ std::vector<int> groups_of(const Model& model) {
     group[b] = touches ? touching : groups++;
   }
   std::vector<int> of(model.x.size());
-  for (std::size_t i = 0; i < of.size(); ++i) of[i] = group[body_of(model, model.user_of[i])];
+  for (std::size_t i = 0; i < of.size(); ++i) of[i] = group[body_of(model, model.user_index[i])];
   return of;
 }
 
@@ -139,7 +139,7 @@ std::vector<Allowance> allowances(const Model& model, const std::vector<int>& of
   std::vector<Extent> bodies(model.scene.bodies.size());
   std::vector<int> group(bodies.size(), 0);
   for (std::size_t i = 0; i < of.size(); ++i) {
-    const int b = body_of(model, model.user_of[i]);
+    const int b = body_of(model, model.user_index[i]);
     const Vec3 &x = model.x[i], &v = model.v[i];
     const double m = model.w[i] > 0 ? 1 / model.w[i] : 0;
     Allowance& one = all[group[b] = of[i]];
@@ -229,7 +229,7 @@ std::string explosion(const Model& model, const Explosion& seen, const std::vect
       std::max_element(gain.begin(), gain.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   const Vec3& at = x[fastest];
   std::string text = "motion has " + shown(seen.kinetic, 3) + " J, " + shown(seen.kinetic / seen.given, 3) +
-                     " times what anything gave it; fastest is " + particle_name(model, model.user_of[fastest]) +
+                     " times what anything gave it; fastest is " + particle_name(model, model.user_index[fastest]) +
                      " at (" + shown(at[0], 3) + ", " + shown(at[1], 3) + ", " + shown(at[2], 3) + "), with " +
                      shown(norm(v[fastest]), 3) + " m/s";
   if (most != gain.end()) text += "; of the constraints \"" + most->first + "\" gained most";

@@ -29,7 +29,7 @@ class EarlyVisits {
     const auto key = [&] {
       const Particles<R>& all = visit.particles;
       const Vector3<R>& g = visit.gravity;
-      return key_from(all.x.x, all.v.x, all.p.d.x, all.w, visit.dt, g.x, g.y, g.z, visit.fresh, begun_);
+      return key_from(all.x.x, all.v.x, all.p.d.x, all.w, visit.dt, g.x, g.y, g.z, visit.first_iteration, begun_);
     };
     sweep.region(recorded_, key, [&](const auto& team) {
       if constexpr (!Memory<Executor>::kOfTheHost)

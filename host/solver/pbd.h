@@ -83,7 +83,7 @@ class Pbd final : public TimeStepper<Executor, R> {
 
   /// What visits have lost since the start.
   void check_finite() {
-    if (sweep_->lost()) this->refuse_lost(sweep_->first_lost(this->x_.download(), model_.user_of));
+    if (sweep_->lost()) this->refuse_lost(sweep_->first_lost(this->x_.download(), model_.user_index));
   }
   void require_places() override { this->runs_fused() ? check_finite() : Base::require_places(); }
 
@@ -175,7 +175,7 @@ class Pbd final : public TimeStepper<Executor, R> {
           if (levels) levels->sweep(team);
           for (int iteration = 0; iteration < iterations; ++iteration) {
             SolvePatch<R> visit = plain;
-            visit.predicts = visit.fresh = iteration == 0;
+            visit.predicts = visit.first_iteration = iteration == 0;
             visit.updates = iteration + 1 == iterations;
             visit.substep = s + 1;
             if (levels && visit.predicts) visit.down = levels->down();

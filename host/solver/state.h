@@ -78,7 +78,7 @@ std::string save_state(const State<R>& state, const Contacts& contacts) {
     take(state.rest), take(state.self.x0), take(state.self.from), take(state.self.way);
     take(state.self.contact_distance), take(state.self.search);
     take(state.edges.x0), take(state.edges.from), take(state.edges.way), take(state.edges.contact_distance),
-        take(state.edges.serves);
+        take(state.edges.valid);
   };
   std::size_t most = 3 * sizeof state.steps + (2 * state.x.size() + state.low.size()) * sizeof state.x[0];
   most += contacts.box_count() * sizeof(WordBox) + contacts.most_places() * sizeof(PlaceSeen) +
@@ -108,7 +108,7 @@ namespace detail {
 
 inline void check_search(const SearchMemory& search, const std::string& file) {
   for (const auto& [what, place] :
-       {std::pair("frame of a search", search.since), std::pair("frame of a search", search.moves),
+       {std::pair("frame of a search", search.frame_offset), std::pair("frame of a search", search.frame_velocity),
         std::pair("origin of parted positions", search.origin)})
     for (const double number : place)
       if (!(std::abs(number) <= 1e18)) refuse(file, what, shown(number), "numbers up to 1e18");
@@ -117,9 +117,9 @@ inline void check_search(const SearchMemory& search, const std::string& file) {
       refuse(file, what, std::to_string(count), std::to_string(least) + " to " + std::to_string(most));
   };
   constexpr int most = SearchMemory::kMostAhead;
-  check("search that serves", search.serves, 0, 1), check("bodies that cross", search.crosses, 0, 1);
-  check("substeps ahead of a search", search.ahead, 1, most);
-  check("substeps of a search", search.served, 1, std::numeric_limits<int>::max());
+  check("search that serves", search.valid, 0, 1), check("bodies that cross", search.crosses, 0, 1);
+  check("substeps ahead of a search", search.horizon, 1, most);
+  check("substeps of a search", search.age, 1, std::numeric_limits<int>::max());
   if (search.driven_through < 0)
     refuse(file, "substeps driven through", std::to_string(search.driven_through), "at least 0");
 }
@@ -151,8 +151,8 @@ inline void check_contacts(const ContactMemory& seen, std::int64_t pairs, std::i
     if (last.triangle < -1 || last.triangle >= count)
       refuse(file, "contacts", "triangle " + std::to_string(last.triangle), "-1 to " + std::to_string(count - 1));
     const auto is_finite = [](const Vector3<double>& a) { return std::isfinite(a.x + a.y + a.z); };
-    require_numbers(is_finite(last.at) && !std::isnan(last.distance) && is_finite(last.passed) && last.overlap >= 0 &&
-                    std::isfinite(last.overlap));
+    require_numbers(is_finite(last.at) && !std::isnan(last.distance) && is_finite(last.tunnel_offset) &&
+                    last.overlap >= 0 && std::isfinite(last.overlap));
   }
 }
 
@@ -187,7 +187,7 @@ void check_state(const State<R>& state, const std::vector<int>& triangles, std::
   check_numbers(state.edges.x0, "positions before edges");
   check_numbers(state.edges.from, "positions of a search of edges");
   check_numbers(state.edges.way, "ways of a search of edges");
-  for (const std::int64_t serves : state.edges.serves)
+  for (const std::int64_t serves : state.edges.valid)
     if (serves < 0 || serves > 1) refuse(file, "search of edges that serves", std::to_string(serves), "0 or 1");
   if (!state.rest.empty()) {
     const std::int64_t calm = state.rest[0], since = state.rest[1];
@@ -253,7 +253,7 @@ State<R> load_state(const std::string& bytes, const StateSizes& sizes, const std
   from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.from);
   from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.way);
   from = detail::take(from, sizes.edge_groups * sizes.particles, state.edges.contact_distance);
-  detail::take(from, sizes.edge_groups, state.edges.serves);
+  detail::take(from, sizes.edge_groups, state.edges.valid);
   detail::check_state(state, triangles, static_cast<std::int64_t>(sizes.meshes), file);
   return state;
 }
@@ -269,16 +269,16 @@ inline ContactMemory carried(const ContactMemory& before, std::size_t particles,
     const WordBox* const boxes = before.boxes.data() + mesh * words;
     std::vector<PlaceSeen> places(particles, {0, 0, 0, -INFINITY});
     for (std::size_t i = 0; i < particles; ++i)
-      if (boxes[i / kWord].is_of_each()) places[i] = *place++;
+      if (boxes[i / kGroupSize].is_of_each()) places[i] = *place++;
     for (std::size_t word = 0; word < words_of(from.size()); ++word) {
-      const int *const own = from.data() + word * kWord, *const end = own + particles_in(word, from.size());
-      const int first = own[0] / kWord;
-      const auto is_of_each = [&](int i) { return boxes[i / kWord].is_of_each(); };
+      const int *const own = from.data() + word * kGroupSize, *const end = own + particles_in(word, from.size());
+      const int first = own[0] / kGroupSize;
+      const auto is_of_each = [&](int i) { return boxes[i / kGroupSize].is_of_each(); };
       if (std::any_of(own, end, is_of_each)) {
         all.boxes.push_back({{}, {1, 0, 0}, WordBox::kOfEach});
         for (const int* i = own; i < end; ++i) all.places.push_back(places[*i]);
       } else {
-        const bool together = std::all_of(own, end, [&](int i) { return i / kWord == first; });
+        const bool together = std::all_of(own, end, [&](int i) { return i / kGroupSize == first; });
         all.boxes.push_back(together ? boxes[first] : WordBox{});
       }
     }
@@ -304,7 +304,7 @@ State<R> carried(const State<R>& before, const std::vector<int>& from) {
     if (!before.edges.x0.empty()) state.edges.x0.push_back(before.edges.x0[i]);
   }
   if (!before.self.search.empty()) state.self = unsearched(std::move(state.self.x0), before.self.search[0]);
-  state.edges = unsearched_edges<R>(before.edges.serves.size(), state.edges.x0);
+  state.edges = unsearched_edges<R>(before.edges.valid.size(), state.edges.x0);
   state.seen = carried(before.seen, before.x.size(), from);
   return state;
 }
@@ -322,7 +322,7 @@ State<R> displaced(const State<R>& before, std::int64_t steps, const std::vector
     state.self = unsearched(state.x, before.self.search[0]);
     state.self.search[0].origin = {};
   }
-  if (!before.edges.x0.empty()) state.edges = unsearched_edges<R>(before.edges.serves.size(), state.x);
+  if (!before.edges.x0.empty()) state.edges = unsearched_edges<R>(before.edges.valid.size(), state.x);
   const auto keep = [&](const std::vector<R>& from, std::vector<R>& to) {
     for (std::size_t i = 0; i < to.size(); ++i)
       if (state.x[i % x.size()] == before.x[i % x.size()]) to[i] = from[i];
@@ -334,9 +334,9 @@ State<R> displaced(const State<R>& before, std::int64_t steps, const std::vector
 
 /// Of positions and velocities, bit by bit, particle by particle in the user's order.
 template <class R>
-std::uint64_t hash_state(const State<R>& state, const std::vector<int>& user_of) {
+std::uint64_t hash_state(const State<R>& state, const std::vector<int>& user_index) {
   std::uint64_t hash = hash_bytes(nullptr, 0);
-  for (const int i : solver_of(user_of)) {
+  for (const int i : solver_of(user_index)) {
     hash = hash_bytes(&state.x[i], sizeof state.x[i], hash);
     hash = hash_bytes(&state.v[i], sizeof state.v[i], hash);
   }

@@ -71,8 +71,8 @@ class TimeStepper : public Solver {
 
   double time() const final { return steps_ * model_.scene.solver.dt; }
   std::int64_t steps() const final { return steps_; }
-  std::vector<Vec3> positions() const final { return in_user_order(places(), model_.user_of); }
-  std::vector<Vec3> velocities() const final { return in_user_order(v_.download(), model_.user_of); }
+  std::vector<Vec3> positions() const final { return in_user_order(places(), model_.user_index); }
+  std::vector<Vec3> velocities() const final { return in_user_order(v_.download(), model_.user_index); }
   const SolverStats& facts() const final { return facts_; }
   const std::array<double, kPassNames.size()>& pass_seconds() const final { return seconds_; }
   std::string save() const final { return collider_ ? save_state(remembered(), *collider_) : save_state(remembered()); }
@@ -97,8 +97,8 @@ class TimeStepper : public Solver {
     seconds_ = seconds;
   }
   void set_state(std::int64_t steps, const std::vector<Vec3>& x, const std::vector<Vec3>& v) final {
-    restore(save_state(
-                displaced(remembered(), steps, in_solver_order(x, model_.user_of), in_solver_order(v, model_.user_of))),
+    restore(save_state(displaced(remembered(), steps, in_solver_order(x, model_.user_index),
+                                 in_solver_order(v, model_.user_index))),
             "state");
     if (self_) self_->start_from(particles());
   }
@@ -122,7 +122,7 @@ class TimeStepper : public Solver {
     crossings_step_ = -1;
     wake();
   }
-  std::vector<double> inverse_masses() const final { return in_user_order(weights_in_order(), model_.user_of); }
+  std::vector<double> inverse_masses() const final { return in_user_order(weights_in_order(), model_.user_index); }
   void change_gravity() final {
     gravity_ = norm(model_.scene.gravity);
     on_gravity_changed();
@@ -155,9 +155,9 @@ class TimeStepper : public Solver {
     exclude_from_momentum_correction(), wake();
   }
   void release(int particle) final {
-    const auto found = std::find(model_.user_of.begin(), model_.user_of.end(), particle);
-    if (!hand_ || found == model_.user_of.end()) return;
-    hand_->release(static_cast<int>(found - model_.user_of.begin()), w_.data());
+    const auto found = std::find(model_.user_index.begin(), model_.user_index.end(), particle);
+    if (!hand_ || found == model_.user_index.end()) return;
+    hand_->release(static_cast<int>(found - model_.user_index.begin()), w_.data());
     exclude_from_momentum_correction(), keep_overlaps(), wake();
   }
   std::vector<ParticleHandle> taken() const final { return hand_ ? hand_->taken() : std::vector<ParticleHandle>{}; }
@@ -169,7 +169,7 @@ class TimeStepper : public Solver {
     if (!sleeper_->asleep()) return SleepStats{};
     return SleepStats{model_.count(), static_cast<double>(sleeper_->since()) * model_.scene.solver.dt};
   }
-  std::uint64_t state_hash() const final { return hash_state(state(), model_.user_of); }
+  std::uint64_t state_hash() const final { return hash_state(state(), model_.user_index); }
 
   Measures measure() const final {
     Measures m = measure_motion(executor_, particles(), model_.scene.gravity);
@@ -397,9 +397,9 @@ class TimeStepper : public Solver {
   }
   SolvePatch<R> visit(double h) const { return sweep_->visit(particles(), h, to_R(model_.scene.gravity)); }
   /// Where other passes come between, visits neither predict nor update.
-  SolvePatch<R> make_solve_pass(double h, bool fresh) const {
+  SolvePatch<R> make_solve_pass(double h, bool first_iteration) const {
     SolvePatch<R> between = visit(h);
-    between.fresh = fresh;
+    between.first_iteration = first_iteration;
     return between;
   }
   Vec3 place_of(std::size_t i) const {
@@ -439,7 +439,7 @@ class TimeStepper : public Solver {
   /// Whether something of a substep could not stand a place that is no number: else the step's end is early enough.
   bool checks_finite_each_substep() const { return collider_ || self_ || edges_ || own_ || watched(); }
   void refuse(const std::optional<int>& lost) const {
-    if (lost) refuse_lost(model_.user_of[*lost]);
+    if (lost) refuse_lost(model_.user_index[*lost]);
   }
   /// `lost`: a particle that is no longer finite, by the user's number.
   [[noreturn]] void refuse_lost(int lost) const {
@@ -527,15 +527,17 @@ class TimeStepper : public Solver {
   }
 
   /// Contacts last: what leaves the iteration is outside the environment.
-  void project(const Particles<R>& all, double start, double h, bool fresh) {
+  void project(const Particles<R>& all, double start, double h, bool first_iteration) {
     if (free_ && !can_fuse_passes()) timed(Pass::Correction, [&] { free_->before_projection(all, h); });
-    if (!model_.sets.empty()) timed(Pass::Projection, [&] { early_.go_on(*sweep_, make_solve_pass(h, fresh)); });
+    if (!model_.sets.empty())
+      timed(Pass::Projection, [&] { early_.go_on(*sweep_, make_solve_pass(h, first_iteration)); });
     if (!pressures_.empty()) timed(Pass::Pressure, [&] { press(all); });
     if (free_ && !can_fuse_passes()) timed(Pass::Correction, [&] { free_->after_projection(all, h); });
     if (long_range_) timed(Pass::LongRange, [&] { long_range_->project(all.p, all.w); });
-    if (attachments_) timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, fresh); });
-    if (own_) timed(Pass::UserConstraints, [&] { own_->project(all.p, all.w, fresh); });
-    if (in_hand()) timed(Pass::Attachments, [&] { hand_->project(all.p, all.w, fresh); });
+    if (attachments_)
+      timed(Pass::Attachments, [&] { attachments_->project(all.p, all.w, start, start + h, first_iteration); });
+    if (own_) timed(Pass::UserConstraints, [&] { own_->project(all.p, all.w, first_iteration); });
+    if (in_hand()) timed(Pass::Attachments, [&] { hand_->project(all.p, all.w, first_iteration); });
     if (self_) timed(Pass::SelfCollision, [&] { self_->solve_contacts(all); });
     if (edges_) timed(Pass::Edges, [&] { edges_->solve_contacts(all); });
     if (collider_) timed(Pass::Contact, [&] { collider_->solve_contacts(all); });

@@ -52,15 +52,15 @@ struct Attach {
   const int* list;
   const Vector3<double>* anchor;  // m, in the frame of the pose
   Pose pose;
-  Vector3<R>* lambda;  // null: nothing is to be remembered
-  R share;             // k' of PBD
-  R compliance;        // alpha~ = alpha / dt^2; 0 with PBD
-  bool fresh;          // first iteration of a substep: lambda is 0
+  Vector3<R>* lambda;    // null: nothing is to be remembered
+  R share;               // k' of PBD
+  R compliance;          // alpha~ = alpha / dt^2; 0 with PBD
+  bool first_iteration;  // first iteration of a substep: lambda is 0
   KERNEL void operator()(int k) const {
     const int i = list[k];
     if (!(w[i] > R(0))) return;
     const Vector3<R> C = rounded<R>(p.exact(i) - to_world(pose, anchor[k]));
-    const Vector3<R> total = lambda && !fresh ? lambda[k] : Vector3<R>{R(0), R(0), R(0)};
+    const Vector3<R> total = lambda && !first_iteration ? lambda[k] : Vector3<R>{R(0), R(0), R(0)};
     const R per = share / (w[i] + compliance);
     const Vector3<R> change{(-C.x - compliance * total.x) * per, (-C.y - compliance * total.y) * per,
                             (-C.z - compliance * total.z) * per};

@@ -45,7 +45,7 @@ struct MeasureRoom {
     Clearance& room = rooms[group.index];
     LargestCovered<float, Isa> missing(first ? -INFINITY : -room.distance), speed2(first ? 0 : room.speed2);
     const auto add_all = [&](const auto& places) KERNEL_LAMBDA {
-      const int begin = group.index * kWord, n = count - begin < kWord ? count - begin : kWord;
+      const int begin = group.index * kGroupSize, n = count - begin < kGroupSize ? count - begin : kGroupSize;
       int k = 0;
       for (; k + lanes <= n; k += lanes) add<Lane<float, Isa>>(places, begin, k, missing, speed2);
       for (; k < n; ++k) add<float>(places, begin, k, missing, speed2);

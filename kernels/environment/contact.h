@@ -10,12 +10,12 @@ namespace malha {
 /// the origin. Without contact c is minus infinity. A line of the cache, in float.
 template <class R>
 struct alignas(16 * sizeof(R)) Contact {
-  Vec4<R> plane;          // n, c (m)
-  Vec4<R> surface;        // motion of the surface over the substep, and approach: the path along n without contact (m)
-  R lambda;               // accumulated push along n, m
-  Vector3<R> slip;        // what friction has taken of the sliding, m, at most mu lambda
-  Vector3<R> laid_for{};  // x, where it is to stay for a particle that comes again; otherwise not a number
-  int particle = -1;      // none: the slot is free
+  Vec4<R> plane;    // n, c (m)
+  Vec4<R> surface;  // motion of the surface over the substep, and approach: the path along n without contact (m)
+  R lambda;         // accumulated push along n, m
+  Vector3<R> friction_impulse;   // what friction has taken of the sliding, m, at most mu lambda
+  Vector3<R> cached_position{};  // x, where it is to stay for a particle that comes again; otherwise not a number
+  int particle = -1;             // none: the slot is free
 };
 
 /// Where a particle was when it was last looked at (mesh's frame), how far from the surface (m; negative inside; a
@@ -25,8 +25,8 @@ struct ClosestPointRecord {
   Vector3<double> at{};
   double distance = -INFINITY;  // never seen: it may be as deep as the mesh is large
   long long triangle = -1;
-  Vector3<double> passed{};  // m, how far and whither, where something pressed it through that left no other way
-  double overlap = 0;        // m, by which it may be nearer than the thickness, because it was when it was first seen
+  Vector3<double> tunnel_offset{};  // m, how far and whither, where something pressed it through that left no other way
+  double overlap = 0;  // m, by which it may be nearer than the thickness, because it was when it was first seen
 
   /// Whether no surface lies on the way from a to b: none lies within the distance.
   KERNEL bool is_path_clear(const Vector3<double>& a, const Vector3<double>& b) const {
@@ -58,13 +58,13 @@ struct KeepOverlap {
 /// It is to be laid anew, wherever its particle comes from.
 template <class R>
 KERNEL void invalidate_place(Contact<R>& contact) {
-  contact.laid_for = {R(NAN), R(NAN), R(NAN)};
+  contact.cached_position = {R(NAN), R(NAN), R(NAN)};
 }
 template <class R>
-KERNEL void let_go(Contact<R>& contact) {
+KERNEL void invalidate(Contact<R>& contact) {
   contact.plane = {R(0), R(0), R(0), -R(INFINITY)};
   contact.lambda = R(0);
-  contact.slip = {R(0), R(0), R(0)};
+  contact.friction_impulse = {R(0), R(0), R(0)};
   invalidate_place(contact);
 }
 
@@ -97,9 +97,10 @@ struct ResolveContact {
 
     const Vector3<R> slide = moved - contact.surface.xyz();
     const Vector3<R> tangent = slide - n * dot(n, slide);
-    const Vector3<R> slip = clamp_to_friction_cone(contact.slip + tangent, friction * contact.lambda);
-    p.d.set(i, moved - (slip - contact.slip));
-    contact.slip = slip;
+    const Vector3<R> friction_impulse =
+        clamp_to_friction_cone(contact.friction_impulse + tangent, friction * contact.lambda);
+    p.d.set(i, moved - (friction_impulse - contact.friction_impulse));
+    contact.friction_impulse = friction_impulse;
   }
 };
 

@@ -17,7 +17,7 @@ KERNEL int atomic_increment(int* number) {
 #endif
 }
 
-inline constexpr int kWord = 64;  // particles: a bit each
+inline constexpr int kGroupSize = 64;  // particles: a bit each
 
 /// Where a particle was last seen (m, mesh's frame), and how near nothing is.
 struct PlaceSeen {
@@ -63,9 +63,9 @@ struct WordBox {
 
 /// Where each particle of a word was last seen, and its slot: of words that no box tells of.
 struct WordPlaces {
-  float x[kWord], y[kWord], z[kWord], distance[kWord];  // as in PlaceSeen
-  int slot[kWord];                                      // none: -1
-  int word;                                             // whose places these are; none: -1, and they are free
+  float x[kGroupSize], y[kGroupSize], z[kGroupSize], distance[kGroupSize];  // as in PlaceSeen
+  int slot[kGroupSize];                                                     // none: -1
+  int word;  // whose places these are; none: -1, and they are free
 
   KERNEL PlaceSeen of(int k) const { return {x[k], y[k], z[k], distance[k]}; }
   KERNEL void set(int k, const PlaceSeen& to) { x[k] = to.x, y[k] = to.y, z[k] = to.z, distance[k] = to.distance; }
@@ -120,13 +120,13 @@ struct ContactCacheView {
 
   KERNEL const WordPlaces* places_of(int word) const { return which[word] < 0 ? nullptr : places + which[word]; }
   KERNEL int slot(int i) const {
-    const WordPlaces* const of = places_of(i / kWord);
-    return of ? of->slot[i % kWord] : -1;
+    const WordPlaces* const of = places_of(i / kGroupSize);
+    return of ? of->slot[i % kGroupSize] : -1;
   }
   /// Of a particle that is at a, in the mesh's frame.
   KERNEL PlaceSeen place(int i, const Vector3<float>& a) const {
-    const WordPlaces* const of = places_of(i / kWord);
-    return of ? of->of(i % kWord) : boxes[i / kWord].place(a);
+    const WordPlaces* const of = places_of(i / kGroupSize);
+    return of ? of->of(i % kGroupSize) : boxes[i / kGroupSize].place(a);
   }
   KERNEL ClosestPointRecord seen(int i, const Vector3<double>& a) const {
     if (const int s = slot(i); s >= 0) return near[s].seen;
@@ -142,9 +142,9 @@ struct ContactCacheView {
   /// Gives each particle of a word a place of its own, as see() needs it. No other thread does the same.
   KERNEL void give_places(int word, const Particles<R>& particles, const Pose& mesh) const {
     if (which[word] >= 0) return;
-    const int to = atomic_increment(&words->used), first = word * kWord;
+    const int to = atomic_increment(&words->used), first = word * kGroupSize;
     WordPlaces& own = places[to];
-    for (int k = 0; k < kWord; ++k) {
+    for (int k = 0; k < kGroupSize; ++k) {
       own.slot[k] = -1;
       own.set(k, first + k < particles.count ? boxes[word].place(place_in(mesh, particles.x[first + k]))
                                              : PlaceSeen{0, 0, 0, -INFINITY});
@@ -160,10 +160,10 @@ struct ContactCacheView {
 
   KERNEL void see(int i, const ClosestPointRecord& last) const {
     const Vector3<float> rounded = in_float(last.at);
-    WordPlaces& own = places[which[i / kWord]];
-    const int k = i % kWord;
+    WordPlaces& own = places[which[i / kGroupSize]];
+    const int k = i % kGroupSize;
     own.set(k, {rounded.x, rounded.y, rounded.z, certain_distance(last)});
-    boxes[i / kWord].leave_to_each();
+    boxes[i / kGroupSize].leave_to_each();
     int s = own.slot[k];
     if (!needs_slot(last)) {
       if (s < 0) return;
@@ -180,14 +180,14 @@ struct ContactCacheView {
   }
   /// A slot without a contact, of which nothing else is known.
   KERNEL static void clear_slot(Contact<R>& contact, ProximityRecord& near) {
-    let_go(contact);
+    invalidate(contact);
     near.cell = 0, near.feature.radius = -1;
   }
 
   /// Whether there is more to remember than a place and a distance in float tell.
   KERNEL static bool needs_slot(const ClosestPointRecord& last) {
-    const Vector3<double>& passed = last.passed;
-    return last.triangle >= 0 || passed.x != 0 || passed.y != 0 || passed.z != 0 ||
+    const Vector3<double>& tunnel_offset = last.tunnel_offset;
+    return last.triangle >= 0 || tunnel_offset.x != 0 || tunnel_offset.y != 0 || tunnel_offset.z != 0 ||
            !(certain_distance(last) > 0 || last.distance == -INFINITY);
   }
 
@@ -310,7 +310,8 @@ struct BroadPhaseTest {
   template <class Group>
   KERNEL void operator()(const Group& group) const {
     using S = Lane<float, typename Group::Isa>;
-    const int first = group.index * kWord, left = particles.count - first, n = left < kWord ? left : kWord;
+    const int first = group.index * kGroupSize, left = particles.count - first,
+              n = left < kGroupSize ? left : kGroupSize;
     const unsigned long long word = add ? bits[group.index] : 0;
     bits[group.index] = word;
     WordBox& seen = nearby.boxes[group.index];
@@ -335,10 +336,10 @@ struct BroadPhaseTest {
  private:
   /// A bit for each number that is not below 0, or no number.
   KERNEL static unsigned long long not_below_zero(const float* a) {
-    unsigned char flags[kWord];
-    for (int k = 0; k < kWord; ++k) flags[k] = !(a[k] < 0);
+    unsigned char flags[kGroupSize];
+    for (int k = 0; k < kGroupSize; ++k) flags[k] = !(a[k] < 0);
     unsigned long long bits = 0;
-    for (int k = 0; k < kWord; k += 8) {
+    for (int k = 0; k < kGroupSize; k += 8) {
       unsigned long long eight;  // bytes, of which the product gathers the lowest bits in the highest byte
       __builtin_memcpy(&eight, flags + k, sizeof eight);
       bits |= (eight * 0x0102040810204080ull >> 56) << k;
@@ -348,11 +349,11 @@ struct BroadPhaseTest {
   template <class S, class Places>
   KERNEL unsigned long long touching(const Places& places, int first, int n) const {
     constexpr int lanes = int(sizeof(S) / sizeof(float));
-    float over[kWord];
+    float over[kGroupSize];
     int k = 0;
     for (; k + lanes <= n; k += lanes) store(excess<S>(places, first, k), over + k);
     for (; k < n; ++k) over[k] = excess<float>(places, first, k);
-    for (; k < kWord; ++k) over[k] = -1;
+    for (; k < kGroupSize; ++k) over[k] = -1;
     return not_below_zero(over);
   }
 
@@ -498,7 +499,7 @@ struct CompactSlots {
       const int i = nearby.contacts[s].particle;
       if (i < 0) continue;
       near_to[kept] = nearby.near[s], contacts_to[kept] = nearby.contacts[s];
-      nearby.places[nearby.which[i / kWord]].slot[i % kWord] = kept;
+      nearby.places[nearby.which[i / kGroupSize]].slot[i % kGroupSize] = kept;
       ++kept;
     }
     *nearby.slots = {kept, 0};
@@ -538,11 +539,11 @@ struct InvalidateContacts {
   KERNEL void operator()(int s) const {
     Contact<R>& contact = contacts[s];
     const int i = contact.particle;
-    if (i < 0 || way < 0 || !same(p.x[i], contact.laid_for)) return let_go(contact);
+    if (i < 0 || way < 0 || !same(p.x[i], contact.cached_position)) return invalidate(contact);
     const Vector3<double> path = in_double(p.d[i]);
-    if (!(dot(path, path) <= way * way)) return let_go(contact);
+    if (!(dot(path, path) <= way * way)) return invalidate(contact);
     contact.lambda = R(0);
-    contact.slip = {R(0), R(0), R(0)};
+    contact.friction_impulse = {R(0), R(0), R(0)};
     contact.surface.w = R(dot(in_double(contact.plane.xyz()), path));
   }
 };

@@ -169,7 +169,7 @@ struct FindEdgePairs {
 /// Of an object.
 template <class R>
 struct EdgeRules {
-  R wanted, friction;  // m, Coulomb's mu
+  R min_distance, friction;  // m, Coulomb's mu
 };
 
 /// The object of a contact, by its points' numbers; particles have number 0.
@@ -193,16 +193,16 @@ struct LayEdgeContacts {
     if (next == at) return;
     const Candidate& candidate = look.candidates[c];
     EvaluateCandidate<R> own = look;
-    own.rules.thickness = rules[max(object[candidate.particle(0)], object[candidate.i[3]]) - 1].wanted;
+    own.rules.thickness = rules[max(object[candidate.particle(0)], object[candidate.i[3]]) - 1].min_distance;
     SelfContact<R>& contact = contacts[at];
     if (own(candidate, contact)) {
       // Faces push particles elsewhere (kernels/environment/contact.h): here they only hold them.
-      if (contact.first == 1 && contact.i[0] < particles) contact.short_of = -R(INFINITY);
+      if (contact.first == 1 && contact.i[0] < particles) contact.bias = -R(INFINITY);
       int own_ends = 0;
       for (int j = 0; j < 4; ++j) own_ends += contact.i[j] < particles ? 1 : 0;
       ends[at] = own_ends;
     } else {
-      contact.short_of = contact.gap = -R(INFINITY);
+      contact.bias = contact.gap = -R(INFINITY);
       ends[at] = 0;
     }
   }
@@ -238,7 +238,7 @@ struct GrowEdgeDistances {
     for (int e = begin ? begin[i] : 0; e < (begin ? begin[i + 1] : 0); ++e) {
       const SelfContact<R>& c = contacts[ends[e].value / 4];
       const R distance = distance_of(c);
-      if (distance < rules[object_of(c, object)].wanted) nearest = min(nearest, distance);
+      if (distance < rules[object_of(c, object)].min_distance) nearest = min(nearest, distance);
     }
     R& own = x.of[i].w;
     own = max(own, nearest);

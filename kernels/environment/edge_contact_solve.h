@@ -47,8 +47,8 @@ struct EstimateMassShares {
     const SelfContact<R>& c = contacts[k];
     R W = R(0), push = c.lambda;
     for (int j = 0; j < 4; ++j) W += c.weight[j] * c.weight[j] * w[c.i[j]];
-    const R short_of = c.short_of - dot(c.n, relative_motion(c, moved));
-    if (short_of > R(0)) push += short_of / W;
+    const R bias = c.bias - dot(c.n, relative_motion(c, moved));
+    if (bias > R(0)) push += bias / W;
     if (at_rim(c)) push *= R(kAtRim);
     pushes[k].impulse.w = W > tiny<R>() ? push : R(0);
     for (int j = 0; j < 4; ++j) pushes[k].weight[j] = c.weight[j];
@@ -94,7 +94,7 @@ struct RefineMassShares {
     if (!(share > R(0))) return;
     const SelfContact<R>& c = contacts[k];
     const R W = inverse_mass(c, share, moved);
-    if (W > tiny<R>()) share = max(R(0.1) * share, c.lambda + (c.short_of - dot(c.n, relative_motion(c, moved))) / W);
+    if (W > tiny<R>()) share = max(R(0.1) * share, c.lambda + (c.bias - dot(c.n, relative_motion(c, moved))) / W);
   }
 };
 
@@ -116,12 +116,13 @@ struct SolveContactsJacobi {
     if (!(W > tiny<R>())) return;
     const Vector3<R> motion = relative_motion(c, moved);
     const R along = dot(c.n, motion);
-    const R dlambda = max((c.short_of - along) / W, -c.lambda);
+    const R dlambda = max((c.bias - along) / W, -c.lambda);
     c.lambda += dlambda;
     const Vector3<R> slide = motion - c.n * along;
-    const Vector3<R> slip = clamp_to_friction_cone(c.slip + slide * (R(1) / W), friction(c) * c.lambda);
-    const Vector3<R> impulse = c.n * dlambda - (slip - c.slip);
-    c.slip = slip;
+    const Vector3<R> friction_impulse =
+        clamp_to_friction_cone(c.friction_impulse + slide * (R(1) / W), friction(c) * c.lambda);
+    const Vector3<R> impulse = c.n * dlambda - (friction_impulse - c.friction_impulse);
+    c.friction_impulse = friction_impulse;
     push.impulse = {impulse.x, impulse.y, impulse.z, R(1)};
   }
 };

@@ -14,10 +14,12 @@ struct StagingBuffer {
   char* base;
   int words, meshes, questions, room;  // questions: arrays of bits
 
-  KERNEL int count() const { return words * kWord; }
+  KERNEL int count() const { return words * kGroupSize; }
   /// Its number outside, and whether it is asked about.
-  KERNEL int particle(int j) const { return which()[j / kWord] * kWord + j % kWord; }
-  KERNEL bool asked(int j) const { return ActiveMask{bits(0), questions, words}.asked(j / kWord) >> j % kWord & 1; }
+  KERNEL int particle(int j) const { return which()[j / kGroupSize] * kGroupSize + j % kGroupSize; }
+  KERNEL bool asked(int j) const {
+    return ActiveMask{bits(0), questions, words}.asked(j / kGroupSize) >> j % kGroupSize & 1;
+  }
   KERNEL unsigned long long* bits(int question) const { return at<unsigned long long>(kBits) + question * words; }
   KERNEL int* which() const { return at<int>(kWhich); }
   KERNEL int* chosen() const { return which() + words; }  // how many of them there are
@@ -54,7 +56,7 @@ struct StagingBuffer {
     size_t at = 0;
     if (part > kBits) at += aligned(size_t(questions) * n * sizeof(unsigned long long));
     if (part > kWhich) at += aligned((n + 1) * sizeof(int));
-    if (part > kParticles) at += aligned(10 * n * kWord * sizeof(R));
+    if (part > kParticles) at += aligned(10 * n * kGroupSize * sizeof(R));
     return at;
   }
   template <class T>
@@ -102,7 +104,7 @@ struct PackParticles {
   Particles<R> particles;
   StagingBuffer<R> to;
   KERNEL void operator()(int j) const {
-    const int w = j / kWord, word = to.which()[w], bit = j % kWord, i = to.particle(j);
+    const int w = j / kGroupSize, word = to.which()[w], bit = j % kGroupSize, i = to.particle(j);
     for (int q = 0; bit == 0 && q < questions.count; ++q) to.bits(q)[w] = questions.of(q, word);
     if (!(questions.asked(word) >> bit & 1)) return;
     const Particles<R> own = to.particles();
@@ -122,7 +124,7 @@ struct LoadNearby {
   StagingBuffer<R> cargo;
   int mesh;
   KERNEL void operator()(int j) const {
-    const int w = j / kWord, word = cargo.which()[w], bit = j % kWord, i = cargo.particle(j);
+    const int w = j / kGroupSize, word = cargo.which()[w], bit = j % kGroupSize, i = cargo.particle(j);
     const ContactCacheView<R> to = cargo.nearby(mesh);
     if (bit == 0) to.boxes[w] = from.boxes[word], to.which[w] = w;
     if (!(questions.asked(word) >> bit & 1)) return;
@@ -169,7 +171,7 @@ struct UnloadNearby {
   int mesh;
   KERNEL void operator()(int j) const {
     const ContactCacheView<R> from = cargo.nearby(mesh);
-    const int w = j / kWord, word = cargo.which()[w], bit = j % kWord;
+    const int w = j / kGroupSize, word = cargo.which()[w], bit = j % kGroupSize;
     if (bit == 0) to.boxes[word] = from.boxes[w];
     if (!cargo.asked(j) || to.which[word] < 0) return;
     const int i = cargo.particle(j), own = from.places[w].slot[bit];

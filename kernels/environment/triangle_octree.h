@@ -13,9 +13,9 @@ struct alignas(64) OctreeNode {
   int child[8];      // its number; not made yet: 0
   int first, count;  // of its list: triangles, ascending
   int depth;
-  int stuck;    // how many cuts in a row have hardly shortened the list
-  int x, y, z;  // in cells of its depth
-  float error;  // m, at most, of a computed distance from a triangle of its list
+  int failed_splits;  // how many cuts in a row have hardly shortened the list
+  int x, y, z;        // in cells of its depth
+  float error;        // m, at most, of a computed distance from a triangle of its list
 };
 
 /// A cell of the grid over the root, of a side of some triangles.
@@ -44,7 +44,7 @@ struct NearMesh {
 };
 
 KERNEL bool is_leaf(const NearMesh& mesh, const OctreeNode& cell) {
-  return cell.count <= mesh.leaf || cell.stuck >= kMostStuck || cell.depth >= kDeepest;
+  return cell.count <= mesh.leaf || cell.failed_splits >= kMostStuck || cell.depth >= kDeepest;
 }
 
 /// A number that another thread may be writing.

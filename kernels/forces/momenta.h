@@ -18,12 +18,12 @@ struct ParticleRange {
 struct MomentaSum {
   static constexpr int kMomenta = 10, kAll = 16;  // numbers without and with the inertia
   double place[3], velocity[3];                   // of that particle, m, m/s
-  double number[kAll];
-  KERNEL double m() const { return number[0]; }           // kg
-  KERNEL const double* r() const { return number + 1; }   // m r, kg m
-  KERNEL const double* u() const { return number + 4; }   // m u, kg m/s
-  KERNEL const double* L() const { return number + 7; }   // r x m u, kg m^2/s
-  KERNEL const double* I() const { return number + 10; }  // kg m^2: xx, yy, zz, xy, xz, yz
+  double moments[kAll];
+  KERNEL double m() const { return moments[0]; }           // kg
+  KERNEL const double* r() const { return moments + 1; }   // m r, kg m
+  KERNEL const double* u() const { return moments + 4; }   // m u, kg m/s
+  KERNEL const double* L() const { return moments + 7; }   // r x m u, kg m^2/s
+  KERNEL const double* I() const { return moments + 10; }  // kg m^2: xx, yy, zz, xy, xz, yz
 };
 
 /// Of particles with their state; `projected`: as if the substep ended with the p that they have now. `inertia`: with
@@ -66,7 +66,7 @@ struct MeasureMomenta {
     group.for_each(n, [&](int k) KERNEL_LAMBDA {
       double all = 0;
       for (int l = 0; l < kSlotPack; ++l) all += of_lane[k * kSlotPack + l];
-      to.number[k] = all;
+      to.moments[k] = all;
     });
     group.for_each(1, [&](int) KERNEL_LAMBDA {
       to.place[0] = x0.x, to.place[1] = x0.y, to.place[2] = x0.z;
@@ -178,9 +178,9 @@ struct NoteMomenta {
   static constexpr int kRun = 32;  // stretches
 
   KERNEL void join(int k, int begin, int end, int step) const {
-    double sum = sums[begin].number[k];
-    for (int s = begin + step; s < end; s += step) sum += sums[s].number[k];
-    sums[begin].number[k] = sum;
+    double sum = sums[begin].moments[k];
+    for (int s = begin + step; s < end; s += step) sum += sums[s].moments[k];
+    sums[begin].moments[k] = sum;
   }
   KERNEL void note(const Momenta& now, MeasuredBody& body) const {
     const double per_mass[3] = {gained.x, gained.y, gained.z};

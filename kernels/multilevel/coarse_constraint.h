@@ -22,18 +22,18 @@ template <class R>
 struct Correct<Coarse, Update::Stiff, R> {
   R* least;  // from the batch's first slot on
   R number;  // k'
-  bool fresh, from_start;
+  bool first_iteration, from_start;
 
   KERNEL Correct(const SetView<R>& set, int slot, bool first)
-      : least(set.lambda + slot), number(set.stiffness), fresh(first), from_start(set.from_start) {}
+      : least(set.lambda + slot), number(set.stiffness), first_iteration(first), from_start(set.from_start) {}
 
   template <class S>
   KERNEL void operator()(Moving<S> (&q)[2], const RestOf<S, 1>& rest, int at) const {
-    Vector3<S> before = or_zero(rest.held, q[0].x - q[1].x);
-    const Vector3<S> now = before + or_zero(rest.held, q[0].d - q[1].d);
+    Vector3<S> before = or_zero(rest.valid, q[0].x - q[1].x);
+    const Vector3<S> now = before + or_zero(rest.valid, q[0].d - q[1].d);
     if (!from_start) before = now;
     const S length = sqrt(dot(now, now)), &most = rest.value[0];
-    if (fresh) return store(select(length < most, length, most), least + at);
+    if (first_iteration) return store(select(length < most, length, most), least + at);
     S low;
     load(least + at, low);
     const S zero(R(0)), excess = length - max(low, select(length < most, length, most));

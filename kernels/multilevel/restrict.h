@@ -81,7 +81,7 @@ struct Restrict {
   template <class Group, class Local>
   KERNEL void visit(const Group& group, const Patch& patch, const Local& local) const {
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
-      if (segments[s].last) from.load_segment(group, segments[s], local);
+      if (segments[s].last_visit) from.load_segment(group, segments[s], local);
     restrict_to(group, up, local);
   }
 };

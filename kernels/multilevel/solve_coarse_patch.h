@@ -41,7 +41,7 @@ struct SolveCoarsePatch {
     for (int s = begin; s < end; ++s) load_segment(group, segments[s], local);
     project(group, patch, local, Way::Arrival);
     for (int s = begin; s < end; ++s)
-      if (!(there && segments[s].first)) go_on(group, segments[s], local);
+      if (!(there && segments[s].first_visit)) go_on(group, segments[s], local);
     if (there && down.means.begin) prolongate(group, down, local);
     if (there) project(group, patch, local, Way::There);
     if (back) project(group, patch, local, Way::Back);
@@ -79,7 +79,7 @@ struct SolveCoarsePatch {
 
   template <class Group, class Local>
   KERNEL void store_correction(const Group& group, const Segment& segment, const Local& local) const {
-    const bool last = back && segment.last;
+    const bool last = back && segment.last_visit;
     cover<R>(group, segment.count, [&]<class T>(int i, T) KERNEL_LAMBDA {
       const Vector3<T> way = local.template way<T>(segment.local + i);
       const int at = segment.global + i;
@@ -102,15 +102,15 @@ struct SolveCoarsePatch {
     Way way;
     const Patch* patch;
     KERNEL void operator()(int b) const {
-      const bool fresh = way == Way::Arrival;
+      const bool first_iteration = way == Way::Arrival;
       if (way == Way::Back) b = 2 * patch->batch + patch->batches - 1 - b;
-      if (fresh && visit->prefetches && group.next >= 0)
+      if (first_iteration && visit->prefetches && group.next >= 0)
         visit->prefetch_patch(visit->patches[group.next], b - patch->batch, patch->batches);
       Batch batch = visit->batches[b];
       SetView<R> set = visit->sets[batch.set];
       set.lambda = least;
       batch.slot = batch.first;
-      malha::project<Coarse, Update::Stiff>(group, local, set, batch, fresh);
+      malha::project<Coarse, Update::Stiff>(group, local, set, batch, first_iteration);
     }
   };
 

@@ -16,10 +16,11 @@ struct MarkDeferredPatches {
     bool any = false;
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
       const int end = segments[s].global + segments[s].count;
-      for (int i = segments[s].global; i < end && !any; i = (i / kWord + 1) * kWord) {
-        const int last = end < (i / kWord + 1) * kWord ? end - 1 : i / kWord * kWord + kWord - 1;
-        const unsigned long long own = ~0ull >> (kWord - 1 - (last - i)) << i % kWord;
-        any = questions.asked(i / kWord) & own;
+      for (int i = segments[s].global; i < end && !any; i = (i / kGroupSize + 1) * kGroupSize) {
+        const int last =
+            end < (i / kGroupSize + 1) * kGroupSize ? end - 1 : i / kGroupSize * kGroupSize + kGroupSize - 1;
+        const unsigned long long own = ~0ull >> (kGroupSize - 1 - (last - i)) << i % kGroupSize;
+        any = questions.asked(i / kGroupSize) & own;
       }
     }
     waits[k] = any;

@@ -30,7 +30,7 @@ struct SolvePatch {
   Vector3<R> gravity;       // m/s^2
   bool predicts;            // the first visit to a particle predicts it
   bool updates;             // the last one updates its state
-  bool fresh;               // first iteration of a substep
+  bool first_iteration;     // first iteration of a substep
   bool there, back;         // which ways it goes
   bool prefetches;          // the particles do not fit in a core's caches: those of the next patch are asked for early
   int substep;              // 1 ..
@@ -69,7 +69,7 @@ struct SolvePatch {
       }
     for (int s = begin; s < end; ++s) {
       if (!segments[s].movable) continue;
-      if (updates && back && segments[s].last)
+      if (updates && back && segments[s].last_visit)
         update(group, segments[s], local);
       else
         store_segment(group, segments[s], local);
@@ -83,7 +83,7 @@ struct SolvePatch {
     LargestCovered<R, typename Group::Isa> speed2(R(0));
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s) {
       const Segment& segment = segments[s];
-      if (!segment.last || !segment.movable) continue;
+      if (!segment.last_visit || !segment.movable) continue;
       cover<R>(group, segment.count, [&]<class T>(int i, T /*of*/) KERNEL_LAMBDA {
         const Vector3<T> v = load_points<T>(particles.v, segment.global + i);
         speed2.add(dot(v, v));
@@ -96,13 +96,13 @@ struct SolvePatch {
   KERNEL void restrict_prediction(const Group& group, const Patch& patch, const Local& local) const {
     const PredictedParticles<R> next{particles.p, particles.v, particles.w, up.origins, dt, gravity};
     for (int s = patch.segment; s < patch.segment + patch.segments; ++s)
-      if (segments[s].last) next.load_segment(group, segments[s], local);
+      if (segments[s].last_visit) next.load_segment(group, segments[s], local);
     restrict_to(group, up, local);
   }
 
   KERNEL int set_of(const Patch& patch, int b) const { return batches[patch.batch + b].set; }
   /// Whether a visit predicts them.
-  KERNEL bool predicted_here(const Segment& segment) const { return predicts && there && segment.first; }
+  KERNEL bool predicted_here(const Segment& segment) const { return predicts && there && segment.first_visit; }
 
   /// The `part` of `parts` of a patch's particles and constraints: memory is to be as busy as the arithmetic, not
   /// before it or after it.
@@ -127,8 +127,8 @@ struct SolvePatch {
   }
   KERNEL void prefetch_patch(const Batch& batch) const {
     const SetView<R>& set = sets[batch.set];
-    if (batch.alike)
-      prefetch_patch(set.held + batch.rests, batch.count / kSlotPack + 1);
+    if (batch.uniform_rest)
+      prefetch_patch(set.valid + batch.rests, batch.count / kSlotPack + 1);
     else
       prefetch_patch(set.rest + batch.rests, batch.count * set.numbers);
   }
@@ -238,7 +238,7 @@ struct SolvePatch {
       if (visit->prefetches && group.next >= 0 && (forth || !visit->there))
         visit->prefetch_patch(visit->patches[group.next], b, patch->batches);
       const Batch& batch = visit->batches[patch->batch + (forth ? b : last - b)];
-      project<Kind, update>(group, local, *set, batch, visit->fresh && forth);
+      project<Kind, update>(group, local, *set, batch, visit->first_iteration && forth);
     }
   };
 

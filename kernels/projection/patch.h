@@ -18,8 +18,9 @@ inline constexpr int kSlotPack = 16;
 struct Segment {
   int global, local, count;
   int origin, body;  // from which particle they are told, one of their body's in the patch; connected body
-  bool first, last;  // in a sweep there and back over all patches, no other patch visits them before, or after
-  bool movable;      // pinned particles are only read
+  bool first_visit,
+      last_visit;  // in a sweep there and back over all patches, no other patch visits them before, or after
+  bool movable;    // pinned particles are only read
 };
 
 /// Constraints of one set and one colour: no two share a movable particle.
@@ -31,7 +32,7 @@ struct Batch {
   bool run, pins;
   LocalIndex from[kMostParticles];  // of a run
   int index;                        // otherwise, where the particles of the slots stand in the set's index
-  bool alike;                       // a run whose rest values are all the same
+  bool uniform_rest;                // a run whose rest values are all the same
   int common;                       // where those stand, in the set's `common`
   int rests;  // where those of the slots begin, in the set's; if they are alike, the bits that tell padding, in `held`
 };

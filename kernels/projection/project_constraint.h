@@ -78,14 +78,14 @@ struct SetView {
   Update update;  // how its constraints are met
   int numbers;    // rest values of a constraint
   const LocalIndex* index[kMostParticles];
-  const R* rest;               // of every 16 slots the first values, then the second ones, ...
-  const R* common;             // of batches where they are all alike
-  const unsigned short* held;  // there, a bit a slot
-  R* lambda;                   // with compliance: accumulated over the projections of a substep
-  R stiffness;                 // Stiff: k'
-  R compliance;                // otherwise: alpha~ = alpha / dt^2
-  bool from_start;             // whether directions are those where the substep began
-  bool carries;                // whether projections follow that meet what is taut: several iterations
+  const R* rest;                // of every 16 slots the first values, then the second ones, ...
+  const R* common;              // of batches where they are all alike
+  const unsigned short* valid;  // there, a bit a slot
+  R* lambda;                    // with compliance: accumulated over the projections of a substep
+  R stiffness;                  // Stiff: k'
+  R compliance;                 // otherwise: alpha~ = alpha / dt^2
+  bool from_start;              // whether directions are those where the substep began
+  bool carries;                 // whether projections follow that meet what is taut: several iterations
 };
 
 /// The rest values of a pack. Where a lane holds no constraint (padding) every kind answers with a zero gradient: in a
@@ -93,7 +93,7 @@ struct SetView {
 template <class S, int numbers>
 struct RestOf {
   S value[numbers];
-  decltype(S() == S()) held;
+  decltype(S() == S()) valid;
 };
 
 /// Where a pack's particles were and are, from the first one's places: differences of what is stored, nearly exact.
@@ -123,15 +123,15 @@ template <class Kind, Update update, class R>
 struct Correct {
   static constexpr int n = Kind::particles;
   static constexpr int numbers = rest_numbers<Kind>(update);
-  R* lambda;   // from the batch's first slot on
-  R number;    // k' or alpha~
-  bool fresh;  // first projection of a substep: lambda is 0
+  R* lambda;             // from the batch's first slot on
+  R number;              // k' or alpha~
+  bool first_iteration;  // first projection of a substep: lambda is 0
   bool from_start, carries;
 
   KERNEL Correct(const SetView<R>& set, int slot, bool first)
       : lambda(set.lambda + slot * multipliers<Kind>()),
         number(update == Update::Stiff ? set.stiffness : set.compliance),
-        fresh(first),
+        first_iteration(first),
         from_start(set.from_start),
         carries(set.carries) {}
 
@@ -151,8 +151,8 @@ struct Correct {
     Vector3<S> grad[n], along[n];
     S s, s_along, w[n];
     for (int j = 0; j < n; ++j) w[j] = q[j].w;
-    const S C = Kind::evaluate(places.p, rest.value, rest.held, grad, s);
-    Kind::evaluate(places.x, rest.value, rest.held, along, s_along);
+    const S C = Kind::evaluate(places.p, rest.value, rest.valid, grad, s);
+    Kind::evaluate(places.x, rest.value, rest.valid, along, s_along);
     const S zero(R(0)), one(R(1)), cross = product(w, grad, along);
     auto small = is_small(C, cross, w, along, places.x);
     if constexpr (gradient_turns<Kind>()) small = small & has_hardly_turned(Kind::turns, w, grad, along, cross);
@@ -163,7 +163,7 @@ struct Correct {
     } else {
       alpha = S(number);
       if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::numbers];
-      if (!fresh) load(lambda + at, total);
+      if (!first_iteration) load(lambda + at, total);
       wanted = wanted - s * alpha * total;
       if (carries) {
         // |total| / s_along and |wanted| / all are multiples of `along`.
@@ -175,7 +175,7 @@ struct Correct {
       }
     }
     S sum = cross;
-    if ((movemask(rest.held) & ~movemask(small)) != 0) {  // seldom: a branch costs less than what it leaves out
+    if ((movemask(rest.valid) & ~movemask(small)) != 0) {  // seldom: a branch costs less than what it leaves out
       // A lane's bits do not hang on the other lanes: those that are small stay as they are.
       const S other = one - share, now = product(w, grad, grad);
       const auto partly = share > zero;
@@ -220,12 +220,12 @@ struct Correct {
     for (int j = 0; j < n; ++j) w[j] = q[j].w;
     for (int k = 0; k < m; ++k) {
       sum[k] = S(R(0));
-      if (!fresh) load(sums + k * kSlotPack, sum[k]);
+      if (!first_iteration) load(sums + k * kSlotPack, sum[k]);
     }
     Vector3<S> move[n];
     S alpha(update == Update::Stiff ? R(0) : number);
     if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::numbers];
-    Kind::step(places.p, places.x, w, rest.value, rest.held, alpha, sum, move);
+    Kind::step(places.p, places.x, w, rest.value, rest.valid, alpha, sum, move);
     for (int k = 0; k < m; ++k) store(sum[k], sums + k * kSlotPack);
     for (int j = 0; j < n; ++j) q[j].d = q[j].d + move[j] * w[j];
   }
@@ -240,7 +240,7 @@ struct RestOfEach {
     RestOf<S, numbers> of;
     const R* from = rest + at / kSlotPack * kSlotPack * numbers + at % kSlotPack;
     for (int k = 0; k < numbers; ++k) load(from + k * kSlotPack, of.value[k]);
-    of.held = of.value[0] == of.value[0];
+    of.valid = of.value[0] == of.value[0];
     return of;
   }
 };
@@ -248,15 +248,15 @@ struct RestOfEach {
 template <class R, int numbers>
 struct RestOfAll {
   R rest[numbers];
-  const unsigned short* held;
-  KERNEL RestOfAll(const R* common, const unsigned short* bits) : held(bits) {
+  const unsigned short* valid;
+  KERNEL RestOfAll(const R* common, const unsigned short* bits) : valid(bits) {
     for (int k = 0; k < numbers; ++k) rest[k] = common[k];
   }
   template <class S>
   KERNEL RestOf<S, numbers> read(int at) const {
     RestOf<S, numbers> of;
     for (int k = 0; k < numbers; ++k) of.value[k] = S(rest[k]);
-    of.held = mask_from_bits<S>(held[at / kSlotPack] >> at % kSlotPack);
+    of.valid = mask_from_bits<S>(valid[at / kSlotPack] >> at % kSlotPack);
     return of;
   }
 };
@@ -332,18 +332,20 @@ struct ProjectCarefully {
 
 /// Projects one batch of a patch.
 template <class Kind, Update update, class R, class Group, class Local>
-KERNEL void project(const Group& group, const Local& local, const SetView<R>& set, const Batch& batch, bool fresh) {
+KERNEL void project(const Group& group, const Local& local, const SetView<R>& set, const Batch& batch,
+                    bool first_iteration) {
   using Isa = typename Group::Isa;
   constexpr int n = Kind::particles, lanes = kLanes<R, Isa>, numbers = rest_numbers<Kind>(update);
   const int packs = (batch.count + lanes - 1) / lanes;
-  const Correct<Kind, update, R> correct(set, batch.slot, fresh);
+  const Correct<Kind, update, R> correct(set, batch.slot, first_iteration);
   if constexpr (Local::side_by_side) {
     const auto project_run = [&]<class Rest>(const Rest& rest) KERNEL_LAMBDA {
       ProjectRun<Kind, update, R, Isa, Local, Rest> kernel{correct, rest, {}};
       for (int j = 0; j < n; ++j) kernel.end[j] = local.from(batch.from[j]);
       group.for_each(packs, kernel);
     };
-    if (batch.alike) return project_run(RestOfAll<R, numbers>(set.common + batch.common, set.held + batch.rests));
+    if (batch.uniform_rest)
+      return project_run(RestOfAll<R, numbers>(set.common + batch.common, set.valid + batch.rests));
     if (batch.run) return project_run(RestOfEach<R, numbers>{set.rest + batch.rests});
   }
   ProjectGathered<Kind, update, R, Isa, Local> kernel{local, correct, {set.rest + batch.rests}, {}};

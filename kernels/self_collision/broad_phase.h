@@ -22,7 +22,7 @@ struct BroadPhaseQuery {
   /// The particles of items i and j, kIndexScale times each; whether the pair is one: its sides share no particle, and
   /// an edge without a triangle is among them or not, as `bare` says. Without a branch, because many do.
   template <PairKind kind>
-  KERNEL bool particles(int i, int j, bool bare, int (&c)[4]) const {
+  KERNEL bool particles(int i, int j, bool wire_edge, int (&c)[4]) const {
     bool apart;
     if constexpr (kind == PairKind::Face) {
       c[0] = units.point[i], c[1] = units.corner[0][j], c[2] = units.corner[1][j], c[3] = units.corner[2][j];
@@ -30,7 +30,7 @@ struct BroadPhaseQuery {
     } else {
       c[0] = units.end[0][i], c[1] = units.end[1][i], c[2] = units.end[0][j], c[3] = units.end[1][j];
       apart = (c[0] != c[2]) & (c[0] != c[3]) & (c[1] != c[2]) & (c[1] != c[3]);
-      if (has_bare) apart = apart && bool(units.bare[i] | units.bare[j]) == bare;
+      if (has_bare) apart = apart && bool(units.wire_edge[i] | units.wire_edge[j]) == wire_edge;
     }
     return apart;
   }
@@ -106,7 +106,7 @@ struct FindCandidates {
     }
 
     template <PairKind kind>
-    KERNEL void find(int section, bool bare) {
+    KERNEL void find(int section, bool wire_edge) {
       for_each_overlapping_cluster<Isa>(of.units, u, [&](int v) KERNEL_LAMBDA {
         if (!of.owns(u, v)) return;
         const int turns = kind == PairKind::Face && v != u ? 2 : 1;
@@ -114,7 +114,7 @@ struct FindCandidates {
           for_each_overlapping_pair<Isa>(of.units, turn == 0 ? u : v, kOneSide<kind>, turn == 0 ? v : u,
                                          kOtherSide<kind>, [&](int i, int first, unsigned bits) KERNEL_LAMBDA {
                                            for (; bits != 0; bits &= bits - 1)
-                                             add<kind>(i, first + lowest_bit(bits), bare);
+                                             add<kind>(i, first + lowest_bit(bits), wire_edge);
                                            if (candidates.count >= kPairBlock) look<kind>();
                                          });
       });
@@ -124,9 +124,9 @@ struct FindCandidates {
     }
 
     template <PairKind kind>
-    KERNEL void add(int i, int j, bool bare) {
+    KERNEL void add(int i, int j, bool wire_edge) {
       int c[4];
-      const bool is_one = of.template particles<kind>(i, j, bare, c);
+      const bool is_one = of.template particles<kind>(i, j, wire_edge, c);
       candidates.add(c, is_one);
     }
 
@@ -155,10 +155,10 @@ struct FindCandidates {
       for (int k = 0; k < kPairBlock; k += lanes) {
         S least;
         load(least_of + k, least);
-        const S wanted = required_distance<kind, S>(of.reach, of.thickness, near.from(k));
-        for (unsigned bits = movemask(least <= wanted) & near.there(k, lanes); bits != 0; bits &= bits - 1) {
+        const S min_distance = required_distance<kind, S>(of.reach, of.thickness, near.from(k));
+        for (unsigned bits = movemask(least <= min_distance) & near.there(k, lanes); bits != 0; bits &= bits - 1) {
           const int l = lowest_bit(bits);
-          place<kind>(k + l, lane(wanted, l));
+          place<kind>(k + l, lane(min_distance, l));
         }
       }
       near.drop();
@@ -166,9 +166,9 @@ struct FindCandidates {
     }
 
     template <PairKind kind>
-    KERNEL void place(int k, R wanted) {
+    KERNEL void place(int k, R min_distance) {
       const int i[4] = {near.of[0][k], near.of[1][k], near.of[2][k], near.of[3][k]};
-      if (of.crosses == nullptr || !cross_at_both_sides<kind>(of.reach, of.crosses, i)) placed.add(i, wanted);
+      if (of.crosses == nullptr || !cross_at_both_sides<kind>(of.reach, of.crosses, i)) placed.add(i, min_distance);
     }
   };
 };

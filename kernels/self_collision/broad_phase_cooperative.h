@@ -31,7 +31,7 @@ struct FindPairsTogether {
     unsigned short overlaps[kLeaves][kBranch];         // of each item of a leaf, a bit for each of the other
     int one[kLeaves], other[kLeaves], count[kLeaves];  // the first items of these leaves; how many of those bits
     int i[4][kBatch];                                  // particles of pairs
-    R wanted[kBatch];                                  // below 0: kFar, or no pair at all
+    R min_distance[kBatch];                            // below 0: kFar, or no pair at all
     ContactBlockBuilder<R, HashIndexMap::Places> placed;
   };
   /// Of each unit u with v: which items of which unit, and the pairs of their leaves.
@@ -58,18 +58,19 @@ struct FindPairsTogether {
 
  private:
   template <PairKind kind, class Group>
-  KERNEL void find(const Group& group, SharedMemory& bench, int section, bool bare) const {
+  KERNEL void find(const Group& group, SharedMemory& bench, int section, bool wire_edge) const {
     const int u = group.index;
     for_each_overlapping_cluster<OneLane>(of.units, u, [&](int v) KERNEL_LAMBDA {
       if (!of.owns(u, v)) return;
       const int turns = kind == PairKind::Face && v != u ? 2 : 1;
-      for (int turn = 0; turn < turns; ++turn) meet<kind>(group, bench, turn == 0 ? u : v, turn == 0 ? v : u, bare);
+      for (int turn = 0; turn < turns; ++turn)
+        meet<kind>(group, bench, turn == 0 ? u : v, turn == 0 ? v : u, wire_edge);
     });
     group.for_each(1, [&](int) KERNEL_LAMBDA { bench.placed.end_section(section); });
   }
 
   template <PairKind kind, class Group>
-  KERNEL_APART void meet(const Group& group, SharedMemory& bench, int one, int other, bool bare) const {
+  KERNEL_APART void meet(const Group& group, SharedMemory& bench, int one, int other, bool wire_edge) const {
     constexpr UnitItems kOne = kOneSide<kind>, kOther = kOtherSide<kind>;
     const auto leaf = [&](UnitItems items, int unit) KERNEL_LAMBDA { return of.units.begin[items][unit] / kBranch; };
     const Leaves leaves{leaf(kOne, one), leaf(kOther, other), leaf(kOne, one + 1) - leaf(kOne, one),
@@ -91,7 +92,7 @@ struct FindPairsTogether {
             [&](int k) KERNEL_LAMBDA { return compare_items<kind>(bench, leaves, begin, stretch, first + k, k); }, add);
         for (int c = 0; c < candidates; c += kBatch) {
           const int batch = min(kBatch, candidates - c);
-          group.for_each(batch, [&](int k) KERNEL_LAMBDA { look<kind>(bench, c + k, k, bare); });
+          group.for_each(batch, [&](int k) KERNEL_LAMBDA { look<kind>(bench, c + k, k, wire_edge); });
           group.for_each(1, [&](int) KERNEL_LAMBDA { place(bench, batch); });
         }
       }
@@ -134,31 +135,32 @@ struct FindPairsTogether {
 
   /// The `which`th of the pairs of items that overlap: whether it is a pair, and near enough.
   template <PairKind kind>
-  KERNEL void look(SharedMemory& bench, int which, int to, bool bare) const {
+  KERNEL void look(SharedMemory& bench, int which, int to, bool wire_edge) const {
     int leaf = 0, item = 0;
     for (; which >= bench.count[leaf]; ++leaf) which -= bench.count[leaf];
     const unsigned short* const bits = bench.overlaps[leaf];
     for (int count; which >= (count = count_bits(bits[item])); ++item) which -= count;
     int c[4];
     R found = kNone;
-    if (of.template particles<kind>(bench.one[leaf] + item, bench.other[leaf] + bit_at(bits[item], which), bare, c)) {
+    if (of.template particles<kind>(bench.one[leaf] + item, bench.other[leaf] + bit_at(bits[item], which), wire_edge,
+                                    c)) {
       const PairIndices at{{c, c + 1, c + 2, c + 3}};
       const R least = min_swept_distance<kind, R>(of.reach, at);
-      const R wanted = required_distance<kind, R>(of.reach, of.thickness, at);
+      const R min_distance = required_distance<kind, R>(of.reach, of.thickness, at);
       const bool parts = of.crosses != nullptr && cross_at_both_sides<kind>(of.reach, of.crosses, c);
-      found = least <= of.thickness && least <= wanted && !parts ? wanted : kFar;
+      found = least <= of.thickness && least <= min_distance && !parts ? min_distance : kFar;
     }
     for (int j = 0; j < 4; ++j) bench.i[j][to] = c[j];
-    bench.wanted[to] = found;
+    bench.min_distance[to] = found;
   }
 
   KERNEL static void place(SharedMemory& bench, int batch) {
     for (int k = 0; k < batch; ++k) {
-      const R wanted = bench.wanted[k];
-      bench.placed.patch.candidates += wanted >= kFar;
-      if (!(wanted >= R(0))) continue;
+      const R min_distance = bench.min_distance[k];
+      bench.placed.patch.candidates += min_distance >= kFar;
+      if (!(min_distance >= R(0))) continue;
       const int i[4] = {bench.i[0][k], bench.i[1][k], bench.i[2][k], bench.i[3][k]};
-      bench.placed.add(i, wanted);
+      bench.placed.add(i, min_distance);
     }
   }
 

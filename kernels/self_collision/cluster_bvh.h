@@ -59,7 +59,7 @@ struct ClusterBvh {
   const int* point;
   const int* corner[3];
   const int* end[2];
-  const unsigned char* bare;  // of each edge: whether no triangle has it
+  const unsigned char* wire_edge;  // of each edge: whether no triangle has it
   BoxRows<R> item[kItemKinds], leaf[kItemKinds];
   BoxRows<R> node;                 // units first, then what lies over each kBranch, up to no more than kBranch
   int level[kMostLevels + 1];      // where each level of nodes begins, by multiples of kBranch

@@ -10,18 +10,18 @@ inline constexpr int kPairBlock = 16;
 /// Kernels over many blocks ask for the memory of one so many before they read it.
 inline constexpr int kBlocksAhead = 4;
 
-/// Pairs and their contacts. C(p) = n . sum of w_j moved_j - short_of >= 0, an inequality over four particles, with n
+/// Pairs and their contacts. C(p) = n . sum of w_j moved_j - bias >= 0, an inequality over four particles, with n
 /// and w from x0, where nothing crosses. Padding has particles of the last row, and wants minus infinity.
 template <class R>
 struct alignas(64) ContactBlock {
-  int i[4][kPairBlock];    // kIndexScale times the particles
-  R wanted[kPairBlock];    // m
-  R gap[kPairBlock];       // m, between planes of normal n that hold the sides apart at x0; without planes infinity
-  R n[3][kPairBlock];      // from the other side to the one
-  R w[3][kPairBlock];      // of particles 1, 2 and 3; that of particle 0 is what their sum lacks of 0
-  R short_of[kPairBlock];  // wanted distance less that at x0, m; minus infinity: not near
-  R lambda[kPairBlock];    // accumulated push, kg m
-  R slip[3][kPairBlock];   // accumulated friction against the sliding, kg m, at most mu lambda
+  int i[4][kPairBlock];        // kIndexScale times the particles
+  R min_distance[kPairBlock];  // m
+  R gap[kPairBlock];           // m, between planes of normal n that hold the sides apart at x0; without planes infinity
+  R n[3][kPairBlock];          // from the other side to the one
+  R w[3][kPairBlock];          // of particles 1, 2 and 3; that of particle 0 is what their sum lacks of 0
+  R bias[kPairBlock];          // wanted distance less that at x0, m; minus infinity: not near
+  R lambda[kPairBlock];        // accumulated push, kg m
+  R friction_impulse[3][kPairBlock];  // accumulated friction against the sliding, kg m, at most mu lambda
 };
 
 /// Of a block that kernels over planes will read: its particles, gaps and normals.

@@ -86,7 +86,7 @@ struct ContactBlockBuilder {
   }
 
   /// Four particles, kIndexScale times each.
-  KERNEL void add(const int (&scaled)[4], R wanted) {
+  KERNEL void add(const int (&scaled)[4], R min_distance) {
     int local[4];
     for (int j = 0; j < 4; ++j) {
       local[j] = places.of(scaled[j] / kIndexScale<R>, listed);
@@ -99,7 +99,7 @@ struct ContactBlockBuilder {
     if (slot / kPairBlock >= patch.capacity) return;
     ContactBlock<R>& block = pairs.blocks[patch.begin + slot / kPairBlock];
     for (int j = 0; j < 4; ++j) block.i[j][slot % kPairBlock] = scaled[j];
-    block.wanted[slot % kPairBlock] = wanted;
+    block.min_distance[slot % kPairBlock] = min_distance;
   }
 
   KERNEL void end_section(int section) {
@@ -121,7 +121,7 @@ struct ContactBlockBuilder {
       ContactBlock<R>& block = pairs.blocks[patch.begin + packer.first + b];
       for (int k = packer.filled[b]; k < kPairBlock; ++k) {
         for (int j = 0; j < 4; ++j) block.i[j][k] = pairs.padding;
-        block.wanted[k] = -R(INFINITY);
+        block.min_distance[k] = -R(INFINITY);
       }
     }
     packer.close(listed);

@@ -9,7 +9,7 @@ namespace malha {
 /// How near a pair may be: as its search wants it, or nearer where its particles' contact distances are smaller.
 template <class R>
 KERNEL R least_distance(const Trajectories<R>& motions, const ContactBlock<R>& block, int k) {
-  R least = block.wanted[k];
+  R least = block.min_distance[k];
   for (int j = 0; j < 4; ++j) least = min(least, motions.x0[block.i[j][k] / kIndexScale<R>].w);
   return least;
 }
@@ -43,7 +43,7 @@ struct ContactFrameDouble {
   /// Turns n to the normal where the motion ends, or half the way there, if along it the sides are apart by half of
   /// what they are now, or of what is wanted, at the start and at the end. The distance is then that along n.
   KERNEL void turn(const Vec4<R>* moved, const ContactBlock<R>& block, int k) {
-    const double enough = 0.5 * min(double(distance), double(block.wanted[k]));
+    const double enough = 0.5 * min(double(distance), double(block.min_distance[k]));
     const ContactFrameDouble before = *this;
     Vector3<double> end[4];
     double weight[4];
@@ -97,7 +97,7 @@ struct NarrowPhase {
         [&](int k) KERNEL_LAMBDA {
           const int b = patch.begin + k, section = patch.section_of(k);
           const ContactBlock<R>* const ahead = pairs.blocks + b + kBlocksAhead;
-          prefetch(ahead->i, int(sizeof(ahead->i) + sizeof(ahead->wanted)));
+          prefetch(ahead->i, int(sizeof(ahead->i) + sizeof(ahead->min_distance)));
           return section == 0 ? look<Isa, PairKind::Face>(pairs.blocks[b], pairs.bits[b], false)
                               : look<Isa, PairKind::Edges>(pairs.blocks[b], pairs.bits[b], section == 2);
         },
@@ -113,7 +113,7 @@ struct NarrowPhase {
 
   /// Gives by which the gaps of the block may close at least.
   template <class Isa, PairKind kind>
-  KERNEL R look(ContactBlock<R>& block, PairBits& of, bool bare) const {
+  KERNEL R look(ContactBlock<R>& block, PairBits& of, bool wire_edge) const {
     using S = Lane<R, Isa>;
     constexpr int lanes = kLanes<R, Isa>;
     const S zero = S(R(0)), none = S(R(INFINITY));
@@ -121,7 +121,7 @@ struct NarrowPhase {
     unsigned found = 0, rim = 0;
     for (int k = 0; k < kPairBlock; k += lanes) {
       Vector3<S> x[4], m[4];
-      S contact_distance[4], unused, wanted;
+      S contact_distance[4], unused, min_distance;
       for (int j = 0; j < 4; ++j) gather_rows(motions.x0, block.i[j] + k, x[j], contact_distance[j]);
       Seen<S> seen;
       const auto inside = weigh<kind>(x, seen.w);
@@ -132,9 +132,9 @@ struct NarrowPhase {
       seen.n = apart * (S(R(1)) / seen.distance);
       const S side[4] = {zero, dot(seen.n, e1), dot(seen.n, e2), dot(seen.n, e3)};
       seen.gap = gap_along_normal<kind>(side);
-      load(block.wanted + k, wanted);
-      for (const S& least : contact_distance) wanted = min(wanted, least);
-      const auto there = wanted > -none;
+      load(block.min_distance + k, min_distance);
+      for (const S& least : contact_distance) min_distance = min(min_distance, least);
+      const auto there = min_distance > -none;
       // In double where a normal from differences in float would lean so much that planes along it let the pair creep
       // through itself.
       constexpr R kFine = sizeof(R) == 4 ? R(1e-6) : R(0);
@@ -147,10 +147,10 @@ struct NarrowPhase {
 
       for (int j = 0; j < 4; ++j) gather_rows(motions.moved, block.i[j] + k, m[j], unused);
       const Vector3<S> motion = m[0] * seen.w[0] + m[1] * seen.w[1] + m[2] * seen.w[2] + m[3] * seen.w[3];
-      const S along = dot(seen.n, motion), violation = wanted - seen.distance - along;
+      const S along = dot(seen.n, motion), violation = min_distance - seen.distance - along;
       auto near = (violation + S(rules.ahead) > zero) & plane & there;
       // What is nearest at the end of an edge is a pair of its particle with a triangle, where there is one.
-      if (kind == PairKind::Edges && !bare) near = near & inside;
+      if (kind == PairKind::Edges && !wire_edge) near = near & inside;
       const unsigned bits = movemask(near);
       // Where n is oblique, its plane would stop what slides past a rim or a corner: over a slide t the distance grows
       // by t^2 / (2 distance) beyond that along n. Not meant is what trembles at rest.
@@ -166,9 +166,9 @@ struct NarrowPhase {
       closest = min(closest, select(plane, seen.gap - kept_of(seen.gap, rules.least), none));
       if (bits == 0) continue;
       found |= bits << k, rim |= (bits & movemask(at_rim)) << k;
-      const S lacks = wanted - seen.distance;
-      for (int j = 0; j < 3; ++j) store(seen.w[1 + j], block.w[j] + k), store(zero, block.slip[j] + k);
-      store(select(near, select(lacks > zero, lacks * S(rules.recovery), lacks), -none), block.short_of + k);
+      const S lacks = min_distance - seen.distance;
+      for (int j = 0; j < 3; ++j) store(seen.w[1 + j], block.w[j] + k), store(zero, block.friction_impulse[j] + k);
+      store(select(near, select(lacks > zero, lacks * S(rules.recovery), lacks), -none), block.bias + k);
       store(zero, block.lambda + k);
     }
     of.near = static_cast<unsigned short>(found), of.rim = static_cast<unsigned short>(rim);

@@ -12,14 +12,14 @@ namespace malha {
 
 template <class R>
 struct SelfContact {
-  int i[4];         // one side, then the other
-  R weight[4];      // positive on the one side, negative on the other: at the closest points, their sum is 0
-  Vector3<R> n;     // from the other side to the one
-  R short_of;       // wanted distance less that at x0, m
-  R gap;            // between planes of normal n that hold the sides apart at x0, m
-  R lambda;         // accumulated push, kg m
-  Vector3<R> slip;  // accumulated friction against the sliding, kg m, at most mu lambda
-  int first;        // particles of the one side: 1 or 2
+  int i[4];      // one side, then the other
+  R weight[4];   // positive on the one side, negative on the other: at the closest points, their sum is 0
+  Vector3<R> n;  // from the other side to the one
+  R bias;        // wanted distance less that at x0, m
+  R gap;         // between planes of normal n that hold the sides apart at x0, m
+  R lambda;      // accumulated push, kg m
+  Vector3<R> friction_impulse;  // accumulated friction against the sliding, kg m, at most mu lambda
+  int first;                    // particles of the one side: 1 or 2
 };
 
 /// Where the sides of a contact lie along its normal: the lowest of the one, the highest of the other.
@@ -135,7 +135,7 @@ struct EvaluateCandidate {
   KERNEL bool operator()(const Candidate& c, SelfContact<R>& contact) const {
     contact.first = c.are_edges() ? 2 : 1;
     for (int j = 0; j < 4; ++j) contact.i[j] = c.particle(j), contact.weight[j] = R(0);
-    contact.n = contact.slip = {R(0), R(0), R(0)}, contact.lambda = R(0);
+    contact.n = contact.friction_impulse = {R(0), R(0), R(0)}, contact.lambda = R(0);
     Vector3<double> x[4];
     double weight[4];
     places(reaches.x, contact, x);
@@ -162,11 +162,12 @@ struct EvaluateCandidate {
     if (distance - nearing - receding > max(rules.thickness, R(2) * aside)) return false;
 
     contact.gap = gap_along(contact, x);
-    R wanted = rules.thickness;
-    for (int j = 0; j < 4; ++j) wanted = min(wanted, reaches.x.of[contact.i[j]].w);
-    const R along =
-        slides_past(contact, distance, wanted) ? turn(contact, x, distance, R(0.5) * min(distance, wanted)) : distance;
-    contact.short_of = along < wanted ? rules.recovery * (wanted - along) : wanted - along;
+    R min_distance = rules.thickness;
+    for (int j = 0; j < 4; ++j) min_distance = min(min_distance, reaches.x.of[contact.i[j]].w);
+    const R along = slides_past(contact, distance, min_distance)
+                        ? turn(contact, x, distance, R(0.5) * min(distance, min_distance))
+                        : distance;
+    contact.bias = along < min_distance ? rules.recovery * (min_distance - along) : min_distance - along;
     return true;
   }
 
@@ -187,12 +188,12 @@ struct EvaluateCandidate {
 
   /// Whether its plane would stop what slides past a rim or a corner, from where n is oblique: over a slide t the
   /// distance grows by t^2 / (2 distance) beyond that along n.
-  KERNEL bool slides_past(const SelfContact<R>& contact, R distance, R wanted) const {
+  KERNEL bool slides_past(const SelfContact<R>& contact, R distance, R min_distance) const {
     const R* const weight = contact.weight;
     if (weight[0] != R(0) && weight[1] != R(0) && weight[2] != R(0) && weight[3] != R(0)) return false;
     Vector3<R> motion{R(0), R(0), R(0)};
     for (int j = 0; j < 4; ++j) motion = motion + reaches.d[contact.i[j]] * weight[j];
-    const R along = dot(contact.n, motion), violation = wanted - distance - along;
+    const R along = dot(contact.n, motion), violation = min_distance - distance - along;
     const Vector3<R> slide = motion - contact.n * along;
     // By a tenth of the violation, and of so long a way that what trembles at rest is not meant.
     return violation > R(0) && dot(slide, slide) > R(0.1) * distance * max(violation, R(0.1) * distance);

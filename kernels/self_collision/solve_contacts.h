@@ -39,31 +39,33 @@ struct SolveContacts {
   KERNEL void push(ContactBlock<R>& block, int k, unsigned own) const {
     const S zero(R(0)), one(R(1));
     Vector3<S> m[4], n;
-    S u[4], w[4], short_of, lambda;
+    S u[4], w[4], bias, lambda;
     for (int j = 0; j < 4; ++j) gather_rows(moved, block.i[j] + k, m[j], u[j]);
     load(block.n[0] + k, n.x), load(block.n[1] + k, n.y), load(block.n[2] + k, n.z);
     for (int j = 0; j < 3; ++j) load(block.w[j] + k, w[1 + j]);
     w[0] = -(w[1] + w[2] + w[3]);
-    load(block.short_of + k, short_of), load(block.lambda + k, lambda);
+    load(block.bias + k, bias), load(block.lambda + k, lambda);
     const Vector3<S> motion = m[0] * w[0] + m[1] * w[1] + m[2] * w[2] + m[3] * w[3];
     const S along = dot(n, motion);
-    const auto active = ((lambda > zero) | (along < short_of)) & mask_from_bits<S>(own);
+    const auto active = ((lambda > zero) | (along < bias)) & mask_from_bits<S>(own);
     if (movemask(active) == 0) return;
     const S W = w[0] * w[0] * u[0] + w[1] * w[1] * u[1] + w[2] * w[2] * u[2] + w[3] * w[3] * u[3];
     const auto moves = active & (W > S(tiny<R>()));
     const S per = select(moves, one / W, zero);
-    const S dlambda = select(moves, max((short_of - along) * per, -lambda), zero);
+    const S dlambda = select(moves, max((bias - along) * per, -lambda), zero);
     lambda = lambda + dlambda;
     store(lambda, block.lambda + k);
     Vector3<S> impulse = n * dlambda;
     if constexpr (rubs) {
-      Vector3<S> slip;
-      load(block.slip[0] + k, slip.x), load(block.slip[1] + k, slip.y), load(block.slip[2] + k, slip.z);
-      const Vector3<S> wanted = slip + (motion - n * along) * per;
-      const S length = sqrt(dot(wanted, wanted)), most = S(friction) * lambda;
-      const Vector3<S> taken = wanted * select(length > most, most / length, one);
-      impulse = impulse - (taken - slip);
-      store(taken.x, block.slip[0] + k), store(taken.y, block.slip[1] + k), store(taken.z, block.slip[2] + k);
+      Vector3<S> friction_impulse;
+      load(block.friction_impulse[0] + k, friction_impulse.x), load(block.friction_impulse[1] + k, friction_impulse.y),
+          load(block.friction_impulse[2] + k, friction_impulse.z);
+      const Vector3<S> min_distance = friction_impulse + (motion - n * along) * per;
+      const S length = sqrt(dot(min_distance, min_distance)), most = S(friction) * lambda;
+      const Vector3<S> taken = min_distance * select(length > most, most / length, one);
+      impulse = impulse - (taken - friction_impulse);
+      store(taken.x, block.friction_impulse[0] + k), store(taken.y, block.friction_impulse[1] + k),
+          store(taken.z, block.friction_impulse[2] + k);
     }
     // Lanes that do not move keep what they have, to the bit: their weights may be no numbers.
     for (int j = 0; j < 4; ++j)

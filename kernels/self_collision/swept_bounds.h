@@ -112,10 +112,10 @@ struct ClampToSweptBounds {
 /// What decides how far a search looks.
 template <class R>
 struct BroadPhaseParams {
-  R slack;   // m, beyond every way
-  R swerve;  // and as much of a substep's way
-  R far;     // along a way as far as this, m, but at least a substep's
-  R wanted;  // m: half of the thickness
+  R slack;         // m, beyond every way
+  R swerve;        // and as much of a substep's way
+  R far;           // along a way as far as this, m, but at least a substep's
+  R min_distance;  // m: half of the thickness
 };
 
 /// What a search that shall serve some substeps starts from.
@@ -142,11 +142,11 @@ struct InitSweptBounds {
 template <class R>
 struct ComputeSweptAabbs {
   SweptBounds<R> reach;
-  R wanted;
+  R min_distance;
   Box<R>* boxes;
   KERNEL void operator()(int i) const {
     const Vector3<R> a = reach.from[i].xyz() - reach.from[0].xyz(), b = a + reach.way[i].xyz();
-    const R m = reach.from[i].w + wanted;
+    const R m = reach.from[i].w + min_distance;
     boxes[i] = {{min(a.x, b.x) - m, min(a.y, b.y) - m, min(a.z, b.z) - m, R(0)},
                 {max(a.x, b.x) + m, max(a.y, b.y) + m, max(a.z, b.z) + m, R(0)}};
   }

@@ -71,8 +71,8 @@ KERNEL S required_distance(const SweptBounds<R>& reach, R thickness, const PairI
   for (int j = 0; j < 4; ++j) gather_rows(reach.rest, at.of[j], x[j], body[j]);
   weigh<kind>(x, w);
   const Vector3<S> there = apart_by(x, w);
-  const S wanted(thickness);
-  return select(body[0] == body[3], min(wanted, sqrt(dot(there, there)) * S(R(0.5))), wanted);
+  const S min_distance(thickness);
+  return select(body[0] == body[3], min(min_distance, sqrt(dot(there, there)) * S(R(0.5))), min_distance);
 }
 
 }  // namespace malha

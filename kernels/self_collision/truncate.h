@@ -138,11 +138,11 @@ struct FindViolations {
     block.n[0][k] = exact.n.x, block.n[1][k] = exact.n.y, block.n[2][k] = exact.n.z;
     for (int j = 0; j < 3; ++j) block.w[j][k] = exact.w[1 + j];
     const R lacks = least_distance(motions, block, k) - exact.distance;
-    block.short_of[k] = lacks > R(0) ? rules.recovery * lacks : lacks;
+    block.bias[k] = lacks > R(0) ? rules.recovery * lacks : lacks;
   }
   KERNEL static void clear(ContactBlock<R>& block, int k) {
-    for (int j = 0; j < 3; ++j) block.w[j][k] = block.slip[j][k] = R(0);
-    block.short_of[k] = -R(INFINITY), block.lambda[k] = R(0);
+    for (int j = 0; j < 3; ++j) block.w[j][k] = block.friction_impulse[j][k] = R(0);
+    block.bias[k] = -R(INFINITY), block.lambda[k] = R(0);
   }
 };
 

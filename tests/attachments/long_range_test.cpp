@@ -54,7 +54,7 @@ double excess(const Scene& scene, const Simulation& simulation) {
   double most = 0;
   for (int item = 0; item < set.items(); ++item)
     for (int k = set.begin[item]; k < set.begin[item + 1]; ++k) {
-      const Vec3 d = x[model.user_of[set.particle[item]]] - x[model.user_of[set.anchor[k]]];
+      const Vec3 d = x[model.user_index[set.particle[item]]] - x[model.user_index[set.anchor[k]]];
       most = std::max(most, length(d) / set.reach[k] - 1);
     }
   return most;

@@ -121,7 +121,7 @@ TEST(Membrane, ByRefinedDesbrunIsBackwardEulerOfItsEnergy) {
     const double dt = scene.solver.dt;
     const Model model = build_model(scene);
     std::vector<double> mass(mesh.points.size());
-    for (int i = 0; i < model.count(); ++i) mass[model.user_of[i]] = model.w[i] > 0 ? 1 / model.w[i] : 0;
+    for (int i = 0; i < model.count(); ++i) mass[model.user_index[i]] = model.w[i] > 0 ? 1 / model.w[i] : 0;
     const auto energy = [&](const std::vector<Vec3>& x, const Quad& t) {
       return area_of(mesh.points, t) * plane_stress(gradient_of(mesh.points, x, t), Y, nu);
     };

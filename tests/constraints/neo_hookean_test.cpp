@@ -121,7 +121,7 @@ std::unique_ptr<Solver> started(const Model& model, const std::function<Vec3(con
 double distortion(const Model& model, const Solver& solver) {
   const std::vector<Vec3> user = solver.positions();
   std::vector<Vec3> x(user.size());
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] = user[model.user_of[i]];
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = user[model.user_index[i]];
   const auto apart = [](const Vec3& a, const Vec3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); };
   double most = 0;
   for (const Tetrahedron& t : model.tetrahedra.at(0))

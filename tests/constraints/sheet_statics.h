@@ -66,7 +66,7 @@ inline std::vector<LiftedTerm> bending_terms(const Model& model) {
   for_each_stencil(model, [&](const auto& stencil) {
     for (const auto& c : stencil.weights) {
       terms.push_back({{}, 1 / stencil.alpha});
-      for (int j = 0; j < stencil.n; ++j) terms.back().c.push_back({model.user_of[stencil.particles[j]], c[j]});
+      for (int j = 0; j < stencil.n; ++j) terms.back().c.push_back({model.user_index[stencil.particles[j]], c[j]});
     }
   });
   return terms;
@@ -110,7 +110,7 @@ inline std::vector<double> lifts_by_weight(const Model& model, const std::vector
   K.setFromTriplets(entries.begin(), entries.end());
   Eigen::VectorXd weight = Eigen::VectorXd::Zero(count);
   for (int s = 0; s < n; ++s)
-    if (const int u = unknown[model.user_of[s]]; u >= 0) weight[u] = model.mass[s];
+    if (const int u = unknown[model.user_index[s]]; u >= 0) weight[u] = model.mass[s];
   const Eigen::VectorXd solved = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(K).solve(weight);
   std::vector<double> lifts(n, 0.0);
   for (int i = 0; i < n; ++i)

@@ -81,7 +81,7 @@ TEST(RigidityOfDistance, OfAPulledStripOfRectanglesHasItsYoungsModulusAndPoisson
     const auto held = [&](int unknown) { return unknown == 0 || (unknown % 2 == 1 && unknown / 2 < columns); };
     for (const SpringSet& set : model.springs)
       for (std::size_t s = 0; s < set.ends.size(); ++s) {
-        const int a = model.user_of[set.ends[s][0]], b = model.user_of[set.ends[s][1]];
+        const int a = model.user_index[set.ends[s][0]], b = model.user_index[set.ends[s][1]];
         const Vec3 d = model.look.points[b] - model.look.points[a];
         const double u[4] = {-d[0] / length(d), -d[2] / length(d), d[0] / length(d), d[2] / length(d)};
         const int of[4] = {2 * a, 2 * a + 1, 2 * b, 2 * b + 1};

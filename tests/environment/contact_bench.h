@@ -28,8 +28,8 @@ class ContactBench {
     const Particles<R> all = particles();
     const int n = all.count;
     parallel_for(executor_, n, Predict<R>{all, R(h), {R(gravity.x), R(gravity.y), R(gravity.z)}});
-    collider_.find(all, time_, time_ + h);
-    for (int i = 0; i < iterations; ++i) collider_.resolve(all);
+    collider_.detect_contacts(all, time_, time_ + h);
+    for (int i = 0; i < iterations; ++i) collider_.solve_contacts(all);
     parallel_reduce<FirstIndex>(executor_, n, UpdateState<R>{all, R(h), R(1 / h)});
     collider_.restitute(all, 2 * h * norm(gravity), h);
     if (collider_.bounces()) parallel_for(executor_, n, ArriveAll<R>{all.p});
@@ -52,7 +52,7 @@ class ContactBench {
     const ContactCacheView<R> nearby = collider_.nearby(0);
     return nearby.near[nearby.slot(i)];
   }
-  void forget() { collider_.remember({}); }
+  void forget() { collider_.restore_state({}); }
 
  private:
   static Model model_of(const EnvironmentSpec& spec, const std::vector<Point>& x) {

@@ -42,16 +42,16 @@ class NearASurface {
       particles().p.arrive(i);
       d_.points().set(i, rounded<float>(random.in_cube(way)));
     }
-    for (int s = 0; s < memory_.slots(); ++s) release(memory_.view().contacts[s]);
+    for (int s = 0; s < memory_.slots(); ++s) invalidate(memory_.view().contacts[s]);
   }
 
   /// How many of all are left to the host.
   int find(bool by_lists) {
-    memory_.make_room(Serial{}, count_, static_cast<int>(words_of(static_cast<std::size_t>(count_))));
+    memory_.reserve_slots(Serial{}, count_, static_cast<int>(words_of(static_cast<std::size_t>(count_))));
     const ContactCacheView<float> nearby = memory_.view();
     const EnvironmentView<float> all{&mesh_, 1, particles(), &nearby};
     std::vector<unsigned long long> bits(words_of(static_cast<std::size_t>(count_)), 0);
-    for (int i = 0; i < count_; ++i) bits[i / kWord] |= 1ull << i % kWord;
+    for (int i = 0; i < count_; ++i) bits[i / kGroupSize] |= 1ull << i % kGroupSize;
     if (by_lists) {
       std::vector<unsigned long long> once(bits.size()), lifted(bits.size());
       const ActiveMask asked{bits.data(), 1, static_cast<int>(bits.size())};

@@ -235,16 +235,16 @@ struct Watched {
         seen.boxes.assign(words_of(n), {{}, {1, 0, 0}, WordBox::kOfEach}), seen.places.assign(n, {0, 0, 0, -1e30f});
         for (SeenOfPair& near : seen.near) near.seen = {{}, -1e30, -1, {}, near.seen.overlap};
         collider.emplace(Serial{}, model);
-        collider->remember(seen);
+        collider->restore_state(seen);
       }
       parallel_for(Serial{}, n, Predict<R>{all, R(h), {R(0), R(-9.81), R(0)}});
-      collider->find(all, start, start + h);
+      collider->detect_contacts(all, start, start + h);
       for (int i = 0; i < n; ++i) {
         const Contact<R>* const contact = collider->nearby(0).contact(i);
         planes.push_back(contact ? contact->plane : Vec4<R>{0, 0, 0, -R(INFINITY)});
         contacts += std::isfinite(planes.back().w);
       }
-      collider->resolve(all);
+      collider->solve_contacts(all);
       parallel_reduce<FirstIndex>(Serial{}, n, UpdateState<R>{all, R(h), R(1 / h)});
     }
     facts = collider->facts();

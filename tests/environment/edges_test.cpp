@@ -94,7 +94,7 @@ std::int64_t most_crossings(Scene scene, bool edges, int steps) {
     simulation.step();
     const std::vector<Vec3> user = simulation.positions();
     std::vector<Vec3> x(user.size());
-    for (std::size_t i = 0; i < x.size(); ++i) x[i] = user[counted_with.user_of[i]];
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = user[counted_with.user_index[i]];
     const std::int64_t now = count_edge_crossings(counted_with, x, simulation.solver().time());
     if (edges) {
       EXPECT_EQ(simulation.measure().crossings, now);

@@ -37,7 +37,7 @@ TEST_F(LooksOfSheets, StructureIsTheLayoutOfTheSolver) {
     EXPECT_EQ(*std::max_element(layout.phase.begin(), layout.phase.end()), layout.phases - 1);
 
     std::vector<bool> pinned(model.x.size());
-    for (int i = 0; i < model.count(); ++i) pinned[model.user_of[i]] = model.w[i] == 0;
+    for (int i = 0; i < model.count(); ++i) pinned[model.user_index[i]] = model.w[i] == 0;
     std::multiset<Edge> found, expected;
     std::map<std::pair<int, int>, std::vector<Edge>> batches;
     std::vector<std::map<int, std::set<int>>> users(

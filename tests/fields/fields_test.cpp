@@ -96,7 +96,7 @@ Model one_constraint_model(const Corners<Kind>& X, double parameter) {
   ConstraintSet set{Kind::name, Kind::particles, 1, {}, parameter, {}, {}};
   for (int j = 0; j < Kind::particles; ++j) {
     model.x.push_back({X[j].x, X[j].y, X[j].z}), model.w.push_back(1);
-    model.user_of.push_back(Kind::particles - 1 - j);
+    model.user_index.push_back(Kind::particles - 1 - j);
     set.particles.push_back(j);
   }
   model.sets.push_back(set);

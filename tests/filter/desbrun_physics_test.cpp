@@ -147,13 +147,13 @@ TEST(HangingSheet, PullsAtItsPinsWithItsWeight) {
     for (std::size_t s = 0; s < set.ends.size(); ++s)
       for (const int e : {0, 1}) {
         if (model.w[set.ends[s][e]] > 0) continue;
-        const Vec3 d = x[model.user_of[set.ends[s][1 - e]]] - x[model.user_of[set.ends[s][e]]];
+        const Vec3 d = x[model.user_index[set.ends[s][1 - e]]] - x[model.user_index[set.ends[s][e]]];
         for (int k = 0; k < 3; ++k) pull[k] += set.stiffness[s] * (1 - set.rest[s] / length(d)) * d[k];
       }
   for (const FoldReference& fold : folds_of(model)) {
     Vec3 f{0, 0, 0};
     for (int j = 0; j < 4; ++j)
-      for (int k = 0; k < 3; ++k) f[k] += fold.weight[j] * x[model.user_of[fold.of[j]]][k];
+      for (int k = 0; k < 3; ++k) f[k] += fold.weight[j] * x[model.user_index[fold.of[j]]][k];
     ASSERT_EQ(fold.rest, 0) << "a flat sheet";
     for (int j = 0; j < 4; ++j)
       for (int k = 0; k < 3 && model.w[fold.of[j]] == 0; ++k) pull[k] -= fold.stiffness * fold.weight[j] * f[k];

@@ -27,7 +27,7 @@ class DesbrunBits : public testing::TestWithParam<DesbrunKind> {
   static void set(SolverSpec& solver) {
     solver.precision = GetParam().precision;
     solver.desbrun.filter = GetParam().filter, solver.desbrun.storage = GetParam().storage;
-    solver.desbrun.refinement_iterations = GetParam().refinement_iterations;
+    solver.desbrun.refinement_iterations = GetParam().refine;
   }
   /// A hung sheet of some tasks and chunks and a ball that turns, on the ground, in the wind.
   static Scene everything() {
@@ -91,7 +91,7 @@ TEST_P(DesbrunBits, AreThoseOfTheUninterruptedRunAfterAStop) {
   if (GetParam().filter != FilterKind::Auto)
     scene["solver"]["filter"] = GetParam().filter == FilterKind::Dense ? "dense" : "sparse";
   if (GetParam().storage) scene["solver"]["storage"] = "int16";
-  scene["solver"]["refinement_iterations"] = GetParam().refinement_iterations;
+  scene["solver"]["refinement_iterations"] = GetParam().refine;
   const auto final_hash = [&](const std::string& out) {
     return Json::parse(bytes_of(folder / (out + "/report.json")))["state_hash"];
   };

@@ -86,7 +86,7 @@ class Chain {
  private:
   int at(int j) const {
     for (int k = 0;; ++k)
-      if (model_.user_of[k] == first_ + j - 1) return k;
+      if (model_.user_index[k] == first_ + j - 1) return k;
   }
 
   Ends ends_;

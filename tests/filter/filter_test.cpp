@@ -127,7 +127,7 @@ TEST(FilterOfAPinnedBody, TakesMostOfTheWeightAwayNearThePin) {
   for (const double m : solved.system.mass) weight.insert(weight.end(), {0, -9.81 * m, 0});
   const std::vector<double> a = FilterUnderTest<double>(solved, FilterKind::Sparse)(weight);
   std::vector<double> by_place(20);
-  for (int i = 0; i < 20; ++i) by_place[solved.model.user_of[solved.system.particle[i]] - 1] = a[3 * i + 1];
+  for (int i = 0; i < 20; ++i) by_place[solved.model.user_index[solved.system.particle[i]] - 1] = a[3 * i + 1];
   for (int i = 0; i < 20; ++i) {
     EXPECT_LT(by_place[i], 0);
     EXPECT_GT(by_place[i], -9.81);

@@ -16,14 +16,14 @@ class ImplicitReference {
     for (const SpringSet& set : model.springs)
       for (std::size_t s = 0; s < set.ends.size(); ++s)
         system_.springs.push_back(
-            {model.user_of[set.ends[s][0]], model.user_of[set.ends[s][1]], set.stiffness[s], set.rest[s]});
+            {model.user_index[set.ends[s][0]], model.user_index[set.ends[s][1]], set.stiffness[s], set.rest[s]});
     folds_ = folds_of(model);
     for (FoldReference& fold : folds_)
-      for (int& i : fold.of) i = model.user_of[i];
+      for (int& i : fold.of) i = model.user_index[i];
     system_.mass.resize(model.count()), system_.pinned.resize(model.count());
     for (int i = 0; i < model.count(); ++i) {
-      system_.mass[model.user_of[i]] = model.w[i] > 0 ? 1 / model.w[i] : 0;
-      system_.pinned[model.user_of[i]] = model.w[i] == 0;
+      system_.mass[model.user_index[i]] = model.w[i] > 0 ? 1 / model.w[i] : 0;
+      system_.pinned[model.user_index[i]] = model.w[i] == 0;
     }
     system_.gravity = Eigen::Vector3d::Map(scene.gravity.data());
   }

@@ -66,7 +66,7 @@ TEST(SpringSystem, HasTheMovableParticlesWithSpringsForUnknownsAndABlockForEachP
   const SpringSystem system = spring_system(model, 0.01);
   std::set<int> expected;
   for (int i = 0; i < model.count(); ++i)
-    if (model.w[i] > 0 && model.user_of[i] + 1 < model.count()) expected.insert(i);
+    if (model.w[i] > 0 && model.user_index[i] + 1 < model.count()) expected.insert(i);
   EXPECT_EQ(std::set<int>(system.particle.begin(), system.particle.end()), expected)
       << "all but pins and the loose one";
   EXPECT_EQ(system.particle.size(), expected.size()) << "each once";

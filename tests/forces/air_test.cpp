@@ -123,7 +123,7 @@ void expect_no_gain() {
     PointArray<Serial, R> x(at), v(velocity), still(std::vector<Vec3>(at.size()));
     const Wind wind{{1, 2, -3}, 0, kDensity, random(0, 3), random(0, 30)};
     Air<Serial, R>({}, around, wind)
-        .blow({int(w.size()), x.points(), v.points(), {x.points(), still.points(), still.points()}, w.data()}, h);
+        .apply_wind({int(w.size()), x.points(), v.points(), {x.points(), still.points(), still.points()}, w.data()}, h);
     const std::vector<Vec3> now = v.download();
     for (std::size_t i = 0; i < w.size(); ++i) {
       const double before = length(wind.velocity - velocity[i]);

@@ -75,7 +75,7 @@ RigidPart rigid_part(const Simulation& simulation) {
   RigidPart of;
   Vec3 centre{};
   std::vector<double> m(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) m[model.user_of[i]] = 1 / model.w[i];
+  for (std::size_t i = 0; i < x.size(); ++i) m[model.user_index[i]] = 1 / model.w[i];
   for (std::size_t i = 0; i < x.size(); ++i) {
     of.mass += m[i];
     for (int k = 0; k < 3; ++k) centre[k] += m[i] * x[i][k], of.linear[k] += m[i] * v[i][k];

@@ -26,7 +26,7 @@ struct Weighted {
     scene.solver.type = type;
     model = build_model(scene);
     for (int i = 0; i < model.count(); ++i)
-      if (model.user_of[i] == (heavy_in_front ? 1 : 20)) model.w[i] /= ratio, model.mass[i] *= ratio;
+      if (model.user_index[i] == (heavy_in_front ? 1 : 20)) model.w[i] /= ratio, model.mass[i] *= ratio;
     solver = make_solver(model, 1);
   }
   double strain_after(double seconds) {

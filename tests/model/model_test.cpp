@@ -27,7 +27,7 @@ std::string model_refusal(const Scene& scene) {
 /// Solver's index of each particle in the user's order.
 std::vector<int> solver_of(const Model& model) {
   std::vector<int> of(model.count());
-  for (int i = 0; i < model.count(); ++i) of[model.user_of[i]] = i;
+  for (int i = 0; i < model.count(); ++i) of[model.user_index[i]] = i;
   return of;
 }
 
@@ -87,8 +87,9 @@ TEST(Model, MapsItsOrderBackToTheUsers) {
   const ShuffledMesh mesh;
   const Model model = build_model(scene_of({body("scan", MeshFile{mesh.path}), body("ball", SphereShape{0.5, 2})}));
   ASSERT_EQ(model.look.points.size(), 441u + 162u);
-  for (int i = 0; i < model.count(); ++i) EXPECT_EQ(model.x[i], model.look.points[model.user_of[i]]);
-  EXPECT_FALSE(std::is_sorted(model.user_of.begin(), model.user_of.end())) << "the example is one that is reordered";
+  for (int i = 0; i < model.count(); ++i) EXPECT_EQ(model.x[i], model.look.points[model.user_index[i]]);
+  EXPECT_FALSE(std::is_sorted(model.user_index.begin(), model.user_index.end()))
+      << "the example is one that is reordered";
   const auto solver = make_solver(model, 0);
   const std::vector<Vec3> positions = solver->positions();
   for (int i = 0; i < model.count(); ++i)
@@ -182,7 +183,7 @@ TEST(Model, PressureTakesAllParticlesAndTrianglesOfItsBody) {
   EXPECT_EQ(model.pressures[0].particles.size(), 162u);
   EXPECT_EQ(model.pressures[0].triangles.size(), 320u);
   for (const Triangle& t : model.pressures[0].triangles)
-    for (const int corner : t) EXPECT_GE(model.user_of[corner], 25);
+    for (const int corner : t) EXPECT_GE(model.user_index[corner], 25);
 }
 
 TEST(Model, DampsEveryConnectedPartByItself) {
@@ -192,7 +193,7 @@ TEST(Model, DampsEveryConnectedPartByItself) {
   ASSERT_EQ(model.damped.size(), 1u) << "a single particle has nothing to damp";
   EXPECT_EQ(model.damped[0].count, 25);
   EXPECT_EQ(model.damped[0].damping, 0.1);
-  for (int i = 0; i < 25; ++i) EXPECT_LT(model.user_of[model.damped[0].first + i], 25);
+  for (int i = 0; i < 25; ++i) EXPECT_LT(model.user_index[model.damped[0].first + i], 25);
 }
 
 TEST(Model, NamesParticlesByBodyAndItsOwnNumber) {

@@ -139,8 +139,8 @@ TEST(Tearing, LaysOutTheTornMeshAsAnyOther) {
   const Mesh torn = body_mesh(model.look, 0);
   // Every edge and diagonal that something can move is a distance constraint, once.
   std::set<std::pair<int, int>> expected, found;
-  std::vector<int> solver_of(model.user_of.size());
-  for (std::size_t i = 0; i < solver_of.size(); ++i) solver_of[model.user_of[i]] = static_cast<int>(i);
+  std::vector<int> solver_of(model.user_index.size());
+  for (std::size_t i = 0; i < solver_of.size(); ++i) solver_of[model.user_index[i]] = static_cast<int>(i);
   for (const auto& list : {edges(torn), shear(torn)})
     for (const Edge& e : list)
       if (model.w[solver_of[e[0]]] + model.w[solver_of[e[1]]] > 0)

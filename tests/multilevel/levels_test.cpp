@@ -315,7 +315,7 @@ TEST(Levels, AreAsLongAsTheSheetIsUnrolled) {
   const std::vector<Level> levels = make_levels(model, model.w);
   ASSERT_GE(levels.size(), 4U);
   std::vector<Vec3> flat;  // of the finer particles, in their order
-  for (const int user : model.user_of)
+  for (const int user : model.user_index)
     flat.push_back({2.0 * (user % side) / (side - 1), 0, 2.0 * (user / side) / (side - 1)});
   for (std::size_t l = 0; l < 4; ++l) {
     const Level& level = levels[l];

@@ -298,7 +298,7 @@ void expect_same_as_scalar(const Model& model, double size, const Executor& exec
     scalar.start_substep();
     for (int iteration = 0; iteration < 3; ++iteration) {
       SolvePatch<R> visit = bench.visit();
-      visit.fresh = iteration == 0;
+      visit.first_iteration = iteration == 0;
       bench.run(visit);
       scalar(expected);
     }
@@ -336,10 +336,10 @@ TEST(Sweep, ForgetsLambdaWhenASubstepStarts) {
   const Model model = tangled_model(0.01);
   const std::vector<Vec3> start = random_ways(model, 0.5, 3);
   Bench<Serial, double> bench(model, {}, 1, start);
-  const auto project = [&](bool fresh) {
+  const auto project = [&](bool first_iteration) {
     bench.held.d.upload(start);
     SolvePatch<double> visit = bench.visit();
-    visit.fresh = fresh;
+    visit.first_iteration = first_iteration;
     bench.run(visit);
     return bench.held.d.download();
   };
@@ -359,7 +359,7 @@ Bench<Executor, R> advanced(const Model& model, const Executor& executor, int th
     if (!fused) parallel_for(executor, model.count(), Predict<R>{all, h, bench.gravity()});
     for (int iteration = 0; iteration < solver.iterations; ++iteration) {
       SolvePatch<R> visit = bench.visit();
-      visit.fresh = iteration == 0;
+      visit.first_iteration = iteration == 0;
       visit.predicts = fused && iteration == 0;
       visit.updates = fused && iteration + 1 == solver.iterations;
       bench.run(visit);
@@ -427,7 +427,7 @@ TEST(Sweep, NamesTheParticleThatIsLostAndTheSubstepInWhichItWas) {
       if (slanted) model.v[i] = {1e30, 1e30, 1e30};
       model.scene.solver.dt = 1e8, model.scene.solver.substeps = 1;
       Bench<std::decay_t<decltype(executor)>, float> bench(model, executor, threads);
-      EXPECT_EQ(bench.sweep.first_lost(bench.held.x.download(), model.user_of), -1);
+      EXPECT_EQ(bench.sweep.first_lost(bench.held.x.download(), model.user_index), -1);
       for (int substep = 1; substep <= 5; ++substep) {
         SolvePatch<float> visit = bench.visit();
         visit.predicts = visit.updates = true;
@@ -435,7 +435,7 @@ TEST(Sweep, NamesTheParticleThatIsLostAndTheSubstepInWhichItWas) {
         bench.run(visit);
         EXPECT_EQ(bench.sweep.lost(), substep >= first) << name << ", substep " << substep;
       }
-      EXPECT_EQ(bench.sweep.first_lost(bench.held.x.download(), model.user_of), model.user_of[i]) << name;
+      EXPECT_EQ(bench.sweep.first_lost(bench.held.x.download(), model.user_index), model.user_index[i]) << name;
     }
   });
 }

@@ -24,11 +24,12 @@ std::vector<float> read_back(const RestValues<float>& rest, const Batch& batch) 
   std::vector<float> values;
   using S = Lane<float>;
   for (int at = 0; at < batch.count; at += kLanes<float>) {
-    const auto of = batch.alike ? RestOfAll<float, n>(rest.common.data() + batch.common, rest.held.data() + batch.rests)
-                                      .template read<S>(at)
-                                : RestOfEach<float, n>{rest.each.data() + batch.rests}.template read<S>(at);
+    const auto of = batch.uniform_rest
+                        ? RestOfAll<float, n>(rest.common.data() + batch.common, rest.valid.data() + batch.rests)
+                              .template read<S>(at)
+                        : RestOfEach<float, n>{rest.each.data() + batch.rests}.template read<S>(at);
     for (int i = 0; i < kLanes<float> && at + i < batch.count; ++i)
-      for (const S& value : of.value) values.push_back(of.held[i] ? lane(value, i) : kNone);
+      for (const S& value : of.value) values.push_back(of.valid[i] ? lane(value, i) : kNone);
   }
   return values;
 }
@@ -56,23 +57,23 @@ TEST(RestValues, AreReadBackAsTheyWereWithTheirPadding) {
   }
   const RestValues<float> rest(by_slot, 1, 5, batches);
   for (int k = 0; k < 4; ++k) {
-    EXPECT_EQ(batches[2 * k].alike, k < 2) << k;
+    EXPECT_EQ(batches[2 * k].uniform_rest, k < 2) << k;
     expect_same(read_back<1>(rest, batches[2 * k]), values[k]);
-    EXPECT_FALSE(batches[2 * k + 1].alike);
+    EXPECT_FALSE(batches[2 * k + 1].uniform_rest);
   }
-  EXPECT_EQ(rest.held.size(), 3u + 2u) << "a word for 16 slots";
+  EXPECT_EQ(rest.valid.size(), 3u + 2u) << "a word for 16 slots";
   EXPECT_EQ(rest.each.size(), 32u + 16u);
 }
 
 TEST(RestValues, OfSeveralNumbersASlotStayTogether) {
-  for (const bool alike : {false, true}) {
+  for (const bool uniform_rest : {false, true}) {
     std::vector<float> by_slot;
     for (int i = 0; i < 48; ++i)
-      for (int k = 0; k < 3; ++k) by_slot.push_back(i % 9 == 8 || i > 40 ? kNone : float(alike ? k : 3 * i + k));
+      for (int k = 0; k < 3; ++k) by_slot.push_back(i % 9 == 8 || i > 40 ? kNone : float(uniform_rest ? k : 3 * i + k));
     std::vector<Batch> batches{batch_of(0, 0, 41, true)};
     const RestValues<float> rest(by_slot, 3, 0, batches);
-    EXPECT_EQ(batches[0].alike, alike);
-    EXPECT_EQ(rest.each.size(), alike ? 0u : 3 * 48u);
+    EXPECT_EQ(batches[0].uniform_rest, uniform_rest);
+    EXPECT_EQ(rest.each.size(), uniform_rest ? 0u : 3 * 48u);
     by_slot.resize(3 * 41);
     expect_same(read_back<3>(rest, batches[0]), by_slot);
   }
@@ -83,7 +84,7 @@ TEST(RestValues, ThatDifferInTheirLastNumberAreNotAlike) {
   for (int i = 0; i < 16; ++i) by_slot.insert(by_slot.end(), {1, i == 15 ? 3.0f : 2.0f});
   std::vector<Batch> batches{batch_of(0, 0, 16, true)};
   const RestValues<float> rest(by_slot, 2, 0, batches);
-  EXPECT_FALSE(batches[0].alike);
+  EXPECT_FALSE(batches[0].uniform_rest);
 }
 
 }  // namespace

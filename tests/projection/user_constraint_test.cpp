@@ -195,7 +195,7 @@ TEST(UserConstraint, IsCheckedAgainstFiniteDifferences) {
   own.evaluate = [inner = own.evaluate](const UserBatch& batch) {
     inner(batch);
     for (int c = 0; c < batch.count; ++c)
-      if (batch.number[c] == 1) batch.gradient[2 * c + 1][2] *= 1.01;
+      if (batch.index[c] == 1) batch.gradient[2 * c + 1][2] *= 1.01;
   };
   EXPECT_TRUE(has(refusal([&] { check_gradients(own, x); }), "gradient of constraint 1 by z of its particle 1: found"));
   check_gradients(own, x, 0.1);

@@ -118,7 +118,7 @@ TEST(Amplification, IsAboveOneOfSweepsInOneDirectionAndNotOfSweepsThereAndBack) 
   std::vector<Edge> edges;
   const ConstraintSet& set = model.sets[0];
   for (int c = 0; c < set.count(); ++c) {
-    const int i = model.user_of[set.particles[2 * c]], j = model.user_of[set.particles[2 * c + 1]];
+    const int i = model.user_index[set.particles[2 * c]], j = model.user_index[set.particles[2 * c + 1]];
     edges.push_back({std::min(i, j), std::max(i, j)});
   }
   std::sort(edges.begin(), edges.end());

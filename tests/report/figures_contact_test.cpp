@@ -184,7 +184,7 @@ struct EdgedDrape {
       seconds += double(std::clock() - start) / CLOCKS_PER_SEC;
       const std::vector<Vec3> user = simulation.positions();
       std::vector<Vec3> x(user.size());
-      for (std::size_t i = 0; i < x.size(); ++i) x[i] = user[counted_with.user_of[i]];
+      for (std::size_t i = 0; i < x.size(); ++i) x[i] = user[counted_with.user_index[i]];
       most_crossings = std::max(most_crossings, count_edge_crossings(counted_with, x, simulation.solver().time()));
     }
   }

@@ -150,7 +150,7 @@ TEST(CrossingsAtTheStart, WithOneBodyLetNoOthersThroughEachOther) {
   for (int step = 0; step < 40; ++step) {
     simulation.step();
     const std::vector<Vec3> now = simulation.positions();
-    for (std::size_t i = 0; i < x.size(); ++i) x[i] = now[simulation.model().user_of[i]];
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = now[simulation.model().user_index[i]];
     int with_upright = 0, beside = 0;
     for (const auto& [edge, triangle] : crossings_and_touches(surface, x))
       ++(surface.body[edge[0]] == 1 || surface.body[triangle[0]] == 1 ? with_upright : beside);

@@ -172,11 +172,11 @@ std::array<Vec3, 2> momenta_of(const Model& model, const std::vector<Vec3>& x, c
   double mass = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {
     mass += model.mass[i];
-    for (int k = 0; k < 3; ++k) centre[k] += model.mass[i] * x[model.user_of[i]][k];
+    for (int k = 0; k < 3; ++k) centre[k] += model.mass[i] * x[model.user_index[i]][k];
   }
   for (double& a : centre) a /= mass;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    const int u = model.user_of[i];
+    const int u = model.user_index[i];
     const Vec3 spin = cross(x[u] - centre, v[u]);
     for (int k = 0; k < 3; ++k) sums[0][k] += model.mass[i] * v[u][k], sums[1][k] += model.mass[i] * spin[k];
   }

@@ -72,8 +72,8 @@ TEST(SelfContact, PushesAlongTheGradientOfTheDistance) {
         const Vector3<double> at = random.in_cube();
         x.push_back({at.x, at.y, at.z});
       }
-      // Between the closest points' weights and n lies the thickness alone: distance = thickness - short_of / recovery.
-      const auto distance = [&](const std::vector<Vec3>& at) { return 10 - contact_of(pair, at).short_of / 0.1; };
+      // Between the closest points' weights and n lies the thickness alone: distance = thickness - bias / recovery.
+      const auto distance = [&](const std::vector<Vec3>& at) { return 10 - contact_of(pair, at).bias / 0.1; };
       const SelfContact<double> contact = contact_of(pair, x);
       if (distance(x) < 0.05) continue;  // curvature 1 / distance: the difference below leaves an error of 1e-9
       for (int j = 0; j < 4; ++j)

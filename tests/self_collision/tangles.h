@@ -100,7 +100,7 @@ inline Model model_of(std::vector<ConstraintSet> sets, const std::vector<bool>& 
     model.v.push_back({0, 0, 0});
     model.mass.push_back(random(0.2, 5));
     model.w.push_back(pinned[cut.order[i]] ? 0 : 1 / model.mass.back());
-    model.user_of.push_back(i);
+    model.user_index.push_back(i);
   }
   return model;
 }

@@ -183,7 +183,7 @@ TuneRun breathing_by_verlet(const Scene& scene) {
   const double soft = *scene.bodies[0].constraints[0].compliance, a = *scene.bodies[0].constraints[1].compliance;
   std::vector<Vec3> x = start.positions(), v = start.velocities();
   std::vector<double> w(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) w[model.user_of[i]] = model.w[i];
+  for (std::size_t i = 0; i < x.size(); ++i) w[model.user_index[i]] = model.w[i];
   std::set<Edge> edges;
   for (const Quad& f : mesh.faces)
     for (int k = 0; k < 3; ++k) edges.insert({std::min(f[k], f[(k + 1) % 3]), std::max(f[k], f[(k + 1) % 3])});

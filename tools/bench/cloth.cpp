@@ -55,7 +55,7 @@ Case irregular_case(int particles) {
 Scene hanging(const Case& which, const Schedule& schedule) {
   ConstraintSpec distance;
   distance.type = "distance";
-  distance.elements = which.elements;
+  distance.elements = which.on;
   BodySpec body;
   body.name = which.name + " " + std::to_string(which.n) + ", " + schedule.name();  // a refusal or divergence names it
   body.shape = which.shape;

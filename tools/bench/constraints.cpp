@@ -81,7 +81,7 @@ void add_kind(std::vector<Line>& lines, int particles) {
   constexpr ElementFacts element = facts_of(Kind::element);
   constexpr Strength strength = Kind::strength;
   const auto add = [&](bool with_modulus, const std::string& way) {
-    ConstraintSpec spec = spec_of(Kind::name, Kind::parameter.standard);
+    ConstraintSpec spec = spec_of(Kind::name, Kind::parameter.default_value);
     if (with_modulus) {
       const std::string unit = strength.unit;
       modulus_of(spec, strength.modulus) = element.solid ? 1e5 : unit.starts_with("N/m") ? 100 : 1e-4;
@@ -170,7 +170,7 @@ std::vector<KindRow> measure(const Line& line, const ConstraintOptions& options,
   std::vector<Runner> runners;
   std::vector<KindRow> rows;
   for (const int t : threads) {
-    const Simulation& simulation = runners.emplace_back(line, options.elements, t).simulation();
+    const Simulation& simulation = runners.emplace_back(line, options.on, t).simulation();
     const SolverStats& facts = simulation.solver().facts();
     const auto bytes = static_cast<std::int64_t>(facts.constraint_bytes + facts.long_range_bytes + facts.air_bytes);
     rows.push_back({line.what, line.element, line.elements(simulation), bytes, t, {}});
@@ -212,7 +212,7 @@ void run_constraints(const ConstraintOptions& options) {
   const std::vector<int> threads = thread_counts(options);
   Output out("constraints", options);
   out.doing("measuring the machine", 0);
-  out.facts = machine_facts(threads, options.elements);
+  out.facts = machine_facts(threads, options.on);
   out.print(formatted("Every kind alone on a body of about %d particles, in float, 10 substeps of 1 iteration: ns an "
                       "element and substep\nof the pass that does it; medians of %d x %g s, threads taking turns. "
                       "Batched kinds: of the whole step.\n",

@@ -185,7 +185,7 @@ const std::vector<std::string>& contact_cases() {
 void run_contact(const ContactOptions& options) {
   const std::vector<int> threads = thread_counts(options);
   Output out("contact", options);
-  out.facts = machine_facts(threads, options.elements);
+  out.facts = machine_facts(threads, options.on);
   out.print(formatted("Contact with the environment: the passes collision and contact by the clock, in ns a particle "
                       "and substep, and what\nmust move by the triad. %d x %g s a line, taking turns; medians.\n",
                       options.repeats, options.seconds) +
@@ -201,7 +201,7 @@ void run_contact(const ContactOptions& options) {
     std::vector<ContactLine> lines;
     for (const int count : threads) {
       out.doing(which.name, double(lines.size()) / double(threads.size()));
-      lines.push_back({Simulation(scene, options.elements.options(count, true)), count});
+      lines.push_back({Simulation(scene, options.on.options(count, true)), count});
       ContactLine& line = lines.back();
       for (int step = 0; step < which.warm_up; ++step) line.simulation.step();
       line.first = which.warm_up;
@@ -214,8 +214,8 @@ void run_contact(const ContactOptions& options) {
       for (ContactLine& line : lines) take_contact_turn(line, options.seconds);
     }
     for (const ContactLine& line : lines) {
-      rows.push_back(contact_row(
-          which, line, memory_gb_per_s(out.facts, options.elements.device(), kMemoryBytes, line.threads), bullet));
+      rows.push_back(contact_row(which, line,
+                                 memory_gb_per_s(out.facts, options.on.device(), kMemoryBytes, line.threads), bullet));
       out.print(printed_contact(rows.back()));
     }
     out.write(rows);

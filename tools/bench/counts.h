@@ -30,7 +30,7 @@ inline int cores() { return static_cast<int>(std::max(1u, std::thread::hardware_
 
 inline std::vector<int> thread_counts(const MeasuringOptions& options) {
   if (!options.threads.empty()) return sorted(options.threads);
-  return options.elements.device() ? std::vector{cores()} : sorted({1, cores()});
+  return options.on.device() ? std::vector{cores()} : sorted({1, cores()});
 }
 
 /// Of its cases.

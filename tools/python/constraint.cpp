@@ -37,7 +37,7 @@ void call(const py::object& function, const std::string& name, int arity, const 
   const py::gil_scoped_acquire hold;
   const py::ssize_t count = batch.count, k = arity;
   const py::array_t<double> x({count, k, py::ssize_t{3}}, batch.x->data());
-  const py::array_t<int> number(count, batch.number);
+  const py::array_t<int> number(count, batch.index);
   const py::object result = function(x, number);
   if (!py::isinstance<py::tuple>(result) || py::len(result) != 2)
     refuse("constraint '" + name + "'", "", "a function that gives no pair", "one that gives (C, gradient)");

@@ -232,7 +232,8 @@ void add_results(Class& simulation) {
             s.compute([&](const Simulation& of) { of.save_checkpoint(path.string()); });
           },
           "path"_a,
-          "Writes everything that the next step depends on, but for what save_state() leaves out too, whole or not at all.")
+          "Writes everything that the next step depends on, but for what save_state() leaves out too, whole or not at "
+          "all.")
       .def(
           "load_checkpoint", [](Running& s, const std::filesystem::path& path) { s.load_checkpoint(path.string()); },
           "path"_a,

@@ -31,7 +31,7 @@ std::shared_ptr<const Body> body_of(const Model& model) {
   for (unsigned i = 0; i < used.size(); ++i)
     if (!used[i]) body->loose.push_back(i);
   for (int i = 0; i < model.count(); ++i)
-    if (!(model.w[i] > 0)) body->pinned.push_back(unsigned(model.user_of[i]));
+    if (!(model.w[i] > 0)) body->pinned.push_back(unsigned(model.user_index[i]));
   if (body->triangles.size() > kManyTriangles)
     body->coarse = coarse_of(used.size(), body->triangles, body->edges, double(used.size()) / kCoarse);
   return body;

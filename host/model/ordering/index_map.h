@@ -5,24 +5,24 @@
 
 namespace malha {
 
-/// The solver's number of each of the user's; `user_of`: see Model.
-inline std::vector<int> solver_of(const std::vector<int>& user_of) {
-  std::vector<int> of(user_of.size());
-  for (std::size_t i = 0; i < of.size(); ++i) of[user_of[i]] = static_cast<int>(i);
+/// The solver's number of each of the user's; `user_index`: see Model.
+inline std::vector<int> solver_of(const std::vector<int>& user_index) {
+  std::vector<int> of(user_index.size());
+  for (std::size_t i = 0; i < of.size(); ++i) of[user_index[i]] = static_cast<int>(i);
   return of;
 }
 
 template <class T>
-std::vector<T> in_user_order(const std::vector<T>& values, const std::vector<int>& user_of) {
+std::vector<T> in_user_order(const std::vector<T>& values, const std::vector<int>& user_index) {
   std::vector<T> ordered(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) ordered[user_of[i]] = values[i];
+  for (std::size_t i = 0; i < values.size(); ++i) ordered[user_index[i]] = values[i];
   return ordered;
 }
 template <class T>
-std::vector<T> in_solver_order(const std::vector<T>& values, const std::vector<int>& user_of) {
+std::vector<T> in_solver_order(const std::vector<T>& values, const std::vector<int>& user_index) {
   std::vector<T> ordered;
   ordered.reserve(values.size());
-  for (const int user : user_of) ordered.push_back(values[user]);
+  for (const int user : user_index) ordered.push_back(values[user]);
   return ordered;
 }
 

@@ -33,14 +33,14 @@ struct Spans {
 /// The smallest size at which few constraints cross from patch to patch: a tenth is eight rows of a sheet, and thinner
 /// strips converge worse.
 int patch_size(const Spans& spans, int particles, const PatchBounds& bounds) {
-  const int least = std::max(bounds.few, std::min(bounds.worthwhile, particles / kEnough));
+  const int least = std::max(bounds.min_particles, std::min(bounds.preferred_particles, particles / kEnough));
   for (const int size : kSizes) {
-    if (size < least || size > bounds.most) continue;
+    if (size < least || size > bounds.max_particles) continue;
     std::size_t crossing = 0;
     for (std::size_t c = 0; c < spans.low.size(); ++c) crossing += spans.low[c] / size != spans.high[c] / size;
-    if (100 * crossing <= static_cast<std::size_t>(bounds.crossing) * spans.low.size()) return size;
+    if (100 * crossing <= static_cast<std::size_t>(bounds.max_cut_percent) * spans.low.size()) return size;
   }
-  return bounds.most;
+  return bounds.max_particles;
 }
 
 std::vector<int> cuts(const Spans& spans, int particles, int size) {
@@ -232,7 +232,7 @@ Cut cut_into_patches(const std::vector<ConstraintSet>& sets, const std::vector<E
   for (int size = patch_size(spans, particles, bounds);; size /= 2) {
     patches.begin = cuts(spans, particles, size);
     const PatchSorter sort(sets, island, patches, cut.order);
-    if (sort.most > slots - kPadding && size > bounds.few) continue;
+    if (sort.most > slots - kPadding && size > bounds.min_particles) continue;
     parallel_tasks(OpenMP{threads}, patches.count(), sort);
     break;
   }

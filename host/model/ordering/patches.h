@@ -12,11 +12,12 @@ struct ConstraintSet;
 
 /// How large patches may be. The defaults are for the cores of a CPU.
 struct PatchBounds {
-  int few = 512;          // particles: none is cut smaller,
-  int worthwhile = 1024;  // nor than this, where there are enough for the threads: fewer constraints fill fewer lanes
-  int most = 8192;        // particles
-  int crossing = 10;      // per cent of the constraints that may lead from patch to patch
-  int slots = 0;          // of its memory; 0: as many as can be numbered
+  int min_particles = 512;  // particles: none is cut smaller,
+  int preferred_particles =
+      1024;  // nor than this, where there are enough for the threads: fewer constraints fill fewer lanes
+  int max_particles = 8192;  // particles
+  int max_cut_percent = 10;  // per cent of the constraints that may lead from patch to patch
+  int slots = 0;             // of its memory; 0: as many as can be numbered
 };
 
 struct Patches {

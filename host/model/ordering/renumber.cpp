@@ -12,7 +12,7 @@ void renumber(Model& model, const std::vector<int>& order) {
     for (std::size_t i = 0; i < now.size(); ++i) sorted[i] = values[order[i]];
     values = std::move(sorted);
   };
-  reorder(model.user_of), reorder(model.x), reorder(model.v), reorder(model.w), reorder(model.mass);
+  reorder(model.user_index), reorder(model.x), reorder(model.v), reorder(model.w), reorder(model.mass);
   const auto rename = [&](int& i) { i = now[i]; };
   for (ConstraintSet& set : model.sets) std::for_each(set.particles.begin(), set.particles.end(), rename);
   for (ConstraintSet& set : model.stencils) std::for_each(set.particles.begin(), set.particles.end(), rename);

@@ -86,7 +86,7 @@ TEST_P(Clothes, HaveTheModelsLinksAndMasses) {
   ASSERT_EQ(static_cast<int>(cloth.points.size()), model.count());
   double total = 0;
   for (int i = 0; i < model.count(); ++i) {
-    const int user = model.user_of[i];
+    const int user = model.user_index[i];
     EXPECT_EQ(cloth.points[user], model.x[i]);
     EXPECT_EQ(cloth.mass[user], model.mass[i]);
     EXPECT_EQ(cloth.pinned[user], model.w[i] == 0);
@@ -99,7 +99,7 @@ TEST_P(Clothes, HaveTheModelsLinksAndMasses) {
   ASSERT_EQ(model.sets.size(), 1u);
   const std::vector<int>& ends = model.sets[0].particles;
   for (std::size_t k = 0; k < ends.size(); k += 2)
-    theirs.insert(ordered(model.user_of[ends[k]], model.user_of[ends[k + 1]]));
+    theirs.insert(ordered(model.user_index[ends[k]], model.user_index[ends[k + 1]]));
   for (const Edge& e : cloth.links) ours.insert(ordered(e[0], e[1]));
   EXPECT_EQ(ours, theirs);
   EXPECT_EQ(ours.size(), cloth.links.size());

@@ -56,7 +56,7 @@ class Bench {
   explicit Bench(const FilterOptions& options)
       : options_(options), out_("filter", options), threads_(thread_counts(options)) {
     out_.doing("measuring the machine", 0);
-    out_.facts = facts_of(threads_, options.elements);
+    out_.facts = facts_of(threads_, options.on);
     out_.print(introduction(options, out_.facts));
   }
 
@@ -85,7 +85,7 @@ class Bench {
     double searched = 0;
     for (const FilterKind filter : {FilterKind::Dense, FilterKind::Sparse})
       for (const int threads : threads_) {
-        const StepSearch search{options_.elements, filter, threads, step_cap(options_, filter == FilterKind::Dense),
+        const StepSearch search{options_.on, filter, threads, step_cap(options_, filter == FilterKind::Dense),
                                 options_.repeats * options_.seconds};
         const auto row = real_time(search, [&](const std::string& what) {
           out_.doing(what + " on " + counted(threads, "thread"),
@@ -121,7 +121,7 @@ class Bench {
 }  // namespace
 
 void run_filter(const FilterOptions& options) {
-  if (options.elements.device() && (asks(options, "dense") || asks(options, "sparse")))
+  if (options.on.device() && (asks(options, "dense") || asks(options, "sparse")))
     refuse("malha bench filter", "--backend", "\"cuda\" with single products", "--kernel step, which runs there");
   Bench bench(options);
   bench.products();

@@ -22,7 +22,7 @@ constexpr double kExact = 1.02;
 FilterRow step_row(const StepSearch& search, int side) {
   Scene scene = sprung(side);
   scene.solver.desbrun.filter = search.filter;
-  Simulation simulation(scene, search.elements.options(search.threads, false));
+  Simulation simulation(scene, search.on.options(search.threads, false));
   const Pinned pinned(search.threads);
   FilterRow row;
   double all = 0;

@@ -92,7 +92,7 @@ std::vector<Row> measure(Case which, const MeasuringOptions& timing,
   std::vector<Runner> runners;
   for (const Schedule& schedule : kSchedules) {
     for (const int threads : timing.threads) {
-      Runner runner = malha_runner(which, schedule, timing.elements, threads);
+      Runner runner = malha_runner(which, schedule, timing.on, threads);
       if (schedule.levels && runner.row.levels == 0) break;  // "auto" has none here: the rows would repeat others
       runners.push_back(std::move(runner));
     }

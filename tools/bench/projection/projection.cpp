@@ -37,7 +37,7 @@ std::vector<Planned> plan(const ProjectionOptions& options) {
 
 /// What was measured on, and how fast that is.
 Json facts_of(const MeasuringOptions& timing, double root_ns) {
-  Json facts = machine_facts(timing.threads, timing.elements);
+  Json facts = machine_facts(timing.threads, timing.on);
   if (!bullet_version().empty()) facts["bullet_version"] = bullet_version();
   facts["root_and_quotient_ns"] = root_ns;
   return facts;

@@ -130,7 +130,7 @@ class Runs {
   std::vector<Line> lasting(const std::vector<int>& threads) const {
     std::vector<Line> lines;
     for (const int count : threads) {
-      Line& line = lines.emplace_back(scene_, options_.elements, count);
+      Line& line = lines.emplace_back(scene_, options_.on, count);
       for (int step = 0; step < kWarmUp; ++step) line.simulation.step();
       line.hash = hex(line.simulation.state_hash());
     }
@@ -146,7 +146,7 @@ class Runs {
     for (int turn = 0; turn < options_.repeats; ++turn) {
       double took = 0;
       for (std::size_t k = 0; k < threads.size(); ++k) {
-        Line line(scene_, options_.elements, threads[k]);
+        Line line(scene_, options_.on, threads[k]);
         took += run_motion(line, of_.steps, [&](double part) {
           out_.doing(title(), (turn + (double(k) + part) / double(threads.size())) / options_.repeats);
         });
@@ -180,7 +180,7 @@ const std::vector<std::string>& self_case_names() {
 void run_self(const SelfOptions& options) {
   const std::vector<int> threads = thread_counts(options);
   Output out("self", options);
-  out.facts = machine_facts(threads, options.elements);
+  out.facts = machine_facts(threads, options.on);
   std::string legend;
   for (const SelfCase* of : chosen(options)) legend += formatted("%-8s ", of->name) + of->what + "\n";
   out.print(

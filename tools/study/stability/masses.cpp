@@ -20,8 +20,8 @@ Model weighted_chain(double ratio, const SolverSpec& solver, double compliance) 
   scene.solver = solver, scene.solver.dt = kFrame, scene.solver.levels = 0;
   Model model = build_model(scene);
   for (int i = 0; i < model.count(); ++i) {
-    model.mass[i] = kLight * (model.user_of[i] == kLinks ? ratio : 1);
-    if (model.user_of[i] != 0) model.w[i] = 1 / model.mass[i];
+    model.mass[i] = kLight * (model.user_index[i] == kLinks ? ratio : 1);
+    if (model.user_index[i] != 0) model.w[i] = 1 / model.mass[i];
   }
   return model;
 }

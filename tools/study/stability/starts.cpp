@@ -47,7 +47,7 @@ Json unfolded(const Scene& scene, int n, Start start, const Cells& cells) {
   const std::unique_ptr<Solver> solver = make_solver(model, 1);
   const std::vector<Vec3> user = started(scene, n, start);
   std::vector<Vec3> places;
-  for (const int i : model.user_of) places.push_back(user[i]);
+  for (const int i : model.user_index) places.push_back(user[i]);
   solver->restore(save_state(state_at_rest<float>(places)));
   Json strain = Json::array({solver->measure().strain_rms});
   for (int frame = 1; frame <= kEnd; ++frame) {
