@@ -194,7 +194,7 @@ class Sweep {
     view.compliance = R(set.compliance.value_or(0) / (h * h));
     // With more iterations than substeps, a long substep's heavy loads are met sooner along gradients where particles
     // are.
-    view.from_start = solver.iterations <= solver.substeps, view.carries = solver.iterations > 1;
+    view.from_start = solver.iterations <= solver.substeps, view.taut = R(set.pressed ? kTautOfPressed : kTaut);
     return view;
   }
 
