@@ -136,7 +136,9 @@ class Connector {
       if (set.count() > 0) model_.stencils.push_back(std::move(set));
       return;
     }
-    ConstraintSet& set = find_set(spec, Kind::particles, compliance, !all.softness.empty());
+    const auto presses = [](const ConstraintSpec& other) { return other.type == "pressure"; };
+    const bool pressed = std::ranges::any_of(model_.scene.bodies[b].constraints, presses);
+    ConstraintSet& set = find_set(spec, Kind::particles, compliance, !all.softness.empty(), pressed);
     set.particles.insert(set.particles.end(), all.particles.begin(), all.particles.end());
     set.softness.insert(set.softness.end(), all.softness.begin(), all.softness.end());
   }
@@ -163,13 +165,14 @@ class Connector {
     return spec.rigidity ? std::optional<double>(1 / *spec.rigidity) : spec.compliance;
   }
 
-  ConstraintSet& find_set(const ConstraintSpec& spec, int arity, std::optional<double> compliance, bool softened) {
+  ConstraintSet& find_set(const ConstraintSpec& spec, int arity, std::optional<double> compliance, bool softened,
+                          bool pressed) {
     for (ConstraintSet& set : model_.sets)
       if (set.type == spec.type && set.stiffness == spec.stiffness && set.compliance == compliance &&
-          set.parameter == spec.parameter && set.softness.empty() != softened)
+          set.parameter == spec.parameter && set.softness.empty() != softened && set.pressed == pressed)
         return set;
     return model_.sets.emplace_back(
-        ConstraintSet{spec.type, arity, spec.stiffness, compliance, spec.parameter, {}, {}});
+        ConstraintSet{spec.type, arity, spec.stiffness, compliance, spec.parameter, {}, {}, {}, pressed});
   }
 
   void add_pressure(std::size_t b, const ConstraintSpec& spec) {

@@ -22,6 +22,7 @@ struct ConstraintSet {
   std::vector<int> particles;    // arity a constraint
   std::vector<double> softness;  // each constraint's own part of its compliance, as of a material; empty: 1
   std::vector<double> rest{};    // each constraint's rest value; empty: that of the places at rest
+  bool pressed = false;          // whether its bodies have a pressure
   int count() const { return static_cast<int>(particles.size()) / arity; }
   /// The compliance of its constraint c; 0 without one.
   double alpha(int c) const { return compliance.value_or(0) * (softness.empty() ? 1 : softness[c]); }

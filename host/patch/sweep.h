@@ -156,9 +156,9 @@ class Sweep {
   struct Set {
     Array<Executor, LocalIndex> index[kMostParticles];
     Array<Executor, R> rest, common, lambda;
-    Array<Executor, unsigned short> held;
+    Array<Executor, unsigned short> valid;
     std::size_t bytes() const {
-      std::size_t sum = rest.bytes() + common.bytes() + held.bytes() + lambda.bytes();
+      std::size_t sum = rest.bytes() + common.bytes() + valid.bytes() + lambda.bytes();
       for (const auto& of : index) sum += of.bytes();
       return sum;
     }
@@ -180,7 +180,7 @@ class Sweep {
           view.numbers = rest_numbers<Kind>(view.update);
           RestValues<R> rest(rest_by_slot<Kind>(model, set, plan), view.numbers, s, patches.batches);
           own.rest = Array<Executor, R>(rest.each), own.common = Array<Executor, R>(rest.common);
-          own.held = Array<Executor, unsigned short>(rest.held);
+          own.valid = Array<Executor, unsigned short>(rest.valid);
         },
         Kinds{});
     for (int j = 0; j < set.arity; ++j) {
@@ -188,13 +188,13 @@ class Sweep {
       view.index[j] = own.index[j].data();
     }
     if (view.update != Update::Stiff) own.lambda = Array<Executor, R>(plan.constraint.size() * multipliers, R(0));
-    view.rest = own.rest.data(), view.common = own.common.data(), view.valid = own.held.data();
+    view.rest = own.rest.data(), view.common = own.common.data(), view.valid = own.valid.data();
     view.lambda = own.lambda.data();
     view.stiffness = R(stiffness_per_projection(set.stiffness, solver, kThereAndBack));
     view.compliance = R(set.compliance.value_or(0) / (h * h));
     // With more iterations than substeps, a long substep's heavy loads are met sooner along gradients where particles
     // are.
-    view.from_start = solver.iterations <= solver.substeps, view.carries = solver.iterations > 1;
+    view.from_start = solver.iterations <= solver.substeps, view.taut = R(set.pressed ? kTautOfPressed : kTaut);
     return view;
   }
 

@@ -11,7 +11,7 @@ namespace malha {
 template <class R>
 struct RestValues {
   std::vector<R> each, common;
-  std::vector<unsigned short> held;
+  std::vector<unsigned short> valid;
 
   /// `by_slot`: of set `set`, `numbers` a slot, NaN for padding. Notes in its batches where they find theirs.
   RestValues(const std::vector<R>& by_slot, int numbers, int set, std::vector<Batch>& batches) : numbers_(numbers) {
@@ -23,7 +23,7 @@ struct RestValues {
   void add(const R* rest, Batch& batch) {
     const int words = (batch.count + kSlotPack - 1) / kSlotPack;
     batch.uniform_rest = batch.run && all_alike(rest, batch.count);
-    batch.rests = static_cast<int>(batch.uniform_rest ? held.size() : each.size());
+    batch.rests = static_cast<int>(batch.uniform_rest ? valid.size() : each.size());
     if (batch.uniform_rest) {
       batch.common = static_cast<int>(common.size());
       common.insert(common.end(), rest, rest + numbers_);
@@ -31,7 +31,7 @@ struct RestValues {
     for (int word = 0; word < words; ++word) {
       const R* of = rest + word * kSlotPack * numbers_;
       if (batch.uniform_rest)
-        held.push_back(bits(of));
+        valid.push_back(bits(of));
       else
         for (int k = 0; k < numbers_; ++k)
           for (int i = 0; i < kSlotPack; ++i) each.push_back(of[i * numbers_ + k]);

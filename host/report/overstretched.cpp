@@ -39,6 +39,15 @@ double unexplained(const Model& model, const LengthRun& run) {
   return share / (1 + share);
 }
 
+/// Whether something but its loads stretches it, which no number of substeps takes away: tearing, rest lengths that are
+/// not those of its shape, or pins that part from each other.
+bool may_stretch(const BodySpec& body) {
+  const auto other_length = [](const ConstraintSpec& of) { return of.type == "distance" && of.parameter != 1; };
+  const auto moves = [](const Pin& pin) { return !pin.motion.empty(); };
+  return body.tear.has_value() || std::ranges::any_of(body.constraints, other_length) ||
+         (body.pins.size() > 1 && std::ranges::any_of(body.pins, moves));
+}
+
 }  // namespace
 
 std::vector<std::string> overstretched(const Simulation& simulation) {
@@ -48,10 +57,10 @@ std::vector<std::string> overstretched(const Simulation& simulation) {
   LargestStrains strains = simulation.times().strains;
   strains.take(simulation.solver().strains(), simulation.steps());  // the end, which no sample may have met
   const std::vector<LengthRun>& lengths = simulation.solver().lengths();
-  std::vector<bool> may_stretch;
-  for (const BodySpec& body : scene.bodies) may_stretch.push_back(body.tear.has_value());
+  std::vector<bool> left_out;
+  for (const BodySpec& body : scene.bodies) left_out.push_back(may_stretch(body));
   for (const PressureSet& set : model.pressures)
-    if (set.volume_ratio > 1) may_stretch[body_of(model, model.user_index[set.particles[0]])] = true;
+    if (set.volume_ratio > 1) left_out[body_of(model, model.user_index[set.particles[0]])] = true;
   struct Worst {
     double strain = 0, part = 0;
     std::int64_t step = 0;
@@ -59,7 +68,7 @@ std::vector<std::string> overstretched(const Simulation& simulation) {
   std::map<int, Worst> worst;  // by body
   for (std::size_t r = 0; r < std::min(lengths.size(), strains.runs.size()); ++r) {
     const LengthRun& run = lengths[r];
-    if (run.springs || may_stretch[run.body] || model.sets[static_cast<std::size_t>(run.set)].stiffness < 1) continue;
+    if (run.springs || left_out[run.body] || model.sets[static_cast<std::size_t>(run.set)].stiffness < 1) continue;
     const double rms = strains.runs[r].rms, part = rms > kTooFar ? unexplained(model, run) : 0;
     Worst& of = worst[run.body];
     if (rms * part > of.strain * of.part) of = {rms, part, strains.runs[r].step};

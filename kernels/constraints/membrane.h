@@ -79,7 +79,7 @@ struct Membrane {
   /// starts the energy then grows by less than an eighth), and the next one does what is left.
   template <class S, class Mask>
   KERNEL static void step(const Vector3<S> (&p)[3], const Vector3<S> (&x)[3], const S (&w)[3], const S* rest,
-                          const Mask& held, S alpha, S (&sum)[3], Vector3<S> (&move)[3]) {
+                          const Mask& held, S alpha, S taut, S (&sum)[3], Vector3<S> (&move)[3]) {
     using R = typename RealOf<S>::type;
     const Deformed<S> now(p, rest, held);
     const typename Deformed<S>::Masses B(now.q, w);
@@ -92,10 +92,15 @@ struct Membrane {
       dlambda[m] = dlambda[m] * part;
       sum[m] = sum[m] + dlambda[m];
     }
-    Vector3<S> along[3];
+    Vector3<S> along[3], carried[3];
+    const Deformed<S> then(x, rest, held);
     now.pull(dlambda, move);
-    Deformed<S>(x, rest, held).pull(dlambda, along);
-    go_along(w, along, x, move);
+    then.pull(dlambda, along), then.pull(sum, carried);
+    // By how much that changes F: of a sliver it is more than its size tells. Half of `taut` is what pulled sheets
+    // bear.
+    const Vector3<S> e = carried[1] * w[1] - carried[0] * w[0], g = carried[2] * w[2] - carried[0] * w[0];
+    const Vector3<S> f1 = e * now.q[0], f2 = e * now.q[1] + g * now.q[2];
+    go_along(taut, S(R(4)) * (dot(f1, f1) + dot(f2, f2)), w, along, move);
   }
 
   /// The filter sees both columns of F times sqrt(A w / Y), as springs of the stiffness w = Y / (1 - nu), the

@@ -99,7 +99,7 @@ struct NeoHookean {
   /// not overshoot. P F^T is symmetric: angular momentum is kept.
   template <class S, class Mask>
   KERNEL static void step(const Vector3<S> (&p)[4], const Vector3<S> (&x)[4], const S (&w)[4], const S* rest,
-                          const Mask& held, S alpha, S (&sum)[2], Vector3<S> (&move)[4]) {
+                          const Mask& held, S alpha, S taut, S (&sum)[2], Vector3<S> (&move)[4]) {
     using R = typename RealOf<S>::type;
     const S zero(R(0)), one(R(1));
     const Deformed<S> now(p, rest, held);
@@ -115,9 +115,10 @@ struct NeoHookean {
     const S shrink = select(moves, left_D * per_k, zero), stretch = select(moves, (tau - met_H) * per_k, zero);
     sum[0] = sum[0] + shrink * size, sum[1] = sum[1] + stretch;
     now.pull(stretch, shrink, move);
-    Vector3<S> along[4];
-    Deformed<S>(x, rest, held).pull(stretch, shrink, along);
-    go_along(w, along, x, move);
+    Vector3<S> along[4], carried[4];
+    const Deformed<S> then(x, rest, held);
+    then.pull(stretch, shrink, along), then.pull(sum[1], sum[0] / select(moves, size, one), carried);
+    go_along(taut, far2_of(w, carried, x), w, along, move);
   }
 
  private:

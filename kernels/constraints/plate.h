@@ -133,7 +133,7 @@ struct Plate {
   /// reach, as with `bending`.
   template <class S, class Mask>
   KERNEL static void step(const Vector3<S> (&p)[6], const Vector3<S> (&x)[6], const S (&w)[6], const S* rest,
-                          const Mask& held, S alpha, S (&sum)[3], Vector3<S> (&move)[6]) {
+                          const Mask& held, S alpha, S taut, S (&sum)[3], Vector3<S> (&move)[6]) {
     using R = typename RealOf<S>::type;
     const Folds<S> now(p, rest, held);
     S C[3], turn[3][3], A[3][3], dlambda[3];
@@ -151,12 +151,14 @@ struct Plate {
       }
     }
     solve_at_once(A, C, alpha, sum, held, dlambda);
-    S pull[3], way2 = S(R(0));
-    now.pulls(rest, held, dlambda, pull);
+    S pull[3], pull_of_all[3], all[3], way2 = S(R(0));
+    for (int m = 0; m < 3; ++m) all[m] = sum[m] + dlambda[m];
+    now.pulls(rest, held, dlambda, pull), now.pulls(rest, held, all, pull_of_all);
     now.gather(pull, move);
-    Vector3<S> along[6];
-    Folds<S>(x, rest, held).gather(pull, along);
-    go_along(w, along, x, move);
+    Vector3<S> along[6], carried[6];
+    const Folds<S> then(x, rest, held);
+    then.gather(pull, along), then.gather(pull_of_all, carried);
+    go_along(taut, far2_of(w, carried, x), w, along, move);
     for (int j = 0; j < 6; ++j) way2 = max(way2, w[j] * w[j] * dot(move[j], move[j]));
     const S one(R(1)), part = one / max(sqrt(way2) * select(held, rest[per_reach], one), one);
     for (int m = 0; m < 3; ++m) sum[m] = sum[m] + dlambda[m] * part;

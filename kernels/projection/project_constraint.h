@@ -85,7 +85,7 @@ struct SetView {
   R stiffness;                  // Stiff: k'
   R compliance;                 // otherwise: alpha~ = alpha / dt^2
   bool from_start;              // whether directions are those where the substep began
-  bool carries;                 // whether projections follow that meet what is taut: several iterations
+  R taut;                       // see kTaut (kernels/projection/direction.h)
 };
 
 /// The rest values of a pack. Where a lane holds no constraint (padding) every kind answers with a zero gradient: in a
@@ -126,14 +126,15 @@ struct Correct {
   R* lambda;             // from the batch's first slot on
   R number;              // k' or alpha~
   bool first_iteration;  // first projection of a substep: lambda is 0
-  bool from_start, carries;
+  bool from_start;
+  R taut;
 
   KERNEL Correct(const SetView<R>& set, int slot, bool first)
       : lambda(set.lambda + slot * multipliers<Kind>()),
         number(update == Update::Stiff ? set.stiffness : set.compliance),
         first_iteration(first),
         from_start(set.from_start),
-        carries(set.carries) {}
+        taut(set.taut) {}
 
   /// C and its gradient come scaled by s > 0, which PBD's update does not notice: XPBD's multiplier is s dlambda.
   template <class S>
@@ -154,35 +155,29 @@ struct Correct {
     const S C = Kind::evaluate(places.p, rest.value, rest.valid, grad, s);
     Kind::evaluate(places.x, rest.value, rest.valid, along, s_along);
     const S zero(R(0)), one(R(1)), cross = product(w, grad, along);
-    auto small = is_small(C, cross, w, along, places.x);
-    if constexpr (gradient_turns<Kind>()) small = small & has_hardly_turned(Kind::turns, w, grad, along, cross);
-    S share = select(small, one, zero);  // of the direction at the start
-    S alpha = zero, total = zero, wanted = -C;
+    // applied / per times `along` is what this correction and those before it in the substep take particles to.
+    S alpha = zero, total = zero, wanted = -C, per = cross, applied;
     if constexpr (update == Update::Stiff) {
-      wanted = wanted * S(number);
+      wanted = wanted * S(number), applied = abs(wanted);
     } else {
       alpha = S(number);
       if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::numbers];
       if (!first_iteration) load(lambda + at, total);
-      wanted = wanted - s * alpha * total;
-      if (carries) {
-        // |total| / s_along and |wanted| / all are multiples of `along`.
-        const S all = cross + alpha * s * s_along, most = S(R(kTaut)) * all * s_along;
-        const S applied = way_over_size(abs(wanted) * s_along + abs(total) * all, w, along, places.x);
-        const auto taut = small & (applied > most);
-        share = select(taut, most / select(taut, applied, one), share);
-        small = small & (applied <= most);
-      }
+      wanted = wanted - s * alpha * total, per = cross + alpha * s * s_along;
+      applied = abs(wanted) * s_along + abs(total) * per, per = per * s_along;
     }
+    auto near = cross > zero;
+    if constexpr (gradient_turns<Kind>()) near = near & has_hardly_turned(Kind::turns, w, grad, along, cross);
+    const auto whole = near & goes_within(S(taut), applied, per, w, along, places.x);
     S sum = cross;
-    if ((movemask(rest.valid) & ~movemask(small)) != 0) {  // seldom: a branch costs less than what it leaves out
-      // A lane's bits do not hang on the other lanes: those that are small stay as they are.
-      const S other = one - share, now = product(w, grad, grad);
-      const auto partly = share > zero;
-      sum = select(small, cross, select(partly, cross * share + now * other, now));
-      s_along = select(small, s_along, select(partly, s_along * share + s * other, s));
+    if ((movemask(rest.valid) & ~movemask(whole)) != 0) {  // seldom: a branch costs less than what it leaves out
+      // A lane's bits do not hang on the other lanes: those that go all along the start stay as they are.
+      const S share = share_within(S(taut), applied, per, w, along, places.x), other = one - share;
+      const S now = product(w, grad, grad);
+      sum = select(whole, cross, select(near, cross * share + now * other, now));
+      s_along = select(whole, s_along, select(near, s_along * share + s * other, s));
       for (int j = 0; j < n; ++j)
-        along[j] = either(small, along[j], either(partly, along[j] * share + grad[j] * other, grad[j]));
+        along[j] = either(whole, along[j], either(near, along[j] * share + grad[j] * other, grad[j]));
     }
     S way2 = S(R(0));
     if constexpr (has_reach<Kind>()) way2 = most_way2(w, along);
@@ -225,7 +220,7 @@ struct Correct {
     Vector3<S> move[n];
     S alpha(update == Update::Stiff ? R(0) : number);
     if constexpr (update == Update::Material) alpha = alpha * rest.value[Kind::numbers];
-    Kind::step(places.p, places.x, w, rest.value, rest.valid, alpha, sum, move);
+    Kind::step(places.p, places.x, w, rest.value, rest.valid, alpha, S(taut), sum, move);
     for (int k = 0; k < m; ++k) store(sum[k], sums + k * kSlotPack);
     for (int j = 0; j < n; ++j) q[j].d = q[j].d + move[j] * w[j];
   }

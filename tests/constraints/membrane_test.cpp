@@ -94,7 +94,7 @@ TEST(Membrane, GainsNoEnergyByAProjectionHoweverThinCrushedAndUnequal) {
         std::copy(from, from + 3, p);
         const double at_first = Membrane::energy(p, rest) / alpha;
         for (int k = 0; k < 30; ++k) {
-          Membrane::step(p, from, w, rest, true, alpha, sum, move);
+          Membrane::step(p, from, w, rest, true, alpha, 1.0, sum, move);
           double now = 0;  // what a substep of backward Euler makes least, times its square
           for (int j = 0; j < 3; ++j) {
             p[j] = p[j] + move[j] * w[j];

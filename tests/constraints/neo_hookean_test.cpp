@@ -58,7 +58,7 @@ TEST(NeoHookean, PullsAsTheGradientOfItsEnergyTells) {
       std::copy(x.begin(), x.end(), q);
       double sums[2] = {0, 0};
       const double w[4] = {1, 2, 3, 4}, alpha = 1 / (NeoHookean::shear_modulus(E, nu) * dt * dt);
-      NeoHookean::step(q, q, w, rest.data(), true, alpha, sums, move);
+      NeoHookean::step(q, q, w, rest.data(), true, alpha, 1.0, sums, move);
       double size = 0;
       for (const auto& m : move) size = std::max(size, norm(m) / (dt * dt));
       for (int k = 0; k < 4; ++k)

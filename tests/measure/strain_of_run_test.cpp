@@ -92,6 +92,17 @@ TEST(AnOverstretchedBody, IsNoneWhereItsOwnElasticityExplainsIt) {
   EXPECT_TRUE(overstretched(soft).empty());
 }
 
+TEST(AnOverstretchedBody, IsNoneWhereItsPinsOrItsOwnLengthsStretchIt) {
+  BodySpec sheet;
+  sheet.name = "sheet", sheet.mass = 0.2, sheet.shape = GridShape{{1, 1}, {8, 8}};
+  sheet.constraints = {stiff("distance", {"edges"})};
+  sheet.pins = {RowPin{}, RowPin{true}};
+  sheet.pins[1].motion = {{0}, {0.5, {0, 0, 0.4}}};
+  EXPECT_TRUE(said_of_a_second(scene_of({sheet}, kEarth, 1.0 / 60, 10)).empty());
+  sheet.pins[1].motion.clear(), sheet.constraints[0].parameter = 0.7;
+  EXPECT_TRUE(said_of_a_second(scene_of({sheet}, kEarth, 1.0 / 60, 10)).empty());
+}
+
 /// A flag that the wind of its scene stretches little, and one of 60 m/s by its own length.
 TEST(AnOverstretchedBody, IsAFlagInAStormAndNotOneInABreeze) {
   Scene flag = load_shipped("flag");

@@ -105,6 +105,7 @@ class ScalarSweep {
     // From the first particle's places.
     for (int j = n - 1; j >= 0; --j) x[j] = x[j] - x[0], p[j] = x[j] + (d[j] - d[0]);
     const R* const rest = &rest_[s][c * Kind::numbers];
+    const R taut = R(set.pressed ? kTautOfPressed : kTaut);
     const R alpha = set.softness.empty() ? alpha_[s] : alpha_[s] * R(set.softness[c]);
     const auto go = [&](const Vector3<R>(&by)[n], R times) {
       for (int j = 0; j < n; ++j)
@@ -114,7 +115,7 @@ class ScalarSweep {
       constexpr int m = multipliers<Kind>();
       R sums[m];
       std::copy_n(&lambda_[s][m * c], m, sums);
-      Kind::step(p, x, w, rest, true, alpha, sums, grad);
+      Kind::step(p, x, w, rest, true, alpha, taut, sums, grad);
       std::copy(sums, sums + m, &lambda_[s][m * c]);
       return go(grad, R(1));
     }
@@ -129,26 +130,24 @@ class ScalarSweep {
     R sum = product(grad, along), size = 0, way = 0;
     for (int j = 0; j < n; ++j) {
       size = std::max(size, std::sqrt(dot(x[j], x[j])));
-      way = std::max(way, w[j] * std::sqrt(dot(along[j], along[j])));
+      way = std::max(way, n == 2 ? w[j] : w[j] * std::sqrt(dot(along[j], along[j])));
     }
     bool turned = false;
     if constexpr (gradient_turns<Kind>())
       turned = !(R(Kind::turns * Kind::turns) * product(grad, grad) * product(along, along) <= sum * sum);
-    R& lambda = lambda_[s][c];
+    R& lambda = lambda_[s][c];  // of a stiffness nothing is kept
     const R wanted = set.compliance ? -C - scale * alpha * lambda : -C * k_[s];
-    if (turned || !(sum > R(0)) || !(std::abs(C) * way <= R(kSmall) * size * sum)) {
+    const R whole = set.compliance ? sum + alpha * scale * scale_along : sum,
+            once = set.compliance ? scale_along : R(1);
+    const R applied = (std::abs(wanted) * once + (set.compliance ? std::abs(lambda) * whole : R(0))) * way;
+    const R most = (n == 2 ? R(1) : size) * taut * whole * once;  // of two particles `along` is as long as the element
+    if (turned || !(sum > R(0))) {
       sum = product(grad, grad), scale_along = scale;
       std::copy(grad, grad + n, along);
-    } else if (set.compliance && model_.scene.solver.iterations > 1) {
-      const R all = sum + alpha * scale * scale_along, most = R(kTaut) * all * scale_along;
-      const R of_way = std::abs(wanted) * scale_along + std::abs(lambda) * all, size2 = size2_of(x);
-      const R applied = n == 2 ? of_way * std::max(w[0], w[1])
-                               : of_way * std::sqrt(most_way2(w, along) / (size2 > R(0) ? size2 : R(1)));
-      if (applied > most) {
-        const R share = most / applied, other = R(1) - share;
-        sum = sum * share + product(grad, grad) * other, scale_along = scale_along * share + scale * other;
-        for (int j = 0; j < n; ++j) along[j] = along[j] * share + grad[j] * other;
-      }
+    } else if (applied > most) {
+      const R share = most / applied, other = R(1) - share;
+      sum = sum * share + product(grad, grad) * other, scale_along = scale_along * share + scale * other;
+      for (int j = 0; j < n; ++j) along[j] = along[j] * share + grad[j] * other;
     }
     if (!(sum > tiny<R>())) return;
     R most_w = 0, most2 = 0;

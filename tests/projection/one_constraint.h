@@ -58,7 +58,7 @@ struct OneConstraint {
   void project(double stiffness, double compliance) {
     SetView<R> set{};
     set.update = update, set.numbers = Kind::numbers, set.rest = rest, set.lambda = lambda;
-    set.stiffness = R(stiffness), set.compliance = R(compliance), set.from_start = true;
+    set.stiffness = R(stiffness), set.compliance = R(compliance), set.from_start = true, set.taut = R(kTaut);
     for (int j = 0; j < n; ++j) set.index[j] = index[j];
     Batch batch{};
     batch.count = 1, batch.pins = true;
