@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # usage: commands.sh ROOT MALHA
 # Every command in the code of a page (in backticks, in a fence, or after build/release/) is there and answers --help,
 # which names every option that the page gives it. So are the studies, benchmarks and scenes that commands name, and the

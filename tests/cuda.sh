@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # usage: cuda.sh ROOT NVCC
 # Compiles all headers of kernels/ as CUDA, and the .cu files of tests/, which instantiate kernels on the device. That each header
 # includes what it needs is shown by malha_headers.

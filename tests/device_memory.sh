@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # usage: device_memory.sh TESTS SANITIZER
 # Runs scenes on a CUDA device under NVIDIA's Compute Sanitizer: no access out of bounds, no race in shared memory.
 # Exits 77 (skipped) where there is no sanitizer or no device.

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # usage: documented.sh ROOT
 # scenes/README.md names every key and every word that scenes/schema.json allows: in backticks, or quoted in a JSON
 # example.

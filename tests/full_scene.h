@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene that uses every key and every alternative of the format, to be parsed and refused by tests; it need not run.
 #pragma once
 #include <string>

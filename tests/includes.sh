@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # usage: includes.sh ROOT
 # Refuses includes against the one direction (tools, tests -> host -> kernels), what a kernel cannot take to a GPU,
 # and, in the installed headers, what would tie a caller to our flags.

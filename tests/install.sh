@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # usage: install.sh ROOT BUILD GENERATOR COMPILER flags=FLAGS python=PYTHON folder=FOLDER
 # Installs BUILD into a scratch prefix; configures, builds and runs tools/examples against it, with the compiler's
 # default instruction set (FLAGS are the sanitizers', which all parts of a program must share). PYTHON, if it is not

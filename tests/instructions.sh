@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # usage: instructions.sh OBJDUMP LIBRARY ANYWHERE COMPILER
 # Refuses hardware gathers (slower than loads and transposes; clang 16 cannot be told so), fused multiply-adds (other
 # bits) and, with ANYWHERE ON (a build that is to run on any x86-64), AVX instructions outside the functions `run`, which

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # usage: kinds.sh ROOT COMPILER
 # A constraint kind that lacks a part of the contract (kernels/projection/constraint_kind.h) does not compile, and the compiler
 # names the part.

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # usage: layout.sh ROOT
 # The root holds the folders of the house and nothing else, and no file has a conflict that a merge left in it. What git
 # does not track is the user's own: a note, a log, a scene. Without git nobody knows what is tracked, so that nothing is

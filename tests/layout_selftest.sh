@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # usage: layout_selftest.sh
 # What layout.sh lets through and what it refuses: in a repository, and in a folder without one.
 set -euo pipefail

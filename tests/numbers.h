@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Numbers for tests: reproducible random ones, and comparison bit by bit.
 #pragma once
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether the scenes of the tests run on the host, or where MALHA_TESTS_ON says (blocks_solvers.cpp).
 #pragma once
 #include "host/solver/test_executor_hook.h"

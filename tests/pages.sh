@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # usage: pages.sh ROOT [links]
 # Every link and picture of the pages (README.md and those of the rooms) leads to a file, and to a heading where it
 # names one. Source files that they name are there: from the root, or in the page's own folder or below. The first

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scenes as JSON for the tests of whole runs.
 #pragma once
 #include <atomic>

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # usage: same_bits.sh MALHA OTHER
 # Runs the first steps of every shipped scene by two builds of the command: their states must have the same bits.
 set -euo pipefail

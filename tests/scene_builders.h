@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scenes built in code, for tests: small, valid, and with nothing in them that was not asked for.
 #pragma once
 #include <string>

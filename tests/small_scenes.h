@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small scenes made in code, for tests whose answer is a formula.
 #pragma once
 #include <algorithm>

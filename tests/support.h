@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What tests of whole runs share: folders that vanish, files by their bytes, and the malha command as a process.
 #pragma once
 #include <fcntl.h>

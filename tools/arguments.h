@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The command line: what may be asked, what it means, and one-line answers to what cannot be meant.
 #pragma once
 #include <cstdint>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The command's part of tools/measures.h: it becomes the program beside it that does what is asked.
 #include <unistd.h>
 

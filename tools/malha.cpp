@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The malha command: run, plan and check scenes, benchmarks and studies.
 #include <atomic>
 #include <csignal>

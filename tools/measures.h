@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What measures malha: tune, bench and study. They take as long to compile as all the rest, so they are a program of
 // their own, malha_measures, which the command becomes when one of them is asked for. Both programs share all files
 // but those with these functions: tools/hand_over.cpp has the command's, tools/measures/ the other one's.

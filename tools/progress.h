@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far a run is: one line that redraws itself on a terminal, plain lines otherwise.
 #pragma once
 #include <chrono>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The standard streams of the programs.
 #pragma once
 #include <fcntl.h>

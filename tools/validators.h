@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Options, and what they may be given: checks that answer with what was found and what is allowed.
 #pragma once
 #include <CLI/CLI.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Particles tied to points at rest, on a path, or of an environment mesh. Made only for scenes that have some.
 #pragma once
 #include <algorithm>

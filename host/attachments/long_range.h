@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The long-range attachments of a model in the executor's memory (kernels/attachments/long_range.h).
 #pragma once
 #include <vector>

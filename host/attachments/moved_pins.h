@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pins that follow keyframes or are released. Made only for scenes that have some.
 #pragma once
 #include <deque>

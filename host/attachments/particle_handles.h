@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Particles that are taken by hand: on springs to points, or held. Made only for simulations that allow it.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a rigidly moving mesh is at a time.
 #pragma once
 #include <vector>

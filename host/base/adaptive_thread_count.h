@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // On how many threads a step runs: on all, or on one where other programs use the cores.
 #pragma once
 #include "host/base/scoped_value.h"

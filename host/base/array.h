@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory that kernels work on. A backend with memory of its own specialises Memory; solvers see only Array.
 #pragma once
 #if defined(__linux__)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the library was built from and with, for reports and --version.
 #pragma once
 

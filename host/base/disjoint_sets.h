@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sets that grow together: union-find.
 #pragma once
 #include <algorithm>

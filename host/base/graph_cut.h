@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A graph cut into parts by METIS.
 #pragma once
 #include <mutex>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A hash of bytes, to tell whether two things are the same.
 #pragma once
 #include <cstddef>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Launches that are the same from step to step: an executor that can records them once, and replays them.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bytes of a file that need not fit into memory.
 #pragma once
 #include <filesystem>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Work on several threads that may throw, as all does that asks for memory: no exception may leave a parallel region.
 #pragma once
 #include <exception>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory that the host writes and the kernels of a device read: the host's own, until a device says how it is to be
 // had.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Points in the executor's memory, one array a coordinate.
 #pragma once
 #include <vector>

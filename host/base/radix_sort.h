@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sorting by keys and running sums (kernels/parallel/sort.h) with the memory that they take.
 #pragma once
 #include "host/base/scratch_buffer.h"

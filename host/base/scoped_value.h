@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A value that something has as long as a scope lasts, however it ends.
 #pragma once
 

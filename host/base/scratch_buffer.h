@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory that kernels work on and whose need changes from step to step.
 #pragma once
 #include "host/base/array.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // "Did you mean": the allowed word that a misspelt one is nearest to.
 #pragma once
 #include <string>

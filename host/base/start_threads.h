@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether this machine gives the threads that a run asks for.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The last word of a substep about the environment: nothing crosses any of its meshes. What neighbours or other meshes
 // dragged through one, past every contact that its own path announced, is put back before it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All environment meshes of a scene: their contacts with the particles, substep by substep. Made only for scenes that
 // have an environment; without one there is no Embree device.
 #pragma once

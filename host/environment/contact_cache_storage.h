@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The memory behind kernels/environment/contact_cache.h: of the particles near one environment mesh.
 #pragma once
 #include <algorithm>

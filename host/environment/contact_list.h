@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The contacts of deformable bodies with edges of the environment in the executor's memory: laid down from candidates,
 // projected, and held apart where they would cross.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The memory of contacts: of pairs of particles and environment meshes, what a state of a run holds for later substeps.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A look of one particle at one environment mesh, up to where only Embree could go on: of kernels on the host and on a
 // device. What it remembers and lays is the same on both.
 #pragma once

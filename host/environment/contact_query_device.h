@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // On a device: of the particles that may touch an environment mesh, those are answered that need no more than the
 // mesh's lists. The others are left to the host, which asks Embree (find_contact.h). Both leave the same.
 #pragma once

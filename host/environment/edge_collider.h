@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contacts of deformable bodies with edges and corners of the environment. Made only for scenes with objects that name
 // "edges".
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of deformable bodies crosses environment objects that name "edges": counted by itself, in double, with nothing
 // of the solver's.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Deformable bodies against edges and corners of environment objects that move together: pairs, their projection, and
 // the guarantee that nothing crosses, all in the objects' frame, where only particles move.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The memory of edges of the environment: what a later substep depends on.
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of environment objects that move together can touch a deformable body beside their faces: edges and corners.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The one door to Embree, versions 3 and 4: the rest of the project sees no Embree type and no version.
 // Debian's Embree 3 is built with assertions and ends the process on a NaN, an infinite or an overlarge ray, so every
 // query is looked at here first and answers "no hit" instead.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One particle against one environment mesh: the collision constraint of a substep (Müller et al. 2006, section 3.4: a
 // continuous test along its way, or the closest point where it is inside), as a kernel that asks Embree.
 #pragma once

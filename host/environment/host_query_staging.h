@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The particles of a device that the host asks Embree about in a substep: they come in one piece, words of them with
 // all that is known of them, and go back so. The host touches nothing else of theirs for that.
 #pragma once

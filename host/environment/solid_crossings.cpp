@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/environment/solid_crossings.h"
 
 #include <algorithm>

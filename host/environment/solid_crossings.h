@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Solids of the environment that cross themselves: there nothing tells inside from outside.
 #pragma once
 #include "host/model/model.h"

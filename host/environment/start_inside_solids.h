@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies at the start, and the solids of the environment.
 #pragma once
 #include "host/model/model.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A triangle mesh to collide with, in its own frame: closest point with its sign, and segment crossings. Embree finds
 // the candidates in float; the arithmetic on what it finds is in double.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is known of an environment mesh without asking Embree, for kernels on the host and on a device: its cells
 // (kernels/environment/triangle_octree.h), and what is nearest to a point by them. In the mesh's own frame, m.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cells around a mesh that list its nearest triangles (kernels/environment/triangle_octree.h), made where they are
 // first needed.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Looks: where particles touch the environment. With meshes of its own to ask, so that the solver's stay as they are.
 #pragma once
 #include <deque>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Looks: what a window or a page may colour particles by. All in the user's order, as Simulation::positions(). They are
 // made from Simulation::model() and keep nothing of it; what tears has to be looked at anew, with new ones.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Looks: what bodies pull their pins with.
 #pragma once
 #include <string>

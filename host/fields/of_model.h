@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What looks make of a model, in the user's numbers: they keep nothing of it.
 #pragma once
 #include <cstddef>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The momenta of free bodies under Desbrun's filter, one after the other: two reductions, a 3 x 3 solve, one pass.
 #pragma once
 #include "host/base/array.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The columns of the dense S of one body, from its factor, four at a time.
 #pragma once
 #include <functional>

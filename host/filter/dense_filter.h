@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The filter as a dense symmetric S in the executor's memory (kernels/filter/dense_filter.h).
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where everything of a dense filter lies.
 #pragma once
 #include <cstdint>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A spring system's factor in double, for what must be exact: the columns of the dense S, and errors.
 #pragma once
 #include "host/filter/sparse_filter.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The numeric Cholesky factorisation of a spring system, in double.
 #pragma once
 #include <functional>

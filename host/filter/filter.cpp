@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/filter/filter.h"
 
 #include "host/filter/make_filter.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Desbrun's filter of forces, dense or sparse, and how one of them is chosen.
 #pragma once
 #include <memory>

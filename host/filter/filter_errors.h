@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How exact a filter is, against the same system solved in double.
 #pragma once
 #include <functional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a filter is made, for any executor; filter.cpp holds it for those of the host.
 #pragma once
 #include <algorithm>

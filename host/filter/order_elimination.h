@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The order in which the unknowns of a spring system are eliminated.
 #pragma once
 #include <vector>

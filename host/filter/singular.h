@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The refusal of a filter whose system is singular to working precision.
 #pragma once
 #include "host/model/model.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The filter as a sparse factor in the executor's memory (kernels/filter/sparse_filter.h).
 #pragma once
 #include <algorithm>

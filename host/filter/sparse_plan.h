@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where everything of a sparse filter lies: panels, segments of the work vector, and what flows between them.
 #pragma once
 #include <cstdint>

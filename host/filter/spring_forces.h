@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The springs and stencils of a model in the executor's memory, and the sums of their forces
 // (kernels/filter/springs.h).
 #pragma once

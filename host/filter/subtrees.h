@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tree of supernodes cut into tasks that do not touch each other, and what lies above them.
 #pragma once
 #include <vector>

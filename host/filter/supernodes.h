@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The structure of the Cholesky factor of a spring system: order of elimination, and columns with the same rows taken
 // together (supernodes), children before parents.
 #pragma once

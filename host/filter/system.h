@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The linear system behind Desbrun's filter: A = M - dt^2 H over the movable particles that springs hold, where
 // H_ij = k_ij and H_ii = -sum_j k_ij (Desbrun, Schröder, Barr 1999, section 3.2). S = A^-1, and W = m S. Of stencils
 // (kernels/projection/stencil.h) H has the linear part.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The air on a model's faces (kernels/forces/air.h), in the executor's memory.
 #pragma once
 #include "host/base/array.h"

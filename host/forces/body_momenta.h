@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies cut into stretches of particles, and where launches leave what they find of them. Nobody waits for it.
 #pragma once
 #include <algorithm>

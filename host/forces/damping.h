@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rigid-motion-preserving damping of connected bodies: one measurement, a 3 x 3 solve a body, one pass.
 #pragma once
 #include <vector>

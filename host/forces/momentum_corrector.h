@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gives free bodies back the momenta that their constraints' projections take: angular momentum, where a correction is
 // too large to go along the gradient where the substep began (kernels/projection/direction.h), or comes after Desbrun's
 // filter, and both by rounding.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pressure constraint of one closed body (kernels/forces/pressure.h), with its lambda.
 #pragma once
 #include <algorithm>

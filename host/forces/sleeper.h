@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rest and sleep: a scene in which nothing has moved for a while is stilled, and its steps do nothing until something
 // wakes it. The whole scene at once: whatever its bodies touch or are tied to sleeps with them.
 #pragma once

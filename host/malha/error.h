@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What goes wrong and how it is said: one line that names the file, the place, what was found and what is allowed.
 #pragma once
 #include <stdexcept>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A state measured, for reports and expectations.
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A mesh as the user gave it: points in the user's order, triangles and quads, lines for bodies without faces, and
 // tetrahedra for bodies that are full.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A particle that a hand has taken, between two steps.
 #pragma once
 #include "malha/mesh.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene: what is simulated, with what, and what is expected of it. SI units throughout.
 // What a scene does not name is absent here too (empty vector or optional), and costs nothing later.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha's public interface: a scene is loaded (host/malha/scene.h), simulated step by step, and looked at.
 #pragma once
 #include <cstdint>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Steps that are looked at in parts.
 #pragma once
 #include <functional>

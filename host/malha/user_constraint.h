@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A constraint of the caller's own, C(x) = 0, as a function that is called for batches: to try an idea before it
 // becomes a kernel. Slow: each batch is copied out, evaluated by the caller, and copied back.
 #pragma once

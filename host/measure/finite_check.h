@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which particle a substep leaves without a finite place.
 #pragma once
 #include <optional>

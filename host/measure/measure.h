@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Measures of a state, for reports and expectations.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lengths that may not be exceeded, measured: those of distance limits after an iteration of theirs, and those at which
 // edges tear after a step.
 #pragma once

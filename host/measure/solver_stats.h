@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Statistics of a solver, for reports and messages: what was set up, and what happened since.
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The largest strains of a run, which are not those of its end.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Boxes along x, y and z around points.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The sides of faces, grouped by the edge that they share.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which items of a list are equal to an earlier one.
 #pragma once
 #include <bit>

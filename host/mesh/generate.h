@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Meshes of the generated shapes, and what a scene does to a shape before it becomes a body.
 #pragma once
 #include "malha/mesh.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Distances along a mesh from some of its points.
 #pragma once
 #include <vector>

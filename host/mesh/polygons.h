@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Faces of meshes as files list them, with any number of corners, and their triangulation.
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Meshes of tetrahedra: what their readers and shapes share.
 #pragma once
 #include <string>

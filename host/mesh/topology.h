@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a mesh's connections say: edges, hinges, connected parts, volume, and how mass is shared.
 // Everything here is deterministic, follows the order of the faces, and takes (nearly) linear time.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The part of host/mesh/topology.h that measures: volume and mass.
 #include "host/mesh/tetrahedra.h"
 #include "host/mesh/topology.h"

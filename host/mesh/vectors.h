@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plain arithmetic on points of a mesh, for set-up: kernels have types of their own (kernels/simd/vec.h).
 #pragma once
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The numbers that vertices have in their file, for what speaks to a person.
 #pragma once
 #include "malha/mesh.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What real files hold and a simulation does not want: several vertices in one place, and vertices that nothing uses.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The faces that the air acts on, and those round each particle.
 #pragma once
 #include <vector>

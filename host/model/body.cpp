@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/model/body.h"
 
 #include "host/mesh/check_mesh.h"

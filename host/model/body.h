@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A body before it is part of a model: its mesh, read or made, with what hangs on it. And the shapes of the
 // environment.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Boxes in a tree, for questions at set-up: near-linear whatever the sizes of the boxes.
 #pragma once
 #include <cstdint>

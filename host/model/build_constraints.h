@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The constraints of a model, and what else acts on the particles of a body together.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What levels carry of a model: what keeps its particles from moving apart, and how far its weight stretches that.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cutting by hand: which vertices split where a knife crosses edges.
 #pragma once
 #include <vector>

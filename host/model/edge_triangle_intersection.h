@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether an edge goes through a triangle, or touches it.
 #pragma once
 #include "malha/mesh.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The lists behind the table of elements (kernels/projection/element.h): what of a body's mesh a constraint stands on.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The directional stiffness that a rigidity gives a mesh of springs or hinges, compared with the sheet that it names.
 #pragma once
 #include <array>

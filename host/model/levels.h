@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Levels: coarser and coarser pictures of a model, over which large corrections travel in a few sweeps (a relative of
 // Müller 2008, Hierarchical Position Based Dynamics).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which pins each particle of a body hangs on, and how far from them it may go (Kim, Chentanez, Müller 2012).
 #pragma once
 #include <vector>

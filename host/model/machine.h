@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which machine a model is laid out for. Patches are what it works on at once, so their size belongs to it. Runs for
 // one machine have the same bits on every backend.
 #pragma once

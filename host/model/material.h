@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What makes a constraint of a material: its compliance times the material's rigidity, from the mesh at rest, so that
 // the same rigidity is the same cloth however fine its mesh is.
 #pragma once

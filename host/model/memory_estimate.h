@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a model takes up in memory, and what of it nobody reads once its solver is made.
 #pragma once
 #include <cstddef>

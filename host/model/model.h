@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A model: a scene made ready to be simulated, still without precision or executor. Particles in the solver's order.
 #pragma once
 #include <string>

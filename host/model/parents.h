@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the particles of a finer level follow, while a coarser one is made.
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which particles of a body do not move, which follow keyframes or are released, and which are tied to points.
 #pragma once
 #include <optional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A body at rest as its next coarser picture sees it: particles, and links that keep them together.
 #pragma once
 #include <vector>

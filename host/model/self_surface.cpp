@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/model/self_surface.h"
 
 #include <Eigen/Eigenvalues>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The surfaces of the bodies that collide with themselves and with each other, and what of them crosses: counted by
 // itself, in double, with nothing of the solver's.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far its weight stretches at rest what hangs.
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pins that are set between two steps.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What Desbrun's method makes of a scene's constraints: springs, and stencils (kernels/projection/stencil.h).
 #pragma once
 #include <string>

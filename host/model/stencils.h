@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stencils of a model, one after the other, with their weights (kernels/projection/stencil.h).
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ways along a curved surface, as if it were unrolled near a particle: flat ones are exact, and so are cylinders'.
 #pragma once
 #include "kernels/simd/vec.h"

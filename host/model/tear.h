@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tearing (Müller et al. 2006, figure 10): which vertices split, and meshes after that.
 #pragma once
 #include <vector>

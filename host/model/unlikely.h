@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The default thickness of contacts, and settings that can be meant but seldom are: other units, a thickness that the
 // mesh does not go with, a body that nothing holds together.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a scene asks of its results, held to what is in it.
 #pragma once
 #include "malha/scene.h"

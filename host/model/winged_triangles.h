@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Triangles with the three about them, on which `plate` stands (kernels/constraints/plate.h).
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The levels of a model in the executor's memory, and their part of a substep: between prediction and the finest sweep.
 #pragma once
 #include <chrono>

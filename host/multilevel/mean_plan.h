@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Means laid out in runs: those side by side that read what lies side by side, with the same weights.
 #pragma once
 #include <vector>

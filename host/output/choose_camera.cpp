@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/output/choose_camera.h"
 
 #include <Eigen/Core>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The camera of pictures whose scene names none.
 #pragma once
 #include "host/model/model.h"

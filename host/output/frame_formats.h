@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the frame formats share among themselves; the public door is host/output/frames.h.
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The vertices of frames: each body's as its file counts them, so that what hangs on the file (its UVs, its materials)
 // fits every frame.
 #pragma once

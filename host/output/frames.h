@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames of a run as files that other programs open: ParaView, Blender, Maya, Houdini, MeshLab.
 #pragma once
 #include <filesystem>

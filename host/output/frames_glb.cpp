@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // glTF 2.0: one binary file of the bodies, the environment and all frames, for browsers, Blender and other viewers.
 // Layout: 12 bytes of header, a JSON chunk, a binary chunk. The binary chunk begins with what is in a GlbPart.
 #include <Eigen/Geometry>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PointCache2: one growing file of samples, and the mesh at rest beside it for Blender's or Maya's mesh cache.
 // Layout: char[12] "POINTCACHE2\0", int version (1), int points, float first frame, float frames per sample,
 // int samples, then samples x points x 3 floats; all little-endian. Sample i is frame (first + i).

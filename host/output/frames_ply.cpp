@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PLY, binary little-endian, one file a frame. Loose and unused points are vertices that no face and no edge uses.
 #include "host/base/file.h"
 #include "host/output/frame_formats.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // VTK PolyData in XML with raw appended data, one file a frame, and a .pvd collection that gives each its time.
 // (VTK File Formats, kitware: "XML File Formats", appended data.) Each array is a 64-bit byte count and its values.
 #include <charconv>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pictures of a run: one of the end, a series if asked for, and a storyboard.
 #pragma once
 #include <vector>

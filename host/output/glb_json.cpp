@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // tinygltf has the model and writes the JSON. Not the file: it would hold the binary chunk in memory, twice.
 #include "host/output/glb_json.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The JSON chunk of a glTF file: what its binary chunk holds, and how it belongs together.
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The frames of a glTF file that is not whole yet.
 #pragma once
 #include <cstdint>

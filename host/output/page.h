@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A run as one HTML file that replays it in a browser, without a server or a network.
 #pragma once
 #include <filesystem>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Numbers as text inside a page: small, and quick to read for a browser.
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What every page holds besides its runs, put into the library when it is built (host/output/page/).
 #pragma once
 

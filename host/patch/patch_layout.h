@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One patch of a plan: its particles in its own memory, and its constraints in batches.
 #pragma once
 #include <vector>

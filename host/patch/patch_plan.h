@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the constraints of a model lie in memory: patch by patch, and in a patch set by set and colour by colour.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The constraints of a model in the executor's memory, and sweeps over them there and back, phase by phase.
 #pragma once
 #include <algorithm>

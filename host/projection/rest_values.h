@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rest values of a set as its batches read them: once a batch where they are all alike.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stiffness that does not depend on how often a constraint is projected.
 #pragma once
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Constraints of the caller's own, sorted into batches that share no particle, and one projection of such a batch.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Constraints of the caller's own in a solver. Made only for simulations that are given some.
 #pragma once
 #include <deque>

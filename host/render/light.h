@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The light in every picture: a warm key light of some width over the left shoulder, a bluish sky, a warm floor.
 #pragma once
 #include "host/render/stage.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures of a scene, ray-traced with Embree on the CPU: no GPU, no display. The same picture, bit for bit, on any
 // number of threads.
 #pragma once

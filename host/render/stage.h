@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a picture shows, ready for rays: geometry, smooth normals, colours.
 #pragma once
 #include <span>

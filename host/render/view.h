@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pinhole camera of host/render/picture.h.
 #pragma once
 #include <Eigen/Core>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The amplification of a substep: by how much it multiplies the motion of a body that stands at rest. Nothing but the
 // body's own constraints acts then, so that motion that grows is energy that the solver adds.
 #pragma once

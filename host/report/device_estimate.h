@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a step asks of the machine that a model is laid out for, before it runs there.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether a state is what its scene expects.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/report/failure_boundaries.h"
 
 #include <algorithm>

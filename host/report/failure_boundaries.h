@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // On which side of the known boundaries of the methods a scene's settings lie, in numbers. `malha study stability`
 // measured the boundaries; its charts are named here.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The folds in which sheets hang, compared with the edges of their meshes.
 #pragma once
 #include "host/model/model.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Heavy bodies that fall on light ones.
 #pragma once
 #include "host/model/model.h"

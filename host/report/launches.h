@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a step launches: the trace that shows that a scene pays for nothing that it does not name.
 #pragma once
 #include <cstdint>

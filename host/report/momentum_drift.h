@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether free bodies still have the angular momentum with which they set out. Projections along the gradients where
 // the substep began keep it to rounding; those too large for that, and Desbrun's filter, do not.
 #pragma once

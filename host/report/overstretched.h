@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The warning of bodies that a run stretched by more than their own elasticity explains.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What would run, before it runs.
 #pragma once
 #include <optional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a step would launch, pass by pass.
 #pragma once
 #include <cstddef>

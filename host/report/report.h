@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // report.json: what was run, on what, how fast and how well.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How finely the scene's precision tells positions apart where its bodies are: far from the origin that is coarse.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How soft too few substeps make the bending and the membranes of sheets.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The times of the steps of a run, in memory that does not grow with them.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Settings that lie beyond a boundary where a method is known to fail, said before a scene runs. Each line names the
 // chart of `malha study stability`, or the page, that shows the boundary.
 #pragma once

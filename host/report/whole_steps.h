@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A simulated time is whole steps.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checkpoints: the state of a run in a file that knows which model it belongs to.
 #pragma once
 #include <cstdint>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures of a run that has ended: of the state in its checkpoint, and a storyboard of its frames.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A whole run of a scene: steps, frames, pictures, checkpoints and the report in one folder.
 #pragma once
 #include <atomic>

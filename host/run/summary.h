@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A run in the few lines that a person wants at its end.
 #pragma once
 #include <string>

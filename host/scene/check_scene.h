@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scenes made in code, or changed after they were read, are held to what a file is held to.
 #pragma once
 #include "malha/scene.h"

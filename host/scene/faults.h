@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Several faults of one input, told at once.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // JSON text to a tree of values, strictly: no comments, no duplicate keys, no trailing text.
 // The parsing library stays inside json.cpp, because it compiles slowly.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads one JSON value at a known place, strictly: everything that it refuses names the file and the JSON pointer.
 #pragma once
 #include <array>

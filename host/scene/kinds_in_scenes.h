@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a scene file may say about constraints: the kinds, and each kind's own number.
 #pragma once
 #include <string>

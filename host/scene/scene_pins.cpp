@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pins, attachments, and what of a body may tear.
 #include <limits>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The parts of a scene, each read from its place in the JSON. Inside scene*.cpp only.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scenes as text.
 #pragma once
 #include <filesystem>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which particles, triangles and edges search for pairs together: planned once, from where they are at the start.
 #pragma once
 #include <vector>

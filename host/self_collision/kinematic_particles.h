@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Particles that objects of the environment carry in the present substep, where bodies collide with themselves: others
 // must get out of their way.
 #pragma once

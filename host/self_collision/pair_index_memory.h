@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory in which searches for pairs list the particles of a unit: on the host of each thread, on a device of each
 // unit.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/self_collision/rigid_momentum_fit.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How bodies that were held back get their momenta back, without energy that they did not have.
 #pragma once
 #include "kernels/self_collision/rigid_sums.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Deformable bodies against themselves and each other, substep by substep: pairs from a search that serves some
 // substeps, contacts of those that are near, their projection, and the guarantee that nothing crosses. Made only for
 // scenes that name self_collision.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of self-collision a later substep depends on.
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The last word of a substep: no surface crosses another. What stops one may press it into another.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The solvers instantiated for a CUDA device.
 #include <algorithm>
 #include <cmath>

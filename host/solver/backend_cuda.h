@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The solvers on a CUDA device (backend_cuda.cu), in builds that have it.
 #pragma once
 #include <memory>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The solvers instantiated for the executors of the host.
 #include "host/solver/instantiate.h"
 #include "host/solver/test_executor_hook.h"

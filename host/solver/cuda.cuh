@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The executor of a CUDA device: its launches, and the memory of its arrays. nvcc alone compiles it.
 #pragma once
 #include <cuda_runtime.h>

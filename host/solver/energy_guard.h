@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Energy that nothing gave ends a run. A body that falls, is thrown, blown or dragged has no more energy of motion than
 // that gave it, and constraints give back what they held; what has many times as much is an explosion, finite or not.
 #pragma once

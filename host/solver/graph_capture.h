@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Steps that launch the same as the one before: those that a device records as a whole.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A model's method in its precision, for any executor: a backend is one source file that includes this.
 #pragma once
 #include <memory>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // While the host asks Embree about some particles, a device goes on with the patches that have none of them: with the
 // first phase of the visits that come next. On the host there is nothing of this.
 #pragma once

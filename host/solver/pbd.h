@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Position Based Dynamics (Müller et al. 2006) with XPBD's compliance (Macklin et al. 2016) and substeps (Macklin et
 // al. 2019).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the rest of the host sees of a solver, whatever its method, executor and precision.
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The state of a run as bytes: what a checkpoint holds, and its hash.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a scene asks for between the prediction and the new state of a substep, beside its batched constraints.
 #pragma once
 #include "host/model/model.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the methods share: a substep of damping, wind, prediction (each method's own), projected constraints, collision
 // and the new state, for any executor and precision. A pass that the scene does not name does not exist here.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where make_solver is to run instead, for tests: the same scenes and the same expectations on another executor.
 #pragma once
 #include <memory>

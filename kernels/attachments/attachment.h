@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Particles that follow a rigid motion, and springs from particles to points that do.
 #pragma once
 #include "kernels/attachments/pose.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // long_range: C = r - |p - a| >= 0 for a particle p and each pinned particle a that it hangs on, r their distance over
 // the surface at rest times (1 + limit) (Kim, Chentanez, Müller, "Long Range Attachments", 2012). Pins do not give way,
 // so that a projection moves its own particle alone: one pass over the particles, no colouring. One projection after

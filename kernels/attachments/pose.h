@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A rigid motion from a frame of its own to the world. In double: far from the origin a turn has few digits to lose.
 #pragma once
 #include "kernels/simd/vec.h"

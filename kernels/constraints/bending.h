@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bending: C = theta - theta0, the signed dihedral angle between the triangles (p0, p1, p2) and (p1, p0, p3).
 // The 2006 paper's acos(n1.n2) is blind to the side of the fold and singular at 0 and pi; this is the signed angle,
 // with the gradients of Bridson, Marino, Fedkiw 2003 (also Tamstorf, Grinspun 2013).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The registry: one include and one name a constraint. Colouring, batching, scenes, reports and tests iterate it.
 #pragma once
 #include <type_traits>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // distance: C = |p0 - p1| - l.  Müller et al. 2006, section 4.1.
 #pragma once
 #include "kernels/projection/project_constraint.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // isometric_bending: C = +-|sum K_j p_j| -+ |sum K_j X_j| over the four particles of a hinge, K its cotangent weights
 // at rest over the edge: the fold's vector, 2 sin(theta / 2) long, with the sign of the side to which it folds, so that
 // what is curved at rest does not rest when it is snapped through. Where the fold is small that is the angle, so that a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // membrane: a triangle of thin elastic material, by Young's modulus times thickness Y (N/m) and Poisson's ratio nu:
 // linear in its stretch S = R^T F (Biot's strain S - 1), which is free of rotation. F = (f1 f2), 3 x 2, the deformation
 // gradient, and R = (r1 r2) the rotation nearest to it. Energy, with A the area at rest:

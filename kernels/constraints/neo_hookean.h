@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // neo_hookean: a tetrahedron of stable neo-Hookean material (Smith, de Goes, Kim 2018), in the constraints of Macklin &
 // Müller 2021, "A Constraint-based Formulation of Stable Neo-Hookean Materials". Energy
 //   U = V (mu/2 (I - ln(1 + I)) + lambda/2 (J - gamma)^2), I = tr(F^T F), J = det F,

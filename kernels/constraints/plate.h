@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // plate: bending of an isotropic plate of rigidity D (N m) and Poisson's ratio nu on any triangles. A triangle and the
 // three about it carry one curvature tensor H: the quadratic height that folds their hinges by the same three angles
 // (the six-point fit of Grinspun, Gingold, Reisman, Zorin, "Computing discrete shape operators on general meshes",

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // volume: C = (p1 - p0) . ((p2 - p0) x (p3 - p0)) / 6 - V0, the signed volume of a tetrahedron: an inverted one turns
 // back through zero (Müller et al. 2014, "Strain Based Dynamics", section 3).
 #pragma once

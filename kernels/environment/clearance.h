@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether particles can move for a whole step without a look at an environment mesh: how far they are from it, at
 // least, and how fast. What then turns out to be faster is held back afterwards.
 #pragma once

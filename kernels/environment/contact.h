@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contact of a particle with one environment mesh: an inequality per particle, with Coulomb friction and restitution.
 #pragma once
 #include "kernels/environment/feature_cache.h"

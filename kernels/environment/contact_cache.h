@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is remembered of particles near an environment mesh from substep to substep: a box for every 64 particles,
 // where each was seen for those of which no box tells it, and a slot with the rest and its contact for those that are
 // near.

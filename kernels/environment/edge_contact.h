@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contacts of deformable bodies with edges and corners of the environment: those of
 // kernels/self_collision/self_contact.h in the frame of what moves, where its points rest. They are numbered after the
 // particles, and have no inverse mass.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contacts with edges of the environment push, all at once: a particle that several push is split into one for each,
 // with a part of its mass (mass splitting: Tonge, Benevolenski, Voroshilov 2012), which conserves momentum, never
 // overshoots, and gives the same bits whatever the order. The parts are as large as what each would push alone, not

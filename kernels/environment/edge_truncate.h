@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The last word of a substep about deformable bodies and edges of the environment: nothing crosses. By planes, as
 // kernels/self_collision/truncate.h says.
 #pragma once

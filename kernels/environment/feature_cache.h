@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The feature of a mesh (a face, an edge or a corner) that is nearest to a particle. It stays the nearest for a while,
 // and then no triangle has to be looked at: the nearest point of a flat set is a projection.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The nearest triangles of many points at once, each by a list of its own: pairs of a point and a triangle fill packs,
 // so that short lists leave no lane empty, and memory is asked for ahead.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The nearest of many triangles, by lists: the space around a mesh is cut into cells (an octree), and a cell lists all
 // triangles that are nearest to any point of it. The lists belong to the mesh alone, so that every particle that comes
 // by in any substep uses them, and what they answer is what all triangles would, whichever cells exist.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What takes from the filtered accelerations of a free body that which internal forces cannot do.
 #pragma once
 #include "kernels/forces/angular_velocity.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The product S F with S dense and symmetric, for three right-hand sides at once. Each number of S is stored and read
 // once, and serves its row and its column.
 // Rows go by blocks of 16. Left of the diagonal a block is four panels of four rows, 16 columns after 16; the 16 x 16

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What goes into a filter and what comes out, by particle.
 #pragma once
 #include "kernels/simd/particles.h"

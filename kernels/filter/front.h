@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Partial Cholesky factorisation of a dense front: the numeric part of a multifrontal factor (Duff, Reid 1983), in
 // blocks, so that nearly all of it is products from registers.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The product S F from a sparse Cholesky factor A = L L^T, for three right-hand sides at once. The panel of a supernode
 // is [L11^-1; -L21 L11^-1], so that both substitutions are products, without recurrences.
 // Work is cut into tasks (subtrees of the elimination tree) and the top above them. Each has a segment of the work

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Strain and energy of springs in double, for reports.
 #pragma once
 #include "kernels/projection/rest.h"

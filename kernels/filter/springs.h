@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The spring forces of Desbrun's method (Desbrun, Schröder, Barr 1999, section 3), gathered by each particle from its
 // own springs: no two lanes write to the same place, and no colours are needed. A spring is evaluated at both of its
 // ends, to exactly opposite forces.

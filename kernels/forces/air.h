@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Air on faces. A face of area A and normal n that the air meets with the relative velocity u feels
 //   drag  1/2 rho C_D A (u . n)^2 u / |u|                    along the air,
 //   lift  1/2 rho C_L A (u . n) (|u| n - (u . n) u / |u|)    across it,

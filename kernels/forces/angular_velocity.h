@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast a body turns as a whole: with the angular velocity that has its angular momentum.
 #pragma once
 #include "kernels/simd/vec.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Damping that leaves the motion of a body as a whole alone (Müller et al. 2006, section 3.5).
 #pragma once
 #include "kernels/forces/momenta.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The particle passes of a PBD step: external forces, prediction, and the new state (Müller et al. 2006, section 3.1).
 #pragma once
 #include "kernels/forces/motion.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The momenta of bodies, stretch by stretch, and rigid motions that are added to their particles.
 #pragma once
 #include "kernels/forces/angular_velocity.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The motion of a particle over a substep, for one particle or a pack of them (Müller et al. 2006, section 3.1).
 #pragma once
 #include "kernels/simd/particles.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // pressure: C = V - r V0 in m^3, V = sum over triangles of (p1 x p2) . p3 / 6 the enclosed volume, V0 that at rest,
 // over all the particles of a closed mesh at once (Müller et al. 2006, section 4.4, who leave out the 1/6; a compliance
 // in m^5/N needs it). -C / alpha is the pressure inside above that outside, Pa. Three reductions and one update, no

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a scene that may fall asleep is asked, and how it is stilled.
 #pragma once
 #include "kernels/measure/over_elongation.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Closest points of a point and a triangle, and of two segments, as weights of their ends. Everything is computed from
 // differences of positions. Degenerate triangles and segments (no area, no length) are segments and points.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The closest points of a particle and a triangle, or of two edges, as weights of their four particles: one pair, or a
 // pack of them without a branch. The same points as kernels/geometry/closest.h, up to rounding.
 #pragma once

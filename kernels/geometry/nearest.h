@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The point of a triangle that is nearest to a point (Ericson, "Real-Time Collision Detection", 2005, section 5.1.5):
 // one triangle with branches, and one or a pack of them without. Both do the same arithmetic, to the bit.
 #pragma once

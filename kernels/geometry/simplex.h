@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Simplices (triangles, edges of no triangle, loose particles), boxes, and which of them may meet.
 #pragma once
 #include "kernels/parallel/sort.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sums over the particles for reports.
 #pragma once
 #include "kernels/simd/particles.h"

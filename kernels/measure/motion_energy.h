@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Energy of motion and of height, summed often: what a solver watches while it runs.
 #pragma once
 #include "kernels/simd/particles.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far distance limits are exceeded.
 #pragma once
 #include "kernels/simd/particles.h"

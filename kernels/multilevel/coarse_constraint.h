@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a coarse constraint does: its particles are no farther apart than the surface between them is long, and are not
 // brought closer than they arrived, so that folds stay as they are.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The particles of a level arrive: they are the mass centres of finer ones, patch by patch of these.
 #pragma once
 #include "kernels/forces/motion.h"

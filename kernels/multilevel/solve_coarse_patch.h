@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One visit to a patch of a level: its particles arrive, follow the next coarser level, are projected, and leave what
 // was changed of them for the next finer one.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Weighted means between a level and the next finer one. Where many side by side read what lies side by side, they are
 // computed as packs of columns, and otherwise one by one, of rows.
 #pragma once

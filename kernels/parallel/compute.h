@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The compute abstraction, and the only file that knows a backend: executors and launches.
 // A kernel is a named functor with `KERNEL void operator()(int item) const`. The partition of the work depends on the
 // item count alone, never on the number of threads, so that results are the same bits on any number of them.

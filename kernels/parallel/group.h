@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A large piece of work with fast memory of its own: a core and its caches, or a block of a device's threads and the
 // memory that they share. Kernels over groups are written once, for any of both.
 #pragma once

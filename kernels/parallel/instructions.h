@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The CPU's instruction sets, and the one function that is compiled for each. A build for one machine (-march) knows
 // its compiler's own set alone; a portable build for x86-64 holds the pack kernels once a set and picks at run time.
 #pragma once

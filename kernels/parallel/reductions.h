@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The plain sum of a reduction.
 #pragma once
 #include "kernels/parallel/compute.h"

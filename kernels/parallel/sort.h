@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Integers sorted and summed in parallel. The parts are fixed by the number of items, so that the same comes out of any
 // number of threads; sorting is stable.
 #pragma once

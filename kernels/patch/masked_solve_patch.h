@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Visits to some of the patches of a phase: while the host looks at particles of the others.
 #pragma once
 #include "kernels/environment/contact_cache.h"

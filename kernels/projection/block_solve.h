@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Several constraints on the same particles, met at once: XPBD's step (Macklin, Müller, Chentanez 2016, eq. 18) with a
 // small matrix in place of its one denominator. One after the other they would undo each other's work.
 #pragma once

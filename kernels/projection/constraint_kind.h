@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a constraint kind is, said once: the contract that every file of kernels/constraints/ keeps. A kind that lacks a
 // part does not compile, and the compiler names the concept below that it breaks.
 //

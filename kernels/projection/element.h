@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of a mesh a constraint can stand on: one table, which scenes, messages, benchmarks and tests read.
 // A new element is a line here and its list in host/model/elements.cpp.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A patch: constraints that are projected together on particles that fit in fast memory. The constraints of a patch
 // belong to it alone; particles at its rim are shared, and patches that share one are never visited at once.
 #pragma once

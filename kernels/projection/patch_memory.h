@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The fast memory of a patch, laid out in one of two ways: columns (an array a coordinate) where packs read particles
 // that lie side by side, rows (two Vec4 a particle) where they gather them from anywhere. Of each particle it has where
 // the substep began, from an origin near its body, its inverse mass, and how far it has gone since: constraints are

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One projection, written once for every constraint: gather, evaluate, PBD or XPBD update, scatter.
 #pragma once
 #include "kernels/projection/constraint_kind.h"

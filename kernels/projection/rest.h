@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rest values and residuals of constraints in double, for set-up and for reports, whatever the solver's precision.
 #pragma once
 #include "kernels/parallel/reductions.h"

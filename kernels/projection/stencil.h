@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What Desbrun's filter sees of a constraint that is more than a spring: vectors f_m = sum_j c_mj x_j, linear in the
 // positions of its particles, each drawn to a target d_m(f) with the force -(f_m - d_m) / alpha. The linear part goes
 // into the filter's matrix; the targets are taken from where the particles are, as springs take their directions.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What constraints of the caller's own read and write: particles to a list in double, and their shifts back.
 #pragma once
 #include "kernels/simd/particles.h"

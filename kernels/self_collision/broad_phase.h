@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which pairs (a particle and a triangle, or two edges) can come nearer than is wanted while every particle stays in
 // the box of its search.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pairs that kernels/self_collision/broad_phase.h finds, in the same order, where the threads of a block search
 // together.
 #pragma once

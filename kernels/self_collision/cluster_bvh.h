@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Units: some hundred particles that lie together at the start, with the triangles and edges that belong to them, and a
 // tree of boxes over all. The tree stays as it is; only its boxes are made anew.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pairs (a particle and a triangle, or two edges) in blocks of sixteen that share no particle, so that a block is
 // looked at and projected at once; and patches, the blocks of one unit.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is nearer than the thickness at the start, or where pins let go or particles are put, is not pushed out to it:
 // that would give it speed, and the more the shorter the substep. It stays as near as it is until it opens by itself.
 // Every particle has a contact distance (m), which bounds that of its pairs: at first 0, it grows to the distance of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pairs of a unit as they get their places in its blocks, and the particles that it lists on the way.
 #pragma once
 #include "kernels/self_collision/contact_block.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pins that move go where they are told. What they would go through is driven before them: along the plane's normal, as
 // far as the plane must go, and what it would go through likewise.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A substep's look at the pairs of a patch: the plane between the sides of each, and which are so near that their
 // contact may push.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What particles have of momenta and energy before and after they are held back, and a rigid motion that is added to
 // their velocities.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the host decides by while bodies are kept apart: launches find it, and it is read at once.
 #pragma once
 #include "kernels/self_collision/swept_bounds.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contact of a particle and a triangle, or of two edges, that come near: as pairs of deformable bodies look at it
 // (kernels/self_collision/narrow_phase.h), and as bodies have it with edges of the environment
 // (kernels/environment/edge_contact.h). Every contact is an inequality over four particles, C(p) = distance along n -

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Near pairs push: Gauss-Seidel, a block of pairs that share no particle at once (Müller et al. 2006; the push that a
 // contact has accumulated is never below 0), with Coulomb's friction on positions (Macklin et al. 2014).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far particles go: their motion beside the common one, and whether they stay in the boxes of the last search.
 #pragma once
 #include "kernels/geometry/simplex.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How near the sides of a pair (a particle and a triangle, or two edges) can come while every particle stays in the box
 // of its search, and how near they may.
 #pragma once

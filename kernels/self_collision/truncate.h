@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The last word of a substep about the deformable bodies: nothing crosses. At x0 nothing crosses. Every pair that could
 // come near was found, because no particle leaves the box that it was searched with; and a pair stays apart if a plane
 // of normal n is between its sides at the end as at the start, because between them every particle moves along a line:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The four-quadrant arctangent for scalars and packs, in plain arithmetic: the same bits on every backend.
 #pragma once
 #include "kernels/simd/pack.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Packs and single particles that cover a number of them.
 #pragma once
 #include "kernels/parallel/compute.h"

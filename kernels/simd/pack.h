@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Packs: several constraints side by side in one register, and how their particles come in and go out.
 // On the CPU a pack is a compiler vector (no intrinsics, any instruction set, the same bits on all of them: every
 // operation is elementwise IEEE). For a thread of a device a lane is a plain number (OneLane).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Views of the particles: one array a coordinate, so that neighbours are read and written many at a time.
 #pragma once
 #include "kernels/simd/vec.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sixteen numbers side by side, four rows of four: in as many packs as an instruction set needs. Sums over tiles have
 // the same bits on all of them.
 #pragma once

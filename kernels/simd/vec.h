@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small vectors: Vector3 over a scalar or a pack of scalars, and Vec4, four numbers in one aligned load.
 #pragma once
 #include <math.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Particles tied to points at rest, to points on a path, and to rigidly moving meshes.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scenes whose particles are taken by hand, and their bits.
 #pragma once
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Long-range attachments: what they hold, and that they do nothing else.
 #include "host/model/long_range.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pins that follow keyframes and pins that are let go.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a hand leaves as it was: the bits of what it does not touch, and of all that it undoes.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Particles taken by hand: what they do.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A machine of made-up times on which steps choose their threads.
 #include "host/base/adaptive_thread_count.h"
 

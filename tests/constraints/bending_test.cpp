@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bending by its two constraints and by both methods is the same sheet: what sags, and how far, is the compliance's.
 #include <gtest/gtest.h>
 

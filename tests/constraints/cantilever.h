@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A strip that is held by its first two rows of particles and sags under its weight.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A box of cells of six tetrahedra each, which share the cell's long diagonal.
 #pragma once
 #include <algorithm>

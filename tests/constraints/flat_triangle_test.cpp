@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Desbrun's method on meshes with a triangle that is all but flat, as public ones have: its hinges weigh no more than
 // others', or are named.
 #include <gtest/gtest.h>

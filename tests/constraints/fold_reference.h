@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The hinges of Desbrun's method by themselves, from the places of their wings over the edge: nothing of the kernels'.
 #pragma once
 #include <array>

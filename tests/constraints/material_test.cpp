@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rigidity: constraints that take their compliance from a material bend and stretch as its cloth does, however fine the
 // mesh is. Both are compared with formulas of beams, not with each other.
 #include "host/model/material.h"

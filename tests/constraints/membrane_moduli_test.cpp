@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of Young's modulus, Poisson's ratio and the shear modulus a membrane of irregular triangles shows by both
 // methods.
 #include <gtest/gtest.h>

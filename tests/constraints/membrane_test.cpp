@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The membrane: its energy against plane stress in principal stretches, its steps against backward Euler, and that no
 // start throws it.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A flat sheet whose triangles differ in form and size, for tests that must not lean on a grid.
 #pragma once
 #include <sstream>

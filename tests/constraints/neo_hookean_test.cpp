@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The material of tetrahedra: its forces against its energy, its rest shape, and what it comes back from.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // plate: a bent sheet has the energy of its curvature on whatever triangles, and sags as beam theory says.
 #include <gtest/gtest.h>
 

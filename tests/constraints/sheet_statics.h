@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Flat sheets of cells that are not alike, and what loads do to them by linear algebra: no substep in it.
 #pragma once
 #include <Eigen/Sparse>

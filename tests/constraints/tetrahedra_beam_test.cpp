@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A cantilever of tetrahedra under its own weight, over refinement: against linear finite elements on the very same
 // tetrahedra, solved here by other means, and those against the theory of beams.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rigidity on cells that are longer than wide, or not all alike: the same sheet as on squares, or a warning.
 #include <gtest/gtest.h>
 

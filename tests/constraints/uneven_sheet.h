@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sheets of membrane on triangles of unequal sizes and windings, and what a test reads off them.
 #pragma once
 #include <Eigen/Dense>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the faces of a mesh are wound says nothing of how it bends: sheets whose faces are turned over by chance have the
 // energy, and the sag, of those whose faces agree.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Particles without constraints against one environment mesh, substep by substep, as the solver does it.
 #pragma once
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contact with environment meshes against the formulas of impact, rest and Coulomb's friction.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a device answers of contacts by the lists of a mesh, and what it leaves to the host: together the same.
 #include "host/environment/contact_query_device.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Spikes, rods and corners of the environment that are finer than a cloth do not poke through it.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // No particle passes a surface, however fast it is and wherever it meets it: faces, edges and vertices.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the environment costs less: a step in which nothing can come near it is visits alone, and a particle that comes
 // again as it came keeps its contact. Nobody can tell either from a step that looks at everything.
 #include <gtest/gtest.h>

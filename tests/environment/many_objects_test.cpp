@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory of scenes with many environment objects is that of what is near.
 #include <gtest/gtest.h>
 

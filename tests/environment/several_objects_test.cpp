@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where several environment objects push a particle, none of them lets it through: it stays in what they enclose.
 #include <gtest/gtest.h>
 

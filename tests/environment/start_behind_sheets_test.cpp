@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies that start behind a one-sided sheet where that matters are named; elsewhere behind it is a place like another.
 #include "host/environment/start_behind_sheets.h"
 

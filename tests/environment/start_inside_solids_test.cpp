@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies that start inside solids are refused, or moved out without velocity.
 #include "host/environment/start_inside_solids.h"
 

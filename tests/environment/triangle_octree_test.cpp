@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The nearest triangle by the lists of cells around a mesh is that of all its triangles, to the bit.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Nothing passes through a wall, however fast it is, however thin the wall, and whoever moves.
 #include <gtest/gtest.h>
 

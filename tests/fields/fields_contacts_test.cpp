@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Looks: contacts with the environment.
 #include <gtest/gtest.h>
 

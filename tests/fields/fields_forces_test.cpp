@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Looks: the forces on pins.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // For tests of looks: a sheet that is no grid.
 #pragma once
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Looks: the solver's layout, patches, phases and batches.
 #include <algorithm>
 #include <map>

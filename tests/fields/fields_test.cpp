@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Looks: strain and residual of particles.
 #include "host/fields/fields.h"
 

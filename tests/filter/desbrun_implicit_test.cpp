@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What Desbrun's method is: one solve towards backward Euler, and backward Euler itself where it is refined.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A free body under Desbrun's filter: what internal forces must not do, they do not, and it falls as a stone.
 #include <gtest/gtest.h>
 

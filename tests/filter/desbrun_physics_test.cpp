@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Desbrun's method on bodies whose motion or rest is known: oscillators, hanging chains and sheets, stiff cloth, and
 // what else of the scene acts on them: limits, contact, pressure.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is promised of every method, of Desbrun's: the same bits everywhere, a run that can go on, scenes that need no
 // other word, and nothing that costs without being named.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a scene names besides springs, under Desbrun's method: distance limits, contact, pressure, wind and damping.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Chains of equal masses, whose filter has a closed form. With a = k dt^2 / m, W = (1 + a K)^-1, where K is tridiagonal
 // with 2 on the diagonal (1 at a free end) and -1 beside it: W_ij obeys the recurrence of cosh, so with
 // cosh(t) = 1 + 1 / (2 a) and n masses, i <= j counted from 1,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the tests of Desbrun's filter share: systems of all kinds, and the same systems assembled and solved by Eigen.
 #pragma once
 #include <Eigen/Dense>

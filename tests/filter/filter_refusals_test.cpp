@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What no filter can be made of is refused with a word about it, before anything large is done.
 #include <gtest/gtest.h>
 

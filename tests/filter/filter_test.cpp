@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The filter, dense and from a sparse factor, in every storage, against the same system solved by Eigen in long double.
 #include "host/filter/filter.h"
 

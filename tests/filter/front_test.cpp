@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The elimination of a dense front, against Eigen's Cholesky factor, on packs of every width.
 #include "kernels/filter/front.h"
 

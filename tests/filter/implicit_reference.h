@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Backward Euler of a scene's springs, and what Desbrun's method solves of it and of hinges, in double and by Eigen
 // alone: nothing of the solver's but the lists of springs and hinges.
 #pragma once

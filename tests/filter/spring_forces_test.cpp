@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The forces of springs: the gradient of their energy, opposite at their ends, finite where they have no direction.
 #include "host/filter/spring_forces.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The matrix behind Desbrun's filter: A = M - dt^2 H over the particles that springs hold.
 #include <gtest/gtest.h>
 

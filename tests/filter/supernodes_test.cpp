@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The structure of the sparse factor: an order, a tree, and rows that hold every number that elimination fills in.
 #include "host/filter/supernodes.h"
 

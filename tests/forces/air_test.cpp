@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Air on faces: terminal velocity, drag and lift against their formulas, and that it never drives what it meets.
 #include "host/forces/air.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast a body turns as a whole, against rotations that are known.
 #include "kernels/forces/angular_velocity.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Closed skins of springs with a pressure inside, by both methods: thrown at edges they gain no energy, and where they
 // rest springs and pressure are in balance.
 #include <gtest/gtest.h>

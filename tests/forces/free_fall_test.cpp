@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One loose particle under gravity and wind, against the formulas of symplectic Euler and of physics.
 #include <gtest/gtest.h>
 

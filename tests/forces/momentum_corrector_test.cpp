@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The corrector of PBD and XPBD: free bodies keep both momenta, and what acts on them from outside stays as it was.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A free body keeps its momentum, whatever its constraints and damping do inside it.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A mass on an XPBD spring: rest 1 m, start 1.5 m, 1 kg, compliance 0.001 m/N. With u = |x| - 1 m and omega^2 = 1 / (m
 // alpha), XPBD's update of one constraint is implicit Euler, v' = v - h omega^2 u', u' = u + h v': the eigenvalues of
 // that step are 1 / (1 -+ i omega h), so that the amplitude falls by 1 / sqrt(1 + omega^2 h^2) a step, exactly, and the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A mass on a rod (a chain of one stiff segment) against the formulas of the pendulum.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rest and sleep: what rests stays where it is, bit by bit, costs nothing, and wakes when something comes.
 #include <gtest/gtest.h>
 

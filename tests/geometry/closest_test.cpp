@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What self-collision is made of: closest points, sums and sorting.
 #include "kernels/geometry/closest.h"
 

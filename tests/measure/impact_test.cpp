@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stiff shells that hit the ground: whatever their mesh, they gain no energy from their own stiffness.
 #include <algorithm>
 #include <cmath>

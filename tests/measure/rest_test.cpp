@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene at rest stays at rest, without sleep too: how much resting contacts move from step to step.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies that lie on the ground, and how much their particles still move from step to step.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is far from easy: masses of very different size, and scenes far from the origin. They stay finite, and say how
 // wrong they are.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The largest strain of a run, which is not that of its end, and what is said of it.
 #include <gtest/gtest.h>
 

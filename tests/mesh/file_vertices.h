@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Mesh files that hold more vertices than anything uses, in several formats.
 #pragma once
 #include <sstream>

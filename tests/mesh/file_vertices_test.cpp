@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Vertices of mesh files that nothing uses, or that are welded: no particles of their own, but numbers.
 #include "tests/mesh/file_vertices.h"
 

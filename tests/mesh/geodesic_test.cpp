@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Distances along meshes, against straight lines on flat ones and great circles on spheres.
 #include "host/mesh/geodesic.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gmsh's binary files: the same mesh as from its text, in either order of bytes, and nothing that bytes can do to us.
 #include <gtest/gtest.h>
 

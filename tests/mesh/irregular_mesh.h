@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Flat triangle meshes that are no grids: points off their lattice, diagonals at random.
 #pragma once
 #include <array>

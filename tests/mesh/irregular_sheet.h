@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A sheet that is no grid, as an OBJ file.
 #pragma once
 #include <string>

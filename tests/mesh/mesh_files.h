@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the tests of meshes share: files that vanish, and numbers in binary ones.
 #pragma once
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "host/mesh/io/mesh_io.h"
 
 #define TINYOBJLOADER_IMPLEMENTATION

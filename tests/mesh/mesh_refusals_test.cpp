@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every bad mesh file is refused with its name, the line and column or byte, what was found and what is allowed.
 #include <cmath>
 #include <cstdint>

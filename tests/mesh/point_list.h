@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Points on the host that grow and can be copied, in the layout that kernels want.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Faces of many corners: their triangles fill them, whatever their shape, their place in space and their first corner.
 #include "host/mesh/polygons.h"
 

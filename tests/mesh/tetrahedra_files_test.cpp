@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The formats of tetrahedra: every one gives the same mesh, and damage is refused with its place.
 #include <gtest/gtest.h>
 

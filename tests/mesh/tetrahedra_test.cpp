@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies of tetrahedra: their surface, mass, volume and edges, and what a scene may say about them.
 #include "host/mesh/tetrahedra.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What real mesh files hold: vertices split at seams, vertices that nothing uses, lines that go on.
 #include "host/mesh/weld.h"
 

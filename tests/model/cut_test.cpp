@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cuts by hand: what they part, and what stays as it was.
 #include "host/model/cut.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tearing: where, along which plane, and what stays as it was.
 #include "host/model/tear.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a scene probably does not mean is said once, with the ratio that gave it away; and contacts follow the edges.
 #include "host/model/unlikely.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Levels where pull does not come from a row of pins alone: how far the body is from where many substeps put it.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Levels: large bodies are as stiff as small ones, and what they do not help pays nothing.
 #include "host/model/levels.h"
 

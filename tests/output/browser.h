@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Headless Chromium, driven over a pipe by its DevTools protocol.
 #pragma once
 #include <filesystem>

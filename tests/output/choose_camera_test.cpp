@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The camera that pictures have where their scene names none: what it holds, and that nothing hides the bodies.
 #include "host/output/choose_camera.h"
 

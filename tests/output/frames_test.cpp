@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every format is read back by a small reader written here from the format's own description, not with our writer.
 #include "host/output/frames.h"
 

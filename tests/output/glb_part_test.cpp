@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // When the glTF file of a run appears, and how a run goes on from it.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What glTF cannot hold is refused before anything is written.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene of everything that a glTF file may hold, and its frames as another format has them.
 #pragma once
 #include <cstdlib>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A run as glTF, read back by tinygltf's own loader. What viewers make of it: glb_viewers_test.cpp.
 #include <gtest/gtest.h>
 

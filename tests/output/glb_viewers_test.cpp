@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What three.js (in Chromium) and Blender show of a run as glTF, against its frames in another format.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A .glb as tinygltf's loader reads it, and a small one to write.
 #pragma once
 #include <gtest/gtest.h>

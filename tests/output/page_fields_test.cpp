@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a page shows of a run beside its places: patches and phases, speeds, numbers with units, names.
 #include <algorithm>
 #include <map>

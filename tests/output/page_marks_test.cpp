@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a page shows of a run that the solver's library measured: contacts, residuals and batches.
 #include <algorithm>
 #include <array>

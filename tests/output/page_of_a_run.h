@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // For tests of pages: runs that leave one, what it holds, and a browser.
 #pragma once
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A run as a page: what it holds, and what a browser shows of it. The second half needs chromium.
 #include "host/output/page.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An executor that shows without a device what would go wrong on one: every group is worked on by the threads of a
 // block, each for itself up to where all wait for each other, and after each wait in another order. What depends on the
 // order, what each thread repeats, and a wait that not all come to, show in the results or end the launch.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What every executor promises its kernels (tests/parallel/compute_test.cpp), of emulated blocks of threads.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a device records and replays, emulated (blocks.h): what a recording lacks shows in the results.
 #include <gtest/gtest.h>
 

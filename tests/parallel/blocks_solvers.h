@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole solvers on blocks of threads (blocks.h).
 #pragma once
 #include <cstdint>

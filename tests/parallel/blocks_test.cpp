@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kernels and the solvers on blocks of many threads: the same bits as on one. What the emulation itself finds is
 // shown first.
 #include "tests/parallel/blocks.h"

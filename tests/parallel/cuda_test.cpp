@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The CUDA backend. Where there is no device, or a build without it, that is said; where there is one, it has the bits
 // of the host.
 #include <gtest/gtest.h>

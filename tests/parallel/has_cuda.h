@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether this build and this machine have a CUDA device.
 #pragma once
 #include "host/solver/solver.h"

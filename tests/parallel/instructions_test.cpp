@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Packs of any width, compiled for any instruction set, give the same bits.
 #include <gtest/gtest.h>
 

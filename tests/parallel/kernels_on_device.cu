@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Instantiates the kernels on the device: what only a device compiler refuses is found without a GPU.
 #include "host/solver/cuda.cuh"
 #include "kernels/attachments/attachment.h"

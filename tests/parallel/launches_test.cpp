@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a step launches is what its scene names, and nothing else: by the trace of launches and the bytes of each owner.
 #include "host/report/launches.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What patches are cut for: they fit the machine, and the bits depend on it alone.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a substep of Position Based Dynamics keeps and how it converges: there and back, along the gradients where it
 // began, on displacements (METHODS, section 8). Bars come from what converged references and conserved quantities say.
 #include <gtest/gtest.h>

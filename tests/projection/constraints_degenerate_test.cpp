@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every kind of the registry on input without a direction, without an area, or at the ends of the type's range: it
 // stays finite, and where there is no gradient nothing moves.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What holds for every kind of the registry: a new kind is tested without a line here.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One constraint of any kind with particles of its own, for the tests that iterate the registry.
 #pragma once
 #include <algorithm>

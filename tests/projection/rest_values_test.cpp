@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rest values are stored once for a run in which they are all alike, and one by one elsewhere.
 #include "host/projection/rest_values.h"
 

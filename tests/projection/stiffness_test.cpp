@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What PBD's stiffness k leaves of an error by iterations and by substeps, and the k of a step, which is a spring's.
 #include "host/projection/stiffness.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Constraints of the caller's own: the same physics as the built-in ones, and nobody else's bits.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the tests of the Python module share. tests/python.sh says where the module and the command are."""
 import os
 import pathlib

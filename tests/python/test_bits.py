@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The same bits as the command, for every shipped scene."""
 import json
 import subprocess

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Constraints whose function is Python's: the same physics as the built-in ones."""
 import numpy as np
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every example runs, and finds what it says."""
 import pathlib
 import runpy

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Scenes from files, texts, dicts and arrays; refusals with the words of the command line."""
 import json
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """State in and out: arrays, what is set between steps, checkpoints, reports."""
 import json
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The type stubs say what the module has, and everything in it is documented."""
 import ast
 import inspect

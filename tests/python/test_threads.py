@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Ctrl-C, callbacks, threads, memory."""
 import gc
 import json

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PNG files read back by a library that has no part in writing them.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // By how much a substep multiplies small motions about rest: against eigenvalues of the same step's Jacobian, and what
 // sweeps in one direction make of them.
 #include "host/report/amplification.h"

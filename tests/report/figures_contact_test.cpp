@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Figures of scenes/accuracy.md of contact: layers that slide, layers that creep, edges of the environment.
 #include <gtest/gtest.h>
 

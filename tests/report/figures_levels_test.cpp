@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Figures of scenes/accuracy.md of levels: how far hung sheets stretch with them and without.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Figures of scenes/accuracy.md of materials: how soft too few substeps make strips.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Figures of scenes/accuracy.md of what should rest, and of momenta that should stay.
 #include <gtest/gtest.h>
 

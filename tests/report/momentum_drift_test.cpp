@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a run says at its end of free bodies whose angular momentum changed, though nothing was there to change it.
 #include "host/report/momentum_drift.h"
 

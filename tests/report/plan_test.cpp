@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What malha plan says is what runs, and no more than the scene needs.
 #include "host/report/plan.h"
 

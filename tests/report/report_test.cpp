@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // report.json: every promised number is there, under its name, and is plausible or exact.
 
 #include "host/base/build_info.h"

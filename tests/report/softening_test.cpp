@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Too few substeps make sheets softer than their material: what `malha run` and `plan` warn of, and what they do not.
 #include "host/report/softening.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How long steps took is told of all of them, in memory that does not grow with them.
 #include "host/report/step_statistics.h"
 

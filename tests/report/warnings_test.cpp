@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What `malha run` and `plan` warn of, and what they do not: both sides of each known boundary.
 #include "host/report/warnings.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every kind of bad input, through the command: exit status 2, one line that names the file, the place, what was found
 // and what is allowed, and nothing written; or, where a run can honestly go on, a counted skip.
 #include <algorithm>

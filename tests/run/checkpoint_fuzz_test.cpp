@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checkpoints that were made up, with the hash made valid: refused or gone on with, never a crash, and what is refused
 // leaves the simulation as it was.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checkpoints that nobody asked for, what they survive, and whose folder it is.
 #include <sys/syscall.h>
 #include <unistd.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A run that stops and goes on is the run that never stopped, bit by bit; and nothing else can be gone on with.
 #include "host/base/build_info.h"
 #include "host/run/run.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What happens to a command in the world: readers that leave, bytes that no terminal should see, too little memory.
 #include <sys/resource.h>
 

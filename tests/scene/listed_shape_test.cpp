@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Meshes that are given in place of a file.
 #include <gtest/gtest.h>
 

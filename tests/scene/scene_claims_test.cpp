@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the shipped scenes exist to show, where their own "expect" cannot say it. Whole runs: release builds only.
 #include <gtest/gtest.h>
 

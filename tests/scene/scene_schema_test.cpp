@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Keeps scenes/schema.json in step with the parser: walks the schema along the full scene, and at every place asks the
 // parser the same question.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every shipped scene, whole, against its own "expect". In builds with assertions (sanitizers), which are some
 // ten times slower, only its first steps: they must stay finite.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An attack on the guarantee of self-collision: bodies of all kinds thrown, driven and squeezed into each other at
 // random. Nothing may cross after any step, by a count that shares no code with the collider.
 #include <gtest/gtest.h>

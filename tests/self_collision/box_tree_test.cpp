@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The set-up of self-collision: crossings found among triangles of any shape in near-linear time, and what is too much.
 #include "host/model/box_tree.h"
 

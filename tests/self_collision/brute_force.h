@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Geometry of a triangle mesh the slow way: every triangle, in double, by other formulas than
 // host/environment/surface.cpp.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies that cross at the start, as real models do: where the scene says so, they collide once they have parted.
 #include <gtest/gtest.h>
 

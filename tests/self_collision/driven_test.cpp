@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What moves as it is told may go through what cannot get out of its way: then the run says so.
 #include <gtest/gtest.h>
 

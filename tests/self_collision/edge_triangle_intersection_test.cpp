@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether an edge touches a triangle, against their distance.
 #include "host/model/edge_triangle_intersection.h"
 

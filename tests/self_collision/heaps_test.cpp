@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Heaps of cloth: what falls, folds and is thrown together in the air and on the ground crosses nowhere, however thin
 // it is told to be and however coarse the substeps are.
 #include <gtest/gtest.h>

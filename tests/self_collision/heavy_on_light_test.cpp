@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Heavy blocks on light ones, held apart by self-collision: what is laid on stays; what falls on a light one walks off
 // in the truth too, unless something damps it, and a warning says from which ratio of masses on.
 #include "host/report/heavy_on_light.h"

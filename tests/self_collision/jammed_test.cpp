@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What collides at any speed has no more energy than before it, and all of its momentum: contacts, holding back what
 // would cross and giving momenta back only ever take energy.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // With self-collision on, no particle is ever inside a solid of the environment, still or moving, and no surface
 // crosses another: whatever moves last in a substep is checked against both. Inside is told by a winding number of this
 // file.

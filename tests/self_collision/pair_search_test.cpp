@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which pairs a search finds, and how they lie in blocks, patches and phases.
 #include "host/self_collision/pair_search.h"
 

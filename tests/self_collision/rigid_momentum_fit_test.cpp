@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What was held gets both momenta back by a motion as one body, as far as it had the energy.
 #include "host/self_collision/rigid_momentum_fit.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Deformable bodies do not pass through themselves or each other, and their contacts keep what physics keeps.
 #include <gtest/gtest.h>
 

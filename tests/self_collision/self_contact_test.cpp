@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a contact between deformable bodies is made of.
 #include "kernels/self_collision/self_contact.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a scene is told before its first step, by check, plan and run alike: solids that cross themselves, and bodies
 // that cross objects. And what is said of crossings afterwards, whatever is written meanwhile.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Float keeps bodies apart as double does, wherever they are: self-collision tells places from an origin near them,
 // which follows them.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What starts nearer than the thickness stays as near until it opens by itself: it gets no speed by that, at any number
 // of substeps.
 #include <gtest/gtest.h>

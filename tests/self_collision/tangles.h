@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Constraints without a mesh, for the tests of what sorts them: tangles with hubs, the models they make, and the
 // checker of independence that nothing in the host shares code with.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The logarithm of scalars and packs.
 #include "kernels/simd/log.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sixteen numbers in packs of any width, against sixteen scalars.
 #include "kernels/simd/tile.h"
 

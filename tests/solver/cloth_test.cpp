@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cloths, chains and balloons: how well constraints are met, and where they come to rest.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The same scene gives the same bits on any number of threads, on either backend, and run after run.
 #include <gtest/gtest.h>
 

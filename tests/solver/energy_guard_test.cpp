@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Energy that nothing gave ends a run; energy that something gave does not, however sudden.
 #include "host/solver/energy_guard.h"
 

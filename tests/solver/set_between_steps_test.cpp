@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is set between two steps: places, velocities, pins, gravity and wind.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hanging cloths at one iteration a substep. A sweep from the pins downward blows up here, and more substeps make it
 // worse: the order of the sweep has to be stable at every size, however the mesh is numbered.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The words after "malha": help that suffices, and an answer of one line to every slip.
 #include "host/base/build_info.h"
 #include "tests/run_scenes.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The malha command as a user meets it: what it says, with which exit status, and what it leaves behind.
 #include <pty.h>
 

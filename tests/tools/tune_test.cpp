@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha tune finds settings that do reach the error, and leaves nothing where there are none.
 #include "tools/tune/tune.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What malha tune writes is within the error that was asked for of the truth, which is made here by other means: closed
 // forms, and Runge and Kutta's method on the same springs.
 #include <gtest/gtest.h>

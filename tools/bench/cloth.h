@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cloth that the benchmark hangs by one side, as a scene for malha and as plain lists for other libraries.
 #pragma once
 #include <filesystem>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha bench constraints: what every kind of constraint costs, each alone on a body of its own.
 #pragma once
 #include "tools/bench/counts.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha bench contact: what contact with the environment costs a particle and substep.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a benchmark is asked for: the numbers and cases that it goes through.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What was measured on, and how fast that is.
 #pragma once
 #include <nlohmann/json_fwd.hpp>

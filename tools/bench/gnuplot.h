@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Charts, drawn by gnuplot where it is installed. Their colours are Okabe and Ito's, which the colour-blind tell apart
 // (#0072b2, #56b4e9, #009e73, #e69f00, #d55e00, #cc79a7, #000000), and of bars and shades some more.
 #pragma once

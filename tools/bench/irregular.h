@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An irregular triangle mesh: what scanned and modelled clothes look like to a solver, made from numbers alone.
 #pragma once
 #include "malha/mesh.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What this machine can do, measured: how fast it moves numbers and how fast it makes roots and quotients.
 #pragma once
 #include <cstddef>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the results of a benchmark go: the screen, and files in a folder.
 #pragma once
 #include <cstdio>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the lines of a benchmark run, and what they are laid out for.
 #pragma once
 #include <string>

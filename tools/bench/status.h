@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the benchmark is doing: one line that redraws itself on a terminal, and nothing elsewhere.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast threads can read memory, and read and write it.
 #pragma once
 #include <cstddef>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The CUDA backend: one source file, by nvcc. CMake 3.25 (Debian 12's) does not know nvcc's C++20, so it calls it itself.
 find_package(CUDAToolkit 12 REQUIRED)
 set(MALHA_CUDA_ARCHITECTURES 80 90 CACHE STRING

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What must be there before anything is compiled; tools/setup installs all of it on Debian.
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(OpenMP REQUIRED COMPONENTS CXX)

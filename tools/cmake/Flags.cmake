@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # How everything is compiled: the library, the command and the tests alike, because they share templates.
 include(CheckCXXCompilerFlag)
 

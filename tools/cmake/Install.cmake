@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # install, and find_package(malha CONFIG) afterwards.
 include(CMakePackageConfigHelpers)
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # malha tune, bench and study: the benchmarks and the studies as libraries, so that the tests reach them too, and the
 # program that does all three: see tools/measures.h.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What a Debian package of malha holds beside the program and the library: see tools/package/.
 set(data_dir "${CMAKE_INSTALL_DATAROOTDIR}/malha")
 install(DIRECTORY scenes/ DESTINATION "${data_dir}/scenes" PATTERN "scans" EXCLUDE PATTERN "*.md" EXCLUDE

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What every page of host/output/page.h holds, as one source file.
 set(page_folder "${PROJECT_SOURCE_DIR}/host/output/page")
 set(page_files style "${page_folder}/style.css" body "${page_folder}/body.html" three "${THREE_JS}"

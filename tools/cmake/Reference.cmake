@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Reference pages of the public headers, in BUILD/reference/html: `cmake --build BUILD --target reference`.
 find_package(Doxygen QUIET)
 if(DOXYGEN_FOUND)

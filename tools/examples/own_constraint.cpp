@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A program with a constraint of its own: the last particle of a scene moves on a sphere about where it starts. To try
 // an idea; what proves good becomes a kernel (kernels/README.md), which is a hundred times faster.
 #include <malha/scene.h>

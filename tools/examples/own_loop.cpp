@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A program with a loop of its own, as a game has: its clock goes unevenly, the scene's steps are equal, and what is
 // drawn lies between two of them. A hand of the program pulls at a particle, and lets go of it.
 #include <malha/scene.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a scene and says where its bodies are, how far its edges are stretched, and what would be worth a warning.
 #include <malha/scene.h>
 #include <malha/simulation.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The same scene with several settings at once, a thread each: how far they are apart after a second.
 #include <malha/scene.h>
 #include <malha/simulation.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The words and options after "malha tune".
 #pragma once
 #include <optional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What malha_measures has and the command has not.
 #include "tools/measures.h"
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
 # Completes malha's commands and options in bash. Both are read from its help, so that they are never out of date.
 _malha() {

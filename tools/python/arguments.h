@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The refusal of arguments that a function does not take.
 #pragma once
 #include <pybind11/pybind11.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rows of numbers between C++ and numpy.
 #pragma once
 #include <pybind11/numpy.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha.Constraint: a constraint whose function is Python's.
 #pragma once
 #include <pybind11/pybind11.h>

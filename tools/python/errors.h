@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Errors of malha as exceptions of Python, with the words of the command line.
 #pragma once
 #include <pybind11/pybind11.h>

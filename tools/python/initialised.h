@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Objects that Python has made and nobody has initialised: X.__new__(X), or a subclass before super().__init__().
 #pragma once
 #include <pybind11/pybind11.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ctrl-C while C++ computes: Python notes the signal, and who holds the interpreter must ask for it.
 #pragma once
 #include <pybind11/pybind11.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The end of the interpreter while other threads compute: they come back to it before it goes, or it would take them
 // down in the midst of C++, which ends the process.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Python module malha.
 #include <pybind11/pybind11.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A simulation that Python holds: who may use it when, and what of Python it holds.
 #pragma once
 #include <pybind11/pybind11.h>

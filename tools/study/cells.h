@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cells of a study: single measurements, each kept in a file as soon as it is done, so that a study that was
 // stopped goes on where it was. Of a share only some are measured; of a merge none.
 #pragma once

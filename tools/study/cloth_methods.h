@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The hanging cloth of the benchmarks, N x N particles, by the methods whose cost is studied.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a study ends that the user stopped.
 #pragma once
 

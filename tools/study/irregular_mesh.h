@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Closed meshes as scans have them and grids have not: points jittered, edges collapsed and flipped, slivers.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // index.html: all studies that a folder holds, on one page that needs no other file.
 #pragma once
 #include <filesystem>

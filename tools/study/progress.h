@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far long work is: a line that redraws itself on a terminal, plain lines every few seconds otherwise.
 #pragma once
 #include <chrono>

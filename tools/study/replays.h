@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs that the page of the studies links to: two of a section's scenes beside each other, to be played in a browser.
 #pragma once
 #include <atomic>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much of the machine's memory this process holds, where Linux says so.
 #pragma once
 #include <optional>

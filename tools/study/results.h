@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a study leaves in its folder.
 #pragma once
 #include <filesystem>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fields of a study's rows.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha study: runs studies and leaves their results in a folder.
 #pragma once
 #include <atomic>

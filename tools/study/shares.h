@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A study in shares: several processes, here or elsewhere, measure a part of its cells each, and one puts them
 // together.
 #pragma once

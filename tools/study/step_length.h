@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The step of studies whose cases do not say otherwise.
 #pragma once
 

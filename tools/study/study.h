@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Studies: what malha's methods do, measured and charted. One study is a function that makes cells and says what they
 // show; the registry lists all.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The methods that malha tune tries on a scene, each of which gets as many substeps as it needs.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What malha tune says and writes.
 #pragma once
 #include <nlohmann/json.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs of a scene for malha tune: where its particles are at some moments, and what getting there takes.
 #pragma once
 #include <atomic>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha tune: the cheapest method and settings that reach an error on this machine.
 #pragma once
 #include <functional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One frame of the window after the other.
 #pragma once
 #include <array>

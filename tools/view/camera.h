@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The camera of the window: it orbits a point, y is up. What it sees at any size of the window, and what lies under a
 // pixel.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fewer particles for pictures of very many, while they move and are drawn without a GPU.
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What particles are coloured by.
 #pragma once
 #include <optional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // OpenGL objects that free themselves.
 #pragma once
 #include <epoxy/gl.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Graphs over simulated time.
 #pragma once
 #include <string>

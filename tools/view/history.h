@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What was, as far back as memory allows: frames to look at, states to go on from, and graphs.
 #pragma once
 #include <memory>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Keys between GLFW, which tells of each at once, and Dear ImGui, which looks at what is down once a picture.
 #pragma once
 #include <algorithm>

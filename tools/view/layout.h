@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where things are in the window.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a look needs to know of a model: made by the solver's thread when it is first asked for, used by the window's.
 #pragma once
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha_view, which the command becomes for malha view: so the command itself needs no display's libraries.
 #include <CLI/CLI.hpp>
 #include <iostream>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Draws frames with OpenGL 3.3.
 #pragma once
 #include <deque>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The panels of the window: what can be set while it runs, numbers and graphs, the keys.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which particle lies under the cursor, and what a camera that shows all is to hold.
 #pragma once
 #include <optional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scenes that the window makes: of a mesh that was dropped on it, and with a ball thrown in.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The solver's thread of the window. The window asks for things and goes on; what it shows is the last Snapshot.
 #pragma once
 #include <chrono>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What runs on the GPU (GLSL 3.30). Colours are sRGB outside, linear inside.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the window shows of a simulation at one time. Made by the solver's thread, and never changed afterwards.
 #pragma once
 #include <array>

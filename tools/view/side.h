@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One of the simulations of the window, and what is done to it. Only the solver's thread uses it.
 #pragma once
 #include <map>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The window: what is seen, and what mouse and keys do.
 #pragma once
 #include <filesystem>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The values of a Gmsh file, in text (an item a line) and in bytes: one interface, so that the sections are read once.
 #pragma once
 #include <bit>

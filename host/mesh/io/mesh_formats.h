@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The readers behind read_mesh, one per format. `file` names the input in messages, `data` is its whole content.
 #pragma once
 #include <string>

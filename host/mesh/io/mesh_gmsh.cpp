@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gmsh's .msh, ASCII and binary, versions 2.2 and 4.1: triangles, quads and tetrahedra of first order. Points keep the
 // file's order; its numbers for them may be any. Sections that say nothing about the shape are skipped.
 #include <bit>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Medit's .mesh (INRIA): keywords, each with a count and as many items; words and numbers are separated by blanks or
 // line ends. Indices start at 1, and every item ends with a reference that says nothing about its shape.
 #include <algorithm>

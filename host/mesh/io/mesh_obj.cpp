@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Wavefront OBJ: polygonal geometry only. Read here rather than by tinyobjloader, which turns malformed and non-finite
 // numbers into 0 without a word, drops faces of two corners, and knows no line numbers.
 #include <algorithm>

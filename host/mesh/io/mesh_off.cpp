@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // OFF (Geomview): [ST][C][N]OFF, counts, a vertex a line, a face a line. Normals, colours and texture places are
 // skipped.
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PLY (Stanford): ascii, binary_little_endian, binary_big_endian. Elements other than vertex and face, and properties
 // other than x, y, z and the corners, are skipped whatever their types.
 #include <algorithm>

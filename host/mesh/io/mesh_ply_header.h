@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The header of a PLY file: which elements of which properties follow, in which format.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Text and bytes read with their place in mind, so that a refusal can name it.
 #pragma once
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // STL, ascii and binary. Triangles with their own three corners each: those at exactly the same place become one point.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TetGen: STEM.node (points) and STEM.ele (tetrahedra). Items are numbered from 0 or from 1, as the first point says;
 // attributes and boundary markers are skipped.
 #include <string>

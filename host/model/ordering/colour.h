@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Graph colouring: what has one colour shares nothing, so that it can be worked on at once.
 #pragma once
 #include <cstdint>

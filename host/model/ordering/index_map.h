@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Between the user's numbers of particles and the solver's.
 #pragma once
 #include <cstddef>

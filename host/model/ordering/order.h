@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The solver's own order of the particles. Connected bodies lie one after the other, and neighbours close together.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Particles of groups, in pieces whose sums one launch finds.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Patches: stretches of the solver's order, each small enough for a core's fast memory and large enough to be worth a
 // visit. Their particles are sorted so that what is read together lies together.
 #pragma once

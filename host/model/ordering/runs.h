@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs: constraints whose particles all advance by one from each to the next, so that a pack of them is read and
 // written as whole vectors. A grid is made of nothing else once its particles are sorted by class.
 #pragma once

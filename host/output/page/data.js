@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads what host/output/page_pack.cpp writes.
 'use strict';
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What particles are coloured by, and what is drawn beside them.
 'use strict';
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Beside the pictures: what a run is, its numbers and its graphs.
 'use strict';
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One run in three.js: bodies, environment, looks.
 'use strict';
 

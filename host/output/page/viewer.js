@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The page: one run, or two in step, with time, looks, numbers and graphs.
 'use strict';
 

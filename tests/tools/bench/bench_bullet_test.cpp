@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The benchmark's cloth in Bullet is the one that malha hangs. Built only where Bullet was found.
 #include <BulletSoftBody/btSoftBody.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The benchmark's cloth: the irregular mesh is one, and what other libraries hang is what malha hangs.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha bench filter as a user meets it, and what it compares. Speed is never asserted.
 #include <sched.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha bench self, small.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha bench projection as a user meets it. Speed is never asserted.
 #include <algorithm>
 #include <chrono>

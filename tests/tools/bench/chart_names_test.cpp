@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Names of lines beside their ends, in gnuplot's charts.
 #include <map>
 #include <regex>

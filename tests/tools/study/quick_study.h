@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The quick version of a study, run once for all tests that look at it.
 #pragma once
 #include <atomic>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Facts of the study "accuracy" in its quick version: orders of convergence, and who is more accurate at equal work.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The framework of malha study: cells that are kept, tables, the page, and the command. Never a time.
 #include <csignal>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Facts of the study "parsimony" in its quick version: launches and bytes, never times.
 
 #include "tests/tools/study/quick_study.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Facts of the study "published" in its quick version: what papers print, met or not. Never a time.
 #include <cmath>
 #include <map>

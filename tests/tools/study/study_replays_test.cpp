@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pages that the studies link to: two runs beside each other.
 
 #include <atomic>

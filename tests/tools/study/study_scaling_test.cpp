@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Facts of the study "scaling" in its quick version: the same bits, sound fits. Never a time.
 #include <cmath>
 #include <map>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Studies in shares: every cell is in one of them, and together they are what one process measures. Never a time.
 #include "malha/error.h"
 #include "tests/refusal.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Facts of the study "size" in its quick version: memory a particle. Never a time.
 #include <cmath>
 #include <map>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Facts of the study "stability" in its quick version, on both sides of each boundary: known-bad settings fail in the
 // way that is stated, default settings do not.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The window of malha view on a display without a screen (Xvfb), and somebody who types and moves the mouse (xdotool).
 #pragma once
 #include <chrono>

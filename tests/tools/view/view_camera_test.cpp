@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The window's camera, and what lies under the cursor.
 #include <gtest/gtest.h>
 

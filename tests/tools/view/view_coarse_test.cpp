@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The few particles that stand for many in pictures.
 #include <gtest/gtest.h>
 

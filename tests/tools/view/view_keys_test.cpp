@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Keys that are quicker than pictures reach them in order, and none is lost.
 #include <gtest/gtest.h>
 

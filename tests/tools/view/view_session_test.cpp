@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the window's solver thread promises, without a window.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha view as a person meets it: a window, keys and a mouse. What is on the screen is compared with the solver.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The results of malha bench filter as a chart, drawn by gnuplot.
 #pragma once
 #include <filesystem>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who has a product of the filter at one size: malha's filters, and OpenBLAS.
 #pragma once
 #include <functional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha bench filter: what a product of Desbrun's filter costs, dense and sparse, beside OpenBLAS and what memory
 // allows, and how many particles run in real time.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Times the products of filters at one size: all that run on as many threads take turns.
 #pragma once
 #include <functional>

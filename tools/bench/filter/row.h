@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One line of malha bench filter: one way to have a product of the filter, on so many threads, at one size.
 #pragma once
 #include <cstdint>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How many particles run in real time by Desbrun's method.
 #pragma once
 #include <functional>

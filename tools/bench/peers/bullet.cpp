@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/bench/peers/bullet.h"
 
 #include <BulletSoftBody/btSoftBody.h>

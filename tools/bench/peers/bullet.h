@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The peer that everyone can install, where the build found it: the cloth as a soft body of Bullet (btSoftBody), links
 // only.
 #pragma once

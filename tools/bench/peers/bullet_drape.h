@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A cloth on environment meshes by Bullet, where the build found it: a soft body against BVHs of triangles.
 #pragma once
 #include <memory>

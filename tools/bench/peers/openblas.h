@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The peer of dense filters, where the build found it: S times three right-hand sides, by OpenBLAS.
 #pragma once
 #include <functional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Times a case: all that run it take turns, so that what else the machine does hits them alike.
 #pragma once
 #include <functional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha bench projection: what a projection costs, beside Bullet, the machine's bandwidth, and the floor.
 #pragma once
 #include <string>

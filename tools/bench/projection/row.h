@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One line of the results: one library, on so many threads, with one schedule, on one case.
 #pragma once
 #include <cstdint>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What malha bench self measures: layers that slide for as long as one likes, and motions from start to end.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // malha bench self: what self-collision costs a particle and substep.
 #pragma once
 #include <string>

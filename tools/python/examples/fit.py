@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A compliance fitted to a sag that was measured: which material hangs through like this?
 
 A strip of cloth of 1 m hangs between two rows of pins. Given the depth of its middle, scipy finds the compliance.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reading frames: a run writes points.pc2 (PointCache2), and numpy maps it without a copy."""
 import argparse
 import pathlib

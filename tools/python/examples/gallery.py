@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A gallery of both methods: one cloth, at the same times, by XPBD and by Desbrun's filter.
 
 The filter as published damps what its steps do not resolve: the cloth sinks instead of swinging. Further solves of the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Error against substeps of a scene of one's own: how many substeps does it need, and does XPBD converge?
 
 A chain of ten links of 0.1 m, pinned at one end, is let go level. The truth is the same scene with 2,560 substeps.

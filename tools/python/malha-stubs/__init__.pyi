@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Deformable bodies by Position Based Dynamics with XPBD's compliance, and by Desbrun's method. SI units."""
 from os import PathLike
 from typing import Any, Callable, Iterable, Sequence

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One cell of the study "accuracy": a method runs a case.
 #pragma once
 #include "tools/study/accuracy/methods.h"

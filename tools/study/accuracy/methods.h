@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The methods of the study "accuracy", each at several costs.
 #pragma once
 #include <string>

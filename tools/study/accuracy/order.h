@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Of the study "accuracy": how the error of a hung sheet falls with the substeps.
 #pragma once
 #include "tools/study/study.h"

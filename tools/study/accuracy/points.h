@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the charts and sentences of the study "accuracy" are made from: a point a method, case and time.
 #pragma once
 #include <string>

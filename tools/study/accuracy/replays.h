@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of the study "accuracy" is worth watching.
 #pragma once
 #include "tools/study/accuracy/cases.h"

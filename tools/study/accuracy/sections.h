@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the study "accuracy" says about a case: its charts, each with sentences and a table.
 #pragma once
 #include "tools/study/accuracy/cell.h"

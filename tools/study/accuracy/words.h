@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sentences and tables of the study "accuracy", computed from its points.
 #pragma once
 #include <string>

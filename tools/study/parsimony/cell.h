@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a feature adds to a scene: launches, bytes and time.
 #pragma once
 #include <vector>

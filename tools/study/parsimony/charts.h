@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lying bars, a row of the study "parsimony" each.
 #pragma once
 #include <string>

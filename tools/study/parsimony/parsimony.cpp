@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/study/parsimony/parsimony.h"
 
 #include "tools/study/parsimony/cell.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The study "parsimony": no more than a scene needs, measured.
 #pragma once
 #include "tools/study/study.h"

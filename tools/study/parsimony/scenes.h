@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scenes of the study "parsimony": what a feature is added to, and the scene with it.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Macklin, Müller, Chentanez 2016, section 6.2: a chain of 20 particles of 1 kg, compliance 1e-8, falls for 100 frames
 // of one step. The pull at its support is compared with that of Newton's method on the same equations. The paper states
 // neither step nor spacing nor what an error is relative to.

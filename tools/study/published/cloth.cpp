@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The self-colliding cloth of Müller et al. 2006, figure 6: 1,364 vertices and 2,562 triangles at 30 frames/s on a
 // Pentium 4 at 3 GHz, with detection, handling and rendering.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A weight at the end of a chain of light particles, that hangs straight down at rest length and is let go.
 #pragma once
 #include <limits>

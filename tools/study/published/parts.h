@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cases of the study "published", a file each. Each has rows of its own and a section with theirs beside ours.
 #pragma once
 #include "malha/scene.h"

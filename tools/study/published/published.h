@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Study "published": cases that papers print, repeated with their own parameters.
 #pragma once
 #include "tools/study/study.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frame rates of a thesis of 2008, which has Desbrun's method and PBD side by side: on a Core 2 Duo at 2.2 GHz, with
 // rendering.
 #include "host/base/stopwatch.h"

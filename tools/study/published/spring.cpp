@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Macklin, Müller, Chentanez 2016, section 6.1: a spring of length 1 at rest, from 1.5, mass 1, compliance 0.001. The
 // paper's figure 2 compares curves and prints no number, and no step: ours is 1/60 s.
 #include <cmath>

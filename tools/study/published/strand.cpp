@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The strand of Chen et al. 2024 (Vertex Block Descent): 20 vertices, stiffness 1e8, the last one of mass 1000, step
 // 1/60 s, 100 iterations.
 #include <array>

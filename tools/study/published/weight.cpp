@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Macklin et al. 2019 (Small Steps), section 6.1: masses from 1 to 100,000 kg, spacing 0.01 m; a stretch of 322.1 m by
 // 100 iterations and of 3.2 m by 100 substeps. The paper does not state the step.
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A hanging elastic line at rest, in closed form.
 #pragma once
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The true motion of a cloth that hangs by a row: nothing in it stretches, so that each row goes as a link of a chain.
 #pragma once
 #include <array>

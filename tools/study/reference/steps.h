@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Time integrators that malha is compared with: explicit and symplectic Euler, Runge-Kutta of fourth order, and
 // backward Euler by Newton's method.
 #pragma once

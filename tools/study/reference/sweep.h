@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A plain Gauss-Seidel sweep of distance constraints, one constraint after the other in any given order: what
 // Position Based Dynamics with substeps does without malha's patches, colours and packs.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the studies compare malha with: a body of particles as plain equations of motion, in double and by Eigen alone.
 // Nothing here is shared with malha's kernels or solvers but the scene and its mesh.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tetrahedra of the stable neo-Hookean material as plain equations of motion, from its energy (Smith, de Goes, Kim
 // 2018) and its first Piola-Kirchhoff stress alone.
 #pragma once

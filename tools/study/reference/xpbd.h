@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // XPBD as its paper prints it, one constraint after the other: what a coloured, data-parallel sweep is compared with.
 #pragma once
 #include "tools/study/reference/system.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One cell of the study "scaling": a method on a number of threads after the other, taking turns.
 #pragma once
 #include <optional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "malha/text.h"
 #include "tools/bench/output.h"
 #include "tools/study/cloth_methods.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rows of the study "scaling", as its sections read them.
 #pragma once
 #include <string>

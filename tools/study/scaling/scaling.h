@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Study "scaling": how much faster more threads are, on the same body (strong) and on one that grows with them (weak).
 #pragma once
 #include <string>

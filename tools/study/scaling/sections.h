@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the study "scaling" says of its rows.
 #pragma once
 #include "tools/study/study.h"

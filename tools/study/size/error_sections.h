@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the study "size" says of errors: against the number of particles, and what little error costs.
 #pragma once
 #include "tools/study/study.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Part of the study "size": how far off a hanging cloth is, and what it costs to have it right, from small bodies to
 // large ones.
 #pragma once

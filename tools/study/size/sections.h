@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the study "size" says: time, memory and set-up a particle.
 #pragma once
 #include "tools/study/study.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Study "size": what a particle costs in time, memory and set-up, from small bodies to millions of particles.
 #pragma once
 #include "tools/study/study.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Known failures of the study "stability" that are of Desbrun's linear filter.
 #include <cmath>
 #include <map>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Of the study "stability": by how much substeps multiply small motions about rest, by the order of the sweep and of
 // all kinds, and what a free body keeps over a minute.
 #include <algorithm>

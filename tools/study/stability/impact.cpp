@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Of the study "stability": stiff shells of irregular meshes that hit the ground.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Known failures of the study "stability": one number against one setting, a line a method.
 #pragma once
 #include <string>

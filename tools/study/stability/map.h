@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Maps of the study "stability": columns of trials from the safest setting to the least safe one, and where they start
 // to fail.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The maps of the study "stability". Each runs its trials, adds its rows, and says what they show.
 #pragma once
 #include "tools/study/stability/map.h"

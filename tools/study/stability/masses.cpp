@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Maps of the study "stability" over what hangs on too few projections: heavy weights, and many particles.
 #include <cmath>
 

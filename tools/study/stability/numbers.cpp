@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Known failures of the study "stability" that are of numbers: a stiffness that depends on the step, and too few
 // digits.
 #include <algorithm>

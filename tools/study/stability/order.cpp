@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The map of the study "stability" over the order in which constraints are swept.
 #include <algorithm>
 #include <cmath>

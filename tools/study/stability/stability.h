@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Study "stability": where each method fails, how, and what guards the user.
 #pragma once
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Known failures of the study "stability" that are of places: starts that are no shape at all, and surfaces thinner
 // than a step is long.
 #include <cmath>

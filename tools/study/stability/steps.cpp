@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The map of the study "stability" over time steps and stiffness.
 #include "tools/study/reference/steps.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trials of the study "stability": a body runs for a while, and what became of it is judged.
 #pragma once
 #include <functional>
