@@ -3,7 +3,7 @@
 // first phase of the visits that come next. On the host there is nothing of this.
 #pragma once
 #include "host/patch/sweep.h"
-#include "kernels/patch/masked_solve_patch.h"
+#include "kernels/patch/solve_patch.h"
 
 namespace malha {
 

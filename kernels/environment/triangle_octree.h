@@ -3,7 +3,7 @@
 // triangles that are nearest to any point of it. The lists belong to the mesh alone, so that every particle that comes
 // by in any substep uses them, and what they answer is what all triangles would, whichever cells exist.
 #pragma once
-#include "kernels/geometry/nearest.h"
+#include "kernels/geometry/closest_point.h"
 #include "kernels/simd/pack.h"
 
 namespace malha {

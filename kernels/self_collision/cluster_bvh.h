@@ -2,7 +2,7 @@
 // Units: some hundred particles that lie together at the start, with the triangles and edges that belong to them, and a
 // tree of boxes over all. The tree stays as it is; only its boxes are made anew.
 #pragma once
-#include "kernels/geometry/closest_pair.h"
+#include "kernels/geometry/closest_point.h"
 #include "kernels/geometry/simplex.h"
 
 namespace malha {

@@ -2,7 +2,7 @@
 // Pairs (a particle and a triangle, or two edges) in blocks of sixteen that share no particle, so that a block is
 // looked at and projected at once; and patches, the blocks of one unit.
 #pragma once
-#include "kernels/geometry/closest_pair.h"
+#include "kernels/geometry/closest_point.h"
 
 namespace malha {
 

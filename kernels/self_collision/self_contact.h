@@ -5,7 +5,7 @@
 // wanted >= 0, with n and weights from where they were (x0, where nothing crosses), or, for what slides far, from where
 // they go.
 #pragma once
-#include "kernels/geometry/closest.h"
+#include "kernels/geometry/closest_point.h"
 #include "kernels/geometry/simplex.h"
 #include "kernels/parallel/reductions.h"
 

@@ -2,7 +2,7 @@
 // How near the sides of a pair (a particle and a triangle, or two edges) can come while every particle stays in the box
 // of its search, and how near they may.
 #pragma once
-#include "kernels/geometry/closest_pair.h"
+#include "kernels/geometry/closest_point.h"
 
 namespace malha {
 

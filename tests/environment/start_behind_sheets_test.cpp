@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bodies that start behind a one-sided sheet where that matters are named; elsewhere behind it is a place like another.
-#include "host/environment/start_behind_sheets.h"
-
 #include <gtest/gtest.h>
 
+#include "host/environment/initial_overlap.h"
 #include "malha/simulation.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bodies that start inside solids are refused, or moved out without velocity.
-#include "host/environment/start_inside_solids.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 
+#include "host/environment/initial_overlap.h"
 #include "host/model/model.h"
 #include "malha/error.h"
 #include "malha/simulation.h"

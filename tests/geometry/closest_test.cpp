@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // What self-collision is made of: closest points, sums and sorting.
-#include "kernels/geometry/closest.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +7,7 @@
 #include <numeric>
 
 #include "host/base/radix_sort.h"
-#include "kernels/geometry/closest_pair.h"
+#include "kernels/geometry/closest_point.h"
 #include "tests/numbers.h"
 
 namespace malha {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "host/mesh/vectors.h"
-#include "kernels/geometry/closest.h"
+#include "kernels/geometry/closest_point.h"
 #include "tests/numbers.h"
 
 namespace malha {

@@ -7,7 +7,7 @@
 #include <array>
 #include <set>
 
-#include "kernels/geometry/closest_pair.h"
+#include "kernels/geometry/closest_point.h"
 #include "tests/numbers.h"
 
 namespace malha {

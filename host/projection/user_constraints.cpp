@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/projection/user_batches.h"
+#include "host/projection/user_constraints.h"
 
 #include <algorithm>
 #include <cmath>
