@@ -3,6 +3,7 @@
 // mesh's lists. The others are left to the host, which asks Embree (find_contact.h). Both leave the same.
 #pragma once
 #include "host/environment/contact_query.h"
+#include "kernels/environment/broad_phase.h"
 
 namespace malha {
 

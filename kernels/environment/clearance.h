@@ -2,7 +2,7 @@
 // Whether particles can move for a whole step without a look at an environment mesh: how far they are from it, at
 // least, and how fast. What then turns out to be faster is held back afterwards.
 #pragma once
-#include "kernels/environment/contact_cache.h"
+#include "kernels/environment/broad_phase.h"
 #include "kernels/simd/for_each_pack.h"
 
 namespace malha {

@@ -2,7 +2,7 @@
 // Words of particles that the host has to look at, with all that is known of them at every mesh, as one piece of memory
 // that goes from a device to the host and back. On both it is read by the same views.
 #pragma once
-#include "kernels/environment/contact_cache.h"
+#include "kernels/environment/broad_phase.h"
 
 namespace malha {
 

@@ -10,7 +10,7 @@
 // patch is visited once.
 #pragma once
 #include "kernels/constraints/constraint_registry.h"
-#include "kernels/environment/contact_cache.h"
+#include "kernels/environment/broad_phase.h"
 #include "kernels/forces/motion.h"
 #include "kernels/multilevel/restrict.h"
 #include "kernels/simd/for_each_pack.h"
