@@ -19,7 +19,7 @@ namespace malha {
 inline constexpr double kTaut = 0.04;
 /// The same of a body with pressure, whose direction is that where the substep began: tension along another one is not
 /// in balance with it, and rolls the body away. Beyond this, taut skins tremble all the same.
-inline constexpr double kTautOfPressed = 0.25;
+inline constexpr double kTautOfPressed = 0.35;
 /// For constraints that are not projected in batches, the largest correction along the direction of the start.
 inline constexpr double kSmall = 0.25;
 /// The cosine in the metric of the masses, of 25 degrees.

@@ -128,33 +128,37 @@ class ScalarSweep {
       for (int j = 1; j < n; ++j) sum = sum + w[j] * dot(a[j], b[j]);
       return sum;
     };
-    R sum = product(grad, along), size = 0, way = 0;
-    for (int j = 0; j < n; ++j) {
-      size = std::max(size, std::sqrt(dot(x[j], x[j])));
-      way = std::max(way, n == 2 ? w[j] : w[j] * std::sqrt(dot(along[j], along[j])));
-    }
+    R sum = product(grad, along);
     bool turned = false;
     if constexpr (gradient_turns<Kind>())
       turned = !(R(Kind::turns * Kind::turns) * product(grad, grad) * product(along, along) <= sum * sum);
     R& lambda = lambda_[s][c];  // of a stiffness nothing is kept
     const R wanted = set.compliance ? -C - scale * alpha * lambda : -C * k_[s];
-    const R whole = set.compliance ? sum + alpha * scale * scale_along : sum,
-            once = set.compliance ? scale_along : R(1);
-    const R applied = (std::abs(wanted) * once + (set.compliance ? std::abs(lambda) * whole : R(0))) * way;
-    const R most = (n == 2 ? R(1) : size) * taut * whole * once;  // of two particles `along` is as long as the element
+    // As kernels/projection/direction.h: applied / per times `along`, of two particles without the size, which `along`
+    // has.
+    R per = sum, applied = std::abs(wanted);
+    if (set.compliance) {
+      per = sum + alpha * scale * scale_along;
+      applied = applied * scale_along + std::abs(lambda) * per, per = per * scale_along;
+    }
+    const R size2 = n == 2 ? R(1) : size2_of(x);
+    const R way2 = n == 2 ? R(0) : most_way2(w, along), most_w = std::max(w[0], w[1]);
+    const bool whole =
+        n == 2 ? applied * most_w <= taut * per : applied * applied * way2 <= taut * taut * size2 * per * per;
     if (turned || !(sum > R(0))) {
       sum = product(grad, grad), scale_along = scale;
       std::copy(grad, grad + n, along);
-    } else if (applied > most) {
-      const R share = most / applied, other = R(1) - share;
+    } else if (!whole) {
+      const R way = n == 2 ? applied * most_w : applied * std::sqrt(way2);
+      const R share = taut * per * std::sqrt(size2) / way, other = R(1) - share;
       sum = sum * share + product(grad, grad) * other, scale_along = scale_along * share + scale * other;
       for (int j = 0; j < n; ++j) along[j] = along[j] * share + grad[j] * other;
     }
     if (!(sum > tiny<R>())) return;
-    R most_w = 0, most2 = 0;
-    for (int j = 0; j < n; ++j) most_w = std::max(most_w, w[j]), most2 = std::max(most2, dot(along[j], along[j]));
+    R heaviest = 0, most2 = 0;
+    for (int j = 0; j < n; ++j) heaviest = std::max(heaviest, w[j]), most2 = std::max(most2, dot(along[j], along[j]));
     const R rounding = 16 * std::numeric_limits<R>::epsilon();
-    if (n > 2 && !(sum > rounding * rounding * most_w * most2)) return;
+    if (n > 2 && !(sum > rounding * rounding * heaviest * most2)) return;
     R against = set.compliance ? sum + alpha * scale * scale_along : sum;
     if constexpr (has_reach<Kind>()) {
       R way2 = 0;
