@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last word of a substep about the environment: nothing crosses any of its meshes. What neighbours or other meshes
-// dragged through one, past every contact that its own path announced, is put back before it.
+// Final guard of a substep against tunnelling: no particle passes through a mesh of the environment. What neighbours or
+// other meshes dragged through one, past every contact that its own path announced, is put back before it.
 #pragma once
 #include "host/environment/find_contact.h"
 #include "kernels/environment/edge_contact.h"

@@ -38,8 +38,8 @@ class EnvironmentCollider {
     bits_ = Array<Executor, unsigned long long>(questions * static_cast<std::size_t>(words_), 0ull);
   }
 
-  /// Lays the contact constraints for x -> p; the meshes move from their poses at `start` to those at `end` (s). While
-  /// the host is asked, go_on(questions) may launch on a device what leaves as they are the particles asked about.
+  /// Detects the contacts for x -> p; the meshes move from their poses at `start` to those at `end` (s). While the host
+  /// runs the Embree queries, go_on(mask) may launch device work that does not touch the queried particles.
   template <class GoOn>
   void detect_contacts(const Particles<R>& particles, double start, double end, [[maybe_unused]] const GoOn& go_on) {
     place_meshes(start, end);
@@ -271,7 +271,8 @@ class EnvironmentCollider {
       deal_words(looks, FindContact<R>{surroundings(particles), k, bits(0)});
     }
   }
-  /// All meshes at once. Lists lift what is near to no other mesh, by less than what keeps it off the others.
+  /// Queries all meshes in one pass. Depenetration on the device is limited to particles near a single mesh, and to
+  /// less than their distance from the others.
   template <class GoOn>
   void find_on_device(const Particles<R>& particles, const GoOn& go_on) {
     for (int k = 0; k < count(); ++k) broad_phase(particles, k, reach(k), bits(k), false);
@@ -324,8 +325,8 @@ class EnvironmentCollider {
           BroadPhaseTest<R>{particles, memory.view(), FloatPose(mesh.before), FloatPose(mesh.after), box, reach, add,
                             bits});
   }
-  /// Reserves slots and places at the meshes first .. last - 1 for all particles that the tests have left: of the one
-  /// question, or of those up to the mesh's own. Returns how many looks that are, in how many words.
+  /// Reserves contact slots at meshes first .. last - 1 for all particles that passed the broad phase: of the one mask,
+  /// or of those up to the mesh's own. Returns how many particles and groups passed.
   ActiveCount reserve_slots(int first, int last, const ActiveMask& questions) {
     const auto counting = [&](int k) {
       return CountTested<R>{{questions.bits, std::min(k + 1, questions.count), words_}, obstacles_[k].memory.view()};
@@ -383,7 +384,7 @@ class EnvironmentCollider {
     }
   }
 
-  /// A kernel that asks Embree about the particles that bits name: so much.
+  /// Launches an Embree kernel on the particles set in the mask.
   template <class Kernel>
   void on_words(const ActiveCount& asked, const Particles<R>& particles) {
     const EnvironmentView<R> here = surroundings(particles);

@@ -78,7 +78,7 @@ class Simulation {
   void set_velocities(const std::vector<Vec3>& v);
 
   /// Gravity (m/s^2) from now on. Where levels are used, which are laid out for a weight, all is laid out anew.
-  /// Checkpoints do not hold it: the same bits follow where it was set alike.
+  /// Not stored in checkpoints; set it again before resuming.
   void set_gravity(const Vec3& gravity);
 
   /// The velocity of the wind (m/s) from now on; checkpoints likewise. Throws InputError for a scene without wind.

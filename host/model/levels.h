@@ -19,7 +19,7 @@ struct Level {
   Means down;                 // of each finer particle: ranks; none where it is pinned or has no levels
 };
 
-/// The finest first; none where they help nobody. `w`: of each particle now, 1/kg, 0 where it is held.
+/// Finest level first; empty if no body benefits. `w`: of each particle now, 1/kg, 0 where it is held.
 std::vector<Level> make_levels(const Model& model, const std::vector<double>& w, int threads = 1);
 
 /// Substeps from one use of the levels to the next: what the scene says, otherwise 2, or 1 where wind blows or pins

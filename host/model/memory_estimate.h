@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a model takes up in memory, and what of it nobody reads once its solver is made.
+// Memory estimate of a model, and release of set-up data.
 #pragma once
 #include <cstddef>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far its weight stretches at rest what hangs.
+// Static stretch of suspended bodies under their own weight.
 #pragma once
 #include <array>
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene asks of its results, held to what is in it.
+// Checks that expectations and outputs fit the scene.
 #pragma once
 #include "malha/scene.h"
 

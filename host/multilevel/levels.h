@@ -16,8 +16,9 @@ namespace malha {
 template <class Executor, class R>
 class Levels {
  public:
-  /// `finest`: of the model. `fused`: particles follow the levels in their visits (see down()), otherwise before them.
-  /// `islands`: the first particle of each connected body. `interactive`: then either may be asked for.
+  /// `finest`: of the model. `fused`: the coarse correction is applied inside the patch solve (see down()), otherwise
+  /// in a pass before it. `islands`: the first particle of each connected body. `interactive`: then either may be asked
+  /// for.
   Levels(const Executor& executor, const std::vector<Level>& levels, const Sweep<Executor, R>& finest, int threads,
          bool fused, const std::vector<int>& islands, bool interactive = false)
       : islands_(islands), origins_(islands.size()) {

@@ -57,7 +57,7 @@ class Sweep {
     repeated_region(executor_, width_, recording, key, work);
   }
 
-  /// What visits of any kind need to know of the patches.
+  /// Fills in what every patch solve needs to know of the patches.
   template <class Solve>
   void fill(Solve& visit) const {
     visit.patches = patches_.data(), visit.segments = segments_.data(), visit.batches = batches_.data();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pairs that may come near in the next substeps, in the executor's memory: found by units, and worked on patch by
-// patch, in phases of patches that share no particle.
+// Broad phase of self-collision: the pairs that may come near in the next substeps, in the executor's memory: found by
+// units, and worked on patch by patch, in phases of patches that share no particle.
 #pragma once
 #include <algorithm>
 #include <string>

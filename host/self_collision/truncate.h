@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last word of a substep: no surface crosses another. What stops one may press it into another.
+// Final guard of a substep: no surface intersects another. Stopping one may press it into another, so guards take
+// turns.
 #pragma once
 #include <vector>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Energy that nothing gave ends a run. A body that falls, is thrown, blown or dragged has no more energy of motion than
-// that gave it, and constraints give back what they held; what has many times as much is an explosion, finite or not.
+// Stops a run whose kinetic energy exceeds what forces, pins and stored energy can explain. A body that falls, is
+// thrown, blown or dragged has no more energy of motion than that gave it, and constraints give back what they held;
+// what has many times as much is an explosion, finite or not.
 #pragma once
 #include <algorithm>
 #include <cstdint>

@@ -31,7 +31,7 @@ class Solver {
   /// Advances by the scene's dt. Throws Diverged naming step, particle and body. `after`: see SubstepCallback; may be
   /// empty.
   virtual void step(const SubstepCallback& after = {}) = 0;
-  /// Looks for what step() looks for every some steps. Throws Diverged.
+  /// Runs the periodic divergence check now. Throws Diverged.
   virtual void check_divergence() = 0;
   virtual double time() const = 0;  // s
   virtual std::int64_t steps() const = 0;

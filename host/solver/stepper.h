@@ -313,11 +313,11 @@ class TimeStepper : public Solver {
   virtual bool predicts_the_state() const { return false; }
   /// At the end of a substep of h seconds, unless the prediction does what follows.
   virtual void end_substep(double /*h*/) {}
-  /// Asked after every iteration: whether the projected constraints are met well enough to leave out the others.
+  /// Called after every iteration. True if the constraints are met within the tolerance, so that no other is needed.
   virtual bool converged() { return false; }
-  /// Gravity is another one: for what of the method has a copy of it.
+  /// Called when gravity changes, for methods that cache it.
   virtual void on_gravity_changed() {}
-  /// What of the method knows beforehand what is pinned, for messages; null: nothing.
+  /// Name of the component that was built for a fixed set of pins (for error messages), or null.
   virtual const char* requires_fixed_pins() const { return nullptr; }
 
   void substep(double start, double h) {
@@ -357,7 +357,8 @@ class TimeStepper : public Solver {
     malha::hold_apart(self_, edges_, collider_, kinematic_, all,
                       [&](Pass pass, const auto& work) { timed(pass, work); });
   }
-  /// What bounces goes the rest of its way, from where the substep ended.
+  /// Restitution: what bounces moves on from where the substep ended, and that motion is guarded against intersections
+  /// too.
   void bounce(const Particles<R>& all, double h) {
     timed(Pass::Contact, [&] { collider_->restitute(all, 2 * h * gravity_, h); });
     if (!collider_->bounces()) return;
@@ -437,7 +438,8 @@ class TimeStepper : public Solver {
     });
   }
 
-  /// Whether something of a substep could not stand a place that is no number: else the step's end is early enough.
+  /// True if a pass inside the substep cannot handle NaN positions. Otherwise the check waits until the end of the
+  /// step.
   bool checks_finite_each_substep() const { return collider_ || self_ || edges_ || own_ || watched(); }
   void refuse(const std::optional<int>& lost) const {
     if (lost) refuse_lost(model_.user_index[*lost]);

@@ -254,8 +254,8 @@ struct ForgetCells {
   KERNEL void operator()(int s) const { near[s].cell = 0; }
 };
 
-/// Before contacts are laid: what there was is gone. But what comes again to where its contact was laid for, not
-/// farther than `way` (m; below 0: to a mesh that moves), would find the same.
+/// Invalidates contacts before detection, except resting ones: the same position and a displacement below `way` (m;
+/// below 0: the mesh moves) give the same contact.
 template <class R>
 struct InvalidateContacts {
   Contact<R>* contacts;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last word of a substep about deformable bodies and edges of the environment: nothing crosses. By planes, as
-// kernels/self_collision/truncate.h says.
+// Final guard of a substep between deformable bodies and edges of the environment: no pair of primitives intersects. By
+// planes, as kernels/self_collision/truncate.h says.
 #pragma once
 #include "kernels/environment/edge_contact_solve.h"
 

@@ -29,7 +29,7 @@ struct NearFeature {
   }
 };
 
-/// How long the nearest feature of a point stays the nearest, asked of each triangle that may be nearest nearby.
+/// Radius within which the closest feature of a point stays the closest, bounded by every candidate triangle.
 class FeatureValidityRadius {
  public:
   /// `error`: m, at most, of a computed distance.

@@ -71,7 +71,7 @@ struct StagingBuffer {
   }
 };
 
-/// How many words have one that is asked about, and how many those are.
+/// Number of active groups, and of active particles.
 struct ActiveCount {
   int words = 0, particles = 0;
   KERNEL ActiveCount& operator+=(const ActiveCount& o) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene that may fall asleep is asked, and how it is stilled.
+// Speed and bounds reductions for sleeping; zeroes velocities.
 #pragma once
 #include "kernels/measure/over_elongation.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Boxes of triangles that do not move, as a tree in which a walk needs no memory: a node is followed by its children,
-// and says where to go on if nothing below it is of interest.
+// A bounding volume hierarchy of triangles that do not move, walked without a stack: a node is followed by its
+// children, and says where to go on if nothing below it is of interest.
 #pragma once
 #include "kernels/geometry/simplex.h"
 

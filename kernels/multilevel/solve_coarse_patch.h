@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One visit to a patch of a level: its particles arrive, follow the next coarser level, are projected, and leave what
+// Solves one patch of a level: its particles arrive, follow the next coarser level, are projected, and leave what
 // was changed of them for the next finer one.
 #pragma once
 #include "kernels/multilevel/coarse_constraint.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Weighted means between a level and the next finer one. Where many side by side read what lies side by side, they are
-// computed as packs of columns, and otherwise one by one, of rows.
+// Restriction and prolongation: weighted means between a level and the next finer one. Where many side by side read
+// what lies side by side, they are computed as packs of columns, and otherwise one by one, of rows.
 #pragma once
 #include "kernels/projection/patch_memory.h"
 #include "kernels/simd/for_each_pack.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One visit to a patch: its particles come into fast memory, its batches are projected there, and the particles go
-// back. Where nothing else happens between prediction and update, the visits do those too, and the ways of particles
+// Solves one patch: its particles are loaded into fast memory, its batches are projected there, and the particles are
+// stored. Where nothing else happens between prediction and update, the visits do those too, and the ways of particles
 // that no other patch visits never leave the fast memory.
 //
 // An iteration is a sweep over all constraints there and back, with the multipliers carried over the turn. A sweep one

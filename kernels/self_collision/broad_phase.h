@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which pairs (a particle and a triangle, or two edges) can come nearer than is wanted while every particle stays in
-// the box of its search.
+// Broad phase: which pairs (a particle and a triangle, or two edges) can come nearer than is wanted while every
+// particle stays in the box of its search.
 #pragma once
 #include "kernels/self_collision/cluster_bvh.h"
 #include "kernels/self_collision/contact_packing.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Units: some hundred particles that lie together at the start, with the triangles and edges that belong to them, and a
-// tree of boxes over all. The tree stays as it is; only its boxes are made anew.
+// Clusters and their bounding volume hierarchy. A cluster is some hundred particles that lie together at the start,
+// with the triangles and edges that belong to them, and a tree of boxes over all. The tree stays as it is; only its
+// boxes are made anew.
 #pragma once
 #include "kernels/geometry/closest_point.h"
 #include "kernels/geometry/simplex.h"

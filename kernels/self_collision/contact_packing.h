@@ -108,7 +108,7 @@ struct ContactBlockBuilder {
     patch.blocks[section] = packer.first - before, before = packer.first;
   }
 
-  /// Of a list without room for all, that it needs more.
+  /// Requests twice the capacity if the list overflowed.
   KERNEL void finish(int unit) {
     places.finish(listed, patch, pairs.touched);
     patch.touches = full ? 2 * listed : listed;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A substep's look at the pairs of a patch: the plane between the sides of each, and which are so near that their
+// Narrow phase of the candidates of a patch: the plane between the sides of each, and which are so near that their
 // contact may push.
 #pragma once
 #include "kernels/self_collision/contact_block.h"
@@ -154,7 +154,7 @@ struct NarrowPhase {
       if (kind == PairKind::Edges && !wire_edge) near = near & inside;
       const unsigned bits = movemask(near);
       // Where n is oblique, its plane would stop what slides past a rim or a corner: over a slide t the distance grows
-      // by t^2 / (2 distance) beyond that along n. Not meant is what trembles at rest.
+      // by t^2 / (2 distance) beyond that along n. Jitter at rest must not trigger this.
       const Vector3<S> slide = motion - seen.n * along;
       const S tenth = seen.distance * S(R(0.1));
       const auto at_rim = (seen.w[1] == zero) | (seen.w[2] == zero) | (seen.w[3] == zero) | (seen.w[0] == zero);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far particles go: their motion beside the common one, and whether they stay in the boxes of the last search.
+// Swept bounds of particles: their motion beside the common one, and whether they stay in the boxes of the last search.
 #pragma once
 #include "kernels/geometry/simplex.h"
 #include "kernels/self_collision/contact_block.h"

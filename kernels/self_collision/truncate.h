@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last word of a substep about the deformable bodies: nothing crosses. At x0 nothing crosses. Every pair that could
-// come near was found, because no particle leaves the box that it was searched with; and a pair stays apart if a plane
-// of normal n is between its sides at the end as at the start, because between them every particle moves along a line:
-// in between a plane between the planes does. Where a pair is about to break this, its particles are held back: each
-// to its own half of the gap. Those of other pairs that this leads to are held back next, until all pairs are apart.
-// In the spirit of Chen et al., "Offset Geometric Contact" (2025), but with planes, not balls, so that layers slide
-// freely, and only where something would cross, so that what moves as a whole is not slowed down.
+// Final guard of a substep: displacements are truncated so that no pair of primitives intersects. At x0 none does.
+// Every pair that could come near was found, because no particle leaves the box that it was searched with; and a pair
+// stays apart if a plane of normal n is between its sides at the end as at the start, because between them every
+// particle moves along a line: in between a plane between the planes does. Where a pair is about to break this, its
+// particles are held back: each to its own half of the gap. Those of other pairs that this leads to are held back next,
+// until all pairs are apart. In the spirit of Chen et al., "Offset Geometric Contact" (2025), but with planes, not
+// balls, so that layers slide freely, and only where something would cross, so that what moves as a whole is not slowed
+// down.
 #pragma once
 #include "kernels/self_collision/narrow_phase.h"
 
