@@ -2,7 +2,7 @@
 // The direction in which a projection moves its particles: the gradient where the substep began, as long as the
 // correction along it, and all that the constraint has applied in the substep, are small beside the element.
 #pragma once
-#include "kernels/simd/vec.h"
+#include "kernels/simd/pack.h"
 
 namespace malha {
 

@@ -18,7 +18,7 @@ double area(const Mesh& mesh) {
   return std::accumulate(masses.begin(), masses.end(), 0.0);
 }
 
-double volume(const Mesh& mesh) { return signed_volume(mesh.points, triangles(mesh)); }
+double enclosed_volume(const Mesh& mesh) { return signed_volume(mesh.points, triangles(mesh)); }
 
 long euler_characteristic(const Mesh& mesh) {
   return static_cast<long>(mesh.points.size()) - static_cast<long>(edges(mesh).size()) +
@@ -72,7 +72,7 @@ TEST(GenerateSphere, ConvergesFromBelow) {
   double volume_before = 0, area_before = 0;
   for (int n = 0; n <= 5; ++n) {
     const Mesh sphere = generate(SphereShape{radius, n});
-    const double volume_error = exact_volume - volume(sphere), area_error = exact_area - area(sphere);
+    const double volume_error = exact_volume - enclosed_volume(sphere), area_error = exact_area - area(sphere);
     EXPECT_GT(volume_error, 0);
     EXPECT_GT(area_error, 0);
     if (n > 2) {  // second order, once fine: half the edge length, a quarter of the error
@@ -101,7 +101,7 @@ TEST(GenerateBox, IsAClosedSurfaceOfQuadsWhateverTheCells) {
     EXPECT_EQ(euler_characteristic(box), 2);
     expect_clean(box);
     EXPECT_NO_THROW(require_closed(box, "box", "test"));
-    EXPECT_NEAR(volume(box), 1.5, 1e-14);
+    EXPECT_NEAR(enclosed_volume(box), 1.5, 1e-14);
     EXPECT_NEAR(area(box), 2 * (1.5 * 0.5 + 0.5 * 2 + 2 * 1.5), 1e-14);
     EXPECT_EQ(box.points.front(), (Vec3{-0.75, -0.25, -1}));
     EXPECT_EQ(box.points.back(), (Vec3{0.75, 0.25, 1}));
@@ -116,7 +116,7 @@ TEST(GenerateBar, LiesAlongXWithSquareCells) {
   const Mesh bar = generate(BarShape{1, 0.1, 2});
   EXPECT_EQ(bar.faces.size(), 4u * 20u * 2u + 2u * 4u);
   EXPECT_NO_THROW(require_closed(bar, "bar", "test"));
-  EXPECT_NEAR(volume(bar), 0.01, 1e-16);
+  EXPECT_NEAR(enclosed_volume(bar), 0.01, 1e-16);
   EXPECT_EQ(bar.points.front(), (Vec3{0, -0.05, -0.05}));
   EXPECT_EQ(bar.points.back(), (Vec3{1, 0.05, 0.05}));
   for (const auto& [a, b] : edges(bar)) {
@@ -206,9 +206,9 @@ TEST(ApplyTransform, LeavesEveryBitWhereItDoesNothing) {
 
 TEST(ApplyTransform, MultipliesTheVolumeByTheScales) {
   Mesh mesh = generate(SphereShape{1, 3});
-  const double before = volume(mesh);
+  const double before = enclosed_volume(mesh);
   apply(Transform{{1, -2, 3}, {1, 1, -0.5}, 123, {0.5, 2, 3}}, mesh);
-  EXPECT_NEAR(volume(mesh), 3 * before, 1e-12);
+  EXPECT_NEAR(enclosed_volume(mesh), 3 * before, 1e-12);
   EXPECT_NO_THROW(require_closed(mesh, "sphere", "test"));
 }
 

@@ -13,7 +13,7 @@
 namespace malha {
 namespace {
 
-Mesh with_faces(const std::vector<Vec3>& points, const std::vector<Quad>& faces) {
+Mesh mesh_of_faces(const std::vector<Vec3>& points, const std::vector<Quad>& faces) {
   Mesh mesh;
   mesh.points = points;
   mesh.faces = faces;
@@ -150,10 +150,10 @@ TEST(Components, OfAConnectedMeshAreOne) {
 
 TEST(SignedVolume, IsThatOfATetrahedronAndItsMirrorImage) {
   const std::vector<Vec3> points(tetrahedron, tetrahedron + 4);
-  EXPECT_DOUBLE_EQ(signed_volume(points, triangles(with_faces(points, tetrahedron_faces))), 1.0 / 6);
+  EXPECT_DOUBLE_EQ(signed_volume(points, triangles(mesh_of_faces(points, tetrahedron_faces))), 1.0 / 6);
   std::vector<Quad> inside_out = tetrahedron_faces;
   for (Quad& face : inside_out) std::swap(face[0], face[1]);
-  EXPECT_DOUBLE_EQ(signed_volume(points, triangles(with_faces(points, inside_out))), -1.0 / 6);
+  EXPECT_DOUBLE_EQ(signed_volume(points, triangles(mesh_of_faces(points, inside_out))), -1.0 / 6);
 }
 
 TEST(SignedVolume, KeepsItsDigitsFarFromTheOrigin) {
@@ -177,14 +177,14 @@ TEST(MassesByDensity, GiveCornersAThirdOfATriangleAndEndsAHalfOfALine) {
 TEST(MassesByDensity, TreatAllCornersOfAQuadAlike) {
   // A kite, symmetric about the diagonal 1-3 only: each single split would tell 0 from 2, or 1 and 3 from them.
   const std::vector<Vec3> kite{{-1, 0, 0}, {0, -2, 0}, {1, 0, 0}, {0, 1, 0}};
-  const std::vector<double> masses = masses_by_density(with_faces(kite, {{0, 1, 2, 3}}), 12);
+  const std::vector<double> masses = masses_by_density(mesh_of_faces(kite, {{0, 1, 2, 3}}), 12);
   // Areas: 2 below and 1 above the diagonal 0-2, 1.5 on either side of 1-3. Density 12: a corner gets 2 for each m^2 of
   // its triangles in both splits.
   const std::vector<double> expected{2 * (3 + 1.5), 2 * (2 + 3), 2 * (3 + 1.5), 2 * (1 + 3)};
   for (int i = 0; i < 4; ++i) EXPECT_DOUBLE_EQ(masses[i], expected[i]);
   for (int turn = 1; turn < 4; ++turn) {  // whichever corner comes first
     const Quad turned{turn, (turn + 1) % 4, (turn + 2) % 4, (turn + 3) % 4};
-    const std::vector<double> again = masses_by_density(with_faces(kite, {turned}), 12);
+    const std::vector<double> again = masses_by_density(mesh_of_faces(kite, {turned}), 12);
     for (int i = 0; i < 4; ++i) EXPECT_DOUBLE_EQ(again[i], masses[i]);
   }
 }
@@ -193,7 +193,7 @@ TEST(MassesByDensity, OfAConcaveQuadAreThoseOfItsArea) {
   const std::vector<Vec3> dart{{0, 0, 0}, {2, 0, 0}, {0.3, 0.3, 0}, {0, 2, 0}};
   for (int turn = 0; turn < 4; ++turn) {
     const Quad turned{turn, (turn + 1) % 4, (turn + 2) % 4, (turn + 3) % 4};
-    const std::vector<double> masses = masses_by_density(with_faces(dart, {turned}), 2);
+    const std::vector<double> masses = masses_by_density(mesh_of_faces(dart, {turned}), 2);
     // The large triangle of 2 m^2 without the one of 1.4 m^2 that the third corner cuts off.
     EXPECT_NEAR(sum(masses), 2 * 0.6, 1e-14);
     double moment = 0;
@@ -207,7 +207,7 @@ TEST(MassesByDensity, OfAConcaveQuadAreThoseOfItsArea) {
 TEST(MassesByDensity, GiveACornerOfAQuadASixthOfItsAreaAndOfTheCornersTriangle) {
   const double a = 3, b = 1, h = 2, lean = 0.5, density = 1.7;  // a trapezoid: sides a and b in parallel, h apart
   const std::vector<Vec3> trapezoid{{0, 0, 0}, {a, 0, 0}, {lean + b, h, 0}, {lean, h, 0}};
-  const std::vector<double> masses = masses_by_density(with_faces(trapezoid, {{0, 1, 2, 3}}), density);
+  const std::vector<double> masses = masses_by_density(mesh_of_faces(trapezoid, {{0, 1, 2, 3}}), density);
   const double area = h * (a + b) / 2, at_long = a * h / 2, at_short = b * h / 2;
   for (const int corner : {0, 1}) EXPECT_NEAR(masses[corner], density * (area + at_long) / 6, 1e-14);
   for (const int corner : {2, 3}) EXPECT_NEAR(masses[corner], density * (area + at_short) / 6, 1e-14);
@@ -248,7 +248,7 @@ std::string closed_refusal(const Mesh& mesh) {
 const std::string two_faces =
     "; allowed: pressure needs a closed mesh: every edge with exactly two faces, oriented alike";
 
-Mesh closed_tetrahedron() { return with_faces({tetrahedron, tetrahedron + 4}, tetrahedron_faces); }
+Mesh closed_tetrahedron() { return mesh_of_faces({tetrahedron, tetrahedron + 4}, tetrahedron_faces); }
 
 TEST(RequireClosed, AcceptsClosedSurfacesSeenFromOutside) {
   EXPECT_EQ(closed_refusal(closed_tetrahedron()), "");

@@ -22,7 +22,7 @@ TEST_P(ParseSceneRefuses, It) {
   EXPECT_EQ(scene_refusal(changed_scene(GetParam().pointer, GetParam().value)), "s.json: " + GetParam().message);
 }
 
-std::string name_of(const testing::TestParamInfo<Refusal>& info) { return info.param.name; }
+std::string name_of_refusal(const testing::TestParamInfo<Refusal>& info) { return info.param.name; }
 
 const std::string positive_kg = "; allowed: a number > 0 (kg)";
 const std::string ratio = "; allowed: a number in [0, 1]";
@@ -87,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "/bodies/0/name: found \"\"; allowed: a text of one line, not empty"},
         Refusal{"NameThatLeavesTheFolder", "/bodies/0/name", "\"../x\"", "/bodies/0/name: found \"../x\"" + file_name},
         Refusal{"NameWithASlash", "/name", "\"a/b\"", "/name: found \"a/b\"" + file_name}),
-    name_of);
+    name_of_refusal);
 
 INSTANTIATE_TEST_SUITE_P(
     Attachments, ParseSceneRefuses,
@@ -137,7 +137,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "mesh"},
         Refusal{"TearOfDust", "/bodies/6/tear", R"({"strain": 1})",
                 "/bodies/6/tear: found tearing of loose particles; allowed: a body with edges"}),
-    name_of);
+    name_of_refusal);
 
 INSTANTIATE_TEST_SUITE_P(
     Bodies, ParseSceneRefuses,
@@ -179,7 +179,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "/bodies/1/pins/4/particles/0: found -1; allowed: an integer in [0, 2147483647]"},
         Refusal{"NoPinnedParticle", "/bodies/1/pins/4/particles", "[]",
                 "/bodies/1/pins/4/particles: found a list of 0; allowed: a list of particle numbers, from 0"}),
-    name_of);
+    name_of_refusal);
 
 INSTANTIATE_TEST_SUITE_P(
     Constraints, ParseSceneRefuses,
@@ -241,7 +241,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"PressureAsItWasCalled", "/bodies/0/constraints/3/pressure", "1.2",
                 "/bodies/0/constraints/3/pressure: found 'pressure', which is a ratio of volumes, not a pressure; "
                 "allowed: 'volume_ratio'"}),
-    name_of);
+    name_of_refusal);
 
 INSTANTIATE_TEST_SUITE_P(
     Shapes, ParseSceneRefuses,
@@ -292,7 +292,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "of 3)"},
         Refusal{"NegativeScale", "/bodies/0/transform/scale", "[1, -1, 1]",
                 "/bodies/0/transform/scale/1: found -1; allowed: a number > 0"}),
-    name_of);
+    name_of_refusal);
 
 INSTANTIATE_TEST_SUITE_P(
     EnvironmentView, ParseSceneRefuses,
@@ -355,7 +355,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"BoxOfNoBody", "/expect/bodies", "[]", "/expect/bodies: found no body; allowed: at least one"},
         Refusal{"VolumesInReverse", "/expect/volume_ratio", "[1, 0.5]",
                 "/expect/volume_ratio/1: found 0.5; allowed: a number not below the first"}),
-    name_of);
+    name_of_refusal);
 
 TEST(ParseScene, RefusesAnUnknownConstraintWithTheListOfKinds) {
   std::string names;
