@@ -195,7 +195,7 @@ class Sweep {
     view.compliance = R(set.compliance.value_or(0) / (h * h));
     // With more iterations than substeps, a long substep's heavy loads are met sooner along gradients where particles
     // are.
-    view.from_start = solver.iterations <= solver.substeps, view.taut = R(set.pressed ? kTautOfPressed : kTaut);
+    view.from_start = solver.iterations <= solver.substeps, view.taut = R(taut_of(set.pressed, solver.iterations));
     return view;
   }
 

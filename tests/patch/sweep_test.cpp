@@ -106,7 +106,7 @@ class ScalarSweep {
     // From the first particle's places.
     for (int j = n - 1; j >= 0; --j) x[j] = x[j] - x[0], p[j] = x[j] + (d[j] - d[0]);
     const R* const rest = &rest_[s][c * Kind::numbers];
-    const R taut = R(set.pressed ? kTautOfPressed : kTaut);
+    const R taut = R(taut_of(set.pressed, model_.scene.solver.iterations));
     const R alpha = set.softness.empty() ? alpha_[s] : alpha_[s] * R(set.softness[c]);
     const auto go = [&](const Vector3<R>(&by)[n], R times) {
       for (int j = 0; j < n; ++j)

@@ -451,8 +451,8 @@ TEST(ParseScene, SuggestsSolversAndKeysOfTheCameraByMeaning) {
 
 TEST(ParseScene, NamesTheNewNameOfAKeyThatWasRenamed) {
   for (const auto& [pointer, value, now] :
-       {std::tuple{"/solver/levels_every", "1", "levels_interval"},
-        {"/solver/stiffness_of", "\"step\"", "stiffness_basis"},
+       {std::tuple{"/solver", R"({"type": "pbd", "levels_every": 1})", "levels_interval"},
+        {"/solver", R"({"type": "pbd", "stiffness_of": "step"})", "stiffness_basis"},
         {"/bodies/1/pins/0/until", "1", "release_time"},
         {"/bodies/0/constraints/0/on", "[\"edges\"]", "elements"},
         {"/bodies/0/shape", R"({"cloud": {}})", "lattice"},
