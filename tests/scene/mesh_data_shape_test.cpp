@@ -59,19 +59,19 @@ TEST(MeshDataShape, IsRefusedWhereACornerIsNoPoint) {
   EXPECT_EQ(refusal([&] {
               generate(MeshDataShape{points, {{0, 1, 2, -1}, {0, 1, 3, -1}}, {}, {}});
             }),
-            "listed: faces/1: found vertex 3; allowed: 0 to 2");
+            "mesh_data: faces/1: found vertex 3; allowed: 0 to 2");
   EXPECT_EQ(refusal([&] {
               generate(MeshDataShape{points, {{0, -1, 2, -1}}, {}, {}});
             }),
-            "listed: faces/0: found vertex -1; allowed: 0 to 2");
+            "mesh_data: faces/0: found vertex -1; allowed: 0 to 2");
   EXPECT_EQ(refusal([&] {
               generate(MeshDataShape{points, {}, {{0, 5}}, {}});
             }),
-            "listed: lines/0: found vertex 5; allowed: 0 to 2");
+            "mesh_data: lines/0: found vertex 5; allowed: 0 to 2");
   EXPECT_EQ(refusal([&] {
               generate(MeshDataShape{points, {}, {}, {{0, 1, 2, -1}}});
             }),
-            "listed: tetrahedra/0: found vertex -1; allowed: 0 to 2");
+            "mesh_data: tetrahedra/0: found vertex -1; allowed: 0 to 2");
 }
 
 /// Sound meshes are not written as text to be checked; what is wrong is named all the same.
