@@ -101,7 +101,7 @@ TEST(StiffnessOfAStep, IsReadAndWrittenAndForPbdAlone) {
       "step");
   EXPECT_EQ(refusal([&] {
               read(R"({"type": "desbrun", "stiffness_basis": "step"})");
-            }).find("s.json: /solver/stiffness_basis: found unknown key 'stiffness_of'"),
+            }).find("s.json: /solver/stiffness_basis: found unknown key 'stiffness_basis'"),
             0u);
 }
 

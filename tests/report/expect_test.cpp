@@ -85,7 +85,7 @@ TEST(UnmetExpectations, LookAtTheBoxOfABody) {
   EXPECT_EQ(unmet_expectations(expect, {}, {{9, 9, 9}, {-9, 0, 0}, {0, 0, 0}, {1, 1, 1}, {0, 1, 0.5}}, bodies), Lines{})
       << "where the pole is does not matter";
   EXPECT_EQ(unmet_expectations(expect, {}, {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 1.5, 0}, {0, 0, kNaN}}, bodies)[1],
-            "inside of body 'flag': found 2 particles outside the box, such as 1 at (0, 1.5, 0); expected all from "
+            "bounds of body 'flag': found 2 particles outside the box, such as 1 at (0, 1.5, 0); expected all from "
             "(0, 0, 0) to (1, 1, 1)");
 }
 
@@ -134,7 +134,7 @@ TEST(UnmetExpectations, CountParticlesOutsideTheBox) {
       Vec3 x{0.5, 0.5, 0.5};
       x[axis] = outside;
       EXPECT_EQ(unmet_expectations(expect, {}, {x, {0.5, 0.5, 0.5}, x}),
-                Lines{"inside: found 2 particles outside the box, such as 0 at (" + shown(x[0]) + ", " + shown(x[1]) +
+                Lines{"bounds: found 2 particles outside the box, such as 0 at (" + shown(x[0]) + ", " + shown(x[1]) +
                       ", " + shown(x[2]) + "); expected all from (0, 0, 0) to (1, 1, 1)"});
     }
 }
