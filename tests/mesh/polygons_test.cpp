@@ -234,7 +234,7 @@ TEST_F(PolygonFiles, ThatCrossThemselvesAreRefusedByLineAndFace) {
 
 TEST(Polygons, QuadsThatCrossThemselvesAreRefusedWhateverTheyComeFrom) {
   Mesh mesh = generate(MeshDataShape{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2, 3}}, {}, {}});
-  EXPECT_TRUE(refusal([&] { check_mesh(mesh, "mesh_data", false); }).starts_with("listed: face 0 (0-based): "));
+  EXPECT_TRUE(refusal([&] { check_mesh(mesh, "mesh_data", false); }).starts_with("mesh_data: face 0 (0-based): "));
 }
 
 // A quad of a public model (the control mesh of Crane's cow): a strip of 5 mm that is turned by more than a right
