@@ -101,9 +101,10 @@ INSTANTIATE_TEST_SUITE_P(
                 "/bodies/1/pins/4/motion/1/time: found 0.5; allowed: a time after that of the keyframe before it (s)"},
         Refusal{"PinWithoutAPlace", "/bodies/1/pins/0", R"({"release_time": 1})",
                 "/bodies/1/pins/0: found no key of them; allowed: exactly one of row, box, sphere, nearest, particles"},
-        Refusal{"PinUtnil", "/bodies/1/pins/0/utnil", "1",
-                "/bodies/1/pins/0/utnil: found unknown key 'utnil' (did you mean 'until'?); allowed: row, box, sphere, "
-                "nearest, particles, motion, until"},
+        Refusal{"PinUtnil", "/bodies/1/pins/0/relaese_time", "1",
+                "/bodies/1/pins/0/relaese_time: found unknown key 'relaese_time' (did you mean 'release_time'?); "
+                "allowed: row, box, sphere, "
+                "nearest, particles, motion, release_time"},
         Refusal{"AttachmentOfNothing", "/bodies/1/attachments/0/at", "remove",
                 "/bodies/1/attachments/0: found no key 'at'; allowed: an object with the key 'at'"},
         Refusal{"AttachmentAtNoPlace", "/bodies/1/attachments/0/at", "{}",
@@ -248,10 +249,10 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Refusal{"None", "/bodies/0/shape", "{}",
                 "/bodies/0/shape: found an empty object; allowed: exactly one of mesh, grid, sphere, box, bar, "
-                "listed, chain, cloud, tet_box"},
+                "mesh_data, chain, lattice, tet_box"},
         Refusal{"Unknown", "/bodies/0/shape", "{\"shpere\": {}}",
                 "/bodies/0/shape/shpere: found unknown key 'shpere' (did you mean 'sphere'?); allowed: mesh, grid, "
-                "sphere, box, bar, listed, chain, cloud, tet_box, weld"},
+                "sphere, box, bar, mesh_data, chain, lattice, tet_box, weld"},
         Refusal{"EmptyPath", "/bodies/0/shape/mesh", "\"\"",
                 "/bodies/0/shape/mesh: found \"\"; allowed: a text of one line, not empty"},
         Refusal{"ZeroCells", "/bodies/1/shape/grid/cells", "[0, 1]",
@@ -297,10 +298,11 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     EnvironmentView, ParseSceneRefuses,
     testing::Values(
-        Refusal{"ShapeWithoutFaces", "/environment/1/shape",
-                R"({"chain": {"from": [0,0,0], "to": [1,0,0], "segments": 1}})",
-                "/environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar, listed, "
-                "weld"},
+        Refusal{
+            "ShapeWithoutFaces", "/environment/1/shape",
+            R"({"chain": {"from": [0,0,0], "to": [1,0,0], "segments": 1}})",
+            "/environment/1/shape/chain: found unknown key 'chain'; allowed: mesh, grid, sphere, box, bar, mesh_data, "
+            "weld"},
         Refusal{"UnknownSides", "/environment/0/sides", "\"twosided\"",
                 "/environment/0/sides: found unknown kind of sides \"twosided\" (did you mean 'two_sided'?); allowed: "
                 "solid, one_sided, two_sided"},
