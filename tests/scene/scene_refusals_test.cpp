@@ -296,7 +296,7 @@ INSTANTIATE_TEST_SUITE_P(
     name_of_refusal);
 
 INSTANTIATE_TEST_SUITE_P(
-    EnvironmentView, ParseSceneRefuses,
+    Surroundings, ParseSceneRefuses,
     testing::Values(
         Refusal{
             "ShapeWithoutFaces", "/environment/1/shape",
