@@ -37,7 +37,7 @@ class Judge {
       if (!in && outside++ == 0) one = i;
     }
     if (outside == 0) return;
-    lines.push_back((body.empty() ? "bounds" : "inside of body '" + body + "'") + ": found " +
+    lines.push_back((body.empty() ? "bounds" : "bounds of body '" + body + "'") + ": found " +
                     counted(outside, "particle") + " outside the box, such as " + number(one, body.empty()) + " at " +
                     place(x[one]) + "; expected all from " + place(min) + " to " + place(max));
   }

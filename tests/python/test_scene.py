@@ -160,7 +160,7 @@ def test_arrays_give_the_scene_that_their_lists_give():
 
 
 def test_a_corner_that_is_no_point_is_refused():
-    with pytest.raises(malha.InputError, match="listed: faces/0: found vertex 3; allowed: 0 to 2"):
+    with pytest.raises(malha.InputError, match="mesh_data: faces/0: found vertex 3; allowed: 0 to 2"):
         malha.Simulation(scene_of(malha.body(np.eye(3), [[0, 1, 3]], mass=1)))
 
 
