@@ -146,7 +146,8 @@ class Simulation {
   /// The state at the end of the last step.
   Measures measure() const;
 
-  /// Counts what crosses now; unmet() and report() know the most that was found. Nothing where nothing could cross.
+  /// Counts what crosses now; failed_expectations() and report() know the most that was found. Nothing where nothing
+  /// could cross.
   void count_crossings();
 
   /// Vertices that have been torn or cut in two so far. Each is one more particle, the last of its body in positions().

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The launches of Visit: they hold every constraint's kernels, so that they are compiled in one place a precision.
+// The launches of SolvePatch: they hold every constraint's kernels, so that they are compiled in one place a precision.
 #pragma once
 #include "kernels/multilevel/solve_coarse_patch.h"
 #include "kernels/patch/solve_patch.h"

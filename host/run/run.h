@@ -20,7 +20,7 @@ struct RunOptions {
   bool resume = false;                     // continue from the folder's checkpoint
   std::function<void(const std::string&)> warn =
       {};                          // of each of warnings(), before the first step, and of momenta
-                                   // that changed (report/kept_momenta.h), after the last; may be empty
+                                   // that changed (report/momentum_drift.h), after the last; may be empty
   double checkpoint_seconds = 30;  // of the clock, between checkpoints where outputs.checkpoint_every is not given
   std::function<void(const char*)> doing = {};  // what is begun that is not a step ("drawing a picture"); may be empty
   std::function<void()> ready = {};             // set-up is done: from here on `stop` is looked at; may be empty

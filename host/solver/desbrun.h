@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Desbrun, Schröder, Barr, "Interactive Animation of Structured Deformable Objects" (1999): the forces of springs go
-// through a precomputed filter, S = (M - dt^2 H)^-1, and then move the particles explicitly. With refine > 0 the same
-// filter solves on for backward Euler of the true springs (Liu et al. 2013).
+// through a precomputed filter, S = (M - dt^2 H)^-1, and then move the particles explicitly. With refinement iterations
+// the same filter solves on for backward Euler of the true springs (Liu et al. 2013).
 #pragma once
 #include <chrono>
 #include <memory>

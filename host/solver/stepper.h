@@ -143,7 +143,7 @@ class TimeStepper : public Solver {
     exclude_from_momentum_correction();
   }
   std::vector<double> values_of_user_constraint(std::size_t index) const final {
-    return own_ ? own_->values(index, x_.points(), w_.data()) : throw std::out_of_range("values_of_own");
+    return own_ ? own_->values(index, x_.points(), w_.data()) : throw std::out_of_range("values_of_user_constraint");
   }
   void take(const ParticleHandle& what) final {
     if (!hand_)

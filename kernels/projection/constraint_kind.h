@@ -2,7 +2,7 @@
 // What a constraint kind is, said once: the contract that every file of kernels/constraints/ keeps. A kind that lacks a
 // part does not compile, and the compiler names the concept below that it breaks.
 //
-// Beyond what a compiler can see, and tests/constraints*_test.cpp check for every kind of the registry:
+// Beyond what a compiler can see, and tests/projection/constraints*_test.cpp check for every kind of the registry:
 //   evaluate() answers s C and s grad C, where s > 0 depends on the places p alone, never on the rest values.
 //     grad is the derivative of C, and blind to rigid motion: its sum and its sum of torques are zero.
 //     Where there is no direction (coincident points, no area) every gradient is exactly zero, and C is finite.

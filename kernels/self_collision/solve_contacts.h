@@ -61,9 +61,9 @@ struct SolveContacts {
       Vector3<S> friction_impulse;
       load(block.friction_impulse[0] + k, friction_impulse.x), load(block.friction_impulse[1] + k, friction_impulse.y),
           load(block.friction_impulse[2] + k, friction_impulse.z);
-      const Vector3<S> min_distance = friction_impulse + (motion - n * along) * per;
-      const S length = sqrt(dot(min_distance, min_distance)), most = S(friction) * lambda;
-      const Vector3<S> taken = min_distance * select(length > most, most / length, one);
+      const Vector3<S> trial = friction_impulse + (motion - n * along) * per;
+      const S length = sqrt(dot(trial, trial)), most = S(friction) * lambda;
+      const Vector3<S> taken = trial * select(length > most, most / length, one);
       impulse = impulse - (taken - friction_impulse);
       store(taken.x, block.friction_impulse[0] + k), store(taken.y, block.friction_impulse[1] + k),
           store(taken.z, block.friction_impulse[2] + k);
