@@ -5,7 +5,7 @@
 
 namespace malha {
 
-/// How much of a long set-up is done, in [0, 1]; called by one thread at a time.
+/// Reports the share of a long set-up that is done, in [0, 1]; one thread at a time calls it.
 using ShowProgress = std::function<void(const char* what, double part)>;
 
 }  // namespace malha

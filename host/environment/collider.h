@@ -181,7 +181,7 @@ class EnvironmentCollider {
     return facts;
   }
 
-  /// What is known of the particles near a mesh, until the next find or clamp_tunnelling.
+  /// The contact cache of a mesh, valid until the next detect_contacts or clamp_tunnelling.
   ContactCacheView<R> nearby(int mesh) const { return obstacles_[static_cast<std::size_t>(mesh)].memory.view(); }
 
   /// How many triangles each mesh has.

@@ -128,8 +128,8 @@ class Starts {
                            ", " + shown(moved[2]) + ") m");
   }
 
-  /// What is inside by no more than the thickness stays so (contact_query.h): to lay it outside particle by particle
-  /// would stretch it.
+  /// A particle that is inside by no more than the thickness stays so (contact_query.h): to lay it outside particle by
+  /// particle would stretch it.
   std::string stays(std::size_t b, std::size_t s, const Inside& found, bool movable) const {
     return "body '" + model_.scene.bodies[b].name + "' starts up to " + metres(found.depth) + " inside '" +
            solids_[s].spec().name + "' (" + counted(found.particles, "particle") +

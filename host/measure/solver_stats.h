@@ -41,7 +41,7 @@ inline constexpr std::array<const char*, 21> kPassNames{
     "levels",         "collision", "projection",  "pressure", "long_range", "attachments", "contact",
     "self_collision", "state",     "fused_solve", "tearing",  "sleep",      "edges",       "user_constraints"};
 
-/// What a person may want to know of a constraint set.
+/// Statistics of a constraint set.
 struct SetStats {
   std::string type;
   int constraints = 0;
@@ -61,13 +61,13 @@ struct PatchStats {
   double plan_seconds = 0;  // of set-up
 };
 
-/// Of a level (host/model/levels.h).
+/// Statistics of a level (host/model/levels.h).
 struct LevelStats {
   int particles = 0, constraints = 0;
   PatchStats patches;
 };
 
-/// Of constraints of the caller's own.
+/// Statistics of the user's own constraints.
 struct UserConstraintStats {
   std::string name;
   int constraints = 0, particles = 0, batches = 0;  // particles: of each constraint

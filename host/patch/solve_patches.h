@@ -6,7 +6,7 @@
 
 namespace malha {
 
-/// Visits the patches begin .. end - 1: by Serial or a Team, a Visit or a SolveCoarsePatch of either precision.
+/// Visits the patches begin .. end - 1: by Serial or a Team, a SolvePatch or a SolveCoarsePatch of either precision.
 template <class Executor, class AnyVisit>
 void visit_patches(const Executor& executor, const AnyVisit& visit, int begin, int end, const ScratchMemory& memory);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The direction in which a projection moves its particles: the gradient where the substep began, as long as the
-// correction along it, and all that the constraint has applied in the substep, are small beside the element.
+// The direction in which a projection moves its particles: the gradient where the substep began, as far as
+// all that the constraint applies in the substep is small beside the element, and for the rest the gradient now.
 #pragma once
 #include "kernels/simd/pack.h"
 
