@@ -6,6 +6,7 @@
 #include "host/report/plan.h"
 #include "host/solver/solver.h"
 #include "tests/refusal.h"
+#include "tests/same_bits.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -127,21 +128,6 @@ TEST(Attachments, ToATurningMeshKeepTheirPlaceInItsFrame) {
   }
 }
 
-TEST(Attachments, GiveTheSameBitsOnAnyThreadsAndAfterAResume) {
-  Scene scene = tied_to_a_mesh();
-  scene.bodies[0].attachments[0].compliance = 1e-4;
-  scene.bodies[0].attachments[0].release_time = 0.2;
-  scene.solver.iterations = 2;
-  const std::uint64_t expected = after(scene, 0.3, {.backend = Backend::Serial}).state_hash();
-  for (const int threads : {1, 2, 3}) EXPECT_EQ(after(scene, 0.3, {.threads = threads}).state_hash(), expected);
-  const TemporaryFolder folder;
-  after(scene, 0.1).save_checkpoint(folder / "checkpoint");
-  Simulation resumed(scene, {.threads = 2});
-  resumed.load_checkpoint(folder / "checkpoint");
-  run_for(resumed, scene, 0.2);
-  EXPECT_EQ(resumed.state_hash(), expected);
-}
-
 TEST(Attachments, ArePlannedAndReported) {
   Scene scene = tied_to_a_mesh();
   EXPECT_NE(plan(Simulation(scene, {.threads = 1})).find("\n  7 pins to 'box' on 2 keyframes\n"), std::string::npos)
@@ -186,6 +172,20 @@ TEST(Attachments, ToWhatIsNotThereAreRefused) {
   EXPECT_EQ(tie_refusal(scene),
             "s.json: /bodies/0/attachments/0/at: found pinned particles alone; allowed: at least one that can move");
 }
+
+INSTANTIATE_TEST_SUITE_P(Attachments, SameBits,
+                         testing::Values(SameBitsScene{"ReleasedAndCompliant",
+                                                       [](const auto&) {
+                                                         Scene scene = tied_to_a_mesh();
+                                                         Attachment& tie = scene.bodies[0].attachments[0];
+                                                         tie.compliance = 1e-4;
+                                                         tie.release_time = 0.2;
+                                                         scene.solver.iterations = 2;
+                                                         return scene;
+                                                       },
+                                                       30,
+                                                       {10, 25}}),
+                         name_of_scene);
 
 }  // namespace
 }  // namespace malha

@@ -14,6 +14,7 @@
 #include "tests/mesh/point_list.h"
 #include "tests/on_host.h"
 #include "tests/refusal.h"
+#include "tests/same_bits.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -204,17 +205,6 @@ TEST(LongRange, DoesNothingWhereItIsSlack) {
   EXPECT_EQ(a.state_hash(), b.state_hash());
 }
 
-TEST(LongRange, GivesTheSameBitsOnAnyThreads) {
-  for (const Precision precision : {Precision::Float, Precision::Double}) {
-    const auto hash = [&](const SimulationOptions& options) {
-      return after(cloth(true, true, precision), 0.5, options).state_hash();
-    };
-    const auto serial = hash({.backend = Backend::Serial});
-    EXPECT_EQ(hash({.threads = 1}), serial);
-    EXPECT_EQ(hash({.threads = 3}), serial);
-  }
-}
-
 TEST(LongRange, FollowsPinsThatMove) {
   const Scene scene = chain(true);
   Simulation simulation(scene, {.threads = 1});
@@ -263,6 +253,13 @@ TEST(LongRange, IsAPassOfItsOwn) {
   EXPECT_GT(simulation.solver().pass_seconds()[int(Pass::LongRange)], 0);
   EXPECT_EQ(simulation.solver().facts().attachments, 100);
 }
+
+INSTANTIATE_TEST_SUITE_P(
+    LongRange, SameBits,
+    testing::Values(SameBitsScene{"Float", [](const auto&) { return cloth(true, true, Precision::Float); }, 30, {12}},
+                    SameBitsScene{
+                        "Double", [](const auto&) { return cloth(true, true, Precision::Double); }, 30, {12}}),
+    name_of_scene);
 
 }  // namespace
 }  // namespace malha

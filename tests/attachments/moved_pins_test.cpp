@@ -8,6 +8,7 @@
 #include "host/report/plan.h"
 #include "host/solver/solver.h"
 #include "tests/refusal.h"
+#include "tests/same_bits.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -124,24 +125,6 @@ TEST(MovedPins, AreNotMovedByHandAsWell) {
   EXPECT_THROW(simulation.move_pin(0, {0, 0, 0}), InputError);
 }
 
-TEST(MovedPins, GiveTheSameBitsOnAnyThreadsAndAfterAResume) {
-  for (const int iterations : {1, 2}) {
-    Scene scene = carried_sheet(Precision::Float, 0.1);
-    scene.bodies[0].shape = GridShape{{1, 1}, {40, 40}};  // several patches
-    scene.solver.iterations = iterations;
-    const std::uint64_t expected = after(scene, 0.15, {.backend = Backend::Serial}).state_hash();
-    for (const int threads : {1, 2, 3}) EXPECT_EQ(after(scene, 0.15, {.threads = threads}).state_hash(), expected);
-    for (const double stop : {0.05, 0.1, 0.12}) {  // before, at, and after the release
-      const TemporaryFolder folder;
-      after(scene, stop).save_checkpoint(folder / "checkpoint");
-      Simulation resumed(scene, {.threads = 2});
-      resumed.load_checkpoint(folder / "checkpoint");
-      run_for(resumed, scene, 0.15 - stop);
-      EXPECT_EQ(resumed.state_hash(), expected) << "stopped at " << stop;
-    }
-  }
-}
-
 TEST(MovedPins, ArePlannedAndReported) {
   const Simulation simulation(carried_sheet(Precision::Float, 0.25), {.threads = 1});
   const std::string text = plan(simulation);
@@ -172,6 +155,21 @@ TEST(MovedPins, AreRefusedWhereTheyContradictEachOtherOrTheMethod) {
   scene.bodies[0].pins = {moving(BoxPin{{-9, -9, -9}, {9, 9, 9}}, kSwing)};
   EXPECT_EQ(run_refusal(scene), "") << "a body may be carried whole";
 }
+
+/// Of several patches; released after 0.1 s.
+Scene large_carried_sheet(int iterations) {
+  Scene scene = carried_sheet(Precision::Float, 0.1);
+  scene.bodies[0].shape = GridShape{{1, 1}, {40, 40}};
+  scene.solver.iterations = iterations;
+  return scene;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    MovedPins, SameBits,
+    testing::Values(SameBitsScene{"OneIteration", [](const auto&) { return large_carried_sheet(1); }, 15, {5, 10, 12}},
+                    SameBitsScene{
+                        "TwoIterations", [](const auto&) { return large_carried_sheet(2); }, 15, {5, 10, 12}}),
+    name_of_scene);
 
 }  // namespace
 }  // namespace malha

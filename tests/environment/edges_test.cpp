@@ -12,6 +12,7 @@
 #include "host/solver/solver.h"
 #include "tests/mesh/irregular_mesh.h"
 #include "tests/refusal.h"
+#include "tests/same_bits.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -216,32 +217,6 @@ TEST(EnvironmentEdges, LeaveAloneWhatTheyDoNotTouch) {
   EXPECT_EQ(hash(true), hash(false));
 }
 
-TEST(EnvironmentEdges, GiveTheSameBitsOnAnyNumberOfThreadsAndFromACheckpoint) {
-  const TemporaryFolder folder;
-  EnvironmentSpec bed = bed_of_nails(0.09, 0.01).object(folder, "bed");
-  bed.edges = true;
-  Keyframe start, end;
-  end.time = 0.2, end.translate = {0.05, 0.02, 0}, end.axis = {0, 1, 0}, end.degrees = 10;
-  for (const bool moves : {false, true}) {
-    bed.motion = moves ? std::vector<Keyframe>{start, end} : std::vector<Keyframe>{};
-    BodySpec cloth = cloth_above(0.03);
-    cloth.shape = GridShape{{1, 1}, {24, 24}}, cloth.velocity = {0, -2, 0};
-    const Scene scene = falls_on(bed, cloth, 3);
-    Simulation one(scene, {.threads = 1}), two(scene, {.threads = 2}), resumed(scene, {.threads = 2});
-    for (int step = 0; step < 5; ++step) {
-      if (step == 2) {
-        one.save_checkpoint(folder.write("checkpoint", ""));
-        resumed.load_checkpoint(folder / "checkpoint");
-      }
-      one.step(), two.step();
-      if (step >= 2) resumed.step();
-    }
-    EXPECT_GT(one.measure().edge_contacts, 10);
-    EXPECT_EQ(one.state_hash(), two.state_hash());
-    EXPECT_EQ(one.state_hash(), resumed.state_hash());
-  }
-}
-
 TEST(EnvironmentEdges, TakeNothingWhereNoneAreNamed) {
   const TemporaryFolder folder;
   EnvironmentSpec bed = bed_of_nails(0.13, 0.02).object(folder, "bed");
@@ -358,6 +333,33 @@ TEST(EnvironmentEdges, DISABLED_HoldInALargeSweep) {
   }
   std::printf("%d cases, %d of which cross without edges\n", cases, poked);
 }
+
+Scene cloth_on_a_bed_of_nails(const TemporaryFolder& folder, bool moves) {
+  EnvironmentSpec bed = bed_of_nails(0.09, 0.01).object(folder, "bed");
+  bed.edges = true;
+  Keyframe start, end;
+  end.time = 0.2, end.translate = {0.05, 0.02, 0}, end.axis = {0, 1, 0}, end.degrees = 10;
+  if (moves) bed.motion = {start, end};
+  BodySpec cloth = cloth_above(0.03);
+  cloth.shape = GridShape{{1, 1}, {24, 24}}, cloth.velocity = {0, -2, 0};
+  return falls_on(bed, cloth, 3);
+}
+
+void expect_edge_contacts(const Simulation& simulation) { EXPECT_GT(simulation.measure().edge_contacts, 10); }
+
+INSTANTIATE_TEST_SUITE_P(
+    EnvironmentEdges, SameBits,
+    testing::Values(SameBitsScene{"OfABedThatRests",
+                                  [](const TemporaryFolder& folder) { return cloth_on_a_bed_of_nails(folder, false); },
+                                  5,
+                                  {2},
+                                  expect_edge_contacts},
+                    SameBitsScene{"OfABedThatMoves",
+                                  [](const TemporaryFolder& folder) { return cloth_on_a_bed_of_nails(folder, true); },
+                                  5,
+                                  {2},
+                                  expect_edge_contacts}),
+    name_of_scene);
 
 }  // namespace
 }  // namespace malha

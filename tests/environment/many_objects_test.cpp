@@ -5,6 +5,7 @@
 #include "host/environment/contact_memory.h"
 #include "host/solver/solver.h"
 #include "malha/simulation.h"
+#include "tests/same_bits.h"
 #include "tests/small_scenes.h"
 
 namespace malha {
@@ -49,24 +50,14 @@ TEST(ManyObjects, TakeMemoryForWhatIsNearAlone) {
   EXPECT_LT(all - two, 58 * 41 * 41) << "not a byte a pair";
 }
 
-/// Also while nothing comes near, when steps are taken without a look at the environment.
-TEST(ManyObjects, GoOnFromAStateWithTheSameBits) {
-  for (const double height : {0.0, 0.3})
-    for (const int threads : {1, 2}) {
-      Simulation simulation(over_boxes(20, height), {.threads = 1});
-      Simulation other(over_boxes(20, height), {.threads = threads});
-      for (int step = 0; step < 8; ++step) simulation.step();
-      const std::string state = simulation.save_state();
-      for (int step = 0; step < 12; ++step) simulation.step();
-      const std::string end = simulation.save_state();
-      EXPECT_GT(simulation.measure().contacts, 0);
-      other.restore_state(state);
-      EXPECT_EQ(other.save_state(), state);
-      for (int step = 0; step < 12; ++step) other.step();
-      EXPECT_EQ(other.save_state(), end) << "to the last bit of what is known of contacts, on " << threads
-                                         << " threads";
-    }
-}
+void expect_contacts_with_boxes(const Simulation& simulation) { EXPECT_GT(simulation.measure().contacts, 0); }
+
+INSTANTIATE_TEST_SUITE_P(
+    ManyObjects, SameBits,
+    testing::Values(
+        SameBitsScene{"Lain", [](const auto&) { return over_boxes(20); }, 20, {8}, expect_contacts_with_boxes},
+        SameBitsScene{"Fallen", [](const auto&) { return over_boxes(20, 0.3); }, 20, {8}, expect_contacts_with_boxes}),
+    name_of_scene);
 
 }  // namespace
 }  // namespace malha

@@ -7,6 +7,7 @@
 #include "host/report/plan.h"
 #include "host/solver/solver.h"
 #include "tests/on_host.h"
+#include "tests/same_bits.h"
 #include "tests/scene_builders.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
@@ -82,13 +83,6 @@ TEST_P(ARestingSheet, IsStillForTenThousandSteps) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Under, ARestingSheet, testing::Values("pbd", "desbrun"));
-
-TEST(Sleep, IsTheSameBitsOnAnyThreads) {
-  const auto hash = [](const SimulationOptions& options) {
-    return after(resting_sheet("pbd", Precision::Double), 3.3, options).state_hash();
-  };
-  EXPECT_EQ(hash({.threads = 3}), hash({.backend = Backend::Serial}));
-}
 
 /// Stopped while it grows sleepy, while it sleeps, and after it was woken.
 TEST(Sleep, IsResumed) {
@@ -184,6 +178,15 @@ TEST(Sleep, IsNotThereUnlessNamed) {
   EXPECT_EQ(simulation.solver().pass_seconds()[int(Pass::Sleep)], 0);
   EXPECT_FALSE(nlohmann::json::parse(simulation.report("finished")).contains("sleep"));
 }
+
+INSTANTIATE_TEST_SUITE_P(
+    Sleep, SameBits,
+    testing::Values(SameBitsScene{"Float", [](const auto&) { return resting_sheet(); }, 220, {15, 60, 190}},
+                    SameBitsScene{"Double",
+                                  [](const auto&) { return resting_sheet("pbd", Precision::Double); },
+                                  220,
+                                  {15, 60, 190}}),
+    name_of_scene);
 
 }  // namespace
 }  // namespace malha

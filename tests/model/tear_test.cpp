@@ -11,6 +11,7 @@
 #include "host/run/run.h"
 #include "host/solver/solver.h"
 #include "tests/refusal.h"
+#include "tests/same_bits.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -151,30 +152,6 @@ TEST(Tearing, LaysOutTheTornMeshAsAnyOther) {
   EXPECT_EQ(found, expected);
 }
 
-TEST(Tearing, GivesTheSameBitsOnAnyThreadsAndAfterAResume) {
-  Scene scene = pulled(5, {32, 32}, 0.3);  // several patches
-  const Simulation whole = after(scene, 0.12, {.backend = Backend::Serial});
-  ASSERT_GT(whole.tears(), 3);
-  ASSERT_GT(whole.solver().facts().patches.patches, 1);
-  const std::uint64_t expected = whole.state_hash();
-  for (const int threads : {1, 2, 3}) EXPECT_EQ(after(scene, 0.12, {.threads = threads}).state_hash(), expected);
-  const TemporaryFolder folder;
-  for (const double stop : {0.03, 0.1}) {
-    Simulation first = after(scene, stop);
-    first.save_checkpoint(folder / "checkpoint");
-    Simulation resumed(scene, {.threads = 2});
-    resumed.load_checkpoint(folder / "checkpoint");
-    EXPECT_EQ(resumed.state_hash(), first.state_hash());
-    EXPECT_EQ(resumed.tears(), first.tears());
-    run_for(resumed, scene, 0.12 - stop);
-    EXPECT_EQ(resumed.state_hash(), expected) << "stopped at " << stop;
-    run_for(first, scene, 0.12 - stop);
-    first.load_checkpoint(folder / "checkpoint");  // back to where less was torn
-    run_for(first, scene, 0.12 - stop);
-    EXPECT_EQ(first.state_hash(), expected);
-  }
-}
-
 TEST(Tearing, WorksByDesbrunsMethodWhichIsFactoredAnew) {
   Scene scene = pulled(0.9);
   scene.solver.type = "desbrun", scene.solver.substeps = 1, scene.solver.iterations = 10;
@@ -242,6 +219,19 @@ TEST(Tearing, IsRefusedWithAFormatThatHoldsOneMesh) {
                   ", which holds one mesh for all frames, of a scene that tears; allowed: vtp, ply, obj");
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Tearing, SameBits,
+                         testing::Values(SameBitsScene{"OfSeveralPatches",
+                                                       [](const auto&) {
+                                                         return pulled(5, {32, 32}, 0.3);
+                                                       },
+                                                       12,
+                                                       {3, 10},
+                                                       [](const Simulation& simulation) {
+                                                         EXPECT_GT(simulation.tears(), 3);
+                                                         EXPECT_GT(simulation.solver().facts().patches.patches, 1);
+                                                       }}),
+                         name_of_scene);
 
 }  // namespace
 }  // namespace malha

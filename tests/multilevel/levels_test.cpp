@@ -15,6 +15,7 @@
 #include "tests/constraints/mixed_sheet.h"
 #include "tests/mesh/irregular_mesh.h"
 #include "tests/refusal.h"
+#include "tests/same_bits.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -337,24 +338,6 @@ TEST(Levels, AreAsLongAsTheSheetIsUnrolled) {
   }
 }
 
-TEST(Levels, AreTheSameBitsOnAnyThreads) {
-  for (const bool contact : {false, true}) {
-    Scene scene = hung_sheet(sheet_of(70), kAutoLevels);
-    if (contact) {
-      EnvironmentSpec ball;
-      ball.name = "ball", ball.shape = SphereShape{0.4, 3}, ball.transform.translate = {1, -0.5, 1.2};
-      scene.environment = {ball};
-    }
-    std::uint64_t hash = 0;
-    for (const int threads : {1, 2, 3, 8}) {
-      Simulation simulation(scene, {.threads = threads});
-      for (int step = 0; step < 8; ++step) simulation.step();
-      if (threads == 1) hash = simulation.state_hash();
-      EXPECT_EQ(simulation.state_hash(), hash) << threads << " threads";
-    }
-  }
-}
-
 TEST(Levels, GoOnFromASavedStateBitByBit) {
   const Scene scene = hung_sheet(sheet_of(70), kAutoLevels, 3);
   Simulation whole(scene, {.threads = 1}), first(scene, {.threads = 1}), second(scene, {.threads = 1});
@@ -485,6 +468,20 @@ TEST(Levels, ActInEachSubstepOfWhatIsDriven) {
             }),
             1);
 }
+
+Scene sheet_over_a_ball() {
+  Scene scene = hung_sheet(sheet_of(70), kAutoLevels);
+  EnvironmentSpec ball;
+  ball.name = "ball", ball.shape = SphereShape{0.4, 3}, ball.transform.translate = {1, -0.5, 1.2};
+  scene.environment = {ball};
+  return scene;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Levels, SameBits,
+    testing::Values(SameBitsScene{"Hung", [](const auto&) { return hung_sheet(sheet_of(70), kAutoLevels); }, 8, {3}},
+                    SameBitsScene{"OverABall", [](const auto&) { return sheet_over_a_ball(); }, 8, {3}}),
+    name_of_scene);
 
 }  // namespace
 }  // namespace malha

@@ -7,6 +7,7 @@
 #include "host/solver/solver.h"
 #include "tests/attachments/by_hand.h"
 #include "tests/refusal.h"
+#include "tests/same_bits.h"
 #include "tests/support.h"
 
 namespace malha {
@@ -103,18 +104,6 @@ TEST_P(OwnConstraintIn, LeavesOtherBodiesTheirBitsOnAnyThreads) {
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, OwnConstraintIn, testing::Range(0, 5));
 
-TEST(UserConstraint, GoesOnFromACheckpointWithTheSameBits) {
-  const Scene scene = swinging_chain(3, true, {}, 2);
-  SimulationOptions options{.threads = 1};
-  options.constraints = {own_distance({0, 1, 1, 2, 2, 3}, 0.5, 1e-5)};
-  const TemporaryFolder folder;
-  Simulation whole(scene, options);
-  run_for(whole, scene, 0.2), whole.save_checkpoint(folder / "c"), run_for(whole, scene, 0.2);
-  Simulation resumed(scene, options);
-  resumed.load_checkpoint(folder / "c"), run_for(resumed, scene, 0.2);
-  EXPECT_EQ(resumed.state_hash(), whole.state_hash());
-}
-
 TEST(UserConstraint, ThatThrowsLeavesTheStateBeforeTheStep) {
   const Scene scene = swinging_chain(2, true, {}, 1);
   int left = 60;
@@ -201,6 +190,15 @@ TEST(UserConstraint, IsCheckedAgainstFiniteDifferences) {
   EXPECT_TRUE(has(refusal([&] { check_gradients(own, x); }), "gradient of constraint 1 by z of its particle 1: found"));
   check_gradients(own, x, 0.1);
 }
+
+INSTANTIATE_TEST_SUITE_P(UserConstraint, SameBits,
+                         testing::Values(SameBitsScene{"OfAChain",
+                                                       [](const auto&) { return swinging_chain(3, true, {}, 2); },
+                                                       40,
+                                                       {20},
+                                                       [](const Simulation&) {},
+                                                       {own_distance({0, 1, 1, 2, 2, 3}, 0.5, 1e-5)}}),
+                         name_of_scene);
 
 }  // namespace
 }  // namespace malha

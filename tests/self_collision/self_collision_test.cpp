@@ -11,6 +11,7 @@
 #include "tests/full_scene.h"
 #include "tests/mesh/irregular_sheet.h"
 #include "tests/refusal.h"
+#include "tests/same_bits.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -76,24 +77,6 @@ TEST(SelfCollision, ContactsWithoutFrictionNearlyConserveAngularMomentum) {
   const Measures after = simulation.measure();
   const double size = length(Vec3(before.angular_momentum));
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(after.angular_momentum[k], before.angular_momentum[k], 1e-3 * size);
-}
-
-TEST(SelfCollision, GivesTheSameBitsOnAnyNumberOfThreads) {
-  BodySpec sheet = square("sheet", {0, 0.02, 0}, 34), upper = square("upper", {0.1, 0.04, 0.2}, 34, 20, {0, 1, 0});
-  upper.velocity = {0, -3, 0}, sheet.velocity = {1, 1, 0}, upper.spin = {0, 4, 0};
-  Scene scene = colliding({sheet, upper}, 0.01, 0.3, kEarth);
-  scene.solver.substeps = 4;
-  for (const Precision precision : {Precision::Float, Precision::Double}) {
-    scene.solver.precision = precision;
-    const auto hash = [&](const SimulationOptions& options) {
-      Simulation simulation(scene, options);
-      for (int step = 0; step < 2; ++step) simulation.step();
-      EXPECT_GT(simulation.measure().self_contacts, 0);
-      return simulation.state_hash();
-    };
-    const std::uint64_t serial = hash({.threads = 1, .backend = Backend::Serial});
-    for (const int threads : {1, 2, 3}) EXPECT_EQ(serial, hash({.threads = threads})) << threads << " threads";
-  }
 }
 
 TEST(SelfCollision, StopsASheetOfTwoHundredMetresASecond) {
@@ -370,33 +353,6 @@ TEST(SelfCollision, CostsNothingWhereItIsNotNamed) {
             std::string::npos);
 }
 
-TEST(SelfCollision, ResumesWithTheSameBits) {
-  Scene scene = meeting(0.3);
-  scene.gravity = kEarth;
-  EnvironmentSpec floor;
-  floor.name = "floor";
-  floor.shape = GridShape{{8, 8}, {1, 1}};
-  floor.transform.translate = {-4, -0.1, -4};
-  floor.sides = Sides::OneSided;
-  floor.restitution = 0.8;  // which moves particles after the last word about crossings
-  scene.environment = {floor};
-  Simulation whole(scene, {.threads = 1});
-  const TemporaryFolder folder;
-  const auto path = [&](int step) { return (folder / std::to_string(step)).string(); };
-  constexpr int kSteps = 24;
-  for (int step = 0; step < kSteps; ++step) {
-    whole.save_checkpoint(path(step));
-    whole.step();
-  }
-  EXPECT_GT(whole.measure().self_contacts, 0);
-  for (int from = 0; from < kSteps; ++from) {
-    Simulation resumed(scene, {.threads = 2});
-    resumed.load_checkpoint(path(from));
-    for (int step = from; step < kSteps; ++step) resumed.step();
-    EXPECT_EQ(whole.state_hash(), resumed.state_hash()) << "from step " << from;
-  }
-}
-
 TEST(SelfCollision, StaysFiniteWithDegenerateMeshesAndThicknesses) {
   for (const double thickness : {1e-9, 0.3, 1e6}) {
     BodySpec flat = square("flat", {0, 0, 0}, 3), thin = square("thin", {0.1, 0.001, 0.1}, 3);
@@ -447,6 +403,45 @@ TEST(SelfCollision, RefusesWhatItCannotMean) {
   scene.expect.max_crossings = 0;
   EXPECT_THROW(build_model(scene), InputError);
 }
+
+Scene sheets_that_meet(Precision precision) {
+  BodySpec sheet = square("sheet", {0, 0.02, 0}, 34), upper = square("upper", {0.1, 0.04, 0.2}, 34, 20, {0, 1, 0});
+  upper.velocity = {0, -3, 0}, sheet.velocity = {1, 1, 0}, upper.spin = {0, 4, 0};
+  Scene scene = colliding({sheet, upper}, 0.01, 0.3, kEarth);
+  scene.solver.substeps = 4;
+  scene.solver.precision = precision;
+  return scene;
+}
+
+/// Restitution moves particles after self-collision was last resolved.
+Scene sheets_that_meet_over_a_bouncing_floor() {
+  Scene scene = meeting(0.3);
+  scene.gravity = kEarth;
+  EnvironmentSpec floor;
+  floor.name = "floor";
+  floor.shape = GridShape{{8, 8}, {1, 1}};
+  floor.transform.translate = {-4, -0.1, -4};
+  floor.sides = Sides::OneSided;
+  floor.restitution = 0.8;
+  scene.environment = {floor};
+  return scene;
+}
+
+void expect_self_contacts(const Simulation& simulation) { EXPECT_GT(simulation.measure().self_contacts, 0); }
+
+INSTANTIATE_TEST_SUITE_P(
+    SelfCollision, SameBits,
+    testing::Values(
+        SameBitsScene{
+            "Float", [](const auto&) { return sheets_that_meet(Precision::Float); }, 2, {1}, expect_self_contacts},
+        SameBitsScene{
+            "Double", [](const auto&) { return sheets_that_meet(Precision::Double); }, 2, {1}, expect_self_contacts},
+        SameBitsScene{"OverABouncingFloor",
+                      [](const auto&) { return sheets_that_meet_over_a_bouncing_floor(); },
+                      24,
+                      {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23},
+                      expect_self_contacts}),
+    name_of_scene);
 
 }  // namespace
 }  // namespace malha

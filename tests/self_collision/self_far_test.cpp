@@ -10,6 +10,7 @@
 #include "host/measure/solver_stats.h"
 #include "host/solver/solver.h"
 #include "tests/mesh/irregular_sheet.h"
+#include "tests/same_bits.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
 
@@ -212,26 +213,17 @@ TEST(SelfFar, WhatWasLiftedByTwoHundredMetresRestsAsInDouble) {
   EXPECT_LT(once.measure().speed_max, twice.measure().speed_max + 5e-4);
 }
 
-// Before, after and between moves of the origin, of which there is one every 2 m.
-TEST(SelfFar, ResumesWithTheSameBitsWhereTheOriginHasMoved) {
-  const TemporaryFolder folder;
-  const Scene scene = lifted(folder, 8, Precision::Float);
-  Simulation whole(scene, {.threads = 1});
-  constexpr int kSteps = 80, kBetween = 5;
-  const auto path = [&](int step) { return (folder / std::to_string(step)).string(); };
-  for (int step = 0; step < kSteps; ++step) {
-    if (step % kBetween == 0) whole.save_checkpoint(path(step));
-    whole.step();
-  }
-  EXPECT_GT(whole.positions()[0][1], 7);
-  EXPECT_GT(whole.measure().self_contacts, 50);
-  for (int from = 0; from < kSteps; from += kBetween) {
-    Simulation resumed(scene, {.threads = 2});
-    resumed.load_checkpoint(path(from));
-    for (int step = from; step < kSteps; ++step) resumed.step();
-    EXPECT_EQ(whole.state_hash(), resumed.state_hash()) << "from step " << from;
-  }
-}
+INSTANTIATE_TEST_SUITE_P(SelfFar, SameBits,
+                         testing::Values(SameBitsScene{
+                             "WhereTheOriginHasMoved",
+                             [](const TemporaryFolder& folder) { return lifted(folder, 8, Precision::Float); },
+                             80,
+                             {0, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75},
+                             [](const Simulation& simulation) {
+                               EXPECT_GT(simulation.positions()[0][1], 7);
+                               EXPECT_GT(simulation.measure().self_contacts, 50);
+                             }}),
+                         name_of_scene);
 
 }  // namespace
 }  // namespace malha

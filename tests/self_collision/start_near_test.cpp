@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/mesh/irregular_sheet.h"
+#include "tests/same_bits.h"
 #include "tests/scene_builders.h"
 #include "tests/small_scenes.h"
 #include "tests/support.h"
@@ -228,24 +229,6 @@ TEST(StartsNear, KeepsItsDistanceUnderAWeightAndTheThicknessOnceItHasOpened) {
   }
 }
 
-TEST(StartsNear, GoesOnFromACheckpointWithTheSameBits) {
-  const TemporaryFolder folder;
-  BodySpec upper = near_sheet("b", kNearer, Cells::Irregular, folder);
-  upper.transform.axis = {0, 0, 1}, upper.transform.degrees = 5;
-  upper.spin = {0.5, 0.2, 1};
-  Scene scene = near_scene({near_sheet("a", 0, Cells::Irregular, folder), upper}, 10, "pbd", Precision::Float, kEarth);
-  EnvironmentSpec box = obstacle("box", BoxShape{{0.2, 0.2, 0.2}, {1, 1, 1}});
-  box.transform.translate = {0.25, -0.1 - kNearer, 0.25};
-  box.edges = true;
-  scene.environment = {box};
-  Simulation through(scene, {.threads = 1}), first(scene, {.threads = 1}), second(scene, {.threads = 2});
-  for (int step = 0; step < 5; ++step) first.step(), through.step();
-  const std::string path = folder / "state.bin";
-  first.save_checkpoint(path), second.load_checkpoint(path);
-  for (int step = 0; step < 5; ++step) second.step(), through.step();
-  EXPECT_EQ(second.state_hash(), through.state_hash());
-}
-
 // A sheet above a solid that is smaller: what lies over it is near, what lies beside it is not.
 TEST(StartsNear, ASheetOverASolidStaysAtRest) {
   const TemporaryFolder folder;
@@ -388,6 +371,25 @@ TEST(StartsNear, ABlockThatTouchesTheGroundIsNotThrownUp) {
     EXPECT_LT(fastest_of(simulation, 10), 0.2) << substeps;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(StartsNear, SameBits,
+                         testing::Values(SameBitsScene{
+                             "AboveABox",
+                             [](const TemporaryFolder& folder) {
+                               BodySpec upper = near_sheet("b", kNearer, Cells::Irregular, folder);
+                               upper.transform.axis = {0, 0, 1}, upper.transform.degrees = 5;
+                               upper.spin = {0.5, 0.2, 1};
+                               Scene scene = near_scene({near_sheet("a", 0, Cells::Irregular, folder), upper}, 10,
+                                                        "pbd", Precision::Float, kEarth);
+                               EnvironmentSpec box = obstacle("box", BoxShape{{0.2, 0.2, 0.2}, {1, 1, 1}});
+                               box.transform.translate = {0.25, -0.1 - kNearer, 0.25};
+                               box.edges = true;
+                               scene.environment = {box};
+                               return scene;
+                             },
+                             10,
+                             {5}}),
+                         name_of_scene);
 
 }  // namespace
 }  // namespace malha
