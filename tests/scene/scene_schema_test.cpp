@@ -103,6 +103,7 @@ class SceneSchema : public testing::Test {
   static void expect_refused_at(const std::string& pointer, const std::string& value) {
     const std::string refusal = scene_refusal(changed_scene(pointer, value));
     EXPECT_EQ(refusal.find("s.json: " + pointer), 0u) << pointer << " = " << value << ": " << refusal;
+    EXPECT_NE(refusal.find("; allowed: "), std::string::npos) << pointer << " = " << value << ": " << refusal;
   }
 };
 
@@ -147,6 +148,9 @@ TEST_F(SceneSchema, RequiresTheKeysThatTheParserRequires) {
     for (const std::string& key : keys_of(scene_.at(Json::json_pointer(pointer)))) {
       const std::string refusal = scene_refusal(changed_scene(pointer + "/" + key, "remove"));
       EXPECT_EQ(refusal.empty(), !required.count(key) && !one_of.count(key)) << pointer << " " << key << refusal;
+      if (required.count(key)) {
+        EXPECT_NE(refusal.find("'" + key + "'"), std::string::npos) << pointer << ": " << refusal;
+      }
     }
   });
 }
