@@ -95,19 +95,26 @@ void project(const UserConstraint& constraint, int count, const int* number, dou
   std::vector<Vec3> gradient(static_cast<std::size_t>(count) * k, Vec3{0, 0, 0});
   evaluate(constraint, {count, x, number, C.data(), gradient.data()});
   for (int c = 0; c < count; ++c) {
-    double sum = 0, now = 0, way = 0, size = 0;
+    double across = 0, now = 0, way = 0, size = 0;
     for (int j = c * k; j < (c + 1) * k; ++j) {
-      sum += w[j] * dot(gradient[j], along[j]), now += w[j] * dot(gradient[j], gradient[j]);
+      across += w[j] * dot(gradient[j], along[j]), now += w[j] * dot(gradient[j], gradient[j]);
       way = std::max(way, w[j] * norm(along[j])), size = std::max(size, norm(minus(start[j], start[c * k])));
     }
-    // Of one particle alone there is no size: its direction is that where it is.
-    const bool small = sum > 0 && std::abs(C[c]) * way <= kSmall * size * sum;
-    if (!small) sum = now;
+    // As kernels/projection/direction.h has it: a share goes along the gradient where the substep began, the rest along
+    // the gradient now. One particle alone has no size, so its direction is that where it is.
+    const double wanted = -C[c] - alpha * lambda[c];
+    double share = 0;
+    if (across > 0) {
+      const double farthest = (std::abs(lambda[c]) + std::abs(wanted) / (across + alpha)) * way;
+      share = farthest > kTaut * size ? kTaut * size / farthest : 1;
+    }
+    const double sum = across * share + now * (1 - share);
     if (!(sum > 0)) continue;  // nothing can move, or C has no slope: as of a constraint that does not act now
-    const double change = (-C[c] - alpha * lambda[c]) / (sum + alpha);
+    const double change = wanted / (sum + alpha);
     lambda[c] += change;
     for (int j = c * k; j < (c + 1) * k; ++j)
-      for (int axis = 0; axis < 3; ++axis) x[j][axis] += w[j] * (small ? along[j] : gradient[j])[axis] * change;
+      for (int axis = 0; axis < 3; ++axis)
+        x[j][axis] += w[j] * (along[j][axis] * share + gradient[j][axis] * (1 - share)) * change;
   }
 }
 
