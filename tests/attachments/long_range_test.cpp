@@ -70,7 +70,7 @@ TEST(LongRange, HoldsAHangingChainAtItsLength) {
   EXPECT_NEAR(held.positions()[100][1], -2, 1e-12);
 }
 
-TEST(LongRange, LetsAChainGrowByItsLimit) {
+TEST(LongRange, AllowsAChainToStretchByItsLimit) {
   const Scene scene = chain(true, "pbd", 0.05);
   const Simulation held = after(scene, 2);
   EXPECT_LT(excess(scene, held), 1e-12);

@@ -90,7 +90,7 @@ TEST(MovedPins, HaveTheVelocityOfTheirMotion) {
 }
 
 /// A particle thrown by a pin: from then on x = x0 + v t + g t^2 / 2; with substeps of h that is late by g h t / 2.
-TEST(MovedPins, LetGoFlyOnWithTheVelocityOfThePin) {
+TEST(MovedPins, ReleaseParticlesWithTheVelocityOfThePin) {
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     const Vec3 v{1, 3, 0.5};
     BodySpec thrown = particle({0, 1, 0});
@@ -104,7 +104,7 @@ TEST(MovedPins, LetGoFlyOnWithTheVelocityOfThePin) {
   }
 }
 
-TEST(MovedPins, WithoutKeyframesStayUntilTheyAreLetGo) {
+TEST(MovedPins, WithoutKeyframesStayUntilTheyAreReleased) {
   Scene scene = carried_sheet(Precision::Float);
   scene.bodies[0].pins = {moving(RowPin{}, {}, 0.2)};
   Simulation simulation(scene, {.threads = 1});
@@ -119,7 +119,7 @@ TEST(MovedPins, WithoutKeyframesStayUntilTheyAreLetGo) {
   EXPECT_LT(after(scene, 0.5).positions()[3][1], -0.3) << "it falls";
 }
 
-TEST(MovedPins, AreNotMovedByHandAsWell) {
+TEST(MovedPins, RefuseToBeSetBetweenStepsAsWell) {
   Simulation simulation(carried_sheet(), {.threads = 1});
   EXPECT_THROW(simulation.move_pin(0, {0, 0, 0}), InputError);
 }

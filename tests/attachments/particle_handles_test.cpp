@@ -13,7 +13,7 @@ namespace malha {
 namespace {
 
 /// Backward Euler in steps of a second: at rest soon, m g alpha below the point that pulls.
-TEST(Hand, HangsAParticleByItsWeightTimesTheCompliance) {
+TEST(ParticleHandle, HangsAParticleByItsWeightTimesTheCompliance) {
   for (const char* const method : {"pbd", "desbrun"})
     for (const int iterations : {1, 4}) {
       Scene scene = scene_of({particle({0, 0, 0}, {}, 2)}, kEarth, 1.0, 1);
@@ -30,7 +30,7 @@ TEST(Hand, HangsAParticleByItsWeightTimesTheCompliance) {
 
 /// The spring acts at the end of each substep, so that the impulse of n of them is that of the forces seen there: the
 /// body's momentum is what gravity and these give, whatever its constraints do.
-TEST(Hand, GivesABodyTheImpulseOfItsSpringAndNothingElse) {
+TEST(ParticleHandle, GivesABodyTheImpulseOfItsSpringAndNothingElse) {
   for (const bool keeps : {false, true}) {
     Scene scene = two_cloths(Precision::Double);
     scene.solver.substeps = 1, scene.solver.keeps_momenta = keeps;
@@ -52,7 +52,7 @@ TEST(Hand, GivesABodyTheImpulseOfItsSpringAndNothingElse) {
   }
 }
 
-TEST(Hand, LetsABodyHangInBalance) {
+TEST(ParticleHandle, LetsABodyHangInBalance) {
   Scene scene = two_cloths(Precision::Double);
   scene.bodies.pop_back();
   scene.bodies[0].pins.clear(), scene.wind = Wind{{0, 0, 0}, 0.01};
@@ -64,7 +64,7 @@ TEST(Hand, LetsABodyHangInBalance) {
   EXPECT_NEAR(x[1], -0.2 * kG * 1e-2, 1e-6) << "the whole weight times the compliance; 1e-6: the speed that is left";
 }
 
-TEST(Hand, HoldsAsAPinDoes) {
+TEST(ParticleHandle, HoldsAsAPinDoes) {
   for (const int iterations : {1, 2}) {
     Scene scene = two_cloths();
     scene.solver.iterations = iterations;
@@ -83,7 +83,7 @@ TEST(Hand, HoldsAsAPinDoes) {
 }
 
 /// A pin that is released is a hold that is let go: the same bits, from then on too.
-TEST(Hand, HoldsAndLetsGoAsAPinThatIsReleased) {
+TEST(ParticleHandle, HoldsAndReleasesAsAPinThatIsReleased) {
   Scene scene = two_cloths(), pinned = scene;
   Pin released(ListPin{{84}});
   released.release_time = 0.2;
@@ -97,7 +97,7 @@ TEST(Hand, HoldsAndLetsGoAsAPinThatIsReleased) {
   }
 }
 
-TEST(Hand, CarriesWhatItHoldsAtASteadySpeedAndThrowsIt) {
+TEST(ParticleHandle, CarriesAParticleAtASteadySpeedAndThrowsIt) {
   const Scene scene = scene_of({particle({0, 1, 0})}, {0, 0, 0}, 0.01, 4);
   Simulation simulation(scene, {.threads = 1, .interactive = true});
   simulation.hold(0, {0.02, 1, 0.01});
@@ -115,7 +115,7 @@ TEST(Hand, CarriesWhatItHoldsAtASteadySpeedAndThrowsIt) {
   EXPECT_EQ(simulation.velocities()[0][0], 0);
 }
 
-TEST(Hand, SaysWhatItHas) {
+TEST(ParticleHandle, IsListed) {
   const Scene scene = two_cloths();
   Simulation simulation(scene, {.threads = 1, .interactive = true});
   EXPECT_TRUE(simulation.handles().empty());
@@ -130,7 +130,7 @@ TEST(Hand, SaysWhatItHas) {
   EXPECT_EQ(simulation.handles().size(), 1u);
 }
 
-TEST(Hand, WakesWhatSleepsAndKeepsItAwake) {
+TEST(ParticleHandle, WakesWhatSleepsAndKeepsItAwake) {
   Scene scene = scene_of({particle({0, 0, 0})}, {0, 0, 0}, 0.01);
   scene.sleep = Sleep{};
   scene.sleep->after = 0.05;
@@ -146,7 +146,7 @@ TEST(Hand, WakesWhatSleepsAndKeepsItAwake) {
 }
 
 /// Taken from far away by a spring that is stiff for its weight, and thrown to and fro: fast, but nothing exploded.
-TEST(Hand, RaisesNoAlarmHoweverItPulls) {
+TEST(ParticleHandle, DoesNotTripTheEnergyGuardHoweverItPulls) {
   for (const bool holds : {false, true}) {
     const Scene scene = two_cloths();
     Simulation simulation(scene, {.threads = 1, .interactive = true});
@@ -159,7 +159,7 @@ TEST(Hand, RaisesNoAlarmHoweverItPulls) {
   }
 }
 
-TEST(Hand, RefusesWhatItCannotTake) {
+TEST(ParticleHandle, RefusesParticlesThatCannotBeMoved) {
   Scene scene = two_cloths();
   Simulation none(scene, {.threads = 1});
   EXPECT_EQ(refusal([&] {
@@ -195,7 +195,7 @@ TEST(Hand, RefusesWhatItCannotTake) {
             "hold: found a solver with Desbrun's filter, which is made for pins that stay; allowed: to pull");
 }
 
-TEST(Hand, RefusesToGoBackToWhatIsNoState) {
+TEST(ParticleHandle, StaysWhereTheStateToRestoreIsNone) {
   const Scene scene = two_cloths();
   Simulation simulation(scene, {.threads = 1, .interactive = true});
   simulation.pull(84, {0, 1, 0}, 1e-3);
@@ -206,7 +206,7 @@ TEST(Hand, RefusesToGoBackToWhatIsNoState) {
 }
 
 /// A strip that tears in its middle while a corner is pulled and another is held: both stay what they were.
-TEST(Hand, StaysWhereItIsWhileTheMeshTears) {
+TEST(ParticleHandle, StaysWhereItIsWhileTheMeshTears) {
   BodySpec loose = cloth_by_hand("loose", -9, 2), strip;
   strip.name = "strip", strip.mass = 0.2;
   strip.shape = GridShape{{1, 2}, {4, 8}};
@@ -238,7 +238,7 @@ TEST(Hand, StaysWhereItIsWhileTheMeshTears) {
   }
 }
 
-TEST(Hand, HoldsAVertexTogether) {
+TEST(ParticleHandle, HoldsAVertexTogether) {
   BodySpec rope = hung_chain({0, 0, 0}, {4, 0, 0}, 4);
   rope.constraints = {stiff("distance", {"edges"})}, rope.tear = Tear{0.2};
   Simulation simulation(scene_of({rope}, {0, 0, 0}, 0.01, 10), {.threads = 1, .interactive = true});

@@ -44,7 +44,7 @@ void for_each_step_length(const Check& check) {
   }
 }
 
-TEST(ThreadChoice, OnAQuietMachineAllThreadsWork) {
+TEST(AdaptiveThreadCount, OnAQuietMachineAllThreadsWork) {
   for_each_step_length([](double step, Random& random) {
     ThreadChoice choice(2);
     work(choice, {step, step / 1.6}, std::max(0.25, 5 * step), 0.1, random);  // the first steps
@@ -54,7 +54,7 @@ TEST(ThreadChoice, OnAQuietMachineAllThreadsWork) {
 }
 
 /// A twentieth for trials, and as much for noise and for the first one.
-TEST(ThreadChoice, WhereATeamIsSlowStepsTakeATenthMoreThanOnOneThread) {
+TEST(AdaptiveThreadCount, WhereATeamIsSlowStepsTakeATenthMoreThanOnOneThread) {
   for (const double slower : {1.05, 1.5, 3.0, 19.0})
     for (const double share : {1.0, 0.5})
       for_each_step_length([&](double step, Random& random) {
@@ -65,7 +65,7 @@ TEST(ThreadChoice, WhereATeamIsSlowStepsTakeATenthMoreThanOnOneThread) {
       });
 }
 
-TEST(ThreadChoice, AllWorkAgainSoonAfterOtherProgramsHaveEnded) {
+TEST(AdaptiveThreadCount, AllWorkAgainSoonAfterOtherProgramsHaveEnded) {
   for_each_step_length([](double step, Random& random) {
     ThreadChoice choice(2);
     work(choice, {step, step * 19, 0.5}, 1000 * std::max(step, 0.05), 0.1, random);
@@ -75,7 +75,7 @@ TEST(ThreadChoice, AllWorkAgainSoonAfterOtherProgramsHaveEnded) {
   });
 }
 
-TEST(ThreadChoice, OneWorksSoonAfterOtherProgramsHaveCome) {
+TEST(AdaptiveThreadCount, OneWorksSoonAfterOtherProgramsHaveCome) {
   for_each_step_length([](double step, Random& random) {
     ThreadChoice choice(2);
     work(choice, {step, step / 1.6}, 100 * std::max(step, 0.05), 0.1, random);
@@ -87,7 +87,7 @@ TEST(ThreadChoice, OneWorksSoonAfterOtherProgramsHaveCome) {
 }
 
 /// A cloth that falls through the air until it folds.
-TEST(ThreadChoice, AllWorkSoonAfterStepsHaveMoreToDo) {
+TEST(AdaptiveThreadCount, AllWorkSoonAfterStepsHaveMoreToDo) {
   for_each_step_length([](double step, Random& random) {
     ThreadChoice choice(2);
     work(choice, {step, step * 1.2}, 1000 * std::max(step, 0.05), 0.1, random);
@@ -97,7 +97,7 @@ TEST(ThreadChoice, AllWorkSoonAfterStepsHaveMoreToDo) {
   });
 }
 
-TEST(ThreadChoice, OfOneThreadIsOne) {
+TEST(AdaptiveThreadCount, OfOneThreadIsOne) {
   ThreadChoice choice(1);
   for (int i = 0; i < 100; ++i) {
     EXPECT_EQ(choice.threads(), 1);
@@ -106,7 +106,7 @@ TEST(ThreadChoice, OfOneThreadIsOne) {
 }
 
 /// However busy the machine is: a thread's own time passes only while it has a core.
-TEST(ThreadChoice, TellsAThreadThatComputesFromOneThatHasNoCore) {
+TEST(AdaptiveThreadCount, TellsAThreadThatComputesFromOneThatHasNoCore) {
   const ThreadChoice::Took sleeping =
       ThreadChoice::time_of([] { std::this_thread::sleep_for(std::chrono::milliseconds(20)); });
   EXPECT_GE(sleeping.wall, 0.02);
@@ -123,7 +123,7 @@ TEST(ThreadChoice, TellsAThreadThatComputesFromOneThatHasNoCore) {
   EXPECT_GE(computing.wall, 0.9 * computing.running);  // two clocks
 }
 
-TEST(ThreadChoice, LimitsWhatAStepLaunchesEvenIfItThrows) {
+TEST(AdaptiveThreadCount, LimitsWhatAStepLaunchesEvenIfItThrows) {
   ThreadChoice choice(8);
   choice.take([] { EXPECT_EQ(most_threads, 1); });
   EXPECT_THROW(choice.take([] { throw 1; }), int);

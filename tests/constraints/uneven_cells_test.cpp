@@ -236,7 +236,7 @@ std::vector<std::string> warned_of_materials(const Shape& shape, std::vector<Con
   return lines;
 }
 
-TEST(WarningOfOtherMaterials, ComesWhereSpringsOrHingesAreAnotherSheetByDirection) {
+TEST(WarningOfAnisotropy, ComesWhereStiffnessOfSpringsOrHingesDependsOnDirection) {
   const TemporaryFolder folder;
   const auto triangles_of = [](double off, Diagonals diagonals) {
     return listed_of_obj(irregular_obj(1, 1, 12, 12, off, 3, 0, diagonals));

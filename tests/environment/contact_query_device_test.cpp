@@ -99,9 +99,9 @@ class NearASurface {
   NearMemory<Serial, float> memory_;
 };
 
-class ListsOf : public testing::TestWithParam<Sides> {};
+class DeviceQueriesOf : public testing::TestWithParam<Sides> {};
 
-TEST_P(ListsOf, ASphereAnswerMostAndLeaveWhatTheHostWould) {
+TEST_P(DeviceQueriesOf, ASphereAnswerMostAndLeaveTheHostsAnswersUnchanged) {
   const Device device;
   const Mesh mesh = generate(SphereShape{0.5, 3});
   const Surface surface(device, mesh), other(device, mesh);
@@ -120,7 +120,7 @@ TEST_P(ListsOf, ASphereAnswerMostAndLeaveWhatTheHostWould) {
   EXPECT_LT(left, looks / 3) << "after the first looks, in which cells are made";
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, ListsOf, testing::Values(Sides::Solid, Sides::OneSided, Sides::TwoSided));
+INSTANTIATE_TEST_SUITE_P(Kinds, DeviceQueriesOf, testing::Values(Sides::Solid, Sides::OneSided, Sides::TwoSided));
 
 }  // namespace
 }  // namespace malha

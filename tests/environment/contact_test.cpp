@@ -151,7 +151,7 @@ TEST(Contact, AOneSidedSheetIgnoresWhatIsBeyondItsRimBelow) {
     EXPECT_LT(norm(bench.x(i) - (x[i] + v[i] * (100 * kStep))), 1e-12) << "particle " << i;
 }
 
-TEST(Contact, ATwoSidedSheetHoldsOnEitherSideWhatRestsThere) {
+TEST(Contact, ATwoSidedSheetSupportsWhatRestsOnEitherSide) {
   const EnvironmentSpec sheet = obstacle("sheet", GridShape{{1, 1}, {4, 4}}, Sides::TwoSided);
   for (const double side : {-1.0, 1.0}) {
     ContactBench<Serial, float> bench({}, sheet, {{0.5, 0.02 * side, 0.5}, {0.3, 0.001 * side, 0.7}},
@@ -252,7 +252,7 @@ struct Watched {
   }
 };
 
-TEST(Contact, MemoryOfWhereParticlesWereChangesNothing) {
+TEST(Contact, TheContactCacheChangesNothing) {
   EnvironmentSpec ball = obstacle("ball", SphereShape{1, 3});
   ball.friction = 0.3;
   for (const bool moving : {false, true}) {
@@ -268,7 +268,7 @@ TEST(Contact, MemoryOfWhereParticlesWereChangesNothing) {
   }
 }
 
-TEST(Contact, RemembersLittleOfWhatIsFarAndNotMuchOfWhatIsNear) {
+TEST(Contact, CachesLittleOfWhatIsFarAndNotMuchOfWhatIsNear) {
   EnvironmentSpec ball = obstacle("ball", SphereShape{1, 4});
   const int n = 20000, near = 500;
   Random random(8);

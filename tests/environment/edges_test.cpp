@@ -242,7 +242,7 @@ TEST(EnvironmentEdges, GiveTheSameBitsOnAnyNumberOfThreadsAndFromACheckpoint) {
   }
 }
 
-TEST(EnvironmentEdges, TakeNothingWhereNoneAreNamed) {
+TEST(EnvironmentEdges, CostNothingWhereNoneAreNamed) {
   const TemporaryFolder folder;
   EnvironmentSpec bed = bed_of_nails(0.13, 0.02).object(folder, "bed");
   Simulation without(falls_on(bed, cloth_above(0.03)), {.threads = 1});
@@ -321,7 +321,7 @@ TEST(EnvironmentEdges, GiveTheSameBitsFromACheckpointOfAnyStep) {
 
 // A cloth at 188 m/s and one substep: its constraints pull particles off their straight ways by metres, and it meets a
 // bar that turns beside two other objects.
-TEST(EnvironmentEdges, HoldWhatConstraintsPullOffItsWay) {
+TEST(EnvironmentEdges, StopWhatConstraintsPullOffItsPath) {
   const Scene scene = parse_scene(
       R"({"name": "s", "solver": {"type": "pbd", "substeps": 1, "precision": "double"}, "gravity": [0, -9.81, 0],
       "bodies": [{"name": "b1", "shape": {"grid": {"size": [1, 1], "cells": [9, 9]}}, "transform": {"translate":

@@ -64,9 +64,9 @@ struct FlightCase {
   Precision precision;
   int iterations, threads;
 };
-class Flight : public testing::TestWithParam<FlightCase> {};
+class ContactFreeStep : public testing::TestWithParam<FlightCase> {};
 
-TEST_P(Flight, HasTheBitsOfStepsThatLook) {
+TEST_P(ContactFreeStep, HasTheBitsOfAStepThatDetectsContacts) {
   const auto [precision, iterations, threads] = GetParam();
   const TemporaryFolder folder;
   Scene scene = flying_bodies(folder, precision, iterations);
@@ -91,7 +91,7 @@ TEST_P(Flight, HasTheBitsOfStepsThatLook) {
   EXPECT_GT(touching, 20);
 }
 
-INSTANTIATE_TEST_SUITE_P(Precisions, Flight,
+INSTANTIATE_TEST_SUITE_P(Precisions, ContactFreeStep,
                          testing::Values(FlightCase{Precision::Float, 1, 1}, FlightCase{Precision::Float, 3, 3},
                                          FlightCase{Precision::Double, 1, 2}, FlightCase{Precision::Double, 2, 1}),
                          [](const auto& info) {
@@ -108,10 +108,10 @@ void let_move(Scene& scene) {
   }
 }
 
-class Staying : public testing::TestWithParam<Precision> {};
+class ContactsAtRest : public testing::TestWithParam<Precision> {};
 
 /// A cloth, a soft ball and loose particles come to rest on a floor with two sides, against a wall and on a ball.
-TEST_P(Staying, HasTheBitsOfStepsThatLook) {
+TEST_P(ContactsAtRest, HaveTheBitsOfContactsDetectedAnew) {
   const TemporaryFolder folder;
   Scene scene = flying_bodies(folder, GetParam(), 2);
   scene.bodies[0].transform.translate = {-2, 0.1, -0.2}, scene.bodies[0].velocity = scene.bodies[0].spin = {0, 0, 0};
@@ -134,9 +134,9 @@ TEST_P(Staying, HasTheBitsOfStepsThatLook) {
   EXPECT_EQ(rests->measure().penetration_max, looks->measure().penetration_max);
 }
 
-INSTANTIATE_TEST_SUITE_P(Precisions, Staying, testing::Values(Precision::Float, Precision::Double));
+INSTANTIATE_TEST_SUITE_P(Precisions, ContactsAtRest, testing::Values(Precision::Float, Precision::Double));
 
-TEST(Contact, OfWhatComesAgainAsItCameStays) {
+TEST(Contact, IsReusedWhereAParticleReturnsWithTheSamePrediction) {
   EnvironmentSpec floor = obstacle("floor", GridShape{{2, 2}, {3, 3}}, Sides::OneSided);
   floor.transform.translate = {-1, 0, -1}, floor.friction = 0.5;
   ContactBench<Serial, float> bench({}, floor, {{0.1, 0.005, 0.2}, {-0.3, 0.2, 0.1}}, {{0, 0, 0}, {0, 0, 0}});
@@ -174,9 +174,9 @@ Scene linked_across_a_wall(double rest_scale, Precision precision) {
   return scene;
 }
 
-class Jerked : public testing::TestWithParam<Precision> {};
+class PulledByALink : public testing::TestWithParam<Precision> {};
 
-TEST_P(Jerked, FartherThanItsSpeedToldAParticleStopsAtTheWall) {
+TEST_P(PulledByALink, FartherThanItsVelocityPredictsAParticleStopsAtTheWall) {
   const Model calm = build_model(linked_across_a_wall(1, GetParam()));
   const Model taut = build_model(linked_across_a_wall(0.01, GetParam()));
   const auto first = make_solver(calm, 1), then = make_solver(taut, 1);
@@ -196,9 +196,9 @@ TEST_P(Jerked, FartherThanItsSpeedToldAParticleStopsAtTheWall) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Precisions, Jerked, testing::Values(Precision::Float, Precision::Double));
+INSTANTIATE_TEST_SUITE_P(Precisions, PulledByALink, testing::Values(Precision::Float, Precision::Double));
 
-TEST(Flights, AreNotForScenesThatAskForMore) {
+TEST(ContactFreeSteps, AreNotTakenWhereTheSceneHasPassesInBetween) {
   const TemporaryFolder folder;
   const Scene scene = flying_bodies(folder, Precision::Float, 1);
   const auto contact_free_steps = [](Scene changed) {
@@ -214,7 +214,7 @@ TEST(Flights, AreNotForScenesThatAskForMore) {
   for (const Scene& other : {bare, damped, windy, edges, self}) EXPECT_FALSE(contact_free_steps(other));
 }
 
-TEST(Flights, LaunchWhatThePlanSays) {
+TEST(ContactFreeSteps, LaunchWhatThePlanSays) {
   if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
   const TemporaryFolder folder;
   const Scene scene = flying_bodies(folder, Precision::Float, 2);

@@ -120,9 +120,9 @@ Thrown thrown(Sides sides, Walls moves, Precision precision, int particles, int 
   return result;
 }
 
-class Room : public testing::TestWithParam<std::tuple<Sides, Walls>> {};
+class ClosedRoom : public testing::TestWithParam<std::tuple<Sides, Walls>> {};
 
-TEST_P(Room, OfSixObjectsKeepsWhatIsThrownInIt) {
+TEST_P(ClosedRoom, OfSixObjectsKeepsWhatIsThrownInIt) {
   const auto [sides, moves] = GetParam();
   for (const Precision precision : {Precision::Float, Precision::Double})
     for (const unsigned seed : {1u, 2u}) {
@@ -132,7 +132,7 @@ TEST_P(Room, OfSixObjectsKeepsWhatIsThrownInIt) {
 }
 
 // Its particles are dragged where their own paths did not lead.
-TEST_P(Room, OfSixObjectsKeepsAClothThatIsThrownInIt) {
+TEST_P(ClosedRoom, OfSixObjectsKeepsAClothThatIsThrownInIt) {
   const auto [sides, moves] = GetParam();
   for (const unsigned seed : {1u, 2u, 3u}) {
     Random random(seed);
@@ -157,7 +157,7 @@ TEST_P(Room, OfSixObjectsKeepsAClothThatIsThrownInIt) {
 }
 
 // 12,000 throws for each of the nine rooms.
-TEST_P(Room, DISABLED_OfSixObjectsKeepsAHundredThousandThrows) {
+TEST_P(ClosedRoom, DISABLED_OfSixObjectsKeepsAHundredThousandThrows) {
   const auto [sides, moves] = GetParam();
   for (unsigned seed = 10; seed < 22; ++seed) {
     const Thrown result = thrown(sides, moves, seed % 2 ? Precision::Float : Precision::Double, 1000, 40, seed);
@@ -167,7 +167,7 @@ TEST_P(Room, DISABLED_OfSixObjectsKeepsAHundredThousandThrows) {
 
 // What a press leaves no room for is below one surface or the other, or was pressed through it: that is said, at once
 // and from then on, of solids and of sheets.
-TEST_P(Room, SaysWhatWasPressedThrough) {
+TEST_P(ClosedRoom, ReportsWhatWasPressedThrough) {
   const auto [sides, moves] = GetParam();
   if (moves != Walls::Press) GTEST_SKIP() << "nothing presses";
   for (const double metres : {0.505, 0.7, 2.0}) {  // into the wall's front, and beyond its back
@@ -190,7 +190,7 @@ TEST_P(Room, SaysWhatWasPressedThrough) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(, Room,
+INSTANTIATE_TEST_SUITE_P(, ClosedRoom,
                          testing::Combine(testing::Values(Sides::Solid, Sides::OneSided, Sides::TwoSided),
                                           testing::Values(Walls::Rest, Walls::Press, Walls::Turn)),
                          [](const auto& tested) {

@@ -35,7 +35,7 @@ Notes notes_of_start(const BodySpec& body, const EnvironmentSpec& sheet) {
   return Simulation(scene, {.threads = 1}).model().notes;
 }
 
-TEST(StartBehindASheet, IsSaidOfABodyThatGoesThroughIt) {
+TEST(StartBehindASheet, IsReportedOfABodyThatGoesThroughIt) {
   // Particles at 2.2, 1.7, 1.2, 0.7 and 0.2 m: the edge from 2 to 3 goes through the sheet at 1 m.
   EXPECT_EQ(notes_of_start(rope_from({0.1, 2.2, 0.2}), seen_from_above()),
             Notes{"body 'rope': 1 particle starts behind the one-sided sheet 'ground' (3 by 0.3 m), and will be put "
@@ -48,7 +48,7 @@ TEST(StartBehindASheet, IsSaidOfABodyThatGoesThroughIt) {
   EXPECT_TRUE(has(other[0], "(2 by 0.2 m)")) << other[0];
 }
 
-TEST(StartBehindASheet, IsNoMatterAwayFromItOrBesideItsRim) {
+TEST(StartBehindASheet, IsAllowedAwayFromItOrBesideItsBoundary) {
   const EnvironmentSpec sheet = seen_from_above();
   EXPECT_EQ(notes_of_start(rope_from({0, 3.5, 0}), sheet), Notes{}) << "before it";
   EXPECT_EQ(notes_of_start(rope_from({0, 0.8, 0}), sheet), Notes{}) << "behind it";
@@ -64,7 +64,7 @@ TEST(StartBehindASheet, IsNoMatterAwayFromItOrBesideItsRim) {
   EXPECT_EQ(notes_of_start(rope_from({0, 2.2, 0}), two_sided), Notes{}) << "no side is the front";
 }
 
-TEST(StartBehindASheet, IsSaidOfWhatTheFirstStepPutsBeforeIt) {
+TEST(StartBehindASheet, IsReportedOfWhatTheFirstStepMovesInFrontOfIt) {
   // A roof with its ridge at 1 m and slopes of 45 degrees, seen from above.
   const TemporaryFolder folder;
   EnvironmentSpec roof;

@@ -37,7 +37,7 @@ std::string refusal_of_start(const Scene& scene) {
   return "";
 }
 
-TEST(StartInside, IsRefusedAndSaysWhoIsHowDeepInWhat) {
+TEST(StartInside, IsRefusedWithTheBodyTheDepthAndTheSolid) {
   const std::string said = refusal_of_start(ball_in_a_solid({1, 0, 0}, SphereShape{5, 3}, false));
   EXPECT_TRUE(has(said, "/environment/0: found particle")) << said;
   EXPECT_TRUE(has(said, "of body 'ball', which starts 4.")) << said;
@@ -45,7 +45,7 @@ TEST(StartInside, IsRefusedAndSaysWhoIsHowDeepInWhat) {
   EXPECT_TRUE(has(said, "\"start_inside\": \"push_out\"")) << said;
 }
 
-TEST(StartInside, IsSaidWithinTheThicknessAndNoMatterToWhatIsHeld) {
+TEST(StartInside, IsReportedWithinTheThicknessAndAllowedForPinnedParticles) {
   // The ball's lowest particle lies at 0.5 below its middle: by 0 and by 9 mm inside a box of 2 m, thickness 10 mm.
   for (const double depth : {0.0, 0.009}) {
     const Scene scene = ball_in_a_solid({0, 1.5 - depth, 0}, BoxShape{{2, 2, 2}, {2, 2, 2}}, false);
@@ -95,7 +95,7 @@ TEST(StartInside, PushedOutIsABodyThatIsInsideByLessThanTheThicknessToo) {
   EXPECT_LT(simulation.measure().speed_max, 0.1);
 }
 
-TEST(StartInside, WhatIsHeldIsNotPushedOut) {
+TEST(StartInside, PinnedParticlesAreNotPushedOut) {
   Scene scene = ball_in_a_solid({0.6, 0.2, 0.1}, SphereShape{5, 3}, true);
   scene.bodies[0].pins = {ListPin{{0}}};
   EXPECT_TRUE(has(refusal_of_start(scene), "has pins or attachments, so that it cannot be moved"));

@@ -114,7 +114,7 @@ TEST(Surface, FindsNothingBeyondTheRadius) {
   }
 }
 
-TEST(Surface, KnowsTheRimOfAnOpenMesh) {
+TEST(Surface, FindsTheBoundaryOfAnOpenMesh) {
   const Device device;
   const Surface surface(device, generate(GridShape{{1, 1}, {4, 4}}));
   for (const double side : {-1.0, 1.0}) {

@@ -30,7 +30,7 @@ std::vector<std::array<Point, 3>> triangles_of_all_shapes(Random& random, int co
   return all;
 }
 
-TEST(NearCells, APackOfTrianglesIsAsOneAfterTheOther) {
+TEST(TriangleOctree, APackOfTrianglesIsAsOneAfterTheOther) {
   Random random(31);
   const auto triangles = triangles_of_all_shapes(random, 20000);
   for_each_isa([&]<class Isa>(Isa) {
@@ -163,7 +163,7 @@ Mesh slivers() {
   return mesh;
 }
 
-TEST(NearCells, NearestTriangleIsThatOfAllTriangles) {
+TEST(TriangleOctree, NearestTriangleIsThatOfAllTriangles) {
   const std::vector<Mesh> meshes{generate(SphereShape{1, 4}), generate(BoxShape{{1, 2, 0.1}, {1, 1, 1}}),
                                  generate(BoxShape{{1, 1, 1}, {12, 12, 12}}), generate(GridShape{{1, 3}, {20, 60}}),
                                  slivers()};
@@ -175,14 +175,14 @@ TEST(NearCells, NearestTriangleIsThatOfAllTriangles) {
   }
 }
 
-TEST(NearCells, NearestTriangleIsThatOfAllTrianglesOnAScan) {
+TEST(TriangleOctree, NearestTriangleIsThatOfAllTrianglesOnAScan) {
   const Compared compared = expect_as_all_triangles(scan("armadillo"), 3000, 50);
   EXPECT_GT(compared.listed, compared.points * 3 / 4);
   EXPECT_GT(compared.held, compared.points / 4);
 }
 
 // Run by hand: 3 million points, minutes.
-TEST(NearCells, DISABLED_NearestTriangleIsThatOfAllTrianglesOnTheScansAtAMillionPlacesEach) {
+TEST(TriangleOctree, DISABLED_NearestTriangleIsThatOfAllTrianglesOnTheScansAtAMillionPlacesEach) {
   for (const char* name : {"armadillo", "bunny00", "refined_elephant"}) {
     const Compared compared = expect_as_all_triangles(scan(name), 1'000'000, 60);
     std::printf("%s: %d of %d by lists, %d also by features\n", name, compared.listed, compared.points, compared.held);
@@ -200,7 +200,7 @@ double distance_from_triangles(const Mesh& mesh, const Point& p) {
 }
 
 // Projected on the plane of a face or the line of an edge it is what it is on the triangle, but for rounding.
-TEST(NearCells, ProjectionOnAFeatureKeepsTheDistance) {
+TEST(TriangleOctree, ProjectionOnAFeatureKeepsTheDistance) {
   const Device device;
   for (const Mesh& mesh : {slivers(), generate(SphereShape{0.3, 3}), scan("armadillo")}) {
     const Surface surface(device, mesh);
@@ -215,7 +215,7 @@ TEST(NearCells, ProjectionOnAFeatureKeepsTheDistance) {
 
 // Over a face whose neighbours lie in its plane: as far as it is to the nearest of them, but for what the bound gives
 // away.
-TEST(NearCells, AFeatureHoldsForALargePartOfTheWayToTheNext) {
+TEST(TriangleOctree, AFeatureStaysTheClosestForALargePartOfTheWayToTheNext) {
   const Device device;
   const Surface grid(device, generate(GridShape{{1, 1}, {10, 10}}));
   const Point p{0.02, 0.01, 0.53};  // over a triangle with legs of 0.1: its longest side is the nearest
@@ -233,14 +233,14 @@ TEST(NearCells, AFeatureHoldsForALargePartOfTheWayToTheNext) {
 }
 
 // A ball's centre is equally near to all of its triangles: there no list helps.
-TEST(NearCells, HaveNoListWhereTooManyTrianglesAreEquallyNear) {
+TEST(TriangleOctree, HasNoListWhereTooManyTrianglesAreEquallyNear) {
   const Device device;
   const Surface ball(device, generate(SphereShape{1, 4}));
   EXPECT_EQ(ball.make_cell({1e-9, 0, 0}), 0);
   EXPECT_GT(ball.make_cell({0.9, 0.3, 0.2}), 0);
 }
 
-TEST(NearCells, StartAnewWhenTheirMemoryIsUsedUp) {
+TEST(TriangleOctree, IsBuiltAnewWhenItsMemoryIsUsedUp) {
   const Device device;
   Surface ball(device, generate(SphereShape{1, 3}));
   Random random(7);

@@ -34,7 +34,7 @@ void expect_point(const Vec3& found, const Vec3& expected) {
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(found[k], expected[k], 1e-12) << k << ": rounding";
 }
 
-TEST(LooksAtContacts, FindWhatIsWithinTheThickness) {
+TEST(FieldsOfContacts, FindWhatIsWithinTheThickness) {
   const Simulation simulation = world(6, {table(Sides::Solid)});
   const double d = kThick, s = std::sqrt(0.5);
   const std::vector<Vec3> x{{0.1, 0.5 + d, 0.2},                 // on top
@@ -57,7 +57,7 @@ TEST(LooksAtContacts, FindWhatIsWithinTheThickness) {
   }
 }
 
-TEST(LooksAtContacts, OfSheetsHaveTheSideThatCounts) {
+TEST(FieldsOfContacts, OfSheetsHaveTheSideThatCounts) {
   const std::vector<Vec3> x{{0.1, 0.5 - 0.5 * kThick, 0.1},
                             {0.1, 0.5 + 0.5 * kThick, 0.1},
                             {0.1, 0.5, 0.1},
@@ -74,7 +74,7 @@ TEST(LooksAtContacts, OfSheetsHaveTheSideThatCounts) {
   }
 }
 
-TEST(LooksAtContacts, MoveWithTheirObjects) {
+TEST(FieldsOfContacts, MoveWithTheirObjects) {
   EnvironmentSpec turning = table(Sides::Solid);
   turning.motion = {{0, {}, {0, 0, 1}, 0}, {1, {3, 0, 0}, {0, 0, 1}, 45}};
   EnvironmentSpec still = table(Sides::Solid);
@@ -90,14 +90,14 @@ TEST(LooksAtContacts, MoveWithTheirObjects) {
   EXPECT_EQ(contacts({{0, 0.5 + 0.5 * kThick, 0}}, 1)[0].object, 1);
 }
 
-TEST(LooksAtContacts, AreNoneWithoutAnEnvironment) {
+TEST(FieldsOfContacts, AreNoneWithoutAnEnvironment) {
   const Simulation simulation = world(2, {});
   EXPECT_TRUE(Contacts(simulation.model())(simulation.positions(), 0).empty());
 }
 
 // A strip lies across a table that is shorter: what lies on it touches, what hangs over does not. (A sheet that hangs
 // over all four sides has folds, which lift it.)
-TEST(LooksAtContacts, OfAStripAtRestAreThoseOnTheTable) {
+TEST(FieldsOfContacts, OfAStripAtRestAreThoseOnTheTable) {
   BodySpec sheet;
   sheet.name = "sheet", sheet.mass = 0.5, sheet.damping = 0.05;
   sheet.shape = GridShape{{1.6, 0.8}, {32, 16}};

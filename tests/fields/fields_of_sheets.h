@@ -13,7 +13,7 @@
 namespace malha {
 
 /// An irregular sheet of 1 m x 1 m, read from a file.
-class LooksOfSheets : public testing::Test {
+class FieldsOfSheets : public testing::Test {
  protected:
   Scene sheet(int cells, std::vector<ConstraintSpec> constraints, std::vector<Pin> pins = {}) {
     BodySpec body;

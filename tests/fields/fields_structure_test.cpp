@@ -20,7 +20,7 @@ bool apart(const std::vector<Edge>& lines, const std::vector<bool>& pinned) {
   return true;
 }
 
-TEST_F(LooksOfSheets, StructureIsTheLayoutOfTheSolver) {
+TEST_F(FieldsOfSheets, StructureIsTheLayoutOfTheSolver) {
   std::vector<Pin> pins{ListPin{{0, 30, 31}}};
   for (const bool grid : {true, false}) {
     Scene scene = sheet(60, {stiff("distance", {"edges"})}, pins);
@@ -73,7 +73,7 @@ TEST_F(LooksOfSheets, StructureIsTheLayoutOfTheSolver) {
   }
 }
 
-TEST_F(LooksOfSheets, HaveNoPatchesWhereTheFilterDoesAll) {
+TEST_F(FieldsOfSheets, HaveNoPatchesWhereTheFilterDoesAll) {
   Scene scene = sheet(5, {stiff("distance", {"edges"})});
   scene.solver.type = "desbrun";
   const Simulation simulation(scene, {.threads = 1});

@@ -19,9 +19,9 @@ constexpr double kInFloat = 1e-7;  // looks come in float: half of its last digi
 
 double largest_look(const std::vector<float>& values) { return *std::max_element(values.begin(), values.end()); }
 
-using LooksOfStrain = LooksOfSheets;
+using FieldsOfStrain = LooksOfSheets;
 
-TEST(Looks, StrainOfAChainIsThatOfItsSegments) {
+TEST(Fields, StrainOfAChainIsThatOfItsSegments) {
   Scene scene = scene_of({hung_chain({0, 0, 0}, {1, 0, 0}, 4)}, {}, 0.01);
   scene.bodies[0].constraints = {stiff("distance", {"edges"}, 1, 0.5)};
   const Simulation simulation(scene, {.threads = 1});
@@ -34,7 +34,7 @@ TEST(Looks, StrainOfAChainIsThatOfItsSegments) {
   for (std::size_t i = 0; i < all.size(); ++i) EXPECT_NEAR(all[i], expected[i], kInFloat * expected[i]) << i;
 }
 
-TEST_F(LooksOfStrain, IsAnalyticOnAnIrregularMesh) {
+TEST_F(FieldsOfStrain, IsAnalyticOnAnIrregularMesh) {
   Scene scene = sheet(9, {stiff("distance", {"edges"})});
   scene.solver.precision = Precision::Double;  // so that places are those of the file
   const Simulation simulation(scene, {.threads = 1});
@@ -54,7 +54,7 @@ TEST_F(LooksOfStrain, IsAnalyticOnAnIrregularMesh) {
   for (std::size_t i = 0; i < all.size(); ++i) EXPECT_NEAR(all[i], expected[i], kInFloat * expected[i] + 1e-12) << i;
 }
 
-TEST_F(LooksOfStrain, IsAtMostThatOfTheMeasures) {
+TEST_F(FieldsOfStrain, IsAtMostThatOfTheMeasures) {
   for (const char* method : {"pbd", "desbrun"}) {
     Scene scene = sheet(14, {stiff("distance", {"edges"}, 0.5), compliant("bending", 1)}, {ListPin{{0}}});
     scene.solver.type = method;
@@ -68,7 +68,7 @@ TEST_F(LooksOfStrain, IsAtMostThatOfTheMeasures) {
   }
 }
 
-TEST(Looks, OfATornMeshAreMadeAnew) {
+TEST(Fields, OfATornMeshAreRebuilt) {
   BodySpec strip;
   strip.name = "strip", strip.mass = 0.2, strip.tear = Tear{0.5};
   strip.shape = GridShape{{1, 2}, {4, 8}};
@@ -149,7 +149,7 @@ Corners<Kind> near_a_mesh(Random& random, double off) {
   return at;
 }
 
-TEST(Looks, ResidualIsTheWayToTheConstraint) {
+TEST(Fields, ResidualIsTheDistanceToTheConstraint) {
   Random random(11);
   for_each_constraint([&]<class Kind>(Kind) {
     int compared = 0;
@@ -181,7 +181,7 @@ TEST(Looks, ResidualIsTheWayToTheConstraint) {
   });
 }
 
-TEST(Looks, ResidualIsNothingAtRestAndWhereThatIsMoved) {
+TEST(Fields, ResidualIsNothingAtRestAndWhereThatIsMoved) {
   Random random(12);
   for_each_constraint([&]<class Kind>(Kind) {
     for (int trial = 0; trial < 20; ++trial) {
@@ -194,7 +194,7 @@ TEST(Looks, ResidualIsNothingAtRestAndWhereThatIsMoved) {
   });
 }
 
-TEST(Looks, ResidualIsAnalytic) {
+TEST(Fields, ResidualIsAnalytic) {
   const Corners<Distance> rod{{{0, 0, 0}, {2, 0, 0}}};
   EXPECT_NEAR(look_at_residual<Distance>(rod, {{{0, 0, 0}, {0, 0, 5}}}), 3 / std::sqrt(2.0), kInFloat * 3);
   EXPECT_NEAR(look_at_residual<Distance>(rod, {{{1, 1, 1}, {1, 1, 1}}}), 2 / std::sqrt(2.0), kInFloat * 3);
@@ -212,7 +212,7 @@ TEST(Looks, ResidualIsAnalytic) {
   EXPECT_NEAR(look_at_residual<Bending>(flat, fold), 2 / std::sqrt(2 + 2 * std::cos(a) * std::cos(a)), kInFloat * 2);
 }
 
-TEST(Looks, ResidualOfPressureIsThatOfItsVolume) {
+TEST(Fields, ResidualOfPressureIsThatOfItsVolume) {
   BodySpec ball;
   ball.name = "ball", ball.mass = 1, ball.shape = SphereShape{0.5, 1};
   ball.constraints = {stiff("pressure", {}, 1, 1.5)};
@@ -244,7 +244,7 @@ TEST(Looks, ResidualOfPressureIsThatOfItsVolume) {
   EXPECT_EQ(all[42], 0) << "the loose particle";
 }
 
-TEST_F(LooksOfSheets, AreTheSameOnAnyThreads) {
+TEST_F(FieldsOfSheets, AreTheSameOnAnyThreads) {
   const Scene scene = sheet(20, {stiff("distance", {"edges"}), compliant("bending", 1)});
   Simulation simulation(scene, {.threads = 1});
   std::vector<Vec3> x = simulation.positions();

@@ -105,7 +105,7 @@ TEST(AFilteredBody, FallsOntoTheGroundAndStaysThere) {
   }
 }
 
-TEST(AFilteredBody, IsHeldAtItsVolumeByPressure) {
+TEST(AFilteredBody, KeepsItsVolumeByPressure) {
   for (const double pressure : {0.8, 1.0, 1.5}) {
     Scene scene = desbrun_scene({ball({stiff("pressure", {}, 1, pressure)})}, 100, Precision::Float);
     scene.environment = {rough_ground()};

@@ -125,7 +125,7 @@ class PbdCorrector : public MeshFiles {
 
 // A body that turns by half a radian in a substep asks for corrections of more than a quarter of its elements. They go
 // along the gradients where they lead (kernels/projection/direction.h), and take a fifth of its rotation in 5 s.
-TEST_F(PbdCorrector, GivesBackWhatLargeCorrectionsTake) {
+TEST_F(PbdCorrector, RestoresMomentaThatLargeCorrectionsTake) {
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     BodySpec body = flying_lump();
     body.spin = {0, 0, 30};
@@ -194,7 +194,7 @@ TEST_F(PbdCorrector, LeavesFreeFallExact) {
 
 // Of n equal masses m each drag takes in a substep v' = (v + a u) / (1 + a), a = h b / m, and so of their momentum and
 // of their spin about their centre, where there is no wind.
-TEST_F(PbdCorrector, LeavesToTheWindWhatItGave) {
+TEST_F(PbdCorrector, KeepsTheMomentumOfTheWind) {
   BodySpec body;
   body.name = "icosahedron";
   body.shape = SphereShape{0.5, 0};
@@ -213,7 +213,7 @@ TEST_F(PbdCorrector, LeavesToTheWindWhatItGave) {
   EXPECT_LT(length(now.spin - Vec3{spin[0] * left, spin[1] * left, spin[2] * left}), 1e-4 * length(spin));
 }
 
-TEST_F(PbdCorrector, LeavesBodiesAloneThatSomethingHolds) {
+TEST_F(PbdCorrector, LeavesPinnedAndAttachedBodiesAlone) {
   BodySpec pinned = flying_lump(), attached = flying_lump();
   pinned.pins = {ListPin{{0}}};
   Attachment attachment;

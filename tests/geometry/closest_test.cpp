@@ -83,7 +83,7 @@ TYPED_TEST(ClosestPoints, OfPairsAreThoseOfTrianglesAndSegments) {
   }
 }
 
-TEST(Sorter, SortsByKeyAndKeepsTheOrderOfEquals) {
+TEST(RadixSort, SortsByKeyAndKeepsTheOrderOfEquals) {
   Random random(3);
   for (const int count : {0, 1, 2, 1000, 100000})
     for (const int bits : {3, 14}) {
@@ -107,7 +107,7 @@ TEST(Sorter, SortsByKeyAndKeepsTheOrderOfEquals) {
     }
 }
 
-TEST(Sorter, SumsWhatComesBefore) {
+TEST(RadixSort, SumsWhatComesBefore) {
   Random random(4);
   for (const int count : {0, 1, 8191, 8192, 50000}) {
     std::vector<int> values(count), expected(count);

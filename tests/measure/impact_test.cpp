@@ -125,7 +125,7 @@ TEST(AnIrregularMesh, IsClosedAndHasSlivers) {
 }
 
 /// Scans, in 38,000 to 44,000 particles: of tools/study/README.md, Stability.
-class AScan : public testing::TestWithParam<const char*> {};
+class AScannedMesh : public testing::TestWithParam<const char*> {};
 
 /// 1 m high.
 Scene scanned_shell(const std::string& scan, const ConstraintSpec& bending) {
@@ -135,7 +135,7 @@ Scene scanned_shell(const std::string& scan, const ConstraintSpec& bending) {
   return dropped_shell(file, 1 / (high - low), bending, Precision::Float);
 }
 
-TEST_P(AScan, GainsNoSpeedWhereItFallsAsAStiffShell) {
+TEST_P(AScannedMesh, GainsNoSpeedWhereItFallsAsAStiffShell) {
 #if !defined(NDEBUG)
   GTEST_SKIP() << "half a minute without optimisation";
 #endif
@@ -145,7 +145,7 @@ TEST_P(AScan, GainsNoSpeedWhereItFallsAsAStiffShell) {
 
 /// Spun, so many particles stretch beyond 3 in ten substeps with edges alone, too; bending adds less than a quarter.
 /// Half a minute.
-TEST_P(AScan, DISABLED_ThrownOrSpunGainsNoSpeedAndStretchesAsItsEdgesAlone) {
+TEST_P(AScannedMesh, DISABLED_ThrownOrSpunGainsNoSpeedAndStretchesAsItsEdgesAlone) {
   Scene stiff_shell = scanned_shell(GetParam(), compliant("bending", 0.01));
   for (const Motion motion : {Motion::Thrown, Motion::Spun}) {
     (motion == Motion::Thrown ? stiff_shell.bodies[0].velocity = {5, 0, 0} : stiff_shell.bodies[0].spin = {0, 7, 7});
@@ -158,10 +158,10 @@ TEST_P(AScan, DISABLED_ThrownOrSpunGainsNoSpeedAndStretchesAsItsEdgesAlone) {
     stiff_shell.bodies[0].velocity = {0, 0, 0};
   }
 }
-INSTANTIATE_TEST_SUITE_P(, AScan, testing::Values("bunny00", "armadillo", "refined_elephant"));
+INSTANTIATE_TEST_SUITE_P(, AScannedMesh, testing::Values("bunny00", "armadillo", "refined_elephant"));
 
 /// Of every kind with a reach: no particle goes farther, however far off the constraint and whatever the masses.
-TEST(EveryConstraint, MovesNoParticleBeyondItsReach) {
+TEST(EveryConstraint, MovesNoParticleBeyondItsStepBound) {
   int kinds = 0;
   for_each_constraint([&]<class Kind>(Kind) {
     if constexpr (has_reach<Kind>()) {
@@ -188,7 +188,7 @@ TEST(EveryConstraint, MovesNoParticleBeyondItsReach) {
 
 /// What is left over is taken later: a hinge folded by 2 rad about a pinned edge unfolds to its rest angle, by PBD and
 /// by XPBD, whose multiplier holds what was applied.
-TEST(AHinge, ThatIsHeldToItsReachArrivesAllTheSame) {
+TEST(AHinge, WhoseStepIsBoundedConvergesAllTheSame) {
   const double side = 0.1, far = 2;
   const auto folded = [&](double angle) {
     return Corners<Bending>{

@@ -90,7 +90,7 @@ Scene cloth(double far, Precision precision, const std::string& type) {
   return scene;
 }
 
-TEST(NearTheOrigin, NoNoteIsMade) {
+TEST(NearTheOrigin, NoWarningIsGiven) {
   EXPECT_EQ(plan(Simulation(cloth(1, Precision::Float, "pbd"), {.threads = 1})).find("resolution"), std::string::npos);
 }
 

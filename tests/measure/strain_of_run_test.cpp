@@ -114,7 +114,7 @@ TEST(AnOverstretchedBody, IsAFlagInAStormAndNotOneInABreeze) {
 
 /// Springs of 1e-3 m/N under a pressure of finite compliance: with 10 substeps they gave 2.417 times the volume where
 /// 160 give 2.259, at the minimum of the energy.
-TEST(ABalloonOfSprings, IsSaidToBeTooSoftWithFewSubstepsAtTheDoor) {
+TEST(ABalloonOfSprings, IsReportedAsTooSoftBeforeARunOfFewSubsteps) {
   BodySpec body;
   body.name = "balloon", body.mass = 1;
   body.shape = SphereShape{0.5, 3};

@@ -246,7 +246,7 @@ TEST(Cut, GivesTheSameBitsOnAnyThreadsAndAfterAResume) {
   EXPECT_EQ(undone.state_hash(), after(scene, 0.4).state_hash());
 }
 
-TEST(Cut, LeavesInHandWhatIsTaken) {
+TEST(Cut, KeepsParticleHandles) {
   BodySpec cloth = cloth_to_cut(GridShape{{1, 1}, {10, 10}});
   const Scene scene = scene_of({cloth, particle({5, 0, 0})}, kEarth, 0.01, 4);
   Simulation simulation(scene, {.threads = 1, .interactive = true});

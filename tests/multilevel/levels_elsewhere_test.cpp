@@ -45,7 +45,7 @@ double rms_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
   return std::sqrt(sum / static_cast<double>(a.size()));
 }
 
-TEST(LevelsElsewhere, ASheetHungByTwoCornersIsNearerToTheTruthThanBySweepsOfThatCost) {
+TEST(LevelsInOtherScenes, ASheetHungByTwoCornersIsNearerToTheTruthThanBySweepsOfThatCost) {
   BodySpec body = wide_sheet();
   body.pins = {ListPin{{0, kSide - 1}}};
   const Scene scene = scene_of({body}, kEarth, 1.0 / 60);
@@ -71,7 +71,7 @@ std::string with_a_heavy_hem(double ratio) {
 
 /// It hangs at rest, so that the truth is not to stretch. Plain sweeps of more cost: 0.03, 2.4 and 3 (40
 /// substeps: 1.1).
-TEST(LevelsElsewhere, HoldWeightsOfManyTimesTheMassOfAParticle) {
+TEST(LevelsInOtherScenes, HoldWeightsOfManyTimesTheMassOfAParticle) {
   const TemporaryFolder folder;
   const auto stretch = [&](double ratio, int substeps, int levels) {
     BodySpec body = wide_sheet();
@@ -92,7 +92,7 @@ TEST(LevelsElsewhere, HoldWeightsOfManyTimesTheMassOfAParticle) {
 }
 
 /// Before it flutters: after a second 200 and 400 substeps are 0.1 m apart.
-TEST(LevelsElsewhere, AFlagInTheWindIsWhereSweepsOfThatCostHaveIt) {
+TEST(LevelsInOtherScenes, AFlagInTheWindIsWhereSweepsOfThatCostHaveIt) {
   BodySpec body = wide_sheet();
   body.pins = {RowPin{}};
   Scene scene = scene_of({body}, kEarth, 1.0 / 60);
@@ -104,7 +104,7 @@ TEST(LevelsElsewhere, AFlagInTheWindIsWhereSweepsOfThatCostHaveIt) {
   EXPECT_LT(levels.measures.strain_rms, plain.measures.strain_rms);
 }
 
-TEST(LevelsElsewhere, WhatFliesFreelyHasNoneByItselfAndKeepsItsLengthsWithThem) {
+TEST(LevelsInOtherScenes, WhatFliesFreelyHasNoneByItselfAndKeepsItsLengthsWithThem) {
   BodySpec body = wide_sheet();
   body.velocity = {1, 0, 0}, body.spin = {2, 5, 3};
   Scene scene = scene_of({body}, {}, 1.0 / 60, 10);

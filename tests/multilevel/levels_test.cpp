@@ -122,7 +122,7 @@ Linkage linkage_of_body(const BodySpec& body, const Vec3& gravity = kEarth) {
   return linkage_of(model, model.w);
 }
 
-TEST(Linkage, OfAChainGivesWayByTheWeightBelow) {
+TEST(CoarseningGraph, OfAChainStretchesByTheWeightBelow) {
   BodySpec chain = hung_chain({0, 0, 0}, {0, -3, 0}, 3, 0.5);
   chain.constraints = {compliant("distance", 0.001, {"edges"})};
   const Linkage linkage = linkage_of_body(chain);
@@ -136,7 +136,7 @@ TEST(Linkage, OfAChainGivesWayByTheWeightBelow) {
   }
 }
 
-TEST(Linkage, LeavesOutWhatIsMuchSofter) {
+TEST(CoarseningGraph, LeavesOutWhatIsMuchSofter) {
   BodySpec sheet;
   sheet.name = "sheet";
   sheet.shape = GridShape{{1, 1}, {8, 8}};
@@ -368,7 +368,7 @@ TEST(Levels, GoOnFromASavedStateBitByBit) {
 }
 
 /// Once its pins have let go a sheet falls as a stone does: its levels no longer hang on anything.
-TEST(Levels, FallWhenTheirPinsLetGo) {
+TEST(Levels, FallWhenTheirPinsRelease) {
   Scene scene = hung_sheet(sheet_of(70), kAutoLevels, 2, Precision::Double);
   scene.bodies[0].pins[0].release_time = 0.2;
   Simulation simulation(scene, {.threads = 1});

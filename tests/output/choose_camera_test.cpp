@@ -41,7 +41,7 @@ bool meets_box(const Vec3& from, const Vec3& to, const Vec3& low, const Vec3& hi
   return begin < end;
 }
 
-TEST(TheDefaultCamera, HoldsAPillowThatIsBlownUp) {
+TEST(TheDefaultCamera, FramesAPillowThatIsBlownUp) {
   BodySpec pillow;
   pillow.name = "pillow", pillow.mass = 0.2;
   pillow.shape = BoxShape{{1, 0.02, 1}, {16, 1, 16}};
@@ -51,7 +51,7 @@ TEST(TheDefaultCamera, HoldsAPillowThatIsBlownUp) {
   EXPECT_LT(outermost(camera, after(scene, 0.5).positions()), 1);
 }
 
-TEST(TheDefaultCamera, HoldsWhatFallsToTheGroundThatIsTooLargeForThePicture) {
+TEST(TheDefaultCamera, FramesWhatFallsToTheGroundThatIsTooLargeForThePicture) {
   BodySpec ball;
   ball.name = "ball", ball.mass = 1, ball.shape = SphereShape{0.5, 2}, ball.transform.translate = {0, 2, 0};
   ball.constraints = {stiff("distance", {"edges"}), stiff("pressure")};

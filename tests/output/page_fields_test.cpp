@@ -13,7 +13,7 @@
 namespace malha {
 namespace {
 
-class PageLooks : public PageOfARun {
+class PageFields : public PageOfARun {
  protected:
   std::string text_of_panel() { return browser().evaluate("document.getElementById('panel').innerText"); }
 };
@@ -26,7 +26,7 @@ Json many_patches() {
   return scene;
 }
 
-TEST_F(PageLooks, ShowAsManyColoursAsThereArePatchesAndPhases) {
+TEST_F(PageFields, ShowAsManyColoursAsThereArePatchesAndPhases) {
   NEEDS_BROWSER;
   const Json scene = many_patches();
   browser().open(page(scene));
@@ -73,7 +73,7 @@ TEST_F(PageLooks, ShowAsManyColoursAsThereArePatchesAndPhases) {
   expect_no_complaints();
 }
 
-TEST_F(PageLooks, OfPatchesAreNotOfferedWhereTheFilterDoesAll) {
+TEST_F(PageFields, OfPatchesAreNotOfferedWhereTheFilterDoesAll) {
   NEEDS_BROWSER;
   Json scene = swinging_sheet(false);
   scene["solver"]["type"] = "desbrun";
@@ -88,7 +88,7 @@ TEST_F(PageLooks, OfPatchesAreNotOfferedWhereTheFilterDoesAll) {
   expect_no_complaints();
 }
 
-TEST_F(PageLooks, OfSpeedKnowTheFirstFrameAndThoseAfterTears) {
+TEST_F(PageFields, OfSpeedAreRightInTheFirstFrameAndAfterTears) {
   NEEDS_BROWSER;
   // All particles fly alike, also where they tear from each other: the speed of each is 3 m/s.
   Json scene = swinging_sheet(false);
@@ -155,7 +155,7 @@ TEST_F(PageLooks, OfSpeedKnowTheFirstFrameAndThoseAfterTears) {
   expect_no_complaints();
 }
 
-TEST_F(PageLooks, SaysUnitsTimesNamesAndWhereAResumedRunBegan) {
+TEST_F(PageFields, SaysUnitsTimesNamesAndWhereAResumedRunBegan) {
   NEEDS_BROWSER;
   Json scene = swinging_sheet(true);
   scene["bodies"].push_back({{"name", "rope"},
@@ -185,7 +185,7 @@ TEST_F(PageLooks, SaysUnitsTimesNamesAndWhereAResumedRunBegan) {
   expect_no_complaints();
 }
 
-TEST_F(PageLooks, TellsRunsApartByTheirFolders) {
+TEST_F(PageFields, TellsRunsApartByTheirFolders) {
   NEEDS_BROWSER;
   Json scene = swinging_sheet(false);
   std::filesystem::create_directories(folder_ / "soft" / "it"), std::filesystem::create_directories(folder_ / "firm");
@@ -202,7 +202,7 @@ TEST_F(PageLooks, TellsRunsApartByTheirFolders) {
 }
 
 // Both fly straight on, so that what lies between their frames is known.
-TEST_F(PageLooks, OfTwoRunsAreComparedBetweenFramesToo) {
+TEST_F(PageFields, OfTwoRunsAreComparedBetweenFramesToo) {
   NEEDS_BROWSER;
   const auto contact_free_steps = [&](double dt, const char* name) {
     Json scene = swinging_sheet(false);
@@ -221,7 +221,7 @@ TEST_F(PageLooks, OfTwoRunsAreComparedBetweenFramesToo) {
   expect_no_complaints();
 }
 
-TEST_F(PageLooks, TheSummarySaysHowManyFramesAreKept) {
+TEST_F(PageFields, TheSummarySaysHowManyFramesAreKept) {
   Json scene = swinging_sheet(false);
   scene["outputs"]["page"] = Json::object();
   const RunResult all = run_quietly(scene, {.out = (folder_ / "run").string()});

@@ -79,7 +79,7 @@ TEST(PackedValues, ComeBackAsNearAsAStepOfTheLargest) {
   EXPECT_TRUE(packed(std::vector<float>{}).data == packed(std::vector<std::uint32_t>{}, 1, 1));
 }
 
-TEST(PackedTouches, KeepTheSideThatAParticleIsOn) {
+TEST(PackedContacts, KeepTheSideThatAParticleIsOn) {
   const std::vector<Touch> touches{
       {.particle = 7, .object = 0, .at = {0, 0, 0}, .normal = {0, 1, 0}, .distance = 0.02},
       {.particle = 3, .object = 1, .at = {0, 0, 0}, .normal = {-0.6, 0, 0.8}, .distance = -0.01}};
@@ -104,7 +104,7 @@ TEST(Base64, IsThatOfTheStandard) {  // RFC 4648, section 10
   for (const auto& [plain, coded] : words) EXPECT_EQ(base64(plain), coded);
 }
 
-TEST_F(PageOfARun, HoldsEveryFrameWhereThereIsRoom) {
+TEST_F(PageOfARun, KeepsEveryFrameWithinItsSizeLimit) {
   const Json run = runs_in(page(swinging_sheet(true)))[0];
   ASSERT_EQ(run["frames"].size(), 41u);
   for (int k = 0; k <= 40; ++k) EXPECT_EQ(run["frames"][k]["step"], k);
@@ -132,7 +132,7 @@ Json rough_scene(int cells, double max_megabytes) {
   return scene;
 }
 
-TEST_F(PageOfARun, KeepsFewerFramesWhereAllTakeMoreRoom) {
+TEST_F(PageOfARun, KeepsFewerFramesWhereAllExceedTheSizeLimit) {
   const auto path = page(rough_scene(120, 2));
   const Json run = runs_in(path)[0];
   EXPECT_LE(std::filesystem::file_size(path), 2'000'000u);
@@ -145,7 +145,7 @@ TEST_F(PageOfARun, KeepsFewerFramesWhereAllTakeMoreRoom) {
   EXPECT_EQ(run["frames"].back()["step"], 31) << "the end is always there";
 }
 
-TEST_F(PageOfARun, KeepsTheEndWhereThereIsNoRoomAtAll) {
+TEST_F(PageOfARun, KeepsTheEndWhereNothingFitsTheSizeLimit) {
   const Json run = runs_in(page(rough_scene(400, 2), "run", 3))[0];
   ASSERT_GE(run["frames"].size(), 1u);
   EXPECT_EQ(run["frames"].back()["step"], 3);
@@ -164,7 +164,7 @@ TEST_F(PageOfARun, GoesWithAPartThatHasNone) {
   EXPECT_FALSE(std::filesystem::exists(path));
 }
 
-TEST_F(PageOfARun, OfAResumedRunHasWhatThatRunSaw) {
+TEST_F(PageOfARun, OfAResumedRunHasTheFramesOfThatRun) {
   Json scene = swinging_sheet(true);
   page(scene, "run", 11);
   const Json run = runs_in(page(scene, "run", {}, true))[0];

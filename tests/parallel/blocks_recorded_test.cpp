@@ -53,7 +53,7 @@ TEST(RecordedLaunches, HoldFillsAndCopiesInTheirOrder) {
   EXPECT_EQ(numbers.download(), std::vector<int>(4, 7));
 }
 
-TEST(RecordedLaunches, CannotBeWaitedForWhileTheyAreRecorded) {
+TEST(RecordedLaunches, CannotBeSynchronizedWhileTheyAreRecorded) {
   const Array<Blocks, int> numbers(4, 0);
   Recording<Blocks> recording;
   const auto record = [&](const auto& work) {
@@ -95,7 +95,7 @@ Json steady_visits() {
 class SteadySteps : public testing::TestWithParam<std::string> {};
 
 /// Whatever the library may change between steps, from what was recorded before.
-TEST_P(SteadySteps, ReplayWhatIsStillSo) {
+TEST_P(SteadySteps, ReplayLaunchesThatHaveNotChanged) {
   const Json scene = Json::parse(GetParam());
   Model model = build_model(parsed(scene));
   model.interactive = true;

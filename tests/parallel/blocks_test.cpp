@@ -57,7 +57,7 @@ struct ShiftInPlace {
   }
 };
 
-TEST(Blocks, DealWhatIsSharedAndRepeatWhatIsNot) {
+TEST(Blocks, DistributeGroupLoopsAndRepeatTheCodeAroundThem) {
   for (const int threads : {1, 32, 128}) {
     std::vector<int> once(100, 0), outside(1, 0);
     parallel_groups(Blocks{threads}, 0, 1, {}, CountOnce{once.data()});
@@ -67,12 +67,12 @@ TEST(Blocks, DealWhatIsSharedAndRepeatWhatIsNot) {
   }
 }
 
-TEST(Blocks, RefuseAWaitThatNotAllThreadsComeTo) {
+TEST(Blocks, RefuseABarrierThatNotAllThreadsReach) {
   EXPECT_NO_THROW(parallel_groups(Blocks{1}, 0, 1, {}, WaitInABranch{}));
   EXPECT_THROW(parallel_groups(Blocks{32}, 0, 1, {}, WaitInABranch{}), std::logic_error);
 }
 
-TEST(Blocks, ShowARaceByTheirOrders) {
+TEST(Blocks, RevealARaceByTheOrderOfTheirThreads) {
   const auto shifted = [](unsigned seed) {
     std::vector<int> number(100);
     for (int i = 0; i < 100; ++i) number[i] = i;
@@ -87,7 +87,7 @@ struct AddressOf {
   const int* number;
   KERNEL void operator()(int) const {}
 };
-TEST(Blocks, NoteAKernelWithAnAddressOfTheHost) {
+TEST(Blocks, ReportAKernelWithAPointerToHostMemory) {
   if (!HostAddresses::kLooks) GTEST_SKIP() << "the compiler cannot clear the padding of kernels";
   const int number = 7;
   parallel_for(Blocks{}, 1, AddressOf{&number});
@@ -214,7 +214,7 @@ TEST(ContactsOnBlocks, AreTheHostsBetweenSeveralMeshes) {
   }
 }
 
-TEST(PairsOnBlocks, AreHeldApartWithTheHostsBits) {
+TEST(SelfContactsOnBlocks, HaveTheHostsBits) {
   const auto sheet = [](const std::string& name, double y, double speed) {
     BodySpec body;
     body.name = name, body.shape = GridShape{{0.4, 0.4}, {10, 10}}, body.density = 0.2;

@@ -147,7 +147,7 @@ TEST(ParallelRegion, NumbersTheThreadsOfItsTeam) {
 }
 
 // Also of more threads than there are cores: those that spin make room for those that have not come yet.
-TEST(Barrier, LetsNobodyOnBeforeTheLastHasCome) {
+TEST(Barrier, ReleasesNoThreadBeforeTheLastArrives) {
   constexpr int rounds = 2000;
   for (const int wanted : {1, 2, 3, 8}) {
     Barrier barrier;

@@ -37,7 +37,7 @@ Traced traced(const Json& scene, int threads = 1) {
   return {simulation.times().launches, memory_parts(simulation.model(), simulation.solver().facts())};
 }
 
-TEST(Launches, OfAClothWithDistancesAreTheVisitsToItsPatchesAlone) {
+TEST(Launches, OfAClothWithDistancesAreThePatchSolvesAlone) {
   const std::vector<Launches> all = traced(traced_cloth()).launches;
   ASSERT_EQ(all.size(), 1u);
   EXPECT_EQ(all[0], (Launches{"SolvePatch<float>", 4, 4})) << "one patch, once a substep";
@@ -243,7 +243,7 @@ TEST(Launches, OfPressureAreAsManyAsThePlanSaysByBothMethods) {
   }
 }
 
-TEST(Launches, OfACallersOwnConstraintAreAsManyAsThePlanSays) {
+TEST(Launches, OfAUserConstraintAreAsManyAsThePlanSays) {
   if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
   UserConstraint own;
   own.particles = {40, 41, 41, 50};  // two that meet: two batches

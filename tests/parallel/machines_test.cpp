@@ -97,7 +97,7 @@ TEST(Machines, AreRefusedByAnotherName) {
 
 /// A sheet in one patch: each substep reads x, what it lacks of the position, v and w of its particles, and writes the
 /// first three.
-TEST(VisitTraffic, OfOnePatchIsItsStateThereAndBack) {
+TEST(PatchTraffic, OfOnePatchIsItsStateThereAndBack) {
   Scene scene = load_shipped("sheet_shear");
   std::get<GridShape>(scene.bodies.front().shape).cells = {12, 12};
   scene.bodies.front().pins.clear();
@@ -112,7 +112,7 @@ TEST(VisitTraffic, OfOnePatchIsItsStateThereAndBack) {
 
 /// Where patches share particles, each visit reads where they are, how far they went and w, and writes how far they
 /// went; but nothing else travels.
-TEST(VisitTraffic, OfSeveralPatchesAddsWhatTheyShare) {
+TEST(PatchTraffic, OfSeveralPatchesAddsWhatTheyShare) {
   bool turns = false;
   for (Scene scene : scenes_to_cut()) {
     for (BodySpec& body : scene.bodies) body.pins.clear();

@@ -80,7 +80,7 @@ TEST(Colour, NeedsFewColoursForAGrid) {
   EXPECT_LE(colouring.count, 12);
 }
 
-TEST(UsedColours, FindTheLowestThatNoneOfThePlacesUses) {
+TEST(UsedColours, FindTheLowestThatNoneOfTheParticlesUses) {
   // Against a set of (place, colour) pairs, over more than one word of 64 colours.
   Random random(4);
   constexpr int places = 12, colours = 150;

@@ -266,7 +266,7 @@ TEST(CutIntoPatches, KeepsTheEndsOfAnEdgeWithoutConstraintsApartToo) {
   for (const Edge& e : row) EXPECT_NE(cut.patches.class_of[now[e[0]]], cut.patches.class_of[now[e[1]]]);
 }
 
-TEST(Owners, AreTheLowestPatchWithRoom) {
+TEST(PatchOwners, AreTheLowestPatchWithFreeSlots) {
   const std::vector<int> patch_of{0, 0, 1, 1, 2};
   std::vector<int> foreign(3, 0);
   EXPECT_EQ(owners(set_of(2, {0, 1, 3, 2, 4, 0, 2, 4, 3, 1}), patch_of, foreign), (std::vector<int>{0, 1, 0, 1, 0}));

@@ -421,7 +421,7 @@ TEST(Sweep, LeavesPinnedParticlesAsTheyWere) {
   EXPECT_GT(pinned, 20);
 }
 
-TEST(Sweep, NamesTheParticleThatIsLostAndTheSubstepInWhichItWas) {
+TEST(Sweep, NamesTheNonFiniteParticleAndItsSubstep) {
   for_each_executor([&](const auto& executor, int threads, const std::string& name) {
     for (const int lost : {0, 5, 801, -1700}) {
       const bool slanted = lost < 0;  // finite coordinates, but not their sum
@@ -444,7 +444,7 @@ TEST(Sweep, NamesTheParticleThatIsLostAndTheSubstepInWhichItWas) {
   });
 }
 
-TEST(Sweep, StatesWhatItHolds) {
+TEST(Sweep, ReportsItsPatchesAndItsMemory) {
   const Model model = sheet_model(std::nullopt, false);
   const PatchPlan plan = plan_patches(model);
   const Sweep<Serial, float> sweep({}, model, 1);

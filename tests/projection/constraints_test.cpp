@@ -35,7 +35,7 @@ TEST(EveryConstraint, HasTheGradientOfItsFiniteDifferences) {
   });
 }
 
-TEST(EveryConstraint, IsScaledByItsPlacesAlone) {
+TEST(EveryConstraint, HasAScaleOfItsPositionsAlone) {
   for_each_constraint([]<class Kind>(Kind) {
     for (const Corners<Kind>& at : configurations<Kind>(100, 22)) {
       Vector3<double> q[Kind::particles], grad[Kind::particles];
@@ -53,7 +53,7 @@ TEST(EveryConstraint, IsScaledByItsPlacesAlone) {
   });
 }
 
-TEST(EveryConstraint, IsBlindToRigidMotion) {
+TEST(EveryConstraint, IsInvariantUnderRigidMotion) {
   for_each_constraint([]<class Kind>(Kind) {
     for (const Corners<Kind>& at : configurations<Kind>(200, 12)) {
       Vector3<double> grad[Kind::particles];
@@ -186,7 +186,7 @@ TEST(EveryConstraint, ActsOnAViolatedAndLeavesASatisfiedOne) {
   });
 }
 
-TEST(EveryConstraint, IsMetAfterAFewStiffProjections) {
+TEST(EveryConstraint, IsSatisfiedAfterAFewStiffProjections) {
   for_each_constraint([]<class Kind>(Kind) {
     if (multipliers<Kind>() > 1) return;  // a balance of its own: tests/constraints/neo_hookean_test.cpp
     Random random(5);

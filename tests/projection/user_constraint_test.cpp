@@ -72,10 +72,10 @@ TEST(UserConstraint, HangsAWeightByItsCompliance) {
   EXPECT_NEAR(hung.measure().elastic, std::pow(2 * kG, 2) * 1e-3 / 2, 1e-9);
 }
 
-class OwnConstraintIn : public testing::TestWithParam<int> {};
+class UserConstraintIn : public testing::TestWithParam<int> {};
 
 /// Pulls corners of the left cloth together; the right one is alone.
-TEST_P(OwnConstraintIn, LeavesOtherBodiesTheirBitsOnAnyThreads) {
+TEST_P(UserConstraintIn, LeavesOtherBodiesTheirBitsOnAnyThreads) {
   Scene scene = two_cloths(Precision::Float);
   if (GetParam() == 1) scene.solver.levels = 2, scene.solver.iterations = 2;
   if (GetParam() == 2) {
@@ -101,7 +101,7 @@ TEST_P(OwnConstraintIn, LeavesOtherBodiesTheirBitsOnAnyThreads) {
     hash = pulled.state_hash();
   }
 }
-INSTANTIATE_TEST_SUITE_P(Scenes, OwnConstraintIn, testing::Range(0, 5));
+INSTANTIATE_TEST_SUITE_P(Scenes, UserConstraintIn, testing::Range(0, 5));
 
 TEST(UserConstraint, GoesOnFromACheckpointWithTheSameBits) {
   const Scene scene = swinging_chain(3, true, {}, 2);

@@ -228,7 +228,7 @@ TEST(Picture, CornerNormalsAreSmoothOnASphereAndSharpOnABox) {
   }
 }
 
-TEST(FrameAll, HoldsEveryPointAndFillsThePicture) {
+TEST(FrameAll, ContainsEveryPointAndFillsThePicture) {
   const std::vector<std::vector<P>> clouds{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}},
                                            {{-5, 0, -5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, 5}},
                                            {{1000, 2000, -500}, {1000.5f, 2000, -500}, {1000, 2000.25f, -499}},

@@ -162,7 +162,7 @@ TEST(Amplification, IsMeasuredWhereABodyComesToRest) {
   EXPECT_FALSE(ball->grows());
 }
 
-TEST(Amplification, IsSaidOfRunsThatPayAHundredthForIt) {
+TEST(Amplification, IsReportedOfRunsThatPayAHundredthForIt) {
   BodySpec sheet = body("sheet", GridShape{{0.5, 0.5}, {6, 6}}, {constraint("distance")});
   sheet.mass = 0.01;
   Scene scene = scene_of({sheet, sheet});

@@ -112,7 +112,7 @@ struct PlacesOfState {
 
 constexpr std::int64_t kBeyond[] = {-2, 80, 1'000'000'000'000, std::numeric_limits<std::int64_t>::min()};
 
-TEST(MadeUpCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
+TEST(ForgedCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
   MadeUp made(crowded(), 5);
   const PlacesOfState of(made);
   const std::size_t n = of.n, seen = of.near, pairs = of.pairs;
@@ -127,7 +127,7 @@ TEST(MadeUpCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
                       "contacts: found triangle " + std::to_string(triangle) + "; allowed: -1 to 79"));
 }
 
-TEST(MadeUpCheckpoint, OfPairsThatAreNotThereIsRefused) {
+TEST(ForgedCheckpoint, OfPairsThatAreNotThereIsRefused) {
   MadeUp made(crowded(), 5);
   const PlacesOfState of(made);
   for (const std::int64_t many : {std::int64_t{-1}, std::int64_t{1}, std::numeric_limits<std::int64_t>::max()})
@@ -140,7 +140,7 @@ TEST(MadeUpCheckpoint, OfPairsThatAreNotThereIsRefused) {
                     "contacts: found pair " + std::to_string(pair)));
 }
 
-TEST(MadeUpCheckpoint, OfStepsThatWereNeverDoneIsRefused) {
+TEST(ForgedCheckpoint, OfStepsThatWereNeverDoneIsRefused) {
   MadeUp made(crowded(), 5);
   const std::size_t rest = PlacesOfState(made).rest;
   for (const std::int64_t steps : {std::int64_t{-1}, std::numeric_limits<std::int64_t>::max()})
@@ -154,7 +154,7 @@ TEST(MadeUpCheckpoint, OfStepsThatWereNeverDoneIsRefused) {
     EXPECT_TRUE(has(made.refusal(made.with(made.state.size() - 8, serves)), "search of edges that serves: found "));
 }
 
-TEST(MadeUpCheckpoint, WithoutFiniteNumbersIsRefused) {
+TEST(ForgedCheckpoint, WithoutFiniteNumbersIsRefused) {
   MadeUp made(crowded(), 5);
   const PlacesOfState of(made);
   const std::size_t n = of.n, seen = of.near, rest = of.rest;
@@ -176,7 +176,7 @@ TEST(MadeUpCheckpoint, WithoutFiniteNumbersIsRefused) {
   }
 }
 
-TEST(MadeUpCheckpoint, OfTearsThatCannotBeIsRefused) {
+TEST(ForgedCheckpoint, OfTearsThatCannotBeIsRefused) {
   MadeUp made(pulled_apart(), 15);
   std::uint64_t count = 0;
   std::memcpy(&count, made.state.data(), sizeof count);
@@ -245,7 +245,7 @@ void expect_no_crash(MadeUp& made, int tries, unsigned seed) {
   EXPECT_GT(taken, tries / 100);
 }
 
-TEST(MadeUpCheckpoint, NeverCrashesWhateverIsInIt) {
+TEST(ForgedCheckpoint, NeverCrashesWhateverIsInIt) {
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     Scene crowd = crowded(), torn = pulled_apart();
     crowd.solver.precision = torn.solver.precision = precision;
@@ -255,7 +255,7 @@ TEST(MadeUpCheckpoint, NeverCrashesWhateverIsInIt) {
   }
 }
 
-TEST(MadeUpCheckpoint, DISABLED_NeverCrashesWhateverIsInItInManyTries) {
+TEST(ForgedCheckpoint, DISABLED_NeverCrashesWhateverIsInItInManyTries) {
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     Scene crowd = crowded(), torn = pulled_apart();
     crowd.solver.precision = torn.solver.precision = precision;

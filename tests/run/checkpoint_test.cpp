@@ -261,7 +261,7 @@ TEST(State, OfAnotherSizeIsRefused) {
   EXPECT_THROW(load_state<float>("", {3, 1}), InputError);
 }
 
-TEST(State, WithABoxThatIsNoPlaceIsRefused) {
+TEST(State, WithABoxThatIsNotFiniteIsRefused) {
   State<float> state;
   state.x.resize(70), state.v.resize(70), state.low.resize(70);  // two words
   const auto load = [&](const WordBox& box) {

@@ -33,7 +33,7 @@ int in_shell(const std::string& line, const TemporaryFolder& folder) {
   return WIFEXITED(state) ? WEXITSTATUS(state) : -WTERMSIG(state);
 }
 
-TEST(AReaderThatLeaves, DoesNotEndTheRun) {
+TEST(AClosedPipe, DoesNotEndTheRun) {
   const TemporaryFolder folder;
   folder.write("scene.json", swinging_sheet(false).dump());
   // true closes the pipe at once; the run writes to it, once it is surely gone.
@@ -154,7 +154,7 @@ Scene too_large() {
   return scene;
 }
 
-TEST(TooLittleMemory, IsSaidWithFiguresBeforeASceneIsSetUp) {
+TEST(TooLittleMemory, IsReportedWithFiguresBeforeASceneIsSetUp) {
   const Scene scene = too_large();
   EXPECT_THROW(build_model(scene), OutOfMemory);
   const std::string said = refusal([&] { build_model(scene); });
@@ -170,7 +170,7 @@ TEST(TooLittleMemory, IsSaidWithFiguresBeforeASceneIsSetUp) {
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
-TEST(TooLittleMemory, IsSaidWithFiguresOfFilesThatDoNotFit) {
+TEST(TooLittleMemory, IsReportedWithFiguresOfFilesThatDoNotFit) {
   const TemporaryFolder folder;
   folder.write("scene.json", swinging_sheet(false).dump());
   ASSERT_EQ(malha_command({"run", "scene.json", "--steps", "2"}, folder / ".").status, 0);
@@ -191,7 +191,7 @@ TEST(TooLittleMemory, IsSaidWithFiguresOfFilesThatDoNotFit) {
 
 // By clang the libraries alone take these addresses, and LLVM's OpenMP aborts where it gets none for a thread.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(__clang__)
-TEST(TooLittleMemory, IsSaidWhereItRunsOutOnTheWay) {
+TEST(TooLittleMemory, IsReportedWhereItRunsOutDuringTheRun) {
   const TemporaryFolder folder;
   std::string points = "OFF\n1000000 0 0\n";
   for (int i = 0; i < 1000000; ++i) points += std::to_string(i) + " 0 0\n";
@@ -206,7 +206,7 @@ TEST(TooLittleMemory, IsSaidWhereItRunsOutOnTheWay) {
 }
 
 // In the middle of work on all threads, too, and where there is none for a thread.
-TEST(TooLittleMemory, IsSaidWhereverOfTheSetUpItRunsOut) {
+TEST(TooLittleMemory, IsReportedWhereverInTheSetUpItRunsOut) {
   const TemporaryFolder folder;
   Json scene = swinging_sheet(false);
   scene["bodies"][0]["shape"]["grid"]["cells"] = {150, 150};

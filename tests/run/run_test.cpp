@@ -93,7 +93,7 @@ TEST(Run, ReplacesTheResultsOfAnEarlierRunAndTouchesNothingElse) {
                                              "report.json"}));
 }
 
-TEST(Run, LooksAtExpectationsOnlyWhereTheScenesDurationEnds) {
+TEST(Run, TestsExpectationsOnlyWhereTheScenesDurationEnds) {
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
   Json scene = swinging_sheet(false);
@@ -126,7 +126,7 @@ TEST(Run, StopsAfterTheStepInWhichItIsTold) {
   EXPECT_FALSE(std::filesystem::exists(Results(out).storyboard));
 }
 
-TEST(Run, TellsItsProgressStepByStep) {
+TEST(Run, ReportsItsProgressStepByStep) {
   const TemporaryFolder folder;
   std::vector<std::int64_t> steps;
   double time = 0;

@@ -67,7 +67,7 @@ class CrossingCount {
   std::vector<std::pair<int, int>> edges_;
 };
 
-TEST(CrossingCount, SeesAnEdgeThroughATriangleAndNoneBesideIt) {
+TEST(IntersectionCount, CountsAnEdgeThroughATriangleAndNoneBesideIt) {
   RenderMesh look;
   look.faces = {{0, 1, 2, -1}, {3, 4, 5, -1}};
   const CrossingCount count(look);
@@ -281,10 +281,10 @@ Outcome attack(int kind, unsigned first, unsigned scenes, int steps) {
   return outcome;
 }
 
-class AttackBy : public testing::TestWithParam<int> {};
+class RandomCollisionsOf : public testing::TestWithParam<int> {};
 
 // What goes through does where moving edges press cloth against pins.
-TEST_P(AttackBy, ManyScenesMakesNothingCross) {
+TEST_P(RandomCollisionsOf, ManyScenesIntersectNothing) {
 #if defined(NDEBUG)
   constexpr int scenes = 40;
 #else
@@ -295,13 +295,13 @@ TEST_P(AttackBy, ManyScenesMakesNothingCross) {
   EXPECT_LE(outcome.driven_through, std::max(2, scenes / 8));  // of a dozen, two may be by chance
 }
 
-TEST_P(AttackBy, DISABLED_FourHundredScenesMakesNothingCross) {
+TEST_P(RandomCollisionsOf, DISABLED_FourHundredScenesIntersectNothing) {
   const Outcome outcome = attack(GetParam(), 1000, 400, 30);
   EXPECT_GT(outcome.met, 200);
   std::printf("%s: %d met, %d were driven through\n", kNames[GetParam()], outcome.met, outcome.driven_through);
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, AttackBy, testing::Range(0, kKinds), [](const auto& info) {
+INSTANTIATE_TEST_SUITE_P(Kinds, RandomCollisionsOf, testing::Range(0, kKinds), [](const auto& info) {
   std::string name = kNames[info.param];
   std::erase(name, ' ');
   return name;

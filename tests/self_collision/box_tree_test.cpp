@@ -74,7 +74,7 @@ Model long_thin_cells(int cells) {
   return build_model(scene_of({sheet}, {0, 0, 0}, 0.01));
 }
 
-TEST(Crossings, OfLongThinCellsTryFewTrianglesAnEdge) {
+TEST(IntersectionCount, OfLongThinCellsTestsFewTrianglesAnEdge) {
   for (const int cells : {500, 8000}) {
     Model model = long_thin_cells(cells);
     model.scene.self_collision = SelfCollision{1e-4, 0, {}};
@@ -100,7 +100,7 @@ Scene sheets_in_one_place(int sheets, double thickness) {
   return scene;
 }
 
-TEST(PairsAtTheStart, AreWarnedOfWhereTheyAreVeryMany) {
+TEST(InitialPairs, AreWarnedOfWhereTheyAreVeryMany) {
   EXPECT_TRUE(build_model(sheets_in_one_place(1, 0.05)).notes.empty());
   EXPECT_TRUE(build_model(sheets_in_one_place(2, 0.05)).notes.empty());
   for (const Scene& scene : {sheets_in_one_place(1, 10), sheets_in_one_place(20, 0.05)}) {
@@ -112,7 +112,7 @@ TEST(PairsAtTheStart, AreWarnedOfWhereTheyAreVeryMany) {
   }
 }
 
-TEST(PairsAtTheStart, AreEstimatedFromASampleOfThem) {
+TEST(InitialPairs, AreEstimatedFromASampleOfThem) {
   // Everything is near everything: 288 triangles with 169 particles and 456 edges of their own.
   const Model model = build_model(sheets_in_one_place(1, 10));
   const PairEstimate pairs = estimate_pairs(self_surface(model), model.x, 10);
@@ -121,7 +121,7 @@ TEST(PairsAtTheStart, AreEstimatedFromASampleOfThem) {
   EXPECT_EQ(pairs.looked_at, pairs.near);
 }
 
-TEST(PairsAtTheStart, ThatFitNoMemoryAreRefused) {
+TEST(InitialPairs, ThatFitNoMemoryAreRefused) {
   BodySpec sheet;
   sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {160, 160}}, sheet.mass = 1;
   Scene scene = scene_of({sheet}, {0, 0, 0}, 0.01);

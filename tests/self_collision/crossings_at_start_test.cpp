@@ -38,7 +38,7 @@ Scene drawn_out_and_back(const TemporaryFolder& folder, Precision precision) {
 }
 
 // Where the scene says so: what crosses at the start goes out of each other, and never in again.
-TEST(CrossingsAtTheStart, AreIgnoredUntilTheyHaveParted) {
+TEST(InitialIntersections, AreIgnoredUntilTheBodiesHaveSeparated) {
   const TemporaryFolder folder;
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     Scene scene = drawn_out_and_back(folder, precision);
@@ -66,7 +66,7 @@ TEST(CrossingsAtTheStart, AreIgnoredUntilTheyHaveParted) {
   }
 }
 
-TEST(CrossingsAtTheStart, AreResumedWithTheSameBits) {
+TEST(InitialIntersections, AreResumedWithTheSameBits) {
   const TemporaryFolder folder;
   Scene scene = drawn_out_and_back(folder, Precision::Float);
   scene.self_collision->ignores_crossings = true;
@@ -84,7 +84,7 @@ TEST(CrossingsAtTheStart, AreResumedWithTheSameBits) {
 
 // Two equal balls side by side cut each other edge on edge, to the bit: no edge goes through the inside of a triangle
 // until they move.
-TEST(CrossingsAtTheStart, OfBodiesThatArePlacedEvenlyAreSeen) {
+TEST(InitialIntersections, AreFoundWhereEdgesCutEdges) {
   std::vector<BodySpec> balls;
   for (const int side : {-1, 1}) {
     BodySpec ball;
@@ -117,7 +117,7 @@ BodySpec sheet_at(const std::string& name, const Vec3& at) {
 }
 
 // Such bodies have no side on which to stay.
-TEST(CrossingsAtTheStart, OfBodiesThatTouchInOnePlaneAreSeen) {
+TEST(InitialIntersections, AreFoundWhereBodiesTouchInOnePlane) {
   const auto scene = [](const Vec3& at, Precision precision) {
     Scene both = scene_of({sheet_at("one", {0, 1, 0}), sheet_at("other", at)}, {}, 1.0 / 60, 10, precision);
     both.self_collision = SelfCollision{0.005, 0, {}};
@@ -135,7 +135,7 @@ TEST(CrossingsAtTheStart, OfBodiesThatTouchInOnePlaneAreSeen) {
 }
 
 // An upright sheet goes through two level ones: these do not go through each other, there neither.
-TEST(CrossingsAtTheStart, WithOneBodyLetNoOthersThroughEachOther) {
+TEST(InitialIntersections, WithOneBodyDoNotExemptTheOthers) {
   std::vector<BodySpec> bodies{sheet_at("lower", {0, 0, 0}), sheet_at("upright", {0.02, -0.47, 0.43}),
                                sheet_at("upper", {0.03, 0.1, 0.04})};
   bodies[1].transform.axis = {1, 0, 0}, bodies[1].transform.degrees = -87;

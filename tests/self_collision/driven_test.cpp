@@ -33,7 +33,7 @@ Scene lifted_through(bool held) {
   return scene;
 }
 
-TEST(Driven, PinsThatGoThroughPinsAreSaidAndStaySaidInAResumedRun) {
+TEST(KinematicPush, PinsThatPenetratePinsAreReportedAlsoByAResumedRun) {
   const TemporaryFolder folder;
   const std::string path = (folder / "checkpoint").string();
   const Scene scene = lifted_through(true);
@@ -57,7 +57,7 @@ TEST(Driven, PinsThatGoThroughPinsAreSaidAndStaySaidInAResumedRun) {
   EXPECT_EQ(resumed.times().crossings_counted, 30);
 }
 
-TEST(Driven, PinsTakeAlongWhatIsFreeAndGoThroughNothing) {
+TEST(KinematicPush, PinsPushFreeParticlesAndPenetrateNothing) {
   for (const bool release : {false, true}) {
     Scene scene = lifted_through(false);
     if (release) scene.bodies[1].pins[0].release_time = 0.49;
@@ -74,7 +74,7 @@ TEST(Driven, PinsTakeAlongWhatIsFreeAndGoThroughNothing) {
 }
 
 // One corner of a sheet is pulled through another one, and let go later than it gets there.
-TEST(Driven, APinThatIsLetGoLaterDrivesAsAnyOther) {
+TEST(KinematicPush, APinThatIsReleasedLaterPushesAsAnyOther) {
   for (const double speed : {20.0, 60.0}) {
     Scene scene = lifted_through(false);
     Pin pin = ListPin{{0}};

@@ -29,7 +29,7 @@ double to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
 
 // Places on a lattice of 3 x 3 x 3: most triples and pairs are special in some way. Distances of what does not touch
 // are 1/30 at least there.
-TEST(Crossing, TouchesIffTheDistanceIsZero) {
+TEST(EdgeTriangleIntersection, IsFoundIffTheDistanceIsZero) {
   Random random(3);
   const auto place = [&] { return Vec3{double(random.below(3)), double(random.below(3)), double(random.below(3))}; };
   int touching = 0, crossing = 0, tried = 0;

@@ -91,10 +91,10 @@ struct Laid {
   Precision precision;
   bool even;
 };
-class HeavyOnLightLaid : public testing::TestWithParam<Laid> {};
+class HeavyOnLightAtRest : public testing::TestWithParam<Laid> {};
 
 // It swings on its elastic support, which nothing damps; its mean is that at rest, and nothing pushes it sideways.
-TEST_P(HeavyOnLightLaid, StaysWhereItIs) {
+TEST_P(HeavyOnLightAtRest, StaysWhereItIs) {
   const auto& [ratio, precision, even] = GetParam();
   const Scene scene = heavy_on_light(ratio, 0, precision, even);
   Simulation simulation(scene, {.threads = 1});
@@ -111,7 +111,7 @@ TEST_P(HeavyOnLightLaid, StaysWhereItIs) {
   // The mean of some swings that are not whole: within 15 %.
   EXPECT_NEAR(sunk, 0.92 * sinks_at_rest(ratio), 0.15 * sinks_at_rest(ratio));
 }
-INSTANTIATE_TEST_SUITE_P(OfManyMasses, HeavyOnLightLaid,
+INSTANTIATE_TEST_SUITE_P(OfManyMasses, HeavyOnLightAtRest,
                          testing::Values(Laid{100, Precision::Double, true}, Laid{100, Precision::Double, false},
                                          Laid{100, Precision::Float, true}, Laid{10, Precision::Float, false}));
 
@@ -173,7 +173,7 @@ TEST(WarningOfHeavyOnLight, ComesFromTenTimesTheMassOnWhereItFalls) {
   EXPECT_TRUE(warns_of_weight(desbrun));
 }
 
-TEST(WarningOfHeavyOnLight, DoesNotComeWhereItCannotWalkOff) {
+TEST(WarningOfHeavyOnLight, DoesNotComeWhereTheHeavyBodyCannotSlideOff) {
   const Scene scene = heavy_on_light(100, 0.024);
   Scene beside = scene, apart = scene, alone = scene, pinned = scene, rigid = scene, between = scene, floating = scene;
   beside.bodies[1].transform.translate[0] = 1.1 * kBlock;
@@ -201,7 +201,7 @@ TEST(WarningOfHeavyOnLight, DoesNotComeWhereItCannotWalkOff) {
   EXPECT_FALSE(warns_of_weight(between));
 }
 
-TEST(WarningOfHeavyOnLight, IsSaidByEveryCommandThatTakesTheScene) {
+TEST(WarningOfHeavyOnLight, IsGivenByEveryCommandThatTakesTheScene) {
   const TemporaryFolder folder;
   const auto block = [](const char* name, int kg, double height) {
     return R"({"name": ")" + std::string(name) +

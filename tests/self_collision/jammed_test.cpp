@@ -104,7 +104,7 @@ TEST(Jammed, NoContactAddsEnergyAtAnySpeed) {
 
 // What an impact leaves in springs comes back as motion: a twentieth at once, in all no more than came in. Each
 // projection rounds places once more.
-TEST(Jammed, BodiesThatHoldTogetherLeaveWithNoMoreEnergyThanTheyBrought) {
+TEST(Jammed, BodiesThatSeparateAgainHaveNoMoreEnergyThanBefore) {
   const Collided found = collide(22, {stiff("distance", {"edges"})}, 0.1, 5e-7);
   EXPECT_GT(found.touching, 30);
   EXPECT_GT(found.held, 300);
@@ -146,7 +146,7 @@ std::pair<Scene, double> driven_jam(Random& random, const TemporaryFolder& folde
 }
 
 // Nothing is driven faster than twice as fast as what drives it, whatever jams between the two.
-TEST(Jammed, WhatPinsDriveIsNotMuchFasterThanThey) {
+TEST(Jammed, WhatPinsPushIsNotMuchFasterThanThePins) {
   const TemporaryFolder folder;
   Random random(31);
   std::int64_t held = 0;
@@ -165,7 +165,7 @@ TEST(Jammed, WhatPinsDriveIsNotMuchFasterThanThey) {
 // Three sheets above the edges of a ground, of which a row of the middle one is torn through the others in one substep.
 // All that projects, drives and carries takes what has moved (ApplyDisplacements): once for the projection, and at most
 // 8, 8 and 16 times for the others, however often bodies and edges are held apart in turns.
-TEST(Jammed, ARoundOfDrivingIsNotRepeatedWithoutEndAndTheRunSaysWhatCouldNotGetOut) {
+TEST(Jammed, ARoundOfPushesIsNotRepeatedWithoutEndAndTheRunReportsWhatStaysJammed) {
   const TemporaryFolder folder;
   for (const unsigned seed : {26u, 60u}) {
     Random random(seed);

@@ -167,7 +167,7 @@ TYPED_TEST(PairSearchOf, ATangleFindsTheSameOnAnyNumberOfThreadsAndAgain) {
 }
 
 // No particle is in two patches of a phase.
-TYPED_TEST(PairSearchOf, ATangleHasPhasesOfPatchesThatShareNothing) {
+TYPED_TEST(PairSearchOf, ATangleHasColoursOfPatchesThatShareNothing) {
   using R = TypeParam;
   const Tangle<R> tangle(4);
   const PairSearch<Serial, R> search = tangle.search();

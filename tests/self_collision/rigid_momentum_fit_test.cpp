@@ -74,7 +74,7 @@ std::vector<Vector3<double>> given_back(const HeldCloud& cloud, const RigidGain&
   return v;
 }
 
-TEST(RigidReturn, GivesBackBothMomentaAndLeavesTheOtherMotion) {
+TEST(RigidMomentumFit, RestoresBothMomentaAndLeavesTheOtherMotion) {
   for (const bool flat : {false, true}) {
     Random random(3);
     const HeldCloud cloud = held_cloud(random, flat, {0.1, -0.2, 0}, 0);
@@ -89,7 +89,7 @@ TEST(RigidReturn, GivesBackBothMomentaAndLeavesTheOtherMotion) {
 }
 
 // In a fast frame those that are held at rest in the world lag behind the others by its speed: more than all had.
-TEST(RigidReturn, GivesNoEnergy) {
+TEST(RigidMomentumFit, AddsNoEnergy) {
   for (const double speed : {1.0, 10.0, 1000.0}) {
     Random random(5);
     const HeldCloud cloud = held_cloud(random, false, {0, speed, 0}, 0.2);
@@ -106,7 +106,7 @@ TEST(RigidReturn, GivesNoEnergy) {
 }
 
 // What was drawn together turns faster with the same momentum, as a skater does, for which nothing gave the energy.
-TEST(RigidReturn, TurnsOnlyAsFastAsEnergyAllows) {
+TEST(RigidMomentumFit, TurnsOnlyAsFastAsEnergyAllows) {
   Random random(7);
   HeldCloud cloud = held_cloud(random, false, {0, 0, 0}, 1);
   for (std::size_t i = 0; i < cloud.to.size(); ++i) {
@@ -121,7 +121,7 @@ TEST(RigidReturn, TurnsOnlyAsFastAsEnergyAllows) {
   EXPECT_GT(after.energy, before.energy * 0.99) << "as fast as that";
 }
 
-TEST(RigidReturn, LeavesWhatLostNothing) {
+TEST(RigidMomentumFit, LeavesWhatLostNothing) {
   Random random(4);
   HeldCloud cloud = held_cloud(random, false, {1, 2, 3}, 1);
   cloud.to = cloud.from;

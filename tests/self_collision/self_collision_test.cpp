@@ -187,7 +187,7 @@ std::array<Vec3, 2> momenta_of(const Model& model, const std::vector<Vec3>& x, c
 // Two irregular sheets that meet so fast in one substep that they are held. What a hold takes of their momenta comes
 // back: without turning, 28 % of the angular momentum goes in a step. Projections keep it to first order of the
 // substep: up to 3.5 % here.
-TEST(SelfCollision, WhatIsHeldKeepsItsMomenta) {
+TEST(SelfCollision, TruncationKeepsMomenta) {
   const TemporaryFolder folder;
   Random random(8);
   std::vector<BodySpec> bodies;
@@ -220,7 +220,7 @@ TEST(SelfCollision, WhatIsHeldKeepsItsMomenta) {
   EXPECT_GT(held, 0);
 }
 
-TEST(SelfCollision, CountsAMadeCrossingAndRefusesToStartWithIt) {
+TEST(SelfCollision, CountsAnIntersectionAndRefusesToStartWithIt) {
   BodySpec flat = square("flat", {0, 0, 0}, 2), upright = square("upright", {0.3, -0.37, 0.1}, 2, 90, {0, 0, 1});
   Scene scene = colliding({flat, upright}, 0.01);
   scene.self_collision.reset();
@@ -247,7 +247,7 @@ TEST(SelfCollision, CountsAMadeCrossingAndRefusesToStartWithIt) {
 
 // One edge through one triangle.
 // What crosses for a moment is known at the end, in a resumed run too.
-TEST(SelfCollision, RemembersTheMostCrossingsThatWereCounted) {
+TEST(SelfCollision, ReportsTheMostIntersectionsThatWereCounted) {
   BodySpec lower = square("lower", {0, 0, 0}, 4), upper = square("upper", {0.1, 0.1, 0.1}, 4);
   upper.pins = {ListPin{{0}}};
   Scene scene = colliding({lower, upper}, 0.02);

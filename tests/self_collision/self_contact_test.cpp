@@ -15,7 +15,7 @@ namespace {
 // The planes that keep a pair apart stand as far from each other as its closest points. Where their normal leaned, as
 // one from float's differences did by 1e-5, the far ends of the sides could come nearer in every substep: a cloth that
 // was pressed together crept through itself in 200 of them.
-TEST(SelfContact, HasPlanesThatPartWhatIsAThousandthOfItsSizeApart) {
+TEST(SelfContact, HasPlanesThatSeparateWhatIsAThousandthOfItsSizeApart) {
   Random random(1);
   for (int trial = 0; trial < 1000; ++trial) {
     // Two edges of some 3 cm across each other, 30 micrometres apart, a third of a metre from the origin.

@@ -63,7 +63,7 @@ Scene above_balls(double apart) {
   return scene;
 }
 
-TEST(SelfCrossingSolid, IsToldWithNumberAndPlaces) {
+TEST(SelfCrossingSolid, IsReportedWithNumberAndPositions) {
   const Scene scene = above_balls(0.6);
   const int count = edges_through_triangles(std::get<MeshDataShape>(scene.environment[0].shape));
   ASSERT_GT(count, 10);
@@ -100,7 +100,7 @@ const char* const kDrawnThrough = R"({"name": "through", "duration": 1, "solver"
     "constraints": [{"type": "distance"}], "pins": [{"box": {"min": [-1, -1, -1], "max": [2, 0.65, 2]}, "motion":
      [{"time": 0}, {"time": 0.4, "translate": [0, -0.6, 0]}, {"time": 0.8}, {"time": 1}]}]}]})";
 
-TEST(NoteOnCrossings, IsTheSameWhateverIsWritten) {
+TEST(WarningOfIntersections, IsTheSameWhateverIsWritten) {
   const TemporaryFolder folder;
   folder.write("through.json", kDrawnThrough);
   std::vector<std::string> said;

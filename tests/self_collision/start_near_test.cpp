@@ -104,7 +104,7 @@ TEST(StartsNear, SheetsOfWhichSomeIsNearStayAtRest) {
   });
 }
 
-TEST(StartsNear, SheetsThatArePutThereStayAtRest) {
+TEST(StartsNear, SheetsThatArePlacedThereStayAtRest) {
   const TemporaryFolder folder;
   for (const int substeps : {10, 160}) {
     const Scene scene =
@@ -123,7 +123,7 @@ TEST(StartsNear, SheetsThatArePutThereStayAtRest) {
 }
 
 // Pins press one sheet to a millimetre from the other, pinned too, and let both go there.
-TEST(StartsNear, WhatPinsPressedTogetherStaysAtRestWhereTheyLetGo) {
+TEST(StartsNear, WhatPinsPressedTogetherStaysAtRestWhereTheyRelease) {
   const TemporaryFolder folder;
   for (const int substeps : {10, 160}) {
     BodySpec lower = near_sheet("a", 0, Cells::Squares, folder), upper = near_sheet("b", 0.03, Cells::Squares, folder);
@@ -321,7 +321,7 @@ TEST(StartsNear, WhatLiesInASolidGoesNoDeeperAndStaysOutOnceItWasOut) {
 }
 
 // A pin carries a particle into a solid, by less than the thickness, and lets go there.
-TEST(StartsNear, WhatPinsOrAHandLetGoOfInASolidStaysAtRest) {
+TEST(StartsNear, WhatPinsOrHandlesReleaseInASolidStaysAtRest) {
   const TemporaryFolder folder;
   for (const int substeps : {10, 160})
     for (const bool interactive : {false, true}) {

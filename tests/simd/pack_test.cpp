@@ -113,7 +113,7 @@ TYPED_TEST(PackOf, BroadcastsAScalarToEveryLane) {
   for (const R lane : this->values(P(-R(0)))) EXPECT_TRUE(same_bits(lane, R(0)));
 }
 
-TYPED_TEST(PackOf, LargerTakesTheSecondOfNaNAsTheScalarDoes) {
+TYPED_TEST(PackOf, MaxTakesTheSecondOfNaNAsTheScalarDoes) {
   using R = typename TypeParam::Real;
   using P = typename TestFixture::Wide;
   const R nan = std::numeric_limits<R>::quiet_NaN();

@@ -110,7 +110,7 @@ TEST(DistanceLimit, HoldsWhatASoftSpringAloneWouldNot) {
 
 class Balloon : public testing::TestWithParam<double> {};
 
-TEST_P(Balloon, HoldsItsVolumeItsFormAndItsMomentum) {
+TEST_P(Balloon, KeepsItsVolumeItsFormAndItsMomentum) {
   BodySpec balloon;
   balloon.name = "balloon";
   balloon.shape = SphereShape{0.5, 3};

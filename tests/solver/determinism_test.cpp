@@ -109,11 +109,11 @@ TEST_P(Determinism, HoldsWhereEachStepRunsOnAnotherNumberOfThreads) {
 
 // 40,000 particles: beyond the grain of particles (kernels/parallel/compute.h), so that launches use their threads.
 static_assert(200 * 200 > kParticleGrain, "a larger cloth is needed");
-TEST_P(Determinism, HoldsBeyondTheGrains) { expect_equal_bits(everything(200, 4, GetParam()), 2); }
+TEST_P(Determinism, HoldsBeyondTheGrainSize) { expect_equal_bits(everything(200, 4, GetParam()), 2); }
 
 /// What has no environment and no pressure: prediction, projection and state in the visits to patches. Numbered as a
 /// grid, or its particles in an order that has nothing to do with the mesh.
-class Visited : public testing::TestWithParam<std::tuple<int, bool, Precision>> {
+class FusedPatchSolves : public testing::TestWithParam<std::tuple<int, bool, Precision>> {
  protected:
   Scene scene() const {
     const auto [side, shuffled, precision] = GetParam();
@@ -147,7 +147,7 @@ class Visited : public testing::TestWithParam<std::tuple<int, bool, Precision>> 
   TemporaryFolder folder_;
 };
 
-TEST_P(Visited, HasTheSameBitsOnAnyNumberOfThreads) {
+TEST_P(FusedPatchSolves, HaveTheSameBitsOnAnyNumberOfThreads) {
 #if !defined(NDEBUG)
   if (std::get<0>(GetParam()) > 46) GTEST_SKIP() << "ten seconds each without optimisation, and the same code";
 #endif
@@ -177,7 +177,7 @@ std::string visited_name(const testing::TestParamInfo<std::tuple<int, bool, Prec
 }
 
 /// One patch, a few, and more.
-INSTANTIATE_TEST_SUITE_P(, Visited,
+INSTANTIATE_TEST_SUITE_P(, FusedPatchSolves,
                          testing::Combine(testing::Values(17, 46, 100), testing::Bool(),
                                           testing::Values(Precision::Float, Precision::Double)),
                          visited_name);
@@ -210,7 +210,7 @@ std::string divergence(std::vector<BodySpec> bodies, const SimulationOptions& op
   return "";
 }
 
-TEST(ADivergedVisit, NamesStepParticleAndBodyAlikeOnAnyNumberOfThreads) {
+TEST(ADivergedPatchSolve, NamesStepParticleAndBodyAlikeOnAnyNumberOfThreads) {
   BodySpec lost, calm = cloth(46);
   lost.name = "lost", lost.mass = 1;
   lost.shape = LatticeShape{{-0x1p39, 0, 0}, {0x1p39, 0, 0}, {2, 1, 1}};
@@ -227,7 +227,7 @@ TEST(ADivergedVisit, NamesStepParticleAndBodyAlikeOnAnyNumberOfThreads) {
   }
 }
 
-TEST_P(Determinism, LetsEveryBitOfTheStateThrough) {
+TEST_P(Determinism, HashesEveryBitOfTheState) {
   const Scene scene = everything(24, 3, GetParam());
   Scene other = scene;
   other.bodies[0].velocity[2] = 1e-6;
@@ -280,7 +280,7 @@ INSTANTIATE_TEST_SUITE_P(, Determinism, testing::Values(Precision::Float, Precis
   return std::string(tested.param == Precision::Float ? "Float" : "Double");
 });
 
-TEST(AnUnnamedPart, CostsNothing) {
+TEST(AnUnusedFeature, CostsNothing) {
   Scene scene = scene_of({particle({0, 0, 0})}, kEarth, 0.01, 1, Precision::Float);
   const Simulation bare(scene);
   // x, what it lacks of the position, v, and how far it went: twelve numbers, each in two rows of 16 (a load of a whole
@@ -304,7 +304,7 @@ TEST(AnUnnamedPart, CostsNothing) {
   EXPECT_EQ(Simulation(scene).solver().facts().constraint_bytes, 0u);
 }
 
-TEST(AnUnnamedPart, TakesNoTime) {
+TEST(AnUnusedFeature, TakesNoTime) {
   Scene scene = scene_of({particle({0, 0, 0})}, kEarth, 0.01);
   const Simulation simulation = after(scene, 0.1);
   for (const Pass pass :

@@ -37,7 +37,7 @@ Scene drowned_in_rounding(Precision precision, double mass = 1) {
   return scene;
 }
 
-TEST(AnExplosion, EndsTheRunWhileItIsFiniteAndSaysStepPlaceAndKind) {
+TEST(AnExplosion, EndsTheRunWhileItIsFiniteAndNamesStepPositionAndKind) {
   const std::string said = ended(drowned_in_rounding(Precision::Float), 2);
   EXPECT_TRUE(said.starts_with("step 32 (t = 0.533333 s): motion has ")) << said;
   EXPECT_TRUE(has(said, " times what anything gave it; fastest is particle ")) << said;
@@ -46,7 +46,7 @@ TEST(AnExplosion, EndsTheRunWhileItIsFiniteAndSaysStepPlaceAndKind) {
   EXPECT_EQ(ended(drowned_in_rounding(Precision::Double), 0.6), "");
 }
 
-TEST(AnExplosion, IsSaidAlikeOnAnyNumberOfThreads) {
+TEST(AnExplosion, IsReportedAlikeOnAnyNumberOfThreads) {
   const std::string expected = ended(drowned_in_rounding(Precision::Float), 0.6, {.backend = Backend::Serial});
   EXPECT_NE(expected, "");
   for (const int threads : {1, 2, 3})
@@ -126,7 +126,7 @@ struct GuardedBody {
 /// sqrt(kFactor) times the speed that is explained.
 constexpr double kFaster = 10;
 
-TEST(TheEnergyGuard, KnowsWhatAFallGives) {
+TEST(TheEnergyGuard, AcceptsTheEnergyOfAFall) {
   GuardedBody fall(scene_of({particle({0, 100, 0})}, kEarth, 1e-3));
   const double by_fall = std::sqrt(2 * 9.81 * 100);
   EXPECT_FALSE(fall.refuses(100, 0));
@@ -134,7 +134,7 @@ TEST(TheEnergyGuard, KnowsWhatAFallGives) {
   EXPECT_TRUE(fall.refuses(0, 1.05 * kFaster * by_fall));
 }
 
-TEST(TheEnergyGuard, KnowsWhatAThrowGaveAndALift) {
+TEST(TheEnergyGuard, AcceptsTheEnergyOfAThrowAndOfALift) {
   GuardedBody thrown(scene_of({particle({0, 0, 0}, {0, 0, 7})}, {0, 0, 0}, 1e-3));
   EXPECT_FALSE(thrown.refuses(0, 0.95 * kFaster * 7));
   EXPECT_TRUE(thrown.refuses(0, 1.05 * kFaster * 7));
@@ -143,7 +143,7 @@ TEST(TheEnergyGuard, KnowsWhatAThrowGaveAndALift) {
   EXPECT_FALSE(lifted.refuses(0, 0.95 * kFaster * std::sqrt(2 * 9.81 * 50 + 49)));
 }
 
-TEST(TheEnergyGuard, KnowsWhatSpringsHoldAtTheStart) {
+TEST(TheEnergyGuard, AcceptsTheEnergyStoredInSpringsAtTheStart) {
   // 1 N/m compressed by 0.5 m between 1 kg each: 0.125 J give both 0.354 m/s.
   BodySpec chain;
   chain.name = "chain", chain.shape = ChainShape{{0, 0, 0}, {1, 0, 0}, 1}, chain.mass = 2;
@@ -156,7 +156,7 @@ TEST(TheEnergyGuard, KnowsWhatSpringsHoldAtTheStart) {
   EXPECT_TRUE(spring.refuses(0, 1.2 * kFaster * given));
 }
 
-TEST(TheEnergyGuard, KnowsHowFastPinsAndWindGo) {
+TEST(TheEnergyGuard, AcceptsTheSpeedOfPinsAndWind) {
   Scene scene = scene_of({hung_chain({0, 0, 0}, {1, 0, 0}, 4)}, {0, 0, 0}, 1.0 / 60);
   scene.bodies[0].pins[0].motion = {Keyframe{0, {0, 0, 0}, {0, 1, 0}, 0}, Keyframe{0.5, {10, 0, 0}, {0, 1, 0}, 0}};
   const Model model = build_model(scene);
@@ -167,7 +167,7 @@ TEST(TheEnergyGuard, KnowsHowFastPinsAndWindGo) {
   EXPECT_NEAR(fastest_driven(build_model(scene), 1.0 / 600), 50, 1e-12);
 }
 
-TEST(TheEnergyGuard, LetsBodiesStretchedInflatedAndTurnedInsideOutFindBack) {
+TEST(TheEnergyGuard, AcceptsTheRecoveryOfBodiesStretchedInflatedAndTurnedInsideOut) {
   // Ten times too long, twice the volume at once: stiff, and so as fast as can be.
   BodySpec chain;
   chain.name = "chain", chain.shape = ChainShape{{0, 0, 0}, {1, 0, 0}, 8}, chain.mass = 1;
@@ -179,7 +179,7 @@ TEST(TheEnergyGuard, LetsBodiesStretchedInflatedAndTurnedInsideOutFindBack) {
   EXPECT_EQ(ended(scene_of({balloon}, {0, 0, 0}, 1.0 / 60, 10), 2), "");
 }
 
-TEST(TheEnergyGuard, LetsWhatIsPulledByPinsGo) {
+TEST(TheEnergyGuard, AcceptsTheReleaseOfWhatPinsPulled) {
   // Pulled to three times its length within a second, and let go: springs give back what the pins did.
   Scene scene = scene_of({hung_chain({0, 0, 0}, {1, 0, 0}, 8, 0.01)}, {0, 0, 0}, 1.0 / 60, 10);
   scene.bodies[0].constraints = {compliant("distance", 1e-4, {"edges"})};
@@ -190,7 +190,7 @@ TEST(TheEnergyGuard, LetsWhatIsPulledByPinsGo) {
   EXPECT_EQ(ended(scene, 4), "");
 }
 
-TEST(TheEnergyGuard, LetsABowShootWheneverItWasDrawn) {
+TEST(TheEnergyGuard, AcceptsTheShotOfABowWheneverItWasDrawn) {
   // Drawn slowly and let go between two looks: what the pin did is known all the same.
   for (const double drawn : {2.0, 2.1, 2.2}) {
     BodySpec bow;
@@ -204,7 +204,7 @@ TEST(TheEnergyGuard, LetsABowShootWheneverItWasDrawn) {
   }
 }
 
-TEST(TheEnergyGuard, LetsAHeavyBodyHitALightOne) {
+TEST(TheEnergyGuard, AcceptsTheImpactOfAHeavyBodyOnALightOne) {
   // They may touch, so what the one has was given to both.
   BodySpec heavy, light;
   heavy.name = "heavy", heavy.shape = GridShape{{0.1, 0.1}, {4, 4}}, heavy.mass = 100, heavy.velocity = {0, -10, 0};

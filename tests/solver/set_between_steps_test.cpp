@@ -12,7 +12,7 @@
 namespace malha {
 namespace {
 
-TEST(SetBetweenSteps, PlacesAndVelocitiesAreThoseOfTheNextStep) {
+TEST(SetBetweenSteps, PositionsAndVelocitiesAreThoseOfTheNextStep) {
   const Scene scene = scene_of({particle({0, 0, 0}), particle({1, 0, 0})}, {0, 0, 0}, 0.1);
   Scene named = scene;
   named.bodies[1].name = "other";
@@ -26,7 +26,7 @@ TEST(SetBetweenSteps, PlacesAndVelocitiesAreThoseOfTheNextStep) {
   EXPECT_EQ(simulation.steps(), 1);
 }
 
-TEST(SetBetweenSteps, TheOwnPlacesAndVelocitiesChangeNothing) {
+TEST(SetBetweenSteps, PositionsAndVelocitiesReadBackChangeNothing) {
   const Scene scene = two_cloths();
   Simulation set(scene, {.threads = 1, .interactive = true}), alone(scene, {.threads = 1, .interactive = true});
   for (Simulation* one : {&set, &alone}) one->pull(84, {0.5, 0.6, 0.5}, 1e-3);
@@ -282,7 +282,7 @@ TEST(SetBetweenSteps, CheckpointsAreForTheGravityAndPinsOfTheStart) {
   EXPECT_EQ(set.state_hash(), fresh.state_hash());
 }
 
-TEST(SetBetweenSteps, NewPlacesLetGoOnWhatDiverged) {
+TEST(SetBetweenSteps, NewPositionsLetADivergedSimulationGoOn) {
   Scene scene = scene_of({particle({0, 1, 0}, {1e18, 0, 0})}, {0, 0, 0}, 1e18, 1, Precision::Float);
   Simulation simulation(scene, {.threads = 1});
   const TemporaryFolder folder;

@@ -159,7 +159,7 @@ TEST_F(Command, SaysNothingWhenQuiet) {
   EXPECT_EQ(ended.out + ended.err, "");
 }
 
-TEST_F(Command, TellsItsProgressInPlainLinesWhereThereIsNoTerminal) {
+TEST_F(Command, ReportsItsProgressInPlainLinesWhereThereIsNoTerminal) {
   const Ended ended = malha({"run", "scene.json", "--threads", "1"});
   EXPECT_EQ(ended.err.find_first_of("\r\033"), std::string::npos);
   EXPECT_EQ(ended.err.find("step 4 of 40, t = 0.080 s, "), 0u) << ended.err;

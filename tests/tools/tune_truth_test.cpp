@@ -260,7 +260,7 @@ TEST(TuneTruth, AnOscillationBesideAHeavyBodyIsNotOverlooked) {
   EXPECT_FALSE(tune(scene, {.error = 2.5e-3, .seconds = 0.5, .threads = 1}, {}, no_stop).reference.converged);
 }
 
-TEST(TuneTruth, DISABLED_HoldsOfBreathingSpheres) {
+TEST(TuneTruth, DISABLED_IsMetOfBreathingSpheres) {
   for (const double a : {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1})
     for (const double error : {2e-2, 8e-3, 2e-3, 8e-4, 2e-4}) {
       const double part = of_the_error(a, error);
@@ -270,7 +270,7 @@ TEST(TuneTruth, DISABLED_HoldsOfBreathingSpheres) {
 }
 
 /// Thirty requests, the error of each half the one before.
-TEST(TuneTruth, DISABLED_HoldsInThirtyRequests) {
+TEST(TuneTruth, DISABLED_IsMetInThirtyRequests) {
   const TemporaryFolder folder;
   for (const KnownMotion& motion :
        {dropped_mass(), rigid_pendulum(), spinning_shell(folder), hanging_net(), irregular_cloth(folder), soft_beam()})

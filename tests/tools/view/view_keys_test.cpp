@@ -40,7 +40,7 @@ struct Looker {
   }
 };
 
-TEST(ViewKeys, AreAllSeenHoweverFastTheyAre) {
+TEST(ViewKeys, AreAllHandledHoweverFastTheyAre) {
   Keys keys;
   for (const int code : {kCtrl, int('A')}) keys.add(key(code, true));
   for (const int code : {int('A'), kCtrl}) keys.add(key(code, false));
@@ -66,7 +66,7 @@ TEST(ViewKeys, GoTogetherWithTheLettersAndClicksThatTheyGoWith) {
   EXPECT_FALSE(keys.waits());
 }
 
-TEST(ViewKeys, OfARandomTypistAreSeenInOrder) {
+TEST(ViewKeys, OfARandomTypistAreHandledInOrder) {
   Random random(4);
   Keys keys;
   Looker looker;

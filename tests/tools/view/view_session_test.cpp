@@ -57,7 +57,7 @@ TEST(ViewSession, ShowsTheSolversOwnBits) {
     for (int k = 0; k < 3; ++k) EXPECT_EQ(now.sides[0].frame->x[i][k], float(x[i][k]));
 }
 
-TEST(ViewSession, LooksBackAndGoesOnWithTheSameBits) {
+TEST(ViewSession, RewindsAndGoesOnWithTheSameBits) {
   Session session(two_threads());
   session.open(MALHA_SOURCE_DIR "/scenes/torn_sheet.json");  // which tears on the way
   step(session, 50);
@@ -263,7 +263,7 @@ TEST(ViewSession, WhatIsRefusedStopsNothing) {
   EXPECT_EQ(now.refused, start.refused + 1) << "so that what was typed goes";
 }
 
-TEST(ViewSession, AHandTakesAParticleOfBothOrOfNone) {
+TEST(ViewSession, AHandleTakesAParticleOfBothOrOfNone) {
   Session session(two_threads());
   session.open(kSheet);
   session.compare(load_scene(MALHA_SOURCE_DIR "/scenes/desbrun_sheet.json"));
@@ -329,7 +329,7 @@ TEST(ViewSession, ARunThatDivergesSaysWhereAndCanGoBack) {
   EXPECT_FALSE(session.look().running);
 }
 
-TEST(ViewHistory, KeepsToItsRoomAndTheFirstMoment) {
+TEST(ViewHistory, KeepsToItsMemoryLimitAndTheFirstMoment) {
   constexpr std::size_t kRoom = 200'000;
   Session session(two_threads(), kRoom);
   session.open(kSheet);

@@ -150,7 +150,7 @@ TEST_F(Window, WhatIsSavedRunsTheSame) {
 }
 
 // "no force is known: constraints at pins have no compliance, ...", in two sides of 350 pixels.
-TEST_F(Window, WordsOfASideStayWithinIt) {
+TEST_F(Window, TextOfASideStaysWithinIt) {
   const TemporaryFolder folder;
   nlohmann::json scene = nlohmann::json::parse(bytes_of(kScene));
   scene["bodies"][0]["constraints"] = {{{"type", "distance"}, {"stiffness", 1}}};
