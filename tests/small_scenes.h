@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small scenes made in code, for tests whose answer is a formula.
+// Small scenes made in code, for tests that compare with a formula.
 #pragma once
 #include <algorithm>
 #include <cmath>

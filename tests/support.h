@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tests of whole runs share: folders that vanish, files by their bytes, and the malha command as a process.
+// Helpers for tests of whole runs: temporary folders, the bytes of files, and the malha command as a child process.
 #pragma once
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a hand leaves as it was: the bits of what it does not touch, and of all that it undoes.
+// Bits that particle handles must not change: those of bodies that they do not touch, and those of a state that is
+// restored.
 #include <gtest/gtest.h>
 
 #include <functional>

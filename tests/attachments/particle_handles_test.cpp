@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Particles taken by hand: what they do.
+// Particle handles: pulling by a spring, holding, and releasing particles.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace malha {
 namespace {
 
-/// Backward Euler in steps of a second: at rest soon, m g alpha below the point that pulls.
+/// With steps of a second backward Euler is soon at rest, m g alpha below the point that pulls.
 TEST(ParticleHandle, HangsAParticleByItsWeightTimesTheCompliance) {
   for (const char* const method : {"pbd", "desbrun"})
     for (const int iterations : {1, 4}) {
@@ -28,8 +28,8 @@ TEST(ParticleHandle, HangsAParticleByItsWeightTimesTheCompliance) {
     }
 }
 
-/// The spring acts at the end of each substep, so that the impulse of n of them is that of the forces seen there: the
-/// body's momentum is what gravity and these give, whatever its constraints do.
+/// The spring acts at the end of each substep, so that the impulse of n substeps is the sum of the forces measured
+/// there: the body's momentum is what gravity and these forces give, whatever its constraints do.
 TEST(ParticleHandle, GivesABodyTheImpulseOfItsSpringAndNothingElse) {
   for (const bool keeps : {false, true}) {
     Scene scene = two_cloths(Precision::Double);
@@ -43,7 +43,8 @@ TEST(ParticleHandle, GivesABodyTheImpulseOfItsSpringAndNothingElse) {
     Vec3 expected{0, 0, 0};
     for (int step = 0; step < 100; ++step) {
       simulation.step();
-      const Vec3 x = simulation.positions()[84];  // one substep and one projection: the force is at the end of the step
+      // One substep and one projection: the force is that at the end of the step.
+      const Vec3 x = simulation.positions()[84];
       for (int k = 0; k < 3; ++k) expected[k] += scene.solver.dt * (0.2 * scene.gravity[k] + (to[k] - x[k]) / alpha);
     }
     EXPECT_GT(length(expected), 0.01);
@@ -82,7 +83,7 @@ TEST(ParticleHandle, HoldsAsAPinDoes) {
   }
 }
 
-/// A pin that is released is a hold that is let go: the same bits, from then on too.
+/// A pin that is released is the same as a hold that is released: the bits are the same, from then on too.
 TEST(ParticleHandle, HoldsAndReleasesAsAPinThatIsReleased) {
   Scene scene = two_cloths(), pinned = scene;
   Pin released(ListPin{{84}});
@@ -145,7 +146,8 @@ TEST(ParticleHandle, WakesWhatSleepsAndKeepsItAwake) {
   EXPECT_EQ(simulation.solver().sleep()->particles, 1);
 }
 
-/// Taken from far away by a spring that is stiff for its weight, and thrown to and fro: fast, but nothing exploded.
+/// A particle is pulled from far away by a spring that is stiff for its weight, and thrown to and fro: it is fast, but
+/// nothing diverges.
 TEST(ParticleHandle, DoesNotTripTheEnergyGuardHoweverItPulls) {
   for (const bool holds : {false, true}) {
     const Scene scene = two_cloths();
@@ -181,7 +183,7 @@ TEST(ParticleHandle, RefusesParticlesThatCannotBeMoved) {
   EXPECT_TRUE(has(refusal([&] { some.pull(84, {0, NAN, 0}, 1); }), "allowed: numbers up to 1e18"));
   some.hold(84);
   EXPECT_TRUE(has(refusal([&] { some.move_pin(84, {0, 0, 0}); }), "not pinned")) << "hold() moves it";
-  some.pull(84, {0, 0, 0}, 1);  // the other way to have it
+  some.pull(84, {0, 0, 0}, 1);  // pull() replaces the hold
   EXPECT_FALSE(some.handles().at(0).is_held());
   EXPECT_EQ(some.handles().size(), 1u);
 
@@ -205,7 +207,7 @@ TEST(ParticleHandle, StaysWhereTheStateToRestoreIsNone) {
   EXPECT_EQ(simulation.handles().size(), 1u);
 }
 
-/// A strip that tears in its middle while a corner is pulled and another is held: both stay what they were.
+/// A strip tears in its middle while a corner is pulled and another is held: both handles stay.
 TEST(ParticleHandle, StaysWhereItIsWhileTheMeshTears) {
   BodySpec loose = cloth_by_hand("loose", -9, 2), strip;
   strip.name = "strip", strip.mass = 0.2;
@@ -242,7 +244,7 @@ TEST(ParticleHandle, HoldsAVertexTogether) {
   BodySpec rope = hung_chain({0, 0, 0}, {4, 0, 0}, 4);
   rope.constraints = {stiff("distance", {"edges"})}, rope.tear = Tear{0.2};
   Simulation simulation(scene_of({rope}, {0, 0, 0}, 0.01, 10), {.threads = 1, .interactive = true});
-  simulation.hold(2), simulation.hold(3, {3.5, 0, 0});  // the edge between them is strained by a half
+  simulation.hold(2), simulation.hold(3, {3.5, 0, 0});  // The edge between them is strained by a half.
   for (int step = 0; step < 5; ++step) simulation.step();
   EXPECT_EQ(simulation.tears(), 0);
   simulation.release(2);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A machine of made-up times on which steps choose their threads.
+// The adaptive thread count on a simulated machine with times of its own.
 #include "host/base/adaptive_thread_count.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace malha {
 namespace {
 
-/// How long a step takes and for how much of it its thread has a core, alone and together.
+/// The time of a step on all threads and on one, and the part of it for which the thread has a core.
 struct Machine {
   double alone, together, share = 1;
 };
@@ -22,7 +22,7 @@ struct Spent {
   int steps = 0;
 };
 
-/// `seconds` of steps; each takes up to `noise` of its time more or less.
+/// Runs steps for `seconds`; the time of each varies by up to `noise` of it.
 Spent work(ThreadChoice& choice, const Machine& machine, double seconds, double noise, Random& random) {
   Spent spent;
   while (spent.all < seconds) {
@@ -34,7 +34,7 @@ Spent work(ThreadChoice& choice, const Machine& machine, double seconds, double 
   return spent;
 }
 
-/// Of steps of 0.2 to 200 ms.
+/// Runs steps of 0.2 to 200 ms.
 template <class Check>
 void for_each_step_length(const Check& check) {
   Random random(1);
@@ -53,7 +53,7 @@ TEST(AdaptiveThreadCount, OnAQuietMachineAllThreadsWork) {
   });
 }
 
-/// A twentieth for trials, and as much for noise and for the first one.
+/// Trials may cost a twentieth; as much again is for noise and for the first trial.
 TEST(AdaptiveThreadCount, WhereATeamIsSlowStepsTakeATenthMoreThanOnOneThread) {
   for (const double slower : {1.05, 1.5, 3.0, 19.0})
     for (const double share : {1.0, 0.5})
@@ -105,7 +105,7 @@ TEST(AdaptiveThreadCount, OfOneThreadIsOne) {
   }
 }
 
-/// However busy the machine is: a thread's own time passes only while it has a core.
+/// The time that a thread ran is measured however busy the machine is: it passes only while the thread has a core.
 TEST(AdaptiveThreadCount, TellsAThreadThatComputesFromOneThatHasNoCore) {
   const ThreadChoice::Took sleeping =
       ThreadChoice::time_of([] { std::this_thread::sleep_for(std::chrono::milliseconds(20)); });
@@ -120,7 +120,7 @@ TEST(AdaptiveThreadCount, TellsAThreadThatComputesFromOneThatHasNoCore) {
       });
   });
   EXPECT_GE(computing.running, done);
-  EXPECT_GE(computing.wall, 0.9 * computing.running);  // two clocks
+  EXPECT_GE(computing.wall, 0.9 * computing.running);  // the two times come from different clocks
 }
 
 TEST(AdaptiveThreadCount, LimitsWhatAStepLaunchesEvenIfItThrows) {

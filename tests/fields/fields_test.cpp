@@ -19,7 +19,7 @@ constexpr double kInFloat = 1e-7;  // looks come in float: half of its last digi
 
 double largest_look(const std::vector<float>& values) { return *std::max_element(values.begin(), values.end()); }
 
-using FieldsOfStrain = LooksOfSheets;
+using FieldsOfStrain = FieldsOfSheets;
 
 TEST(Fields, StrainOfAChainIsThatOfItsSegments) {
   Scene scene = scene_of({hung_chain({0, 0, 0}, {1, 0, 0}, 4)}, {}, 0.01);
