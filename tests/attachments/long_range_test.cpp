@@ -249,8 +249,8 @@ TEST(LongRange, IsRefusedWithoutPins) {
   refused("no pin but those that are let go, at their \"release_time\"");
   scene.bodies[0].pins.clear();
   refused("no pin");
-  // Every particle that a pin could hold is pinned. Of two loose particles one is pinned, and the other with it until
-  // the release.
+  // Loose particles are not connected, so that a pin holds only itself: particle 0 is pinned for good, then particle 1
+  // until its release.
   BodySpec& body = scene.bodies[0];
   body.shape = LatticeShape{{0, 0, 0}, {1, 0, 0}, {2, 1, 1}}, body.constraints = {stiff("long_range", {}, 1, 0)};
   body.pins = {ListPin{{0}}};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the environment costs less: a step in which nothing can come near it is visits alone, and a particle that comes
-// again as it came keeps its contact. Nobody can tell either from a step that looks at everything.
+// Steps that save the cost of contact detection: a step in which nothing can come near the environment is one fused
+// patch solve, and a particle that returns with the same prediction keeps its contact. Both have the bits of steps that
+// detect every contact.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +24,7 @@
 namespace malha {
 namespace {
 
-/// Far off, and it moves: with it in a scene every step looks.
+/// A moving object far away: in a scene with it every step detects contacts.
 EnvironmentSpec moving_far_off() {
   EnvironmentSpec box = obstacle("far", BoxShape{});
   box.transform.translate = {0, -1000, 0};
@@ -33,8 +34,8 @@ EnvironmentSpec moving_far_off() {
   return box;
 }
 
-/// An irregular sheet, a soft ball, a held cloth and loose particles over a ball, a slope that is seen from above, and
-/// a wall that has two sides.
+/// An irregular sheet, a soft ball, a pinned cloth and loose particles above a ball, a one-sided slope, and a two-sided
+/// wall.
 Scene flying_bodies(const TemporaryFolder& folder, Precision precision, int iterations) {
   Scene scene;
   scene.file = "test.json", scene.name = "test", scene.gravity = {0, -9.81, 0};
@@ -99,7 +100,7 @@ INSTANTIATE_TEST_SUITE_P(Precisions, ContactFreeStep,
                                   std::to_string(info.param.iterations) + "On" + std::to_string(info.param.threads);
                          });
 
-/// The same environment, of which nothing rests: it moves nowhere.
+/// Gives all objects a motion that leaves them where they are, so that none counts as resting.
 void let_move(Scene& scene) {
   for (EnvironmentSpec& object : scene.environment) {
     Keyframe last;
@@ -110,7 +111,7 @@ void let_move(Scene& scene) {
 
 class ContactsAtRest : public testing::TestWithParam<Precision> {};
 
-/// A cloth, a soft ball and loose particles come to rest on a floor with two sides, against a wall and on a ball.
+/// A cloth, a soft ball and loose particles come to rest on a two-sided floor, against a wall and on a ball.
 TEST_P(ContactsAtRest, HaveTheBitsOfContactsDetectedAnew) {
   const TemporaryFolder folder;
   Scene scene = flying_bodies(folder, GetParam(), 2);
@@ -143,7 +144,7 @@ TEST(Contact, IsReusedWhereAParticleReturnsWithTheSamePrediction) {
   const auto fall = [&](int substeps) {
     for (int s = 0; s < substeps; ++s) bench.substep(1.0 / 600, {0, -9.81, 0}, 2);
   };
-  // A look finds its triangle, which is one of the floor's.
+  // A query finds a triangle of the floor, and replaces this number.
   const auto is_looked_at = [&](int i) {
     bench.near(i).seen.triangle = -7;
     fall(1);
@@ -162,8 +163,8 @@ TEST(Contact, IsReusedWhereAParticleReturnsWithTheSamePrediction) {
   EXPECT_NEAR(bench.x(0).y, 0.005, 1e-6);
 }
 
-/// A particle at the origin, on a link to a pin at x = 3, across a wall at x = 0.5; the link is as long as it is, or
-/// `rest_scale` times that.
+/// A particle at the origin, linked to a pin at x = 3 across a wall at x = 0.5; the rest length is `rest_scale` times
+/// the link's length.
 Scene linked_across_a_wall(double rest_scale, Precision precision) {
   BodySpec link = body("link", ChainShape{{0, 0, 0}, {3, 0, 0}, 1}, {constraint("distance", rest_scale)});
   link.pins = {BoxPin{{2.9, -1, -1}, {3.1, 1, 1}}};
@@ -181,7 +182,7 @@ TEST_P(PulledByALink, FartherThanItsVelocityPredictsAParticleStopsAtTheWall) {
   const Model taut = build_model(linked_across_a_wall(0.01, GetParam()));
   const auto first = make_solver(calm, 1), then = make_solver(taut, 1);
   first->step();
-  then->restore(first->save());  // half a metre from the wall, as is known, and at rest
+  then->restore(first->save());  // It is known to be half a metre from the wall, and at rest.
   const std::vector<Vec3> before = then->positions();
   ASSERT_NEAR(before[0][0], 0, 1e-6);
   then->step();
@@ -219,7 +220,7 @@ TEST(ContactFreeSteps, LaunchWhatThePlanSays) {
   const TemporaryFolder folder;
   const Scene scene = flying_bodies(folder, Precision::Float, 2);
   Simulation simulation(scene, {.threads = 1});
-  simulation.step();  // the first one looks: nothing is known yet
+  simulation.step();  // the first step detects contacts, because no clearance is known yet
   const LaunchTrace trace;
   simulation.step();
   std::int64_t launched = 0;

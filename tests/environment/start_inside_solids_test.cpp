@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies that start inside solids are refused, or moved out without velocity.
+// Bodies that start inside solids are refused, or moved out without gaining velocity.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -14,7 +14,7 @@
 namespace malha {
 namespace {
 
-/// A ball of 0.5 m at `at`, and a solid that is shifted and turned.
+/// A ball of 0.5 m at `at`, and a solid that is translated and rotated.
 Scene ball_in_a_solid(const Vec3& at, const Shape& solid, bool push_out) {
   BodySpec ball;
   ball.name = "ball", ball.shape = SphereShape{0.5, 2}, ball.mass = 1, ball.transform.translate = at;
@@ -76,13 +76,13 @@ TEST(StartInside, PushedOutABodyStaysAsItIsAndAtRest) {
     EXPECT_GT(length(moved), 0.5);
     for (std::size_t i = 0; i < in.size(); ++i) EXPECT_LT(length(out[i] - in[i] - moved), 1e-12);
     run_for(simulation, scene, 0.5);
-    // Nothing pulls it: what is within the thickness is laid on its rim, which is a matter of a millimetre.
+    // No force acts: a particle within the thickness is moved to its rim, which is a matter of a millimetre.
     EXPECT_LT(simulation.measure().speed_max, 0.1);
     EXPECT_LE(simulation.measure().penetration_max, 0);
   }
 }
 
-// Contact would lay each of its particles on the round surface by itself, and stretch it.
+// Contact would move each of its particles to the round surface by itself, and so stretch the ball.
 TEST(StartInside, PushedOutIsABodyThatIsInsideByLessThanTheThicknessToo) {
   Scene scene = ball_in_a_solid({0, 0, 0}, SphereShape{5, 5}, true);
   scene.environment[0].thickness = 0.5, scene.environment[0].motion.clear();
@@ -91,7 +91,8 @@ TEST(StartInside, PushedOutIsABodyThatIsInsideByLessThanTheThicknessToo) {
   Simulation simulation(scene, {.threads = 1});
   EXPECT_EQ(simulation.model().notes.size(), 2u) << "it was moved, and the thickness is more than its edges";
   run_for(simulation, scene, 0.2);
-  // The ball's facets lie up to 4 mm below a sphere, and so far contact still lifts. Lifted by the thickness: 10 m/s.
+  // The ball's facets lie up to 4 mm below a sphere, and contact still moves it out by as much. Moved by the thickness
+  // in a substep, it would gain 10 m/s.
   EXPECT_LT(simulation.measure().speed_max, 0.1);
 }
 

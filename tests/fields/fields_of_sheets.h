@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For tests of looks: a sheet that is no grid.
+// A fixture for tests of fields: irregular sheets.
 #pragma once
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks: strain and residual of particles.
+// Fields of strain and residual of particles.
 #include "host/fields/fields.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace malha {
 namespace {
 
-constexpr double kInFloat = 1e-7;  // looks come in float: half of its last digit is 6e-8
+constexpr double kInFloat = 1e-7;  // fields are floats: half of their last digit is 6e-8
 
 double largest_look(const std::vector<float>& values) { return *std::max_element(values.begin(), values.end()); }
 
@@ -36,12 +36,12 @@ TEST(Fields, StrainOfAChainIsThatOfItsSegments) {
 
 TEST_F(FieldsOfStrain, IsAnalyticOnAnIrregularMesh) {
   Scene scene = sheet(9, {stiff("distance", {"edges"})});
-  scene.solver.precision = Precision::Double;  // so that places are those of the file
+  scene.solver.precision = Precision::Double;  // so that positions are those of the file
   const Simulation simulation(scene, {.threads = 1});
   const std::vector<Vec3> X = simulation.positions();
   std::vector<Vec3> x = X;
   for (Vec3& p : x) p = {p[2] + 3, 1.25 * p[0], 0.5 * p[2]};  // x is stretched to 5/4, z to sqrt(1 + 1/4)
-  // Of the faces, not of the constraints.
+  // The strain is that of the faces, not of the constraints.
   std::vector<double> expected(X.size(), 0);
   for (const Quad& face : simulation.model().look.faces)
     for (int k = 0; k < 3; ++k) {
@@ -90,7 +90,7 @@ TEST(Fields, OfATornMeshAreRebuilt) {
   EXPECT_EQ(layout.patches, simulation.solver().facts().patches.patches);
 }
 
-/// One constraint of a kind, whose particles the user numbers backwards.
+/// One constraint of a kind, whose particles the user numbers in reverse.
 template <class Kind>
 Model one_constraint_model(const Corners<Kind>& X, double parameter) {
   Model model;
@@ -118,7 +118,7 @@ double look_at_residual(const Corners<Kind>& X, const Corners<Kind>& now,
   return all[0];
 }
 
-/// F / |grad F| with the gradient from differences of F.
+/// F / |grad F| with the gradient of F by differences.
 template <class Kind, class F>
 double by_differences(const Corners<Kind>& at, const F& value) {
   constexpr double step = 1e-5;
@@ -138,14 +138,14 @@ void as_array(const Corners<Kind>& from, Vector3<double> (&q)[Kind::particles]) 
   std::copy(from.begin(), from.end(), q);
 }
 
-/// Six points of a folded mesh, of which every kind takes its first ones.
+/// Six points of a folded mesh, of which every kind takes the first ones.
 template <class Kind>
 Corners<Kind> near_a_mesh(Random& random, double off) {
   const Vector3<double> mesh[6] = {{0, 0, 0},        {1, 0, 0},        {0.3, 0.9, 0},
                                    {0.5, -0.8, 0.4}, {-0.6, 0.7, 0.3}, {1.1, 0.9, 0.2}};
   Corners<Kind> at;
   for (int j = 0; j < Kind::particles; ++j) at[j] = mesh[j] + random.in_cube(off);
-  if (Kind::particles == 6) std::swap(at[3], at[5]);  // wings lie across from their corners
+  if (Kind::particles == 6) std::swap(at[3], at[5]);  // the wings are opposite to their corners
   return at;
 }
 
@@ -172,7 +172,7 @@ TEST(Fields, ResidualIsTheDistanceToTheConstraint) {
         EXPECT_EQ(found, 0) << Kind::name;
         continue;
       }
-      // Of a material the differences are those of 2 U, which give U / |grad U|.
+      // For a material the differences are those of 2 U, which give U / |grad U|.
       const double way = by_differences<Kind>(now, C) * (multipliers<Kind>() > 1 ? 2 : 1);
       EXPECT_NEAR(found, way, 1e-5 * way + kInFloat) << Kind::name << ": differences of 1e-5 m, with curvature";
       ++compared;
