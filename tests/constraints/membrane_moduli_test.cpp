@@ -39,8 +39,8 @@ class IrregularMembrane : public testing::TestWithParam<MembraneCase> {
  protected:
   static constexpr double kDensity = 0.2;  // kg/m^2
 
-  /// Hangs the sheet by its upper edge until it rests. `swing`: its slowest mode, `wave`: the speed of its fastest
-  /// wave, m/s.
+  /// Hangs the sheet by its upper edge until it rests. `swing`: the frequency of its slowest mode, rad/s; `wave`: the
+  /// speed of its fastest wave, m/s.
   static std::vector<Vec3> at_rest(const std::string& method, const ConstraintSpec& material, const Mesh& mesh,
                                    const Vec3& gravity, double cell, double swing, double wave) {
     const TemporaryFolder folder;
