@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kSlots = 64;
 
-/// What both layouts of a patch's memory must do alike.
+/// Tests that both layouts of a patch's memory must pass.
 template <class Local>
 struct LayoutOf;
 template <class R>
@@ -32,8 +32,8 @@ struct PatchMemoryView : testing::Test {
   alignas(64) Real memory[kLocalNumbers * kSlots];
   const Local local = Local::over(memory, kSlots);
 
-  /// Particle i began at (i, i + 1/8, i + 2/8) with w = i + 3/8 and has gone (i + 4/8, i + 5/8, i + 6/8): every number
-  /// says where it belongs.
+  /// Particle i starts at (i, i + 1/8, i + 2/8) with w = i + 3/8 and is displaced by (i + 4/8, i + 5/8, i + 6/8), so
+  /// that every number tells its slot.
   PatchMemoryView() {
     for (int i = 0; i < kSlots; ++i) local.fill(i, moving(Real(i), Real(i)));
   }
@@ -118,7 +118,7 @@ TYPED_TEST(PatchMemoryView, GathersAndScattersTheIndexedParticles) {
   using R = typename TestFixture::Real;
   Random random(1);
   for (int trial = 0; trial < 50; ++trial) {
-    std::vector<int> chosen;  // distinct, as for whole packs of a batch
+    std::vector<int> chosen;  // distinct, as in the full packs of a batch
     std::vector<LocalIndex> index;
     while (static_cast<int>(chosen.size()) < kLanes<R>)
       if (const int i = random.below(kSlots); std::find(chosen.begin(), chosen.end(), i) == chosen.end())

@@ -17,7 +17,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 using Lines = std::vector<std::string>;
 
-/// An expectation of "at most `allowed`", by its name in a scene, and where the measure comes from.
+/// An expectation of "at most `allowed`", by its name in a scene, and the measure that it bounds.
 struct AtMost {
   std::string name;
   Range Expect::*allowed;
