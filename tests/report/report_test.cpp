@@ -238,7 +238,8 @@ TEST(Report, MeasuresStrainContactsAndVolume) {
   EXPECT_NEAR(state["volume_ratios"][0], 1.1, 0.05) << "the pressure asked for, but for the weight of the balloon";
 }
 
-/// 1e-18 m is nothing a million metres away: both ends are the same point, and the edge has no direction.
+/// 1e-18 m is far below the rounding a million metres away: both ends are the same point, and the edge has no
+/// direction.
 TEST(Report, CountsConstraintsWithoutADirection) {
   Json scene = Json::parse(R"({
     "name": "point", "solver": {"type": "pbd", "dt": 0.01}, "duration": 1,

@@ -100,7 +100,7 @@ TEST(SpellingSuggestion, FindsATypo) {
 TEST(SpellingSuggestion, FindsNothingInAnotherWord) {
   EXPECT_EQ(near_miss("volume", {"distance", "mass"}), "");
   EXPECT_EQ(near_miss("", {"a"}), "");
-  EXPECT_EQ(near_miss("x", {"y"}), "");  // one edit, but nothing of the word is left
+  EXPECT_EQ(near_miss("x", {"y"}), "");  // one edit, but no letter of the word is left
 }
 
 TEST(JsonReader, RefusesAnUnknownKeyBeforeAMissingOne) {

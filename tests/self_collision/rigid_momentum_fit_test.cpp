@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What was held gets both momenta back by a motion as one body, as far as it had the energy.
+// The rigid momentum fit: truncated particles get both momenta back by a rigid motion, as far as they had the energy.
 #include "host/self_collision/rigid_momentum_fit.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace malha {
 namespace {
 
 struct HeldCloud {
-  std::vector<Vector3<double>> from, to, before, after;  // places (m) and velocities (m/s)
+  std::vector<Vector3<double>> from, to, before, after;  // positions (m) and velocities (m/s)
   std::vector<double> mass;
 };
 
@@ -32,7 +32,7 @@ HeldSums sums_of(const HeldCloud& cloud) {
   return sums;
 }
 
-/// 40 particles that move together by `common`, of which each second one is held to a `part` of its own motion.
+/// 40 particles that move together by `common`, of which every second one is truncated to a `part` of its displacement.
 HeldCloud held_cloud(Random& random, bool flat, const Vector3<double>& common, double part) {
   HeldCloud cloud;
   for (int i = 0; i < 40; ++i) {
@@ -79,7 +79,7 @@ TEST(RigidMomentumFit, RestoresBothMomentaAndLeavesTheOtherMotion) {
     Random random(3);
     const HeldCloud cloud = held_cloud(random, flat, {0.1, -0.2, 0}, 0);
     const RigidGain gain = rigid_return(sums_of(cloud));
-    EXPECT_EQ(gain.kept, 1);  // what moved at random has lost half of its energy
+    EXPECT_EQ(gain.kept, 1);  // random motion has lost half of its energy
     const HeldMomenta before = momenta_of(cloud, cloud.from, cloud.before),
                       after = momenta_of(cloud, cloud.to, given_back(cloud, gain));
     EXPECT_LT(norm(after.linear - before.linear), 1e-12);
@@ -88,7 +88,8 @@ TEST(RigidMomentumFit, RestoresBothMomentaAndLeavesTheOtherMotion) {
   }
 }
 
-// In a fast frame those that are held at rest in the world lag behind the others by its speed: more than all had.
+// In a fast frame truncated particles, which stay in world space, lag behind the others by its speed: more than the
+// energy they had.
 TEST(RigidMomentumFit, AddsNoEnergy) {
   for (const double speed : {1.0, 10.0, 1000.0}) {
     Random random(5);
@@ -105,7 +106,7 @@ TEST(RigidMomentumFit, AddsNoEnergy) {
   }
 }
 
-// What was drawn together turns faster with the same momentum, as a skater does, for which nothing gave the energy.
+// Particles that were drawn together rotate faster with the same momentum, like a skater, for which there is no energy.
 TEST(RigidMomentumFit, TurnsOnlyAsFastAsEnergyAllows) {
   Random random(7);
   HeldCloud cloud = held_cloud(random, false, {0, 0, 0}, 1);
