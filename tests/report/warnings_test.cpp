@@ -348,7 +348,7 @@ TEST(WarningOfTorque, ComesOfOtherCorrectorsOfStiffFreeBodies) {
     scene.solver.desbrun.spring_constant = corrector == Corrector::Paper ? 0.1 : 1;
     EXPECT_TRUE(warnings_of(scene).empty());
   }
-  // without the corrector, then with another one
+  // without a corrector, but with refinement
   solver.desbrun.corrector.reset(), solver.desbrun.refinement_iterations = 4;
   EXPECT_TRUE(warns_once(sheet_of(9, false, solver), "torque"));
 }
@@ -401,7 +401,7 @@ TEST(WarningOfWeight, ComesWhereInternalForcesAloneAreFilteredAtLargeSteps) {
 
 /// Three of the shipped scenes give it: the cloth that demonstrates it, which without its attachments stretches by more
 /// than a half; the sheet of the thesis, which Desbrun's filter damps; and one that is near the boundary. The sliding
-/// of layers is measured in self_collision_test.cpp; below this value layers of other meshes than its own were off by a
+/// of layers is measured in self_collision_test.cpp; with fewer substeps layers of other meshes were off by a
 /// tenth and more.
 TEST(WarningOfLayers, ComesBelowEightSubsteps) {
   BodySpec sheet;

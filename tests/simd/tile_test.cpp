@@ -89,7 +89,7 @@ TYPED_TEST(TileOf, SumsAreAFixedTree) {
   const auto& all = this->a;
   const auto rows = TypeParam::at(all).sum_of_rows();
   for (int k = 0; k < 4; ++k) EXPECT_EQ((&rows.x)[k], (all[k] + all[4 + k]) + (all[8 + k] + all[12 + k]));
-  // Four tiles are summed at once, each in pairs and then (x + y) + (z + w).
+  // Four tiles are summed at once, each by this tree and then (x + y) + (z + w).
   const TypeParam own = TypeParam::at(all), other = TypeParam::at(this->b);
   TypeParam twice = TypeParam::zero(), four_times = TypeParam::zero();
   twice.add(own, TypeParam::all(2)), four_times.add(other, TypeParam::all(4));

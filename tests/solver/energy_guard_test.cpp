@@ -215,7 +215,7 @@ TEST(TheEnergyGuard, AcceptsTheImpactOfAHeavyBodyOnALightOne) {
   Scene scene = scene_of({heavy, light}, {0, 0, 0}, 1.0 / 60, 10, Precision::Double);
   scene.self_collision = SelfCollision{0.005, 0, {}};
   EXPECT_EQ(ended(scene, 1), "");
-  double down = 0;  // the largest fall of the light one's 16 particles, the last
+  double down = 0;  // mean downward speed of the light body's 16 particles, m/s, which come last
   const std::vector<Vec3> v = after(scene, 1).velocities();
   for (std::size_t i = v.size() - 16; i < v.size(); ++i) down -= v[i][1] / 16;
   EXPECT_GT(down, 9) << "it was hit";

@@ -67,7 +67,7 @@ class ShownWindow {
     return said_by("DISPLAY=" + display_ + " timeout 20 xdotool " + words + " 2>/dev/null");
   }
 
-  /// Presses the key for that many single steps.
+  /// Takes that many single steps, one after the other.
   void step(int count) {
     for (int k = 0; k < count; ++k) {
       const std::string before = title();
