@@ -150,8 +150,8 @@ TEST(Membrane, ByRefinedDesbrunIsBackwardEulerOfItsEnergy) {
       return std::sqrt(sum);
     };
     std::vector<double> left;
-    for (const int refine : {0, 10, 100, 1000}) {
-      scene.solver.desbrun.refinement_iterations = refine;
+    for (const int refinements : {0, 10, 100, 1000}) {
+      scene.solver.desbrun.refinement_iterations = refinements;
       Simulation refined(scene, {.threads = 1});
       const std::vector<Vec3> x = refined.positions(), v = refined.velocities();
       refined.step();

@@ -25,7 +25,7 @@ namespace malha {
 namespace {
 
 /// A moving object far away: in a scene with it every step detects contacts.
-EnvironmentSpec moving_far_off() {
+EnvironmentSpec moving_object_far_away() {
   EnvironmentSpec box = obstacle("far", BoxShape{});
   box.transform.translate = {0, -1000, 0};
   Keyframe last;
@@ -61,40 +61,42 @@ Scene flying_bodies(const TemporaryFolder& folder, Precision precision, int iter
 
 double seconds_of(const Solver& solver, Pass pass) { return solver.pass_seconds()[static_cast<int>(pass)]; }
 
-struct FlightCase {
+struct ContactFreeCase {
   Precision precision;
   int iterations, threads;
 };
-class ContactFreeStep : public testing::TestWithParam<FlightCase> {};
+class ContactFreeStep : public testing::TestWithParam<ContactFreeCase> {};
 
 TEST_P(ContactFreeStep, HasTheBitsOfAStepThatDetectsContacts) {
   const auto [precision, iterations, threads] = GetParam();
   const TemporaryFolder folder;
   Scene scene = flying_bodies(folder, precision, iterations);
   const Model model = build_model(scene);
-  scene.environment.push_back(moving_far_off());
-  const Model looked_at = build_model(scene);
-  const auto contact_free_steps = make_solver(model, threads), looks = make_solver(looked_at, 1);
+  scene.environment.push_back(moving_object_far_away());
+  const Model with_moving_object = build_model(scene);
+  const auto contact_free_steps = make_solver(model, threads), detects = make_solver(with_moving_object, 1);
   ASSERT_TRUE(contact_free_steps->facts().contact_free_steps);
-  ASSERT_FALSE(looks->facts().contact_free_steps);
+  ASSERT_FALSE(detects->facts().contact_free_steps);
   int touching = 0;
   for (int step = 0; step < 90; ++step) {
-    contact_free_steps->step(), looks->step();
-    ASSERT_EQ(contact_free_steps->state_hash(), looks->state_hash()) << "after step " << step;
+    contact_free_steps->step(), detects->step();
+    ASSERT_EQ(contact_free_steps->state_hash(), detects->state_hash()) << "after step " << step;
     touching = std::max(touching, contact_free_steps->measure().contacts);
-    ASSERT_EQ(contact_free_steps->measure().contacts, looks->measure().contacts) << "after step " << step;
+    ASSERT_EQ(contact_free_steps->measure().contacts, detects->measure().contacts) << "after step " << step;
   }
   if (scenes_run_on_host()) {
-    EXPECT_GT(seconds_of(*contact_free_steps, Pass::FusedSolve), 0) << "some steps were flights";
-    EXPECT_GT(seconds_of(*contact_free_steps, Pass::State), 0) << "some were not";
+    EXPECT_GT(seconds_of(*contact_free_steps, Pass::FusedSolve), 0) << "some steps detected no contacts";
+    EXPECT_GT(seconds_of(*contact_free_steps, Pass::State), 0) << "some did";
   }
-  EXPECT_EQ(seconds_of(*looks, Pass::FusedSolve), 0);
+  EXPECT_EQ(seconds_of(*detects, Pass::FusedSolve), 0);
   EXPECT_GT(touching, 20);
 }
 
 INSTANTIATE_TEST_SUITE_P(Precisions, ContactFreeStep,
-                         testing::Values(FlightCase{Precision::Float, 1, 1}, FlightCase{Precision::Float, 3, 3},
-                                         FlightCase{Precision::Double, 1, 2}, FlightCase{Precision::Double, 2, 1}),
+                         testing::Values(ContactFreeCase{Precision::Float, 1, 1},
+                                         ContactFreeCase{Precision::Float, 3, 3},
+                                         ContactFreeCase{Precision::Double, 1, 2},
+                                         ContactFreeCase{Precision::Double, 2, 1}),
                          [](const auto& info) {
                            return (info.param.precision == Precision::Float ? "Float" : "Double") +
                                   std::to_string(info.param.iterations) + "On" + std::to_string(info.param.threads);
@@ -125,14 +127,14 @@ TEST_P(ContactsAtRest, HaveTheBitsOfContactsDetectedAnew) {
   const Model model = build_model(scene);
   let_move(scene);
   const Model moving = build_model(scene);
-  const auto rests = make_solver(model, 2), looks = make_solver(moving, 1);
+  const auto rests = make_solver(model, 2), detects = make_solver(moving, 1);
   for (int step = 0; step < 240; ++step) {
-    rests->step(), looks->step();
-    ASSERT_EQ(rests->state_hash(), looks->state_hash()) << "after step " << step;
+    rests->step(), detects->step();
+    ASSERT_EQ(rests->state_hash(), detects->state_hash()) << "after step " << step;
   }
-  EXPECT_EQ(rests->measure().contacts, looks->measure().contacts);
+  EXPECT_EQ(rests->measure().contacts, detects->measure().contacts);
   EXPECT_GT(rests->measure().contacts, 50);
-  EXPECT_EQ(rests->measure().penetration_max, looks->measure().penetration_max);
+  EXPECT_EQ(rests->measure().penetration_max, detects->measure().penetration_max);
 }
 
 INSTANTIATE_TEST_SUITE_P(Precisions, ContactsAtRest, testing::Values(Precision::Float, Precision::Double));
@@ -145,20 +147,20 @@ TEST(Contact, IsReusedWhereAParticleReturnsWithTheSamePrediction) {
     for (int s = 0; s < substeps; ++s) bench.substep(1.0 / 600, {0, -9.81, 0}, 2);
   };
   // A query finds a triangle of the floor, and replaces this number.
-  const auto is_looked_at = [&](int i) {
+  const auto is_queried = [&](int i) {
     bench.near(i).seen.triangle = -7;
     fall(1);
     return bench.near(i).seen.triangle != -7;
   };
   fall(10);
-  EXPECT_FALSE(is_looked_at(0)) << "it lies";
+  EXPECT_FALSE(is_queried(0)) << "it lies";
   fall(1200);
-  EXPECT_FALSE(is_looked_at(1)) << "it has come to rest";
+  EXPECT_FALSE(is_queried(1)) << "it has come to rest";
   bench.push(0, {0.3, 0, 0});
   fall(1);
-  EXPECT_TRUE(is_looked_at(0)) << "it slides";
+  EXPECT_TRUE(is_queried(0)) << "it slides";
   fall(300);  // mu g takes 0.3 m/s in 0.06 s and 9 mm
-  EXPECT_FALSE(is_looked_at(0)) << "it lies again";
+  EXPECT_FALSE(is_queried(0)) << "it lies again";
   EXPECT_NEAR(bench.x(0).x, 0.1 + 0.3 * 0.3 / (2 * 0.5 * 9.81), 3e-4);
   EXPECT_NEAR(bench.x(0).y, 0.005, 1e-6);
 }
@@ -187,7 +189,7 @@ TEST_P(PulledByALink, FartherThanItsVelocityPredictsAParticleStopsAtTheWall) {
   ASSERT_NEAR(before[0][0], 0, 1e-6);
   then->step();
   if (scenes_run_on_host()) {
-    EXPECT_GT(seconds_of(*then, Pass::FusedSolve), 0) << "it began as a flight";
+    EXPECT_GT(seconds_of(*then, Pass::FusedSolve), 0) << "it began without contact detection";
   }
   for (int step = 0; step < 5; ++step) {
     const Vec3 x = then->positions()[0];

@@ -98,9 +98,9 @@ class Refined : public testing::TestWithParam<bool> {
     x_ = study::flat(start.positions()), v_ = study::flat(start.velocities());
     y_ = reference_.inertial(x_, v_);
   }
-  Eigen::VectorXd after_one_step(int refine, Precision precision = Precision::Double) const {
+  Eigen::VectorXd after_one_step(int refinements, Precision precision = Precision::Double) const {
     Scene scene = scene_;
-    scene.solver.desbrun.refinement_iterations = refine;
+    scene.solver.desbrun.refinement_iterations = refinements;
     scene.solver.precision = precision;
     Simulation simulation(scene, {.threads = 1});
     simulation.step();
@@ -140,8 +140,8 @@ INSTANTIATE_TEST_SUITE_P(, Refined, testing::Bool(),
 TEST(RefinedFreeBody, LosesTheTorqueOfTheFilteredForces) {
   Scene scene = strained({});
   const ImplicitReference reference(scene);
-  const auto torque = [&](int refine) {
-    scene.solver.desbrun.refinement_iterations = refine;
+  const auto torque = [&](int refinements) {
+    scene.solver.desbrun.refinement_iterations = refinements;
     Simulation simulation(scene, {.threads = 1});
     const std::vector<Vec3> before = simulation.velocities();
     simulation.step();

@@ -33,15 +33,16 @@ class FilteredBody : public testing::TestWithParam<Parameters> {
 TEST_P(FilteredBody, KeepsItsLinearMomentumWhateverItsTorque) {
   for (const double stiffness : {1e2, 1e4, 1e6})
     for (const Corrector corrector : {Corrector::Inertia, Corrector::Off})
-      for (const int refine : {0, 3}) {
+      for (const int refinements : {0, 3}) {
         Scene tested = scene(stiffness);
-        tested.solver.desbrun.corrector = corrector, tested.solver.desbrun.refinement_iterations = refine;
+        tested.solver.desbrun.corrector = corrector, tested.solver.desbrun.refinement_iterations = refinements;
         Simulation simulation(tested, {.threads = 1});
         const Measures before = simulation.measure();
         run_for(simulation, tested, 0.5);
         const Measures now = simulation.measure();
         // 30 steps round velocities of up to 30 m/s, 2 kg together.
-        EXPECT_LT(length(now.momentum - before.momentum), 2000 * rounding()) << stiffness << ", refined " << refine;
+        EXPECT_LT(length(now.momentum - before.momentum), 2000 * rounding())
+            << stiffness << ", refined " << refinements;
         EXPECT_GT(std::abs(now.kinetic - before.kinetic), 1e-3) << "it did deform";
       }
 }
@@ -168,11 +169,11 @@ TEST(FreeFall, OfASpringBodyIsExact) {
   sheet.velocity = {1, 2, 0.5};
   for (const auto kind : {FilterKind::Dense, FilterKind::Sparse})
     for (const bool internal_only : {false, true})
-      for (const int refine : {0, 4})
+      for (const int refinements : {0, 4})
         for (const auto precision : {Precision::Float, Precision::Double}) {
           Scene scene = desbrun_scene({sheet}, 1e4, precision);
           scene.solver.desbrun.filter = kind, scene.solver.desbrun.filter_external_forces = !internal_only;
-          scene.solver.desbrun.refinement_iterations = refine;
+          scene.solver.desbrun.refinement_iterations = refinements;
           Simulation simulation(scene, {.threads = 1});
           const std::vector<Vec3> start = simulation.positions();
           const int n = 60;

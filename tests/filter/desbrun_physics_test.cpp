@@ -68,11 +68,12 @@ TEST(FilteredOscillator, SubstepsAreShorterSteps) {
 }
 
 /// A chain of 5 springs of 300 N/m, 20 cm and 0.24 kg each, at rest after 20 s; its end has half of that mass.
-std::vector<double> settled_lengths(bool internal_only, int refine) {
+std::vector<double> settled_lengths(bool internal_only, int refinements) {
   BodySpec chain = hung_chain({0, 0, 0}, {0, -1, 0}, 5, 0.2);
   chain.constraints = {stiff("distance", {"edges"})};
   Scene scene = desbrun_scene({chain}, 300);
-  scene.solver.desbrun.filter_external_forces = !internal_only, scene.solver.desbrun.refinement_iterations = refine;
+  scene.solver.desbrun.filter_external_forces = !internal_only,
+  scene.solver.desbrun.refinement_iterations = refinements;
   const std::vector<Vec3> x = after(scene, 20).positions();
   std::vector<double> lengths;
   for (int i = 1; i <= 5; ++i) lengths.push_back(length(x[i] - x[i - 1]));
@@ -80,8 +81,8 @@ std::vector<double> settled_lengths(bool internal_only, int refine) {
 }
 
 TEST(HangingChain, SettlesWhereEverySpringCarriesWhatHangsOnIt) {
-  for (const int refine : {0, 3}) {
-    const std::vector<double> lengths = settled_lengths(false, refine);
+  for (const int refinements : {0, 3}) {
+    const std::vector<double> lengths = settled_lengths(false, refinements);
     for (int i = 1; i <= 5; ++i) EXPECT_NEAR(lengths[i - 1], 0.2 + (0.12 + 0.24 * (5 - i)) * 9.81 / 300, 1e-9) << i;
   }
 }
@@ -90,12 +91,12 @@ TEST(HangingChain, SettlesWhereEverySpringCarriesWhatHangsOnIt) {
 // particles next to a pin, as if that spring were longer by g dt^2 at the pin. Backward Euler has no such force, and
 // refinement removes it.
 TEST(HangingChain, WhoseWeightGoesRoundTheFilterHangsLowerByOneFreeFallOfAStep) {
-  for (const int refine : {0, 3}) {
-    const std::vector<double> lengths = settled_lengths(true, refine);
+  for (const int refinements : {0, 3}) {
+    const std::vector<double> lengths = settled_lengths(true, refinements);
     for (int i = 1; i <= 5; ++i)
       EXPECT_NEAR(lengths[i - 1],
-                  0.2 + (0.12 + 0.24 * (5 - i)) * 9.81 / 300 + (i == 1 && refine == 0 ? 9.81 / 3600 : 0), 1e-9)
-          << i << ", refined " << refine;
+                  0.2 + (0.12 + 0.24 * (5 - i)) * 9.81 / 300 + (i == 1 && refinements == 0 ? 9.81 / 3600 : 0), 1e-9)
+          << i << ", refined " << refinements;
   }
 }
 

@@ -18,7 +18,7 @@ struct DesbrunKind {
   Precision precision;
   FilterKind filter;
   std::optional<Storage> storage;
-  int refine;
+  int refinements;
   const char* name;
 };
 void PrintTo(const DesbrunKind& kind, std::ostream* out) { *out << kind.name; }
@@ -28,7 +28,7 @@ class DesbrunBits : public testing::TestWithParam<DesbrunKind> {
   static void set(SolverSpec& solver) {
     solver.precision = GetParam().precision;
     solver.desbrun.filter = GetParam().filter, solver.desbrun.storage = GetParam().storage;
-    solver.desbrun.refinement_iterations = GetParam().refine;
+    solver.desbrun.refinement_iterations = GetParam().refinements;
   }
   /// A hung sheet large enough for several tasks and chunks, and a rotating ball on the ground, in the wind.
   static Scene everything() {
@@ -92,7 +92,7 @@ TEST_P(DesbrunBits, AreThoseOfTheUninterruptedRunAfterAStop) {
   if (GetParam().filter != FilterKind::Auto)
     scene["solver"]["filter"] = GetParam().filter == FilterKind::Dense ? "dense" : "sparse";
   if (GetParam().storage) scene["solver"]["storage"] = "int16";
-  scene["solver"]["refinement_iterations"] = GetParam().refine;
+  scene["solver"]["refinement_iterations"] = GetParam().refinements;
   const auto final_hash = [&](const std::string& out) {
     return Json::parse(bytes_of(folder / (out + "/report.json")))["state_hash"];
   };

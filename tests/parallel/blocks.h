@@ -174,18 +174,18 @@ struct Memory<Blocks> {
 /// happen to look like an address would be reported too.
 class HostAddresses {
  public:
-  static std::set<std::string>& held_by() {
+  static std::set<std::string>& kernels_found() {
     static std::set<std::string> names;
     return names;
   }
 #if __has_builtin(__builtin_clear_padding)
-  static constexpr bool kLooks = true;
+  static constexpr bool kCanCheck = true;
 #else
-  static constexpr bool kLooks = false;  // clang: the padding between the members of a kernel may have any bits
+  static constexpr bool kCanCheck = false;  // clang: the padding between the members of a kernel may have any bits
 #endif
   /// Checks the first launch of each kind of kernel.
   template <class Kernel>
-  static void look_at([[maybe_unused]] Kernel kernel) {
+  static void check_launch([[maybe_unused]] Kernel kernel) {
 #if __has_builtin(__builtin_clear_padding)
     static bool looked = false;
     if (looked || sizeof(Kernel) < sizeof(std::uintptr_t)) return;
@@ -193,7 +193,7 @@ class HostAddresses {
     __builtin_clear_padding(&kernel);
     std::vector<std::uintptr_t> words(sizeof(Kernel) / sizeof(std::uintptr_t));
     std::memcpy(words.data(), static_cast<const void*>(&kernel), words.size() * sizeof(std::uintptr_t));
-    if (std::ranges::any_of(words, of_the_host)) held_by().insert(kernel_name<Kernel>());
+    if (std::ranges::any_of(words, of_the_host)) kernels_found().insert(kernel_name<Kernel>());
 #endif
   }
 
@@ -211,10 +211,10 @@ class HostAddresses {
 };
 
 /// The threads of a block, as fibers.
-class Turns {
+class BlockFibers {
  public:
   struct Thread {
-    Turns* all;
+    BlockFibers* all;
     int number;
     int rank() const { return number; }
     int count() const { return static_cast<int>(all->lanes_.size()); }
@@ -234,7 +234,7 @@ class Turns {
     }
   };
 
-  Turns(int threads, unsigned seed) : lanes_(threads), order_(threads), random_(seed) {
+  BlockFibers(int threads, unsigned seed) : lanes_(threads), order_(threads), random_(seed) {
     std::iota(order_.begin(), order_.end(), 0);
   }
 
@@ -300,7 +300,7 @@ template <class Kernel>
 void parallel_for(const Blocks& executor, int n, const Kernel& kernel, int grain = kParticleGrain) {
   if (kept_launches) return kept_launches->push_back([=] { parallel_for(executor, n, kernel, grain); });
   note_launch(kernel, n);
-  HostAddresses::look_at(kernel);
+  HostAddresses::check_launch(kernel);
   const EmulatedMemory::Open open;
   shuffled(n, executor.seed, kernel);
 }
@@ -311,7 +311,7 @@ template <class Kernel>
 void parallel_groups(const Blocks& executor, int begin, int end, const ScratchMemory& memory, const Kernel& kernel) {
   if (kept_launches) return kept_launches->push_back([=] { parallel_groups(executor, begin, end, memory, kernel); });
   note_launch(kernel, end - begin);
-  HostAddresses::look_at(kernel);
+  HostAddresses::check_launch(kernel);
   const EmulatedMemory::Open open;
   std::vector<double> fast(memory.bytes / sizeof(double) + 8);
   constexpr int kFill[] = {0xff, 0x00, 0x7f};
@@ -319,9 +319,9 @@ void parallel_groups(const Blocks& executor, int begin, int end, const ScratchMe
     std::memset(fast.data(), kFill[executor.seed % 3], fast.size() * sizeof(double));
     void* aligned = reinterpret_cast<void*>((reinterpret_cast<std::uintptr_t>(fast.data()) + 63) / 64 * 64);
     if constexpr (kShared<Kernel>)
-      Turns(std::min(executor.block, kThreads<Kernel>), executor.seed + static_cast<unsigned>(begin + k))
-          .run([&](const Turns::Thread& thread) {
-            kernel(Block<Turns::Thread>{begin + k, aligned, thread});
+      BlockFibers(std::min(executor.block, kThreads<Kernel>), executor.seed + static_cast<unsigned>(begin + k))
+          .run([&](const BlockFibers::Thread& thread) {
+            kernel(Block<BlockFibers::Thread>{begin + k, aligned, thread});
           });
     else
       kernel(Group<OneLane>{begin + k, -1, memory.data ? memory.data : aligned});

@@ -88,10 +88,11 @@ struct AddressOf {
   KERNEL void operator()(int) const {}
 };
 TEST(Blocks, ReportAKernelWithAPointerToHostMemory) {
-  if (!HostAddresses::kLooks) GTEST_SKIP() << "the compiler cannot clear the padding of kernels";
+  if (!HostAddresses::kCanCheck) GTEST_SKIP() << "the compiler cannot clear the padding of kernels";
   const int number = 7;
   parallel_for(Blocks{}, 1, AddressOf{&number});
-  EXPECT_TRUE(std::ranges::any_of(HostAddresses::held_by(), [](const auto& name) { return has(name, "AddressOf"); }));
+  EXPECT_TRUE(
+      std::ranges::any_of(HostAddresses::kernels_found(), [](const auto& name) { return has(name, "AddressOf"); }));
 }
 
 TEST(Blocks, EndTheProgramWhereTheHostTouchesDeviceMemory) {
@@ -212,7 +213,7 @@ TEST(ContactsOnBlocks, AreTheHostsBetweenSeveralMeshes) {
         ASSERT_TRUE(blocks->save() == states[step]) << precision << ", step " << step << " from " << from;
       }
     }
-    EXPECT_GT(held, 100) << "the test looks at nothing";
+    EXPECT_GT(held, 100) << "the case does not occur";
     EXPECT_GT(early.count, 50) << "the device waits while Embree is asked";
   }
 }
@@ -238,14 +239,14 @@ TEST(SelfContactsOnBlocks, HaveTheHostsBits) {
       EXPECT_TRUE(blocks->save() == host->save()) << step;
     }
   }
-  EXPECT_GT(host->facts().self->held, 0) << "nothing had to be held: the test looks at nothing";
+  EXPECT_GT(host->facts().self->held, 0) << "nothing had to be held: the case does not occur";
   EXPECT_EQ(all.back()->facts().self->held, host->facts().self->held);
 }
 
 /// No kernel has host addresses, except the one that queries Embree for penetration, for which a device's memory is
 /// copied to the host, and those with the triangle lists, which are in memory that both read.
 void expect_no_address_of_the_host(const std::set<std::string>& before) {
-  for (const std::string& name : HostAddresses::held_by()) {
+  for (const std::string& name : HostAddresses::kernels_found()) {
     if (before.contains(name)) continue;
     const bool asks = std::ranges::any_of(std::array{"MeasureDepth<", "AnswerByLists<", "GivePlaces<"},
                                           [&](const char* kernel) { return has(name, kernel); });
@@ -257,7 +258,7 @@ void expect_no_address_of_the_host(const std::set<std::string>& before) {
 class SceneOnBlocks : public testing::TestWithParam<std::string> {
  protected:
   void expect_the_hosts_bits(const Scene& scene, const std::vector<Blocks>& all) {
-    const std::set<std::string> before = HostAddresses::held_by();
+    const std::set<std::string> before = HostAddresses::kernels_found();
     const Model model = build_model(scene);
     const auto host = make_solver(model, 1);
     const int steps = static_cast<int>(0.25 / scene.solver.dt);

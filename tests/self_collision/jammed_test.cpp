@@ -238,7 +238,7 @@ TEST(Jammed, WhatABoxLiftsAndABodyHoldsBackHasNoSpeed) {
         before = after;
       }
       EXPECT_LT(phantom, precision == Precision::Float ? 1e-3 : 1e-9) << seed;  // m/s: rounding of positions, 600 times
-      EXPECT_GT(fastest, 1) << "nothing was drawn: the test looks at nothing";
+      EXPECT_GT(fastest, 1) << "nothing was drawn: the case does not occur";
     }
 }
 
