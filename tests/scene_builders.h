@@ -47,7 +47,7 @@ inline EnvironmentSpec obstacle(const std::string& name, const Shape& shape, Sid
   return spec;
 }
 
-/// No gravity, no environment, float, ten substeps.
+/// A scene without gravity, in float with ten substeps.
 inline Scene scene_of(std::vector<BodySpec> bodies, std::vector<EnvironmentSpec> environment = {}) {
   Scene scene;
   scene.file = "test.json";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rest and sleep: what rests stays where it is, bit by bit, costs nothing, and wakes when something comes.
+// Sleep: resting bodies keep their positions bit by bit, cost nothing, and wake when something comes.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -90,7 +90,7 @@ TEST(Sleep, IsTheSameBitsOnAnyThreads) {
   EXPECT_EQ(hash({.threads = 3}), hash({.backend = Backend::Serial}));
 }
 
-/// Stopped while it grows sleepy, while it sleeps, and after it was woken.
+/// The run is stopped and resumed before it sleeps, while it sleeps, and after it was woken.
 TEST(Sleep, IsResumed) {
   const TemporaryFolder folder;
   const Scene scene = resting_sheet();
@@ -122,7 +122,7 @@ TEST(Sleep, DoesNotTakeWhatIsSlowForAMoment) {
   }
 }
 
-/// What has never moved sleeps after the time that was asked for: not a step earlier or later.
+/// A body that has never moved sleeps after the time `after`: not a step earlier or later.
 TEST(Sleep, ComesWithTheStepThatWasAskedFor) {
   Scene scene = scene_of({particle({0, 0, 0})}, {0, 0, 0}, 0.01);
   scene.sleep = Sleep{0.1, 0.1};

@@ -335,7 +335,7 @@ TEST_F(PageOfARun, OfTwoSaysHowFarTheyAreApart) {
     most = std::max(most, std::hypot(a[i][0] - b[i][0], a[i][1] - b[i][1], a[i][2] - b[i][2]));
   browser().evaluate("malha.seek(" + std::to_string(one.time()) + ")");
   const std::string said = browser().evaluate("document.getElementById('apart').textContent");
-  // Three digits are printed; both places are rounded by some 1e-5 m.
+  // Three digits are printed; both positions are rounded by some 1e-5 m.
   EXPECT_NEAR(std::stod(said), most, 0.006 * most + 5e-5) << said;
   EXPECT_EQ(browser().evaluate("malha.views.length"), 2);
   EXPECT_TRUE(browser().complaints().empty()) << browser().complaints()[0];

@@ -72,7 +72,7 @@ Scene random_heap(unsigned seed, int vertices, const TemporaryFolder& folder) {
   return scene;
 }
 
-// Of sixty sheets with 250 vertices, these intersected while truncated particles could meet pairs that the broad phase
+// These of sixty scenes with 250 vertices intersected while truncated particles could meet pairs that the broad phase
 // had not found.
 TEST(Heaps, OfThinClothNeverCross) {
   const TemporaryFolder folder;

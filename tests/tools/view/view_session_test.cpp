@@ -291,7 +291,7 @@ TEST(ViewSession, ShowsTheSubstepsOfAStep) {
     EXPECT_EQ(frame.steps, 0);
     EXPECT_NEAR(frame.time, 0.025 * k, 1e-12);
     EXPECT_NEAR(frame.x[0][1] - top, -10 * 0.025 * 0.025 * k * (k + 1) / 2, 1e-6) << "speed first, then the place";
-    session.set_look(view::Look::Speed);  // looks only
+    session.set_look(view::Look::Speed);  // changes only the display
   }
   const auto whole = settled(session).sides[0].frame;
   EXPECT_EQ(whole->substep, 0);
