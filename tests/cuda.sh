@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: cuda.sh ROOT NVCC
-# Compiles all headers of kernels/ as CUDA, and the .cu files of tests/, which instantiate kernels on the device. That each header
-# includes what it needs is shown by malha_headers.
+# Compiles all headers of kernels/ as CUDA, and the .cu files of tests/, which instantiate kernels on the device. The target malha_headers
+# shows that each header includes what it needs.
 # Exits 77 (skipped) where there is no nvcc.
 set -euo pipefail
 root=${1:?usage: cuda.sh ROOT NVCC}

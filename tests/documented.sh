@@ -39,7 +39,7 @@ schema_names() {
     }' "$1" | sort -u
 }
 
-# said FILE: what stands in backticks, and what is quoted there or in a JSON example.
+# said FILE: the words in backticks, and those quoted there or in a JSON example.
 said() {
   awk '
     function quoted(code) {

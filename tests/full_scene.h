@@ -7,7 +7,7 @@ namespace malha {
 
 std::string full_scene();
 
-/// The full scene with another value (JSON text) at a JSON pointer; the value "remove" takes the key away.
+/// The full scene with the value at a JSON pointer replaced by `value` (JSON text); "remove" removes the key.
 std::string changed_scene(const std::string& pointer, const std::string& value);
 
 /// The refusal of parse_scene (file "s.json", no folder); "" where it accepts.

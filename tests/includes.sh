@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: includes.sh ROOT
-# Refuses includes against the one direction (tools, tests -> host -> kernels), what a kernel cannot take to a GPU,
+# Refuses includes against the one direction (tools, tests -> host -> kernels), what a kernel cannot include on a GPU,
 # and, in the installed headers, what would tie a caller to our flags.
 set -euo pipefail
 cd "${1:?usage: includes.sh ROOT}"
@@ -54,7 +54,7 @@ must tools '"(kernels|host|malha|tools)/.*"|<.*>' \
   'tools/ includes kernels/, host/ and tools/ by their path from the root, malha/, and no tests/'
 must tests '"(kernels|host|malha|tools|tests)/.*"|<.*>' 'tests/ includes by the path from the root, or malha/'
 
-# What a caller includes and is installed.
+# Headers that callers include, which are installed.
 must host/malha '"malha/.*"|<[a-z_]+>' 'a public header includes malha/ and the standard library only'
 
 while IFS=: read -r file line included; do
@@ -66,7 +66,7 @@ while IFS=: read -r file line included; do
   fi
 done < <(includes_of kernels host tools tests)
 
-# One file knows a backend.
+# Only one file may include a backend.
 while read -r line; do
   printf '%s  refused: OpenMP is known to kernels/parallel/compute.h alone\n' "$line"
   breaches=$((breaches + 1))

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Proves on made-up trees that includes.sh refuses what it must, and only that.
+# Tests on synthetic trees that includes.sh refuses forbidden includes, and only those.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(mktemp -d)
 trap 'rm -rf "$root"' EXIT
 
-# fresh: a tree that obeys.
+# fresh: a tree without a forbidden include.
 fresh() {
   rm -rf "${root:?}"/*
   mkdir -p "$root"/{kernels/simd,kernels/constraints,host/malha,host/mesh,host/solver,tools,tests/consumer}

@@ -3,7 +3,7 @@
 # usage: install.sh ROOT BUILD GENERATOR COMPILER flags=FLAGS python=PYTHON folder=FOLDER
 # Installs BUILD into a scratch prefix; configures, builds and runs tools/examples against it, with the compiler's
 # default instruction set (FLAGS are the sanitizers', which all parts of a program must share). PYTHON, if it is not
-# empty, imports the module from FOLDER below the prefix. The links of the installed pages lead somewhere.
+# empty, imports the module from FOLDER below the prefix. The links of the installed pages must lead to files.
 set -euo pipefail
 root=${1:?} build=${2:?} generator=${3:?} compiler=${4:?} flags=${5#flags=} python=${6#python=} folder=${7#folder=}
 scratch=$(mktemp -d)

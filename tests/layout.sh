@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: layout.sh ROOT
-# The root holds the folders of the house and nothing else, and no file has a conflict that a merge left in it. What git
-# does not track is the user's own: a note, a log, a scene. Without git nobody knows what is tracked, so that nothing is
+# The root has the known folders and nothing else, and no file has conflict markers of a merge. Files that git does not
+# track are the user's own: a note, a log, a scene. Without git it is not known what is tracked, so that nothing is
 # checked.
 set -euo pipefail
 cd "${1:?usage: layout.sh ROOT}"

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: layout_selftest.sh
-# What layout.sh lets through and what it refuses: in a repository, and in a folder without one.
+# Tests what layout.sh accepts and what it refuses: in a repository, and in a folder without one.
 set -euo pipefail
 layout=$(dirname "$(realpath "${BASH_SOURCE[0]}")")/layout.sh
 scratch=$(mktemp -d)

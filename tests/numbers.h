@@ -10,7 +10,7 @@
 
 namespace malha {
 
-/// The same numbers on every platform (the standard's distributions are not).
+/// Random numbers that are the same on every platform (the standard's distributions are not).
 class Random {
  public:
   explicit Random(unsigned seed) : engine_(seed) {}
@@ -35,7 +35,7 @@ class Random {
   std::mt19937 engine_;
 };
 
-/// Tells -0 from 0, and NaN equals itself.
+/// Compares bits: -0 differs from 0, and NaN equals itself.
 template <class T>
 bool same_bits(const T& a, const T& b) {
   return std::memcmp(&a, &b, sizeof(T)) == 0;

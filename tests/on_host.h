@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the scenes of the tests run on the host, or where MALHA_TESTS_ON says (blocks_solvers.cpp).
+// Tells whether the scenes of the tests run on the host or on the executor that MALHA_TESTS_ON names
+// (blocks_solvers.cpp).
 #pragma once
 #include "host/solver/test_executor_hook.h"
 
 namespace malha {
 
-/// Elsewhere passes are not timed, and a device's launches are others.
+/// Other executors do not time their passes, and launch other kernels.
 inline bool scenes_run_on_host() { return make_elsewhere == nullptr; }
 
 }  // namespace malha

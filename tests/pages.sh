@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: pages.sh ROOT [links]
-# Every link and picture of the pages (README.md and those of the rooms) leads to a file, and to a heading where it
+# Every link and picture of the pages (README.md and those of the folders) leads to a file, and to a heading where it
 # names one. Source files that they name are there: from the root, or in the page's own folder or below. The first
-# page begins with a picture that loads at once. With "links" only links are looked at: where
+# page begins with a picture that loads at once. With "links" only links are checked: where
 # pages are installed, sources are not.
 set -euo pipefail
 cd "${1:?usage: pages.sh ROOT [links]}"

@@ -46,7 +46,7 @@ inline Json swinging_sheet(bool environment, const std::string& precision = "flo
 
 inline Scene parsed(const Json& scene) { return parse_scene(scene.dump(), "test.json", "."); }
 
-/// Runs on one thread, without anything that watches or stops.
+/// Runs on one thread, without progress output and without a stop request.
 inline RunResult run_quietly(const Json& scene, const RunOptions& options) {
   return run(
       parsed(scene), {.threads = 1}, options, [](const Progress&) {}, std::atomic<bool>{false});

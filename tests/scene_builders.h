@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes built in code, for tests: small, valid, and with nothing in them that was not asked for.
+// Builders of small valid scenes for tests: they set nothing that the test did not name.
 #pragma once
 #include <string>
 #include <utility>
@@ -47,7 +47,7 @@ inline EnvironmentSpec obstacle(const std::string& name, const Shape& shape, Sid
   return spec;
 }
 
-/// No gravity, no environment, float, ten substeps.
+/// A scene without gravity, in float with ten substeps.
 inline Scene scene_of(std::vector<BodySpec> bodies, std::vector<EnvironmentSpec> environment = {}) {
   Scene scene;
   scene.file = "test.json";

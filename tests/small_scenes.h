@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small scenes made in code, for tests whose answer is a formula.
+// Small scenes made in code, for tests that compare with a formula.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -75,10 +75,10 @@ inline Scene scene_of(std::vector<BodySpec> bodies, const Vec3& gravity, double 
   return scene;
 }
 
-/// A scene of the folder scenes/.
+/// A shipped scene, from the folder scenes/.
 inline Scene load_shipped(const std::string& name) { return load_scene(MALHA_SOURCE_DIR "/scenes/" + name + ".json"); }
 
-/// The names of all that ship, ascending.
+/// The names of all shipped scenes, ascending.
 inline std::vector<std::string> shipped_scenes() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(MALHA_SOURCE_DIR "/scenes"))

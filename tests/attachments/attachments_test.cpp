@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Particles tied to points at rest, to points on a path, and to rigidly moving meshes.
+// Attachments of particles to fixed points, to points on a path, and to rigidly moving meshes.
 #include <gtest/gtest.h>
 
 #include "host/attachments/pose.h"
@@ -65,7 +65,8 @@ TEST(Attachments, HangByTheirSpring) {
   EXPECT_NEAR(simulation.measure().elastic, std::pow(2 * 9.81, 2) / 800 / 2, 1e-9);
 }
 
-/// What follows a point at rest in the point's frame is at it: with steps of a second a substep late would be 2 m.
+/// A particle on an attachment to a point at rest in the moving frame stays at that point: with steps of a second a lag
+/// of one substep would be 2 m.
 TEST(Attachments, OnACompliantSpringDoNotLagBehindASteadyPoint) {
   BodySpec body = particle({0, 0, 0}, {}, 2);
   body.attachments = {tied(ListPin{{0}}, 1.0 / 800)};

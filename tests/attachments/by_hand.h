@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes whose particles are taken by hand, and their bits.
+// Scenes for tests of particle handles, and the comparison of the bits of two simulations.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ inline Scene two_cloths(Precision precision = Precision::Float) {
   return scene;
 }
 
-/// Whether the particles from `first` on have the same bits in both.
+/// Tests whether `count` particles from `first` on have the same bits in both simulations.
 inline testing::AssertionResult same_bits(const Simulation& a, const Simulation& b, std::size_t first,
                                           std::size_t count) {
   for (const auto& [p, q] : {std::pair(a.positions(), b.positions()), std::pair(a.velocities(), b.velocities())})

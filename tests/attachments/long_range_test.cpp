@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Long-range attachments: what they hold, and that they do nothing else.
+// Long-range attachments: they limit the distance from a pin, and act on nothing within it.
 #include "host/model/long_range.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ Scene chain(bool held, const std::string& solver = "pbd", double limit = 0) {
   body.constraints = {stiff("distance", {"edges"})};
   if (held) body.constraints.push_back(long_range(limit));
   Scene scene = scene_of({body}, kEarth, 1.0 / 60, 2);
-  scene.solver.type = solver, scene.solver.levels = 0;  // they too would hold it
+  scene.solver.type = solver, scene.solver.levels = 0;  // Levels would prevent the stretch too.
   scene.solver.desbrun.spring_constant = 300;
   return scene;
 }
@@ -48,9 +48,9 @@ Scene cloth(bool held, bool corners, Precision precision = Precision::Double) {
   return scene_of({body}, kEarth, 1.0 / 60, 2, precision);
 }
 
-/// How much farther than its reach the farthest particle is from a pin of its, over that reach.
+/// The largest excess of a particle's distance from one of its pins over its tether length, relative to that length.
 double excess(const Scene& scene, const Simulation& simulation) {
-  const Model model = build_model(scene);  // the simulation has given its own back
+  const Model model = build_model(scene);  // the simulation has released the set-up data of its own model
   const LongRangeSet& set = model.long_range;
   const std::vector<Vec3> x = simulation.positions();
   double most = 0;
@@ -62,8 +62,8 @@ double excess(const Scene& scene, const Simulation& simulation) {
   return most;
 }
 
-/// A straight chain that hangs at rest already stays there: every particle is at its reach, and so every link at its
-/// length.
+/// A straight chain that hangs at rest already stays there: every particle is at the end of its tether, so that every
+/// link has its rest length.
 TEST(LongRange, HoldsAHangingChainAtItsLength) {
   EXPECT_GT(after(chain(false), 2).measure().strain_max, 0.5);
   const Simulation held = after(chain(true), 2);
@@ -71,7 +71,7 @@ TEST(LongRange, HoldsAHangingChainAtItsLength) {
   EXPECT_NEAR(held.positions()[100][1], -2, 1e-12);
 }
 
-TEST(LongRange, LetsAChainGrowByItsLimit) {
+TEST(LongRange, AllowsAChainToStretchByItsLimit) {
   const Scene scene = chain(true, "pbd", 0.05);
   const Simulation held = after(scene, 2);
   EXPECT_LT(excess(scene, held), 1e-12);
@@ -87,7 +87,7 @@ TEST(LongRange, HoldsWhatTheFilterLeavesStretched) {
 TEST(LongRange, HoldsALongClothWithTwoProjectionsAStep) {
   for (const bool corners : {false, true}) {
     Scene free = cloth(false, corners), scene = cloth(true, corners);
-    free.solver.levels = scene.solver.levels = 0;  // which would do without
+    free.solver.levels = scene.solver.levels = 0;  // Levels would prevent the stretch without attachments.
     const Simulation loose = after(free, 3), held = after(scene, 3);
     std::printf(
         "a cloth of 4 m by %s: farther from its pins than its reach by %.1f %% without and %.1f %% with; edges up "
@@ -102,8 +102,9 @@ TEST(LongRange, HoldsALongClothWithTwoProjectionsAStep) {
   }
 }
 
-/// Where one alone is exceeded, straight towards its pin: on the line between them where the substep began, unless that
-/// is far. Where both are, to a place that is within both. `way`: how far the particle has gone, m.
+/// Where one tether alone is exceeded, the projection goes straight towards its pin: along the line between them where
+/// the substep began, unless that is far. Where both are exceeded, it leads to a position within both. `way`: the
+/// particle's displacement since the substep began, m.
 template <class R>
 void expect_within_both(R rounding, double way) {
   Random random(7);
@@ -127,14 +128,14 @@ void expect_within_both(R rounding, double way) {
     EXPECT_LT(beyond(x, 0), rounding) << trial;
     EXPECT_LT(beyond(x, 1), rounding) << trial;
     if (from_far > 0) {
-      // To where the line that way enters the sphere about the pin, if it does.
+      // Projected along that line, it would come to the sphere about the pin, if the line enters it.
       const Vector3<double> at_first = far - (start - gone), now = far - start;
       const double cosine = dot(at_first, now) / (norm(at_first) * norm(now));
       const Vector3<double> along = at_first * (1 / norm(at_first)), closest = now - along * dot(along, now);
       const double room = double(reach[0]) * double(reach[0]) - dot(closest, closest);
       const double further = dot(along, now) - std::sqrt(std::max(room, 0.0)), most = kSmall * double(reach[0]);
       const bool by_start = cosine > 0 && room > 0 && further <= most;
-      if (std::abs(further - most) < 1e-5 || std::abs(room) < 1e-4) continue;  // either way, by rounding
+      if (std::abs(further - most) < 1e-5 || std::abs(room) < 1e-4) continue;  // rounding decides between the two
       const Vector3<double> alone = by_start ? start + along * further : start + now * (from_far / norm(now));
       if (beyond(alone, 1) < -rounding) {
         EXPECT_LT(norm(x - alone), rounding) << trial;
@@ -154,7 +155,8 @@ TEST(LongRange, TakesAParticleToAPlaceWithinReachOfBothPins) {
   }
 }
 
-/// Cloth of mixed triangles on two pins: `limit` 0, thrown about, and nowhere farther than its way from either.
+/// A cloth of mixed triangles on two pins, with `limit` 0, is thrown about: no particle gets farther from either pin
+/// than its tether.
 TEST(LongRange, IsExactToBothOfTwoPins) {
   const TemporaryFolder folder;
   const int cells = 10;
@@ -169,12 +171,12 @@ TEST(LongRange, IsExactToBothOfTwoPins) {
     Simulation simulation(scene, {.threads = 1});
     double most = 0;
     for (int step = 0; step < 30; ++step) simulation.step(), most = std::max(most, excess(scene, simulation));
-    EXPECT_LT(most, precision == Precision::Double ? 1e-12 : 1e-5);  // rounding, over reaches of 0.05 m and more
+    EXPECT_LT(most, precision == Precision::Double ? 1e-12 : 1e-5);  // rounding, relative to tethers of 0.05 m and more
     EXPECT_GT(most, 0.0) << "taut somewhere";
   }
 }
 
-/// The pins are drawn apart until no place is within reach of both.
+/// The pins are drawn apart until no position is within the tethers of both.
 TEST(LongRange, HoldsTheNearestPinWhereTwoContradictEachOther) {
   BodySpec body = hung_chain({0, 0, 0}, {2, 0, 0}, 20, 0.01);
   body.pins = {ListPin{{0, 20}}};
@@ -188,12 +190,12 @@ TEST(LongRange, HoldsTheNearestPinWhereTwoContradictEachOther) {
   const std::vector<Vec3> x = simulation.positions();
   for (int i = 1; i < 20; ++i) {
     const double at = i < 10 ? 0.1 * i : 2.6 - 0.1 * (20 - i);
-    if (i == 10) continue;  // as far from either
+    if (i == 10) continue;  // it is equally far from both pins
     EXPECT_NEAR(length(x[i] - Vec3{at, 0, 0}), 0, 1e-12) << i;
   }
 }
 
-/// Every particle stays where plain PBD puts it, bit by bit.
+/// A tether that is slack changes nothing: every particle stays where plain PBD puts it, bit by bit.
 TEST(LongRange, DoesNothingWhereItIsSlack) {
   Scene free = chain(false), held = chain(true, "pbd", 0.5);
   for (Scene* scene : {&free, &held}) {
@@ -237,7 +239,8 @@ TEST(LongRange, IsRefusedWithoutPins) {
   refused("no pin but those that are let go, at their \"release_time\"");
   scene.bodies[0].pins.clear();
   refused("no pin");
-  // All that a pin could hold is pinned: of two loose particles one, and with it the other that is let go.
+  // Loose particles are not connected, so that a pin holds only itself: particle 0 is pinned for good, then particle 1
+  // until its release.
   BodySpec& body = scene.bodies[0];
   body.shape = LatticeShape{{0, 0, 0}, {1, 0, 0}, {2, 1, 1}}, body.constraints = {stiff("long_range", {}, 1, 0)};
   body.pins = {ListPin{{0}}};

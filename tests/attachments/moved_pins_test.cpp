@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pins that follow keyframes and pins that are let go.
+// Kinematic pins: pins that follow keyframes, and pins that are released.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -53,7 +53,7 @@ TEST_P(MovedPinsOf, AreWhereTheirKeyframesSayAtTheEndOfEveryStep) {
     const std::vector<Vec3> x = simulation.positions();
     for (int i = 0; i < 9; ++i) {
       const Vector3<double> at = to_world(pose, {start[i][0], start[i][1], start[i][2]});
-      // Places carry what rounding to float takes.
+      // In float, positions carry its rounding.
       const double rounding = GetParam().precision == Precision::Double ? 0 : 1e-12;
       ASSERT_LE(length(x[i] - Vec3{at.x, at.y, at.z}), rounding) << "step " << step << ", particle " << i;
     }
@@ -90,8 +90,9 @@ TEST(MovedPins, HaveTheVelocityOfTheirMotion) {
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(simulation.velocities()[4][k], (Vec3{2, -1, 0.5})[k], 1e-12);
 }
 
-/// A particle thrown by a pin: from then on x = x0 + v t + g t^2 / 2; with substeps of h that is late by g h t / 2.
-TEST(MovedPins, LetGoFlyOnWithTheVelocityOfThePin) {
+/// A particle that a pin threw: after the release x = x0 + v t + g t^2 / 2; with substeps of h that is late by g h t /
+/// 2.
+TEST(MovedPins, ReleaseParticlesWithTheVelocityOfThePin) {
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     const Vec3 v{1, 3, 0.5};
     BodySpec thrown = particle({0, 1, 0});
@@ -105,7 +106,7 @@ TEST(MovedPins, LetGoFlyOnWithTheVelocityOfThePin) {
   }
 }
 
-TEST(MovedPins, WithoutKeyframesStayUntilTheyAreLetGo) {
+TEST(MovedPins, WithoutKeyframesStayUntilTheyAreReleased) {
   Scene scene = carried_sheet(Precision::Float);
   scene.bodies[0].pins = {moving(RowPin{}, {}, 0.2)};
   Simulation simulation(scene, {.threads = 1});
@@ -120,7 +121,7 @@ TEST(MovedPins, WithoutKeyframesStayUntilTheyAreLetGo) {
   EXPECT_LT(after(scene, 0.5).positions()[3][1], -0.3) << "it falls";
 }
 
-TEST(MovedPins, AreNotMovedByHandAsWell) {
+TEST(MovedPins, RefuseToBeSetBetweenStepsAsWell) {
   Simulation simulation(carried_sheet(), {.threads = 1});
   EXPECT_THROW(simulation.move_pin(0, {0, 0, 0}), InputError);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a hand leaves as it was: the bits of what it does not touch, and of all that it undoes.
+// Bits that particle handles must not change: those of bodies that they do not touch, and those of a state that is
+// restored.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -23,9 +24,9 @@ EnvironmentSpec floor_by_hand() {
   return ground;
 }
 
-class HandIn : public testing::TestWithParam<OfScene> {};
+class ParticleHandleIn : public testing::TestWithParam<OfScene> {};
 
-TEST_P(HandIn, LeavesOtherBodiesTheirBits) {
+TEST_P(ParticleHandleIn, LeavesOtherBodiesTheirBits) {
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     Scene scene = two_cloths(precision);
     GetParam().change(scene);
@@ -44,7 +45,7 @@ TEST_P(HandIn, LeavesOtherBodiesTheirBits) {
   }
 }
 
-TEST_P(HandIn, GoesBackToTheVerySameBits) {
+TEST_P(ParticleHandleIn, IsUndoneToTheVerySameBits) {
   Scene scene = two_cloths();
   GetParam().change(scene);
   Simulation alone = after(scene, 0.1), touched(scene, {.threads = 1, .interactive = true});
@@ -61,7 +62,7 @@ TEST_P(HandIn, GoesBackToTheVerySameBits) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Scenes, HandIn,
+    Scenes, ParticleHandleIn,
     testing::Values(OfScene{"WholeSteps", [](Scene&) {}},
                     OfScene{"Iterated", [](Scene& s) { s.solver.iterations = 3; }},
                     OfScene{"DampedInTheWind",
@@ -110,7 +111,7 @@ INSTANTIATE_TEST_SUITE_P(
                             }}),
     [](const testing::TestParamInfo<OfScene>& tested) { return tested.param.name; });
 
-TEST_P(HandIn, StepsInPartsWithTheSameBits) {
+TEST_P(ParticleHandleIn, StepsInPartsWithTheSameBits) {
   for (const bool pulled : {false, true}) {
     Scene scene = two_cloths();
     GetParam().change(scene);
@@ -135,13 +136,13 @@ TEST_P(HandIn, StepsInPartsWithTheSameBits) {
   }
 }
 
-TEST(Hand, StepsInPartsOnlyWhereItIsAllowed) {
+TEST(ParticleHandle, IsNeededToStepInParts) {
   Simulation simulation(two_cloths());
   EXPECT_THROW(simulation.step([](int, double) {}), InputError);
   simulation.step();
 }
 
-TEST(Hand, HeldLeavesOtherBodiesTheirBitsToo) {
+TEST(ParticleHandle, ThatHoldsLeavesOtherBodiesTheirBitsToo) {
   for (const bool free : {false, true}) {
     Scene scene = two_cloths();
     scene.solver.keeps_momenta = free;
@@ -159,7 +160,7 @@ TEST(Hand, HeldLeavesOtherBodiesTheirBitsToo) {
   }
 }
 
-TEST(Hand, OfNothingHasTheBitsOfARunThatAllowsNone) {
+TEST(ParticleHandle, ThatIsAllowedButUnusedChangesNoBits) {
   for (const int iterations : {1, 3}) {
     Scene scene = two_cloths();
     scene.solver.iterations = iterations, scene.solver.levels = 2;

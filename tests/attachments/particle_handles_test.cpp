@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Particles taken by hand: what they do.
+// Particle handles: pulling by a spring, holding, and releasing particles.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,8 +12,8 @@
 namespace malha {
 namespace {
 
-/// Backward Euler in steps of a second: at rest soon, m g alpha below the point that pulls.
-TEST(Hand, HangsAParticleByItsWeightTimesTheCompliance) {
+/// With steps of a second backward Euler is soon at rest, m g alpha below the point that pulls.
+TEST(ParticleHandle, HangsAParticleByItsWeightTimesTheCompliance) {
   for (const char* const method : {"pbd", "desbrun"})
     for (const int iterations : {1, 4}) {
       Scene scene = scene_of({particle({0, 0, 0}, {}, 2)}, kEarth, 1.0, 1);
@@ -28,9 +28,9 @@ TEST(Hand, HangsAParticleByItsWeightTimesTheCompliance) {
     }
 }
 
-/// The spring acts at the end of each substep, so that the impulse of n of them is that of the forces seen there: the
-/// body's momentum is what gravity and these give, whatever its constraints do.
-TEST(Hand, GivesABodyTheImpulseOfItsSpringAndNothingElse) {
+/// The spring acts at the end of each substep, so that the impulse of n substeps is the sum of the forces measured
+/// there: the body's momentum is what gravity and these forces give, whatever its constraints do.
+TEST(ParticleHandle, GivesABodyTheImpulseOfItsSpringAndNothingElse) {
   for (const bool keeps : {false, true}) {
     Scene scene = two_cloths(Precision::Double);
     scene.solver.substeps = 1, scene.solver.keeps_momenta = keeps;
@@ -43,7 +43,8 @@ TEST(Hand, GivesABodyTheImpulseOfItsSpringAndNothingElse) {
     Vec3 expected{0, 0, 0};
     for (int step = 0; step < 100; ++step) {
       simulation.step();
-      const Vec3 x = simulation.positions()[84];  // one substep and one projection: the force is at the end of the step
+      // One substep and one projection: the force is that at the end of the step.
+      const Vec3 x = simulation.positions()[84];
       for (int k = 0; k < 3; ++k) expected[k] += scene.solver.dt * (0.2 * scene.gravity[k] + (to[k] - x[k]) / alpha);
     }
     EXPECT_GT(length(expected), 0.01);
@@ -52,7 +53,7 @@ TEST(Hand, GivesABodyTheImpulseOfItsSpringAndNothingElse) {
   }
 }
 
-TEST(Hand, LetsABodyHangInBalance) {
+TEST(ParticleHandle, LetsABodyHangInBalance) {
   Scene scene = two_cloths(Precision::Double);
   scene.bodies.pop_back();
   scene.bodies[0].pins.clear(), scene.wind = Wind{{0, 0, 0}, 0.01};
@@ -64,7 +65,7 @@ TEST(Hand, LetsABodyHangInBalance) {
   EXPECT_NEAR(x[1], -0.2 * kG * 1e-2, 1e-6) << "the whole weight times the compliance; 1e-6: the speed that is left";
 }
 
-TEST(Hand, HoldsAsAPinDoes) {
+TEST(ParticleHandle, HoldsAsAPinDoes) {
   for (const int iterations : {1, 2}) {
     Scene scene = two_cloths();
     scene.solver.iterations = iterations;
@@ -82,8 +83,8 @@ TEST(Hand, HoldsAsAPinDoes) {
   }
 }
 
-/// A pin that is released is a hold that is let go: the same bits, from then on too.
-TEST(Hand, HoldsAndLetsGoAsAPinThatIsReleased) {
+/// A pin that is released is the same as a hold that is released: the bits are the same, from then on too.
+TEST(ParticleHandle, HoldsAndReleasesAsAPinThatIsReleased) {
   Scene scene = two_cloths(), pinned = scene;
   Pin released(ListPin{{84}});
   released.release_time = 0.2;
@@ -97,7 +98,7 @@ TEST(Hand, HoldsAndLetsGoAsAPinThatIsReleased) {
   }
 }
 
-TEST(Hand, CarriesWhatItHoldsAtASteadySpeedAndThrowsIt) {
+TEST(ParticleHandle, CarriesAParticleAtASteadySpeedAndThrowsIt) {
   const Scene scene = scene_of({particle({0, 1, 0})}, {0, 0, 0}, 0.01, 4);
   Simulation simulation(scene, {.threads = 1, .interactive = true});
   simulation.hold(0, {0.02, 1, 0.01});
@@ -115,7 +116,7 @@ TEST(Hand, CarriesWhatItHoldsAtASteadySpeedAndThrowsIt) {
   EXPECT_EQ(simulation.velocities()[0][0], 0);
 }
 
-TEST(Hand, SaysWhatItHas) {
+TEST(ParticleHandle, IsListed) {
   const Scene scene = two_cloths();
   Simulation simulation(scene, {.threads = 1, .interactive = true});
   EXPECT_TRUE(simulation.handles().empty());
@@ -130,7 +131,7 @@ TEST(Hand, SaysWhatItHas) {
   EXPECT_EQ(simulation.handles().size(), 1u);
 }
 
-TEST(Hand, WakesWhatSleepsAndKeepsItAwake) {
+TEST(ParticleHandle, WakesWhatSleepsAndKeepsItAwake) {
   Scene scene = scene_of({particle({0, 0, 0})}, {0, 0, 0}, 0.01);
   scene.sleep = Sleep{};
   scene.sleep->after = 0.05;
@@ -145,8 +146,9 @@ TEST(Hand, WakesWhatSleepsAndKeepsItAwake) {
   EXPECT_EQ(simulation.solver().sleep()->particles, 1);
 }
 
-/// Taken from far away by a spring that is stiff for its weight, and thrown to and fro: fast, but nothing exploded.
-TEST(Hand, RaisesNoAlarmHoweverItPulls) {
+/// A particle is pulled from far away by a spring that is stiff for its weight, and thrown to and fro: it is fast, but
+/// nothing diverges.
+TEST(ParticleHandle, DoesNotTripTheEnergyGuardHoweverItPulls) {
   for (const bool holds : {false, true}) {
     const Scene scene = two_cloths();
     Simulation simulation(scene, {.threads = 1, .interactive = true});
@@ -159,7 +161,7 @@ TEST(Hand, RaisesNoAlarmHoweverItPulls) {
   }
 }
 
-TEST(Hand, RefusesWhatItCannotTake) {
+TEST(ParticleHandle, RefusesParticlesThatCannotBeMoved) {
   Scene scene = two_cloths();
   Simulation none(scene, {.threads = 1});
   EXPECT_EQ(refusal([&] {
@@ -181,7 +183,7 @@ TEST(Hand, RefusesWhatItCannotTake) {
   EXPECT_TRUE(has(refusal([&] { some.pull(84, {0, NAN, 0}, 1); }), "allowed: numbers up to 1e18"));
   some.hold(84);
   EXPECT_TRUE(has(refusal([&] { some.move_pin(84, {0, 0, 0}); }), "not pinned")) << "hold() moves it";
-  some.pull(84, {0, 0, 0}, 1);  // the other way to have it
+  some.pull(84, {0, 0, 0}, 1);  // pull() replaces the hold
   EXPECT_FALSE(some.handles().at(0).is_held());
   EXPECT_EQ(some.handles().size(), 1u);
 
@@ -195,7 +197,7 @@ TEST(Hand, RefusesWhatItCannotTake) {
             "hold: found a solver with Desbrun's filter, which is made for pins that stay; allowed: to pull");
 }
 
-TEST(Hand, RefusesToGoBackToWhatIsNoState) {
+TEST(ParticleHandle, StaysWhereTheStateToRestoreIsNone) {
   const Scene scene = two_cloths();
   Simulation simulation(scene, {.threads = 1, .interactive = true});
   simulation.pull(84, {0, 1, 0}, 1e-3);
@@ -205,8 +207,8 @@ TEST(Hand, RefusesToGoBackToWhatIsNoState) {
   EXPECT_EQ(simulation.handles().size(), 1u);
 }
 
-/// A strip that tears in its middle while a corner is pulled and another is held: both stay what they were.
-TEST(Hand, StaysWhereItIsWhileTheMeshTears) {
+/// A strip tears in its middle while a corner is pulled and another is held: both handles stay.
+TEST(ParticleHandle, StaysWhereItIsWhileTheMeshTears) {
   BodySpec loose = cloth_by_hand("loose", -9, 2), strip;
   strip.name = "strip", strip.mass = 0.2;
   strip.shape = GridShape{{1, 2}, {4, 8}};
@@ -238,11 +240,11 @@ TEST(Hand, StaysWhereItIsWhileTheMeshTears) {
   }
 }
 
-TEST(Hand, HoldsAVertexTogether) {
+TEST(ParticleHandle, HoldsAVertexTogether) {
   BodySpec rope = hung_chain({0, 0, 0}, {4, 0, 0}, 4);
   rope.constraints = {stiff("distance", {"edges"})}, rope.tear = Tear{0.2};
   Simulation simulation(scene_of({rope}, {0, 0, 0}, 0.01, 10), {.threads = 1, .interactive = true});
-  simulation.hold(2), simulation.hold(3, {3.5, 0, 0});  // the edge between them is strained by a half
+  simulation.hold(2), simulation.hold(3, {3.5, 0, 0});  // The edge between them is strained by a half.
   for (int step = 0; step < 5; ++step) simulation.step();
   EXPECT_EQ(simulation.tears(), 0);
   simulation.release(2);

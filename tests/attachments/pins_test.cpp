@@ -16,7 +16,7 @@
 namespace malha {
 namespace {
 
-/// Which particles these pins hold on a body of this shape.
+/// The particles that these pins select on a body of this shape.
 std::vector<int> held(const Shape& shape, std::vector<Pin> pins) {
   Scene scene = scene_of({body("first", GridShape{}), body("second", shape)});
   scene.bodies[1].pins = std::move(pins);
@@ -90,7 +90,8 @@ TEST(Pins, OfParticlesThatAreNotThereAreRefused) {
             "test.json: /bodies/1/pins/0: found particle -1; allowed: 0 to 11");
 }
 
-/// A body that is a place for others, or is carried about: it stands where its pins have it, whatever pulls.
+/// A pinned body that others are attached to, or that keyframes move, stays where its pins put it, whatever pulls at
+/// it.
 TEST(Pins, MayHoldAWholeBody) {
   for (const char* method : {"pbd", "desbrun"})
     for (const bool alone : {true, false}) {

@@ -22,7 +22,7 @@ Keyframe at(double time, const Vec3& translate, const Vec3& axis = {0, 1, 0}, do
 
 void expect_near(const V& found, const V& expected) { EXPECT_LT(norm(found - expected), 1e-12); }
 
-/// Where x comes to by `degrees` about a coordinate axis, counter-clockwise seen from its tip.
+/// The image of x under a rotation by `degrees` about a coordinate axis, counter-clockwise seen from its tip.
 V turned_about_y(const V& x, double degrees) {
   const double a = degrees * std::numbers::pi / 180;
   return {std::cos(a) * x.x + std::sin(a) * x.z, x.y, -std::sin(a) * x.x + std::cos(a) * x.z};
@@ -73,7 +73,7 @@ TEST(PoseAt, CountsWholeTurns) {
 }
 
 TEST(PoseAt, TakesTheAxisOfTheOtherKeyframeWhereOneDoesNotTurn) {
-  // The axis of a turn by 0 says nothing: about x by 0, then about z by 180 is a turn about z all the way.
+  // A turn by 0 has no axis: by 0 about x, then by 180 about z, is a turn about z all the way.
   for (const bool backwards : {false, true}) {
     std::vector<Keyframe> motion{at(0, {0, 0, 0}, {1, 0, 0}, 0), at(1, {0, 0, 0}, {0, 0, 1}, 540)};
     if (backwards) std::swap(motion[0], motion[1]), motion[0].time = 0, motion[1].time = 1;
@@ -89,7 +89,7 @@ TEST(PoseAt, TurnsTheShortestWayBetweenDifferentAxes) {
     expect_rotation(pose);
     return Eigen::Quaterniond(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(pose.r).eval());
   };
-  // From one to the other is 120 degrees, and equal times are equal angles.
+  // The rotation between the two keyframes is 120 degrees, and equal times are equal angles.
   EXPECT_NEAR(quaternion(0).angularDistance(quaternion(1)), 2 * std::numbers::pi / 3, 1e-12);
   for (int i = 0; i < 4; ++i)
     EXPECT_NEAR(quaternion(i * 0.25).angularDistance(quaternion((i + 1) * 0.25)), std::numbers::pi / 6, 1e-12);

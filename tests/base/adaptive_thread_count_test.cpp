@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A machine of made-up times on which steps choose their threads.
+// The adaptive thread count on a simulated machine with times of its own.
 #include "host/base/adaptive_thread_count.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace malha {
 namespace {
 
-/// How long a step takes and for how much of it its thread has a core, alone and together.
+/// The time of a step on all threads and on one, and the part of it for which the thread has a core.
 struct Machine {
   double alone, together, share = 1;
 };
@@ -22,7 +22,7 @@ struct Spent {
   int steps = 0;
 };
 
-/// `seconds` of steps; each takes up to `noise` of its time more or less.
+/// Runs steps for `seconds`; the time of each varies by up to `noise` of it.
 Spent work(ThreadChoice& choice, const Machine& machine, double seconds, double noise, Random& random) {
   Spent spent;
   while (spent.all < seconds) {
@@ -34,7 +34,7 @@ Spent work(ThreadChoice& choice, const Machine& machine, double seconds, double 
   return spent;
 }
 
-/// Of steps of 0.2 to 200 ms.
+/// Runs steps of 0.2 to 200 ms.
 template <class Check>
 void for_each_step_length(const Check& check) {
   Random random(1);
@@ -44,7 +44,7 @@ void for_each_step_length(const Check& check) {
   }
 }
 
-TEST(ThreadChoice, OnAQuietMachineAllThreadsWork) {
+TEST(AdaptiveThreadCount, OnAQuietMachineAllThreadsWork) {
   for_each_step_length([](double step, Random& random) {
     ThreadChoice choice(2);
     work(choice, {step, step / 1.6}, std::max(0.25, 5 * step), 0.1, random);  // the first steps
@@ -53,8 +53,8 @@ TEST(ThreadChoice, OnAQuietMachineAllThreadsWork) {
   });
 }
 
-/// A twentieth for trials, and as much for noise and for the first one.
-TEST(ThreadChoice, WhereATeamIsSlowStepsTakeATenthMoreThanOnOneThread) {
+/// Trials may cost a twentieth; as much again is for noise and for the first trial.
+TEST(AdaptiveThreadCount, WhereATeamIsSlowStepsTakeATenthMoreThanOnOneThread) {
   for (const double slower : {1.05, 1.5, 3.0, 19.0})
     for (const double share : {1.0, 0.5})
       for_each_step_length([&](double step, Random& random) {
@@ -65,7 +65,7 @@ TEST(ThreadChoice, WhereATeamIsSlowStepsTakeATenthMoreThanOnOneThread) {
       });
 }
 
-TEST(ThreadChoice, AllWorkAgainSoonAfterOtherProgramsHaveEnded) {
+TEST(AdaptiveThreadCount, AllWorkAgainSoonAfterOtherProgramsHaveEnded) {
   for_each_step_length([](double step, Random& random) {
     ThreadChoice choice(2);
     work(choice, {step, step * 19, 0.5}, 1000 * std::max(step, 0.05), 0.1, random);
@@ -75,7 +75,7 @@ TEST(ThreadChoice, AllWorkAgainSoonAfterOtherProgramsHaveEnded) {
   });
 }
 
-TEST(ThreadChoice, OneWorksSoonAfterOtherProgramsHaveCome) {
+TEST(AdaptiveThreadCount, OneWorksSoonAfterOtherProgramsHaveCome) {
   for_each_step_length([](double step, Random& random) {
     ThreadChoice choice(2);
     work(choice, {step, step / 1.6}, 100 * std::max(step, 0.05), 0.1, random);
@@ -87,7 +87,7 @@ TEST(ThreadChoice, OneWorksSoonAfterOtherProgramsHaveCome) {
 }
 
 /// A cloth that falls through the air until it folds.
-TEST(ThreadChoice, AllWorkSoonAfterStepsHaveMoreToDo) {
+TEST(AdaptiveThreadCount, AllWorkSoonAfterStepsHaveMoreToDo) {
   for_each_step_length([](double step, Random& random) {
     ThreadChoice choice(2);
     work(choice, {step, step * 1.2}, 1000 * std::max(step, 0.05), 0.1, random);
@@ -97,7 +97,7 @@ TEST(ThreadChoice, AllWorkSoonAfterStepsHaveMoreToDo) {
   });
 }
 
-TEST(ThreadChoice, OfOneThreadIsOne) {
+TEST(AdaptiveThreadCount, OfOneThreadIsOne) {
   ThreadChoice choice(1);
   for (int i = 0; i < 100; ++i) {
     EXPECT_EQ(choice.threads(), 1);
@@ -105,8 +105,8 @@ TEST(ThreadChoice, OfOneThreadIsOne) {
   }
 }
 
-/// However busy the machine is: a thread's own time passes only while it has a core.
-TEST(ThreadChoice, TellsAThreadThatComputesFromOneThatHasNoCore) {
+/// The time that a thread ran is measured however busy the machine is: it passes only while the thread has a core.
+TEST(AdaptiveThreadCount, TellsAThreadThatComputesFromOneThatHasNoCore) {
   const ThreadChoice::Took sleeping =
       ThreadChoice::time_of([] { std::this_thread::sleep_for(std::chrono::milliseconds(20)); });
   EXPECT_GE(sleeping.wall, 0.02);
@@ -120,10 +120,10 @@ TEST(ThreadChoice, TellsAThreadThatComputesFromOneThatHasNoCore) {
       });
   });
   EXPECT_GE(computing.running, done);
-  EXPECT_GE(computing.wall, 0.9 * computing.running);  // two clocks
+  EXPECT_GE(computing.wall, 0.9 * computing.running);  // the two times come from different clocks
 }
 
-TEST(ThreadChoice, LimitsWhatAStepLaunchesEvenIfItThrows) {
+TEST(AdaptiveThreadCount, LimitsWhatAStepLaunchesEvenIfItThrows) {
   ThreadChoice choice(8);
   choice.take([] { EXPECT_EQ(most_threads, 1); });
   EXPECT_THROW(choice.take([] { throw 1; }), int);

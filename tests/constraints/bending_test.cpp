@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bending by its two constraints and by both methods is the same sheet: what sags, and how far, is the compliance's.
+// Bending by both constraints and by both methods: a sheet sags as its compliance says, whichever bends it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace malha {
 namespace {
 
 constexpr double kStripLength = 0.3;  // m
-/// Of a plate that sags by about a tenth of that, N m.
+/// The rigidity of a plate that sags by about a tenth of that length, N m.
 const double kStripRigidity = 0.2 * 9.81 * std::pow(kStripLength, 3) / (8 * 0.1);
 
 struct NamedStrip {
@@ -77,7 +77,7 @@ MeshDataShape curled_strip(bool grid) {
   return strip;
 }
 
-/// The middle of its last row at rest under its weight, times `load`.
+/// The middle of the strip's last row at rest under its weight, times `load`.
 Vec3 end_of_curled_strip(const MeshDataShape& strip, const std::string& type, double load) {
   constexpr double density = 0.2, L = 0.4, D = density * kG * L * L * L / 20;
   BodySpec body;
@@ -114,7 +114,7 @@ TEST(CurvedStrip, PulledThroughItsFlatShapeEndsAlikeByBothHinges) {
   }
 }
 
-/// A shell that is curved at rest keeps its shape by Desbrun's method, and takes it up again.
+/// A shell that is curved at rest keeps its shape by Desbrun's method, and returns to it after a deformation.
 TEST(Fold, OfACurvedShellIsItsRestByDesbrunsMethod) {
   BodySpec shell;
   shell.name = "shell", shell.shape = SphereShape{0.1, 2}, shell.mass = 0.1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A box of cells of six tetrahedra each, which share the cell's long diagonal.
+// A box of hexahedral cells, each split into six tetrahedra that share the cell's long diagonal.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace malha {
 
-/// About the origin, as tet_box.
+/// The box is centred at the origin, like tet_box.
 inline MeshDataShape cells_of_six(const Vec3& size, const std::array<int, 3>& cells) {
   const auto number = [&](const std::array<int, 3>& at) {
     return (at[0] * (cells[1] + 1) + at[1]) * (cells[2] + 1) + at[2];
@@ -24,7 +24,7 @@ inline MeshDataShape cells_of_six(const Vec3& size, const std::array<int, 3>& ce
     for (int j = 0; j < cells[1]; ++j)
       for (int k = 0; k < cells[2]; ++k) {
         std::array<int, 3> axes{0, 1, 2};
-        do {  // from corner to corner along each of the six orders of axes
+        do {  // from corner to opposite corner, along each of the six orders of the axes
           std::array<int, 3> at{i, j, k};
           Tetrahedron t{number(at), 0, 0, 0};
           for (int step = 0; step < 3; ++step) ++at[axes[step]], t[step + 1] = number(at);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Desbrun's method on meshes with a triangle that is all but flat, as public ones have: its hinges weigh no more than
-// others', or are named.
+// Desbrun's method on meshes with a nearly flat triangle, as public meshes have them: its hinges are no stiffer than
+// others, or a message names them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kFlatness = 3e-6;  // height of the flattest triangle over its edge
 
-/// A sphere of which one vertex is all but on the opposite edge of one of its triangles, between its ends or `beyond`
-/// one by that many of its lengths.
+/// A sphere of which one vertex lies nearly on the opposite edge of one of its triangles: between the edge's ends, or
+/// `beyond` one of them by that many of its lengths.
 BodySpec flattened_sphere(double along, std::vector<ConstraintSpec> constraints) {
   Mesh mesh = generate(SphereShape{0.5, 2});
   const Quad face = mesh.faces[57];
@@ -36,7 +36,7 @@ std::string refusal_of(Scene scene) {
   return refusal([&] { Simulation(scene, {.threads = 1}); });
 }
 
-/// A stiff spring that is drawn, or folded, keeps the energy that it has: what gains any is not what was asked for.
+/// A stiff spring that is stretched or folded conserves its energy: a body that gains any diverges.
 TEST(AFlatTriangle, KeepsNoHingeFromTheFilterWhateverTheSpringConstant) {
   for (const char* type : {"bending", "isometric_bending"})
     for (const double along : {0.5, 0.1, 1.5})
@@ -48,7 +48,7 @@ TEST(AFlatTriangle, KeepsNoHingeFromTheFilterWhateverTheSpringConstant) {
         ASSERT_EQ(refusal_of(scene), "");
         Simulation simulation(scene, {.threads = 1});
         for (int step = 0; step < 30; ++step) simulation.step();
-        // It falls as it was: nothing but rounding pulls at it, 1e-7 of 10 N m of momentum over some mg.
+        // It falls without deforming: only rounding pulls at it, 1e-7 of 10 N m of momentum over some mg.
         EXPECT_LT(simulation.measure().strain_rms, 1e-4);
       }
 }
@@ -61,8 +61,7 @@ TEST(AFlatTriangle, IsNamedWhereItsComplianceMakesItTooStiffForTheOthers) {
   EXPECT_NE(said.find(" of body 'ball' is "), std::string::npos) << said;
 }
 
-/// A triangle with a face on either side, as scans and welded models have them: each of its hinges has one vertex
-/// twice.
+/// A triangle with a face on either side, as in scans and welded models: each of its hinges has one vertex twice.
 TEST(QuadsWithTwoCommonEdges, PutNothingIntoTheFilterThatIsOfOneParticleAlone) {
   for (const char* type : {"bending", "isometric_bending"}) {
     BodySpec body = flattened_sphere(0.5, {stiff("distance", {"edges"}), stiff(type)});

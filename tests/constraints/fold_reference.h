@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hinges of Desbrun's method by themselves, from the places of their wings over the edge: nothing of the kernels'.
+// Reference of the hinges of Desbrun's method: from the positions of the wings and the edge, without the kernels' code.
 #pragma once
 #include <array>
 #include <cmath>
@@ -14,7 +14,7 @@ namespace malha {
 /// rest, in heights h. Two unit vectors away from the edge, whose sum is 2 sin(theta / 2) long.
 struct FoldReference {
   std::array<int, 4> of;          // the edge's ends and the wings, in the solver's order
-  std::array<double, 4> weight;   // of each in f, 1/m
+  std::array<double, 4> weight;   // of each particle in f, 1/m
   double rest, stiffness, lever;  // l, 1 / alpha (N m), mean height (m)
 
   Vec3 fold(const std::vector<Vec3>& x) const {

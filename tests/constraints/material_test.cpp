@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rigidity: constraints that take their compliance from a material bend and stretch as its cloth does, however fine the
-// mesh is. Both are compared with formulas of beams, not with each other.
+// Materials: constraints whose compliance follows from a material bend and stretch as its cloth does, however fine the
+// mesh. Both methods are compared with formulas of beams, not with each other.
 #include "host/model/material.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ constexpr double kSheetDensity = 0.2;  // kg/m^2
 #if defined(NDEBUG)
 constexpr int kSides[] = {17, 46, 100, 316};  // particles along a side
 constexpr int kSwinging[] = {17, 46};
-#else  // without optimisation too slow, and the same code
+#else  // without optimisation these sizes are too slow, and run the same code
 constexpr int kSides[] = {17, 46};
 constexpr int kSwinging[] = {17};
 #endif
@@ -45,7 +45,7 @@ BodySpec strip(int n, std::vector<ConstraintSpec> constraints) {
   return body;
 }
 
-/// Hung in air that brakes its slowest swing (rad/s) as fast as can be, until it rests. h: of a substep, s.
+/// Hangs the strip in air with critical drag for its slowest mode (rad/s), until it rests. h: duration of a substep, s.
 double tip_at_rest(BodySpec body, double gravity, double swing, double h, int particles, double seconds) {
   const double mass = 2.0 / (particles - 1) * kSheetDensity;
   Scene scene = scene_of({std::move(body)}, {0, -gravity, 0}, 1.0 / 60, static_cast<int>(std::ceil(1 / (60 * h))));
@@ -128,7 +128,7 @@ TEST(Rigidity, OfAHangingStripIsItsStretchAtEveryResolution) {
   for (const int n : kSides) {
     BodySpec body = strip(n, {rigid("distance", Y, {"edges"}), rigid("distance", G, {"shear"})});
     body.transform.axis = {1, 0, 0}, body.transform.degrees = 90;
-    // One sweep a substep meets compliance but for (speed h / l)^2; the held row cannot grow thinner.
+    // One sweep a substep reaches the compliance up to (speed h / l)^2; the pinned row cannot contract laterally.
     const double h = 0.07 / (n - 1) / speed;
     const double stretch = -tip_at_rest(body, gravity, kPi / 2 * speed, h, n, 0.8) - 1;
     std::printf("%d particles along the strip: %.4f of its stretch\n", n, stretch / expected);
@@ -136,7 +136,7 @@ TEST(Rigidity, OfAHangingStripIsItsStretchAtEveryResolution) {
   }
 }
 
-/// Sag of the tip of a strip held by its first two rows, over that of beam theory.
+/// Sag of the tip of a strip whose first two rows are pinned, over that of beam theory.
 double sag_of_a_cantilever(const std::string& type, int n) {
   const double l = 1.0 / (n - 1);
   const double L = 1 - l, sag = 0.05 * L, D = kSheetDensity * 9.81 * std::pow(L, 4) / (8 * sag);
@@ -145,7 +145,7 @@ double sag_of_a_cantilever(const std::string& type, int n) {
   std::vector<int> held(6);
   std::iota(held.begin(), held.end(), 0);
   body.pins = {ListPin{held}};
-  // One sweep a substep meets compliance but for (h / (l^2 sqrt(density / 4 D)))^2 of about a quarter.
+  // One sweep a substep reaches the compliance up to (h / (l^2 sqrt(density / 4 D)))^2 of about a quarter.
   const double h = l * l * std::sqrt(kSheetDensity / (4 * D)) / 6;
   return -tip_at_rest(body, 9.81, swing, h, n, 12 / swing) / sag;
 }
@@ -159,7 +159,7 @@ TEST(Rigidity, OfACantileverIsItsSagAtEveryResolution) {
     }
 }
 
-// Substeps grow as n^2: minutes. --gtest_also_run_disabled_tests runs it.
+// The number of substeps grows as n^2, so this takes minutes; --gtest_also_run_disabled_tests runs it.
 TEST(Rigidity, DISABLED_OfACantileverIsItsSagAtTheFinestResolutions) {
   for (const int n : {100, 316}) EXPECT_NEAR(sag_of_a_cantilever("bending", n), 1, 0.012) << n;
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of Young's modulus, Poisson's ratio and the shear modulus a membrane of irregular triangles shows by both
-// methods.
+// Young's modulus, Poisson's ratio and shear modulus that a membrane of irregular triangles shows by both methods.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -10,8 +9,8 @@
 namespace malha {
 namespace {
 
-/// What a run shows in the window of a sheet, by the areas of its triangles: stretches along x and y less 1, the shear
-/// between them, and how far below the upper edge they are (m).
+/// Measures of a window of a sheet, weighted by the areas of its triangles: stretches along x and y less 1, the shear
+/// between them, and the distance below the upper edge (m).
 struct Shown {
   double along_x = 0, along_y = 0, shear = 0, depth = 0;
 };
@@ -40,7 +39,8 @@ class IrregularMembrane : public testing::TestWithParam<MembraneCase> {
  protected:
   static constexpr double kDensity = 0.2;  // kg/m^2
 
-  /// Held by its upper edge, until it rests. `swing`: its slowest, rad/s; `wave`: its fastest, m/s.
+  /// Hangs the sheet by its upper edge until it rests. `swing`: the frequency of its slowest mode, rad/s; `wave`: the
+  /// speed of its fastest wave, m/s.
   static std::vector<Vec3> at_rest(const std::string& method, const ConstraintSpec& material, const Mesh& mesh,
                                    const Vec3& gravity, double cell, double swing, double wave) {
     const TemporaryFolder folder;
@@ -64,15 +64,15 @@ class IrregularMembrane : public testing::TestWithParam<MembraneCase> {
   }
 
   struct Moduli {
-    double young, poisson;  // over Y; of itself
+    double young, poisson;  // young: over Y; poisson: over that of the material
   };
-  /// Those that a strip shows whose material is made of Y (N/m), with waves of up to `wave` m/s.
+  /// The moduli that a strip shows whose material has Y (N/m), with waves of up to `wave` m/s.
   static Moduli stretched(const std::string& method, const ConstraintSpec& material, double Y, double wave) {
     const double L = 1, W = 0.2, cell = 0.04, gravity = 0.02 * Y / (kDensity * L);  // 2 % at the upper edge
     const Mesh mesh = uneven_sheet(W, L, 5, 25, 4);
     const double swing = kPi / 2 * std::sqrt(Y / kDensity) / L;
     const std::vector<Vec3> x = at_rest(method, material, mesh, {0, -gravity, 0}, cell, swing, wave);
-    // Away from the edge that is held, and from the free one.
+    // The window is away from the edge that is pinned, and from the free one.
     const Shown mean = shown(mesh, x, {0, -0.7 * L, 0}, {W, -0.4 * L, 0});
     const double tension = kDensity * gravity * (L - mean.depth);  // of what hangs below, N/m
     return {tension / mean.along_y / Y, -mean.along_x / mean.along_y};
@@ -87,7 +87,7 @@ TEST_P(IrregularMembrane, ShowsItsYoungsModulusAndPoissonsRatioWhereItIsStretche
   EXPECT_NEAR(shows.poisson, nu, 0.01 * std::max(nu, 0.3));
 }
 
-/// Springs have one Poisson's ratio for one pattern, which nobody chose: the page says what this strip shows.
+/// Springs have a Poisson's ratio that follows from their pattern; the page quotes what this strip shows.
 class SpringsOnIrregularTriangles : public IrregularMembrane {};
 TEST_P(SpringsOnIrregularTriangles, AreSofterThanTheirModulusAndHaveARatioOfTheirOwn) {
   const auto& [method, Y, nu] = GetParam();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The membrane: its energy against plane stress in principal stretches, its steps against backward Euler, and that no
-// start throws it.
+// The membrane: its energy against plane stress in principal stretches, its steps against backward Euler, and its
+// robustness from any start.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -25,7 +25,7 @@ double elastic_at(const Model& model, const std::vector<Vec3>& x) {
   return measures.elastic;
 }
 
-/// Plane stress in the principal stretches of F: J/m^2.
+/// Energy density of plane stress in the principal stretches of F, J/m^2.
 double plane_stress(const Eigen::Matrix<double, 3, 2>& F, double Y, double nu) {
   const Eigen::Vector2d e = F.jacobiSvd().singularValues() - Eigen::Vector2d(1, 1);
   return Y / (1 - nu * nu) / 2 * (e.squaredNorm() + 2 * nu * e[0] * e[1]);
@@ -96,7 +96,8 @@ TEST(Membrane, GainsNoEnergyByAProjectionHoweverThinCrushedAndUnequal) {
         const double at_first = Membrane::energy(p, rest) / alpha;
         for (int k = 0; k < 30; ++k) {
           Membrane::step(p, from, w, rest, true, alpha, 1.0, sum, move);
-          double now = 0;  // what a substep of backward Euler makes least, times its square
+          // The objective that a substep of backward Euler minimises, times the square of its duration.
+          double now = 0;
           for (int j = 0; j < 3; ++j) {
             p[j] = p[j] + move[j] * w[j];
             now += dot(p[j] - from[j], p[j] - from[j]) / (2 * w[j]);
@@ -107,7 +108,7 @@ TEST(Membrane, GainsNoEnergyByAProjectionHoweverThinCrushedAndUnequal) {
   EXPECT_LT(most, 1.7) << "a thousand, of steps that go as far as their gradients tell; 1.125, of directions at p";
 }
 
-/// A turning, strained sheet, free or held by two corners, and how far it is from backward Euler after a step.
+/// A turning, strained sheet, free or hung by two corners, and the residual of backward Euler after a step.
 TEST(Membrane, ByRefinedDesbrunIsBackwardEulerOfItsEnergy) {
   const TemporaryFolder folder;
   const Mesh mesh = uneven_sheet(0.5, 0.5, 4, 4, 6);
@@ -149,8 +150,8 @@ TEST(Membrane, ByRefinedDesbrunIsBackwardEulerOfItsEnergy) {
       return std::sqrt(sum);
     };
     std::vector<double> left;
-    for (const int refine : {0, 10, 100, 1000}) {
-      scene.solver.desbrun.refinement_iterations = refine;
+    for (const int refinements : {0, 10, 100, 1000}) {
+      scene.solver.desbrun.refinement_iterations = refinements;
       Simulation refined(scene, {.threads = 1});
       const std::vector<Vec3> x = refined.positions(), v = refined.velocities();
       refined.step();
@@ -161,7 +162,7 @@ TEST(Membrane, ByRefinedDesbrunIsBackwardEulerOfItsEnergy) {
   }
 }
 
-/// The largest change of a side, relative.
+/// The largest relative change of the length of a side.
 double largest_side_change(const Mesh& mesh, const std::vector<Vec3>& x) {
   double most = 0;
   for (const Edge& e : edges(mesh))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A flat sheet whose triangles differ in form and size, for tests that must not lean on a grid.
+// A flat sheet of triangles of different forms and sizes, for tests that must not depend on a regular grid.
 #pragma once
 #include <sstream>
 #include <string>
@@ -42,7 +42,7 @@ inline Mesh mixed_sheet(int cells, bool graded, unsigned seed) {
   return mesh;
 }
 
-/// The mesh as an OBJ file says it, with more lines between its points and its faces.
+/// The mesh as text of an OBJ file, with `more` lines between its points and its faces.
 inline std::string obj_of(const Mesh& mesh, const std::string& more = "") {
   std::ostringstream text;
   text.precision(17);

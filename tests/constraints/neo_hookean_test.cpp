@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The material of tetrahedra: its forces against its energy, its rest shape, and what it comes back from.
+// The neo-Hookean material of tetrahedra: its forces against its energy, its rest shape, and recovery from large
+// deformations.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -27,8 +28,8 @@ Eigen::Matrix3d edges_of(const Four& x) {
   return D;
 }
 
-/// The energy of Smith, de Goes and Kim 2018 (equation 14, with the moduli of their section 3.4), J, less what it is at
-/// rest.
+/// The energy of Smith, de Goes and Kim 2018 (equation 14, with the moduli of their section 3.4), J, less that of the
+/// rest shape.
 double energy(const Four& X, const Four& x, double E, double nu) {
   const double shear = E / (2 * (1 + nu)), lame = E * nu / ((1 + nu) * (1 - 2 * nu));
   const double mu = 4.0 / 3 * shear, lambda = lame + 5.0 / 6 * shear, alpha = 1 + mu / lambda - mu / (4 * lambda);
@@ -73,7 +74,8 @@ TEST(NeoHookean, PullsAsTheGradientOfItsEnergyTells) {
           const double force = -(moved(h) - moved(-h)) / (2 * h), m = axis == 0   ? move[k].x
                                                                       : axis == 1 ? move[k].y
                                                                                   : move[k].z;
-          // Of a step so short that nothing moves (some 10^-11): differences, and what the step is implicit by.
+          // The step is so short that positions hardly change (some 10^-11): what is left is the error of differences,
+          // and the implicit part of the step.
           EXPECT_NEAR(m / (dt * dt), force, 1e-5 * size) << nu;
         }
       EXPECT_NEAR(NeoHookean::energy(q, rest.data()) * NeoHookean::shear_modulus(E, nu), energy(X, x, E, nu),
@@ -93,21 +95,21 @@ TEST(NeoHookean, IsLinearElasticityInSmallStrains) {
       for (auto& a : x) a = {a.x * (1 + s), a.y * (1 + across), a.z * (1 + across)};
       return energy(X, x, E, nu) / V;
     };
-    // Across, it takes -nu times the strain along; what is stored is E s^2 / 2.
+    // The transverse strain is -nu times the axial one; the stored energy is E s^2 / 2.
     EXPECT_LT(strained(-nu * s), strained(-nu * s + 1e-5)) << nu;
     EXPECT_LT(strained(-nu * s), strained(-nu * s - 1e-5)) << nu;
     EXPECT_NEAR(strained(-nu * s) / (E * s * s / 2), 1, 5e-4) << nu;
   }
 }
 
-/// A block of one kilogram to a litre.
+/// A block of the density of water, one kilogram to a litre.
 Scene block(double E, double nu, std::array<int, 3> cells = {3, 3, 3}) {
   BodySpec jelly = body("jelly", TetBoxShape{{0.5, 0.5, 0.5}, cells}, {neo_hookean(E, nu)});
   jelly.mass.reset(), jelly.density = 1000;
   return scene_of({jelly});
 }
 
-/// A solver of the scene that starts with every particle elsewhere.
+/// A solver of the scene whose particles start at other positions than the rest shape's.
 template <class R>
 std::unique_ptr<Solver> started(const Model& model, const std::function<Vec3(const Vec3&)>& elsewhere,
                                 int threads = 1) {
@@ -118,7 +120,7 @@ std::unique_ptr<Solver> started(const Model& model, const std::function<Vec3(con
   return solver;
 }
 
-/// The largest change of a tetrahedron's edge, relative.
+/// The largest relative change of the length of a tetrahedron's edge.
 double distortion(const Model& model, const Solver& solver) {
   const std::vector<Vec3> user = solver.positions();
   std::vector<Vec3> x(user.size());
@@ -150,7 +152,8 @@ class NeoHookeanComesBack : public testing::TestWithParam<Start> {};
 
 TEST_P(NeoHookeanComesBack, ToItsRestShapeWithDamping) {
   for (const double nu : {0.0, 0.3, 0.45}) {
-    if (nu > 0.4 && GetParam().name == std::string("Randomised")) continue;  // nearly incompressible, it stays in knots
+    // A nearly incompressible body stays in knots.
+    if (nu > 0.4 && GetParam().name == std::string("Randomised")) continue;
     Scene scene = block(1e6, nu);
     scene.bodies[0].damping = 0.1;
     const Model model = build_model(scene);
@@ -181,7 +184,7 @@ TEST(TetrahedraWithVolumeConstraints, TurnBackWhatIsInvertedOrFlattened) {
     });
     ASSERT_EQ(corners, 1);
     const double least = to > 0.34 ? 1 : 0;
-    // A third of the way it is flat, which rounding may call either.
+    // A third of the way in it is flat, which rounding may count as inverted or not.
     if (to != 1.0 / 3) {
       ASSERT_EQ(static_cast<double>(solver->measure().inverted_tetrahedra), least) << to;
     }
@@ -217,7 +220,7 @@ INSTANTIATE_TEST_SUITE_P(, NeoHookeanComesBack,
                                                }}),
                          [](const auto& tested) { return tested.param.name; });
 
-// A limit that scenes/README.md states: there its forces are along the line, and none in the point.
+// This is a limit that scenes/README.md states: on a line its forces are along the line, and in a point there are none.
 TEST(NeoHookean, StaysOnALineOrInAPointFromWhichNothingSaysTheWayOut) {
   for (const double along : {1.0, 0.0}) {
     Scene scene = block(1e6, 0.3);
@@ -241,7 +244,7 @@ TEST(NeoHookean, HangsAsLongAsLinearElasticityTells) {
     scene.gravity = {0, -1, 0}, scene.solver.substeps = substeps, scene.solver.iterations = iterations;
     scene.solver.precision = Precision::Double;  // float's rounding makes it swing sideways
     Simulation simulation(scene, {.threads = 1});
-    double lowest = 0;  // the mean of five periods of 4 L sqrt(rho / E): it swings about where it would hang
+    double lowest = 0;  // the mean of five periods of 4 L sqrt(rho / E), because it oscillates about its equilibrium
     for (int step = 0; step < 240; ++step) {
       simulation.step();
       double of_step = 0;
@@ -270,8 +273,8 @@ TEST(NeoHookean, KeepsTheMomentaOfAFreeBody) {
   EXPECT_GT(distortion(model, *solver), 1e-5) << "it bulges";
 }
 
-// Where a shear wave gets through too much of a cell in a substep (0.6 here), corrections are too large for the
-// gradients where it began, and take rotation; where it gets through little of one (0.08), they keep it.
+// Where a shear wave travels through too much of a cell in a substep (0.6 here), corrections are too large for the
+// gradients where it began, and reduce rotation; where it travels through little of one (0.08), they keep it.
 TEST(NeoHookean, LosesRotationWhereAWaveIsTooFastForTheSubsteps) {
   for (const int substeps : {10, 80}) {
     Scene scene = scene_of({body("block", TetBoxShape{{0.3, 0.2, 0.4}, {4, 4, 4}}, {neo_hookean(1e5, 0.3)})});
@@ -316,7 +319,7 @@ TEST(NeoHookean, StaysFiniteTenKilometresFromTheOrigin) {
     const Model model = build_model(scene);
     const auto solver = make_solver(model, 1);
     for (int step = 0; step < 60; ++step) ASSERT_NO_THROW(solver->step());
-    // A float there is a millimetre; cells are 0.17 m.
+    // The spacing of floats there is a millimetre; cells are 0.17 m.
     EXPECT_LT(distortion(model, *solver), precision == Precision::Float ? 0.1 : 1e-9);
     EXPECT_EQ(solver->measure().inverted_tetrahedra, 0);
   }

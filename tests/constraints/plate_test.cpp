@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// plate: a bent sheet has the energy of its curvature on whatever triangles, and sags as beam theory says.
+// The plate: a bent sheet has the energy of its curvature on any triangles, and sags as beam theory says.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,8 +30,8 @@ Model flat_sheet(const TemporaryFolder& folder, const ConstraintSpec& bends, int
   return build_model(scene_of({body}, {0, 0, 0}, 1.0 / 60));
 }
 
-/// Its elastic energy as a surface of the curvatures a along a direction at `angle` from x and b across (1/m), over
-/// that of a plate of rigidity 1.
+/// The elastic energy of the sheet bent to a surface of curvatures a along a direction at `angle` from x and b across
+/// (1/m), over that of a plate of rigidity 1.
 double energy_over_plate(const Model& model, double a, double b, double angle, double nu = 0) {
   std::vector<Vec3> x = model.x;
   for (Vec3& at : x) {
@@ -44,8 +44,8 @@ double energy_over_plate(const Model& model, double a, double b, double angle, d
   return measures.elastic / ((a * a + b * b + 2 * nu * a * b) / 2);
 }
 
-// Angles of 1e-3 / n rad, so that the surface's slope and folds are small beside them: what is left is the rim, where
-// triangles stand for their neighbours, and the few that fix no curvature.
+// Angles are 1e-3 / n rad, so that the surface's slope and its folds are small beside the error to measure: at the
+// boundary triangles stand for their neighbours, and a few determine no curvature.
 constexpr double kSlight = 1e-3;
 
 TEST(Plate, HasTheEnergyOfACylinderOnIrregularTrianglesInEveryDirection) {
@@ -126,7 +126,7 @@ TEST(WingedTriangles, StandForTheWholeAreaAndLeaveNoHingeOut) {
 TEST(Plate, SagsAsABeamDoesByBothMethods) {
   const TemporaryFolder folder;
   constexpr double L = 0.4, W = 0.2, sag = 0.05 * L;
-  const double free = L - L / 12;  // from the second row on
+  const double free = L - L / 12;  // the free length starts at the second row
   const double D = 0.2 * 9.81 * std::pow(free, 4) / (8 * sag);
   for (const double off : {0.0, 0.25}) {
     const std::string obj = irregular_obj(W, L, 6, 12, off, 7, 2, Diagonals::Delaunay);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flat sheets of cells that are not alike, and what loads do to them by linear algebra: no substep in it.
+// Static solutions of flat sheets of unequal cells by linear algebra, without substeps.
 #pragma once
 #include <Eigen/Sparse>
 #include <Eigen/SparseCholesky>
@@ -14,7 +14,8 @@
 
 namespace malha {
 
-/// Quads between lines at these places along x and z (m), in the plane y = 0; rows along x come one after the other.
+/// Quads between grid lines at these coordinates along x and z (m), in the plane y = 0; rows along x come one after the
+/// other.
 inline MeshDataShape quads_between(const std::vector<double>& x, const std::vector<double>& z) {
   MeshDataShape shape;
   const int across = static_cast<int>(x.size());
@@ -28,7 +29,7 @@ inline MeshDataShape quads_between(const std::vector<double>& x, const std::vect
   return shape;
 }
 
-/// From 0 to `length` in so many cells, the last `ratio` times as long as the first.
+/// Grid lines from 0 to `length`: that many cells, of which the last is `ratio` times as long as the first.
 inline std::vector<double> graded(double length, int cells, double ratio = 1) {
   std::vector<double> at{0};
   for (int k = 0; k < cells; ++k) at.push_back(at.back() + (cells > 1 ? std::pow(ratio, double(k) / (cells - 1)) : 1));
@@ -55,13 +56,13 @@ inline MeshDataShape listed_of_obj(const std::string& text) {
   return shape;
 }
 
-/// What an energy k / 2 (sum c_i y_i)^2 of lifts y is the sum of: its particles with c, and k.
+/// A term k / 2 (sum c_i y_i)^2 of an energy of the displacements y: its particles with c, and k.
 struct LiftedTerm {
   std::vector<std::pair<int, double>> c;
   double k;
 };
 
-/// The bending of a flat model of Desbrun's method, by the user's particles.
+/// The bending terms of a flat model of Desbrun's method, with the user's numbers of particles.
 inline std::vector<LiftedTerm> bending_terms(const Model& model) {
   std::vector<LiftedTerm> terms;
   for_each_stencil(model, [&](const auto& stencil) {
@@ -82,7 +83,7 @@ inline Model sheet_of_bending(const Shape& shape, const ConstraintSpec& bends, c
   return build_model(scene);
 }
 
-/// The energy of lifts y(x, z).
+/// The energy of the displacements y(x, z).
 template <class Lift>
 double energy_of_lifts(const Model& model, Lift lift) {
   double energy = 0;
@@ -94,7 +95,7 @@ double energy_of_lifts(const Model& model, Lift lift) {
   return energy;
 }
 
-/// How far a weight of 1 N a kilogram lifts each particle, of which `held` stay.
+/// The static displacement of each particle under a load of 1 N a kilogram, with the particles in `held` fixed.
 inline std::vector<double> lifts_by_weight(const Model& model, const std::vector<int>& held) {
   const int n = model.count();
   std::vector<int> unknown(n, 0);

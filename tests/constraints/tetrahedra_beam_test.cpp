@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cantilever of tetrahedra under its own weight, over refinement: against linear finite elements on the very same
-// tetrahedra, solved here by other means, and those against the theory of beams.
+// A cantilever of tetrahedra under its own weight, over refinement: compared with linear finite elements on the same
+// tetrahedra, which this test solves by itself, and these with beam theory.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -19,14 +19,14 @@ namespace malha {
 namespace {
 
 constexpr double span = 1, width = 0.2, E = 1e6, nu = 0.3, rho = 1000, g = 0.25;
-/// Of the free end, m: Euler and Bernoulli's, and with what shear adds (Timoshenko, Cowper's coefficient 5/6).
+/// Sag of the free end, m: Euler and Bernoulli's, and with shear (Timoshenko, Cowper's coefficient 5/6).
 const double bernoulli = rho * g * 12 * std::pow(span, 4) / (8 * E * width * width);
 const double timoshenko = bernoulli + rho * g * span * span / (2 * 5.0 / 6 * E / (2 * (1 + nu)));
 
 TetBoxShape beam(int cells) { return {{span, width, width}, {5 * cells, cells, cells}}; }
 bool held(const Vec3& X) { return X[0] < -span / 2 + 1e-6; }
 
-/// How far the free end sinks, m, on average.
+/// The mean sag of the free end, m.
 double tip(const std::vector<Vec3>& X, const std::vector<Vec3>& x) {
   double sum = 0;
   int count = 0;
@@ -45,7 +45,8 @@ double by_malha(int cells, int substeps, int iterations, double dt = 0.02, doubl
   Scene scene = scene_of({body});
   scene.gravity = {0, -g, 0};
   scene.solver.dt = dt, scene.solver.substeps = substeps, scene.solver.iterations = iterations;
-  scene.solver.precision = Precision::Double;  // in float a substep's fall is lost in roundings of the places
+  // In float the displacement of a substep is lost in the rounding of positions.
+  scene.solver.precision = Precision::Double;
   const Mesh rest = generate(beam(cells));
   const double mass = rho * span * width * width;
   scene.wind = Wind{{0, 0, 0}, 12 * mass / static_cast<double>(rest.points.size())};  // nearly critical damping
@@ -54,7 +55,7 @@ double by_malha(int cells, int substeps, int iterations, double dt = 0.02, doubl
   return tip(rest.points, simulation.positions());
 }
 
-/// Linear elasticity on tetrahedra with constant strain; as much weight on each point as malha's masses have.
+/// Linear elasticity on tetrahedra of constant strain, with the loads of malha's lumped masses.
 double by_finite_elements(int cells) {
   const Mesh mesh = generate(beam(cells));
   const int n = static_cast<int>(mesh.points.size());
@@ -104,7 +105,7 @@ TEST(BeamOfTetrahedra, BendsAlikeWithIterationsInsteadOfSubsteps) {
   EXPECT_GT(by_malha(4, 10, 1) / by_finite_elements(4), 1.5) << "too few of both: it is softer than its material";
 }
 
-/// By how much the end sinks too far where a shear wave gets through so many cells, each of six tetrahedra, in a
+/// The relative excess of the sag where a shear wave travels through so many cells, each of six tetrahedra, in a
 /// substep.
 double softened(int cells, double wave, int iterations) {
   const double cell = width / cells * std::cbrt(6.0 / 5), speed = std::sqrt(E / (3 * rho));
@@ -112,8 +113,8 @@ double softened(int cells, double wave, int iterations) {
   return by_malha(cells, substeps, iterations, substeps * wave * cell / speed) / by_finite_elements(cells) - 1;
 }
 
-// Figures of scenes/accuracy.md, which it prints. Measured on more beams: 1 to 4 cells across, Poisson's ratios 0 to
-// 0.45, moved points too.
+// These are figures of scenes/accuracy.md. They were also measured on beams of 1 to 4 cells across, Poisson's ratios of
+// 0 to 0.45, and moved points.
 TEST(BeamOfTetrahedra, SoftensWithTheCellsThatAWaveGetsThroughInASubstep) {
   for (const int cells : {1, 2, 3}) {
     std::map<double, double> share;
@@ -132,7 +133,7 @@ TEST(BeamOfTetrahedra, SoftensWithTheCellsThatAWaveGetsThroughInASubstep) {
   }
 }
 
-// Figures of scenes/accuracy.md, which it prints.
+// These are figures of scenes/accuracy.md; the test prints them.
 TEST(BeamOfTetrahedra, OfSixACellSoftensWithPoissonsRatioToo) {
   for (const int cells : {1, 2})
     for (const double ratio : {0.0, 0.3, 0.4, 0.45, 0.48}) {
@@ -159,7 +160,7 @@ TEST(BeamOfTetrahedra, LocksWhereCoarseAndComesToTheTheoryUnderRefinement) {
     std::printf("%d cells across: %.3f of Timoshenko's, %.3f of Euler and Bernoulli's\n", cells, share[cells],
                 share[cells] * timoshenko / bernoulli);
   }
-  // Tetrahedra with constant strain are too stiff in bending: by the square of their size.
+  // Tetrahedra of constant strain are too stiff in bending, with the square of their size.
   EXPECT_NEAR(share[1], 0.34, 0.03);
   EXPECT_NEAR(share[2], 0.66, 0.03);
   EXPECT_NEAR(share[4], 0.87, 0.03);

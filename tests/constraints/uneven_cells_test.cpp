@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rigidity on cells that are longer than wide, or not all alike: the same sheet as on squares, or a warning.
+// Materials on cells that are longer than wide, or of different sizes: the sheet behaves as on squares, or a warning
+// says that it does not.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -76,7 +77,8 @@ TEST(RigidityOfDistance, OfAPulledStripOfRectanglesHasItsYoungsModulusAndPoisson
   for (const Plane& plane : kPlanes) {
     const Model model = sheet_of_springs(plane, "desbrun");
     const int n = model.count(), columns = static_cast<int>(plane.x.size());
-    // Held: z of the first row, x of its first particle. Pulled: the last row, each particle by its part of the width.
+    // z of the first row and x of its first particle are fixed. The last row is pulled, each particle by its part of
+    // the width.
     std::vector<Eigen::Triplet<double>> entries;
     Eigen::VectorXd pull = Eigen::VectorXd::Zero(2 * n);
     const auto held = [&](int unknown) { return unknown == 0 || (unknown % 2 == 1 && unknown / 2 < columns); };
@@ -114,7 +116,8 @@ TEST(RigidityOfHinges, OnRectanglesIsThatOfAPlateInAllDirections) {
          std::vector<std::tuple<const char*, std::vector<double>, std::vector<double>, double>>{
              {"1 : 3", graded(1, 20), graded(3, 20), 1e-9},
              {"10 : 1", graded(10, 20), graded(1, 20), 1e-9},
-             // Cells that grow: what is beside a side has two widths, whose mean and inverse's mean are not the same.
+             // Where cells grow, the two cells beside a side have different widths, whose mean differs from their
+             // harmonic mean.
              {"graded", graded(1, 20, 6), graded(1, 20, 3), 0.02}}) {
       const Model model = sheet_of_bending(quads_between(x, z), uneven_rigid(type, 1));
       const double area = x.back() * z.back();
@@ -140,7 +143,7 @@ TEST(RigidityOfHinges, OnRectanglesIsThatOfAPlateInAllDirections) {
 
 TEST(RigidityOfPlate, IsItsOwnOnGradedTrianglesInAllDirections) {
   const TemporaryFolder folder;
-  // Each stretches x and z of a square: all alike, growing cells, cells that are a tenth as large from the middle on.
+  // Each stretches x and z of a square: uniform cells, growing cells, and cells a tenth as large from the middle on.
   const auto tenth = [](double a) { return a < 0.5 ? 0.1 * a : 0.05 + (a - 0.5) * 1.9; };
   const auto grows = [](double a) { return (std::pow(100, a) - 1) / 99; };
   const auto thirty = [](double a) { return 30 * a; };
@@ -159,13 +162,14 @@ TEST(RigidityOfPlate, IsItsOwnOnGradedTrianglesInAllDirections) {
       for (double angle = 0; angle < 3.1; angle += kPi / 6) {
         const double energy = energy_of_lifts(
             model, [&](double x, double z) { return std::pow(x * std::cos(angle) + z * std::sin(angle), 2) / 2; });
-        // What is left is the rim, whose triangles their neighbours and a few hinges stand for.
+        // The rest of the error is at the boundary, where a few hinges and the triangles' neighbours stand in for them.
         EXPECT_NEAR(energy / (along_x(1) * along_z(1) / 2), 1, 0.05) << name << ", " << int(diagonals) << ", " << angle;
       }
     }
 }
 
-/// The sag of the last row of a strip of 1 m that its first two rows hold, over that of a beam from the second row on.
+/// The sag of the last row of a strip of 1 m whose first two rows are pinned, over that of a beam that starts at the
+/// second row.
 double clamped_sag(const std::string& type, const MeshDataShape& shape, int columns) {
   std::vector<int> held(2 * columns);
   std::iota(held.begin(), held.end(), 0);
@@ -191,7 +195,7 @@ TEST(Clamp, OfTwoRowsActsAtTheSecond) {
     }
 }
 
-// Figures of scenes/README.md, which it prints.
+// These are figures of scenes/README.md; the test prints them.
 TEST(Clamp, LetsTrianglesThatAreLeftToRelaxSagTooFarAtAnyResolution) {
   for (const std::string type : {"bending", "plate"})
     for (const auto& [name, diagonals, most] : {std::tuple{"Delaunay's triangles", Diagonals::Delaunay, 0.13},
@@ -221,7 +225,8 @@ TEST(Clamp, IsOfRowsThatStayAndOfAMaterial) {
     if (release) body.pins[0].release_time = 1;
     const Model model = build_model(scene_of({body}, kEarth, 1.0 / 60));
     ASSERT_EQ(model.sets.size(), 1u);
-    // Of squares each side has two hinges of half its bending: twice the area of both triangles over the length^2.
+    // On squares each side has two hinges, each with half of its bending: twice the area of both triangles over the
+    // length^2.
     const auto [least, most] = std::minmax_element(model.sets[0].softness.begin(), model.sets[0].softness.end());
     EXPECT_NEAR(*least, release ? 2 : 1, 1e-9);
     EXPECT_NEAR(*most, 2, 1e-9);
@@ -236,7 +241,7 @@ std::vector<std::string> warned_of_materials(const Shape& shape, std::vector<Con
   return lines;
 }
 
-TEST(WarningOfOtherMaterials, ComesWhereSpringsOrHingesAreAnotherSheetByDirection) {
+TEST(WarningOfAnisotropy, ComesWhereStiffnessOfSpringsOrHingesDependsOnDirection) {
   const TemporaryFolder folder;
   const auto triangles_of = [](double off, Diagonals diagonals) {
     return listed_of_obj(irregular_obj(1, 1, 12, 12, off, 3, 0, diagonals));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sheets of membrane on triangles of unequal sizes and windings, and what a test reads off them.
+// Membrane sheets on triangles of unequal sizes and windings, and the quantities that tests measure on them.
 #pragma once
 #include <Eigen/Dense>
 #include <algorithm>
@@ -66,7 +66,7 @@ inline Eigen::Matrix<double, 3, 2> sides_of(const Vec3& a, const Vec3& b, const 
   return sides;
 }
 
-/// F of a triangle whose rest places lie in the plane of x and y.
+/// The deformation gradient F of a triangle whose rest positions lie in the plane of x and y.
 inline Eigen::Matrix<double, 3, 2> gradient_of(const std::vector<Vec3>& X, const std::vector<Vec3>& x, const Quad& t) {
   return sides_of(x[t[0]], x[t[1]], x[t[2]]) * sides_of(X[t[0]], X[t[1]], X[t[2]]).topRows<2>().inverse();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the faces of a mesh are wound says nothing of how it bends: sheets whose faces are turned over by chance have the
-// energy, and the sag, of those whose faces agree.
+// Face orientation does not change bending: a sheet with randomly flipped faces has the energy and the sag of the sheet
+// whose faces agree.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@
 namespace malha {
 namespace {
 
-/// Half of the faces the other way round, from the same corner, so that quads are cut along the same diagonals.
+/// Flips half of the faces, keeping their first corner, so that quads are split along the same diagonals.
 Mesh wound_by_chance(Mesh mesh, unsigned seed) {
   Random random(seed);
   for (Quad& face : mesh.faces)
@@ -34,7 +34,7 @@ struct Wound {
   Shape alike, by_chance;
 };
 
-/// Sheets of a width x length: quads of a grid, and triangles of many forms.
+/// Sheets of width x length: a grid of quads, and an irregular triangulation.
 std::vector<Wound> wound_sheets(const TemporaryFolder& folder, double width, double length, int across, int along) {
   std::vector<Wound> all;
   const auto add = [&](const std::string& name, const Mesh& mesh) {
@@ -46,7 +46,7 @@ std::vector<Wound> wound_sheets(const TemporaryFolder& folder, double width, dou
   return all;
 }
 
-/// Of a saddle that a sheet of such a shape is bent to, J.
+/// Energy of a saddle that a sheet of such a shape is bent to, J.
 double energy_of_a_saddle(const Shape& shape, const ConstraintSpec& bends, const std::string& method) {
   BodySpec body;
   body.name = "sheet", body.shape = shape, body.mass = 1, body.constraints = {bends};
@@ -77,7 +77,7 @@ TEST(Winding, DoesNotChangeTheEnergyOfWhatBends) {
         for (const ConstraintSpec& bends : ways) {
           const double expected = energy_of_a_saddle(alike, bends, method);
           EXPECT_GT(expected, 1e-6) << name << ", " << type << ", " << method;
-          // The same sum of some hundred terms in another order.
+          // The sum of some hundred terms is taken in another order.
           EXPECT_NEAR(energy_of_a_saddle(by_chance, bends, method) / expected, 1, 1e-12)
               << name << ", " << type << ", " << method;
         }
@@ -96,13 +96,14 @@ TEST(Winding, DoesNotChangeHowFarAStripSags) {
         };
         const double expected = sag(alike);
         EXPECT_GT(expected, 0.02 * L) << name << ", " << type << ", " << method << ": it does sag";
-        // Faces give constraints their order. A sweep that has not converged depends on it: by 1e-3 of the sag.
+        // The order of faces determines the order of constraints. A sweep that has not converged depends on it: by 1e-3
+        // of the sag.
         EXPECT_NEAR(sag(by_chance) / expected, 1, 2e-3) << name << ", " << type << ", " << method;
       }
 }
 
 TEST(Winding, OfAMoebiusStripLeavesNoEdgeWithoutAHinge) {
-  Mesh strip;  // which no winding makes agree
+  Mesh strip;  // no orientation of its faces agrees everywhere
   const int around = 24;
   for (int i = 0; i < around; ++i)
     for (const double side : {-0.2, 0.2}) {
@@ -117,7 +118,7 @@ TEST(Winding, OfAMoebiusStripLeavesNoEdgeWithoutAHinge) {
   EXPECT_EQ(hinges(strip).size(), std::size_t{2 * around}) << "a strip of as many triangles has one after each";
 }
 
-/// Three sheets of 2 x 3 cells each that meet along an edge of three sides, of triangles.
+/// Three triangulated sheets of 2 x 3 cells each that share an edge of three sides.
 Mesh three_leaves() {
   Mesh mesh;
   for (int j = 0; j <= 3; ++j) mesh.points.push_back({0, 0, 0.1 * j});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Particles without constraints against one environment mesh, substep by substep, as the solver does it.
+// Particles without constraints in contact with one environment mesh, substep by substep, as the solver takes them.
 #pragma once
 #include <cmath>
 #include <vector>
@@ -48,7 +48,7 @@ class ContactBench {
   double time() const { return time_; }
   EnvironmentCollider<Executor, R>& collider() { return collider_; }
   const EnvironmentCollider<Executor, R>& collider() const { return collider_; }
-  /// What is remembered of a particle that is near.
+  /// The proximity record that the contact cache has of a particle close to the mesh.
   ProximityRecord& near(int i) {
     const ContactCacheView<R> nearby = collider_.nearby(0);
     return nearby.near[nearby.slot(i)];
@@ -68,7 +68,7 @@ class ContactBench {
   Executor executor_;
   Model model_;
   EnvironmentCollider<Executor, R> collider_;
-  PointList<R> x_, low_, v_, d_;  // low_: what x_ lacks
+  PointList<R> x_, low_, v_, d_;  // low_: the rounding errors of x_
   std::vector<R> w_;
   double time_ = 0;
 };

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kThickness = 0.005;
 
-/// A square sheet about the origin, in the plane y = 0 before `degrees` about z tilt it: downhill is x.
+/// A square sheet about the origin, in the plane y = 0 before it is tilted by `degrees` about z: downhill is along x.
 EnvironmentSpec ground(double size, double degrees = 0, Sides sides = Sides::OneSided) {
   EnvironmentSpec sheet;
   sheet.name = "ground";
@@ -33,7 +33,7 @@ Scene on(const EnvironmentSpec& environment, const BodySpec& body, double h, int
   return scene;
 }
 
-// Laid on the rim of the nearest wall each would be beyond the other one.
+// Moved to the thickness of the nearest wall, each particle would be beyond the other wall.
 TEST(Contact, ThickerThanAGapLeavesWhatIsBetweenTwoWallsOfOneMeshThere) {
   const TemporaryFolder folder;
   EnvironmentSpec walls;
@@ -75,8 +75,8 @@ TEST(Bounce, HeightsAndTimesFollowTheRestitutionAsTheTimeStepShrinks) {
     }
     return worst;
   };
-  // Where in a step an impact falls is chance, so that errors scatter: each of the six costs up to a step of time, or
-  // what the particle flies in it (4.4 m/s at most).
+  // When within a step an impact falls is random, so that errors scatter: each of the six impacts costs up to a step of
+  // time, or the distance that the particle covers in it (4.4 m/s at most).
   const double coarse = error(4e-3), middle = error(1e-3), fine = error(2.5e-4);
   EXPECT_LT(coarse, 15 * 4e-3);
   EXPECT_LT(middle, 15 * 1e-3);
@@ -94,8 +94,8 @@ TEST(Bounce, WithoutLossGoesOnForEver) {
     for (int second = 0; second < 20; ++second) {
       run_for(simulation, scene, 1);
       const double v = simulation.velocities()[0][1];
-      // Symplectic Euler keeps E - m g h v / 2; an impact is wrong by the gravity of a step, m g h v, which the next
-      // one takes back.
+      // Symplectic Euler conserves E - m g h v / 2; an impact errs by the gravity of a step, m g h v, which the next
+      // impact compensates.
       EXPECT_NEAR(simulation.measure().energy() - kG * h * v / 2, start, kG * h * 4.43) << h << ", " << second << " s";
     }
   }
@@ -112,7 +112,8 @@ TEST(Bounce, ComesToRestAtTheThickness) {
   }
 }
 
-// Coulomb's impact: the normal impulse is m (1 + e) v_n whenever within the step it comes, the tangential mu times it.
+// Coulomb's impact: the normal impulse is m (1 + e) v_n whenever within the step it occurs, the tangential one mu times
+// that.
 TEST(Impact, LosesSlidingInProportionToTheNormalImpulse) {
   for (const double e : {0.0, 0.5, 1.0})
     for (const double height : {0.011, 0.02, 0.031, 0.034}) {
@@ -151,7 +152,7 @@ TEST(Friction, StopsASlidingParticleAfterItsBrakingDistance) {
   floor.friction = 0.4;
   const double h = 1e-3, speed = 5, distance = speed * speed / (2 * 0.4 * kG);
   const Simulation simulation = after(on(floor, particle({0, kThickness, 0}, {3, 0, 4}), h), 2);
-  const Vec3 expected{distance * 0.6, kThickness, distance * 0.8};  // straight on
+  const Vec3 expected{distance * 0.6, kThickness, distance * 0.8};  // straight on along its direction
   EXPECT_LT(length(simulation.positions()[0] - expected), speed * h);
   EXPECT_LT(length(simulation.velocities()[0]), 1e-12);
 }
@@ -164,7 +165,7 @@ class Ramp : public testing::TestWithParam<Precision> {
   const Vec3 downhill_{std::cos(a_), -std::sin(a_), 0}, normal_{std::sin(a_), std::cos(a_), 0};
   const Vec3 start_{kThickness * normal_[0], kThickness* normal_[1], 0.3};
 
-  /// From the start after kTime seconds.
+  /// The displacement from the start after kTime seconds.
   Vec3 moved(double friction) const {
     EnvironmentSpec ramp = ground(80, kDegrees);
     ramp.friction = friction;
@@ -174,7 +175,8 @@ class Ramp : public testing::TestWithParam<Precision> {
 
 TEST_P(Ramp, HoldsWhatIsLessSteepThanTheAngleOfFriction) {
   const Vec3 creep = moved(1.01 * std::tan(a_));
-  // Friction acts on positions, so that 3,000 substeps add nothing: what moved is the rounding of the start itself.
+  // Friction acts on positions, so that 3,000 substeps accumulate no error: the displacement is the rounding of the
+  // start itself.
   EXPECT_LT(length(creep), GetParam() == Precision::Float ? 1e-7 : 1e-14);
 }
 
@@ -243,8 +245,8 @@ TEST(Friction, OfATurningSphereCarriesWhatSticksAroundWithoutSlip) {
   const Vec3 settled = simulation.positions()[0];
   EXPECT_GT(std::hypot(settled[0], settled[2]), 0.25);
   run_for(simulation, scene, 4.25);
-  const Vec3 turned{settled[2], settled[1], -settled[0]};       // four turns and a quarter later
-  EXPECT_LT(length(simulation.positions()[0] - turned), 1e-9);  // 2,550 substeps of a turn of 0.01, rounded
+  const Vec3 turned{settled[2], settled[1], -settled[0]};       // after four and a quarter turns
+  EXPECT_LT(length(simulation.positions()[0] - turned), 1e-9);  // 2,550 substeps, each a rotation by 0.01, rounded
 }
 
 class Rest : public testing::TestWithParam<Precision> {
@@ -289,9 +291,9 @@ TEST_P(Rest, OfASheetOnTheGroundIsFlatAtTheThickness) {
   EnvironmentSpec floor = ground(4);
   floor.friction = 0.5;
   const Simulation simulation = after(on(floor, sheet, 1.0 / 60, 10, GetParam()), 2);
-  for (const Vec3& x : simulation.positions()) ASSERT_NEAR(x[1], kThickness, 2e-5);  // what still trembles: g h^2
-  // Friction holds what it once held: in a substep a particle may be drawn by mu g h^2 and stay. An edge corrects half
-  // of its error at each end, and ten more particles in a row may lean on it.
+  for (const Vec3& x : simulation.positions()) ASSERT_NEAR(x[1], kThickness, 2e-5);  // the remaining jitter is g h^2
+  // Static friction keeps a particle where it is up to mu g h^2 in a substep. An edge corrects half of its error at
+  // each end, and ten more particles in a row may pull at it.
   const double h = 1.0 / 600, edge = 0.05;
   EXPECT_LT(simulation.measure().strain_max, 10 * 2 * floor.friction * kG * h * h / edge);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a device answers of contacts by the lists of a mesh, and what it leaves to the host: together the same.
+// Contact queries on a device: a mesh's triangle lists answer most of them, the host the rest, and together the
+// contacts are those of the host alone.
 #include "host/environment/contact_query_device.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +20,7 @@ namespace {
 
 constexpr double kSphereThickness = 0.01;
 
-/// Particles near a surface, from which they move on ways of their own, and what is remembered of them.
+/// Particles close to a surface that move independently, and their contact cache.
 class NearASurface {
  public:
   NearASurface(const Surface& surface, int count, Sides sides)
@@ -37,7 +38,7 @@ class NearASurface {
     d_ = PointArray<Serial, float>(places.size()), low_ = PointArray<Serial, float>(places.size());
   }
 
-  /// Arrives where it went, and goes on by up to `way` (m) in any direction.
+  /// Ends the substep, and displaces each particle by up to `way` (m) in any direction.
   void move(double way, Random& random) {
     for (int i = 0; i < count_; ++i) {
       particles().p.arrive(i);
@@ -46,7 +47,7 @@ class NearASurface {
     for (int s = 0; s < memory_.slots(); ++s) invalidate(memory_.view().contacts[s]);
   }
 
-  /// How many of all are left to the host.
+  /// Detects contacts; the result is how many queries are left to the host.
   int find(bool by_lists) {
     memory_.reserve_slots(Serial{}, count_, static_cast<int>(words_of(static_cast<std::size_t>(count_))));
     const ContactCacheView<float> nearby = memory_.view();
@@ -99,9 +100,9 @@ class NearASurface {
   NearMemory<Serial, float> memory_;
 };
 
-class ListsOf : public testing::TestWithParam<Sides> {};
+class DeviceQueriesOf : public testing::TestWithParam<Sides> {};
 
-TEST_P(ListsOf, ASphereAnswerMostAndLeaveWhatTheHostWould) {
+TEST_P(DeviceQueriesOf, ASphereAnswerMostAndLeaveTheHostsAnswersUnchanged) {
   const Device device;
   const Mesh mesh = generate(SphereShape{0.5, 3});
   const Surface surface(device, mesh), other(device, mesh);
@@ -110,7 +111,8 @@ TEST_P(ListsOf, ASphereAnswerMostAndLeaveWhatTheHostWould) {
   Random one(3), same_one(3);
   int left = 0, looks = 0;
   for (int substep = 0; substep < 30; ++substep) {
-    const double way = substep % 10 == 9 ? 3 * kSphereThickness : 0.02 * kSphereThickness;  // a jump now and then
+    // one substep in ten has a large displacement
+    const double way = substep % 10 == 9 ? 3 * kSphereThickness : 0.02 * kSphereThickness;
     lists.move(way, one), host.move(way, same_one);
     const int now = lists.find(true);
     EXPECT_EQ(host.find(false), count);
@@ -120,7 +122,7 @@ TEST_P(ListsOf, ASphereAnswerMostAndLeaveWhatTheHostWould) {
   EXPECT_LT(left, looks / 3) << "after the first looks, in which cells are made";
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, ListsOf, testing::Values(Sides::Solid, Sides::OneSided, Sides::TwoSided));
+INSTANTIATE_TEST_SUITE_P(Kinds, DeviceQueriesOf, testing::Values(Sides::Solid, Sides::OneSided, Sides::TwoSided));
 
 }  // namespace
 }  // namespace malha

@@ -43,7 +43,7 @@ TEST(Contact, AMovingWallSweepsRestingParticlesAlongAndNeverPassesThem) {
       for (int i = 0; i < bench.count(); ++i)
         ASSERT_GT(bench.x(i).x, now + face - 8 * kFloat * (1 + now)) << speed << " m/s, substep " << s;
     }
-    for (int i = 0; i < bench.count(); ++i)  // they go with the wall, rounded as positions over a substep are
+    for (int i = 0; i < bench.count(); ++i)  // they move with the wall, to the rounding of positions over a substep
       EXPECT_NEAR(bench.v(i).x, speed, 8 * kFloat * (1 + speed * bench.time()) / kStep);
   }
 }
@@ -67,8 +67,8 @@ TEST(Contact, ATurningWallNeverPassesParticles) {
       const Point p = bench.x(i);
       const double ahead = std::cos(turned) * p.z - std::sin(turned) * p.x,
                    along = std::cos(turned) * p.x + std::sin(turned) * p.z;
-      if (along < 0.25 || along > 1.15) continue;  // off the blade's ends it may fall behind
-      // Its frame is followed along the chord of the turn: r (omega h)^2 / 8 = 7e-5 m in a substep.
+      if (along < 0.25 || along > 1.15) continue;  // beyond the blade's ends a particle may fall behind it
+      // A contact follows its frame along the chord of the turn: r (omega h)^2 / 8 = 7e-5 m in a substep.
       ASSERT_GT(ahead, 0.01 + blade.thickness - 1e-4) << "particle " << i << ", substep " << s;
       swept += ahead < 0.01 + 2 * blade.thickness;
     }
@@ -86,7 +86,7 @@ TEST(Contact, WhatStartsInsideIsLiftedOutWithoutGainingSpeed) {
     bench.substep(kStep);
     for (int i = 0; i < bench.count(); ++i) {
       EXPECT_GT(norm(bench.x(i)), 0.997) << "facets lie up to 0.002 inside the sphere";
-      // Position and prediction move together; each is rounded, and the plane pushes what that leaves.
+      // Position and prediction move together; each is rounded, and the contact plane corrects what that leaves.
       EXPECT_LT(norm(bench.v(i)), 4 * kFloat / kStep) << "particle " << i;
     }
     const std::vector<Point> lifted = all_x(bench);
@@ -95,10 +95,10 @@ TEST(Contact, WhatStartsInsideIsLiftedOutWithoutGainingSpeed) {
   }
 }
 
-// It stays as near as it is, but for a fiftieth of the thickness.
+// A particle within the thickness keeps its distance, but for a fiftieth of the thickness.
 TEST(Contact, WhatStartsOnTheSurfaceStaysThereWithoutGainingSpeed) {
   EnvironmentSpec ground = obstacle("ground", GridShape{{1, 1}, {4, 4}}, Sides::OneSided);
-  ground.friction = 1;  // what stays as near as it is is not pushed: no friction
+  ground.friction = 1;  // A particle that keeps its distance is not pushed, so that there is no friction.
   for (const Sides sides : {Sides::OneSided, Sides::TwoSided}) {
     ground.sides = sides;
     for (const double speed : {0.0, 1.0, 10.0}) {  // along the surface
@@ -122,7 +122,7 @@ TEST(Contact, WhatPassesACornerOutsideTheThicknessIsNotTouched) {
   for (const double speed : {10.0, 60.0, 100.0, 1000.0, 10000.0}) {
     std::vector<Point> x, v;
     for (int i = 0; i < 300; ++i) {
-      // Past an edge or a corner, at right angles to the way out from there, at 1.2 to 4 thicknesses.
+      // The particle passes an edge or a corner, at right angles to the outward direction, at 1.2 to 4 thicknesses.
       const bool corner = i % 2 == 0;
       const Point out = Point{1, 1, corner ? 1.0 : 0.0} * (1 / std::sqrt(corner ? 3.0 : 2.0));
       const Point tip{0.5, 0.5, corner ? 0.5 : 0.1};
@@ -142,7 +142,7 @@ TEST(Contact, WhatPassesACornerOutsideTheThicknessIsNotTouched) {
 
 TEST(Contact, AOneSidedSheetIgnoresWhatIsBeyondItsRimBelow) {
   EnvironmentSpec sheet = obstacle("sheet", GridShape{{1, 1}, {4, 4}}, Sides::OneSided);
-  // Below and beside it, at rest and rising past the rim.
+  // The particles are below and beside the sheet, at rest or rising past its boundary.
   const std::vector<Point> x = {{1.02, -0.01, 0.5}, {-0.5, -0.3, 0.5}, {1.01, -0.5, 1.01}, {0.5, -0.2, -0.02}};
   const std::vector<Point> v = {{0, 0, 0}, {0, 0, 0}, {0, 5, 0}, {0, 100, 0}};
   ContactBench<Serial, double> bench({}, sheet, x, v);
@@ -151,7 +151,7 @@ TEST(Contact, AOneSidedSheetIgnoresWhatIsBeyondItsRimBelow) {
     EXPECT_LT(norm(bench.x(i) - (x[i] + v[i] * (100 * kStep))), 1e-12) << "particle " << i;
 }
 
-TEST(Contact, ATwoSidedSheetHoldsOnEitherSideWhatRestsThere) {
+TEST(Contact, ATwoSidedSheetSupportsWhatRestsOnEitherSide) {
   const EnvironmentSpec sheet = obstacle("sheet", GridShape{{1, 1}, {4, 4}}, Sides::TwoSided);
   for (const double side : {-1.0, 1.0}) {
     ContactBench<Serial, float> bench({}, sheet, {{0.5, 0.02 * side, 0.5}, {0.3, 0.001 * side, 0.7}},
@@ -165,7 +165,7 @@ TEST(Contact, ATwoSidedSheetHoldsOnEitherSideWhatRestsThere) {
 }
 
 TEST(Contact, ALargeTwoSidedSheetLetsWhatRestsOnItRiseAgain) {
-  // Its skin, 1e-5 of its size, is larger than the thickness.
+  // The surface's tolerance, 1e-5 of its size, is larger than the thickness.
   EnvironmentSpec sheet = obstacle("plain", GridShape{{2000, 2000}, {8, 8}}, Sides::TwoSided);
   sheet.transform.translate = {-1000, 0, -1000};
   for (const double side : {-1.0, 1.0}) {
@@ -192,19 +192,20 @@ TEST(Contact, FrictionTakesWhatCoulombsConeAllows) {
   EnvironmentSpec ground = obstacle("ground", GridShape{{10, 10}, {4, 4}}, Sides::OneSided);
   const double g = 10, mu = 0.25;
   ground.friction = mu;
-  for (const int iterations : {1, 8}) {  // of which the cone holds for the sum
+  for (const int iterations : {1, 8}) {  // friction is limited by the cone of the sum over all iterations
     ContactBench<Serial, double> bench({}, ground, {{1, 0.005, 5}}, {{2, 0, 0}});
     for (int s = 0; s < 240; ++s) bench.substep(kStep, {0, -g, 0}, iterations);
     EXPECT_NEAR(bench.v(0).x, 2 - mu * g * 0.4, 1e-6) << "after 0.4 s of deceleration by mu g";
     for (int s = 0; s < 400; ++s) bench.substep(kStep, {0, -g, 0}, iterations);
     EXPECT_NEAR(bench.v(0).x, 0, 1e-12) << "after 0.8 s it has stopped, and stays";
-    // v^2 / (2 mu g), and half a substep's way more, as v is held over each substep.
+    // v^2 / (2 mu g), plus the distance of half a substep, because v is constant over each substep.
     EXPECT_NEAR(bench.x(0).x - 1, 4 / (2 * mu * g), 2 * kStep);
   }
 }
 
-/// Planes and state of a run, substep by substep. Without memory every substep has a collider of its own, which knows
-/// of no particle where it was, but how near it may be, and has no list of near triangles: it asks all of them.
+/// Contact planes and particles of a run, substep by substep. Without a contact cache every substep has a collider of
+/// its own, which knows no earlier positions but only the clearance, and has no triangle lists: it queries the surface
+/// for every particle.
 template <class R>
 struct Watched {
   std::vector<Vec4<R>> planes;
@@ -252,7 +253,7 @@ struct Watched {
   }
 };
 
-TEST(Contact, MemoryOfWhereParticlesWereChangesNothing) {
+TEST(Contact, TheContactCacheChangesNothing) {
   EnvironmentSpec ball = obstacle("ball", SphereShape{1, 3});
   ball.friction = 0.3;
   for (const bool moving : {false, true}) {
@@ -268,7 +269,7 @@ TEST(Contact, MemoryOfWhereParticlesWereChangesNothing) {
   }
 }
 
-TEST(Contact, RemembersLittleOfWhatIsFarAndNotMuchOfWhatIsNear) {
+TEST(Contact, CachesLittleOfWhatIsFarAndNotMuchOfWhatIsNear) {
   EnvironmentSpec ball = obstacle("ball", SphereShape{1, 4});
   const int n = 20000, near = 500;
   Random random(8);
@@ -305,13 +306,13 @@ TEST(Contact, PenetrationIsMeasuredInSolidsAndBehindOneSidedSheets) {
   for (const Sides sides : {Sides::Solid, Sides::OneSided, Sides::TwoSided}) {
     const EnvironmentSpec box = obstacle("box", BoxShape{{1, 1, 1}, {2, 2, 2}}, sides);
     ContactBench<Serial, double> bench({}, box, {{0, 0.3, 0}, {0.1, 0.45, 0}, {2, 2, 2}}, std::vector<Point>(3));
-    // Looked at before any contact has lifted them.
+    // The penetration is measured before any contact has corrected it.
     EXPECT_NEAR(bench.collider().max_penetration(bench.particles(), 0), sides == Sides::TwoSided ? 0.0 : 0.2, 1e-12);
   }
 }
 
-// Of ten projections: neighbours push the particle in and pull it back out. What it keeps of both, push and friction,
-// is what Coulomb's cone allows of the push that is left.
+// In ten projections neighbours push the particle in and pull it back out. In the end push and friction are what
+// Coulomb's cone allows for the push that is left.
 TEST(Contact, FrictionOfAllIterationsIsThatOfThePushThatIsLeft) {
   const double mu = 0.3;
   for (const double left : {0.5, 0.1, 0.0}) {
@@ -321,7 +322,7 @@ TEST(Contact, FrictionOfAllIterationsIsThatOfThePushThatIsLeft) {
     const ResolveContact<double> resolve{{x.points(), d.points(), {}}, &contact, mu};
     resolve(0);
     EXPECT_NEAR(d[0].x, 1 - mu, 1e-15);
-    for (int iteration = 0; iteration < 10; ++iteration) {  // in steps up to 1 - left out
+    for (int iteration = 0; iteration < 10; ++iteration) {  // 1 - left is undone in ten equal steps
       d.set(0, d[0] + Vector3<double>{0, (1 - left) / 10, 0});
       resolve(0);
     }

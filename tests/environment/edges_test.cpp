@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spikes, rods and corners of the environment that are finer than a cloth do not poke through it.
+// Contacts with edges of the environment: spikes, rods and corners that are finer than a cloth do not go through it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,10 +19,10 @@
 namespace malha {
 namespace {
 
-/// Solids of triangles, as one OBJ file.
+/// Triangulated solids, written as one OBJ file.
 class EdgedSolids {
  public:
-  /// A pyramid of `sides` with its tip at `tip`.
+  /// A pyramid with `sides` faces and its tip at `tip`.
   void nail(const Vec3& tip, double height, double radius, int sides, double turn) {
     const int first = corner(tip);
     for (int k = 0; k < sides; ++k) {
@@ -67,7 +67,7 @@ EdgedSolids bed_of_nails(double spacing, double radius) {
   return bed;
 }
 
-/// A cloth of 1 x 1 m in cells of 0.1 m about the origin, or irregular triangles of that size, `y` above it.
+/// A cloth of 1 x 1 m, `y` above the origin, of cells of 0.1 m or of irregular triangles of that size.
 BodySpec cloth_above(double y, const std::string& file = "") {
   BodySpec body;
   body.name = "cloth";
@@ -85,7 +85,7 @@ Scene falls_on(const EnvironmentSpec& object, const BodySpec& cloth, int substep
   return scene;
 }
 
-/// The most crossings after any of so many steps, counted as for an object that names its edges.
+/// The most intersections after any of the first `steps` steps, counted as for an object that names its edges.
 std::int64_t most_crossings(Scene scene, bool edges, int steps) {
   for (EnvironmentSpec& object : scene.environment) object.edges = true;
   const Model counted_with = build_model(scene);
@@ -140,8 +140,8 @@ TEST(EnvironmentEdges, APicketOfRodsHoldsAClothByBothMethods) {
   expect_held_by_edges_alone(scene, 20);
 }
 
-// A rod of 4 mm comes from the side, turns, and goes back: through a sheet of cells of 0.1 m, were it not for its
-// edges.
+// A rod of 4 mm comes from the side, turns, and goes back. Without contacts of its edges it would go through a sheet of
+// cells of 0.1 m.
 TEST(EnvironmentEdges, AMovingRodSweepsASheetAlong) {
   const TemporaryFolder folder;
   EdgedSolids rod;
@@ -170,7 +170,7 @@ TEST(EnvironmentEdges, OfASecondObjectAndASecondLayerKeepTheirPromise) {
   expect_held_by_edges_alone(scene, 20);
 }
 
-// What hangs over a thin rod between two rows of particles: both legs hang straight down, and the rod carries all of
+// A strip hangs over a thin rod between two rows of particles: both legs hang straight down, and the rod carries all of
 // its weight.
 TEST(EnvironmentEdges, ARodBetweenParticlesCarriesAStrip) {
   const TemporaryFolder folder;
@@ -192,19 +192,21 @@ TEST(EnvironmentEdges, ARodBetweenParticlesCarriesAStrip) {
   EXPECT_GT(m.edge_contacts, 0);
   EXPECT_LT(m.speed_max, 0.05);
   // The top cell of 0.1 m bends only at its rows, and lies across the rod, half of the thickness above it; the legs
-  // hang from its ends. The mass centre: five cells a leg below it, at 0.25 m for 10 of 11 cells of mass.
+  // hang from its ends. The centre of mass: five cells a leg lie below the top, at 0.25 m for 10 of the 11 cells of
+  // mass.
   double y = 0;
   const std::vector<Vec3> x = simulation.positions();
   std::vector<double> share(12, 1);
   share.front() = share.back() = 0.5;
   for (int row = 0; row < 12; ++row) y += share[row] * (x[3 * row][1] + 2 * x[3 * row + 1][1] + x[3 * row + 2][1]) / 4;
-  // Up to the thickness (1 cm), by which the top's height is not exact, and what the legs still swing.
+  // The tolerance is the thickness (1 cm), by which the top's height is not exact, and the remaining oscillation of the
+  // legs.
   EXPECT_NEAR(y / 11, 0.005 - 10.0 / 11 * 0.25, 0.012);
 }
 
 TEST(EnvironmentEdges, LeaveAloneWhatTheyDoNotTouch) {
   const TemporaryFolder folder;
-  // Nails 3 cm below a sheet that flies by at 2 m/s, a thickness of 1 cm.
+  // Nails 3 cm below a sheet that passes over them at 2 m/s, with a thickness of 1 cm.
   BodySpec cloth = cloth_above(0.03);
   cloth.velocity = {2, 0, 0.3}, cloth.spin = {0, 1, 0};
   EnvironmentSpec bed = bed_of_nails(0.13, 0.02).object(folder, "bed");
@@ -217,7 +219,7 @@ TEST(EnvironmentEdges, LeaveAloneWhatTheyDoNotTouch) {
   EXPECT_EQ(hash(true), hash(false));
 }
 
-TEST(EnvironmentEdges, TakeNothingWhereNoneAreNamed) {
+TEST(EnvironmentEdges, CostNothingWhereNoneAreNamed) {
   const TemporaryFolder folder;
   EnvironmentSpec bed = bed_of_nails(0.13, 0.02).object(folder, "bed");
   Simulation without(falls_on(bed, cloth_above(0.03)), {.threads = 1});
@@ -241,7 +243,7 @@ TEST(EnvironmentEdges, RefuseABodyThatTheyCrossAtTheStart) {
   EXPECT_TRUE(has(message, "crosses at the start")) << message;
 }
 
-/// Nails and rods at random, of 0.3 to 3 edges' spacing, under a cloth of 0 to 10 m/s, in 1 to 20 substeps.
+/// Nails and rods at random positions, 0.3 to 3 edges apart, under a cloth of 0 to 10 m/s, with 1 to 20 substeps.
 Scene at_random(const TemporaryFolder& folder, Random& random, int k) {
   EdgedSolids solids;
   const double spacing = 0.1 * 0.3 * std::pow(10, random(0, 1));
@@ -272,13 +274,13 @@ Scene at_random(const TemporaryFolder& folder, Random& random, int k) {
   return scene;
 }
 
-// Which pairs are looked at follows from a search some substeps ago, and with it, at times, what is held.
+// The candidate pairs follow from a broad phase some substeps ago, and so, sometimes, does truncation.
 TEST(EnvironmentEdges, GiveTheSameBitsFromACheckpointOfAnyStep) {
   const TemporaryFolder folder;
   Random random(8);
   for (int k = 0; k < 40; ++k) {
     Scene scene = at_random(folder, random, k);
-    if (k % 5 > 1) continue;  // in many substeps hardly anything is held
+    if (k % 5 > 1) continue;  // with many substeps hardly any displacement is truncated
     scene.environment[0].edges = true;
     Simulation whole(scene, {.threads = 1});
     for (int step = 0; step < 12; ++step) {
@@ -294,9 +296,9 @@ TEST(EnvironmentEdges, GiveTheSameBitsFromACheckpointOfAnyStep) {
   }
 }
 
-// A cloth at 188 m/s and one substep: its constraints pull particles off their straight ways by metres, and it meets a
-// bar that turns beside two other objects.
-TEST(EnvironmentEdges, HoldWhatConstraintsPullOffItsWay) {
+// A cloth moves at 188 m/s with one substep: its constraints pull particles off their straight paths by metres, and it
+// meets a bar that turns beside two other objects.
+TEST(EnvironmentEdges, StopWhatConstraintsPullOffItsPath) {
   const Scene scene = parse_scene(
       R"({"name": "s", "solver": {"type": "pbd", "substeps": 1, "precision": "double"}, "gravity": [0, -9.81, 0],
       "bodies": [{"name": "b1", "shape": {"grid": {"size": [1, 1], "cells": [9, 9]}}, "transform": {"translate":

@@ -118,7 +118,7 @@ TEST(Embree, EmptyAndNonFiniteTrianglesAreNeverHit) {
   const TriangleScene scene(device, points, triangles);
   const Hit hit = intersect(scene, {0.2f, 0.2f, 1}, {0, 0, -1}, 0, 10);
   ASSERT_TRUE(hit.hit);
-  EXPECT_EQ(hit.triangle, 3);  // the only sound one
+  EXPECT_EQ(hit.triangle, 3);  // all other triangles are degenerate
 }
 
 TEST(Embree, SpheresAndCapsulesAreHitWhereTheirFormulasSay) {
@@ -150,13 +150,13 @@ TEST(Embree, TooLittleMemoryIsThatOfAnyoneElse) {
 
 TEST(Embree, ErrorsBecomeExceptions) {
   const Device device;
-  rtcSetSceneFlags(nullptr, RTC_SCENE_FLAG_ROBUST);  // no device to tell: must not reach ours
+  rtcSetSceneFlags(nullptr, RTC_SCENE_FLAG_ROBUST);  // an error without a device: it must not reach ours
   EXPECT_NO_THROW(device.check());
   RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
   rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_UINT, 4, 3);  // not a vertex format
   rtcReleaseGeometry(geometry);
   EXPECT_THROW(device.check(), std::runtime_error);
-  EXPECT_NO_THROW(device.check());  // told once
+  EXPECT_NO_THROW(device.check());  // an error is reported once
 }
 
 }  // namespace

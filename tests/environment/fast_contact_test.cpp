@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// No particle passes a surface, however fast it is and wherever it meets it: faces, edges and vertices.
+// Fast contacts: no particle passes a surface, at any speed and wherever it meets it: faces, edges and vertices.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kSpeeds[] = {1e-3, 0.1, 1, 10, 100, 1e3, 1e4};  // m/s
 
-/// Where particles are aimed at on the plane y = 0: faces, and the vertices and edges of a grid of 0.25 m about it.
+/// Targets of the particles on the plane y = 0: faces, and vertices and edges of a grid of 0.25 m about each target.
 std::vector<Point> targets(Random& random) {
   std::vector<Point> all;
   for (int i = 0; i < 30; ++i) all.push_back({random(-0.45, 0.45), 0, random(-0.45, 0.45)});
@@ -28,15 +28,15 @@ std::vector<Point> targets(Random& random) {
   return all;
 }
 
-/// Whether the way from a to b leads through the square of 1 m about the axis at the height `top`.
+/// Tests whether the segment from a to b goes through the square of 1 m about the axis at the height `top`.
 bool leads_through(const Point& a, const Point& b, double top) {
   if ((a.y - top) * (b.y - top) > 0) return false;
   const Point at = a + (b - a) * ((top - a.y) / (b.y - a.y));
   return std::abs(at.x) < 0.5 && std::abs(at.z) < 0.5;
 }
 
-/// Shoots particles at the plane y = `top` from `side` (1: above) at `speed`, straight and slanted, and looks at the
-/// way that they have gone after every substep.
+/// Shoots particles at the plane y = `top` from `side` (1: above) at `speed`, straight and slanted, and tests their
+/// paths after every substep.
 template <class Executor, class R>
 void expect_stopped(const Executor& executor, const EnvironmentSpec& spec, double top, double side, double speed,
                     bool straight) {
@@ -47,7 +47,8 @@ void expect_stopped(const Executor& executor, const EnvironmentSpec& spec, doubl
     Point direction{0, -side, 0};
     if (!straight) direction = direction + Point{random(-0.5, 0.5), 0, random(-0.5, 0.5)};
     direction = direction * (1 / norm(direction));
-    // From just outside the thickness to three substeps away: each phase of the approach at which a substep can end.
+    // The starts range from just outside the thickness to three substeps away, so that a substep ends in each phase of
+    // the approach.
     const double away = 1.5 * spec.thickness + random(0, 3) * path;
     x.push_back(Point{target.x, top, target.z} - direction * away);
     v.push_back(direction * speed);
@@ -62,7 +63,7 @@ void expect_stopped(const Executor& executor, const EnvironmentSpec& spec, doubl
       x[i] = bench.x(i);
     }
   }
-  if (!straight) return;  // some have slid over the edge
+  if (!straight) return;  // slanted particles may have slid over the edge
   for (int i = 0; i < bench.count(); ++i)
     EXPECT_NEAR((x[i].y - top) * side, spec.thickness, rounding) << "particle " << i << " at " << speed << " m/s";
 }
@@ -88,7 +89,7 @@ TEST(Contact, LetsNothingThroughAtAnySpeedInFloat) { expect_no_way_through<Seria
 TEST(Contact, LetsNothingThroughAtAnySpeedInDouble) { expect_no_way_through<OpenMP, double>({2}); }
 
 TEST(Contact, LetsNothingThroughAtTheVerticesOfACurvedSheet) {
-  // A dome of one side: rays of 160 m that meet it exactly at its vertices.
+  // A one-sided dome: rays of 160 m meet it exactly at its vertices.
   const EnvironmentSpec ball = obstacle("ball", SphereShape{1, 3}, Sides::OneSided);
   std::vector<Point> x, v;
   for (const Vec3& vertex : generate(ball.shape).points) {

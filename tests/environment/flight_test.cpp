@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the environment costs less: a step in which nothing can come near it is visits alone, and a particle that comes
-// again as it came keeps its contact. Nobody can tell either from a step that looks at everything.
+// Steps that save the cost of contact detection: a step in which nothing can come near the environment is one fused
+// patch solve, and a particle that returns with the same prediction keeps its contact. Both have the bits of steps that
+// detect every contact.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,8 +24,8 @@
 namespace malha {
 namespace {
 
-/// Far off, and it moves: with it in a scene every step looks.
-EnvironmentSpec moving_far_off() {
+/// A moving object far away: in a scene with it every step detects contacts.
+EnvironmentSpec moving_object_far_away() {
   EnvironmentSpec box = obstacle("far", BoxShape{});
   box.transform.translate = {0, -1000, 0};
   Keyframe last;
@@ -33,8 +34,8 @@ EnvironmentSpec moving_far_off() {
   return box;
 }
 
-/// An irregular sheet, a soft ball, a held cloth and loose particles over a ball, a slope that is seen from above, and
-/// a wall that has two sides.
+/// An irregular sheet, a soft ball, a pinned cloth and loose particles above a ball, a one-sided slope, and a two-sided
+/// wall.
 Scene flying_bodies(const TemporaryFolder& folder, Precision precision, int iterations) {
   Scene scene;
   scene.file = "test.json", scene.name = "test", scene.gravity = {0, -9.81, 0};
@@ -60,46 +61,48 @@ Scene flying_bodies(const TemporaryFolder& folder, Precision precision, int iter
 
 double seconds_of(const Solver& solver, Pass pass) { return solver.pass_seconds()[static_cast<int>(pass)]; }
 
-struct FlightCase {
+struct ContactFreeCase {
   Precision precision;
   int iterations, threads;
 };
-class Flight : public testing::TestWithParam<FlightCase> {};
+class ContactFreeStep : public testing::TestWithParam<ContactFreeCase> {};
 
-TEST_P(Flight, HasTheBitsOfStepsThatLook) {
+TEST_P(ContactFreeStep, HasTheBitsOfAStepThatDetectsContacts) {
   const auto [precision, iterations, threads] = GetParam();
   const TemporaryFolder folder;
   Scene scene = flying_bodies(folder, precision, iterations);
   const Model model = build_model(scene);
-  scene.environment.push_back(moving_far_off());
-  const Model looked_at = build_model(scene);
-  const auto contact_free_steps = make_solver(model, threads), looks = make_solver(looked_at, 1);
+  scene.environment.push_back(moving_object_far_away());
+  const Model with_moving_object = build_model(scene);
+  const auto contact_free_steps = make_solver(model, threads), detects = make_solver(with_moving_object, 1);
   ASSERT_TRUE(contact_free_steps->facts().contact_free_steps);
-  ASSERT_FALSE(looks->facts().contact_free_steps);
+  ASSERT_FALSE(detects->facts().contact_free_steps);
   int touching = 0;
   for (int step = 0; step < 90; ++step) {
-    contact_free_steps->step(), looks->step();
-    ASSERT_EQ(contact_free_steps->state_hash(), looks->state_hash()) << "after step " << step;
+    contact_free_steps->step(), detects->step();
+    ASSERT_EQ(contact_free_steps->state_hash(), detects->state_hash()) << "after step " << step;
     touching = std::max(touching, contact_free_steps->measure().contacts);
-    ASSERT_EQ(contact_free_steps->measure().contacts, looks->measure().contacts) << "after step " << step;
+    ASSERT_EQ(contact_free_steps->measure().contacts, detects->measure().contacts) << "after step " << step;
   }
   if (scenes_run_on_host()) {
-    EXPECT_GT(seconds_of(*contact_free_steps, Pass::FusedSolve), 0) << "some steps were flights";
-    EXPECT_GT(seconds_of(*contact_free_steps, Pass::State), 0) << "some were not";
+    EXPECT_GT(seconds_of(*contact_free_steps, Pass::FusedSolve), 0) << "some steps detected no contacts";
+    EXPECT_GT(seconds_of(*contact_free_steps, Pass::State), 0) << "some did";
   }
-  EXPECT_EQ(seconds_of(*looks, Pass::FusedSolve), 0);
+  EXPECT_EQ(seconds_of(*detects, Pass::FusedSolve), 0);
   EXPECT_GT(touching, 20);
 }
 
-INSTANTIATE_TEST_SUITE_P(Precisions, Flight,
-                         testing::Values(FlightCase{Precision::Float, 1, 1}, FlightCase{Precision::Float, 3, 3},
-                                         FlightCase{Precision::Double, 1, 2}, FlightCase{Precision::Double, 2, 1}),
+INSTANTIATE_TEST_SUITE_P(Precisions, ContactFreeStep,
+                         testing::Values(ContactFreeCase{Precision::Float, 1, 1},
+                                         ContactFreeCase{Precision::Float, 3, 3},
+                                         ContactFreeCase{Precision::Double, 1, 2},
+                                         ContactFreeCase{Precision::Double, 2, 1}),
                          [](const auto& info) {
                            return (info.param.precision == Precision::Float ? "Float" : "Double") +
                                   std::to_string(info.param.iterations) + "On" + std::to_string(info.param.threads);
                          });
 
-/// The same environment, of which nothing rests: it moves nowhere.
+/// Gives all objects a motion that leaves them where they are, so that none counts as resting.
 void let_move(Scene& scene) {
   for (EnvironmentSpec& object : scene.environment) {
     Keyframe last;
@@ -108,10 +111,10 @@ void let_move(Scene& scene) {
   }
 }
 
-class Staying : public testing::TestWithParam<Precision> {};
+class ContactsAtRest : public testing::TestWithParam<Precision> {};
 
-/// A cloth, a soft ball and loose particles come to rest on a floor with two sides, against a wall and on a ball.
-TEST_P(Staying, HasTheBitsOfStepsThatLook) {
+/// A cloth, a soft ball and loose particles come to rest on a two-sided floor, against a wall and on a ball.
+TEST_P(ContactsAtRest, HaveTheBitsOfContactsDetectedAnew) {
   const TemporaryFolder folder;
   Scene scene = flying_bodies(folder, GetParam(), 2);
   scene.bodies[0].transform.translate = {-2, 0.1, -0.2}, scene.bodies[0].velocity = scene.bodies[0].spin = {0, 0, 0};
@@ -124,46 +127,46 @@ TEST_P(Staying, HasTheBitsOfStepsThatLook) {
   const Model model = build_model(scene);
   let_move(scene);
   const Model moving = build_model(scene);
-  const auto rests = make_solver(model, 2), looks = make_solver(moving, 1);
+  const auto rests = make_solver(model, 2), detects = make_solver(moving, 1);
   for (int step = 0; step < 240; ++step) {
-    rests->step(), looks->step();
-    ASSERT_EQ(rests->state_hash(), looks->state_hash()) << "after step " << step;
+    rests->step(), detects->step();
+    ASSERT_EQ(rests->state_hash(), detects->state_hash()) << "after step " << step;
   }
-  EXPECT_EQ(rests->measure().contacts, looks->measure().contacts);
+  EXPECT_EQ(rests->measure().contacts, detects->measure().contacts);
   EXPECT_GT(rests->measure().contacts, 50);
-  EXPECT_EQ(rests->measure().penetration_max, looks->measure().penetration_max);
+  EXPECT_EQ(rests->measure().penetration_max, detects->measure().penetration_max);
 }
 
-INSTANTIATE_TEST_SUITE_P(Precisions, Staying, testing::Values(Precision::Float, Precision::Double));
+INSTANTIATE_TEST_SUITE_P(Precisions, ContactsAtRest, testing::Values(Precision::Float, Precision::Double));
 
-TEST(Contact, OfWhatComesAgainAsItCameStays) {
+TEST(Contact, IsReusedWhereAParticleReturnsWithTheSamePrediction) {
   EnvironmentSpec floor = obstacle("floor", GridShape{{2, 2}, {3, 3}}, Sides::OneSided);
   floor.transform.translate = {-1, 0, -1}, floor.friction = 0.5;
   ContactBench<Serial, float> bench({}, floor, {{0.1, 0.005, 0.2}, {-0.3, 0.2, 0.1}}, {{0, 0, 0}, {0, 0, 0}});
   const auto fall = [&](int substeps) {
     for (int s = 0; s < substeps; ++s) bench.substep(1.0 / 600, {0, -9.81, 0}, 2);
   };
-  // A look finds its triangle, which is one of the floor's.
-  const auto is_looked_at = [&](int i) {
+  // A query finds a triangle of the floor, and replaces this number.
+  const auto is_queried = [&](int i) {
     bench.near(i).seen.triangle = -7;
     fall(1);
     return bench.near(i).seen.triangle != -7;
   };
   fall(10);
-  EXPECT_FALSE(is_looked_at(0)) << "it lies";
+  EXPECT_FALSE(is_queried(0)) << "it lies";
   fall(1200);
-  EXPECT_FALSE(is_looked_at(1)) << "it has come to rest";
+  EXPECT_FALSE(is_queried(1)) << "it has come to rest";
   bench.push(0, {0.3, 0, 0});
   fall(1);
-  EXPECT_TRUE(is_looked_at(0)) << "it slides";
+  EXPECT_TRUE(is_queried(0)) << "it slides";
   fall(300);  // mu g takes 0.3 m/s in 0.06 s and 9 mm
-  EXPECT_FALSE(is_looked_at(0)) << "it lies again";
+  EXPECT_FALSE(is_queried(0)) << "it lies again";
   EXPECT_NEAR(bench.x(0).x, 0.1 + 0.3 * 0.3 / (2 * 0.5 * 9.81), 3e-4);
   EXPECT_NEAR(bench.x(0).y, 0.005, 1e-6);
 }
 
-/// A particle at the origin, on a link to a pin at x = 3, across a wall at x = 0.5; the link is as long as it is, or
-/// `rest_scale` times that.
+/// A particle at the origin, linked to a pin at x = 3 across a wall at x = 0.5; the rest length is `rest_scale` times
+/// the link's length.
 Scene linked_across_a_wall(double rest_scale, Precision precision) {
   BodySpec link = body("link", ChainShape{{0, 0, 0}, {3, 0, 0}, 1}, {constraint("distance", rest_scale)});
   link.pins = {BoxPin{{2.9, -1, -1}, {3.1, 1, 1}}};
@@ -174,19 +177,19 @@ Scene linked_across_a_wall(double rest_scale, Precision precision) {
   return scene;
 }
 
-class Jerked : public testing::TestWithParam<Precision> {};
+class PulledByALink : public testing::TestWithParam<Precision> {};
 
-TEST_P(Jerked, FartherThanItsSpeedToldAParticleStopsAtTheWall) {
+TEST_P(PulledByALink, FartherThanItsVelocityPredictsAParticleStopsAtTheWall) {
   const Model calm = build_model(linked_across_a_wall(1, GetParam()));
   const Model taut = build_model(linked_across_a_wall(0.01, GetParam()));
   const auto first = make_solver(calm, 1), then = make_solver(taut, 1);
   first->step();
-  then->restore(first->save());  // half a metre from the wall, as is known, and at rest
+  then->restore(first->save());  // It is known to be half a metre from the wall, and at rest.
   const std::vector<Vec3> before = then->positions();
   ASSERT_NEAR(before[0][0], 0, 1e-6);
   then->step();
   if (scenes_run_on_host()) {
-    EXPECT_GT(seconds_of(*then, Pass::FusedSolve), 0) << "it began as a flight";
+    EXPECT_GT(seconds_of(*then, Pass::FusedSolve), 0) << "it began without contact detection";
   }
   for (int step = 0; step < 5; ++step) {
     const Vec3 x = then->positions()[0];
@@ -196,9 +199,9 @@ TEST_P(Jerked, FartherThanItsSpeedToldAParticleStopsAtTheWall) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Precisions, Jerked, testing::Values(Precision::Float, Precision::Double));
+INSTANTIATE_TEST_SUITE_P(Precisions, PulledByALink, testing::Values(Precision::Float, Precision::Double));
 
-TEST(Flights, AreNotForScenesThatAskForMore) {
+TEST(ContactFreeSteps, AreNotTakenWhereTheSceneHasPassesInBetween) {
   const TemporaryFolder folder;
   const Scene scene = flying_bodies(folder, Precision::Float, 1);
   const auto contact_free_steps = [](Scene changed) {
@@ -214,12 +217,12 @@ TEST(Flights, AreNotForScenesThatAskForMore) {
   for (const Scene& other : {bare, damped, windy, edges, self}) EXPECT_FALSE(contact_free_steps(other));
 }
 
-TEST(Flights, LaunchWhatThePlanSays) {
+TEST(ContactFreeSteps, LaunchWhatThePlanSays) {
   if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
   const TemporaryFolder folder;
   const Scene scene = flying_bodies(folder, Precision::Float, 2);
   Simulation simulation(scene, {.threads = 1});
-  simulation.step();  // the first one looks: nothing is known yet
+  simulation.step();  // the first step detects contacts, because no clearance is known yet
   const LaunchTrace trace;
   simulation.step();
   std::int64_t launched = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory of scenes with many environment objects is that of what is near.
+// The memory of scenes with many environment objects grows with the contacts close to them, not with the pairs of
+// particles and objects.
 #include <gtest/gtest.h>
 
 #include "host/environment/contact_memory.h"
@@ -11,7 +12,7 @@
 namespace malha {
 namespace {
 
-/// A sheet so high (m) over so many small boxes, of which it comes to lie on few.
+/// A sheet at that height (m) over many small boxes, of which it will lie on few.
 Scene over_boxes(int objects, double height = 0) {
   BodySpec sheet;
   sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {40, 40}}, sheet.mass = 1;
@@ -34,18 +35,21 @@ TEST(ManyObjects, AStateHoldsOnlyWhatIsNear) {
     EXPECT_GT(simulation.measure().contacts, 0);
     return simulation.save_state().size();
   };
-  // Of the 58 that are far: a box for each word of 64 of the 41 x 41 particles, where each pair took 64 bytes.
+  // For the 58 boxes far away: a bounding box for each group of 64 of the 41 x 41 particles, where each pair took 64
+  // bytes.
   EXPECT_EQ(bytes(60) - bytes(2), 58 * words_of(41 * 41) * sizeof(WordBox));
 }
 
-/// A box for each word of 64 particles, and where it lies: 32 bytes an object and word, where each pair took 20 bytes.
+/// A bounding box for each group of 64 particles, and its position: 32 bytes an object and group, where each pair took
+/// 20 bytes.
 TEST(ManyObjects, TakeMemoryForWhatIsNearAlone) {
   const auto bytes = [](int objects) {
     Simulation simulation(over_boxes(objects), {.threads = 1});
     for (int step = 0; step < 20; ++step) simulation.step();
     return simulation.solver().facts().contact->far_bytes;
   };
-  const std::size_t two = bytes(2), all = bytes(60), handed = 16;  // bytes of an object's own numbers
+  // a constant part and an object's own numbers, in bytes
+  const std::size_t two = bytes(2), all = bytes(60), handed = 16;
   EXPECT_LE(all - two, 58 * (words_of(41 * 41) * (sizeof(WordBox) + sizeof(int)) + handed));
   EXPECT_LT(all - two, 58 * 41 * 41) << "not a byte a pair";
 }

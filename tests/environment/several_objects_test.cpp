@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where several environment objects push a particle, none of them lets it through: it stays in what they enclose.
+// Where several environment objects push a particle, it penetrates none of them: it stays in the room that they
+// enclose.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,8 +20,8 @@ const char* const kSideNames[] = {"Solid", "OneSided", "TwoSided"};
 
 constexpr double kRoom = 0.5;  // half the room's width, m
 
-/// A room [-0.5, 0.5]^3 of six walls. What moves: one wall pushes in by half the room and back four times a second, or
-/// all turn about y, once a second.
+/// A room [-0.5, 0.5]^3 of six walls. One wall presses in by half of the room and back four times a second, or all turn
+/// about y, once a second.
 std::vector<EnvironmentSpec> room(Sides sides, Walls moves, double restitution, double friction) {
   std::vector<EnvironmentSpec> walls;
   for (int k = 0; k < 6; ++k) {
@@ -35,7 +36,8 @@ std::vector<EnvironmentSpec> room(Sides sides, Walls moves, double restitution, 
       wall.shape = BoxShape{size, {3, 3, 3}};
       wall.transform.translate[axis] = sign * (kRoom + 0.1);
     } else {
-      // A grid lies in y = 0 from the origin to (1, 0, 1), its front above: it is turned so that it looks inwards.
+      // A grid lies in y = 0 from the origin to (1, 0, 1), its front above: it is turned so that its front faces
+      // inwards.
       wall.shape = GridShape{{2 * kRoom, 2 * kRoom}, {3, 3}};
       Vec3 at{-kRoom, -kRoom, -kRoom};
       wall.transform.axis = axis == 0 ? Vec3{0, 0, 1} : Vec3{1, 0, 0};
@@ -61,7 +63,7 @@ std::vector<EnvironmentSpec> room(Sides sides, Walls moves, double restitution, 
   return walls;
 }
 
-/// Whether a place is in the room as it is at a time (s), rounding aside.
+/// Tests whether a position is in the room at a time (s), up to rounding.
 bool in_room(const Vec3& x, Walls moves, double time) {
   const double pressed = moves == Walls::Press ? kRoom * std::abs(std::remainder(time, 0.25)) / 0.125 : 0;
   const double turned = moves == Walls::Turn ? 2 * kPi * time : 0, rounding = 1e-6;
@@ -73,10 +75,10 @@ bool in_room(const Vec3& x, Walls moves, double time) {
 
 struct Thrown {
   int left = 0;                  // particles that were outside at the end of a step
-  double least_said = INFINITY;  // penetration_max where one is outside
+  double least_said = INFINITY;  // the least penetration_max of a step in which a particle is outside
 };
 
-/// Loose particles thrown from places in the room in random directions at 5 to 300 m/s, one substep a step.
+/// Throws loose particles from positions in the room in random directions at 5 to 300 m/s, with one substep a step.
 Thrown thrown(Sides sides, Walls moves, Precision precision, int particles, int steps, unsigned seed) {
   BodySpec body;
   body.name = "shot";
@@ -90,11 +92,11 @@ Thrown thrown(Sides sides, Walls moves, Precision precision, int particles, int 
   const auto solver = make_solver(model, 1);
   const auto start = [&]<class R>(R) {
     State<R> state = load_state<R>(solver->save(), {model.x.size(), 6, 0, 0});
-    state.seen = {};  // where they are put now, nothing was seen of them
+    state.seen = {};  // the contact cache knows nothing of these new positions
     for (std::size_t i = 0; i < state.x.size(); ++i) {
       const Vector3<double> at = random.in_cube(0.45);
       Vector3<double> v = random.in_cube();
-      // Every fourth straight at an edge or a corner of the room.
+      // Every fourth particle flies straight at an edge or a corner of the room.
       if (i % 4 == 0) {
         const auto sign = [&] { return random(-1, 1) < 0 ? -1.0 : 1.0; };
         v = Vector3<double>{sign() * kRoom, sign() * kRoom, i % 8 == 0 ? sign() * kRoom : random(-0.5, 0.5)} - at;
@@ -120,9 +122,9 @@ Thrown thrown(Sides sides, Walls moves, Precision precision, int particles, int 
   return result;
 }
 
-class Room : public testing::TestWithParam<std::tuple<Sides, Walls>> {};
+class ClosedRoom : public testing::TestWithParam<std::tuple<Sides, Walls>> {};
 
-TEST_P(Room, OfSixObjectsKeepsWhatIsThrownInIt) {
+TEST_P(ClosedRoom, OfSixObjectsKeepsWhatIsThrownInIt) {
   const auto [sides, moves] = GetParam();
   for (const Precision precision : {Precision::Float, Precision::Double})
     for (const unsigned seed : {1u, 2u}) {
@@ -131,8 +133,8 @@ TEST_P(Room, OfSixObjectsKeepsWhatIsThrownInIt) {
     }
 }
 
-// Its particles are dragged where their own paths did not lead.
-TEST_P(Room, OfSixObjectsKeepsAClothThatIsThrownInIt) {
+// The cloth drags its particles off the paths that they would take alone.
+TEST_P(ClosedRoom, OfSixObjectsKeepsAClothThatIsThrownInIt) {
   const auto [sides, moves] = GetParam();
   for (const unsigned seed : {1u, 2u, 3u}) {
     Random random(seed);
@@ -156,8 +158,8 @@ TEST_P(Room, OfSixObjectsKeepsAClothThatIsThrownInIt) {
   }
 }
 
-// 12,000 throws for each of the nine rooms.
-TEST_P(Room, DISABLED_OfSixObjectsKeepsAHundredThousandThrows) {
+// 12,000 particles are thrown in each of the nine rooms.
+TEST_P(ClosedRoom, DISABLED_OfSixObjectsKeepsAHundredThousandThrows) {
   const auto [sides, moves] = GetParam();
   for (unsigned seed = 10; seed < 22; ++seed) {
     const Thrown result = thrown(sides, moves, seed % 2 ? Precision::Float : Precision::Double, 1000, 40, seed);
@@ -165,9 +167,9 @@ TEST_P(Room, DISABLED_OfSixObjectsKeepsAHundredThousandThrows) {
   }
 }
 
-// What a press leaves no room for is below one surface or the other, or was pressed through it: that is said, at once
-// and from then on, of solids and of sheets.
-TEST_P(Room, SaysWhatWasPressedThrough) {
+// Where the gap is too narrow for two thicknesses, the particle is below one surface or the other, or was pressed
+// through it. That is reported at once and from then on, for solids and for sheets.
+TEST_P(ClosedRoom, ReportsWhatWasPressedThrough) {
   const auto [sides, moves] = GetParam();
   if (moves != Walls::Press) GTEST_SKIP() << "nothing presses";
   for (const double metres : {0.505, 0.7, 2.0}) {  // into the wall's front, and beyond its back
@@ -190,7 +192,7 @@ TEST_P(Room, SaysWhatWasPressedThrough) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(, Room,
+INSTANTIATE_TEST_SUITE_P(, ClosedRoom,
                          testing::Combine(testing::Values(Sides::Solid, Sides::OneSided, Sides::TwoSided),
                                           testing::Values(Walls::Rest, Walls::Press, Walls::Turn)),
                          [](const auto& tested) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies that start behind a one-sided sheet where that matters are named; elsewhere behind it is a place like another.
+// Bodies that start behind a one-sided sheet: a warning names them where they will be moved in front of it; elsewhere
+// they may be there.
 #include <gtest/gtest.h>
 
 #include "host/environment/initial_overlap.h"
@@ -12,7 +13,7 @@ namespace {
 
 using Notes = std::vector<std::string>;
 
-/// A sheet of 2 m that is seen from above, at y = 1 through its motion.
+/// A sheet of 2 m whose front is above, at y = 1 due to its motion.
 EnvironmentSpec seen_from_above() {
   EnvironmentSpec sheet;
   sheet.name = "ground", sheet.shape = GridShape{{2, 2}, {3, 2}}, sheet.sides = Sides::OneSided;
@@ -35,7 +36,7 @@ Notes notes_of_start(const BodySpec& body, const EnvironmentSpec& sheet) {
   return Simulation(scene, {.threads = 1}).model().notes;
 }
 
-TEST(StartBehindASheet, IsSaidOfABodyThatGoesThroughIt) {
+TEST(StartBehindASheet, IsReportedOfABodyThatGoesThroughIt) {
   // Particles at 2.2, 1.7, 1.2, 0.7 and 0.2 m: the edge from 2 to 3 goes through the sheet at 1 m.
   EXPECT_EQ(notes_of_start(rope_from({0.1, 2.2, 0.2}), seen_from_above()),
             Notes{"body 'rope': 1 particle starts behind the one-sided sheet 'ground' (3 by 0.3 m), and will be put "
@@ -48,13 +49,13 @@ TEST(StartBehindASheet, IsSaidOfABodyThatGoesThroughIt) {
   EXPECT_TRUE(has(other[0], "(2 by 0.2 m)")) << other[0];
 }
 
-TEST(StartBehindASheet, IsNoMatterAwayFromItOrBesideItsRim) {
+TEST(StartBehindASheet, IsAllowedAwayFromItOrBesideItsBoundary) {
   const EnvironmentSpec sheet = seen_from_above();
   EXPECT_EQ(notes_of_start(rope_from({0, 3.5, 0}), sheet), Notes{}) << "before it";
   EXPECT_EQ(notes_of_start(rope_from({0, 0.8, 0}), sheet), Notes{}) << "behind it";
   EXPECT_EQ(notes_of_start(rope_from({2.5, 2.2, 0}), sheet), Notes{}) << "through its plane, beside it";
   EXPECT_EQ(notes_of_start(rope_from({0, 3, 0}), sheet), Notes{}) << "on it, but for rounding";
-  for (const double behind : {0.005, 0.015})  // within a thickness of 10 mm, where it stays, and beyond it
+  for (const double behind : {0.005, 0.015})  // within a thickness of 10 mm, where the particle stays, and beyond it
     EXPECT_EQ(notes_of_start(rope_from({0, 3 - behind, 0}), sheet).size(), 1u) << behind;
   BodySpec held = rope_from({0, 2.2, 0});
   held.pins = {ListPin{{2, 3}}};
@@ -64,8 +65,8 @@ TEST(StartBehindASheet, IsNoMatterAwayFromItOrBesideItsRim) {
   EXPECT_EQ(notes_of_start(rope_from({0, 2.2, 0}), two_sided), Notes{}) << "no side is the front";
 }
 
-TEST(StartBehindASheet, IsSaidOfWhatTheFirstStepPutsBeforeIt) {
-  // A roof with its ridge at 1 m and slopes of 45 degrees, seen from above.
+TEST(StartBehindASheet, IsReportedOfWhatTheFirstStepMovesInFrontOfIt) {
+  // A roof with its ridge at 1 m and slopes of 45 degrees, whose front is above.
   const TemporaryFolder folder;
   EnvironmentSpec roof;
   roof.name = "roof", roof.sides = Sides::OneSided, roof.thickness = 0.01;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies that start inside solids are refused, or moved out without velocity.
+// Bodies that start inside solids are refused, or moved out without gaining velocity.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -14,7 +14,7 @@
 namespace malha {
 namespace {
 
-/// A ball of 0.5 m at `at`, and a solid that is shifted and turned.
+/// A ball of 0.5 m at `at`, and a solid that is translated and rotated.
 Scene ball_in_a_solid(const Vec3& at, const Shape& solid, bool push_out) {
   BodySpec ball;
   ball.name = "ball", ball.shape = SphereShape{0.5, 2}, ball.mass = 1, ball.transform.translate = at;
@@ -37,7 +37,7 @@ std::string refusal_of_start(const Scene& scene) {
   return "";
 }
 
-TEST(StartInside, IsRefusedAndSaysWhoIsHowDeepInWhat) {
+TEST(StartInside, IsRefusedWithTheBodyTheDepthAndTheSolid) {
   const std::string said = refusal_of_start(ball_in_a_solid({1, 0, 0}, SphereShape{5, 3}, false));
   EXPECT_TRUE(has(said, "/environment/0: found particle")) << said;
   EXPECT_TRUE(has(said, "of body 'ball', which starts 4.")) << said;
@@ -45,7 +45,7 @@ TEST(StartInside, IsRefusedAndSaysWhoIsHowDeepInWhat) {
   EXPECT_TRUE(has(said, "\"start_inside\": \"push_out\"")) << said;
 }
 
-TEST(StartInside, IsSaidWithinTheThicknessAndNoMatterToWhatIsHeld) {
+TEST(StartInside, IsReportedWithinTheThicknessAndAllowedForPinnedParticles) {
   // The ball's lowest particle lies at 0.5 below its middle: by 0 and by 9 mm inside a box of 2 m, thickness 10 mm.
   for (const double depth : {0.0, 0.009}) {
     const Scene scene = ball_in_a_solid({0, 1.5 - depth, 0}, BoxShape{{2, 2, 2}, {2, 2, 2}}, false);
@@ -76,13 +76,13 @@ TEST(StartInside, PushedOutABodyStaysAsItIsAndAtRest) {
     EXPECT_GT(length(moved), 0.5);
     for (std::size_t i = 0; i < in.size(); ++i) EXPECT_LT(length(out[i] - in[i] - moved), 1e-12);
     run_for(simulation, scene, 0.5);
-    // Nothing pulls it: what is within the thickness is laid on its rim, which is a matter of a millimetre.
+    // No force acts: a particle within the thickness is moved to its rim, which is a matter of a millimetre.
     EXPECT_LT(simulation.measure().speed_max, 0.1);
     EXPECT_LE(simulation.measure().penetration_max, 0);
   }
 }
 
-// Contact would lay each of its particles on the round surface by itself, and stretch it.
+// Contact would move each of its particles to the round surface by itself, and so stretch the ball.
 TEST(StartInside, PushedOutIsABodyThatIsInsideByLessThanTheThicknessToo) {
   Scene scene = ball_in_a_solid({0, 0, 0}, SphereShape{5, 5}, true);
   scene.environment[0].thickness = 0.5, scene.environment[0].motion.clear();
@@ -91,11 +91,12 @@ TEST(StartInside, PushedOutIsABodyThatIsInsideByLessThanTheThicknessToo) {
   Simulation simulation(scene, {.threads = 1});
   EXPECT_EQ(simulation.model().notes.size(), 2u) << "it was moved, and the thickness is more than its edges";
   run_for(simulation, scene, 0.2);
-  // The ball's facets lie up to 4 mm below a sphere, and so far contact still lifts. Lifted by the thickness: 10 m/s.
+  // The ball's facets lie up to 4 mm below a sphere, and contact still moves it out by as much. Moved by the thickness
+  // in a substep, it would gain 10 m/s.
   EXPECT_LT(simulation.measure().speed_max, 0.1);
 }
 
-TEST(StartInside, WhatIsHeldIsNotPushedOut) {
+TEST(StartInside, PinnedParticlesAreNotPushedOut) {
   Scene scene = ball_in_a_solid({0.6, 0.2, 0.1}, SphereShape{5, 3}, true);
   scene.bodies[0].pins = {ListPin{{0}}};
   EXPECT_TRUE(has(refusal_of_start(scene), "has pins or attachments, so that it cannot be moved"));

@@ -24,7 +24,7 @@ Mesh moved(Mesh mesh, const Point& by) {
 
 Point at(const Vec3& x) { return {x[0], x[1], x[2]}; }
 
-/// A roof of 20 degrees, 2 m long, closed: along its ridge both faces' normals point steeply apart.
+/// A closed roof of 20 degrees, 2 m long: at its ridge the angle between both faces' normals is large.
 Mesh wedge() {
   Mesh mesh;
   const double half = std::tan(std::numbers::pi / 18);
@@ -42,7 +42,7 @@ void expect_as_brute_force(const Mesh& mesh, unsigned seed, int points) {
   int inside = 0, outside = 0;
   for (int i = 0; i < points; ++i) {
     Point p = random.in_cube(1.2 * surface.diagonal() / 2);
-    if (i % 2 == 0)  // close to a corner or an edge, where the sign is hard
+    if (i % 2 == 0)  // close to a corner or an edge, where the sign is difficult
       p = at(mesh.points[random.below(static_cast<int>(mesh.points.size()))]) + random.in_cube(0.05);
     const ClosestPoint found = surface.closest(p, 10);
     ASSERT_TRUE(found.found);
@@ -73,7 +73,7 @@ TEST(Surface, ClosestPointAndSideAreThoseOfBruteForceOnASharpWedge) { expect_as_
 TEST(Surface, TellsTheSideByThePseudonormalWhereAFaceNormalWouldNot) {
   const Device device;
   const Surface surface(device, wedge());
-  // Beyond the ridge, and nearer to the plane of one face: outside, though behind the other face.
+  // Beyond the ridge the point is nearer to the plane of one face: it is outside, though behind the other face.
   const Point p{0.1, 0.02, 0.1};
   const ClosestPoint found = surface.closest(p, 1);
   ASSERT_TRUE(found.found);
@@ -103,7 +103,7 @@ TEST(Surface, FindsNothingBeyondTheRadius) {
   EXPECT_FALSE(surface.closest({0, 1.5, 0}, 0.4999).found);
   EXPECT_TRUE(surface.closest({0, 1.5, 0}, 0.5001).found);
   EXPECT_FALSE(surface.closest({0, 1.5, 0}, 0).found);
-  // The radius holds to the last digits of double, though Embree asks in float.
+  // The radius is exact to the last digits of double, though Embree's query is in float.
   const BruteForce brute(generate(BoxShape{{2, 2, 2}, {2, 2, 2}}));
   Random random(11);
   for (int i = 0; i < 300; ++i) {
@@ -114,7 +114,7 @@ TEST(Surface, FindsNothingBeyondTheRadius) {
   }
 }
 
-TEST(Surface, KnowsTheRimOfAnOpenMesh) {
+TEST(Surface, FindsTheBoundaryOfAnOpenMesh) {
   const Device device;
   const Surface surface(device, generate(GridShape{{1, 1}, {4, 4}}));
   for (const double side : {-1.0, 1.0}) {
@@ -125,7 +125,7 @@ TEST(Surface, KnowsTheRimOfAnOpenMesh) {
     EXPECT_TRUE(surface.closest({1.1, 0.1 * side, 0.55}, 1).boundary) << "an edge of the rim";
     EXPECT_TRUE(surface.closest({1.1, 0.1 * side, 0.5}, 1).boundary) << "a vertex of the rim";
     EXPECT_TRUE(surface.closest({-0.1, 0.1 * side, -0.1}, 1).boundary) << "a corner";
-    // In front of the plane beyond the rim is in front, behind it is behind.
+    // Beyond the boundary, in front of the plane counts as in front, and behind it as behind.
     const Point p{1.1, 0.1 * side, 0.5};
     const ClosestPoint found = surface.closest(p, 1);
     EXPECT_EQ(dot(found.normal, p - found.q) > 0, side > 0);
@@ -158,7 +158,7 @@ TEST(Surface, CrossingIsTheFirstOfBruteForce) {
     int hits = 0;
     for (int i = 0; i < 1000; ++i) {
       const Point a = random.in_cube(1.5), b = random.in_cube(1.5);
-      // A skin from a triangle the two may differ on purpose.
+      // Within the tolerance of a triangle the two may differ on purpose.
       if (brute.distance(a) < 1e-4 || brute.distance(b) < 1e-4) continue;
       for (const bool front_only : {false, true}) {
         const double t = brute.crossing(a, b, front_only);
@@ -190,7 +190,7 @@ TEST(Surface, CrossingLiesOnTheSphereWhereTheLineEntersIt) {
     const double along = dot(from, d), t = -along - std::sqrt(along * along - dot(from, from) + 1);
     const Crossing found = surface.crossing(from, from + d * 4.0, 0, true);
     ASSERT_TRUE(found.hit);
-    // Facets lie up to edge^2 / 6 inside; a slanted line meets them that much later over its cosine.
+    // Facets lie up to edge^2 / 6 inside; a slanted line meets them later by that over its cosine.
     EXPECT_LT(norm(found.q - (from + d * t)), longest * longest / 6 / std::abs(dot(found.normal, d)) + 1e-6);
     EXPECT_GT(dot(found.normal, found.q), 0.99);
   }
@@ -211,7 +211,7 @@ TEST(Surface, FrontOnlyPassesBacksAndGoesOnToTheNextFront) {
   const Surface sheet(device, generate(GridShape{{1, 1}, {3, 3}}));
   EXPECT_FALSE(sheet.crossing({0.4, -0.5, 0.4}, {0.4, 0.5, 0.4}, 0, true).hit);
   EXPECT_TRUE(sheet.crossing({0.4, -0.5, 0.4}, {0.4, 0.5, 0.4}, 0, false).hit);
-  // Out of one box and into the next: the back of the first does not hide the front of the second.
+  // From one box into the next: the back of the first does not hide the front of the second.
   Mesh two = generate(BoxShape{{1, 1, 1}, {1, 1, 1}});
   const Mesh other = moved(two, {3, 0, 0});
   const int first = static_cast<int>(two.points.size());
@@ -233,7 +233,8 @@ TEST(Surface, StartingOnTheSurfaceCrossesGoingInAndNotGoingOut) {
   for (int i = 0; i < 1000; ++i) {
     const Point towards = i < 642 ? at(mesh.points[i]) : random.direction();
     const ClosestPoint on = surface.closest(towards, 1);
-    // Going in, at every angle up to 60 degrees; on the surface is up to a rounding of float before or behind it.
+    // The line enters at every angle up to 60 degrees; a start on the surface is up to a rounding of float before or
+    // behind it.
     const Point in = -on.normal + random.in_cube(0.5), start = on.q + on.normal * (1e-7 * random());
     const Crossing found = surface.crossing(start, start + in * 0.1, 0, true);
     ASSERT_TRUE(found.hit) << i;
@@ -244,7 +245,7 @@ TEST(Surface, StartingOnTheSurfaceCrossesGoingInAndNotGoingOut) {
 
 TEST(Surface, WhatMovesAwayFromATwoSidedSurfaceDoesNotCrossItHoweverNearItStarts) {
   const Device device;
-  const Surface surface(device, generate(GridShape{{1000, 1000}, {10, 10}}));  // a skin of 7 mm
+  const Surface surface(device, generate(GridShape{{1000, 1000}, {10, 10}}));  // the surface's tolerance is 7 mm
   for (const double side : {-1.0, 1.0})
     for (const double gap : {1e-6, 1e-4, 5e-3, 6e-3, 8e-3}) {
       const Point start{421, gap * side, 333};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nearest triangle by the lists of cells around a mesh is that of all its triangles, to the bit.
+// The closest triangle by the octree's lists is that of all triangles, to the bit.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@
 namespace malha {
 namespace {
 
-/// Triangles of all sizes and shapes, down to points and lines.
+/// Triangles of all sizes and shapes, including ones degenerate to points and lines.
 std::vector<std::array<Point, 3>> triangles_of_all_shapes(Random& random, int count) {
   std::vector<std::array<Point, 3>> all;
   for (int i = 0; i < count; ++i) {
@@ -30,7 +30,7 @@ std::vector<std::array<Point, 3>> triangles_of_all_shapes(Random& random, int co
   return all;
 }
 
-TEST(NearCells, APackOfTrianglesIsAsOneAfterTheOther) {
+TEST(TriangleOctree, APackOfTrianglesIsAsOneAfterTheOther) {
   Random random(31);
   const auto triangles = triangles_of_all_shapes(random, 20000);
   for_each_isa([&]<class Isa>(Isa) {
@@ -54,7 +54,7 @@ TEST(NearCells, APackOfTrianglesIsAsOneAfterTheOther) {
           EXPECT_TRUE(std::isnan(packed.q.x));
           continue;
         }
-        // A zero may have another sign.
+        // Zeros may differ in sign.
         ASSERT_TRUE(packed.q.x == alone.q.x && packed.q.y == alone.q.y && packed.q.z == alone.q.z) << i + l;
         ASSERT_TRUE(packed.corner == alone.corner && packed.edge == alone.edge) << i + l;
       }
@@ -74,7 +74,8 @@ void expect_same(const ClosestPoint& found, const ClosestPoint& all, int i) {
   ASSERT_TRUE(same_bits(found.normal, all.normal) && found.boundary == all.boundary) << i;
 }
 
-/// The feature that is nearest to a place is so to any other place up to where it holds: the answer has the same bits.
+/// The closest feature of a point stays the closest of every point within its validity radius: the answer has the same
+/// bits.
 bool expect_feature_as_all_triangles(const Surface& surface, const Point& p, int cell, Random& random, int i) {
   const NearMesh& mesh = surface.view().cells;
   const OctreeNode& of = mesh.cells[cell];
@@ -88,15 +89,15 @@ bool expect_feature_as_all_triangles(const Surface& surface, const Point& p, int
   feature.at = local, feature.radius = pairs.holds_within(0, near, distance_to_cell_boundary(mesh, of, local), error);
   if (feature.kind == NearFeature::Point || !(feature.radius > 0)) return false;
   const Point way = random.in_cube(1), at = p + way * (0.999 * feature.radius / std::sqrt(dot(way, way)));
-  if (!feature.holds(surface.view().in_near_mesh(at))) return false;  // smaller than a rounding
+  if (!feature.holds(surface.view().in_near_mesh(at))) return false;  // the displacement is smaller than a rounding
   const ClosestPoint all = surface.closest(at, 4 * surface.diagonal());
   ClosestPoint found = surface.view().of_feature(feature, at);
-  found.triangle = all.triangle;  // any that the feature is part of
+  found.triangle = all.triangle;  // the feature may be part of several triangles
   expect_same(found, all, i);
   return true;
 }
 
-/// Cells are made for every point, and asked on every instruction set.
+/// The octree is built for every point, and queried with every instruction set.
 Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
   const Device device;
   Surface surface(device, mesh);
@@ -105,10 +106,10 @@ Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
   const double size = surface.diagonal();
   Point p{};
   for (int i = 0; i < points; ++i) {
-    surface.tidy();  // or lists end with their memory
+    surface.tidy();  // otherwise queries are without lists once their memory is used up
     const Vec3& corner = mesh.points[random.below(static_cast<int>(mesh.points.size()))];
     const Point on{corner[0], corner[1], corner[2]};
-    // At corners, near them, along ways past them, and anywhere.
+    // At vertices, near them, along paths past them, and anywhere.
     p = i % 8 == 0   ? on
         : i % 8 == 1 ? random.in_cube(size)
         : i % 8 < 5  ? on + random.in_cube(0.03 * size)
@@ -125,7 +126,7 @@ Compared expect_as_all_triangles(const Mesh& mesh, int points, unsigned seed) {
     ++compared.listed;
     for_each_isa([&]<class Isa>(Isa) {
       expect_same(surface.view().within(radius, surface.view().nearest<Isa>(p, cell), p), all, i);
-      // Beside others, whose pairs share its packs.
+      // The query is batched with others, whose pairs share its packs.
       const NearMesh& mesh_of = surface.view().cells;
       PointTriangleBatch<Isa> pairs(mesh_of);
       const int* const list = mesh_of.lists + mesh_of.cells[cell].first;
@@ -163,7 +164,7 @@ Mesh slivers() {
   return mesh;
 }
 
-TEST(NearCells, NearestTriangleIsThatOfAllTriangles) {
+TEST(TriangleOctree, NearestTriangleIsThatOfAllTriangles) {
   const std::vector<Mesh> meshes{generate(SphereShape{1, 4}), generate(BoxShape{{1, 2, 0.1}, {1, 1, 1}}),
                                  generate(BoxShape{{1, 1, 1}, {12, 12, 12}}), generate(GridShape{{1, 3}, {20, 60}}),
                                  slivers()};
@@ -171,18 +172,19 @@ TEST(NearCells, NearestTriangleIsThatOfAllTriangles) {
     SCOPED_TRACE(m);
     const Compared compared = expect_as_all_triangles(meshes[m], 4000, 40 + static_cast<unsigned>(m));
     EXPECT_GT(compared.held, compared.points / 20);
-    EXPECT_GT(compared.listed, compared.points / 2);  // anywhere: also where slivers are all equally near
+    // Points may be anywhere, also where slivers are all equally near.
+    EXPECT_GT(compared.listed, compared.points / 2);
   }
 }
 
-TEST(NearCells, NearestTriangleIsThatOfAllTrianglesOnAScan) {
+TEST(TriangleOctree, NearestTriangleIsThatOfAllTrianglesOnAScan) {
   const Compared compared = expect_as_all_triangles(scan("armadillo"), 3000, 50);
   EXPECT_GT(compared.listed, compared.points * 3 / 4);
   EXPECT_GT(compared.held, compared.points / 4);
 }
 
-// Run by hand: 3 million points, minutes.
-TEST(NearCells, DISABLED_NearestTriangleIsThatOfAllTrianglesOnTheScansAtAMillionPlacesEach) {
+// It is disabled because its 3 million points take minutes.
+TEST(TriangleOctree, DISABLED_NearestTriangleIsThatOfAllTrianglesOnTheScansAtAMillionPlacesEach) {
   for (const char* name : {"armadillo", "bunny00", "refined_elephant"}) {
     const Compared compared = expect_as_all_triangles(scan(name), 1'000'000, 60);
     std::printf("%s: %d of %d by lists, %d also by features\n", name, compared.listed, compared.points, compared.held);
@@ -199,8 +201,8 @@ double distance_from_triangles(const Mesh& mesh, const Point& p) {
   return least;
 }
 
-// Projected on the plane of a face or the line of an edge it is what it is on the triangle, but for rounding.
-TEST(NearCells, ProjectionOnAFeatureKeepsTheDistance) {
+// Projected on the plane of a face or the line of an edge, the closest point is that on the triangle, up to rounding.
+TEST(TriangleOctree, ProjectionOnAFeatureKeepsTheDistance) {
   const Device device;
   for (const Mesh& mesh : {slivers(), generate(SphereShape{0.3, 3}), scan("armadillo")}) {
     const Surface surface(device, mesh);
@@ -213,12 +215,12 @@ TEST(NearCells, ProjectionOnAFeatureKeepsTheDistance) {
   }
 }
 
-// Over a face whose neighbours lie in its plane: as far as it is to the nearest of them, but for what the bound gives
-// away.
-TEST(NearCells, AFeatureHoldsForALargePartOfTheWayToTheNext) {
+// Over a face whose neighbours lie in its plane, the radius is the distance to the closest of them, less the slack of
+// the bound.
+TEST(TriangleOctree, AFeatureStaysTheClosestForALargePartOfTheWayToTheNext) {
   const Device device;
   const Surface grid(device, generate(GridShape{{1, 1}, {10, 10}}));
-  const Point p{0.02, 0.01, 0.53};  // over a triangle with legs of 0.1: its longest side is the nearest
+  const Point p{0.02, 0.01, 0.53};  // over a triangle with legs of 0.1, whose longest side is the closest
   const double way = 0.01 / std::sqrt(2);
   const int cell = grid.make_cell(p);
   ASSERT_GT(cell, 0);
@@ -232,15 +234,15 @@ TEST(NearCells, AFeatureHoldsForALargePartOfTheWayToTheNext) {
   EXPECT_LE(holds, way);
 }
 
-// A ball's centre is equally near to all of its triangles: there no list helps.
-TEST(NearCells, HaveNoListWhereTooManyTrianglesAreEquallyNear) {
+// A ball's centre is equally near to all of its triangles, so that a list would have all of them.
+TEST(TriangleOctree, HasNoListWhereTooManyTrianglesAreEquallyNear) {
   const Device device;
   const Surface ball(device, generate(SphereShape{1, 4}));
   EXPECT_EQ(ball.make_cell({1e-9, 0, 0}), 0);
   EXPECT_GT(ball.make_cell({0.9, 0.3, 0.2}), 0);
 }
 
-TEST(NearCells, StartAnewWhenTheirMemoryIsUsedUp) {
+TEST(TriangleOctree, IsBuiltAnewWhenItsMemoryIsUsedUp) {
   const Device device;
   Surface ball(device, generate(SphereShape{1, 3}));
   Random random(7);

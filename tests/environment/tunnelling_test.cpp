@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nothing passes through a wall, however fast it is, however thin the wall, and whoever moves.
+// No tunnelling: nothing passes through a wall, at any speed, however thin the wall, and whether the wall or the body
+// moves.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +12,7 @@ namespace {
 
 constexpr double kWallThickness = 0.002;
 
-/// Across x at the origin, 40 m wide and high, so that nothing goes round it; its front is at x = -depth.
+/// A wall across x at the origin, 40 m wide and high, so that nothing passes beside it; its front is at x = -depth.
 struct Wall {
   const char* name;
   Sides sides;
@@ -36,7 +37,7 @@ EnvironmentSpec environment(const Wall& wall) {
   return made;
 }
 
-/// Largest x of any particle over the run.
+/// The largest x of any particle over the run.
 double furthest(const Scene& scene, double seconds) {
   Simulation simulation(scene, {.threads = 1});
   double most = -INFINITY;
@@ -67,7 +68,8 @@ class FastParticles : public testing::TestWithParam<std::tuple<Wall, Precision>>
 };
 
 TEST_P(FastParticles, DoNotPassFrom1To1000MetresPerSecond) {
-  // On the wall's corners and edges, where long rays leak, and anywhere; straight and slanting.
+  // Targets are the wall's corners and edges, where long rays leak, and anywhere else; directions are straight and
+  // slanted.
   for (const double speed : {1, 10, 100, 1000})
     for (const auto& [spacing, off, slant] : {std::array{0.5, 0.0, 0.0}, {0.25, 0.0, 0.0}, {0.123, 0.017, 0.3}}) {
       Scene scene =
@@ -102,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(, FastParticles,
 
 class FastSheet : public testing::TestWithParam<Wall> {};
 
-// Nearly edge-on it crumples, and its particles are dragged where their own paths did not lead.
+// Nearly edge-on the sheet crumples, and drags its particles off the paths that they would take alone.
 TEST_P(FastSheet, DoesNotPassAThinWall) {
   for (const double speed : {10, 100, 500})
     for (const int substeps : {1, 3, 10})

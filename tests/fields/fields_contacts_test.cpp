@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks: contacts with the environment.
+// Fields of contacts with the environment.
 #include <gtest/gtest.h>
 
 #include "host/fields/contacts.h"
@@ -21,7 +21,7 @@ EnvironmentSpec table(Sides sides) {
   return spec;
 }
 
-/// So many loose particles, and the objects.
+/// A scene with that many loose particles and these objects.
 Simulation world(int particles, std::vector<EnvironmentSpec> environment) {
   BodySpec cloud;
   cloud.name = "lattice", cloud.mass = 1, cloud.shape = LatticeShape{{0, 5, 0}, {1, 5, 0}, {particles, 1, 1}};
@@ -34,7 +34,7 @@ void expect_point(const Vec3& found, const Vec3& expected) {
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(found[k], expected[k], 1e-12) << k << ": rounding";
 }
 
-TEST(LooksAtContacts, FindWhatIsWithinTheThickness) {
+TEST(FieldsOfContacts, FindWhatIsWithinTheThickness) {
   const Simulation simulation = world(6, {table(Sides::Solid)});
   const double d = kThick, s = std::sqrt(0.5);
   const std::vector<Vec3> x{{0.1, 0.5 + d, 0.2},                 // on top
@@ -57,7 +57,7 @@ TEST(LooksAtContacts, FindWhatIsWithinTheThickness) {
   }
 }
 
-TEST(LooksAtContacts, OfSheetsHaveTheSideThatCounts) {
+TEST(FieldsOfContacts, OfSheetsHaveTheSideThatCounts) {
   const std::vector<Vec3> x{{0.1, 0.5 - 0.5 * kThick, 0.1},
                             {0.1, 0.5 + 0.5 * kThick, 0.1},
                             {0.1, 0.5, 0.1},
@@ -74,7 +74,7 @@ TEST(LooksAtContacts, OfSheetsHaveTheSideThatCounts) {
   }
 }
 
-TEST(LooksAtContacts, MoveWithTheirObjects) {
+TEST(FieldsOfContacts, MoveWithTheirObjects) {
   EnvironmentSpec turning = table(Sides::Solid);
   turning.motion = {{0, {}, {0, 0, 1}, 0}, {1, {3, 0, 0}, {0, 0, 1}, 45}};
   EnvironmentSpec still = table(Sides::Solid);
@@ -90,21 +90,22 @@ TEST(LooksAtContacts, MoveWithTheirObjects) {
   EXPECT_EQ(contacts({{0, 0.5 + 0.5 * kThick, 0}}, 1)[0].object, 1);
 }
 
-TEST(LooksAtContacts, AreNoneWithoutAnEnvironment) {
+TEST(FieldsOfContacts, AreNoneWithoutAnEnvironment) {
   const Simulation simulation = world(2, {});
   EXPECT_TRUE(Contacts(simulation.model())(simulation.positions(), 0).empty());
 }
 
-// A strip lies across a table that is shorter: what lies on it touches, what hangs over does not. (A sheet that hangs
-// over all four sides has folds, which lift it.)
-TEST(LooksAtContacts, OfAStripAtRestAreThoseOnTheTable) {
+// A strip lies across a table that is shorter: the particles on it touch, those that hang over do not. (A sheet that
+// hangs over all four sides has folds, which lift it.)
+TEST(FieldsOfContacts, OfAStripAtRestAreThoseOnTheTable) {
   BodySpec sheet;
   sheet.name = "sheet", sheet.mass = 0.5, sheet.damping = 0.05;
   sheet.shape = GridShape{{1.6, 0.8}, {32, 16}};
   sheet.transform.translate = {-0.8, 0.5 + kThick, -0.4};
   sheet.constraints = {stiff("distance", {"edges", "shear"})};
   Scene scene = scene_of({sheet}, kEarth, 0.02, 10, Precision::Float);
-  scene.environment = {table(Sides::OneSided)};  // its top alone: beside a cube's side what hangs would touch
+  // The table is its top alone: beside a cube's side the hanging particles would touch.
+  scene.environment = {table(Sides::OneSided)};
   scene.environment[0].friction = 1;
   Simulation simulation(scene, {.threads = 1});
   run_for(simulation, scene, 4);
@@ -123,7 +124,7 @@ TEST(LooksAtContacts, OfAStripAtRestAreThoseOnTheTable) {
   }
   int on = 0, over = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    const double out = std::abs(x[i][0]) - 0.5;  // beyond the table's side
+    const double out = std::abs(x[i][0]) - 0.5;  // distance beyond the table's side
     if (out < -0.1) {
       EXPECT_TRUE(touches[i]) << i << " lies on it at " << x[i][1] - 0.5 << " m";
       ++on;

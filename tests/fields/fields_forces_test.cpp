@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks: the forces on pins.
+// Fields of the forces on pins.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -38,7 +38,7 @@ TEST(PinForces, OfAChainAreTheTensionOfItsFirstSegment) {
   const Simulation simulation(scene, {.threads = 1});
   const PinForces forces(simulation.model());
   EXPECT_EQ(forces.left_out(), 0u);
-  // The first segment is longer by 0.02 m, and turned: 20 N along it.
+  // The first segment is stretched by 0.02 m, and turned: 20 N along it.
   const std::vector<PinForce> all =
       forces({{0, 0, 0}, {0.27 * 0.6, -0.27 * 0.8, 0}, {5, 5, 5}, {6, 5, 5}, {9, 9, 9}}, 0);
   ASSERT_EQ(all.size(), 1u);
@@ -49,7 +49,7 @@ TEST(PinForces, OfAChainAreTheTensionOfItsFirstSegment) {
   EXPECT_THROW(forces({{0, 0, 0}}, 0), std::invalid_argument);
 }
 
-// Of every kind that has an energy: the force is minus the slope of the energy that measures add up.
+// For every kind that has an energy, the force is minus the gradient of the energy that measures add up.
 TEST(PinForces, AreMinusTheSlopeOfTheEnergy) {
   const auto check = [](const Json& body, const std::string& what, const char* method = "pbd") {
     const Scene scene = parsed(scene_with(body, method));
@@ -116,19 +116,20 @@ TEST(PinForces, OfAnIrregularSheetAtRestAddUpToItsWeight) {
                              {"constraints", {{{"type", "distance"}, {"compliance", 1e-3}}}}},
                             method);
     scene["solver"]["substeps"] = method == std::string("pbd") ? 40 : 4;
-    scene["wind"] = {{"velocity", {0, 0, 0}}, {"drag", 2}};  // so that it soon hangs still
+    scene["wind"] = {{"velocity", {0, 0, 0}}, {"drag", 2}};  // so that it comes to rest soon
     Simulation simulation(parsed(scene), {.threads = 1});
     for (int step = 0; step < 4000; ++step) simulation.step();
     const PinForces forces(simulation.model());
     const std::vector<PinForce> all = forces(simulation.positions(), simulation.time());
     ASSERT_EQ(all.size(), 3u) << method;
-    // The pins' own masses hang on nothing.
+    // The pins' own masses exert no force.
     double weight = 0;
     for (const double w : simulation.inverse_masses())
       if (w > 0) weight += kG / w;
     const Vec3 sum = sum_of(all);
     std::printf("%s: pins are pulled with %.4f of the weight\n", method, -sum[1] / weight);
-    // A constraint is met when it is projected, and its neighbours move it again: by some w dt^2 / compliance, 0.008.
+    // A constraint is satisfied when it is projected, and its neighbours move its particles again: by some w dt^2 /
+    // compliance, 0.008.
     EXPECT_NEAR(sum[1], -weight, 0.01 * weight) << method << ": it hardly moves any more";
     EXPECT_NEAR(std::hypot(sum[0], sum[2]), 0, 0.01 * weight) << method;
   }
@@ -144,7 +145,7 @@ TEST(PinForces, OfWhatHasNoComplianceAreLeftOut) {
   EXPECT_TRUE(forces(simulation.positions(), 0).empty());
 }
 
-// Whatever the compliance: what is shown of a chain that hangs still is the weight below its pin, or nothing.
+// Whatever the compliance, the field of a chain that hangs at rest has the weight below its pin, or nothing.
 TEST(PinForces, OfWhatIsTooStiffForItsSubstepsAreLeftOut) {
   int shown = 0, left_out = 0;
   for (const double compliance : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-9}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For tests of looks: a sheet that is no grid.
+// A fixture for tests of fields: irregular sheets.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 namespace malha {
 
 /// An irregular sheet of 1 m x 1 m, read from a file.
-class LooksOfSheets : public testing::Test {
+class FieldsOfSheets : public testing::Test {
  protected:
   Scene sheet(int cells, std::vector<ConstraintSpec> constraints, std::vector<Pin> pins = {}) {
     BodySpec body;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks: the solver's layout, patches, phases and batches.
+// Fields of the solver's layout: patches, phases and batches.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -11,7 +11,7 @@
 namespace malha {
 namespace {
 
-/// No two of these lines share a movable particle.
+/// Tests that no two of these lines share a movable particle.
 bool apart(const std::vector<Edge>& lines, const std::vector<bool>& pinned) {
   std::set<int> taken;
   for (const Edge& line : lines)
@@ -20,7 +20,7 @@ bool apart(const std::vector<Edge>& lines, const std::vector<bool>& pinned) {
   return true;
 }
 
-TEST_F(LooksOfSheets, StructureIsTheLayoutOfTheSolver) {
+TEST_F(FieldsOfSheets, StructureIsTheLayoutOfTheSolver) {
   std::vector<Pin> pins{ListPin{{0, 30, 31}}};
   for (const bool grid : {true, false}) {
     Scene scene = sheet(60, {stiff("distance", {"edges"})}, pins);
@@ -42,7 +42,7 @@ TEST_F(LooksOfSheets, StructureIsTheLayoutOfTheSolver) {
     std::multiset<Edge> found, expected;
     std::map<std::pair<int, int>, std::vector<Edge>> batches;
     std::vector<std::map<int, std::set<int>>> users(
-        layout.phases);  // of each movable particle, the patches that use it
+        layout.phases);  // of each phase: the patches that use each movable particle
     std::vector<int> phase_of(layout.patches, -1);
     for (std::size_t i = 0; i < layout.patch.size(); ++i) {
       int& phase = phase_of[layout.patch[i]];
@@ -58,7 +58,7 @@ TEST_F(LooksOfSheets, StructureIsTheLayoutOfTheSolver) {
       EXPECT_TRUE(layout.patch[line[0]] == layout.owner[l] || layout.patch[line[1]] == layout.owner[l]);
       EXPECT_LT(layout.batch[l], layout.batches);
     }
-    for (const Quad& face : model.look.faces)  // sides, each once, but those between two pins
+    for (const Quad& face : model.look.faces)  // every side once, except those between two pins
       for (int k = 0; k < (face[3] < 0 ? 3 : 4); ++k) {
         const int i = face[k], j = face[(k + 1) % (face[3] < 0 ? 3 : 4)];
         const Edge edge{std::min(i, j), std::max(i, j)};
@@ -73,7 +73,7 @@ TEST_F(LooksOfSheets, StructureIsTheLayoutOfTheSolver) {
   }
 }
 
-TEST_F(LooksOfSheets, HaveNoPatchesWhereTheFilterDoesAll) {
+TEST_F(FieldsOfSheets, HaveNoPatchesWhereTheFilterDoesAll) {
   Scene scene = sheet(5, {stiff("distance", {"edges"})});
   scene.solver.type = "desbrun";
   const Simulation simulation(scene, {.threads = 1});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks: strain and residual of particles.
+// Fields of strain and residual of particles.
 #include "host/fields/fields.h"
 
 #include <gtest/gtest.h>
@@ -15,13 +15,13 @@
 namespace malha {
 namespace {
 
-constexpr double kInFloat = 1e-7;  // looks come in float: half of its last digit is 6e-8
+constexpr double kInFloat = 1e-7;  // fields are floats: half of their last digit is 6e-8
 
 double largest_look(const std::vector<float>& values) { return *std::max_element(values.begin(), values.end()); }
 
-using LooksOfStrain = LooksOfSheets;
+using FieldsOfStrain = FieldsOfSheets;
 
-TEST(Looks, StrainOfAChainIsThatOfItsSegments) {
+TEST(Fields, StrainOfAChainIsThatOfItsSegments) {
   Scene scene = scene_of({hung_chain({0, 0, 0}, {1, 0, 0}, 4)}, {}, 0.01);
   scene.bodies[0].constraints = {stiff("distance", {"edges"}, 1, 0.5)};
   const Simulation simulation(scene, {.threads = 1});
@@ -34,14 +34,14 @@ TEST(Looks, StrainOfAChainIsThatOfItsSegments) {
   for (std::size_t i = 0; i < all.size(); ++i) EXPECT_NEAR(all[i], expected[i], kInFloat * expected[i]) << i;
 }
 
-TEST_F(LooksOfStrain, IsAnalyticOnAnIrregularMesh) {
+TEST_F(FieldsOfStrain, IsAnalyticOnAnIrregularMesh) {
   Scene scene = sheet(9, {stiff("distance", {"edges"})});
-  scene.solver.precision = Precision::Double;  // so that places are those of the file
+  scene.solver.precision = Precision::Double;  // so that positions are those of the file
   const Simulation simulation(scene, {.threads = 1});
   const std::vector<Vec3> X = simulation.positions();
   std::vector<Vec3> x = X;
   for (Vec3& p : x) p = {p[2] + 3, 1.25 * p[0], 0.5 * p[2]};  // x is stretched to 5/4, z to sqrt(1 + 1/4)
-  // Of the faces, not of the constraints.
+  // The strain is that of the faces, not of the constraints.
   std::vector<double> expected(X.size(), 0);
   for (const Quad& face : simulation.model().look.faces)
     for (int k = 0; k < 3; ++k) {
@@ -54,7 +54,7 @@ TEST_F(LooksOfStrain, IsAnalyticOnAnIrregularMesh) {
   for (std::size_t i = 0; i < all.size(); ++i) EXPECT_NEAR(all[i], expected[i], kInFloat * expected[i] + 1e-12) << i;
 }
 
-TEST_F(LooksOfStrain, IsAtMostThatOfTheMeasures) {
+TEST_F(FieldsOfStrain, IsAtMostThatOfTheMeasures) {
   for (const char* method : {"pbd", "desbrun"}) {
     Scene scene = sheet(14, {stiff("distance", {"edges"}, 0.5), compliant("bending", 1)}, {ListPin{{0}}});
     scene.solver.type = method;
@@ -68,7 +68,7 @@ TEST_F(LooksOfStrain, IsAtMostThatOfTheMeasures) {
   }
 }
 
-TEST(Looks, OfATornMeshAreMadeAnew) {
+TEST(Fields, OfATornMeshAreRebuilt) {
   BodySpec strip;
   strip.name = "strip", strip.mass = 0.2, strip.tear = Tear{0.5};
   strip.shape = GridShape{{1, 2}, {4, 8}};
@@ -90,7 +90,7 @@ TEST(Looks, OfATornMeshAreMadeAnew) {
   EXPECT_EQ(layout.patches, simulation.solver().facts().patches.patches);
 }
 
-/// One constraint of a kind, whose particles the user numbers backwards.
+/// One constraint of a kind, whose particles the user numbers in reverse.
 template <class Kind>
 Model one_constraint_model(const Corners<Kind>& X, double parameter) {
   Model model;
@@ -118,7 +118,7 @@ double look_at_residual(const Corners<Kind>& X, const Corners<Kind>& now,
   return all[0];
 }
 
-/// F / |grad F| with the gradient from differences of F.
+/// F / |grad F| with the gradient of F by differences.
 template <class Kind, class F>
 double by_differences(const Corners<Kind>& at, const F& value) {
   constexpr double step = 1e-5;
@@ -138,18 +138,18 @@ void as_array(const Corners<Kind>& from, Vector3<double> (&q)[Kind::particles]) 
   std::copy(from.begin(), from.end(), q);
 }
 
-/// Six points of a folded mesh, of which every kind takes its first ones.
+/// Six points of a folded mesh, of which every kind takes the first ones.
 template <class Kind>
 Corners<Kind> near_a_mesh(Random& random, double off) {
   const Vector3<double> mesh[6] = {{0, 0, 0},        {1, 0, 0},        {0.3, 0.9, 0},
                                    {0.5, -0.8, 0.4}, {-0.6, 0.7, 0.3}, {1.1, 0.9, 0.2}};
   Corners<Kind> at;
   for (int j = 0; j < Kind::particles; ++j) at[j] = mesh[j] + random.in_cube(off);
-  if (Kind::particles == 6) std::swap(at[3], at[5]);  // wings lie across from their corners
+  if (Kind::particles == 6) std::swap(at[3], at[5]);  // the wings are opposite to their corners
   return at;
 }
 
-TEST(Looks, ResidualIsTheWayToTheConstraint) {
+TEST(Fields, ResidualIsTheDistanceToTheConstraint) {
   Random random(11);
   for_each_constraint([&]<class Kind>(Kind) {
     int compared = 0;
@@ -172,7 +172,7 @@ TEST(Looks, ResidualIsTheWayToTheConstraint) {
         EXPECT_EQ(found, 0) << Kind::name;
         continue;
       }
-      // Of a material the differences are those of 2 U, which give U / |grad U|.
+      // For a material the differences are those of 2 U, which give U / |grad U|.
       const double way = by_differences<Kind>(now, C) * (multipliers<Kind>() > 1 ? 2 : 1);
       EXPECT_NEAR(found, way, 1e-5 * way + kInFloat) << Kind::name << ": differences of 1e-5 m, with curvature";
       ++compared;
@@ -181,7 +181,7 @@ TEST(Looks, ResidualIsTheWayToTheConstraint) {
   });
 }
 
-TEST(Looks, ResidualIsNothingAtRestAndWhereThatIsMoved) {
+TEST(Fields, ResidualIsNothingAtRestAndWhereThatIsMoved) {
   Random random(12);
   for_each_constraint([&]<class Kind>(Kind) {
     for (int trial = 0; trial < 20; ++trial) {
@@ -194,7 +194,7 @@ TEST(Looks, ResidualIsNothingAtRestAndWhereThatIsMoved) {
   });
 }
 
-TEST(Looks, ResidualIsAnalytic) {
+TEST(Fields, ResidualIsAnalytic) {
   const Corners<Distance> rod{{{0, 0, 0}, {2, 0, 0}}};
   EXPECT_NEAR(look_at_residual<Distance>(rod, {{{0, 0, 0}, {0, 0, 5}}}), 3 / std::sqrt(2.0), kInFloat * 3);
   EXPECT_NEAR(look_at_residual<Distance>(rod, {{{1, 1, 1}, {1, 1, 1}}}), 2 / std::sqrt(2.0), kInFloat * 3);
@@ -212,7 +212,7 @@ TEST(Looks, ResidualIsAnalytic) {
   EXPECT_NEAR(look_at_residual<Bending>(flat, fold), 2 / std::sqrt(2 + 2 * std::cos(a) * std::cos(a)), kInFloat * 2);
 }
 
-TEST(Looks, ResidualOfPressureIsThatOfItsVolume) {
+TEST(Fields, ResidualOfPressureIsThatOfItsVolume) {
   BodySpec ball;
   ball.name = "ball", ball.mass = 1, ball.shape = SphereShape{0.5, 1};
   ball.constraints = {stiff("pressure", {}, 1, 1.5)};
@@ -244,7 +244,7 @@ TEST(Looks, ResidualOfPressureIsThatOfItsVolume) {
   EXPECT_EQ(all[42], 0) << "the loose particle";
 }
 
-TEST_F(LooksOfSheets, AreTheSameOnAnyThreads) {
+TEST_F(FieldsOfSheets, AreTheSameOnAnyThreads) {
   const Scene scene = sheet(20, {stiff("distance", {"edges"}), compliant("bending", 1)});
   Simulation simulation(scene, {.threads = 1});
   std::vector<Vec3> x = simulation.positions();

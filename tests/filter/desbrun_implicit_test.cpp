@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What Desbrun's method is: one solve towards backward Euler, and backward Euler itself where it is refined.
+// Desbrun's method solves one linear system towards backward Euler; with refinement iterations it converges to backward
+// Euler.
 #include <gtest/gtest.h>
 
 #include "tests/filter/filter_reference.h"
@@ -8,8 +9,8 @@
 namespace malha {
 namespace {
 
-/// 6 x 6 particles of unequal masses whose springs want to be shorter than they are, turning. (Where they want to be
-/// longer a flat sheet buckles: on its way from one shape to another an iteration's residual grows before it falls.)
+/// 6 x 6 particles of unequal masses in rotation, whose springs are stretched. (Where they are compressed a flat sheet
+/// buckles: on the path from one shape to another the residual of an iteration grows before it falls.)
 BodySpec strained_sheet(std::vector<Pin> pins) {
   BodySpec body;
   body.name = "sheet";
@@ -46,7 +47,7 @@ class OneSolve : public testing::TestWithParam<std::tuple<bool, FilterKind>> {
   }
 };
 
-// (M + dt^2 L) x' = M y + dt^2 J d(x), in the words of Liu et al. 2013.
+// (M + dt^2 L) x' = M y + dt^2 J d(x), in the notation of Liu et al. 2013.
 TEST_P(OneSolve, IsALocalGlobalIterationFromThePositions) {
   for (const double stiffness : {5.0, 500.0, 5e4}) {
     const Scene tested = scene(stiffness);
@@ -58,7 +59,7 @@ TEST_P(OneSolve, IsALocalGlobalIterationFromThePositions) {
       const Eigen::VectorXd expected = reference.local_global(reference.inertial(x, v), x);
       const Eigen::VectorXd now = study::flat(simulation.positions());
       ASSERT_LT(largest(now - expected), 1e-12) << stiffness << ", step " << step;
-      // v is the displacement over dt, whose rounding dt makes larger.
+      // v is the displacement over dt, and so is its rounding.
       ASSERT_LT(largest(study::flat(simulation.velocities()) - (now - x) * 60), 1e-11) << step;
     }
   }
@@ -97,9 +98,9 @@ class Refined : public testing::TestWithParam<bool> {
     x_ = study::flat(start.positions()), v_ = study::flat(start.velocities());
     y_ = reference_.inertial(x_, v_);
   }
-  Eigen::VectorXd after_one_step(int refine, Precision precision = Precision::Double) const {
+  Eigen::VectorXd after_one_step(int refinements, Precision precision = Precision::Double) const {
     Scene scene = scene_;
-    scene.solver.desbrun.refinement_iterations = refine;
+    scene.solver.desbrun.refinement_iterations = refinements;
     scene.solver.precision = precision;
     Simulation simulation(scene, {.threads = 1});
     simulation.step();
@@ -135,12 +136,12 @@ TEST_P(Refined, BecomesBackwardEulerOfTheSprings) {
 INSTANTIATE_TEST_SUITE_P(, Refined, testing::Bool(),
                          [](const auto& tested) { return std::string(tested.param ? "Pinned" : "Free"); });
 
-/// The torque that the filter leaves is of the same kind as the residual, and goes with it.
+/// The torque that the filter leaves is an error like the residual, and decreases with it.
 TEST(RefinedFreeBody, LosesTheTorqueOfTheFilteredForces) {
   Scene scene = strained({});
   const ImplicitReference reference(scene);
-  const auto torque = [&](int refine) {
-    scene.solver.desbrun.refinement_iterations = refine;
+  const auto torque = [&](int refinements) {
+    scene.solver.desbrun.refinement_iterations = refinements;
     Simulation simulation(scene, {.threads = 1});
     const std::vector<Vec3> before = simulation.velocities();
     simulation.step();
@@ -159,7 +160,7 @@ TEST(RefinedFreeBody, LosesTheTorqueOfTheFilteredForces) {
   EXPECT_LT(torque(1000), 1e-9 * once);
 }
 
-/// In the paper gravity goes round the filter: x' = y + dt^2 S F, F without the weight.
+/// In the paper gravity is not filtered: x' = y + dt^2 S F, with F without the weight.
 TEST(InternalOnly, FiltersTheSpringsAlone) {
   Scene scene = strained({ListPin{{0, 3}}});
   scene.solver.desbrun.filter_external_forces = false;
@@ -173,7 +174,7 @@ TEST(InternalOnly, FiltersTheSpringsAlone) {
   Simulation simulation(scene, {.threads = 1});
   simulation.step();
   EXPECT_LT(largest(study::flat(simulation.positions()) - expected), 1e-12);
-  // On its way to backward Euler, which filters all, it has the weight in the residual from the first refinement on.
+  // Backward Euler filters all forces, so that the weight is in the residual from the first refinement on.
   scene.solver.desbrun.refinement_iterations = 1000;
   Simulation refined(scene, {.threads = 1});
   refined.step();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A free body under Desbrun's filter: what internal forces must not do, they do not, and it falls as a stone.
+// Momenta of a free body under Desbrun's filter: internal forces change neither, and its centre falls freely.
 #include <gtest/gtest.h>
 
 #include "tests/filter/filter_reference.h"
@@ -14,7 +14,7 @@ std::string name_of(const testing::TestParamInfo<Parameters>& tested) {
          (std::get<1>(tested.param) == FilterKind::Dense ? "Dense" : "Sparse");
 }
 
-/// Of 162 particles, and springs back from a strain.
+/// A body of 162 particles whose springs recover from a strain.
 BodySpec ellipsoid() {
   return tumbling_ellipsoid(2, {stiff("distance", {"edges"}, 1, 0.9), stiff("bending", {}, 0.3)});
 }
@@ -33,15 +33,16 @@ class FilteredBody : public testing::TestWithParam<Parameters> {
 TEST_P(FilteredBody, KeepsItsLinearMomentumWhateverItsTorque) {
   for (const double stiffness : {1e2, 1e4, 1e6})
     for (const Corrector corrector : {Corrector::Inertia, Corrector::Off})
-      for (const int refine : {0, 3}) {
+      for (const int refinements : {0, 3}) {
         Scene tested = scene(stiffness);
-        tested.solver.desbrun.corrector = corrector, tested.solver.desbrun.refinement_iterations = refine;
+        tested.solver.desbrun.corrector = corrector, tested.solver.desbrun.refinement_iterations = refinements;
         Simulation simulation(tested, {.threads = 1});
         const Measures before = simulation.measure();
         run_for(simulation, tested, 0.5);
         const Measures now = simulation.measure();
         // 30 steps round velocities of up to 30 m/s, 2 kg together.
-        EXPECT_LT(length(now.momentum - before.momentum), 2000 * rounding()) << stiffness << ", refined " << refine;
+        EXPECT_LT(length(now.momentum - before.momentum), 2000 * rounding())
+            << stiffness << ", refined " << refinements;
         EXPECT_GT(std::abs(now.kinetic - before.kinetic), 1e-3) << "it did deform";
       }
 }
@@ -55,7 +56,7 @@ TEST_P(FilteredBody, KeepsItsAngularMomentumWithTheInertiaCorrector) {
     const Measures before = simulation.measure();
     for (int step = 0; step < 30; ++step) {
       simulation.step();
-      // As above, at 1 m from the origin.
+      // The same rounding, at 1 m from the origin.
       ASSERT_LT(length(simulation.measure().angular_momentum - before.angular_momentum), 2000 * rounding())
           << stiffness << ", step " << step;
     }
@@ -68,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(, FilteredBody,
                                           testing::Values(FilterKind::Dense, FilterKind::Sparse)),
                          name_of);
 
-// What is projected after the filter moves particles at once, and takes their velocities to other places: without the
+// Projections after the filter move particles at once, and so carry their velocities to other positions: without the
 // corrector's share a balloon at 20 rad/s had seven times its angular momentum, and 50 times its energy, after 2 s.
 TEST(ProjectionsAfterTheFilter, LeaveASpinningBodyItsAngularMomentum) {
   std::vector<BodySpec> bodies;
@@ -89,7 +90,7 @@ TEST(ProjectionsAfterTheFilter, LeaveASpinningBodyItsAngularMomentum) {
     }
 }
 
-/// The largest that the angular momentum changes by in a step, over itself.
+/// The largest relative change of the angular momentum in a step.
 double change_in_a_step(Corrector corrector, double stiffness) {
   Scene scene = desbrun_scene({ellipsoid()}, stiffness);
   scene.gravity = {0, 0, 0};
@@ -131,7 +132,7 @@ TEST(Corrector, AsPublishedOverCorrectsTheMoreTheFinerTheMesh) {
   EXPECT_GT(change(3), 2 * change(1));
 }
 
-/// Two bodies, and the two parts of one: each is corrected by itself.
+/// The corrector acts on two bodies, and on the two parts of one, separately.
 TEST(Corrector, ActsOnEveryPieceByItself) {
   BodySpec left = ellipsoid(), right = ellipsoid();
   right.name = "right";
@@ -162,25 +163,26 @@ TEST(Corrector, OfBodiesOnALineOrOfTwoParticlesStaysFinite) {
       }
 }
 
-// v_n = v - n dt g, x_n = x + dt (v_1 + ... + v_n): every particle, as if it had no springs.
+// v_n = v - n dt g, x_n = x + dt (v_1 + ... + v_n): every particle falls as if it had no springs.
 TEST(FreeFall, OfASpringBodyIsExact) {
   BodySpec sheet = sprung_sheet(8);
   sheet.velocity = {1, 2, 0.5};
   for (const auto kind : {FilterKind::Dense, FilterKind::Sparse})
     for (const bool internal_only : {false, true})
-      for (const int refine : {0, 4})
+      for (const int refinements : {0, 4})
         for (const auto precision : {Precision::Float, Precision::Double}) {
           Scene scene = desbrun_scene({sheet}, 1e4, precision);
           scene.solver.desbrun.filter = kind, scene.solver.desbrun.filter_external_forces = !internal_only;
-          scene.solver.desbrun.refinement_iterations = refine;
+          scene.solver.desbrun.refinement_iterations = refinements;
           Simulation simulation(scene, {.threads = 1});
           const std::vector<Vec3> start = simulation.positions();
           const int n = 60;
           for (int step = 0; step < n; ++step) simulation.step();
           const std::vector<Vec3> now = simulation.positions();
           const double dt = scene.solver.dt, fallen = 9.81 * dt * dt * n * (n + 1) / 2;
-          // 60 steps round positions of up to 4 m and velocities of up to 8 m/s (times the 0.5 s that they act, on
-          // average), at worst all the same way. Springs see the rounding of the positions, and hold them together.
+          // 60 steps round positions of up to 4 m and velocities of up to 8 m/s (which act for 0.5 s on average), at
+          // worst all in the same direction. Springs respond to the rounding of the positions, and keep the particles
+          // together.
           const double rounding = 60 * 8 * (precision == Precision::Float ? 1.2e-7 : 2.3e-16);
           for (std::size_t i = 0; i < now.size(); ++i) {
             ASSERT_NEAR(now[i][0], start[i][0] + 1, rounding) << i;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Desbrun's method on bodies whose motion or rest is known: oscillators, hanging chains and sheets, stiff cloth, and
-// what else of the scene acts on them: limits, contact, pressure.
+// Desbrun's method on bodies whose motion or rest state is known: oscillators, hanging chains and sheets, stiff cloth,
+// with and without distance limits, contact and pressure.
 #include <gtest/gtest.h>
 
 #include <complex>
@@ -10,7 +10,7 @@
 namespace malha {
 namespace {
 
-/// A mass of 1 kg on a spring of 1 m and 1000 N/m, 0.5 m too long. Along its line the method is implicit Euler of it.
+/// A mass of 1 kg on a spring of 1 m and 1000 N/m, stretched by 0.5 m. Along the spring the method is implicit Euler.
 Scene oscillator(double h, bool free = false) {
   Scene scene = desbrun_scene({hung_chain({0, 0, 0}, {1.5, 0, 0}, 1)}, 1000);
   scene.solver.dt = h;
@@ -39,7 +39,7 @@ TEST(FilteredOscillator, SwingsAsTheSpringDoesInTheLimitOfSmallSteps) {
   const double exact = 2 * kPi / std::sqrt(1000.0);
   const auto error = [&](double h) {
     Simulation simulation(oscillator(h), {.threads = 1});
-    std::vector<double> passages;  // of the rest length, by interpolation
+    std::vector<double> passages;  // times at which it passes the rest length, interpolated
     for (double before = 0.5; passages.size() < 5;) {
       simulation.step();
       const double u = simulation.positions()[1][0] - 1;
@@ -67,12 +67,13 @@ TEST(FilteredOscillator, SubstepsAreShorterSteps) {
   EXPECT_NEAR(after(oscillator(1e-3), 0.5).positions()[1][0], after(substeps, 0.5).positions()[1][0], 1e-12);
 }
 
-/// Of 5 springs of 300 N/m, 20 cm and 0.24 kg each, at rest after 20 s; its end has half of that.
-std::vector<double> settled_lengths(bool internal_only, int refine) {
+/// A chain of 5 springs of 300 N/m, 20 cm and 0.24 kg each, at rest after 20 s; its end has half of that mass.
+std::vector<double> settled_lengths(bool internal_only, int refinements) {
   BodySpec chain = hung_chain({0, 0, 0}, {0, -1, 0}, 5, 0.2);
   chain.constraints = {stiff("distance", {"edges"})};
   Scene scene = desbrun_scene({chain}, 300);
-  scene.solver.desbrun.filter_external_forces = !internal_only, scene.solver.desbrun.refinement_iterations = refine;
+  scene.solver.desbrun.filter_external_forces = !internal_only,
+  scene.solver.desbrun.refinement_iterations = refinements;
   const std::vector<Vec3> x = after(scene, 20).positions();
   std::vector<double> lengths;
   for (int i = 1; i <= 5; ++i) lengths.push_back(length(x[i] - x[i - 1]));
@@ -80,25 +81,26 @@ std::vector<double> settled_lengths(bool internal_only, int refine) {
 }
 
 TEST(HangingChain, SettlesWhereEverySpringCarriesWhatHangsOnIt) {
-  for (const int refine : {0, 3}) {
-    const std::vector<double> lengths = settled_lengths(false, refine);
+  for (const int refinements : {0, 3}) {
+    const std::vector<double> lengths = settled_lengths(false, refinements);
     for (int i = 1; i <= 5; ++i) EXPECT_NEAR(lengths[i - 1], 0.2 + (0.12 + 0.24 * (5 - i)) * 9.81 / 300, 1e-9) << i;
   }
 }
 
-// Where S F + g = 0, F = -A g 1: besides the weight -m g there is -dt^2 L 1 g, which pulls at what is tied to a pin, as
-// if that spring were longer by g dt^2 at the pin. Backward Euler has no such force, and refined it goes.
+// The chain rests where S F + g = 0, F = -A g 1: besides the weight -m g there is -dt^2 L 1 g, which pulls at the
+// particles next to a pin, as if that spring were longer by g dt^2 at the pin. Backward Euler has no such force, and
+// refinement removes it.
 TEST(HangingChain, WhoseWeightGoesRoundTheFilterHangsLowerByOneFreeFallOfAStep) {
-  for (const int refine : {0, 3}) {
-    const std::vector<double> lengths = settled_lengths(true, refine);
+  for (const int refinements : {0, 3}) {
+    const std::vector<double> lengths = settled_lengths(true, refinements);
     for (int i = 1; i <= 5; ++i)
       EXPECT_NEAR(lengths[i - 1],
-                  0.2 + (0.12 + 0.24 * (5 - i)) * 9.81 / 300 + (i == 1 && refine == 0 ? 9.81 / 3600 : 0), 1e-9)
-          << i << ", refined " << refine;
+                  0.2 + (0.12 + 0.24 * (5 - i)) * 9.81 / 300 + (i == 1 && refinements == 0 ? 9.81 / 3600 : 0), 1e-9)
+          << i << ", refined " << refinements;
   }
 }
 
-/// The pin of a chain moves up and the chain follows, with the filter that it had.
+/// The pin of a chain moves up and the chain follows, with the same filter.
 TEST(HangingChain, FollowsAPinThatIsMoved) {
   for (const char* method : {"desbrun", "pbd"}) {
     Scene scene = desbrun_scene({hung_chain({0, 0, 0}, {0, -1, 0}, 8)}, 1e4);
@@ -119,7 +121,7 @@ TEST(HangingChain, FollowsAPinThatIsMoved) {
   }
 }
 
-/// Wind, as gravity, is an external force: filtered it hardly moves the particle next to a pin, else it does.
+/// Wind is an external force, as gravity is: filtered, it hardly moves the particle next to a pin, unfiltered it does.
 TEST(HangingChain, FeelsTheWindAsItFeelsItsWeight) {
   Scene scene = desbrun_scene({hung_chain({0, 0, 0}, {0, -1, 0}, 2)}, 1e6);
   scene.gravity = {0, 0, 0};
@@ -137,7 +139,7 @@ TEST(HangingChain, FeelsTheWindAsItFeelsItsWeight) {
 TEST(HangingSheet, PullsAtItsPinsWithItsWeight) {
   Scene scene = desbrun_scene({sprung_sheet(8, {ListPin{{0, 8}}})}, 200);
   scene.bodies[0].transform.degrees = 90, scene.bodies[0].transform.axis = {1, 0, 0};
-  scene.wind = Wind{{0, 0, 0}, 0.002};  // still air: it swings to rest
+  scene.wind = Wind{{0, 0, 0}, 0.002};  // still air, which damps it until it rests
   Simulation simulation(scene, {.threads = 1});
   for (int step = 0; step < 2400; ++step) simulation.step();
   const Model model = build_model(scene);
@@ -185,7 +187,7 @@ TEST(Pins, OfAFilteredBodyDoNotMoveByABit) {
     }
 }
 
-/// Steps of 1/30 s where k dt^2 / m is 1.5e7: explicit springs would need steps of some microseconds.
+/// With steps of 1/30 s, k dt^2 / m is 1.5e7: explicit springs would need steps of some microseconds.
 class StiffCloth : public testing::TestWithParam<std::tuple<Precision, FilterKind>> {
  protected:
   static Scene scene(std::vector<Pin> pins) {
@@ -208,8 +210,8 @@ TEST_P(StiffCloth, HungNeverHasMoreEnergyThanItBeganWith) {
   }
 }
 
-// It turns by 0.125 rad a step, along the tangent: a stretch by half the square of that, which the springs take back
-// while the body turns on.
+// The sheet turns by 0.125 rad a step, along the tangent: it stretches by half the square of that, and its springs undo
+// that while the body turns on.
 TEST_P(StiffCloth, FreeTurnsOnWithItsAngularMomentumAndNoMoreEnergyOfMotion) {
   Scene turning = scene({});
   turning.gravity = {0, 0, 0};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is promised of every method, of Desbrun's: the same bits everywhere, a run that can go on, scenes that need no
-// other word, and nothing that costs without being named.
+// Promises of every method, tested of Desbrun's: the same bits everywhere, resumed runs, scenes that change nothing but
+// the solver's type, and no cost of features that are not named.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -18,7 +18,7 @@ struct DesbrunKind {
   Precision precision;
   FilterKind filter;
   std::optional<Storage> storage;
-  int refine;
+  int refinements;
   const char* name;
 };
 void PrintTo(const DesbrunKind& kind, std::ostream* out) { *out << kind.name; }
@@ -28,9 +28,9 @@ class DesbrunBits : public testing::TestWithParam<DesbrunKind> {
   static void set(SolverSpec& solver) {
     solver.precision = GetParam().precision;
     solver.desbrun.filter = GetParam().filter, solver.desbrun.storage = GetParam().storage;
-    solver.desbrun.refinement_iterations = GetParam().refine;
+    solver.desbrun.refinement_iterations = GetParam().refinements;
   }
-  /// A hung sheet of some tasks and chunks and a ball that turns, on the ground, in the wind.
+  /// A hung sheet large enough for several tasks and chunks, and a rotating ball on the ground, in the wind.
   static Scene everything() {
     BodySpec sheet = sprung_sheet(26, {ListPin{{0}}}), ball = sprung_sheet(3);
     sheet.transform.translate = {0, 0.5, 0};
@@ -92,7 +92,7 @@ TEST_P(DesbrunBits, AreThoseOfTheUninterruptedRunAfterAStop) {
   if (GetParam().filter != FilterKind::Auto)
     scene["solver"]["filter"] = GetParam().filter == FilterKind::Dense ? "dense" : "sparse";
   if (GetParam().storage) scene["solver"]["storage"] = "int16";
-  scene["solver"]["refinement_iterations"] = GetParam().refine;
+  scene["solver"]["refinement_iterations"] = GetParam().refinements;
   const auto final_hash = [&](const std::string& out) {
     return Json::parse(bytes_of(folder / (out + "/report.json")))["state_hash"];
   };
@@ -102,7 +102,7 @@ TEST_P(DesbrunBits, AreThoseOfTheUninterruptedRunAfterAStop) {
   run_quietly(scene, {.out = parts, .steps = 25, .resume = true});
   run_quietly(scene, {.out = parts, .resume = true});
   EXPECT_EQ(final_hash("parts"), final_hash("whole"));
-  // The filter is made anew: of another step, mass or stiffness it would be another run.
+  // The filter is factored anew; with another step, mass or stiffness the run would be another.
   for (const char* key : {"/solver/spring_constant", "/solver/dt", "/bodies/0/mass"}) {
     Json other = scene;
     other[Json::json_pointer(key)] = 0.01;
@@ -119,7 +119,7 @@ INSTANTIATE_TEST_SUITE_P(
                     DesbrunKind{Precision::Float, FilterKind::Dense, Storage::Int16, 1, "FloatInt16Refined"}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
-/// Of a large mesh: launches use their threads, and the sparse filter its top.
+/// On a large mesh launches use several threads, and the sparse filter has a root.
 TEST(DesbrunBitsOfALargeSheet, AreTheSameOnAnyNumberOfThreads) {
   Scene scene = desbrun_scene({sprung_sheet(100, {RowPin{}})}, 1000, Precision::Float);
   const auto hash = [&](int threads) {
@@ -135,14 +135,14 @@ TEST(DesbrunBitsOfALargeSheet, AreTheSameOnAnyNumberOfThreads) {
 #endif
 }
 
-/// The shipped scenes with another method's name in them.
+/// The shipped scenes with the type of the solver replaced.
 TEST(ShippedScenes, RunWithDesbrunWhereTheTypeIsAllThatChanges) {
   int scenes = 0;
   const std::string folder = MALHA_SOURCE_DIR "/scenes";
   for (const std::string& name : shipped_scenes()) {
     Json json = Json::parse(bytes_of(folder + "/" + name + ".json"));
     json["solver"]["type"] = "desbrun";
-    json["solver"].erase("levels");  // PBD's alone
+    json["solver"].erase("levels");  // only PBD has levels
     const Scene scene = parse_scene(json.dump(), name, folder);
     bool complete = true;
     for (const EnvironmentSpec& one : scene.environment)
@@ -153,7 +153,8 @@ TEST(ShippedScenes, RunWithDesbrunWhereTheTypeIsAllThatChanges) {
       return std::any_of(body.pins.begin(), body.pins.end(),
                          [](const Pin& pin) { return pin.release_time.has_value(); });
     };
-    if (std::any_of(scene.bodies.begin(), scene.bodies.end(), lets_go)) continue;  // refused, see moved_pins_test.cpp
+    // scenes with pins that are released are refused, see moved_pins_test.cpp
+    if (std::any_of(scene.bodies.begin(), scene.bodies.end(), lets_go)) continue;
     ++scenes;
     Simulation simulation(scene, {.threads = 1});
     for (int step = 0; step < 3; ++step) ASSERT_NO_THROW(simulation.step()) << name;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene names besides springs, under Desbrun's method: distance limits, contact, pressure, wind and damping.
+// Other features of a scene besides springs under Desbrun's method: distance limits, contact, pressure, wind and
+// damping.
 #include <gtest/gtest.h>
 
 #include "tests/filter/filter_reference.h"
@@ -17,7 +18,7 @@ Scene limited(int iterations, std::optional<double> tolerance = {}) {
   return scene;
 }
 
-/// The largest over-elongation, in lengths of 1.1 times 5 cm, after `steps`.
+/// The largest over-elongation after `steps`, relative to limits of 1.1 times 5 cm.
 double excess(const Scene& scene, int steps) {
   Simulation simulation(scene, {.threads = 1});
   for (int step = 0; step < steps; ++step) simulation.step();
@@ -46,7 +47,7 @@ TEST(DistanceLimits, AreMetToTheToleranceAndThenLeftAlone) {
 
 std::uint64_t hash(const Scene& scene) { return after(scene, 0.5).state_hash(); }
 
-// Where none is exceeded the iterations that are left out would have done nothing.
+// Where no limit is exceeded, the iterations that are skipped would have changed nothing.
 TEST(DistanceLimits, WithoutToleranceAreTheSameBitsAsWithOneOfZero) {
   EXPECT_EQ(hash(limited(7, 0.0)), hash(limited(7)));
   EXPECT_NE(hash(limited(6, 0.0)), hash(limited(7))) << "they are not met by then";
@@ -90,14 +91,14 @@ BodySpec ball(std::vector<ConstraintSpec> more = {}) {
 TEST(AFilteredBody, FallsOntoTheGroundAndStaysThere) {
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     Scene scene = desbrun_scene({ball()}, 2e4, precision);
-    // Contact pushes single particles, and the filter spreads that over the body in the next step: in few long steps a
-    // ball is flattened before it stops.
+    // Contact pushes single particles, and the filter spreads the impulse over the body in the next step: with few long
+    // steps a ball is flattened before it stops.
     scene.solver.substeps = 16;
     scene.environment = {rough_ground()};
     const Simulation simulation = after(scene, 4);
     double lowest = 1e9, highest = -1e9;
     for (const Vec3& x : simulation.positions()) lowest = std::min(lowest, x[1]), highest = std::max(highest, x[1]);
-    // Kept 1 cm off; particles rest on the surface to a rounding and what gravity adds in a step.
+    // They are kept 1 cm away; particles rest on the surface to a rounding and the displacement of gravity in a step.
     EXPECT_NEAR(lowest, 0.01, 0.003);
     EXPECT_GT(highest, 0.8) << "and keeps its shape";
     EXPECT_GT(simulation.measure().contacts, 0);
@@ -105,7 +106,7 @@ TEST(AFilteredBody, FallsOntoTheGroundAndStaysThere) {
   }
 }
 
-TEST(AFilteredBody, IsHeldAtItsVolumeByPressure) {
+TEST(AFilteredBody, KeepsItsVolumeByPressure) {
   for (const double pressure : {0.8, 1.0, 1.5}) {
     Scene scene = desbrun_scene({ball({stiff("pressure", {}, 1, pressure)})}, 100, Precision::Float);
     scene.environment = {rough_ground()};
@@ -115,7 +116,7 @@ TEST(AFilteredBody, IsHeldAtItsVolumeByPressure) {
   }
 }
 
-// A tolerance is one of distance limits: what has none is given all its iterations.
+// The tolerance applies to distance limits: a scene without them does all its iterations.
 TEST(AFilteredBody, WithoutDistanceLimitsIsGivenAllIterationsWhateverTheTolerance) {
   Scene scene = desbrun_scene({ball({stiff("pressure", {}, 0.5, 1.3)})}, 100, Precision::Float);
   scene.environment = {rough_ground()};
@@ -145,7 +146,7 @@ TEST(AFilteredBody, SlidesOnSmoothGroundAndRestsOnRough) {
 TEST(AFilteredBody, IsDampedTowardsRigidMotionAndCarriedByTheWind) {
   BodySpec sheet = sprung_sheet(6);
   sheet.spin = {0, 1, 0}, sheet.damping = 0.5;
-  sheet.constraints[0].parameter = 0.9;  // it begins with a swing
+  sheet.constraints[0].parameter = 0.9;  // the sheet starts with an oscillation
   Scene scene = desbrun_scene({sheet}, 50);
   scene.gravity = {0, 0, 0};
   const Measures start = Simulation(scene, {.threads = 1}).measure(), damped = after(scene, 1).measure();

@@ -16,8 +16,8 @@ enum class Ends { Pinned, Hung, Free };
 
 constexpr double kMass = 0.25, kChainStep = 0.01;
 
-/// `n` unknowns and what pins them. By length an end has half the mass of the others: a mesh of ends alone, all of the
-/// same mass, is a cloud of springs in pairs; here every particle is given its mass by hand.
+/// `n` unknowns and their pins. With lumped masses an end has half the mass of the others, and a mesh of ends alone,
+/// all of the same mass, is a cloud of springs in pairs; so this test sets the mass of every particle itself.
 class Chain {
  public:
   Chain(Ends ends, int n, double a) : ends_(ends), n_(n), a_(a) {
@@ -44,8 +44,8 @@ class Chain {
     return scale * std::sinh(i * t) * std::cosh((n + 0.5 - j) * t) / std::cosh((n + 0.5) * t);
   }
 
-  /// Row i of W: what the filter answers to forces of m on each particle in turn, three at a time; without the mean,
-  /// 1/n, where it is free.
+  /// Row i of W: the filter's response to forces of m on each particle in turn, three at a time; without the mean, 1/n,
+  /// for a free chain.
   template <class R>
   std::vector<double> row(FilterKind kind, int i) const {
     Model model = model_;
@@ -63,7 +63,7 @@ class Chain {
         for (int k = 1; k <= n_; ++k) mean += a[at(k)][0] / n_;
       found.push_back(a[at(i)][0] - mean);
       EXPECT_EQ(a[at(i)][1], -a[at(i)][0]) << "x, y and z alike";
-      EXPECT_NEAR(a[at(i)][2], 2 * a[at(i)][0], 1e-37);  // below that float has fewer digits
+      EXPECT_NEAR(a[at(i)][2], 2 * a[at(i)][0], 1e-37);  // float has fewer digits below that
     }
     return found;
   }
@@ -110,8 +110,7 @@ TEST(FilterOfAChain, FreeIsTheClosedFormButForItsMean) {
     for (const double a : {0.01, 1.0, 300.0}) Chain(Ends::Free, n, a).expect_exact();
 }
 
-/// The same W by its modes, cos(pi p (i - 1/2) / n), and its rows' sum of 1: that the formulas above are the right
-/// ones.
+/// The same W from its modes, cos(pi p (i - 1/2) / n), and its row sum of 1: this validates the formulas above.
 TEST(FilterOfAChain, HasTheModesOfAChain) {
   const int n = 12;
   const double a = 7;

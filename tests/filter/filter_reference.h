@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of Desbrun's filter share: systems of all kinds, and the same systems assembled and solved by Eigen.
+// Helpers for tests of Desbrun's filter: systems of all kinds, and the same systems assembled and solved by Eigen.
 #pragma once
 #include <Eigen/Dense>
 #include <Eigen/SparseCholesky>
@@ -18,7 +18,8 @@
 
 namespace malha {
 
-/// Of Desbrun's method at 60 steps a second, springs of `stiffness` N/m where a constraint says nothing else.
+/// A scene of Desbrun's method at 60 steps a second, with springs of `stiffness` N/m where a constraint has none of its
+/// own.
 inline Scene desbrun_scene(std::vector<BodySpec> bodies, double stiffness, Precision precision = Precision::Double) {
   Scene scene = scene_of(std::move(bodies), kEarth, 1.0 / 60, 1, precision);
   scene.solver.type = "desbrun";
@@ -27,8 +28,8 @@ inline Scene desbrun_scene(std::vector<BodySpec> bodies, double stiffness, Preci
   return scene;
 }
 
-/// A sheet of cells x (cells - 1) cells of 5 cm with edges, shear and bend springs, of 0.3 kg/m^2: less in particles at
-/// its border than within.
+/// A sheet of cells x (cells - 1) cells of 5 cm with edges, shear and bend springs, of 0.3 kg/m^2, so that particles at
+/// its boundary weigh less than others.
 inline BodySpec sprung_sheet(int cells, std::vector<Pin> pins = {}) {
   BodySpec body;
   body.name = "sheet";
@@ -39,7 +40,7 @@ inline BodySpec sprung_sheet(int cells, std::vector<Pin> pins = {}) {
   return body;
 }
 
-/// A chain of so many unknowns: hung by its first point, or free.
+/// A chain with that many unknowns, hung by its first point or free.
 inline BodySpec sprung_chain(int unknowns, bool free, double mass = 0.1) {
   BodySpec body = hung_chain({0, 0, 0}, {0, -1, 0}, unknowns - free, mass);
   if (free) body.pins.clear();
@@ -47,7 +48,7 @@ inline BodySpec sprung_chain(int unknowns, bool free, double mass = 0.1) {
   return body;
 }
 
-/// A hub with springs to `leaves` points about it; the hub has half of the mass. Its file is in `folder`.
+/// A hub with springs to `leaves` points around it; the hub has half of the mass. Its mesh file is in `folder`.
 inline BodySpec star(const TemporaryFolder& folder, int leaves, std::vector<Pin> pins = {}) {
   std::string text = "v 0 0 0\n", lines;
   for (int i = 0; i < leaves; ++i) {
@@ -65,7 +66,7 @@ inline BodySpec star(const TemporaryFolder& folder, int leaves, std::vector<Pin>
   return body;
 }
 
-/// A = M - dt^2 H over the particles `of` (solver's numbers), from the lists of springs and hinges, in T.
+/// A = M - dt^2 H over the particles `of` (solver's numbers), assembled in T from the lists of springs and hinges.
 template <class T>
 Eigen::SparseMatrix<T> matrix_of(const Model& model, double dt, const std::vector<int>& of) {
   std::vector<int> at(model.x.size(), -1);
@@ -92,7 +93,7 @@ Eigen::SparseMatrix<T> matrix_of(const Model& model, double dt, const std::vecto
   return A;
 }
 
-/// The system's own A (tests/filter/spring_system_test.cpp compares it with matrix_of).
+/// The matrix A of the system itself (tests/filter/spring_system_test.cpp compares it with matrix_of).
 template <class T>
 Eigen::SparseMatrix<T> matrix_of(const SpringSystem& system) {
   std::vector<Eigen::Triplet<T>> entries;
@@ -115,7 +116,7 @@ class SolvedSystem {
         system(spring_system(model, dt)),
         factor_(matrix_of<long double>(system)) {}
 
-  /// Without the mean over mass on free bodies.
+  /// S F; without the mean over mass for free bodies.
   std::vector<double> filtered(const std::vector<double>& forces) const {
     using Columns = Eigen::Matrix<long double, Eigen::Dynamic, 3, Eigen::RowMajor>;
     Columns F(system.count(), 3);
@@ -142,7 +143,7 @@ class SolvedSystem {
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<long double>> factor_;
 };
 
-/// A filter of a system, whatever number it works with.
+/// A filter of a system, whatever its storage type.
 template <class R>
 class FilterUnderTest {
  public:
@@ -153,7 +154,7 @@ class FilterUnderTest {
     filter_ = make_filter<OpenMP, R>(OpenMP{threads, widest_instructions()}, threads, model_, solved.system, {});
   }
 
-  /// S~ F, three numbers an unknown; on free bodies without the mean over mass.
+  /// S~ F, three numbers an unknown; without the mean over mass for free bodies.
   std::vector<double> operator()(const std::vector<double>& forces) const {
     PointArray<OpenMP, R> force(model_.x.size()), acceleration(model_.x.size());
     std::vector<double> a = through_points(

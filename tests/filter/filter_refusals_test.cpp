@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What no filter can be made of is refused with a word about it, before anything large is done.
+// Systems that cannot be factored are refused with a message, before anything large is computed.
 #include <gtest/gtest.h>
 
 #include "host/base/memory_size.h"
@@ -10,7 +10,7 @@
 namespace malha {
 namespace {
 
-/// What the InputError says that the scene is refused with; "" where it is taken.
+/// The message of the InputError that refuses the scene; "" if it is accepted.
 std::string filter_refusal(Scene scene) {
   scene.file = "test.json";
   return refusal([&] { Simulation(scene, {.threads = 1}); });
@@ -41,7 +41,7 @@ TEST_P(SingularSystem, IsRefusedWhereTheMassOfAFreeBodyIsLost) {
   }
 }
 
-// Between what can be solved and what cannot, nothing is taken whose answer is rounding.
+// Between systems that can be solved and those that cannot, none is accepted whose solution is rounding.
 TEST(ANearlySingularSystem, IsSolvedOrRefused) {
   int solved_ones = 0, refused = 0;
   for (const int cells : {2, 3, 5, 12})
@@ -52,7 +52,7 @@ TEST(ANearlySingularSystem, IsSolvedOrRefused) {
       const SolvedSystem solved(scene);
       try {
         const FilterUnderTest<double> filter(solved, FilterKind::Sparse);
-        // Against A with all digits of the masses, in long double.
+        // The reference is A with all digits of the masses, in long double.
         const auto A = matrix_of<long double>(solved.model, solved.dt, solved.system.particle);
         const Eigen::SimplicialLDLT<Eigen::SparseMatrix<long double>> factor(A);
         const std::vector<double> noise = noise_forces(solved.system);
@@ -76,7 +76,7 @@ TEST_P(SingularSystem, IsNoneWhereTheBodyIsPinnedHoweverStiff) {
   EXPECT_EQ(filter_refusal(pinned), "");
   Simulation simulation(pinned, {.threads = 1});
   for (int step = 0; step < 3; ++step) simulation.step();
-  // Its springs hold it, to the rounding of positions of 0.5 m.
+  // Its springs keep it together, to the rounding of positions of 0.5 m.
   for (const Vec3& x : simulation.positions()) EXPECT_NEAR(x[1], 0, 1e-6);
 }
 
@@ -94,7 +94,8 @@ INSTANTIATE_TEST_SUITE_P(, SingularSystem,
                                          std::tuple{FilterKind::Auto, std::optional<Storage>{}}),
                          filter_name);
 
-// n^2 / 2 numbers of 4 bytes are 1.8 TiB. (More than any machine has that this runs on; else there is nothing to see.)
+// n^2 / 2 numbers of 4 bytes are 1.8 TiB, which is more than any machine has that runs this; with more, the test would
+// not apply.
 TEST(ADenseFilter, ThatDoesNotFitIntoMemoryIsRefusedBeforeItIsOrderedOrFactoredAndTheSparseOneNamed) {
   if (static_cast<double>(available_memory()) > 1.9e12) GTEST_SKIP() << "a machine with more memory than that";
   Scene scene = desbrun_scene({sprung_chain(1000000, true, 1e-3)}, 1e3, Precision::Float);

@@ -11,9 +11,10 @@
 namespace malha {
 namespace {
 
-/// Relative errors that a storage is good for: of noise forces, and of elastic ones, of which S takes most away. What
-/// S takes away grows with a chain's length and stiffness: the numbers are those of the worst cases here, 100 particles
-/// in a row or one that 300 pull at, at k = 1e6 N/m (k dt^2 / m = 1e3 to 1e6), with room for another compiler.
+/// Tolerances of the relative error of a storage: for random forces, and for elastic ones, of which S removes most. The
+/// part that S removes grows with a chain's length and stiffness: the numbers are those of the worst cases here, 100
+/// particles in a row or one with 300 springs, at k = 1e6 N/m (k dt^2 / m = 1e3 to 1e6), with a margin for other
+/// compilers.
 struct Bounds {
   double noise, elastic;
 };
@@ -27,7 +28,7 @@ void expect_exact(const SolvedSystem& solved) {
     const FilterErrors truth{filter.error(noise), filter.error(elastic)}, stated = filter.stated_errors();
     EXPECT_LT(truth.noise, most.noise);
     EXPECT_LT(truth.elastic, most.elastic);
-    // What it says of itself is the truth; near double's own rounding, its order of magnitude.
+    // The error that the filter reports is the measured one; near double's own rounding, its order of magnitude.
     const double rounding = storage == Storage::Double ? 1 : 0.01, floor = storage == Storage::Double ? 2e-14 : 0;
     EXPECT_NEAR(stated.noise, truth.noise, rounding * truth.noise + floor);
     EXPECT_NEAR(stated.elastic, truth.elastic, rounding * truth.elastic + floor);
@@ -49,7 +50,7 @@ class FilterOfStiffness : public testing::TestWithParam<double> {
 TEST_P(FilterOfStiffness, OfAPinnedSheetIsTheInverse) { expect_exact(sprung_sheet(9, {RowPin{}})); }
 TEST_P(FilterOfStiffness, OfAFreeSheetIsTheInverse) { expect_exact(sprung_sheet(9)); }
 
-// 16 is what a block of the dense filter holds, 4 a row of the panels of the sparse one.
+// A block of the dense filter has 16 rows, a panel of the sparse one 4.
 TEST_P(FilterOfStiffness, OfChainsOfAnyLengthIsTheInverse) {
   for (const int unknowns : {1, 2, 3, 4, 5, 7, 8, 9, 11, 13, 15, 16, 17, 31, 33, 100})
     for (const bool free : {false, true}) {
@@ -77,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(, FilterOfStiffness, testing::Values(1e2, 1e4, 1e6), []
   return "1e" + std::to_string(static_cast<int>(std::log10(tested.param)));
 });
 
-/// Of 30 x 29 cells: several tasks with a top above them, several chunks of the dense one.
+/// A sheet of 30 x 29 cells: several tasks and a root of the sparse filter, several chunks of the dense one.
 class LargeFilter : public testing::TestWithParam<bool> {
  protected:
   static BodySpec sheet() { return sprung_sheet(30, GetParam() ? std::vector<Pin>{} : std::vector<Pin>{RowPin{}}); }
@@ -103,14 +104,14 @@ TEST_P(LargeFilter, HasTheSameBitsOnAnyNumberOfThreads) {
 INSTANTIATE_TEST_SUITE_P(, LargeFilter, testing::Bool(),
                          [](const auto& tested) { return std::string(tested.param ? "Free" : "Pinned"); });
 
-/// sum_j W_ij = 1 with W = m S: a force that is the same everywhere moves a free body as it is. The filter is kept
-/// without its mean mode, which answers with nothing; what it is without it follows for the others.
+/// sum_j W_ij = 1 with W = m S: a uniform force moves a free body rigidly. The filter is stored without its mean mode,
+/// so that its response to such a force is zero.
 TEST(FilterOfAFreeBody, LeavesAnEqualForceOnEqualMassesToTheMean) {
   BodySpec ring = sprung_sheet(8);
   ring.shape = SphereShape{0.4, 1};
   const SolvedSystem solved(desbrun_scene({ring}, 1e5));
   const int n = solved.system.count();
-  // W 1 = 1 of the matrix itself, whatever the masses: S m = 1.
+  // The matrix itself has W 1 = 1, whatever the masses: S m = 1.
   Eigen::VectorXd m(n);
   for (int i = 0; i < n; ++i) m[i] = solved.system.mass[i];
   const Eigen::VectorXd one = Eigen::MatrixXd(matrix_of<double>(solved.system)).llt().solve(m);
@@ -121,7 +122,7 @@ TEST(FilterOfAFreeBody, LeavesAnEqualForceOnEqualMassesToTheMean) {
     for (const double a : FilterUnderTest<double>(solved, kind)(weight)) ASSERT_NEAR(a, 0, 1e-10);
 }
 
-/// On the pinned body, as implicit Euler has it, the weight is held by the springs: what is left near the pins is less.
+/// In a pinned body, as in implicit Euler, the springs balance the weight: near the pins little of it is left.
 TEST(FilterOfAPinnedBody, TakesMostOfTheWeightAwayNearThePin) {
   const SolvedSystem solved(desbrun_scene({sprung_chain(20, false)}, 1e5));
   std::vector<double> weight;
@@ -139,7 +140,7 @@ TEST(FilterOfAPinnedBody, TakesMostOfTheWeightAwayNearThePin) {
   EXPECT_GT(by_place[0], -20 * 9.81 * 0.1 * 3600 / 1e5) << "its spring need hold no more than the weight of all";
 }
 
-/// With the mean left in S, or taken out of a solved S by a difference, float loses all digits here.
+/// If the mean stayed in S, or were subtracted from a solved S, float would lose all digits here.
 TEST(FilterOfAFreeBody, KeepsItsDigitsHoweverStiff) {
   for (const double stiffness : {1e6, 1e9, 1e12}) {
     const SolvedSystem solved(desbrun_scene({sprung_sheet(9)}, stiffness));  // k dt^2 / m = 3.7e5, ..., 3.7e11
@@ -149,7 +150,8 @@ TEST(FilterOfAFreeBody, KeepsItsDigitsHoweverStiff) {
     EXPECT_LT(FilterUnderTest<float>(solved, FilterKind::Dense).error(elastic), 1e-6) << stiffness;
     EXPECT_LT(FilterUnderTest<float>(solved, FilterKind::Dense, Storage::Int16).error(elastic), 1e-3) << stiffness;
     EXPECT_LT(FilterUnderTest<double>(solved, FilterKind::Sparse).error(elastic), 1e-13) << stiffness;
-    // Its mean, of the rounding of forces that should have none, grows with k dt^2 / m until it is taken away.
+    // The mean, which comes from the rounding of forces that should have none, grows with k dt^2 / m until it is
+    // removed.
     const double mean = 1.2e-7 * 1.2e-7 * stiffness / 2.7;
     EXPECT_LT(FilterUnderTest<float>(solved, FilterKind::Sparse).error(elastic), 1e-5 + mean) << stiffness;
   }
@@ -173,7 +175,7 @@ TEST(Filter, IsSymmetricAndPositive) {
     const std::vector<double> Sf = filter(f), Sg = filter(g);
     EXPECT_GT(product(f, Sf), 0);
     EXPECT_NEAR(product(g, Sf), product(f, Sg),
-                1e-10 * product(f, Sf));  // the mean of f, m dt^2 k times S f, goes away
+                1e-10 * product(f, Sf));  // the mean of f, m dt^2 k times S f, is removed
   }
 }
 
@@ -200,7 +202,7 @@ TEST(Filter, AddsToWhatIsThereOrReplacesItAndLeavesPinsAndLooseParticlesAlone) {
   }
 }
 
-/// A long, stiff chain in 16 bits is no inverse any more, and says so: refinement with it leads nowhere.
+/// A long, stiff chain in 16 bits is no longer an inverse, and a message says so: refinement with it does not converge.
 TEST(Filter, ThatIsFarFromTheInverseSaysSo) {
   for (const int links : {200, 2400}) {
     Scene scene = desbrun_scene({hung_chain({0, 0, 0}, {0, -1, 0}, links, 1.0 / links)}, 1e7, Precision::Float);

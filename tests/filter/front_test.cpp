@@ -26,7 +26,7 @@ struct FrontOn : testing::Test {
 using Isas = testing::Types<Baseline, Avx2, Avx512>;
 TYPED_TEST_SUITE(FrontOn, Isas);
 
-/// In the order of `inner`, as the kernel promises: so the bits are those of this loop.
+/// The terms are subtracted in the order of `inner`, as the kernel promises: so the bits are those of this loop.
 TYPED_TEST(FrontOn, AProductIsTakenAwayInTheOrderOfItsTerms) {
   for (const int rows : {1, 3, 4, 7, 8, 15, 16, 17, 31, 33, 63, 64, 65, 70})
     for (const int columns : {1, 3, 4, 5, 9, 40})
@@ -66,7 +66,8 @@ TYPED_TEST(FrontOn, ALowerProductLacksNothingOnAndBelowTheDiagonal) {
 }
 
 TYPED_TEST(FrontOn, EliminationGivesTheInverseOfTheFactorAndTheSchurComplement) {
-  const double garbage = std::numeric_limits<double>::quiet_NaN();  // above diagonals, where nobody may look
+  // fills the part above the diagonals, which no kernel may read
+  const double garbage = std::numeric_limits<double>::quiet_NaN();
   for (const int height : {1, 2, 3, 4, 5, 8, 15, 16, 17, 31, 32, 33, 36, 47, 64, 65, 70}) {
     const Eigen::MatrixXd G = random_matrix(height, height, this->random);
     const Eigen::MatrixXd A = G * G.transpose() + height * Eigen::MatrixXd::Identity(height, height);
@@ -107,7 +108,7 @@ TYPED_TEST(FrontOn, EliminationGivesTheInverseOfTheFactorAndTheSchurComplement) 
 TYPED_TEST(FrontOn, APivotOfNothingButRoundingIsReported) {
   for (const int n : {1, 5, 33, 40})
     for (int bad = 0; bad < n; bad += 4) {
-      // L L^T with nothing on the diagonal of column `bad`.
+      // L L^T with a zero on the diagonal of column `bad`
       const Eigen::MatrixXd all = random_matrix(n, n, this->random);
       Eigen::MatrixXd L = all.triangularView<Eigen::Lower>();
       for (int k = 0; k < n; ++k) L(k, k) = k == bad ? 0 : 1 + std::abs(L(k, k));

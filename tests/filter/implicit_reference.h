@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Backward Euler of a scene's springs, and what Desbrun's method solves of it and of hinges, in double and by Eigen
-// alone: nothing of the solver's but the lists of springs and hinges.
+// Reference of implicit integration: backward Euler of a scene's springs, and the linear solve of Desbrun's method with
+// hinges, in double by Eigen; of the solver's code it uses only the lists of springs and hinges.
 #pragma once
 #include "host/model/model.h"
 #include "malha/simulation.h"
@@ -11,7 +11,7 @@ namespace malha {
 
 class ImplicitReference {
  public:
-  /// In the user's order. `dt`: of a substep.
+  /// All vectors are in the user's order. `dt`: duration of a substep.
   explicit ImplicitReference(const Scene& scene) : dt_(scene.solver.dt / scene.solver.substeps) {
     const Model model = build_model(scene);
     for (const SpringSet& set : model.springs)
@@ -32,7 +32,7 @@ class ImplicitReference {
   using Vector = study::Vector;
   double mass(int i) const { return system_.mass[i]; }  // kg, 0 where pinned
 
-  /// Where they go without springs.
+  /// The positions y after a substep without springs.
   Vector inertial(const Vector& x, const Vector& v) const {
     Vector y = x + dt_ * v;
     for (int i = 0; i < system_.count(); ++i)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The forces of springs: the gradient of their energy, opposite at their ends, finite where they have no direction.
+// Forces of springs: the gradient of their energy, equal and opposite at their ends, and finite where they have no
+// direction.
 #include "host/filter/spring_forces.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +12,7 @@ namespace {
 
 constexpr double kForceStep = 0.01;
 
-/// Springs of a scene's model with particles anywhere, at any speed.
+/// The springs of a scene's model with particles at random positions and velocities.
 template <class R>
 class SpringsAt {
  public:
@@ -26,7 +27,7 @@ class SpringsAt {
     }
   }
 
-  /// Of movable particles; others as zero.
+  /// The forces on movable particles; zero for the others.
   std::vector<Vec3> explicit_forces() const {
     return sum([&](const auto& forces, const Particles<R>& all, const Points<R>& f) {
       forces.sum_explicit(all, kForceStep, f);
@@ -79,7 +80,7 @@ class SpringsAt {
   }
 };
 
-/// Sheets with every kind of spring, of some packs and parts of packs, pinned and free.
+/// Sheets with every kind of spring, whose numbers fill packs completely and partly, pinned and free.
 std::vector<Scene> sprung_scenes(const TemporaryFolder& folder) {
   BodySpec other = sprung_sheet(4);
   other.name = "other";
@@ -177,7 +178,7 @@ TEST(SpringForces, OfCoincidentEndsAreZeroAndSpringsOfNoLengthPullTogether) {
   for (const Vec3& f : springs.missing_forces({3, {0, 0, 0}})) EXPECT_EQ(length(f), 0);
 
   BodySpec chain = sprung_chain(2, true);
-  chain.constraints[0].parameter = 1e-12;  // of its length is nothing beside rounding: linear springs
+  chain.constraints[0].parameter = 1e-12;  // a rest length of nothing beside rounding: linear springs
   const SpringsAt<double> linear(desbrun_scene({chain}, 1e3), false);
   const Vec3 d = linear.x[0] - linear.x[1];
   const std::vector<Vec3> missing = linear.missing_forces({2, {0, 0, 0}});

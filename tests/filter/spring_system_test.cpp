@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The matrix behind Desbrun's filter: A = M - dt^2 H over the particles that springs hold.
+// The matrix of Desbrun's filter: A = M - dt^2 H over the particles that have springs.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -28,7 +28,7 @@ TEST(SpringSystem, IsMassPlusSquaredStepTimesStiffness) {
   for (const double dt : {1.0 / 60, 1e-3, 0.5}) {
     const SpringSystem system = spring_system(model, dt);
     const Eigen::MatrixXd A = matrix_of<double>(system), expected = matrix_of<double>(model, dt, system.particle);
-    // Sums of some fifty numbers in another order.
+    // The sum of some fifty numbers is taken in another order.
     EXPECT_LT((A - expected).cwiseAbs().maxCoeff(), 1e-14 * expected.maxCoeff()) << dt;
     EXPECT_EQ((A - A.transpose()).cwiseAbs().maxCoeff(), 0) << dt;
     for (int i = 0; i < system.count(); ++i) {
@@ -40,7 +40,7 @@ TEST(SpringSystem, IsMassPlusSquaredStepTimesStiffness) {
 }
 
 TEST(SpringSystem, OfThreeParticlesIsWhatOneWritesDown) {
-  // 1 (pinned) - 2 - 3, unequal lengths: masses of 1, 3 and 2 kg.
+  // Particles 1 (pinned) - 2 - 3 with unequal lengths: masses of 1, 3 and 2 kg.
   const TemporaryFolder folder;
   BodySpec body;
   body.name = "line";
@@ -93,7 +93,7 @@ TEST(SpringSystem, HasTheMovableParticlesWithSpringsForUnknownsAndABlockForEachP
   EXPECT_NEAR(mass, movable, 1e-14 * movable);
 }
 
-/// A pin cuts what hangs on either side of it apart.
+/// A pin separates the parts on either side of it.
 TEST(SpringSystem, IsCutByPins) {
   BodySpec chain = sprung_chain(7, true);
   chain.pins = {ListPin{{3}}};
@@ -115,7 +115,7 @@ TEST(SpringSystem, MultipliesAsItsMatrix) {
   for (int k = 0; k < x.size(); ++k) ASSERT_NEAR(y[k], expected.data()[k], 1e-14 * expected.norm());
 }
 
-/// What the filter depends on, and what not.
+/// The inputs that the filter depends on, and those that it does not.
 TEST(SpringSystem, DependsOnStepMassStiffnessAndWhichParticlesArePinnedAlone) {
   const auto matrix = [](const BodySpec& body, double stiffness = 100, double dt = 0.01) -> Eigen::MatrixXd {
     return matrix_of<double>(spring_system(build_model(desbrun_scene({body}, stiffness)), dt));
@@ -127,7 +127,7 @@ TEST(SpringSystem, DependsOnStepMassStiffnessAndWhichParticlesArePinnedAlone) {
   BodySpec other = sheet;
   other.velocity = {1, 2, 3}, other.spin = {0, 1, 0}, other.transform.translate = {0.5, 1, -2};
   other.constraints[0].parameter = 1.25;  // rest lengths
-  // Hinges take their heights from places, each rounded.
+  // Heights of hinges are computed from positions, each rounded.
   EXPECT_LT((matrix(other) - A).cwiseAbs().maxCoeff(), 1e-12) << "motion, place and rest lengths are no part of it";
   other = sheet, other.pins = {NearestPin{{0, 0, 0}}, NearestPin{{0.2, 0, 0}}};
   EXPECT_TRUE(same(matrix(other), A)) << "the same pins by another name";
@@ -141,7 +141,7 @@ TEST(SpringSystem, DependsOnStepMassStiffnessAndWhichParticlesArePinnedAlone) {
 
 TEST(Fold, IsTwiceTheSineOfHalfTheAngleOfItsHinge) {
   const TemporaryFolder folder;
-  const double phi = 0.7, slide = 0.3;  // the fold of the mesh; how far the wings are apart along the hinge
+  const double phi = 0.7, slide = 0.3;  // phi: the fold of the mesh; slide: the distance of the wings along the hinge
   BodySpec body;
   body.name = "hinge";
   body.shape = MeshFile{folder.write("hinge.obj", "v 0 0 0\nv 1 0 0\nv 0.4 0 2\nv " + std::to_string(0.4 + slide) +
@@ -156,7 +156,7 @@ TEST(Fold, IsTwiceTheSineOfHalfTheAngleOfItsHinge) {
       ASSERT_EQ(model.stencils.size(), 1u);
       const FoldReference fold = folds_of(model)[0];
       EXPECT_NEAR(length(fold.fold(model.x)), 2 * std::sin(phi / 2), 2e-6) << "the file has six digits";
-      // The lever is the harmonic mean of the wings' heights, 2 and 3, however far they are folded: 200 N/m at 2.4 m.
+      // The lever is the harmonic mean of the wings' heights, 2 and 3, whatever the angle: 200 N/m at 2.4 m.
       EXPECT_NEAR(fold.stiffness, 200 * 2.4 * 2.4, 1e-3);
       body.constraints = {compliant(type, 0.05, {}, flat)};
       EXPECT_NEAR(folds_of(build_model(desbrun_scene({body}, 1000)))[0].stiffness, 1 / 0.05, 1e-9);
@@ -166,7 +166,7 @@ TEST(Fold, IsTwiceTheSineOfHalfTheAngleOfItsHinge) {
 TEST(Springs, OfNoStiffnessOrBetweenPinsAreLeftOut) {
   BodySpec sheet = sprung_sheet(3, {RowPin{}});
   sheet.constraints = {stiff("distance", {"edges"})};
-  // 4 x 3 points: 3 x 3 edges one way and 4 x 2 the other, less the three of the pinned row.
+  // 4 x 3 points: 3 x 3 edges in one direction and 4 x 2 in the other, less the three of the pinned row.
   const Model model = build_model(desbrun_scene({sheet}, 10));
   ASSERT_EQ(model.springs.size(), 1u);
   EXPECT_EQ(model.springs[0].ends.size(), 9u + 8u - 3u);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The structure of the sparse factor: an order, a tree, and rows that hold every number that elimination fills in.
+// The structure of the sparse factor: an ordering, an elimination tree, and rows that include all fill-in.
 #include "host/filter/supernodes.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,8 @@
 namespace malha {
 namespace {
 
-/// Rows of each column of the factor with the diagonal, by eliminating column after column: no tree, no counts.
+/// Rows of each column of the factor including the diagonal, by symbolic elimination of column after column: without a
+/// tree or counts.
 std::vector<std::set<int>> eliminated(const SpringSystem& system, const std::vector<int>& order) {
   const int n = system.count();
   std::vector<int> now(n);
@@ -80,7 +81,7 @@ TEST_P(SupernodesOf, ParentsComeLaterAndHoldTheFirstRowBelow) {
     if (parent < 0) continue;
     ASSERT_GT(parent, s);
     ASSERT_TRUE(*begin >= all.column_begin[parent] && *begin < all.column_begin[parent + 1]);
-    // What it hands on has a place in its parent.
+    // Every row of its update matrix has a row in its parent.
     for (auto row = begin; row != end; ++row)
       ASSERT_TRUE(*row < all.column_begin[parent + 1] ||
                   std::binary_search(all.rows.begin() + all.row_begin[parent],
@@ -133,7 +134,7 @@ TEST_P(SupernodesOf, TasksAreWholeSubtreesAndTheTopIsWhatIsAboveThem) {
   }
 }
 
-/// A dissection by bad luck or a wrong order would be far above these: a sheet fills like n log n.
+/// A bad dissection or a wrong ordering would be far above these: the fill of a sheet grows like n log n.
 TEST(Supernodes, OfASheetFillAsNestedDissectionDoes) {
   const SpringSystem system = spring_system(build_model(desbrun_scene({sprung_sheet(60)}, 1e4)), 0.01);
   const double n = system.count();

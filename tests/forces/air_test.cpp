@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Air on faces: terminal velocity, drag and lift against their formulas, and that it never drives what it meets.
+// Air on faces: terminal velocity, drag and lift against their formulas, and no gain of energy relative to the air.
 #include "host/forces/air.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ BodySpec plate() {
   return body;
 }
 
-/// The sum of forces (N) that one short step says.
+/// The sum of forces (N), from the change of momentum in one short step.
 Vec3 force(BodySpec body, const Wind& wind) {
   const double h = 1e-7;
   body.constraints.clear();
@@ -86,7 +86,7 @@ TEST(Air, DragsAndLiftsAPlateAtAnAngle) {
     EXPECT_NEAR(f[0], q * drag * c * c, 1e-4 * q);  // the implicit step's share and 2e-9 of rounding over the step
     EXPECT_NEAR(f[1], q * lift * c * s, 1e-4 * q);
     EXPECT_NEAR(f[2], 0, 1e-6 * q);
-    // With both alike a pressure along the normal (c, s, 0).
+    // With both coefficients equal, the force is a pressure along the normal (c, s, 0).
     if (drag == lift) {
       EXPECT_NEAR(f[1] / f[0], s / c, 1e-4);
     }
@@ -106,7 +106,7 @@ TEST(Air, DragsABallAlongTheWind) {
   EXPECT_NEAR(length(f), expected, 0.003 * expected) << "nothing across";
 }
 
-/// Whatever the step, the speed relative to the air only falls, particle by particle, and never turns round.
+/// Whatever the step, the speed relative to the air only decreases, particle by particle, and never reverses.
 template <class R>
 void expect_no_gain() {
   Random random(7);
@@ -138,7 +138,7 @@ TEST(Air, NeverGivesEnergyToMotionRelativeToIt) {
   expect_no_gain<float>();
 }
 
-/// A flag by one side in a gale.
+/// A flag fixed at one side in a gale.
 Scene flag(const char* solver, Precision precision) {
   BodySpec body = plate();
   body.shape = GridShape{{1.5, 1}, {15, 10}};
@@ -183,7 +183,8 @@ TEST(Air, OnBodiesWithoutFacesIsRefused) {
             "'drag' alone");
 }
 
-/// Two bodies and one of two parts: damping takes each part's own deformation and leaves the other body alone.
+/// Two bodies, one of them in two parts: damping reduces each part's own deformation and does not change the other
+/// body.
 class DampingOfABody : public testing::TestWithParam<const char*> {};
 
 TEST_P(DampingOfABody, LeavesOthersAlone) {
@@ -202,7 +203,7 @@ TEST_P(DampingOfABody, LeavesOthersAlone) {
   };
   const std::vector<Vec3> both = elastic({damped, free}), alone = elastic({free});
   for (std::size_t i = 0; i < alone.size(); ++i) EXPECT_LT(length(both[alone.size() + i] - alone[i]), 1e-9);
-  double spread = 0;  // of the damped plate's lengths: none, it turns rigidly
+  double spread = 0;  // of the damped plate's lengths: zero, because it turns rigidly
   spread = std::abs(length(both[4] - both[0]) - 1);
   EXPECT_LT(spread, 0.02);
 }

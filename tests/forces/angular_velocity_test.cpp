@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How fast a body turns as a whole, against rotations that are known.
+// The angular velocity of a body as a whole, against rotations that are known.
 #include "kernels/forces/angular_velocity.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 
 using Points3 = std::vector<Vector3<double>>;
 
-/// Of points of 1 kg about the origin, which turn with omega.
+/// Momenta of points of 1 kg about the origin, which rotate with omega.
 SpinSum spin_of(const Points3& points, const Vector3<double>& omega) {
   SpinSum sum;
   for (const Vector3<double>& r : points) {
@@ -26,7 +26,7 @@ SpinSum spin_of(const Points3& points, const Vector3<double>& omega) {
   return sum;
 }
 
-/// `along`: where the points lie, by its columns.
+/// `along`: the columns are the directions in which the points lie.
 Points3 cloud(Random& random, const Eigen::Matrix3d& along) {
   Points3 points;
   for (int i = 0; i < 20; ++i) {
@@ -60,7 +60,8 @@ TEST(AngularVelocity, IsThatOfABoxAlongTheAxes) {
   const Points3 box{{1, 2, 3}, {-1, 2, 3}, {1, -2, 3}, {1, 2, -3}, {-1, -2, 3}, {-1, 2, -3}, {1, -2, -3}, {-1, -2, -3}};
   const Vector3<double> omega{0.3, -7, 2};
   EXPECT_LT(norm(angular_velocity(spin_of(box, omega)) - omega), 1e-14);
-  const Points3 round{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};  // the same about any axis
+  // the inertia about any axis is the same
+  const Points3 round{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   EXPECT_LT(norm(angular_velocity(spin_of(round, omega)) - omega), 1e-14);
 }
 
@@ -76,7 +77,7 @@ TEST(AngularVelocity, HasNothingAlongALineOnWhichAllLie) {
   EXPECT_EQ(norm(angular_velocity(SpinSum{{1, 2, 3}, {}})), 0) << "of one point";
 }
 
-/// Also where L is not that of any motion.
+/// The equation is solved also where L is not that of any motion.
 TEST(AngularVelocity, SolvesForAnyMomentum) {
   Random random(3);
   for (int n = 0; n < 200; ++n) {

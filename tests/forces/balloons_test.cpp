@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closed skins of springs with a pressure inside, by both methods: thrown at edges they gain no energy, and where they
-// rest springs and pressure are in balance.
+// Closed shells of springs with a pressure inside, by both methods: thrown at edges they gain no energy, and at rest
+// springs and pressure are in balance.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ BodySpec skin(int subdivisions, double noise, Random& random, std::vector<Constr
   return body;
 }
 
-/// Thrown at 5 to 20 m/s onto the edge x = 0, y = 0 of a box that lies still.
+/// Throws the balloon at 5 to 20 m/s onto the edge x = 0, y = 0 of a static box.
 Scene thrown(unsigned seed, const std::string& method, int substeps, double softness, bool compliant_pressure,
              std::string& what) {
   Random random(seed);
@@ -54,8 +54,9 @@ Scene thrown(unsigned seed, const std::string& method, int substeps, double soft
   return scene;
 }
 
-// Energy of motion, to rounding: what contact draws of stiff springs in a substep is no measure of anything. A light
-// particle of a skin that is whipped over an edge may go faster than the body came, and went 3.5 times as fast at most.
+// Kinetic energy is compared, to rounding: the elastic energy that contact puts into stiff springs in a substep says
+// little. A light particle of a shell that is whipped over an edge may be faster than the body was, at most 3.5 times
+// when measured.
 TEST(Balloons, ThrownOntoAnEdgeGainNoEnergy) {
   unsigned seed = 0;
   for (const std::string method : {"desbrun", "pbd"})
@@ -77,8 +78,8 @@ TEST(Balloons, ThrownOntoAnEdgeGainNoEnergy) {
         }
 }
 
-/// How far from balance the particles of a balloon that rests are: what is left of the forces over the push of its
-/// pressure. Its springs have one compliance.
+/// The distance from balance of a balloon's particles at rest: the remaining force over that of the pressure. Its
+/// springs have one compliance.
 double imbalance(const Scene& scene, const Simulation& simulation) {
   const auto& shape = std::get<MeshDataShape>(scene.bodies[0].shape);
   const Mesh mesh{shape.points, shape.faces, {}, {}};
@@ -104,9 +105,9 @@ double imbalance(const Scene& scene, const Simulation& simulation) {
   return rest / pushed;
 }
 
-// The push of pressure goes through the filter, so that where a balloon rests does not depend on the step: of these
-// springs a substep resolves a hundredth to a thousandth. One iteration meets the volume to first order of the 3 % by
-// which the springs are drawn; more meet it.
+// The force of pressure is filtered, so that the rest state does not depend on the step: of these springs a substep
+// resolves a hundredth to a thousandth. One iteration meets the volume to first order of the 3 % by which the springs
+// are stretched; more iterations meet it exactly.
 TEST(Balloons, RestWhereSpringsBalanceThePressureByDesbrunsMethodAtAnyStep) {
   for (const int substeps : {1, 4})
     for (const int iterations : {1, 4}) {

@@ -16,7 +16,7 @@ namespace {
 
 using V = Vector3<double>;
 
-/// Particles in motion; w = 0 pins.
+/// Particles in motion; w = 0 marks pins.
 template <class R>
 struct Bodies {
   PointList<R> x, v;
@@ -65,7 +65,7 @@ struct Bodies {
       if (w[i] > 0) sum += dot(to_double(v[i]), to_double(v[i])) / double(w[i]) / 2;
     return sum;
   }
-  /// The fastest change of a distance between two particles, m/s.
+  /// The largest rate of change of a distance between two particles, m/s.
   double fastest_strain() const {
     double fastest = 0;
     for (int i = 0; i < count(); ++i)
@@ -177,7 +177,7 @@ TYPED_TEST(DampOf, TouchesItsOwnIslandOnly) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(same_bits(bodies.v[i], before.v[i]), i < 30 || i >= 70) << i;
 }
 
-/// Degenerate bodies: finite, momenta kept (but for `spin_lost`), and never more energy.
+/// Degenerate bodies: results are finite, momenta are conserved (but for `spin_lost`), and energy never grows.
 template <class R>
 void expect_tame(Bodies<R> bodies, const char* what, double spin_lost = 0) {
   const V linear = bodies.momentum(), centre = bodies.centre(), angular = bodies.spin(centre);
@@ -209,7 +209,8 @@ TYPED_TEST(DampOf, StaysFiniteWithoutInertiaAboutSomeAxis) {
   expect_tame(place, "in one place");
   expect_tame(two, "two particles");
   expect_tame(one, "one particle");
-  // So thin that it counts as a line: its spin about itself, 20 particles at 1e-7 m and 1 m/s, is not seen as rigid.
+  // The body is so thin that it counts as a line: its spin about itself, 20 particles at 1e-7 m and 1 m/s, does not
+  // count as rigid.
   expect_tame(almost, "on a line but for rounding", 20 * 1e-7);
   none.damp_all(1);
   EXPECT_TRUE(none.finite()) << "all pinned";

@@ -37,8 +37,8 @@ TEST(FreeFall, SubstepsAreShorterSteps) {
   EXPECT_LT(length(steps.velocities()[0] - substeps.velocities()[0]), 1e-12);
 }
 
-// In float, p - x over a short substep is rounded to few digits: were the velocity taken from it, the particle would
-// hang in the air. It must keep gravity however high it is and however short the substep.
+// In float, p - x over a short substep is rounded to few digits: if the velocity were computed from it, the particle
+// would stop in the air. Gravity must act however high the particle is and however short the substep.
 class FloatFall : public testing::TestWithParam<double> {};
 
 TEST_P(FloatFall, KeepsGravityAtManySubsteps) {
@@ -61,7 +61,8 @@ Scene windy(double mass, const Vec3& wind, double drag, const Vec3& gravity, dou
   return scene;
 }
 
-// Gravity comes after drag, so that what hangs still feels its whole weight; what falls ends g h faster than it should.
+// Gravity is applied after drag, so that a hanging body still has its whole weight; a falling one ends g h faster than
+// it should.
 TEST(Drag, TerminalVelocityIsTheWindsPlusWeightOverDragToFirstOrder) {
   const double mass = 0.3, drag = 0.7;
   const Vec3 wind{2, 0.5, -1};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The corrector of PBD and XPBD: free bodies keep both momenta, and what acts on them from outside stays as it was.
+// The momentum corrector of PBD and XPBD: free bodies keep both momenta, and external forces act unchanged.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -18,7 +18,7 @@
 namespace malha {
 namespace {
 
-/// The sums of 100 particles from the 5th on, with packs of an instruction set.
+/// The sums over the particles 5 to 99, with packs of an instruction set.
 template <class R, bool projected, class Isa>
 MomentaSum sum_of_particles(const std::vector<Vec3> (&at)[3]) {
   const PointArray<Serial, R> x(at[0]), v(at[1]), d(at[2]);
@@ -54,7 +54,7 @@ TEST(MomentaSums, AreTheSameBitsWhateverAPackHoldsAndThoseOfTheParticles) {
       const auto velocity = [&](int k) { return (projected ? at[2][i][k] / 0.001 : at[1][i][k]) - at[1][5][k]; };
       mass += m, L += m * (place(0) * velocity(1) - place(1) * velocity(0));
     }
-    // 100 numbers of up to 20 rounded, and velocities by places / 0.001 s.
+    // 100 numbers of up to 20 are rounded, and velocities are differences of positions over 0.001 s.
     const double rounding = sizeof(R) == 4 ? 1e-4 * (projected ? 100 : 1) : 1e-10;
     EXPECT_NEAR(narrow.m(), mass, rounding);
     EXPECT_NEAR(narrow.L()[2], L, rounding);
@@ -69,7 +69,7 @@ struct RigidPart {
   Vec3 spin{};      // kg m^2/s about the centre of mass
 };
 
-/// Of all particles.
+/// Mass and momenta of all particles.
 RigidPart rigid_part(const Simulation& simulation) {
   const Model& model = simulation.model();
   const std::vector<Vec3> x = simulation.positions(), v = simulation.velocities();
@@ -92,8 +92,8 @@ RigidPart rigid_part(const Simulation& simulation) {
 
 class PbdCorrector : public MeshFiles {
  protected:
-  /// A closed surface of triangles of all sizes and shapes, hence of unequal masses, that turns about no axis of its
-  /// own; of 1 kg.
+  /// A closed surface of 1 kg with triangles of all sizes and shapes, hence of unequal masses, that does not rotate
+  /// about a principal axis.
   BodySpec lump(int subdivisions, std::vector<ConstraintSpec> constraints) const {
     const Mesh sphere = generate(SphereShape{0.5, subdivisions});
     Random random(7);
@@ -110,7 +110,7 @@ class PbdCorrector : public MeshFiles {
     body.constraints = std::move(constraints);
     return body;
   }
-  /// In flight at 0.3 m/s, turning at 5.6 rad/s, 20 m from the origin.
+  /// The body in flight at 0.3 m/s, rotating at 5.6 rad/s, 20 m from the origin.
   BodySpec flying_lump(int subdivisions = 1) const {
     BodySpec body = lump(subdivisions, {compliant("distance", 1e-6, {"edges"}), compliant("bending", 0.1)});
     body.transform.translate = {20, 0.3, -0.2};
@@ -123,9 +123,9 @@ class PbdCorrector : public MeshFiles {
   }
 };
 
-// A body that turns by half a radian in a substep asks for corrections of more than a quarter of its elements. They go
-// along the gradients where they lead (kernels/projection/direction.h), and take a fifth of its rotation in 5 s.
-TEST_F(PbdCorrector, GivesBackWhatLargeCorrectionsTake) {
+// A body that turns by half a radian in a substep gets corrections of more than a quarter of its elements. They go
+// along the gradients at their end (kernels/projection/direction.h), and reduce its rotation by a fifth in 5 s.
+TEST_F(PbdCorrector, RestoresMomentaThatLargeCorrectionsTake) {
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     BodySpec body = flying_lump();
     body.spin = {0, 0, 30};
@@ -162,7 +162,7 @@ TEST_F(PbdCorrector, KeepsWhatASpinningBodyKeepsForAMinuteAnyway) {
   }
 }
 
-// A rod of two masses turns in a step by what its chord makes of the angle; its angular momentum is then restored.
+// A rod of two masses turns in a step by the angle of its chord; its angular momentum is then restored.
 TEST_F(PbdCorrector, LetsARodTurnForEver) {
   BodySpec rod;
   rod.name = "rod";
@@ -194,7 +194,7 @@ TEST_F(PbdCorrector, LeavesFreeFallExact) {
 
 // Of n equal masses m each drag takes in a substep v' = (v + a u) / (1 + a), a = h b / m, and so of their momentum and
 // of their spin about their centre, where there is no wind.
-TEST_F(PbdCorrector, LeavesToTheWindWhatItGave) {
+TEST_F(PbdCorrector, KeepsTheMomentumOfTheWind) {
   BodySpec body;
   body.name = "icosahedron";
   body.shape = SphereShape{0.5, 0};
@@ -208,12 +208,12 @@ TEST_F(PbdCorrector, LeavesToTheWindWhatItGave) {
   const RigidPart now = rigid_part(after(scene, 1));
   const double left = std::pow(1 + 0.01 / 0.1 / 600, -600);
   EXPECT_LT(length(now.linear - Vec3{1.2 * 0.3 * left, 1.2 * 3 * (1 - left), 0}), 1e-12);
-  // What constraints take in a step is given back at its end, so that drag misses half a step of it: of omega^2 h dt =
-  // 8e-4 a share of b dt / (2 m) = 8e-4, in each of 60 steps.
+  // The momentum that constraints lose in a step is restored at its end, so that drag misses half a step of it: of
+  // omega^2 h dt = 8e-4 a share of b dt / (2 m) = 8e-4, in each of 60 steps.
   EXPECT_LT(length(now.spin - Vec3{spin[0] * left, spin[1] * left, spin[2] * left}), 1e-4 * length(spin));
 }
 
-TEST_F(PbdCorrector, LeavesBodiesAloneThatSomethingHolds) {
+TEST_F(PbdCorrector, LeavesPinnedAndAttachedBodiesAlone) {
   BodySpec pinned = flying_lump(), attached = flying_lump();
   pinned.pins = {ListPin{{0}}};
   Attachment attachment;
@@ -240,7 +240,8 @@ TEST_F(PbdCorrector, ActsOnEveryBodyByItself) {
 }
 
 TEST_F(PbdCorrector, GivesTheSameBitsOnAnyNumberOfThreads) {
-  BodySpec body = flying_lump(4);  // 2,562 particles: several stretches, the last of them a part, no multiple of a pack
+  // 2,562 particles: several ranges of a reduction, the last one partial and no multiple of a pack
+  BodySpec body = flying_lump(4);
   EnvironmentSpec ground = obstacle("ground", GridShape{{60, 60}, {1, 1}}, Sides::OneSided);
   ground.transform.translate = {-10, -0.3, -30};
   for (const bool contacts : {false, true})
@@ -254,7 +255,7 @@ TEST_F(PbdCorrector, GivesTheSameBitsOnAnyNumberOfThreads) {
     }
 }
 
-/// A flat crate on smooth or rough ground, as if it had always lain there.
+/// A flat crate on smooth or rough ground, already at rest.
 class PuckWithACorrector : public PbdCorrector {
  protected:
   static Scene puck(double friction, const Vec3& velocity, const Vec3& spin) {
@@ -274,7 +275,7 @@ class PuckWithACorrector : public PbdCorrector {
   }
 };
 
-// Smooth ground pushes upwards alone: it gives no momentum along itself and no torque about the vertical.
+// Smooth ground pushes vertically alone: it adds no horizontal momentum and no torque about the vertical.
 TEST_F(PuckWithACorrector, KeepsItsSpinOnSmoothGroundAndDoesNotSinkOrRise) {
   for (const int iterations : {1, 3})
     for (const bool corrects : {true, false}) {
@@ -290,7 +291,7 @@ TEST_F(PuckWithACorrector, KeepsItsSpinOnSmoothGroundAndDoesNotSinkOrRise) {
     }
 }
 
-// A cube at rest: its projections, one after the other, exert no torque about the vertical.
+// A cube at rest: the sequential projections exert no torque about the vertical.
 TEST_F(PuckWithACorrector, DoesNotBeginToTurnWhereItRests) {
   Scene scene = puck(0, {}, {});
   scene.bodies[0].shape = BoxShape{{0.5, 0.5, 0.5}, {4, 4, 4}};
@@ -300,7 +301,7 @@ TEST_F(PuckWithACorrector, DoesNotBeginToTurnWhereItRests) {
     EXPECT_LT(std::abs(rigid_part(after(corrected(scene, corrects), 3)).spin[1]), 1e-11) << corrects;
 }
 
-// Coulomb: v0 - mu g t, whatever the corrector gives back to the body itself.
+// Coulomb's law: v0 - mu g t, whatever momentum the corrector restores to the body itself.
 TEST_F(PuckWithACorrector, IsBrakedByFrictionAsWithoutIt) {
   const Scene scene = puck(0.2, {2, 0, 0}, {});
   const double with = rigid_part(after(corrected(scene), 0.5)).linear[0];

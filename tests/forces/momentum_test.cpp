@@ -9,10 +9,10 @@
 namespace malha {
 namespace {
 
-/// Of 642 particles.
+/// A body of 642 particles.
 BodySpec ellipsoid(std::vector<ConstraintSpec> constraints) { return tumbling_ellipsoid(3, std::move(constraints)); }
 
-/// Of all particles, pinned ones included: for bodies without pins, as here.
+/// Momenta of all particles, pinned ones included: the bodies here have no pins.
 struct Momenta {
   Vec3 linear, angular;
   double kinetic;
@@ -24,8 +24,8 @@ Momenta momenta(const Simulation& simulation) {
 
 class FreeBody : public testing::TestWithParam<Precision> {
  protected:
-  /// What rounding may do to the momentum (kg m/s) of `particles` of together `mass` after some substeps: a projection
-  /// rounds a position of up to 2 m, which a substep turns into a velocity; all of them add up like a random walk.
+  /// The tolerance of the momentum (kg m/s) of `particles` with the total `mass` after some substeps: a projection
+  /// rounds a position of up to 2 m, which a substep turns into a velocity; all roundings add up like a random walk.
   static double rounding(double mass, double particles, double substeps, double h) {
     const double position = GetParam() == Precision::Float ? 1.2e-7 : 2.2e-16;
     const double projections = 25;  // of a particle in a substep: edges, hinges, pressure
@@ -51,8 +51,8 @@ TEST_P(FreeBody, KeepsItsLinearMomentumUnderEveryConstraint) {
   }
 }
 
-// Each projection moves its particles along the gradients where the substep began, about which it gives no torque,
-// converged or not.
+// Each projection moves its particles along the gradients where the substep began, which exert no torque about those
+// positions, converged or not.
 TEST_P(FreeBody, KeepsItsAngularMomentumUnderEveryConstraint) {
   const std::vector<std::vector<ConstraintSpec>> every{
       {stiff("distance", {"edges"}), stiff("bending", {}, 0.3), stiff("pressure")},
@@ -92,8 +92,8 @@ INSTANTIATE_TEST_SUITE_P(, FreeBody, testing::Values(Precision::Float, Precision
   return std::string(tested.param == Precision::Float ? "Float" : "Double");
 });
 
-// Two masses on a rod: the way across it that a substep predicts, omega h of its length, is what it goes, so that it
-// turns by asin(omega h) each time, and keeps its angular momentum to the last digits.
+// Two masses on a rod: the transverse displacement that a substep predicts, omega h of its length, is the one that it
+// makes, so that it turns by asin(omega h) each time, and keeps its angular momentum to the last digits.
 TEST(SpinningRod, KeepsItsAngularMomentumAndTurnsAsProjectionSays) {
   const double h = 0.01, omega = 5;
   BodySpec rod;
@@ -201,7 +201,7 @@ TEST_F(DampingOfAMesh, ActsOnEveryPartByItself) {
   EXPECT_LT(length(centre_velocity(3) - right), 1e-13);
 }
 
-/// Bodies of three kinds and sizes with constraints of five, up to a kilometre away, for up to 8 s.
+/// Bodies of three kinds and sizes with constraints of five kinds, up to a kilometre away, for up to 8 s.
 Scene random_flight(Random& random) {
   BodySpec body;
   body.name = "body", body.mass = random(0.2, 3);
@@ -226,8 +226,8 @@ Scene random_flight(Random& random) {
   return scene;
 }
 
-// Of the fastest particle's speed: velocities are rounded by 6e-8 of themselves in each of up to 15,360 substeps, a
-// random walk, and with them what projections add to them.
+// The tolerance is relative to the fastest particle's speed: velocities are rounded by 6e-8 of themselves in each of up
+// to 15,360 substeps, a random walk, and so are the velocities that projections add.
 TEST(RandomFlights, KeepTheirLinearMomentumInFloatUpToAKilometreFromTheOrigin) {
   Random random(5);
   for (int n = 0; n < 100; ++n) {

@@ -23,7 +23,7 @@ Scene pendulum(double angle, int substeps, Precision precision = Precision::Doub
   return scene;
 }
 
-/// Where the polynomial through (-1, x0), (0, x1), (1, x2), (2, x3) is 0 between 0 and 1, by bisection.
+/// The root between 0 and 1 of the cubic through (-1, x0), (0, x1), (1, x2), (2, x3), by bisection.
 double passage(double x0, double x1, double x2, double x3) {
   double low = 0, high = 1;
   for (int k = 0; k < 52; ++k) {
@@ -34,7 +34,7 @@ double passage(double x0, double x1, double x2, double x3) {
   return low;
 }
 
-/// From the first passage through the vertical to the third, the passages interpolated between steps.
+/// The time from the first passage through the vertical to the third, with passages interpolated between steps.
 double period(const Scene& scene) {
   Simulation simulation(scene, {.threads = 1});
   std::vector<double> passages, x(4, simulation.positions()[1][0]);
@@ -47,8 +47,8 @@ double period(const Scene& scene) {
   return passages[2] - passages[0];
 }
 
-/// J of the motion at the time of the places. Velocities are those half a substep before, in which a weight's power,
-/// gravity times momentum, makes up the difference: without that a swing shows in all energies, of the first order.
+/// Energy in J at the time of the positions. Velocities are those half a substep earlier, and the power of the weight,
+/// gravity times momentum, makes up the difference: without that the energies would oscillate, to first order.
 double energy_now(const Simulation& simulation, const Scene& scene) {
   const Measures measures = simulation.measure();
   const double substep = scene.solver.dt / scene.solver.substeps;
@@ -80,7 +80,7 @@ TEST_P(LargeSwing, PeriodConvergesToTheEllipticIntegral) {
 
 INSTANTIATE_TEST_SUITE_P(Radians, LargeSwing, testing::Values(1.0, 2.5));
 
-/// The least and the most that the energy is above that of the start in so many steps, J.
+/// The smallest and the largest excess of the energy over that at the start in that many steps, J.
 std::pair<double, double> swing_of_energy(Simulation& simulation, const Scene& scene, int steps, double start) {
   std::pair<double, double> swing{INFINITY, -INFINITY};
   for (int step = 0; step < steps; ++step) {
@@ -91,8 +91,8 @@ std::pair<double, double> swing_of_energy(Simulation& simulation, const Scene& s
   return swing;
 }
 
-/// Projected along the direction where the substep began, it neither gains nor loses: from almost the top, with 9.5 J,
-/// its energy swings by a part that falls with the square of the substep, and by as much after 20 s as at first.
+/// Projection along the direction where the substep began neither gains nor loses energy: from almost the top, with 9.5
+/// J, it oscillates by an amount that falls with the square of the substep, and is as large after 20 s as at first.
 TEST(Pendulum, SwingsInItsEnergyBySecondOrderAndNeverDrifts) {
   double before = 0;
   for (const int substeps : {1, 4, 16}) {
@@ -103,7 +103,7 @@ TEST(Pendulum, SwingsInItsEnergyBySecondOrderAndNeverDrifts) {
     swing_of_energy(simulation, scene, 1000, start);
     const auto [least_at_last, most_at_last] = swing_of_energy(simulation, scene, 500, start);
     const double swing = most - least;
-    // Steps meet the fastest places by chance: within half a step of 0.01 s, of which a swing takes 300.
+    // Steps sample the fastest positions by chance: within half a step of 0.01 s, of which a swing takes 300.
     EXPECT_NEAR(least_at_last, least, 0.003 * swing) << substeps;
     EXPECT_NEAR(most_at_last, most, 0.003 * swing) << substeps;
     EXPECT_LT(swing, 0.0021 * start / (substeps * substeps)) << substeps;
@@ -112,7 +112,7 @@ TEST(Pendulum, SwingsInItsEnergyBySecondOrderAndNeverDrifts) {
   }
 }
 
-/// What ten segments lose is what their sweeps leave unmet when they whip.
+/// The energy that ten segments lose is what their sweeps do not resolve when they whip.
 TEST(Pendulum, OfManySegmentsNeverGainsEnergy) {
   Scene scene = scene_of({hung_chain({0, 0, 0}, {1, 0, 0}, 10, 0.1)}, kEarth, kPendulumStep, 20);
   scene.bodies[0].constraints = {stiff("distance", {"edges"})};
@@ -127,7 +127,7 @@ TEST(Pendulum, OfManySegmentsNeverGainsEnergy) {
 TEST(Pendulum, KeepsItsLength) {
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     Simulation simulation(pendulum(2.5, 10, precision), {.threads = 1});
-    // The projection of one segment is exact: what remains is the rounding of a position of 1 m, and of its projection.
+    // The projection of one segment is exact: the error is the rounding of a position of 1 m, and of its projection.
     const double rounding = precision == Precision::Float ? 2e-7 : 4e-16;
     for (int step = 0; step < 200; ++step) {
       simulation.step();

@@ -60,7 +60,8 @@ double volume(const PointList<double>& p, const std::vector<Triangle>& triangles
   return signed_volume(points, triangles);
 }
 
-/// Projections in a substep that begins where the particles are; p changes. `starts`: not where it goes on.
+/// Projects in a substep that begins at these positions; p changes. `starts`: whether it is the first projection, or
+/// continues.
 template <class Executor, class R>
 void project(Pressure<Executor, R>& pressure, const RoundBalloon& balloon, PointList<R>& p, int times = 1,
              bool starts = true) {
@@ -71,7 +72,7 @@ void project(Pressure<Executor, R>& pressure, const RoundBalloon& balloon, Point
   for (int k = 0; k < times; ++k) pressure.project(all, w.data());
   for (int i = 0; i < p.size(); ++i) p.set(i, p[i] + d[i]);
 }
-/// By the constraint of `set`.
+/// Projects the constraint of `set`.
 template <class R>
 void project(const RoundBalloon& balloon, PointList<R>& p, int times = 1) {
   Pressure<Serial, R> pressure({}, balloon.model, balloon.set);
@@ -107,7 +108,7 @@ TEST(Pressure, HasTheGradientOfItsFiniteDifferences) {
   const RoundBalloon balloon(1.3);
   auto p = balloon.particles<double>(0.05);
   const auto& triangles = balloon.set.triangles;
-  // The fans as the kernel wants them, in the simplest way.
+  // The fans of triangles in the layout that the kernel reads, built in the simplest way.
   std::vector<int> begin{0}, around;
   for (int i : balloon.set.particles) {
     for (const Triangle& t : triangles)
@@ -159,7 +160,7 @@ TEST(Pressure, KeepsLinearAndAngularMomentum) {
   }
 }
 
-/// A balloon of one density with a needle: one particle is `times` its radius from the centre.
+/// A balloon of uniform density with a needle: one particle is at `times` the radius from the centre.
 struct NeedleBalloon : RoundBalloon {
   PointList<double> p;
   explicit NeedleBalloon(double times) : p(particles<double>(0)) {
@@ -198,7 +199,7 @@ TEST(Pressure, MovesTheFacesOfANeedleNoFartherThanFourTimesAllOthers) {
 
 TEST(Pressure, MovesWhatHasANeedleByTheVolumeThatItShould) {
   NeedleBalloon balloon(30);
-  const double k = 1e-5;  // what is left of a first order is as small
+  const double k = 1e-5;  // the first-order error is as small
   balloon.set.stiffness = k;
   const auto C = [&](const PointList<double>& p) {
     return volume(p, balloon.set.triangles) - volume(balloon.particles<double>(0), balloon.set.triangles);
@@ -209,8 +210,8 @@ TEST(Pressure, MovesWhatHasANeedleByTheVolumeThatItShould) {
   EXPECT_NEAR((before - C(balloon.p)) / (k * before), 1, 1e-3);
 }
 
-/// As scans are: thin limbs, triangles of all sizes (a sphere's that crowd about one limb), no order. It falls half a
-/// metre, without bending.
+/// A mesh like a scan: thin limbs, triangles of all sizes (a sphere's, crowded about one limb), vertices in random
+/// order. It falls half a metre, and has no bending.
 Scene falling_limbs(int subdivisions) {
   Mesh mesh = generate(SphereShape{1, subdivisions});
   Random random(1);
@@ -250,8 +251,8 @@ Scene falling_limbs(int subdivisions) {
   return scene;
 }
 
-// Its skin crumples, which few substeps do not resolve. It is then to be too soft, but no faster than what falls so far
-// is: five times that is for its light particles, which swing.
+// Its shell crumples, which few substeps do not resolve. It may then be too soft, but not faster than a body that falls
+// so far: the factor of five is for its light particles, which oscillate.
 TEST(Pressure, LetsNoSpikesGrowFromABodyOfThinLimbsThatFalls) {
   const double impact = std::sqrt(2 * kG * 0.5);
   for (const std::string method : {"pbd", "desbrun"})
@@ -319,7 +320,7 @@ TEST(Pressure, WithComplianceComesToTheBalanceOfItsForce) {
   EXPECT_NEAR(s[2] / s[0], 1, 1e-3);
 }
 
-/// A balloon of springs of `softness` (m/N) that wants `volume_ratio` times its volume, slowed down by air.
+/// A balloon of springs of `softness` (m/N) whose rest volume is `volume_ratio` times its volume, damped by air.
 Scene inflated(const Vec3& scale, int subdivisions, double softness, double compliance, double volume_ratio) {
   BodySpec body;
   body.name = "balloon";
@@ -332,8 +333,8 @@ Scene inflated(const Vec3& scale, int subdivisions, double softness, double comp
   return scene;
 }
 
-/// An icosahedron grows alike in all directions, by s: E(s) = 30 (l (s - 1))^2 / (2 a) + (V (s^3 - r))^2 / (2 alpha) of
-/// its 30 edges l and its volume V is at its least.
+/// An icosahedron grows uniformly by s, to the minimum of E(s) = 30 (l (s - 1))^2 / (2 a) + (V (s^3 - r))^2 / (2 alpha)
+/// of its 30 edges l and its volume V.
 TEST(Pressure, WithComplianceMeetsTheEquilibriumOfAnIcosahedron) {
   const double a = 1e-3, r = 2, l = kRadius / std::sin(0.4 * kPi), V = 5 * (3 + std::sqrt(5.0)) / 12 * l * l * l;
   for (const double alpha : {3e-5, 3e-4, 1e-3}) {
@@ -351,7 +352,7 @@ TEST(Pressure, WithComplianceMeetsTheEquilibriumOfAnIcosahedron) {
   }
 }
 
-/// Where all is still, the springs pull each particle back as hard as the missing volume over alpha pushes it out.
+/// At rest the springs pull each particle back as strongly as the missing volume over alpha pushes it out.
 TEST(Pressure, WithCompliancePushesAMeshOfAnyFormByItsVolumeOverAlpha) {
   const double a = 1e-2, alpha = 2e-4, r = 1.6;
   const Scene scene = inflated({1, 2, 0.5}, 2, a, alpha, r);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rest and sleep: what rests stays where it is, bit by bit, costs nothing, and wakes when something comes.
+// Sleep: resting bodies keep their positions bit by bit, cost nothing, and wake when something comes.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -84,7 +84,7 @@ TEST_P(ARestingSheet, IsStillForTenThousandSteps) {
 
 INSTANTIATE_TEST_SUITE_P(Under, ARestingSheet, testing::Values("pbd", "desbrun"));
 
-/// Stopped while it grows sleepy, while it sleeps, and after it was woken.
+/// The run is stopped and resumed before it sleeps, while it sleeps, and after it was woken.
 TEST(Sleep, IsResumed) {
   const TemporaryFolder folder;
   const Scene scene = resting_sheet();
@@ -116,7 +116,7 @@ TEST(Sleep, DoesNotTakeWhatIsSlowForAMoment) {
   }
 }
 
-/// What has never moved sleeps after the time that was asked for: not a step earlier or later.
+/// A body that has never moved sleeps after the time `after`: not a step earlier or later.
 TEST(Sleep, ComesWithTheStepThatWasAskedFor) {
   Scene scene = scene_of({particle({0, 0, 0})}, {0, 0, 0}, 0.01);
   scene.sleep = Sleep{0.1, 0.1};

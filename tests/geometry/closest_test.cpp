@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What self-collision is made of: closest points, sums and sorting.
+// Geometry of self-collision: closest points of primitives, prefix sums and radix sort.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,8 +23,8 @@ class ClosestPoints : public testing::Test {};
 using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(ClosestPoints, Precisions);
 
-// The closest point q of a convex set is the one for which no point of the set lies beyond the plane through q that p -
-// q is the normal of: a certificate that needs no other algorithm.
+// The closest point q of a convex set is the one for which no point of the set lies beyond the plane through q with the
+// normal p - q: a certificate that needs no other algorithm.
 TYPED_TEST(ClosestPoints, OfATriangleHaveItsCornersBehindTheirPlane) {
   using R = TypeParam;
   Random random(1);
@@ -60,7 +60,7 @@ TYPED_TEST(ClosestPoints, OfTwoSegmentsHaveTheirEndsBehindTheirPlanes) {
   }
 }
 
-// The same points as pairs find them, without a branch.
+// The same closest points as the narrow phase finds them, without a branch.
 TYPED_TEST(ClosestPoints, OfPairsAreThoseOfTrianglesAndSegments) {
   using R = TypeParam;
   Random random(5);
@@ -83,7 +83,7 @@ TYPED_TEST(ClosestPoints, OfPairsAreThoseOfTrianglesAndSegments) {
   }
 }
 
-TEST(Sorter, SortsByKeyAndKeepsTheOrderOfEquals) {
+TEST(RadixSort, SortsByKeyAndKeepsTheOrderOfEquals) {
   Random random(3);
   for (const int count : {0, 1, 2, 1000, 100000})
     for (const int bits : {3, 14}) {
@@ -107,7 +107,7 @@ TEST(Sorter, SortsByKeyAndKeepsTheOrderOfEquals) {
     }
 }
 
-TEST(Sorter, SumsWhatComesBefore) {
+TEST(RadixSort, SumsWhatComesBefore) {
   Random random(4);
   for (const int count : {0, 1, 8191, 8192, 50000}) {
     std::vector<int> values(count), expected(count);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stiff shells that hit the ground: whatever their mesh, they gain no energy from their own stiffness.
+// Stiff shells that hit the ground: whatever their mesh, their own stiffness adds no energy.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -32,8 +32,8 @@ Scene dropped_shell(const std::string& mesh, double scale, const ConstraintSpec&
 }
 
 struct Impact {
-  double speed = 0, strain = 0;  // the most after any step
-  double fastest = 0;            // m/s: by its throw and by a fall from its highest point to the ground
+  double speed = 0, strain = 0;  // the largest after any step
+  double fastest = 0;            // m/s: the bound by its initial speed and a fall from its highest point to the ground
 };
 
 Impact impact(const Scene& scene, double seconds) {
@@ -58,7 +58,7 @@ void expect_bounded(const Impact& most, const std::string& what, double most_str
 
 enum class Motion { Dropped, Thrown, Spun };
 
-/// One mesh of so many, each with another motion, stiffness and precision: all of these occur.
+/// One of many meshes, each with another motion, stiffness and precision, so that all combinations occur.
 void expect_bounded_impact(int seed, int subdivisions, const ConstraintSpec& bending, Motion motion,
                            Precision precision) {
   const TemporaryFolder folder;
@@ -66,7 +66,7 @@ void expect_bounded_impact(int seed, int subdivisions, const ConstraintSpec& ben
       dropped_shell(folder.write("shell.off", study::IrregularMesh(seed, subdivisions).off()), 1, bending, precision);
   if (motion == Motion::Thrown) scene.bodies[0].velocity = {5, 0, 0};
   if (motion == Motion::Spun) scene.bodies[0].spin = {0, 7, 7};
-  // With hardly any bending one mesh of 50 stretches by 3.14 when thrown: that is the springs' own.
+  // With hardly any bending one mesh of 50 stretches by 3.14 when thrown, which is due to its springs alone.
   const bool bends = bending.compliance || bending.stiffness > 1e-3;
   expect_bounded(impact(scene, 1),
                  "mesh " + std::to_string(seed) + ", stiffness " + std::to_string(bending.stiffness) + ", compliance " +
@@ -80,7 +80,7 @@ ConstraintSpec plate(double rigidity) {
   return spec;
 }
 
-/// k, compliance and rigidity over six decades.
+/// Bending by k, by compliance and by rigidity, over six decades.
 std::vector<ConstraintSpec> bendings() {
   std::vector<ConstraintSpec> all;
   for (const double k : {1.0, 1e-2, 1e-4, 1e-6}) all.push_back(stiff("bending", {}, k));
@@ -96,7 +96,7 @@ TEST(AStiffShellOfAnIrregularMesh, GainsNoSpeedOnImpact) {
                           seed % 2 == 0 ? Precision::Float : Precision::Double);
 }
 
-/// A limit of the angle alone (0.2 rad a projection) let mesh 3 reach 3.1 times the fastest.
+/// A bound of the angle alone (0.2 rad a projection) let mesh 3 reach 3.1 times that speed.
 TEST(AStiffPlateOfAnIrregularMesh, GainsNoSpeedOnImpact) {
   for (int seed = 0; seed < 50; ++seed)
     expect_bounded_impact(seed, 2, plate(seed % 2 == 0 ? 1.0 : 1e-2), Motion::Dropped, Precision::Double);
@@ -124,10 +124,10 @@ TEST(AnIrregularMesh, IsClosedAndHasSlivers) {
   }
 }
 
-/// Scans, in 38,000 to 44,000 particles: of tools/study/README.md, Stability.
-class AScan : public testing::TestWithParam<const char*> {};
+/// Scanned meshes of 38,000 to 44,000 particles: see tools/study/README.md, Stability.
+class AScannedMesh : public testing::TestWithParam<const char*> {};
 
-/// 1 m high.
+/// The mesh, scaled to a height of 1 m.
 Scene scanned_shell(const std::string& scan, const ConstraintSpec& bending) {
   const std::string file = MALHA_SOURCE_DIR "/scenes/meshes/scans/" + scan + ".off";
   double low = 1e300, high = -1e300;
@@ -135,17 +135,17 @@ Scene scanned_shell(const std::string& scan, const ConstraintSpec& bending) {
   return dropped_shell(file, 1 / (high - low), bending, Precision::Float);
 }
 
-TEST_P(AScan, GainsNoSpeedWhereItFallsAsAStiffShell) {
+TEST_P(AScannedMesh, GainsNoSpeedWhereItFallsAsAStiffShell) {
 #if !defined(NDEBUG)
   GTEST_SKIP() << "half a minute without optimisation";
 #endif
-  // The most of 115,000 edges: 2.1 to 3.7, by the least difference at the start.
+  // The largest strain of 115,000 edges: 2.1 to 3.7, depending on the smallest difference at the start.
   expect_bounded(impact(scanned_shell(GetParam(), compliant("bending", 0.01)), 0.6), GetParam(), 6);
 }
 
-/// Spun, so many particles stretch beyond 3 in ten substeps with edges alone, too; bending adds less than a quarter.
-/// Half a minute.
-TEST_P(AScan, DISABLED_ThrownOrSpunGainsNoSpeedAndStretchesAsItsEdgesAlone) {
+/// Spun, that many particles stretch beyond 3 in ten substeps with edges alone, too; bending adds less than a quarter.
+/// It takes half a minute.
+TEST_P(AScannedMesh, DISABLED_ThrownOrSpunGainsNoSpeedAndStretchesAsItsEdgesAlone) {
   Scene stiff_shell = scanned_shell(GetParam(), compliant("bending", 0.01));
   for (const Motion motion : {Motion::Thrown, Motion::Spun}) {
     (motion == Motion::Thrown ? stiff_shell.bodies[0].velocity = {5, 0, 0} : stiff_shell.bodies[0].spin = {0, 7, 7});
@@ -158,10 +158,10 @@ TEST_P(AScan, DISABLED_ThrownOrSpunGainsNoSpeedAndStretchesAsItsEdgesAlone) {
     stiff_shell.bodies[0].velocity = {0, 0, 0};
   }
 }
-INSTANTIATE_TEST_SUITE_P(, AScan, testing::Values("bunny00", "armadillo", "refined_elephant"));
+INSTANTIATE_TEST_SUITE_P(, AScannedMesh, testing::Values("bunny00", "armadillo", "refined_elephant"));
 
-/// Of every kind with a reach: no particle goes farther, however far off the constraint and whatever the masses.
-TEST(EveryConstraint, MovesNoParticleBeyondItsReach) {
+/// Every kind with a step bound: no particle moves farther, whatever the violation and the masses.
+TEST(EveryConstraint, MovesNoParticleBeyondItsStepBound) {
   int kinds = 0;
   for_each_constraint([&]<class Kind>(Kind) {
     if constexpr (has_reach<Kind>()) {
@@ -186,9 +186,9 @@ TEST(EveryConstraint, MovesNoParticleBeyondItsReach) {
   EXPECT_GT(kinds, 0);
 }
 
-/// What is left over is taken later: a hinge folded by 2 rad about a pinned edge unfolds to its rest angle, by PBD and
-/// by XPBD, whose multiplier holds what was applied.
-TEST(AHinge, ThatIsHeldToItsReachArrivesAllTheSame) {
+/// A correction that exceeds the bound is made in later projections: a hinge folded by 2 rad about a pinned edge
+/// unfolds to its rest angle, by PBD and by XPBD, whose multiplier accumulates the corrections that were applied.
+TEST(AHinge, WhoseStepIsBoundedConvergesAllTheSame) {
   const double side = 0.1, far = 2;
   const auto folded = [&](double angle) {
     return Corners<Bending>{
@@ -206,7 +206,7 @@ TEST(AHinge, ThatIsHeldToItsReachArrivesAllTheSame) {
       EXPECT_LE(now, before * (1 + 1e-9) + 1e-12);
       before = now;
     }
-    // At the end C + alpha~ lambda = 0: the balance of the compliance, from which nothing was taken.
+    // At the end C + alpha~ lambda = 0: the balance of the compliance, which the bound does not change.
     EXPECT_NEAR(one.C() + compliance * one.lambda[0], 0, 1e-6 * far) << compliance;
     EXPECT_GT(std::abs(one.lambda[0]), 0);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene at rest stays at rest, without sleep too: how much resting contacts move from step to step.
+// A scene at rest stays at rest, also without sleep: the displacement of resting contacts from step to step.
 #include <gtest/gtest.h>
 
 #include "tests/measure/resting.h"
@@ -39,7 +39,8 @@ TEST_P(RestingContacts, OfASheetMoveByLessThanATenThousandthOfTheThickness) {
     }
 }
 
-/// What does not touch the ground moves by some tens of the spacings of float at 0.4 m, and in double hardly at all.
+/// Particles that do not touch the ground move by some tens of the spacings of float at 0.4 m, and in double hardly at
+/// all.
 TEST(RestingContactsOfACrate, MoveByLessThanATenThousandthOfTheThickness) {
   const Jitter coarse = jitter(resting(crate(), "pbd", Precision::Float, false), 5, kSteps);
   EXPECT_EQ(coarse.contacts, 9u);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies that lie on the ground, and how much their particles still move from step to step.
+// Bodies that lie on the ground, and the displacement of their particles from step to step.
 #pragma once
 #include <algorithm>
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace malha {
 
-/// On a solid, or on a one-sided plane. Neither lies as the body's cells do.
+/// The body on a solid, or on a one-sided plane. The faces of neither are aligned with the body's cells.
 inline Scene resting(const BodySpec& body, const std::string& solver, Precision precision, bool solid) {
   EnvironmentSpec ground = solid ? obstacle("ground", BoxShape{{6, 1, 6}, {3, 1, 3}})
                                  : obstacle("ground", GridShape{{6, 6}, {3, 3}}, Sides::OneSided);
@@ -23,7 +23,8 @@ inline Scene resting(const BodySpec& body, const std::string& solver, Precision 
   return scene;
 }
 
-/// The longest way (m) of a particle in a step, of those that touch the ground and of all, after `settle` seconds.
+/// The largest displacement (m) of a particle in a step after `settle` seconds, of the particles that touch the ground
+/// and of all.
 struct Jitter {
   double touching = 0, all = 0;
   std::size_t contacts = 0;

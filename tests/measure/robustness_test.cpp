@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is far from easy: masses of very different size, and scenes far from the origin. They stay finite, and say how
-// wrong they are.
+// Difficult scenes: large ratios of masses, and scenes far from the origin. They stay finite, and their measures report
+// the error.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -38,8 +38,9 @@ struct Weighted {
 
 class MassRatio : public testing::TestWithParam<double> {};
 
-/// PBD with a fixed number of projections stretches what a heavy weight hangs on: 0.49 at 1:1000 with 10 substeps, and
-/// 35 at 1:100,000; springs of 10 kN/m by m g / k, and the swing. None hides it.
+/// PBD with a fixed number of projections stretches a chain that carries a heavy weight: 0.49 at 1:1000 with 10
+/// substeps, and 35 at 1:100,000; springs of 10 kN/m stretch by m g / k, and by the swing. The measured strain shows
+/// each.
 TEST_P(MassRatio, StaysFiniteAndReportsItsStrain) {
   for (const char* type : {"pbd", "desbrun"})
     for (const Precision precision : {Precision::Float, Precision::Double})
@@ -90,7 +91,7 @@ Scene cloth(double far, Precision precision, const std::string& type) {
   return scene;
 }
 
-TEST(NearTheOrigin, NoNoteIsMade) {
+TEST(NearTheOrigin, NoWarningIsGiven) {
   EXPECT_EQ(plan(Simulation(cloth(1, Precision::Float, "pbd"), {.threads = 1})).find("resolution"), std::string::npos);
 }
 
@@ -130,8 +131,8 @@ TEST_P(FarAway, IsWrongByWhatThePrecisionResolvesUnderDesbrunsMethodAlone) {
 }
 INSTANTIATE_TEST_SUITE_P(Under, FarAway, testing::Values("pbd", "desbrun"));
 
-// What a substep adds to a place is far less than the spacing of the numbers there, and is not rounded away: it is
-// added to a displacement, and what the place loses is carried on.
+// The displacement of a substep is far less than the spacing of floats at that position, but is not rounded away:
+// displacements are stored by themselves, and the rounding error of a position is carried on.
 TEST(FloatInAThousandSubsteps, HangsAChainWhereDoubleDoesFarFromTheOriginToo) {
   for (const double far : {0.0, 1000.0}) {
     BodySpec chain = hung_chain({far, far, far}, {far + 1, far, far}, 20, 0.01);
@@ -140,8 +141,8 @@ TEST(FloatInAThousandSubsteps, HangsAChainWhereDoubleDoesFarFromTheOriginToo) {
     const Simulation twice = after(scene_of({chain}, kEarth, 1.0 / 60, 1024), 0.5);
     const std::vector<Vec3> x = once.positions(), right = twice.positions();
     for (std::size_t i = 0; i < x.size(); ++i)
-      // Velocities of 4 m/s, rounded by 1.2e-7 of 2 at most, alike for a while: g h is 1.6e-4 m/s, 1e-3 of it, of 1.2
-      // m.
+      // Velocities of 4 m/s are rounded by 1.2e-7 of 2 at most, in the same direction for a while: g h is 1.6e-4 m/s,
+      // 1e-3 of it, of 1.2 m.
       EXPECT_LT(length(x[i] - right[i]), 3e-4) << i << " at " << far;
   }
 }

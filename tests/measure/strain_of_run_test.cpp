@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The largest strain of a run, which is not that of its end, and what is said of it.
+// The largest strain of a run, which may exceed that of its end, and the warnings about it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,8 +16,8 @@
 namespace malha {
 namespace {
 
-/// Two masses of 1 kg on a spring of 100 N/m that is drawn to 1.5 times its length: it swings with omega^2 = 200/s^2
-/// between 0.5 and -0.5 of strain.
+/// Two masses of 1 kg on a spring of 100 N/m, stretched to 1.5 times its length: its strain oscillates with omega^2 =
+/// 200/s^2 between 0.5 and -0.5.
 TEST(StrainOfARun, IsTheAmplitudeOfASpringThatSwingsThroughItsRest) {
   BodySpec body;
   body.name = "spring", body.mass = 2;
@@ -27,7 +27,7 @@ TEST(StrainOfARun, IsTheAmplitudeOfASpringThatSwingsThroughItsRest) {
   const double omega = std::sqrt(200.0), dt = 1e-3;
   Simulation simulation(scene_of({body}, {}, dt, 20), {.threads = 1});
   const int quarter = static_cast<int>(std::round(kPi / 2 / omega / dt));
-  for (int step = 0; step < 3 * quarter; ++step) simulation.step();  // to its length at rest, for the second time
+  for (int step = 0; step < 3 * quarter; ++step) simulation.step();  // until it has its rest length for the second time
   const Json state = Json::parse(simulation.report("finished"))["state"];
   EXPECT_LT(state["strain_max"], 0.02);
   // Implicit Euler takes omega h / 2 of the amplitude per radian: 0.2 % in half a period.
@@ -104,7 +104,7 @@ TEST(AnOverstretchedBody, IsNoneWhereItsPinsOrItsOwnLengthsStretchIt) {
   EXPECT_TRUE(said_of_a_second(scene_of({sheet}, kEarth, 1.0 / 60, 10)).empty());
 }
 
-/// A flag that the wind of its scene stretches little, and one of 60 m/s by its own length.
+/// A flag that the wind of its scene stretches little, and one that a wind of 60 m/s stretches by its own length.
 TEST(AnOverstretchedBody, IsAFlagInAStormAndNotOneInABreeze) {
   Scene flag = load_shipped("flag");
   EXPECT_TRUE(said_of_a_second(flag).empty());
@@ -114,7 +114,7 @@ TEST(AnOverstretchedBody, IsAFlagInAStormAndNotOneInABreeze) {
 
 /// Springs of 1e-3 m/N under a pressure of finite compliance: with 10 substeps they gave 2.417 times the volume where
 /// 160 give 2.259, at the minimum of the energy.
-TEST(ABalloonOfSprings, IsSaidToBeTooSoftWithFewSubstepsAtTheDoor) {
+TEST(ABalloonOfSprings, IsReportedAsTooSoftBeforeARunOfFewSubsteps) {
   BodySpec body;
   body.name = "balloon", body.mass = 1;
   body.shape = SphereShape{0.5, 3};
@@ -125,11 +125,11 @@ TEST(ABalloonOfSprings, IsSaidToBeTooSoftWithFewSubstepsAtTheDoor) {
   ASSERT_EQ(lines(10).size(), 1u);
   EXPECT_TRUE(has(lines(10)[0], "body 'balloon'") && has(lines(10)[0], "\"distance\"")) << lines(10)[0];
   EXPECT_TRUE(lines(160).empty());
-  body.constraints[1].parameter = 1;  // springs that no pressure draws are as stiff as the steps allow
+  body.constraints[1].parameter = 1;  // without stretch from pressure, springs are as stiff as the steps allow
   EXPECT_TRUE(lines(10).empty());
 }
 
-/// A chain of one link hangs by 0.5 m; the ground of a press comes down on it and pushes its end 0.1 m farther.
+/// A chain of one link hangs by 0.5 m; the ground of a press moves down onto it and pushes its end 0.1 m farther.
 TEST(StrainOfARun, SaysHowFarContactsTookBackWhatLongRangeHolds) {
   BodySpec chain;
   chain.name = "chain", chain.mass = 1, chain.pins = {ListPin{{0}}};
@@ -145,7 +145,7 @@ TEST(StrainOfARun, SaysHowFarContactsTookBackWhatLongRangeHolds) {
   press.motion = {Keyframe{}, last};
   scene.environment = {press};
   const Simulation pressed = after(scene, 1);
-  // To -0.6, and the thickness of contacts of 5 mm below.
+  // To -0.6, and below by the contact thickness of 5 mm.
   EXPECT_NEAR(pressed.times().strains.beyond, (0.605 - 0.5) / 0.5, 1e-3);
   const Json state = Json::parse(pressed.report("finished"))["state"];
   EXPECT_NEAR(state["long_range_beyond_max"], 0.21, 1e-3);

@@ -125,7 +125,7 @@ TEST(CheckMesh, RefusesVerticesInTheSamePlace) {
 TEST(CheckMesh, RefusesRepeatedFacesWhateverTheirOrder) {
   for (const Quad& again : {Quad{0, 1, 2, -1}, {1, 2, 0, -1}, {2, 1, 0, -1}}) {
     Mesh mesh = square();
-    mesh.faces.insert(mesh.faces.begin() + 1, {3, 3, 1, -1});  // removed, and counted in the number all the same
+    mesh.faces.insert(mesh.faces.begin() + 1, {3, 3, 1, -1});  // it is removed, but counts in face numbers
     mesh.faces.push_back(again);
     const std::string corners =
         std::to_string(again[0]) + ", " + std::to_string(again[1]) + ", " + std::to_string(again[2]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mesh files that hold more vertices than anything uses, in several formats.
+// Mesh files with more vertices than their elements use, in several formats.
 #pragma once
 #include <sstream>
 #include <string>
@@ -12,10 +12,10 @@
 
 namespace malha {
 
-/// A mesh with vertices that nothing uses before, between and behind its own.
+/// A mesh with unused vertices before, between and after its own.
 struct Interspersed {
   Mesh mesh;
-  std::vector<int> number;  // in it, of each vertex of the whole mesh
+  std::vector<int> number;  // of each vertex of the whole mesh: its number in this one
   std::vector<int> unused;
 };
 
@@ -43,7 +43,7 @@ inline Interspersed interspersed(const Mesh& whole, unsigned seed) {
   return all;
 }
 
-/// Numbers as text that reads back as they are.
+/// A stream that writes numbers so that they read back exactly.
 inline std::ostringstream exact_text() {
   std::ostringstream text;
   text.precision(17);
@@ -68,7 +68,7 @@ inline std::string off_text_of(const Mesh& mesh) {
   return text.str();
 }
 
-/// Nodes by tags that neither begin at 1 nor rise.
+/// Gmsh text whose node tags neither start at 1 nor ascend.
 inline std::string gmsh_text_of(const Mesh& mesh) {
   std::ostringstream text = exact_text();
   const auto tag = [count = mesh.points.size()](std::size_t i) { return 7 + 3 * (count - i); };
@@ -96,7 +96,7 @@ inline std::string medit_text_of(const Mesh& mesh) {
   return text.str();
 }
 
-/// Writes name.node and name.ele, counted from 0, and gives back the path of the first.
+/// Writes name.node and name.ele, counted from 0, and returns the path of the first.
 inline std::string write_tetgen(const TemporaryFolder& folder, const std::string& name, const Mesh& mesh) {
   std::ostringstream nodes = exact_text(), elements = exact_text();
   nodes << mesh.points.size() << " 3 0 0\n";
@@ -111,7 +111,7 @@ inline std::string write_tetgen(const TemporaryFolder& folder, const std::string
   return folder.write(name + ".node", nodes.str());
 }
 
-/// What an OBJ draws: places, and its other lines by their letter, corners from 0.
+/// The contents of an OBJ file: positions, and its other lines by their letter, with corners counted from 0.
 struct DrawnObj {
   std::vector<Vec3> places;
   std::vector<std::vector<int>> faces, lines, dots;
@@ -137,7 +137,7 @@ inline DrawnObj drawn_obj(const std::string& text) {
 
 inline DrawnObj drawn_file(const std::filesystem::path& path) { return drawn_obj(bytes_of(path)); }
 
-/// The faces of a mesh as an OBJ draws them.
+/// The faces of a mesh in the form that an OBJ file lists them.
 inline std::vector<std::vector<int>> corner_lists(const std::vector<Quad>& faces) {
   std::vector<std::vector<int>> lists;
   for (const Quad& face : faces) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vertices of mesh files that nothing uses, or that are welded: no particles of their own, but numbers.
+// Vertices of mesh files that nothing uses, or that are welded, become no particles of their own, but keep their
+// numbers.
 #include "tests/mesh/file_vertices.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +24,7 @@
 namespace malha {
 namespace {
 
-/// The swinging sheet with this mesh instead, turned and moved, in double.
+/// The swinging sheet with this mesh in place of its grid, rotated and translated, in double.
 Json swinging_file(const std::string& path, const std::vector<int>& pins) {
   Json scene = swinging_sheet(false, "double");
   Json& body = scene["bodies"][0];
@@ -34,7 +35,7 @@ Json swinging_file(const std::string& path, const std::vector<int>& pins) {
   return scene;
 }
 
-/// Where the vertices of a file start.
+/// The initial positions of a file's vertices.
 std::vector<Vec3> placed(const std::vector<Vec3>& points, const Json& scene) {
   Mesh mesh{points, {}, {}, {}};
   apply(parsed(scene).bodies[0].transform, mesh);
@@ -47,7 +48,7 @@ std::vector<int> numbers_in(const Interspersed& all, const std::vector<int>& ver
   return numbers;
 }
 
-/// Velocities of a frame as binary PLY in double.
+/// The velocities of a frame in binary PLY of doubles.
 std::vector<Vec3> ply_velocities(const std::filesystem::path& path, std::size_t count) {
   const std::string bytes = bytes_of(path), end = "end_header\n";
   EXPECT_TRUE(has(bytes, "element vertex " + std::to_string(count) + "\n"));
@@ -140,7 +141,7 @@ TEST(FileVertices, ThatNothingUsesCountInEveryFormatOfFramesAndAreDrawnByNone) {
   const DrawnObj obj = drawn_file(folder / "out/frames/frame_000001.obj");
   EXPECT_TRUE(obj.dots.empty() && obj.lines.empty());
   EXPECT_EQ(obj.faces, corner_lists(all.mesh.faces));
-  // Blender drops vertices that no element of rest.obj uses, and the samples must fit what is left.
+  // Blender drops vertices that no element of rest.obj uses, and the samples must match the remaining ones.
   const DrawnObj rest = drawn_file(folder / "out/frames/rest.obj");
   std::vector<std::vector<int>> dots;
   for (const int i : all.unused) dots.push_back({i, i});
@@ -179,8 +180,8 @@ TEST(FileVertices, AreToldByTheLibraryWhichParticlesTheyAre) {
   EXPECT_EQ(drawn.faces, faces);
 }
 
-/// A strip of 4 x 4 quads whose middle column is there twice, for a seam of its UVs: 0 to 4 are that of the right half,
-/// 5 is used by nothing, the others follow row by row. `apart`: how far the two columns are.
+/// A strip of 4 x 4 quads whose middle column is duplicated, as at a seam of UVs: 0 to 4 are that of the right half, 5
+/// is unused, the others follow row by row. `apart`: distance of the two columns.
 Mesh with_seam(double apart) {
   const Mesh whole = generate(GridShape{{1, 1}, {4, 4}});
   Mesh mesh;
@@ -299,7 +300,7 @@ TEST(FileVertices, AreNamedByTheirNumbersInMessages) {
 
   Json expecting = scene;
   expecting["expect"]["bounds"] = {{"min", {start[last][0] - 0.01, -9, -9}}, {"max", {start[last][0] + 9, 9, 9}}};
-  int lowest = -1;  // of those outside
+  int lowest = -1;  // of the particles outside
   for (const int i : all.number)
     if (lowest < 0 && start[i][0] < start[last][0] - 0.01) lowest = i;
   const std::vector<std::string> failed_expectations =

@@ -25,7 +25,7 @@ long euler_characteristic(const Mesh& mesh) {
          static_cast<long>(mesh.faces.size());
 }
 
-// Nothing degenerate, doubled or loose.
+// No element is degenerate, duplicated or unused.
 void expect_clean(Mesh mesh) {
   const Mesh before = mesh;
   EXPECT_EQ(check_mesh(mesh, "generated", false).zero_area_faces, 0);

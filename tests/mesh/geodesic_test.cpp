@@ -14,7 +14,7 @@
 namespace malha {
 namespace {
 
-/// The largest |distance - straight| / straight.
+/// The largest relative error of distances from straight lines.
 double worst(const Mesh& mesh, int source) {
   const Geodesics found = geodesics(mesh, {source});
   double error = 0;
@@ -33,7 +33,8 @@ TEST(Geodesics, AreStraightOnAGridFromAnyPoint) {
   }
 }
 
-/// The largest error of ways on a flat convex mesh, over the straight line to the nearest source.
+/// The largest relative error of distances on a flat convex mesh, compared with the straight line to the nearest
+/// source.
 double worst_of_many(const Mesh& mesh, const std::vector<int>& sources) {
   const Geodesics found = geodesics(mesh, sources);
   double error = 0;
@@ -53,13 +54,14 @@ TEST(Geodesics, AreStraightFromRowsAndPointsOfIrregularFlatMeshes) {
       const Mesh mesh = mixed_sheet(cells, graded, seed);
       std::vector<int> row, scattered{0, cells * (cells + 1) + 5, 2 * cells * (cells + 1) + 17};
       for (int i = 0; i <= cells; ++i) row.push_back(i);
-      EXPECT_LT(worst_of_many(mesh, row), 2e-9) << seed;  // what counts as rounding; edges alone: 0.3
+      EXPECT_LT(worst_of_many(mesh, row), 2e-9) << seed;  // the bound that counts as rounding; edges alone: 0.3
       EXPECT_LT(worst_of_many(mesh, scattered), 2e-9) << seed;
       EXPECT_LT(worst_of_many(mesh, {cells * (cells + 1) + 5}), 2e-9) << seed;
     }
 }
 
-/// From a corner of a cube straight across the faces that meet there, and to the three others round the nearest edge.
+/// The path leads from a corner of a cube straight across the faces that meet there, and to the three others round the
+/// nearest edge.
 TEST(Geodesics, GoRoundTheEdgesOfACube) {
   const Mesh cube = make_mesh(BoxShape{{1, 1, 1}, {6, 7, 5}});
   Vec3 low = cube.points[0];
@@ -97,7 +99,7 @@ TEST(Geodesics, FollowGreatCirclesOnASphere) {
   }
 }
 
-/// Round a concave corner: a square of 2 m without its quarter x > 1, z > 1.
+/// The path bends round a concave corner: a square of 2 m without its quarter x > 1, z > 1.
 TEST(Geodesics, GoRoundACorner) {
   Mesh mesh = make_mesh(GridShape{{2, 2}, {40, 40}});
   std::vector<Quad> left;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gmsh's binary files: the same mesh as from its text, in either order of bytes, and nothing that bytes can do to us.
+// Gmsh's binary files: they give the same mesh as the text form, in either byte order, and no corrupt bytes cause a
+// crash.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -12,7 +13,7 @@
 namespace malha {
 namespace {
 
-/// Two tetrahedra, a quad and a triangle beside them, a line and a point, and nodes whose numbers are in no order.
+/// Two tetrahedra, a quad and a triangle next to them, a line and a point, and nodes whose numbers are in no order.
 struct GmshMesh {
   std::vector<Vec3> points{{0, 0, 0}, {1, 0, 0.1}, {0, 1, 1.0 / 3}, {0, 0.2, 1}, {1, 1.5, 1}, {2, 0, 0}, {2.5, 1, -1}};
   std::vector<int> numbers{10, 7, 3, 99, 1, 20, 8};
@@ -21,7 +22,7 @@ struct GmshMesh {
                                                          {4, {7, 3, 99, 1}}};
 };
 
-/// Elements of one type in a row, from .. end - 1.
+/// A block of elements of one type, from .. end - 1.
 template <class F>
 void each_block(const GmshMesh& mesh, F&& take) {
   for (std::size_t from = 0, end; from < mesh.elements.size(); from = end) {
@@ -30,7 +31,7 @@ void each_block(const GmshMesh& mesh, F&& take) {
   }
 }
 
-/// Its file in bytes: version 4.1 with counts of so many bytes, or 2.2.
+/// The binary file: version 4.1 with counts of `size` bytes, or 2.2.
 class GmshBytes {
  public:
   GmshBytes(bool big, int count_bytes, int version = 4) : big_(big), count_bytes_(count_bytes) {
@@ -101,7 +102,7 @@ class GmshBytes {
   std::string text_;
 };
 
-/// The same as text of version 2.2.
+/// The same mesh as text of version 2.2.
 std::string gmsh_text() {
   const GmshMesh mesh;
   std::ostringstream text;
@@ -142,7 +143,7 @@ TEST_F(BinaryGmsh, IsTheMeshOfItsTextToTheBit) {
   EXPECT_EQ(raw.faces, (std::vector<Quad>{{1, 5, 6, 4}, {5, 6, 4, -1}, {1, 5, 4, -1}}));
 }
 
-// Whatever comes of a damaged file: a mesh whose corners exist, or one line that names the file and a place.
+// A damaged file gives a mesh whose corners exist, or an error of one line that names the file and the byte.
 void expect_read_or_refused(const std::string& bytes, const std::string& what) {
   try {
     const Mesh mesh = read_gmsh("a.msh", bytes);
@@ -188,7 +189,7 @@ TEST_F(BinaryGmsh, IsReadOrRefusedWithAnyBytesInIt) {
   }
 }
 
-/// The 64-bit number that follows `mark` and so many bytes more, replaced.
+/// Replaces the 64-bit number that follows `mark` and that many further bytes.
 std::string with_count(std::string bytes, const std::string& mark, std::size_t behind, std::uint64_t value) {
   std::string raw;
   append(raw, value);
@@ -203,7 +204,7 @@ TEST_F(BinaryGmsh, IsRefusedWithTheByteAndWhatIsAllowedThere) {
   const auto said = [](const std::string& bytes) { return refusal([&] { read_gmsh("a.msh", bytes); }); };
   const std::string nodes = "$Nodes\n", elements = "$Elements\n";
   const std::size_t left = good.size() - good.find(nodes) - nodes.size();
-  // A count that would take 2^46 bytes is held against the file before anything is allocated.
+  // A count that would take 2^46 bytes is compared with the file's size before anything is allocated.
   EXPECT_EQ(said(with_count(good, nodes, 8, std::uint64_t{1} << 46)),
             byte_of(nodes, 8) + "found 70368744177664 as the number of nodes; allowed: 0 to " +
                 std::to_string((left - 16) / 16) + ", for which the rest of the file has room");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flat triangle meshes that are no grids: points off their lattice, diagonals at random.
+// Irregular flat triangle meshes: points are moved off their lattice, and diagonals are chosen at random.
 #pragma once
 #include <array>
 #include <cmath>
@@ -14,8 +14,8 @@ namespace malha {
 enum class Diagonals { Random, Alike, Delaunay };
 
 /// An OBJ file of width x length m in the plane y = 0, columns x rows cells of two triangles each, all faces up. Inner
-/// points are off by up to `off` of a cell, those of the rim along it, those of the first `straight` rows not at all;
-/// diagonals run either way, all alike, or as no corner then lies in the circle of the others (Delaunay).
+/// points are moved by up to `off` of a cell, those of the boundary along it, those of the first `straight` rows not at
+/// all; diagonals run either way at random, all alike, or by Delaunay's criterion.
 inline std::string irregular_obj(double width, double length, int columns, int rows, double off, unsigned seed,
                                  int straight = 0, Diagonals diagonals = Diagonals::Random) {
   Random random(seed);

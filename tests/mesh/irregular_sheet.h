@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sheet that is no grid, as an OBJ file.
+// An irregular sheet of triangles, as an OBJ file.
 #pragma once
 #include <string>
 
@@ -7,8 +7,8 @@
 
 namespace malha {
 
-/// A sheet of `width` x `length` (m) of triangles, its inner vertices moved about and its diagonals by chance.
-/// From a quarter of a cell on triangles could turn over.
+/// A sheet of `width` x `length` (m) of triangles whose inner vertices are moved at random and whose diagonals are
+/// chosen at random. With a quarter of a cell or more, triangles could flip.
 inline std::string irregular_sheet(double width, double length, int across, int along, Random& random) {
   std::string obj;
   const double a = width / across, b = length / along;

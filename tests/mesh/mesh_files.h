@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of meshes share: files that vanish, and numbers in binary ones.
+// Helpers for tests of mesh files: temporary files, and numbers in binary ones.
 #pragma once
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -18,7 +18,7 @@
 
 namespace malha {
 
-/// A fresh folder for a test's files, gone with it.
+/// A new folder for a test's files, removed with this object.
 class MeshFiles : public testing::Test {
  protected:
   void SetUp() override {
@@ -28,7 +28,7 @@ class MeshFiles : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  /// Writes the bytes and gives back the path.
+  /// Writes the bytes and returns the path.
   std::string file(const std::string& name, const std::string& bytes) const {
     std::ofstream(folder_ / name, std::ios::binary) << bytes;
     return (folder_ / name).string();
@@ -63,7 +63,7 @@ inline std::string ascii_stl() {
   return text.str() + "endsolid tetra hedron\n";
 }
 
-/// `header`: what the 80 bytes before the count start with.
+/// `header`: the start of the 80 bytes before the count.
 inline std::string binary_stl(const std::string& header) {
   std::string bytes = header;
   bytes.resize(80, ' ');

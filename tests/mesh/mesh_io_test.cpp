@@ -119,7 +119,7 @@ TEST_F(ReadMesh, WeldsExactlyEqualCornersOfStl) {
   expect_welded_tetrahedron(read_mesh(file("minus.stl", minus_zero)));
 }
 
-// As programs write it.
+// The layout is that which common programs write.
 TEST_F(ReadMesh, ReadsAsciiStlInCapitalsInTwoWordsWithoutANameAndWithAnyLineEnds) {
   const auto changed_all = [](std::string text, const std::string& from, const std::string& to) {
     for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
@@ -147,7 +147,7 @@ TEST_F(ReadMesh, KnowsABinaryStlThatStartsLikeAnAsciiOne) {
 }
 
 TEST_F(ReadMesh, AgreesWithTinyobjloader) {
-  std::ostringstream text;  // all the ways to name a corner, on more points than fit by accident
+  std::ostringstream text;  // every way to name a corner, on more points than could match by accident
   const Mesh box = generate(BoxShape{{1.5, 2.25, 3.125}, {3, 2, 4}});
   for (const Vec3& p : box.points) text << "v " << p[0] << ' ' << p[1] << ' ' << p[2] << '\n';
   text << "vn 1 0 0\nvt 0 0\n";

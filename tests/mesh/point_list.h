@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points on the host that grow and can be copied, in the layout that kernels want.
+// A growing, copyable list of points on the host, in the layout that kernels read.
 #pragma once
 #include <vector>
 

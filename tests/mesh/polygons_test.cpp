@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Faces of many corners: their triangles fill them, whatever their shape, their place in space and their first corner.
+// Polygons: their triangulation fills them, whatever their shape, their position in space and their first corner.
 #include "host/mesh/polygons.h"
 
 #include <cmath>
@@ -21,7 +21,7 @@ namespace {
 
 using FlatPolygon = std::vector<std::array<double, 2>>;
 
-/// By the shoelace formula.
+/// The signed area, by the shoelace formula.
 double shoelace_area(const FlatPolygon& polygon) {
   double twice = 0;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -59,9 +59,9 @@ struct Placement {
   }
 };
 
-/// Holds what makes a triangulation of a flat polygon valid: n - 2 triangles of its corners that face its way and whose
-/// areas are that of the polygon in all; so they cannot overlap. Rounding of places 10 m away: 1e-14 of the area's
-/// unit.
+/// Checks that a triangulation of a flat polygon is valid: n - 2 triangles of its corners that have its orientation and
+/// whose areas add up to the polygon's, so that they cannot overlap. The rounding of positions 10 m away is 1e-14 of
+/// the area's unit.
 void expect_fills(const FlatPolygon& polygon, const Placement& place, int first) {
   const std::vector<Vec3> points = place(polygon);
   const std::vector<Triangle> triangles = triangulate(points, corners_from(first, polygon.size()));
@@ -75,7 +75,7 @@ void expect_fills(const FlatPolygon& polygon, const Placement& place, int first)
   EXPECT_NEAR(sum, shoelace_area(polygon), 1e-12) << "first corner " << first;
 }
 
-/// About the origin, at random distances: rarely convex.
+/// A polygon around the origin with corners at random distances: rarely convex.
 FlatPolygon random_star(std::mt19937& random, int corners) {
   std::uniform_real_distribution<double> distance(0.1, 1);
   FlatPolygon star;
@@ -86,7 +86,7 @@ FlatPolygon random_star(std::mt19937& random, int corners) {
   return star;
 }
 
-/// A comb of teeth, of which no point sees all.
+/// A comb of teeth, which is not star-shaped.
 FlatPolygon comb(int teeth) {
   FlatPolygon polygon{{0, 0}, {double(teeth), 0}};
   for (int i = teeth; i > 0; --i) polygon.push_back({i - 0.4, 1}), polygon.push_back({i - 0.9, 0.1});
@@ -118,7 +118,7 @@ TEST(Polygons, AreFilledByTheirTrianglesFromAnyFirstCorner) {
 
 TEST(Polygons, KeepCornersOnStraightSides) {
   std::mt19937 random(8);
-  FlatPolygon square;  // eight to a side
+  FlatPolygon square;  // each side has eight corners
   for (int i = 0; i < 8; ++i) square.push_back({i / 8.0, 0});
   for (int i = 0; i < 8; ++i) square.push_back({1, i / 8.0});
   for (int i = 8; i > 0; --i) square.push_back({i / 8.0, 1});
@@ -180,7 +180,7 @@ TEST(Polygons, ThatCrossThemselvesHaveNoTriangles) {
 
 class PolygonFiles : public MeshFiles {};
 
-/// Of 1 kg/m^2: what it weighs.
+/// The mass of the file's mesh at 1 kg/m^2.
 double weight_of(Mesh mesh) {
   check_mesh(mesh, "", false);
   const std::vector<double> mass = masses_by_density(mesh, 1);
@@ -196,7 +196,7 @@ TEST_F(PolygonFiles, WeighTheSameFromAnyFirstCorner) {
       ply << "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\nelement vertex " << corners
           << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
           << corners;
-      obj << "f";  // before its vertices
+      obj << "f";  // a face may precede its vertices
       for (const int corner : corners_from(first, corners))
         off << ' ' << corner, ply << ' ' << corner, obj << ' ' << corner + 1;
       ply << '\n' << points;
@@ -247,7 +247,7 @@ TEST(Polygons, TwistedQuadsWhoseSidesPassEachOtherInSpaceAreTaken) {
   for (int first = 0; first < 4; ++first) {
     const std::vector<int> corners = corners_from(first, 4);
     EXPECT_EQ(crossing_sides(points, corners)[0], -1) << first;
-    // By either diagonal, two triangles each: half of both areas.
+    // Each diagonal gives two triangles: half of both areas.
     double areas = 0;
     for (int k = 0; k < 4; ++k)
       areas += norm(cross(minus(points[(k + 1) % 4], points[k]), minus(points[(k + 2) % 4], points[k]))) / 4;
@@ -255,7 +255,7 @@ TEST(Polygons, TwistedQuadsWhoseSidesPassEachOtherInSpaceAreTaken) {
                 areas, 1e-12)
         << first;
   }
-  // Pressed flat it crosses itself, wherever it lies and however its file was rounded.
+  // Projected to its plane it crosses itself, wherever it lies and however its file was rounded.
   std::vector<Vec3> flat = points;
   const Vec3 n = cross(minus(points[1], points[0]), minus(points[3], points[2]));
   const double gap = dot(minus(points[2], points[0]), n) / dot(n, n);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The formats of tetrahedra: every one gives the same mesh, and damage is refused with its place.
+// File formats of tetrahedra: all give the same mesh, and damaged files are refused with the position of the error.
 #include <gtest/gtest.h>
 
 #include "host/mesh/io/mesh_io.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies of tetrahedra: their surface, mass, volume and edges, and what a scene may say about them.
+// Bodies of tetrahedra: their surface, mass, volume and edges, and the options that scenes allow for them.
 #include "host/mesh/tetrahedra.h"
 
 #include <gtest/gtest.h>

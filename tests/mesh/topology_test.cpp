@@ -182,7 +182,7 @@ TEST(MassesByDensity, TreatAllCornersOfAQuadAlike) {
   // its triangles in both splits.
   const std::vector<double> expected{2 * (3 + 1.5), 2 * (2 + 3), 2 * (3 + 1.5), 2 * (1 + 3)};
   for (int i = 0; i < 4; ++i) EXPECT_DOUBLE_EQ(masses[i], expected[i]);
-  for (int turn = 1; turn < 4; ++turn) {  // whichever corner comes first
+  for (int turn = 1; turn < 4; ++turn) {  // for every choice of the first corner
     const Quad turned{turn, (turn + 1) % 4, (turn + 2) % 4, (turn + 3) % 4};
     const std::vector<double> again = masses_by_density(mesh_of_faces(kite, {turned}), 12);
     for (int i = 0; i < 4; ++i) EXPECT_DOUBLE_EQ(again[i], masses[i]);
@@ -202,8 +202,9 @@ TEST(MassesByDensity, OfAConcaveQuadAreThoseOfItsArea) {
   }
 }
 
-// A corner's triangle, which its neighbours cut off, is in one of the two splits, and the whole area in the other: it
-// gets a sixth of both together. A triangle's corners have its centre, so that a flat quad's have the quad's.
+// A corner's triangle, which the diagonal between its neighbours cuts off, is in one of the two splits, and the whole
+// area in the other: the corner gets a sixth of both together. With a triangle's masses the corners have its centroid,
+// so that a flat quad's have the quad's.
 TEST(MassesByDensity, GiveACornerOfAQuadASixthOfItsAreaAndOfTheCornersTriangle) {
   const double a = 3, b = 1, h = 2, lean = 0.5, density = 1.7;  // a trapezoid: sides a and b in parallel, h apart
   const std::vector<Vec3> trapezoid{{0, 0, 0}, {a, 0, 0}, {lean + b, h, 0}, {lean, h, 0}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What real mesh files hold: vertices split at seams, vertices that nothing uses, lines that go on.
+// Properties of real mesh files: vertices split at seams, unused vertices, and lines that continue.
 #include "host/mesh/weld.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@
 namespace malha {
 namespace {
 
-/// Every face with vertices of its own, off by up to `off`: as STL and UV maps split them.
+/// Every face with vertices of its own, moved by up to `off`, as in STL files and at seams of UV maps.
 Mesh split_at_every_face(const Mesh& whole, double off, unsigned seed) {
   Random random(seed);
   Mesh mesh;
@@ -43,7 +43,7 @@ TEST(Weld, OfASurfaceSplitAtEveryFaceGivesTheSurfaceBack) {
     for (const double off : {0.0, 1e-7}) {
       Mesh mesh = split_at_every_face(whole, off, 5);
       const int split = static_cast<int>(mesh.points.size());
-      // Copies of a vertex lie within 2 sqrt(3) off of each other, vertices some tenths apart.
+      // Copies of a vertex lie within 2 sqrt(3) `off` of each other, different vertices some tenths apart.
       const Welded done = weld(mesh, 4 * off, "a.obj");
       ASSERT_EQ(mesh.points.size(), whole.points.size());
       EXPECT_EQ(done.merged, split - static_cast<int>(whole.points.size()));
@@ -78,7 +78,7 @@ TEST(Weld, LeavesNoTwoVerticesWithinItsDistance) {
     for (std::size_t j = 0; j < i; ++j) EXPECT_GT(length(mesh.points[i] - mesh.points[j]), distance);
 }
 
-/// Of each point the lowest one that it hangs together with, by a look at all pairs until nothing changes.
+/// For each point the lowest one that it is transitively connected with, by comparing all pairs until nothing changes.
 std::vector<int> lowest_of_connected_sets(const std::vector<Vec3>& points, double distance) {
   std::vector<int> lowest(points.size());
   std::iota(lowest.begin(), lowest.end(), 0);
@@ -148,7 +148,8 @@ TEST(MeshesFromFiles, AsEnvironmentMayHaveSplitAndUnusedVertices) {
   ball.name = "ball", ball.shape = MeshFile{folder.write("a.obj", obj_of(split, "v 0 9 0\n"))};
   Scene scene = scene_of({particle({0.01, 1, 0})}, kEarth, 0.01, 4);
   scene.environment = {ball};
-  const Simulation simulation = after(scene, 0.4);  // it falls on it, and lies on it at a thickness, slightly aslope
+  // it falls onto the object, and lies on it at a thickness, slightly tilted
+  const Simulation simulation = after(scene, 0.4);
   EXPECT_NEAR(length(simulation.positions()[0]), 0.5 + ball.thickness, 5e-3);
 }
 

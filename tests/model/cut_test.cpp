@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cuts by hand: what they part, and what stays as it was.
+// Cuts by the user: the parts that they separate, and what stays unchanged.
 #include "host/model/cut.h"
 
 #include <gtest/gtest.h>
@@ -21,11 +21,11 @@ BodySpec cloth_to_cut(const Shape& shape) {
   BodySpec cloth;
   cloth.name = "cloth", cloth.mass = 0.2, cloth.shape = shape;
   cloth.constraints = {stiff("distance", {"edges"}), compliant("bending", 0.01)};
-  cloth.tear = Tear{100};  // by hand alone
+  cloth.tear = Tear{100};  // so high that only cuts separate the mesh
   return cloth;
 }
 
-/// The edges that a knife crosses: from where its way is negative to where it is not.
+/// The edges that a knife cuts: those from a vertex where `way` is negative to one where it is not.
 using Knife = std::function<double(const Vec3&)>;
 std::vector<Edge> crossed_by(
     const Simulation& simulation, const Knife& way,
@@ -43,7 +43,7 @@ std::vector<Edge> crossed_by(
   return crossed;
 }
 
-/// Of all faces and lines that share vertices: how many parts, and which each particle is in.
+/// The number of parts that all faces and lines with shared vertices form, and the part of each particle.
 int parts_of(const Simulation& simulation, std::vector<int>* of = nullptr) {
   const RenderMesh& look = simulation.model().look;
   std::vector<Edge> all;
@@ -63,7 +63,7 @@ double mass_left(const Simulation& simulation) {
   return sum;
 }
 
-/// Vertices of faces and lines that no edge crosses: what is crossed can be parted from them.
+/// Vertices of faces and lines that no cut edge crosses: elements that are crossed can be separated from them.
 std::vector<bool> beside(const Simulation& simulation, const std::vector<Edge>& crossed) {
   const RenderMesh& look = simulation.model().look;
   std::vector<bool> found(simulation.model().count(), false);
@@ -93,7 +93,7 @@ void expect_parted(const Simulation& simulation, const std::vector<Edge>& edges)
 
 class CutOf : public testing::TestWithParam<int> {};
 
-/// A knife from rim to rim: straight, slanting or curved, through triangles and quads.
+/// A knife from boundary to boundary: straight, slanting or curved, through triangles and quads.
 TEST_P(CutOf, FromRimToRimLeavesTwoParts) {
   const TemporaryFolder folder;
   const Knife ways[] = {[](const Vec3& x) { return x[0] - 0.517; }, [](const Vec3& x) { return 0.517 - x[0]; },
@@ -128,7 +128,7 @@ TEST_P(CutOf, FromRimToRimLeavesTwoParts) {
     std::vector<int> part;
     EXPECT_EQ(parts_of(simulation, &part), 2) << "shape " << shape;
     expect_parted(simulation, partable);
-    // Each part is what lies on one side of the knife, but for the faces that it went through.
+    // Each part is what lies on one side of the knife, except the faces that it went through.
     for (std::size_t i = 0; i < x.size(); ++i) {
       if (std::abs(way(x[i])) > 0.15) {
         EXPECT_EQ(part[i] == part[0], (way(x[i]) < 0) == (way(x[0]) < 0)) << i;
@@ -151,7 +151,7 @@ TEST(Cut, ThatEndsInTheSheetLeavesItInOnePart) {
   expect_parted(simulation, crossed);
 }
 
-/// A strip hangs by its first row and is cut across: the lower part falls as freely as a stone, the upper one hangs on.
+/// A strip hangs by its first row and is cut across: the lower part falls freely, the upper one still hangs.
 TEST(Cut, LetsTheLowerPartOfAStripFallFreely) {
   for (const char* const method : {"pbd", "desbrun"})
     for (const double at : {0.46, 0.02}) {  // in the middle, and right below its pins
@@ -181,7 +181,7 @@ TEST(Cut, LetsTheLowerPartOfAStripFallFreely) {
     }
 }
 
-/// Down through the row of pins: each half keeps its own.
+/// The cut goes down through the row of pins: each half keeps its own pins.
 TEST(Cut, ThroughPinsLeavesThemToBothParts) {
   BodySpec cloth = cloth_to_cut(GridShape{{1, 1}, {8, 8}});
   cloth.pins = {RowPin{}};
@@ -216,7 +216,8 @@ TEST(Cut, GivesTheSameBitsOnAnyThreadsAndAfterAResume) {
   const Scene scene = scene_of({cloth, other}, kEarth, 0.01, 4, Precision::Float);
   const auto part_now = [](Simulation& simulation) {
     std::vector<Edge> crossed = crossed_by(simulation, [](const Vec3& x) { return x[2] - 0.51 - 0.3 * x[0]; });
-    std::erase_if(crossed, [](const Edge& e) { return e[0] >= 41 * 41; });  // the other one's, which is not cut
+    // without those of the other cloth, which is not cut
+    std::erase_if(crossed, [](const Edge& e) { return e[0] >= 41 * 41; });
     return simulation.cut(crossed);
   };
   const TemporaryFolder folder;
@@ -235,7 +236,7 @@ TEST(Cut, GivesTheSameBitsOnAnyThreadsAndAfterAResume) {
     run_for(resumed, scene, 0.2);
     EXPECT_EQ(resumed.state_hash(), expected);
   }
-  // Back to before the cut, as if there had been none.
+  // After the state of before the cut is restored, the run is as if there had been none.
   Simulation undone = after(scene, 0.1);
   const std::string before = undone.save_state();
   part_now(undone);
@@ -246,7 +247,7 @@ TEST(Cut, GivesTheSameBitsOnAnyThreadsAndAfterAResume) {
   EXPECT_EQ(undone.state_hash(), after(scene, 0.4).state_hash());
 }
 
-TEST(Cut, LeavesInHandWhatIsTaken) {
+TEST(Cut, KeepsParticleHandles) {
   BodySpec cloth = cloth_to_cut(GridShape{{1, 1}, {10, 10}});
   const Scene scene = scene_of({cloth, particle({5, 0, 0})}, kEarth, 0.01, 4);
   Simulation simulation(scene, {.threads = 1, .interactive = true});
@@ -257,7 +258,7 @@ TEST(Cut, LeavesInHandWhatIsTaken) {
   ASSERT_EQ(simulation.handles().size(), 2u);
   EXPECT_EQ(simulation.handles()[0].particle, 60);
   EXPECT_EQ(simulation.handles()[1].particle, 121 + split);
-  // What is refused leaves it there too, though all was laid out anew on the way.
+  // A refused cut leaves the state unchanged too, though everything was laid out anew for it.
   const std::uint64_t now = simulation.state_hash();
   EXPECT_TRUE(has(refusal([&] { simulation.restore_state(before.substr(0, before.size() - 1)); }),
                   "state: found a damaged state"));

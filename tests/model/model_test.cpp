@@ -25,7 +25,7 @@ std::string model_refusal(const Scene& scene) {
   return refusal([&] { build_model(scene); });
 }
 
-/// Solver's index of each particle in the user's order.
+/// The solver's index of each particle in the user's order.
 std::vector<int> solver_of(const Model& model) {
   std::vector<int> of(model.count());
   for (int i = 0; i < model.count(); ++i) of[model.user_index[i]] = i;
@@ -34,7 +34,7 @@ std::vector<int> solver_of(const Model& model) {
 
 double total(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
-/// A triangulated grid in a file, its vertices in random order: what a scan looks like.
+/// A triangulated grid in a file, with its vertices in random order, like a scan.
 struct ShuffledMesh {
   std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("malha_model_test_" + std::to_string(::getpid()));

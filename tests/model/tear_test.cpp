@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tearing: where, along which plane, and what stays as it was.
+// Tearing: which vertices split, along which plane, and what stays unchanged.
 #include "host/model/tear.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,8 @@
 namespace malha {
 namespace {
 
-/// A strip of cloth in the plane y = 0, pinned at z = 0 and pulled along z at its other side to `strain` in a second.
+/// A strip of cloth in the plane y = 0, pinned at z = 0, whose other side moves along z to a strain of `strain` in a
+/// second.
 Scene pulled(double strain, std::array<int, 2> cells = {4, 8}, double limit = 0.5) {
   BodySpec sheet;
   sheet.name = "sheet", sheet.mass = 0.2;
@@ -46,7 +47,7 @@ TEST(Tearing, HappensAboveTheLimitAndNotBelow) {
 
 TEST(Tearing, GoesOnBesideEdgesOfTheEnvironmentAndFromItsCheckpoints) {
   Scene scene = pulled(0.9);
-  for (const bool moves : {false, true}) {  // one group of what rests, and one of what moves
+  for (const bool moves : {false, true}) {  // a rod at rest, and a rod that moves
     EnvironmentSpec rod;
     rod.name = moves ? "comes" : "lies", rod.shape = BoxShape{{1, 0.1, 0.1}, {1, 1, 1}}, rod.edges = true;
     rod.transform.translate = {0.5, moves ? -0.4 : -0.1, 1};
@@ -88,7 +89,8 @@ TEST(Tearing, SplitsAVertexAlongThePlaneThroughItThatIsPerpendicularToTheEdge) {
   std::vector<Vec3> x = model.look.points;
   for (std::size_t i = 9; i < x.size(); ++i) x[i][2] += 0.4;  // rows 3 and 4 away from row 2: strained by 0.8
   const std::vector<Split> splits = find_tears(model, x, pinned_now(model, 0));
-  // Row 2 is particles 6, 7, 8; 7 is busy beside 6. Behind the plane of each lie the faces between rows 1 and 2.
+  // Row 2 is particles 6, 7, 8; 7 cannot split in the step in which 6 does. The faces between rows 1 and 2 lie behind
+  // the plane of each.
   ASSERT_EQ(splits.size(), 2u);
   EXPECT_EQ(splits[0].vertex, 6);
   EXPECT_EQ(splits[0].faces, std::vector<int>{2});
@@ -139,7 +141,7 @@ TEST(Tearing, LaysOutTheTornMeshAsAnyOther) {
   const Simulation simulation = after(scene, 1);
   const Model& model = simulation.model();
   const Mesh torn = body_mesh(model.look, 0);
-  // Every edge and diagonal that something can move is a distance constraint, once.
+  // Every edge and diagonal with a movable end is a distance constraint, once.
   std::set<std::pair<int, int>> expected, found;
   std::vector<int> solver_of(model.user_index.size());
   for (std::size_t i = 0; i < solver_of.size(); ++i) solver_of[model.user_index[i]] = static_cast<int>(i);

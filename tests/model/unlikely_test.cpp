@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene probably does not mean is said once, with the ratio that gave it away; and contacts follow the edges.
+// Warnings of scenes that are probably not meant: each is given once, with the ratio that revealed it; and the default
+// thickness follows the edges.
 #include "host/model/unlikely.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +14,7 @@
 namespace malha {
 namespace {
 
-/// A sheet of 1 m over a ball and the ground, with self-collision: nothing about it is unlikely.
+/// A sheet of 1 m over a ball and the ground, with self-collision: nothing in it is unlikely.
 Json likely_scene() {
   return Json::parse(R"({
     "name": "likely", "solver": {"type": "pbd", "dt": 0.02}, "gravity": [0, -9.81, 0], "duration": 1,
@@ -26,7 +27,7 @@ Json likely_scene() {
 
 std::vector<std::string> said_of(const Json& scene) { return warnings(build_model(parsed(scene))); }
 
-/// One line, with these words.
+/// Expects one line that contains these words.
 testing::AssertionResult says_once(const Json& scene, const std::vector<std::string>& words) {
   const std::vector<std::string> lines = said_of(scene);
   bool right = lines.size() == 1;
@@ -122,7 +123,7 @@ TEST(DefaultThickness, IsAFifthOfFineEdgesAndFiveMillimetresOfOthers) {
       EXPECT_NEAR(x[1], expected, 0.1 * expected) << size;
       EXPECT_LT(x[1], 0.25 * edge) << "it floats";
     }
-    // What was written of it makes the same again.
+    // The scene that is written from it gives the same warnings again.
     const Scene again = parse_scene(to_json(simulation.model().scene), "again.json", ".");
     EXPECT_EQ(again.environment[0].thickness, simulation.model().scene.environment[0].thickness);
   }

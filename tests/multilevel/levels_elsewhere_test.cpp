@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levels where pull does not come from a row of pins alone: how far the body is from where many substeps put it.
+// Levels on bodies that are not hung by a row of pins: the distance from the solution of many substeps.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -45,7 +45,7 @@ double rms_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
   return std::sqrt(sum / static_cast<double>(a.size()));
 }
 
-TEST(LevelsElsewhere, ASheetHungByTwoCornersIsNearerToTheTruthThanBySweepsOfThatCost) {
+TEST(LevelsInOtherScenes, ASheetHungByTwoCornersIsNearerToTheTruthThanBySweepsOfThatCost) {
   BodySpec body = wide_sheet();
   body.pins = {ListPin{{0, kSide - 1}}};
   const Scene scene = scene_of({body}, kEarth, 1.0 / 60);
@@ -55,7 +55,7 @@ TEST(LevelsElsewhere, ASheetHungByTwoCornersIsNearerToTheTruthThanBySweepsOfThat
   EXPECT_LT(levels.measures.strain_rms, plain.measures.strain_rms);
 }
 
-/// A cloth whose last row of cells is `ratio` times as heavy as others, for it is as much taller.
+/// A cloth whose last row of cells is `ratio` times as tall, and so as heavy, as the others.
 std::string with_a_heavy_hem(double ratio) {
   const double l = 2.0 / (kSide - 1);
   std::ostringstream obj;
@@ -69,9 +69,8 @@ std::string with_a_heavy_hem(double ratio) {
   return obj.str();
 }
 
-/// It hangs at rest, so that the truth is not to stretch. Plain sweeps of more cost: 0.03, 2.4 and 3 (40
-/// substeps: 1.1).
-TEST(LevelsElsewhere, HoldWeightsOfManyTimesTheMassOfAParticle) {
+/// It hangs at rest, so that the true stretch is none. Plain sweeps of more cost: 0.03, 2.4 and 3 (40 substeps: 1.1).
+TEST(LevelsInOtherScenes, HoldWeightsOfManyTimesTheMassOfAParticle) {
   const TemporaryFolder folder;
   const auto stretch = [&](double ratio, int substeps, int levels) {
     BodySpec body = wide_sheet();
@@ -91,8 +90,8 @@ TEST(LevelsElsewhere, HoldWeightsOfManyTimesTheMassOfAParticle) {
   }
 }
 
-/// Before it flutters: after a second 200 and 400 substeps are 0.1 m apart.
-TEST(LevelsElsewhere, AFlagInTheWindIsWhereSweepsOfThatCostHaveIt) {
+/// The comparison ends before it flutters: after a second 200 and 400 substeps are 0.1 m apart.
+TEST(LevelsInOtherScenes, AFlagInTheWindIsWhereSweepsOfThatCostHaveIt) {
   BodySpec body = wide_sheet();
   body.pins = {RowPin{}};
   Scene scene = scene_of({body}, kEarth, 1.0 / 60);
@@ -104,7 +103,7 @@ TEST(LevelsElsewhere, AFlagInTheWindIsWhereSweepsOfThatCostHaveIt) {
   EXPECT_LT(levels.measures.strain_rms, plain.measures.strain_rms);
 }
 
-TEST(LevelsElsewhere, WhatFliesFreelyHasNoneByItselfAndKeepsItsLengthsWithThem) {
+TEST(LevelsInOtherScenes, WhatFliesFreelyHasNoneByItselfAndKeepsItsLengthsWithThem) {
   BodySpec body = wide_sheet();
   body.velocity = {1, 0, 0}, body.spin = {2, 5, 3};
   Scene scene = scene_of({body}, {}, 1.0 / 60, 10);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levels: large bodies are as stiff as small ones, and what they do not help pays nothing.
+// Levels: large bodies are as stiff as small ones, and bodies that levels do not help do not pay for them.
 #include "host/model/levels.h"
 
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ Measures after_a_second(const Scene& scene) {
   return simulation.measure();
 }
 
-/// Plain sweeps: 0.0075, 0.036; with levels it was 0.0011 and 0.0019.
+/// The bounds: plain sweeps gave 0.0075 and 0.036, levels 0.0011 and 0.0019.
 TEST(Levels, StretchDoesNotGrowWithTheMesh) {
   EXPECT_LT(after_a_second(hung_sheet(sheet_of(46), kMostLevels)).strain_rms, 0.003);
   const Measures fine = after_a_second(hung_sheet(sheet_of(100), kAutoLevels));
@@ -53,7 +53,7 @@ TEST(Levels, StretchDoesNotGrowWithTheMesh) {
   EXPECT_GT(after_a_second(hung_sheet(sheet_of(100), 0)).strain_rms, 0.03);
 }
 
-/// Whatever sways to the other side has less energy than at the start, which is 0 there.
+/// The sheet that sways to the other side has no more energy than at the start, which is 0 there.
 TEST(Levels, GainNoEnergy) {
   for (const auto precision : {Precision::Float, Precision::Double}) {
     const Scene scene = hung_sheet(sheet_of(90), kAutoLevels, 2, precision);
@@ -104,7 +104,7 @@ TEST(Levels, CompliantConstraintsHangAsLongAsAtEquilibrium) {
   EXPECT_GT(hung_stretch(sheet_of(70), springs, 10, 0), 0.015);
 }
 
-/// A strip of 0.25 kg/m^2: g density L / (2 Y), of which its pinned row takes some percent.
+/// A strip of 0.25 kg/m^2 has a mean strain of g density L / (2 Y), of which its pinned row takes some percent.
 TEST(Levels, MembranesHangAsLongAsAtEquilibriumOnAnyMesh) {
   const TemporaryFolder folder;
   ConstraintSpec membrane = stiff("membrane");
@@ -117,17 +117,17 @@ TEST(Levels, MembranesHangAsLongAsAtEquilibriumOnAnyMesh) {
   }
 }
 
-/// Links of one body, and its parts.
+/// The edges of a body's coarsening graph, and its bodies.
 Linkage linkage_of_body(const BodySpec& body, const Vec3& gravity = kEarth) {
   const Model model = build_model(scene_of({body}, gravity, 1.0 / 60, 10));
   return linkage_of(model, model.w);
 }
 
-TEST(Linkage, OfAChainGivesWayByTheWeightBelow) {
+TEST(CoarseningGraph, OfAChainStretchesByTheWeightBelow) {
   BodySpec chain = hung_chain({0, 0, 0}, {0, -3, 0}, 3, 0.5);
   chain.constraints = {compliant("distance", 0.001, {"edges"})};
   const Linkage linkage = linkage_of_body(chain);
-  // Forces in its three links of 1 m: the weights below them.
+  // The forces in its three links of 1 m are the weights below them.
   const double m = 2.0 / 6, forces[] = {5 * m * kG, 3 * m * kG, m * kG};
   const double expected[] = {forces[0], (forces[0] + forces[1]) / 2, (forces[1] + forces[2]) / 2, forces[2] / 2};
   ASSERT_EQ(linkage.give.size(), 4u);
@@ -137,7 +137,7 @@ TEST(Linkage, OfAChainGivesWayByTheWeightBelow) {
   }
 }
 
-TEST(Linkage, LeavesOutWhatIsMuchSofter) {
+TEST(CoarseningGraph, LeavesOutWhatIsMuchSofter) {
   BodySpec sheet;
   sheet.name = "sheet";
   sheet.shape = GridShape{{1, 1}, {8, 8}};
@@ -152,7 +152,8 @@ TEST(Linkage, LeavesOutWhatIsMuchSofter) {
   EXPECT_TRUE(linkage_of_body(sheet).give.empty());
 }
 
-/// Solids, elastic bodies that nothing holds or pulls, and, by themselves, such as weight stretches by more than 1 %.
+/// There are no levels for solids, for elastic bodies without pins or loads, and, unless they are named, for those that
+/// weight stretches by more than 1 %.
 TEST(Levels, AreNotForSolidsNorForWhatHasNoWeightNorForWhatIsSoft) {
   SolverSpec automatic, asked;
   automatic.levels = kAutoLevels, asked.levels = kMostLevels;
@@ -166,15 +167,15 @@ TEST(Levels, AreNotForSolidsNorForWhatHasNoWeightNorForWhatIsSoft) {
   elastic.stretch = 0.02;
   EXPECT_FALSE(should_use_levels(elastic, automatic));
   EXPECT_TRUE(should_use_levels(elastic, asked));
-  elastic.stretch = 0.005, elastic.lost = 0.5;  // sweeps meet its compliance themselves
+  elastic.stretch = 0.005, elastic.lost = 0.5;  // sweeps reach its compliance without levels
   EXPECT_FALSE(should_use_levels(elastic, automatic));
-  elastic.lost = 50, elastic.loaded = true;  // what touches it may stretch it too
+  elastic.lost = 50, elastic.loaded = true;  // a contact may stretch it too
   EXPECT_FALSE(should_use_levels(elastic, automatic));
   EXPECT_TRUE(should_use_levels(elastic, asked));
   elastic.stretch = 0;
   EXPECT_FALSE(should_use_levels(elastic, asked));
   LinkedPart soft = stiff_part;
-  soft.soft = true;  // by a stiffness below 1: levels would have none of it
+  soft.soft = true;  // a stiffness below 1, with which levels are not used
   EXPECT_FALSE(should_use_levels(soft, automatic));
 
   BodySpec bar;
@@ -204,7 +205,7 @@ TEST(Levels, KeepTheMomentumOfAFreeBody) {
   }
 }
 
-/// Curved at rest: nothing pulls, so nothing moves but what rounding of the lengths does.
+/// Curved at rest: no force acts, so that only the rounding of lengths moves it.
 TEST(Levels, LeaveWhatIsAtRestAlone) {
   BodySpec ball, box;
   ball.shape = SphereShape{0.5, 4}, box.shape = BoxShape{{1, 1, 1}, {140, 140, 140}};
@@ -213,7 +214,7 @@ TEST(Levels, LeaveWhatIsAtRestAlone) {
     Scene scene = scene_of({body}, {}, 1.0 / 60, 10);
     scene.solver.levels = kMostLevels;
     Simulation simulation(scene, {.threads = 1});
-    // The box turns at its edges: one level has few enough of them.
+    // The box bends at its edges: one level has few enough of them.
     ASSERT_GE(simulation.solver().facts().levels.size(), &body == &ball ? 3U : 1U);
     const std::vector<Vec3> before = simulation.positions();
     run_for(simulation, scene, 0.2);
@@ -222,7 +223,7 @@ TEST(Levels, LeaveWhatIsAtRestAlone) {
   }
 }
 
-/// An OBJ file of rows of quads: `at` is the place of a column and a row.
+/// An OBJ file of rows of quads: `at` is the position of a column and a row.
 std::string grid_obj(int columns, int rows, const std::function<Vec3(int, int)>& at) {
   Mesh mesh;
   for (int j = 0; j < rows; ++j)
@@ -241,7 +242,7 @@ struct WavedStrip {
   std::function<double(int)> slope;  // of the row's cell, rad
 };
 
-/// They unroll, whether coarse constraints can tell their folds or not.
+/// They unroll, whether the coarse constraints resolve their folds or not.
 TEST(Levels, LetWhatIsFoldedAtRestUnroll) {
   const int columns = 5, rows = 121;
   const double cell = 2.0 / (rows - 1);
@@ -272,13 +273,14 @@ TEST(Levels, LetWhatIsFoldedAtRestUnroll) {
       run_for(simulation, scene, 3);
       double lowest = 0;
       for (const Vec3& x : simulation.positions()) lowest = std::min(lowest, x[1]);
-      // Shorter by what a fold that is one cell thick keeps; longer by what sweeps leave of its weight's stretch.
+      // The length is shorter by the fold that is one cell thick, and longer by the stretch that sweeps leave of its
+      // weight.
       EXPECT_LT(lowest, -1.9) << strip.name << ", levels " << levels;
       EXPECT_GT(lowest, -2.2) << strip.name << ", levels " << levels;
     }
 }
 
-/// Nets, which nothing keeps from shearing: coarse constraints run along their rows and columns, and only there.
+/// Nets have no resistance to shear: coarse constraints run along their rows and columns, and only there.
 TEST(Levels, OfANetLeaveItsShearFree) {
   BodySpec net;
   net.name = "net", net.mass = 1, net.shape = GridShape{{2, 2}, {64, 64}};
@@ -301,8 +303,8 @@ TEST(Levels, OfANetLeaveItsShearFree) {
   }
 }
 
-/// A sheet that is bent to a half pipe at rest, unrolled: none of its coarse constraints may be in the way, nor much
-/// longer than what it stands for. `place`: of the unrolled sheet.
+/// A sheet that is bent to a half pipe at rest, unrolled: no coarse constraint may be shorter than the unrolled
+/// distance, nor much longer. `place`: position in the unrolled sheet.
 TEST(Levels, AreAsLongAsTheSheetIsUnrolled) {
   const int side = 49;
   const double radius = 2 / kPi;
@@ -350,8 +352,8 @@ TEST(Levels, GoOnFromASavedStateBitByBit) {
   EXPECT_EQ(second.state_hash(), whole.state_hash());
 }
 
-/// Once its pins have let go a sheet falls as a stone does: its levels no longer hang on anything.
-TEST(Levels, FallWhenTheirPinsLetGo) {
+/// After its pins are released a sheet falls freely: its levels no longer hang from anything.
+TEST(Levels, FallWhenTheirPinsRelease) {
   Scene scene = hung_sheet(sheet_of(70), kAutoLevels, 2, Precision::Double);
   scene.bodies[0].pins[0].release_time = 0.2;
   Simulation simulation(scene, {.threads = 1});
@@ -362,7 +364,7 @@ TEST(Levels, FallWhenTheirPinsLetGo) {
   EXPECT_NEAR(simulation.measure().momentum[1], before - 1 * kG * 0.25, 1e-9);  // 1 kg; rounding
 }
 
-/// To the same sheet after 120 substeps of plain sweeps: 0.08 m with levels, 0.25 without.
+/// The distance from the same sheet after 120 substeps of plain sweeps: 0.08 m with levels, 0.25 without.
 TEST(Levels, HoldASheetThatHangsOverABall) {
   const auto hung = [](int substeps, int levels) {
     Scene scene = hung_sheet(sheet_of(64), levels);
@@ -378,7 +380,8 @@ TEST(Levels, HoldASheetThatHangsOverABall) {
   EXPECT_LE(levels.penetration_max, 1e-6);
 }
 
-/// Bodies of fewer than 12 edges from their pins, those with more sweeps than edges, and those that nothing holds.
+/// Bodies whose particles are fewer than 12 edges from their pins, those with more sweeps than edges, and those without
+/// pins.
 TEST(Levels, AreNotThereWhereTheyHelpNobody) {
   const auto hung = [](int edges, int substeps, int iterations) {
     Scene scene = hung_sheet(sheet_of(edges + 1), kAutoLevels);
@@ -400,7 +403,8 @@ TEST(Levels, AreNotThereWhereTheyHelpNobody) {
   }
 }
 
-/// Each particle follows what reproduces its place in the flat sheet, apart from the rim, and as many as 4.
+/// Each particle's prolongation weights reproduce its position in the flat sheet, except at the boundary, with at most
+/// 4 parents.
 TEST(Levels, ParticlesFollowThoseAroundThem) {
   const TemporaryFolder folder;
   const Scene scene = hung_sheet(MeshFile{folder.write("sheet.obj", irregular_obj(2, 2, 40, 40, 0.25, 5))}, 1);
@@ -409,7 +413,7 @@ TEST(Levels, ParticlesFollowThoseAroundThem) {
   double squares = 0;
   for (int i = 0; i < level.down.count(); ++i) {
     if (model.w[i] == 0) {
-      EXPECT_EQ(level.down.begin[i], level.down.begin[i + 1]);  // pins follow nothing
+      EXPECT_EQ(level.down.begin[i], level.down.begin[i + 1]);  // pins have no parents
       continue;
     }
     Vec3 mean{};

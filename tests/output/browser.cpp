@@ -64,7 +64,7 @@ Browser::Browser(int width, int height) {
   pid_ = fork();
   if (pid_ == 0) {
     setpgid(0, 0);
-    // First out of the way of 3 and 4, which the browser reads and writes.
+    // The descriptors are moved off 3 and 4, which the browser reads and writes.
     const int in = fcntl(down[0], F_DUPFD, 10), out = fcntl(up[1], F_DUPFD, 10), none = ::open("/dev/null", O_RDWR);
     dup2(in, 3), dup2(out, 4), dup2(none, 0), dup2(none, 1), dup2(none, 2);
     unsetenv("LD_PRELOAD");
@@ -155,7 +155,7 @@ Browser::Json Browser::evaluate(const std::string& expression) {
 }
 
 Image Browser::screenshot() {
-  // Two frames later all that was asked for is on the screen.
+  // Two frames later everything that was requested is on the screen.
   evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))");
   const std::string png = decoded(call("Page.captureScreenshot")["data"]);
   return read_png(png);

@@ -14,7 +14,7 @@ class Browser {
  public:
   using Json = nlohmann::json;
 
-  /// Of what is on the PATH; "" without.
+  /// The first known browser on the PATH; "" without one.
   static std::string command();
 
   Browser(int width, int height);
@@ -24,15 +24,15 @@ class Browser {
 
   /// Opens a page of a run, and waits until it shows its first frame.
   void open(const std::filesystem::path& file);
-  /// What an expression gives, awaited. Throws std::runtime_error with what it throws.
+  /// The value of an expression, awaited. Throws std::runtime_error with the message of what it throws.
   Json evaluate(const std::string& expression);
   Image screenshot();
   void press(const std::string& key);
   void drag(double x, double y, double dx, double dy);
-  /// With one finger.
+  /// Drags with one finger.
   void swipe(double x, double y, double dx, double dy);
 
-  /// What the page wrote to the console as warning or error, and what it threw.
+  /// The warnings and errors that the page wrote to the console, and the exceptions that it threw.
   const std::vector<std::string>& complaints() const { return complaints_; }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The camera that pictures have where their scene names none: what it holds, and that nothing hides the bodies.
+// The default camera of pictures: it frames the bodies, and nothing hides them.
 #include "host/output/choose_camera.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,8 @@ namespace {
 
 Camera camera_of(const Scene& scene) { return choose_camera(build_model(scene), PictureSpec{}); }
 
-/// Where a camera of 16 : 9 sees a point, from -1 to 1 to the right and up; far outside of what lies behind it.
+/// The position of a point in a camera's picture of 16 : 9, from -1 to 1 to the right and up; far outside for points
+/// behind the camera.
 std::array<double, 2> place_in_picture(const Camera& camera, const Vec3& point) {
   const auto unit = [](const Vec3& a) { return Vec3{a[0] / norm(a), a[1] / norm(a), a[2] / norm(a)}; };
   const Vec3 f = unit(minus(camera.target, camera.eye)), r = unit(cross(f, {0, 1, 0})), u = cross(r, f);
@@ -31,7 +32,7 @@ double outermost(const Camera& camera, const std::vector<Vec3>& points) {
   return most;
 }
 
-/// Whether the straight way from one point to another meets the box [low, high].
+/// Tests whether the segment between two points intersects the box [low, high].
 bool meets_box(const Vec3& from, const Vec3& to, const Vec3& low, const Vec3& high) {
   double begin = 0, end = 1;
   for (int k = 0; k < 3; ++k) {
@@ -41,7 +42,7 @@ bool meets_box(const Vec3& from, const Vec3& to, const Vec3& low, const Vec3& hi
   return begin < end;
 }
 
-TEST(TheDefaultCamera, HoldsAPillowThatIsBlownUp) {
+TEST(TheDefaultCamera, FramesAPillowThatIsBlownUp) {
   BodySpec pillow;
   pillow.name = "pillow", pillow.mass = 0.2;
   pillow.shape = BoxShape{{1, 0.02, 1}, {16, 1, 16}};
@@ -51,7 +52,7 @@ TEST(TheDefaultCamera, HoldsAPillowThatIsBlownUp) {
   EXPECT_LT(outermost(camera, after(scene, 0.5).positions()), 1);
 }
 
-TEST(TheDefaultCamera, HoldsWhatFallsToTheGroundThatIsTooLargeForThePicture) {
+TEST(TheDefaultCamera, FramesWhatFallsToTheGroundThatIsTooLargeForThePicture) {
   BodySpec ball;
   ball.name = "ball", ball.mass = 1, ball.shape = SphereShape{0.5, 2}, ball.transform.translate = {0, 2, 0};
   ball.constraints = {stiff("distance", {"edges"}), stiff("pressure")};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every format is read back by a small reader written here from the format's own description, not with our writer.
+// Formats of frames: each is read back by a small reader written here from the format's own description, without our
+// writer.
 #include "host/output/frames.h"
 
 #include <gtest/gtest.h>
@@ -56,7 +57,7 @@ class Frames : public testing::Test {
     for (auto& p : points) p = {p[0] + 0.1f * float(frame) + offset, p[1] / 3, -p[2] - 1e-7f * float(frame)};
     return points;
   }
-  /// The same, of numbers that no float holds.
+  /// The same points, with digits that no float has.
   static std::vector<Vec3> moved_in_double(int frame, double offset = 0) {
     std::vector<Vec3> points = topology().rest;
     for (Vec3& p : points) p = {p[0] + 0.1 * frame + offset, p[1] / 3 + 1e-11, -p[2] * kThird - 1e-17 * frame};
@@ -146,7 +147,7 @@ TEST_F(Frames, VtpHoldsPointsVelocitiesAndCells) {
   EXPECT_EQ(vtk_array<std::int32_t>(file, "Verts", "offsets"), (Ints{1}));
 }
 
-/// The frames a .pvd names and their times.
+/// The frames that a .pvd lists, and their times.
 std::map<std::string, double> collection(const std::string& pvd) {
   std::map<std::string, double> frames;
   std::istringstream lines(pvd);
@@ -188,7 +189,7 @@ TEST_F(Frames, Pc2HeaderCountsEveryFrameAsItIsWritten) {
   }
 }
 
-/// What an OBJ says, element lines by their letter.
+/// The contents of an OBJ file: element lines by their letter.
 struct ObjFile {
   std::vector<Vec3> points;
   std::map<std::string, std::vector<Ints>> elements;
@@ -286,7 +287,7 @@ TEST_F(Frames, ContinuedRunLeavesTheSameFilesAsAnUninterruptedOne) {
 
   run(all, 0, 5);  // a fresh run over the old one: frame 5 must go
   EXPECT_EQ(names().size(), 3u * 5 + 3);
-  run(all, 3, 6);  // went on to frame 4, continued from frame 3
+  run(all, 3, 6);  // a run to frame 4, continued from frame 3
   std::map<std::string, std::string> continued;
   for (const auto& name : names()) continued[name] = read(name);
   EXPECT_EQ(continued, whole);

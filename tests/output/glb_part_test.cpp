@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// When the glTF file of a run appears, and how a run goes on from it.
+// The glTF file of a run: when it is written, and how a resumed run continues it.
 #include <gtest/gtest.h>
 
 #include "host/output/results.h"

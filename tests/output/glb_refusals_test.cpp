@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What glTF cannot hold is refused before anything is written.
+// Runs that glTF cannot represent are refused before anything is written.
 #include <gtest/gtest.h>
 
 #include "host/base/build_info.h"

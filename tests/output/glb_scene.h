@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene of everything that a glTF file may hold, and its frames as another format has them.
+// A scene with everything that a glTF file may contain, and a reader of its frames in another format.
 #pragma once
 #include <cstdlib>
 #include <sstream>
@@ -15,11 +15,11 @@ namespace malha {
 
 inline constexpr int kGlbFrames = 25;
 inline constexpr double kGlbStep = 1.0 / 48;         // s
-inline constexpr double kHalfAFloat = 0x1p-24;       // that rounding to a float is off by at most, of the number
+inline constexpr double kHalfAFloat = 0x1p-24;       // the largest error of rounding to a float, relative to the number
 inline constexpr double kBallTurns = 500;            // degrees a second
 inline constexpr double kBallMoves[]{0.4, -0.1, 0};  // m/s
 
-/// Triangles of many forms and quads, among vertices that nothing uses.
+/// Triangles of many forms and quads, between vertices that nothing uses.
 inline Interspersed patchwork() {
   Mesh sheet = mixed_sheet(5, true, 7);
   std::vector<Quad> faces;
@@ -33,7 +33,7 @@ inline Interspersed patchwork() {
   return interspersed(sheet, 11);
 }
 
-/// Of two sheets, a rope and loose particles, which fall beside a ball that rolls; 25 frames as "glb" and "obj".
+/// Two sheets, a rope and loose particles fall beside a ball that rolls; 25 frames as "glb" and "obj".
 inline Json glb_scene(const TemporaryFolder& folder) {
   const std::string mesh = folder.write("patchwork.obj", obj_of(patchwork().mesh));
   Json scene = Json::parse(R"({
@@ -67,14 +67,14 @@ inline Json glb_scene(const TemporaryFolder& folder) {
   return scene;
 }
 
-/// Runs into a folder there, and says where its frames are.
+/// Runs the scene into a subfolder, and returns the path of its frames.
 inline std::filesystem::path run_with_frames(const TemporaryFolder& folder, const Json& scene, const std::string& name,
                                              std::optional<std::int64_t> steps = {}) {
   run_quietly(scene, {.out = (folder / name).string(), .steps = steps});
   return folder / name / "frames";
 }
 
-/// A frame as "obj" has it, in double to the bit; corners are counted from 0.
+/// A frame read from "obj", in double to the bit; corners are counted from 0.
 struct ObjOfFrame {
   std::vector<Vec3> points;
   std::vector<std::vector<int>> faces, lines, loose;
@@ -97,7 +97,8 @@ struct ObjOfFrame {
   }
 };
 
-/// Where the ball takes what was there at the start: about the origin, then along.
+/// The position to which the ball moves a point that it has at the start: a rotation about the origin, then a
+/// translation.
 inline Vec3 on_the_ball(const Vec3& x, double time) {
   const double angle = kBallTurns * time * 3.14159265358979323846 / 180, c = std::cos(angle), s = std::sin(angle);
   return {c * x[0] - s * x[1] + kBallMoves[0] * time, s * x[0] + c * x[1] + kBallMoves[1] * time,

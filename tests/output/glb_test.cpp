@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run as glTF, read back by tinygltf's own loader. What viewers make of it: glb_viewers_test.cpp.
+// A run as glTF, read back by tinygltf's own loader. What viewers show of it is tested in glb_viewers_test.cpp.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ class Glb : public testing::Test {
 
 const std::vector<std::string> kBodies{"patchwork", "sheet of quads", "rope", "dust"};
 
-/// Each place within half a float of what its vertex moved, and what doubles lose of metres.
+/// Each position is within half a float of its vertex's displacement, and the rounding of doubles.
 void expect_frame(const GltfFile& file, const std::vector<std::string>& bodies, int k, const std::vector<Vec3>& x) {
   std::size_t at = 0;
   for (const std::string& body : bodies) {
@@ -66,7 +66,7 @@ TEST_F(Glb, HasTheElementsOfTheBodiesAndQuadsAsTwoTriangles) {
   const fs::path frames = run_of(glb_scene(folder_), 1);
   const GltfFile file(frames / "run.glb");
   const ObjOfFrame obj(frames, 0);
-  Indices triangles, lines, loose;  // of all bodies by the numbers of all
+  Indices triangles, lines, loose;  // elements of all bodies, by the numbers of all
   std::uint32_t begin = 0;
   for (const std::string& body : kBodies) {
     ASSERT_EQ(file.mesh(body).primitives.size(), 1u);
@@ -95,7 +95,7 @@ TEST_F(Glb, HasTheElementsOfTheBodiesAndQuadsAsTwoTriangles) {
   EXPECT_EQ(points.size(), 12u);
 }
 
-// At the time of a frame its target counts 1 and all others nothing; in between, both its neighbours.
+// At the time of a frame the weight of its target is 1 and all others are 0; in between, both its neighbours have one.
 TEST_F(Glb, ShowsOneTargetAtTheTimeOfEachFrame) {
   const GltfFile file(run_of(glb_scene(folder_)) / "run.glb");
   for (const std::string& body : kBodies) {

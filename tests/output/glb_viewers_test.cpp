@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What three.js (in Chromium) and Blender show of a run as glTF, against its frames in another format.
+// A run as glTF in three.js (in Chromium) and Blender: the positions that they show, against its frames in another
+// format.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The scene's frames, and where a viewer has the vertices at the time of each.
+/// The scene's frames, and the vertices' positions in a viewer at the time of each.
 class GlbIn : public testing::Test {
  protected:
   GlbIn() { run_quietly(glb_scene(folder_), {.out = (folder_ / "out").string()}); }
@@ -26,8 +27,8 @@ class GlbIn : public testing::Test {
   TemporaryFolder folder_;
 };
 
-/// A page that loads the file, and says where the vertices are at the time of a frame: as the loader's own animation
-/// sets them, and as its renderer adds them up.
+/// A page that loads the file, and returns the vertices' positions at the time of a frame: as the loader's own
+/// animation sets them, and as its renderer adds them up.
 std::string page_of(const std::string& glb) {
   const std::string three = "file://" THREE_FOLDER;
   return "<!doctype html><meta charset=utf-8><script src='" + three + "/three.min.js'></script><script src='" + three +
@@ -104,7 +105,7 @@ TEST_F(GlbIn, ThreeJsIsTheRunAtTheTimeOfEachFrame) {
     const std::vector<Vec3> x = frame(k).points;
     ASSERT_EQ(places.size(), x.size());
     for (std::size_t i = 0; i < x.size(); ++i)
-      for (std::size_t c = 0; c < 3; ++c)  // half a float of what it moved; three.js adds in double
+      for (std::size_t c = 0; c < 3; ++c)  // half a float of the displacement; three.js adds in double
         ASSERT_NEAR(places[i][c].get<double>(), x[i][c], kHalfAFloat * (std::fabs(x[i][c] - start[i][c]) + 1e-6))
             << "vertex " << i << " of frame " << k;
     const Json ball = value(shown + "places(objects.ball))");
@@ -114,14 +115,14 @@ TEST_F(GlbIn, ThreeJsIsTheRunAtTheTimeOfEachFrame) {
       for (std::size_t c = 0; c < 3; ++c) ASSERT_NEAR(ball[i][c].get<double>(), expected[c], 1e-6) << "floats of 3 m";
     }
   }
-  // And it draws them: many pixels, and others at another time.
+  // The page also draws them: many pixels differ from the background, and others do at another time.
   value("(window.one = picture(0), window.other = picture(24), 0)");
   EXPECT_GT(value("one.filter((byte, i) => i % 4 < 3 && byte > 0).length").get<int>(), 3000);
   EXPECT_GT(value("one.filter((byte, i) => byte !== other[i]).length").get<int>(), 3000);
   EXPECT_TRUE(browser.complaints().empty()) << browser.complaints()[0];
 }
 
-// Blender has z up: its x y z are x -z y of the file. Objects lie at the middle of their bodies.
+// Blender has z up: its x y z are x -z y of the file. Origins of objects are at the middle of their bodies.
 constexpr char kBlenderScript[] = R"PY(
 import json, sys
 try:
@@ -185,7 +186,8 @@ TEST_F(GlbIn, BlenderIsTheRunAtEachFrame) {
         for (std::size_t c = 0; c < 3; ++c) {
           const double sign = c == 2 ? -1 : 1, local = place[c], middle = body["at"][c];
           const double start = first.points[*vertex][c], moved = std::fabs(x[*vertex][c] - start);
-          // The file rounds what it moved. Blender rounds start + moved, less start, plus start; each to a float.
+          // The file rounds displacements. Blender rounds start + displacement, less start, plus start; each to a
+          // float.
           ASSERT_NEAR(sign * (local + middle), x[*vertex][c],
                       kHalfAFloat * (2 * moved + 2 * std::fabs(local) + std::fabs(start - sign * middle)) + 1e-12)
               << name << " vertex " << *vertex << " of frame " << k;

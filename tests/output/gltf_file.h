@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A .glb as tinygltf's loader reads it, and a small one to write.
+// A .glb file as tinygltf's loader reads it, and a small one to write.
 #pragma once
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
@@ -21,7 +21,7 @@ class GltfFile {
     EXPECT_EQ(error + warning, "");
   }
 
-  /// Of a component type T, so many a value.
+  /// The values of an accessor with component type T, `size` components a value.
   template <class T = float, std::size_t N = 3>
   std::vector<std::array<T, N>> values(int accessor) const {
     const tinygltf::Accessor& one = model.accessors.at(accessor);
@@ -44,7 +44,7 @@ class GltfFile {
     throw std::runtime_error("no node " + name);
   }
   const tinygltf::Mesh& mesh(const std::string& name) const { return model.meshes.at(node(name).mesh); }
-  /// Of the animation's channel of a node.
+  /// The sampler of the animation's channel of a node.
   const tinygltf::AnimationSampler& sampler(const std::string& name, const std::string& path) const {
     const tinygltf::Animation& animation = model.animations.at(0);
     for (const auto& channel : animation.channels)
@@ -66,7 +66,7 @@ class GltfFile {
   }
 };
 
-/// One body of a quad, a triangle, a line, a loose point and one that only counts.
+/// One body of a quad, a triangle, a line, a loose point and an unused vertex.
 inline FrameTopology of_all_kinds() {
   FrameTopology all{
       {{0, 1, 2, 3}, {1, 4, 2, -1}},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a page shows of a run beside its places: patches and phases, speeds, numbers with units, names.
+// Fields in a page of a run: patches and phases, speeds, numbers with units, and names.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -13,12 +13,12 @@
 namespace malha {
 namespace {
 
-class PageLooks : public PageOfARun {
+class PageFields : public PageOfARun {
  protected:
   std::string text_of_panel() { return browser().evaluate("document.getElementById('panel').innerText"); }
 };
 
-/// Of several patches in two phases.
+/// A sheet with several patches in two phases.
 Json many_patches() {
   Json scene = swinging_sheet(false);
   scene["bodies"][0]["shape"]["grid"]["cells"] = {90, 90};
@@ -26,7 +26,7 @@ Json many_patches() {
   return scene;
 }
 
-TEST_F(PageLooks, ShowAsManyColoursAsThereArePatchesAndPhases) {
+TEST_F(PageFields, ShowAsManyColoursAsThereArePatchesAndPhases) {
   NEEDS_BROWSER;
   const Json scene = many_patches();
   browser().open(page(scene));
@@ -54,7 +54,7 @@ TEST_F(PageLooks, ShowAsManyColoursAsThereArePatchesAndPhases) {
     EXPECT_EQ(evaluated("malha.views[0].legend.textContent"),
               counted(expected, look, look == std::string("patch") ? "patches" : "phases"));
   }
-  // On the screen, too: phase 0 is not of the colour of phase 1, however the light falls.
+  // On the screen, too, phase 0 has another colour than phase 1, whatever the light.
   const Image picture = browser().screenshot();
   const auto hue = [&](int i) {
     const Json at = evaluated("malha.pixelOf(0, " + std::to_string(i) + ")");
@@ -62,7 +62,7 @@ TEST_F(PageLooks, ShowAsManyColoursAsThereArePatchesAndPhases) {
     const unsigned char* const rgb = &picture.pixels[3 * (py * std::size_t(picture.width) + px)];
     return int(std::max_element(rgb, rgb + 3) - rgb) * 3 + int(std::min_element(rgb, rgb + 3) - rgb);
   };
-  const auto in_phase = [&](int phase) {  // one in the middle of a patch
+  const auto in_phase = [&](int phase) {  // a particle in the middle of a patch
     std::vector<int> of;
     for (int i = 0; i < 91 * 91; ++i)
       if (layout.phase[i] == phase && layout.phase[std::max(i - 1, 0)] == phase && i % 91 > 5 && i % 91 < 85)
@@ -73,7 +73,7 @@ TEST_F(PageLooks, ShowAsManyColoursAsThereArePatchesAndPhases) {
   expect_no_complaints();
 }
 
-TEST_F(PageLooks, OfPatchesAreNotOfferedWhereTheFilterDoesAll) {
+TEST_F(PageFields, OfPatchesAreNotOfferedWhereTheFilterDoesAll) {
   NEEDS_BROWSER;
   Json scene = swinging_sheet(false);
   scene["solver"]["type"] = "desbrun";
@@ -88,9 +88,9 @@ TEST_F(PageLooks, OfPatchesAreNotOfferedWhereTheFilterDoesAll) {
   expect_no_complaints();
 }
 
-TEST_F(PageLooks, OfSpeedKnowTheFirstFrameAndThoseAfterTears) {
+TEST_F(PageFields, OfSpeedAreRightInTheFirstFrameAndAfterTears) {
   NEEDS_BROWSER;
-  // All particles fly alike, also where they tear from each other: the speed of each is 3 m/s.
+  // All particles move alike, also where they tear from each other: the speed of each is 3 m/s.
   Json scene = swinging_sheet(false);
   scene.erase("gravity"), scene.erase("wind"), scene["bodies"][0].erase("pins"), scene["bodies"][0].erase("damping");
   scene["bodies"][0]["velocity"] = {0, 3, 0};
@@ -111,7 +111,7 @@ TEST_F(PageLooks, OfSpeedKnowTheFirstFrameAndThoseAfterTears) {
   for (std::size_t i = 0; i < later.size(); ++i)
     EXPECT_NEAR(first[i].get<double>(), later[i].get<double>(), 0.05) << "colours of 3 m/s and 3 m/s";
 
-  // A sheet that the wind tears, and behind it a rope, whose numbers the tears move.
+  // A sheet that the wind tears, and after it a rope, whose numbers change with the tears.
   Json torn = swinging_sheet(false);
   torn["bodies"][0]["tear"] = {{"strain", 0.2}};
   torn["wind"] = {{"velocity", {0, 0, 60}}, {"drag", 0.5}};
@@ -137,13 +137,13 @@ TEST_F(PageLooks, OfSpeedKnowTheFirstFrameAndThoseAfterTears) {
     const std::size_t b = browser().evaluate("malha.views[0].frames.beside(" + std::to_string(k) + ")");
     const std::vector<Vec3>&here = places[k], &there = places[b];
     ASSERT_EQ(all.size(), here.size());
-    const auto expect_speed = [&](std::size_t i, std::size_t j) {  // the same particle, here and there
+    const auto expect_speed = [&](std::size_t i, std::size_t j) {  // the same particle in both runs
       const double moved = std::hypot(here[i][0] - there[j][0], here[i][1] - there[j][1], here[i][2] - there[j][2]);
-      // Both places are rounded, in all three coordinates; a page is read in float.
+      // Both positions are rounded, in all three coordinates; a page reads them in float.
       const double rounded = 2 * std::sqrt(3.0) * run["rounding"].get<double>() / 0.02;
       EXPECT_NEAR(all[i].get<double>(), moved / 0.02, rounded + 1e-3) << "particle " << i << " of frame " << k;
     };
-    for (std::size_t i = 0; i < 49; ++i) expect_speed(i, i);  // of the sheet before it tore
+    for (std::size_t i = 0; i < 49; ++i) expect_speed(i, i);  // particles of the sheet before it tore
     for (std::size_t i = 1; i <= 6; ++i) expect_speed(here.size() - i, there.size() - i);
     for (std::size_t i = 1; i < all.size(); ++i) {  // 0 is pinned
       ASSERT_TRUE(all[i].is_number());
@@ -155,7 +155,7 @@ TEST_F(PageLooks, OfSpeedKnowTheFirstFrameAndThoseAfterTears) {
   expect_no_complaints();
 }
 
-TEST_F(PageLooks, SaysUnitsTimesNamesAndWhereAResumedRunBegan) {
+TEST_F(PageFields, SaysUnitsTimesNamesAndWhereAResumedRunBegan) {
   NEEDS_BROWSER;
   Json scene = swinging_sheet(true);
   scene["bodies"].push_back({{"name", "rope"},
@@ -185,7 +185,7 @@ TEST_F(PageLooks, SaysUnitsTimesNamesAndWhereAResumedRunBegan) {
   expect_no_complaints();
 }
 
-TEST_F(PageLooks, TellsRunsApartByTheirFolders) {
+TEST_F(PageFields, TellsRunsApartByTheirFolders) {
   NEEDS_BROWSER;
   Json scene = swinging_sheet(false);
   std::filesystem::create_directories(folder_ / "soft" / "it"), std::filesystem::create_directories(folder_ / "firm");
@@ -201,8 +201,8 @@ TEST_F(PageLooks, TellsRunsApartByTheirFolders) {
   expect_no_complaints();
 }
 
-// Both fly straight on, so that what lies between their frames is known.
-TEST_F(PageLooks, OfTwoRunsAreComparedBetweenFramesToo) {
+// Both move uniformly, so that positions between their frames are known.
+TEST_F(PageFields, OfTwoRunsAreComparedBetweenFramesToo) {
   NEEDS_BROWSER;
   const auto contact_free_steps = [&](double dt, const char* name) {
     Json scene = swinging_sheet(false);
@@ -221,7 +221,7 @@ TEST_F(PageLooks, OfTwoRunsAreComparedBetweenFramesToo) {
   expect_no_complaints();
 }
 
-TEST_F(PageLooks, TheSummarySaysHowManyFramesAreKept) {
+TEST_F(PageFields, TheSummarySaysHowManyFramesAreKept) {
   Json scene = swinging_sheet(false);
   scene["outputs"]["page"] = Json::object();
   const RunResult all = run_quietly(scene, {.out = (folder_ / "run").string()});

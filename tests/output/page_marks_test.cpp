@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a page shows of a run that the solver's library measured: contacts, residuals and batches.
+// Marks in a page of a run: contacts, residuals and batches that the solver's library measured.
 #include <algorithm>
 #include <array>
 #include <map>
@@ -76,7 +76,7 @@ TEST_F(PageMarks, ShowWhereTheEnvironmentIsTouched) {
         return Json(std::vector<Json>(found["ends"].begin() + int(from), found["ends"].begin() + int(from) + 3));
       };
       const Json from = end(6 * t), to = end(6 * t + 3);
-      // The particle's place is rounded by 1e-4 m; of its distance a half of 127 steps, and so is the normal's way.
+      // The particle's position is rounded by 1e-4 m; its distance by half of 127 steps, and so is the normal.
       const double rounding = 1e-4 + found["far"].get<double>() / 127;
       Vec3 way{};
       for (std::size_t k = 0; k < 3; ++k) {
@@ -174,7 +174,8 @@ TEST_F(PageMarks, ShowForcesOnPins) {
   NEEDS_BROWSER;
   Json scene = swinging_sheet(false);
   scene["bodies"][0]["pins"] = {{{"particles", {0, 4, 6}}}};
-  scene["bodies"][0]["constraints"][0]["compliance"] = 0.01, scene["solver"]["substeps"] = 30;  // which resolve it
+  // substeps that resolve the compliance
+  scene["bodies"][0]["constraints"][0]["compliance"] = 0.01, scene["solver"]["substeps"] = 30;
   browser().open(page(scene));
   Simulation simulation(parsed(scene), {.threads = 1});
   const PinForces forces(simulation.model());
@@ -195,7 +196,7 @@ TEST_F(PageMarks, ShowForcesOnPins) {
       ASSERT_EQ(found["particles"][f], expected[f].particle);
       Vec3 line{};
       for (std::size_t k = 0; k < 3; ++k) {
-        // 65535 steps over the box of all forces, and single precision.
+        // Forces are rounded to 65535 steps over the box of all forces, and to single precision.
         EXPECT_NEAR(found["newtons"][3 * f + k].get<double>(), expected[f].force[k], 1e-4 * largest);
         line[k] = found["ends"][6 * f + 3 + k].get<double>() - found["ends"][6 * f + k].get<double>();
       }
@@ -214,7 +215,7 @@ TEST_F(PageMarks, ShowForcesOnPins) {
 
 TEST_F(PageMarks, OfWhatARunLacksAreNotOffered) {
   NEEDS_BROWSER;
-  // Two runs beside each other: what one of them has is offered, and the other one says that it has none.
+  // With two runs beside each other, a field that one of them has is offered, and the other one shows that it has none.
   const auto touching = page(falling(), "falls");
   const auto free = page(swinging_sheet(false), "swings");
   browser().open(free);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For tests of pages: runs that leave one, what it holds, and a browser.
+// Helpers for tests of pages: runs that write one, its contents, and a browser.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 
 namespace malha {
 
-/// The run in a page, or each of both.
+/// The data of the run in a page, or of each of two.
 inline std::vector<Json> runs_in(const std::filesystem::path& path) {
   const std::string page = read_whole(path), begin = "class=\"run\">";
   std::vector<Json> runs;
@@ -28,7 +28,7 @@ inline std::vector<Json> runs_in(const std::filesystem::path& path) {
 
 class PageOfARun : public testing::Test {
  protected:
-  /// Of the swinging sheet of 40 steps, in a folder.
+  /// The page of the swinging sheet of 40 steps, in a folder.
   std::filesystem::path page(Json scene, const std::string& name = "run", std::optional<std::int64_t> steps = {},
                              bool resume = false) {
     if (!scene["outputs"].contains("page")) scene["outputs"]["page"] = Json::object();
@@ -39,7 +39,7 @@ class PageOfARun : public testing::Test {
     static Browser one(1000, 600);
     return one;
   }
-  /// Of two runs, which play from the start: at their start, and still.
+  /// The page of two runs, paused at their start.
   void open_still(const std::filesystem::path& path) {
     browser().open(path);
     browser().evaluate("malha.pause(), malha.seek(malha.start)");

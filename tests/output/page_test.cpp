@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run as a page: what it holds, and what a browser shows of it. The second half needs chromium.
+// A run as a page: its contents, and what a browser shows of it. The second half needs chromium.
 #include "host/output/page.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ std::string inflated(const std::string& bytes, std::size_t size) {
   return all;
 }
 
-/// As the page's script reads it: planes of bytes of differences.
+/// Decodes as the page's script does: planes of bytes of differences.
 std::vector<std::uint32_t> unpacked(const std::string& data, std::size_t count, std::size_t stride, std::size_t bytes) {
   const std::string planes = inflated(data, count * bytes);
   std::vector<std::uint32_t> numbers(count);
@@ -79,7 +79,7 @@ TEST(PackedValues, ComeBackAsNearAsAStepOfTheLargest) {
   EXPECT_TRUE(packed(std::vector<float>{}).data == packed(std::vector<std::uint32_t>{}, 1, 1));
 }
 
-TEST(PackedTouches, KeepTheSideThatAParticleIsOn) {
+TEST(PackedContacts, KeepTheSideThatAParticleIsOn) {
   const std::vector<Touch> touches{
       {.particle = 7, .object = 0, .at = {0, 0, 0}, .normal = {0, 1, 0}, .distance = 0.02},
       {.particle = 3, .object = 1, .at = {0, 0, 0}, .normal = {-0.6, 0, 0.8}, .distance = -0.01}};
@@ -104,7 +104,7 @@ TEST(Base64, IsThatOfTheStandard) {  // RFC 4648, section 10
   for (const auto& [plain, coded] : words) EXPECT_EQ(base64(plain), coded);
 }
 
-TEST_F(PageOfARun, HoldsEveryFrameWhereThereIsRoom) {
+TEST_F(PageOfARun, KeepsEveryFrameWithinItsSizeLimit) {
   const Json run = runs_in(page(swinging_sheet(true)))[0];
   ASSERT_EQ(run["frames"].size(), 41u);
   for (int k = 0; k <= 40; ++k) EXPECT_EQ(run["frames"][k]["step"], k);
@@ -122,7 +122,7 @@ TEST_F(PageOfARun, NeedsNoNetwork) {
   }
 }
 
-/// Whose places no coder makes small.
+/// A scene whose positions no coder compresses well.
 Json rough_scene(int cells, double max_megabytes) {
   Json scene = swinging_sheet(false);
   scene["bodies"][0]["shape"]["grid"]["cells"] = {cells, cells};
@@ -132,7 +132,7 @@ Json rough_scene(int cells, double max_megabytes) {
   return scene;
 }
 
-TEST_F(PageOfARun, KeepsFewerFramesWhereAllTakeMoreRoom) {
+TEST_F(PageOfARun, KeepsFewerFramesWhereAllExceedTheSizeLimit) {
   const auto path = page(rough_scene(120, 2));
   const Json run = runs_in(path)[0];
   EXPECT_LE(std::filesystem::file_size(path), 2'000'000u);
@@ -145,7 +145,7 @@ TEST_F(PageOfARun, KeepsFewerFramesWhereAllTakeMoreRoom) {
   EXPECT_EQ(run["frames"].back()["step"], 31) << "the end is always there";
 }
 
-TEST_F(PageOfARun, KeepsTheEndWhereThereIsNoRoomAtAll) {
+TEST_F(PageOfARun, KeepsTheEndWhereNothingFitsTheSizeLimit) {
   const Json run = runs_in(page(rough_scene(400, 2), "run", 3))[0];
   ASSERT_GE(run["frames"].size(), 1u);
   EXPECT_EQ(run["frames"].back()["step"], 3);
@@ -164,7 +164,7 @@ TEST_F(PageOfARun, GoesWithAPartThatHasNone) {
   EXPECT_FALSE(std::filesystem::exists(path));
 }
 
-TEST_F(PageOfARun, OfAResumedRunHasWhatThatRunSaw) {
+TEST_F(PageOfARun, OfAResumedRunHasTheFramesOfThatRun) {
   Json scene = swinging_sheet(true);
   page(scene, "run", 11);
   const Json run = runs_in(page(scene, "run", {}, true))[0];
@@ -212,7 +212,7 @@ TEST_F(PageOfARun, IsComparedOnlyWithAnother) {
   EXPECT_EQ(runs_in(folder_ / "new" / "both.html").size(), 2u);
 }
 
-/// Blue as the first body is drawn, lit or in shadow.
+/// The blue in which the first body is drawn, lit or in shadow.
 bool is_cloth(const Image& image, double x, double y) {
   const int i = static_cast<int>(std::lround(x)), j = static_cast<int>(std::lround(y));
   if (i < 0 || j < 0 || i >= image.width || j >= image.height) return false;
@@ -237,7 +237,7 @@ TEST_F(PageOfARun, ShowsTheClothWhereItIs) {
     for (std::size_t i = 0; i < x.size(); ++i)
       for (std::size_t k = 0; k < 3; ++k)
         ASSERT_NEAR(shown[0][3 * i + k].get<double>(), x[i][k], shown[1].get<double>() + 1e-6);  // 1e-6: its floats
-    // Where particles are, there is cloth; beyond all of them, none.
+    // Where particles are, the picture shows cloth; beyond all of them, none.
     const Image picture = browser().screenshot();
     const Json pixels = Json::parse(
         browser().evaluate("JSON.stringify([...Array(49).keys()].map((i) => malha.pixelOf(0, i)))").get<std::string>());
@@ -246,7 +246,7 @@ TEST_F(PageOfARun, ShowsTheClothWhereItIs) {
     for (const Json& pixel : pixels) {
       for (int k = 0; k < 2; ++k)
         low[k] = std::min(low[k], pixel[k].get<double>()), high[k] = std::max(high[k], pixel[k].get<double>());
-      bool near = false;  // at a rim the pixel itself may be beside it
+      bool near = false;  // at a boundary the pixel itself may be beside the cloth
       for (int dx = -3; dx <= 3; ++dx)
         for (int dy = -3; dy <= 3; ++dy)
           near = near || is_cloth(picture, pixel[0].get<double>() + dx, pixel[1].get<double>() + dy);
@@ -297,12 +297,12 @@ TEST_F(PageOfARun, AnswersToKeysMouseAndTouch) {
   const char* const looks[] = {"shaded", "wire", "particles", "strain", "speed"};
   for (int k = 0; k < 5; ++k) EXPECT_EQ(after_key(std::to_string(k + 1).c_str(), "malha.look"), looks[k]);
   for (const double slower : {0.5, 0.25, 0.1, 0.05}) EXPECT_EQ(after_key("-", "malha.speed"), slower);
-  // So slow that a busy machine does not come to the run's end between two keys.
+  // The page plays so slowly that a busy machine does not reach the run's end between two keys.
   EXPECT_EQ(after_key(" ", "malha.playing"), true);
   EXPECT_EQ(after_key(" ", "malha.playing"), false);
   EXPECT_EQ(after_key("Home", "malha.time"), 0.0);
   browser().press(" ");
-  browser().evaluate(  // at most 20 s, on a machine that has much to do
+  browser().evaluate(  // waits for at most 20 s on a busy machine
       "new Promise((done) => { let waits = 0; const timer = setInterval(() => {"
       "  if (malha.time > 0.05 || ++waits > 1000) clearInterval(timer), done(); }, 20); })");
   EXPECT_GT(number("malha.time"), 0.05) << "it plays";
@@ -335,7 +335,7 @@ TEST_F(PageOfARun, OfTwoSaysHowFarTheyAreApart) {
     most = std::max(most, std::hypot(a[i][0] - b[i][0], a[i][1] - b[i][1], a[i][2] - b[i][2]));
   browser().evaluate("malha.seek(" + std::to_string(one.time()) + ")");
   const std::string said = browser().evaluate("document.getElementById('apart').textContent");
-  // Three digits are printed; both places are rounded by some 1e-5 m.
+  // Three digits are printed; both positions are rounded by some 1e-5 m.
   EXPECT_NEAR(std::stod(said), most, 0.006 * most + 5e-5) << said;
   EXPECT_EQ(browser().evaluate("malha.views.length"), 2);
   EXPECT_TRUE(browser().complaints().empty()) << browser().complaints()[0];
@@ -355,7 +355,7 @@ TEST_F(PageOfARun, OfTwoPlaysAndShowsAllThatThePictureShows) {
   write_comparison(folder_ / "a", folder_ / "b", folder_ / "both.html");
   browser().open(folder_ / "both.html");
   EXPECT_EQ(browser().evaluate("malha.playing"), true);
-  browser().evaluate(  // at most 20 s, on a machine that has much to do
+  browser().evaluate(  // waits for at most 20 s on a busy machine
       "new Promise((done) => { let waits = 0; const timer = setInterval(() => {"
       "  if (malha.time > 0.05 || ++waits > 1000) clearInterval(timer), done(); }, 20); })");
   EXPECT_GT(browser().evaluate("malha.time").get<double>(), 0.05);

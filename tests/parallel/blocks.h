@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// An executor that shows without a device what would go wrong on one: every group is worked on by the threads of a
-// block, each for itself up to where all wait for each other, and after each wait in another order. What depends on the
-// order, what each thread repeats, and a wait that not all come to, show in the results or end the launch.
+// An executor that emulates a device's blocks of threads on the host: the threads of a block run one after the other up
+// to the next barrier, in another order after each barrier. Results that depend on the order, code that every thread
+// repeats, and barriers that not all threads reach, show as wrong bits or end the launch.
 #pragma once
 #include <sys/mman.h>
 
@@ -30,18 +30,18 @@
 
 namespace malha {
 
-/// `block`: threads of each, or as many as a kernel can use. Kernels that do not share their work (kShared) run on one
-/// thread a group.
+/// `block`: number of threads a block, or as many as a kernel can use. Kernels that do not share their work (kShared)
+/// run on one thread a group.
 struct Blocks {
   int block = 32;                                     // threads
-  unsigned seed = 1;                                  // of the orders
-  Instructions instructions = widest_instructions();  // of what the host computes
+  unsigned seed = 1;                                  // of the orders of threads
+  Instructions instructions = widest_instructions();  // for what the host computes
 };
 
-/// Launches are kept instead of run, as long as there is such a list.
+/// While there is such a list, launches are appended to it and do not run.
 inline std::vector<std::function<void()>>* kept_launches = nullptr;
 
-/// Memory as of a device: launches and copies alone may touch it. The host that does otherwise ends the program.
+/// Emulated device memory: only launches and copies may access it. Any other access by the host ends the program.
 class EmulatedMemory {
  public:
   static EmulatedMemory& the() {
@@ -52,7 +52,7 @@ class EmulatedMemory {
     ++arrays_;
     return add(bytes);
   }
-  /// All is given back at once, with the last array.
+  /// All memory is released at once, with the last array.
   void release() {
     if (kept_launches) {
       std::fputs("an array is released that launches may use which are being recorded\n", stderr);
@@ -63,13 +63,13 @@ class EmulatedMemory {
     madvise(base_, used_, MADV_DONTNEED);
     used_ = 0, scratch_ = nullptr, scratch_bytes_ = 0;
   }
-  /// That the next launches may use again.
+  /// Scratch memory, which the next launches may use again.
   void* scratch(std::size_t bytes) {
     if (bytes > scratch_bytes_) scratch_ = add(bytes), scratch_bytes_ = bytes;
     return scratch_;
   }
   bool has(std::uintptr_t address) const { return address - reinterpret_cast<std::uintptr_t>(base_) <= kMost; }
-  /// While there is one of these.
+  /// The memory is accessible while an object of this type exists.
   struct Open {
     Open() { the().open(); }
     ~Open() { the().close(); }
@@ -94,7 +94,8 @@ class EmulatedMemory {
     if (opened_++ > 0 || is_open_) return;
     protect(PROT_READ | PROT_WRITE), is_open_ = true;
   }
-  /// In long runs now and then: it takes longer than most launches, and what is wrong in one substep is so in others.
+  /// In long runs memory is protected only sometimes, because that takes longer than most launches, and an error in one
+  /// substep occurs in others too.
   void close() {
     constexpr unsigned kAlways = 1024, kSpread = 2654435761u;
     if (--opened_ > 0 || (++closings_ > kAlways && closings_ * kSpread >> 27 != 0)) return;
@@ -114,10 +115,10 @@ class EmulatedMemory {
   bool is_open_ = false;
 };
 
-/// Whether what is launched now was recorded.
+/// True while recorded launches are replayed.
 inline bool replaying = false;
 
-/// The host waits for what was launched: not while that is recorded.
+/// Waits for the launches, which is an error while they are recorded.
 inline void synchronize(const Blocks& /*executor*/) {
   if (kept_launches) throw std::logic_error("the host waits for launches that are being recorded");
 }
@@ -156,7 +157,7 @@ struct Memory<Blocks> {
     return Memory<Serial>::has(from, count, value);
   }
   static constexpr bool kOfTheHost = false;
-  /// How often the host has waited for something.
+  /// The number of times that the host has waited for the device.
   static int& reads() {
     static int all = 0;
     return all;
@@ -169,22 +170,22 @@ struct Memory<Blocks> {
   }
 };
 
-/// Kernels that were launched with an address of the host's memory in them: on a device they could not follow it.
-/// Numbers that happen to look like one would be taken for it.
+/// Finds kernels that were launched with an address of host memory in them, which a device could not read. Numbers that
+/// happen to look like an address would be reported too.
 class HostAddresses {
  public:
-  static std::set<std::string>& held_by() {
+  static std::set<std::string>& kernels_found() {
     static std::set<std::string> names;
     return names;
   }
 #if __has_builtin(__builtin_clear_padding)
-  static constexpr bool kLooks = true;
+  static constexpr bool kCanCheck = true;
 #else
-  static constexpr bool kLooks = false;  // clang: what lies between the members of a kernel may hold anything
+  static constexpr bool kCanCheck = false;  // clang: the padding between the members of a kernel may have any bits
 #endif
-  /// Of each kind of kernel the first launch is looked at.
+  /// Checks the first launch of each kind of kernel.
   template <class Kernel>
-  static void look_at([[maybe_unused]] Kernel kernel) {
+  static void check_launch([[maybe_unused]] Kernel kernel) {
 #if __has_builtin(__builtin_clear_padding)
     static bool looked = false;
     if (looked || sizeof(Kernel) < sizeof(std::uintptr_t)) return;
@@ -192,7 +193,7 @@ class HostAddresses {
     __builtin_clear_padding(&kernel);
     std::vector<std::uintptr_t> words(sizeof(Kernel) / sizeof(std::uintptr_t));
     std::memcpy(words.data(), static_cast<const void*>(&kernel), words.size() * sizeof(std::uintptr_t));
-    if (std::ranges::any_of(words, of_the_host)) held_by().insert(kernel_name<Kernel>());
+    if (std::ranges::any_of(words, of_the_host)) kernels_found().insert(kernel_name<Kernel>());
 #endif
   }
 
@@ -210,10 +211,10 @@ class HostAddresses {
 };
 
 /// The threads of a block, as fibers.
-class Turns {
+class BlockFibers {
  public:
   struct Thread {
-    Turns* all;
+    BlockFibers* all;
     int number;
     int rank() const { return number; }
     int count() const { return static_cast<int>(all->lanes_.size()); }
@@ -233,11 +234,11 @@ class Turns {
     }
   };
 
-  Turns(int threads, unsigned seed) : lanes_(threads), order_(threads), random_(seed) {
+  BlockFibers(int threads, unsigned seed) : lanes_(threads), order_(threads), random_(seed) {
     std::iota(order_.begin(), order_.end(), 0);
   }
 
-  /// Runs work(Thread) on each.
+  /// Runs work(Thread) on each thread.
   template <class Work>
   void run(const Work& work) {
     for (int rank : order_)
@@ -259,10 +260,10 @@ class Turns {
   using Fiber = boost::context::fiber;
   struct Lane {
     Fiber self, scheduler;
-    int items = -1;  // what it waits after
+    int items = -1;  // identifies the barrier at which it waits
   };
   static boost::context::pooled_fixedsize_stack& stacks() {
-    // Most of it is never touched; but a patch's frame takes 800 KB where clang does not optimise.
+    // Most of the stack is never touched; but the frame of a patch solve takes 800 KB where clang does not optimise.
     static boost::context::pooled_fixedsize_stack pool(2 * 1024 * 1024);
     return pool;
   }
@@ -273,14 +274,14 @@ class Turns {
 
   std::vector<Lane> lanes_;
   std::vector<int> order_;
-  std::vector<char> gathered_;  // of each thread
+  std::vector<char> gathered_;  // the values of a reduction, one of each thread
   std::mt19937 random_;
 };
 
-/// Calls work for 0 .. n - 1 in an order that is not theirs.
+/// Calls work for 0 .. n - 1 in a shuffled order.
 template <class Work>
 void shuffled(int n, unsigned seed, const Work& work) {
-  constexpr int kStep = 7919;  // a prime: of n that it does not divide it reaches all
+  constexpr int kStep = 7919;  // a prime: it reaches all numbers below n unless it divides n
   const long long step = n % kStep == 0 ? 1 : kStep;
   for (int k = 0; k < n; ++k) work(static_cast<int>((k * step + seed) % n));
 }
@@ -299,18 +300,18 @@ template <class Kernel>
 void parallel_for(const Blocks& executor, int n, const Kernel& kernel, int grain = kParticleGrain) {
   if (kept_launches) return kept_launches->push_back([=] { parallel_for(executor, n, kernel, grain); });
   note_launch(kernel, n);
-  HostAddresses::look_at(kernel);
+  HostAddresses::check_launch(kernel);
   const EmulatedMemory::Open open;
   shuffled(n, executor.seed, kernel);
 }
 
-/// Fast memory is the group's own, and full of what is no number, of zeros, or of what is neither. Only kernels that
-/// run on one thread a group find what their caller has left there.
+/// Scratch memory is the group's own, and filled with NaN, zeros, or another pattern. Only kernels that run on one
+/// thread a group find what their caller has left there.
 template <class Kernel>
 void parallel_groups(const Blocks& executor, int begin, int end, const ScratchMemory& memory, const Kernel& kernel) {
   if (kept_launches) return kept_launches->push_back([=] { parallel_groups(executor, begin, end, memory, kernel); });
   note_launch(kernel, end - begin);
-  HostAddresses::look_at(kernel);
+  HostAddresses::check_launch(kernel);
   const EmulatedMemory::Open open;
   std::vector<double> fast(memory.bytes / sizeof(double) + 8);
   constexpr int kFill[] = {0xff, 0x00, 0x7f};
@@ -318,16 +319,16 @@ void parallel_groups(const Blocks& executor, int begin, int end, const ScratchMe
     std::memset(fast.data(), kFill[executor.seed % 3], fast.size() * sizeof(double));
     void* aligned = reinterpret_cast<void*>((reinterpret_cast<std::uintptr_t>(fast.data()) + 63) / 64 * 64);
     if constexpr (kShared<Kernel>)
-      Turns(std::min(executor.block, kThreads<Kernel>), executor.seed + static_cast<unsigned>(begin + k))
-          .run([&](const Turns::Thread& thread) {
-            kernel(Block<Turns::Thread>{begin + k, aligned, thread});
+      BlockFibers(std::min(executor.block, kThreads<Kernel>), executor.seed + static_cast<unsigned>(begin + k))
+          .run([&](const BlockFibers::Thread& thread) {
+            kernel(Block<BlockFibers::Thread>{begin + k, aligned, thread});
           });
     else
       kernel(Group<OneLane>{begin + k, -1, memory.data ? memory.data : aligned});
   });
 }
 
-/// Recorded once for a key, and replayed from then on: what it lacks shows in the results.
+/// Launches are recorded once for a key, and replayed from then on: an incomplete key shows in the results.
 template <>
 struct Recording<Blocks> {
   std::map<std::string, std::vector<std::function<void()>>> replays;
@@ -351,7 +352,7 @@ void repeated_region(const Blocks& executor, int /*width*/, Recording<Blocks>& r
   repeated(executor, recording, key, [&] { work(executor); });
 }
 
-/// The sums of groups, in the device's memory.
+/// The sums of groups, in the emulated device's memory.
 template <class Value, class Kernel>
 Value* partial_sums(const Blocks& executor, int n, const ReducePlan& plan, const Kernel& kernel) {
   const std::size_t sums = plan.all + std::size_t(kReduceGroups);
@@ -375,7 +376,7 @@ void parallel_reduce_into(const Blocks& executor, int n, const Kernel& kernel, V
   parallel_for(executor, 1, JoinGroups<Value>{partial_sums<Value>(executor, n, plan, kernel), to, plan.groups});
 }
 
-/// Kernels that ask the host find all in its own memory.
+/// Kernels that query the host run in host memory.
 template <class Kernel>
 void parallel_for_interleaved(const Blocks& executor, int groups, const Kernel& kernel,
                               const ScratchMemory& memory = {}) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every executor promises its kernels (tests/parallel/compute_test.cpp), of emulated blocks of threads.
+// The promises of every executor to its kernels (tests/parallel/compute_test.cpp), tested on emulated blocks of
+// threads.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -17,7 +18,7 @@ struct CountVisits {
   int* visits;
   KERNEL void operator()(int i) const { ++visits[i]; }
 };
-/// Of a group, by one thread each.
+/// Items of a group, each on one thread.
 struct CountGroups {
   int* visits;
   template <class Group>
@@ -59,7 +60,7 @@ struct NumberAt {
 TEST(BlocksSum, HasTheHostsBitsWhetherItIsReadOrNot) {
   Random random(5);
   for (const int n : {0, 1, 255, 256, 257, 16384, 16385, 100000}) {
-    std::vector<float> numbers(n);  // of many sizes: in another order the sum has other bits
+    std::vector<float> numbers(n);  // of many sizes, so that in another order the sum has other bits
     for (float& number : numbers) number = static_cast<float>(random() * std::pow(10.0, random(-12, 12)));
     const float expected = parallel_reduce<RoundedSum>(Serial{}, n, NumberAt{numbers.data()}).value;
     const Array<Blocks, float> there(numbers);

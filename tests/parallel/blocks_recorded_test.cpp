@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a device records and replays, emulated (blocks.h): what a recording lacks shows in the results.
+// Recording and replaying launches on an emulated device (blocks.h): an incomplete recording shows in the results.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -53,7 +53,7 @@ TEST(RecordedLaunches, HoldFillsAndCopiesInTheirOrder) {
   EXPECT_EQ(numbers.download(), std::vector<int>(4, 7));
 }
 
-TEST(RecordedLaunches, CannotBeWaitedForWhileTheyAreRecorded) {
+TEST(RecordedLaunches, CannotBeSynchronizedWhileTheyAreRecorded) {
   const Array<Blocks, int> numbers(4, 0);
   Recording<Blocks> recording;
   const auto record = [&](const auto& work) {
@@ -66,7 +66,8 @@ TEST(RecordedLaunches, CannotBeWaitedForWhileTheyAreRecorded) {
   EXPECT_EQ(numbers.download(), std::vector<int>(4, 1)) << "what failed was kept";
 }
 
-/// All that a step may have and launch alike: a sheet held, blown at and tied, and a damped balloon.
+/// Features that launch the same kernels in every step: a pinned sheet in the wind with attachments, and a damped
+/// balloon.
 Json steady_scene(const char* solver, const char* precision) {
   Json json = Json::parse(R"({"name": "steady", "gravity": [0, -9.81, 0], "duration": 1,
     "solver": {"dt": 0.01, "substeps": 3, "iterations": 2},
@@ -84,7 +85,7 @@ Json steady_scene(const char* solver, const char* precision) {
   return json;
 }
 
-/// A net, damped: nothing comes between prediction and state but what is before them.
+/// A damped net: its only passes between prediction and state update are those before the solve.
 Json steady_visits() {
   Json json = steady_scene("pbd", "float");
   json["bodies"].erase(0), json["bodies"][0]["constraints"].erase(1);
@@ -94,8 +95,8 @@ Json steady_visits() {
 
 class SteadySteps : public testing::TestWithParam<std::string> {};
 
-/// Whatever the library may change between steps, from what was recorded before.
-TEST_P(SteadySteps, ReplayWhatIsStillSo) {
+/// All changes between steps that the library allows, after launches were recorded.
+TEST_P(SteadySteps, ReplayLaunchesThatHaveNotChanged) {
   const Json scene = Json::parse(GetParam());
   Model model = build_model(parsed(scene));
   model.interactive = true;
@@ -126,7 +127,7 @@ TEST_P(SteadySteps, ReplayWhatIsStillSo) {
   }
 }
 
-/// What the guard of the energy launches from time to time is left out.
+/// Launches of the energy guard, which are periodic, do not count.
 struct LaunchedAlone final : LaunchObserver {
   std::set<std::string> kernels;
   int replayed = 0;

@@ -27,7 +27,7 @@ std::uint64_t hash_on_blocks(const Scene& scene, int steps, const Blocks& execut
 
 namespace {
 
-/// MALHA_TESTS_ON=blocks or cuda: all tests of this program run their scenes there.
+/// With MALHA_TESTS_ON=blocks or cuda, all tests of this program run their scenes on that executor.
 const bool elsewhere = [] {
   const char* const on = std::getenv("MALHA_TESTS_ON");
   const std::string where = on != nullptr ? on : "host";

@@ -11,7 +11,7 @@ namespace malha {
 
 std::unique_ptr<Solver> make_on_blocks(const Model& model, const Blocks& executor);
 
-/// Of the state after so many steps.
+/// The hash of the state after that many steps.
 std::uint64_t hash_on_blocks(const Scene& scene, int steps, const Blocks& executor);
 
 }  // namespace malha

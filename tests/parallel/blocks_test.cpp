@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels and the solvers on blocks of many threads: the same bits as on one. What the emulation itself finds is
-// shown first.
+// Kernels and solvers on blocks of many threads have the same bits as on one. First, the emulation finds the errors
+// that it is made to find.
 #include "tests/parallel/blocks.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ struct CountOnce {
     group.for_each(100, [&](int i) { ++count[i]; });
   }
 };
-/// Outside of for_each: each thread does it.
+/// Increments outside of for_each, so that each thread does it.
 struct CountOutside {
   using Shared = void;
   int* count;
@@ -47,7 +47,7 @@ struct WaitInABranch {
     if (odd) group.for_each(1, [](int) {});
   }
 };
-/// Each number takes the one before: which one that is depends on who was first.
+/// Each number takes the value of the one before, so that the result depends on the order of the threads.
 struct ShiftInPlace {
   using Shared = void;
   int* number;
@@ -57,7 +57,7 @@ struct ShiftInPlace {
   }
 };
 
-TEST(Blocks, DealWhatIsSharedAndRepeatWhatIsNot) {
+TEST(Blocks, DistributeGroupLoopsAndRepeatTheCodeAroundThem) {
   for (const int threads : {1, 32, 128}) {
     std::vector<int> once(100, 0), outside(1, 0);
     parallel_groups(Blocks{threads}, 0, 1, {}, CountOnce{once.data()});
@@ -67,12 +67,12 @@ TEST(Blocks, DealWhatIsSharedAndRepeatWhatIsNot) {
   }
 }
 
-TEST(Blocks, RefuseAWaitThatNotAllThreadsComeTo) {
+TEST(Blocks, RefuseABarrierThatNotAllThreadsReach) {
   EXPECT_NO_THROW(parallel_groups(Blocks{1}, 0, 1, {}, WaitInABranch{}));
   EXPECT_THROW(parallel_groups(Blocks{32}, 0, 1, {}, WaitInABranch{}), std::logic_error);
 }
 
-TEST(Blocks, ShowARaceByTheirOrders) {
+TEST(Blocks, RevealARaceByTheOrderOfTheirThreads) {
   const auto shifted = [](unsigned seed) {
     std::vector<int> number(100);
     for (int i = 0; i < 100; ++i) number[i] = i;
@@ -87,11 +87,12 @@ struct AddressOf {
   const int* number;
   KERNEL void operator()(int) const {}
 };
-TEST(Blocks, NoteAKernelWithAnAddressOfTheHost) {
-  if (!HostAddresses::kLooks) GTEST_SKIP() << "the compiler cannot clear the padding of kernels";
+TEST(Blocks, ReportAKernelWithAPointerToHostMemory) {
+  if (!HostAddresses::kCanCheck) GTEST_SKIP() << "the compiler cannot clear the padding of kernels";
   const int number = 7;
   parallel_for(Blocks{}, 1, AddressOf{&number});
-  EXPECT_TRUE(std::ranges::any_of(HostAddresses::held_by(), [](const auto& name) { return has(name, "AddressOf"); }));
+  EXPECT_TRUE(
+      std::ranges::any_of(HostAddresses::kernels_found(), [](const auto& name) { return has(name, "AddressOf"); }));
 }
 
 TEST(Blocks, EndTheProgramWhereTheHostTouchesDeviceMemory) {
@@ -101,7 +102,7 @@ TEST(Blocks, EndTheProgramWhereTheHostTouchesDeviceMemory) {
   EXPECT_DEATH(static_cast<void>(*static_cast<volatile int*>(array.data())), "");
 }
 
-/// How often the host waits for a device in a step: reads of its memory, those of so many steps before apart.
+/// The number of times that the host waits for a device in a step: reads of its memory; `before_them` steps run first.
 double reads_a_step(const Scene& scene, int before_them = 1) {
   const Model model = build_model(scene);
   const auto blocks = make_on_blocks(model, {});
@@ -141,8 +142,9 @@ TEST(AStepOnADevice, ReadsBackOneFlag) {
   }
 }
 
-/// For what may touch a mesh, for how much lists have left and for what it is, for what may cross a mesh and what that
-/// is, and for lost places; once a step for the room that there is, and for the energy. What bounces is counted, too.
+/// The reads are: which particles pass the broad phase of a mesh, how many queries the lists leave, and those queries;
+/// which particles may cross a mesh, and those; and the finite check. Once a step: the capacity of lists, and the
+/// energy. Restitution is counted, too.
 TEST(AStepOnADevice, ReadsSixTimesASubstepForContactsHoweverManyMeshes) {
   for (const char* name : {"thin_wall", "rotating_sphere", "ramp"}) {  // the last two have two
     Scene scene = load_shipped(name);
@@ -152,7 +154,8 @@ TEST(AStepOnADevice, ReadsSixTimesASubstepForContactsHoweverManyMeshes) {
   }
 }
 
-/// For whether the last search serves, for what is about to cross, and for lost places; once a step for the energy.
+/// The reads are: whether the swept bounds are still valid, whether anything is about to intersect, and the finite
+/// check; once a step the energy.
 TEST(AStepOnADevice, ReadsThreeTimesASubstepForSelfCollisionWhereNothingIsSearched) {
   BodySpec sheet;
   sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {12, 12}}, sheet.density = 0.2;
@@ -162,13 +165,14 @@ TEST(AStepOnADevice, ReadsThreeTimesASubstepForSelfCollisionWhereNothingIsSearch
   EXPECT_LE(reads_a_step(scene, 20), 3 * 4 + 1);
 }
 
-/// Of visits that some patches alone have.
+/// Counts the launches of patch solves that only some patches have.
 struct EarlyLaunches final : LaunchObserver {
   int count = 0;
   void launched(const char* kernel, int) override { count += has(kernel, "MaskedSolvePatch<"); }
 };
 
-/// A sheet that falls between a wall, a floor that it bounces off and a ball that turns: near to several at once.
+/// A sheet that falls between a wall, a floor that it bounces off and a ball that rotates: close to several objects at
+/// once.
 TEST(ContactsOnBlocks, AreTheHostsBetweenSeveralMeshes) {
   for (const char* precision : {"float", "double"}) {
     Json json = Json::parse(R"({"name": "corner", "gravity": [0, -9.81, 0],
@@ -202,19 +206,19 @@ TEST(ContactsOnBlocks, AreTheHostsBetweenSeveralMeshes) {
       states.push_back(host->save());
       ASSERT_TRUE(blocks->save() == states.back()) << precision << ", step " << step;
     }
-    for (const int from : {25, 5}) {  // nothing is left of the contacts of later steps
+    for (const int from : {25, 5}) {  // no contacts of later steps may remain
       blocks->restore(states[from]);
       for (int step = from + 1; step < 40; ++step) {
         blocks->step();
         ASSERT_TRUE(blocks->save() == states[step]) << precision << ", step " << step << " from " << from;
       }
     }
-    EXPECT_GT(held, 100) << "the test looks at nothing";
+    EXPECT_GT(held, 100) << "the case does not occur";
     EXPECT_GT(early.count, 50) << "the device waits while Embree is asked";
   }
 }
 
-TEST(PairsOnBlocks, AreHeldApartWithTheHostsBits) {
+TEST(SelfContactsOnBlocks, HaveTheHostsBits) {
   const auto sheet = [](const std::string& name, double y, double speed) {
     BodySpec body;
     body.name = name, body.shape = GridShape{{0.4, 0.4}, {10, 10}}, body.density = 0.2;
@@ -235,14 +239,14 @@ TEST(PairsOnBlocks, AreHeldApartWithTheHostsBits) {
       EXPECT_TRUE(blocks->save() == host->save()) << step;
     }
   }
-  EXPECT_GT(host->facts().self->held, 0) << "nothing had to be held: the test looks at nothing";
+  EXPECT_GT(host->facts().self->held, 0) << "nothing had to be held: the case does not occur";
   EXPECT_EQ(all.back()->facts().self->held, host->facts().self->held);
 }
 
-/// But in the kernel that asks Embree how deep particles are, for which a device's memory goes to the host, and in
-/// those that have the lists of meshes, in memory that both read.
+/// No kernel has host addresses, except the one that queries Embree for penetration, for which a device's memory is
+/// copied to the host, and those with the triangle lists, which are in memory that both read.
 void expect_no_address_of_the_host(const std::set<std::string>& before) {
-  for (const std::string& name : HostAddresses::held_by()) {
+  for (const std::string& name : HostAddresses::kernels_found()) {
     if (before.contains(name)) continue;
     const bool asks = std::ranges::any_of(std::array{"MeasureDepth<", "AnswerByLists<", "GivePlaces<"},
                                           [&](const char* kernel) { return has(name, kernel); });
@@ -250,11 +254,11 @@ void expect_no_address_of_the_host(const std::set<std::string>& before) {
   }
 }
 
-/// From where the host has come after a quarter of a second, two steps on each.
+/// Both run two steps from the state that the host has after a quarter of a second.
 class SceneOnBlocks : public testing::TestWithParam<std::string> {
  protected:
   void expect_the_hosts_bits(const Scene& scene, const std::vector<Blocks>& all) {
-    const std::set<std::string> before = HostAddresses::held_by();
+    const std::set<std::string> before = HostAddresses::kernels_found();
     const Model model = build_model(scene);
     const auto host = make_solver(model, 1);
     const int steps = static_cast<int>(0.25 / scene.solver.dt);

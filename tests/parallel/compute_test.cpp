@@ -24,7 +24,7 @@ struct Visit {
 
 template <class Executor>
 void expect_every_item_once(const Executor& executor, int n, int grain) {
-  std::vector<int> visits(n + 1, 0);  // one more: what lies behind must stay 0
+  std::vector<int> visits(n + 1, 0);  // one more: the number behind the end must stay 0
   parallel_for(executor, n, Visit{visits.data()}, grain);
   for (int i = 0; i < n; ++i) ASSERT_EQ(visits[i], 1) << "item " << i << " of " << n;
   EXPECT_EQ(visits[n], 0);
@@ -125,7 +125,7 @@ TEST(ParallelRegion, OfOneThreadHasNoTeam) {
   expect_serial(Serial{}, 8), expect_serial(OpenMP{1}, 8), expect_serial(OpenMP{8}, 1);
 }
 
-/// Who a thread is in its region.
+/// The number of a thread in its region.
 int thread_of(const Serial&) { return 0; }
 int thread_of(const Team& team) { return team.thread; }
 int threads_of(const Serial&) { return 1; }
@@ -146,8 +146,8 @@ TEST(ParallelRegion, NumbersTheThreadsOfItsTeam) {
   }
 }
 
-// Also of more threads than there are cores: those that spin make room for those that have not come yet.
-TEST(Barrier, LetsNobodyOnBeforeTheLastHasCome) {
+// Also with more threads than cores: threads that spin yield to those that have not arrived yet.
+TEST(Barrier, ReleasesNoThreadBeforeTheLastArrives) {
   constexpr int rounds = 2000;
   for (const int wanted : {1, 2, 3, 8}) {
     Barrier barrier;
@@ -199,7 +199,7 @@ struct Item {
   FloatSum operator()(int i) const { return {values[i]}; }
 };
 
-/// Of many sizes and both signs, so that a different order of addition gives different bits.
+/// Numbers of many sizes and both signs, so that a different order of addition gives different bits.
 std::vector<float> badly_scaled(int n) {
   Random random(7);
   std::vector<float> values(n);

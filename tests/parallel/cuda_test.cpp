@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CUDA backend. Where there is no device, or a build without it, that is said; where there is one, it has the bits
-// of the host.
+// The CUDA backend: without a device, or in a build without it, a message says so; with a device, it has the bits of
+// the host.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether this build and this machine have a CUDA device.
+// Tells whether this build and this machine have a CUDA device.
 #pragma once
 #include "host/solver/solver.h"
 #include "malha/error.h"

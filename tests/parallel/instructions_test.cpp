@@ -11,7 +11,8 @@
 namespace malha {
 namespace {
 
-/// Every kind of constraint, stiff and compliant. 23 x 19: batches that end in parts of packs of 4, 8 and 16 lanes.
+/// Every kind of constraint, stiff and compliant. With 23 x 19 particles, batches end in partial packs of 4, 8 and 16
+/// lanes.
 Scene cloth(Precision precision) {
   BodySpec body;
   body.name = "cloth";

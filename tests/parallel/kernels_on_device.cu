@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instantiates the kernels on the device: what only a device compiler refuses is found without a GPU.
+// Instantiates the kernels for the device, so that what only a device compiler refuses is found without a GPU.
 #include "host/solver/cuda.cuh"
 #include "kernels/attachments/attachment.h"
 #include "kernels/attachments/long_range.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step launches is what its scene names, and nothing else: by the trace of launches and the bytes of each owner.
+// The launches of a step are those of the features that its scene names, by the trace of launches and the bytes of each
+// owner.
 #include "host/report/launches.h"
 
 #include <algorithm>
@@ -37,7 +38,7 @@ Traced traced(const Json& scene, int threads = 1) {
   return {simulation.times().launches, memory_parts(simulation.model(), simulation.solver().facts())};
 }
 
-TEST(Launches, OfAClothWithDistancesAreTheVisitsToItsPatchesAlone) {
+TEST(Launches, OfAClothWithDistancesAreThePatchSolvesAlone) {
   const std::vector<Launches> all = traced(traced_cloth()).launches;
   ASSERT_EQ(all.size(), 1u);
   EXPECT_EQ(all[0], (Launches{"SolvePatch<float>", 4, 4})) << "one patch, once a substep";
@@ -68,7 +69,8 @@ TEST(Launches, AreNoneAsleep) {
   EXPECT_TRUE(trace.list().empty());
 }
 
-/// A block that a scene may name: where, what, and what it is when it asks for nothing (null: there is no such thing).
+/// A feature that a scene may name: the position of its JSON, its value, and its value with no effect (null: there is
+/// none).
 struct NamedBlock {
   const char *name, *pointer, *json, *neutral;
   std::vector<std::string> kernels;  // that it alone launches
@@ -142,10 +144,11 @@ TEST_P(Feature, LaunchesWhatNoOtherFeatureLaunches) {
 TEST_P(Feature, CostsNothingWhereTheSceneDoesNotNameIt) {
   if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
   const Traced never = traced(traced_cloth());
-  // Everything else named: without this one, the launches and the bytes are those of a scene that never had it.
+  // With every other feature named, the launches and the bytes are those of a scene that never had this one.
   Json all = traced_cloth(), others = all;
   for (const NamedBlock& other : blocks()) {
-    if (std::string(other.name) == "tear" || std::string(other.name) == "drag") continue;  // not beside all others
+    // these exclude some of the others
+    if (std::string(other.name) == "tear" || std::string(other.name) == "drag") continue;
     all = with(all, other.pointer, other.json);
     if (other.name != block().name) others = with(others, other.pointer, other.json);
   }
@@ -161,7 +164,7 @@ TEST_P(Feature, CostsNothingWhereTheSceneDoesNotNameIt) {
 
 INSTANTIATE_TEST_SUITE_P(Named, Feature, testing::Range(0, 10));
 
-/// The cloth, free, with its momenta kept or not.
+/// The cloth without pins, with the momentum corrector or without.
 Json free_cloth(const char* corrector) {
   Json scene = traced_cloth();
   scene["bodies"][0].erase("pins");
@@ -187,7 +190,7 @@ TEST(Launches, OfTheCorrectorAreSixAStepWhereABodyIsFree) {
   EXPECT_EQ(traced(held).bytes, traced(traced_cloth()).bytes);
 }
 
-/// By the lines of the plan, and by the trace.
+/// The number of launches by the lines of the plan, and by the trace.
 void expect_planned_launches(const Json& scene, const std::vector<UserConstraint>& own = {}) {
   Simulation simulation(parsed(scene), {.threads = 1, .constraints = own});
   const std::string text = plan(simulation);
@@ -243,10 +246,10 @@ TEST(Launches, OfPressureAreAsManyAsThePlanSaysByBothMethods) {
   }
 }
 
-TEST(Launches, OfACallersOwnConstraintAreAsManyAsThePlanSays) {
+TEST(Launches, OfAUserConstraintAreAsManyAsThePlanSays) {
   if (!scenes_run_on_host()) GTEST_SKIP() << "a device's launches are others";
   UserConstraint own;
-  own.particles = {40, 41, 41, 50};  // two that meet: two batches
+  own.particles = {40, 41, 41, 50};  // two constraints that share a particle: two batches
   own.evaluate = [](const UserBatch& batch) {
     for (int c = 0; c < batch.count; ++c) {
       batch.C[c] = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What patches are cut for: they fit the machine, and the bits depend on it alone.
+// Machines that patches are cut for: patches fit the machine, and the bits depend on it alone.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -33,7 +33,7 @@ TEST(Machines, CutPatchesThatFitTheirFastMemory) {
         const Model model = build_model(scene, 1, machine.patch_bounds(precision));
         const std::size_t wanted = make_solver(model, 1)->facts().patches.memory_bytes;
         if (machine.fast_bytes > 0) {
-          // With the kibibyte that each takes besides, as many as there are registers for.
+          // With the kibibyte that each block takes besides, there are as many as registers allow.
           const std::size_t blocks = machine.groups(precision) / machine.multiprocessors;
           EXPECT_LE(blocks * (wanted + 1024), machine.fast_bytes + 1024) << scene.name << " for " << machine.name;
         }
@@ -88,16 +88,16 @@ TEST(Machines, StayThoseOfACheckpoint) {
   simulation.step();
   simulation.save_checkpoint(path);
   Simulation other(scene, {.threads = 1});
-  EXPECT_THROW(other.load_checkpoint(path), InputError);  // another order of the particles
+  EXPECT_THROW(other.load_checkpoint(path), InputError);  // the order of the particles differs
 }
 
 TEST(Machines, AreRefusedByAnotherName) {
   EXPECT_EQ(refusal([] { machine_named("h2"); }), "machine: found \"h2\"; allowed: cpu, a100, h100, h200");
 }
 
-/// A sheet in one patch: each substep reads x, what it lacks of the position, v and w of its particles, and writes the
-/// first three.
-TEST(VisitTraffic, OfOnePatchIsItsStateThereAndBack) {
+/// A sheet in one patch: each substep reads x, its rounding error, v and w of its particles, and writes the first
+/// three.
+TEST(PatchTraffic, OfOnePatchIsItsStateThereAndBack) {
   Scene scene = load_shipped("sheet_shear");
   std::get<GridShape>(scene.bodies.front().shape).cells = {12, 12};
   scene.bodies.front().pins.clear();
@@ -110,9 +110,9 @@ TEST(VisitTraffic, OfOnePatchIsItsStateThereAndBack) {
             numbers * sizeof(float) * particles * scene.solver.substeps);
 }
 
-/// Where patches share particles, each visit reads where they are, how far they went and w, and writes how far they
-/// went; but nothing else travels.
-TEST(VisitTraffic, OfSeveralPatchesAddsWhatTheyShare) {
+/// Where patches share particles, each solve reads their positions, displacements and w, and writes displacements;
+/// nothing else is read or written.
+TEST(PatchTraffic, OfSeveralPatchesAddsWhatTheyShare) {
   bool turns = false;
   for (Scene scene : scenes_to_cut()) {
     for (BodySpec& body : scene.bodies) body.pins.clear();
@@ -128,12 +128,13 @@ TEST(VisitTraffic, OfSeveralPatchesAddsWhatTheyShare) {
         for (int s = plan.patches[k].segment; s < plan.patches[k].segment + plan.patches[k].segments; ++s) {
           const Segment& segment = plan.segments[s];
           for (int i = segment.global; i < segment.global + segment.count; ++i)
-            visits[i] += phase < plan.phases() - 2 ? 2 : 1;  // but for the turn, and the last phase
+            // twice, except for the last phase and the one where the sweep turns
+            visits[i] += phase < plan.phases() - 2 ? 2 : 1;
         }
     double numbers = 0;
     for (const int count : visits) {
-      // The first visit has the speed in place of the way, and the last one writes the state; if it is another one it
-      // reads the speed before.
+      // The first solve reads the velocity in place of the displacement, and the last one writes the state; if it is
+      // another one it reads the velocity before.
       if (count == 1) numbers += 10 + 9;
       if (count > 1) numbers += (10 + 3) + (count - 2) * (10 + 3) + (10 + 3 + 9);
     }

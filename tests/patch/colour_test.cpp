@@ -63,7 +63,7 @@ TEST(Colour, DependsOnItsArgumentsAlone) {
 }
 
 TEST(Colour, TakesTheLowestFreeColourInCreationOrder) {
-  // Chain 0-1-2-3 and an edge apart: 0, 1, 0, 0.
+  // The chain 0-1-2-3 and a separate edge have the colours 0, 1, 0, 0.
   EXPECT_EQ(colour({0, 1, 1, 2, 2, 3, 4, 5}, 2, std::vector<bool>(6)).colour, (std::vector<int>{0, 1, 0, 0}));
   EXPECT_EQ(colour({}, 2, std::vector<bool>(6)).count, 0);
 }
@@ -80,8 +80,8 @@ TEST(Colour, NeedsFewColoursForAGrid) {
   EXPECT_LE(colouring.count, 12);
 }
 
-TEST(UsedColours, FindTheLowestThatNoneOfThePlacesUses) {
-  // Against a set of (place, colour) pairs, over more than one word of 64 colours.
+TEST(UsedColours, FindTheLowestThatNoneOfTheParticlesUses) {
+  // The reference is a set of (particle, colour) pairs, over more than one word of 64 colours.
   Random random(4);
   constexpr int places = 12, colours = 150;
   UsedColours used(places);

@@ -16,7 +16,7 @@
 namespace malha {
 namespace {
 
-/// What solver_order is given.
+/// The input of solver_order.
 struct Graph {
   std::vector<Vec3> points;
   std::vector<Edge> edges;
@@ -75,7 +75,7 @@ TEST(SolverOrder, IsAPermutation) {
 
 TEST(SolverOrder, PutsConnectedBodiesOneAfterTheOther) {
   Graph graph;
-  for (int k = 0; k < 5; ++k) graph.add(generate(SphereShape{0.5, 2}), {0.1 * k, 0, 0});  // in each other's way
+  for (int k = 0; k < 5; ++k) graph.add(generate(SphereShape{0.5, 2}), {0.1 * k, 0, 0});  // the bodies overlap
   graph.shuffle(2);
   const std::vector<int> order = graph.order();
   ASSERT_EQ(graph.components, 5);

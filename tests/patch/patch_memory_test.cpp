@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kSlots = 64;
 
-/// What both layouts of a patch's memory must do alike.
+/// Tests that both layouts of a patch's memory must pass.
 template <class Local>
 struct LayoutOf;
 template <class R>
@@ -26,15 +26,15 @@ struct LayoutOf<AosView<R>> {
 };
 
 template <class Local>
-struct LocalMemory : testing::Test {
+struct PatchMemoryView : testing::Test {
   using Real = typename LayoutOf<Local>::Real;
   using Wide = Lane<Real>;
   alignas(64) Real memory[kLocalNumbers * kSlots];
   const Local local = Local::over(memory, kSlots);
 
-  /// Particle i began at (i, i + 1/8, i + 2/8) with w = i + 3/8 and has gone (i + 4/8, i + 5/8, i + 6/8): every number
-  /// says where it belongs.
-  LocalMemory() {
+  /// Particle i starts at (i, i + 1/8, i + 2/8) with w = i + 3/8 and is displaced by (i + 4/8, i + 5/8, i + 6/8), so
+  /// that every number tells its slot.
+  PatchMemoryView() {
     for (int i = 0; i < kSlots; ++i) local.fill(i, moving(Real(i), Real(i)));
   }
   static Vector3<Real> three(Real a, int eighths) {
@@ -61,14 +61,14 @@ struct LocalMemory : testing::Test {
 };
 
 using Layouts = testing::Types<SoaView<float>, SoaView<double>, AosView<float>, AosView<double>>;
-TYPED_TEST_SUITE(LocalMemory, Layouts);
+TYPED_TEST_SUITE(PatchMemoryView, Layouts);
 
-TYPED_TEST(LocalMemory, KeepsEachParticleInItsPlace) {
+TYPED_TEST(PatchMemoryView, KeepsEachParticleInItsSlot) {
   using R = typename TestFixture::Real;
   for (int i = 0; i < kSlots; ++i) this->expect_at(i, R(i), R(i));
 }
 
-TYPED_TEST(LocalMemory, ReadsAPackFromAnyPlaceOn) {
+TYPED_TEST(PatchMemoryView, LoadsAPackFromAnySlotOn) {
   using R = typename TestFixture::Real;
   for (int at = 0; at + kLanes<R> <= kSlots; ++at) {
     Moving<Lane<R>> q;
@@ -77,7 +77,7 @@ TYPED_TEST(LocalMemory, ReadsAPackFromAnyPlaceOn) {
   }
 }
 
-TYPED_TEST(LocalMemory, WritesAPackThereAndNowhereElse) {
+TYPED_TEST(PatchMemoryView, StoresAPackThereAndNowhereElse) {
   using R = typename TestFixture::Real;
   for (const int at : {0, 3, kSlots - kLanes<R>}) {
     Moving<Lane<R>> q;
@@ -93,7 +93,7 @@ TYPED_TEST(LocalMemory, WritesAPackThereAndNowhereElse) {
   }
 }
 
-TYPED_TEST(LocalMemory, FillsAPackWithAllOfIt) {
+TYPED_TEST(PatchMemoryView, FillsAPackWithAllOfIt) {
   using R = typename TestFixture::Real;
   Moving<Lane<R>> q;
   this->local.read(0, q);
@@ -104,7 +104,7 @@ TYPED_TEST(LocalMemory, FillsAPackWithAllOfIt) {
   }
 }
 
-TYPED_TEST(LocalMemory, ShowsItsWaysAsPlaces) {
+TYPED_TEST(PatchMemoryView, ShowsItsDisplacementsAsPositions) {
   using R = typename TestFixture::Real;
   const TypeParam ways = this->local.ways();
   if constexpr (TypeParam::side_by_side) {
@@ -114,11 +114,11 @@ TYPED_TEST(LocalMemory, ShowsItsWaysAsPlaces) {
   }
 }
 
-TYPED_TEST(LocalMemory, GathersAndScattersTheIndexedParticles) {
+TYPED_TEST(PatchMemoryView, GathersAndScattersTheIndexedParticles) {
   using R = typename TestFixture::Real;
   Random random(1);
   for (int trial = 0; trial < 50; ++trial) {
-    std::vector<int> chosen;  // distinct, as for whole packs of a batch
+    std::vector<int> chosen;  // distinct, as in the full packs of a batch
     std::vector<LocalIndex> index;
     while (static_cast<int>(chosen.size()) < kLanes<R>)
       if (const int i = random.below(kSlots); std::find(chosen.begin(), chosen.end(), i) == chosen.end())
@@ -137,7 +137,7 @@ TYPED_TEST(LocalMemory, GathersAndScattersTheIndexedParticles) {
   }
 }
 
-TYPED_TEST(LocalMemory, FromAPlaceOnIsCountedFromThere) {
+TYPED_TEST(PatchMemoryView, FromASlotOnIsCountedFromThere) {
   if constexpr (TypeParam::side_by_side) {
     const TypeParam from = this->local.from(17);
     Moving<typename TestFixture::Real> q;

@@ -51,7 +51,7 @@ class PlanChecker {
     bool first, last;
   };
 
-  /// Fills at_: the particle of each place in the patch's memory.
+  /// Fills at_: the particle in each slot of the patch's memory.
   void check_segments(int k) {
     const Patch& patch = plan_.patches[k];
     ASSERT_LE(patch.slots, kMostSlots) << "what a LocalIndex can number";
@@ -80,7 +80,8 @@ class PlanChecker {
     present_ = std::move(particles);
   }
 
-  /// Of one connected body, and told from one of its particles, the same for all that the patch has of it.
+  /// The origin belongs to one connected body and is one of its particles, the same for all particles of the body in
+  /// the patch.
   void check_origin(const Segment& segment, const std::set<int>& particles, std::map<int, int>& origins) const {
     EXPECT_TRUE(particles.count(segment.origin)) << "a stranger";
     const auto& islands = model_.islands;
@@ -133,7 +134,7 @@ class PlanChecker {
       for (int j = 0; j < set.arity; ++j) expect_at(batch.from[j] + n, set.particles[c * set.arity + j]);
     }
     in_runs_[batch.set] += static_cast<int>(members.size());
-    // What a pack of any width reads and writes at one end, padding and all, no other end of it holds.
+    // A pack of any width reads and writes, padding included, slots that no other end of it has.
     for (int first = 0; first < batch.count; first += kSlotPack) {
       std::set<int> touched;
       for (int j = 0; j < set.arity; ++j) {
@@ -160,7 +161,7 @@ class PlanChecker {
       EXPECT_EQ(std::any_of(of, of + set.arity, [&](int i) { return pinned_[i]; }), batch.pins);
       for (int j = 0; j < set.arity; ++j) expect_at(plan.index[j].at(batch.index + n), of[j]);
     }
-    // Padding reads and writes places of its own.
+    // Padding reads and writes slots of its own.
     std::set<int> touched;
     for (int n = batch.count; n < padded(batch.count); ++n)
       for (int j = 0; j < set.arity; ++j) {
@@ -186,8 +187,8 @@ class PlanChecker {
            1;
   }
 
-  /// The phases cover the patches, and within one no two share a movable particle.
-  /// Each is one of the model's patches, all of whose particles it visits.
+  /// The phases cover the patches, and within a phase no two share a movable particle. Each is one of the model's
+  /// patches, and solves all of its particles.
   void check_numbers() {
     ASSERT_EQ(plan_.number.size(), plan_.patches.size());
     EXPECT_EQ(std::set<int>(plan_.number.begin(), plan_.number.end()).size(), plan_.number.size());
@@ -217,12 +218,12 @@ class PlanChecker {
     }
   }
 
-  /// Every particle is visited; in a sweep there and back, no other patch visits a movable one before that whose visit
-  /// is `first`, and none after the `last` one.
+  /// Every particle is solved; in a sweep there and back, no other patch solves a movable one before the visit marked
+  /// `first`, and none after the one marked `last`.
   void check_visits() {
-    // All phases but the last there and back, and then the last.
+    // The sweep goes through all phases but the last there and back, and then through the last.
     const int end = plan_.phases() - 1;
-    std::vector<int> first(end + 1, -1), last(end + 1, -1);  // when the sweep comes to a phase
+    std::vector<int> first(end + 1, -1), last(end + 1, -1);  // the times at which the sweep comes to a phase
     int when = 0;
     const auto come_to = [&](int phase) {
       if (first[phase] < 0) first[phase] = when;
@@ -269,11 +270,11 @@ class PlanChecker {
   const Model& model_;
   const PatchPlan& plan_;
   const std::vector<bool> pinned_;
-  std::vector<std::vector<int>> seen_;       // of each set: how often each constraint came
+  std::vector<std::vector<int>> seen_;       // of each set: how often each constraint occurred
   std::vector<int> slot_, index_, in_runs_;  // of each set
   std::vector<int> most_batches_;            // of each set
   std::vector<std::vector<Visit>> visits_;   // of each particle, in the order of the patches
-  std::vector<int> at_;                      // of one patch: the particle at each place, or -1
+  std::vector<int> at_;                      // of one patch: the particle in each slot, or -1
   std::set<int> needed_, present_;           // of one patch
 };
 
@@ -321,7 +322,7 @@ TEST(PlanPatches, OfTanglesIsSound) {
 }
 
 TEST(PlanPatches, OfTanglesWithLaddersInThemIsSound) {
-  // Ladders of a random shift, so that patches are laid out for runs, with pins and loose constraints in their midst.
+  // Ladders with a random shift, so that patches are laid out for runs, with pins and loose constraints among them.
   Random random(2);
   int columns = 0;
   for (int trial = 0; trial < 10; ++trial) {
@@ -345,7 +346,7 @@ TEST(PlanPatches, OfTanglesWithLaddersInThemIsSound) {
 }
 
 TEST(PlanPatches, OfSheetsIsSoundAndMostlyRuns) {
-  // A row of a class in a sheet of rows of r holds r / 2 particles; runs lose only the few constraints of the seams.
+  // In a sheet with rows of r, a row of a class has r / 2 particles; runs lose only the few constraints of the seams.
   for (const auto& [nx, nz] : {std::pair(1, 1), std::pair(1, 30), std::pair(6, 9), std::pair(16, 16), std::pair(45, 45),
                                std::pair(46, 46), std::pair(99, 40), std::pair(40, 99)})
     for (const bool pinned : {false, true}) {
@@ -397,7 +398,7 @@ TEST(PlanPatches, VisitsParticlesWithoutConstraintsOnce) {
             1u);
 }
 
-/// Leaves before their hub, so that each leaf's patch owns its constraint.
+/// Leaves are numbered before their hub, so that each leaf's patch owns its constraint.
 std::vector<int> star_with_its_hub_last(int edges) {
   std::vector<int> particles = star(edges);
   for (int& i : particles) i = edges - i;

@@ -24,7 +24,8 @@ std::vector<int> in_given_order(int n) {
   return order;
 }
 
-/// A sheet of rows of `across` particles, `along` of them, in row order: edges and shear, and hinges too if asked for.
+/// The constraints of a sheet with `along` rows of `across` particles, in row order: edges and shear, and hinges too if
+/// named.
 std::vector<ConstraintSet> sheet(int across, int along, bool hinged = false) {
   const Mesh mesh = generate(GridShape{{1, 1}, {across - 1, along - 1}});
   std::vector<int> lengths = flatten(edges(mesh)), diagonals = flatten(shear(mesh));
@@ -46,7 +47,7 @@ int crossing(const std::vector<ConstraintSet>& sets, const std::vector<int>& beg
   return sum;
 }
 
-/// What every cut must hold, whatever the constraints.
+/// Checks the properties of every cut, whatever the constraints.
 void expect_sound(const Cut& cut, const std::vector<ConstraintSet>& sets, const std::vector<int>& island) {
   const int particles = static_cast<int>(island.size());
   const std::vector<int>& begin = cut.patches.begin;
@@ -78,7 +79,8 @@ void expect_sound(const Cut& cut, const std::vector<ConstraintSet>& sets, const 
     }
 }
 
-/// Owners and their lists, from a definition rather than from bookkeeping; how many particles the largest patch needs.
+/// Checks owners and their lists by their definition, without bookkeeping; the result is the number of slots that the
+/// largest patch needs.
 int expect_owned(const Cut& cut, std::vector<ConstraintSet> sets) {
   std::vector<int> now(cut.order.size());
   for (std::size_t i = 0; i < now.size(); ++i) now[cut.order[i]] = static_cast<int>(i);
@@ -118,7 +120,8 @@ TEST(CutIntoPatches, CoversTanglesAndKeepsTheirIslands) {
       const std::vector<ConstraintSet> sets{set_of(2, tangle(2 * particles, 2, particles, random, reach)),
                                             set_of(4, tangle(particles, 4, particles, random, reach))};
       std::vector<int> island(particles);
-      for (int i = 0; i < particles; ++i) island[i] = i / 17;  // not what the constraints say: nobody relies on it
+      // islands that do not follow from the constraints, which the cut must not assume
+      for (int i = 0; i < particles; ++i) island[i] = i / 17;
       const Cut cut = cut_into_patches(sets, {}, island);
       expect_sound(cut, sets, island);
       EXPECT_LE(expect_owned(cut, sets), kMostSlots);
@@ -195,7 +198,8 @@ TEST(CutIntoPatches, PutsWhatIsSharedFirstWhereThereAreNoRuns) {
   std::vector<int> now(6000);
   for (int i = 0; i < 6000; ++i) now[cut.order[i]] = i;
   const std::vector<int> patch_of = patch_of_particles(cut.patches);
-  std::vector<bool> shared(6000, false);  // lies in a patch above its constraint's lowest, which owns that
+  // the particle is in a patch above the lowest of its constraint, which owns it
+  std::vector<bool> shared(6000, false);
   for (int c = 0; c < sets[0].count(); ++c) {
     const int a = now[sets[0].particles[2 * c]], b = now[sets[0].particles[2 * c + 1]];
     if (patch_of[a] != patch_of[b]) shared[patch_of[a] > patch_of[b] ? a : b] = true;
@@ -266,12 +270,12 @@ TEST(CutIntoPatches, KeepsTheEndsOfAnEdgeWithoutConstraintsApartToo) {
   for (const Edge& e : row) EXPECT_NE(cut.patches.class_of[now[e[0]]], cut.patches.class_of[now[e[1]]]);
 }
 
-TEST(Owners, AreTheLowestPatchWithRoom) {
+TEST(PatchOwners, AreTheLowestPatchWithFreeSlots) {
   const std::vector<int> patch_of{0, 0, 1, 1, 2};
   std::vector<int> foreign(3, 0);
   EXPECT_EQ(owners(set_of(2, {0, 1, 3, 2, 4, 0, 2, 4, 3, 1}), patch_of, foreign), (std::vector<int>{0, 1, 0, 1, 0}));
   EXPECT_EQ(foreign, (std::vector<int>{2, 1, 0}));
-  foreign = {kMostSlots, 0, 0};  // patch 0 has neighbours enough
+  foreign = {kMostSlots, 0, 0};  // patch 0 has no free slots for neighbours
   EXPECT_EQ(owners(set_of(2, {4, 0, 3, 1, 0, 1}), patch_of, foreign), (std::vector<int>{2, 1, 0}));
   EXPECT_EQ(foreign, (std::vector<int>{kMostSlots, 1, 1}));
 }

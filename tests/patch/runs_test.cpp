@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kShortest = 4, kLongestGap = 8;
 
-/// What every answer must hold, whatever the constraints.
+/// Checks the properties of every result, whatever the constraints.
 void expect_sound(const Runs& found, const std::vector<int>& particles, int arity,
                   const std::vector<std::uint8_t>& class_of) {
   const int count = static_cast<int>(particles.size()) / arity;
@@ -52,7 +52,7 @@ void expect_sound(const Runs& found, const std::vector<int>& particles, int arit
   EXPECT_EQ(found.contiguous(), held);
 }
 
-/// Classes of `size` places each.
+/// Classes of `size` particles each.
 std::vector<std::uint8_t> blocks(int classes, int size) {
   std::vector<std::uint8_t> class_of;
   for (int k = 0; k < classes; ++k) class_of.insert(class_of.end(), size, static_cast<std::uint8_t>(k));
@@ -92,7 +92,7 @@ TEST(FindRuns, DoesNotDependOnTheOrderOfTheLadder) {
 }
 
 TEST(FindRuns, MakesTwoRunsOfAChainWhosePlacesAlternate) {
-  // Particle n of the chain at n / 2 of class n % 2: even edges are (k, 100 + k), odd ones (100 + k, k + 1).
+  // Particle n of the chain is number n / 2 of class n % 2: even edges are (k, 100 + k), odd ones (100 + k, k + 1).
   std::vector<int> particles;
   for (int n = 0; n < 80; ++n)
     particles.insert(particles.end(), {n / 2 + n % 2 * 100, (n + 1) / 2 + (n + 1) % 2 * 100});
@@ -130,7 +130,7 @@ TEST(FindRuns, LeavesWhatIsTooShortLoose) {
 }
 
 TEST(FindRuns, KeepsToOneClassAtEachEnd) {
-  // Everything advances by one, but places 0 .. 19 are of one class and 20 .. 39 of another.
+  // All particles advance by one, but 0 .. 19 are of one class and 20 .. 39 of another.
   const std::vector<std::uint8_t> class_of = blocks(10, 20);
   const auto particles = rungs(numbers(0, 40));
   const Runs found = find_runs(particles, 2, class_of);
@@ -140,12 +140,12 @@ TEST(FindRuns, KeepsToOneClassAtEachEnd) {
 
 TEST(FindRuns, GivesEachOfTwoEqualConstraintsASlot) {
   auto list = numbers(0, 20);
-  list.insert(list.begin() + 10, 10);  // 10 comes twice
+  list.insert(list.begin() + 10, 10);  // 10 occurs twice
   auto particles = rungs(list);
   Runs found = find_runs(particles, 2, blocks(2, 100));
   expect_sound(found, particles, 2, blocks(2, 100));
   EXPECT_EQ(found.runs.size(), 2u);
-  for (const int i : numbers(0, 20)) list.push_back(i);  // and now all of them again
+  for (const int i : numbers(0, 20)) list.push_back(i);  // all constraints occur again
   particles = rungs(list);
   expect_sound(find_runs(particles, 2, blocks(2, 100)), particles, 2, blocks(2, 100));
 }
@@ -156,7 +156,7 @@ TEST(FindRuns, HoldsEachConstraintOnceInIndependentRunsOnTangles) {
   for (const int arity : {1, 2, 3, 4})
     for (const int constraints : {1, 30, 300, 2000})
       for (int trial = 0; trial < 5; ++trial) {
-        // Ladders of any shift in classes of their own, and loose constraints among them.
+        // Ladders with random shifts in classes of their own, with loose constraints among them.
         const auto class_of = blocks(6, 60);
         std::vector<int> particles;
         int shift[kMostParticles] = {};

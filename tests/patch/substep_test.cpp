@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a substep of Position Based Dynamics keeps and how it converges: there and back, along the gradients where it
-// began, on displacements (METHODS, section 8). Bars come from what converged references and conserved quantities say.
+// Conservation and convergence of a substep of Position Based Dynamics: sweeps there and back, along the gradients
+// where it began, on displacements (METHODS, section 8). The bounds follow from converged references and conserved
+// quantities.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -21,8 +22,8 @@ namespace malha {
 namespace {
 
 /// A sheet of edges and both diagonals hardly shears and does not stretch: its rows of cells are rigid links with the
-/// masses of their rows. Let go from the horizontal, it is a chain of n of them, here by angles, in double, by
-/// Runge-Kutta's fourth order. Places (z, y) of the rows after `time`.
+/// masses of their rows. Released from the horizontal, it is a chain of n links, integrated here in angles, in double,
+/// by Runge-Kutta's fourth order. The result is the positions (z, y) of the rows after `time`.
 std::vector<std::array<double, 2>> rows_of_a_chain(int n, double time, double dt) {
   const double a = 1.0 / n;
   Eigen::VectorXd m = Eigen::VectorXd::Constant(n, a), mu(n);
@@ -52,7 +53,7 @@ std::vector<std::array<double, 2>> rows_of_a_chain(int n, double time, double dt
   return rows;
 }
 
-/// RMS distance (m) of a sheet of 1 m, hung by its first row, from that chain half a second after it was let go.
+/// RMS distance (m) between a sheet of 1 m, hung by its first row, and that chain half a second after its release.
 double error_of_hung_sheet(int n, int substeps, const std::vector<std::array<double, 2>>& rows) {
   BodySpec sheet = body("sheet", GridShape{{1, 1}, {n, n}}, {constraint("distance")});
   sheet.constraints[0].elements = {"edges", "shear"};
@@ -85,7 +86,7 @@ TEST(Substep, TakesAHungSheetToWhereAChainOfItsRowsIs) {
   }
 }
 
-/// Sheets of 0.5 m on nothing, of squares and of irregular triangles.
+/// Free sheets of 0.5 m, of squares and of irregular triangles.
 std::vector<Shape> free_sheets(const TemporaryFolder& folder) {
   Random random(11);
   const std::string obj = irregular_sheet(0.5, 0.5, 16, 16, random);
@@ -102,11 +103,11 @@ TEST(Substep, GivesAFreeSheetNoSpeedByItsSweeps) {
                                                       {Precision::Float, 10, 2e-4},
                                                       {Precision::Float, 160, 2e-3}}) {
         BodySpec sheet = body("sheet", shape, kinds);
-        sheet.velocity = {0.01, 0.02, -0.005};  // or double would round nothing
+        sheet.velocity = {0.01, 0.02, -0.005};  // without a velocity, double would have nothing to round
         Scene scene = scene_of({sheet});
         scene.solver.precision = precision, scene.solver.substeps = substeps;
         Simulation simulation(scene, {.threads = 1});
-        const double seconds = substeps == 10 ? 4 : 1;  // one-way sweeps gained 0.1 to 1 m/s in as many substeps
+        const double seconds = substeps == 10 ? 4 : 1;  // one-way sweeps gained 0.1 to 1 m/s in that many substeps
         for (int step = 0; step < 60 * seconds; ++step) simulation.step();
         double gained = 0;
         for (const Vec3& v : simulation.velocities()) gained = std::max(gained, length(v - sheet.velocity));
@@ -162,7 +163,7 @@ TEST(Substep, TurnsNoSheetThatHangsByACorner) {
       L += mass[i] * ((x[i][2] - x[0][2]) * v[i][0] - (x[i][0] - x[0][0]) * v[i][2]);
     most = std::max(most, std::abs(L));
   }
-  // It swings by: what its corner carries then goes partly along the gradients at the end.
+  // The sheet swings past the vertical: the force of its corner then acts partly along the gradients at the end.
   EXPECT_LT(most, 1e-3) << "0.02, and growing, along the gradients at the end";
 }
 
@@ -197,8 +198,8 @@ TEST(Substep, IsAsGoodInFloatAsInDoubleTenKilometresAway) {
   for (std::size_t i = 0; i < places[0].size(); ++i) EXPECT_LT(length(places[0][i] - places[1][i]), 1e-3) << i;
 }
 
-// Three pins in a line: wherever the free corner is, the two triangles have one plane through the line with it, and no
-// way of its turns the hinge. What is left of its gradient is rounding, and so is C.
+// Three pins in a line: wherever the free corner is, both triangles lie in one plane through the line with it, and no
+// displacement of it turns the hinge. The remaining gradient is rounding, and so is C.
 TEST(AHingeWithPinsInALine, LeavesItsFreeCornerAlone) {
   for (const double slope : {0.0, 0.3, -2.1}) {
     const auto on_line = [&](double t) { return Vec3{t, slope * t, 0.7 * slope * t}; };
@@ -214,7 +215,7 @@ TEST(AHingeWithPinsInALine, LeavesItsFreeCornerAlone) {
   }
 }
 
-// Without a multiplier of one sign, and with directions that stay across a fold of no length, the fold's vector kept
+// Without a multiplier of one sign, and with fixed directions across a fold of no length, the vector of the fold kept
 // such a sheet moving at 4.5 mm/s for good.
 TEST(APinnedSheetOfAnIrregularMesh, RestsInAirWithEveryBending) {
   const TemporaryFolder folder;
@@ -230,7 +231,7 @@ TEST(APinnedSheetOfAnIrregularMesh, RestsInAirWithEveryBending) {
   }
 }
 
-/// The fastest that a particle was after any step of `time` s, m/s.
+/// The largest speed of a particle after any step of `time` s, m/s.
 double fastest_ever(const Scene& scene, double time) {
   Simulation simulation(scene, {.threads = 1});
   double most = 0;
@@ -250,12 +251,12 @@ TEST(AFlagInAStorm, IsNotThrownFasterThanTwiceTheWind) {
     scene.gravity = kEarth, scene.solver.substeps = 20;
     scene.wind = Wind{{wind, 0, wind * 2 / 9}, 1.2};
     ASSERT_FALSE(Simulation(scene, {.threads = 1}).solver().facts().levels.empty());
-    // What whips round is thrown ahead: twice the wind is the speed of what it hits elastically.
+    // A particle that is whipped round is thrown ahead: an elastic impact gives it twice the wind's speed.
     EXPECT_LT(fastest_ever(scene, 2), 2 * wind) << wind;
   }
 }
 
-// A stiff angle whose triangles are crushed and stretched turns its gradient by more than its size tells. Along the
+// The gradient of a stiff angle whose triangles are crushed and stretched changes by more than its size. With the
 // directions of the start alone this sheet reached 247 m/s, and 2.8 km/s with 160 substeps.
 TEST(HardFolds, DoNotDriveASoftSheetThatIsTornAbout) {
   BodySpec sheet =
@@ -269,7 +270,7 @@ TEST(HardFolds, DoNotDriveASoftSheetThatIsTornAbout) {
   EXPECT_LT(fastest_ever(scene, 2.5), 8 * kPull) << "a whip's end";
 }
 
-/// An irregular sheet of 1 m that its border holds, 1.1 to 2 times as wide as its constraints are long.
+/// An irregular sheet of 1 m with a pinned boundary, 1.1 to 2 times as wide as its constraints are long.
 Scene drum(const TemporaryFolder& folder, unsigned seed, const ConstraintSpec& distance, int substeps, int iterations) {
   const std::string name = "drum" + std::to_string(seed) + ".obj";
   BodySpec sheet = body("drum", MeshFile{folder.write(name, irregular_obj(1, 1, 12, 12, 0.25, seed))}, {distance});
@@ -288,8 +289,9 @@ double fastest(const std::vector<Vec3>& v) {
   return most;
 }
 
-// With directions of the start alone, whatever a constraint carries, taut sheets shook: at 14 m/s with one iteration,
-// at 26 to 33 with several, and the more the more substeps. A jump from one direction to the other left 1 to 20 m/s.
+// With the directions of the start alone, whatever the force of a constraint, taut sheets oscillated: at 14 m/s with
+// one iteration, at 26 to 33 with several, and more with more substeps. With a switch from one direction to the other,
+// 1 to 20 m/s remained.
 TEST(TautSheets, ComeToRestFromABlow) {
 #if !defined(NDEBUG)
   GTEST_SKIP() << "a minute without optimisation";
@@ -308,14 +310,14 @@ TEST(TautSheets, ComeToRestFromABlow) {
           for (Vec3& one : v)
             for (double& axis : one) axis += random(-1e-3, 1e-3);
           simulation.set_velocities(v);
-          // With a compliance the sheet swings by what the blow gave, or an edge at the bound still trembles.
+          // With a compliance the sheet oscillates by what the blow gave, or an edge at the bound still jitters.
           while (simulation.time() < 4) simulation.step();
           EXPECT_LT(fastest(simulation.velocities()), compliance > 0 ? 0.02 : 1e-4)
               << compliance << " m/N, " << part << ", seed " << seed << ", " << substeps << " x " << iterations;
         }
 }
 
-// The same of a cloth in still air that is pulled to 1.4 times its length: 3 to 50 m/s for ever.
+// The same for a cloth in still air that is pulled to 1.4 times its length: it kept 3 to 50 m/s for good.
 TEST(TautSheets, ComeToRestWhenPinsHavePulledThem) {
 #if !defined(NDEBUG)
   GTEST_SKIP() << "a minute without optimisation";
@@ -335,12 +337,12 @@ TEST(TautSheets, ComeToRestWhenPinsHavePulledThem) {
       scene.solver.iterations = iterations, scene.wind = Wind{{0, 0, 0}, 0, 1.2};
       Simulation simulation(scene, {.threads = 1});
       while (simulation.time() < 5) simulation.step();
-      // An edge at the limit of what goes along either direction still trembles by a hundredth of a millimetre.
+      // An edge at the bound between both directions still jitters by a hundredth of a millimetre.
       EXPECT_LT(fastest(simulation.velocities()), 0.1) << kind.type << ", " << substeps << " x " << iterations;
     }
 }
 
-// Directions of the start alone gave this cloth .26 J more than it began with.
+// With the directions of the start alone this cloth gained .26 J.
 TEST(SeveralIterations, GiveAHungClothNothing) {
 #if !defined(NDEBUG)
   GTEST_SKIP() << "a minute without optimisation";
@@ -357,7 +359,8 @@ TEST(SeveralIterations, GiveAHungClothNothing) {
   }
 }
 
-// Faces in the air are differences of places, which lose their digits far away: it was .14 m off after two seconds.
+// Face normals for air are differences of positions, which lose digits far away: the sheet was .14 m off after two
+// seconds.
 TEST(Wind, BlowsInFloatAsInDoubleTenKilometresAway) {
   const auto after_two_seconds = [](Precision precision) {
     BodySpec cloth = body("cloth", GridShape{{0.4, 0.4}, {16, 16}}, {stiff("distance", {"edges", "shear"})});

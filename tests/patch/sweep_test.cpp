@@ -18,7 +18,7 @@
 namespace malha {
 namespace {
 
-/// A model's particles as a solver holds them: places, what rounding takes of them, and ways of the substep.
+/// A model's particles in the solver's form: positions, their rounding errors, and displacements of the substep.
 template <class Executor, class R>
 struct PlacedParticles {
   PointArray<Executor, R> x, low, d;
@@ -32,9 +32,9 @@ struct PlacedParticles {
   Displaced<R> p() const { return {x.points(), d.points(), low.points()}; }
 };
 
-/// The same sweep, there and back, one constraint at a time in plain scalars, on particles of its own: the formulas of
-/// Müller et al. 2006 and Macklin et al. 2016 along the gradients where the substep began (Ryckaert et al. 1977), in
-/// the order of the plan. C and its gradient come scaled by s.
+/// Reference: the same sweep, there and back, one constraint at a time in plain scalars, on particles of its own: the
+/// formulas of Müller et al. 2006 and Macklin et al. 2016 along the gradients where the substep began (Ryckaert et al.
+/// 1977), in the order of the plan. C and its gradient are scaled by s.
 template <class R>
 class ScalarSweep {
  public:
@@ -45,7 +45,7 @@ class ScalarSweep {
       const ConstraintSet& set = model.sets[s];
       k_.push_back(R(1 - std::pow(1 - set.stiffness, 1.0 / (2 * solver.substeps * solver.iterations))));
       alpha_.push_back(R(set.compliance.value_or(0) / (h * h)));
-      lambda_.emplace_back(3 * set.count(), R(0));  // as many as any kind has
+      lambda_.emplace_back(3 * set.count(), R(0));  // as many as the kind with the most has
       rest_.emplace_back();
       with_kind(set.type, [&]<class Kind>(Kind) {
         for (int c = 0; c < set.count(); ++c) {
@@ -57,7 +57,7 @@ class ScalarSweep {
     }
   }
 
-  /// All phases but the last are gone through there and back; then the last is.
+  /// The sweep goes through all phases but the last there and back, and then through the last.
   void operator()(const PlacedParticles<Serial, R>& particles) {
     const Displaced<R> p = particles.p();
     const int last = plan_.phases() - 1;
@@ -73,7 +73,7 @@ class ScalarSweep {
   const PatchPlan& plan() const { return plan_; }
 
  private:
-  /// Patches of one phase share nothing.
+  /// The patches of one phase share no particles, so that their order does not matter.
   void visit_phase(const Displaced<R>& p, int phase, bool there) {
     for (int k = plan_.phase_begin[phase]; k < plan_.phase_begin[phase + 1]; ++k) visit(p, plan_.patches[k], there);
   }
@@ -103,7 +103,7 @@ class ScalarSweep {
       x[j] = all.x[i] - all.x[origin_[i]], d[j] = all.d[i], w[j] = R(model_.w[i]);
       if (kCarries<R>) x[j] = x[j] + all.low[i];
     }
-    // From the first particle's places.
+    // Gradients are computed from positions relative to the first particle.
     for (int j = n - 1; j >= 0; --j) x[j] = x[j] - x[0], p[j] = x[j] + (d[j] - d[0]);
     const R* const rest = &rest_[s][c * Kind::numbers];
     const R taut = R(taut_of(set.pressed, model_.scene.solver.iterations));
@@ -123,7 +123,7 @@ class ScalarSweep {
     const R C = Kind::evaluate(p, rest, true, grad, scale);
     Kind::evaluate(x, rest, true, along, scale_along);
     const auto product = [&](const Vector3<R>(&a)[n], const Vector3<R>(&b)[n]) {
-      if (n == 2) return (w[0] + w[1]) * dot(a[0], b[0]);  // they are opposite
+      if (n == 2) return (w[0] + w[1]) * dot(a[0], b[0]);  // both gradients are opposite
       R sum = w[0] * dot(a[0], b[0]);
       for (int j = 1; j < n; ++j) sum = sum + w[j] * dot(a[j], b[j]);
       return sum;
@@ -132,10 +132,10 @@ class ScalarSweep {
     bool turned = false;
     if constexpr (gradient_turns<Kind>())
       turned = !(R(Kind::turns * Kind::turns) * product(grad, grad) * product(along, along) <= sum * sum);
-    R& lambda = lambda_[s][c];  // of a stiffness nothing is kept
+    R& lambda = lambda_[s][c];  // a stiffness has no multiplier
     const R wanted = set.compliance ? -C - scale * alpha * lambda : -C * k_[s];
-    // As kernels/projection/direction.h: applied / per times `along`, of two particles without the size, which `along`
-    // has.
+    // As in kernels/projection/direction.h: applied / per times `along`; for two particles without the size, which
+    // `along` has.
     R per = sum, applied = std::abs(wanted);
     if (set.compliance) {
       per = sum + alpha * scale * scale_along;
@@ -178,7 +178,7 @@ class ScalarSweep {
   std::vector<int> origin_;  // of each particle of a patch
 };
 
-/// A model's particles and its sweep, as a solver holds them.
+/// A model's particles and its sweep, in the solver's form.
 template <class Executor, class R>
 struct Bench {
   const Model& model;
@@ -210,7 +210,7 @@ struct Bench {
   }
 };
 
-/// Calls f(executor, threads, name) for the executors of the host, with all instructions that it has.
+/// Calls f(executor, threads, name) for all executors of the host, with all instruction sets that it has.
 template <class F>
 void for_each_executor(const F& f) {
   for_each_isa([&]<class Isa>(Isa) {
@@ -220,7 +220,7 @@ void for_each_executor(const F& f) {
   });
 }
 
-/// Of pins -0: adding even a zero to that would be seen.
+/// Coordinates of pins are -0: adding even a zero would change their bits.
 std::vector<Vec3> random_ways(const Model& model, double size, unsigned seed) {
   Random random(seed);
   std::vector<Vec3> ways;
@@ -245,7 +245,7 @@ SolverSpec some_solver(int substeps, int iterations) {
   return solver;
 }
 
-/// Patches of rows: tangles with hubs and pins, as many sets as there are kinds.
+/// Patches in rows (AoS): tangles with hubs and pins, with a set of each kind.
 Model tangled_model(std::optional<double> compliance) {
   Random random(1);
   constexpr int particles = 800;
@@ -265,13 +265,13 @@ Model tangled_model(std::optional<double> compliance) {
   return model;
 }
 
-/// Adding even a zero to these would be seen.
+/// Adding even a zero to these would change their bits.
 void put_pins_at_minus_zero(Model& model) {
   for (int i = 0; i < model.count(); ++i)
     if (model.w[i] == 0) model.x[i][0] = -0.0;
 }
 
-/// Patches of columns: a sheet with every kind on it.
+/// Patches in columns (SoA): a sheet with every kind of constraint.
 Model sheet_model(std::optional<double> compliance, bool with_wings = true) {
   std::vector<ConstraintSpec> constraints;
   for_each_constraint([&]<class Kind>(Kind) {
@@ -352,7 +352,7 @@ TEST(Sweep, ForgetsLambdaWhenASubstepStarts) {
   EXPECT_EQ(first, again);
 }
 
-/// Some substeps in visits that predict and update, or in passes of their own.
+/// Some substeps in fused patch solves that predict and update, or in separate passes.
 template <class R, class Executor>
 Bench<Executor, R> advanced(const Model& model, const Executor& executor, int threads, bool fused) {
   Bench<Executor, R> bench(model, executor, threads);
@@ -421,7 +421,7 @@ TEST(Sweep, LeavesPinnedParticlesAsTheyWere) {
   EXPECT_GT(pinned, 20);
 }
 
-TEST(Sweep, NamesTheParticleThatIsLostAndTheSubstepInWhichItWas) {
+TEST(Sweep, NamesTheNonFiniteParticleAndItsSubstep) {
   for_each_executor([&](const auto& executor, int threads, const std::string& name) {
     for (const int lost : {0, 5, 801, -1700}) {
       const bool slanted = lost < 0;  // finite coordinates, but not their sum
@@ -444,7 +444,7 @@ TEST(Sweep, NamesTheParticleThatIsLostAndTheSubstepInWhichItWas) {
   });
 }
 
-TEST(Sweep, StatesWhatItHolds) {
+TEST(Sweep, ReportsItsPatchesAndItsMemory) {
   const Model model = sheet_model(std::nullopt, false);
   const PatchPlan plan = plan_patches(model);
   const Sweep<Serial, float> sweep({}, model, 1);
@@ -460,8 +460,8 @@ TEST(Sweep, StatesWhatItHolds) {
     EXPECT_EQ(facts.constraints, model.sets[s].count());
     EXPECT_EQ(facts.in_runs, plan.sets[s].in_runs);
     EXPECT_EQ(facts.most_batches, plan.sets[s].most_batches);
-    // A sheet's runs are all alike: a bit a slot, and their rest values once. Of the gathered, rest values and
-    // particles. With compliance the multipliers, because there is more than one iteration.
+    // All rest values of a sheet's runs are equal: a bit a slot, and the values once. Gathered constraints have rest
+    // values and particles. With compliance there are multipliers, because there is more than one iteration.
     std::size_t numbers = 0, sums = 0;
     for_each_constraint([&]<class Kind>(Kind) {
       if (model.sets[s].type != Kind::name) return;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kind of the registry on input without a direction, without an area, or at the ends of the type's range: it
-// stays finite, and where there is no gradient nothing moves.
+// Every kind of the registry on degenerate input: without a direction, without an area, or at the ends of the type's
+// range. Results stay finite, and without a gradient nothing moves.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 struct BadPlace {
   std::string what;
   Vector3<double> at[4];
-  bool has_direction;  // whether anything may move at all
+  bool has_direction;  // false: no particle may move
 };
 
 template <class R>
@@ -52,7 +52,7 @@ std::vector<BadPlace> bad_places() {
   return all;
 }
 
-/// A kind with more particles has the same places again, in another order.
+/// A kind with more particles has the same positions again, in another order.
 template <class Kind>
 Corners<Kind> places_of(const BadPlace& bad) {
   Corners<Kind> at;
@@ -70,7 +70,7 @@ void expect_harmless(const BadPlace& bad, const Rest<Kind>& rest) {
   Vector3<R> grad[Kind::particles];
   R scale, squares = 0;
   const R C = one.evaluate(grad, scale);
-  bool pulls = false;  // however little: a square may be too small for a number
+  bool pulls = false;  // true even for a tiny correction, whose square may underflow
   for (const auto& g : grad) squares += dot(g, g), pulls = pulls || g.x != R(0) || g.y != R(0) || g.z != R(0);
   one.template project<update>(1, 1e-3);
 
@@ -104,7 +104,7 @@ TEST(EveryConstraint, StaysFiniteOnDegenerateInputAndMovesNothingWithoutDirectio
   });
 }
 
-// A run's padding reads and writes particles of other constraints, some of which may be lost.
+// A run's padding reads and writes particles of other constraints, some of which may be non-finite.
 TEST(EveryConstraint, GivesPaddingAZeroGradientWhateverItReads) {
   for_each_constraint([]<class Kind>(Kind) {
     constexpr float huge = std::numeric_limits<float>::max(), infinity = std::numeric_limits<float>::infinity();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What holds for every kind of the registry: a new kind is tested without a line here.
+// Properties of every kind of the registry: a new kind is tested without a line here.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ TEST(EveryConstraint, HasTheGradientOfItsFiniteDifferences) {
       evaluate<Kind>(at, rest, grad);
       for (int j = 0; j < Kind::particles; ++j)
         for (int axis = 0; axis < 3; ++axis) {
-          // Truncation h^2 C''' / 6 and rounding eps / h are both some 1e-10 where places are 0.3 and more apart.
+          // Truncation h^2 C''' / 6 and rounding eps / h are both some 1e-10 where particles are 0.3 and more apart.
           constexpr double h = 1e-5;
           Corners<Kind> above = at, below = at;
           component(above[j], axis) += h, component(below[j], axis) -= h;
@@ -35,7 +35,7 @@ TEST(EveryConstraint, HasTheGradientOfItsFiniteDifferences) {
   });
 }
 
-TEST(EveryConstraint, IsScaledByItsPlacesAlone) {
+TEST(EveryConstraint, HasAScaleOfItsPositionsAlone) {
   for_each_constraint([]<class Kind>(Kind) {
     for (const Corners<Kind>& at : configurations<Kind>(100, 22)) {
       Vector3<double> q[Kind::particles], grad[Kind::particles];
@@ -53,7 +53,7 @@ TEST(EveryConstraint, IsScaledByItsPlacesAlone) {
   });
 }
 
-TEST(EveryConstraint, IsBlindToRigidMotion) {
+TEST(EveryConstraint, IsInvariantUnderRigidMotion) {
   for_each_constraint([]<class Kind>(Kind) {
     for (const Corners<Kind>& at : configurations<Kind>(200, 12)) {
       Vector3<double> grad[Kind::particles];
@@ -66,8 +66,8 @@ TEST(EveryConstraint, IsBlindToRigidMotion) {
   });
 }
 
-/// That of the displacements by one projection, and the sum of their sizes: the moments are about where the particles
-/// were when the substep began, and about where they were before the projection.
+/// Moments of the displacements of one projection, and the sum of their sizes: about the positions at the start of the
+/// substep, and about those before the projection.
 struct GivenMomentum {
   Vector3<double> linear{0, 0, 0}, about_start{0, 0, 0}, about_now{0, 0, 0};
   double size = 0;
@@ -87,8 +87,8 @@ GivenMomentum given_by_projection(OneConstraint<Kind, R> one, const std::array<d
   return given;
 }
 
-/// Of particles that are at the start of a substep, or have moved since, less than they are off; errors are small
-/// beside the elements. (No hinge is flat, which has no direction in which it folds, so that the one of now counts.)
+/// Particles are at the start of a substep, or have moved since by less than the error; errors are small beside the
+/// elements. (No hinge is flat, because a flat one has no direction in which it folds, so that the current one counts.)
 template <class Kind, class R, Update update>
 void expect_momentum_kept(double moved_before) {
   Random random(2);
@@ -96,13 +96,13 @@ void expect_momentum_kept(double moved_before) {
   for (int i = 0; i < 200; ++i) {
     const Corners<Kind> at = spread_out<Kind>(random);
     const auto w = unequal_masses<Kind>(random);
-    Corners<Kind> others = at;  // so near that what holds up to a tenth more is too long
+    Corners<Kind> others = at;  // so near that an inequality that allows a tenth more is violated
     for (auto& a : others) a = (a + random.in_cube(0.01)) * (Kind::inequality ? 0.88 : 1);
     OneConstraint<Kind, R> one(at, w, rest_of<Kind>(others, Kind::parameter.default_value));
     for (int j = 0; j < Kind::particles; ++j) one.move(j, random.in_cube(moved_before));
     const GivenMomentum given = given_by_projection<update>(one, w);
     moved += given.size;
-    // Positions of the size of 1 are rounded by eps; masses up to 5 kg carry that over.
+    // Positions of the size of 1 are rounded by eps; masses up to 5 kg multiply that.
     const double tolerance = 30 * std::numeric_limits<R>::epsilon() * (1 + given.size);
     EXPECT_LT(norm(given.linear), tolerance) << Kind::name;
     EXPECT_LT(norm(given.about_start), tolerance) << Kind::name;
@@ -121,7 +121,8 @@ TEST(EveryConstraint, KeepsLinearAndAngularMomentumOfFreeParticles) {
   });
 }
 
-/// What turns, and what is beyond its share, goes along the gradient where it is: it keeps its moments about there.
+/// The correction of an element that turns, or that exceeds the share of the start's gradient, goes along the current
+/// gradient: it exerts no moment about the current positions.
 TEST(EveryConstraint, KeepsMomentaAlsoOfWhatIsTornAndCrushed) {
   for_each_constraint([]<class Kind>(Kind) {
     Random random(14);
@@ -129,10 +130,10 @@ TEST(EveryConstraint, KeepsMomentaAlsoOfWhatIsTornAndCrushed) {
     for (const Corners<Kind>& at : configurations<Kind>(200, 13)) {
       const auto w = unequal_masses<Kind>(random);
       OneConstraint<Kind, double> one(at, w, another_rest<Kind>(at, random));
-      if (random() < 0) one.taut = 1e-18;  // next to nothing goes along the start
+      if (random() < 0) one.taut = 1e-18;  // next to nothing goes along the gradient of the start
       for (int j = 0; j < Kind::particles; ++j) one.move(j, random.in_cube(0.1));
       const GivenMomentum given = given_by_projection<Update::Stiff>(one, w);
-      if (given.size == 0) continue;  // an inequality that holds
+      if (given.size == 0) continue;  // a satisfied inequality
       const double tolerance = 30 * std::numeric_limits<double>::epsilon() * (1 + given.size);
       EXPECT_LT(norm(given.linear), tolerance) << Kind::name;
       const bool by_start = norm(given.about_start) < tolerance, by_now = norm(given.about_now) < tolerance;
@@ -186,12 +187,12 @@ TEST(EveryConstraint, ActsOnAViolatedAndLeavesASatisfiedOne) {
   });
 }
 
-TEST(EveryConstraint, IsMetAfterAFewStiffProjections) {
+TEST(EveryConstraint, IsSatisfiedAfterAFewStiffProjections) {
   for_each_constraint([]<class Kind>(Kind) {
-    if (multipliers<Kind>() > 1) return;  // a balance of its own: tests/constraints/neo_hookean_test.cpp
+    if (multipliers<Kind>() > 1) return;  // its balance is tested in tests/constraints/neo_hookean_test.cpp
     Random random(5);
     for (const Corners<Kind>& at : configurations<Kind>(100, 16)) {
-      // From near the rest state, where Newton's method converges whatever the kind.
+      // The start is near the rest state, where Newton's method converges whatever the kind.
       Corners<Kind> near = at;
       for (auto& a : near) a = a + random.in_cube(0.02);
       const Rest<Kind> rest = rest_of<Kind>(at, Kind::parameter.default_value);
@@ -205,7 +206,7 @@ TEST(EveryConstraint, IsMetAfterAFewStiffProjections) {
 
 TEST(EveryConstraint, WithComplianceComesToTheBalanceOfItsForce) {
   for_each_constraint([]<class Kind>(Kind) {
-    if (multipliers<Kind>() > 1) return;  // a balance of its own: tests/constraints/neo_hookean_test.cpp
+    if (multipliers<Kind>() > 1) return;  // its balance is tested in tests/constraints/neo_hookean_test.cpp
     Random random(6);
     for (const double alpha : {1e-4, 0.1, 10.0})
       for (const Corners<Kind>& at : configurations<Kind>(50, 17)) {
@@ -250,7 +251,8 @@ TEST(EveryInequality, TakesBackWhatItPushedTooFarButNeverPulls) {
         one.template project<Update::Compliant>(0, 0);
         const double pushed = one.lambda[0];
         EXPECT_GT(pushed, 0) << Kind::name;
-        // Others have moved its particles on, far into what is allowed: the push goes, and no pull takes its place.
+        // Other constraints have moved its particles far into what the inequality allows: the push is undone, and no
+        // pull replaces it.
         for (int j = 0; j < Kind::particles; ++j) one.move(j, one.way(j) * 0.5);
         if (one.C() <= 0) continue;
         one.template project<Update::Compliant>(0, 0);
@@ -265,18 +267,18 @@ TEST(EveryInequality, TakesBackWhatItPushedTooFarButNeverPulls) {
 
 TEST(EveryConstraint, LeavesOneMinusKOfASmallErrorAfterNProjections) {
   for_each_constraint([]<class Kind>(Kind) {
-    if (!Kind::strength.free) return;  // it has no k
+    if (!Kind::strength.free) return;  // the kind has no stiffness k
     Random random(9);
     for (const Corners<Kind>& at : configurations<Kind>(20, 20)) {
       const auto w = unequal_masses<Kind>(random);
       const Rest<Kind> rest = another_rest<Kind>(at, random);
       OneConstraint<Kind, double> met(at, w, rest);
       for (int i = 0; i < 50; ++i) met.template project<Update::Stiff>(1, 0), met.arrive();
-      if (std::abs(met.C()) > 1e-12) continue;  // an inequality that held, or Newton's method led nowhere
+      if (std::abs(met.C()) > 1e-12) continue;  // a satisfied inequality, or Newton's method did not converge
       for (const double k : {0.1, 0.5, 0.9})
         for (const int n : {1, 4, 25}) {
           OneConstraint<Kind, double> one = met;
-          // So small an error that every kind is linear in it: what bends is a millionth of it.
+          // The error is so small that every kind is linear in it: for angles a millionth.
           while (std::abs(one.C()) < 1e-8 || (Kind::inequality && one.C() > 0)) {
             one = met;
             for (int j = 0; j < Kind::particles; ++j) one.move(j, random.in_cube(1e-7));
@@ -316,9 +318,9 @@ TEST(Distance, MovesTheLighterParticleFurther) {
 }
 
 TEST(Distance, GoesAlongItsLineWhereTheSubstepBeganByTheShareThatIsWithinItsBound) {
-  // Moved on by 0.75 m across its line of 1 m, 1.25 m from the other: along the old line, of which the new one has 0.8,
-  // each has to go error / 2 / 0.8. Of what is more than the bound, a quarter of that 1 m, a share goes along each: to
-  // first order the lengths are the same whatever the share.
+  // The particle was moved by 0.75 m across its line of 1 m, so that it is 1.25 m from the other: along the old line,
+  // of which the new one has 0.8, each has to move by error / 2 / 0.8. If the correction exceeds the bound, a quarter
+  // of that 1 m, a share goes along each direction: to first order the lengths are the same whatever the share.
   for (const double error : {0.1, 0.39, 0.41, 0.6, -0.39, -0.41, -0.6}) {
     OneConstraint<Distance, double> one({{{0, 0, 0}, {1, 0, 0}}}, {1, 1}, 1.25 - error);
     one.taut = 0.25;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One constraint of any kind with particles of its own, for the tests that iterate the registry.
+// One constraint of any kind with particles of its own, for the tests that iterate over the registry.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -15,22 +15,22 @@ namespace malha {
 template <class Kind>
 using Corners = std::array<Vector3<double>, Kind::particles>;
 
-/// A constraint's rest values, or the same number for all of them.
+/// A constraint's rest values; a single number fills all of them.
 template <class Kind>
 struct Rest : std::array<double, Kind::numbers> {
   Rest(double all = 0) { this->fill(all); }
 };
 
-/// In rows, gathered, laid out as a batch of one that may have pins: padding has no rest value and is not written. The
-/// substep begins where the particles are put.
+/// The particles are in rows (AoS) and gathered, laid out as a batch of one constraint that may have pins: padding has
+/// no rest value and is not written. The substep begins where the particles are put.
 template <class Kind, class R>
 struct OneConstraint {
   static constexpr int n = Kind::particles;
-  alignas(64) Vec4<R> memory[2 * n];  // where they were, with inverse masses, and the ways since
+  alignas(64) Vec4<R> memory[2 * n];  // positions at the start with inverse masses, then displacements
   alignas(64) LocalIndex index[n][kLanes<R>];
   alignas(64) R rest[Kind::numbers * kSlotPack], lambda[multipliers<Kind>() * kSlotPack];
   R common[Kind::numbers];
-  R taut = R(1e6);  // all goes along the gradient where the substep began, unless that turns
+  R taut = R(1e6);  // the correction goes along the gradient where the substep began, unless that turns
 
   OneConstraint(const Corners<Kind>& at, const std::array<double, n>& w, const Rest<Kind>& rest_values) {
     for (int j = 0; j < n; ++j) {
@@ -48,14 +48,14 @@ struct OneConstraint {
   Vector3<R> start(int j) const { return memory[j].xyz(); }
   Vector3<R> way(int j) const { return memory[n + j].xyz(); }
   Vector3<R> p(int j) const { return start(j) + way(j); }
-  /// By others, since the substep began.
+  /// Displaces a particle, as other constraints would since the substep began.
   void move(int j, const Vector3<double>& by) { memory[n + j].set(way(j) + Vector3<R>{R(by.x), R(by.y), R(by.z)}); }
-  /// A new substep begins where the particles are.
+  /// Starts a new substep at the current positions.
   void arrive() {
     for (int j = 0; j < n; ++j) memory[j].set(p(j)), memory[n + j].set({R(0), R(0), R(0)});
   }
 
-  /// Lambda accumulates from call to call.
+  /// One projection. Lambda accumulates from call to call.
   template <Update update>
   void project(double stiffness, double compliance) {
     SetView<R> set{};
@@ -68,14 +68,14 @@ struct OneConstraint {
                                  false);
   }
 
-  /// The constraint's value: what evaluate() scales; 0 where there is no direction.
+  /// The constraint's value without the scale of evaluate(); 0 where there is no direction.
   R C() const {
     Vector3<R> grad[n];
     R scale;
     const R scaled = evaluate(grad, scale);
     return scale > R(0) ? scaled / scale : R(0);
   }
-  /// As the kind gives them, scaled, from differences as a projection takes them.
+  /// Value and gradient as the kind returns them, scaled, from differences of positions as a projection takes them.
   R evaluate(Vector3<R> (&grad)[n], R& scale) const {
     Vector3<R> q[n];
     for (int j = 0; j < n; ++j) q[j] = (start(j) - start(0)) + (way(j) - way(0));
@@ -83,7 +83,7 @@ struct OneConstraint {
   }
 };
 
-/// C and its gradient in double, without the scale that a kind may give them.
+/// C and its gradient in double, without the scale that a kind may return.
 template <class Kind>
 double evaluate(const Corners<Kind>& at, const Rest<Kind>& rest, Vector3<double> (&grad)[Kind::particles]) {
   Vector3<double> q[Kind::particles];
@@ -112,7 +112,7 @@ std::array<double, Kind::particles> unequal_masses(Random& random) {
   return w;
 }
 
-/// A triangle with three about it, none a sliver, folded by up to a radian or so.
+/// A triangle with three neighbours, none a sliver, folded by up to a radian or so.
 inline std::array<Vector3<double>, 6> winged_triangle(Random& random) {
   const double c = 0.5, s = 0.8660254037844386;  // corners of an equilateral triangle, and of the one twice as large
   std::array<Vector3<double>, 6> at{
@@ -121,7 +121,7 @@ inline std::array<Vector3<double>, 6> winged_triangle(Random& random) {
   return at;
 }
 
-/// Points at unequal places of a unit cube, none nearer than 0.3 to another or to the line through two others, so that
+/// Points at random positions in a cube, none nearer than 0.3 to another or to the line through two others, so that
 /// gradients are of the size of 1 to 10.
 template <class Kind>
 Corners<Kind> spread_out(Random& random) {
@@ -152,7 +152,8 @@ inline std::array<Vector3<double>, 4> folded_hinge(Random& random, double angle)
            {random(0.2, 0.8), -width * std::cos(angle), width * std::sin(angle)}}};
 }
 
-/// What the tests of every kind run on: random places, and for hinges folds close to a half turn on both sides too.
+/// The configurations that tests of every kind use: random positions, and for hinges folds close to a half turn on both
+/// sides too.
 template <class Kind>
 std::vector<Corners<Kind>> configurations(int count, unsigned seed) {
   Random random(seed);
@@ -164,7 +165,7 @@ std::vector<Corners<Kind>> configurations(int count, unsigned seed) {
   return all;
 }
 
-/// A rest value that the places do not meet, and far from half a turn away for angles: that of other random places.
+/// Rest values that these positions violate, and for angles far from half a turn away: those of other random positions.
 template <class Kind>
 Rest<Kind> another_rest(const Corners<Kind>& at, Random& random) {
   for (;;) {

@@ -10,7 +10,7 @@
 namespace malha {
 namespace {
 
-/// Of every constraint, added up.
+/// The sum over all constraints.
 template <class Kind>
 Residual residual(const std::vector<Vec3>& X, const std::vector<Vec3>& x, const std::vector<double>& w,
                   const std::vector<int>& particles, double parameter) {
@@ -37,7 +37,7 @@ TEST(MeasureResidual, AddsUpTheStrainsOfAChain) {
   EXPECT_NEAR(chain.strain_max, 19e-3, 1e-12);
   EXPECT_NEAR(chain.C2, 1e-6 * 19 * 20 * 39 / 6, 1e-12);  // 1 + 4 + 9 + ... + 19^2
   EXPECT_NEAR(chain.strain2, chain.C2, 1e-15);
-  // Against half of the lengths at rest: C = (1 + e) - 1/2 and strain C / (1/2).
+  // Compared with half of the rest lengths: C = (1 + e) - 1/2 and strain C / (1/2).
   const Residual halved = residual<Distance>(X, x, w, particles, 0.5);
   EXPECT_NEAR(halved.strain_max, 1 + 38e-3, 1e-12);
   EXPECT_NEAR(halved.strain2, 4 * halved.C2, 1e-12);
@@ -51,7 +51,7 @@ TEST(MeasureResidual, CountsWhatHasNoDirectionAndCouldMove) {
   const std::vector<double> some_pinned{0.5, 2, 0, 0};
   EXPECT_EQ(residual<Distance>(X, x, some_pinned, particles, 1).degenerate, 1) << "what is pinned would not move";
   EXPECT_EQ(residual<Distance>(X, X, some_pinned, particles, 1).degenerate, 0);
-  // Coincident ends are the whole length too close, and within any elongation limit.
+  // Coincident ends are too close by the whole length, and within any elongation limit.
   const Residual collapsed = residual<Distance>(X, x, {1, 1, 1, 1}, particles, 1);
   EXPECT_EQ(collapsed.C2, 2 * 4);
   EXPECT_EQ(collapsed.strain_max, 1);
@@ -74,7 +74,7 @@ TEST(MeasureResidual, OfAnInequalityThatHoldsIsNothing) {
 }
 
 TEST(MeasureResidual, OfAHingeIsItsAngle) {
-  // Flat at rest, then folded by a quarter turn.
+  // The hinge is flat at rest, then folded by a quarter turn.
   const std::vector<Vec3> X{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
   const std::vector<Vec3> x{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   const double quarter = 3.14159265358979323846 / 2;

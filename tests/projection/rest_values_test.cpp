@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rest values are stored once for a run in which they are all alike, and one by one elsewhere.
+// Rest values are stored once for a run in which they are all equal, and one by one elsewhere.
 #include "host/projection/rest_values.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ Batch batch_of(int set, int slot, int count, bool run) {
   return batch;
 }
 
-/// What the kernels read: n values a slot.
+/// Rest values as the kernels read them: n values a slot.
 template <int n>
 std::vector<float> read_back(const RestValues<float>& rest, const Batch& batch) {
   std::vector<float> values;
@@ -42,7 +42,8 @@ void expect_same(const std::vector<float>& a, const std::vector<float>& b) {
 }
 
 TEST(RestValues, AreReadBackAsTheyWereWithTheirPadding) {
-  // Two runs alike, of which one ends with the word and one does not; a run that is not; a gathered batch.
+  // Two runs with equal values, of which one ends with the word and one does not; a run with different values; a
+  // gathered batch.
   std::vector<std::vector<float>> values(4);
   for (int i = 0; i < 37; ++i) values[0].push_back(i % 5 == 4 ? kNone : 0.25f);
   for (int i = 0; i < 32; ++i) values[1].push_back(0.5f);
@@ -52,7 +53,7 @@ TEST(RestValues, AreReadBackAsTheyWereWithTheirPadding) {
   std::vector<Batch> batches;
   for (int k = 0; k < 4; ++k) {
     batches.push_back(batch_of(5, static_cast<int>(by_slot.size()), static_cast<int>(values[k].size()), k < 3));
-    batches.push_back(batch_of(4, 0, 16, true));  // another set's: not ours to touch
+    batches.push_back(batch_of(4, 0, 16, true));  // a batch of another set, which must not be changed
     by_slot.insert(by_slot.end(), values[k].begin(), values[k].end());
     while (by_slot.size() % kSlotPack != 0) by_slot.push_back(kNone);
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What PBD's stiffness k leaves of an error by iterations and by substeps, and the k of a step, which is a spring's.
+// PBD's stiffness k: the error that iterations and substeps leave, and the stiffness of a step, which is that of a
+// spring.
 #include "host/projection/stiffness.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@ namespace {
 
 constexpr double kFrameTime = 1.0 / 60;
 
-/// A mass below a pin, 1 m away, on a constraint that wants it nearer by `too_long`.
+/// A mass below a pin, 1 m away, on a constraint whose rest length is shorter by `too_long`.
 Scene on_a_constraint(double k, double too_long, int substeps, int iterations, bool of_step, const Vec3& gravity = {}) {
   BodySpec body = hung_chain({0, 0, 0}, {0, -1, 0}, 1, 0.7);
   body.constraints = {stiff("distance", {"edges"}, k, 1 - too_long)};
@@ -33,7 +34,7 @@ TEST(PbdStiffness, LeavesOneMinusKAfterTheIterationsOfAStep) {
             << "k = " << k << ", " << iterations << " iterations";
 }
 
-/// Each substep takes what it takes of an error that moves on by inertia: C' = r (2 C - C of before).
+/// Each substep removes its share of an error that inertia continues: C' = r (2 C - C before).
 TEST(PbdStiffness, LeavesSomethingElseAfterSubsteps) {
   for (const double k : {0.1, 0.5, 0.9})
     for (const int n : {1, 2, 10, 40}) {
@@ -43,7 +44,7 @@ TEST(PbdStiffness, LeavesSomethingElseAfterSubsteps) {
   EXPECT_NEAR(-height_after(on_a_constraint(0.5, 0.1, 10, 1, false), 1) - 0.9, -0.061, 0.001) << "the default";
 }
 
-/// k makes a spring of m k / ((1 - k) dt^2) N/m: a weight that starts where it balances stays there, to rounding.
+/// k makes a spring of m k / ((1 - k) dt^2) N/m: a weight that starts at its equilibrium stays there, to rounding.
 TEST(StiffnessOfAStep, CarriesAWeightAtTheSameSagWithAnySubsteps) {
   for (const double k : {0.05, 0.5, 0.9})
     for (const int substeps : {1, 2, 10, 40})
@@ -63,7 +64,7 @@ TEST(StiffnessOfAStep, SwingsAsItsSpring) {
   }
 }
 
-/// Each link of a chain is the spring of its own two masses, and carries what hangs below it.
+/// Each link of a chain is the spring of its own two masses, and carries the weight below it.
 TEST(StiffnessOfAStep, StretchesAChainAsItsSprings) {
   constexpr int links = 4;
   constexpr double k = 0.5;
@@ -78,7 +79,7 @@ TEST(StiffnessOfAStep, StretchesAChainAsItsSprings) {
     for (int i = 0; i < links; ++i) {
       const double below = mass * (links - i - 0.5), w = (i > 0) / mass + (i + 1 == links ? 2 : 1) / mass;
       const double stretched = kFrameTime * kFrameTime * (1 - k) / k * w * below * 9.81;
-      // One sweep a substep meets what one link does to the next to some (omega h)^2: 7 % and 0.7 %.
+      // One sweep a substep resolves the coupling of neighbouring links to some (omega h)^2: 7 % and 0.7 %.
       EXPECT_NEAR(length(x[i + 1] - x[i]) - 0.5, stretched, 30.0 / (substeps * substeps) * stretched) << i;
     }
   }

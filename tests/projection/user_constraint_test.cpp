@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Constraints of the caller's own: the same physics as the built-in ones, and nobody else's bits.
+// User constraints: the same physics as the built-in ones, and unchanged bits of all other bodies.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -38,7 +38,7 @@ Scene swinging_chain(int links, bool bare, std::optional<double> compliance, int
   return scene;
 }
 
-/// One constraint leaves no choice of order: what differs is rounding alone.
+/// One constraint has only one order, so that the difference is rounding alone.
 TEST(UserConstraint, SwingsARodAsTheBuiltInDistanceDoes) {
   for (const std::optional<double> compliance : {std::optional<double>{}, std::optional<double>{1e-4}})
     for (const int iterations : {1, 5}) {
@@ -51,7 +51,7 @@ TEST(UserConstraint, SwingsARodAsTheBuiltInDistanceDoes) {
     }
 }
 
-/// Constraints that meet at a particle are coloured and swept alike.
+/// Constraints that share a particle are coloured and swept as built-in ones.
 TEST(UserConstraint, SwingsAChainAsTheBuiltInDistanceDoes) {
   const Simulation built = after(swinging_chain(6, false, {}, 20), 0.5);
   SimulationOptions options{.threads = 1};
@@ -73,10 +73,10 @@ TEST(UserConstraint, HangsAWeightByItsCompliance) {
   EXPECT_NEAR(hung.measure().elastic, std::pow(2 * kG, 2) * 1e-3 / 2, 1e-9);
 }
 
-class OwnConstraintIn : public testing::TestWithParam<int> {};
+class UserConstraintIn : public testing::TestWithParam<int> {};
 
-/// Pulls corners of the left cloth together; the right one is alone.
-TEST_P(OwnConstraintIn, LeavesOtherBodiesTheirBitsOnAnyThreads) {
+/// Pulls corners of the left cloth together; the right one has no such constraints.
+TEST_P(UserConstraintIn, LeavesOtherBodiesTheirBitsOnAnyThreads) {
   Scene scene = two_cloths(Precision::Float);
   if (GetParam() == 1) scene.solver.levels = 2, scene.solver.iterations = 2;
   if (GetParam() == 2) {
@@ -102,7 +102,7 @@ TEST_P(OwnConstraintIn, LeavesOtherBodiesTheirBitsOnAnyThreads) {
     hash = pulled.state_hash();
   }
 }
-INSTANTIATE_TEST_SUITE_P(Scenes, OwnConstraintIn, testing::Range(0, 5));
+INSTANTIATE_TEST_SUITE_P(Scenes, UserConstraintIn, testing::Range(0, 5));
 
 TEST(UserConstraint, ThatThrowsLeavesTheStateBeforeTheStep) {
   const Scene scene = swinging_chain(2, true, {}, 1);
@@ -115,7 +115,8 @@ TEST(UserConstraint, ThatThrowsLeavesTheStateBeforeTheStep) {
   SimulationOptions options{.threads = 1};
   options.constraints = {own};
   Simulation simulation(scene, options);
-  simulation.step();  // two batches, looked at twice, in each of eight substeps: the second step meets the end
+  // Two batches are evaluated twice in each of eight substeps, so that the second step throws.
+  simulation.step();
   const std::uint64_t before = simulation.state_hash();
   EXPECT_THROW(simulation.step(), std::logic_error);
   EXPECT_EQ(simulation.state_hash(), before);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of the Python module share. tests/python.sh says where the module and the command are."""
+"""Helpers for tests of the Python module. tests/python.sh sets the paths of the module and of the command."""
 import os
 import pathlib
 import subprocess
@@ -27,13 +27,13 @@ def cloth(name="cloth", cells=12, x=0.0, **more):
 
 
 def chain(links=1, length=0.5, constraints=()):
-    """Level; a single link has 1 kg at its end."""
+    """A horizontal chain; a single link has 1 kg at its end."""
     return {"name": "chain", "shape": {"chain": {"from": [0, 0, 0], "to": [length * links, 0, 0], "segments": links}},
             "mass": 2 if links == 1 else links + 1, "pins": [{"row": "first"}], "constraints": list(constraints)}
 
 
 def distance(rest):
-    """|x1 - x0| - rest, for malha.Constraint."""
+    """The function |x1 - x0| - rest of a malha.Constraint."""
 
     def function(x, which):
         along = x[:, 1] - x[:, 0]
@@ -45,14 +45,14 @@ def distance(rest):
 
 
 def said_by_command(*words, cwd=None):
-    """The command's standard error, which ends in one line break."""
+    """The command's exit status and its standard error without the final line break."""
     done = subprocess.run([COMMAND, *map(str, words)], capture_output=True, text=True, cwd=cwd, check=False)
     return done.returncode, done.stderr.rstrip("\n")
 
 
 @pytest.fixture
 def rushing():
-    """Beyond the largest float of 2^128 at the 1024th step."""
+    """A particle that exceeds the largest float, 2^128, at the 1024th step."""
     at = {"lattice": {"min": [0, 1, 0], "max": [0, 1, 0], "count": [1, 1, 1]}}
     return {"name": "rush", "solver": {"type": "pbd", "dt": 2.0**59, "substeps": 1},
             "bodies": [{"name": "rushing", "shape": at, "mass": 1, "velocity": [2.0**59, 0, 0]}], "duration": 2.0**59}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same bits as the command, for every shipped scene."""
+"""The Python module gives the same bits as the command, for every shipped scene."""
 import json
 import subprocess
 

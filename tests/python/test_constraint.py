@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Constraints whose function is Python's: the same physics as the built-in ones."""
+"""User constraints with a Python function: the same physics as the built-in ones."""
 import numpy as np
 import pytest
 from conftest import G, chain, cloth, distance, scene_of
@@ -14,7 +14,7 @@ def pairs_of(links):
 @pytest.mark.parametrize("compliance", [None, 1e-4])
 @pytest.mark.parametrize("iterations", [1, 5])
 def test_a_rod_swings_as_by_the_built_in_distance(compliance, iterations):
-    """One constraint leaves no choice of order: what differs is rounding, which a swing does not amplify."""
+    """One constraint has only one order, so that only rounding differs, which a swing does not amplify."""
     kind = {"type": "distance"} | ({} if compliance is None else {"compliance": compliance})
     built = malha.Simulation(scene_of(chain(1, 0.5, [kind]), iterations=iterations))
     own = malha.Simulation(scene_of(chain(), iterations=iterations),
@@ -50,7 +50,7 @@ def test_a_weight_hangs_by_its_compliance():
 
 
 def test_an_oscillator_keeps_its_period():
-    """Two of 1 kg on a spring: omega = sqrt(2 k / m). Backward Euler's substeps of 0.05 ms damp it by 1 %."""
+    """Two masses of 1 kg on a spring: omega = sqrt(2 k / m). Backward Euler's substeps of 0.05 ms damp it by 1 %."""
     body = malha.body([[0, 0, 0], [1.1, 0, 0]], mass=2)
     run = malha.Simulation(scene_of(body, gravity=(0, 0, 0), substeps=200),
                            constraints=[malha.Constraint([[0, 1]], distance(1.0), 1 / 50)])

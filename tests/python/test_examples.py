@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every example runs, and finds what it says."""
+"""Every example runs, and finds the result that it states."""
 import pathlib
 import runpy
 import subprocess

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages' Python runs as it stands there."""
+"""The Python code of the pages runs unchanged."""
 import re
 
 import numpy as np

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes from files, texts, dicts and arrays; refusals with the words of the command line."""
+"""Scenes from files, texts, dicts and arrays; errors have the messages of the command."""
 import json
 
 import numpy as np
@@ -86,7 +86,7 @@ def test_a_scene_too_large_for_the_memory_is_refused():
 
 
 def square(**more):
-    """Nothing uses vertex 1."""
+    """A square of which nothing uses vertex 1."""
     points = np.array([[0, 0, 0], [9, 9, 9], [1, 0, 0], [0, 0, 1], [1, 0, 1]], dtype=float)
     return malha.body(points, np.array([[0, 3, 2], [2, 3, 4]]), mass=1, constraints=[{"type": "distance"}], **more)
 

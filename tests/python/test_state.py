@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""State in and out: arrays, what is set between steps, checkpoints, reports."""
+"""State of a simulation: arrays, setters between steps, checkpoints, reports."""
 import json
 
 import numpy as np
@@ -117,7 +117,7 @@ def test_pins_are_moved_between_steps(simulation):
         simulation.move_pins([0, 12], [[0, 0, 0]])
 
 
-def test_particles_are_taken_by_hand():
+def test_particles_are_pulled_and_held():
     run = malha.Simulation(scene_of(cloth(), solver={"levels": "off"}), interactive=True)
     run.hold(160)
     run.pull(168, [1, 1, 1], compliance=1e-3)
@@ -225,7 +225,7 @@ def test_a_level_rod_swings_as_a_pendulum_does():
     run = malha.Simulation(scene_of(rod, substeps=50), threads=1)
     heights = []
     run.step(100, callback=lambda s: heights.append(s.positions[1, 1]))
-    # Dropped from the level, it is fastest at the bottom: v^2 = 2 g l. What it loses there, implicit steps of 0.2 ms damp.
+    # Released from the horizontal, it is fastest at the bottom: v^2 = 2 g l, less the damping of implicit steps of 0.2 ms.
     lowest = int(np.argmin(heights))
     assert heights[lowest] == pytest.approx(-1, abs=2e-3)
     # A quarter of the period of 90 degrees: K(sin 45) sqrt(l / g).
@@ -246,7 +246,7 @@ CLASSES = [one for one in vars(malha).values() if isinstance(one, type) and not 
 
 @pytest.mark.parametrize("kind", CLASSES, ids=lambda kind: kind.__name__)
 def test_an_object_that_was_not_initialised_is_refused_by_all_that_takes_one(kind):
-    """Derived classes may touch themselves too early; X.__new__(X) is the shortest way there."""
+    """Derived classes may use themselves too early; X.__new__(X) is the shortest example."""
     bare, tried = kind.__new__(kind), 0
     for name, member in vars(kind).items():
         if isinstance(member, property):

@@ -25,7 +25,7 @@ def parameters(function):
 
 
 def documented(function):
-    """The same, from the signature that pybind11 writes at the head of a docstring."""
+    """The same tuple, from the signature that pybind11 writes at the head of a docstring."""
     line = function.__doc__.splitlines()[0]
     inside = line[line.index("(") + 1 : line.rindex(") ->")]
     names = []

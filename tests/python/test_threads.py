@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C, callbacks, threads, memory."""
+"""Behaviour with Ctrl-C, callbacks, threads and memory."""
 import gc
 import json
 import os
@@ -166,7 +166,7 @@ def test_two_simulations_step_at_once_in_two_threads():
 
 
 def test_python_runs_while_two_simulations_compute():
-    """A simulation refuses to be used while it computes: seen of both, one after the other and the first again."""
+    """A simulation refuses to be used while it computes: tested of both, one after the other and the first again."""
     stop = threading.Event()
     runs = [malha.Simulation(scene_of(cloth(cells=40)), threads=1) for _ in range(2)]
 

@@ -84,11 +84,11 @@ int red_pixels(const Image& image) {
 TEST(Picture, SilhouetteOfASphereHasTheAreaOfItsProjection) {
   const double radius = 0.6, distance = 3, height = 300;
   const auto image = render(std::vector{sphere({0, 0, 0}, float(radius), 60)}, from_front(distance), 400, 300, 2);
-  // A sphere is seen under the half angle asin(R / d); on the image plane at distance 1 that is a disc.
+  // A sphere is seen under the half angle asin(R / d); on the image plane at distance 1 it is a disc.
   const double disc = std::tan(std::asin(radius / distance)), pixel_side = 2 * std::tan(20 * kPi / 180) / height;
   const double expected = kPi * disc * disc / (pixel_side * pixel_side);
-  // 60 rings lie at most 1 - cos(pi / 120) = 0.03 % inside the sphere; the rest is where the outline cuts pixels, each
-  // of which counts whole or not at all: on average half a pixel too much or too little, all around.
+  // 60 rings lie at most 1 - cos(pi / 120) = 0.03 % inside the sphere; the rest of the error is at the outline, whose
+  // pixels each count whole or not at all: on average half a pixel too much or too little, all around.
   const double outline = 2 * kPi * disc / pixel_side;
   EXPECT_NEAR(red_pixels(image), expected, 0.5 * outline);
   EXPECT_TRUE(is_red(image, 200, 150));
@@ -155,7 +155,7 @@ TEST(Picture, WiresShowTheEdgesOfQuadsButNotTheirDiagonals) {
   sheet.wire = true;
   const auto wired = render(std::vector{sheet}, from_front(2), 200, 200, 1);
   EXPECT_EQ(pixel(wired, 100, 100), pixel(plain, 100, 100));  // the diagonal passes through the middle
-  sheet.hidden.clear();                                       // now it may be seen
+  sheet.hidden.clear();                                       // shows the diagonal
   const auto all = render(std::vector{sheet}, from_front(2), 200, 200, 1);
   EXPECT_LT(brightness(all, 100, 100), 0.9 * brightness(plain, 100, 100));
 
@@ -228,7 +228,7 @@ TEST(Picture, CornerNormalsAreSmoothOnASphereAndSharpOnABox) {
   }
 }
 
-TEST(FrameAll, HoldsEveryPointAndFillsThePicture) {
+TEST(FrameAll, ContainsEveryPointAndFillsThePicture) {
   const std::vector<std::vector<P>> clouds{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}},
                                            {{-5, 0, -5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, 5}},
                                            {{1000, 2000, -500}, {1000.5f, 2000, -500}, {1000, 2000.25f, -499}},
@@ -237,7 +237,8 @@ TEST(FrameAll, HoldsEveryPointAndFillsThePicture) {
   for (const double aspect : {0.5, 1.0, 16.0 / 9}) {
     for (const auto& points : clouds) {
       const Camera camera = frame_all(points, aspect);
-      // An own pinhole: coordinates along the view, and to its right and up, over the half sizes of the picture.
+      // An independent pinhole projection: coordinates along the view, and to its right and up, over the half sizes of
+      // the picture.
       Vec3 f{}, r{}, u{};
       double length = 0;
       for (int k = 0; k < 3; ++k) f[k] = camera.target[k] - camera.eye[k], length += f[k] * f[k];

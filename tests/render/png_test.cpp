@@ -25,7 +25,7 @@ class Png : public testing::Test {
   fs::path folder_;
 };
 
-/// Pixels that repeat nowhere.
+/// Pixels without repetition.
 Image pattern(int width, int height) {
   Image image{width, height, {}};
   for (int i = 0; i < 3 * width * height; ++i) image.pixels.push_back(static_cast<unsigned char>(i * i * 31 + i * 7));

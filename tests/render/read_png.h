@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG files read back by a library that has no part in writing them.
+// A reader of PNG files by a library that has no part in writing them.
 #pragma once
 #include <string>
 
@@ -7,7 +7,7 @@
 
 namespace malha {
 
-/// Of the bytes of a file with three channels. Throws std::runtime_error for what is no PNG.
+/// The image in the bytes of a file with three channels. Throws std::runtime_error if they are no PNG.
 Image read_png(const std::string& bytes);
 
 }  // namespace malha

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// By how much a substep multiplies small motions about rest: against eigenvalues of the same step's Jacobian, and what
-// sweeps in one direction make of them.
+// The amplification of small motions about rest by a substep: against eigenvalues of the same step's Jacobian, and for
+// sweeps in one direction.
 #include "host/report/amplification.h"
 
 #include <gtest/gtest.h>
@@ -18,14 +18,14 @@
 namespace malha {
 namespace {
 
-/// The sheet of few irregular triangles.
+/// An irregular sheet of few triangles.
 Shape amplified_sheet(const TemporaryFolder& folder) {
   Random random(5);
   return MeshFile{folder.write("sheet.obj", irregular_sheet(0.5, 0.4, 4, 3, random))};
 }
 
-/// The largest absolute value of the eigenvalues of a step's Jacobian about the start: by central differences over
-/// places and velocities of all that moves.
+/// The spectral radius of a step's Jacobian about the start: by central differences over positions and velocities of
+/// all movable particles.
 double jacobian_spectral_radius(Scene scene) {
   scene.solver.precision = Precision::Double;
   Simulation simulation(scene, {.threads = 1});
@@ -56,10 +56,10 @@ double jacobian_spectral_radius(Scene scene) {
 
 TEST(Amplification, IsTheSpectralRadiusOfTheStepsJacobian) {
   const TemporaryFolder folder;
-  // Springs and hinges that are all felt, so that no zero modes, of which the eigenvalues are 1, hide the others.
+  // Springs and hinges all have an effect, so that no zero modes, whose eigenvalues are 1, hide the others.
   BodySpec sheet =
       body("sheet", amplified_sheet(folder), {compliant("distance", 2e-3, {"edges"}), compliant("bending", 0.5)});
-  sheet.pins = {BoxPin{{-1, -1, -1}, {1, 1, 0.18}}};  // two rows, so that the others cannot turn about one
+  sheet.pins = {BoxPin{{-1, -1, -1}, {1, 1, 0.18}}};  // two rows, so that the others cannot rotate about one
   Scene pbd = scene_of({sheet});
   pbd.solver.substeps = 3;
   Scene desbrun = pbd;
@@ -72,7 +72,7 @@ TEST(Amplification, IsTheSpectralRadiusOfTheStepsJacobian) {
     const std::optional<Amplification> found = measure_amplification(*scene, 0, 2400);
     ASSERT_TRUE(found);
     const double growth = std::log(jacobian_spectral_radius(*scene)) / scene->solver.dt;
-    // Peaks of what swings are seen once a step, and modes beside the largest fade slowly beside it.
+    // Peaks of an oscillation are sampled once a step, and modes near the largest decay slowly beside it.
     EXPECT_NEAR(found->growth, growth, 0.05 * std::abs(growth) + 0.02);
     EXPECT_NEAR(found->of_a_substep(scene->solver), std::exp(growth * scene->solver.dt / scene->solver.substeps), 1e-2);
     EXPECT_EQ(growth > 1, scene == &grows);
@@ -80,8 +80,8 @@ TEST(Amplification, IsTheSpectralRadiusOfTheStepsJacobian) {
   }
 }
 
-/// The product of the projections on the constraints "edge k keeps its length" in this order, as rest sees them: each
-/// moves its ends by their inverse masses along the edge, so that the linearised length is met.
+/// The product of the linearised projections on the constraints "edge k keeps its length", in this order: each moves
+/// its ends by their inverse masses along the edge, so that the linearised length is met.
 Eigen::MatrixXd sweep_over(const std::vector<Edge>& edges, const std::vector<Vec3>& x, const std::vector<double>& w) {
   const int n = 3 * static_cast<int>(x.size());
   Eigen::MatrixXd T = Eigen::MatrixXd::Identity(n, n);
@@ -100,7 +100,7 @@ Eigen::MatrixXd sweep_over(const std::vector<Edge>& edges, const std::vector<Vec
   return T;
 }
 
-/// Of a substep y' = T (2 y - y before).
+/// The spectral radius of a substep y' = T (2 y - y before).
 double amplification_by(const Eigen::MatrixXd& T) {
   double most = 0;
   for (const std::complex<double> mu : Eigen::VectorXcd(T.eigenvalues())) {
@@ -152,7 +152,7 @@ TEST(Amplification, IsOfTheConstraintsAlone) {
 }
 
 TEST(Amplification, IsMeasuredWhereABodyComesToRest) {
-  // A sheet that is too large for its pinned rim buckles: no small motion about the flat state is one about rest.
+  // A sheet that is too large for its pinned boundary buckles: no small motion about the flat state is one about rest.
   BodySpec pressed = body("sheet", GridShape{{0.5, 0.5}, {6, 6}}, {compliant("distance", 1e-3, {"edges"}, 1.1)});
   pressed.pins = {RowPin{}, RowPin{true}};
   EXPECT_FALSE(measure_amplification(scene_of({pressed}), 0, 60));
@@ -162,7 +162,7 @@ TEST(Amplification, IsMeasuredWhereABodyComesToRest) {
   EXPECT_FALSE(ball->grows());
 }
 
-TEST(Amplification, IsSaidOfRunsThatPayAHundredthForIt) {
+TEST(Amplification, IsReportedOfRunsThatPayAHundredthForIt) {
   BodySpec sheet = body("sheet", GridShape{{0.5, 0.5}, {6, 6}}, {constraint("distance")});
   sheet.mass = 0.01;
   Scene scene = scene_of({sheet, sheet});

@@ -17,7 +17,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 using Lines = std::vector<std::string>;
 
-/// An expectation of "at most `allowed`", by its name in a scene, and where the measure comes from.
+/// An expectation of "at most `allowed`", by its name in a scene, and the measure that it bounds.
 struct AtMost {
   std::string name;
   Range Expect::*allowed;
@@ -78,7 +78,7 @@ TEST(UnmetExpectations, ReportEveryNumberThatIsTooSmall) {
                    "inverted_tetrahedra: found 0; expected at least 1"}));
 }
 
-TEST(UnmetExpectations, LookAtTheBoxOfABody) {
+TEST(UnmetExpectations, TestTheBoxOfABody) {
   Expect expect;
   expect.bodies = {{"flag", {0, 0, 0}, {1, 1, 1}}};
   const std::vector<ParticlesOfBody> bodies{{"pole", 0, 2}, {"flag", 2, 5}};
@@ -114,7 +114,7 @@ TEST(UnmetExpectations, CountEnergyAsTheSumOfItsKinds) {
   EXPECT_EQ(unmet_expectations(expect, measures, {}), Lines{"energy_not_above: found 7; expected at most 6"});
 }
 
-TEST(UnmetExpectations, LookAtTheVolumeOfEveryBody) {
+TEST(UnmetExpectations, TestTheVolumeOfEveryBody) {
   Expect expect;
   expect.volume_ratio = {0.9, 1.1};
   Measures measures;

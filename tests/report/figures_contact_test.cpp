@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Figures of scenes/accuracy.md of contact: layers that slide, layers that creep, edges of the environment.
+// Figures of scenes/accuracy.md on contact: layers that slide, layers that creep, and edges of the environment.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 namespace malha {
 namespace {
 
-/// Layers of 0.4 x 0.3 m, one on the other and the lowest on a fixed slope of 20 degrees.
+/// Layers of 0.4 x 0.3 m, stacked, the lowest on a fixed slope of 20 degrees.
 struct LayersOnASlope {
   const char* method = "pbd";
   int across = 6, along = 5, layers = 1;  // cells; particles are one more each way
@@ -33,7 +33,7 @@ struct LayersOnASlope {
     slope.transform = {{0, 0, 0}, {0, 0, 1}, -20, {3, 1, 1}};
     slope.constraints = {stiff("distance", {"edges", "shear"}), stiff("bending", {}, 0.05)};
     ListPin all;
-    for (int i = 1; i < kSlope; ++i) all.particles.push_back(i);  // a body needs one that can move
+    for (int i = 1; i < kSlope; ++i) all.particles.push_back(i);  // a body needs a movable particle
     slope.pins = {all};
     std::vector<BodySpec> bodies{slope};
     const double c = std::cos(kAngle), s = std::sin(kAngle);
@@ -53,7 +53,7 @@ struct LayersOnASlope {
     scene.solver.type = method, scene.solver.iterations = iterations;
     return scene;
   }
-  /// How far along the slope the middle of each layer is, m.
+  /// The position of the middle of each layer along the slope, m.
   std::vector<double> middles(const Simulation& simulation) const {
     const std::vector<Vec3> x = simulation.positions();
     const std::size_t each = (x.size() - kSlope) / layers;
@@ -62,7 +62,7 @@ struct LayersOnASlope {
       of[(i - kSlope) / each] += (x[i][0] * std::cos(kAngle) - x[i][1] * std::sin(kAngle)) / double(each);
     return of;
   }
-  /// Of the highest layer: how far it slides in 0.8 s, over what Coulomb's law says in steps of symplectic Euler.
+  /// The distance that the highest layer slides in 0.8 s, over that of Coulomb's law in steps of symplectic Euler.
   double slid() const {
     constexpr double t = 0.8;
     const TemporaryFolder folder;
@@ -76,10 +76,10 @@ struct LayersOnASlope {
   }
 };
 
-/// The least and the most of `slid` over both methods and layers of these sizes.
+/// The smallest and the largest value of `slid` over both methods and layers of these sizes.
 struct SlidRange {
   double least = 1e9, most = -1e9;
-  /// By how much the distance is off at most.
+  /// The largest relative error of the distance.
   double error() const { return std::max(1 - least, most - 1); }
 };
 SlidRange slid_range(LayersOnASlope of, const std::vector<std::array<int, 2>>& cells,
@@ -96,8 +96,8 @@ SlidRange slid_range(LayersOnASlope of, const std::vector<std::array<int, 2>>& c
   return range;
 }
 
-// The bounds are twice what was found: contact forces of a substep are not quite even, and at 0.35 of 0.364 an error of
-// 1 % in friction is one of 25 % in the distance.
+// The bounds are twice the measured errors: contact forces of a substep are not uniform, and at 0.35 of 0.364 an error
+// of 1 % in friction is one of 25 % in the distance.
 TEST(Figures, DISABLED_SlidingLayers) {
   const std::vector<std::array<int, 2>> usual{{3, 2}, {6, 5}, {9, 7}, {14, 12}}, tiny{{2, 2}};
   const LayersOnASlope one;
@@ -120,7 +120,7 @@ TEST(Figures, DISABLED_SlidingLayers) {
   row("without friction, 2 to 10 substeps", slid_range(smooth, usual, {2, 5, 10}), 0.04);
 }
 
-/// The largest move of a particle from `first` on in one of 100 steps, m.
+/// The largest displacement in one of 100 steps of the particles from `first` on, m.
 double creep(Simulation& simulation, std::size_t first, std::size_t end) {
   std::vector<Vec3> before = simulation.positions();
   double most = 0;
@@ -133,7 +133,7 @@ double creep(Simulation& simulation, std::size_t first, std::size_t end) {
   return most;
 }
 
-// They should lie still: a creep of a fifth of the thickness a step would be no rest at all.
+// They should be at rest: a creep of a fifth of the thickness a step would be no rest at all.
 TEST(Figures, DISABLED_CreepOfTwoLayersOnASlopeThatShouldHoldThem) {
   LayersOnASlope layers;
   layers.layers = 2, layers.friction = 0.5;
@@ -145,8 +145,8 @@ TEST(Figures, DISABLED_CreepOfTwoLayersOnASlopeThatShouldHoldThem) {
   EXPECT_LT(std::max(lower, upper), 0.2 * LayersOnASlope::kApart);
 }
 
-// A particle that goes through the thickness of 8 mm in a second would move by 1.3e-4 m a step. With one iteration half
-// of the sheets stay below that, with four all of them stay below twice as much.
+// A particle that creeps through the thickness of 8 mm in a second would move by 1.3e-4 m a step. With one iteration
+// half of the sheets stay below that, with four all of them stay below twice as much.
 TEST(Figures, DISABLED_CreepOfTheFoldedSheet) {
   for (const int iterations : {1, 4}) {
     std::vector<double> moves;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Figures of scenes/accuracy.md of levels: how far hung sheets stretch with them and without.
+// Figures of scenes/accuracy.md on levels: the stretch of hung sheets with and without them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ Scene hung_figure(Shape shape, ConstraintSpec constraint, bool levels) {
 }
 GridShape square_grid(int side) { return {{2, 2}, {side - 1, side - 1}}; }
 
-/// How much longer its columns are at rest, on average, over their length.
+/// The mean relative stretch of its columns at rest.
 double stretch_at_rest(Scene scene, int substeps = 10, double seconds = 3) {
   scene.bodies[0].damping = 0.2, scene.solver.substeps = substeps;
   Simulation simulation(scene, {.threads = 1});
@@ -49,8 +49,8 @@ struct HungRow {
   std::vector<int> sides;
 };
 
-// Levels let springs on grids and membranes hang as far as they should, to a tenth; springs of one compliance on
-// irregular triangles come out too short, by less than a half.
+// With levels, springs on grids and membranes stretch as they should, to a tenth; springs of one compliance on
+// irregular triangles stretch too little, by less than a half.
 TEST(Figures, DISABLED_HungSheets) {
   const TemporaryFolder folder;
   const auto grid = [](int side) -> Shape { return square_grid(side); };
@@ -64,9 +64,9 @@ TEST(Figures, DISABLED_HungSheets) {
             "springs of 500 N/m", grid, compliant("distance", 1.0 / 500, {"edges", "shear"}), 0.9, 1.1, {46, 100, 316}},
         {"the same on irregular triangles", irregular, compliant("distance", 1.0 / 500, {"edges"}), 0.5, 1, {46, 100}},
         {"membrane of 1000 N/m", grid, membrane, 0.9, 1.1, {46, 100, 316}}}) {
-    // A material's stretch does not depend on its mesh: of a coarse one substeps are soon enough.
+    // A material's stretch does not depend on its mesh: on a coarse one few substeps are enough.
     Scene coarse = hung_figure(row.shape(33), row.constraint, false);
-    coarse.solver.precision = Precision::Double;  // float rounds away what so many substeps move
+    coarse.solver.precision = Precision::Double;  // float would round away the displacements of so many substeps
     const double truth = stretch_at_rest(coarse, 160);
     std::printf("%s: truth %.4f\n", row.name, truth);
     for (const int side : row.sides) {
@@ -80,7 +80,7 @@ TEST(Figures, DISABLED_HungSheets) {
   }
 }
 
-// What levels promise of inextensible sheets: less strain than sweeps alone leave.
+// The promise for inextensible sheets: less strain than sweeps alone leave.
 TEST(Figures, DISABLED_StrainOfInextensibleSheets) {
   const ConstraintSpec threads = stiff("distance", {"edges", "shear"});
   const auto row = [](const char* name, Scene scene, double seconds) {
@@ -95,7 +95,7 @@ TEST(Figures, DISABLED_StrainOfInextensibleSheets) {
     std::printf("%-30s RMS strain %.4f by sweeps, %.4f with levels; %lld and %lld crossings\n", name,
                 at_end[0].strain_rms, at_end[1].strain_rms, static_cast<long long>(at_end[0].crossings),
                 static_cast<long long>(at_end[1].crossings));
-    // Contacts act after levels, and stretch what they have just pulled together.
+    // Contacts are solved after levels, and stretch what the levels have just corrected.
     EXPECT_LT(at_end[1].strain_rms, (scene.environment.empty() ? 0.5 : 0.7) * at_end[0].strain_rms) << name;
     EXPECT_EQ(at_end[0].crossings + at_end[1].crossings, 0) << name;
   };

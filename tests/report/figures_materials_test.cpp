@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Figures of scenes/accuracy.md of materials: how soft too few substeps make strips.
+// Figures of scenes/accuracy.md on materials: the softening of strips by too few substeps.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace malha {
 namespace {
 
-/// A strip of 0.2 m that sags below the level, or is stretched in its plane, by some percent; drag brakes it.
+/// A strip of 0.2 m that sags, or is stretched in its plane, by some percent; drag damps it.
 struct FigureStrip {
   Shape shape = GridShape{{0.8 / 9, 0.2}, {4, 9}};
   ConstraintSpec material;
@@ -40,7 +40,7 @@ struct FigureStrip {
     in.wind->drag = 10 * mass / ((rows + 1) * (across + 1));
     return in;
   }
-  /// How far it has gone by gravity when it rests, m on average.
+  /// The mean displacement in the direction of gravity at rest, m.
   double way(int substeps, int iterations = 1) const {
     const Scene in = scene(substeps, iterations);
     Simulation simulation(in, {.threads = 1});
@@ -48,7 +48,7 @@ struct FigureStrip {
     run_for(simulation, in, 3);
     return (before - simulation.measure().potential) / (length(in.gravity) * *in.bodies[0].mass);
   }
-  /// The share by which it goes too far; the truth is that of so many substeps.
+  /// The relative excess of the displacement; the reference is that of `truth` substeps.
   double too_far(int substeps, int truth, int iterations = 1) const {
     return way(substeps, iterations) / way(truth) - 1;
   }
@@ -63,8 +63,8 @@ ConstraintSpec material_of_rigidity(const std::string& type, double rigidity, st
 
 constexpr double kFigureD = 1e-3, kFigureY = 2, kFigureCell = 0.2 / 9;  // N m, N/m, m
 
-// Formulas hold within a factor of two: those of stretch and of bending by hinges as they stand, for others the factor
-// that the page says.
+// Formulas hold within a factor of two: those of stretch and of bending by hinges as they are, for others with the
+// factor that the page states.
 TEST(Figures, DISABLED_SofteningOfStripsOfSquareCells) {
   ConstraintSpec membrane = stiff("membrane", {}, 1, 0.3);
   membrane.young_modulus = kFigureY;
@@ -114,7 +114,7 @@ TEST(Figures, DISABLED_SofteningOfStripsOfIrregularTriangles) {
   }
 }
 
-// Where the warning's median of all constraints says little.
+// Meshes for which the warning's median of all constraints says little.
 TEST(Figures, DISABLED_SofteningOfGradedAndLongCells) {
   FigureStrip graded;
   graded.across = 4, graded.width = 0.04;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Figures of scenes/accuracy.md of what should rest, and of momenta that should stay.
+// Figures of scenes/accuracy.md on bodies that should rest, and on momenta that should be conserved.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ BodySpec box_of_98() {
   return box;
 }
 
-// A thousandth of the thickness of 5 mm a step would be motion that one sees.
+// A displacement of a thousandth of the thickness of 5 mm in a step would be visible.
 constexpr double kVisible = 5e-6;
 constexpr int kLooks = 1000;  // steps
 
@@ -53,7 +53,7 @@ TEST(Figures, DISABLED_RestOnTheGround) {
   }
 }
 
-// Its projections exert no torque, and the corrector has nothing to take away.
+// Its projections exert no torque, and the corrector has nothing to correct.
 TEST(Figures, DISABLED_ABoxOnSmoothGround) {
   for (const bool corrects : {false, true}) {
     Scene scene = resting(box_of_98(), "pbd", Precision::Double, false);
@@ -65,8 +65,8 @@ TEST(Figures, DISABLED_ABoxOnSmoothGround) {
   }
 }
 
-// Air brakes them as a swing of a metre needs it: after a minute nothing is left but rounding, and what constraints
-// that contradict each other made of it.
+// Air damps them as an oscillation of a metre needs: after a minute only rounding is left, and the motion due to
+// constraints that contradict each other.
 TEST(Figures, DISABLED_PinnedSheetsWithBending) {
   const TemporaryFolder folder;
   const MeshFile irregular{folder.write("sheet.obj", irregular_obj(1, 1, 16, 16, 0.3, 5))};
@@ -90,7 +90,7 @@ TEST(Figures, DISABLED_PinnedSheetsWithBending) {
       }
 }
 
-/// How fast a sphere of 0.3 m turns at its edge that starts at rest, without gravity, m/s.
+/// The rotation that a sphere of 0.3 m has at its surface after starting at rest, without gravity, m/s.
 double turns_from_rest(std::vector<ConstraintSpec> constraints, int substeps, bool corrects) {
   BodySpec sphere = body("sphere", SphereShape{0.3, 2}, std::move(constraints));
   sphere.mass = 1.3;
@@ -124,7 +124,7 @@ TEST(Figures, DISABLED_RotationFromRest) {
     }
 }
 
-// They stand in no damping, and directions that stay do not answer to what they carry (kernels/projection/direction.h).
+// There is no damping, and fixed directions do not respond to the force (kernels/projection/direction.h).
 TEST(Figures, DISABLED_PressedBalloons) {
   for (const double compliance : {1e-3, 1e-4})
     for (const double volume_ratio : {1.2, 1.5, 2.0}) {
@@ -146,7 +146,7 @@ TEST(Figures, DISABLED_PressedBalloons) {
     }
 }
 
-// Projections give no momenta; what is left is a random walk of rounding.
+// Projections add no momenta; the rest is a random walk of rounding.
 TEST(Figures, DISABLED_MomentaAfterAMinute) {
   for (const Precision precision : {Precision::Float, Precision::Double})
     for (const bool stiff_edges : {false, true})
@@ -195,7 +195,7 @@ TEST(Figures, DISABLED_RotationThatIsTooFast) {
       }
 }
 
-/// The relative change of the angular momentum of an ellipsoid of 162 particles that nothing holds.
+/// The relative change of the angular momentum of a free ellipsoid of 162 particles.
 double change_of_rotation(const std::string& bending, double spin, int substeps, int iterations, double time) {
   BodySpec shell = body("shell", SphereShape{0.3, 2}, {stiff("distance", {"edges"}), stiff(bending)});
   shell.transform.scale = {1, 0.7, 0.85};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run says at its end of free bodies whose angular momentum changed, though nothing was there to change it.
+// Momentum drift: the warning at the end of a run about free bodies whose angular momentum changed without an external
+// torque.
 #include "host/report/momentum_drift.h"
 
 #include <gtest/gtest.h>
@@ -39,10 +40,10 @@ bool one_says(const FlightEnd& end, const std::string& words) {
   return end.lines.size() == 1 && has(end.lines[0], words);
 }
 
-// What corrections of a substep are more than a part of an element (kernels/projection/direction.h) goes along the
-// gradients where they lead, and those turn a body. They are asked for where it starts far from its shape: crumpled
-// skins, which never find it.
-TEST(KeptMomenta, AreMissedWhereABodyStartsFarFromItsShapeAndTheCorrectorStopsThat) {
+// Corrections of a substep that exceed a part of an element (kernels/projection/direction.h) go along the gradients at
+// their end, and those exert a torque. They occur where a body starts far from its shape: crumpled shells, which never
+// find it.
+TEST(MomentumDrift, IsReportedWhereABodyStartsFarFromItsShapeAndPreventedByTheCorrector) {
   const std::vector<std::vector<ConstraintSpec>> crumpled{{stiff("distance", {"edges"}, 1, 1.5)},
                                                           {stiff("distance", {"edges"}, 1, 1.5), blown_up_to(1)},
                                                           {stiff("distance", {"edges"}), blown_up_to(5)}};
@@ -60,9 +61,10 @@ TEST(KeptMomenta, AreMissedWhereABodyStartsFarFromItsShapeAndTheCorrectorStopsTh
     }
 }
 
-// Each projection by itself gives no torque, whether its constraint is met or not, and whatever pulls against it. (What
-// asks for more than a third of an element in a substep, as stiff edges with 1.2 times the volume, gives a kick.)
-TEST(KeptMomenta, AreThereWhereConstraintsAgreeGiveWayOrContradictEachOther) {
+// Each projection by itself exerts no torque, whether its constraint is satisfied or not, and whatever pulls against
+// it. (A correction of more than a third of an element in a substep, as of stiff edges with 1.2 times the volume,
+// does.)
+TEST(MomentumDrift, IsNoneWhereConstraintsAgreeGiveWayOrContradictEachOther) {
   const std::vector<std::vector<ConstraintSpec>> all{{stiff("distance", {"edges"}), blown_up_to(1)},
                                                      {stiff("distance", {"edges"}), blown_up_to(1.1)},
                                                      {compliant("distance", 1e-4, {"edges"}), blown_up_to(1.2)},
@@ -76,8 +78,8 @@ TEST(KeptMomenta, AreThereWhereConstraintsAgreeGiveWayOrContradictEachOther) {
     }
 }
 
-// Half a radian in a substep is more than the gradient where it began knows of.
-TEST(KeptMomenta, AreMissedWhereABodyTurnsByHalfARadianInASubstep) {
+// Half a radian in a substep is beyond the validity of the gradient where it began.
+TEST(MomentumDrift, IsReportedWhereABodyTurnsByHalfARadianInASubstep) {
   for (const int substeps : {10, 1}) {
     Scene scene = sphere_at_rest(substeps, {stiff("distance", {"edges"})});
     scene.bodies[0].spin = {0, 30, 0}, scene.duration = 1;
@@ -90,8 +92,8 @@ TEST(KeptMomenta, AreMissedWhereABodyTurnsByHalfARadianInASubstep) {
   }
 }
 
-/// The filter takes rotation, and its corrector gives it back.
-TEST(KeptMomenta, AreMissedWhereDesbrunsFilterTakesThemWithoutItsCorrector) {
+/// The filter reduces rotation, and its corrector restores it.
+TEST(MomentumDrift, IsReportedWhereDesbrunsFilterRunsWithoutItsCorrector) {
   Scene scene = sphere_at_rest(10, {compliant("distance", 0.02, {"edges"})});
   scene.bodies[0].spin = {0, 3, 0}, scene.solver.type = "desbrun", scene.solver.desbrun.corrector = Corrector::Off;
   EXPECT_TRUE(one_says(flown(scene), "the filter changed its angular momentum"));
@@ -99,7 +101,7 @@ TEST(KeptMomenta, AreMissedWhereDesbrunsFilterTakesThemWithoutItsCorrector) {
   EXPECT_TRUE(flown(scene).lines.empty());
 }
 
-TEST(KeptMomenta, AreNotAskedForWhereSomethingMayTakeThem) {
+TEST(MomentumDrift, IsNotReportedWhereSomethingMayTakeMomenta) {
   const Scene free = sphere_at_rest(10, {stiff("distance", {"edges"}, 1, 1.5)});
   Scene falling = free, held = free, windy = free, asleep = free, walled = free;
   falling.gravity = kEarth;
@@ -112,7 +114,7 @@ TEST(KeptMomenta, AreNotAskedForWhereSomethingMayTakeThem) {
   for (const Scene& scene : {held, windy, asleep, walled}) EXPECT_TRUE(flown(scene).lines.empty());
 }
 
-TEST(KeptMomenta, AreSaidAtTheEndOfARunAndInItsReport) {
+TEST(MomentumDrift, IsReportedAtTheEndOfARunAndInItsReport) {
   const TemporaryFolder folder;
   Json scene = Json::parse(R"({
     "name": "ball", "solver": {"type": "pbd", "dt": 0.02, "substeps": 20}, "gravity": [0, 0, 0], "duration": 2,

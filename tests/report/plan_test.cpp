@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What malha plan says is what runs, and no more than the scene needs.
+// The output of malha plan describes what runs, and nothing that the scene does not need.
 #include "host/report/plan.h"
 
 #include "host/report/report.h"
@@ -17,14 +17,14 @@ std::string plan_of(const Json& scene, const SimulationOptions& options = {.thre
 
 bool says(const std::string& plan, const std::string& line) { return has("\n" + plan, "\n" + line + "\n"); }
 
-/// Only what every scene has: particles that move.
+/// A scene with only what every scene has: particles that move.
 Json dust() {
   return Json::parse(R"({
     "name": "dust", "solver": {"type": "pbd", "dt": 0.01, "substeps": 3}, "duration": 1,
     "bodies": [{"name": "dust", "mass": 1, "shape": {"lattice": {"min": [0,0,0], "max": [1,1,1], "count": [3,3,3]}}}]})");
 }
 
-/// Everything there is.
+/// A scene with every feature.
 Json balloon_in_the_wind() {
   return Json::parse(R"({
     "name": "balloon", "gravity": [0, -9.81, 0], "wind": {"velocity": [1, 0, 0], "drag": 0.001, "density": 1.2}, "sleep": {}, "duration": 2,
@@ -64,10 +64,11 @@ TEST(Plan, OfLooseParticlesIsOnePassAndNothingElse) {
             "passes of a step:\n"
             "  fused_solve: 3 launches\n"
             "memory:\n"
-            // x, what it lacks of the position, v, how far it went: twelve numbers, each in four rows of 16; w of 27
-            // and a pack of 16 more.
+            // x, its rounding error, v, displacement: twelve numbers, each in four rows of 16; w of 27 and a pack of 16
+            // more.
             "  particles: 3244 B\n"
-            "  patches: 3068 B\n"  // 3008 to visit in: 27 and four packs to spare, eight numbers each, in cache lines
+            // 3008 for the patch memory: 27 and four spare packs, eight numbers each, in cache lines
+            "  patches: 3068 B\n"
             // Points twice in double, w, numbers, class: 61 a particle; where the body and its patch begin and end.
             "  model: 1679 B\n"
             "Embree: no (no environment)\n");
@@ -136,8 +137,8 @@ TEST(Plan, CountsBytesByOwnerAsTheReportDoes) {
   EXPECT_TRUE(says(text, "Embree: yes, for 1 environment object")) << text;
 }
 
-/// Its 4 substeps of 3 iterations, with one obstacle: four launches find its contacts, three hold back, and one takes
-/// what bounced to where it arrives.
+/// Its 4 substeps of 3 iterations, with one obstacle: four launches detect its contacts, three solve them, and one
+/// moves what bounced to where it arrives.
 TEST(Plan, CountsLaunches) {
   const std::string text = plan_of(balloon_in_the_wind());
   for (const char* line : {"  damping: 16 launches", "  prediction: 8 launches", "  collision: 32 launches",
@@ -150,7 +151,7 @@ TEST(Plan, CountsLaunches) {
   EXPECT_TRUE(says(plan_of(smooth), "  state: 4 launches"));
 }
 
-/// A cloth that hangs by a row and uses levels, which is small enough for a test.
+/// A cloth that hangs by a row and uses levels, small enough for a test.
 Json cloth_with_levels(int most) {
   Json scene = Json::parse(R"({
     "name": "cloth", "solver": {"type": "pbd", "dt": 0.01, "substeps": 5}, "gravity": [0, -9.81, 0], "duration": 1,
@@ -171,7 +172,7 @@ TEST(Plan, ListsLevels) {
   char kib[32];
   std::snprintf(kib, sizeof kib, "  levels: %.1f KiB", bytes / 1024);
   EXPECT_TRUE(says(text, kib)) << text;
-  // Least of each particle of a level: where it is and where it goes, 12 bytes each, and the inverse mass.
+  // The minimum of each particle of a level: its position and displacement, 12 bytes each, and the inverse mass.
   EXPECT_GT(bytes, (441 + 121) * 28);
 }
 
@@ -181,11 +182,11 @@ TEST(Plan, SaysNothingOfLevelsWhereThereAreNone) {
   scene["solver"]["levels"] = "off";
   const std::string off = plan_of(scene);
   EXPECT_FALSE(has(off, "level")) << off;
-  scene["solver"]["levels"] = "auto";  // 10 edges to the pins are no long way
+  scene["solver"]["levels"] = "auto";  // 10 edges to the pins are below the threshold of "auto"
   EXPECT_EQ(plan_of(scene), off);
 }
 
-/// What the first step launches, and what the plan says of the levels' part.
+/// Compares the launches of the first step with those that the plan lists for levels.
 TEST(Plan, CountsWhatLevelsLaunch) {
   const char* blocks[] = {"{}",                                                   // whole steps in one region
                           R"({"wind": {"velocity": [0, 0, 1], "drag": 0.001}})",  // fused substeps
@@ -193,7 +194,8 @@ TEST(Plan, CountsWhatLevelsLaunch) {
                            "transform": {"translate": [0, -9, 0]},
                            "motion": [{"time": 0}, {"time": 9, "translate": [1, 0, 0]}]}]})"};  // passes of their own
   for (const char* block : blocks)
-    for (const int every : {1, 2, 3, 0}) {  // 0: with a compliance, and pins that let go, after which levels are others
+    // 0: with a compliance, and pins that are released, after which the levels change
+    for (const int every : {1, 2, 3, 0}) {
       Json scene = cloth_with_levels(3);
       if (every == 0) scene["bodies"][0]["constraints"][0]["compliance"] = 1e-6;
       if (every == 0) scene["bodies"][0]["pins"][0]["release_time"] = 0.5;
@@ -215,7 +217,7 @@ TEST(Plan, CountsWhatLevelsLaunch) {
     }
 }
 
-/// Scenes between the two above, by what they leave out.
+/// Scenes between the two above, each without one feature.
 class PlanPasses : public testing::TestWithParam<std::vector<std::string>> {
  protected:
   PlanPasses() : scene_(balloon_in_the_wind()) {

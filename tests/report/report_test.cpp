@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// report.json: every promised number is there, under its name, and is plausible or exact.
+// report.json: every promised number is present, under its name, and is plausible or exact.
 
 #include "host/base/build_info.h"
 #include "host/report/warnings.h"
@@ -10,7 +10,7 @@
 namespace malha {
 namespace {
 
-/// A soft balloon that presses on the ground beside a sheet that hangs from a row: every kind of constraint.
+/// A soft balloon that presses on the ground beside a sheet that hangs by a row: every kind of constraint.
 Json everything() {
   return Json::parse(R"({
     "name": "everything",
@@ -41,7 +41,7 @@ TEST(Report, SaysWhatRanOnWhat) {
   const Json report = report_of(everything(), 1, {.threads = 3});
   EXPECT_EQ(report["scene"], "everything");
   EXPECT_EQ(report["status"], "finished");
-  ASSERT_EQ(report["notes"].size(), 1);  // a point of it is below the surface
+  ASSERT_EQ(report["notes"].size(), 1);  // one of its points is below the surface
   EXPECT_TRUE(has(report["notes"][0].get<std::string>(), "body 'balloon' starts up to "));
   EXPECT_EQ(report["malha_version"], version());
   EXPECT_EQ(report["compiler"], compiler());
@@ -144,7 +144,7 @@ TEST(Report, HasNoPassesNoProjectionsAndNoStrainWhereTheSceneHasNone) {
 TEST(Report, CountsBytes) {
   const Json memory = report_of(everything(), 1)["memory"];
   EXPECT_GE(memory["particles_bytes"], 187 * 10 * 8) << "x, v, p and w in doubles";
-  // Whole packs, one to spare, and one against conflicts; and the sums of a thread, of what is damped.
+  // Full packs, one to spare, and one against conflicts; and a thread's sums of damped bodies.
   EXPECT_LE(memory["particles_bytes"], (187 + 47) * 10 * 8 + 3000);
   // At least one number of each constraint; the ground's 8 points and 12 triangles.
   EXPECT_GE(memory["constraints_bytes"], (516 + 32 + 480) * 8);
@@ -238,7 +238,8 @@ TEST(Report, MeasuresStrainContactsAndVolume) {
   EXPECT_NEAR(state["volume_ratios"][0], 1.1, 0.05) << "the pressure asked for, but for the weight of the balloon";
 }
 
-/// 1e-18 m is nothing a million metres away: both ends are the same point, and the edge has no direction.
+/// 1e-18 m is far below the rounding a million metres away: both ends are the same point, and the edge has no
+/// direction.
 TEST(Report, CountsConstraintsWithoutADirection) {
   Json scene = Json::parse(R"({
     "name": "point", "solver": {"type": "pbd", "dt": 0.01}, "duration": 1,

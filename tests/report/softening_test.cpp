@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Too few substeps make sheets softer than their material: what `malha run` and `plan` warn of, and what they do not.
+// Softening by too few substeps: when `malha run` and `plan` warn that sheets are softer than their material.
 #include "host/report/softening.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace {
 
 std::vector<std::string> softening_warnings(const Scene& scene) {
   std::vector<std::string> lines = warnings(Simulation(scene, {.threads = 1}).model());
-  // Hinges on irregular triangles are another sheet, which is said too.
+  // Hinges on irregular triangles are another material by direction, for which there is a warning too.
   std::erase_if(lines, [](const std::string& line) { return has(line, "as its \"rigidity\" says"); });
   return lines;
 }
@@ -26,7 +26,7 @@ struct SoftStrip {
   const char* name;
   ConstraintSpec material;
   bool irregular;
-  int substeps;  // with which it gives way a third more than asked for, by the warning's estimate
+  int substeps;  // with which it deforms by a third too much, by the warning's estimate
 };
 
 Scene scene_of_strip(const SoftStrip& strip, const TemporaryFolder& folder) {
@@ -52,7 +52,7 @@ Scene scene_of_strip(const SoftStrip& strip, const TemporaryFolder& folder) {
   return scene;
 }
 
-/// How far its particles have gone by gravity in 3 s, on average, m.
+/// The mean displacement of its particles by gravity in 3 s, m.
 double given_way(const Scene& scene) {
   Simulation simulation(scene, {.threads = 1});
   const double before = simulation.measure().potential;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long steps took is told of all of them, in memory that does not grow with them.
+// Step statistics: times of all steps, in memory that does not grow with their number.
 #include "host/report/step_statistics.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ TEST(StepStatistics, AreThoseOfAllStepsInMemoryThatDoesNotGrow) {
   EXPECT_EQ(times.least(), 0);
   EXPECT_EQ(times.most(), steps - 1);
   EXPECT_EQ(times.last(), (steps - 1) * 7919LL % steps);
-  // Of at least 2,048 of them: a random sample's median is off by 1.1 % of the range, once sigma.
+  // There are at least 2,048 samples: a random sample's median is off by 1.1 % of the range, once sigma.
   EXPECT_NEAR(times.median(), steps / 2, 0.05 * steps);
 }
 

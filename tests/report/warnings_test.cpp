@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `malha run` and `plan` warn of, and what they do not: both sides of each known boundary.
+// Warnings of `malha run` and `plan`: both sides of each known boundary.
 #include "host/report/warnings.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ bool warns_of(const Scene& scene, const std::string& chart) {
   });
 }
 
-/// One line, of this chart.
+/// Expects one line that names this chart.
 testing::AssertionResult warns_once(const Scene& scene, const std::string& chart) {
   const std::vector<std::string> lines = warnings_of(scene);
   if (lines.size() == 1 && has(lines[0], "(malha study stability, chart " + chart + ")"))
@@ -57,7 +57,7 @@ TEST(Warning, DoesNotComeWithDefaultSettings) {
   EXPECT_TRUE(warns_once(sheet_of(33, true, solver), "turning")) << "stiff springs that hang are held back";
 }
 
-/// The largest strain of each step of 2 s.
+/// The largest strain of all steps of 2 s.
 double swung_strain(const Scene& scene) {
   Simulation simulation(scene, {.threads = 1});
   double most = 0;
@@ -65,7 +65,7 @@ double swung_strain(const Scene& scene) {
   return most;
 }
 
-/// Sweeps over the particles alone: levels are a boundary of their own.
+/// Without levels, which have a boundary of their own.
 SolverSpec without_levels() {
   SolverSpec solver;
   solver.levels = 0;
@@ -186,7 +186,7 @@ TEST(WarningOfSag, ComesInSpiteOfLevelsWhereASheetHangsByAttachments) {
   EXPECT_GT(swung_strain(scene), 0.5);
 }
 
-/// How deep the end of a beam of jelly swings in a second.
+/// The largest sag of the end of a soft beam in a second.
 double swung_depth(const Scene& scene) {
   Simulation simulation(scene, {.threads = 1});
   double low = 0;
@@ -215,12 +215,12 @@ TEST(WarningOfWaves, ComesWhereTooFewSubstepsMakeAMaterialSoft) {
   scene.solver.substeps = 5;  // 0.4
   EXPECT_TRUE(has(warnings_of(scene).at(0), "in a substep of 1 iteration, and its material will be softer"));
   EXPECT_GT(swung_depth(scene), 1.2 * right);
-  scene.solver.iterations = 4;  // as far as 0.2 with one
+  scene.solver.iterations = 4;  // with one iteration: up to 0.2
   EXPECT_TRUE(warnings_of(scene).empty());
   EXPECT_LT(swung_depth(scene), 1.2 * right);
 }
 
-/// A beam of cells of six tetrahedra, held at one end, under a weight that bends it little.
+/// A beam of cells of six tetrahedra, pinned at one end, under a weight that bends it little.
 Scene beam_of_six(double poisson_ratio, int substeps) {
   const MeshDataShape shape = cells_of_six({1, 0.2, 0.2}, {10, 2, 2});
   ConstraintSpec material;
@@ -256,7 +256,7 @@ TEST(WarningOfGive, ComesWherePoissonsRatioMakesTetrahedraSoftThatAShearWaveWoul
   }
 }
 
-/// A strip of 1 m x 0.2 m, held level by its first two rows, of this rigidity over the weight of a square metre.
+/// A strip of 1 m x 0.2 m, clamped level by its first two rows, of this rigidity over the weight of a square metre.
 Scene held_level(const Shape& shape, int columns, const std::string& type, double rigidity) {
   ConstraintSpec bends = stiff(type, {}, 1, type == "plate" ? 0 : 1);
   bends.rigidity = rigidity * 0.2 * kG;
@@ -283,7 +283,7 @@ TEST(WarningOfFolds, ComesWhereAClampedStripHangsOtherwiseThanAHeavyElasticaAndN
   const double free = 1 - 1.0 / 24;
   for (const auto& [gamma, ratio, comes] : {std::tuple{10.0, 1.067, false}, {1000.0, 21.34, true}}) {
     Scene scene = held_level(GridShape{{0.2, 1}, {5, 24}}, 6, "bending", std::pow(free, 3) / gamma);
-    scene.solver.substeps = gamma < 100 ? 100 : 20;  // what they leave is under 1 %
+    scene.solver.substeps = gamma < 100 ? 100 : 20;  // with these substeps the error is under 1 %
     EXPECT_EQ(warns_of_a_fold(scene), comes) << gamma;
     const std::vector<Vec3> x = after(scene, gamma < 100 ? 4 : 10).positions();
     const Vec3 tip = x[x.size() - 3];
@@ -315,13 +315,13 @@ TEST(WarningOfFolds, IsThatOfTwoEdgesOnAnyMeshAndOnlyWhereASheetTurns) {
     }
 }
 
-// What hangs alone is as exact there as anywhere (FarAway.*, tests/measure/robustness_test.cpp); contacts with the
-// environment are not.
+// A cloth that hangs without contacts is as exact there as anywhere (FarAway.*, tests/measure/robustness_test.cpp);
+// contacts with the environment are not.
 TEST(WarningOfDistance, ComesFarFromTheOriginInFloatAloneOfContactsAndOfDesbrunsMethod) {
   Scene hung = sheet_of(33, false, {});
   hung.bodies[0].transform.translate = {0, 2000, 0};
   EXPECT_TRUE(warnings_of(hung).empty());
-  Scene folded = hung;  // self-collision has places of its own (tests/self_collision/self_far_test.cpp)
+  Scene folded = hung;  // self-collision uses relative positions (tests/self_collision/self_far_test.cpp)
   folded.self_collision = SelfCollision{}, folded.self_collision->thickness = 0.005;
   EXPECT_FALSE(warns_of(folded, "distance"));
   Scene laid = hung, filtered = hung;
@@ -348,11 +348,13 @@ TEST(WarningOfTorque, ComesOfOtherCorrectorsOfStiffFreeBodies) {
     scene.solver.desbrun.spring_constant = corrector == Corrector::Paper ? 0.1 : 1;
     EXPECT_TRUE(warnings_of(scene).empty());
   }
-  solver.desbrun.corrector.reset(), solver.desbrun.refinement_iterations = 4;  // off, then
+  // without a corrector, but with refinement
+  solver.desbrun.corrector.reset(), solver.desbrun.refinement_iterations = 4;
   EXPECT_TRUE(warns_once(sheet_of(9, false, solver), "torque"));
 }
 
-/// RMS distance after a quarter of a second, of a chain let go horizontally, from malha's with many substeps.
+/// RMS distance after a quarter of a second between a chain released from the horizontal and that of PBD with many
+/// substeps.
 double held_back(Scene scene) {
   const Simulation filtered = after(scene, 0.25);
   scene.solver.type = "pbd", scene.solver.substeps = 256, scene.solver.precision = Precision::Double;
@@ -372,7 +374,7 @@ TEST(WarningOfSwing, ComesWhereTheFilterHoldsATurningChainBackAndNotWhereItHardl
       Scene scene = scene_of({chain}, kEarth, 1.0 / 60, substeps);
       scene.solver.type = "desbrun";
       const double damping = most_damped_swing(Simulation(scene, {.threads = 1}).model()).damping;
-      // What the filter holds back of the fall grows with the damping, up to all of it.
+      // The part of the fall that the filter damps grows with the damping, up to all of it.
       if (damping > 0.2) {
         EXPECT_TRUE(warns_once(scene, "turning")) << k << " " << substeps;
         const double held = held_back(scene);
@@ -397,10 +399,10 @@ TEST(WarningOfWeight, ComesWhereInternalForcesAloneAreFilteredAtLargeSteps) {
   EXPECT_FALSE(warns_of(sheet_of(17, true, solver), "weight"));
 }
 
-/// Of the shipped scenes three: the cloth that shows it, which without its attachments stretches by more than a half;
-/// the sheet of the thesis, which Desbrun's filter damps; and one that is near the boundary.
-/// How layers slide is measured in self_collision_test.cpp; below this others than its own were off by a tenth and
-/// more.
+/// Three of the shipped scenes give it: the cloth that demonstrates it, which without its attachments stretches by more
+/// than a half; the sheet of the thesis, which Desbrun's filter damps; and one that is near the boundary. The sliding
+/// of layers is measured in self_collision_test.cpp; with fewer substeps layers of other meshes were off by a
+/// tenth and more.
 TEST(WarningOfLayers, ComesBelowEightSubsteps) {
   BodySpec sheet;
   sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {4, 4}}, sheet.mass = 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kind of bad input, through the command: exit status 2, one line that names the file, the place, what was found
-// and what is allowed, and nothing written; or, where a run can honestly go on, a counted skip.
+// Every kind of bad input through the command: exit status 2, one line that names the file, the position, what was
+// found and what is allowed, and nothing written; or, where a run can go on correctly, a counted skip.
 #include <algorithm>
 
 #include "tests/run_scenes.h"
@@ -9,7 +9,7 @@
 namespace malha {
 namespace {
 
-/// A sheet over a ball; each case spoils one thing in it.
+/// A sheet over a ball; each case makes one thing in it invalid.
 Json sound_scene() {
   return Json::parse(R"({
     "name": "sound",
@@ -26,13 +26,13 @@ Json sound_scene() {
 
 struct BadCase {
   std::string name;
-  std::string pointer, value;  // what is changed in the scene, to this JSON
+  std::string pointer, value;  // the JSON at this pointer of the scene is replaced by this value
   std::string mesh, bytes;     // a mesh file of this name beside the scene
-  std::string found, allowed;  // how the line begins, and how what it allows begins
+  std::string found, allowed;  // the start of the line, and the start of its list of what is allowed
 };
 void PrintTo(const BadCase& bad, std::ostream* out) { *out << bad.name; }
 
-/// A folder with a scene and the results of an earlier run, which a refusal must leave alone.
+/// A folder with a scene and the results of an earlier run, which a refused run must not change.
 class RefusalFolder {
  public:
   explicit RefusalFolder(const std::string& scene) {
@@ -86,7 +86,7 @@ const std::string cut_ply =
     "end_header\n" +
     std::string(35, '\0');  // of 36 bytes
 
-/// The body's or the ball's mesh is this file.
+/// Replaces the mesh of the body or of the ball by this file.
 BadCase in_mesh(const std::string& name, const std::string& file, const std::string& bytes, const std::string& found,
                 const std::string& allowed) {
   return {name, "/bodies/0/shape", R"({"mesh": ")" + file + "\"}", file, bytes, file + ": " + found, allowed};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints that were made up, with the hash made valid: refused or gone on with, never a crash, and what is refused
-// leaves the simulation as it was.
+// Forged checkpoints with a valid hash: they are refused or continued from, never a crash, and a refused one leaves the
+// simulation unchanged.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@
 namespace malha {
 namespace {
 
-/// Something of everything that a state holds: contacts with two meshes, sleep, and positions that are held apart.
+/// A scene whose state has every part: contacts with two meshes, sleep, and displacements that are truncated.
 Scene crowded() {
   BodySpec sheet = body("sheet", GridShape{{1, 1}, {4, 4}}, {constraint("distance"), constraint("bending")});
   sheet.transform.translate = {-0.5, 0.52, -0.5};
@@ -62,7 +62,7 @@ struct MadeUp {
     state = read_checkpoint(path, scene_hash(model)).state;
     there = simulation.state_hash();
   }
-  /// Why this state is refused; "" if it is not. It is stepped on with then.
+  /// The refusal of this state; "" if it is accepted, in which case steps follow.
   std::string refusal(const std::string& bytes, std::int64_t frames = 0) {
     write_checkpoint(path, scene_hash(model), {bytes, frames});
     const std::string said = malha::refusal([&] { simulation.load_checkpoint(path); });
@@ -95,7 +95,7 @@ struct MadeUp {
   }
 };
 
-/// Where a state of `crowded` holds what: 25 particles, and a word of them at each of two meshes.
+/// Offsets of the parts of a state of `crowded`: 25 particles, and a group of them at each of two meshes.
 struct PlacesOfState {
   static constexpr std::size_t n = 25, lows = 8 + 6 * n * sizeof(float), counts = lows + 3 * n * sizeof(float),
                                boxes = counts + 16, places = boxes + 2 * sizeof(WordBox);
@@ -112,7 +112,7 @@ struct PlacesOfState {
 
 constexpr std::int64_t kBeyond[] = {-2, 80, 1'000'000'000'000, std::numeric_limits<std::int64_t>::min()};
 
-TEST(MadeUpCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
+TEST(ForgedCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
   MadeUp made(crowded(), 5);
   const PlacesOfState of(made);
   const std::size_t n = of.n, seen = of.near, pairs = of.pairs;
@@ -127,7 +127,7 @@ TEST(MadeUpCheckpoint, OfATriangleThatTheMeshLacksIsRefused) {
                       "contacts: found triangle " + std::to_string(triangle) + "; allowed: -1 to 79"));
 }
 
-TEST(MadeUpCheckpoint, OfPairsThatAreNotThereIsRefused) {
+TEST(ForgedCheckpoint, OfPairsThatAreNotThereIsRefused) {
   MadeUp made(crowded(), 5);
   const PlacesOfState of(made);
   for (const std::int64_t many : {std::int64_t{-1}, std::int64_t{1}, std::numeric_limits<std::int64_t>::max()})
@@ -140,7 +140,7 @@ TEST(MadeUpCheckpoint, OfPairsThatAreNotThereIsRefused) {
                     "contacts: found pair " + std::to_string(pair)));
 }
 
-TEST(MadeUpCheckpoint, OfStepsThatWereNeverDoneIsRefused) {
+TEST(ForgedCheckpoint, OfStepsThatWereNeverDoneIsRefused) {
   MadeUp made(crowded(), 5);
   const std::size_t rest = PlacesOfState(made).rest;
   for (const std::int64_t steps : {std::int64_t{-1}, std::numeric_limits<std::int64_t>::max()})
@@ -154,7 +154,7 @@ TEST(MadeUpCheckpoint, OfStepsThatWereNeverDoneIsRefused) {
     EXPECT_TRUE(has(made.refusal(made.with(made.state.size() - 8, serves)), "search of edges that serves: found "));
 }
 
-TEST(MadeUpCheckpoint, WithoutFiniteNumbersIsRefused) {
+TEST(ForgedCheckpoint, WithoutFiniteNumbersIsRefused) {
   MadeUp made(crowded(), 5);
   const PlacesOfState of(made);
   const std::size_t n = of.n, seen = of.near, rest = of.rest;
@@ -176,7 +176,7 @@ TEST(MadeUpCheckpoint, WithoutFiniteNumbersIsRefused) {
   }
 }
 
-TEST(MadeUpCheckpoint, OfTearsThatCannotBeIsRefused) {
+TEST(ForgedCheckpoint, OfTearsThatCannotBeIsRefused) {
   MadeUp made(pulled_apart(), 15);
   std::uint64_t count = 0;
   std::memcpy(&count, made.state.data(), sizeof count);
@@ -197,7 +197,7 @@ TEST(MadeUpCheckpoint, OfTearsThatCannotBeIsRefused) {
     EXPECT_TRUE(has(made.refusal(made.with(20, face)), "tears: found face " + std::to_string(face)));
 }
 
-/// Bytes turned, numbers put in, pieces cut out and doubled; `refused` and `taken` are counted.
+/// Flips bits, overwrites numbers, cuts out and duplicates pieces; counts `refused` and `taken`.
 void expect_no_crash(MadeUp& made, int tries, unsigned seed) {
   Random random(seed);
   int refused = 0, taken = 0;
@@ -245,7 +245,7 @@ void expect_no_crash(MadeUp& made, int tries, unsigned seed) {
   EXPECT_GT(taken, tries / 100);
 }
 
-TEST(MadeUpCheckpoint, NeverCrashesWhateverIsInIt) {
+TEST(ForgedCheckpoint, NeverCrashesWhateverIsInIt) {
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     Scene crowd = crowded(), torn = pulled_apart();
     crowd.solver.precision = torn.solver.precision = precision;
@@ -255,7 +255,7 @@ TEST(MadeUpCheckpoint, NeverCrashesWhateverIsInIt) {
   }
 }
 
-TEST(MadeUpCheckpoint, DISABLED_NeverCrashesWhateverIsInItInManyTries) {
+TEST(ForgedCheckpoint, DISABLED_NeverCrashesWhateverIsInItInManyTries) {
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     Scene crowd = crowded(), torn = pulled_apart();
     crowd.solver.precision = torn.solver.precision = precision;

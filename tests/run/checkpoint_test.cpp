@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A scene with everything that a checkpoint has to hold: two bodies, contacts, compliance, damping.
+/// A scene with every part that a checkpoint contains: two bodies, contacts, compliance, damping.
 Scene falling() {
   BodySpec sheet = body("sheet", GridShape{{1, 1}, {6, 6}}, {with_compliance("distance", 1e-6), constraint("bending")});
   sheet.transform.translate = {-0.5, 0.52, -0.5};
@@ -56,7 +56,7 @@ struct CheckpointFile : testing::Test {
   }
   void put(const std::string& all) const { std::ofstream(path, std::ios::binary) << all; }
 
-  /// Why this file cannot be read for this scene; empty if it can.
+  /// The reason why this file cannot be read for this scene; empty if it can.
   std::string refusal(const Scene& scene) const { return refusal(build_model(scene)); }
   std::string refusal(const Model& model) const {
     return malha::refusal([&] { read_checkpoint(path, scene_hash(model)); });
@@ -84,7 +84,7 @@ TEST_F(CheckpointFile, ContinuesWithTheVerySameBitsOnAnyExecutor) {
     for (int s = 0; s < 20; ++s) whole->step();
     for (int s = 0; s < 9; ++s) first->step();
     write_checkpoint(path, scene_hash(model), {first->save(), 0});
-    second->step();  // whatever it did before is forgotten
+    second->step();  // the loaded state must replace that of this step
     second->restore(read_checkpoint(path, scene_hash(model)).state);
     EXPECT_EQ(second->steps(), 9);
     EXPECT_EQ(second->state_hash(), first->state_hash());
@@ -173,7 +173,7 @@ TEST_F(CheckpointFile, OfAnotherMeshUnderTheSameNameIsRefused) {
   EXPECT_NE(refusal(sheet_with(points + other)), "") << "an environment mesh joined otherwise";
 }
 
-/// Pressure alone: no constraint but it knows how the points are joined.
+/// Pressure alone: no other constraint depends on how the points are connected.
 TEST_F(CheckpointFile, OfAnotherSurfaceUnderPressureIsRefused) {
   const std::string mesh = (folder / "box.obj").string();
   const auto box = [&](const std::string& top) {
@@ -261,9 +261,9 @@ TEST(State, OfAnotherSizeIsRefused) {
   EXPECT_THROW(load_state<float>("", {3, 1}), InputError);
 }
 
-TEST(State, WithABoxThatIsNoPlaceIsRefused) {
+TEST(State, WithABoxThatIsNotFiniteIsRefused) {
   State<float> state;
-  state.x.resize(70), state.v.resize(70), state.low.resize(70);  // two words
+  state.x.resize(70), state.v.resize(70), state.low.resize(70);  // two groups of particles
   const auto load = [&](const WordBox& box) {
     state.seen = {{box, kEach}, std::vector<PlaceSeen>(6), {}};
     return load_state<float>(save_state(state), {70, 1}, {80}).seen.boxes[0].half.y;

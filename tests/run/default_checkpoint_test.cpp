@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints that nobody asked for, what they survive, and whose folder it is.
+// Default checkpoints: those that are written without being named, when they are removed, and the lock on their folder.
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -18,8 +18,8 @@ namespace malha {
 namespace {
 
 struct Flush {
-  bool folder;       // or a file
-  bool whole_there;  // whether the file had its name already
+  bool folder;       // otherwise a file
+  bool whole_there;  // whether the file already had its final name
 };
 std::vector<Flush>* flushes = nullptr;
 std::string flushed_name;
@@ -27,7 +27,7 @@ std::string flushed_name;
 }  // namespace
 }  // namespace malha
 
-/// In the library's place, so that a test sees what is flushed, and when.
+/// Replaces the function of the library, so that a test records what is flushed, and when.
 extern "C" int fsync(int descriptor) {
   if (malha::flushes != nullptr) {
     const bool folder = std::filesystem::is_directory("/proc/self/fd/" + std::to_string(descriptor));
@@ -39,7 +39,7 @@ extern "C" int fsync(int descriptor) {
 namespace malha {
 namespace {
 
-/// Steps until `when`, and is then killed: nothing is written any more.
+/// Steps until `when`, after which the run counts as killed: nothing more is written.
 struct KilledRun {};
 void run_and_kill(const Json& scene, const RunOptions& options, std::int64_t when) {
   const auto watch = [&](const Progress& now) {
@@ -173,7 +173,7 @@ TEST(PicturesOfAStoppedRun, AreLeftOutByCtrlCWhichSaysHowToGetThem) {
   EXPECT_TRUE(has(drawn.out, "\nstoryboard  an out/storyboard.png\n")) << drawn.out;
 }
 
-// A picture takes seconds where other programs use the cores.
+// Rendering a picture takes seconds where other programs use the cores.
 TEST(PicturesOfAStoppedRun, AreLeftOutInTheMiddleOfOne) {
   const TemporaryFolder folder;
   Json scene = swinging_sheet(true);
@@ -188,7 +188,7 @@ TEST(PicturesOfAStoppedRun, AreLeftOutInTheMiddleOfOne) {
   EXPECT_EQ(names, (std::vector<std::string>{"checkpoint.malha", "report.json"}));
 }
 
-// The run has done all its steps, and its pictures are not there.
+// The run has done all its steps, and its pictures do not exist yet.
 TEST(PicturesOfAStoppedRun, AreMissedInTheLastStepToo) {
   const TemporaryFolder folder;
   Json scene = swinging_sheet(true);
@@ -205,7 +205,7 @@ TEST(PicturesOfAStoppedRun, AreMissedInTheLastStepToo) {
   EXPECT_EQ(Json::parse(bytes_of(folder / "out/report.json"))["status"], "finished");
 }
 
-// Nothing is lost then, and a set-up may take long.
+// Before the first step nothing is lost, and a set-up may take long.
 TEST(CtrlC, EndsASetUpAtOnceAndLeavesEarlierResults) {
   const TemporaryFolder folder;
   Json scene = swinging_sheet(false);
@@ -215,7 +215,7 @@ TEST(CtrlC, EndsASetUpAtOnceAndLeavesEarlierResults) {
   scene["bodies"][0]["shape"]["grid"]["cells"] = {1500, 1500};
   folder.write("scene.json", scene.dump());
   MalhaProcess process({"run", "scene.json"}, folder / ".");
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // of some seconds
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // the set-up takes some seconds
   process.send(SIGINT);
   EXPECT_EQ(process.wait().status, -SIGINT);
   EXPECT_TRUE(files_in(folder / "out") == before);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run that stops and goes on is the run that never stopped, bit by bit; and nothing else can be gone on with.
+// A resumed run equals the uninterrupted one, bit by bit; any other checkpoint is refused.
 #include "host/base/build_info.h"
 #include "host/run/run.h"
 #include "tests/refusal.h"
@@ -24,7 +24,8 @@ class Resume : public testing::TestWithParam<ResumedKind> {
     run_quietly(scene_, {.out = (folder_ / "whole").string()});
   }
 
-  /// Every frame, the picture of the end, and the checkpoint, which holds every bit that a later step depends on.
+  /// Compares every frame, the picture of the end, and the checkpoint, which contains every bit that a later step
+  /// depends on.
   void expect_same_as_whole(const std::string& out) {
     auto whole = files_in(folder_ / "whole"), parts = files_in(folder_ / out);
     EXPECT_EQ(Json::parse(parts["report.json"])["state_hash"], Json::parse(whole["report.json"])["state_hash"]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happens to a command in the world: readers that leave, bytes that no terminal should see, too little memory.
+// The command under adverse conditions: closed pipes, control bytes that must not reach a terminal, too little memory.
 #include <sys/resource.h>
 
 #include <atomic>
@@ -18,7 +18,7 @@
 namespace malha {
 namespace {
 
-/// What a shell makes of a line in this folder, where $malha is the command: its exit status.
+/// The exit status of a shell that runs a line in this folder, where $malha is the command.
 int in_shell(const std::string& line, const TemporaryFolder& folder) {
   const std::string all = "cd '" + (folder / ".").string() + "' && malha='" + MALHA_COMMAND + "' && " + line;
   const int state = std::system(("bash -c '" +
@@ -33,10 +33,10 @@ int in_shell(const std::string& line, const TemporaryFolder& folder) {
   return WIFEXITED(state) ? WEXITSTATUS(state) : -WTERMSIG(state);
 }
 
-TEST(AReaderThatLeaves, DoesNotEndTheRun) {
+TEST(AClosedPipe, DoesNotEndTheRun) {
   const TemporaryFolder folder;
   folder.write("scene.json", swinging_sheet(false).dump());
-  // true closes the pipe at once; the run writes to it, once it is surely gone.
+  // true closes the pipe at once; the run writes to it once it is certainly closed.
   for (const char* line : {"{ sleep 0.2; $malha run scene.json --threads 1 2>/dev/null; echo $? >status; } | true",
                            "{ sleep 0.2; $malha run scene.json --threads 1 2>&1 >/dev/null; echo $? >status; } | true",
                            "$malha run scene.json --threads 1 >&- 2>&-; echo $? >status"}) {
@@ -118,7 +118,7 @@ TEST(TextForTerminals, HasNoBytesOfFilesThatATerminalWouldObey) {
       EXPECT_EQ(ended.err.find('\033'), std::string::npos) << ended.err;
       EXPECT_TRUE(runs || is_clean(ended.err)) << ended.err;
     }
-  // Names in a scene, notes about a body, and where results are.
+  // Such bytes may come from names in a scene, messages about a body, and the path of the results.
   scene = swinging_sheet(true);
   scene["name"] = scene["bodies"][0]["name"] = "n\u009b31m";
   scene["bodies"][0]["tear"] = {{"strain", 0.5}};
@@ -142,7 +142,7 @@ TEST(TextForTerminals, HasNoBytesOfFilesThatATerminalWouldObey) {
   EXPECT_LT(malha_command({"check", "long.json"}, folder / ".").err.size(), 400u);
 }
 
-/// Bodies of 20 million particles each, as many as this machine has no room for.
+/// Bodies of 20 million particles each, as many as exceed this machine's memory.
 Scene too_large() {
   Scene scene = scene_of({});
   const double each = 2e7 * 170;
@@ -154,7 +154,7 @@ Scene too_large() {
   return scene;
 }
 
-TEST(TooLittleMemory, IsSaidWithFiguresBeforeASceneIsSetUp) {
+TEST(TooLittleMemory, IsReportedWithFiguresBeforeASceneIsSetUp) {
   const Scene scene = too_large();
   EXPECT_THROW(build_model(scene), OutOfMemory);
   const std::string said = refusal([&] { build_model(scene); });
@@ -170,11 +170,11 @@ TEST(TooLittleMemory, IsSaidWithFiguresBeforeASceneIsSetUp) {
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
-TEST(TooLittleMemory, IsSaidWithFiguresOfFilesThatDoNotFit) {
+TEST(TooLittleMemory, IsReportedWithFiguresOfFilesThatDoNotFit) {
   const TemporaryFolder folder;
   folder.write("scene.json", swinging_sheet(false).dump());
   ASSERT_EQ(malha_command({"run", "scene.json", "--steps", "2"}, folder / ".").status, 0);
-  const std::uintmax_t bytes = std::uintmax_t{1} << 42;  // without blocks on the disk
+  const std::uintmax_t bytes = std::uintmax_t{1} << 42;  // a sparse file
   std::error_code failed;
   for (const char* name : {"out/scene/checkpoint.malha", "big.json"}) {
     std::ofstream(folder / name, std::ios::app) << "";
@@ -189,9 +189,9 @@ TEST(TooLittleMemory, IsSaidWithFiguresOfFilesThatDoNotFit) {
   EXPECT_EQ(malha_command({"check", "big.json"}, folder / ".").status, 5);
 }
 
-// By clang the libraries alone take these addresses, and LLVM's OpenMP aborts where it gets none for a thread.
+// With clang the libraries alone use up these addresses, and LLVM's OpenMP aborts where it gets no memory for a thread.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(__clang__)
-TEST(TooLittleMemory, IsSaidWhereItRunsOutOnTheWay) {
+TEST(TooLittleMemory, IsReportedWhereItRunsOutDuringTheRun) {
   const TemporaryFolder folder;
   std::string points = "OFF\n1000000 0 0\n";
   for (int i = 0; i < 1000000; ++i) points += std::to_string(i) + " 0 0\n";
@@ -205,8 +205,8 @@ TEST(TooLittleMemory, IsSaidWhereItRunsOutOnTheWay) {
   EXPECT_FALSE(has(said, "bad_alloc")) << said;
 }
 
-// In the middle of work on all threads, too, and where there is none for a thread.
-TEST(TooLittleMemory, IsSaidWhereverOfTheSetUpItRunsOut) {
+// The memory also runs out during work on all threads, and while a thread is created.
+TEST(TooLittleMemory, IsReportedWhereverInTheSetUpItRunsOut) {
   const TemporaryFolder folder;
   Json scene = swinging_sheet(false);
   scene["bodies"][0]["shape"]["grid"]["cells"] = {150, 150};
@@ -219,7 +219,7 @@ TEST(TooLittleMemory, IsSaidWhereverOfTheSetUpItRunsOut) {
                              "; $malha run scene.json --threads 2 --steps 1 --every 0 --quiet 2>said";
     const int status = in_shell(line, folder);
     const std::string said = bytes_of(folder / "said");
-    // The system's words, and those of OpenMP, which ends the process by itself.
+    // The message is the system's or that of OpenMP, which ends the process by itself.
     if (has(said, "loading shared libraries") || has(said, "cannot allocate TLS") ||
         has(said, "libgomp: Out of memory"))
       continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run leaves in its folder, when, and how it ends.
+// The files that a run writes to its folder, when it writes them, and how it ends.
 #include "host/run/run.h"
 
 #include <algorithm>
@@ -93,7 +93,7 @@ TEST(Run, ReplacesTheResultsOfAnEarlierRunAndTouchesNothingElse) {
                                              "report.json"}));
 }
 
-TEST(Run, LooksAtExpectationsOnlyWhereTheScenesDurationEnds) {
+TEST(Run, TestsExpectationsOnlyWhereTheScenesDurationEnds) {
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
   Json scene = swinging_sheet(false);
@@ -126,7 +126,7 @@ TEST(Run, StopsAfterTheStepInWhichItIsTold) {
   EXPECT_FALSE(std::filesystem::exists(Results(out).storyboard));
 }
 
-TEST(Run, TellsItsProgressStepByStep) {
+TEST(Run, ReportsItsProgressStepByStep) {
   const TemporaryFolder folder;
   std::vector<std::int64_t> steps;
   double time = 0;
@@ -145,8 +145,8 @@ TEST(Run, TellsItsProgressStepByStep) {
   EXPECT_DOUBLE_EQ(time, 0.8);
 }
 
-/// A particle that no float can follow: dt = 2^59 s at 2^59 m/s are exactly 2^118 m a step, and step 1024 reaches
-/// 2^128, which float does not hold. Beside it one that stays calm.
+/// A particle whose position leaves float's range: dt = 2^59 s at 2^59 m/s are exactly 2^118 m a step, and step 1024
+/// reaches 2^128, which float does not represent. A second particle stays at rest.
 Json rushing_particle(bool environment) {
   const Json here{{"lattice", {{"min", {0, 1, 0}}, {"max", {0, 1, 0}}, {"count", {1, 1, 1}}}}};
   Json scene{{"name", "rush"},

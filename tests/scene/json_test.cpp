@@ -89,7 +89,7 @@ TEST(ParseJson, RefusesIllFormedUtf8) {
 
 TEST(JsonPointer, EscapesSlashAndTilde) { EXPECT_EQ(json_pointer("/a", "b/c~d"), "/a/b~1c~0d"); }
 
-TEST(NearMiss, FindsASlipOfTheKeys) {
+TEST(SpellingSuggestion, FindsATypo) {
   const std::vector<std::string> words{"distance", "distance_limit", "bending", "mass"};
   EXPECT_EQ(near_miss("distanse", words), "distance");
   EXPECT_EQ(near_miss("distance_limt", words), "distance_limit");
@@ -97,10 +97,10 @@ TEST(NearMiss, FindsASlipOfTheKeys) {
   EXPECT_EQ(near_miss("mas", words), "mass");
 }
 
-TEST(NearMiss, FindsNothingInAnotherWord) {
+TEST(SpellingSuggestion, FindsNothingInAnotherWord) {
   EXPECT_EQ(near_miss("volume", {"distance", "mass"}), "");
   EXPECT_EQ(near_miss("", {"a"}), "");
-  EXPECT_EQ(near_miss("x", {"y"}), "");  // one edit, but nothing of the word is left
+  EXPECT_EQ(near_miss("x", {"y"}), "");  // one edit, but no letter of the word is left
 }
 
 TEST(JsonReader, RefusesAnUnknownKeyBeforeAMissingOne) {

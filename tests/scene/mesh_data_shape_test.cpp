@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes that are given in place of a file.
+// Meshes that a scene gets as data instead of a file.
 #include <gtest/gtest.h>
 
 #include "host/mesh/generate.h"
@@ -17,7 +17,7 @@ BodySpec listed_body(const Shape& shape) {
   return body;
 }
 
-/// A square with a hole in its numbers: nothing uses vertex 1.
+/// A square with a gap in its numbers: nothing uses vertex 1.
 const MeshDataShape kSquare{
     {{0, 0, 0}, {9, 9, 9}, {1, 0, 0}, {0, 0, 1}, {1, 0, 1}}, {{0, 3, 2, -1}, {2, 3, 4, -1}}, {}, {}};
 constexpr const char* kSquareObj = "v 0 0 0\nv 9 9 9\nv 1 0 0\nv 0 0 1\nv 1 0 1\nf 1 4 3\nf 3 4 5\n";
@@ -74,7 +74,7 @@ TEST(MeshDataShape, IsRefusedWhereACornerIsNoPoint) {
             "mesh_data: tetrahedra/0: found vertex -1; allowed: 0 to 2");
 }
 
-/// Sound meshes are not written as text to be checked; what is wrong is named all the same.
+/// Valid meshes are not written as text to be checked; errors are named all the same.
 TEST(MeshDataShape, MadeInCodeIsRefusedAsItsFileIs) {
   const auto refused = [](const MeshDataShape& shape) {
     return refusal([&] { build_model(scene_of({listed_body(shape)}, kEarth, 0.1)); });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the shipped scenes exist to show, where their own "expect" cannot say it. Whole runs: release builds only.
+// What the shipped scenes demonstrate beyond their own "expect". The runs are whole, so that only release builds have
+// these tests.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -76,7 +77,7 @@ TEST(SceneShows, ThatTheStripLiesFiveLayersDeep) {
 
 class SceneShowsABalloon : public testing::TestWithParam<const char*> {};
 
-/// How far from round: the spread of the distances to the middle over their mean.
+/// Deviation from a sphere: the spread of the distances to the centre over their mean.
 TEST_P(SceneShowsABalloon, ThatKeepsItsForm) {
   const std::vector<Vec3> x = at_the_end(load_shipped(GetParam())).positions();
   const Vec3 middle = mean(x, 0, x.size());
@@ -108,8 +109,8 @@ double sharpest_corner(const std::vector<Vec3>& x, int side) {
   return sharpest;
 }
 
-/// Between corners that are as far apart as the sheet is wide cells shear by as little as its rows stretch or hang in
-/// folds: by 12 degrees at the end, 22 on the way.
+/// Between corners that are as far apart as the sheet is wide, cells shear only as far as rows stretch or hang in
+/// folds: by 12 degrees at the end, 22 at most.
 TEST(SceneShows, ThatCellsShearOnlyWithoutShearSprings) {
   const Simulation with = at_the_end(load_shipped("sheet_shear"));
   const Simulation without = at_the_end(load_shipped("sheet_no_shear"));

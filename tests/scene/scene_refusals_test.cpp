@@ -156,7 +156,7 @@ TEST(ParseScene, NamesTheLineOfASyntaxErrorAndOfADuplicateKey) {
       scene_refusal("{\"name\": \"a\",\n \"name\": \"b\"}").find("s.json: line 2, column 2: found the key 'name'"), 0u);
 }
 
-/// The places of a refusal's lines.
+/// The JSON pointers of a refusal's lines.
 std::vector<std::string> places_of_faults(const std::string& refused) {
   std::vector<std::string> places;
   for (std::size_t at = 0, end = 0; at < refused.size(); at = end + 1) {
@@ -184,7 +184,8 @@ TEST(ParseScene, RefusesAllFaultsAtOnceEachOnALineOfItsOwn) {
 }
 
 TEST(ParseScene, DoesNotRefuseWhatAFaultEntails) {
-  // The names that expectations and self-collision use, rows of a shape that is none, a mass that is misspelt.
+  // These are names that expectations and self-collision use, rows of a shape without rows, and a mass that is
+  // misspelt.
   for (const auto& [pointer, value] :
        {std::pair{"/bodies/1/shape", R"({"gird": {}})"}, {"/bodies/0/name", "1"}, {"/bodies/2/mas", "1"}})
     EXPECT_EQ(places_of_faults(scene_refusal(changed_scene(pointer, value))).size(), 1u) << pointer;

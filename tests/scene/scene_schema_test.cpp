@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keeps scenes/schema.json in step with the parser: walks the schema along the full scene, and at every place asks the
-// parser the same question.
+// Keeps scenes/schema.json consistent with the parser: walks the schema along the full scene, and at every pointer
+// compares it with what the parser accepts.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -56,7 +56,7 @@ class SceneSchema : public testing::Test {
  protected:
   const Json schema_ = read(scenes / "schema.json");
   Json scene_ = Json::parse(full_scene());
-  std::set<const Json*> visited_;  // schema nodes that some place of the full scene has led to
+  std::set<const Json*> visited_;  // schema nodes that some pointer of the full scene has led to
 
   const Json& resolve(const Json& node) const {
     if (!node.contains("$ref")) return node;
@@ -121,7 +121,7 @@ TEST_F(SceneSchema, HasTheKeysThatTheParserAllows) {
 
 TEST_F(SceneSchema, HasNoObjectThatTheFullSceneDoesNotReach) {
   walk([](const Json&, const std::string&) {});
-  scene_["solver"] = {{"type", "pbd"}};  // the other method: its keys are asked for below
+  scene_["solver"] = {{"type", "pbd"}};  // the keys of the other method are compared below
   walk([](const Json&, const std::string&) {});
   std::set<const Json*> objects;
   collect_objects(schema_, objects);
@@ -175,7 +175,7 @@ TEST_F(SceneSchema, HasTheBoundsOfTheParser) {
       if (!node.contains(key)) continue;
       const double bound = node[key];
       expect_refused_at(pointer, Json(bound + sign * beyond(bound)).dump());
-      // On the bound itself another rule may refuse (a box inside out), but not this one.
+      // On the bound itself another rule may refuse (a box with min above max), but not this one.
       const std::string refusal = scene_refusal(changed_scene(pointer, node[key].dump()));
       EXPECT_EQ(refusal.find("allowed: a number in"), std::string::npos) << refusal;
       EXPECT_EQ(refusal.find("allowed: an integer in"), std::string::npos) << refusal;

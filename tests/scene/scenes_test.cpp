@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every shipped scene, whole, against its own "expect". In builds with assertions (sanitizers), which are some
-// ten times slower, only its first steps: they must stay finite.
+// Every shipped scene is run and compared with its own "expect". Builds with assertions (sanitizers), which are some
+// ten times slower, run only its first steps, which must stay finite.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 namespace malha {
 namespace {
 
-/// Mesh files of the scene that are not there; the scans are too large for the repository.
+/// Mesh files of the scene that are missing; the scans are too large for the repository.
 std::vector<std::string> missing_meshes(const Scene& scene) {
   std::vector<std::string> missing;
   const auto look = [&missing](const Shape& shape) {
@@ -61,7 +61,7 @@ TEST_P(ShippedScene, ExpectsSomethingOfItsEnd) {
 INSTANTIATE_TEST_SUITE_P(, ShippedScene, testing::ValuesIn(shipped_scenes()),
                          [](const auto& tested) { return tested.param; });
 
-// The parameterised tests above run over what the folder holds: it must hold what was promised.
+// The parameterised tests above iterate over the folder; this one checks that it has the promised scenes.
 TEST(ShippedScenes, AreAllThere) {
   const std::vector<std::string> names = shipped_scenes();
   std::istringstream promised(
@@ -71,8 +71,8 @@ TEST(ShippedScenes, AreAllThere) {
   for (std::string name; promised >> name;) EXPECT_TRUE(std::binary_search(names.begin(), names.end(), name)) << name;
 }
 
-// Each example of scenes/README.md is a whole scene, a body of one, or some of its keys beside those of a hanging
-// sheet.
+// Each example of scenes/README.md is a whole scene, one of its bodies, or some of its keys, which are merged into a
+// scene of a hanging sheet.
 TEST(ScenesPage, HasExamplesThatAreSound) {
   const std::string page = bytes_of(MALHA_SOURCE_DIR "/scenes/README.md");
   const Json base = Json::parse(R"({
@@ -99,19 +99,19 @@ TEST(ScenesPage, HasExamplesThatAreSound) {
   EXPECT_GE(examples, 19);
 }
 
-// The scene on the first page: as it stands there it runs without a warning, and the sheet is no rubber.
+// The scene on the first page runs without a warning, and its sheet hardly stretches.
 TEST(FirstPage, ShowsASheetThatHangs) {
   const std::string page = bytes_of(MALHA_SOURCE_DIR "/README.md");
   const std::size_t begin = page.find("```json\n") + 8;
   const Scene scene = parse_scene(page.substr(begin, page.find("```", begin) - begin), "README.md", ".");
   Simulation simulation(scene, {.threads = 1});
   EXPECT_EQ(warnings(simulation.model()), std::vector<std::string>());
-  double lowest = 0;  // of its swing
+  double lowest = 0;  // of its swing, m
   while (simulation.time() < scene.duration) {
     simulation.step();
     for (const Vec3& x : simulation.positions()) lowest = std::min(lowest, x[1]);
   }
-  // 1 m long and pinned at height 0, it swings through the vertical, longer by its strain in the swing (2 %).
+  // 1 m long and pinned at height 0, it swings through the vertical, stretched by its strain in the swing (2 %).
   EXPECT_LT(lowest, -0.95);
   EXPECT_GT(lowest, -1.02);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An attack on the guarantee of self-collision: bodies of all kinds thrown, driven and squeezed into each other at
-// random. Nothing may cross after any step, by a count that shares no code with the collider.
+// Randomised stress test of self-collision: bodies of all kinds are thrown, moved and squeezed into each other. After
+// no step may anything intersect, by a count that shares no code with the collider.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 namespace malha {
 namespace {
 
-/// Edges through triangles of which they have no particle, by signs of volumes in extended precision.
+/// Counts edges through triangles that share no particle with them, by signs of volumes in extended precision.
 class CrossingCount {
  public:
   explicit CrossingCount(const RenderMesh& look) {
@@ -49,7 +49,7 @@ class CrossingCount {
         return false;
     return true;
   }
-  /// Of the volume of a tetrahedron; 0 where rounding could have made it.
+  /// The sign of the volume of a tetrahedron; 0 where it may be due to rounding.
   static int sign(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
     using Wide = long double;
     Wide e[3][3], size = 0;
@@ -67,7 +67,7 @@ class CrossingCount {
   std::vector<std::pair<int, int>> edges_;
 };
 
-TEST(CrossingCount, SeesAnEdgeThroughATriangleAndNoneBesideIt) {
+TEST(IntersectionCount, CountsAnEdgeThroughATriangleAndNoneBesideIt) {
   RenderMesh look;
   look.faces = {{0, 1, 2, -1}, {3, 4, 5, -1}};
   const CrossingCount count(look);
@@ -131,7 +131,7 @@ class Attacks {
     body.transform.translate = {-side / 2, 0, -side / 2};
     return body;
   }
-  /// About the origin; free, or held at two corners.
+  /// A body about the origin, free or pinned at two corners.
   void target(Scene& scene, Random& random) {
     BodySpec body = sheet(random, 1);
     if (random() < 0) body.pins = {NearestPin{{-0.5, 0, -0.5}}, NearestPin{{0.5, 0, -0.5}}};
@@ -159,7 +159,7 @@ class Attacks {
     body.spin = {spin.x, spin.y, spin.z};
     scene.bodies.push_back(body);
   }
-  /// A sheet whose edge is drawn through where the other one is.
+  /// A sheet whose edge is moved through the position of another one.
   void drive(Scene& scene, Random& random, double speed) {
     BodySpec body = sheet(random, 0.8);
     body.transform.translate[1] = 0.3;
@@ -194,7 +194,7 @@ class Attacks {
       scene.environment.push_back(wall);
     }
   }
-  /// Several sheets on a ground, into which a slab goes edge first.
+  /// Several sheets on the ground, into which a slab moves edge first.
   void cut_in(Scene& scene, Random& random, double speed) {
     for (int k = 1; k <= 2; ++k) {
       BodySpec body = sheet(random, 0.8);
@@ -216,13 +216,13 @@ class Attacks {
     if (turns) end.axis = {0.6, 0, 0.8}, end.degrees = random(-180, 180);
     slab.motion = {start, end};
     scene.environment.push_back(slab);
-    if (random() < 0 || turns) return;  // what turns would come through the ground: that leaves no room
+    if (random() < 0 || turns) return;  // an object that rotates would come through the ground, and leave no gap
     EnvironmentSpec ground;
     ground.name = "ground", ground.shape = BoxShape{{3, 0.5, 3}, {1, 1, 1}};
     ground.transform.translate = {0, -0.85, 0}, ground.thickness = 0.004, ground.friction = 0.3;
     scene.environment.push_back(ground);
   }
-  /// Layers fall on what throws them back, the rest of their way in the same substep.
+  /// Layers fall on an object with restitution, whose bounce happens within the same substep.
   void bounce(Scene& scene, Random& random, double speed) {
     for (int k = 1; k <= 2; ++k) {
       BodySpec body = sheet(random, 0.8);
@@ -246,8 +246,8 @@ class Attacks {
 };
 
 struct Outcome {
-  int met = 0;             // scenes in which anything met
-  int driven_through = 0;  // and in which pins went through a body, which is said
+  int met = 0;             // scenes in which bodies came into contact
+  int driven_through = 0;  // scenes in which pins penetrated a body, which is reported
 };
 
 Outcome attack(int kind, unsigned first, unsigned scenes, int steps) {
@@ -281,10 +281,10 @@ Outcome attack(int kind, unsigned first, unsigned scenes, int steps) {
   return outcome;
 }
 
-class AttackBy : public testing::TestWithParam<int> {};
+class RandomCollisionsOf : public testing::TestWithParam<int> {};
 
-// What goes through does where moving edges press cloth against pins.
-TEST_P(AttackBy, ManyScenesMakesNothingCross) {
+// Penetrations occur where moving edges press cloth against pins.
+TEST_P(RandomCollisionsOf, ManyScenesIntersectNothing) {
 #if defined(NDEBUG)
   constexpr int scenes = 40;
 #else
@@ -292,16 +292,16 @@ TEST_P(AttackBy, ManyScenesMakesNothingCross) {
 #endif
   const Outcome outcome = attack(GetParam(), 0, scenes, 20);
   EXPECT_GT(outcome.met, scenes / 2);
-  EXPECT_LE(outcome.driven_through, std::max(2, scenes / 8));  // of a dozen, two may be by chance
+  EXPECT_LE(outcome.driven_through, std::max(2, scenes / 8));  // of a dozen scenes, two may be by chance
 }
 
-TEST_P(AttackBy, DISABLED_FourHundredScenesMakesNothingCross) {
+TEST_P(RandomCollisionsOf, DISABLED_FourHundredScenesIntersectNothing) {
   const Outcome outcome = attack(GetParam(), 1000, 400, 30);
   EXPECT_GT(outcome.met, 200);
   std::printf("%s: %d met, %d were driven through\n", kNames[GetParam()], outcome.met, outcome.driven_through);
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, AttackBy, testing::Range(0, kKinds), [](const auto& info) {
+INSTANTIATE_TEST_SUITE_P(Kinds, RandomCollisionsOf, testing::Range(0, kKinds), [](const auto& info) {
   std::string name = kNames[info.param];
   std::erase(name, ' ');
   return name;

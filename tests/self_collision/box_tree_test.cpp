@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The set-up of self-collision: crossings found among triangles of any shape in near-linear time, and what is too much.
+// The set-up of self-collision: intersections are found among triangles of any shape in near-linear time, and too many
+// pairs are refused.
 #include "host/model/box_tree.h"
 
 #include <gtest/gtest.h>
@@ -74,14 +75,15 @@ Model long_thin_cells(int cells) {
   return build_model(scene_of({sheet}, {0, 0, 0}, 0.01));
 }
 
-TEST(Crossings, OfLongThinCellsTryFewTrianglesAnEdge) {
+TEST(IntersectionCount, OfLongThinCellsTestsFewTrianglesAnEdge) {
   for (const int cells : {500, 8000}) {
     Model model = long_thin_cells(cells);
     model.scene.self_collision = SelfCollision{1e-4, 0, {}};
     const SelfSurface surface = self_surface(model);
     std::int64_t tried = 0;
     EXPECT_EQ(count_crossings(surface, model.x, &tried), 0);
-    // An edge touches the boxes of its own cell, of both beside it and of a diagonal's: uniform cubes tried them all.
+    // An edge intersects the boxes of its own cell, of both neighbours and of a diagonal's: a uniform grid tested all
+    // of them.
     EXPECT_LT(static_cast<double>(tried) / surface.edges, 20) << cells;
   }
 }
@@ -100,28 +102,29 @@ Scene sheets_in_one_place(int sheets, double thickness) {
   return scene;
 }
 
-TEST(PairsAtTheStart, AreWarnedOfWhereTheyAreVeryMany) {
+TEST(InitialPairs, AreWarnedOfWhereTheyAreVeryMany) {
   EXPECT_TRUE(build_model(sheets_in_one_place(1, 0.05)).notes.empty());
   EXPECT_TRUE(build_model(sheets_in_one_place(2, 0.05)).notes.empty());
   for (const Scene& scene : {sheets_in_one_place(1, 10), sheets_in_one_place(20, 0.05)}) {
     const Model model = build_model(scene);
     ASSERT_FALSE(model.notes.empty());
-    const std::string& last = model.notes.back();  // before it, what is unlikely of a thickness of 10 m
+    const std::string& last = model.notes.back();  // earlier ones are about a thickness of 10 m, which is unlikely
     EXPECT_TRUE(has(last, "\"self_collision\": some ")) << last;
     EXPECT_TRUE(has(last, " pairs whose boxes come nearer than twice the thickness of ")) << last;
   }
 }
 
-TEST(PairsAtTheStart, AreEstimatedFromASampleOfThem) {
-  // Everything is near everything: 288 triangles with 169 particles and 456 edges of their own.
+TEST(InitialPairs, AreEstimatedFromASampleOfThem) {
+  // Everything is within the thickness of everything: 288 triangles with 169 particles and 456 edges of their own.
   const Model model = build_model(sheets_in_one_place(1, 10));
   const PairEstimate pairs = estimate_pairs(self_surface(model), model.x, 10);
-  // 3.25 pairs of two triangles are those of a sheet without a rim, which has more particles and edges: here 12 % more.
+  // 3.25 pairs for two triangles are those of a sheet without a boundary; this one has more particles and edges: 12 %
+  // more pairs.
   EXPECT_NEAR(pairs.looked_at / (169.0 * 288 + 456.0 * 455 / 2), 1, 0.15);
   EXPECT_EQ(pairs.looked_at, pairs.near);
 }
 
-TEST(PairsAtTheStart, ThatFitNoMemoryAreRefused) {
+TEST(InitialPairs, ThatFitNoMemoryAreRefused) {
   BodySpec sheet;
   sheet.name = "sheet", sheet.shape = GridShape{{1, 1}, {160, 160}}, sheet.mass = 1;
   Scene scene = scene_of({sheet}, {0, 0, 0}, 0.01);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Geometry of a triangle mesh the slow way: every triangle, in double, by other formulas than
+// Reference geometry of a triangle mesh by brute force: all triangles, in double, by other formulas than
 // host/environment/surface.cpp.
 #pragma once
 #include <algorithm>
@@ -27,7 +27,7 @@ class BruteForce {
     return least;
   }
 
-  /// How often a closed mesh winds around p: 1 inside, 0 outside (van Oosterom, Strackee 1983).
+  /// Winding number of a closed mesh around p: 1 inside, 0 outside (van Oosterom, Strackee 1983).
   double winding(const V& p) const {
     double sum = 0;
     for (const Triangle& t : triangles_) {
@@ -38,8 +38,8 @@ class BruteForce {
     return sum / (2 * std::numbers::pi);
   }
 
-  /// The smallest t in [0, 1] at which a + t (b - a) lies on a triangle (seen from its front only, if asked for);
-  /// infinity for none. Not to be asked about edges: there it may slip through.
+  /// The smallest t in [0, 1] at which a + t (b - a) lies on a triangle (only from its front if `front_only`); infinity
+  /// for none. The result is not reliable on edges, between whose triangles the segment may slip through.
   double crossing(const V& a, const V& b, bool front_only) const {
     double first = std::numeric_limits<double>::infinity();
     for (const Triangle& t : triangles_) {

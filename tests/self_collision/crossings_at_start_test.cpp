@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies that cross at the start, as real models do: where the scene says so, they collide once they have parted.
+// Bodies that intersect at the start, as real models do: if the scene allows it, they collide after they have
+// separated.
 #include <gtest/gtest.h>
 
 #include "host/measure/solver_stats.h"
@@ -14,7 +15,7 @@
 namespace malha {
 namespace {
 
-/// An upright sheet, half of it above a level one, is drawn down out of that and up against it again.
+/// An upright sheet, half of it above a level one, is moved down out of that and up against it again.
 Scene drawn_out_and_back(const TemporaryFolder& folder, Precision precision) {
   Random random(5);
   BodySpec level, upright;
@@ -25,7 +26,7 @@ Scene drawn_out_and_back(const TemporaryFolder& folder, Precision precision) {
   level.constraints = upright.constraints = {stiff("distance", {"edges"}), stiff("bending", {}, 0.1)};
   upright.transform.axis = {1, 0, 0}, upright.transform.degrees = 90;
   upright.transform.translate = {0.21, 0.2, 0.53};
-  ListPin all_but_one;  // a body needs one that can move
+  ListPin all_but_one;  // a body needs a movable particle
   for (int i = 1; i < 9 * 7; ++i) all_but_one.particles.push_back(i);
   Pin held = all_but_one;
   Keyframe start, below, above;
@@ -38,8 +39,8 @@ Scene drawn_out_and_back(const TemporaryFolder& folder, Precision precision) {
   return scene;
 }
 
-// Where the scene says so: what crosses at the start goes out of each other, and never in again.
-TEST(CrossingsAtTheStart, AreIgnoredUntilTheyHaveParted) {
+// If the scene allows it, bodies that intersect at the start move out of each other, and never in again.
+TEST(InitialIntersections, AreIgnoredUntilTheBodiesHaveSeparated) {
   const TemporaryFolder folder;
   for (const Precision precision : {Precision::Float, Precision::Double}) {
     Scene scene = drawn_out_and_back(folder, precision);
@@ -67,9 +68,9 @@ TEST(CrossingsAtTheStart, AreIgnoredUntilTheyHaveParted) {
   }
 }
 
-// Two equal balls side by side cut each other edge on edge, to the bit: no edge goes through the inside of a triangle
+// Two equal balls side by side intersect with edges exactly on edges: no edge goes through the inside of a triangle
 // until they move.
-TEST(CrossingsAtTheStart, OfBodiesThatArePlacedEvenlyAreSeen) {
+TEST(InitialIntersections, AreFoundWhereEdgesCutEdges) {
   std::vector<BodySpec> balls;
   for (const int side : {-1, 1}) {
     BodySpec ball;
@@ -101,8 +102,8 @@ BodySpec sheet_at(const std::string& name, const Vec3& at) {
   return body;
 }
 
-// Such bodies have no side on which to stay.
-TEST(CrossingsAtTheStart, OfBodiesThatTouchInOnePlaneAreSeen) {
+// Such bodies have no side on which they could be kept.
+TEST(InitialIntersections, AreFoundWhereBodiesTouchInOnePlane) {
   const auto scene = [](const Vec3& at, Precision precision) {
     Scene both = scene_of({sheet_at("one", {0, 1, 0}), sheet_at("other", at)}, {}, 1.0 / 60, 10, precision);
     both.self_collision = SelfCollision{0.005, 0, {}};
@@ -119,8 +120,8 @@ TEST(CrossingsAtTheStart, OfBodiesThatTouchInOnePlaneAreSeen) {
   EXPECT_NO_THROW(Simulation(scene({0.1, 1, 1.01}, Precision::Double), {.threads = 1})) << "side by side";
 }
 
-// An upright sheet goes through two level ones: these do not go through each other, there neither.
-TEST(CrossingsAtTheStart, WithOneBodyLetNoOthersThroughEachOther) {
+// An upright sheet intersects two level ones: these still do not go through each other, also near the upright one.
+TEST(InitialIntersections, WithOneBodyDoNotExemptTheOthers) {
   std::vector<BodySpec> bodies{sheet_at("lower", {0, 0, 0}), sheet_at("upright", {0.02, -0.47, 0.43}),
                                sheet_at("upper", {0.03, 0.1, 0.04})};
   bodies[1].transform.axis = {1, 0, 0}, bodies[1].transform.degrees = -87;

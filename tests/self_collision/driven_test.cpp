@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What moves as it is told may go through what cannot get out of its way: then the run says so.
+// Kinematic bodies push free ones out of their path; where they penetrate what cannot move, the run reports it.
 #include <gtest/gtest.h>
 
 #include "host/measure/solver_stats.h"
@@ -11,7 +11,7 @@
 namespace malha {
 namespace {
 
-/// A level sheet and, half a metre below it, one whose pins go up by a metre in half a second.
+/// A level sheet and, half a metre below it, one whose pins move up by a metre in half a second.
 Scene lifted_through(bool held) {
   std::vector<BodySpec> bodies(2);
   for (BodySpec& body : bodies) {
@@ -20,7 +20,7 @@ Scene lifted_through(bool held) {
   }
   bodies[0].name = "upper", bodies[1].name = "lower";
   bodies[1].transform.translate = {0.03, -0.5, 0.04};
-  ListPin most;  // a body needs a particle that can move
+  ListPin most;  // a body needs a movable particle
   for (int i = 0; i < 48; ++i) most.particles.push_back(i);
   if (held) bodies[0].pins = {most};
   Pin pin = most;
@@ -33,7 +33,7 @@ Scene lifted_through(bool held) {
   return scene;
 }
 
-TEST(Driven, PinsThatGoThroughPinsAreSaidAndStaySaidInAResumedRun) {
+TEST(KinematicPush, PinsThatPenetratePinsAreReportedAlsoByAResumedRun) {
   const TemporaryFolder folder;
   const std::string path = (folder / "checkpoint").string();
   const Scene scene = lifted_through(true);
@@ -57,7 +57,7 @@ TEST(Driven, PinsThatGoThroughPinsAreSaidAndStaySaidInAResumedRun) {
   EXPECT_EQ(resumed.times().crossings_counted, 30);
 }
 
-TEST(Driven, PinsTakeAlongWhatIsFreeAndGoThroughNothing) {
+TEST(KinematicPush, PinsPushFreeParticlesAndPenetrateNothing) {
   for (const bool release : {false, true}) {
     Scene scene = lifted_through(false);
     if (release) scene.bodies[1].pins[0].release_time = 0.49;
@@ -73,8 +73,8 @@ TEST(Driven, PinsTakeAlongWhatIsFreeAndGoThroughNothing) {
   }
 }
 
-// One corner of a sheet is pulled through another one, and let go later than it gets there.
-TEST(Driven, APinThatIsLetGoLaterDrivesAsAnyOther) {
+// One corner of a sheet is pulled through another sheet, and released after it gets there.
+TEST(KinematicPush, APinThatIsReleasedLaterPushesAsAnyOther) {
   for (const double speed : {20.0, 60.0}) {
     Scene scene = lifted_through(false);
     Pin pin = ListPin{{0}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether an edge touches a triangle, against their distance.
+// The edge-triangle intersection test agrees with their distance.
 #include "host/model/edge_triangle_intersection.h"
 
 #include <gtest/gtest.h>
@@ -27,9 +27,9 @@ double to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   return std::sqrt(dot(apart, apart));
 }
 
-// Places on a lattice of 3 x 3 x 3: most triples and pairs are special in some way. Distances of what does not touch
-// are 1/30 at least there.
-TEST(Crossing, TouchesIffTheDistanceIsZero) {
+// Vertices are on a lattice of 3 x 3 x 3, so that most triples and pairs are degenerate in some way. Distances without
+// contact are at least 1/30 there.
+TEST(EdgeTriangleIntersection, IsFoundIffTheDistanceIsZero) {
   Random random(3);
   const auto place = [&] { return Vec3{double(random.below(3)), double(random.below(3)), double(random.below(3))}; };
   int touching = 0, crossing = 0, tried = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Heaps of cloth: what falls, folds and is thrown together in the air and on the ground crosses nowhere, however thin
-// it is told to be and however coarse the substeps are.
+// Heaps of cloth: cloths that fall, fold and are thrown together in the air and on the ground intersect nowhere,
+// however thin the contact thickness and however coarse the substeps.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,7 +40,7 @@ EnvironmentSpec heap_ground(double thickness) {
   return ground;
 }
 
-/// Most crossings at the end of any step; `held` adds up the substeps in which something was.
+/// The most intersections at the end of a step; `held` counts the substeps in which displacements were truncated.
 std::int64_t most_crossings(const Scene& scene, int steps, std::int64_t& held) {
   Simulation simulation(scene, {.threads = 1});
   std::int64_t most = 0;
@@ -52,7 +52,7 @@ std::int64_t most_crossings(const Scene& scene, int steps, std::int64_t& held) {
   return most;
 }
 
-/// One or two sheets above each other that are thrown to the ground, 0.2 to 10 mm thick, in 1 to 10 substeps.
+/// One or two sheets above each other are thrown to the ground, with a thickness of 0.2 to 10 mm, in 1 to 10 substeps.
 Scene random_heap(unsigned seed, int vertices, const TemporaryFolder& folder) {
   Random random(seed);
   const int across = static_cast<int>(std::sqrt(vertices / 1.4)) - 1, along = vertices / (across + 1) - 1;
@@ -72,7 +72,8 @@ Scene random_heap(unsigned seed, int vertices, const TemporaryFolder& folder) {
   return scene;
 }
 
-// Of sixty with 250 vertices, those that crossed while what is held could meet what nobody had looked for.
+// These of sixty scenes with 250 vertices intersected while truncated particles could meet pairs that the broad phase
+// had not found.
 TEST(Heaps, OfThinClothNeverCross) {
   const TemporaryFolder folder;
   std::int64_t held = 0;

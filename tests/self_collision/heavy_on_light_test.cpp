@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Heavy blocks on light ones, held apart by self-collision: what is laid on stays; what falls on a light one walks off
-// in the truth too, unless something damps it, and a warning says from which ratio of masses on.
+// Heavy blocks on light ones, with self-collision: a block that is laid on the other stays; one that falls on a light
+// one slides off also in the reference, unless something damps it, and a warning names the ratio of masses from which
+// on.
 #include "host/report/heavy_on_light.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +23,7 @@ namespace {
 
 constexpr double kBlock = 0.2, kYoung = 1e6, kApart = 0.005;  // m, Pa, m: also the ground's thickness
 
-/// Of 4^3 cells of five tetrahedra, or the same with its inner points moved by up to a quarter of a cell.
+/// A block of 4^3 cells of five tetrahedra, or the same with its inner points moved by up to a quarter of a cell.
 Shape block_shape(bool even) {
   const TetBoxShape box{{kBlock, kBlock, kBlock}, {4, 4, 4}};
   if (even) return box;
@@ -37,7 +38,7 @@ Shape block_shape(bool even) {
   return MeshDataShape{mesh.points, {}, {}, mesh.tetrahedra};
 }
 
-/// A block of 1 kg on rough ground, and `ratio` times as much that falls on it from `drop` metres above.
+/// A block of 1 kg on rough ground, and one of `ratio` times the mass that falls on it from `drop` metres above.
 Scene heavy_on_light(double ratio, double drop, Precision precision = Precision::Double, bool even = true) {
   BodySpec light, heavy;
   light.name = "light", heavy.name = "heavy";
@@ -63,9 +64,9 @@ Scene in_thick_air(Scene scene) {
   return scene;
 }
 
-/// The upper block, of which all particles follow those of the lower one.
+/// Measures of the upper block, whose particles all follow those of the lower one.
 struct UpperBlock {
-  double walked = 0;  // m, of its centre of mass, across
+  double walked = 0;  // horizontal displacement of its centre of mass, m
   double height = 0, kinetic = 0;
 };
 UpperBlock upper_block(const Simulation& simulation) {
@@ -81,9 +82,9 @@ UpperBlock upper_block(const Simulation& simulation) {
   return block;
 }
 
-/// How far the upper one's centre sinks at rest if both are bars without a rim: W L / (A E) of the lower one, half of
-/// that of itself, and of the lower one's own weight half. Rough faces do not let them widen, which makes blocks as
-/// high as wide 5 to 10 % stiffer.
+/// The sag of the upper block's centre at rest if both are bars whose sides may widen: W L / (A E) of the lower one,
+/// half of that of itself, and half of the lower one's own weight. Rough faces do not let them widen, which makes
+/// blocks as high as wide 5 to 10 % stiffer.
 double sinks_at_rest(double ratio) { return (1.5 * ratio + 0.5) * kG / (kBlock * kYoung); }
 
 struct Laid {
@@ -91,10 +92,11 @@ struct Laid {
   Precision precision;
   bool even;
 };
-class HeavyOnLightLaid : public testing::TestWithParam<Laid> {};
+class HeavyOnLightAtRest : public testing::TestWithParam<Laid> {};
 
-// It swings on its elastic support, which nothing damps; its mean is that at rest, and nothing pushes it sideways.
-TEST_P(HeavyOnLightLaid, StaysWhereItIs) {
+// It oscillates on its elastic support, which nothing damps; the mean is its rest position, and nothing pushes it
+// sideways.
+TEST_P(HeavyOnLightAtRest, StaysWhereItIs) {
   const auto& [ratio, precision, even] = GetParam();
   const Scene scene = heavy_on_light(ratio, 0, precision, even);
   Simulation simulation(scene, {.threads = 1});
@@ -108,14 +110,14 @@ TEST_P(HeavyOnLightLaid, StaysWhereItIs) {
   }
   std::printf("%g to 1: walked %.1e m, sunk %.2e m\n", ratio, walked, sunk);
   EXPECT_LT(walked, 0.01 * kBlock);
-  // The mean of some swings that are not whole: within 15 %.
+  // The mean is over a number of oscillations that is not whole: within 15 %.
   EXPECT_NEAR(sunk, 0.92 * sinks_at_rest(ratio), 0.15 * sinks_at_rest(ratio));
 }
-INSTANTIATE_TEST_SUITE_P(OfManyMasses, HeavyOnLightLaid,
+INSTANTIATE_TEST_SUITE_P(OfManyMasses, HeavyOnLightAtRest,
                          testing::Values(Laid{100, Precision::Double, true}, Laid{100, Precision::Double, false},
                                          Laid{100, Precision::Float, true}, Laid{10, Precision::Float, false}));
 
-// The drag that the warning names keeps it there when it falls, too, and it comes to rest.
+// With the drag that the warning names it stays there also when it falls, and comes to rest.
 TEST(HeavyOnLight, RestsInTheAirThatTheWarningNames) {
   for (const double ratio : {10.0, 100.0}) {
     const Scene scene = in_thick_air(heavy_on_light(ratio, 0.024));
@@ -173,7 +175,7 @@ TEST(WarningOfHeavyOnLight, ComesFromTenTimesTheMassOnWhereItFalls) {
   EXPECT_TRUE(warns_of_weight(desbrun));
 }
 
-TEST(WarningOfHeavyOnLight, DoesNotComeWhereItCannotWalkOff) {
+TEST(WarningOfHeavyOnLight, DoesNotComeWhereTheHeavyBodyCannotSlideOff) {
   const Scene scene = heavy_on_light(100, 0.024);
   Scene beside = scene, apart = scene, alone = scene, pinned = scene, rigid = scene, between = scene, floating = scene;
   beside.bodies[1].transform.translate[0] = 1.1 * kBlock;
@@ -194,14 +196,14 @@ TEST(WarningOfHeavyOnLight, DoesNotComeWhereItCannotWalkOff) {
   drapes.bodies[1].constraints = {stiff("distance", {"edges"})};
   drapes.bodies[1].transform.translate = {-kBlock / 2, 2 * kBlock, -kBlock / 2};
   EXPECT_FALSE(warns_of_weight(drapes));
-  // A third that is heavy enough to carry it, and lies on the light one.
+  // A third block is heavy enough to carry it, and lies on the light one.
   BodySpec third = scene.bodies[1];
   third.name = "third", third.mass = 9, third.transform.translate[1] = 2 * kApart + 1.5 * kBlock;
   between.bodies.push_back(third), between.bodies[1].transform.translate[1] += kBlock + kApart;
   EXPECT_FALSE(warns_of_weight(between));
 }
 
-TEST(WarningOfHeavyOnLight, IsSaidByEveryCommandThatTakesTheScene) {
+TEST(WarningOfHeavyOnLight, IsGivenByEveryCommandThatTakesTheScene) {
   const TemporaryFolder folder;
   const auto block = [](const char* name, int kg, double height) {
     return R"({"name": ")" + std::string(name) +
@@ -223,9 +225,9 @@ TEST(WarningOfHeavyOnLight, IsSaidByEveryCommandThatTakesTheScene) {
   }
 }
 
-/// The same blocks as linear finite elements (compressible neo-Hookean, symplectic Euler), with springs where their
-/// nodes and the ground touch: these open, and slip by Coulomb's law. Kelvin-Voigt friction inside of this relaxation
-/// time (s). A reference of its own: nothing of malha's solver is in it.
+/// Reference: the same blocks as linear finite elements (compressible neo-Hookean, symplectic Euler), with springs
+/// where their nodes and the ground touch: these open, and slip by Coulomb's law. Inside is Kelvin-Voigt damping of
+/// this relaxation time (s). It uses nothing of malha's solver.
 class BlocksOfElements {
  public:
   BlocksOfElements(double ratio, double drop, double relaxation) : viscosity_(relaxation * kYoung) {
@@ -300,7 +302,7 @@ class BlocksOfElements {
         f_[part.node[k + 1]][r] -= part.volume * stress, f_[part.node[0]][r] += part.volume * stress;
       }
   }
-  /// `apart`: beyond the thickness.
+  /// `apart`: distance beyond the thickness.
   void touch(std::size_t i, Vec3* other, const Vec3& apart) {
     constexpr double stiffness = 4e5, friction = 0.5;  // N/m of a node
     if (!(apart[1] < 0)) return void(touches_[i] = false);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What collides at any speed has no more energy than before it, and all of its momentum: contacts, holding back what
-// would cross and giving momenta back only ever take energy.
+// Collisions at any speed add no energy and conserve momentum: contacts, truncation and the restoration of momenta only
+// ever dissipate.
 #include <gtest/gtest.h>
 
 #include "host/measure/solver_stats.h"
@@ -14,7 +14,7 @@
 namespace malha {
 namespace {
 
-/// A sheet of `cells` by `cells`, a shell or a block, of one of three masses.
+/// A sheet of `cells` by `cells`, a shell or a block, with one of three masses.
 BodySpec sheet_shell_or_block(Random& random, const TemporaryFolder& folder, std::size_t number, int cells) {
   constexpr double masses[] = {0.1, 0.5, 2};
   BodySpec body;
@@ -30,8 +30,8 @@ BodySpec sheet_shell_or_block(Random& random, const TemporaryFolder& folder, std
   return body;
 }
 
-/// Two to four sheets, shells and blocks of unlike masses that fly at each other at 1 to 150 m/s, in steps of one
-/// substep of 1 to 20 in a sixtieth of a second. Nothing else acts on them.
+/// Two to four sheets, shells and blocks of different masses fly at each other at 1 to 150 m/s, with a step of one
+/// substep, 1 to 20 of them in a sixtieth of a second. There are no other forces.
 Scene jamming(Random& random, const TemporaryFolder& folder, const std::vector<ConstraintSpec>& constraints) {
   const auto between = [&](double least, double most) { return least * std::pow(most / least, random(0, 1)); };
   const double thickness = between(0.0005, 0.01), speed = between(1, 150);
@@ -43,7 +43,7 @@ Scene jamming(Random& random, const TemporaryFolder& folder, const std::vector<C
     const Vector3<double> axis = random.direction();
     body.transform.axis = {axis.x, axis.y, axis.z};
     body.transform.degrees = random(0, sheet ? 25 : 180);
-    const double corner = sheet ? 0.25 : 0;  // a sheet's origin is one
+    const double corner = sheet ? 0.25 : 0;  // the origin of a sheet is its corner
     body.transform.translate = {random(-0.1, 0.1) - corner, 0.5 * b, random(-0.1, 0.1) - corner};
     body.velocity = {0.2 * speed * random(), speed * (b == 0 ? 1 : b == last ? -1 : random()), 0.2 * speed * random()};
     if (random.below(3) == 0) body.spin = {random(-3, 3), random(-3, 3), random(-3, 3)};
@@ -61,8 +61,8 @@ struct Collided {
   std::int64_t held = 0;
 };
 
-/// `most_gain`: of the energy of motion at the start, in one substep. `rounds`: what float's rounding of places moves
-/// all by in the substeps in which nothing is held, m.
+/// `most_gain`: of the initial kinetic energy, in one substep. `rounds`: the displacement due to float's rounding of
+/// positions in the substeps without truncation, m.
 Collided collide(unsigned seed, const std::vector<ConstraintSpec>& constraints, double most_gain, double rounds) {
   const TemporaryFolder folder;
   Random random(seed);
@@ -94,24 +94,25 @@ Collided collide(unsigned seed, const std::vector<ConstraintSpec>& constraints, 
   return found;
 }
 
-// Loose bodies: all that changes their energy are contacts. In float places are rounded to 1e-7 m. Both precisions let
-// out what is nearer than the thickness, by a tenth of what it lacks: up to 1e-7 of the energy here.
+// Bodies without constraints: only contacts change their energy. In float positions are rounded to 1e-7 m. In both
+// precisions pairs that are nearer than the thickness are pushed apart by a tenth of the deficit: up to 1e-7 of the
+// energy here.
 TEST(Jammed, NoContactAddsEnergyAtAnySpeed) {
   const Collided found = collide(21, {}, 1e-5, 6e-8);
   EXPECT_GT(found.touching, 30);
   EXPECT_GT(found.held, 300);
 }
 
-// What an impact leaves in springs comes back as motion: a twentieth at once, in all no more than came in. Each
-// projection rounds places once more.
-TEST(Jammed, BodiesThatHoldTogetherLeaveWithNoMoreEnergyThanTheyBrought) {
+// Energy that an impact stores in springs is released as motion: a twentieth at once, in all no more than was stored.
+// Each projection rounds positions once more.
+TEST(Jammed, BodiesThatSeparateAgainHaveNoMoreEnergyThanBefore) {
   const Collided found = collide(22, {stiff("distance", {"edges"})}, 0.1, 5e-7);
   EXPECT_GT(found.touching, 30);
   EXPECT_GT(found.held, 300);
 }
 
-/// One to three bodies, of which pins drive the first one into the others, into itself, and, in some, into the edges of
-/// a ground or a box; and an upper bound of the speed of these pins, m/s.
+/// One to three bodies: pins push the first one into the others, into itself, and, in some scenes, into the edges of a
+/// ground or a box. The number is an upper bound of the speed of these pins, m/s.
 std::pair<Scene, double> driven_jam(Random& random, const TemporaryFolder& folder) {
   const auto between = [&](double least, double most) { return least * std::pow(most / least, random(0, 1)); };
   const Vec3 at{random(-3, 3), random(0, 2), random(-3, 3)};
@@ -131,7 +132,7 @@ std::pair<Scene, double> driven_jam(Random& random, const TemporaryFolder& folde
   end.time = random(0.03, 0.3), end.degrees = random(30, 180), start.axis = end.axis = {axis.x, axis.y, axis.z};
   end.translate = {random(), random(), random()};
   pin.motion = {start, end}, bodies[0].pins = {pin};
-  const double farthest = length(at) + 0.7;  // of a body's particles from the origin, at most
+  const double farthest = length(at) + 0.7;  // the largest distance of a body's particles from the origin
   const double fastest = (length(end.translate) + end.degrees * kPi / 180 * farthest) / end.time;
   const Precision precision = random.below(2) == 0 ? Precision::Float : Precision::Double;
   Scene scene = scene_of(bodies, kEarth, 1.0 / 60, 4 + random.below(9), precision);
@@ -145,8 +146,8 @@ std::pair<Scene, double> driven_jam(Random& random, const TemporaryFolder& folde
   return {scene, fastest};
 }
 
-// Nothing is driven faster than twice as fast as what drives it, whatever jams between the two.
-TEST(Jammed, WhatPinsDriveIsNotMuchFasterThanThey) {
+// No particle is pushed to more than twice the speed of what pushes it, whatever jams between the two.
+TEST(Jammed, WhatPinsPushIsNotMuchFasterThanThePins) {
   const TemporaryFolder folder;
   Random random(31);
   std::int64_t held = 0;
@@ -162,10 +163,10 @@ TEST(Jammed, WhatPinsDriveIsNotMuchFasterThanThey) {
   EXPECT_GT(held, 300);
 }
 
-// Three sheets above the edges of a ground, of which a row of the middle one is torn through the others in one substep.
-// All that projects, drives and carries takes what has moved (ApplyDisplacements): once for the projection, and at most
-// 8, 8 and 16 times for the others, however often bodies and edges are held apart in turns.
-TEST(Jammed, ARoundOfDrivingIsNotRepeatedWithoutEndAndTheRunSaysWhatCouldNotGetOut) {
+// Three sheets lie above the edges of a ground, and a row of the middle one is torn through the others in one substep.
+// Each pass of projection, pushing and moving along applies displacements (ApplyDisplacements): once for the
+// projection, and at most 8, 8 and 16 times for the others, however often bodies and edges are truncated in turns.
+TEST(Jammed, ARoundOfPushesIsNotRepeatedWithoutEndAndTheRunReportsWhatStaysJammed) {
   const TemporaryFolder folder;
   for (const unsigned seed : {26u, 60u}) {
     Random random(seed);
@@ -209,8 +210,8 @@ BodySpec weak_sheet(Random& random, const TemporaryFolder& folder, const std::st
   return body;
 }
 
-// Pins draw a sheet through a free one into a still box. The box lifts particles out of it, and self-collision holds
-// them where they were: what a velocity says is no more than what the particle moved by.
+// Pins pull a sheet through a free one into a static box. The box moves particles out of it, and self-collision
+// truncates that: the velocity is no more than the displacement that was made.
 TEST(Jammed, WhatABoxLiftsAndABodyHoldsBackHasNoSpeed) {
   const TemporaryFolder folder;
   for (const Precision precision : {Precision::Float, Precision::Double})
@@ -225,7 +226,7 @@ TEST(Jammed, WhatABoxLiftsAndABodyHoldsBackHasNoSpeed) {
       Scene scene = scene_of({weak_sheet(random, folder, "free", 0, 1.6), drawn}, kEarth, 1.0 / 600, 1, precision);
       scene.environment = {box}, scene.self_collision = SelfCollision{0.005, 0.5, {}};
       Simulation simulation(scene, {.threads = 1});
-      double fastest = 0, phantom = 0;  // m/s; and of that what nothing moved by
+      double fastest = 0, phantom = 0;  // m/s; the second is the part of the velocity without a displacement
       std::vector<Vec3> before = simulation.positions();
       for (int step = 0; step < 180; ++step) {
         simulation.step();
@@ -236,8 +237,8 @@ TEST(Jammed, WhatABoxLiftsAndABodyHoldsBackHasNoSpeed) {
         }
         before = after;
       }
-      EXPECT_LT(phantom, precision == Precision::Float ? 1e-3 : 1e-9) << seed;  // m/s: rounding of places, 600 times
-      EXPECT_GT(fastest, 1) << "nothing was drawn: the test looks at nothing";
+      EXPECT_LT(phantom, precision == Precision::Float ? 1e-3 : 1e-9) << seed;  // m/s: rounding of positions, 600 times
+      EXPECT_GT(fastest, 1) << "nothing was drawn: the case does not occur";
     }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// With self-collision on, no particle is ever inside a solid of the environment, still or moving, and no surface
-// crosses another: whatever moves last in a substep is checked against both. Inside is told by a winding number of this
-// file.
+// With self-collision on, no particle is ever inside a solid of the environment, at rest or moving, and no surface
+// intersects another: the last displacement of a substep is checked against both. This file tells the inside by a
+// winding number of its own.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,15 +25,15 @@ using Place = Vector3<double>;
 Place place_of(const Vec3& a) { return {a[0], a[1], a[2]}; }
 Place unit_of(const Place& a) { return a * (1 / std::sqrt(dot(a, a))); }
 
-/// By Rodrigues' formula.
+/// The rotation by Rodrigues' formula.
 Place turned(const Place& a, const Place& axis, double degrees) {
   const Place k = unit_of(axis);
   const double t = degrees * kPi / 180;
   return a * std::cos(t) + cross(k, a) * std::sin(t) + k * (dot(k, a) * (1 - std::cos(t)));
 }
 
-/// A solid as its triangles in the world at the start, and its motion: a velocity, and a spin about an axis through the
-/// origin before it.
+/// A solid as triangles in world space at the start, and its motion: a velocity, and a spin about an axis through its
+/// origin, applied first.
 struct TrackedSolid {
   std::vector<Place> points;
   std::vector<Triangle> triangles;
@@ -44,7 +44,7 @@ struct TrackedSolid {
     const double t = std::min(time, release_time);
     return turned(world - velocity * t, axis, -spin * t);
   }
-  /// How often the surface goes round a place (van Oosterom, Strackee 1983).
+  /// The winding number of the surface around a point (van Oosterom, Strackee 1983).
   double winding(const Place& p) const {
     double angle = 0;
     for (const Triangle& t : triangles) {
@@ -60,7 +60,7 @@ struct TrackedSolid {
       least = std::min(least, to_triangle(p, points[t[0]], points[t[1]], points[t[2]]));
     return least;
   }
-  /// How deep a place lies inside at a time; 0: it does not.
+  /// The depth of a point inside the solid at a time; 0 outside.
   double depth(const Place& world, double time) const {
     const Place p = at_start(world, time);
     return winding(p) > 0.5 ? distance(p) : 0;
@@ -102,7 +102,7 @@ PlacedSolid placed(const std::string& name, const Mesh& mesh, const Place& axis,
   return solid;
 }
 
-/// Moves so until a time (s), and rests then.
+/// Moves the object so until a time (s); it rests then.
 void set_moving(PlacedSolid& solid, const Place& velocity, const Place& axis, double spin, double release_time) {
   solid.tracked.velocity = velocity, solid.tracked.axis = axis, solid.tracked.spin = spin,
   solid.tracked.release_time = release_time;
@@ -113,7 +113,7 @@ void set_moving(PlacedSolid& solid, const Place& velocity, const Place& axis, do
   solid.spec.motion = {Keyframe{}, end};
 }
 
-/// A prism over an L, as high as wide.
+/// A prism over an L-shaped polygon, as high as wide.
 Mesh l_prism(double side) {
   const double s = side / 2, corner[6][2] = {{-s, -s}, {s, -s}, {s, 0}, {0, 0}, {0, s}, {-s, s}};
   Mesh mesh;
@@ -243,13 +243,13 @@ TEST(WindingNumber, TellsInsideFromOutside) {
 
 struct Insides {
   int met = 0;      // scenes in which bodies touched both a solid and themselves
-  int through = 0;  // and that said that what solids carry may have gone through a body
+  int through = 0;  // scenes that reported a penetration of a body by what solids move along
   int inside = 0, crossed = 0;
 };
 
-/// The depth of the deepest particle in any solid (m), beyond rounding; of where it was, which is all that is checked.
+/// The depth of the deepest particle in any solid (m), beyond rounding.
 double deepest_in(const InsideScene& made, const Simulation& simulation) {
-  // Of places a few metres off at most, and of the skin within which a ray of the environment may start.
+  // Rounding of positions a few metres away at most, and the surface's tolerance within which a ray may start.
   const double rounding = made.scene.solver.precision == Precision::Float ? 2e-6 : 1e-9;
   double deepest = 0;
   for (const Vec3& x : simulation.positions())
@@ -306,7 +306,7 @@ TEST(NothingInside, DISABLED_OfThreeThousandScenes) {
       found.met, found.through, found.crossed);
 }
 
-// A box that comes down on a free sheet takes it along.
+// A box that moves down onto a free sheet carries it along.
 TEST(NothingInside, OfABoxThatFallsOnASheet) {
   for (const double speed : {5.0, 30.0})
     for (const int substeps : {1, 10, 40})

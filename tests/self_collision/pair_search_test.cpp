@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which pairs a search finds, and how they lie in blocks, patches and phases.
+// The broad phase of self-collision: the pairs that it finds, and their layout in contact blocks, patches and phases.
 #include "host/self_collision/pair_search.h"
 
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kPairThickness = 0.02;
 
-/// Triangles, some edges and loose particles among random points, which go some way: each particle and edge is owned
-/// by the first that has it. Two bodies; long thin triangles too.
+/// Triangles, some edges and loose particles among random points with random displacements: each particle and edge is
+/// owned by the first primitive that has it. There are two bodies, and long thin triangles too.
 template <class R>
 struct Tangle {
   static constexpr int kCount = 420;
@@ -67,7 +67,7 @@ struct Tangle {
   }
 };
 
-/// Whichever of two edges is named first, and of its ends.
+/// A key that is the same whichever of two edges is named first, and whichever of its ends.
 std::array<int, 5> named(bool edges, const std::array<int, 4>& i) {
   if (!edges) {
     std::array<int, 5> all{0, i[0], i[1], i[2], i[3]};
@@ -103,7 +103,7 @@ class PairSearchOf : public testing::Test {};
 using Numbers = testing::Types<float, double>;
 TYPED_TEST_SUITE(PairSearchOf, Numbers);
 
-// Wherever in the foreseen boxes particles are, what is nearer than is wanted was found.
+// Wherever in the swept bounds particles are, every pair nearer than the search distance was found.
 TYPED_TEST(PairSearchOf, ATangleFindsAllThatCanComeNear) {
   using R = TypeParam;
   for (const unsigned seed : {1u, 2u}) {
@@ -167,7 +167,7 @@ TYPED_TEST(PairSearchOf, ATangleFindsTheSameOnAnyNumberOfThreadsAndAgain) {
 }
 
 // No particle is in two patches of a phase.
-TYPED_TEST(PairSearchOf, ATangleHasPhasesOfPatchesThatShareNothing) {
+TYPED_TEST(PairSearchOf, ATangleHasColoursOfPatchesThatShareNothing) {
   using R = TypeParam;
   const Tangle<R> tangle(4);
   const PairSearch<Serial, R> search = tangle.search();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What was held gets both momenta back by a motion as one body, as far as it had the energy.
+// The rigid momentum fit: truncated particles get both momenta back by a rigid motion, as far as they had the energy.
 #include "host/self_collision/rigid_momentum_fit.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace malha {
 namespace {
 
 struct HeldCloud {
-  std::vector<Vector3<double>> from, to, before, after;  // places (m) and velocities (m/s)
+  std::vector<Vector3<double>> from, to, before, after;  // positions (m) and velocities (m/s)
   std::vector<double> mass;
 };
 
@@ -32,7 +32,7 @@ HeldSums sums_of(const HeldCloud& cloud) {
   return sums;
 }
 
-/// 40 particles that move together by `common`, of which each second one is held to a `part` of its own motion.
+/// 40 particles that move together by `common`, of which every second one is truncated to a `part` of its displacement.
 HeldCloud held_cloud(Random& random, bool flat, const Vector3<double>& common, double part) {
   HeldCloud cloud;
   for (int i = 0; i < 40; ++i) {
@@ -74,12 +74,12 @@ std::vector<Vector3<double>> given_back(const HeldCloud& cloud, const RigidGain&
   return v;
 }
 
-TEST(RigidReturn, GivesBackBothMomentaAndLeavesTheOtherMotion) {
+TEST(RigidMomentumFit, RestoresBothMomentaAndLeavesTheOtherMotion) {
   for (const bool flat : {false, true}) {
     Random random(3);
     const HeldCloud cloud = held_cloud(random, flat, {0.1, -0.2, 0}, 0);
     const RigidGain gain = rigid_return(sums_of(cloud));
-    EXPECT_EQ(gain.kept, 1);  // what moved at random has lost half of its energy
+    EXPECT_EQ(gain.kept, 1);  // random motion has lost half of its energy
     const HeldMomenta before = momenta_of(cloud, cloud.from, cloud.before),
                       after = momenta_of(cloud, cloud.to, given_back(cloud, gain));
     EXPECT_LT(norm(after.linear - before.linear), 1e-12);
@@ -88,8 +88,9 @@ TEST(RigidReturn, GivesBackBothMomentaAndLeavesTheOtherMotion) {
   }
 }
 
-// In a fast frame those that are held at rest in the world lag behind the others by its speed: more than all had.
-TEST(RigidReturn, GivesNoEnergy) {
+// In a fast frame truncated particles, which stay in world space, lag behind the others by its speed: more than the
+// energy they had.
+TEST(RigidMomentumFit, AddsNoEnergy) {
   for (const double speed : {1.0, 10.0, 1000.0}) {
     Random random(5);
     const HeldCloud cloud = held_cloud(random, false, {0, speed, 0}, 0.2);
@@ -105,8 +106,8 @@ TEST(RigidReturn, GivesNoEnergy) {
   }
 }
 
-// What was drawn together turns faster with the same momentum, as a skater does, for which nothing gave the energy.
-TEST(RigidReturn, TurnsOnlyAsFastAsEnergyAllows) {
+// Particles that were drawn together rotate faster with the same momentum, like a skater, for which there is no energy.
+TEST(RigidMomentumFit, TurnsOnlyAsFastAsEnergyAllows) {
   Random random(7);
   HeldCloud cloud = held_cloud(random, false, {0, 0, 0}, 1);
   for (std::size_t i = 0; i < cloud.to.size(); ++i) {
@@ -121,7 +122,7 @@ TEST(RigidReturn, TurnsOnlyAsFastAsEnergyAllows) {
   EXPECT_GT(after.energy, before.energy * 0.99) << "as fast as that";
 }
 
-TEST(RigidReturn, LeavesWhatLostNothing) {
+TEST(RigidMomentumFit, LeavesWhatLostNothing) {
   Random random(4);
   HeldCloud cloud = held_cloud(random, false, {1, 2, 3}, 1);
   cloud.to = cloud.from;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deformable bodies do not pass through themselves or each other, and their contacts keep what physics keeps.
+// Self-collision: deformable bodies do not pass through themselves or each other, and contacts conserve momenta and
+// obey Coulomb's law.
 #include <gtest/gtest.h>
 
 #include "host/measure/solver_stats.h"
@@ -37,7 +38,7 @@ Scene colliding(std::vector<BodySpec> bodies, double thickness, double friction 
   return scene;
 }
 
-/// All but the first particle, which hangs on the others: a body needs one that can move.
+/// Pins all but the first particle, which hangs on the others: a body needs a movable one.
 BodySpec pinned(BodySpec body, int particles) {
   ListPin all;
   for (int i = 1; i < particles; ++i) all.particles.push_back(i);
@@ -66,7 +67,7 @@ TEST(SelfCollision, ContactsConserveMomentum) {
   EXPECT_EQ(after.crossings, 0);
 }
 
-// An impulse acts where its contact was at the start of the substep: what slides meanwhile leaves a small torque.
+// An impulse acts at the contact's position at the start of the substep: sliding meanwhile leaves a small torque.
 TEST(SelfCollision, ContactsWithoutFrictionNearlyConserveAngularMomentum) {
   Scene scene = meeting(0);
   for (BodySpec& body : scene.bodies) body.constraints = {stiff("distance", {"edges", "shear"})};
@@ -99,7 +100,8 @@ TEST(SelfCollision, StopsASheetOfTwoHundredMetresASecond) {
 TEST(SelfCollision, StopsParticlesAndEdgesOfTwoHundredMetresASecond) {
   BodySpec wall = pinned(square("wall", {0, 0, 0}, 4), 25);
   BodySpec dust = particle({0.4, 1.3, 0.37}, {3, -200, 0}, 0.01);
-  BodySpec bar;  // sideways into the wall's rim, between its particles: only edges meet edges
+  // the bar moves sideways into the wall's boundary, between its particles, so that only edges meet edges
+  BodySpec bar;
   bar.name = "bar";
   bar.shape = ChainShape{{-1.2, -0.3, 0.6}, {-1.2, 0.31, 0.6}, 1};
   bar.mass = 0.01;
@@ -113,7 +115,7 @@ TEST(SelfCollision, StopsParticlesAndEdgesOfTwoHundredMetresASecond) {
   EXPECT_EQ(simulation.measure().crossings, 0);
 }
 
-// A strip thrown together by its ends, both precisions and both methods.
+// A strip is thrown together by its ends, in both precisions and by both methods.
 TEST(SelfCollision, KeepsAFoldFromPassingThroughItself) {
   for (const char* method : {"pbd", "desbrun"}) {
     BodySpec left = square("left", {0, 0, 0}, 10), right = square("right", {0, 0.06, 0}, 10, 2, {1, 0, 0});
@@ -130,7 +132,7 @@ TEST(SelfCollision, KeepsAFoldFromPassingThroughItself) {
   }
 }
 
-// A sheet crushed into a tenth of its size and let go jams for many substeps; in the air it falls as anything else.
+// A sheet crushed to a tenth of its size and released jams for many substeps; in the air it falls as any other body.
 TEST(SelfCollision, WhatJamsFallsAsAnythingElse) {
   BodySpec sheet = square("sheet", {0, 0, 0}, 8);
   Scene scene = colliding({sheet}, 0.02, 0.3, kEarth);
@@ -149,7 +151,7 @@ TEST(SelfCollision, WhatJamsFallsAsAnythingElse) {
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(m.momentum[k], fallen[k], 1e-13);  // rounding of some 30 substeps
 }
 
-/// Momentum of particles at x that go by v, and angular momentum about their centre of mass.
+/// Momentum of particles at x with velocities v, and angular momentum about their centre of mass.
 std::array<Vec3, 2> momenta_of(const Model& model, const std::vector<Vec3>& x, const std::vector<Vec3>& v) {
   std::array<Vec3, 2> sums{};
   Vec3 centre{};
@@ -167,10 +169,10 @@ std::array<Vec3, 2> momenta_of(const Model& model, const std::vector<Vec3>& x, c
   return sums;
 }
 
-// Two irregular sheets that meet so fast in one substep that they are held. What a hold takes of their momenta comes
-// back: without turning, 28 % of the angular momentum goes in a step. Projections keep it to first order of the
-// substep: up to 3.5 % here.
-TEST(SelfCollision, WhatIsHeldKeepsItsMomenta) {
+// Two irregular sheets meet so fast in one substep that their displacements are truncated. The momenta that truncation
+// takes are restored: without the rotation, 28 % of the angular momentum is lost in a step. Projections conserve it to
+// first order of the substep: up to 3.5 % here.
+TEST(SelfCollision, TruncationKeepsMomenta) {
   const TemporaryFolder folder;
   Random random(8);
   std::vector<BodySpec> bodies;
@@ -203,15 +205,15 @@ TEST(SelfCollision, WhatIsHeldKeepsItsMomenta) {
   EXPECT_GT(held, 0);
 }
 
-TEST(SelfCollision, CountsAMadeCrossingAndRefusesToStartWithIt) {
+TEST(SelfCollision, CountsAnIntersectionAndRefusesToStartWithIt) {
   BodySpec flat = square("flat", {0, 0, 0}, 2), upright = square("upright", {0.3, -0.37, 0.1}, 2, 90, {0, 0, 1});
   Scene scene = colliding({flat, upright}, 0.01);
   scene.self_collision.reset();
   Model model = build_model(scene);
   model.scene.self_collision = SelfCollision{0.01, 0, {}};
-  // Upright, x = 0.3, y from -0.37, z from 0.1 to 1.1: its particles at z = 0.1, 0.6, 1.1 and lines between them cut
-  // the plane, and the flat one's lines z = 0.5 and z = 1 and diagonals cut it: counted by hand on paper, edge by
-  // triangle.
+  // The upright sheet is at x = 0.3, y from -0.37, z from 0.1 to 1.1: its particles at z = 0.1, 0.6, 1.1 and lines
+  // between them cut the plane, and the flat one's lines z = 0.5 and z = 1 and diagonals cut it: counted by hand on
+  // paper, edge by triangle.
   const SelfSurface surface = self_surface(model);
   EXPECT_EQ(surface.particles, 18);
   EXPECT_EQ(surface.triangles, 16);
@@ -228,9 +230,9 @@ TEST(SelfCollision, CountsAMadeCrossingAndRefusesToStartWithIt) {
   EXPECT_NO_THROW(build_model(scene));
 }
 
-// One edge through one triangle.
-// What crosses for a moment is known at the end, in a resumed run too.
-TEST(SelfCollision, RemembersTheMostCrossingsThatWereCounted) {
+// One edge goes through one triangle. A resumed run also reports at its end an intersection that existed only for a
+// moment.
+TEST(SelfCollision, ReportsTheMostIntersectionsThatWereCounted) {
   BodySpec lower = square("lower", {0, 0, 0}, 4), upper = square("upper", {0.1, 0.1, 0.1}, 4);
   upper.pins = {ListPin{{0}}};
   Scene scene = colliding({lower, upper}, 0.02);
@@ -276,7 +278,7 @@ struct Slide {
   double seconds = 0.8;
   static constexpr double kAngle = 20 * kPi / 180;
 
-  /// As Coulomb says, in symplectic Euler's steps.
+  /// The distance by Coulomb's law in steps of symplectic Euler.
   double expected(double friction) const {
     const double h = 1.0 / 60 / substeps;
     return 0.5 * 9.81 * (std::sin(kAngle) - friction * std::cos(kAngle)) * seconds * (seconds + h);
@@ -314,20 +316,21 @@ TEST(SelfCollision, FrictionHoldsALayerBelowItsAngleAndLetsItSlideAbove) {
   }
 }
 
-// At 0.35 of 0.364 what is left of gravity is 4 % of the friction, so that 5 % of the way is 0.2 % of the friction.
+// At 0.35 of 0.364 the remaining part of gravity is 4 % of the friction, so that 5 % of the distance is 0.2 % of the
+// friction.
 TEST(SelfCollision, FrictionIsCoulombsWhateverTheIterationsAndSubsteps) {
   for (const char* method : {"pbd", "desbrun"})
     for (const int substeps : {1, 2, 5, 10})
       for (const int iterations : {1, 4, 20}) {
-        if (substeps * iterations > 100) continue;  // as with 4, and takes longest
+        if (substeps * iterations > 100) continue;  // these are as with 4 iterations, and take longest
         const Slide slide{method, substeps, iterations};
         EXPECT_NEAR(slide.measured(0.35), slide.expected(0.35), 0.05 * slide.expected(0.35))
             << method << ", " << substeps << " substeps, " << iterations << " iterations";
       }
 }
 
-// By both methods, though in one substep it goes further than twice the thickness: what its planes take is up to 4 %
-// there, as none follows the curve that the way past a corner is.
+// By both methods, though with one substep the displacement exceeds twice the thickness: division planes change it by
+// up to 4 % there, because a plane does not follow the curved path past a corner.
 TEST(SelfCollision, LayersSlideOverEachOthersRimsAndCornersWithoutLoss) {
   for (const char* method : {"pbd", "desbrun"})
     for (const int substeps : {1, 2, 10})

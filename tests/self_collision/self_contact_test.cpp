@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a contact between deformable bodies is made of.
+// Contacts between deformable bodies: their division planes, constraint and gradient.
 #include "kernels/self_collision/self_contact.h"
 
 #include <gtest/gtest.h>
@@ -12,10 +12,10 @@
 namespace malha {
 namespace {
 
-// The planes that keep a pair apart stand as far from each other as its closest points. Where their normal leaned, as
-// one from float's differences did by 1e-5, the far ends of the sides could come nearer in every substep: a cloth that
-// was pressed together crept through itself in 200 of them.
-TEST(SelfContact, HasPlanesThatPartWhatIsAThousandthOfItsSizeApart) {
+// The division planes of a pair are as far apart as its closest points. Where their normal was tilted, as one from
+// differences in float was by 1e-5, the far ends of the primitives could come nearer in every substep: a cloth that was
+// pressed together crept through itself in 200 of them.
+TEST(SelfContact, HasPlanesThatSeparateWhatIsAThousandthOfItsSizeApart) {
   Random random(1);
   for (int trial = 0; trial < 1000; ++trial) {
     // Two edges of some 3 cm across each other, 30 micrometres apart, a third of a metre from the origin.
@@ -50,7 +50,7 @@ TEST(SelfContact, HasPlanesThatPartWhatIsAThousandthOfItsSizeApart) {
   }
 }
 
-/// A contact of the pair, which are of two bodies, wherever they are.
+/// A contact of the pair, whose primitives belong to two bodies, at any position.
 SelfContact<double> contact_of(const Candidate& pair, const std::vector<Vec3>& x) {
   ScatteredArray<Serial, double> points(x), still(4);
   points.upload_fourth(std::vector<double>(4, INFINITY));
@@ -61,8 +61,8 @@ SelfContact<double> contact_of(const Candidate& pair, const std::vector<Vec3>& x
   return contact;
 }
 
-// C = distance of the closest points - thickness. Where they slide along the sides, C does not change to first order,
-// so that its gradient is the weight of each particle times the normal: inside, on edges and at corners alike.
+// C = distance of the closest points - thickness. Where they slide along the primitives, C does not change to first
+// order, so that its gradient is the weight of each particle times the normal: inside, on edges and at corners alike.
 TEST(SelfContact, PushesAlongTheGradientOfTheDistance) {
   Random random(2);
   constexpr double kStep = 1e-6;
@@ -73,7 +73,7 @@ TEST(SelfContact, PushesAlongTheGradientOfTheDistance) {
         const Vector3<double> at = random.in_cube();
         x.push_back({at.x, at.y, at.z});
       }
-      // Between the closest points' weights and n lies the thickness alone: distance = thickness - bias / recovery.
+      // Only the thickness lies between the closest points' weights and n: distance = thickness - bias / recovery.
       const auto distance = [&](const std::vector<Vec3>& at) { return 10 - contact_of(pair, at).bias / 0.1; };
       const SelfContact<double> contact = contact_of(pair, x);
       if (distance(x) < 0.05) continue;  // curvature 1 / distance: the difference below leaves an error of 1e-9
@@ -83,8 +83,9 @@ TEST(SelfContact, PushesAlongTheGradientOfTheDistance) {
           before[j][k] -= kStep, after[j][k] += kStep;
           const double slope = (distance(after) - distance(before)) / (2 * kStep);
           const double n[] = {contact.n.x, contact.n.y, contact.n.z};
-          // Rounding: the distance comes out of a thickness of 10 m over 0.1, 1e-14 / 1e-6. At the bends of the
-          // distance (from a side to its edge) its slope has no jump, but the second derivative has.
+          // Rounding: the distance is computed from a thickness of 10 m over 0.1, 1e-14 / 1e-6. Where the closest
+          // feature changes (from a face to its edge), the slope of the distance is continuous, but the second
+          // derivative is not.
           EXPECT_NEAR(slope, contact.weight[j] * n[k], 2e-5) << trial << ": " << j << ", " << k;
         }
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene is told before its first step, by check, plan and run alike: solids that cross themselves, and bodies
-// that cross objects. And what is said of crossings afterwards, whatever is written meanwhile.
+// Warnings before the first step, by check, plan and run alike: solids that intersect themselves, and bodies that
+// intersect objects. Also the warning of intersections after a run, which does not depend on its outputs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 namespace malha {
 namespace {
 
-/// Two balls as one surface, their centres so far apart.
+/// Two balls as one surface, with this distance of their centres.
 MeshDataShape two_balls(double apart) {
   const Mesh ball = generate(SphereShape{0.5, 1});
   MeshDataShape both;
@@ -35,7 +35,7 @@ long double volume_sign(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3&
   return u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
 }
 
-/// Every edge against every triangle, by signs of volumes.
+/// Tests every edge against every triangle, by signs of volumes.
 int edges_through_triangles(const MeshDataShape& mesh) {
   std::set<Edge> edges;
   for (const Quad& t : mesh.faces)
@@ -63,7 +63,7 @@ Scene above_balls(double apart) {
   return scene;
 }
 
-TEST(SelfCrossingSolid, IsToldWithNumberAndPlaces) {
+TEST(SelfCrossingSolid, IsReportedWithNumberAndPositions) {
   const Scene scene = above_balls(0.6);
   const int count = edges_through_triangles(std::get<MeshDataShape>(scene.environment[0].shape));
   ASSERT_GT(count, 10);
@@ -72,7 +72,7 @@ TEST(SelfCrossingSolid, IsToldWithNumberAndPlaces) {
   for (const std::string& line : warnings(simulation.model()))
     if (has(line, "'balls'")) said += line;
   EXPECT_TRUE(has(said, " " + std::to_string(count) + " edges")) << said;
-  // Where the balls meet: in the plane half way, at most sqrt(.5^2 - .3^2) and an edge from the axis.
+  // The balls intersect in the plane half way, at most sqrt(.5^2 - .3^2) and an edge from the axis.
   std::size_t at = said.find("near (");
   ASSERT_NE(at, std::string::npos) << said;
   double x = 0, y = 0, z = 0;
@@ -90,7 +90,7 @@ TEST(SelfCrossingSolid, IsNotWhatLiesBesideItself) {
   }
 }
 
-/// A sheet that keyframes draw through a pinned one and out of it again, within a second.
+/// A sheet that keyframes move through a pinned one and out of it again, within a second.
 const char* const kDrawnThrough = R"({"name": "through", "duration": 1, "solver": {"type": "pbd", "dt": 0.01},
   "self_collision": {"thickness": 0.005}, "bodies": [
    {"name": "level", "shape": {"grid": {"size": [1, 1], "cells": [4, 4]}}, "mass": 1,
@@ -100,7 +100,7 @@ const char* const kDrawnThrough = R"({"name": "through", "duration": 1, "solver"
     "constraints": [{"type": "distance"}], "pins": [{"box": {"min": [-1, -1, -1], "max": [2, 0.65, 2]}, "motion":
      [{"time": 0}, {"time": 0.4, "translate": [0, -0.6, 0]}, {"time": 0.8}, {"time": 1}]}]}]})";
 
-TEST(NoteOnCrossings, IsTheSameWhateverIsWritten) {
+TEST(WarningOfIntersections, IsTheSameWhateverIsWritten) {
   const TemporaryFolder folder;
   folder.write("through.json", kDrawnThrough);
   std::vector<std::string> said;
@@ -116,7 +116,7 @@ TEST(NoteOnCrossings, IsTheSameWhateverIsWritten) {
   EXPECT_EQ(said[2], said[0]);
 }
 
-/// `body` starts through the box.
+/// `body` intersects the box at the start.
 std::string crossed_object(const std::string& edges) {
   return R"({"name": "crossed", "duration": 1, "solver": {"type": "pbd"},
   "environment": [{"name": "post", "shape": {"box": {"size": [0.05, 1, 0.05], "cells": [1, 1, 1]}}, "edges": )" +

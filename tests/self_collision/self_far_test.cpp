@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Float keeps bodies apart as double does, wherever they are: self-collision tells places from an origin near them,
-// which follows them.
+// Self-collision far from the origin: float keeps bodies separated as double does, because positions are relative to an
+// origin near the bodies, which follows them.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -27,7 +27,7 @@ BodySpec far_sheet(const TemporaryFolder& folder, const std::string& name, const
   return body;
 }
 
-/// In still air, which calms them, with a thickness of 1 mm.
+/// The bodies in still air, which damps them, with a thickness of 1 mm.
 Scene calmed(std::vector<BodySpec> bodies, Precision precision) {
   Scene scene = scene_of(std::move(bodies), kEarth, 1.0 / 60, 20, precision);
   scene.self_collision = SelfCollision{0.001, 0.3, {}};
@@ -42,7 +42,7 @@ Scene moved_by(Scene scene, const Vec3& way) {
   return scene;
 }
 
-/// Two sheets that come to lie on a fixed one, within its rim.
+/// Two sheets that come to rest on a fixed one, within its boundary.
 Scene far_stack(const TemporaryFolder& folder, Precision precision) {
   std::vector<BodySpec> sheets;
   for (unsigned k = 0; k < 3; ++k) {
@@ -55,7 +55,7 @@ Scene far_stack(const TemporaryFolder& folder, Precision precision) {
   return calmed(sheets, precision);
 }
 
-/// A sheet that is folded in the middle, and of which one half is fixed.
+/// A sheet that is folded in the middle, with one half fixed.
 Scene far_fold(const TemporaryFolder& folder, Precision precision) {
   Random random(50);
   std::istringstream flat(irregular_sheet(0.4, 0.4, 10, 10, random));
@@ -76,7 +76,7 @@ Scene far_fold(const TemporaryFolder& folder, Precision precision) {
   return calmed({sheet}, precision);
 }
 
-/// How far places are from others that are moved by `way`, RMS in m.
+/// RMS distance of positions from others that are translated by `way`, m.
 double off_by(const std::vector<Vec3>& x, const std::vector<Vec3>& others, const Vec3& way) {
   double squares = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -88,8 +88,8 @@ double off_by(const std::vector<Vec3>& x, const std::vector<Vec3>& others, const
 
 class SelfFarOf : public testing::TestWithParam<Scene (*)(const TemporaryFolder&, Precision)> {};
 
-// Within a few thousandths of the thickness and the speeds that rounding of velocities leaves; at 1 km float's
-// positions are 60 um apart, and what knows no more of places trembles by 1 cm/s.
+// The tolerance is a few thousandths of the thickness and the speed due to the rounding of velocities; at 1 km float's
+// positions are 60 um apart, and a solver with those alone jitters by 1 cm/s.
 TEST_P(SelfFarOf, RestsInFloatAsInDoubleUpToAKilometreFromTheOrigin) {
   const TemporaryFolder folder;
   const Simulation twice = after(GetParam()(folder, Precision::Double), 2.5);
@@ -119,7 +119,8 @@ TEST(SelfFar, WhatIsPutAKilometreAwayRestsThereAsInDouble) {
   EXPECT_LT(once.measure().speed_max, twice.measure().speed_max + 5e-4);
 }
 
-/// Two sheets that meet so fast in one substep that they are held, `seconds` after the start, and fly all that way.
+/// Two sheets meet so fast in one substep that they are truncated, `seconds` after the start, and fly all that
+/// distance.
 Scene far_jam(const TemporaryFolder& folder, Precision precision, double seconds, const Vec3& flight) {
   std::vector<BodySpec> sheets;
   for (const int side : {-1, 1}) {
@@ -134,14 +135,14 @@ Scene far_jam(const TemporaryFolder& folder, Precision precision, double seconds
   return scene;
 }
 
-/// Of what two bodies of 0.1 kg each have beside their common motion, J.
+/// The kinetic energy of two bodies of 0.1 kg each without that of their common motion, J.
 double own_energy(const Measures& m) {
   double common = 0;
   for (const double p : m.momentum) common += p * p / (2 * 0.2);
   return m.kinetic - common;
 }
 
-// What is held keeps its momenta, and loses as much energy as in double: it moves as its bodies do on the whole.
+// Truncation keeps momenta, and dissipates as much energy as in double: particles move with their bodies as a whole.
 TEST(SelfFar, WhatJamsAHundredMetresFromTheOriginKeepsMomentaAndAsMuchEnergyAsInDouble) {
   const TemporaryFolder folder;
   Simulation twice(far_jam(folder, Precision::Double, 0, {}), {.threads = 1});
@@ -150,8 +151,8 @@ TEST(SelfFar, WhatJamsAHundredMetresFromTheOriginKeepsMomentaAndAsMuchEnergyAsIn
   for (const double far : {0.0, 100.0, 1000.0}) {
     Simulation once(moved_by(far_jam(folder, Precision::Float, 0, {}), {far, far, -far}), {.threads = 1});
     const Measures start = once.measure();
-    const double L = 0.1;                   // kg m^2/s: what either of them has about the common centre, and more
-    for (int step = 0; step < 4; ++step) {  // then chaos has grown
+    const double L = 0.1;                   // kg m^2/s: each of them has at least that about the common centre
+    for (int step = 0; step < 4; ++step) {  // later the motion is chaotic
       once.step();
       const Measures now = once.measure();
       EXPECT_EQ(now.crossings, 0) << far << ", step " << step;
@@ -165,7 +166,7 @@ TEST(SelfFar, WhatJamsAHundredMetresFromTheOriginKeepsMomentaAndAsMuchEnergyAsIn
   }
 }
 
-// The origin follows what flies: 300 m in 3 s, to a jam.
+// The origin follows bodies in flight: 300 m in 3 s, to a jam.
 TEST(SelfFar, WhatFliesForHundredsOfMetresJamsAsInDouble) {
   const TemporaryFolder folder;
   const Vec3 flight{80, 30, -60};
@@ -186,7 +187,7 @@ TEST(SelfFar, WhatFliesForHundredsOfMetresJamsAsInDouble) {
   for (int step = 0; step < 4; ++step) EXPECT_NEAR(energy[1][step], energy[0][step], 2e-3) << "step " << step;
 }
 
-/// A fold whose fixed half is lifted by `height` m, at up to 40 m/s.
+/// A fold whose fixed half is moved up by `height` m, at up to 40 m/s.
 Scene lifted(const TemporaryFolder& folder, double height, Precision precision) {
   Scene scene = far_fold(folder, precision);
   std::vector<Keyframe>& motion = scene.bodies[0].pins[0].motion;

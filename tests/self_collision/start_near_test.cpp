@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What starts nearer than the thickness stays as near until it opens by itself: it gets no speed by that, at any number
-// of substeps.
+// Pairs that start nearer than the thickness keep their distance until they separate by themselves: they gain no speed
+// from it, at any number of substeps.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ BodySpec near_sheet(const std::string& name, double height, Cells cells, const T
   return body;
 }
 
-/// A body needs one that can move: it hangs on the others.
+/// Pins all but one particle, which hangs on the others, because a body needs a movable one.
 Pin all_but_first(int particles) {
   ListPin all;
   for (int i = 1; i < particles; ++i) all.particles.push_back(i);
@@ -49,7 +49,7 @@ Scene near_scene(std::vector<BodySpec> bodies, int substeps, const std::string& 
   return scene;
 }
 
-/// After any of so many steps, of the particles from `first` on.
+/// The largest speed after any of that many steps, of the particles from `first` on.
 double fastest_of(Simulation& simulation, int steps, std::size_t first = 0) {
   double fastest = 0;
   for (int step = 0; step < steps; ++step) {
@@ -60,7 +60,7 @@ double fastest_of(Simulation& simulation, int steps, std::size_t first = 0) {
   return fastest;
 }
 
-/// What rounding gives (m/s): four times what it does where nothing meets, and ten ulps of half a metre in a substep.
+/// The speed due to rounding (m/s): four times that without contacts, and ten ulps of half a metre in a substep.
 double rounding(Scene scene, int steps) {
   const double ulp = scene.solver.precision == Precision::Float ? 6e-8 : 1.1e-16;
   const double of_places = 10 * 0.5 * ulp * scene.solver.substeps / scene.solver.dt;
@@ -69,7 +69,7 @@ double rounding(Scene scene, int steps) {
   return of_places + 4 * fastest_of(alone, steps);
 }
 
-/// With every method, precision and these numbers of substeps.
+/// Calls a function for every method, precision and these numbers of substeps.
 template <class Check>
 void in_every_way(const std::vector<int>& substeps, const Check& check) {
   for (const std::string method : {"pbd", "desbrun"})
@@ -92,7 +92,7 @@ TEST(StartsNear, TwoSheetsStayAtRest) {
     });
 }
 
-// Where they are bent, some of each lies nearer than the rest: to push that alone would stretch both.
+// Where the sheets are bent, some particles lie nearer than the rest: pushing those alone would stretch both.
 TEST(StartsNear, SheetsOfWhichSomeIsNearStayAtRest) {
   const TemporaryFolder folder;
   in_every_way({1, 10, 160}, [&](const std::string& method, Precision precision, int substeps) {
@@ -105,7 +105,7 @@ TEST(StartsNear, SheetsOfWhichSomeIsNearStayAtRest) {
   });
 }
 
-TEST(StartsNear, SheetsThatArePutThereStayAtRest) {
+TEST(StartsNear, SheetsThatArePlacedThereStayAtRest) {
   const TemporaryFolder folder;
   for (const int substeps : {10, 160}) {
     const Scene scene =
@@ -117,14 +117,14 @@ TEST(StartsNear, SheetsThatArePutThereStayAtRest) {
     for (Vec3& at : x) at[1] = at[1] > 0.05 ? kNearer : 0;
     simulation.set_positions(x);
     EXPECT_LT(fastest_of(simulation, 3), rounding(scene, 3)) << substeps;
-    // Velocities alone are no new start: what was near stays so.
+    // Setting velocities alone is no new start: pairs that were near stay so.
     simulation.set_velocities(std::vector<Vec3>(x.size()));
     EXPECT_LT(fastest_of(simulation, 3), rounding(scene, 3)) << substeps;
   }
 }
 
-// Pins press one sheet to a millimetre from the other, pinned too, and let both go there.
-TEST(StartsNear, WhatPinsPressedTogetherStaysAtRestWhereTheyLetGo) {
+// Pins press one sheet to a millimetre from the other, pinned too, and release both there.
+TEST(StartsNear, WhatPinsPressedTogetherStaysAtRestWhereTheyRelease) {
   const TemporaryFolder folder;
   for (const int substeps : {10, 160}) {
     BodySpec lower = near_sheet("a", 0, Cells::Squares, folder), upper = near_sheet("b", 0.03, Cells::Squares, folder);
@@ -143,7 +143,7 @@ TEST(StartsNear, WhatPinsPressedTogetherStaysAtRestWhereTheyLetGo) {
   }
 }
 
-// A body that crosses another at the start, drawn out of it, at 0.1 m/s: once they have parted they are near.
+// A body that intersects another at the start is moved out of it at 0.1 m/s: after separation they are near.
 TEST(StartsNear, WhatCrossedIsNotShotApartOnceItHasParted) {
   const TemporaryFolder folder;
   for (const int substeps : {10, 160}) {
@@ -165,7 +165,7 @@ TEST(StartsNear, WhatCrossedIsNotShotApartOnceItHasParted) {
   }
 }
 
-// Two edges, and particles and triangles, without the other kind of pair.
+// Pairs of edges, and of particles and triangles, each without the other kind.
 TEST(StartsNear, LinesAndLooseParticlesStayAtRest) {
   const TemporaryFolder folder;
   for (const int substeps : {1, 10, 160}) {
@@ -181,8 +181,8 @@ TEST(StartsNear, LinesAndLooseParticlesStayAtRest) {
   }
 }
 
-// Pins press particles onto others, and one side goes away at once: what lacks, at most the thickness, is made up for
-// in 16 ms, so that they come at 0.625 m/s at most. At a tenth a substep it was 5.9 m/s with 160 substeps.
+// Pins press particles onto others, and one side goes away at once: the deficit, at most the thickness, is corrected in
+// 16 ms, so that they move at 0.625 m/s at most. With a tenth a substep it was 5.9 m/s with 160 substeps.
 TEST(StartsNear, WhatIsPressedNearerComesBackAsFastAtAnyNumberOfSubsteps) {
   const TemporaryFolder folder;
   for (const int substeps : {10, 40, 160}) {
@@ -203,7 +203,7 @@ TEST(StartsNear, WhatIsPressedNearerComesBackAsFastAtAnyNumberOfSubsteps) {
   }
 }
 
-// What rests on it neither presses it nearer nor, once it has opened, is it kept nearer than the thickness.
+// A load neither presses it nearer nor, once the pair has separated, keeps it nearer than the thickness.
 TEST(StartsNear, KeepsItsDistanceUnderAWeightAndTheThicknessOnceItHasOpened) {
   const TemporaryFolder folder;
   for (const Precision precision : {Precision::Float, Precision::Double}) {
@@ -212,7 +212,7 @@ TEST(StartsNear, KeepsItsDistanceUnderAWeightAndTheThicknessOnceItHasOpened) {
     lower.pins = {all_but_first(15 * 15)};
     const BodySpec upper = near_sheet("b", kNearer, Cells::Irregular, folder);
     Simulation simulation(near_scene({lower, upper}, 20, "pbd", precision, kEarth), {.threads = 1});
-    const std::size_t first = 15 * 15;  // of the upper one
+    const std::size_t first = 15 * 15;  // the particles of the upper one
     const auto lowest = [&] {
       const std::vector<Vec3> x = simulation.positions();
       double low = INFINITY;
@@ -229,7 +229,7 @@ TEST(StartsNear, KeepsItsDistanceUnderAWeightAndTheThicknessOnceItHasOpened) {
   }
 }
 
-// A sheet above a solid that is smaller: what lies over it is near, what lies beside it is not.
+// A sheet above a solid that is smaller: particles over it are near, those beside it are not.
 TEST(StartsNear, ASheetOverASolidStaysAtRest) {
   const TemporaryFolder folder;
   EnvironmentSpec box = obstacle("box", BoxShape{{0.23, 0.2, 0.17}, {1, 1, 1}});
@@ -248,7 +248,8 @@ TEST(StartsNear, ASheetOverASolidStaysAtRest) {
       });
 }
 
-/// A box of which a body at height y lies y above; its thickness is 5 mm, and it is narrower than what lies on it.
+/// A box whose top is at y = 0, so that a body at height y lies y above it; its thickness is 5 mm, and it is narrower
+/// than the bodies on it.
 EnvironmentSpec sunk_in(Sides sides) {
   EnvironmentSpec solid = obstacle("box", BoxShape{{0.33, 0.2, 0.37}, {1, 1, 1}});
   solid.transform.translate = {0.25, -0.1, 0.25};
@@ -258,8 +259,8 @@ EnvironmentSpec sunk_in(Sides sides) {
   return solid;
 }
 
-// As much as it lies inside it stays inside: lifted out, the part that is inside would stretch the rest, and a block of
-// tetrahedra had 14 m/s by that with 160 substeps, a ball 10 m/s though it only touched.
+// The part of a body that is inside stays as deep as it is: moved out, it would stretch the rest, and a block of
+// tetrahedra got 14 m/s by that with 160 substeps, a ball 10 m/s though it only touched.
 TEST(StartsNear, WhatLiesInASolidByLessThanItsThicknessStaysAtRest) {
   const TemporaryFolder folder;
   for (const Sides sides : {Sides::Solid, Sides::OneSided, Sides::TwoSided})
@@ -284,7 +285,7 @@ TEST(StartsNear, WhatLiesInASolidByLessThanItsThicknessStaysAtRest) {
     }
 }
 
-// Pressed by its weight it does not go deeper, and once it has come out it is kept out.
+// Its weight does not press it deeper, and once it has come out it stays out.
 TEST(StartsNear, WhatLiesInASolidGoesNoDeeperAndStaysOutOnceItWasOut) {
   const TemporaryFolder folder;
   for (const Precision precision : {Precision::Float, Precision::Double}) {
@@ -303,8 +304,8 @@ TEST(StartsNear, WhatLiesInASolidGoesNoDeeperAndStaysOutOnceItWasOut) {
   }
 }
 
-// A pin carries a particle into a solid, by less than the thickness, and lets go there.
-TEST(StartsNear, WhatPinsOrAHandLetGoOfInASolidStaysAtRest) {
+// A pin carries a particle into a solid, by less than the thickness, and releases it there.
+TEST(StartsNear, WhatPinsOrHandlesReleaseInASolidStaysAtRest) {
   const TemporaryFolder folder;
   for (const int substeps : {10, 160})
     for (const bool interactive : {false, true}) {
@@ -332,8 +333,8 @@ TEST(StartsNear, WhatPinsOrAHandLetGoOfInASolidStaysAtRest) {
     }
 }
 
-// Attachments press a loose sheet between two others, nearer than the thickness in places, and end there: what they had
-// pressed is not what shoots it apart. It jams, and so is never at rest.
+// Attachments press a loose sheet between two others, nearer than the thickness at some points, and end there: the
+// pressed pairs do not throw it out. It jams, and so is never at rest.
 TEST(StartsNear, WhatAttachmentsPressedTogetherGetsNoFasterWhereTheyEnd) {
   const TemporaryFolder folder;
   for (const int substeps : {10, 40}) {
@@ -367,7 +368,7 @@ TEST(StartsNear, ABlockThatTouchesTheGroundIsNotThrownUp) {
     Scene scene = scene_of({block}, kEarth, 1.0 / 60, substeps);
     scene.environment = {ground};
     Simulation simulation(scene, {.threads = 1});
-    // It is lifted by a fiftieth of the thickness, and by all of it before: at that 1.5 m/s with 10 substeps.
+    // It is moved out by a fiftieth of the thickness; when it was all of it, that gave 1.5 m/s with 10 substeps.
     EXPECT_LT(fastest_of(simulation, 10), 0.2) << substeps;
   }
 }

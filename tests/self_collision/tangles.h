@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Constraints without a mesh, for the tests of what sorts them: tangles with hubs, the models they make, and the
-// checker of independence that nothing in the host shares code with.
+// Constraints without a mesh, for tests of colouring and partitioning: random hypergraphs with hubs, models of them,
+// and a checker of independence that shares no code with the host.
 #pragma once
 #include <algorithm>
 #include <numeric>
@@ -15,7 +15,7 @@
 
 namespace malha {
 
-/// Whether no two of these constraints share a movable particle: asked of a set, not of bit words.
+/// Tests whether no two of these constraints share a movable particle, by a set instead of bit words.
 inline bool independent(const std::vector<int>& constraints, const std::vector<int>& particles, int arity,
                         const std::vector<bool>& pinned) {
   std::set<int> taken;
@@ -43,8 +43,8 @@ std::vector<int> flatten(const List& list) {
   return flat;
 }
 
-/// A hypergraph with hubs: `arity` distinct particles a constraint, some of them wanted by many. `reach`: how far apart
-/// those of one constraint lie at most.
+/// A random hypergraph with hubs: `arity` distinct particles a constraint, some of which occur in many. `reach`: the
+/// largest difference of numbers within a constraint.
 inline std::vector<int> tangle(int constraints, int arity, int particles, Random& random, int reach = 0) {
   if (reach == 0) reach = particles;
   std::vector<int> flat;
@@ -82,7 +82,8 @@ inline ConstraintSet set_of(int arity, std::vector<int> particles) {
   return set;
 }
 
-/// A model of these sets with random places and masses, cut into patches. `begin`: where to cut instead.
+/// A model of these sets with random positions and masses, cut into patches. `begin`: the first particle of each patch,
+/// instead.
 inline Model model_of(std::vector<ConstraintSet> sets, const std::vector<bool>& pinned, Random& random,
                       std::vector<int> begin = {}) {
   const int particles = static_cast<int>(pinned.size());

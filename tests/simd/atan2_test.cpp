@@ -33,7 +33,7 @@ TYPED_TEST(Arctangent2Of, IsWithinThreeUlpInAllQuadrantsAtAllSizes) {
   double worst = 0;
   for (int trial = 0; trial < 200000; ++trial) {
     const double angle = random(-std::numbers::pi, std::numbers::pi);
-    // To within a third of the type's range: areas squared may come as small and as large as this.
+    // Sizes reach within a third of the type's range: squared areas may come as small and as large as this.
     const double size = std::pow(10.0, random(-1, 1) * std::numeric_limits<R>::max_exponent10 / 3.0);
     worst = std::max(worst, this->error_in_ulp(R(size * std::sin(angle)), R(size * std::cos(angle))));
   }

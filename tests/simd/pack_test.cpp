@@ -50,13 +50,13 @@ struct PackOf : testing::Test {
     }
     return all;
   }
-  /// Particle i at (i, i + 0.25, i + 0.5) with w = i + 0.75: every number says where it belongs.
+  /// Particle i is at (i, i + 0.25, i + 0.5) with w = i + 0.75, so that every number tells its index.
   static std::vector<Vec4<Real>> numbered(int count) {
     std::vector<Vec4<Real>> particles(count);
     for (int i = 0; i < count; ++i) particles[i] = {Real(i), Real(i + 0.25), Real(i + 0.5), Real(i + 0.75)};
     return particles;
   }
-  /// As packs want it.
+  /// The same particles in the layout that packs load.
   static LocalIndex scaled(int i) { return static_cast<LocalIndex>(i * kIndexScale<Real>); }
   static std::vector<int> shuffled(int count, Random& random) {
     std::vector<int> order(count);
@@ -72,7 +72,7 @@ TYPED_TEST_SUITE(PackOf, Widths);
 
 template <class R>
 void expect_same(R found, R expected, const char* what) {
-  if (std::isnan(expected)) {  // which NaN comes out is not part of IEEE 754
+  if (std::isnan(expected)) {  // IEEE 754 does not say which NaN results
     EXPECT_TRUE(std::isnan(found)) << what;
   } else {
     EXPECT_TRUE(same_bits(found, expected)) << what << ": " << found << " instead of " << expected;
@@ -113,7 +113,7 @@ TYPED_TEST(PackOf, BroadcastsAScalarToEveryLane) {
   for (const R lane : this->values(P(-R(0)))) EXPECT_TRUE(same_bits(lane, R(0)));
 }
 
-TYPED_TEST(PackOf, LargerTakesTheSecondOfNaNAsTheScalarDoes) {
+TYPED_TEST(PackOf, MaxTakesTheSecondOfNaNAsTheScalarDoes) {
   using R = typename TypeParam::Real;
   using P = typename TestFixture::Wide;
   const R nan = std::numeric_limits<R>::quiet_NaN();
@@ -167,7 +167,7 @@ TYPED_TEST(PackOf, GatherPutsTheIndexedParticleIntoItsLane) {
     int chosen[P::lanes];
     LocalIndex index[P::lanes];
     for (int i = 0; i < P::lanes; ++i) {
-      chosen[i] = random.below(100);  // repeated ones too: loads need not be distinct
+      chosen[i] = random.below(100);  // repeated ones too: indices of loads need not be distinct
       index[i] = this->scaled(chosen[i]);
     }
     Vector3<P> position;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sixteen numbers in packs of any width, against sixteen scalars.
+// Tiles of sixteen numbers in packs of any width, against sixteen scalars.
 #include "kernels/simd/tile.h"
 
 #include <gtest/gtest.h>
@@ -89,7 +89,7 @@ TYPED_TEST(TileOf, SumsAreAFixedTree) {
   const auto& all = this->a;
   const auto rows = TypeParam::at(all).sum_of_rows();
   for (int k = 0; k < 4; ++k) EXPECT_EQ((&rows.x)[k], (all[k] + all[4 + k]) + (all[8 + k] + all[12 + k]));
-  // Four tiles at once, each as that and then (x + y) + (z + w).
+  // Four tiles are summed at once, each by this tree and then (x + y) + (z + w).
   const TypeParam own = TypeParam::at(all), other = TypeParam::at(this->b);
   TypeParam twice = TypeParam::zero(), four_times = TypeParam::zero();
   twice.add(own, TypeParam::all(2)), four_times.add(other, TypeParam::all(4));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cloths, chains and balloons: how well constraints are met, and where they come to rest.
+// Cloths, chains and balloons: residuals of their constraints, and their rest states.
 #include <gtest/gtest.h>
 
 #include "tests/small_scenes.h"
@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kClothFrame = 1.0 / 60;
 
-/// n x n particles over 2 m x 2 m, hung by a row from the horizontal, structural and shear springs.
+/// n x n particles over 2 m x 2 m, hung by a row, horizontal at the start, with structural and shear springs.
 Scene hung_cloth(int n, int substeps, int iterations = 1, Precision precision = Precision::Float) {
   BodySpec cloth;
   cloth.name = "cloth";
@@ -24,7 +24,7 @@ Scene hung_cloth(int n, int substeps, int iterations = 1, Precision precision = 
 
 double rms_after_a_second(const Scene& scene) { return after(scene, 1).measure().strain_rms; }
 
-// The bounds are what peers reach with as many projections (Jolt, sorted by colour: 0.008), with 10 % of room.
+// The bounds are the values of peers with as many projections (Jolt, sorted by colour: 0.008), plus 10 %.
 TEST(HungCloth, StretchesLittleAtOneIterationAndTenSubsteps) {
   EXPECT_LT(rms_after_a_second(hung_cloth(46, 10)), 0.0085);
   EXPECT_LT(rms_after_a_second(hung_cloth(100, 10)), 0.043);
@@ -37,7 +37,7 @@ TEST(HungCloth, StretchesFarLessWithSubstepsThanWithAsManyIterations) {
   EXPECT_LT(rms_after_a_second(hung_cloth(46, 40)), substeps / 2);
 }
 
-/// Still air that brakes: what hangs in it comes to rest.
+/// Still air that damps: hanging bodies come to rest in it.
 Scene at_rest_soon(BodySpec body, int substeps, double drag) {
   Scene scene = scene_of({std::move(body)}, kEarth, kClothFrame, substeps);
   scene.wind = Wind{{0, 0, 0}, drag};
@@ -110,7 +110,7 @@ TEST(DistanceLimit, HoldsWhatASoftSpringAloneWouldNot) {
 
 class Balloon : public testing::TestWithParam<double> {};
 
-TEST_P(Balloon, HoldsItsVolumeItsFormAndItsMomentum) {
+TEST_P(Balloon, KeepsItsVolumeItsFormAndItsMomentum) {
   BodySpec balloon;
   balloon.name = "balloon";
   balloon.shape = SphereShape{0.5, 3};
@@ -124,7 +124,7 @@ TEST_P(Balloon, HoldsItsVolumeItsFormAndItsMomentum) {
   const Measures before = simulation.measure();
   run_for(simulation, scene, 3);
   const Measures now = simulation.measure();
-  // Pressure is projected last, and one Newton step leaves an error of second order in what a substep changes.
+  // Pressure is projected last, and one Newton step leaves an error of second order in the change of a substep.
   EXPECT_NEAR(now.volume_ratios.at(0), GetParam(), 1e-6);
   EXPECT_LT(length(now.momentum - before.momentum), 1e-11);
   const double radius = 0.5 * std::cbrt(GetParam());

@@ -43,7 +43,7 @@ BodySpec balloon(const Vec3& at, int subdivisions) {
   return body;
 }
 
-/// Over a turning and rising sphere and a bouncing floor, in the wind.
+/// The cloth above a rotating and rising sphere and a bouncing floor, in the wind.
 Scene everything(int side, int subdivisions, Precision precision) {
   Scene scene = scene_of({cloth(side), balloon({1.5, 0.32, 0}, subdivisions)}, kEarth, 1.0 / 60, 5, precision);
   scene.solver.iterations = 2;
@@ -94,7 +94,7 @@ TEST_P(Determinism, HoldsOnBlocksOfThreads) {
 }
 #endif
 
-/// As ThreadChoice does it.
+/// Sets the number of threads in every step, as AdaptiveThreadCount does.
 TEST_P(Determinism, HoldsWhereEachStepRunsOnAnotherNumberOfThreads) {
   const Scene scene = everything(24, 3, GetParam());
   const std::uint64_t serial = hash_after(scene, 12, {.threads = 1, .backend = Backend::Serial});
@@ -109,11 +109,11 @@ TEST_P(Determinism, HoldsWhereEachStepRunsOnAnotherNumberOfThreads) {
 
 // 40,000 particles: beyond the grain of particles (kernels/parallel/compute.h), so that launches use their threads.
 static_assert(200 * 200 > kParticleGrain, "a larger cloth is needed");
-TEST_P(Determinism, HoldsBeyondTheGrains) { expect_equal_bits(everything(200, 4, GetParam()), 2); }
+TEST_P(Determinism, HoldsBeyondTheGrainSize) { expect_equal_bits(everything(200, 4, GetParam()), 2); }
 
-/// What has no environment and no pressure: prediction, projection and state in the visits to patches. Numbered as a
-/// grid, or its particles in an order that has nothing to do with the mesh.
-class Visited : public testing::TestWithParam<std::tuple<int, bool, Precision>> {
+/// A scene without environment and pressure: prediction, projection and state update are fused into the patch solves.
+/// Particles are numbered as a grid, or in an order that has nothing to do with the mesh.
+class FusedPatchSolves : public testing::TestWithParam<std::tuple<int, bool, Precision>> {
  protected:
   Scene scene() const {
     const auto [side, shuffled, precision] = GetParam();
@@ -147,7 +147,7 @@ class Visited : public testing::TestWithParam<std::tuple<int, bool, Precision>> 
   TemporaryFolder folder_;
 };
 
-TEST_P(Visited, HasTheSameBitsOnAnyNumberOfThreads) {
+TEST_P(FusedPatchSolves, HaveTheSameBitsOnAnyNumberOfThreads) {
 #if !defined(NDEBUG)
   if (std::get<0>(GetParam()) > 46) GTEST_SKIP() << "ten seconds each without optimisation, and the same code";
 #endif
@@ -159,7 +159,7 @@ TEST_P(Visited, HasTheSameBitsOnAnyNumberOfThreads) {
     return simulation.state_hash();
   };
   Scene plain = scene(), windy = scene();
-  windy.wind = Wind{{1, 0, 0.5}, 1e-4};  // a region a substep, not one a step
+  windy.wind = Wind{{1, 0, 0.5}, 1e-4};  // one parallel region a substep instead of one a step
   windy.bodies[0].damping = 0.1;
   for (const Scene& one : {plain, windy}) {
     const std::uint64_t serial = hash(one, {.threads = 1, .backend = Backend::Serial});
@@ -177,12 +177,12 @@ std::string visited_name(const testing::TestParamInfo<std::tuple<int, bool, Prec
 }
 
 /// One patch, a few, and more.
-INSTANTIATE_TEST_SUITE_P(, Visited,
+INSTANTIATE_TEST_SUITE_P(, FusedPatchSolves,
                          testing::Combine(testing::Values(17, 46, 100), testing::Bool(),
                                           testing::Values(Precision::Float, Precision::Double)),
                          visited_name);
 
-// So that 289 particles on 8 threads are what they are on one: there is no team to wait for.
+// 289 particles on 8 threads run as on one: there is no team to wait for.
 TEST(ASweep, HasNoMoreThreadsThanThePatchesOfItsLargestPhase) {
   for (const int side : {17, 46, 100}) {
     const Model model = build_model(scene_of({cloth(side)}, kEarth, 1.0 / 60));
@@ -196,8 +196,8 @@ TEST(ASweep, HasNoMoreThreadsThanThePatchesOfItsLargestPhase) {
   }
 }
 
-/// What a run says whose body 'lost' no float can follow: two particles that its spin throws 2^124 m a substep, of
-/// which the sixteenth reaches 2^128, which float does not hold.
+/// The error of a run whose body 'lost' leaves float's range: its spin throws two particles 2^124 m a substep, and the
+/// sixteenth reaches 2^128, which float does not represent.
 std::string divergence(std::vector<BodySpec> bodies, const SimulationOptions& options) {
   const Scene scene = scene_of(std::move(bodies), {}, 0x1p27, 2, Precision::Float);
   Simulation simulation(scene, options);
@@ -210,7 +210,7 @@ std::string divergence(std::vector<BodySpec> bodies, const SimulationOptions& op
   return "";
 }
 
-TEST(ADivergedVisit, NamesStepParticleAndBodyAlikeOnAnyNumberOfThreads) {
+TEST(ADivergedPatchSolve, NamesStepParticleAndBodyAlikeOnAnyNumberOfThreads) {
   BodySpec lost, calm = cloth(46);
   lost.name = "lost", lost.mass = 1;
   lost.shape = LatticeShape{{-0x1p39, 0, 0}, {0x1p39, 0, 0}, {2, 1, 1}};
@@ -227,14 +227,14 @@ TEST(ADivergedVisit, NamesStepParticleAndBodyAlikeOnAnyNumberOfThreads) {
   }
 }
 
-TEST_P(Determinism, LetsEveryBitOfTheStateThrough) {
+TEST_P(Determinism, HashesEveryBitOfTheState) {
   const Scene scene = everything(24, 3, GetParam());
   Scene other = scene;
   other.bodies[0].velocity[2] = 1e-6;
   EXPECT_NE(hash_after(scene, 5, {.threads = 1}), hash_after(other, 5, {.threads = 1}));
 }
 
-/// The positions of one body out of a run, exactly.
+/// The positions of one body of a run, exactly.
 std::vector<Vec3> part(const std::vector<Vec3>& all, std::size_t first, std::size_t count) {
   const auto begin = all.begin() + static_cast<std::ptrdiff_t>(first);
   return {begin, begin + static_cast<std::ptrdiff_t>(count)};
@@ -262,8 +262,8 @@ TEST_P(Determinism, MakesBodiesThatDoNotTouchIndependentOfEachOther) {
   EXPECT_EQ(part(swapped, right.size(), left.size()), left);
 }
 
-// A level's sums are of all bodies at once: how they are rounded hangs on where a body begins. A hanging cloth makes no
-// more of it than a thousand times as much in half a second.
+// A level's sums are over all bodies at once: their rounding depends on where a body begins. A hanging cloth amplifies
+// it by no more than a thousand in half a second.
 TEST(Levels, OfBodiesThatDoNotTouchAreIndependentUpToRounding) {
   const auto [left, right, together, swapped] = apart(Precision::Double, kAutoLevels);
   const auto farthest = [](const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
@@ -280,11 +280,11 @@ INSTANTIATE_TEST_SUITE_P(, Determinism, testing::Values(Precision::Float, Precis
   return std::string(tested.param == Precision::Float ? "Float" : "Double");
 });
 
-TEST(AnUnnamedPart, CostsNothing) {
+TEST(AnUnusedFeature, CostsNothing) {
   Scene scene = scene_of({particle({0, 0, 0})}, kEarth, 0.01, 1, Precision::Float);
   const Simulation bare(scene);
-  // x, what it lacks of the position, v, and how far it went: twelve numbers, each in two rows of 16 (a load of a whole
-  // pack stays inside); w, and 16 to spare.
+  // x, its rounding error, v, and the displacement: twelve numbers, each in two rows of 16 (a load of a whole pack
+  // stays inside); w, and 16 to spare.
   EXPECT_EQ(bare.solver().facts().particle_bytes, 12u * 2u * 64u + 17u * 4u);
   EXPECT_EQ(bare.solver().facts().constraint_bytes, 0u);
   EXPECT_EQ(bare.solver().facts().collision_bytes, 0u);
@@ -304,7 +304,7 @@ TEST(AnUnnamedPart, CostsNothing) {
   EXPECT_EQ(Simulation(scene).solver().facts().constraint_bytes, 0u);
 }
 
-TEST(AnUnnamedPart, TakesNoTime) {
+TEST(AnUnusedFeature, TakesNoTime) {
   Scene scene = scene_of({particle({0, 0, 0})}, kEarth, 0.01);
   const Simulation simulation = after(scene, 0.1);
   for (const Pass pass :

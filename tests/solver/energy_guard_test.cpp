@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Energy that nothing gave ends a run; energy that something gave does not, however sudden.
+// The energy guard: energy that no force, pin or stored energy explains ends a run; explained energy does not, however
+// sudden.
 #include "host/solver/energy_guard.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@
 namespace malha {
 namespace {
 
-/// Steps for so long; what a run that is ended says.
+/// Steps for that long; the message of the run if it is ended.
 std::string ended(const Scene& scene, double seconds, const SimulationOptions& options = {.threads = 1}) {
   try {
     after(scene, seconds, options);
@@ -24,9 +25,9 @@ std::string ended(const Scene& scene, double seconds, const SimulationOptions& o
   return "";
 }
 
-/// A free shell of stiff springs by Desbrun's method, which keeps nothing of what float rounds off: 170 km from the
-/// origin places are 8 mm apart, and with 256 substeps what one of them moves is lost. Springs pull at what was rounded
-/// and throw the particles about, at some 100 m/s, not faster and faster. Double resolves it.
+/// A free shell of stiff springs by Desbrun's method, which does not carry on rounding errors: 170 km from the origin
+/// float positions are 8 mm apart, and with 256 substeps displacements are lost in rounding. Springs respond to the
+/// rounding and throw the particles about, at some 100 m/s that do not grow. Double resolves it.
 Scene drowned_in_rounding(Precision precision, double mass = 1) {
   BodySpec shell;
   shell.name = "shell", shell.shape = SphereShape{0.5, 1}, shell.transform.translate = {1e5, 1e5, 1e5};
@@ -37,7 +38,7 @@ Scene drowned_in_rounding(Precision precision, double mass = 1) {
   return scene;
 }
 
-TEST(AnExplosion, EndsTheRunWhileItIsFiniteAndSaysStepPlaceAndKind) {
+TEST(AnExplosion, EndsTheRunWhileItIsFiniteAndNamesStepPositionAndKind) {
   const std::string said = ended(drowned_in_rounding(Precision::Float), 2);
   EXPECT_TRUE(said.starts_with("step 32 (t = 0.533333 s): motion has ")) << said;
   EXPECT_TRUE(has(said, " times what anything gave it; fastest is particle ")) << said;
@@ -46,7 +47,7 @@ TEST(AnExplosion, EndsTheRunWhileItIsFiniteAndSaysStepPlaceAndKind) {
   EXPECT_EQ(ended(drowned_in_rounding(Precision::Double), 0.6), "");
 }
 
-TEST(AnExplosion, IsSaidAlikeOnAnyNumberOfThreads) {
+TEST(AnExplosion, IsReportedAlikeOnAnyNumberOfThreads) {
   const std::string expected = ended(drowned_in_rounding(Precision::Float), 0.6, {.backend = Backend::Serial});
   EXPECT_NE(expected, "");
   for (const int threads : {1, 2, 3})
@@ -62,7 +63,7 @@ TEST(AnExplosion, IsNotHiddenByABodyThatIsFarAway) {
 }
 
 TEST(AnExplosion, IsNotHiddenByAHeavyBodyThatFlies) {
-  // A gram explodes beside a ton that is thrown at 10 m/s.
+  // A body of a gram explodes beside one of a ton that is thrown at 10 m/s.
   Scene scene = drowned_in_rounding(Precision::Float, 1e-3);
   scene.bodies.push_back(particle({0, 0, 0}, {10, 0, 0}, 1000));
   EXPECT_TRUE(has(ended(scene, 0.6), " of body 'shell' at ("));
@@ -71,7 +72,7 @@ TEST(AnExplosion, IsNotHiddenByAHeavyBodyThatFlies) {
 }
 
 TEST(AnExplosion, IsNotHiddenByShortSteps) {
-  // The same substeps, in steps of 1 ms: 1 % of a metre in each would be 10 m/s that nobody asks about.
+  // The same substeps, in steps of 1 ms: with a bound of 1 % of a metre in each, 10 m/s would pass unnoticed.
   Scene scene = drowned_in_rounding(Precision::Float);
   scene.solver.dt = 1e-3, scene.solver.substeps = 15;
   EXPECT_TRUE(has(ended(scene, 0.6), "times what anything gave it"));
@@ -96,7 +97,7 @@ TEST(AnExplosion, LeavesAReportThatSaysSo) {
   EXPECT_EQ(Json::parse(bytes_of(folder / "out/report.json"))["status"], "diverged");
 }
 
-/// One particle that is watched, in the hands of the test.
+/// One particle under the guard, whose state the test sets.
 struct GuardedBody {
   Scene scene;
   Model model;
@@ -112,7 +113,7 @@ struct GuardedBody {
         d(model.x.size()),
         w(model.w),
         guard(Serial{}, model) {}
-  /// Whether it is refused, all at this height (m) and with this speed (m/s) after a step at which it is looked at.
+  /// Tests whether the guard refuses this height (m) and speed (m/s), reached one step after a check.
   bool refuses(double height, double speed) {
     for (std::size_t i = 0; i < model.x.size(); ++i) x.set(i, {0, height, 0}), v.set(i, {speed, 0, 0});
     return guard
@@ -126,7 +127,7 @@ struct GuardedBody {
 /// sqrt(kFactor) times the speed that is explained.
 constexpr double kFaster = 10;
 
-TEST(TheEnergyGuard, KnowsWhatAFallGives) {
+TEST(TheEnergyGuard, AcceptsTheEnergyOfAFall) {
   GuardedBody fall(scene_of({particle({0, 100, 0})}, kEarth, 1e-3));
   const double by_fall = std::sqrt(2 * 9.81 * 100);
   EXPECT_FALSE(fall.refuses(100, 0));
@@ -134,7 +135,7 @@ TEST(TheEnergyGuard, KnowsWhatAFallGives) {
   EXPECT_TRUE(fall.refuses(0, 1.05 * kFaster * by_fall));
 }
 
-TEST(TheEnergyGuard, KnowsWhatAThrowGaveAndALift) {
+TEST(TheEnergyGuard, AcceptsTheEnergyOfAThrowAndOfALift) {
   GuardedBody thrown(scene_of({particle({0, 0, 0}, {0, 0, 7})}, {0, 0, 0}, 1e-3));
   EXPECT_FALSE(thrown.refuses(0, 0.95 * kFaster * 7));
   EXPECT_TRUE(thrown.refuses(0, 1.05 * kFaster * 7));
@@ -143,20 +144,20 @@ TEST(TheEnergyGuard, KnowsWhatAThrowGaveAndALift) {
   EXPECT_FALSE(lifted.refuses(0, 0.95 * kFaster * std::sqrt(2 * 9.81 * 50 + 49)));
 }
 
-TEST(TheEnergyGuard, KnowsWhatSpringsHoldAtTheStart) {
+TEST(TheEnergyGuard, AcceptsTheEnergyStoredInSpringsAtTheStart) {
   // 1 N/m compressed by 0.5 m between 1 kg each: 0.125 J give both 0.354 m/s.
   BodySpec chain;
   chain.name = "chain", chain.shape = ChainShape{{0, 0, 0}, {1, 0, 0}, 1}, chain.mass = 2;
   chain.constraints = {compliant("distance", 1, {"edges"}, 1.5)};
   const double given = std::sqrt(0.125);
-  // Steps so large that 1 % of its size a step is next to nothing.
+  // The steps are so large that 1 % of the body's size in one is negligible.
   Scene scene = scene_of({chain}, {0, 0, 0}, 1, 100);
   GuardedBody spring(scene);
   EXPECT_FALSE(spring.refuses(0, 0.95 * kFaster * given));
   EXPECT_TRUE(spring.refuses(0, 1.2 * kFaster * given));
 }
 
-TEST(TheEnergyGuard, KnowsHowFastPinsAndWindGo) {
+TEST(TheEnergyGuard, AcceptsTheSpeedOfPinsAndWind) {
   Scene scene = scene_of({hung_chain({0, 0, 0}, {1, 0, 0}, 4)}, {0, 0, 0}, 1.0 / 60);
   scene.bodies[0].pins[0].motion = {Keyframe{0, {0, 0, 0}, {0, 1, 0}, 0}, Keyframe{0.5, {10, 0, 0}, {0, 1, 0}, 0}};
   const Model model = build_model(scene);
@@ -167,7 +168,7 @@ TEST(TheEnergyGuard, KnowsHowFastPinsAndWindGo) {
   EXPECT_NEAR(fastest_driven(build_model(scene), 1.0 / 600), 50, 1e-12);
 }
 
-TEST(TheEnergyGuard, LetsBodiesStretchedInflatedAndTurnedInsideOutFindBack) {
+TEST(TheEnergyGuard, AcceptsTheRecoveryOfBodiesStretchedInflatedAndTurnedInsideOut) {
   // Ten times too long, twice the volume at once: stiff, and so as fast as can be.
   BodySpec chain;
   chain.name = "chain", chain.shape = ChainShape{{0, 0, 0}, {1, 0, 0}, 8}, chain.mass = 1;
@@ -179,8 +180,8 @@ TEST(TheEnergyGuard, LetsBodiesStretchedInflatedAndTurnedInsideOutFindBack) {
   EXPECT_EQ(ended(scene_of({balloon}, {0, 0, 0}, 1.0 / 60, 10), 2), "");
 }
 
-TEST(TheEnergyGuard, LetsWhatIsPulledByPinsGo) {
-  // Pulled to three times its length within a second, and let go: springs give back what the pins did.
+TEST(TheEnergyGuard, AcceptsTheReleaseOfWhatPinsPulled) {
+  // The body is pulled to three times its length within a second, and released: springs release the work of the pins.
   Scene scene = scene_of({hung_chain({0, 0, 0}, {1, 0, 0}, 8, 0.01)}, {0, 0, 0}, 1.0 / 60, 10);
   scene.bodies[0].constraints = {compliant("distance", 1e-4, {"edges"})};
   Pin end{ListPin{{8}}};
@@ -190,8 +191,8 @@ TEST(TheEnergyGuard, LetsWhatIsPulledByPinsGo) {
   EXPECT_EQ(ended(scene, 4), "");
 }
 
-TEST(TheEnergyGuard, LetsABowShootWheneverItWasDrawn) {
-  // Drawn slowly and let go between two looks: what the pin did is known all the same.
+TEST(TheEnergyGuard, AcceptsTheShotOfABowWheneverItWasDrawn) {
+  // The bow is drawn slowly and released between two checks: the work of the pin is accounted for all the same.
   for (const double drawn : {2.0, 2.1, 2.2}) {
     BodySpec bow;
     bow.name = "bow", bow.shape = ChainShape{{0, 0, 0}, {1.2, 0, 0}, 20}, bow.mass = 0.02;
@@ -204,8 +205,8 @@ TEST(TheEnergyGuard, LetsABowShootWheneverItWasDrawn) {
   }
 }
 
-TEST(TheEnergyGuard, LetsAHeavyBodyHitALightOne) {
-  // They may touch, so what the one has was given to both.
+TEST(TheEnergyGuard, AcceptsTheImpactOfAHeavyBodyOnALightOne) {
+  // The bodies may touch, so that each may have the energy given to the other.
   BodySpec heavy, light;
   heavy.name = "heavy", heavy.shape = GridShape{{0.1, 0.1}, {4, 4}}, heavy.mass = 100, heavy.velocity = {0, -10, 0};
   heavy.transform.translate = {0.01, 0.2, 0.013};
@@ -214,14 +215,14 @@ TEST(TheEnergyGuard, LetsAHeavyBodyHitALightOne) {
   Scene scene = scene_of({heavy, light}, {0, 0, 0}, 1.0 / 60, 10, Precision::Double);
   scene.self_collision = SelfCollision{0.005, 0, {}};
   EXPECT_EQ(ended(scene, 1), "");
-  double down = 0;  // of the light one's 16, the last
+  double down = 0;  // mean downward speed of the light body's 16 particles, m/s, which come last
   const std::vector<Vec3> v = after(scene, 1).velocities();
   for (std::size_t i = v.size() - 16; i < v.size(); ++i) down -= v[i][1] / 16;
   EXPECT_GT(down, 9) << "it was hit";
 }
 
 TEST(TheEnergyGuard, ChangesNoBits) {
-  // 16 steps are before the first look; 64 that are the same substeps are looked at twice.
+  // 16 steps come before the first check; 64 with the same substeps are checked twice.
   Scene coarse = scene_of({tumbling_ellipsoid(1, {stiff("distance", {"edges"})})}, kEarth, 1.0 / 16, 40);
   Scene fine = coarse;
   fine.solver.dt = 1.0 / 64, fine.solver.substeps = 10;  // the same substeps, to the bit

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is set between two steps: places, velocities, pins, gravity and wind.
+// State that is set between two steps: positions, velocities, pins, gravity and wind.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -12,7 +12,7 @@
 namespace malha {
 namespace {
 
-TEST(SetBetweenSteps, PlacesAndVelocitiesAreThoseOfTheNextStep) {
+TEST(SetBetweenSteps, PositionsAndVelocitiesAreThoseOfTheNextStep) {
   const Scene scene = scene_of({particle({0, 0, 0}), particle({1, 0, 0})}, {0, 0, 0}, 0.1);
   Scene named = scene;
   named.bodies[1].name = "other";
@@ -26,7 +26,7 @@ TEST(SetBetweenSteps, PlacesAndVelocitiesAreThoseOfTheNextStep) {
   EXPECT_EQ(simulation.steps(), 1);
 }
 
-TEST(SetBetweenSteps, TheOwnPlacesAndVelocitiesChangeNothing) {
+TEST(SetBetweenSteps, PositionsAndVelocitiesReadBackChangeNothing) {
   const Scene scene = two_cloths();
   Simulation set(scene, {.threads = 1, .interactive = true}), alone(scene, {.threads = 1, .interactive = true});
   for (Simulation* one : {&set, &alone}) one->pull(84, {0.5, 0.6, 0.5}, 1e-3);
@@ -76,7 +76,8 @@ TEST(SetBetweenSteps, RefusesWhatIsNoStateOfIts) {
   EXPECT_EQ(simulation.state_hash(), before);
 }
 
-/// Set before the first step it is that of the scene, by every method and with what is laid out for a weight.
+/// Set before the first step, it is that of the scene, by every method and with everything that is precomputed for a
+/// weight.
 TEST(SetBetweenSteps, GravityIsThatOfTheScene) {
   for (const char* const kind : {"pbd", "levels", "desbrun", "floor"}) {
     Scene scene = two_cloths();
@@ -131,7 +132,7 @@ TEST(SetBetweenSteps, WindIsThatOfTheScene) {
   EXPECT_EQ(set.state_hash(), of_scene.state_hash());
 }
 
-/// Scenes in which substeps are visits, and in which they are passes that would carry a pin off by its velocity.
+/// Scenes with fused patch solves, and scenes with separate passes, which would move a pin by its velocity.
 struct SetKind {
   std::string name;
   Precision precision = Precision::Double;
@@ -182,7 +183,7 @@ TEST_P(SetBetweenStepsOf, APinStaysWhateverItsVelocityIsSetTo) {
   EXPECT_NE(simulation.positions()[1], x[1]);
 }
 
-/// As if the scene had had these pins, and that state, from the start.
+/// The run is that of a scene with these pins and that state from the start.
 TEST_P(SetBetweenStepsOf, PinsThatAreSetAreThoseOfTheScene) {
   Simulation simulation(scene(), options());
   EXPECT_EQ(simulation.pins(), (std::vector<int>{0, 12, 169, 181}));
@@ -257,7 +258,7 @@ TEST(SetBetweenSteps, RefusesPinsThatCannotBe) {
   EXPECT_TRUE(has(refusal([&] { simulation.set_pins({0}); }), "pins: found a scene that has torn"));
 }
 
-/// Nor does it matter what else was set on the way.
+/// Other state that was set before does not matter either.
 TEST(SetBetweenSteps, CheckpointsAreForTheGravityAndPinsOfTheStart) {
   const Scene scene = two_cloths();
   const TemporaryFolder folder;
@@ -282,7 +283,7 @@ TEST(SetBetweenSteps, CheckpointsAreForTheGravityAndPinsOfTheStart) {
   EXPECT_EQ(set.state_hash(), fresh.state_hash());
 }
 
-TEST(SetBetweenSteps, NewPlacesLetGoOnWhatDiverged) {
+TEST(SetBetweenSteps, NewPositionsLetADivergedSimulationGoOn) {
   Scene scene = scene_of({particle({0, 1, 0}, {1e18, 0, 0})}, {0, 0, 0}, 1e18, 1, Precision::Float);
   Simulation simulation(scene, {.threads = 1});
   const TemporaryFolder folder;

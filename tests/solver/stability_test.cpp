@@ -87,7 +87,7 @@ class Stability : public testing::TestWithParam<Case> {
   }
 };
 
-/// N = 46 swings through to the other side. In any case well beyond a blow-up: measured with a plain scalar sweep row
+/// N = 46 swings through to the other side. The bound is well beyond a blow-up: measured with a plain scalar sweep row
 /// by row from the pins, the energy exceeds the start's after 5 steps of 10 substeps and in the first of 160, at all
 /// sizes.
 #if defined(NDEBUG)
@@ -107,10 +107,10 @@ class HangingCloth : public Stability {};
 TEST_P(HangingCloth, GainsNoEnergyAndStretchesLessTheMoreSubstepsItHas) {
   const auto [n, pins, input, precision] = GetParam();
   const Cloth cloth(n, pins, input);
-  double softer = 0.3;  // the least converged of all, N = 100 in two corners at 10 substeps, has 0.13
+  double softer = 0.3;  // the least converged case, N = 100 in two corners at 10 substeps, has 0.13
   for (const int substeps : kSubsteps) {
     Scene scene = cloth.scene(substeps, precision);
-    scene.solver.levels = 0;  // which leave no more strain in the coarsest case than in the finest
+    scene.solver.levels = 0;  // levels leave no more strain in the coarsest case than in the finest
     Simulation simulation(scene, {.threads = 1});
     const double start = simulation.measure().energy();
     // The velocity is a sum of up to 9,600 rounded parts g h: it may come out 1e-4 too high (see FloatFall).
@@ -120,7 +120,8 @@ TEST_P(HangingCloth, GainsNoEnergyAndStretchesLessTheMoreSubstepsItHas) {
       if (n > 100 && step % 4 != 0) continue;
       const Measures now = simulation.measure();
       ASSERT_LT(now.energy(), start + rounding) << substeps << " substeps, step " << step;
-      // What falls freely by all of the cloth's side; the last row cracks like a whip, measured up to 2.7 times that.
+      // The bound is a free fall by the whole side of the cloth; the last row cracks like a whip, measured up to 2.7
+      // times that.
       ASSERT_LT(now.speed_max, 4 * std::sqrt(2 * kG * kSide)) << substeps << " substeps, step " << step;
       ASSERT_LT(now.strain_rms, 0.2) << substeps << " substeps, step " << step;
     }
@@ -145,7 +146,7 @@ TEST_P(FreeCloth, FallsAsOnePiece) {
     // A projection rounds coordinates of up to 2 m by up to epsilon / 2 each: a velocity of epsilon / h. Of both signs,
     // so that over the substeps they add up with the root of their number, in a particle and in the mean of all.
     const double drift = epsilon / h * std::sqrt(steps(n) * substeps);
-    const double sum = 1e-11;  // of up to 100,000 rounded masses
+    const double sum = 1e-11;  // rounding of up to 100,000 masses
     const Measures now = simulation.measure();
     EXPECT_LT(length(Vec3{now.momentum} - Vec3{0, -kHungMass * kG * t, 0}), kHungMass * drift + sum)
         << substeps << " substeps";
@@ -173,7 +174,7 @@ TEST_P(FreeCloth, TurnsWithoutGainingEnergyAndKeepsItsMomenta) {
     const double h = kFrame / substeps, drift = epsilon / h * std::sqrt(steps(n) * substeps);  // as above
     for (int step = 0; step < steps(n); ++step) {
       ASSERT_NO_THROW(simulation.step()) << substeps << " substeps";
-      // What rounding shakes the particles with, up to 4 m from the origin.
+      // The motion due to rounding, up to 4 m from the origin.
       ASSERT_LT(simulation.measure().energy(), start.energy() * (1 + 1e-12) + 2 * kHungMass * drift * drift)
           << substeps;
     }
@@ -185,14 +186,15 @@ TEST_P(FreeCloth, TurnsWithoutGainingEnergyAndKeepsItsMomenta) {
   }
 }
 
-/// To be stable is not enough: another order of colours, as stable, was measured with five times the strain at N = 46.
+/// Stability alone is not enough: another order of colours, as stable, was measured with five times the strain at N =
+/// 46.
 class HungByARow : public testing::TestWithParam<Case> {};
 
 TEST_P(HungByARow, StretchesNoMoreThanInPlainColourOrder) {
   const auto [n, pins, input, precision] = GetParam();
   const Cloth cloth(n, pins, input);
   // One-level greedy colouring in creation order had 0.0076 and 0.039 on the grids, 0.0092 and 0.037 on the shuffled
-  // ones. The room is that between numberings.
+  // ones. The tolerance is that between numberings.
   EXPECT_LT(after(cloth.scene(10, precision), 1).measure().strain_rms, n == 46 ? 0.011 : 0.04);
 }
 

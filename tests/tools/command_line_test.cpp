@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words after "malha": help that suffices, and an answer of one line to every slip.
+// The command line of malha: help that suffices, and a message of one line for every error.
 #include "host/base/build_info.h"
 #include "tests/run_scenes.h"
 #include "tests/support.h"
@@ -120,7 +120,7 @@ TEST(CommandLine, SaysHowASceneIsMadeOfAMesh) {
   const Ended refused = malha_command({"run", "body.obj"}, folder / ".");
   EXPECT_EQ(refused.status, 2);
   EXPECT_TRUE(refused.err.starts_with("body.obj: found a mesh; allowed: a scene")) << refused.err;
-  // What it says is a scene.
+  // The JSON in the message is a valid scene.
   const std::size_t from = refused.err.find('{'), to = refused.err.rfind('}');
   folder.write("made.json", refused.err.substr(from, to + 1 - from));
   EXPECT_EQ(malha_command({"check", "made.json"}, folder / ".").status, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The malha command as a user meets it: what it says, with which exit status, and what it leaves behind.
+// The malha command from a user's view: its output, its exit status, and its files.
 #include <pty.h>
 
 #include <algorithm>
@@ -57,7 +57,7 @@ TEST_F(Command, KeepsTheResultsOfAnyNameInTheirFolder) {
   EXPECT_EQ(results, (std::set<std::string>{"...json", "..json", ".json", "a.b", "no_end"}));
 }
 
-// Whoever gets them is not told where they were made, and a tree that moves keeps what it needs.
+// Results do not reveal where they were made, and a folder that is moved keeps what it needs.
 TEST_F(Command, LeavesNoPathsOfThisMachineInItsResults) {
   namespace fs = std::filesystem;
   Json scene = swinging_sheet(false);
@@ -65,7 +65,7 @@ TEST_F(Command, LeavesNoPathsOfThisMachineInItsResults) {
   scene["bodies"][0]["constraints"][0]["elements"] = {"edges"};
   fs::create_directories(folder_ / "tree/scenes/meshes"), fs::create_directory(folder_ / "elsewhere");
   folder_.write("tree/scenes/meshes/real", "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 2 3\nf 1 3 4\n");
-  fs::create_symlink("real", folder_ / "tree/scenes/meshes/a.obj");  // the link's name says the format
+  fs::create_symlink("real", folder_ / "tree/scenes/meshes/a.obj");  // the name of the link tells the format
   folder_.write("tree/scenes/scene.json", scene.dump());
   const std::string whole = fs::canonical(folder_ / ".").string();
   const auto run = [&](const std::string& file) {
@@ -159,7 +159,7 @@ TEST_F(Command, SaysNothingWhenQuiet) {
   EXPECT_EQ(ended.out + ended.err, "");
 }
 
-TEST_F(Command, TellsItsProgressInPlainLinesWhereThereIsNoTerminal) {
+TEST_F(Command, ReportsItsProgressInPlainLinesWhereThereIsNoTerminal) {
   const Ended ended = malha({"run", "scene.json", "--threads", "1"});
   EXPECT_EQ(ended.err.find_first_of("\r\033"), std::string::npos);
   EXPECT_EQ(ended.err.find("step 4 of 40, t = 0.080 s, "), 0u) << ended.err;
@@ -167,7 +167,7 @@ TEST_F(Command, TellsItsProgressInPlainLinesWhereThereIsNoTerminal) {
   EXPECT_GE(std::count(ended.err.begin(), ended.err.end(), '\n'), 10);
 }
 
-/// What `malha run` with these options shows on a terminal of 100 columns; empty where there are no terminals.
+/// The output of `malha run` with these options on a terminal of 100 columns; empty where there are no terminals.
 std::string shown_on_a_terminal(const TemporaryFolder& folder, const std::vector<std::string>& options) {
   std::vector<std::string> words{MALHA_COMMAND, "run", folder / "scene.json", "--out", folder / "out",
                                  "--threads",   "1"};
@@ -211,7 +211,7 @@ TEST_F(Command, SaysOnATerminalWhatItDoesThatIsNotAStep) {
   write(scene);
   const std::string shown = shown_on_a_terminal(folder_, {"--every", "40"});
   if (shown.empty()) GTEST_SKIP() << "no pseudo-terminal here: is /dev/pts mounted?";
-  std::size_t at = 0;  // each after the one before
+  std::size_t at = 0;  // each line comes after the one before
   for (const char* what :
        {"] setting up: reading meshes, ", "] setting up: colouring and laying out, building trees", "] writing a frame",
         "] drawing a picture", "/40  t = 0.", "  writing a checkpoint", "/40  t = 0.", "  writing the report",
@@ -255,12 +255,12 @@ TEST_F(Command, StopsOnCtrlCWithACheckpointFromWhichItGoesOnWithTheVerySameBits)
 
 TEST_F(Command, EndsAtOnceOnASecondCtrlC) {
   Json scene = swinging_sheet(false);
-  scene["solver"]["substeps"] = 100000;  // a step that outlasts the test's patience
+  scene["solver"]["substeps"] = 100000;  // a step that takes longer than the test waits
   scene["solver"]["iterations"] = 100000;
   write(scene);
   MalhaProcess process({"run", "scene.json", "--every", "1", "--threads", "1"}, folder_ / ".");
   wait_for_frame(process, folder_ / "out/scene/frames/frame_000000.vtp");
-  // Before the step the first signal would end it already. To its frame and the step's start it needs far less.
+  // Before the step the first signal would end the run already. Reaching its frame and the step's start takes far less.
   for (const double then = process.cpu_seconds() + 0.5; process.running() && process.cpu_seconds() < then;)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   while (process.running()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha tune finds settings that do reach the error, and leaves nothing where there are none.
+// malha tune finds settings that reach the error, and writes nothing if there are none.
 #include "tools/tune/tune.h"
 
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace malha::study {
 namespace {
 
-/// A net of springs, held by one side, whose motion converges.
+/// A net of springs, pinned at one side, whose motion converges.
 Json springy_net() {
   return Json::parse(R"({
     "name": "net", "solver": {"type": "pbd", "dt": 0.02, "substeps": 2}, "gravity": [0, -9.81, 0], "duration": 0.2,
@@ -21,7 +21,7 @@ Json springy_net() {
                 "constraints": [{"type": "distance", "elements": ["edges", "shear"], "compliance": 0.001}]}]})");
 }
 
-/// The RMS distance to a reference of the test's own at the end: backward Euler's limit, many small substeps in double.
+/// The RMS distance from a reference at the end: the limit of backward Euler, with many small substeps in double.
 double error_at_the_end(const Scene& scene) {
   Scene exact = parsed(springy_net());
   exact.solver.precision = Precision::Double, exact.solver.substeps = 4000;
@@ -38,7 +38,7 @@ Tuned tuned_quietly(const Json& scene, double error) {
   return tune(parsed(scene), {.error = error, .threads = 1}, {}, no_stop);
 }
 
-/// The fewest substeps with which a method reached the error; 0: it did not.
+/// The fewest substeps with which a method reached the error; 0 if it did not.
 int fewest(const Tuned& tuned, const std::string& method) {
   int least = 0;
   for (const Tried& trial : tuned.trials)
@@ -77,7 +77,7 @@ TEST(Tune, TakesNoMoreSubstepsForALooserError) {
   const Tuned strict = tuned_quietly(springy_net(), 0.004), loose = tuned_quietly(springy_net(), 0.016);
   ASSERT_TRUE(strict.best && loose.best);
   for (const Tried& trial : strict.trials)
-    // By the clock of a busy machine another method may be given up as dear.
+    // On a busy machine another method may be given up as too expensive.
     if (const int substeps = fewest(loose, trial.method); trial.reaches() && substeps > 0) {
       EXPECT_LE(substeps, fewest(strict, trial.method)) << trial.method;
     }
@@ -103,8 +103,8 @@ TEST(Tune, TriesBothMethodsOnSprings) {
   EXPECT_TRUE(xpbd && desbrun);
 }
 
-/// A strip of 64 cells hangs by its end. It is at rest, and stays so in the limit of many substeps; with few its
-/// stiffness of 1 lets it stretch.
+/// A strip of 64 cells hangs by its end. It is at rest, and stays so in the limit of many substeps; with few substeps
+/// its stiffness of 1 lets it stretch.
 TEST(Tune, FindsThatLevelsReachTheErrorWithFewerSubstepsWhereTheWayToThePinsIsLong) {
   Json scene = springy_net();
   scene["duration"] = 0.4, scene["bodies"][0]["shape"]["grid"] = {{"size", {0.03, 1}}, {"cells", {2, 64}}};
@@ -134,7 +134,7 @@ TEST(Tune, KeepsTheSpringsOfDesbrunsMethodByPbd) {
 }
 
 TEST(Tune, GivesUpOnMotionThatDoesNotConverge) {
-  Json scene = springy_net();  // a double pendulum of many links, thrown about without end
+  Json scene = springy_net();  // a double pendulum of many links, whose motion is chaotic
   scene["bodies"][0] = {{"name", "chain"},
                         {"mass", 1},
                         {"shape", {{"chain", {{"from", {0, 0, 0}}, {"to", {0, 1, 0}}, {"segments", 8}}}}},

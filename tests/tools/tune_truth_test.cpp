@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What malha tune writes is within the error that was asked for of the truth, which is made here by other means: closed
-// forms, and Runge and Kutta's method on the same springs.
+// The settings that malha tune writes meet the requested error with respect to references of other methods: closed
+// forms, and the Runge-Kutta method on the same springs.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kSeconds = 0.2;
 
-/// A scene with springs of 0.01 s frames, and where its particles truly are at the tuner's moments.
+/// A scene of springs with frames of 0.01 s, and the reference positions of its particles at the tuner's moments.
 struct KnownMotion {
   std::string name;
   Scene scene;
@@ -36,7 +36,7 @@ Scene frames_of(std::vector<BodySpec> bodies, const Vec3& gravity) {
   return scene;
 }
 
-/// A fourth-order method with steps of 5 microseconds: off by some (omega h)^4, below 1e-9.
+/// A fourth-order method with steps of 5 microseconds: its error is some (omega h)^4, below 1e-9.
 KnownMotion by_runge_kutta(const std::string& name, const Scene& scene) {
   const auto system = spring_system(scene);
   constexpr double h = 5e-6;
@@ -93,7 +93,7 @@ KnownMotion rigid_pendulum() {
   return motion;
 }
 
-/// Free, no gravity: an egg of triangles of many sizes turns and breathes.
+/// Free and without gravity: an ellipsoid with triangles of many sizes rotates and oscillates.
 KnownMotion spinning_shell(const TemporaryFolder& folder) {
   Mesh egg = make_mesh(SphereShape{0.3, 1});
   for (Vec3& p : egg.points) p = {p[0], 1.5 * p[1] + p[0] * p[0], 0.7 * p[2]};
@@ -115,7 +115,7 @@ KnownMotion irregular_cloth(const TemporaryFolder& folder) {
   return by_runge_kutta("IrregularCloth", frames_of({body}, kEarth));
 }
 
-/// A beam of a soft material, held at one end; the truth by 2,000 and 4,000 substeps, extrapolated to none.
+/// A beam of a soft material, pinned at one end; the reference is extrapolated from 2,000 and 4,000 substeps.
 KnownMotion soft_beam() {
   BodySpec body = malha::body("beam", TetBoxShape{{0.6, 0.2, 0.2}, {3, 1, 1}}, {neo_hookean(2e5, 0.3)});
   body.mass.reset(), body.density = 1000, body.pins = {BoxPin{{-1, -1, -1}, {-0.29, 1, 1}}};
@@ -131,7 +131,7 @@ KnownMotion soft_beam() {
   return motion;
 }
 
-/// Tunes to each of the errors; what comes of it must be as near the truth as it says.
+/// Tunes to each of the errors; the result must be as near the reference as it states.
 void expect_within(const KnownMotion& motion, const std::vector<double>& errors) {
   const std::atomic<bool> no_stop{false};
   for (const double error : errors) {
@@ -164,8 +164,8 @@ TEST(TuneTruth, AnIrregularClothIsWithinTheErrorAskedFor) {
 
 TEST(TuneTruth, ASoftBeamIsWithinTheErrorAskedFor) { expect_within(soft_beam(), {4e-3}); }
 
-/// A turning sphere that is blown up against springs: its breathing by a pressure of compliance `a` takes
-/// 2 pi sqrt(m a) / area seconds, 5 ms with 1e-6 m^5/N, and backward Euler damps it in as many substeps as there are.
+/// A rotating sphere that a pressure inflates against springs: its oscillation by a pressure of compliance `a` takes 2
+/// pi sqrt(m a) / area seconds, 5 ms with 1e-6 m^5/N, and backward Euler damps it in as many substeps as there are.
 Scene breathing_sphere(double a) {
   BodySpec body = springs_on("sphere", SphereShape{0.3, 1}, 2e-3);
   body.constraints.push_back(compliant("pressure", a, {}, 1.1));
@@ -175,8 +175,8 @@ Scene breathing_sphere(double a) {
   return scene;
 }
 
-/// By Verlet's method in steps of 10 microseconds, which keeps energy: at 1,400 rad/s it is off by some
-/// (omega h)^2 / 24 = 1e-5 of an oscillation each radian.
+/// By Verlet's method in steps of 10 microseconds, which conserves energy: at 1,400 rad/s its error is some (omega h)^2
+/// / 24 = 1e-5 of an oscillation each radian.
 TuneRun breathing_by_verlet(const Scene& scene) {
   const Simulation start(scene, {.threads = 1});
   const Mesh mesh = make_mesh(SphereShape{0.3, 1});
@@ -225,7 +225,8 @@ TuneRun breathing_by_verlet(const Scene& scene) {
   return truth;
 }
 
-/// How far from the truth what the tuner would write is, over the error asked for; 0 where it says that it cannot know.
+/// The distance of the tuner's result from the reference, over the requested error; 0 if it says that it cannot
+/// estimate it.
 double of_the_error(double a, double error) {
   const std::atomic<bool> no_stop{false};
   const Scene scene = breathing_sphere(a);
@@ -247,7 +248,8 @@ TEST(TuneTruth, AnOscillationFasterThanAllOfItsStepsIsNotOverlooked) {
   EXPECT_LE(slow, 1);
 }
 
-/// A string of 10 g that swings by 4 mm within 0.2 m, beside a ton at rest: the energy is little, the way is not.
+/// A string of 10 g that oscillates by 4 mm within 0.2 m, beside a ton at rest: its energy is small, its displacement
+/// is not.
 TEST(TuneTruth, AnOscillationBesideAHeavyBodyIsNotOverlooked) {
   BodySpec string;
   string.name = "string", string.shape = ChainShape{{0, 0, 0}, {0.2, 0, 0}, 1}, string.mass = 0.01;
@@ -260,7 +262,7 @@ TEST(TuneTruth, AnOscillationBesideAHeavyBodyIsNotOverlooked) {
   EXPECT_FALSE(tune(scene, {.error = 2.5e-3, .seconds = 0.5, .threads = 1}, {}, no_stop).reference.converged);
 }
 
-TEST(TuneTruth, DISABLED_HoldsOfBreathingSpheres) {
+TEST(TuneTruth, DISABLED_IsMetOfBreathingSpheres) {
   for (const double a : {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1})
     for (const double error : {2e-2, 8e-3, 2e-3, 8e-4, 2e-4}) {
       const double part = of_the_error(a, error);
@@ -270,7 +272,7 @@ TEST(TuneTruth, DISABLED_HoldsOfBreathingSpheres) {
 }
 
 /// Thirty requests, the error of each half the one before.
-TEST(TuneTruth, DISABLED_HoldsInThirtyRequests) {
+TEST(TuneTruth, DISABLED_IsMetInThirtyRequests) {
   const TemporaryFolder folder;
   for (const KnownMotion& motion :
        {dropped_mass(), rigid_pendulum(), spinning_shell(folder), hanging_net(), irregular_cloth(folder), soft_beam()})

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The window of malha view on a display without a screen (Xvfb), and somebody who types and moves the mouse (xdotool).
+// The window of malha view on a virtual display (Xvfb), and simulated input from keyboard and mouse (xdotool).
 #pragma once
 #include <chrono>
 #include <cstdio>
@@ -14,7 +14,7 @@
 
 namespace malha {
 
-/// What a command says; its exit status is not looked at.
+/// The output of a command, whatever its exit status.
 inline std::string said_by(const std::string& command) {
   std::string said;
   std::FILE* const pipe = popen(command.c_str(), "r");
@@ -34,7 +34,7 @@ class ShownWindow {
 
   explicit ShownWindow(const std::string& scene) : ShownWindow(std::vector<std::string>{scene}) {}
   explicit ShownWindow(const std::vector<std::string>& scenes)
-      // -noreset: a server that begins anew after each client, as xdotool is, turns away who comes at that moment.
+      // -noreset: a server that resets after each client, such as xdotool, refuses clients that connect at that moment.
       : server_({"-c", "exec Xvfb " + number() + " -noreset -displayfd 1 -screen 0 1280x800x24 -nolisten tcp > " +
                            (folder_ / "display").string()},
                 folder_ / "", RLIM_INFINITY, "/bin/sh") {
@@ -49,7 +49,7 @@ class ShownWindow {
 
   ~ShownWindow() {
     view_.reset();
-    server_.send(SIGTERM);  // so that it takes its lock with it
+    server_.send(SIGTERM);  // so that it removes its lock file
     server_.wait();
   }
   ShownWindow(const ShownWindow&) = delete;
@@ -67,7 +67,7 @@ class ShownWindow {
     return said_by("DISPLAY=" + display_ + " timeout 20 xdotool " + words + " 2>/dev/null");
   }
 
-  /// So many steps, one after the other.
+  /// Takes that many single steps, one after the other.
   void step(int count) {
     for (int k = 0; k < count; ++k) {
       const std::string before = title();
@@ -75,14 +75,14 @@ class ShownWindow {
       wait_for([&] { return title() != before; }, "a step");
     }
   }
-  /// What the window shows.
+  /// A picture of the window.
   Image picture() {
     const std::filesystem::path path = out("picture", ".png", pictures_++);
     key("p");
     wait_for([&] { return std::filesystem::exists(path); }, "a picture");
     return read_png(bytes_of(path));
   }
-  /// Saves scene and state: the path of the scene, in whose folder lies the checkpoint.
+  /// Saves scene and state; the result is the path of the scene, in whose folder the checkpoint is.
   std::filesystem::path save() {
     const std::filesystem::path path = out("scene", ".json", scenes_++);
     key("ctrl+s");
@@ -114,7 +114,7 @@ class ShownWindow {
   static void pause() { std::this_thread::sleep_for(std::chrono::milliseconds(100)); }
 
  private:
-  /// A display of this process alone: two servers that look for a free one may find the same.
+  /// A display for this process alone: two servers that search for a free one may find the same.
   static std::string number() { return ":" + std::to_string(100 + getpid() % 50'000); }
   std::filesystem::path out(const std::string& stem, const std::string& extension, int number) const {
     char digits[16];

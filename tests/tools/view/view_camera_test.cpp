@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The window's camera, and what lies under the cursor.
+// The window's camera, and picking under the cursor.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -91,7 +91,7 @@ Scene beside_a_ball(double x) {
   scene.bodies = {body};
   EnvironmentSpec ball, ground;
   ball.name = "ball", ball.shape = SphereShape{0.25, 2}, ball.transform.translate = {x + 2.5, 0.5, 0};
-  ball.motion.resize(1), ball.motion[0].translate = {0, 0.5, 0};  // where the run begins
+  ball.motion.resize(1), ball.motion[0].translate = {0, 0.5, 0};  // at the start of the run
   ground.name = "ground", ground.shape = BoxShape{{100, 1, 100}, {1, 1, 1}}, ground.transform.translate = {0, -1.5, 0};
   scene.environment = {ball, ground};
   return scene;
@@ -144,7 +144,7 @@ TEST(ViewPick, TakesTheFrontOfABallAndNothingBesideIt) {
     EXPECT_GT(frame->x[*particle][2], 0) << "the side that is seen";
     const Place& at = frame->x[*particle];
     const Eigen::Vector3d screen = camera.on_screen(kPort, {at[0], at[1], at[2]});
-    // Edges are 0.15 m, 31 pixels here; the farthest that a corner can be from a place in its face.
+    // Edges are 0.15 m, 31 pixels here; that is the largest distance of a point in a face from a corner.
     EXPECT_LT(std::hypot(screen.x() - x, screen.y() - y), 25);
   }
   EXPECT_FALSE(view::pick(*frame, camera, kPort, kPort.left + 5, kPort.top + 5));
@@ -154,7 +154,7 @@ TEST(ViewPick, AStrokeCrossesTheEdgesBetweenItsSides) {
   const auto frame = ball_frame();
   const OrbitCamera camera({{0, 0, 4}, {0, 0, 0}, 40});
   const double middle = kPort.left + 0.5 * kPort.width + 3;
-  // Downwards over the whole ball: to its left, as it goes, lies what is right on the screen.
+  // The stroke goes downwards over the whole ball.
   const auto edges = view::crossed(*frame, camera, kPort, {middle, 0}, {middle, 700});
   std::size_t expected = 0;
   const auto right = [&](int i) {
@@ -167,7 +167,7 @@ TEST(ViewPick, AStrokeCrossesTheEdgesBetweenItsSides) {
     EXPECT_TRUE(right(left_of_it));
     EXPECT_FALSE(right(right_of_it));
   }
-  // Half of the way crosses those that lie there.
+  // Half of the stroke crosses those that lie there.
   EXPECT_LT(view::crossed(*frame, camera, kPort, {middle, 0}, {middle, 320}).size(), expected);
 }
 

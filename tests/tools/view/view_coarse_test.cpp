@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The few particles that stand for many in pictures.
+// Decimation for the window: few particles that stand for many in pictures.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,8 +14,8 @@ namespace {
 
 using view::Coarse;
 
-/// Two flat sheets of n x n particles with irregular places and numbers, one above the other; a chain; one particle
-/// that nothing joins.
+/// Two flat sheets of n x n particles with irregular positions and numbers, one above the other; a chain; one
+/// unconnected particle.
 struct Parts {
   std::vector<std::array<double, 2>> x;
   std::vector<int> part;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys that are quicker than pictures reach them in order, and none is lost.
+// Keys that are pressed faster than pictures are drawn are handled in order, and none is lost.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -20,8 +20,8 @@ Input key(int code, bool down) {
   return {code == kCtrl ? Input::Kind::Modifier : Input::Kind::Key, code, down, 0, 0, down};
 }
 
-/// What somebody sees who looks at keys once a picture, as Dear ImGui does: those that have gone down since the last,
-/// behind "^" where Ctrl is down.
+/// The keys as a program reads them that polls once a picture, as Dear ImGui does: those pressed since the last
+/// picture, after "^" where Ctrl is down.
 struct Looker {
   std::set<int> down, before;
   std::string seen;
@@ -40,7 +40,7 @@ struct Looker {
   }
 };
 
-TEST(ViewKeys, AreAllSeenHoweverFastTheyAre) {
+TEST(ViewKeys, AreAllHandledHoweverFastTheyAre) {
   Keys keys;
   for (const int code : {kCtrl, int('A')}) keys.add(key(code, true));
   for (const int code : {int('A'), kCtrl}) keys.add(key(code, false));
@@ -66,7 +66,7 @@ TEST(ViewKeys, GoTogetherWithTheLettersAndClicksThatTheyGoWith) {
   EXPECT_FALSE(keys.waits());
 }
 
-TEST(ViewKeys, OfARandomTypistAreSeenInOrder) {
+TEST(ViewKeys, OfARandomTypistAreHandledInOrder) {
   Random random(4);
   Keys keys;
   Looker looker;

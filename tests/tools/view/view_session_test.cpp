@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the window's solver thread promises, without a window.
+// The solver thread of the window, tested without a window.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -57,9 +57,9 @@ TEST(ViewSession, ShowsTheSolversOwnBits) {
     for (int k = 0; k < 3; ++k) EXPECT_EQ(now.sides[0].frame->x[i][k], float(x[i][k]));
 }
 
-TEST(ViewSession, LooksBackAndGoesOnWithTheSameBits) {
+TEST(ViewSession, RewindsAndGoesOnWithTheSameBits) {
   Session session(two_threads());
-  session.open(MALHA_SOURCE_DIR "/scenes/torn_sheet.json");  // which tears on the way
+  session.open(MALHA_SOURCE_DIR "/scenes/torn_sheet.json");  // a scene that tears during the run
   step(session, 50);
   const auto far = settled(session).sides[0].frame;
   ASSERT_GT(far->x.size(), settled(session).moments[0]->frames[0]->x.size()) << "it tore";
@@ -124,7 +124,7 @@ TEST(ViewSession, ChangedSettingsGoOnWhereItWas) {
   EXPECT_DOUBLE_EQ(after->time, before->time);
   EXPECT_EQ(after->steps, 100) << "half as long";
   step(session, 100);
-  // It flies on straight with g t = 5 m/s; float's rounding.
+  // It flies on uniformly with g t = 5 m/s, to float's rounding.
   EXPECT_NEAR(settled(session).sides[0].frame->x[0][1], before->x[0][1] - 5 * 0.5, 1e-4);
 }
 
@@ -146,7 +146,7 @@ TEST(ViewSession, RefusesSettingsThatCannotBeAndGoesOn) {
 TEST(ViewSession, WarningsGoWhenSettingsMendThem) {
   Session session(two_threads());
   Scene scene = load_scene(MALHA_SOURCE_DIR "/scenes/desbrun_sheet.json");
-  scene.solver.dt = 0.2;  // whose boundary malha study stability measured
+  scene.solver.dt = 0.2;  // beyond the stability limit that malha study stability measured
   session.open_made(scene);
   const std::vector<std::string> bold = settled(session).sides.at(0).warnings;
   scene = load_scene(MALHA_SOURCE_DIR "/scenes/desbrun_sheet.json");
@@ -168,7 +168,7 @@ TEST(ViewSession, TwoSidesGoInStepAndAreMeasured) {
   EXPECT_DOUBLE_EQ(now.sides[0].frame->time, 0.4);
   EXPECT_DOUBLE_EQ(now.sides[1].frame->time, 0.4);
   EXPECT_EQ(now.sides[1].frame->steps, 160);
-  // One floats, the other falls: g dt^2 n (n + 1) / 2 of its 160 steps.
+  // One side floats, the other falls: g dt^2 n (n + 1) / 2 of its 160 steps.
   const double fallen = 10 * 0.0025 * 0.0025 * 160 * 161 / 2;
   EXPECT_NEAR((*now.apart)[0], fallen, 1e-5);
   EXPECT_NEAR((*now.apart)[1], fallen, 1e-5);
@@ -263,12 +263,12 @@ TEST(ViewSession, WhatIsRefusedStopsNothing) {
   EXPECT_EQ(now.refused, start.refused + 1) << "so that what was typed goes";
 }
 
-TEST(ViewSession, AHandTakesAParticleOfBothOrOfNone) {
+TEST(ViewSession, AHandleTakesAParticleOfBothOrOfNone) {
   Session session(two_threads());
   session.open(kSheet);
   session.compare(load_scene(MALHA_SOURCE_DIR "/scenes/desbrun_sheet.json"));
   ASSERT_EQ(settled(session).sides.size(), 2u);
-  session.grip({0, 1}, 150, {0, 0, 0}, true);  // which Desbrun's method cannot hold
+  session.grip({0, 1}, 150, {0, 0, 0}, true);  // a hold, which Desbrun's method refuses
   const Snapshot refused = settled(session);
   EXPECT_TRUE(refused.trouble);
   EXPECT_TRUE(refused.sides[0].grips.empty() && refused.sides[1].grips.empty());
@@ -291,7 +291,7 @@ TEST(ViewSession, ShowsTheSubstepsOfAStep) {
     EXPECT_EQ(frame.steps, 0);
     EXPECT_NEAR(frame.time, 0.025 * k, 1e-12);
     EXPECT_NEAR(frame.x[0][1] - top, -10 * 0.025 * 0.025 * k * (k + 1) / 2, 1e-6) << "speed first, then the place";
-    session.set_look(view::Look::Speed);  // looks only
+    session.set_look(view::Look::Speed);  // changes only the display
   }
   const auto whole = settled(session).sides[0].frame;
   EXPECT_EQ(whole->substep, 0);
@@ -329,7 +329,7 @@ TEST(ViewSession, ARunThatDivergesSaysWhereAndCanGoBack) {
   EXPECT_FALSE(session.look().running);
 }
 
-TEST(ViewHistory, KeepsToItsRoomAndTheFirstMoment) {
+TEST(ViewHistory, KeepsToItsMemoryLimitAndTheFirstMoment) {
   constexpr std::size_t kRoom = 200'000;
   Session session(two_threads(), kRoom);
   session.open(kSheet);

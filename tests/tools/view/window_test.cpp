@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// malha view as a person meets it: a window, keys and a mouse. What is on the screen is compared with the solver.
+// malha view from a user's view: a window, keys and a mouse. Pixels on the screen are compared with the solver's
+// positions.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,7 +29,7 @@ class Window : public testing::Test {
 
 Viewport port() { return view::port_of(0, 1, true, ShownWindow::kWidth, ShownWindow::kHeight); }
 
-/// As the window opens.
+/// The camera with which the window opens.
 OrbitCamera camera_of(const Simulation& simulation) {
   const auto& picture = simulation.model().scene.outputs.picture;
   if (picture && picture->camera)
@@ -45,13 +46,13 @@ std::array<double, 2> on_screen(const OrbitCamera& camera, const Vec3& x) {
   return {at.x(), at.y()};
 }
 
-/// Whether a pixel shows the first body, which is blue; its lines are darker, the sky is nearly white.
+/// Tests whether a pixel shows the first body, which is blue; its lines are darker, the sky is nearly white.
 bool is_cloth(const Image& image, int x, int y) {
   const unsigned char* pixel = &image.pixels[3 * (std::size_t(y) * image.width + x)];
   return pixel[2] > pixel[0] + 40;
 }
 
-/// The pixels that the projected faces cover, of those in the port.
+/// The pixels of the port that the projected faces cover.
 std::vector<bool> covered(const Simulation& simulation, const OrbitCamera& camera) {
   std::vector<bool> mask(std::size_t(ShownWindow::kWidth) * ShownWindow::kHeight, false);
   const std::vector<Vec3> x = simulation.positions();
@@ -76,7 +77,7 @@ std::vector<bool> covered(const Simulation& simulation, const OrbitCamera& camer
   return mask;
 }
 
-/// The share of the pixels on which picture and faces agree, of those that either says are cloth.
+/// The share of pixels on which picture and faces agree, of those that are cloth in either.
 double agreement(const Image& image, const std::vector<bool>& mask) {
   int both = 0, either = 0;
   for (int y = 0; y < port().height; ++y)
@@ -98,7 +99,7 @@ TEST_F(Window, ShowsTheClothWhereTheSolverSays) {
     for (int k = 0; k < steps; ++k) simulation.step();
     const Image image = window.picture();
     ASSERT_EQ(image.width, ShownWindow::kWidth);
-    // The rim is a pixel wide, pins are red: some 1 % of the cloth's 200,000 pixels.
+    // The outline is a pixel wide, pins are red: some 1 % of the cloth's 200,000 pixels.
     const double agreed = agreement(image, covered(simulation, camera));
     EXPECT_GT(agreed, 0.97) << simulation.steps();
     if (steps > 0) {
@@ -126,7 +127,7 @@ TEST_F(Window, PullsTheParticleThatTheMouseTakes) {
   EXPECT_EQ(pulled.steps(), 40);
   const double left_alone = on_screen(camera, simulation.positions()[particle])[0] - at[0];
   const double moved = on_screen(camera, pulled.positions()[particle])[0] - at[0];
-  // The spring gives 1 mm a newton, and the cloth resists: most of the way that it was led remains.
+  // The spring stretches by 1 mm a newton, and the cloth resists: most of the distance of the mouse remains.
   EXPECT_GT(moved, left_alone + 60) << "of 90 pixels";
   EXPECT_EQ(window.close().status, 0);
 }
@@ -135,7 +136,7 @@ TEST_F(Window, WhatIsSavedRunsTheSame) {
   ShownWindow window(kScene);
   window.move(50, 205);  // the field of the substeps
   window.xdotool("click --repeat 2 --delay 50 1"), ShownWindow::pause();
-  window.key("ctrl+a"), window.xdotool("type --delay 0 24"), window.key("Return");  // faster than the pictures
+  window.key("ctrl+a"), window.xdotool("type --delay 0 24"), window.key("Return");  // faster than pictures are drawn
   window.move(600, 300), ShownWindow::pause(), ShownWindow::pause();
   window.step(15);
   const std::filesystem::path saved = window.save();
@@ -150,7 +151,7 @@ TEST_F(Window, WhatIsSavedRunsTheSame) {
 }
 
 // "no force is known: constraints at pins have no compliance, ...", in two sides of 350 pixels.
-TEST_F(Window, WordsOfASideStayWithinIt) {
+TEST_F(Window, TextOfASideStaysWithinIt) {
   const TemporaryFolder folder;
   nlohmann::json scene = nlohmann::json::parse(bytes_of(kScene));
   scene["bodies"][0]["constraints"] = {{{"type", "distance"}, {"stiffness", 1}}};
