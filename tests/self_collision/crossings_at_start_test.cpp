@@ -147,7 +147,7 @@ TEST(InitialIntersections, WithOneBodyDoNotExemptTheOthers) {
   EXPECT_GT(simulation.measure().self_contacts, 0) << "the upper one lies on the lower one";
 }
 
-INSTANTIATE_TEST_SUITE_P(CrossingsAtTheStart, SameBits,
+INSTANTIATE_TEST_SUITE_P(InitialIntersections, SameBits,
                          testing::Values(SameBitsScene{"Ignored",
                                                        [](const TemporaryFolder& folder) {
                                                          Scene scene = drawn_out_and_back(folder, Precision::Float);
