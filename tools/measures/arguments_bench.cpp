@@ -32,7 +32,7 @@ void add_measuring(CLI::App& command, BenchArguments& arguments, Options& option
                    void (*check)(const Options&) = nullptr) {
   command.callback([=, &arguments, &options] {
     if (check) check(options);
-    arguments.run = [=, &options] { options.on.require(), run(options); };
+    arguments.run = [=, &options] { options.on.require_device(), run(options); };
   });
   add_backend(command, options.on.backend, options.on.machine);
   add_list(command, "--threads", options.threads, whole_number(1, 1024),

@@ -6,7 +6,7 @@
 namespace malha::study {
 
 Scene ClothMethod::scene(int side) const {
-  Scene scene = bench::hanging(bench::grid_case(side), {substeps, 1});
+  Scene scene = bench::hanging_cloth(bench::grid_case(side), {substeps, 1});
   scene.file = "malha study";
   if (desbrun) scene.solver.type = "desbrun", scene.solver.desbrun.filter = filter;
   return scene;

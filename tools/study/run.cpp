@@ -63,7 +63,7 @@ void report(const Study& study, const Findings& findings, const std::filesystem:
 
 /// "malha study accuracy --quick"
 std::string command_of(const Study& study, const Options& options) {
-  return "malha study " + study.name + (options.quick ? " --quick" : "") + options.on.words();
+  return "malha study " + study.name + (options.quick ? " --quick" : "") + options.on.command_options();
 }
 
 /// Measures what is not kept, of a share only what is its own.
@@ -144,10 +144,10 @@ bool run(const Options& options, const std::atomic<bool>& stop) {
     if (std::find(options.names.begin(), options.names.end(), study.name) != options.names.end())
       asked.push_back(&study);
   for (const Study* study : asked)
-    if (!study->anywhere && !options.on.words().empty())
-      malha::refuse("malha study " + study->name, "", "\"" + options.on.words().substr(1) + "\"",
+    if (!study->anywhere && !options.on.command_options().empty())
+      malha::refuse("malha study " + study->name, "", "\"" + options.on.command_options().substr(1) + "\"",
                     "accuracy and scaling, which run there; the others are of the host");
-  if (options.merge.empty()) options.on.require();
+  if (options.merge.empty()) options.on.require_device();
   const Json build = bench::build_facts();
   if (!options.merge.empty()) {
     if (!merge(asked, options, out, build, stop)) return false;

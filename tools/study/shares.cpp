@@ -128,7 +128,7 @@ std::string journal_name(const std::string& study, bool quick, const std::option
 Json journal_head(const std::string& study, bool quick, const Json& build, const Json& program,
                   const std::optional<Share>& share, const bench::RunsOn& on) {
   Json head{{"study", study}, {"quick", quick}, {"build", build}, {"program", program}};
-  if (const std::string words = on.words(); !words.empty()) head["on"] = words;
+  if (const std::string words = on.command_options(); !words.empty()) head["on"] = words;
   if (share) head["share"] = share->words();
   return head;
 }

@@ -12,7 +12,7 @@ namespace {
 
 class BulletClothes : public testing::TestWithParam<bool> {
  protected:
-  BulletClothes() : which_(GetParam() ? grid_case(17) : irregular_case(400)), scene_(hanging(which_, {1, 10})) {}
+  BulletClothes() : which_(GetParam() ? grid_case(17) : irregular_case(400)), scene_(hanging_cloth(which_, {1, 10})) {}
   Case which_;
   Scene scene_;
 };

@@ -74,7 +74,7 @@ TEST(IrregularSheet, IsTheSameEverywhere) {
 
 class Clothes : public testing::TestWithParam<bool> {
  protected:
-  Clothes() : which_(GetParam() ? grid_case(17) : irregular_case(400)), scene_(hanging(which_, {1, 10})) {}
+  Clothes() : which_(GetParam() ? grid_case(17) : irregular_case(400)), scene_(hanging_cloth(which_, {1, 10})) {}
   Case which_;
   Scene scene_;
 };

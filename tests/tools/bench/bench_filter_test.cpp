@@ -78,7 +78,7 @@ TEST(BenchFilter, WritesARowForAllThatTookPart) {
   for (const char* key : {"compiler", "flags", "instructions", "cpu", "triad_gb_per_s", "read_gb_per_s", "cache_bytes"})
     EXPECT_TRUE(Json::parse(files.at("filter_machine.json")).contains(key)) << key;
   for (const char* part : {"N = 10: 90 unknowns, 100 particles", "on 1 thread ", "on 2 threads ",
-                           peers() > 0 ? "; OpenBLAS " : "OpenBLAS on 1 thread: it was not there"})
+                           peers() > 0 ? "; OpenBLAS " : "OpenBLAS on 1 thread: it was not installed"})
     EXPECT_TRUE(has(ended.out, part)) << part << " is not in\n" << ended.out;
   for (const auto& [name, bytes] : files) EXPECT_FALSE(name.ends_with(".tmp")) << name;
   if (has(ended.err, "gnuplot")) GTEST_SKIP() << ended.err;
@@ -112,7 +112,7 @@ TEST(BenchFilter, FindsWhatRunsInRealTimeUpToTheLargestSizeGiven) {
 }
 
 TEST(BenchFilter, LeavesOpenBlasOutWhereItsThreadsWouldShareACore) {
-  if (peers() == 0) GTEST_SKIP() << "OpenBLAS was not there";
+  if (peers() == 0) GTEST_SKIP() << "OpenBLAS was not installed";
   const TemporaryFolder folder;
   setenv("OMP_PROC_BIND", "true", 1);
   const Ended ended = bench_filter({"--n", "6", "--threads", "2", "--kernel", "dense"}, folder);
@@ -159,12 +159,12 @@ TEST(BenchFilter, SaysBeforeItRunsThatItCannotWrite) {
 TEST(BenchFilterCase, AllContestantsSolveTheSystem) {
   FilterCase which(12, 1);
   std::vector<std::string> left_out;
-  const std::vector<Contestant> all = which.contestants(1, true, true, left_out);
+  const std::vector<ProductVariant> all = which.variants(1, true, true, left_out);
   ASSERT_EQ(all.size(), 5 + peers());
   const SpringSystem& system = which.system();
   std::vector<double> forces;
   for (int i = 0; i < 3 * system.count(); ++i) forces.push_back(std::sin(i + 1.0));
-  for (const Contestant& one : all) {
+  for (const ProductVariant& one : all) {
     // A S F = F, to what the storage leaves of S.
     const double error = relative_difference(multiply(system, one.apply(forces)), forces);
     EXPECT_LT(error, most_error(one.row.storage)) << one.row.kernel << " " << one.row.storage;
@@ -176,7 +176,7 @@ TEST(BenchFilterCase, CountsTheBytesThatAProductReads) {
   FilterCase which(17, 1);
   std::vector<std::string> left_out;
   const double n = 272;
-  for (const Contestant& one : which.contestants(1, true, false, left_out)) {
+  for (const ProductVariant& one : which.variants(1, true, false, left_out)) {
     const std::string& kernel = one.row.kernel;
     const double number = one.row.storage == "double" ? 8 : one.row.storage == "float" ? 4 : 2;
     const double triangle = n * (n + 1) / 2 * number;
@@ -225,7 +225,7 @@ TEST(BenchFilterRow, ComparesTurnByTurn) {
   EXPECT_DOUBLE_EQ(times_as_fast(dense, blas), 10) << "the first turn was slow for both";
   EXPECT_DOUBLE_EQ(dense.ms(), 2);
   EXPECT_DOUBLE_EQ(dense.gb_per_s(), 3);
-  EXPECT_DOUBLE_EQ(dense.of_read(), 0.5);
+  EXPECT_DOUBLE_EQ(dense.part_of_read_bandwidth(), 0.5);
   EXPECT_DOUBLE_EQ(dense.times_triad(), 2);
 }
 
@@ -234,12 +234,12 @@ TEST(BenchFilterTable, SaysWhatIsMetAndWhatIsNot) {
                               row_of("ssymm", 46, {9e-3, 9e-3, 9e-3}), row_of("ssymv", 46, {2e-3, 2e-3, 2e-3}),
                               row_of("sparse", 316, {5e-3, 5e-3, 5e-3})};
   rows[0].bytes = 2e6, rows[4].threads = 2;
-  std::string text = bars(rows, 3e6);
+  std::string text = promise_lines(rows, 3e6);
   EXPECT_TRUE(has(text, " 6.00 x as fast as the better of sgemm and ssymm, at least 5: met\n")) << text;
   EXPECT_TRUE(has(text, " 2.00 x as fast as three ssymv, at least 3: NOT MET\n")) << text;
   EXPECT_TRUE(has(text, " 5.00 ms, at most 4 (5.00 x a triad over as many bytes): NOT MET\n")) << text;
   EXPECT_FALSE(has(text, "reading")) << "the cache holds it: " << text;
-  text = bars(rows, 1e6);
+  text = promise_lines(rows, 1e6);
   EXPECT_TRUE(has(text, "100 % of the bandwidth of reading, at least 85: met\n")) << text;
 }
 

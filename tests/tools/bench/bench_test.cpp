@@ -147,7 +147,7 @@ TEST(BenchProjection, WritesARowForAllThatTookPart) {
     EXPECT_TRUE(Json::parse(files.at("projection_machine.json")).contains(key)) << key;
   for (const char* part :
        {"grid, N = 17: 289 particles, 1040 constraints", "  set-up on 2 threads: load ", "  memory: particles ",
-        "  10x1 on 2 threads: ", kPeers == 1 ? " as Bullet" : "Bullet is left out: it was not there"})
+        "  10x1 on 2 threads: ", kPeers == 1 ? " as Bullet" : "Bullet is left out: it was not installed"})
     EXPECT_TRUE(has(ended.out, part)) << part << " is not in\n" << ended.out;
   for (const auto& [name, bytes] : files) EXPECT_FALSE(name.ends_with(".tmp")) << name;
   if (has(ended.err, "gnuplot")) GTEST_SKIP() << ended.err;
@@ -194,7 +194,7 @@ TEST(BenchProjection, DoesWithoutGnuplotAndSaysSo) {
   folder.write("projection.png", "of an earlier run");
   const Ended ended = bench({"--n", "5", "--threads", "1", "--out", "."}, folder);
   EXPECT_EQ(ended.status, 0);
-  EXPECT_EQ(ended.err, "malha bench: no chart: gnuplot is not here (Debian: gnuplot-nox)\n");
+  EXPECT_EQ(ended.err, "malha bench: no chart: gnuplot is not installed (Debian: gnuplot-nox)\n");
   std::vector<std::string> names;
   for (const auto& file : files_in(folder / ".")) names.push_back(file.first);
   EXPECT_EQ(names, (std::vector<std::string>{"projection.json", "projection.txt", "projection_machine.json"}));

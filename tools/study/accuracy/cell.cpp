@@ -32,7 +32,8 @@ class Runner {
 class ByMalha : public Runner {
  public:
   ByMalha(const AccuracyCase& of, const Method& method, const bench::RunsOn& on)
-      : simulation_(with_solver(of, method.solver, method.compliant), on.options(1, false)), solver_(method.solver) {}
+      : simulation_(with_solver(of, method.solver, method.compliant), on.simulation_options(1, false)),
+        solver_(method.solver) {}
   void frame() override { simulation_.step(); }
   State state() const override { return {flat(simulation_.positions()), flat(simulation_.velocities())}; }
   void add_counts(Json& cell, int) const override {
@@ -165,7 +166,7 @@ Json accuracy_cell(const AccuracyCase& of, const System& system, const Method& m
   Json at = Json::array();
   std::vector<double> seconds_of;
   std::unique_ptr<Runner> runner;
-  const bool on_device = cells.on().device() && method.integrator == Integrator::Malha;
+  const bool on_device = cells.on().is_device() && method.integrator == Integrator::Malha;
   if (on_device) cell["backend"] = cells.on().backend;
   if (method.integrator == Integrator::Malha)
     runner = std::make_unique<ByMalha>(of, method, cells.on());

@@ -93,7 +93,7 @@ void add_weight(Cells& cells, Findings& findings) {
   for (const double printed : {kPrintedIterations, kPrintedSubsteps})
     chart.series.push_back({formatted("0.008 %g\n0.05 %g\n", printed, printed), "with lines lw 1 dt 3 lc rgb '#000000'",
                             formatted("printed: %g m", printed)});
-  chart.settings += bench::names_at_ends(chart.series);
+  chart.settings += bench::label_series_ends(chart.series);
   section.chart = chart;
   findings.sections.push_back(section);
 }

@@ -40,7 +40,7 @@ struct Runner {
     const auto before = simulation->solver().pass_seconds();
     const std::int64_t first = simulation->steps();
     const auto step = [&] { least = std::min(least, seconds([&] { simulation->step(); })); };
-    steps.push_back(bench::seconds_each(step, enough));
+    steps.push_back(bench::mean_seconds(step, enough));
     const auto& after = simulation->solver().pass_seconds();
     for (std::size_t k = 0; k < passes.size(); ++k)
       passes[k].push_back((after[k] - before[k]) / static_cast<double>(simulation->steps() - first));
@@ -79,7 +79,7 @@ Json result(const ClothMethod& method, const Runner& runner, double enough, cons
 /// Seconds that a call of work() takes, of several windows.
 std::vector<double> calls(const std::function<void()>& work, bool quick) {
   std::vector<double> all;
-  for (int turn = 0; turn < (quick ? 5 : 25); ++turn) all.push_back(bench::seconds_each(work, quick ? 0.002 : 0.02));
+  for (int turn = 0; turn < (quick ? 5 : 25); ++turn) all.push_back(bench::mean_seconds(work, quick ? 0.002 : 0.02));
   return all;
 }
 
@@ -110,7 +110,8 @@ Json scaling_cell(const ClothMethod& method, const std::vector<Crew>& lines, con
     Runner& runner = runners.emplace_back();
     runner.line = line;
     runner.setup = seconds([&] {
-      runner.simulation = std::make_unique<Simulation>(method.scene(line.side), cells.on().options(line.threads, true));
+      runner.simulation =
+          std::make_unique<Simulation>(method.scene(line.side), cells.on().simulation_options(line.threads, true));
     });
     for (int k = 0; k < kWarmUp; ++k) runner.simulation->step();
     runner.hash = hex(runner.simulation->state_hash());
@@ -121,7 +122,7 @@ Json scaling_cell(const ClothMethod& method, const std::vector<Crew>& lines, con
     for (Runner& runner : runners) runner.turn(enough), cells.go_on();
   Json cell{{"load_average", load}, {"lines", Json::array()}};
   std::optional<DeviceStats> device;
-  if (cells.on().device()) device = cuda_device(), cell["device"] = device->name;
+  if (cells.on().is_device()) device = cuda_device(), cell["device"] = device->name;
   for (const Runner& runner : runners) cell["lines"].push_back(result(method, runner, enough, device));
   return cell;
 }

@@ -116,7 +116,7 @@ Json scaling_rows(const std::string& kind, const ClothMethod& method, int side, 
 }
 
 Findings run_scaling(Cells& cells) {
-  const bool quick = cells.quick(), on_device = cells.on().device();
+  const bool quick = cells.quick(), on_device = cells.on().is_device();
   Findings findings;
   const std::vector<int> threads = on_device ? std::vector{1} : scaling_threads(cells.cores());
   const std::vector<ScalingCase> cases = scaling_cases(quick, on_device);

@@ -49,7 +49,7 @@ Chart chart(const std::vector<std::vector<Json>>& all, const std::string& name, 
   for (int t = 1; t < most; t *= 2) tics += formatted("%d, ", t);
   chart.settings =
       "set logscale x\nset xtics (" + tics + std::to_string(most) + formatted(")\nset xrange [0.9:%g]\n", most * 1.1) +
-      (ideal && most > 8 ? "set logscale y\nset yrange [0.5:*]\n" : bench::names_at_ends(chart.series, false)) +
+      (ideal && most > 8 ? "set logscale y\nset yrange [0.5:*]\n" : bench::label_series_ends(chart.series, false)) +
       "set xlabel 'threads'\nset ylabel '" + axis + "'\nset title '" + title + "'\n";
   return chart;
 }

@@ -43,7 +43,7 @@ Chart hung_chart(const std::vector<HangingWay>& ways, const Json& rows, const ch
       "set logscale xy\nset xrange [12:1400]\nset xtics (17, 46, 100, 316, 1000)\nset format y "
       "'%g'\nset xlabel "
       "'particles a side (irregular meshes: square root of their number)'\nset ylabel '" +
-      axis + "'\nset title '" + title + "'\n" + bench::names_at_ends(chart.series);
+      axis + "'\nset title '" + title + "'\n" + bench::label_series_ends(chart.series);
   return chart;
 }
 

@@ -66,7 +66,7 @@ std::vector<int> hung_sides(const HungWay& way, bool work, bool quick) {
 }
 
 Scene hung_scene(const bench::Case& which, const HungWay& way, int count) {
-  Scene scene = bench::hanging(which, {way.refines ? 1 : count, 1});
+  Scene scene = bench::hanging_cloth(which, {way.refines ? 1 : count, 1});
   scene.file = "malha study";
   way.change(scene);
   if (way.refines) scene.solver.desbrun.refinement_iterations = count;

@@ -44,7 +44,7 @@ Chart chart(const Json& rows, const std::string& name, const std::string& title,
   chart.settings =
       "set logscale xy\nset xrange [200:6e6]\nset format x '10^{%T}'\nset format y '%g'\nset xlabel 'particles'\nset "
       "ylabel '" +
-      axis + "'\nset title '" + title + "'\n" + bench::names_at_ends(chart.series);
+      axis + "'\nset title '" + title + "'\n" + bench::label_series_ends(chart.series);
   return chart;
 }
 

@@ -61,7 +61,7 @@ Json run(const ClothMethod& method, int side, const Cells& cells) {
   // As long a window for all, so that a small body's is not one interrupt.
   std::vector<double> steps;
   for (int turn = 0; turn < kTurns; ++turn) {
-    steps.push_back(bench::seconds_each([&] { simulation->step(); }, cells.quick() ? 0.005 : 0.2));
+    steps.push_back(bench::mean_seconds([&] { simulation->step(); }, cells.quick() ? 0.005 : 0.2));
     cells.go_on();
   }
   const SolverStats& facts = simulation->solver().facts();

@@ -72,7 +72,7 @@ Section lines_section(const Lines& of, Json& rows) {
     }
     section.table.rows.push_back(row);
   }
-  chart.settings += bench::names_at_ends(chart.series);
+  chart.settings += bench::label_series_ends(chart.series);
   section.chart = chart;
   return section;
 }
