@@ -21,7 +21,7 @@ namespace {
 }
 
 /// The whole lines of a file whose first one is `head`; of another this one line.
-std::string good_lines(const std::string& bytes, const Json& head, std::map<std::string, Json>& cells) {
+std::string valid_lines(const std::string& bytes, const Json& head, std::map<std::string, Json>& cells) {
   std::string good = head.dump() + "\n";
   std::istringstream text(bytes.substr(0, bytes.rfind('\n') + 1));  // npos + 1 is 0
   std::string line;
@@ -45,11 +45,12 @@ Cells::Cells(const std::filesystem::path& file, const Json& head, bool quick, co
   const int number = fileno(file_.get());
   if (flock(number, LOCK_EX | LOCK_NB) != 0)
     throw std::runtime_error(path_.string() + ": another malha study is at work on it");
-  const std::string bytes = read_whole(path_), good = good_lines(bytes, head, known_);
-  const bool ours = bytes.starts_with(good);
-  if (!ours && !bytes.empty()) write_whole(path_.string() + ".old", bytes);
-  if (ftruncate(number, ours ? static_cast<off_t>(good.size()) : 0) != 0) fail(path_);
-  if (!ours && (std::fwrite(good.data(), 1, good.size(), file_.get()) != good.size() || std::fflush(file_.get()) != 0))
+  const std::string bytes = read_whole(path_), good = valid_lines(bytes, head, known_);
+  const bool same_head = bytes.starts_with(good);
+  if (!same_head && !bytes.empty()) write_whole(path_.string() + ".old", bytes);
+  if (ftruncate(number, same_head ? static_cast<off_t>(good.size()) : 0) != 0) fail(path_);
+  if (!same_head &&
+      (std::fwrite(good.data(), 1, good.size(), file_.get()) != good.size() || std::fflush(file_.get()) != 0))
     fail(path_);
 }
 
@@ -61,21 +62,21 @@ int Cells::cores() const { return merged_ ? merged_->cores() : bench::cores(); }
 /// The share whose turn it is.
 int Cells::next_share() {
   const int shares = share_ ? share_->n : merged_ ? merged_->shares : 1;
-  return asked_++ % shares + 1;
+  return requests_++ % shares + 1;
 }
 
-void Cells::together(const std::function<void()>& ask) {
-  within_ = next_share();
+void Cells::measure_together(const std::function<void()>& measure) {
+  group_share_ = next_share();
   try {
-    if (!share_ || within_ == share_->i) ask();
+    if (!share_ || group_share_ == share_->i) measure();
   } catch (const Missing&) {
   }
-  within_ = 0;
+  group_share_ = 0;
 }
 
 Json Cells::operator()(const std::string& key, const std::function<Json()>& make) {
-  const auto [turn, fresh] = shares_.insert({key, within_});
-  if (fresh && within_ == 0) turn->second = next_share();
+  const auto [turn, fresh] = shares_.insert({key, group_share_});
+  if (fresh && group_share_ == 0) turn->second = next_share();
   const int share = turn->second;
   if (share_ && share != share_->i) return nullptr;
   if (progress_) progress_(key, kept_ + made_, planned_);
@@ -83,10 +84,10 @@ Json Cells::operator()(const std::string& key, const std::function<Json()>& make
     ++kept_;
     return found->second;
   }
-  go_on();
+  check_interrupt();
   if (merged_) {
     missing_[share].push_back(key);
-    if (within_ > 0) throw Missing{};
+    if (group_share_ > 0) throw Missing{};
     return nullptr;
   }
   const Json value = make();

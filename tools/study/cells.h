@@ -33,7 +33,7 @@ class Cells {
   /// Whether this is the short version, which tests run.
   bool quick() const { return quick_; }
   /// Where malha is measured.
-  const bench::RunsOn& on() const { return on_; }
+  const bench::RunsOn& runs_on() const { return on_; }
 
   /// How many cells there will be, for the progress line; may be called again.
   void plan(int cells) { planned_ = share_ ? (cells + share_->n - 1) / share_->n : cells; }
@@ -45,7 +45,7 @@ class Cells {
 
   /// The cells of all items; it is to be asked partial() before any of them is looked at.
   template <class Items, class Key, class Make>
-  std::vector<Json> of(const Items& items, const Key& key, const Make& make) {
+  std::vector<Json> measure_all(const Items& items, const Key& key, const Make& make) {
     std::vector<Json> all;
     for (const auto& item : items) all.push_back((*this)(key(item), [&]() -> Json { return make(item); }));
     return all;
@@ -53,17 +53,17 @@ class Cells {
 
   /// Cells that depend on each other, which one share measures: `ask` asks for them, and may look at each at once. It
   /// is not called where they are another share's, and left where one of them is not there.
-  void together(const std::function<void()>& ask);
+  void measure_together(const std::function<void()>& measure);
 
   /// Whether some of the cells that were asked for are not there: then a study asks for the others and says nothing.
-  bool partial() const { return share_ || !missing_.empty(); }
+  bool is_partial() const { return share_ || !missing_.empty(); }
 
   /// Of the machine that measures: a study whose cells depend on it asks here. Of a merge, throws InputError where its
   /// machines differ.
   int cores() const;
 
   /// To be called every now and then in a long cell: throws Interrupted where the user stopped the study.
-  void go_on() const {
+  void check_interrupt() const {
     if (stop_) throw Interrupted();
   }
 
@@ -90,8 +90,8 @@ class Cells {
   std::map<std::string, Json> known_;
   std::unique_ptr<std::FILE, Close> file_;
   int planned_ = 0, kept_ = 0, made_ = 0;
-  int asked_ = 0;                      // single cells and together()s so far
-  int within_ = 0;                     // together(): its share; 0 outside
+  int requests_ = 0;                   // single cells and together()s so far
+  int group_share_ = 0;                // together(): its share; 0 outside
   std::map<std::string, int> shares_;  // by key, of what was asked for
   std::map<int, std::vector<std::string>> missing_;
 };

@@ -19,14 +19,14 @@ struct ClothMethod {
 
   /// What so many particles take once they are set up, and at most while they are: rounded up from what this study's
   /// own runs held (size.json), to know beforehand what fits.
-  double bytes_held(double particles) const;
-  double bytes_to_set_up(double particles) const;
+  double memory_bytes(double particles) const;
+  double setup_peak_bytes(double particles) const;
 };
 
 /// PBD, Desbrun's method with a sparse filter and with a dense one.
 const std::vector<ClothMethod>& cloth_methods();
 
 /// "289", "10,000".
-std::string grouped(long long number);
+std::string with_commas(long long number);
 
 }  // namespace malha::study

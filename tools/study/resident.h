@@ -8,8 +8,8 @@ namespace malha::study {
 /// Bytes held now, after what was given up went back to the system; none: not known.
 std::optional<double> resident_bytes();
 
-/// The most that was held since forget_peak(); none: the system does not say or does not forget (getrusage never does).
+/// The most that was held since reset_peak(); none: the system does not say or does not forget (getrusage never does).
 std::optional<double> peak_bytes();
-void forget_peak();
+void reset_peak();
 
 }  // namespace malha::study

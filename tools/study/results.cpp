@@ -51,7 +51,7 @@ Json to_json(const Study& study, const Findings& findings, bool quick, const std
   for (const Section& section : findings.sections) {
     Json replays = Json::array();
     for (const Replay& replay : section.replays)
-      replays.push_back({{"file", replay_file(study, replay)}, {"words", replay.words}});
+      replays.push_back({{"file", replay_file(study, replay)}, {"words", replay.description}});
     json["sections"].push_back({{"title", section.title},
                                 {"sentences", section.sentences},
                                 {"chart", chart_name(study, section)},

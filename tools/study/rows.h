@@ -11,7 +11,7 @@ namespace malha::study {
 inline double number(const Json& row, const std::string& key) { return row.contains(key) ? row[key].get<double>() : 0; }
 
 /// Says in a row where its cell was measured, if cells come from several machines.
-inline void keep_machine(Json& row, const Json& cell) {
+inline void copy_machine(Json& row, const Json& cell) {
   if (cell.contains("machine")) row["machine"] = cell["machine"];
 }
 

@@ -72,7 +72,7 @@ void measure(const Study& study, const Options& options, const std::filesystem::
   const auto file = out / journal_name(study.name, options.quick, options.share);
   const Json kept = options.keep ? program_of(file) : Json();
   const Json program = kept.is_null() ? Json(hash_of_this_program()) : kept;
-  const std::string name = study.name + (options.share ? " " + options.share->words() : "");
+  const std::string name = study.name + (options.share ? " " + options.share->text() : "");
   ProgressLine progress(10);
   const auto show = [&](const std::string& cell, int done, int planned) {
     progress(name + " " + std::to_string(done) + "/" + std::to_string(planned) + " " + cell,
@@ -86,7 +86,7 @@ void measure(const Study& study, const Options& options, const std::filesystem::
                   to_json(study, findings, options.quick, command_of(study, options), std::vector<Json>(1, build)),
                   progress, stop);
   progress.clear();
-  std::cout << "share       " << options.share->words() << " of " << study.name << ": "
+  std::cout << "share       " << options.share->text() << " of " << study.name << ": "
             << counted(cells.kept() + cells.made(), "cell") << " in " << file.string() << "\n";
 }
 
@@ -94,7 +94,7 @@ void measure(const Study& study, const Options& options, const std::filesystem::
 void print_missing(const Study& study, const Options& options, const Merged& merged, const Cells& cells) {
   constexpr std::size_t shown = 20;
   for (const auto& [number, keys] : cells.missing()) {
-    const std::string share = Share{number, merged.shares}.words();
+    const std::string share = Share{number, merged.shares}.text();
     std::cerr << "malha study: " << study.name << ": share " << share
               << (merged.given.contains(number) ? " lacks " : ", of which no journal is there, lacks ")
               << counted(keys.size(), "cell") << ": "
@@ -144,7 +144,7 @@ bool run(const Options& options, const std::atomic<bool>& stop) {
     if (std::find(options.names.begin(), options.names.end(), study.name) != options.names.end())
       asked.push_back(&study);
   for (const Study* study : asked)
-    if (!study->anywhere && !options.on.command_options().empty())
+    if (!study->any_backend && !options.on.command_options().empty())
       malha::refuse("malha study " + study->name, "", "\"" + options.on.command_options().substr(1) + "\"",
                     "accuracy and scaling, which run there; the others are of the host");
   if (options.merge.empty()) options.on.require_device();

@@ -129,7 +129,7 @@ Json journal_head(const std::string& study, bool quick, const Json& build, const
                   const std::optional<Share>& share, const bench::RunsOn& on) {
   Json head{{"study", study}, {"quick", quick}, {"build", build}, {"program", program}};
   if (const std::string words = on.command_options(); !words.empty()) head["on"] = words;
-  if (share) head["share"] = share->words();
+  if (share) head["share"] = share->text();
   return head;
 }
 
@@ -152,7 +152,7 @@ Merged merged_shares(const std::vector<fs::path>& folders, const Json& own, bool
       if (!share) reader.refuse("the share " + head["share"].dump(), "such as 1/3");
       if (merged.given.empty()) merged.shares = share->n;
       if (share->n != merged.shares)
-        reader.refuse("share " + share->words(),
+        reader.refuse("share " + share->text(),
                       "shares of " + std::to_string(merged.shares) + ", as in " + merged.found_in[0]);
       merged.given.insert(share->i);
       Json build = head["build"];

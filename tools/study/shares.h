@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 /// Number i of n: of what a study asks for, one after the other, what comes at the places i, i + n, ...
 struct Share {
   int i = 1, n = 1;
-  std::string words() const { return std::to_string(i) + "/" + std::to_string(n); }
+  std::string text() const { return std::to_string(i) + "/" + std::to_string(n); }
 };
 
 constexpr int kMostShares = 100'000;

@@ -27,7 +27,7 @@ struct Table {
 /// Two scenes to be played beside each other, as long as their durations; their names are those of the sides.
 struct Replay {
   std::string name;  // the file is STUDY_NAME.html
-  std::string words;
+  std::string description;
   Scene left, right;
 };
 
@@ -41,16 +41,16 @@ struct Section {
 };
 
 /// Adds to a list in words: "a, b".
-inline void add_to(std::string& list, const std::string& words, const char* between = ", ") {
+inline void append(std::string& list, const std::string& words, const char* between = ", ") {
   list += (list.empty() ? "" : between) + words;
 }
 
 /// What `say` says of each, if anything.
 template <class Items, class Say>
-std::string listed(const Items& items, const Say& say, const char* between = ", ") {
+std::string listed(const Items& items, const Say& describe, const char* between = ", ") {
   std::string list;
   for (const auto& item : items)
-    if (const std::string words = say(item); !words.empty()) add_to(list, words, between);
+    if (const std::string words = describe(item); !words.empty()) append(list, words, between);
   return list;
 }
 
@@ -63,7 +63,7 @@ struct Study {
   std::string name;
   std::string what;  // one sentence: what it shows
   Findings (*run)(Cells& cells);
-  bool anywhere = false;  // on any backend: others are of the host's alone
+  bool any_backend = false;  // on any backend: others are of the host's alone
 };
 
 /// All, in the order in which they run and are shown.

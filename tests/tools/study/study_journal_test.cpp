@@ -64,7 +64,7 @@ TEST_F(StudyCells, StopBetweenCellsAndWithinThem) {
   std::atomic<bool> stop{false};
   Cells cells(folder_ / "cells.jsonl", {}, true, stop);
   cells("a", [] { return Json(1); });
-  EXPECT_THROW(cells("b", [&]() -> Json { return stop = true, cells.go_on(), Json(2); }), Interrupted);
+  EXPECT_THROW(cells("b", [&]() -> Json { return stop = true, cells.check_interrupt(), Json(2); }), Interrupted);
   EXPECT_EQ(cells("a", []() -> Json { throw Interrupted(); }), Json(1)) << "what is kept is no work";
   EXPECT_THROW(cells("c", [] { return Json(3); }), Interrupted);
 }

@@ -79,15 +79,15 @@ TEST(SerialShare, IsFoundFromTimesThatFollowAmdahl) {
   for (const double share : {0.0, 0.1, 0.5, 1.0}) {
     std::vector<double> seconds;
     for (const int t : threads) seconds.push_back(3 * (share + (1 - share) / t));
-    ASSERT_TRUE(serial_share(threads, seconds)) << share;
-    EXPECT_NEAR(*serial_share(threads, seconds), share, 1e-14);
+    ASSERT_TRUE(serial_fraction(threads, seconds)) << share;
+    EXPECT_NEAR(*serial_fraction(threads, seconds), share, 1e-14);
   }
 }
 
 TEST(SerialShare, IsNotFittedWhereThereIsNone) {
-  EXPECT_FALSE(serial_share({1, 2}, {1, 0.4})) << "more than twice as fast on two threads";
-  EXPECT_FALSE(serial_share({1, 2, 4, 8}, {8, 3.9, 1.9, 0.9}));
-  EXPECT_FALSE(serial_share({1, 2, 4, 8}, {1, 1.1, 1.3, 2})) << "slower with every thread";
+  EXPECT_FALSE(serial_fraction({1, 2}, {1, 0.4})) << "more than twice as fast on two threads";
+  EXPECT_FALSE(serial_fraction({1, 2, 4, 8}, {8, 3.9, 1.9, 0.9}));
+  EXPECT_FALSE(serial_fraction({1, 2, 4, 8}, {1, 1.1, 1.3, 2})) << "slower with every thread";
 }
 
 /// A cell of eight threads that measured these seconds a step, one a number of threads, 1, 2, 4, 8; each turn as long.
@@ -158,12 +158,12 @@ TEST(ScalingSections, SayWhereNoSerialShareIsFitted) {
   EXPECT_EQ(strong.table.columns[7], "serial share");
   EXPECT_EQ(strong.table.rows[3][7], "not fitted");
   EXPECT_EQ(strong.table.rows[7][7], "0.25");
-  std::string said;
-  for (const std::string& sentence : strong.sentences) said += sentence + "\n";
-  EXPECT_TRUE(has(said, "OMP_PROC_BIND=close, OMP_PLACES=cores")) << said;
-  EXPECT_TRUE(has(said, "Times as fast on 8 threads as on one")) << said;
-  EXPECT_TRUE(has(said, ": not fitted (PBD, 10 substeps, 10,000), 0.25 (PBD, 10 substeps, 10,000). Not fitted: "))
-      << said;
+  std::string summary;
+  for (const std::string& sentence : strong.sentences) summary += sentence + "\n";
+  EXPECT_TRUE(has(summary, "OMP_PROC_BIND=close, OMP_PLACES=cores")) << summary;
+  EXPECT_TRUE(has(summary, "Times as fast on 8 threads as on one")) << summary;
+  EXPECT_TRUE(has(summary, ": not fitted (PBD, 10 substeps, 10,000), 0.25 (PBD, 10 substeps, 10,000). Not fitted: "))
+      << summary;
 }
 
 TEST(PatchImbalance, IsTheBusiestThreadOverTheMean) {

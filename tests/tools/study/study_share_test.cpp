@@ -14,16 +14,16 @@ const std::atomic<bool> kNeverStopped{false};
 Findings squares(Cells& cells) {
   Findings findings;
   const std::vector<int> numbers{1, 2, 3, 4, 5};
-  const std::vector<Json> kept = cells.of(
+  const std::vector<Json> kept = cells.measure_all(
       numbers, [](int x) { return "square " + std::to_string(x); },
       [](int x) -> Json {
         return {{"y", x * x}};
       });
-  cells.together([&] {
+  cells.measure_together([&] {
     const Json truth = cells("truth", []() -> Json { return {{"y", 1.0 / 3}}; });
     findings.rows.push_back(cells("error", [&]() -> Json { return {{"y", truth["y"].get<double>() - 0.3}}; }));
   });
-  if (cells.partial()) return findings;
+  if (cells.is_partial()) return findings;
   for (const Json& cell : kept)
     findings.rows.push_back({{"square", cell["y"]}, {"machine", cell.value("machine", "")}});
   return findings;
@@ -57,7 +57,7 @@ class StudyShares : public testing::Test {
     {
       Cells cells(journal(share, in), head, false, kNeverStopped, {}, share);
       squares(cells);
-      EXPECT_TRUE(cells.partial());
+      EXPECT_TRUE(cells.is_partial());
     }
     std::vector<std::string> keys;
     std::istringstream lines(bytes_of(journal(share, in)));
@@ -104,14 +104,14 @@ TEST_F(StudyShares, TogetherAreWhatOneProcessMeasures) {
   Cells alone(folder_ / "alone", {}, false, kNeverStopped), shares(merged({"3", "1", "2"}), false, kNeverStopped);
   EXPECT_EQ(squares(shares).rows, squares(alone).rows);
   EXPECT_TRUE(shares.missing().empty());
-  EXPECT_FALSE(shares.partial());
+  EXPECT_FALSE(shares.is_partial());
 }
 
 TEST_F(StudyShares, SayWhatNoneHasMeasured) {
   measured({1, 3}, "a");
   Cells cells(merged({"a"}), false, kNeverStopped);
   squares(cells);
-  EXPECT_TRUE(cells.partial());
+  EXPECT_TRUE(cells.is_partial());
   EXPECT_EQ(cells.missing(),
             (std::map<int, std::vector<std::string>>{{2, {"square 2", "square 5"}}, {3, {"square 3", "truth"}}}))
       << "what needs the truth is not asked for without it";

@@ -30,7 +30,7 @@ const QuickPart& quick_part(const std::string& name) {
   if (of == all.end()) throw std::runtime_error("there is no part " + name);
   const TemporaryFolder folder;
   Cells cells(folder / "cells.jsonl", {}, true, no_stop, [&part](const auto&...) { ++part.cells; });
-  part.planned = of->in_quick, part.findings.sections = of->run(cells, part.findings.rows);
+  part.planned = of->quick_cells, part.findings.sections = of->run(cells, part.findings.rows);
   return part;
 }
 
@@ -193,7 +193,7 @@ TEST(StudyStability, FindsThatAFreeBodyKeepsEnergyAndMomenta) {
 
 /// 100 x 100 particles held at two corners, 40 substeps a frame, 35 frames: the RMS strain; NaN: no longer finite.
 double strain_swept(bool from_pins) {
-  const Scene scene = cornered_sheet(100, 2, 1, 1);
+  const Scene scene = corner_pinned_sheet(100, 2, 1, 1);
   const auto system = spring_system(scene);
   PlainSweep<float> sweep(*system, from_pins ? order_from_pins(*system) : order_by_colour(*system));
   for (int substep = 0; substep < 35 * 40; ++substep) sweep.substep(1.0 / 60 / 40);

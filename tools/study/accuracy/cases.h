@@ -24,18 +24,18 @@ struct AccuracyCase {
   // The dearest that is run (0: none): substeps or iterations a frame of malha's sweeps, filter and dense filter (0:
   // nor any other variant), refinements, and substeps of the integrators that are not malha's.
   int sweeps = 1024, solves = 256, dense = 64, refine = 16, euler = 1024, rk4 = 256, newton = 16;
-  double newton_until = 1e9;  // s: what comes later is not run by Newton's method
-  double known = 0;           // m: how far the exact equilibrium is from that of the springs themselves
-  std::string expected = {};  // a sentence about the true motion
+  double newton_end_time = 1e9;     // s: what comes later is not run by Newton's method
+  double discretisation_error = 0;  // m: how far the exact equilibrium is from that of the springs themselves
+  std::string expected = {};        // a sentence about the true motion
 };
 
 /// Small ones alone where `quick`.
 std::vector<AccuracyCase> accuracy_cases(bool quick);
 
 /// The equations of motion of a case's scene.
-std::unique_ptr<System> system_of(const AccuracyCase& of);
+std::unique_ptr<System> system_of(const AccuracyCase& test_case);
 
 /// The scene with this solver. Not `compliant`: with constraints of stiffness 1.
-Scene with_solver(const AccuracyCase& of, const SolverSpec& solver, bool compliant);
+Scene with_solver(const AccuracyCase& test_case, const SolverSpec& solver, bool compliant);
 
 }  // namespace malha::study

@@ -18,15 +18,15 @@ namespace {
 
 using bench::formatted;
 
-constexpr double kHungTime = 0.5;              // s
-constexpr int kHungFrames = 30, kFine = 2048;  // steps of the truth a frame
-constexpr double kKnownTo = 1e-7;              // m, by halving those
+constexpr double kOrderTime = 0.5;                           // s
+constexpr int kOrderFrames = 30, kReferenceSubsteps = 2048;  // steps of the truth a frame
+constexpr double kReferenceUncertainty = 1e-7;               // m, by halving those
 
-enum class How { OneWay, Malha, Converged, ConvergedLater };
+enum class Scheme { OneWay, Malha, Converged, ConvergedLater };
 
 struct OrderLine {
   std::string title;
-  How how;
+  Scheme scheme;
   int edges;
   std::vector<int> substeps;
   const char* style;
@@ -34,15 +34,15 @@ struct OrderLine {
 
 std::vector<OrderLine> order_lines(bool quick) {
   if (quick)
-    return {{"one way, gradients at the end", How::OneWay, 16, {10, 20, 40}, "lc rgb '#d55e00' pt 5"},
-            {"malha, 1 iteration", How::Malha, 16, {10, 20, 40}, "lc rgb '#0072b2' pt 7"},
-            {"malha, as many iterations as substeps", How::Converged, 16, {10, 20, 40}, "lc rgb '#009e73' pt 9"},
-            {"the same, to half a substep later", How::ConvergedLater, 16, {10, 20, 40}, "lc rgb '#000000' pt 13"}};
-  return {{"one way, gradients at the end", How::OneWay, 16, {5, 10, 20, 40, 80, 160, 320}, "lc rgb '#d55e00' pt 5"},
-          {"malha, 1 iteration", How::Malha, 16, {5, 10, 20, 40, 80, 160, 320}, "lc rgb '#0072b2' pt 7"},
-          {"malha, 1 iteration, 46 edges", How::Malha, 46, {5, 10, 20, 40, 80, 160}, "lc rgb '#56b4e9' pt 6 dt 2"},
-          {"malha, as many iterations as substeps", How::Converged, 16, {10, 20, 40, 80}, "lc rgb '#009e73' pt 9"},
-          {"the same, to half a substep later", How::ConvergedLater, 16, {5, 10, 20, 40}, "lc rgb '#000000' pt 13"}};
+    return {{"one way, gradients at the end", Scheme::OneWay, 16, {10, 20, 40}, "lc rgb '#d55e00' pt 5"},
+            {"malha, 1 iteration", Scheme::Malha, 16, {10, 20, 40}, "lc rgb '#0072b2' pt 7"},
+            {"malha, as many iterations as substeps", Scheme::Converged, 16, {10, 20, 40}, "lc rgb '#009e73' pt 9"},
+            {"the same, to half a substep later", Scheme::ConvergedLater, 16, {10, 20, 40}, "lc rgb '#000000' pt 13"}};
+  return {{"one way, gradients at the end", Scheme::OneWay, 16, {5, 10, 20, 40, 80, 160, 320}, "lc rgb '#d55e00' pt 5"},
+          {"malha, 1 iteration", Scheme::Malha, 16, {5, 10, 20, 40, 80, 160, 320}, "lc rgb '#0072b2' pt 7"},
+          {"malha, 1 iteration, 46 edges", Scheme::Malha, 46, {5, 10, 20, 40, 80, 160}, "lc rgb '#56b4e9' pt 6 dt 2"},
+          {"malha, as many iterations as substeps", Scheme::Converged, 16, {10, 20, 40, 80}, "lc rgb '#009e73' pt 9"},
+          {"the same, to half a substep later", Scheme::ConvergedLater, 16, {5, 10, 20, 40}, "lc rgb '#000000' pt 13"}};
 }
 
 /// Of the chain's joints at a time.
@@ -53,13 +53,13 @@ Joints joints_at(int edges, double time) {
   if (all.empty()) {
     ReferenceChain chain(edges, 1, 9.81);
     // Until a substep of the fewest after the end.
-    for (int k = 0; k < (kHungFrames + 1) * kFine; ++k) {
-      chain.step(kFrame / kFine);
-      if (k >= (kHungFrames - 1) * kFine) all.push_back(chain.joints());
+    for (int k = 0; k < (kOrderFrames + 1) * kReferenceSubsteps; ++k) {
+      chain.step(kFrame / kReferenceSubsteps);
+      if (k >= (kOrderFrames - 1) * kReferenceSubsteps) all.push_back(chain.joints());
     }
   }
   // It too starts with a whole kick, and is half a step ahead of its time.
-  const double step = time / kFrame * kFine - 1.5 - (kHungFrames - 1) * kFine;
+  const double step = time / kFrame * kReferenceSubsteps - 1.5 - (kOrderFrames - 1) * kReferenceSubsteps;
   const int below = static_cast<int>(std::floor(step));
   const double part = step - below;
   Joints found = all.at(below);
@@ -82,29 +82,30 @@ Scene order_sheet(int edges, int substeps, int iterations) {
 }
 
 /// Where its particles are in the end.
-Vector run_of(const OrderLine& line, int substeps, const Cells& cells) {
-  if (line.how != How::OneWay) {
-    Simulation simulation(order_sheet(line.edges, substeps, line.how == How::Malha ? 1 : substeps), {.threads = 1});
-    for (int frame = 0; frame < kHungFrames; ++frame) simulation.step(), cells.go_on();
+Vector final_positions(const OrderLine& line, int substeps, const Cells& cells) {
+  if (line.scheme != Scheme::OneWay) {
+    Simulation simulation(order_sheet(line.edges, substeps, line.scheme == Scheme::Malha ? 1 : substeps),
+                          {.threads = 1});
+    for (int frame = 0; frame < kOrderFrames; ++frame) simulation.step(), cells.check_interrupt();
     return flat(simulation.positions());
   }
   Scene scene = order_sheet(line.edges, 1, 1);
   scene.bodies[0].constraints[0].compliance = 1;  // which the sweep does not look at
   const auto system = spring_system(scene);
   PlainSweep<double> sweep(*system, order_by_colour(*system));
-  for (int frame = 0; frame < kHungFrames; ++frame, cells.go_on())
+  for (int frame = 0; frame < kOrderFrames; ++frame, cells.check_interrupt())
     for (int k = 0; k < substeps; ++k) sweep.substep(kFrame / substeps);
   return sweep.state().x;
 }
 
 double order_error(const OrderLine& line, int substeps, const Cells& cells) {
-  const bool later = line.how == How::ConvergedLater;
-  const Joints joints = joints_at(line.edges, kHungTime + (later ? kFrame / substeps / 2 : 0));
+  const bool later = line.scheme == Scheme::ConvergedLater;
+  const Joints joints = joints_at(line.edges, kOrderTime + (later ? kFrame / substeps / 2 : 0));
   Vector truth(3 * joints.size() * joints.size());
   for (std::size_t i = 0, k = 0; i < joints.size(); ++i)
     for (std::size_t j = 0; j < joints.size(); ++j, k += 3)
       truth.segment<3>(k) = Eigen::Vector3d(double(j) / line.edges, joints[i][0], joints[i][1]);
-  return rms_distance(run_of(line, substeps, cells), truth);
+  return rms_distance(final_positions(line, substeps, cells), truth);
 }
 
 /// -d log error / d log substeps, by least squares.
@@ -138,7 +139,7 @@ Section order_of_convergence(Cells& cells, Json& rows) {
       "1 m and 16 x 16 edges with both diagonals, hard, held by a row and let go from the horizontal: its rows go as a "
       "chain of rigid links, whose motion is known to %g m (SHAKE, each step solved by Newton's method). Errors after "
       "%g s; the slope of each line is fitted to its logarithms.",
-      kKnownTo, kHungTime)};
+      kReferenceUncertainty, kOrderTime)};
   for (const OrderLine& line : order_lines(cells.quick())) {
     std::vector<std::pair<double, double>> points;
     bench::Series series{"", std::string("with linespoints lw 2 ") + line.style, line.title};
@@ -155,17 +156,17 @@ Section order_of_convergence(Cells& cells, Json& rows) {
                       {"series", line.title},
                       {"settings", std::to_string(n)},
                       {"variant", false},
-                      {"ours", line.how != How::OneWay},
+                      {"ours", line.scheme != Scheme::OneWay},
                       {"precision", "double"},
                       {"substeps", n},
-                      {"iterations", line.how == How::Malha || line.how == How::OneWay ? 1 : n},
+                      {"iterations", line.scheme == Scheme::Malha || line.scheme == Scheme::OneWay ? 1 : n},
                       {"refinement_iterations", 0},
                       {"key", key},
                       {"status", "finished"},
-                      {"time_s", kHungTime},
-                      {"truth_known_to_m", kKnownTo},
+                      {"time_s", kOrderTime},
+                      {"truth_known_to_m", kReferenceUncertainty},
                       {"rms_error_m", error}});
-      keep_machine(rows.back(), cell);
+      copy_machine(rows.back(), cell);
     }
     if (points.size() < 2) continue;
     const double order = fitted_order(points);

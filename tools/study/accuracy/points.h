@@ -11,7 +11,7 @@ namespace malha::study {
 
 struct Point {
   std::string series, settings;               // "XPBD, substeps, float", "16x1"
-  bool ours = true;                           // malha's
+  bool is_malha = true;                       // malha's
   bool variant = false;                       // of the chart of filters alone
   double ms = 0, sweeps = 0;                  // a simulated second
   double error = 0;                           // m, RMS
@@ -23,10 +23,10 @@ struct Point {
 using Points = std::vector<Point>;
 
 /// Of one case at one time; runs that diverged before it are left out.
-std::vector<Point> points_at(const Json& rows, const std::string& of, double time);
+std::vector<Point> points_at(const Json& rows, const std::string& case_name, double time);
 
 /// The cheapest point by `cost` with an error of at most `error` m; null where none is so good.
-const Point* cheapest(const std::vector<Point>& points, double error, double Point::*cost, bool ours_alone);
+const Point* cheapest(const std::vector<Point>& points, double error, double Point::*cost, bool malha_only);
 
 /// How the error falls with the sweeps over a series' last points that are still falling: the slope of their
 /// logarithms, between neighbours, its median. 1: first order. 0 where fewer than three points fall.

@@ -8,6 +8,6 @@ namespace malha::study {
 
 /// Of the small sheet: few substeps and many beside the truth. Of the free body: a corrector that diverges beside one
 /// that does not. Of other cases none.
-std::vector<Replay> accuracy_replays(const AccuracyCase& of);
+std::vector<Replay> accuracy_replays(const AccuracyCase& test_case);
 
 }  // namespace malha::study

@@ -8,6 +8,6 @@ namespace malha::study {
 
 /// `rows`: of all cases. Error over time spent, error over sweeps, and where they were run the variants of Desbrun's
 /// filter.
-std::vector<Section> accuracy_sections(const AccuracyCase& of, const Truth& truth, const Json& rows);
+std::vector<Section> accuracy_sections(const AccuracyCase& test_case, const Truth& truth, const Json& rows);
 
 }  // namespace malha::study

@@ -12,14 +12,15 @@ namespace malha::study {
 /// m, by which halving a step that is converged before changes a motion that is chaotic.
 constexpr double kChaotic = 1e-3;
 
-std::string truth_sentence(const AccuracyCase& of, const Truth& truth);
+std::string truth_sentence(const AccuracyCase& test_case, const Truth& truth);
 
 /// "1e-2 m: A (2x1, 0.3 ms); ...": who is the cheapest, each with the least power of ten of an error for which it is.
 /// `known`: how well the true motion is known, m; below there is nothing to say.
-std::string cheapest_list(const Points& points, double known, double Point::*cost, const char* unit, bool ours_alone);
+std::string cheapest_list(const Points& points, double uncertainty, double Point::*cost, const char* unit,
+                          bool malha_only);
 
 /// A row for each power of ten that any method reaches.
-Table cheapest_table(const Points& points, double known);
+Table cheapest_table(const Points& points, double uncertainty);
 
 /// How the error of each series falls with its sweeps; empty where none does so regularly.
 std::string orders_sentence(const Points& points);
@@ -36,9 +37,9 @@ std::string momenta_sentence(const Points& points, double time);
 /// What explicit Euler makes of the energy, beside symplectic Euler; empty where it was not run or always diverged.
 std::string growth_sentence(const Points& points, double time);
 
-std::string diverged_sentence(const AccuracyCase& of, const Json& rows);
+std::string diverged_sentence(const AccuracyCase& test_case, const Json& rows);
 
 /// Every run: errors at each time, what was kept, what it cost.
-Table runs_table(const AccuracyCase& of, const Json& rows);
+Table runs_table(const AccuracyCase& test_case, const Json& rows);
 
 }  // namespace malha::study

@@ -19,9 +19,9 @@ namespace {
 constexpr int kBefore = 30, kMeasured = 20;  // steps
 
 /// One of the scenes, run through the measured time again and again.
-class Side {
+class SceneRun {
  public:
-  Side(const Scene& scene) : scene_(scene) {}
+  SceneRun(const Scene& scene) : scene_(scene) {}
 
   void start() {
     simulation_.emplace(scene_, SimulationOptions{.threads = 1});
@@ -68,25 +68,25 @@ class Side {
 }  // namespace
 
 Json parsimony_cell(const std::vector<Scene>& scenes, const Cells& cells) {
-  std::vector<Side> sides(scenes.begin(), scenes.end());
+  std::vector<SceneRun> runs(scenes.begin(), scenes.end());
   const int rounds = cells.quick() ? 1 : 12;
   constexpr double enough = 0.5;  // s, a scene
   double spent = 0;
-  for (int round = 0; round < rounds && spent < enough * static_cast<double>(sides.size()); ++round) {
-    for (Side& side : sides) side.start();
+  for (int round = 0; round < rounds && spent < enough * static_cast<double>(runs.size()); ++round) {
+    for (SceneRun& run : runs) run.start();
     for (int step = 0; step < kMeasured; ++step)
-      for (Side& side : sides) {
-        cells.go_on();
-        side.step();
-        spent += side.ms().back() / 1000;
+      for (SceneRun& run : runs) {
+        cells.check_interrupt();
+        run.step();
+        spent += run.ms().back() / 1000;
       }
-    for (Side& side : sides) side.stop();
+    for (SceneRun& run : runs) run.stop();
   }
   Json all = Json::array();
-  for (std::size_t k = 0; k < sides.size(); ++k) {
-    std::vector<double> added = sides[k].ms();
-    for (std::size_t step = 0; step < added.size(); ++step) added[step] -= sides[k > 0 ? k - 1 : 0].ms()[step];
-    all.push_back(sides[k].facts());
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    std::vector<double> added = runs[k].ms();
+    for (std::size_t step = 0; step < added.size(); ++step) added[step] -= runs[k > 0 ? k - 1 : 0].ms()[step];
+    all.push_back(runs[k].facts());
     all.back()["added_ms"] = bench::median(added);
   }
   return all;

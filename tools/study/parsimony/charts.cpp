@@ -39,7 +39,7 @@ const std::vector<Layer>& layers() {
 
 }  // namespace
 
-std::string names(const Json& rows) {
+std::string feature_tics(const Json& rows) {
   std::string tics;
   for (std::size_t k = 0; k < rows.size(); ++k)
     tics += (k == 0 ? "" : ", ") + quoted(text(rows[k], "feature")) + " " + std::to_string(k);
@@ -47,8 +47,8 @@ std::string names(const Json& rows) {
          formatted("set yrange [%g:-0.7]\n", static_cast<double>(rows.size()) - 0.3);
 }
 
-bench::Series bars(const Json& rows, const std::string& key, double scale, double from, const std::string& colour,
-                   const std::string& title) {
+bench::Series feature_bars(const Json& rows, const std::string& key, double scale, double from,
+                           const std::string& colour, const std::string& title) {
   std::string data;
   for (std::size_t k = 0; k < rows.size(); ++k)
     if (const double value = number(rows[k], key) * scale; value > from) data += bar(k, value, from, value);
@@ -60,7 +60,8 @@ Chart ladder_chart(const Json& ladder) {
   const Json last = rungs.back();
   rungs.erase(rungs.size() - 1);
   std::vector<double> from(rungs.size(), 0);
-  Chart chart{"ladder", names(rungs) + "set xlabel 'ms a step'\nset title 'A cloth that is asked for more and more (" +
+  Chart chart{"ladder", feature_tics(rungs) +
+                            "set xlabel 'ms a step'\nset title 'A cloth that is asked for more and more (" +
                             text(last, "feature") +
                             formatted(": %.3g ms, off the chart)'\n", number(last, "ms_a_step")) + "set xrange [0:]\n"};
   for (const Layer& layer : layers()) {

@@ -109,15 +109,16 @@ Change desbrun(int refine) {
   };
 }
 
-Demand demand(const std::string& feature, const std::string& base, const Scene& without, const Change& change) {
-  Demand of{feature, base, without, without};
-  change(of.with);
-  return of;
+FeatureCase make_feature_case(const std::string& feature, const std::string& base, const Scene& without,
+                              const Change& change) {
+  FeatureCase feature_case{feature, base, without, without};
+  change(feature_case.with);
+  return feature_case;
 }
 
 }  // namespace
 
-std::vector<Demand> single_demands(bool quick) {
+std::vector<FeatureCase> single_features(bool quick) {
   const int cells = quick ? 31 : 99;
   const Scene loose = cloth(cells, {}), plain = cloth(cells, {kind("distance")});
   const Scene closed = scene_with(SphereShape{0.5, quick ? 3 : 5}, 0.5, {kind("distance")});
@@ -129,10 +130,10 @@ std::vector<Demand> single_demands(bool quick) {
   Scene flying = plain;
   flying.bodies[0].pins.clear();
   const auto with = [](const std::string& feature, const Change& change, const Scene& base, const char* name) {
-    return demand(feature, name, base, change);
+    return make_feature_case(feature, name, base, change);
   };
   const auto to_cloth = [&](const std::string& feature, const Change& change) {
-    return demand(feature, "cloth", plain, change);
+    return make_feature_case(feature, "cloth", plain, change);
   };
   return {
       to_cloth("nothing", [](Scene&) {}),
@@ -169,24 +170,24 @@ std::vector<Demand> single_demands(bool quick) {
   };
 }
 
-std::vector<Demand> ladder_of_demands(bool quick) {
+std::vector<FeatureCase> feature_ladder(bool quick) {
   Scene scene = cloth(quick ? 31 : 99, {});
-  std::vector<Demand> rungs;
-  const auto climb = [&](const std::string& feature, const Change& change) {
-    rungs.push_back(demand(feature, rungs.empty() ? "particles" : rungs.back().feature, scene, change));
+  std::vector<FeatureCase> rungs;
+  const auto add_rung = [&](const std::string& feature, const Change& change) {
+    rungs.push_back(make_feature_case(feature, rungs.empty() ? "particles" : rungs.back().feature, scene, change));
     scene = rungs.back().with;
   };
-  climb("distance", add(kind("distance")));
-  climb("+ bending", add(kind("bending", 0.1)));
-  climb("+ air on faces", wind(0, 1.2));
-  climb("+ damping", damp);
-  climb("+ long_range", add(long_range()));
-  climb("+ moved pins", move_pins);
-  climb("+ attachments", attach);
-  climb("+ environment", ball(-0.296, 0));
-  climb("+ friction", ball(-0.296, 0.5));
-  climb("+ sleep", sleep);
-  climb("+ self-collision", collide_with_itself);
+  add_rung("distance", add(kind("distance")));
+  add_rung("+ bending", add(kind("bending", 0.1)));
+  add_rung("+ air on faces", wind(0, 1.2));
+  add_rung("+ damping", damp);
+  add_rung("+ long_range", add(long_range()));
+  add_rung("+ moved pins", move_pins);
+  add_rung("+ attachments", attach);
+  add_rung("+ environment", ball(-0.296, 0));
+  add_rung("+ friction", ball(-0.296, 0.5));
+  add_rung("+ sleep", sleep);
+  add_rung("+ self-collision", collide_with_itself);
   return rungs;
 }
 

@@ -9,7 +9,7 @@
 namespace malha::study {
 
 /// A scene, and the same without one feature.
-struct Demand {
+struct FeatureCase {
   std::string feature;  // "air on faces"
   std::string base;     // "cloth"
   Scene without, with;
@@ -17,9 +17,9 @@ struct Demand {
 
 /// Each feature alone, added to the least scene that can have it. The first adds nothing: how far the times of one and
 /// the same scene lie apart.
-std::vector<Demand> single_demands(bool quick);
+std::vector<FeatureCase> single_features(bool quick);
 
 /// One cloth that is asked for more and more: every rung has all features of those before it.
-std::vector<Demand> ladder_of_demands(bool quick);
+std::vector<FeatureCase> feature_ladder(bool quick);
 
 }  // namespace malha::study

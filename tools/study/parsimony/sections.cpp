@@ -40,17 +40,17 @@ Section time_section(const Json& single) {
   const auto list = [&](bool cheap) {
     return or_none(listed(sorted, [&](const Json& row) {
       const double percent = number(row, "added_percent");
-      const bool said = row["feature"] != "nothing" && (cheap ? percent < 10 : percent > 200);
-      return said ? text(row, "feature") + formatted(" %+.0f %%", percent) : "";
+      const bool summary = row["feature"] != "nothing" && (cheap ? percent < 10 : percent > 200);
+      return summary ? text(row, "feature") + formatted(" %+.0f %%", percent) : "";
     }));
   };
   section.sentences.push_back("Less than a tenth of the scene that it is added to: " + list(true) + ".");
   section.sentences.push_back("More than twice that scene: " + list(false) + ".");
   section.chart =
       Chart{"time",
-            names(single) + "set logscale x\nset format x '%g'\nset xlabel 'added ms a step'\n" +
+            feature_tics(single) + "set logscale x\nset format x '%g'\nset xlabel 'added ms a step'\n" +
                 "set title 'Each feature alone: time added to a step'\n" + formatted("set xrange [%g:]\n", whole / 100),
-            {bars(single, "added_ms", 1, whole / 100, "#0072b2", "added"),
+            {feature_bars(single, "added_ms", 1, whole / 100, "#0072b2", "added"),
              {formatted("%g %g\n%g %g\n", whole, -0.7, whole, static_cast<double>(single.size()) - 0.3),
               "with lines lw 2 dt 2 lc rgb '#d55e00'", "the whole step of the cloth"}}};
   section.table.columns = {"feature", "added to", "particles", "ms without", "ms with", "added ms", "added %"};
@@ -80,10 +80,11 @@ Section memory_section(const Json& single) {
     return number(row, "added_bytes") == 0 && row["feature"] != "nothing" ? text(row, "feature") : "";
   });
   section.sentences.push_back("Not a byte is added by: " + or_none(nothing) + ".");
-  section.chart = Chart{"memory",
-                        names(single) + "set logscale x\nset format x '%g'\nset xlabel 'added bytes a particle'\n" +
-                            "set title 'Each feature alone: memory added'\nset xrange [0.01:]\n",
-                        {bars(scaled, "added_a_particle", 1, 0.01, "#009e73", "")}};
+  section.chart =
+      Chart{"memory",
+            feature_tics(single) + "set logscale x\nset format x '%g'\nset xlabel 'added bytes a particle'\n" +
+                "set title 'Each feature alone: memory added'\nset xrange [0.01:]\n",
+            {feature_bars(scaled, "added_a_particle", 1, 0.01, "#009e73", "")}};
   section.table.columns = {"feature", "added to", "added bytes a particle", "of them"};
   for (const Json& row : scaled) {
     const std::string owners = listed(kOwners, [&](const char* owner) {

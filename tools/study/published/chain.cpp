@@ -36,15 +36,15 @@ std::vector<ChainSetting> chain_settings(bool quick) {
 }
 
 /// It starts level and swings down. malha's chain has half a kilogram at its free end, as a rope has.
-Scene scene_of(const ChainSetting& of, int iterations) {
+Scene scene_of(const ChainSetting& setting, int iterations) {
   BodySpec body;
   body.name = "chain",
-  body.shape = ChainShape{{0, 0, 0}, {(kChainParticles - 1) * of.spacing, 0, 0}, kChainParticles - 1};
-  body.density = 1 / of.spacing, body.pins = {ListPin{{0}}};
+  body.shape = ChainShape{{0, 0, 0}, {(kChainParticles - 1) * setting.spacing, 0, 0}, kChainParticles - 1};
+  body.density = 1 / setting.spacing, body.pins = {ListPin{{0}}};
   ConstraintSpec links;
   links.type = "distance", links.elements = {"edges"}, links.compliance = 1 / kStiffness;
   body.constraints = {links};
-  return published_scene(body, of.dt, 1, iterations);
+  return published_scene(body, setting.dt, 1, iterations);
 }
 
 /// The pull at the support in each frame, N.
@@ -60,18 +60,18 @@ std::vector<double> pulls(const System& system, double dt, const Step& step) {
   return all;
 }
 
-std::vector<double> by_newton(const SpringSystem& system, double dt) {
+std::vector<double> newton_pulls(const SpringSystem& system, double dt) {
   BackwardEuler newton(system);
   return pulls(system, dt, [&](State& state) { newton.step(dt, state); });
 }
 
-std::vector<double> in_order(const SpringSystem& system, double dt, int iterations) {
-  return pulls(system, dt, [&](State& state) { sweep_in_order(system, dt, iterations, state); });
+std::vector<double> ordered_sweep_pulls(const SpringSystem& system, double dt, int iterations) {
+  return pulls(system, dt, [&](State& state) { xpbd_step(system, dt, iterations, state); });
 }
 
-std::vector<double> by_malha(const System& system, const ChainSetting& of, int iterations) {
-  Simulation simulation(scene_of(of, iterations), {.threads = 1});
-  return pulls(system, of.dt, [&](State& state) {
+std::vector<double> malha_pulls(const System& system, const ChainSetting& setting, int iterations) {
+  Simulation simulation(scene_of(setting, iterations), {.threads = 1});
+  return pulls(system, setting.dt, [&](State& state) {
     simulation.step();
     state = {flat(simulation.positions()), flat(simulation.velocities())};
   });
@@ -91,23 +91,23 @@ Json errors(const std::vector<double>& pull, const std::vector<double>& truth) {
           {"pull_n", pull}};
 }
 
-Json run_chain(const ChainSetting& of) {
-  const std::unique_ptr<SpringSystem> rope = spring_system(scene_of(of, 1));
+Json run_chain(const ChainSetting& setting) {
+  const std::unique_ptr<SpringSystem> rope = spring_system(scene_of(setting, 1));
   const SpringSystem chain =
-      chain_system(std::vector<double>(kChainParticles, 1.0), of.spacing, kStiffness, {1, 0, 0}, rope->gravity);
-  const std::vector<double> truth = by_newton(*rope, of.dt), chain_truth = by_newton(chain, of.dt);
+      chain_system(std::vector<double>(kChainParticles, 1.0), setting.spacing, kStiffness, {1, 0, 0}, rope->gravity);
+  const std::vector<double> truth = newton_pulls(*rope, setting.dt), chain_truth = newton_pulls(chain, setting.dt);
   Json cell{{"newton_n", truth}};
   for (const int n : kIterations)
-    cell[std::to_string(n)] = {{"malha", errors(by_malha(*rope, of, n), truth)},
-                               {"in_order", errors(in_order(*rope, of.dt, n), truth)},
-                               {"in_order_1kg", errors(in_order(chain, of.dt, n), chain_truth)}};
+    cell[std::to_string(n)] = {{"malha", errors(malha_pulls(*rope, setting, n), truth)},
+                               {"in_order", errors(ordered_sweep_pulls(*rope, setting.dt, n), truth)},
+                               {"in_order_1kg", errors(ordered_sweep_pulls(chain, setting.dt, n), chain_truth)}};
   return cell;
 }
 
-Chart chart_of(const ChainSetting& of, const Json& cell) {
+Chart chart_of(const ChainSetting& setting, const Json& cell) {
   Chart chart{"chain", formatted("set xlabel 'frame'\nset ylabel 'pull at the support (N)'\nset title 'XPBD 2016, 6.2: "
                                  "a chain of 20 particles swings down (step %.4g s, spacing %g m)'\n",
-                                 of.dt, of.spacing)};
+                                 setting.dt, setting.spacing)};
   const auto add = [&chart](const Json& pull, const std::string& style, const std::string& title) {
     std::string points;
     for (int k = 0; k < kChainFrames; ++k) points += formatted("%d %g\n", k + 1, pull[k].get<double>());
@@ -131,27 +131,30 @@ void add_chain(Cells& cells, Findings& findings) {
                            "the same, last particle 1 kg",
                            "malha, error of the largest pull",
                            "malha, of the frame's own"};
-  double closest = 1e300, apart = 0;
+  double closest = 1e300, largest_difference = 0;
   ChainSetting best{};
   Json best_cell;
   const std::vector<ChainSetting> all = chain_settings(cells.quick());
-  const std::vector<Json> kept = cells.of(
-      all, [](const ChainSetting& of) { return formatted("chain: step %.9g s, spacing %g m", of.dt, of.spacing); },
+  const std::vector<Json> kept = cells.measure_all(
+      all,
+      [](const ChainSetting& setting) {
+        return formatted("chain: step %.9g s, spacing %g m", setting.dt, setting.spacing);
+      },
       run_chain);
-  if (cells.partial()) return;
+  if (cells.is_partial()) return;
   for (std::size_t m = 0; m < all.size(); ++m) {
-    const ChainSetting& of = all[m];
+    const ChainSetting& setting = all[m];
     const Json& cell = kept[m];
     double off = 0;
     for (std::size_t k = 0; k < std::size(kIterations); ++k) {
       const Json& of_n = cell[std::to_string(kIterations[k])];
       const double ours = of_n["malha"]["of_most"], plain = of_n["in_order"]["of_most"];
       off += std::abs(std::log(ours / kPrinted[k]));
-      apart = std::max(apart, std::abs(std::log(ours / plain)));
+      largest_difference = std::max(largest_difference, std::abs(std::log(ours / plain)));
       findings.rows.push_back({{"case", "chain of 2016"},
                                {"what", "largest error of the pull at the support, of its largest"},
-                               {"dt_s", of.dt},
-                               {"spacing_m", of.spacing},
+                               {"dt_s", setting.dt},
+                               {"spacing_m", setting.spacing},
                                {"iterations", kIterations[k]},
                                {"printed", kPrinted[k]},
                                {"ours", ours},
@@ -159,13 +162,13 @@ void add_chain(Cells& cells, Findings& findings) {
                                {"ours_of_the_largest_pull", of_n["malha"]["of_peak"]},
                                {"plain_sweep", plain},
                                {"plain_sweep_last_1kg", of_n["in_order_1kg"]["of_most"]}});
-      keep_machine(findings.rows.back(), cell);
-      section.table.rows.push_back({formatted("%.4g", of.dt), formatted("%g", of.spacing),
+      copy_machine(findings.rows.back(), cell);
+      section.table.rows.push_back({formatted("%.4g", setting.dt), formatted("%g", setting.spacing),
                                     std::to_string(kIterations[k]), percent(kPrinted[k]), percent(ours), percent(plain),
                                     percent(of_n["in_order_1kg"]["of_most"]), percent(of_n["malha"]["of_peak"]),
                                     percent(of_n["malha"]["of_own"])});
     }
-    if (off < closest) closest = off, best = of, best_cell = cell;
+    if (off < closest) closest = off, best = setting, best_cell = cell;
   }
   const auto three = [&](const char* by, const char* what) {
     const auto error = [&](const char* n) { return percent(best_cell[n][by][what].get<double>()); };
@@ -180,7 +183,8 @@ void add_chain(Cells& cells, Findings& findings) {
           three("malha", "of_most") + "; a plain sweep from the support on by " + three("in_order", "of_most") +
           "; with 1 kg at the free end instead of half of that by " + three("in_order_1kg", "of_most") + ".",
       "malha sweeps every other link and then the rest, not from the support on: " +
-          formatted("its errors differ from the plain sweep's by a factor of %.2f at most.", std::exp(apart)),
+          formatted("its errors differ from the plain sweep's by a factor of %.2f at most.",
+                    std::exp(largest_difference)),
       "Of the frame's own pull, which is next to nothing in the first one, malha is off by up to " +
           three("malha", "of_own") + "; its largest pull is off by " + three("malha", "of_peak") + "."};
   section.chart = chart_of(best, best_cell);

@@ -12,7 +12,7 @@ inline constexpr int kParticles = 20, kLinks = kParticles - 1;
 inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// Particles of 1 kg, the last one heavier.
-struct Hanging {
+struct HangingWeight {
   double weight, spacing, stiffness;  // kg, m, N/m
   double dt, gravity;                 // s, m/s^2
   int substeps, iterations;
@@ -20,22 +20,22 @@ struct Hanging {
 };
 
 /// All of it in words.
-std::string key(const Hanging& of);
+std::string key_of(const HangingWeight& hanging);
 
 /// {most_m, still_m, frame}: how far the weight gets below its place in the first swing, how far it is when it hangs
 /// still, which is the mean over that swing, and the frame in which it is lowest.
-Json by_malha(const Hanging& of);
-Json by_newton(const Hanging& of);  // backward Euler in steps of dt
+Json malha_swing(const HangingWeight& hanging);
+Json newton_swing(const HangingWeight& hanging);  // backward Euler in steps of dt
 
 /// By malha, and by a plain sweep from the support on; one cell.
-struct Runs {
+struct SwingResults {
   Json malha, plain;
 };
-Runs runs(Cells& cells, const std::string& name, const Hanging& of);
+SwingResults measure_swings(Cells& cells, const std::string& name, const HangingWeight& hanging);
 
-inline double most(const Json& run) { return run["most_m"].get<double>(); }
+inline double largest_drop(const Json& run) { return run["most_m"].get<double>(); }
 
 /// A row of the study's.
-Json row(const char* name, const Hanging& of, const char* method, const Json& run);
+Json row(const char* name, const HangingWeight& hanging, const char* method, const Json& run);
 
 }  // namespace malha::study

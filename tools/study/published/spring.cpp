@@ -54,18 +54,18 @@ Json measured(const std::vector<double>& a, double dt) {
   return {{"period_s", steps * dt}, {"left_after_a_period", std::pow(shrinks, steps)}, {"a_m", a}};
 }
 
-Json run_spring(const SpringSetting& of) {
+Json run_spring(const SpringSetting& setting) {
   BodySpec body;
   body.name = "spring", body.shape = ChainShape{{0, 0, 0}, {1.5, 0, 0}, 1}, body.mass = 2;  // half of it at each end
   body.pins = {ListPin{{0}}};
   ConstraintSpec spring;
   spring.type = "distance", spring.elements = {"edges"}, spring.parameter = 1 / 1.5;
-  spring.compliance = of.compliance, spring.stiffness = of.stiffness;
+  spring.compliance = setting.compliance, spring.stiffness = setting.stiffness;
   body.constraints = {spring};
-  const double dt = kFrame / of.substeps;  // a step each, so that every substep is seen
-  Simulation simulation(published_scene(body, dt, 1, of.iterations, 0), {.threads = 1});
+  const double dt = kFrame / setting.substeps;  // a step each, so that every substep is seen
+  Simulation simulation(published_scene(body, dt, 1, setting.iterations, 0), {.threads = 1});
   std::vector<double> a{0.5};
-  for (int n = 0; n < 60 * of.substeps; ++n) simulation.step(), a.push_back(simulation.positions()[1][0] - 1);
+  for (int n = 0; n < 60 * setting.substeps; ++n) simulation.step(), a.push_back(simulation.positions()[1][0] - 1);
   return measured(a, dt);
 }
 
@@ -87,49 +87,50 @@ void add_spring(Cells& cells, Findings& findings) {
   std::string curve;
   for (int n = 0; n <= 600; ++n) curve += formatted("%g %g\n", n * 1e-3, 1 + 0.5 * std::cos(kOmega * n * 1e-3));
   chart.series.push_back({curve, "with lines lw 2 lc rgb '#000000'", "closed form"});
-  static constexpr const char* looks[] = {"lc rgb '#9ecae1' pt 7",  "lc rgb '#4292c6' pt 5",  "lc rgb '#08519c' pt 9",
-                                          "lc rgb '#7fbf3f' pt 13", "lc rgb '#1b7837' pt 11", "lc rgb '#fdae6b' pt 7",
-                                          "lc rgb '#e6550d' pt 5",  "lc rgb '#a63603' pt 9"};
+  static constexpr const char* styles[] = {"lc rgb '#9ecae1' pt 7",  "lc rgb '#4292c6' pt 5",  "lc rgb '#08519c' pt 9",
+                                           "lc rgb '#7fbf3f' pt 13", "lc rgb '#1b7837' pt 11", "lc rgb '#fdae6b' pt 7",
+                                           "lc rgb '#e6550d' pt 5",  "lc rgb '#a63603' pt 9"};
   double xpbd_off = 0, xpbd_apart = 0, finest = 0;
   std::string pbd;
   const std::vector<SpringSetting> all = spring_settings(cells.quick());
-  const std::vector<Json> kept = cells.of(
-      all, [](const SpringSetting& of) { return "spring: " + of.title; }, run_spring);
-  if (cells.partial()) return;
+  const std::vector<Json> kept = cells.measure_all(
+      all, [](const SpringSetting& setting) { return "spring: " + setting.title; }, run_spring);
+  if (cells.is_partial()) return;
   for (std::size_t k = 0; k < all.size(); ++k) {
-    const SpringSetting& of = all[k];
+    const SpringSetting& setting = all[k];
     const Json& cell = kept[k];
-    const double dt = kFrame / of.substeps;
+    const double dt = kFrame / setting.substeps;
     findings.rows.push_back({{"case", "spring of 2016"},
-                             {"what", of.title},
-                             {"substeps", of.substeps},
-                             {"iterations", of.iterations},
+                             {"what", setting.title},
+                             {"substeps", setting.substeps},
+                             {"iterations", setting.iterations},
                              {"period_s", cell["period_s"]},
                              {"left_after_a_period", cell["left_after_a_period"]},
                              {"exact_period_s", exact},
                              {"backward_euler_period_s", backward_euler_period(dt)}});
-    keep_machine(findings.rows.back(), cell);
-    const bool xpbd = of.compliance.has_value();
-    section.table.rows.push_back({of.title, or_none(cell["period_s"], "%.5f"),
+    copy_machine(findings.rows.back(), cell);
+    const bool xpbd = setting.compliance.has_value();
+    section.table.rows.push_back({setting.title, or_none(cell["period_s"], "%.5f"),
                                   xpbd ? formatted("%.5f", backward_euler_period(dt)) : "",
                                   or_none(cell["left_after_a_period"], "%.3f")});
     if (xpbd) {
       const double period = cell["period_s"].get<double>();
       xpbd_off = std::max(xpbd_off, std::abs(period / backward_euler_period(dt) - 1));
-      if (of.substeps == 1) xpbd_apart = std::max(xpbd_apart, std::abs(period / exact - 1));
+      if (setting.substeps == 1) xpbd_apart = std::max(xpbd_apart, std::abs(period / exact - 1));
       finest = period / exact - 1;
     } else {
-      add_to(pbd, or_none(cell["period_s"], "%.3f s"));
+      append(pbd, or_none(cell["period_s"], "%.3f s"));
     }
     std::string points;
     const auto a = cell["a_m"].get<std::vector<double>>();
     for (std::size_t n = 0; n < a.size(); ++n) points += formatted("%g %g\n", static_cast<double>(n) * dt, 1 + a[n]);
-    if (of.substeps < 100)
-      chart.series.push_back({points,
-                              (of.substeps == 1 && of.iterations != 1 && xpbd ? "with points lw 2 ps 1.4 "
-                                                                              : "with linespoints lw 1.5 ps 0.6 ") +
-                                  std::string(looks[k % std::size(looks)]),
-                              of.title});
+    if (setting.substeps < 100)
+      chart.series.push_back(
+          {points,
+           (setting.substeps == 1 && setting.iterations != 1 && xpbd ? "with points lw 2 ps 1.4 "
+                                                                     : "with linespoints lw 1.5 ps 0.6 ") +
+               std::string(styles[k % std::size(styles)]),
+           setting.title});
   }
   section.sentences = {
       formatted("The period is %.5f s in closed form. The paper prints curves and no number: XPBD's period does not "

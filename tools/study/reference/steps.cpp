@@ -97,13 +97,14 @@ void BackwardEuler::step(double h, State& state) {
   for (int i = 0; i < system.count(); ++i)
     if (!system.pinned[i]) y.segment<3>(3 * i) += h * h * system.gravity;
   Vector x = state.x + h * state.v;
-  double enough = 0;
-  for (int k = 0; k < y.size(); ++k) enough += std::pow(system.mass[k / 3] * (std::abs(y[k] - state.x[k]) + 1e-9), 2);
-  enough = 1e-10 * std::sqrt(enough);
-  constexpr int most = 50;
-  for (int turn = 0; turn < most; ++turn) {
+  double tolerance = 0;
+  for (int k = 0; k < y.size(); ++k)
+    tolerance += std::pow(system.mass[k / 3] * (std::abs(y[k] - state.x[k]) + 1e-9), 2);
+  tolerance = 1e-10 * std::sqrt(tolerance);
+  constexpr int max_iterations = 50;
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const Vector r = parts_->gradient(y, x, h);
-    if (r.norm() < enough) break;
+    if (r.norm() < tolerance) break;
     parts_->factor(x, h);
     const Vector move = parts_->cholesky.solve(r);
     const double before = parts_->objective(y, x, h), slope = move.dot(r);

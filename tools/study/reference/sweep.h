@@ -16,11 +16,11 @@ std::vector<int> order_by_colour(const SpringSystem& system);
 
 /// What a sweep over hard constraints in this order makes of small displacements from rest: the product of the
 /// projections of their linearised lengths.
-Eigen::MatrixXd linear_sweep(const SpringSystem& system, const std::vector<int>& order);
+Eigen::MatrixXd linearised_sweep(const SpringSystem& system, const std::vector<int>& order);
 
 /// By which a substep multiplies motion at most whose sweep is T: the spectral radius of y' = T (2 y - y before), by
 /// the eigenvalues of T.
-double amplification_by(const Eigen::MatrixXd& T);
+double amplification_of_sweep(const Eigen::MatrixXd& T);
 
 /// x += h v, with v += h g; one sweep (Müller et al. 2006, stiffness 1; with a compliance, m/N, Macklin et al. 2016);
 /// v = (p - x) / h. In numbers of type R.

@@ -49,7 +49,7 @@ class SpringSystem : public System {
 };
 
 /// Masses, pins, gravity, and the start of a scene's only body; `mesh`: of its shape.
-void start_of(const Scene& scene, const Mesh& mesh, System& system);
+void set_start(const Scene& scene, const Mesh& mesh, System& system);
 
 /// l / l0 - 1 of each.
 Vector edge_strains(const std::vector<Spring>& edges, const Vector& x);
@@ -68,12 +68,12 @@ Vector vector_of(const std::vector<double>& numbers);
 double rms_distance(const Vector& a, const Vector& b);
 
 /// What a motion keeps, or should.
-struct Balance {
+struct ConservedQuantities {
   double kinetic, potential, elastic;          // J; gravity's potential is 0 at the origin
   Eigen::Vector3d momentum, angular_momentum;  // kg m/s, kg m^2/s about the origin; of movable particles
   double energy() const { return kinetic + potential + elastic; }
 };
-Balance balance(const System& system, const State& state);
+ConservedQuantities conserved_quantities(const System& system, const State& state);
 
 /// The largest angular frequency (rad/s) of small motions about x: the root of the largest eigenvalue of M^-1 K, by
 /// power iteration, from below. Explicit (symplectic) Euler is stable up to steps of 2 / omega_max, RK4 up to 2.83.

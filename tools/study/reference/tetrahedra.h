@@ -32,6 +32,6 @@ std::unique_ptr<TetrahedronSystem> tetrahedron_system(const Scene& scene);
 
 /// Where damped motion ends: particles that come to rest from `start`, by explicit steps whose velocities are dropped
 /// whenever the kinetic energy falls, until the largest acceleration is below `enough` of gravity's.
-Vector at_rest(const System& system, double enough);
+Vector relax_to_rest(const System& system, double tolerance);
 
 }  // namespace malha::study

@@ -8,7 +8,7 @@ namespace malha::study {
 /// Macklin, Müller, Chentanez 2016, algorithm 1: a step of h (s) with so many Gauss-Seidel sweeps over the springs in
 /// their own order, each of compliance 1 / stiffness (infinite stiffness: 0). A step of one sweep is a substep of
 /// Macklin et al. 2019.
-void sweep_in_order(const SpringSystem& system, double h, int iterations, State& state);
+void xpbd_step(const SpringSystem& system, double h, int iterations, State& state);
 
 /// A chain of springs from particle to particle, the first one pinned, at rest along `direction` (of length 1) from the
 /// origin. `mass`: kg, of each particle; `spacing`: m; `stiffness`: N/m.

@@ -36,7 +36,7 @@ Section scaling_on_device(const Json& rows) {
   section.sentences = {"On " + (all.empty() ? "no device" : all[0][0].value("device", "")) +
                            ". Every pass is waited for, to time it, which steps of a run are not." +
                            scaling_left_out(rows, "strong"),
-                       kMustMove};
+                       kRequiredBytes};
   section.chart = chart;
   return section;
 }

@@ -22,7 +22,7 @@ std::vector<std::vector<Json>> scaling_groups(const Json& rows, const std::strin
   return all;
 }
 
-std::string count_of(const Json& row) { return grouped(row["particles"].get<long long>()); }
+std::string count_of(const Json& row) { return with_commas(row["particles"].get<long long>()); }
 
 std::string scaling_left_out(const Json& rows, const std::string& kind) {
   std::string line;
@@ -45,7 +45,7 @@ Section scaling_bandwidth(const Json& rows) {
     if (number(group[0], "particles") >= 1e6 || scaling_groups(rows, "strong").size() < 6) large.push_back(group);
   section.table.columns = {"method", "particles", "threads", "GB/s that must move", "triad of as many bytes, GB/s",
                            "share"};
-  std::string said;
+  std::string summary;
   for (const auto& group : scaling_groups(rows, "strong"))
     for (const Json& row : group) {
       std::vector<std::string> line = bandwidth_cells(row);
@@ -54,15 +54,15 @@ Section scaling_bandwidth(const Json& rows) {
     }
   for (const auto& group : large)
     for (const Json* row : {&group.front(), &group.back()})
-      add_to(said,
+      append(summary,
              formatted("%.1f of %.1f GB/s (", number(*row, "gb_per_s"), number(*row, "triad_gb_per_s")) +
                  method_of(*row) + ", " + count_of(*row) + ", " + counted(row->at("threads").get<int>(), "thread") +
                  ")",
              "; ");
-  section.sentences = {std::string(kMustMove) +
+  section.sentences = {std::string(kRequiredBytes) +
                            " Constraints, forces and what is read again come on top. The triad is over as many "
                            "bytes as one substep or product walks through, so that small ones are those of caches.",
-                       "Reached, of the triad, by the largest: " + said + "."};
+                       "Reached, of the triad, by the largest: " + summary + "."};
   return section;
 }
 
@@ -99,18 +99,18 @@ Section scaling_passes(const Json& rows) {
 Section scaling_launches(const Json& rows) {
   Section section{"What it costs to start threads and to wait for them"};
   section.table.columns = {"threads", "fork and join, microseconds", "median", "a barrier, microseconds"};
-  std::string said;
+  std::string summary;
   for (const Json& row : rows) {
     if (row["kind"] != "launch") continue;
     const double fork = number(row, "fork_join_us"), barrier = number(row, "barrier_us");
     section.table.rows.push_back({row["threads"].dump(), formatted("%.3g", fork),
                                   formatted("%.3g", number(row, "fork_join_median_us")), formatted("%.3g", barrier)});
     if (row["threads"] != 1)
-      add_to(said,
+      append(summary,
              formatted("%.3g and %.3g microseconds on ", fork, barrier) + counted(row["threads"].get<int>(), "thread"),
              "; ");
   }
-  section.sentences = {"An empty parallel region, and one more launch within it: " + said +
+  section.sentences = {"An empty parallel region, and one more launch within it: " + summary +
                        ", at best (where other programs have the cores it is the scheduler's time)."};
   std::string share;
   for (const auto& group : scaling_groups(rows, "strong")) {
@@ -119,7 +119,7 @@ Section scaling_launches(const Json& rows) {
     for (const Json& row : rows)
       if (row["kind"] == "launch" && row["threads"] == last["threads"]) {
         const double waits = number(row, "fork_join_us") + 10 * number(last, "phases") * number(row, "barrier_us");
-        add_to(share, formatted("%.2g %% (", waits / 10 / number(last, "step_ms")) + count_of(last) + ")");
+        append(share, formatted("%.2g %% (", waits / 10 / number(last, "step_ms")) + count_of(last) + ")");
       }
   }
   if (!share.empty())

@@ -17,7 +17,7 @@ std::string count_of(const Json& row);  // "10,000"
 
 /// " PBD, N = 1000, is left out: why." of each that was; and what bytes are counted.
 std::string scaling_left_out(const Json& rows, const std::string& kind);
-inline constexpr const char* kMustMove =
+inline constexpr const char* kRequiredBytes =
     "PBD must read x, w and v and write x and v of every particle in every substep, 52 bytes; Desbrun's pass through "
     "the filter reads a sparse factor twice, a dense one once.";
 /// GB/s that must move, those that memory gives, and the share.

@@ -61,10 +61,10 @@ std::string share_of(const Json& row) {
 
 /// "1.8 (PBD, 10 substeps, 289), ...": what `said` says of each line on the most threads.
 template <class Said>
-std::string on_most_threads(const std::vector<std::vector<Json>>& all, const Said& said) {
+std::string on_most_threads(const std::vector<std::vector<Json>>& all, const Said& summary) {
   return listed(all, [&](const std::vector<Json>& group) {
     const Json& last = group.back();
-    return said(last) + " (" + method_of(last) + ", " + count_of(last) + ")";
+    return summary(last) + " (" + method_of(last) + ", " + count_of(last) + ")";
   });
 }
 std::string on_most_threads(const std::vector<std::vector<Json>>& all, const std::string& of, const char* format,

@@ -6,7 +6,7 @@
 namespace malha::study {
 
 /// A way to have the cloth hang, as charts and tables name it.
-struct HangingWay {
+struct HangingMethod {
   std::string name;      // "levels", "PBD"
   std::string settings;  // at about the cost of levels with 10 substeps
   const char* line;      // of gnuplot: PBD's is wide, because XPBD's lies on it
@@ -14,9 +14,9 @@ struct HangingWay {
 };
 
 /// The strain that "1 %" means.
-constexpr double kRightStrain = 0.01;
+constexpr double kTargetStrain = 0.01;
 
 /// `rows`: "measures": "error" or "work", "method", "mesh", "side", and where they were run the numbers.
-std::vector<Section> size_error_sections(const std::vector<HangingWay>& ways, const Json& rows);
+std::vector<Section> size_error_sections(const std::vector<HangingMethod>& methods, const Json& rows);
 
 }  // namespace malha::study

@@ -35,10 +35,10 @@ Scene tumbling(double stiffness, const SolverSpec& solver) {
 }
 
 /// The change of angular momentum over itself in 10 steps.
-double lost_momentum(const Scene& scene, const Cells& cells) {
+double relative_momentum_change(const Scene& scene, const Cells& cells) {
   Simulation simulation(scene, {.threads = 1});
   const auto before = simulation.measure().angular_momentum;
-  for (int step = 0; step < 10; ++step) simulation.step(), cells.go_on();
+  for (int step = 0; step < 10; ++step) simulation.step(), cells.check_interrupt();
   auto after = simulation.measure().angular_momentum;
   for (int k = 0; k < 3; ++k) after[k] -= before[k];
   return norm(after) / norm(before);
@@ -51,17 +51,17 @@ std::vector<double> stiffnesses(bool quick) {
 
 /// A straight chain of 1 m held at one end, let go horizontally: how deep its end is after 0.25 s.
 Scene falling_chain(double stiffness, const SolverSpec& solver) {
-  Scene scene = held_chain({1, 0, 0}, 10, 0.1, 1 / stiffness);
+  Scene scene = pinned_chain({1, 0, 0}, 10, 0.1, 1 / stiffness);
   scene.solver = solver, scene.solver.dt = kFrame;
   return scene;
 }
 
-constexpr int kFallen = 15;  // frames
+constexpr int kFallFrames = 15;  // frames
 
 /// RMS distance of its end state from the true one, m.
-double off_truth(const Scene& scene, const Vector& truth, const Cells& cells) {
+double final_distance(const Scene& scene, const Vector& truth, const Cells& cells) {
   Simulation simulation(scene, {.threads = 1});
-  for (int step = 0; step < kFallen; ++step) simulation.step(), cells.go_on();
+  for (int step = 0; step < kFallFrames; ++step) simulation.step(), cells.check_interrupt();
   return rms_distance(flat(simulation.positions()), truth);
 }
 
@@ -72,16 +72,16 @@ double strain_at_rest(int n, bool internal_only, double h, const Cells& cells) {
   scene.solver = filtered(Corrector::Inertia, 0), scene.solver.dt = h;
   scene.solver.desbrun.filter_external_forces = !internal_only;
   Simulation simulation(scene, {.threads = 1});
-  for (int step = 0; step < int(3 / h); ++step) simulation.step(), cells.go_on();
+  for (int step = 0; step < int(3 / h); ++step) simulation.step(), cells.check_interrupt();
   return simulation.measure().strain_max;
 }
 
 Section turning(Cells& cells, Json& rows) {
-  Lines lines{"turning",
-              "Parts that turn: a chain falls about its pin for 0.25 s, steps of 1/60 s",
-              "k h^2 / m",
-              "RMS distance from the true springs (m)",
-              {}};
+  LineChart lines{"turning",
+                  "Parts that turn: a chain falls about its pin for 0.25 s, steps of 1/60 s",
+                  "k h^2 / m",
+                  "RMS distance from the true springs (m)",
+                  {}};
   const double mass = 0.01;
   const std::vector<double> all =
       cells.quick() ? std::vector<double>{1e3, 1e5} : std::vector<double>{1e2, 1e3, 1e4, 1e5, 1e6};
@@ -91,15 +91,17 @@ Section turning(Cells& cells, Json& rows) {
     const Json x = cells(formatted("turning: truth, %g", k), [&]() -> Json {
       State state = system->start;
       const double h = 0.5 / largest_frequency(*system, state.x);
-      const int steps = int(std::ceil(kFallen * kFrame / h));
-      for (int step = 0; step < steps; ++step) rk4(*system, kFallen * kFrame / steps, state), cells.go_on();
+      const int steps = int(std::ceil(kFallFrames * kFrame / h));
+      for (int step = 0; step < steps; ++step)
+        rk4(*system, kFallFrames * kFrame / steps, state), cells.check_interrupt();
       return numbers_of(state.x);
     });
     truth[k] = vector_of(x.get<std::vector<double>>());
   }
   const auto add = [&](const std::string& title, const SolverSpec& solver) {
-    lines.lines.push_back(line_over(cells, lines, title, all, kFrame * kFrame / mass,
-                                    [&](double k) { return off_truth(falling_chain(k, solver), truth.at(k), cells); }));
+    lines.lines.push_back(line_over(cells, lines, title, all, kFrame * kFrame / mass, [&](double k) {
+      return final_distance(falling_chain(k, solver), truth.at(k), cells);
+    }));
   };
   for (const auto& [refine, substeps] : {std::pair{0, 1}, {4, 1}, {16, 1}, {0, 16}, {0, 256}}) {
     SolverSpec solver = filtered(Corrector::Off, refine);
@@ -125,26 +127,27 @@ Section turning(Cells& cells, Json& rows) {
 }  // namespace
 
 Section torque_failure(Cells& cells, Json& rows) {
-  Lines lines{"torque",
-              "Torque of the linear filter: a free turning sheet, 10 steps of 1/60 s",
-              "k h^2 / m",
-              "change of angular momentum over itself",
-              {}};
+  LineChart lines{"torque",
+                  "Torque of the linear filter: a free turning sheet, 10 steps of 1/60 s",
+                  "k h^2 / m",
+                  "change of angular momentum over itself",
+                  {}};
   const double mass = 0.2 / 81;
-  struct How {
+  struct CorrectorCase {
     const char* title;
     Corrector corrector;
     int refine;
   };
   for (const auto& [title, corrector, refine] :
-       {How{"corrector paper", Corrector::Paper, 0}, How{"corrector off", Corrector::Off, 0},
-        How{"corrector inertia (default)", Corrector::Inertia, 0}, How{"corrector off, refine 8", Corrector::Off, 8},
-        How{"corrector off, refine 32", Corrector::Off, 32}}) {
+       {CorrectorCase{"corrector paper", Corrector::Paper, 0}, CorrectorCase{"corrector off", Corrector::Off, 0},
+        CorrectorCase{"corrector inertia (default)", Corrector::Inertia, 0},
+        CorrectorCase{"corrector off, refine 8", Corrector::Off, 8},
+        CorrectorCase{"corrector off, refine 32", Corrector::Off, 32}}) {
     const SolverSpec solver = filtered(corrector, refine);
     lines.lines.push_back(line_over(cells, lines, title, stiffnesses(cells.quick()), kFrame * kFrame / mass,
-                                    [&](double k) { return lost_momentum(tumbling(k, solver), cells); }));
+                                    [&](double k) { return relative_momentum_change(tumbling(k, solver), cells); }));
   }
-  if (cells.partial()) return {};
+  if (cells.is_partial()) return {};
   Section section = lines_section(lines, rows);
   const double x = lines.lines[0].points[cells.quick() ? 2 : 4].first;
   for (const Line& line : lines.lines)
@@ -159,16 +162,16 @@ Section torque_failure(Cells& cells, Json& rows) {
 
 Section turning_failure(Cells& cells, Json& rows) {
   Section section;
-  cells.together([&] { section = turning(cells, rows); });  // distances need the truth
+  cells.measure_together([&] { section = turning(cells, rows); });  // distances need the truth
   return section;
 }
 
 Section weight_failure(Cells& cells, Json& rows) {
-  Lines lines{"weight",
-              "Weight that goes round the filter: a sheet of 1 m hanging at rest by a row",
-              "g h^2 / l",
-              "largest strain after 3 s",
-              {}};
+  LineChart lines{"weight",
+                  "Weight that goes round the filter: a sheet of 1 m hanging at rest by a row",
+                  "g h^2 / l",
+                  "largest strain after 3 s",
+                  {}};
   for (const bool internal_only : {true, false}) {
     Line line{internal_only ? "filter_external_forces: false" : "filter_external_forces: true (default)", {}};
     for (const auto& sheet : cells.quick()
@@ -182,7 +185,7 @@ Section weight_failure(Cells& cells, Json& rows) {
     }
     lines.lines.push_back(line);
   }
-  if (cells.partial()) return {};
+  if (cells.is_partial()) return {};
   Section section = lines_section(lines, rows);
   const double x = lines.lines[0].points.back().first;
   section.sentences = {formatted("At g h^2 / l = %.2g the largest strain is %.2g with gravity round the filter and "

@@ -51,7 +51,7 @@ Json worst_impact(const ConstraintSpec& bending, int meshes, const Cells& cells)
     double top = 0;
     for (const Vec3& x : simulation.positions()) top = std::max(top, x[1]);
     for (int frame = 0; frame < kImpactFrames; ++frame) {
-      simulation.step(), cells.go_on();
+      simulation.step(), cells.check_interrupt();
       const Measures now = simulation.measure();
       speed = std::max(speed, now.speed_max / std::sqrt(2 * kGravity * top));
       strain = std::max(strain, now.strain_max);
@@ -81,7 +81,7 @@ Section impact_failure(Cells& cells, Json& rows) {
     return bending.compliance ? formatted("compliance %g rad/(N m)", *bending.compliance)
                               : formatted("stiffness %g", bending.stiffness);
   };
-  const std::vector<Json> kept = cells.of(
+  const std::vector<Json> kept = cells.measure_all(
       bendings,
       [&](const ConstraintSpec& bending) { return formatted("impact: %d, %s", meshes, title_of(bending).c_str()); },
       [&](const ConstraintSpec& bending) -> Json {
@@ -91,7 +91,7 @@ Section impact_failure(Cells& cells, Json& rows) {
           return {{"speed", nullptr}, {"strain", nullptr}};
         }
       });
-  if (cells.partial()) return section;
+  if (cells.is_partial()) return section;
   for (std::size_t k = 0; k < bendings.size(); ++k) {
     const std::string title = title_of(bendings[k]);
     const Json& cell = kept[k];
@@ -103,7 +103,7 @@ Section impact_failure(Cells& cells, Json& rows) {
                     {"speed", cell["speed"]},
                     {"strain", cell["strain"]},
                     {"verdict", ended ? "diverged" : "stable"}});
-    keep_machine(rows.back(), cell);
+    copy_machine(rows.back(), cell);
     speed = ended ? INFINITY : std::max(speed, cell["speed"].get<double>());
     strain = ended ? INFINITY : std::max(strain, cell["strain"].get<double>());
   }

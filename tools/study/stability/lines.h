@@ -19,17 +19,17 @@ struct Line {
   void add(double x, Cells& from, const std::string& key, const std::function<double()>& run);
 };
 
-struct Lines {
+struct LineChart {
   std::string name, title, x, y;  // axes, both logarithmic
   std::vector<Line> lines;
 };
 
 /// run(setting) over the settings, each kept in a cell of the line's name, at x = scale setting.
-Line line_over(Cells& cells, const Lines& of, const std::string& title, const std::vector<double>& settings,
+Line line_over(Cells& cells, const LineChart& line_chart, const std::string& title, const std::vector<double>& settings,
                double scale, const std::function<double(double)>& run);
 
 /// Chart and table of the lines, without sentences; adds a row a point.
-Section lines_section(const Lines& lines, Json& rows);
+Section lines_section(const LineChart& lines, Json& rows);
 
 /// PBD's stiffness is none of the material; float at many substeps; float far from the origin.
 Section stiffness_failure(Cells& cells, Json& rows);

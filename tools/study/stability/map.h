@@ -28,7 +28,7 @@ struct Panel {
   Axis x, y;                       // y: from the safest to the least safe; drawn from the smallest upwards
   std::vector<Json> columns = {};  // of fill(), one a value of x
   std::vector<TheoryLine> theory = {};
-  bool ours = true;  // malha's method
+  bool is_malha = true;  // malha's method
 };
 
 /// Fills the panel's columns: trial(k, y) at the value of x number k and at all values of y, and wherever what holds
@@ -37,13 +37,13 @@ struct Panel {
 /// y],
 /// ...]}; and stable_to, fails_from and fails_as of the last edge beyond which it fails, stable_from of one before
 /// which it does.
-void fill(Panel& panel, Cells& cells, const std::string& key, const std::string& unit, bool whole,
-          const std::function<Outcome(std::size_t k, double y)>& trial);
+void run_columns(Panel& panel, Cells& cells, const std::string& key, const std::string& unit, bool whole,
+                 const std::function<Outcome(std::size_t k, double y)>& trial);
 
 /// Adds to the section how many of malha's cells fail with a warning of `malha run` and how many hold with one, a chart
 /// of all panels beside each other, `across` in a row, and a table with a row a column; to the rows one a cell.
-void finish(Section& section, const std::string& name, const std::string& title, const std::vector<Panel>& panels,
-            int across, Json& rows);
+void complete_map_section(Section& section, const std::string& name, const std::string& title,
+                          const std::vector<Panel>& panels, int across, Json& rows);
 
 /// "1e+06" as 1e6, without trailing zeros.
 std::string short_number(double value);

@@ -10,8 +10,8 @@ namespace malha::study {
 
 /// A map, or a known failure.
 struct StabilityPart {
-  std::string name;             // of its rows: "map"
-  int cells = 0, in_quick = 0;  // that it makes, in full and in quick
+  std::string name;                // of its rows: "map"
+  int cells = 0, quick_cells = 0;  // that it makes, in full and in quick
   std::vector<Section> (*run)(Cells& cells, Json& rows) = nullptr;
 };
 

@@ -25,7 +25,7 @@ using bench::formatted;
 enum class Start { Random, Collapsed, NearlyCollapsed };
 
 /// Where the particles of a sheet start, in the user's order.
-std::vector<Vec3> started(const Scene& scene, int n, Start start) {
+std::vector<Vec3> start_positions(const Scene& scene, int n, Start start) {
   std::vector<Vec3> places = make_mesh(scene.bodies[0].shape).points;
   std::mt19937 random(7);
   const auto unit = [&random] { return double(random()) / 4294967296.0; };  // the same on every library
@@ -43,30 +43,30 @@ constexpr int kHalf = 30, kEnd = 180;  // frames
 
 /// RMS strains at the start, after 0.5 s and after 3 s, null where no longer finite, and how many constraints had no
 /// direction.
-Json unfolded(const Scene& scene, int n, Start start, const Cells& cells) {
+Json unfolding_strains(const Scene& scene, int n, Start start, const Cells& cells) {
   const Model model = build_model(scene);
   const std::unique_ptr<Solver> solver = make_solver(model, 1);
-  const std::vector<Vec3> user = started(scene, n, start);
+  const std::vector<Vec3> user = start_positions(scene, n, start);
   std::vector<Vec3> places;
   for (const int i : model.user_index) places.push_back(user[i]);
   solver->restore(save_state(state_at_rest<float>(places)));
   Json strain = Json::array({solver->measure().strain_rms});
   for (int frame = 1; frame <= kEnd; ++frame) {
-    solver->step(), cells.go_on();
+    solver->step(), cells.check_interrupt();
     if (frame == kHalf || frame == kEnd) strain.push_back(solver->measure().strain_rms);
   }
   return {{"strain", strain}, {"degenerate", solver->measure().degenerate}};
 }
 
 /// The same springs by an explicit step that their spectrum allows.
-Json unfolded_by_euler(const Scene& scene, int n, Start start, const Cells& cells) {
+Json unfolding_strains_by_euler(const Scene& scene, int n, Start start, const Cells& cells) {
   const auto system = spring_system(scene);
   const double h = 0.5 / largest_frequency(*system, system->start.x);
-  State state{flat(started(scene, n, start)), Vector::Zero(system->start.x.size())};
+  State state{flat(start_positions(scene, n, start)), Vector::Zero(system->start.x.size())};
   Json strain = Json::array({sample_of(*system, state).rms});
   const int half = int(kHalf * kFrame / h), end = int(kEnd * kFrame / h);
   for (int step = 1; step <= end; ++step) {
-    symplectic_euler(*system, h, state), cells.go_on();
+    symplectic_euler(*system, h, state), cells.check_interrupt();
     if (step != half && step != end) continue;
     const double now = sample_of(*system, state).rms;
     strain.push_back(std::isfinite(now) ? Json(now) : Json());
@@ -77,7 +77,7 @@ Json unfolded_by_euler(const Scene& scene, int n, Start start, const Cells& cell
 constexpr double kThickness = 0.002;  // m
 
 /// 11 x 11 loose particles that fly at a wall, and how many are behind it in the end.
-int passed(double speed, const Cells& cells) {
+int count_tunnelled(double speed, const Cells& cells) {
   BodySpec bullets;
   bullets.name = "bullets", bullets.shape = LatticeShape{{-1, -0.5, -0.5}, {-1, 0.5, 0.5}, {1, 11, 11}};
   bullets.mass = 1, bullets.velocity = {speed, 0, 0};
@@ -90,21 +90,21 @@ int passed(double speed, const Cells& cells) {
   scene.solver.dt = kFrame, scene.solver.substeps = 1;
   Simulation simulation(scene, {.threads = 1});
   const int steps = std::max(2, int(std::ceil(2 / speed / kFrame)));
-  for (int step = 0; step < steps; ++step) simulation.step(), cells.go_on();
+  for (int step = 0; step < steps; ++step) simulation.step(), cells.check_interrupt();
   int count = 0;
   for (const Vec3& x : simulation.positions()) count += x[0] > 0;
   return count;
 }
 
 /// The same by a look at the end of each step alone, which finds those within the thickness; `phase`: of the start.
-bool passes_unseen(double speed, double phase) {
+bool tunnels_through_end_test(double speed, double phase) {
   double x = -1 - phase * speed * kFrame;
   while (x < -kThickness) x += speed * kFrame;
   return x > kThickness;
 }
 
 /// Edges and triangles of two sheets that are crossed after one was thrown at the other.
-double crossed(double speed, const Cells& cells) {
+double count_intersections(double speed, const Cells& cells) {
   Scene scene = hanging_sheet(9, 0.5, 0.05, 0);
   scene.gravity = {0, 0, 0}, scene.solver.substeps = 1, scene.solver.iterations = 4;
   scene.bodies[0].pins.clear();
@@ -116,7 +116,7 @@ double crossed(double speed, const Cells& cells) {
   scene.self_collision = self;
   Simulation simulation(scene, {.threads = 1});
   const int steps = std::max(2, int(std::ceil(0.6 / speed / kFrame)));
-  for (int step = 0; step < steps; ++step) simulation.step(), cells.go_on();
+  for (int step = 0; step < steps; ++step) simulation.step(), cells.check_interrupt();
   return double(simulation.measure().crossings);
 }
 
@@ -137,15 +137,18 @@ Section start_failure(Cells& cells, Json& rows) {
   for (const auto& [start, title] : starts)
     for (const char* method : {"PBD", "XPBD, 1 kN/m", "Desbrun, 1 kN/m", "symplectic Euler, 1 kN/m"})
       all.push_back({start, title, method});
-  const std::vector<Json> kept = cells.of(
-      all, [&](const Unfolding& of) { return formatted("start: %d, %s, %s", n, of.title.c_str(), of.method.c_str()); },
-      [&](const Unfolding& of) {
-        Scene scene = cornered_sheet(n, 1, 0.2, of.method == "PBD" ? 0 : 1e-3);
-        if (of.method.starts_with("Desbrun")) scene.solver.type = "desbrun";
-        return of.method.starts_with("symplectic") ? unfolded_by_euler(scene, n, of.start, cells)
-                                                   : unfolded(scene, n, of.start, cells);
+  const std::vector<Json> kept = cells.measure_all(
+      all,
+      [&](const Unfolding& unfolding) {
+        return formatted("start: %d, %s, %s", n, unfolding.title.c_str(), unfolding.method.c_str());
+      },
+      [&](const Unfolding& unfolding) {
+        Scene scene = corner_pinned_sheet(n, 1, 0.2, unfolding.method == "PBD" ? 0 : 1e-3);
+        if (unfolding.method.starts_with("Desbrun")) scene.solver.type = "desbrun";
+        return unfolding.method.starts_with("symplectic") ? unfolding_strains_by_euler(scene, n, unfolding.start, cells)
+                                                          : unfolding_strains(scene, n, unfolding.start, cells);
       });
-  if (cells.partial()) return section;
+  if (cells.is_partial()) return section;
   for (std::size_t k = 0; k < all.size(); ++k) {
     const auto& [start, title, method] = all[k];
     const Json& cell = kept[k];
@@ -155,7 +158,7 @@ Section start_failure(Cells& cells, Json& rows) {
     row.push_back(cell["degenerate"].is_null() ? "" : std::to_string(cell["degenerate"].get<int>()));
     section.table.rows.push_back(row);
     rows.push_back({{"map", "start"}, {"panel", method}, {"x_name", title}, {"rms_strain", cell["strain"].back()}});
-    keep_machine(rows.back(), cell);
+    copy_machine(rows.back(), cell);
     section.sentences.push_back(method + ", " + title + ": RMS strain " + row[2] + " at the start and " + row[4] +
                                 " after 3 s.");
   }
@@ -172,17 +175,17 @@ Section thickness_failure(Cells& cells, Json& rows) {
   double most = 0, unseen_most = 0;
   const std::vector<double> speeds =
       cells.quick() ? std::vector<double>{1, 100} : std::vector<double>{0.1, 1, 10, 100, 1000};
-  const std::vector<Json> kept = cells.of(
+  const std::vector<Json> kept = cells.measure_all(
       speeds, [](double speed) { return formatted("thickness: %g m/s", speed); },
       [&](double speed) -> Json {
-        return {{"passed", passed(speed, cells)}, {"crossings", crossed(speed, cells)}};
+        return {{"passed", count_tunnelled(speed, cells)}, {"crossings", count_intersections(speed, cells)}};
       });
-  if (cells.partial()) return section;
+  if (cells.is_partial()) return section;
   for (std::size_t at = 0; at < speeds.size(); ++at) {
     const double speed = speeds[at];
     const Json& cell = kept[at];
     int unseen = 0;
-    for (int k = 0; k < 100; ++k) unseen += passes_unseen(speed, k / 100.0);
+    for (int k = 0; k < 100; ++k) unseen += tunnels_through_end_test(speed, k / 100.0);
     section.table.rows.push_back({short_number(speed), formatted("%.3g", speed * kFrame / kThickness),
                                   std::to_string(cell["passed"].get<int>()), formatted("%d %%", unseen),
                                   formatted("%g", cell["crossings"].get<double>())});
@@ -192,7 +195,7 @@ Section thickness_failure(Cells& cells, Json& rows) {
                     {"passed", cell["passed"]},
                     {"passed_unseen_percent", unseen},
                     {"crossings", cell["crossings"]}});
-    keep_machine(rows.back(), cell);
+    copy_machine(rows.back(), cell);
     most = std::max({most, cell["passed"].get<double>(), cell["crossings"].get<double>()});
     unseen_most = std::max(unseen_most, double(unseen));
   }

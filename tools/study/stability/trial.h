@@ -33,9 +33,9 @@ struct Outcome {
   bool warned = false;
 };
 
-inline constexpr double kWrongStrain = 0.5, kWrongGain = 0.05, kLostGain = 10;
+inline constexpr double kWrongStrain = 0.5, kWrongGain = 0.05, kDivergedGain = 10;
 
-/// Diverged: no longer finite, or the energy has grown by more than kLostGain. Wrong: some strain is above
+/// Diverged: no longer finite, or the energy has grown by more than kDivergedGain. Wrong: some strain is above
 /// kWrongStrain, or the energy has grown by more than kWrongGain. At most 200 samples.
 Outcome judge(const Trial& trial, const Cells& cells);
 
@@ -59,9 +59,9 @@ inline constexpr double kGravity = 9.81;  // m/s^2
 Scene hanging_sheet(int n, double side, double mass, double compliance);
 
 /// The same, held at the two corners of that row.
-Scene cornered_sheet(int n, double side, double mass, double compliance);
+Scene corner_pinned_sheet(int n, double side, double mass, double compliance);
 
 /// A straight chain from the origin, where it is held; compliance likewise.
-Scene held_chain(const Vec3& end, int links, double mass, double compliance);
+Scene pinned_chain(const Vec3& end, int links, double mass, double compliance);
 
 }  // namespace malha::study
