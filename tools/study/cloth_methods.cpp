@@ -18,7 +18,8 @@ const char* ClothMethod::style() const {
 }
 
 double ClothMethod::memory_bytes(double particles) const {
-  const double stored = filter == FilterKind::Dense ? 2 * particles * particles : 0;  // a triangle of float
+  const double stored =
+      filter == FilterKind::Dense ? 2 * particles * particles : 0;  // a triangle of the matrix in float
   return (desbrun ? 900 : 250) * particles + stored;
 }
 

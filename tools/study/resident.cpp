@@ -14,7 +14,7 @@ namespace {
 
 bool peak_is_reset = false;
 
-/// A line of /proc/self/status, which is in KiB.
+/// A memory size from /proc/self/status, in bytes.
 std::optional<double> status(const std::string& key) {
   std::ifstream file("/proc/self/status");
   std::string word, rest;

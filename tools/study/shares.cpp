@@ -28,7 +28,7 @@ std::string name_of(const Json& head) {
   return (head.at("quick").get<bool>() ? "the quick " : "") + text_of(head, "study");
 }
 
-/// The journals of shares that a folder holds, by the number of the share.
+/// The journals of shares in a folder, sorted by the number of the share.
 std::vector<fs::path> journals_of(const fs::path& folder, const Json& own) {
   const std::string study = text_of(own, "study");
   const std::regex form(study + R"(\.(\d{1,6})of\d{1,6})" + (own.at("quick").get<bool>() ? R"(\.quick)" : "") +
@@ -49,13 +49,13 @@ std::vector<fs::path> journals_of(const fs::path& folder, const Json& own) {
   return paths;
 }
 
-/// One line after the other, with places for messages.
+/// Reads a journal line by line, with line numbers for messages.
 class Reader {
  public:
   Reader(const fs::path& file, const Json& own)
       : file_(file.string()), text_(read_input(file, "a file that can be read")), own_(own) {}
 
-  /// The next line; none at the end.
+  /// The next line; empty at the end.
   std::optional<Json> next() {
     if (at_ == text_.size()) return {};
     ++line_;
@@ -63,12 +63,13 @@ class Reader {
     Json json = end == std::string::npos ? Json(Json::value_t::discarded)
                                          : Json::parse(text_.substr(at_, end - at_), nullptr, false);
     if (json.is_discarded())
-      refuse("a torn line", "whole lines of JSON; the share goes on there with its command, or anew without this file");
+      refuse("a torn line",
+             "complete lines of JSON; its command resumes the share there, or starts anew without this file");
     at_ = end + 1;
     return json;
   }
 
-  /// The first line, where its cells may stand beside those of `own`.
+  /// The first line. Refuses a journal whose cells are not comparable with those of `own`.
   Json head(bool keep) {
     const std::optional<Json> line = next();
     const Json head = line ? *line : Json();
@@ -100,7 +101,7 @@ class Reader {
   int line_ = 0;
 };
 
-/// Says in a cell, or in each part of one, on which machine it was measured.
+/// Stores the machine that measured a cell in the cell, or in each of its parts.
 void name_machine(Json& cell, const std::string& machine) {
   if (cell.is_object()) cell["machine"] = machine;
   if (cell.is_array())
@@ -166,7 +167,7 @@ Merged merged_shares(const std::vector<fs::path>& folders, const Json& own, bool
         const std::string key = text_of(*line, "key");
         const auto [before, fresh] = places.insert({key, {file.string() + ", " + reader.place(), machine}});
         if (fresh)
-          merged.cells[key] = line->at("value");  // the first one, where two are the same
+          merged.cells[key] = line->at("value");  // the first of equal ones
         else if (merged.cells[key] != line->at("value"))
           reader.refuse(malha::quoted(key) + ", measured again with another result than in " + before->second.words,
                         "one journal of each share");
@@ -190,7 +191,7 @@ int Merged::cores() const {
 }
 
 std::string maker(const Json& build) {
-  std::string flags, flag;  // those that a reader asks for; NAME.json has all
+  std::string flags, flag;  // the relevant ones; NAME.json has all
   for (std::istringstream words(text_of(build, "flags")); words >> flag;)
     if (flag.starts_with("-O") || flag.starts_with("-march") || flag.starts_with("-fsan")) flags += " " + flag;
   return "malha " + text_of(build, "malha_version") + ", " + text_of(build, "compiler") + flags + ", " +

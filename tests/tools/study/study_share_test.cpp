@@ -136,8 +136,8 @@ TEST_F(StudyShares, RefuseWhatIsTornWithItsLine) {
   measured({1, 2}, "a"), measured({2, 2}, "a");
   append({2, 2}, "a", "{\"key\":\"square 9\",\"val");
   EXPECT_EQ(refused({"a"}),
-            "a/squares.2of2.cells.jsonl: line 6: found a torn line; allowed: whole lines of JSON; the share goes on "
-            "there with its command, or anew without this file");
+            "a/squares.2of2.cells.jsonl: line 6: found a torn line; allowed: complete lines of JSON; its command "
+            "resumes the share there, or starts anew without this file");
   EXPECT_EQ(measured({2, 2}, "a").size(), 4u) << "it went on";
   EXPECT_EQ(refused({"a"}), "");
   append({2, 2}, "a", "{\"key\":\"square 9\"}\n");
@@ -185,7 +185,7 @@ TEST_F(StudyShares, RefuseFoldersWithoutAJournalAndTwice) {
 }
 
 TEST(StudyShare, IsANumberOfSoMany) {
-  EXPECT_EQ(share_of("2/3")->words(), "2/3");
+  EXPECT_EQ(share_of("2/3")->text(), "2/3");
   for (const char* text :
        {"0/3", "4/3", "1/0", "a/b", "1", "1/", "/3", "1/3x", " 1/3", "1/3/4", "-1/3", "1/100001", ""})
     EXPECT_FALSE(share_of(text)) << text;
@@ -232,7 +232,7 @@ TEST_F(StudyShareCommand, OfThreeIsMergedIntoWhatOneProcessMeasures) {
   }
   const Ended lacking = study({"--merge", "1", "2", "--out", "all"});
   EXPECT_EQ(lacking.status, 1);
-  EXPECT_TRUE(has(lacking.err, "share 3/3, of which no journal is there, lacks ")) << lacking.err;
+  EXPECT_TRUE(has(lacking.err, "share 3/3, which has no journal, lacks ")) << lacking.err;
   EXPECT_TRUE(has(lacking.err, "to measure: malha study published --quick --share 3/3\n")) << lacking.err;
   EXPECT_FALSE(std::filesystem::exists(folder_ / "all"));
   EXPECT_EQ(study({"--share", "3/3", "--out", "3"}).status, 0);

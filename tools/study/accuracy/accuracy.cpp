@@ -9,7 +9,7 @@ namespace malha::study {
 
 namespace {
 
-/// "10x1", "1x10", "1, r = 4": substeps, iterations, refine.
+/// Substeps and iterations as "10x1" or "1x10", or of Desbrun's method substeps and refinements as "1, r = 4".
 std::string settings(const Method& method) {
   const SolverSpec& solver = method.solver;
   const std::string n = std::to_string(solver.substeps);
@@ -18,7 +18,7 @@ std::string settings(const Method& method) {
                               : n + ", r = " + std::to_string(solver.desbrun.refinement_iterations);
 }
 
-/// A row a time up to the method's last, where the run had got so far; otherwise one without errors.
+/// Adds a row for each time up to the method's last. It has no errors where the run ended before.
 void add_rows(const AccuracyCase& test_case, const Method& method, const Truth& truth, const Json& cell, Json& rows) {
   for (std::size_t k = 0; k < test_case.times.size() && test_case.times[k] <= method.end_time; ++k) {
     Json row{{"case", test_case.name},
@@ -65,7 +65,7 @@ Findings run_accuracy(Cells& cells) {
     findings.sections.insert(findings.sections.end(), sections.begin(), sections.end());
   };
   for (const AccuracyCase& test_case : cases)
-    cells.measure_together([&] { add(test_case); });  // its errors need its truth
+    cells.measure_together([&] { add(test_case); });  // its errors need its reference solution
   findings.sections.push_back(order_of_convergence(cells, findings.rows));
   return findings;
 }

@@ -34,7 +34,7 @@ BodySpec body_of(const std::string& name, const Shape& shape, double mass, std::
   return body;
 }
 
-/// A kilogram on a spring of 1000 N/m and 1 m, held at the other end, starting at 1.5 m (XPBD 2016, section 6).
+/// A mass of 1 kg on a spring of 1000 N/m and 1 m, pinned at the other end, starts at 1.5 m (XPBD 2016, section 6).
 BodySpec mass_on_a_spring(const std::string& name) {
   // Half of the mass is at each end.
   return body_of(name, ChainShape{{0, 0, 0}, {1.5, 0, 0}, 1}, 2, {ListPin{{0}}}, springs(1000, {"edges"}, 1 / 1.5));
@@ -43,7 +43,7 @@ BodySpec mass_on_a_spring(const std::string& name) {
 AccuracyCase oscillator() {
   AccuracyCase test_case;
   test_case.name = "oscillator", test_case.title = "A mass on a spring, to and fro";
-  test_case.what = "1 kg on a spring of 1000 N/m and 1 m, let go at 1.5 m: five periods a second.";
+  test_case.what = "1 kg on a spring of 1000 N/m and 1 m, released at 1.5 m: five periods a second.";
   test_case.scene = scene_of(mass_on_a_spring(test_case.name), {});
   test_case.exact = [](double t) {
     const double omega = std::sqrt(1000);
@@ -55,12 +55,12 @@ AccuracyCase oscillator() {
 }
 
 AccuracyCase orbit() {
-  const double omega = std::sqrt(1000 * 0.5 / 1.5);  // 0.5 m of stretch hold 1 kg on a circle of 1.5 m
+  const double omega = std::sqrt(1000 * 0.5 / 1.5);  // a stretch of 0.5 m keeps 1 kg on a circle of 1.5 m
   BodySpec body = mass_on_a_spring("orbit");
   body.velocity = {0, 1.5 * omega, 0};
   AccuracyCase test_case;
   test_case.name = "orbit", test_case.title = "A mass on a spring, round and round";
-  test_case.what = "The same spring on a circle of 1.5 m, on which the stretch just holds the mass.";
+  test_case.what = "The same spring on a circle of 1.5 m, whose centripetal force is that of the stretch.";
   test_case.scene = scene_of(std::move(body), {});
   test_case.exact = [omega](double t) {
     const double c = std::cos(omega * t), s = std::sin(omega * t);
@@ -71,7 +71,7 @@ AccuracyCase orbit() {
   return test_case;
 }
 
-/// n x n particles of edges and diagonals, horizontal at the start.
+/// A sheet of n x n particles with springs along edges and diagonals, horizontal at the start.
 AccuracyCase square(const std::string& name, const std::string& title, int n, double stiffness, double rest_scale,
                     const std::vector<Pin>& pins, int reference) {
   const std::string side = std::to_string(n);
@@ -87,25 +87,26 @@ AccuracyCase square(const std::string& name, const std::string& title, int n, do
 
 AccuracyCase sheet(int n, double stiffness, int reference) {
   AccuracyCase test_case = square("sheet", "A sheet", n, stiffness, 1, {RowPin{}}, reference);
-  test_case.what += "held by one side and let go horizontally.";
+  test_case.what += "pinned at one side and released horizontally.";
   return test_case;
 }
 
-/// All springs are under tension, at rest and in motion, so that nothing buckles.
+/// A sheet whose springs are under tension, at rest and in motion, so that nothing buckles.
 AccuracyCase drum(int n, double stiffness, int reference) {
   const double e = 1e-6;
   AccuracyCase test_case = square(
       "drum", "A taut sheet", n, stiffness, 0.9,
       {RowPin{}, RowPin{true}, BoxPin{{-e, -1, -1}, {e, 1, 2}}, BoxPin{{1 - e, -1, -1}, {1 + e, 1, 2}}}, reference);
   test_case.what +=
-      "held by its four sides and horizontal. Its springs are a tenth shorter at rest than at the start, and the "
-      "weight sets it swinging under tension throughout. Newton's method, whose factors are dear here, is run for 1 s "
-      "alone.";
+      "pinned at its four sides and horizontal. Its springs are a tenth shorter at rest than at the start, and the "
+      "weight makes it oscillate under tension throughout. Newton's method, whose factors are expensive here, is run "
+      "for "
+      "1 s only.";
   test_case.taut = true, test_case.newton_end_time = 1;
   return test_case;
 }
 
-/// A free shell that turns and, because it starts at its lengths at rest, pulses.
+/// A free shell that rotates and, because it starts at its rest lengths, pulsates.
 AccuracyCase shell(int subdivisions, int reference) {
   AccuracyCase test_case;
   BodySpec body = body_of("shell", SphereShape{0.5, subdivisions}, 1, {}, springs(100, {"edges"}));
@@ -134,7 +135,7 @@ AccuracyCase chain(int segments, int reference) {
   return test_case;
 }
 
-/// Drag (N s/m) a particle that damps the slowest motion critically, about.
+/// Adds drag (N s/m per particle) that damps the slowest mode about critically. `slowest`: its frequency, rad/s.
 void damp(AccuracyCase& test_case, double mass, int particles, double slowest) {
   test_case.scene.wind = Wind{{0, 0, 0}, 2 * slowest * mass / particles};
   test_case.at_rest = true, test_case.times = {5};
@@ -143,7 +144,7 @@ void damp(AccuracyCase& test_case, double mass, int particles, double slowest) {
 AccuracyCase catenary(int segments) {
   AccuracyCase test_case;
   test_case.name = "catenary", test_case.title = "The same chain come to rest: the elastic catenary";
-  test_case.what = "Air drag of the particles stills it.";
+  test_case.what = "Air drag of the particles brings it to rest.";
   test_case.scene = scene_of(chain_body(test_case.name, segments), kEarth);
   const std::vector<Vec3> line = elastic_catenary(kSpan, kSpan, kChainMass * 9.81, kChainEA, segments);
   const State truth{flat(line), Vector::Zero(3 * segments + 3)};
@@ -151,8 +152,9 @@ AccuracyCase catenary(int segments) {
   const Vector equilibrium = relax_to_rest(*spring_system(test_case.scene), 1e-9);
   test_case.discretisation_error = (equilibrium - truth.x).norm() / std::sqrt(segments + 1.0);
   test_case.expected = bench::formatted(
-      "The springs' own equilibrium is %.1e m from the line's (RMS), which sags by %.4f m: that much is the chain's, "
-      "not the methods'.",
+      "The equilibrium of the springs is %.1e m (RMS) from that of the continuous line, which sags by %.4f m: this "
+      "error "
+      "is the discretisation's, not the methods'.",
       test_case.discretisation_error, -line[segments / 2][1]);
   damp(test_case, kChainMass, segments + 1, 9);
   return test_case;
@@ -173,14 +175,14 @@ BodySpec beam_body(const std::string& name, int cells) {
 AccuracyCase beam(int cells, int reference) {
   AccuracyCase test_case;
   test_case.name = "beam", test_case.title = "A beam of tetrahedra, let go";
-  test_case.what =
-      bench::formatted("1 x 0.2 x 0.2 m, %d cells across, 1 MPa, 1000 kg/m^3, held at one end, in 1 m/s^2.", cells);
+  test_case.what = bench::formatted(
+      "1 x 0.2 x 0.2 m, %d cells across, 1 MPa, 1000 kg/m^3, pinned at one end, gravity 1 m/s^2.", cells);
   test_case.scene = scene_of(beam_body(test_case.name, cells), {0, -kBeamGravity, 0});
   test_case.reference = reference, test_case.tetrahedra = true;
   return test_case;
 }
 
-/// Of the free end, m, on average.
+/// Mean deflection of the free end, m.
 double tip(const System& system, const Vector& x) {
   double sum = 0;
   int count = 0;
@@ -193,7 +195,7 @@ AccuracyCase sunk_beam(int cells) {
   AccuracyCase test_case;
   test_case.name = "sunk_beam", test_case.title = "The same beam come to rest";
   test_case.what =
-      "Air drag of the particles stills it; compared with the equilibrium of the same energy, by relaxation.";
+      "Air drag of the particles brings it to rest; compared with the equilibrium of the same energy, by relaxation.";
   test_case.scene = scene_of(beam_body(test_case.name, cells), {0, -kBeamGravity, 0});
   const auto system = tetrahedron_system(test_case.scene);
   const State truth{relax_to_rest(*system, 1e-7), Vector::Zero(system->start.x.size())};
@@ -201,8 +203,8 @@ AccuracyCase sunk_beam(int cells) {
   const double bernoulli =
       kDensity * kBeamGravity * 12 * std::pow(kBeamLength, 4) / (8 * kYoung * kBeamWidth * kBeamWidth);
   test_case.expected = bench::formatted(
-      "There its end has sunk by %.4f m, %.2f of the %.4f m of Euler and Bernoulli: so much is the mesh's (tetrahedra "
-      "of constant strain lock), not the methods'.",
+      "There its end has sunk by %.4f m, %.2f of the %.4f m by Euler and Bernoulli: the difference is due to the mesh "
+      "(tetrahedra of constant strain lock), not to the methods.",
       tip(*system, truth.x), tip(*system, truth.x) / bernoulli, bernoulli);
   test_case.tetrahedra = true;
   damp(test_case, kDensity * kBeamLength * kBeamWidth * kBeamWidth, system->count(), 6);
@@ -227,9 +229,11 @@ std::vector<AccuracyCase> accuracy_cases(bool quick) {
   large.sweeps = 256, large.solves = 16, large.dense = 4, large.euler = 512, large.rk4 = 256;
   large.newton = 0, large.times = {0.5, 1};
   large.what +=
-      " It is chaotic sooner than the smaller one, so that errors are taken after 0.5 s and 1 s; the taut sheet of as "
-      "many particles shows 5 s. Newton's method is left out: in the fourth frame already its 50 turns do not get "
-      "there.";
+      " It becomes chaotic sooner than the smaller one, so that errors are measured after 0.5 s and 1 s; the taut "
+      "sheet of "
+      "as many particles shows 5 s. Newton's method is left out: its 50 iterations do not converge from the fourth "
+      "frame "
+      "on.";
   taut.sweeps = 256, taut.solves = 16, taut.dense = 0, taut.refine = 4, taut.euler = 128, taut.rk4 = 64;
   taut.newton = 2;
   return {oscillator(),  orbit(),         sheet(17, 100, 1024), stiff,        large,       taut,
@@ -246,7 +250,7 @@ Scene with_solver(const AccuracyCase& test_case, const SolverSpec& solver, bool 
   scene.solver = solver;
   scene.solver.dt = kFrame;
   if (!compliant)
-    for (ConstraintSpec& spec : scene.bodies[0].constraints) spec.compliance.reset();  // of stiffness 1
+    for (ConstraintSpec& spec : scene.bodies[0].constraints) spec.compliance.reset();  // stiffness 1
   return scene;
 }
 

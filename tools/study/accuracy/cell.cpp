@@ -19,13 +19,13 @@ int frames(double time) { return static_cast<int>(std::lround(time / kFrame)); }
 
 double rms(const Vector& a) { return a.norm() / std::sqrt(static_cast<double>(a.size())); }
 
-/// Advances by a frame at a time.
+/// A method that advances a state frame by frame.
 class Runner {
  public:
   virtual ~Runner() = default;
   virtual void frame() = 0;
   virtual State state() const = 0;
-  /// What a simulated second takes, in units of its own.
+  /// Adds the method's operation counts per simulated second.
   virtual void add_counts(Json& cell, int frames_run) const = 0;
 };
 
@@ -89,7 +89,7 @@ class ReferenceRunner : public Runner {
   Integrator integrator_;
   int substeps_;
   State state_;
-  std::unique_ptr<BackwardEuler> newton_;  // if it is that
+  std::unique_ptr<BackwardEuler> newton_;  // null for other integrators
 };
 
 Json errors(const System& system, const State& state, const State& truth, double energy, double time) {
@@ -108,8 +108,8 @@ double kinetic_plus_elastic(const System& system, const State& state) {
   return b.kinetic + b.elastic;
 }
 
-/// Positions and velocities at the times, at `substeps` a frame, and the most energy in motion after any frame.
-/// `shake`: m, by which coordinates are off at the start.
+/// Runs RK4 with `substeps` a frame. Returns the states at the case's times, and the largest kinetic plus elastic
+/// energy after any frame. `perturbation`: amplitude (m) that is added to the initial coordinates.
 Json reference_run(const AccuracyCase& test_case, const System& system, int substeps, double perturbation,
                    const Cells& cells) {
   Json states = Json::array();

@@ -52,7 +52,7 @@ class MethodList {
     }
   }
 
-  /// Those that show the filters' storage or the corrector, in a chart of their own.
+  /// Adds variants of the filter's storage and of the corrector, which have a chart of their own.
   void add_variants() {
     if (test_case_.tetrahedra || test_case_.exact || test_case_.dense == 0) return;
     if (test_case_.scene.bodies[0].pins.empty())

@@ -52,13 +52,13 @@ Joints joints_at(int edges, double time) {
   std::vector<Joints>& all = known[edges];
   if (all.empty()) {
     ReferenceChain chain(edges, 1, 9.81);
-    // Until a substep of the fewest after the end.
+    // The longest substep after the end is included, for the series that is compared half a substep later.
     for (int k = 0; k < (kOrderFrames + 1) * kReferenceSubsteps; ++k) {
       chain.step(kFrame / kReferenceSubsteps);
       if (k >= (kOrderFrames - 1) * kReferenceSubsteps) all.push_back(chain.joints());
     }
   }
-  // It too starts with a whole kick, and is half a step ahead of its time.
+  // The chain starts with a whole kick as well, and is half a step ahead of its time.
   const double step = time / kFrame * kReferenceSubsteps - 1.5 - (kOrderFrames - 1) * kReferenceSubsteps;
   const int below = static_cast<int>(std::floor(step));
   const double part = step - below;
@@ -81,7 +81,7 @@ Scene order_sheet(int edges, int substeps, int iterations) {
   return scene;
 }
 
-/// Where its particles are in the end.
+/// The final positions of the sheet's particles.
 Vector final_positions(const OrderLine& line, int substeps, const Cells& cells) {
   if (line.scheme != Scheme::OneWay) {
     Simulation simulation(order_sheet(line.edges, substeps, line.scheme == Scheme::Malha ? 1 : substeps),
@@ -90,7 +90,7 @@ Vector final_positions(const OrderLine& line, int substeps, const Cells& cells) 
     return flat(simulation.positions());
   }
   Scene scene = order_sheet(line.edges, 1, 1);
-  scene.bodies[0].constraints[0].compliance = 1;  // which the sweep does not look at
+  scene.bodies[0].constraints[0].compliance = 1;  // required by spring_system(); the sweep does not use it
   const auto system = spring_system(scene);
   PlainSweep<double> sweep(*system, order_by_colour(*system));
   for (int frame = 0; frame < kOrderFrames; ++frame, cells.check_interrupt())
@@ -108,7 +108,7 @@ double order_error(const OrderLine& line, int substeps, const Cells& cells) {
   return rms_distance(final_positions(line, substeps, cells), truth);
 }
 
-/// -d log error / d log substeps, by least squares.
+/// The order -d log(error) / d log(substeps), by least squares.
 double fitted_order(const std::vector<std::pair<double, double>>& points) {
   double x = 0, y = 0, xx = 0, xy = 0;
   for (const auto& [n, error] : points) {
@@ -136,9 +136,9 @@ Section order_of_convergence(Cells& cells, Json& rows) {
               "set title 'A sheet of 1 m that hangs by a row, let go from the horizontal'\n",
               {}};
   section.sentences = {formatted(
-      "1 m and 16 x 16 edges with both diagonals, hard, held by a row and let go from the horizontal: its rows go as a "
-      "chain of rigid links, whose motion is known to %g m (SHAKE, each step solved by Newton's method). Errors after "
-      "%g s; the slope of each line is fitted to its logarithms.",
+      "1 m and 16 x 16 edges with both diagonals, inextensible, pinned at a row and released from the horizontal: its "
+      "rows move as the joints of a chain of rigid links, whose motion is known to %g m (SHAKE, each step solved by "
+      "Newton's method). Errors after %g s; the slope of each line is fitted to its logarithms.",
       kReferenceUncertainty, kOrderTime)};
   for (const OrderLine& line : order_lines(cells.quick())) {
     std::vector<std::pair<double, double>> points;
@@ -177,9 +177,10 @@ Section order_of_convergence(Cells& cells, Json& rows) {
                                                        points.back().second, points.back().first, order));
   }
   section.sentences.push_back(
-      "From rest the first substep takes its whole kick at once, so that a run is where the exact motion is half a "
-      "substep later. That alone is of first order: against the motion half a substep later converged substeps are of "
-      "second order, down to some 5e-5 m, to which a chain that may go anywhere makes strains of 1e-6.");
+      "From rest the first substep applies a whole kick at once, so that a run is half a substep ahead of the exact "
+      "motion. Only this error is of first order: compared with the motion half a substep later, converged substeps "
+      "are "
+      "of second order, down to some 5e-5 m, where the remaining strains of 1e-6 limit them.");
   chart.settings += "set xrange [4:400]\n";
   section.chart = chart;
   return section;

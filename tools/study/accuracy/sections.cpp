@@ -12,9 +12,9 @@ namespace {
 
 using bench::formatted;
 
-constexpr double kMostDrawnError = 10;  // m: what is farther off is off the chart
+constexpr double kMostDrawnError = 10;  // m; larger errors are not drawn
 
-/// Colour and mark of a series: malha's methods by family, the integrators that are not malha's in grey and black.
+/// Colour and mark of a series: malha's methods by family, other integrators mostly in grey and black.
 std::string style(const std::string& series) {
   struct MethodStyle {
     const char *start, *style;
@@ -48,7 +48,7 @@ std::string style(const std::string& series) {
   return "with linespoints lw 2 " + found;
 }
 
-/// Of what is so at the time of this number.
+/// The chart of error over cost at the case's time number `time`.
 Chart chart(const AccuracyCase& test_case, const Truth& truth, std::size_t time, const Points& points,
             double Point::*cost, const std::string& name, const std::string& axis) {
   Chart chart{test_case.name + "_" + name, ""};
@@ -86,11 +86,12 @@ Section cost_section(const AccuracyCase& test_case, const Truth& truth, const Po
                {},
                cheapest_table(points, truth.uncertainty[0])};
   cost.chart = chart(test_case, truth, 0, points, &Point::ms, "cost", axis);
-  cost.sentences.push_back(formatted("Cheapest here after %g s, of all (ms a simulated second): ", test_case.times[0]) +
-                           cheapest_list(points, truth.uncertainty[0], &Point::ms, "ms", false) + ".");
+  cost.sentences.push_back(
+      formatted("Cheapest of all methods after %g s (ms a simulated second): ", test_case.times[0]) +
+      cheapest_list(points, truth.uncertainty[0], &Point::ms, "ms", false) + ".");
   cost.sentences.push_back(
       "Of malha's methods: " + cheapest_list(points, truth.uncertainty[0], &Point::ms, "ms", true) + ".");
-  const double uncertainty = 3 * truth.uncertainty.back();  // what is much nearer is so by chance
+  const double uncertainty = 3 * truth.uncertainty.back();  // smaller errors are coincidence
   if (test_case.times.size() > 1 && uncertainty < 0.1)
     cost.sentences.push_back(formatted("After %g s, of malha's: ", test_case.times.back()) +
                              cheapest_list(last, uncertainty, &Point::ms, "ms", true) + ".");
@@ -115,9 +116,11 @@ Section work_section(const AccuracyCase& test_case, const Truth& truth, const Po
   Section work{
       test_case.title + ": what accuracy takes in sweeps",
       {"Independent of the machine: a sweep is one projection of every constraint, one solve with Desbrun's filter, "
-       "one evaluation of all forces, or one factorisation of Newton's. PBD has stiffness 1, whatever the springs'.",
-       "Fewest of malha's: " + cheapest_list(points, truth.uncertainty[0], &Point::sweeps, "sweeps a second", true) +
-           "."},
+       "one evaluation of all forces, or one factorisation of Newton's method. PBD has stiffness 1, whatever the "
+       "springs "
+       "have.",
+       "Fewest sweeps of malha's methods: " +
+           cheapest_list(points, truth.uncertainty[0], &Point::sweeps, "sweeps a second", true) + "."},
       {},
       runs_table(test_case, rows)};
   for (const std::string& line :
@@ -132,7 +135,8 @@ Section work_section(const AccuracyCase& test_case, const Truth& truth, const Po
 
 std::vector<Section> accuracy_sections(const AccuracyCase& test_case, const Truth& truth, const Json& rows) {
   const bool is_free = !test_case.at_rest && test_case.scene.bodies[0].pins.empty();
-  // What the variants are compared with: on free bodies that is one of them, with the corrector by inertia.
+  // The series that variants are compared with. On free bodies it is a variant itself, that with the corrector by
+  // inertia.
   const std::string base = is_free ? "" : "Desbrun, substeps";
   const auto at = [&](double time, bool variants) {
     Points points = points_at(rows, test_case.name, time);
@@ -148,7 +152,8 @@ std::vector<Section> accuracy_sections(const AccuracyCase& test_case, const Trut
     sections.push_back(late_section(test_case, truth, last, axis));
   if (const Points variants = at(test_case.times[0], true); variants.size() > 0 && variants.back().variant) {
     Section filters{test_case.title + ": variants of Desbrun's filter",
-                    {"All but what they name are sparse, in double, and with the corrector by inertia on free bodies.",
+                    {"Unless their names say otherwise, they are sparse, in double, and with the corrector by inertia "
+                     "on free bodies.",
                      best_sentence(variants)},
                     {},
                     cheapest_table(variants, truth.uncertainty[0])};

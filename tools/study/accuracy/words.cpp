@@ -13,10 +13,10 @@ namespace {
 
 using bench::formatted;
 
-/// "1e-3"
+/// A power of ten: "1e-3".
 std::string power(int exponent) { return "1e" + std::to_string(exponent); }
 
-/// What `say` says of each series' best point, one after the other.
+/// The descriptions of each series' best point, joined.
 std::string each_series(const Points& points, const std::function<bool(const Point&, const Point&)>& better,
                         const std::function<std::string(const Point&)>& describe) {
   std::string line;
@@ -44,15 +44,16 @@ std::string truth_sentence(const AccuracyCase& test_case, const Truth& truth) {
   };
   std::string line = formatted(
                          "The true motion is that of the same equations by RK4 with a step of %.2g s (omega_max h = "
-                         "%.2g); with twice that step it is",
+                         "%.2g); the motion with twice that step is",
                          kFrame / test_case.reference, truth.omega * kFrame / test_case.reference) +
-                     at_times(truth.step_difference) + formatted("Started %g m off it is", kPerturbation) +
+                     at_times(truth.step_difference) +
+                     formatted("If the start is perturbed by %g m, it is", kPerturbation) +
                      at_times(truth.perturbed_difference);
   if (const double uncertainty = truth.uncertainty.back(); uncertainty > kChaotic) {
     const bool of_step = truth.step_difference.back() > 10 * truth.perturbed_difference.back();
-    line += of_step ? "That is the step's error. "
-                    : formatted("By %g s it is chaotic, and no smaller step mends that. ", test_case.times.back());
-    line += formatted("No method's distance below %.0e m says anything. ", uncertainty);
+    line += of_step ? "That is the error of the step. "
+                    : formatted("At %g s the motion is chaotic, and no smaller step helps. ", test_case.times.back());
+    line += formatted("Errors below %.0e m are not significant. ", uncertainty);
   }
   return line + frequency;
 }
@@ -105,7 +106,7 @@ std::string orders_sentence(const Points& points) {
 }
 
 std::string best_sentence(const Points& points) {
-  return "The best of each, with its gain or loss of energy: " +
+  return "Smallest error of each series, with its gain or loss of energy: " +
          each_series(
              points, [](const Point& a, const Point& b) { return a.error < b.error; },
              [](const Point& best) {
@@ -126,13 +127,15 @@ std::string float_sentence(const Points& points) {
   if (best == nullptr || costliest->error < worse * best->error) return "";
   return "In float XPBD is best with " + best->settings + formatted(" (%.1e m), and with ", best->error) +
          costliest->settings +
-         formatted(" it is %.1e m away, its energy wrong by %+.2g %%: ", costliest->error, 100 * costliest->energy) +
-         "what a substep moves is lost in the rounding of places.";
+         formatted(" its error is %.1e m and its energy is off by %+.2g %%: ", costliest->error,
+                   100 * costliest->energy) +
+         "the displacement of a substep is lost in the rounding of positions.";
 }
 
 std::string momenta_sentence(const Points& points, double time) {
   return formatted(
-             "What of momentum (kg m/s) and angular momentum (kg m^2/s) is wrong after %g s, of each at its dearest: ",
+             "Errors of momentum (kg m/s) and angular momentum (kg m^2/s) after %g s, of each series at its highest "
+             "cost: ",
              time) +
          each_series(
              points, [](const Point& a, const Point& b) { return a.sweeps > b.sweeps; },

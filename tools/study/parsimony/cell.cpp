@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kBefore = 30, kMeasured = 20;  // steps
 
-/// One of the scenes, run through the measured time again and again.
+/// One of the scenes, which is run through the measured period repeatedly.
 class SceneRun {
  public:
   SceneRun(const Scene& scene) : scene_(scene) {}
@@ -38,7 +38,7 @@ class SceneRun {
 
   const std::vector<double>& ms() const { return ms_; }
 
-  /// Takes one step more, to see what it launches.
+  /// Times, bytes and launches of the scene. Runs one more step to record its launches.
   Json facts() {
     Json passes = Json::object(), bytes = Json::object(), launches = Json::array();
     const double median = bench::median(ms_), all = std::accumulate(passes_.begin(), passes_.end(), 0.0);
@@ -50,7 +50,7 @@ class SceneRun {
       launches.push_back({{"kernel", kernel}, {"launches", times}, {"items", items}});
     for (const auto& [owner, count] : memory_parts(simulation_->model(), simulation_->solver().facts()))
       bytes[owner] = count;
-    bytes.emplace("levels", 0.0);  // where there are none
+    bytes.emplace("levels", 0.0);  // if there are none
     return {{"particles", simulation_->positions().size()},
             {"ms_a_step", median},
             {"passes_ms", passes},
@@ -70,7 +70,7 @@ class SceneRun {
 Json parsimony_cell(const std::vector<Scene>& scenes, const Cells& cells) {
   std::vector<SceneRun> runs(scenes.begin(), scenes.end());
   const int rounds = cells.quick() ? 1 : 12;
-  constexpr double enough = 0.5;  // s, a scene
+  constexpr double enough = 0.5;  // s per scene
   double spent = 0;
   for (int round = 0; round < rounds && spent < enough * static_cast<double>(runs.size()); ++round) {
     for (SceneRun& run : runs) run.start();

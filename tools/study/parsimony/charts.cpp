@@ -11,7 +11,7 @@ using bench::formatted;
 
 std::string quoted(const std::string& name) { return "'" + name + "'"; }
 
-/// A bar beside row k, as gnuplot's boxxyerror takes it, and how it is filled.
+/// A horizontal bar at row k, as data of gnuplot's boxxyerror.
 std::string bar(std::size_t k, double x, double from, double to) {
   return formatted("%g %zu %g %g %g %g\n", x, k, from, to, static_cast<double>(k) - 0.35,
                    static_cast<double>(k) + 0.35);
@@ -20,7 +20,7 @@ std::string filled(const std::string& colour) {
   return "with boxxyerror fs solid 0.8 noborder lc rgb '" + colour + "'";
 }
 
-/// Passes that are drawn as one.
+/// A group of passes that is drawn as one bar.
 struct Layer {
   const char* title;
   std::vector<const char*> passes;

@@ -16,7 +16,7 @@ double sum(const Json& numbers) {
   return all;
 }
 
-/// "Predict<float> 10, UpdateState<float> 10": of `a` what goes beyond `b`.
+/// Launches of `a` beyond those of `b`: "Predict<float> 10, UpdateState<float> 10".
 std::string added_launches(const Json& a, const Json& b) {
   return listed(a, [&](const Json& launch) {
     auto launches = launch["launches"].get<std::int64_t>();

@@ -22,12 +22,12 @@ Scene scene_with(Shape shape, double mass, std::vector<ConstraintSpec> constrain
   body.name = "body", body.shape = std::move(shape), body.mass = mass, body.constraints = std::move(constraints);
   Scene scene;
   scene.file = "malha study", scene.name = "parsimony", scene.gravity = {0, -9.81, 0};
-  scene.solver.levels = 0;  // a feature like others, to be added
+  scene.solver.levels = 0;  // levels are one of the features to be added
   scene.bodies = {std::move(body)};
   return scene;
 }
 
-/// Held by one side, it swings down from the level.
+/// A cloth that is pinned at one side and swings down from the horizontal.
 Scene cloth(int cells, std::vector<ConstraintSpec> constraints) {
   Scene scene = scene_with(GridShape{{1, 1}, {cells, cells}}, 0.2, std::move(constraints));
   scene.bodies[0].pins = {RowPin{}};
@@ -56,7 +56,7 @@ ConstraintSpec neo_hookean() {
   return spec;
 }
 
-/// A ball, in the way of the cloth or far below it.
+/// Adds a ball below the cloth; at y = -5 it is out of reach.
 Change ball(double y, double friction) {
   return [=](Scene& scene) {
     EnvironmentSpec ball;
@@ -77,7 +77,7 @@ Change wind(double drag, double density) {
 
 void move_pins(Scene& scene) { scene.bodies[0].pins[0].motion = {{0, {0, 0, 0}}, {10, {0, 0, 1}}}; }
 
-/// The last row, to where it is at the start.
+/// Attaches the last row to its initial position.
 void attach(Scene& scene) {
   Attachment attachment;
   attachment.at = RowPin{true}, attachment.compliance = 0.1;
@@ -85,9 +85,9 @@ void attach(Scene& scene) {
 }
 
 void damp(Scene& scene) { scene.bodies[0].damping = 0.05; }
-void sleep(Scene& scene) { scene.sleep = Sleep{1e-9, 0.5}; }  // so calm it never gets: the watch alone
+void sleep(Scene& scene) { scene.sleep = Sleep{1e-9, 0.5}; }  // never reached: only the checks cost time
 void sleep_at_once(Scene& scene) { scene.sleep = Sleep{1e9, 0}; }
-void tear(Scene& scene) { scene.bodies[0].tear = Tear{1e6}; }  // it never does: the look alone
+void tear(Scene& scene) { scene.bodies[0].tear = Tear{1e6}; }  // never reached: only the checks cost time
 void in_double(Scene& scene) { scene.solver.precision = Precision::Double; }
 
 void collide_with_itself(Scene& scene) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Macklin, Müller, Chentanez 2016, section 6.2: a chain of 20 particles of 1 kg, compliance 1e-8, falls for 100 frames
-// of one step. The pull at its support is compared with that of Newton's method on the same equations. The paper states
-// neither step nor spacing nor what an error is relative to.
+// of one step. The force at its support is compared with that of Newton's method on the same equations. The paper
+// states neither step nor spacing, nor what its errors are relative to.
 #include <algorithm>
 #include <cmath>
 
@@ -35,7 +35,8 @@ std::vector<ChainSetting> chain_settings(bool quick) {
   return all;
 }
 
-/// It starts level and swings down. malha's chain has half a kilogram at its free end, as a rope has.
+/// The chain starts horizontal and swings down. Its last particle has half a kilogram, as masses follow segment
+/// lengths.
 Scene scene_of(const ChainSetting& setting, int iterations) {
   BodySpec body;
   body.name = "chain",
@@ -47,7 +48,7 @@ Scene scene_of(const ChainSetting& setting, int iterations) {
   return published_scene(body, setting.dt, 1, iterations);
 }
 
-/// The pull at the support in each frame, N.
+/// The force at the support in each frame, N.
 template <class Step>
 std::vector<double> pulls(const System& system, double dt, const Step& step) {
   State state = system.start;
@@ -77,7 +78,7 @@ std::vector<double> malha_pulls(const System& system, const ChainSetting& settin
   });
 }
 
-/// Of the largest pull there is; of the frame's own pull.
+/// The largest errors relative to the run's largest force and to the frame's own, and the error of the largest force.
 Json errors(const std::vector<double>& pull, const std::vector<double>& truth) {
   const double most = *std::max_element(truth.begin(), truth.end());
   double of_most = 0, of_own = 0;
@@ -175,18 +176,20 @@ void add_chain(Cells& cells, Findings& findings) {
     return error("50") + ", " + error("100") + " and " + error("1000");
   };
   section.sentences = {
-      "Printed: at most 6, 2 and 0.5 % off by 50, 100 and 1000 iterations. The paper states neither step nor spacing "
-      "nor start; here the chain starts level. The pull is that which balances the change of momentum of all "
-      "particles, and an error is a share of the largest pull of the run.",
-      formatted("Of %d settings the closest is a step of %.4g s and a spacing of %g m: malha is off by ",
+      "Printed: errors of at most 6, 2 and 0.5 % with 50, 100 and 1000 iterations. The paper states neither step nor "
+      "spacing nor start; here the chain starts horizontal. The force at the support is that which balances the change "
+      "of "
+      "momentum of all particles, and errors are relative to the largest force of the run.",
+      formatted("Of %d settings the closest is a step of %.4g s and a spacing of %g m: malha's errors are ",
                 int(all.size()), best.dt, best.spacing) +
-          three("malha", "of_most") + "; a plain sweep from the support on by " + three("in_order", "of_most") +
-          "; with 1 kg at the free end instead of half of that by " + three("in_order_1kg", "of_most") + ".",
-      "malha sweeps every other link and then the rest, not from the support on: " +
+          three("malha", "of_most") + "; those of a plain sweep from the support on are " +
+          three("in_order", "of_most") + "; and with 1 kg at the free end instead of half of that " +
+          three("in_order_1kg", "of_most") + ".",
+      "malha projects every other link and then the rest, not from the support on: " +
           formatted("its errors differ from the plain sweep's by a factor of %.2f at most.",
                     std::exp(largest_difference)),
-      "Of the frame's own pull, which is next to nothing in the first one, malha is off by up to " +
-          three("malha", "of_own") + "; its largest pull is off by " + three("malha", "of_peak") + "."};
+      "Relative to the force of the same frame, which is almost 0 in the first one, malha's errors are up to " +
+          three("malha", "of_own") + "; the errors of its largest force are " + three("malha", "of_peak") + "."};
   section.chart = chart_of(best, best_cell);
   findings.sections.push_back(section);
 }

@@ -19,7 +19,7 @@ namespace {
 using bench::formatted;
 
 struct Motion {
-  bool drapes;  // over a ball; otherwise it falls on edge onto the ground and folds to a heap
+  bool drapes;  // true: over a ball; false: falls on edge onto the ground and folds to a heap
   int substeps;
   std::string name() const {
     return formatted(drapes ? "drapes over a ball, %d substeps" : "folds on the ground, %d substeps", substeps);
@@ -28,7 +28,7 @@ struct Motion {
 
 Scene falling_cloth(const Motion& motion) {
   Scene scene = bench::cloth_of_2006(1364, motion.drapes, motion.substeps);
-  scene.file = "malha study", scene.solver.levels = 0;  // papers have none
+  scene.file = "malha study", scene.solver.levels = 0;  // the papers have none
   return scene;
 }
 
@@ -118,9 +118,11 @@ void add_cloth(Cells& cells, Findings& findings) {
       "Printed: 30 frames/s on average on a Pentium 4 at 3 GHz, with detection, handling and rendering, of a cloth "
       "that ends up folded; the motion is not described. Here a cloth of as many vertices falls, and nothing is drawn.",
       "malha, frames of 1/30 s a second: " + summary + ".",
-      formatted("That is %.2g times what is printed at best: malha %s the frame rate of 2006. Crossings, counted after "
-                "every frame: %d at most; every pair that could cross is looked at, and held apart.",
-                best / 30, best < 30 ? "does not reach" : "reaches", most_crossings)};
+      formatted(
+          "At best that is %.2g times the printed rate: malha %s the frame rate of 2006. Intersections after every "
+          "frame: %d at most; every pair of primitives that could intersect is tested, and its displacements are "
+          "truncated.",
+          best / 30, best < 30 ? "does not reach" : "reaches", most_crossings)};
   findings.sections.push_back(section);
 }
 

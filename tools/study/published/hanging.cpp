@@ -19,8 +19,8 @@ using bench::formatted;
 
 constexpr int kFrames = 900;
 
-/// Masses follow the lengths of lines, so that the weight is a last particle and one more far below it, on a rod
-/// between them that is as heavy as it is long.
+/// Masses follow the lengths of segments. The weight is therefore the last particle together with one more far below
+/// it, connected by a segment that is as long as its mass requires.
 Scene scene_of(const HangingWeight& hanging, const std::filesystem::path& folder) {
   const std::string file = (folder / "chain.obj").string();
   const double rod = (hanging.weight - 0.5) * hanging.spacing;
@@ -50,7 +50,7 @@ SpringSystem system_of(const HangingWeight& hanging) {
   return chain_system(mass, hanging.spacing, hanging.stiffness, {0, -1, 0}, {0, -hanging.gravity, 0});
 }
 
-/// `down`: how far the weight is below its place after each frame, m.
+/// `down`: distance of the weight below its initial position after each frame, m.
 Json stretches(const std::vector<double>& down) {
   std::size_t lowest = 0;
   while (lowest + 1 < down.size() && down[lowest + 1] >= down[lowest]) ++lowest;

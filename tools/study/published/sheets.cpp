@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frame rates of a thesis of 2008, which has Desbrun's method and PBD side by side: on a Core 2 Duo at 2.2 GHz, with
-// rendering.
+// Frame rates in a thesis of 2008 on Desbrun's method and PBD, measured on a Core 2 Duo at 2.2 GHz with rendering.
 #include "host/base/stopwatch.h"
 #include "host/solver/solver.h"
 #include "malha/simulation.h"
@@ -33,7 +32,7 @@ const std::vector<Sheet>& sheets() {
   return all;
 }
 
-/// A sheet of 1 m and 0.2 kg that hangs by two corners; a step is a frame of 1/50 s.
+/// A sheet of 1 m and 0.2 kg hangs by two corners; a step is a frame of 1/50 s.
 Scene scene_of(const Sheet& sheet) {
   BodySpec body;
   body.name = "sheet", body.shape = GridShape{{1, 1}, sheet.cells}, body.mass = 0.2;

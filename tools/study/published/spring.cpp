@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Macklin, Müller, Chentanez 2016, section 6.1: a spring of length 1 at rest, from 1.5, mass 1, compliance 0.001. The
-// paper's figure 2 compares curves and prints no number, and no step: ours is 1/60 s.
+// Macklin, Müller, Chentanez 2016, section 6.1: a spring of rest length 1, initial length 1.5, mass 1 and compliance
+// 0.001. The paper's figure 2 compares curves and states neither numbers nor the step; here it is 1/60 s.
 #include <cmath>
 
 #include "malha/simulation.h"
@@ -22,11 +22,12 @@ constexpr double kPi = 3.14159265358979323846;
 struct SpringSetting {
   std::string title;
   std::optional<double> compliance;
-  double stiffness;  // of PBD, a whole step's
+  double stiffness;  // of PBD, per step
   int substeps, iterations;
 };
 
-/// PBD of 2006 leaves (1 - k) of an error a projection; malha's stiffness is that of all of a step's projections.
+/// malha's stiffness for PBD's k: PBD of 2006 leaves (1 - k) of an error per projection, while malha's stiffness is
+/// that of all projections of a step together.
 double of_a_step(double k, int iterations) { return 1 - std::pow(1 - k, iterations); }
 
 std::vector<SpringSetting> spring_settings(bool quick) {
@@ -39,8 +40,9 @@ std::vector<SpringSetting> spring_settings(bool quick) {
   return all;
 }
 
-/// What is left of the spring's length beyond 1 m after each step. It obeys a(n+1) = p a(n) + q a(n-1) exactly; least
-/// squares give p and q, and they the period and what a period leaves of the swing. No period: it does not swing.
+/// Period and damping of a motion. `a`: the spring's elongation (m) after each step, which obeys a(n+1) = p a(n) +
+/// q a(n-1) exactly. Least squares yield p and q, and they the period and the amplitude that is left after it; null if
+/// the motion does not oscillate.
 Json measured(const std::vector<double>& a, double dt) {
   double aa = 0, ab = 0, bb = 0, ay = 0, by = 0;
   for (std::size_t n = 2; n < a.size(); ++n) {
@@ -56,13 +58,13 @@ Json measured(const std::vector<double>& a, double dt) {
 
 Json run_spring(const SpringSetting& setting) {
   BodySpec body;
-  body.name = "spring", body.shape = ChainShape{{0, 0, 0}, {1.5, 0, 0}, 1}, body.mass = 2;  // half of it at each end
+  body.name = "spring", body.shape = ChainShape{{0, 0, 0}, {1.5, 0, 0}, 1}, body.mass = 2;  // 1 kg at each end
   body.pins = {ListPin{{0}}};
   ConstraintSpec spring;
   spring.type = "distance", spring.elements = {"edges"}, spring.parameter = 1 / 1.5;
   spring.compliance = setting.compliance, spring.stiffness = setting.stiffness;
   body.constraints = {spring};
-  const double dt = kFrame / setting.substeps;  // a step each, so that every substep is seen
+  const double dt = kFrame / setting.substeps;  // substeps are steps, so that each is recorded
   Simulation simulation(published_scene(body, dt, 1, setting.iterations, 0), {.threads = 1});
   std::vector<double> a{0.5};
   for (int n = 0; n < 60 * setting.substeps; ++n) simulation.step(), a.push_back(simulation.positions()[1][0] - 1);
@@ -136,9 +138,10 @@ void add_spring(Cells& cells, Findings& findings) {
       formatted("The period is %.5f s in closed form. The paper prints curves and no number: XPBD's period does not "
                 "depend on the iterations, PBD's does.",
                 exact),
-      formatted("Ours: XPBD of 1, 5 and 10 iterations is off by %.2g %%, the same for all, because it is backward "
-                "Euler, whose period is met to %.1e; in the finest substeps it is off by %.2g %%.",
-                100 * xpbd_apart, xpbd_off, 100 * finest),
+      formatted(
+          "malha: the error of XPBD with 1, 5 and 10 iterations is %.2g %% for all of them, because it is that of "
+          "backward Euler, whose period agrees to %.1e; with the finest substeps it is %.2g %%.",
+          100 * xpbd_apart, xpbd_off, 100 * finest),
       "PBD with k = 0.1 a projection and 1, 5 and 10 iterations has the periods " + pbd + "."};
   section.chart = chart;
   findings.sections.push_back(section);

@@ -44,10 +44,10 @@ void add_strand(Cells& cells, Findings& findings) {
   section.sentences = {
       "The paper shows a picture: XPBD's strand is too long after 100 iterations, and prints no length; spacing and "
       "the other masses, here 1 kg, are not known to us.",
-      formatted(
-          "The springs themselves would hold the weight %.2g m below its place; backward Euler by Newton's method lets "
-          "it %.2g m down at most. malha's XPBD, with the work of 100 sweeps (substeps x iterations): ",
-          still, largest_drop(newton)) +
+      formatted("In equilibrium the weight is %.2g m below its initial position; with backward Euler by Newton's "
+                "method it is "
+                "at most %.2g m below. malha's XPBD, with the work of 100 sweeps (substeps x iterations): ",
+                still, largest_drop(newton)) +
           summary + "."};
   findings.sections.push_back(section);
 }
@@ -55,7 +55,7 @@ void add_strand(Cells& cells, Findings& findings) {
 int count_strand(bool quick) { return 1 + static_cast<int>(schedules(quick).size()); }
 
 void add_strand_together(Cells& cells, Findings& findings) {
-  cells.measure_together([&] { add_strand(cells, findings); });  // it takes no time
+  cells.measure_together([&] { add_strand(cells, findings); });  // it is too short to be divided
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Macklin et al. 2019 (Small Steps), section 6.1: masses from 1 to 100,000 kg, spacing 0.01 m; a stretch of 322.1 m by
-// 100 iterations and of 3.2 m by 100 substeps. The paper does not state the step.
+// Macklin et al. 2019 (Small Steps), section 6.1: masses from 1 to 100,000 kg, spacing 0.01 m; a stretch of 322.1 m
+// with 100 iterations and of 3.2 m with 100 substeps. The paper does not state the step.
 #include <cmath>
 
 #include "tools/bench/output.h"
@@ -56,7 +56,7 @@ void add_weight(Cells& cells, Findings& findings) {
   };
   for (const double g : {9.81, 10.0})
     for (const double dt : steps(cells.quick())) measure(dt, g);
-  // The stretch grows with the square of the step: where does it reach what is printed in this gravity?
+  // The stretch grows with the square of the step, which yields the step that reaches the printed stretch.
   const double matching_step = std::sqrt(kPrintedIterations / at_60) / 60;
   const HangingWeight exact = small_steps(matching_step, 9.81, false);
   const SwingResults exact_run = measure_swings(cells, "weight", exact),
@@ -67,19 +67,20 @@ void add_weight(Cells& cells, Findings& findings) {
   findings.rows.push_back(row("weight of 2019", tethered, "malha with long_range", tethered_run));
 
   section.sentences = {
-      "Printed: 322.1 m of stretch by 100 iterations and 3.2 m by 100 substeps of one; the step is not stated, nor "
-      "when it is measured. Here it is the most of the first swing.",
-      formatted("Closest to it of all steps and gravities below is a step of %.4g s with g = %g m/s^2: %.1f m by "
-                "iterations and %.2f m by substeps.",
+      "Printed: 322.1 m of stretch with 100 iterations and 3.2 m with 100 substeps of one; neither the step is stated, "
+      "nor when the stretch is measured. Here it is the largest of the first swing.",
+      formatted("Of all steps and gravities below, a step of %.4g s with g = %g m/s^2 is closest: %.1f m with "
+                "iterations and %.2f m with substeps.",
                 best_dt, best_g, largest_drop(best_iterations.malha), largest_drop(best_substeps.malha)),
-      formatted("With g = 9.81 m/s^2 it takes a step of %.5f s (%.1f m and %.2f m), which is no usual one; 1/60 s "
-                "gives %.1f m.",
+      formatted("With g = 9.81 m/s^2 the step would have to be %.5f s (%.1f m and %.2f m), which is unusual; a step of "
+                "1/60 s leads to %.1f m.",
                 matching_step, largest_drop(exact_run.malha), largest_drop(exact_small.malha), at_60),
-      formatted("Substeps stretch a hundredth of what iterations do at any step. malha, which sweeps every other link, "
-                "and a plain sweep from the support on agree to %.1e.",
-                largest_difference),
-      formatted("With long-range attachments and a tenth of the work malha holds that weight within %.2g m (of a chain "
-                "of 0.19 m).",
+      formatted(
+          "At any step the stretch with substeps is a hundredth of that with iterations. malha, which projects every "
+          "other link and then the rest, and a plain sweep from the support on agree to %.1e.",
+          largest_difference),
+      formatted("With long-range attachments and a tenth of the work the stretch is at most %.2g m (of a chain of "
+                "0.19 m).",
                 largest_drop(tethered_run))};
   Chart chart{"weight",
               "set logscale xy\nset xlabel 'time step (s)'\nset ylabel 'most stretch (m)'\nset xrange "
@@ -101,7 +102,7 @@ void add_weight(Cells& cells, Findings& findings) {
 
 int count_weight(bool quick) { return 4 * static_cast<int>(steps(quick).size()) + 3; }
 
-/// Where the printed stretch is reached depends on what was measured before.
+/// The step that reaches the printed stretch depends on cells that were measured before, so one share measures all.
 void add_weight_together(Cells& cells, Findings& findings) {
   cells.measure_together([&] { add_weight(cells, findings); });
 }

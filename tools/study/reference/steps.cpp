@@ -30,7 +30,7 @@ void rk4(const System& system, double h, State& state) {
 struct BackwardEuler::Parts {
   explicit Parts(const SpringSystem& of) : system(of) {}
 
-  /// Of (x - y)^2 M / 2 + h^2 U(x), y: where inertia and gravity alone lead.
+  /// (x - y)^2 M / 2 + h^2 U(x), where y is the position by inertia and gravity alone.
   double objective(const Vector& y, const Vector& x, double h) const {
     double sum = h * h * system.elastic_energy(x);
     for (int i = 0; i < system.count(); ++i)
@@ -109,7 +109,7 @@ void BackwardEuler::step(double h, State& state) {
     const Vector move = parts_->cholesky.solve(r);
     const double before = parts_->objective(y, x, h), slope = move.dot(r);
     double length = 1;
-    // What rounding alone raises, of a sum over all springs, is no reason to stop short.
+    // The last term is for rounding of the sum over all springs, which must not shorten the step.
     while (length > 1e-6 &&
            parts_->objective(y, x - length * move, h) > before - 1e-4 * length * slope + 1e-12 * before)
       length /= 2;

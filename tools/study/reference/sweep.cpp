@@ -9,7 +9,7 @@ namespace malha::study {
 
 namespace {
 
-/// The places of numbers in ascending order; of the same number as they are.
+/// Indices in ascending order of the numbers; equal numbers keep their order.
 std::vector<int> ascending(const std::vector<int>& numbers) {
   std::vector<int> order(numbers.size());
   std::iota(order.begin(), order.end(), 0);

@@ -110,12 +110,12 @@ ConservedQuantities conserved_quantities(const System& system, const State& stat
 }
 
 double largest_frequency(const System& system, const Vector& x) {
-  Vector weight(x.size());  // in root(m) x the matrix is symmetric, and its powers tend to the largest eigenvalue
+  Vector weight(x.size());  // in sqrt(m) x the matrix is symmetric, and its powers converge to the largest eigenvalue
   for (int k = 0; k < weight.size(); ++k) weight[k] = system.pinned[k / 3] ? 0 : 1 / std::sqrt(system.mass[k / 3]);
   Vector direction(x.size());
   for (int k = 0; k < direction.size(); ++k) direction[k] = std::sin(1 + 7.3 * k) * (weight[k] > 0);
   double squared = 0;
-  const double size = 1e-6 * x.cwiseAbs().maxCoeff();  // m: small beside an edge, large beside rounding
+  const double size = 1e-6 * x.cwiseAbs().maxCoeff();  // m: small compared with an edge, large compared with rounding
   constexpr int turns = 300;
   for (int turn = 0; turn < turns; ++turn) {
     direction.normalize();

@@ -72,7 +72,7 @@ std::unique_ptr<TetrahedronSystem> tetrahedron_system(const Scene& scene) {
 
 Vector relax_to_rest(const System& system, double tolerance) {
   State state = system.start;
-  const double h = 1 / largest_frequency(system, state.x);  // half of what is stable
+  const double h = 1 / largest_frequency(system, state.x);  // half of the stability limit
   double before = 0;
   constexpr int max_iterations = 2'000'000;
   for (int k = 0; k < max_iterations; ++k) {

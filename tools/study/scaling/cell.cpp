@@ -20,10 +20,10 @@ namespace malha::study {
 
 namespace {
 
-constexpr int kWarmUp = 3;  // steps, after which all have the same state
+constexpr int kWarmUp = 3;  // steps, after which the states are compared
 constexpr std::size_t kLeastTriad = std::size_t(1) << 16;
 
-/// Of a particle and substep by PBD: x, w, v read, x and v written, in float.
+/// Bytes per particle and substep of PBD: x, w and v read, x and v written, in float.
 constexpr double kPbdBytes = 52;
 
 struct Runner {
@@ -31,12 +31,12 @@ struct Runner {
   std::unique_ptr<Simulation> simulation;
   double setup = 0;
   std::string hash;
-  std::vector<double> steps;                                  // s, the mean of each turn
-  double least = 1e300;                                       // of all single steps
-  std::array<std::vector<double>, kPassNames.size()> passes;  // s a step, one a turn
+  std::vector<double> steps;                                  // mean of each turn, s
+  double least = 1e300;                                       // shortest single step, s
+  std::array<std::vector<double>, kPassNames.size()> passes;  // s per step, one value a turn
 
   void run_turn(double min_seconds) {
-    simulation->step();  // OpenMP lets threads go, and starts others, where the last team had another number
+    simulation->step();  // OpenMP ends and starts threads if the last team had another number of them
     const auto before = simulation->solver().pass_seconds();
     const std::int64_t first = simulation->steps();
     const auto step = [&] { least = std::min(least, seconds([&] { simulation->step(); })); };
@@ -60,7 +60,8 @@ Json result(const ClothMethod& method, const Runner& runner, double min_seconds,
   for (std::size_t k = 0; k < kPassNames.size(); ++k)
     if (const double seconds = bench::median(runner.passes[k]); seconds > 0) passes[kPassNames[k]] = seconds;
   const double bytes = required_bytes(method, *runner.simulation);
-  // The triad over what one substep or one product walks through; past the caches it is memory's.
+  // The triad over as many bytes as one substep or one product reads and writes: beyond the caches it is that of
+  // memory.
   const auto set = static_cast<std::size_t>(method.desbrun ? bytes : bytes / method.substeps);
   const std::size_t triad = std::clamp(set, kLeastTriad, min_seconds > 0.05 ? bench::kMemoryBytes : kLeastTriad);
   const double memory = device ? device->bytes_per_second * 1e-9 : bench::triad_gb_per_s(triad, runner.line.threads);
@@ -77,7 +78,7 @@ Json result(const ClothMethod& method, const Runner& runner, double min_seconds,
           {"triad_gb_per_s", memory}};
 }
 
-/// Seconds that a call of work() takes, of several windows.
+/// Seconds per call of work(), one value for each of several windows.
 std::vector<double> window_times(const std::function<void()>& work, bool quick) {
   std::vector<double> all;
   for (int run_turn = 0; run_turn < (quick ? 5 : 25); ++run_turn)

@@ -40,7 +40,7 @@ std::vector<std::string> bandwidth_cells(const Json& row) {
 
 Section scaling_bandwidth(const Json& rows) {
   Section section{"Bandwidth: what must move, beside the triad"};
-  std::vector<std::vector<Json>> large;  // what no cache holds
+  std::vector<std::vector<Json>> large;  // bodies larger than any cache
   for (const auto& group : scaling_groups(rows, "strong"))
     if (number(group[0], "particles") >= 1e6 || scaling_groups(rows, "strong").size() < 6) large.push_back(group);
   section.table.columns = {"method", "particles", "threads", "GB/s that must move", "triad of as many bytes, GB/s",
@@ -59,10 +59,11 @@ Section scaling_bandwidth(const Json& rows) {
                  method_of(*row) + ", " + count_of(*row) + ", " + counted(row->at("threads").get<int>(), "thread") +
                  ")",
              "; ");
-  section.sentences = {std::string(kRequiredBytes) +
-                           " Constraints, forces and what is read again come on top. The triad is over as many "
-                           "bytes as one substep or product walks through, so that small ones are those of caches.",
-                       "Reached, of the triad, by the largest: " + summary + "."};
+  section.sentences = {
+      std::string(kRequiredBytes) +
+          " Constraints, forces and repeated reads are not included. The triad is over as many "
+          "bytes as one substep or product reads and writes, so that for small bodies it is that of caches.",
+      "Bandwidth of the largest bodies, and that of the triad: " + summary + "."};
   return section;
 }
 
@@ -88,16 +89,18 @@ Section scaling_passes(const Json& rows) {
     }
   }
   section.sentences = {
-      "PBD's prediction, projection and state are one pass here, \"fused_solve\", a whole step in one parallel region. "
-      "Passes of up to 32,768 particles that are no visits run on one thread by design."};
+      "PBD's prediction, projection and velocity update are one pass here, \"fused_solve\", a whole step in one "
+      "parallel "
+      "region. Passes over up to 32,768 particles, other than patch solves, run on one thread by design."};
   if (!least.empty())
     section.sentences.push_back(
-        "Of passes with 5 % of a step or more, from 10,000 particles on, the one that gains least: " + least + ".");
+        "The pass with the smallest speed-up, of those with 5 % of a step or more from 10,000 particles on: " + least +
+        ".");
   return section;
 }
 
 Section scaling_launches(const Json& rows) {
-  Section section{"What it costs to start threads and to wait for them"};
+  Section section{"Time to start threads and to wait at barriers"};
   section.table.columns = {"threads", "fork and join, microseconds", "median", "a barrier, microseconds"};
   std::string summary;
   for (const Json& row : rows) {
@@ -111,7 +114,7 @@ Section scaling_launches(const Json& rows) {
              "; ");
   }
   section.sentences = {"An empty parallel region, and one more launch within it: " + summary +
-                       ", at best (where other programs have the cores it is the scheduler's time)."};
+                       ", at best (if other programs use the cores, the times are those of the scheduler)."};
   std::string share;
   for (const auto& group : scaling_groups(rows, "strong")) {
     const Json& last = group.back();
@@ -124,8 +127,9 @@ Section scaling_launches(const Json& rows) {
   }
   if (!share.empty())
     section.sentences.push_back(
-        "A step of PBD is one region with 10 substeps of as many barriers as its patches have phases; that makes, of a "
-        "step on the most threads by particles: " +
+        "A step of PBD is one region with 10 substeps, each with a barrier per colour of patches. Their share of a "
+        "step on "
+        "the most threads, by particles: " +
         share + ".");
   return section;
 }

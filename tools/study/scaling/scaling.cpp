@@ -26,20 +26,20 @@ std::vector<int> strong_sides(const ClothMethod& method, bool quick) {
   return {17, 46, 100, 316, 1000};
 }
 
-/// Particles a thread, as the side of one thread's body.
+/// Sides of the body of one thread; bodies of more threads have as many particles per thread.
 std::vector<int> weak_sides(const ClothMethod& method, bool quick) {
-  if (method.filter == FilterKind::Dense) return {};  // its work grows with the square
+  if (method.filter == FilterKind::Dense) return {};  // work grows with the square of the particles
   return quick ? std::vector{50} : std::vector{100, 316};
 }
 
-/// One body by one method on all numbers of threads.
+/// A body and a method, measured on all numbers of threads.
 struct ScalingCase {
   const char* kind;
   const ClothMethod& method;
   int side;
 };
 
-/// A device has no threads of its own to grow with.
+/// All cases; without weak scaling on a device, whose number of threads is fixed.
 std::vector<ScalingCase> scaling_cases(bool quick, bool on_device) {
   std::vector<ScalingCase> all;
   for (const bool weak : on_device ? std::vector{false} : std::vector{false, true})
@@ -57,7 +57,7 @@ std::vector<ScalingRun> scaling_runs(int side, bool weak, const std::vector<int>
 
 std::vector<double> numbers(const Json& json) { return json.get<std::vector<double>>(); }
 
-/// Of the turns: how many times as fast at least and at most.
+/// Smallest and largest speed-up of the turns.
 std::pair<double, double> least_and_most(const std::vector<double>& one, const std::vector<double>& all) {
   std::pair ends{1e300, 0.0};
   for (std::size_t run_turn = 0; run_turn < one.size(); ++run_turn)

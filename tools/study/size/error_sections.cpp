@@ -25,7 +25,7 @@ std::vector<Json> hanging_rows(const Json& rows, const char* measures, const Han
   return found;
 }
 
-/// A full line of the grids, a broken one of irregular meshes.
+/// A chart with a solid line of the grids and a dashed one of irregular meshes, for each method.
 Chart hanging_chart(const std::vector<HangingMethod>& methods, const Json& rows, const char* measures, bool settings,
                     const std::string& name, const std::string& title, const std::string& axis,
                     const RowValue& row_value) {
@@ -49,7 +49,7 @@ Chart hanging_chart(const std::vector<HangingMethod>& methods, const Json& rows,
   return chart;
 }
 
-/// "levels: 0.0025 at 17, 0.0035 at 316 a side" of the first and the last.
+/// The values at the first and the last side: "levels 0.0025 at 17, 0.0035 at 316".
 std::string hanging_ranges(const std::vector<HangingMethod>& methods, const Json& rows, const char* measures,
                            const std::string& mesh, const char* format, const RowValue& row_value) {
   std::string line;
@@ -78,7 +78,7 @@ std::vector<Section> size_error_sections(const std::vector<HangingMethod>& metho
 
   Section strains{"How much a hanging cloth stretches, at about the same cost", {}, {}, {}};
   strains.sentences = {
-      "RMS strain of a cloth of 2 m and 1 kg 1 s after it was let go from the level, hung by a row, by "
+      "RMS strain of a cloth of 2 m and 1 kg, pinned at a row, 1 s after its release from the horizontal, by "
       "particles a side: " +
           hanging_ranges(methods, rows, "error", "grid", "%.2g", strain) + ".",
       "Irregular triangles: " + hanging_ranges(methods, rows, "error", "irregular", "%.2g", strain) + ".",
@@ -92,8 +92,8 @@ std::vector<Section> size_error_sections(const std::vector<HangingMethod>& metho
 
   Section errors{"How far off a hanging cloth is, at about the same cost", {}, {}, {}};
   errors.sentences = {
-      "The truth is a cloth in which nothing stretches: its rows move as the joints of a chain (SHAKE, in "
-      "double, 500 links). RMS distance to it after 1 s, m: " +
+      "The reference is an inextensible cloth: its rows move as the joints of a chain (SHAKE, in double, 500 links). "
+      "RMS distance to it after 1 s, m: " +
           hanging_ranges(methods, rows, "error", "grid", "%.2g", error) + ".",
       "Irregular triangles: " + hanging_ranges(methods, rows, "error", "irregular", "%.2g", error) + "."};
   errors.chart =
@@ -103,8 +103,8 @@ std::vector<Section> size_error_sections(const std::vector<HangingMethod>& metho
 
   Section work{"What a strain of 1 % costs", {}, {}, {}};
   work.sentences = {
-      "The fewest substeps (of Desbrun: refinements of one) that leave an RMS strain of 1 % after 1 s, ns a "
-      "particle and step: " +
+      "Time of the fewest substeps (Desbrun: refinements of one substep) that leave an RMS strain of 1 % after 1 s, in "
+      "ns a particle and step: " +
           hanging_ranges(methods, rows, "work", "grid", "%.3g", ns_a_particle) + ".",
       "Irregular triangles: " + hanging_ranges(methods, rows, "work", "irregular", "%.3g", ns_a_particle) + "."};
   work.chart =

@@ -21,15 +21,15 @@ namespace {
 
 constexpr double kClothSide = 2, kClothGravity = 9.81;  // m; m/s^2, of tools/bench/cloth.h
 constexpr int kHangingFrames = 60;                      // 1 s
-constexpr double kHangingCompliance = 1e-6;             // m/N: a row of it gives way by 5e-6 of its length at most
-constexpr double kHangingSpring = 1e4;                  // N/m, Desbrun's
+constexpr double kHangingCompliance = 1e-6;             // m/N: a row stretches by at most 5e-6 of its length
+constexpr double kHangingSpring = 1e4;                  // N/m, of Desbrun's method
 constexpr int kMostHangingSubsteps = 1024;
 
-/// A way, and the dearest that is run of it.
+/// A method, and the limits of what is run with it.
 struct HangingMethodRun : HangingMethod {
   std::function<void(Scene&)> change;
   int fixed;           // substeps, or refinements, in the charts of errors
-  int most_particles;  // in full
+  int most_particles;  // in the full study
   bool refines = false;
 };
 
@@ -45,7 +45,8 @@ void by_desbrun(Scene& scene) {
   scene.solver.desbrun.filter = FilterKind::Sparse;
 }
 
-/// About as dear as each other: levels are some two steps without, and so are two refinements or long_range.
+/// All methods, with settings of about the same cost: a step with levels takes about twice as long as without, and so
+/// does one with a refinement or long_range.
 const std::vector<HangingMethodRun>& hanging_methods() {
   static const std::vector<HangingMethodRun> all{
       {{"PBD", "20 substeps", "lw 5 lc rgb '#0072b2'"}, [](Scene&) {}, 20, 1'000'000},
@@ -60,7 +61,7 @@ const std::vector<HangingMethodRun>& hanging_methods() {
 std::vector<int> hanging_sides(const HangingMethodRun& method, bool work, bool quick) {
   if (quick) return work ? std::vector{17, 33} : std::vector{17, 46, 80};
   std::vector<int> all{17, 46, 100, 316};
-  // Sweeps alone take some 0.3 of a side's particles in substeps: hours at a million.
+  // Without levels the substeps needed are some 0.3 of the particles a side: hours for a million particles.
   if (method.most_particles >= 1'000'000 && (!work || method.name == "levels")) all.push_back(1000);
   return all;
 }
@@ -73,7 +74,7 @@ Scene hanging_scene(const bench::Case& which, const HangingMethodRun& method, in
   return scene;
 }
 
-/// After each frame; of links of 4 mm, which a wave gets through in 100 steps a frame.
+/// The reference chain after each frame. Its 100 steps a frame resolve waves over its links of 4 mm.
 const std::vector<ReferenceChain>& hanging_truth() {
   static const std::vector<ReferenceChain> frames = [] {
     std::vector<ReferenceChain> all;
@@ -87,7 +88,7 @@ const std::vector<ReferenceChain>& hanging_truth() {
   return frames;
 }
 
-/// RMS, m. `rest`: where particles are at rest.
+/// RMS distance from the reference, m. `rest`: initial positions.
 double hanging_error(const std::vector<Vec3>& rest, const std::vector<Vec3>& x, const ReferenceChain& chain) {
   double squares = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {

@@ -12,7 +12,7 @@ namespace malha::study {
 namespace {
 
 using bench::formatted;
-using Number = std::function<double(const Json& row)>;  // of a particle
+using Number = std::function<double(const Json& row)>;  // a value per particle
 
 double number(const Json& row, const char* key) { return row.at(key).get<double>(); }
 double particles(const Json& row) { return number(row, "particles"); }
@@ -20,7 +20,7 @@ Number of_particle(const char* key, double scale) {
   return [=](const Json& row) { return number(row, key) / particles(row) * scale; };
 }
 
-/// The rows of a method that were run.
+/// The rows of a method that were run, by increasing size.
 std::vector<Json> rows_of(const Json& rows, const ClothMethod& method) {
   std::vector<Json> found;
   for (const Json& row : rows)
@@ -48,7 +48,7 @@ Chart chart(const Json& rows, const std::string& name, const std::string& title,
   return chart;
 }
 
-/// "PBD, 10 substeps: 80 at 289, 30 at 1,000,000 particles", least, first and last.
+/// The first, the smallest and the last value of a method: "PBD, 10 substeps: 80 at 289, 30 at 1,000,000".
 std::string range(const Json& rows, const ClothMethod& method, const char* format, const Number& row_value) {
   const std::vector<Json> found = rows_of(rows, method);
   if (found.empty()) return "";
@@ -81,7 +81,7 @@ std::string left_out(const Json& rows) {
   return line;
 }
 
-/// By owner, of the largest that was run, bytes a particle.
+/// Bytes per particle by owner, for the largest body that was run.
 std::string owners(const Json& rows, const ClothMethod& method) {
   const std::vector<Json> found = rows_of(rows, method);
   if (found.empty()) return "";
@@ -93,7 +93,7 @@ std::string owners(const Json& rows, const ClothMethod& method) {
   return method.name + " at " + with_commas(static_cast<long long>(particles(found.back()))) + ": " + line;
 }
 
-/// Of the largest of each method: what the system says, beside the owners' sums.
+/// Growth of the process with the largest body of each method, for comparison with the sums by owner.
 std::string process_growth(const Json& rows) {
   std::string line;
   for (const ClothMethod& method : cloth_methods()) {
@@ -116,7 +116,7 @@ std::string or_dash(const Json& row, const char* key) {
 std::vector<Section> size_sections(const Json& rows) {
   const Number time = of_particle("step_s", 1e9), bytes = of_particle("bytes", 1), setup = of_particle("setup_s", 1e6);
 
-  Section cost{"What a particle costs in time", {}, {}, {}};
+  Section cost{"Time per particle", {}, {}, {}};
   cost.sentences = {"ns a particle and step of 1/60 s on one thread: " + ranges(rows, "%.3g", time) + "." +
                     left_out(rows)};
   cost.chart =
@@ -125,8 +125,8 @@ std::vector<Section> size_sections(const Json& rows) {
   cost.table.columns = {"method", "particles",     "ms a step",       "least",
                         "most",   "ns a particle", "ns a projection", "steps of 1/60 s in real time"};
 
-  Section memory{"What a particle costs in memory", {}, {}, {}};
-  memory.sentences = {"Bytes a particle, by the sums of all owners: " + ranges(rows, "%.4g", bytes) + "."};
+  Section memory{"Memory per particle", {}, {}, {}};
+  memory.sentences = {"Bytes a particle, summed over all owners: " + ranges(rows, "%.4g", bytes) + "."};
   if (const std::string line = process_growth(rows); !line.empty()) memory.sentences.push_back(line);
   for (const ClothMethod& method : cloth_methods())
     if (const std::string line = owners(rows, method); !line.empty()) memory.sentences.push_back(line + ".");
@@ -134,7 +134,7 @@ std::vector<Section> size_sections(const Json& rows) {
   memory.table.columns = {"method",           "particles",           "MiB",
                           "bytes a particle", "the process grew by", "at most, in set-up"};
 
-  Section start{"What a particle costs to set up", {}, {}, {}};
+  Section start{"Set-up time per particle", {}, {}, {}};
   start.sentences = {"Microseconds a particle on one thread: " + ranges(rows, "%.3g", setup) + "."};
   start.chart =
       chart(rows, "setup", "A hanging cloth: set-up a particle, one thread", "microseconds a particle", setup);

@@ -49,7 +49,7 @@ Json run(const ClothMethod& method, int side, const Cells& cells) {
   const auto before = resident_bytes();
   reset_peak();
   std::unique_ptr<Simulation> simulation;
-  std::vector<double> setups;  // what is soon done is done several times
+  std::vector<double> setups;  // short set-ups are repeated
   do {
     simulation.reset();
     setups.push_back(seconds(
@@ -58,7 +58,7 @@ Json run(const ClothMethod& method, int side, const Cells& cells) {
   cells.check_interrupt();
   simulation->step();
   const auto peak = peak_bytes(), resident = resident_bytes();
-  // As long a window for all, so that a small body's is not one interrupt.
+  // All sizes are measured for as long, so that a single interrupt does not distort a small body's time.
   std::vector<double> steps;
   for (int turn = 0; turn < kTurns; ++turn) {
     steps.push_back(bench::mean_seconds([&] { simulation->step(); }, cells.quick() ? 0.005 : 0.2));
@@ -82,7 +82,7 @@ Json run(const ClothMethod& method, int side, const Cells& cells) {
   return cell;
 }
 
-/// A flat row; what is nested gets the names of both.
+/// A flat row: nested values get names such as bytes_by_owner_particles.
 Json row(const ClothMethod& method, int side, const Json& cell) {
   Json row{{"method", method.name}, {"side", side}, {"particles", side * side}, {"left_out", nullptr}};
   for (const auto& [name, value] : cell.items()) {
